@@ -1,0 +1,70 @@
+// Gathers the contacts nearer than the margin. When there are more than the capacity it keeps the
+// nearest (by gap, then key) in a binary heap, and the margin shrinks to the nearest omitted.
+// RT: yes; O(1) per contact, O(log kMaxCandidates) once full.
+#pragma once
+
+#include <algorithm>
+#include <tuple>
+
+#include "core/collision/contact.h"
+
+namespace hapticd {
+
+/// Fills a ContactSet's contacts, covered margin and tests.
+class ContactCollector {
+ public:
+  /// Empties `out`, which must outlive this.
+  ContactCollector(double margin, ContactSet& out) noexcept : out_(out) {
+    out_.contacts.clear();
+    out_.covered_margin = margin;
+    out_.tests = 0;
+  }
+
+  /// Pairs whose gap is certainly not below this need not be tried, m.
+  [[nodiscard]] double margin() const noexcept { return out_.covered_margin; }
+
+  /// True when the contact of a pair with this gap must be added.
+  [[nodiscard]] bool wants(double gap) const noexcept {
+    return gap < margin() || (is_heap_ && gap <= margin());
+  }
+
+  /// Adds a contact that wants() accepts.
+  void add(const Contact& contact) noexcept {
+    if (!out_.contacts.push_back(contact)) [[unlikely]]
+      replace_farthest(contact);
+  }
+
+  void count_tests(std::int64_t tests) noexcept { out_.tests += tests; }
+
+ private:
+  /// Nearer first; equal gaps by key, so that the choice depends on the pairs alone.
+  static bool nearer(const Contact& a, const Contact& b) noexcept {
+    if (a.gap != b.gap) return a.gap < b.gap;
+    const auto order = [](const ContactKey& k) {
+      return std::tuple{k.kind, k.obstacle, k.tool_sphere, k.obstacle_sphere};
+    };
+    return order(a.key) < order(b.key);
+  }
+
+  [[gnu::noinline]] void replace_farthest(const Contact& contact) noexcept {
+    auto& contacts = out_.contacts;
+    if (!is_heap_) {
+      std::make_heap(contacts.begin(), contacts.end(), nearer);
+      is_heap_ = true;
+    }
+    Contact* const farthest = contacts.begin();
+    if (!nearer(contact, *farthest)) {
+      out_.covered_margin = std::min(margin(), contact.gap);
+      return;
+    }
+    out_.covered_margin = std::min(margin(), farthest->gap);
+    std::pop_heap(contacts.begin(), contacts.end(), nearer);
+    *(contacts.end() - 1) = contact;
+    std::push_heap(contacts.begin(), contacts.end(), nearer);
+  }
+
+  ContactSet& out_;
+  bool is_heap_ = false;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,72 @@
+// One pair of primitives at a given pose of the tool. See query.h. RT: yes.
+#include "core/collision/primitive_gap.h"
+#include "core/collision/query.h"
+
+namespace hapticd {
+namespace {
+
+/// Evaluates pairs at one placement of the tool; pairs of the same body in a row share its
+/// matrices.
+class PairEvaluator {
+ public:
+  PairEvaluator(const SphereTreeView& tool, const Pose& X_WG,
+                const ObstaclesView& obstacles) noexcept
+      : tool_(tool), obstacles_(obstacles), placement_(place_tool(X_WG)) {}
+
+  [[nodiscard]] double gap(const ContactKey& key) noexcept {
+    return pair(key, tree_sphere(tool_, key.tool_sphere)).gap;
+  }
+
+  [[nodiscard]] Contact contact(const ContactKey& key) noexcept {
+    const Sphere sphere_G = tree_sphere(tool_, key.tool_sphere);
+    const PrimitiveGap gap = pair(key, sphere_G);
+    const PlacedSphere placed{rotate(placement_.R_WG, sphere_G.p), sphere_G.r, placement_.p_WG};
+    if (key.kind == ObstacleKind::kBody) {
+      return make_contact(key, gap, body_normal(gap, body_.R_WB), placed);
+    }
+    const Capsule& capsule = obstacles_.capsules_W[static_cast<std::size_t>(key.obstacle)];
+    return make_contact(key, gap, capsule_normal(gap, capsule.p_B - capsule.p_A), placed);
+  }
+
+ private:
+  PrimitiveGap pair(const ContactKey& key, const Sphere& sphere_G) noexcept {
+    const auto obstacle = static_cast<std::size_t>(key.obstacle);
+    if (key.kind == ObstacleKind::kCapsule) {
+      const PlacedCapsule capsule = place_capsule(obstacles_.capsules_W[obstacle], placement_.p_WG);
+      return gap_to_capsule(rotate(placement_.R_WG, sphere_G.p), sphere_G.r, capsule);
+    }
+    const BodyView& view = obstacles_.bodies[obstacle];
+    if (body_index_ != key.obstacle) {
+      body_ = place_body(view.X_WB, placement_);
+      body_index_ = key.obstacle;
+    }
+    return gap_to_body_sphere(to_body(body_, sphere_G.p), sphere_G.r,
+                              tree_sphere(view.tree, key.obstacle_sphere));
+  }
+
+  const SphereTreeView& tool_;
+  const ObstaclesView& obstacles_;
+  const ToolPlacement placement_;
+  PlacedBody body_;
+  std::int32_t body_index_ = -1;
+};
+
+}  // namespace
+
+Contact evaluate_contact(const ContactKey& key, const SphereTreeView& tool, const Pose& X_WG,
+                         const ObstaclesView& obstacles) noexcept {
+  return PairEvaluator(tool, X_WG, obstacles).contact(key);
+}
+
+double minimum_gap_of(const ContactSet& contacts, const SphereTreeView& tool, const Pose& X_WG,
+                      const ObstaclesView& obstacles) noexcept {
+  PairEvaluator evaluator(tool, X_WG, obstacles);
+  double minimum = std::numeric_limits<double>::infinity();
+  for (const Contact& contact : contacts.contacts) {
+    const double gap = evaluator.gap(contact.key);
+    minimum = gap < minimum ? gap : minimum;
+  }
+  return minimum;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,47 @@
+// The collision query of the tick: tool tree against capsules (Eq. 1-4) and against body trees,
+// hierarchical, detected around the GRAPHIC tool. One traversal returns every pair nearer than the
+// margin and the true minimum gap to all obstacles. RT: yes; work is bounded by the pairs of the
+// trees and counted in ContactSet::tests.
+#pragma once
+
+#include <limits>
+
+#include "core/collision/contact.h"
+#include "core/collision/obstacles.h"
+#include "core/math/realtime.h"
+
+namespace hapticd {
+
+/// Level that never stops early: pairs of leaves.
+inline constexpr int kLeafLevel = std::numeric_limits<int>::max();
+
+struct QueryOptions {
+  double margin = 5e-3;  ///< pairs with gap below this are returned, m, > 0
+  /// The minimum gap is searched up to this distance, m; >= margin. Infinity: always the true one.
+  double horizon = std::numeric_limits<double>::infinity();
+  /// Levels at which bounds are taken for the surface itself: 1 = the root's children.
+  /// Conservative: the tool or body feels fatter by the bound's slack, and never sinks in. The
+  /// error is reported by hapticd-model.
+  int tool_level = kLeafLevel;
+  int body_level = kLeafLevel;
+};
+
+/// Fills `out` with all pairs of `tool` at `X_WG` against `obstacles`. Gaps are exact (double
+/// precision primitives), to rounding.
+HD_REALTIME void find_contacts(const SphereTreeView& tool, const Pose& X_WG,
+                               const ObstaclesView& obstacles, const QueryOptions& options,
+                               ContactSet& out) noexcept;
+
+/// The same pair of primitives at another pose of the tool: gap, normal, point and lambda afresh.
+/// About 10 ns.
+[[nodiscard]] HD_REALTIME Contact evaluate_contact(const ContactKey& key,
+                                                   const SphereTreeView& tool, const Pose& X_WG,
+                                                   const ObstaclesView& obstacles) noexcept;
+
+/// Smallest gap over the pairs already in `contacts`, at another pose of the tool, m; +infinity
+/// when there are none.
+[[nodiscard]] HD_REALTIME double minimum_gap_of(const ContactSet& contacts,
+                                                const SphereTreeView& tool, const Pose& X_WG,
+                                                const ObstaclesView& obstacles) noexcept;
+
+}  // namespace hapticd

@@ -1,0 +1,149 @@
+// Top-down builder: every node splits its leaves into up to eight groups by medians along the
+// widest axis, with group sizes that keep all nodes below full (a node costs the same with one
+// child as with eight). See sphere_tree.h.
+#include "core/modeling/sphere_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "core/modeling/enclosing_sphere.h"
+
+namespace hapticd {
+namespace {
+
+/// Largest coordinate or radius accepted, m: squares of differences stay finite.
+constexpr double kLargestCoordinate = 1e150;
+/// Most leaves accepted: ids of bounds stay within 32 bits and the depth below kMaxTreeDepth.
+constexpr std::size_t kMaxLeaves = std::size_t{1} << 24U;
+
+using Members = std::span<std::int32_t>;
+
+void check_leaves(std::span<const Sphere> leaves) {
+  if (leaves.empty()) throw std::invalid_argument("sphere tree: no leaf spheres");
+  if (leaves.size() > kMaxLeaves) throw std::invalid_argument("sphere tree: too many leaf spheres");
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const Sphere& leaf = leaves[i];
+    const bool centre_ok = (leaf.p.array().abs() <= kLargestCoordinate).all();
+    if (!centre_ok || !(leaf.r >= 0.0) || !(leaf.r <= kLargestCoordinate)) {
+      throw std::invalid_argument("sphere tree: leaf " + std::to_string(i) +
+                                  ": centre must be finite and radius finite and >= 0");
+    }
+  }
+}
+
+/// Leaves a full subtree of `levels` levels of nodes holds: 8^levels.
+std::size_t capacity(int levels) { return std::size_t{1} << (3U * static_cast<unsigned>(levels)); }
+
+int levels_for(std::size_t leaves) {
+  int levels = 1;
+  while (capacity(levels) < leaves) ++levels;
+  return levels;
+}
+
+int widest_axis(std::span<const Sphere> leaves, Members members) {
+  Vector3 low = leaves[static_cast<std::size_t>(members.front())].p;
+  Vector3 high = low;
+  for (const std::int32_t i : members) {
+    low = low.cwiseMin(leaves[static_cast<std::size_t>(i)].p);
+    high = high.cwiseMax(leaves[static_cast<std::size_t>(i)].p);
+  }
+  const Vector3 extent = high - low;
+  int axis = 0;
+  if (extent.y() > extent[axis]) axis = 1;
+  if (extent.z() > extent[axis]) axis = 2;
+  return axis;
+}
+
+/// Splits `members` into groups of `group_size` (the last may be smaller), neighbours together.
+void split(std::span<const Sphere> leaves, Members members, std::size_t group_size,
+           std::vector<Members>& groups) {
+  const std::size_t count = (members.size() + group_size - 1) / group_size;
+  if (count == 1) {
+    groups.push_back(members);
+    return;
+  }
+  const int axis = widest_axis(leaves, members);
+  std::sort(members.begin(), members.end(), [&](std::int32_t a, std::int32_t b) {
+    const double pa = leaves[static_cast<std::size_t>(a)].p[axis];
+    const double pb = leaves[static_cast<std::size_t>(b)].p[axis];
+    return pa != pb ? pa < pb : a < b;
+  });
+  const std::size_t left = (count / 2) * group_size;
+  split(leaves, members.first(left), group_size, groups);
+  split(leaves, members.subspan(left), group_size, groups);
+}
+
+SphereTreeNode empty_node() {
+  SphereTreeNode node;
+  node.x.fill(0.0);
+  node.y.fill(0.0);
+  node.z.fill(0.0);
+  node.r.fill(-std::numeric_limits<double>::infinity());
+  node.child.fill(kNoChild);
+  node.used = 0;
+  node.inner = 0;
+  return node;
+}
+
+void set_slot(SphereTreeNode& node, std::size_t slot, const Sphere& bound, std::int32_t child) {
+  node.x[slot] = bound.p.x();
+  node.y[slot] = bound.p.y();
+  node.z[slot] = bound.p.z();
+  node.r[slot] = bound.r;
+  node.child[slot] = child;
+  node.used |= 1U << slot;
+  if (child >= 0) node.inner |= 1U << slot;
+}
+
+/// A node whose slots are still to be filled.
+struct Pending {
+  Members members;
+  int level;  ///< 1 = root
+};
+
+}  // namespace
+
+SphereTreeView SphereTree::view() const noexcept {
+  return {nodes, leaf_x, leaf_y, leaf_z, leaf_r, bound, depth};
+}
+
+SphereTree build_sphere_tree(std::span<const Sphere> leaves) {
+  check_leaves(leaves);
+  SphereTree tree;
+  std::vector<std::int32_t> order;
+  for (const Sphere& leaf : leaves) {
+    order.push_back(static_cast<std::int32_t>(order.size()));
+    tree.leaf_x.push_back(leaf.p.x());
+    tree.leaf_y.push_back(leaf.p.y());
+    tree.leaf_z.push_back(leaf.p.z());
+    tree.leaf_r.push_back(leaf.r);
+  }
+  tree.bound = enclosing_sphere(leaves, order);
+
+  // `pending[i]` is node i: breadth-first.
+  std::vector<Pending> pending{{order, 1}};
+  tree.nodes.push_back(empty_node());
+  std::vector<Members> groups;
+  for (std::size_t n = 0; n < pending.size(); ++n) {
+    const Pending current = pending[n];
+    tree.depth = std::max(tree.depth, current.level);
+    groups.clear();
+    split(leaves, current.members, capacity(levels_for(current.members.size()) - 1), groups);
+    for (std::size_t slot = 0; slot < groups.size(); ++slot) {
+      const Members group = groups[slot];
+      std::int32_t child = ~group.front();
+      if (group.size() > 1) {
+        child = static_cast<std::int32_t>(pending.size());
+        pending.push_back({group, current.level + 1});
+        tree.nodes.push_back(empty_node());
+      }
+      set_slot(tree.nodes[n], slot, enclosing_sphere(leaves, group), child);
+    }
+  }
+  return tree;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,128 @@
+// Configuration-based optimisation of the graphic tool (Eq. 5-7): per tick, G moves from its last
+// committed, collision-free pose towards the haptic tool H as far as the non-penetration
+// constraints let it, and the multipliers of those constraints are the force. Detection is around
+// G, never around H; the signed distance is constrained, not its square (convex, so the linearised
+// half-space is conservative for translation along the whole step).
+// Safe at any time: x = 0 satisfies every row while no gap is negative, so stopping early means
+// that the tool lags, never that it penetrates. Frames: W; wrench and steps about the origin of G.
+// RT: yes; work bounded by sub_steps and the capacities.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "core/collision/query.h"
+#include "core/rendering/virtual_coupling.h"
+#include "core/solver/active_set.h"
+
+namespace hapticd {
+
+/// The knobs that trade speed for accuracy; the effect of each is measured by tests/benchmark (see
+/// README).
+struct OptimiserOptions {
+  /// Linearisations per tick, at most; >= 1. A steady contact takes 2 or 3, a slip off an edge up
+  /// to 24; fewer: the tool lags behind for a tick or two while it slips.
+  int sub_steps = 24;
+  /// Pairs nearer than this enter the program, and no tool point moves further in one
+  /// linearisation, m.
+  double margin = 5e-3;
+  /// Clearance kept where there is room, m: the reservoir for the second-order error of rotation.
+  /// Felt as a fatter obstacle.
+  double skin = 20e-6;
+  /// Rotation per linearisation, rad: bounds the second-order error dtheta^2 reach / 2.
+  double rotation_step = 0.05;
+  /// The tick ends when the step wanted moves no tool point further than this, m.
+  double stop_tolerance = 1e-6;
+  int tool_level = kLeafLevel;  ///< see QueryOptions
+  int body_level = kLeafLevel;
+};
+
+/// What one tool asks of the optimiser in one tick. Views must outlive the call.
+struct OptimiserInput {
+  SphereTreeView tool;  ///< in G
+  ObstaclesView obstacles;
+  Pose X_WH;  ///< sanitised pose of the haptic tool
+  CouplingStiffness stiffness;
+  OptimiserOptions options;
+  double dt = 1e-3;  ///< time since the last tick, s, >= 0; limits only the recovery speed
+};
+
+/// A pair that carried force, and how much.
+struct ActivePair {
+  ContactKey key;
+  double multiplier = 0.0;  ///< N
+};
+
+/// State of one tool from tick to tick.
+struct OptimiserState {
+  Pose X_WG;                        ///< last committed pose
+  Vector3 phi_GH_W{0.0, 0.0, 0.0};  ///< last rotation error: the branch latch
+  Wrench F_H_W;                     ///< last force from multipliers
+  int active_count = 0;             ///< pairs that carried force last: warm start and curvature
+  std::array<ActivePair, kToolDof> active;
+};
+
+/// One pair that carries force. The pair's contact force on the tool is multiplier * nhat_OG_W at
+/// p_WC.
+struct ActiveContact {
+  std::int32_t contact = 0;  ///< index in OptimiserWorkspace::contacts
+  double multiplier = 0.0;   ///< N, >= 0
+};
+
+enum class OptimiserStatus : std::uint8_t {
+  kFree,        ///< nothing in the way: G coincides with H
+  kConverged,   ///< the wanted step fell below stop_tolerance
+  kLagging,     ///< sub-steps used up before convergence
+  kRefused,     ///< no admissible step found: G kept
+  kQpFailed,    ///< solver gave up: G kept, force not larger than before
+  kRecovering,  ///< a gap was negative at the start: being pushed out
+};
+
+/// What the tick did.
+struct OptimiserResult {
+  OptimiserStatus status = OptimiserStatus::kFree;
+  Wrench F_H_W;  ///< on the hand, about the origin of G, before any limit; N, N m
+  int active_count = 0;
+  std::array<ActiveContact, kToolDof> active;
+  int sub_steps = 0;  ///< linearisations used
+  int qp_iterations = 0;
+  int queries = 0;         ///< tree traversals
+  int rows_exchanged = 0;  ///< rows brought in because more pairs than rows mattered
+  int halvings = 0;        ///< trial steps refused by the exact re-check or the energy test
+  std::int64_t tests = 0;
+  double minimum_gap = 0.0;  ///< at the last evaluated pose, m
+};
+
+/// Scratch memory of one tool, 0.3 MB; contents mean nothing between ticks.
+struct OptimiserWorkspace {
+  ContactSet contacts;
+  QpProblem problem;
+  QpWorkspace qp;
+  QpSolution solution;
+  std::array<std::int32_t, kMaxQpRows> contact_of_row;  ///< index in contacts
+  ToolStep step;                                        ///< full step of the last program
+  std::array<std::int32_t, kMaxCandidates> order;       ///< selection of rows
+  std::array<double, kMaxCandidates> excess;            ///< violation per contact, m
+  /// How far tool points may have moved since the last traversal, m.
+  double travelled = 0.0;
+  bool stale = false;  ///< contacts describe an earlier pose
+};
+
+/// Queries the contacts around `state.X_WG` and starts the tick.
+HD_REALTIME void start_tick(const OptimiserInput& input, const OptimiserState& state,
+                            OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
+
+/// One linearisation: rows, program, scaled step, exact re-check, commit. Between two calls the
+/// committed path of G is the screw motion X(s) = moved(X_before, s * step), s in [0, 1]. Returns
+/// true while another sub-step may help. Precondition: start_tick and no negative gap.
+HD_REALTIME bool advance_sub_step(const OptimiserInput& input, OptimiserState& state,
+                                  OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
+
+/// The whole tick: start, then up to `sub_steps` linearisations, or recovery where a gap is
+/// negative.
+HD_REALTIME void optimise_configuration(const OptimiserInput& input, OptimiserState& state,
+                                        OptimiserWorkspace& workspace,
+                                        OptimiserResult& result) noexcept;
+
+}  // namespace hapticd

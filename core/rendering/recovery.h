@@ -1,0 +1,20 @@
+// Recovery from a penetrated start (a scene edited onto the tool, a start inside an obstacle):
+// pushes G out by translation along the normals of the deepest contacts, never faster than
+// kRecoverySpeed, accepting only steps that enlarge the minimum gap. RT: yes.
+#pragma once
+
+#include "core/rendering/configuration_optimiser.h"
+
+namespace hapticd {
+
+/// Speed of the push-out, m/s (2 mm per ms). Faster would throw the shown tool about, slower
+/// prolongs the overlap.
+inline constexpr double kRecoverySpeed = 2.0;
+
+/// One push-out step over input.dt. Precondition: start_tick found a negative minimum gap. Leaves G
+/// where it is when no direction enlarges the gap. The force of the tick is the coupling's spring
+/// force; the caller limits it.
+HD_REALTIME void recover(const OptimiserInput& input, OptimiserState& state,
+                         OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
+
+}  // namespace hapticd

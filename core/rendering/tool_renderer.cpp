@@ -1,0 +1,57 @@
+// Chains guard, optimiser, force bound and limit. See tool_renderer.h. RT: yes.
+#include "core/rendering/tool_renderer.h"
+
+#include <algorithm>
+
+namespace hapticd {
+namespace {
+
+/// Force bound of this tick: clamped while recovering, then growing until the contact force fits
+/// under it.
+double next_force_bound(double bound, OptimiserStatus status, double force, double dt) noexcept {
+  if (status == OptimiserStatus::kRecovering) {
+    const double start = std::isfinite(bound) ? bound : 0.0;
+    return std::min(start + kRecoveryForceRate * dt, kRecoveryForce);
+  }
+  const double grown = bound + kRecoveryForceRate * dt;
+  return force <= grown ? std::numeric_limits<double>::infinity() : grown;
+}
+
+}  // namespace
+
+void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+                 OptimiserWorkspace& workspace, ToolTick& tick) noexcept {
+  double dt = 0.0;
+  tick.pose = accept_pose(sample, state.guard, dt);
+  tick.X_WH = state.guard.X_WH;
+  tick.V_WH = state.guard.V_WH;
+  if (tick.pose == PoseVerdict::kFault) {
+    tick.X_WG = state.optimiser.X_WG;
+    tick.F_H_W = Wrench{};
+    tick.F_unlimited_H_W = Wrench{};
+    tick.optimiser = OptimiserResult{};
+    return;
+  }
+  if (!state.placed) {
+    state.optimiser.X_WG = tick.X_WH;
+    state.placed = true;
+  }
+  const OptimiserInput input{scene.tool,      scene.obstacles, tick.X_WH,
+                             scene.stiffness, scene.options,   dt};
+  optimise_configuration(input, state.optimiser, workspace, tick.optimiser);
+  tick.X_WG = state.optimiser.X_WG;
+  tick.F_unlimited_H_W = tick.optimiser.F_H_W;
+
+  const double force = tick.F_unlimited_H_W.f.norm();
+  state.force_bound = next_force_bound(state.force_bound, tick.optimiser.status, force, dt);
+  const double factor = force > state.force_bound ? state.force_bound / force : 1.0;
+  tick.F_H_W =
+      limited({tick.F_unlimited_H_W.f * factor, tick.F_unlimited_H_W.t * factor}, scene.limits);
+}
+
+void clear_fault(ToolState& state) noexcept {
+  state.guard.fault = false;
+  state.guard.bad_in_a_row = 0;
+}
+
+}  // namespace hapticd

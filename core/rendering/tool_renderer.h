@@ -1,0 +1,53 @@
+// One tool, one tick: pose sample in, graphic tool and wrench out. Guard -> configuration optimiser
+// -> force of the contact, ramped in after a recovery -> limit. A pure function of state and input:
+// no clock, device or random source. RT: yes.
+#pragma once
+
+#include "core/rendering/configuration_optimiser.h"
+#include "core/rendering/pose_guard.h"
+#include "core/safety/wrench_limit.h"
+
+namespace hapticd {
+
+/// Greatest force while G is pushed out of an overlap, N. Larger would let an edited scene shove
+/// the player's hand.
+inline constexpr double kRecoveryForce = 2.0;
+/// Growth of the force bound during and after a recovery, N/s: 1 N within 20 ms.
+inline constexpr double kRecoveryForceRate = 50.0;
+
+/// What stays the same from tick to tick; views must outlive the ticks.
+struct ToolScene {
+  SphereTreeView tool;
+  ObstaclesView obstacles;
+  CouplingStiffness stiffness;
+  OptimiserOptions options;
+  WrenchLimits limits;
+};
+
+/// State of one tool. Copy it to take a snapshot.
+struct ToolState {
+  PoseGuard guard;
+  OptimiserState optimiser;
+  bool placed = false;  ///< G has been put where H first was
+  /// Bound on |f| after a recovery, N; infinite in normal operation.
+  double force_bound = std::numeric_limits<double>::infinity();
+};
+
+struct ToolTick {
+  PoseVerdict pose = PoseVerdict::kFault;
+  Pose X_WH;
+  Twist V_WH;
+  Pose X_WG;
+  Wrench F_H_W;            ///< for the device: ramped and limited, about the origin of G, N and N m
+  Wrench F_unlimited_H_W;  ///< before ramp and limit
+  OptimiserResult optimiser;
+};
+
+/// Renders one tick of one tool. On a latched pose fault the wrench is zero and G stays.
+HD_REALTIME void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+                             OptimiserWorkspace& workspace, ToolTick& tick) noexcept;
+
+/// Clears a latched pose fault; the next good sample is accepted again.
+void clear_fault(ToolState& state) noexcept;
+
+}  // namespace hapticd

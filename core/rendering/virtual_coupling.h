@@ -1,0 +1,59 @@
+// The 6-D virtual coupling between haptic tool H (the hand) and graphic tool G (what is shown and
+// touches): Eq. 5's metric
+//   G = diag(kt, kt, kt, kr, kr, kr),  error e = (p_WH - p_WG, rotation vector of R_WH R_GW),
+//   energy 1/2 |e|_G^2.
+// Error, step and wrench are taken about the origin of G, in W. RT: yes, about 50 ns.
+#pragma once
+
+#include "core/math/pose.h"
+#include "core/math/realtime.h"
+#include "core/math/wrench.h"
+
+namespace hapticd {
+
+/// Stiffness of the coupling. `length` weighs rotation against translation: kr = kt length^2.
+struct CouplingStiffness {
+  double kt = 1000.0;     ///< N/m, > 0
+  double length = 0.032;  ///< m, in [3 mm, 1 m]
+
+  /// Rotational stiffness, N m/rad.
+  [[nodiscard]] double kr() const noexcept { return kt * length * length; }
+};
+
+/// A small motion [dp; dtheta] of the graphic tool: translation of its origin (m) and rotation
+/// vector (rad), both in W.
+struct ToolStep {
+  Vector3 dp{0.0, 0.0, 0.0};
+  Vector3 dtheta{0.0, 0.0, 0.0};
+};
+
+/// Angle up to which the rotation error stays on the branch it was on before it turns over to the
+/// short way round, rad. Larger: the torque holds its direction longer past pi; below pi there
+/// would be no latch at all.
+inline constexpr double kBranchLatchAngle = 1.5 * 3.14159265358979323846;
+
+/// Error e of `X_WG` to the target `X_WH`; its rotation lies on the branch nearest to
+/// `phi_reference` (the previous error).
+[[nodiscard]] HD_REALTIME ToolStep coupling_error(const Pose& X_WG, const Pose& X_WH,
+                                                  const Vector3& phi_reference) noexcept;
+
+/// 1/2 |e|_G^2, J.
+[[nodiscard]] inline double coupling_energy(const CouplingStiffness& stiffness,
+                                            const ToolStep& e) noexcept {
+  return 0.5 * (stiffness.kt * e.dp.squaredNorm() + stiffness.kr() * e.dtheta.squaredNorm());
+}
+
+/// Pose after `step`: translation added, rotation composed on the left, quaternion renormalised.
+[[nodiscard]] HD_REALTIME Pose moved(const Pose& X_WG, const ToolStep& step) noexcept;
+
+/// Upper bound of the displacement of any tool point within `reach` (m) of the tool's origin, m.
+[[nodiscard]] inline double displacement_bound(const ToolStep& step, double reach) noexcept {
+  return step.dp.norm() + step.dtheta.norm() * reach;
+}
+
+/// `step` times `factor`.
+[[nodiscard]] inline ToolStep scaled(const ToolStep& step, double factor) noexcept {
+  return {step.dp * factor, step.dtheta * factor};
+}
+
+}  // namespace hapticd

@@ -1,0 +1,133 @@
+# The commands a leaf folder's CMakeLists.txt uses. One folder is one target; files are listed by hand.
+#
+#   hapticd_library(core/math HEADERS pose.h SOURCES pose.cpp DEPENDS core/rt Eigen3::Eigen [REALTIME])
+#       -> hapticd_core_math, static, or INTERFACE without SOURCES. REALTIME: no exceptions, symbols are checked.
+#   hapticd_proto(proto PROTOS hapticd/v1/pose.proto ...)
+#       -> hapticd_proto, static, from protoc; #include "hapticd/v1/pose.pb.h"
+#   hapticd_test(core/math SOURCES pose_test.cpp DEPENDS core/math tests/support [LABELS unit])
+#       -> test_core_math; every TEST_CASE is an entry of ctest. LABELS defaults to unit.
+#   hapticd_benchmark(core/solver SOURCES qp_benchmark.cpp DEPENDS core/solver)
+#       -> benchmark_core_solver, only with HAPTICD_BENCHMARKS
+#   hapticd_fuzzer(proto SOURCES decode_fuzzer.cpp DEPENDS proto)
+#       -> fuzz_proto, a libFuzzer executable, only in the preset fuzz
+#
+# A DEPENDS entry with '/' and without '::', or the word proto, is a folder of ours.
+include_guard(GLOBAL)
+
+# All that must exist before a tool such as clang-tidy can read the sources.
+add_custom_target(generated_sources)
+
+# core/math -> hapticd_core_math; Eigen3::Eigen and -lm stay as they are.
+function(hapticd_resolve_depends out)
+  set(targets "")
+  foreach(entry IN LISTS ARGN)
+    if(entry STREQUAL "proto" OR (entry MATCHES "/" AND NOT entry MATCHES "::"))
+      string(REPLACE "/" "_" name "hapticd_${entry}")
+      if(NOT TARGET ${name})
+        message(FATAL_ERROR "${CMAKE_CURRENT_SOURCE_DIR}: no folder ${entry} before this one in HAPTICD_FOLDERS")
+      endif()
+      list(APPEND targets ${name})
+    else()
+      list(APPEND targets "${entry}")
+    endif()
+  endforeach()
+  set(${out} "${targets}" PARENT_SCOPE)
+endfunction()
+
+# One generated translation unit per header: it compiles alone, and twice.
+function(hapticd_check_headers target folder)
+  if(NOT HAPTICD_CHECK_HEADERS OR NOT ARGN)
+    return()
+  endif()
+  set(units "")
+  foreach(header IN LISTS ARGN)
+    set(unit "${CMAKE_BINARY_DIR}/header_alone/${folder}/${header}.cpp")
+    file(CONFIGURE OUTPUT "${unit}" CONTENT "#include \"${folder}/${header}\"\n#include \"${folder}/${header}\"\n")
+    list(APPEND units "${unit}")
+  endforeach()
+  add_library(${target}_headers OBJECT ${units})
+  target_link_libraries(${target}_headers PRIVATE ${target} hapticd_language hapticd_warnings)
+  target_compile_options(${target}_headers PRIVATE -O0 -g0)
+endfunction()
+
+function(hapticd_library folder)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "REALTIME" "" "HEADERS;SOURCES;DEPENDS")
+  string(REPLACE "/" "_" target "hapticd_${folder}")
+  hapticd_resolve_depends(depends ${arg_DEPENDS})
+  if(arg_SOURCES)
+    add_library(${target} STATIC ${arg_SOURCES})
+    target_link_libraries(${target} PUBLIC hapticd_language ${depends} PRIVATE hapticd_warnings)
+    if(arg_REALTIME)
+      target_compile_options(${target} PRIVATE -fno-exceptions)
+      set_property(GLOBAL APPEND PROPERTY HAPTICD_REALTIME_LIBRARIES ${target})
+    endif()
+  else()
+    add_library(${target} INTERFACE)
+    target_link_libraries(${target} INTERFACE hapticd_language ${depends})
+  endif()
+  hapticd_check_headers(${target} ${folder} ${arg_HEADERS})
+endfunction()
+
+function(hapticd_proto folder)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "PROTOS")
+  find_package(Protobuf REQUIRED)
+  set(generated "")
+  foreach(proto IN LISTS arg_PROTOS)
+    string(REGEX REPLACE "\\.proto$" ".pb" stem "${CMAKE_CURRENT_BINARY_DIR}/${proto}")
+    add_custom_command(OUTPUT "${stem}.cc" "${stem}.h"
+      COMMAND protobuf::protoc "--proto_path=${CMAKE_CURRENT_SOURCE_DIR}" "--cpp_out=${CMAKE_CURRENT_BINARY_DIR}" ${proto}
+      DEPENDS ${arg_PROTOS} WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" VERBATIM)
+    list(APPEND generated "${stem}.cc")
+  endforeach()
+  string(REPLACE "/" "_" target "hapticd_${folder}")
+  add_custom_target(${target}_sources DEPENDS ${generated})
+  add_dependencies(generated_sources ${target}_sources)
+  add_library(${target} STATIC ${generated})
+  add_dependencies(${target} ${target}_sources)
+  target_include_directories(${target} SYSTEM PUBLIC "${CMAKE_CURRENT_BINARY_DIR}")
+  target_link_libraries(${target} PUBLIC protobuf::libprotobuf)
+endfunction()
+
+function(hapticd_test folder)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPENDS;LABELS")
+  if(NOT arg_LABELS)
+    set(arg_LABELS unit)
+  endif()
+  string(REPLACE "/" "_" target "test_${folder}")
+  hapticd_resolve_depends(depends ${arg_DEPENDS} tests/support)
+  add_executable(${target} ${arg_SOURCES})
+  target_link_libraries(${target} PRIVATE hapticd_warnings ${depends} hapticd_doctest_main)
+
+  # The executable lists its own cases after each build; ctest includes the list.
+  set(list_file "${CMAKE_CURRENT_BINARY_DIR}/${target}_cases.cmake")
+  add_custom_command(TARGET ${target} POST_BUILD BYPRODUCTS "${list_file}" VERBATIM
+    COMMAND "${HAPTICD_PYTHON}" "${CMAKE_SOURCE_DIR}/deploy/cmake/list_test_cases.py"
+      $<TARGET_FILE:${target}> ${folder} "${arg_LABELS}" "${list_file}")
+  set(include_file "${CMAKE_CURRENT_BINARY_DIR}/${target}_include.cmake")
+  file(WRITE "${include_file}"
+    "if(EXISTS \"${list_file}\")\n  include(\"${list_file}\")\nelse()\n  add_test(\"${folder}: not built\" not_built)\nendif()\n")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES "${include_file}")
+endfunction()
+
+function(hapticd_benchmark folder)
+  if(NOT HAPTICD_BENCHMARKS)
+    return()
+  endif()
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPENDS")
+  find_package(benchmark REQUIRED)
+  string(REPLACE "/" "_" target "benchmark_${folder}")
+  hapticd_resolve_depends(depends ${arg_DEPENDS})
+  add_executable(${target} ${arg_SOURCES})
+  target_link_libraries(${target} PRIVATE hapticd_warnings ${depends} benchmark::benchmark_main)
+endfunction()
+
+function(hapticd_fuzzer folder)
+  if(NOT HAPTICD_SANITIZE MATCHES "fuzzer")
+    return()
+  endif()
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPENDS")
+  string(REPLACE "/" "_" target "fuzz_${folder}")
+  hapticd_resolve_depends(depends ${arg_DEPENDS})
+  add_executable(${target} ${arg_SOURCES})
+  target_link_libraries(${target} PRIVATE hapticd_warnings ${depends} -fsanitize=fuzzer)
+endfunction()

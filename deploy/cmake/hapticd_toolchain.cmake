@@ -1,0 +1,60 @@
+# Language level, flags that every target shares, sanitizers, and the helpers (ccache, mold) that only save time.
+#
+# Cache variables, normally set by CMakePresets.json:
+#   HAPTICD_SANITIZE    value of -fsanitize=, e.g. "address,undefined"; empty = none
+#   HAPTICD_COVERAGE    instrument for gcov
+#   HAPTICD_WERROR      warnings are errors
+#   HAPTICD_TEST_SCALE  default of the environment variable of that name in tests (tests/support/scale.h)
+#   HAPTICD_BENCHMARKS  build tests/benchmark
+set(HAPTICD_SANITIZE "" CACHE STRING "value of -fsanitize=")
+set(HAPTICD_TEST_SCALE "0.1" CACHE STRING "default share of the full number of random trials in tests")
+option(HAPTICD_COVERAGE "instrument for gcov" OFF)
+option(HAPTICD_WERROR "warnings are errors" OFF)
+option(HAPTICD_BENCHMARKS "build the benchmarks (needs google-benchmark)" OFF)
+option(HAPTICD_CHECK_HEADERS "compile every header on its own" ON)
+
+# Debian's own: a development machine may hide it behind another one.
+set(HAPTICD_PYTHON /usr/bin/python3)
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+find_program(HAPTICD_CCACHE ccache)
+if(HAPTICD_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${HAPTICD_CCACHE}")
+endif()
+find_program(HAPTICD_MOLD mold)
+if(HAPTICD_MOLD)
+  add_link_options(-fuse-ld=mold)
+endif()
+
+if(HAPTICD_SANITIZE)
+  add_compile_options(-fsanitize=${HAPTICD_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${HAPTICD_SANITIZE})
+endif()
+if(HAPTICD_COVERAGE)
+  add_compile_options(--coverage)
+  add_link_options(--coverage)
+endif()
+
+# What every translation unit of ours must agree on, generated code included.
+#   -ffp-contract=off      a fused multiply-add changes the last bit; results must not depend on compiler and CPU
+#   EIGEN_DONT_VECTORIZE   Eigen's packet paths change the order of reductions with -march
+#   EIGEN_MAX_ALIGN_BYTES  0: size and alignment of Eigen members do not depend on -march
+#   EIGEN_MPL2_ONLY        refuses Eigen's LGPL corners at compile time
+add_library(hapticd_language INTERFACE)
+target_include_directories(hapticd_language INTERFACE "${CMAKE_SOURCE_DIR}")
+target_compile_options(hapticd_language INTERFACE -ffp-contract=off)
+target_compile_definitions(hapticd_language INTERFACE
+  EIGEN_DONT_VECTORIZE EIGEN_MAX_ALIGN_BYTES=0 EIGEN_MPL2_ONLY)
+
+# Warnings, for code written by hand. -Wdouble-promotion is left to gcc: clang's also refuses double to long double, which tests
+# against long double are full of.
+add_library(hapticd_warnings INTERFACE)
+target_compile_options(hapticd_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast
+  -Wnon-virtual-dtor -Woverloaded-virtual -Wformat=2
+  $<$<CXX_COMPILER_ID:GNU>:-Wdouble-promotion>
+  $<$<BOOL:${HAPTICD_WERROR}>:-Werror>)

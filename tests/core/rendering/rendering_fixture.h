@@ -1,0 +1,72 @@
+// A small scene that owns its memory, and the runs the rendering tests share: one tick, a press
+// that is held, a straight stroke.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "core/modeling/sphere_tree.h"
+#include "core/rendering/configuration_optimiser.h"
+#include "tests/support/contact_oracle.h"
+
+namespace hapticd::test {
+
+class RenderingScene {
+ public:
+  explicit RenderingScene(std::vector<Sphere> tool_spheres);
+
+  void add_body(std::vector<Sphere> spheres, const Pose& X_WB);
+  /// What the code under test sees.
+  [[nodiscard]] ObstaclesView obstacles() const { return {capsules_W, bodies_}; }
+  [[nodiscard]] SphereTreeView tool() const { return tool_tree_.view(); }
+  /// Smallest gap of the tool at X_WG by exhaustion, m.
+  [[nodiscard]] long double true_gap(const Pose& X_WG) const;
+  /// Smallest gap on the way from X_WF to X_WT by exhaustion, m.
+  [[nodiscard]] long double true_path_gap(const Pose& X_WF, const Pose& X_WT, int samples) const;
+
+  std::vector<Capsule> capsules_W;
+  std::vector<Sphere> tool_spheres;
+
+ private:
+  [[nodiscard]] OracleObstacles truth() const { return {capsules_W, oracle_bodies_}; }
+
+  SphereTree tool_tree_;
+  // Deques: views into their elements stay valid while bodies are added.
+  std::deque<std::vector<Sphere>> body_spheres_;
+  std::deque<SphereTree> body_trees_;
+  std::vector<BodyView> bodies_;
+  std::vector<OracleBody> oracle_bodies_;
+};
+
+/// A tool in a scene with the state it carries from tick to tick.
+struct ToolRun {
+  const RenderingScene& scene;
+  OptimiserState state;
+  CouplingStiffness stiffness;
+  OptimiserOptions options;
+  OptimiserResult result;
+  std::unique_ptr<OptimiserWorkspace> workspace = std::make_unique<OptimiserWorkspace>();
+
+  ToolRun(const RenderingScene& owner, const Pose& X_WG) : scene(owner) { state.X_WG = X_WG; }
+
+  [[nodiscard]] OptimiserInput input(const Pose& X_WH, double dt = 1e-3) const {
+    return {scene.tool(), scene.obstacles(), X_WH, stiffness, options, dt};
+  }
+  /// One tick towards X_WH.
+  const OptimiserResult& tick(const Pose& X_WH);
+  /// `ticks` ticks at the same pose.
+  const OptimiserResult& hold(const Pose& X_WH, int ticks);
+};
+
+/// Options of the reference: 400 linearisations per tick, 4 mrad, tolerance 1e-10 m.
+[[nodiscard]] OptimiserOptions reference_options();
+
+/// Pose at `p`, rotated by the rotation vector `phi`.
+[[nodiscard]] Pose pose_at(const Vector3& p, const Vector3& phi = Vector3::Zero());
+
+/// Pose at fraction `s` of the straight way from X_from to X_to (positions linear, rotation vector
+/// linear).
+[[nodiscard]] Pose between(const Pose& X_from, const Pose& X_to, double s);
+
+}  // namespace hapticd::test

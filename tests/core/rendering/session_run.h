@@ -1,0 +1,34 @@
+// Plays a contact session through the optimiser and compares the forces of two runs. Shared by the
+// test of the default options and the table of what every option buys.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/rendering/configuration_optimiser.h"
+#include "tests/support/contact_sessions.h"
+
+namespace hapticd::test {
+
+/// What one run of a session gave, tick by tick.
+struct SessionRun {
+  std::vector<Vector3> f_H_W;        ///< N; tick k is at t = k / rate
+  std::vector<double> microseconds;  ///< wall clock of each tick
+  int most_sub_steps = 0;
+};
+
+/// Plays `session` at `rate_hz` ticks per second, starting where G and H coincide.
+[[nodiscard]] SessionRun play(const ContactSession& session, const OptimiserOptions& options,
+                              double rate_hz);
+
+/// How far forces are from a reference of the same length.
+struct ForceError {
+  double rms_percent = 0.0;    ///< rms error over rms reference
+  double max_newton = 0.0;     ///< greatest single error
+  double largest_force = 0.0;  ///< of the reference, N
+};
+
+[[nodiscard]] ForceError force_error(std::span<const Vector3> f_H_W,
+                                     std::span<const Vector3> reference);
+
+}  // namespace hapticd::test

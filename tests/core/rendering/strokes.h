@@ -1,0 +1,32 @@
+// Seeded strokes of a haptic tool against strings and bodies: the inputs of the penetration tests.
+// Every kind the device can do: across, oblique, along, at the end caps, by rotation alone, from
+// both sides, 0.1 to 100 m/s, spheres of 0.1 to 10 mm.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/core/rendering/rendering_fixture.h"
+#include "tests/support/random.h"
+
+namespace hapticd::test {
+
+/// Radius of the strings, m.
+inline constexpr double kStringRadius = 0.34e-3;
+
+enum class StrokeKind : std::uint8_t { kAcross, kOblique, kAxial, kEndCap, kRotation, kScrew };
+inline constexpr int kStrokeKinds = 6;
+
+struct Stroke {
+  StrokeKind kind;
+  double speed;  ///< m/s, of the tool's contact sphere
+  RenderingScene scene;
+  std::vector<Pose> X_WH;  ///< per tick of 1 ms; [0] is free of contact
+  [[nodiscard]] std::string describe() const;
+};
+
+/// Stroke `seed`; start poses are free of contact by at least 0.1 mm.
+[[nodiscard]] Stroke make_stroke(std::uint64_t seed);
+
+}  // namespace hapticd::test

@@ -1,0 +1,60 @@
+// The truth about contacts, by exhaustion: every sphere of the tool against every capsule and every
+// sphere of every body, in long double, straight from the definition of the distance. Shares no
+// code with core/collision. Frames and units as in core/collision/contact.h. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/collision/contact.h"
+#include "core/geometry/capsule.h"
+#include "core/geometry/sphere.h"
+#include "core/math/pose.h"
+
+namespace hapticd::test {
+
+/// A body: its leaf spheres in B and where it stands.
+struct OracleBody {
+  std::span<const Sphere> spheres_B;
+  Pose X_WB;
+};
+
+/// Everything the tool can touch.
+struct OracleObstacles {
+  std::span<const Capsule> capsules_W;
+  std::span<const OracleBody> bodies;
+};
+
+struct OracleContact {
+  ContactKey key;
+  long double gap;       ///< m
+  long double lambda;    ///< along the capsule's axis; 0 for a body
+  long double distance;  ///< from the obstacle's axis or centre to the tool sphere's centre, m
+  std::array<long double, 3> offset_W;  ///< the vector of that distance; not normalised
+};
+
+struct OracleResult {
+  std::vector<OracleContact> contacts;  ///< all pairs with gap < margin, ordered by gap, then key
+  long double minimum_gap;              ///< over all pairs; +infinity without obstacles
+};
+
+/// All pairs of `tool_G` at `X_WG` nearer than `margin`, and the smallest gap. About 50 ns per
+/// pair.
+[[nodiscard]] OracleResult exhaustive_contacts(std::span<const Sphere> tool_G, const Pose& X_WG,
+                                               const OracleObstacles& obstacles,
+                                               long double margin);
+
+/// The smallest gap alone, exact to about 1e-18 of the lengths involved: every pair is evaluated in
+/// double, those that could be the smallest again in long double. About 3 ns per pair.
+[[nodiscard]] long double exhaustive_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WG,
+                                                 const OracleObstacles& obstacles);
+
+/// The smallest gap along the motion from X_WF to X_WT: translation linear in s, rotation
+/// exp(s phi) R_WF with phi the rotation vector from R_WF to R_WT, at s = k / samples, k = 1 ..
+/// samples (the start is the previous motion's end). samples >= 1.
+[[nodiscard]] long double path_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WF,
+                                           const Pose& X_WT, const OracleObstacles& obstacles,
+                                           int samples);
+
+}  // namespace hapticd::test
