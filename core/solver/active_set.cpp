@@ -231,13 +231,13 @@ bool find_violated(const QpProblem& problem, const QpSolution& solution, QpWorks
     index = evaluate_most_violated(problem, solution.x.data(), workspace.inverse_length,
                                    kQpRounding * size_of(workspace), violation);
   } else {
-    RowCounts counts = evaluate_violations(problem, solution.x.data(), violation);
-    if (counts.finite != problem.rows) return false;
+    RowSurvey survey = evaluate_violations(problem, solution.x.data(), violation);
+    if (!survey.finite) return false;
     for (std::size_t j = 0; j < factor.count; ++j) {
-      if (violation.value[factor.row[j].index] > 0.0) --counts.positive;
+      if (violation.value[factor.row[j].index] > 0.0) --survey.positive;
     }
     index = kMaxQpRows;
-    if (counts.positive == 0) return true;
+    if (survey.positive == 0) return true;
     const double* scale = workspace.inverse_root_weight.data();
     if (!inverse_row_lengths(problem, scale, workspace.inverse_length)) return false;
     workspace.lengths_known = true;

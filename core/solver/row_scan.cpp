@@ -5,17 +5,14 @@
 #include "core/solver/row_scan.h"
 
 #include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 #include "core/math/cpu.h"
 
 namespace hapticd {
 namespace {
 
-constexpr double kLargest = std::numeric_limits<double>::max();
 constexpr std::size_t kTool = kToolDof;
 
 using Key = std::int64_t;
@@ -30,6 +27,11 @@ static_assert(kMaxQpRows == 256, "a row is a byte of its key");
 [[gnu::always_inline]] inline RowIndex row_above(Key best, double threshold) noexcept {
   const bool above = best > (std::bit_cast<Key>(threshold) | kRowMask);
   return above ? static_cast<RowIndex>(kRowMask - (best & kRowMask)) : kMaxQpRows;
+}
+
+/// 0 when `value` is finite.
+[[gnu::always_inline]] inline Key poison_of(double value) noexcept {
+  return std::bit_cast<Key>(value - value);
 }
 
 /// The columns [first, first + C) of all rows; partial[i] holds the fold of row i so far.
@@ -79,19 +81,19 @@ template <typename Start, typename Combine, typename Finish>
   fold_columns<0, false, true>(problem, 0, factor, partial, start, combine, finish);
 }
 
-[[gnu::always_inline]] inline RowCounts count_body(const QpProblem& problem, const double* x,
+[[gnu::always_inline]] inline RowSurvey survey_body(const QpProblem& problem, const double* x,
                                                    double* violation) noexcept {
-  std::int64_t finite = 0;
+  Key poison = 0;
   std::int64_t positive = 0;
   const auto start = [&](std::size_t i) { return problem.bound[i]; };
   const auto combine = [](double value, double product) { return value - product; };
   const auto finish = [&](std::size_t i, double value) {
-    finite += std::fabs(value) <= kLargest ? 1 : 0;
+    poison |= poison_of(value);
     positive += value > 0.0 ? 1 : 0;
     violation[i] = value;
   };
   fold_rows(problem, x, violation, start, combine, finish);
-  return {static_cast<int>(finite), static_cast<int>(positive)};
+  return {poison == 0, static_cast<int>(positive)};
 }
 
 [[gnu::always_inline]] inline RowIndex evaluate_most_body(const QpProblem& problem, const double* x,
@@ -130,20 +132,20 @@ template <typename Start, typename Combine, typename Finish>
 [[gnu::always_inline]] inline bool inverse_lengths_body(const QpProblem& problem,
                                                         const double* scale,
                                                         double* inverse_length) noexcept {
-  std::int64_t finite = 0;
+  Key poison = 0;
   const auto start = [](std::size_t) { return 0.0; };
   const auto combine = [](double sum, double product) { return sum + product * product; };
   const auto finish = [&](std::size_t i, double sum) {
-    finite += sum <= kLargest ? 1 : 0;
+    poison |= poison_of(sum);
     inverse_length[i] = approximate_inverse_root(sum);
   };
   fold_rows(problem, scale, inverse_length, start, combine, finish);
-  return finite == problem.rows;
+  return poison == 0;
 }
 
-[[gnu::target("avx2")]] RowCounts count_avx2(const QpProblem& problem, const double* x,
+[[gnu::target("avx2")]] RowSurvey survey_avx2(const QpProblem& problem, const double* x,
                                              double* violation) noexcept {
-  return count_body(problem, x, violation);
+  return survey_body(problem, x, violation);
 }
 
 [[gnu::target("avx2")]] RowIndex evaluate_most_avx2(const QpProblem& problem, const double* x,
@@ -164,10 +166,10 @@ template <typename Start, typename Combine, typename Finish>
 
 }  // namespace
 
-RowCounts evaluate_violations(const QpProblem& problem, const double* x,
+RowSurvey evaluate_violations(const QpProblem& problem, const double* x,
                               RowValues& violation) noexcept {
-  if (avx2_available()) return count_avx2(problem, x, violation.value.data());
-  return count_body(problem, x, violation.value.data());
+  if (avx2_available()) return survey_avx2(problem, x, violation.value.data());
+  return survey_body(problem, x, violation.value.data());
 }
 
 bool inverse_row_lengths(const QpProblem& problem, const double* scale,

@@ -18,18 +18,17 @@ struct alignas(64) RowValues {
   std::array<double, kMaxQpRows> value;
 };
 
-struct RowCounts {
-  int finite;
-  int positive;
+struct RowSurvey {
+  bool finite;   ///< all are; where not, the data are not or they overflow
+  int positive;  ///< how many are > 0
 };
 
 /// The most violated row: the largest violation * inverse_length above `threshold`, where values
 /// that agree in all but their last eight bits are equal and the lowest row wins. kMaxQpRows: none.
 using RowIndex = std::size_t;
 
-/// violation = bound - row . x of every row, and how many are finite (the data are not, or they
-/// overflow, unless all are) and how many are > 0.
-HD_REALTIME RowCounts evaluate_violations(const QpProblem& problem, const double* x,
+/// violation = bound - row . x of every row, and what they are like.
+HD_REALTIME RowSurvey evaluate_violations(const QpProblem& problem, const double* x,
                                           RowValues& violation) noexcept;
 
 /// 1 / |row_k scale_k| of every row within 4 %, which is enough to compare violations; 1e154 for a

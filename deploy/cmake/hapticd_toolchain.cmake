@@ -41,12 +41,13 @@ endif()
 
 # What every translation unit of ours must agree on, generated code included.
 #   -ffp-contract=off      a fused multiply-add changes the last bit; results must not depend on compiler and CPU
+#   -fno-math-errno        a square root is one instruction, without a call that sets errno; its value is the same
 #   EIGEN_DONT_VECTORIZE   Eigen's packet paths change the order of reductions with -march
 #   EIGEN_MAX_ALIGN_BYTES  0: size and alignment of Eigen members do not depend on -march
 #   EIGEN_MPL2_ONLY        refuses Eigen's LGPL corners at compile time
 add_library(hapticd_language INTERFACE)
 target_include_directories(hapticd_language INTERFACE "${CMAKE_SOURCE_DIR}")
-target_compile_options(hapticd_language INTERFACE -ffp-contract=off)
+target_compile_options(hapticd_language INTERFACE -ffp-contract=off -fno-math-errno)
 target_compile_definitions(hapticd_language INTERFACE
   EIGEN_DONT_VECTORIZE EIGEN_MAX_ALIGN_BYTES=0 EIGEN_MPL2_ONLY)
 
