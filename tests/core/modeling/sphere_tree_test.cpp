@@ -1,0 +1,271 @@
+// The builder of sphere-trees: conservative at every level in exact arithmetic, complete, shallow,
+// and strict about its input. Truth: the leaf spheres themselves, long double.
+#include "core/modeling/sphere_tree.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "tests/core/modeling/sphere_families.h"
+#include "tests/support/contact_scenes.h"
+#include "tests/support/scale.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Looks at every node of a tree and notes everything that is wrong with it.
+class TreeInspector {
+ public:
+  TreeInspector(const SphereTreeView& tree, const std::vector<Sphere>& spheres)
+      : tree_(tree),
+        spheres_(spheres),
+        leaf_seen_(spheres.size()),
+        node_seen_(tree.nodes.size()),
+        level_(tree.nodes.size(), 1),
+        leaves_below_(tree.nodes.size()) {
+    node_seen_[0] = 1;
+    for (std::size_t n = 0; n < tree.nodes.size(); ++n) check_links(n);
+    // Children come after their parents, so backwards the leaves of a child are known.
+    if (well_formed_) {
+      for (std::size_t n = tree.nodes.size(); n-- > 0;) check_bounds(n);
+      note(tree.bound, leaves_below_[0]);
+    }
+  }
+
+  /// Distance by which a leaf sphere sticks out of a bound above it, at worst, m; <= 0: none does.
+  [[nodiscard]] long double worst_leaf() const { return worst_; }
+  /// Every leaf and every node is reached exactly once.
+  [[nodiscard]] bool complete() const {
+    const auto once = [](int n) { return n == 1; };
+    return std::all_of(leaf_seen_.begin(), leaf_seen_.end(), once) &&
+           std::all_of(node_seen_.begin(), node_seen_.end(), once);
+  }
+  /// Masks, unused slots and the order of nodes are as the view's header says.
+  [[nodiscard]] bool well_formed() const { return well_formed_; }
+  /// Levels of nodes.
+  [[nodiscard]] int deepest() const { return *std::max_element(level_.begin(), level_.end()); }
+
+ private:
+  void expect(bool condition) { well_formed_ = well_formed_ && condition; }
+
+  void check_links(std::size_t n) {
+    const SphereTreeNode& node = tree_.nodes[n];
+    expect(node.used != 0 && (node.inner & ~node.used) == 0);
+    for (std::size_t k = 0; k < kTreeWidth; ++k) {
+      const std::int32_t child = node.child[k];
+      if ((node.used >> k & 1U) == 0) {
+        expect(child == kNoChild && node.r[k] == -kInfinity);
+        continue;
+      }
+      expect(((node.inner >> k & 1U) != 0) == (child >= 0));
+      const auto index = static_cast<std::size_t>(child >= 0 ? child : -1 - child);
+      if (child < 0) {
+        expect(index < leaf_seen_.size() && is_leaf(bound(n, k), spheres_[index]));
+        if (well_formed_) ++leaf_seen_[index];
+      } else {
+        expect(index > n && index < node_seen_.size());
+        if (!well_formed_) return;
+        ++node_seen_[index];
+        level_[index] = level_[n] + 1;
+      }
+    }
+  }
+
+  void check_bounds(std::size_t n) {
+    const SphereTreeNode& node = tree_.nodes[n];
+    for (std::size_t k = 0; k < kTreeWidth; ++k) {
+      if ((node.used >> k & 1U) == 0) continue;
+      const std::int32_t child = node.child[k];
+      const std::vector<std::int32_t> leaves = child < 0
+                                                   ? std::vector<std::int32_t>{~child}
+                                                   : leaves_below_[static_cast<std::size_t>(child)];
+      note(bound(n, k), leaves);
+      leaves_below_[n].insert(leaves_below_[n].end(), leaves.begin(), leaves.end());
+    }
+  }
+
+  [[nodiscard]] Sphere bound(std::size_t n, std::size_t k) const {
+    const SphereTreeNode& node = tree_.nodes[n];
+    return {{node.x[k], node.y[k], node.z[k]}, node.r[k]};
+  }
+
+  [[nodiscard]] static bool is_leaf(const Sphere& a, const Sphere& b) {
+    return a.p == b.p && a.r == b.r;
+  }
+
+  void note(const Sphere& bound, const std::vector<std::int32_t>& leaves) {
+    for (const std::int32_t i : leaves) {
+      const Sphere& leaf = spheres_[static_cast<std::size_t>(i)];
+      long double square = 0;
+      for (int k = 0; k < 3; ++k) {
+        const long double part = static_cast<long double>(leaf.p[k]) - bound.p[k];
+        square += part * part;
+      }
+      worst_ = std::max(worst_, std::sqrt(square) + leaf.r - bound.r);
+    }
+  }
+
+  const SphereTreeView& tree_;
+  const std::vector<Sphere>& spheres_;
+  std::vector<int> leaf_seen_, node_seen_, level_;
+  std::vector<std::vector<std::int32_t>> leaves_below_;
+  long double worst_ = -std::numeric_limits<long double>::infinity();
+  bool well_formed_ = true;
+};
+
+void check_tree(const std::vector<Sphere>& spheres) {
+  const SphereTree tree = build_sphere_tree(spheres);
+  const SphereTreeView view = tree.view();
+  const TreeInspector inspector(view, spheres);
+  REQUIRE(inspector.well_formed());
+  REQUIRE(inspector.complete());
+  REQUIRE(inspector.worst_leaf() <= 0.0L);
+  REQUIRE(inspector.deepest() == view.depth);
+  REQUIRE(view.depth <= kMaxTreeDepth);
+}
+
+/// What build_sphere_tree says about `spheres`; "" when it builds.
+std::string complaint(const std::vector<Sphere>& spheres) {
+  try {
+    static_cast<void>(build_sphere_tree(spheres));
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("every bound at every level contains all leaves below it, for every family of spheres") {
+  SplitMix64 random(1);
+  for (std::int64_t trial = 0; trial < scaled(100); ++trial) {
+    const int count = 1 + static_cast<int>(random.below(trial % 10 == 0 ? 2000 : 200));
+    for (const SphereFamily& family : sphere_families(count, random.next())) {
+      CAPTURE(family.name);
+      CAPTURE(count);
+      check_tree(family.spheres);
+    }
+  }
+}
+
+TEST_CASE("trees stay conservative in any unit and far from the origin") {
+  for (const SphereFamily& family : sphere_families(150, 2)) {
+    for (const double unit : {1e-100, 1e-6, 1e-3, 1e3, 1e6, 1e100}) {
+      for (const double far : {0.0, 1.0, 1e3, 1e6, 1e12}) {
+        CAPTURE(family.name);
+        CAPTURE(unit);
+        CAPTURE(far);
+        check_tree(scaled_and_moved(family.spheres, unit, far * unit * Vector3(1.0, -0.7, 0.3)));
+      }
+    }
+  }
+}
+
+TEST_CASE("every number of leaves is taken in, with the fewest levels that hold them") {
+  int levels = 1;
+  std::size_t capacity = kTreeWidth;
+  for (const int count :
+       {1, 2, 7, 8, 9, 15, 16, 17, 63, 64, 65, 511, 512, 513, 4096, 4097, 10'000}) {
+    CAPTURE(count);
+    while (capacity < static_cast<std::size_t>(count)) {
+      capacity *= kTreeWidth;
+      ++levels;
+    }
+    const std::vector<Sphere> spheres = blob_spheres(count);
+    check_tree(spheres);
+    const SphereTree tree = build_sphere_tree(spheres);
+    CHECK(tree.depth == levels);
+    // A node with one child costs as much as one with eight: few may be sparse.
+    CHECK(tree.nodes.size() <= static_cast<std::size_t>(1 + count / 5 + levels));
+  }
+}
+
+TEST_CASE("leaves keep their order and their bits") {
+  SplitMix64 random(3);
+  const std::vector<Sphere> spheres = random_cluster(random, 300, 0.3, 0.0, 0.1);
+  const SphereTree tree = build_sphere_tree(spheres);
+  const SphereTreeView view = tree.view();
+  REQUIRE(view.leaf_x.size() == spheres.size());
+  for (std::size_t i = 0; i < spheres.size(); ++i) {
+    const Sphere leaf = view.leaf(static_cast<std::int32_t>(i));
+    CHECK(leaf.p == spheres[i].p);
+    CHECK(leaf.r == spheres[i].r);
+  }
+}
+
+TEST_CASE("one sphere makes a tree of one node whose bound is that sphere") {
+  const SphereTree tree = build_sphere_tree(std::vector<Sphere>{{{1, 2, 3}, 0.5}});
+  CHECK(tree.nodes.size() == 1);
+  CHECK(tree.depth == 1);
+  CHECK(tree.bound.p == Vector3(1, 2, 3));
+  CHECK(tree.bound.r == 0.5);
+  CHECK(tree.nodes[0].used == 1);
+  CHECK(tree.nodes[0].inner == 0);
+}
+
+TEST_CASE("bounds shrink level by level where the spheres are spread out") {
+  // A line of spheres: eight groups are each an eighth of it, whichever way it lies.
+  std::vector<Sphere> spheres;
+  spheres.reserve(512);
+  for (int i = 0; i < 512; ++i) spheres.push_back({{0.3 * i, 0.2 * i, -0.6 * i}, 0.1});
+  const SphereTree tree = build_sphere_tree(spheres);
+  const double whole = 0.5 * 0.7 * 511 + 0.1;
+  CHECK(tree.bound.r <= 1.02 * whole);
+  for (std::size_t k = 0; k < kTreeWidth; ++k) CHECK(tree.nodes[0].r[k] <= 0.13 * whole);
+}
+
+TEST_CASE("the same spheres give the same tree to the bit") {
+  for (const SphereFamily& family : sphere_families(200, 4)) {
+    const SphereTree a = build_sphere_tree(family.spheres);
+    const SphereTree b = build_sphere_tree(family.spheres);
+    REQUIRE(a.nodes.size() == b.nodes.size());
+    CHECK(a.bound.p == b.bound.p);
+    for (std::size_t n = 0; n < a.nodes.size(); ++n) {
+      CHECK(a.nodes[n].child == b.nodes[n].child);
+      CHECK(a.nodes[n].x == b.nodes[n].x);
+      CHECK(a.nodes[n].r == b.nodes[n].r);
+    }
+  }
+}
+
+TEST_CASE("no spheres are refused") { CHECK(complaint({}).find("no leaf") != std::string::npos); }
+
+TEST_CASE("a centre or radius that is no ordinary number is refused, naming the leaf") {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Sphere> good(5, Sphere{{0.1, 0.2, 0.3}, 0.01});
+  CHECK(complaint(good).empty());
+  for (const std::size_t bad : {std::size_t{0}, std::size_t{3}, std::size_t{4}}) {
+    const std::string name = "leaf " + std::to_string(bad);
+    CAPTURE(name);
+    for (const double value : {kNaN, kInfinity, -kInfinity, 1e308, -1e200}) {
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        std::vector<Sphere> spheres = good;
+        spheres[bad].p[k] = value;
+        CHECK(complaint(spheres).find(name) != std::string::npos);
+      }
+      std::vector<Sphere> spheres = good;
+      spheres[bad].r = value;
+      CHECK(complaint(spheres).find(name) != std::string::npos);
+    }
+    for (const double r : {-1e-300, -std::numeric_limits<double>::denorm_min(), -1.0}) {
+      std::vector<Sphere> spheres = good;
+      spheres[bad].r = r;
+      CHECK(complaint(spheres).find(name) != std::string::npos);
+    }
+  }
+}
+
+TEST_CASE("zero, negative zero and denormal radii and the largest coordinates are taken") {
+  for (const double r : {0.0, -0.0, std::numeric_limits<double>::denorm_min(), 1e150}) {
+    CHECK(complaint({{{0, 0, 0}, r}, {{1, 0, 0}, r}, {{-1e150, 1e150, 1e150}, r}}).empty());
+  }
+  check_tree({{{1e150, 1e150, 1e150}, 0.0}, {{-1e150, -1e150, -1e150}, 1e149}, {{0, 0, 0}, 1e150}});
+}
+
+}  // namespace hapticd::test
