@@ -82,7 +82,7 @@ template <typename Start, typename Combine, typename Finish>
 }
 
 [[gnu::always_inline]] inline RowSurvey survey_body(const QpProblem& problem, const double* x,
-                                                   double* violation) noexcept {
+                                                    double* violation) noexcept {
   Key poison = 0;
   std::int64_t positive = 0;
   const auto start = [&](std::size_t i) { return problem.bound[i]; };
@@ -144,7 +144,7 @@ template <typename Start, typename Combine, typename Finish>
 }
 
 [[gnu::target("avx2")]] RowSurvey survey_avx2(const QpProblem& problem, const double* x,
-                                             double* violation) noexcept {
+                                              double* violation) noexcept {
   return survey_body(problem, x, violation);
 }
 
