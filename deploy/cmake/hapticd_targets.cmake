@@ -70,7 +70,6 @@ endfunction()
 
 function(hapticd_proto folder)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "PROTOS")
-  find_package(Protobuf REQUIRED)
   set(generated "")
   foreach(proto IN LISTS arg_PROTOS)
     string(REGEX REPLACE "\\.proto$" ".pb" stem "${CMAKE_CURRENT_BINARY_DIR}/${proto}")
