@@ -57,23 +57,31 @@ int widest_axis(std::span<const Sphere> leaves, Members members) {
   return axis;
 }
 
-/// Splits `members` into groups of `group_size` (the last may be smaller), neighbours together.
-void split(std::span<const Sphere> leaves, Members members, std::size_t group_size,
-           std::vector<Members>& groups) {
-  const std::size_t count = (members.size() + group_size - 1) / group_size;
-  if (count == 1) {
-    groups.push_back(members);
-    return;
+/// Groups of `group_size` members (the last may be smaller), neighbours together: halved across the
+/// widest axis until each part is one group.
+std::vector<Members> split(std::span<const Sphere> leaves, Members members,
+                           std::size_t group_size) {
+  std::vector<Members> groups;
+  std::vector<Members> rest{members};
+  while (!rest.empty()) {
+    const Members part = rest.back();
+    rest.pop_back();
+    const std::size_t count = (part.size() + group_size - 1) / group_size;
+    if (count == 1) {
+      groups.push_back(part);
+      continue;
+    }
+    const int axis = widest_axis(leaves, part);
+    std::sort(part.begin(), part.end(), [&](std::int32_t a, std::int32_t b) {
+      const double pa = leaves[static_cast<std::size_t>(a)].p[axis];
+      const double pb = leaves[static_cast<std::size_t>(b)].p[axis];
+      return pa != pb ? pa < pb : a < b;
+    });
+    const std::size_t left = (count / 2) * group_size;
+    rest.push_back(part.subspan(left));
+    rest.push_back(part.first(left));
   }
-  const int axis = widest_axis(leaves, members);
-  std::sort(members.begin(), members.end(), [&](std::int32_t a, std::int32_t b) {
-    const double pa = leaves[static_cast<std::size_t>(a)].p[axis];
-    const double pb = leaves[static_cast<std::size_t>(b)].p[axis];
-    return pa != pb ? pa < pb : a < b;
-  });
-  const std::size_t left = (count / 2) * group_size;
-  split(leaves, members.first(left), group_size, groups);
-  split(leaves, members.subspan(left), group_size, groups);
+  return groups;
 }
 
 SphereTreeNode empty_node() {
@@ -126,12 +134,11 @@ SphereTree build_sphere_tree(std::span<const Sphere> leaves) {
   // `pending[i]` is node i: breadth-first.
   std::vector<Pending> pending{{order, 1}};
   tree.nodes.push_back(empty_node());
-  std::vector<Members> groups;
   for (std::size_t n = 0; n < pending.size(); ++n) {
     const Pending current = pending[n];
     tree.depth = std::max(tree.depth, current.level);
-    groups.clear();
-    split(leaves, current.members, capacity(levels_for(current.members.size()) - 1), groups);
+    const std::vector<Members> groups =
+        split(leaves, current.members, capacity(levels_for(current.members.size()) - 1));
     for (std::size_t slot = 0; slot < groups.size(); ++slot) {
       const Members group = groups[slot];
       std::int32_t child = ~group.front();
