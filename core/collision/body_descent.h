@@ -50,7 +50,9 @@ struct PlacedTrees {
                                              const LevelledTree& body, const Pose& X_WB) noexcept {
   const PlacedBody placed = place_body(X_WB, placement);
   const double extent = length(placed.p_BG) + reach(tool.tree) + reach(body.tree);
-  return {tool, body, placed, kRelativeSlack * extent};
+  const double overhang =
+      surface_overhang(tool.tree, tool.last_level) + surface_overhang(body.tree, body.last_level);
+  return {tool, body, placed, kRelativeSlack * extent + overhang};
 }
 
 /// Bound of what lies below the children `lanes` of a node: the child's own where it is one, else

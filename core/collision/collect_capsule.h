@@ -14,7 +14,8 @@ void collect_capsule(const LevelledTree& tool, const ToolPlacement& placement,
                      const Capsule& capsule_W, std::int32_t obstacle,
                      ContactCollector& collector) noexcept {
   const PlacedCapsule capsule = place_capsule(capsule_W, placement.p_WG);
-  const CapsuleProbe probe = probe_capsule(capsule, placement.R_WG, reach(tool.tree));
+  const CapsuleProbe probe = probe_capsule(capsule, placement.R_WG, reach(tool.tree),
+                                           surface_overhang(tool.tree, tool.last_level));
   const Vector3 axis_W = capsule_W.p_B - capsule_W.p_A;
   CapsuleGaps gaps;
   DescentStack<TreePart, kMaxTreeDepth*(kTreeWidth - 1) + 1> stack;

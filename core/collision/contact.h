@@ -36,7 +36,8 @@ struct Contact {
 
 /// Result of one query, ordered by nothing in particular but deterministically.
 struct ContactSet {
-  /// Every pair with gap < covered_margin (and none with gap >= it).
+  /// Every pair with gap < covered_margin, and none with a larger one; one with that very gap only
+  /// when there were more pairs than capacity.
   FixedVector<Contact, kMaxCandidates> contacts;
   /// The margin asked for, or less when there were more pairs than capacity: the gap of the nearest
   /// omitted pair, m.

@@ -59,7 +59,8 @@ template <typename Kernels>
 void nearest_on_capsule(const LevelledTree& tool, const ToolPlacement& placement,
                         const Capsule& capsule_W, NearestGap& nearest) noexcept {
   const PlacedCapsule capsule = place_capsule(capsule_W, placement.p_WG);
-  const CapsuleProbe probe = probe_capsule(capsule, placement.R_WG, reach(tool.tree));
+  const CapsuleProbe probe = probe_capsule(capsule, placement.R_WG, reach(tool.tree),
+                                           surface_overhang(tool.tree, tool.last_level));
   using Found = FarthestFirst<TreePart>;
   DescentStack<Found::Entry, kMaxTreeDepth * kTreeWidth> stack;
   CapsuleGaps gaps;

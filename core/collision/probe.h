@@ -29,14 +29,21 @@ struct SphereProbe {
   double inflation;  ///< radius plus slack, m
 };
 
-/// `capsule` in the frame of a tool that reaches `reach` from its origin.
+/// How far the surface of a query that stops at `last_level` may stick out of the bounds above it,
+/// m.
+[[nodiscard]] inline double surface_overhang(const SphereTreeView& tree, int last_level) noexcept {
+  return last_level < tree.depth ? tree.overhang : 0.0;
+}
+
+/// `capsule` in the frame of a tool that reaches `reach` from its origin, and whose surface
+/// sticks out of its bounds by at most `overhang`.
 [[nodiscard]] inline CapsuleProbe probe_capsule(const PlacedCapsule& capsule, const Matrix3& R_WG,
-                                                double reach) noexcept {
+                                                double reach, double overhang) noexcept {
   const Vector3 axis_W = capsule.p_GB_W - capsule.p_GA_W;
   const double axis_length = length(axis_W);
   const double extent = length(capsule.p_GA_W) + axis_length + reach + capsule.r;
   CapsuleProbe probe{R_WG.transpose() * capsule.p_GA_W, R_WG.transpose() * axis_W, Vector3::Zero(),
-                     capsule.r + kRelativeSlack * extent};
+                     (capsule.r + overhang) + kRelativeSlack * extent};
   if (axis_length >= kSmallestLength) probe.axis_inverse = probe.axis / axis_length / axis_length;
   return probe;
 }

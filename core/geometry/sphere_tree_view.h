@@ -37,6 +37,10 @@ struct SphereTreeView {
   std::span<const double> leaf_x, leaf_y, leaf_z, leaf_r;
   Sphere bound;   ///< contains every leaf
   int depth = 0;  ///< levels of nodes: 1 when the root's children are all leaves
+  /// Largest distance by which the bound of a node sticks out of the bound of a node above it, m:
+  /// bounds contain the leaves below them, not the bounds, so that they are as small as can be. A
+  /// query that takes bounds for the surface allows for it.
+  double overhang = 0.0;
 
   /// Leaf sphere i, in the order the tree was built from.
   [[nodiscard]] Sphere leaf(std::int32_t i) const noexcept {

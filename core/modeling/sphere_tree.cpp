@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/geometry/closest_point.h"
 #include "core/modeling/enclosing_sphere.h"
 
 namespace hapticd {
@@ -106,6 +107,32 @@ void set_slot(SphereTreeNode& node, std::size_t slot, const Sphere& bound, std::
   if (child >= 0) node.inner |= 1U << slot;
 }
 
+/// See SphereTreeView::overhang. Visits every bound with all bounds above it.
+double largest_overhang(const SphereTree& tree) {
+  // above[n]: the bound of node n, and the node that holds it.
+  struct Place {
+    Sphere bound;
+    std::size_t node;
+  };
+  std::vector<Place> above(tree.nodes.size(), {tree.bound, 0});
+  double overhang = 0.0;
+  for (std::size_t n = 0; n < tree.nodes.size(); ++n) {
+    const SphereTreeNode& node = tree.nodes[n];
+    for (std::size_t k = 0; k < kTreeWidth; ++k) {
+      if (node.child[k] < 0) continue;
+      const Sphere bound{{node.x[k], node.y[k], node.z[k]}, node.r[k]};
+      above[static_cast<std::size_t>(node.child[k])] = {bound, n};
+      std::size_t m = n;
+      for (bool more = true; more; m = above[m].node) {
+        more = m != 0;
+        const double reach = length(bound.p - above[m].bound.p) + bound.r;
+        overhang = std::max(overhang, reach - above[m].bound.r);
+      }
+    }
+  }
+  return overhang;
+}
+
 /// A node whose slots are still to be filled.
 struct Pending {
   Members members;
@@ -115,7 +142,7 @@ struct Pending {
 }  // namespace
 
 SphereTreeView SphereTree::view() const noexcept {
-  return {nodes, leaf_x, leaf_y, leaf_z, leaf_r, bound, depth};
+  return {nodes, leaf_x, leaf_y, leaf_z, leaf_r, bound, depth, overhang};
 }
 
 SphereTree build_sphere_tree(std::span<const Sphere> leaves) {
@@ -150,6 +177,7 @@ SphereTree build_sphere_tree(std::span<const Sphere> leaves) {
       set_slot(tree.nodes[n], slot, enclosing_sphere(leaves, group), child);
     }
   }
+  tree.overhang = largest_overhang(tree);
   return tree;
 }
 

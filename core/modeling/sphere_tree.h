@@ -16,6 +16,7 @@ struct SphereTree {
   std::vector<double> leaf_x, leaf_y, leaf_z, leaf_r;
   Sphere bound;
   int depth = 0;
+  double overhang = 0.0;
 
   /// View of this tree; valid while the tree lives and is not modified.
   [[nodiscard]] SphereTreeView view() const noexcept;

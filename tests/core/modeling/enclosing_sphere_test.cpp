@@ -17,7 +17,7 @@ namespace hapticd::test {
 namespace {
 
 /// A bound is allowed to be this much larger than the smallest one.
-constexpr double kLooseness = 1.02;
+constexpr double kLooseness = 1.01;
 
 Sphere enclose(const std::vector<Sphere>& spheres) {
   std::vector<std::int32_t> members(spheres.size());

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -168,10 +169,12 @@ TEST_CASE("trees stay conservative in any unit and far from the origin") {
 }
 
 TEST_CASE("every number of leaves is taken in, with the fewest levels that hold them") {
+  std::vector<int> counts(150);
+  std::iota(counts.begin(), counts.end(), 1);
+  counts.insert(counts.end(), {511, 512, 513, 4096, 4097, 10'000});
   int levels = 1;
   std::size_t capacity = kTreeWidth;
-  for (const int count :
-       {1, 2, 7, 8, 9, 15, 16, 17, 63, 64, 65, 511, 512, 513, 4096, 4097, 10'000}) {
+  for (const int count : counts) {
     CAPTURE(count);
     while (capacity < static_cast<std::size_t>(count)) {
       capacity *= kTreeWidth;
@@ -182,7 +185,7 @@ TEST_CASE("every number of leaves is taken in, with the fewest levels that hold 
     const SphereTree tree = build_sphere_tree(spheres);
     CHECK(tree.depth == levels);
     // A node with one child costs as much as one with eight: few may be sparse.
-    CHECK(tree.nodes.size() <= static_cast<std::size_t>(1 + count / 5 + levels));
+    CHECK(tree.nodes.size() <= static_cast<std::size_t>(1 + count / 7 + levels));
   }
 }
 
@@ -209,15 +212,55 @@ TEST_CASE("one sphere makes a tree of one node whose bound is that sphere") {
   CHECK(tree.nodes[0].inner == 0);
 }
 
-TEST_CASE("bounds shrink level by level where the spheres are spread out") {
-  // A line of spheres: eight groups are each an eighth of it, whichever way it lies.
-  std::vector<Sphere> spheres;
-  spheres.reserve(512);
-  for (int i = 0; i < 512; ++i) spheres.push_back({{0.3 * i, 0.2 * i, -0.6 * i}, 0.1});
-  const SphereTree tree = build_sphere_tree(spheres);
-  const double whole = 0.5 * 0.7 * 511 + 0.1;
-  CHECK(tree.bound.r <= 1.02 * whole);
-  for (std::size_t k = 0; k < kTreeWidth; ++k) CHECK(tree.nodes[0].r[k] <= 0.13 * whole);
+TEST_CASE("the children of the root are eighths of a long set of spheres, whichever way it lies") {
+  SplitMix64 random(5);
+  for (const Vector3& way :
+       {Vector3(1, 0, 0), Vector3(0, 1, 0), Vector3(0, 0, 1), Vector3(0.48, -0.6, 0.64)}) {
+    // In no order along the way.
+    std::vector<Sphere> spheres;
+    spheres.reserve(512);
+    for (int i = 0; i < 512; ++i) {
+      const double along = i * 199 % 512;
+      spheres.push_back({along * way + random_vector(random, 0.5), 0.1});
+    }
+    const SphereTree tree = build_sphere_tree(spheres);
+    const double whole = 0.5 * 511;
+    CHECK(tree.bound.r <= 1.02 * (whole + 1.0));
+    for (std::size_t k = 0; k < kTreeWidth; ++k) CHECK(tree.nodes[0].r[k] <= whole / 8.0 + 2.0);
+  }
+}
+
+TEST_CASE("the overhang is how far any bound sticks out of any bound above it") {
+  SplitMix64 random(6);
+  double largest = 0.0;
+  for (const int count : {1, 8, 9, 100, 700}) {
+    for (const SphereFamily& family : sphere_families(count, random.next())) {
+      CAPTURE(family.name);
+      CAPTURE(count);
+      const SphereTree tree = build_sphere_tree(family.spheres);
+      // Every bound with all that is below it, from the top: lists of bounds above each node.
+      std::vector<std::vector<Sphere>> above(tree.nodes.size());
+      above[0] = {tree.bound};
+      double truth = 0.0;
+      for (std::size_t n = 0; n < tree.nodes.size(); ++n) {
+        for (std::size_t k = 0; k < kTreeWidth; ++k) {
+          const SphereTreeNode& node = tree.nodes[n];
+          if (node.child[k] < 0) continue;
+          const Sphere bound{{node.x[k], node.y[k], node.z[k]}, node.r[k]};
+          for (const Sphere& wider : above[n])
+            truth = std::max(truth, (bound.p - wider.p).norm() + bound.r - wider.r);
+          auto& below = above[static_cast<std::size_t>(node.child[k])];
+          below = above[n];
+          below.push_back(bound);
+        }
+      }
+      CHECK(std::abs(tree.overhang - truth) <= 1e-14 * reach(tree.view()));
+      CHECK(tree.view().overhang == tree.overhang);
+      if (tree.depth == 1) CHECK(tree.overhang == 0.0);
+      largest = std::max(largest, tree.overhang / reach(tree.view()));
+    }
+  }
+  CHECK(largest > 1e-3);
 }
 
 TEST_CASE("the same spheres give the same tree to the bit") {

@@ -1,0 +1,106 @@
+// One pair again, at another pose of the tool: the oracle's numbers there, and the query's own bits
+// at the query's pose.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tests/core/collision/scene_check.h"
+#include "tests/support/contact_scenes.h"
+#include "tests/support/scale.h"
+
+namespace hapticd::test {
+namespace {
+
+/// The oracle's pair of that key, from all pairs.
+const OracleContact& pair_of(const OracleResult& all, const ContactKey& key) {
+  const auto found = std::find_if(all.contacts.begin(), all.contacts.end(),
+                                  [&](const OracleContact& pair) { return pair.key == key; });
+  REQUIRE(found != all.contacts.end());
+  return *found;
+}
+
+}  // namespace
+
+TEST_CASE("every contact found has the same bits when it is evaluated again at the same pose") {
+  SplitMix64 random(1);
+  for (std::int64_t trial = 0; trial < scaled(1'000); ++trial) {
+    const SceneParts parts = random_parts(random);
+    const CheckedScene scene(parts);
+    QueryOptions options{0.02};
+    options.tool_level = trial % 3 == 0 ? 1 : kLeafLevel;
+    options.body_level = trial % 4 == 0 ? 1 : kLeafLevel;
+    const auto set = found_contacts(scene, parts.X_WG, options);
+    bool same = true;
+    for (const Contact& contact : set->contacts) {
+      const Contact again =
+          evaluate_contact(contact.key, scene.tool(), parts.X_WG, scene.obstacles());
+      same = same && same_bits(contact, again);
+    }
+    REQUIRE(same);
+    if (!set->contacts.empty())
+      REQUIRE(minimum_gap_of(*set, scene.tool(), parts.X_WG, scene.obstacles()) ==
+              set->minimum_gap);
+  }
+}
+
+TEST_CASE("at another pose a pair has the oracle's gap, normal, point and lambda") {
+  SplitMix64 random(2);
+  for (std::int64_t trial = 0; trial < scaled(200); ++trial) {
+    const SceneParts parts = random_parts(random);
+    const CheckedScene scene(parts);
+    const auto set = found_contacts(scene, parts.X_WG, {0.01});
+    const Pose X_WG{random_rotation(random), random_vector(random, trial % 2 == 0 ? 0.1 : 100.0)};
+    const double tolerance = kRoundingTolerance * scene.extent(X_WG);
+    const OracleResult all = exhaustive_contacts(
+        scene.tool_spheres(), X_WG, scene.oracle_obstacles(), std::numeric_limits<double>::max());
+    long double smallest = std::numeric_limits<long double>::infinity();
+    for (const Contact& contact : set->contacts) {
+      const OracleContact& truth = pair_of(all, contact.key);
+      smallest = std::min(smallest, truth.gap);
+      const Contact now = evaluate_contact(contact.key, scene.tool(), X_WG, scene.obstacles());
+      CHECK(now.key == contact.key);
+      const auto i = static_cast<std::size_t>(contact.key.tool_sphere);
+      check_contact(now, truth, scene.tool_spheres()[i], X_WG, scene.obstacles(), tolerance);
+    }
+    const double minimum = minimum_gap_of(*set, scene.tool(), X_WG, scene.obstacles());
+    if (set->contacts.empty()) {
+      CHECK(std::isinf(minimum));
+    } else {
+      CHECK(std::abs(minimum - static_cast<double>(smallest)) <= tolerance);
+    }
+  }
+}
+
+TEST_CASE("without contacts the smallest gap of the pairs is infinite") {
+  CheckedScene scene;
+  scene.set_tool({{{0, 0, 0}, 1e-3}});
+  scene.capsules = {{{5, 0, 0}, {6, 0, 0}, 1e-3}};
+  const auto set = found_contacts(scene, {}, {});
+  CHECK(set->contacts.empty());
+  CHECK(minimum_gap_of(*set, scene.tool(), {}, scene.obstacles()) ==
+        std::numeric_limits<double>::infinity());
+}
+
+TEST_CASE("the smallest gap is found whichever order bodies and strings come in") {
+  // Pairs of two bodies and a string in turns: what is kept from one pair must not serve the next.
+  SplitMix64 random(3);
+  CheckedScene scene;
+  scene.set_tool(random_cluster(random, 8, 0.02, 1e-3, 4e-3));
+  scene.capsules = {{{-1, 0.01, 0}, {1, 0.01, 0}, 1e-3}};
+  scene.add_body({{{0, 0, 0}, 0.01}}, {random_rotation(random), {0.03, 0, 0}});
+  scene.add_body({{{0, 0, 0}, 0.01}}, {random_rotation(random), {-0.02, 0.03, 0}});
+  for (std::int64_t trial = 0; trial < scaled(1'000); ++trial) {
+    auto set = found_contacts(scene, {random_rotation(random), {}}, {1.0});
+    for (std::size_t i = set->contacts.size(); i > 1; --i)
+      std::swap(set->contacts[i - 1], set->contacts[random.below(i)]);
+    const Pose X_WG{random_rotation(random), random_vector(random, 0.05)};
+    const long double truth =
+        exhaustive_minimum_gap(scene.tool_spheres(), X_WG, scene.oracle_obstacles());
+    const double found = minimum_gap_of(*set, scene.tool(), X_WG, scene.obstacles());
+    REQUIRE(std::abs(found - static_cast<double>(truth)) <= 1e-14);
+  }
+}
+
+}  // namespace hapticd::test
