@@ -78,33 +78,29 @@ TEST_CASE("a result that is full of deep penetrations covers a negative margin")
   }
 }
 
-TEST_CASE("exactly as many pairs as fit leave the margin whole, one more shrinks it") {
-  for (const int extra : {0, 1}) {
-    // 32 spheres in a row over 64 points, each pair with a gap of its own, and one pair more.
+TEST_CASE("exactly as many pairs as fit leave the margin whole, one more shrinks it to its gap") {
+  // 32 spheres in a row over 64 points, each pair with a gap of its own below 0.1 m; and one point
+  // 0.499 m from the first sphere, met before the others (a string) or after them (a body).
+  std::vector<Sphere> tool;
+  std::vector<Sphere> body;
+  tool.reserve(32);
+  body.reserve(64);
+  for (int i = 0; i < 32; ++i) tool.push_back({{1e-3 * i, 0.02 + 1e-5 * i * i, 0}, 1e-3});
+  for (int i = 0; i < 64; ++i) body.push_back({{7.3e-4 * i, 0, 1e-5 * i * i}, 0.0});
+  const Vector3 lone(-0.5, 0.02, 0);
+  for (const bool first : {true, false}) {
     CheckedScene scene;
-    std::vector<Sphere> tool;
-    std::vector<Sphere> body;
-    tool.reserve(32);
-    body.reserve(64);
-    for (int i = 0; i < 32; ++i) tool.push_back({{1e-3 * i, 0.02 + 1e-5 * i * i, 0}, 1e-3});
-    for (int i = 0; i < 64; ++i) body.push_back({{7.3e-4 * i, 0, 1e-5 * i * i}, 0.0});
     scene.set_tool(tool);
     scene.add_body(body, {});
-    // Far from all tool spheres but the first.
-    if (extra == 1) scene.capsules = {{{-0.5, 0.02, 0}, {-0.5, 0.02, 0}, 0.0}};
-    QueryOptions options;
-    options.margin = 0.4985;
-    const auto set = found_contacts(scene, {}, options);
-    CHECK(set->contacts.size() == kMaxCandidates);
-    CHECK(set->covered_margin == options.margin);
-    if (extra == 1) {
-      // Below a margin that lets it in, it is the one that is left out.
-      options.margin = 0.4995;
-      const auto more = found_contacts(scene, {}, options);
-      CHECK(more->contacts.size() == kMaxCandidates);
-      CHECK(more->covered_margin == doctest::Approx(0.499).epsilon(1e-12));
-      for (const Contact& contact : more->contacts) CHECK(contact.key.kind == ObstacleKind::kBody);
-    }
+    if (first) scene.capsules = {{lone, lone, 0.0}};
+    if (!first) scene.add_body({{lone, 0.0}}, {});
+    const auto fits = found_contacts(scene, {}, {0.4985});
+    CHECK(fits->contacts.size() == kMaxCandidates);
+    CHECK(fits->covered_margin == 0.4985);
+    const auto full = found_contacts(scene, {}, {0.4995});
+    CHECK(full->contacts.size() == kMaxCandidates);
+    CHECK(full->covered_margin == doctest::Approx(0.499).epsilon(1e-12));
+    for (const Contact& contact : full->contacts) CHECK(contact.gap < 0.1);
   }
 }
 

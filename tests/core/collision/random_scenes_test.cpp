@@ -84,10 +84,11 @@ TEST_CASE("sizes of strings, tools and bodies that differ by decades lose no pai
     scene.set_tool(random_cluster(random, 1 + static_cast<int>(random.below(40)), tool_size, 0.0,
                                   tool_size * decade(random, -4.0, 0.0)));
     for (int k = 0; k < 4; ++k) {
-      const Vector3 p_A = random_vector(random, tool_size);
+      const Vector3 near = random_vector(random, tool_size);
       const Vector3 way = to_vector(random.direction());
-      // One without length, one extremely long, all from near the tool.
+      // One without length, one extremely long; they end near the tool or pass by.
       const double L = k == 0 ? 0.0 : decade(random, -6.0, 7.0);
+      const Vector3 p_A = near - (k == 1 ? 0.0 : random.uniform()) * L * way;
       scene.capsules.push_back(
           {p_A, p_A + L * way, random.chance(0.3) ? 0.0 : decade(random, -9, 0)});
     }
