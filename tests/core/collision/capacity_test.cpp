@@ -127,6 +127,16 @@ TEST_CASE("coincident pairs that do not all fit leave a result that is the same 
   }
 }
 
+TEST_CASE("the margin covered is the gap of equal pairs too when none of them took a place") {
+  // Strings in order: every pair that does not fit has the gap of those that do, and a later key.
+  CheckedScene scene;
+  scene.set_tool(std::vector<Sphere>(60, Sphere{{0, 0, 0}, 0.25}));
+  scene.capsules.assign(40, Capsule{{-1, 0.625, 0}, {1, 0.625, 0}, 0.25});
+  const auto set = found_contacts(scene, {}, {0.5});
+  CHECK(set->contacts.size() == kMaxCandidates);
+  CHECK(set->covered_margin == 0.125);
+}
+
 TEST_CASE("which pairs are kept does not depend on the order of strings and bodies") {
   SplitMix64 random(3);
   for (std::int64_t trial = 0; trial < scaled(100); ++trial) {

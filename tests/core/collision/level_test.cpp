@@ -195,6 +195,7 @@ TEST_CASE("a level below all leaves is the leaves, to the bit") {
 
 TEST_CASE("ids of a coarse query name the bounds whose gap was taken") {
   SplitMix64 random(4);
+  int bounds = 0;
   for (std::int64_t trial = 0; trial < scaled(200); ++trial) {
     const SceneParts parts = deep_parts(random);
     const CheckedScene scene(parts);
@@ -209,8 +210,10 @@ TEST_CASE("ids of a coarse query name the bounds whose gap was taken") {
       const double distance =
           (transform(parts.X_WG, tool.p) - transform(body.X_WB, other.p)).norm();
       REQUIRE(std::abs(contact.gap - (distance - tool.r - other.r)) <= tolerance);
+      bounds += static_cast<int>(contact.key.tool_sphere < 0 && contact.key.obstacle_sphere < 0);
     }
   }
+  CHECK(bounds > 10);
 }
 
 }  // namespace hapticd::test
