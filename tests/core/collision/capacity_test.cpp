@@ -128,10 +128,10 @@ TEST_CASE("coincident pairs that do not all fit leave a result that is the same 
 }
 
 TEST_CASE("the margin covered is the gap of equal pairs too when none of them took a place") {
-  // Strings in order: every pair that does not fit has the gap of those that do, and a later key.
+  // 64 strings fill the result; the pairs of one more have the same gap and later keys.
   CheckedScene scene;
-  scene.set_tool(std::vector<Sphere>(60, Sphere{{0, 0, 0}, 0.25}));
-  scene.capsules.assign(40, Capsule{{-1, 0.625, 0}, {1, 0.625, 0}, 0.25});
+  scene.set_tool(std::vector<Sphere>(32, Sphere{{0, 0, 0}, 0.25}));
+  scene.capsules.assign(65, Capsule{{-1, 0.625, 0}, {1, 0.625, 0}, 0.25});
   const auto set = found_contacts(scene, {}, {0.5});
   CHECK(set->contacts.size() == kMaxCandidates);
   CHECK(set->covered_margin == 0.125);
