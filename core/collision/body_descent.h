@@ -1,6 +1,7 @@
 // The descent of a tool's tree and a body's tree together, common to the search for contacts and
-// the search for the smallest gap. Everything is in the body's frame B: the body's bounds as they
-// are stored, the tool's taken there when their node is opened. RT: yes.
+// the search for the smallest gap: eight spheres of the one against eight of the other, at every
+// level. Everything is in the body's frame B: the body's spheres as they are stored, the tool's
+// taken there node by node. RT: yes.
 #pragma once
 
 #include "core/collision/descent.h"
@@ -8,41 +9,17 @@
 
 namespace hapticd {
 
-/// Parts whose surface spheres are at hand are opened further, into single spheres, only against
-/// parts this much smaller. Normal value 2. Costs only time: near 1 leaves the eight-wide loops too
-/// early, far above tries distant spheres of coarse tools.
+/// Of two nodes the one whose children are this much larger is opened alone, else both. Normal
+/// value 2. Costs only time: near 1 compares large spheres with many small ones, far above opens
+/// nodes that are smaller than what they are compared with.
 inline constexpr double kSplitRatio = 2.0;
-/// Steps of one descent: every level of both trees, and a split of the surface at the end of each.
-inline constexpr int kBodyDescentSteps = 2 * (kMaxTreeDepth + 1);
-
-/// A part of either tree and a sphere in B that contains it.
-struct PlacedPart {
-  TreePart part;
-  Sphere bound_B;
-};
-
-/// Both parts of a step.
-struct BodyPair {
-  PlacedPart tool;
-  PlacedPart body;
-};
 
 /// A tool and a body, placed.
 struct PlacedTrees {
   LevelledTree tool;
   LevelledTree body;
   PlacedBody placement;
-  double slack;  ///< of every bound, m
-
-  [[nodiscard]] BodyPair roots() const noexcept {
-    const Sphere& bound_G = tool.tree.bound;
-    return {{tool.root(), {to_body(placement, bound_G.p), bound_G.r}},
-            {body.root(), body.tree.bound}};
-  }
-  /// `sphere_B` as a probe of either tree.
-  [[nodiscard]] SphereProbe probe(const Sphere& sphere_B) const noexcept {
-    return {sphere_B.p, sphere_B.r + slack};
-  }
+  double slack;  ///< of every comparison, m
 };
 
 [[nodiscard]] inline PlacedTrees place_trees(const LevelledTree& tool,
@@ -55,31 +32,120 @@ struct PlacedTrees {
   return {tool, body, placed, kRelativeSlack * extent + overhang};
 }
 
-/// Bound of what lies below the children `lanes` of a node: the child's own where it is one, else
-/// that of the whole node.
-[[nodiscard]] inline Sphere bound_below(const SphereLanes& spheres_B, unsigned lanes,
-                                        const Sphere& whole_B) noexcept {
-  if (!std::has_single_bit(lanes)) return whole_B;
-  const auto k = static_cast<std::size_t>(std::countr_zero(lanes));
-  return {{spheres_B.x[k], spheres_B.y[k], spheres_B.z[k]}, spheres_B.r[k]};
-}
+/// Some children of a node.
+struct Children {
+  TreePart part;
+  unsigned lanes;
+};
 
-enum class Opening : std::uint8_t { kTool, kBody, kNeither };
+/// Two nodes whose children are to be compared.
+struct NodePair {
+  Children tool;
+  Children body;
+};
 
-/// Which part to open: the larger, while it is unopened or much larger; neither when both are
-/// surfaces of like size, which are compared as they are.
-[[nodiscard]] inline Opening choose_opening(const BodyPair& pair) noexcept {
-  const unsigned tool = pair.tool.part.surface;
-  const unsigned body = pair.body.part.surface;
-  const double r_tool = pair.tool.bound_B.r;
-  const double r_body = pair.body.bound_B.r;
-  const bool tool_opens =
-      tool == 0 || (!std::has_single_bit(tool) && r_tool > kSplitRatio * r_body);
-  const bool body_opens =
-      body == 0 || (!std::has_single_bit(body) && r_body > kSplitRatio * r_tool);
-  if (tool_opens && body_opens) return r_tool > r_body ? Opening::kTool : Opening::kBody;
-  if (tool_opens) return Opening::kTool;
-  return body_opens ? Opening::kBody : Opening::kNeither;
-}
+/// Calls visitor.hit(pair, i, k, p_BC) for all surface children i of a tool's node and k of a
+/// body's node that may have a gap below visitor.radius(), which may shrink on the way.
+template <typename Kernels, typename Visitor>
+class BodyDescent {
+ public:
+  BodyDescent(const PlacedTrees& trees, Visitor& visitor) noexcept
+      : trees_(trees), visitor_(visitor) {}
+
+  void run() noexcept {
+    const TreePart root = LevelledTree::root();
+    stack_.push({{root, trees_.tool.node(root).used}, {root, trees_.body.node(root).used}});
+    while (!stack_.empty()) compare(stack_.pop());
+  }
+
+ private:
+  /// Every step goes down one level at least, and leaves at most 64 pairs behind.
+  static constexpr int kCapacity = 2 * kMaxTreeDepth * (kTreeWidth * kTreeWidth - 1) + 1;
+
+  void compare(const NodePair& pair) noexcept {
+    const SphereTreeNode& tool = trees_.tool.node(pair.tool.part);
+    const SphereTreeNode& body = trees_.body.node(pair.body.part);
+    if (placed_ != &tool) {
+      Kernels::to_body(tool, trees_.placement, p_BC_);
+      placed_ = &tool;
+    }
+    const PairMask near =
+        Kernels::near_pairs({p_BC_.x, p_BC_.y, p_BC_.z, tool.r}, pair.tool.lanes, lanes_of(body),
+                            pair.body.lanes, visitor_.radius() + trees_.slack);
+    visitor_.count_tests(kTreeWidth * std::popcount(pair.body.lanes));
+    if (near == 0) return;
+    unsigned tool_opens = trees_.tool.inner(pair.tool.part) & pair.tool.lanes;
+    unsigned body_opens = trees_.body.inner(pair.body.part) & pair.body.lanes;
+    if ((tool_opens | body_opens) == 0) {
+      hit(pair, near, 0);
+      return;
+    }
+    const double r_tool = tool.r[first_lane(pair.tool.lanes)];
+    const double r_body = body.r[first_lane(pair.body.lanes)];
+    // What waits for the other to be opened must not meet a surface sphere there.
+    if (r_body > kSplitRatio * r_tool && body_opens == pair.body.lanes) {
+      tool_opens = 0;
+    } else if (r_tool > kSplitRatio * r_body && tool_opens == pair.tool.lanes) {
+      body_opens = 0;
+    }
+    open(pair, near, tool_opens, body_opens);
+  }
+
+  void open(const NodePair& pair, PairMask near, unsigned tool_opens,
+            unsigned body_opens) noexcept {
+    for (unsigned rest = tool_opens & tool_lanes(near); rest != 0; rest &= rest - 1) {
+      const int i = std::countr_zero(rest);
+      const unsigned lanes = body_lanes(near, i);
+      const TreePart tool = trees_.tool.child(pair.tool.part, i);
+      if (const unsigned kept = lanes & ~body_opens; kept != 0) push(tool, {pair.body.part, kept});
+      for (unsigned opened = lanes & body_opens; opened != 0; opened &= opened - 1) {
+        push_both(pair, i, tool, std::countr_zero(opened));
+      }
+    }
+    for (unsigned rest = pair.body.lanes; rest != 0; rest &= rest - 1) {
+      const int k = std::countr_zero(rest);
+      const unsigned lanes = tool_lanes(near, k) & ~tool_opens;
+      if (lanes == 0) continue;
+      if ((body_opens >> k & 1U) == 0) {
+        hit(pair, lanes, k);
+      } else {
+        const TreePart body = trees_.body.child(pair.body.part, k);
+        stack_.push({{pair.tool.part, lanes}, {body, trees_.body.node(body).used}});
+      }
+    }
+  }
+
+  void push(const TreePart& tool, const Children& body) noexcept {
+    stack_.push({{tool, trees_.tool.node(tool).used}, body});
+  }
+
+  /// What is below the tool's child i against what is below `body` and near to it.
+  void push_both(const NodePair& pair, int i, const TreePart& tool, int k) noexcept {
+    const auto row = static_cast<std::size_t>(i);
+    const SphereProbe probe{p_BC_[row], trees_.tool.node(pair.tool.part).r[row] + trees_.slack};
+    const TreePart body = trees_.body.child(pair.body.part, k);
+    const unsigned lanes =
+        Kernels::near(lanes_of(trees_.body.node(body)), probe, visitor_.radius());
+    visitor_.count_tests(kTreeWidth);
+    if (lanes != 0) push(tool, {body, lanes});
+  }
+
+  void hit(const NodePair& pair, PairMask near, int first_row) noexcept {
+    for (; near != 0; near &= near - 1) {
+      const int bit = std::countr_zero(near);
+      visitor_.hit(pair, bit % kTreeWidth, first_row + bit / kTreeWidth, p_BC_);
+    }
+  }
+
+  static std::size_t first_lane(unsigned lanes) noexcept {
+    return static_cast<std::size_t>(std::countr_zero(lanes));
+  }
+
+  const PlacedTrees& trees_;
+  Visitor& visitor_;
+  DescentStack<NodePair, kCapacity> stack_;
+  PointLanes p_BC_;  ///< centres of `placed_`
+  const SphereTreeNode* placed_ = nullptr;
+};
 
 }  // namespace hapticd

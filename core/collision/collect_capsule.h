@@ -19,7 +19,7 @@ void collect_capsule(const LevelledTree& tool, const ToolPlacement& placement,
   const Vector3 axis_W = capsule_W.p_B - capsule_W.p_A;
   CapsuleGaps gaps;
   DescentStack<TreePart, kMaxTreeDepth*(kTreeWidth - 1) + 1> stack;
-  stack.push(tool.root());
+  stack.push(LevelledTree::root());
   while (!stack.empty()) {
     const TreePart part = stack.pop();
     const SphereTreeNode& node = tool.node(part);
@@ -38,9 +38,11 @@ void collect_capsule(const LevelledTree& tool, const ToolPlacement& placement,
       const auto k = static_cast<std::size_t>(lane);
       const PrimitiveGap pair = gaps.lanes.pair(k, gaps.lambda[k]);
       if (!collector.wants(pair.gap)) continue;
-      collector.add(make_contact({ObstacleKind::kCapsule, obstacle, tool.id(part, lane), 0}, pair,
-                                 capsule_normal(pair, axis_W),
-                                 {gaps.p_GC_W[k], node.r[k], placement.p_WG}));
+      collector.add(pair.gap, [&](Contact& contact) {
+        contact =
+            make_contact({ObstacleKind::kCapsule, obstacle, tool.id(part, lane), 0}, pair,
+                         capsule_normal(pair, axis_W), {gaps.p_GC_W[k], node.r[k], placement.p_WG});
+      });
     }
   }
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <tuple>
 
 #include "core/collision/contact.h"
@@ -28,11 +29,21 @@ class ContactCollector {
     return gap < margin() || (is_heap_ && gap <= margin());
   }
 
-  /// Adds a contact that wants() accepts.
-  void add(const Contact& contact) noexcept {
-    if (!out_.contacts.push_back(contact)) [[unlikely]]
+  /// Adds a contact with a `gap` that wants() accepts: write(contact) fills it where it stays.
+  template <typename Write>
+  void add(double gap, const Write& write) noexcept {
+    nearest_ = std::min(nearest_, gap);
+    if (Contact* const place = out_.contacts.append(); place != nullptr) [[likely]] {
+      write(*place);
+    } else {
+      Contact contact;
+      write(contact);
       replace_farthest(contact);
+    }
   }
+
+  /// Smallest gap added, m; +infinity when none.
+  [[nodiscard]] double nearest() const noexcept { return nearest_; }
 
   void count_tests(std::int64_t tests) noexcept { out_.tests += tests; }
 
@@ -64,6 +75,7 @@ class ContactCollector {
   }
 
   ContactSet& out_;
+  double nearest_ = std::numeric_limits<double>::infinity();
   bool is_heap_ = false;
 };
 

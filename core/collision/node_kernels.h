@@ -55,11 +55,25 @@ struct CapsuleGaps {
   Lanes lambda;
 };
 
-/// Gaps of eight tool spheres against eight body spheres.
-struct PairGaps {
-  std::array<GapLanes, kTreeWidth> lanes;    ///< per tool sphere, where hit
-  std::array<std::uint8_t, kTreeWidth> hit;  ///< per tool sphere, where any
-};
+/// Pairs of eight spheres and eight others: bit 8 k + i speaks of the tool's i and the body's k.
+using PairMask = std::uint64_t;
+
+/// The tool's spheres that are near to the body's `k`.
+[[nodiscard]] inline unsigned tool_lanes(PairMask mask, int k) noexcept {
+  return static_cast<unsigned>(mask >> (kTreeWidth * k)) & 0xFFU;
+}
+
+/// The tool's spheres that are near to any.
+[[nodiscard]] inline unsigned tool_lanes(PairMask mask) noexcept {
+  mask |= mask >> 32U;
+  mask |= mask >> 16U;
+  return static_cast<unsigned>(mask | mask >> 8U) & 0xFFU;
+}
+
+/// The body's spheres that are near to the tool's `i`: one bit of each byte, moved together.
+[[nodiscard]] inline unsigned body_lanes(PairMask mask, int i) noexcept {
+  return static_cast<unsigned>((mask >> i & 0x0101010101010101U) * 0x0102040810204080U >> 56U);
+}
 
 /// Plain C++.
 struct PortableKernels {
@@ -76,11 +90,10 @@ struct PortableKernels {
   static unsigned capsule_gaps(const SphereTreeNode& tool, unsigned lanes, const Matrix3& R_WG,
                                const PlacedCapsule& capsule, double radius,
                                CapsuleGaps& out) noexcept;
-  /// Pairs, of those in `tool_lanes` and `body_lanes`, with gap <= `radius`: returns the tool's
-  /// spheres that have any, out.hit which. Both in B. `slack` covers the rounding of a gap, m.
-  static unsigned pair_gaps(const SphereLanes& tool, unsigned tool_lanes, const SphereLanes& body,
-                            unsigned body_lanes, double radius, double slack,
-                            PairGaps& out) noexcept;
+  /// Pairs, of those in `tool_lanes` and `body_lanes`, that may have a gap below `radius`. Both in
+  /// B.
+  static PairMask near_pairs(const SphereLanes& tool, unsigned tool_lanes, const SphereLanes& body,
+                             unsigned body_lanes, double radius) noexcept;
 };
 
 /// Four lanes at a time; only where avx2_available().
@@ -96,9 +109,8 @@ struct Avx2Kernels {
   static unsigned capsule_gaps(const SphereTreeNode& tool, unsigned lanes, const Matrix3& R_WG,
                                const PlacedCapsule& capsule, double radius,
                                CapsuleGaps& out) noexcept;
-  static unsigned pair_gaps(const SphereLanes& tool, unsigned tool_lanes, const SphereLanes& body,
-                            unsigned body_lanes, double radius, double slack,
-                            PairGaps& out) noexcept;
+  static PairMask near_pairs(const SphereLanes& tool, unsigned tool_lanes, const SphereLanes& body,
+                             unsigned body_lanes, double radius) noexcept;
 };
 
 }  // namespace hapticd

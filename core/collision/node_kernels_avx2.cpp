@@ -199,40 +199,18 @@ template <typename Probe>
   return hit & lanes;
 }
 
-[[gnu::target("avx2")]] unsigned Avx2Kernels::pair_gaps(const SphereLanes& tool,
-                                                        unsigned tool_lanes,
-                                                        const SphereLanes& body,
-                                                        unsigned body_lanes, double radius,
-                                                        double slack, PairGaps& out) noexcept {
-  const Vector3x4 first = centres(body, 0);
-  const Vector3x4 second = centres(body, kStep);
-  const __m256d inflation = set(radius + slack);
-  const __m256d near_first = _mm256_add_pd(load(body.r, 0), inflation);
-  const __m256d near_second = _mm256_add_pd(load(body.r, kStep), inflation);
-  unsigned any = 0;
-  for (unsigned rest = tool_lanes; rest != 0; rest &= rest - 1) {
-    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
-    const Vector3x4 c{set(tool.x[i]), set(tool.y[i]), set(tool.z[i])};
-    const __m256d r = set(tool.r[i]);
-    const Vector3x4 o_first = subtract(c, first);
-    const Vector3x4 o_second = subtract(c, second);
-    const __m256d square_first = dot(o_first, o_first);
-    const __m256d square_second = dot(o_second, o_second);
-    // Most spheres of the tool are near none of the eight: leave before the roots. Where the sum of
-    // radii and margin is negative its square is too large, which costs time only.
-    const unsigned maybe = below_square(square_first, _mm256_add_pd(r, near_first)) |
-                           below_square(square_second, _mm256_add_pd(r, near_second)) << kStep;
-    if ((maybe & body_lanes) == 0) continue;
-    const __m256d radii_first = _mm256_add_pd(r, load(body.r, 0));
-    const __m256d radii_second = _mm256_add_pd(r, load(body.r, kStep));
-    const unsigned hit =
-        (store_gap(o_first, square_first, radii_first, radius, 0, out.lanes[i]) |
-         store_gap(o_second, square_second, radii_second, radius, kStep, out.lanes[i]) << kStep) &
-        body_lanes;
-    out.hit[i] = static_cast<std::uint8_t>(hit);
-    any |= static_cast<unsigned>(hit != 0) << i;
+[[gnu::target("avx2")]] PairMask Avx2Kernels::near_pairs(const SphereLanes& tool,
+                                                         unsigned tool_lanes,
+                                                         const SphereLanes& body,
+                                                         unsigned body_lanes,
+                                                         double radius) noexcept {
+  PairMask mask = 0;
+  for (unsigned rest = body_lanes; rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+    const SphereProbe probe{{body.x[k], body.y[k], body.z[k]}, body.r[k]};
+    mask |= PairMask{near_mask(tool, probe, radius) & tool_lanes} << (kWidth * k);
   }
-  return any;
+  return mask;
 }
 
 }  // namespace hapticd

@@ -112,25 +112,16 @@ unsigned PortableKernels::capsule_gaps(const SphereTreeNode& tool, unsigned lane
   return hit & lanes;
 }
 
-unsigned PortableKernels::pair_gaps(const SphereLanes& tool, unsigned tool_lanes,
-                                    const SphereLanes& body, unsigned body_lanes, double radius,
-                                    double /*slack*/, PairGaps& out) noexcept {
-  unsigned any = 0;
-  for (std::size_t i = 0; i < kWidth; ++i) {
-    if ((tool_lanes >> i & 1U) == 0) continue;
-    const Vector3 p_BC{tool.x[i], tool.y[i], tool.z[i]};
-    unsigned hit = 0;
-    for (std::size_t k = 0; k < kWidth; ++k) {
-      if ((body_lanes >> k & 1U) == 0) continue;
-      const Sphere sphere_B{{body.x[k], body.y[k], body.z[k]}, body.r[k]};
-      const PrimitiveGap pair = gap_to_body_sphere(p_BC, tool.r[i], sphere_B);
-      set(out.lanes[i], k, pair);
-      hit |= static_cast<unsigned>(pair.gap <= radius) << k;
-    }
-    out.hit[i] = static_cast<std::uint8_t>(hit);
-    any |= static_cast<unsigned>(hit != 0) << i;
+PairMask PortableKernels::near_pairs(const SphereLanes& tool, unsigned tool_lanes,
+                                     const SphereLanes& body, unsigned body_lanes,
+                                     double radius) noexcept {
+  PairMask mask = 0;
+  for (std::size_t k = 0; k < kWidth; ++k) {
+    if ((body_lanes >> k & 1U) == 0) continue;
+    const SphereProbe probe{{body.x[k], body.y[k], body.z[k]}, body.r[k]};
+    mask |= PairMask{near_mask(tool, probe, radius) & tool_lanes} << (kWidth * k);
   }
-  return any;
+  return mask;
 }
 
 }  // namespace hapticd

@@ -30,7 +30,7 @@ PlacedTrees placed(const Query& query, const BodyView& body) noexcept {
 }
 
 template <typename Kernels>
-void collect_contacts(const Query& query, ContactSet& out) noexcept {
+double collect_contacts(const Query& query, ContactSet& out) noexcept {
   ContactCollector collector(query.options.margin, out);
   std::int32_t index = 0;
   for (const Capsule& capsule_W : query.obstacles.capsules_W) {
@@ -39,8 +39,11 @@ void collect_contacts(const Query& query, ContactSet& out) noexcept {
   index = 0;
   for (const BodyView& body : query.obstacles.bodies) {
     const PlacedTrees trees = placed(query, body);
-    BodyCollection<Kernels>(trees, query.placement, index++, collector).run();
+    BodyContacts contacts(trees, query.placement, index++, collector);
+    BodyDescent<Kernels, BodyContacts>(trees, contacts).run();
+    contacts.flush();
   }
+  return collector.nearest();
 }
 
 template <typename Kernels>
@@ -55,13 +58,9 @@ void find_nearest(const Query& query, NearestGap& nearest) noexcept {
 
 template <typename Kernels>
 void find(const Query& query, ContactSet& out) noexcept {
-  collect_contacts<Kernels>(query, out);
-  NearestGap nearest{query.options.horizon};
-  if (out.contacts.empty()) {
-    find_nearest<Kernels>(query, nearest);
-  } else {
-    for (const Contact& contact : out.contacts) nearest.gap = std::min(nearest.gap, contact.gap);
-  }
+  const double smallest = collect_contacts<Kernels>(query, out);
+  NearestGap nearest{std::min(query.options.horizon, smallest)};
+  if (out.contacts.empty()) find_nearest<Kernels>(query, nearest);
   out.minimum_gap = nearest.gap;
   out.tests += nearest.tests;
 }

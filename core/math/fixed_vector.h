@@ -24,6 +24,14 @@ class FixedVector {
     items_[size_++] = value;
     return true;
   }
+  /// Appends an element to be written in place; null, and counted in overflow(), when full.
+  [[nodiscard]] T* append() noexcept {
+    if (size_ == Capacity) {
+      ++overflow_;
+      return nullptr;
+    }
+    return &items_[size_++];
+  }
   /// Empties the vector and its overflow count.
   void clear() noexcept {
     size_ = 0;
