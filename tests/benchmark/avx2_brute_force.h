@@ -11,9 +11,9 @@
 namespace hapticd::test {
 
 /// Room for the tool's centres in another frame; sized once.
-class BruteForce {
+class Avx2BruteForce {
  public:
-  explicit BruteForce(const SphereTreeView& tool);
+  explicit Avx2BruteForce(const SphereTreeView& tool);
 
   /// As find_contacts with leaf-level options; contacts beyond the capacity are dropped.
   void find(const Pose& X_WG, const ObstaclesView& obstacles, const QueryOptions& options,

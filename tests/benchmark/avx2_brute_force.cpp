@@ -1,5 +1,5 @@
-// See collision_brute_force.h.
-#include "tests/benchmark/collision_brute_force.h"
+// See avx2_brute_force.h.
+#include "tests/benchmark/avx2_brute_force.h"
 
 #include <immintrin.h>
 
@@ -8,19 +8,19 @@
 
 namespace hapticd::test {
 
-BruteForce::BruteForce(const SphereTreeView& tool) : tool_(tool) {}
+Avx2BruteForce::Avx2BruteForce(const SphereTreeView& tool) : tool_(tool) {}
 
-void BruteForce::add(const ContactKey& key, const Pose& X_WG, const ObstaclesView& obstacles,
-                     double margin, ContactSet& out) {
+void Avx2BruteForce::add(const ContactKey& key, const Pose& X_WG, const ObstaclesView& obstacles,
+                         double margin, ContactSet& out) {
   const Contact contact = evaluate_contact(key, tool_, X_WG, obstacles);
   out.minimum_gap = std::min(out.minimum_gap, contact.gap);
   if (contact.gap < margin) out.contacts.push_back(contact);
 }
 
-[[gnu::target("avx2")]] void BruteForce::against_capsule(const Pose& X_WG,
-                                                         const ObstaclesView& obstacles,
-                                                         std::int32_t capsule, double margin,
-                                                         ContactSet& out) {
+[[gnu::target("avx2")]] void Avx2BruteForce::against_capsule(const Pose& X_WG,
+                                                             const ObstaclesView& obstacles,
+                                                             std::int32_t capsule, double margin,
+                                                             ContactSet& out) {
   const Capsule& capsule_W = obstacles.capsules_W[static_cast<std::size_t>(capsule)];
   const Pose X_GW = inverse(X_WG);
   const Vector3 a = transform(X_GW, capsule_W.p_A);
@@ -53,10 +53,10 @@ void BruteForce::add(const ContactKey& key, const Pose& X_WG, const ObstaclesVie
   }
 }
 
-[[gnu::target("avx2")]] void BruteForce::against_body(const Pose& X_WG,
-                                                      const ObstaclesView& obstacles,
-                                                      std::int32_t body, double margin,
-                                                      ContactSet& out) {
+[[gnu::target("avx2")]] void Avx2BruteForce::against_body(const Pose& X_WG,
+                                                          const ObstaclesView& obstacles,
+                                                          std::int32_t body, double margin,
+                                                          ContactSet& out) {
   const BodyView& body_W = obstacles.bodies[static_cast<std::size_t>(body)];
   const SphereTreeView& tree = body_W.tree;
   const Pose X_BG = compose(inverse(body_W.X_WB), X_WG);
@@ -85,8 +85,8 @@ void BruteForce::add(const ContactKey& key, const Pose& X_WG, const ObstaclesVie
   }
 }
 
-void BruteForce::find(const Pose& X_WG, const ObstaclesView& obstacles, const QueryOptions& options,
-                      ContactSet& out) {
+void Avx2BruteForce::find(const Pose& X_WG, const ObstaclesView& obstacles,
+                          const QueryOptions& options, ContactSet& out) {
   out.contacts.clear();
   out.minimum_gap = options.horizon;
   out.covered_margin = options.margin;
