@@ -45,7 +45,8 @@ struct NodePair {
 };
 
 /// Calls visitor.hit(pair, i, k, p_BC) for all surface children i of a tool's node and k of a
-/// body's node that may have a gap below visitor.radius(), which may shrink on the way.
+/// body's node that may have a gap below visitor.radius(), which may shrink on the way; p_BC are
+/// the centres of the tool's children.
 template <typename Kernels, typename Visitor>
 class BodyDescent {
  public:
@@ -91,6 +92,7 @@ class BodyDescent {
     open(pair, near, tool_opens, body_opens);
   }
 
+  /// Goes below the children `tool_opens` and `body_opens` of the pair, where they are near.
   void open(const NodePair& pair, PairMask near, unsigned tool_opens,
             unsigned body_opens) noexcept {
     for (unsigned rest = tool_opens & tool_lanes(near); rest != 0; rest &= rest - 1) {
@@ -119,7 +121,8 @@ class BodyDescent {
     stack_.push({{tool, trees_.tool.node(tool).used}, body});
   }
 
-  /// What is below the tool's child i against what is below `body` and near to it.
+  /// What is below the tool's child i, which is `tool`, against those spheres below the body's
+  /// child k that are near to it: mostly few, often none.
   void push_both(const NodePair& pair, int i, const TreePart& tool, int k) noexcept {
     const auto row = static_cast<std::size_t>(i);
     const SphereProbe probe{p_BC_[row], trees_.tool.node(pair.tool.part).r[row] + trees_.slack};
@@ -141,11 +144,11 @@ class BodyDescent {
     return static_cast<std::size_t>(std::countr_zero(lanes));
   }
 
+  PointLanes p_BC_;  ///< centres of `placed_`
+  const SphereTreeNode* placed_ = nullptr;
   const PlacedTrees& trees_;
   Visitor& visitor_;
   DescentStack<NodePair, kCapacity> stack_;
-  PointLanes p_BC_;  ///< centres of `placed_`
-  const SphereTreeNode* placed_ = nullptr;
 };
 
 }  // namespace hapticd
