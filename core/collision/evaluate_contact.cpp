@@ -58,6 +58,17 @@ Contact evaluate_contact(const ContactKey& key, const SphereTreeView& tool, cons
   return PairEvaluator(tool, X_WG, obstacles).contact(key);
 }
 
+void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG, const ObstaclesView& obstacles,
+                       ContactSet& contacts) noexcept {
+  PairEvaluator evaluator(tool, X_WG, obstacles);
+  double minimum = std::numeric_limits<double>::infinity();
+  for (Contact& contact : contacts.contacts) {
+    contact = evaluator.contact(contact.key);
+    minimum = contact.gap < minimum ? contact.gap : minimum;
+  }
+  contacts.minimum_gap = minimum;
+}
+
 double minimum_gap_of(const ContactSet& contacts, const SphereTreeView& tool, const Pose& X_WG,
                       const ObstaclesView& obstacles) noexcept {
   PairEvaluator evaluator(tool, X_WG, obstacles);

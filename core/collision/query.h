@@ -33,10 +33,15 @@ HD_REALTIME void find_contacts(const SphereTreeView& tool, const Pose& X_WG,
                                ContactSet& out) noexcept;
 
 /// The same pair of primitives at another pose of the tool: gap, normal, point and lambda afresh.
-/// About 10 ns.
+/// About 30 ns.
 [[nodiscard]] HD_REALTIME Contact evaluate_contact(const ContactKey& key,
                                                    const SphereTreeView& tool, const Pose& X_WG,
                                                    const ObstaclesView& obstacles) noexcept;
+
+/// The same for all of `contacts`, in place; minimum_gap becomes the smallest of their gaps, m, or
+/// +infinity when there are none. About 10 ns per contact.
+HD_REALTIME void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG,
+                                   const ObstaclesView& obstacles, ContactSet& contacts) noexcept;
 
 /// Smallest gap over the pairs already in `contacts`, at another pose of the tool, m; +infinity
 /// when there are none.

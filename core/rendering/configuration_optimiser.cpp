@@ -40,14 +40,10 @@ void refresh(const OptimiserInput& input, const Pose& X_WG, double reach_wanted,
     query(input, X_WG, reach_wanted, w, result);
     return;
   }
-  double minimum_gap = left;
-  for (Contact& contact : w.contacts.contacts) {
-    contact = evaluate_contact(contact.key, input.tool, X_WG, input.obstacles);
-    minimum_gap = std::min(minimum_gap, contact.gap);
-  }
+  evaluate_contacts(input.tool, X_WG, input.obstacles, w.contacts);
+  w.contacts.minimum_gap = std::min(w.contacts.minimum_gap, left);
   result.tests += static_cast<std::int64_t>(w.contacts.contacts.size());
-  result.minimum_gap = minimum_gap;
-  w.contacts.minimum_gap = minimum_gap;
+  result.minimum_gap = w.contacts.minimum_gap;
   w.stale = false;
 }
 
