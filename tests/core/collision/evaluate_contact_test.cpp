@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "tests/core/collision/scene_check.h"
 #include "tests/support/contact_scenes.h"
@@ -69,6 +70,36 @@ TEST_CASE("at another pose a pair has the oracle's gap, normal, point and lambda
       CHECK(std::isinf(minimum));
     } else {
       CHECK(std::abs(minimum - static_cast<double>(smallest)) <= tolerance);
+    }
+  }
+}
+
+TEST_CASE("a set evaluated at another pose has the oracle's gaps, normals, points and minimum") {
+  SplitMix64 random(3);
+  for (std::int64_t trial = 0; trial < scaled(200); ++trial) {
+    const SceneParts parts = random_parts(random);
+    const CheckedScene scene(parts);
+    const auto set = found_contacts(scene, parts.X_WG, {0.01});
+    const std::vector<Contact> before(set->contacts.begin(), set->contacts.end());
+    const Pose X_WG{random_rotation(random), random_vector(random, 0.1)};
+    const double tolerance = kRoundingTolerance * scene.extent(X_WG);
+    evaluate_contacts(scene.tool(), X_WG, scene.obstacles(), *set);
+    REQUIRE(set->contacts.size() == before.size());
+    const OracleResult all = exhaustive_contacts(
+        scene.tool_spheres(), X_WG, scene.oracle_obstacles(), std::numeric_limits<double>::max());
+    long double smallest = std::numeric_limits<long double>::infinity();
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      const Contact& now = set->contacts[k];
+      CHECK(now.key == before[k].key);
+      const OracleContact& truth = pair_of(all, before[k].key);
+      smallest = std::min(smallest, truth.gap);
+      const auto i = static_cast<std::size_t>(now.key.tool_sphere);
+      check_contact(now, truth, scene.tool_spheres()[i], X_WG, scene.obstacles(), tolerance);
+    }
+    if (before.empty()) {
+      CHECK(std::isinf(set->minimum_gap));
+    } else {
+      CHECK(std::abs(set->minimum_gap - static_cast<double>(smallest)) <= tolerance);
     }
   }
 }
