@@ -123,7 +123,7 @@ TEST_CASE("the smallest gap is found whichever order bodies and strings come in"
   scene.add_body({{{0, 0, 0}, 0.01}}, {random_rotation(random), {0.03, 0, 0}});
   scene.add_body({{{0, 0, 0}, 0.01}}, {random_rotation(random), {-0.02, 0.03, 0}});
   for (std::int64_t trial = 0; trial < scaled(1'000); ++trial) {
-    auto set = found_contacts(scene, {random_rotation(random), {}}, {1.0});
+    auto set = found_contacts(scene, {random_rotation(random), Vector3::Zero()}, {1.0});
     for (std::size_t i = set->contacts.size(); i > 1; --i)
       std::swap(set->contacts[i - 1], set->contacts[random.below(i)]);
     const Pose X_WG{random_rotation(random), random_vector(random, 0.05)};

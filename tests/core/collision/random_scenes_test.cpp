@@ -140,7 +140,7 @@ TEST_CASE("coincident spheres and spheres within spheres are all counted") {
     }
     scene.set_tool(tool);
     scene.capsules.assign(5, Capsule{{-1, 0, 0}, {1, 0, 0}, 1e-3});
-    scene.add_body(body, {random_rotation(random), {}});
+    scene.add_body(body, {random_rotation(random), Vector3::Zero()});
     check_against_oracle(scene, {random_rotation(random), random_vector(random, 0.06)}, {0.02});
   }
 }
