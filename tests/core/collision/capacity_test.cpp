@@ -67,8 +67,10 @@ TEST_CASE("a result that is full of deep penetrations covers a negative margin")
     CheckedScene scene;
     scene.set_tool(random_cluster(random, 90, 0.01, 0.01, 0.05));
     scene.capsules = {{{-1, 0, 0}, {1, 0, 0}, 0.05}, {{0, -1, 0}, {0, 1, 0}, 0.1}};
-    scene.add_body(random_cluster(random, 90, 0.01, 0.05, 0.2), {random_rotation(random), Vector3::Zero()});
-    scene.add_body(random_cluster(random, 40, 0.02, 0.05, 0.2), {random_rotation(random), Vector3::Zero()});
+    scene.add_body(random_cluster(random, 90, 0.01, 0.05, 0.2),
+                   {random_rotation(random), Vector3::Zero()});
+    scene.add_body(random_cluster(random, 40, 0.02, 0.05, 0.2),
+                   {random_rotation(random), Vector3::Zero()});
     const Pose X_WG{random_rotation(random), random_vector(random, 0.01)};
     const OracleResult truth =
         exhaustive_contacts(scene.tool_spheres(), X_WG, scene.oracle_obstacles(), 1.0L);

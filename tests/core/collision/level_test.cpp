@@ -196,7 +196,7 @@ TEST_CASE("a level below all leaves is the leaves, to the bit") {
 TEST_CASE("ids of a coarse query name the bounds whose gap was taken") {
   SplitMix64 random(4);
   int bounds = 0;
-  for (std::int64_t trial = 0; trial < scaled(200); ++trial) {
+  for (std::int64_t trial = 0; trial < scaled(200) + 5; ++trial) {
     const SceneParts parts = deep_parts(random);
     const CheckedScene scene(parts);
     const ObstaclesView obstacles = scene.obstacles();

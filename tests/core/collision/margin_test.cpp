@@ -82,8 +82,10 @@ TEST_CASE("a margin wider than the scene returns every pair") {
     CheckedScene scene;
     scene.set_tool(random_cluster(random, 20, 0.1, 0.0, 0.01));
     scene.capsules = seven_strings();
-    scene.add_body(random_cluster(random, 30, 0.1, 0.0, 0.01), {random_rotation(random), Vector3::Zero()});
-    scene.add_body(random_cluster(random, 9, 0.1, 0.0, 0.01), {random_rotation(random), Vector3::Zero()});
+    scene.add_body(random_cluster(random, 30, 0.1, 0.0, 0.01),
+                   {random_rotation(random), Vector3::Zero()});
+    scene.add_body(random_cluster(random, 9, 0.1, 0.0, 0.01),
+                   {random_rotation(random), Vector3::Zero()});
     const auto set = found_contacts(scene, {random_rotation(random), Vector3::Zero()}, {margin});
     CHECK(set->contacts.size() == 20 * (7 + 30 + 9));
   }
