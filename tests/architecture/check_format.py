@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Checks the layout of every C++ file with clang-format 14 and the scripts with shellcheck. Exit code 1 on any difference."""
+"""Checks the layout of every C++ and proto file with clang-format 14 and the scripts with shellcheck. Exit code 1 on any difference."""
 import subprocess
 import sys
 
@@ -13,9 +13,9 @@ def is_bash(path):
 
 def main():
     files = source_tree.files()
-    cpp = [path for path in files if path.endswith((".h", ".cpp"))]
+    code = [path for path in files if path.endswith((".h", ".cpp", ".proto"))]
     scripts = [path for path in files if is_bash(path)]
-    commands = [["clang-format-14", "--dry-run", "-Werror", *cpp], ["shellcheck", *scripts]]
+    commands = [["clang-format-14", "--dry-run", "-Werror", *code], ["shellcheck", *scripts]]
     return max(subprocess.run(command, cwd=source_tree.ROOT, check=False).returncode for command in commands)
 
 
