@@ -98,6 +98,11 @@ Quaternion random_rotation(SplitMix64& random) {
   }
 }
 
+Directions random_directions(SplitMix64& random) {
+  const Quaternion q = random_rotation(random);
+  return {q * Vector3(1, 0, 0), q * Vector3(0, 1, 0)};
+}
+
 Vector3 random_vector(SplitMix64& random, double half_width) {
   const double x = random.uniform(-half_width, half_width);
   const double y = random.uniform(-half_width, half_width);

@@ -36,6 +36,15 @@ namespace hapticd::test {
 /// A rotation uniform over all rotations.
 [[nodiscard]] Quaternion random_rotation(SplitMix64& random);
 
+/// A unit vector and one normal to it.
+struct Directions {
+  Vector3 along;
+  Vector3 across;
+};
+
+/// Directions uniform over all rotations.
+[[nodiscard]] Directions random_directions(SplitMix64& random);
+
 /// A vector uniform in the cube of half-width `half_width`.
 [[nodiscard]] Vector3 random_vector(SplitMix64& random, double half_width);
 

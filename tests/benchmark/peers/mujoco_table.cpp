@@ -68,12 +68,12 @@ Timing play(const RenderingScene& scene, int periods, const std::function<void(s
   }
   const double mean = (thread_microseconds() - start) / (periods * kPeriodTicks);
 
-  long double lowest = 0.0L;
+  long double deepest = 0.0L;
   for (std::size_t k = 0; k < kPeriodTicks; ++k) {
     tick(k);
-    if (k % kJudgedEvery == 0) lowest = std::min(lowest, scene.true_gap(X_WG()));
+    if (k % kJudgedEvery == 0) deepest = std::max(deepest, -scene.true_gap(X_WG()));
   }
-  return {mean, -1e6 * static_cast<double>(lowest)};
+  return {mean, 1e6 * static_cast<double>(deepest)};
 }
 
 Timing play_ours(Motion motion, int periods) {

@@ -49,17 +49,6 @@ double decade(SplitMix64& random, double low, double high) {
   return std::pow(10.0, random.uniform(low, high));
 }
 
-/// A unit vector, and one normal to it.
-struct Directions {
-  Vector3 along;
-  Vector3 across;
-};
-
-Directions random_directions(SplitMix64& random) {
-  const Quaternion q = random_rotation(random);
-  return {q * Vector3(1, 0, 0), q * Vector3(0, 1, 0)};
-}
-
 /// Largest error of offset and distance, m.
 double error_of(const SegmentPoint& found, const Truth& truth) {
   Real error = std::abs(found.distance - truth.distance);

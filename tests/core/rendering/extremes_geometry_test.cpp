@@ -19,17 +19,6 @@ constexpr double kTip = 5e-3;
 constexpr double kString = 0.34e-3;
 const std::vector<Sphere> kTool{{{0, 0, 0}, kTip}};
 
-/// A unit vector and one normal to it.
-struct Directions {
-  Vector3 along;
-  Vector3 across;
-};
-
-Directions random_directions(SplitMix64& random) {
-  const Quaternion q = random_rotation(random);
-  return {q * Vector3(1, 0, 0), q * Vector3(0, 1, 0)};
-}
-
 /// Presses the tip from `start` to `p_WH` and returns where it comes to rest.
 Vector3 rest(const Capsule& capsule, const Vector3& start, const Vector3& p_WH) {
   RenderingScene scene(kTool);
