@@ -57,6 +57,7 @@ void CheckedScene::set_tool(std::vector<Sphere> spheres_G) {
 }
 
 void CheckedScene::add_body(std::vector<Sphere> spheres_B, const Pose& X_WB) {
+  REQUIRE(X_WB.p.allFinite());  // Product and oracle agree on nonsense: no contact.
   body_spheres_.push_back(std::move(spheres_B));
   body_trees_.push_back(build_sphere_tree(body_spheres_.back()));
   body_views_.push_back({body_trees_.back().view(), X_WB});
