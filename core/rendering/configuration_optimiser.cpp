@@ -20,8 +20,8 @@ void query(const OptimiserInput& input, const Pose& X_WG, double reach_wanted,
            OptimiserWorkspace& w, OptimiserResult& result) noexcept {
   const QueryOptions options{.margin = input.options.margin,
                              .horizon = input.options.margin + reach_wanted,
-                             .tool_level = input.options.tool_level,
-                             .body_level = input.options.body_level};
+                             .tool_level = w.leaves ? kLeafLevel : input.options.tool_level,
+                             .body_level = w.leaves ? kLeafLevel : input.options.body_level};
   find_contacts(input.tool, X_WG, input.obstacles, options, w.contacts);
   ++result.queries;
   result.tests += w.contacts.tests;
@@ -168,7 +168,14 @@ void start_tick(const OptimiserInput& input, const OptimiserState& state, Optimi
                 OptimiserResult& result) noexcept {
   result = OptimiserResult{};
   const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
-  query(input, state.X_WG, displacement_bound(e, reach(input.tool)), w, result);
+  const double wanted = displacement_bound(e, reach(input.tool));
+  w.leaves = input.options.tool_level == kLeafLevel && input.options.body_level == kLeafLevel;
+  query(input, state.X_WG, wanted, w, result);
+  if (w.contacts.minimum_gap < 0.0 && !w.leaves) {
+    // An overlap of bounds is none of the tool; to push it out of them could push a leaf in.
+    w.leaves = true;
+    query(input, state.X_WG, wanted, w, result);
+  }
 }
 
 bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,

@@ -34,7 +34,8 @@ struct OptimiserOptions {
   double rotation_step = 0.05;
   /// The tick ends when the step wanted moves no tool point further than this, m.
   double stop_tolerance = 1e-6;
-  int tool_level = kLeafLevel;  ///< see QueryOptions
+  /// See QueryOptions. A tick that starts within the bounds of a coarse level goes by the leaves.
+  int tool_level = kLeafLevel;
   int body_level = kLeafLevel;
 };
 
@@ -106,7 +107,8 @@ struct OptimiserWorkspace {
   std::array<double, kMaxCandidates> excess;            ///< violation per contact, m
   /// How far tool points may have moved since the last traversal, m.
   double travelled = 0.0;
-  bool stale = false;  ///< contacts describe an earlier pose
+  bool stale = false;   ///< contacts describe an earlier pose
+  bool leaves = false;  ///< this tick goes by the leaves, whatever the options say
 };
 
 /// Queries the contacts around `state.X_WG` and starts the tick.

@@ -47,13 +47,28 @@ Vector3 deepest_direction(const ContactSet& set, bool only_deepest, double skin)
   return sum * (depth / length);
 }
 
-/// Commits the translation, cut to the recovery speed, when it enlarges the minimum gap.
+/// Largest length up to `limit` along the unit vector `way` that closes no gap that is open: the
+/// distance to a convex obstacle never falls below its tangent, and what the query left out is
+/// farther than its margin.
+double open_length(const ContactSet& set, const Vector3& way, double limit) noexcept {
+  double length = limit;
+  if (set.covered_margin > 0.0) length = std::min(length, set.covered_margin);
+  for (const Contact& contact : set.contacts) {
+    const double approach = -contact.nhat_OG_W.dot(way);
+    if (contact.gap >= 0.0 && approach * length > contact.gap) length = contact.gap / approach;
+  }
+  return length;
+}
+
+/// Commits the translation, cut to the recovery speed and to open gaps, when it enlarges the
+/// minimum gap.
 bool push(const OptimiserInput& input, const Vector3& dp, OptimiserState& state,
           OptimiserWorkspace& w, OptimiserResult& result) noexcept {
-  const double limit = kRecoverySpeed * input.dt;
-  const double length = dp.norm();
-  if (!(length > 0.0)) return false;
-  const ToolStep step{dp * std::min(1.0, limit / length), Vector3::Zero()};
+  const double wanted = dp.norm();
+  if (!(wanted > 0.0)) return false;
+  const Vector3 way = dp / wanted;
+  const double limit = std::min(wanted, kRecoverySpeed * input.dt);
+  const ToolStep step{way * open_length(w.contacts, way, limit), Vector3::Zero()};
   const Pose X_new = moved(state.X_WG, step);
   const double gap = minimum_gap_of(w.contacts, input.tool, X_new, input.obstacles);
   if (!(gap > w.contacts.minimum_gap)) return false;

@@ -1,6 +1,7 @@
 // Recovery from a penetrated start (a scene edited onto the tool, a start inside an obstacle):
 // pushes G out by translation along the normals of the deepest contacts, never faster than
-// kRecoverySpeed, accepting only steps that enlarge the minimum gap. RT: yes.
+// kRecoverySpeed, accepting only steps that enlarge the minimum gap and close none that is open.
+// RT: yes.
 #pragma once
 
 #include "core/rendering/configuration_optimiser.h"

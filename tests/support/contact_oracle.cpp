@@ -172,6 +172,16 @@ Real minimum_gap(std::span<const Sphere> tool_G, const OraclePose& X_WG,
   return best;
 }
 
+/// Bound of the way of any point of the tool that is displaced by `dp` and turned by `angle`.
+Real farthest_way(std::span<const Sphere> tool_G, const Real3& dp, Real angle) {
+  Real arm = 0;
+  for (const Sphere& sphere : tool_G) {
+    const Real3 p = to_real(sphere.p);
+    arm = std::max(arm, std::sqrt(dot(p, p)) + sphere.r);
+  }
+  return std::sqrt(dot(dp, dp)) + angle * arm;
+}
+
 }  // namespace
 
 OracleResult exhaustive_contacts(std::span<const Sphere> tool_G, const Pose& X_WG,
@@ -225,7 +235,7 @@ long double exhaustive_minimum_gap(std::span<const Sphere> tool_G, const Pose& X
 }
 
 long double path_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WF, const Pose& X_WT,
-                             const OracleObstacles& obstacles, int samples) {
+                             const OracleObstacles& obstacles, long double spacing) {
   const RealQuaternion from = normalised(X_WF.q);
   const RealQuaternion to = normalised(X_WT.q);
   RealQuaternion turn = multiply(to, {from.w, Real{-1} * from.v});
@@ -235,12 +245,19 @@ long double path_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WF, c
   const Real3 axis = sine > 0 ? (1 / sine) * turn.v : Real3{0, 0, 0};
   const Real3 p_from = to_real(X_WF.p);
   const Real3 p_to = to_real(X_WT.p);
-  Real best = kInfinity;
-  for (int k = 1; k <= samples; ++k) {
-    const Real s = static_cast<Real>(k) / samples;
+  const auto gap_at = [&](Real s) {
     const RealQuaternion part{std::cos(s * half_angle), std::sin(s * half_angle) * axis};
     const OraclePose X{matrix(multiply(part, from)), (1 - s) * p_from + s * p_to};
-    best = std::min(best, minimum_gap(tool_G, X, obstacles));
+    return minimum_gap(tool_G, X, obstacles);
+  };
+  const Real way = farthest_way(tool_G, p_to - p_from, 2 * half_angle);
+  Real s = 0;
+  Real gap = gap_at(s);
+  Real best = gap;
+  while (s < 1 && gap <= way * (1 - s)) {
+    s = std::min(Real{1}, s + std::min(Real{1} / 8, std::max(gap, spacing) / way));
+    gap = gap_at(s);
+    best = std::min(best, gap);
   }
   return best;
 }

@@ -51,10 +51,12 @@ struct OracleResult {
                                                  const OracleObstacles& obstacles);
 
 /// The smallest gap along the motion from X_WF to X_WT: translation linear in s, rotation
-/// exp(s phi) R_WF with phi the rotation vector from R_WF to R_WT, at s = k / samples, k = 1 ..
-/// samples (the start is the previous motion's end). samples >= 1.
+/// exp(s phi) R_WF with phi the rotation vector from R_WF to R_WT. By sphere tracing: between two
+/// places where the gap is taken no point moves further than the gap at the first, or `spacing`
+/// (m, > 0) where that is more, or an eighth of the way; the rest of the way is left out where it
+/// is shorter than the gap. So nothing is missed but what two places `spacing` apart can hide.
 [[nodiscard]] long double path_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WF,
                                            const Pose& X_WT, const OracleObstacles& obstacles,
-                                           int samples);
+                                           long double spacing);
 
 }  // namespace hapticd::test

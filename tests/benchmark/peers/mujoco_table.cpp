@@ -165,8 +165,6 @@ TickParts string_scene() {
   return {{{{0, 0, 0}, kTip}}, {{{-0.55, 0, 0}, {0.55, 0, 0}, kString}}, {}};
 }
 
-constexpr int kPathSamples = 100;
-
 Crossings strike_ours(const RenderingScene& scene, double speed, int strokes) {
   SplitMix64 random(1);
   Crossings out;
@@ -175,15 +173,7 @@ Crossings strike_ours(const RenderingScene& scene, double speed, int strokes) {
     ToolRun run(scene, X_WH.front());
     run.stiffness = kStiffness;
     long double gap = 1.0L;
-    for (const Pose& target : X_WH) {
-      const OptimiserInput input = run.input(target);
-      start_tick(input, run.state, *run.workspace, run.result);
-      for (bool more = true; more && run.result.sub_steps < run.options.sub_steps;) {
-        const Pose before = run.state.X_WG;
-        more = advance_sub_step(input, run.state, *run.workspace, run.result);
-        gap = std::min(gap, scene.true_path_gap(before, run.state.X_WG, kPathSamples));
-      }
-    }
+    for (const Pose& target : X_WH) gap = std::min(gap, run.tick_along(target));
     out.count(gap, run.state.X_WG.p.y());
   }
   return out;
@@ -201,7 +191,7 @@ Crossings strike_mujoco(const RenderingScene& scene, double speed, int strokes,
     for (const Pose& target : X_WH) {
       const Pose before = mujoco.X_WG();
       mujoco.tick(target);
-      gap = std::min(gap, scene.true_path_gap(before, mujoco.X_WG(), kPathSamples));
+      gap = std::min(gap, scene.true_path_gap(before, mujoco.X_WG()));
     }
     out.count(gap, mujoco.X_WG().p.y());
   }

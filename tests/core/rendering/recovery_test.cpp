@@ -13,6 +13,7 @@ namespace hapticd::test {
 namespace {
 
 constexpr double kTip = 5e-3;
+constexpr double kString = 0.34e-3;
 const std::vector<Sphere> kTool{{{0, 0, 0}, kTip}};
 
 std::vector<Sphere> slab(int n, double spacing, double r) {
@@ -32,7 +33,7 @@ TEST_CASE(
     "a tool whose centre starts on a string's axis is out within three sub-steps, always by the "
     "same way") {
   RenderingScene scene(kTool);
-  scene.capsules_W = {{{-0.5, 0, 0}, {0.5, 0, 0}, 0.34e-3}};
+  scene.capsules_W = {{{-0.5, 0, 0}, {0.5, 0, 0}, kString}};
   Vector3 first_way;
   for (int repeat = 0; repeat < 3; ++repeat) {
     ToolRun run(scene, pose_at({0.1, 0, 0}));
@@ -69,6 +70,27 @@ TEST_CASE(
   CHECK(ticks <= 10);
 }
 
+TEST_CASE("pushed out of a body the tool neither enters nor passes what it was clear of") {
+  const double clearance = 0.5e-3;
+  RenderingScene scene(kTool);
+  scene.add_body(slab(9, 4e-3, 12e-3), pose_at({0, 0, 0}));
+  // Strings above it, so near to each other that it cannot leave between them.
+  RenderingScene strings(kTool);
+  for (int k = -3; k <= 3; ++k) {
+    const double z = 4e-3 * k;
+    const double y = 4e-3 + kTip + kString + clearance;
+    strings.capsules_W.push_back({{-0.5, y, z}, {0.5, y, z}, kString});
+  }
+  scene.capsules_W = strings.capsules_W;
+  ToolRun run(scene, pose_at({0.001, 0.004, -0.002}));
+  for (int tick = 0; tick < 50; ++tick) {
+    const Pose X_before = run.state.X_WG;
+    run.tick(pose_at({0.001, 0.004, -0.002}));
+    CHECK(strings.true_path_gap(X_before, run.state.X_WG) >= -1e-12L);
+  }
+  CHECK(run.state.X_WG.p.y() > 0.004);
+}
+
 TEST_CASE(
     "wedged between obstacles that leave no room the tool stays finite, flagged, and never moves "
     "deeper") {
@@ -93,7 +115,7 @@ TEST_CASE(
     "after a penetrated start the force is clamped to two newtons and grows by no more than 50 "
     "N/s") {
   RenderingScene scene(kTool);
-  scene.capsules_W = {{{-0.5, 0, 0}, {0.5, 0, 0}, 0.34e-3}};
+  scene.capsules_W = {{{-0.5, 0, 0}, {0.5, 0, 0}, kString}};
   const ToolScene tool_scene{scene.tool(), scene.obstacles(), {}, {}, {}};
   ToolState state;
   auto workspace = std::make_unique<OptimiserWorkspace>();
@@ -107,7 +129,7 @@ TEST_CASE(
     if (tick.optimiser.status == OptimiserStatus::kRecovering) CHECK(force <= kRecoveryForce);
     before = force;
   }
-  CHECK(tick.F_H_W.f.norm() == doctest::Approx(1000.0 * (kTip + 0.34e-3 - 1e-3)).epsilon(0.01));
+  CHECK(tick.F_H_W.f.norm() == doctest::Approx(1000.0 * (kTip + kString - 1e-3)).epsilon(0.01));
 }
 
 }  // namespace hapticd::test

@@ -1,11 +1,23 @@
 // See rendering_fixture.h.
 #include "tests/core/rendering/rendering_fixture.h"
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "core/math/rotation.h"
+#include "core/rendering/recovery.h"
 
 namespace hapticd::test {
+namespace {
+
+double smallest_radius(const std::vector<Sphere>& spheres) {
+  return std::min_element(spheres.begin(), spheres.end(),
+                          [](const Sphere& a, const Sphere& b) { return a.r < b.r; })
+      ->r;
+}
+
+}  // namespace
 
 RenderingScene::RenderingScene(std::vector<Sphere> spheres)
     : tool_spheres(std::move(spheres)), tool_tree_(build_sphere_tree(tool_spheres)) {}
@@ -21,13 +33,33 @@ long double RenderingScene::true_gap(const Pose& X_WG) const {
   return exhaustive_minimum_gap(tool_spheres, X_WG, truth());
 }
 
-long double RenderingScene::true_path_gap(const Pose& X_WF, const Pose& X_WT, int samples) const {
-  return path_minimum_gap(tool_spheres, X_WF, X_WT, truth(), samples);
+long double RenderingScene::true_path_gap(const Pose& X_WF, const Pose& X_WT) const {
+  double thinnest = 1.0;
+  for (const Capsule& capsule : capsules_W) thinnest = std::min(thinnest, capsule.r);
+  for (const auto& body : body_spheres_) thinnest = std::min(thinnest, smallest_radius(body));
+  const double spacing = (smallest_radius(tool_spheres) + thinnest) / 4;
+  return path_minimum_gap(tool_spheres, X_WF, X_WT, truth(), spacing);
 }
 
 const OptimiserResult& ToolRun::tick(const Pose& X_WH) {
   optimise_configuration(input(X_WH), state, *workspace, result);
   return result;
+}
+
+long double ToolRun::tick_along(const Pose& X_WH) {
+  const OptimiserInput in = input(X_WH);
+  Pose X_before = state.X_WG;
+  start_tick(in, state, *workspace, result);
+  if (workspace->contacts.minimum_gap < 0.0) {
+    recover(in, state, *workspace, result);
+    return scene.true_path_gap(X_before, state.X_WG);
+  }
+  long double smallest = std::numeric_limits<long double>::infinity();
+  for (bool more = true; more && result.sub_steps < options.sub_steps; X_before = state.X_WG) {
+    more = advance_sub_step(in, state, *workspace, result);
+    smallest = std::min(smallest, scene.true_path_gap(X_before, state.X_WG));
+  }
+  return smallest;
 }
 
 const OptimiserResult& ToolRun::hold(const Pose& X_WH, int ticks) {

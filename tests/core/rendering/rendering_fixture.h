@@ -22,8 +22,9 @@ class RenderingScene {
   [[nodiscard]] SphereTreeView tool() const { return tool_tree_.view(); }
   /// Smallest gap of the tool at X_WG by exhaustion, m.
   [[nodiscard]] long double true_gap(const Pose& X_WG) const;
-  /// Smallest gap on the way from X_WF to X_WT by exhaustion, m.
-  [[nodiscard]] long double true_path_gap(const Pose& X_WF, const Pose& X_WT, int samples) const;
+  /// Smallest gap on the way from X_WF to X_WT by exhaustion, m; taken so densely that not even the
+  /// thinnest obstacle can hide from the smallest sphere of the tool.
+  [[nodiscard]] long double true_path_gap(const Pose& X_WF, const Pose& X_WT) const;
 
   std::vector<Capsule> capsules_W;
   std::vector<Sphere> tool_spheres;
@@ -55,6 +56,8 @@ struct ToolRun {
   }
   /// One tick towards X_WH.
   const OptimiserResult& tick(const Pose& X_WH);
+  /// The same, and returns the smallest gap on the whole committed path by exhaustion, m.
+  long double tick_along(const Pose& X_WH);
   /// `ticks` ticks at the same pose.
   const OptimiserResult& hold(const Pose& X_WH, int ticks);
 };

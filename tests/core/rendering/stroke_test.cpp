@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/rendering/recovery.h"
 #include "tests/core/rendering/strokes.h"
 #include "tests/support/scale.h"
 
@@ -16,34 +15,12 @@ namespace {
 /// Allowed depth of the committed path, m.
 constexpr long double kAllowedDepth = 1e-6L;
 
-/// Deepest point of the whole committed path of a stroke (m, negative = penetration) with at least
-/// 8 samples per sub-step and never more than a quarter of the thinnest contact apart, so that a
-/// string cannot hide between two samples.
+/// Deepest point of the whole committed path of a stroke (m, negative = penetration).
 long double path_gap(const Stroke& stroke, const OptimiserOptions& options) {
   ToolRun run(stroke.scene, stroke.X_WH.front());
   run.options = options;
-  double thinnest = 1.0;
-  for (const Sphere& sphere : stroke.scene.tool_spheres)
-    thinnest = std::min(thinnest, sphere.r + kStringRadius);
   long double deepest = 1.0L;
-  for (const Pose& X_WH : stroke.X_WH) {
-    const OptimiserInput input = run.input(X_WH);
-    start_tick(input, run.state, *run.workspace, run.result);
-    if (run.workspace->contacts.minimum_gap < 0.0) {
-      // Coarse bounds may overlap where the leaves do not; a rounding error of a gap may too.
-      recover(input, run.state, *run.workspace, run.result);
-      continue;
-    }
-    for (bool more = true; more && run.result.sub_steps < options.sub_steps;) {
-      const Pose X_before = run.state.X_WG;
-      more = advance_sub_step(input, run.state, *run.workspace, run.result);
-      const ToolStep e = coupling_error(X_before, run.state.X_WG, Vector3::Zero());
-      const double moved_by = displacement_bound(e, reach(input.tool));
-      const int samples =
-          std::max(8, static_cast<int>(std::min(2000.0, 4.0 * moved_by / thinnest)));
-      deepest = std::min(deepest, stroke.scene.true_path_gap(X_before, run.state.X_WG, samples));
-    }
-  }
+  for (const Pose& X_WH : stroke.X_WH) deepest = std::min(deepest, run.tick_along(X_WH));
   return deepest;
 }
 
@@ -81,7 +58,7 @@ long double path_gap_detecting_at_h(const Stroke& stroke) {
     const Pose X_before = run.state.X_WG;
     run.state.X_WG = moved(X_before, {{w.solution.x[0], w.solution.x[1], w.solution.x[2]},
                                       {w.solution.x[3], w.solution.x[4], w.solution.x[5]}});
-    deepest = std::min(deepest, stroke.scene.true_path_gap(X_before, run.state.X_WG, 64));
+    deepest = std::min(deepest, stroke.scene.true_path_gap(X_before, run.state.X_WG));
   }
   return deepest;
 }

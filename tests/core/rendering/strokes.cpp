@@ -90,6 +90,11 @@ Aim make_aim(SplitMix64& random, StrokeKind kind, double r) {
       return {{x, away, offset},
               {x + random.uniform(-0.1, 0.1), beyond, offset + random.uniform(-0.03, 0.03)}};
     }
+    case StrokeKind::kTeleport: {
+      const Vector3 from(random.uniform(-0.5, 0.5), away, offset);
+      const Vector3 aim(random.uniform(-0.5, 0.5), 0.0, random.uniform(-1.0, 1.0) * s);
+      return {from, from + (aim - from).normalized() * log_uniform(random, 0.1, 10.0)};
+    }
     default: {
       const double x = random.uniform(-0.5, 0.5);
       return {{x, away, offset}, {x, beyond, offset}};
@@ -103,7 +108,8 @@ std::vector<Pose> make_poses(SplitMix64& random, StrokeKind kind, const Aim& aim
   const Quaternion q_start = exp_rotation(random_direction(random) * random.uniform(0.0, 3.1));
   const Vector3 p_from = aim.from - q_start * tip;
   const double way = (aim.to - aim.from).norm();
-  const bool turns = kind == StrokeKind::kRotation || kind == StrokeKind::kScrew;
+  const bool turns = kind == StrokeKind::kRotation || kind == StrokeKind::kScrew ||
+                     (kind == StrokeKind::kTeleport && random.chance(0.5));
   const bool translates = kind != StrokeKind::kRotation;
   // Rotation that sweeps the aimed sphere towards its target; a sphere at the origin turns in
   // place.
@@ -112,7 +118,9 @@ std::vector<Pose> make_poses(SplitMix64& random, StrokeKind kind, const Aim& aim
   if (!(axis.norm() > 1e-9)) axis = random_direction(random);
   axis.normalize();
   const double angle = turns ? std::min(way / std::max(arm.norm(), 5e-3), 3.0) : 0.0;
-  const int ticks = std::max(1, static_cast<int>(std::ceil(way / (speed * 1e-3))));
+  const int ticks = kind == StrokeKind::kTeleport
+                        ? 1
+                        : std::max(1, static_cast<int>(std::ceil(way / (speed * 1e-3))));
   const double hold = random.chance(0.5) ? 1.0 : 0.0;
 
   std::vector<Pose> poses;
@@ -130,8 +138,8 @@ std::vector<Pose> make_poses(SplitMix64& random, StrokeKind kind, const Aim& aim
 }  // namespace
 
 std::string Stroke::describe() const {
-  static constexpr const char* kNames[] = {"across",  "oblique",  "axial",
-                                           "end cap", "rotation", "screw"};
+  static constexpr const char* kNames[] = {"across",   "oblique", "axial",   "end cap",
+                                           "rotation", "screw",   "teleport"};
   return std::string(kNames[static_cast<std::size_t>(kind)]) + " at " + std::to_string(speed) +
          " m/s, " + std::to_string(scene.tool_spheres.size()) + " spheres, first r " +
          std::to_string(scene.tool_spheres.front().r);

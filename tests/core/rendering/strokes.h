@@ -1,6 +1,7 @@
 // Seeded strokes of a haptic tool against strings and bodies: the inputs of the penetration tests.
 // Every kind the device can do: across, oblique, along, at the end caps, by rotation alone, from
-// both sides, 0.1 to 100 m/s, spheres of 0.1 to 10 mm.
+// both sides, 0.1 to 100 m/s, spheres of 0.1 to 10 mm; and what it cannot: jumps of up to 10 m
+// within one tick.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +16,20 @@ namespace hapticd::test {
 /// Radius of the strings, m.
 inline constexpr double kStringRadius = 0.34e-3;
 
-enum class StrokeKind : std::uint8_t { kAcross, kOblique, kAxial, kEndCap, kRotation, kScrew };
-inline constexpr int kStrokeKinds = 6;
+enum class StrokeKind : std::uint8_t {
+  kAcross,
+  kOblique,
+  kAxial,
+  kEndCap,
+  kRotation,
+  kScrew,
+  kTeleport
+};
+inline constexpr int kStrokeKinds = 7;
 
 struct Stroke {
   StrokeKind kind;
-  double speed;  ///< m/s, of the tool's contact sphere
+  double speed;  ///< m/s, of the tool's contact sphere; a teleport has none
   RenderingScene scene;
   std::vector<Pose> X_WH;  ///< per tick of 1 ms; [0] is free of contact
   [[nodiscard]] std::string describe() const;
