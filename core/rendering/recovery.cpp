@@ -9,6 +9,14 @@ namespace {
 /// Contacts within this share of the greatest depth count as equally deep. Larger: smoother, less
 /// direct ways out.
 constexpr double kEquallyDeep = 0.1;
+/// Overlaps up to this are rounding: the pair counts as open, m. Larger: a true overlap as shallow
+/// as this is not pushed deeper to undo another; smaller: the tool may slip into what it touches.
+constexpr double kTouching = 1e-9;
+/// What a push along a surface may take of a gap without room, m: far above the rounding of its
+/// direction, far below any length that matters.
+constexpr double kGrazing = 1e-15;
+/// A push shorter than this is blocked, m.
+constexpr double kLeastPush = 1e-9;
 
 /// Shortest translation that clears every penetrated pair to first order and keeps the others;
 /// false when there is none.
@@ -47,15 +55,17 @@ Vector3 deepest_direction(const ContactSet& set, bool only_deepest, double skin)
   return sum * (depth / length);
 }
 
-/// Largest length up to `limit` along the unit vector `way` that closes no gap that is open: the
-/// distance to a convex obstacle never falls below its tangent, and what the query left out is
-/// farther than its margin.
-double open_length(const ContactSet& set, const Vector3& way, double limit) noexcept {
+/// Largest length up to `limit` along the unit vector `way` that leaves open gaps at the skin or as
+/// they are: the distance to a convex obstacle never falls below its tangent, and what the query
+/// left out is farther than its margin.
+double open_length(const ContactSet& set, const Vector3& way, double limit, double skin) noexcept {
   double length = limit;
   if (set.covered_margin > 0.0) length = std::min(length, set.covered_margin);
   for (const Contact& contact : set.contacts) {
+    if (contact.gap < -kTouching) continue;
     const double approach = -contact.nhat_OG_W.dot(way);
-    if (contact.gap >= 0.0 && approach * length > contact.gap) length = contact.gap / approach;
+    const double room = std::max(contact.gap - skin, kGrazing);
+    if (approach * length > room) length = room / approach;
   }
   return length;
 }
@@ -68,7 +78,9 @@ bool push(const OptimiserInput& input, const Vector3& dp, OptimiserState& state,
   if (!(wanted > 0.0)) return false;
   const Vector3 way = dp / wanted;
   const double limit = std::min(wanted, kRecoverySpeed * input.dt);
-  const ToolStep step{way * open_length(w.contacts, way, limit), Vector3::Zero()};
+  const double length = open_length(w.contacts, way, limit, input.options.skin);
+  if (length < kLeastPush) return false;
+  const ToolStep step{way * length, Vector3::Zero()};
   const Pose X_new = moved(state.X_WG, step);
   const double gap = minimum_gap_of(w.contacts, input.tool, X_new, input.obstacles);
   if (!(gap > w.contacts.minimum_gap)) return false;

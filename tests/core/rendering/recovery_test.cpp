@@ -8,6 +8,7 @@
 
 #include "core/rendering/tool_renderer.h"
 #include "tests/core/rendering/rendering_fixture.h"
+#include "tests/support/random.h"
 
 namespace hapticd::test {
 namespace {
@@ -82,13 +83,19 @@ TEST_CASE("pushed out of a body the tool neither enters nor passes what it was c
     strings.capsules_W.push_back({{-0.5, y, z}, {0.5, y, z}, kString});
   }
   scene.capsules_W = strings.capsules_W;
-  ToolRun run(scene, pose_at({0.001, 0.004, -0.002}));
-  for (int tick = 0; tick < 50; ++tick) {
-    const Pose X_before = run.state.X_WG;
-    run.tick(pose_at({0.001, 0.004, -0.002}));
-    CHECK(strings.true_path_gap(X_before, run.state.X_WG) >= -1e-12L);
+  SplitMix64 random(1);
+  for (int i = 0; i < 20; ++i) {
+    const Pose X_WH = pose_at(
+        {random.uniform(-2e-3, 2e-3), random.uniform(2e-3, 4e-3), random.uniform(-6e-3, 6e-3)});
+    ToolRun run(scene, X_WH);
+    REQUIRE(scene.true_gap(X_WH) < -5e-3L);
+    for (int tick = 0; tick < 300; ++tick) {
+      const Pose X_before = run.state.X_WG;
+      run.tick(X_WH);
+      REQUIRE(strings.true_path_gap(X_before, run.state.X_WG) >= 0.0L);
+    }
+    CHECK(run.state.X_WG.p.y() > X_WH.p.y());
   }
-  CHECK(run.state.X_WG.p.y() > 0.004);
 }
 
 TEST_CASE(
