@@ -13,6 +13,10 @@ inline constexpr int kMaxDeflectingStrings = 8;
 inline constexpr int kMaxQpUnknowns = kToolDof + 2 * kMaxDeflectingStrings;
 /// Rows of the quadratic program.
 inline constexpr int kMaxQpRows = 256;
+/// Modes per string, at most.
+inline constexpr int kMaxModes = 64;
+/// Events of strings one tick can report; more are counted and dropped.
+inline constexpr int kMaxStringEvents = 64;
 /// Candidate pairs one query keeps (the nearest ones); rows are chosen or merged from these.
 inline constexpr int kMaxCandidates = 2048;
 

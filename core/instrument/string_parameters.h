@@ -1,0 +1,101 @@
+// What makes a string: geometry, tension, material, tuning, damping. Checked once when a scene is
+// built or a live parameter changes; the tick reads the constants derived from it. SI, frame W.
+// Source of the mechanics: the paper's Eq. 10-13; N. H. Fletcher and T. D. Rossing, "The Physics of
+// Musical Instruments", 2nd ed., chapter 2. RT: plain data; check and derive take about 100 ns.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "core/math/realtime.h"
+#include "core/math/vector.h"
+
+namespace hapticd {
+
+/// What a contact does to a string.
+enum class StringModel : std::uint8_t {
+  kRigid,       ///< the string stays straight in the contact problem; only its force is a string's
+  kDeflecting,  ///< the string yields: two unknowns of the contact problem while it is touched
+};
+
+/// How far up the ladder of models a string may climb.
+enum class StringLevel : std::uint8_t {
+  kRigid,        ///< a line that never moves and pushes back like a wall
+  kStatic,       ///< static deflection under a finger (Eq. 10-13)
+  kFundamental,  ///< and the fundamental after a release (Eq. 9)
+  kModes,        ///< and further modes
+};
+
+/// One string as a scene describes it. Field names and ranges are those of scene.proto.
+struct StringParameters {
+  Array3 p_WA{};                  ///< end A, m, |component| <= 1e7
+  Array3 p_WB{};                  ///< end B, m; A == B is a sphere
+  double radius = 0.34e-3;        ///< R, m, [0, 1]
+  double tension = 30.0;          ///< T, N, [0, 1e6]; 0 is slack and gives no tone
+  double youngs_modulus = 1.9e11;  ///< E, Pa, [0, 1e13]
+  /// kg/m, (0, 100]; 0: not given. Only checked against the tuning, which wins.
+  double linear_density = 0.0;
+  /// Tuning: frequency of the fundamental, Hz, (0, 2e4]; 0: not given, then from linear_density;
+  /// neither: the string never sounds.
+  double frequency = 0.0;
+  double decay = 0.5;         ///< T_d of the free amplitude, s, (0, 1000]
+  double touch_decay = 0.03;  ///< T_d while a finger touches the ringing string, s, (0, 1000]
+  StringModel model = StringModel::kDeflecting;
+  double k_s = 1.0;  ///< haptic displacement per metre of deflection, (0, 1e6]; kRigid only
+  /// kc, N/m, [1e-3, 1e9]: in series with the string, which bounds it at the ends. Above the kt of
+  /// the tool it has no effect.
+  double contact_stiffness = 1000.0;
+  double inharmonicity = 0.0;  ///< B, [0, 0.1]: f_n = n f_1 sqrt((1 + B n^2) / (1 + B))
+  double friction_coefficient = 0.0;  ///< mu, [0, 10]
+  StringLevel max_level = StringLevel::kModes;
+};
+
+/// Why a parameter is refused, or doubted: the field's name in scene.proto, what it is, what it may
+/// be.
+struct ParameterFault {
+  const char* field;   ///< such as "tension_n"
+  double value;        ///< in the field's unit
+  const char* range;   ///< such as "[0, 1e6]"
+  const char* remedy;  ///< one sentence for people
+};
+
+/// The first fault of `parameters`, none when all is well. Non-finite numbers are out of range.
+[[nodiscard]] HD_REALTIME std::optional<ParameterFault> check_string(
+    const StringParameters& parameters) noexcept;
+
+/// Not refused, but doubtful: a density and a tuning that disagree by more than 20 % in density.
+/// Precondition: check_string found nothing.
+[[nodiscard]] HD_REALTIME std::optional<ParameterFault> doubt_string(
+    const StringParameters& parameters) noexcept;
+
+/// What the tick reads of a string. Lengths of A == B and the like are 0, never NaN.
+struct StringConstants {
+  double length = 0.0;           ///< L = |AB|, m
+  double tension = 0.0;          ///< T, N
+  double axial_stiffness = 0.0;  ///< E A = E pi R^2, N
+  double frequency = 0.0;        ///< f_1, Hz; 0: the string never sounds (no tuning, slack, A == B)
+  double modal_mass = 0.0;       ///< mu L / 2 with mu = T / (2 L f_1)^2, kg; 0 where f_1 is
+  double decay = 0.0;            ///< s
+  double touch_decay = 0.0;      ///< s
+  double k_s = 1.0;
+  double contact_stiffness = 0.0;  ///< kc, N/m
+  double inharmonicity = 0.0;
+  double friction_coefficient = 0.0;
+  StringModel model = StringModel::kRigid;
+  StringLevel max_level = StringLevel::kRigid;
+};
+
+/// Constants of checked parameters.
+[[nodiscard]] HD_REALTIME StringConstants derive_string(const StringParameters& parameters) noexcept;
+
+/// k_s from the device: k0 of this string at `lambda` in (0, 1) under `reference_tension` (N, > 0)
+/// over the device's largest stiffness (N/m, > 0). To be frozen at load: were it recomputed when T,
+/// E or R change, they could not be felt.
+[[nodiscard]] HD_REALTIME double k_s_from_device(double length, double reference_tension,
+                                                 double lambda, double device_stiffness) noexcept;
+
+/// Frequency of mode n >= 1 of a string with fundamental f_1 (Hz) and inharmonicity B, Hz.
+[[nodiscard]] HD_REALTIME double mode_frequency(double f_1, double inharmonicity, int n) noexcept;
+
+}  // namespace hapticd
