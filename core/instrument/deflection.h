@@ -1,9 +1,10 @@
-// Static deflection of a string under a finger (Eq. 10-12), with the exact sine delta / L1 where the
-// paper prints sin(delta / L1), and without its cancelling L1 + L2 - L:
+// Static deflection of a string under a finger (Eq. 10-12), with the exact sine delta / L1 where
+// the paper prints sin(delta / L1), and without its cancelling L1 + L2 - L:
 //   F(delta) = (T + F_i) (delta/L1 + delta/L2),   F_i = E A ext / L,
 //   ext = delta^2 / (L1 + lambda L) + delta^2 / (L2 + (1 - lambda) L).
 // F is the gradient of the energy U = T ext + E A ext^2 / (2 L). At an end (lambda 0 or 1) F jumps
-// from 0 to T at delta = 0: there the series stiffness kc decides. Deviation: see above. SI. RT: yes.
+// from 0 to T at delta = 0: there the series stiffness kc decides. Deviation: see above. SI. RT:
+// yes.
 #pragma once
 
 #include "core/instrument/string_parameters.h"

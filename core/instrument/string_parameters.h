@@ -29,10 +29,10 @@ enum class StringLevel : std::uint8_t {
 
 /// One string as a scene describes it. Field names and ranges are those of scene.proto.
 struct StringParameters {
-  Array3 p_WA{};                  ///< end A, m, |component| <= 1e7
-  Array3 p_WB{};                  ///< end B, m; A == B is a sphere
-  double radius = 0.34e-3;        ///< R, m, [0, 1]
-  double tension = 30.0;          ///< T, N, [0, 1e6]; 0 is slack and gives no tone
+  Array3 p_WA{};                   ///< end A, m, |component| <= 1e7
+  Array3 p_WB{};                   ///< end B, m; A == B is a sphere
+  double radius = 0.34e-3;         ///< R, m, [0, 1]
+  double tension = 30.0;           ///< T, N, [0, 1e6]; 0 is slack and gives no tone
   double youngs_modulus = 1.9e11;  ///< E, Pa, [0, 1e13]
   /// kg/m, (0, 100]; 0: not given. Only checked against the tuning, which wins.
   double linear_density = 0.0;
@@ -46,7 +46,7 @@ struct StringParameters {
   /// kc, N/m, [1e-3, 1e9]: in series with the string, which bounds it at the ends. Above the kt of
   /// the tool it has no effect.
   double contact_stiffness = 1000.0;
-  double inharmonicity = 0.0;  ///< B, [0, 0.1]: f_n = n f_1 sqrt((1 + B n^2) / (1 + B))
+  double inharmonicity = 0.0;         ///< B, [0, 0.1]: f_n = n f_1 sqrt((1 + B n^2) / (1 + B))
   double friction_coefficient = 0.0;  ///< mu, [0, 10]
   StringLevel max_level = StringLevel::kModes;
 };
@@ -87,7 +87,8 @@ struct StringConstants {
 };
 
 /// Constants of checked parameters.
-[[nodiscard]] HD_REALTIME StringConstants derive_string(const StringParameters& parameters) noexcept;
+[[nodiscard]] HD_REALTIME StringConstants
+derive_string(const StringParameters& parameters) noexcept;
 
 /// k_s from the device: k0 of this string at `lambda` in (0, 1) under `reference_tension` (N, > 0)
 /// over the device's largest stiffness (N/m, > 0). To be frozen at load: were it recomputed when T,

@@ -7,18 +7,18 @@ namespace hapticd {
 
 /// Signed distances are positive outside. One per string and tick, for the tool nearest to it.
 struct StringTouch {
-  /// Distance of the tool's surface to the resting string's surface at the start and end of the tick,
-  /// m: the gap where there is no contact, and minus the displacement D of the hand into the string
-  /// (deflection plus what the coupling yields, force / kc) where there is. Their zero crossing is the
-  /// instant of a touch or a loss.
+  /// Distance of the tool's surface to the resting string's surface at the start and end of the
+  /// tick, m: the gap where there is no contact, and minus the displacement D of the hand into the
+  /// string (deflection plus what the coupling yields, force / kc) where there is. Their zero
+  /// crossing is the instant of a touch or a loss.
   double distance_before = 1.0;
   double distance = 1.0;
-  double force = 0.0;       ///< F_r: static contact force of the string on the tool, N, >= 0
-  double deflection = 0.0;  ///< delta of the string at lambda, m, >= 0
-  double lambda = 0.5;      ///< place of the touch, or of the nearest point, in [0, 1]
+  double force = 0.0;         ///< F_r: static contact force of the string on the tool, N, >= 0
+  double deflection = 0.0;    ///< delta of the string at lambda, m, >= 0
+  double lambda = 0.5;        ///< place of the touch, or of the nearest point, in [0, 1]
   double stiffness = 1000.0;  ///< of what presses: the tool's coupling in series with kc, N/m, > 0
-  /// Tool against string at the contact, along the direction into the string (positive = hitting) and
-  /// across it (>= 0), m/s.
+  /// Tool against string at the contact, along the direction into the string (positive = hitting)
+  /// and across it (>= 0), m/s.
   double normal_speed = 0.0;
   double tangential_speed = 0.0;
 };

@@ -1,0 +1,50 @@
+// What a string does after the contact stage has pressed or left it: the ladder asleep - touched -
+// ringing - ringing under a finger, its vibration force, its release detector and its events. One
+// call per awake string and tick; a string asleep costs nothing. Frames: scalars along the touch
+// normal. Source: Eq. 8-9 of the paper; the departures are named where they are. RT: yes.
+#pragma once
+
+#include "core/instrument/energy_tank.h"
+#include "core/instrument/instrument_options.h"
+#include "core/instrument/modal_string.h"
+#include "core/instrument/release_detector.h"
+#include "core/instrument/string_event.h"
+#include "core/instrument/string_parameters.h"
+#include "core/instrument/string_touch.h"
+#include "core/instrument/vibration.h"
+
+namespace hapticd {
+
+/// State of one string from tick to tick.
+struct StringState {
+  StringLevel level = StringLevel::kRigid;  ///< where on the ladder it is; kRigid: asleep
+  ReleaseDetector detector;
+  Vibration vibration;  ///< the fundamental's view: energy, envelope, phase; kept at every level
+  EnergyTank tank;
+};
+
+/// What the string adds to the tick.
+struct StringResponse {
+  /// F_v along the touch normal on the tool, N; touch.force + vibration_force >= 0.
+  double vibration_force = 0.0;
+  /// Radius to draw beyond R, m: delta while touched, the envelope while it rings.
+  double radius_growth = 0.0;
+};
+
+/// True while respond() has to be called although no tool is near: it rings, or is being watched
+/// after a touch.
+[[nodiscard]] HD_REALTIME bool awake(const StringState& state) noexcept;
+
+/// How far the vibration reaches beyond R at lambda, m; 0 when silent. A tool nearer than this
+/// touches the vibrating string.
+[[nodiscard]] HD_REALTIME double envelope(const StringConstants& string, const StringState& state,
+                                          double lambda, std::int64_t t_ns) noexcept;
+
+/// One tick of string number `index`. `modes` is its modal state, null where options.modes == 0.
+[[nodiscard]] HD_REALTIME StringResponse respond(const StringConstants& string,
+                                                 const InstrumentOptions& options,
+                                                 std::int32_t index, const StringTouch& touch,
+                                                 const TickTime& time, StringState& state,
+                                                 ModalString* modes, StringEvents& events) noexcept;
+
+}  // namespace hapticd
