@@ -1,6 +1,6 @@
 // Bounds what a vibrating string gives to the hand: the tank holds what the vibration still may
 // give, and a force held for a tick can never draw more than is in it. Source: S. Stramigioli,
-// "Energy-aware robotics", 2015; the bound for a force held over a sample: MODEL, section 4. SI.
+// "Energy-aware robotics", 2015. SI.
 // RT: yes, 5 ns.
 #pragma once
 
