@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Derives every constant of elementary.cpp: minimax polynomials and the parts of pi.
+"""Derives every constant of elementary.cpp: minimax polynomials and the parts of pi and log 2.
 
 Remez exchange in 60 digits, then each coefficient is rounded to double and the error that remains
-in the function itself (sine, cosine, arctangent) is measured on a dense grid.
+in the function itself (sine, cosine, arctangent, exponential, logarithm) is measured on a dense
+grid.
 Needs python3-mpmath. Run it and compare with elementary.cpp; nothing else reads it.
 """
 import mpmath as mp
@@ -76,6 +77,20 @@ def print_parts():
         high = float(k * mp.pi / 4)
         print(f"{k} pi/4: {high.hex()} + {float(k * mp.pi / 4 - mp.mpf(high)).hex()}")
     print(f"tan(pi/8): {float(mp.tan(mp.pi / 8)).hex()}")
+    # 42 bits: the exponent, at most 2^11, times the first part is exact.
+    first = truncated(mp.log(2), 42)
+    print(f"log 2: {float(first).hex()} + {float(mp.log(2) - first).hex()}")
+    print(f"1 / log 2: {float(1 / mp.log(2)).hex()}")
+    print(f"sqrt 2: {float(mp.sqrt(2)).hex()}")
+    # The largest argument with a finite exponential, and the smallest above which it is not 0.
+    print(f"log of the largest double: {float(1024 * mp.log(2)).hex()}")
+    print(f"log of half the least double: {float(-1075 * mp.log(2)).hex()}")
+
+
+def exponential(z, p):
+    """exp(r) at r = sqrt z from r coth(r / 2) = 2 + z p."""
+    r = mp.sqrt(z)
+    return 1 + 2 * r / (2 + z * p - r)
 
 
 if __name__ == "__main__":
@@ -89,4 +104,11 @@ if __name__ == "__main__":
     report("A", ratio(lambda t, z: (mp.atan(t) / t - 1) / z, -third),
            lambda p, z: (1 + z * p) * mp.sqrt(z) / mp.atan(mp.sqrt(z)) - 1,
            mp.tan(mp.pi / 8) ** 2, 11)
+    # r coth(r/2) = 2 + z X(z), from which exp(r) = 1 + 2 r / (r coth(r/2) - r).
+    report("X", ratio(lambda r, z: (r * mp.coth(r / 2) - 2) / z, third / 2),
+           lambda p, z: exponential(z, p) / mp.exp(mp.sqrt(z)) - 1, (mp.log(2) / 2) ** 2, 5)
+    # log((1 + s) / (1 - s)) = 2 s + s z L(z), |s| <= (sqrt 2 - 1) / (sqrt 2 + 1).
+    report("L", ratio(lambda s, z: (2 * mp.atanh(s) / s - 2) / z, 2 * third),
+           lambda p, z: (2 + z * p) * mp.sqrt(z) / (2 * mp.atanh(mp.sqrt(z))) - 1,
+           (3 - 2 * mp.sqrt(2)) ** 2, 7)
     print_parts()

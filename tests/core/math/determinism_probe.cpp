@@ -49,15 +49,24 @@ void probe_elementary() {
   test::SplitMix64 random(1);
   Hash sin_cos_hash;
   Hash arctangent2_hash;
+  Hash exponential_hash;
+  Hash logarithm_hash;
   for (int i = 0; i < kCount; ++i) {
     const SinCos result = sin_cos(random.uniform(-1.0, 1.0) * (i % 2 == 0 ? 7.0 : 1e5));
     sin_cos_hash.add(result.sin);
     sin_cos_hash.add(result.cos);
     const double y = random.uniform(-1.0, 1.0);
     arctangent2_hash.add(arctangent2(y, random.uniform(-1.0, 1.0)));
+    const double power = exponential(random.uniform(-750.0, 715.0));
+    exponential_hash.add(power);
+    exponential_hash.add(exponential(y));
+    logarithm_hash.add(logarithm(power));
+    logarithm_hash.add(logarithm(1.0 + y));
   }
   sin_cos_hash.print("sin_cos");
   arctangent2_hash.print("arctangent2");
+  exponential_hash.print("exponential");
+  logarithm_hash.print("logarithm");
 }
 
 void probe_rotation() {

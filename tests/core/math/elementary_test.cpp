@@ -1,4 +1,5 @@
-// Sine, cosine and arctangent against libm's long double functions (error below 1e-19).
+// Sine, cosine, arctangent, exponential and logarithm against libm's long double functions (error
+// below 1e-19).
 #include "core/math/elementary.h"
 
 #include <doctest/doctest.h>
@@ -15,7 +16,9 @@
 namespace {
 
 using hapticd::arctangent2;
+using hapticd::exponential;
 using hapticd::kPi;
+using hapticd::logarithm;
 using hapticd::sin_cos;
 using hapticd::SinCos;
 using hapticd::test::scaled;
@@ -46,6 +49,21 @@ Real sin_cos_error(double angle) {
 Real arctangent_error(double y, double x) {
   return relative_error(arctangent2(y, x), atan2l(Real(y), Real(x)));
 }
+
+/// The same of the exponential and the logarithm, in units in the last place of the truth.
+constexpr Real kExponentialUlp = 1.0L;
+constexpr Real kLogarithmUlp = 1.0L;
+
+/// Error of value in units in the last place of a double near truth; a subnormal's unit is kTiny.
+Real ulp_error(double value, Real truth) {
+  if (Real(value) == truth) return 0;
+  const int exponent = std::max(ilogbl(truth), -1022);
+  return fabsl(Real(value) - truth) / ldexpl(1.0L, exponent - 52);
+}
+
+Real exponential_error(double x) { return ulp_error(exponential(x), expl(Real(x))); }
+
+Real logarithm_error(double x) { return ulp_error(logarithm(x), logl(Real(x))); }
 
 bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
@@ -217,4 +235,81 @@ TEST_CASE("the arctangent is odd in y and unchanged by a power of two in both, t
   CHECK(odd);
   CHECK(scale_free);
   CHECK(worst_reflection <= 8e-16L);
+}
+
+TEST_CASE("the exponential is within one unit in the last place of the truth") {
+  SplitMix64 random(106);
+  Real worst = 0;
+  const std::int64_t count = scaled(3'000'000);
+  for (std::int64_t i = 0; i < count; ++i) {
+    worst = fmaxl(worst, exponential_error(random.uniform(-745.0, 709.0)));
+    worst = fmaxl(worst, exponential_error(random.uniform(-1.0, 1.0)));
+    worst = fmaxl(worst, exponential_error(log_uniform(random, -1000.0, 9.0)));
+  }
+  CHECK(worst <= kExponentialUlp);
+}
+
+TEST_CASE("the exponential is accurate on both sides of every edge between powers of two") {
+  Real worst = 0;
+  for (int n = -1074; n <= 1022; ++n) {
+    const double edge = static_cast<double>((Real(n) + 0.5L) * 0.693147180559945309417232121458L);
+    for (const double x : {edge, std::nextafter(edge, -kInfinity), std::nextafter(edge, kInfinity),
+                           n * 0.69314718055994530942}) {
+      worst = fmaxl(worst, exponential_error(x));
+    }
+  }
+  CHECK(worst <= kExponentialUlp);
+}
+
+TEST_CASE("the exponential is 1 at 0 and next to it, 0 far below, infinite far above") {
+  for (const double x : {0.0, -0.0, kTiny, -kTiny, 1e-310, 1e-17, -1e-17}) {
+    CHECK(exponential(x) == 1.0);
+  }
+  CHECK(exponential(1.0) == doctest::Approx(2.718281828459045235).epsilon(1e-15));
+  CHECK(exponential_error(709.782712893383973) <= kExponentialUlp);
+  CHECK(exponential(709.78271289338409) == kInfinity);
+  CHECK(exponential(kHuge) == kInfinity);
+  CHECK(exponential(kInfinity) == kInfinity);
+  CHECK(exponential(-744.5) == kTiny);
+  CHECK(exponential(-745.13321910194123) <= kTiny);
+  for (const double x : {-745.2, -1e4, -1e300, -kHuge, -kInfinity}) {
+    CHECK(same_bits(exponential(x), 0.0));
+  }
+  CHECK(std::isnan(exponential(kNan)));
+}
+
+TEST_CASE("the logarithm is within one unit in the last place of the truth") {
+  SplitMix64 random(107);
+  Real worst = 0;
+  const std::int64_t count = scaled(3'000'000);
+  for (std::int64_t i = 0; i < count; ++i) {
+    worst = fmaxl(worst, logarithm_error(std::abs(log_uniform(random, -1074.0, 1024.0))));
+    worst = fmaxl(worst, logarithm_error(random.uniform(0.3, 3.0)));
+    worst = fmaxl(worst, logarithm_error(1.0 + log_uniform(random, -52.0, -2.0)));
+  }
+  CHECK(worst <= kLogarithmUlp);
+}
+
+TEST_CASE("the logarithm is accurate on both sides of 1, of sqrt 2 and of powers of two") {
+  Real worst = 0;
+  for (int n = -1074; n <= 1022; ++n) {
+    for (const double m : {1.0, 1.4142135623730950488}) {
+      const double x = std::ldexp(m, n);
+      for (const double near : {x, std::nextafter(x, 0.0), std::nextafter(x, kInfinity)}) {
+        if (near > 0.0) worst = fmaxl(worst, logarithm_error(near));
+      }
+    }
+  }
+  CHECK(logarithm_error(kHuge) <= kLogarithmUlp);
+  CHECK(worst <= kLogarithmUlp);
+}
+
+TEST_CASE("the logarithm of 1 is 0, of 0 minus infinity, of a negative number not a number") {
+  CHECK(same_bits(logarithm(1.0), 0.0));
+  CHECK(logarithm(0.0) == -kInfinity);
+  CHECK(logarithm(-0.0) == -kInfinity);
+  CHECK(logarithm(kInfinity) == kInfinity);
+  for (const double bad : {-kTiny, -1.0, -kHuge, -kInfinity, kNan}) {
+    CHECK(std::isnan(logarithm(bad)));
+  }
 }
