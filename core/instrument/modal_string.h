@@ -19,43 +19,87 @@ namespace hapticd {
 /// p = (dq/dt + q / T_d) / omega = -amplitude decay sin(2 pi phase).
 struct ModalString {
   int count = 0;  ///< N, 0 .. kMaxModes
-  /// At t_ns; decays from there by exp(-(t - t_ns) / decay).
+  /// At t_ns, m, >= 0; decays from there by exp(-(t - t_ns) / decay).
   std::array<double, kMaxModes> amplitude{};
-  /// In units of 2^-64 turn: addition wraps, so nothing drifts.
+  /// Now, in units of 2^-64 turn: addition wraps, so nothing drifts.
   std::array<std::uint64_t, kMaxModes> phase{};
   std::int64_t t_ns = 0;
 };
 
-/// What a finger felt over a tick.
+/// What a finger felt over a tick. Passive: the energy of the modes and `stored` together grow by
+/// no more than `work`, whatever the steps; undamped they grow by exactly that.
 struct ModalTouch {
-  double force;  ///< mean contact force of the string on the finger over the tick, N, >= 0
-  double work;   ///< by the finger on the string, J (force times motion of the finger's far end)
+  /// Mean contact force of the string on the finger over the tick, N, >= 0.
+  double force;
+  /// Of the finger on the string, J: force times motion of the finger's far end.
+  double work;
+  /// Energy in the finger's spring and the compliance left out at the start and end of the tick, J.
+  /// The start differs from the last tick's end only if the finger has jumped or slid in between.
+  double stored_before;
+  double stored;
 };
 
-/// Amplitude of mode n of an ideal string drawn aside by `delta` at lambda and let go at once, m:
-/// 2 delta sin(n pi lambda) / (n^2 pi^2 lambda (1 - lambda)); its limit on the ends, where it is 0.
+/// The fundamental alone, as levels below this one know it.
+struct Fundamental {
+  double amplitude;     ///< at mid-span, m, >= 0
+  std::uint64_t phase;  ///< 2^-64 turn, of a cosine
+};
+
+/// Amplitude of mode n of an ideal string drawn aside by `delta` at lambda and let go at once, m,
+/// signed: 2 delta sin(n pi lambda) / (n^2 pi^2 lambda (1 - lambda)). 0 on the ends themselves,
+/// which cannot be drawn aside.
 [[nodiscard]] HD_REALTIME double pluck_amplitude(double lambda, double delta, int n) noexcept;
 
 /// Compliance at lambda that `count` modes leave out, m/N: lambda (1 - lambda) L / T less the sum
-/// of theirs; >= 0, 0 when slack.
+/// of theirs; >= 0, 0 when slack. All of it for a string without tuning, which has no modes.
 [[nodiscard]] HD_REALTIME double residual_compliance(const StringConstants& string, double lambda,
                                                      int count) noexcept;
 
-/// Energy of the modes at time t_ns >= modes.t_ns, J.
+/// Sets the modes to what `count` of them do after a string, drawn aside by `delta` (m, either
+/// sign) at lambda, was let go evenly over the unload_time (s, >= 0) that ended at t_ns: amplitude
+/// |pluck_amplitude sin(x)/x|, x = pi f_n unload_time, phase as of a release at its middle. What
+/// rang before is gone: the string was held. A stiff string's partials are smaller by (n f_1 /
+/// f_n)^2, as the same force bends it. 70 ns per mode.
+HD_REALTIME void pluck_modes(const StringConstants& string, double lambda, double delta, int count,
+                             double unload_time, std::int64_t t_ns, ModalString& modes) noexcept;
+
+/// Sets `count` modes of which only the fundamental moves: same displacement and energy.
+HD_REALTIME void set_fundamental(const Fundamental& fundamental, int count, std::int64_t t_ns,
+                                 ModalString& modes) noexcept;
+
+/// The fundamental with the energy of all modes, at modes.t_ns, and the phase of the first.
+[[nodiscard]] HD_REALTIME Fundamental fundamental_of(const StringConstants& string,
+                                                     const ModalString& modes) noexcept;
+
+/// Turns the direction of w round: for a finger that comes from the other side.
+HD_REALTIME void mirror_modes(ModalString& modes) noexcept;
+
+/// Energy of the modes at time t_ns >= modes.t_ns, J: sum of m omega_n^2 A_n^2 / 2.
 [[nodiscard]] HD_REALTIME double modal_energy(const StringConstants& string,
                                               const ModalString& modes, double decay,
                                               std::int64_t t_ns) noexcept;
 
-/// One free tick: turns every phase by dt_ns, at the frequencies times `pitch` (1 without glide).
-/// The amplitudes stay; they decay in closed form. 2 ns per mode.
+/// w at lambda now, which is t_ns, m.
+[[nodiscard]] HD_REALTIME double modal_displacement(const ModalString& modes, double lambda,
+                                                    double decay, std::int64_t t_ns) noexcept;
+
+/// Amplitudes of the modes relative to the largest, in [0, 1], 0 beyond the count. Returns the
+/// count, 0 for a string at rest.
+HD_REALTIME int relative_partials(const ModalString& modes,
+                                  std::array<float, kMaxModes>& partials) noexcept;
+
+/// One free tick: turns every phase by dt_ns in [0, 1e15], at the frequencies times `pitch` (1
+/// without glide; (0, 10]). The amplitudes stay; they decay in closed form. 2 ns per mode.
 HD_REALTIME void advance_free_modes(const StringConstants& string, double pitch, std::int64_t dt_ns,
                                     ModalString& modes) noexcept;
 
-/// One tick under a finger, whose far end (the hand) moves evenly from displacement `D_before` to
-/// `D_after` (m, in the direction of w; negative: clear of the resting string) at lambda and
-/// presses through a one-sided spring `stiffness` (N/m). `steps` contact steps per tick; the modes
-/// decay with string.touch_decay, and t_ns becomes the end of the tick. Passive: what comes back
-/// out of the modes was in them or put in by the finger.
+/// The tick of dt_ns (as above; 0: nothing moves) that ends at t_ns, under a finger whose far end
+/// (the hand) moves evenly from displacement `D_before` to `D_after` (m, in the direction of w;
+/// negative: clear of the resting string) at lambda and presses through a one-sided spring
+/// `stiffness` (N/m, > 0). `steps` contact steps per tick, clamped to [1, 4096]. Up to the start of
+/// the tick the modes decay with string.decay, in it with string.touch_decay; modes.t_ns becomes
+/// t_ns. Modes with a node at lambda go on as if free. tests/benchmark/string_table measures cost
+/// and accuracy.
 HD_REALTIME ModalTouch touch_modes(const StringConstants& string, double lambda, double D_before,
                                    double D_after, double stiffness, int steps, std::int64_t t_ns,
                                    std::int64_t dt_ns, ModalString& modes) noexcept;
