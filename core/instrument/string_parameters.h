@@ -4,10 +4,10 @@
 // Musical Instruments", 2nd ed., chapter 2. RT: plain data; check and derive take about 100 ns.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 
+#include "core/instrument/parameter_range.h"
 #include "core/math/realtime.h"
 #include "core/math/vector.h"
 
@@ -51,16 +51,13 @@ struct StringParameters {
   StringLevel max_level = StringLevel::kModes;
 };
 
-/// Why a parameter is refused, or doubted: the field's name in scene.proto, what it is, what it may
-/// be.
-struct ParameterFault {
-  const char* field;   ///< such as "tension_n"
-  double value;        ///< in the field's unit
-  const char* range;   ///< such as "[0, 1e6]"
-  const char* remedy;  ///< one sentence for people
-};
+/// Strings shorter than this count as A == B, m. Normal value 1e-9; far smaller would let
+/// E A / length leave the range of a double.
+inline constexpr double kShortestString = 1e-9;
 
-/// The first fault of `parameters`, none when all is well. Non-finite numbers are out of range.
+/// The first fault of `parameters`, none when all is well. Non-finite numbers are out of range. A
+/// linear density alone, which then is the tuning, must give a fundamental in the range of
+/// frequency_hz.
 [[nodiscard]] HD_REALTIME std::optional<ParameterFault> check_string(
     const StringParameters& parameters) noexcept;
 
@@ -69,15 +66,16 @@ struct ParameterFault {
 [[nodiscard]] HD_REALTIME std::optional<ParameterFault> doubt_string(
     const StringParameters& parameters) noexcept;
 
-/// What the tick reads of a string. Lengths of A == B and the like are 0, never NaN.
+/// What the tick reads of a string. Nothing in it is ever NaN or infinite.
 struct StringConstants {
-  double length = 0.0;           ///< L = |AB|, m
+  double length = 0.0;           ///< L = |AB|, m; 0 where it is below kShortestString
   double tension = 0.0;          ///< T, N
   double axial_stiffness = 0.0;  ///< E A = E pi R^2, N
-  double frequency = 0.0;        ///< f_1, Hz; 0: the string never sounds (no tuning, slack, A == B)
-  double modal_mass = 0.0;       ///< mu L / 2 with mu = T / (2 L f_1)^2, kg; 0 where f_1 is
-  double decay = 0.0;            ///< s
-  double touch_decay = 0.0;      ///< s
+  /// f_1, Hz; 0: the string never sounds (no tuning, slack, A == B, or a mass no double holds).
+  double frequency = 0.0;
+  double modal_mass = 0.0;   ///< mu L / 2 with mu = T / (2 L f_1)^2, kg; 0 where f_1 is
+  double decay = 0.0;        ///< s
+  double touch_decay = 0.0;  ///< s
   double k_s = 1.0;
   double contact_stiffness = 0.0;  ///< kc, N/m
   double inharmonicity = 0.0;
@@ -86,13 +84,14 @@ struct StringConstants {
   StringLevel max_level = StringLevel::kRigid;
 };
 
-/// Constants of checked parameters.
+/// Constants of checked parameters. A == B is a sphere, which cannot yield: its model and max_level
+/// become kRigid.
 [[nodiscard]] HD_REALTIME StringConstants
 derive_string(const StringParameters& parameters) noexcept;
 
-/// k_s from the device: k0 of this string at `lambda` in (0, 1) under `reference_tension` (N, > 0)
-/// over the device's largest stiffness (N/m, > 0). To be frozen at load: were it recomputed when T,
-/// E or R change, they could not be felt.
+/// k_s from the device: k0 of a string of `length` (m, > 0) at `lambda` in (0, 1) under
+/// `reference_tension` (N, > 0) over the device's largest stiffness (N/m, > 0). To be frozen at
+/// load: were it recomputed when T, E or R change, they could not be felt.
 [[nodiscard]] HD_REALTIME double k_s_from_device(double length, double reference_tension,
                                                  double lambda, double device_stiffness) noexcept;
 

@@ -1,0 +1,270 @@
+// Eq. 10-12 without cancellation, and their series with a spring. See deflection.h. Every
+// difference of nearly equal numbers is written as a quotient, and every quotient so that it is
+// finite where one half of the string has no length. RT: yes.
+#include "core/instrument/deflection.h"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace hapticd {
+namespace {
+
+/// Deflections whose square is neither lost nor too large, m. Normal values 1e-140 and 1e140;
+/// outside of them lengths take a slower way.
+constexpr double kSmallestSquared = 1e-140;
+constexpr double kLargestSquared = 1e140;
+
+/// Displacements and distances to an end below this are 0 to the series law, m. Normal value 1e-80;
+/// far smaller would let its starting point leave the range of a double.
+constexpr double kSmallestDisplacement = 1e-80;
+
+/// The series law is solved when its two sides differ by less than this share of kc D, 1. Normal
+/// value 1e-15, a few roundings; smaller chases them, larger loses digits.
+constexpr double kBalanced = 1e-15;
+
+/// And when a step is smaller than this share of delta: the error it leaves is about its square,
+/// 1. Normal value 1e-8; larger loses digits, smaller costs a step.
+constexpr double kLastStep = 1e-8;
+
+/// A Newton step that leaves more than this share of the imbalance is too slow, and the next one
+/// halves the bracket, 1. Normal value 0.25: a cube far from its root leaves 0.3.
+constexpr double kSlow = 0.25;
+
+/// Brackets wider than this ratio are halved in the logarithm, 1. Normal value 4; any value works.
+constexpr double kWide = 4.0;
+
+/// Most steps of the series law. Normal: 3 or 4, more next to an end only; fewer would stop short
+/// there.
+constexpr int kMostSteps = 64;
+
+/// Hypotenuse of two lengths >= 0, of which `delta` is not 0.
+double hypotenuse(double run, double delta) noexcept {
+  if (delta >= kSmallestSquared && delta <= kLargestSquared) [[likely]] {
+    return std::sqrt(run * run + delta * delta);
+  }
+  const double large = run > delta ? run : delta;
+  const double small = run > delta ? delta : run;
+  const double ratio = small / large;
+  return large * std::sqrt(1.0 + ratio * ratio);
+}
+
+/// The triangle A-P-B of a deflected string.
+struct Triangle {
+  double run_1;     ///< lambda L
+  double run_2;     ///< (1 - lambda) L
+  double length_1;  ///< |AP| = L_1
+  double length_2;  ///< |PB| = L_2
+  double sine_1;    ///< delta / L_1
+  double sine_2;    ///< delta / L_2
+  double stretch;   ///< ext = L_1 + L_2 - L
+};
+
+/// delta > 0, string.length > 0.
+Triangle bend(const StringConstants& string, double lambda, double delta) noexcept {
+  Triangle bent;
+  bent.run_1 = lambda * string.length;
+  bent.run_2 = (1.0 - lambda) * string.length;
+  bent.length_1 = hypotenuse(bent.run_1, delta);
+  bent.length_2 = hypotenuse(bent.run_2, delta);
+  bent.sine_1 = delta / bent.length_1;
+  bent.sine_2 = delta / bent.length_2;
+  bent.stretch =
+      delta * (delta / (bent.length_1 + bent.run_1) + delta / (bent.length_2 + bent.run_2));
+  return bent;
+}
+
+/// dF/ddelta of a bent string: the growing F_i, and the sines' d(delta/L_i)/ddelta = cos^2 / L_i.
+double slope_of(const StringConstants& string, const Triangle& bent, double tension,
+                double cosine_1, double cosine_2) noexcept {
+  const double sines = bent.sine_1 + bent.sine_2;
+  const double elastic = string.axial_stiffness / string.length * (sines * sines);
+  return elastic + (tension * (cosine_1 * cosine_1) / bent.length_1 +
+                    tension * (cosine_2 * cosine_2) / bent.length_2);
+}
+
+/// F_lateral = tension (cos theta_2 - cos theta_1) with the difference of the cosines from that of
+/// their squares, (delta L / (L_1 L_2))^2 (1 - 2 lambda).
+double lateral_of(const StringConstants& string, const Triangle& bent, double lambda, double delta,
+                  double tension, double cosines) noexcept {
+  const bool first_is_short = bent.length_1 < bent.length_2;
+  const double shorter = first_is_short ? bent.length_1 : bent.length_2;
+  const double longer = first_is_short ? bent.length_2 : bent.length_1;
+  const double ratio = (delta / shorter) * (string.length / longer);
+  return tension * (ratio * ratio * (1.0 - 2.0 * lambda) / cosines);
+}
+
+struct ForceAndSlope {
+  double force;
+  double slope;
+};
+
+/// F and dF/ddelta alone, as deflect() gives them.
+ForceAndSlope force_and_slope(const StringConstants& string, double lambda, double delta) noexcept {
+  const Triangle bent = bend(string, lambda, delta);
+  const double tension = string.tension + string.axial_stiffness * (bent.stretch / string.length);
+  return {tension * (bent.sine_1 + bent.sine_2),
+          slope_of(string, bent, tension, bent.run_1 / bent.length_1, bent.run_2 / bent.length_2)};
+}
+
+/// Cube root of a positive normal number within 6 %: a third of the exponent, and of the mantissa
+/// with it.
+double rough_cube_root(double value) noexcept {
+  constexpr std::uint64_t kTwoThirdsOfBias = 0x2a9f7893782da1ceU;
+  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(value) / 3U + kTwoThirdsOfBias);
+}
+
+/// Where F(delta) + kc delta = load is looked for: lower <= root <= upper, lower <= start <= upper.
+struct Bracket {
+  double lower;
+  double start;
+  double upper;
+};
+
+/// Bounds of the root, 0 < load = kc D. From above: kc delta <= load, and T delta / L_i <= load.
+/// From below: k delta + c delta^3 is more than the left side (tangents of sines and stretch at 0;
+/// exact for small delta, so its root is the start), and so is T + (kc + T/L' + 4 EA/L) delta, L'
+/// the longer run (one sine and all other growth at their largest).
+Bracket bracket_series(const StringConstants& string, double lambda, double displacement,
+                       double stiffness) noexcept {
+  const double run_1 = lambda * string.length;
+  const double run_2 = (1.0 - lambda) * string.length;
+  const double shorter = run_1 < run_2 ? run_1 : run_2;
+  const double longer = run_1 < run_2 ? run_2 : run_1;
+  const double load = stiffness * displacement;
+  const double elastic = string.axial_stiffness / string.length;
+
+  Bracket bracket{0.0, 0.0, displacement};
+  if (load > string.tension) {
+    const double steepest = stiffness + string.tension / longer + 4.0 * elastic;
+    bracket.lower = (load - string.tension) / steepest;
+  } else if (load < string.tension) {
+    const double cosine_side =
+        std::sqrt((string.tension - load) * (string.tension + load));  // T cos theta >= this
+    const double reach = shorter * (load / cosine_side);
+    bracket.upper = reach < displacement ? reach : displacement;
+  }
+  bracket.start = bracket.lower;
+  if (shorter > 0.0) {
+    const double steepness = 1.0 / shorter + 1.0 / longer;
+    const double linear = stiffness + string.tension * steepness;
+    const double cubic = 0.5 * elastic * (steepness * steepness);
+    double root = load / linear;
+    if (cubic * (root * root) > linear) {
+      const double of_cube = rough_cube_root(load / cubic);
+      root = of_cube < root ? of_cube : root;
+    }
+    if (0.5 * root > bracket.lower) bracket.lower = 0.5 * root;
+    // Two Newton steps on the cubic, from above its root or next to it.
+    for (int i = 0; i < 2; ++i) {
+      const double square = cubic * (root * root);
+      root = (load + 2.0 * square * root) / (linear + 3.0 * square);
+    }
+    if (root > bracket.start) bracket.start = root;
+  }
+  if (bracket.start > bracket.upper) bracket.start = bracket.upper;
+  return bracket;
+}
+
+/// A point between both ends.
+double middle(double lower, double upper) noexcept {
+  return upper > kWide * lower ? std::sqrt(lower * upper) : 0.5 * (lower + upper);
+}
+
+/// The solution from its last iterate: from the string's force where the string is the softer
+/// spring, from the other spring's where that is; each loses no digits there.
+SeriesDeflection settle(const ForceAndSlope& at, double delta, double step, double displacement,
+                        double stiffness) noexcept {
+  double end = delta + step;
+  end = end < displacement ? end : displacement;
+  end = end > 0.0 ? end : 0.0;
+  const double of_string = at.force + at.slope * step;
+  const double of_spring = stiffness * (displacement - end);
+  const double force = at.slope < stiffness ? of_string : of_spring;
+  const double most = stiffness * displacement;
+  return {end, force < most ? force : most};
+}
+
+}  // namespace
+
+Deflection deflect(const StringConstants& string, double lambda, double delta) noexcept {
+  if (string.length <= 0.0) return {};
+  if (!(delta > 0.0)) {
+    const double stiffness = small_deflection_stiffness(string, lambda);
+    return {0.0, stiffness, stiffness, 0.0, 0.0, 0.0};
+  }
+  const Triangle bent = bend(string, lambda, delta);
+  const double cosine_1 = bent.run_1 / bent.length_1;
+  const double cosine_2 = bent.run_2 / bent.length_2;
+  const double axial_force = string.axial_stiffness * (bent.stretch / string.length);
+  const double tension = string.tension + axial_force;
+  Deflection result;
+  result.force = tension * (bent.sine_1 + bent.sine_2);
+  result.slope = slope_of(string, bent, tension, cosine_1, cosine_2);
+  result.secant = tension / bent.length_1 + tension / bent.length_2;
+  result.energy = (string.tension + 0.5 * axial_force) * bent.stretch;
+  result.axial_force = axial_force;
+  result.lateral_force = lateral_of(string, bent, lambda, delta, tension, cosine_1 + cosine_2);
+  return result;
+}
+
+double deflection_force(const StringConstants& string, double lambda, double delta) noexcept {
+  if (string.length <= 0.0 || !(delta > 0.0)) return 0.0;
+  const Triangle bent = bend(string, lambda, delta);
+  const double axial_force = string.axial_stiffness * (bent.stretch / string.length);
+  return (string.tension + axial_force) * (bent.sine_1 + bent.sine_2);
+}
+
+double small_deflection_stiffness(const StringConstants& string, double lambda) noexcept {
+  if (string.length <= 0.0 || string.tension <= 0.0) return 0.0;
+  return string.tension / (string.length * (lambda * (1.0 - lambda)));
+}
+
+SeriesDeflection deflect_in_series(const StringConstants& string, double lambda,
+                                   double displacement, double stiffness) noexcept {
+  if (!(displacement > 0.0)) return {0.0, 0.0};
+  const double load = stiffness * displacement;
+  if (string.length <= 0.0) return {0.0, load};
+  if (displacement < kSmallestDisplacement) {
+    const double ratio = small_deflection_stiffness(string, lambda) / stiffness;
+    return {displacement / (1.0 + ratio), load / (1.0 + 1.0 / ratio)};
+  }
+  double place = lambda;
+  if (lambda * string.length < kSmallestDisplacement) place = 0.0;
+  if ((1.0 - lambda) * string.length < kSmallestDisplacement) place = 1.0;
+  if ((place == 0.0 || place == 1.0) && load <= string.tension) return {0.0, load};
+
+  // Newton's method. A step out of the bracket, or one after a slow one, halves the bracket
+  // instead.
+  Bracket bracket = bracket_series(string, place, displacement, stiffness);
+  double delta = bracket.start;
+  double slow_above = load;
+  for (int i = 0;; ++i) {
+    const ForceAndSlope at = force_and_slope(string, place, delta);
+    const double imbalance = load - (stiffness * delta + at.force);
+    const double step = imbalance / (stiffness + at.slope);
+    const double size = std::fabs(imbalance);
+    if (size <= kBalanced * load || std::fabs(step) <= kLastStep * delta || i == kMostSteps) {
+      return settle(at, delta, step, displacement, stiffness);
+    }
+    (imbalance > 0.0 ? bracket.lower : bracket.upper) = delta;
+    const double next = delta + step;
+    const bool outside = !(next > bracket.lower && next < bracket.upper);
+    if (outside || size > slow_above) {
+      delta = middle(bracket.lower, bracket.upper);
+      slow_above = load;
+    } else {
+      delta = next;
+      slow_above = kSlow * size;
+    }
+  }
+}
+
+double pitch_factor(const StringConstants& string, double delta) noexcept {
+  if (string.length <= 0.0 || string.tension <= 0.0 || !(delta > 0.0)) return 1.0;
+  const Triangle bent = bend(string, 0.5, delta);
+  const double axial_force = string.axial_stiffness * (bent.stretch / string.length);
+  return std::sqrt(1.0 + 0.5 * (axial_force / string.tension));
+}
+
+}  // namespace hapticd
