@@ -82,28 +82,28 @@ TruthRun play_modes(const TruthString& string, const TruthPress& press, int mode
   TruthRun run;
   Ledger ledger(press, run);
   const double h = 1.0 / rate;
-  const double fall = std::exp(-h / string.touch_decay);
+  const double gamma = 1.0 / string.touch_decay;
+  const double fall = std::exp(-gamma * h);
   std::vector<Recurrence> bank;
   for (int n = 1; n <= modes; ++n) {
     const double omega = 2.0 * kPi * n * string.frequency;
+    const double damped = std::sqrt(omega * omega - gamma * gamma);
     // K_n = n^2 pi^2 T / (2 L): potential energy K_n q^2 / 2 of the mode.
     const double stiffness = n * n * kPi * kPi * string.tension / (2.0 * string.length);
     // A point force that holds the triangle is its kink, T (delta/L1 + delta/L2).
     const double held = string.tension * press.pluck_delta /
                         (string.length * press.pluck_lambda * (1.0 - press.pluck_lambda));
-    const double start = held * std::sin(n * kPi * press.pluck_lambda) / stiffness;
-    const auto free = [&](double time) {
-      return start * std::exp(-time / string.decay) * std::cos(omega * time);
-    };
-    const double now = free(press.free_time);
-    // q before the touch as if it had been damped as in the touch all along, so that amplitude and
-    // phase are continuous.
-    const double q_before = start * std::exp(-press.free_time / string.decay) *
-                            std::cos(omega * (press.free_time - h)) / fall;
-    const double a = 2.0 * fall * std::cos(omega * h);
+    const double start = held * std::sin(n * kPi * press.pluck_lambda) / stiffness *
+                         std::exp(-press.free_time / string.decay);
+    const double now = start * std::cos(omega * press.free_time);
+    const double speed = -start * omega * std::sin(omega * press.free_time) - now / string.decay;
+    // The sample before the touch, as if it had been damped as in the touch.
+    const double before =
+        (now * std::cos(damped * h) - (speed + gamma * now) / damped * std::sin(damped * h)) / fall;
+    const double a = 2.0 * fall * std::cos(damped * h);
     const double b = -fall * fall;
     const double shape = std::sin(n * kPi * press.lambda);
-    bank.push_back({a, b, (1.0 - a - b) * shape / stiffness, shape, now, q_before});
+    bank.push_back({a, b, (1.0 - a - b) * shape / stiffness, shape, now, before});
   }
 
   const auto energy = [&] {
@@ -111,10 +111,13 @@ TruthRun play_modes(const TruthString& string, const TruthPress& press, int mode
     for (std::size_t k = 0; k < bank.size(); ++k) {
       const double n = static_cast<double>(k + 1);
       const double stiffness = n * n * kPi * kPi * string.tension / (2.0 * string.length);
-      const double theta = 2.0 * kPi * n * string.frequency * h;
-      const double then = bank[k].before * fall;
-      const double sine = std::sin(theta);
-      const double other = (bank[k].now * std::cos(theta) - then) / sine;  // -A sin(phase)
+      const double omega = 2.0 * kPi * n * string.frequency;
+      const double damped = std::sqrt(omega * omega - gamma * gamma);
+      const double sine = std::sin(damped * h);
+      const double speed =
+          (bank[k].now * std::cos(damped * h) - bank[k].before * fall) * damped / sine -
+          gamma * bank[k].now;
+      const double other = speed / omega;
       sum += 0.5 * stiffness * (bank[k].now * bank[k].now + other * other);
     }
     return sum;
@@ -155,18 +158,22 @@ TruthRun play_grid(const TruthString& string, const TruthPress& press, int cells
   const double c = 2.0 * string.length * string.frequency;
   const double h = dx / c;
   const double impedance = string.tension / c;
+  const double loss = h / string.touch_decay;
+  const double response = h / impedance / (1.0 + loss);
   const auto finger = static_cast<std::size_t>(std::lround(press.lambda * cells));
   const auto size = static_cast<std::size_t>(cells) + 1;
 
-  // Two waves from the plucked shape; their sum at the start of the touch and one step before.
+  // The plucked shape at the start of the touch and one step before.
+  const auto shape = [&](double lambda, double time) {
+    return std::exp(-time / string.decay) *
+           free_displacement(string, press.pluck_lambda, press.pluck_delta, lambda, time);
+  };
   std::vector<double> now(size);
   std::vector<double> before(size);
   for (std::size_t j = 0; j < size; ++j) {
     const double lambda = static_cast<double>(j) / cells;
-    now[j] =
-        free_displacement(string, press.pluck_lambda, press.pluck_delta, lambda, press.free_time);
-    before[j] = free_displacement(string, press.pluck_lambda, press.pluck_delta, lambda,
-                                  press.free_time - h);
+    now[j] = shape(lambda, press.free_time);
+    before[j] = shape(lambda, press.free_time - h);
   }
 
   // Kinetic energy between two samples, potential energy as the product of both slopes: what the
@@ -185,18 +192,20 @@ TruthRun play_grid(const TruthString& string, const TruthPress& press, int cells
   std::vector<double> next(size, 0.0);
   for (std::int64_t i = 0;; ++i) {
     const double time = static_cast<double>(i) * h;
-    for (std::size_t j = 1; j + 1 < size; ++j) next[j] = now[j + 1] + now[j - 1] - before[j];
+    for (std::size_t j = 1; j + 1 < size; ++j) {
+      next[j] = (now[j + 1] + now[j - 1] - (1.0 - loss) * before[j]) / (1.0 + loss);
+    }
     // The spring sees the mean of the samples before and after: at c h = dx a spring that sees the
     // sample of now is unstable.
     const double mean = 0.5 * (next[finger] + before[finger]);
     const double force = finger_force(press.stiffness, press.hand(time), mean) /
-                         (1.0 + 0.5 * press.stiffness * h / impedance);
+                         (1.0 + 0.5 * press.stiffness * response);
     ledger.add(time, force);
     if (time >= press.ticks * kTick) {
       run.energy = energy() + 0.5 * force * force / press.stiffness;
       return run;
     }
-    next[finger] += force * h / impedance;
+    next[finger] += force * response;
     before.swap(now);
     now.swap(next);
     now.front() = 0.0;

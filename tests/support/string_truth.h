@@ -41,12 +41,12 @@ struct TruthRun {
   double energy = 0.0;         ///< of string and finger spring at the end, J
 };
 
-/// `modes` modes, `rate` samples per second, a multiple of 1000. A mode obeys q'' + 2 q'/T_d +
-/// (omega^2 + 1/T_d^2) (q - q_F) = 0: rings at its frequency, decays with T_d, and rests where the
-/// force on it says, q_F. Energies leave what the truncation misses.
+/// `modes` modes, `rate` samples per second, a multiple of 1000. Under the finger a mode obeys
+/// m (q'' + 2 q'/T_d + omega^2 q) = F phi; modes beyond the last follow at once, as a spring in
+/// series.
 TruthRun play_modes(const TruthString& string, const TruthPress& press, int modes, int rate);
 
-/// `cells` cells; both lambdas must be multiples of 1/cells. Undamped: both decays are ignored.
+/// `cells` cells, both lambdas multiples of 1/cells: w_tt + 2 w_t / T_d = c^2 w_xx + F / mu.
 TruthRun play_grid(const TruthString& string, const TruthPress& press, int cells);
 
 /// The free shape itself, to judge plucks: displacement at `lambda`, `time` after the string was
