@@ -24,12 +24,12 @@ struct Deflection {
   double lateral_force;
 };
 
-/// All of it. delta >= 0 m, lambda in [0, 1], L > 0; A string of length 0 gives zeros. Relative
-/// error <= 1e-14 of each, 40 ns.
+/// All of it. delta in [0, 1e100] m, lambda in [0, 1]; a string of length 0 gives zeros. Relative
+/// error <= 2e-15 of each; 21 ns (x86-64 of 2019).
 [[nodiscard]] HD_REALTIME Deflection deflect(const StringConstants& string, double lambda,
                                              double delta) noexcept;
 
-/// F(delta) alone, N.
+/// F(delta) alone, N, the same bits; 10 ns.
 [[nodiscard]] HD_REALTIME double deflection_force(const StringConstants& string, double lambda,
                                                   double delta) noexcept;
 
@@ -43,8 +43,9 @@ struct SeriesDeflection {
   double force;  ///< kc (D - delta) = F(delta), N (on an end with kc D < T: delta 0, force kc D)
 };
 
-/// Solves F(delta) = kc (D - delta) by bracketed Newton iterations; D >= 0 m, kc > 0 N/m. Force
-/// exact to 1e-12 relative; < 1 us.
+/// Solves F(delta) = kc (D - delta) by bracketed Newton iterations; D in [0, 1e100] m, kc in [1e-3,
+/// 1e9] N/m. Error of force <= 2e-15 of itself, of delta <= 2e-15 of D. A string of length 0 does
+/// not yield. 0.1 us, next to an end 0.3 us.
 [[nodiscard]] HD_REALTIME SeriesDeflection deflect_in_series(const StringConstants& string,
                                                              double lambda, double displacement,
                                                              double stiffness) noexcept;
