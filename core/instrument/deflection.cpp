@@ -15,8 +15,8 @@ namespace {
 constexpr double kSmallestSquared = 1e-140;
 constexpr double kLargestSquared = 1e140;
 
-/// Displacements and distances to an end below this are 0 to the series law, m. Normal value 1e-80;
-/// far smaller would let its starting point leave the range of a double.
+/// Displacements and distances to an end below this count as 0 in the series law, m. Normal value
+/// 1e-80; far smaller would let its starting point leave the range of a double.
 constexpr double kSmallestDisplacement = 1e-80;
 
 /// The series law is solved when its two sides differ by less than this share of kc D, 1. Normal
@@ -36,7 +36,7 @@ constexpr double kWide = 4.0;
 
 /// Most steps of the series law. Normal: 2 or 3, next to an end 5; 3e6 random extremes took 20 at
 /// most. Fewer would stop short there.
-constexpr int kMostSteps = 64;
+constexpr int kMostSteps = 32;
 
 /// Hypotenuse of two lengths >= 0, of which `delta` is not 0.
 double hypotenuse(double run, double delta) noexcept {
@@ -171,20 +171,6 @@ double middle(double lower, double upper) noexcept {
   return upper > kWide * lower ? std::sqrt(lower * upper) : 0.5 * (lower + upper);
 }
 
-/// The solution from its last iterate: from the string's force where the string is the softer
-/// spring, from the other spring's where that is; each loses no digits there.
-SeriesDeflection settle(const ForceAndSlope& at, double delta, double step, double displacement,
-                        double stiffness) noexcept {
-  double end = delta + step;
-  end = end < displacement ? end : displacement;
-  end = end > 0.0 ? end : 0.0;
-  const double of_string = at.force + at.slope * step;
-  const double of_spring = stiffness * (displacement - end);
-  const double force = at.slope < stiffness ? of_string : of_spring;
-  const double most = stiffness * displacement;
-  return {end, force < most ? force : most};
-}
-
 }  // namespace
 
 Deflection deflect(const StringConstants& string, double lambda, double delta) noexcept {
@@ -222,13 +208,9 @@ double small_deflection_stiffness(const StringConstants& string, double lambda) 
 
 SeriesDeflection deflect_in_series(const StringConstants& string, double lambda,
                                    double displacement, double stiffness) noexcept {
-  if (!(displacement > 0.0)) return {0.0, 0.0};
+  if (!(displacement >= kSmallestDisplacement)) return {0.0, 0.0};
   const double load = stiffness * displacement;
   if (string.length <= 0.0) return {0.0, load};
-  if (displacement < kSmallestDisplacement) {
-    const double ratio = small_deflection_stiffness(string, lambda) / stiffness;
-    return {displacement / (1.0 + ratio), load / (1.0 + 1.0 / ratio)};
-  }
   double place = lambda;
   if (lambda * string.length < kSmallestDisplacement) place = 0.0;
   if ((1.0 - lambda) * string.length < kSmallestDisplacement) place = 1.0;
@@ -245,7 +227,11 @@ SeriesDeflection deflect_in_series(const StringConstants& string, double lambda,
     const double step = imbalance / (stiffness + at.slope);
     const double size = std::fabs(imbalance);
     if (size <= kBalanced * load || std::fabs(step) <= kLastStep * delta || i == kMostSteps) {
-      return settle(at, delta, step, displacement, stiffness);
+      // Along the tangent to the end of the step: steep or soft, the string's law keeps its digits.
+      double end = delta + step;
+      end = end > 0.0 ? end : 0.0;
+      const double force = at.force + at.slope * step;
+      return {end < displacement ? end : displacement, force < load ? force : load};
     }
     (imbalance > 0.0 ? bracket.lower : bracket.upper) = delta;
     const double next = delta + step;

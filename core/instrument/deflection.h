@@ -43,9 +43,9 @@ struct SeriesDeflection {
   double force;  ///< kc (D - delta) = F(delta), N (on an end with kc D < T: delta 0, force kc D)
 };
 
-/// Solves F(delta) = kc (D - delta) by bracketed Newton iterations; D in [0, 1e100] m, kc in [1e-3,
-/// 1e9] N/m. Error of force <= 2e-15 of itself, of delta <= 2e-15 of D. A string of length 0 does
-/// not yield. 0.1 us, next to an end 0.3 us.
+/// Solves F(delta) = kc (D - delta) by bracketed Newton iterations; D in [0, 1e100] m (below 1e-80
+/// it counts as 0), kc in [1e-3, 1e9] N/m. Error of force <= 2e-15 of itself, of delta <= 2e-15 of
+/// D. A string of length 0 does not yield. 0.1 us, next to an end 0.3 us.
 [[nodiscard]] HD_REALTIME SeriesDeflection deflect_in_series(const StringConstants& string,
                                                              double lambda, double displacement,
                                                              double stiffness) noexcept;
