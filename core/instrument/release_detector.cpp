@@ -1,0 +1,187 @@
+// Touch, arming, loss and release of one string, and the running residual of its deflection. RT:
+// yes.
+#include "core/instrument/release_detector.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/instrument/mode_series.h"
+#include "core/math/elementary.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kNanosecondsPerSecond = 1e9;
+
+/// Where in the tick the distance crosses `boundary`, in [0, 1]; 0 where it does not.
+double crossing(const StringTouch& touch, double boundary) noexcept {
+  if ((touch.distance_before < boundary) == (touch.distance < boundary)) return 0.0;
+  const double travelled = touch.distance - touch.distance_before;
+  return std::clamp((boundary - touch.distance_before) / travelled, 0.0, 1.0);
+}
+
+std::int64_t instant(const TickTime& time, double fraction) noexcept {
+  const auto dt = static_cast<double>(time.dt_ns);
+  return time.t_ns - time.dt_ns + static_cast<std::int64_t>(fraction * dt + 0.5);
+}
+
+/// Turns the residual by `span` (s) and adds a deflection that changes evenly by `change` (m) over
+/// it.
+void turn_residual(double frequency, double decay, double span, double change,
+                   ReleaseDetector& detector) noexcept {
+  if (span <= 0.0 && change == 0.0) return;
+  // Of half the span, whose square is the whole: the even change acts as one in its middle, times
+  // sin(x) / x.
+  const double x = kPi * frequency * span;
+  const double half_turns = frequency * span;
+  const double s = sin_half_turns(half_turns);
+  const double c = sin_half_turns(half_turns + 0.5);
+  const double keep = exponential(-0.5 * span / decay);
+
+  const double re =
+      keep * keep * ((c * c - s * s) * detector.residual_re - 2.0 * c * s * detector.residual_im);
+  const double im =
+      keep * keep * ((c * c - s * s) * detector.residual_im + 2.0 * c * s * detector.residual_re);
+  const double push = keep * change * (x > 0.0 ? s / x : 1.0);
+  detector.residual_re = re + push * c;
+  detector.residual_im = im + push * s;
+}
+
+/// Part of the tick in which the tool presses the string, in [0, 1], and what its deflection does
+/// there, m.
+struct Course {
+  double from;
+  double to;
+  double change;
+};
+
+/// Whether the contact that ends in this tick ends faster than the hand can have moved away.
+bool slips(const TouchLimits& limits, const StringTouch& touch, double dt,
+           const ReleaseDetector& detector) noexcept {
+  const double moved = touch.distance - touch.distance_before;
+  const double speed = std::max(detector.withdrawal, 0.0) + limits.max_acceleration * dt;
+  return moved > speed * dt;
+}
+
+/// Follows contact and deflection through the tick, up to the residual.
+Course follow_contact(const StringConstants& string, const TouchLimits& limits,
+                      const StringTouch& touch, const TickTime& time,
+                      ReleaseDetector& detector) noexcept {
+  const bool contact = touch.distance < 0.0;
+  const double deflection = contact && limits.can_arm ? touch.deflection : 0.0;
+  const double dt = static_cast<double>(time.dt_ns) * kSecondsPerNanosecond;
+  const bool lost = detector.contact && !contact;
+
+  Course course{0.0, contact ? 1.0 : 0.0, deflection - detector.deflection};
+  if (contact && !detector.contact) course.from = crossing(touch, 0.0);
+  if (lost) {
+    course.to = crossing(touch, 0.0);
+    detector.slipped = slips(limits, touch, dt, detector);
+    if (detector.slipped) course.from = course.to;
+  }
+
+  if (string.frequency > 0.0) {
+    const double f = string.frequency;
+    const double before = detector.contact ? string.touch_decay : string.decay;
+    turn_residual(f, before, course.from * dt, 0.0, detector);
+    turn_residual(f, string.touch_decay, (course.to - course.from) * dt, course.change, detector);
+    if (lost) {
+      const double size = std::sqrt(detector.residual_re * detector.residual_re +
+                                    detector.residual_im * detector.residual_im);
+      detector.lost_amplitude = std::min(size, detector.largest_deflection);
+    }
+    turn_residual(f, string.decay, (1.0 - course.to) * dt, 0.0, detector);
+  }
+
+  if (lost) {
+    detector.lost_deflection = detector.deflection;
+    if (detector.slipped) {
+      detector.unload_deflection = detector.deflection;
+      detector.unload_ns = instant(time, course.to);
+    }
+  } else if (contact && course.change >= 0.0) {
+    detector.unload_deflection = deflection;
+    detector.unload_ns = time.t_ns;
+  }
+  detector.contact = contact;
+  detector.deflection = deflection;
+  return course;
+}
+
+/// Arms when the deflection passes the threshold; `rise` is its course in this tick.
+void arm(const ReleaseOptions& options, const Course& rise, const TickTime& time,
+         ReleaseDetector& detector, TouchReport& report) noexcept {
+  if (detector.armed || !(detector.deflection > options.arm_deflection)) return;
+  detector.armed = true;
+  report.armed = true;
+  const double missing = detector.deflection - options.arm_deflection;
+  const double share = rise.change > missing ? 1.0 - missing / rise.change : 0.0;
+  report.armed_ns = instant(time, rise.from + share * (rise.to - rise.from));
+}
+
+}  // namespace
+
+TouchReport watch_touch(const StringConstants& string, const ReleaseOptions& options,
+                        const TouchLimits& limits, const StringTouch& touch, const TickTime& time,
+                        ReleaseDetector& detector) noexcept {
+  TouchReport report;
+  // What the tool touches: the string, or the envelope it vibrates in once the tool has been out of
+  // it. An armed touch ends where it leaves the string, however that rings.
+  const bool reaches = detector.touching ? !detector.armed : detector.outside;
+  const double boundary = reaches ? limits.envelope : 0.0;
+  const bool inside = touch.distance < boundary;
+
+  if (!detector.touching) {
+    if (!inside) {
+      detector.outside = detector.outside || touch.distance >= limits.envelope;
+      return report;
+    }
+    const ReleaseDetector last = detector;
+    detector = ReleaseDetector{};
+    detector.sounded = last.sounded;
+    detector.sounded_ns = last.sounded_ns;
+    detector.touching = true;
+    detector.inside = true;
+    detector.outside = false;
+    report.began = true;
+    report.began_ns = instant(time, crossing(touch, boundary));
+  }
+
+  const Course course = follow_contact(string, limits, touch, time, detector);
+  if (detector.contact) {
+    detector.force = touch.force;
+    detector.largest_force = std::max(detector.largest_force, touch.force);
+    detector.largest_deflection = std::max(detector.largest_deflection, detector.deflection);
+  }
+  if (limits.can_arm) arm(options, course, time, detector, report);
+
+  if (inside) {
+    detector.lambda = touch.lambda;
+  } else if (detector.inside) {
+    detector.lost_ns = instant(time, crossing(touch, boundary));
+    detector.normal_speed = touch.normal_speed;
+    detector.tangential_speed = touch.tangential_speed;
+  }
+  detector.inside = inside;
+  detector.withdrawal = (touch.distance - touch.distance_before) /
+                        (static_cast<double>(time.dt_ns) * kSecondsPerNanosecond);
+
+  if (!inside && touch.distance > boundary + options.release_gap) {
+    report.ended = true;
+    report.released = detector.armed;
+    report.ended_ns = detector.lost_ns;
+    detector.touching = false;
+    detector.armed = false;
+    detector.outside = touch.distance >= limits.envelope;
+  }
+  return report;
+}
+
+bool refractory(const ReleaseOptions& options, const ReleaseDetector& detector,
+                std::int64_t t_ns) noexcept {
+  if (!detector.sounded) return false;
+  const auto since = static_cast<double>(t_ns - detector.sounded_ns);
+  return since < options.refractory * kNanosecondsPerSecond;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,363 @@
+// The ladder of one string: what it does after the contact stage has pressed or left it. What a
+// tick does, in this order: book the work of the force held so far; see what the touch did; let the
+// string ring to the end of the tick; climb or descend; draw the next force from the tank. RT: yes.
+#include "core/instrument/string_response.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/instrument/mode_series.h"
+#include "core/instrument/string_report.h"
+
+namespace hapticd {
+namespace {
+
+/// A force is held at least this long, s: the period of the fastest loop. Longer than a tick makes
+/// the tank more careful; 0 would let a tick that came early draw all of it.
+constexpr double kShortestHold = 0.25e-3;
+
+/// All that one call works on.
+struct Tick {
+  const StringConstants& string;
+  const InstrumentOptions& options;
+  const StringTouch& touch;
+  const TickTime& time;
+  StringState& state;
+  ModalString* modes;
+  const StringReport& report;
+};
+
+/// Of the tool away from the string over the tick, m.
+double motion(const Tick& tick) noexcept {
+  return tick.touch.distance - tick.touch.distance_before;
+}
+
+bool rings(const StringState& state) noexcept { return state.level >= StringLevel::kFundamental; }
+
+bool may_ring(const Tick& tick) noexcept {
+  return tick.options.vibration && tick.string.max_level >= StringLevel::kFundamental &&
+         tick.string.frequency > 0.0;
+}
+
+bool may_use_modes(const Tick& tick) noexcept {
+  return may_ring(tick) && tick.modes != nullptr && tick.options.modes > 0 &&
+         tick.string.max_level == StringLevel::kModes;
+}
+
+/// What the string can do without ringing: under a finger it is bent, else it sleeps.
+StringLevel silent_level(const Tick& tick) noexcept {
+  const bool bent = tick.state.detector.touching && tick.string.max_level >= StringLevel::kStatic;
+  return bent ? StringLevel::kStatic : StringLevel::kRigid;
+}
+
+void fall_silent(const Tick& tick) noexcept {
+  tick.state.vibration = Vibration{};
+  tick.state.tank = EnergyTank{};
+  if (tick.modes != nullptr) tick.modes->count = 0;
+  tick.state.level = silent_level(tick);
+}
+
+/// The envelope at the place of the release, m.
+double ringing_amplitude(const StringState& state) noexcept {
+  return rings(state) ? state.vibration.amplitude * state.vibration.reach : 0.0;
+}
+
+/// Advances energy and phase to t_ns; the tank decays alike. Returns the pitch over f_1.
+double advance_view(const Tick& tick, std::int64_t t_ns) noexcept {
+  Vibration& vibration = tick.state.vibration;
+  const double before = vibration.energy;
+  const double pitch = advance_vibration(tick.string, tick.options.pitch_glide, t_ns, vibration);
+  EnergyTank& tank = tick.state.tank;
+  if (before > 0.0) tank.energy *= vibration.energy / before;
+  tank.energy = std::min(tank.energy, vibration.energy);
+  return pitch;
+}
+
+void set_view_energy(const Tick& tick, double energy) noexcept {
+  set_energy(tick.string, energy, tick.state.vibration);
+  tick.state.tank.energy = std::min(tick.state.tank.energy, energy);
+}
+
+/// Takes what the force held over the tick has given to the hand from the vibration.
+void book_work(const Tick& tick, bool slipped) noexcept {
+  EnergyTank& tank = tick.state.tank;
+  if (!rings(tick.state) || tank.held_force == 0.0) return;
+  double moved = motion(tick);
+  // A distance that jumped as the string slipped off is no motion of the hand: it may cost, but it
+  // must not pay.
+  if (slipped && tank.held_force * moved < 0.0) moved = 0.0;
+  const double given = settle_tank(moved, tick.state.vibration.energy, tank);
+  if (given > 0.0) set_view_energy(tick, std::max(tick.state.vibration.energy - given, 0.0));
+}
+
+/// After a touch the modes have no more energy than the touch has left in the books: what the hand
+/// did to them without feeling it is no energy of its own.
+void reconcile_modes(const Tick& tick) noexcept {
+  const double energy = modal_energy(tick.string, *tick.modes, tick.string.decay, tick.time.t_ns);
+  const double booked = tick.state.vibration.energy;
+  if (energy <= booked) {
+    set_view_energy(tick, energy);
+    return;
+  }
+  const double scale = std::sqrt(booked / energy);
+  for (double& amplitude : tick.modes->amplitude) amplitude *= scale;
+}
+
+void begin_touch(const Tick& tick, std::int64_t t_ns) noexcept {
+  StringState& state = tick.state;
+  if (!rings(state)) {
+    state.level = silent_level(tick);
+    report_touch(tick.report, tick.touch, false, t_ns);
+    if (state.level == StringLevel::kStatic) {
+      report_press_radius(tick.report, state.detector.deflection, t_ns);
+    }
+    return;
+  }
+  advance_view(tick, t_ns);
+  set_decay(tick.string.touch_decay, state.vibration);
+  if (state.level == StringLevel::kFundamental && may_use_modes(tick)) {
+    // The modes count displacement into the string, as sines' cosines: a quarter turn ahead.
+    constexpr std::uint64_t kQuarterTurn = std::uint64_t{1} << 62U;
+    set_fundamental({state.vibration.amplitude, state.vibration.phase + kQuarterTurn},
+                    tick.options.modes, t_ns, *tick.modes);
+    state.level = StringLevel::kModes;
+  }
+  report_touch(tick.report, tick.touch, true, t_ns);
+  report_ringing_radius(tick.report, RadiusPhase::kDamp, ringing_amplitude(state),
+                        tick.string.touch_decay, t_ns);
+}
+
+/// A touch that was not armed leaves the string as it is.
+void leave(const Tick& tick, std::int64_t t_ns) noexcept {
+  StringState& state = tick.state;
+  report_end(tick.report, state.detector, StringEventKind::kLeave, t_ns);
+  if (!rings(state)) {
+    const bool bent = state.level == StringLevel::kStatic;
+    state.level = StringLevel::kRigid;
+    if (bent) report_ringing_radius(tick.report, RadiusPhase::kRelease, 0.0, 0.0, t_ns);
+    return;
+  }
+  // Damped up to the loss, or to where the books are if that was in an earlier tick.
+  advance_view(tick, t_ns);
+  set_decay(tick.string.decay, state.vibration);
+  report_ringing_radius(tick.report, RadiusPhase::kRelease, ringing_amplitude(state),
+                        tick.string.decay, state.vibration.t_ns);
+}
+
+/// What a release alone would leave ringing, at the instant of the loss.
+struct Pluck {
+  double energy;     ///< J
+  double amplitude;  ///< at the place of the release, m
+};
+
+Pluck pluck_string(const Tick& tick, ModalString& plucked) noexcept {
+  const ReleaseDetector& detector = tick.state.detector;
+  const double amplitude = detector.lost_amplitude;
+  if (!may_use_modes(tick)) return {fundamental_energy(tick.string, amplitude), amplitude};
+  const double unload_time =
+      static_cast<double>(detector.lost_ns - detector.unload_ns) * kSecondsPerNanosecond;
+  pluck_modes(tick.string, detector.lambda, detector.unload_deflection, tick.options.modes,
+              std::max(unload_time, 0.0), detector.lost_ns, plucked);
+  return {modal_energy(tick.string, plucked, tick.string.decay, detector.lost_ns), amplitude};
+}
+
+/// The string rings anew from the loss on, up to the end of the tick.
+void start_ringing(const Tick& tick, const Pluck& pluck, const ModalString& plucked) noexcept {
+  StringState& state = tick.state;
+  const ReleaseDetector& detector = state.detector;
+  Vibration& vibration = state.vibration;
+  const double in_tank = state.tank.energy;
+  start_vibration(tick.string, pluck.energy, detector.lambda, tick.string.decay, detector.lost_ns,
+                  vibration);
+  state.level = StringLevel::kFundamental;
+  if (may_use_modes(tick)) {
+    vibration.reach = pluck.amplitude / vibration.amplitude;
+    *tick.modes = plucked;
+    state.level = StringLevel::kModes;
+  }
+  const double pitch = advance_view(tick, tick.time.t_ns);
+  if (state.level == StringLevel::kModes) {
+    advance_free_modes(tick.string, pitch, tick.time.t_ns - detector.lost_ns, *tick.modes);
+  }
+  // Deviation: a string that the hand has let rise by its own motion has given its energy back to
+  // the hand. It sounds and swings all the same, but has none to give again.
+  state.tank.energy = detector.slipped ? vibration.energy : std::min(in_tank, vibration.energy);
+}
+
+/// An armed touch has ended. Of two energies the larger stays, never their sum.
+void release(const Tick& tick) noexcept {
+  StringState& state = tick.state;
+  ReleaseDetector& detector = state.detector;
+  const std::int64_t t_ns = detector.lost_ns;
+  report_end(tick.report, detector, StringEventKind::kRelease, t_ns);
+
+  if (may_ring(tick)) {
+    ModalString plucked;
+    const Pluck pluck = pluck_string(tick, plucked);
+    const double left = pluck.energy * decay_over(tick.time.t_ns - t_ns, 0.5 * tick.string.decay);
+    if (left > state.vibration.energy) {
+      start_ringing(tick, pluck, plucked);
+    } else if (rings(state)) {
+      if (state.level == StringLevel::kModes) reconcile_modes(tick);
+      set_decay(tick.string.decay, state.vibration);
+      state.vibration.released_energy = state.vibration.energy;
+    }
+  }
+  if (!rings(state)) state.level = StringLevel::kRigid;
+
+  // At the instant of the release, from which the decay is counted.
+  const double since = decay_over(tick.time.t_ns - t_ns, tick.string.decay);
+  const double amplitude = since > 0.0 ? ringing_amplitude(state) / since : 0.0;
+  detector.outside = false;
+  if (amplitude > 0.0 && tick.options.tones.enabled &&
+      !refractory(tick.options.release, detector, t_ns)) {
+    detector.sounded = true;
+    detector.sounded_ns = t_ns;
+    report_tone(tick.report, tick.options, detector, state.vibration, amplitude,
+                state.level == StringLevel::kModes ? tick.modes : nullptr);
+  }
+  report_ringing_radius(tick.report, RadiusPhase::kRelease, amplitude, tick.string.decay, t_ns);
+}
+
+/// What this scene permits now: options and parameters may change while a string rings.
+void fit_level(const Tick& tick) noexcept {
+  StringState& state = tick.state;
+  if (!rings(state)) {
+    state.level = silent_level(tick);
+    return;
+  }
+  if (!may_ring(tick)) {
+    fall_silent(tick);
+    report_ringing_radius(tick.report, RadiusPhase::kRelease, 0.0, 0.0, tick.time.t_ns);
+    return;
+  }
+  if (state.level == StringLevel::kModes && !may_use_modes(tick)) {
+    state.level = StringLevel::kFundamental;
+  }
+  const bool damped = state.detector.touching;
+  set_decay(damped ? tick.string.touch_decay : tick.string.decay, state.vibration);
+}
+
+/// Mean force over the tick of the string, at rest and as linear as its modes are, on a finger of
+/// touch.stiffness.
+double linear_static_force(const Tick& tick) noexcept {
+  const StringTouch& touch = tick.touch;
+  const double deep = -std::min(touch.distance_before, touch.distance);
+  const double shallow = -std::max(touch.distance_before, touch.distance);
+  if (deep <= 0.0) return 0.0;
+  const double mean =
+      shallow >= 0.0 ? 0.5 * (deep + shallow) : 0.5 * deep * (deep / (deep - shallow));
+  const double compliance = residual_compliance(tick.string, touch.lambda, 0);
+  return mean * touch.stiffness / (1.0 + touch.stiffness * compliance);
+}
+
+/// Rings to the end of the tick. Returns the force of the modes beyond the static one, N; 0 without
+/// modes or finger.
+double ring_on(const Tick& tick, bool under_finger) noexcept {
+  if (!rings(tick.state)) return 0.0;
+  const std::int64_t elapsed_ns = tick.time.t_ns - tick.state.vibration.t_ns;
+  const double pitch = advance_view(tick, tick.time.t_ns);
+  if (tick.state.level != StringLevel::kModes) return 0.0;
+  if (!under_finger) {
+    advance_free_modes(tick.string, pitch, std::max<std::int64_t>(elapsed_ns, 0), *tick.modes);
+    return 0.0;
+  }
+  const StringTouch& touch = tick.touch;
+  const ModalTouch felt = touch_modes(tick.string, touch.lambda, -touch.distance_before,
+                                      -touch.distance, touch.stiffness, tick.options.modal_steps,
+                                      tick.time.t_ns, tick.time.dt_ns, *tick.modes);
+  return felt.force - linear_static_force(tick);
+}
+
+/// Descends when little is left.
+void sleep_when_quiet(const Tick& tick) noexcept {
+  const Vibration& vibration = tick.state.vibration;
+  if (!rings(tick.state)) return;
+  if (vibration.energy > tick.options.sleep_energy * vibration.released_energy) return;
+  fall_silent(tick);
+  if (tick.state.level == StringLevel::kStatic) {
+    report_press_radius(tick.report, tick.state.detector.deflection, tick.time.t_ns);
+  }
+}
+
+/// Eq. 9 under a finger: on a string that is pressed it adds to the static force; one that is not
+/// strikes the finger while it swings out further than the gap.
+double fundamental_force(const Tick& tick) noexcept {
+  const StringTouch& touch = tick.touch;
+  const Vibration& vibration = tick.state.vibration;
+  const double a = displacement(vibration) * shape_factor(vibration, touch.lambda);
+  const double k_v = vibration_stiffness(tick.string, touch.lambda);
+  return touch.distance < 0.0 ? k_v * a : std::max(k_v * (a - touch.distance), 0.0);
+}
+
+/// The force to hold until the next tick: never attracts, and never gives more than the tank has.
+double vibration_force(const Tick& tick, double modal_force) noexcept {
+  StringState& state = tick.state;
+  if (!rings(state) || !state.detector.touching) {
+    state.tank.held_force = 0.0;
+    return 0.0;
+  }
+  double force = state.level == StringLevel::kModes ? modal_force : fundamental_force(tick);
+  force = std::max(force, -std::max(tick.touch.force, 0.0));
+  const double dt = static_cast<double>(tick.time.dt_ns) * kSecondsPerNanosecond;
+  const double speed = std::max(std::abs(tick.touch.normal_speed), std::abs(motion(tick)) / dt);
+  return draw_from_tank(force, speed, tick.options.max_acceleration, std::max(dt, kShortestHold),
+                        state.tank);
+}
+
+double radius_growth(const StringState& state) noexcept {
+  const double delta = state.detector.touching ? state.detector.deflection : 0.0;
+  return std::max(delta, ringing_amplitude(state));
+}
+
+/// How the touch of this tick is recognised; call before anything moves.
+TouchLimits touch_limits(const Tick& tick) noexcept {
+  const Vibration& vibration = tick.state.vibration;
+  TouchLimits limits;
+  limits.envelope = ringing_amplitude(tick.state) * shape_factor(vibration, tick.touch.lambda);
+  limits.can_arm = tick.string.max_level >= StringLevel::kStatic;
+  limits.max_acceleration = tick.options.max_acceleration;
+  return limits;
+}
+
+}  // namespace
+
+bool awake(const StringState& state) noexcept {
+  return state.level != StringLevel::kRigid || state.detector.touching;
+}
+
+double envelope(const StringConstants& string, const StringState& state, double lambda,
+                std::int64_t t_ns) noexcept {
+  if (!rings(state)) return 0.0;
+  const double amplitude = fundamental_amplitude(string, energy_at(state.vibration, t_ns));
+  return amplitude * state.vibration.reach * shape_factor(state.vibration, lambda);
+}
+
+StringResponse respond(const StringConstants& string, const InstrumentOptions& options,
+                       std::int32_t index, const StringTouch& touch, const TickTime& time,
+                       StringState& state, ModalString* modes, StringEvents& events) noexcept {
+  // Without a new sample all is held; what has happened meanwhile the next tick makes up for.
+  if (time.dt_ns <= 0) return {state.tank.held_force, radius_growth(state)};
+
+  const StringReport report{string, index, events};
+  const Tick tick{string, options, touch, time, state, modes, report};
+  fit_level(tick);
+
+  const TouchLimits limits = touch_limits(tick);
+  const bool was_pressed = state.detector.contact;
+  const TouchReport change =
+      watch_touch(string, options.release, limits, touch, time, state.detector);
+  book_work(tick, was_pressed && !state.detector.contact && state.detector.slipped);
+
+  const bool left = change.ended && !change.released;
+  if (change.began) begin_touch(tick, change.began_ns);
+  if (change.armed) report_armed(report, touch, state.detector.deflection, change.armed_ns);
+  if (left) leave(tick, change.ended_ns);
+  const double modal_force = ring_on(tick, state.detector.touching || change.ended);
+  if (left && state.level == StringLevel::kModes) reconcile_modes(tick);
+  if (change.released) release(tick);
+  sleep_when_quiet(tick);
+  return {vibration_force(tick, modal_force), radius_growth(state)};
+}
+
+}  // namespace hapticd

@@ -1,0 +1,86 @@
+// The fundamental after a release: energy in closed form, phase by accumulation. RT: yes.
+#include "core/instrument/vibration.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/instrument/deflection.h"
+#include "core/instrument/mode_series.h"
+#include "core/math/elementary.h"
+
+namespace hapticd {
+
+double fundamental_energy(const StringConstants& string, double amplitude) noexcept {
+  if (!(string.length > 0.0)) return 0.0;
+  return kPi * kPi * string.tension * amplitude * amplitude / (4.0 * string.length);
+}
+
+double fundamental_amplitude(const StringConstants& string, double energy) noexcept {
+  if (!(string.tension > 0.0)) return 0.0;
+  return std::sqrt(4.0 * string.length * energy / string.tension) / kPi;
+}
+
+void start_vibration(const StringConstants& string, double energy, double lambda, double decay,
+                     std::int64_t t_ns, Vibration& vibration) noexcept {
+  vibration = Vibration{};
+  vibration.released_energy = energy;
+  vibration.lambda = lambda;
+  vibration.decay = decay;
+  vibration.t_ns = t_ns;
+  set_energy(string, energy, vibration);
+}
+
+double energy_at(const Vibration& vibration, std::int64_t t_ns) noexcept {
+  if (!(vibration.decay > 0.0)) return vibration.anchor_energy;
+  return vibration.anchor_energy * decay_over(t_ns - vibration.anchor_ns, 0.5 * vibration.decay);
+}
+
+void set_energy(const StringConstants& string, double energy, Vibration& vibration) noexcept {
+  vibration.energy = energy;
+  vibration.anchor_energy = energy;
+  vibration.anchor_ns = vibration.t_ns;
+  vibration.amplitude = fundamental_amplitude(string, energy);
+}
+
+void set_decay(double decay, Vibration& vibration) noexcept {
+  if (decay == vibration.decay) return;
+  vibration.anchor_energy = vibration.energy;
+  vibration.anchor_ns = vibration.t_ns;
+  vibration.decay = decay;
+}
+
+double advance_vibration(const StringConstants& string, bool glide, std::int64_t t_ns,
+                         Vibration& vibration) noexcept {
+  const std::int64_t elapsed_ns = t_ns - vibration.t_ns;
+  if (elapsed_ns <= 0) return 1.0;
+  const double amplitude_before = vibration.amplitude;
+  vibration.energy = energy_at(vibration, t_ns);
+  vibration.amplitude = fundamental_amplitude(string, vibration.energy);
+  vibration.t_ns = t_ns;
+
+  double pitch = 1.0;
+  if (glide) {
+    pitch =
+        0.5 * (pitch_factor(string, amplitude_before) + pitch_factor(string, vibration.amplitude));
+  }
+  const double elapsed = static_cast<double>(elapsed_ns) * kSecondsPerNanosecond;
+  vibration.phase += phase_of_turns(string.frequency * pitch * elapsed);
+  return pitch;
+}
+
+double displacement(const Vibration& vibration) noexcept {
+  return vibration.amplitude * vibration.reach *
+         sin_half_turns(2.0 * turns_of_phase(vibration.phase));
+}
+
+double shape_factor(const Vibration& vibration, double lambda) noexcept {
+  const double here = mode_shape(1, lambda);
+  const double there = mode_shape(1, vibration.lambda);
+  return here >= there ? 1.0 : here / there;
+}
+
+double vibration_stiffness(const StringConstants& string, double lambda) noexcept {
+  return std::min(small_deflection_stiffness(string, lambda), string.contact_stiffness);
+}
+
+}  // namespace hapticd
