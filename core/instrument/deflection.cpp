@@ -166,6 +166,13 @@ Bracket bracket_series(const StringConstants& string, double lambda, double disp
   return bracket;
 }
 
+/// lambda, or the end it is closer to than kSmallestDisplacement.
+double place_of(const StringConstants& string, double lambda) noexcept {
+  if (lambda * string.length < kSmallestDisplacement) return 0.0;
+  if ((1.0 - lambda) * string.length < kSmallestDisplacement) return 1.0;
+  return lambda;
+}
+
 /// A point between both ends.
 double middle(double lower, double upper) noexcept {
   return upper > kWide * lower ? std::sqrt(lower * upper) : 0.5 * (lower + upper);
@@ -211,9 +218,7 @@ SeriesDeflection deflect_in_series(const StringConstants& string, double lambda,
   if (!(displacement >= kSmallestDisplacement)) return {0.0, 0.0};
   const double load = stiffness * displacement;
   if (string.length <= 0.0) return {0.0, load};
-  double place = lambda;
-  if (lambda * string.length < kSmallestDisplacement) place = 0.0;
-  if ((1.0 - lambda) * string.length < kSmallestDisplacement) place = 1.0;
+  const double place = place_of(string, lambda);
   if ((place == 0.0 || place == 1.0) && load <= string.tension) return {0.0, load};
 
   // Newton's method. A step out of the bracket, or one after a slow one, halves the bracket

@@ -16,6 +16,19 @@ struct Entry {
   const char* remedy;
 };
 
+/// What is not a range.
+std::optional<ParameterFault> check_choices(const InstrumentOptions& options) noexcept {
+  if (options.modes > 0 && !options.vibration) {
+    return ParameterFault{"modes.count", static_cast<double>(options.modes), "0 without vibration",
+                          "Add vibration to the scene, or leave modes out."};
+  }
+  if (options.tones.level != ToneLevel::kAmplitude && options.tones.level != ToneLevel::kForce) {
+    return ParameterFault{"tones.level", static_cast<double>(options.tones.level),
+                          "amplitude or force", "Choose what the level follows."};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<ParameterFault> check_options(const InstrumentOptions& options) noexcept {
@@ -74,15 +87,7 @@ std::optional<ParameterFault> check_options(const InstrumentOptions& options) no
       return ParameterFault{entry.field, entry.value, entry.range.text, entry.remedy};
     }
   }
-  if (options.modes > 0 && !options.vibration) {
-    return ParameterFault{"modes.count", static_cast<double>(options.modes), "0 without vibration",
-                          "Add vibration to the scene, or leave modes out."};
-  }
-  if (tones.level != ToneLevel::kAmplitude && tones.level != ToneLevel::kForce) {
-    return ParameterFault{"tones.level", static_cast<double>(tones.level), "amplitude or force",
-                          "Choose what the level follows."};
-  }
-  return std::nullopt;
+  return check_choices(options);
 }
 
 }  // namespace hapticd

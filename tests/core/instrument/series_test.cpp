@@ -59,6 +59,15 @@ TEST_CASE("for small displacements it is two springs in series") {
   }
 }
 
+TEST_CASE("a displacement of less than 1e-80 m counts as none") {
+  const StringConstants string = make_string(1.1, 30.0, 0.0, 0.34e-3);
+  CHECK(deflect_in_series(string, 0.5, 0.99e-80, 1000.0).force == 0.0);
+  CHECK(deflect_in_series(string, 0.5, 0.99e-80, 1000.0).delta == 0.0);
+  const double force = 1.01e-80 / (1.0 / 1000.0 + 1.1 / 120.0);
+  CHECK(relative_error(deflect_in_series(string, 0.5, 1.01e-80, 1000.0).force,
+                       static_cast<long double>(force)) < 1e-14L);
+}
+
 TEST_CASE("a displacement made of a deflection and its force is taken apart again") {
   SplitMix64 random(1);
   const std::int64_t trials = scaled(200'000);
@@ -106,7 +115,7 @@ TEST_CASE("both springs carry the same force, and neither more than it could alo
 
 TEST_CASE("on an end the spring alone decides up to the tension, and there is no jump beyond") {
   const StringConstants string = guqin_string();
-  constexpr double kc = 1000.0;
+  const double kc = 1000.0;
   const double yield = string.tension / kc;
   for (const double lambda : {0.0, 1.0}) {
     for (const double share : {1e-9, 0.1, 0.999, 1.0}) {
