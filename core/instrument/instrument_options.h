@@ -54,7 +54,7 @@ struct InstrumentOptions {
 
 /// The first fault of `options`, none when all is well. Non-finite numbers are out of range. Fields
 /// are named by their path in Scene, such as "release.refractory_s"; the two that scenes do not set
-/// by the name they have here. About 50 ns.
+/// by the name they have here. 35 ns.
 [[nodiscard]] HD_REALTIME std::optional<ParameterFault> check_options(
     const InstrumentOptions& options) noexcept;
 

@@ -5,7 +5,8 @@ From the printed definitions, with L1 + L2 - L as it stands, the slope by numeri
 and the series law by bisection: nothing here is rearranged as in core/instrument/deflection.cpp.
 Each line is a string (length, T, E, R, lambda), its answers to a deflection (force, dF/ddelta,
 energy, F_i, lateral force), and those to the same displacement through a spring kc (delta, force).
-Inputs are the shortest decimals that give the double back, outputs have 25 digits.
+Inputs are the shortest decimals that give the double back, outputs have 25 digits; with twice the
+digits and bisections the same file comes out.
 Needs python3-mpmath. Run it without arguments; it overwrites the file beside it.
 """
 import itertools
