@@ -100,8 +100,8 @@ HD_REALTIME void advance_free_modes(const StringConstants& string, double pitch,
 /// negative: clear of the resting string) at lambda and presses through a one-sided spring
 /// `stiffness` (N/m, > 0). `steps` contact steps per tick, clamped to [1, 4096]. Up to the start of
 /// the tick the modes decay with string.decay, in it with string.touch_decay; modes.t_ns becomes
-/// t_ns. Modes with a node at lambda do not feel the finger. tests/benchmark/string_table measures
-/// cost and accuracy.
+/// t_ns. Modes with a node at lambda do not feel the finger. A string that lost its tuning loses
+/// its modes. tests/benchmark/string_table measures cost and accuracy.
 HD_REALTIME ModalTouch touch_modes(const StringConstants& string, double lambda, double D_before,
                                    double D_after, double stiffness, int steps, std::int64_t t_ns,
                                    std::int64_t dt_ns, ModalString& modes) noexcept;

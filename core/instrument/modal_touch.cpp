@@ -287,6 +287,7 @@ double residual_compliance(const StringConstants& string, double lambda, int cou
 ModalTouch touch_modes(const StringConstants& string, double lambda, double D_before,
                        double D_after, double stiffness, int steps, std::int64_t t_ns,
                        std::int64_t dt_ns, ModalString& modes) noexcept {
+  if (!(string.frequency > 0.0)) modes.count = 0;
   Shapes shapes;
   const double reach = prepare(string, lambda, t_ns - dt_ns, modes, shapes);
   // A finger out of reach has nothing to step for.

@@ -47,15 +47,55 @@ class Ledger {
   double force_ = 0.0;
 };
 
-/// One mode as a recurrence: next = a now + b before + push F.
+/// One mode under friction, as a recurrence: next = a now + b before + push F.
 struct Recurrence {
+  double omega;
+  double stiffness;  ///< K_n = n^2 pi^2 T / (2 L): its potential energy is K_n q^2 / 2
+  double shape;      ///< at the finger
   double a;
   double b;
   double push;
-  double shape;
   double now;
   double before;
 };
+
+/// Mode n at the start of the touch, for samples h apart.
+Recurrence make_recurrence(const TruthString& string, const TruthPress& press, int n, double h) {
+  const double gamma = 1.0 / string.touch_decay;
+  const double fall = std::exp(-gamma * h);
+  const double omega = 2.0 * kPi * n * string.frequency;
+  const double damped = std::sqrt(omega * omega - gamma * gamma);
+  const double stiffness = n * n * kPi * kPi * string.tension / (2.0 * string.length);
+  // A point force that holds the triangle is its kink, T (delta/L1 + delta/L2).
+  const double held = string.tension * press.pluck_delta /
+                      (string.length * press.pluck_lambda * (1.0 - press.pluck_lambda));
+  const double start = held * std::sin(n * kPi * press.pluck_lambda) / stiffness *
+                       std::exp(-press.free_time / string.decay);
+  const double now = start * std::cos(omega * press.free_time);
+  const double speed = -start * omega * std::sin(omega * press.free_time) - now / string.decay;
+  // The sample before the touch, as if there had been the touch's friction.
+  const double before =
+      (now * std::cos(damped * h) - (speed + gamma * now) / damped * std::sin(damped * h)) / fall;
+  const double a = 2.0 * fall * std::cos(damped * h);
+  const double b = -fall * fall;
+  const double shape = std::sin(n * kPi * press.lambda);
+  return {omega, stiffness, shape, a, b, (1.0 - a - b) * shape / stiffness, now, before};
+}
+
+/// Energy of free modes, J.
+double modal_energy(const std::vector<Recurrence>& bank, double gamma, double h) {
+  const double fall = std::exp(-gamma * h);
+  double sum = 0.0;
+  for (const Recurrence& mode : bank) {
+    const double damped = std::sqrt(mode.omega * mode.omega - gamma * gamma);
+    const double speed =
+        (mode.now * std::cos(damped * h) - mode.before * fall) * damped / std::sin(damped * h) -
+        gamma * mode.now;
+    const double other = speed / mode.omega;
+    sum += 0.5 * mode.stiffness * (mode.now * mode.now + other * other);
+  }
+  return sum;
+}
 
 double finger_force(double stiffness, double D, double w) {
   return std::max(0.0, stiffness * (D - w));
@@ -83,53 +123,16 @@ TruthRun play_modes(const TruthString& string, const TruthPress& press, int mode
   Ledger ledger(press, run);
   const double h = 1.0 / rate;
   const double gamma = 1.0 / string.touch_decay;
-  const double fall = std::exp(-gamma * h);
   std::vector<Recurrence> bank;
-  for (int n = 1; n <= modes; ++n) {
-    const double omega = 2.0 * kPi * n * string.frequency;
-    const double damped = std::sqrt(omega * omega - gamma * gamma);
-    // K_n = n^2 pi^2 T / (2 L): potential energy K_n q^2 / 2 of the mode.
-    const double stiffness = n * n * kPi * kPi * string.tension / (2.0 * string.length);
-    // A point force that holds the triangle is its kink, T (delta/L1 + delta/L2).
-    const double held = string.tension * press.pluck_delta /
-                        (string.length * press.pluck_lambda * (1.0 - press.pluck_lambda));
-    const double start = held * std::sin(n * kPi * press.pluck_lambda) / stiffness *
-                         std::exp(-press.free_time / string.decay);
-    const double now = start * std::cos(omega * press.free_time);
-    const double speed = -start * omega * std::sin(omega * press.free_time) - now / string.decay;
-    // The sample before the touch, as if it had been damped as in the touch.
-    const double before =
-        (now * std::cos(damped * h) - (speed + gamma * now) / damped * std::sin(damped * h)) / fall;
-    const double a = 2.0 * fall * std::cos(damped * h);
-    const double b = -fall * fall;
-    const double shape = std::sin(n * kPi * press.lambda);
-    bank.push_back({a, b, (1.0 - a - b) * shape / stiffness, shape, now, before});
-  }
-
-  const auto energy = [&] {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < bank.size(); ++k) {
-      const double n = static_cast<double>(k + 1);
-      const double stiffness = n * n * kPi * kPi * string.tension / (2.0 * string.length);
-      const double omega = 2.0 * kPi * n * string.frequency;
-      const double damped = std::sqrt(omega * omega - gamma * gamma);
-      const double sine = std::sin(damped * h);
-      const double speed =
-          (bank[k].now * std::cos(damped * h) - bank[k].before * fall) * damped / sine -
-          gamma * bank[k].now;
-      const double other = speed / omega;
-      sum += 0.5 * stiffness * (bank[k].now * bank[k].now + other * other);
-    }
-    return sum;
-  };
-  run.energy_before = energy();
+  for (int n = 1; n <= modes; ++n) bank.push_back(make_recurrence(string, press, n, h));
+  run.energy_before = modal_energy(bank, gamma, h);
 
   const std::int64_t samples = static_cast<std::int64_t>(press.ticks) * (rate / 1000);
   // Modes beyond the last would follow the force at once: a spring in series.
   double left_out = press.lambda * (1.0 - press.lambda) * string.length / string.tension;
   double w = 0.0;
   for (const Recurrence& mode : bank) {
-    left_out -= mode.shape * mode.push / (1.0 - mode.a - mode.b);
+    left_out -= mode.shape * mode.shape / mode.stiffness;
     w += mode.shape * mode.now;
   }
   const double spring = 1.0 / (1.0 / press.stiffness + left_out);
@@ -138,7 +141,7 @@ TruthRun play_modes(const TruthString& string, const TruthPress& press, int mode
     const double force = finger_force(spring, press.hand(time), w);
     ledger.add(time, force);
     if (i == samples) {
-      run.energy = energy() + 0.5 * force * force / spring;
+      run.energy = modal_energy(bank, gamma, h) + 0.5 * force * force / spring;
       return run;
     }
     w = 0.0;
