@@ -32,16 +32,25 @@ StringConstants random_string(SplitMix64& random) {
   return derive_string(parameters);
 }
 
+/// `count` modes after a pluck anywhere.
+ModalString random_pluck(const StringConstants& string, int count, SplitMix64& random) {
+  const double lambda = random.uniform();
+  const double delta = random.uniform(1e-5, 0.02);
+  ModalString modes;
+  pluck_modes(string, lambda, delta, count, 0.0, 0, modes);
+  return modes;
+}
+
 TEST_CASE("no finger makes the energy grow by more than its work") {
   SplitMix64 random(1);
   const std::int64_t sessions = scaled(20'000);
   for (std::int64_t session = 0; session < sessions; ++session) {
     const StringConstants string = random_string(random);
     const int count = 1 + static_cast<int>(random.below(kMaxModes));
-    const int steps = 1 + static_cast<int>(random.below(random.chance(0.5) ? 8 : 256));
+    const std::uint64_t most_steps = random.chance(0.5) ? 8 : 256;
+    const int steps = 1 + static_cast<int>(random.below(most_steps));
     const double stiffness = std::pow(10.0, random.uniform(-1.0, 9.0));
-    ModalString modes;
-    pluck_modes(string, random.uniform(), random.uniform(1e-5, 0.02), count, 0.0, 0, modes);
+    ModalString modes = random_pluck(string, count, random);
     double lambda = random.uniform();
     double D = random.uniform(-5e-3, 5e-3);
     std::int64_t t_ns = 0;
@@ -75,8 +84,7 @@ TEST_CASE("without damping the energy grows by exactly the finger's work") {
     const int steps = 1 + static_cast<int>(random.below(64));
     const double stiffness = std::pow(10.0, random.uniform(1.0, 7.0));
     const double lambda = random.uniform();
-    ModalString modes;
-    pluck_modes(string, random.uniform(), random.uniform(1e-5, 0.02), count, 0.0, 0, modes);
+    ModalString modes = random_pluck(string, count, random);
     double D = -0.01;
     double energy = modal_energy(string, modes, string.decay, 0);
     double largest = energy;
@@ -148,8 +156,7 @@ TEST_CASE("a touch that comes and goes never feeds the string") {
   for (std::int64_t session = 0; session < sessions; ++session) {
     const StringConstants string = random_string(random);
     const int count = 1 + static_cast<int>(random.below(kMaxModes));
-    ModalString modes;
-    pluck_modes(string, random.uniform(), 5e-3, count, 0.0, 0, modes);
+    ModalString modes = random_pluck(string, count, random);
     double last = modal_energy(string, modes, string.decay, 0);
     for (int i = 1; i <= 40; ++i) {
       // Clear of the string: only the change between free and touched decay acts.

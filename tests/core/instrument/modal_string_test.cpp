@@ -236,11 +236,13 @@ TEST_CASE("partials are where inharmonicity and glide put them") {
 TEST_CASE("energy is continuous from the modes to the fundamental and back") {
   SplitMix64 random(3);
   for (int i = 0; i < 1000; ++i) {
-    const StringConstants string =
-        make_string(random.uniform(20.0, 1000.0), random.uniform(0.0, 0.01));
+    const double frequency = random.uniform(20.0, 1000.0);
+    const StringConstants string = make_string(frequency, random.uniform(0.0, 0.01));
+    const double lambda = random.uniform(0.01, 0.99);
+    const double delta = random.uniform(1e-6, 0.02);
+    const int count = 1 + static_cast<int>(random.below(kMaxModes));
     ModalString modes;
-    pluck_modes(string, random.uniform(0.01, 0.99), random.uniform(1e-6, 0.02),
-                1 + static_cast<int>(random.below(kMaxModes)), random.uniform(0.0, 0.01), 0, modes);
+    pluck_modes(string, lambda, delta, count, random.uniform(0.0, 0.01), 0, modes);
     const double energy = modal_energy(string, modes, string.decay, 0);
     const Fundamental fundamental = fundamental_of(string, modes);
     CHECK(fundamental.phase == modes.phase[0]);
