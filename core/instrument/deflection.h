@@ -25,7 +25,7 @@ struct Deflection {
 };
 
 /// All of it. delta in [0, 1e100] m, lambda in [0, 1]; a string of length 0 gives zeros. Relative
-/// error <= 2e-15 of each; 21 ns (x86-64 of 2019).
+/// error <= 2e-15 of each; 21 ns.
 [[nodiscard]] HD_REALTIME Deflection deflect(const StringConstants& string, double lambda,
                                              double delta) noexcept;
 
