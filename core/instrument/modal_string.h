@@ -61,7 +61,7 @@ struct Fundamental {
 /// sign) at lambda, was let go evenly over the unload_time (s, >= 0) that ended at t_ns: amplitude
 /// |pluck_amplitude sin(x)/x|, x = pi f_n unload_time, phase as of a release at its middle. What
 /// rang before is gone: the string was held. A stiff string's partials are smaller by (n f_1 /
-/// f_n)^2, as the same force bends it. 70 ns per mode.
+/// f_n)^2, as the same force bends it. 30 ns per mode.
 HD_REALTIME void pluck_modes(const StringConstants& string, double lambda, double delta, int count,
                              double unload_time, std::int64_t t_ns, ModalString& modes) noexcept;
 
