@@ -22,7 +22,7 @@ double crossing(const StringTouch& touch, double boundary) noexcept {
 
 std::int64_t instant(const TickTime& time, double fraction) noexcept {
   const auto dt = static_cast<double>(time.dt_ns);
-  return time.t_ns - time.dt_ns + static_cast<std::int64_t>(fraction * dt + 0.5);
+  return time.t_ns - time.dt_ns + static_cast<std::int64_t>(nearest_integer(fraction * dt));
 }
 
 /// Turns the residual by `span` (s) and adds a deflection that changes evenly by `change` (m) over
