@@ -1,0 +1,196 @@
+// What a ringing string gives to the hand: never more than it had, and never a pull.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "tests/core/instrument/string_hand.h"
+#include "tests/support/random.h"
+#include "tests/support/scale.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr double kTurn = 2.0 * 3.14159265358979323846;
+
+/// A hand that swings in and out with the string's own frequency.
+struct Adversary {
+  double frequency;  ///< Hz
+  double amplitude;  ///< A, m
+  double depth;      ///< D0, m: its middle within the string
+  double phase;      ///< turns
+
+  [[nodiscard]] double distance(double t) const {
+    return -depth - amplitude * std::sin(kTurn * (frequency * t + phase));
+  }
+  [[nodiscard]] double acceleration() const {
+    return amplitude * (kTurn * frequency) * (kTurn * frequency);
+  }
+};
+
+/// A plucked string and the energy it rings with, the tool far away.
+StringHand plucked_string(double frequency, int modes, double max_acceleration,
+                          double touch_decay = 0.03) {
+  StringHand hand;
+  hand.string = sounding_string(frequency);
+  hand.string.touch_decay = touch_decay;
+  hand.lambda = 0.4;
+  hand.options.modes = modes;
+  hand.options.modal_steps = 16;
+  hand.options.max_acceleration = max_acceleration;
+  pluck(hand, 4e-3);
+  return hand;
+}
+
+/// Largest work that F_v ever did on the adversary's hand, J.
+double most_drawn(StringHand hand, const Adversary& adversary, int ticks) {
+  double drawn = 0.0;
+  double most = 0.0;
+  for (int k = 0; k < ticks; ++k) {
+    const double before = hand.distance;
+    const double held = hand.response.vibration_force;
+    move_to(hand, adversary.distance(static_cast<double>(k) * 1e-3));
+    drawn += held * (hand.distance - before);
+    most = std::max(most, drawn);
+  }
+  return most;
+}
+
+/// The same of Eq. 9 rendered as it stands, with the same static force beside it.
+double most_drawn_without_tank(const StringHand& plucked, const Adversary& adversary, int ticks) {
+  StringHand hand = plucked;
+  const double r = hand.state.vibration.amplitude;
+  double drawn = 0.0;
+  double most = 0.0;
+  double held = 0.0;
+  for (int k = 0; k < ticks; ++k) {
+    const double t = static_cast<double>(k) * 1e-3;
+    const double before = hand.distance;
+    hand.distance = adversary.distance(t);
+    drawn += held * (hand.distance - before);
+    most = std::max(most, drawn);
+    const double pressed = std::max(-hand.distance, 0.0);
+    const double still = deflect_in_series(hand.string, hand.lambda, pressed, 1000.0).force;
+    const double a = r * std::exp(-t / 0.5) * std::sin(kTurn * adversary.frequency * t);
+    held =
+        pressed > 0.0 ? std::max(vibration_stiffness(hand.string, hand.lambda) * a, -still) : 0.0;
+  }
+  return most;
+}
+
+constexpr std::array kAmplitudes = {1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2};
+
+/// Runs every amplitude, phase and depth of the adversary against a string plucked once; the most
+/// that any of them drew, over E0.
+double worst_share(int modes) {
+  SplitMix64 random(41 + static_cast<std::uint64_t>(modes));
+  double worst = 0.0;
+  const std::int64_t phases = scaled(64);
+  for (const double frequency : {65.4, 98.0, 146.8}) {
+    for (const double amplitude : kAmplitudes) {
+      Adversary adversary{frequency, amplitude, 0.0, 0.0};
+      const double limit = std::max(500.0, 1.05 * adversary.acceleration());
+      // A finger that damps, and one that lets the string ring on.
+      for (const double touch_decay : {0.03, 0.5}) {
+        const StringHand hand = plucked_string(frequency, modes, limit, touch_decay);
+        const double E0 = hand.state.vibration.released_energy;
+        REQUIRE(E0 > 1e-4);
+        for (std::int64_t i = 0; i < phases; ++i) {
+          adversary.phase = random.uniform();
+          adversary.depth = random.uniform(-1.0, 2.0) * amplitude;
+          worst = std::max(worst, most_drawn(hand, adversary, 600) / E0);
+        }
+      }
+    }
+  }
+  return worst;
+}
+
+TEST_CASE("no hand that swings with the fundamental gets more than 1.001 E0 out of it") {
+  CHECK(worst_share(0) <= 1.001);
+}
+
+TEST_CASE("no hand that swings with the fundamental gets more than 1.001 E0 out of the modes") {
+  CHECK(worst_share(8) <= 1.001);
+}
+
+TEST_CASE("without a tank such a hand gets many times E0") {
+  const StringHand hand = plucked_string(98.0, 0, 500.0);
+  const double E0 = hand.state.vibration.released_energy;
+  double without = 0.0;
+  double with = 0.0;
+  for (int i = 0; i < 64; ++i) {
+    const Adversary adversary{98.0, 1e-3, 2e-3, i / 64.0};
+    without = std::max(without, most_drawn_without_tank(hand, adversary, 1000));
+    with = std::max(with, most_drawn(hand, adversary, 1000));
+  }
+  CHECK(without > 10.0 * E0);
+  CHECK(with <= 1.001 * E0);
+  // The tank does not win by giving nothing.
+  CHECK(with > 0.1 * E0);
+}
+
+TEST_CASE("static and vibration force together never attract, and all stays finite") {
+  SplitMix64 random(42);
+  const std::int64_t runs = scaled(400);
+  std::int64_t ticks_with_force = 0;
+  for (std::int64_t run = 0; run < runs; ++run) {
+    StringHand hand;
+    hand.string = sounding_string(random.uniform(60.0, 600.0));
+    hand.lambda = random.chance(0.1) ? std::round(random.uniform()) : random.uniform();
+    hand.options.modes = random.chance(0.3) ? 6 : 0;
+    hand.options.modal_steps = 8;
+    hand.options.pitch_glide = random.chance(0.5);
+    pluck(hand, random.uniform(0.5e-3, 8e-3));
+    for (int k = 0; k < 200; ++k) {
+      const double reach = random.chance(0.1) ? 1e-2 : 1e-3;
+      const double next = hand.distance > 0.01 ? 3e-3 : hand.distance;
+      move_to(hand, std::clamp(next + random.uniform(-reach, reach), -2e-2, 2e-2),
+              static_cast<std::int64_t>(random.uniform(0.0, 5e6)));
+      const double force = hand.response.vibration_force;
+      REQUIRE(std::isfinite(force));
+      REQUIRE(std::isfinite(hand.state.vibration.energy));
+      REQUIRE(hand.touch.force + force >= 0.0);
+      REQUIRE(hand.state.tank.energy <= hand.state.vibration.energy);
+      ticks_with_force += force != 0.0 ? 1 : 0;
+    }
+  }
+  CHECK(ticks_with_force > runs);
+}
+
+TEST_CASE("what the force has given is gone from the vibration") {
+  StringHand hand = plucked_string(98.0, 0, 500.0);
+  hand.string.touch_decay = 1e12;
+  hand.string.decay = 1e12;
+  double given = 0.0;
+  double start = 0.0;
+  for (int k = 0; k < 300; ++k) {
+    const double before = hand.distance;
+    const double held = hand.response.vibration_force;
+    move_to(hand, -3e-3 - 1e-3 * std::sin(kTurn * 98.0 * k * 1e-3));
+    if (k == 0) start = hand.state.vibration.energy;
+    given += std::max(held * (hand.distance - before), 0.0);
+    if (hand.state.level == StringLevel::kStatic) break;
+    CHECK(std::abs(hand.state.vibration.energy - (start - given)) < 1e-12 * start);
+  }
+  CHECK(given > 0.5 * start);
+}
+
+TEST_CASE(
+    "a hand that withdraws by its own motion takes back the energy, one that slips leaves it") {
+  StringHand slipping = plucked_string(98.0, 0, 500.0);
+  CHECK(slipping.state.tank.energy == slipping.state.vibration.energy);
+
+  StringHand withdrawing;
+  withdrawing.string = sounding_string(98.0);
+  glide_to(withdrawing, -5e-3, 400);
+  glide_to(withdrawing, 3e-3, 4);
+  CHECK(count_events(withdrawing, StringEventKind::kTone) == 1);
+  CHECK(withdrawing.state.vibration.energy > 0.0);
+  CHECK(withdrawing.state.tank.energy == 0.0);
+}
+
+}  // namespace
+}  // namespace hapticd::test
