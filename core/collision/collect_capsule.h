@@ -8,11 +8,12 @@
 
 namespace hapticd {
 
-/// Adds to `collector` the contacts of capsule number `obstacle`.
+/// Adds to `collector` the contacts of a segment of capsule number `obstacle`.
 template <typename Kernels>
 void collect_capsule(const LevelledTree& tool, const ToolPlacement& placement,
-                     const Capsule& capsule_W, std::int32_t obstacle,
+                     const AxisSegment& segment, std::int32_t obstacle,
                      ContactCollector& collector) noexcept {
+  const Capsule& capsule_W = segment.capsule_W;
   const PlacedCapsule capsule = place_capsule(capsule_W, placement.p_WG);
   const CapsuleProbe probe = probe_capsule(capsule, placement.R_WG, reach(tool.tree),
                                            surface_overhang(tool.tree, tool.last_level));
@@ -36,11 +37,11 @@ void collect_capsule(const LevelledTree& tool, const ToolPlacement& placement,
     for (; hit != 0; hit &= hit - 1) {
       const int lane = std::countr_zero(hit);
       const auto k = static_cast<std::size_t>(lane);
-      const PrimitiveGap pair = gaps.lanes.pair(k, gaps.lambda[k]);
+      const PrimitiveGap pair = gaps.lanes.pair(k, string_lambda(segment, gaps.lambda[k]));
       if (!collector.wants(pair.gap)) continue;
       collector.add(pair.gap, [&](Contact& contact) {
         contact =
-            make_contact({ObstacleKind::kCapsule, obstacle, tool.id(part, lane), 0}, pair,
+            make_contact({ObstacleKind::kCapsule, obstacle, tool.id(part, lane), segment.leg}, pair,
                          capsule_normal(pair, axis_W), {gaps.p_GC_W[k], node.r[k], placement.p_WG});
       });
     }

@@ -19,9 +19,10 @@ enum class ObstacleKind : std::uint8_t { kCapsule, kBody };
 /// Which pair of primitives touches; equal keys in two ticks are the same physical pair.
 struct ContactKey {
   ObstacleKind kind = ObstacleKind::kCapsule;
-  std::int32_t obstacle = 0;         ///< index among the capsules, or among the bodies
-  TreeSphereId tool_sphere = 0;      ///< in the tool's tree
-  TreeSphereId obstacle_sphere = 0;  ///< in the body's tree; 0 for a capsule
+  std::int32_t obstacle = 0;     ///< index among the capsules, or among the bodies
+  TreeSphereId tool_sphere = 0;  ///< in the tool's tree
+  /// In the body's tree; of a capsule its leg (string_bend.h), 0 when straight.
+  TreeSphereId obstacle_sphere = 0;
 
   friend bool operator==(const ContactKey&, const ContactKey&) = default;
 };

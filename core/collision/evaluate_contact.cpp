@@ -24,16 +24,19 @@ class PairEvaluator {
     if (key.kind == ObstacleKind::kBody) {
       return make_contact(key, gap, body_normal(gap, body_.R_WB), placed);
     }
-    const Capsule& capsule = obstacles_.capsules_W[static_cast<std::size_t>(key.obstacle)];
-    return make_contact(key, gap, capsule_normal(gap, capsule.p_B - capsule.p_A), placed);
+    const Capsule segment = segment_of(obstacles_, key.obstacle, key.obstacle_sphere).capsule_W;
+    return make_contact(key, gap, capsule_normal(gap, segment.p_B - segment.p_A), placed);
   }
 
  private:
   PrimitiveGap pair(const ContactKey& key, const Sphere& sphere_G) noexcept {
     const auto obstacle = static_cast<std::size_t>(key.obstacle);
     if (key.kind == ObstacleKind::kCapsule) {
-      const PlacedCapsule capsule = place_capsule(obstacles_.capsules_W[obstacle], placement_.p_WG);
-      return gap_to_capsule(rotate(placement_.R_WG, sphere_G.p), sphere_G.r, capsule);
+      const AxisSegment segment = segment_of(obstacles_, key.obstacle, key.obstacle_sphere);
+      const PlacedCapsule capsule = place_capsule(segment.capsule_W, placement_.p_WG);
+      PrimitiveGap gap = gap_to_capsule(rotate(placement_.R_WG, sphere_G.p), sphere_G.r, capsule);
+      gap.lambda = string_lambda(segment, gap.lambda);
+      return gap;
     }
     const BodyView& view = obstacles_.bodies[obstacle];
     if (body_index_ != key.obstacle) {

@@ -32,11 +32,10 @@ PlacedTrees placed(const Query& query, const BodyView& body) noexcept {
 template <typename Kernels>
 double collect_contacts(const Query& query, ContactSet& out) noexcept {
   ContactCollector collector(query.options.margin, out);
+  for_each_segment(query.obstacles, [&](std::int32_t capsule, const AxisSegment& segment) {
+    collect_capsule<Kernels>(query.tool, query.placement, segment, capsule, collector);
+  });
   std::int32_t index = 0;
-  for (const Capsule& capsule_W : query.obstacles.capsules_W) {
-    collect_capsule<Kernels>(query.tool, query.placement, capsule_W, index++, collector);
-  }
-  index = 0;
   for (const BodyView& body : query.obstacles.bodies) {
     const PlacedTrees trees = placed(query, body);
     BodyContacts contacts(trees, query.placement, index++, collector);
@@ -48,9 +47,9 @@ double collect_contacts(const Query& query, ContactSet& out) noexcept {
 
 template <typename Kernels>
 void find_nearest(const Query& query, NearestGap& nearest) noexcept {
-  for (const Capsule& capsule_W : query.obstacles.capsules_W) {
-    nearest_on_capsule<Kernels>(query.tool, query.placement, capsule_W, nearest);
-  }
+  for_each_segment(query.obstacles, [&](std::int32_t, const AxisSegment& segment) {
+    nearest_on_capsule<Kernels>(query.tool, query.placement, segment.capsule_W, nearest);
+  });
   for (const BodyView& body : query.obstacles.bodies) {
     nearest_on_body<Kernels>(placed(query, body), nearest);
   }

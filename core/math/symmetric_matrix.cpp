@@ -7,9 +7,8 @@
 namespace hapticd {
 namespace {
 
-constexpr Eigen::Index kSize = 6;
-/// Sweeps over all off-diagonal elements; 4 to 6 suffice for 6 x 6, the bound only guards against
-/// non-finite input.
+/// Sweeps over all off-diagonal elements; 4 to 6 suffice, the bound only guards against non-finite
+/// input.
 constexpr int kMaxSweeps = 12;
 /// Off-diagonal size, relative to the matrix, that counts as zero. Smaller never ends, larger
 /// leaves visible coupling.
@@ -20,16 +19,17 @@ constexpr double kDiagonalTolerance = 1e-15;
 constexpr double kRidgeShare = 0.5;
 
 /// H = L L' with all pivots >= least; false when there is no such factor.
-bool cholesky(const Matrix6& H, double least, Matrix6& L) noexcept {
-  for (Eigen::Index j = 0; j < kSize; ++j) {
+bool cholesky(const SquareMatrix& H, double least, SquareMatrix& L) noexcept {
+  const std::size_t n = H.size;
+  for (std::size_t j = 0; j < n; ++j) {
     double pivot = H(j, j);
-    for (Eigen::Index k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
+    for (std::size_t k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
     if (!(pivot >= least)) return false;
     L(j, j) = std::sqrt(pivot);
     const double inverse = 1.0 / L(j, j);
-    for (Eigen::Index i = j + 1; i < kSize; ++i) {
+    for (std::size_t i = j + 1; i < n; ++i) {
       double sum = H(i, j);
-      for (Eigen::Index k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
+      for (std::size_t k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
       L(i, j) = sum * inverse;
     }
   }
@@ -37,30 +37,30 @@ bool cholesky(const Matrix6& H, double least, Matrix6& L) noexcept {
 }
 
 /// The upper triangular inverse of L', column by column.
-Matrix6 inverse_transposed(const Matrix6& L) noexcept {
-  Matrix6 B = Matrix6::Zero();
-  for (Eigen::Index j = 0; j < kSize; ++j) {
+void invert_transposed(const SquareMatrix& L, SquareMatrix& B) noexcept {
+  const std::size_t n = B.size;
+  for (std::size_t j = 0; j < n; ++j) {
     // Column j of inverse(L) is row j of B.
+    for (std::size_t i = 0; i < j; ++i) B(j, i) = 0.0;
     B(j, j) = 1.0 / L(j, j);
-    for (Eigen::Index i = j + 1; i < kSize; ++i) {
+    for (std::size_t i = j + 1; i < n; ++i) {
       double sum = 0.0;
-      for (Eigen::Index k = j; k < i; ++k) sum -= L(i, k) * B(j, k);
+      for (std::size_t k = j; k < i; ++k) sum -= L(i, k) * B(j, k);
       B(j, i) = sum / L(i, i);
     }
   }
-  return B;
 }
 
-double off_diagonal(const Matrix6& A) noexcept {
+double off_diagonal(const SquareMatrix& A) noexcept {
   double sum = 0.0;
-  for (Eigen::Index i = 0; i < kSize; ++i) {
-    for (Eigen::Index j = 0; j < i; ++j) sum += A(i, j) * A(i, j);
+  for (std::size_t i = 0; i < A.size; ++i) {
+    for (std::size_t j = 0; j < i; ++j) sum += A(i, j) * A(i, j);
   }
   return std::sqrt(sum);
 }
 
 /// One Jacobi rotation in the plane (p, q) that makes A(p, q) zero, accumulated in `vectors`.
-void rotate(Matrix6& A, Matrix6& vectors, Eigen::Index p, Eigen::Index q) noexcept {
+void rotate(SquareMatrix& A, SquareMatrix& vectors, std::size_t p, std::size_t q) noexcept {
   if (A(p, q) == 0.0) return;
   const double theta = 0.5 * (A(q, q) - A(p, p)) / A(p, q);
   const double root = std::abs(theta) + std::sqrt(theta * theta + 1.0);
@@ -72,40 +72,45 @@ void rotate(Matrix6& A, Matrix6& vectors, Eigen::Index p, Eigen::Index q) noexce
     a = c * before - s * b;
     b = s * before + c * b;
   };
-  for (Eigen::Index k = 0; k < kSize; ++k) turn(A(k, p), A(k, q));
-  for (Eigen::Index k = 0; k < kSize; ++k) turn(A(p, k), A(q, k));
-  for (Eigen::Index k = 0; k < kSize; ++k) turn(vectors(k, p), vectors(k, q));
+  for (std::size_t k = 0; k < A.size; ++k) turn(A(k, p), A(k, q));
+  for (std::size_t k = 0; k < A.size; ++k) turn(A(p, k), A(q, k));
+  for (std::size_t k = 0; k < A.size; ++k) turn(vectors(k, p), vectors(k, q));
 }
 
 }  // namespace
 
-Spectrum6 spectrum(const Matrix6& H) noexcept {
-  Matrix6 A = H;
-  for (Eigen::Index i = 0; i < kSize; ++i) {
-    for (Eigen::Index j = 0; j < i; ++j) A(j, i) = A(i, j);
+void find_spectrum(const SquareMatrix& H, Spectrum& out) noexcept {
+  SquareMatrix A = H;
+  double size = 0.0;
+  for (std::size_t i = 0; i < A.size; ++i) {
+    for (std::size_t j = 0; j < i; ++j) A(j, i) = A(i, j);
+    size += std::abs(A(i, i));
   }
-  Spectrum6 out;
-  out.vectors.setIdentity();
-  const double tolerance = kDiagonalTolerance * (off_diagonal(A) + A.diagonal().cwiseAbs().sum());
+  out.vectors.set_identity(A.size);
+  const double tolerance = kDiagonalTolerance * (off_diagonal(A) + size);
   for (int sweep = 0; sweep < kMaxSweeps && off_diagonal(A) > tolerance; ++sweep) {
-    for (Eigen::Index p = 0; p < kSize; ++p) {
-      for (Eigen::Index q = p + 1; q < kSize; ++q) rotate(A, out.vectors, p, q);
+    for (std::size_t p = 0; p < A.size; ++p) {
+      for (std::size_t q = p + 1; q < A.size; ++q) rotate(A, out.vectors, p, q);
     }
   }
-  out.values = A.diagonal();
-  return out;
+  for (std::size_t k = 0; k < A.size; ++k) out.values[k] = A(k, k);
 }
 
-Matrix6 inverse_square_root(const Matrix6& H, double least) noexcept {
-  Matrix6 L;
-  if (cholesky(H, least, L)) return inverse_transposed(L);
-  Spectrum6 s = spectrum(H);
-  for (Eigen::Index k = 0; k < kSize; ++k) {
+void inverse_square_root(const SquareMatrix& H, double least, SquareMatrix& B) noexcept {
+  B.size = H.size;
+  SquareMatrix L;
+  if (cholesky(H, least, L)) {
+    invert_transposed(L, B);
+    return;
+  }
+  Spectrum s;
+  find_spectrum(H, s);
+  for (std::size_t k = 0; k < H.size; ++k) {
     const double value = s.values[k];
     const double size = value < 0.0 ? -kRidgeShare * value : value;
-    s.vectors.col(k) /= std::sqrt(std::max(size, least));
+    const double root = std::sqrt(std::max(size, least));
+    for (std::size_t i = 0; i < H.size; ++i) B(i, k) = s.vectors(i, k) / root;
   }
-  return s.vectors;
 }
 
 }  // namespace hapticd

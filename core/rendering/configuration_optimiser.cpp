@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/rendering/contact_rows.h"
+#include "core/rendering/hold_model.h"
 #include "core/rendering/recovery.h"
 
 namespace hapticd {
@@ -16,13 +17,14 @@ constexpr int kMaxHalvings = 8;
 /// A new traversal is due when less than this share of the margin is left to move in.
 constexpr double kRefreshShare = 0.5;
 
-void query(const OptimiserInput& input, const Pose& X_WG, double reach_wanted,
+void query(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
            OptimiserWorkspace& w, OptimiserResult& result) noexcept {
   const QueryOptions options{.margin = input.options.margin,
                              .horizon = input.options.margin + reach_wanted,
                              .tool_level = w.leaves ? kLeafLevel : input.options.tool_level,
                              .body_level = w.leaves ? kLeafLevel : input.options.body_level};
-  find_contacts(input.tool, X_WG, input.obstacles, options, w.contacts);
+  const BentObstacles bent(input.obstacles, state.holds);
+  find_contacts(input.tool, state.X_WG, bent.view(), options, w.contacts);
   ++result.queries;
   result.tests += w.contacts.tests;
   result.minimum_gap = w.contacts.minimum_gap;
@@ -32,46 +34,114 @@ void query(const OptimiserInput& input, const Pose& X_WG, double reach_wanted,
 
 /// The contacts at the pose just committed: the same pairs afresh, or a new traversal once the tool
 /// has moved out of their range.
-void refresh(const OptimiserInput& input, const Pose& X_WG, double reach_wanted,
+void refresh(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
              OptimiserWorkspace& w, OptimiserResult& result) noexcept {
   if (!w.stale) return;
   const double left = w.contacts.covered_margin - w.travelled;
   if (w.contacts.contacts.empty() || left < kRefreshShare * w.contacts.covered_margin) {
-    query(input, X_WG, reach_wanted, w, result);
+    query(input, state, reach_wanted, w, result);
     return;
   }
-  evaluate_contacts(input.tool, X_WG, input.obstacles, w.contacts);
+  const BentObstacles bent(input.obstacles, state.holds);
+  evaluate_contacts(input.tool, state.X_WG, bent.view(), w.contacts);
   w.contacts.minimum_gap = std::min(w.contacts.minimum_gap, left);
   result.tests += static_cast<std::int64_t>(w.contacts.contacts.size());
   result.minimum_gap = w.contacts.minimum_gap;
   w.stale = false;
 }
 
-void commit(const OptimiserInput& input, const ToolStep& step, const Pose& X_new,
-            OptimiserState& state, OptimiserWorkspace& w) noexcept {
-  state.X_WG = X_new;
-  w.travelled += displacement_bound(step, reach(input.tool));
+/// Upper bound of the way of any point of the tool relative to any of a string in `step`, m.
+double step_bound(const OptimiserInput& input, const OptimiserState& state,
+                  const ConfigurationStep& step) noexcept {
+  double strings = 0.0;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    strings = std::max(strings, displacement_bound(state.holds[k].bend, step.strings[k]));
+  }
+  return displacement_bound(step.tool, reach(input.tool)) + strings;
+}
+
+/// `step` times `factor`.
+ConfigurationStep scaled(const ConfigurationStep& step, double factor) noexcept {
+  ConfigurationStep out;
+  out.tool = scaled(step.tool, factor);
+  for (std::size_t k = 0; k < step.strings.size(); ++k) {
+    out.strings[k] = {step.strings[k].du_W * factor, step.strings[k].dlambda * factor};
+  }
+  return out;
+}
+
+/// The holds with their strings moved by `step`.
+StringHolds moved(const StringHolds& holds, const ConfigurationStep& step) noexcept {
+  StringHolds out = holds;
+  for (std::size_t k = 0; k < out.size(); ++k) out[k].bend = moved(out[k].bend, step.strings[k]);
+  return out;
+}
+
+/// The free way: G reaches H, and all strings are at rest.
+void commit_free(const OptimiserInput& input, const ToolStep& e, OptimiserState& state,
+                 OptimiserWorkspace& w, OptimiserResult& result) noexcept {
+  w.travelled += displacement_bound(e, reach(input.tool)) + greatest_deflection(state.holds);
   w.stale = true;
+  state.X_WG = input.X_WH;
+  state.holds.clear();
+  state.phi_GH_W = Vector3::Zero();
+  state.F_H_W = Wrench{};
+  state.active_count = 0;
+  result.F_H_W = Wrench{};
+  result.active_count = 0;
+  result.status = OptimiserStatus::kFree;
+}
+
+/// Adds what friction and strings that pull along their axis do to the tool at the end of the full
+/// step, friction within mu N.
+void add_hold_forces(const OptimiserInput& input, const OptimiserWorkspace& w,
+                     OptimiserState& state, Wrench& F_H_W) noexcept {
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const HoldModel& model = w.models[k];
+    if (!model.touched) continue;
+    StringHold& hold = state.holds[k];
+    Vector3 f = model.lateral_force * model.axis_W;
+    const auto index = static_cast<std::size_t>(hold.bend.capsule);
+    const double limit = input.strings[index].friction_coefficient * hold.normal_force;
+    if (input.instrument.friction && limit > 0.0) {
+      const ConfigurationStep& step = w.step;
+      const Vector3 slip =
+          hold.slip_W + slip_motion(model, hold.bend, step.tool, step.strings[k].du_W);
+      const double length = slip.norm();
+      const double stiffness = input.instrument.anchor_stiffness;
+      f -= (stiffness * length > limit ? limit / length : stiffness) * slip;
+    }
+    F_H_W.f += f;
+    F_H_W.t += model.p_GC_W.cross(f);
+  }
 }
 
 /// Force and active pairs from the multipliers of the full-target program. Zero when the tool only
 /// lags in free space, where the spring between G and H would render a phantom.
-void take_force(OptimiserState& state, const OptimiserWorkspace& w,
+void take_force(const OptimiserInput& input, OptimiserState& state, const OptimiserWorkspace& w,
                 OptimiserResult& result) noexcept {
   Wrench F_H_W;
   result.active_count = 0;
   state.active_count = 0;
+  std::array<Vector3, kMaxDeflectingStrings> hold_force;
+  hold_force.fill(Vector3::Zero());
   for (int k = 0; k < w.solution.active_count; ++k) {
     const auto s = static_cast<std::size_t>(k);
     const std::int32_t c = w.contact_of_row[static_cast<std::size_t>(w.solution.active[s])];
     const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(c)];
     const double multiplier = w.solution.multiplier[s];
-    const Vector3 f = multiplier * contact.nhat_OG_W;
+    const Vector3 f = multiplier * force_direction(state, w.models, contact);
     F_H_W.f += f;
     F_H_W.t += (contact.p_WC - state.X_WG.p).cross(f);
     result.active[static_cast<std::size_t>(result.active_count++)] = {c, multiplier};
     state.active[static_cast<std::size_t>(state.active_count++)] = {contact.key, multiplier};
+    const int h = find_hold(state.holds, contact.key);
+    if (h >= 0) hold_force[static_cast<std::size_t>(h)] += f;
   }
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    state.holds[k].normal_force = hold_force[k].norm();
+  }
+  add_hold_forces(input, w, state, F_H_W);
   state.F_H_W = F_H_W;
   result.F_H_W = F_H_W;
 }
@@ -89,16 +159,16 @@ void keep_after_failure(const OptimiserInput& input, const ToolStep& e, Optimise
   result.status = OptimiserStatus::kQpFailed;
 }
 
-/// Largest fraction of `x` that keeps the linearisation valid: no tool point moves further than the
-/// pairs not in the program allow.
-double step_fraction(const OptimiserInput& input, const OptimiserWorkspace& w,
-                     const ToolStep& x) noexcept {
-  const double displacement = displacement_bound(x, reach(input.tool));
+/// Largest fraction of the full step that keeps the linearisation valid: no tool point moves
+/// further than the pairs not in the program allow.
+double step_fraction(const OptimiserInput& input, const OptimiserState& state,
+                     const OptimiserWorkspace& w) noexcept {
+  const double displacement = step_bound(input, state, w.step);
   const bool nothing_near = w.contacts.contacts.empty();
   const double cap = nothing_near ? w.contacts.minimum_gap - input.options.skin
                                   : w.contacts.covered_margin - w.travelled;
   double fraction = displacement > cap ? cap / displacement : 1.0;
-  const double angle = x.dtheta.norm();
+  const double angle = w.step.tool.dtheta.norm();
   if (!nothing_near && angle * fraction > input.options.rotation_step) {
     fraction = input.options.rotation_step / angle;
   }
@@ -106,17 +176,20 @@ double step_fraction(const OptimiserInput& input, const OptimiserWorkspace& w,
 }
 
 /// Exact gaps of every pair that the step could close, at the middle and at the end of the step.
-bool clear_of_contacts(const OptimiserInput& input, const OptimiserWorkspace& w, const Pose& X_WG,
-                       const ToolStep& step, OptimiserResult& result) noexcept {
-  const double displacement = displacement_bound(step, reach(input.tool));
-  const Pose X_end = moved(X_WG, step);
-  const Pose X_middle = moved(X_WG, scaled(step, 0.5));
+bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
+                       const OptimiserWorkspace& w, const ConfigurationStep& step,
+                       OptimiserResult& result) noexcept {
+  const double displacement = step_bound(input, state, step);
+  const ConfigurationStep half = scaled(step, 0.5);
+  const Pose X_end = moved(state.X_WG, step.tool);
+  const Pose X_middle = moved(state.X_WG, half.tool);
+  const BentObstacles end(input.obstacles, moved(state.holds, step));
+  const BentObstacles middle(input.obstacles, moved(state.holds, half));
   for (const Contact& contact : w.contacts.contacts) {
     if (contact.gap > displacement) continue;
     result.tests += 2;
-    if (evaluate_contact(contact.key, input.tool, X_end, input.obstacles).gap < 0.0) return false;
-    if (evaluate_contact(contact.key, input.tool, X_middle, input.obstacles).gap < 0.0)
-      return false;
+    if (evaluate_contact(contact.key, input.tool, X_end, end.view()).gap < 0.0) return false;
+    if (evaluate_contact(contact.key, input.tool, X_middle, middle.view()).gap < 0.0) return false;
   }
   return true;
 }
@@ -126,7 +199,7 @@ bool clear_of_contacts(const OptimiserInput& input, const OptimiserWorkspace& w,
 /// obstacle would look like a climb (the Maratos effect).
 double curvature_credit(const OptimiserInput& input, const OptimiserWorkspace& w,
                         const OptimiserResult& result, const Pose& X_new,
-                        double fraction) noexcept {
+                        const ObstaclesView& obstacles, double fraction) noexcept {
   double credit = 0.0;
   for (int k = 0; k < result.active_count; ++k) {
     const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
@@ -134,9 +207,55 @@ double curvature_credit(const OptimiserInput& input, const OptimiserWorkspace& w
     const double predicted =
         contact.gap + fraction * std::min(0.0, input.options.skin - contact.gap);
     credit += active.multiplier *
-              (evaluate_contact(contact.key, input.tool, X_new, input.obstacles).gap - predicted);
+              (evaluate_contact(contact.key, input.tool, X_new, obstacles).gap - predicted);
   }
   return credit;
+}
+
+/// What the held strings gain in energy over `step`: elastic at the new place of the vertex (a
+/// string gives no force along its axis unless asked to, so what sliding changes is no work), and
+/// friction.
+double string_energy_gain(const OptimiserInput& input, const OptimiserState& state,
+                          const HoldModels& models, const ConfigurationStep& step) noexcept {
+  double gain = 0.0;
+  const StringContext context = string_context(input);
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const StringHold& hold = state.holds[k];
+    const StringMotion& motion = step.strings[k];
+    if (hold.yields) {
+      const StringBend end = moved(hold.bend, motion);
+      StringBend start = end;
+      start.u_W = hold.bend.u_W;
+      gain += string_law(context, end, end.u_W.norm()).energy -
+              string_law(context, start, start.u_W.norm()).energy;
+      const double slid = step.tool.dp.dot(models[k].axis_W) +
+                          step.tool.dtheta.cross(models[k].p_GC_W).dot(models[k].axis_W);
+      gain -= models[k].lateral_force * slid;
+    }
+    if (models[k].slip_stiffness > 0.0) {
+      const auto index = static_cast<std::size_t>(hold.bend.capsule);
+      const double limit = input.strings[index].friction_coefficient * hold.normal_force;
+      const Vector3 slip = hold.slip_W + slip_motion(models[k], hold.bend, step.tool, motion.du_W);
+      const double stiffness = input.instrument.anchor_stiffness;
+      gain += slip_energy(stiffness, limit, slip.norm()) -
+              slip_energy(stiffness, limit, hold.slip_W.norm());
+    }
+  }
+  return gain;
+}
+
+void commit(const OptimiserInput& input, const ConfigurationStep& step, const Pose& X_new,
+            OptimiserState& state, OptimiserWorkspace& w) noexcept {
+  w.travelled += step_bound(input, state, step);
+  w.stale = true;
+  state.X_WG = X_new;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    StringHold& hold = state.holds[k];
+    if (input.instrument.friction && w.models[k].touched) {
+      hold.slip_W += slip_motion(w.models[k], hold.bend, step.tool, step.strings[k].du_W);
+    }
+    hold.bend = moved(hold.bend, step.strings[k]);
+  }
 }
 
 /// Halves the step until it neither penetrates nor climbs in energy, then commits it. False when
@@ -146,12 +265,14 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double fr
                        OptimiserResult& result) noexcept {
   const double energy = coupling_energy(input.stiffness, e);
   for (int halving = 0; halving <= kMaxHalvings; ++halving) {
-    const ToolStep step = scaled(w.step, fraction);
-    const Pose X_new = moved(state.X_WG, step);
+    const ConfigurationStep step = scaled(w.step, fraction);
+    const Pose X_new = moved(state.X_WG, step.tool);
     const ToolStep e_new = coupling_error(X_new, input.X_WH, e.dtheta);
-    const double credit = curvature_credit(input, w, result, X_new, fraction);
-    if (coupling_energy(input.stiffness, e_new) - credit <= energy &&
-        clear_of_contacts(input, w, state.X_WG, step, result)) {
+    const BentObstacles bent(input.obstacles, moved(state.holds, step));
+    const double credit = curvature_credit(input, w, result, X_new, bent.view(), fraction);
+    const double gain = string_energy_gain(input, state, w.models, step);
+    if (coupling_energy(input.stiffness, e_new) + gain - credit <= energy &&
+        clear_of_contacts(input, state, w, step, result)) {
       commit(input, step, X_new, state, w);
       state.phi_GH_W = e_new.dtheta;
       return true;
@@ -162,6 +283,18 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double fr
   return false;
 }
 
+/// Where friction slips, its anchor follows: what the spring exceeds mu N by is lost as heat.
+void settle_anchors(const OptimiserInput& input, OptimiserState& state) noexcept {
+  if (!input.instrument.friction) return;
+  for (StringHold& hold : state.holds) {
+    const auto index = static_cast<std::size_t>(hold.bend.capsule);
+    const double longest = input.strings[index].friction_coefficient * hold.normal_force /
+                           input.instrument.anchor_stiffness;
+    const double slip = hold.slip_W.norm();
+    if (slip > longest) hold.slip_W *= longest / slip;
+  }
+}
+
 }  // namespace
 
 void start_tick(const OptimiserInput& input, const OptimiserState& state, OptimiserWorkspace& w,
@@ -170,11 +303,11 @@ void start_tick(const OptimiserInput& input, const OptimiserState& state, Optimi
   const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
   const double wanted = displacement_bound(e, reach(input.tool));
   w.leaves = input.options.tool_level == kLeafLevel && input.options.body_level == kLeafLevel;
-  query(input, state.X_WG, wanted, w, result);
+  query(input, state, wanted, w, result);
   if (w.contacts.minimum_gap < 0.0 && !w.leaves) {
     // An overlap of bounds is none of the tool; to push it out of them could push a leaf in.
     w.leaves = true;
-    query(input, state.X_WG, wanted, w, result);
+    query(input, state, wanted, w, result);
   }
 }
 
@@ -184,17 +317,15 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
   const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
   state.phi_GH_W = e.dtheta;
   const double wanted = displacement_bound(e, reach(input.tool));
-  refresh(input, state.X_WG, wanted, w, result);
+  refresh(input, state, wanted, w, result);
 
-  if (wanted <= w.contacts.minimum_gap - input.options.skin) {
-    commit(input, e, input.X_WH, state, w);
-    state.phi_GH_W = Vector3::Zero();
-    state.F_H_W = Wrench{};
-    state.active_count = 0;
-    result.F_H_W = Wrench{};
-    result.active_count = 0;
-    result.status = OptimiserStatus::kFree;
+  if (wanted + greatest_deflection(state.holds) <= w.contacts.minimum_gap - input.options.skin) {
+    commit_free(input, e, state, w, result);
     return false;
+  }
+  if (!input.strings.empty() && update_holds(string_context(input), w.contacts, input.options.skin,
+                                             state.holds, result.strings_refused)) {
+    query(input, state, wanted, w, result);
   }
 
   const double holds = solve_linearisation(input, state, e, w, result);
@@ -202,10 +333,9 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
     keep_after_failure(input, e, state, result);
     return false;
   }
-  take_force(state, w, result);
-  const ToolStep& x = w.step;
-  const bool converged = displacement_bound(x, reach(input.tool)) < input.options.stop_tolerance;
-  const double fraction = std::min(holds, step_fraction(input, w, x));
+  take_force(input, state, w, result);
+  const bool converged = step_bound(input, state, w.step) < input.options.stop_tolerance;
+  const double fraction = std::min(holds, step_fraction(input, state, w));
   const bool moved_on = commit_admissible(input, e, fraction, state, w, result);
   result.status = converged  ? OptimiserStatus::kConverged
                   : moved_on ? OptimiserStatus::kLagging
@@ -222,6 +352,7 @@ void optimise_configuration(const OptimiserInput& input, OptimiserState& state,
   }
   while (result.sub_steps < input.options.sub_steps && advance_sub_step(input, state, w, result)) {
   }
+  settle_anchors(input, state);
 }
 
 }  // namespace hapticd

@@ -13,6 +13,8 @@
 #include <limits>
 
 #include "core/collision/query.h"
+#include "core/math/symmetric_matrix.h"
+#include "core/rendering/string_hold.h"
 #include "core/rendering/virtual_coupling.h"
 #include "core/solver/active_set.h"
 
@@ -47,7 +49,15 @@ struct OptimiserInput {
   CouplingStiffness stiffness;
   OptimiserOptions options;
   double dt = 1e-3;  ///< time since the last tick, s, >= 0; limits only the recovery speed
+  /// Strings that are more than rigid lines: the first capsules of the obstacles, in their order.
+  std::span<const StringConstants> strings{};
+  InstrumentOptions instrument{};  ///< friction and lateral force are the optimiser's
 };
+
+/// The strings of a tick as string_hold.h wants them.
+[[nodiscard]] inline StringContext string_context(const OptimiserInput& input) noexcept {
+  return {input.obstacles, input.strings, input.instrument, input.stiffness.kt};
+}
 
 /// A pair that carried force, and how much.
 struct ActivePair {
@@ -61,7 +71,8 @@ struct OptimiserState {
   Vector3 phi_GH_W{0.0, 0.0, 0.0};  ///< last rotation error: the branch latch
   Wrench F_H_W;                     ///< last force from multipliers
   int active_count = 0;             ///< pairs that carried force last: warm start and curvature
-  std::array<ActivePair, kToolDof> active;
+  std::array<ActivePair, kMaxQpUnknowns> active;
+  StringHolds holds;  ///< strings touched: how they are bent and what sticks to them
 };
 
 /// One pair that carries force. The pair's contact force on the tool is multiplier * nhat_OG_W at
@@ -83,16 +94,25 @@ enum class OptimiserStatus : std::uint8_t {
 /// What the tick did.
 struct OptimiserResult {
   OptimiserStatus status = OptimiserStatus::kFree;
-  Wrench F_H_W;  ///< on the hand, about the origin of G, before any limit; N, N m
+  /// On the hand, about the origin of G, before any limit: of the contacts, of friction and of
+  /// strings that pull along their axis; N, N m.
+  Wrench F_H_W;
   int active_count = 0;
-  std::array<ActiveContact, kToolDof> active;
-  int sub_steps = 0;  ///< linearisations used
+  std::array<ActiveContact, kMaxQpUnknowns> active;
+  int strings_refused = 0;  ///< strings that stayed rigid because kMaxDeflectingStrings yield
+  int sub_steps = 0;        ///< linearisations used
   int qp_iterations = 0;
   int queries = 0;         ///< tree traversals
   int rows_exchanged = 0;  ///< rows brought in because more pairs than rows mattered
   int halvings = 0;        ///< trial steps refused by the exact re-check or the energy test
   std::int64_t tests = 0;
   double minimum_gap = 0.0;  ///< at the last evaluated pose, m
+};
+
+/// The quadratic model of a linearisation in coordinates z in which it is round (local_model.h).
+struct LocalModel {
+  SquareMatrix basis;                           ///< y = basis z; its size is the number of unknowns
+  std::array<double, kMaxQpUnknowns> target_z;  ///< unconstrained minimiser in z
 };
 
 /// Scratch memory of one tool, 0.3 MB; contents mean nothing between ticks.
@@ -102,9 +122,11 @@ struct OptimiserWorkspace {
   QpWorkspace qp;
   QpSolution solution;
   std::array<std::int32_t, kMaxQpRows> contact_of_row;  ///< index in contacts
-  ToolStep step;                                        ///< full step of the last program
-  std::array<std::int32_t, kMaxCandidates> order;       ///< selection of rows
-  std::array<double, kMaxCandidates> excess;            ///< violation per contact, m
+  HoldModels models;                                    ///< of the held strings
+  LocalModel model;
+  ConfigurationStep step;                          ///< full step of the last program
+  std::array<std::int32_t, kMaxCandidates> order;  ///< selection of rows
+  std::array<double, kMaxCandidates> excess;       ///< violation per contact, m
   /// How far tool points may have moved since the last traversal, m.
   double travelled = 0.0;
   bool stale = false;   ///< contacts describe an earlier pose
@@ -116,8 +138,9 @@ HD_REALTIME void start_tick(const OptimiserInput& input, const OptimiserState& s
                             OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
 
 /// One linearisation: rows, program, scaled step, exact re-check, commit. Between two calls the
-/// committed path of G is the screw motion X(s) = moved(X_before, s * step), s in [0, 1]. Returns
-/// true while another sub-step may help. Precondition: start_tick and no negative gap.
+/// committed path of G is the screw motion X(s) = moved(X_before, s * step), s in [0, 1], and the
+/// vertices of the held strings go straight with it. Returns true while another sub-step may help.
+/// Precondition: start_tick and no negative gap.
 HD_REALTIME bool advance_sub_step(const OptimiserInput& input, OptimiserState& state,
                                   OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/rendering/hold_model.h"
 #include "core/rendering/local_model.h"
 
 namespace hapticd {
@@ -12,33 +13,71 @@ namespace {
 /// skin.
 constexpr double kRowTolerancePerMargin = 1e-9;
 
-/// Left-hand coefficients [n; a x n] and right-hand side of one contact.
+/// Left-hand coefficients of one contact for the tool and for the string it presses, and the
+/// right-hand side.
 struct ContactRow {
   Vector3 linear;
   Vector3 angular;
+  int unknown = -1;  ///< of the string's radial deflection; the tangential one follows; -1: none
+  double radial = 0.0;
+  double tangential = 0.0;
   double bound;
 };
 
-ContactRow row_of(const Contact& contact, const Vector3& p_WG, double skin) noexcept {
-  const Vector3 p_GC_W = contact.p_WC - p_WG;
-  return {contact.nhat_OG_W, p_GC_W.cross(contact.nhat_OG_W), std::min(0.0, skin - contact.gap)};
+/// What the rows of one linearisation are made from.
+struct RowContext {
+  const OptimiserInput& input;
+  const OptimiserState& state;
+  const OptimiserWorkspace& w;
+};
+
+ContactRow row_of(const RowContext& context, const Contact& contact) noexcept {
+  const double skin = context.input.options.skin;
+  const Vector3 p_GC_W = contact.p_WC - context.state.X_WG.p;
+  ContactRow row;
+  row.bound = std::min(0.0, skin - contact.gap);
+  const int h = find_hold(context.state.holds, contact.key);
+  if (h < 0) {
+    row.linear = contact.nhat_OG_W;
+  } else {
+    const HoldModel& hold = context.w.models[static_cast<std::size_t>(h)];
+    const StringBend& bend = context.state.holds[static_cast<std::size_t>(h)].bend;
+    row.linear = sliding_normal(hold, bend, contact);
+    if (hold.unknown >= 0) {
+      const double share = deflection_share(bend, contact.lambda);
+      row.unknown = hold.unknown;
+      row.radial = -share * contact.nhat_OG_W.dot(hold.radial_W);
+      row.tangential = -share * contact.nhat_OG_W.dot(hold.tangential_W);
+    }
+  }
+  row.angular = p_GC_W.cross(row.linear);
+  return row;
 }
 
-void set_row(QpProblem& problem, int i, const ContactRow& row, const Matrix6& basis) noexcept {
+void set_row(QpProblem& problem, int i, const ContactRow& row, const SquareMatrix& basis) noexcept {
   const auto r = static_cast<std::size_t>(i);
-  Vector6 row_x;
-  row_x << row.linear, row.angular;
-  const Vector6 row_z = basis.transpose() * row_x;
-  for (std::size_t k = 0; k < kToolDof; ++k)
-    problem.row[k][r] = row_z[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < basis.size; ++k) {
+    double sum = 0.0;
+    for (std::size_t j = 0; j < 3; ++j) {
+      sum += basis(j, k) * row.linear[static_cast<Eigen::Index>(j)];
+    }
+    for (std::size_t j = 0; j < 3; ++j) {
+      sum += basis(j + 3, k) * row.angular[static_cast<Eigen::Index>(j)];
+    }
+    if (row.unknown >= 0) {
+      const auto u = static_cast<std::size_t>(row.unknown);
+      sum += basis(u, k) * row.radial + basis(u + 1, k) * row.tangential;
+    }
+    problem.row[k][r] = sum;
+  }
   problem.bound[r] = row.bound;
 }
 
 void set_objective(const LocalModel& model, QpProblem& problem) noexcept {
-  problem.unknowns = kToolDof;
-  for (std::size_t k = 0; k < kToolDof; ++k) {
+  problem.unknowns = static_cast<int>(model.basis.size);
+  for (std::size_t k = 0; k < model.basis.size; ++k) {
     problem.weight[k] = 1.0;
-    problem.target[k] = model.target_z[static_cast<Eigen::Index>(k)];
+    problem.target[k] = model.target_z[k];
   }
 }
 
@@ -59,11 +98,11 @@ void choose_nearest(OptimiserWorkspace& w) noexcept {
   w.problem.rows = rows;
 }
 
-void fill_rows(const OptimiserInput& input, const Vector3& p_WG, const Matrix6& basis,
-               OptimiserWorkspace& w) noexcept {
-  for (int i = 0; i < w.problem.rows; ++i) {
+void fill_rows(const RowContext& context, const SquareMatrix& basis, QpProblem& problem) noexcept {
+  const OptimiserWorkspace& w = context.w;
+  for (int i = 0; i < problem.rows; ++i) {
     const auto c = static_cast<std::size_t>(w.contact_of_row[static_cast<std::size_t>(i)]);
-    set_row(w.problem, i, row_of(w.contacts.contacts[c], p_WG, input.options.skin), basis);
+    set_row(problem, i, row_of(context, w.contacts.contacts[c]), basis);
   }
 }
 
@@ -81,34 +120,58 @@ QpWarmStart warm_start(const OptimiserState& state, const OptimiserWorkspace& w)
   return warm;
 }
 
-/// How far the step violates the row (m); <= 0 when it holds. `fraction` shrinks to what holds it.
-double violation(const ContactRow& row, const ToolStep& x, double& fraction,
-                 double tolerance) noexcept {
-  const double moved_by = row.linear.dot(x.dp) + row.angular.dot(x.dtheta);
+/// How far the unknowns y violate the row (m); <= 0 when it holds. `fraction` shrinks to what holds
+/// it.
+double violation(const ContactRow& row, const std::array<double, kMaxQpUnknowns>& y,
+                 double& fraction, double tolerance) noexcept {
+  double moved_by =
+      row.linear.dot(Vector3(y[0], y[1], y[2])) + row.angular.dot(Vector3(y[3], y[4], y[5]));
+  if (row.unknown >= 0) {
+    const auto u = static_cast<std::size_t>(row.unknown);
+    moved_by += row.radial * y[u] + row.tangential * y[u + 1];
+  }
   const double excess = row.bound - moved_by;
   if (excess > tolerance) fraction = std::min(fraction, row.bound / moved_by);
   return excess;
 }
 
-ToolStep step_of(const QpSolution& solution, const Matrix6& basis) noexcept {
-  Vector6 z;
-  for (std::size_t k = 0; k < kToolDof; ++k) z[static_cast<Eigen::Index>(k)] = solution.x[k];
-  const Vector6 x = basis * z;
-  return {x.head<3>(), x.tail<3>()};
+void find_unknowns(const QpSolution& solution, const SquareMatrix& basis,
+                   std::array<double, kMaxQpUnknowns>& y) noexcept {
+  for (std::size_t i = 0; i < basis.size; ++i) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < basis.size; ++k) sum += basis(i, k) * solution.x[k];
+    y[i] = sum;
+  }
+}
+
+/// The step of the configuration that the unknowns mean.
+ConfigurationStep step_of(const OptimiserInput& input, const OptimiserState& state,
+                          const HoldModels& models,
+                          const std::array<double, kMaxQpUnknowns>& y) noexcept {
+  ConfigurationStep step;
+  step.tool = {{y[0], y[1], y[2]}, {y[3], y[4], y[5]}};
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const HoldModel& hold = models[k];
+    if (hold.unknown < 0) continue;
+    const auto u = static_cast<std::size_t>(hold.unknown);
+    step.strings[k] = {y[u] * hold.radial_W + y[u + 1] * hold.tangential_W,
+                       vertex_motion(hold, state.holds[k].bend, step.tool, input.options.skin)};
+  }
+  return step;
 }
 
 /// Keeps the active rows and fills up with the worst violated of all contacts. Returns the fraction
 /// of the step that all hold. Keeping the active rows makes the optimum grow with every exchange,
 /// so the rounds cannot cycle.
-double exchange_rows(const OptimiserInput& input, const Vector3& p_WG, OptimiserWorkspace& w,
+double exchange_rows(const OptimiserInput& input, const OptimiserState& state,
+                     const std::array<double, kMaxQpUnknowns>& y, OptimiserWorkspace& w,
                      OptimiserResult& result) noexcept {
-  const ToolStep& x = w.step;
+  const RowContext context{input, state, w};
   const double tolerance = kRowTolerancePerMargin * input.options.margin;
   double fraction = 1.0;
   std::size_t violated = 0;
   for (std::size_t c = 0; c < w.contacts.contacts.size(); ++c) {
-    const ContactRow row = row_of(w.contacts.contacts[c], p_WG, input.options.skin);
-    w.excess[c] = violation(row, x, fraction, tolerance);
+    w.excess[c] = violation(row_of(context, w.contacts.contacts[c]), y, fraction, tolerance);
     if (w.excess[c] > tolerance) w.order[violated++] = static_cast<std::int32_t>(c);
   }
   if (violated == 0) return 1.0;
@@ -141,31 +204,37 @@ double exchange_rows(const OptimiserInput& input, const Vector3& p_WG, Optimiser
 double solve_linearisation(const OptimiserInput& input, const OptimiserState& state,
                            const ToolStep& e, OptimiserWorkspace& w,
                            OptimiserResult& result) noexcept {
-  const Vector3& p_WG = state.X_WG.p;
-  const LocalModel model = local_model(input, state, e);
+  const RowContext context{input, state, w};
+  const int unknowns = state.holds.empty() ? kToolDof
+                                           : model_holds(string_context(input), w.contacts, state,
+                                                         input.options.skin, w.models);
+  LocalModel& model = w.model;
+  build_local_model(input, state, e, w.models, unknowns, model);
   set_objective(model, w.problem);
   choose_nearest(w);
-  fill_rows(input, p_WG, model.basis, w);
+  fill_rows(context, model.basis, w.problem);
   QpWarmStart warm = warm_start(state, w);
   const bool all_fit = w.contacts.contacts.size() <= static_cast<std::size_t>(kMaxQpRows);
   for (int round = 0;; ++round) {
     solve_qp(w.problem, warm, w.qp, w.solution);
     result.qp_iterations += w.solution.iterations;
     if (w.solution.status != QpStatus::kOptimal) return 0.0;
-    w.step = step_of(w.solution, model.basis);
+    std::array<double, kMaxQpUnknowns> y;
+    find_unknowns(w.solution, model.basis, y);
+    w.step = step_of(input, state, w.models, y);
     if (all_fit) return 1.0;
     // The rows of the last solution name its multipliers, so they must stay as they are once the
     // rounds are over.
     const int solved_rows = w.problem.rows;
     const auto solved_contacts = w.contact_of_row;
-    const double fraction = exchange_rows(input, p_WG, w, result);
+    const double fraction = exchange_rows(input, state, y, w, result);
     if (fraction >= 1.0) return 1.0;
     if (round == kMaxExchangeRounds) {
       w.problem.rows = solved_rows;
       w.contact_of_row = solved_contacts;
       return fraction;
     }
-    fill_rows(input, p_WG, model.basis, w);
+    fill_rows(context, model.basis, w.problem);
     // Active rows come first after an exchange.
     warm.count = w.solution.active_count;
     for (int k = 0; k < warm.count; ++k)

@@ -1,45 +1,72 @@
-// Second derivatives of the signed distances and of the rotation energy. See local_model.h. RT:
-// yes.
+// Second derivatives of the signed distances, of the rotation energy and of the strings. See
+// local_model.h. RT: yes.
 #include "core/rendering/local_model.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/math/elementary.h"
-#include "core/math/symmetric_matrix.h"
 
 namespace hapticd {
 namespace {
 
-Matrix3 cross_matrix(const Vector3& v) noexcept {
-  Matrix3 m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
+/// How a point of the tool moves against a string or body: columns of the Jacobian of [dp; dtheta;
+/// du] that are not zero.
+struct PointJacobian {
+  std::array<Vector3, kToolDof + 2> column;
+  std::array<std::size_t, kToolDof + 2> unknown;
+  std::size_t count = kToolDof;
+};
+
+PointJacobian point_jacobian(const Vector3& p_GC_W, const HoldModel* hold, double share) noexcept {
+  PointJacobian out;
+  for (std::size_t k = 0; k < 3; ++k) {
+    Vector3 unit = Vector3::Zero();
+    unit[static_cast<Eigen::Index>(k)] = 1.0;
+    out.column[k] = unit;
+    out.column[k + 3] = unit.cross(p_GC_W);
+    out.unknown[k] = k;
+    out.unknown[k + 3] = k + 3;
+  }
+  if (hold != nullptr && hold->unknown >= 0) {
+    const auto first = static_cast<std::size_t>(hold->unknown);
+    out.column[6] = -share * hold->radial_W;
+    out.column[7] = -share * hold->tangential_W;
+    out.unknown[6] = first;
+    out.unknown[7] = first + 1;
+    out.count = kToolDof + 2;
+  }
+  return out;
 }
 
-/// Distance from the obstacle's axis or centre to the tool sphere's centre, that centre, and the
-/// directions in which the obstacle is round: all but the normal, and but the axis along a
-/// capsule's straight part.
+/// H += J' A J, lower triangle.
+void add_quadratic(const PointJacobian& J, const Matrix3& A, SquareMatrix& H) noexcept {
+  for (std::size_t i = 0; i < J.count; ++i) {
+    const Vector3 Aj = A * J.column[i];
+    for (std::size_t j = 0; j <= i; ++j) H(J.unknown[i], J.unknown[j]) += J.column[j].dot(Aj);
+  }
+}
+
+/// Distance from the obstacle's axis or centre to the tool sphere's centre, and the directions in
+/// which the obstacle is round: all but the normal, and but the axis along a capsule's straight
+/// part.
 struct RoundContact {
-  Vector3 p_GC_W;
   double distance;
   Matrix3 round;
 };
 
-RoundContact round_contact(const OptimiserInput& input, const ContactKey& key,
-                           const Contact& contact, const Vector3& p_WG) noexcept {
-  const double r = tree_sphere(input.tool, key.tool_sphere).r;
+RoundContact round_contact(const OptimiserInput& input, const ObstaclesView& obstacles,
+                           const ContactKey& key, const Contact& contact, double r) noexcept {
   RoundContact out;
   const Vector3& n = contact.nhat_OG_W;
-  out.p_GC_W = contact.p_WC + r * n - p_WG;
   out.round = Matrix3::Identity() - n * n.transpose();
-  const auto o = static_cast<std::size_t>(key.obstacle);
   if (key.kind == ObstacleKind::kBody) {
+    const auto o = static_cast<std::size_t>(key.obstacle);
     out.distance =
         contact.gap + r + tree_sphere(input.obstacles.bodies[o].tree, key.obstacle_sphere).r;
     return out;
   }
-  const Capsule& capsule = input.obstacles.capsules_W[o];
+  const Capsule capsule = segment_of(obstacles, key.obstacle, key.obstacle_sphere).capsule_W;
   out.distance = contact.gap + r + capsule.r;
   if (contact.lambda > 0.0 && contact.lambda < 1.0) {
     const Vector3 axis = (capsule.p_B - capsule.p_A).normalized();
@@ -48,23 +75,34 @@ RoundContact round_contact(const OptimiserInput& input, const ContactKey& key,
   return out;
 }
 
-/// Hessian of the signed distance of one pair with respect to [dp; dtheta].
-Matrix6 gap_hessian(const RoundContact& c, const Vector3& n) noexcept {
-  // The centre moves by dp - [a] dtheta; where the obstacle is round that costs |v|^2 / (2
-  // distance).
-  const Matrix3 a = cross_matrix(c.p_GC_W);
-  const Matrix3 A = c.round / c.distance;
-  const Matrix3 Aa = A * a;
-  Matrix6 hessian;
-  hessian.topLeftCorner<3, 3>() = A;
-  hessian.topRightCorner<3, 3>() = -Aa;
-  hessian.bottomLeftCorner<3, 3>() = -Aa.transpose();
-  hessian.bottomRightCorner<3, 3>() = a.transpose() * Aa;
+/// H -= multiplier times the Hessian of the signed distance of one pair.
+void subtract_curvature(const OptimiserInput& input, const ObstaclesView& obstacles,
+                        const OptimiserState& state, const HoldModels& models,
+                        const ActivePair& pair, SquareMatrix& H) noexcept {
+  const Contact contact = evaluate_contact(pair.key, input.tool, state.X_WG, obstacles);
+  const double r = tree_sphere(input.tool, pair.key.tool_sphere).r;
+  const RoundContact geometry = round_contact(input, obstacles, pair.key, contact, r);
+  if (!(geometry.distance > 0.0)) return;
+  const Vector3& n = contact.nhat_OG_W;
+  const Vector3 a = contact.p_WC + r * n - state.X_WG.p;
+  const int h = find_hold(state.holds, pair.key);
+  const HoldModel* hold = h >= 0 ? &models[static_cast<std::size_t>(h)] : nullptr;
+  const double share =
+      h >= 0 ? deflection_share(state.holds[static_cast<std::size_t>(h)].bend, contact.lambda)
+             : 0.0;
+  // The centre moves by dp - [a] dtheta - share du; where the obstacle is round that costs |v|^2 /
+  // (2 distance).
+  add_quadratic(point_jacobian(a, hold, share),
+                (-pair.multiplier / geometry.distance) * geometry.round, H);
   // Second order of the rotation itself: n . dtheta x (dtheta x a).
-  const Matrix3 outer = n * c.p_GC_W.transpose();
-  hessian.bottomRightCorner<3, 3>() +=
-      0.5 * (outer + outer.transpose()) - n.dot(c.p_GC_W) * Matrix3::Identity();
-  return hessian;
+  const double along = n.dot(a);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const double second = 0.5 * (n[i] * a[j] + n[j] * a[i]) - (i == j ? along : 0.0);
+      H(static_cast<std::size_t>(i + 3), static_cast<std::size_t>(j + 3)) -=
+          pair.multiplier * second;
+    }
+  }
 }
 
 /// Hessian of 1/2 |log R|^2: 1 along the rotation axis, (phi/2) cot(phi/2) across it; kept positive
@@ -78,34 +116,83 @@ Matrix3 rotation_hessian(const Vector3& phi) noexcept {
   return across * Matrix3::Identity() + (1.0 - across) * axis * axis.transpose();
 }
 
+/// Downhill gradient, stiffness and friction of the held strings.
+void add_holds(const OptimiserState& state, const HoldModels& models, SquareMatrix& H,
+               std::array<double, kMaxQpUnknowns>& downhill) noexcept {
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const HoldModel& hold = models[k];
+    if (hold.unknown >= 0) {
+      const auto first = static_cast<std::size_t>(hold.unknown);
+      downhill[first] = -hold.force;
+      downhill[first + 1] = 0.0;
+    }
+    if (hold.lateral_force == 0.0 && hold.slip_stiffness == 0.0) continue;
+    const StringBend& bend = state.holds[k].bend;
+    const double share = hold.unknown < 0 ? 0.0 : deflection_share(bend, hold.lambda);
+    const PointJacobian J = point_jacobian(hold.p_GC_W, &hold, share);
+    const Vector3& n = hold.nhat_W;
+    const Vector3 friction = -hold.slip_stiffness * state.holds[k].slip_W;
+    const Vector3 lateral = hold.lateral_force * hold.axis_W;
+    // The string's ends hold it along its axis: there only the tool gains.
+    for (std::size_t i = 0; i < J.count; ++i) {
+      downhill[J.unknown[i]] += J.column[i].dot(i < kToolDof ? friction + lateral : friction);
+    }
+    add_quadratic(J, hold.slip_stiffness * (Matrix3::Identity() - n * n.transpose()), H);
+  }
+}
+
 }  // namespace
 
-LocalModel local_model(const OptimiserInput& input, const OptimiserState& state,
-                       const ToolStep& e) noexcept {
-  // Everything in units where G is the identity.
-  Vector6 inverse_root;
-  inverse_root << Vector3::Constant(1.0 / std::sqrt(input.stiffness.kt)),
-      Vector3::Constant(1.0 / std::sqrt(input.stiffness.kr()));
-  Matrix6 stiff = Matrix6::Identity();
-  stiff.bottomRightCorner<3, 3>() = rotation_hessian(e.dtheta);
-
-  Matrix6 curvature = Matrix6::Zero();
-  for (int k = 0; k < state.active_count; ++k) {
-    const ActivePair& pair = state.active[static_cast<std::size_t>(k)];
-    const Contact contact = evaluate_contact(pair.key, input.tool, state.X_WG, input.obstacles);
-    const RoundContact geometry = round_contact(input, pair.key, contact, state.X_WG.p);
-    if (!(geometry.distance > 0.0)) continue;
-    curvature += pair.multiplier * gap_hessian(geometry, contact.nhat_OG_W);
+void build_local_model(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
+                       const HoldModels& models, int unknowns, LocalModel& model) noexcept {
+  const auto n = static_cast<std::size_t>(unknowns);
+  // Everything in units where G and K are the identity.
+  std::array<double, kMaxQpUnknowns> inverse_root;
+  std::array<double, kMaxQpUnknowns> downhill;
+  for (std::size_t k = 0; k < 3; ++k) {
+    inverse_root[k] = 1.0 / std::sqrt(input.stiffness.kt);
+    inverse_root[k + 3] = 1.0 / std::sqrt(input.stiffness.kr());
+    downhill[k] = input.stiffness.kt * e.dp[static_cast<Eigen::Index>(k)];
+    downhill[k + 3] = input.stiffness.kr() * e.dtheta[static_cast<Eigen::Index>(k)];
   }
-  curvature = inverse_root.asDiagonal() * curvature * inverse_root.asDiagonal();
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    if (models[k].unknown < 0) continue;
+    const auto first = static_cast<std::size_t>(models[k].unknown);
+    inverse_root[first] = 1.0 / std::sqrt(models[k].radial_stiffness);
+    inverse_root[first + 1] = 1.0 / std::sqrt(models[k].tangential_stiffness);
+  }
 
-  LocalModel model;
-  model.basis =
-      inverse_root.asDiagonal() * inverse_square_root(stiff - curvature, kLeastStiffnessShare);
-  Vector6 gradient;
-  gradient << input.stiffness.kt * e.dp, input.stiffness.kr() * e.dtheta;
-  model.target_z = model.basis.transpose() * gradient;
-  return model;
+  SquareMatrix H;
+  H.size = n;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) H(i, j) = 0.0;
+  }
+  const BentObstacles bent(input.obstacles, state.holds);
+  for (int k = 0; k < state.active_count; ++k) {
+    subtract_curvature(input, bent.view(), state, models, state.active[static_cast<std::size_t>(k)],
+                       H);
+  }
+  add_holds(state, models, H, downhill);
+  const Matrix3 rotation = rotation_hessian(e.dtheta);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) H(i, j) *= inverse_root[i] * inverse_root[j];
+    H(i, i) += i >= 3 && i < 6 ? 0.0 : 1.0;
+  }
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      H(static_cast<std::size_t>(i + 3), static_cast<std::size_t>(j + 3)) += rotation(i, j);
+    }
+  }
+
+  inverse_square_root(H, kLeastStiffnessShare, model.basis);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) model.basis(i, j) *= inverse_root[i];
+  }
+  for (std::size_t j = 0; j < n; ++j) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < n; ++i) sum += model.basis(i, j) * downhill[i];
+    model.target_z[j] = sum;
+  }
 }
 
 }  // namespace hapticd

@@ -1,8 +1,9 @@
 // The quadratic model of one linearisation. Eq. 5 alone sees flat obstacles: its steps then
 // converge like (depth / radius)^k, slowly where a press is deep and hardly at all while a tip
-// slips off. The model adds what Newton's method asks for, the curvature of the touched obstacles
-// weighted with their multipliers, and of the rotation energy:
-//   H = G_phi - sum mu_i hess(gap_i),   x = basis z  with  basis' H basis = 1,
+// slips off. The model adds what Newton's method asks for: the curvature of the touched obstacles
+// weighted with their multipliers, the rotation energy's, the stiffness of the strings that yield
+// and of their friction. With y = [step of the tool; deflections of the held strings]
+//   H = G_phi + K + friction - sum mu_i hess(gap_i),   y = basis z  with  basis' H basis = 1,
 // so that the program stays the projection of a point. During a slip H is indefinite; then the
 // magnitudes of its eigenvalues count (saddle-free Newton, Dauphin et al., NIPS 2014). Frames: W;
 // steps [dp; dtheta] about the origin of G. RT: yes, about 0.3 us with contacts.
@@ -12,18 +13,14 @@
 
 namespace hapticd {
 
-/// Least eigenvalue of H relative to G. Smaller: longer leaps during a slip, more of them refused.
+/// Least eigenvalue of H relative to G and K. Smaller: longer leaps during a slip, more of them
+/// refused.
 inline constexpr double kLeastStiffnessShare = 0.02;
 
-struct LocalModel {
-  Matrix6 basis;     ///< x = basis z
-  Vector6 target_z;  ///< unconstrained minimiser in z
-};
-
-/// Model at `state` with error `e`, the pairs in state.active and their multipliers. The contacts
-/// of the workspace must be up to date.
-[[nodiscard]] HD_REALTIME LocalModel local_model(const OptimiserInput& input,
-                                                 const OptimiserState& state,
-                                                 const ToolStep& e) noexcept;
+/// Model at `state` with error `e`, the pairs in state.active and their multipliers, and the
+/// strings held as `models` of `unknowns` say. The contacts of the workspace must be up to date.
+HD_REALTIME void build_local_model(const OptimiserInput& input, const OptimiserState& state,
+                                   const ToolStep& e, const HoldModels& models, int unknowns,
+                                   LocalModel& model) noexcept;
 
 }  // namespace hapticd

@@ -82,7 +82,8 @@ bool push(const OptimiserInput& input, const Vector3& dp, OptimiserState& state,
   if (length < kLeastPush) return false;
   const ToolStep step{way * length, Vector3::Zero()};
   const Pose X_new = moved(state.X_WG, step);
-  const double gap = minimum_gap_of(w.contacts, input.tool, X_new, input.obstacles);
+  const BentObstacles bent(input.obstacles, state.holds);
+  const double gap = minimum_gap_of(w.contacts, input.tool, X_new, bent.view());
   if (!(gap > w.contacts.minimum_gap)) return false;
   state.X_WG = X_new;
   result.minimum_gap = gap;

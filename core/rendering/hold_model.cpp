@@ -1,0 +1,161 @@
+// Directions, stiffnesses and contact centres of held strings. See hold_model.h. RT: yes.
+#include "core/rendering/hold_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/geometry/closest_point.h"
+
+namespace hapticd {
+namespace {
+
+/// Deflections below this have no direction of their own, m: the contact's normal gives it.
+constexpr double kDirectionless = 1e-9;
+
+/// Part of `v` across the unit vector `axis`.
+Vector3 across(const Vector3& v, const Vector3& axis) noexcept { return v - axis.dot(v) * axis; }
+
+/// Sums over the contacts of one string.
+struct ContactCentre {
+  Vector3 p_WC{0.0, 0.0, 0.0};
+  Vector3 nhat_W{0.0, 0.0, 0.0};
+  double lambda = 0.0;
+  double weight = 0.0;
+
+  void add(const Contact& contact, double share) noexcept {
+    p_WC += share * contact.p_WC;
+    nhat_W += share * contact.nhat_OG_W;
+    lambda += share * contact.lambda;
+    weight += share;
+  }
+};
+
+/// Where the string is touched: the pairs that carried force, by their force; else the nearest
+/// pair, if it is near enough. Weight 0: nowhere.
+ContactCentre find_centre(const ContactSet& contacts, const OptimiserState& state,
+                          std::int32_t capsule, double near_gap) noexcept {
+  ContactCentre centre;
+  const Contact* nearest = nullptr;
+  for (const Contact& contact : contacts.contacts) {
+    if (contact.key.kind != ObstacleKind::kCapsule || contact.key.obstacle != capsule) continue;
+    if (nearest == nullptr || contact.gap < nearest->gap) nearest = &contact;
+    for (int k = 0; k < state.active_count; ++k) {
+      const ActivePair& pair = state.active[static_cast<std::size_t>(k)];
+      if (pair.key == contact.key && pair.multiplier > 0.0) centre.add(contact, pair.multiplier);
+    }
+  }
+  if (!(centre.weight > 0.0) && nearest != nullptr && nearest->gap <= near_gap) {
+    centre.add(*nearest, 1.0);
+  }
+  return centre;
+}
+
+void model_law(const StringContext& context, const StringHold& hold, HoldModel& model) noexcept {
+  const double u = hold.bend.u_W.norm();
+  if (u > kDirectionless) {
+    model.radial_W = hold.bend.u_W / u;
+  } else {
+    const Vector3 push =
+        model.touched ? Vector3(-across(model.nhat_W, model.axis_W)) : fixed_normal(model.axis_W);
+    const double length = push.norm();
+    model.radial_W = length > 0.5 ? Vector3(push / length) : fixed_normal(model.axis_W);
+  }
+  model.tangential_W = model.axis_W.cross(model.radial_W);
+  const Deflection law = string_law(context, hold.bend, u);
+  const double least = kLeastStringStiffness * context.kt;
+  const double greatest = kGreatestStringStiffness * context.kt;
+  model.radial_stiffness = std::clamp(law.slope, least, greatest);
+  model.tangential_stiffness = std::clamp(law.secant, least, greatest);
+  model.force = law.force;
+  model.lateral_force = context.options.lateral_force && model.touched ? law.lateral_force : 0.0;
+}
+
+/// Stiffness of the friction spring: its own while it sticks, what leads to mu N while it slips.
+double slip_stiffness(const StringContext& context, const StringHold& hold,
+                      const Vector3& slip_W) noexcept {
+  const auto index = static_cast<std::size_t>(hold.bend.capsule);
+  const double limit = context.strings[index].friction_coefficient * hold.normal_force;
+  const double slip = slip_W.norm();
+  const double stiffness = context.options.anchor_stiffness;
+  if (!(limit > 0.0)) return 0.0;
+  return stiffness * slip <= limit ? stiffness : limit / slip;
+}
+
+}  // namespace
+
+int model_holds(const StringContext& context, const ContactSet& contacts,
+                const OptimiserState& state, double skin, HoldModels& models) noexcept {
+  int unknowns = kToolDof;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const StringHold& hold = state.holds[k];
+    HoldModel& model = models[k];
+    const auto index = static_cast<std::size_t>(hold.bend.capsule);
+    const Capsule& capsule = context.obstacles.capsules_W[index];
+    model.length = context.strings[index].length;
+    model.axis_W = (capsule.p_B - capsule.p_A) / model.length;
+    const ContactCentre centre =
+        find_centre(contacts, state, hold.bend.capsule, 2.0 * kHoldSkins * skin);
+    model.touched = centre.weight > 0.0;
+    model.p_GC_W = Vector3::Zero();
+    model.nhat_W = Vector3::Zero();
+    model.lambda = hold.bend.lambda;
+    if (model.touched) {
+      model.p_GC_W = centre.p_WC / centre.weight - state.X_WG.p;
+      const double length = centre.nhat_W.norm();
+      if (length > 0.0) model.nhat_W = centre.nhat_W / length;
+      model.lambda = centre.lambda / centre.weight;
+    }
+    model.unknown = -1;
+    model.force = 0.0;
+    model.lateral_force = 0.0;
+    if (hold.yields) {
+      model.unknown = unknowns;
+      unknowns += 2;
+      model_law(context, hold, model);
+    }
+    model.slip_stiffness = context.options.friction && model.touched
+                               ? slip_stiffness(context, hold, hold.slip_W)
+                               : 0.0;
+  }
+  return unknowns;
+}
+
+// On a leg the normal leans along the axis by n_ax. A tool that slides by dx takes the vertex
+// along; the leg's place at the contact then moves by -n_ax share dx along the normal.
+Vector3 sliding_normal(const HoldModel& model, const StringBend& bend,
+                       const Contact& contact) noexcept {
+  if (model.unknown < 0 || !model.touched) return contact.nhat_OG_W;
+  const double share = deflection_share(bend, contact.lambda);
+  const bool on_cap = contact.lambda <= 0.0 || contact.lambda >= 1.0;
+  if (on_cap) return contact.nhat_OG_W;
+  return contact.nhat_OG_W - share * contact.nhat_OG_W.dot(model.axis_W) * model.axis_W;
+}
+
+Vector3 force_direction(const OptimiserState& state, const HoldModels& models,
+                        const Contact& contact) noexcept {
+  const int h = find_hold(state.holds, contact.key);
+  if (h < 0) return contact.nhat_OG_W;
+  const auto k = static_cast<std::size_t>(h);
+  return sliding_normal(models[k], state.holds[k].bend, contact);
+}
+
+double vertex_motion(const HoldModel& model, const StringBend& bend, const ToolStep& step,
+                     double skin) noexcept {
+  if (model.unknown < 0 || !model.touched) return 0.0;
+  const Vector3 motion = step.dp + step.dtheta.cross(model.p_GC_W);
+  const double along = motion.dot(model.axis_W) / model.length;
+  // To the centre of the contact no faster than the skin absorbs.
+  const double u = bend.u_W.norm();
+  const double room = std::min(bend.lambda, 1.0 - bend.lambda);
+  const double off_centre = model.lambda - bend.lambda;
+  const double limit = u > 0.0 ? 0.25 * skin * room / u : std::abs(off_centre);
+  return along + std::clamp(off_centre, -limit, limit);
+}
+
+Vector3 slip_motion(const HoldModel& model, const StringBend& bend, const ToolStep& step,
+                    const Vector3& du_W) noexcept {
+  const double share = model.unknown < 0 ? 0.0 : deflection_share(bend, model.lambda);
+  return across(step.dp + step.dtheta.cross(model.p_GC_W) - share * du_W, model.nhat_W);
+}
+
+}  // namespace hapticd
