@@ -14,6 +14,17 @@ namespace {
 /// Halvings of a refused step. 2^-8 of the margin is 20 um, the skin: below it the tool may as well
 /// wait for the next tick.
 constexpr int kMaxHalvings = 8;
+/// Share of the energy by which it may seem to climb where strings yield: their energy is rounded
+/// apart from the coupling's. Normal 1e-16; smaller would refuse steps at rest, which costs time
+/// alone.
+constexpr double kEnergyRounding = 1e-13;
+/// What may hide between two places of a path that are looked at, m: less than half of what the
+/// path may penetrate. Smaller: more evaluations where a short leg of a string turns.
+constexpr double kPathError = 0.4e-6;
+/// Places looked at in a step, at most; a step that needs more is shortened.
+constexpr double kMaxPathSamples = 16.0;
+/// Turn of a leg that counts as any turn, rad.
+constexpr double kGreatestLegTurn = 2.0;
 /// A new traversal is due when less than this share of the margin is left to move in.
 constexpr double kRefreshShare = 0.5;
 
@@ -55,7 +66,8 @@ double step_bound(const OptimiserInput& input, const OptimiserState& state,
                   const ConfigurationStep& step) noexcept {
   double strings = 0.0;
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    strings = std::max(strings, displacement_bound(state.holds[k].bend, step.strings[k]));
+    const auto index = static_cast<std::size_t>(state.holds[k].bend.capsule);
+    strings = std::max(strings, displacement_bound(step.strings[k], input.strings[index].length));
   }
   return displacement_bound(step.tool, reach(input.tool)) + strings;
 }
@@ -175,21 +187,65 @@ double step_fraction(const OptimiserInput& input, const OptimiserState& state,
   return fraction;
 }
 
-/// Exact gaps of every pair that the step could close, at the middle and at the end of the step.
+/// Smallest distance from a string's axis to the centre of a tool sphere that touches it, m.
+double smallest_distance(const OptimiserInput& input, const ContactSet& contacts,
+                         std::int32_t capsule) noexcept {
+  double smallest = std::numeric_limits<double>::infinity();
+  const double R = input.obstacles.capsules_W[static_cast<std::size_t>(capsule)].r;
+  for (const Contact& contact : contacts.contacts) {
+    if (contact.key.kind != ObstacleKind::kCapsule || contact.key.obstacle != capsule) continue;
+    smallest = std::min(smallest, R + tree_sphere(input.tool, contact.key.tool_sphere).r);
+  }
+  return smallest;
+}
+
+/// How many places of the step have to be looked at so that no more than kPathError hides between
+/// them. The rows keep a tool out of what is convex and goes straight. Where a leg of a string
+/// turns by phi, the nearest point slides along it by up to phi (d + way), or the leg's length:
+/// against such a point the tool's way w may bend inwards by its share of w^2 / (8 d), the sagitta.
+double path_samples(const OptimiserInput& input, const OptimiserState& state,
+                    const OptimiserWorkspace& w, const ConfigurationStep& step) noexcept {
+  double error = 0.0;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const StringHold& hold = state.holds[k];
+    const StringMotion& motion = step.strings[k];
+    if (!hold.yields || (motion.dlambda == 0.0 && motion.du_W.isZero(0.0))) continue;
+    const double length = input.strings[static_cast<std::size_t>(hold.bend.capsule)].length;
+    const double d = smallest_distance(input, w.contacts, hold.bend.capsule);
+    const StringBend end = moved(hold.bend, motion);
+    const double turned = displacement_bound(motion, length);
+    const double way = displacement_bound(step.tool, reach(input.tool)) + turned;
+    const double from_length = hold.bend.u_W.norm();
+    const double to_length = end.u_W.norm();
+    for (const bool first : {true, false}) {
+      const double from =
+          from_length + length * (first ? hold.bend.lambda : 1.0 - hold.bend.lambda);
+      const double to = to_length + length * (first ? end.lambda : 1.0 - end.lambda);
+      const double phi = turned < kGreatestLegTurn * std::min(from, to)
+                             ? turned / std::min(from, to)
+                             : kGreatestLegTurn;
+      const double slide = std::min(std::max(from, to), phi * (d + way));
+      if (slide * slide > 2.0 * d * kPathError) error = std::max(error, 0.125 * way * way / d);
+    }
+  }
+  return std::sqrt(error / kPathError);
+}
+
+/// Exact gaps of every pair that the step could close, at its end and at `samples` - 1 places
+/// before.
 bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
-                       const OptimiserWorkspace& w, const ConfigurationStep& step,
+                       const OptimiserWorkspace& w, const ConfigurationStep& step, int samples,
                        OptimiserResult& result) noexcept {
   const double displacement = step_bound(input, state, step);
-  const ConfigurationStep half = scaled(step, 0.5);
-  const Pose X_end = moved(state.X_WG, step.tool);
-  const Pose X_middle = moved(state.X_WG, half.tool);
-  const BentObstacles end(input.obstacles, moved(state.holds, step));
-  const BentObstacles middle(input.obstacles, moved(state.holds, half));
-  for (const Contact& contact : w.contacts.contacts) {
-    if (contact.gap > displacement) continue;
-    result.tests += 2;
-    if (evaluate_contact(contact.key, input.tool, X_end, end.view()).gap < 0.0) return false;
-    if (evaluate_contact(contact.key, input.tool, X_middle, middle.view()).gap < 0.0) return false;
+  for (int k = samples; k > 0; --k) {
+    const ConfigurationStep part = scaled(step, static_cast<double>(k) / samples);
+    const Pose X = moved(state.X_WG, part.tool);
+    const BentObstacles bent(input.obstacles, moved(state.holds, part));
+    for (const Contact& contact : w.contacts.contacts) {
+      if (contact.gap > displacement) continue;
+      ++result.tests;
+      if (evaluate_contact(contact.key, input.tool, X, bent.view()).gap < 0.0) return false;
+    }
   }
   return true;
 }
@@ -264,6 +320,11 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double fr
                        OptimiserState& state, OptimiserWorkspace& w,
                        OptimiserResult& result) noexcept {
   const double energy = coupling_energy(input.stiffness, e);
+  const double rounding = state.holds.empty() ? 0.0 : kEnergyRounding * energy;
+  const double samples_of_full_step = path_samples(input, state, w, w.step);
+  if (fraction * samples_of_full_step > kMaxPathSamples) {
+    fraction = kMaxPathSamples / samples_of_full_step;
+  }
   for (int halving = 0; halving <= kMaxHalvings; ++halving) {
     const ConfigurationStep step = scaled(w.step, fraction);
     const Pose X_new = moved(state.X_WG, step.tool);
@@ -271,8 +332,9 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double fr
     const BentObstacles bent(input.obstacles, moved(state.holds, step));
     const double credit = curvature_credit(input, w, result, X_new, bent.view(), fraction);
     const double gain = string_energy_gain(input, state, w.models, step);
-    if (coupling_energy(input.stiffness, e_new) + gain - credit <= energy &&
-        clear_of_contacts(input, state, w, step, result)) {
+    const int samples = 2 + static_cast<int>(fraction * samples_of_full_step);
+    if (coupling_energy(input.stiffness, e_new) + gain - credit <= energy + rounding &&
+        clear_of_contacts(input, state, w, step, samples, result)) {
       commit(input, step, X_new, state, w);
       state.phi_GH_W = e_new.dtheta;
       return true;
@@ -281,18 +343,6 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double fr
     fraction *= 0.5;
   }
   return false;
-}
-
-/// Where friction slips, its anchor follows: what the spring exceeds mu N by is lost as heat.
-void settle_anchors(const OptimiserInput& input, OptimiserState& state) noexcept {
-  if (!input.instrument.friction) return;
-  for (StringHold& hold : state.holds) {
-    const auto index = static_cast<std::size_t>(hold.bend.capsule);
-    const double longest = input.strings[index].friction_coefficient * hold.normal_force /
-                           input.instrument.anchor_stiffness;
-    const double slip = hold.slip_W.norm();
-    if (slip > longest) hold.slip_W *= longest / slip;
-  }
 }
 
 }  // namespace
@@ -343,6 +393,17 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
   return !converged && moved_on;
 }
 
+void finish_tick(const OptimiserInput& input, OptimiserState& state) noexcept {
+  if (!input.instrument.friction) return;
+  for (StringHold& hold : state.holds) {
+    const auto index = static_cast<std::size_t>(hold.bend.capsule);
+    const double longest = input.strings[index].friction_coefficient * hold.normal_force /
+                           input.instrument.anchor_stiffness;
+    const double slip = hold.slip_W.norm();
+    if (slip > longest) hold.slip_W *= longest / slip;
+  }
+}
+
 void optimise_configuration(const OptimiserInput& input, OptimiserState& state,
                             OptimiserWorkspace& w, OptimiserResult& result) noexcept {
   start_tick(input, state, w, result);
@@ -352,7 +413,7 @@ void optimise_configuration(const OptimiserInput& input, OptimiserState& state,
   }
   while (result.sub_steps < input.options.sub_steps && advance_sub_step(input, state, w, result)) {
   }
-  settle_anchors(input, state);
+  finish_tick(input, state);
 }
 
 }  // namespace hapticd

@@ -144,6 +144,10 @@ HD_REALTIME void start_tick(const OptimiserInput& input, const OptimiserState& s
 HD_REALTIME bool advance_sub_step(const OptimiserInput& input, OptimiserState& state,
                                   OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
 
+/// Ends the tick: where friction slips its anchor follows, and what its spring exceeds mu N by is
+/// lost as heat.
+HD_REALTIME void finish_tick(const OptimiserInput& input, OptimiserState& state) noexcept;
+
 /// The whole tick: start, then up to `sub_steps` linearisations, or recovery where a gap is
 /// negative.
 HD_REALTIME void optimise_configuration(const OptimiserInput& input, OptimiserState& state,

@@ -205,9 +205,8 @@ double solve_linearisation(const OptimiserInput& input, const OptimiserState& st
                            const ToolStep& e, OptimiserWorkspace& w,
                            OptimiserResult& result) noexcept {
   const RowContext context{input, state, w};
-  const int unknowns = state.holds.empty() ? kToolDof
-                                           : model_holds(string_context(input), w.contacts, state,
-                                                         input.options.skin, w.models);
+  const int unknowns =
+      state.holds.empty() ? kToolDof : model_holds(input, w.contacts, state, w.models);
   LocalModel& model = w.model;
   build_local_model(input, state, e, w.models, unknowns, model);
   set_objective(model, w.problem);

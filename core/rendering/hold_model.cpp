@@ -22,30 +22,49 @@ struct ContactCentre {
   double lambda = 0.0;
   double weight = 0.0;
 
-  void add(const Contact& contact, double share) noexcept {
+  /// `lambda` is that of the tool sphere's centre: on a bent string the nearest points of a sphere
+  /// lie beside its vertex, on either leg.
+  void add(const Contact& contact, double lambda_of_sphere, double share) noexcept {
     p_WC += share * contact.p_WC;
     nhat_W += share * contact.nhat_OG_W;
-    lambda += share * contact.lambda;
+    lambda += share * lambda_of_sphere;
     weight += share;
   }
 };
 
+/// What the search for the centre of a string's contact looks at.
+struct TouchContext {
+  const SphereTreeView& tool;
+  const Capsule& string_W;
+  const ContactSet& contacts;
+  const OptimiserState& state;
+};
+
+double lambda_of_sphere(const TouchContext& touch, const Contact& contact) noexcept {
+  const double r = tree_sphere(touch.tool, contact.key.tool_sphere).r;
+  return closest_point_on_segment(touch.string_W.p_A, touch.string_W.p_B,
+                                  contact.p_WC + r * contact.nhat_OG_W)
+      .lambda;
+}
+
 /// Where the string is touched: the pairs that carried force, by their force; else the nearest
 /// pair, if it is near enough. Weight 0: nowhere.
-ContactCentre find_centre(const ContactSet& contacts, const OptimiserState& state,
-                          std::int32_t capsule, double near_gap) noexcept {
+ContactCentre find_centre(const TouchContext& touch, std::int32_t capsule,
+                          double near_gap) noexcept {
   ContactCentre centre;
   const Contact* nearest = nullptr;
-  for (const Contact& contact : contacts.contacts) {
+  for (const Contact& contact : touch.contacts.contacts) {
     if (contact.key.kind != ObstacleKind::kCapsule || contact.key.obstacle != capsule) continue;
     if (nearest == nullptr || contact.gap < nearest->gap) nearest = &contact;
-    for (int k = 0; k < state.active_count; ++k) {
-      const ActivePair& pair = state.active[static_cast<std::size_t>(k)];
-      if (pair.key == contact.key && pair.multiplier > 0.0) centre.add(contact, pair.multiplier);
+    for (int k = 0; k < touch.state.active_count; ++k) {
+      const ActivePair& pair = touch.state.active[static_cast<std::size_t>(k)];
+      if (pair.key == contact.key && pair.multiplier > 0.0) {
+        centre.add(contact, lambda_of_sphere(touch, contact), pair.multiplier);
+      }
     }
   }
   if (!(centre.weight > 0.0) && nearest != nullptr && nearest->gap <= near_gap) {
-    centre.add(*nearest, 1.0);
+    centre.add(*nearest, lambda_of_sphere(touch, *nearest), 1.0);
   }
   return centre;
 }
@@ -83,8 +102,9 @@ double slip_stiffness(const StringContext& context, const StringHold& hold,
 
 }  // namespace
 
-int model_holds(const StringContext& context, const ContactSet& contacts,
-                const OptimiserState& state, double skin, HoldModels& models) noexcept {
+int model_holds(const OptimiserInput& input, const ContactSet& contacts,
+                const OptimiserState& state, HoldModels& models) noexcept {
+  const StringContext context = string_context(input);
   int unknowns = kToolDof;
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     const StringHold& hold = state.holds[k];
@@ -94,7 +114,8 @@ int model_holds(const StringContext& context, const ContactSet& contacts,
     model.length = context.strings[index].length;
     model.axis_W = (capsule.p_B - capsule.p_A) / model.length;
     const ContactCentre centre =
-        find_centre(contacts, state, hold.bend.capsule, 2.0 * kHoldSkins * skin);
+        find_centre({input.tool, capsule, contacts, state}, hold.bend.capsule,
+                    2.0 * kHoldSkins * input.options.skin);
     model.touched = centre.weight > 0.0;
     model.p_GC_W = Vector3::Zero();
     model.nhat_W = Vector3::Zero();
@@ -149,7 +170,8 @@ double vertex_motion(const HoldModel& model, const StringBend& bend, const ToolS
   const double room = std::min(bend.lambda, 1.0 - bend.lambda);
   const double off_centre = model.lambda - bend.lambda;
   const double limit = u > 0.0 ? 0.25 * skin * room / u : std::abs(off_centre);
-  return along + std::clamp(off_centre, -limit, limit);
+  const double wanted = along + std::clamp(off_centre, -limit, limit);
+  return std::clamp(wanted, -bend.lambda, 1.0 - bend.lambda);
 }
 
 Vector3 slip_motion(const HoldModel& model, const StringBend& bend, const ToolStep& step,

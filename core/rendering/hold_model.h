@@ -8,9 +8,8 @@ namespace hapticd {
 
 /// Models of all holds of `state` at its pose, from the contacts and from the pairs that carried
 /// force last. Returns the number of unknowns of the program.
-[[nodiscard]] HD_REALTIME int model_holds(const StringContext& context, const ContactSet& contacts,
-                                          const OptimiserState& state, double skin,
-                                          HoldModels& models) noexcept;
+[[nodiscard]] HD_REALTIME int model_holds(const OptimiserInput& input, const ContactSet& contacts,
+                                          const OptimiserState& state, HoldModels& models) noexcept;
 
 /// A row's derivative with respect to the tool's motion: the normal, without what the vertex's
 /// sliding along with the contact cancels of it.

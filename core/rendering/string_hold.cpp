@@ -103,20 +103,6 @@ StringBend moved(const StringBend& bend, const StringMotion& motion) noexcept {
   return {bend.capsule, std::clamp(bend.lambda + motion.dlambda, 0.0, 1.0), bend.u_W + motion.du_W};
 }
 
-double displacement_bound(const StringBend& bend, const StringMotion& motion) noexcept {
-  const double to = std::clamp(bend.lambda + motion.dlambda, 0.0, 1.0);
-  const double along = std::abs(to - bend.lambda);
-  double bound = motion.du_W.norm();
-  if (along > 0.0) {
-    // The vertex sweeps along: what it leaves and what it reaches change by their share of u.
-    const double from_end = std::max(to, bend.lambda);
-    const double to_end = 1.0 - std::min(to, bend.lambda);
-    const double u = std::max(bend.u_W.norm(), (bend.u_W + motion.du_W).norm());
-    bound += u * along * std::max(1.0 / from_end, 1.0 / to_end);
-  }
-  return bound;
-}
-
 double slip_energy(double stiffness, double limit, double slip) noexcept {
   const double force = stiffness * slip;
   return force <= limit ? 0.5 * force * slip : limit * (slip - 0.5 * limit / stiffness);

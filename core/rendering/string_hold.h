@@ -129,9 +129,11 @@ class BentObstacles {
 [[nodiscard]] HD_REALTIME StringBend moved(const StringBend& bend,
                                            const StringMotion& motion) noexcept;
 
-/// Upper bound of the way of any point of a string in `motion`, m.
-[[nodiscard]] HD_REALTIME double displacement_bound(const StringBend& bend,
-                                                    const StringMotion& motion) noexcept;
+/// Upper bound of the way of any point of a leg of a string `length` long in `motion`, m: that of
+/// the vertex, along the axis included, for what slides past it changes legs.
+[[nodiscard]] inline double displacement_bound(const StringMotion& motion, double length) noexcept {
+  return motion.du_W.norm() + std::abs(motion.dlambda) * length;
+}
 
 /// Energy of the friction spring at slip `slip` while it yields at mu N, J: quadratic below, linear
 /// beyond (Huber's function).

@@ -182,6 +182,27 @@ Real farthest_way(std::span<const Sphere> tool_G, const Real3& dp, Real angle) {
   return std::sqrt(dot(dp, dp)) + angle * arm;
 }
 
+/// The two legs of every string at s along the path.
+void place_legs(std::span<const OracleBentString> strings, Real s, std::vector<Capsule>& legs) {
+  std::size_t i = 0;
+  for (const OracleBentString& string : strings) {
+    const Real3 p = (1 - s) * to_real(string.p_WP_from) + s * to_real(string.p_WP_to);
+    const Vector3 vertex(static_cast<double>(p[0]), static_cast<double>(p[1]),
+                         static_cast<double>(p[2]));
+    legs[i++] = {string.straight_W.p_A, vertex, string.straight_W.r};
+    legs[i++] = {vertex, string.straight_W.p_B, string.straight_W.r};
+  }
+}
+
+/// Greatest way of any point of a string: that of its vertex.
+Real string_way(std::span<const OracleBentString> strings) {
+  double way = 0.0;
+  for (const OracleBentString& string : strings) {
+    way = std::max(way, (string.p_WP_to - string.p_WP_from).norm());
+  }
+  return way;
+}
+
 }  // namespace
 
 OracleResult exhaustive_contacts(std::span<const Sphere> tool_G, const Pose& X_WG,
@@ -245,12 +266,16 @@ long double path_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WF, c
   const Real3 axis = sine > 0 ? (1 / sine) * turn.v : Real3{0, 0, 0};
   const Real3 p_from = to_real(X_WF.p);
   const Real3 p_to = to_real(X_WT.p);
+  std::vector<Capsule> legs(2 * obstacles.bent.size());
   const auto gap_at = [&](Real s) {
     const RealQuaternion part{std::cos(s * half_angle), std::sin(s * half_angle) * axis};
     const OraclePose X{matrix(multiply(part, from)), (1 - s) * p_from + s * p_to};
-    return minimum_gap(tool_G, X, obstacles);
+    const Real gap = minimum_gap(tool_G, X, obstacles);
+    if (legs.empty()) return gap;
+    place_legs(obstacles.bent, s, legs);
+    return std::min(gap, minimum_gap(tool_G, X, {legs, {}}));
   };
-  const Real way = farthest_way(tool_G, p_to - p_from, 2 * half_angle);
+  const Real way = farthest_way(tool_G, p_to - p_from, 2 * half_angle) + string_way(obstacles.bent);
   Real s = 0;
   Real gap = gap_at(s);
   Real best = gap;

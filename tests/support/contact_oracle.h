@@ -20,10 +20,18 @@ struct OracleBody {
   Pose X_WB;
 };
 
+/// A string bent to a vertex, which goes straight from p_WP_from to p_WP_to along a path.
+struct OracleBentString {
+  Capsule straight_W;
+  Vector3 p_WP_from;
+  Vector3 p_WP_to;
+};
+
 /// Everything the tool can touch.
 struct OracleObstacles {
   std::span<const Capsule> capsules_W;
   std::span<const OracleBody> bodies;
+  std::span<const OracleBentString> bent{};  ///< path_minimum_gap alone looks at them
 };
 
 struct OracleContact {
@@ -54,7 +62,8 @@ struct OracleResult {
 /// exp(s phi) R_WF with phi the rotation vector from R_WF to R_WT. By sphere tracing: between two
 /// places where the gap is taken no point moves further than the gap at the first, or `spacing`
 /// (m, > 0) where that is more, or an eighth of the way; the rest of the way is left out where it
-/// is shorter than the gap. So nothing is missed but what two places `spacing` apart can hide.
+/// is shorter than the gap. So nothing is missed but what two places `spacing` apart can hide. Bent
+/// strings move meanwhile; their motion counts as way.
 [[nodiscard]] long double path_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WF,
                                            const Pose& X_WT, const OracleObstacles& obstacles,
                                            long double spacing);

@@ -17,6 +17,13 @@ double smallest_radius(const std::vector<Sphere>& spheres) {
       ->r;
 }
 
+const StringBend* find_bend(const OptimiserState& state, std::size_t capsule) {
+  for (const StringHold& hold : state.holds) {
+    if (hold.yields && static_cast<std::size_t>(hold.bend.capsule) == capsule) return &hold.bend;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 RenderingScene::RenderingScene(std::vector<Sphere> spheres)
@@ -33,12 +40,39 @@ long double RenderingScene::true_gap(const Pose& X_WG) const {
   return exhaustive_minimum_gap(tool_spheres, X_WG, truth());
 }
 
-long double RenderingScene::true_path_gap(const Pose& X_WF, const Pose& X_WT) const {
+double RenderingScene::oracle_spacing() const {
   double thinnest = 1.0;
   for (const Capsule& capsule : capsules_W) thinnest = std::min(thinnest, capsule.r);
   for (const auto& body : body_spheres_) thinnest = std::min(thinnest, smallest_radius(body));
-  const double spacing = (smallest_radius(tool_spheres) + thinnest) / 4;
-  return path_minimum_gap(tool_spheres, X_WF, X_WT, truth(), spacing);
+  return (smallest_radius(tool_spheres) + thinnest) / 4;
+}
+
+long double RenderingScene::true_path_gap(const Pose& X_WF, const Pose& X_WT) const {
+  return path_minimum_gap(tool_spheres, X_WF, X_WT, truth(), oracle_spacing());
+}
+
+long double RenderingScene::true_path_gap(const OptimiserState& from,
+                                          const OptimiserState& to) const {
+  std::vector<Capsule> straight;
+  std::vector<OracleBentString> bent;
+  for (std::size_t i = 0; i < capsules_W.size(); ++i) {
+    const Capsule& string = capsules_W[i];
+    const StringBend* before = find_bend(from, i);
+    const StringBend* after = find_bend(to, i);
+    if (before == nullptr && after == nullptr) {
+      straight.push_back(string);
+      continue;
+    }
+    // A string that is not held is straight: its vertex may stand anywhere on its axis.
+    const double lambda_from = before != nullptr ? before->lambda : after->lambda;
+    const double lambda_to = after != nullptr ? after->lambda : before->lambda;
+    const Vector3 axis = string.p_B - string.p_A;
+    bent.push_back({string, string.p_A + lambda_from * axis, string.p_A + lambda_to * axis});
+    if (before != nullptr) bent.back().p_WP_from += before->u_W;
+    if (after != nullptr) bent.back().p_WP_to += after->u_W;
+  }
+  return path_minimum_gap(tool_spheres, from.X_WG, to.X_WG, {straight, oracle_bodies_, bent},
+                          oracle_spacing());
 }
 
 const OptimiserResult& ToolRun::tick(const Pose& X_WH) {
@@ -48,17 +82,18 @@ const OptimiserResult& ToolRun::tick(const Pose& X_WH) {
 
 long double ToolRun::tick_along(const Pose& X_WH) {
   const OptimiserInput in = input(X_WH);
-  Pose X_before = state.X_WG;
+  OptimiserState before = state;
   start_tick(in, state, *workspace, result);
   if (workspace->contacts.minimum_gap < 0.0) {
     recover(in, state, *workspace, result);
-    return scene.true_path_gap(X_before, state.X_WG);
+    return scene.true_path_gap(before, state);
   }
   long double smallest = std::numeric_limits<long double>::infinity();
-  for (bool more = true; more && result.sub_steps < options.sub_steps; X_before = state.X_WG) {
+  for (bool more = true; more && result.sub_steps < options.sub_steps; before = state) {
     more = advance_sub_step(in, state, *workspace, result);
-    smallest = std::min(smallest, scene.true_path_gap(X_before, state.X_WG));
+    smallest = std::min(smallest, scene.true_path_gap(before, state));
   }
+  finish_tick(in, state);
   return smallest;
 }
 

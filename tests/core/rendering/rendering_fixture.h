@@ -25,12 +25,19 @@ class RenderingScene {
   /// Smallest gap on the way from X_WF to X_WT by exhaustion, m; taken so densely that not even the
   /// thinnest obstacle can hide from the smallest sphere of the tool.
   [[nodiscard]] long double true_path_gap(const Pose& X_WF, const Pose& X_WT) const;
+  /// The same while the strings held before or after move from one bend to the other.
+  [[nodiscard]] long double true_path_gap(const OptimiserState& from,
+                                          const OptimiserState& to) const;
 
   std::vector<Capsule> capsules_W;
   std::vector<Sphere> tool_spheres;
+  /// Of the first capsules; without them all are rigid lines.
+  std::vector<StringConstants> strings;
+  InstrumentOptions instrument;
 
  private:
   [[nodiscard]] OracleObstacles truth() const { return {capsules_W, oracle_bodies_}; }
+  [[nodiscard]] double oracle_spacing() const;
 
   SphereTree tool_tree_;
   // Deques: views into their elements stay valid while bodies are added.
@@ -52,7 +59,8 @@ struct ToolRun {
   ToolRun(const RenderingScene& owner, const Pose& X_WG) : scene(owner) { state.X_WG = X_WG; }
 
   [[nodiscard]] OptimiserInput input(const Pose& X_WH, double dt = 1e-3) const {
-    return {scene.tool(), scene.obstacles(), X_WH, stiffness, options, dt};
+    return {scene.tool(),  scene.obstacles(), X_WH, stiffness, options, dt,
+            scene.strings, scene.instrument};
   }
   /// One tick towards X_WH.
   const OptimiserResult& tick(const Pose& X_WH);

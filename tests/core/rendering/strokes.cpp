@@ -135,7 +135,42 @@ std::vector<Pose> make_poses(SplitMix64& random, StrokeKind kind, const Aim& aim
   return poses;
 }
 
+StringParameters random_string(SplitMix64& random, const Capsule& capsule) {
+  StringParameters string;
+  string.p_WA = to_array(capsule.p_A);
+  string.p_WB = to_array(capsule.p_B);
+  string.radius = capsule.r;
+  string.tension = random.chance(0.1) ? 0.0 : log_uniform(random, 0.1, 300.0);
+  string.youngs_modulus = random.chance(0.1) ? 0.0 : log_uniform(random, 1e6, 1e12);
+  string.contact_stiffness = log_uniform(random, 100.0, 5000.0);
+  string.friction_coefficient = random.uniform(0.0, 1.0);
+  string.model = random.chance(0.9) ? StringModel::kDeflecting : StringModel::kRigid;
+  return string;
+}
+
 }  // namespace
+
+Stroke make_string_stroke(std::uint64_t seed) {
+  for (std::uint64_t attempt = 0;; ++attempt) {
+    SplitMix64 random((seed << 8U) + attempt);
+    Stroke stroke = make_stroke(random.next() >> 20U);
+    RenderingScene& scene = stroke.scene;
+    if (scene.capsules_W.size() < 2 && random.chance(0.5)) {
+      const double away = random.uniform(-0.02, 0.02);
+      scene.capsules_W.push_back({{-0.55, away, 0.01}, {0.55, away, 0.015}, kStringRadius});
+    }
+    if (random.chance(0.4)) {
+      scene.capsules_W.push_back({{-0.55, 0.0, -0.012}, {0.55, 0.0, -0.008}, kStringRadius});
+    }
+    for (const Capsule& capsule : scene.capsules_W) {
+      scene.strings.push_back(derive_string(random_string(random, capsule)));
+    }
+    scene.instrument.friction = random.chance(0.4);
+    scene.instrument.anchor_stiffness = log_uniform(random, 100.0, 1e4);
+    scene.instrument.lateral_force = random.chance(0.3);
+    if (scene.true_gap(stroke.X_WH.front()) > 1e-4L) return stroke;
+  }
+}
 
 std::string Stroke::describe() const {
   static constexpr const char* kNames[] = {"across",   "oblique", "axial",   "end cap",

@@ -38,4 +38,8 @@ struct Stroke {
 /// Stroke `seed`; start poses are free of contact by at least 0.1 mm.
 [[nodiscard]] Stroke make_stroke(std::uint64_t seed);
 
+/// The same kinds of strokes against one to three strings that yield, slack ones to taut ones, some
+/// of them with friction and with lateral force.
+[[nodiscard]] Stroke make_string_stroke(std::uint64_t seed);
+
 }  // namespace hapticd::test
