@@ -137,6 +137,11 @@ struct OptimiserWorkspace {
 HD_REALTIME void start_tick(const OptimiserInput& input, const OptimiserState& state,
                             OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
 
+/// Brings the contacts up to date and takes up or lets go of strings, which moves nothing.
+/// advance_sub_step begins with it; a second call finds nothing to do.
+HD_REALTIME void prepare_sub_step(const OptimiserInput& input, OptimiserState& state,
+                                  OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
+
 /// One linearisation: rows, program, scaled step, exact re-check, commit. Between two calls the
 /// committed path of G is the screw motion X(s) = moved(X_before, s * step), s in [0, 1], and the
 /// vertices of the held strings go straight with it. Returns true while another sub-step may help.

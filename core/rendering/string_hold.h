@@ -21,10 +21,11 @@ namespace hapticd {
 
 /// A touched string, from tick to tick.
 struct StringHold {
-  StringBend bend;                ///< u = 0 for a string that does not yield
-  bool yields = false;            ///< StringModel::kDeflecting: u is an unknown
-  double normal_force = 0.0;      ///< of the last program, N
-  Vector3 slip_W{0.0, 0.0, 0.0};  ///< of the stick anchor's spring, tangential, m
+  StringBend bend;                      ///< u = 0 for a string that does not yield
+  bool yields = false;                  ///< StringModel::kDeflecting: u is an unknown
+  double normal_force = 0.0;            ///< of the last program, N
+  Vector3 tangential_W{0.0, 0.0, 0.0};  ///< friction and lateral force on the tool, N
+  Vector3 slip_W{0.0, 0.0, 0.0};        ///< of the stick anchor's spring, tangential, m
 };
 
 /// Ordered by capsule.

@@ -19,15 +19,19 @@ double next_force_bound(double bound, OptimiserStatus status, double force, doub
 
 }  // namespace
 
-void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& state,
-                 OptimiserWorkspace& workspace, ToolTick& tick) noexcept {
-  double dt = 0.0;
-  tick.pose = accept_pose(sample, state.guard, dt);
+OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH, double dt) noexcept {
+  return {scene.tool,    scene.obstacles, X_WH, scene.stiffness, scene.options, dt,
+          scene.strings, scene.instrument};
+}
+
+void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+                    OptimiserWorkspace& workspace, ToolTick& tick) noexcept {
+  tick.pose = accept_pose(sample, state.guard, tick.dt);
   tick.X_WH = state.guard.X_WH;
   tick.V_WH = state.guard.V_WH;
+  tick.strings.clear();
   if (tick.pose == PoseVerdict::kFault) {
     tick.X_WG = state.optimiser.X_WG;
-    tick.F_H_W = Wrench{};
     tick.F_unlimited_H_W = Wrench{};
     tick.optimiser = OptimiserResult{};
     return;
@@ -36,17 +40,29 @@ void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& st
     state.optimiser.X_WG = tick.X_WH;
     state.placed = true;
   }
-  const OptimiserInput input{scene.tool,      scene.obstacles, tick.X_WH,
-                             scene.stiffness, scene.options,   dt};
+  const OptimiserInput input = optimiser_input(scene, tick.X_WH, tick.dt);
   optimise_configuration(input, state.optimiser, workspace, tick.optimiser);
   tick.X_WG = state.optimiser.X_WG;
-  tick.F_unlimited_H_W = tick.optimiser.F_H_W;
+  find_string_contacts(input, state.optimiser, workspace, tick.optimiser, tick.strings,
+                       tick.F_unlimited_H_W);
+}
 
+void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept {
+  if (tick.pose == PoseVerdict::kFault) {
+    tick.F_H_W = Wrench{};
+    return;
+  }
   const double force = tick.F_unlimited_H_W.f.norm();
-  state.force_bound = next_force_bound(state.force_bound, tick.optimiser.status, force, dt);
+  state.force_bound = next_force_bound(state.force_bound, tick.optimiser.status, force, tick.dt);
   const double factor = force > state.force_bound ? state.force_bound / force : 1.0;
   tick.F_H_W =
       limited({tick.F_unlimited_H_W.f * factor, tick.F_unlimited_H_W.t * factor}, scene.limits);
+}
+
+void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+                 OptimiserWorkspace& workspace, ToolTick& tick) noexcept {
+  render_contact(scene, sample, state, workspace, tick);
+  limit_wrench(scene, state, tick);
 }
 
 void clear_fault(ToolState& state) noexcept {

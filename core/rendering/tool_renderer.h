@@ -1,10 +1,12 @@
 // One tool, one tick: pose sample in, graphic tool and wrench out. Guard -> configuration optimiser
-// -> force of the contact, ramped in after a recovery -> limit. A pure function of state and input:
-// no clock, device or random source. RT: yes.
+// -> force of each string -> (what vibrating strings add, by the caller) -> ramped in after a
+// recovery
+// -> limit. A pure function of state and input: no clock, device or random source. RT: yes.
 #pragma once
 
 #include "core/rendering/configuration_optimiser.h"
 #include "core/rendering/pose_guard.h"
+#include "core/rendering/string_contact.h"
 #include "core/safety/wrench_limit.h"
 
 namespace hapticd {
@@ -22,6 +24,9 @@ struct ToolScene {
   CouplingStiffness stiffness;
   OptimiserOptions options;
   WrenchLimits limits;
+  /// Strings that are more than rigid lines: the first capsules of the obstacles, in their order.
+  std::span<const StringConstants> strings{};
+  InstrumentOptions instrument{};
 };
 
 /// State of one tool. Copy it to take a snapshot.
@@ -35,15 +40,29 @@ struct ToolState {
 
 struct ToolTick {
   PoseVerdict pose = PoseVerdict::kFault;
+  double dt = 0.0;  ///< since the last good sample, s; 0 without a new one
   Pose X_WH;
   Twist V_WH;
   Pose X_WG;
   Wrench F_H_W;            ///< for the device: ramped and limited, about the origin of G, N and N m
   Wrench F_unlimited_H_W;  ///< before ramp and limit
   OptimiserResult optimiser;
+  StringContacts strings;  ///< that press the tool
 };
 
-/// Renders one tick of one tool. On a latched pose fault the wrench is zero and G stays.
+/// What the optimiser is asked in a tick of this scene.
+[[nodiscard]] HD_REALTIME OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH,
+                                                         double dt) noexcept;
+
+/// Everything of a tick up to F_unlimited_H_W. On a latched pose fault the wrench is zero and G
+/// stays.
+HD_REALTIME void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+                                OptimiserWorkspace& workspace, ToolTick& tick) noexcept;
+
+/// The rest: F_H_W from F_unlimited_H_W, ramped and limited. Once per tick.
+HD_REALTIME void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept;
+
+/// Renders one tick of one tool among strings that do not vibrate: both of the above.
 HD_REALTIME void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& state,
                              OptimiserWorkspace& workspace, ToolTick& tick) noexcept;
 

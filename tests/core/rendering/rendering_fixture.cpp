@@ -89,7 +89,9 @@ long double ToolRun::tick_along(const Pose& X_WH) {
     return scene.true_path_gap(before, state);
   }
   long double smallest = std::numeric_limits<long double>::infinity();
-  for (bool more = true; more && result.sub_steps < options.sub_steps; before = state) {
+  for (bool more = true; more && result.sub_steps < options.sub_steps;) {
+    prepare_sub_step(in, state, *workspace, result);
+    before = state;
     more = advance_sub_step(in, state, *workspace, result);
     smallest = std::min(smallest, scene.true_path_gap(before, state));
   }

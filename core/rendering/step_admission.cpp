@@ -1,0 +1,238 @@
+// The step's length, its exact check and its energy. See step_admission.h. RT: yes.
+#include "core/rendering/step_admission.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/rendering/hold_model.h"
+
+namespace hapticd {
+namespace {
+
+/// Halvings of a refused step. 2^-8 of the margin is 20 um, the skin: below it the tool may as well
+/// wait for the next tick.
+constexpr int kMaxHalvings = 8;
+/// Share of the energy by which it may seem to climb where strings yield: their energy is rounded
+/// apart from the coupling's. Normal 1e-16; smaller would refuse steps at rest, which costs time
+/// alone.
+constexpr double kEnergyRounding = 1e-13;
+/// What may hide between two places of a path that are looked at, m: less than half of what the
+/// path may penetrate. Smaller: more evaluations where a short leg of a string turns.
+constexpr double kPathError = 0.4e-6;
+/// Places looked at in a step, at most; a step that needs more is shortened.
+constexpr double kMaxPathSamples = 16.0;
+/// Turn of a leg that counts as any turn, rad.
+constexpr double kGreatestLegTurn = 2.0;
+/// `step` times `factor`.
+ConfigurationStep scaled(const ConfigurationStep& step, double factor) noexcept {
+  ConfigurationStep out;
+  out.tool = scaled(step.tool, factor);
+  for (std::size_t k = 0; k < step.strings.size(); ++k) {
+    out.strings[k] = {step.strings[k].du_W * factor, step.strings[k].dlambda * factor};
+  }
+  return out;
+}
+
+/// The holds with their strings moved by `step`.
+StringHolds moved(const StringHolds& holds, const ConfigurationStep& step) noexcept {
+  StringHolds out = holds;
+  for (std::size_t k = 0; k < out.size(); ++k) out[k].bend = moved(out[k].bend, step.strings[k]);
+  return out;
+}
+
+/// Largest fraction of the full step that keeps the linearisation valid: no tool point moves
+/// further than the pairs not in the program allow.
+double step_fraction(const OptimiserInput& input, const OptimiserState& state,
+                     const OptimiserWorkspace& w) noexcept {
+  const double displacement = step_bound(input, state, w.step);
+  const bool nothing_near = w.contacts.contacts.empty();
+  const double cap = nothing_near ? w.contacts.minimum_gap - input.options.skin
+                                  : w.contacts.covered_margin - w.travelled;
+  double fraction = displacement > cap ? cap / displacement : 1.0;
+  const double angle = w.step.tool.dtheta.norm();
+  if (!nothing_near && angle * fraction > input.options.rotation_step) {
+    fraction = input.options.rotation_step / angle;
+  }
+  return fraction;
+}
+
+/// Smallest distance from a string's axis to the centre of a tool sphere that touches it, m.
+double smallest_distance(const OptimiserInput& input, const ContactSet& contacts,
+                         std::int32_t capsule) noexcept {
+  double smallest = std::numeric_limits<double>::infinity();
+  const double R = input.obstacles.capsules_W[static_cast<std::size_t>(capsule)].r;
+  for (const Contact& contact : contacts.contacts) {
+    if (contact.key.kind != ObstacleKind::kCapsule || contact.key.obstacle != capsule) continue;
+    smallest = std::min(smallest, R + tree_sphere(input.tool, contact.key.tool_sphere).r);
+  }
+  return smallest;
+}
+
+/// How near a tool may come to a point of the string's leg on its way, unseen by the rows, m: they
+/// keep it out of the point that is nearest at the start, and of what is convex and goes straight.
+/// Where the leg turns by phi the nearest point slides along it, by up to phi (d + way) or the
+/// leg's length, and other points of the leg move differently.
+double unseen_approach(double from, double to, double turned, double way, double d) noexcept {
+  const double shorter = std::min(from, to);
+  const double longer = std::max(from, to);
+  const double phi = turned < kGreatestLegTurn * shorter ? turned / shorter : kGreatestLegTurn;
+  const double slide = std::min(longer, phi * (d + way));
+  const double apart = turned * (slide / longer);
+  const double lean = slide + apart * (d / way);
+  return lean * lean / (2.0 * d);
+}
+
+/// How many places of the step have to be looked at so that no more than kPathError hides between
+/// them: n places leave the sagitta (way / n)^2 / (8 d) of a way past a point, and that of
+/// rotation.
+double path_samples(const OptimiserInput& input, const OptimiserState& state,
+                    const OptimiserWorkspace& w, const ConfigurationStep& step) noexcept {
+  double error = 0.125 * step.tool.dtheta.squaredNorm() * reach(input.tool);
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const StringHold& hold = state.holds[k];
+    const StringMotion& motion = step.strings[k];
+    const double length = input.strings[static_cast<std::size_t>(hold.bend.capsule)].length;
+    const double turned = displacement_bound(motion, length);
+    if (!hold.yields || !(turned > 0.0)) continue;
+    const double d = smallest_distance(input, w.contacts, hold.bend.capsule);
+    const double way = displacement_bound(step.tool, reach(input.tool)) + turned;
+    const double u_from = hold.bend.u_W.norm();
+    const StringBend end = moved(hold.bend, motion);
+    const double u_to = end.u_W.norm();
+    for (const bool first : {true, false}) {
+      const double from = u_from + length * (first ? hold.bend.lambda : 1.0 - hold.bend.lambda);
+      const double to = u_to + length * (first ? end.lambda : 1.0 - end.lambda);
+      if (unseen_approach(from, to, turned, way, d) > kPathError) {
+        error = std::max(error, 0.125 * way * way / d);
+      }
+    }
+  }
+  return std::sqrt(error / kPathError);
+}
+
+/// Exact gaps of every pair that the step could close, at its end and at `samples` - 1 places
+/// before.
+bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
+                       const OptimiserWorkspace& w, const ConfigurationStep& step, int samples,
+                       OptimiserResult& result) noexcept {
+  const double displacement = step_bound(input, state, step);
+  for (int k = samples; k > 0; --k) {
+    const ConfigurationStep part = scaled(step, static_cast<double>(k) / samples);
+    const Pose X = moved(state.X_WG, part.tool);
+    const BentObstacles bent(input.obstacles, moved(state.holds, part));
+    for (const Contact& contact : w.contacts.contacts) {
+      if (contact.gap > displacement) continue;
+      ++result.tests;
+      if (evaluate_contact(contact.key, input.tool, X, bent.view()).gap < 0.0) return false;
+    }
+  }
+  return true;
+}
+
+/// Energy that pressing back onto the obstacles will release once more: multiplier times what each
+/// touched gap has gained over its linear prediction. Without it every long step along a curved
+/// obstacle would look like a climb (the Maratos effect).
+double curvature_credit(const OptimiserInput& input, const OptimiserWorkspace& w,
+                        const OptimiserResult& result, const Pose& X_new,
+                        const ObstaclesView& obstacles, double fraction) noexcept {
+  double credit = 0.0;
+  for (int k = 0; k < result.active_count; ++k) {
+    const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
+    const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(active.contact)];
+    const double predicted =
+        contact.gap + fraction * std::min(0.0, input.options.skin - contact.gap);
+    credit += active.multiplier *
+              (evaluate_contact(contact.key, input.tool, X_new, obstacles).gap - predicted);
+  }
+  return credit;
+}
+
+/// What the held strings gain in energy over `step`: elastic at the new place of the vertex (a
+/// string gives no force along its axis unless asked to, so what sliding changes is no work), and
+/// friction.
+double string_energy_gain(const OptimiserInput& input, const OptimiserState& state,
+                          const HoldModels& models, const ConfigurationStep& step) noexcept {
+  double gain = 0.0;
+  const StringContext context = string_context(input);
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const StringHold& hold = state.holds[k];
+    const StringMotion& motion = step.strings[k];
+    if (hold.yields) {
+      const StringBend end = moved(hold.bend, motion);
+      StringBend start = end;
+      start.u_W = hold.bend.u_W;
+      gain += string_law(context, end, end.u_W.norm()).energy -
+              string_law(context, start, start.u_W.norm()).energy;
+      const double slid = step.tool.dp.dot(models[k].axis_W) +
+                          step.tool.dtheta.cross(models[k].p_GC_W).dot(models[k].axis_W);
+      gain -= models[k].lateral_force * slid;
+    }
+    if (models[k].slip_stiffness > 0.0) {
+      const auto index = static_cast<std::size_t>(hold.bend.capsule);
+      const double limit = input.strings[index].friction_coefficient * hold.normal_force;
+      const Vector3 slip = hold.slip_W + slip_motion(models[k], hold.bend, step.tool, motion.du_W);
+      const double stiffness = input.instrument.anchor_stiffness;
+      gain += slip_energy(stiffness, limit, slip.norm()) -
+              slip_energy(stiffness, limit, hold.slip_W.norm());
+    }
+  }
+  return gain;
+}
+
+void commit(const OptimiserInput& input, const ConfigurationStep& step, const Pose& X_new,
+            OptimiserState& state, OptimiserWorkspace& w) noexcept {
+  w.travelled += step_bound(input, state, step);
+  w.stale = true;
+  state.X_WG = X_new;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    StringHold& hold = state.holds[k];
+    if (input.instrument.friction && w.models[k].touched) {
+      hold.slip_W += slip_motion(w.models[k], hold.bend, step.tool, step.strings[k].du_W);
+    }
+    hold.bend = moved(hold.bend, step.strings[k]);
+  }
+}
+
+}  // namespace
+
+double step_bound(const OptimiserInput& input, const OptimiserState& state,
+                  const ConfigurationStep& step) noexcept {
+  double strings = 0.0;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const auto index = static_cast<std::size_t>(state.holds[k].bend.capsule);
+    strings = std::max(strings, displacement_bound(step.strings[k], input.strings[index].length));
+  }
+  return displacement_bound(step.tool, reach(input.tool)) + strings;
+}
+
+bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double holds,
+                       OptimiserState& state, OptimiserWorkspace& w,
+                       OptimiserResult& result) noexcept {
+  double fraction = std::min(holds, step_fraction(input, state, w));
+  const double energy = coupling_energy(input.stiffness, e);
+  const double rounding = state.holds.empty() ? 0.0 : kEnergyRounding * energy;
+  const double samples_of_full_step = path_samples(input, state, w, w.step);
+  if (fraction * samples_of_full_step > kMaxPathSamples) {
+    fraction = kMaxPathSamples / samples_of_full_step;
+  }
+  for (int halving = 0; halving <= kMaxHalvings; ++halving) {
+    const ConfigurationStep step = scaled(w.step, fraction);
+    const Pose X_new = moved(state.X_WG, step.tool);
+    const ToolStep e_new = coupling_error(X_new, input.X_WH, e.dtheta);
+    const BentObstacles bent(input.obstacles, moved(state.holds, step));
+    const double credit = curvature_credit(input, w, result, X_new, bent.view(), fraction);
+    const double gain = string_energy_gain(input, state, w.models, step);
+    const int samples = 2 + static_cast<int>(fraction * samples_of_full_step);
+    if (coupling_energy(input.stiffness, e_new) + gain - credit <= energy + rounding &&
+        clear_of_contacts(input, state, w, step, samples, result)) {
+      commit(input, step, X_new, state, w);
+      state.phi_GH_W = e_new.dtheta;
+      return true;
+    }
+    ++result.halvings;
+    fraction *= 0.5;
+  }
+  return false;
+}
+
+}  // namespace hapticd
