@@ -174,8 +174,8 @@ TEST_CASE("phi is the ratio of sines, at most 1, and finite on the ends") {
       const double phi = shape_factor(vibration, lambda);
       CHECK(phi >= 0.0);
       CHECK(phi <= 1.0);
-      const Real here = std::sin(kPiLong * std::fmin(lambda, 1.0 - lambda));
-      const Real there = std::sin(kPiLong * std::fmin(place, 1.0 - place));
+      const Real here = std::sin(kPiLong * static_cast<Real>(std::fmin(lambda, 1.0 - lambda)));
+      const Real there = std::sin(kPiLong * static_cast<Real>(std::fmin(place, 1.0 - place)));
       if (here < there) CHECK(relative_error(phi, here / there) < 1e-8L);
       if (here >= there) CHECK(phi == 1.0);
     }
