@@ -68,7 +68,11 @@ double advance_view(const Tick& tick, std::int64_t t_ns) noexcept {
   const double before = vibration.energy;
   const double pitch = advance_vibration(tick.string, tick.options.pitch_glide, t_ns, vibration);
   EnergyTank& tank = tick.state.tank;
-  if (before > 0.0) tank.energy *= vibration.energy / before;
+  if (tank.energy == before) {
+    tank.energy = vibration.energy;
+  } else {
+    tank.energy *= vibration.energy / before;
+  }
   tank.energy = std::min(tank.energy, vibration.energy);
   return pitch;
 }
@@ -312,9 +316,12 @@ double radius_growth(const StringState& state) noexcept {
 
 /// How the touch of this tick is recognised; call before anything moves.
 TouchLimits touch_limits(const Tick& tick) noexcept {
-  const Vibration& vibration = tick.state.vibration;
   TouchLimits limits;
-  limits.envelope = ringing_amplitude(tick.state) * shape_factor(vibration, tick.touch.lambda);
+  limits.envelope = ringing_amplitude(tick.state);
+  // The shape only makes it smaller: a tool beyond all of it need not know.
+  if (tick.state.detector.touching || tick.touch.distance < limits.envelope) {
+    limits.envelope *= shape_factor(tick.state.vibration, tick.touch.lambda);
+  }
   limits.can_arm = tick.string.max_level >= StringLevel::kStatic;
   limits.max_acceleration = tick.options.max_acceleration;
   return limits;

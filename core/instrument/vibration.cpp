@@ -17,7 +17,7 @@ double fundamental_energy(const StringConstants& string, double amplitude) noexc
 
 double fundamental_amplitude(const StringConstants& string, double energy) noexcept {
   if (!(string.tension > 0.0)) return 0.0;
-  return std::sqrt(4.0 * string.length * energy / string.tension) / kPi;
+  return std::sqrt(energy * (4.0 * string.length / (kPi * kPi * string.tension)));
 }
 
 void start_vibration(const StringConstants& string, double energy, double lambda, double decay,
