@@ -203,7 +203,6 @@ void release(const Tick& tick) noexcept {
       start_ringing(tick, pluck, plucked);
     } else if (rings(state)) {
       if (state.level == StringLevel::kModes) reconcile_modes(tick);
-      set_decay(tick.string.decay, state.vibration);
       state.vibration.released_energy = state.vibration.energy;
     }
   }

@@ -101,6 +101,24 @@ TEST_CASE("with modes a pluck rings with theirs: the closed form's energy, place
   }
 }
 
+TEST_CASE("modes swing as those of a string let go at the instant of the release") {
+  StringHand hand = hand_on(98.0, 24);
+  hand.lambda = 0.3;
+  pluck(hand, 2e-3);
+  const std::int64_t released_ns = last_event(hand, StringEventKind::kTone).t_ns;
+  const double pi = 0.5 * kPi2;
+  for (const double lambda : {0.2, 0.3, 0.7}) {
+    const double t = static_cast<double>(hand.time.t_ns - released_ns) * 1e-9;
+    double truth = 0.0;
+    for (int n = 1; n <= 24; ++n) {
+      const double amplitude = 2.0 * 2e-3 * std::sin(n * pi * 0.3) / (n * n * pi * pi * 0.3 * 0.7);
+      truth += amplitude * std::cos(kPi2 * 98.0 * n * t) * std::sin(n * pi * lambda);
+    }
+    truth *= std::exp(-t / 0.5);
+    CHECK(std::abs(modal_displacement(hand.modes, lambda, 0.5, hand.time.t_ns) - truth) < 1e-10);
+  }
+}
+
 TEST_CASE("the energy is the same before and after every change between fundamental and modes") {
   StringHand hand = hand_on(98.0, 16);
   pluck(hand, 3e-3);
