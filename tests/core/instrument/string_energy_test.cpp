@@ -178,6 +178,53 @@ TEST_CASE("what the force has given is gone from the vibration") {
   CHECK(given > 0.5 * start);
 }
 
+TEST_CASE("the jump of a distance, as the tool slips off, pays nothing into the tank") {
+  StringHand hand = plucked_string(98.0, 0, 500.0);
+  hand.distance = 5e-3;
+  // Lightly, so that it is not armed; until the string swings away from the finger.
+  while (hand.response.vibration_force >= 0.0) move_to(hand, -0.2e-3);
+  REQUIRE(hand.state.level == StringLevel::kFundamental);
+  hand.state.tank.energy *= 0.5;
+  const double in_tank = hand.state.tank.energy;
+  move_to(hand, 5e-3);
+  REQUIRE(count_events(hand, StringEventKind::kLeave) == 1);
+  REQUIRE(hand.state.level == StringLevel::kFundamental);
+  CHECK(hand.state.tank.energy <= in_tank);
+}
+
+TEST_CASE("left by a finger, the modes have no more energy than the books") {
+  SplitMix64 random(43);
+  int still_ringing = 0;
+  for (int run = 0; run < 20; ++run) {
+    StringHand hand = plucked_string(98.0, 8, 500.0);
+    hand.options.release.arm_deflection = 0.1;
+    hand.distance = 5e-3;
+    const double phase = random.uniform();
+    for (int k = 0; k < 20; ++k) {
+      move_to(hand, -2e-3 - 2e-3 * std::sin(kTurn * (98.0 * k * 1e-3 + phase)));
+    }
+    glide_to(hand, 10e-3, 3);
+    if (hand.state.level != StringLevel::kModes) continue;
+    ++still_ringing;
+    CHECK(modal_energy(hand.string, hand.modes, hand.string.decay, hand.time.t_ns) <=
+          hand.state.vibration.energy * (1.0 + 1e-12));
+  }
+  CHECK(still_ringing > 0);
+}
+
+TEST_CASE("as a ringing string falls still under a finger, the static force alone remains") {
+  for (const int modes : {0, 8}) {
+    StringHand hand = plucked_string(98.0, modes, 1e-3);
+    hand.options.sleep_energy = 1e-12;
+    glide_to(hand, -8e-3, 20);
+    for (int i = 0; i < 150; ++i) move_to(hand, -8e-3);
+    REQUIRE(hand.state.level != StringLevel::kStatic);
+    REQUIRE(hand.touch.force > 0.5);
+    // Five decay times: exp(-5) of what was at most k_v r, half a newton.
+    CHECK(std::abs(hand.response.vibration_force) < 5e-3);
+  }
+}
+
 TEST_CASE(
     "a hand that withdraws by its own motion takes back the energy, one that slips leaves it") {
   StringHand slipping = plucked_string(98.0, 0, 500.0);
