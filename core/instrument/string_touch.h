@@ -18,7 +18,8 @@ struct StringTouch {
   double lambda = 0.5;        ///< place of the touch, or of the nearest point, in [0, 1]
   double stiffness = 1000.0;  ///< of what presses: the tool's coupling in series with kc, N/m, > 0
   /// Tool against string at the contact, along the direction into the string (positive = hitting)
-  /// and across it (>= 0), m/s.
+  /// and across it (>= 0), m/s. Sent with events; with the motion of the distance it bounds what a
+  /// held force can do.
   double normal_speed = 0.0;
   double tangential_speed = 0.0;
 };
