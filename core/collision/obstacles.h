@@ -1,6 +1,8 @@
 // What the tool can touch, as the collision stage sees it: spans over the scene's memory. RT: yes.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <span>
 
 #include "core/collision/string_bend.h"
@@ -16,12 +18,24 @@ struct BodyView {
   Pose X_WB;
 };
 
+/// Capsules of one group: 8 in a row of ObstaclesView::capsules_W, the last group may have fewer.
+inline constexpr std::size_t kCapsulesPerGroup = 8;
+
+/// What bounds the capsules of a group, their radii included, in W.
+struct CapsuleGroup {
+  Vector3 lower;
+  Vector3 upper;
+};
+
 /// All obstacles: strings and rigid lines as capsules in W, bodies as sphere-trees.
 struct ObstaclesView {
   std::span<const Capsule> capsules_W;
   std::span<const BodyView> bodies;
   /// Capsules that are bent, in ascending order, each once.
   std::span<const StringBend> bends{};
+  /// Bounds of the capsules (group_capsules), so that far ones are passed over eight at a time;
+  /// empty: each is looked at. To be made anew when capsules change.
+  std::span<const CapsuleGroup> groups{};
 };
 
 /// The bend of capsule number `capsule`, null when it is straight. Bends are few.
@@ -41,20 +55,67 @@ struct ObstaclesView {
   return bend == nullptr ? AxisSegment{straight, 0, 0.0, 1.0} : leg_of(straight, *bend, leg);
 }
 
-/// Calls visit(capsule index, AxisSegment) for every straight capsule and every leg of a bent one.
+/// A ball: what may be near the tool.
+struct Neighbourhood {
+  Vector3 p_W;
+  double radius;  ///< m; infinite: everything
+};
+
+/// The box of a straight capsule.
+[[nodiscard]] inline CapsuleGroup box_of(const Capsule& capsule) noexcept {
+  const Vector3 r = Vector3::Constant(capsule.r);
+  return {capsule.p_A.cwiseMin(capsule.p_B) - r, capsule.p_A.cwiseMax(capsule.p_B) + r};
+}
+
+/// Bounds of group number `group` of `capsules`.
+[[nodiscard]] inline CapsuleGroup group_capsules(std::span<const Capsule> capsules,
+                                                 std::size_t group) noexcept {
+  const std::size_t first = group * kCapsulesPerGroup;
+  CapsuleGroup box = box_of(capsules[first]);
+  for (std::size_t i = first + 1; i < std::min(first + kCapsulesPerGroup, capsules.size()); ++i) {
+    const CapsuleGroup other = box_of(capsules[i]);
+    box = {box.lower.cwiseMin(other.lower), box.upper.cwiseMax(other.upper)};
+  }
+  return box;
+}
+
+/// False when the box is certainly outside `near`. 10 operations.
+[[nodiscard]] inline bool may_touch(const CapsuleGroup& box, const Neighbourhood& near) noexcept {
+  double squared = 0.0;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const double below = box.lower[k] - near.p_W[k];
+    const double above = near.p_W[k] - box.upper[k];
+    const double outside = below > above ? below : above;
+    squared += outside > 0.0 ? outside * outside : 0.0;
+  }
+  return !(squared > near.radius * near.radius);
+}
+
+/// Calls visit(capsule index, AxisSegment) for every straight capsule that may touch `near`, and
+/// for every leg of a bent one.
 template <typename Visit>
-void for_each_segment(const ObstaclesView& obstacles, const Visit& visit) noexcept {
+void for_each_segment(const ObstaclesView& obstacles, const Neighbourhood& near,
+                      const Visit& visit) noexcept {
+  const auto capsules = static_cast<std::int32_t>(obstacles.capsules_W.size());
+  constexpr auto kGroup = static_cast<std::int32_t>(kCapsulesPerGroup);
   auto bend = obstacles.bends.begin();
-  std::int32_t index = 0;
-  for (const Capsule& capsule : obstacles.capsules_W) {
-    if (bend != obstacles.bends.end() && bend->capsule == index) {
-      visit(index, leg_of(capsule, *bend, 0));
-      visit(index, leg_of(capsule, *bend, 1));
-      ++bend;
-    } else {
-      visit(index, AxisSegment{capsule, 0, 0.0, 1.0});
+  for (std::int32_t first = 0; first < capsules; first += kGroup) {
+    const std::int32_t end = first + kGroup < capsules ? first + kGroup : capsules;
+    const bool bent_inside = bend != obstacles.bends.end() && bend->capsule < end;
+    if (!bent_inside && !obstacles.groups.empty() &&
+        !may_touch(obstacles.groups[static_cast<std::size_t>(first / kGroup)], near)) {
+      continue;
     }
-    ++index;
+    for (std::int32_t index = first; index < end; ++index) {
+      const Capsule& capsule = obstacles.capsules_W[static_cast<std::size_t>(index)];
+      if (bend != obstacles.bends.end() && bend->capsule == index) {
+        visit(index, leg_of(capsule, *bend, 0));
+        visit(index, leg_of(capsule, *bend, 1));
+        ++bend;
+      } else if (may_touch(box_of(capsule), near)) {
+        visit(index, AxisSegment{capsule, 0, 0.0, 1.0});
+      }
+    }
   }
 }
 

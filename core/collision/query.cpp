@@ -29,12 +29,22 @@ PlacedTrees placed(const Query& query, const BodyView& body) noexcept {
                      body.X_WB);
 }
 
+/// Where anything must be that is nearer to the tool than `gap`: around its origin, with room for
+/// rounding.
+Neighbourhood neighbourhood(const Query& query, double gap) noexcept {
+  const double radius =
+      gap + reach(query.tool.tree) + surface_overhang(query.tool.tree, query.tool.last_level);
+  return {query.placement.p_WG, radius + kRelativeSlack * (radius + length(query.placement.p_WG))};
+}
+
 template <typename Kernels>
 double collect_contacts(const Query& query, ContactSet& out) noexcept {
   ContactCollector collector(query.options.margin, out);
-  for_each_segment(query.obstacles, [&](std::int32_t capsule, const AxisSegment& segment) {
-    collect_capsule<Kernels>(query.tool, query.placement, segment, capsule, collector);
-  });
+  for_each_segment(query.obstacles, neighbourhood(query, query.options.margin),
+                   [&](std::int32_t capsule, const AxisSegment& segment) {
+                     collect_capsule<Kernels>(query.tool, query.placement, segment, capsule,
+                                              collector);
+                   });
   std::int32_t index = 0;
   for (const BodyView& body : query.obstacles.bodies) {
     const PlacedTrees trees = placed(query, body);
@@ -47,9 +57,11 @@ double collect_contacts(const Query& query, ContactSet& out) noexcept {
 
 template <typename Kernels>
 void find_nearest(const Query& query, NearestGap& nearest) noexcept {
-  for_each_segment(query.obstacles, [&](std::int32_t, const AxisSegment& segment) {
-    nearest_on_capsule<Kernels>(query.tool, query.placement, segment.capsule_W, nearest);
-  });
+  for_each_segment(query.obstacles, neighbourhood(query, nearest.gap),
+                   [&](std::int32_t, const AxisSegment& segment) {
+                     nearest_on_capsule<Kernels>(query.tool, query.placement, segment.capsule_W,
+                                                 nearest);
+                   });
   for (const BodyView& body : query.obstacles.bodies) {
     nearest_on_body<Kernels>(placed(query, body), nearest);
   }

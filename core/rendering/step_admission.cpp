@@ -18,7 +18,7 @@ constexpr int kMaxHalvings = 8;
 constexpr double kEnergyRounding = 1e-13;
 /// What may hide between two places of a path that are looked at, m: less than half of what the
 /// path may penetrate. Smaller: more evaluations where a short leg of a string turns.
-constexpr double kPathError = 0.4e-6;
+constexpr double kPathError = 0.25e-6;
 /// Places looked at in a step, at most; a step that needs more is shortened.
 constexpr double kMaxPathSamples = 16.0;
 /// Turn of a leg that counts as any turn, rad.
