@@ -18,8 +18,8 @@ struct BodyView {
   Pose X_WB;
 };
 
-/// Capsules of one group: 8 in a row of ObstaclesView::capsules_W, the last group may have fewer.
-inline constexpr std::size_t kCapsulesPerGroup = 8;
+/// Capsules of one group: 16 in a row of ObstaclesView::capsules_W, the last group may have fewer.
+inline constexpr std::size_t kCapsulesPerGroup = 16;
 
 /// What bounds the capsules of a group, their radii included, in W.
 struct CapsuleGroup {
@@ -33,7 +33,7 @@ struct ObstaclesView {
   std::span<const BodyView> bodies;
   /// Capsules that are bent, in ascending order, each once.
   std::span<const StringBend> bends{};
-  /// Bounds of the capsules (group_capsules), so that far ones are passed over eight at a time;
+  /// Bounds of the capsules (group_capsules), so that far ones are passed over a group at a time;
   /// empty: each is looked at. To be made anew when capsules change.
   std::span<const CapsuleGroup> groups{};
 };

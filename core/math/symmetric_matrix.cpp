@@ -18,9 +18,16 @@ constexpr double kDiagonalTolerance = 1e-15;
 /// with each step, 0.5 triples it.
 constexpr double kRidgeShare = 0.5;
 
+/// N, or the size of the matrix where N = 0: the usual sizes are known to the compiler.
+template <std::size_t N>
+std::size_t size_of(const SquareMatrix& A) noexcept {
+  return N > 0 ? N : A.size;
+}
+
 /// H = L L' with all pivots >= least; false when there is no such factor.
+template <std::size_t N>
 bool cholesky(const SquareMatrix& H, double least, SquareMatrix& L) noexcept {
-  const std::size_t n = H.size;
+  const std::size_t n = size_of<N>(H);
   for (std::size_t j = 0; j < n; ++j) {
     double pivot = H(j, j);
     for (std::size_t k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
@@ -37,8 +44,9 @@ bool cholesky(const SquareMatrix& H, double least, SquareMatrix& L) noexcept {
 }
 
 /// The upper triangular inverse of L', column by column.
+template <std::size_t N>
 void invert_transposed(const SquareMatrix& L, SquareMatrix& B) noexcept {
-  const std::size_t n = B.size;
+  const std::size_t n = size_of<N>(B);
   for (std::size_t j = 0; j < n; ++j) {
     // Column j of inverse(L) is row j of B.
     for (std::size_t i = 0; i < j; ++i) B(j, i) = 0.0;
@@ -49,6 +57,15 @@ void invert_transposed(const SquareMatrix& L, SquareMatrix& B) noexcept {
       B(j, i) = sum / L(i, i);
     }
   }
+}
+
+/// B from the Cholesky factor; false when there is none.
+template <std::size_t N>
+bool invert_root(const SquareMatrix& H, double least, SquareMatrix& B) noexcept {
+  SquareMatrix L;
+  if (!cholesky<N>(H, least, L)) return false;
+  invert_transposed<N>(L, B);
+  return true;
 }
 
 double off_diagonal(const SquareMatrix& A) noexcept {
@@ -98,11 +115,10 @@ void find_spectrum(const SquareMatrix& H, Spectrum& out) noexcept {
 
 void inverse_square_root(const SquareMatrix& H, double least, SquareMatrix& B) noexcept {
   B.size = H.size;
-  SquareMatrix L;
-  if (cholesky(H, least, L)) {
-    invert_transposed(L, B);
-    return;
-  }
+  const bool definite = H.size == 6   ? invert_root<6>(H, least, B)
+                        : H.size == 8 ? invert_root<8>(H, least, B)
+                                      : invert_root<0>(H, least, B);
+  if (definite) return;
   Spectrum s;
   find_spectrum(H, s);
   for (std::size_t k = 0; k < H.size; ++k) {

@@ -148,8 +148,8 @@ void start_tick(const OptimiserInput& input, const OptimiserState& state, Optimi
   }
 }
 
-void prepare_sub_step(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
-                      OptimiserResult& result) noexcept {
+ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
+                          OptimiserResult& result) noexcept {
   const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
   const double wanted = displacement_bound(e, reach(input.tool));
   refresh(input, state, wanted, w, result);
@@ -157,13 +157,13 @@ void prepare_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
                                              state.holds, result.strings_refused)) {
     query(input, state, wanted, w, result);
   }
+  return e;
 }
 
 bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
                       OptimiserResult& result) noexcept {
   ++result.sub_steps;
-  prepare_sub_step(input, state, w, result);
-  const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
+  const ToolStep e = prepare_sub_step(input, state, w, result);
   state.phi_GH_W = e.dtheta;
   const double wanted = displacement_bound(e, reach(input.tool));
 

@@ -139,8 +139,10 @@ HD_REALTIME void start_tick(const OptimiserInput& input, const OptimiserState& s
 
 /// Brings the contacts up to date and takes up or lets go of strings, which moves nothing.
 /// advance_sub_step begins with it; a second call finds nothing to do.
-HD_REALTIME void prepare_sub_step(const OptimiserInput& input, OptimiserState& state,
-                                  OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
+/// Returns the error of G to H.
+HD_REALTIME ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserState& state,
+                                      OptimiserWorkspace& workspace,
+                                      OptimiserResult& result) noexcept;
 
 /// One linearisation: rows, program, scaled step, exact re-check, commit. Between two calls the
 /// committed path of G is the screw motion X(s) = moved(X_before, s * step), s in [0, 1], and the

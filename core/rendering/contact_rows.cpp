@@ -152,7 +152,10 @@ ConfigurationStep step_of(const OptimiserInput& input, const OptimiserState& sta
   step.tool = {{y[0], y[1], y[2]}, {y[3], y[4], y[5]}};
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     const HoldModel& hold = models[k];
-    if (hold.unknown < 0) continue;
+    if (hold.unknown < 0) {
+      step.strings[k] = {Vector3::Zero(), 0.0};
+      continue;
+    }
     const auto u = static_cast<std::size_t>(hold.unknown);
     step.strings[k] = {y[u] * hold.radial_W + y[u + 1] * hold.tangential_W,
                        vertex_motion(hold, state.holds[k].bend, step.tool, input.options.skin)};

@@ -23,23 +23,6 @@ constexpr double kPathError = 0.25e-6;
 constexpr double kMaxPathSamples = 16.0;
 /// Turn of a leg that counts as any turn, rad.
 constexpr double kGreatestLegTurn = 2.0;
-/// `step` times `factor`.
-ConfigurationStep scaled(const ConfigurationStep& step, double factor) noexcept {
-  ConfigurationStep out;
-  out.tool = scaled(step.tool, factor);
-  for (std::size_t k = 0; k < step.strings.size(); ++k) {
-    out.strings[k] = {step.strings[k].du_W * factor, step.strings[k].dlambda * factor};
-  }
-  return out;
-}
-
-/// The holds with their strings moved by `step`.
-StringHolds moved(const StringHolds& holds, const ConfigurationStep& step) noexcept {
-  StringHolds out = holds;
-  for (std::size_t k = 0; k < out.size(); ++k) out[k].bend = moved(out[k].bend, step.strings[k]);
-  return out;
-}
-
 /// Largest fraction of the full step that keeps the linearisation valid: no tool point moves
 /// further than the pairs not in the program allow.
 double step_fraction(const OptimiserInput& input, const OptimiserState& state,
@@ -117,9 +100,9 @@ bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
                        OptimiserResult& result) noexcept {
   const double displacement = step_bound(input, state, step);
   for (int k = samples; k > 0; --k) {
-    const ConfigurationStep part = scaled(step, static_cast<double>(k) / samples);
-    const Pose X = moved(state.X_WG, part.tool);
-    const BentObstacles bent(input.obstacles, moved(state.holds, part));
+    const double part = static_cast<double>(k) / samples;
+    const Pose X = moved(state.X_WG, scaled(step.tool, part));
+    const BentObstacles bent(input.obstacles, state.holds, step, part);
     for (const Contact& contact : w.contacts.contacts) {
       if (contact.gap > displacement) continue;
       ++result.tests;
@@ -216,10 +199,14 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double ho
     fraction = kMaxPathSamples / samples_of_full_step;
   }
   for (int halving = 0; halving <= kMaxHalvings; ++halving) {
-    const ConfigurationStep step = scaled(w.step, fraction);
+    ConfigurationStep step;
+    step.tool = scaled(w.step.tool, fraction);
+    for (std::size_t k = 0; k < state.holds.size(); ++k) {
+      step.strings[k] = scaled(w.step.strings[k], fraction);
+    }
     const Pose X_new = moved(state.X_WG, step.tool);
     const ToolStep e_new = coupling_error(X_new, input.X_WH, e.dtheta);
-    const BentObstacles bent(input.obstacles, moved(state.holds, step));
+    const BentObstacles bent(input.obstacles, state.holds, step, 1.0);
     const double credit = curvature_credit(input, w, result, X_new, bent.view(), fraction);
     const double gain = string_energy_gain(input, state, w.models, step);
     const int samples = 2 + static_cast<int>(fraction * samples_of_full_step);

@@ -61,22 +61,32 @@ using HoldModels = std::array<HoldModel, kMaxDeflectingStrings>;
 
 /// Parts of a string's motion in a step: of its vertex across the axis (m) and along it.
 struct StringMotion {
-  Vector3 du_W{0.0, 0.0, 0.0};
-  double dlambda = 0.0;
+  Vector3 du_W;
+  double dlambda;
 };
 
-/// A step of the whole configuration; strings in the order of the holds.
+/// A step of the whole configuration. Strings in the order of the holds; entries beyond them mean
+/// nothing.
 struct ConfigurationStep {
   ToolStep tool;
   std::array<StringMotion, kMaxDeflectingStrings> strings;
 };
 
+/// `motion` times `factor`.
+[[nodiscard]] inline StringMotion scaled(const StringMotion& motion, double factor) noexcept {
+  return {motion.du_W * factor, motion.dlambda * factor};
+}
+
+/// The bend after `motion`.
+[[nodiscard]] HD_REALTIME StringBend moved(const StringBend& bend,
+                                           const StringMotion& motion) noexcept;
+
 /// What the string law needs to know of the tool and the scene.
 struct StringContext {
   ObstaclesView obstacles;                   ///< without bends
   std::span<const StringConstants> strings;  ///< of the first capsules; the rest are rigid lines
-  InstrumentOptions options;
-  double kt = 1000.0;  ///< N/m
+  const InstrumentOptions& options;
+  double kt;  ///< N/m
 };
 
 /// The string law at deflection |u| = `deflection`, in series with what kt is stiffer than kc.
@@ -90,7 +100,8 @@ struct StringContext {
                                             const ContactSet& contacts, double skin,
                                             StringHolds& holds, int& refused) noexcept;
 
-/// The obstacles with the strings bent as they are held. Views the obstacles it is made from.
+/// The obstacles with the strings bent as they are held, after `fraction` of `step` where one is
+/// given. Views the obstacles it is made from.
 class BentObstacles {
  public:
   BentObstacles(const ObstaclesView& straight, const StringHolds& holds) noexcept
@@ -99,13 +110,22 @@ class BentObstacles {
       if (hold.yields) bends_[count_++] = hold.bend;
     }
   }
+  BentObstacles(const ObstaclesView& straight, const StringHolds& holds,
+                const ConfigurationStep& step, double fraction) noexcept
+      : straight_(straight) {
+    for (std::size_t k = 0; k < holds.size(); ++k) {
+      if (holds[k].yields) {
+        bends_[count_++] = moved(holds[k].bend, scaled(step.strings[k], fraction));
+      }
+    }
+  }
   /// Valid as long as this.
   [[nodiscard]] ObstaclesView view() const noexcept {
-    return {straight_.capsules_W, straight_.bodies, {bends_.data(), count_}};
+    return {straight_.capsules_W, straight_.bodies, {bends_.data(), count_}, straight_.groups};
   }
 
  private:
-  ObstaclesView straight_;
+  const ObstaclesView& straight_;
   std::array<StringBend, kMaxDeflectingStrings> bends_;
   std::size_t count_ = 0;
 };
@@ -125,10 +145,6 @@ class BentObstacles {
   for (const StringHold& hold : holds) greatest = std::max(greatest, hold.bend.u_W.norm());
   return greatest;
 }
-
-/// The bend after `motion`.
-[[nodiscard]] HD_REALTIME StringBend moved(const StringBend& bend,
-                                           const StringMotion& motion) noexcept;
 
 /// Upper bound of the way of any point of a leg of a string `length` long in `motion`, m: that of
 /// the vertex, along the axis included, for what slides past it changes legs.

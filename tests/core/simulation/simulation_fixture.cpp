@@ -23,6 +23,10 @@ Instrument::Instrument(int count, const StringParameters& prototype,
   ToolScene scene;
   scene.tool = tree_.view();
   scene.obstacles.capsules_W = capsules_W;
+  for (std::size_t i = 0; kCapsulesPerGroup * i < capsules_W.size(); ++i) {
+    groups.push_back(group_capsules(capsules_W, i));
+  }
+  scene.obstacles.groups = groups;
   scene.strings = strings;
   scene.instrument = options;
   simulation_ = std::make_unique<Simulation>(scene, tracks_, modes_);

@@ -47,6 +47,7 @@ class Instrument {
   Vector3 p_WH{0.0, 0.0, 0.0};
 
   std::vector<Capsule> capsules_W;
+  std::vector<CapsuleGroup> groups;
   std::vector<StringConstants> strings;
 
  private:
