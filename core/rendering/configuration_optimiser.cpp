@@ -183,7 +183,7 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
   }
   take_force(input, state, w, result);
   const bool converged = step_bound(input, state, w.step) < input.options.stop_tolerance;
-  const bool moved_on = commit_admissible(input, e, holds, state, w, result);
+  const bool moved_on = commit_admissible(input, e, holds, converged, state, w, result);
   result.status = converged  ? OptimiserStatus::kConverged
                   : moved_on ? OptimiserStatus::kLagging
                              : OptimiserStatus::kRefused;

@@ -188,7 +188,7 @@ double step_bound(const OptimiserInput& input, const OptimiserState& state,
   return displacement_bound(step.tool, reach(input.tool)) + strings;
 }
 
-bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double holds,
+bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double holds, bool last,
                        OptimiserState& state, OptimiserWorkspace& w,
                        OptimiserResult& result) noexcept {
   double fraction = std::min(holds, step_fraction(input, state, w));
@@ -198,7 +198,8 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double ho
   if (fraction * samples_of_full_step > kMaxPathSamples) {
     fraction = kMaxPathSamples / samples_of_full_step;
   }
-  for (int halving = 0; halving <= kMaxHalvings; ++halving) {
+  const int halvings = last ? 0 : kMaxHalvings;
+  for (int halving = 0; halving <= halvings; ++halving) {
     ConfigurationStep step;
     step.tool = scaled(w.step.tool, fraction);
     for (std::size_t k = 0; k < state.holds.size(); ++k) {

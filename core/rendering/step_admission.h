@@ -12,10 +12,11 @@ namespace hapticd {
                                             const OptimiserState& state,
                                             const ConfigurationStep& step) noexcept;
 
-/// Commits what of w.step is admissible, no more than `holds` of it. False when nothing is: the
+/// Commits what of w.step is admissible, no more than `holds` of it. The `last` step of a tick,
+/// which is within the tolerance, is worth one try. False when nothing is admissible: the
 /// configuration stays.
 HD_REALTIME bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double holds,
-                                   OptimiserState& state, OptimiserWorkspace& w,
+                                   bool last, OptimiserState& state, OptimiserWorkspace& w,
                                    OptimiserResult& result) noexcept;
 
 }  // namespace hapticd
