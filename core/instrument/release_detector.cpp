@@ -16,6 +16,7 @@ constexpr double kNanosecondsPerSecond = 1e9;
 /// Where in the tick the distance crosses `boundary`, in [0, 1]; 0 where it does not.
 double crossing(const StringTouch& touch, double boundary) noexcept {
   if ((touch.distance_before < boundary) == (touch.distance < boundary)) return 0.0;
+  if (boundary == 0.0 && touch.passing >= 0.0) return std::min(touch.passing, 1.0);
   const double travelled = touch.distance - touch.distance_before;
   return std::clamp((boundary - touch.distance_before) / travelled, 0.0, 1.0);
 }

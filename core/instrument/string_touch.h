@@ -13,6 +13,9 @@ struct StringTouch {
   /// crossing is the instant of a touch or a loss.
   double distance_before = 1.0;
   double distance = 1.0;
+  /// Share of the tick, in [0, 1], at which the distance is zero, where the caller knows it better
+  /// than the straight line between the two tells; negative: it does not.
+  double passing = -1.0;
   double force = 0.0;         ///< F_r: static contact force of the string on the tool, N, >= 0
   double deflection = 0.0;    ///< delta of the string at lambda, m, >= 0
   double lambda = 0.5;        ///< place of the touch, or of the nearest point, in [0, 1]

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace hapticd {
 namespace {
@@ -10,22 +11,47 @@ namespace {
 /// Distance that stands for "not near", m.
 constexpr double kFar = 1.0;
 
-/// Where the tool's surface was against the resting string at the start of the tick, for a touch
-/// that begins in it: of the pairs that touch now, m.
-double distance_before(const OptimiserInput& input, const OptimiserWorkspace& w,
-                       const OptimiserResult& result, std::int32_t string,
-                       const Pose& X_before) noexcept {
-  double gap = kFar;
-  for (int k = 0; k < result.active_count; ++k) {
-    const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
-    const ContactKey& key = w.contacts.contacts[static_cast<std::size_t>(active.contact)].key;
-    if (key.kind != ObstacleKind::kCapsule || key.obstacle != string) continue;
-    gap = std::min(gap, evaluate_contact(key, input.tool, X_before, input.obstacles).gap);
+/// Steps towards the instant of a passage. Each about squares the error; three leave it below a
+/// microsecond at any speed of a hand.
+constexpr int kPassageSteps = 3;
+
+/// The nearest listed pair of the tool, as if it stood at X_WT, and the string at rest; null when
+/// none is listed.
+const Contact* nearest_pair(const OptimiserInput& input, const OptimiserWorkspace& w,
+                            std::int32_t string, const Pose& X_WT) noexcept {
+  const Contact* nearest = nullptr;
+  double gap = std::numeric_limits<double>::infinity();
+  for (const Contact& listed : w.contacts.contacts) {
+    if (listed.key.kind != ObstacleKind::kCapsule || listed.key.obstacle != string) continue;
+    const double listed_gap = evaluate_contact(listed.key, input.tool, X_WT, input.obstacles).gap;
+    if (nearest != nullptr && listed_gap >= gap) continue;
+    nearest = &listed;
+    gap = listed_gap;
   }
-  return std::max(gap, 0.0);
+  return nearest;
+}
+
+/// From the felt surface, which is a skin above the string's, m: where a press begins from, so that
+/// the distance is continuous there.
+double felt_distance(double gap, const OptimiserInput& input) noexcept {
+  return gap < kFar ? std::max(gap - input.options.skin, 0.0) : kFar;
 }
 
 }  // namespace
+
+/// What the tool was asked to do in the tick, and from where.
+struct Simulation::Way {
+  const OptimiserInput& input;
+  Pose X_WG_before;
+  Pose X_WH_before;
+};
+
+/// Where the hand passes the surface of a string.
+struct Simulation::Passage {
+  double share;  ///< of the tick, in [0, 1]; negative: it does not
+  Vector3 nhat_W;
+  Vector3 p_HC_W;
+};
 
 /// A string as the tool stands to it.
 struct Simulation::Near {
@@ -37,21 +63,32 @@ struct Simulation::Near {
 
 Simulation::Simulation(const ToolScene& scene, std::span<StringTrack> tracks,
                        std::span<ModalString> modes) noexcept
-    : scene_(scene), margin_(scene.options.margin), tracks_(tracks), modes_(modes) {
+    : scene_(scene), tracks_(tracks), modes_(modes) {
   HD_ASSERT(tracks.size() == scene.strings.size() &&
             scene.strings.size() <= static_cast<std::size_t>(kMaxStrings));
   HD_ASSERT(scene.instrument.modes == 0 || modes.size() == scene.strings.size());
 }
 
-// A string that swings further than the margin has to be seen in time.
-void Simulation::set_margin(std::int64_t t_ns) noexcept {
-  double reach = 0.0;
+// A string that swings further than the pairs of the contact problem reach, or that the tool has
+// come to since they were found, has to be seen all the same. A new query, for the contact problem
+// must not depend on what rings.
+void Simulation::find_ringing(const Way& way, std::int64_t t_ns) noexcept {
+  double swing = 0.0;
   for (const std::int32_t string : awake_) {
     const auto s = static_cast<std::size_t>(string);
-    reach = std::max(reach, envelope(scene_.strings[s], tracks_[s].state,
+    swing = std::max(swing, envelope(scene_.strings[s], tracks_[s].state,
                                      tracks_[s].state.vibration.lambda, t_ns));
   }
-  scene_.options.margin = std::max(margin_, reach + scene_.instrument.release.release_gap);
+  const OptimiserOptions& options = way.input.options;
+  const double range = swing + options.skin + scene_.instrument.release.release_gap;
+  const Pose& X_WG = tool_.optimiser.X_WG;
+  const ToolStep moved = coupling_error(way.X_WG_before, X_WG, Vector3::Zero());
+  const double way_gone =
+      std::max(workspace_.travelled, displacement_bound(moved, reach(way.input.tool)));
+  if (!(swing > 0.0) || range <= workspace_.contacts.covered_margin - way_gone) return;
+  const double margin = std::max(options.margin, range);
+  const BentObstacles bent(way.input.obstacles, tool_.optimiser.holds);
+  find_contacts(way.input.tool, X_WG, bent.view(), {margin, margin}, workspace_.contacts);
 }
 
 void Simulation::merge_touched(const StringContacts& touched) noexcept {
@@ -64,14 +101,48 @@ void Simulation::merge_touched(const StringContacts& touched) noexcept {
   }
 }
 
-Simulation::Near Simulation::look_at(std::int32_t string, const OptimiserInput& input,
-                                     const Pose& X_before, const ToolTick& tick) const noexcept {
+// The string is straight at that instant, and the hand goes evenly: a root of the gap of the pair
+// that is nearest there, by false position with the Illinois rule.
+Simulation::Passage Simulation::find_passage(const Way& way, const Pose& X_WH, std::int32_t string,
+                                             double guess) const noexcept {
+  const ToolStep step = coupling_error(way.X_WH_before, X_WH, Vector3::Zero());
+  const auto hand = [&](double share) { return moved(way.X_WH_before, scaled(step, share)); };
+  const Contact* pair = nearest_pair(way.input, workspace_, string, hand(guess));
+  if (pair == nullptr) return {-1.0, Vector3::Zero(), Vector3::Zero()};
+  const auto contact_at = [&](double share) {
+    return evaluate_contact(pair->key, way.input.tool, hand(share), way.input.obstacles);
+  };
+  const auto gap_at = [&](double share) { return contact_at(share).gap - way.input.options.skin; };
+  double from = 0.0;
+  double to = 1.0;
+  double gap_from = gap_at(from);
+  double gap_to = gap_at(to);
+  double share = guess;
+  bool found = (gap_from < 0.0) != (gap_to < 0.0);
+  for (int k = 0; found && k < kPassageSteps; ++k) {
+    share = from + (to - from) * (gap_from / (gap_from - gap_to));
+    const double gap = gap_at(share);
+    if ((gap < 0.0) == (gap_to < 0.0)) {
+      gap_from *= 0.5;
+    } else {
+      from = to;
+      gap_from = gap_to;
+    }
+    to = share;
+    gap_to = gap;
+  }
+  const Contact passed = contact_at(share);
+  return {found ? share : -1.0, passed.nhat_OG_W, passed.p_WC - hand(share).p};
+}
+
+Simulation::Near Simulation::look_at(std::int32_t string, const Way& way,
+                                     const ToolTick& tick) const noexcept {
   const auto s = static_cast<std::size_t>(string);
   const StringTrack& track = tracks_[s];
+  const OptimiserInput& input = way.input;
   Near near{{}, Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};
   StringTouch& touch = near.touch;
   touch.stiffness = std::min(scene_.stiffness.kt, scene_.strings[s].contact_stiffness);
-  touch.distance_before = track.distance;
   const StringContact* pressed = nullptr;
   for (const StringContact& contact : tick.strings) {
     if (contact.string == string) pressed = &contact;
@@ -83,25 +154,40 @@ Simulation::Near Simulation::look_at(std::int32_t string, const OptimiserInput& 
     touch.lambda = pressed->lambda;
     near.nhat_W = pressed->nhat_W;
     near.p_WC = pressed->p_WC;
-    if (!awake(track.state)) {
-      touch.distance_before = distance_before(input, workspace_, tick.optimiser, string, X_before);
-    }
   } else {
     const StringNearness nearest =
         nearest_to_string(input, tool_.optimiser, workspace_, string, kFar);
-    touch.distance = nearest.gap;
+    touch.distance = felt_distance(nearest.gap, input);
     touch.lambda = nearest.lambda;
     near.nhat_W = nearest.nhat_W;
     near.p_WC = nearest.p_WC;
   }
+  touch.distance_before = track.distance;
+  if (touch.distance_before >= kFar) {
+    const Contact* pair = nearest_pair(input, workspace_, string, way.X_WG_before);
+    if (pair != nullptr) {
+      touch.distance_before = felt_distance(
+          evaluate_contact(pair->key, input.tool, way.X_WG_before, input.obstacles).gap, input);
+    }
+  }
   for (const StringHold& hold : tool_.optimiser.holds) {
     if (hold.bend.capsule == string) near.u_W = hold.bend.u_W;
   }
-  // Against the string as it moved until now: at rest before a touch, with the finger before a
-  // loss.
-  const Vector3 v = point_velocity(tick.V_WH, near.p_WC - tick.X_WH.p) - track.v_W;
-  touch.normal_speed = -v.dot(near.nhat_W);
-  touch.tangential_speed = (v + touch.normal_speed * near.nhat_W).norm();
+
+  // Speeds where the hand passes the string's surface, if it does in this tick; against the string
+  // as it moved until then: at rest before a touch, with the finger before a loss.
+  Vector3 nhat_W = near.nhat_W;
+  Vector3 p_HC_W = near.p_WC - tick.X_WG.p;
+  if ((touch.distance_before < 0.0) != (touch.distance < 0.0)) {
+    const double share = touch.distance_before / (touch.distance_before - touch.distance);
+    const Passage passage = find_passage(way, tick.X_WH, string, share);
+    touch.passing = passage.share;
+    nhat_W = passage.nhat_W;
+    p_HC_W = passage.p_HC_W;
+  }
+  const Vector3 v = point_velocity(tick.V_WH, p_HC_W) - track.v_W;
+  touch.normal_speed = -v.dot(nhat_W);
+  touch.tangential_speed = (v + touch.normal_speed * nhat_W).norm();
   return near;
 }
 
@@ -112,10 +198,12 @@ void Simulation::respond_string(std::int32_t string, const Near& near, const Tic
   ModalString* modes = modes_.empty() ? nullptr : &modes_[s];
   const StringResponse response = respond(scene_.strings[s], scene_.instrument, string, near.touch,
                                           time, track.state, modes, output.events);
-  const double dt = 1e-9 * static_cast<double>(time.dt_ns);
-  track.v_W = dt > 0.0 ? Vector3((near.u_W - track.u_W) / dt) : track.v_W;
-  track.u_W = near.u_W;
-  track.distance = near.touch.distance;
+  // What moved without time passing counts as motion of the next tick.
+  if (time.dt_ns > 0) {
+    track.v_W = (near.u_W - track.u_W) / (1e-9 * static_cast<double>(time.dt_ns));
+    track.u_W = near.u_W;
+    track.distance = near.touch.distance;
+  }
 
   // A force held over a tick without a sample may not attract either.
   const double vibration_force = std::max(response.vibration_force, -near.touch.force);
@@ -127,6 +215,8 @@ void Simulation::respond_string(std::int32_t string, const Near& near, const Tic
   const StringState& state = track.state;
   if (!awake(state)) {
     track.distance = kFar;
+    track.u_W = Vector3::Zero();
+    track.v_W = Vector3::Zero();
     return;
   }
   StringReading reading;
@@ -144,23 +234,30 @@ void Simulation::respond_string(std::int32_t string, const Near& near, const Tic
 void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
   output.events.clear();
   output.strings.clear();
-  const Pose X_before = tool_.optimiser.X_WG;
+  const Pose X_WG_before = tool_.optimiser.X_WG;
+  const Pose X_WH_before = tool_.guard.X_WH;
   const std::int64_t t_before = tool_.guard.t_ns;
   const bool first = !tool_.guard.has_pose;
-  set_margin(t_before);
   render_contact(scene_, input.sample, tool_, workspace_, output.tool);
   if (output.tool.pose != PoseVerdict::kFault) {
     const std::int64_t t_ns = tool_.guard.t_ns;
     const TickTime time{t_ns, first ? 0 : t_ns - t_before};
     const OptimiserInput problem = optimiser_input(scene_, output.tool.X_WH, output.tool.dt);
+    const Way way{problem, X_WG_before, X_WH_before};
+    find_ringing(way, t_ns);
     merge_touched(output.tool.strings);
     std::size_t kept = 0;
     for (std::size_t k = 0; k < awake_.size(); ++k) {
       const std::int32_t string = awake_[k];
-      respond_string(string, look_at(string, problem, X_before, output.tool), time, output);
+      respond_string(string, look_at(string, way, output.tool), time, output);
       if (awake(tracks_[static_cast<std::size_t>(string)].state)) awake_[kept++] = string;
     }
     awake_.truncate(kept);
+  } else {
+    // Nothing was rendered, so nothing has done work.
+    for (const std::int32_t string : awake_) {
+      tracks_[static_cast<std::size_t>(string)].state.tank.held_force = 0.0;
+    }
   }
   limit_wrench(scene_, tool_, output.tool);
 }

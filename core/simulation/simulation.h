@@ -43,7 +43,7 @@ struct TickOutput {
 /// What the simulation keeps of each string between ticks.
 struct StringTrack {
   StringState state;
-  double distance = 1.0;       ///< StringTouch::distance of the last tick, m
+  double distance = 1.0;       ///< StringTouch::distance of the last tick, m; 1: not near
   Vector3 u_W{0.0, 0.0, 0.0};  ///< deflection, m
   Vector3 v_W{0.0, 0.0, 0.0};  ///< its rate over the last tick, m/s
 };
@@ -68,16 +68,19 @@ class Simulation {
   [[nodiscard]] std::span<const StringTrack> tracks() const noexcept { return tracks_; }
 
  private:
+  struct Way;
+  struct Passage;
   struct Near;
-  void set_margin(std::int64_t t_ns) noexcept;
+  void find_ringing(const Way& way, std::int64_t t_ns) noexcept;
   void merge_touched(const StringContacts& touched) noexcept;
-  [[nodiscard]] Near look_at(std::int32_t string, const OptimiserInput& input, const Pose& X_before,
+  [[nodiscard]] Passage find_passage(const Way& way, const Pose& X_WH, std::int32_t string,
+                                     double guess) const noexcept;
+  [[nodiscard]] Near look_at(std::int32_t string, const Way& way,
                              const ToolTick& tick) const noexcept;
   void respond_string(std::int32_t string, const Near& near, const TickTime& time,
                       TickOutput& output) noexcept;
 
   ToolScene scene_;
-  double margin_;
   std::span<StringTrack> tracks_;
   std::span<ModalString> modes_;
   ToolState tool_;

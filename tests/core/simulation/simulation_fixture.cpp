@@ -2,6 +2,7 @@
 #include "tests/core/simulation/simulation_fixture.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace hapticd::test {
 
@@ -35,14 +36,74 @@ Instrument::Instrument(int count, const StringParameters& prototype,
 const TickOutput& Instrument::tick(const Pose& X_WH) {
   t_ns += dt_ns;
   p_WH = X_WH.p;
-  simulation_->step({{t_ns, to_array(X_WH.p), to_array(X_WH.q)}}, *output_);
+  return tick_sample(PoseSample{t_ns, to_array(X_WH.p), to_array(X_WH.q)});
+}
+
+const TickOutput& Instrument::tick_sample(const PoseSample& sample) {
+  simulation_->step({sample}, *output_);
   events.insert(events.end(), output_->events.begin(), output_->events.end());
   return *output_;
+}
+
+const StringReading* Instrument::reading(int string) const {
+  for (const StringReading& reading : output_->strings) {
+    if (reading.string == string) return &reading;
+  }
+  return nullptr;
+}
+
+double Instrument::normal_force(int string) const {
+  const StringReading* vibrating = reading(string);
+  double force = vibrating != nullptr ? vibrating->vibration_force : 0.0;
+  for (const StringContact& contact : output_->tool.strings) {
+    if (contact.string == string) force += contact.force;
+  }
+  return force;
 }
 
 int count(const std::vector<StringEvent>& events, StringEventKind kind) {
   return static_cast<int>(std::count_if(events.begin(), events.end(),
                                         [&](const StringEvent& e) { return e.kind == kind; }));
+}
+
+std::vector<StringEvent> of_kind(const std::vector<StringEvent>& events, StringEventKind kind) {
+  std::vector<StringEvent> found;
+  std::copy_if(events.begin(), events.end(), std::back_inserter(found),
+               [&](const StringEvent& e) { return e.kind == kind; });
+  return found;
+}
+
+Preset paper_preset() {
+  Preset preset{"paper", {}, {}};
+  preset.string.model = StringModel::kRigid;
+  preset.string.touch_decay = preset.string.decay;
+  preset.options.tones.level = ToneLevel::kForce;
+  return preset;
+}
+
+Preset deflecting_preset() { return {"deflecting", {}, {}}; }
+
+std::vector<Preset> all_presets() {
+  std::vector<Preset> presets;
+  for (Preset preset : {paper_preset(), deflecting_preset()}) {
+    const bool paper = preset.string.model == StringModel::kRigid;
+    presets.push_back(preset);
+    preset.options.modes = 16;
+    preset.name = paper ? "paper, 16 modes" : "deflecting, 16 modes";
+    presets.push_back(preset);
+    preset.options.friction = true;
+    preset.string.friction_coefficient = 0.3;
+    preset.name = paper ? "paper, 16 modes, friction" : "deflecting, 16 modes, friction";
+    presets.push_back(preset);
+    preset.options.modes = 0;
+    preset.name = paper ? "paper, friction" : "deflecting, friction";
+    presets.push_back(preset);
+  }
+  return presets;
+}
+
+double felt_distance(const Instrument& instrument) {
+  return kFingertip + instrument.capsules_W.front().r + OptimiserOptions{}.skin;
 }
 
 }  // namespace hapticd::test

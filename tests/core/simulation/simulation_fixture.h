@@ -13,6 +13,9 @@ namespace hapticd::test {
 /// Tunings of the seven strings, Hz.
 inline constexpr double kTuning[] = {65.4, 73.4, 87.3, 98.0, 110.0, 130.8, 146.8};
 
+/// Radius of the finger of a default Instrument, m.
+inline constexpr double kFingertip = 5e-3;
+
 /// A tool, strings along x in the plane y = 0, and the simulation of both.
 class Instrument {
  public:
@@ -20,10 +23,12 @@ class Instrument {
   /// `prototype` but tuned to kTuning (cyclically) where it has no frequency. The tool is `spheres`
   /// in G.
   Instrument(int strings, const StringParameters& prototype, const InstrumentOptions& options,
-             std::vector<Sphere> spheres = {{Vector3::Zero(), 5e-3}});
+             std::vector<Sphere> spheres = {{Vector3::Zero(), kFingertip}});
 
   /// One tick at 1 kHz later with the tool at `X_WH`.
   const TickOutput& tick(const Pose& X_WH);
+  /// One tick with any sample.
+  const TickOutput& tick_sample(const PoseSample& sample);
   /// The same at position `p` without rotation.
   const TickOutput& tick(const Vector3& p) { return tick(Pose{{1, 0, 0, 0}, p}); }
   /// Ticks along a straight way at `speed` (m/s), from where the last tick ended; calls `each`
@@ -38,6 +43,15 @@ class Instrument {
   }
 
   [[nodiscard]] Simulation& simulation() { return *simulation_; }
+  [[nodiscard]] ToolScene& scene() { return simulation_->scene(); }
+  [[nodiscard]] const StringState& state(int string) const {
+    return simulation_->tracks()[static_cast<std::size_t>(string)].state;
+  }
+  /// Of string number `string` in the last tick, null when it is asleep.
+  [[nodiscard]] const StringReading* reading(int string) const;
+  /// Force of string number `string` on the tool along the touch normal in the last tick, its
+  /// vibration included, N.
+  [[nodiscard]] double normal_force(int string) const;
   [[nodiscard]] const TickOutput& output() const { return *output_; }
   /// Events so far, in order.
   std::vector<StringEvent> events;
@@ -58,7 +72,27 @@ class Instrument {
   std::unique_ptr<TickOutput> output_ = std::make_unique<TickOutput>();
 };
 
-/// Events of one kind.
+/// How many events of one kind there are.
 [[nodiscard]] int count(const std::vector<StringEvent>& events, StringEventKind kind);
+/// The events of one kind, in order.
+[[nodiscard]] std::vector<StringEvent> of_kind(const std::vector<StringEvent>& events,
+                                               StringEventKind kind);
+
+/// What strings and options a test plays with.
+struct Preset {
+  const char* name;
+  StringParameters string;
+  InstrumentOptions options;
+};
+/// `paper`: rigid strings, level by force, T_d in touch.
+[[nodiscard]] Preset paper_preset();
+/// `deflecting`: the default.
+[[nodiscard]] Preset deflecting_preset();
+/// Both, plain, with friction, with 16 modes, and with both.
+[[nodiscard]] std::vector<Preset> all_presets();
+
+/// Distance of its centre from the axis of a string when it begins to press, m: both radii and the
+/// skin, which is felt as a fatter obstacle.
+[[nodiscard]] double felt_distance(const Instrument& instrument);
 
 }  // namespace hapticd::test
