@@ -24,47 +24,51 @@ std::size_t size_of(const SquareMatrix& A) noexcept {
   return N > 0 ? N : A.size;
 }
 
-/// H = L L' with all pivots >= least; false when there is no such factor.
+/// The upper triangle U of H = U' U with all pivots >= least; false when there is no such factor.
+/// Whole rows are worked on, because that is faster; below the diagonal they mean nothing.
 template <std::size_t N>
-bool cholesky(const SquareMatrix& H, double least, SquareMatrix& L) noexcept {
+bool cholesky(const SquareMatrix& H, double least, SquareMatrix& U) noexcept {
   const std::size_t n = size_of<N>(H);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) U(i, k) = H(std::max(i, k), std::min(i, k));
+  }
   for (std::size_t j = 0; j < n; ++j) {
-    double pivot = H(j, j);
-    for (std::size_t k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
-    if (!(pivot >= least)) return false;
-    L(j, j) = std::sqrt(pivot);
-    const double inverse = 1.0 / L(j, j);
+    if (!(U(j, j) >= least)) return false;
+    const double inverse = 1.0 / std::sqrt(U(j, j));
+    // A copy, so that the compiler knows that the rows are different ones.
+    std::array<double, kMaxQpUnknowns> row;
+    for (std::size_t k = 0; k < n; ++k) row[k] = U(j, k) * inverse;
+    for (std::size_t k = 0; k < n; ++k) U(j, k) = row[k];
     for (std::size_t i = j + 1; i < n; ++i) {
-      double sum = H(i, j);
-      for (std::size_t k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
-      L(i, j) = sum * inverse;
+      const double factor = row[i];
+      for (std::size_t k = 0; k < n; ++k) U(i, k) -= factor * row[k];
     }
   }
   return true;
 }
 
-/// The upper triangular inverse of L', column by column.
+/// B = inverse(U), row by row from the last.
 template <std::size_t N>
-void invert_transposed(const SquareMatrix& L, SquareMatrix& B) noexcept {
+void invert_upper(const SquareMatrix& U, SquareMatrix& B) noexcept {
   const std::size_t n = size_of<N>(B);
-  for (std::size_t j = 0; j < n; ++j) {
-    // Column j of inverse(L) is row j of B.
-    for (std::size_t i = 0; i < j; ++i) B(j, i) = 0.0;
-    B(j, j) = 1.0 / L(j, j);
-    for (std::size_t i = j + 1; i < n; ++i) {
-      double sum = 0.0;
-      for (std::size_t k = j; k < i; ++k) sum -= L(i, k) * B(j, k);
-      B(j, i) = sum / L(i, i);
+  for (std::size_t i = n; i-- > 0;) {
+    std::array<double, kMaxQpUnknowns> row;
+    for (std::size_t k = 0; k < n; ++k) row[k] = k == i ? 1.0 : 0.0;
+    for (std::size_t j = i + 1; j < n; ++j) {
+      const double factor = U(i, j);
+      for (std::size_t k = 0; k < n; ++k) row[k] -= factor * B(j, k);
     }
+    const double inverse = 1.0 / U(i, i);
+    for (std::size_t k = 0; k < n; ++k) B(i, k) = row[k] * inverse;
   }
 }
 
 /// B from the Cholesky factor; false when there is none.
 template <std::size_t N>
 bool invert_root(const SquareMatrix& H, double least, SquareMatrix& B) noexcept {
-  SquareMatrix L;
-  if (!cholesky<N>(H, least, L)) return false;
-  invert_transposed<N>(L, B);
+  SquareMatrix U;
+  if (!cholesky<N>(H, least, U)) return false;
+  invert_upper<N>(U, B);
   return true;
 }
 

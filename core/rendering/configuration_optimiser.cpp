@@ -7,6 +7,7 @@
 #include "core/rendering/contact_rows.h"
 #include "core/rendering/hold_model.h"
 #include "core/rendering/recovery.h"
+#include "core/rendering/stationarity.h"
 #include "core/rendering/step_admission.h"
 
 namespace hapticd {
@@ -28,6 +29,7 @@ void query(const OptimiserInput& input, const OptimiserState& state, double reac
   result.minimum_gap = w.contacts.minimum_gap;
   w.travelled = 0.0;
   w.stale = false;
+  w.full_step = false;
 }
 
 /// The contacts at the pose just committed: the same pairs afresh, or a new traversal once the tool
@@ -163,6 +165,7 @@ ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserState& state, Op
 bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
                       OptimiserResult& result) noexcept {
   ++result.sub_steps;
+  Wrench settled_F_H_W;
   const ToolStep e = prepare_sub_step(input, state, w, result);
   state.phi_GH_W = e.dtheta;
   const double wanted = displacement_bound(e, reach(input.tool));
@@ -171,9 +174,12 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
     commit_free(input, e, state, w, result);
     return false;
   }
-  if (!input.strings.empty() && update_holds(string_context(input), w.contacts, input.options.skin,
-                                             state.holds, result.strings_refused)) {
-    query(input, state, wanted, w, result);
+  if (w.full_step && is_stationary(input, state, e, w, result, settled_F_H_W)) {
+    --result.sub_steps;
+    state.F_H_W = settled_F_H_W;
+    result.F_H_W = settled_F_H_W;
+    result.status = OptimiserStatus::kConverged;
+    return false;
   }
 
   const double holds = solve_linearisation(input, state, e, w, result);

@@ -129,7 +129,9 @@ struct OptimiserWorkspace {
   std::array<double, kMaxCandidates> excess;       ///< violation per contact, m
   /// How far tool points may have moved since the last traversal, m.
   double travelled = 0.0;
-  bool stale = false;   ///< contacts describe an earlier pose
+  bool stale = false;  ///< contacts describe an earlier pose
+  /// The last program's full step was taken, and its contacts have not been queried anew.
+  bool full_step = false;
   bool leaves = false;  ///< this tick goes by the leaves, whatever the options say
 };
 

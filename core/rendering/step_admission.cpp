@@ -214,6 +214,7 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double ho
     if (coupling_energy(input.stiffness, e_new) + gain - credit <= energy + rounding &&
         clear_of_contacts(input, state, w, step, samples, result)) {
       commit(input, step, X_new, state, w);
+      w.full_step = fraction == 1.0;
       state.phi_GH_W = e_new.dtheta;
       return true;
     }

@@ -1,0 +1,51 @@
+// The balance of forces. See stationarity.h. RT: yes.
+#include "core/rendering/stationarity.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/rendering/hold_model.h"
+
+namespace hapticd {
+
+bool is_stationary(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
+                   OptimiserWorkspace& w, const OptimiserResult& result, Wrench& F_H_W) noexcept {
+  if (result.active_count == 0 || input.instrument.friction || input.instrument.lateral_force) {
+    return false;
+  }
+  const double tolerance = kSettledShare * input.options.stop_tolerance;
+  if (!state.holds.empty()) static_cast<void>(model_holds(input, w.contacts, state, w.models));
+  F_H_W = Wrench{};
+  std::array<Vector3, kMaxDeflectingStrings> pulled;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    pulled[k] = -w.models[k].force * w.models[k].radial_W;
+  }
+  for (int k = 0; k < result.active_count; ++k) {
+    const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
+    const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(active.contact)];
+    // A row that bears force would close its gap to the skin, or leave it where it was.
+    if (active.multiplier > 0.0 && contact.gap > input.options.skin + tolerance) return false;
+    const Vector3 f = active.multiplier * force_direction(state, w.models, contact);
+    F_H_W.f += f;
+    F_H_W.t += (contact.p_WC - state.X_WG.p).cross(f);
+    const int h = find_hold(state.holds, contact.key);
+    if (h < 0) continue;
+    const auto s = static_cast<std::size_t>(h);
+    const StringBend& bend = state.holds[s].bend;
+    pulled[s] -= (active.multiplier * deflection_share(bend, contact.lambda)) * contact.nhat_OG_W;
+  }
+  const ToolStep wanted{e.dp + F_H_W.f / input.stiffness.kt,
+                        e.dtheta + F_H_W.t / input.stiffness.kr()};
+  if (displacement_bound(wanted, reach(input.tool)) > tolerance) return false;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const HoldModel& hold = w.models[k];
+    if (hold.unknown < 0) continue;
+    const double radial = std::abs(pulled[k].dot(hold.radial_W)) / hold.radial_stiffness;
+    const double tangential =
+        std::abs(pulled[k].dot(hold.tangential_W)) / hold.tangential_stiffness;
+    if (std::max(radial, tangential) > tolerance) return false;
+  }
+  return true;
+}
+
+}  // namespace hapticd
