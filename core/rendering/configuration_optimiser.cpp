@@ -152,7 +152,7 @@ void start_tick(const OptimiserInput& input, const OptimiserState& state, Optimi
 
 ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
                           OptimiserResult& result) noexcept {
-  const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
+  ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
   const double wanted = displacement_bound(e, reach(input.tool));
   refresh(input, state, wanted, w, result);
   if (!input.strings.empty() && update_holds(string_context(input), w.contacts, input.options.skin,

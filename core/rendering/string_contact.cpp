@@ -17,10 +17,11 @@ StringContact* contact_of(std::int32_t string, StringContacts& contacts) noexcep
   StringContact* added = contacts.append();
   if (added == nullptr) return nullptr;
   *added = StringContact{string, Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};
-  for (StringContact* at = added; at != contacts.begin() && at->string < (at - 1)->string; --at) {
-    std::swap(*at, *(at - 1));
+  while (added != contacts.begin() && added->string < (added - 1)->string) {
+    std::swap(*added, *(added - 1));
+    --added;
   }
-  return contact_of(string, contacts);
+  return added;
 }
 
 /// Sums force, and place and lambda weighted with it.

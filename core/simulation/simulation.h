@@ -80,11 +80,11 @@ class Simulation {
   void respond_string(std::int32_t string, const Near& near, const TickTime& time,
                       TickOutput& output) noexcept;
 
+  OptimiserWorkspace workspace_;
   ToolScene scene_;
+  ToolState tool_;
   std::span<StringTrack> tracks_;
   std::span<ModalString> modes_;
-  ToolState tool_;
-  OptimiserWorkspace workspace_;
   /// Strings to call respond() for, in ascending order.
   FixedVector<std::int32_t, kMaxStrings> awake_;
 };

@@ -2,6 +2,7 @@
 // tick share.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -36,7 +37,8 @@ class Instrument {
   template <typename Each>
   void glide(const Vector3& to, double speed, const Each& each) {
     const Vector3 from = p_WH;
-    const int ticks = std::max(1, static_cast<int>((to - from).norm() / (speed * 1e-3) + 0.5));
+    const int ticks =
+        std::max(1, static_cast<int>(std::lround((to - from).norm() / (speed * 1e-3))));
     for (int i = 1; i <= ticks; ++i) {
       each(tick(Vector3(from + (to - from) * (static_cast<double>(i) / ticks))));
     }
