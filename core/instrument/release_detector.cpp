@@ -26,6 +26,12 @@ std::int64_t instant(const TickTime& time, double fraction) noexcept {
   return time.t_ns - time.dt_ns + static_cast<std::int64_t>(nearest_integer(fraction * dt));
 }
 
+/// a b - c d, never inlined: gcc 12 makes one vfmaddsub of the two halves of a complex product,
+/// whatever -ffp-contract says, and a fused product has other last bits.
+[[gnu::noinline]] double difference(double a, double b, double c, double d) noexcept {
+  return a * b - c * d;
+}
+
 /// Turns the residual by `span` (s) and adds a deflection that changes evenly by `change` (m) over
 /// it.
 void turn_residual(double frequency, double decay, double span, double change,
@@ -39,10 +45,10 @@ void turn_residual(double frequency, double decay, double span, double change,
   const double c = sin_half_turns(half_turns + 0.5);
   const double keep = exponential(-0.5 * span / decay);
 
-  const double re =
-      keep * keep * ((c * c - s * s) * detector.residual_re - 2.0 * c * s * detector.residual_im);
-  const double im =
-      keep * keep * ((c * c - s * s) * detector.residual_im + 2.0 * c * s * detector.residual_re);
+  const double cos = keep * keep * (c * c - s * s);
+  const double sin = keep * keep * (2.0 * c * s);
+  const double re = difference(cos, detector.residual_re, sin, detector.residual_im);
+  const double im = difference(cos, detector.residual_im, -sin, detector.residual_re);
   const double push = keep * change * (x > 0.0 ? s / x : 1.0);
   detector.residual_re = re + push * c;
   detector.residual_im = im + push * s;
