@@ -37,10 +37,12 @@ struct AxisSegment {
   return segment.lambda_from + lambda * (segment.lambda_to - segment.lambda_from);
 }
 
-/// Share of the vertex's deflection that the string has at lambda: 1 at the vertex, 0 at the ends.
+/// Share of the vertex's deflection that the string has at lambda: 1 at the vertex, 0 at the ends,
+/// also while the vertex is there.
 [[nodiscard]] inline double deflection_share(const StringBend& bend, double lambda) noexcept {
-  if (lambda <= bend.lambda) return bend.lambda > 0.0 ? lambda / bend.lambda : 1.0;
-  return bend.lambda < 1.0 ? (1.0 - lambda) / (1.0 - bend.lambda) : 1.0;
+  if (lambda >= 1.0) return 0.0;
+  if (lambda <= bend.lambda) return bend.lambda > 0.0 ? lambda / bend.lambda : 0.0;
+  return (1.0 - lambda) / (1.0 - bend.lambda);
 }
 
 }  // namespace hapticd

@@ -83,7 +83,9 @@ void model_law(const StringContext& context, const StringHold& hold, HoldModel& 
   const Deflection law = string_law(context, hold.bend, u);
   const double least = kLeastStringStiffness * context.kt;
   const double greatest = kGreatestStringStiffness * context.kt;
-  model.radial_stiffness = std::clamp(law.slope, least, greatest);
+  // Where the law bends down, next to an end, its tangent promises too little: the secant never
+  // overshoots.
+  model.radial_stiffness = std::clamp(std::max(law.slope, law.secant), least, greatest);
   model.tangential_stiffness = std::clamp(law.secant, least, greatest);
   model.force = law.force;
   model.lateral_force = context.options.lateral_force && model.touched ? law.lateral_force : 0.0;
@@ -148,7 +150,8 @@ Vector3 sliding_normal(const HoldModel& model, const StringBend& bend,
   if (model.unknown < 0 || !model.touched) return contact.nhat_OG_W;
   const double share = deflection_share(bend, contact.lambda);
   const bool on_cap = contact.lambda <= 0.0 || contact.lambda >= 1.0;
-  if (on_cap) return contact.nhat_OG_W;
+  const bool at_end = bend.lambda <= 0.0 || bend.lambda >= 1.0;
+  if (on_cap || at_end) return contact.nhat_OG_W;
   return contact.nhat_OG_W - share * contact.nhat_OG_W.dot(model.axis_W) * model.axis_W;
 }
 

@@ -23,6 +23,10 @@ constexpr double kPathError = 0.25e-6;
 constexpr double kMaxPathSamples = 16.0;
 /// Turn of a leg that counts as any turn, rad.
 constexpr double kGreatestLegTurn = 2.0;
+/// Room a step leaves under a contact with a string that yields, share of the skin.
+constexpr double kLeastRoom = 0.25;
+/// A string that yields less than this at a contact, m per m of its vertex, cannot make room.
+constexpr double kLeastYield = 0.05;
 /// Largest fraction of the full step that keeps the linearisation valid: no tool point moves
 /// further than the pairs not in the program allow.
 double step_fraction(const OptimiserInput& input, const OptimiserState& state,
@@ -110,6 +114,41 @@ bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
     }
   }
   return true;
+}
+
+/// Where a leg turns under a contact the gap falls short of its row by the turn's second order, and
+/// without room left no step at all would be admissible. There the string yields by what is
+/// lacking, or the tool where the string cannot, next to its end.
+void make_room(const OptimiserInput& input, const OptimiserState& state,
+               const OptimiserWorkspace& w, const OptimiserResult& result,
+               ConfigurationStep& step) noexcept {
+  const double room = kLeastRoom * input.options.skin;
+  const Pose X_new = moved(state.X_WG, step.tool);
+  const BentObstacles bent(input.obstacles, state.holds, step, 1.0);
+  std::array<double, kMaxDeflectingStrings> greatest{};
+  double greatest_of_tool = 0.0;
+  for (int i = 0; i < result.active_count; ++i) {
+    const auto c = static_cast<std::size_t>(result.active[static_cast<std::size_t>(i)].contact);
+    const ContactKey& key = w.contacts.contacts[c].key;
+    const int h = find_hold(state.holds, key);
+    if (h < 0) continue;
+    const auto k = static_cast<std::size_t>(h);
+    const StringHold& hold = state.holds[k];
+    if (!hold.yields) continue;
+    const Contact contact = evaluate_contact(key, input.tool, X_new, bent.view());
+    const double lack = room - contact.gap;
+    if (!(lack > 0.0)) continue;
+    const Vector3& n = contact.nhat_OG_W;
+    const Vector3 push = n - n.dot(w.models[k].axis_W) * w.models[k].axis_W;
+    const double yield = deflection_share(hold.bend, contact.lambda) * push.squaredNorm();
+    if (yield < kLeastYield) {
+      step.tool.dp += n * std::max(0.0, lack - greatest_of_tool);
+      greatest_of_tool = std::max(greatest_of_tool, lack);
+    } else if (lack > yield * greatest[k]) {
+      step.strings[k].du_W -= push * (lack / yield - greatest[k]);
+      greatest[k] = lack / yield;
+    }
+  }
 }
 
 /// Energy that pressing back onto the obstacles will release once more: multiplier times what each
@@ -205,6 +244,7 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double ho
     for (std::size_t k = 0; k < state.holds.size(); ++k) {
       step.strings[k] = scaled(w.step.strings[k], fraction);
     }
+    make_room(input, state, w, result, step);
     const Pose X_new = moved(state.X_WG, step.tool);
     const ToolStep e_new = coupling_error(X_new, input.X_WH, e.dtheta);
     const BentObstacles bent(input.obstacles, state.holds, step, 1.0);

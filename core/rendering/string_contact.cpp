@@ -46,27 +46,42 @@ double rigid_share(const StringConstants& string, double kt, StringContact& cont
   return force / contact.force;
 }
 
+/// Of a string that yields, in the program or with the program's force at its ends, which do not:
+/// never more than kc D. Next to an end a tool rests on the short half or on the end itself, and
+/// the program's contact is as stiff as kt there.
+double yielding_share(const StringConstants& string, const StringHold* hold, double kt,
+                      StringContact& contact) noexcept {
+  contact.deflection = 0.0;
+  if (hold != nullptr) {
+    contact.deflection = hold->bend.u_W.norm();
+    // Along the normal: a string that slips aside is not pressed.
+    contact.displacement += deflection_share(hold->bend, contact.lambda) *
+                            std::max(0.0, -hold->bend.u_W.dot(contact.nhat_W));
+  }
+  const double most = std::min(string.contact_stiffness, kt) * contact.displacement;
+  return most < contact.force ? most / contact.force : 1.0;
+}
+
 /// Turns the sums of a string into its law's force; returns what that changes of the tool's wrench.
 Wrench settle(const OptimiserInput& input, const OptimiserState& state,
               StringContact& contact) noexcept {
   contact.p_WC /= contact.force;
   contact.lambda /= contact.force;
   contact.force = contact.F_W.norm();
-  if (contact.force > 0.0) contact.nhat_W = contact.F_W / contact.force;
+  if (!(contact.force > 0.0)) return {};
+  contact.nhat_W = contact.F_W / contact.force;
   const StringConstants& string = input.strings[static_cast<std::size_t>(contact.string)];
   contact.displacement = contact.force / input.stiffness.kt;
   const int h = find_hold(state.holds, {ObstacleKind::kCapsule, contact.string, 0, 0});
-  if (h >= 0) contact.F_W += state.holds[static_cast<std::size_t>(h)].tangential_W;
-  if (h >= 0 && state.holds[static_cast<std::size_t>(h)].yields) {
-    const StringBend& bend = state.holds[static_cast<std::size_t>(h)].bend;
-    // Along the normal: a string that slips aside is not pressed.
-    const double along = std::max(0.0, -bend.u_W.dot(contact.nhat_W));
-    contact.deflection = bend.u_W.norm();
-    contact.displacement += along;
-    return {};
-  }
-  if (!(contact.force > 0.0)) return {};
-  const double share = rigid_share(string, input.stiffness.kt, contact);
+  const StringHold* hold = h >= 0 ? &state.holds[static_cast<std::size_t>(h)] : nullptr;
+  if (hold != nullptr) contact.F_W += hold->tangential_W;
+  const bool yields = hold != nullptr && hold->yields;
+  const bool on_end = contact.lambda <= 0.0 || contact.lambda >= 1.0;
+  const double kt = input.stiffness.kt;
+  const double share = yields || (on_end && string.model == StringModel::kDeflecting)
+                           ? yielding_share(string, hold, kt, contact)
+                           : rigid_share(string, kt, contact);
+  if (share == 1.0) return {};
   const Vector3 change = (share - 1.0) * contact.F_W;
   contact.F_W *= share;
   contact.force *= share;

@@ -23,6 +23,14 @@ bool may_be_held(const StringContext& context, const Contact& contact) noexcept 
              : context.options.friction && string.friction_coefficient > 0.0;
 }
 
+/// True next to an end and for short strings, where the law may be stiffer than the program and its
+/// rounding bear.
+bool too_stiff(const StringConstants& string, double lambda, double kt) noexcept {
+  const double run = std::min(lambda, 1.0 - lambda) * string.length;
+  const double greatest = kGreatestStringStiffness * kt;
+  return string.tension > greatest * run || 4.0 * string.axial_stiffness > greatest * string.length;
+}
+
 /// Inserts in the order of capsules; false when full.
 bool insert(const StringHold& hold, StringHolds& holds) noexcept {
   if (!holds.push_back(hold)) return false;
@@ -66,7 +74,10 @@ bool release_holds(const ContactSet& contacts, double skin, StringHolds& holds) 
 Deflection string_law(const StringContext& context, const StringBend& bend,
                       double deflection) noexcept {
   const StringConstants& string = context.strings[static_cast<std::size_t>(bend.capsule)];
-  const double compliance = 1.0 / string.contact_stiffness - 1.0 / context.kt;
+  double compliance = std::max(0.0, 1.0 / string.contact_stiffness - 1.0 / context.kt);
+  if (too_stiff(string, bend.lambda, context.kt)) {
+    compliance += 1.0 / (kGreatestStringStiffness * context.kt);
+  }
   if (!(compliance > 0.0)) return deflect(string, bend.lambda, deflection);
   const SeriesDeflection series =
       deflect_in_series(string, bend.lambda, deflection, 1.0 / compliance);
