@@ -39,6 +39,10 @@ constexpr double kPlaneRounding = 4e-15;
 /// rounding of the data is called a contradiction.
 constexpr double kContradiction = 1e-10;
 
+/// Share of the greatest multiplier up to which a negative one is rounding of 0. Normal: 1e-16.
+/// Larger: forces out of balance by as much. Smaller: another iteration for nothing.
+constexpr double kPullRounding = 1e-12;
+
 /// N, or the unknowns of the problem where N = 0: the rigid tool's six are known to the compiler.
 template <std::size_t N>
 std::size_t unknowns_of(const QpProblem& problem) noexcept {
@@ -139,6 +143,16 @@ void drop(QpWorkspace& workspace, std::size_t column) noexcept {
   workspace.rows_ignored = false;
 }
 
+/// Leaves out rows that the target pushes away from, worst first.
+template <std::size_t P>
+void drop_negative_multipliers(QpWorkspace& workspace) noexcept {
+  for (;;) {
+    const std::size_t column = find_negative_multiplier(workspace.factor);
+    if (column == kMaxQpUnknowns) break;
+    drop<P>(workspace, column);
+  }
+}
+
 /// Counts a row as satisfied while the active rows are the same or more.
 void ignore_row(QpWorkspace& workspace, std::size_t index) noexcept {
   workspace.inverse_length.value[index] = 0.0;
@@ -160,11 +174,7 @@ void load_warm_rows(const QpProblem& problem, const QpWarmStart& warm,
     if (is_dependent(workspace.split)) continue;
     append<P>(factor, workspace.candidate, workspace.split);
   }
-  for (;;) {
-    const std::size_t column = find_negative_multiplier(factor);
-    if (column == kMaxQpUnknowns) break;
-    drop<P>(workspace, column);
-  }
+  drop_negative_multipliers<P>(workspace);
 }
 
 Blocking find_blocking(const QpWorkspace& workspace) noexcept {
@@ -247,12 +257,35 @@ bool find_violated(const QpProblem& problem, const QpSolution& solution, QpWorks
   return true;
 }
 
+/// Takes a row out that pulls, by more than rounding, once the point is exact: of rows that are
+/// nearly the same, rounding decides which of them push. Otherwise the clamped rest would not
+/// balance.
+template <std::size_t P>
+bool drop_pulling_row(QpWorkspace& workspace) noexcept {
+  const ActiveFactor& factor = workspace.factor;
+  const std::size_t column = find_negative_multiplier(factor);
+  if (column == kMaxQpUnknowns) return false;
+  double greatest = 0.0;
+  for (std::size_t j = 0; j < factor.count; ++j) {
+    greatest = factor.multiplier[j] > greatest ? factor.multiplier[j] : greatest;
+  }
+  if (-factor.multiplier[column] <= kPullRounding * greatest) return false;
+  drop<P>(workspace, column);
+  drop_negative_multipliers<P>(workspace);
+  return true;
+}
+
 /// No row is left to add: corrects the point, and looks whether rounding was indeed all that
 /// ignored rows lacked.
 template <std::size_t N, std::size_t P>
 Outcome finish(const QpProblem& problem, QpWorkspace& workspace, QpSolution& solution) noexcept {
   refine_point<P>(problem, unknowns_of<N>(problem), workspace.violation,
                   workspace.inverse_root_weight, workspace.factor, solution.x);
+  if (workspace.factor.sharpness > kQpSharpWedge && solution.iterations < limit_of(problem) &&
+      drop_pulling_row<P>(workspace)) {
+    ++solution.iterations;
+    return Outcome::kContinue;
+  }
   if (!workspace.rows_ignored) return Outcome::kOptimal;
   const double* scale = workspace.inverse_root_weight.data();
   if (!inverse_row_lengths(problem, scale, workspace.inverse_length)) return Outcome::kInvalid;
