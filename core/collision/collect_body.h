@@ -47,7 +47,7 @@ class BodyContacts {
   void flush() noexcept {
     compute();
     for (std::size_t j = 0; j < count_; ++j) {
-      if (!collector_.wants(gap_[j])) continue;
+      if (!collector_.wants(tool_id_[j], gap_[j])) continue;
       collector_.add(gap_[j], [&](Contact& contact) { write(j, contact); });
     }
     count_ = 0;

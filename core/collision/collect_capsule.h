@@ -38,10 +38,11 @@ void collect_capsule(const LevelledTree& tool, const ToolPlacement& placement,
       const int lane = std::countr_zero(hit);
       const auto k = static_cast<std::size_t>(lane);
       const PrimitiveGap pair = gaps.lanes.pair(k, string_lambda(segment, gaps.lambda[k]));
-      if (!collector.wants(pair.gap)) continue;
+      const TreeSphereId tool_sphere = tool.id(part, lane);
+      if (!collector.wants(tool_sphere, pair.gap)) continue;
       collector.add(pair.gap, [&](Contact& contact) {
         contact =
-            make_contact({ObstacleKind::kCapsule, obstacle, tool.id(part, lane), segment.leg}, pair,
+            make_contact({ObstacleKind::kCapsule, obstacle, tool_sphere, segment.leg}, pair,
                          capsule_normal(pair, axis_W), {gaps.p_GC_W[k], node.r[k], placement.p_WG});
       });
     }

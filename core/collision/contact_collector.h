@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "core/collision/contact.h"
+#include "core/collision/displaced_parts.h"
 
 namespace hapticd {
 
@@ -24,9 +25,17 @@ class ContactCollector {
   /// Pairs whose gap is certainly not below this need not be tried, m.
   [[nodiscard]] double margin() const noexcept { return out_.covered_margin; }
 
-  /// True when the contact of a pair with this gap must be added.
-  [[nodiscard]] bool wants(double gap) const noexcept {
-    return gap < margin() || (is_heap_ && gap <= margin());
+  /// From now on only spheres that entry `index` of `displaced` displaces are wanted; -1: those
+  /// that none does. `displaced` must outlive this.
+  void look_at(const DisplacedParts& displaced, int index) noexcept {
+    displaced_ = &displaced;
+    index_ = index;
+  }
+
+  /// True when the contact of a pair of this sphere of the tool with this gap must be added.
+  [[nodiscard]] bool wants(TreeSphereId tool_sphere, double gap) const noexcept {
+    return (gap < margin() || (is_heap_ && gap <= margin())) &&
+           (displaced_ == nullptr || displaced_->find(tool_sphere) == index_);
   }
 
   /// Adds a contact with a `gap` that wants() accepts: write(contact) fills it where it stays.
@@ -75,6 +84,8 @@ class ContactCollector {
   }
 
   ContactSet& out_;
+  const DisplacedParts* displaced_ = nullptr;
+  int index_ = -1;
   double nearest_ = std::numeric_limits<double>::infinity();
   bool is_heap_ = false;
 };

@@ -9,16 +9,14 @@ namespace {
 /// matrices.
 class PairEvaluator {
  public:
-  PairEvaluator(const SphereTreeView& tool, const Pose& X_WG,
-                const ObstaclesView& obstacles) noexcept
-      : tool_(tool), obstacles_(obstacles), placement_(place_tool(X_WG)) {}
+  PairEvaluator(const SphereTreeView& tool, const Pose& X_WG, const ObstaclesView& obstacles,
+                const DisplacedParts& displaced) noexcept
+      : tool_(tool), obstacles_(obstacles), displaced_(displaced), placement_(place_tool(X_WG)) {}
 
-  [[nodiscard]] double gap(const ContactKey& key) noexcept {
-    return pair(key, tree_sphere(tool_, key.tool_sphere)).gap;
-  }
+  [[nodiscard]] double gap(const ContactKey& key) noexcept { return pair(key, sphere_of(key)).gap; }
 
   [[nodiscard]] Contact contact(const ContactKey& key) noexcept {
-    const Sphere sphere_G = tree_sphere(tool_, key.tool_sphere);
+    const Sphere sphere_G = sphere_of(key);
     const PrimitiveGap gap = pair(key, sphere_G);
     const PlacedSphere placed{rotate(placement_.R_WG, sphere_G.p), sphere_G.r, placement_.p_WG};
     if (key.kind == ObstacleKind::kBody) {
@@ -29,6 +27,14 @@ class PairEvaluator {
   }
 
  private:
+  Sphere sphere_of(const ContactKey& key) const noexcept {
+    Sphere sphere_G = tree_sphere(tool_, key.tool_sphere);
+    if (displaced_.parts.empty()) return sphere_G;
+    const int k = displaced_.find(key.tool_sphere);
+    if (k >= 0) sphere_G.p += displaced_.parts[static_cast<std::size_t>(k)].v_G;
+    return sphere_G;
+  }
+
   PrimitiveGap pair(const ContactKey& key, const Sphere& sphere_G) noexcept {
     const auto obstacle = static_cast<std::size_t>(key.obstacle);
     if (key.kind == ObstacleKind::kCapsule) {
@@ -49,6 +55,7 @@ class PairEvaluator {
 
   const SphereTreeView& tool_;
   const ObstaclesView& obstacles_;
+  const DisplacedParts& displaced_;
   const ToolPlacement placement_;
   PlacedBody body_;
   std::int32_t body_index_ = -1;
@@ -57,13 +64,13 @@ class PairEvaluator {
 }  // namespace
 
 Contact evaluate_contact(const ContactKey& key, const SphereTreeView& tool, const Pose& X_WG,
-                         const ObstaclesView& obstacles) noexcept {
-  return PairEvaluator(tool, X_WG, obstacles).contact(key);
+                         const ObstaclesView& obstacles, const DisplacedParts& displaced) noexcept {
+  return PairEvaluator(tool, X_WG, obstacles, displaced).contact(key);
 }
 
 void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG, const ObstaclesView& obstacles,
-                       ContactSet& contacts) noexcept {
-  PairEvaluator evaluator(tool, X_WG, obstacles);
+                       ContactSet& contacts, const DisplacedParts& displaced) noexcept {
+  PairEvaluator evaluator(tool, X_WG, obstacles, displaced);
   double minimum = std::numeric_limits<double>::infinity();
   for (Contact& contact : contacts.contacts) {
     contact = evaluator.contact(contact.key);
@@ -73,8 +80,8 @@ void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG, const Obsta
 }
 
 double minimum_gap_of(const ContactSet& contacts, const SphereTreeView& tool, const Pose& X_WG,
-                      const ObstaclesView& obstacles) noexcept {
-  PairEvaluator evaluator(tool, X_WG, obstacles);
+                      const ObstaclesView& obstacles, const DisplacedParts& displaced) noexcept {
+  PairEvaluator evaluator(tool, X_WG, obstacles, displaced);
   double minimum = std::numeric_limits<double>::infinity();
   for (const Contact& contact : contacts.contacts) {
     const double gap = evaluator.gap(contact.key);

@@ -38,8 +38,7 @@ Neighbourhood neighbourhood(const Query& query, double gap) noexcept {
 }
 
 template <typename Kernels>
-double collect_contacts(const Query& query, ContactSet& out) noexcept {
-  ContactCollector collector(query.options.margin, out);
+void collect_contacts(const Query& query, ContactCollector& collector) noexcept {
   for_each_segment(query.obstacles, neighbourhood(query, query.options.margin),
                    [&](std::int32_t capsule, const AxisSegment& segment) {
                      collect_capsule<Kernels>(query.tool, query.placement, segment, capsule,
@@ -52,7 +51,20 @@ double collect_contacts(const Query& query, ContactSet& out) noexcept {
     BodyDescent<Kernels, BodyContacts>(trees, contacts).run();
     contacts.flush();
   }
-  return collector.nearest();
+}
+
+/// Contacts of the displaced parts: the tool stands where their displacement puts it, and only
+/// their spheres count.
+template <typename Kernels>
+void collect_displaced(const Query& query, const DisplacedParts& displaced,
+                       ContactCollector& collector) noexcept {
+  int index = 0;
+  for (const PartDisplacement& part : displaced.parts) {
+    Query moved = query;
+    moved.placement.p_WG += rotate(query.placement.R_WG, part.v_G);
+    collector.look_at(displaced, index++);
+    collect_contacts<Kernels>(moved, collector);
+  }
 }
 
 template <typename Kernels>
@@ -68,23 +80,36 @@ void find_nearest(const Query& query, NearestGap& nearest) noexcept {
 }
 
 template <typename Kernels>
-void find(const Query& query, ContactSet& out) noexcept {
-  const double smallest = collect_contacts<Kernels>(query, out);
-  NearestGap nearest{std::min(query.options.horizon, smallest)};
-  if (out.contacts.empty()) find_nearest<Kernels>(query, nearest);
-  out.minimum_gap = nearest.gap;
+void find(const Query& query, const DisplacedParts& displaced, ContactSet& out) noexcept {
+  ContactCollector collector(query.options.margin, out);
+  if (!displaced.parts.empty()) collector.look_at(displaced, -1);
+  collect_contacts<Kernels>(query, collector);
+  if (!displaced.parts.empty()) collect_displaced<Kernels>(query, displaced, collector);
+  if (!out.contacts.empty()) {
+    out.minimum_gap = std::min(query.options.horizon, collector.nearest());
+    return;
+  }
+  // The search knows the tool as its tree has it; a part is no nearer than it is displaced, nor
+  // than the margin.
+  const double aside = displaced.greatest();
+  NearestGap nearest{query.options.horizon + aside};
+  find_nearest<Kernels>(query, nearest);
+  out.minimum_gap =
+      displaced.parts.empty() ? nearest.gap : std::max(query.options.margin, nearest.gap - aside);
   out.tests += nearest.tests;
 }
 
 }  // namespace
 
 void find_contacts(const SphereTreeView& tool, const Pose& X_WG, const ObstaclesView& obstacles,
-                   const QueryOptions& options, ContactSet& out) noexcept {
+                   const QueryOptions& options, ContactSet& out,
+                   const DisplacedParts& displaced) noexcept {
+  HD_ASSERT(displaced.parts.empty() || options.tool_level == kLeafLevel);
   const Query query{levelled(tool, options.tool_level), place_tool(X_WG), obstacles, options};
   if (avx2_available()) {
-    find<Avx2Kernels>(query, out);
+    find<Avx2Kernels>(query, displaced, out);
   } else {
-    find<PortableKernels>(query, out);
+    find<PortableKernels>(query, displaced, out);
   }
 }
 

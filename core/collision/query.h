@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/collision/contact.h"
+#include "core/collision/displaced_parts.h"
 #include "core/collision/obstacles.h"
 #include "core/math/realtime.h"
 
@@ -27,26 +28,30 @@ struct QueryOptions {
 };
 
 /// Fills `out` with all pairs of `tool` at `X_WG` against `obstacles`. Gaps are exact (double
-/// precision primitives), to rounding.
+/// precision primitives), to rounding. Displaced parts cost one more traversal each, and take
+/// kLeafLevel of the tool; with them the minimum gap beyond the margin is a lower bound.
 HD_REALTIME void find_contacts(const SphereTreeView& tool, const Pose& X_WG,
                                const ObstaclesView& obstacles, const QueryOptions& options,
-                               ContactSet& out) noexcept;
+                               ContactSet& out, const DisplacedParts& displaced = {}) noexcept;
 
 /// The same pair of primitives at another pose of the tool: gap, normal, point and lambda afresh.
 /// About 30 ns.
 [[nodiscard]] HD_REALTIME Contact evaluate_contact(const ContactKey& key,
                                                    const SphereTreeView& tool, const Pose& X_WG,
-                                                   const ObstaclesView& obstacles) noexcept;
+                                                   const ObstaclesView& obstacles,
+                                                   const DisplacedParts& displaced = {}) noexcept;
 
 /// The same for all of `contacts`, in place; minimum_gap becomes the smallest of their gaps, m, or
 /// +infinity when there are none. About 10 ns per contact.
 HD_REALTIME void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG,
-                                   const ObstaclesView& obstacles, ContactSet& contacts) noexcept;
+                                   const ObstaclesView& obstacles, ContactSet& contacts,
+                                   const DisplacedParts& displaced = {}) noexcept;
 
 /// Smallest gap over the pairs already in `contacts`, at another pose of the tool, m; +infinity
 /// when there are none.
 [[nodiscard]] HD_REALTIME double minimum_gap_of(const ContactSet& contacts,
                                                 const SphereTreeView& tool, const Pose& X_WG,
-                                                const ObstaclesView& obstacles) noexcept;
+                                                const ObstaclesView& obstacles,
+                                                const DisplacedParts& displaced = {}) noexcept;
 
 }  // namespace hapticd
