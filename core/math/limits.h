@@ -9,8 +9,12 @@ inline constexpr int kToolDof = 6;
 /// Strings that may deflect in one tick; a ninth touched string is treated as rigid for that tick
 /// and counted.
 inline constexpr int kMaxDeflectingStrings = 8;
-/// Unknowns of the quadratic program: tool plus two lateral deflections per deflecting string.
-inline constexpr int kMaxQpUnknowns = kToolDof + 2 * kMaxDeflectingStrings;
+/// Soft parts of a tool that may be displaced in one tick; a sixth one touched is treated as rigid
+/// for that tick and counted.
+inline constexpr int kMaxSoftParts = 5;
+/// Unknowns of the quadratic program: tool, two lateral deflections per deflecting string, and the
+/// displacement of each soft part.
+inline constexpr int kMaxQpUnknowns = kToolDof + 2 * kMaxDeflectingStrings + 3 * kMaxSoftParts;
 /// Rows of the quadratic program.
 inline constexpr int kMaxQpRows = 256;
 /// Modes per string, at most.

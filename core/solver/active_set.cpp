@@ -368,6 +368,8 @@ void solve_qp(const QpProblem& problem, const QpWarmStart& warm, QpWorkspace& wo
     solve<0, 8>(problem, warm, workspace, solution);
   } else if (problem.unknowns <= 16) {
     solve<0, 16>(problem, warm, workspace, solution);
+  } else if (problem.unknowns <= 22) {
+    solve<0, 22>(problem, warm, workspace, solution);
   } else {
     solve<0, 2 * kQpPairs>(problem, warm, workspace, solution);
   }
