@@ -23,7 +23,8 @@ void query(const OptimiserInput& input, const OptimiserState& state, double reac
                              .tool_level = w.leaves ? kLeafLevel : input.options.tool_level,
                              .body_level = w.leaves ? kLeafLevel : input.options.body_level};
   const BentObstacles bent(input.obstacles, state.holds);
-  find_contacts(input.tool, state.X_WG, bent.view(), options, w.contacts);
+  const ToolShape shape(input.parts, state.parts);
+  find_contacts(input.tool, state.X_WG, bent.view(), options, w.contacts, shape.view());
   ++result.queries;
   result.tests += w.contacts.tests;
   result.minimum_gap = w.contacts.minimum_gap;
@@ -43,20 +44,41 @@ void refresh(const OptimiserInput& input, const OptimiserState& state, double re
     return;
   }
   const BentObstacles bent(input.obstacles, state.holds);
-  evaluate_contacts(input.tool, state.X_WG, bent.view(), w.contacts);
+  const ToolShape shape(input.parts, state.parts);
+  evaluate_contacts(input.tool, state.X_WG, bent.view(), w.contacts, shape.view());
   w.contacts.minimum_gap = std::min(w.contacts.minimum_gap, left);
   result.tests += static_cast<std::int64_t>(w.contacts.contacts.size());
   result.minimum_gap = w.contacts.minimum_gap;
   w.stale = false;
 }
 
-/// The free way: G reaches H, and all strings are at rest.
-void commit_free(const OptimiserInput& input, const ToolStep& e, OptimiserState& state,
+/// The way of any point of the tool relative to any of a string when nothing holds either back, m.
+double free_way(const OptimiserInput& input, const ToolStep& e,
+                const OptimiserState& state) noexcept {
+  double parts = 0.0;
+  for (const SoftPart& soft : state.parts) {
+    const Vector3 v_G = free_displacement(input.parts, input.dt, soft);
+    parts = std::max(parts, (v_G - soft.v_G).norm());
+  }
+  return displacement_bound(e, tool_reach(input, state) + parts) + parts +
+         greatest_deflection(state.holds);
+}
+
+/// The free way: G reaches H, all strings are at rest, soft parts go there as their dampers let
+/// them.
+void commit_free(const OptimiserInput& input, double way, OptimiserState& state,
                  OptimiserWorkspace& w, OptimiserResult& result) noexcept {
-  w.travelled += displacement_bound(e, reach(input.tool)) + greatest_deflection(state.holds);
+  w.travelled += way;
   w.stale = true;
   state.X_WG = input.X_WH;
   state.holds.clear();
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    SoftPart soft = state.parts[k];
+    soft.v_G = free_displacement(input.parts, input.dt, soft);
+    if (soft.v_G.squaredNorm() > 0.0) state.parts[kept++] = soft;
+  }
+  state.parts.truncate(kept);
   state.phi_GH_W = Vector3::Zero();
   state.F_H_W = Wrench{};
   state.active_count = 0;
@@ -79,8 +101,7 @@ void add_hold_forces(const OptimiserInput& input, const OptimiserWorkspace& w,
     const double limit = input.strings[index].friction_coefficient * hold.normal_force;
     if (input.instrument.friction && limit > 0.0) {
       const ConfigurationStep& step = w.step;
-      const Vector3 slip =
-          hold.slip_W + slip_motion(model, hold.bend, step.tool, step.strings[k].du_W);
+      const Vector3 slip = hold.slip_W + slip_motion(model, hold.bend, step, step.strings[k].du_W);
       const double length = slip.norm();
       const double stiffness = input.instrument.anchor_stiffness;
       f -= (stiffness * length > limit ? limit / length : stiffness) * slip;
@@ -134,14 +155,36 @@ void keep_after_failure(const OptimiserInput& input, const ToolStep& e, Optimise
   result.status = OptimiserStatus::kQpFailed;
 }
 
+/// Takes up and lets go of soft parts and strings, which moves nothing.
+void update_touched(const OptimiserInput& input, double wanted, OptimiserState& state,
+                    OptimiserWorkspace& w, OptimiserResult& result) noexcept {
+  if (!input.parts.parts.empty()) {
+    update_parts(input.parts, w.contacts, kHoldSkins * input.options.skin, state.parts,
+                 result.parts_refused);
+  }
+  if (!input.strings.empty() && update_holds(string_context(input), w.contacts, input.options.skin,
+                                             state.holds, result.strings_refused)) {
+    query(input, state, wanted, w, result);
+  }
+}
+
 }  // namespace
 
-void start_tick(const OptimiserInput& input, const OptimiserState& state, OptimiserWorkspace& w,
+Vector3 part_displacement(const OptimiserState& state, std::int32_t part) noexcept {
+  for (const SoftPart& soft : state.parts) {
+    if (soft.part == part) return state.X_WG.q * soft.v_G;
+  }
+  return {0.0, 0.0, 0.0};
+}
+
+void start_tick(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
                 OptimiserResult& result) noexcept {
   result = OptimiserResult{};
+  start_parts(input.parts, state.parts);
   const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
-  const double wanted = displacement_bound(e, reach(input.tool));
-  w.leaves = input.options.tool_level == kLeafLevel && input.options.body_level == kLeafLevel;
+  const double wanted = displacement_bound(e, tool_reach(input, state));
+  w.leaves = (input.options.tool_level == kLeafLevel && input.options.body_level == kLeafLevel) ||
+             any_soft(input.parts);
   query(input, state, wanted, w, result);
   if (w.contacts.minimum_gap < 0.0 && !w.leaves) {
     // An overlap of bounds is none of the tool; to push it out of them could push a leaf in.
@@ -153,12 +196,9 @@ void start_tick(const OptimiserInput& input, const OptimiserState& state, Optimi
 ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
                           OptimiserResult& result) noexcept {
   ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
-  const double wanted = displacement_bound(e, reach(input.tool));
+  const double wanted = displacement_bound(e, tool_reach(input, state));
   refresh(input, state, wanted, w, result);
-  if (!input.strings.empty() && update_holds(string_context(input), w.contacts, input.options.skin,
-                                             state.holds, result.strings_refused)) {
-    query(input, state, wanted, w, result);
-  }
+  update_touched(input, wanted, state, w, result);
   return e;
 }
 
@@ -168,10 +208,9 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
   Wrench settled_F_H_W;
   const ToolStep e = prepare_sub_step(input, state, w, result);
   state.phi_GH_W = e.dtheta;
-  const double wanted = displacement_bound(e, reach(input.tool));
-
-  if (wanted + greatest_deflection(state.holds) <= w.contacts.minimum_gap - input.options.skin) {
-    commit_free(input, e, state, w, result);
+  const double way = free_way(input, e, state);
+  if (way <= w.contacts.minimum_gap - input.options.skin) {
+    commit_free(input, way, state, w, result);
     return false;
   }
   if (w.full_step && is_stationary(input, state, e, w, result, settled_F_H_W)) {

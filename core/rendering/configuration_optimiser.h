@@ -14,6 +14,7 @@
 
 #include "core/collision/query.h"
 #include "core/math/symmetric_matrix.h"
+#include "core/rendering/soft_part.h"
 #include "core/rendering/string_hold.h"
 #include "core/rendering/virtual_coupling.h"
 #include "core/solver/active_set.h"
@@ -52,6 +53,7 @@ struct OptimiserInput {
   /// Strings that are more than rigid lines: the first capsules of the obstacles, in their order.
   std::span<const StringConstants> strings{};
   InstrumentOptions instrument{};  ///< friction and lateral force are the optimiser's
+  ToolParts parts{};               ///< what of the tool is soft
 };
 
 /// The strings of a tick as string_hold.h wants them.
@@ -73,7 +75,18 @@ struct OptimiserState {
   int active_count = 0;             ///< pairs that carried force last: warm start and curvature
   std::array<ActivePair, kMaxQpUnknowns> active;
   StringHolds holds;  ///< strings touched: how they are bent and what sticks to them
+  SoftParts parts;    ///< soft parts that are touched or displaced
 };
+
+/// No point of the tool with its soft parts is farther from its origin, m.
+[[nodiscard]] inline double tool_reach(const OptimiserInput& input,
+                                       const OptimiserState& state) noexcept {
+  return reach(input.tool) + greatest_displacement(state.parts);
+}
+
+/// Where part number `part` is drawn from its place in the rigid tool at X_WG, in W, m.
+[[nodiscard]] HD_REALTIME Vector3 part_displacement(const OptimiserState& state,
+                                                    std::int32_t part) noexcept;
 
 /// One pair that carries force. The pair's contact force on the tool is multiplier * nhat_OG_W at
 /// p_WC.
@@ -100,6 +113,7 @@ struct OptimiserResult {
   int active_count = 0;
   std::array<ActiveContact, kMaxQpUnknowns> active;
   int strings_refused = 0;  ///< strings that stayed rigid because kMaxDeflectingStrings yield
+  int parts_refused = 0;    ///< soft parts that stayed rigid because kMaxSoftParts yield
   int sub_steps = 0;        ///< linearisations used
   int qp_iterations = 0;
   int queries = 0;         ///< tree traversals
@@ -123,6 +137,7 @@ struct OptimiserWorkspace {
   QpSolution solution;
   std::array<std::int32_t, kMaxQpRows> contact_of_row;  ///< index in contacts
   HoldModels models;                                    ///< of the held strings
+  PartModels parts;                                     ///< of the soft parts
   LocalModel model;
   ConfigurationStep step;                          ///< full step of the last program
   std::array<std::int32_t, kMaxCandidates> order;  ///< selection of rows
@@ -136,7 +151,7 @@ struct OptimiserWorkspace {
 };
 
 /// Queries the contacts around `state.X_WG` and starts the tick.
-HD_REALTIME void start_tick(const OptimiserInput& input, const OptimiserState& state,
+HD_REALTIME void start_tick(const OptimiserInput& input, OptimiserState& state,
                             OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
 
 /// Brings the contacts up to date and takes up or lets go of strings, which moves nothing.
@@ -147,9 +162,9 @@ HD_REALTIME ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserStat
                                       OptimiserResult& result) noexcept;
 
 /// One linearisation: rows, program, scaled step, exact re-check, commit. Between two calls the
-/// committed path of G is the screw motion X(s) = moved(X_before, s * step), s in [0, 1], and the
-/// vertices of the held strings go straight with it. Returns true while another sub-step may help.
-/// Precondition: start_tick and no negative gap.
+/// committed path of G is the screw motion X(s) = moved(X_before, s * step), s in [0, 1], the
+/// vertices of the held strings go straight with it, and the soft parts straight in G. Returns true
+/// while another sub-step may help. Precondition: start_tick and no negative gap.
 HD_REALTIME bool advance_sub_step(const OptimiserInput& input, OptimiserState& state,
                                   OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/collision/primitive_gap.h"
 #include "core/rendering/hold_model.h"
 #include "core/rendering/local_model.h"
 
@@ -21,6 +22,7 @@ struct ContactRow {
   int unknown = -1;  ///< of the string's radial deflection; the tangential one follows; -1: none
   double radial = 0.0;
   double tangential = 0.0;
+  int part = -1;  ///< first of the three unknowns of a soft part, which moves as the tool does
   double bound;
 };
 
@@ -51,6 +53,8 @@ ContactRow row_of(const RowContext& context, const Contact& contact) noexcept {
     }
   }
   row.angular = p_GC_W.cross(row.linear);
+  const int p = find_part(context.input.parts, context.state.parts, contact.key.tool_sphere);
+  if (p >= 0) row.part = context.w.parts[static_cast<std::size_t>(p)].unknown;
   return row;
 }
 
@@ -67,6 +71,12 @@ void set_row(QpProblem& problem, int i, const ContactRow& row, const SquareMatri
     if (row.unknown >= 0) {
       const auto u = static_cast<std::size_t>(row.unknown);
       sum += basis(u, k) * row.radial + basis(u + 1, k) * row.tangential;
+    }
+    if (row.part >= 0) {
+      const auto v = static_cast<std::size_t>(row.part);
+      for (std::size_t j = 0; j < 3; ++j) {
+        sum += basis(v + j, k) * row.linear[static_cast<Eigen::Index>(j)];
+      }
     }
     problem.row[k][r] = sum;
   }
@@ -130,6 +140,10 @@ double violation(const ContactRow& row, const std::array<double, kMaxQpUnknowns>
     const auto u = static_cast<std::size_t>(row.unknown);
     moved_by += row.radial * y[u] + row.tangential * y[u + 1];
   }
+  if (row.part >= 0) {
+    const auto v = static_cast<std::size_t>(row.part);
+    moved_by += row.linear.dot(Vector3(y[v], y[v + 1], y[v + 2]));
+  }
   const double excess = row.bound - moved_by;
   if (excess > tolerance) fraction = std::min(fraction, row.bound / moved_by);
   return excess;
@@ -145,20 +159,31 @@ void find_unknowns(const QpSolution& solution, const SquareMatrix& basis,
 }
 
 /// The step of the configuration that the unknowns mean.
-ConfigurationStep step_of(const OptimiserInput& input, const OptimiserState& state,
-                          const HoldModels& models,
+ConfigurationStep step_of(const RowContext& context,
                           const std::array<double, kMaxQpUnknowns>& y) noexcept {
+  const OptimiserState& state = context.state;
   ConfigurationStep step;
   step.tool = {{y[0], y[1], y[2]}, {y[3], y[4], y[5]}};
+  if (!state.parts.empty()) {
+    const Matrix3 R_GW = rotation_matrix(state.X_WG.q).transpose();
+    for (std::size_t k = 0; k < state.parts.size(); ++k) {
+      Vector3 dv_W = Vector3::Zero();
+      if (const int unknown = context.w.parts[k].unknown; unknown >= 0) {
+        const auto v = static_cast<std::size_t>(unknown);
+        dv_W = Vector3(y[v], y[v + 1], y[v + 2]);
+      }
+      step.parts[k] = {dv_W, rotate(R_GW, dv_W)};
+    }
+  }
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const HoldModel& hold = models[k];
+    const HoldModel& hold = context.w.models[k];
     if (hold.unknown < 0) {
       step.strings[k] = {Vector3::Zero(), 0.0};
       continue;
     }
     const auto u = static_cast<std::size_t>(hold.unknown);
     step.strings[k] = {y[u] * hold.radial_W + y[u + 1] * hold.tangential_W,
-                       vertex_motion(hold, state.holds[k].bend, step.tool, input.options.skin)};
+                       vertex_motion(hold, state.holds[k].bend, step, context.input.options.skin)};
   }
   return step;
 }
@@ -208,10 +233,14 @@ double solve_linearisation(const OptimiserInput& input, const OptimiserState& st
                            const ToolStep& e, OptimiserWorkspace& w,
                            OptimiserResult& result) noexcept {
   const RowContext context{input, state, w};
-  const int unknowns =
-      state.holds.empty() ? kToolDof : model_holds(input, w.contacts, state, w.models);
+  int unknowns = kToolDof;
+  if (!state.parts.empty()) {
+    unknowns = model_parts(input.parts, rotation_matrix(state.X_WG.q), input.stiffness.kt, input.dt,
+                           state.parts, unknowns, w.parts);
+  }
+  if (!state.holds.empty()) unknowns = model_holds(input, w.contacts, state, unknowns, w.models);
   LocalModel& model = w.model;
-  build_local_model(input, state, e, w.models, unknowns, model);
+  build_local_model(input, state, e, w.models, w.parts, unknowns, model);
   set_objective(model, w.problem);
   choose_nearest(w);
   fill_rows(context, model.basis, w.problem);
@@ -223,7 +252,7 @@ double solve_linearisation(const OptimiserInput& input, const OptimiserState& st
     if (w.solution.status != QpStatus::kOptimal) return 0.0;
     std::array<double, kMaxQpUnknowns> y;
     find_unknowns(w.solution, model.basis, y);
-    w.step = step_of(input, state, w.models, y);
+    w.step = step_of(context, y);
     if (all_fit) return 1.0;
     // The rows of the last solution name its multipliers, so they must stay as they are once the
     // rounds are over.

@@ -21,6 +21,7 @@ struct ContactCentre {
   Vector3 nhat_W{0.0, 0.0, 0.0};
   double lambda = 0.0;
   double weight = 0.0;
+  std::array<double, kMaxSoftParts> part_weight;
 
   /// `lambda` is that of the tool sphere's centre: on a bent string the nearest points of a sphere
   /// lie beside its vertex, on either leg.
@@ -30,11 +31,16 @@ struct ContactCentre {
     lambda += share * lambda_of_sphere;
     weight += share;
   }
+  /// Of what is added, the weight of a soft part.
+  void add_part(int part, double share) noexcept {
+    if (part >= 0) part_weight[static_cast<std::size_t>(part)] += share;
+  }
 };
 
 /// What the search for the centre of a string's contact looks at.
 struct TouchContext {
   const SphereTreeView& tool;
+  const ToolParts& parts;
   const Capsule& string_W;
   const ContactSet& contacts;
   const OptimiserState& state;
@@ -52,6 +58,8 @@ double lambda_of_sphere(const TouchContext& touch, const Contact& contact) noexc
 ContactCentre find_centre(const TouchContext& touch, std::int32_t capsule,
                           double near_gap) noexcept {
   ContactCentre centre;
+  const SoftParts& soft = touch.state.parts;
+  for (std::size_t k = 0; k < soft.size(); ++k) centre.part_weight[k] = 0.0;
   const Contact* nearest = nullptr;
   for (const Contact& contact : touch.contacts.contacts) {
     if (contact.key.kind != ObstacleKind::kCapsule || contact.key.obstacle != capsule) continue;
@@ -60,11 +68,13 @@ ContactCentre find_centre(const TouchContext& touch, std::int32_t capsule,
       const ActivePair& pair = touch.state.active[static_cast<std::size_t>(k)];
       if (pair.key == contact.key && pair.multiplier > 0.0) {
         centre.add(contact, lambda_of_sphere(touch, contact), pair.multiplier);
+        centre.add_part(find_part(touch.parts, soft, pair.key.tool_sphere), pair.multiplier);
       }
     }
   }
   if (!(centre.weight > 0.0) && nearest != nullptr && nearest->gap <= near_gap) {
     centre.add(*nearest, lambda_of_sphere(touch, *nearest), 1.0);
+    centre.add_part(find_part(touch.parts, soft, nearest->key.tool_sphere), 1.0);
   }
   return centre;
 }
@@ -105,9 +115,8 @@ double slip_stiffness(const StringContext& context, const StringHold& hold,
 }  // namespace
 
 int model_holds(const OptimiserInput& input, const ContactSet& contacts,
-                const OptimiserState& state, HoldModels& models) noexcept {
+                const OptimiserState& state, int unknowns, HoldModels& models) noexcept {
   const StringContext context = string_context(input);
-  int unknowns = kToolDof;
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     const StringHold& hold = state.holds[k];
     HoldModel& model = models[k];
@@ -116,13 +125,17 @@ int model_holds(const OptimiserInput& input, const ContactSet& contacts,
     model.length = context.strings[index].length;
     model.axis_W = (capsule.p_B - capsule.p_A) / model.length;
     const ContactCentre centre =
-        find_centre({input.tool, capsule, contacts, state}, hold.bend.capsule,
+        find_centre({input.tool, input.parts, capsule, contacts, state}, hold.bend.capsule,
                     2.0 * kHoldSkins * input.options.skin);
     model.touched = centre.weight > 0.0;
     model.p_GC_W = Vector3::Zero();
     model.nhat_W = Vector3::Zero();
     model.lambda = hold.bend.lambda;
+    model.parts = model.touched ? state.parts.size() : 0;
     if (model.touched) {
+      for (std::size_t p = 0; p < model.parts; ++p) {
+        model.part_share[p] = centre.part_weight[p] / centre.weight;
+      }
       model.p_GC_W = centre.p_WC / centre.weight - state.X_WG.p;
       const double length = centre.nhat_W.norm();
       if (length > 0.0) model.nhat_W = centre.nhat_W / length;
@@ -163,11 +176,18 @@ Vector3 force_direction(const OptimiserState& state, const HoldModels& models,
   return sliding_normal(models[k], state.holds[k].bend, contact);
 }
 
-double vertex_motion(const HoldModel& model, const StringBend& bend, const ToolStep& step,
+Vector3 contact_motion(const HoldModel& model, const ConfigurationStep& step) noexcept {
+  Vector3 motion = step.tool.dp + step.tool.dtheta.cross(model.p_GC_W);
+  for (std::size_t k = 0; k < model.parts; ++k) {
+    motion += model.part_share[k] * step.parts[k].dv_W;
+  }
+  return motion;
+}
+
+double vertex_motion(const HoldModel& model, const StringBend& bend, const ConfigurationStep& step,
                      double skin) noexcept {
   if (model.unknown < 0 || !model.touched) return 0.0;
-  const Vector3 motion = step.dp + step.dtheta.cross(model.p_GC_W);
-  const double along = motion.dot(model.axis_W) / model.length;
+  const double along = contact_motion(model, step).dot(model.axis_W) / model.length;
   // To the centre of the contact no faster than the skin absorbs.
   const double u = bend.u_W.norm();
   const double room = std::min(bend.lambda, 1.0 - bend.lambda);
@@ -177,10 +197,10 @@ double vertex_motion(const HoldModel& model, const StringBend& bend, const ToolS
   return std::clamp(wanted, -bend.lambda, 1.0 - bend.lambda);
 }
 
-Vector3 slip_motion(const HoldModel& model, const StringBend& bend, const ToolStep& step,
+Vector3 slip_motion(const HoldModel& model, const StringBend& bend, const ConfigurationStep& step,
                     const Vector3& du_W) noexcept {
   const double share = model.unknown < 0 ? 0.0 : deflection_share(bend, model.lambda);
-  return across(step.dp + step.dtheta.cross(model.p_GC_W) - share * du_W, model.nhat_W);
+  return across(contact_motion(model, step) - share * du_W, model.nhat_W);
 }
 
 }  // namespace hapticd

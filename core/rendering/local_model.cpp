@@ -10,15 +10,44 @@
 namespace hapticd {
 namespace {
 
+/// What the present linearisation knows of strings and soft parts.
+struct Models {
+  const HoldModels& holds;
+  const PartModels& parts;
+};
+
 /// How a point of the tool moves against a string or body: columns of the Jacobian of [dp; dtheta;
-/// du] that are not zero.
+/// dv; du] that are not zero, in the order of the unknowns.
 struct PointJacobian {
-  std::array<Vector3, kToolDof + 2> column;
-  std::array<std::size_t, kToolDof + 2> unknown;
+  static constexpr std::size_t kColumns = kToolDof + 2 + 3 * kMaxSoftParts;
+  std::array<Vector3, kColumns> column;
+  std::array<std::size_t, kColumns> unknown;
+  std::size_t of_tool = kToolDof;  ///< columns that move the tool; those of the string follow
   std::size_t count = kToolDof;
 };
 
-PointJacobian point_jacobian(const Vector3& p_GC_W, const HoldModel* hold, double share) noexcept {
+/// Lets the part move the point by `share` of its motion; parts in order, before strings.
+void add_part(const PartModel& part, double share, PointJacobian& J) noexcept {
+  if (part.unknown < 0 || share == 0.0) return;
+  for (std::size_t k = 0; k < 3; ++k) {
+    J.column[J.count] = Vector3::Zero();
+    J.column[J.count][static_cast<Eigen::Index>(k)] = share;
+    J.unknown[J.count++] = static_cast<std::size_t>(part.unknown) + k;
+  }
+  J.of_tool = J.count;
+}
+
+/// Lets the string move against the point by `share` of its deflection.
+void add_string(const HoldModel& hold, double share, PointJacobian& J) noexcept {
+  if (hold.unknown < 0) return;
+  const auto first = static_cast<std::size_t>(hold.unknown);
+  J.column[J.count] = -share * hold.radial_W;
+  J.unknown[J.count++] = first;
+  J.column[J.count] = -share * hold.tangential_W;
+  J.unknown[J.count++] = first + 1;
+}
+
+PointJacobian point_jacobian(const Vector3& p_GC_W) noexcept {
   PointJacobian out;
   for (std::size_t k = 0; k < 3; ++k) {
     Vector3 unit = Vector3::Zero();
@@ -27,14 +56,6 @@ PointJacobian point_jacobian(const Vector3& p_GC_W, const HoldModel* hold, doubl
     out.column[k + 3] = unit.cross(p_GC_W);
     out.unknown[k] = k;
     out.unknown[k + 3] = k + 3;
-  }
-  if (hold != nullptr && hold->unknown >= 0) {
-    const auto first = static_cast<std::size_t>(hold->unknown);
-    out.column[6] = -share * hold->radial_W;
-    out.column[7] = -share * hold->tangential_W;
-    out.unknown[6] = first;
-    out.unknown[7] = first + 1;
-    out.count = kToolDof + 2;
   }
   return out;
 }
@@ -75,25 +96,40 @@ RoundContact round_contact(const OptimiserInput& input, const ObstaclesView& obs
   return out;
 }
 
+/// A soft part turns with the tool: H -= the Hessian of f . dtheta x dv.
+void subtract_turning(const PartModel& part, const Vector3& f, SquareMatrix& H) noexcept {
+  const auto v = static_cast<std::size_t>(part.unknown);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const double component = f[static_cast<Eigen::Index>((i + 2) % 3)];
+    H(v + j, i + 3) -= component;
+    H(v + i, j + 3) += component;
+  }
+}
+
 /// H -= multiplier times the Hessian of the signed distance of one pair.
 void subtract_curvature(const OptimiserInput& input, const ObstaclesView& obstacles,
-                        const OptimiserState& state, const HoldModels& models,
+                        const OptimiserState& state, const Models& models, const ToolShape& shape,
                         const ActivePair& pair, SquareMatrix& H) noexcept {
-  const Contact contact = evaluate_contact(pair.key, input.tool, state.X_WG, obstacles);
+  const Contact contact =
+      evaluate_contact(pair.key, input.tool, state.X_WG, obstacles, shape.view());
   const double r = tree_sphere(input.tool, pair.key.tool_sphere).r;
   const RoundContact geometry = round_contact(input, obstacles, pair.key, contact, r);
   if (!(geometry.distance > 0.0)) return;
   const Vector3& n = contact.nhat_OG_W;
   const Vector3 a = contact.p_WC + r * n - state.X_WG.p;
-  const int h = find_hold(state.holds, pair.key);
-  const HoldModel* hold = h >= 0 ? &models[static_cast<std::size_t>(h)] : nullptr;
-  const double share =
-      h >= 0 ? deflection_share(state.holds[static_cast<std::size_t>(h)].bend, contact.lambda)
-             : 0.0;
-  // The centre moves by dp - [a] dtheta - share du; where the obstacle is round that costs |v|^2 /
-  // (2 distance).
-  add_quadratic(point_jacobian(a, hold, share),
-                (-pair.multiplier / geometry.distance) * geometry.round, H);
+  PointJacobian J = point_jacobian(a);
+  const int p = find_part(input.parts, state.parts, pair.key.tool_sphere);
+  const PartModel* part = p >= 0 ? &models.parts[static_cast<std::size_t>(p)] : nullptr;
+  if (part != nullptr) add_part(*part, 1.0, J);
+  if (const int h = find_hold(state.holds, pair.key); h >= 0) {
+    const auto k = static_cast<std::size_t>(h);
+    add_string(models.holds[k], deflection_share(state.holds[k].bend, contact.lambda), J);
+  }
+  // The centre moves by dp - [a] dtheta + dv - share du; where the obstacle is round that costs
+  // |v|^2 / (2 distance).
+  add_quadratic(J, (-pair.multiplier / geometry.distance) * geometry.round, H);
+  if (part != nullptr && part->unknown >= 0) subtract_turning(*part, pair.multiplier * n, H);
   // Second order of the rotation itself: n . dtheta x (dtheta x a).
   const double along = n.dot(a);
   for (Eigen::Index i = 0; i < 3; ++i) {
@@ -117,10 +153,10 @@ Matrix3 rotation_hessian(const Vector3& phi) noexcept {
 }
 
 /// Downhill gradient, stiffness and friction of the held strings.
-void add_holds(const OptimiserState& state, const HoldModels& models, SquareMatrix& H,
+void add_holds(const OptimiserState& state, const Models& models, SquareMatrix& H,
                std::array<double, kMaxQpUnknowns>& downhill) noexcept {
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const HoldModel& hold = models[k];
+    const HoldModel& hold = models.holds[k];
     if (hold.unknown >= 0) {
       const auto first = static_cast<std::size_t>(hold.unknown);
       downhill[first] = -hold.force;
@@ -129,13 +165,15 @@ void add_holds(const OptimiserState& state, const HoldModels& models, SquareMatr
     if (hold.lateral_force == 0.0 && hold.slip_stiffness == 0.0) continue;
     const StringBend& bend = state.holds[k].bend;
     const double share = hold.unknown < 0 ? 0.0 : deflection_share(bend, hold.lambda);
-    const PointJacobian J = point_jacobian(hold.p_GC_W, &hold, share);
+    PointJacobian J = point_jacobian(hold.p_GC_W);
+    for (std::size_t p = 0; p < hold.parts; ++p) add_part(models.parts[p], hold.part_share[p], J);
+    add_string(hold, share, J);
     const Vector3& n = hold.nhat_W;
     const Vector3 friction = -hold.slip_stiffness * state.holds[k].slip_W;
     const Vector3 lateral = hold.lateral_force * hold.axis_W;
     // The string's ends hold it along its axis: there only the tool gains.
     for (std::size_t i = 0; i < J.count; ++i) {
-      downhill[J.unknown[i]] += J.column[i].dot(i < kToolDof ? friction + lateral : friction);
+      downhill[J.unknown[i]] += J.column[i].dot(i < J.of_tool ? friction + lateral : friction);
     }
     add_quadratic(J, hold.slip_stiffness * (Matrix3::Identity() - n * n.transpose()), H);
   }
@@ -144,7 +182,8 @@ void add_holds(const OptimiserState& state, const HoldModels& models, SquareMatr
 }  // namespace
 
 void build_local_model(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
-                       const HoldModels& models, int unknowns, LocalModel& model) noexcept {
+                       const HoldModels& models, const PartModels& parts, int unknowns,
+                       LocalModel& model) noexcept {
   const auto n = static_cast<std::size_t>(unknowns);
   // Everything in units where G and K are the identity.
   std::array<double, kMaxQpUnknowns> inverse_root;
@@ -161,18 +200,28 @@ void build_local_model(const OptimiserInput& input, const OptimiserState& state,
     inverse_root[first] = 1.0 / std::sqrt(models[k].radial_stiffness);
     inverse_root[first + 1] = 1.0 / std::sqrt(models[k].tangential_stiffness);
   }
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    if (parts[k].unknown < 0) continue;
+    const auto first = static_cast<std::size_t>(parts[k].unknown);
+    for (std::size_t i = 0; i < 3; ++i) {
+      inverse_root[first + i] = 1.0 / std::sqrt(parts[k].stiffness);
+      downhill[first + i] = parts[k].pull_W[static_cast<Eigen::Index>(i)];
+    }
+  }
 
   SquareMatrix H;
   H.size = n;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j <= i; ++j) H(i, j) = 0.0;
   }
+  const Models yielding{models, parts};
   const BentObstacles bent(input.obstacles, state.holds);
+  const ToolShape shape(input.parts, state.parts);
   for (int k = 0; k < state.active_count; ++k) {
-    subtract_curvature(input, bent.view(), state, models, state.active[static_cast<std::size_t>(k)],
-                       H);
+    subtract_curvature(input, bent.view(), state, yielding, shape,
+                       state.active[static_cast<std::size_t>(k)], H);
   }
-  add_holds(state, models, H, downhill);
+  add_holds(state, yielding, H, downhill);
   const Matrix3 rotation = rotation_hessian(e.dtheta);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j <= i; ++j) H(i, j) *= inverse_root[i] * inverse_root[j];

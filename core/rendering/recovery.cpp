@@ -83,7 +83,8 @@ bool push(const OptimiserInput& input, const Vector3& dp, OptimiserState& state,
   const ToolStep step{way * length, Vector3::Zero()};
   const Pose X_new = moved(state.X_WG, step);
   const BentObstacles bent(input.obstacles, state.holds);
-  const double gap = minimum_gap_of(w.contacts, input.tool, X_new, bent.view());
+  const ToolShape shape(input.parts, state.parts);
+  const double gap = minimum_gap_of(w.contacts, input.tool, X_new, bent.view(), shape.view());
   if (!(gap > w.contacts.minimum_gap)) return false;
   state.X_WG = X_new;
   result.minimum_gap = gap;

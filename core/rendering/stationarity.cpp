@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/collision/primitive_gap.h"
 #include "core/rendering/hold_model.h"
 
 namespace hapticd {
@@ -14,12 +15,21 @@ bool is_stationary(const OptimiserInput& input, const OptimiserState& state, con
     return false;
   }
   const double tolerance = kSettledShare * input.options.stop_tolerance;
-  if (!state.holds.empty()) static_cast<void>(model_holds(input, w.contacts, state, w.models));
+  int unknowns = kToolDof;
+  if (!state.parts.empty()) {
+    unknowns = model_parts(input.parts, rotation_matrix(state.X_WG.q), input.stiffness.kt, input.dt,
+                           state.parts, unknowns, w.parts);
+  }
+  if (!state.holds.empty()) {
+    static_cast<void>(model_holds(input, w.contacts, state, unknowns, w.models));
+  }
   F_H_W = Wrench{};
   std::array<Vector3, kMaxDeflectingStrings> pulled;
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     pulled[k] = -w.models[k].force * w.models[k].radial_W;
   }
+  std::array<Vector3, kMaxSoftParts> pushed;
+  for (std::size_t k = 0; k < state.parts.size(); ++k) pushed[k] = w.parts[k].pull_W;
   for (int k = 0; k < result.active_count; ++k) {
     const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
     const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(active.contact)];
@@ -28,6 +38,8 @@ bool is_stationary(const OptimiserInput& input, const OptimiserState& state, con
     const Vector3 f = active.multiplier * force_direction(state, w.models, contact);
     F_H_W.f += f;
     F_H_W.t += (contact.p_WC - state.X_WG.p).cross(f);
+    const int p = find_part(input.parts, state.parts, contact.key.tool_sphere);
+    if (p >= 0) pushed[static_cast<std::size_t>(p)] += f;
     const int h = find_hold(state.holds, contact.key);
     if (h < 0) continue;
     const auto s = static_cast<std::size_t>(h);
@@ -36,7 +48,11 @@ bool is_stationary(const OptimiserInput& input, const OptimiserState& state, con
   }
   const ToolStep wanted{e.dp + F_H_W.f / input.stiffness.kt,
                         e.dtheta + F_H_W.t / input.stiffness.kr()};
-  if (displacement_bound(wanted, reach(input.tool)) > tolerance) return false;
+  if (displacement_bound(wanted, tool_reach(input, state)) > tolerance) return false;
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    const PartModel& part = w.parts[k];
+    if (part.unknown >= 0 && pushed[k].norm() > tolerance * part.stiffness) return false;
+  }
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     const HoldModel& hold = w.models[k];
     if (hold.unknown < 0) continue;

@@ -1,6 +1,6 @@
 // Saves the linearisation that would only confirm the last one. After a full step the forces of
-// that program are put into the balance at the pose reached: what tool and strings lack of
-// equilibrium, over their stiffness, is the step that another program would want. RT: yes, about
+// that program are put into the balance at the pose reached: what tool, strings and soft parts lack
+// of equilibrium, over their stiffness, is the step that another program would want. RT: yes, about
 // 0.3 us.
 #pragma once
 

@@ -27,6 +27,16 @@ constexpr double kGreatestLegTurn = 2.0;
 constexpr double kLeastRoom = 0.25;
 /// A string that yields less than this at a contact, m per m of its vertex, cannot make room.
 constexpr double kLeastYield = 0.05;
+
+/// Greatest motion of a soft part against the rigid tool in `step`, m.
+double greatest_motion(const OptimiserState& state, const ConfigurationStep& step) noexcept {
+  double greatest = 0.0;
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    greatest = std::max(greatest, step.parts[k].dv_G.norm());
+  }
+  return greatest;
+}
+
 /// Largest fraction of the full step that keeps the linearisation valid: no tool point moves
 /// further than the pairs not in the program allow.
 double step_fraction(const OptimiserInput& input, const OptimiserState& state,
@@ -74,7 +84,11 @@ double unseen_approach(double from, double to, double turned, double way, double
 /// rotation.
 double path_samples(const OptimiserInput& input, const OptimiserState& state,
                     const OptimiserWorkspace& w, const ConfigurationStep& step) noexcept {
-  double error = 0.125 * step.tool.dtheta.squaredNorm() * reach(input.tool);
+  const double reach_of_tool = tool_reach(input, state);
+  const double parts = greatest_motion(state, step);
+  const double angle = step.tool.dtheta.norm();
+  double error = 0.125 * step.tool.dtheta.squaredNorm() * (reach_of_tool + parts);
+  error += 0.25 * angle * parts;
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     const StringHold& hold = state.holds[k];
     const StringMotion& motion = step.strings[k];
@@ -82,7 +96,7 @@ double path_samples(const OptimiserInput& input, const OptimiserState& state,
     const double turned = displacement_bound(motion, length);
     if (!hold.yields || !(turned > 0.0)) continue;
     const double d = smallest_distance(input, w.contacts, hold.bend.capsule);
-    const double way = displacement_bound(step.tool, reach(input.tool)) + turned;
+    const double way = displacement_bound(step.tool, reach_of_tool + parts) + parts + turned;
     const double u_from = hold.bend.u_W.norm();
     const StringBend end = moved(hold.bend, motion);
     const double u_to = end.u_W.norm();
@@ -107,10 +121,12 @@ bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
     const double part = static_cast<double>(k) / samples;
     const Pose X = moved(state.X_WG, scaled(step.tool, part));
     const BentObstacles bent(input.obstacles, state.holds, step, part);
+    const ToolShape shape(input.parts, state.parts, step.parts, part);
     for (const Contact& contact : w.contacts.contacts) {
       if (contact.gap > displacement) continue;
       ++result.tests;
-      if (evaluate_contact(contact.key, input.tool, X, bent.view()).gap < 0.0) return false;
+      const Contact there = evaluate_contact(contact.key, input.tool, X, bent.view(), shape.view());
+      if (there.gap < 0.0) return false;
     }
   }
   return true;
@@ -125,6 +141,7 @@ void make_room(const OptimiserInput& input, const OptimiserState& state,
   const double room = kLeastRoom * input.options.skin;
   const Pose X_new = moved(state.X_WG, step.tool);
   const BentObstacles bent(input.obstacles, state.holds, step, 1.0);
+  const ToolShape shape(input.parts, state.parts, step.parts, 1.0);
   std::array<double, kMaxDeflectingStrings> greatest{};
   double greatest_of_tool = 0.0;
   for (int i = 0; i < result.active_count; ++i) {
@@ -135,7 +152,7 @@ void make_room(const OptimiserInput& input, const OptimiserState& state,
     const auto k = static_cast<std::size_t>(h);
     const StringHold& hold = state.holds[k];
     if (!hold.yields) continue;
-    const Contact contact = evaluate_contact(key, input.tool, X_new, bent.view());
+    const Contact contact = evaluate_contact(key, input.tool, X_new, bent.view(), shape.view());
     const double lack = room - contact.gap;
     if (!(lack > 0.0)) continue;
     const Vector3& n = contact.nhat_OG_W;
@@ -151,20 +168,28 @@ void make_room(const OptimiserInput& input, const OptimiserState& state,
   }
 }
 
+/// Where a step leads.
+struct Configuration {
+  const Pose& X_WG;
+  const ObstaclesView& obstacles;
+  const DisplacedParts& displaced;
+};
+
 /// Energy that pressing back onto the obstacles will release once more: multiplier times what each
 /// touched gap has gained over its linear prediction. Without it every long step along a curved
 /// obstacle would look like a climb (the Maratos effect).
 double curvature_credit(const OptimiserInput& input, const OptimiserWorkspace& w,
-                        const OptimiserResult& result, const Pose& X_new,
-                        const ObstaclesView& obstacles, double fraction) noexcept {
+                        const OptimiserResult& result, const Configuration& end,
+                        double fraction) noexcept {
   double credit = 0.0;
   for (int k = 0; k < result.active_count; ++k) {
     const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
     const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(active.contact)];
     const double predicted =
         contact.gap + fraction * std::min(0.0, input.options.skin - contact.gap);
-    credit += active.multiplier *
-              (evaluate_contact(contact.key, input.tool, X_new, obstacles).gap - predicted);
+    const Contact there =
+        evaluate_contact(contact.key, input.tool, end.X_WG, end.obstacles, end.displaced);
+    credit += active.multiplier * (there.gap - predicted);
   }
   return credit;
 }
@@ -185,14 +210,17 @@ double string_energy_gain(const OptimiserInput& input, const OptimiserState& sta
       start.u_W = hold.bend.u_W;
       gain += string_law(context, end, end.u_W.norm()).energy -
               string_law(context, start, start.u_W.norm()).energy;
-      const double slid = step.tool.dp.dot(models[k].axis_W) +
-                          step.tool.dtheta.cross(models[k].p_GC_W).dot(models[k].axis_W);
+      double slid = step.tool.dp.dot(models[k].axis_W) +
+                    step.tool.dtheta.cross(models[k].p_GC_W).dot(models[k].axis_W);
+      for (std::size_t p = 0; p < models[k].parts; ++p) {
+        slid += models[k].part_share[p] * step.parts[p].dv_W.dot(models[k].axis_W);
+      }
       gain -= models[k].lateral_force * slid;
     }
     if (models[k].slip_stiffness > 0.0) {
       const auto index = static_cast<std::size_t>(hold.bend.capsule);
       const double limit = input.strings[index].friction_coefficient * hold.normal_force;
-      const Vector3 slip = hold.slip_W + slip_motion(models[k], hold.bend, step.tool, motion.du_W);
+      const Vector3 slip = hold.slip_W + slip_motion(models[k], hold.bend, step, motion.du_W);
       const double stiffness = input.instrument.anchor_stiffness;
       gain += slip_energy(stiffness, limit, slip.norm()) -
               slip_energy(stiffness, limit, hold.slip_W.norm());
@@ -209,10 +237,35 @@ void commit(const OptimiserInput& input, const ConfigurationStep& step, const Po
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     StringHold& hold = state.holds[k];
     if (input.instrument.friction && w.models[k].touched) {
-      hold.slip_W += slip_motion(w.models[k], hold.bend, step.tool, step.strings[k].du_W);
+      hold.slip_W += slip_motion(w.models[k], hold.bend, step, step.strings[k].du_W);
     }
     hold.bend = moved(hold.bend, step.strings[k]);
   }
+  for (std::size_t k = 0; k < state.parts.size(); ++k) state.parts[k].v_G += step.parts[k].dv_G;
+}
+
+/// What the soft parts gain in energy over `step`.
+double part_energy_gain(const OptimiserState& state, const PartModels& models,
+                        const ConfigurationStep& step) noexcept {
+  double gain = 0.0;
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    gain += part_energy_gain(models[k], step.parts[k]);
+  }
+  return gain;
+}
+
+/// `fraction` of the full step of a linearisation.
+ConfigurationStep scaled(const OptimiserState& state, const ConfigurationStep& full,
+                         double fraction) noexcept {
+  ConfigurationStep step;
+  step.tool = scaled(full.tool, fraction);
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    step.strings[k] = scaled(full.strings[k], fraction);
+  }
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    step.parts[k] = {full.parts[k].dv_W * fraction, full.parts[k].dv_G * fraction};
+  }
+  return step;
 }
 
 }  // namespace
@@ -224,7 +277,8 @@ double step_bound(const OptimiserInput& input, const OptimiserState& state,
     const auto index = static_cast<std::size_t>(state.holds[k].bend.capsule);
     strings = std::max(strings, displacement_bound(step.strings[k], input.strings[index].length));
   }
-  return displacement_bound(step.tool, reach(input.tool)) + strings;
+  const double parts = greatest_motion(state, step);
+  return displacement_bound(step.tool, tool_reach(input, state) + parts) + strings + parts;
 }
 
 bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double holds, bool last,
@@ -232,24 +286,26 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double ho
                        OptimiserResult& result) noexcept {
   double fraction = std::min(holds, step_fraction(input, state, w));
   const double energy = coupling_energy(input.stiffness, e);
-  const double rounding = state.holds.empty() ? 0.0 : kEnergyRounding * energy;
+  double rounding = state.holds.empty() && state.parts.empty() ? 0.0 : kEnergyRounding * energy;
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    rounding += kEnergyRounding * w.parts[k].stiffness * w.parts[k].off_G.squaredNorm();
+  }
   const double samples_of_full_step = path_samples(input, state, w, w.step);
   if (fraction * samples_of_full_step > kMaxPathSamples) {
     fraction = kMaxPathSamples / samples_of_full_step;
   }
   const int halvings = last ? 0 : kMaxHalvings;
   for (int halving = 0; halving <= halvings; ++halving) {
-    ConfigurationStep step;
-    step.tool = scaled(w.step.tool, fraction);
-    for (std::size_t k = 0; k < state.holds.size(); ++k) {
-      step.strings[k] = scaled(w.step.strings[k], fraction);
-    }
+    ConfigurationStep step = scaled(state, w.step, fraction);
     make_room(input, state, w, result, step);
     const Pose X_new = moved(state.X_WG, step.tool);
     const ToolStep e_new = coupling_error(X_new, input.X_WH, e.dtheta);
     const BentObstacles bent(input.obstacles, state.holds, step, 1.0);
-    const double credit = curvature_credit(input, w, result, X_new, bent.view(), fraction);
-    const double gain = string_energy_gain(input, state, w.models, step);
+    const ToolShape shape(input.parts, state.parts, step.parts, 1.0);
+    const double credit =
+        curvature_credit(input, w, result, {X_new, bent.view(), shape.view()}, fraction);
+    const double gain =
+        string_energy_gain(input, state, w.models, step) + part_energy_gain(state, w.parts, step);
     const int samples = 2 + static_cast<int>(fraction * samples_of_full_step);
     if (coupling_energy(input.stiffness, e_new) + gain - credit <= energy + rounding &&
         clear_of_contacts(input, state, w, step, samples, result)) {

@@ -26,11 +26,21 @@ StringContact* contact_of(std::int32_t string, StringContacts& contacts) noexcep
 
 /// Sums force, and place and lambda weighted with it.
 void add_pair(const Contact& contact, double multiplier, const Vector3& direction,
-              StringContact& sum) noexcept {
+              double part_compliance, StringContact& sum) noexcept {
   sum.F_W += multiplier * direction;
   sum.p_WC += multiplier * contact.p_WC;
   sum.lambda += multiplier * contact.lambda;
   sum.force += multiplier;
+  sum.part_compliance += multiplier * part_compliance;
+}
+
+/// What the spring of the part yields that a sphere of the tool belongs to, m/N.
+double part_compliance(const OptimiserInput& input, const OptimiserState& state,
+                       TreeSphereId sphere) noexcept {
+  const int k = find_part(input.parts, state.parts, sphere);
+  if (k < 0) return 0.0;
+  const auto part = static_cast<std::size_t>(state.parts[static_cast<std::size_t>(k)].part);
+  return 1.0 / input.parts.parts[part].stiffness;
 }
 
 /// F_r of a string that does not yield, per unit of the contact force.
@@ -67,6 +77,7 @@ Wrench settle(const OptimiserInput& input, const OptimiserState& state,
               StringContact& contact) noexcept {
   contact.p_WC /= contact.force;
   contact.lambda /= contact.force;
+  contact.part_compliance /= contact.force;
   contact.force = contact.F_W.norm();
   if (!(contact.force > 0.0)) return {};
   contact.nhat_W = contact.F_W / contact.force;
@@ -81,6 +92,7 @@ Wrench settle(const OptimiserInput& input, const OptimiserState& state,
   const double share = yields || (on_end && string.model == StringModel::kDeflecting)
                            ? yielding_share(string, hold, kt, contact)
                            : rigid_share(string, kt, contact);
+  contact.displacement += contact.part_compliance * contact.force;
   if (share == 1.0) return {};
   const Vector3 change = (share - 1.0) * contact.F_W;
   contact.F_W *= share;
@@ -104,7 +116,8 @@ void find_string_contacts(const OptimiserInput& input, const OptimiserState& sta
     }
     StringContact* sum = contact_of(contact.key.obstacle, contacts);
     if (sum == nullptr) continue;
-    add_pair(contact, active.multiplier, force_direction(state, w.models, contact), *sum);
+    add_pair(contact, active.multiplier, force_direction(state, w.models, contact),
+             part_compliance(input, state, contact.key.tool_sphere), *sum);
   }
   for (StringContact& contact : contacts) {
     const Wrench change = settle(input, state, contact);
@@ -118,9 +131,11 @@ StringNearness nearest_to_string(const OptimiserInput& input, const OptimiserSta
                                  double nothing) noexcept {
   StringNearness nearest{nothing, 0.5, Vector3::Zero(), Vector3::Zero()};
   const BentObstacles bent(input.obstacles, state.holds);
+  const ToolShape shape(input.parts, state.parts);
   for (const Contact& listed : w.contacts.contacts) {
     if (listed.key.kind != ObstacleKind::kCapsule || listed.key.obstacle != string) continue;
-    const Contact contact = evaluate_contact(listed.key, input.tool, state.X_WG, bent.view());
+    const Contact contact =
+        evaluate_contact(listed.key, input.tool, state.X_WG, bent.view(), shape.view());
     if (contact.gap < nearest.gap) {
       nearest = {contact.gap, contact.lambda, contact.nhat_OG_W, contact.p_WC};
     }

@@ -27,7 +27,8 @@ struct StringContact {
   double lambda = 0.0;
   double deflection = 0.0;  ///< delta, m
   double displacement =
-      0.0;  ///< D: of the hand into the string: deflection and what the coupling yields, m
+      0.0;  ///< D: of the hand into the string: deflection and what coupling and part yield, m
+  double part_compliance = 0.0;  ///< of the soft parts that touch it, m/N; 0: rigid
 };
 
 using StringContacts = FixedVector<StringContact, kMaxPressedStrings>;

@@ -15,6 +15,7 @@
 #include "core/instrument/deflection.h"
 #include "core/instrument/instrument_options.h"
 #include "core/math/fixed_vector.h"
+#include "core/rendering/soft_part.h"
 #include "core/rendering/virtual_coupling.h"
 
 namespace hapticd {
@@ -55,6 +56,9 @@ struct HoldModel {
   Vector3 nhat_W;                     ///< mean normal of the contact, unit
   double lambda = 0.0;                ///< of the centre of the contact
   double slip_stiffness = 0.0;        ///< of friction around the present slip, N/m; 0: none
+  /// Share of each soft part in the contact; where there is none of them nothing is set.
+  std::array<double, kMaxSoftParts> part_share;
+  std::size_t parts = 0;  ///< soft parts that there are
 };
 
 using HoldModels = std::array<HoldModel, kMaxDeflectingStrings>;
@@ -65,11 +69,12 @@ struct StringMotion {
   double dlambda;
 };
 
-/// A step of the whole configuration. Strings in the order of the holds; entries beyond them mean
-/// nothing.
+/// A step of the whole configuration. Strings in the order of the holds, parts in that of the soft
+/// ones; entries beyond them mean nothing.
 struct ConfigurationStep {
   ToolStep tool;
   std::array<StringMotion, kMaxDeflectingStrings> strings;
+  PartMotions parts;
 };
 
 /// `motion` times `factor`.

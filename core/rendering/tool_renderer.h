@@ -27,6 +27,7 @@ struct ToolScene {
   /// Strings that are more than rigid lines: the first capsules of the obstacles, in their order.
   std::span<const StringConstants> strings{};
   InstrumentOptions instrument{};
+  ToolParts parts{};  ///< what of the tool is soft
 };
 
 /// State of one tool. Copy it to take a snapshot.

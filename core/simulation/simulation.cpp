@@ -83,12 +83,14 @@ void Simulation::find_ringing(const Way& way, std::int64_t t_ns) noexcept {
   const double range = swing + options.skin + scene_.instrument.release.release_gap;
   const Pose& X_WG = tool_.optimiser.X_WG;
   const ToolStep moved = coupling_error(way.X_WG_before, X_WG, Vector3::Zero());
-  const double way_gone =
-      std::max(workspace_.travelled, displacement_bound(moved, reach(way.input.tool)));
+  const double way_gone = std::max(
+      workspace_.travelled, displacement_bound(moved, tool_reach(way.input, tool_.optimiser)));
   if (!(swing > 0.0) || range <= workspace_.contacts.covered_margin - way_gone) return;
   const double margin = std::max(options.margin, range);
   const BentObstacles bent(way.input.obstacles, tool_.optimiser.holds);
-  find_contacts(way.input.tool, X_WG, bent.view(), {margin, margin}, workspace_.contacts);
+  const ToolShape shape(way.input.parts, tool_.optimiser.parts);
+  find_contacts(way.input.tool, X_WG, bent.view(), {margin, margin}, workspace_.contacts,
+                shape.view());
 }
 
 void Simulation::merge_touched(const StringContacts& touched) noexcept {
@@ -150,6 +152,7 @@ Simulation::Near Simulation::look_at(std::int32_t string, const Way& way,
   if (pressed != nullptr && pressed->force > 0.0) {
     touch.distance = -pressed->displacement;
     touch.force = pressed->force;
+    touch.stiffness /= 1.0 + touch.stiffness * pressed->part_compliance;
     touch.deflection = pressed->deflection;
     touch.lambda = pressed->lambda;
     near.nhat_W = pressed->nhat_W;

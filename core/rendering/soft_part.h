@@ -1,0 +1,163 @@
+// Soft parts of a tool: a fingertip that yields. A part may stand aside of where the rigid tool has
+// it by v, held by a spring k and a damper c side by side (Kelvin-Voigt), and so in series with
+// every contact of the part: surfaces never overlap, it is the part as drawn that moves. Over a
+// tick, by implicit Euler,
+//   U(v) = 1/2 k |v|^2 + c/(2 dt) |v - v_before|^2 = 1/2 K |v - v*|^2 + const,
+//   K = k + c/dt,  v* = (c/dt) v_before / K,
+// which never gives more energy than it was given. A part adds three unknowns to the program of the
+// tick while it is touched or displaced. v turns with the tool: it has the axes of G. RT: yes.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "core/collision/contact.h"
+#include "core/collision/displaced_parts.h"
+#include "core/instrument/parameter_range.h"
+#include "core/math/fixed_vector.h"
+#include "core/math/limits.h"
+#include "core/math/realtime.h"
+
+namespace hapticd {
+
+/// What a part of a tool is made of. Names and ranges of scene.proto's Fingertip.
+struct ToolPart {
+  double stiffness = 0.0;  ///< k, N/m, [1, 1e9]; 0: rigid
+  double damping = 0.0;    ///< c, N s/m, [0, 1e6]
+};
+
+/// The first fault of `part`, none when all is well. Non-finite numbers are out of range. 10 ns.
+[[nodiscard]] HD_REALTIME std::optional<ParameterFault> check_part(const ToolPart& part) noexcept;
+
+/// The parts of a tool. Views must outlive their use.
+struct ToolParts {
+  std::span<const ToolPart> parts{};  ///< at most 256; none: all is rigid
+  /// Part of each leaf of the tool's tree; empty: all are of part 0.
+  std::span<const std::uint8_t> part_of_sphere{};
+
+  /// Part of the leaf `sphere`.
+  [[nodiscard]] std::int32_t part_of(TreeSphereId sphere) const noexcept {
+    return part_of_sphere.empty() ? 0 : part_of_sphere[static_cast<std::size_t>(sphere)];
+  }
+};
+
+/// True when a part yields; queries then go by the leaves.
+[[nodiscard]] inline bool any_soft(const ToolParts& tool) noexcept {
+  for (const ToolPart& part : tool.parts) {
+    if (part.stiffness > 0.0) return true;
+  }
+  return false;
+}
+
+/// A part that is touched or displaced, from tick to tick.
+struct SoftPart {
+  std::int32_t part = 0;
+  Vector3 v_G{0.0, 0.0, 0.0};         ///< where it stands, m
+  Vector3 v_before_G{0.0, 0.0, 0.0};  ///< where it stood when the tick began, m
+};
+
+/// In the order in which they were touched.
+using SoftParts = FixedVector<SoftPart, kMaxSoftParts>;
+
+/// Displacements up to this vanish when the way is free, m: far below the skin, so that no gap
+/// closes by it. Smaller: a damped part keeps its unknowns longer.
+inline constexpr double kVanishing = 1e-9;
+
+/// A soft part in the program of one linearisation.
+struct PartModel {
+  int unknown = -1;               ///< of the first of three, in the axes of W; -1: does not move
+  double stiffness = 0.0;         ///< K, N/m
+  Vector3 off_G{0.0, 0.0, 0.0};   ///< v - v*, m
+  Vector3 pull_W{0.0, 0.0, 0.0};  ///< on the part, from spring and damper: -K (v - v*), N
+};
+
+using PartModels = std::array<PartModel, kMaxSoftParts>;
+
+/// A part's motion in a step, in the axes of W and of G, m.
+struct PartMotion {
+  Vector3 dv_W;
+  Vector3 dv_G;
+};
+
+/// Entries beyond the parts at hand mean nothing.
+using PartMotions = std::array<PartMotion, kMaxSoftParts>;
+
+/// Index among `soft` of the part that the leaf `sphere` belongs to, or -1.
+[[nodiscard]] inline int find_part(const ToolParts& tool, const SoftParts& soft,
+                                   TreeSphereId sphere) noexcept {
+  if (soft.empty()) return -1;
+  const std::int32_t part = tool.part_of(sphere);
+  for (std::size_t k = 0; k < soft.size(); ++k) {
+    if (soft[k].part == part) return static_cast<int>(k);
+  }
+  return -1;
+}
+
+/// Begins a tick: where the parts stand is where they stood before. Parts that are no longer soft
+/// are forgotten.
+HD_REALTIME void start_parts(const ToolParts& tool, SoftParts& soft) noexcept;
+
+/// Takes up soft parts that contacts have come within `near` of (m) and lets go of those at rest
+/// that none is within twice of; neither moves anything. Parts beyond the capacity stay rigid and
+/// are counted in `refused`.
+HD_REALTIME void update_parts(const ToolParts& tool, const ContactSet& contacts, double near,
+                              SoftParts& soft, int& refused) noexcept;
+
+/// Models of `soft` for a tool that has kt N/m, its axes turned by `R_WG`, in a tick of `dt` s; the
+/// first unknown is number `unknowns`. Returns that of the next.
+[[nodiscard]] HD_REALTIME int model_parts(const ToolParts& tool, const Matrix3& R_WG, double kt,
+                                          double dt, const SoftParts& soft, int unknowns,
+                                          PartModels& models) noexcept;
+
+/// Where part number `k` of `soft` goes when nothing touches it: to v*, or to rest when that is
+/// vanishingly near.
+[[nodiscard]] HD_REALTIME Vector3 free_displacement(const ToolParts& tool, double dt,
+                                                    const SoftPart& soft) noexcept;
+
+/// What U gains over `motion`, J.
+[[nodiscard]] inline double part_energy_gain(const PartModel& model,
+                                             const PartMotion& motion) noexcept {
+  return model.stiffness * motion.dv_G.dot(model.off_G + 0.5 * motion.dv_G);
+}
+
+/// Greatest displacement of the parts, m: so much further than its tree does the tool reach.
+[[nodiscard]] inline double greatest_displacement(const SoftParts& soft) noexcept {
+  double greatest = 0.0;
+  for (const SoftPart& part : soft) greatest = std::max(greatest, part.v_G.norm());
+  return greatest;
+}
+
+/// Where the parts stand as the collision stage wants it, after `fraction` of their motion where
+/// one is given. Views what it is made from.
+class ToolShape {
+ public:
+  ToolShape(const ToolParts& tool, const SoftParts& soft) noexcept
+      : part_of_sphere_(tool.part_of_sphere) {
+    for (const SoftPart& part : soft) add(part.part, part.v_G);
+  }
+  ToolShape(const ToolParts& tool, const SoftParts& soft, const PartMotions& motions,
+            double fraction) noexcept
+      : part_of_sphere_(tool.part_of_sphere) {
+    for (std::size_t k = 0; k < soft.size(); ++k) {
+      add(soft[k].part, soft[k].v_G + fraction * motions[k].dv_G);
+    }
+  }
+  /// Valid as long as this.
+  [[nodiscard]] DisplacedParts view() const noexcept {
+    return {part_of_sphere_, {displaced_.data(), count_}};
+  }
+
+ private:
+  void add(std::int32_t part, const Vector3& v_G) noexcept {
+    if (v_G.x() != 0.0 || v_G.y() != 0.0 || v_G.z() != 0.0) displaced_[count_++] = {part, v_G};
+  }
+
+  std::span<const std::uint8_t> part_of_sphere_;
+  std::array<PartDisplacement, kMaxSoftParts> displaced_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace hapticd
