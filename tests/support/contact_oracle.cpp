@@ -203,6 +203,24 @@ Real string_way(std::span<const OracleBentString> strings) {
   return way;
 }
 
+/// Greatest way of any sphere within the tool.
+Real part_way(std::span<const Sphere> from_G, std::span<const Sphere> to_G) {
+  double way = 0.0;
+  for (std::size_t i = 0; i < from_G.size(); ++i) {
+    way = std::max(way, (to_G[i].p - from_G[i].p).norm());
+  }
+  return way;
+}
+
+/// The tool's spheres at s along the path.
+void place_parts(std::span<const Sphere> from_G, std::span<const Sphere> to_G, Real s,
+                 std::vector<Sphere>& tool_G) {
+  for (std::size_t i = 0; i < from_G.size(); ++i) {
+    const Real3 p = (1 - s) * to_real(from_G[i].p) + s * to_real(to_G[i].p);
+    tool_G[i].p = {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+  }
+}
+
 }  // namespace
 
 OracleResult exhaustive_contacts(std::span<const Sphere> tool_G, const Pose& X_WG,
@@ -257,6 +275,12 @@ long double exhaustive_minimum_gap(std::span<const Sphere> tool_G, const Pose& X
 
 long double path_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WF, const Pose& X_WT,
                              const OracleObstacles& obstacles, long double spacing) {
+  return path_minimum_gap(tool_G, tool_G, X_WF, X_WT, obstacles, spacing);
+}
+
+long double path_minimum_gap(std::span<const Sphere> from_G, std::span<const Sphere> to_G,
+                             const Pose& X_WF, const Pose& X_WT, const OracleObstacles& obstacles,
+                             long double spacing) {
   const RealQuaternion from = normalised(X_WF.q);
   const RealQuaternion to = normalised(X_WT.q);
   RealQuaternion turn = multiply(to, {from.w, Real{-1} * from.v});
@@ -267,15 +291,20 @@ long double path_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WF, c
   const Real3 p_from = to_real(X_WF.p);
   const Real3 p_to = to_real(X_WT.p);
   std::vector<Capsule> legs(2 * obstacles.bent.size());
+  const Real aside = part_way(from_G, to_G);
+  std::vector<Sphere> tool_G(from_G.begin(), from_G.end());
   const auto gap_at = [&](Real s) {
     const RealQuaternion part{std::cos(s * half_angle), std::sin(s * half_angle) * axis};
     const OraclePose X{matrix(multiply(part, from)), (1 - s) * p_from + s * p_to};
+    if (aside > 0) place_parts(from_G, to_G, s, tool_G);
     const Real gap = minimum_gap(tool_G, X, obstacles);
     if (legs.empty()) return gap;
     place_legs(obstacles.bent, s, legs);
     return std::min(gap, minimum_gap(tool_G, X, {legs, {}}));
   };
-  const Real way = farthest_way(tool_G, p_to - p_from, 2 * half_angle) + string_way(obstacles.bent);
+  const Real way = std::max(farthest_way(from_G, p_to - p_from, 2 * half_angle),
+                            farthest_way(to_G, p_to - p_from, 2 * half_angle)) +
+                   string_way(obstacles.bent) + aside;
   Real s = 0;
   Real gap = gap_at(s);
   Real best = gap;

@@ -68,4 +68,11 @@ struct OracleResult {
                                            const Pose& X_WT, const OracleObstacles& obstacles,
                                            long double spacing);
 
+/// The same for a tool whose spheres go straight from `from_G` to `to_G` meanwhile, in its frame;
+/// sphere by sphere, with equal radii.
+[[nodiscard]] long double path_minimum_gap(std::span<const Sphere> from_G,
+                                           std::span<const Sphere> to_G, const Pose& X_WF,
+                                           const Pose& X_WT, const OracleObstacles& obstacles,
+                                           long double spacing);
+
 }  // namespace hapticd::test

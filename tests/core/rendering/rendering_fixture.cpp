@@ -71,8 +71,19 @@ long double RenderingScene::true_path_gap(const OptimiserState& from,
     if (before != nullptr) bent.back().p_WP_from += before->u_W;
     if (after != nullptr) bent.back().p_WP_to += after->u_W;
   }
-  return path_minimum_gap(tool_spheres, from.X_WG, to.X_WG, {straight, oracle_bodies_, bent},
-                          oracle_spacing());
+  return path_minimum_gap(displaced_spheres(from), displaced_spheres(to), from.X_WG, to.X_WG,
+                          {straight, oracle_bodies_, bent}, oracle_spacing());
+}
+
+std::vector<Sphere> RenderingScene::displaced_spheres(const OptimiserState& state) const {
+  std::vector<Sphere> spheres = tool_spheres;
+  for (const SoftPart& soft : state.parts) {
+    for (std::size_t i = 0; i < spheres.size(); ++i) {
+      const std::int32_t part = part_of_sphere.empty() ? 0 : part_of_sphere[i];
+      if (part == soft.part) spheres[i].p += soft.v_G;
+    }
+  }
+  return spheres;
 }
 
 const OptimiserResult& ToolRun::tick(const Pose& X_WH) {

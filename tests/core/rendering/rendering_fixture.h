@@ -25,7 +25,8 @@ class RenderingScene {
   /// Smallest gap on the way from X_WF to X_WT by exhaustion, m; taken so densely that not even the
   /// thinnest obstacle can hide from the smallest sphere of the tool.
   [[nodiscard]] long double true_path_gap(const Pose& X_WF, const Pose& X_WT) const;
-  /// The same while the strings held before or after move from one bend to the other.
+  /// The same while the strings held before or after move from one bend to the other, and soft
+  /// parts from one displacement to the other.
   [[nodiscard]] long double true_path_gap(const OptimiserState& from,
                                           const OptimiserState& to) const;
 
@@ -34,6 +35,12 @@ class RenderingScene {
   /// Of the first capsules; without them all are rigid lines.
   std::vector<StringConstants> strings;
   InstrumentOptions instrument;
+  /// Soft parts of the tool, and the part of each sphere; without them all is rigid.
+  std::vector<ToolPart> parts;
+  std::vector<std::uint8_t> part_of_sphere;
+  [[nodiscard]] ToolParts tool_parts() const { return {parts, part_of_sphere}; }
+  /// The tool's spheres in G where its soft parts have them.
+  [[nodiscard]] std::vector<Sphere> displaced_spheres(const OptimiserState& state) const;
 
  private:
   [[nodiscard]] OracleObstacles truth() const { return {capsules_W, oracle_bodies_}; }
@@ -59,8 +66,8 @@ struct ToolRun {
   ToolRun(const RenderingScene& owner, const Pose& X_WG) : scene(owner) { state.X_WG = X_WG; }
 
   [[nodiscard]] OptimiserInput input(const Pose& X_WH, double dt = 1e-3) const {
-    return {scene.tool(),  scene.obstacles(), X_WH, stiffness, options, dt,
-            scene.strings, scene.instrument};
+    return {scene.tool(),     scene.obstacles(), X_WH, stiffness, options, dt, scene.strings,
+            scene.instrument, scene.tool_parts()};
   }
   /// One tick towards X_WH.
   const OptimiserResult& tick(const Pose& X_WH);
