@@ -62,9 +62,11 @@ struct Course {
   double change;
 };
 
-/// Whether the contact that ends in this tick ends faster than the hand can have moved away.
+/// Whether the contact that ends in this tick ends faster than the hand can have moved away. A hand
+/// that is known to have passed the surface has moved that far.
 bool slips(const TouchLimits& limits, const StringTouch& touch, double dt,
            const ReleaseDetector& detector) noexcept {
+  if (touch.passing >= 0.0) return false;
   const double moved = touch.distance - touch.distance_before;
   const double speed = std::max(detector.withdrawal, 0.0) + limits.max_acceleration * dt;
   return moved > speed * dt;

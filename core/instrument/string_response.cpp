@@ -27,9 +27,9 @@ struct Tick {
   const StringReport& report;
 };
 
-/// Of the tool away from the string over the tick, m.
+/// Of the hand away from the string over the tick, m.
 double motion(const Tick& tick) noexcept {
-  return tick.touch.distance - tick.touch.distance_before;
+  return tick.touch.way.value_or(tick.touch.distance - tick.touch.distance_before);
 }
 
 bool rings(const StringState& state) noexcept { return state.level >= StringLevel::kFundamental; }
@@ -89,9 +89,13 @@ void book_work(const Tick& tick, bool slipped) noexcept {
   double moved = motion(tick);
   // A distance that jumped as the string slipped off is no motion of the hand: it may cost, but it
   // must not pay.
-  if (slipped && tank.held_force * moved < 0.0) moved = 0.0;
+  if (slipped && !tick.touch.way && tank.held_force * moved < 0.0) moved = 0.0;
   const double given = settle_tank(moved, tick.state.vibration.energy, tank);
-  if (given > 0.0) set_view_energy(tick, std::max(tick.state.vibration.energy - given, 0.0));
+  tick.state.drawn = std::max(tick.state.drawn + given, 0.0);
+  if (given > 0.0) {
+    tick.state.drawn_ns = tick.time.t_ns;
+    set_view_energy(tick, std::max(tick.state.vibration.energy - given, 0.0));
+  }
 }
 
 /// After a touch the modes have no more energy than the touch has left in the books: what the hand
@@ -165,6 +169,16 @@ Pluck pluck_string(const Tick& tick, ModalString& plucked) noexcept {
   return {modal_energy(tick.string, plucked, tick.string.decay, detector.lost_ns), amplitude};
 }
 
+/// What the hand has drawn of late. Forgotten once it has drawn nothing for T_d, or left the string
+/// by slipping off: then what rings is what the hand has put in and not got back. A hand that lets
+/// the string rise by its own motion has got it back already, as static force; so what rings is
+/// given twice, and who keeps time with the string would be driven, were it not for this.
+double drawn_of_late(const Tick& tick) noexcept {
+  const StringState& state = tick.state;
+  const double since = static_cast<double>(tick.time.t_ns - state.drawn_ns) * kSecondsPerNanosecond;
+  return state.detector.slipped || since > tick.string.decay ? 0.0 : state.drawn;
+}
+
 /// The string rings anew from the loss on, up to the end of the tick.
 void start_ringing(const Tick& tick, const Pluck& pluck, const ModalString& plucked) noexcept {
   StringState& state = tick.state;
@@ -183,9 +197,8 @@ void start_ringing(const Tick& tick, const Pluck& pluck, const ModalString& pluc
   if (state.level == StringLevel::kModes) {
     advance_free_modes(tick.string, pitch, tick.time.t_ns - detector.lost_ns, *tick.modes);
   }
-  // Deviation: a string that the hand has let rise by its own motion has given its energy back to
-  // the hand. It sounds and swings all the same, but has none to give again.
-  state.tank.energy = detector.slipped ? vibration.energy : std::min(in_tank, vibration.energy);
+  state.drawn = drawn_of_late(tick);
+  state.tank.energy = std::max(std::min(in_tank, vibration.energy), vibration.energy - state.drawn);
 }
 
 /// An armed touch has ended. Of two energies the larger stays, never their sum.
@@ -303,7 +316,8 @@ double vibration_force(const Tick& tick, double modal_force) noexcept {
   double force = state.level == StringLevel::kModes ? modal_force : fundamental_force(tick);
   force = std::max(force, -std::max(tick.touch.force, 0.0));
   const double dt = static_cast<double>(tick.time.dt_ns) * kSecondsPerNanosecond;
-  const double speed = std::max(std::abs(tick.touch.normal_speed), std::abs(motion(tick)) / dt);
+  const double speed = std::max({std::abs(tick.touch.normal_speed), std::abs(tick.touch.hand_speed),
+                                 std::abs(motion(tick)) / dt});
   return draw_from_tank(force, speed, tick.options.max_acceleration, std::max(dt, kShortestHold),
                         state.tank);
 }

@@ -5,9 +5,10 @@
 //
 // Energy: a release leaves what rings with E0; a second one leaves the larger of the two, never
 // their sum. It decays by T_d, faster under a finger, and loses what F_v gives to the hand; every
-// change of level keeps it. The tank holds as much of it as the hand has not taken back already:
-// all after the string has slipped off, no more than before where the hand withdrew by its own
-// motion. RT: yes; 30 ns while it rings, 70 ns while touched, 130 ns both, with modes as they cost.
+// change of level keeps it. A release fills the tank with what rings, less what the hand has drawn
+// of late unless it left the string by slipping off: so no hand, not even one that plucks the
+// string anew in every swing, ever draws more than the largest energy it was released with. RT:
+// yes; 30 ns while it rings, 70 ns while touched, 130 ns both, with modes as they cost.
 #pragma once
 
 #include "core/instrument/energy_tank.h"
@@ -27,6 +28,8 @@ struct StringState {
   ReleaseDetector detector;
   Vibration vibration;  ///< the fundamental's view: energy, envelope, phase; kept at every level
   EnergyTank tank;
+  double drawn = 0.0;         ///< what the hand has drawn from the vibration of late, J
+  std::int64_t drawn_ns = 0;  ///< when it last did
 };
 
 /// What the string adds to the tick.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 namespace hapticd {
 
@@ -13,8 +14,9 @@ struct StringTouch {
   /// crossing is the instant of a touch or a loss.
   double distance_before = 1.0;
   double distance = 1.0;
-  /// Share of the tick, in [0, 1], at which the distance is zero, where the caller knows it better
-  /// than the straight line between the two tells; negative: it does not.
+  /// Share of the tick, in [0, 1], at which the hand passes the surface, where the caller knows it
+  /// better than the straight line between the distances tells; negative: it does not, or the hand
+  /// does not pass.
   double passing = -1.0;
   double force = 0.0;         ///< F_r: static contact force of the string on the tool, N, >= 0
   double deflection = 0.0;    ///< delta of the string at lambda, m, >= 0
@@ -25,6 +27,12 @@ struct StringTouch {
   /// held force can do.
   double normal_speed = 0.0;
   double tangential_speed = 0.0;
+  /// Way of the hand over the tick along the normal at its start, away from the string, m: what a
+  /// force held meanwhile does work on. None: the change of the distance, as of a hand that goes
+  /// straight.
+  std::optional<double> way;
+  /// Speed of the hand along the normal at the end of the tick, either sign, m/s.
+  double hand_speed = 0.0;
 };
 
 /// The tick that ends at t_ns and lasted dt_ns >= 0 (0: no new sample; nothing moves).

@@ -188,6 +188,9 @@ Simulation::Near Simulation::look_at(std::int32_t string, const Way& way,
     nhat_W = passage.nhat_W;
     p_HC_W = passage.p_HC_W;
   }
+  const ToolStep step = coupling_error(way.X_WH_before, tick.X_WH, Vector3::Zero());
+  touch.way = track.nhat_W.dot(step.dp + step.dtheta.cross(track.p_GC_W));
+  touch.hand_speed = near.nhat_W.dot(point_velocity(tick.V_WH, near.p_WC - tick.X_WG.p));
   const Vector3 v = point_velocity(tick.V_WH, p_HC_W) - track.v_W;
   touch.normal_speed = -v.dot(nhat_W);
   touch.tangential_speed = (v + touch.normal_speed * nhat_W).norm();
@@ -206,6 +209,8 @@ void Simulation::respond_string(std::int32_t string, const Near& near, const Tic
     track.v_W = (near.u_W - track.u_W) / (1e-9 * static_cast<double>(time.dt_ns));
     track.u_W = near.u_W;
     track.distance = near.touch.distance;
+    track.nhat_W = near.nhat_W;
+    track.p_GC_W = near.p_WC - output.tool.X_WG.p;
   }
 
   // A force held over a tick without a sample may not attract either.
@@ -238,7 +243,6 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
   output.events.clear();
   output.strings.clear();
   const Pose X_WG_before = tool_.optimiser.X_WG;
-  const Pose X_WH_before = tool_.guard.X_WH;
   const std::int64_t t_before = tool_.guard.t_ns;
   const bool first = !tool_.guard.has_pose;
   render_contact(scene_, input.sample, tool_, workspace_, output.tool);
@@ -246,7 +250,7 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
     const std::int64_t t_ns = tool_.guard.t_ns;
     const TickTime time{t_ns, first ? 0 : t_ns - t_before};
     const OptimiserInput problem = optimiser_input(scene_, output.tool.X_WH, output.tool.dt);
-    const Way way{problem, X_WG_before, X_WH_before};
+    const Way way{problem, X_WG_before, first ? output.tool.X_WH : X_WH_};
     find_ringing(way, t_ns);
     merge_touched(output.tool.strings);
     std::size_t kept = 0;
@@ -256,6 +260,7 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
       if (awake(tracks_[static_cast<std::size_t>(string)].state)) awake_[kept++] = string;
     }
     awake_.truncate(kept);
+    if (first || time.dt_ns > 0) X_WH_ = output.tool.X_WH;
   } else {
     // Nothing was rendered, so nothing has done work.
     for (const std::int32_t string : awake_) {

@@ -46,6 +46,9 @@ struct StringTrack {
   double distance = 1.0;       ///< StringTouch::distance of the last tick, m; 1: not near
   Vector3 u_W{0.0, 0.0, 0.0};  ///< deflection, m
   Vector3 v_W{0.0, 0.0, 0.0};  ///< its rate over the last tick, m/s
+  /// Where its vibration has pushed the tool since: the normal, and the place from G, m.
+  Vector3 nhat_W{0.0, 0.0, 0.0};
+  Vector3 p_GC_W{0.0, 0.0, 0.0};
 };
 
 /// One tool among the strings and bodies of a scene.
@@ -85,6 +88,7 @@ class Simulation {
   ToolState tool_;
   std::span<StringTrack> tracks_;
   std::span<ModalString> modes_;
+  Pose X_WH_;  ///< of the last tick in which time passed
   /// Strings to call respond() for, in ascending order.
   FixedVector<std::int32_t, kMaxStrings> awake_;
 };
