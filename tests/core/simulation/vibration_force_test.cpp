@@ -55,7 +55,7 @@ TEST_CASE("in random play no string ever attracts the finger") {
       CAPTURE(std::string(preset.name));
       guqin.tick({0.5, 0.02, 0.0});
       bool attracts = false;
-      for (int move = 0; move < 60; ++move) {
+      for (int move = 0; move < 40; ++move) {
         const double speed = random_speed(random);
         guqin.glide(random_place(random, strings), speed, [&](const TickOutput& output) {
           for (const StringReading& reading : output.strings) {
@@ -82,7 +82,7 @@ TEST_CASE("the wrench of a single string points away from it in every tick of ra
       CAPTURE(std::string(preset.name));
       guqin.tick({0.5, 0.02, 0.0});
       double worst = 0.0;
-      for (int move = 0; move < 60; ++move) {
+      for (int move = 0; move < 40; ++move) {
         const double speed = random_speed(random);
         guqin.glide(random_place(random, 1), speed, [&](const TickOutput& output) {
           Vector3 u_W = Vector3::Zero();
@@ -108,7 +108,7 @@ TEST_CASE("every touch ends once, every armed one is a release, and no release s
       Instrument guqin(strings, preset.string, preset.options);
       CAPTURE(std::string(preset.name));
       guqin.tick({0.5, 0.02, 0.0});
-      for (int move = 0; move < 60; ++move) {
+      for (int move = 0; move < 40; ++move) {
         guqin.glide(random_place(random, strings), random_speed(random), [](const TickOutput&) {});
       }
       guqin.glide({0.5, 0.1, 0.0}, 0.5, [](const TickOutput&) {});
