@@ -9,6 +9,7 @@
 #include "core/rendering/recovery.h"
 #include "core/rendering/stationarity.h"
 #include "core/rendering/step_admission.h"
+#include "core/rendering/string_contact.h"
 
 namespace hapticd {
 namespace {
@@ -101,7 +102,7 @@ void add_hold_forces(const OptimiserInput& input, const OptimiserWorkspace& w,
     const double limit = input.strings[index].friction_coefficient * hold.normal_force;
     if (input.instrument.friction && limit > 0.0) {
       const ConfigurationStep& step = w.step;
-      const Vector3 slip = hold.slip_W + slip_motion(model, hold.bend, step, step.strings[k].du_W);
+      const Vector3 slip = model.slip_W + slip_motion(model, hold.bend, step, step.strings[k].du_W);
       const double length = slip.norm();
       const double stiffness = input.instrument.anchor_stiffness;
       f -= (stiffness * length > limit ? limit / length : stiffness) * slip;
@@ -121,6 +122,8 @@ void take_force(const OptimiserInput& input, OptimiserState& state, const Optimi
   state.active_count = 0;
   std::array<Vector3, kMaxDeflectingStrings> hold_force;
   hold_force.fill(Vector3::Zero());
+  std::array<double, kMaxDeflectingStrings> hold_lambda{};
+  std::array<double, kMaxDeflectingStrings> hold_weight{};
   for (int k = 0; k < w.solution.active_count; ++k) {
     const auto s = static_cast<std::size_t>(k);
     const std::int32_t c = w.contact_of_row[static_cast<std::size_t>(w.solution.active[s])];
@@ -132,10 +135,19 @@ void take_force(const OptimiserInput& input, OptimiserState& state, const Optimi
     result.active[static_cast<std::size_t>(result.active_count++)] = {c, multiplier};
     state.active[static_cast<std::size_t>(state.active_count++)] = {contact.key, multiplier};
     const int h = find_hold(state.holds, contact.key);
-    if (h >= 0) hold_force[static_cast<std::size_t>(h)] += f;
+    if (h < 0) continue;
+    const auto hold = static_cast<std::size_t>(h);
+    hold_force[hold] += f;
+    hold_lambda[hold] += multiplier * contact.lambda;
+    hold_weight[hold] += multiplier;
   }
+  // Friction is held by what the string gives, not by what the program presses on it.
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    state.holds[k].normal_force = hold_force[k].norm();
+    StringHold& hold = state.holds[k];
+    hold.normal_force = 0.0;
+    if (!input.instrument.friction || !(hold_weight[k] > 0.0)) continue;
+    const double lambda = hold_lambda[k] / hold_weight[k];
+    hold.normal_force = string_load(input, &hold, hold.bend.capsule, lambda, hold_force[k]).force;
   }
   add_hold_forces(input, w, state, F_H_W);
   state.F_H_W = F_H_W;

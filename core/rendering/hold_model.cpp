@@ -149,8 +149,11 @@ int model_holds(const OptimiserInput& input, const ContactSet& contacts,
       unknowns += 2;
       model_law(context, hold, model);
     }
+    // The anchor's spring stays tangential where the contact has turned: it shortens, and gains no
+    // energy.
+    model.slip_W = across(hold.slip_W, model.nhat_W);
     model.slip_stiffness = context.options.friction && model.touched
-                               ? slip_stiffness(context, hold, hold.slip_W)
+                               ? slip_stiffness(context, hold, model.slip_W)
                                : 0.0;
   }
   return unknowns;

@@ -169,7 +169,7 @@ void add_holds(const OptimiserState& state, const Models& models, SquareMatrix& 
     for (std::size_t p = 0; p < hold.parts; ++p) add_part(models.parts[p], hold.part_share[p], J);
     add_string(hold, share, J);
     const Vector3& n = hold.nhat_W;
-    const Vector3 friction = -hold.slip_stiffness * state.holds[k].slip_W;
+    const Vector3 friction = -hold.slip_stiffness * hold.slip_W;
     const Vector3 lateral = hold.lateral_force * hold.axis_W;
     // The string's ends hold it along its axis: there only the tool gains.
     for (std::size_t i = 0; i < J.count; ++i) {

@@ -220,10 +220,10 @@ double string_energy_gain(const OptimiserInput& input, const OptimiserState& sta
     if (models[k].slip_stiffness > 0.0) {
       const auto index = static_cast<std::size_t>(hold.bend.capsule);
       const double limit = input.strings[index].friction_coefficient * hold.normal_force;
-      const Vector3 slip = hold.slip_W + slip_motion(models[k], hold.bend, step, motion.du_W);
+      const Vector3 slip = models[k].slip_W + slip_motion(models[k], hold.bend, step, motion.du_W);
       const double stiffness = input.instrument.anchor_stiffness;
       gain += slip_energy(stiffness, limit, slip.norm()) -
-              slip_energy(stiffness, limit, hold.slip_W.norm());
+              slip_energy(stiffness, limit, models[k].slip_W.norm());
     }
   }
   return gain;
@@ -237,7 +237,8 @@ void commit(const OptimiserInput& input, const ConfigurationStep& step, const Po
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     StringHold& hold = state.holds[k];
     if (input.instrument.friction && w.models[k].touched) {
-      hold.slip_W += slip_motion(w.models[k], hold.bend, step, step.strings[k].du_W);
+      hold.slip_W =
+          w.models[k].slip_W + slip_motion(w.models[k], hold.bend, step, step.strings[k].du_W);
     }
     hold.bend = moved(hold.bend, step.strings[k]);
   }

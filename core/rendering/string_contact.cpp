@@ -43,64 +43,63 @@ double part_compliance(const OptimiserInput& input, const OptimiserState& state,
   return 1.0 / input.parts.parts[part].stiffness;
 }
 
-/// F_r of a string that does not yield, per unit of the contact force.
-double rigid_share(const StringConstants& string, double kt, StringContact& contact) noexcept {
-  const double D = contact.force / kt;
-  if (string.max_level < StringLevel::kStatic || !(string.length > 0.0)) {
-    contact.deflection = 0.0;
-    return 1.0;
-  }
-  contact.deflection = D / string.k_s;
-  const double force = std::min(deflection_force(string, contact.lambda, contact.deflection),
-                                std::min(string.contact_stiffness, kt) * D);
-  return force / contact.force;
-}
-
-/// Of a string that yields, in the program or with the program's force at its ends, which do not:
-/// never more than kc D. Next to an end a tool rests on the short half or on the end itself, and
-/// the program's contact is as stiff as kt there.
-double yielding_share(const StringConstants& string, const StringHold* hold, double kt,
-                      StringContact& contact) noexcept {
-  contact.deflection = 0.0;
-  if (hold != nullptr) {
-    contact.deflection = hold->bend.u_W.norm();
-    // Along the normal: a string that slips aside is not pressed.
-    contact.displacement += deflection_share(hold->bend, contact.lambda) *
-                            std::max(0.0, -hold->bend.u_W.dot(contact.nhat_W));
-  }
-  const double most = std::min(string.contact_stiffness, kt) * contact.displacement;
-  return most < contact.force ? most / contact.force : 1.0;
-}
-
 /// Turns the sums of a string into its law's force; returns what that changes of the tool's wrench.
 Wrench settle(const OptimiserInput& input, const OptimiserState& state,
               StringContact& contact) noexcept {
   contact.p_WC /= contact.force;
   contact.lambda /= contact.force;
   contact.part_compliance /= contact.force;
-  contact.force = contact.F_W.norm();
-  if (!(contact.force > 0.0)) return {};
-  contact.nhat_W = contact.F_W / contact.force;
-  const StringConstants& string = input.strings[static_cast<std::size_t>(contact.string)];
-  contact.displacement = contact.force / input.stiffness.kt;
+  const double pressed = contact.F_W.norm();
   const int h = find_hold(state.holds, {ObstacleKind::kCapsule, contact.string, 0, 0});
   const StringHold* hold = h >= 0 ? &state.holds[static_cast<std::size_t>(h)] : nullptr;
+  const StringLoad load = string_load(input, hold, contact.string, contact.lambda, contact.F_W);
+  contact.force = load.force;
+  contact.deflection = load.deflection;
+  contact.displacement = load.displacement;
+  if (!(pressed > 0.0)) return {};
+  contact.nhat_W = contact.F_W / pressed;
+  Vector3 change = (load.force - pressed) * contact.nhat_W;
+  if (load.lateral != 0.0) {
+    const Capsule& line = input.obstacles.capsules_W[static_cast<std::size_t>(contact.string)];
+    change += load.lateral * (line.p_B - line.p_A).normalized();
+  }
+  contact.F_W += change;
   if (hold != nullptr) contact.F_W += hold->tangential_W;
-  const bool yields = hold != nullptr && hold->yields;
-  const bool on_end = contact.lambda <= 0.0 || contact.lambda >= 1.0;
-  const double kt = input.stiffness.kt;
-  const double share = yields || (on_end && string.model == StringModel::kDeflecting)
-                           ? yielding_share(string, hold, kt, contact)
-                           : rigid_share(string, kt, contact);
   contact.displacement += contact.part_compliance * contact.force;
-  if (share == 1.0) return {};
-  const Vector3 change = (share - 1.0) * contact.F_W;
-  contact.F_W *= share;
-  contact.force *= share;
   return {change, (contact.p_WC - state.X_WG.p).cross(change)};
 }
 
 }  // namespace
+
+StringLoad string_load(const OptimiserInput& input, const StringHold* hold, std::int32_t number,
+                       double lambda, const Vector3& F_W) noexcept {
+  const StringConstants& string = input.strings[static_cast<std::size_t>(number)];
+  const double kt = input.stiffness.kt;
+  const double kc = std::min(string.contact_stiffness, kt);
+  const double pressed = F_W.norm();
+  StringLoad load{pressed, 0.0, pressed / kt, 0.0};
+  if (!(pressed > 0.0)) return load;
+  const bool yields = hold != nullptr && hold->yields;
+  const bool on_end = lambda <= 0.0 || lambda >= 1.0;
+  if (yields || (on_end && string.model == StringModel::kDeflecting)) {
+    // Next to an end, which does not yield, the program's contact is as stiff as kt.
+    if (yields) {
+      load.deflection = hold->bend.u_W.norm();
+      // Along the normal: a string that slips aside is not pressed.
+      load.displacement +=
+          deflection_share(hold->bend, lambda) * std::max(0.0, -hold->bend.u_W.dot(F_W) / pressed);
+    }
+    load.force = std::min(pressed, kc * load.displacement);
+    return load;
+  }
+  if (string.max_level < StringLevel::kStatic || !(string.length > 0.0)) return load;
+  load.deflection = load.displacement / string.k_s;
+  const Deflection law = deflect(string, lambda, load.deflection);
+  load.force = std::min(law.force, kc * load.displacement);
+  // Where kc bounds the force, the string's shape no longer gives it.
+  if (input.instrument.lateral_force && load.force == law.force) load.lateral = law.lateral_force;
+  return load;
+}
 
 void find_string_contacts(const OptimiserInput& input, const OptimiserState& state,
                           const OptimiserWorkspace& w, const OptimiserResult& result,

@@ -31,6 +31,21 @@ struct StringContact {
   double part_compliance = 0.0;  ///< of the soft parts that touch it, m/N; 0: rigid
 };
 
+/// What a string gives the hand for what the program presses on it.
+struct StringLoad {
+  double force;         ///< |F_r|, N
+  double deflection;    ///< delta, m
+  double displacement;  ///< D, m
+  double lateral;       ///< along the axis, of one that does not yield, N; 0 unless asked for
+};
+
+/// The law of string `number`, pressed at lambda with `F_W` (the program's contact force on the
+/// tool, N) and held as `hold` says (null: not held). A string that yields has its law in the
+/// program; it gives no more than kc D either.
+[[nodiscard]] HD_REALTIME StringLoad string_load(const OptimiserInput& input,
+                                                 const StringHold* hold, std::int32_t number,
+                                                 double lambda, const Vector3& F_W) noexcept;
+
 using StringContacts = FixedVector<StringContact, kMaxPressedStrings>;
 
 /// The strings that press the tool after the tick `result`, in ascending order. `F_H_W` becomes the

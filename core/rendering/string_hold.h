@@ -22,9 +22,10 @@ namespace hapticd {
 
 /// A touched string, from tick to tick.
 struct StringHold {
-  StringBend bend;                      ///< u = 0 for a string that does not yield
-  bool yields = false;                  ///< StringModel::kDeflecting: u is an unknown
-  double normal_force = 0.0;            ///< of the last program, N
+  StringBend bend;      ///< u = 0 for a string that does not yield
+  bool yields = false;  ///< StringModel::kDeflecting: u is an unknown
+  /// Of the string on the tool after the last program, N; 0 without friction.
+  double normal_force = 0.0;
   Vector3 tangential_W{0.0, 0.0, 0.0};  ///< friction and lateral force on the tool, N
   Vector3 slip_W{0.0, 0.0, 0.0};        ///< of the stick anchor's spring, tangential, m
 };
@@ -55,6 +56,7 @@ struct HoldModel {
   Vector3 p_GC_W;                     ///< centre of the contact from G, m
   Vector3 nhat_W;                     ///< mean normal of the contact, unit
   double lambda = 0.0;                ///< of the centre of the contact
+  Vector3 slip_W;                     ///< of the anchor, tangential to this contact, m
   double slip_stiffness = 0.0;        ///< of friction around the present slip, N/m; 0: none
   /// Share of each soft part in the contact; where there is none of them nothing is set.
   std::array<double, kMaxSoftParts> part_share;
