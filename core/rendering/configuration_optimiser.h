@@ -131,9 +131,9 @@ struct LocalModel {
 
 /// Scratch memory of one tool, 0.3 MB; contents mean nothing between ticks.
 struct OptimiserWorkspace {
-  ContactSet contacts;
   QpProblem problem;
   QpWorkspace qp;
+  ContactSet contacts;
   QpSolution solution;
   std::array<std::int32_t, kMaxQpRows> contact_of_row;  ///< index in contacts
   HoldModels models;                                    ///< of the held strings

@@ -179,15 +179,11 @@ void add_holds(const OptimiserState& state, const Models& models, SquareMatrix& 
   }
 }
 
-}  // namespace
-
-void build_local_model(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
-                       const HoldModels& models, const PartModels& parts, int unknowns,
-                       LocalModel& model) noexcept {
-  const auto n = static_cast<std::size_t>(unknowns);
-  // Everything in units where G and K are the identity.
-  std::array<double, kMaxQpUnknowns> inverse_root;
-  std::array<double, kMaxQpUnknowns> downhill;
+/// Units in which G and K are the identity, and the downhill gradient of what lies along one
+/// unknown alone: of the coupling and of the soft parts.
+void measure(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
+             const Models& models, std::array<double, kMaxQpUnknowns>& inverse_root,
+             std::array<double, kMaxQpUnknowns>& downhill) noexcept {
   for (std::size_t k = 0; k < 3; ++k) {
     inverse_root[k] = 1.0 / std::sqrt(input.stiffness.kt);
     inverse_root[k + 3] = 1.0 / std::sqrt(input.stiffness.kr());
@@ -195,19 +191,30 @@ void build_local_model(const OptimiserInput& input, const OptimiserState& state,
     downhill[k + 3] = input.stiffness.kr() * e.dtheta[static_cast<Eigen::Index>(k)];
   }
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    if (models[k].unknown < 0) continue;
-    const auto first = static_cast<std::size_t>(models[k].unknown);
-    inverse_root[first] = 1.0 / std::sqrt(models[k].radial_stiffness);
-    inverse_root[first + 1] = 1.0 / std::sqrt(models[k].tangential_stiffness);
+    if (models.holds[k].unknown < 0) continue;
+    const auto first = static_cast<std::size_t>(models.holds[k].unknown);
+    inverse_root[first] = 1.0 / std::sqrt(models.holds[k].radial_stiffness);
+    inverse_root[first + 1] = 1.0 / std::sqrt(models.holds[k].tangential_stiffness);
   }
   for (std::size_t k = 0; k < state.parts.size(); ++k) {
-    if (parts[k].unknown < 0) continue;
-    const auto first = static_cast<std::size_t>(parts[k].unknown);
+    if (models.parts[k].unknown < 0) continue;
+    const auto first = static_cast<std::size_t>(models.parts[k].unknown);
     for (std::size_t i = 0; i < 3; ++i) {
-      inverse_root[first + i] = 1.0 / std::sqrt(parts[k].stiffness);
-      downhill[first + i] = parts[k].pull_W[static_cast<Eigen::Index>(i)];
+      inverse_root[first + i] = 1.0 / std::sqrt(models.parts[k].stiffness);
+      downhill[first + i] = models.parts[k].pull_W[static_cast<Eigen::Index>(i)];
     }
   }
+}
+
+}  // namespace
+
+void build_local_model(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
+                       const HoldModels& models, const PartModels& parts, int unknowns,
+                       LocalModel& model) noexcept {
+  const auto n = static_cast<std::size_t>(unknowns);
+  std::array<double, kMaxQpUnknowns> inverse_root;
+  std::array<double, kMaxQpUnknowns> downhill;
+  measure(input, state, e, {models, parts}, inverse_root, downhill);
 
   SquareMatrix H;
   H.size = n;
