@@ -13,7 +13,9 @@ namespace hapticd {
 /// What a tone's level is proportional to.
 enum class ToneLevel : std::uint8_t {
   kAmplitude,  ///< the amplitude that rings on after the release
-  kForce,      ///< the force at the release (the paper)
+  /// The force at the release (the paper), of as much of the deflection as rings on: the last one
+  /// before a finger rolls off would be nearly 0 and a matter of where the ticks fall.
+  kForce,
 };
 
 /// When a touched string counts as plucked.

@@ -177,8 +177,9 @@ Simulation::Near Simulation::look_at(std::int32_t string, const Way& way,
     if (hold.bend.capsule == string) near.u_W = hold.bend.u_W;
   }
 
-  // Speeds where the hand passes the string's surface, if it does in this tick; against the string
-  // as it moved until then: at rest before a touch, with the finger before a loss.
+  // Speeds where the hand passes the string's surface, if it does in this tick. Before a touch the
+  // string is at rest; before a loss it follows the hand by its share of the displacement, or,
+  // where it slips off, moves as it did until then.
   Vector3 nhat_W = near.nhat_W;
   Vector3 p_HC_W = near.p_WC - tick.X_WG.p;
   if ((touch.distance_before < 0.0) != (touch.distance < 0.0)) {
@@ -191,7 +192,13 @@ Simulation::Near Simulation::look_at(std::int32_t string, const Way& way,
   const ToolStep step = coupling_error(way.X_WH_before, tick.X_WH, Vector3::Zero());
   touch.way = track.nhat_W.dot(step.dp + step.dtheta.cross(track.p_GC_W));
   touch.hand_speed = near.nhat_W.dot(point_velocity(tick.V_WH, near.p_WC - tick.X_WG.p));
-  const Vector3 v = point_velocity(tick.V_WH, p_HC_W) - track.v_W;
+  const Vector3 v_WH = point_velocity(tick.V_WH, p_HC_W);
+  Vector3 v_WS = track.v_W;
+  if (touch.passing >= 0.0 && touch.distance_before < 0.0) {
+    const double share = std::min(track.u_W.norm() / -touch.distance_before, 1.0);
+    v_WS = share * v_WH.dot(nhat_W) * nhat_W;
+  }
+  const Vector3 v = v_WH - v_WS;
   touch.normal_speed = -v.dot(nhat_W);
   touch.tangential_speed = (v + touch.normal_speed * nhat_W).norm();
   return near;

@@ -16,8 +16,8 @@ BUILDS = {
     "gcc-O3-x86-64-v3": ("g++", "-O3 -march=x86-64-v3"),
     "clang-O2": ("clang++-14", "-O2"),
 }
-FOLDERS = ("core/math core/geometry core/solver core/safety core/collision core/modeling core/rendering"
-           " tests/support tests/core/math tests/realtime")
+FOLDERS = ("core/math core/geometry core/solver core/safety core/instrument core/collision core/modeling"
+           " core/rendering core/simulation tests/support tests/core/math tests/realtime")
 PROBES = {"determinism_probe_core_math": "tests/core/math", "determinism_probe_contact_tick": "tests/realtime"}
 
 

@@ -109,4 +109,142 @@ TEST_CASE("a touch reports normal and tangential speed of the hand against a str
   MESSAGE("largest error of the speed of a touch: " << worst * 100.0 << " %");
 }
 
+namespace {
+
+/// A finger that passes under string 0 along z at constant speed, `below` its axis.
+struct Passing {
+  double speed;
+  double below;
+  double start;  ///< share of a tick at which it starts
+};
+
+/// All that happens while it does.
+Instrument passed_under(const Preset& preset, const Passing& passing) {
+  Instrument guqin(1, preset.string, preset.options);
+  const Vector3 from(0.33, -passing.below, -9e-3 + passing.start * passing.speed * 1e-3);
+  guqin.tick(Vector3(from));
+  for (int k = 1; k * passing.speed < 20.0; ++k) {
+    guqin.tick(Vector3(from + Vector3(0.0, 0.0, passing.speed * 1e-3 * k)));
+  }
+  return guqin;
+}
+
+/// Amplitude left at the string's frequency by the deflection that the geometry of that way gives,
+/// where a string of stiffness k0 is in series with kc; forgotten with touch_decay. By quadrature.
+long double true_residual(const Preset& preset, const Passing& passing, long double share) {
+  const Instrument guqin(1, preset.string, preset.options);
+  const long double s = static_cast<long double>(felt_distance(guqin));
+  const long double below = static_cast<long double>(passing.below);
+  const long double half = std::sqrt(s * s - below * below);
+  const long double v = static_cast<long double>(passing.speed);
+  const long double duration = 2.0L * half / v;
+  const long double omega = 2.0L * 3.14159265358979323846L * 65.4L;
+  const long double forget = 1.0L / static_cast<long double>(preset.string.touch_decay);
+  const auto delta = [&](long double t) {
+    return share * std::max(0.0L, s - std::hypot(below, v * t - half));
+  };
+  long double re = 0.0L;
+  long double im = 0.0L;
+  constexpr int kSteps = 20'000;
+  for (int k = 0; k < kSteps; ++k) {
+    const long double from = duration * k / kSteps;
+    const long double to = duration * (k + 1) / kSteps;
+    const long double middle = 0.5L * (from + to) - duration;
+    const long double rise = (delta(to) - delta(from)) * std::exp(forget * middle);
+    re += rise * std::cos(omega * middle);
+    im += rise * std::sin(omega * middle);
+  }
+  return std::hypot(re, im);
+}
+
+}  // namespace
+
+TEST_CASE("a tone's amplitude is what the course of the deflection leaves at its frequency") {
+  double worst = 0.0;
+  for (const Preset& preset : {paper_preset(), deflecting_preset()}) {
+    for (const double speed : {0.15, 0.3, 0.6, 1.2}) {
+      for (const double start : {0.0, 0.3, 0.7}) {
+        const Passing passing{speed, 3e-3, start};
+        const Instrument guqin = passed_under(preset, passing);
+        const auto tones = of_kind(guqin.events, StringEventKind::kTone);
+        CAPTURE(std::string(preset.name));
+        CAPTURE(speed);
+        REQUIRE(tones.size() == 1);
+        // Small deflections: k0 at 0.3 of the string against kc = 1 kN/m.
+        const long double k0 = 30.0L / (1.1L * 0.3L * 0.7L);
+        const long double share =
+            preset.string.model == StringModel::kRigid ? 1.0L : 1000.0L / (1000.0L + k0);
+        // A string that is driven swings no further than it was drawn aside.
+        const double deepest = static_cast<double>(share) * (felt_distance(guqin) - passing.below);
+        const double truth =
+            std::min(static_cast<double>(true_residual(preset, passing, share)), deepest);
+        const double error = std::abs(tones[0].amplitude - truth) / deepest;
+        worst = std::max(worst, error);
+        CHECK(error < 0.03);
+      }
+    }
+  }
+  MESSAGE("largest error of a tone's amplitude: " << worst * 100.0 << " % of the deflection");
+}
+
+TEST_CASE("a release reports the speed of the hand against the string that followed it") {
+  double worst = 0.0;
+  for (const Preset& preset : {paper_preset(), deflecting_preset()}) {
+    for (const double speed : {0.05, 0.1, 0.2, 0.5, 1.0, 2.0}) {
+      for (const double start : {0.0, 0.3, 0.7}) {
+        const Passing passing{speed, 3e-3, start};
+        const Instrument guqin = passed_under(preset, passing);
+        const auto releases = of_kind(guqin.events, StringEventKind::kRelease);
+        REQUIRE(releases.size() == 1);
+        const double s = felt_distance(guqin);
+        const double sine = 3e-3 / s;
+        const double along = std::sqrt(1.0 - sine * sine) * speed;
+        const double k0 = 30.0 / (1.1 * 0.3 * 0.7);
+        const double left = preset.string.model == StringModel::kRigid ? 1.0 : k0 / (k0 + 1000.0);
+        const double error = std::max(std::abs(releases[0].normal_speed + along * left),
+                                      std::abs(releases[0].tangential_speed - sine * speed));
+        worst = std::max(worst, error / speed);
+        CHECK(error < kSpeedError * speed);
+      }
+    }
+  }
+  MESSAGE("largest error of the speed of a release: " << worst * 100.0 << " %");
+}
+
+TEST_CASE("a tone carries what the string is, where and how it was let go, and its glide") {
+  for (Preset preset : {paper_preset(), deflecting_preset()}) {
+    CAPTURE(std::string(preset.name));
+    preset.options.pitch_glide = true;
+    const Instrument guqin = passed_under(preset, {0.6, 2e-3, 0.4});
+    const auto tones = of_kind(guqin.events, StringEventKind::kTone);
+    const auto releases = of_kind(guqin.events, StringEventKind::kRelease);
+    REQUIRE(tones.size() == 1);
+    REQUIRE(releases.size() == 1);
+    const StringEvent& tone = tones[0];
+    CHECK(tone.string == 0);
+    CHECK(tone.t_ns == releases[0].t_ns);
+    CHECK(tone.lambda == doctest::Approx(0.33 / 1.1).epsilon(1e-4));
+    CHECK(tone.frequency == 65.4);
+    CHECK(tone.decay == preset.string.decay);
+    CHECK(tone.normal_speed == releases[0].normal_speed);
+    CHECK(tone.tangential_speed == releases[0].tangential_speed);
+
+    // Straight from Eq. 10-12: the string drawn aside by the amplitude.
+    const long double L = 1.1L;
+    const long double a = static_cast<long double>(tone.amplitude);
+    const long double EA = 1.9e11L * 3.14159265358979323846L * 0.34e-3L * 0.34e-3L;
+    const auto extra = [&](long double lambda) {
+      return EA * (std::hypot(lambda * L, a) + std::hypot((1.0L - lambda) * L, a) - L) / L;
+    };
+    const long double force =
+        (30.0L + extra(0.3L)) * (a / std::hypot(0.3L * L, a) + a / std::hypot(0.7L * L, a));
+    const bool paper = preset.string.model == StringModel::kRigid;
+    const long double level = paper ? force / 10.0L : a / 5e-3L;
+    CHECK(tone.level == doctest::Approx(static_cast<double>(level)).epsilon(1e-6));
+    const long double cents = 1200.0L * std::log2(std::sqrt(1.0L + extra(0.5L) / 60.0L));
+    CHECK(tone.glide_cents == doctest::Approx(static_cast<double>(cents)).epsilon(1e-6));
+    CHECK(tone.glide_decay == 0.5 * preset.string.decay);
+  }
+}
+
 }  // namespace hapticd::test
