@@ -3,6 +3,7 @@
 #include "core/rendering/configuration_optimiser.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/rendering/contact_rows.h"
 #include "core/rendering/hold_model.h"
@@ -16,6 +17,9 @@ namespace {
 
 /// A new traversal is due when less than this share of the margin is left to move in.
 constexpr double kRefreshShare = 0.5;
+/// Share by which the energy of a force may exceed all that is stored before the force is shrunk: a
+/// tool at rest comes within rounding of it. Larger: a spike of half of it passes.
+constexpr double kEnergySlack = 0.01;
 
 void query(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
            OptimiserWorkspace& w, OptimiserResult& result) noexcept {
@@ -113,10 +117,41 @@ void add_hold_forces(const OptimiserInput& input, const OptimiserWorkspace& w,
   }
 }
 
+/// Shrinks forces that all springs together cannot give: none may press the tool harder than
+/// letting all their energy go into the coupling. At rest forces are what the coupling's is and far
+/// below; the multipliers of a program far from rest, on tightly turning contacts, know no bound.
+void bound_forces(const OptimiserInput& input, const ToolStep& e, const OptimiserWorkspace& w,
+                  OptimiserState& state, OptimiserResult& result, Wrench& F_H_W) noexcept {
+  const double given = 0.5 * (F_H_W.f.squaredNorm() / input.stiffness.kt +
+                              F_H_W.t.squaredNorm() / input.stiffness.kr());
+  double stored = coupling_energy(input.stiffness, e);
+  if (given <= (1.0 + kEnergySlack) * stored) return;
+  const StringContext context = string_context(input);
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const StringHold& hold = state.holds[k];
+    if (hold.yields) stored += string_law(context, hold.bend, hold.bend.u_W.norm()).energy;
+    stored += 0.5 * w.models[k].slip_stiffness * w.models[k].slip_W.squaredNorm();
+  }
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    stored += 0.5 * w.parts[k].stiffness * w.parts[k].off_G.squaredNorm();
+  }
+  if (given <= (1.0 + kEnergySlack) * stored) return;
+  const double factor = std::sqrt(stored / given);
+  F_H_W = {F_H_W.f * factor, F_H_W.t * factor};
+  for (int k = 0; k < result.active_count; ++k) {
+    result.active[static_cast<std::size_t>(k)].multiplier *= factor;
+    state.active[static_cast<std::size_t>(k)].multiplier *= factor;
+  }
+  for (StringHold& hold : state.holds) {
+    hold.normal_force *= factor;
+    hold.tangential_W *= factor;
+  }
+}
+
 /// Force and active pairs from the multipliers of the full-target program. Zero when the tool only
 /// lags in free space, where the spring between G and H would render a phantom.
-void take_force(const OptimiserInput& input, OptimiserState& state, const OptimiserWorkspace& w,
-                OptimiserResult& result) noexcept {
+void take_force(const OptimiserInput& input, const ToolStep& e, OptimiserState& state,
+                const OptimiserWorkspace& w, OptimiserResult& result) noexcept {
   Wrench F_H_W;
   result.active_count = 0;
   state.active_count = 0;
@@ -150,6 +185,7 @@ void take_force(const OptimiserInput& input, OptimiserState& state, const Optimi
     hold.normal_force = string_load(input, &hold, hold.bend.capsule, lambda, hold_force[k]).force;
   }
   add_hold_forces(input, w, state, F_H_W);
+  bound_forces(input, e, w, state, result, F_H_W);
   state.F_H_W = F_H_W;
   result.F_H_W = F_H_W;
 }
@@ -238,7 +274,7 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
     keep_after_failure(input, e, state, result);
     return false;
   }
-  take_force(input, state, w, result);
+  take_force(input, e, state, w, result);
   const bool converged = step_bound(input, state, w.step) < input.options.stop_tolerance;
   const bool moved_on = commit_admissible(input, e, holds, converged, state, w, result);
   result.status = converged  ? OptimiserStatus::kConverged

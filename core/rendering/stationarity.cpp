@@ -8,12 +8,23 @@
 #include "core/rendering/hold_model.h"
 
 namespace hapticd {
+namespace {
+
+/// True where friction or lateral force may act on the tool.
+bool pulled_aside(const OptimiserInput& input, const OptimiserState& state) noexcept {
+  for (const StringHold& hold : state.holds) {
+    const auto string = static_cast<std::size_t>(hold.bend.capsule);
+    if (input.instrument.lateral_force && hold.yields) return true;
+    if (input.instrument.friction && input.strings[string].friction_coefficient > 0.0) return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 bool is_stationary(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
                    OptimiserWorkspace& w, const OptimiserResult& result, Wrench& F_H_W) noexcept {
-  if (result.active_count == 0 || input.instrument.friction || input.instrument.lateral_force) {
-    return false;
-  }
+  if (result.active_count == 0 || pulled_aside(input, state)) return false;
   const double tolerance = kSettledShare * input.options.stop_tolerance;
   int unknowns = kToolDof;
   if (!state.parts.empty()) {

@@ -9,10 +9,21 @@
 
 namespace hapticd::test {
 
-SessionRun play(const ContactSession& session, const OptimiserOptions& options, double rate_hz) {
+SessionRun play(const ContactSession& session, const OptimiserOptions& options, double rate_hz,
+                const SessionStrings* lines) {
   using Clock = std::chrono::steady_clock;
   RenderingScene scene(session.tool_G);
   scene.capsules_W = session.capsules_W;
+  if (lines != nullptr) {
+    scene.instrument = lines->instrument;
+    for (const Capsule& line : session.capsules_W) {
+      StringParameters string = lines->parameters;
+      string.p_WA = to_array(line.p_A);
+      string.p_WB = to_array(line.p_B);
+      string.radius = line.r;
+      scene.strings.push_back(derive_string(string));
+    }
+  }
   for (const SessionBody& body : session.bodies) scene.add_body(body.spheres_B, pose_at(body.p_WB));
   const auto pose = [&](int tick) {
     const SessionPose X_WH = session.X_WH(tick / rate_hz);

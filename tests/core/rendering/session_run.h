@@ -5,10 +5,17 @@
 #include <span>
 #include <vector>
 
+#include "core/instrument/string_parameters.h"
 #include "core/rendering/configuration_optimiser.h"
 #include "tests/support/contact_sessions.h"
 
 namespace hapticd::test {
+
+/// What the lines of a session are when they are strings.
+struct SessionStrings {
+  StringParameters parameters;
+  InstrumentOptions instrument;
+};
 
 /// What one run of a session gave, tick by tick.
 struct SessionRun {
@@ -18,8 +25,9 @@ struct SessionRun {
 };
 
 /// Plays `session` at `rate_hz` ticks per second, starting where G and H coincide.
+/// With `lines` the session's lines are strings of these parameters, their ends and radius aside.
 [[nodiscard]] SessionRun play(const ContactSession& session, const OptimiserOptions& options,
-                              double rate_hz);
+                              double rate_hz, const SessionStrings* lines = nullptr);
 
 /// How far forces are from a reference of the same length.
 struct ForceError {
