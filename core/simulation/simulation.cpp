@@ -44,6 +44,7 @@ struct Simulation::Way {
   const OptimiserInput& input;
   Pose X_WG_before;
   Pose X_WH_before;
+  ToolStep hand;  ///< from X_WH_before on
 };
 
 /// Where the hand passes the surface of a string.
@@ -79,13 +80,14 @@ void Simulation::find_ringing(const Way& way, std::int64_t t_ns) noexcept {
     swing = std::max(swing, envelope(scene_.strings[s], tracks_[s].state,
                                      tracks_[s].state.vibration.lambda, t_ns));
   }
+  if (!(swing > 0.0)) return;
   const OptimiserOptions& options = way.input.options;
   const double range = swing + options.skin + scene_.instrument.release.release_gap;
   const Pose& X_WG = tool_.optimiser.X_WG;
   const ToolStep moved = coupling_error(way.X_WG_before, X_WG, Vector3::Zero());
   const double way_gone = std::max(
       workspace_.travelled, displacement_bound(moved, tool_reach(way.input, tool_.optimiser)));
-  if (!(swing > 0.0) || range <= workspace_.contacts.covered_margin - way_gone) return;
+  if (range <= workspace_.contacts.covered_margin - way_gone) return;
   const double margin = std::max(options.margin, range);
   const BentObstacles bent(way.input.obstacles, tool_.optimiser.holds);
   const ToolShape shape(way.input.parts, tool_.optimiser.parts);
@@ -105,12 +107,11 @@ void Simulation::merge_touched(const StringContacts& touched) noexcept {
 
 // The string is straight at that instant, and the hand goes evenly: a root of the gap of the pair
 // that is nearest there, by false position with the Illinois rule.
-Simulation::Passage Simulation::find_passage(const Way& way, const Pose& X_WH, std::int32_t string,
-                                             double guess) const noexcept {
-  const ToolStep step = coupling_error(way.X_WH_before, X_WH, Vector3::Zero());
-  const auto hand = [&](double share) { return moved(way.X_WH_before, scaled(step, share)); };
+void Simulation::find_passage(const Way& way, std::int32_t string, double guess,
+                              Passage& passage) const noexcept {
+  const auto hand = [&](double share) { return moved(way.X_WH_before, scaled(way.hand, share)); };
   const Contact* pair = nearest_pair(way.input, workspace_, string, hand(guess));
-  if (pair == nullptr) return {-1.0, Vector3::Zero(), Vector3::Zero()};
+  if (pair == nullptr) return;
   const auto contact_at = [&](double share) {
     return evaluate_contact(pair->key, way.input.tool, hand(share), way.input.obstacles);
   };
@@ -134,7 +135,31 @@ Simulation::Passage Simulation::find_passage(const Way& way, const Pose& X_WH, s
     gap_to = gap;
   }
   const Contact passed = contact_at(share);
-  return {found ? share : -1.0, passed.nhat_OG_W, passed.p_WC - hand(share).p};
+  passage = {found ? share : -1.0, passed.nhat_OG_W, passed.p_WC - hand(share).p};
+}
+
+// Where the hand passes the string's surface, if it does in this tick. Before a touch the string is
+// at rest; before a loss it follows the hand by its share of the displacement, or, where it slips
+// off, moves as it did until then.
+void Simulation::find_speeds(const Way& way, const ToolTick& tick, std::int32_t string,
+                             Near& near) const noexcept {
+  const StringTrack& track = tracks_[static_cast<std::size_t>(string)];
+  StringTouch& touch = near.touch;
+  Passage passage{-1.0, near.nhat_W, near.p_WC - tick.X_WG.p};
+  if ((touch.distance_before < 0.0) != (touch.distance < 0.0)) {
+    const double guess = touch.distance_before / (touch.distance_before - touch.distance);
+    find_passage(way, string, guess, passage);
+  }
+  touch.passing = passage.share;
+  const Vector3 v_WH = point_velocity(tick.V_WH, passage.p_HC_W);
+  Vector3 v_WS = track.v_W;
+  if (passage.share >= 0.0 && touch.distance_before < 0.0) {
+    const double share = std::min(track.u_W.norm() / -touch.distance_before, 1.0);
+    v_WS = share * v_WH.dot(passage.nhat_W) * passage.nhat_W;
+  }
+  const Vector3 v = v_WH - v_WS;
+  touch.normal_speed = -v.dot(passage.nhat_W);
+  touch.tangential_speed = (v + touch.normal_speed * passage.nhat_W).norm();
 }
 
 Simulation::Near Simulation::look_at(std::int32_t string, const Way& way,
@@ -177,30 +202,9 @@ Simulation::Near Simulation::look_at(std::int32_t string, const Way& way,
     if (hold.bend.capsule == string) near.u_W = hold.bend.u_W;
   }
 
-  // Speeds where the hand passes the string's surface, if it does in this tick. Before a touch the
-  // string is at rest; before a loss it follows the hand by its share of the displacement, or,
-  // where it slips off, moves as it did until then.
-  Vector3 nhat_W = near.nhat_W;
-  Vector3 p_HC_W = near.p_WC - tick.X_WG.p;
-  if ((touch.distance_before < 0.0) != (touch.distance < 0.0)) {
-    const double share = touch.distance_before / (touch.distance_before - touch.distance);
-    const Passage passage = find_passage(way, tick.X_WH, string, share);
-    touch.passing = passage.share;
-    nhat_W = passage.nhat_W;
-    p_HC_W = passage.p_HC_W;
-  }
-  const ToolStep step = coupling_error(way.X_WH_before, tick.X_WH, Vector3::Zero());
-  touch.way = track.nhat_W.dot(step.dp + step.dtheta.cross(track.p_GC_W));
+  touch.way = track.nhat_W.dot(way.hand.dp + way.hand.dtheta.cross(track.p_GC_W));
   touch.hand_speed = near.nhat_W.dot(point_velocity(tick.V_WH, near.p_WC - tick.X_WG.p));
-  const Vector3 v_WH = point_velocity(tick.V_WH, p_HC_W);
-  Vector3 v_WS = track.v_W;
-  if (touch.passing >= 0.0 && touch.distance_before < 0.0) {
-    const double share = std::min(track.u_W.norm() / -touch.distance_before, 1.0);
-    v_WS = share * v_WH.dot(nhat_W) * nhat_W;
-  }
-  const Vector3 v = v_WH - v_WS;
-  touch.normal_speed = -v.dot(nhat_W);
-  touch.tangential_speed = (v + touch.normal_speed * nhat_W).norm();
+  find_speeds(way, tick, string, near);
   return near;
 }
 
@@ -257,9 +261,12 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
     const std::int64_t t_ns = tool_.guard.t_ns;
     const TickTime time{t_ns, first ? 0 : t_ns - t_before};
     const OptimiserInput problem = optimiser_input(scene_, output.tool.X_WH, output.tool.dt);
-    const Way way{problem, X_WG_before, first ? output.tool.X_WH : X_WH_};
+    Way way{problem, X_WG_before, first ? output.tool.X_WH : X_WH_, {}};
     find_ringing(way, t_ns);
     merge_touched(output.tool.strings);
+    if (!awake_.empty()) {
+      way.hand = coupling_error(way.X_WH_before, output.tool.X_WH, Vector3::Zero());
+    }
     std::size_t kept = 0;
     for (std::size_t k = 0; k < awake_.size(); ++k) {
       const std::int32_t string = awake_[k];

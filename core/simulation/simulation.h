@@ -76,8 +76,10 @@ class Simulation {
   struct Near;
   void find_ringing(const Way& way, std::int64_t t_ns) noexcept;
   void merge_touched(const StringContacts& touched) noexcept;
-  [[nodiscard]] Passage find_passage(const Way& way, const Pose& X_WH, std::int32_t string,
-                                     double guess) const noexcept;
+  void find_passage(const Way& way, std::int32_t string, double guess,
+                    Passage& passage) const noexcept;
+  void find_speeds(const Way& way, const ToolTick& tick, std::int32_t string,
+                   Near& near) const noexcept;
   [[nodiscard]] Near look_at(std::int32_t string, const Way& way,
                              const ToolTick& tick) const noexcept;
   void respond_string(std::int32_t string, const Near& near, const TickTime& time,
