@@ -152,7 +152,7 @@ TEST_CASE(
     const auto events = guqin.events.size();
     const double before = energy(guqin);
     const Vector3 last = guqin.p_WH;
-    for (int k = 1; k <= 10; ++k) {
+    for (std::int64_t k = 1; k <= 10; ++k) {
       guqin.tick_sample(bad_sample(guqin.t_ns + k * 1'000'000));
       CHECK(guqin.output().tool.pose == (k <= 2 ? PoseVerdict::kHeld : PoseVerdict::kFault));
       CHECK((guqin.output().tool.F_H_W.f.norm() > 0.0) == (k <= 2));
