@@ -20,9 +20,10 @@ void check_sessions(const SessionStrings& strings) {
     const SessionRun reference = play(session, reference_options(), kRate, &strings);
     const SessionRun run = play(session, OptimiserOptions{}, kRate, &strings);
     const ForceError error = force_error(run.f_H_W, reference.f_H_W);
-    MESSAGE(std::string(session.name) << ": rms " << error.rms_percent << " %, max " << 1e3 * error.max_newton
-                         << " mN, largest force " << error.largest_force << " N, most sub-steps "
-                         << run.most_sub_steps);
+    MESSAGE(std::string(session.name)
+            << ": rms " << error.rms_percent << " %, max " << 1e3 * error.max_newton
+            << " mN, largest force " << error.largest_force << " N, most sub-steps "
+            << run.most_sub_steps);
     CAPTURE(std::string(session.name));
     CHECK(error.largest_force > 0.3);
     CHECK(error.rms_percent <= kAllowedRmsPercent);
