@@ -24,6 +24,7 @@ struct Finger {
   TouchLimits limits;
   ReleaseDetector detector;
   double distance = 1e-3;
+  double passing = -1.0;  ///< what the caller knows of the next tick
   std::int64_t t_ns = 0;
   TouchReport last;
   int touches = 0;
@@ -45,6 +46,7 @@ void move(Finger& finger, double distance, std::int64_t dt_ns = kTick_ns) {
   StringTouch touch;
   touch.distance_before = finger.distance;
   touch.distance = distance;
+  touch.passing = finger.passing;
   touch.deflection = std::fmax(-distance, 0.0);
   touch.force = 100.0 * touch.deflection;
   touch.normal_speed = (finger.distance - distance) / (static_cast<double>(dt_ns) * 1e-9);
@@ -178,6 +180,20 @@ TEST_CASE("a string that slips off leaves its whole deflection, at any frequency
     CHECK(finger.detector.lost_amplitude == doctest::Approx(4e-3).epsilon(1e-12));
     CHECK(finger.detector.lost_deflection == 4e-3);
   }
+}
+
+TEST_CASE(
+    "a hand known to have passed the surface has not slipped, and passed it at that instant") {
+  Finger finger = finger_that_remembers(440.0);
+  hold(finger, 4e-3);
+  finger.passing = 0.3;
+  move(finger, 0.2e-3);
+  CHECK(finger.releases == 1);
+  CHECK_FALSE(finger.detector.slipped);
+  CHECK(finger.detector.lost_ns == finger.t_ns - 700'000);
+  // An even unloading over 0.3 ms.
+  const double x = 0.5 * kPi2 * 440.0 * 0.3e-3;
+  CHECK(finger.detector.lost_amplitude == doctest::Approx(4e-3 * std::sin(x) / x).epsilon(1e-9));
 }
 
 TEST_CASE("what a press leaves behind is forgotten under the finger") {

@@ -19,7 +19,7 @@ const auto kNothing = [](const TickOutput&) {};
 /// Past the string under its height at `speed`, to 6 mm on the other side: 1.1 mm clear of it.
 void cross(Instrument& guqin, double speed) {
   const double z = guqin.p_WH.z() > 0.0 ? -6e-3 : 6e-3;
-  guqin.glide({kPlace, -kDepth, z}, speed, kNothing);
+  guqin.glide({kPlace, guqin.p_WH.y(), z}, speed, kNothing);
 }
 
 Instrument below_the_string(const Preset& preset) {
@@ -65,6 +65,23 @@ TEST_CASE(
     CHECK(count(guqin.events, StringEventKind::kRelease) == 3);
     CHECK(count(guqin.events, StringEventKind::kTone) == 2);
   }
+}
+
+TEST_CASE("a light pluck of a string that rings strongly leaves it the stronger energy") {
+  // The paper's finger does not damp.
+  const Preset preset = paper_preset();
+  Instrument guqin = below_the_string(preset);
+  cross(guqin, 1.0);
+  const double strong = guqin.state(0).vibration.energy;
+  const std::int64_t then = guqin.t_ns;
+  // By 0.6 mm, from the other side.
+  guqin.glide({kPlace, -felt_distance(guqin) + 0.6e-3, guqin.p_WH.z()}, 1.0, kNothing);
+  cross(guqin, 1.0);
+  CHECK(count(guqin.events, StringEventKind::kRelease) == 2);
+  const double seconds = 1e-9 * static_cast<double>(guqin.t_ns - then);
+  const double left = strong * std::exp(-2.0 * seconds / preset.string.decay);
+  CHECK(guqin.state(0).vibration.energy <= left * (1.0 + 1e-9));
+  CHECK(guqin.state(0).vibration.energy > 0.5 * left);
 }
 
 TEST_CASE("a ringing string that is touched, pressed and let go again sounds again") {
@@ -124,6 +141,28 @@ TEST_CASE("a finger that enters the envelope of a vibration touches the ringing 
     }
   }
   MESSAGE("largest error of the instant of a touch of the envelope: " << latest * 1e6 << " us");
+}
+
+TEST_CASE("a finger that comes into the envelope from afar within a tick is seen in that tick") {
+  for (const Preset& preset : all_presets()) {
+    for (const double margin : {5e-3, 0.5e-3}) {
+      Instrument guqin = ringing(preset);
+      guqin.scene().options.margin = margin;
+      CAPTURE(std::string(preset.name));
+      CAPTURE(margin);
+      const double height = felt_distance(guqin) + 0.8 * guqin.reading(0)->radius_growth;
+      guqin.events.clear();
+      guqin.glide({kPlace, height + 10e-3, 0.0}, 0.5, kNothing);
+      CHECK(guqin.events.empty());
+      guqin.tick({kPlace, height, 0.0});
+      const auto touches = of_kind(guqin.events, StringEventKind::kTouch);
+      REQUIRE(touches.size() == 1);
+      CHECK(touches[0].ringing);
+      CHECK(touches[0].t_ns > guqin.t_ns - guqin.dt_ns);
+      CHECK(touches[0].t_ns <= guqin.t_ns);
+      CHECK(touches[0].normal_speed == doctest::Approx(10.0).epsilon(1e-6));
+    }
+  }
 }
 
 TEST_CASE("a finger in the envelope is struck and never drawn, and damps as touch_decay says") {
