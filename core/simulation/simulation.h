@@ -59,7 +59,7 @@ class Simulation {
   Simulation(const ToolScene& scene, std::span<StringTrack> tracks,
              std::span<ModalString> modes) noexcept;
 
-  /// One tick. Cost: about 0.5 us free, 3 us on a string (benchmarks).
+  /// One tick. Cost: about 0.3 us free, 2 us on a string (tests/benchmark).
   HD_REALTIME void step(const TickInput& input, TickOutput& output) noexcept;
 
   /// Clears a latched pose fault; the next good sample is accepted again.
