@@ -107,7 +107,19 @@ void set_slot(SphereTreeNode& node, std::size_t slot, const Sphere& bound, std::
   if (child >= 0) node.inner |= 1U << slot;
 }
 
-/// See SphereTreeView::overhang. Visits every bound with all bounds above it.
+/// A node whose slots are still to be filled.
+struct Pending {
+  Members members;
+  int level;  ///< 1 = root
+};
+
+}  // namespace
+
+SphereTreeView SphereTree::view() const noexcept {
+  return {nodes, leaf_x, leaf_y, leaf_z, leaf_r, bound, depth, overhang};
+}
+
+// Visits every bound with all bounds above it.
 double largest_overhang(const SphereTree& tree) {
   // above[n]: the bound of node n, and the node that holds it.
   struct Place {
@@ -131,18 +143,6 @@ double largest_overhang(const SphereTree& tree) {
     }
   }
   return overhang;
-}
-
-/// A node whose slots are still to be filled.
-struct Pending {
-  Members members;
-  int level;  ///< 1 = root
-};
-
-}  // namespace
-
-SphereTreeView SphereTree::view() const noexcept {
-  return {nodes, leaf_x, leaf_y, leaf_z, leaf_r, bound, depth, overhang};
 }
 
 SphereTree build_sphere_tree(std::span<const Sphere> leaves) {

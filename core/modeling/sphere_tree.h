@@ -26,4 +26,8 @@ struct SphereTree {
 /// n). Throws std::invalid_argument naming the offending leaf.
 [[nodiscard]] SphereTree build_sphere_tree(std::span<const Sphere> leaves);
 
+/// What SphereTreeView::overhang of `tree` has to be, m. Nodes in breadth-first order; O(nodes
+/// depth).
+[[nodiscard]] double largest_overhang(const SphereTree& tree);
+
 }  // namespace hapticd

@@ -14,111 +14,12 @@
 #include "tests/core/modeling/sphere_families.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"
+#include "tests/support/tree_inspector.h"
 
 namespace hapticd::test {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// Looks at every node of a tree and notes everything that is wrong with it.
-class TreeInspector {
- public:
-  TreeInspector(const SphereTreeView& tree, const std::vector<Sphere>& spheres)
-      : tree_(tree),
-        spheres_(spheres),
-        leaf_seen_(spheres.size()),
-        node_seen_(tree.nodes.size()),
-        level_(tree.nodes.size(), 1),
-        leaves_below_(tree.nodes.size()) {
-    node_seen_[0] = 1;
-    for (std::size_t n = 0; n < tree.nodes.size(); ++n) check_links(n);
-    // Children come after their parents, so backwards the leaves of a child are known.
-    if (well_formed_) {
-      for (std::size_t n = tree.nodes.size(); n-- > 0;) check_bounds(n);
-      note(tree.bound, leaves_below_[0]);
-    }
-  }
-
-  /// Distance by which a leaf sphere sticks out of a bound above it, at worst, m; <= 0: none does.
-  [[nodiscard]] long double worst_leaf() const { return worst_; }
-  /// Every leaf and every node is reached exactly once.
-  [[nodiscard]] bool complete() const {
-    const auto once = [](int n) { return n == 1; };
-    return std::all_of(leaf_seen_.begin(), leaf_seen_.end(), once) &&
-           std::all_of(node_seen_.begin(), node_seen_.end(), once);
-  }
-  /// Masks, unused slots and the order of nodes are as the view's header says.
-  [[nodiscard]] bool well_formed() const { return well_formed_; }
-  /// Levels of nodes.
-  [[nodiscard]] int deepest() const { return *std::max_element(level_.begin(), level_.end()); }
-
- private:
-  void expect(bool condition) { well_formed_ = well_formed_ && condition; }
-
-  void check_links(std::size_t n) {
-    const SphereTreeNode& node = tree_.nodes[n];
-    expect(node.used != 0 && (node.inner & ~node.used) == 0);
-    for (std::size_t k = 0; k < kTreeWidth; ++k) {
-      const std::int32_t child = node.child[k];
-      if ((node.used >> k & 1U) == 0) {
-        expect(child == kNoChild && node.r[k] == -kInfinity);
-        continue;
-      }
-      expect(((node.inner >> k & 1U) != 0) == (child >= 0));
-      const auto index = static_cast<std::size_t>(child >= 0 ? child : -1 - child);
-      if (child < 0) {
-        expect(index < leaf_seen_.size() && is_leaf(bound(n, k), spheres_[index]));
-        if (well_formed_) ++leaf_seen_[index];
-      } else {
-        expect(index > n && index < node_seen_.size());
-        if (!well_formed_) return;
-        ++node_seen_[index];
-        level_[index] = level_[n] + 1;
-      }
-    }
-  }
-
-  void check_bounds(std::size_t n) {
-    const SphereTreeNode& node = tree_.nodes[n];
-    for (std::size_t k = 0; k < kTreeWidth; ++k) {
-      if ((node.used >> k & 1U) == 0) continue;
-      const std::int32_t child = node.child[k];
-      const std::vector<std::int32_t> leaves = child < 0
-                                                   ? std::vector<std::int32_t>{~child}
-                                                   : leaves_below_[static_cast<std::size_t>(child)];
-      note(bound(n, k), leaves);
-      leaves_below_[n].insert(leaves_below_[n].end(), leaves.begin(), leaves.end());
-    }
-  }
-
-  [[nodiscard]] Sphere bound(std::size_t n, std::size_t k) const {
-    const SphereTreeNode& node = tree_.nodes[n];
-    return {{node.x[k], node.y[k], node.z[k]}, node.r[k]};
-  }
-
-  [[nodiscard]] static bool is_leaf(const Sphere& a, const Sphere& b) {
-    return a.p == b.p && a.r == b.r;
-  }
-
-  void note(const Sphere& bound, const std::vector<std::int32_t>& leaves) {
-    for (const std::int32_t i : leaves) {
-      const Sphere& leaf = spheres_[static_cast<std::size_t>(i)];
-      long double square = 0;
-      for (int k = 0; k < 3; ++k) {
-        const long double part = static_cast<long double>(leaf.p[k]) - bound.p[k];
-        square += part * part;
-      }
-      worst_ = std::max(worst_, std::sqrt(square) + leaf.r - bound.r);
-    }
-  }
-
-  const SphereTreeView& tree_;
-  const std::vector<Sphere>& spheres_;
-  std::vector<int> leaf_seen_, node_seen_, level_;
-  std::vector<std::vector<std::int32_t>> leaves_below_;
-  long double worst_ = -std::numeric_limits<long double>::infinity();
-  bool well_formed_ = true;
-};
 
 void check_tree(const std::vector<Sphere>& spheres) {
   const SphereTree tree = build_sphere_tree(spheres);
