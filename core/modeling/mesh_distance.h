@@ -5,6 +5,8 @@
 // when made); queries allocate nothing and may run in many threads at once.
 #pragma once
 
+#include <limits>
+
 #include "core/modeling/triangle_mesh.h"
 
 namespace hapticd {
@@ -18,16 +20,52 @@ struct NearestPoint {
 
 class MeshDistance {
  public:
-  /// `mesh` is copied; at least one triangle, finite vertices, valid indices (check_mesh). O(n log
-  /// n).
+  /// `mesh` is copied; at least one triangle, finite vertices up to 1e70 m, valid indices
+  /// (check_mesh); std::invalid_argument otherwise. O(n log n).
   explicit MeshDistance(const TriangleMesh& mesh);
 
-  /// Deterministic; of equally near points that of the lowest triangle.
+  /// Deterministic; of equally near points that of the lowest triangle. Error of the distance: a
+  /// few roundings of the largest coordinate. O(log n), about 1 us near the surface of 10^4
+  /// triangles.
   [[nodiscard]] NearestPoint nearest(const Vector3& p) const noexcept;
 
   /// Distance of `p` to the surface, negative inside; the mesh must be closed and consistently
   /// oriented, and not intersect itself.
   [[nodiscard]] double signed_distance(const Vector3& p) const noexcept;
+
+  /// As signed_distance, with the nearest point: `nearest.distance` stays >= 0.
+  [[nodiscard]] double signed_distance(const Vector3& p, NearestPoint& nearest) const noexcept;
+
+ private:
+  /// Where on its triangle the nearest point lies.
+  enum class Feature : std::uint8_t { kFace, kEdge0, kEdge1, kEdge2, kVertex0, kVertex1, kVertex2 };
+  struct Corner3 {
+    Vector3 a, b, c;
+    std::int32_t id;
+  };
+  /// Box of `count` triangles from `first` (a leaf), or of the nodes `first` and `first` + 1 when
+  /// `count` is 0.
+  struct Node {
+    Vector3 low, high;
+    std::int32_t first;
+    std::int32_t count;
+  };
+  struct Hit {
+    double squared = std::numeric_limits<double>::infinity();
+    Vector3 p{0.0, 0.0, 0.0};
+    std::int32_t id = 0;
+    Feature feature = Feature::kFace;
+  };
+
+  static Hit nearest_on(const Corner3& triangle, const Vector3& p) noexcept;
+  [[nodiscard]] Hit search(const Vector3& p) const noexcept;
+  void build_tree(const TriangleMesh& mesh);
+  void build_normals(const TriangleMesh& mesh);
+
+  std::vector<Corner3> triangles_;  ///< in the order of the tree
+  std::vector<Node> nodes_;
+  /// By triangle id: normals of its face, edges (ab, bc, ca) and vertices, in the order of Feature.
+  std::vector<std::array<Vector3, 7>> normals_;
 };
 
 }  // namespace hapticd
