@@ -40,6 +40,11 @@ struct OptimiserOptions {
   /// See QueryOptions. A tick that starts within the bounds of a coarse level goes by the leaves.
   int tool_level = kLeafLevel;
   int body_level = kLeafLevel;
+  /// Rows of the program, [1, kMaxQpRows]; fewer: more exchanges of rows, then shorter steps.
+  int max_rows = kMaxQpRows;
+  /// Speed at which a tool that starts inside something is pushed out, m/s, > 0. Faster throws the
+  /// shown tool about, slower prolongs the overlap.
+  double recovery_speed = 2.0;
 };
 
 /// What one tool asks of the optimiser in one tick. Views must outlive the call.

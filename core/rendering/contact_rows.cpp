@@ -92,12 +92,12 @@ void set_objective(const LocalModel& model, QpProblem& problem) noexcept {
 }
 
 /// The nearest contacts become the rows; all of them when they fit.
-void choose_nearest(OptimiserWorkspace& w) noexcept {
+void choose_nearest(int max_rows, OptimiserWorkspace& w) noexcept {
   const auto count = static_cast<std::int32_t>(w.contacts.contacts.size());
   const auto first = w.order.begin();
   for (std::int32_t i = 0; i < count; ++i) w.order[static_cast<std::size_t>(i)] = i;
-  const std::int32_t rows = std::min(count, kMaxQpRows);
-  if (count > kMaxQpRows) {
+  const std::int32_t rows = std::min(count, static_cast<std::int32_t>(max_rows));
+  if (count > rows) {
     std::nth_element(first, first + rows, first + count, [&w](std::int32_t a, std::int32_t b) {
       const double gap_a = w.contacts.contacts[static_cast<std::size_t>(a)].gap;
       const double gap_b = w.contacts.contacts[static_cast<std::size_t>(b)].gap;
@@ -209,15 +209,18 @@ double exchange_rows(const OptimiserInput& input, const OptimiserState& state,
   for (std::size_t k = 0; k < active; ++k) {
     kept[k] = w.contact_of_row[static_cast<std::size_t>(w.solution.active[k])];
   }
-  const std::size_t added = std::min(violated, static_cast<std::size_t>(kMaxQpRows) - active);
+  const std::size_t added =
+      std::min(violated, static_cast<std::size_t>(input.options.max_rows) - active);
   const auto first = w.order.begin();
-  std::nth_element(first, first + static_cast<std::ptrdiff_t>(added) - 1,
-                   first + static_cast<std::ptrdiff_t>(violated),
-                   [&w](std::int32_t a, std::int32_t b) {
-                     const double excess_a = w.excess[static_cast<std::size_t>(a)];
-                     const double excess_b = w.excess[static_cast<std::size_t>(b)];
-                     return excess_a != excess_b ? excess_a > excess_b : a < b;
-                   });
+  if (added > 0) {
+    std::nth_element(first, first + static_cast<std::ptrdiff_t>(added) - 1,
+                     first + static_cast<std::ptrdiff_t>(violated),
+                     [&w](std::int32_t a, std::int32_t b) {
+                       const double excess_a = w.excess[static_cast<std::size_t>(a)];
+                       const double excess_b = w.excess[static_cast<std::size_t>(b)];
+                       return excess_a != excess_b ? excess_a > excess_b : a < b;
+                     });
+  }
   std::copy(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(active),
             w.contact_of_row.begin());
   std::copy(first, first + static_cast<std::ptrdiff_t>(added),
@@ -242,10 +245,11 @@ double solve_linearisation(const OptimiserInput& input, const OptimiserState& st
   LocalModel& model = w.model;
   build_local_model(input, state, e, w.models, w.parts, unknowns, model);
   set_objective(model, w.problem);
-  choose_nearest(w);
+  choose_nearest(input.options.max_rows, w);
   fill_rows(context, model.basis, w.problem);
   QpWarmStart warm = warm_start(state, w);
-  const bool all_fit = w.contacts.contacts.size() <= static_cast<std::size_t>(kMaxQpRows);
+  const bool all_fit =
+      w.contacts.contacts.size() <= static_cast<std::size_t>(input.options.max_rows);
   for (int round = 0;; ++round) {
     solve_qp(w.problem, warm, w.qp, w.solution);
     result.qp_iterations += w.solution.iterations;

@@ -26,7 +26,7 @@ bool program_direction(const OptimiserInput& input, OptimiserWorkspace& w, Vecto
   w.problem.weight.fill(1.0);
   w.problem.target.fill(0.0);
   for (const Contact& contact : w.contacts.contacts) {
-    if (w.problem.rows == kMaxQpRows) break;
+    if (w.problem.rows == input.options.max_rows) break;
     const auto i = static_cast<std::size_t>(w.problem.rows++);
     for (std::size_t k = 0; k < 3; ++k) {
       w.problem.row[k][i] = contact.nhat_OG_W[static_cast<Eigen::Index>(k)];
@@ -77,7 +77,7 @@ bool push(const OptimiserInput& input, const Vector3& dp, OptimiserState& state,
   const double wanted = dp.norm();
   if (!(wanted > 0.0)) return false;
   const Vector3 way = dp / wanted;
-  const double limit = std::min(wanted, kRecoverySpeed * input.dt);
+  const double limit = std::min(wanted, input.options.recovery_speed * input.dt);
   const double length = open_length(w.contacts, way, limit, input.options.skin);
   if (length < kLeastPush) return false;
   const ToolStep step{way * length, Vector3::Zero()};

@@ -1,16 +1,12 @@
 // Recovery from a penetrated start (a scene edited onto the tool, a start inside an obstacle):
 // pushes G out by translation along the normals of the deepest contacts, never faster than
-// kRecoverySpeed, accepting only steps that enlarge the minimum gap and close none that is open.
-// RT: yes.
+// OptimiserOptions::recovery_speed, accepting only steps that enlarge the minimum gap and close
+// none that is open. RT: yes.
 #pragma once
 
 #include "core/rendering/configuration_optimiser.h"
 
 namespace hapticd {
-
-/// Speed of the push-out, m/s (2 mm per ms). Faster would throw the shown tool about, slower
-/// prolongs the overlap.
-inline constexpr double kRecoverySpeed = 2.0;
 
 /// One push-out step over input.dt. Precondition: start_tick found a negative minimum gap. Leaves G
 /// where it is when no direction enlarges the gap. The force of the tick is the coupling's spring

@@ -1,0 +1,29 @@
+// A slack cable as a chain of strings: its rest shape is a parabola, drawn and touched as straight
+// pieces, each of which yields between its own ends. Deviation: a cable yields as a whole; here the
+// knots between the pieces stay where they are, and a piece pushed in its middle yields as the
+// whole cable would there. Offline.
+#pragma once
+
+#include <vector>
+
+#include "core/scene/scene_description.h"
+
+namespace hapticd {
+
+/// How far the pieces may lie off the parabola, m. Smaller: more pieces.
+inline constexpr double kSagError = 0.25e-3;
+/// Pieces of a cable, at most: with more, a finger would touch more strings at once than can yield.
+inline constexpr int kMostCablePieces = 16;
+
+/// Pieces of a string with this sag (m, >= 0): 1 when it is straight.
+[[nodiscard]] int cable_pieces(double sag) noexcept;
+
+/// Largest distance between the pieces and the parabola, m: sag / pieces^2.
+[[nodiscard]] double cable_error(double sag) noexcept;
+
+/// The pieces of `string`, from A to B; the string itself when it has no sag. Tension and stiffness
+/// of each are such that it yields in its middle, to first and third order, as a string from A to B
+/// would there.
+[[nodiscard]] std::vector<StringParameters> cable_of(const StringDescription& string);
+
+}  // namespace hapticd

@@ -1,0 +1,149 @@
+// See scene_check.h.
+#include "core/scene/scene_check.h"
+
+#include <set>
+#include <sstream>
+
+#include "core/scene/sagging_cable.h"
+#include "core/scene/scene.h"
+
+namespace hapticd {
+namespace {
+
+/// Most spheres of a tool: ids of bounds stay within 32 bits (build_sphere_tree).
+constexpr std::size_t kMostToolSpheres = std::size_t{1} << 24U;
+/// A tool may have as many parts as scene.proto says; the loop bears 256.
+constexpr std::size_t kMostParts = 32;
+
+std::string indexed(const char* field, std::size_t i) {
+  return std::string(field) + "[" + std::to_string(i) + "]";
+}
+
+class Findings {
+ public:
+  void fault(std::string path, std::string message, std::string remedy) {
+    list_.push_back({false, std::move(path), std::move(message), std::move(remedy)});
+  }
+  void doubt(std::string path, std::string message, std::string remedy) {
+    list_.push_back({true, std::move(path), std::move(message), std::move(remedy)});
+  }
+  void range(const std::string& owner, const std::optional<ParameterFault>& fault, bool doubt) {
+    if (!fault) return;
+    std::ostringstream message;
+    message << fault->value << " is " << (doubt ? "doubtful: " : "not in ") << fault->range;
+    const std::string path = owner.empty() ? fault->field : owner + "." + fault->field;
+    list_.push_back({doubt, path, message.str(), fault->remedy});
+  }
+  [[nodiscard]] bool any_fault() const noexcept {
+    for (const SceneFinding& finding : list_) {
+      if (!finding.doubt) return true;
+    }
+    return false;
+  }
+  [[nodiscard]] std::vector<SceneFinding> take() && { return std::move(list_); }
+
+ private:
+  std::vector<SceneFinding> list_;
+};
+
+void check_tools(const SceneDescription& scene, Findings& findings) {
+  std::set<std::uint32_t> ids;
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    const ToolDescription& tool = scene.tools[i];
+    const std::string path = indexed("tools", i);
+    if (!ids.insert(tool.tool_id).second) {
+      findings.fault(path + ".tool_id", std::to_string(tool.tool_id) + " is taken by another tool",
+                     "Give every tool an id of its own.");
+    }
+    std::size_t spheres = 0;
+    std::size_t soft = 0;
+    for (std::size_t k = 0; k < tool.parts.size(); ++k) {
+      const PartDescription& part = tool.parts[k];
+      findings.range(path + "." + indexed("parts", k), check_part(part.softness), false);
+      if (part.shape.tree) spheres += part.shape.tree->tree.leaf_r.size();
+      if (part.softness.stiffness > 0.0) ++soft;
+    }
+    if (tool.parts.empty() || tool.parts.size() > kMostParts) {
+      findings.fault(path + ".parts", std::to_string(tool.parts.size()) + " is not in [1, 32]",
+                     "Give the tool at least one part, and at most 32.");
+    }
+    if (spheres > kMostToolSpheres) {
+      findings.fault(path + ".parts", std::to_string(spheres) + " spheres are too many",
+                     "Use coarser trees.");
+    }
+    if (soft > kMaxSoftParts) {
+      findings.doubt(path + ".parts",
+                     std::to_string(soft) + " parts are soft, of which " +
+                         std::to_string(kMaxSoftParts) + " can yield at once",
+                     "The others are rigid while that many are touched.");
+    }
+  }
+}
+
+void check_cable(const std::string& path, const StringDescription& string, Findings& findings) {
+  if (string.sag == 0.0) return;
+  const StringParameters& p = string.parameters;
+  if (p.frequency > 0.0 || p.linear_density > 0.0) {
+    findings.fault(path + ".sag_m", "a cable that sags has no pitch",
+                   "Leave out sag_m, or frequency_hz and linear_density_kg_per_m.");
+  }
+  const double span = (to_vector(p.p_WB) - to_vector(p.p_WA)).norm();
+  if (!(span > kShortestString)) {
+    findings.fault(path + ".sag_m", "a string without length cannot sag", "Leave out sag_m.");
+  }
+}
+
+std::size_t check_strings(const SceneDescription& scene, Findings& findings) {
+  std::size_t pieces = 0;
+  for (std::size_t i = 0; i < scene.strings.size(); ++i) {
+    const StringDescription& string = scene.strings[i];
+    const std::string path = indexed("strings", i);
+    const auto fault = check_string(string.parameters);
+    findings.range(path, fault, false);
+    if (!fault) findings.range(path, doubt_string(string.parameters), true);
+    check_cable(path, string, findings);
+    pieces += static_cast<std::size_t>(cable_pieces(string.sag));
+    if (string.parameters.friction_coefficient > 0.0 && !scene.instrument.friction) {
+      findings.doubt(path + ".friction_coefficient", "the scene models no friction",
+                     "Add friction to the scene, or leave the coefficient out.");
+    }
+  }
+  return pieces;
+}
+
+/// A tool that begins inside something is pushed out of it, and the player should know.
+void check_start(const SceneDescription& description, Findings& findings) {
+  const Scene scene(description);
+  ContactSet contacts;
+  for (std::size_t i = 0; i < description.tools.size(); ++i) {
+    const ToolScene tool = scene.tool_scene(i);
+    find_contacts(tool.tool, description.tools[i].X_WG, tool.obstacles,
+                  {.margin = tool.options.margin}, contacts);
+    if (contacts.minimum_gap >= 0.0) continue;
+    std::ostringstream message;
+    message << "the tool begins " << -1e3 * contacts.minimum_gap << " mm inside something";
+    findings.doubt(indexed("tools", i) + ".pose_wg", message.str(), "Let it begin in the open.");
+  }
+}
+
+}  // namespace
+
+std::vector<SceneFinding> check_scene(const SceneDescription& scene) {
+  Findings findings;
+  if (scene.tools.empty()) {
+    findings.fault("tools", "there is none", "Give at least one tool: a finger is one sphere.");
+  }
+  check_tools(scene, findings);
+  const std::size_t pieces = check_strings(scene, findings);
+  if (pieces > kMaxStrings) {
+    findings.fault("strings",
+                   std::to_string(pieces) + " strings and pieces of sagging cables are more than " +
+                       std::to_string(kMaxStrings),
+                   "Leave some out, or let less of them sag.");
+  }
+  findings.range("", check_options(scene.instrument), false);
+  if (!findings.any_fault()) check_start(scene, findings);
+  return std::move(findings).take();
+}
+
+}  // namespace hapticd

@@ -1,0 +1,88 @@
+// A scene as data: what scene.proto says, translated, with every default filled in and every tree
+// at hand. What check_scene looks at and a Scene is built from. Offline. SI, frame W unless named.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/instrument/instrument_options.h"
+#include "core/instrument/string_parameters.h"
+#include "core/math/pose.h"
+#include "core/modeling/sphere_tree_file.h"
+#include "core/rendering/configuration_optimiser.h"
+
+namespace hapticd {
+
+/// What is touched, and what is known of how well it stands for what is drawn.
+struct ShapeDescription {
+  std::shared_ptr<const SphereTreeFile> tree;  ///< never null in a description that is complete
+  bool exact = false;                          ///< spheres written out: they are the shape
+  std::string tree_name;                       ///< as the scene names it; empty when written out
+  std::string mesh;                            ///< to draw, as the scene names it; may be empty
+};
+
+/// A rigid or soft part of a tool.
+struct PartDescription {
+  std::string name;
+  ShapeDescription shape;  ///< in the part's frame P
+  Pose X_GP;
+  ToolPart softness;
+};
+
+/// A reflection of the world.
+enum class Mirror : std::uint8_t { kNone, kX, kZ };
+
+/// From the device's workspace to the world.
+struct WorkspaceDescription {
+  double scale = 1.0;  ///< world metres per device metre
+  Pose X_WD;           ///< where the device's base stands
+  Mirror mirror = Mirror::kNone;
+  int clutch_button = -1;    ///< -1: none
+  int recentre_button = -1;  ///< -1: none
+};
+
+struct ToolDescription {
+  std::uint32_t tool_id = 0;
+  std::string name;
+  std::vector<PartDescription> parts;
+  Pose X_WG;
+  CouplingStiffness coupling;
+  double coupling_damping = 0.0;  ///< N s/m
+  WorkspaceDescription workspace;
+  double force_gain = 1.0;
+};
+
+struct BodyDescription {
+  std::string name;
+  ShapeDescription shape;  ///< in the body's frame B
+  Pose X_WB;
+};
+
+/// A rigid line, bar or bent pipe.
+struct LineDescription {
+  std::string name;
+  std::vector<Vector3> points_W;
+  double radius = 0.0;
+};
+
+struct StringDescription {
+  std::string name;
+  StringParameters parameters;
+  double sag = 0.0;  ///< drop at mid-span along -y of W, m
+};
+
+struct SceneDescription {
+  std::string name;
+  std::vector<ToolDescription> tools;
+  std::vector<BodyDescription> bodies;
+  std::vector<LineDescription> lines;
+  std::vector<StringDescription> strings;
+  InstrumentOptions instrument;
+  bool tones = false;   ///< tone events are wanted
+  bool torque = false;  ///< off: forces alone are rendered
+  OptimiserOptions optimiser;
+};
+
+}  // namespace hapticd

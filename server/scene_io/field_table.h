@@ -1,0 +1,42 @@
+// What the comments of scene.proto promise of each field: unit, shape, range, whether it is live.
+// Made from the .proto files when the server is built (make_field_table.py), so that what is
+// checked is what is written there. Offline.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace hapticd {
+
+struct FieldRow {
+  std::string_view field;  ///< "Message.field"
+  std::string_view unit;   ///< "m", "text"; empty for messages and enums
+  std::string_view shape;  ///< of repeated numbers: "3: x y z"; else empty
+  std::string_view range;  ///< "[0, 1]" of numbers; "1..64" of the length of texts and lists
+  bool live = false;       ///< may change while the loop runs
+};
+
+/// All fields of Scene and what is in it.
+[[nodiscard]] std::span<const FieldRow> field_table() noexcept;
+
+/// The row of "Message.field"; null when there is none.
+[[nodiscard]] const FieldRow* find_row(std::string_view field) noexcept;
+
+/// An interval as the comments write it.
+struct Interval {
+  double low = 0.0;
+  double high = 0.0;
+  bool low_open = false;
+  bool high_open = false;
+
+  /// False for NaN.
+  [[nodiscard]] bool contains(double value) const noexcept {
+    return (low_open ? value > low : value >= low) && (high_open ? value < high : value <= high);
+  }
+};
+
+/// "[0, 1)" or "1..64", with words behind it or not; nothing for other texts.
+[[nodiscard]] std::optional<Interval> parse_interval(std::string_view range) noexcept;
+
+}  // namespace hapticd

@@ -1,0 +1,174 @@
+// See scene_defaults.h. The numbers are those of core's own defaults.
+#include "server/scene_io/scene_defaults.h"
+
+#include <algorithm>
+
+#include "core/instrument/string_preset.h"
+#include "core/rendering/virtual_coupling.h"
+#include "core/scene/quality.h"
+
+namespace hapticd {
+namespace {
+
+/// Modes of a scene that asks for modes without saying how many.
+constexpr unsigned kUsualModes = 32;
+
+void fill_pose(v1::Pose& pose) {
+  if (pose.p_m().empty()) pose.mutable_p_m()->Resize(3, 0.0);
+  if (!pose.q().empty()) return;
+  pose.mutable_q()->Resize(4, 0.0);
+  pose.set_q(0, 1.0);
+}
+
+/// Sets field `NAME` of a message that is a reference named `m`, unless it is set.
+template <typename Message, typename Value>
+void set_absent(Message& message, bool (Message::*has)() const, void (Message::*set)(Value),
+                Value value) {
+  if (!(message.*has)()) (message.*set)(value);
+}
+
+void fill_tool(v1::Tool& tool) {
+  const CouplingStiffness usual;
+  for (v1::ToolPart& part : *tool.mutable_parts()) fill_pose(*part.mutable_pose_gp());
+  fill_pose(*tool.mutable_pose_wg());
+  v1::Coupling& coupling = *tool.mutable_coupling();
+  set_absent(coupling, &v1::Coupling::has_kt_n_per_m, &v1::Coupling::set_kt_n_per_m, usual.kt);
+  set_absent(coupling, &v1::Coupling::has_length_m, &v1::Coupling::set_length_m, usual.length);
+  v1::WorkspaceMap& map = *tool.mutable_workspace();
+  set_absent(map, &v1::WorkspaceMap::has_scale, &v1::WorkspaceMap::set_scale, 1.0);
+  fill_pose(*map.mutable_pose_wd());
+  if (map.mirror() == v1::MIRROR_UNSPECIFIED) map.set_mirror(v1::MIRROR_NONE);
+  set_absent(tool, &v1::Tool::has_force_gain, &v1::Tool::set_force_gain, 1.0);
+}
+
+/// Stiffness of the softest tool: what a string's and an anchor's default follow.
+double softest_coupling(const v1::Scene& scene) {
+  double kt = CouplingStiffness{}.kt;
+  for (int i = 0; i < scene.tools_size(); ++i) {
+    const double each = scene.tools(i).coupling().kt_n_per_m();
+    kt = i == 0 ? each : std::min(kt, each);
+  }
+  return kt;
+}
+
+v1::StringLevel highest_level(const v1::Scene& scene) {
+  if (scene.has_modes()) return v1::STRING_LEVEL_MODES;
+  return scene.has_vibration() ? v1::STRING_LEVEL_FUNDAMENTAL : v1::STRING_LEVEL_STATIC;
+}
+
+void fill_string(const v1::Scene& scene, StringPreset preset, v1::String& string) {
+  using S = v1::String;
+  const StringParameters usual = default_string(preset);
+  set_absent(string, &S::has_radius_m, &S::set_radius_m, usual.radius);
+  set_absent(string, &S::has_tension_n, &S::set_tension_n, usual.tension);
+  set_absent(string, &S::has_youngs_modulus_pa, &S::set_youngs_modulus_pa, usual.youngs_modulus);
+  set_absent(string, &S::has_decay_s, &S::set_decay_s, usual.decay);
+  set_absent(string, &S::has_touch_decay_s, &S::set_touch_decay_s,
+             preset == StringPreset::kPaper ? string.decay_s() : usual.touch_decay);
+  if (string.model() == v1::STRING_MODEL_UNSPECIFIED) {
+    string.set_model(usual.model == StringModel::kRigid ? v1::STRING_MODEL_RIGID
+                                                        : v1::STRING_MODEL_DEFLECTING);
+  }
+  if (string.displacement_scale_case() == S::DISPLACEMENT_SCALE_NOT_SET) string.set_k_s(usual.k_s);
+  if (string.has_k_s_from_device()) {
+    v1::DisplacementScaleFromDevice& scale = *string.mutable_k_s_from_device();
+    if (!scale.has_reference_lambda()) scale.set_reference_lambda(0.5);
+    if (!scale.has_reference_tension_n()) scale.set_reference_tension_n(string.tension_n());
+  }
+  set_absent(string, &S::has_contact_stiffness_n_per_m, &S::set_contact_stiffness_n_per_m,
+             std::min(softest_coupling(scene), usual.contact_stiffness));
+  if (scene.has_friction()) {
+    set_absent(string, &S::has_friction_coefficient, &S::set_friction_coefficient,
+               scene.friction().coefficient());
+  }
+  if (string.max_level() == v1::STRING_LEVEL_UNSPECIFIED) {
+    string.set_max_level(highest_level(scene));
+  }
+}
+
+void fill_features(StringPreset preset, v1::Scene& scene) {
+  const InstrumentOptions usual = default_options(preset);
+  if (scene.has_vibration()) {
+    set_absent(*scene.mutable_vibration(), &v1::Vibration::has_sleep_energy,
+               &v1::Vibration::set_sleep_energy, usual.sleep_energy);
+  }
+  if (scene.has_friction()) {
+    set_absent(*scene.mutable_friction(), &v1::Friction::has_anchor_stiffness_n_per_m,
+               &v1::Friction::set_anchor_stiffness_n_per_m, softest_coupling(scene));
+  }
+  if (scene.has_modes() && !scene.modes().has_count()) {
+    scene.mutable_modes()->set_count(kUsualModes);
+  }
+  if (scene.has_tones()) {
+    using T = v1::Tones;
+    T& tones = *scene.mutable_tones();
+    if (tones.level() == v1::TONE_LEVEL_UNSPECIFIED) {
+      tones.set_level(usual.tones.level == ToneLevel::kForce ? v1::TONE_LEVEL_FORCE
+                                                             : v1::TONE_LEVEL_AMPLITUDE);
+    }
+    set_absent(tones, &T::has_reference_amplitude_m, &T::set_reference_amplitude_m,
+               usual.tones.reference_amplitude);
+    set_absent(tones, &T::has_reference_force_n, &T::set_reference_force_n,
+               usual.tones.reference_force);
+    set_absent(tones, &T::has_gain, &T::set_gain, usual.tones.gain);
+  }
+  using R = v1::ReleaseDetector;
+  R& release = *scene.mutable_release();
+  set_absent(release, &R::has_arm_deflection_m, &R::set_arm_deflection_m,
+             usual.release.arm_deflection);
+  set_absent(release, &R::has_release_gap_m, &R::set_release_gap_m, usual.release.release_gap);
+  set_absent(release, &R::has_refractory_s, &R::set_refractory_s, usual.release.refractory);
+}
+
+/// The rung of the ladder that a scene stands on.
+int level_of(const v1::Quality& quality) {
+  if (quality.has_level()) return static_cast<int>(quality.level());
+  return quality.has_max_force_error() ? quality_for(quality.max_force_error()) : kDefaultQuality;
+}
+
+void fill_solver(v1::Scene& scene) {
+  if (scene.quality().choice_case() == v1::Quality::CHOICE_NOT_SET) {
+    scene.mutable_quality()->set_level(kDefaultQuality);
+  }
+  const int level = std::clamp(level_of(scene.quality()), 0, kQualityLevels - 1);
+  const OptimiserOptions usual = quality_of(level).options;
+  using S = v1::Solver;
+  S& solver = *scene.mutable_solver();
+  if (!solver.has_max_substeps()) solver.set_max_substeps(static_cast<unsigned>(usual.sub_steps));
+  set_absent(solver, &S::has_stop_step_m, &S::set_stop_step_m, usual.stop_tolerance);
+  set_absent(solver, &S::has_margin_m, &S::set_margin_m, usual.margin);
+  set_absent(solver, &S::has_skin_m, &S::set_skin_m, usual.skin);
+  set_absent(solver, &S::has_max_rotation_rad, &S::set_max_rotation_rad, usual.rotation_step);
+  if (!solver.has_max_rows()) solver.set_max_rows(static_cast<unsigned>(usual.max_rows));
+  set_absent(solver, &S::has_recovery_speed_m_per_s, &S::set_recovery_speed_m_per_s,
+             usual.recovery_speed);
+}
+
+/// Forgets what a preset decides.
+void forget_preset_fields(v1::Scene& scene) {
+  for (v1::String& string : *scene.mutable_strings()) {
+    string.clear_model();
+    string.clear_displacement_scale();
+    string.clear_touch_decay_s();
+  }
+  if (scene.has_tones()) scene.mutable_tones()->clear_level();
+}
+
+}  // namespace
+
+void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene) {
+  if (preset) {
+    forget_preset_fields(scene);
+    scene.set_preset(*preset);
+  }
+  if (scene.preset() == v1::PRESET_UNSPECIFIED) scene.set_preset(v1::PRESET_DEFLECTING);
+  const StringPreset named =
+      scene.preset() == v1::PRESET_PAPER ? StringPreset::kPaper : StringPreset::kDeflecting;
+  for (v1::Tool& tool : *scene.mutable_tools()) fill_tool(tool);
+  for (v1::Body& body : *scene.mutable_bodies()) fill_pose(*body.mutable_pose_wb());
+  fill_features(named, scene);
+  for (v1::String& string : *scene.mutable_strings()) fill_string(scene, named, string);
+  fill_solver(scene);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,26 @@
+// See scene_problem.h.
+#include "server/scene_io/scene_problem.h"
+
+#include <algorithm>
+
+namespace hapticd {
+
+std::string to_text(const SceneProblem& problem) {
+  std::string text = problem.file;
+  if (problem.line > 0) {
+    text += ":" + std::to_string(problem.line) + ":" + std::to_string(problem.column);
+  }
+  text += problem.doubt ? ": warning: " : ": error: ";
+  if (!problem.field.empty()) text += problem.field + ": ";
+  text += problem.message;
+  if (!text.ends_with('.')) text += ".";
+  if (!problem.remedy.empty()) text += " " + problem.remedy;
+  return text;
+}
+
+bool any_fault(const SceneProblems& problems) noexcept {
+  return std::any_of(problems.begin(), problems.end(),
+                     [](const SceneProblem& problem) { return !problem.doubt; });
+}
+
+}  // namespace hapticd

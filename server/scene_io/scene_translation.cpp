@@ -1,0 +1,281 @@
+// See scene_translation.h.
+#include "server/scene_io/scene_translation.h"
+
+#include <stdexcept>
+
+#include "core/math/rotation.h"
+#include "core/scene/quality.h"
+
+namespace hapticd {
+namespace {
+
+/// Largest deviation of a quaternion's norm from 1, as a factor, that is taken for carelessness.
+constexpr double kLeastNorm = 0.5;
+constexpr double kMostNorm = 2.0;
+
+std::string indexed(const std::string& field, int i) {
+  return field + "[" + std::to_string(i) + "]";
+}
+
+Vector3 vector_of(const google::protobuf::RepeatedField<double>& numbers, int first = 0) {
+  return {numbers.Get(first), numbers.Get(first + 1), numbers.Get(first + 2)};
+}
+
+class Translation {
+ public:
+  Translation(double device_stiffness, ModelFiles& files, SceneProblems& problems)
+      : device_stiffness_(device_stiffness), files_(files), problems_(problems) {}
+
+  SceneDescription translate(const v1::Scene& scene);
+
+ private:
+  void fault(const std::string& path, std::string message, std::string remedy) {
+    problems_.push_back({false, "", 0, 0, path, std::move(message), std::move(remedy)});
+  }
+  Pose pose(const v1::Pose& pose, const std::string& path);
+  ShapeDescription shape(const v1::Shape& shape, const std::string& path);
+  ShapeDescription written_out(const v1::Spheres& spheres, const std::string& path);
+  ToolDescription tool(const v1::Tool& tool, const std::string& path);
+  LineDescription line(const v1::Line& line, const std::string& path);
+  StringDescription string(const v1::Scene& scene, const v1::String& string,
+                           const std::string& path);
+
+  double device_stiffness_;
+  ModelFiles& files_;
+  SceneProblems& problems_;
+};
+
+Pose Translation::pose(const v1::Pose& pose, const std::string& path) {
+  Quaternion q(pose.q(0), pose.q(1), pose.q(2), pose.q(3));
+  const double norm = q.norm();
+  if (!(norm >= kLeastNorm && norm <= kMostNorm)) {
+    fault(path + ".q", "its norm is " + std::to_string(norm) + ", not in [0.5, 2]",
+          "Give a unit quaternion, w first.");
+    q = Quaternion::Identity();
+  }
+  return {renormalised(q), vector_of(pose.p_m())};
+}
+
+ShapeDescription Translation::written_out(const v1::Spheres& spheres, const std::string& path) {
+  ShapeDescription result;
+  result.exact = true;
+  const int count = spheres.centre_m_size() / 3;
+  if (count == 0) fault(path + ".centre_m", "there is no sphere", "Give x, y and z of each.");
+  if (spheres.radius_m_size() != 1 && spheres.radius_m_size() != count) {
+    fault(path + ".radius_m",
+          std::to_string(spheres.radius_m_size()) + " radii for " + std::to_string(count) +
+              " centres",
+          "Give one radius for all, or one for each.");
+    return result;
+  }
+  if (count == 0) return result;
+  std::vector<Sphere> leaves;
+  for (int i = 0; i < count; ++i) {
+    leaves.push_back({vector_of(spheres.centre_m(), 3 * i),
+                      spheres.radius_m(spheres.radius_m_size() == 1 ? 0 : i)});
+  }
+  SphereTreeFile file;
+  file.tree = build_sphere_tree(leaves);
+  file.source_name = "spheres of the scene";
+  result.tree = std::make_shared<const SphereTreeFile>(std::move(file));
+  return result;
+}
+
+ShapeDescription Translation::shape(const v1::Shape& shape, const std::string& path) {
+  ShapeDescription result;
+  if (shape.has_spheres()) {
+    result = written_out(shape.spheres(), path + ".spheres");
+  } else if (shape.has_tree()) {
+    try {
+      result.tree = files_.tree(shape.tree());
+      result.tree_name = shape.tree();
+    } catch (const std::runtime_error& error) {
+      fault(path + ".tree", error.what(), "Make it with hapticd-model build.");
+    }
+  } else {
+    fault(path, "there is nothing to touch", "Give a tree or spheres.");
+  }
+  if (shape.mesh().empty()) return result;
+  try {
+    files_.note_mesh(shape.mesh());
+    result.mesh = shape.mesh();
+  } catch (const std::runtime_error& error) {
+    fault(path + ".mesh", error.what(), "Leave it out: the spheres are drawn.");
+  }
+  return result;
+}
+
+ToolDescription Translation::tool(const v1::Tool& tool, const std::string& path) {
+  ToolDescription result;
+  result.tool_id = tool.tool_id();
+  result.name = tool.name();
+  for (int i = 0; i < tool.parts_size(); ++i) {
+    const v1::ToolPart& part = tool.parts(i);
+    const std::string part_path = indexed(path + ".parts", i);
+    PartDescription translated;
+    translated.name = part.name();
+    translated.shape = shape(part.shape(), part_path + ".shape");
+    translated.X_GP = pose(part.pose_gp(), part_path + ".pose_gp");
+    if (part.has_fingertip()) {
+      translated.softness = {part.fingertip().stiffness_n_per_m(),
+                             part.fingertip().damping_n_s_per_m()};
+    }
+    result.parts.push_back(std::move(translated));
+  }
+  result.X_WG = pose(tool.pose_wg(), path + ".pose_wg");
+  result.coupling = {tool.coupling().kt_n_per_m(), tool.coupling().length_m()};
+  result.coupling_damping = tool.coupling().damping_n_s_per_m();
+  const v1::WorkspaceMap& map = tool.workspace();
+  result.workspace.scale = map.scale();
+  result.workspace.X_WD = pose(map.pose_wd(), path + ".workspace.pose_wd");
+  result.workspace.mirror = map.mirror() == v1::MIRROR_X   ? Mirror::kX
+                            : map.mirror() == v1::MIRROR_Z ? Mirror::kZ
+                                                           : Mirror::kNone;
+  if (map.has_clutch_button()) {
+    result.workspace.clutch_button = static_cast<int>(map.clutch_button());
+  }
+  if (map.has_recentre_button()) {
+    result.workspace.recentre_button = static_cast<int>(map.recentre_button());
+  }
+  result.force_gain = tool.force_gain();
+  return result;
+}
+
+LineDescription Translation::line(const v1::Line& line, const std::string& path) {
+  LineDescription result;
+  result.name = line.name();
+  result.radius = line.radius_m();
+  if (line.points_w_m_size() < 6) {
+    fault(path + ".points_w_m", "a line needs two points", "Give x, y and z of each corner.");
+  }
+  for (int i = 0; i + 2 < line.points_w_m_size(); i += 3) {
+    result.points_W.push_back(vector_of(line.points_w_m(), i));
+  }
+  return result;
+}
+
+StringDescription Translation::string(const v1::Scene& scene, const v1::String& string,
+                                      const std::string& path) {
+  StringDescription result;
+  result.name = string.name();
+  result.sag = string.sag_m();
+  StringParameters& p = result.parameters;
+  const bool ends = string.p_wa_m_size() == 3 && string.p_wb_m_size() == 3;
+  if (!ends) {
+    fault(path + (string.p_wa_m_size() == 3 ? ".p_wb_m" : ".p_wa_m"), "an end is missing",
+          "Give x, y and z of both ends.");
+    return result;
+  }
+  p.p_WA = to_array(vector_of(string.p_wa_m()));
+  p.p_WB = to_array(vector_of(string.p_wb_m()));
+  p.radius = string.radius_m();
+  p.tension = string.tension_n();
+  p.youngs_modulus = string.youngs_modulus_pa();
+  p.linear_density = string.linear_density_kg_per_m();
+  p.frequency = string.frequency_hz();
+  p.decay = string.decay_s();
+  p.touch_decay = string.touch_decay_s();
+  p.model =
+      string.model() == v1::STRING_MODEL_RIGID ? StringModel::kRigid : StringModel::kDeflecting;
+  p.contact_stiffness = string.contact_stiffness_n_per_m();
+  p.inharmonicity = string.inharmonicity();
+  p.friction_coefficient = string.friction_coefficient();
+  p.max_level = static_cast<StringLevel>(string.max_level() - v1::STRING_LEVEL_RIGID);
+  if (string.has_k_s_from_device()) {
+    const v1::DisplacementScaleFromDevice& from = string.k_s_from_device();
+    const double length = (to_vector(p.p_WB) - to_vector(p.p_WA)).norm();
+    const double stiffness =
+        from.has_device_stiffness_n_per_m() ? from.device_stiffness_n_per_m() : device_stiffness_;
+    p.k_s = k_s_from_device(length, from.reference_tension_n(), from.reference_lambda(), stiffness);
+  } else {
+    p.k_s = string.k_s();
+  }
+  const bool modes = string.max_level() == v1::STRING_LEVEL_MODES;
+  const bool rings = modes || string.max_level() == v1::STRING_LEVEL_FUNDAMENTAL;
+  if ((rings && !scene.has_vibration()) || (modes && !scene.has_modes())) {
+    fault(path + ".max_level",
+          "it needs " + std::string(modes && !scene.has_modes() ? "modes" : "vibration") +
+              ", which the scene has not",
+          "Leave it out: a string climbs as high as the scene allows.");
+  }
+  return result;
+}
+
+InstrumentOptions instrument_of(const v1::Scene& scene) {
+  InstrumentOptions options;
+  options.vibration = scene.has_vibration();
+  if (options.vibration) {
+    options.sleep_energy = scene.vibration().sleep_energy();
+    options.pitch_glide = scene.vibration().has_pitch_glide();
+  }
+  options.modes = scene.has_modes() ? static_cast<int>(scene.modes().count()) : 0;
+  options.friction = scene.has_friction();
+  if (options.friction) options.anchor_stiffness = scene.friction().anchor_stiffness_n_per_m();
+  options.lateral_force = scene.has_lateral_force();
+  options.release = {scene.release().arm_deflection_m(), scene.release().release_gap_m(),
+                     scene.release().refractory_s()};
+  options.tones.enabled = scene.has_tones();
+  if (options.tones.enabled) {
+    const v1::Tones& tones = scene.tones();
+    options.tones = {
+        true, tones.level() == v1::TONE_LEVEL_FORCE ? ToneLevel::kForce : ToneLevel::kAmplitude,
+        tones.reference_amplitude_m(), tones.reference_force_n(), tones.gain()};
+  }
+  return options;
+}
+
+OptimiserOptions optimiser_of(const v1::Solver& solver) {
+  OptimiserOptions options;
+  options.sub_steps = static_cast<int>(solver.max_substeps());
+  options.stop_tolerance = solver.stop_step_m();
+  options.margin = solver.margin_m();
+  options.skin = solver.skin_m();
+  options.rotation_step = solver.max_rotation_rad();
+  options.max_rows = static_cast<int>(solver.max_rows());
+  options.recovery_speed = solver.recovery_speed_m_per_s();
+  if (solver.has_tool_level()) options.tool_level = static_cast<int>(solver.tool_level());
+  if (solver.has_body_level()) options.body_level = static_cast<int>(solver.body_level());
+  return options;
+}
+
+SceneDescription Translation::translate(const v1::Scene& scene) {
+  SceneDescription result;
+  result.name = scene.name();
+  if (scene.name().find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") !=
+      std::string::npos) {
+    fault("name", "'" + scene.name() + "' has other letters than a-z 0-9 _", "Choose such a name.");
+  }
+  for (int i = 0; i < scene.tools_size(); ++i) {
+    result.tools.push_back(tool(scene.tools(i), indexed("tools", i)));
+  }
+  for (int i = 0; i < scene.bodies_size(); ++i) {
+    const v1::Body& body = scene.bodies(i);
+    const std::string path = indexed("bodies", i);
+    result.bodies.push_back({body.name(), shape(body.shape(), path + ".shape"),
+                             pose(body.pose_wb(), path + ".pose_wb")});
+  }
+  for (int i = 0; i < scene.lines_size(); ++i) {
+    result.lines.push_back(line(scene.lines(i), indexed("lines", i)));
+  }
+  for (int i = 0; i < scene.strings_size(); ++i) {
+    result.strings.push_back(string(scene, scene.strings(i), indexed("strings", i)));
+  }
+  result.instrument = instrument_of(scene);
+  result.tones = scene.has_tones();
+  result.torque = scene.has_torque();
+  result.optimiser = optimiser_of(scene.solver());
+  if (scene.has_modes() && !scene.has_vibration()) {
+    fault("modes", "they need vibration, which the scene has not",
+          "Add vibration, or leave them out.");
+  }
+  return result;
+}
+
+}  // namespace
+
+SceneDescription translate_scene(const v1::Scene& scene, double device_stiffness, ModelFiles& files,
+                                 SceneProblems& problems) {
+  return Translation(device_stiffness, files, problems).translate(scene);
+}
+
+}  // namespace hapticd
