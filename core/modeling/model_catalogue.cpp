@@ -1,0 +1,82 @@
+// See model_catalogue.h.
+#include "core/modeling/model_catalogue.h"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+#include "core/modeling/guqin_model.h"
+#include "core/modeling/primitive_mesh.h"
+
+namespace hapticd {
+namespace {
+
+template <typename T, const auto& kFields>
+std::vector<ModelParameter> list_parameters() {
+  const T defaults;
+  std::vector<ModelParameter> parameters;
+  for (const ParameterField<T>& field : kFields) {
+    parameters.push_back({field.range, defaults.*field.member});
+  }
+  return parameters;
+}
+
+template <const auto& kFields>
+[[noreturn]] void throw_unknown(const std::string& name) {
+  std::string text = "no parameter named " + name + "; there are";
+  for (const auto& field : kFields) text.append(" ").append(field.range.name);
+  throw std::invalid_argument(text);
+}
+
+/// Calls kMake with the defaults of T, `values` set over them.
+template <typename T, const auto& kFields, TriangleMesh (*kMake)(const T&)>
+TriangleMesh make_with(std::span<const ParameterValue> values) {
+  T parameters;
+  for (const ParameterValue& value : values) {
+    const auto field = std::find_if(kFields.begin(), kFields.end(), [&](const auto& candidate) {
+      return candidate.range.name == value.first;
+    });
+    if (field == kFields.end()) throw_unknown<kFields>(value.first);
+    parameters.*field->member = value.second;
+  }
+  return kMake(parameters);
+}
+
+template <typename T, const auto& kFields, TriangleMesh (*kMake)(const T&)>
+constexpr NamedModel named(std::string_view name, std::string_view description, int solids) {
+  return {name, description, solids, &list_parameters<T, kFields>, &make_with<T, kFields, kMake>};
+}
+
+template <TriangleMesh (*kMake)(const GuqinParameters&)>
+constexpr NamedModel guqin(std::string_view name, std::string_view description, int solids) {
+  return named<GuqinParameters, kGuqinFields, kMake>(name, description, solids);
+}
+
+constexpr std::array kCatalogue{
+    guqin<make_guqin_body>("guqin_body", "body of a Guqin", 1),
+    guqin<make_guqin_bridge>("guqin_bridge", "its bridge (yueshan)", 1),
+    guqin<make_guqin_gum>("guqin_gum", "its dragon's gum (longyin)", 1),
+    guqin<make_guqin_pegs>("guqin_pegs", "its tuning pegs (zhen)", kGuqinStrings),
+    guqin<make_guqin_feet>("guqin_feet", "its feet (yanzu)", 2),
+    guqin<make_guqin_hui>("guqin_hui", "its markers (hui)", kGuqinMarkers),
+    named<PillarParameters, kPillarFields, make_pillar>("pillar", "cylinder with rounded rims", 1),
+    named<PlateParameters, kPlateFields, make_plate>("plate", "box with rounded edges", 1),
+    named<BarParameters, kBarFields, make_bar>("bar", "bar with round ends along x", 1),
+    named<EllipsoidParameters, kEllipsoidFields, make_ellipsoid>("ellipsoid", "ellipsoid or sphere",
+                                                                 1),
+    named<BracketParameters, kBracketFields, make_bracket>("bracket",
+                                                           "L or U profile with rounded edges", 1),
+};
+
+}  // namespace
+
+std::span<const NamedModel> model_catalogue() { return kCatalogue; }
+
+const NamedModel* find_model(std::string_view name) {
+  const auto* const found =
+      std::find_if(kCatalogue.begin(), kCatalogue.end(),
+                   [&](const NamedModel& model) { return model.name == name; });
+  return found == kCatalogue.end() ? nullptr : &*found;
+}
+
+}  // namespace hapticd
