@@ -6,40 +6,19 @@
 #include <stdexcept>
 
 #include "core/math/elementary.h"
+#include "core/modeling/mesh_check.h"
 
 namespace hapticd {
 namespace {
 
 std::int32_t index_of(std::size_t i) { return static_cast<std::int32_t>(i); }
 
-bool before(const Vector3& a, const Vector3& b) {
-  if (a.x() != b.x()) return a.x() < b.x();
-  if (a.y() != b.y()) return a.y() < b.y();
-  return a.z() < b.z();
-}
-
-bool equal(const Vector3& a, const Vector3& b) {
-  return a.x() == b.x() && a.y() == b.y() && a.z() == b.z();
-}
-
-/// For every vertex the lowest vertex with equal coordinates.
-std::vector<std::int32_t> lowest_equals(const std::vector<Vector3>& vertices) {
-  std::vector<std::int32_t> order(vertices.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = index_of(i);
-  const auto at = [&](std::int32_t i) -> const Vector3& {
-    return vertices[static_cast<std::size_t>(i)];
-  };
-  std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
-    if (equal(at(a), at(b))) return a < b;
-    return before(at(a), at(b));
-  });
-  std::vector<std::int32_t> lowest(vertices.size());
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const bool same = k > 0 && equal(at(order[k]), at(order[k - 1]));
-    lowest[static_cast<std::size_t>(order[k])] =
-        same ? lowest[static_cast<std::size_t>(order[k - 1])] : order[k];
-  }
-  return lowest;
+/// Equal points become one vertex, and triangles that lose a corner by this go.
+TriangleMesh joined(const TriangleMesh& mesh) {
+  TriangleMesh result = weld(mesh);
+  std::erase_if(result.triangles,
+                [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
+  return result;
 }
 
 /// Corners of the icosahedron of circumradius 1, and its faces, counter-clockwise from outside.
@@ -78,29 +57,6 @@ void add_ladder(TriangleMesh& mesh, std::int32_t base, std::int32_t n, bool flip
 
 }  // namespace
 
-TriangleMesh weld(const TriangleMesh& mesh) {
-  const std::vector<std::int32_t> lowest = lowest_equals(mesh.vertices);
-  std::vector<std::int32_t> place(mesh.vertices.size(), -1);
-  TriangleMesh result;
-  for (const Triangle& triangle : mesh.triangles) {
-    Triangle welded{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      welded[k] = lowest[static_cast<std::size_t>(triangle[k])];
-    }
-    if (welded[0] == welded[1] || welded[1] == welded[2] || welded[2] == welded[0]) continue;
-    for (std::int32_t& corner : welded) {
-      const auto old = static_cast<std::size_t>(corner);
-      if (place[old] < 0) {
-        place[old] = index_of(result.vertices.size());
-        result.vertices.push_back(mesh.vertices[old]);
-      }
-      corner = place[old];
-    }
-    result.triangles.push_back(welded);
-  }
-  return result;
-}
-
 TriangleMesh loft(std::span<const Loop> loops) {
   const std::size_t n = loops.empty() ? 0 : loops.front().size();
   if (loops.size() < 2 || n < 3) throw std::invalid_argument("loft: too few loops or points");
@@ -121,7 +77,7 @@ TriangleMesh loft(std::span<const Loop> loops) {
     }
   }
   add_ladder(mesh, index_of((loops.size() - 1) * n), index_of(n), false);
-  return weld(mesh);
+  return joined(mesh);
 }
 
 TriangleMesh revolve(std::span<const CurvePoint> profile, int segments) {
@@ -184,7 +140,7 @@ TriangleMesh geodesic_sphere(int frequency) {
       }
     }
   }
-  return weld(mesh);
+  return joined(mesh);
 }
 
 void append(TriangleMesh& mesh, const TriangleMesh& part) {

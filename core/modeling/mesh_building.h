@@ -37,10 +37,6 @@ struct CurvePoint {
 [[nodiscard]] TriangleMesh extrude(std::span<const CurvePoint> profile, double length, double edge,
                                    int segments, int pieces);
 
-/// Vertices of equal coordinates become one, triangles that lose a corner by this go, unused
-/// vertices too; the order of what stays is that of first use. O(n log n).
-[[nodiscard]] TriangleMesh weld(const TriangleMesh& mesh);
-
 /// Unit sphere: an icosahedron with its edges cut in `frequency` >= 1 parts, 20 frequency^2
 /// triangles of about the same size, vertices on the sphere.
 [[nodiscard]] TriangleMesh geodesic_sphere(int frequency);
