@@ -29,11 +29,16 @@ struct PackingReport {
 };
 
 struct ReportOptions {
-  std::int64_t samples = 200'000;  ///< of each surface, about
+  std::int64_t samples = 200'000;  ///< of each surface, about; >= 1
   std::uint64_t seed = 1;
-  int threads = 1;
+  int threads = 1;  ///< >= 1
 };
 
+/// Samples of the mesh: uniform by area, and every vertex. Samples of the union: uniform by area on
+/// the spheres, without those inside another sphere; fewer than asked where almost all of the
+/// spheres' surface is hidden. `distance` is that of `mesh`, closed. Deterministic with any number
+/// of threads. Throws std::invalid_argument for options out of range or no spheres. About 2 us per
+/// sample.
 [[nodiscard]] PackingReport report_packing(const TriangleMesh& mesh, const MeshDistance& distance,
                                            std::span<const Sphere> spheres,
                                            const ReportOptions& options);
