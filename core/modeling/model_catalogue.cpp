@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "core/modeling/guqin_model.h"
+#include "core/modeling/hand_model.h"
 #include "core/modeling/primitive_mesh.h"
 
 namespace hapticd {
@@ -52,6 +53,21 @@ constexpr NamedModel guqin(std::string_view name, std::string_view description, 
   return named<GuqinParameters, kGuqinFields, kMake>(name, description, solids);
 }
 
+template <Finger kFinger>
+TriangleMesh make_tip(const HandParameters& parameters) {
+  return make_finger_tip(parameters, kFinger);
+}
+
+template <Finger kFinger>
+TriangleMesh make_nail(const HandParameters& parameters) {
+  return make_finger_nail(parameters, kFinger);
+}
+
+template <TriangleMesh (*kMake)(const HandParameters&)>
+constexpr NamedModel hand(std::string_view name, std::string_view description) {
+  return named<HandParameters, kHandFields, kMake>(name, description, 1);
+}
+
 constexpr std::array kCatalogue{
     guqin<make_guqin_body>("guqin_body", "body of a Guqin", 1),
     guqin<make_guqin_bridge>("guqin_bridge", "its bridge (yueshan)", 1),
@@ -59,6 +75,17 @@ constexpr std::array kCatalogue{
     guqin<make_guqin_pegs>("guqin_pegs", "its tuning pegs (zhen)", kGuqinStrings),
     guqin<make_guqin_feet>("guqin_feet", "its feet (yanzu)", 2),
     guqin<make_guqin_hui>("guqin_hui", "its markers (hui)", kGuqinMarkers),
+    hand<make_hand>("hand", "palm and fingers of a hand that plucks, without pads and nails"),
+    hand<make_tip<Finger::kThumb>>("thumb_tip", "pad of the thumb"),
+    hand<make_nail<Finger::kThumb>>("thumb_nail", "nail of the thumb"),
+    hand<make_tip<Finger::kIndex>>("index_tip", "pad of the index finger"),
+    hand<make_nail<Finger::kIndex>>("index_nail", "nail of the index finger"),
+    hand<make_tip<Finger::kMiddle>>("middle_tip", "pad of the middle finger"),
+    hand<make_nail<Finger::kMiddle>>("middle_nail", "nail of the middle finger"),
+    hand<make_tip<Finger::kRing>>("ring_tip", "pad of the ring finger"),
+    hand<make_nail<Finger::kRing>>("ring_nail", "nail of the ring finger"),
+    hand<make_tip<Finger::kLittle>>("little_tip", "pad of the little finger"),
+    hand<make_nail<Finger::kLittle>>("little_nail", "nail of the little finger"),
     named<PillarParameters, kPillarFields, make_pillar>("pillar", "cylinder with rounded rims", 1),
     named<PlateParameters, kPlateFields, make_plate>("plate", "box with rounded edges", 1),
     named<BarParameters, kBarFields, make_bar>("bar", "bar with round ends along x", 1),
