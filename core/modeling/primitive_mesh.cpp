@@ -10,6 +10,8 @@
 namespace hapticd {
 namespace {
 
+// Where a surface bends both ways the depths of the chords add up: each gets half the deviation.
+
 void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(what);
 }
@@ -82,8 +84,8 @@ TriangleMesh make_pillar(const PillarParameters& parameters) {
   check_parameters("pillar", kPillarFields, p);
   require(p.rim < p.radius, "pillar: rim must be below radius");
   require(p.height > 2.0 * p.rim, "pillar: height must be above twice the rim");
-  const int around = std::max(8, arc_segments(p.radius, 2.0 * kPi, p.deviation));
-  const int rim = arc_segments(p.rim, 0.5 * kPi, p.deviation);
+  const int around = std::max(8, arc_segments(p.radius, 2.0 * kPi, 0.5 * p.deviation));
+  const int rim = arc_segments(p.rim, 0.5 * kPi, 0.5 * p.deviation);
   std::vector<CurvePoint> profile{{0.0, 0.0, 0.0, -1.0}};
   add_quarter(profile, p.radius - p.rim, p.rim, p.rim, 3, rim);
   add_quarter(profile, p.radius - p.rim, p.height - p.rim, p.rim, 0, rim);
@@ -96,7 +98,7 @@ TriangleMesh make_plate(const PlateParameters& parameters) {
   check_parameters("plate", kPlateFields, p);
   require(2.0 * p.edge < std::min({p.width, p.thickness, p.depth}),
           "plate: edge must be below half of width, thickness and depth");
-  const int segments = arc_segments(p.edge, 0.5 * kPi, p.deviation);
+  const int segments = arc_segments(p.edge, 0.5 * kPi, 0.5 * p.deviation);
   const double half_height = 0.5 * p.thickness - p.edge;
   // Radius of the corners and height of each loop, as a quarter of a circle below and above.
   std::vector<CurvePoint> profile;
@@ -114,7 +116,7 @@ TriangleMesh make_bar(const BarParameters& parameters) {
   const BarParameters& p = parameters;
   check_parameters("bar", kBarFields, p);
   require(p.length > 2.0 * p.radius, "bar: length must be above twice the radius");
-  const int quarter = std::max(2, arc_segments(p.radius, 0.5 * kPi, p.deviation));
+  const int quarter = std::max(2, arc_segments(p.radius, 0.5 * kPi, 0.5 * p.deviation));
   const double half_length = 0.5 * p.length - p.radius;
   std::vector<CurvePoint> profile;
   add_quarter(profile, 0.0, -half_length, p.radius, 3, quarter);
@@ -131,10 +133,10 @@ TriangleMesh make_bar(const BarParameters& parameters) {
 TriangleMesh make_ellipsoid(const EllipsoidParameters& parameters) {
   const EllipsoidParameters& p = parameters;
   check_parameters("ellipsoid", kEllipsoidFields, p);
-  // A triangle of edge l has its centre l^2 / 6 below the unit sphere; the longest edge is 1.2 /
+  // A triangle of edge l has its centre l^2 / 6 below the unit sphere; the longest edge is 1.33 /
   // frequency, and stretching by the semi-axes stretches the depth by the longest at most.
   const double longest = std::max({p.semi_x, p.semi_y, p.semi_z});
-  const double frequency = 1.2 * std::sqrt(longest / (6.0 * p.deviation));
+  const double frequency = 1.33 * std::sqrt(longest / (6.0 * p.deviation));
   require(frequency < 1000.0, "ellipsoid: deviation too small for its size");
   TriangleMesh mesh = geodesic_sphere(std::max(2, static_cast<int>(std::ceil(frequency))));
   for (Vector3& q : mesh.vertices) q = {q.x() * p.semi_x, q.y() * p.semi_y, q.z() * p.semi_z};
@@ -150,8 +152,8 @@ TriangleMesh make_bracket(const BracketParameters& parameters) {
   const double inner = p.thickness + p.fillet;
   require(inner + p.edge < p.height && p.legs * inner + p.edge < p.width,
           "bracket: thickness and fillet too large for width and height");
-  const int edge = arc_segments(p.edge, 0.5 * kPi, p.deviation);
-  const int fillet = arc_segments(p.fillet, 0.5 * kPi, p.deviation);
+  const int edge = arc_segments(p.edge, 0.5 * kPi, 0.5 * p.deviation);
+  const int fillet = arc_segments(p.fillet, 0.5 * kPi, 0.5 * p.deviation);
   const std::vector<CurvePoint> profile =
       p.legs == 1.0 ? l_profile(p, edge, fillet) : u_profile(p, edge, fillet);
   // Only half of the edge at the ends, so that the profile's corners keep a radius there.
