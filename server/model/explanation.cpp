@@ -1,0 +1,199 @@
+// See explanation.h. Numbers that are not of the scene at hand are closed forms, or stand in
+// tests/benchmark/results.
+#include "server/model/explanation.h"
+
+#include <iomanip>
+#include <sstream>
+#include <vector>
+
+#include "core/scene/quality.h"
+#include "core/scene/sagging_cable.h"
+
+namespace hapticd {
+namespace {
+
+std::string in_um(double metres) {
+  std::ostringstream text;
+  text << std::setprecision(3) << 1e6 * metres << " um";
+  return text.str();
+}
+
+std::string spheres(std::size_t count) {
+  return std::to_string(count) + (count == 1 ? " sphere" : " spheres");
+}
+
+void print_shape(std::ostream& out, const std::string& name, const ShapeDescription& shape,
+                 int level) {
+  const SphereTreeFile& file = *shape.tree;
+  out << "  " << name << ": ";
+  if (shape.exact) {
+    out << spheres(file.tree.leaf_r.size()) << " as written, exact\n";
+    return;
+  }
+  const auto coarse = static_cast<std::size_t>(level - 1);
+  if (level > 0 && coarse < file.levels.size()) {
+    out << file.levels[coarse].spheres << " spheres of level " << level << " of " << shape.tree_name
+        << ", at most " << in_um(file.levels[coarse].outer);
+  } else {
+    out << spheres(file.tree.leaf_r.size()) << " of " << shape.tree_name << ", at most "
+        << in_um(file.outer);
+  }
+  out << " outside its mesh";
+  if (file.inner > 0.0) out << ", which may stick out of them by " << in_um(file.inner);
+  out << "\n";
+}
+
+int level_or_leaves(int level) { return level == kLeafLevel ? 0 : level; }
+
+void print_objects(std::ostream& out, const Scene& scene) {
+  const SceneDescription& d = scene.description();
+  for (std::size_t i = 0; i < d.tools.size(); ++i) {
+    out << "tool " << d.tools[i].tool_id << ", " << d.tools[i].name << ": " << scene.tool_spheres(i)
+        << " spheres\n";
+    for (const PartDescription& part : d.tools[i].parts) {
+      const bool soft = part.softness.stiffness > 0.0;
+      print_shape(out, part.name + (soft ? " (soft)" : ""), part.shape,
+                  level_or_leaves(d.optimiser.tool_level));
+    }
+  }
+  if (!d.bodies.empty()) out << "bodies: " << spheres(scene.body_spheres()) << "\n";
+  for (const BodyDescription& body : d.bodies) {
+    print_shape(out, body.name, body.shape, level_or_leaves(d.optimiser.body_level));
+  }
+  const std::size_t capsules = scene.capsule_owners().size() - scene.string_pieces();
+  if (!d.lines.empty()) {
+    out << "rigid lines: " << d.lines.size() << " of " << capsules << " capsules, exact\n";
+  }
+  if (!d.strings.empty()) {
+    out << "strings: " << d.strings.size();
+    if (scene.string_pieces() != d.strings.size()) {
+      out << " of " << scene.string_pieces() << " pieces";
+    }
+    out << "\n";
+  }
+  for (const StringDescription& string : d.strings) {
+    if (string.sag == 0.0) continue;
+    out << "  " << string.name << ": " << cable_pieces(string.sag) << " straight pieces, at most "
+        << in_um(cable_error(string.sag))
+        << " off the parabola; each yields between its own ends\n";
+  }
+}
+
+/// Something a scene may have.
+struct Feature {
+  bool on;
+  std::string with;
+  std::string without;
+};
+
+std::vector<Feature> features_of(const SceneDescription& d) {
+  const InstrumentOptions& o = d.instrument;
+  bool yields = false;
+  bool rigid = false;
+  for (const StringDescription& string : d.strings) {
+    const bool one = string.parameters.model == StringModel::kDeflecting;
+    yields = yields || one;
+    rigid = rigid || !one;
+  }
+  std::vector<Feature> list;
+  list.push_back({d.torque, "torque: the wrench has all six components",
+                  "torque: forces alone are rendered; contact still turns the tool"});
+  if (d.strings.empty()) {
+    list.push_back({false, "", "strings: there are none, and nothing of them is computed"});
+    return list;
+  }
+  if (yields) {
+    list.push_back({true,
+                    "strings that yield: bent by the exact law of Eq. 10 to 12; at most " +
+                        std::to_string(kMaxDeflectingStrings) + " at once, further ones rigid",
+                    ""});
+  }
+  if (rigid) {
+    list.push_back({true,
+                    "rigid strings: straight in contact, with the force of Eq. 10 to 13 for "
+                    "the depth |F| / (kt k_s): what is seen is not bent",
+                    ""});
+  }
+  list.push_back({o.vibration, "vibration: Eq. 9 after a release, never more energy than released",
+                  "vibration: a released string is still at once"});
+  const bool modes = o.vibration && o.modes > 0;
+  list.push_back({modes, std::to_string(o.modes) + " modes: those above are missing",
+                  "modes beyond the fundamental, which holds 81 % of the energy of a pluck in the "
+                  "middle and 21 % of one at a tenth of the string"});
+  list.push_back({o.vibration && o.pitch_glide, "pitch glide with amplitude",
+                  "pitch glide: the pitch does not depend on the amplitude"});
+  list.push_back({o.friction, "friction: Coulomb, one stick anchor per string",
+                  "friction: a finger slides along and across strings freely"});
+  list.push_back({o.lateral_force, "lateral force from unequal angles of the two halves",
+                  "lateral force: a bent string does not push along its axis"});
+  list.push_back({d.tones, "tones at release", "tones: none is sent"});
+  return list;
+}
+
+void print_features(std::ostream& out, const SceneDescription& d) {
+  const std::vector<Feature> features = features_of(d);
+  out << "modelled\n  contact of all six degrees of freedom, without friction on bodies and "
+         "lines\n";
+  for (const Feature& feature : features) {
+    if (feature.on) out << "  " << feature.with << "\n";
+  }
+  out << "not modelled, at no cost\n";
+  for (const Feature& feature : features) {
+    if (!feature.on) out << "  " << feature.without << "\n";
+  }
+  for (const ToolDescription& tool : d.tools) {
+    bool soft = false;
+    for (const PartDescription& part : tool.parts) soft = soft || part.softness.stiffness > 0.0;
+    if (!soft) out << "  soft parts: " << tool.name << " is rigid\n";
+  }
+}
+
+void print_accuracy(std::ostream& out, const LoadedScene& loaded) {
+  const OptimiserOptions& o = loaded.scene->description().optimiser;
+  const v1::Quality& quality = loaded.message.quality();
+  out << "accuracy beside the shapes\n  surfaces feel fatter by the skin, " << in_um(o.skin)
+      << "; nothing is ever entered\n";
+  const Quality level = quality_of(quality.has_level() ? static_cast<int>(quality.level()) : 0);
+  const bool as_level = quality.has_level() && o.sub_steps == level.options.sub_steps &&
+                        o.stop_tolerance == level.options.stop_tolerance &&
+                        o.rotation_step == level.options.rotation_step;
+  if (as_level) {
+    out << "  quality " << quality.level() << ": force error at most " << 100.0 * level.force_error
+        << " % rms in the sessions of tests/benchmark, at up to " << o.sub_steps
+        << " linearisations a tick\n";
+  } else {
+    out << "  up to " << o.sub_steps << " linearisations a tick, steps below "
+        << in_um(o.stop_tolerance) << " end it\n";
+  }
+}
+
+void print_times(std::ostream& out, const char* what, const TickTimes& times) {
+  out << "  " << what << ": ";
+  if (times.ticks == 0) {
+    out << "never on this way\n";
+    return;
+  }
+  out << std::setprecision(2) << std::fixed << times.median << " us, 99 % below " << times.p99
+      << " us, worst " << times.worst << " us of " << times.ticks << " ticks\n"
+      << std::defaultfloat;
+}
+
+}  // namespace
+
+std::string explain(const LoadedScene& loaded, const TickCost& cost) {
+  const SceneDescription& d = loaded.scene->description();
+  std::ostringstream out;
+  out << "scene " << d.name;
+  if (!loaded.message.description().empty()) out << ": " << loaded.message.description();
+  out << "\n";
+  print_objects(out, *loaded.scene);
+  print_features(out, d);
+  print_accuracy(out, loaded);
+  out << "cost of a tick on this machine, the first tool led into every object\n";
+  print_times(out, "free", cost.free);
+  print_times(out, "in contact", cost.contact);
+  out << "memory: " << (loaded.scene->memory() + 1023) / 1024 << " KiB\n";
+  return out.str();
+}
+
+}  // namespace hapticd
