@@ -226,15 +226,13 @@ TEST_CASE("seven pegs and two feet hang below the body") {
 
 TEST_CASE("a Guqin of other measures is sound, with its strings clear, or refused with a reason") {
   SplitMix64 random(1);
-  int made = 0;
   for (std::int64_t k = 0; k < scaled(150); ++k) {
-    const GuqinParameters p = varied(random, 0.03 + 0.1 * random.uniform());
+    const GuqinParameters p = varied(random, k == 0 ? 0.0 : 0.03 + 0.1 * random.uniform());
     const std::string reason = complaint(p);
-    if (!reason.empty()) {
+    if (k > 0 && !reason.empty()) {
       CHECK(reason.find("guqin: ") == 0);
       continue;
     }
-    ++made;
     const TriangleMesh body = make_guqin_body(p);
     const MeshMeasures measures = measure(body);
     REQUIRE(measures.closed);
@@ -245,7 +243,6 @@ TEST_CASE("a Guqin of other measures is sound, with its strings clear, or refuse
     const GuqinString& string = strings[static_cast<std::size_t>(random.below(7))];
     REQUIRE(clearance(string, body, 0.0, 1.0, 4) > 0.5 * p.gum_height);
   }
-  CHECK(made > 0);
 }
 
 TEST_CASE("measures that do not go together are refused by name") {
