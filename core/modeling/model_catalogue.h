@@ -18,7 +18,7 @@ using ParameterValue = std::pair<std::string, double>;
 
 /// A parameter of a model.
 struct ModelParameter {
-  ParameterRange range;
+  ModelRange range;
   double value;  ///< default
 };
 

@@ -12,7 +12,7 @@
 namespace hapticd {
 
 /// What a parameter may be. Its default is that of a default-constructed struct.
-struct ParameterRange {
+struct ModelRange {
   std::string_view name;
   std::string_view unit;  ///< "m", "1"
   double low;
@@ -23,13 +23,13 @@ struct ParameterRange {
 /// A parameter of the struct T.
 template <typename T>
 struct ParameterField {
-  ParameterRange range;
+  ModelRange range;
   double T::*member;
 };
 
 /// Throws std::invalid_argument naming `model`, the parameter, its value and the range unless low
 /// <= value <= high.
-inline void check_in_range(std::string_view model, const ParameterRange& range, double value) {
+inline void check_in_range(std::string_view model, const ModelRange& range, double value) {
   if (value >= range.low && value <= range.high) return;
   std::ostringstream text;
   text << model << ": " << range.name << " is " << value << ", must be from " << range.low << " to "
