@@ -199,6 +199,7 @@ TriangleMesh make_finger_nail(const HandParameters& parameters, Finger finger) {
   const double half_thickness = 0.5 * p.nail_thickness / (p.length / kSkeletonLength);
   // From the middle of the lower face out, round the rim, and back on the upper face.
   std::vector<Loop> loops;
+  loops.reserve(2 * (kNailRings + kNailRim) + 1);
   for (int k = 0; k < kNailRings; ++k) {
     loops.push_back(nail_ring(bed, half_thickness, 1.0 * k / kNailRings, -half_thickness));
   }

@@ -52,6 +52,15 @@ struct Lattice {
   [[nodiscard]] std::int32_t centre(std::int32_t i, std::int32_t j, std::int32_t k) const {
     return corners + (k * cubes[1] + j) * cubes[0] + i;
   }
+  /// Place of a point before it moved, in halves of a cube.
+  [[nodiscard]] std::array<std::int32_t, 3> halves(std::int32_t point) const {
+    const std::int32_t odd = point < corners ? 0 : 1;
+    const std::int32_t nx = cubes[0] + 1 - odd;
+    const std::int32_t ny = cubes[1] + 1 - odd;
+    const std::int32_t rest = odd == 0 ? point : point - corners;
+    const std::int32_t row = rest / nx;
+    return {2 * (rest % nx) + odd, 2 * (row % ny) + odd, 2 * (row / ny) + odd};
+  }
 };
 
 Lattice make_lattice(const ImplicitFunction& function, const ImplicitMeshOptions& options) {
@@ -69,25 +78,23 @@ Lattice make_lattice(const ImplicitFunction& function, const ImplicitMeshOptions
     lattice.cubes[axis] = static_cast<std::int32_t>(count);
   }
   lattice.corners = (lattice.cubes[0] + 1) * (lattice.cubes[1] + 1) * (lattice.cubes[2] + 1);
-  for (const std::int32_t more : {1, 0}) {
-    const double shift = more == 1 ? 0.0 : 0.5;
-    for (std::int32_t k = 0; k < lattice.cubes[2] + more; ++k) {
-      for (std::int32_t j = 0; j < lattice.cubes[1] + more; ++j) {
-        for (std::int32_t i = 0; i < lattice.cubes[0] + more; ++i) {
-          const Vector3 steps{i + shift, j + shift, k + shift};
-          lattice.p.emplace_back(lattice.low + lattice.cell * steps);
-          double value = function(lattice.p.back());
-          // Zero is for points that have moved.
-          if (value == 0.0) value = 1e-300;
-          const bool rim = i == 0 || j == 0 || k == 0 || i == lattice.cubes[0] - 1 + more ||
-                           j == lattice.cubes[1] - 1 + more || k == lattice.cubes[2] - 1 + more;
-          if (!(value > 0.0) && rim) {
-            throw std::invalid_argument("mesh_implicit: the solid reaches the box");
-          }
-          lattice.value.push_back(value);
-        }
-      }
+  const std::int32_t points =
+      lattice.corners + lattice.cubes[0] * lattice.cubes[1] * lattice.cubes[2];
+  for (std::int32_t point = 0; point < points; ++point) {
+    const std::array<std::int32_t, 3> halves = lattice.halves(point);
+    const Vector3 steps(halves[0], halves[1], halves[2]);
+    lattice.p.emplace_back(lattice.low + (0.5 * lattice.cell) * steps);
+    double value = function(lattice.p.back());
+    // Zero is for points that have moved.
+    if (value == 0.0) value = 1e-300;
+    bool rim = false;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      rim = rim || halves[axis] <= 1 || halves[axis] >= 2 * lattice.cubes[axis] - 1;
     }
+    if (!(value > 0.0) && rim) {
+      throw std::invalid_argument("mesh_implicit: the solid reaches the box");
+    }
+    lattice.value.push_back(value);
   }
   return lattice;
 }
@@ -262,15 +269,9 @@ class Surface {
     triangles_.push_back(corners);
   }
 
-  /// Place of a point in units of half a cube.
   [[nodiscard]] Vector3 original(std::int32_t point) const {
-    const bool centre = point >= lattice_.corners;
-    const std::int32_t more = centre ? 0 : 1;
-    const std::int32_t i = centre ? point - lattice_.corners : point;
-    const std::int32_t nx = lattice_.cubes[0] + more;
-    const std::int32_t ny = lattice_.cubes[1] + more;
-    const Vector3 steps(i % nx, i / nx % ny, i / nx / ny);
-    return 2.0 * steps + Vector3::Constant(centre ? 1.0 : 0.0);
+    const std::array<std::int32_t, 3> halves = lattice_.halves(point);
+    return Vector3(halves[0], halves[1], halves[2]);
   }
 
   const Lattice& lattice_;

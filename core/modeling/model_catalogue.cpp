@@ -12,60 +12,60 @@
 namespace hapticd {
 namespace {
 
-template <typename T, const auto& kFields>
+template <typename T, const auto& Fields>
 std::vector<ModelParameter> list_parameters() {
   const T defaults;
   std::vector<ModelParameter> parameters;
-  for (const ParameterField<T>& field : kFields) {
+  for (const ParameterField<T>& field : Fields) {
     parameters.push_back({field.range, defaults.*field.member});
   }
   return parameters;
 }
 
-template <const auto& kFields>
+template <const auto& Fields>
 [[noreturn]] void throw_unknown(const std::string& name) {
   std::string text = "no parameter named " + name + "; there are";
-  for (const auto& field : kFields) text.append(" ").append(field.range.name);
+  for (const auto& field : Fields) text.append(" ").append(field.range.name);
   throw std::invalid_argument(text);
 }
 
-/// Calls kMake with the defaults of T, `values` set over them.
-template <typename T, const auto& kFields, TriangleMesh (*kMake)(const T&)>
+/// Calls Make with the defaults of T, `values` set over them.
+template <typename T, const auto& Fields, TriangleMesh (*Make)(const T&)>
 TriangleMesh make_with(std::span<const ParameterValue> values) {
   T parameters;
   for (const ParameterValue& value : values) {
-    const auto field = std::find_if(kFields.begin(), kFields.end(), [&](const auto& candidate) {
+    const auto field = std::find_if(Fields.begin(), Fields.end(), [&](const auto& candidate) {
       return candidate.range.name == value.first;
     });
-    if (field == kFields.end()) throw_unknown<kFields>(value.first);
+    if (field == Fields.end()) throw_unknown<Fields>(value.first);
     parameters.*field->member = value.second;
   }
-  return kMake(parameters);
+  return Make(parameters);
 }
 
-template <typename T, const auto& kFields, TriangleMesh (*kMake)(const T&)>
+template <typename T, const auto& Fields, TriangleMesh (*Make)(const T&)>
 constexpr NamedModel named(std::string_view name, std::string_view description, int solids) {
-  return {name, description, solids, &list_parameters<T, kFields>, &make_with<T, kFields, kMake>};
+  return {name, description, solids, &list_parameters<T, Fields>, &make_with<T, Fields, Make>};
 }
 
-template <TriangleMesh (*kMake)(const GuqinParameters&)>
+template <TriangleMesh (*Make)(const GuqinParameters&)>
 constexpr NamedModel guqin(std::string_view name, std::string_view description, int solids) {
-  return named<GuqinParameters, kGuqinFields, kMake>(name, description, solids);
+  return named<GuqinParameters, kGuqinFields, Make>(name, description, solids);
 }
 
-template <Finger kFinger>
+template <Finger Which>
 TriangleMesh make_tip(const HandParameters& parameters) {
-  return make_finger_tip(parameters, kFinger);
+  return make_finger_tip(parameters, Which);
 }
 
-template <Finger kFinger>
+template <Finger Which>
 TriangleMesh make_nail(const HandParameters& parameters) {
-  return make_finger_nail(parameters, kFinger);
+  return make_finger_nail(parameters, Which);
 }
 
-template <TriangleMesh (*kMake)(const HandParameters&)>
+template <TriangleMesh (*Make)(const HandParameters&)>
 constexpr NamedModel hand(std::string_view name, std::string_view description) {
-  return named<HandParameters, kHandFields, kMake>(name, description, 1);
+  return named<HandParameters, kHandFields, Make>(name, description, 1);
 }
 
 constexpr std::array kCatalogue{

@@ -38,8 +38,8 @@ inline void check_in_range(std::string_view model, const ModelRange& range, doub
 }
 
 /// check_in_range of every field of the table.
-template <typename T, std::size_t kCount>
-void check_parameters(std::string_view model, const std::array<ParameterField<T>, kCount>& fields,
+template <typename T, std::size_t Count>
+void check_parameters(std::string_view model, const std::array<ParameterField<T>, Count>& fields,
                       const T& parameters) {
   for (const ParameterField<T>& field : fields) {
     check_in_range(model, field.range, parameters.*field.member);

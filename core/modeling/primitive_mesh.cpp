@@ -105,6 +105,7 @@ TriangleMesh make_plate(const PlateParameters& parameters) {
   add_quarter(profile, 0.0, -half_height, p.edge, 3, segments);
   add_quarter(profile, 0.0, half_height, p.edge, 0, segments);
   std::vector<Loop> loops;
+  loops.reserve(profile.size());
   for (const CurvePoint& point : profile) {
     loops.push_back(rounded_rectangle(0.5 * p.width - p.edge, 0.5 * p.depth - p.edge, point.u,
                                       point.v, segments));

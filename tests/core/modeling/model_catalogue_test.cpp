@@ -25,6 +25,27 @@ bool same(const TriangleMesh& a, const TriangleMesh& b) {
   return a.triangles == b.triangles && a.vertices == b.vertices;
 }
 
+/// Parameters of instrument and hand are shared by several models, not all of which use each.
+std::string family(std::string_view model) {
+  if (model.substr(0, 6) == "guqin_") return "guqin";
+  return std::string(model.find('_') == std::string_view::npos ? model : "hand");
+}
+
+bool acts(const NamedModel& model, const ModelParameter& parameter, const TriangleMesh& defaults) {
+  const bool choice = parameter.range.unit == "1";
+  // A little less, or else where that does not go with the rest or is too small a change.
+  for (const double share : {0.98, 1.02, 0.5, 1.5}) {
+    const double value = choice ? parameter.range.high : share * parameter.value;
+    const std::vector<ParameterValue> values{{std::string(parameter.range.name), value}};
+    try {
+      if (!same(model.make(values), defaults)) return true;
+    } catch (const std::invalid_argument&) {
+      continue;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 TEST_CASE("every model in the catalogue is closed, faces outwards and has no crossings") {
@@ -74,11 +95,6 @@ TEST_CASE("setting the defaults changes nothing, and every default is in its ran
 }
 
 TEST_CASE("every parameter changes one of the models that list it") {
-  // Parameters of instrument and hand are shared by several models, not all of which use each.
-  const auto family = [](std::string_view model) {
-    if (model.substr(0, 6) == "guqin_") return std::string("guqin");
-    return std::string(model.find('_') == std::string_view::npos ? model : "hand");
-  };
   std::set<std::string> acting;
   std::set<std::string> listed;
   // The hand itself takes longest and comes before its parts.
@@ -86,21 +102,9 @@ TEST_CASE("every parameter changes one of the models that list it") {
   for (auto model = models.rbegin(); model != models.rend(); ++model) {
     const TriangleMesh defaults = model->make({});
     for (const ModelParameter& parameter : model->parameters()) {
-      const std::string name(parameter.range.name);
-      listed.insert(family(model->name) + ' ' + name);
-      // A little less, or else where that does not go with the rest or is too small a change.
-      for (const double share : {0.98, 1.02, 0.5, 1.5}) {
-        if (acting.count(family(model->name) + ' ' + name) != 0) break;
-        const bool choice = parameter.range.unit == "1";
-        const double value = choice ? parameter.range.high : share * parameter.value;
-        try {
-          const std::vector<ParameterValue> values{{name, value}};
-          if (same(model->make(values), defaults)) continue;
-          acting.insert(family(model->name) + ' ' + name);
-        } catch (const std::invalid_argument&) {
-          continue;
-        }
-      }
+      const std::string name = family(model->name) + ' ' + std::string(parameter.range.name);
+      listed.insert(name);
+      if (acting.count(name) == 0 && acts(*model, parameter, defaults)) acting.insert(name);
     }
   }
   // Positions and radii of strings are not part of any mesh.
