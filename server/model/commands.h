@@ -1,0 +1,20 @@
+// The commands of hapticd-model, one file each. A command is a function that adds its subcommand to
+// the command line; its callback does the work and throws: std::invalid_argument for an option that
+// makes no sense (exit code 2), std::runtime_error for input that is bad (exit code 1), or
+// CLI::RuntimeError(1) when it has said itself what is wrong. Not RT.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace hapticd {
+
+/// build: a sphere-tree from a mesh or a model.
+void add_build_command(CLI::App& app);
+/// make: the mesh of a model.
+void add_make_command(CLI::App& app);
+/// list: the models and their parameters.
+void add_list_command(CLI::App& app);
+/// inspect: what a tree holds, and how far it errs from a mesh.
+void add_inspect_command(CLI::App& app);
+
+}  // namespace hapticd

@@ -1,0 +1,55 @@
+// hapticd-model: sphere-trees from triangle meshes, meshes from models, reports and pictures of
+// both. Exit codes: 0 good, 1 the input is bad, 2 the command line makes no sense.
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <stdexcept>
+
+#include "server/model/commands.h"
+
+namespace {
+
+constexpr int kInputBad = 1;
+constexpr int kUsageBad = 2;
+
+/// All commands, in the order of the help.
+constexpr std::array kCommands{
+    hapticd::add_build_command,
+    hapticd::add_make_command,
+    hapticd::add_list_command,
+    hapticd::add_inspect_command,
+};
+
+int run(int argc, char** argv) {
+  CLI::App app("Sphere-trees from triangle meshes, for hapticd.", "hapticd-model");
+  app.set_version_flag("--version", "hapticd-model " HAPTICD_VERSION);
+  app.require_subcommand(1);
+  for (const auto add : kCommands) add(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::RuntimeError& error) {
+    return error.get_exit_code();
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsageBad;
+  }
+  return 0;
+}
+
+int complain(const char* what, int code) {
+  std::fprintf(stderr, "hapticd-model: %s\n", what);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::invalid_argument& error) {
+    return complain(error.what(), kUsageBad);
+  } catch (const std::bad_alloc&) {
+    return complain("not enough memory", kInputBad);
+  } catch (const std::exception& error) {
+    return complain(error.what(), kInputBad);
+  }
+}

@@ -1,0 +1,54 @@
+// hapticd-model make and list: the models that come with hapticd.
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "core/modeling/model_catalogue.h"
+#include "server/model/commands.h"
+#include "server/model/source_option.h"
+
+namespace hapticd {
+namespace {
+
+struct MakeOptions {
+  std::string model;
+  std::string mesh;
+  std::vector<std::string> set;
+};
+
+std::string text(std::string_view view) { return std::string(view); }
+
+void list(bool with_parameters) {
+  for (const NamedModel& model : model_catalogue()) {
+    std::printf("%-16s %s\n", text(model.name).c_str(), text(model.description).c_str());
+    if (!with_parameters) continue;
+    for (const ModelParameter& parameter : model.parameters()) {
+      const ModelRange& range = parameter.range;
+      std::printf("  %-24s %-9.4g %s, %g to %g: %s\n", text(range.name).c_str(), parameter.value,
+                  text(range.unit).c_str(), range.low, range.high, text(range.meaning).c_str());
+    }
+  }
+}
+
+}  // namespace
+
+void add_make_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("make", "write the mesh of a model");
+  const auto options = std::make_shared<MakeOptions>();
+  command->add_option("MODEL", options->model, "name of the model; hapticd-model list")->required();
+  command->add_option("-o,--output", options->mesh, "mesh file to write (.ply or .obj)")
+      ->required();
+  command->add_option("--set", options->set, "parameter, as in radius=5mm; may be repeated")
+      ->type_name("NAME=VALUE");
+  command->callback(
+      [options] { write_mesh(options->mesh, make_model(options->model, options->set)); });
+}
+
+void add_list_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("list", "name the models");
+  const auto parameters = std::make_shared<bool>(false);
+  command->add_flag("--parameters", *parameters, "with their parameters, defaults and ranges");
+  command->callback([parameters] { list(*parameters); });
+}
+
+}  // namespace hapticd

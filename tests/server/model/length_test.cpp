@@ -1,0 +1,38 @@
+// Lengths with units, as they are written on the command line. Truth: the same numbers in metres.
+#include "server/model/length.h"
+
+#include <doctest/doctest.h>
+
+#include <stdexcept>
+
+namespace hapticd::test {
+
+TEST_CASE("lengths are read in every unit, and in metres without one") {
+  CHECK(parse_length("250um") == doctest::Approx(250e-6).epsilon(1e-15));
+  CHECK(parse_length("0.25mm") == doctest::Approx(250e-6).epsilon(1e-15));
+  CHECK(parse_length("2cm") == doctest::Approx(0.02).epsilon(1e-15));
+  CHECK(parse_length("1.22m") == 1.22);
+  CHECK(parse_length("1e-3") == 1e-3);
+  CHECK(parse_length("1in") == doctest::Approx(0.0254).epsilon(1e-15));
+  CHECK(parse_length("-3mm") == doctest::Approx(-3e-3).epsilon(1e-15));
+  CHECK(parse_length("0um") == 0.0);
+}
+
+TEST_CASE("what is no length is refused with its text") {
+  for (const char* bad : {"", "um", "250 um", "250ft", "1e999m", "nan", "inf", "0x10", "1,5mm",
+                          "5mmm", "250um ", "--3"}) {
+    CAPTURE(bad);
+    CHECK_THROWS_AS(static_cast<void>(parse_length(bad)), std::invalid_argument);
+  }
+}
+
+TEST_CASE("lengths are written in the unit that reads best") {
+  CHECK(format_length(250e-6) == "250 um");
+  CHECK(format_length(0.9999e-3) == "1 mm");
+  CHECK(format_length(1.234e-3) == "1.23 mm");
+  CHECK(format_length(1.22) == "1.22 m");
+  CHECK(format_length(0.0) == "0 um");
+  CHECK(format_length(-2e-6) == "-2 um");
+}
+
+}  // namespace hapticd::test
