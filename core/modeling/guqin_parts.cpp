@@ -17,7 +17,7 @@ constexpr double kBeyondStrings = 0.011;
 constexpr double kEmbedded = 0.003;
 /// Chords of a quarter of a small circle, and around pegs and markers.
 constexpr int kQuarter = 6;
-constexpr int kAround = 24;
+constexpr int kAround = 16;
 
 /// A ridge across the top at x: upright sides, a round crest `height` above the top, `half_length`
 /// to both sides, following the arch.
@@ -155,8 +155,8 @@ TriangleMesh make_guqin_hui(const GuqinParameters& parameters) {
     // The one in the middle is the largest.
     const double radius = 0.0055 - 0.004 * std::fabs(lambda - 0.5);
     std::vector<CurvePoint> side;
-    add_quarter(side, radius - kRim, kRim - kBelow, kRim, 3, 2);
-    add_quarter(side, radius - kRim, kAbove - kRim, kRim, 0, 2);
+    add_quarter(side, radius - kRim, kRim - kBelow, kRim, 3, 1);
+    add_quarter(side, radius - kRim, kAbove - kRim, kRim, 0, 1);
     TriangleMesh disc = revolve(turned(-kBelow, side, kAbove), kAround);
     // y to the normal of the arch.
     const double t = z / p.crown_radius;

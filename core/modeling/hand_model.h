@@ -15,9 +15,10 @@
 namespace hapticd {
 
 struct HandParameters {
-  double length = 0.18;          ///< from wrist to the foremost finger, all scaled, m, [0.1, 0.3]
-  double left = 0.0;             ///< 1: the mirror image, a left hand
-  double cell = 0.0045;          ///< about the size of the hand's triangles, m, [1.5e-3, 0.01]
+  double length = 0.18;  ///< from wrist to the foremost finger, all scaled, m, [0.1, 0.3]
+  double left = 0.0;     ///< 1: the mirror image, a left hand
+  double cell =
+      0.0045;  ///< about the size of the hand's triangles, m, [1.5e-3, 0.01], at most length / 30
   double tip_deviation = 8e-5;   ///< of the pads' facets from their ellipsoids, m, [5e-6, 1e-3]
   double nail_thickness = 9e-4;  ///< m, [3e-4, 2e-3]
   double nail_reach = 0.0018;    ///< of the nails beyond the pads, m, [0, 0.01]

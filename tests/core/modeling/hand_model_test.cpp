@@ -49,6 +49,17 @@ TEST_CASE("the hand is one closed solid of the length given, without slivers") {
   CHECK(make_hand({}).triangles.size() <= 8'000);
 }
 
+TEST_CASE("with every cell allowed the hand is one solid without handles") {
+  HandParameters p;
+  for (const double cells : {30.0, 33.0, 36.0, 41.0, 47.0, 60.0}) {
+    p.cell = p.length / cells;
+    const MeshMeasures measures = measure(make_hand(p));
+    CHECK(measures.closed);
+    CHECK(measures.euler == 2);
+    CHECK(measures.flattest > 0.1L);
+  }
+}
+
 TEST_CASE("pads are ellipsoids of a fingertip's size, about 1000 triangles each") {
   for (const Finger finger : kAll) {
     const FingerPad pad = finger_pad({}, finger);
@@ -188,6 +199,8 @@ TEST_CASE("a hand that is neither right nor left, or of a giant, is refused by n
   p.length = 1.8;
   CHECK(complaint(p) == "hand: length is 1.8, must be from 0.1 to 0.3 m");
   p = {};
+  p.cell = 0.007;
+  CHECK(complaint(p) == "hand: cell must be at most a thirtieth of length");
   p.cell = std::nan("");
   CHECK(complaint(p).find("cell") != std::string::npos);
 }
