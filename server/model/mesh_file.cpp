@@ -196,6 +196,12 @@ Bytes read_bytes(const std::string& path, std::uint64_t largest) {
 }
 
 void write_bytes(const std::string& path, const Bytes& bytes) {
+  std::error_code none;
+  if (std::filesystem::is_regular_file(path, none) &&
+      std::filesystem::file_size(path, none) == bytes.size() &&
+      read_bytes(path, bytes.size()) == bytes) {
+    return;
+  }
   const std::string temporary = path + ".part";
   {
     std::ofstream file(temporary, std::ios::binary | std::ios::trunc);

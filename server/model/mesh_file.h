@@ -26,8 +26,9 @@ struct SourceMesh {
 /// The whole file, at most `largest` bytes. Throws std::runtime_error with the path and the remedy.
 [[nodiscard]] std::vector<std::uint8_t> read_bytes(const std::string& path, std::uint64_t largest);
 
-/// Writes to a new file beside `path` and renames it, so that no reader sees half of it. Throws
-/// std::runtime_error with the path.
+/// Writes to a new file beside `path` and renames it, so that no reader sees half of it; a file
+/// that holds these bytes already stays as it is, so that nothing made from it is out of date.
+/// Throws std::runtime_error with the path.
 void write_bytes(const std::string& path, const std::vector<std::uint8_t>& bytes);
 
 /// Reads a mesh by the ending of its name (.obj .stl .ply .gltf .glb): polygons are cut into
