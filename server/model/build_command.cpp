@@ -37,6 +37,8 @@ PackingOptions packing_options(const BuildOptions& options) {
   PackingOptions packing;
   packing.outer = parse_length(options.error);
   packing.inner = parse_length(options.inner);
+  if (!(packing.outer > 0.0)) throw std::invalid_argument("--error must be above 0");
+  if (!(packing.inner >= 0.0)) throw std::invalid_argument("--inner must not be below 0");
   if (options.leaves > 0) packing.leaves = options.leaves;
   packing.seed = options.seed;
   packing.threads = options.threads > 0

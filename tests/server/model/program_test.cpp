@@ -1,0 +1,167 @@
+// hapticd-model run as a user runs it: what it writes, what it says, how it ends. Truth: shapes
+// whose volume and distances are known; the files read by the library.
+#include <doctest/doctest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "core/modeling/mesh_check.h"
+#include "core/modeling/mesh_distance.h"
+#include "server/model/mesh_file.h"
+#include "tests/server/model/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+struct Outcome {
+  int code = -1;
+  std::string text;  ///< stdout and stderr
+};
+
+/// Runs hapticd-model with these arguments of the shell.
+Outcome run(const std::string& arguments) {
+  const std::string command = std::string("'") + HAPTICD_MODEL_PROGRAM + "' " + arguments + " 2>&1";
+  Outcome outcome;
+  // NOLINTNEXTLINE(cert-env33-c): the shell is how a user runs it
+  FILE* pipe = popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::array<char, 4096> part{};
+  while (const std::size_t got = std::fread(part.data(), 1, part.size(), pipe)) {
+    outcome.text.append(part.data(), got);
+  }
+  const int status = pclose(pipe);
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return outcome;
+}
+
+bool holds(const Outcome& outcome, const std::string& text) {
+  return outcome.text.find(text) != std::string::npos;
+}
+
+/// A box of 100 x 60 x 40 mm, in mm.
+constexpr const char* kBox =
+    "v 0 0 0\nv 100 0 0\nv 100 60 0\nv 0 60 0\nv 0 0 40\nv 100 0 40\nv 100 60 40\nv 0 60 40\n"
+    "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+SphereTreeFile read_tree(const std::string& path) {
+  return decode_sphere_tree(read_bytes(path, std::uint64_t{1} << 30U));
+}
+
+}  // namespace
+
+TEST_CASE("a tree built from a mesh in millimetres holds to its bound, and the report says so") {
+  const TemporaryFolder folder;
+  const std::string mesh = folder.write("box.obj", kBox);
+  const std::string tree = folder.path("box.tree");
+  const Outcome built =
+      run("build " + mesh + " --unit mm --error 5mm --report - --picture " +
+          folder.path("box.png") + " --json " + folder.path("box.json") + " -o " + tree);
+  CAPTURE(built.text);
+  REQUIRE(built.code == 0);
+  const SphereTreeFile file = read_tree(tree);
+  CHECK(file.source_name == "box.obj");
+  CHECK(file.outer <= 5e-3);
+  const MeshDistance distance(read_mesh(mesh, 1e-3).mesh);
+  for (std::size_t i = 0; i < file.tree.leaf_r.size(); ++i) {
+    const Sphere leaf = file.tree.view().leaf(static_cast<std::int32_t>(i));
+    // Its six outermost points along the axes stand for all: the nearest face is normal to one.
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double side : {-1.0, 1.0}) {
+        REQUIRE(distance.signed_distance(leaf.p + side * leaf.r * Vector3::Unit(axis)) <=
+                file.outer);
+      }
+    }
+  }
+  CHECK(holds(built, "| uncovered surface | 0 % |"));
+  CHECK(holds(built, "| spheres | " + std::to_string(file.tree.leaf_r.size()) + " |"));
+  CHECK(read_text(folder.path("box.png")).starts_with("\x89PNG\r\n"));
+  CHECK(read_text(folder.path("box.json")).starts_with("{\"name\":"));
+
+  const Outcome inspected = run("inspect " + tree + " --mesh " + mesh + " --unit mm");
+  CHECK(inspected.code == 0);
+  CHECK(holds(inspected, "| uncovered surface | 0 % |"));
+  CHECK_FALSE(holds(inspected, "warning"));
+  CHECK(holds(run("inspect " + tree + " --mesh model:pillar"), "not the mesh"));
+}
+
+TEST_CASE("the number of threads and the name of the output do not change the tree") {
+  const TemporaryFolder folder;
+  const std::string mesh = folder.write("box.obj", kBox);
+  REQUIRE(run("build " + mesh + " --unit mm --error 8mm --threads 1 --quiet -o " + folder.path("a"))
+              .text.empty());
+  REQUIRE(run("build " + mesh + " --unit mm --error 8mm --threads 3 --quiet -o " + folder.path("b"))
+              .text.empty());
+  CHECK(read_text(folder.path("a")) == read_text(folder.path("b")));
+}
+
+TEST_CASE("models are listed and made, with parameters") {
+  const TemporaryFolder folder;
+  const Outcome list = run("list --parameters");
+  CHECK(list.code == 0);
+  CHECK(holds(list, "guqin_body"));
+  REQUIRE(run("make plate -o " + folder.path("plate.ply")).code == 0);
+  CHECK(check_mesh(read_mesh(folder.path("plate.ply"), 1.0).mesh).findings.empty());
+  const Outcome unknown = run("make teapot -o " + folder.path("x.ply"));
+  CHECK(unknown.code == 2);
+  CHECK(holds(unknown, "guqin_body"));
+  CHECK(run("make plate --set nothing=1 -o " + folder.path("x.ply")).code == 2);
+  CHECK(run("make plate --set nothing -o " + folder.path("x.ply")).code == 2);
+}
+
+TEST_CASE("bad input ends with 1, the file's name and what to do about it") {
+  const TemporaryFolder folder;
+  const std::string open = folder.write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Outcome outcome = run("build " + open + " -o " + folder.path("x.tree"));
+  CHECK(outcome.code == 1);
+  CHECK(holds(outcome, open + ": 3 edge(s)"));
+  CHECK(holds(outcome, "Close the holes"));
+  CHECK_FALSE(std::filesystem::exists(folder.path("x.tree")));
+  CHECK(run("build " + folder.path("none.obj") + " -o " + folder.path("x.tree")).code == 1);
+  const std::string damaged = folder.write("damaged.tree", "this is no tree");
+  const Outcome inspected = run("inspect " + damaged);
+  CHECK(inspected.code == 1);
+  CHECK(holds(inspected, damaged + ": not a sound sphere-tree file"));
+}
+
+TEST_CASE("a turned triangle is an error, and with --repair it is not") {
+  const TemporaryFolder folder;
+  std::string turned = kBox;
+  turned.replace(turned.find("f 1 4 3 2"), 9, "f 1 2 3 4");
+  const std::string mesh = folder.write("turned.obj", turned);
+  const std::string command =
+      "build " + mesh + " --unit mm --error 10mm -o " + folder.path("x.tree");
+  const Outcome refused = run(command);
+  CHECK(refused.code == 1);
+  CHECK(holds(refused, "--repair"));
+  const Outcome repaired = run(command + " --repair");
+  CHECK(repaired.code == 0);
+  CHECK(holds(repaired, "2 turned round"));
+}
+
+TEST_CASE("a doubtful unit is a warning that names the remedy") {
+  const TemporaryFolder folder;
+  const std::string mesh = folder.write("box.obj", kBox);
+  const Outcome outcome = run("build " + mesh + " --error 10 -o " + folder.path("x.tree"));
+  CHECK(outcome.code == 0);
+  CHECK(holds(outcome, "--unit mm"));
+}
+
+TEST_CASE("a command line that makes no sense ends with 2, help with 0") {
+  CHECK(run("--help").code == 0);
+  CHECK(run("build --help").code == 0);
+  CHECK(run("--version").code == 0);
+  for (const char* bad : {"", "sing", "build", "build x.obj", "build x.obj -o y --leaves 0",
+                          "build x.obj -o y --leaves 5 --error 1mm", "build x.obj -o y --error 1ft",
+                          "build x.obj -o y --error -1mm", "build x.obj -o y --unit mile",
+                          "build x.obj -o y --scale 0", "build x.obj -o y --threads 0",
+                          "build x.obj -o y --set a=1", "inspect", "make plate"}) {
+    CAPTURE(bad);
+    CHECK(run(bad).code == 2);
+  }
+}
+
+}  // namespace hapticd::test
