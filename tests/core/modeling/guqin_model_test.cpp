@@ -102,6 +102,15 @@ TEST_CASE("the outline is drawn in at neck and waist by the depths given") {
         doctest::Approx(with.waist));
 }
 
+TEST_CASE("head and tail have the widths given, just inside their round corners") {
+  const GuqinParameters p;
+  const double head_end = 0.5 * p.string_length + p.head;
+  CHECK(guqin_half_width(p, head_end - 0.015) == doctest::Approx(0.5 * p.head_width).epsilon(0.01));
+  const double tail_end = head_end - p.length;
+  CHECK(guqin_half_width(p, tail_end + 0.015) == doctest::Approx(0.5 * p.tail_width).epsilon(0.01));
+  CHECK(guqin_half_width(p, tail_end) < 0.5 * p.tail_width - 0.005);
+}
+
 TEST_CASE("vertices of the top lie on the height that guqin_top states") {
   const GuqinParameters p;
   int checked = 0;
