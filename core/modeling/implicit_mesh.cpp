@@ -43,7 +43,7 @@ struct Lattice {
   std::int32_t corners = 0;
   Vector3 low{0.0, 0.0, 0.0};
   double cell = 0.0;
-  std::vector<double> value;  ///< exactly 0 where the point has moved onto the surface
+  std::vector<double> value;  ///< exactly 0 on the surface, where a point may have moved
   std::vector<Vector3> p;     ///< where the point is now
 
   [[nodiscard]] std::int32_t corner(std::int32_t i, std::int32_t j, std::int32_t k) const {
@@ -84,9 +84,7 @@ Lattice make_lattice(const ImplicitFunction& function, const ImplicitMeshOptions
     const std::array<std::int32_t, 3> halves = lattice.halves(point);
     const Vector3 steps(halves[0], halves[1], halves[2]);
     lattice.p.emplace_back(lattice.low + (0.5 * lattice.cell) * steps);
-    double value = function(lattice.p.back());
-    // Zero is for points that have moved.
-    if (value == 0.0) value = 1e-300;
+    const double value = function(lattice.p.back());
     bool rim = false;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       rim = rim || halves[axis] <= 1 || halves[axis] >= 2 * lattice.cubes[axis] - 1;

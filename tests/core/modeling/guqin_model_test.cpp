@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "tests/core/modeling/mesh_measures.h"
+#include "tests/core/modeling/relative.h"
 #include "tests/core/modeling/test_meshes.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
@@ -66,11 +67,11 @@ TEST_CASE("the body has the length, width and thickness it is given, its crown a
     CHECK(measures.euler == 2);
     CHECK(mesh.triangles.size() <= 12'000);
     const Vector3 size = measures.high - measures.low;
-    CHECK(size.x() == doctest::Approx(p.length).epsilon(1e-9));
-    CHECK(size.z() == doctest::Approx(p.shoulder_width).epsilon(0.002));
+    CHECK(size.x() == relative(p.length, 1e-9));
+    CHECK(size.z() == relative(p.shoulder_width, 0.002));
     CHECK(measures.high.y() == 0.0);
-    CHECK(-measures.low.y() == doctest::Approx(p.thickness).epsilon(0.01));
-    CHECK(measures.high.x() == doctest::Approx(0.5 * p.string_length + p.head).epsilon(1e-9));
+    CHECK(-measures.low.y() == relative(p.thickness, 0.01));
+    CHECK(measures.high.x() == relative(0.5 * p.string_length + p.head, 1e-9));
   }
 }
 
@@ -95,19 +96,19 @@ TEST_CASE("the outline is drawn in at neck and waist by the depths given") {
     // Marker 7 and the shoulder at marker 3 are outside both.
     if (std::fabs(x) < 0.01 || std::fabs(x - 0.33) < 0.01) CHECK(depth < 1e-12);
   }
-  CHECK(neck == doctest::Approx(with.neck));
-  CHECK(waist == doctest::Approx(with.waist));
+  CHECK(neck == relative(with.neck, 1e-9));
+  CHECK(waist == relative(with.waist, 1e-9));
   // Markers 8 to 11 are at 3/5 to 4/5.
   CHECK(guqin_half_width(without, 1.1 * (0.5 - 0.7)) - guqin_half_width(with, 1.1 * (0.5 - 0.7)) ==
-        doctest::Approx(with.waist));
+        relative(with.waist, 1e-9));
 }
 
 TEST_CASE("head and tail have the widths given, just inside their round corners") {
   const GuqinParameters p;
   const double head_end = 0.5 * p.string_length + p.head;
-  CHECK(guqin_half_width(p, head_end - 0.015) == doctest::Approx(0.5 * p.head_width).epsilon(0.01));
+  CHECK(guqin_half_width(p, head_end - 0.015) == relative(0.5 * p.head_width, 0.01));
   const double tail_end = head_end - p.length;
-  CHECK(guqin_half_width(p, tail_end + 0.015) == doctest::Approx(0.5 * p.tail_width).epsilon(0.01));
+  CHECK(guqin_half_width(p, tail_end + 0.015) == relative(0.5 * p.tail_width, 0.01));
   CHECK(guqin_half_width(p, tail_end) < 0.5 * p.tail_width - 0.005);
 }
 
@@ -134,8 +135,8 @@ TEST_CASE("seven strings, thick to thin and far to near, spread from gum to brid
     CHECK(strings[i].p_WA.x() == 0.55);
     CHECK(strings[i].p_WB.x() == -0.55);
     const double order = static_cast<double>(i) - 3.0;
-    CHECK(strings[i].p_WA.z() == doctest::Approx(order * p.bridge_spacing));
-    CHECK(strings[i].p_WB.z() == doctest::Approx(order * p.gum_spacing));
+    CHECK(std::fabs(strings[i].p_WA.z() - order * p.bridge_spacing) < 1e-15);
+    CHECK(std::fabs(strings[i].p_WB.z() - order * p.gum_spacing) < 1e-15);
     if (i == 0) continue;
     CHECK(strings[i].radius < strings[i - 1].radius);
     CHECK(strings[i].frequency > strings[i - 1].frequency);
@@ -144,7 +145,7 @@ TEST_CASE("seven strings, thick to thin and far to near, spread from gum to brid
   CHECK(strings[0].frequency == 65.4);
   CHECK(strings[6].frequency == 146.8);
   // Equal tension T = pi r^2 rho (2 L f)^2.
-  CHECK(strings[0].radius * 65.4 == doctest::Approx(strings[6].radius * 146.8));
+  CHECK(strings[0].radius * 65.4 == relative(strings[6].radius * 146.8, 1e-9));
 }
 
 TEST_CASE(
@@ -185,7 +186,7 @@ TEST_CASE("bridge and gum stand in the top and under all strings") {
     const double spacing = at_bridge ? p.bridge_spacing : p.gum_spacing;
     CHECK(measures.high.z() > 3.0 * spacing + 0.005);
     CHECK(measures.high.z() < guqin_half_width(p, at_bridge ? 0.55 : -0.55));
-    CHECK(measures.high.y() == doctest::Approx(at_bridge ? p.bridge_height : p.gum_height));
+    CHECK(measures.high.y() == relative(at_bridge ? p.bridge_height : p.gum_height, 1e-9));
   }
 }
 
@@ -210,7 +211,7 @@ TEST_CASE("thirteen markers lie beyond string 1 at their shares of the string, h
       above = std::max(above, height);
       below = std::min(below, height);
     }
-    CHECK(0.5 * (low.x() + high.x()) == doctest::Approx(1.1 * (0.5 - shares[m])));
+    CHECK(std::fabs(0.5 * (low.x() + high.x()) - 1.1 * (0.5 - shares[m])) < 1e-12);
     CHECK(high.z() < point_at(lowest, shares[m]).z() - 0.002);
     CHECK(low.z() > -guqin_half_width(p, low.x()) + 0.002);
     CHECK(above > 1e-4);

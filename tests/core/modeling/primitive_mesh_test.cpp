@@ -10,6 +10,7 @@
 #include <string>
 
 #include "tests/core/modeling/mesh_measures.h"
+#include "tests/core/modeling/relative.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 
@@ -80,10 +81,10 @@ TEST_CASE("a pillar has the volume, box and surface of a cylinder with rounded r
       kPi * p.radius * p.radius * (p.height - 2.0 * p.rim) +
       2.0 * kPi *
           (c * c * p.rim + c * kPi * p.rim * p.rim / 2.0 + 2.0 / 3.0 * p.rim * p.rim * p.rim);
-  CHECK(static_cast<double>(measure(mesh).volume) == doctest::Approx(volume).epsilon(1e-3));
+  CHECK(static_cast<double>(measure(mesh).volume) == relative(volume, 1e-3));
   CHECK(measure(mesh).low.y() == 0.0);
   CHECK(measure(mesh).high.y() == p.height);
-  CHECK(measure(mesh).high.z() == doctest::Approx(p.radius).epsilon(1e-12));
+  CHECK(measure(mesh).high.z() == relative(p.radius, 1e-12));
   check_facets(mesh, p.deviation, [&](const Vector3& q) {
     const Vector3 half(p.radius, 0.5 * p.height, 1.0);
     const Vector3 radial(std::hypot(q.x(), q.z()), q.y() - 0.5 * p.height, 0.0);
@@ -102,7 +103,7 @@ TEST_CASE("a plate has the volume, box and surface of a box with rounded edges")
   const double r = p.edge;
   const double volume = s.prod() + 2.0 * r * (s[0] * s[1] + s[1] * s[2] + s[2] * s[0]) +
                         kPi * r * r * s.sum() + 4.0 / 3.0 * kPi * r * r * r;
-  CHECK(static_cast<double>(measure(mesh).volume) == doctest::Approx(volume).epsilon(1e-4));
+  CHECK(static_cast<double>(measure(mesh).volume) == relative(volume, 1e-4));
   check_facets(mesh, p.deviation,
                [&](const Vector3& q) { return rounded_box_distance(q, 0.5 * size, p.edge); });
 }
@@ -132,7 +133,7 @@ TEST_CASE("an ellipsoid's vertices lie on it and its facets just inside") {
   }
   CHECK(worst < 1e-14);
   const double volume = 4.0 / 3.0 * kPi * semi.prod();
-  CHECK(static_cast<double>(measure(mesh).volume) == doctest::Approx(volume).epsilon(5e-3));
+  CHECK(static_cast<double>(measure(mesh).volume) == relative(volume, 5e-3));
 }
 
 TEST_CASE("a ball's facets lie within the deviation, whatever its size") {
@@ -159,8 +160,7 @@ TEST_CASE("brackets have the box they are given and the volume of their profile"
     const double area = p.width * p.thickness + legs * (p.height - p.thickness) * p.thickness +
                         legs * corner * p.fillet * p.fillet -
                         (4.0 + legs) * corner * p.edge * p.edge;
-    CHECK(static_cast<double>(measure(mesh).volume) ==
-          doctest::Approx(area * p.length).epsilon(4e-3));
+    CHECK(static_cast<double>(measure(mesh).volume) == relative(area * p.length, 4e-3));
   }
 }
 
@@ -174,7 +174,7 @@ TEST_CASE("a bracket's leg stands at the lower end of x, and only a U has a seco
     return highest;
   };
   CHECK(highest_at(-1.0) == p.height);
-  CHECK(highest_at(1.0) == doctest::Approx(p.thickness));
+  CHECK(highest_at(1.0) == relative(p.thickness, 1e-9));
   p.legs = 2.0;
   CHECK(highest_at(1.0) == p.height);
 }
