@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/modeling/mesh_crossings.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {
@@ -52,6 +53,24 @@ void check_only(const TriangleMesh& mesh, MeshFault fault, std::int64_t count, b
   CHECK(finding->count == count);
   CHECK(usable(check_mesh(mesh)) == is_usable);
   CHECK(describe(*finding).size() > 20);
+}
+
+/// Whether the inside of segment ab meets the inside of the triangle: a + s (b - a) = p + u (q - p)
+/// + v (r - p), solved by Cramer's rule in long double.
+bool meets(const TriangleMesh& mesh, std::int32_t a, std::int32_t b, const Triangle& t) {
+  using Wide = Eigen::Matrix<long double, 3, 1>;
+  const auto at = [&](std::int32_t i) -> Wide {
+    return mesh.vertices[static_cast<std::size_t>(i)].cast<long double>();
+  };
+  const Wide d = at(a) - at(b);
+  const Wide pq = at(t[1]) - at(t[0]);
+  const Wide pr = at(t[2]) - at(t[0]);
+  const Wide pa = at(a) - at(t[0]);
+  const long double det = pq.cross(pr).dot(d);
+  const long double s = pq.cross(pr).dot(pa) / det;
+  const long double u = pa.cross(pr).dot(d) / det;
+  const long double v = pq.cross(pa).dot(d) / det;
+  return s > 0 && s < 1 && u > 0 && v > 0 && u + v < 1;
 }
 
 }  // namespace
@@ -181,6 +200,28 @@ TEST_CASE("boxes pushed into each other cross, boxes side by side do not") {
   CHECK(report.findings[1].severity == FaultSeverity::kWarning);
   // The far box's four long sides, two triangles each, go through the two triangles of the cube's.
   CHECK(report.findings[1].count == 10);
+}
+
+TEST_CASE("triangles cross when a side of one meets the inside of the other, and only then") {
+  SplitMix64 random(3);
+  int crossing = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    TriangleMesh mesh;
+    for (int k = 0; k < 6; ++k) {
+      mesh.vertices.emplace_back(random.uniform(), random.uniform(), random.uniform());
+    }
+    mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+    bool truth = false;
+    for (const Triangle& t : mesh.triangles) {
+      const Triangle& other = t[0] == 0 ? mesh.triangles[1] : mesh.triangles[0];
+      for (std::size_t k = 0; k < 3; ++k) {
+        truth = truth || meets(mesh, t[k], t[(k + 1) % 3], other);
+      }
+    }
+    crossing += truth ? 1 : 0;
+    REQUIRE(find_crossings(mesh).count == (truth ? 2 : 0));
+  }
+  CHECK(crossing > 100);
 }
 
 TEST_CASE("welding joins equal vertices, takes minus zero for zero, and drops unused ones") {

@@ -208,6 +208,20 @@ TEST_CASE("a bound that lets a leaf out is refused, even by less than a rounding
   CHECK(complaint(two_leaves_by_hand(1.0)).find("sticks out") != std::string::npos);
 }
 
+TEST_CASE("a leaf that hangs on no node is refused, and so is a level table of another tree") {
+  const auto with = [](std::uint32_t leaves, std::uint32_t in_table) {
+    ByteWriter file = header_by_hand(leaves, 1, 1);
+    file.sphere(0, 0, 0, 2).u32(in_table).f64(0.5).f64(0.125).raw("abc");
+    for (std::uint32_t k = 0; k < leaves; ++k) file.sphere(0, 0, 0, 1);
+    file.u8(3).u8(0).u32(1).u32(0);
+    file.bytes.resize(file.bytes.size() + 32);
+    return complaint(rehashed(file.bytes));
+  };
+  CHECK(with(2, 2).empty());
+  CHECK(with(3, 2).find("hangs on no node") != std::string::npos);
+  CHECK(with(2, 3).find("level table") != std::string::npos);
+}
+
 TEST_CASE("a tree may be twelve levels deep and not deeper") {
   CHECK(complaint(chain_by_hand(12)).empty());
   CHECK(complaint(chain_by_hand(13)).find("too deep") != std::string::npos);
