@@ -13,6 +13,7 @@
 #include "core/modeling/mesh_distance.h"
 #include "server/model/mesh_file.h"
 #include "tests/server/model/temporary_folder.h"
+#include "tests/support/scale.h"
 
 namespace hapticd::test {
 namespace {
@@ -57,14 +58,16 @@ TEST_CASE("a tree built from a mesh in millimetres holds to its bound, and the r
   const TemporaryFolder folder;
   const std::string mesh = folder.write("box.obj", kBox);
   const std::string tree = folder.path("box.tree");
-  const Outcome built =
-      run("build " + mesh + " --unit mm --error 5mm --report - --picture " +
-          folder.path("box.png") + " --json " + folder.path("box.json") + " -o " + tree);
+  // A sanitizer takes a minute for the picture, which has a test of its own.
+  const std::string picture =
+      test_scale() < 0.05 ? std::string() : "--picture " + folder.path("box.png");
+  const Outcome built = run("build " + mesh + " --unit mm --error 8mm --report - " + picture +
+                            " --json " + folder.path("box.json") + " -o " + tree);
   CAPTURE(built.text);
   REQUIRE(built.code == 0);
   const SphereTreeFile file = read_tree(tree);
   CHECK(file.source_name == "box.obj");
-  CHECK(file.outer <= 5e-3);
+  CHECK(file.outer <= 8e-3);
   const MeshDistance distance(read_mesh(mesh, 1e-3).mesh);
   for (std::size_t i = 0; i < file.tree.leaf_r.size(); ++i) {
     const Sphere leaf = file.tree.view().leaf(static_cast<std::int32_t>(i));
@@ -78,7 +81,7 @@ TEST_CASE("a tree built from a mesh in millimetres holds to its bound, and the r
   }
   CHECK(holds(built, "| uncovered surface | 0 % |"));
   CHECK(holds(built, "| spheres | " + std::to_string(file.tree.leaf_r.size()) + " |"));
-  CHECK(read_text(folder.path("box.png")).starts_with("\x89PNG\r\n"));
+  CHECK((picture.empty() || read_text(folder.path("box.png")).starts_with("\x89PNG\r\n")));
   CHECK(read_text(folder.path("box.json")).starts_with("{\"name\":"));
 
   const Outcome inspected = run("inspect " + tree + " --mesh " + mesh + " --unit mm");
@@ -91,10 +94,12 @@ TEST_CASE("a tree built from a mesh in millimetres holds to its bound, and the r
 TEST_CASE("the number of threads and the name of the output do not change the tree") {
   const TemporaryFolder folder;
   const std::string mesh = folder.write("box.obj", kBox);
-  REQUIRE(run("build " + mesh + " --unit mm --error 8mm --threads 1 --quiet -o " + folder.path("a"))
-              .text.empty());
-  REQUIRE(run("build " + mesh + " --unit mm --error 8mm --threads 3 --quiet -o " + folder.path("b"))
-              .text.empty());
+  REQUIRE(
+      run("build " + mesh + " --unit mm --error 15mm --threads 1 --quiet -o " + folder.path("a"))
+          .text.empty());
+  REQUIRE(
+      run("build " + mesh + " --unit mm --error 15mm --threads 3 --quiet -o " + folder.path("b"))
+          .text.empty());
   CHECK(read_text(folder.path("a")) == read_text(folder.path("b")));
 }
 
@@ -133,7 +138,7 @@ TEST_CASE("a turned triangle is an error, and with --repair it is not") {
   turned.replace(turned.find("f 1 4 3 2"), 9, "f 1 2 3 4");
   const std::string mesh = folder.write("turned.obj", turned);
   const std::string command =
-      "build " + mesh + " --unit mm --error 10mm -o " + folder.path("x.tree");
+      "build " + mesh + " --unit mm --error 20mm -o " + folder.path("x.tree");
   const Outcome refused = run(command);
   CHECK(refused.code == 1);
   CHECK(holds(refused, "--repair"));
@@ -145,7 +150,7 @@ TEST_CASE("a turned triangle is an error, and with --repair it is not") {
 TEST_CASE("a doubtful unit is a warning that names the remedy") {
   const TemporaryFolder folder;
   const std::string mesh = folder.write("box.obj", kBox);
-  const Outcome outcome = run("build " + mesh + " --error 10 -o " + folder.path("x.tree"));
+  const Outcome outcome = run("build " + mesh + " --error 20 -o " + folder.path("x.tree"));
   CHECK(outcome.code == 0);
   CHECK(holds(outcome, "--unit mm"));
 }
