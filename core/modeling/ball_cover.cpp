@@ -12,9 +12,9 @@
 namespace hapticd {
 namespace {
 
-/// Candidates per disc of surface that one ball covers. Normal value 24; fewer makes more balls,
+/// Candidates per disc of surface that one ball covers. Normal value 8; fewer makes more balls,
 /// more takes longer.
-constexpr double kCandidatesPerDisc = 24.0;
+constexpr double kCandidatesPerDisc = 8.0;
 /// Slacks of the candidates at a patch, as shares of the bound: the smaller ones leave more to
 /// spare around, the larger make larger balls.
 constexpr double kSlacks[] = {0.3, 0.85};

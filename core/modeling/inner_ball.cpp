@@ -21,8 +21,9 @@ Sphere inner_ball(const MeshDistance& distance, const Vector3& p, const Vector3&
   double r = largest;
   double too_large = largest;
   for (int step = 0; step < kSteps; ++step) {
-    const NearestPoint nearest = distance.nearest(p - r * normal);
-    if (nearest.distance >= r - slack) break;
+    NearestPoint nearest;
+    // Signed: behind the far wall of a thin solid the surface may be far again.
+    if (-distance.signed_distance(p - r * normal, nearest) >= r - slack) break;
     // The ball through the nearest point that touches at p.
     const Vector3 chord = p - nearest.p;
     const double along = chord.dot(normal);
@@ -32,7 +33,7 @@ Sphere inner_ball(const MeshDistance& distance, const Vector3& p, const Vector3&
   }
   for (int step = 0; step < refine && too_large > r; ++step) {
     const double middle = 0.5 * (r + too_large);
-    const bool fits = distance.nearest(p - middle * normal).distance >= middle - slack;
+    const bool fits = -distance.signed_distance(p - middle * normal) >= middle - slack;
     (fits ? r : too_large) = middle;
   }
   return {p - r * normal, r};

@@ -171,44 +171,59 @@ void MeshDistance::build_normals(const TriangleMesh& mesh) {
 }
 
 MeshDistance::Hit MeshDistance::nearest_on(const Corner3& t, const Vector3& p) noexcept {
-  // Where the foot of the perpendicular lies inside, barycentric coordinates give it; elsewhere the
-  // nearest point is on a side.
+  // The corner's or side's region that p is in front of, else the face (C. Ericson, Real-Time
+  // Collision Detection, 2005, 5.1.5).
   const Vector3 ab = t.b - t.a;
   const Vector3 ac = t.c - t.a;
   const Vector3 ap = p - t.a;
-  const double bb = dot(ab, ab);
-  const double bc = dot(ab, ac);
-  const double cc = dot(ac, ac);
+  const Vector3 bp = p - t.b;
+  const Vector3 cp = p - t.c;
   const double d1 = dot(ab, ap);
   const double d2 = dot(ac, ap);
-  const double area = bb * cc - bc * bc;
-  const double v = cc * d1 - bc * d2;
-  const double w = bb * d2 - bc * d1;
-  Hit hit;
-  hit.id = t.id;
-  if (v > 0.0 && w > 0.0 && v + w < area && area > kFlatSquared * (bb * cc)) {
-    hit.p = t.a + ((v / area) * ab + (w / area) * ac);
-    const Vector3 offset = p - hit.p;
-    hit.squared = dot(offset, offset);
-    return hit;
+  const double d3 = dot(ab, bp);
+  const double d4 = dot(ac, bp);
+  const double d5 = dot(ab, cp);
+  const double d6 = dot(ac, cp);
+  const auto hit = [&](const Vector3& on, Feature feature) {
+    const Vector3 offset = p - on;
+    return Hit{dot(offset, offset), on, t.id, feature};
+  };
+  if (d1 <= 0.0 && d2 <= 0.0) return hit(t.a, Feature::kVertex0);
+  if (d3 >= 0.0 && d4 <= d3) return hit(t.b, Feature::kVertex1);
+  if (d6 >= 0.0 && d5 <= d6) return hit(t.c, Feature::kVertex2);
+  const double vc = d1 * d4 - d3 * d2;
+  const double vb = d5 * d2 - d1 * d6;
+  const double va = d3 * d6 - d5 * d4;
+  const double area = (va + vb) + vc;
+  if (!(va > 0.0 && vb > 0.0 && vc > 0.0 && area > kFlatSquared * (dot(ab, ab) * dot(ac, ac)))) {
+    return nearest_on_sides(t, p);
   }
+  return hit(t.a + ((vb / area) * ab + (vc / area) * ac), Feature::kFace);
+}
+
+MeshDistance::Hit MeshDistance::nearest_on_sides(const Corner3& t, const Vector3& p) noexcept {
+  Hit best;
+  best.id = t.id;
   const std::array<const Vector3*, 4> corner{&t.a, &t.b, &t.c, &t.a};
   for (std::size_t k = 0; k < 3; ++k) {
-    const SegmentPoint on = closest_point_on_segment(*corner[k], *corner[k + 1], p);
-    const double squared = dot(on.offset, on.offset);
-    if (!(squared < hit.squared)) continue;
-    hit.squared = squared;
-    hit.p = on.p;
-    if (on.lambda <= 0.0) {
-      hit.feature = static_cast<Feature>(4 + k);
-    } else if (on.lambda >= 1.0) {
-      hit.p = *corner[k + 1];
-      hit.feature = static_cast<Feature>(4 + (k + 1) % 3);
-    } else {
-      hit.feature = static_cast<Feature>(1 + k);
+    const Vector3 side = *corner[k + 1] - *corner[k];
+    const Vector3 to = p - *corner[k];
+    const double whole = dot(side, side);
+    const double along = dot(side, to);
+    Vector3 on = *corner[k];
+    Feature feature = static_cast<Feature>(4 + k);
+    if (along >= whole && along > 0.0) {
+      on = *corner[k + 1];
+      feature = static_cast<Feature>(4 + (k + 1) % 3);
+    } else if (along > 0.0) {
+      on += (along / whole) * side;
+      feature = static_cast<Feature>(1 + k);
     }
+    const Vector3 offset = p - on;
+    const double squared = dot(offset, offset);
+    if (squared < best.squared) best = {squared, on, t.id, feature};
   }
-  return hit;
+  return best;
 }
 
 MeshDistance::Hit MeshDistance::search(const Vector3& p) const noexcept {
@@ -244,6 +259,36 @@ MeshDistance::Hit MeshDistance::search(const Vector3& p) const noexcept {
     }
   }
   return best;
+}
+
+bool MeshDistance::find_nearer(const Vector3& p, double r, NearestPoint& found) const noexcept {
+  if (!(r > 0.0)) return false;
+  const double limit = r * r;
+  std::array<std::int32_t, kStack> stack;
+  std::size_t size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const Node& node = nodes_[static_cast<std::size_t>(stack[--size])];
+    if (node.count == 0) {
+      const auto to_child = [&](std::int32_t i) {
+        const Node& c = nodes_[static_cast<std::size_t>(i)];
+        return squared_distance_to_box(c.low, c.high, p);
+      };
+      const double left = to_child(node.first);
+      const double right = to_child(node.first + 1);
+      const std::int32_t near = left <= right ? node.first : node.first + 1;
+      if (std::max(left, right) < limit) stack[size++] = 2 * node.first + 1 - near;
+      if (std::min(left, right) < limit) stack[size++] = near;
+      continue;
+    }
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+      const Hit hit = nearest_on(triangles_[static_cast<std::size_t>(i)], p);
+      if (!(hit.squared < limit)) continue;
+      found = {std::sqrt(hit.squared), hit.p, hit.id};
+      return true;
+    }
+  }
+  return false;
 }
 
 NearestPoint MeshDistance::nearest(const Vector3& p) const noexcept {

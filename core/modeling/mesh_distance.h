@@ -36,6 +36,10 @@ class MeshDistance {
   /// As signed_distance, with the nearest point: `nearest.distance` stays >= 0.
   [[nodiscard]] double signed_distance(const Vector3& p, NearestPoint& nearest) const noexcept;
 
+  /// Whether the surface comes nearer to `p` than `r`; `found` is then such a point of it, not the
+  /// nearest. Several times faster than `nearest`.
+  [[nodiscard]] bool find_nearer(const Vector3& p, double r, NearestPoint& found) const noexcept;
+
  private:
   /// Where on its triangle the nearest point lies.
   enum class Feature : std::uint8_t { kFace, kEdge0, kEdge1, kEdge2, kVertex0, kVertex1, kVertex2 };
@@ -58,6 +62,7 @@ class MeshDistance {
   };
 
   static Hit nearest_on(const Corner3& triangle, const Vector3& p) noexcept;
+  static Hit nearest_on_sides(const Corner3& triangle, const Vector3& p) noexcept;
   [[nodiscard]] Hit search(const Vector3& p) const noexcept;
   void build_tree(const TriangleMesh& mesh);
   void build_normals(const TriangleMesh& mesh);

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "core/geometry/closest_point.h"
-#include "core/modeling/counter_random.h"
 #include "core/modeling/parallel_chunks.h"
 #include "core/modeling/sphere_index.h"
 
@@ -17,13 +16,14 @@ namespace {
 /// A piece is cut where the corners' balls might save this share of the scale. Normal value 0.02;
 /// smaller makes more pieces for a growth that does not show.
 constexpr double kWorthCutting = 0.02;
-/// Leaves of the tree of patches, and balls, per chunk of work.
+/// Nor are pieces cut that need less than this share of the scale. Normal value 0.4; smaller cuts
+/// pieces well inside the disc of their ball.
+constexpr double kSmallGrowth = 0.4;
+/// Share of the scale by which a ball may be worse than the best at all corners of a piece and
+/// still be offered its parts. Normal value 0.1; smaller may miss the best ball of a part.
+constexpr double kNearlyBest = 0.1;
+/// Leaves of the tree of patches per chunk of work.
 constexpr std::int64_t kLeafChunk = 64;
-constexpr std::int64_t kBallChunk = 8;
-/// First step of a move as a share of the radius of the disc a ball covers, and how often it may be
-/// halved in one call.
-constexpr double kFirstStep = 0.25;
-constexpr int kHalvings = 7;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -36,7 +36,7 @@ struct Assigned {
   std::int32_t ball;
   double growth;
   double growth_without;
-  Piece piece;
+  Vector3 farthest;  ///< corner that decides the growth
 };
 
 /// Assigns the patches of one leaf.
@@ -46,142 +46,82 @@ class LeafAssigner {
                std::vector<Assigned>& found)
       : balls_(balls), options_(options), found_(found) {}
 
-  std::vector<std::int32_t> near;  ///< balls to choose from
+  /// Finds every ball that can be best somewhere in the node, and those that could take over for
+  /// little more.
+  void look_near(const PatchNode& node, const SphereIndex& index) {
+    const Vector3 middle = 0.5 * (node.low + node.high);
+    const double radius = 0.5 * length(node.high - node.low);
+    near_.clear();
+    index.within(middle, index.nearest(middle).gap + 2.0 * radius + options_.scale, near_);
+    // The same with the distances to the box instead of its middle: seen from afar it is thin.
+    double upper = kInfinity;
+    for (const std::int32_t k : near_) {
+      const Sphere& ball = balls_[static_cast<std::size_t>(k)];
+      const Vector3 far = (node.low - ball.p).cwiseAbs().cwiseMax((node.high - ball.p).cwiseAbs());
+      upper = std::min(upper, length(far) - ball.r);
+    }
+    std::erase_if(near_, [&](std::int32_t k) {
+      const Sphere& ball = balls_[static_cast<std::size_t>(k)];
+      const Vector3 out = (node.low - ball.p).cwiseMax(ball.p - node.high).cwiseMax(0.0);
+      return length(out) - ball.r > upper + options_.scale;
+    });
+    nearest_.resize(near_.size());
+  }
 
-  void assign(const Piece& piece, int depth) {
+  void assign(const Piece& piece) { assign(piece, near_.size(), 0); }
+
+ private:
+  /// Chooses among the first `count` balls of near_, which may change places.
+  void assign(const Piece& piece, std::size_t count, int depth) {
     // Smallest growth by corner, and smallest by ball for all three corners.
     std::array<double, 3> least{kInfinity, kInfinity, kInfinity};
-    Assigned best{-1, kInfinity, kInfinity, piece};
-    for (const std::int32_t k : near) {
+    Assigned best{-1, kInfinity, kInfinity, piece.a};
+    for (std::size_t j = 0; j < count; ++j) {
+      const std::int32_t k = near_[j];
       const Sphere& ball = balls_[static_cast<std::size_t>(k)];
       const std::array<double, 3> gap{length(piece.a - ball.p) - ball.r,
                                       length(piece.b - ball.p) - ball.r,
                                       length(piece.c - ball.p) - ball.r};
       const double growth = std::max(gap[0], std::max(gap[1], gap[2]));
       for (std::size_t i = 0; i < 3; ++i) least[i] = std::min(least[i], gap[i]);
-      if (growth < best.growth) {
+      nearest_[j] = std::min(gap[0], std::min(gap[1], gap[2]));
+      if (growth < best.growth || (growth == best.growth && k < best.ball)) {
         best.growth_without = best.growth;
         best.growth = growth;
         best.ball = k;
-      } else if (growth < best.growth_without) {
-        best.growth_without = growth;
+        best.farthest = growth == gap[0] ? piece.a : (growth == gap[1] ? piece.b : piece.c);
+      } else {
+        best.growth_without = std::min(best.growth_without, growth);
       }
     }
     const double bound = std::max(least[0], std::max(least[1], least[2]));
-    if (depth >= options_.cuts || best.growth - bound <= kWorthCutting * options_.scale) {
+    if (depth >= options_.cuts || best.growth <= kSmallGrowth * options_.scale ||
+        best.growth - bound <= kWorthCutting * options_.scale) {
       found_.push_back(best);
       return;
+    }
+    // Parts of the piece go to balls that are good at a corner of it.
+    std::size_t kept = 0;
+    for (std::size_t j = 0; j < count; ++j) {
+      if (nearest_[j] > bound + kNearlyBest * options_.scale) continue;
+      std::swap(near_[kept], near_[j]);
+      std::swap(nearest_[kept], nearest_[j]);
+      ++kept;
     }
     const Vector3 ab = 0.5 * (piece.a + piece.b);
     const Vector3 bc = 0.5 * (piece.b + piece.c);
     const Vector3 ca = 0.5 * (piece.c + piece.a);
-    assign({piece.a, ab, ca}, depth + 1);
-    assign({ab, piece.b, bc}, depth + 1);
-    assign({ca, bc, piece.c}, depth + 1);
-    assign({ab, bc, ca}, depth + 1);
+    assign({piece.a, ab, ca}, kept, depth + 1);
+    assign({ab, piece.b, bc}, kept, depth + 1);
+    assign({ca, bc, piece.c}, kept, depth + 1);
+    assign({ab, bc, ca}, kept, depth + 1);
   }
 
- private:
   const std::vector<Sphere>& balls_;
   const AssignOptions& options_;
   std::vector<Assigned>& found_;
-};
-
-double growth_at(const Vector3& p, double depth, const Vector3* begin, const Vector3* end) {
-  double squared = 0.0;
-  for (const Vector3* i = begin; i != end; ++i) {
-    squared = std::max(squared, (*i - p).squaredNorm());
-  }
-  return std::sqrt(squared) - depth;
-}
-
-/// Search for the centre that needs the least growth, by trial steps along the directions that can
-/// help: towards the farthest point (also tangentially), away from the nearest surface, at random.
-class Mover {
- public:
-  Mover(const MeshDistance& distance, const Vector3* begin, const Vector3* end, std::uint64_t seed)
-      : distance_(distance), begin_(begin), end_(end), seed_(seed) {}
-
-  double growth = 0.0;
-
-  void run(Sphere& ball, int rounds) {
-    growth = growth_at(ball.p, ball.r, begin_, end_);
-    look(ball.p);
-    const double reach = std::sqrt(std::max(2.0 * std::max(ball.r, 0.0) * growth, 0.0)) + growth;
-    double step = kFirstStep * reach;
-    int halved = 0;
-    for (int round = 0; round < rounds && halved < kHalvings; ++round) {
-      if (try_all(ball, step)) continue;
-      step *= 0.5;
-      ++halved;
-    }
-  }
-
- private:
-  static constexpr int kDirections = 8;
-
-  void look(const Vector3& p) {
-    double squared = -1.0;
-    for (const Vector3* i = begin_; i != end_; ++i) {
-      const double now = (*i - p).squaredNorm();
-      if (now > squared) {
-        squared = now;
-        farthest_ = *i;
-      }
-    }
-    NearestPoint nearest;
-    const double d = distance_.signed_distance(p, nearest);
-    const Vector3 away = d < 0.0 ? Vector3(p - nearest.p) : Vector3(nearest.p - p);
-    const double size = length(away);
-    away_ = size > 0.0 ? Vector3(away / size) : Vector3(0.0, 0.0, 0.0);
-    const Vector3 to = farthest_ - p;
-    const double far = length(to);
-    to_ = far > 0.0 ? Vector3(to / far) : Vector3(0.0, 0.0, 0.0);
-  }
-
-  Vector3 direction(int i) {
-    const Vector3 tangential = to_ - to_.dot(away_) * away_;
-    const double size = length(tangential);
-    Vector3 d(0.0, 0.0, 0.0);
-    switch (i) {
-      case 0:
-        return size > 0.0 ? Vector3(tangential / size) : to_;
-      case 1:
-        return to_;
-      case 2:
-        return away_;
-      case 3:
-        return -away_;
-      default:
-        d = counter_direction(seed_, counter_++);
-        // Half of the sphere of directions makes it worse: the farthest point gets farther.
-        return d.dot(to_) < 0.0 ? Vector3(-d) : d;
-    }
-  }
-
-  bool try_all(Sphere& ball, double step) {
-    bool better = false;
-    for (int i = 0; i < kDirections; ++i) {
-      const Vector3 p = ball.p + step * direction(i);
-      const double depth = -distance_.signed_distance(p);
-      const double now = growth_at(p, depth, begin_, end_);
-      if (!(now < growth)) continue;
-      ball = {p, depth};
-      growth = now;
-      look(p);
-      better = true;
-    }
-    return better;
-  }
-
-  const MeshDistance& distance_;
-  const Vector3* begin_;
-  const Vector3* end_;
-  std::uint64_t seed_;
-  std::uint64_t counter_ = 0;
-  Vector3 farthest_{0.0, 0.0, 0.0};
-  Vector3 away_{0.0, 0.0, 0.0};
-  Vector3 to_{0.0, 0.0, 0.0};
+  std::vector<std::int32_t> near_;  ///< balls to choose from
+  std::vector<double> nearest_;     ///< their smallest gap at a corner of the piece
 };
 
 }  // namespace
@@ -198,16 +138,10 @@ void assign_pieces(const SurfacePatches& surface, const AssignOptions& options, 
         for (std::int64_t i = begin; i < end; ++i) {
           const PatchNode& node =
               surface.nodes[static_cast<std::size_t>(surface.leaves[static_cast<std::size_t>(i)])];
-          const Vector3 middle = 0.5 * (node.low + node.high);
-          const double radius = 0.5 * length(node.high - node.low);
-          // Every ball that can be best somewhere in the leaf, and those that could take
-          // over for little more.
-          assigner.near.clear();
-          index.within(middle, index.nearest(middle).gap + 2.0 * radius + options.scale,
-                       assigner.near);
+          assigner.look_near(node, index);
           for (std::int32_t k = node.first; k < node.first + node.count; ++k) {
             const Patch& patch = surface.patches[static_cast<std::size_t>(k)];
-            assigner.assign({patch.a, patch.b, patch.c}, 0);
+            assigner.assign({patch.a, patch.b, patch.c});
           }
         }
       });
@@ -218,7 +152,7 @@ void assign_pieces(const SurfacePatches& surface, const AssignOptions& options, 
   for (const std::vector<Assigned>& part : found) {
     for (const Assigned& piece : part) {
       const auto k = static_cast<std::size_t>(piece.ball);
-      set.first[k + 1] += 3;
+      ++set.first[k + 1];
       set.growth[k] = std::max(set.growth[k], piece.growth);
       set.growth_without[k] = std::max(set.growth_without[k], piece.growth_without);
     }
@@ -229,25 +163,9 @@ void assign_pieces(const SurfacePatches& surface, const AssignOptions& options, 
   for (const std::vector<Assigned>& part : found) {
     for (const Assigned& piece : part) {
       std::int64_t& next = at[static_cast<std::size_t>(piece.ball)];
-      for (const Vector3* p : {&piece.piece.a, &piece.piece.b, &piece.piece.c}) {
-        set.points[static_cast<std::size_t>(next++)] = *p;
-      }
+      set.points[static_cast<std::size_t>(next++)] = piece.farthest;
     }
   }
-}
-
-void move_balls(const MeshDistance& distance, int rounds, int threads, BallSet& set) {
-  for_chunks(static_cast<std::int64_t>(set.balls.size()), kBallChunk, threads,
-             [&](std::int64_t, std::int64_t begin, std::int64_t end) {
-               for (std::int64_t i = begin; i < end; ++i) {
-                 const auto k = static_cast<std::size_t>(i);
-                 if (set.first[k] == set.first[k + 1]) continue;
-                 Mover mover(distance, set.points.data() + set.first[k],
-                             set.points.data() + set.first[k + 1], static_cast<std::uint64_t>(i));
-                 mover.run(set.balls[k], rounds);
-                 set.growth[k] = mover.growth;
-               }
-             });
 }
 
 double largest_growth(const BallSet& set) {

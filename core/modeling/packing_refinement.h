@@ -17,11 +17,12 @@ namespace hapticd {
 struct BallSet {
   /// Centres; the radius is the depth of the centre in the solid, m (negative outside).
   std::vector<Sphere> balls;
-  /// Corners of the pieces of ball k: points[first[k]] ... points[first[k + 1] - 1]. A ball that
-  /// contains its points contains its pieces, and all pieces are the surface.
+  /// Of every piece of ball k the corner farthest from it: points[first[k]] ... points[first[k + 1]
+  /// - 1]. All pieces together are the surface.
   std::vector<std::int64_t> first;
   std::vector<Vector3> points;
-  /// Growth by which ball k contains its points, and so sticks out at most: radius minus depth, m.
+  /// Growth by which ball k contains its pieces, and so sticks out at most: radius minus depth, m.
+  /// Minus infinity where it has none.
   std::vector<double> growth;
   /// Growth that the other balls would need to take over all of ball k's pieces; infinite where no
   /// other is near.
@@ -38,9 +39,9 @@ struct AssignOptions {
 /// but `balls`. At least one ball.
 void assign_pieces(const SurfacePatches& surface, const AssignOptions& options, BallSet& set);
 
-/// Moves every ball that has points to where they need less growth. The pieces stay as they are;
-/// growth shrinks or stays.
-void move_balls(const MeshDistance& distance, int rounds, int threads, BallSet& set);
+/// Moves every ball that has points to where they need less growth, in up to `trials` trials; sets
+/// only `balls`. Growth below `scale` (m) times 1e-3 does not matter.
+void move_balls(const MeshDistance& distance, int trials, double scale, int threads, BallSet& set);
 
 /// Largest growth, m.
 [[nodiscard]] double largest_growth(const BallSet& set);

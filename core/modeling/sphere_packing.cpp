@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -19,6 +20,34 @@ constexpr double kMostSpheres = 16777216.0;
 /// Rounding margin of radii, as a share of the extent of the mesh. Normal value 1e-14 (coordinates
 /// are rounded to 1e-16 of it, distances to a few times that).
 constexpr double kMargin = 1e-14;
+/// Longest side of a patch as a share of the reach of a ball, and how often it is halved where
+/// balls meet. Normal values 0.4 and 3; finer takes longer for less than 2 % of the bound.
+constexpr double kPatchSize = 0.4;
+constexpr int kCuts = 3;
+/// Trials of one move of a ball. Normal value 24.
+constexpr int kTrials = 24;
+/// Rounds of dropping balls under a given bound, the share of balls dropped in each, and the growth
+/// (as a share of the bound) up to which the others may take over: they move afterwards. Larger
+/// shares drop balls that have to come back.
+constexpr int kDropRounds = 8;
+constexpr std::size_t kDropShare = 10;
+constexpr double kTakeOver = 1.3;
+/// Share of balls added in each round while the bound is not met, and most rounds of that.
+constexpr std::size_t kAddShare = 16;
+constexpr int kAddRounds = 400;
+/// Greedy covers made to find the bound of a number of balls, and the share by which it may miss.
+constexpr int kSearchRounds = 7;
+constexpr double kSearchLow = 0.95;
+constexpr double kSearchHigh = 1.1;
+/// A bound that takes so many patches per wanted ball (and so many at all) is not made smaller: the
+/// mesh is its own limit, as that of a divided sphere.
+constexpr std::size_t kPatchesPerBall = 3000;
+constexpr std::size_t kPatchesAtLeast = 300'000;
+/// Balls moved about to make a number of balls better: rounds times balls, within limits.
+constexpr int kSwapWork = 6000;
+constexpr int kLeastSwapRounds = 8;
+constexpr int kMostSwapRounds = 80;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Task {
   const TriangleMesh& mesh;
@@ -45,7 +74,7 @@ void report(const Task& task, double done) {
   if (task.options.progress) task.options.progress(done);
 }
 
-/// Removes the balls marked, and those without points.
+/// Leaves only the marked balls.
 void keep_only(const std::vector<bool>& keep, BallSet& set) {
   std::vector<Sphere> kept;
   for (std::size_t k = 0; k < set.balls.size(); ++k) {
@@ -54,13 +83,15 @@ void keep_only(const std::vector<bool>& keep, BallSet& set) {
   set.balls = std::move(kept);
 }
 
-/// Marks `count` balls to go, cheapest first, no two close together.
-std::size_t drop_cheapest(std::size_t count, double limit, BallSet& set) {
+/// Drops all balls without pieces and, up to `count` in all, those whose pieces others can take
+/// over with growth up to `limit`, cheapest first, no two close together.
+void drop_cheapest(std::size_t count, double limit, BallSet& set) {
   std::vector<std::size_t> order;
   std::vector<bool> keep(set.balls.size(), true);
   for (std::size_t k = 0; k < set.balls.size(); ++k) {
     if (set.first[k] == set.first[k + 1]) {
       keep[k] = false;
+      count -= std::min<std::size_t>(count, 1);
     } else if (set.growth_without[k] <= limit) {
       order.push_back(k);
     }
@@ -87,11 +118,10 @@ std::size_t drop_cheapest(std::size_t count, double limit, BallSet& set) {
     keep[k] = false;
   }
   keep_only(keep, set);
-  return gone.size();
 }
 
-/// New balls at the farthest points of the `count` balls of largest growth above `limit`.
-std::size_t add_at_worst(const Task& task, std::size_t count, double limit, BallSet& set) {
+/// New balls at the farthest points of up to `count` balls, those of largest growth above `limit`.
+void add_at_worst(const Task& task, std::size_t count, double limit, BallSet& set) {
   std::vector<std::size_t> order;
   for (std::size_t k = 0; k < set.balls.size(); ++k) {
     if (set.growth[k] > limit) order.push_back(k);
@@ -119,15 +149,14 @@ std::size_t add_at_worst(const Task& task, std::size_t count, double limit, Ball
         inner_ball(task.distance, *far, across / twice, 0.5 * limit, task.extent, 4);
     set.balls.push_back({fresh.p, -task.distance.signed_distance(fresh.p)});
   }
-  return order.size();
 }
 
 /// Assignment and moves, `times` times.
 void settle(const Task& task, const SurfacePatches& surface, double scale, int times,
             BallSet& set) {
   for (int i = 0; i < times; ++i) {
-    assign_pieces(surface, {scale, 3, task.options.threads}, set);
-    move_balls(task.distance, 20, task.options.threads, set);
+    assign_pieces(surface, {scale, kCuts, task.options.threads}, set);
+    move_balls(task.distance, kTrials, scale, task.options.threads, set);
   }
 }
 
@@ -136,61 +165,69 @@ BallSet pack_to_bound(const Task& task, const SurfacePatches& surface, double bo
   BallSet set;
   set.balls = cover_greedily(surface, task.distance, bound, task.extent, task.options.threads);
   report(task, 0.2);
-  constexpr int kRounds = 8;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kDropRounds; ++round) {
     settle(task, surface, bound, 2, set);
-    assign_pieces(surface, {bound, 3, task.options.threads}, set);
-    drop_cheapest(set.balls.size() / 10 + 1, 1.25 * bound, set);
-    report(task, 0.2 + 0.7 * (round + 1) / kRounds);
+    drop_cheapest(set.balls.size() / kDropShare + 1, kTakeOver * bound, set);
+    report(task, 0.2 + 0.7 * (round + 1) / kDropRounds);
   }
-  for (int round = 0; round < 200; ++round) {
-    settle(task, surface, bound, 1, set);
-    if (largest_growth(set) <= bound) break;
-    settle(task, surface, bound, 1, set);
-    if (add_at_worst(task, set.balls.size(), bound, set) == 0) break;
+  for (int round = 0; round < kAddRounds; ++round) {
+    settle(task, surface, bound, 2, set);
+    assign_pieces(surface, {bound, kCuts, task.options.threads}, set);
+    if (largest_growth(set) <= bound) return set;
+    add_at_worst(task, set.balls.size() / kAddShare + 1, bound, set);
   }
-  assign_pieces(surface, {bound, 3, task.options.threads}, set);
-  return set;
+  throw std::runtime_error("sphere packing: the bound is not met; try a larger one");
 }
 
-/// At most `count` balls with small growth.
-BallSet pack_to_count(const Task& task, std::size_t count) {
-  // The number of balls goes about as 1 / bound: search the bound whose greedy cover fits.
+/// First balls for a number of them: the number goes about as 1 / bound.
+double cover_by_count(const Task& task, std::size_t count, SurfacePatches& surface, BallSet& set) {
   double bound = 0.01 * task.extent;
-  BallSet set;
-  SurfacePatches surface;
-  double best = 0.0;
-  for (int i = 0; i < 6; ++i) {
-    surface = divide_surface(task.mesh, task.distance, {bound, 0.25, task.options.threads});
+  double too_small = 0.0;
+  double too_large = kInfinity;
+  for (int i = 0;; ++i) {
+    surface = divide_surface(task.mesh, task.distance, {bound, kPatchSize, task.options.threads});
     set.balls = cover_greedily(surface, task.distance, bound, task.extent, task.options.threads);
     const double ratio = static_cast<double>(set.balls.size()) / static_cast<double>(count);
-    if (ratio > 0.95 && ratio < 1.1) break;
-    bound *= ratio;
+    const bool fits = ratio >= kSearchLow && ratio <= kSearchHigh;
+    const std::size_t limit = std::max(kPatchesPerBall * count, kPatchesAtLeast);
+    const bool at_limit = ratio < 1.0 && surface.patches.size() > limit;
+    report(task, 0.1 * (i + 1) / (kSearchRounds + 1));
+    if (fits || at_limit || i == kSearchRounds) return bound;
+    (ratio > 1.0 ? too_small : too_large) = bound;
+    bound *= std::clamp(ratio, 0.2, 5.0);
+    if (bound <= too_small || bound >= too_large) bound = std::sqrt(too_small * too_large);
   }
-  BallSet kept;
-  const int rounds = std::clamp(6000 / static_cast<int>(count), 8, 100);
-  for (int round = 0; round < rounds; ++round) {
+}
+
+/// At most `count` balls with small growth: balls are added where the growth is largest and taken
+/// away where it costs least, fewer from round to round; the best set met is the result.
+BallSet pack_to_count(const Task& task, std::size_t count) {
+  BallSet set;
+  SurfacePatches surface;
+  const double bound = cover_by_count(task, count, surface, set);
+  const int rounds =
+      std::clamp(kSwapWork / static_cast<int>(count), kLeastSwapRounds, kMostSwapRounds);
+  BallSet best;
+  for (int round = 0; round < rounds || best.balls.empty(); ++round) {
     settle(task, surface, bound, 2, set);
-    assign_pieces(surface, {bound, 3, task.options.threads}, set);
-    const std::size_t extra = set.balls.size() > count ? set.balls.size() - count : 0;
-    if (extra == 0) {
-      const double now = largest_growth(set);
-      if (kept.balls.empty() || now < best) {
-        best = now;
-        kept = set;
-      }
-      const std::size_t swaps = 1 + count / 10 * static_cast<std::size_t>(rounds - round) /
-                                        static_cast<std::size_t>(rounds);
+    assign_pieces(surface, {bound, kCuts, task.options.threads}, set);
+    if (set.balls.size() <= count) {
+      if (best.balls.empty() || largest_growth(set) < largest_growth(best)) best = set;
+      const double left = 1.0 - std::min(static_cast<double>(round) / rounds, 1.0);
+      const std::size_t swaps =
+          1 + static_cast<std::size_t>(0.1 * left * static_cast<double>(count));
       std::vector<double> sorted = set.growth;
       std::sort(sorted.begin(), sorted.end());
-      add_at_worst(task, swaps, sorted[sorted.size() / 2], set);
+      add_at_worst(task, count - set.balls.size() + swaps,
+                   std::max(std::min(sorted[sorted.size() / 2], 0.9 * sorted.back()), 0.1 * bound),
+                   set);
       settle(task, surface, bound, 2, set);
-      assign_pieces(surface, {bound, 3, task.options.threads}, set);
+      assign_pieces(surface, {bound, kCuts, task.options.threads}, set);
     }
-    if (set.balls.size() > count) drop_cheapest(set.balls.size() - count, 1e300, set);
-    report(task, 0.1 + 0.9 * (round + 1) / rounds);
+    if (set.balls.size() > count) drop_cheapest(set.balls.size() - count, kInfinity, set);
+    report(task, 0.1 + 0.9 * std::min((round + 1.0) / rounds, 1.0));
   }
-  return kept;
+  return best;
 }
 
 }  // namespace
@@ -205,11 +242,15 @@ Packing pack_spheres(const TriangleMesh& mesh, const MeshDistance& distance,
     set = pack_to_count(task, static_cast<std::size_t>(*options.leaves));
   } else {
     const double bound = options.outer + options.inner;
+    // What rounding and its margins take.
+    const double goal = bound - 4.0 * kMargin * task.extent;
+    if (!(goal > 0.0)) throw std::runtime_error("sphere packing: the bound is lost in rounding");
     if (estimated_balls(mesh, distance, bound) > kMostSpheres) {
       throw std::runtime_error("sphere packing: the bound would take more than 16777216 spheres");
     }
-    const SurfacePatches surface = divide_surface(mesh, distance, {bound, 0.25, options.threads});
-    set = pack_to_bound(task, surface, bound);
+    const SurfacePatches surface =
+        divide_surface(mesh, distance, {bound, kPatchSize, options.threads});
+    set = pack_to_bound(task, surface, goal);
   }
   Packing packing;
   packing.inner = options.inner;
@@ -217,11 +258,7 @@ Packing pack_spheres(const TriangleMesh& mesh, const MeshDistance& distance,
   for (std::size_t k = 0; k < set.balls.size(); ++k) {
     if (set.first[k] == set.first[k + 1]) continue;
     const Sphere& ball = set.balls[k];
-    double squared = 0.0;
-    for (std::int64_t i = set.first[k]; i < set.first[k + 1]; ++i) {
-      squared = std::max(squared, (set.points[static_cast<std::size_t>(i)] - ball.p).squaredNorm());
-    }
-    const double r = std::max(std::sqrt(squared) - options.inner + margin, 0.0);
+    const double r = std::max(ball.r + set.growth[k] - options.inner + margin, 0.0);
     packing.leaves.push_back({ball.p, r});
     packing.outer = std::max(packing.outer, r - ball.r + margin);
   }

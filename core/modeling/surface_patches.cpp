@@ -28,6 +28,8 @@ constexpr double kSlack = 0.5;
 constexpr double kInherit = 4.0;
 /// Corners are measured this share of the way to the centroid, off the edges of the mesh.
 constexpr double kPull = 0.1;
+/// A piece of this share of the wanted size at its centroid is not measured at its corners.
+constexpr double kSurelySmall = 0.5;
 /// Samples of an estimate.
 constexpr std::uint64_t kEstimateSamples = 4000;
 
@@ -49,9 +51,10 @@ struct Divider {
     return disc_radius(ball.r, options.bound);
   }
 
-  double reach_of(const Piece& piece, const Vector3& normal) const {
+  double reach_of(const Piece& piece, const Vector3& normal, double longest) const {
     const Vector3 middle = (piece.a + piece.b + piece.c) / 3.0;
     double least = reach_at(middle, normal);
+    if (longest <= kSurelySmall * options.size * least) return least;
     for (const Vector3* corner : {&piece.a, &piece.b, &piece.c}) {
       least = std::min(least, reach_at(*corner + kPull * (middle - *corner), normal));
     }
@@ -89,9 +92,9 @@ void Divider::divide(const Piece& whole, std::atomic<std::int64_t>& total,
   while (!rest.empty()) {
     Piece piece = rest.back();
     rest.pop_back();
-    if (piece.reach <= 0.0) piece.reach = reach_of(piece, normal);
     double longest = 0.0;
     const std::array<Piece, 2> parts = halves(piece, longest);
+    if (piece.reach <= 0.0) piece.reach = reach_of(piece, normal, longest);
     const double wanted = options.size * piece.reach;
     if (longest <= wanted) {
       const double area = 0.5 * length((piece.b - piece.a).cross(piece.c - piece.a));
@@ -102,7 +105,7 @@ void Divider::divide(const Piece& whole, std::atomic<std::int64_t>& total,
       continue;
     }
     for (Piece part : parts) {
-      if (longest > kInherit * wanted) part.reach = 0.0;
+      part.reach = longest > kInherit * wanted ? 0.0 : piece.reach;
       rest.push_back(part);
     }
   }
