@@ -73,6 +73,7 @@ class Remaining {
     return total;
   }
 
+  // NOLINTNEXTLINE(misc-no-recursion): as deep as the tree, which is halved by count
   double gain(const Sphere& ball, std::size_t n) const {
     if (!(sums_[n] > 0.0)) return 0.0;
     const PatchNode& node = surface_.nodes[n];
@@ -91,6 +92,7 @@ class Remaining {
     return total;
   }
 
+  // NOLINTNEXTLINE(misc-no-recursion): as deep as the tree, which is halved by count
   void cover(const Sphere& ball, std::size_t n, bool all) {
     if (!(sums_[n] > 0.0)) return;
     const PatchNode& node = surface_.nodes[n];

@@ -159,7 +159,7 @@ void MeshDistance::build_normals(const TriangleMesh& mesh) {
     }
     for (; first < end; ++first) {
       const Side& side = sides[first];
-      normals_[static_cast<std::size_t>(side.triangle)][static_cast<std::size_t>(1 + side.edge)] =
+      normals_[static_cast<std::size_t>(side.triangle)][1 + static_cast<std::size_t>(side.edge)] =
           sum;
     }
   }

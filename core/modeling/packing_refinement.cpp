@@ -72,6 +72,7 @@ class LeafAssigner {
 
  private:
   /// Chooses among the first `count` balls of near_, which may change places.
+  // NOLINTNEXTLINE(misc-no-recursion): as deep as options_.cuts
   void assign(const Piece& piece, std::size_t count, int depth) {
     // Smallest growth by corner, and smallest by ball for all three corners.
     std::array<double, 3> least{kInfinity, kInfinity, kInfinity};

@@ -35,6 +35,7 @@ std::uint64_t stream(const ReportOptions& options, Stream which) {
 /// Sums from the first to the i-th entry.
 std::vector<double> cumulated(const std::vector<double>& areas) {
   std::vector<double> sums;
+  sums.reserve(areas.size());
   double sum = 0.0;
   for (const double area : areas) sums.push_back(sum += area);
   return sums;
