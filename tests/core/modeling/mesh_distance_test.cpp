@@ -21,6 +21,13 @@ Vector3 random_point(SplitMix64& random, double half) {
   return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
 }
 
+/// A star with spikes and saddles: vertices at random distances from the origin.
+TriangleMesh spiky_mesh(std::uint64_t seed) {
+  SplitMix64 random(seed);
+  return test::cube_sphere(
+      3, [&](const Vector3& u) { return Vector3(random.uniform(0.25, 1.25) * u); });
+}
+
 /// Signed distance to the box with corners at +-half.
 double box_distance(const Vector3& half, const Vector3& p) {
   const Vector3 q = p.cwiseAbs() - half;
@@ -46,10 +53,10 @@ TEST_CASE("distance to a mesh is that of an exhaustive search over its triangles
 
 TEST_CASE("distance to a mesh is negative exactly where the mesh winds around the point") {
   SplitMix64 random(402);
-  for (const TriangleMesh& mesh :
-       {test::blob_mesh(6), test::ellipsoid_mesh(5, {1.0, 1.0, 0.05}), test::box_mesh({1, 1, 1})}) {
+  for (const TriangleMesh& mesh : {test::blob_mesh(6), test::ellipsoid_mesh(5, {1.0, 1.0, 0.05}),
+                                   spiky_mesh(1), spiky_mesh(2), spiky_mesh(3)}) {
     const MeshDistance distance(mesh);
-    for (std::int64_t i = 0; i < test::scaled(5000); ++i) {
+    for (std::int64_t i = 0; i < test::scaled(20'000); ++i) {
       const Vector3 p = random_point(random, 1.3);
       const double signed_distance = distance.signed_distance(p);
       if (std::fabs(signed_distance) < 1e-9) continue;

@@ -63,7 +63,7 @@ TEST_CASE("a ball in a cube leaves uncovered what is outside its discs") {
 }
 
 TEST_CASE("what is hidden in another sphere is not on the surface") {
-  const std::array<Sphere, 2> balls{{{{0.0, 0.0, 0.0}, 1.5}, {{0.1, 0.0, 0.0}, 1.0}}};
+  const std::array<Sphere, 2> balls{{{{0.0, 0.0, 0.0}, 1.5}, {{0.1, 0.0, 0.0}, 1.35}}};
   const std::array<Sphere, 1> alone{{{{0.0, 0.0, 0.0}, 1.5}}};
   const PackingReport two = report(balls);
   CHECK(two.outside.max == doctest::Approx(0.5).epsilon(0.001));
