@@ -1,7 +1,6 @@
 // See sagging_cable.h.
 #include "core/scene/sagging_cable.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace hapticd {
@@ -25,11 +24,10 @@ double distance(const Array3& a, const Array3& b) noexcept {
 
 int cable_pieces(double sag) noexcept {
   if (!(sag > 0.0)) return 1;
-  // The sagitta of a parabola over an n-th of its span is sag / n^2.
-  const double wanted = std::ceil(std::sqrt(sag / kSagError));
-  return static_cast<int>(std::clamp(wanted, 4.0, static_cast<double>(kMostCablePieces)));
+  return sag <= kSlightSag ? 3 : kMostCablePieces;
 }
 
+// The sagitta of a parabola over an n-th of its span is sag / n^2.
 double cable_error(double sag) noexcept {
   const auto pieces = static_cast<double>(cable_pieces(sag));
   return sag > 0.0 ? sag / (pieces * pieces) : 0.0;

@@ -10,10 +10,12 @@
 
 namespace hapticd {
 
-/// How far the pieces may lie off the parabola, m. Smaller: more pieces.
-inline constexpr double kSagError = 0.25e-3;
-/// Pieces of a cable, at most: with more, a finger would touch more strings at once than can yield.
-inline constexpr int kMostCablePieces = 16;
+/// Sag up to which three pieces stand for a cable, m: they stray from it by 0.25 mm at most. Larger:
+/// fewer pieces for more cables, which stray further.
+inline constexpr double kSlightSag = 2.25e-3;
+/// Pieces of a cable, at most. Odd, so that the middle, where a cable is mostly pushed aside, is no
+/// knot; more would follow the parabola closer, but yield less far between their knots.
+inline constexpr int kMostCablePieces = 5;
 
 /// Pieces of a string with this sag (m, >= 0): 1 when it is straight.
 [[nodiscard]] int cable_pieces(double sag) noexcept;

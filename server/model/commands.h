@@ -16,5 +16,9 @@ void add_make_command(CLI::App& app);
 void add_list_command(CLI::App& app);
 /// inspect: what a tree holds, and how far it errs from a mesh.
 void add_inspect_command(CLI::App& app);
+/// check: whether scenes can be played.
+void add_check_command(CLI::App& app);
+/// explain: what of scenes is modelled, what is not, its error, and what a tick costs.
+void add_explain_command(CLI::App& app);
 
 }  // namespace hapticd

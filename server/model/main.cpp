@@ -14,14 +14,15 @@ constexpr int kUsageBad = 2;
 
 /// All commands, in the order of the help.
 constexpr std::array kCommands{
-    hapticd::add_build_command,
-    hapticd::add_make_command,
-    hapticd::add_list_command,
-    hapticd::add_inspect_command,
+    hapticd::add_build_command,   hapticd::add_make_command,  hapticd::add_list_command,
+    hapticd::add_inspect_command, hapticd::add_check_command, hapticd::add_explain_command,
 };
 
 int run(int argc, char** argv) {
-  CLI::App app("Sphere-trees from triangle meshes, for hapticd.", "hapticd-model");
+  CLI::App app(
+      "Models and scenes for hapticd: sphere-trees from triangle meshes, and what scenes make of "
+      "them.",
+      "hapticd-model");
   app.set_version_flag("--version", "hapticd-model " HAPTICD_VERSION);
   app.require_subcommand(1);
   for (const auto add : kCommands) add(app);

@@ -8,7 +8,7 @@
 
 namespace hapticd {
 
-/// Times of ticks, us.
+/// Processor times of ticks, us.
 struct TickTimes {
   int ticks = 0;
   double median = 0.0;

@@ -12,8 +12,6 @@ namespace {
 
 /// What is nearer than this beyond the motion of a tick is looked at, m.
 constexpr double kAround = 1e-3;
-/// Places at which gaps are taken lie at most so far apart, m: a third of the thinnest string.
-constexpr long double kSpacing = 1e-4L;
 
 /// Distance of `p` from a segment, m; straight from the definition.
 double distance_to(const Vector3& p, const Capsule& capsule) {
@@ -78,6 +76,13 @@ PathRun::PathRun(const Scene& scene, std::size_t tool) : scene_(scene), tool_(to
       body_spheres_W_.push_back({transform(body.X_WB, leaf.p), leaf.r});
     }
   }
+  // Not even the thinnest obstacle can hide from the smallest sphere of the tool.
+  double thinnest = 1.0;
+  for (const Capsule& capsule : view.obstacles.capsules_W) thinnest = std::min(thinnest, capsule.r);
+  for (const Sphere& sphere : body_spheres_W_) thinnest = std::min(thinnest, sphere.r);
+  double smallest = 1.0;
+  for (const Sphere& sphere : tool_spheres_) smallest = std::min(smallest, sphere.r);
+  spacing_ = (smallest + thinnest) / 4.0;
 }
 
 void PathRun::note_touched() {
@@ -196,7 +201,7 @@ long double PathRun::judge(const std::vector<OptimiserState>& path) const {
     std::vector<OracleBentString> bent;
     for (const std::size_t k : near.held) bent.push_back(bent_string(capsules[k], k, from, to));
     smallest = std::min(smallest, path_minimum_gap(some(from), some(to), from.X_WG, to.X_WG,
-                                                   {near.straight, bodies, bent}, kSpacing));
+                                                   {near.straight, bodies, bent}, spacing_));
   }
   return smallest;
 }

@@ -47,6 +47,8 @@ class PathRun {
   std::unique_ptr<OptimiserWorkspace> workspace_ = std::make_unique<OptimiserWorkspace>();
   std::vector<Sphere> tool_spheres_;
   std::vector<Sphere> body_spheres_W_;  ///< of all bodies
+  /// Places at which gaps are taken lie at most so far apart, m.
+  long double spacing_ = 0.0L;
   std::set<std::string> touched_;
 };
 

@@ -243,7 +243,7 @@ TEST_CASE("features that need others are refused without them") {
 
 TEST_CASE("more strings than can be played are refused, pieces of cables counted") {
   std::string text = "name: \"x\"" + kFinger;
-  for (int i = 0; i < 65; ++i) {
+  for (int i = 0; i < 205; ++i) {
     text += "strings { name: \"s\" p_wa_m: [-1, 5, " + std::to_string(i) + "] p_wb_m: [1, 5, " +
             std::to_string(i) + "] sag_m: 0.5 }";
   }
