@@ -296,6 +296,16 @@ NearestPoint MeshDistance::nearest(const Vector3& p) const noexcept {
   return {std::sqrt(hit.squared), hit.p, hit.id};
 }
 
+NearestPoint MeshDistance::nearest_by_exhaustion(const Vector3& p) const noexcept {
+  Hit best;
+  for (const Corner3& triangle : triangles_) {
+    const Hit hit = nearest_on(triangle, p);
+    const bool nearer = hit.squared < best.squared;
+    if (nearer || (hit.squared == best.squared && hit.id < best.id)) best = hit;
+  }
+  return {std::sqrt(best.squared), best.p, best.id};
+}
+
 double MeshDistance::signed_distance(const Vector3& p) const noexcept {
   NearestPoint nearest;
   return signed_distance(p, nearest);

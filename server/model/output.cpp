@@ -42,6 +42,7 @@ void write_output(const OutputOptions& options, const TriangleMesh& mesh,
     measuring.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     report.packing = report_packing(mesh, distance, leaves, measuring);
     report.has_packing = true;
+    report.exhaustive_seconds = time_exhaustive(mesh, distance, report.packing.sphere_samples);
   }
   if (!options.report.empty()) write_text(options.report, to_markdown(report));
   if (!options.json.empty()) write_text(options.json, to_json(report));

@@ -30,14 +30,21 @@ namespace hapticd {
 struct TreeReport {
   std::string name;  ///< of the tree
   const SphereTreeFile* file = nullptr;
-  PackingReport packing;       ///< of the leaves
-  bool has_packing = false;    ///< false when there was no mesh to compare with
-  std::size_t triangles = 0;   ///< of the mesh; 0: unknown
-  std::size_t bytes = 0;       ///< of the file
-  double seconds = -1.0;       ///< the build took; < 0: unknown
-  int threads = 0;             ///< the build used
+  PackingReport packing;      ///< of the leaves
+  bool has_packing = false;   ///< false when there was no mesh to compare with
+  std::size_t triangles = 0;  ///< of the mesh; 0: unknown
+  std::size_t bytes = 0;      ///< of the file
+  double seconds = -1.0;      ///< the build took; < 0: unknown
+  int threads = 0;            ///< the build used
+  /// Time in which one thread measures as many points as packing.sphere_samples against every
+  /// triangle, s: what `seconds` is compared with. < 0: unknown.
+  double exhaustive_seconds = -1.0;
   int levels = kMaxTreeDepth;  ///< rows of the level table, at most, from the coarsest
 };
+
+/// TreeReport::exhaustive_seconds, from a few of the points.
+[[nodiscard]] double time_exhaustive(const TriangleMesh& mesh, const MeshDistance& distance,
+                                     std::int64_t samples);
 
 /// Bytes the loop keeps in memory for `tree`.
 [[nodiscard]] std::size_t memory_of(const SphereTree& tree);

@@ -45,6 +45,7 @@ TEST_CASE("distance to a mesh is that of an exhaustive search over its triangles
       const NearestPoint nearest = distance.nearest(p);
       const auto truth = static_cast<double>(test::exhaustive_distance(mesh, p));
       REQUIRE(nearest.distance == doctest::Approx(truth).epsilon(1e-13));
+      REQUIRE(distance.nearest_by_exhaustion(p).distance == nearest.distance);
       REQUIRE((p - nearest.p).norm() == doctest::Approx(truth).epsilon(1e-12));
       REQUIRE(static_cast<double>(test::exhaustive_distance(mesh, nearest.p)) < 1e-14);
     }
