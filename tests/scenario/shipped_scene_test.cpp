@@ -169,9 +169,7 @@ TEST_CASE("the Guqin's strings are those of its model, and its bounds are those 
   }
   const auto guqin = load_shipped("guqin");
   for (const BodyDescription& body : guqin->scene->description().bodies) {
-    // Pegs and feet lie below, where no hand plays.
-    const bool below = body.name == "guqin_pegs" || body.name == "guqin_feet";
-    CHECK(body.shape.tree->outer <= (below ? 1e-3 : 250e-6));
+    CHECK(body.shape.tree->outer <= 250e-6);
     CHECK(body.shape.tree->inner == 0.0);
   }
   int pads = 0;
