@@ -10,8 +10,8 @@
 
 namespace hapticd {
 
-/// Sag up to which three pieces stand for a cable, m: they stray from it by 0.25 mm at most. Larger:
-/// fewer pieces for more cables, which stray further.
+/// Sag up to which three pieces stand for a cable, m: they stray from it by 0.25 mm at most.
+/// Larger: fewer pieces for more cables, which stray further.
 inline constexpr double kSlightSag = 2.25e-3;
 /// Pieces of a cable, at most. Odd, so that the middle, where a cable is mostly pushed aside, is no
 /// knot; more would follow the parabola closer, but yield less far between their knots.
