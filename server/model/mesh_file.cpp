@@ -97,10 +97,26 @@ void put(Bytes& out, std::uint64_t value, unsigned bytes) {
   for (unsigned k = 0; k < bytes; ++k) out.push_back(static_cast<std::uint8_t>(value >> (8 * k)));
 }
 
-/// Runs in the child: throws std::runtime_error without the path.
-TriangleMesh import(const std::string& path, const std::string& kind, double scale) {
+/// Assimp 5.2 takes a first byte 0x0a of a binary PLY's numbers for one more line end and reads all
+/// of them shifted. The next byte value moves the first number by a unit in its last place.
+void step_over_line_end(Bytes& ply) {
+  constexpr std::string_view kHeaderEnd = "end_header\n";
+  constexpr std::string_view kBinary = "format binary";
+  const auto end = std::search(ply.begin(), ply.end(), kHeaderEnd.begin(), kHeaderEnd.end());
+  const bool binary = std::search(ply.begin(), end, kBinary.begin(), kBinary.end()) != end;
+  if (!binary || ply.end() - end <= std::ssize(kHeaderEnd)) return;
+  std::uint8_t& first = end[std::ssize(kHeaderEnd)];
+  if (first == '\n') ++first;
+}
+
+/// Runs in the child: throws std::runtime_error without the path. `bytes` are those of the file;
+/// formats that may refer to further files are read from where it is.
+TriangleMesh import(const std::string& path, Bytes bytes, const std::string& kind, double scale) {
   Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
+  if (kind == ".ply") step_over_line_end(bytes);
+  const aiScene* scene = kind == ".ply" ? importer.ReadFileFromMemory(bytes.data(), bytes.size(),
+                                                                      aiProcess_Triangulate, "ply")
+                                        : importer.ReadFile(path, aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw std::runtime_error("not a readable " + kind + " file (" + importer.GetErrorString() +
                              ")");
@@ -234,8 +250,8 @@ SourceMesh read_mesh(const std::string& path, double metres_per_unit) {
   }
   const auto cpu_seconds = kReadSeconds + static_cast<unsigned>(bytes.size() / kReadBytesPerSecond);
   try {
-    source.mesh = unpack(
-        run_isolated([&] { return pack(import(path, kind, metres_per_unit)); }, cpu_seconds));
+    source.mesh = unpack(run_isolated(
+        [&] { return pack(import(path, bytes, kind, metres_per_unit)); }, cpu_seconds));
   } catch (const std::runtime_error& error) {
     fail(path, std::string(error.what()) + ". Export it again, or as another format");
   }

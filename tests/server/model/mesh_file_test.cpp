@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
@@ -162,6 +164,22 @@ TEST_CASE("what is written is read again") {
   for (const char* name : {"again.ply", "again.obj"}) {
     write_mesh(folder.path(name), source.mesh);
     check_tetrahedron(read_mesh(folder.path(name), 1.0).mesh, 0.1, {0.0, 0.0, 0.0});
+  }
+}
+
+TEST_CASE("a binary PLY is read whatever its first byte is, a line end too") {
+  const TemporaryFolder folder;
+  TriangleMesh mesh = read_mesh(folder.write("t.obj", kObj), 0.1).mesh;
+  const double moved = mesh.vertices[0].x();
+  for (std::uint32_t low = 0; low < 256; ++low) {
+    // A number near the right one with this low byte.
+    const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(moved + 1e-3));
+    const auto x = std::bit_cast<float>((bits & ~0xffU) | low);
+    mesh.vertices[0].x() = x;
+    write_mesh(folder.path("b.ply"), mesh);
+    const TriangleMesh again = read_mesh(folder.path("b.ply"), 1.0).mesh;
+    REQUIRE(again.triangles == mesh.triangles);
+    CHECK(std::abs(again.vertices[0].x() - static_cast<double>(x)) <= 1.2e-7 * std::abs(x));
   }
 }
 
