@@ -6,7 +6,7 @@
 #   HAPTICD_WERROR      warnings are errors
 #   HAPTICD_TEST_SCALE  default of the environment variable of that name in tests (tests/support/scale.h)
 #   HAPTICD_BENCHMARKS  build tests/benchmark
-#   HAPTICD_FINE_ASSETS make the finest trees too: the scenes guqin_fine and stress need them
+#   HAPTICD_FINE_ASSETS make the finest trees too: the scene guqin_fine needs them
 #   HAPTICD_ASSETS_DIR  meshes and trees of the scenes; the build makes them if it is the folder `assets` of this build (default)
 set(HAPTICD_SANITIZE "" CACHE STRING "value of -fsanitize=")
 set(HAPTICD_TEST_SCALE "0.1" CACHE STRING "default share of the full number of random trials in tests")
@@ -27,7 +27,9 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
 find_program(HAPTICD_CCACHE ccache)
 if(HAPTICD_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER "${HAPTICD_CCACHE}")
+  # What one clone of the project has compiled serves the others: paths below it count relative to it.
+  set(CMAKE_CXX_COMPILER_LAUNCHER
+    "${CMAKE_COMMAND}" -E env "CCACHE_BASEDIR=${CMAKE_SOURCE_DIR}" CCACHE_NOHASHDIR=1 "${HAPTICD_CCACHE}")
 endif()
 find_program(HAPTICD_MOLD mold)
 if(HAPTICD_MOLD)

@@ -179,7 +179,8 @@ TEST_CASE("a binary PLY is read whatever its first byte is, a line end too") {
     write_mesh(folder.path("b.ply"), mesh);
     const TriangleMesh again = read_mesh(folder.path("b.ply"), 1.0).mesh;
     REQUIRE(again.triangles == mesh.triangles);
-    CHECK(std::abs(again.vertices[0].x() - static_cast<double>(x)) <= 1.2e-7 * std::abs(x));
+    CHECK(std::abs(again.vertices[0].x() - static_cast<double>(x)) <=
+          1.2e-7 * std::abs(static_cast<double>(x)));
   }
 }
 
