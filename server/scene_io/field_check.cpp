@@ -54,6 +54,7 @@ std::string in_words(double value) {
 
 class Check {
  public:
+  // NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which does not contain itself
   void message(const pb::Message& message, const std::string& path) {
     const pb::Descriptor& type = *message.GetDescriptor();
     for (int i = 0; i < type.field_count() && !full(); ++i) {
@@ -69,9 +70,11 @@ class Check {
   [[nodiscard]] bool full() const { return problems_.size() >= kMostFaults; }
 
   void fault(const std::string& path, std::string message, std::string remedy) {
-    if (!full()) problems_.push_back({false, "", 0, 0, path, std::move(message), remedy});
+    if (!full())
+      problems_.push_back({false, "", 0, 0, path, std::move(message), std::move(remedy)});
   }
 
+  // NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which does not contain itself
   void check(const Place& place) {
     const FieldRow* row =
         find_row(place.field.containing_type()->name() + "." + place.field.name());

@@ -29,6 +29,7 @@ bool stays_below(const std::string& name) {
 
 ScenePaths installed_paths() {
   fs::path root;
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
   if (const char* data = std::getenv("HAPTICD_DATA"); data != nullptr && *data != '\0') {
     root = data;
   } else {

@@ -105,12 +105,12 @@ TEST_CASE("text that is no scene is refused with the place where it ends to be o
   const std::vector<std::pair<std::string, int>> texts{
       {"name: \"x\"\nfoo: 3\n", 2},      {"name: \"x\nbodies", 1},  {"{", 1},
       {"name: \"x\"\n\nname: \"y\"", 3}, {"tools { parts: 3 }", 1}, {"preset: PRESET_NONE", 1}};
-  for (const auto& [text, line] : texts) {
-    CAPTURE(text);
-    const LoadResult result = load_inline(text);
+  for (const auto& each : texts) {
+    CAPTURE(each.first);
+    const LoadResult result = load_inline(each.first);
     CHECK(result.loaded == nullptr);
     REQUIRE(!result.problems.empty());
-    CHECK(result.problems[0].line == line);
+    CHECK(result.problems[0].line == each.second);
     CHECK(result.problems[0].file == "inline");
   }
 }
