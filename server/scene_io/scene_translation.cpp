@@ -70,6 +70,7 @@ ShapeDescription Translation::written_out(const v1::Spheres& spheres, const std:
   }
   if (count == 0) return result;
   std::vector<Sphere> leaves;
+  leaves.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     leaves.push_back({vector_of(spheres.centre_m(), 3 * i),
                       spheres.radius_m(spheres.radius_m_size() == 1 ? 0 : i)});
