@@ -14,10 +14,11 @@ What is touched is not a mesh but spheres that cover it. `hapticd-model build` p
 the mesh than the bound asked for, and none of the surface stays uncovered. A finer bound takes more spheres, and a tick more time;
 `hapticd-model explain SCENE` tells how much.
 
-Written by `deploy/docs/measure_models` on this machine: {machine}. Distances of points on the surface of all spheres to the mesh,
-about 200 000 points each, exact; *uncovered* is the share of as many points of the mesh outside all spheres; *scallop* is the
-difference of the 99th and the 1st percentile. *Over exhaustive* is the time of the build over that in which one thread measures the
-same points against every triangle.
+Written by `deploy/docs/measure_models` on {machine} at a load of {load:.1f}: with other work at the same
+time, builds take longer. Distances are those of points on the surface of all spheres to the mesh, about 200 000 points each, exact;
+*uncovered* is the share of as many points of the mesh outside all spheres; *scallop* is the difference of the 99th and the 1st
+percentile. *Over exhaustive* is the time of the build over that in which one thread measures the same points against every
+triangle.
 """
 
 ANCHOR = """
@@ -67,7 +68,7 @@ def levels(r):
 def main():
     with open(sys.argv[1], encoding="utf-8") as file:
         reports = [json.loads(line) for line in file]
-    out = INTRO.format(machine=machine())
+    out = INTRO.format(machine=machine(), load=os.getloadavg()[2])
     for name, title in (("bunny", "Bunny, 100 mm"), ("guqin_body", "Body of the Guqin, 1220 mm"), ("hand", "Hand, 180 mm")):
         of_model = [r for r in reports if r["model"] == name and r["asked"].endswith("um")]
         out += f"\n## {title}\n\n{HEAD}" + "".join(row(r) for r in of_model) + levels(of_model[-1])
