@@ -4,13 +4,21 @@
 #include <time.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace hapticd {
 namespace {
 
-constexpr int kTicksPerObject = 200;
-/// How far the hand goes beyond the place where the tool's middle would meet the object, m.
-constexpr double kDepth = 5e-3;
+/// The hand goes 1 mm a tick, 1 m/s, to each object and then a tenth of that along it.
+constexpr double kStep = 1e-3;
+constexpr int kTicksAlong = 200;
+/// From far away it goes faster.
+constexpr int kMostTicks = 1000;
+
+/// Processor times, us.
+struct Samples {
+  std::vector<double> free, contact;
+};
 
 /// The place of a sphere's surface that faces `from`.
 Vector3 facing(const Sphere& sphere_W, const Vector3& from) {
@@ -52,43 +60,50 @@ TickTimes summary(std::vector<double> times) {
   return result;
 }
 
-/// The hand on its way to an object and a little along it.
-PoseSample sample_at(const Pose& start, const Vector3& place, const Vector3& nearest_G, int step) {
-  const double share = std::min(1.0, 2.0 * step / kTicksPerObject);
-  const double along = std::max(0.0, 2.0 * step / kTicksPerObject - 1.0);
-  const Vector3 goal = place - start.q * nearest_G;
-  const Vector3 way = goal - start.p;
+/// Centre of the tool's leaf that is nearest to `place`, from the tool's origin, in W.
+Vector3 nearest_leaf(const SphereTreeView& tool, const Pose& X_WG, const Vector3& place) {
+  Vector3 nearest = Vector3::Zero();
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < tool.leaf_r.size(); ++i) {
+    const Sphere leaf = tool.leaf(static_cast<std::int32_t>(i));
+    const Vector3 p = X_WG.q * leaf.p;
+    const double gap = (X_WG.p + p - place).norm() - leaf.r;
+    if (gap >= smallest) continue;
+    smallest = gap;
+    nearest = p;
+  }
+  return nearest;
+}
+
+/// Leads a tool that begins afresh to `place` and along it.
+void visit(const Scene& scene, std::size_t tool, const Vector3& place, Samples& samples) {
+  const ToolSimulation play = scene.simulate(tool);
+  const auto output = std::make_unique<TickOutput>();
+  const Pose start = scene.description().tools[tool].X_WG;
+  const Vector3 way = place - nearest_leaf(scene.tool_scene(tool).tool, start, place) - start.p;
   const double length = way.norm();
-  const Vector3 deeper = length > 0.0 ? Vector3(way * (kDepth / length)) : Vector3::Zero();
-  const Vector3 p = start.p + share * (way + deeper) + Vector3(0.01 * along, 0.0, 0.005 * along);
-  return {0, to_array(p), to_array(start.q)};
+  const int approach = static_cast<int>(std::min(length / kStep, 1.0 * kMostTicks)) + 1;
+  for (int tick = 0; tick <= approach + kTicksAlong; ++tick) {
+    const double share = std::min(1.0, static_cast<double>(tick) / approach);
+    const double along = std::max(0, tick - approach) * 0.1 * kStep;
+    const Vector3 p = start.p + share * way + Vector3(along, 0.0, 0.5 * along);
+    const double before = processor_time();
+    play.simulation->step({{std::int64_t{1'000'000} * (tick + 1), to_array(p), to_array(start.q)}},
+                          *output);
+    const double us = processor_time() - before;
+    (output->tool.optimiser.active_count > 0 ? samples.contact : samples.free).push_back(us);
+  }
 }
 
 }  // namespace
 
 TickCost measure_ticks(const Scene& scene, std::size_t tool, int objects) {
-  const ToolSimulation play = scene.simulate(tool);
-  const auto output = std::make_unique<TickOutput>();
-  const Pose start = scene.description().tools[tool].X_WG;
-  const Vector3 tip_G = scene.tool_scene(tool).tool.leaf(0).p;
   const std::vector<Vector3> list = places(scene, tool);
   const std::size_t stride =
       std::max<std::size_t>(1, list.size() / static_cast<std::size_t>(std::max(1, objects)));
-  std::vector<double> free;
-  std::vector<double> contact;
-  std::int64_t t_ns = 0;
-  for (std::size_t i = 0; i < std::max<std::size_t>(1, list.size()); i += stride) {
-    const Vector3 place = list.empty() ? start.p : list[i];
-    for (int step = 0; step < kTicksPerObject; ++step) {
-      PoseSample sample = sample_at(start, place, tip_G, step);
-      sample.t_ns = t_ns += 1'000'000;
-      const double before = processor_time();
-      play.simulation->step({sample}, *output);
-      const double us = processor_time() - before;
-      (output->tool.optimiser.active_count > 0 ? contact : free).push_back(us);
-    }
-  }
-  return {summary(std::move(free)), summary(std::move(contact))};
+  Samples samples;
+  for (std::size_t i = 0; i < list.size(); i += stride) visit(scene, tool, list[i], samples);
+  return {summary(std::move(samples.free)), summary(std::move(samples.contact))};
 }
 
 }  // namespace hapticd

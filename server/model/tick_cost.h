@@ -21,7 +21,9 @@ struct TickCost {
   TickTimes contact;  ///< something presses
 };
 
-/// Leads tool number `tool` to at most `objects` objects, evenly chosen, 200 ticks each; 5 mm deep.
+/// Leads tool number `tool` to at most `objects` objects, evenly chosen, each time from its start
+/// at 1 m/s until the middle of its nearest sphere is on the object's surface or axis, then along
+/// it.
 [[nodiscard]] TickCost measure_ticks(const Scene& scene, std::size_t tool, int objects);
 
 }  // namespace hapticd

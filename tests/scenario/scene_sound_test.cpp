@@ -2,6 +2,7 @@
 // sleeps.
 #include <doctest/doctest.h>
 
+#include <numeric>
 #include <set>
 
 #include "core/modeling/hand_model.h"
@@ -49,8 +50,8 @@ TEST_CASE(
   playing.go({0.02, 0.0045, -0.52}, 1.0);
   playing.most_awake = 0;
   playing.go({0.02, 0.0045, 0.52}, 0.4);
-  std::vector<std::int32_t> all;
-  for (std::int32_t i = 0; i < 100; ++i) all.push_back(i);
+  std::vector<std::int32_t> all(100);
+  std::iota(all.begin(), all.end(), 0);
   CHECK(playing.tones == all);
   playing.tones.clear();
   // Ten times the decay time later nothing is awake.

@@ -24,7 +24,8 @@ std::vector<double> press(Simulation& simulation) {
   std::vector<double> heights;
   const auto output = std::make_unique<TickOutput>();
   for (int tick = 1; tick <= 200; ++tick) {
-    const PoseSample sample{tick * 1'000'000, {0.0, 0.01 - 1e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}};
+    const PoseSample sample{
+        std::int64_t{1'000'000} * tick, {0.0, 0.01 - 1e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}};
     simulation.step({sample}, *output);
     heights.push_back(output->tool.X_WG.p.y());
     heights.push_back(output->tool.F_H_W.f.y());
@@ -100,8 +101,9 @@ TEST_CASE("without torque the device gets none, with it some") {
     const ToolSimulation play = scene.simulate(0);
     const auto output = std::make_unique<TickOutput>();
     for (int tick = 1; tick <= 100; ++tick) {
-      play.simulation->step({{tick * 1'000'000, {0.0, -2e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}}},
-                            *output);
+      play.simulation->step(
+          {{std::int64_t{1'000'000} * tick, {0.0, -2e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}}},
+          *output);
     }
     CHECK(output->tool.F_H_W.f.norm() > 0.5);
     CHECK((output->tool.F_H_W.t.norm() > 0.0) == torque);

@@ -38,6 +38,7 @@ void set_number(const NumberField& number, double value) {
 }
 
 /// Calls visit for every number of `message` and below.
+// NOLINTNEXTLINE(misc-no-recursion, readability-function-cognitive-complexity): a schema is a tree
 void for_each_number(pb::Message& message, const std::string& path,
                      const std::function<void(const NumberField&)>& visit) {
   const pb::Reflection& r = *message.GetReflection();

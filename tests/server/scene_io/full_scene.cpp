@@ -7,8 +7,9 @@
 
 namespace hapticd::test {
 
-const std::string& full_scene_text() {
-  static const std::string text = R"(name: "full"
+namespace {
+
+constexpr const char* kFullScene = R"(name: "full"
 description: "everything there is"
 preset: PRESET_DEFLECTING
 tools {
@@ -87,6 +88,11 @@ solver {
   recovery_speed_m_per_s: 1
 }
 )";
+
+}  // namespace
+
+const std::string& full_scene_text() {
+  static const std::string text = kFullScene;
   return text;
 }
 
