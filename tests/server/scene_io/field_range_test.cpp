@@ -27,13 +27,12 @@ struct NumberField {
 void set_number(const NumberField& number, double value) {
   const pb::Reflection& r = *number.owner.GetReflection();
   const bool real = number.field.cpp_type() == pb::FieldDescriptor::CPPTYPE_DOUBLE;
-  const auto whole = static_cast<std::uint32_t>(std::max(0.0, value));
   if (number.field.is_repeated()) {
     r.SetRepeatedDouble(&number.owner, &number.field, 0, value);
   } else if (real) {
     r.SetDouble(&number.owner, &number.field, value);
   } else {
-    r.SetUInt32(&number.owner, &number.field, whole);
+    r.SetUInt32(&number.owner, &number.field, static_cast<std::uint32_t>(value));
   }
 }
 
