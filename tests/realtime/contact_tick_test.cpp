@@ -17,7 +17,7 @@ TEST_CASE("a hundred thousand contact ticks of hand, strings and body touch no h
   session.run(ticks);
   const std::int64_t touched = scope.count();
   CHECK(touched == 0);
-  CHECK(session.contact_ticks() > ticks / 5);
+  CHECK(session.contact_ticks() > ticks / 6);
   CHECK(session.faults() > 0);
   CHECK(session.recoveries() > 0);
 }
