@@ -52,15 +52,11 @@ std::vector<Swept> swept_triangles(const TriangleMesh& mesh) {
   std::vector<Swept> swept;
   swept.reserve(mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) {
-    Swept entry{{mesh.vertices[static_cast<std::size_t>(t[0])],
-                 mesh.vertices[static_cast<std::size_t>(t[1])],
-                 mesh.vertices[static_cast<std::size_t>(t[2])]},
-                Vector3{0.0, 0.0, 0.0},
-                Vector3{0.0, 0.0, 0.0},
-                static_cast<std::int32_t>(swept.size())};
-    entry.low = entry.corners[0].cwiseMin(entry.corners[1]).cwiseMin(entry.corners[2]);
-    entry.high = entry.corners[0].cwiseMax(entry.corners[1]).cwiseMax(entry.corners[2]);
-    swept.push_back(entry);
+    const auto [a, b, c] = corners(mesh, t);
+    swept.push_back({{a, b, c},
+                     a.cwiseMin(b).cwiseMin(c),
+                     a.cwiseMax(b).cwiseMax(c),
+                     static_cast<std::int32_t>(swept.size())});
   }
   return swept;
 }
@@ -99,11 +95,8 @@ MeshCrossings find_crossings(const TriangleMesh& mesh) {
   if (crossings.count > 0) {
     const auto first = std::find(crossed.begin(), crossed.end(), true) - crossed.begin();
     crossings.triangle = static_cast<std::int32_t>(first);
-    const Triangle& t = mesh.triangles[static_cast<std::size_t>(first)];
-    crossings.p = (mesh.vertices[static_cast<std::size_t>(t[0])] +
-                   mesh.vertices[static_cast<std::size_t>(t[1])] +
-                   mesh.vertices[static_cast<std::size_t>(t[2])]) /
-                  3.0;
+    const auto [a, b, c] = corners(mesh, mesh.triangles[static_cast<std::size_t>(first)]);
+    crossings.p = (a + b + c) / 3.0;
   }
   return crossings;
 }

@@ -79,10 +79,8 @@ void MeshDistance::build_tree(const TriangleMesh& mesh) {
   std::vector<std::int32_t> order(mesh.triangles.size());
   std::iota(order.begin(), order.end(), 0);
   for (const Triangle& t : mesh.triangles) {
-    const auto vertex = [&](int k) {
-      return mesh.vertices[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])];
-    };
-    source.push_back({vertex(0), vertex(1), vertex(2), static_cast<std::int32_t>(source.size())});
+    const auto [a, b, c] = corners(mesh, t);
+    source.push_back({a, b, c, static_cast<std::int32_t>(source.size())});
   }
   struct Range {
     std::int32_t node, first, count;
@@ -131,8 +129,7 @@ void MeshDistance::build_normals(const TriangleMesh& mesh) {
   normals_.resize(mesh.triangles.size());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const Triangle& t = mesh.triangles[i];
-    std::array<Vector3, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) p[k] = mesh.vertices[static_cast<std::size_t>(t[k])];
+    const std::array<Vector3, 3> p = corners(mesh, t);
     const Vector3 normal = unit_or_zero((p[1] - p[0]).cross(p[2] - p[0]));
     normals_[i][0] = normal;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -67,9 +67,7 @@ DistanceStatistics statistics(std::vector<double>& values) {
 std::vector<double> triangle_areas(const TriangleMesh& mesh) {
   std::vector<double> areas;
   for (const Triangle& t : mesh.triangles) {
-    const Vector3& a = mesh.vertices[static_cast<std::size_t>(t[0])];
-    const Vector3& b = mesh.vertices[static_cast<std::size_t>(t[1])];
-    const Vector3& c = mesh.vertices[static_cast<std::size_t>(t[2])];
+    const auto [a, b, c] = corners(mesh, t);
     areas.push_back(0.5 * length((b - a).cross(c - a)));
   }
   return areas;
@@ -84,12 +82,10 @@ Vector3 mesh_point(const TriangleMesh& mesh, const std::vector<double>& sums,
   // Stratified over the area.
   const double place = (static_cast<double>(k) + counter_uniform(stream(options, kMeshPlace), k)) /
                        static_cast<double>(options.samples);
-  const Triangle& t = mesh.triangles[static_cast<std::size_t>(pick(sums, place))];
+  const auto [a, b, c] = corners(mesh, mesh.triangles[static_cast<std::size_t>(pick(sums, place))]);
   const double root = std::sqrt(counter_uniform(stream(options, kMeshPoint), 2 * k));
   const double other = root * counter_uniform(stream(options, kMeshPoint), 2 * k + 1);
-  return (1.0 - root) * mesh.vertices[static_cast<std::size_t>(t[0])] +
-         (root - other) * mesh.vertices[static_cast<std::size_t>(t[1])] +
-         other * mesh.vertices[static_cast<std::size_t>(t[2])];
+  return (1.0 - root) * a + (root - other) * b + other * c;
 }
 
 void report_inside(const TriangleMesh& mesh, const SphereIndex& index, const ReportOptions& options,

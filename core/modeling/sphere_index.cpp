@@ -92,28 +92,8 @@ NearestSphere SphereIndex::nearest(const Vector3& p) const noexcept {
   return best;
 }
 
-bool SphereIndex::inside_another(const Vector3& p, std::int32_t except,
-                                 double depth) const noexcept {
-  std::array<std::int32_t, kStack> stack;
-  std::size_t size = 0;
-  if (!nodes_.empty()) stack[size++] = 0;
-  while (size > 0) {
-    const Node& node = nodes_[static_cast<std::size_t>(stack[--size])];
-    if (least_gap(node, p) >= -depth) continue;
-    if (node.count == 0) {
-      stack[size++] = node.first + 1;
-      stack[size++] = node.first;
-      continue;
-    }
-    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
-      const Item& item = items_[static_cast<std::size_t>(i)];
-      if (item.id != except && length(p - item.p) - item.r < -depth) return true;
-    }
-  }
-  return false;
-}
-
-void SphereIndex::within(const Vector3& p, double gap, std::vector<std::int32_t>& found) const {
+template <typename Visit>
+bool SphereIndex::any_within(const Vector3& p, double gap, const Visit& visit) const {
   std::array<std::int32_t, kStack> stack;
   std::size_t size = 0;
   if (!nodes_.empty()) stack[size++] = 0;
@@ -127,9 +107,23 @@ void SphereIndex::within(const Vector3& p, double gap, std::vector<std::int32_t>
     }
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
       const Item& item = items_[static_cast<std::size_t>(i)];
-      if (length(p - item.p) - item.r <= gap) found.push_back(item.id);
+      const double its_gap = length(p - item.p) - item.r;
+      if (its_gap <= gap && visit(item.id, its_gap)) return true;
     }
   }
+  return false;
+}
+
+bool SphereIndex::inside_another(const Vector3& p, std::int32_t except, double depth) const {
+  return any_within(p, -depth,
+                    [&](std::int32_t id, double gap) { return id != except && gap < -depth; });
+}
+
+void SphereIndex::within(const Vector3& p, double gap, std::vector<std::int32_t>& found) const {
+  any_within(p, gap, [&](std::int32_t id, double) {
+    found.push_back(id);
+    return false;
+  });
 }
 
 }  // namespace hapticd

@@ -26,8 +26,7 @@ class SphereIndex {
   [[nodiscard]] NearestSphere nearest(const Vector3& p) const noexcept;
 
   /// Whether `p` lies deeper than `depth` inside a sphere other than `except`.
-  [[nodiscard]] bool inside_another(const Vector3& p, std::int32_t except,
-                                    double depth) const noexcept;
+  [[nodiscard]] bool inside_another(const Vector3& p, std::int32_t except, double depth) const;
 
   /// Appends all spheres whose gap to `p` is at most `gap`, in an order fixed by the spheres.
   void within(const Vector3& p, double gap, std::vector<std::int32_t>& found) const;
@@ -45,6 +44,9 @@ class SphereIndex {
     std::int32_t id;
   };
   static double least_gap(const Node& node, const Vector3& p) noexcept;
+  /// Calls visit(id, gap) for the spheres whose gap to `p` is at most `gap` until one returns true.
+  template <typename Visit>
+  bool any_within(const Vector3& p, double gap, const Visit& visit) const;
 
   std::vector<Item> items_;
   std::vector<Node> nodes_;

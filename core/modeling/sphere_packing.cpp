@@ -138,10 +138,8 @@ void add_at_worst(const Task& task, std::size_t count, double limit, BallSet& se
       return (p - ball.p).squaredNorm() < (q - ball.p).squaredNorm();
     });
     const NearestPoint nearest = task.distance.nearest(*far);
-    const Triangle& t = task.mesh.triangles[static_cast<std::size_t>(nearest.triangle)];
-    const Vector3& a = task.mesh.vertices[static_cast<std::size_t>(t[0])];
-    const Vector3& b = task.mesh.vertices[static_cast<std::size_t>(t[1])];
-    const Vector3& c = task.mesh.vertices[static_cast<std::size_t>(t[2])];
+    const auto [a, b, c] =
+        corners(task.mesh, task.mesh.triangles[static_cast<std::size_t>(nearest.triangle)]);
     const Vector3 across = (b - a).cross(c - a);
     const double twice = length(across);
     if (!(twice > 0.0)) continue;

@@ -160,13 +160,6 @@ void build_tree(SurfacePatches& surface) {
   }
 }
 
-std::array<Vector3, 3> corners(const TriangleMesh& mesh, std::size_t i) {
-  const Triangle& t = mesh.triangles[i];
-  return {mesh.vertices[static_cast<std::size_t>(t[0])],
-          mesh.vertices[static_cast<std::size_t>(t[1])],
-          mesh.vertices[static_cast<std::size_t>(t[2])]};
-}
-
 }  // namespace
 
 double mesh_extent(const TriangleMesh& mesh) {
@@ -183,15 +176,16 @@ double estimated_balls(const TriangleMesh& mesh, const MeshDistance& distance, d
   const Divider divider{distance, {bound, 0.25, 1}, mesh_extent(mesh)};
   std::vector<double> sums;
   double total = 0.0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto [a, b, c] = corners(mesh, i);
+  for (const Triangle& t : mesh.triangles) {
+    const auto [a, b, c] = corners(mesh, t);
     sums.push_back(total += 0.5 * length((b - a).cross(c - a)));
   }
   double count = 0.0;
   for (std::uint64_t k = 0; k < kEstimateSamples; ++k) {
     const double place = (static_cast<double>(k) + 0.5) / kEstimateSamples * total;
     const auto it = std::upper_bound(sums.begin(), sums.end() - 1, place);
-    const auto [a, b, c] = corners(mesh, static_cast<std::size_t>(it - sums.begin()));
+    const auto [a, b, c] =
+        corners(mesh, mesh.triangles[static_cast<std::size_t>(it - sums.begin())]);
     const Vector3 across = (b - a).cross(c - a);
     const double twice = length(across);
     if (!(twice > 0.0)) continue;
@@ -213,7 +207,7 @@ SurfacePatches divide_surface(const TriangleMesh& mesh, const MeshDistance& dist
   for_chunks(count, kChunk, options.threads,
              [&](std::int64_t chunk, std::int64_t begin, std::int64_t end) {
                for (std::int64_t i = begin; i < end; ++i) {
-                 const auto [a, b, c] = corners(mesh, static_cast<std::size_t>(i));
+                 const auto [a, b, c] = corners(mesh, mesh.triangles[static_cast<std::size_t>(i)]);
                  divider.divide({a, b, c, 0.0}, total, found[static_cast<std::size_t>(chunk)]);
                }
              });

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -18,5 +19,12 @@ struct TriangleMesh {
   std::vector<Vector3> vertices;
   std::vector<Triangle> triangles;
 };
+
+/// Corners of a triangle of `mesh`, m. Its indices must be in range.
+inline std::array<Vector3, 3> corners(const TriangleMesh& mesh, const Triangle& t) {
+  return {mesh.vertices[static_cast<std::size_t>(t[0])],
+          mesh.vertices[static_cast<std::size_t>(t[1])],
+          mesh.vertices[static_cast<std::size_t>(t[2])]};
+}
 
 }  // namespace hapticd

@@ -47,9 +47,7 @@ DepthBuffer::DepthBuffer(int width_pixels, int height_pixels)
 
 void draw(const TriangleMesh& mesh, const View& view, DepthBuffer& buffer) {
   for (const Triangle& t : mesh.triangles) {
-    const Vector3& p = mesh.vertices[static_cast<std::size_t>(t[0])];
-    const Vector3& q = mesh.vertices[static_cast<std::size_t>(t[1])];
-    const Vector3& r = mesh.vertices[static_cast<std::size_t>(t[2])];
+    const auto [p, q, r] = corners(mesh, t);
     const Vector3 n = (q - p).cross(r - p).stableNormalized();
     Vector3 normal{n.dot(view.right), n.dot(view.up), n.dot(view.toward)};
     if (normal.z() < 0.0) normal = -normal;
