@@ -164,14 +164,14 @@ void take_force(const OptimiserInput& input, const ToolStep& e, OptimiserState& 
     const std::int32_t c = w.contact_of_row[static_cast<std::size_t>(w.solution.active[s])];
     const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(c)];
     const double multiplier = w.solution.multiplier[s];
-    const Vector3 f = multiplier * force_direction(state, w.models, contact);
+    const GapGradient gradient = gap_gradient(state, w.models, contact);
+    const Vector3 f = multiplier * gradient.linear;
     F_H_W.f += f;
-    F_H_W.t += (contact.p_WC - state.X_WG.p).cross(f);
+    F_H_W.t += multiplier * gradient.angular;
     result.active[static_cast<std::size_t>(result.active_count++)] = {c, multiplier};
     state.active[static_cast<std::size_t>(state.active_count++)] = {contact.key, multiplier};
-    const int h = find_hold(state.holds, contact.key);
-    if (h < 0) continue;
-    const auto hold = static_cast<std::size_t>(h);
+    if (gradient.hold < 0) continue;
+    const auto hold = static_cast<std::size_t>(gradient.hold);
     hold_force[hold] += f;
     hold_lambda[hold] += multiplier * contact.lambda;
     hold_weight[hold] += multiplier;
@@ -275,8 +275,9 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
     return false;
   }
   take_force(input, e, state, w, result);
-  const bool converged = step_bound(input, state, w.step) < input.options.stop_tolerance;
-  const bool moved_on = commit_admissible(input, e, holds, converged, state, w, result);
+  const bool last = step_bound(input, state, w.step) < input.options.stop_tolerance;
+  const bool moved_on = commit_admissible(input, e, holds, last, state, w, result);
+  const bool converged = last || step_bound(input, state, w.step) < input.options.stop_tolerance;
   result.status = converged  ? OptimiserStatus::kConverged
                   : moved_on ? OptimiserStatus::kLagging
                              : OptimiserStatus::kRefused;

@@ -3,7 +3,7 @@
 // constraints let it, and the multipliers of those constraints are the force. Detection is around
 // G, never around H; the signed distance is constrained, not its square (convex, so the linearised
 // half-space is conservative for translation along the whole step).
-// Safe at any time: x = 0 satisfies every row while no gap is negative, so stopping early means
+// Safe at any time: a step is committed only after an exact look at its way, so stopping early means
 // that the tool lags, never that it penetrates. Frames: W; wrench and steps about the origin of G.
 // RT: yes; work bounded by sub_steps and the capacities.
 #pragma once
@@ -30,8 +30,8 @@ struct OptimiserOptions {
   /// Pairs nearer than this enter the program, and no tool point moves further in one
   /// linearisation, m.
   double margin = 5e-3;
-  /// Clearance kept where there is room, m: the reservoir for the second-order error of rotation.
-  /// Felt as a fatter obstacle.
+  /// Clearance kept where there is room, m: the reservoir for the second-order error of rotation;
+  /// what a step takes of it later ones win back. Felt as a fatter obstacle.
   double skin = 20e-6;
   /// Rotation per linearisation, rad: bounds the second-order error dtheta^2 reach / 2.
   double rotation_step = 0.05;

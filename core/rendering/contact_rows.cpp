@@ -14,15 +14,25 @@ namespace {
 /// skin.
 constexpr double kRowTolerancePerMargin = 1e-9;
 
-/// Left-hand coefficients of one contact for the tool and for the string it presses, and the
-/// right-hand side.
+/// Coefficients of a soft part in a row.
+struct PartTerm {
+  std::size_t unknown;  ///< first of its three
+  Vector3 linear;
+};
+
+/// Share of the skin that the way of a string's vertex to the centre of its contact may take.
+constexpr double kCentringShare = 0.25;
+
+/// Left-hand coefficients of one contact for the tool, the string it presses and its soft parts,
+/// and the right-hand side.
 struct ContactRow {
   Vector3 linear;
   Vector3 angular;
   int unknown = -1;  ///< of the string's radial deflection; the tangential one follows; -1: none
   double radial = 0.0;
   double tangential = 0.0;
-  int part = -1;  ///< first of the three unknowns of a soft part, which moves as the tool does
+  std::array<PartTerm, kMaxSoftParts> part;
+  std::size_t parts = 0;
   double bound;
 };
 
@@ -31,30 +41,36 @@ struct RowContext {
   const OptimiserInput& input;
   const OptimiserState& state;
   const OptimiserWorkspace& w;
+  double centring_room;  ///< see string_motion, m
+  bool regain;           ///< rows ask back what their gaps lack of the skin
 };
 
 ContactRow row_of(const RowContext& context, const Contact& contact) noexcept {
-  const double skin = context.input.options.skin;
-  const Vector3 p_GC_W = contact.p_WC - context.state.X_WG.p;
+  const OptimiserState& state = context.state;
+  const GapGradient gradient = gap_gradient(state, context.w.models, contact);
   ContactRow row;
-  row.bound = std::min(0.0, skin - contact.gap);
-  const int h = find_hold(context.state.holds, contact.key);
-  if (h < 0) {
-    row.linear = contact.nhat_OG_W;
-  } else {
-    const HoldModel& hold = context.w.models[static_cast<std::size_t>(h)];
-    const StringBend& bend = context.state.holds[static_cast<std::size_t>(h)].bend;
-    row.linear = sliding_normal(hold, bend, contact);
+  row.linear = gradient.linear;
+  row.angular = gradient.angular;
+  const double lack = context.input.options.skin - contact.gap;
+  row.bound = context.regain ? lack : std::min(0.0, lack);
+  if (gradient.hold >= 0) {
+    const HoldModel& hold = context.w.models[static_cast<std::size_t>(gradient.hold)];
     if (hold.unknown >= 0) {
+      const StringBend& bend = state.holds[static_cast<std::size_t>(gradient.hold)].bend;
       const double share = deflection_share(bend, contact.lambda);
       row.unknown = hold.unknown;
       row.radial = -share * contact.nhat_OG_W.dot(hold.radial_W);
       row.tangential = -share * contact.nhat_OG_W.dot(hold.tangential_W);
     }
   }
-  row.angular = p_GC_W.cross(row.linear);
-  const int p = find_part(context.input.parts, context.state.parts, contact.key.tool_sphere);
-  if (p >= 0) row.part = context.w.parts[static_cast<std::size_t>(p)].unknown;
+  const int own = find_part(context.input.parts, state.parts, contact.key.tool_sphere);
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    const int unknown = context.w.parts[k].unknown;
+    const bool is_own = own == static_cast<int>(k);
+    if (unknown < 0 || (!is_own && gradient.slid == 0.0)) continue;
+    row.part[row.parts++] = {static_cast<std::size_t>(unknown),
+                             part_gradient(context.w.models, contact, gradient, k, is_own)};
+  }
   return row;
 }
 
@@ -72,10 +88,10 @@ void set_row(QpProblem& problem, int i, const ContactRow& row, const SquareMatri
       const auto u = static_cast<std::size_t>(row.unknown);
       sum += basis(u, k) * row.radial + basis(u + 1, k) * row.tangential;
     }
-    if (row.part >= 0) {
-      const auto v = static_cast<std::size_t>(row.part);
+    for (std::size_t p = 0; p < row.parts; ++p) {
+      const PartTerm& part = row.part[p];
       for (std::size_t j = 0; j < 3; ++j) {
-        sum += basis(v + j, k) * row.linear[static_cast<Eigen::Index>(j)];
+        sum += basis(part.unknown + j, k) * part.linear[static_cast<Eigen::Index>(j)];
       }
     }
     problem.row[k][r] = sum;
@@ -140,13 +156,14 @@ double violation(const ContactRow& row, const std::array<double, kMaxQpUnknowns>
     const auto u = static_cast<std::size_t>(row.unknown);
     moved_by += row.radial * y[u] + row.tangential * y[u + 1];
   }
-  if (row.part >= 0) {
-    const auto v = static_cast<std::size_t>(row.part);
-    moved_by += row.linear.dot(Vector3(y[v], y[v + 1], y[v + 2]));
+  for (std::size_t p = 0; p < row.parts; ++p) {
+    const std::size_t v = row.part[p].unknown;
+    moved_by += row.part[p].linear.dot(Vector3(y[v], y[v + 1], y[v + 2]));
   }
-  const double excess = row.bound - moved_by;
-  if (excess > tolerance) fraction = std::min(fraction, row.bound / moved_by);
-  return excess;
+  // What skin is not won back shortens no step: only what closes the gap does.
+  const double room = std::min(0.0, row.bound);
+  if (room - moved_by > tolerance) fraction = std::min(fraction, room / moved_by);
+  return row.bound - moved_by;
 }
 
 void find_unknowns(const QpSolution& solution, const SquareMatrix& basis,
@@ -178,12 +195,12 @@ ConfigurationStep step_of(const RowContext& context,
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     const HoldModel& hold = context.w.models[k];
     if (hold.unknown < 0) {
-      step.strings[k] = {Vector3::Zero(), 0.0};
+      step.strings[k] = {Vector3::Zero(), 0.0, 0.0};
       continue;
     }
     const auto u = static_cast<std::size_t>(hold.unknown);
-    step.strings[k] = {y[u] * hold.radial_W + y[u + 1] * hold.tangential_W,
-                       vertex_motion(hold, state.holds[k].bend, step, context.input.options.skin)};
+    const Vector3 du_W = y[u] * hold.radial_W + y[u + 1] * hold.tangential_W;
+    step.strings[k] = string_motion(hold, state.holds[k], step, du_W, context.centring_room);
   }
   return step;
 }
@@ -191,10 +208,9 @@ ConfigurationStep step_of(const RowContext& context,
 /// Keeps the active rows and fills up with the worst violated of all contacts. Returns the fraction
 /// of the step that all hold. Keeping the active rows makes the optimum grow with every exchange,
 /// so the rounds cannot cycle.
-double exchange_rows(const OptimiserInput& input, const OptimiserState& state,
-                     const std::array<double, kMaxQpUnknowns>& y, OptimiserWorkspace& w,
-                     OptimiserResult& result) noexcept {
-  const RowContext context{input, state, w};
+double exchange_rows(const RowContext& context, const std::array<double, kMaxQpUnknowns>& y,
+                     OptimiserWorkspace& w, OptimiserResult& result) noexcept {
+  const OptimiserInput& input = context.input;
   const double tolerance = kRowTolerancePerMargin * input.options.margin;
   double fraction = 1.0;
   std::size_t violated = 0;
@@ -230,21 +246,13 @@ double exchange_rows(const OptimiserInput& input, const OptimiserState& state,
   return fraction;
 }
 
-}  // namespace
-
-double solve_linearisation(const OptimiserInput& input, const OptimiserState& state,
-                           const ToolStep& e, OptimiserWorkspace& w,
-                           OptimiserResult& result) noexcept {
-  const RowContext context{input, state, w};
-  int unknowns = kToolDof;
-  if (!state.parts.empty()) {
-    unknowns = model_parts(input.parts, rotation_matrix(state.X_WG.q), input.stiffness.kt, input.dt,
-                           state.parts, unknowns, w.parts);
-  }
-  if (!state.holds.empty()) unknowns = model_holds(input, w.contacts, state, unknowns, w.models);
-  LocalModel& model = w.model;
-  build_local_model(input, state, e, w.models, w.parts, unknowns, model);
-  set_objective(model, w.problem);
+/// Solves the program with rows for the nearest contacts, exchanging rows until all contacts hold.
+/// Returns the fraction of the step that all hold.
+double solve_rows(const RowContext& context, OptimiserWorkspace& w,
+                  OptimiserResult& result) noexcept {
+  const OptimiserInput& input = context.input;
+  const OptimiserState& state = context.state;
+  const LocalModel& model = w.model;
   choose_nearest(input.options.max_rows, w);
   fill_rows(context, model.basis, w.problem);
   QpWarmStart warm = warm_start(state, w);
@@ -262,7 +270,7 @@ double solve_linearisation(const OptimiserInput& input, const OptimiserState& st
     // rounds are over.
     const int solved_rows = w.problem.rows;
     const auto solved_contacts = w.contact_of_row;
-    const double fraction = exchange_rows(input, state, y, w, result);
+    const double fraction = exchange_rows(context, y, w, result);
     if (fraction >= 1.0) return 1.0;
     if (round == kMaxExchangeRounds) {
       w.problem.rows = solved_rows;
@@ -275,6 +283,30 @@ double solve_linearisation(const OptimiserInput& input, const OptimiserState& st
     for (int k = 0; k < warm.count; ++k)
       warm.active[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(k);
   }
+}
+
+}  // namespace
+
+double solve_linearisation(const OptimiserInput& input, const OptimiserState& state,
+                           const ToolStep& e, OptimiserWorkspace& w,
+                           OptimiserResult& result) noexcept {
+  int unknowns = kToolDof;
+  if (!state.parts.empty()) {
+    unknowns = model_parts(input.parts, rotation_matrix(state.X_WG.q), input.stiffness.kt, input.dt,
+                           state.parts, unknowns, w.parts);
+  }
+  if (!state.holds.empty()) unknowns = model_holds(input, w.contacts, state, unknowns, w.models);
+  build_local_model(input, state, e, w.models, w.parts, unknowns, w.model);
+  set_objective(w.model, w.problem);
+  // Once a tick: where the centre is depends on what the tool does next.
+  const double centring_room = result.sub_steps == 1 ? kCentringShare * input.options.skin : 0.0;
+  // A skin that is used up lets no step turn the tool. Where the obstacles on all sides leave no
+  // room for it the rows contradict each other, and ask for what there is.
+  if (w.contacts.minimum_gap < input.options.skin) {
+    const double fraction = solve_rows({input, state, w, centring_room, true}, w, result);
+    if (w.solution.status == QpStatus::kOptimal) return fraction;
+  }
+  return solve_rows({input, state, w, centring_room, false}, w, result);
 }
 
 }  // namespace hapticd

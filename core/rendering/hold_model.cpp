@@ -112,6 +112,18 @@ double slip_stiffness(const StringContext& context, const StringHold& hold,
   return stiffness * slip <= limit ? stiffness : limit / slip;
 }
 
+/// How far the vertex may go towards the centre: less and less where the centre jumps to its other
+/// side as it passes a contact.
+double centring_limit(const HoldModel& model, const StringHold& hold, double off_centre,
+                      double room) noexcept {
+  const double u = hold.bend.u_W.norm();
+  const double to_end = std::min(hold.bend.lambda, 1.0 - hold.bend.lambda);
+  const double limit = u > 0.0 ? room * to_end / u : std::abs(off_centre);
+  if (hold.centred == 0.0) return limit;
+  const double next = std::abs(hold.centred) * (off_centre * hold.centred > 0.0 ? 2.0 : 0.5);
+  return std::min(limit, std::max(next, kLeastCentring / model.length));
+}
+
 }  // namespace
 
 int model_holds(const OptimiserInput& input, const ContactSet& contacts,
@@ -159,24 +171,32 @@ int model_holds(const OptimiserInput& input, const ContactSet& contacts,
   return unknowns;
 }
 
-// On a leg the normal leans along the axis by n_ax. A tool that slides by dx takes the vertex
-// along; the leg's place at the contact then moves by -n_ax share dx along the normal.
-Vector3 sliding_normal(const HoldModel& model, const StringBend& bend,
-                       const Contact& contact) noexcept {
-  if (model.unknown < 0 || !model.touched) return contact.nhat_OG_W;
-  const double share = deflection_share(bend, contact.lambda);
+// On a leg the normal leans along the axis by n_ax. When the centre of the contact slides by dx the
+// vertex goes along; the leg's place at the contact then moves by -n_ax share dx along the normal.
+GapGradient gap_gradient(const OptimiserState& state, const HoldModels& models,
+                         const Contact& contact) noexcept {
+  const Vector3& n = contact.nhat_OG_W;
+  GapGradient gradient{n, (contact.p_WC - state.X_WG.p).cross(n),
+                       find_hold(state.holds, contact.key)};
+  if (gradient.hold < 0) return gradient;
+  const HoldModel& model = models[static_cast<std::size_t>(gradient.hold)];
+  const StringBend& bend = state.holds[static_cast<std::size_t>(gradient.hold)].bend;
   const bool on_cap = contact.lambda <= 0.0 || contact.lambda >= 1.0;
   const bool at_end = bend.lambda <= 0.0 || bend.lambda >= 1.0;
-  if (on_cap || at_end) return contact.nhat_OG_W;
-  return contact.nhat_OG_W - share * contact.nhat_OG_W.dot(model.axis_W) * model.axis_W;
+  if (model.unknown < 0 || !model.touched || on_cap || at_end) return gradient;
+  gradient.slid = deflection_share(bend, contact.lambda) * n.dot(model.axis_W);
+  gradient.linear -= gradient.slid * model.axis_W;
+  gradient.angular -= gradient.slid * model.p_GC_W.cross(model.axis_W);
+  return gradient;
 }
 
-Vector3 force_direction(const OptimiserState& state, const HoldModels& models,
-                        const Contact& contact) noexcept {
-  const int h = find_hold(state.holds, contact.key);
-  if (h < 0) return contact.nhat_OG_W;
-  const auto k = static_cast<std::size_t>(h);
-  return sliding_normal(models[k], state.holds[k].bend, contact);
+Vector3 part_gradient(const HoldModels& models, const Contact& contact, const GapGradient& gradient,
+                      std::size_t part, bool own) noexcept {
+  Vector3 out = own ? contact.nhat_OG_W : Vector3(0.0, 0.0, 0.0);
+  if (gradient.slid == 0.0) return out;
+  const HoldModel& model = models[static_cast<std::size_t>(gradient.hold)];
+  out -= (gradient.slid * model.part_share[part]) * model.axis_W;
+  return out;
 }
 
 Vector3 contact_motion(const HoldModel& model, const ConfigurationStep& step) noexcept {
@@ -187,17 +207,18 @@ Vector3 contact_motion(const HoldModel& model, const ConfigurationStep& step) no
   return motion;
 }
 
-double vertex_motion(const HoldModel& model, const StringBend& bend, const ConfigurationStep& step,
-                     double skin) noexcept {
-  if (model.unknown < 0 || !model.touched) return 0.0;
+StringMotion string_motion(const HoldModel& model, const StringHold& hold,
+                           const ConfigurationStep& step, const Vector3& du_W,
+                           double room) noexcept {
+  if (model.unknown < 0 || !model.touched) return {du_W, 0.0, 0.0};
+  const StringBend& bend = hold.bend;
   const double along = contact_motion(model, step).dot(model.axis_W) / model.length;
-  // To the centre of the contact no faster than the skin absorbs.
-  const double u = bend.u_W.norm();
-  const double room = std::min(bend.lambda, 1.0 - bend.lambda);
   const double off_centre = model.lambda - bend.lambda;
-  const double limit = u > 0.0 ? 0.25 * skin * room / u : std::abs(off_centre);
-  const double wanted = along + std::clamp(off_centre, -limit, limit);
-  return std::clamp(wanted, -bend.lambda, 1.0 - bend.lambda);
+  const double limit = centring_limit(model, hold, off_centre, room);
+  const double slid = std::clamp(along, -bend.lambda, 1.0 - bend.lambda);
+  const double dlambda =
+      std::clamp(along + std::clamp(off_centre, -limit, limit), -bend.lambda, 1.0 - bend.lambda);
+  return {du_W, dlambda, dlambda - slid};
 }
 
 Vector3 slip_motion(const HoldModel& model, const StringBend& bend, const ConfigurationStep& step,

@@ -13,24 +13,37 @@ namespace hapticd {
                                           const OptimiserState& state, int unknowns,
                                           HoldModels& models) noexcept;
 
-/// A row's derivative with respect to the tool's motion: the normal, without what the vertex's
-/// sliding along with the contact cancels of it.
-[[nodiscard]] HD_REALTIME Vector3 sliding_normal(const HoldModel& model, const StringBend& bend,
-                                                 const Contact& contact) noexcept;
+/// Derivative of a contact's gap with respect to the step of the tool, and equally the wrench of a
+/// unit multiplier on it, about the origin of G: the normal at the contact, without what the
+/// vertex's sliding along with the centre of the contact cancels of it.
+struct GapGradient {
+  Vector3 linear;
+  Vector3 angular;
+  int hold = -1;      ///< of the string that is touched, or -1
+  double slid = 0.0;  ///< linear = normal - slid * axis of the string
+};
+[[nodiscard]] HD_REALTIME GapGradient gap_gradient(const OptimiserState& state,
+                                                   const HoldModels& models,
+                                                   const Contact& contact) noexcept;
 
-/// Direction of the force that a row's multiplier means: sliding_normal of a held string, else the
-/// normal.
-[[nodiscard]] HD_REALTIME Vector3 force_direction(const OptimiserState& state,
-                                                  const HoldModels& models,
-                                                  const Contact& contact) noexcept;
+/// The same with respect to soft part number `part` of the state, which the contact's sphere
+/// belongs to if it is its `own`.
+[[nodiscard]] HD_REALTIME Vector3 part_gradient(const HoldModels& models, const Contact& contact,
+                                                const GapGradient& gradient, std::size_t part,
+                                                bool own) noexcept;
 
 /// How far the step takes the tool's material point at the contact's centre, m.
 [[nodiscard]] HD_REALTIME Vector3 contact_motion(const HoldModel& model,
                                                  const ConfigurationStep& step) noexcept;
 
-/// How far the step moves the vertex along the string: with the contact, and to its centre.
-[[nodiscard]] HD_REALTIME double vertex_motion(const HoldModel& model, const StringBend& bend,
-                                               const ConfigurationStep& step, double skin) noexcept;
+/// Smallest limit of a vertex's motion towards the centre of its contact, m.
+inline constexpr double kLeastCentring = 1e-7;
+
+/// The string's motion in `step` when its vertex moves by `du_W` across the axis: along it goes
+/// with the contact, and to its centre as far as that changes no gap by more than `room`, m.
+[[nodiscard]] HD_REALTIME StringMotion string_motion(const HoldModel& model, const StringHold& hold,
+                                                     const ConfigurationStep& step,
+                                                     const Vector3& du_W, double room) noexcept;
 
 /// Motion of the tool's material point against the string's at the contact's centre over a step,
 /// its tangential part, m.

@@ -44,16 +44,20 @@ bool is_stationary(const OptimiserInput& input, const OptimiserState& state, con
   for (int k = 0; k < result.active_count; ++k) {
     const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
     const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(active.contact)];
-    // A row that bears force would close its gap to the skin, or leave it where it was.
-    if (active.multiplier > 0.0 && contact.gap > input.options.skin + tolerance) return false;
-    const Vector3 f = active.multiplier * force_direction(state, w.models, contact);
-    F_H_W.f += f;
-    F_H_W.t += (contact.p_WC - state.X_WG.p).cross(f);
-    const int p = find_part(input.parts, state.parts, contact.key.tool_sphere);
-    if (p >= 0) pushed[static_cast<std::size_t>(p)] += f;
-    const int h = find_hold(state.holds, contact.key);
-    if (h < 0) continue;
-    const auto s = static_cast<std::size_t>(h);
+    // A row that bears force would take its gap to the skin.
+    if (active.multiplier > 0.0 && std::abs(contact.gap - input.options.skin) > tolerance) {
+      return false;
+    }
+    const GapGradient gradient = gap_gradient(state, w.models, contact);
+    F_H_W.f += active.multiplier * gradient.linear;
+    F_H_W.t += active.multiplier * gradient.angular;
+    const int own = find_part(input.parts, state.parts, contact.key.tool_sphere);
+    for (std::size_t p = 0; p < state.parts.size(); ++p) {
+      pushed[p] += active.multiplier *
+                   part_gradient(w.models, contact, gradient, p, own == static_cast<int>(p));
+    }
+    if (gradient.hold < 0) continue;
+    const auto s = static_cast<std::size_t>(gradient.hold);
     const StringBend& bend = state.holds[s].bend;
     pulled[s] -= (active.multiplier * deflection_share(bend, contact.lambda)) * contact.nhat_OG_W;
   }

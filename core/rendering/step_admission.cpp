@@ -23,10 +23,6 @@ constexpr double kPathError = 0.25e-6;
 constexpr double kMaxPathSamples = 16.0;
 /// Turn of a leg that counts as any turn, rad.
 constexpr double kGreatestLegTurn = 2.0;
-/// Room a step leaves under a contact with a string that yields, share of the skin.
-constexpr double kLeastRoom = 0.25;
-/// A string that yields less than this at a contact, m per m of its vertex, cannot make room.
-constexpr double kLeastYield = 0.05;
 
 /// Greatest motion of a soft part against the rigid tool in `step`, m.
 double greatest_motion(const OptimiserState& state, const ConfigurationStep& step) noexcept {
@@ -132,42 +128,6 @@ bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
   return true;
 }
 
-/// Where a leg turns under a contact the gap falls short of its row by the turn's second order, and
-/// without room left no step at all would be admissible. There the string yields by what is
-/// lacking, or the tool where the string cannot, next to its end.
-void make_room(const OptimiserInput& input, const OptimiserState& state,
-               const OptimiserWorkspace& w, const OptimiserResult& result,
-               ConfigurationStep& step) noexcept {
-  const double room = kLeastRoom * input.options.skin;
-  const Pose X_new = moved(state.X_WG, step.tool);
-  const BentObstacles bent(input.obstacles, state.holds, step, 1.0);
-  const ToolShape shape(input.parts, state.parts, step.parts, 1.0);
-  std::array<double, kMaxDeflectingStrings> greatest{};
-  double greatest_of_tool = 0.0;
-  for (int i = 0; i < result.active_count; ++i) {
-    const auto c = static_cast<std::size_t>(result.active[static_cast<std::size_t>(i)].contact);
-    const ContactKey& key = w.contacts.contacts[c].key;
-    const int h = find_hold(state.holds, key);
-    if (h < 0) continue;
-    const auto k = static_cast<std::size_t>(h);
-    const StringHold& hold = state.holds[k];
-    if (!hold.yields) continue;
-    const Contact contact = evaluate_contact(key, input.tool, X_new, bent.view(), shape.view());
-    const double lack = room - contact.gap;
-    if (!(lack > 0.0)) continue;
-    const Vector3& n = contact.nhat_OG_W;
-    const Vector3 push = n - n.dot(w.models[k].axis_W) * w.models[k].axis_W;
-    const double yield = deflection_share(hold.bend, contact.lambda) * push.squaredNorm();
-    if (yield < kLeastYield) {
-      step.tool.dp += n * std::max(0.0, lack - greatest_of_tool);
-      greatest_of_tool = std::max(greatest_of_tool, lack);
-    } else if (lack > yield * greatest[k]) {
-      step.strings[k].du_W -= push * (lack / yield - greatest[k]);
-      greatest[k] = lack / yield;
-    }
-  }
-}
-
 /// Where a step leads.
 struct Configuration {
   const Pose& X_WG;
@@ -175,21 +135,25 @@ struct Configuration {
   const DisplacedParts& displaced;
 };
 
-/// Energy that pressing back onto the obstacles will release once more: multiplier times what each
-/// touched gap has gained over its linear prediction. Without it every long step along a curved
-/// obstacle would look like a climb (the Maratos effect).
-double curvature_credit(const OptimiserInput& input, const OptimiserWorkspace& w,
-                        const OptimiserResult& result, const Configuration& end,
-                        double fraction) noexcept {
+/// Energy that a step may take: what pressing back onto the obstacles will release once more,
+/// multiplier times what each touched gap has gained over its linear prediction (without it every
+/// long step along a curved obstacle would look like a climb: the Maratos effect), and what it
+/// costs to win skin back.
+double energy_credit(const OptimiserInput& input, const OptimiserWorkspace& w,
+                     const OptimiserResult& result, const Configuration& end,
+                     double fraction) noexcept {
   double credit = 0.0;
   for (int k = 0; k < result.active_count; ++k) {
-    const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
+    const auto i = static_cast<std::size_t>(k);
+    const ActiveContact& active = result.active[i];
     const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(active.contact)];
-    const double predicted =
-        contact.gap + fraction * std::min(0.0, input.options.skin - contact.gap);
+    const double wanted =
+        fraction * w.problem.bound[static_cast<std::size_t>(w.solution.active[i])];
     const Contact there =
         evaluate_contact(contact.key, input.tool, end.X_WG, end.obstacles, end.displaced);
-    credit += active.multiplier * (there.gap - predicted);
+    credit += active.multiplier * (there.gap - (contact.gap + wanted));
+    // Not the multiplier that bound_forces left: the program's own is what the way out costs.
+    credit += w.solution.multiplier[i] * std::max(0.0, wanted);
   }
   return credit;
 }
@@ -241,6 +205,8 @@ void commit(const OptimiserInput& input, const ConfigurationStep& step, const Po
           w.models[k].slip_W + slip_motion(w.models[k], hold.bend, step, step.strings[k].du_W);
     }
     hold.bend = moved(hold.bend, step.strings[k]);
+    const double centred = step.strings[k].centring;
+    if (std::abs(centred) * w.models[k].length > kLeastCentring) hold.centred = centred;
   }
   for (std::size_t k = 0; k < state.parts.size(); ++k) state.parts[k].v_G += step.parts[k].dv_G;
 }
@@ -267,6 +233,21 @@ ConfigurationStep scaled(const OptimiserState& state, const ConfigurationStep& f
     step.parts[k] = {full.parts[k].dv_W * fraction, full.parts[k].dv_G * fraction};
   }
   return step;
+}
+
+/// Leaves out of the full step what only takes vertices to the centres of their contacts, which a
+/// contact on either side may forbid. True when there was such.
+bool drop_centring(OptimiserState& state, ConfigurationStep& full) noexcept {
+  bool dropped = false;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    StringMotion& motion = full.strings[k];
+    if (motion.centring == 0.0) continue;
+    dropped = true;
+    state.holds[k].centred = 0.25 * motion.centring;
+    motion.dlambda -= motion.centring;
+    motion.centring = 0.0;
+  }
+  return dropped;
 }
 
 }  // namespace
@@ -297,14 +278,13 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double ho
   }
   const int halvings = last ? 0 : kMaxHalvings;
   for (int halving = 0; halving <= halvings; ++halving) {
-    ConfigurationStep step = scaled(state, w.step, fraction);
-    make_room(input, state, w, result, step);
+    const ConfigurationStep step = scaled(state, w.step, fraction);
     const Pose X_new = moved(state.X_WG, step.tool);
     const ToolStep e_new = coupling_error(X_new, input.X_WH, e.dtheta);
     const BentObstacles bent(input.obstacles, state.holds, step, 1.0);
     const ToolShape shape(input.parts, state.parts, step.parts, 1.0);
     const double credit =
-        curvature_credit(input, w, result, {X_new, bent.view(), shape.view()}, fraction);
+        energy_credit(input, w, result, {X_new, bent.view(), shape.view()}, fraction);
     const double gain =
         string_energy_gain(input, state, w.models, step) + part_energy_gain(state, w.parts, step);
     const int samples = 2 + static_cast<int>(fraction * samples_of_full_step);
@@ -316,7 +296,7 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double ho
       return true;
     }
     ++result.halvings;
-    fraction *= 0.5;
+    if (!drop_centring(state, w.step)) fraction *= 0.5;
   }
   return false;
 }

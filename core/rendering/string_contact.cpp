@@ -115,7 +115,7 @@ void find_string_contacts(const OptimiserInput& input, const OptimiserState& sta
     }
     StringContact* sum = contact_of(contact.key.obstacle, contacts);
     if (sum == nullptr) continue;
-    add_pair(contact, active.multiplier, force_direction(state, w.models, contact),
+    add_pair(contact, active.multiplier, gap_gradient(state, w.models, contact).linear,
              part_compliance(input, state, contact.key.tool_sphere), *sum);
   }
   for (StringContact& contact : contacts) {

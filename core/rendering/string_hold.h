@@ -28,6 +28,7 @@ struct StringHold {
   double normal_force = 0.0;
   Vector3 tangential_W{0.0, 0.0, 0.0};  ///< friction and lateral force on the tool, N
   Vector3 slip_W{0.0, 0.0, 0.0};        ///< of the stick anchor's spring, tangential, m
+  double centred = 0.0;                 ///< last motion of the vertex towards the contact's centre
 };
 
 /// Ordered by capsule.
@@ -68,7 +69,8 @@ using HoldModels = std::array<HoldModel, kMaxDeflectingStrings>;
 /// Parts of a string's motion in a step: of its vertex across the axis (m) and along it.
 struct StringMotion {
   Vector3 du_W;
-  double dlambda;
+  double dlambda;   ///< with the contact and towards its centre
+  double centring;  ///< what of dlambda is towards the centre: a step without it is as good
 };
 
 /// A step of the whole configuration. Strings in the order of the holds, parts in that of the soft
@@ -81,7 +83,7 @@ struct ConfigurationStep {
 
 /// `motion` times `factor`.
 [[nodiscard]] inline StringMotion scaled(const StringMotion& motion, double factor) noexcept {
-  return {motion.du_W * factor, motion.dlambda * factor};
+  return {motion.du_W * factor, motion.dlambda * factor, motion.centring * factor};
 }
 
 /// The bend after `motion`.

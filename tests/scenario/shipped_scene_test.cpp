@@ -2,6 +2,7 @@
 // entering anything.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/modeling/guqin_model.h"
@@ -40,6 +41,15 @@ Vector3 place_on(const ToolScene& view, SplitMix64& random) {
   // A ball of 1 km stands for a plane: its near side is meant.
   return transform(body.X_WB, leaf.p) +
          (leaf.r > 1.0 ? Vector3(0, 0, leaf.r) : Vector3(leaf.r * out));
+}
+
+/// The middle of obstacle `k`, capsules first, or of what of it faces up, in W.
+Vector3 middle_of(const ToolScene& view, std::size_t k) {
+  const auto capsules = view.obstacles.capsules_W;
+  if (k < capsules.size()) return 0.5 * (capsules[k].p_A + capsules[k].p_B);
+  const BodyView& body = view.obstacles.bodies[k - capsules.size()];
+  const Sphere leaf = body.tree.leaf(static_cast<std::int32_t>(body.tree.leaf_r.size() / 2));
+  return transform(body.X_WB, leaf.p) + Vector3(0.0, leaf.r, 0.0);
 }
 
 }  // namespace
@@ -94,6 +104,33 @@ TEST_CASE("in no scene does the tool enter anything on its whole path, at any sp
       }
     }
     CHECK(!run.touched().empty());
+  }
+}
+
+TEST_CASE(
+    "led into the middle of anything the tool follows, and stands still for two ticks at most") {
+  for (const std::string name : {"bunny", "guqin", "stress"}) {
+    CAPTURE(name);
+    const auto loaded = load_shipped(name);
+    const ToolScene view = loaded->scene->tool_scene(0);
+    const std::size_t capsules = view.obstacles.capsules_W.size();
+    for (std::size_t k = 0; k < capsules + view.obstacles.bodies.size(); ++k) {
+      CAPTURE(k);
+      PathRun run(*loaded->scene);
+      const Pose start = run.X_WG();
+      const Vector3 goal = middle_of(view, k) - start.q * view.tool.leaf(0).p;
+      const int approach = static_cast<int>((goal - start.p).norm() / 1e-3) + 1;
+      int stuck = 0;
+      int longest = 0;
+      for (int tick = 1; tick <= approach + 100; ++tick) {
+        const double share = std::min(1.0, static_cast<double>(tick) / approach);
+        const double aside = 1e-4 * std::max(0, tick - approach);
+        run.tick(moved_to(start, start.p + share * (goal - start.p) + Vector3(aside, 0.0, aside)));
+        stuck = run.result().status == OptimiserStatus::kRefused ? stuck + 1 : 0;
+        longest = std::max(longest, stuck);
+      }
+      CHECK(longest <= 2);
+    }
   }
 }
 
