@@ -3,9 +3,9 @@
 // constraints let it, and the multipliers of those constraints are the force. Detection is around
 // G, never around H; the signed distance is constrained, not its square (convex, so the linearised
 // half-space is conservative for translation along the whole step).
-// Safe at any time: a step is committed only after an exact look at its way, so stopping early means
-// that the tool lags, never that it penetrates. Frames: W; wrench and steps about the origin of G.
-// RT: yes; work bounded by sub_steps and the capacities.
+// Safe at any time: a step is committed only after an exact look at its way, so stopping early
+// means that the tool lags, never that it penetrates. Frames: W; wrench and steps about the origin
+// of G. RT: yes; work bounded by sub_steps and the capacities.
 #pragma once
 
 #include <array>
