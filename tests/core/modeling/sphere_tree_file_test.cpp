@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
 
@@ -92,7 +91,7 @@ struct ByteWriter {
   Bytes bytes;
 
   ByteWriter& raw(const char* text) {
-    bytes.insert(bytes.end(), text, text + std::strlen(text));
+    for (; *text != '\0'; ++text) bytes.push_back(static_cast<std::uint8_t>(*text));
     return *this;
   }
   ByteWriter& u8(unsigned value) {
