@@ -16,9 +16,9 @@ struct Rung {
 
 constexpr std::array<Rung, kQualityLevels> kLadder{{
     {2, 1e-5, 0.064},
-    {8, 1e-5, 0.032},
+    {8, 1e-5, 0.036},
     {16, 1e-6, 0.0067},
-    {24, 1e-6, 1.2e-5},
+    {24, 1e-6, 1.3e-5},
     {32, 1e-7, 1e-5},
 }};
 
