@@ -1,0 +1,41 @@
+// Where a datagram came from: an IP address and a port as plain bytes, so that sessions can be kept
+// and compared without a socket. Not RT.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+
+namespace hapticd {
+
+/// IP address and UDP port. IPv4 addresses stand in their IPv6-mapped form ::ffff:a.b.c.d.
+struct Address {
+  std::array<std::uint8_t, 16> ip{};
+  std::uint16_t port = 0;  ///< host byte order
+
+  friend auto operator<=>(const Address&, const Address&) = default;
+};
+
+/// a.b.c.d:port in Address's form.
+[[nodiscard]] constexpr Address ipv4_address(std::array<std::uint8_t, 4> ip,
+                                             std::uint16_t port) noexcept {
+  Address address;
+  address.ip[10] = 0xff;
+  address.ip[11] = 0xff;
+  for (std::size_t i = 0; i < 4; ++i) address.ip[12 + i] = ip[i];
+  address.port = port;
+  return address;
+}
+
+/// A hash of address and port, the same on every machine. Not secret: only for tables whose
+/// collisions cost little.
+[[nodiscard]] constexpr std::uint64_t hash_of(const Address& address) noexcept {
+  constexpr std::uint64_t kPrime = 0x100000001b3U;  // FNV-1a
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  for (const std::uint8_t byte : address.ip) hash = (hash ^ byte) * kPrime;
+  hash = (hash ^ (address.port & 0xffU)) * kPrime;
+  return (hash ^ (address.port >> 8U)) * kPrime;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,134 @@
+// The server's side of the protocol (proto/PROTOCOL.md) as a pure state machine: datagrams and the
+// time come in, datagrams go out through a callback. It owns sessions, the lease, subscriptions,
+// the order of requests, pacing and repeating; what a request means for scene, loop and devices is
+// its host's. No socket, no clock, no thread. One thread calls everything; callbacks of the host
+// are called from inside receive() and poll() and may call answer(), broadcast() and offer_tick()
+// at once. Times are ns of one monotonic clock, never going back. Not RT.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hapticd/v1/stream.pb.h"
+#include "server/network/address.h"
+
+namespace hapticd {
+
+/// Names one request of one session for as long as the server runs.
+struct RequestId {
+  std::uint64_t session = 0;  ///< serial number of the session, from 1, never used again
+  std::uint64_t item = 0;     ///< id of the request's Item, or of its last Chunk
+
+  friend bool operator==(const RequestId&, const RequestId&) = default;
+};
+
+/// What States a session asked for.
+struct Subscription {
+  std::uint32_t divisor = 0;       ///< every so many ticks; 0 = none
+  std::uint32_t sections = 0;      ///< bit s set: v1::Section s
+  std::uint32_t max_contacts = 0;  ///< [0, 256]
+
+  /// Whether `section` was asked for.
+  [[nodiscard]] constexpr bool has(v1::Section section) const noexcept {
+    return (sections >> static_cast<unsigned>(section) & 1U) != 0;
+  }
+};
+
+/// How a lease ended.
+enum class LeaseEnd : std::uint8_t { kReleased, kSessionEnded, kExpired };
+
+/// What the server asks of the daemon. Every function must be set.
+struct ServerHost {
+  /// SceneInfo and RecordInfo for a session that begins, in this order; the server puts LeaseInfo
+  /// between them. Also asked nowhere else: changes come through broadcast().
+  std::function<std::vector<v1::Item>()> greeting;
+  /// A request that is not the server's own, when its turn has come and lease and fence permit it.
+  /// The host calls ProtocolServer::answer() once for it, at once or later. PoseBatch too is
+  /// answered always; the server swallows its OK. Stop may come while an earlier request of the
+  /// session is unanswered, and so may Run{STOP} during a Run of steps: the host then ends that Run
+  /// at the next tick. A Replay of the same session waits for its turn as every other.
+  std::function<void(const RequestId&, const v1::Item&)> request;
+  /// The session of a request that was passed on and not answered has ended. A Run of steps ends at
+  /// the next tick; anything else may be finished. Its answer is not wanted any more, and ignored.
+  std::function<void(const RequestId&)> abandoned;
+  /// Fills in the sections of the tick offered last; at most subscription.max_contacts contacts,
+  /// deepest first, contacts_total set when there were more. Called only inside offer_tick().
+  std::function<void(const Subscription&, v1::State&)> fill_state;
+  /// Nobody holds the lease any more: scripted poses end, the force ramps to zero.
+  std::function<void(LeaseEnd)> lease_lost;
+};
+
+/// Fixed at construction.
+struct ServerOptions {
+  std::uint32_t boot_id = 1;   ///< random number of this run of the daemon, not 0
+  bool virtual_clock = false;  ///< lockstep: no State is left out because of loss
+};
+
+/// What was received and not used, and why. Junk costs nothing else.
+struct ServerCounters {
+  std::uint64_t received = 0;
+  std::uint64_t bad_header = 0;       ///< length, magic, major or kind (steps 1 and 2)
+  std::uint64_t unknown_session = 0;  ///< step 3
+  std::uint64_t repeated = 0;         ///< counter seen before or too old (step 4)
+  std::uint64_t unreadable = 0;       ///< does not parse, first = 0, more than 16 Items (step 5)
+  std::uint64_t protocol_errors = 0;  ///< sessions ended for breaking the rules
+  std::uint64_t backlogs = 0;         ///< sessions ended with 1024 Items unacknowledged
+  std::uint64_t silences = 0;         ///< sessions dropped after 10 s
+  std::uint64_t resets = 0;           ///< Resets sent
+  std::uint64_t sent = 0;             ///< datagrams sent
+  std::uint64_t unfit_states = 0;     ///< States of one tool that no datagram holds: not sent
+};
+
+/// The server. See the head of this file for how it is called.
+class ProtocolServer {
+ public:
+  /// Sends one datagram; may lose it. The bytes live only during the call.
+  using Send = std::function<void(const Address&, std::span<const std::uint8_t>)>;
+
+  ProtocolServer(const ServerOptions& options, ServerHost host, Send send);
+  ~ProtocolServer();
+  ProtocolServer(const ProtocolServer&) = delete;
+  ProtocolServer& operator=(const ProtocolServer&) = delete;
+
+  /// One datagram as it came from the socket. Anything may be in it. Sends nothing but a Reset:
+  /// call poll() when the socket is empty.
+  void receive(const Address& from, std::span<const std::uint8_t> datagram, std::int64_t now_ns);
+  /// Sends what is due, drops what is over. At least every 500 us, and after every batch of
+  /// receive(), answer(), broadcast().
+  void poll(std::int64_t now_ns);
+
+  /// An event, SceneInfo or RecordInfo for every session; leaves with the next poll().
+  void broadcast(const v1::Item& item);
+  /// The result of a request; item_id is filled in here. Ignored when its session has ended or it
+  /// has been answered already.
+  void answer(const RequestId& id, v1::Result result);
+  /// Tick `tick` of scene `scene_id` is done: who is due gets its State now. Every tick is offered,
+  /// in order; skipped ones only where the loop skipped or the network thread was late.
+  void offer_tick(std::uint64_t tick, std::uint32_t scene_id, std::int64_t now_ns);
+  /// Whether a Run of steps may take its next tick: false while 64 States are ahead of what the
+  /// session that runs it has told to have received. True when no such Run is under way.
+  [[nodiscard]] bool may_step(std::int64_t now_ns) const;
+
+  /// The last Item of every session is Bye from now on; new sessions are ignored. Keep calling
+  /// receive() and poll() until session_count() is 0: 1 s at most.
+  void shut_down(v1::ByeReason reason, std::string message, std::int64_t now_ns);
+
+  /// Sessions that live or say goodbye.
+  [[nodiscard]] std::size_t session_count() const;
+  /// Name of the holder of the lease; empty when nobody holds it or gave no name.
+  [[nodiscard]] const std::string& lease_holder() const;
+  /// Fencing number of the lease; 0 when nobody holds it.
+  [[nodiscard]] std::uint64_t fence() const;
+  [[nodiscard]] const ServerCounters& counters() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace hapticd

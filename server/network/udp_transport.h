@@ -1,0 +1,55 @@
+// The socket of the server: receives datagrams for a ProtocolServer, polls it, sends what it sends.
+// One thread, the one that calls run(). Standalone Asio behind it. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "server/network/protocol_server.h"
+
+namespace hapticd {
+
+/// CLOCK_MONOTONIC, ns.
+[[nodiscard]] std::int64_t monotonic_now_ns();
+
+/// A bound UDP socket and the loop that serves it.
+class UdpTransport {
+ public:
+  /// What the daemon does between two polls: takes events and ticks from the loop and hands them to
+  /// the server. Returns true to be called again at once (after the socket was looked at), as a Run
+  /// of steps wants; false to be called again after 500 us or when a datagram came.
+  using Work = std::function<bool(std::int64_t now_ns)>;
+
+  /// Binds `listen`, ADDR:PORT or [ADDR]:PORT with a numeric address; port 0 lets the system
+  /// choose. Without keys PLAIN is all that is spoken, so every address but loopback is refused.
+  /// Throws std::runtime_error that says what is wrong and what to do.
+  explicit UdpTransport(const std::string& listen);
+  ~UdpTransport();
+  UdpTransport(const UdpTransport&) = delete;
+  UdpTransport& operator=(const UdpTransport&) = delete;
+
+  /// Address and port bound, as text for people: 127.0.0.1:47800.
+  [[nodiscard]] std::string local_address() const;
+  /// Port bound.
+  [[nodiscard]] std::uint16_t port() const;
+
+  /// Sends one datagram; one that the system does not take is lost and counted. From the thread of
+  /// run() only.
+  void send(const Address& to, std::span<const std::uint8_t> datagram);
+  /// Datagrams that the system did not take.
+  [[nodiscard]] std::uint64_t unsent() const;
+
+  /// Serves until stop(). Work is called before each poll of the server.
+  void run(ProtocolServer& server, const Work& work);
+  /// Ends run() soon; from any thread, or from Work.
+  void stop();
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace hapticd
