@@ -1,0 +1,92 @@
+// Looks at every sample of a device before anything computes with it: finite, a usable quaternion,
+// new, alive, not too fast. A bad or missing sample is bridged with the last good pose for at most
+// two ticks. Poses X_DH and twists V_DH_D in the device's base D. Also the displacement the
+// passivity observer integrates over: nothing is lost while a pose is held, the next good sample
+// has all of it. RT: yes, about 30 ns.
+#pragma once
+
+#include <cstdint>
+
+#include "core/math/pose.h"
+#include "core/math/realtime.h"
+#include "core/math/wrench.h"
+#include "core/safety/cause.h"
+
+namespace hapticd {
+
+/// Ticks a bad or missing sample is bridged where samples come as often as ticks. More: a force
+/// computed from an old pose for longer; fewer: a fault at one glitch.
+inline constexpr int kHeldTicks = 2;
+/// |q| of a usable sample lies between these; it is then normalised.
+inline constexpr double kMinSampleQuaternionNorm = 0.5;
+inline constexpr double kMaxSampleQuaternionNorm = 2.0;
+/// Positions beyond this are garbage, not motion, m.
+inline constexpr double kMaxSamplePosition = 1e7;
+
+/// One sample as the device gave it, unchecked.
+struct WatchedSample {
+  bool fresh = false;         ///< a sample came; false: all else is ignored
+  std::int64_t t_ns = 0;      ///< time of the sample
+  std::uint64_t counter = 0;  ///< the device's own, must grow
+  Array3 p_DH{};
+  Array4 q_DH{1.0, 0.0, 0.0, 0.0};
+  bool has_velocity = false;  ///< the device measures its twist itself
+  Array3 v_DH_D{};
+  Array3 w_DH_D{};
+};
+
+/// What to look for.
+struct InputLimits {
+  double velocity_trip = 3.0;  ///< m/s; the profile's
+  /// Ticks without a new sample that are bridged, see bridged_ticks(). A scripted device under the
+  /// virtual clock may stand still for as long as it likes: kAnyTicks.
+  int stale_ticks = kHeldTicks;
+  /// A pose that repeats to the bit for so long, by the device's clock, while a force of at least
+  /// stuck_force is on, is a stuck sensor: a hand trembles by 0.1 mm at 8 to 12 Hz, several times
+  /// any encoder's step, so two periods of that cannot pass without a change. Without force a
+  /// handle may lie still for hours, and a stuck sensor harms nobody. 0: not looked for, as fits
+  /// devices without sensors (simulated, scripted, replayed), which do repeat themselves.
+  std::int64_t stuck_after_ns = 0;
+  double stuck_force = 0.2;  ///< N
+};
+
+/// For InputLimits::stale_ticks: a device that may be silent for ever.
+inline constexpr int kAnyTicks = 1 << 30;
+
+/// Two ticks, or as many as pass while two samples are missed by a device slower than the loop.
+/// Rates in Hz, > 0 and finite; a rate that is not counts as equal.
+[[nodiscard]] HD_REALTIME int bridged_ticks(double device_rate, double tick_rate) noexcept;
+
+/// Kept between ticks.
+struct InputWatch {
+  Pose X_DH;     ///< last good pose, unit quaternion
+  Twist V_DH_D;  ///< its velocity; zero while a pose is held
+  std::int64_t t_ns = 0;
+  std::uint64_t counter = 0;
+  bool has_pose = false;
+  int missed_ticks = 0;             ///< ticks without a good sample, in a row
+  int bad_ticks = 0;                ///< samples refused, since the last good one
+  std::int64_t still_since_ns = 0;  ///< device time since which the pose repeats under force
+  std::uint64_t bad_total = 0;      ///< samples refused
+  std::uint64_t fast_total = 0;     ///< samples above the velocity trip
+  std::uint64_t held_total = 0;     ///< ticks bridged
+};
+
+/// What the tick works with.
+struct WatchedInput {
+  Pose X_DH;                   ///< good or held
+  Twist V_DH_D;                ///< m/s, rad/s; by the device, else by difference of samples
+  Twist displacement_D;        ///< since the tick before, m and rad (a rotation vector); zero while
+                               ///< held
+  double elapsed_s = 0.0;      ///< between the samples it spans, 0 while held
+  bool held = false;           ///< the pose is not of this tick
+  bool usable = false;         ///< false: no pose yet, or bridged for too long; no force
+  Cause fault = Cause::kNone;  ///< kNotFinite, kInputStale, kInputStuck or kVelocityTrip, present
+                               ///< in this tick; see latches()
+};
+
+/// Judges `sample` of one tick. `force_written` is |f| of the last wrench written, N.
+[[nodiscard]] HD_REALTIME WatchedInput watch(const WatchedSample& sample, double force_written,
+                                             const InputLimits& limits, InputWatch& state) noexcept;
+
+}  // namespace hapticd

@@ -1,0 +1,121 @@
+// The last stage before a device. See output_stage.h. RT: yes.
+#include "core/safety/output_stage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/safety/slew_limit.h"
+
+namespace hapticd {
+namespace {
+
+/// Times and budgets are cut to these, s and J: they only keep products finite.
+constexpr double kMaxDt_s = 1e3;
+constexpr double kMaxBudget = 1e3;
+/// Motions are cut to this per component, m, rad, m/s and rad/s, for the same reason.
+constexpr double kMaxMotion = 1e9;
+
+bool finite(const SafetyInput& input) noexcept {
+  return input.F_H_D.f.allFinite() && input.F_H_D.t.allFinite() && input.V_DH_D.v.allFinite() &&
+         input.V_DH_D.w.allFinite() && input.displacement_D.v.allFinite() &&
+         input.displacement_D.w.allFinite() && std::isfinite(input.dt_s) &&
+         std::isfinite(input.hold_s) && std::isfinite(input.gain) && std::isfinite(input.budget);
+}
+
+Twist bounded(const Twist& V) noexcept {
+  return {V.v.cwiseMax(-kMaxMotion).cwiseMin(kMaxMotion),
+          V.w.cwiseMax(-kMaxMotion).cwiseMin(kMaxMotion)};
+}
+
+Vector3 thermally_limited(const Vector3& F, double continuous, double window_s,
+                          const ThermalLoad& load, std::uint32_t& flags) noexcept {
+  const double size = F.norm();
+  if (!(continuous > 0.0) || !(size > 0.0)) return F;
+  const double allowed = allowed_size(continuous, window_s, load);
+  if (size <= allowed) return F;
+  flags |= kSafetyThermal;
+  return F * (allowed / size);
+}
+
+/// The enabled wrench of a tick whose input is finite.
+Wrench shaped(const SafetyInput& input, const SafetyLimits& limits, const Twist& V, double budget,
+              SafetyState& state, std::uint32_t& flags) noexcept {
+  const Wrench computed = limited(input.F_H_D, {kMaxComputedWrench, kMaxComputedWrench});
+  const double gain = std::clamp(input.gain, 0.0, 1.0);
+  const double hold_s = std::clamp(input.hold_s, 0.0, kMaxDt_s);
+  const double removed = state.port.removed;
+  Wrench F = damped({computed.f * gain, computed.t * gain}, V, hold_s, budget, limits.passivity,
+                    state.port);
+  if (state.port.removed > removed) flags |= kSafetyPassivity;
+  const double growth_s = std::clamp(input.dt_s, 0.0, kMaxSlewStep_s);
+  bool slew_limited = false;
+  F = {slewed(F.f, to_vector(state.f_H_D), kForceSlew * growth_s, slew_limited),
+       slewed(F.t, to_vector(state.t_H_D), kTorqueSlew * growth_s, slew_limited)};
+  if (slew_limited) flags |= kSafetySlew;
+  // After the slew, which may turn a wrench: the bound must hold for what is written.
+  const double share = energy_share(F, V, hold_s, budget, limits.passivity, state.port);
+  if (share < 1.0) flags |= kSafetyPassivity;
+  F = {F.f * share, F.t * share};
+  F.f = thermally_limited(F.f, limits.continuous_force, limits.thermal_window_s, state.force_load,
+                          flags);
+  F.t = thermally_limited(F.t, limits.continuous_torque, limits.thermal_window_s, state.torque_load,
+                          flags);
+  if (F.f.norm() > limits.peak.force || F.t.norm() > limits.peak.torque) flags |= kSafetySaturated;
+  return limited(F, limits.peak);
+}
+
+}  // namespace
+
+bool usable(const SafetyLimits& limits) noexcept {
+  const PassivityLimits& port = limits.passivity;
+  const double numbers[] = {limits.peak.force,
+                            limits.peak.torque,
+                            limits.continuous_force,
+                            limits.continuous_torque,
+                            limits.thermal_window_s,
+                            port.allowance,
+                            port.soft_share,
+                            port.credit,
+                            port.acceleration,
+                            port.angular_acceleration,
+                            port.damping,
+                            port.rotational_damping};
+  return std::all_of(std::begin(numbers), std::end(numbers),
+                     [](double x) { return std::isfinite(x) && x >= 0.0; }) &&
+         limits.thermal_window_s > 0.0 && limits.time_to_live_ns >= 0;
+}
+
+SafetyOutput limit(const SafetyInput& input, const SafetyLimits& limits,
+                   SafetyState& state) noexcept {
+  SafetyOutput output;
+  const Wrench F_prev{to_vector(state.f_H_D), to_vector(state.t_H_D)};
+  state.f_H_D = state.t_H_D = {};
+  output.expires_ns = input.now_ns;
+  if (!usable(limits) || !finite(input)) {
+    output.flags = kSafetyNotFinite;
+    return output;
+  }
+  const double dt_s = std::clamp(input.dt_s, 0.0, kMaxDt_s);
+  const double budget = std::clamp(input.budget, 0.0, kMaxBudget);
+  observe(F_prev, bounded(input.displacement_D), dt_s, budget, limits.passivity, state.port);
+  add_load(F_prev.f.norm(), dt_s, limits.thermal_window_s, state.force_load);
+  add_load(F_prev.t.norm(), dt_s, limits.thermal_window_s, state.torque_load);
+  if (!input.enable) {
+    state.port = {};
+    return output;
+  }
+  state.f_H_D = to_array(F_prev.f);
+  state.t_H_D = to_array(F_prev.t);
+  const Wrench F = shaped(input, limits, bounded(input.V_DH_D), budget, state, output.flags);
+  state.f_H_D = output.f_H_D = to_array(F.f);
+  state.t_H_D = output.t_H_D = to_array(F.t);
+  output.enable = true;
+  constexpr std::int64_t kEndOfTime_ns = std::numeric_limits<std::int64_t>::max();
+  output.expires_ns = input.now_ns > kEndOfTime_ns - limits.time_to_live_ns
+                          ? kEndOfTime_ns
+                          : input.now_ns + limits.time_to_live_ns;
+  return output;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,58 @@
+// Energy at the port. See passivity.h. RT: yes.
+#include "core/safety/passivity.h"
+
+#include <algorithm>
+
+namespace hapticd {
+namespace {
+
+/// Speeds whose square is below this have no direction, (m/s)^2 and (rad/s)^2.
+constexpr double kStill = 1e-30;
+
+/// `F` less `share` of its part along `V`.
+Vector3 without(const Vector3& F, const Vector3& V, double share) noexcept {
+  const double square = V.squaredNorm();
+  return square > kStill ? Vector3(F - V * (share * F.dot(V) / square)) : F;
+}
+
+}  // namespace
+
+void observe(const Wrench& F_prev, const Twist& displacement, double dt_s, double budget,
+             const PassivityLimits& limits, PortEnergy& port) noexcept {
+  double given = port.given + power(F_prev, displacement);
+  if (given > 0.0 && dt_s > 0.0) {
+    // The damping took b times the integral of v^2, which is at least b dx^2 / dt.
+    const double damped = limits.damping * displacement.v.squaredNorm() +
+                          limits.rotational_damping * displacement.w.squaredNorm();
+    given = std::max(0.0, given - damped / dt_s);
+  }
+  // Above the bound come motions no hand makes, and what a string gave out of its tank: forgotten.
+  port.given = std::clamp(given, -limits.credit, limits.allowance + budget);
+}
+
+Wrench damped(const Wrench& F, const Twist& V, double hold_s, double budget,
+              const PassivityLimits& limits, PortEnergy& port) noexcept {
+  const double along = F.f.dot(V.v) * hold_s;
+  const double about = F.t.dot(V.w) * hold_s;
+  const double excess =
+      port.given + along + about - (limits.soft_share * limits.allowance + budget);
+  const double gives = std::max(0.0, along) + std::max(0.0, about);
+  if (!(excess > 0.0) || !(gives > 0.0)) return F;
+  const double share = std::min(1.0, excess / gives);
+  port.removed += share * gives;
+  return {along > 0.0 ? without(F.f, V.v, share) : F.f,
+          about > 0.0 ? without(F.t, V.w, share) : F.t};
+}
+
+double energy_share(const Wrench& F, const Twist& V, double hold_s, double budget,
+                    const PassivityLimits& limits, const PortEnergy& port) noexcept {
+  const double left = limits.allowance + budget - port.given;
+  const double jerk = limits.acceleration * hold_s * hold_s;
+  const double twist = limits.angular_acceleration * hold_s * hold_s;
+  const double worst = std::max(0.0, F.f.dot(V.v)) * hold_s + F.f.norm() * jerk +
+                       std::max(0.0, F.t.dot(V.w)) * hold_s + F.t.norm() * twist;
+  if (worst <= left) return 1.0;
+  return std::max(0.0, left) / worst;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,67 @@
+// Passivity observer and controller over the 6-DoF port of the handle (Hannaford and Ryu 2002,
+// "Time-domain passivity control of haptic interfaces"). The observer adds up the wrench actually
+// written over the measured displacement, which is exact for a held wrench: E = sum F_prev . dx is
+// the net energy given to the hand; negative: the hand has put in more. Frames: F_H_D, V_DH_D.
+//
+// The bound: E - (damping of the device that repaid debt) <= allowance + largest budget so far, for
+// every motion within the accelerations below while no tick outlasts hold_s. Two steps:
+//  - soft, from soft_share of the allowance on: takes out the part of the wrench along the motion,
+//    just as much as the next tick would give too much; what presses across the motion stays
+//  - hard: shortens the whole wrench so that the worst motion of the next tick cannot pass the
+//  bound
+// Deviation: the publication adds a damping force that may exceed what is taken; here the wrench is
+// only ever reduced, never turned round, since the device's own damping repays the rest and a
+// turned force would buzz at low speed. A pluck gives back less than was put in, so neither step
+// touches it; what does is a spring too stiff for its delay.
+// RT: yes, about 20 ns.
+#pragma once
+
+#include "core/math/realtime.h"
+#include "core/math/wrench.h"
+
+namespace hapticd {
+
+/// Knobs. All finite, >= 0.
+struct PassivityLimits {
+  /// Energy that may be given beyond what was put in and the budgets, J. A spring k tapped with the
+  /// speed v needs k ((v + acceleration T) T)^2 / 2 of it: 1.1 mJ at 1 kN/m and 1 m/s. Larger: a
+  /// handle of 0.15 kg left alone reaches sqrt(2 E/m) = 0.23 m/s at 4 mJ; smaller: fast taps lose
+  /// their first newton.
+  double allowance = 4e-3;
+  /// Share of the allowance at which the soft step begins, [0, 1].
+  double soft_share = 0.25;
+  /// Largest credit that is remembered, J: what the springs of the scene can store and give back.
+  /// Larger: a session of plucking pays for a long buzz; smaller: a spring pressed deep is not paid
+  /// back. 22 N on 500 N/m hold 0.48 J.
+  double credit = 0.5;
+  /// What no held handle exceeds, m/s^2 and rad/s^2; profile data and the same over 0.1 m.
+  double acceleration = 500.0;
+  double angular_acceleration = 5000.0;
+  /// Damping b of the device, N s/m and N m s/rad: repays debt while the handle moves. With 0 debt
+  /// is only repaid by work of the hand, and with all of the allowance gone there is no force to
+  /// work against: then only a new start ends it.
+  double damping = 1.0;
+  double rotational_damping = 1e-3;
+};
+
+/// Kept between ticks.
+struct PortEnergy {
+  double given = 0.0;    ///< net energy given to the hand, J, within [-credit, allowance + budget]
+  double removed = 0.0;  ///< kept back by the controller since the start, J (as predicted)
+};
+
+/// The observer: `F_prev` was held while the handle moved by `displacement` (m, rad) in `dt_s`.
+HD_REALTIME void observe(const Wrench& F_prev, const Twist& displacement, double dt_s,
+                         double budget, const PassivityLimits& limits, PortEnergy& port) noexcept;
+
+/// The soft step: `F` less what it would give too much along `V` in the next `hold_s`.
+[[nodiscard]] HD_REALTIME Wrench damped(const Wrench& F, const Twist& V, double hold_s,
+                                        double budget, const PassivityLimits& limits,
+                                        PortEnergy& port) noexcept;
+
+/// The hard step: factor in [0, 1] on `F` that keeps the bound whatever the hand does next.
+[[nodiscard]] HD_REALTIME double energy_share(const Wrench& F, const Twist& V, double hold_s,
+                                              double budget, const PassivityLimits& limits,
+                                              const PortEnergy& port) noexcept;
+
+}  // namespace hapticd

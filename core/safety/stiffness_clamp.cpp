@@ -1,0 +1,62 @@
+// Largest stable stiffness. See stiffness_clamp.h. RT: yes.
+#include "core/safety/stiffness_clamp.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hapticd {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// Factor that brings `stiffness` to `bound`; NaN for a stiffness that is none.
+double factor(double stiffness, double bound) noexcept {
+  if (!(stiffness >= 0.0)) return 0.0;
+  return stiffness <= bound ? 1.0 : bound / stiffness;
+}
+
+}  // namespace
+
+StiffnessGrant grant_stiffness(const DeviceStiffness& wanted,
+                               const StiffnessLimits& limits) noexcept {
+  StiffnessGrant grant;
+  const double lag_s = limits.period_s / 2.0 + limits.delay_s;
+  const double damping = limits.damping + limits.coupling_damping;
+  if (damping > 0.0) {
+    grant.bound = kStiffnessShare * damping / lag_s;
+    if (limits.stiffness_max > 0.0) grant.bound = std::min(grant.bound, limits.stiffness_max);
+  } else {
+    grant.bound = kStiffnessShare * limits.stiffness_max;
+  }
+  grant.rotational_bound = limits.rotational_damping > 0.0
+                               ? kStiffnessShare * limits.rotational_damping / lag_s
+                               : kInfinite;
+  const double scale =
+      std::min({factor(wanted.kt, grant.bound), factor(wanted.kc, grant.bound),
+                factor(wanted.kv, grant.bound), factor(wanted.kr, grant.rotational_bound)});
+  grant.scale = scale > kMinStiffnessScale ? scale : kMinStiffnessScale;
+  return grant;
+}
+
+bool add_delay(std::int64_t delay_ns, DelayEstimator& estimator) noexcept {
+  if (delay_ns < 0) return false;
+  // Insertion into the few longest, longest first.
+  for (std::int64_t& place : estimator.longest_ns) {
+    if (delay_ns > place) std::swap(delay_ns, place);
+  }
+  if (++estimator.count < kDelaySamples) return false;
+  const std::int64_t measured_ns = estimator.longest_ns.back();
+  estimator.longest_ns = {};
+  estimator.count = 0;
+  if (measured_ns <= estimator.estimate_ns) return false;
+  estimator.estimate_ns = measured_ns;
+  return true;
+}
+
+double delay_of(const DelayEstimator& estimator, double declared_s, bool time_is_virtual) noexcept {
+  if (time_is_virtual || estimator.estimate_ns < 0) return declared_s;
+  return static_cast<double>(estimator.estimate_ns) * 1e-9;
+}
+
+}  // namespace hapticd

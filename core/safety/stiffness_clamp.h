@@ -1,0 +1,77 @@
+// Largest stiffness that a device renders stably: half of (b + B) / (T/2 + t_d), hands off being
+// the worst case (Colgate and Schenkel 1997, "Passivity of a class of sampled-data systems", with
+// the delay added to the hold). One factor scales kt, kr, kc and k_v together, so that a clamped
+// world is softer, not different. Also the estimate of the delay t_d from measured times. SI. RT:
+// yes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/math/realtime.h"
+
+namespace hapticd {
+
+/// Share of the stable stiffness that is granted. Nearer to 1: contact rings with hands off.
+inline constexpr double kStiffnessShare = 0.5;
+
+/// What the device can bear; profile data but for the delay and the period.
+struct StiffnessLimits {
+  double damping = 1.0;              ///< b of the device, N s/m; 0: unknown, see stiffness_max
+  double rotational_damping = 1e-3;  ///< of the device, N m s/rad; 0: unknown, no limit to rotation
+  double coupling_damping = 0.0;     ///< B, N s/m
+  double stiffness_max = 0.0;        ///< what the maker promises, N/m; 0: no promise
+  double period_s = 1e-3;            ///< T
+  double delay_s = 0.0;              ///< t_d from sample to force
+};
+
+/// Stiffness as the device feels it: translational ones times workspace scale and force gain, the
+/// rotational one times force gain.
+struct DeviceStiffness {
+  double kt = 0.0;  ///< N/m
+  double kr = 0.0;  ///< N m/rad
+  double kc = 0.0;  ///< N/m
+  double kv = 0.0;  ///< N/m
+};
+
+/// What is granted.
+struct StiffnessGrant {
+  double scale = 1.0;             ///< on kt, kr, kc and k_v, (0, 1]
+  double bound = 0.0;             ///< largest translational stiffness granted, N/m
+  double rotational_bound = 0.0;  ///< N m/rad; infinite when the rotational damping is unknown
+};
+
+/// The largest scale at which no stiffness exceeds its bound. The bound is half of
+/// (b + B) / (T/2 + t_d), never above stiffness_max, and half of stiffness_max where b and B are
+/// not known. Stiffnesses that are not finite or negative give the smallest scale,
+/// kMinStiffnessScale.
+[[nodiscard]] HD_REALTIME StiffnessGrant grant_stiffness(const DeviceStiffness& wanted,
+                                                         const StiffnessLimits& limits) noexcept;
+
+/// A scale is never below this: it must stay a positive number that can be recorded and undone.
+inline constexpr double kMinStiffnessScale = 1e-9;
+
+/// Samples one estimate of the delay is made of.
+inline constexpr int kDelaySamples = 256;
+/// Of each kDelaySamples the estimate takes the sample of this rank, counted from the longest:
+/// about the 99th percentile. A single late answer says nothing about the loop, a common one does.
+inline constexpr int kDelayRank = 3;
+
+/// Delay from sample to force as measured. Starts anew at attach.
+struct DelayEstimator {
+  std::array<std::int64_t, kDelayRank> longest_ns{};  ///< of the present block, longest first
+  int count = 0;                                      ///< samples of the present block
+  std::int64_t estimate_ns = -1;                      ///< -1: not measured yet
+};
+
+/// Takes one measured delay, from the sample's time to the device's echo of the command made from
+/// it, ns. The estimate never falls until a new attach: stiffness must not grow by itself under a
+/// hand. Negative delays are ignored. True when the estimate changed.
+[[nodiscard]] HD_REALTIME bool add_delay(std::int64_t delay_ns, DelayEstimator& estimator) noexcept;
+
+/// The delay to reckon with, s: `declared_s` when time is virtual or nothing was measured, else the
+/// measured one.
+[[nodiscard]] HD_REALTIME double delay_of(const DelayEstimator& estimator, double declared_s,
+                                          bool time_is_virtual) noexcept;
+
+}  // namespace hapticd

@@ -1,0 +1,31 @@
+// Sliding root mean square. See thermal_limit.h. RT: yes.
+#include "core/safety/thermal_limit.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd {
+
+void add_load(double size, double dt_s, double window_s, ThermalLoad& load) noexcept {
+  const double block_s = window_s / kThermalBlocks;
+  load.current_s += dt_s;
+  for (int passed = 0; load.current_s >= block_s && passed <= kThermalBlocks; ++passed) {
+    load.blocks[static_cast<std::size_t>(load.oldest)] = load.current;
+    load.oldest = (load.oldest + 1) % kThermalBlocks;
+    load.current = 0.0;
+    load.current_s -= block_s;
+  }
+  // After a pause of more than a window nothing older is left anyway.
+  load.current_s = std::min(load.current_s, block_s);
+  // A tick across the edge of two blocks counts in the later one: it is never forgotten too early.
+  load.current += size * size * dt_s;
+}
+
+double allowed_size(double continuous, double window_s, const ThermalLoad& load) noexcept {
+  double held = load.current;
+  for (const double block : load.blocks) held += block;
+  const double left = continuous * continuous * window_s - held;
+  return std::sqrt(std::max(0.0, left) / kThermalHorizon_s);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,62 @@
+// One tick as the recorder needs it: exactly what the step was given and what came out, plain, on
+// its way from the haptic thread to the telemetry thread through a ring. It becomes a TickRecord of
+// recording.proto; doubles keep their bits. Frames as named. RT: yes, a copy of 2 KiB.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+
+#include "core/math/vector.h"
+#include "core/safety/cause.h"
+#include "core/safety/loop_state.h"
+
+namespace hapticd {
+
+/// Tools of one tick, at most.
+inline constexpr int kMaxTracedTools = 5;
+
+/// One tool's part of a tick.
+struct ToolTrace {
+  std::uint32_t tool_id = 0;
+  std::uint16_t buttons = 0;
+  std::uint16_t flags = 0;       ///< bit i = hapticd::v1::ToolFlag i + 1
+  bool sample_came = false;      ///< p_DH, q_DH are of this tick, valid or not
+  bool held = false;             ///< X_WH is a held pose
+  std::uint64_t age_ns = 0;      ///< of the sample
+  double stiffness_scale = 1.0;  ///< of the clamp, (0, 1]
+  Array3 p_DH{};                 ///< as it came, m
+  Array4 q_DH{1.0, 0.0, 0.0, 0.0};
+  Array3 p_WH{};  ///< after the workspace map, m
+  Array4 q_WH{1.0, 0.0, 0.0, 0.0};
+  Array3 v_WH_W{};  ///< m/s
+  Array3 w_WH_W{};  ///< rad/s
+  Array3 p_WG{};    ///< m
+  Array4 q_WG{1.0, 0.0, 0.0, 0.0};
+  Array3 f_unlimited_H_W{};  ///< before the safety stage, N
+  Array3 t_unlimited_H_W{};  ///< N m
+  Array3 f_H_W{};            ///< written, N
+  Array3 t_H_W{};            ///< N m
+};
+
+/// One tick. See TickRecord for each field.
+struct TickTrace {
+  std::uint64_t tick = 0;
+  std::uint64_t t_ns = 0;
+  std::uint64_t dt_ns = 0;
+  std::uint64_t state_hash = 0;  ///< 0: not computed
+  std::uint64_t sphere_tests = 0;
+  std::uint64_t qp_iterations = 0;
+  std::uint32_t substeps = 0;
+  std::uint32_t level = 0;  ///< quality
+  std::uint32_t scene_id = 0;
+  std::uint32_t cpu_ns = 0;
+  LoopState loop_state = LoopState::kDetached;
+  Cause cause = Cause::kNone;
+  std::int32_t tool_count = 0;  ///< of `tools`, [0, kMaxTracedTools]
+  std::array<ToolTrace, kMaxTracedTools> tools{};
+};
+
+static_assert(std::is_trivially_copyable_v<TickTrace>);
+
+}  // namespace hapticd
