@@ -89,6 +89,8 @@ class ProtocolServer {
  public:
   /// Sends one datagram; may lose it. The bytes live only during the call.
   using Send = std::function<void(const Address&, std::span<const std::uint8_t>)>;
+  /// The inside; only this folder knows it.
+  struct Implementation;
 
   ProtocolServer(const ServerOptions& options, ServerHost host, Send send);
   ~ProtocolServer();
@@ -127,7 +129,6 @@ class ProtocolServer {
   [[nodiscard]] const ServerCounters& counters() const;
 
  private:
-  struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 

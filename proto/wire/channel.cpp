@@ -1,0 +1,101 @@
+// See channel.h.
+#include "proto/wire/channel.h"
+
+#include <algorithm>
+#include <array>
+
+namespace hapticd::wire {
+namespace {
+
+/// Bytes of a Packet beside Items and State, at most: ack, first, seen, newest, boot_id, clock with
+/// three times, each with its tag.
+constexpr std::size_t kFrameBytes = 4 * 11 + 5 + 2 + 3 * 11;
+/// Bytes for Items in a Packet without a State.
+constexpr std::size_t kItemsBytes = kPacketBytes - kFrameBytes;
+static_assert(kItemsBytes >= kItemBytes + 3, "an Item of any permitted length fits");
+
+}  // namespace
+
+bool parse_packet(std::span<const std::uint8_t> body, v1::Packet& packet) {
+  return packet.ParseFromArray(body.data(), static_cast<int>(body.size())) && packet.first() >= 1 &&
+         packet.items_size() <= static_cast<int>(kMostItems);
+}
+
+Incoming Channel::receive(const DatagramHeader& header, std::span<const std::uint8_t> body,
+                          std::int64_t now_ns) {
+  Incoming incoming;
+  const bool is_new = window_.is_new(header.counter);
+  const bool may_reset = side_ == Side::kClient && body.size() <= kResetBytes;
+  if (!is_new && !may_reset) {
+    incoming.verdict = Verdict::kRepeated;
+    return incoming;
+  }
+  v1::Packet& packet = incoming.packet;
+  const bool readable = parse_packet(body, packet);
+  if (readable && side_ == Side::kClient && packet.has_reset()) {
+    packet.clear_items();
+    incoming.verdict = Verdict::kTaken;
+    return incoming;
+  }
+  if (!is_new || !readable) {
+    incoming.verdict = is_new ? Verdict::kUnreadable : Verdict::kRepeated;
+    packet.Clear();
+    return incoming;
+  }
+  window_.mark(header.counter);
+  incoming.verdict = Verdict::kTaken;
+  incoming.newest = !any_received_ || header.counter > newest_counter_;
+  if (incoming.newest) newest_counter_ = header.counter;
+  any_received_ = true;
+
+  if (!outbox_.acknowledge(packet.ack())) {
+    incoming.items.broken = "an Item was acknowledged that was never sent";
+    return incoming;
+  }
+  incoming.items = inbox_.take(packet);
+  packet.clear_items();
+  if (incoming.items.any_new) {
+    acknowledge_due_ns_ = 0;
+  } else if (incoming.items.any_listed) {
+    acknowledge_due_ns_ =
+        std::min(acknowledge_due_ns_, std::max(now_ns, left_ns_ + kAcknowledgeAgain_ns));
+  }
+  return incoming;
+}
+
+std::int64_t Channel::due_ns() const noexcept {
+  const std::int64_t keep_alive = counter_ == 0 ? 0 : left_ns_ + kKeepAlive_ns;
+  return std::min({keep_alive, acknowledge_due_ns_, outbox_.due_ns(kItemsBytes)});
+}
+
+std::size_t Channel::state_bytes(const v1::Packet& rest) const {
+  constexpr std::size_t kTagAndLength = 3;
+  v1::Packet front;
+  front.set_ack(inbox_.applied());
+  front.set_first(outbox_.first_id());
+  return kPacketBytes - front.ByteSizeLong() - rest.ByteSizeLong() - kTagAndLength;
+}
+
+bool Channel::write(const v1::Packet& rest, std::int64_t now_ns, std::string& datagram) {
+  v1::Packet front;
+  front.set_ack(inbox_.applied());
+  front.set_first(outbox_.first_id());
+  const std::size_t fixed = front.ByteSizeLong() + rest.ByteSizeLong();
+  if (fixed > kPacketBytes) return false;
+  const std::size_t possible = outbox_.fitting(kItemsBytes);
+  std::size_t count = outbox_.fitting(kPacketBytes - fixed);
+  if (rest.has_state() && count < possible) count = 0;
+
+  const auto header = encode_header({DatagramKind::kPlain, session_, counter_});
+  datagram.assign(header.begin(), header.end());
+  front.AppendToString(&datagram);
+  outbox_.append(count, datagram);
+  rest.AppendToString(&datagram);
+  outbox_.sent(count, now_ns);
+  ++counter_;
+  left_ns_ = now_ns;
+  acknowledge_due_ns_ = kNever_ns;
+  return true;
+}
+
+}  // namespace hapticd::wire

@@ -1,0 +1,253 @@
+// See protocol_server.h: Items, the order of requests, the lease.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "server/network/protocol_state.h"
+#include "server/network/request_rules.h"
+
+namespace hapticd {
+namespace {
+
+using Implementation = ProtocolServer::Implementation;
+
+constexpr std::size_t kMostNameBytes = 64;
+constexpr std::uint32_t kMostDivisor = 1'000'000;
+constexpr std::uint32_t kMostContacts = 256;
+constexpr std::uint32_t kUsualContacts = 16;
+constexpr int kMostSections = 32;
+
+v1::Result result_of(v1::ResultCode code, std::string path = {}, std::string message = {}) {
+  v1::Result result;
+  result.set_code(code);
+  result.set_path(std::move(path));
+  result.set_message(std::move(message));
+  return result;
+}
+
+}  // namespace
+
+void Implementation::apply(Session& session, wire::ReceivedItem& received) {
+  const v1::Item& item = received.item;
+  if (item.has_bye()) {
+    end(session, Phase::kLeft);
+  } else if (received.undecodable) {
+    tell_result(session, received.id,
+                result_of(v1::RESULT_CODE_INVALID, {}, "the Chunks hold no Item"));
+  } else if (!is_request(item)) {
+    tell_result(
+        session, received.id,
+        result_of(v1::RESULT_CODE_UNSUPPORTED, {}, "this server does not know the request"));
+  } else if (item.has_stop() || (is_run_stop(item) && session.runs_steps())) {
+    overtake(session, received);
+  } else if (session.waiting.size() >= kMostWaitingRequests ||
+             session.waiting_bytes + received.bytes > kMostWaitingBytes) {
+    tell_result(session, received.id,
+                result_of(v1::RESULT_CODE_BUSY, {}, "too many requests wait: await Results first"));
+  } else {
+    session.waiting_bytes += received.bytes;
+    session.waiting.push_back({received.id, received.bytes, std::move(received.item)});
+    pump(session);
+  }
+}
+
+void Implementation::overtake(Session& session, const wire::ReceivedItem& received) {
+  if (!permits(session, received.item)) {
+    tell_result(session, received.id,
+                result_of(v1::RESULT_CODE_NOT_OWNER, {}, "acquire the lease first"));
+    return;
+  }
+  if (session.overtaking.size() + session.held_results.size() >= kMostOvertaking) {
+    tell_result(session, received.id,
+                result_of(v1::RESULT_CODE_BUSY, {}, "stops are under way already"));
+    return;
+  }
+  session.overtaking.push_back(received.id);
+  host.request({session.serial, received.id}, received.item);
+}
+
+void Implementation::pump(Session& session) {
+  // A host that answers at once would call itself once per waiting request otherwise.
+  if (session.pumping) return;
+  session.pumping = true;
+  while (session.phase == Phase::kOpen && !session.current.has_value() &&
+         !session.waiting.empty()) {
+    const WaitingRequest request = std::move(session.waiting.front());
+    session.waiting.pop_front();
+    session.waiting_bytes -= request.bytes;
+    session.current =
+        CurrentRequest{request.item, request.body.has_pose_batch(), is_run_of_steps(request.body)};
+    carry_out(session, request.body);
+  }
+  session.pumping = false;
+}
+
+void Implementation::carry_out(Session& session, const v1::Item& item) {
+  if (!permits(session, item)) {
+    finish(session, result_of(v1::RESULT_CODE_NOT_OWNER, {},
+                              holds_lease(session) ? "the lease of this fence is over"
+                                                   : "acquire the lease first"));
+    return;
+  }
+  switch (item.body_case()) {
+    case v1::Item::kSubscribe:
+      subscribe(session, item.subscribe());
+      break;
+    case v1::Item::kPing:
+      finish(session, result_of(v1::RESULT_CODE_OK));
+      break;
+    case v1::Item::kAcquire:
+      acquire(session, item.acquire());
+      break;
+    case v1::Item::kRelease:
+      finish(session, result_of(v1::RESULT_CODE_OK));
+      if (holds_lease(session)) end_lease(LeaseEnd::kReleased);
+      break;
+    default:
+      session.current->at_host = true;
+      host.request({session.serial, session.current->item}, item);
+      break;
+  }
+}
+
+void Implementation::finish(Session& session, v1::Result result) {
+  const CurrentRequest request = *session.current;
+  session.current.reset();
+  if (request.is_run_of_steps && holds_lease(session)) lease.renewed_ns = now_ns;
+  if (!request.is_pose_batch || result.code() != v1::RESULT_CODE_OK) {
+    tell_result(session, request.item, std::move(result));
+  }
+  for (auto& [item, held] : std::exchange(session.held_results, {})) {
+    tell_result(session, item, std::move(held));
+  }
+}
+
+void Implementation::tell_result(Session& session, std::uint64_t item, v1::Result result) {
+  result.set_item_id(item);
+  v1::Item answer_item;
+  *answer_item.mutable_result() = std::move(result);
+  tell(session, answer_item);
+}
+
+void Implementation::answer(const RequestId& id, v1::Result result) {
+  Session* session = find(id.session);
+  if (session == nullptr || session->phase != Phase::kOpen) return;
+  if (session->current.has_value() && session->current->at_host &&
+      session->current->item == id.item) {
+    finish(*session, std::move(result));
+    pump(*session);
+    return;
+  }
+  const auto overtaking =
+      std::find(session->overtaking.begin(), session->overtaking.end(), id.item);
+  if (overtaking == session->overtaking.end()) return;
+  session->overtaking.erase(overtaking);
+  if (session->runs_steps()) {
+    session->held_results.emplace_back(id.item, std::move(result));
+  } else {
+    tell_result(*session, id.item, std::move(result));
+  }
+}
+
+void Implementation::subscribe(Session& session, const v1::Subscribe& request) {
+  if (request.divisor() > kMostDivisor) {
+    finish(session,
+           result_of(v1::RESULT_CODE_OUT_OF_RANGE, "subscribe.divisor", "at most 1000000"));
+    return;
+  }
+  if (request.sections_size() > kMostSections) {
+    finish(session, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "subscribe.sections", "at most 32"));
+    return;
+  }
+  if (request.max_contacts() > kMostContacts) {
+    finish(session,
+           result_of(v1::RESULT_CODE_OUT_OF_RANGE, "subscribe.max_contacts", "at most 256"));
+    return;
+  }
+  Subscription subscription;
+  subscription.divisor = request.divisor();
+  subscription.max_contacts = request.has_max_contacts() ? request.max_contacts() : kUsualContacts;
+  const auto want = [&](int section) {
+    if (section > 0 && section < 32 && v1::Section_IsValid(section)) {
+      subscription.sections |= 1U << static_cast<unsigned>(section);
+    }
+  };
+  for (const int section : request.sections()) want(section);
+  if (request.sections_size() == 0) {
+    want(v1::SECTION_TOOLS);
+    want(v1::SECTION_STRINGS);
+    want(v1::SECTION_CONTACTS);
+  }
+  session.flow.subscribe(subscription);
+  session.newest_state.clear();
+  finish(session, result_of(v1::RESULT_CODE_OK));
+}
+
+void Implementation::acquire(Session& session, const v1::Acquire& request) {
+  if (request.holder().size() > kMostNameBytes) {
+    finish(session, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "acquire.holder", "at most 64 bytes"));
+    return;
+  }
+  if (lease.session != 0 && !holds_lease(session)) {
+    finish(session, result_of(v1::RESULT_CODE_BUSY, {},
+                              "the lease is held by '" + lease.holder + "': wait for LeaseInfo"));
+    return;
+  }
+  const bool changed = !holds_lease(session) || lease.holder != request.holder();
+  if (!holds_lease(session)) ++lease.fence;
+  lease.session = session.serial;
+  lease.holder = request.holder();
+  lease.renewed_ns = now_ns;
+  v1::Result result = result_of(v1::RESULT_CODE_OK);
+  *result.mutable_lease() = lease_info(session);
+  finish(session, std::move(result));
+  if (changed) tell_lease();
+}
+
+bool Implementation::permits(const Session& session, const v1::Item& item) const {
+  if (!needs_lease(item)) return true;
+  return holds_lease(session) && (item.fence() == 0 || item.fence() == lease.fence);
+}
+
+v1::LeaseInfo Implementation::lease_info(const Session& session) const {
+  v1::LeaseInfo info;
+  info.set_ttl_ms(kLease_ms);
+  if (lease.session == 0) return info;
+  info.set_fence(lease.fence);
+  info.set_holder(lease.holder);
+  info.set_yours(holds_lease(session));
+  return info;
+}
+
+void Implementation::tell_lease() {
+  for (const auto& session : sessions) {
+    v1::Item item;
+    *item.mutable_lease_info() = lease_info(*session);
+    tell(*session, item);
+  }
+}
+
+void Implementation::end_lease(LeaseEnd how) {
+  lease.session = 0;
+  lease.holder.clear();
+  tell_lease();
+  host.lease_lost(how);
+}
+
+void Implementation::expire_lease() {
+  if (lease.session == 0 || now_ns - lease.renewed_ns <= kLease_ns) return;
+  const Session* holder = find(lease.session);
+  if (holder != nullptr && holder->runs_steps()) return;
+  end_lease(LeaseEnd::kExpired);
+}
+
+void Implementation::abandon_requests(Session& session) {
+  const auto current = std::exchange(session.current, std::nullopt);
+  session.held_results.clear();
+  for (const std::uint64_t item : std::exchange(session.overtaking, {})) {
+    host.abandoned({session.serial, item});
+  }
+  if (current.has_value() && current->at_host) host.abandoned({session.serial, current->item});
+}
+
+}  // namespace hapticd

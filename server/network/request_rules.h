@@ -1,0 +1,24 @@
+// What kind of request an Item is: the table of PROTOCOL.md, section 8. Not RT.
+#pragma once
+
+#include "hapticd/v1/stream.pb.h"
+
+namespace hapticd {
+
+/// A kind of Item that a client may send and this version knows. Bye and Chunk are none.
+[[nodiscard]] bool is_request(const v1::Item& item);
+
+/// The session must hold the lease.
+[[nodiscard]] bool needs_lease(const v1::Item& item);
+
+/// Run{STEP}: ticks are advanced until it is answered.
+[[nodiscard]] inline bool is_run_of_steps(const v1::Item& item) {
+  return item.has_run() && item.run().mode() == v1::RUN_MODE_STEP;
+}
+
+/// Run{STOP}.
+[[nodiscard]] inline bool is_run_stop(const v1::Item& item) {
+  return item.has_run() && item.run().mode() == v1::RUN_MODE_STOP;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,74 @@
+// One client's session as the server keeps it. Plain data; what happens to it is in
+// protocol_server.cpp and protocol_requests.cpp. Not RT.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "proto/wire/channel.h"
+#include "server/network/protocol_server.h"
+#include "server/network/state_flow.h"
+
+namespace hapticd {
+
+/// Requests of one session that wait for their turn; the next is answered BUSY.
+inline constexpr std::size_t kMostWaitingRequests = 1024;
+/// Bytes of them: one scene as text, and as much again of all others.
+inline constexpr std::size_t kMostWaitingBytes = 2 * wire::kBlobBytes;
+/// Stops and Run{STOP}s of one session that the host has not answered; the next is answered BUSY.
+inline constexpr std::size_t kMostOvertaking = 64;
+
+/// A request that waits for its turn.
+struct WaitingRequest {
+  std::uint64_t item = 0;
+  std::size_t bytes = 0;
+  v1::Item body;
+};
+
+/// The request that is being carried out.
+struct CurrentRequest {
+  std::uint64_t item = 0;
+  bool is_pose_batch = false;
+  bool is_run_of_steps = false;
+  bool at_host = false;  ///< passed on and not answered
+};
+
+enum class Phase : std::uint8_t {
+  kOpen,
+  kLeaving,  ///< our Bye is the last Item: until it is acknowledged
+  kLeft,     ///< the client's Bye came: acknowledged until the time is over
+  kGone,     ///< to be removed
+};
+
+struct Session {
+  Session(std::uint64_t serial_number, const Address& from, std::uint32_t number)
+      : serial(serial_number), address(from), channel(wire::Side::kServer, number) {}
+
+  std::uint64_t serial;
+  Address address;
+  wire::Channel channel;
+  wire::ClockEcho clock;
+  Phase phase = Phase::kOpen;
+  std::int64_t heard_ns = 0;        ///< last valid datagram
+  std::int64_t phase_until_ns = 0;  ///< end of kLeaving and kLeft
+
+  std::deque<WaitingRequest> waiting;
+  std::size_t waiting_bytes = 0;
+  std::optional<CurrentRequest> current;
+  std::vector<std::uint64_t> overtaking;  ///< at the host, beside `current`
+  /// Results of those, held until the Run of steps they end is answered.
+  std::vector<std::pair<std::uint64_t, v1::Result>> held_results;
+  bool pumping = false;  ///< pump() is on the stack
+
+  StateFlow flow;
+  std::vector<v1::State> newest_state;  ///< all its parts; under the virtual clock only
+
+  /// A Run of steps is under way.
+  [[nodiscard]] bool runs_steps() const { return current.has_value() && current->is_run_of_steps; }
+};
+
+}  // namespace hapticd

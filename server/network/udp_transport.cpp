@@ -1,0 +1,172 @@
+// See udp_transport.h.
+#include "server/network/udp_transport.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <array>
+#include <asio/io_context.hpp>
+#include <asio/ip/address.hpp>
+#include <asio/ip/udp.hpp>
+#include <asio/post.hpp>
+#include <atomic>
+#include <charconv>
+#include <chrono>
+#include <stdexcept>
+#include <system_error>
+
+namespace hapticd {
+namespace {
+
+using asio::ip::udp;
+
+/// Longest time between two polls of the server.
+constexpr std::chrono::microseconds kPollPeriod{500};
+/// Datagrams taken from the socket before the server is polled, so that a flood cannot keep it from
+/// sending.
+constexpr int kMostPerTurn = 256;
+/// Longer than any datagram of the protocol, so that one too long is seen to be.
+constexpr std::size_t kBufferBytes = 2048;
+/// The system's buffer for what arrives between two polls, bytes; it may grant less.
+constexpr int kSocketBytes = 1 << 20;
+
+[[noreturn]] void refuse(const std::string& listen, const std::string& what) {
+  throw std::runtime_error("cannot listen on '" + listen + "': " + what);
+}
+
+udp::endpoint endpoint_of(const std::string& listen) {
+  const std::size_t colon = listen.rfind(':');
+  const std::string form = "; --listen wants ADDR:PORT with a numeric address, 127.0.0.1:47800";
+  if (colon == std::string::npos) refuse(listen, "no port" + form);
+  std::string host = listen.substr(0, colon);
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
+    host = host.substr(1, host.size() - 2);
+  }
+  std::error_code error;
+  const asio::ip::address address = asio::ip::make_address(host, error);
+  if (error) refuse(listen, "'" + host + "' is no address" + form);
+  std::uint16_t port = 0;
+  const char* const end = listen.data() + listen.size();
+  const auto parsed = std::from_chars(listen.data() + colon + 1, end, port);
+  if (parsed.ec != std::errc{} || parsed.ptr != end) {
+    refuse(listen, "'" + listen.substr(colon + 1) + "' is no port" + form);
+  }
+  return {address, port};
+}
+
+Address address_of(const udp::endpoint& endpoint) {
+  if (endpoint.address().is_v4()) {
+    return ipv4_address(endpoint.address().to_v4().to_bytes(), endpoint.port());
+  }
+  Address address;
+  address.ip = endpoint.address().to_v6().to_bytes();
+  address.port = endpoint.port();
+  return address;
+}
+
+udp::endpoint endpoint_of(const Address& address, bool v4) {
+  if (!v4) return {asio::ip::address_v6(address.ip), address.port};
+  std::array<std::uint8_t, 4> ip{};
+  std::copy(address.ip.begin() + 12, address.ip.end(), ip.begin());
+  return {asio::ip::address_v4(ip), address.port};
+}
+
+}  // namespace
+
+std::int64_t monotonic_now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+struct UdpTransport::Implementation {
+  asio::io_context context{1};
+  udp::socket socket{context};
+  bool v4 = true;
+  bool waits = false;  ///< a wait for the socket is under way
+  std::atomic<bool> stopped{false};
+  std::uint64_t unsent = 0;
+  std::array<std::uint8_t, kBufferBytes> buffer{};
+
+  void drain(ProtocolServer& server) {
+    for (int i = 0; i < kMostPerTurn; ++i) {
+      std::error_code error;
+      udp::endpoint from;
+      const std::size_t bytes = socket.receive_from(asio::buffer(buffer), from, 0, error);
+      if (error == asio::error::would_block) return;
+      if (error) continue;
+      server.receive(address_of(from), {buffer.data(), bytes}, monotonic_now_ns());
+    }
+  }
+
+  /// Until a datagram comes, but not longer than until the next poll.
+  void wait() {
+    if (!waits) {
+      waits = true;
+      socket.async_wait(udp::socket::wait_read,
+                        [this](const std::error_code& /*error*/) { waits = false; });
+    }
+    context.restart();
+    context.run_one_for(kPollPeriod);
+  }
+};
+
+UdpTransport::UdpTransport(const std::string& listen)
+    : implementation_(std::make_unique<Implementation>()) {
+  const udp::endpoint endpoint = endpoint_of(listen);
+  if (!endpoint.address().is_loopback()) {
+    refuse(listen,
+           "without keys everyone who reaches it could drive the device; listen on 127.0.0.1 and "
+           "let a program of yours carry it further");
+  }
+  Implementation& self = *implementation_;
+  self.v4 = endpoint.address().is_v4();
+  std::error_code error;
+  self.socket.open(endpoint.protocol(), error);
+  if (!error) self.socket.bind(endpoint, error);
+  if (error) {
+    refuse(listen, error.message() +
+                       "; if another hapticd runs, end it or choose another port with --listen");
+  }
+  self.socket.non_blocking(true);
+  // Less is no fault: what does not fit is repeated.
+  self.socket.set_option(asio::socket_base::receive_buffer_size(kSocketBytes), error);
+  self.socket.set_option(asio::socket_base::send_buffer_size(kSocketBytes), error);
+}
+
+UdpTransport::~UdpTransport() = default;
+
+std::string UdpTransport::local_address() const {
+  const udp::endpoint local = implementation_->socket.local_endpoint();
+  const std::string host = local.address().to_string();
+  return (local.address().is_v4() ? host : "[" + host + "]") + ":" + std::to_string(local.port());
+}
+
+std::uint16_t UdpTransport::port() const { return implementation_->socket.local_endpoint().port(); }
+
+void UdpTransport::send(const Address& to, std::span<const std::uint8_t> datagram) {
+  Implementation& self = *implementation_;
+  std::error_code error;
+  self.socket.send_to(asio::buffer(datagram.data(), datagram.size()), endpoint_of(to, self.v4), 0,
+                      error);
+  if (error) ++self.unsent;
+}
+
+std::uint64_t UdpTransport::unsent() const { return implementation_->unsent; }
+
+void UdpTransport::run(ProtocolServer& server, const Work& work) {
+  Implementation& self = *implementation_;
+  while (!self.stopped.load()) {
+    self.drain(server);
+    const bool more = work(monotonic_now_ns());
+    server.poll(monotonic_now_ns());
+    if (!more) self.wait();
+  }
+}
+
+void UdpTransport::stop() {
+  implementation_->stopped.store(true);
+  asio::post(implementation_->context, [] {});
+}
+
+}  // namespace hapticd
