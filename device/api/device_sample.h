@@ -26,7 +26,8 @@ inline constexpr std::uint16_t kDeviceWatchdog = 1U << 5U;
 inline constexpr std::uint16_t kDeviceSaturated = 1U << 6U;
 inline constexpr std::uint16_t kDeviceFault = 1U << 7U;
 
-/// One measurement. Velocities are zero where `has_velocity` is false.
+/// One measurement. Where the device measures no velocities they are the difference of successive
+/// samples.
 struct DeviceSample {
   std::int64_t t_ns = 0;      ///< instant of the measurement, never decreasing
   std::uint64_t counter = 0;  ///< grows by at least 1 with every fresh sample; a gap is a lost one

@@ -1,0 +1,43 @@
+// The human arm behind the simulated device: mass, spring and damper toward a target, tremor, and
+// the arm that works against us. Numbers as gesture.proto has them, with their sources. SI. RT:
+// yes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace hapticd {
+
+/// How the arm holds the device; the numbers are those of proto Arm.
+enum class ArmKind : std::uint8_t {
+  kOff = 1,          ///< nobody holds it: the plant alone
+  kLight = 2,        ///< a relaxed hand
+  kFirm = 3,         ///< a stiff grip
+  kAdversarial = 4,  ///< pushes along with the force it felt
+};
+inline constexpr std::size_t kArmKinds = 4;
+
+/// Equal in all axes.
+struct ArmModel {
+  double mass = 0.0;                  ///< moves with the handle, kg
+  double stiffness = 0.0;             ///< toward the target, N/m
+  double damping = 0.0;               ///< toward the target, N s/m
+  double inertia = 0.0;               ///< kg m^2
+  double rotational_stiffness = 0.0;  ///< N m/rad
+  double rotational_damping = 0.0;    ///< N m s/rad
+  double tremor = 0.0;                ///< root mean square of the target's, m
+  double tremor_frequency = 9.0;      ///< its centre, Hz
+  double delay = 0.0;                 ///< until the adversarial arm reacts, s
+  const char* source = "";            ///< where the numbers come from
+};
+
+/// Usual numbers of each kind, index kind - 1.
+using ArmModels = std::array<ArmModel, kArmKinds>;
+[[nodiscard]] const ArmModels& usual_arms() noexcept;
+
+/// Index of a kind in ArmModels.
+[[nodiscard]] constexpr std::size_t index_of(ArmKind kind) noexcept {
+  return static_cast<std::size_t>(kind) - 1;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,18 @@
+// Whether a command is one at all. RT: yes.
+#pragma once
+
+#include <cmath>
+
+#include "device/api/device_sample.h"
+
+namespace hapticd {
+
+/// True when no component of the wrench is NaN or infinite.
+[[nodiscard]] inline bool is_finite(const DeviceCommand& command) noexcept {
+  for (const Array3& vector : {command.f_H_D, command.t_H_D})
+    for (const double value : vector)
+      if (!std::isfinite(value)) return false;
+  return true;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,181 @@
+// The simulated device as a device: contract, reports, determinism, arms taking over.
+#include "device/simulated/simulated_device.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "core/math/rotation.h"
+#include "tests/device/api/device_contract.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+DeviceProfile usual() {
+  DeviceProfile profile;
+  profile.name = {'u', 's', 'u', 'a', 'l'};
+  profile.peak_force = 22.0;
+  profile.peak_torque = 0.5;
+  profile.delay = 1e-3;
+  profile.motor_lag = 1e-3;
+  profile.coulomb_friction = {0.1, 0.1, 0.1};
+  profile.coulomb_torque = {1e-3, 1e-3, 1e-3};
+  profile.position_resolution = {2e-5, 2e-5, 2e-5};
+  profile.rotation_resolution = {1e-4, 1e-4, 1e-4};
+  return profile;
+}
+
+/// There and back, turning.
+GestureMotion swing() {
+  GestureMotion motion;
+  motion.legs.resize(3);
+  motion.legs[1] = {
+      {{0.1, -0.05, 0.02}, to_array(exp_rotation({0.1, 0.5, -0.3}))}, 300 * kMs, 50 * kMs, false};
+  motion.legs[2] = {motion.legs[0].point, 200 * kMs, 0, true};
+  return motion;
+}
+
+bool same(const PlantState& a, const PlantState& b) {
+  return a.X_DH.p == b.X_DH.p && a.X_DH.q.coeffs() == b.X_DH.q.coeffs() && a.V_DH.v == b.V_DH.v &&
+         a.V_DH.w == b.V_DH.w;
+}
+
+}  // namespace
+
+TEST_CASE("the simulated device keeps the contract of devices, with every arm and a gesture") {
+  const GestureMotion motion = swing();
+  for (const ArmKind arm :
+       {ArmKind::kOff, ArmKind::kLight, ArmKind::kFirm, ArmKind::kAdversarial}) {
+    SimulatedDevice device(usual(), {.arm = arm});
+    device.play(motion.track(), 0);
+    check_device_contract(device, virtual_ticks(kMs), 500);
+  }
+}
+
+TEST_CASE("changing arm, seed and gesture while it runs leaves the heap alone") {
+  const GestureMotion motion = swing();
+  SimulatedDevice device(usual(), {});
+  DeviceSample sample;
+  const NoHeapScope scope;
+  for (int i = 0; i < 100; ++i) {
+    device.read(i * kMs, sample);
+    device.set_arm(static_cast<ArmKind>(1 + i % 4));
+    device.set_seed(static_cast<std::uint64_t>(i));
+    if (i % 7 == 0) device.play(motion.track(), 2);
+    if (i % 11 == 0) device.stop_gesture();
+    if (i % 31 == 0) device.place(Pose{});
+  }
+  const std::int64_t touched = scope.count();
+  CHECK(touched == 0);
+}
+
+TEST_CASE("the same seed, gesture and commands give the same bits, another seed others") {
+  const GestureMotion motion = swing();
+  const auto run = [&](std::uint64_t seed) {
+    auto device = std::make_unique<SimulatedDevice>(usual(), SimulatedOptions{.seed = seed});
+    DeviceSample sample;
+    for (int i = 0; i < 1000; ++i) {
+      device->read(i * kMs, sample);
+      if (i == 10) device->play(motion.track(), 0);
+      DeviceCommand command{.enable = true};
+      command.f_H_D = {-10 * sample.p_DH[0], 0.0, -10 * sample.p_DH[2]};
+      device->write(i * kMs, command);
+    }
+    return device->plant();
+  };
+  const PlantState first = run(1);
+  CHECK(same(first, run(1)));
+  CHECK(!same(first, run(2)));
+}
+
+TEST_CASE("how often it is read changes nothing in what happens") {
+  const GestureMotion motion = swing();
+  const auto run = [&](std::int64_t period_ns) {
+    SimulatedDevice device(usual(), {});
+    DeviceSample sample;
+    device.read(0, sample);
+    device.play(motion.track(), 1);
+    device.write(0, {.f_H_D = {1.0, 0.0, 0.0}, .enable = true});
+    for (std::int64_t t_ns = period_ns; t_ns <= 600 * kMs; t_ns += period_ns) {
+      device.read(t_ns, sample);
+    }
+    return device.plant();
+  };
+  const PlantState usual_rate = run(kMs);
+  CHECK(same(usual_rate, run(100'000)));
+  CHECK(same(usual_rate, run(60 * kMs)));
+  CHECK(same(usual_rate, run(75'000)));
+}
+
+TEST_CASE("samples come at the profile's rate, however often it is read") {
+  for (const double rate : {1000.0, 500.0, 4000.0}) {
+    for (const std::int64_t period_ns : {100'000, 250'000, 1'000'000}) {
+      DeviceProfile profile = usual();
+      profile.report_rate = rate;
+      SimulatedDevice device(profile, {});
+      DeviceSample sample;
+      int fresh = 0;
+      for (std::int64_t t_ns = 0; t_ns < 1'000 * kMs; t_ns += period_ns) {
+        if (device.read(t_ns, sample) == ReadOutcome::kFresh) ++fresh;
+      }
+      CHECK(std::abs(fresh - std::min(rate, 1e9 / static_cast<double>(period_ns))) <= 2);
+    }
+  }
+}
+
+TEST_CASE("a reader whose ticks jitter by less than half a period misses no sample") {
+  SimulatedDevice device(usual(), {});
+  DeviceSample sample;
+  for (int i = 0; i < 1000; ++i) {
+    const std::int64_t jitter_ns = (i * 7919) % 800'000 - 400'000;
+    REQUIRE(device.read(kMs + i * kMs + (i == 0 ? 0 : jitter_ns), sample) == ReadOutcome::kFresh);
+  }
+}
+
+TEST_CASE("a pause longer than a tenth of a second is left out, not caught up with") {
+  SimulatedOptions options{.arm = ArmKind::kOff};
+  SimulatedDevice device(usual(), options);
+  DeviceSample sample;
+  device.read(0, sample);
+  CHECK(device.read(3'600'000'000'000, sample) == ReadOutcome::kFresh);
+  CHECK(sample.t_ns <= 3'600'000'000'000);
+  CHECK(sample.t_ns > 3'600'000'000'000 - kPlantStep_ns);
+}
+
+TEST_CASE("a hand that closes around a drifting handle holds it where it is") {
+  DeviceProfile profile = usual();
+  SimulatedDevice device(profile, {.arm = ArmKind::kOff});
+  DeviceSample sample;
+  device.read(0, sample);
+  device.write(0, {.f_H_D = {2.0, 0.0, 0.0}, .t_H_D = {0.0, 0.01, 0.0}, .enable = true});
+  for (int i = 1; i <= 100; ++i) device.read(i * kMs, sample);
+  device.write(100 * kMs, {});
+  device.read(105 * kMs, sample);
+  const PlantState there = device.plant();
+  CHECK(there.X_DH.p.x() > 0.01);
+  device.set_arm(ArmKind::kFirm);
+  for (int i = 106; i <= 1500; ++i) device.read(i * kMs, sample);
+  // Tremor and friction keep it within a millimetre of where it was caught.
+  CHECK((device.plant().X_DH.p - there.X_DH.p).norm() < 1e-3 + there.V_DH.v.norm() * 0.03);
+  CHECK(device.plant().V_DH.v.norm() < 0.05);
+}
+
+TEST_CASE("placed somewhere, the handle rests there and the gesture is over") {
+  const GestureMotion motion = swing();
+  SimulatedDevice device(usual(), {});
+  DeviceSample sample;
+  device.read(0, sample);
+  device.play(motion.track(), 0);
+  for (int i = 1; i <= 250; ++i) device.read(i * kMs, sample);
+  const Pose X_DH{exp_rotation({0.0, 1.0, 0.0}), {0.3, 0.2, 0.1}};
+  device.place(X_DH);
+  CHECK(!device.gesture().playing);
+  CHECK(device.plant().V_DH.v == Vector3::Zero());
+  for (int i = 251; i <= 600; ++i) device.read(i * kMs, sample);
+  CHECK((device.plant().X_DH.p - X_DH.p).norm() < 5e-4);
+}
+
+}  // namespace hapticd::test
