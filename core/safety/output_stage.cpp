@@ -31,7 +31,6 @@ Twist bounded(const Twist& V) noexcept {
 Vector3 thermally_limited(const Vector3& F, double continuous, double window_s,
                           const ThermalLoad& load, std::uint32_t& flags) noexcept {
   const double size = F.norm();
-  if (!(continuous > 0.0) || !(size > 0.0)) return F;
   const double allowed = allowed_size(continuous, window_s, load);
   if (size <= allowed) return F;
   flags |= kSafetyThermal;
@@ -69,21 +68,14 @@ Wrench shaped(const SafetyInput& input, const SafetyLimits& limits, const Twist&
 
 bool usable(const SafetyLimits& limits) noexcept {
   const PassivityLimits& port = limits.passivity;
-  const double numbers[] = {limits.peak.force,
-                            limits.peak.torque,
-                            limits.continuous_force,
-                            limits.continuous_torque,
-                            limits.thermal_window_s,
-                            port.allowance,
-                            port.soft_share,
-                            port.credit,
-                            port.acceleration,
-                            port.angular_acceleration,
-                            port.damping,
+  const double numbers[] = {limits.peak.force,      limits.peak.torque, limits.thermal_window_s,
+                            port.allowance,         port.soft_share,    port.credit,
+                            port.acceleration,      port.damping,       port.angular_acceleration,
                             port.rotational_damping};
   return std::all_of(std::begin(numbers), std::end(numbers),
                      [](double x) { return std::isfinite(x) && x >= 0.0; }) &&
-         limits.thermal_window_s > 0.0 && limits.time_to_live_ns >= 0;
+         limits.thermal_window_s > 0.0 && limits.time_to_live_ns >= 0 &&
+         limits.continuous_force >= 0.0 && limits.continuous_torque >= 0.0;
 }
 
 SafetyOutput limit(const SafetyInput& input, const SafetyLimits& limits,
@@ -99,8 +91,10 @@ SafetyOutput limit(const SafetyInput& input, const SafetyLimits& limits,
   const double dt_s = std::clamp(input.dt_s, 0.0, kMaxDt_s);
   const double budget = std::clamp(input.budget, 0.0, kMaxBudget);
   observe(F_prev, bounded(input.displacement_D), dt_s, budget, limits.passivity, state.port);
-  add_load(F_prev.f.norm(), dt_s, limits.thermal_window_s, state.force_load);
-  add_load(F_prev.t.norm(), dt_s, limits.thermal_window_s, state.torque_load);
+  add_load(F_prev.f.norm(), dt_s, limits.continuous_force, limits.thermal_window_s,
+           state.force_load);
+  add_load(F_prev.t.norm(), dt_s, limits.continuous_torque, limits.thermal_window_s,
+           state.torque_load);
   if (!input.enable) {
     state.port = {};
     return output;

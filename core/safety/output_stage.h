@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 
 #include "core/math/realtime.h"
@@ -26,11 +27,12 @@ inline constexpr double kMaxSlewStep_s = 0.005;
 /// Computed wrenches beyond this are shortened to it before anything multiplies them, N and N m.
 inline constexpr double kMaxComputedWrench = 1e6;
 
-/// Device data. All finite and >= 0, else nothing is written but zero.
+/// Device data. All finite (but where said) and >= 0, else nothing is written but zero.
 struct SafetyLimits {
   WrenchLimits peak;
-  double continuous_force = 0.0;   ///< root mean square over the window, N; 0: no such limit
-  double continuous_torque = 0.0;  ///< N m; 0: no such limit
+  /// Root mean square over the window, N and N m; infinite: no such limit.
+  double continuous_force = std::numeric_limits<double>::infinity();
+  double continuous_torque = std::numeric_limits<double>::infinity();
   double thermal_window_s = 10.0;
   PassivityLimits passivity;
   std::int64_t time_to_live_ns = 5'000'000;  ///< a command older than this is no command
@@ -87,7 +89,7 @@ static_assert(std::is_trivially_copyable_v<SafetyOutput>);
 [[nodiscard]] HD_REALTIME SafetyOutput limit(const SafetyInput& input, const SafetyLimits& limits,
                                              SafetyState& state) noexcept;
 
-/// True when every number of `limits` is finite and in its range.
+/// True when every number of `limits` is in its range.
 [[nodiscard]] HD_REALTIME bool usable(const SafetyLimits& limits) noexcept;
 
 }  // namespace hapticd

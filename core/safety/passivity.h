@@ -29,7 +29,7 @@ struct PassivityLimits {
   /// their first newton.
   double allowance = 4e-3;
   /// Share of the allowance at which the soft step begins, [0, 1].
-  double soft_share = 0.25;
+  double soft_share = 0.5;
   /// Largest credit that is remembered, J: what the springs of the scene can store and give back.
   /// Larger: a session of plucking pays for a long buzz; smaller: a spring pressed deep is not paid
   /// back. 22 N on 500 N/m hold 0.48 J.

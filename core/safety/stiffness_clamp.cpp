@@ -8,11 +8,9 @@
 namespace hapticd {
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-/// Factor that brings `stiffness` to `bound`; NaN for a stiffness that is none.
+/// Factor that brings `stiffness` to `bound`; 0 for a stiffness that is none.
 double factor(double stiffness, double bound) noexcept {
-  if (!(stiffness >= 0.0)) return 0.0;
+  if (!std::isfinite(stiffness) || stiffness < 0.0) return 0.0;
   return stiffness <= bound ? 1.0 : bound / stiffness;
 }
 
@@ -24,14 +22,13 @@ StiffnessGrant grant_stiffness(const DeviceStiffness& wanted,
   const double lag_s = limits.period_s / 2.0 + limits.delay_s;
   const double damping = limits.damping + limits.coupling_damping;
   if (damping > 0.0) {
-    grant.bound = kStiffnessShare * damping / lag_s;
-    if (limits.stiffness_max > 0.0) grant.bound = std::min(grant.bound, limits.stiffness_max);
-  } else {
+    grant.bound = std::min(kStiffnessShare * damping / lag_s, limits.stiffness_max);
+  } else if (std::isfinite(limits.stiffness_max)) {
     grant.bound = kStiffnessShare * limits.stiffness_max;
   }
   grant.rotational_bound = limits.rotational_damping > 0.0
                                ? kStiffnessShare * limits.rotational_damping / lag_s
-                               : kInfinite;
+                               : std::numeric_limits<double>::infinity();
   const double scale =
       std::min({factor(wanted.kt, grant.bound), factor(wanted.kc, grant.bound),
                 factor(wanted.kv, grant.bound), factor(wanted.kr, grant.rotational_bound)});

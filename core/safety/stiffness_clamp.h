@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "core/math/realtime.h"
 
@@ -20,9 +21,10 @@ struct StiffnessLimits {
   double damping = 1.0;              ///< b of the device, N s/m; 0: unknown, see stiffness_max
   double rotational_damping = 1e-3;  ///< of the device, N m s/rad; 0: unknown, no limit to rotation
   double coupling_damping = 0.0;     ///< B, N s/m
-  double stiffness_max = 0.0;        ///< what the maker promises, N/m; 0: no promise
-  double period_s = 1e-3;            ///< T
-  double delay_s = 0.0;              ///< t_d from sample to force
+  double stiffness_max =
+      std::numeric_limits<double>::infinity();  ///< the maker's promise, N/m; infinite: none
+  double period_s = 1e-3;                       ///< T
+  double delay_s = 0.0;                         ///< t_d from sample to force
 };
 
 /// Stiffness as the device feels it: translational ones times workspace scale and force gain, the
@@ -43,8 +45,8 @@ struct StiffnessGrant {
 
 /// The largest scale at which no stiffness exceeds its bound. The bound is half of
 /// (b + B) / (T/2 + t_d), never above stiffness_max, and half of stiffness_max where b and B are
-/// not known. Stiffnesses that are not finite or negative give the smallest scale,
-/// kMinStiffnessScale.
+/// not known; 0, and so the smallest scale, where nothing is known. Stiffnesses that are not finite
+/// or negative give the smallest scale, kMinStiffnessScale.
 [[nodiscard]] HD_REALTIME StiffnessGrant grant_stiffness(const DeviceStiffness& wanted,
                                                          const StiffnessLimits& limits) noexcept;
 

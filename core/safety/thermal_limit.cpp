@@ -6,7 +6,8 @@
 
 namespace hapticd {
 
-void add_load(double size, double dt_s, double window_s, ThermalLoad& load) noexcept {
+void add_load(double size, double dt_s, double continuous, double window_s,
+              ThermalLoad& load) noexcept {
   const double block_s = window_s / kThermalBlocks;
   load.current_s += dt_s;
   for (int passed = 0; load.current_s >= block_s && passed <= kThermalBlocks; ++passed) {
@@ -18,14 +19,16 @@ void add_load(double size, double dt_s, double window_s, ThermalLoad& load) noex
   // After a pause of more than a window nothing older is left anyway.
   load.current_s = std::min(load.current_s, block_s);
   // A tick across the edge of two blocks counts in the later one: it is never forgotten too early.
-  load.current += size * size * dt_s;
+  const double floor = kThermalFloor * continuous * continuous;
+  load.current += std::max(0.0, size * size - floor) * dt_s;
 }
 
 double allowed_size(double continuous, double window_s, const ThermalLoad& load) noexcept {
   double held = load.current;
   for (const double block : load.blocks) held += block;
-  const double left = continuous * continuous * window_s - held;
-  return std::sqrt(std::max(0.0, left) / kThermalHorizon_s);
+  const double square = continuous * continuous;
+  const double left = (1.0 - kThermalFloor) * square * window_s - held;
+  return std::sqrt(kThermalFloor * square + std::max(0.0, left) / kThermalHorizon_s);
 }
 
 }  // namespace hapticd

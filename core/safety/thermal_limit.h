@@ -1,7 +1,8 @@
-// Keeps the root mean square of a force over a sliding window (10 s) below what the motors hold for
-// ever. Book-keeping of integral |F|^2 dt in 64 blocks, never less than the true window holds. What
-// is left is handed out so that it lasts kThermalHorizon_s at least: the bound comes as a slow
-// fade, not as a cut. RT: yes, about 5 ns.
+// Keeps the root mean square of a force over every window (10 s) at what the motors hold for ever,
+// c. Half of c^2 is always available, so that no force ever vanishes after a peak; what is written
+// beyond it, integral (|F|^2 - c^2/2) dt, is added up in 64 blocks, never less than the true window
+// holds, and may reach c^2/2 times the window. What is left is handed out so that it lasts
+// kThermalHorizon_s at least: the bound comes as a fade, not as a cut. RT: yes, about 10 ns.
 #pragma once
 
 #include <array>
@@ -12,11 +13,15 @@ namespace hapticd {
 
 /// Parts of the window. More: less too early a limit (the window is up to 1/64 too long).
 inline constexpr int kThermalBlocks = 64;
+/// Share of c^2 that is always available, [0, 1). Larger: shorter peaks; smaller: less is left
+/// after them. At 0.5 22 N may stand for 0.33 s where c is 6 N, then 4.2 N until the window has
+/// passed.
+inline constexpr double kThermalFloor = 0.5;
 /// Time for which the rest of the budget must last, s. Longer: a steady force stays further below
-/// the continuous one (by 1.2 % at 0.25 s of 10 s); shorter than a few ticks: a cut.
-inline constexpr double kThermalHorizon_s = 0.25;
+/// the continuous one (by 0.1 % at 0.05 s of 10 s); shorter than a few ticks: a cut.
+inline constexpr double kThermalHorizon_s = 0.05;
 
-/// Squares of what was written, N^2 s or (N m)^2 s.
+/// Excess over the floor, N^2 s or (N m)^2 s.
 struct ThermalLoad {
   std::array<double, kThermalBlocks> blocks{};  ///< complete blocks, a ring
   double current = 0.0;                         ///< of the block that runs
@@ -25,10 +30,11 @@ struct ThermalLoad {
 };
 
 /// Adds `size` = |F| (>= 0) held for `dt_s` (>= 0) and forgets what left the window of `window_s`.
-HD_REALTIME void add_load(double size, double dt_s, double window_s, ThermalLoad& load) noexcept;
+HD_REALTIME void add_load(double size, double dt_s, double continuous, double window_s,
+                          ThermalLoad& load) noexcept;
 
 /// Largest |F| for now, so that the root mean square over any window stays at most `continuous`
-/// (> 0) while no tick is longer than kThermalHorizon_s.
+/// (>= 0, infinite: no limit) while no tick is longer than kThermalHorizon_s.
 [[nodiscard]] HD_REALTIME double allowed_size(double continuous, double window_s,
                                               const ThermalLoad& load) noexcept;
 
