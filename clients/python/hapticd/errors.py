@@ -1,0 +1,49 @@
+"""What can go wrong, as exceptions. A refused request is a `RequestError` with the server's code, path and message; everything about
+the connection is a `ConnectionError`."""
+from __future__ import annotations
+
+from hapticd.v1 import answer_pb2, control_pb2
+
+
+def enum_name(enum, number: int, prefix: str) -> str:
+    """Name of an enum's value without its prefix; a value of a later version stays a number."""
+    try:
+        return enum.Name(number).removeprefix(prefix)
+    except ValueError:
+        return str(number)
+
+
+class RequestError(Exception):
+    """The server refused a request, and has changed nothing. `code` is a name such as "NOT_OWNER", `path` the field it is about,
+    `message` says what is wrong and what to do."""
+
+    def __init__(self, result: "answer_pb2.Result") -> None:
+        self.code = enum_name(answer_pb2.ResultCode, result.code, "RESULT_CODE_")
+        self.path = result.path
+        self.message = result.message
+        super().__init__(": ".join(part for part in (self.code, self.path, self.message) if part))
+
+
+class ServerSilent(ConnectionError):
+    """Nothing has come from the server for 3 s."""
+
+
+class ServerFull(ConnectionError):
+    """The server has as many sessions as it takes."""
+
+
+class SessionLost(ConnectionError):
+    """The server does not know the session any more, or was started anew: unanswered requests are lost."""
+
+
+class SessionEnded(ConnectionError):
+    """The session is over: closed here, or by the server's Bye. `reason` is a name such as "SHUTDOWN"."""
+
+    def __init__(self, reason: int = 0, message: str = "") -> None:
+        self.reason = enum_name(control_pb2.ByeReason, reason, "BYE_REASON_")
+        self.message = message
+        super().__init__(f"{self.reason}: {message}" if message else self.reason)
+
+
+class ProtocolError(Exception):
+    """The peer broke a rule of PROTOCOL.md; the session ends with Bye PROTOCOL_ERROR."""

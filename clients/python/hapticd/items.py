@@ -1,0 +1,171 @@
+"""Items, exactly once and in order, and the blobs too long for one: PROTOCOL.md sections 4 and 5. No socket and no clock: the caller
+says what time it is, in ns. One Outbox and one Inbox per session."""
+from __future__ import annotations
+
+from collections import deque
+from typing import Deque, List, NamedTuple, Optional, Tuple
+
+from google.protobuf.message import DecodeError
+
+from hapticd.errors import ProtocolError
+from hapticd.v1 import stream_pb2
+
+MOST_ITEMS_IN_PACKET = 16
+MOST_UNACKNOWLEDGED = 1024
+MOST_ITEM_BYTES = 1000
+CHUNK_BYTES = 900
+MOST_BLOB_BYTES = 4 * 1024 * 1024
+REPEAT_AFTER_NS = tuple(ms * 1_000_000 for ms in (1, 3, 7, 15, 31))
+"""Instants of the repeats after the newest Item first left; then every REPEAT_EVERY_NS."""
+REPEAT_EVERY_NS = 50_000_000
+
+
+class BacklogFull(Exception):
+    """1024 Items wait for an acknowledgement: the session has to end."""
+
+
+class _Waiting(NamedTuple):
+    item: stream_pb2.Item
+    size: int  # in a Packet: tag and length included
+
+
+def _size_in_packet(item: stream_pb2.Item) -> int:
+    size = item.ByteSize()
+    return size + 2 + (size > 127)
+
+
+class Outbox:
+    """The Items that the peer has not acknowledged, and when to repeat them."""
+
+    def __init__(self) -> None:
+        self.first = 1
+        self._waiting: Deque[_Waiting] = deque()
+        self._pieces = 0  # Chunks in _waiting: a blob may be longer than the backlog, and waits piece by piece
+        self._blobs = 0
+        self._left = 0  # id of the newest Item that has left at least once
+        self._newest_left_ns = 0
+        self._sent_ns = 0
+        self._repeats = 0
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    @property
+    def last(self) -> int:
+        """Id of the newest Item, 0 before the first."""
+        return self.first + len(self._waiting) - 1
+
+    def add(self, item: stream_pb2.Item) -> int:
+        """Takes an Item of any length; returns the id its Result will carry. ValueError beyond 4 MiB."""
+        if item.ByteSize() > MOST_ITEM_BYTES:
+            self._add_blob(item.SerializeToString())
+            return self.last
+        if len(self._waiting) - self._pieces >= MOST_UNACKNOWLEDGED:
+            raise BacklogFull(f"{MOST_UNACKNOWLEDGED} Items are not acknowledged")
+        return self.add_last(item)
+
+    def add_last(self, item: stream_pb2.Item) -> int:
+        """Takes a Bye, for which there is always room: it stands in the place of the Item that was one too many."""
+        self._waiting.append(_Waiting(item, _size_in_packet(item)))
+        return self.last
+
+    def _add_blob(self, blob: bytes) -> None:
+        if len(blob) > MOST_BLOB_BYTES:
+            raise ValueError(f"an Item has at most {MOST_BLOB_BYTES} bytes, not {len(blob)}")
+        self._blobs += 1
+        for offset in range(0, len(blob), CHUNK_BYTES):
+            piece = stream_pb2.Item()
+            piece.chunk.blob = self._blobs
+            piece.chunk.kind = stream_pb2.CHUNK_KIND_ITEM
+            piece.chunk.offset = offset
+            piece.chunk.total = len(blob)
+            piece.chunk.bytes = blob[offset:offset + CHUNK_BYTES]
+            self._waiting.append(_Waiting(piece, _size_in_packet(piece)))
+            self._pieces += 1
+
+    def acknowledge(self, ack: int) -> None:
+        """Forgets what the peer has. A smaller ack than before is a late datagram and means nothing."""
+        if ack > self._left:
+            raise ProtocolError(f"ack {ack} of an Item that was never sent")
+        while self.first <= ack:
+            self._pieces -= self._waiting.popleft().item.HasField("chunk")
+            self.first += 1
+
+    def fitting(self, room: int) -> List[stream_pb2.Item]:
+        """The oldest Items, as many as `room` bytes of a Packet take, 16 at most."""
+        items = []
+        for waiting in self._waiting:
+            room -= waiting.size
+            if room < 0 or len(items) == MOST_ITEMS_IN_PACKET:
+                break
+            items.append(waiting.item)
+        return items
+
+    def sent(self, count: int, now_ns: int) -> None:
+        """A Packet with the oldest `count` Items leaves now."""
+        newest = self.first + count - 1
+        if newest > self._left:
+            self._left = newest
+            self._newest_left_ns = now_ns
+            self._repeats = 0
+        else:
+            self._repeats += 1
+        self._sent_ns = now_ns
+
+    def due_ns(self, room: int) -> Optional[int]:
+        """When the next Packet has to leave for the sake of the Items; 0 = at once, None = nothing waits."""
+        if not self._waiting:
+            return None
+        if self.first + len(self.fitting(room)) - 1 > self._left:
+            return 0
+        if self._repeats < len(REPEAT_AFTER_NS):
+            return self._newest_left_ns + REPEAT_AFTER_NS[self._repeats]
+        return self._sent_ns + REPEAT_EVERY_NS
+
+
+class Inbox:
+    """Applies the peer's Items once each, in order, and puts blobs together."""
+
+    def __init__(self) -> None:
+        self.applied = 0
+        self._blob = bytearray()
+        self._blob_id = 0
+        self._blob_total = 0
+
+    def take(self, packet: stream_pb2.Packet) -> List[Tuple[int, Optional[stream_pb2.Item]]]:
+        """New Items with their ids; a blob's id is that of its last Chunk, and a blob that does not decode is None."""
+        taken: List[Tuple[int, Optional[stream_pb2.Item]]] = []
+        for item_id, item in enumerate(packet.items, packet.first):
+            if item_id <= self.applied:
+                continue
+            if item_id > self.applied + 1:
+                raise ProtocolError(f"Item {item_id} came after {self.applied}: those between were dropped")
+            self.applied = item_id
+            if not item.HasField("chunk"):
+                taken.append((item_id, item))
+            elif self._add_piece(item.chunk):
+                taken.append((item_id, self._decode_blob()))
+        return taken
+
+    def _add_piece(self, piece: stream_pb2.Chunk) -> bool:
+        """True with the last piece of a blob."""
+        if not self._blob:
+            self._blob_id += 1
+            self._blob_total = piece.total
+        fits = (piece.blob == self._blob_id and piece.kind == stream_pb2.CHUNK_KIND_ITEM and piece.total == self._blob_total
+                and 1 <= piece.total <= MOST_BLOB_BYTES and piece.offset == len(self._blob) and 1 <= len(piece.bytes) <= CHUNK_BYTES
+                and piece.offset + len(piece.bytes) <= piece.total)
+        if not fits:
+            raise ProtocolError(f"Chunk of blob {piece.blob} at {piece.offset} does not continue blob {self._blob_id} at {len(self._blob)}")
+        self._blob += piece.bytes
+        return len(self._blob) == piece.total
+
+    def _decode_blob(self) -> Optional[stream_pb2.Item]:
+        blob, self._blob = bytes(self._blob), bytearray()
+        try:
+            item = stream_pb2.Item.FromString(blob)
+        except DecodeError:
+            return None
+        if item.HasField("chunk"):
+            raise ProtocolError(f"blob {self._blob_id} contains a Chunk")
+        return item

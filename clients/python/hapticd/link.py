@@ -1,0 +1,183 @@
+"""One session of a client as a state machine: datagrams and the time go in, datagrams, Items and States come out. No socket, no thread,
+no clock of its own, so that tests run it in virtual time. Rules: PROTOCOL.md sections 3, 4, 6 and 7. Times in ns."""
+from __future__ import annotations
+
+from typing import List, NamedTuple, Optional, Tuple
+
+from google.protobuf.message import DecodeError
+
+from hapticd import wire
+from hapticd.clock import OffsetEstimator
+from hapticd.errors import ProtocolError, ServerFull, SessionLost
+from hapticd.items import BacklogFull, Inbox, Outbox
+from hapticd.v1 import control_pb2, state_pb2, stream_pb2
+
+KEEP_ALIVE_NS = 50_000_000
+"""Twice as often as the server needs it, so that one lost datagram does not matter."""
+ACK_SPACING_NS = 1_000_000
+"""New Items and States are acknowledged at once, but not more often than this."""
+CLOCK_EVERY_NS = 200_000_000
+"""A Packet asks for the server's time this often."""
+BYE_PATIENCE_NS = 1_000_000_000
+"""A Bye is repeated for so long."""
+_FIXED_FIELDS_BYTES = 80
+"""All of a Packet but its Items, at most: ack, first, clock, seen, newest."""
+ITEM_ROOM = wire.MOST_DATAGRAM_BYTES - wire.HEADER_BYTES - _FIXED_FIELDS_BYTES
+
+
+class Arrived(NamedTuple):
+    """What a datagram brought: Items in order with their ids (None: a blob that does not decode), and a State."""
+
+    items: List[Tuple[int, Optional[stream_pb2.Item]]]
+    state: Optional[state_pb2.State]
+
+
+NOTHING = Arrived([], None)
+
+
+class Link:
+    """A session from the client's side. `session` is random, not 0, and never used twice."""
+
+    def __init__(self, session: int, now_ns: int) -> None:
+        self.session = session
+        self.boot_id = 0
+        self.clock = OffsetEstimator()
+        self.heard_ns = now_ns  # when the last valid datagram came
+        self.seen = 0
+        self.ended: Optional[control_pb2.Bye] = None  # the server's, or ours after an error of it
+        self._outbox = Outbox()
+        self._inbox = Inbox()
+        self._window = wire.CounterWindow()
+        self._counter = 0
+        self._newest = (0, 0)  # scene_id and tick
+        self._highest_state = -1  # counter of the newest State's datagram
+        self._state_tick = (0, -1)
+        self._last_state: Optional[state_pb2.State] = None  # while a Run waits for us the server repeats it
+        self._parts: dict[int, state_pb2.State] = {}
+        self._sent_ns = now_ns - KEEP_ALIVE_NS
+        self._clock_ns = now_ns - CLOCK_EVERY_NS
+        self._to_acknowledge = True  # true at first: the first datagram opens the session
+        self._saying_bye = False
+
+    # Sending.
+
+    def submit(self, item: stream_pb2.Item) -> int:
+        """Queues an Item and returns its id. Beyond 1024 unacknowledged ones the session ends with Bye BACKLOG."""
+        if self._saying_bye:
+            raise SessionLost("the session has said Bye")
+        try:
+            return self._outbox.add(item)
+        except BacklogFull as full:
+            self.say_bye(control_pb2.BYE_REASON_BACKLOG, str(full))
+            raise
+
+    def say_bye(self, reason: int, message: str = "") -> None:
+        """The last Item of this side."""
+        if self._saying_bye:
+            return
+        bye = stream_pb2.Item()
+        bye.bye.reason = reason
+        bye.bye.message = message
+        self._outbox.add_last(bye)
+        self._saying_bye = True
+
+    @property
+    def backlog(self) -> int:
+        """Items not yet acknowledged."""
+        return len(self._outbox)
+
+    @property
+    def finished(self) -> bool:
+        """Nothing is left to say: all is acknowledged, both ways, or nobody ever answered."""
+        return self.boot_id == 0 or (len(self._outbox) == 0 and not self._to_acknowledge)
+
+    def due_ns(self) -> int:
+        """When the next datagram has to leave."""
+        due = self._sent_ns + KEEP_ALIVE_NS
+        if self._to_acknowledge:
+            due = min(due, self._sent_ns + ACK_SPACING_NS)
+        repeat = self._outbox.due_ns(ITEM_ROOM)
+        return due if repeat is None else min(due, repeat)
+
+    def datagram(self, now_ns: int) -> bytes:
+        """The datagram to send now, whether it is due or not."""
+        packet = stream_pb2.Packet(ack=self._inbox.applied, first=self._outbox.first, seen=self.seen, newest=self._newest[1])
+        items = self._outbox.fitting(ITEM_ROOM)
+        packet.items.extend(items)
+        if now_ns - self._clock_ns >= CLOCK_EVERY_NS:
+            packet.clock.sent_ns = now_ns
+            self._clock_ns = now_ns
+        self._outbox.sent(len(items), now_ns)
+        self._sent_ns = now_ns
+        self._to_acknowledge = False
+        counter, self._counter = self._counter, self._counter + 1
+        return wire.encode(wire.KIND_PLAIN, self.session, counter, packet.SerializeToString())
+
+    # Receiving.
+
+    def receive(self, data: bytes, now_ns: int) -> Arrived:
+        """Takes a datagram. SessionLost or ServerFull: forget this link and begin anew with another number."""
+        datagram = wire.decode(data)
+        if datagram is None or datagram.session != self.session:
+            return NOTHING
+        try:
+            packet = stream_pb2.Packet.FromString(datagram.body)
+        except DecodeError:
+            return NOTHING
+        if packet.first < 1:
+            return NOTHING
+        # A server that forgot the session counts from 0 again: its Reset must not fall to the window of counters.
+        if packet.HasField("reset"):
+            full = packet.reset.reason == stream_pb2.RESET_REASON_FULL
+            raise ServerFull("the server has no session left") if full else SessionLost("the server does not know this session")
+        if not self._window.is_new(datagram.counter):
+            return NOTHING
+        self._window.mark(datagram.counter)
+        if self.boot_id not in (0, packet.boot_id):
+            raise SessionLost("the server was started anew")
+        self.boot_id = packet.boot_id
+        self.heard_ns = now_ns
+        return self._apply(packet, datagram.counter, now_ns)
+
+    def _apply(self, packet: stream_pb2.Packet, counter: int, now_ns: int) -> Arrived:
+        if packet.HasField("clock") and packet.clock.echoed_ns:
+            self.clock.add(packet.clock.echoed_ns, packet.clock.received_ns, packet.clock.sent_ns, now_ns)
+        items: List[Tuple[int, Optional[stream_pb2.Item]]] = []
+        try:
+            self._outbox.acknowledge(packet.ack)
+            if self.ended is None:
+                items = self._inbox.take(packet)
+        except ProtocolError as error:
+            self.say_bye(control_pb2.BYE_REASON_PROTOCOL_ERROR, str(error))
+            self.ended = control_pb2.Bye(reason=control_pb2.BYE_REASON_PROTOCOL_ERROR, message=str(error))
+        # Repeated Items mean that the ack was lost: it is sent again.
+        self._to_acknowledge |= len(packet.items) > 0
+        for _, item in items:
+            if item is not None and item.HasField("bye"):
+                self.ended = item.bye
+        return Arrived(items, self._take_state(packet.state, counter) if packet.HasField("state") else None)
+
+    def _take_state(self, state: state_pb2.State, counter: int) -> Optional[state_pb2.State]:
+        """The State if it is the newest; of one in parts, all of it once the last has come."""
+        self.seen += 1
+        self._to_acknowledge = True
+        place = (state.scene_id, state.tick)
+        self._newest = max(self._newest, place)
+        if counter < self._highest_state and not (state.part_count > 1 and place == self._state_tick):
+            return None
+        self._highest_state = max(counter, self._highest_state)
+        if place != self._state_tick:
+            self._parts = {}
+        self._state_tick = place
+        if state.part_count <= 1:
+            repeated, self._last_state = state == self._last_state, state
+            return None if repeated else state
+        self._parts[state.part_index] = state
+        if len(self._parts) < state.part_count:
+            return None
+        whole = state_pb2.State()
+        for index in sorted(self._parts):
+            whole.MergeFrom(self._parts[index])
+        whole.ClearField("part_index")
+        whole.ClearField("part_count")
+        return whole

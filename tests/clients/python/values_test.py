@@ -1,0 +1,83 @@
+"""States as columns and numbers as poses, with numpy and without: the expected numbers are written out here."""
+import unittest
+from unittest import mock
+
+import support  # noqa: F401
+from hapticd import values
+from hapticd.v1 import control_pb2, state_pb2
+
+
+def plain(column):
+    return column.tolist() if hasattr(column, "tolist") else column
+
+
+class WithAndWithoutNumpy(unittest.TestCase):
+    def both(self, check):
+        check()
+        if values.numpy is not None:
+            with mock.patch.object(values, "numpy", None):
+                check()
+
+    def test_columns_have_a_row_per_state_with_the_tool(self):
+        def check():
+            states = [state_pb2.State(tick=tick, t_ns=tick * 10**9, tools=[dict(tool_id=3, p_wh_m=[tick, 0.5, -1], wrench_h_w=[0, tick, 0, 0, 0, 0])])
+                      for tick in range(3)]
+            states.append(state_pb2.State(tick=9, tools=[dict(tool_id=1)]))
+            table = values.columns(states, tool_id=3)
+            self.assertEqual(plain(table["tick"]), [0, 1, 2])
+            self.assertEqual(plain(table["t_s"]), [0.0, 1.0, 2.0])
+            self.assertEqual(plain(table["p_wh_m"]), [[0, 0.5, -1], [1, 0.5, -1], [2, 0.5, -1]])
+            self.assertEqual(plain(table["wrench_h_w"])[2], [0, 2, 0, 0, 0, 0])
+        self.both(check)
+
+    def test_contacts_come_in_si_and_ill_formed_patches_are_ignored(self):
+        def check():
+            patch = state_pb2.ContactPatch(tool_sphere=[4, -3], p_wc_um=[1, 2, 3, 4, 5, 6], nhat_og_w_e4=[0, 10000, 0, 10000, 0, 0],
+                                           gap_nanometres=[-20, 20000], force_mn=[1500, 0])
+            table = values.contacts(patch)
+            self.assertAlmostEqual(plain(table["p_wc_m"])[1][2], 6e-6, delta=1e-18)
+            self.assertEqual(plain(table["nhat_og_w"]), [[0, 1, 0], [1, 0, 0]])
+            self.assertEqual(plain(table["force_n"]), [1.5, 0])
+            self.assertAlmostEqual(plain(table["gap_m"])[0], -2e-8, delta=1e-18)
+            for column in ("p_wc_um", "nhat_og_w_e4", "gap_nanometres", "force_mn"):
+                bad = state_pb2.ContactPatch()
+                bad.CopyFrom(patch)
+                getattr(bad, column).append(0)
+                self.assertIsNone(values.contacts(bad), column)
+        self.both(check)
+
+    def test_what_numpy_makes_is_an_array(self):
+        if values.numpy is None:
+            self.skipTest("SKIPPED: no numpy here")
+        self.assertEqual(values.as_array([[1.0, 2.0]]).shape, (1, 2))
+
+
+class Poses(unittest.TestCase):
+    def test_sixteen_are_in_a_batch_and_ticks_go_on(self):
+        batches = values.pose_batches([(0, 0, number) for number in range(35)], tool_id=2, first_tick=100)
+        self.assertEqual([(batch.first_tick, len(batch.poses)) for batch in batches], [(100, 16), (116, 16), (132, 3)])
+        self.assertEqual(list(batches[1].poses[0].pose_dh.p_m), [0, 0, 16])
+        self.assertEqual(list(batches[1].poses[0].pose_dh.q), [1, 0, 0, 0])
+        self.assertEqual(batches[1].poses[0].tool_id, 2)
+
+    def test_without_a_first_tick_they_follow_what_is_queued(self):
+        self.assertFalse(values.pose_batches([(1, 2, 3, 0, 1, 0, 0)], 0, None)[0].HasField("first_tick"))
+        self.assertEqual(list(values.pose_batches([(1, 2, 3, 0, 1, 0, 0)], 0, None)[0].poses[0].pose_dh.q), [0, 1, 0, 0])
+
+    def test_other_rows_are_refused(self):
+        for row in ((), (1, 2), (1, 2, 3, 4), range(8)):
+            with self.assertRaises(ValueError):
+                values.pose_batches([row], 0, None)
+
+
+class Assignments(unittest.TestCase):
+    def test_values_keep_their_kind_there_and_back(self):
+        for value in (True, False, 2.5, 0.0, "auto", [1.0, 2.0, 3.0]):
+            assignment = control_pb2.Assignment()
+            values.fill_value(assignment, value)
+            back = plain(values.read_value(assignment))
+            self.assertEqual((type(back), back), (type(value), value))
+
+
+if __name__ == "__main__":
+    unittest.main()
