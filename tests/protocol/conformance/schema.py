@@ -18,7 +18,7 @@ def _generate():
 
 
 try:
-    import hapticd.v1.stream_pb2
+    import hapticd.v1.stream_pb2  # noqa: F401
 except ImportError:
     _FOLDER = _generate()
 
