@@ -12,6 +12,7 @@
 #include "core/math/pose.h"
 #include "core/modeling/sphere_tree_file.h"
 #include "core/rendering/configuration_optimiser.h"
+#include "core/rendering/workspace_map.h"
 
 namespace hapticd {
 
@@ -31,18 +32,6 @@ struct PartDescription {
   ToolPart softness;
 };
 
-/// A reflection of the world.
-enum class Mirror : std::uint8_t { kNone, kX, kZ };
-
-/// From the device's workspace to the world.
-struct WorkspaceDescription {
-  double scale = 1.0;  ///< world metres per device metre
-  Pose X_WD;           ///< where the device's base stands
-  Mirror mirror = Mirror::kNone;
-  int clutch_button = -1;    ///< -1: none
-  int recentre_button = -1;  ///< -1: none
-};
-
 struct ToolDescription {
   std::uint32_t tool_id = 0;
   std::string name;
@@ -50,7 +39,7 @@ struct ToolDescription {
   Pose X_WG;
   CouplingStiffness coupling;
   double coupling_damping = 0.0;  ///< N s/m
-  WorkspaceDescription workspace;
+  WorkspaceMap workspace;
   double force_gain = 1.0;
 };
 

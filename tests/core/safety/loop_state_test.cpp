@@ -264,6 +264,25 @@ TEST_CASE("a lost lease fades the force, and a simulated hand goes on with the n
   CHECK(advance(in, machine).state == LoopState::kEngaged);
 }
 
+TEST_CASE("a person who could not be engaged, or was let go, is not engaged later without asking") {
+  LoopInput in = ready_input(false);
+  LoopMachine machine;
+  (void)advance(in, machine);
+  in.engage = true;
+  in.block = Cause::kNotChecked;
+  CHECK(advance(in, machine).cause == Cause::kNotChecked);
+  in.engage = false;
+  in.block = Cause::kNone;
+  for (int k = 0; k < 10; ++k) CHECK(advance(in, machine).state == LoopState::kReady);
+  in.engage = true;
+  machine = engaged_machine(in);
+  in.engage = false;
+  in.lease_lost = true;
+  for (int k = 0; k < 100; ++k) (void)advance(in, machine);
+  in.lease_lost = false;
+  for (int k = 0; k < 10; ++k) CHECK(advance(in, machine).state == LoopState::kReady);
+}
+
 TEST_CASE("a lost device is a fault under force, and only its return lets Clear pass") {
   LoopInput in = ready_input(true);
   LoopMachine machine = engaged_machine(in);

@@ -261,6 +261,35 @@ TEST_CASE("a pause does not become a jump: growth is that of 5 ms at most") {
   CHECK(limit(input, without_port(), state).f_H_D[0] == doctest::Approx(11.0));
 }
 
+TEST_CASE("a gain above 1 counts as 1, one below 0 as 0") {
+  for (const double gain : {2.0, 1.0, -1.0}) {
+    SafetyState state;
+    SafetyInput input;
+    input.dt_s = 1e-3;
+    input.enable = true;
+    input.gain = gain;
+    input.F_H_D = {{1, 0, 0}, {0, 0, 0.01}};
+    const SafetyOutput out = limit(input, without_port(), state);
+    CHECK(out.f_H_D[0] == doctest::Approx(gain > 0 ? 1.0 : 0.0));
+    CHECK(out.t_H_D[2] == doctest::Approx(gain > 0 ? 0.01 : 0.0));
+  }
+}
+
+TEST_CASE("with half of the allowance gone, only the force across the motion is written") {
+  SafetyState state;
+  state.port.given = 3e-3;
+  SafetyInput input;
+  input.dt_s = 1e-3;
+  input.enable = true;
+  input.gain = 1.0;
+  input.F_H_D.f = {1, 1, 0};
+  input.V_DH_D.v = {0.1, 0, 0};
+  const SafetyOutput out = limit(input, SafetyLimits{}, state);
+  CHECK(out.f_H_D[0] == doctest::Approx(0.0));
+  CHECK(out.f_H_D[1] == doctest::Approx(1.0));
+  CHECK((out.flags & kSafetyPassivity) != 0);
+}
+
 TEST_CASE("what a simulated hand feels of a slow fade follows the gain tick by tick") {
   SafetyState state;
   SafetyInput input;

@@ -218,9 +218,23 @@ TEST_CASE("a motion no hand makes leaves a debt of one allowance, and damping re
   observe({{22, 0, 0}, {0, 0, 0}}, {{1e6, 0, 0}, {0, 0, 0}}, kTick_s, 0.0, limits, port);
   CHECK(port.given == limits.allowance);
   limits.damping = 1.0;
-  // 0.2 m/s against 1 N s/m: 40 mW, 4 mJ in 0.1 s.
-  for (int i = 0; i < 101; ++i) observe({}, {{2e-4, 0, 0}, {0, 0, 0}}, kTick_s, 0.0, limits, port);
-  CHECK(port.given == doctest::Approx(0.0));
+  // 0.2 m/s against 1 N s/m: 40 mW, 4 mJ in 0.1 s, and never credit.
+  for (int i = 1; i <= 200; ++i) {
+    observe({}, {{2e-4, 0, 0}, {0, 0, 0}}, kTick_s, 0.0, limits, port);
+    const double left = limits.allowance * std::max(0.0, 1.0 - i / 100.0);
+    REQUIRE(std::abs(port.given - left) <= 1e-12);
+    REQUIRE(port.given >= 0.0);
+  }
+}
+
+TEST_CASE("what a string gave out of its tank is forgotten as the tank empties") {
+  PassivityLimits limits;
+  limits.damping = 0.0;
+  PortEnergy port;
+  observe({{1, 0, 0}, {0, 0, 0}}, {{1, 0, 0}, {0, 0, 0}}, kTick_s, 5e-3, limits, port);
+  CHECK(port.given == doctest::Approx(limits.allowance + 5e-3));
+  observe({}, {}, kTick_s, 2e-3, limits, port);
+  CHECK(port.given == doctest::Approx(limits.allowance + 2e-3));
 }
 
 TEST_CASE("credit is remembered up to what springs can store") {
