@@ -15,8 +15,9 @@
 
 namespace hapticd {
 
-/// Requests of one session that wait for their turn; the next is answered BUSY.
-inline constexpr std::size_t kMostWaitingRequests = 1024;
+/// Requests of one session that wait for their turn; the next is answered BUSY. Half of what may be
+/// unacknowledged, so that their Results at once do not end the session.
+inline constexpr std::size_t kMostWaitingRequests = 512;
 /// Bytes of them: one scene as text, and as much again of all others.
 inline constexpr std::size_t kMostWaitingBytes = 2 * wire::kBlobBytes;
 /// Stops and Run{STOP}s of one session that the host has not answered; the next is answered BUSY.
