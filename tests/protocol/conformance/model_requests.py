@@ -15,6 +15,8 @@ NEEDS_LEASE = {"release", "engage", "disengage", "clear", "load_scene", "set_par
 
 
 def do_subscribe(server, remote, _, subscribe):
+    if subscribe.divisor > 1_000_000 or subscribe.max_contacts > 256:
+        return OUT_OF_RANGE, {"path": "divisor" if subscribe.divisor > 1_000_000 else "max_contacts"}
     remote.subscription, remote.state = (subscribe if subscribe.divisor else None), None
     return OK, {}
 
@@ -64,6 +66,8 @@ def do_set_parameter(server, _, __, change):
     for each in change.assignments:
         if each.path not in server.world.parameters:
             return NOT_FOUND, {"path": each.path, "message": "no such live parameter"}
+        if each.WhichOneof("value") != "number":
+            return INVALID, {"path": each.path}
         low, high = model_world.LIVE[each.path]
         if not low <= each.number <= high:
             return OUT_OF_RANGE, {"path": each.path}

@@ -148,9 +148,12 @@ class ModelServer:
             return None
         blob, remote.blob = remote.blob, b""
         try:
-            return stream.Item.FromString(blob)
+            item = stream.Item.FromString(blob)
         except DecodeError:
             return INVALID
+        if item.HasField("chunk"):
+            raise Broken("a Chunk in a Chunk")
+        return item
 
     def take(self, remote, item_id, item):
         kind = None if item is INVALID else item.WhichOneof("body")
@@ -230,6 +233,8 @@ class ModelServer:
             self.tell_lease()
 
     def result(self, remote, item_id, code, **fields):
+        if code != OK:
+            fields.setdefault("message", "the model refuses")
         self.tell(remote, result=answer.Result(item_id=item_id, code=code, **fields))
 
     def tell(self, remote, **body):

@@ -32,6 +32,8 @@ class World:
         scene = text_format.Parse(text, scene_pb2.Scene())
         if not scene.name or not scene.tools:
             raise text_format.ParseError("name and tools are required")
+        scene.preset = scene.preset or scene_pb2.PRESET_DEFLECTING
+        scene.tools[0].workspace.scale = 1
         self.scene, self.scene_id = scene, self.scene_id + 1
         self.tick, self.hash, self.queued, self.last_tick = 0, bytes(32), {}, -1
         self.pose, self.began_ns = (0.0, 0.01, 0.0), time.monotonic_ns()

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from google.protobuf.message import DecodeError
 
-from schema import answer, code, stream
+from schema import code, stream
 
 HEADER = struct.Struct("<BBBBIQ")
 MAGIC, MAJOR, PLAIN = 0x48, 1, 5
@@ -233,6 +233,17 @@ class Peer:
         expect(len(result.message.encode()) <= 400 and len(result.path.encode()) <= 256, "texts of a Result are too long")
         return result
 
+    def lease(self):
+        """Whether this session holds the lease, as far as it was told."""
+        told = self.of_kind("lease_info")
+        return bool(told) and told[-1].yours
+
+    def alive(self):
+        """Whether the session is open as far as it was told: no Reset, no Bye either way."""
+        if any(each.HasField("bye") for each in self.sent_items) or any(each.packet.HasField("reset") for each in self.heard):
+            return False
+        return bool(self.items) and not self.of_kind("bye") and self.socket.fileno() >= 0
+
     def bye(self):
         """Ends the session, so that it does not count any more."""
         bye = self.queue(stream.Item(bye={"reason": "BYE_REASON_DONE"}))
@@ -240,6 +251,3 @@ class Peer:
         self.pump(1.0, lambda: self.acked >= bye)
         self.close()
 
-
-def result_ok(result):
-    return result.code == answer.RESULT_CODE_OK
