@@ -105,9 +105,12 @@ class Check {
       fault(place.at(i), message, "");
     }
     if (!place.field.is_repeated()) return;
+    const auto counted = parse_interval(row.shape);
     const int wanted = row.shape.starts_with("4") ? 4 : 3;
-    const bool any_multiple = row.shape.starts_with("3 n");
-    const bool fits = any_multiple ? place.count() % 3 == 0 : place.count() == wanted;
+    const bool any_multiple = row.shape.find(" n") == 1;
+    const bool fits = counted        ? counted->contains(place.count())
+                      : any_multiple ? place.count() % wanted == 0
+                                     : place.count() == wanted;
     if (row.shape.starts_with("n") || fits) return;
     // An absent pose is the identity; what is required is asked for elsewhere.
     if (place.count() == 0) return;
@@ -116,15 +119,23 @@ class Check {
   }
 
   void check_choice(const Place& place) {
-    const int value = place.reflection().GetEnumValue(place.message, &place.field);
-    if (place.field.enum_type()->FindValueByNumber(value) != nullptr) return;
-    fault(place.path, std::to_string(value) + " is no value of " + place.field.enum_type()->name(),
-          "");
+    const pb::Reflection& r = place.reflection();
+    for (int i = 0; i < place.count() && !full(); ++i) {
+      const int value = place.field.is_repeated()
+                            ? r.GetRepeatedEnumValue(place.message, &place.field, i)
+                            : r.GetEnumValue(place.message, &place.field);
+      if (place.field.enum_type()->FindValueByNumber(value) != nullptr) continue;
+      fault(place.at(i),
+            std::to_string(value) + " is no value of " + place.field.enum_type()->name(), "");
+    }
   }
 
   void check_length(const Place& place, const FieldRow& row) {
+    // The range of a single message is that of the numbers in it, which its reader knows.
+    const bool message = place.field.cpp_type() == Kind::CPPTYPE_MESSAGE;
+    if (message && !place.field.is_repeated()) return;
     const auto range = parse_interval(row.range);
-    if (!range) return;
+    if (!range || (row.may_be_absent && place.field.is_repeated() && place.count() == 0)) return;
     const bool text = place.field.cpp_type() == Kind::CPPTYPE_STRING;
     const double length =
         text ? static_cast<double>(place.reflection().GetString(place.message, &place.field).size())

@@ -11,6 +11,10 @@ constexpr std::array kTable{
 #include "server/scene_io/field_table.inc"
 };
 
+constexpr std::array kMotionTable{
+#include "server/scene_io/motion_table.inc"
+};
+
 /// Reads a number off the front of `text`.
 bool take_number(std::string_view& text, double& number) noexcept {
   const auto result = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -44,6 +48,9 @@ std::span<const FieldRow> field_table() noexcept { return kTable; }
 
 const FieldRow* find_row(std::string_view field) noexcept {
   for (const FieldRow& row : kTable) {
+    if (row.field == field) return &row;
+  }
+  for (const FieldRow& row : kMotionTable) {
     if (row.field == field) return &row;
   }
   return nullptr;

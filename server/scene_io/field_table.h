@@ -1,6 +1,6 @@
-// What the comments of scene.proto promise of each field: unit, shape, range, whether it is live.
-// Made from the .proto files when the server is built (make_field_table.py), so that what is
-// checked is what is written there. Offline.
+// What the comments of scene.proto, gesture.proto and device_profile.proto promise of each field:
+// unit, shape, range, whether it is live. Made from the .proto files when the server is built
+// (make_field_table.py), so that what is checked is what is written there. Offline.
 #pragma once
 
 #include <optional>
@@ -10,17 +10,18 @@
 namespace hapticd {
 
 struct FieldRow {
-  std::string_view field;  ///< "Message.field"
-  std::string_view unit;   ///< "m", "text"; empty for messages and enums
-  std::string_view shape;  ///< of repeated numbers: "3: x y z"; else empty
-  std::string_view range;  ///< "[0, 1]" of numbers; "1..64" of the length of texts and lists
-  bool live = false;       ///< may change while the loop runs
+  std::string_view field;      ///< "Message.field"
+  std::string_view unit;       ///< "m", "text"; empty for messages and enums
+  std::string_view shape;      ///< of repeated numbers: "3: x y z"; else empty
+  std::string_view range;      ///< "[0, 1]" of numbers; "1..64" of the length of texts and lists
+  bool live = false;           ///< may change while the loop runs
+  bool may_be_absent = false;  ///< a list may be empty, a text not given
 };
 
 /// All fields of Scene and what is in it.
 [[nodiscard]] std::span<const FieldRow> field_table() noexcept;
 
-/// The row of "Message.field"; null when there is none.
+/// The row of "Message.field", of a scene, a gesture or a device profile; null when there is none.
 [[nodiscard]] const FieldRow* find_row(std::string_view field) noexcept;
 
 /// An interval as the comments write it.

@@ -4,7 +4,7 @@
 usage: make_field_table.py OUT.inc FILE.proto...
 
 A comment ends in [unit; shape; range; when absent], of which a field has the parts that make sense for it; PROTOCOL.md has
-the grammar. One line per field: FieldRow{"Message.field", "unit", "shape", "range", live},
+the grammar. One line per field: FieldRow{"Message.field", "unit", "shape", "range", live, may_be_absent},
 """
 import re
 import sys
@@ -23,7 +23,8 @@ def entry(message, field, comment):
     unit = middle[0] if middle else ""
     shape = middle[1] if len(middle) > 1 else ""
     live = "true" if re.search(r"\bLive\b", found.group(1)) else "false"
-    return f'FieldRow{{"{message}.{field}", "{unit}", "{shape}", "{span}", {live}}},'
+    absent = "true" if parts[-1].startswith("absent") else "false"
+    return f'FieldRow{{"{message}.{field}", "{unit}", "{shape}", "{span}", {live}, {absent}}},'
 
 
 def entries(lines):

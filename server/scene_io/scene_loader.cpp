@@ -1,14 +1,11 @@
 // See scene_loader.h.
 #include "server/scene_io/scene_loader.h"
 
-#include <algorithm>
 #include <new>
-#include <set>
-#include <stdexcept>
-#include <system_error>
 
 #include "core/scene/scene_check.h"
 #include "server/scene_io/field_check.h"
+#include "server/scene_io/named_text.h"
 #include "server/scene_io/scene_defaults.h"
 #include "server/scene_io/scene_text.h"
 #include "server/scene_io/scene_translation.h"
@@ -17,8 +14,6 @@ namespace hapticd {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view kExtension = ".textproto";
 
 /// A text and where its models may be.
 struct Source {
@@ -83,54 +78,20 @@ LoadResult load_guarded(const Source& source, const LoadOptions& options) {
   }
 }
 
-bool is_file(const std::string& source) {
-  return source.find('/') != std::string::npos || source.ends_with(kExtension);
-}
-
-/// The file of an installed scene; empty when there is none.
-fs::path find_scene(const std::string& name, const ScenePaths& paths) {
-  for (const fs::path& folder : paths.scenes) {
-    std::error_code ignored;
-    fs::path path = folder / (name + std::string(kExtension));
-    if (fs::is_regular_file(path, ignored)) return path;
-  }
-  return {};
-}
-
-std::string known_scenes(const ScenePaths& paths) {
-  std::string text;
-  for (const std::string& name : list_scenes(paths)) text += (text.empty() ? "" : ", ") + name;
-  return text.empty() ? "No scene is installed." : "Installed are " + text + ".";
-}
-
 }  // namespace
 
-std::vector<std::string> list_scenes(const ScenePaths& paths) {
-  std::set<std::string> names;
-  for (const fs::path& folder : paths.scenes) {
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-      if (entry.path().extension() == kExtension) names.insert(entry.path().stem().string());
-    }
-  }
-  return {names.begin(), names.end()};
-}
+std::vector<std::string> list_scenes(const ScenePaths& paths) { return list_names(paths.scenes); }
 
 LoadResult load_scene(const std::string& source, const LoadOptions& options) {
-  const fs::path path = is_file(source) ? fs::path(source) : find_scene(source, options.paths);
-  if (path.empty()) {
-    return refused(source, "there is no scene of this name", known_scenes(options.paths));
+  const NamedText named = read_named(source, options.paths.scenes, "scene", kLongestSceneText);
+  if (named.problem) {
+    LoadResult result;
+    result.problems.push_back(*named.problem);
+    return result;
   }
-  std::vector<std::uint8_t> bytes;
-  try {
-    bytes = read_file(path, kLongestSceneText);
-  } catch (const std::runtime_error& fault) {
-    return refused(path.string(), std::string("it ") + fault.what(), "");
-  }
-  std::vector<fs::path> models{path.parent_path()};
+  std::vector<fs::path> models{named.path.parent_path()};
   models.insert(models.end(), options.paths.models.begin(), options.paths.models.end());
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return load_guarded({text, path.string(), std::move(models)}, options);
+  return load_guarded({named.text, named.path.string(), std::move(models)}, options);
 }
 
 LoadResult load_scene_text(std::string_view text, const LoadOptions& options) {

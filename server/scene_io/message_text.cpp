@@ -1,5 +1,5 @@
-// See scene_text.h.
-#include "server/scene_io/scene_text.h"
+// See message_text.h.
+#include "server/scene_io/message_text.h"
 
 #include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
@@ -57,12 +57,14 @@ PathStep take_step(std::string_view& path) {
 
 }  // namespace
 
-SceneText::SceneText(std::string_view text, std::string file) : file_(std::move(file)) {
-  if (text.size() > kLongestSceneText) {
+MessageText::MessageText(std::string_view text, std::string file, std::string_view what,
+                         pb::Message& message)
+    : file_(std::move(file)), type_(message.GetDescriptor()) {
+  if (text.size() > kLongestText) {
     problems_.push_back({false, file_, 0, 0, "",
                          "the text of " + std::to_string(text.size()) + " bytes is longer than " +
-                             std::to_string(kLongestSceneText),
-                         "Put spheres into tree files."});
+                             std::to_string(kLongestText),
+                         what == "scene" ? "Put spheres into tree files." : ""});
     return;
   }
   Collector collector(file_, problems_);
@@ -71,14 +73,15 @@ SceneText::SceneText(std::string_view text, std::string file) : file_(std::move(
   parser.WriteLocationsTo(&places_);
   parser.SetRecursionLimit(kDeepestNesting);
   pb::io::ArrayInputStream stream(text.data(), static_cast<int>(text.size()));
-  if (!parser.Parse(&stream, &scene_) && problems_.empty()) {
-    problems_.push_back({false, file_, 0, 0, "", "this is no scene in protobuf text format", ""});
+  if (!parser.Parse(&stream, &message) && problems_.empty()) {
+    problems_.push_back({false, file_, 0, 0, "",
+                         "this is no " + std::string(what) + " in protobuf text format", ""});
   }
 }
 
-SceneProblem SceneText::located(SceneProblem problem) const {
+SceneProblem MessageText::located(SceneProblem problem) const {
   problem.file = file_;
-  const pb::Descriptor* message = v1::Scene::descriptor();
+  const pb::Descriptor* message = type_;
   const pb::TextFormat::ParseInfoTree* places = &places_;
   std::string_view path = problem.field;
   while (!path.empty() && message != nullptr && places != nullptr) {

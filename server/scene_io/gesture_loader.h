@@ -1,0 +1,39 @@
+// Loads a gesture from a name, a file, inline text or a message: parsed, checked and filled in, or
+// refused with every fault in it. Where its way-points lie is for gesture_motion.h. Offline.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hapticd/v1/gesture.pb.h"
+#include "server/scene_io/scene_problem.h"
+
+namespace hapticd {
+
+/// Folders with gestures.
+using GestureFolders = std::vector<std::filesystem::path>;
+
+/// The folder `gestures` of the installation (installed_paths of model_files.h says where that is).
+[[nodiscard]] GestureFolders installed_gestures();
+
+struct GestureResult {
+  std::optional<v1::Gesture> gesture;  ///< defaults filled in; none when there is a fault
+  SceneProblems problems;
+};
+
+/// Names of the gestures in `folders`, in alphabetical order.
+[[nodiscard]] std::vector<std::string> list_gestures(const GestureFolders& folders);
+
+/// `source` is the name of an installed gesture, or a file: with '/' or ".textproto" in it.
+[[nodiscard]] GestureResult load_gesture(const std::string& source, const GestureFolders& folders);
+
+/// From text that has no file; problems name it "inline".
+[[nodiscard]] GestureResult load_gesture_text(std::string_view text);
+
+/// From a message; problems have the paths of its fields, and no file or line.
+[[nodiscard]] GestureResult check_gesture(const v1::Gesture& gesture);
+
+}  // namespace hapticd

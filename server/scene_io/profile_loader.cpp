@@ -1,0 +1,208 @@
+// See profile_loader.h.
+#include "server/scene_io/profile_loader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "server/scene_io/field_check.h"
+#include "server/scene_io/field_table.h"
+#include "server/scene_io/message_text.h"
+#include "server/scene_io/model_files.h"
+#include "server/scene_io/named_text.h"
+
+namespace hapticd {
+namespace {
+
+namespace pb = google::protobuf;
+using P = v1::DeviceProfile;
+
+void fault(SceneProblems& problems, std::string path, std::string message, std::string remedy) {
+  problems.push_back({false, "", 0, 0, std::move(path), std::move(message), std::move(remedy)});
+}
+
+bool is_name(const std::string& name) {
+  return std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+  });
+}
+
+std::string in_words(double value) {
+  std::string text = std::to_string(value);
+  while (text.ends_with('0')) text.pop_back();
+  if (text.ends_with('.')) text.pop_back();
+  return text;
+}
+
+/// Shape, range and source of one Quantity, which the comment of the field that holds it gives.
+void check_quantity(const v1::Quantity& quantity, const FieldRow& row, const std::string& path,
+                    SceneProblems& problems) {
+  if (quantity.source().empty()) {
+    fault(problems, path + ".source", "a number without a source",
+          "Say where it comes from, or why this guess.");
+  }
+  const int count = quantity.value_size();
+  const bool one = row.shape.starts_with("1");
+  const bool three = row.shape.starts_with("3") || row.shape.ends_with("3");
+  if (!((one && count == 1) || (three && count == 3))) {
+    fault(problems, path + ".value", std::to_string(count) + " numbers",
+          "Give " + std::string(row.shape) + ".");
+  }
+  const auto range = parse_interval(row.range);
+  for (int i = 0; i < count && range; ++i) {
+    if (range->contains(quantity.value(i))) continue;
+    fault(problems, path + ".value[" + std::to_string(i) + "]",
+          in_words(quantity.value(i)) + " is not in " + std::string(row.range) + " " +
+              std::string(row.unit),
+          "");
+  }
+}
+
+/// Every Quantity that is a field of `message`.
+void check_quantities(const pb::Message& message, const std::string& prefix,
+                      SceneProblems& problems) {
+  const pb::Descriptor& type = *message.GetDescriptor();
+  for (int i = 0; i < type.field_count(); ++i) {
+    const pb::FieldDescriptor& field = *type.field(i);
+    if (field.message_type() != v1::Quantity::descriptor()) continue;
+    const pb::Reflection& reflection = *message.GetReflection();
+    const FieldRow* row = find_row(type.name() + "." + field.name());
+    if (row == nullptr || !reflection.HasField(message, &field)) continue;
+    const auto& quantity =
+        dynamic_cast<const v1::Quantity&>(reflection.GetMessage(message, &field));
+    check_quantity(quantity, *row, prefix + field.name(), problems);
+  }
+}
+
+void check_axis_map(const v1::AxisMap& map, SceneProblems& problems) {
+  std::set<int> directions;
+  for (const int axis : map.axes()) directions.insert((axis + 1) / 2);
+  const bool each_once = directions == std::set<int>{1, 2, 3} && map.axes_size() == 3;
+  if (!map.axes().empty() && !each_once) {
+    fault(problems, "axis_map.axes", "x, y and z of D do not come from three different axes",
+          "Name each axis once.");
+  }
+  check_quantities(map, "axis_map.", problems);
+}
+
+void check_required(const P& profile, SceneProblems& problems) {
+  if (!is_name(profile.name())) {
+    fault(problems, "name", "'" + profile.name() + "' is no name of a profile",
+          "Use a to z, 0 to 9 and _ alone.");
+  }
+  if (profile.driver() == v1::DRIVER_UNSPECIFIED) {
+    fault(problems, "driver", "no driver", "Give one, such as DRIVER_SIMULATED.");
+  }
+  const double actuated = profile.has_actuated_axes() ? profile.actuated_axes().value(0) : 6.0;
+  if (actuated > 0.0 && !profile.has_peak_force_n()) {
+    fault(problems, "peak_force_n", "a device that pushes needs its peak force", "");
+  }
+  if (actuated > 3.0 && !profile.has_peak_torque_n_m()) {
+    fault(problems, "peak_torque_n_m", "a device that turns needs its peak torque", "");
+  }
+  for (const auto* axes : {&profile.sensed_axes(), &profile.actuated_axes()}) {
+    if (axes->value_size() == 1 && axes->value(0) != std::floor(axes->value(0))) {
+      fault(problems, axes == &profile.sensed_axes() ? "sensed_axes" : "actuated_axes",
+            "axes come in whole numbers", "");
+    }
+  }
+  for (int i = 0; i < 3 && profile.has_workspace_lower_m() && profile.has_workspace_upper_m();
+       ++i) {
+    if (profile.workspace_lower_m().value(i) < profile.workspace_upper_m().value(i)) continue;
+    fault(problems, "workspace_upper_m.value[" + std::to_string(i) + "]",
+          "not above the lower corner", "");
+  }
+}
+
+void take(const v1::Quantity& quantity, double& number) {
+  if (!quantity.value().empty()) number = quantity.value(0);
+}
+
+void take(const v1::Quantity& quantity, int& number) {
+  if (!quantity.value().empty()) number = static_cast<int>(quantity.value(0));
+}
+
+void take(const v1::Quantity& quantity, Array3& axes) {
+  for (int i = 0; i < 3 && !quantity.value().empty(); ++i) {
+    axes[static_cast<std::size_t>(i)] = quantity.value(quantity.value_size() == 3 ? i : 0);
+  }
+}
+
+DeviceProfile translate(const P& from) {
+  DeviceProfile to;
+  std::copy_n(from.name().begin(), std::min(from.name().size(), kDeviceNameCapacity),
+              to.name.begin());
+  to.driver = static_cast<DeviceDriver>(from.driver());
+  take(from.sensed_axes(), to.sensed_axes);
+  take(from.actuated_axes(), to.actuated_axes);
+  take(from.workspace_lower_m(), to.workspace_lower);
+  take(from.workspace_upper_m(), to.workspace_upper);
+  take(from.rotation_range_rad(), to.rotation_range);
+  take(from.peak_force_n(), to.peak_force);
+  take(from.peak_torque_n_m(), to.peak_torque);
+  take(from.continuous_force_n(), to.continuous_force);
+  take(from.continuous_torque_n_m(), to.continuous_torque);
+  take(from.thermal_window_s(), to.thermal_window);
+  take(from.velocity_trip_m_per_s(), to.velocity_trip);
+  take(from.acceleration_max_m_per_s2(), to.acceleration_max);
+  take(from.damping_n_s_per_m(), to.damping);
+  take(from.stiffness_max_n_per_m(), to.stiffness_max);
+  take(from.delay_s(), to.delay);
+  take(from.report_rate_hz(), to.report_rate);
+  take(from.watchdog_s(), to.watchdog);
+  take(from.mass_kg(), to.mass);
+  take(from.inertia_kg_m2(), to.inertia);
+  take(from.rotational_damping_n_m_s_per_rad(), to.rotational_damping);
+  take(from.coulomb_friction_n(), to.coulomb_friction);
+  take(from.coulomb_friction_n_m(), to.coulomb_torque);
+  take(from.position_resolution_m(), to.position_resolution);
+  take(from.rotation_resolution_rad(), to.rotation_resolution);
+  take(from.motor_lag_s(), to.motor_lag);
+  return to;
+}
+
+ProfileResult load_text(std::string_view text, const std::string& file) {
+  P profile;
+  const MessageText parsed(text, file, "device profile", profile);
+  ProfileResult result;
+  result.problems = parsed.problems();
+  if (any_fault(result.problems)) return result;
+  ProfileResult checked = check_profile(profile);
+  for (SceneProblem& problem : checked.problems) {
+    result.problems.push_back(parsed.located(std::move(problem)));
+  }
+  result.loaded = std::move(checked.loaded);
+  return result;
+}
+
+}  // namespace
+
+ProfileFolders installed_profiles() {
+  return {installed_paths().scenes.front().parent_path() / "devices"};
+}
+
+std::vector<std::string> list_profiles(const ProfileFolders& folders) {
+  return list_names(folders);
+}
+
+ProfileResult load_profile(const std::string& source, const ProfileFolders& folders) {
+  const NamedText named = read_named(source, folders, "device profile", kLongestText);
+  if (named.problem) return {std::nullopt, {*named.problem}};
+  return load_text(named.text, named.path.string());
+}
+
+ProfileResult load_profile_text(std::string_view text) { return load_text(text, "inline"); }
+
+ProfileResult check_profile(const P& profile) {
+  ProfileResult result;
+  result.problems = check_fields(profile);
+  check_axis_map(profile.axis_map(), result.problems);
+  check_quantities(profile, "", result.problems);
+  // What follows looks at values that are there.
+  if (!any_fault(result.problems)) check_required(profile, result.problems);
+  if (any_fault(result.problems)) return result;
+  result.loaded = LoadedProfile{profile, translate(profile)};
+  return result;
+}
+
+}  // namespace hapticd

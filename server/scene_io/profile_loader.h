@@ -1,0 +1,47 @@
+// Loads a device profile from a name, a file, inline text or a message: parsed, checked against the
+// comments of device_profile.proto, and translated for the devices; or refused with every fault in
+// it. Axis map and matches stay in the message, for the drivers that read raw frames. Offline.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "device/api/device_profile.h"
+#include "hapticd/v1/device_profile.pb.h"
+#include "server/scene_io/scene_problem.h"
+
+namespace hapticd {
+
+/// Folders with profiles.
+using ProfileFolders = std::vector<std::filesystem::path>;
+
+/// The folder `devices` of the installation (installed_paths of model_files.h says where that is).
+[[nodiscard]] ProfileFolders installed_profiles();
+
+struct LoadedProfile {
+  v1::DeviceProfile message;  ///< as written, sources included
+  DeviceProfile profile;      ///< defaults filled in
+};
+
+struct ProfileResult {
+  std::optional<LoadedProfile> loaded;  ///< none when there is a fault
+  SceneProblems problems;
+};
+
+/// Names of the profiles in `folders`, in alphabetical order.
+[[nodiscard]] std::vector<std::string> list_profiles(const ProfileFolders& folders);
+
+/// `source` is the name of an installed profile, or a file: with '/' or ".textproto" in it.
+[[nodiscard]] ProfileResult load_profile(const std::string& source, const ProfileFolders& folders);
+
+/// From text that has no file; problems name it "inline".
+[[nodiscard]] ProfileResult load_profile_text(std::string_view text);
+
+/// From a message, such as that of a recording; problems have the paths of its fields, and no file
+/// or line.
+[[nodiscard]] ProfileResult check_profile(const v1::DeviceProfile& profile);
+
+}  // namespace hapticd

@@ -1,0 +1,133 @@
+// Device profiles: what is refused, with its place and remedy; what is translated to what.
+#include "server/scene_io/profile_loader.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+namespace hapticd::test {
+namespace {
+
+const std::string kHead = "name: \"p\" driver: DRIVER_SIMULATED\n";
+const std::string kPeaks =
+    "peak_force_n { value: 5 source: \"s\" }\npeak_torque_n_m { value: 0.1 source: \"s\" }\n";
+
+std::string faults(const std::string& text) {
+  const ProfileResult result = load_profile_text(text);
+  CHECK(result.loaded.has_value() == !any_fault(result.problems));
+  std::string lines;
+  for (const SceneProblem& problem : result.problems) lines += to_text(problem) + "\n";
+  return lines;
+}
+
+std::string quantity(const std::string& field, const std::string& value) {
+  return kHead + kPeaks + field + " { value: " + value + " source: \"s\" }\n";
+}
+
+}  // namespace
+
+TEST_CASE("the shipped profiles load without a doubt, with a source for every number") {
+  const ProfileFolders folders{HAPTICD_SOURCE_DIR "/deploy/devices"};
+  CHECK(list_profiles(folders) == std::vector<std::string>{"ideal", "premium_3_0_6dof"});
+  for (const std::string& name : list_profiles(folders)) {
+    const ProfileResult result = load_profile(name, folders);
+    CAPTURE(name);
+    REQUIRE(result.loaded.has_value());
+    CHECK(result.problems.empty());
+    CHECK(device_name(result.loaded->profile) == name);
+    CHECK(result.loaded->profile.peak_force == 22.0);
+    CHECK(result.loaded->profile.peak_torque == 0.515);
+  }
+  const DeviceProfile premium = load_profile("premium_3_0_6dof", folders).loaded->profile;
+  CHECK(premium.continuous_force == 3.0);
+  CHECK(premium.mass == Array3{0.159, 0.159, 0.159});
+  CHECK(premium.coulomb_friction == Array3{0.2, 0.2, 0.2});
+  CHECK(premium.position_resolution == Array3{2e-5, 2e-5, 2e-5});
+  CHECK(premium.workspace_upper == Array3{0.419, 0.292, 0.203});
+}
+
+TEST_CASE("what a profile leaves out has the default of its comment") {
+  const ProfileResult result = load_profile_text(kHead + kPeaks);
+  REQUIRE(result.loaded.has_value());
+  const DeviceProfile& p = result.loaded->profile;
+  CHECK(p.sensed_axes == 6);
+  CHECK(p.actuated_axes == 6);
+  CHECK(p.workspace_lower[0] == -kUnlimited);
+  CHECK(p.workspace_upper[2] == kUnlimited);
+  CHECK(p.continuous_force == kUnlimited);
+  CHECK(p.continuous_torque == kUnlimited);
+  CHECK(p.thermal_window == 10.0);
+  CHECK(p.velocity_trip == 3.0);
+  CHECK(p.acceleration_max == 500.0);
+  CHECK(p.damping == 1.0);
+  CHECK(p.stiffness_max == kUnlimited);
+  CHECK(p.delay == 0.0);
+  CHECK(p.report_rate == 1000.0);
+  CHECK(p.watchdog == kUnlimited);
+  CHECK(p.mass == Array3{0.15, 0.15, 0.15});
+  CHECK(p.inertia == Array3{1e-4, 1e-4, 1e-4});
+  CHECK(p.rotational_damping == Array3{1e-3, 1e-3, 1e-3});
+  CHECK(p.coulomb_friction == Array3{});
+  CHECK(p.motor_lag == 0.0);
+}
+
+TEST_CASE("one number stands for all axes, three for one each") {
+  CHECK(load_profile_text(quantity("mass_kg", "0.3")).loaded->profile.mass ==
+        Array3{0.3, 0.3, 0.3});
+  CHECK(load_profile_text(quantity("mass_kg", "[0.1, 0.2, 0.3]")).loaded->profile.mass ==
+        Array3{0.1, 0.2, 0.3});
+}
+
+TEST_CASE("profiles that break what the comments of device_profile.proto promise are refused") {
+  const std::pair<std::string, std::string> cases[] = {
+      {"driver: DRIVER_HID " + kPeaks, "name"},
+      {"name: \"X\" driver: DRIVER_HID " + kPeaks, "no name of a profile"},
+      {"name: \"p\" " + kPeaks, "no driver"},
+      {kHead, "peak_force_n"},
+      {kHead + "peak_force_n { value: 5 source: \"s\" }", "peak_torque_n_m"},
+      {kHead + "peak_force_n { value: 5 }", "without a source"},
+      {quantity("damping_n_s_per_m", "[1, 2, 3]"), "3 numbers"},
+      {quantity("mass_kg", "[1, 2]"), "2 numbers"},
+      {quantity("workspace_lower_m", "1"), "1 numbers"},
+      {quantity("mass_kg", "0"), "0 is not in (0, 100] kg"},
+      {quantity("mass_kg", "nan"), "(0, 100] kg"},
+      {quantity("delay_s", "0.2"), "[0, 0.1] s"},
+      {quantity("report_rate_hz", "1"), "[10, 1e5] Hz"},
+      {quantity("actuated_axes", "2.5"), "whole"},
+      {kHead + kPeaks + "axis_map { axes: [AXIS_POSITIVE_X, AXIS_NEGATIVE_X, AXIS_POSITIVE_Z] }",
+       "three different axes"},
+      {kHead + kPeaks + "axis_map { axes: [AXIS_POSITIVE_X, AXIS_NEGATIVE_Y] }",
+       "three different axes"},
+      {kHead + kPeaks + "axis_map { axes: [AXIS_POSITIVE_X, 9, AXIS_NEGATIVE_Y] }", "9"},
+      {kHead + kPeaks + "axis_map { position_scale { value: 0 source: \"s\" } }", "(0, 1e3]"},
+      {kHead + kPeaks + "matches { vendor_id: 65536 }", "[0, 65535]"},
+      {quantity("workspace_lower_m", "[0, 0, 0]") +
+           "workspace_upper_m { value: [1, 0, 1] source: \"s\" }",
+       "not above"},
+      {"name: \"p\" color: 3", "color"},
+  };
+  for (const auto& each : cases) {
+    const std::string text = each.first;
+    const std::string found = faults(text);
+    CAPTURE(text);
+    CAPTURE(found);
+    CHECK(found.find(each.second) != std::string::npos);
+  }
+}
+
+TEST_CASE("a fault in a profile names its line; axes that are a permutation are taken") {
+  const std::string text = faults(quantity("delay_s", "-1"));
+  CHECK(text.find("inline:4:11: error: delay_s.value[0]") != std::string::npos);
+  CHECK(faults(kHead + kPeaks +
+               "axis_map { axes: [AXIS_NEGATIVE_Z, AXIS_POSITIVE_X, AXIS_NEGATIVE_Y] }") == "");
+}
+
+TEST_CASE("a device that only reads positions needs no peak force") {
+  const ProfileResult result = load_profile_text(
+      "name: \"mouse\" driver: DRIVER_SPACEMOUSE actuated_axes { value: 0 source: \"s\" }");
+  REQUIRE(result.loaded.has_value());
+  CHECK(result.loaded->profile.driver == DeviceDriver::kSpacemouse);
+  CHECK(result.loaded->profile.peak_force == 0.0);
+}
+
+}  // namespace hapticd::test
