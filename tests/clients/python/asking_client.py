@@ -1,0 +1,23 @@
+#!/usr/bin/python3
+"""The client that check_client.py checks: opens a session of the Python package, asks for States, and pings until it is ended.
+usage: asking_client.py HOST:PORT"""
+import sys
+import time
+
+import hapticd
+
+
+def main():
+    end = time.monotonic() + 20
+    with hapticd.Session(sys.argv[1]) as session:
+        session.subscribe(10)
+        while time.monotonic() < end:
+            try:
+                session.ping()
+            except hapticd.SessionLost:
+                pass  # joined anew
+            time.sleep(0.05)
+
+
+if __name__ == "__main__":
+    main()
