@@ -9,6 +9,8 @@ namespace {
 
 /// A Bye is repeated, and the server's acknowledged, this long, ns.
 constexpr std::int64_t kFarewell_ns = 1000 * wire::kMillisecond_ns;
+/// Silence of the server after which another session is begun, ns: the server does likewise.
+constexpr std::int64_t kSilence_ns = 10'000 * wire::kMillisecond_ns;
 /// The server's clock is asked for with every Packet at first, then so often, ns.
 constexpr std::size_t kFirstClocks = 8;
 constexpr std::int64_t kClockPeriod_ns = 250 * wire::kMillisecond_ns;
@@ -173,6 +175,10 @@ void ClientCore::poll(std::int64_t now_ns) {
     end(SessionEnd::kLeft);
   }
   if (phase_ == Phase::kDismissed && now_ns >= phase_until_ns_) begin();
+  if (phase_ == Phase::kOpen && heard() && now_ns - heard_ns_ > kSilence_ns) {
+    begin();
+    end(SessionEnd::kSilence);
+  }
   if (due_ns() > now_ns) return;
   v1::Packet packet;
   packet.set_seen(states_.seen());

@@ -30,6 +30,7 @@ enum class SessionEnd : std::uint8_t {
   kBye,            ///< the server said Bye; ClientCore::bye() has reason and message
   kBacklog,        ///< 1024 Items unacknowledged
   kProtocolError,  ///< the server broke the rules
+  kSilence,        ///< nothing was heard for 10 s
   kLeft,           ///< leave() is done
 };
 

@@ -1,6 +1,8 @@
 // See channel.h.
 #include "proto/wire/channel.h"
 
+#include <google/protobuf/stubs/logging.h>
+
 #include <algorithm>
 #include <array>
 
@@ -17,6 +19,8 @@ static_assert(kItemsBytes >= kItemBytes + 3, "an Item of any permitted length fi
 }  // namespace
 
 bool parse_packet(std::span<const std::uint8_t> body, v1::Packet& packet) {
+  // protobuf writes a line about text that is no UTF-8; junk must not fill anybody's log.
+  const google::protobuf::LogSilencer silence;
   return packet.ParseFromArray(body.data(), static_cast<int>(body.size())) && packet.first() >= 1 &&
          packet.items_size() <= static_cast<int>(kMostItems);
 }

@@ -1,6 +1,8 @@
 // See item_inbox.h.
 #include "proto/wire/item_inbox.h"
 
+#include <google/protobuf/stubs/logging.h>
+
 #include <utility>
 
 #include "proto/wire/item_outbox.h"
@@ -52,6 +54,7 @@ const char* ItemInbox::take_chunk(const v1::Chunk& chunk, std::vector<ReceivedIt
   if (blob_.size() < blob_total_) return nullptr;
 
   ReceivedItem received{applied_, {}, blob_.size(), false};
+  const google::protobuf::LogSilencer silence;  // As in parse_packet().
   // A kind of a later version is an Item without a body: acknowledged and skipped.
   if (blob_kind_ == v1::CHUNK_KIND_ITEM)
     received.undecodable = !received.item.ParseFromString(blob_);

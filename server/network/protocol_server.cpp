@@ -31,11 +31,13 @@ Session* Implementation::find(std::uint64_t serial) {
 
 Session* Implementation::open(const Address& from, std::uint32_t number) {
   if (sessions.size() >= kMostSessions) {
-    // One that has said goodbye gives way.
-    const auto left = std::find_if(sessions.begin(), sessions.end(), [](const auto& session) {
-      return session->phase != Phase::kOpen;
-    });
-    if (left == sessions.end()) return nullptr;
+    // Of those that say goodbye the one that began first gives way.
+    const auto left =
+        std::min_element(sessions.begin(), sessions.end(), [](const auto& a, const auto& b) {
+          return (a->phase == Phase::kOpen ? wire::kNever_ns : a->phase_until_ns) <
+                 (b->phase == Phase::kOpen ? wire::kNever_ns : b->phase_until_ns);
+        });
+    if ((*left)->phase == Phase::kOpen) return nullptr;
     sessions.erase(left);
   }
   sessions.push_back(std::make_unique<Session>(++sessions_opened, from, number));
@@ -127,9 +129,11 @@ void Implementation::poll_session(Session& session) {
     close(session, v1::BYE_REASON_SILENCE, "nothing was heard for 10 s");
     session.phase_until_ns = now_ns;  // One Bye, in case somebody is still there.
   }
-  const bool over = session.phase != Phase::kOpen &&
-                    (now_ns > session.phase_until_ns ||
-                     (session.phase == Phase::kLeaving && session.channel.all_acknowledged()));
+  // A session is remembered while datagrams of it may be under way: a late duplicate of its first
+  // one would open it again, and its requests would be carried out twice.
+  const bool over =
+      session.phase != Phase::kOpen &&
+      (now_ns > session.phase_until_ns || (shutting_down && session.channel.all_acknowledged()));
   if (over) {
     session.phase = Phase::kGone;
     return;

@@ -40,7 +40,7 @@ struct CurrentRequest {
 
 enum class Phase : std::uint8_t {
   kOpen,
-  kLeaving,  ///< our Bye is the last Item: until it is acknowledged
+  kLeaving,  ///< our Bye is the last Item: repeated until the time is over
   kLeft,     ///< the client's Bye came: acknowledged until the time is over
   kGone,     ///< to be removed
 };

@@ -72,7 +72,7 @@ TEST_CASE("the true offset is always within the uncertainty, at skews of 200 ppm
     }
     // 50 s of exchanges with up to 3 ms of jitter each way.
     const ClockRelation relation = estimate.at(now_ns);
-    CHECK(std::fabs(relation.skew - clocks.skew) < 30e-6);
+    CHECK(std::fabs(relation.skew - clocks.skew) < 50e-6);
     CHECK(relation.uncertainty_ns < 3'000'000);
   }
 }
