@@ -200,7 +200,7 @@ ConfigurationStep step_of(const RowContext& context,
     }
     const auto u = static_cast<std::size_t>(hold.unknown);
     const Vector3 du_W = y[u] * hold.radial_W + y[u + 1] * hold.tangential_W;
-    step.strings[k] = string_motion(hold, state.holds[k], step, du_W, context.centring_room);
+    step.strings[k] = string_motion(hold, state.holds[k].bend, step, du_W, context.centring_room);
   }
   return step;
 }

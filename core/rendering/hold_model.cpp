@@ -112,16 +112,10 @@ double slip_stiffness(const StringContext& context, const StringHold& hold,
   return stiffness * slip <= limit ? stiffness : limit / slip;
 }
 
-/// How far the vertex may go towards the centre: less and less where the centre jumps to its other
-/// side as it passes a contact.
-double centring_limit(const HoldModel& model, const StringHold& hold, double off_centre,
-                      double room) noexcept {
-  const double u = hold.bend.u_W.norm();
-  const double to_end = std::min(hold.bend.lambda, 1.0 - hold.bend.lambda);
-  const double limit = u > 0.0 ? room * to_end / u : std::abs(off_centre);
-  if (hold.centred == 0.0) return limit;
-  const double next = std::abs(hold.centred) * (off_centre * hold.centred > 0.0 ? 2.0 : 0.5);
-  return std::min(limit, std::max(next, kLeastCentring / model.length));
+/// How far the vertex may go towards the centre without changing a gap by more than `room`.
+double centring_limit(const StringBend& bend, double off_centre, double room) noexcept {
+  const double u = bend.u_W.norm();
+  return u > 0.0 ? room * std::min(bend.lambda, 1.0 - bend.lambda) / u : std::abs(off_centre);
 }
 
 }  // namespace
@@ -207,14 +201,13 @@ Vector3 contact_motion(const HoldModel& model, const ConfigurationStep& step) no
   return motion;
 }
 
-StringMotion string_motion(const HoldModel& model, const StringHold& hold,
+StringMotion string_motion(const HoldModel& model, const StringBend& bend,
                            const ConfigurationStep& step, const Vector3& du_W,
                            double room) noexcept {
   if (model.unknown < 0 || !model.touched) return {du_W, 0.0, 0.0};
-  const StringBend& bend = hold.bend;
   const double along = contact_motion(model, step).dot(model.axis_W) / model.length;
   const double off_centre = model.lambda - bend.lambda;
-  const double limit = centring_limit(model, hold, off_centre, room);
+  const double limit = centring_limit(bend, off_centre, room);
   const double slid = std::clamp(along, -bend.lambda, 1.0 - bend.lambda);
   const double dlambda =
       std::clamp(along + std::clamp(off_centre, -limit, limit), -bend.lambda, 1.0 - bend.lambda);

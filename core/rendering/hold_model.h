@@ -36,12 +36,9 @@ struct GapGradient {
 [[nodiscard]] HD_REALTIME Vector3 contact_motion(const HoldModel& model,
                                                  const ConfigurationStep& step) noexcept;
 
-/// Smallest limit of a vertex's motion towards the centre of its contact, m.
-inline constexpr double kLeastCentring = 1e-7;
-
 /// The string's motion in `step` when its vertex moves by `du_W` across the axis: along it goes
 /// with the contact, and to its centre as far as that changes no gap by more than `room`, m.
-[[nodiscard]] HD_REALTIME StringMotion string_motion(const HoldModel& model, const StringHold& hold,
+[[nodiscard]] HD_REALTIME StringMotion string_motion(const HoldModel& model, const StringBend& bend,
                                                      const ConfigurationStep& step,
                                                      const Vector3& du_W, double room) noexcept;
 

@@ -205,8 +205,6 @@ void commit(const OptimiserInput& input, const ConfigurationStep& step, const Po
           w.models[k].slip_W + slip_motion(w.models[k], hold.bend, step, step.strings[k].du_W);
     }
     hold.bend = moved(hold.bend, step.strings[k]);
-    const double centred = step.strings[k].centring;
-    if (std::abs(centred) * w.models[k].length > kLeastCentring) hold.centred = centred;
   }
   for (std::size_t k = 0; k < state.parts.size(); ++k) state.parts[k].v_G += step.parts[k].dv_G;
 }
@@ -237,13 +235,12 @@ ConfigurationStep scaled(const OptimiserState& state, const ConfigurationStep& f
 
 /// Leaves out of the full step what only takes vertices to the centres of their contacts, which a
 /// contact on either side may forbid. True when there was such.
-bool drop_centring(OptimiserState& state, ConfigurationStep& full) noexcept {
+bool drop_centring(std::size_t holds, ConfigurationStep& full) noexcept {
   bool dropped = false;
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+  for (std::size_t k = 0; k < holds; ++k) {
     StringMotion& motion = full.strings[k];
     if (motion.centring == 0.0) continue;
     dropped = true;
-    state.holds[k].centred = 0.25 * motion.centring;
     motion.dlambda -= motion.centring;
     motion.centring = 0.0;
   }
@@ -296,7 +293,7 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double ho
       return true;
     }
     ++result.halvings;
-    if (!drop_centring(state, w.step)) fraction *= 0.5;
+    if (!drop_centring(state.holds.size(), w.step)) fraction *= 0.5;
   }
   return false;
 }

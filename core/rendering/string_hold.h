@@ -28,7 +28,6 @@ struct StringHold {
   double normal_force = 0.0;
   Vector3 tangential_W{0.0, 0.0, 0.0};  ///< friction and lateral force on the tool, N
   Vector3 slip_W{0.0, 0.0, 0.0};        ///< of the stick anchor's spring, tangential, m
-  double centred = 0.0;                 ///< last motion of the vertex towards the contact's centre
 };
 
 /// Ordered by capsule.
