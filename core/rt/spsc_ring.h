@@ -26,23 +26,47 @@ class SpscRing {
  public:
   /// Writer only. Appends; false, and counted in overflow(), when full.
   bool push(const T& item) noexcept {
+    T* const place = writable();
+    if (place == nullptr) return false;
+    *place = item;
+    publish();
+    return true;
+  }
+
+  /// Writer only. The place of the next item, to be filled before publish(); null, and counted in
+  /// overflow(), when full. It holds an older item: write every member that is read.
+  [[nodiscard]] T* writable() noexcept {
     const std::uint64_t written = written_.load(std::memory_order_relaxed);
     if (written - read_.load(std::memory_order_acquire) == Capacity) {
       overflow_.store(overflow_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-      return false;
+      return nullptr;
     }
-    items_[written % Capacity] = item;
-    written_.store(written + 1, std::memory_order_release);
-    return true;
+    return &items_[written % Capacity];
+  }
+
+  /// Writer only. Appends what writable() pointed to.
+  void publish() noexcept {
+    written_.store(written_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
   /// Reader only. Takes the oldest item; false, and `item` untouched, when empty.
   bool pop(T& item) noexcept {
-    const std::uint64_t read = read_.load(std::memory_order_relaxed);
-    if (read == written_.load(std::memory_order_acquire)) return false;
-    item = items_[read % Capacity];
-    read_.store(read + 1, std::memory_order_release);
+    const T* const oldest = front();
+    if (oldest == nullptr) return false;
+    item = *oldest;
+    release();
     return true;
+  }
+
+  /// Reader only. The oldest item, valid until release(); null when empty.
+  [[nodiscard]] const T* front() const noexcept {
+    const std::uint64_t read = read_.load(std::memory_order_relaxed);
+    return read == written_.load(std::memory_order_acquire) ? nullptr : &items_[read % Capacity];
+  }
+
+  /// Reader only. Gives the place of front() back.
+  void release() noexcept {
+    read_.store(read_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
   /// Items refused since construction. Any thread.

@@ -1,0 +1,75 @@
+// Which pairs are reported. See contact_report.h. RT: yes.
+#include "core/simulation/contact_report.h"
+
+#include <algorithm>
+
+#include "core/simulation/simulation.h"
+
+namespace hapticd {
+namespace {
+
+/// Deepest first; equal gaps in the order of their pairs, so that the list is the same everywhere.
+bool deeper(const ContactReading& a, const ContactReading& b) noexcept {
+  if (a.gap != b.gap) return a.gap < b.gap;
+  if (a.key.kind != b.key.kind) return a.key.kind < b.key.kind;
+  if (a.key.obstacle != b.key.obstacle) return a.key.obstacle < b.key.obstacle;
+  if (a.key.tool_sphere != b.key.tool_sphere) return a.key.tool_sphere < b.key.tool_sphere;
+  return a.key.obstacle_sphere < b.key.obstacle_sphere;
+}
+
+/// Adds to a heap whose top is the shallowest, which makes place when it is full.
+void add(const ContactReading& reading, ContactReport& report) noexcept {
+  ++report.total;
+  auto& kept = report.contacts;
+  if (!kept.full()) {
+    kept.push_back(reading);
+  } else if (deeper(reading, kept[0])) {
+    std::pop_heap(kept.begin(), kept.end(), deeper);
+    kept[kept.size() - 1] = reading;
+  } else {
+    return;
+  }
+  std::push_heap(kept.begin(), kept.end(), deeper);
+}
+
+}  // namespace
+
+void Simulation::report_contacts(ContactReport& report) const noexcept {
+  report.contacts.clear();
+  report.total = 0;
+  const OptimiserState& state = tool_.optimiser;
+  const BentObstacles bent(scene_.obstacles, state.holds);
+  const ToolShape shape(scene_.parts, state.parts);
+  const auto reading_of = [&](const ContactKey& key, double force) {
+    const Contact contact =
+        evaluate_contact(key, scene_.tool, state.X_WG, bent.view(), shape.view());
+    return ContactReading{key,
+                          scene_.parts.part_of(key.tool_sphere),
+                          to_array(contact.p_WC),
+                          to_array(contact.nhat_OG_W),
+                          contact.lambda,
+                          contact.gap,
+                          force};
+  };
+  const auto active = std::span(state.active).first(static_cast<std::size_t>(state.active_count));
+  for (const ActivePair& pair : active) add(reading_of(pair.key, pair.multiplier), report);
+  const double near = kNearSkins * scene_.options.skin;
+  for (const Contact& contact : workspace_.contacts.contacts) {
+    if (contact.gap - workspace_.travelled > near) continue;
+    const auto same = [&](const ActivePair& pair) { return pair.key == contact.key; };
+    if (std::any_of(active.begin(), active.end(), same)) continue;
+    const ContactReading reading = reading_of(contact.key, 0.0);
+    if (reading.gap <= near) add(reading, report);
+  }
+  std::sort_heap(report.contacts.begin(), report.contacts.end(), deeper);
+}
+
+double Simulation::tank_energy() const noexcept {
+  double energy = 0.0;
+  for (const std::int32_t string : awake_) {
+    energy += tracks_[static_cast<std::size_t>(string)].state.tank.energy;
+  }
+  return energy;
+}
+
+}  // namespace hapticd

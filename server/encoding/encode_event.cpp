@@ -1,0 +1,156 @@
+// See encode_event.h.
+#include "server/encoding/encode_event.h"
+
+#include <algorithm>
+#include <array>
+
+namespace hapticd {
+namespace {
+
+std::uint64_t wire_time(std::int64_t t_ns) { return static_cast<std::uint64_t>(std::max<std::int64_t>(t_ns, 0)); }
+
+const PieceOwner& piece_of(const SceneIndex& index, std::int32_t capsule) {
+  return index.pieces[static_cast<std::size_t>(capsule)];
+}
+
+void encode_tone(const LoopEvent& event, const StringEvent& string, const SceneIndex& index,
+                 v1::Tone& tone) {
+  const PieceOwner& piece = piece_of(index, string.string);
+  tone.set_t_ns(wire_time(string.t_ns));
+  tone.set_string_index(piece.index);
+  tone.set_tool_id(event.tool_id);
+  tone.set_frequency_hz(static_cast<float>(string.frequency));
+  tone.set_amplitude_m(static_cast<float>(string.amplitude));
+  tone.set_level(static_cast<float>(string.level));
+  tone.set_lambda(static_cast<float>(whole_lambda(piece, string.lambda)));
+  tone.set_decay_s(static_cast<float>(string.decay));
+  tone.set_normal_speed_m_per_s(static_cast<float>(string.normal_speed));
+  tone.set_tangential_speed_m_per_s(static_cast<float>(string.tangential_speed));
+  tone.set_glide_cents(static_cast<float>(string.glide_cents));
+  tone.set_glide_decay_s(static_cast<float>(string.glide_decay));
+  for (int k = 0; k < string.partial_count; ++k) {
+    tone.add_partials(string.partials[static_cast<std::size_t>(k)]);
+  }
+}
+
+void encode_radius(const StringEvent& string, const SceneIndex& index, v1::StringRadius& radius) {
+  radius.set_t_ns(wire_time(string.t_ns));
+  radius.set_string_index(piece_of(index, string.string).index);
+  switch (string.radius_phase) {
+    case RadiusPhase::kPress: radius.set_phase(v1::STRING_RADIUS_PHASE_PRESS); break;
+    case RadiusPhase::kRelease: radius.set_phase(v1::STRING_RADIUS_PHASE_RELEASE); break;
+    case RadiusPhase::kDamp: radius.set_phase(v1::STRING_RADIUS_PHASE_DAMP); break;
+  }
+  radius.set_delta_m(static_cast<float>(string.deflection));
+  radius.set_r_max_m(static_cast<float>(string.amplitude));
+  radius.set_decay_s(static_cast<float>(string.decay));
+  radius.set_frequency_hz(static_cast<float>(string.frequency));
+}
+
+void encode_string_contact(const LoopEvent& event, const StringEvent& string,
+                           const SceneIndex& index, v1::Contact& contact) {
+  const PieceOwner& piece = piece_of(index, string.string);
+  contact.set_t_ns(wire_time(string.t_ns));
+  contact.set_phase(string.kind == StringEventKind::kTouch ? v1::CONTACT_PHASE_BEGIN
+                                                           : v1::CONTACT_PHASE_END);
+  contact.set_tool_id(event.tool_id);
+  contact.set_string_index(piece.index);
+  contact.set_lambda(static_cast<float>(whole_lambda(piece, string.lambda)));
+  contact.set_normal_speed_m_per_s(static_cast<float>(string.normal_speed));
+  contact.set_tangential_speed_m_per_s(static_cast<float>(string.tangential_speed));
+  contact.set_force_n(static_cast<float>(string.force));
+  contact.set_ringing(string.ringing);
+}
+
+bool encode_string(const LoopEvent& event, const StringEvent& string, const SceneIndex& index,
+                   v1::Item& item) {
+  switch (string.kind) {
+    case StringEventKind::kTone: encode_tone(event, string, index, *item.mutable_tone()); break;
+    case StringEventKind::kRadius: encode_radius(string, index, *item.mutable_string_radius()); break;
+    case StringEventKind::kTouch:
+    case StringEventKind::kLeave:
+    case StringEventKind::kRelease:
+      encode_string_contact(event, string, index, *item.mutable_contact());
+      break;
+    case StringEventKind::kPress: return false;
+  }
+  return true;
+}
+
+void encode_touch(const LoopEvent& event, const TouchEvent& touch, const SceneIndex& index,
+                  v1::Contact& contact) {
+  contact.set_t_ns(wire_time(touch.t_ns));
+  contact.set_phase(touch.begins ? v1::CONTACT_PHASE_BEGIN : v1::CONTACT_PHASE_END);
+  contact.set_tool_id(event.tool_id);
+  contact.set_part_index(static_cast<std::uint32_t>(touch.part));
+  if (touch.kind == ObstacleKind::kBody) {
+    contact.set_body_index(static_cast<std::uint32_t>(touch.obstacle));
+  } else {
+    const PieceOwner& piece = piece_of(index, touch.obstacle);
+    contact.set_line_index(piece.index);
+    contact.set_lambda(static_cast<float>(whole_lambda(piece, touch.lambda)));
+  }
+  for (const double p : touch.p_WC) contact.add_p_wc_m(static_cast<float>(p));
+  for (const double n : touch.nhat_OG_W) contact.add_nhat_og_w(static_cast<float>(n));
+  contact.set_normal_speed_m_per_s(static_cast<float>(touch.normal_speed));
+  contact.set_tangential_speed_m_per_s(static_cast<float>(touch.tangential_speed));
+  contact.set_force_n(static_cast<float>(touch.force));
+}
+
+void encode_fault(const LoopEvent& event, const FaultNotice& notice, v1::Fault& fault) {
+  fault.set_t_ns(wire_time(event.t_ns));
+  fault.set_tick(event.tick);
+  fault.set_cause(static_cast<v1::Cause>(notice.cause));
+  fault.set_tool_id(event.tool_id);
+  fault.set_latched(notice.latched);
+  fault.set_message(std::string(explain(notice.cause)));
+}
+
+}  // namespace
+
+std::optional<v1::Item> encode_event(const LoopEvent& event, const SceneIndex& index) {
+  v1::Item item;
+  if (const auto* string = std::get_if<StringEvent>(&event.what)) {
+    if (!encode_string(event, *string, index, item)) return std::nullopt;
+  } else if (const auto* touch = std::get_if<TouchEvent>(&event.what)) {
+    encode_touch(event, *touch, index, *item.mutable_contact());
+  } else if (const auto* notice = std::get_if<FaultNotice>(&event.what)) {
+    encode_fault(event, *notice, *item.mutable_fault());
+  } else {
+    return std::nullopt;
+  }
+  return item;
+}
+
+std::string_view explain(Cause cause) noexcept {
+  static constexpr std::array<std::string_view, kMaxCause + 1> kTexts{
+      "",
+      "A client asked for Stop. Clear to go on.",
+      "A pose, velocity or wrench was not a finite number, or a quaternion could not be normalised. "
+      "Check what gives the poses, then Clear.",
+      "No new sample came from the device for more than two ticks. Check cable and driver, then "
+      "Clear.",
+      "The device repeats one pose while its counter advances: a sensor is stuck. Check it, then "
+      "Clear.",
+      "The handle moved faster than the profile allows. Hold it, then Clear.",
+      "More than 20 ticks of a second came late. hapticd doctor tells why; then Clear.",
+      "The loop stood still and the guardian wrote zero. hapticd doctor tells why; then Clear.",
+      "The lease of the controller that gave the poses ran out. Acquire it again, then Clear.",
+      "The device is gone. Plug it in.",
+      "The device reports a fault of its own. See its manual, then Clear.",
+      "Forces do not reach the device. Check the cable, then Clear.",
+      "The device's own watchdog has fired. Clear to go on.",
+      "The emergency stop is pressed. Release it, then Clear.",
+      "The dead-man switch is open. Hold it.",
+      "The device's zero is not known. Calibrate it.",
+      "The guided first check has not been passed. Run hapticctl check.",
+      "The tool touches or overlaps the scene. Move it away: force comes on by itself, or on Engage.",
+      "More events than their ring holds were lost. The network thread is too slow: hapticd doctor.",
+      "The replay differs from its recording.",
+      "A fault was injected, as asked for with --inject.",
+      "Released.",
+  };
+  return kTexts[static_cast<std::size_t>(cause)];
+}
+
+}  // namespace hapticd

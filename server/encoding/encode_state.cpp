@@ -1,0 +1,237 @@
+// See encode_state.h.
+#include "server/encoding/encode_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hapticd {
+namespace {
+
+bool wants(const StateRequest& request, v1::Section section) {
+  return (request.sections >> static_cast<unsigned>(section) & 1U) != 0;
+}
+
+/// `value` in units of 1 / `scale`, to nearest, ties to even, kept within Integer.
+template <typename Integer>
+Integer rounded(double value, double scale) {
+  constexpr auto kLeast = static_cast<double>(std::numeric_limits<Integer>::min());
+  constexpr auto kMost = static_cast<double>(std::numeric_limits<Integer>::max());
+  const double scaled = std::nearbyint(value * scale);
+  if (std::isnan(scaled)) return 0;
+  if (scaled <= kLeast) return std::numeric_limits<Integer>::min();
+  if (scaled >= kMost) return std::numeric_limits<Integer>::max();
+  return static_cast<Integer>(scaled);
+}
+
+template <typename Numbers>
+void add_doubles(const Array3& numbers, Numbers* out) {
+  for (const double number : numbers) out->Add(number);
+}
+
+template <std::size_t n>
+void add_floats(const std::array<double, n>& numbers,
+                google::protobuf::RepeatedField<float>* out) {
+  for (const double number : numbers) out->Add(static_cast<float>(number));
+}
+
+void add_wrench(const WrenchReading& wrench, google::protobuf::RepeatedField<float>* out) {
+  add_floats(wrench.f, out);
+  add_floats(wrench.t, out);
+}
+
+bool equal(const WrenchReading& a, const WrenchReading& b) { return a.f == b.f && a.t == b.t; }
+
+void encode_tool(const ToolReading& tool, v1::ToolState& out) {
+  out.set_tool_id(tool.tool_id);
+  add_doubles(tool.p_WH, out.mutable_p_wh_m());
+  add_floats(tool.q_WH, out.mutable_q_wh());
+  add_doubles(tool.p_WG, out.mutable_p_wg_m());
+  add_floats(tool.q_WG, out.mutable_q_wg());
+  add_wrench(tool.F_H_W, out.mutable_wrench_h_w());
+  if (!equal(tool.F_H_W, tool.F_unlimited_H_W)) {
+    add_wrench(tool.F_unlimited_H_W, out.mutable_wrench_unlimited_h_w());
+  }
+  out.set_minimum_gap_m(static_cast<float>(std::clamp(tool.minimum_gap, -1.0, 1.0)));
+  for (int bit = 0; bit < 16; ++bit) {
+    if ((tool.flags >> bit & 1) != 0) out.add_flags(static_cast<v1::ToolFlag>(bit + 1));
+  }
+}
+
+void encode_device(const ToolReading& tool, v1::DeviceState& out) {
+  const DeviceSample& device = tool.device;
+  out.set_tool_id(tool.tool_id);
+  add_doubles(device.p_DH, out.mutable_p_dh_m());
+  add_floats(device.q_DH, out.mutable_q_dh());
+  out.set_buttons(device.buttons);
+  if (!std::isnan(device.grip_m)) out.set_grip_m(device.grip_m);
+  if (!std::isnan(device.temperature_deg_c)) out.set_temperature_deg_c(device.temperature_deg_c);
+  for (int bit = 0; bit < 16; ++bit) {
+    if ((device.flags >> bit & 1) != 0) out.add_flags(static_cast<v1::DeviceFlag>(bit + 1));
+  }
+}
+
+void encode_string(const StringRow& row, const PieceOwner& piece, v1::StringState& out) {
+  out.set_string_index(piece.index);
+  out.set_phase(static_cast<v1::StringPhase>(row.phase));
+  add_floats(row.deflection_W, out.mutable_deflection_w_m());
+  out.set_lambda(static_cast<float>(whole_lambda(piece, row.lambda)));
+  out.set_radius_m(static_cast<float>(piece.radius + row.radius_growth));
+}
+
+/// One row per string: of a cable in several pieces the one that moves most.
+void encode_strings(const Snapshot& snapshot, const SceneIndex& index, v1::State& state) {
+  const StringRow* best = nullptr;
+  const auto piece_of = [&](const StringRow& row) -> const PieceOwner& {
+    return index.pieces[static_cast<std::size_t>(row.piece)];
+  };
+  const auto write = [&] {
+    if (best != nullptr) encode_string(*best, piece_of(*best), *state.add_strings());
+  };
+  for (const StringRow& row : snapshot.strings) {
+    if (best == nullptr || piece_of(*best).index != piece_of(row).index) {
+      write();
+      best = &row;
+    } else if (row.radius_growth > best->radius_growth) {
+      best = &row;
+    }
+  }
+  write();
+}
+
+/// The object of a patch.
+struct ObjectKey {
+  v1::ContactPatch::ObjectCase kind = v1::ContactPatch::OBJECT_NOT_SET;
+  std::uint32_t index = 0;
+};
+
+ObjectKey object_of(const ContactKey& key, const SceneIndex& index) {
+  if (key.kind == ObstacleKind::kBody) {
+    return {v1::ContactPatch::kBodyIndex, static_cast<std::uint32_t>(key.obstacle)};
+  }
+  const PieceOwner& piece = index.pieces[static_cast<std::size_t>(key.obstacle)];
+  return {piece.is_string ? v1::ContactPatch::kStringIndex : v1::ContactPatch::kLineIndex,
+          piece.index};
+}
+
+std::uint32_t index_in(const v1::ContactPatch& patch) {
+  switch (patch.object_case()) {
+    case v1::ContactPatch::kStringIndex: return patch.string_index();
+    case v1::ContactPatch::kBodyIndex: return patch.body_index();
+    case v1::ContactPatch::kLineIndex: return patch.line_index();
+    case v1::ContactPatch::OBJECT_NOT_SET: break;
+  }
+  return 0;
+}
+
+v1::ContactPatch& patch_for(const ObjectKey& object, std::uint32_t tool_id, v1::State& state) {
+  for (v1::ContactPatch& patch : *state.mutable_contacts()) {
+    if (patch.object_case() == object.kind && index_in(patch) == object.index) return patch;
+  }
+  v1::ContactPatch& patch = *state.add_contacts();
+  patch.set_tool_id(tool_id);
+  switch (object.kind) {
+    case v1::ContactPatch::kStringIndex: patch.set_string_index(object.index); break;
+    case v1::ContactPatch::kBodyIndex: patch.set_body_index(object.index); break;
+    default: patch.set_line_index(object.index); break;
+  }
+  for (int axis = 0; axis < 3; ++axis) patch.add_force_w_n(0.0F);
+  return patch;
+}
+
+void add_force(const Array3& F_W, v1::ContactPatch& patch) {
+  for (int axis = 0; axis < 3; ++axis) {
+    patch.set_force_w_n(axis, patch.force_w_n(axis) + static_cast<float>(F_W[static_cast<std::size_t>(axis)]));
+  }
+}
+
+void encode_contact(const ContactReading& contact, v1::ContactPatch& patch) {
+  patch.add_tool_sphere(contact.key.tool_sphere);
+  for (const double p : contact.p_WC) patch.add_p_wc_um(rounded<std::int64_t>(p, 1e6));
+  for (const double n : contact.nhat_OG_W) patch.add_nhat_og_w_e4(rounded<std::int32_t>(n, 1e4));
+  patch.add_gap_nanometres(rounded<std::int32_t>(contact.gap, 1e9));
+  patch.add_force_mn(rounded<std::uint32_t>(contact.force, 1e3));
+}
+
+void encode_contacts(const Snapshot& snapshot, const SceneIndex& index, std::uint32_t most,
+                     v1::State& state) {
+  const std::uint32_t tool_id = index.tool_ids.empty() ? 0 : index.tool_ids.front();
+  std::uint32_t listed = 0;
+  for (const ContactReading& contact : snapshot.contacts.contacts) {
+    const ObjectKey object = object_of(contact.key, index);
+    v1::ContactPatch& patch = patch_for(object, tool_id, state);
+    if (object.kind != v1::ContactPatch::kStringIndex) {
+      const Vector3 F_W = contact.force * to_vector(contact.nhat_OG_W);
+      add_force(to_array(F_W), patch);
+    }
+    if (listed < most) {
+      encode_contact(contact, patch);
+      ++listed;
+    }
+  }
+  for (const StringForce& string : snapshot.string_forces) {
+    const PieceOwner& piece = index.pieces[static_cast<std::size_t>(string.piece)];
+    add_force(string.F_W, patch_for({v1::ContactPatch::kStringIndex, piece.index}, tool_id, state));
+  }
+  const auto total = static_cast<std::uint32_t>(snapshot.contacts.total);
+  if (listed < total) state.set_contacts_total(total);
+}
+
+void encode_energy(const Snapshot& snapshot, v1::Energy& out) {
+  out.set_strings_j(static_cast<float>(snapshot.string_energy));
+  out.set_tanks_j(static_cast<float>(snapshot.tank_energy));
+  for (const ToolReading& tool : snapshot.tools) {
+    v1::ToolEnergy& energy = *out.add_tools();
+    energy.set_tool_id(tool.tool_id);
+    energy.set_port_j(static_cast<float>(tool.port_energy));
+    energy.set_removed_j(static_cast<float>(tool.removed_energy));
+  }
+}
+
+void encode_quality(const Snapshot& snapshot, v1::QualityState& out) {
+  out.set_level(snapshot.quality_level);
+  out.set_reason(v1::QUALITY_REASON_CHOSEN);
+  out.set_substeps(snapshot.work.sub_steps);
+  out.set_sphere_tests(snapshot.work.sphere_tests);
+  out.set_qp_iterations(snapshot.work.qp_iterations);
+}
+
+void encode_tool_sections(const ToolReading& tool, const StateRequest& request, v1::State& state) {
+  if (wants(request, v1::SECTION_TOOLS)) encode_tool(tool, *state.add_tools());
+  if (wants(request, v1::SECTION_DEVICES)) encode_device(tool, *state.add_devices());
+  if (wants(request, v1::SECTION_STIFFNESS)) {
+    v1::StiffnessState& stiffness = *state.add_stiffness();
+    stiffness.set_tool_id(tool.tool_id);
+    stiffness.set_scale(static_cast<float>(tool.stiffness_scale));
+    stiffness.set_bound_n_per_m(static_cast<float>(tool.stiffness_bound));
+    stiffness.set_delay_s(static_cast<float>(tool.delay));
+  }
+  if (wants(request, v1::SECTION_GESTURES) && tool.plays_gesture) {
+    v1::GestureState& gesture = *state.add_gestures();
+    gesture.set_tool_id(tool.tool_id);
+    gesture.set_name(tool.gesture_name.data());
+    gesture.set_progress(static_cast<float>(tool.gesture_progress));
+    gesture.set_repeated_count(tool.gesture_repeats);
+  }
+}
+
+}  // namespace
+
+void encode_state(const Snapshot& snapshot, const SceneIndex& index, const StateRequest& request,
+                  v1::State& state) {
+  state.Clear();
+  state.set_tick(snapshot.tick);
+  state.set_t_ns(static_cast<std::uint64_t>(std::max<std::int64_t>(snapshot.t_ns, 0)));
+  state.set_loop_state(static_cast<v1::LoopState>(snapshot.loop_state));
+  state.set_cause(static_cast<v1::Cause>(snapshot.cause));
+  state.set_scene_id(snapshot.scene_id);
+  for (const ToolReading& tool : snapshot.tools) encode_tool_sections(tool, request, state);
+  if (wants(request, v1::SECTION_STRINGS)) encode_strings(snapshot, index, state);
+  if (wants(request, v1::SECTION_CONTACTS)) {
+    encode_contacts(snapshot, index, request.max_contacts, state);
+  }
+  if (wants(request, v1::SECTION_ENERGY)) encode_energy(snapshot, *state.mutable_energy());
+  if (wants(request, v1::SECTION_QUALITY)) encode_quality(snapshot, *state.mutable_quality());
+}
+
+}  // namespace hapticd

@@ -1,0 +1,321 @@
+// The order of a tick, commands and scenes. See haptic_loop.h. RT: yes.
+#include "server/haptic_loop/haptic_loop.h"
+
+#include <ctime>
+#include <utility>
+
+#include "core/rt/monotonic_clock.h"
+
+namespace hapticd {
+namespace {
+
+/// A pose that repeats to the bit for so long under force is a stuck sensor, ns (InputLimits).
+constexpr std::int64_t kStuckAfter_ns = 250'000'000;
+
+std::int64_t thread_cpu_ns() noexcept {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return std::int64_t{used.tv_sec} * 1'000'000'000 + used.tv_nsec;
+}
+
+std::uint32_t span_ns(std::int64_t from_ns, std::int64_t to_ns) noexcept {
+  return static_cast<std::uint32_t>(to_ns - from_ns);
+}
+
+/// Nothing touches and nothing pushes, as far as the last tick knew.
+bool contact_free(const TickOutput& output) noexcept {
+  const Wrench& F = output.tool.F_unlimited_H_W;
+  return output.tool.pose != PoseVerdict::kFault && output.tool.optimiser.active_count == 0 &&
+         output.tool.optimiser.status != OptimiserStatus::kRecovering && F.f.isZero(0.0) &&
+         F.t.isZero(0.0);
+}
+
+}  // namespace
+
+HapticLoop::HapticLoop(const LoopOptions& options, std::unique_ptr<PlayedScene> first,
+                       LoopChannels& channels)
+    : options_(options), channels_(channels), scene_(std::move(first)) {
+  HD_ASSERT(scene_ != nullptr && scene_->device.device != nullptr);
+  begin_scene();
+}
+
+HapticLoop::~HapticLoop() = default;
+
+void HapticLoop::begin_scene() noexcept {
+  tick_ = 0;
+  first_tick_ = true;
+  input_watch_ = InputWatch{};
+  safety_ = SafetyState{};
+  written_ = SafetyOutput{};
+  touches_ = TouchDetector{};
+  sample_ = DeviceSample{};
+  output_.tool = ToolTick{};
+  output_.events.clear();
+  output_.strings.clear();
+  contacts_.contacts.clear();
+  contacts_.total = 0;
+  device_lost_ = false;
+  write_failed_ = false;
+  wrench_not_finite_ = false;
+  guarded_.store(scene_->device.device, std::memory_order_seq_cst);
+  const GesturePlan* gesture = scene_->gesture.get();
+  if (gesture != nullptr && scene_->device.simulated != nullptr) {
+    if (gesture->arm) scene_->device.simulated->set_arm(*gesture->arm);
+    if (gesture->seed) scene_->device.simulated->set_seed(*gesture->seed);
+    scene_->device.simulated->play(gesture->motion.track(), gesture->repeat);
+  }
+}
+
+// The guardian may be writing to the old scene's device at this moment; whoever frees it must not
+// hear of it before that is over.
+void HapticLoop::swap_scene() noexcept {
+  guarded_.store(nullptr, std::memory_order_seq_cst);
+  retired_ = std::exchange(scene_, std::move(waiting_));
+  const bool latched = machine_.state == LoopState::kFault || machine_.ending;
+  if (options_.virtual_time && !latched) machine_ = LoopMachine{};
+  begin_scene();
+  tell(CommandDone{waiting_number_});
+}
+
+void HapticLoop::give_back_scene() noexcept {
+  if (retired_ == nullptr || guarding_.load(std::memory_order_seq_cst)) return;
+  tell(SceneSwapped{scene_->scene_id, retired_.release()});
+}
+
+void HapticLoop::take_scene(PlayedScene* scene, std::uint64_t number) noexcept {
+  if (waiting_ != nullptr || retired_ != nullptr) {
+    // One after the other is the sender's rule; here nothing may be lost.
+    HD_ASSERT(false);
+    return;
+  }
+  waiting_.reset(scene);
+  waiting_number_ = number;
+  if (options_.virtual_time) {
+    swap_scene();
+    give_back_scene();
+  }
+}
+
+void HapticLoop::play_gesture(GesturePlan* plan, std::uint64_t number) noexcept {
+  SimulatedDevice* device = scene_->device.simulated;
+  if (device == nullptr) {
+    tell(GestureRetired{plan});
+    tell(CommandRefused{number, Cause::kNone});
+    return;
+  }
+  if (plan->arm) device->set_arm(*plan->arm);
+  if (plan->seed) device->set_seed(*plan->seed);
+  if (plan->motion.track().empty()) {
+    device->stop_gesture();
+  } else {
+    device->play(plan->motion.track(), plan->repeat);
+  }
+  tell(GestureRetired{scene_->gesture.release()});
+  scene_->gesture.reset(plan);
+  tell(CommandDone{number});
+}
+
+void HapticLoop::obey(const LoopCommand& command) noexcept {
+  if (const auto* swap = std::get_if<SwapSceneCommand>(&command.what)) {
+    take_scene(swap->scene, command.number);
+    return;
+  }
+  if (const auto* play = std::get_if<PlayGestureCommand>(&command.what)) {
+    play_gesture(play->plan, command.number);
+    return;
+  }
+  if (std::holds_alternative<EngageCommand>(command.what)) {
+    loop_input_.engage = true;
+  } else if (std::holds_alternative<DisengageCommand>(command.what)) {
+    loop_input_.disengage = true;
+  } else if (std::holds_alternative<StopCommand>(command.what)) {
+    loop_input_.stop = true;
+  } else if (std::holds_alternative<ClearCommand>(command.what)) {
+    loop_input_.clear = true;
+  } else if (std::holds_alternative<EndCommand>(command.what)) {
+    loop_input_.end = true;
+  } else if (std::holds_alternative<LeaseLostCommand>(command.what)) {
+    if (scene_->device.scripted != nullptr) {
+      scene_->device.scripted->clear();
+      lease_lost_ = true;
+    }
+  } else if (std::holds_alternative<RecentreCommand>(command.what)) {
+    recentre(input_watch_.X_DH, scene_->map);
+  } else if (const auto* clutch = std::get_if<ClutchCommand>(&command.what)) {
+    set_clutch(clutch->open, input_watch_.X_DH, scene_->map);
+  }
+  tell(CommandDone{command.number});
+}
+
+void HapticLoop::take_commands() noexcept {
+  LoopCommand command;
+  for (int k = 0; k < kCommandsPerTick && channels_.commands.pop(command); ++k) obey(command);
+  TickPose pose;
+  for (int k = 0; k < kPosesPerTick && channels_.poses.pop(pose); ++k) {
+    if (scene_->device.scripted == nullptr) continue;
+    scene_->device.scripted->push(pose.tick, pose.pose);
+    lease_lost_ = false;
+  }
+}
+
+void HapticLoop::read_device() noexcept {
+  PlayedDevice& device = scene_->device;
+  if (device.scripted != nullptr) device.scripted->set_tick(tick_);
+  const ReadOutcome outcome = device.device->read(t_ns_, sample_);
+  device_lost_ = outcome == ReadOutcome::kLost;
+  WatchedSample seen;
+  seen.fresh = outcome == ReadOutcome::kFresh;
+  seen.t_ns = sample_.t_ns;
+  seen.counter = sample_.counter;
+  seen.p_DH = sample_.p_DH;
+  seen.q_DH = sample_.q_DH;
+  seen.has_velocity = sample_.has_velocity;
+  seen.v_DH_D = sample_.v_DH_D;
+  seen.w_DH_D = sample_.w_DH_D;
+  const DeviceProfile& profile = device.device->profile();
+  InputLimits limits;
+  limits.velocity_trip = profile.velocity_trip;
+  limits.held_ticks =
+      bridged_ticks(profile.report_rate, 1e9 / static_cast<double>(options_.period_ns));
+  limits.stuck_after_ns = can_push_a_person(profile.driver) ? kStuckAfter_ns : 0;
+  watched_ = watch(seen, to_vector(safety_.f_H_D).norm(), limits, input_watch_);
+  if (watched_.usable) follow_buttons(sample_.buttons, watched_.X_DH, scene_->map);
+}
+
+void HapticLoop::advance_state() noexcept {
+  const DeviceProfile& profile = scene_->device.device->profile();
+  const bool pushes = can_push_a_person(profile.driver);
+  LoopInput& input = loop_input_;
+  input.dt_s = dt_s_;
+  input.attached = !device_lost_ && (sample_.flags & kDeviceAttached) != 0;
+  input.calibrated = (sample_.flags & kDeviceCalibrated) != 0;
+  input.contact_free = contact_free(output_);
+  input.engages_itself = !pushes;
+  input.lease_lost = lease_lost_;
+  input.scene_waits = waiting_ != nullptr;
+  const std::uint64_t stalls = stalls_.load(std::memory_order_relaxed);
+  const auto blame = [&](bool wrong, Cause cause) {
+    if (wrong && input.fault == Cause::kNone && latches(cause, pushes, options_.guards_armed)) {
+      input.fault = cause;
+    }
+  };
+  blame(watched_.fault != Cause::kNone, watched_.fault);
+  blame(wrench_not_finite_, Cause::kNotFinite);
+  blame(write_failed_, Cause::kDeviceWrite);
+  blame(channels_.events.overflow() != events_overflow_, Cause::kEventOverflow);
+  blame(stalls != stalls_seen_, Cause::kGuardian);
+  blame(late_, Cause::kOverrun);
+  blame((sample_.flags & kDeviceEmergencyStop) != 0, Cause::kEmergencyStop);
+  blame((sample_.flags & kDeviceFault) != 0, Cause::kDeviceFault);
+  stalls_seen_ = stalls;
+  events_overflow_ = channels_.events.overflow();
+
+  const LoopState before = machine_.state;
+  loop_output_ = advance(input, machine_);
+  loop_input_ = LoopInput{};
+  if (machine_.state != before) {
+    channels_.log.push(make_log_record<LogCode::kLoopStateChanged>(
+        t_ns_, static_cast<int>(before), static_cast<int>(machine_.state)));
+  }
+  if (loop_output_.latched || loop_output_.cleared) {
+    tell(FaultNotice{loop_output_.cause, loop_output_.latched});
+  }
+  if (loop_output_.latched) {
+    channels_.log.push(make_log_record<LogCode::kFaultLatched>(
+        t_ns_, static_cast<int>(loop_output_.cause), tick_));
+  }
+}
+
+// What cannot be used is not computed with: the last good pose again, at its own time, lets the
+// simulation stand still.
+void HapticLoop::render() noexcept {
+  F_H_D_ = Wrench{};
+  if (!input_watch_.has_pose) return;
+  const Pose X_WH = to_world(scene_->map, watched_.X_DH);
+  const TickInput input{{input_watch_.t_ns, to_array(X_WH.p), to_array(X_WH.q)}};
+  Simulation& simulation = *scene_->play.simulation;
+  simulation.step(input, output_);
+  if (options_.contacts_reported) simulation.report_contacts(contacts_);
+  const double gain = scene_->force_gain;
+  F_H_D_ = to_device(scene_->map, {output_.tool.F_H_W.f * gain, output_.tool.F_H_W.t * gain});
+}
+
+void HapticLoop::write_device() noexcept {
+  SafetyInput input;
+  input.now_ns = t_ns_;
+  input.dt_s = dt_s_;
+  input.hold_s = 1e-9 * static_cast<double>(options_.period_ns);
+  input.enable = watched_.usable && (machine_.state == LoopState::kEngaged ||
+                                     machine_.state == LoopState::kReleasing);
+  input.gain = loop_output_.gain;
+  input.F_H_D = F_H_D_;
+  input.V_DH_D = watched_.V_DH_D;
+  input.displacement_D = watched_.displacement_D;
+  input.budget = scene_->play.simulation->tank_energy() / scene_->map.scale;
+  written_ = limit(input, scene_->limits, safety_);
+  wrench_not_finite_ = (written_.flags & kSafetyNotFinite) != 0;
+  DeviceCommand command;
+  command.f_H_D = written_.f_H_D;
+  command.t_H_D = written_.t_H_D;
+  command.enable = written_.enable;
+  command.expires_ns = written_.expires_ns;
+  command.sample_counter = sample_.counter;
+  force_on_.store(written_.enable && !options_.virtual_time, std::memory_order_relaxed);
+  write_failed_ = !scene_->device.device->write(t_ns_, command) && !device_lost_;
+}
+
+void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept {
+  const std::int64_t began_ns = options_.virtual_time ? 0 : now_ns;
+  heartbeat_ns_.store(began_ns, std::memory_order_relaxed);
+  take_commands();
+  give_back_scene();
+  tick_ += skipped;
+  const std::int64_t before_ns = t_ns_;
+  t_ns_ = options_.virtual_time ? static_cast<std::int64_t>(tick_) * options_.period_ns : now_ns;
+  dt_s_ = first_tick_ ? 0.0 : 1e-9 * static_cast<double>(t_ns_ - before_ns);
+  first_tick_ = false;
+  timing_.overruns += skipped;
+  late_ = watch_overrun(skipped > 0, t_ns_, overrun_watch_);
+  if (skipped > 0) {
+    channels_.log.push(make_log_record<LogCode::kTickLate>(
+        t_ns_, tick_, static_cast<std::int64_t>(skipped) * options_.period_ns, skipped));
+  }
+
+  const auto clock = [&] { return options_.virtual_time ? 0 : monotonic_now_ns(); };
+  read_device();
+  const std::int64_t read_ns = clock();
+  advance_state();
+  if (loop_output_.scene_allowed && waiting_ != nullptr) {
+    swap_scene();
+    return;
+  }
+  render();
+  const std::int64_t rendered_ns = clock();
+  write_device();
+  const std::int64_t written_ns = clock();
+  timing_.read_ns = span_ns(began_ns, read_ns);
+  timing_.simulation_ns = span_ns(read_ns, rendered_ns);
+  timing_.write_ns = span_ns(rendered_ns, written_ns);
+  report_events();
+  publish_snapshot();
+  ++tick_;
+  if (options_.virtual_time) return;
+  timing_.publish_ns = span_ns(written_ns, clock());
+  const std::int64_t cpu_ns = thread_cpu_ns();
+  timing_.cpu_ns = span_ns(cpu_before_ns_, cpu_ns);
+  cpu_before_ns_ = cpu_ns;
+}
+
+void HapticLoop::guard(std::int64_t now_ns) noexcept {
+  const bool armed = force_on_.load(std::memory_order_relaxed);
+  if (!must_write_zero(heartbeat_ns_.load(std::memory_order_relaxed), now_ns, armed, guardian_)) {
+    return;
+  }
+  guarding_.store(true, std::memory_order_seq_cst);
+  HapticDevice* device = guarded_.load(std::memory_order_seq_cst);
+  if (device != nullptr) device->write_zero(now_ns);
+  guarding_.store(false, std::memory_order_seq_cst);
+  stalls_.fetch_add(1, std::memory_order_relaxed);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,146 @@
+// The haptic loop without its clock: one call of tick_once() reads the device, advances the loop's
+// state, steps the simulation, passes the wrench through the safety stage, writes it, and tells the
+// other threads. run_realtime() (realtime_thread.h) calls it on time; lockstep and tests call it as
+// they like. Links no network, protobuf or log. RT: yes but for construction.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "core/rt/rt_log.h"
+#include "core/rt/spsc_ring.h"
+#include "core/safety/guardian.h"
+#include "core/safety/input_watch.h"
+#include "core/safety/overrun_watch.h"
+#include "server/haptic_loop/loop_command.h"
+#include "server/haptic_loop/loop_event.h"
+#include "server/haptic_loop/played_scene.h"
+#include "server/haptic_loop/snapshot.h"
+
+namespace hapticd {
+
+/// Commands obeyed in one tick, at most; the others wait. A few, so that no sender can lengthen a
+/// tick.
+inline constexpr int kCommandsPerTick = 8;
+
+/// Poses taken over in one tick, at most; a sender of one per tick is never waited for.
+inline constexpr int kPosesPerTick = 64;
+
+/// A pose of the scripted device for a tick.
+struct TickPose {
+  std::uint64_t tick = 0;
+  ScriptedPose pose;
+};
+
+/// What the loop exchanges with the network thread. One writer and one reader each.
+struct LoopChannels {
+  SpscRing<LoopCommand, 256> commands;  ///< to the loop
+  SpscRing<TickPose, kScriptedQueue> poses;
+  SpscRing<LoopEvent, 4096> events;     ///< lossless; an overflow is a fault
+  SpscRing<Snapshot, 64> snapshots;     ///< every tick; those that find no place are left out
+  LogRing log;                          ///< to the telemetry thread
+};
+
+/// Fixed at construction.
+struct LoopOptions {
+  std::int64_t period_ns = 1'000'000;  ///< [1e5, 4e6]
+  bool virtual_time = false;           ///< time is tick * period, from 0 with every scene
+  bool guards_armed = false;           ///< late ticks and fast hands latch for any device
+  bool contacts_reported = true;       ///< snapshots list contacts
+};
+
+class HapticLoop {
+ public:
+  /// `first` plays from the first tick; `channels` must outlive the loop.
+  HapticLoop(const LoopOptions& options, std::unique_ptr<PlayedScene> first,
+             LoopChannels& channels);
+  HapticLoop(const HapticLoop&) = delete;
+  HapticLoop& operator=(const HapticLoop&) = delete;
+  ~HapticLoop();
+
+  /// One tick at `now_ns` (ignored in virtual time), `skipped` periods having been passed over
+  /// since the last one. Cost: that of the scene, and about 1 us.
+  HD_REALTIME void tick_once(std::int64_t now_ns, std::uint64_t skipped = 0) noexcept;
+
+  /// Obeys what waits in the channels, as every tick does first. Between ticks of virtual time,
+  /// which may stand still for long; a scene is then exchanged at once.
+  HD_REALTIME void take_commands() noexcept;
+
+  /// The guardian's look at the loop, from its own thread: writes zero to the device of a loop that
+  /// stands still.
+  void guard(std::int64_t now_ns) noexcept;
+
+  /// True once the force has ramped out after an EndCommand.
+  [[nodiscard]] bool over() const noexcept { return machine_.state == LoopState::kOver; }
+
+  /// Tick that runs next. Loop's thread.
+  [[nodiscard]] std::uint64_t next_tick() const noexcept { return tick_; }
+
+  /// What plays. Loop's thread.
+  [[nodiscard]] PlayedScene& scene() noexcept { return *scene_; }
+
+ private:
+  void obey(const LoopCommand& command) noexcept;
+  void take_scene(PlayedScene* scene, std::uint64_t number) noexcept;
+  void swap_scene() noexcept;
+  void begin_scene() noexcept;
+  void give_back_scene() noexcept;
+  void play_gesture(GesturePlan* plan, std::uint64_t number) noexcept;
+  void read_device() noexcept;
+  void advance_state() noexcept;
+  void render() noexcept;
+  void write_device() noexcept;
+  void report_events() noexcept;
+  void publish_snapshot() noexcept;
+  void fill_tool(ToolReading& tool) const noexcept;
+  void fill_strings(Snapshot& snapshot) const noexcept;
+  template <typename What>
+  void tell(const What& what) noexcept;
+
+  LoopOptions options_;
+  LoopChannels& channels_;
+  std::unique_ptr<PlayedScene> scene_;
+  std::unique_ptr<PlayedScene> waiting_;  ///< takes the place of scene_ once it may
+  std::unique_ptr<PlayedScene> retired_;  ///< to be given back once the guardian is not at it
+  std::uint64_t waiting_number_ = 0;
+  std::atomic<HapticDevice*> guarded_{nullptr};
+  std::atomic<std::int64_t> heartbeat_ns_{0};
+  std::atomic<bool> guarding_{false};  ///< the guardian is writing to guarded_
+  std::atomic<bool> force_on_{false};
+  std::atomic<std::uint64_t> stalls_{0};
+  Guardian guardian_;  ///< of the guardian's thread
+  std::uint64_t stalls_seen_ = 0;
+
+  // Of the tick under way.
+  std::uint64_t tick_ = 0;
+  std::int64_t t_ns_ = 0;
+  double dt_s_ = 0.0;
+  LoopInput loop_input_;
+  LoopOutput loop_output_;
+  DeviceSample sample_;
+  WatchedInput watched_;
+  Wrench F_H_D_;
+  SafetyOutput written_;
+
+  // From tick to tick.
+  LoopMachine machine_;
+  InputWatch input_watch_;
+  OverrunWatch overrun_watch_;
+  SafetyState safety_;
+  TouchDetector touches_;
+  TickTiming timing_;
+  std::int64_t cpu_before_ns_ = 0;
+  bool first_tick_ = true;
+  bool lease_lost_ = false;
+  bool device_lost_ = false;
+  bool write_failed_ = false;
+  bool late_ = false;  ///< more late ticks of late than are put up with
+  bool wrench_not_finite_ = false;
+  std::uint64_t events_overflow_ = 0;
+  TickOutput output_;
+  ContactReport contacts_;
+  TouchEvents touch_events_;
+};
+
+}  // namespace hapticd

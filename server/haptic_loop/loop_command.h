@@ -1,0 +1,54 @@
+// What the loop is told by the other threads: a few plain commands per tick, obeyed at its edge.
+// What they point to is prepared before and belongs to the loop until it is given back in a
+// LoopEvent. RT: yes, plain data.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+#include <variant>
+
+#include "core/math/vector.h"
+
+namespace hapticd {
+
+struct PlayedScene;
+struct GesturePlan;
+
+/// Force on: from a contact-free start.
+struct EngageCommand {};
+/// Force off: 50 ms ramp.
+struct DisengageCommand {};
+/// Zero wrench at once, latched.
+struct StopCommand {};
+/// Leaves a latched fault whose cause is gone.
+struct ClearCommand {};
+/// The lease of whoever gave the poses is over.
+struct LeaseLostCommand {};
+/// The daemon ends: force ramps to zero, then the loop stays over.
+struct EndCommand {};
+/// Another scene takes the place of the one that plays, once the force is zero.
+struct SwapSceneCommand {
+  PlayedScene* scene = nullptr;
+};
+/// The device's present pose becomes the tool's home.
+struct RecentreCommand {};
+/// Lets go of the tool while the device moves on, or takes hold of it again.
+struct ClutchCommand {
+  bool open = false;
+};
+
+/// The simulated hand plays a gesture; refused by other devices. Belongs to the loop from here on.
+struct PlayGestureCommand {
+  GesturePlan* plan = nullptr;
+};
+
+struct LoopCommand {
+  std::uint64_t number = 0;  ///< chosen by the sender, comes back in CommandDone or CommandRefused
+  std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand, ClearCommand,
+               LeaseLostCommand, EndCommand, SwapSceneCommand, RecentreCommand, ClutchCommand,
+               PlayGestureCommand>
+      what;
+};
+static_assert(std::is_trivially_copyable_v<LoopCommand>);
+
+}  // namespace hapticd

@@ -1,0 +1,58 @@
+// What the loop tells the other threads, each thing exactly once: what was heard and touched,
+// faults, and the ends of what it was lent. Plain data through one ring. RT: yes.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+#include <variant>
+
+#include "core/instrument/string_event.h"
+#include "core/safety/loop_state.h"
+#include "core/simulation/touch_detector.h"
+
+namespace hapticd {
+
+struct PlayedScene;
+struct GesturePlan;
+
+/// A fault was latched or cleared.
+struct FaultNotice {
+  Cause cause = Cause::kNone;
+  bool latched = false;
+};
+
+/// From this tick on `scene_id` plays. `retired` is not touched any more and may be freed; null at
+/// the first scene.
+struct SceneSwapped {
+  std::uint32_t scene_id = 0;
+  PlayedScene* retired = nullptr;
+};
+
+/// A gesture that is not played any more and may be freed.
+struct GestureRetired {
+  GesturePlan* plan = nullptr;
+};
+
+/// A command that could not be obeyed in the state the loop is in.
+struct CommandRefused {
+  std::uint64_t number = 0;  ///< of the LoopCommand
+  Cause cause = Cause::kNone;
+};
+
+/// A command that has been obeyed.
+struct CommandDone {
+  std::uint64_t number = 0;
+};
+
+struct LoopEvent {
+  std::uint64_t tick = 0;
+  std::int64_t t_ns = 0;  ///< of the tick; what is inside may have an instant of its own
+  std::uint32_t scene_id = 0;
+  std::uint32_t tool_id = 0;
+  std::variant<std::monostate, StringEvent, TouchEvent, FaultNotice, SceneSwapped, GestureRetired,
+               CommandRefused, CommandDone>
+      what;
+};
+static_assert(std::is_trivially_copyable_v<LoopEvent>);
+
+}  // namespace hapticd

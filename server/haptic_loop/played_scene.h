@@ -1,0 +1,44 @@
+// A scene as the loop plays it: simulation, map to its device, limits, and the device itself where
+// it is inside the process. Built outside the loop, swapped in at a tick edge, freed outside. RT:
+// plain access for the loop.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "core/rendering/workspace_map.h"
+#include "core/safety/output_stage.h"
+#include "core/safety/stiffness_clamp.h"
+#include "core/scene/scene.h"
+#include "device/api/haptic_device.h"
+#include "device/simulated/scripted_device.h"
+#include "device/simulated/simulated_device.h"
+#include "server/haptic_loop/gesture_plan.h"
+
+namespace hapticd {
+
+/// The device of a tool; at most one of `simulated` and `scripted` is set, and is `device` then.
+struct PlayedDevice {
+  HapticDevice* device = nullptr;
+  SimulatedDevice* simulated = nullptr;
+  ScriptedDevice* scripted = nullptr;
+  std::unique_ptr<HapticDevice> owned;  ///< null for a device that outlives scenes
+};
+
+/// What plays.
+struct PlayedScene {
+  std::uint32_t scene_id = 1;
+  std::shared_ptr<const Scene> scene;  ///< what `play` views
+  ToolSimulation play;
+  std::uint32_t tool_id = 0;
+  WorkspaceMap map;
+  double force_gain = 1.0;
+  SafetyLimits limits;
+  StiffnessGrant grant;  ///< applied to `play` already
+  double delay = 0.0;    ///< the grant was reckoned with, s
+  std::uint32_t quality_level = 0;
+  PlayedDevice device;
+  std::unique_ptr<GesturePlan> gesture;  ///< played from the first tick; may be null
+};
+
+}  // namespace hapticd

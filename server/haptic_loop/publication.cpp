@@ -1,0 +1,134 @@
+// What the loop tells after a tick: events and the snapshot. See haptic_loop.h. RT: yes.
+#include "server/haptic_loop/haptic_loop.h"
+
+namespace hapticd {
+namespace {
+
+StringPhase phase_of(const StringReading& string) noexcept {
+  if (!string.touched) return StringPhase::kRinging;
+  if (string.armed) return StringPhase::kPressed;
+  return string.level >= StringLevel::kFundamental ? StringPhase::kDamped : StringPhase::kTouched;
+}
+
+WrenchReading reading_of(const Wrench& F) noexcept { return {to_array(F.f), to_array(F.t)}; }
+
+std::uint16_t flags_of(const ToolTick& tick, const SafetyOutput& written, bool held,
+                       bool clutched) noexcept {
+  std::uint32_t flags = 0;
+  const auto set = [&](bool on, std::uint32_t bit) { flags |= on ? bit : 0U; };
+  set((written.flags & kSafetySlew) != 0, kSlewLimited);
+  set((written.flags & kSafetySaturated) != 0, kSaturated);
+  set((written.flags & kSafetyThermal) != 0, kThermalLimited);
+  set((written.flags & kSafetyPassivity) != 0, kPassivityLimited);
+  set(tick.optimiser.status == OptimiserStatus::kRecovering, kRecovering);
+  set(tick.optimiser.status == OptimiserStatus::kLagging, kLagging);
+  set(tick.optimiser.rows_exchanged > 0, kRowsMerged);
+  set(tick.optimiser.strings_refused > 0, kStringHeldRigid);
+  set(held, kInputHeld);
+  set(clutched, kClutched);
+  return static_cast<std::uint16_t>(flags);
+}
+
+}  // namespace
+
+template <typename What>
+void HapticLoop::tell(const What& what) noexcept {
+  LoopEvent event;
+  event.tick = tick_;
+  event.t_ns = t_ns_;
+  event.scene_id = scene_->scene_id;
+  event.tool_id = scene_->tool_id;
+  event.what = what;
+  channels_.events.push(event);
+}
+
+template void HapticLoop::tell(const FaultNotice&) noexcept;
+template void HapticLoop::tell(const SceneSwapped&) noexcept;
+template void HapticLoop::tell(const GestureRetired&) noexcept;
+template void HapticLoop::tell(const CommandRefused&) noexcept;
+template void HapticLoop::tell(const CommandDone&) noexcept;
+
+void HapticLoop::report_events() noexcept {
+  if (!input_watch_.has_pose) return;
+  for (const StringEvent& event : output_.events) tell(event);
+  if (!options_.contacts_reported) return;
+  const ToolTick& tool = output_.tool;
+  touch_events_.clear();
+  const ToolScene& scene = scene_->play.simulation->scene();
+  detect_touches(contacts_,
+                 {t_ns_, static_cast<std::int64_t>(1e9 * dt_s_), tool.X_WG.p, tool.V_WH,
+                  scene.stiffness.kt, static_cast<std::int32_t>(scene.strings.size())},
+                 touches_, touch_events_);
+  for (const TouchEvent& event : touch_events_) tell(event);
+}
+
+void HapticLoop::fill_tool(ToolReading& tool) const noexcept {
+  const ToolTick& tick = output_.tool;
+  tool = ToolReading{};
+  tool.tool_id = scene_->tool_id;
+  tool.flags = flags_of(tick, written_, watched_.held, scene_->map.clutched);
+  tool.p_WH = to_array(tick.X_WH.p);
+  tool.q_WH = to_array(tick.X_WH.q);
+  tool.p_WG = to_array(tick.X_WG.p);
+  tool.q_WG = to_array(tick.X_WG.q);
+  const Wrench written{to_vector(written_.f_H_D), to_vector(written_.t_H_D)};
+  tool.F_H_W = reading_of(to_world(scene_->map, written));
+  tool.F_unlimited_H_W = reading_of(tick.F_unlimited_H_W);
+  tool.minimum_gap = tick.optimiser.minimum_gap;
+  tool.device = sample_;
+  tool.input_age_ns = t_ns_ - sample_.t_ns;
+  tool.port_energy = safety_.port.given;
+  tool.removed_energy = safety_.port.removed;
+  tool.stiffness_scale = scene_->grant.scale;
+  tool.stiffness_bound = scene_->grant.bound;
+  tool.delay = scene_->delay;
+  if (scene_->device.simulated == nullptr || scene_->gesture == nullptr) return;
+  const GestureProgress progress = scene_->device.simulated->gesture();
+  tool.plays_gesture = progress.playing;
+  tool.gesture_progress = progress.fraction;
+  tool.gesture_repeats = progress.finished;
+  tool.gesture_name = scene_->gesture->name;
+}
+
+void HapticLoop::fill_strings(Snapshot& snapshot) const noexcept {
+  snapshot.strings.clear();
+  snapshot.string_forces.clear();
+  snapshot.string_energy = 0.0;
+  const auto tracks = scene_->play.simulation->tracks();
+  for (const StringReading& string : output_.strings) {
+    snapshot.strings.push_back({string.string, phase_of(string), string.lambda,
+                                string.radius_growth, to_array(string.deflection_W)});
+    snapshot.string_energy += tracks[static_cast<std::size_t>(string.string)].state.vibration.energy;
+  }
+  for (const StringContact& contact : output_.tool.strings) {
+    snapshot.string_forces.push_back({contact.string, to_array(contact.F_W)});
+  }
+}
+
+void HapticLoop::publish_snapshot() noexcept {
+  Snapshot* snapshot = channels_.snapshots.writable();
+  if (snapshot == nullptr) return;
+  snapshot->tick = tick_;
+  snapshot->t_ns = t_ns_;
+  snapshot->scene_id = scene_->scene_id;
+  snapshot->loop_state = machine_.state;
+  snapshot->cause = machine_.cause;
+  snapshot->timing = timing_;
+  const OptimiserResult& optimiser = output_.tool.optimiser;
+  snapshot->work = {static_cast<std::uint32_t>(optimiser.sub_steps),
+                    static_cast<std::uint32_t>(optimiser.qp_iterations),
+                    static_cast<std::uint64_t>(optimiser.tests)};
+  snapshot->quality_level = scene_->quality_level;
+  snapshot->tank_energy = scene_->play.simulation->tank_energy();
+  snapshot->tools.clear();
+  if (ToolReading* tool = snapshot->tools.append()) fill_tool(*tool);
+  snapshot->contacts.total = contacts_.total;
+  snapshot->contacts.contacts.clear();
+  for (const ContactReading& contact : contacts_.contacts) {
+    snapshot->contacts.contacts.push_back(contact);
+  }
+  fill_strings(*snapshot);
+  channels_.snapshots.publish();
+}
+
+}  // namespace hapticd
