@@ -7,7 +7,9 @@
 namespace hapticd {
 namespace {
 
-std::uint64_t wire_time(std::int64_t t_ns) { return static_cast<std::uint64_t>(std::max<std::int64_t>(t_ns, 0)); }
+std::uint64_t wire_time(std::int64_t t_ns) {
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(t_ns, 0));
+}
 
 const PieceOwner& piece_of(const SceneIndex& index, std::int32_t capsule) {
   return index.pieces[static_cast<std::size_t>(capsule)];
@@ -37,9 +39,15 @@ void encode_radius(const StringEvent& string, const SceneIndex& index, v1::Strin
   radius.set_t_ns(wire_time(string.t_ns));
   radius.set_string_index(piece_of(index, string.string).index);
   switch (string.radius_phase) {
-    case RadiusPhase::kPress: radius.set_phase(v1::STRING_RADIUS_PHASE_PRESS); break;
-    case RadiusPhase::kRelease: radius.set_phase(v1::STRING_RADIUS_PHASE_RELEASE); break;
-    case RadiusPhase::kDamp: radius.set_phase(v1::STRING_RADIUS_PHASE_DAMP); break;
+    case RadiusPhase::kPress:
+      radius.set_phase(v1::STRING_RADIUS_PHASE_PRESS);
+      break;
+    case RadiusPhase::kRelease:
+      radius.set_phase(v1::STRING_RADIUS_PHASE_RELEASE);
+      break;
+    case RadiusPhase::kDamp:
+      radius.set_phase(v1::STRING_RADIUS_PHASE_DAMP);
+      break;
   }
   radius.set_delta_m(static_cast<float>(string.deflection));
   radius.set_r_max_m(static_cast<float>(string.amplitude));
@@ -65,14 +73,19 @@ void encode_string_contact(const LoopEvent& event, const StringEvent& string,
 bool encode_string(const LoopEvent& event, const StringEvent& string, const SceneIndex& index,
                    v1::Item& item) {
   switch (string.kind) {
-    case StringEventKind::kTone: encode_tone(event, string, index, *item.mutable_tone()); break;
-    case StringEventKind::kRadius: encode_radius(string, index, *item.mutable_string_radius()); break;
+    case StringEventKind::kTone:
+      encode_tone(event, string, index, *item.mutable_tone());
+      break;
+    case StringEventKind::kRadius:
+      encode_radius(string, index, *item.mutable_string_radius());
+      break;
     case StringEventKind::kTouch:
     case StringEventKind::kLeave:
     case StringEventKind::kRelease:
       encode_string_contact(event, string, index, *item.mutable_contact());
       break;
-    case StringEventKind::kPress: return false;
+    case StringEventKind::kPress:
+      return false;
   }
   return true;
 }
@@ -126,7 +139,8 @@ std::string_view explain(Cause cause) noexcept {
   static constexpr std::array<std::string_view, kMaxCause + 1> kTexts{
       "",
       "A client asked for Stop. Clear to go on.",
-      "A pose, velocity or wrench was not a finite number, or a quaternion could not be normalised. "
+      "A pose, velocity or wrench was not a finite number, or a quaternion could not be "
+      "normalised. "
       "Check what gives the poses, then Clear.",
       "No new sample came from the device for more than two ticks. Check cable and driver, then "
       "Clear.",
@@ -144,8 +158,10 @@ std::string_view explain(Cause cause) noexcept {
       "The dead-man switch is open. Hold it.",
       "The device's zero is not known. Calibrate it.",
       "The guided first check has not been passed. Run hapticctl check.",
-      "The tool touches or overlaps the scene. Move it away: force comes on by itself, or on Engage.",
-      "More events than their ring holds were lost. The network thread is too slow: hapticd doctor.",
+      "The tool touches or overlaps the scene. Move it away: force comes on by itself, or on "
+      "Engage.",
+      "More events than their ring holds were lost. The network thread is too slow: hapticd "
+      "doctor.",
       "The replay differs from its recording.",
       "A fault was injected, as asked for with --inject.",
       "Released.",

@@ -30,8 +30,7 @@ void add_doubles(const Array3& numbers, Numbers* out) {
 }
 
 template <std::size_t n>
-void add_floats(const std::array<double, n>& numbers,
-                google::protobuf::RepeatedField<float>* out) {
+void add_floats(const std::array<double, n>& numbers, google::protobuf::RepeatedField<float>* out) {
   for (const double number : numbers) out->Add(static_cast<float>(number));
 }
 
@@ -116,10 +115,14 @@ ObjectKey object_of(const ContactKey& key, const SceneIndex& index) {
 
 std::uint32_t index_in(const v1::ContactPatch& patch) {
   switch (patch.object_case()) {
-    case v1::ContactPatch::kStringIndex: return patch.string_index();
-    case v1::ContactPatch::kBodyIndex: return patch.body_index();
-    case v1::ContactPatch::kLineIndex: return patch.line_index();
-    case v1::ContactPatch::OBJECT_NOT_SET: break;
+    case v1::ContactPatch::kStringIndex:
+      return patch.string_index();
+    case v1::ContactPatch::kBodyIndex:
+      return patch.body_index();
+    case v1::ContactPatch::kLineIndex:
+      return patch.line_index();
+    case v1::ContactPatch::OBJECT_NOT_SET:
+      break;
   }
   return 0;
 }
@@ -131,9 +134,15 @@ v1::ContactPatch& patch_for(const ObjectKey& object, std::uint32_t tool_id, v1::
   v1::ContactPatch& patch = *state.add_contacts();
   patch.set_tool_id(tool_id);
   switch (object.kind) {
-    case v1::ContactPatch::kStringIndex: patch.set_string_index(object.index); break;
-    case v1::ContactPatch::kBodyIndex: patch.set_body_index(object.index); break;
-    default: patch.set_line_index(object.index); break;
+    case v1::ContactPatch::kStringIndex:
+      patch.set_string_index(object.index);
+      break;
+    case v1::ContactPatch::kBodyIndex:
+      patch.set_body_index(object.index);
+      break;
+    default:
+      patch.set_line_index(object.index);
+      break;
   }
   for (int axis = 0; axis < 3; ++axis) patch.add_force_w_n(0.0F);
   return patch;
@@ -141,7 +150,8 @@ v1::ContactPatch& patch_for(const ObjectKey& object, std::uint32_t tool_id, v1::
 
 void add_force(const Array3& F_W, v1::ContactPatch& patch) {
   for (int axis = 0; axis < 3; ++axis) {
-    patch.set_force_w_n(axis, patch.force_w_n(axis) + static_cast<float>(F_W[static_cast<std::size_t>(axis)]));
+    patch.set_force_w_n(
+        axis, patch.force_w_n(axis) + static_cast<float>(F_W[static_cast<std::size_t>(axis)]));
   }
 }
 

@@ -20,8 +20,8 @@ struct PieceOwner {
 
 /// The scene as the wire numbers it.
 struct SceneIndex {
-  std::vector<PieceOwner> pieces;        ///< by capsule
-  std::vector<std::uint32_t> tool_ids;   ///< by tool
+  std::vector<PieceOwner> pieces;       ///< by capsule
+  std::vector<std::uint32_t> tool_ids;  ///< by tool
 };
 
 /// The index of `scene`.

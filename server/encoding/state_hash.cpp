@@ -21,8 +21,8 @@ void add_state(const Snapshot& snapshot, const SceneIndex& index, StateHash& cha
   crypto_generichash_blake2b_state hash;
   crypto_generichash_blake2b_init(&hash, nullptr, 0, chain.hash.size());
   crypto_generichash_blake2b_update(&hash, chain.hash.data(), chain.hash.size());
-  crypto_generichash_blake2b_update(&hash, reinterpret_cast<const std::uint8_t*>(chain.bytes.data()),
-                                    chain.bytes.size());
+  crypto_generichash_blake2b_update(
+      &hash, reinterpret_cast<const std::uint8_t*>(chain.bytes.data()), chain.bytes.size());
   crypto_generichash_blake2b_final(&hash, chain.hash.data(), chain.hash.size());
 }
 

@@ -245,8 +245,8 @@ void HapticLoop::write_device() noexcept {
   input.now_ns = t_ns_;
   input.dt_s = dt_s_;
   input.hold_s = 1e-9 * static_cast<double>(options_.period_ns);
-  input.enable = watched_.usable && (machine_.state == LoopState::kEngaged ||
-                                     machine_.state == LoopState::kReleasing);
+  input.enable = watched_.usable &&
+                 (machine_.state == LoopState::kEngaged || machine_.state == LoopState::kReleasing);
   input.gain = loop_output_.gain;
   input.F_H_D = F_H_D_;
   input.V_DH_D = watched_.V_DH_D;

@@ -37,9 +37,9 @@ struct TickPose {
 struct LoopChannels {
   SpscRing<LoopCommand, 256> commands;  ///< to the loop
   SpscRing<TickPose, kScriptedQueue> poses;
-  SpscRing<LoopEvent, 4096> events;     ///< lossless; an overflow is a fault
-  SpscRing<Snapshot, 64> snapshots;     ///< every tick; those that find no place are left out
-  LogRing log;                          ///< to the telemetry thread
+  SpscRing<LoopEvent, 4096> events;  ///< lossless; an overflow is a fault
+  SpscRing<Snapshot, 64> snapshots;  ///< every tick; those that find no place are left out
+  LogRing log;                       ///< to the telemetry thread
 };
 
 /// Fixed at construction.

@@ -98,7 +98,8 @@ void HapticLoop::fill_strings(Snapshot& snapshot) const noexcept {
   for (const StringReading& string : output_.strings) {
     snapshot.strings.push_back({string.string, phase_of(string), string.lambda,
                                 string.radius_growth, to_array(string.deflection_W)});
-    snapshot.string_energy += tracks[static_cast<std::size_t>(string.string)].state.vibration.energy;
+    snapshot.string_energy +=
+        tracks[static_cast<std::size_t>(string.string)].state.vibration.energy;
   }
   for (const StringContact& contact : output_.tool.strings) {
     snapshot.string_forces.push_back({contact.string, to_array(contact.F_W)});
