@@ -28,6 +28,8 @@ struct ToolScene {
   std::span<const StringConstants> strings{};
   InstrumentOptions instrument{};
   ToolParts parts{};  ///< what of the tool is soft
+  /// B of the coupling between hand and tool, N s/m, >= 0; acts on the hand's velocity against G's.
+  double coupling_damping = 0.0;
 };
 
 /// State of one tool. Copy it to take a snapshot.

@@ -250,6 +250,13 @@ void Simulation::respond_string(std::int32_t string, const Near& near, const Tic
   output.strings.push_back(reading);
 }
 
+// Only the translation: what turns the hand is small beside it.
+void Simulation::damp_coupling(const Pose& X_WG_before, ToolTick& tick) const noexcept {
+  if (!(scene_.coupling_damping > 0.0 && tick.dt > 0.0)) return;
+  const Vector3 v_WG = (tick.X_WG.p - X_WG_before.p) / tick.dt;
+  tick.F_unlimited_H_W.f -= scene_.coupling_damping * (tick.V_WH.v - v_WG);
+}
+
 void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
   output.events.clear();
   output.strings.clear();
@@ -274,6 +281,7 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
       if (awake(tracks_[static_cast<std::size_t>(string)].state)) awake_[kept++] = string;
     }
     awake_.truncate(kept);
+    damp_coupling(X_WG_before, output.tool);
     if (first || time.dt_ns > 0) X_WH_ = output.tool.X_WH;
   } else {
     // Nothing was rendered, so nothing has done work.

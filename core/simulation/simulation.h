@@ -89,6 +89,7 @@ class Simulation {
                    Near& near) const noexcept;
   [[nodiscard]] Near look_at(std::int32_t string, const Way& way,
                              const ToolTick& tick) const noexcept;
+  void damp_coupling(const Pose& X_WG_before, ToolTick& tick) const noexcept;
   void respond_string(std::int32_t string, const Near& near, const TickTime& time,
                       TickOutput& output) noexcept;
 

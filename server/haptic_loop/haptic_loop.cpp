@@ -46,6 +46,10 @@ void HapticLoop::begin_scene() noexcept {
   first_tick_ = true;
   input_watch_ = InputWatch{};
   safety_ = SafetyState{};
+  workspace_ = WorkspaceState{};
+  clutch_open_ = false;
+  recentre_ = false;
+  standing_fault_ = Cause::kNone;
   written_ = SafetyOutput{};
   touches_ = TouchDetector{};
   sample_ = DeviceSample{};
@@ -124,13 +128,23 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
     play_gesture(play->plan, command.number);
     return;
   }
+  const bool fault = machine_.state == LoopState::kFault;
   if (std::holds_alternative<EngageCommand>(command.what)) {
+    const Cause why = fault ? machine_.cause : Cause::kOverlap;
+    if (fault || (machine_.state == LoopState::kReady && !contact_free(output_))) {
+      tell(CommandRefused{command.number, why});
+      return;
+    }
     loop_input_.engage = true;
   } else if (std::holds_alternative<DisengageCommand>(command.what)) {
     loop_input_.disengage = true;
   } else if (std::holds_alternative<StopCommand>(command.what)) {
     loop_input_.stop = true;
   } else if (std::holds_alternative<ClearCommand>(command.what)) {
+    if (fault && standing_fault_ != Cause::kNone) {
+      tell(CommandRefused{command.number, standing_fault_});
+      return;
+    }
     loop_input_.clear = true;
   } else if (std::holds_alternative<EndCommand>(command.what)) {
     loop_input_.end = true;
@@ -140,9 +154,9 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
       lease_lost_ = true;
     }
   } else if (std::holds_alternative<RecentreCommand>(command.what)) {
-    recentre(input_watch_.X_DH, scene_->map);
+    recentre_ = true;
   } else if (const auto* clutch = std::get_if<ClutchCommand>(&command.what)) {
-    set_clutch(clutch->open, input_watch_.X_DH, scene_->map);
+    clutch_open_ = clutch->open;
   }
   tell(CommandDone{command.number});
 }
@@ -175,11 +189,15 @@ void HapticLoop::read_device() noexcept {
   const DeviceProfile& profile = device.device->profile();
   InputLimits limits;
   limits.velocity_trip = profile.velocity_trip;
-  limits.held_ticks =
+  limits.stale_ticks =
       bridged_ticks(profile.report_rate, 1e9 / static_cast<double>(options_.period_ns));
   limits.stuck_after_ns = can_push_a_person(profile.driver) ? kStuckAfter_ns : 0;
   watched_ = watch(seen, to_vector(safety_.f_H_D).norm(), limits, input_watch_);
-  if (watched_.usable) follow_buttons(sample_.buttons, watched_.X_DH, scene_->map);
+  if (!input_watch_.has_pose) return;
+  placed_ = follow(
+      scene_->map, scene_->X_WG_home,
+      {watched_.X_DH, watched_.V_DH_D, sample_.buttons, clutch_open_, recentre_, dt_s_}, workspace_);
+  recentre_ = false;
 }
 
 void HapticLoop::advance_state() noexcept {
@@ -207,6 +225,7 @@ void HapticLoop::advance_state() noexcept {
   blame(late_, Cause::kOverrun);
   blame((sample_.flags & kDeviceEmergencyStop) != 0, Cause::kEmergencyStop);
   blame((sample_.flags & kDeviceFault) != 0, Cause::kDeviceFault);
+  standing_fault_ = input.fault;
   stalls_seen_ = stalls;
   events_overflow_ = channels_.events.overflow();
 
@@ -231,12 +250,12 @@ void HapticLoop::advance_state() noexcept {
 void HapticLoop::render() noexcept {
   F_H_D_ = Wrench{};
   if (!input_watch_.has_pose) return;
-  const Pose X_WH = to_world(scene_->map, watched_.X_DH);
+  const Pose& X_WH = placed_.X_WH;
   const TickInput input{{input_watch_.t_ns, to_array(X_WH.p), to_array(X_WH.q)}};
   Simulation& simulation = *scene_->play.simulation;
   simulation.step(input, output_);
   if (options_.contacts_reported) simulation.report_contacts(contacts_);
-  const double gain = scene_->force_gain;
+  const double gain = scene_->force_gain * placed_.wrench_share;
   F_H_D_ = to_device(scene_->map, {output_.tool.F_H_W.f * gain, output_.tool.F_H_W.t * gain});
 }
 

@@ -120,6 +120,7 @@ class HapticLoop {
   LoopOutput loop_output_;
   DeviceSample sample_;
   WatchedInput watched_;
+  WorkspaceOutput placed_;
   Wrench F_H_D_;
   SafetyOutput written_;
 
@@ -128,6 +129,10 @@ class HapticLoop {
   InputWatch input_watch_;
   OverrunWatch overrun_watch_;
   SafetyState safety_;
+  WorkspaceState workspace_;
+  bool clutch_open_ = false;
+  bool recentre_ = false;
+  Cause standing_fault_ = Cause::kNone;  ///< in the last tick
   TouchDetector touches_;
   TickTiming timing_;
   std::int64_t cpu_before_ns_ = 0;

@@ -42,12 +42,15 @@ struct PlayGestureCommand {
   GesturePlan* plan = nullptr;
 };
 
+/// What is to be done.
+using LoopCommandBody =
+    std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand, ClearCommand,
+               LeaseLostCommand, EndCommand, SwapSceneCommand, RecentreCommand, ClutchCommand,
+               PlayGestureCommand>;
+
 struct LoopCommand {
   std::uint64_t number = 0;  ///< chosen by the sender, comes back in CommandDone or CommandRefused
-  std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand, ClearCommand,
-               LeaseLostCommand, EndCommand, SwapSceneCommand, RecentreCommand, ClutchCommand,
-               PlayGestureCommand>
-      what;
+  LoopCommandBody what;
 };
 static_assert(std::is_trivially_copyable_v<LoopCommand>);
 

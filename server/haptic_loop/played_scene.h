@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "core/rendering/workspace_map.h"
 #include "core/safety/output_stage.h"
@@ -30,8 +31,10 @@ struct PlayedScene {
   std::uint32_t scene_id = 1;
   std::shared_ptr<const Scene> scene;  ///< what `play` views
   ToolSimulation play;
+  std::vector<StringConstants> strings;  ///< that `play` is played with
   std::uint32_t tool_id = 0;
   WorkspaceMap map;
+  Pose X_WG_home;  ///< where recentring brings the tool
   double force_gain = 1.0;
   SafetyLimits limits;
   StiffnessGrant grant;  ///< applied to `play` already

@@ -66,7 +66,7 @@ void HapticLoop::fill_tool(ToolReading& tool) const noexcept {
   const ToolTick& tick = output_.tool;
   tool = ToolReading{};
   tool.tool_id = scene_->tool_id;
-  tool.flags = flags_of(tick, written_, watched_.held, scene_->map.clutched);
+  tool.flags = flags_of(tick, written_, watched_.held, placed_.open);
   tool.p_WH = to_array(tick.X_WH.p);
   tool.q_WH = to_array(tick.X_WH.q);
   tool.p_WG = to_array(tick.X_WG.p);

@@ -1,0 +1,212 @@
+// Start, the network thread's work, the end. See daemon.h.
+#include "server/daemon/daemon.h"
+
+#include <sodium.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "server/daemon/log_text.h"
+
+namespace hapticd {
+namespace {
+
+/// Longest wait at the end for force to ramp out and clients to hear Bye, ns.
+constexpr std::int64_t kLongestEnd_ns = 1'500'000'000;
+
+ArmKind arm_of(v1::Arm arm) { return static_cast<ArmKind>(arm); }
+
+PlayerOptions player_options(const v1::Config& config) {
+  PlayerOptions player;
+  const ProfileResult profile = load_profile(config.device(0).profile(), installed_profiles());
+  if (!profile.loaded) {
+    std::string text;
+    for (const SceneProblem& problem : profile.problems) text += to_text(problem) + "\n";
+    throw StartError(kExitInput, text.substr(0, text.size() - 1));
+  }
+  player.profile = *profile.loaded;
+  player.source = config.device(0).source();
+  player.arm = arm_of(config.arm());
+  player.seed = config.seed();
+  player.period_ns = static_cast<std::int64_t>(1e9 / config.rate() + 0.5);
+  player.virtual_time = config.clock() == v1::CLOCK_MODE_VIRTUAL;
+  if (config.has_max_force()) player.max_force = config.max_force();
+  return player;
+}
+
+std::uint32_t random_boot_id() {
+  std::uint32_t id = 0;
+  while (id == 0) randombytes_buf(&id, sizeof(id));
+  return id;
+}
+
+}  // namespace
+
+Daemon::Daemon(DaemonOptions options)
+    : options_(std::move(options)),
+      player_(player_options(options_.config)),
+      virtual_time_(player_.virtual_time),
+      channels_(std::make_unique<LoopChannels>()) {
+  LoadResult result = load_scene(options_.config.scene(), load_options());
+  std::string faults;
+  for (const SceneProblem& problem : result.problems) {
+    if (problem.doubt) {
+      spdlog::warn("{}", to_text(problem));
+    } else {
+      faults += (faults.empty() ? "" : "\n") + to_text(problem);
+    }
+  }
+  if (result.loaded == nullptr) throw StartError(kExitInput, faults);
+  AirScene& scene = put_on_air(std::move(result.loaded));
+  LoopOptions loop;
+  loop.period_ns = player_.period_ns;
+  loop.virtual_time = virtual_time_;
+  try {
+    loop_ = std::make_unique<HapticLoop>(
+        loop, make_played_scene(scene.loaded, scene.id, first_gesture(*scene.loaded), player_),
+        *channels_);
+  } catch (const StartError&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw StartError(kExitInput, error.what());
+  }
+  if (options_.check_only) return;
+  try {
+    transport_ = std::make_unique<UdpTransport>(options_.config.listen());
+  } catch (const std::runtime_error& error) {
+    throw StartError(kExitAddress, std::string("--listen: ") + error.what());
+  }
+  ServerOptions server;
+  server.boot_id = random_boot_id();
+  server.virtual_clock = virtual_time_;
+  server_ = std::make_unique<ProtocolServer>(
+      server, make_host(), [this](const Address& to, std::span<const std::uint8_t> datagram) {
+        transport_->send(to, datagram);
+      });
+}
+
+Daemon::~Daemon() = default;
+
+ServerHost Daemon::make_host() {
+  ServerHost host;
+  host.greeting = [this] {
+    std::vector<v1::Item> items(2);
+    *items[0].mutable_scene_info() = scenes_.front().info;
+    items[1].mutable_record_info()->set_state(v1::RECORD_STATE_IDLE);
+    return items;
+  };
+  host.request = [this](const RequestId& id, const v1::Item& item) { request(id, item); };
+  host.abandoned = [this](const RequestId& id) {
+    if (steps_ && steps_->request == id) end_steps(v1::RESULT_CODE_OK);
+  };
+  host.fill_state = [this](const Subscription& subscription, v1::State& state) {
+    encode_state(*snapshot_, on_air(snapshot_->scene_id).index,
+                 {subscription.sections, subscription.max_contacts}, state);
+    const bool stages = subscription.has(v1::SECTION_STAGES);
+    if (stages || subscription.has(v1::SECTION_TIMING)) {
+      statistics_.fill(*snapshot_, stages, *state.mutable_timing());
+    }
+  };
+  host.lease_lost = [this](LeaseEnd) {
+    channels_->commands.push({0, LeaseLostCommand{}});
+    if (virtual_time_) loop_->take_commands();
+  };
+  return host;
+}
+
+int Daemon::run(const SignalRequests& signals) {
+  if (!virtual_time_) {
+    RealtimeOptions realtime;
+    realtime.period_ns = player_.period_ns;
+    realtime.required = options_.config.realtime() == v1::REALTIME_POLICY_REQUIRE;
+    if (options_.config.has_cpu()) realtime.cpu = options_.config.cpu();
+    try {
+      thread_ = std::make_unique<RealtimeThread>(*loop_, realtime);
+    } catch (const std::runtime_error& error) {
+      throw StartError(kExitRealtime, error.what());
+    }
+  }
+  report_start();
+  transport_->run(*server_, [&](std::int64_t now_ns) {
+    follow_signals(signals, now_ns);
+    return work(now_ns);
+  });
+  thread_.reset();
+  take_events();
+  const ServerCounters& counters = server_->counters();
+  spdlog::info("ended; {} datagrams received, {} sent", counters.received, counters.sent);
+  return kExitGood;
+}
+
+void Daemon::follow_signals(const SignalRequests& signals, std::int64_t now_ns) {
+  if (signals.end.load() && ending_since_ns_ < 0) {
+    ending_since_ns_ = now_ns;
+    channels_->commands.push({0, EndCommand{}});
+    server_->shut_down(v1::BYE_REASON_SHUTDOWN, "hapticd ends.", now_ns);
+  }
+}
+
+bool Daemon::work(std::int64_t now_ns) {
+  finish_build();
+  bool again = false;
+  if (virtual_time_) again = pass_virtual_time(now_ns);
+  take_events();
+  take_snapshots(now_ns);
+  if (ending_since_ns_ >= 0) {
+    const bool silent = virtual_time_ || thread_->over();
+    if ((silent && server_->session_count() == 0) || now_ns - ending_since_ns_ > kLongestEnd_ns) {
+      transport_->stop();
+    }
+  }
+  return again;
+}
+
+void Daemon::take_events() {
+  LoopEvent event;
+  while (channels_->events.pop(event)) take_event(event);
+  LogRecord record;
+  while (channels_->log.pop(record)) write_log(record);
+}
+
+void Daemon::take_event(const LoopEvent& event) {
+  if (const auto* done = std::get_if<CommandDone>(&event.what)) {
+    finish_command(done->number, true, Cause::kNone);
+  } else if (const auto* refused = std::get_if<CommandRefused>(&event.what)) {
+    finish_command(refused->number, false, refused->cause);
+  } else if (const auto* swapped = std::get_if<SceneSwapped>(&event.what)) {
+    delete swapped->retired;
+    finish_swap(swapped->scene_id);
+  } else if (const auto* retired = std::get_if<GestureRetired>(&event.what)) {
+    delete retired->plan;
+  } else if (const auto item = encode_event(event, on_air(event.scene_id).index)) {
+    server_->broadcast(*item);
+  }
+}
+
+void Daemon::take_snapshots(std::int64_t now_ns) {
+  while (const Snapshot* snapshot = channels_->snapshots.front()) {
+    snapshot_ = snapshot;
+    statistics_.add(*snapshot);
+    newest_state_ = snapshot->loop_state;
+    newest_tick_ = snapshot->tick;
+    stiffness_bound_ = snapshot->tools.empty() ? 0.0 : snapshot->tools[0].stiffness_bound;
+    if (virtual_time_) add_state(*snapshot, on_air(snapshot->scene_id).index, hash_);
+    server_->offer_tick(snapshot->tick, snapshot->scene_id, now_ns);
+    channels_->snapshots.release();
+  }
+}
+
+void Daemon::report_start() const {
+  const v1::Config& config = options_.config;
+  spdlog::info("hapticd " HAPTICD_VERSION " plays {} at {} Hz ({} clock, {} device {})",
+               config.scene(), config.rate(), virtual_time_ ? "virtual" : "real",
+               config.device(0).source(), config.device(0).profile());
+  if (thread_ != nullptr) {
+    for (const MissingPrivilege& missing : thread_->missing()) {
+      spdlog::warn("{}; {}", missing.what, missing.remedy);
+    }
+  }
+  spdlog::info("listening on {}: hapticctl status", transport_->local_address());
+}
+
+}  // namespace hapticd

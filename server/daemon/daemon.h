@@ -1,0 +1,131 @@
+// hapticd itself: joins the haptic loop with sessions, scenes and gestures. Everything here runs on
+// the network thread, which is the main one; the loop has its own thread under the real clock, and
+// is stepped from here under the virtual one. Not RT.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/daemon/daemon_options.h"
+#include "server/daemon/scene_player.h"
+#include "server/daemon/tick_statistics.h"
+#include "server/encoding/encode_event.h"
+#include "server/encoding/state_hash.h"
+#include "server/haptic_loop/realtime_thread.h"
+#include "server/network/protocol_server.h"
+#include "server/network/udp_transport.h"
+
+namespace hapticd {
+
+/// What signals ask for; set by handlers, looked at by Daemon.
+struct SignalRequests {
+  std::atomic<bool> end{false};     ///< SIGTERM, SIGINT
+  std::atomic<bool> reload{false};  ///< SIGHUP
+};
+
+class Daemon {
+ public:
+  /// Loads everything and binds the socket. Throws StartError.
+  explicit Daemon(DaemonOptions options);
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+  ~Daemon();
+
+  /// Plays until a signal asks for the end; returns the exit code. Throws StartError when realtime
+  /// is required and refused.
+  int run(const SignalRequests& signals);
+
+ private:
+  /// A scene that plays, or is about to.
+  struct AirScene {
+    std::uint32_t id = 0;
+    std::shared_ptr<const LoadedScene> loaded;
+    SceneIndex index;
+    v1::SceneInfo info;
+  };
+  /// A scene being built off-thread for a request, or for SIGHUP.
+  struct SceneBuild {
+    std::optional<RequestId> request;
+    bool check_only = false;
+    std::future<LoadResult> result;
+  };
+  /// A Run of steps under way.
+  struct StepRun {
+    RequestId request;
+    std::uint64_t wanted = 0;
+    std::uint64_t done = 0;
+    std::uint64_t held_before = 0;
+  };
+  enum class TimeMode : std::uint8_t { kStopped, kLive };
+
+  // Start and run (daemon.cpp).
+  [[nodiscard]] ServerHost make_host();
+  bool work(std::int64_t now_ns);
+  void follow_signals(const SignalRequests& signals, std::int64_t now_ns);
+  void take_events();
+  void take_event(const LoopEvent& event);
+  void finish_command(std::uint64_t number, bool obeyed, Cause cause);
+  void take_snapshots(std::int64_t now_ns);
+  void report_start() const;
+
+  // Scenes (daemon_scenes.cpp).
+  [[nodiscard]] LoadOptions load_options() const;
+  AirScene& put_on_air(std::shared_ptr<const LoadedScene> loaded);
+  [[nodiscard]] std::unique_ptr<GesturePlan> first_gesture(const LoadedScene& scene) const;
+  void build_scene(std::optional<RequestId> request, const v1::LoadScene& load);
+  void finish_build();
+  void swap_to(std::shared_ptr<const LoadedScene> loaded, std::unique_ptr<PlayedScene> played,
+               std::optional<RequestId> request);
+  void finish_swap(std::uint32_t scene_id);
+  [[nodiscard]] const AirScene& on_air(std::uint32_t scene_id) const;
+
+  // Requests (daemon_requests.cpp).
+  void request(const RequestId& id, const v1::Item& item);
+  void command(const RequestId& id, const LoopCommandBody& what);
+  void get_parameters(const RequestId& id, const v1::GetParameters& get);
+  void queue_poses(const RequestId& id, const v1::PoseBatch& batch);
+  void play_gesture(const RequestId& id, const v1::PlayGesture& play);
+  void list_names(const RequestId& id, const std::vector<std::string>& names);
+  void list_gestures(const RequestId& id);
+  void describe_device(const RequestId& id);
+
+  // Time (daemon_time.cpp).
+  void run_time(const RequestId& id, const v1::Run& run);
+  bool pass_virtual_time(std::int64_t now_ns);
+  void step_once(std::int64_t now_ns);
+  void end_steps(v1::ResultCode code);
+
+  DaemonOptions options_;
+  PlayerOptions player_;
+  bool virtual_time_;
+  std::unique_ptr<LoopChannels> channels_;
+  std::unique_ptr<HapticLoop> loop_;
+  std::unique_ptr<RealtimeThread> thread_;
+  std::unique_ptr<UdpTransport> transport_;
+  std::unique_ptr<ProtocolServer> server_;
+
+  std::deque<AirScene> scenes_;  ///< the one that plays, and those before and after while swapped
+  std::uint32_t last_scene_id_ = 0;
+  std::optional<SceneBuild> build_;
+  std::deque<std::pair<std::uint64_t, RequestId>> commands_;  ///< not yet obeyed, by number
+  std::uint64_t last_command_ = 0;
+  const Snapshot* snapshot_ = nullptr;  ///< being offered
+  LoopState newest_state_ = LoopState::kDetached;
+  std::uint64_t newest_tick_ = 0;
+  TickStatistics statistics_;
+  StateHash hash_;
+  std::uint64_t next_pose_tick_ = 0;
+  TimeMode mode_ = TimeMode::kStopped;
+  std::optional<StepRun> steps_;
+  std::int64_t live_due_ns_ = 0;
+  std::int64_t ending_since_ns_ = -1;
+  bool swapping_ = false;         ///< a scene waits for the loop to take it
+  double stiffness_bound_ = 0.0;  ///< granted, N/m
+};
+
+}  // namespace hapticd

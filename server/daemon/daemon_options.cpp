@@ -1,0 +1,184 @@
+// See daemon_options.h.
+#include "server/daemon/daemon_options.h"
+
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/text_format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <sstream>
+
+namespace hapticd {
+namespace {
+
+/// Remembers the first error, with its place.
+class FirstError : public google::protobuf::io::ErrorCollector {
+ public:
+  void AddError(int line, int column, const std::string& message) override {
+    if (!text_.empty()) return;
+    text_ = std::to_string(line + 1) + ":" + std::to_string(column + 1) + ": error: " + message;
+  }
+  [[nodiscard]] const std::string& text() const noexcept { return text_; }
+
+ private:
+  std::string text_;
+};
+
+const std::map<std::string, v1::ClockMode> kClocks{{"realtime", v1::CLOCK_MODE_REALTIME},
+                                                   {"virtual", v1::CLOCK_MODE_VIRTUAL}};
+const std::map<std::string, v1::RealtimePolicy> kPolicies{
+    {"require", v1::REALTIME_POLICY_REQUIRE}, {"best_effort", v1::REALTIME_POLICY_BEST_EFFORT}};
+const std::map<std::string, v1::Arm> kArms{{"off", v1::ARM_OFF},
+                                           {"light", v1::ARM_LIGHT},
+                                           {"firm", v1::ARM_FIRM},
+                                           {"adversarial", v1::ARM_ADVERSARIAL}};
+
+/// Names of the choices, for the help.
+template <typename Choices>
+std::string names_of(const Choices& choices) {
+  std::string names;
+  for (const auto& choice : choices) names += (names.empty() ? "" : "|") + choice.first;
+  return names;
+}
+
+/// Adds --name VALUE for a Config field.
+template <typename Value, typename Set>
+void add(CLI::App& app, const std::string& name, const std::string& value_name,
+         const std::string& help, Set set) {
+  app.add_option_function<Value>(name, set, help)->type_name(value_name);
+}
+
+template <typename Enum, typename Set>
+void add_choice(CLI::App& app, const std::string& name, const std::map<std::string, Enum>& choices,
+                const std::string& help, Set set) {
+  app.add_option_function<std::string>(
+         name, [&choices, set](const std::string& text) { set(choices.at(text)); }, help)
+      ->check(CLI::IsMember(choices))
+      ->type_name(names_of(choices));
+}
+
+void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
+  add<std::string>(app, "--config", "FILE", "configuration in protobuf text format, same names",
+                   [&](const std::string& v) { options.config_file = v; });
+  add<std::string>(app, "--scene", "NAME|FILE", "scene to play (guqin)",
+                   [&](const std::string& v) { given.set_scene(v); });
+  add<std::string>(app, "--device", "simulated|scripted", "device of tool 0 (simulated)",
+                   [&](const std::string& v) { given.add_device()->set_source(v); });
+  add_choice(app, "--clock", kClocks, "what drives time (realtime)",
+             [&](v1::ClockMode v) { given.set_clock(v); });
+  add<double>(app, "--rate", "HZ", "ticks per second, 250 to 10000 (1000)",
+              [&](double v) { given.set_rate(v); });
+  add<std::string>(app, "--listen", "ADDR:PORT", "address and UDP port (127.0.0.1:47800)",
+                   [&](const std::string& v) { given.set_listen(v); });
+  add<std::string>(app, "--gesture", "NAME", "gesture of the simulated hand (demonstration)",
+                   [&](const std::string& v) { given.set_gesture(v); });
+  add_choice(app, "--arm", kArms, "arm behind the simulated hand (light)",
+             [&](v1::Arm v) { given.set_arm(v); });
+  add<std::uint64_t>(app, "--seed", "N", "seed of everything random (1)",
+                     [&](std::uint64_t v) { given.set_seed(v); });
+  add_choice(app, "--realtime", kPolicies, "what to do without realtime privileges (best_effort)",
+             [&](v1::RealtimePolicy v) { given.set_realtime(v); });
+  add<std::uint32_t>(app, "--cpu", "N", "processor of the haptic thread (any)",
+                     [&](std::uint32_t v) { given.set_cpu(v); });
+  add<double>(app, "--max-force", "N", "largest force, newtons (the device's own)",
+              [&](double v) { given.set_max_force(v); });
+  app.add_flag("--check", options.check_only, "check options, scene and gesture, play nothing");
+}
+
+void fill_defaults(v1::Config& config) {
+  if (config.scene().empty()) config.set_scene("guqin");
+  if (config.device_size() == 0) config.add_device();
+  for (v1::DeviceChoice& device : *config.mutable_device()) {
+    if (device.source().empty()) device.set_source("simulated");
+    if (device.profile().empty()) device.set_profile("premium_3_0_6dof");
+  }
+  if (config.clock() == v1::CLOCK_MODE_UNSPECIFIED) config.set_clock(v1::CLOCK_MODE_REALTIME);
+  if (!config.has_rate()) config.set_rate(1000.0);
+  if (config.listen().empty()) config.set_listen("127.0.0.1:47800");
+  if (config.gesture().empty()) config.set_gesture("demonstration");
+  if (config.arm() == v1::ARM_UNSPECIFIED) config.set_arm(v1::ARM_LIGHT);
+  if (!config.has_seed()) config.set_seed(1);
+  if (config.realtime() == v1::REALTIME_POLICY_UNSPECIFIED) {
+    config.set_realtime(v1::REALTIME_POLICY_BEST_EFFORT);
+  }
+}
+
+[[noreturn]] void refuse(const std::string& text) { throw StartError(kExitUsage, text); }
+
+}  // namespace
+
+void read_config_file(const std::string& file, v1::Config& config) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) {
+    throw StartError(kExitInput, file + ": cannot be read. Name a readable file with --config.");
+  }
+  std::stringstream text;
+  text << stream.rdbuf();
+  google::protobuf::TextFormat::Parser parser;
+  FirstError error;
+  parser.RecordErrorsTo(&error);
+  if (!parser.ParseFromString(text.str(), &config)) {
+    throw StartError(kExitInput, file + ":" + error.text() +
+                                     ". Fields are those of the options, '-' written '_'.");
+  }
+}
+
+void check_config(const v1::Config& config) {
+  const auto in = [](double value, double low, double high) { return value >= low && value <= high; };
+  if (!in(config.rate(), 250.0, 10000.0)) {
+    refuse("--rate: not in [250, 10000]. Give ticks per second.");
+  }
+  if (config.has_max_force() && !in(config.max_force(), 0.0, 1000.0)) {
+    refuse("--max-force: not in [0, 1000]. Give newtons.");
+  }
+  if (config.has_cpu() && config.cpu() > 1023) refuse("--cpu: not in [0, 1023].");
+  if (config.device_size() > 1 || config.device(0).tool_id() != 0) {
+    refuse("device: one device, that of tool 0, is all that can be played.");
+  }
+  const std::string& source = config.device(0).source();
+  if (source != "simulated" && source != "scripted") {
+    refuse("--device: '" + source + "' is not known. Choose simulated or scripted.");
+  }
+  const auto unsupported = [](bool given, const char* field) {
+    if (given) refuse(std::string(field) + ": not supported by this version. Leave it out.");
+  };
+  unsupported(!config.keys().empty(), "keys");
+  unsupported(!config.record().empty(), "record");
+  unsupported(!config.quality().empty(), "quality");
+  unsupported(config.has_budget_us(), "budget_us");
+  unsupported(!config.inject().empty(), "inject");
+  unsupported(config.verify(), "verify");
+}
+
+bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
+  CLI::App app(
+      "hapticd: a daemon for 6-DoF haptic rendering. Started with nothing, it plays the Guqin with a "
+      "simulated device and a demonstration gesture, and serves clients on 127.0.0.1:47800.",
+      "hapticd");
+  app.set_version_flag("--version", "hapticd " HAPTICD_VERSION);
+  app.footer(
+      "Exit codes: 0 good, 1 bad scene, gesture, profile or configuration, 2 bad command line,\n"
+      "3 address not available, 4 realtime required and refused, 5 a verified replay differs.");
+  v1::Config given;
+  add_options(app, given, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    app.exit(success);
+    return false;
+  } catch (const CLI::ParseError& error) {
+    refuse(std::string(error.what()) + ". See hapticd --help.");
+  }
+  if (!options.config_file.empty()) read_config_file(options.config_file, options.config);
+  if (given.device_size() > 0) options.config.clear_device();
+  options.config.MergeFrom(given);
+  options.gesture_given = !options.config.gesture().empty();
+  fill_defaults(options.config);
+  check_config(options.config);
+  return true;
+}
+
+}  // namespace hapticd

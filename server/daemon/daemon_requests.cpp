@@ -1,0 +1,232 @@
+// What clients ask for, beyond sessions and lease. See daemon.h.
+#include <algorithm>
+
+#include "server/daemon/daemon.h"
+#include "server/scene_io/gesture_loader.h"
+#include "server/scene_io/scene_parameters.h"
+
+namespace hapticd {
+namespace {
+
+v1::Result result_of(v1::ResultCode code, const std::string& path = "",
+                     const std::string& message = "") {
+  v1::Result result;
+  result.set_code(code);
+  result.set_path(path);
+  result.set_message(message);
+  return result;
+}
+
+Array3 three(const google::protobuf::RepeatedField<double>& numbers) {
+  Array3 out{};
+  for (int k = 0; k < 3 && k < numbers.size(); ++k) out[static_cast<std::size_t>(k)] = numbers[k];
+  return out;
+}
+
+/// The pose as it came; numbers that make no sense are the loop's to judge.
+ScriptedPose scripted_pose(const v1::PoseSample& sample) {
+  ScriptedPose pose;
+  pose.p_DH = three(sample.pose_dh().p_m());
+  if (sample.pose_dh().q_size() == 4) {
+    for (int k = 0; k < 4; ++k) pose.q_DH[static_cast<std::size_t>(k)] = sample.pose_dh().q(k);
+  }
+  pose.has_velocity = sample.has_twist_dh_d();
+  pose.v_DH_D = three(sample.twist_dh_d().v_m_per_s());
+  pose.w_DH_D = three(sample.twist_dh_d().w_rad_per_s());
+  pose.buttons = static_cast<std::uint16_t>(sample.buttons());
+  return pose;
+}
+
+/// Numbers that a pose has to have: none, or all of them.
+bool complete(const v1::PoseSample& sample) {
+  const auto none_or = [](int size, int all) { return size == 0 || size == all; };
+  return sample.has_pose_dh() && none_or(sample.pose_dh().p_m_size(), 3) &&
+         none_or(sample.pose_dh().q_size(), 4) &&
+         none_or(sample.twist_dh_d().v_m_per_s_size(), 3) &&
+         none_or(sample.twist_dh_d().w_rad_per_s_size(), 3);
+}
+
+}  // namespace
+
+void Daemon::request(const RequestId& id, const v1::Item& item) {
+  switch (item.body_case()) {
+    case v1::Item::kRun: run_time(id, item.run()); return;
+    case v1::Item::kPoseBatch: queue_poses(id, item.pose_batch()); return;
+    case v1::Item::kLoadScene:
+      if (item.load_scene().source_case() == v1::LoadScene::SOURCE_NOT_SET) {
+        server_->answer(id, result_of(v1::RESULT_CODE_INVALID, "load_scene.source",
+                                      "Give name or text."));
+        return;
+      }
+      build_scene(id, item.load_scene());
+      return;
+    case v1::Item::kGetParameters: get_parameters(id, item.get_parameters()); return;
+    case v1::Item::kEngage: command(id, EngageCommand{}); return;
+    case v1::Item::kDisengage: command(id, DisengageCommand{}); return;
+    case v1::Item::kStop: command(id, StopCommand{}); return;
+    case v1::Item::kClear: command(id, ClearCommand{}); return;
+    case v1::Item::kRecentre: command(id, RecentreCommand{}); return;
+    case v1::Item::kClutch: command(id, ClutchCommand{item.clutch().open()}); return;
+    case v1::Item::kPlayGesture: play_gesture(id, item.play_gesture()); return;
+    case v1::Item::kListScenes: list_names(id, list_scenes(installed_paths())); return;
+    case v1::Item::kListGestures: list_gestures(id); return;
+    case v1::Item::kListRecordings: list_names(id, {}); return;
+    case v1::Item::kGetDeviceInfo: describe_device(id); return;
+    case v1::Item::kCalibrate:
+      server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "calibrate",
+                                    "This device needs no calibration."));
+      return;
+    default:
+      server_->answer(id, result_of(v1::RESULT_CODE_UNSUPPORTED, "",
+                                    "This version of hapticd does not know the request."));
+      return;
+  }
+}
+
+void Daemon::command(const RequestId& id, const LoopCommandBody& what) {
+  const std::uint64_t number = ++last_command_;
+  commands_.emplace_back(number, id);
+  if (!channels_->commands.push({number, what})) {
+    commands_.pop_back();
+    server_->answer(id, result_of(v1::RESULT_CODE_BUSY, "", "Too many commands at once."));
+    return;
+  }
+  if (!virtual_time_) return;
+  loop_->take_commands();
+  take_events();
+}
+
+void Daemon::finish_command(std::uint64_t number, bool obeyed, Cause cause) {
+  const auto same = [&](const auto& command) { return command.first == number; };
+  const auto found = std::find_if(commands_.begin(), commands_.end(), same);
+  if (found == commands_.end()) return;
+  const RequestId id = found->second;
+  commands_.erase(found);
+  server_->answer(id, obeyed ? result_of(v1::RESULT_CODE_OK)
+                             : result_of(v1::RESULT_CODE_WRONG_STATE, "",
+                                         std::string(explain(cause))));
+}
+
+void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
+  v1::Result result = result_of(v1::RESULT_CODE_OK);
+  const std::vector<std::string> paths(get.paths().begin(), get.paths().end());
+  const auto values = parameter_values(scenes_.back().loaded->message, paths);
+  if (!values.unknown.empty()) {
+    server_->answer(id, result_of(v1::RESULT_CODE_NOT_FOUND, values.unknown,
+                                  "No live parameter has this path; SceneInfo lists them."));
+    return;
+  }
+  for (const v1::Assignment& value : values.values) {
+    *result.mutable_parameters()->add_values() = value;
+  }
+  result.mutable_parameters();
+  server_->answer(id, result);
+}
+
+// The k-th sample is for first_tick + k; one tool plays, so its samples are all of them.
+void Daemon::queue_poses(const RequestId& id, const v1::PoseBatch& batch) {
+  const AirScene& scene = scenes_.back();
+  if (player_.source != "scripted") {
+    server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "pose_batch",
+                                  "The device is not scripted: start hapticd with --device scripted."));
+    return;
+  }
+  if (batch.poses_size() < 1 || batch.poses_size() > 16) {
+    server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "pose_batch.poses", "Send 1 to 16."));
+    return;
+  }
+  for (int k = 0; k < batch.poses_size(); ++k) {
+    const std::string path = "pose_batch.poses[" + std::to_string(k) + "]";
+    if (batch.poses(k).tool_id() != scene.index.tool_ids.front()) {
+      server_->answer(id, result_of(v1::RESULT_CODE_NOT_FOUND, path + ".tool_id",
+                                    "The scene has no such tool."));
+      return;
+    }
+    if (!complete(batch.poses(k))) {
+      server_->answer(id, result_of(v1::RESULT_CODE_INVALID, path,
+                                    "A pose has 3 numbers p_m and 4 numbers q, or none of them."));
+      return;
+    }
+  }
+  const std::uint64_t next = virtual_time_ ? loop_->next_tick() : newest_tick_ + 1;
+  std::uint64_t tick = batch.has_first_tick() ? batch.first_tick() : std::max(next_pose_tick_, next);
+  if (tick + 16 > next + kScriptedQueue) {
+    server_->answer(id, result_of(v1::RESULT_CODE_BUSY, "pose_batch.first_tick",
+                                  "The queue holds 4096 ticks. Run, or wait."));
+    return;
+  }
+  for (const v1::PoseSample& sample : batch.poses()) {
+    channels_->poses.push({tick, scripted_pose(sample)});
+    ++tick;
+  }
+  next_pose_tick_ = std::max(next_pose_tick_, tick);
+  if (virtual_time_) loop_->take_commands();
+  server_->answer(id, result_of(v1::RESULT_CODE_OK));
+}
+
+void Daemon::play_gesture(const RequestId& id, const v1::PlayGesture& play) {
+  if (player_.source != "simulated") {
+    server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "play_gesture",
+                                  "Only the simulated hand plays gestures."));
+    return;
+  }
+  auto plan = std::make_unique<GesturePlan>();
+  if (play.source_case() != v1::PlayGesture::SOURCE_NOT_SET) {
+    const GestureResult loaded = play.has_gesture()
+                                     ? check_gesture(play.gesture())
+                                     : load_gesture(play.name(), installed_gestures());
+    if (!loaded.gesture) {
+      const SceneProblem& problem = loaded.problems.front();
+      const bool missing = play.has_name() && problem.line == 0;
+      server_->answer(id, result_of(missing ? v1::RESULT_CODE_NOT_FOUND : v1::RESULT_CODE_INVALID,
+                                    "play_gesture." + problem.field, to_text(problem)));
+      return;
+    }
+    try {
+      plan = plan_gesture(*loaded.gesture, *scenes_.back().loaded);
+    } catch (const std::runtime_error& error) {
+      server_->answer(id, result_of(v1::RESULT_CODE_INVALID, "play_gesture", error.what()));
+      return;
+    }
+  }
+  if (play.arm() != v1::ARM_UNSPECIFIED) plan->arm = static_cast<ArmKind>(play.arm());
+  if (play.has_seed()) plan->seed = play.seed();
+  plan->repeat = play.has_repeat() ? play.repeat() : 1;
+  command(id, PlayGestureCommand{plan.release()});
+}
+
+void Daemon::list_names(const RequestId& id, const std::vector<std::string>& names) {
+  v1::Result result = result_of(v1::RESULT_CODE_OK);
+  v1::Listing& listing = *result.mutable_listing();
+  for (const std::string& name : names) {
+    listing.add_names(name);
+    listing.add_descriptions("");
+  }
+  server_->answer(id, result);
+}
+
+void Daemon::list_gestures(const RequestId& id) {
+  v1::Result result = result_of(v1::RESULT_CODE_OK);
+  v1::Listing& listing = *result.mutable_listing();
+  const GestureFolders folders = installed_gestures();
+  for (const std::string& name : hapticd::list_gestures(folders)) {
+    const GestureResult loaded = load_gesture(name, folders);
+    listing.add_names(name);
+    listing.add_descriptions(loaded.gesture ? loaded.gesture->description() : "");
+  }
+  server_->answer(id, result);
+}
+
+void Daemon::describe_device(const RequestId& id) {
+  v1::Result result = result_of(v1::RESULT_CODE_OK);
+  v1::DeviceInfo& device = *result.mutable_devices()->add_devices();
+  device.set_tool_id(scenes_.back().index.tool_ids.front());
+  device.set_driver(player_.source == "scripted" ? v1::DRIVER_SCRIPTED : v1::DRIVER_SIMULATED);
+  *device.mutable_profile() = player_.profile.message;
+  device.set_port("inside the daemon");
+  device.set_stiffness_bound_n_per_m(stiffness_bound_);
+  device.set_checked(true);
+  server_->answer(id, result);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,180 @@
+// Scenes: loaded off-thread, put on the air, swapped, told to everyone. See daemon.h.
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+
+#include "core/math/assert.h"
+#include "server/daemon/daemon.h"
+#include "server/scene_io/gesture_loader.h"
+#include "server/scene_io/scene_parameters.h"
+
+namespace hapticd {
+namespace {
+
+/// Texts for people are no longer than this on the wire, bytes.
+constexpr std::size_t kLongestMessage = 400;
+
+v1::Result refusal(v1::ResultCode code, const std::string& path, const std::string& message) {
+  v1::Result result;
+  result.set_code(code);
+  result.set_path(path);
+  result.set_message(message.substr(0, kLongestMessage));
+  return result;
+}
+
+std::string bytes_of(const ContentHash& hash) { return {hash.begin(), hash.end()}; }
+
+}  // namespace
+
+LoadOptions Daemon::load_options() const {
+  LoadOptions load;
+  load.paths = installed_paths();
+  const double most = player_.profile.profile.stiffness_max;
+  if (most < kUnlimited) load.device_stiffness = most;
+  return load;
+}
+
+Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) {
+  AirScene scene;
+  scene.id = ++last_scene_id_;
+  scene.index = index_scene(*loaded->scene);
+  v1::SceneInfo& info = scene.info;
+  info.set_scene_id(scene.id);
+  *info.mutable_scene() = loaded->message;
+  info.set_hash(bytes_of(loaded->hash));
+  for (const SceneAsset& asset : loaded->assets) {
+    v1::Asset& out = *info.add_assets();
+    out.set_name(asset.name);
+    out.set_hash(bytes_of(asset.hash));
+    out.set_size(asset.size);
+  }
+  for (v1::ParameterInfo& parameter : live_parameters(loaded->message)) {
+    *info.add_parameters() = std::move(parameter);
+  }
+  info.set_rate_hz(options_.config.rate());
+  info.set_clock(options_.config.clock());
+  info.set_server_version(HAPTICD_VERSION);
+  scene.loaded = std::move(loaded);
+  scenes_.push_back(std::move(scene));
+  return scenes_.back();
+}
+
+// The default gesture is for scenes it fits; one that was asked for has to fit.
+std::unique_ptr<GesturePlan> Daemon::first_gesture(const LoadedScene& scene) const {
+  if (player_.source != "simulated") return nullptr;
+  const GestureResult result = load_gesture(options_.config.gesture(), installed_gestures());
+  if (!result.gesture) {
+    std::string text;
+    for (const SceneProblem& problem : result.problems) text += to_text(problem) + "\n";
+    throw StartError(kExitInput, text.substr(0, text.size() - 1));
+  }
+  try {
+    std::unique_ptr<GesturePlan> plan = plan_gesture(*result.gesture, scene);
+    plan->repeat = 0;
+    return plan;
+  } catch (const std::runtime_error& error) {
+    if (options_.gesture_given) throw;
+    spdlog::info("the hand rests: {}", error.what());
+    return nullptr;
+  }
+}
+
+const Daemon::AirScene& Daemon::on_air(std::uint32_t scene_id) const {
+  for (const AirScene& scene : scenes_) {
+    if (scene.id == scene_id) return scene;
+  }
+  HD_ASSERT(false);
+  return scenes_.front();
+}
+
+void Daemon::build_scene(std::optional<RequestId> request, const v1::LoadScene& load) {
+  if (build_ || swapping_) {
+    if (request) {
+      server_->answer(*request, refusal(v1::RESULT_CODE_BUSY, "load_scene",
+                                        "Another scene is being loaded. Try again."));
+    }
+    return;
+  }
+  LoadOptions options = load_options();
+  if (load.has_preset()) options.preset = load.preset();
+  build_ = SceneBuild{request, load.check_only(),
+                      std::async(std::launch::async, [load, options] {
+                        return load.has_text() ? load_scene_text(load.text(), options)
+                                               : load_scene(load.name(), options);
+                      })};
+}
+
+void Daemon::finish_build() {
+  if (!build_ || build_->result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    return;
+  }
+  SceneBuild build = std::move(*build_);
+  build_.reset();
+  const auto fail = [&](v1::ResultCode code, const std::string& path, const std::string& message) {
+    if (build.request) {
+      server_->answer(*build.request, refusal(code, path, message));
+    } else {
+      spdlog::error("{}", message);
+    }
+  };
+  LoadResult result;
+  try {
+    result = build.result.get();
+  } catch (const std::exception& error) {
+    fail(v1::RESULT_CODE_FAILED, "load_scene", error.what());
+    return;
+  }
+  if (result.loaded == nullptr) {
+    std::string text;
+    std::string field;
+    for (const SceneProblem& problem : result.problems) {
+      if (problem.doubt) continue;
+      if (text.empty()) field = problem.field;
+      text += (text.empty() ? "" : "\n") + to_text(problem);
+    }
+    fail(v1::RESULT_CODE_INVALID, field, text);
+    return;
+  }
+  if (build.check_only) {
+    server_->answer(*build.request, refusal(v1::RESULT_CODE_OK, "", ""));
+    return;
+  }
+  try {
+    std::shared_ptr<const LoadedScene> loaded(std::move(result.loaded));
+    std::unique_ptr<GesturePlan> gesture;
+    try {
+      gesture = first_gesture(*loaded);
+    } catch (const std::runtime_error& error) {
+      spdlog::info("the hand rests: {}", error.what());
+    }
+    std::unique_ptr<PlayedScene> played =
+        make_played_scene(loaded, last_scene_id_ + 1, std::move(gesture), player_);
+    swap_to(std::move(loaded), std::move(played), build.request);
+  } catch (const std::runtime_error& error) {
+    fail(v1::RESULT_CODE_INVALID, "load_scene", error.what());
+  }
+}
+
+void Daemon::swap_to(std::shared_ptr<const LoadedScene> loaded,
+                     std::unique_ptr<PlayedScene> played, std::optional<RequestId> request) {
+  put_on_air(std::move(loaded));
+  swapping_ = true;
+  const std::uint64_t number = ++last_command_;
+  if (request) commands_.emplace_back(number, *request);
+  channels_->commands.push({number, SwapSceneCommand{played.release()}});
+  if (!virtual_time_) return;
+  loop_->take_commands();
+  hash_ = StateHash{};
+  take_events();
+}
+
+void Daemon::finish_swap(std::uint32_t scene_id) {
+  while (scenes_.front().id != scene_id) scenes_.pop_front();
+  swapping_ = false;
+  next_pose_tick_ = 0;
+  v1::Item item;
+  *item.mutable_scene_info() = scenes_.front().info;
+  server_->broadcast(item);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,88 @@
+// Virtual time: stopped, following the real one, or stepped as fast as the machine can. See
+// daemon.h.
+#include "server/daemon/daemon.h"
+
+namespace hapticd {
+namespace {
+
+/// Ticks between two looks at the socket. More: Stop and Run{STOP} come later; fewer: slower.
+constexpr int kStepsPerLook = 16;
+
+}  // namespace
+
+void Daemon::run_time(const RequestId& id, const v1::Run& run) {
+  v1::Result result;
+  result.set_code(v1::RESULT_CODE_OK);
+  const auto refuse = [&](v1::ResultCode code, const char* path, const char* message) {
+    result.set_code(code);
+    result.set_path(path);
+    result.set_message(message);
+    server_->answer(id, result);
+  };
+  if (run.mode() == v1::RUN_MODE_UNSPECIFIED) {
+    refuse(v1::RESULT_CODE_INVALID, "run.mode", "Say LIVE, STOP or STEP.");
+    return;
+  }
+  if (!virtual_time_ && run.mode() != v1::RUN_MODE_LIVE) {
+    refuse(v1::RESULT_CODE_WRONG_STATE, "run.mode",
+           "The real clock cannot be stopped or stepped. Start hapticd with --clock virtual.");
+    return;
+  }
+  if (run.mode() == v1::RUN_MODE_STEP) {
+    if (run.steps() < 1 || run.steps() > 1'000'000'000) {
+      refuse(v1::RESULT_CODE_OUT_OF_RANGE, "run.steps", "Not in [1, 1e9].");
+      return;
+    }
+    if (steps_) {
+      refuse(v1::RESULT_CODE_BUSY, "run", "A Run of steps is under way.");
+      return;
+    }
+    const ScriptedDevice* scripted = loop_->scene().device.scripted;
+    steps_ = StepRun{id, run.steps(), 0, scripted != nullptr ? scripted->held() : 0};
+    mode_ = TimeMode::kStopped;
+    return;
+  }
+  if (steps_) end_steps(v1::RESULT_CODE_OK);
+  mode_ = run.mode() == v1::RUN_MODE_LIVE ? TimeMode::kLive : TimeMode::kStopped;
+  live_due_ns_ = 0;
+  server_->answer(id, result);
+}
+
+void Daemon::end_steps(v1::ResultCode code) {
+  v1::Result result;
+  result.set_code(code);
+  v1::RunResult& run = *result.mutable_run();
+  run.set_steps(steps_->done);
+  run.set_next_tick(loop_->next_tick());
+  run.set_state_hash(hash_.hash.data(), hash_.hash.size());
+  const ScriptedDevice* scripted = loop_->scene().device.scripted;
+  if (scripted != nullptr) run.set_held_inputs(scripted->held() - steps_->held_before);
+  server_->answer(steps_->request, result);
+  steps_.reset();
+}
+
+void Daemon::step_once(std::int64_t now_ns) {
+  loop_->tick_once(now_ns);
+  take_events();
+  take_snapshots(now_ns);
+}
+
+bool Daemon::pass_virtual_time(std::int64_t now_ns) {
+  for (int k = 0; steps_ && k < kStepsPerLook; ++k) {
+    if (!server_->may_step(now_ns)) return false;
+    step_once(now_ns);
+    ++steps_->done;
+    const bool fault = newest_state_ == LoopState::kFault;
+    if (steps_->done == steps_->wanted || fault) end_steps(v1::RESULT_CODE_OK);
+  }
+  if (steps_) return true;
+  if (mode_ != TimeMode::kLive) return false;
+  if (live_due_ns_ == 0) live_due_ns_ = now_ns;
+  for (int k = 0; k < kStepsPerLook && live_due_ns_ <= now_ns; ++k) {
+    step_once(now_ns);
+    live_due_ns_ += player_.period_ns;
+  }
+  return live_due_ns_ <= now_ns;
+}
+
+}  // namespace hapticd

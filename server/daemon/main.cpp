@@ -1,0 +1,42 @@
+// hapticd: reads its options, starts the daemon, ends with its exit code.
+#include <csignal>
+#include <cstdio>
+#include <exception>
+
+#include "server/daemon/daemon.h"
+
+namespace {
+
+hapticd::SignalRequests signal_requests;
+
+void on_signal(int signal) {
+  if (signal == SIGHUP) {
+    signal_requests.reload.store(true);
+  } else {
+    signal_requests.end.store(true);
+  }
+}
+
+int complain(const char* what, int code) {
+  std::fprintf(stderr, "hapticd: %s\n", what);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    hapticd::DaemonOptions options;
+    if (!hapticd::read_options(argc, argv, options)) return hapticd::kExitGood;
+    const bool check_only = options.check_only;
+    hapticd::Daemon daemon(std::move(options));
+    if (check_only) return hapticd::kExitGood;
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
+    std::signal(SIGPIPE, SIG_IGN);
+    return daemon.run(signal_requests);
+  } catch (const hapticd::StartError& error) {
+    return complain(error.what(), error.exit_code());
+  } catch (const std::exception& error) {
+    return complain(error.what(), hapticd::kExitInput);
+  }
+}

@@ -1,0 +1,43 @@
+// Makes what the loop plays out of a loaded scene: simulation, map, device, limits, gesture. Not
+// RT.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hapticd/v1/config.pb.h"
+#include "hapticd/v1/gesture.pb.h"
+#include "server/haptic_loop/played_scene.h"
+#include "server/scene_io/profile_loader.h"
+#include "server/scene_io/scene_loader.h"
+
+namespace hapticd {
+
+/// How scenes are played in this run of the daemon.
+struct PlayerOptions {
+  LoadedProfile profile;
+  std::string source;  ///< simulated or scripted
+  ArmKind arm = ArmKind::kLight;
+  std::uint64_t seed = 1;
+  std::int64_t period_ns = 1'000'000;
+  bool virtual_time = false;
+  double max_force = kUnlimited;  ///< N
+};
+
+/// Largest number of tools a scene may have to be played.
+inline constexpr int kPlayableTools = 1;
+
+/// Where the hand's gesture leads in D. Throws std::runtime_error with every fault when it does not
+/// fit the scene.
+[[nodiscard]] std::unique_ptr<GesturePlan> plan_gesture(const v1::Gesture& gesture,
+                                                        const LoadedScene& scene);
+
+/// What plays. `gesture` (may be null) is for a simulated device, which begins where it begins.
+/// Throws std::runtime_error when the scene has more tools than can be played.
+[[nodiscard]] std::unique_ptr<PlayedScene> make_played_scene(
+    std::shared_ptr<const LoadedScene> scene, std::uint32_t scene_id,
+    std::unique_ptr<GesturePlan> gesture, const PlayerOptions& options);
+
+}  // namespace hapticd

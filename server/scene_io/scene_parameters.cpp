@@ -1,0 +1,134 @@
+// See scene_parameters.h.
+#include "server/scene_io/scene_parameters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "server/scene_io/field_table.h"
+
+namespace hapticd {
+namespace {
+
+namespace pb = google::protobuf;
+using Kind = pb::FieldDescriptor::CppType;
+
+/// The path `quality` stands for the choice.
+constexpr const char* kQuality = "quality";
+
+using Visit = std::function<void(const pb::Message&, const pb::FieldDescriptor&, const FieldRow&,
+                                 const std::string& path)>;
+
+/// Calls `visit` for every live field that is there.
+// NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which does not contain itself
+void walk(const pb::Message& message, const std::string& path, const Visit& visit) {
+  const pb::Descriptor& type = *message.GetDescriptor();
+  const pb::Reflection& r = *message.GetReflection();
+  for (int i = 0; i < type.field_count(); ++i) {
+    const pb::FieldDescriptor& field = *type.field(i);
+    if (field.has_presence() && !r.HasField(message, &field)) continue;
+    const std::string here = path.empty() ? field.name() : path + "." + field.name();
+    const FieldRow* row = find_row(type.name() + "." + field.name());
+    if (row != nullptr && row->live) {
+      visit(message, field, *row, here);
+    } else if (field.cpp_type() == Kind::CPPTYPE_MESSAGE && field.is_repeated()) {
+      for (int k = 0; k < r.FieldSize(message, &field); ++k) {
+        walk(r.GetRepeatedMessage(message, &field, k), here + "[" + std::to_string(k) + "]", visit);
+      }
+    } else if (field.cpp_type() == Kind::CPPTYPE_MESSAGE) {
+      walk(r.GetMessage(message, &field), here, visit);
+    }
+  }
+}
+
+/// strings[3].tension_n -> strings[*].tension_n
+std::string any_index(const std::string& path) {
+  std::string out;
+  bool inside = false;
+  for (const char c : path) {
+    if (c == '[') out += "[*";
+    if (c == ']') inside = false;
+    if (!inside && c != '[') out += c;
+    if (c == '[') inside = true;
+  }
+  return out;
+}
+
+void put_value(const pb::Message& message, const pb::FieldDescriptor& field, v1::Assignment& out) {
+  const pb::Reflection& r = *message.GetReflection();
+  if (field.cpp_type() == Kind::CPPTYPE_MESSAGE) {
+    const auto& pose = dynamic_cast<const v1::Pose&>(r.GetMessage(message, &field));
+    for (const double p : pose.p_m()) out.mutable_numbers()->add_values(p);
+    for (const double q : pose.q()) out.mutable_numbers()->add_values(q);
+  } else if (field.cpp_type() == Kind::CPPTYPE_ENUM) {
+    out.set_text(r.GetEnum(message, &field)->name());
+  } else if (field.cpp_type() == Kind::CPPTYPE_DOUBLE) {
+    out.set_number(r.GetDouble(message, &field));
+  } else {
+    out.set_number(r.GetUInt32(message, &field));
+  }
+}
+
+/// The choice of quality, which has a path of its own.
+v1::Assignment quality_value(const v1::Scene& scene) {
+  v1::Assignment value;
+  value.set_path(kQuality);
+  if (scene.quality().has_automatic()) {
+    value.set_text("auto");
+  } else {
+    value.set_number(scene.quality().level());
+  }
+  return value;
+}
+
+}  // namespace
+
+std::vector<v1::ParameterInfo> live_parameters(const v1::Scene& scene) {
+  std::vector<v1::ParameterInfo> parameters;
+  walk(scene, "",
+       [&](const pb::Message&, const pb::FieldDescriptor&, const FieldRow& row,
+           const std::string& path) {
+         const std::string any = any_index(path);
+         const auto same = [&](const v1::ParameterInfo& p) { return p.path() == any; };
+         if (std::any_of(parameters.begin(), parameters.end(), same)) return;
+         v1::ParameterInfo& info = parameters.emplace_back();
+         info.set_path(any);
+         info.set_unit(std::string(row.unit));
+         const auto range = parse_interval(row.range);
+         if (!range) return;
+         if (std::isfinite(range->low)) info.set_minimum(range->low);
+         if (std::isfinite(range->high)) info.set_maximum(range->high);
+       });
+  v1::ParameterInfo& quality = parameters.emplace_back();
+  quality.set_path(kQuality);
+  quality.set_unit("level");
+  quality.set_minimum(0);
+  quality.set_maximum(4);
+  return parameters;
+}
+
+ParameterReading parameter_values(const v1::Scene& scene, const std::vector<std::string>& paths) {
+  std::vector<v1::Assignment> all;
+  walk(scene, "",
+       [&](const pb::Message& message, const pb::FieldDescriptor& field, const FieldRow&,
+           const std::string& path) {
+         v1::Assignment& value = all.emplace_back();
+         value.set_path(path);
+         put_value(message, field, value);
+       });
+  all.push_back(quality_value(scene));
+  if (paths.empty()) return {std::move(all), ""};
+  ParameterReading reading;
+  for (const std::string& path : paths) {
+    bool found = false;
+    for (const v1::Assignment& value : all) {
+      if (value.path() != path && any_index(value.path()) != path) continue;
+      reading.values.push_back(value);
+      found = true;
+    }
+    if (!found) return {{}, path};
+  }
+  return reading;
+}
+
+}  // namespace hapticd
