@@ -21,10 +21,10 @@ inline constexpr std::uint16_t kDeviceEnabled = 1U << 2U;
 inline constexpr std::uint16_t kDeviceDeadManHeld = 1U << 3U;
 inline constexpr std::uint16_t kDeviceEmergencyStop = 1U << 4U;
 /// The device's own watchdog cut the force: no command came in time.
-inline constexpr std::uint16_t kDeviceWatchdog = 1U << 5U;
+inline constexpr std::uint16_t kDeviceWatchdogFired = 1U << 5U;
 /// The last command was beyond what the device can give.
 inline constexpr std::uint16_t kDeviceSaturated = 1U << 6U;
-inline constexpr std::uint16_t kDeviceFault = 1U << 7U;
+inline constexpr std::uint16_t kDeviceReportsFault = 1U << 7U;
 
 /// One measurement. Where the device measures no velocities they are the difference of successive
 /// samples.

@@ -193,7 +193,7 @@ void SimulatedDevice::advance_to(std::int64_t now_ns) noexcept {
 std::uint16_t SimulatedDevice::flags() const noexcept {
   unsigned flags = kDeviceAttached | kDeviceCalibrated;
   if (in_force_.enabled) flags |= kDeviceEnabled;
-  if (in_force_.stale) flags |= kDeviceWatchdog;
+  if (in_force_.stale) flags |= kDeviceWatchdogFired;
   if (saturated_) flags |= kDeviceSaturated;
   return static_cast<std::uint16_t>(flags);
 }

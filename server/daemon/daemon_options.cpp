@@ -127,7 +127,9 @@ void read_config_file(const std::string& file, v1::Config& config) {
 }
 
 void check_config(const v1::Config& config) {
-  const auto in = [](double value, double low, double high) { return value >= low && value <= high; };
+  const auto in = [](double value, double low, double high) {
+    return value >= low && value <= high;
+  };
   if (!in(config.rate(), 250.0, 10000.0)) {
     refuse("--rate: not in [250, 10000]. Give ticks per second.");
   }
@@ -155,7 +157,8 @@ void check_config(const v1::Config& config) {
 
 bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
   CLI::App app(
-      "hapticd: a daemon for 6-DoF haptic rendering. Started with nothing, it plays the Guqin with a "
+      "hapticd: a daemon for 6-DoF haptic rendering. Started with nothing, it plays the Guqin with "
+      "a "
       "simulated device and a demonstration gesture, and serves clients on 127.0.0.1:47800.",
       "hapticd");
   app.set_version_flag("--version", "hapticd " HAPTICD_VERSION);

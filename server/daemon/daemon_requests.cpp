@@ -50,28 +50,56 @@ bool complete(const v1::PoseSample& sample) {
 
 void Daemon::request(const RequestId& id, const v1::Item& item) {
   switch (item.body_case()) {
-    case v1::Item::kRun: run_time(id, item.run()); return;
-    case v1::Item::kPoseBatch: queue_poses(id, item.pose_batch()); return;
+    case v1::Item::kRun:
+      run_time(id, item.run());
+      return;
+    case v1::Item::kPoseBatch:
+      queue_poses(id, item.pose_batch());
+      return;
     case v1::Item::kLoadScene:
       if (item.load_scene().source_case() == v1::LoadScene::SOURCE_NOT_SET) {
-        server_->answer(id, result_of(v1::RESULT_CODE_INVALID, "load_scene.source",
-                                      "Give name or text."));
+        server_->answer(
+            id, result_of(v1::RESULT_CODE_INVALID, "load_scene.source", "Give name or text."));
         return;
       }
       build_scene(id, item.load_scene());
       return;
-    case v1::Item::kGetParameters: get_parameters(id, item.get_parameters()); return;
-    case v1::Item::kEngage: command(id, EngageCommand{}); return;
-    case v1::Item::kDisengage: command(id, DisengageCommand{}); return;
-    case v1::Item::kStop: command(id, StopCommand{}); return;
-    case v1::Item::kClear: command(id, ClearCommand{}); return;
-    case v1::Item::kRecentre: command(id, RecentreCommand{}); return;
-    case v1::Item::kClutch: command(id, ClutchCommand{item.clutch().open()}); return;
-    case v1::Item::kPlayGesture: play_gesture(id, item.play_gesture()); return;
-    case v1::Item::kListScenes: list_names(id, list_scenes(installed_paths())); return;
-    case v1::Item::kListGestures: list_gestures(id); return;
-    case v1::Item::kListRecordings: list_names(id, {}); return;
-    case v1::Item::kGetDeviceInfo: describe_device(id); return;
+    case v1::Item::kGetParameters:
+      get_parameters(id, item.get_parameters());
+      return;
+    case v1::Item::kEngage:
+      command(id, EngageCommand{});
+      return;
+    case v1::Item::kDisengage:
+      command(id, DisengageCommand{});
+      return;
+    case v1::Item::kStop:
+      command(id, StopCommand{});
+      return;
+    case v1::Item::kClear:
+      command(id, ClearCommand{});
+      return;
+    case v1::Item::kRecentre:
+      command(id, RecentreCommand{});
+      return;
+    case v1::Item::kClutch:
+      command(id, ClutchCommand{item.clutch().open()});
+      return;
+    case v1::Item::kPlayGesture:
+      play_gesture(id, item.play_gesture());
+      return;
+    case v1::Item::kListScenes:
+      list_names(id, list_scenes(installed_paths()));
+      return;
+    case v1::Item::kListGestures:
+      list_gestures(id);
+      return;
+    case v1::Item::kListRecordings:
+      list_names(id, {});
+      return;
+    case v1::Item::kGetDeviceInfo:
+      describe_device(id);
+      return;
     case v1::Item::kCalibrate:
       server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "calibrate",
                                     "This device needs no calibration."));
@@ -102,9 +130,9 @@ void Daemon::finish_command(std::uint64_t number, bool obeyed, Cause cause) {
   if (found == commands_.end()) return;
   const RequestId id = found->second;
   commands_.erase(found);
-  server_->answer(id, obeyed ? result_of(v1::RESULT_CODE_OK)
-                             : result_of(v1::RESULT_CODE_WRONG_STATE, "",
-                                         std::string(explain(cause))));
+  server_->answer(id,
+                  obeyed ? result_of(v1::RESULT_CODE_OK)
+                         : result_of(v1::RESULT_CODE_WRONG_STATE, "", std::string(explain(cause))));
 }
 
 void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
@@ -127,12 +155,14 @@ void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
 void Daemon::queue_poses(const RequestId& id, const v1::PoseBatch& batch) {
   const AirScene& scene = scenes_.back();
   if (player_.source != "scripted") {
-    server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "pose_batch",
-                                  "The device is not scripted: start hapticd with --device scripted."));
+    server_->answer(id,
+                    result_of(v1::RESULT_CODE_WRONG_STATE, "pose_batch",
+                              "The device is not scripted: start hapticd with --device scripted."));
     return;
   }
   if (batch.poses_size() < 1 || batch.poses_size() > 16) {
-    server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "pose_batch.poses", "Send 1 to 16."));
+    server_->answer(id,
+                    result_of(v1::RESULT_CODE_OUT_OF_RANGE, "pose_batch.poses", "Send 1 to 16."));
     return;
   }
   for (int k = 0; k < batch.poses_size(); ++k) {
@@ -149,7 +179,8 @@ void Daemon::queue_poses(const RequestId& id, const v1::PoseBatch& batch) {
     }
   }
   const std::uint64_t next = virtual_time_ ? loop_->next_tick() : newest_tick_ + 1;
-  std::uint64_t tick = batch.has_first_tick() ? batch.first_tick() : std::max(next_pose_tick_, next);
+  std::uint64_t tick =
+      batch.has_first_tick() ? batch.first_tick() : std::max(next_pose_tick_, next);
   if (tick + 16 > next + kScriptedQueue) {
     server_->answer(id, result_of(v1::RESULT_CODE_BUSY, "pose_batch.first_tick",
                                   "The queue holds 4096 ticks. Run, or wait."));

@@ -97,8 +97,7 @@ void Daemon::build_scene(std::optional<RequestId> request, const v1::LoadScene& 
   }
   LoadOptions options = load_options();
   if (load.has_preset()) options.preset = load.preset();
-  build_ = SceneBuild{request, load.check_only(),
-                      std::async(std::launch::async, [load, options] {
+  build_ = SceneBuild{request, load.check_only(), std::async(std::launch::async, [load, options] {
                         return load.has_text() ? load_scene_text(load.text(), options)
                                                : load_scene(load.name(), options);
                       })};
@@ -155,8 +154,8 @@ void Daemon::finish_build() {
   }
 }
 
-void Daemon::swap_to(std::shared_ptr<const LoadedScene> loaded,
-                     std::unique_ptr<PlayedScene> played, std::optional<RequestId> request) {
+void Daemon::swap_to(std::shared_ptr<const LoadedScene> loaded, std::unique_ptr<PlayedScene> played,
+                     std::optional<RequestId> request) {
   put_on_air(std::move(loaded));
   swapping_ = true;
   const std::uint64_t number = ++last_command_;

@@ -29,9 +29,15 @@ void write_log(const LogRecord& record) {
     }
   }
   switch (message.level) {
-    case LogLevel::kInfo: spdlog::info("{}", line); break;
-    case LogLevel::kWarning: spdlog::warn("{}", line); break;
-    case LogLevel::kError: spdlog::error("{}", line); break;
+    case LogLevel::kInfo:
+      spdlog::info("{}", line);
+      break;
+    case LogLevel::kWarning:
+      spdlog::warn("{}", line);
+      break;
+    case LogLevel::kError:
+      spdlog::error("{}", line);
+      break;
   }
 }
 

@@ -97,8 +97,10 @@ std::unique_ptr<GesturePlan> plan_gesture(const v1::Gesture& gesture, const Load
     return to_device(map, WorkspaceState{}, X_WH);
   });
   if (any_fault(result.problems)) {
-    std::string text = "gesture " + gesture.name() + " does not fit scene " + description.name + ":";
-    for (const SceneProblem& problem : result.problems) text += "\n  " + to_text(problem);
+    const auto fault = std::find_if(result.problems.begin(), result.problems.end(),
+                                    [](const SceneProblem& problem) { return !problem.doubt; });
+    const std::string text = "gesture " + gesture.name() + " does not fit: " + fault->field + ": " +
+                             fault->message + " " + fault->remedy;
     throw std::runtime_error(text);
   }
   auto plan = std::make_unique<GesturePlan>();

@@ -29,8 +29,8 @@ struct PlayerOptions {
 /// Largest number of tools a scene may have to be played.
 inline constexpr int kPlayableTools = 1;
 
-/// Where the hand's gesture leads in D. Throws std::runtime_error with every fault when it does not
-/// fit the scene.
+/// Where the hand's gesture leads in D. Throws std::runtime_error with the first fault when it does
+/// not fit the scene.
 [[nodiscard]] std::unique_ptr<GesturePlan> plan_gesture(const v1::Gesture& gesture,
                                                         const LoadedScene& scene);
 

@@ -194,9 +194,10 @@ void HapticLoop::read_device() noexcept {
   limits.stuck_after_ns = can_push_a_person(profile.driver) ? kStuckAfter_ns : 0;
   watched_ = watch(seen, to_vector(safety_.f_H_D).norm(), limits, input_watch_);
   if (!input_watch_.has_pose) return;
-  placed_ = follow(
-      scene_->map, scene_->X_WG_home,
-      {watched_.X_DH, watched_.V_DH_D, sample_.buttons, clutch_open_, recentre_, dt_s_}, workspace_);
+  placed_ =
+      follow(scene_->map, scene_->X_WG_home,
+             {watched_.X_DH, watched_.V_DH_D, sample_.buttons, clutch_open_, recentre_, dt_s_},
+             workspace_);
   recentre_ = false;
 }
 
@@ -224,7 +225,7 @@ void HapticLoop::advance_state() noexcept {
   blame(stalls != stalls_seen_, Cause::kGuardian);
   blame(late_, Cause::kOverrun);
   blame((sample_.flags & kDeviceEmergencyStop) != 0, Cause::kEmergencyStop);
-  blame((sample_.flags & kDeviceFault) != 0, Cause::kDeviceFault);
+  blame((sample_.flags & kDeviceReportsFault) != 0, Cause::kDeviceFault);
   standing_fault_ = input.fault;
   stalls_seen_ = stalls;
   events_overflow_ = channels_.events.overflow();
@@ -256,7 +257,7 @@ void HapticLoop::render() noexcept {
   simulation.step(input, output_);
   if (options_.contacts_reported) simulation.report_contacts(contacts_);
   const double gain = scene_->force_gain * placed_.wrench_share;
-  F_H_D_ = to_device(scene_->map, {output_.tool.F_H_W.f * gain, output_.tool.F_H_W.t * gain});
+  F_H_D_ = to_device(scene_->map, Wrench{output_.tool.F_H_W.f * gain, output_.tool.F_H_W.t * gain});
 }
 
 void HapticLoop::write_device() noexcept {

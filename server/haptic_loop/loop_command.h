@@ -43,10 +43,9 @@ struct PlayGestureCommand {
 };
 
 /// What is to be done.
-using LoopCommandBody =
-    std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand, ClearCommand,
-               LeaseLostCommand, EndCommand, SwapSceneCommand, RecentreCommand, ClutchCommand,
-               PlayGestureCommand>;
+using LoopCommandBody = std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand,
+                                     ClearCommand, LeaseLostCommand, EndCommand, SwapSceneCommand,
+                                     RecentreCommand, ClutchCommand, PlayGestureCommand>;
 
 struct LoopCommand {
   std::uint64_t number = 0;  ///< chosen by the sender, comes back in CommandDone or CommandRefused
