@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "device/simulated/device_factory.h"
+#include "server/haptic_loop/settings_change.h"
 #include "server/scene_io/gesture_motion.h"
 
 namespace hapticd {
@@ -29,32 +30,16 @@ SafetyLimits limits_of(const PlayerOptions& options) {
   return limits;
 }
 
-/// Clamps the stiffness of what plays to what the device bears.
-void grant(const PlayerOptions& options, const ToolDescription& tool, PlayedScene& played) {
+StiffnessLimits stiffness_limits_of(const PlayerOptions& options) {
   const DeviceProfile& profile = options.profile.profile;
-  ToolScene& scene = played.play.simulation->scene();
-  const double to_device = played.map.scale * played.force_gain;
-  DeviceStiffness wanted;
-  wanted.kt = scene.stiffness.kt * to_device;
-  wanted.kr = scene.stiffness.kr() * played.force_gain;
-  for (const StringConstants& string : played.strings) {
-    wanted.kc = std::max(wanted.kc, std::min(string.contact_stiffness, scene.stiffness.kt));
-  }
-  wanted.kc *= to_device;
   StiffnessLimits limits;
   limits.damping = profile.damping;
   limits.rotational_damping =
       *std::min_element(profile.rotational_damping.begin(), profile.rotational_damping.end());
-  limits.coupling_damping = tool.coupling_damping;
   limits.stiffness_max = std::isfinite(profile.stiffness_max) ? profile.stiffness_max : 0.0;
   limits.period_s = 1e-9 * static_cast<double>(options.period_ns);
   limits.delay_s = profile.delay;
-  played.delay = profile.delay;
-  played.grant = grant_stiffness(wanted, limits);
-  // Where poses come from data, force moves nothing and no stiffness is too high.
-  if (follows_data(played.device.device->profile().driver)) played.grant.scale = 1.0;
-  scene.stiffness.kt *= played.grant.scale;
-  for (StringConstants& string : played.strings) string.contact_stiffness *= played.grant.scale;
+  return limits;
 }
 
 PlayedDevice make_played_device(const PlayerOptions& options, const Pose& X_DH) {
@@ -128,16 +113,15 @@ std::unique_ptr<PlayedScene> make_played_scene(std::shared_ptr<const LoadedScene
   played->tool_id = tool.tool_id;
   played->map = tool.workspace;
   played->X_WG_home = tool.X_WG;
-  played->force_gain = tool.force_gain;
   played->limits = limits_of(options);
-  const ToolScene& view = played->play.simulation->scene();
-  played->strings.assign(view.strings.begin(), view.strings.end());
+  played->stiffness_limits = stiffness_limits_of(options);
+  played->settings = scene_settings(description, 0);
+  played->strings.resize(played->settings.pieces.size());
   played->play.simulation->scene().strings = played->strings;
-  played->play.simulation->scene().coupling_damping = tool.coupling_damping;
   const Pose home = to_device(played->map, WorkspaceState{}, tool.X_WG);
   played->device = make_played_device(options, begin_of(gesture.get()).value_or(home));
   played->gesture = std::move(gesture);
-  grant(options, tool, *played);
+  apply_settings(*played);
   played->scene = std::shared_ptr<const Scene>(std::move(loaded), &scene);
   return played;
 }

@@ -1,6 +1,7 @@
 // The order of a tick, commands and scenes. See haptic_loop.h. RT: yes.
 #include "server/haptic_loop/haptic_loop.h"
 
+#include <algorithm>
 #include <ctime>
 #include <utility>
 
@@ -39,7 +40,9 @@ HapticLoop::HapticLoop(const LoopOptions& options, std::unique_ptr<PlayedScene> 
   begin_scene();
 }
 
-HapticLoop::~HapticLoop() = default;
+HapticLoop::~HapticLoop() {
+  for (SettingsChange* change : changes_) delete change;
+}
 
 void HapticLoop::begin_scene() noexcept {
   tick_ = 0;
@@ -74,6 +77,9 @@ void HapticLoop::begin_scene() noexcept {
 // hear of it before that is over.
 void HapticLoop::swap_scene() noexcept {
   guarded_.store(nullptr, std::memory_order_seq_cst);
+  if (change_ != nullptr) tell(SettingsRetired{change_.release()});
+  for (SettingsChange* change : changes_) tell(SettingsRetired{change});
+  changes_.clear();
   retired_ = std::exchange(scene_, std::move(waiting_));
   const bool latched = machine_.state == LoopState::kFault || machine_.ending;
   if (options_.virtual_time && !latched) machine_ = LoopMachine{};
@@ -119,6 +125,37 @@ void HapticLoop::play_gesture(GesturePlan* plan, std::uint64_t number) noexcept 
   tell(CommandDone{number});
 }
 
+void HapticLoop::take_change(SettingsChange* change, std::uint64_t number) noexcept {
+  // One for the scene before this one has come too late.
+  if (change->to.pieces.size() != scene_->settings.pieces.size() || !changes_.push_back(change)) {
+    tell(SettingsRetired{change});
+    tell(CommandRefused{number, Cause::kNone});
+    return;
+  }
+  tell(CommandDone{number});
+}
+
+// A new change begins where the one under way has come to.
+void HapticLoop::follow_changes() noexcept {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < changes_.size(); ++k) {
+    SettingsChange* change = changes_[k];
+    if (change->at_tick > tick_) {
+      changes_[kept++] = change;
+      continue;
+    }
+    if (change_ != nullptr) tell(SettingsRetired{change_.release()});
+    change_.reset(change);
+    begin_change(*scene_, *change_);
+    change_share_ = 0.0;
+  }
+  changes_.truncate(kept);
+  if (change_ == nullptr) return;
+  change_share_ = std::min(change_share_ + dt_s_ / kSettingsRamp_s, 1.0);
+  follow_change(*change_, change_share_, *scene_);
+  if (change_share_ >= 1.0) tell(SettingsRetired{change_.release()});
+}
+
 void HapticLoop::obey(const LoopCommand& command) noexcept {
   if (const auto* swap = std::get_if<SwapSceneCommand>(&command.what)) {
     take_scene(swap->scene, command.number);
@@ -126,6 +163,10 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
   }
   if (const auto* play = std::get_if<PlayGestureCommand>(&command.what)) {
     play_gesture(play->plan, command.number);
+    return;
+  }
+  if (const auto* change = std::get_if<ChangeSettingsCommand>(&command.what)) {
+    take_change(change->change, command.number);
     return;
   }
   const bool fault = machine_.state == LoopState::kFault;
@@ -301,6 +342,7 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
         t_ns_, tick_, static_cast<std::int64_t>(skipped) * options_.period_ns, skipped));
   }
 
+  follow_changes();
   const auto clock = [&] { return options_.virtual_time ? 0 : monotonic_now_ns(); };
   read_device();
   const std::int64_t read_ns = clock();

@@ -16,6 +16,7 @@
 #include "server/haptic_loop/loop_command.h"
 #include "server/haptic_loop/loop_event.h"
 #include "server/haptic_loop/played_scene.h"
+#include "server/haptic_loop/settings_change.h"
 #include "server/haptic_loop/snapshot.h"
 
 namespace hapticd {
@@ -23,6 +24,9 @@ namespace hapticd {
 /// Commands obeyed in one tick, at most; the others wait. A few, so that no sender can lengthen a
 /// tick.
 inline constexpr int kCommandsPerTick = 8;
+
+/// Changes of settings that wait for their tick, at most; further ones are refused.
+inline constexpr std::size_t kWaitingChanges = 64;
 
 /// Poses taken over in one tick, at most; a sender of one per tick is never waited for.
 inline constexpr int kPosesPerTick = 64;
@@ -87,6 +91,8 @@ class HapticLoop {
   void begin_scene() noexcept;
   void give_back_scene() noexcept;
   void play_gesture(GesturePlan* plan, std::uint64_t number) noexcept;
+  void take_change(SettingsChange* change, std::uint64_t number) noexcept;
+  void follow_changes() noexcept;
   void read_device() noexcept;
   void advance_state() noexcept;
   void render() noexcept;
@@ -104,6 +110,9 @@ class HapticLoop {
   std::unique_ptr<PlayedScene> waiting_;  ///< takes the place of scene_ once it may
   std::unique_ptr<PlayedScene> retired_;  ///< to be given back once the guardian is not at it
   std::uint64_t waiting_number_ = 0;
+  std::unique_ptr<SettingsChange> change_;  ///< its ramp is under way
+  double change_share_ = 0.0;
+  FixedVector<SettingsChange*, kWaitingChanges> changes_;  ///< owned; for later ticks
   std::atomic<HapticDevice*> guarded_{nullptr};
   std::atomic<std::int64_t> heartbeat_ns_{0};
   std::atomic<bool> guarding_{false};  ///< the guardian is writing to guarded_

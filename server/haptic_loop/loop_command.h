@@ -13,6 +13,7 @@ namespace hapticd {
 
 struct PlayedScene;
 struct GesturePlan;
+struct SettingsChange;
 
 /// Force on: from a contact-free start.
 struct EngageCommand {};
@@ -42,10 +43,15 @@ struct PlayGestureCommand {
   GesturePlan* plan = nullptr;
 };
 
+/// Live settings change. Belongs to the loop from here on.
+struct ChangeSettingsCommand {
+  SettingsChange* change = nullptr;
+};
+
 /// What is to be done.
 using LoopCommandBody = std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand,
                                      ClearCommand, LeaseLostCommand, EndCommand, SwapSceneCommand,
-                                     RecentreCommand, ClutchCommand, PlayGestureCommand>;
+                                     RecentreCommand, ClutchCommand, PlayGestureCommand, ChangeSettingsCommand>;
 
 struct LoopCommand {
   std::uint64_t number = 0;  ///< chosen by the sender, comes back in CommandDone or CommandRefused

@@ -14,6 +14,7 @@ namespace hapticd {
 
 struct PlayedScene;
 struct GesturePlan;
+struct SettingsChange;
 
 /// A fault was latched or cleared.
 struct FaultNotice {
@@ -33,6 +34,11 @@ struct GestureRetired {
   GesturePlan* plan = nullptr;
 };
 
+/// A change of settings that is over, or overtaken, and may be freed.
+struct SettingsRetired {
+  SettingsChange* change = nullptr;
+};
+
 /// A command that could not be obeyed in the state the loop is in.
 struct CommandRefused {
   std::uint64_t number = 0;  ///< of the LoopCommand
@@ -49,7 +55,7 @@ struct LoopEvent {
   std::int64_t t_ns = 0;  ///< of the tick; what is inside may have an instant of its own
   std::uint32_t scene_id = 0;
   std::uint32_t tool_id = 0;
-  std::variant<std::monostate, StringEvent, TouchEvent, FaultNotice, SceneSwapped, GestureRetired,
+  std::variant<std::monostate, StringEvent, TouchEvent, FaultNotice, SceneSwapped, GestureRetired, SettingsRetired,
                CommandRefused, CommandDone>
       what;
 };

@@ -11,6 +11,7 @@
 #include "core/safety/output_stage.h"
 #include "core/safety/stiffness_clamp.h"
 #include "core/scene/scene.h"
+#include "core/scene/scene_settings.h"
 #include "device/api/haptic_device.h"
 #include "device/simulated/scripted_device.h"
 #include "device/simulated/simulated_device.h"
@@ -37,8 +38,9 @@ struct PlayedScene {
   Pose X_WG_home;  ///< where recentring brings the tool
   double force_gain = 1.0;
   SafetyLimits limits;
-  StiffnessGrant grant;  ///< applied to `play` already
-  double delay = 0.0;    ///< the grant was reckoned with, s
+  SceneSettings settings;            ///< in force (apply_settings)
+  StiffnessLimits stiffness_limits;  ///< of the device; coupling_damping is that of the settings
+  StiffnessGrant grant;              ///< follows from both
   std::uint32_t quality_level = 0;
   PlayedDevice device;
   std::unique_ptr<GesturePlan> gesture;  ///< played from the first tick; may be null

@@ -45,6 +45,7 @@ void HapticLoop::tell(const What& what) noexcept {
 template void HapticLoop::tell(const FaultNotice&) noexcept;
 template void HapticLoop::tell(const SceneSwapped&) noexcept;
 template void HapticLoop::tell(const GestureRetired&) noexcept;
+template void HapticLoop::tell(const SettingsRetired&) noexcept;
 template void HapticLoop::tell(const CommandRefused&) noexcept;
 template void HapticLoop::tell(const CommandDone&) noexcept;
 
@@ -81,7 +82,7 @@ void HapticLoop::fill_tool(ToolReading& tool) const noexcept {
   tool.removed_energy = safety_.port.removed;
   tool.stiffness_scale = scene_->grant.scale;
   tool.stiffness_bound = scene_->grant.bound;
-  tool.delay = scene_->delay;
+  tool.delay = scene_->stiffness_limits.delay_s;
   if (scene_->device.simulated == nullptr || scene_->gesture == nullptr) return;
   const GestureProgress progress = scene_->device.simulated->gesture();
   tool.plays_gesture = progress.playing;

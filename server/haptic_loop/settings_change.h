@@ -1,0 +1,30 @@
+// Live settings of a played scene: put in force, and changed along a ramp. A change is prepared
+// outside the loop, lent to it by pointer, and given back in a LoopEvent. RT: yes.
+#pragma once
+
+#include <cstdint>
+
+#include "core/scene/scene_settings.h"
+#include "server/haptic_loop/played_scene.h"
+
+namespace hapticd {
+
+/// A change of settings. Both hold the settings of the same scene, so as many pieces.
+struct SettingsChange {
+  std::uint64_t at_tick = 0;  ///< its ramp begins with this tick, or the next if that has passed
+  SceneSettings to;
+  SceneSettings from;  ///< room for what was in force when the ramp began
+};
+
+/// Puts scene.settings in force: stiffness clamped to what the device bears, constants of strings
+/// derived, the map to the device set.
+HD_REALTIME void apply_settings(PlayedScene& scene) noexcept;
+
+/// Notes what is in force as the beginning of `change`'s ramp.
+HD_REALTIME void begin_change(const PlayedScene& scene, SettingsChange& change) noexcept;
+
+/// Puts in force what is `share` in [0, 1] of the way along `change`.
+HD_REALTIME void follow_change(const SettingsChange& change, double share,
+                               PlayedScene& scene) noexcept;
+
+}  // namespace hapticd
