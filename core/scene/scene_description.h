@@ -72,6 +72,7 @@ struct SceneDescription {
   bool tones = false;   ///< tone events are wanted
   bool torque = false;  ///< off: forces alone are rendered
   OptimiserOptions optimiser;
+  std::uint32_t quality_level = 0;  ///< that filled in what the scene leaves open of `optimiser`
 };
 
 }  // namespace hapticd

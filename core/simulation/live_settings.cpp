@@ -14,8 +14,7 @@ double between(double from, double to, double share) noexcept {
 Quaternion between(const Quaternion& from, const Quaternion& to, double share) noexcept {
   if (share >= 1.0) return to;
   const double sign = from.dot(to) < 0.0 ? -1.0 : 1.0;
-  return renormalised(
-      Quaternion((1.0 - share) * from.coeffs() + (sign * share) * to.coeffs()));
+  return renormalised(Quaternion((1.0 - share) * from.coeffs() + (sign * share) * to.coeffs()));
 }
 
 }  // namespace

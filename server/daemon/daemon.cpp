@@ -178,6 +178,8 @@ void Daemon::take_event(const LoopEvent& event) {
     finish_swap(swapped->scene_id);
   } else if (const auto* retired = std::get_if<GestureRetired>(&event.what)) {
     delete retired->plan;
+  } else if (const auto* settled = std::get_if<SettingsRetired>(&event.what)) {
+    delete settled->change;
   } else if (const auto item = encode_event(event, on_air(event.scene_id).index)) {
     server_->broadcast(*item);
   }

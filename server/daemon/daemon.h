@@ -47,6 +47,7 @@ class Daemon {
     std::shared_ptr<const LoadedScene> loaded;
     SceneIndex index;
     v1::SceneInfo info;
+    v1::Scene live;  ///< with the parameters as they are set now, ramps as if ended
   };
   /// A scene being built off-thread for a request, or for SIGHUP.
   struct SceneBuild {
@@ -88,6 +89,7 @@ class Daemon {
   void request(const RequestId& id, const v1::Item& item);
   void command(const RequestId& id, const LoopCommandBody& what);
   void get_parameters(const RequestId& id, const v1::GetParameters& get);
+  void set_parameters(const RequestId& id, const v1::SetParameter& set);
   void queue_poses(const RequestId& id, const v1::PoseBatch& batch);
   void play_gesture(const RequestId& id, const v1::PlayGesture& play);
   void list_names(const RequestId& id, const std::vector<std::string>& names);

@@ -3,6 +3,7 @@
 
 #include "server/daemon/daemon.h"
 #include "server/scene_io/gesture_loader.h"
+#include "server/scene_io/scene_assignment.h"
 #include "server/scene_io/scene_parameters.h"
 
 namespace hapticd {
@@ -66,6 +67,9 @@ void Daemon::request(const RequestId& id, const v1::Item& item) {
       return;
     case v1::Item::kGetParameters:
       get_parameters(id, item.get_parameters());
+      return;
+    case v1::Item::kSetParameter:
+      set_parameters(id, item.set_parameter());
       return;
     case v1::Item::kEngage:
       command(id, EngageCommand{});
@@ -138,7 +142,7 @@ void Daemon::finish_command(std::uint64_t number, bool obeyed, Cause cause) {
 void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
   const std::vector<std::string> paths(get.paths().begin(), get.paths().end());
-  const auto values = parameter_values(scenes_.back().loaded->message, paths);
+  const auto values = parameter_values(scenes_.back().live, paths);
   if (!values.unknown.empty()) {
     server_->answer(id, result_of(v1::RESULT_CODE_NOT_FOUND, values.unknown,
                                   "No live parameter has this path; SceneInfo lists them."));
@@ -149,6 +153,27 @@ void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
   }
   result.mutable_parameters();
   server_->answer(id, result);
+}
+
+void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
+  AirScene& scene = scenes_.back();
+  const std::uint64_t next = virtual_time_ ? loop_->next_tick() : newest_tick_ + 1;
+  if (set.has_at_tick() && set.at_tick() < next) {
+    server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "set_parameter.at_tick",
+                                  "That tick has begun."));
+    return;
+  }
+  AssignmentResult assigned = assign_parameters(scene.live, set, load_options().device_stiffness);
+  if (assigned.code != v1::RESULT_CODE_OK) {
+    server_->answer(id, result_of(assigned.code, assigned.path, assigned.message));
+    return;
+  }
+  auto change = std::make_unique<SettingsChange>();
+  change->at_tick = set.has_at_tick() ? set.at_tick() : 0;
+  change->from = assigned.settings;
+  change->to = std::move(assigned.settings);
+  scene.live = std::move(assigned.scene);
+  command(id, ChangeSettingsCommand{change.release()});
 }
 
 // The k-th sample is for first_tick + k; one tool plays, so its samples are all of them.

@@ -54,6 +54,7 @@ Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) 
   info.set_rate_hz(options_.config.rate());
   info.set_clock(options_.config.clock());
   info.set_server_version(HAPTICD_VERSION);
+  scene.live = loaded->message;
   scene.loaded = std::move(loaded);
   scenes_.push_back(std::move(scene));
   return scenes_.back();

@@ -49,9 +49,10 @@ struct ChangeSettingsCommand {
 };
 
 /// What is to be done.
-using LoopCommandBody = std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand,
-                                     ClearCommand, LeaseLostCommand, EndCommand, SwapSceneCommand,
-                                     RecentreCommand, ClutchCommand, PlayGestureCommand, ChangeSettingsCommand>;
+using LoopCommandBody =
+    std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand, ClearCommand,
+                 LeaseLostCommand, EndCommand, SwapSceneCommand, RecentreCommand, ClutchCommand,
+                 PlayGestureCommand, ChangeSettingsCommand>;
 
 struct LoopCommand {
   std::uint64_t number = 0;  ///< chosen by the sender, comes back in CommandDone or CommandRefused

@@ -55,8 +55,8 @@ struct LoopEvent {
   std::int64_t t_ns = 0;  ///< of the tick; what is inside may have an instant of its own
   std::uint32_t scene_id = 0;
   std::uint32_t tool_id = 0;
-  std::variant<std::monostate, StringEvent, TouchEvent, FaultNotice, SceneSwapped, GestureRetired, SettingsRetired,
-               CommandRefused, CommandDone>
+  std::variant<std::monostate, StringEvent, TouchEvent, FaultNotice, SceneSwapped, GestureRetired,
+               SettingsRetired, CommandRefused, CommandDone>
       what;
 };
 static_assert(std::is_trivially_copyable_v<LoopEvent>);

@@ -47,8 +47,7 @@ void apply_settings(PlayedScene& scene) noexcept {
 void begin_change(const PlayedScene& scene, SettingsChange& change) noexcept {
   HD_ASSERT(change.from.pieces.size() == scene.settings.pieces.size());
   change.from.live = scene.settings.live;
-  std::copy(scene.settings.pieces.begin(), scene.settings.pieces.end(),
-            change.from.pieces.begin());
+  std::copy(scene.settings.pieces.begin(), scene.settings.pieces.end(), change.from.pieces.begin());
 }
 
 void follow_change(const SettingsChange& change, double share, PlayedScene& scene) noexcept {

@@ -120,17 +120,11 @@ void fill_features(StringPreset preset, v1::Scene& scene) {
   set_absent(release, &R::has_refractory_s, &R::set_refractory_s, usual.release.refractory);
 }
 
-/// The rung of the ladder that a scene stands on.
-int level_of(const v1::Quality& quality) {
-  if (quality.has_level()) return static_cast<int>(quality.level());
-  return quality.has_max_force_error() ? quality_for(quality.max_force_error()) : kDefaultQuality;
-}
-
 void fill_solver(v1::Scene& scene) {
   if (scene.quality().choice_case() == v1::Quality::CHOICE_NOT_SET) {
     scene.mutable_quality()->set_level(kDefaultQuality);
   }
-  const int level = std::clamp(level_of(scene.quality()), 0, kQualityLevels - 1);
+  const int level = quality_level(scene.quality());
   const OptimiserOptions usual = quality_of(level).options;
   using S = v1::Solver;
   S& solver = *scene.mutable_solver();
@@ -169,6 +163,16 @@ void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene) {
   fill_features(named, scene);
   for (v1::String& string : *scene.mutable_strings()) fill_string(scene, named, string);
   fill_solver(scene);
+}
+
+int quality_level(const v1::Quality& quality) {
+  int level = kDefaultQuality;
+  if (quality.has_level()) {
+    level = static_cast<int>(quality.level());
+  } else if (quality.has_max_force_error()) {
+    level = quality_for(quality.max_force_error());
+  }
+  return std::clamp(level, 0, kQualityLevels - 1);
 }
 
 }  // namespace hapticd

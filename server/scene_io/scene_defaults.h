@@ -12,4 +12,7 @@ namespace hapticd {
 /// replaces the scene's and every field a preset decides, set or not.
 void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene);
 
+/// The rung of the ladder of core/scene/quality.h that `quality` asks for.
+[[nodiscard]] int quality_level(const v1::Quality& quality);
+
 }  // namespace hapticd

@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "core/math/rotation.h"
-#include "core/scene/quality.h"
+#include "server/scene_io/scene_defaults.h"
 
 namespace hapticd {
 namespace {
@@ -265,6 +265,7 @@ SceneDescription Translation::translate(const v1::Scene& scene) {
   result.tones = scene.has_tones();
   result.torque = scene.has_torque();
   result.optimiser = optimiser_of(scene.solver());
+  result.quality_level = static_cast<std::uint32_t>(quality_level(scene.quality()));
   if (scene.has_modes() && !scene.has_vibration()) {
     fault("modes", "they need vibration, which the scene has not",
           "Add vibration, or leave them out.");

@@ -1,0 +1,228 @@
+// See scene_assignment.h.
+#include "server/scene_io/scene_assignment.h"
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+
+#include "core/scene/quality.h"
+#include "core/scene/scene_check.h"
+#include "server/scene_io/field_check.h"
+#include "server/scene_io/field_table.h"
+#include "server/scene_io/scene_defaults.h"
+#include "server/scene_io/scene_translation.h"
+
+namespace hapticd {
+namespace {
+
+namespace pb = google::protobuf;
+using Kind = pb::FieldDescriptor::CppType;
+
+/// Why an assignment is refused.
+struct Refusal {
+  v1::ResultCode code;
+  std::string message;
+};
+
+/// One step of a path: a field, and which element of it.
+struct Step {
+  std::string name;
+  std::optional<int> index;
+};
+
+Refusal no_such_path() {
+  return {v1::RESULT_CODE_NOT_FOUND, "No live parameter has this path; SceneInfo lists them."};
+}
+
+Step read_step(std::string_view text) {
+  const std::size_t bracket = text.find('[');
+  Step step{std::string(text.substr(0, bracket)), std::nullopt};
+  if (bracket == std::string_view::npos) return step;
+  int index = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data() + bracket + 1, end, index);
+  if (error != std::errc() || stop + 1 != end || *stop != ']' || index < 0) throw no_such_path();
+  step.index = index;
+  return step;
+}
+
+/// The field a path names, in the message that holds it.
+struct Target {
+  pb::Message* message = nullptr;
+  const pb::FieldDescriptor* field = nullptr;
+  const FieldRow* row = nullptr;
+};
+
+Target find_target(v1::Scene& scene, std::string_view path) {
+  pb::Message* message = &scene;
+  while (true) {
+    const std::size_t dot = path.find('.');
+    const Step step = read_step(path.substr(0, dot));
+    const pb::FieldDescriptor* field = message->GetDescriptor()->FindFieldByName(step.name);
+    if (field == nullptr || field->is_repeated() != step.index.has_value()) throw no_such_path();
+    const pb::Reflection& r = *message->GetReflection();
+    const FieldRow* row = find_row(message->GetDescriptor()->name() + "." + field->name());
+    if (dot == std::string_view::npos) {
+      if (row == nullptr || !row->live) {
+        throw Refusal{v1::RESULT_CODE_INVALID, "It is not live. Change it with LoadScene."};
+      }
+      return {message, field, row};
+    }
+    if (field->cpp_type() != Kind::CPPTYPE_MESSAGE) throw no_such_path();
+    if (step.index && *step.index >= r.FieldSize(*message, field)) throw no_such_path();
+    if (!step.index && !r.HasField(*message, field)) {
+      throw Refusal{v1::RESULT_CODE_NOT_FOUND, "The scene does not model it."};
+    }
+    message = step.index ? r.MutableRepeatedMessage(message, field, *step.index)
+                         : r.MutableMessage(message, field);
+    path.remove_prefix(dot + 1);
+  }
+}
+
+Refusal wrong_kind(const char* wanted) {
+  return {v1::RESULT_CODE_INVALID, std::string("Give ") + wanted + "."};
+}
+
+void set_enum(const Target& target, const v1::Assignment& assignment) {
+  const pb::EnumDescriptor& type = *target.field->enum_type();
+  const pb::EnumValueDescriptor* value = nullptr;
+  if (assignment.has_text()) value = type.FindValueByName(assignment.text());
+  if (assignment.has_number()) {
+    const double number = assignment.number();
+    if (number == std::floor(number) && std::abs(number) < 1e6) {
+      value = type.FindValueByNumber(static_cast<int>(number));
+    }
+  }
+  if (value == nullptr) throw wrong_kind("one of the names of its choices");
+  target.message->GetReflection()->SetEnum(target.message, target.field, value);
+}
+
+void set_pose(const Target& target, const v1::Assignment& assignment) {
+  if (!assignment.has_numbers() || assignment.numbers().values_size() != 7) {
+    throw wrong_kind("a pose as 7 numbers: p, then q");
+  }
+  auto& pose = dynamic_cast<v1::Pose&>(
+      *target.message->GetReflection()->MutableMessage(target.message, target.field));
+  pose.Clear();
+  for (int k = 0; k < 3; ++k) pose.add_p_m(assignment.numbers().values(k));
+  for (int k = 3; k < 7; ++k) pose.add_q(assignment.numbers().values(k));
+}
+
+void set_number(const Target& target, const v1::Assignment& assignment) {
+  if (!assignment.has_number()) throw wrong_kind("a number");
+  const double number = assignment.number();
+  const pb::Reflection& r = *target.message->GetReflection();
+  const auto range = parse_interval(target.row->range);
+  if (!std::isfinite(number) || (range && !range->contains(number))) {
+    throw Refusal{v1::RESULT_CODE_OUT_OF_RANGE,
+                  "It is not in " + std::string(target.row->range) + "."};
+  }
+  if (target.field->cpp_type() == Kind::CPPTYPE_DOUBLE) {
+    r.SetDouble(target.message, target.field, number);
+    return;
+  }
+  if (number != std::floor(number)) throw wrong_kind("a whole number");
+  r.SetUInt32(target.message, target.field, static_cast<std::uint32_t>(number));
+}
+
+/// The level, and what of the solver it had decided.
+void set_quality(const v1::Assignment& assignment, v1::Scene& scene) {
+  if (assignment.has_text() && assignment.text() == "auto") {
+    throw Refusal{v1::RESULT_CODE_UNSUPPORTED,
+                  "This version has no automatic quality. Give a level."};
+  }
+  const double level = assignment.number();
+  if (!assignment.has_number()) throw wrong_kind("a level, 0 to 4");
+  if (!(level >= 0.0 && level < kQualityLevels && level == std::floor(level))) {
+    throw Refusal{v1::RESULT_CODE_OUT_OF_RANGE, "Levels are 0 to 4."};
+  }
+  const OptimiserOptions before = quality_of(quality_level(scene.quality())).options;
+  const OptimiserOptions after = quality_of(static_cast<int>(level)).options;
+  v1::Solver& solver = *scene.mutable_solver();
+  if (solver.max_substeps() == static_cast<std::uint32_t>(before.sub_steps)) {
+    solver.set_max_substeps(static_cast<std::uint32_t>(after.sub_steps));
+  }
+  if (solver.stop_step_m() == before.stop_tolerance) solver.set_stop_step_m(after.stop_tolerance);
+  scene.mutable_quality()->set_level(static_cast<std::uint32_t>(level));
+}
+
+void assign(const v1::Assignment& assignment, v1::Scene& scene) {
+  if (assignment.path() == "quality") {
+    set_quality(assignment, scene);
+    return;
+  }
+  const Target target = find_target(scene, assignment.path());
+  if (target.field->cpp_type() == Kind::CPPTYPE_MESSAGE) {
+    set_pose(target, assignment);
+  } else if (target.field->cpp_type() == Kind::CPPTYPE_ENUM) {
+    set_enum(target, assignment);
+  } else {
+    set_number(target, assignment);
+  }
+}
+
+/// All that settings depend on: no shape is read again.
+v1::Scene without_shapes(v1::Scene scene) {
+  scene.clear_bodies();
+  scene.clear_lines();
+  for (v1::Tool& tool : *scene.mutable_tools()) tool.clear_parts();
+  return scene;
+}
+
+AssignmentResult refused(const Refusal& refusal, const std::string& path) {
+  AssignmentResult result;
+  result.code = refusal.code;
+  result.path = path;
+  result.message = refusal.message;
+  return result;
+}
+
+/// What contradicts another value.
+std::optional<SceneProblem> contradiction(const v1::Scene& scene, double device_stiffness,
+                                          SceneDescription& description) {
+  SceneProblems problems = check_fields(scene);
+  if (!any_fault(problems)) {
+    ModelFiles no_files({});
+    description = translate_scene(scene, device_stiffness, no_files, problems);
+  }
+  for (SceneProblem& problem : problems) {
+    if (!problem.doubt) return problem;
+  }
+  for (std::size_t i = 0; i < description.strings.size(); ++i) {
+    const auto fault = check_string(description.strings[i].parameters);
+    if (!fault) continue;
+    SceneProblem problem;
+    problem.field = "strings[" + std::to_string(i) + "]." + std::string(fault->field);
+    problem.message = "its values contradict each other";
+    return problem;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+AssignmentResult assign_parameters(const v1::Scene& scene, const v1::SetParameter& change,
+                                   double device_stiffness) {
+  if (change.assignments_size() < 1 || change.assignments_size() > 64) {
+    return refused({v1::RESULT_CODE_OUT_OF_RANGE, "Give 1 to 64 assignments."},
+                   "set_parameter.assignments");
+  }
+  AssignmentResult result;
+  result.scene = scene;
+  for (const v1::Assignment& assignment : change.assignments()) {
+    try {
+      assign(assignment, result.scene);
+    } catch (const Refusal& refusal) {
+      return refused(refusal, assignment.path());
+    }
+  }
+  SceneDescription description;
+  const auto fault = contradiction(without_shapes(result.scene), device_stiffness, description);
+  if (fault) return refused({v1::RESULT_CODE_INVALID, fault->message}, fault->field);
+  result.settings = scene_settings(description, 0);
+  return result;
+}
+
+}  // namespace hapticd
