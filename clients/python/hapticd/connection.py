@@ -16,6 +16,7 @@ from google.protobuf.message import Message
 from hapticd import link as link_module
 from hapticd.errors import ServerFull, ServerSilent, SessionEnded, SessionLost
 from hapticd.link import Link
+from hapticd.road import KeyedRoad
 from hapticd.v1 import answer_pb2, control_pb2, state_pb2, stream_pb2
 
 DEFAULT_PORT = 47800
@@ -51,7 +52,7 @@ def open_socket(address: str) -> socket.socket:
 class Connection:
     """One session after another with one server."""
 
-    def __init__(self, address: str, reconnect: bool, keep_states: int) -> None:
+    def __init__(self, address: str, reconnect: bool, keep_states: int, key: Optional[bytes], role: str) -> None:
         self.changed = threading.Condition()
         self.events: Deque[Event] = deque(maxlen=MOST_EVENTS)
         self.events_dropped = 0
@@ -64,6 +65,7 @@ class Connection:
         self.over: Optional[Exception] = None
         self.subscription: Optional[stream_pb2.Item] = None
         self.reconnect = reconnect
+        self._key, self._role = key, role
         self._results: Dict[int, answer_pb2.Result] = {}
         self._awaited: set[int] = set()
         self._socket = open_socket(address)
@@ -145,7 +147,9 @@ class Connection:
         self.info = {}
         self._results.clear()
         self._awaited.clear()
-        link = Link(secrets.randbelow(2**32 - 1) + 1, time.monotonic_ns())
+        now_ns = time.monotonic_ns()
+        road = secrets.randbelow(2**32 - 1) + 1 if self._key is None else KeyedRoad(self._key, self._role, now_ns)
+        link = Link(road, now_ns)
         if self.subscription is not None:
             link.submit(self.subscription)
         return link
@@ -161,6 +165,7 @@ class Connection:
                         self._drain_wake()
                     if self._socket in readable:
                         self._receive()
+                    self._watch_silence()
                     if end_ns is None and (self._stopping or self.over is not None):
                         end_ns = time.monotonic_ns() + link_module.BYE_PATIENCE_NS
                     self.changed.notify_all()
@@ -209,6 +214,11 @@ class Connection:
                 self._keep(arrived.state)
             if self._link.ended is not None and self.over is None:
                 self.over = SessionEnded(self._link.ended.reason, self._link.ended.message)
+
+    def _watch_silence(self) -> None:
+        """A keyed server says nothing to a session it does not know: after 3 s of silence it is HELLO again."""
+        if self._link.keyed and self._link.boot_id != 0 and time.monotonic_ns() - self._link.heard_ns > SILENCE_NS:
+            self._lost(SessionLost(f"nothing heard for {SILENCE_NS // 10**9} s"))
 
     def _lost(self, error: Exception) -> None:
         """The server does not know us: begin anew, unless that is pointless or not wanted."""

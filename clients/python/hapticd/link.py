@@ -2,7 +2,7 @@
 no clock of its own, so that tests run it in virtual time. Rules: PROTOCOL.md sections 3, 4, 6 and 7. Times in ns."""
 from __future__ import annotations
 
-from typing import List, NamedTuple, Optional, Tuple
+from typing import List, NamedTuple, Optional, Tuple, Union
 
 from google.protobuf.message import DecodeError
 
@@ -10,6 +10,7 @@ from hapticd import wire
 from hapticd.clock import OffsetEstimator
 from hapticd.errors import ProtocolError, ServerFull, SessionLost
 from hapticd.items import BacklogFull, Inbox, Outbox
+from hapticd.road import KeyedRoad, PlainRoad
 from hapticd.v1 import control_pb2, state_pb2, stream_pb2
 
 KEEP_ALIVE_NS = 50_000_000
@@ -22,7 +23,8 @@ BYE_PATIENCE_NS = 1_000_000_000
 """A Bye is repeated for so long."""
 _FIXED_FIELDS_BYTES = 80
 """All of a Packet but its Items, at most: ack, first, clock, seen, newest."""
-ITEM_ROOM = wire.MOST_DATAGRAM_BYTES - wire.HEADER_BYTES - _FIXED_FIELDS_BYTES
+_TAG_BYTES = 16
+ITEM_ROOM = wire.MOST_DATAGRAM_BYTES - wire.HEADER_BYTES - _TAG_BYTES - _FIXED_FIELDS_BYTES
 
 
 class Arrived(NamedTuple):
@@ -36,10 +38,10 @@ NOTHING = Arrived([], None)
 
 
 class Link:
-    """A session from the client's side. `session` is random, not 0, and never used twice."""
+    """A session from the client's side, PLAIN with a number that is random, not 0, and never used twice, or on a keyed road."""
 
-    def __init__(self, session: int, now_ns: int) -> None:
-        self.session = session
+    def __init__(self, road: Union[int, PlainRoad, KeyedRoad], now_ns: int) -> None:
+        self._road = PlainRoad(road) if isinstance(road, int) else road
         self.boot_id = 0
         self.clock = OffsetEstimator()
         self.heard_ns = now_ns  # when the last valid datagram came
@@ -82,6 +84,15 @@ class Link:
         self._saying_bye = True
 
     @property
+    def session(self) -> int:
+        """Its number; 0 while a keyed one is not open."""
+        return self._road.session
+
+    @property
+    def keyed(self) -> bool:
+        return self._road.keyed
+
+    @property
     def backlog(self) -> int:
         """Items not yet acknowledged."""
         return len(self._outbox)
@@ -93,6 +104,8 @@ class Link:
 
     def due_ns(self) -> int:
         """When the next datagram has to leave."""
+        if not self._road.is_open:
+            return self._road.due_ns()
         due = self._sent_ns + KEEP_ALIVE_NS
         if self._to_acknowledge:
             due = min(due, self._sent_ns + ACK_SPACING_NS)
@@ -101,6 +114,8 @@ class Link:
 
     def datagram(self, now_ns: int) -> bytes:
         """The datagram to send now, whether it is due or not."""
+        if not self._road.is_open:
+            return self._road.hello(now_ns)
         packet = stream_pb2.Packet(ack=self._inbox.applied, first=self._outbox.first, seen=self.seen, newest=self._newest[1])
         items = self._outbox.fitting(ITEM_ROOM)
         packet.items.extend(items)
@@ -111,14 +126,14 @@ class Link:
         self._sent_ns = now_ns
         self._to_acknowledge = False
         counter, self._counter = self._counter, self._counter + 1
-        return wire.encode(wire.KIND_PLAIN, self.session, counter, packet.SerializeToString())
+        return self._road.seal(counter, packet.SerializeToString())
 
     # Receiving.
 
     def receive(self, data: bytes, now_ns: int) -> Arrived:
         """Takes a datagram. SessionLost or ServerFull: forget this link and begin anew with another number."""
-        datagram = wire.decode(data)
-        if datagram is None or datagram.session != self.session:
+        datagram = self._road.receive(data)
+        if datagram is None:
             return NOTHING
         try:
             packet = stream_pb2.Packet.FromString(datagram.body)

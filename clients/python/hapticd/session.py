@@ -32,11 +32,13 @@ class Session:
     """with Session("127.0.0.1:47800") as session: ...
 
     `reconnect`: join anew when the server was restarted; the subscription is renewed, the lease and unanswered requests are lost.
+    `key`: 32 bytes, for a server with keys; `role` says whose key it is, "control" or "view". Without it the session is PLAIN.
     `keep_states`: how many unread States are kept for `states()`; the oldest make room, and `states_dropped` counts them.
     Raises ServerSilent if nobody answers within 3 s, ServerFull if the server has no session left."""
 
-    def __init__(self, address: str = "127.0.0.1:47800", reconnect: bool = True, keep_states: int = 16384) -> None:
-        self._connection = Connection(address, reconnect, keep_states)
+    def __init__(self, address: str = "127.0.0.1:47800", reconnect: bool = True, keep_states: int = 16384, key: Optional[bytes] = None,
+                 role: str = "control") -> None:
+        self._connection = Connection(address, reconnect, keep_states, key, role)
         try:
             with self._connection.changed:
                 self._connection.wait(lambda: len(self._connection.info) == 3)

@@ -85,8 +85,8 @@ def fill_value(assignment: control_pb2.Assignment, value: Any) -> None:
     """Puts a Python value into an Assignment: bool, number, text, or a sequence of numbers."""
     if isinstance(value, str):
         assignment.text = value
-    elif isinstance(value, bool):
-        assignment.flag = value
+    elif isinstance(value, bool) or (numpy is not None and isinstance(value, numpy.bool_)):
+        assignment.flag = bool(value)
     elif hasattr(value, "__len__"):
         assignment.numbers.values.extend(float(number) for number in value)
     else:
