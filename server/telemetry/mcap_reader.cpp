@@ -132,6 +132,8 @@ void McapReader::take(McapOpcode opcode, std::string_view content, std::uint64_t
       take_index(content, offset);
       break;
     case McapOpcode::kMessage:
+      // Where there are chunks messages are in them: this one has no CRC and is a damaged index.
+      if (!layout_.chunks.empty()) return stop(McapEnd::kBroken);
       message_ = content;
       has_message_ = true;
       break;
@@ -209,7 +211,8 @@ bool McapReader::take_message(std::string_view content, McapMessage& message) {
   message.sequence = cursor.number<std::uint32_t>();
   message.time_ns = cursor.number<std::uint64_t>();
   (void)cursor.number<std::uint64_t>();  // time of publishing
-  if (cursor.failed()) {
+  const auto its = [&](const McapChannel& channel) { return channel.id == message.channel; };
+  if (cursor.failed() || std::none_of(layout_.channels.begin(), layout_.channels.end(), its)) {
     stop(McapEnd::kBroken);
     return false;
   }

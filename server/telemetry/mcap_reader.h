@@ -1,7 +1,7 @@
-// Reads MCAP files (mcap.dev), whoever wrote them, from the front to the back, chunked or not,
-// uncompressed: what replay, export and repair need. Bytes are not trusted: lengths are checked,
-// CRCs too, and a file that ends anywhere, as a killed process leaves it, gives all its whole
-// records. Not RT.
+// Reads MCAP files (mcap.dev), whoever wrote them, from the front to the back, chunked or not (but
+// not both), uncompressed: what replay, export and repair need. Bytes are not trusted: lengths are
+// checked, CRCs too, and a file that ends anywhere, as a killed process leaves it, gives all its
+// whole records. Not RT.
 #pragma once
 
 #include <cstdint>
