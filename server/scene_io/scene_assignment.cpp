@@ -185,7 +185,7 @@ std::optional<SceneProblem> contradiction(const v1::Scene& scene, double device_
   SceneProblems problems = check_fields(scene);
   if (!any_fault(problems)) {
     ModelFiles no_files({});
-    description = translate_scene(scene, device_stiffness, no_files, problems);
+    description = translate_scene(without_shapes(scene), device_stiffness, no_files, problems);
   }
   for (SceneProblem& problem : problems) {
     if (!problem.doubt) return problem;
@@ -219,7 +219,7 @@ AssignmentResult assign_parameters(const v1::Scene& scene, const v1::SetParamete
     }
   }
   SceneDescription description;
-  const auto fault = contradiction(without_shapes(result.scene), device_stiffness, description);
+  const auto fault = contradiction(result.scene, device_stiffness, description);
   if (fault) return refused({v1::RESULT_CODE_INVALID, fault->message}, fault->field);
   result.settings = scene_settings(description, 0);
   return result;
