@@ -13,15 +13,13 @@
 namespace hapticd {
 namespace {
 
-/// The numbers the safety stage wants, from the profile. What the profile does not limit is no
-/// limit there either.
+/// The numbers the safety stage wants, from the profile.
 SafetyLimits limits_of(const PlayerOptions& options) {
   const DeviceProfile& profile = options.profile.profile;
-  const auto or_none = [](double limit) { return std::isfinite(limit) ? limit : 0.0; };
   SafetyLimits limits;
   limits.peak = {std::min(profile.peak_force, options.max_force), profile.peak_torque};
-  limits.continuous_force = or_none(profile.continuous_force);
-  limits.continuous_torque = or_none(profile.continuous_torque);
+  limits.continuous_force = profile.continuous_force;
+  limits.continuous_torque = profile.continuous_torque;
   limits.thermal_window_s = profile.thermal_window;
   limits.passivity.acceleration = profile.acceleration_max;
   limits.passivity.damping = profile.damping;

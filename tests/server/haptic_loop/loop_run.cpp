@@ -1,0 +1,83 @@
+// See loop_run.h.
+#include "tests/server/haptic_loop/loop_run.h"
+
+#include <doctest/doctest.h>
+
+namespace hapticd::test {
+
+const char* const kWallScene = R"(
+name: "wall"
+tools {
+  name: "finger"
+  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
+  pose_wg { p_m: [0, 0, 0.025] }
+}
+bodies { name: "wall" shape { spheres { centre_m: [0, 0, -1000] radius_m: 1000 } } }
+)";
+
+const char* const kStringScene = R"(
+name: "string"
+tools {
+  name: "finger"
+  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
+  pose_wg { p_m: [0, 0.01534, 0] }
+}
+strings { name: "C2" p_wa_m: [-0.55, 0, 0] p_wb_m: [0.55, 0, 0] frequency_hz: 65.4 }
+vibration {}
+tones {}
+)";
+
+std::unique_ptr<PlayedScene> played_scene(const std::string& text, std::uint32_t scene_id,
+                                          const LoopSetting& setting) {
+  LoadResult result = load_scene_text(text, {});
+  REQUIRE(result.loaded != nullptr);
+  PlayerOptions options;
+  const ProfileResult profile = load_profile(
+      HAPTICD_SOURCE_DIR "/deploy/devices/" + setting.profile + ".textproto", ProfileFolders{});
+  REQUIRE(profile.loaded.has_value());
+  options.profile = *profile.loaded;
+  options.source = setting.source;
+  options.virtual_time = !setting.real_time;
+  return make_played_scene(std::move(result.loaded), scene_id, nullptr, options);
+}
+
+LoopRun::LoopRun(const std::string& scene, const LoopSetting& setting) {
+  LoopOptions options;
+  options.virtual_time = !setting.real_time;
+  options.guards_armed = setting.guards_armed;
+  loop_ = std::make_unique<HapticLoop>(options, played_scene(scene, 1, setting), *channels_);
+}
+
+const ToldTick& LoopRun::tick(const Vector3& p_WH) {
+  TickPose pose;
+  pose.tick = loop_->next_tick();
+  pose.pose.p_DH = to_array(p_WH);
+  REQUIRE(channels_->poses.push(pose));
+  return tick();
+}
+
+const ToldTick& LoopRun::tick() {
+  now_ns_ += 1'000'000;
+  loop_->tick_once(now_ns_);
+  told_.events.clear();
+  LoopEvent event;
+  while (channels_->events.pop(event)) {
+    if (const auto* swapped = std::get_if<SceneSwapped>(&event.what)) delete swapped->retired;
+    if (const auto* retired = std::get_if<SettingsRetired>(&event.what)) delete retired->change;
+    told_.events.push_back(event);
+  }
+  while (channels_->snapshots.pop(told_.snapshot)) {
+  }
+  return told_;
+}
+
+void LoopRun::send(const LoopCommandBody& what) {
+  REQUIRE(channels_->commands.push({++commands_, what}));
+}
+
+void LoopRun::engage(const Vector3& p_WH) {
+  for (int k = 0; k < 250; ++k) tick(p_WH);
+  REQUIRE(told_.snapshot.loop_state == LoopState::kEngaged);
+}
+
+}  // namespace hapticd::test
