@@ -52,10 +52,12 @@ Incoming Channel::receive(const DatagramHeader& header, std::span<const std::uin
   if (incoming.newest) newest_counter_ = header.counter;
   any_received_ = true;
 
+  const std::uint64_t first_before = outbox_.first_id();
   if (!outbox_.acknowledge(packet.ack())) {
     incoming.items.broken = "an Item was acknowledged that was never sent";
     return incoming;
   }
+  incoming.progress = outbox_.first_id() != first_before;
   incoming.items = inbox_.take(packet);
   packet.clear_items();
   if (incoming.items.any_new) {

@@ -40,9 +40,10 @@ enum class Verdict : std::uint8_t {
 /// A datagram as far as the channel has dealt with it.
 struct Incoming {
   Verdict verdict = Verdict::kUnreadable;
-  bool newest = false;  ///< its counter is the highest so far
-  v1::Packet packet;    ///< without its Items
-  ReceivedItems items;  ///< to be applied; broken covers an impossible ack as well
+  bool newest = false;    ///< its counter is the highest so far
+  v1::Packet packet;      ///< without its Items
+  bool progress = false;  ///< it acknowledged Items that had not been
+  ReceivedItems items;    ///< to be applied; broken covers an impossible ack as well
 };
 
 /// Parses the body of a datagram; false when step 5 fails.

@@ -92,6 +92,10 @@ Session* Implementation::session_for(const Address& from, const wire::DatagramHe
 void Implementation::take(Session& session, wire::Incoming& incoming) {
   session.heard_ns = now_ns;
   if (holds_lease(session)) lease.renewed_ns = now_ns;
+  if (session.phase == Phase::kLeaving && incoming.progress) {
+    session.phase_until_ns =
+        std::min(now_ns + kFarewell_ns, session.phase_since_ns + kLongFarewell_ns);
+  }
   const v1::Packet& packet = incoming.packet;
   if (packet.has_clock()) session.clock.take(packet.clock(), now_ns);
   if (incoming.newest) {
@@ -179,6 +183,7 @@ void Implementation::close(Session& session, v1::ByeReason reason, const std::st
 
 void Implementation::end(Session& session, Phase phase) {
   session.phase = phase;
+  session.phase_since_ns = now_ns;
   session.phase_until_ns = now_ns + kFarewell_ns;
   session.waiting.clear();
   session.waiting_bytes = 0;

@@ -55,7 +55,8 @@ struct Session {
   wire::ClockEcho clock;
   Phase phase = Phase::kOpen;
   std::int64_t heard_ns = 0;        ///< last valid datagram
-  std::int64_t phase_until_ns = 0;  ///< end of kLeaving and kLeft
+  std::int64_t phase_since_ns = 0;  ///< beginning of kLeaving and kLeft
+  std::int64_t phase_until_ns = 0;  ///< end of them
 
   std::deque<WaitingRequest> waiting;
   std::size_t waiting_bytes = 0;

@@ -246,6 +246,25 @@ TEST_CASE("with 1024 Items unacknowledged the session ends with Bye BACKLOG, non
   CHECK(peer.applied() == 3 + 1024 + 1);
 }
 
+TEST_CASE("a Bye behind many Items is repeated as long as those are acknowledged, 10 s at most") {
+  for (const std::int64_t every_ms : {100, 900}) {
+    CAPTURE(every_ms);
+    ServerBench bench;
+    RawPeer peer(bench, 5);
+    peer.keep_alive();
+    bench.pass(1);
+    peer.keep_alive();
+    for (int i = 0; i < 320; ++i) bench.server->broadcast(tone_item());
+    bench.server->shut_down(v1::BYE_REASON_SHUTDOWN, "the end", bench.now_ns);
+    for (int i = 0; i < 25; ++i) {
+      bench.pass(every_ms);
+      peer.keep_alive();
+    }
+    CHECK(bench.server->session_count() == 0);
+    CHECK((peer.bye() == v1::BYE_REASON_SHUTDOWN) == (every_ms == 100));
+  }
+}
+
 TEST_CASE("a gap in the Items ends the session with Bye PROTOCOL_ERROR") {
   ServerBench bench;
   RawPeer peer(bench, 5);
