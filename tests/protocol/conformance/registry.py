@@ -78,7 +78,7 @@ class Server:
 
     def clean(self):
         """Leaves the server as a check found it: no fault, time as it was, no session of ours."""
-        holder = next((peer for peer in self.peers if peer.lease()), None)
+        holder = next((peer for peer in self.peers if peer.alive() and peer.lease()), None)
         if holder is not None:
             holder.lossy = None
             if self.virtual:
