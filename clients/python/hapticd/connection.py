@@ -22,6 +22,8 @@ from hapticd.v1 import answer_pb2, control_pb2, state_pb2, stream_pb2
 DEFAULT_PORT = 47800
 SILENCE_NS = 3_000_000_000
 """A server that says nothing for so long, though it must every 100 ms, is not there."""
+ANEW_NS = 10_000_000_000
+"""After so long a silence the session is over on the server's side too, and begins anew."""
 RECEIVE_BUFFER_BYTES = 1 << 20
 MOST_EVENTS = 1 << 16
 MOST_WAITING = 256
@@ -216,9 +218,10 @@ class Connection:
                 self.over = SessionEnded(self._link.ended.reason, self._link.ended.message)
 
     def _watch_silence(self) -> None:
-        """A keyed server says nothing to a session it does not know: after 3 s of silence it is HELLO again."""
-        if self._link.keyed and self._link.boot_id != 0 and time.monotonic_ns() - self._link.heard_ns > SILENCE_NS:
-            self._lost(SessionLost(f"nothing heard for {SILENCE_NS // 10**9} s"))
+        """A keyed server says nothing to a session it does not know: after 3 s of silence it is HELLO again. PLAIN waits for 10 s."""
+        patience_ns = SILENCE_NS if self._link.keyed else ANEW_NS
+        if self._link.boot_id != 0 and time.monotonic_ns() - self._link.heard_ns > patience_ns:
+            self._lost(SessionLost(f"nothing heard for {patience_ns // 10**9} s"))
 
     def _lost(self, error: Exception) -> None:
         """The server does not know us: begin anew, unless that is pointless or not wanted."""

@@ -131,6 +131,7 @@ class Inbox:
         self._blob = bytearray()
         self._blob_id = 0
         self._blob_total = 0
+        self._blob_kind = 0
 
     def take(self, packet: stream_pb2.Packet) -> List[Tuple[int, Optional[stream_pb2.Item]]]:
         """New Items with their ids; a blob's id is that of its last Chunk, and a blob that does not decode is None."""
@@ -151,8 +152,8 @@ class Inbox:
         """True with the last piece of a blob."""
         if not self._blob:
             self._blob_id += 1
-            self._blob_total = piece.total
-        fits = (piece.blob == self._blob_id and piece.kind == stream_pb2.CHUNK_KIND_ITEM and piece.total == self._blob_total
+            self._blob_total, self._blob_kind = piece.total, piece.kind
+        fits = (piece.blob == self._blob_id and piece.kind == self._blob_kind and piece.total == self._blob_total
                 and 1 <= piece.total <= MOST_BLOB_BYTES and piece.offset == len(self._blob) and 1 <= len(piece.bytes) <= CHUNK_BYTES
                 and piece.offset + len(piece.bytes) <= piece.total)
         if not fits:
@@ -162,6 +163,8 @@ class Inbox:
 
     def _decode_blob(self) -> Optional[stream_pb2.Item]:
         blob, self._blob = bytes(self._blob), bytearray()
+        if self._blob_kind != stream_pb2.CHUNK_KIND_ITEM:
+            return stream_pb2.Item()  # of a later version: as an Item without a body
         try:
             item = stream_pb2.Item.FromString(blob)
         except DecodeError:

@@ -9,7 +9,7 @@ from google.protobuf.message import DecodeError
 from hapticd import wire
 from hapticd.clock import OffsetEstimator
 from hapticd.errors import ProtocolError, ServerFull, SessionLost
-from hapticd.items import BacklogFull, Inbox, Outbox
+from hapticd.items import MOST_ITEMS_IN_PACKET, BacklogFull, Inbox, Outbox
 from hapticd.road import KeyedRoad, PlainRoad
 from hapticd.v1 import control_pb2, state_pb2, stream_pb2
 
@@ -139,7 +139,7 @@ class Link:
             packet = stream_pb2.Packet.FromString(datagram.body)
         except DecodeError:
             return NOTHING
-        if packet.first < 1:
+        if packet.first < 1 or len(packet.items) > MOST_ITEMS_IN_PACKET:
             return NOTHING
         # A server that forgot the session counts from 0 again: its Reset must not fall to the window of counters.
         if packet.HasField("reset"):

@@ -41,7 +41,7 @@ class Session:
         self._connection = Connection(address, reconnect, keep_states, key, role)
         try:
             with self._connection.changed:
-                self._connection.wait(lambda: len(self._connection.info) == 3)
+                self._connection.wait(lambda: len(self._connection.info) == 3, survives=reconnect)
         except BaseException:
             self.close()
             raise

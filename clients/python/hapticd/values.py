@@ -11,7 +11,8 @@ try:
 except ImportError:  # optional
     numpy = None  # type: ignore[assignment]
 
-POSES_IN_BATCH = 16
+POSES_IN_BATCH = 14
+"""16 are allowed, but would need Chunks."""
 
 
 def as_array(values: Sequence[Any]) -> Any:
@@ -63,7 +64,7 @@ def _triples(numbers: Sequence[int], unit: float) -> List[List[float]]:
 
 
 def pose_batches(poses: Iterable[Sequence[float]], tool_id: int, first_tick: Optional[int]) -> List[control_pb2.PoseBatch]:
-    """Poses as rows of 3 numbers (position) or 7 (position, then quaternion w x y z), 16 to a batch. `first_tick` None: right after
+    """Poses as rows of 3 numbers (position) or 7 (position, then quaternion w x y z), 14 to a batch. `first_tick` None: right after
     what is queued. ValueError for other rows."""
     rows = [[float(number) for number in row] for row in poses]
     batches = []

@@ -10,9 +10,12 @@ import hapticd
 def main():
     end = time.monotonic() + 20
     with hapticd.Session(sys.argv[1]) as session:
-        session.subscribe(10)
+        subscribed = False
         while time.monotonic() < end:
             try:
+                if not subscribed:
+                    session.subscribe(10)
+                    subscribed = True
                 session.ping()
             except hapticd.SessionLost:
                 pass  # joined anew

@@ -149,7 +149,7 @@ class Rules(unittest.TestCase):
 
     def test_pieces_out_of_place_are_errors(self):
         good = dict(blob=1, kind=1, offset=0, total=950, bytes=bytes(900))
-        for change in (dict(blob=2), dict(kind=0), dict(offset=1), dict(total=899), dict(total=0), dict(total=4194305), dict(bytes=b""),
+        for change in (dict(blob=2), dict(offset=1), dict(total=899), dict(total=0), dict(total=4194305), dict(bytes=b""),
                        dict(bytes=bytes(901))):
             inbox = Inbox()
             with self.assertRaises(ProtocolError, msg=str(change)):
@@ -158,6 +158,16 @@ class Rules(unittest.TestCase):
         self.assertEqual(inbox.take(stream_pb2.Packet(first=1, items=[stream_pb2.Item(chunk=good)])), [])
         with self.assertRaises(ProtocolError):
             inbox.take(stream_pb2.Packet(first=2, items=[stream_pb2.Item(chunk=dict(good, blob=2))]))
+
+    def test_a_blob_of_an_unknown_kind_is_an_item_without_a_body(self):
+        chunk = dict(blob=1, kind=0, offset=0, total=3, bytes=b"abc")
+        taken = Inbox().take(stream_pb2.Packet(first=1, items=[stream_pb2.Item(chunk=chunk)]))
+        self.assertEqual(taken, [(1, stream_pb2.Item())])
+
+    def test_a_packet_of_17_items_does_not_open(self):
+        link = Link(9, 0)
+        self.assertEqual(link.receive(plain(link, 0, items=[numbered(0)] * 17), 0).items, [])
+        self.assertEqual(len(link.receive(plain(link, 0, items=[numbered(0)] * 16), 0).items), 16)
 
     def test_other_items_may_come_between_pieces(self):
         blob = numbered(0, 1500).SerializeToString()

@@ -210,6 +210,17 @@ class Refusals(WithServer):
             with self.assertRaises(hapticd.ServerSilent):
                 hapticd.Session(f"127.0.0.1:{mute.getsockname()[1]}")
 
+    def test_after_a_long_silence_the_session_begins_anew(self):
+        session = self.session()
+        with unittest.mock.patch.object(connection, "ANEW_NS", 300_000_000):
+            self.server.remotes.clear()  # and no Reset either: the client must not wait for one
+            with unittest.mock.patch.object(self.server, "reset", lambda *_: None):
+                end = time.monotonic() + 5
+                while session.epoch < 2 and time.monotonic() < end:
+                    time.sleep(0.01)
+        self.assertEqual(session.epoch, 2)
+        session.ping()
+
     def test_the_servers_bye_ends_streams_and_requests(self):
         session = self.session()
         for remote in list(self.server.remotes.values()):

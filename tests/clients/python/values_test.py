@@ -53,10 +53,12 @@ class WithAndWithoutNumpy(unittest.TestCase):
 
 
 class Poses(unittest.TestCase):
-    def test_sixteen_are_in_a_batch_and_ticks_go_on(self):
+    def test_each_batch_fits_an_item_and_ticks_go_on(self):
         batches = values.pose_batches([(0, 0, number) for number in range(35)], tool_id=2, first_tick=100)
-        self.assertEqual([(batch.first_tick, len(batch.poses)) for batch in batches], [(100, 16), (116, 16), (132, 3)])
-        self.assertEqual(list(batches[1].poses[0].pose_dh.p_m), [0, 0, 16])
+        self.assertEqual([(batch.first_tick, len(batch.poses)) for batch in batches], [(100, 14), (114, 14), (128, 7)])
+        for batch in values.pose_batches([(1e-3,) * 7] * 100, 31, 2**63):
+            self.assertLessEqual(batch.ByteSize() + 4, 1000)
+        self.assertEqual(list(batches[1].poses[0].pose_dh.p_m), [0, 0, 14])
         self.assertEqual(list(batches[1].poses[0].pose_dh.q), [1, 0, 0, 0])
         self.assertEqual(batches[1].poses[0].tool_id, 2)
 

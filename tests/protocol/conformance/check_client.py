@@ -211,13 +211,14 @@ def what_does_not_open_is_dropped(server):
     server.open().hush()
     number = server.acked + 1
     good = stream.Packet(ack=server.applied, first=number, items=tones(1), boot_id=server.boot_id).SerializeToString()
+    many = stream.Packet(ack=server.applied, first=number, items=tones(17), boot_id=server.boot_id).SerializeToString()
     no_first = stream.Packet(ack=server.applied, items=tones(1), boot_id=server.boot_id).SerializeToString()
     counter = server.counter
     server.left = server.acked + 10
     for data in (header(server.session, counter, magic=0x49) + good, header(server.session, counter, major=2) + good,
                  header(server.session, counter, kind=4) + good + bytes(16), header(server.session, counter, reserved=1) + good,
                  header(server.session ^ 1, counter) + good, header(server.session, counter) + b"\xff\xff", header(server.session, counter)[:15],
-                 header(server.session, counter) + no_first, header(server.session, counter) + good + b"\xa2\x7d\xff\x08" + bytes(1151 + 128)):
+                 header(server.session, counter) + no_first, header(server.session, counter) + many, header(server.session, counter) + good + b"\xa2\x7d\xff\x08" + bytes(1151 + 128)):
         server.raw(data)
     server.serve(0.2)
     expect(server.acked < number, "an Item in a broken datagram was applied")

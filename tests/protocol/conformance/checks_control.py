@@ -61,6 +61,7 @@ def the_lease_is_granted_and_told_to_all(server):
     for peer, yours in ((holder, True), (watcher, False)):
         expect(peer.pump(1.0, lambda peer=peer: peer.of_kind("lease_info")[-1].fence == lease.fence), "no LeaseInfo")
         told = peer.of_kind("lease_info")[-1]
+        expect(not yours or peer.items[-1][1].HasField("lease_info"), "LeaseInfo came before the Result of Acquire")
         expect(told.yours == yours and told.holder == "conformance one", f"LeaseInfo {told}")
 
 

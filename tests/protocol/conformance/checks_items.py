@@ -198,6 +198,15 @@ def a_blob_that_does_not_decode_is_invalid(server):
 
 
 @check(5)
+def a_blob_of_an_unknown_kind_is_unsupported(server):
+    """A blob of a kind that the receiver does not know is taken like an Item without a body."""
+    peer = server.open()
+    last = peer.queue(stream.Item(chunk={"blob": 1, "kind": 9, "offset": 0, "total": 3, "bytes": b"abc"}))
+    peer.send()
+    expect(code(peer.result(last)) == "UNSUPPORTED", "not UNSUPPORTED")
+
+
+@check(5)
 def pieces_out_of_place_end_the_session(server):
     """A piece that breaks the rules of Chunks ends the session with Bye PROTOCOL_ERROR."""
     good = dict(blob=1, kind=stream.CHUNK_KIND_ITEM, offset=0, total=1000, bytes=bytes(900))

@@ -51,9 +51,10 @@ def broken_headers_are_dropped(server):
 
 @check(2)
 def bodies_that_do_not_open_are_dropped(server):
-    """A body that is not a Packet, and a Packet with first = 0, are dropped in silence."""
+    """A body that is not a Packet, and a Packet with first = 0 or 17 Items, are dropped in silence."""
     peer = server.peer()
-    for why, body in (("a body that is no Packet", b"\xff\xff\xff"), ("a Packet without first", b""), ("a truncated Packet", b"\x1a\x08\x72")):
+    seventeen = stream.Packet(first=1, items=[item("ping")] * 17).SerializeToString()
+    for why, body in (("a Packet of 17 Items", seventeen), ("a body that is no Packet", b"\xff\xff\xff"), ("a Packet without first", b""), ("a truncated Packet", b"\x1a\x08\x72")):
         peer.send_raw(header(peer.session, 0) + body)
         nothing_comes(peer, 0.15, why)
 
@@ -235,6 +236,7 @@ def silence_slows_and_then_ends_a_session(server):
     rates = [sum(1 for heard, _ in quiet.states if a <= heard.at - begin < a + 1) for a in range(11)]
     expect(rates[1] > 50, f"{rates[1]} States in the second second: too few to see anything")
     expect(5 <= rates[5] <= 15, f"{rates[5]} States a second after 5 s of silence")
+    expect([bye.reason for bye in quiet.of_kind("bye")] == [control.BYE_REASON_SILENCE], "not one Bye SILENCE")
     expect(rates[10] <= 2, f"{rates[10]} States after 10 s of silence")
     quiet.send()
     heard = reset_of(quiet)

@@ -27,7 +27,7 @@ def do_acquire(server, remote, _, acquire):
     if server.owner is None:
         server.grants += 1
         server.fence, server.owner, server.holder = server.grants, remote, acquire.holder
-        server.tell_lease()
+        server.lease_news = True
     return OK, {"lease": server.lease_info(remote)}
 
 

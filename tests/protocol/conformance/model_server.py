@@ -49,7 +49,7 @@ class ModelServer:
         self.remotes, self.resets = {}, {}
         self.fence, self.grants, self.owner, self.holder = 0, 0, None, ""
         self.running = None  # [remote, item id, steps left, done, held]
-        self.stopping = False
+        self.stopping = self.lease_news = False
         self.thread = threading.Thread(target=self.loop, daemon=True)
 
     def start(self):
@@ -76,6 +76,8 @@ class ModelServer:
         self.run_time()
         for remote in list(self.remotes.values()):
             self.serve(remote, now)
+        if self.lease_news:
+            self.tell_lease()
 
     # Datagrams in.
 
@@ -92,7 +94,7 @@ class ModelServer:
             packet = stream.Packet.FromString(data[16:])
         except DecodeError:
             return
-        if packet.first < 1:
+        if packet.first < 1 or len(packet.items) > 16:
             return
         if remote is None:
             full = len(self.remotes) >= SESSIONS
@@ -139,14 +141,16 @@ class ModelServer:
 
     def piece(self, remote, chunk):
         remote.blobs += not remote.blob
-        remote.total = remote.total if remote.blob else chunk.total
-        if (chunk.blob, chunk.kind, chunk.offset, chunk.total) != (remote.blobs, 1, len(remote.blob), remote.total) or not (
+        remote.total = remote.total if remote.blob else (chunk.kind, chunk.total)
+        if (chunk.blob, chunk.offset, (chunk.kind, chunk.total)) != (remote.blobs, len(remote.blob), remote.total) or not (
                 1 <= len(chunk.bytes) <= 900 and chunk.offset + len(chunk.bytes) <= chunk.total <= 1 << 22):
             raise Broken("a Chunk out of place")
         remote.blob += chunk.bytes
         if len(remote.blob) < chunk.total:
             return None
         blob, remote.blob = remote.blob, b""
+        if chunk.kind != stream.CHUNK_KIND_ITEM:
+            return stream.Item()
         try:
             item = stream.Item.FromString(blob)
         except DecodeError:
@@ -224,13 +228,14 @@ class ModelServer:
         return answer.LeaseInfo(fence=self.fence, holder=self.holder, yours=self.owner is remote and self.owner is not None, ttl_ms=2000)
 
     def tell_lease(self):
+        self.lease_news = False
         for each in self.remotes.values():
             self.tell(each, lease_info=self.lease_info(each))
 
     def lose_lease(self, remote):
         if self.owner is remote:
             self.owner, self.fence, self.holder = None, 0, ""
-            self.tell_lease()
+            self.lease_news = True
 
     def result(self, remote, item_id, code, **fields):
         if code != OK:
@@ -257,7 +262,9 @@ class ModelServer:
         silent = now - remote.heard
         if remote is self.owner and silent > 2 and not self.running:
             self.lose_lease(remote)
-        if silent > 10 or remote.bye_at is not None and now - remote.bye_at > 1:
+        if silent > 10:
+            self.end(remote, control.BYE_REASON_SILENCE, "")
+        if remote.bye_at is not None and now - remote.bye_at > 1:
             self.lose_lease(remote)
             del self.remotes[remote.source, remote.number]
             return
