@@ -18,6 +18,9 @@ from schema import control, stream
 from scripted_server import ScriptedServer, scene_info
 
 CHECKS = []
+OF_MILLISECONDS = {"a_new_item_is_acknowledged_within_10_ms", "the_client_keeps_its_session_alive", "items_are_repeated_until_acknowledged"}
+ATTEMPTS = 3
+"""Rules of milliseconds are tried so often: a loaded machine is late now and then, a client that breaks the rule always."""
 PROTOCOL_ERROR = control.BYE_REASON_PROTOCOL_ERROR
 TONE = stream.Item(tone={"t_ns": 1, "frequency_hz": 440, "amplitude_m": 0.001, "level": 1, "decay_s": 1})
 SLACK_S = 0.1
@@ -152,6 +155,7 @@ def a_reset_begins_anew(server):
     reset = stream.Packet(first=1, boot_id=99, reset={"reason": stream.RESET_REASON_UNKNOWN_SESSION})
     server.raw(header(old, 0) + reset.SerializeToString())
     server.forgotten.add(old)
+    server.repeat = False  # until the new session is there
     server.serve(0.05)
     begin, server.boot_id = len(server.said), 99
     server.serve(1.5, lambda: server.session != old)
@@ -312,7 +316,10 @@ def main():
         if options.list:
             print(f"{section:2} {function.__name__}: {rule}")
             continue
-        outcome, text = run(function, options.command)
+        for _ in range(ATTEMPTS if function.__name__ in OF_MILLISECONDS else 1):
+            outcome, text = run(function, options.command)
+            if outcome == "passed":
+                break
         results.append({"name": function.__name__, "section": section, "rule": rule, "outcome": outcome, "text": text})
         if not options.json:
             print(f"{outcome:7} section {section} {function.__name__}{': ' + text if text else ''}", flush=True)

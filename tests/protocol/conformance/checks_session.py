@@ -145,7 +145,7 @@ def an_unknown_session_gets_a_reset(server):
         expect(not heard.packet.items and not heard.packet.HasField("state"), "a Reset with Items or a State")
 
 
-@check(3)
+@check(3, attempts=3)
 def resets_are_limited_to_one_per_100_ms(server):
     """An address gets at most one Reset per 100 ms."""
     peer = server.peer()
@@ -190,7 +190,7 @@ def the_boot_id_is_one_for_all(server):
     expect(first.boot_id == second.boot_id != 0, f"boot_id {first.boot_id} and {second.boot_id}")
 
 
-@check(3)
+@check(3, attempts=3)
 def the_server_keeps_sessions_alive(server):
     """A Packet comes at least every 100 ms while nothing happens."""
     peer = server.open()

@@ -11,15 +11,17 @@ class Check(NamedTuple):
     sentence: str
     run: Callable
     slow: bool
+    attempts: int
 
 
 CHECKS = []
 
 
-def check(section, slow=False):
-    """Registers a function whose docstring is the rule. `slow`: takes more than 4 s; left out with --quick."""
+def check(section, slow=False, attempts=1):
+    """Registers a function whose docstring is the rule. `slow`: takes more than 4 s; left out with --quick. `attempts`: a rule of
+    milliseconds may be tried so often, since a loaded machine is late now and then; a server that breaks it is late always."""
     def register(function):
-        CHECKS.append(Check(function.__name__, section, " ".join(function.__doc__.split()), function, slow))
+        CHECKS.append(Check(function.__name__, section, " ".join(function.__doc__.split()), function, slow, attempts))
         return function
     return register
 
