@@ -124,6 +124,16 @@ TEST_CASE("skipped ticks skip their poses, and going back begins anew") {
   CHECK(device.held() == 1);
 }
 
+TEST_CASE("a pose that was skipped over is not taken for a tick a whole queue later") {
+  ScriptedDevice device(named(), {});
+  device.push(5, at(1.0));
+  device.set_tick(5 + kScriptedQueue);
+  DeviceSample sample;
+  device.read(0, sample);
+  CHECK(sample.p_DH[0] == 0.0);
+  CHECK(device.held() == 1);
+}
+
 TEST_CASE("a controller that is gone leaves no pose behind") {
   ScriptedDevice device(named(), {});
   device.push(0, at(1.0));

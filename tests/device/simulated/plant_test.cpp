@@ -195,6 +195,31 @@ TEST_CASE("a light arm carries the handle along a gesture to its end, a hand off
   }
 }
 
+TEST_CASE(
+    "a turning target drags the handle behind by damping to the ground over stiffness alone") {
+  DeviceProfile profile = plain();
+  profile.rotational_damping = {4e-3, 4e-3, 4e-3};
+  SimulatedOptions options{.arm = ArmKind::kLight};
+  ArmModel& arm = options.arms[index_of(ArmKind::kLight)];
+  arm = {.stiffness = 300.0,
+         .damping = 7.0,
+         .inertia = 1e-4,
+         .rotational_stiffness = 2.0,
+         .rotational_damping = 0.02};
+  GestureMotion motion;
+  motion.legs.resize(2);
+  motion.legs[1] = {{{0, 0, 0}, to_array(exp_rotation({0, 0, 1.5}))}, 1000 * kMs, 0, true};
+  SimulatedDevice device(profile, options);
+  DeviceSample sample;
+  device.read(0, sample);
+  device.play(motion.track(), 1);
+  for (int i = 1; i <= 800; ++i) device.read(i * kMs, sample);
+  const PlantState state = device.plant();
+  CHECK(std::abs(state.V_DH.w.z() - 1.5) < 1e-9);
+  const Vector3 behind = log_rotation(state.X_DH_target.q * state.X_DH.q.conjugate());
+  CHECK(std::abs(behind.z() - 1.5 * 4e-3 / 2.0) < 1e-9);
+}
+
 TEST_CASE("the adversarial arm gives back the force it felt, after its delay") {
   for (const double delay : {0.0, 5e-3, 37e-3}) {
     CAPTURE(delay);

@@ -145,6 +145,40 @@ TEST_CASE("a pause longer than a tenth of a second is left out, not caught up wi
   CHECK(sample.t_ns > 3'600'000'000'000 - kPlantStep_ns);
 }
 
+TEST_CASE("a handle that flies through a pause of a minute gets as far as in a tenth of a second") {
+  DeviceProfile profile = usual();
+  profile.damping = 0.0;
+  profile.coulomb_friction = {};
+  SimulatedDevice device(profile, {.arm = ArmKind::kOff});
+  DeviceSample sample;
+  device.read(0, sample);
+  device.write(0, {.f_H_D = {1.0, 0.0, 0.0}, .enable = true});
+  device.read(20 * kMs, sample);
+  device.write(20 * kMs, {});
+  device.read(60 * kMs, sample);
+  const PlantState before = device.plant();
+  device.read(60'060 * kMs, sample);
+  const double way = (device.plant().X_DH.p - before.X_DH.p).norm();
+  CHECK(std::abs(way / (0.1 * before.V_DH.v.norm()) - 1.0) < 1e-3);
+}
+
+TEST_CASE("a hand that takes the handle in the middle of a gesture ends it and stays there") {
+  const GestureMotion motion = swing();
+  SimulatedDevice device(usual(), {.arm = ArmKind::kOff});
+  DeviceSample sample;
+  device.read(0, sample);
+  device.play(motion.track(), 0);
+  for (int i = 1; i <= 280; ++i) device.read(i * kMs, sample);
+  CHECK(device.gesture().playing);
+  CHECK(device.plant().X_DH.p.norm() == 0.0);
+  device.set_arm(ArmKind::kFirm);
+  CHECK(!device.gesture().playing);
+  for (int i = 281; i <= 600; ++i) {
+    device.read(i * kMs, sample);
+    REQUIRE(device.plant().X_DH.p.norm() < 1e-3);
+  }
+}
+
 TEST_CASE("a hand that closes around a drifting handle holds it where it is") {
   DeviceProfile profile = usual();
   SimulatedDevice device(profile, {.arm = ArmKind::kOff});
