@@ -1,0 +1,31 @@
+// The commands of hapticctl, one file for each group. A command is a function that adds its
+// subcommands to the command line; their callbacks do the work and throw Failure. `options` lives
+// as long as the program. Not RT.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "clients/ctl/connection.h"
+
+namespace hapticd::ctl {
+
+/// status: what the daemon does, once.
+void add_status_command(CLI::App& app, const GlobalOptions& options);
+/// watch: the same, live, until q.
+void add_watch_command(CLI::App& app, const GlobalOptions& options);
+/// scene list, scene load, scene check.
+void add_scene_commands(CLI::App& app, const GlobalOptions& options);
+/// get, set: live parameters.
+void add_parameter_commands(CLI::App& app, const GlobalOptions& options);
+/// engage, disengage, stop, clear, recentre.
+void add_force_commands(CLI::App& app, const GlobalOptions& options);
+/// gesture list, gesture play, gesture end.
+void add_gesture_commands(CLI::App& app, const GlobalOptions& options);
+/// record start, record stop, record dump, record list.
+void add_record_commands(CLI::App& app, const GlobalOptions& options);
+/// run step, run live, run stop: time under the virtual clock.
+void add_run_commands(CLI::App& app, const GlobalOptions& options);
+/// pose: poses of the scripted device from a table.
+void add_pose_command(CLI::App& app, const GlobalOptions& options);
+
+}  // namespace hapticd::ctl

@@ -1,0 +1,67 @@
+// How hapticctl reaches a daemon: where it is, what to say when nobody answers, and requests that
+// end the program with a reason when they are refused. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "clients/library/client.h"
+#include "clients/library/controller.h"
+
+namespace hapticd::ctl {
+
+/// Exit codes, besides 0.
+inline constexpr int kRefused = 1;      ///< the daemon refused or failed, or a file is bad
+inline constexpr int kUsageBad = 2;     ///< the command line makes no sense
+inline constexpr int kUnreachable = 3;  ///< no daemon, or it stopped answering
+
+/// Ends the program with an exit code and what() on stderr.
+class Failure : public std::runtime_error {
+ public:
+  Failure(int exit_code, const std::string& message)
+      : std::runtime_error(message), exit_code_(exit_code) {}
+  [[nodiscard]] int exit_code() const noexcept { return exit_code_; }
+
+ private:
+  int exit_code_;
+};
+
+/// What every command knows.
+struct GlobalOptions {
+  std::string server = "127.0.0.1:47800";
+  double timeout_s = 5.0;
+  bool json = false;
+};
+
+/// A host and a port.
+struct Endpoint {
+  std::string host;
+  std::uint16_t port = client::kDefaultPort;
+};
+
+/// "HOST", "HOST:PORT", "[V6]:PORT" or ":PORT"; throws Failure(kUsageBad) for anything else.
+[[nodiscard]] Endpoint parse_endpoint(const std::string& text);
+
+/// The timeout as the library wants it.
+[[nodiscard]] std::chrono::nanoseconds timeout_of(const GlobalOptions& options);
+
+/// A session that has been answered; throws Failure(kUnreachable) that says what to do when there
+/// is no daemon. `handlers` hear what happens from the first answer on.
+[[nodiscard]] std::unique_ptr<client::Client> connect(const GlobalOptions& options,
+                                                      client::ClientHandlers handlers = {});
+
+/// The result, when it is OK; throws Failure otherwise, with code, path and message in words.
+const v1::Result& require(const v1::Result& result);
+
+/// A request that needs no lease.
+v1::Result ask(client::Client& client, const v1::Item& item, const GlobalOptions& options);
+
+/// Takes the lease, makes the request, gives the lease back.
+v1::Result control(client::Client& client, const v1::Item& item, const GlobalOptions& options);
+
+/// Takes the lease; throws Failure that names who has it.
+void acquire(client::Controller& controller, const client::Client& client);
+
+}  // namespace hapticd::ctl

@@ -1,0 +1,227 @@
+// Commands that are one request each: scenes, parameters, force, recorder, time. Not RT.
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+#include "clients/ctl/commands.h"
+#include "clients/ctl/text.h"
+
+namespace hapticd::ctl {
+namespace {
+
+/// Building a large scene may take so long, s.
+constexpr double kSceneTimeout = 120.0;
+
+using Strings = std::shared_ptr<std::vector<std::string>>;
+
+void print_done(const GlobalOptions& options, const v1::Result& result, const char* text) {
+  std::printf("%s\n", options.json ? to_json(result).c_str() : text);
+}
+
+/// A subcommand that makes one request under the lease.
+void add_control(CLI::App& app, const GlobalOptions& options, const char* name, const char* help,
+                 const char* done, const v1::Item& item) {
+  app.add_subcommand(name, help)->callback([&options, item, done] {
+    const auto client = connect(options);
+    print_done(options, control(*client, item, options), done);
+  });
+}
+
+/// A subcommand that prints a listing.
+void add_listing(CLI::App& app, const GlobalOptions& options, const char* help,
+                 const v1::Item& item) {
+  app.add_subcommand("list", help)->callback([&options, item] {
+    const auto client = connect(options);
+    const v1::Result result = ask(*client, item, options);
+    if (options.json) {
+      std::printf("%s\n", to_json(result.listing()).c_str());
+      return;
+    }
+    const v1::Listing& listing = result.listing();
+    for (int i = 0; i < listing.names_size(); ++i) {
+      const bool described = i < listing.descriptions_size();
+      std::printf("%-20s%s\n", listing.names(i).c_str(),
+                  described ? listing.descriptions(i).c_str() : "");
+    }
+  });
+}
+
+void load(const GlobalOptions& options, const std::string& source, bool check_only) {
+  v1::Item item;
+  v1::LoadScene& load_scene = *item.mutable_load_scene();
+  if (names_file(source)) {
+    load_scene.set_text(read_file(source));
+  } else {
+    load_scene.set_name(source);
+  }
+  load_scene.set_check_only(check_only);
+  GlobalOptions patient = options;
+  patient.timeout_s = std::max(options.timeout_s, kSceneTimeout);
+  const auto client = connect(options);
+  const v1::Result result = control(*client, item, patient);
+  print_done(options, result, check_only ? "good" : "loaded");
+}
+
+void add_load(CLI::App& app, const GlobalOptions& options, const char* name, const char* help,
+              bool check_only) {
+  const auto source = std::make_shared<std::string>();
+  CLI::App& command = *app.add_subcommand(name, help);
+  command.add_option("SCENE", *source, "name of an installed scene, or a .textproto file")
+      ->required();
+  command.callback([&options, source, check_only] { load(options, *source, check_only); });
+}
+
+void get(const GlobalOptions& options, const std::vector<std::string>& paths) {
+  v1::Item item;
+  item.mutable_get_parameters();
+  for (const std::string& path : paths) item.mutable_get_parameters()->add_paths(path);
+  const auto client = connect(options);
+  const v1::Result result = ask(*client, item, options);
+  if (options.json) {
+    std::printf("%s\n", to_json(result.parameters()).c_str());
+    return;
+  }
+  for (const v1::Assignment& value : result.parameters().values()) {
+    std::printf("%s\n", to_text(value).c_str());
+  }
+}
+
+void set(const GlobalOptions& options, const std::vector<std::string>& assignments) {
+  v1::Item item;
+  for (const std::string& text : assignments) {
+    *item.mutable_set_parameter()->add_assignments() = parse_assignment(text);
+  }
+  const auto client = connect(options);
+  print_done(options, control(*client, item, options), "set");
+}
+
+v1::Item run_item(v1::RunMode mode) {
+  v1::Item item;
+  item.mutable_run()->set_mode(mode);
+  return item;
+}
+
+void step(const GlobalOptions& options, std::uint64_t steps) {
+  v1::Item item = run_item(v1::RUN_MODE_STEP);
+  item.mutable_run()->set_steps(steps);
+  const auto client = connect(options);
+  const v1::Result result = control(*client, item, options);
+  if (options.json) {
+    std::printf("%s\n", to_json(result.run()).c_str());
+    return;
+  }
+  std::printf("%llu ticks, next is tick %llu\nhash ",
+              static_cast<unsigned long long>(result.run().steps()),
+              static_cast<unsigned long long>(result.run().next_tick()));
+  for (const char byte : result.run().state_hash()) {
+    std::printf("%02x", static_cast<unsigned>(static_cast<unsigned char>(byte)));
+  }
+  std::printf("\n");
+}
+
+void record(const GlobalOptions& options, v1::RecordMode mode, const std::string& file) {
+  v1::Item item;
+  item.mutable_record()->set_mode(mode);
+  item.mutable_record()->set_file(file);
+  // The session's first RecordInfo tells the state before; the next one that of this request.
+  auto told = std::make_shared<std::vector<v1::RecordInfo>>();
+  client::ClientHandlers handlers;
+  handlers.item = [told](const v1::Item& heard) {
+    if (heard.has_record_info()) told->push_back(heard.record_info());
+  };
+  const auto client = connect(options, handlers);
+  client->poll_until([&] { return !told->empty(); }, timeout_of(options));
+  const std::size_t before = told->size();
+  control(*client, item, options);
+  client->poll_until([&] { return told->size() > before; }, timeout_of(options));
+  if (told->empty()) throw Failure(kUnreachable, "the daemon tells nothing of its recorder");
+  const v1::RecordInfo& info = told->back();
+  if (options.json) {
+    std::printf("%s\n", to_json(info).c_str());
+  } else {
+    std::printf("%s %s\n", plain_name(v1::RecordState_Name(info.state()), "RECORD_STATE_").c_str(),
+                info.file().c_str());
+  }
+  if (info.state() == v1::RECORD_STATE_FAILED) throw Failure(kRefused, info.message());
+}
+
+void add_record(CLI::App& app, const GlobalOptions& options, const char* name, const char* help,
+                v1::RecordMode mode) {
+  const auto file = std::make_shared<std::string>();
+  CLI::App& command = *app.add_subcommand(name, help);
+  if (mode != v1::RECORD_MODE_STOP) {
+    command.add_option("FILE", *file, "name in the daemon's folder of recordings");
+  }
+  command.callback([&options, file, mode] { record(options, mode, *file); });
+}
+
+}  // namespace
+
+void add_scene_commands(CLI::App& app, const GlobalOptions& options) {
+  CLI::App& scene = *app.add_subcommand("scene", "Scenes: list, load, check");
+  scene.require_subcommand(1);
+  scene.fallthrough();
+  v1::Item item;
+  item.mutable_list_scenes();
+  add_listing(scene, options, "Names the installed scenes", item);
+  add_load(scene, options, "load", "Replaces the scene that plays", false);
+  add_load(scene, options, "check", "Has the daemon check a scene and load nothing", true);
+}
+
+void add_parameter_commands(CLI::App& app, const GlobalOptions& options) {
+  const auto paths = std::make_shared<std::vector<std::string>>();
+  CLI::App& getter = *app.add_subcommand("get", "Prints live parameters");
+  getter.add_option("PATH", *paths, "such as strings[*].tension_n (default: all)");
+  getter.callback([&options, paths] { get(options, *paths); });
+  const auto values = std::make_shared<std::vector<std::string>>();
+  CLI::App& setter = *app.add_subcommand("set", "Changes live parameters, all or none");
+  setter.add_option("PATH=VALUE", *values, "such as strings[3].tension_n=80 quality=3")->required();
+  setter.callback([&options, values] { set(options, *values); });
+}
+
+void add_force_commands(CLI::App& app, const GlobalOptions& options) {
+  v1::Item item;
+  item.mutable_engage();
+  add_control(app, options, "engage", "Switches the force on, within 200 ms", "engaged", item);
+  item.mutable_disengage();
+  add_control(app, options, "disengage", "Switches the force off, within 50 ms", "released", item);
+  item.mutable_clear();
+  add_control(app, options, "clear", "Clears a latched fault", "cleared", item);
+  item.mutable_recentre();
+  add_control(app, options, "recentre", "Brings the tool home", "done", item);
+  app.add_subcommand("stop", "Zero force at once, latched; needs no lease")->callback([&options] {
+    const auto client = connect(options);
+    v1::Item stop;
+    stop.mutable_stop();
+    print_done(options, ask(*client, stop, options), "stopped; hapticctl clear ends it");
+  });
+}
+
+void add_record_commands(CLI::App& app, const GlobalOptions& options) {
+  CLI::App& group = *app.add_subcommand("record", "Recordings: start, stop, dump, list");
+  group.require_subcommand(1);
+  group.fallthrough();
+  add_record(group, options, "start", "Records until told to stop", v1::RECORD_MODE_START);
+  add_record(group, options, "stop", "Closes the recording", v1::RECORD_MODE_STOP);
+  add_record(group, options, "dump", "Writes the last 60 s", v1::RECORD_MODE_DUMP);
+  v1::Item item;
+  item.mutable_list_recordings();
+  add_listing(group, options, "Names the recordings", item);
+}
+
+void add_run_commands(CLI::App& app, const GlobalOptions& options) {
+  CLI::App& group = *app.add_subcommand("run", "Time: step (virtual clock), live, stop");
+  group.require_subcommand(1);
+  group.fallthrough();
+  add_control(group, options, "live", "Ticks follow the clock", "live",
+              run_item(v1::RUN_MODE_LIVE));
+  add_control(group, options, "stop", "No ticks", "stopped", run_item(v1::RUN_MODE_STOP));
+  const auto steps = std::make_shared<std::uint64_t>(1);
+  CLI::App& stepper = *group.add_subcommand("step", "Advances the virtual clock");
+  stepper.add_option("TICKS", *steps, "how far")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000}))
+      ->capture_default_str();
+  stepper.callback([&options, steps] { step(options, *steps); });
+}
+
+}  // namespace hapticd::ctl

@@ -1,0 +1,55 @@
+// hapticctl: looks at a running hapticd and tells it what to do. Exit codes: 0 good, 1 the daemon
+// refused or a file is bad, 2 the command line makes no sense, 3 no daemon answers.
+#include <array>
+#include <cstdio>
+#include <exception>
+
+#include "clients/ctl/commands.h"
+
+namespace {
+
+using hapticd::ctl::GlobalOptions;
+
+/// All commands, in the order of the help.
+constexpr std::array kCommands{
+    hapticd::ctl::add_status_command,  hapticd::ctl::add_watch_command,
+    hapticd::ctl::add_scene_commands,  hapticd::ctl::add_parameter_commands,
+    hapticd::ctl::add_force_commands,  hapticd::ctl::add_gesture_commands,
+    hapticd::ctl::add_record_commands, hapticd::ctl::add_run_commands,
+    hapticd::ctl::add_pose_command,
+};
+
+int run(int argc, char** argv) {
+  CLI::App app("Looks at a running hapticd and tells it what to do.", "hapticctl");
+  GlobalOptions options;
+  app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION);
+  app.add_option("--server", options.server, "where hapticd listens, HOST:PORT")
+      ->capture_default_str();
+  app.add_option("--timeout", options.timeout_s, "longest wait for an answer, s")
+      ->check(CLI::Range(0.01, 3600.0))
+      ->capture_default_str();
+  app.add_flag("--json", options.json, "answers as JSON, for programs");
+  app.require_subcommand(1);
+  app.fallthrough();
+  for (const auto add : kCommands) add(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : hapticd::ctl::kUsageBad;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const hapticd::ctl::Failure& failure) {
+    std::fprintf(stderr, "hapticctl: %s\n", failure.what());
+    return failure.exit_code();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hapticctl: %s\n", error.what());
+    return hapticd::ctl::kRefused;
+  }
+}

@@ -1,0 +1,155 @@
+// See text.h.
+#include "clients/ctl/text.h"
+
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/text_format.h>
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "clients/ctl/connection.h"
+
+namespace hapticd::ctl {
+namespace {
+
+namespace pb = google::protobuf;
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == ','; }
+
+/// All numbers of `text`, separated by blanks and commas; nothing when it holds anything else.
+std::optional<std::vector<double>> numbers_of(std::string_view text) {
+  std::vector<double> numbers;
+  while (true) {
+    while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+    if (text.empty()) return numbers;
+    double number = 0.0;
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
+    text.remove_prefix(static_cast<std::size_t>(read.ptr - text.data()));
+    if (read.ec != std::errc{} || (!text.empty() && !is_blank(text.front()))) return std::nullopt;
+    numbers.push_back(number);
+  }
+}
+
+/// The shortest text that reads back as the same number.
+std::string in_words(double number) {
+  char buffer[32];
+  const auto end = std::to_chars(std::begin(buffer), std::end(buffer), number).ptr;
+  return {std::begin(buffer), end};
+}
+
+/// Keeps the first error of a text.
+class FirstError : public pb::io::ErrorCollector {
+ public:
+  void AddError(int line, pb::io::ColumnNumber column, const std::string& message) override {
+    if (!text.empty()) return;
+    text = ":" + std::to_string(line + 1) + ":" + std::to_string(column + 1) + ": " + message;
+  }
+  std::string text;
+};
+
+}  // namespace
+
+std::string to_json(const pb::Message& message) {
+  pb::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string text;
+  if (!pb::util::MessageToJsonString(message, &text, options).ok()) return "{}";
+  return text;
+}
+
+std::string plain_name(std::string_view name, std::string_view prefix) {
+  if (name.starts_with(prefix)) name.remove_prefix(prefix.size());
+  std::string text(name);
+  for (char& c : text) c = c == '_' ? ' ' : static_cast<char>(std::tolower(c));
+  return text;
+}
+
+v1::Assignment parse_assignment(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
+    throw Failure(kUsageBad, "'" + text + "' is not PATH=VALUE, such as strings[3].tension_n=80");
+  }
+  v1::Assignment assignment;
+  assignment.set_path(text.substr(0, equals));
+  const std::string value = text.substr(equals + 1);
+  const bool list = value.size() >= 2 && value.front() == '[' && value.back() == ']';
+  const auto numbers =
+      numbers_of(list ? std::string_view(value).substr(1, value.size() - 2) : value);
+  if (list && numbers) {
+    for (const double number : *numbers) assignment.mutable_numbers()->add_values(number);
+  } else if (numbers && numbers->size() == 1) {
+    assignment.set_number(numbers->front());
+  } else if (value == "true" || value == "false") {
+    assignment.set_flag(value == "true");
+  } else {
+    assignment.set_text(value);
+  }
+  return assignment;
+}
+
+std::string to_text(const v1::Assignment& assignment) {
+  std::string text = assignment.path() + "=";
+  switch (assignment.value_case()) {
+    case v1::Assignment::kNumber:
+      return text + in_words(assignment.number());
+    case v1::Assignment::kFlag:
+      return text + (assignment.flag() ? "true" : "false");
+    case v1::Assignment::kText:
+      return text + assignment.text();
+    case v1::Assignment::kNumbers:
+      break;
+    case v1::Assignment::VALUE_NOT_SET:
+      return text;
+  }
+  text += "[";
+  for (int i = 0; i < assignment.numbers().values_size(); ++i) {
+    text += (i == 0 ? "" : ",") + in_words(assignment.numbers().values(i));
+  }
+  return text + "]";
+}
+
+std::optional<v1::Pose> parse_pose(std::string_view line, int line_number) {
+  const std::size_t first = line.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos || line[first] == '#') return std::nullopt;
+  if (line_number == 1 && std::isalpha(static_cast<unsigned char>(line[first])) != 0 &&
+      !line.substr(first).starts_with("nan") && !line.substr(first).starts_with("inf")) {
+    return std::nullopt;
+  }
+  const auto numbers = numbers_of(line);
+  if (!numbers || (numbers->size() != 3 && numbers->size() != 7)) {
+    throw Failure(kRefused, "line " + std::to_string(line_number) +
+                                " is no pose: give x, y, z in metres, and qw, qx, qy, qz if it "
+                                "turns");
+  }
+  v1::Pose pose;
+  for (std::size_t i = 0; i < 3; ++i) pose.add_p_m((*numbers)[i]);
+  for (std::size_t i = 0; i < 4; ++i) {
+    pose.add_q(numbers->size() == 7 ? (*numbers)[3 + i] : (i == 0 ? 1.0 : 0.0));
+  }
+  return pose;
+}
+
+std::string read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Failure(kRefused, path + ": cannot be read");
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+bool names_file(const std::string& source) {
+  return source.find('/') != std::string::npos || source.ends_with(".textproto");
+}
+
+void parse_text(const std::string& text, const std::string& file, pb::Message& message) {
+  FirstError error;
+  pb::TextFormat::Parser parser;
+  parser.RecordErrorsTo(&error);
+  if (!parser.ParseFromString(text, &message)) throw Failure(kRefused, file + error.text);
+}
+
+}  // namespace hapticd::ctl

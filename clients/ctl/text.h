@@ -1,0 +1,45 @@
+// Texts that hapticctl reads and writes: values of parameters, lines of poses, protobuf messages as
+// JSON or from text format, names of enum values for people. Pure but for read_file. Not RT.
+#pragma once
+
+#include <google/protobuf/message.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hapticd/v1/control.pb.h"
+#include "hapticd/v1/pose.pb.h"
+
+namespace hapticd::ctl {
+
+/// One line of JSON with the names of the .proto files, fields that are 0 included.
+[[nodiscard]] std::string to_json(const google::protobuf::Message& message);
+
+/// "LOOP_STATE_ENGAGED" without what all values of the enum begin with, in small letters:
+/// "engaged".
+[[nodiscard]] std::string plain_name(std::string_view name, std::string_view prefix);
+
+/// "path=value", the value a number, true, false, [numbers] or a text; throws Failure(kUsageBad).
+[[nodiscard]] v1::Assignment parse_assignment(const std::string& text);
+
+/// "path = value" as parse_assignment reads it.
+[[nodiscard]] std::string to_text(const v1::Assignment& assignment);
+
+/// A line "x, y, z" or "x, y, z, qw, qx, qy, qz" in metres, separated by commas or blanks; nothing
+/// for an empty line, a comment (#) or the heading (first line that begins with a letter). Throws
+/// Failure(kRefused) that names the line.
+[[nodiscard]] std::optional<v1::Pose> parse_pose(std::string_view line, int line_number);
+
+/// All of a file; throws Failure(kRefused) that says why not.
+[[nodiscard]] std::string read_file(const std::string& path);
+
+/// True for what names a file rather than something installed: '/' or ".textproto" in it.
+[[nodiscard]] bool names_file(const std::string& source);
+
+/// Parses protobuf text format; throws Failure(kRefused) with file and line.
+void parse_text(const std::string& text, const std::string& file,
+                google::protobuf::Message& message);
+
+}  // namespace hapticd::ctl

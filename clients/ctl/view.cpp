@@ -1,0 +1,212 @@
+// See view.h.
+#include "clients/ctl/view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include "clients/ctl/text.h"
+
+namespace hapticd::ctl {
+namespace {
+
+constexpr double kMicro = 1e-3;  ///< us per ns
+/// Silence after which a line says so, s.
+constexpr double kSilence = 1.0;
+constexpr std::size_t kBarWidth = 40;
+
+[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
+  char buffer[400];
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(buffer, sizeof buffer, pattern, arguments);
+  va_end(arguments);
+  return buffer;
+}
+
+/// Element i of a list that may be short.
+template <typename List>
+double at(const List& list, int i) {
+  return i < list.size() ? static_cast<double>(list.Get(i)) : 0.0;
+}
+
+template <typename List>
+double length(const List& list, int first) {
+  return std::hypot(at(list, first), at(list, first + 1), at(list, first + 2));
+}
+
+std::string string_name(const View& view, std::uint32_t index) {
+  const int i = static_cast<int>(index);
+  return i < view.scene.scene().strings_size() ? view.scene.scene().strings(i).name()
+                                               : "string " + std::to_string(index);
+}
+
+std::string object_name(const View& view, const v1::ContactPatch& contact) {
+  const v1::Scene& scene = view.scene.scene();
+  if (contact.object_case() == v1::ContactPatch::kStringIndex) {
+    return string_name(view, contact.string_index());
+  }
+  const int body = static_cast<int>(contact.body_index());
+  const int line = static_cast<int>(contact.line_index());
+  const bool is_line = contact.object_case() == v1::ContactPatch::kLineIndex;
+  if (is_line) return line < scene.lines_size() ? scene.lines(line).name() : "line";
+  return body < scene.bodies_size() ? scene.bodies(body).name() : "body";
+}
+
+std::string tool_name(const View& view, std::uint32_t id) {
+  for (const v1::Tool& tool : view.scene.scene().tools()) {
+    if (tool.tool_id() == id) return tool.name();
+  }
+  return "tool " + std::to_string(id);
+}
+
+std::string head_line(const View& view) {
+  const v1::State& state = view.state;
+  std::string text = "hapticd " + view.scene.server_version() + " at " + view.server + ": scene " +
+                     view.scene.scene().name();
+  text += format(", %g Hz", view.scene.rate_hz());
+  if (view.scene.clock() == v1::CLOCK_MODE_VIRTUAL) text += " virtual";
+  if (!view.has_state) return text + ", no tick yet";
+  text += ", " + plain_name(v1::LoopState_Name(state.loop_state()), "LOOP_STATE_");
+  if (state.cause() != v1::CAUSE_UNSPECIFIED) {
+    text += " (" + plain_name(v1::Cause_Name(state.cause()), "CAUSE_") + ")";
+  }
+  return text;
+}
+
+void add_tool(const View& view, const v1::ToolState& tool, std::vector<std::string>& lines) {
+  std::string line =
+      format("%-10s p %8.2f %8.2f %8.2f mm   force %6.3f N  torque %6.4f N m   gap %7.3f mm",
+             tool_name(view, tool.tool_id()).substr(0, 10).c_str(), 1e3 * at(tool.p_wh_m(), 0),
+             1e3 * at(tool.p_wh_m(), 1), 1e3 * at(tool.p_wh_m(), 2), length(tool.wrench_h_w(), 0),
+             length(tool.wrench_h_w(), 3), 1e3 * static_cast<double>(tool.minimum_gap_m()));
+  for (const int flag : tool.flags()) {
+    line += "  " + plain_name(v1::ToolFlag_Name(static_cast<v1::ToolFlag>(flag)), "TOOL_FLAG_");
+  }
+  lines.push_back(line);
+}
+
+void add_timing(const v1::State& state, std::vector<std::string>& lines) {
+  if (!state.has_timing()) return;
+  const v1::Timing& t = state.timing();
+  lines.push_back(
+      format("tick CPU   p50 %.1f  p99 %.1f  p99.9 %.1f  max %.1f us   overruns %llu   input age "
+             "%.1f us",
+             kMicro * t.p50_ns(), kMicro * t.p99_ns(), kMicro * t.p999_ns(), kMicro * t.max_ns(),
+             static_cast<unsigned long long>(t.overruns()), kMicro * t.input_age_ns()));
+  for (const v1::StageTiming& stage : t.stages()) {
+    lines.push_back(format("  %-9s p50 %.1f  p99 %.1f  max %.1f us",
+                           plain_name(v1::Stage_Name(stage.stage()), "STAGE_").c_str(),
+                           kMicro * stage.p50_ns(), kMicro * stage.p99_ns(),
+                           kMicro * stage.max_ns()));
+  }
+}
+
+void add_rest(const View& view, std::vector<std::string>& lines) {
+  const v1::State& state = view.state;
+  for (const v1::StiffnessState& stiffness : state.stiffness()) {
+    if (stiffness.scale() >= 1.0F) continue;
+    lines.push_back(format("stiffness of %s clamped to %.0f %%: the device bears %.0f N/m",
+                           tool_name(view, stiffness.tool_id()).c_str(),
+                           100.0 * static_cast<double>(stiffness.scale()),
+                           static_cast<double>(stiffness.bound_n_per_m())));
+  }
+  if (state.has_quality()) {
+    lines.push_back(format("quality    level %u%s", state.quality().level(),
+                           state.quality().automatic() ? " (auto)" : ""));
+  }
+  for (const v1::GestureState& gesture : state.gestures()) {
+    lines.push_back(format("gesture    %s %3.0f %%, %u done", gesture.name().c_str(),
+                           100.0 * static_cast<double>(gesture.progress()),
+                           gesture.repeated_count()));
+  }
+  if (view.lease.fence() != 0) {
+    lines.push_back("lease      " +
+                    (view.lease.holder().empty() ? "taken" : "of " + view.lease.holder()));
+  }
+}
+
+void add_contacts(const View& view, std::vector<std::string>& lines) {
+  for (const v1::ContactPatch& contact : view.state.contacts()) {
+    lines.push_back(format(
+        "contact    %-12s %6.3f N   gap %8.1f um", object_name(view, contact).substr(0, 12).c_str(),
+        length(contact.force_w_n(), 0), kMicro * at(contact.gap_nanometres(), 0)));
+  }
+}
+
+void add_strings(const View& view, std::vector<std::string>& lines) {
+  for (const v1::StringState& string : view.state.strings()) {
+    lines.push_back(
+        format("string     %-12s %-8s at %.3f   deflected %7.3f mm   drawn %7.3f mm",
+               string_name(view, string.string_index()).substr(0, 12).c_str(),
+               plain_name(v1::StringPhase_Name(string.phase()), "STRING_PHASE_").c_str(),
+               static_cast<double>(string.lambda()), 1e3 * length(string.deflection_w_m(), 0),
+               1e3 * static_cast<double>(string.radius_m())));
+  }
+}
+
+void add_histogram(const TickHistogram& histogram, std::vector<std::string>& lines) {
+  const std::uint64_t most = *std::max_element(histogram.counts.begin(), histogram.counts.end());
+  if (most == 0) return;
+  lines.push_back("ticks by CPU time:");
+  for (std::size_t i = 0; i < histogram.counts.size(); ++i) {
+    const std::uint64_t count = histogram.counts[i];
+    if (count == 0) continue;
+    const bool last = i + 1 == histogram.counts.size();
+    const auto stars = std::max<std::size_t>(
+        1, static_cast<std::size_t>(static_cast<double>(count) / static_cast<double>(most) *
+                                    static_cast<double>(kBarWidth)));
+    lines.push_back(format("  %s %5u us %8llu ", last ? ">=" : " <", last ? 1U << (i - 1) : 1U << i,
+                           static_cast<unsigned long long>(count)) +
+                    std::string(stars, '#'));
+  }
+}
+
+void add_tones(const View& view, std::vector<std::string>& lines) {
+  for (const v1::Tone& tone : view.tones) {
+    const double age = view.state.t_ns() > tone.t_ns()
+                           ? 1e-9 * static_cast<double>(view.state.t_ns() - tone.t_ns())
+                           : 0.0;
+    lines.push_back(format("tone       %-12s %8.2f Hz   level %.2f   %6.1f s ago",
+                           string_name(view, tone.string_index()).substr(0, 12).c_str(),
+                           static_cast<double>(tone.frequency_hz()),
+                           static_cast<double>(tone.level()), age));
+  }
+}
+
+}  // namespace
+
+void TickHistogram::add(std::uint32_t ns) noexcept {
+  std::size_t bin = 0;
+  while (bin + 1 < counts.size() && ns >= 1000U << bin) ++bin;
+  ++counts[bin];
+}
+
+std::vector<std::string> summary_lines(const View& view) {
+  std::vector<std::string> lines{head_line(view)};
+  if (!view.has_state) return lines;
+  lines.push_back(format("tick %llu, %.3f s", static_cast<unsigned long long>(view.state.tick()),
+                         1e-9 * static_cast<double>(view.state.t_ns())));
+  for (const v1::ToolState& tool : view.state.tools()) add_tool(view, tool, lines);
+  add_timing(view.state, lines);
+  add_rest(view, lines);
+  return lines;
+}
+
+std::vector<std::string> screen_lines(const View& view, std::size_t columns, std::size_t rows) {
+  std::vector<std::string> lines = summary_lines(view);
+  if (view.silence_s > kSilence) {
+    lines.insert(lines.begin() + 1, format("nothing heard for %.0f s", view.silence_s));
+  }
+  add_contacts(view, lines);
+  add_strings(view, lines);
+  add_tones(view, lines);
+  add_histogram(view.ticks, lines);
+  if (rows > 0 && lines.size() >= rows) lines.resize(rows - 1);
+  lines.emplace_back("q quits");
+  for (std::string& line : lines) line.resize(std::min(line.size(), columns));
+  return lines;
+}
+
+}  // namespace hapticd::ctl
