@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <system_error>
 
@@ -13,6 +12,9 @@
 
 namespace hapticd {
 namespace {
+
+/// Ids of schemas and channels there can be.
+constexpr std::size_t kIds = 1U << 16U;
 
 /// True when every channel with a message in the last chunk has an index for it.
 bool last_chunk_indexed(std::string_view bytes, const McapLayout& layout) {
@@ -51,7 +53,8 @@ bool rewrite_end(const std::string& path, std::uint64_t length, std::string_view
 
 }  // namespace
 
-McapReader::McapReader(std::string_view bytes) : bytes_(bytes) {
+McapReader::McapReader(std::string_view bytes)
+    : bytes_(bytes), known_schemas_(kIds), known_channels_(kIds) {
   if (bytes_.substr(0, kMcapMagic.size()) == kMcapMagic) {
     place_ = whole_ = kMcapMagic.size();
   } else {
@@ -61,6 +64,12 @@ McapReader::McapReader(std::string_view bytes) : bytes_(bytes) {
 
 void McapReader::stop(McapEnd end) noexcept {
   end_ = end;
+  if (end == McapEnd::kBroken && whole_ > record_) {
+    // What is broken may be inside of the last record: then that is not whole.
+    whole_ = record_;
+    if (!layout_.chunks.empty() && layout_.chunks.back().offset >= whole_)
+      layout_.chunks.pop_back();
+  }
   chunk_ = {};
   has_message_ = false;
 }
@@ -91,7 +100,7 @@ bool McapReader::next(McapMessage& message) {
 
 bool McapReader::next_record() {
   if (end_ != McapEnd::kMore) return false;
-  const std::uint64_t offset = place_;
+  const std::uint64_t offset = record_ = place_;
   McapCursor cursor(bytes_.substr(offset));
   const auto opcode = static_cast<McapOpcode>(cursor.number<std::uint8_t>());
   const std::string_view content = cursor.bytes(cursor.number<std::uint64_t>());
@@ -175,10 +184,9 @@ void McapReader::take_schema(std::string_view content) {
   schema.encoding = cursor.text();
   schema.data = cursor.text();
   if (cursor.failed() || schema.id == 0) return stop(McapEnd::kBroken);
-  const auto same = [&](const McapSchema& known) { return known.id == schema.id; };
-  if (std::none_of(layout_.schemas.begin(), layout_.schemas.end(), same)) {
-    layout_.schemas.push_back(std::move(schema));
-  }
+  if (known_schemas_[schema.id]) return;
+  known_schemas_[schema.id] = true;
+  layout_.schemas.push_back(std::move(schema));
 }
 
 void McapReader::take_channel(std::string_view content) {
@@ -190,10 +198,9 @@ void McapReader::take_channel(std::string_view content) {
   channel.encoding = cursor.text();
   (void)cursor.text();  // metadata
   if (cursor.failed()) return stop(McapEnd::kBroken);
-  const auto same = [&](const McapChannel& known) { return known.id == channel.id; };
-  if (std::none_of(layout_.channels.begin(), layout_.channels.end(), same)) {
-    layout_.channels.push_back(std::move(channel));
-  }
+  if (known_channels_[channel.id]) return;
+  known_channels_[channel.id] = true;
+  layout_.channels.push_back(std::move(channel));
 }
 
 void McapReader::take_index(std::string_view content, std::uint64_t offset) {
@@ -211,8 +218,7 @@ bool McapReader::take_message(std::string_view content, McapMessage& message) {
   message.sequence = cursor.number<std::uint32_t>();
   message.time_ns = cursor.number<std::uint64_t>();
   (void)cursor.number<std::uint64_t>();  // time of publishing
-  const auto its = [&](const McapChannel& channel) { return channel.id == message.channel; };
-  if (cursor.failed() || std::none_of(layout_.channels.begin(), layout_.channels.end(), its)) {
+  if (cursor.failed() || !known_channels_[message.channel]) {
     stop(McapEnd::kBroken);
     return false;
   }
@@ -245,19 +251,19 @@ std::string McapReader::describe_end() const {
   return "compressed" + at + ": not a recording of hapticd";
 }
 
-bool finish_recording(const std::string& path, std::string& error) {
-  MappedFile file;
-  if (!file.open(path, error)) return false;
-  McapReader reader(file.bytes());
+McapRepair plan_repair(std::string_view bytes) {
+  McapReader reader(bytes);
   McapMessage message;
   while (reader.next(message)) {
   }
-  if (reader.end() == McapEnd::kComplete) return true;
-  if (reader.end() == McapEnd::kForeign || reader.layout().channels.empty()) {
-    error = path + ": " + reader.describe_end();
-    return false;
+  McapRepair repair;
+  repair.reason = reader.describe_end();
+  repair.keep = bytes.size();
+  repair.possible = reader.end() == McapEnd::kComplete;
+  if (repair.possible || reader.end() == McapEnd::kForeign || reader.layout().channels.empty()) {
+    return repair;
   }
-  std::string_view whole = file.bytes().substr(0, reader.whole_bytes());
+  std::string_view whole = bytes.substr(0, reader.whole_bytes());
   if (!last_chunk_indexed(whole, reader.layout())) {
     whole = whole.substr(0, reader.layout().chunks.back().offset);
   }
@@ -265,8 +271,24 @@ bool finish_recording(const std::string& path, std::string& error) {
   McapReader again(whole);
   while (again.next(message)) {
   }
-  return rewrite_end(path, whole.size(), summary_bytes(again.layout(), whole.size(), crc32(whole)),
-                     error);
+  repair.possible = repair.needed = true;
+  repair.keep = whole.size();
+  repair.tail = summary_bytes(again.layout(), whole.size(), crc32(whole));
+  return repair;
+}
+
+bool finish_recording(const std::string& path, std::string& error) {
+  McapRepair repair;
+  {
+    MappedFile file;
+    if (!file.open(path, error)) return false;
+    repair = plan_repair(file.bytes());
+  }
+  if (!repair.possible) {
+    error = path + ": " + repair.reason;
+    return false;
+  }
+  return !repair.needed || rewrite_end(path, repair.keep, repair.tail, error);
 }
 
 }  // namespace hapticd

@@ -61,7 +61,10 @@ class McapReader {
   void stop(McapEnd end) noexcept;
 
   std::string_view bytes_;
+  std::vector<bool> known_schemas_;   ///< by id
+  std::vector<bool> known_channels_;  ///< by id
   std::uint64_t place_ = 0;
+  std::uint64_t record_ = 0;  ///< where the last record outside of chunks begins
   std::uint64_t whole_ = 0;
   std::string_view chunk_;    ///< what is left of the present chunk's records
   std::string_view message_;  ///< content of a message outside of chunks
@@ -69,6 +72,19 @@ class McapReader {
   McapEnd end_ = McapEnd::kMore;
   McapLayout layout_;
 };
+
+/// How to make a file complete.
+struct McapRepair {
+  bool possible = false;   ///< it is a recording, whole or not
+  bool needed = false;     ///< it is not complete
+  std::uint64_t keep = 0;  ///< bytes of it that stay
+  std::string tail;        ///< to be appended to them
+  std::string reason;      ///< how its reading ended, for people
+};
+
+/// What finish_recording would do to a file of these bytes. Chunks that are whole stay, but for a
+/// last one whose indexes are missing.
+[[nodiscard]] McapRepair plan_repair(std::string_view bytes);
 
 /// Gives a file that a killed process left its summary: cuts what is not whole, appends the rest.
 /// A complete file stays as it is. False with `error` (for people) when it is no recording or

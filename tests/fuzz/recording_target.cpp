@@ -1,0 +1,77 @@
+// See recording_target.h.
+#include "tests/fuzz/recording_target.h"
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "server/telemetry/mcap_reader.h"
+#include "server/telemetry/recorder.h"
+#include "server/telemetry/tick_record.h"
+
+namespace hapticd::test {
+namespace {
+
+std::vector<std::string_view> read_all(McapReader& reader) {
+  std::vector<std::string_view> found;
+  McapMessage message;
+  while (reader.next(message)) {
+    found.push_back(message.data);
+    if (message.channel != reader.channel_of(kTickTopic)) continue;
+    v1::TickRecord record;
+    TickTrace trace;
+    if (record.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) {
+      (void)to_trace(record, trace);
+    }
+  }
+  return found;
+}
+
+/// Writes 0, which says that there is none, over the CRC of every chunk that can be found.
+std::string without_crcs(std::string_view bytes) {
+  std::string copy(bytes);
+  constexpr std::size_t kCrc = kMcapPrefix + 24;
+  std::size_t place = kMcapMagic.size();
+  while (place + kMcapPrefix <= copy.size()) {
+    McapCursor cursor(std::string_view(copy).substr(place));
+    const auto opcode = static_cast<McapOpcode>(cursor.number<std::uint8_t>());
+    const auto length = cursor.number<std::uint64_t>();
+    if (opcode == McapOpcode::kChunk && place + kCrc + 4 <= copy.size()) {
+      copy.replace(place + kCrc, 4, 4, '\0');
+    }
+    if (length > copy.size() - place - kMcapPrefix) break;
+    place += kMcapPrefix + length;
+  }
+  return copy;
+}
+
+bool check(std::string_view bytes) {
+  McapReader reader(bytes);
+  const std::vector<std::string_view> found = read_all(reader);
+  if (reader.end() == McapEnd::kMore || reader.describe_end().empty()) {
+    throw std::logic_error("a reading without an end");
+  }
+  const McapRepair repair = plan_repair(bytes);
+  if (repair.possible) {
+    const std::string repaired = std::string(bytes.substr(0, repair.keep)) + repair.tail;
+    McapReader again(repaired);
+    const std::vector<std::string_view> kept = read_all(again);
+    if (again.end() != McapEnd::kComplete) throw std::logic_error("repaired and not complete");
+    if (kept.size() > found.size()) throw std::logic_error("repaired to more than there was");
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      if (kept[i] != found[i]) throw std::logic_error("repaired to other messages");
+    }
+    if (plan_repair(repaired).needed) throw std::logic_error("repaired and not done");
+  }
+  return !found.empty();
+}
+
+}  // namespace
+
+bool check_recording_bytes(std::span<const std::uint8_t> bytes) {
+  const std::string copy(bytes.begin(), bytes.end());
+  const bool as_it_is = check(copy);
+  return check(without_crcs(copy)) || as_it_is;
+}
+
+}  // namespace hapticd::test
