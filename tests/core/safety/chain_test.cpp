@@ -29,7 +29,7 @@ struct ChainTick {
   std::int64_t now_ns = 0;
 };
 
-SafetyOutput run(ChainTick tick, Chain& chain) {
+SafetyOutput run(const ChainTick& tick, Chain& chain) {
   const double written = to_vector(chain.state.f_H_D).norm();
   const WatchedInput seen = watch(tick.sample, written, chain.input_limits, chain.watch);
   LoopInput in = tick.requests;

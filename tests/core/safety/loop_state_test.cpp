@@ -60,65 +60,82 @@ std::vector<LoopInput> all_inputs(bool engages_itself) {
   return inputs;
 }
 
-/// What is wrong with the step from `before` to `after`; nullptr: nothing.
-const char* broken_law(const LoopInput& in, const LoopMachine& before, const LoopMachine& after,
-                       const LoopOutput& out) {
-  const bool force_before = bears_force(before.state);
-  const bool device_gone = force_before && (!in.attached || !in.calibrated);
-  const bool wrong = in.fault != Cause::kNone || in.stop || device_gone;
-  const bool engaged_now =
-      after.state == LoopState::kEngaged && before.state != LoopState::kEngaged;
-  if (out.state != after.state || out.cause != after.cause || out.gain != after.gain) {
+/// One step of the machine.
+struct Step {
+  const LoopInput& in;
+  const LoopMachine& before;
+  const LoopMachine& after;
+  const LoopOutput& out;
+  /// A fault, a stop, or a device that is gone while force may be on.
+  bool wrong = false;
+};
+
+/// Each of the following says what is wrong with a step; nullptr: nothing.
+const char* broken_gain(const Step& s) {
+  if (s.out.state != s.after.state || s.out.cause != s.after.cause || s.out.gain != s.after.gain) {
     return "the output is not the machine";
   }
-  if (!(after.gain >= 0.0 && after.gain <= 1.0)) return "gain outside [0, 1]";
-  if (after.gain > 0.0 && !bears_force(after.state)) return "force where there is none";
+  if (!(s.after.gain >= 0.0 && s.after.gain <= 1.0)) return "gain outside [0, 1]";
+  if (s.after.gain > 0.0 && !bears_force(s.after.state)) return "force where there is none";
+  if (s.after.gain > s.before.gain + 0.005 / 0.2 + 1e-12) return "the gain jumped up";
+  if (s.after.state == LoopState::kReleasing &&
+      std::abs(s.before.gain - s.in.dt_s / 0.05 - s.after.gain) > 1e-12) {
+    return "the release is not the ramp";
+  }
+  return nullptr;
+}
+
+const char* broken_fault(const Step& s) {
+  if (s.wrong && (bears_force(s.after.state) || s.after.gain > 0.0)) return "force in a fault";
+  if (s.wrong && !s.in.end && !s.before.ending && s.after.state != LoopState::kFault) {
+    return "a fault was not latched";
+  }
+  if (s.after.state == LoopState::kFault && s.after.cause == Cause::kNone) return "without a cause";
+  const bool was_fault = s.before.state == LoopState::kFault;
+  const bool granted = was_fault && s.in.clear && !s.wrong &&
+                       (s.before.cause != Cause::kDeviceLost || s.in.attached);
+  if (s.out.cleared != granted) return "Clear is not what was granted";
+  if (!was_fault) return nullptr;
+  const bool stays = s.after.state == LoopState::kFault;
+  if (!stays && s.after.state != LoopState::kOver && !granted) return "a fault ended by itself";
+  if (stays && s.after.cause != s.before.cause) return "not the first cause";
+  return bears_force(s.after.state) ? "from a fault to force" : nullptr;
+}
+
+const char* broken_start(const Step& s) {
+  if (s.after.wanted && !s.before.wanted && !s.in.engage && !s.in.engages_itself) {
+    return "force wanted by nobody";
+  }
+  if (s.after.state != LoopState::kEngaged) return nullptr;
+  if (s.after.cause != Cause::kNone) return "engaged with a cause";
+  if (s.before.state == LoopState::kEngaged) return nullptr;
+  if (s.before.state == LoopState::kReleasing) return "engaged without being ready";
+  const bool device = s.in.attached && s.in.calibrated && s.in.block == Cause::kNone;
+  const bool allowed = s.in.contact_free && !s.in.lease_lost && !s.in.scene_waits;
+  const bool unasked = s.in.disengage || s.in.end || s.before.ending;
+  if (!device || !allowed || unasked) return "engaged in spite of a reason not to";
+  return s.after.gain != 0.0 ? "engaged with force" : nullptr;
+}
+
+const char* broken_scene(const Step& s) {
+  const bool force = s.after.gain > 0.0 || bears_force(s.after.state);
+  if (s.out.scene_allowed && force) return "scene under force";
+  if (!s.out.scene_allowed && !force && s.after.state != LoopState::kOver) {
+    return "a scene is kept waiting without force";
+  }
+  return nullptr;
+}
+
+const char* broken_law(const LoopInput& in, const LoopMachine& before, const LoopMachine& after,
+                       const LoopOutput& out) {
   if (before.state == LoopState::kOver) {
     return after.state == LoopState::kOver && after.gain == 0.0 ? nullptr : "kOver is final";
   }
-  if (wrong && (bears_force(after.state) || after.gain > 0.0)) return "force in a fault";
-  if (wrong && !in.end && !before.ending && after.state != LoopState::kFault) {
-    return "a fault was not latched";
-  }
-  if (before.state == LoopState::kFault) {
-    if (after.state != LoopState::kFault && after.state != LoopState::kOver &&
-        !(in.clear && !wrong)) {
-      return "a fault ended by itself";
-    }
-    if (after.state == LoopState::kFault && after.cause != before.cause)
-      return "not the first cause";
-    if (bears_force(after.state)) return "from a fault to force";
-  }
-  if (engaged_now) {
-    if (before.state == LoopState::kFault || before.state == LoopState::kReleasing) {
-      return "engaged without being ready";
-    }
-    if (!in.contact_free || !in.attached || !in.calibrated || in.lease_lost || in.scene_waits ||
-        in.block != Cause::kNone || in.disengage || in.end || before.ending) {
-      return "engaged in spite of a reason not to";
-    }
-    if (after.gain != 0.0) return "engaged with force";
-  }
-  if (after.gain > before.gain + 0.005 / 0.2 + 1e-12) return "the gain jumped up";
-  if (after.state == LoopState::kReleasing &&
-      std::abs(before.gain - in.dt_s / 0.05 - after.gain) > 1e-12) {
-    return "the release is not the ramp";
-  }
-  if (out.scene_allowed && (after.gain > 0.0 || bears_force(after.state)))
-    return "scene under force";
-  if (!out.scene_allowed && !bears_force(after.state) && after.state != LoopState::kOver) {
-    return "a scene is kept waiting without force";
-  }
-  if (after.wanted && !before.wanted && !in.engage && !in.engages_itself) {
-    return "force wanted by nobody";
-  }
-  if (after.state == LoopState::kEngaged && after.cause != Cause::kNone)
-    return "engaged with a cause";
-  if (after.state == LoopState::kFault && after.cause == Cause::kNone)
-    return "a fault without a cause";
-  if (out.cleared != (before.state == LoopState::kFault && in.clear && !wrong &&
-                      (before.cause != Cause::kDeviceLost || in.attached))) {
-    return "Clear is not what was granted";
+  Step step{in, before, after, out};
+  step.wrong = in.fault != Cause::kNone || in.stop ||
+               (bears_force(before.state) && (!in.attached || !in.calibrated));
+  for (const auto law : {broken_gain, broken_fault, broken_start, broken_scene}) {
+    if (const char* const broken = law(step)) return broken;
   }
   return nullptr;
 }

@@ -14,7 +14,7 @@ namespace hapticd::test {
 
 TEST_CASE("twenty late ticks in a second are put up with, one more is not") {
   OverrunWatch watch;
-  for (int k = 0; k < 20; ++k) CHECK_FALSE(watch_overrun(true, k * 10'000'000, watch));
+  for (std::int64_t k = 0; k < 20; ++k) CHECK_FALSE(watch_overrun(true, k * 10'000'000, watch));
   CHECK(watch_overrun(true, 999'999'999, watch));
   CHECK_FALSE(watch_overrun(false, 1'000'000'000, watch));  // the first is a second old
 }

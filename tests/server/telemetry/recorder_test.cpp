@@ -132,10 +132,19 @@ std::string whole_session(const TemporaryFolder& folder, const std::string& name
   return folder.file(name);
 }
 
-const std::string kNode = HAPTICD_NODE;
-const std::string kHere = HAPTICD_TELEMETRY_TESTS;
-const std::string kReadCore = kNode + " " HAPTICD_MCAP_CORE "/read_with_core.mjs ";
-const std::string kReadPython = "/usr/bin/python3 -B " + kHere + "/read_recording.py ";
+/// What @mcap/core finds in the file; `mode`: indexed or stream.
+std::string read_core(const std::string& mode, const std::string& path) {
+  std::string command = HAPTICD_NODE " " HAPTICD_MCAP_CORE "/read_with_core.mjs ";
+  command.append(mode).append(" ").append(path);
+  return run(command);
+}
+
+/// What the reader from the specification finds.
+std::string read_python(const std::string& path) {
+  std::string command = "/usr/bin/python3 -B " HAPTICD_TELEMETRY_TESTS "/read_recording.py ";
+  command.append(path);
+  return run(command);
+}
 
 }  // namespace
 
@@ -146,9 +155,9 @@ TEST_CASE("@mcap/core and a reader from the specification find in a session what
   CHECK(ours.end == McapEnd::kComplete);
   CHECK(ours.ticks.size() == 3000);
   CHECK(ours.rows.find("/hapticd/event hapticd.v1.EventRecord 1 ") != std::string::npos);
-  CHECK(run(kReadCore + "indexed " + path) == ours.rows);
-  CHECK(run(kReadCore + "stream " + path) == ours.rows);
-  const std::string python = run(kReadPython + path);
+  CHECK(read_core("indexed", path) == ours.rows);
+  CHECK(read_core("stream", path) == ours.rows);
+  const std::string python = read_python(path);
   CHECK(python.substr(0, ours.rows.size()) == ours.rows);
   CHECK(python.find("ticks 0 2999\n") != std::string::npos);
   // The bits of the last wrench, by Python's protobuf and the schema in the file.
@@ -204,11 +213,11 @@ TEST_CASE("a killed process loses at most 100 ms, and what it left opens in @mca
     REQUIRE(left.ticks.size() + 100 >= told + 1);
     for (std::size_t k = 0; k < left.ticks.size(); ++k) REQUIRE(left.ticks[k] == k);
     if (round > 0) continue;
-    CHECK(run(kReadCore + "stream " + path) == left.rows);
+    CHECK(read_core("stream", path) == left.rows);
     std::string error;
     REQUIRE(finish_recording(path, error));
-    CHECK(run(kReadCore + "indexed " + path) == left.rows);
-    CHECK(run(kReadPython + path).find(left.rows) == 0);
+    CHECK(read_core("indexed", path) == left.rows);
+    CHECK(read_python(path).find(left.rows) == 0);
   }
 }
 
@@ -242,7 +251,7 @@ TEST_CASE(
   CHECK(left.ticks.size() == full.ticks);
   std::string error;
   REQUIRE(finish_recording(path, error));
-  CHECK(run(kReadCore + "indexed " + path) == left.rows);
+  CHECK(read_core("indexed", path) == left.rows);
   // The flight recorder has all of it, and another session may begin.
   CHECK(recorder.flight_span_ns() == 1'999'000'000);
   CHECK(recorder.start(folder.file("next.mcap")));

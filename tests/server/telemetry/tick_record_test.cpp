@@ -3,7 +3,8 @@
 
 #include <doctest/doctest.h>
 
-#include <cstring>
+#include <algorithm>
+#include <bit>
 
 #include "tests/server/telemetry/sample_ticks.h"
 #include "tests/support/scale.h"
@@ -11,8 +12,13 @@
 namespace hapticd::test {
 namespace {
 
-bool same(const Array3& a, const Array3& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
-bool same(const Array4& a, const Array4& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
+/// Bit for bit: NaN equals itself, 0 and -0 differ.
+template <std::size_t N>
+bool same(const std::array<double, N>& a, const std::array<double, N>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
+    return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
+  });
+}
 
 bool same(const ToolTrace& a, const ToolTrace& b) {
   return a.tool_id == b.tool_id && a.buttons == b.buttons && a.flags == b.flags &&
