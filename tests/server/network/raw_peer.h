@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -54,7 +55,9 @@ class ServerBench {
     host.greeting = [this] { return greeting; };
     host.request = [this](const RequestId& id, const v1::Item& item) {
       asked.push_back({id, item});
+      deepest = std::max(deepest, ++depth);
       if (answers) server->answer(id, ok());
+      --depth;
     };
     host.abandoned = [this](const RequestId& id) { abandoned.push_back(id); };
     host.fill_state = [this](const Subscription& subscription, v1::State& state) {
@@ -100,6 +103,8 @@ class ServerBench {
   std::int64_t now_ns = 1000 * kTestMs;
   std::vector<v1::Item> greeting = usual_greeting();
   bool answers = true;
+  int depth = 0;    ///< calls of the host that are under way, one inside the other
+  int deepest = 0;  ///< most of them
   std::function<void(v1::State&)> fill;
   std::vector<Asked> asked;
   std::vector<RequestId> abandoned;

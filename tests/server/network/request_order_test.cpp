@@ -155,6 +155,16 @@ TEST_CASE("requests beyond those that may wait are BUSY, and no other is") {
   CHECK(session.peer.code(beyond - 1) == v1::RESULT_CODE_OK);
 }
 
+TEST_CASE("a host that answers at once is not called from inside its own answer") {
+  Controlled session;
+  session.peer.send(load_item());
+  for (int i = 0; i < 100; ++i) session.peer.send(engage_item());
+  session.bench.answers = true;
+  session.answer(0);
+  CHECK(session.bench.asked.size() == 101);
+  CHECK(session.bench.deepest == 1);
+}
+
 TEST_CASE("Stops that the host does not answer are BUSY beyond their limit") {
   Controlled session;
   for (std::size_t i = 0; i < kMostOvertaking; ++i) session.peer.send(stop_item());

@@ -246,6 +246,30 @@ TEST_CASE("with 1024 Items unacknowledged the session ends with Bye BACKLOG, non
   CHECK(peer.applied() == 3 + 1024 + 1);
 }
 
+TEST_CASE("a session that the server has ended is not opened again by a late first datagram") {
+  ServerBench bench;
+  RawPeer peer(bench, 5);
+  v1::Packet first;
+  first.set_first(1);
+  *first.add_items() = stop_item();
+  peer.send_packet(first);
+  CHECK(bench.asked.size() == 1);
+  v1::Packet gap;
+  gap.set_first(7);
+  *gap.add_items() = ping_item();
+  peer.send_packet(gap);
+  bench.pass(1);
+  REQUIRE(peer.bye() == v1::BYE_REASON_PROTOCOL_ERROR);
+  v1::Packet acknowledging;
+  acknowledging.set_first(2);
+  acknowledging.set_ack(peer.applied());
+  peer.send_packet(acknowledging);
+  bench.pass(900);
+  peer.send_packet(first);
+  bench.receive(peer.address(), plain_datagram(5, 0, first));
+  CHECK(bench.asked.size() == 1);
+}
+
 TEST_CASE("a Bye behind many Items is repeated as long as those are acknowledged, 10 s at most") {
   for (const std::int64_t every_ms : {100, 900}) {
     CAPTURE(every_ms);
