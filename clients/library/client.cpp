@@ -11,8 +11,8 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 namespace hapticd::client {
@@ -53,7 +53,7 @@ int connected_socket(const std::string& host, std::uint16_t port) {
     }
     ::close(fd);
   }
-  throw std::runtime_error("no socket to '" + host + "': " + std::strerror(errno));
+  throw std::runtime_error("no socket to '" + host + "': " + std::system_category().message(errno));
 }
 
 v1::Result no_result(const std::string& message) {

@@ -263,7 +263,7 @@ void ProtocolServer::offer_tick(std::uint64_t tick, std::uint32_t scene_id, std:
     frame.set_boot_id(self.options.boot_id);
     wire::ClockEcho(session.clock).fill(frame, now_ns);
     std::vector<v1::State> states =
-        fit_state(std::move(state), session.channel.state_bytes(frame), self.rest_radii_m);
+        fit_state(state, session.channel.state_bytes(frame), self.rest_radii_m);
     self.counters.unfit_states +=
         static_cast<std::uint64_t>(std::erase_if(states, [&](const v1::State& part) {
           return part.ByteSizeLong() > session.channel.state_bytes(frame);

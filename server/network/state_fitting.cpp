@@ -261,7 +261,7 @@ std::vector<v1::State> split(const v1::State& whole, std::size_t bytes,
 
 }  // namespace
 
-std::vector<v1::State> fit_state(v1::State state, std::size_t bytes,
+std::vector<v1::State> fit_state(const v1::State& state, std::size_t bytes,
                                  std::span<const double> rest_radii_m) {
   v1::State trimmed = state;
   if (trim(trimmed, bytes, rest_radii_m)) return {std::move(trimmed)};

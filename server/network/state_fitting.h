@@ -15,7 +15,7 @@ namespace hapticd {
 /// need. rest_radii_m: radius of each string at rest, by index; a string without one counts as thin
 /// as 0. Totals already set are kept. A part that even then is too long (one tool with everything
 /// there is fits into 1000 bytes) is returned as it is. O(n log n) in contacts and strings.
-[[nodiscard]] std::vector<v1::State> fit_state(v1::State state, std::size_t bytes,
+[[nodiscard]] std::vector<v1::State> fit_state(const v1::State& state, std::size_t bytes,
                                                std::span<const double> rest_radii_m);
 
 }  // namespace hapticd
