@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "server/daemon/log_text.h"
+#include "server/daemon/record_info.h"
 
 namespace hapticd {
 namespace {
@@ -47,6 +48,7 @@ Daemon::Daemon(DaemonOptions options)
       player_(player_options(options_.config)),
       virtual_time_(player_.virtual_time),
       channels_(std::make_unique<LoopChannels>()) {
+  recording_ = std::make_unique<Recording>(channels_->traces, record_header());
   LoadResult result = load_scene(options_.config.scene(), load_options());
   std::string faults;
   for (const SceneProblem& problem : result.problems) {
@@ -92,7 +94,7 @@ ServerHost Daemon::make_host() {
   host.greeting = [this] {
     std::vector<v1::Item> items(2);
     *items[0].mutable_scene_info() = scenes_.front().info;
-    items[1].mutable_record_info()->set_state(v1::RECORD_STATE_IDLE);
+    *items[1].mutable_record_info() = record_info(told_record_);
     return items;
   };
   host.request = [this](const RequestId& id, const v1::Item& item) { request(id, item); };
@@ -126,6 +128,7 @@ int Daemon::run(const SignalRequests& signals) {
       throw StartError(kExitRealtime, error.what());
     }
   }
+  if (!options_.config.record().empty()) recording_->start(options_.config.record());
   report_start();
   transport_->run(*server_, [&](std::int64_t now_ns) {
     follow_signals(signals, now_ns);
@@ -152,6 +155,7 @@ bool Daemon::work(std::int64_t now_ns) {
   if (virtual_time_) again = pass_virtual_time(now_ns);
   take_events();
   take_snapshots(now_ns);
+  report_recording();
   if (ending_since_ns_ >= 0) {
     const bool silent = virtual_time_ || thread_->over();
     if ((silent && server_->session_count() == 0) || now_ns - ending_since_ns_ > kLongestEnd_ns) {
@@ -181,6 +185,7 @@ void Daemon::take_event(const LoopEvent& event) {
   } else if (const auto* settled = std::get_if<SettingsRetired>(&event.what)) {
     delete settled->change;
   } else if (const auto item = encode_event(event, on_air(event.scene_id).index)) {
+    record_event(event, *item);
     server_->broadcast(*item);
   }
 }

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "server/daemon/daemon_options.h"
+#include "server/daemon/recording.h"
 #include "server/daemon/scene_player.h"
 #include "server/daemon/tick_statistics.h"
 #include "server/encoding/encode_event.h"
@@ -92,9 +93,17 @@ class Daemon {
   void set_parameters(const RequestId& id, const v1::SetParameter& set);
   void queue_poses(const RequestId& id, const v1::PoseBatch& batch);
   void play_gesture(const RequestId& id, const v1::PlayGesture& play);
+  void list_recordings(const RequestId& id);
   void list_names(const RequestId& id, const std::vector<std::string>& names);
   void list_gestures(const RequestId& id);
   void describe_device(const RequestId& id);
+
+  // Recording (daemon_records.cpp).
+  [[nodiscard]] v1::RecordHeader record_header() const;
+  void announce_scene(const AirScene& scene);
+  void record(const RequestId& id, const v1::Record& record);
+  void record_event(const LoopEvent& event, const v1::Item& item);
+  void report_recording();
 
   // Time (daemon_time.cpp).
   void run_time(const RequestId& id, const v1::Run& run);
@@ -106,6 +115,7 @@ class Daemon {
   PlayerOptions player_;
   bool virtual_time_;
   std::unique_ptr<LoopChannels> channels_;
+  std::unique_ptr<Recording> recording_;
   std::unique_ptr<HapticLoop> loop_;
   std::unique_ptr<RealtimeThread> thread_;
   std::unique_ptr<UdpTransport> transport_;
@@ -113,6 +123,8 @@ class Daemon {
 
   std::deque<AirScene> scenes_;  ///< the one that plays, and those before and after while swapped
   std::uint32_t last_scene_id_ = 0;
+  RecordStatus told_record_;  ///< what clients were told last
+  std::uint64_t fault_dumps_ = 0;
   std::optional<SceneBuild> build_;
   std::deque<std::pair<std::uint64_t, RequestId>> commands_;  ///< not yet obeyed, by number
   std::uint64_t last_command_ = 0;

@@ -218,6 +218,7 @@ void HapticLoop::read_device() noexcept {
   if (device.scripted != nullptr) device.scripted->set_tick(tick_);
   const ReadOutcome outcome = device.device->read(t_ns_, sample_);
   device_lost_ = outcome == ReadOutcome::kLost;
+  sample_came_ = outcome == ReadOutcome::kFresh;
   WatchedSample seen;
   seen.fresh = outcome == ReadOutcome::kFresh;
   seen.t_ns = sample_.t_ns;
@@ -347,10 +348,6 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
   read_device();
   const std::int64_t read_ns = clock();
   advance_state();
-  if (loop_output_.scene_allowed && waiting_ != nullptr) {
-    swap_scene();
-    return;
-  }
   render();
   const std::int64_t rendered_ns = clock();
   write_device();
@@ -360,7 +357,10 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
   timing_.write_ns = span_ns(rendered_ns, written_ns);
   report_events();
   publish_snapshot();
+  publish_trace();
   ++tick_;
+  // The zero wrench of this tick was the last that the old scene's device gets.
+  if (loop_output_.scene_allowed && waiting_ != nullptr) swap_scene();
   if (options_.virtual_time) return;
   timing_.publish_ns = span_ns(written_ns, clock());
   const std::int64_t cpu_ns = thread_cpu_ns();

@@ -18,6 +18,7 @@
 #include "server/haptic_loop/played_scene.h"
 #include "server/haptic_loop/settings_change.h"
 #include "server/haptic_loop/snapshot.h"
+#include "server/haptic_loop/tick_trace.h"
 
 namespace hapticd {
 
@@ -37,13 +38,17 @@ struct TickPose {
   ScriptedPose pose;
 };
 
+/// Ticks on their way to the recorder: 2 s at 1 kHz.
+using TraceRing = SpscRing<TickTrace, 2048>;
+
 /// What the loop exchanges with the network thread. One writer and one reader each.
 struct LoopChannels {
   SpscRing<LoopCommand, 256> commands;  ///< to the loop
   SpscRing<TickPose, kScriptedQueue> poses;
   SpscRing<LoopEvent, 4096> events;  ///< lossless; an overflow is a fault
   SpscRing<Snapshot, 64> snapshots;  ///< every tick; those that find no place are left out
-  LogRing log;                       ///< to the telemetry thread
+  TraceRing traces;  ///< to the telemetry thread; what does not fit is lost, and counted
+  LogRing log;
 };
 
 /// Fixed at construction.
@@ -99,6 +104,7 @@ class HapticLoop {
   void write_device() noexcept;
   void report_events() noexcept;
   void publish_snapshot() noexcept;
+  void publish_trace() noexcept;
   void fill_tool(ToolReading& tool) const noexcept;
   void fill_strings(Snapshot& snapshot) const noexcept;
   template <typename What>
@@ -146,6 +152,7 @@ class HapticLoop {
   TickTiming timing_;
   std::int64_t cpu_before_ns_ = 0;
   bool first_tick_ = true;
+  bool sample_came_ = false;  ///< in this tick
   bool lease_lost_ = false;
   bool device_lost_ = false;
   bool write_failed_ = false;

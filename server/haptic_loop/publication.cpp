@@ -1,4 +1,6 @@
 // What the loop tells after a tick: events and the snapshot. See haptic_loop.h. RT: yes.
+#include <algorithm>
+
 #include "server/haptic_loop/haptic_loop.h"
 
 namespace hapticd {
@@ -131,6 +133,48 @@ void HapticLoop::publish_snapshot() noexcept {
   }
   fill_strings(*snapshot);
   channels_.snapshots.publish();
+}
+
+void HapticLoop::publish_trace() noexcept {
+  TickTrace* trace = channels_.traces.writable();
+  if (trace == nullptr) return;
+  const ToolTick& tick = output_.tool;
+  trace->tick = tick_;
+  trace->t_ns = static_cast<std::uint64_t>(t_ns_);
+  trace->dt_ns = static_cast<std::uint64_t>(1e9 * dt_s_ + 0.5);
+  trace->state_hash = 0;
+  trace->sphere_tests = static_cast<std::uint64_t>(tick.optimiser.tests);
+  trace->qp_iterations = static_cast<std::uint64_t>(tick.optimiser.qp_iterations);
+  trace->substeps = static_cast<std::uint32_t>(tick.optimiser.sub_steps);
+  trace->level = scene_->quality_level;
+  trace->scene_id = scene_->scene_id;
+  trace->cpu_ns = timing_.cpu_ns;
+  trace->loop_state = machine_.state;
+  trace->cause = machine_.cause;
+  trace->tool_count = 1;
+  ToolTrace& tool = trace->tools[0];
+  tool.tool_id = scene_->tool_id;
+  tool.buttons = sample_.buttons;
+  tool.flags = flags_of(tick, written_, watched_.held, placed_.open);
+  tool.sample_came = sample_came_;
+  tool.held = watched_.held;
+  tool.age_ns = static_cast<std::uint64_t>(std::max<std::int64_t>(t_ns_ - sample_.t_ns, 0));
+  tool.stiffness_scale = scene_->grant.scale;
+  tool.p_DH = sample_.p_DH;
+  tool.q_DH = sample_.q_DH;
+  tool.p_WH = to_array(tick.X_WH.p);
+  tool.q_WH = to_array(tick.X_WH.q);
+  tool.v_WH_W = to_array(tick.V_WH.v);
+  tool.w_WH_W = to_array(tick.V_WH.w);
+  tool.p_WG = to_array(tick.X_WG.p);
+  tool.q_WG = to_array(tick.X_WG.q);
+  tool.f_unlimited_H_W = to_array(tick.F_unlimited_H_W.f);
+  tool.t_unlimited_H_W = to_array(tick.F_unlimited_H_W.t);
+  const Wrench F_H_W =
+      to_world(scene_->map, Wrench{to_vector(written_.f_H_D), to_vector(written_.t_H_D)});
+  tool.f_H_W = to_array(F_H_W.f);
+  tool.t_H_W = to_array(F_H_W.t);
+  channels_.traces.publish();
 }
 
 }  // namespace hapticd

@@ -201,7 +201,7 @@ TEST_CASE(
     setting.guards_armed = armed;
     LoopRun run(kWallScene, setting);
     run.engage(kHome);
-    for (int k = 0; k < 20; ++k) run.tick(pressed(0.004));
+    for (int k = 0; k < 60; ++k) run.tick(pressed(0.004 * k / 59.0 - 0.02 * (59 - k) / 59.0));
     run.loop().guard(run.now_ns() + 4'900'000);
     CHECK(run.tick(pressed(0.004)).snapshot.loop_state == LoopState::kEngaged);
     run.loop().guard(run.now_ns() + 5'100'000);

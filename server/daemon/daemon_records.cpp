@@ -1,0 +1,145 @@
+// Recording: who asked for what, and what everyone is told. See daemon.h.
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <ctime>
+
+#include "server/daemon/daemon.h"
+#include "server/daemon/record_info.h"
+
+namespace hapticd {
+namespace {
+
+/// Dumps written by themselves in one run, at most: a fault that comes again and again must not
+/// fill the disk.
+constexpr std::uint64_t kMostFaultDumps = 20;
+
+std::string name_of_now(const char* what) {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y%m%d-%H%M%S", &parts);
+  return std::string(what) + "-" + text.data() + ".mcap";
+}
+
+bool plain_name(const std::string& name) {
+  return name.size() <= 64 &&
+         name.find_first_not_of(
+             "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTU"
+             "VWXYZ0123456789_-.") == std::string::npos &&
+         name.find("..") == std::string::npos;
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+}  // namespace
+
+v1::RecordInfo record_info(const RecordStatus& status) {
+  v1::RecordInfo info;
+  info.set_state(status.recording        ? v1::RECORD_STATE_RECORDING
+                 : !status.error.empty() ? v1::RECORD_STATE_FAILED
+                 : !status.file.empty()  ? v1::RECORD_STATE_WRITTEN
+                                         : v1::RECORD_STATE_IDLE);
+  info.set_file(std::filesystem::path(status.file).filename().string());
+  info.set_ticks(status.ticks);
+  info.set_bytes(status.bytes);
+  info.set_lost_ticks(status.lost_ticks);
+  info.set_message(status.error);
+  return info;
+}
+
+v1::RecordHeader Daemon::record_header() const {
+  v1::RecordHeader header;
+  header.set_format_version(kRecordFormat);
+  header.set_server_version(HAPTICD_VERSION);
+  header.set_build(__VERSION__);
+  header.set_host(host_name());
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  header.set_began_unix_s(std::chrono::duration<double>(now).count());
+  *header.mutable_config() = options_.config;
+  *header.add_devices()->mutable_profile() = player_.profile.message;
+  header.set_period_ns(static_cast<std::uint64_t>(player_.period_ns));
+  return header;
+}
+
+void Daemon::announce_scene(const AirScene& scene) {
+  v1::SceneRecord record;
+  record.set_scene_id(scene.id);
+  *record.mutable_scene() = scene.loaded->message;
+  record.set_hash(scene.info.hash());
+  recording_->announce(std::move(record));
+}
+
+void Daemon::record(const RequestId& id, const v1::Record& record) {
+  v1::Result result;
+  result.set_code(v1::RESULT_CODE_OK);
+  const auto refuse = [&](v1::ResultCode code, const char* path, const char* message) {
+    result.set_code(code);
+    result.set_path(path);
+    result.set_message(message);
+  };
+  const RecordStatus status = recording_->status();
+  if (!plain_name(record.file())) {
+    refuse(v1::RESULT_CODE_INVALID, "record.file", "Use a-z A-Z 0-9 _ - . and at most 64 of them.");
+  } else if (record.mode() == v1::RECORD_MODE_START && status.recording) {
+    refuse(v1::RESULT_CODE_BUSY, "record", "A recording runs already. Stop it first.");
+  } else if (record.mode() == v1::RECORD_MODE_START) {
+    const std::string name = record.file().empty() ? name_of_now("session") : record.file();
+    recording_->start(recordings_folder() / name);
+  } else if (record.mode() == v1::RECORD_MODE_STOP && !status.recording) {
+    refuse(v1::RESULT_CODE_WRONG_STATE, "record", "Nothing is being recorded.");
+  } else if (record.mode() == v1::RECORD_MODE_STOP) {
+    recording_->stop();
+  } else if (record.mode() == v1::RECORD_MODE_DUMP) {
+    const std::string name = record.file().empty() ? name_of_now("dump") : record.file();
+    recording_->dump(recordings_folder() / name);
+  } else {
+    refuse(v1::RESULT_CODE_INVALID, "record.mode", "Say START, STOP or DUMP.");
+  }
+  server_->answer(id, result);
+}
+
+void Daemon::record_event(const LoopEvent& event, const v1::Item& item) {
+  v1::EventRecord record;
+  record.set_tick(event.tick);
+  *record.mutable_item() = item;
+  recording_->event(event.t_ns, std::move(record));
+  const auto* fault = std::get_if<FaultNotice>(&event.what);
+  if (fault == nullptr || !fault->latched || fault_dumps_ >= kMostFaultDumps) return;
+  ++fault_dumps_;
+  recording_->dump(recordings_folder() / name_of_now("fault"));
+}
+
+void Daemon::report_recording() {
+  const auto tell = [&](const v1::RecordInfo& info) {
+    v1::Item item;
+    *item.mutable_record_info() = info;
+    server_->broadcast(item);
+  };
+  for (const DumpResult& dump : recording_->take_dumps()) {
+    RecordStatus status;
+    status.file = dump.file;
+    status.error = dump.error;
+    if (dump.error.empty()) {
+      spdlog::info("the last 60 s were written to {}", dump.file);
+    } else {
+      spdlog::error("the last 60 s could not be written: {}", dump.error);
+    }
+    tell(record_info(status));
+  }
+  const RecordStatus status = recording_->status();
+  const bool same = status.recording == told_record_.recording &&
+                    status.file == told_record_.file && status.error == told_record_.error;
+  if (same) return;
+  told_record_ = status;
+  if (!status.error.empty()) spdlog::error("recording: {}", status.error);
+  tell(record_info(status));
+}
+
+}  // namespace hapticd

@@ -1,0 +1,182 @@
+// See recording.h.
+#include "server/daemon/recording.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+
+#include "core/rt/monotonic_clock.h"
+
+namespace hapticd {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Time between two rounds. Longer: more of a killed daemon's last ticks are lost (100 ms may be).
+constexpr std::chrono::milliseconds kRound{20};
+
+/// From the monotonic clock to the time of day, ns.
+std::int64_t time_of_day_offset_ns() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count() - monotonic_now_ns();
+}
+
+RecorderOptions recorder_options() {
+  RecorderOptions options;
+  options.time_offset_ns = time_of_day_offset_ns();
+  return options;
+}
+
+std::string failure_to_create(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  return error ? folder.string() + ": " + error.message() : "";
+}
+
+}  // namespace
+
+fs::path recordings_folder() {
+  const char* const state = std::getenv("STATE_DIRECTORY");
+  const char* const xdg = std::getenv("XDG_STATE_HOME");
+  const char* const home = std::getenv("HOME");
+  if (state != nullptr && *state != '\0') return fs::path(state) / "recordings";
+  if (xdg != nullptr && *xdg != '\0') return fs::path(xdg) / "hapticd" / "recordings";
+  return fs::path(home != nullptr ? home : "/tmp") / ".local/state/hapticd/recordings";
+}
+
+std::vector<std::string> list_recordings(const fs::path& folder) {
+  std::vector<std::pair<fs::file_time_type, std::string>> found;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() != ".mcap") continue;
+    found.emplace_back(entry.last_write_time(error), entry.path().filename().string());
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<std::string> names;
+  names.reserve(found.size());
+  for (auto& recording : found) names.push_back(std::move(recording.second));
+  return names;
+}
+
+Recording::Recording(TraceRing& traces, v1::RecordHeader header)
+    : traces_(traces), recorder_(recorder_options()) {
+  recorder_.begin(header);
+  thread_ = std::thread([this] { run(); });
+}
+
+Recording::~Recording() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+  recorder_.stop();
+}
+
+void Recording::post(Task task) {
+  {
+    const std::lock_guard lock(mutex_);
+    tasks_.push_back(std::move(task));
+  }
+}
+
+void Recording::announce(v1::SceneRecord record) {
+  post([this, record = std::move(record)] { scenes_[record.scene_id()] = record; });
+}
+
+void Recording::parameters(std::int64_t t_ns, v1::ParameterRecord record) {
+  post([this, t_ns, record = std::move(record)] {
+    recorder_.parameters(static_cast<std::uint64_t>(t_ns), record);
+  });
+}
+
+void Recording::event(std::int64_t t_ns, v1::EventRecord record) {
+  post([this, t_ns, record = std::move(record)] {
+    recorder_.event(static_cast<std::uint64_t>(t_ns), record);
+  });
+}
+
+void Recording::start(fs::path path) {
+  post([this, path = std::move(path)] {
+    start_error_ = failure_to_create(path.parent_path());
+    if (start_error_.empty() && !recorder_.start(path.string())) {
+      start_error_ = recorder_.status().error;
+    }
+  });
+  wake_.notify_one();
+}
+
+void Recording::stop() {
+  post([this] {
+    take_traces();
+    recorder_.stop();
+  });
+  wake_.notify_one();
+}
+
+void Recording::dump(fs::path path) {
+  post([this, path = std::move(path)] {
+    take_traces();
+    DumpResult result{path.string(), failure_to_create(path.parent_path())};
+    if (result.error.empty()) recorder_.dump(path.string(), result.error);
+    const std::lock_guard lock(mutex_);
+    dumps_.push_back(std::move(result));
+  });
+  wake_.notify_one();
+}
+
+RecordStatus Recording::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+std::vector<DumpResult> Recording::take_dumps() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(dumps_, {});
+}
+
+void Recording::take_traces() {
+  while (const TickTrace* trace = traces_.front()) {
+    if (trace->scene_id != scene_id_) {
+      scene_id_ = trace->scene_id;
+      const auto announced = scenes_.find(scene_id_);
+      if (announced != scenes_.end()) {
+        recorder_.scene(trace->t_ns, announced->second);
+        scenes_.erase(scenes_.begin(), std::next(announced));
+      }
+    }
+    recorder_.tick(*trace);
+    traces_.release();
+  }
+  const std::uint64_t lost = traces_.overflow();
+  if (lost != lost_) recorder_.lost_ticks(lost - lost_);
+  lost_ = lost;
+}
+
+void Recording::round() {
+  std::deque<Task> tasks;
+  {
+    const std::lock_guard lock(mutex_);
+    tasks.swap(tasks_);
+  }
+  for (const Task& task : tasks) task();
+  take_traces();
+  recorder_.poll(static_cast<std::uint64_t>(monotonic_now_ns()));
+  RecordStatus status = recorder_.status();
+  if (status.error.empty()) status.error = start_error_;
+  const std::lock_guard lock(mutex_);
+  status_ = std::move(status);
+}
+
+void Recording::run() {
+  while (true) {
+    round();
+    std::unique_lock lock(mutex_);
+    if (ending_) break;
+    wake_.wait_for(lock, kRound);
+  }
+  round();
+}
+
+}  // namespace hapticd

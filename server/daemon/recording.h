@@ -1,0 +1,84 @@
+// The telemetry thread: takes the loop's traces to the recorder, writes session files and dumps of
+// the last 60 s. Asked by the network thread; nothing here waits for the disk but its own thread.
+// Not RT.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/haptic_loop/haptic_loop.h"
+#include "server/telemetry/recorder.h"
+
+namespace hapticd {
+
+/// Where recordings are kept: $STATE_DIRECTORY, else $XDG_STATE_HOME/hapticd, else
+/// ~/.local/state/hapticd, in the folder `recordings`.
+[[nodiscard]] std::filesystem::path recordings_folder();
+
+/// Names of the recordings in `folder`, newest last.
+[[nodiscard]] std::vector<std::string> list_recordings(const std::filesystem::path& folder);
+
+/// What a finished dump came to.
+struct DumpResult {
+  std::string file;
+  std::string error;  ///< empty: written
+};
+
+class Recording {
+ public:
+  /// Starts the thread. `traces` must outlive this.
+  Recording(TraceRing& traces, v1::RecordHeader header);
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+  /// Closes the session file.
+  ~Recording();
+
+  /// `record` is for the ticks whose scene_id is its own; before their first one.
+  void announce(v1::SceneRecord record);
+  void parameters(std::int64_t t_ns, v1::ParameterRecord record);
+  void event(std::int64_t t_ns, v1::EventRecord record);
+
+  /// Begins a session file; what came of it is in status().
+  void start(std::filesystem::path path);
+  void stop();
+  /// Writes the last 60 s.
+  void dump(std::filesystem::path path);
+
+  /// As of the last round of the thread.
+  [[nodiscard]] RecordStatus status() const;
+  /// Dumps that were finished since the last call.
+  [[nodiscard]] std::vector<DumpResult> take_dumps();
+
+ private:
+  using Task = std::function<void()>;
+  void post(Task task);
+  void run();
+  void round();
+  void take_traces();
+
+  TraceRing& traces_;
+  Recorder recorder_;
+  std::map<std::uint32_t, v1::SceneRecord> scenes_;  ///< announced, not begun
+  std::uint32_t scene_id_ = 0;
+  std::uint64_t lost_ = 0;
+  std::string start_error_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Task> tasks_;
+  RecordStatus status_;
+  std::vector<DumpResult> dumps_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace hapticd
