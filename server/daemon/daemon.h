@@ -93,7 +93,6 @@ class Daemon {
   void set_parameters(const RequestId& id, const v1::SetParameter& set);
   void queue_poses(const RequestId& id, const v1::PoseBatch& batch);
   void play_gesture(const RequestId& id, const v1::PlayGesture& play);
-  void list_recordings(const RequestId& id);
   void list_names(const RequestId& id, const std::vector<std::string>& names);
   void list_gestures(const RequestId& id);
   void describe_device(const RequestId& id);

@@ -73,6 +73,8 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
               [&](double v) { given.set_rate(v); });
   add<std::string>(app, "--listen", "ADDR:PORT", "address and UDP port (127.0.0.1:47800)",
                    [&](const std::string& v) { given.set_listen(v); });
+  add<std::string>(app, "--record", "FILE", "record the whole session to an MCAP file",
+                   [&](const std::string& v) { given.set_record(v); });
   add<std::string>(app, "--gesture", "NAME", "gesture of the simulated hand (demonstration)",
                    [&](const std::string& v) { given.set_gesture(v); });
   add_choice(app, "--arm", kArms, "arm behind the simulated hand (light)",
@@ -148,7 +150,6 @@ void check_config(const v1::Config& config) {
     if (given) refuse(std::string(field) + ": not supported by this version. Leave it out.");
   };
   unsupported(!config.keys().empty(), "keys");
-  unsupported(!config.record().empty(), "record");
   unsupported(!config.quality().empty(), "quality");
   unsupported(config.has_budget_us(), "budget_us");
   unsupported(!config.inject().empty(), "inject");

@@ -99,7 +99,10 @@ void Daemon::request(const RequestId& id, const v1::Item& item) {
       list_gestures(id);
       return;
     case v1::Item::kListRecordings:
-      list_names(id, {});
+      list_names(id, hapticd::list_recordings(recordings_folder()));
+      return;
+    case v1::Item::kRecord:
+      record(id, item.record());
       return;
     case v1::Item::kGetDeviceInfo:
       describe_device(id);

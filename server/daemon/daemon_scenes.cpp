@@ -56,6 +56,7 @@ Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) 
   info.set_server_version(HAPTICD_VERSION);
   scene.live = loaded->message;
   scene.loaded = std::move(loaded);
+  announce_scene(scene);
   scenes_.push_back(std::move(scene));
   return scenes_.back();
 }

@@ -326,6 +326,15 @@ void HapticLoop::write_device() noexcept {
   write_failed_ = !scene_->device.device->write(t_ns_, command) && !device_lost_;
 }
 
+// One line a second says as much as one per tick.
+void HapticLoop::report_late(std::uint64_t skipped) noexcept {
+  late_skipped_ += skipped;
+  if (late_skipped_ == 0 || t_ns_ - late_told_ns_ < kLateWindow_ns) return;
+  channels_.log.push(make_log_record<LogCode::kTickLate>(t_ns_, late_skipped_, tick_));
+  late_skipped_ = 0;
+  late_told_ns_ = t_ns_;
+}
+
 void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept {
   const std::int64_t began_ns = options_.virtual_time ? 0 : now_ns;
   heartbeat_ns_.store(began_ns, std::memory_order_relaxed);
@@ -338,10 +347,7 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
   first_tick_ = false;
   timing_.overruns += skipped;
   late_ = watch_overrun(skipped > 0, t_ns_, overrun_watch_);
-  if (skipped > 0) {
-    channels_.log.push(make_log_record<LogCode::kTickLate>(
-        t_ns_, tick_, static_cast<std::int64_t>(skipped) * options_.period_ns, skipped));
-  }
+  report_late(skipped);
 
   follow_changes();
   const auto clock = [&] { return options_.virtual_time ? 0 : monotonic_now_ns(); };

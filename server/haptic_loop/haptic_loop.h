@@ -98,6 +98,7 @@ class HapticLoop {
   void play_gesture(GesturePlan* plan, std::uint64_t number) noexcept;
   void take_change(SettingsChange* change, std::uint64_t number) noexcept;
   void follow_changes() noexcept;
+  void report_late(std::uint64_t skipped) noexcept;
   void read_device() noexcept;
   void advance_state() noexcept;
   void render() noexcept;
@@ -150,6 +151,8 @@ class HapticLoop {
   Cause standing_fault_ = Cause::kNone;  ///< in the last tick
   TouchDetector touches_;
   TickTiming timing_;
+  std::uint64_t late_skipped_ = 0;  ///< periods, not yet logged
+  std::int64_t late_told_ns_ = 0;
   std::int64_t cpu_before_ns_ = 0;
   bool first_tick_ = true;
   bool sample_came_ = false;  ///< in this tick
