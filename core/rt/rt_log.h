@@ -38,7 +38,8 @@ struct LogMessage {
 /// Messages by code.
 inline constexpr std::array kLogMessages{
     LogMessage{LogCode::kLoopStateChanged, LogLevel::kInfo, "loop state {} -> {}"},
-    LogMessage{LogCode::kTickLate, LogLevel::kWarning, "{} ticks came too late and were skipped, up to tick {}"},
+    LogMessage{LogCode::kTickLate, LogLevel::kWarning,
+               "up to tick {}: late by {} ns in all, {} ticks skipped"},
     LogMessage{LogCode::kFaultLatched, LogLevel::kError, "fault {} latched at tick {}"},
     LogMessage{LogCode::kDeviceReadFailed, LogLevel::kWarning, "device read failed, errno {}"},
     LogMessage{LogCode::kDeviceWriteFailed, LogLevel::kWarning, "device write failed, errno {}"},

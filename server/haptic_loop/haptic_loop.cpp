@@ -330,7 +330,8 @@ void HapticLoop::write_device() noexcept {
 void HapticLoop::report_late(std::uint64_t skipped) noexcept {
   late_skipped_ += skipped;
   if (late_skipped_ == 0 || t_ns_ - late_told_ns_ < kLateWindow_ns) return;
-  channels_.log.push(make_log_record<LogCode::kTickLate>(t_ns_, late_skipped_, tick_));
+  channels_.log.push(make_log_record<LogCode::kTickLate>(
+      t_ns_, tick_, static_cast<std::int64_t>(late_skipped_) * options_.period_ns, late_skipped_));
   late_skipped_ = 0;
   late_told_ns_ = t_ns_;
 }
