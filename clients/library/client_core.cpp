@@ -59,6 +59,23 @@ void ClientCore::abort(v1::ByeReason reason, const std::string& message, Session
   end(how);
 }
 
+bool ClientCore::session_is_over(const v1::Packet& packet) {
+  const bool other_boot = boot_id_ != 0 && packet.boot_id() != boot_id_;
+  if (!packet.has_reset() && !other_boot) return false;
+  const bool full = packet.reset().reason() == v1::RESET_REASON_FULL;
+  const Phase phase = phase_;
+  if (phase == Phase::kLeaving) {
+    phase_ = Phase::kOver;
+    end(SessionEnd::kLeft);
+    return true;
+  }
+  begin();
+  if (phase == Phase::kDismissed) return true;  // Its end has been told.
+  const SessionEnd by_reset = full ? SessionEnd::kFull : SessionEnd::kForgotten;
+  end(packet.has_reset() ? by_reset : SessionEnd::kRestarted);
+  return true;
+}
+
 void ClientCore::receive(std::span<const std::uint8_t> datagram, std::int64_t now_ns) {
   now_ns_ = now_ns;
   const auto header = wire::decode_header(datagram);
@@ -70,20 +87,7 @@ void ClientCore::receive(std::span<const std::uint8_t> datagram, std::int64_t no
       channel_->receive(*header, datagram.subspan(wire::kHeaderBytes), now_ns);
   if (incoming.verdict != wire::Verdict::kTaken) return;
   v1::Packet& packet = incoming.packet;
-  const bool other_boot = boot_id_ != 0 && packet.boot_id() != boot_id_;
-  if (packet.has_reset() || other_boot) {
-    const bool full = packet.reset().reason() == v1::RESET_REASON_FULL;
-    const Phase phase = phase_;
-    if (phase == Phase::kLeaving) phase_ = Phase::kOver;
-    if (phase == Phase::kOpen || phase == Phase::kDismissed) begin();
-    if (phase == Phase::kLeaving) end(SessionEnd::kLeft);
-    if (phase == Phase::kOpen) {
-      end(!packet.has_reset() ? SessionEnd::kRestarted
-          : full              ? SessionEnd::kFull
-                              : SessionEnd::kForgotten);
-    }
-    return;
-  }
+  if (session_is_over(packet)) return;
   heard_ns_ = now_ns;
   boot_id_ = packet.boot_id();
   if (packet.has_clock()) {

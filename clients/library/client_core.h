@@ -100,6 +100,8 @@ class ClientCore {
   void begin();
   void end(SessionEnd how);
   void abort(v1::ByeReason reason, const std::string& message, SessionEnd how);
+  /// Ends the session when the Packet says that the server does not have it; whether it did.
+  bool session_is_over(const v1::Packet& packet);
   void apply(wire::ReceivedItem& received);
   void take_result(const v1::Result& result);
 
