@@ -34,7 +34,7 @@ struct Streamed {
 std::optional<v1::Pose> next_pose(std::istream& input, int& line_number) {
   std::string line;
   while (std::getline(input, line)) {
-    const auto pose = parse_pose(line, ++line_number);
+    auto pose = parse_pose(line, ++line_number);
     if (pose) return pose;
   }
   return std::nullopt;

@@ -7,7 +7,7 @@
 
 namespace hapticd::test {
 
-using namespace hapticd::ctl;  // NOLINT(google-build-using-namespace): the folder under test
+using namespace hapticd::ctl;
 
 namespace {
 

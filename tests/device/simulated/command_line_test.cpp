@@ -32,7 +32,7 @@ TEST_CASE("a command takes effect the declared delay after it was sent, to the n
 
 TEST_CASE("each command holds until the next arrives, many of them on their way at once") {
   CommandLine line(0.1, kNone);
-  for (int i = 0; i < 1000; ++i) REQUIRE(line.send(i * 100'000, push(i)));
+  for (int i = 0; i < 1000; ++i) REQUIRE(line.send(std::int64_t{100'000} * i, push(i)));
   for (int i = 0; i < 1000; ++i) {
     REQUIRE(force_at(line, 100'000'000 + i * 100'000) == i);
     REQUIRE(force_at(line, 100'000'000 + i * 100'000 + 99'999) == i);

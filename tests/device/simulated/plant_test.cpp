@@ -264,7 +264,7 @@ TEST_CASE("with the hand off and no command, energy never grows and dry friction
       REQUIRE(after <= before);
       before = after;
     }
-    for (int tick = 5; tick < 300; ++tick) device.read(tick * 100 * kMs, sample);
+    for (int tick = 5; tick < 300; ++tick) device.read(tick * (100 * kMs), sample);
     CHECK(device.plant().energy == 0.0);
   }
 }
