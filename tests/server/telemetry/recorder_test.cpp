@@ -247,6 +247,7 @@ TEST_CASE(
   CHECK(full.ticks >= 500);
   recorder.stop();
   CHECK(recorder.status().error == full.error);
+  CHECK(std::filesystem::file_size(path) == full.bytes);  // nothing half written is left
   const Contents left = contents_of(path);
   CHECK(left.ticks.size() == full.ticks);
   std::string error;
