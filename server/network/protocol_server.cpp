@@ -281,7 +281,8 @@ bool ProtocolServer::may_step(std::int64_t /*now_ns*/) const {
   });
 }
 
-void ProtocolServer::shut_down(v1::ByeReason reason, std::string message, std::int64_t now_ns) {
+void ProtocolServer::shut_down(v1::ByeReason reason, const std::string& message,
+                               std::int64_t now_ns) {
   Implementation& self = *implementation_;
   self.now_ns = now_ns;
   self.shutting_down = true;

@@ -118,7 +118,7 @@ class ProtocolServer {
 
   /// The last Item of every session is Bye from now on; new sessions are ignored. Keep calling
   /// receive() and poll() until session_count() is 0: 1 s at most.
-  void shut_down(v1::ByeReason reason, std::string message, std::int64_t now_ns);
+  void shut_down(v1::ByeReason reason, const std::string& message, std::int64_t now_ns);
 
   /// Sessions that live or say goodbye.
   [[nodiscard]] std::size_t session_count() const;

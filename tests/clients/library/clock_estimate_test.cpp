@@ -81,7 +81,7 @@ TEST_CASE("no skew is claimed before five seconds have been seen") {
   const Clocks clocks{0, 200e-6};
   ClockEstimate estimate;
   for (int i = 0; i < 16; ++i) {
-    estimate.add(clocks.exchange(kSecond_ns + i * 100'000'000, 100'000, 100'000));
+    estimate.add(clocks.exchange(kSecond_ns + i * std::int64_t{100'000'000}, 100'000, 100'000));
   }
   CHECK(estimate.at(3 * kSecond_ns).skew == 0.0);
 }

@@ -40,8 +40,9 @@ TEST_CASE("who joins late knows everything within two round trips and a period")
     const std::int64_t begun_ns = network.now_ns;
     REQUIRE(network.run_until(kTestSecond_ns,
                               [&] { return has_greeting(late) && !late.states.empty(); }));
-    const std::int64_t period_ns = kDivisor * 500'000;
-    const std::int64_t polls_ns = 4 * 500'000;  // Each hop waits for the next step of this test.
+    const std::int64_t period_ns = std::int64_t{kDivisor} * 500'000;
+    const std::int64_t polls_ns =
+        4 * std::int64_t{500'000};  // Each hop waits for the next step of this test.
     CHECK(network.now_ns - begun_ns <= 4 * delay_ms * kTestMillisecond_ns + period_ns + polls_ns);
     CHECK(late.items[1].lease_info().holder() == "early");
   }
