@@ -133,6 +133,7 @@ TEST_CASE("strings are left out when all contacts are, those nearest to rest fir
   for (int k = 0; k < 3; ++k) patch.add_force_w_n(1.0F);
   add_contact(patch, 5, 1);
   std::vector<double> rest_radii_m;
+  rest_radii_m.reserve(100);
   for (int i = 0; i < 100; ++i) rest_radii_m.push_back(0.01 - 1e-5 * ((i * 37) % 100));
   const auto fitted = fit_state(state, kBytes, rest_radii_m);
   REQUIRE(fitted.size() == 1);
