@@ -53,6 +53,7 @@ class Daemon {
   /// A scene being built off-thread for a request, or for SIGHUP.
   struct SceneBuild {
     std::optional<RequestId> request;
+    bool named = false;  ///< by name or file, not as text
     bool check_only = false;
     std::future<LoadResult> result;
   };

@@ -99,7 +99,8 @@ void Daemon::build_scene(std::optional<RequestId> request, const v1::LoadScene& 
   }
   LoadOptions options = load_options();
   if (load.has_preset()) options.preset = load.preset();
-  build_ = SceneBuild{request, load.check_only(), std::async(std::launch::async, [load, options] {
+  build_ = SceneBuild{request, load.has_name(), load.check_only(),
+                      std::async(std::launch::async, [load, options] {
                         return load.has_text() ? load_scene_text(load.text(), options)
                                                : load_scene(load.name(), options);
                       })};
@@ -133,7 +134,10 @@ void Daemon::finish_build() {
       if (text.empty()) field = problem.field;
       text += (text.empty() ? "" : "\n") + to_text(problem);
     }
-    fail(v1::RESULT_CODE_INVALID, field, text);
+    const SceneProblem& first = result.problems.front();
+    const bool missing = build.named && first.line == 0 && first.field.empty();
+    fail(missing ? v1::RESULT_CODE_NOT_FOUND : v1::RESULT_CODE_INVALID, missing ? "name" : field,
+         text);
     return;
   }
   if (build.check_only) {

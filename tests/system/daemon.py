@@ -1,0 +1,56 @@
+"""Starts hapticd for a test, on a port of its own, and ends it."""
+import os
+import signal
+import socket
+import subprocess
+import time
+
+HAPTICD = os.environ["HAPTICD"]
+START_TIMEOUT_S = 60.0
+
+
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def run(*options, timeout=60):
+    """A daemon that ends by itself: (exit code, what it wrote to stderr)."""
+    done = subprocess.run([HAPTICD, *options], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, timeout=timeout)
+    return done.returncode, done.stderr + done.stdout
+
+
+class Daemon:
+    """Context manager: plays until the end of the block; `log` has its lines afterwards."""
+
+    def __init__(self, *options, state=None):
+        self.address = f"127.0.0.1:{free_port()}"
+        environment = dict(os.environ, XDG_STATE_HOME=state or "/nonexistent")
+        self.process = subprocess.Popen([HAPTICD, "--listen", self.address, *options], stdout=subprocess.PIPE,
+                                        stderr=subprocess.STDOUT, text=True, env=environment)
+        self.log = ""
+
+    def __enter__(self):
+        end = time.monotonic() + START_TIMEOUT_S
+        lines = []
+        for line in self.process.stdout:
+            lines.append(line)
+            if "listening on" in line:
+                break
+            if time.monotonic() > end:
+                raise RuntimeError("hapticd does not start:\n" + "".join(lines))
+        self.log = "".join(lines)
+        return self
+
+    def end(self, how=signal.SIGTERM):
+        """Exit code after the signal."""
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        rest, _ = self.process.communicate(timeout=START_TIMEOUT_S)
+        self.log += rest or ""
+        return self.process.returncode
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.end(signal.SIGKILL)

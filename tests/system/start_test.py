@@ -1,0 +1,109 @@
+"""How hapticd starts, refuses to start, and ends."""
+import pathlib
+import signal
+import socket
+import sys
+import tempfile
+import unittest
+
+import daemon
+import hapticd
+
+
+class Start(unittest.TestCase):
+    def refused(self, code, words, *options):
+        got, text = daemon.run(*options)
+        self.assertEqual(got, code, text)
+        for word in words:
+            self.assertIn(word, text)
+
+    def test_help_and_version_are_answers_and_no_errors(self):
+        self.assertEqual(daemon.run("--help")[0], 0)
+        code, text = daemon.run("--version")
+        self.assertEqual((code, text.split()[0]), (0, "hapticd"))
+
+    def test_what_makes_no_sense_is_refused_by_name_and_with_a_remedy(self):
+        self.refused(2, ["--rate", "250"], "--rate", "20000")
+        self.refused(2, ["--bogus"], "--bogus")
+        self.refused(2, ["--device", "simulated"], "--device", "falcon")
+        self.refused(2, ["--help"], "--clock", "sundial")
+
+    def test_a_bad_scene_or_gesture_is_told_with_what_there_is(self):
+        self.refused(1, ["no scene of this name", "guqin"], "--scene", "no_such_scene")
+        self.refused(1, ["no gesture of this name", "demonstration"], "--scene", "sphere", "--gesture", "no_such_gesture")
+        self.refused(1, ["string_index"], "--scene", "sphere", "--gesture", "demonstration")
+
+    def test_a_configuration_is_refused_with_file_and_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "my.textproto"
+            path.write_text('scene: "sphere"\nrat: 1000\n')
+            self.refused(1, [f"{path}:2:", "rat"], "--config", str(path))
+            path.write_text('scene: "sphere"\nrate: 20000\n')
+            self.refused(2, ["rate"], "--config", str(path))
+        self.refused(1, ["cannot be read"], "--config", "/no/such/file")
+
+    def test_the_command_line_wins_over_the_configuration(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "my.textproto"
+            path.write_text('scene: "no_such_scene"\nclock: CLOCK_MODE_VIRTUAL\n')
+            code, text = daemon.run("--config", str(path), "--scene", "sphere", "--check")
+            self.assertEqual(code, 0, text)
+
+    def test_an_address_in_use_or_beyond_loopback_is_refused(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            other.bind(("127.0.0.1", 0))
+            self.refused(3, ["--listen"], "--scene", "sphere", "--listen", f"127.0.0.1:{other.getsockname()[1]}")
+        self.refused(3, ["--listen"], "--scene", "sphere", "--listen", "0.0.0.0:0")
+
+    def test_sigterm_fades_the_force_says_goodbye_and_ends_with_0(self):
+        with daemon.Daemon("--scene", "single_string") as played:
+            with hapticd.Session(played.address, reconnect=False) as session:
+                session.subscribe(divisor=10, sections=["TOOLS"])
+                list(session.states(5))
+                self.assertEqual(played.end(signal.SIGTERM), 0, played.log)
+        self.assertIn("loop state 4 -> 5", played.log)
+        self.assertIn("loop state 5 -> 7", played.log)
+
+
+class Playing(unittest.TestCase):
+    def test_started_with_nothing_but_a_port_it_plays_the_guqin(self):
+        with daemon.Daemon() as played, hapticd.Session(played.address) as session:
+            self.assertEqual(session.scene.scene.name, "guqin")
+            session.subscribe(divisor=20, sections=["TOOLS", "GESTURES"])
+            tone = None
+            while tone is None:
+                list(session.states(10))
+                for event in session.events(timeout=0):
+                    tone = event if event.kind == "tone" else tone
+            self.assertGreater(tone.body.frequency_hz, 0.0)
+            self.assertEqual(session.latest.gestures[0].name, "demonstration")
+
+    def test_a_session_is_recorded_and_the_file_is_whole(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "session.mcap"
+            with daemon.Daemon("--scene", "single_string", "--record", str(path)) as played:
+                with hapticd.Session(played.address) as session:
+                    session.subscribe(divisor=10, sections=["TOOLS"])
+                    list(session.states(30))
+                self.assertEqual(played.end(), 0, played.log)
+            magic = b"\x89MCAP0\r\n"
+            recorded = path.read_bytes()
+            self.assertTrue(recorded.startswith(magic) and recorded.endswith(magic))
+
+    def test_stop_leaves_a_dump_of_the_last_60_s_and_clear_goes_on(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with daemon.Daemon("--scene", "single_string", state=folder) as played, hapticd.Session(played.address) as session:
+                session.acquire("test")
+                session.subscribe(divisor=10, sections=["TOOLS"])
+                list(session.states(10))
+                session.stop()
+                self.assertEqual(list(session.states(3))[-1].loop_state, hapticd.v1.state_pb2.LOOP_STATE_FAULT)
+                session.clear()
+                while session.latest.loop_state != hapticd.v1.state_pb2.LOOP_STATE_ENGAGED:
+                    list(session.states(5))
+                names = list(session.recordings())
+            self.assertEqual([name.startswith("fault-") for name in names], [True])
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main(verbosity=2))
