@@ -184,10 +184,25 @@ void Daemon::take_event(const LoopEvent& event) {
     delete retired->plan;
   } else if (const auto* settled = std::get_if<SettingsRetired>(&event.what)) {
     delete settled->change;
-  } else if (const auto item = encode_event(event, on_air(event.scene_id).index)) {
-    record_event(event, *item);
-    server_->broadcast(*item);
+  } else {
+    tell_clients(event);
   }
+}
+
+void Daemon::tell_clients(const LoopEvent& event) {
+  const SceneIndex& index = on_air(event.scene_id).index;
+  const EventPlace place{event.tick, event.t_ns, event.tool_id};
+  std::optional<v1::Item> item;
+  if (const auto* string = std::get_if<StringEvent>(&event.what)) {
+    item = encode_event(*string, place, index);
+  } else if (const auto* touch = std::get_if<TouchEvent>(&event.what)) {
+    item = encode_event(*touch, place, index);
+  } else if (const auto* fault = std::get_if<FaultNotice>(&event.what)) {
+    item = encode_fault(fault->cause, fault->latched, place);
+  }
+  if (!item) return;
+  record_event(event, *item);
+  server_->broadcast(*item);
 }
 
 void Daemon::take_snapshots(std::int64_t now_ns) {

@@ -72,6 +72,7 @@ class Daemon {
   void follow_signals(const SignalRequests& signals, std::int64_t now_ns);
   void take_events();
   void take_event(const LoopEvent& event);
+  void tell_clients(const LoopEvent& event);
   void finish_command(std::uint64_t number, bool obeyed, Cause cause);
   void take_snapshots(std::int64_t now_ns);
   void report_start() const;

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "core/rt/latency_histogram.h"
+#include "core/simulation/snapshot.h"
 #include "hapticd/v1/state.pb.h"
-#include "server/haptic_loop/snapshot.h"
 
 namespace hapticd {
 

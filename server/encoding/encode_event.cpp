@@ -15,12 +15,12 @@ const PieceOwner& piece_of(const SceneIndex& index, std::int32_t capsule) {
   return index.pieces[static_cast<std::size_t>(capsule)];
 }
 
-void encode_tone(const LoopEvent& event, const StringEvent& string, const SceneIndex& index,
+void encode_tone(const EventPlace& place, const StringEvent& string, const SceneIndex& index,
                  v1::Tone& tone) {
   const PieceOwner& piece = piece_of(index, string.string);
   tone.set_t_ns(wire_time(string.t_ns));
   tone.set_string_index(piece.index);
-  tone.set_tool_id(event.tool_id);
+  tone.set_tool_id(place.tool_id);
   tone.set_frequency_hz(static_cast<float>(string.frequency));
   tone.set_amplitude_m(static_cast<float>(string.amplitude));
   tone.set_level(static_cast<float>(string.level));
@@ -55,13 +55,13 @@ void encode_radius(const StringEvent& string, const SceneIndex& index, v1::Strin
   radius.set_frequency_hz(static_cast<float>(string.frequency));
 }
 
-void encode_string_contact(const LoopEvent& event, const StringEvent& string,
+void encode_string_contact(const EventPlace& place, const StringEvent& string,
                            const SceneIndex& index, v1::Contact& contact) {
   const PieceOwner& piece = piece_of(index, string.string);
   contact.set_t_ns(wire_time(string.t_ns));
   contact.set_phase(string.kind == StringEventKind::kTouch ? v1::CONTACT_PHASE_BEGIN
                                                            : v1::CONTACT_PHASE_END);
-  contact.set_tool_id(event.tool_id);
+  contact.set_tool_id(place.tool_id);
   contact.set_string_index(piece.index);
   contact.set_lambda(static_cast<float>(whole_lambda(piece, string.lambda)));
   contact.set_normal_speed_m_per_s(static_cast<float>(string.normal_speed));
@@ -70,11 +70,11 @@ void encode_string_contact(const LoopEvent& event, const StringEvent& string,
   contact.set_ringing(string.ringing);
 }
 
-bool encode_string(const LoopEvent& event, const StringEvent& string, const SceneIndex& index,
+bool encode_string(const EventPlace& place, const StringEvent& string, const SceneIndex& index,
                    v1::Item& item) {
   switch (string.kind) {
     case StringEventKind::kTone:
-      encode_tone(event, string, index, *item.mutable_tone());
+      encode_tone(place, string, index, *item.mutable_tone());
       break;
     case StringEventKind::kRadius:
       encode_radius(string, index, *item.mutable_string_radius());
@@ -82,7 +82,7 @@ bool encode_string(const LoopEvent& event, const StringEvent& string, const Scen
     case StringEventKind::kTouch:
     case StringEventKind::kLeave:
     case StringEventKind::kRelease:
-      encode_string_contact(event, string, index, *item.mutable_contact());
+      encode_string_contact(place, string, index, *item.mutable_contact());
       break;
     case StringEventKind::kPress:
       return false;
@@ -90,11 +90,11 @@ bool encode_string(const LoopEvent& event, const StringEvent& string, const Scen
   return true;
 }
 
-void encode_touch(const LoopEvent& event, const TouchEvent& touch, const SceneIndex& index,
+void encode_touch(const EventPlace& place, const TouchEvent& touch, const SceneIndex& index,
                   v1::Contact& contact) {
   contact.set_t_ns(wire_time(touch.t_ns));
   contact.set_phase(touch.begins ? v1::CONTACT_PHASE_BEGIN : v1::CONTACT_PHASE_END);
-  contact.set_tool_id(event.tool_id);
+  contact.set_tool_id(place.tool_id);
   contact.set_part_index(static_cast<std::uint32_t>(touch.part));
   if (touch.kind == ObstacleKind::kBody) {
     contact.set_body_index(static_cast<std::uint32_t>(touch.obstacle));
@@ -110,28 +110,30 @@ void encode_touch(const LoopEvent& event, const TouchEvent& touch, const SceneIn
   contact.set_force_n(static_cast<float>(touch.force));
 }
 
-void encode_fault(const LoopEvent& event, const FaultNotice& notice, v1::Fault& fault) {
-  fault.set_t_ns(wire_time(event.t_ns));
-  fault.set_tick(event.tick);
-  fault.set_cause(static_cast<v1::Cause>(notice.cause));
-  fault.set_tool_id(event.tool_id);
-  fault.set_latched(notice.latched);
-  fault.set_message(std::string(explain(notice.cause)));
-}
-
 }  // namespace
 
-std::optional<v1::Item> encode_event(const LoopEvent& event, const SceneIndex& index) {
+std::optional<v1::Item> encode_event(const StringEvent& event, const EventPlace& place,
+                                     const SceneIndex& index) {
   v1::Item item;
-  if (const auto* string = std::get_if<StringEvent>(&event.what)) {
-    if (!encode_string(event, *string, index, item)) return std::nullopt;
-  } else if (const auto* touch = std::get_if<TouchEvent>(&event.what)) {
-    encode_touch(event, *touch, index, *item.mutable_contact());
-  } else if (const auto* notice = std::get_if<FaultNotice>(&event.what)) {
-    encode_fault(event, *notice, *item.mutable_fault());
-  } else {
-    return std::nullopt;
-  }
+  if (!encode_string(place, event, index, item)) return std::nullopt;
+  return item;
+}
+
+v1::Item encode_event(const TouchEvent& event, const EventPlace& place, const SceneIndex& index) {
+  v1::Item item;
+  encode_touch(place, event, index, *item.mutable_contact());
+  return item;
+}
+
+v1::Item encode_fault(Cause cause, bool latched, const EventPlace& place) {
+  v1::Item item;
+  v1::Fault& fault = *item.mutable_fault();
+  fault.set_t_ns(wire_time(place.t_ns));
+  fault.set_tick(place.tick);
+  fault.set_cause(static_cast<v1::Cause>(cause));
+  fault.set_tool_id(place.tool_id);
+  fault.set_latched(latched);
+  fault.set_message(std::string(explain(cause)));
   return item;
 }
 

@@ -58,7 +58,7 @@ void encode_tool(const ToolReading& tool, v1::ToolState& out) {
 }
 
 void encode_device(const ToolReading& tool, v1::DeviceState& out) {
-  const DeviceSample& device = tool.device;
+  const DeviceReading& device = tool.device;
   out.set_tool_id(tool.tool_id);
   add_doubles(device.p_DH, out.mutable_p_dh_m());
   add_floats(device.q_DH, out.mutable_q_dh());

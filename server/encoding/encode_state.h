@@ -3,10 +3,10 @@
 
 #include <cstdint>
 
+#include "core/simulation/snapshot.h"
 #include "hapticd/v1/control.pb.h"
 #include "hapticd/v1/state.pb.h"
 #include "server/encoding/scene_index.h"
-#include "server/haptic_loop/snapshot.h"
 
 namespace hapticd {
 

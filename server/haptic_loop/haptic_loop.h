@@ -13,11 +13,11 @@
 #include "core/safety/guardian.h"
 #include "core/safety/input_watch.h"
 #include "core/safety/overrun_watch.h"
+#include "core/simulation/snapshot.h"
 #include "server/haptic_loop/loop_command.h"
 #include "server/haptic_loop/loop_event.h"
 #include "server/haptic_loop/played_scene.h"
 #include "server/haptic_loop/settings_change.h"
-#include "server/haptic_loop/snapshot.h"
 #include "server/haptic_loop/tick_trace.h"
 
 namespace hapticd {

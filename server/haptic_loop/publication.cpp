@@ -78,7 +78,8 @@ void HapticLoop::fill_tool(ToolReading& tool) const noexcept {
   tool.F_H_W = reading_of(to_world(scene_->map, written));
   tool.F_unlimited_H_W = reading_of(tick.F_unlimited_H_W);
   tool.minimum_gap = tick.optimiser.minimum_gap;
-  tool.device = sample_;
+  tool.device = {sample_.p_DH,    sample_.q_DH, sample_.grip_m, sample_.temperature_deg_c,
+                 sample_.buttons, sample_.flags};
   tool.input_age_ns = t_ns_ - sample_.t_ns;
   tool.port_energy = safety_.port.given;
   tool.removed_energy = safety_.port.removed;

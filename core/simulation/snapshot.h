@@ -11,7 +11,6 @@
 #include "core/math/wrench.h"
 #include "core/safety/loop_state.h"
 #include "core/simulation/contact_report.h"
-#include "device/api/device_sample.h"
 
 namespace hapticd {
 
@@ -40,6 +39,16 @@ enum ToolFlagBit : std::uint16_t {
   kClutched = 1U << 9U,
 };
 
+/// The device of a tool as it was measured for the tick.
+struct DeviceReading {
+  Array3 p_DH{};  ///< m
+  Array4 q_DH{1.0, 0.0, 0.0, 0.0};
+  float grip_m = 0.0F;             ///< NaN: none
+  float temperature_deg_c = 0.0F;  ///< NaN: none
+  std::uint16_t buttons = 0;       ///< bit i = button i
+  std::uint16_t flags = 0;         ///< bit i is v1::DeviceFlag i + 1
+};
+
 /// One tool after a tick.
 struct ToolReading {
   std::uint32_t tool_id = 0;
@@ -51,7 +60,7 @@ struct ToolReading {
   WrenchReading F_H_W;            ///< as written to the device
   WrenchReading F_unlimited_H_W;  ///< before limits and ramps
   double minimum_gap = 0.0;       ///< m
-  DeviceSample device;            ///< the sample the tick was computed from
+  DeviceReading device;
   std::int64_t input_age_ns = 0;
   double port_energy = 0.0;       ///< given to the hand so far, J
   double removed_energy = 0.0;    ///< taken out by the passivity controller so far, J
