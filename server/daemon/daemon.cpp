@@ -116,7 +116,7 @@ ServerHost Daemon::make_host() {
   return host;
 }
 
-int Daemon::run(const SignalRequests& signals) {
+int Daemon::run(SignalRequests& signals) {
   if (!virtual_time_) {
     RealtimeOptions realtime;
     realtime.period_ns = player_.period_ns;
@@ -141,12 +141,34 @@ int Daemon::run(const SignalRequests& signals) {
   return kExitGood;
 }
 
-void Daemon::follow_signals(const SignalRequests& signals, std::int64_t now_ns) {
+void Daemon::follow_signals(SignalRequests& signals, std::int64_t now_ns) {
+  if (signals.reload.exchange(false)) reload();
   if (signals.end.load() && ending_since_ns_ < 0) {
     ending_since_ns_ = now_ns;
     channels_->commands.push({0, EndCommand{}});
     server_->shut_down(v1::BYE_REASON_SHUTDOWN, "hapticd ends.", now_ns);
   }
+}
+
+// Scene and gesture change in flight; what belongs to the start stays as it is.
+void Daemon::reload() {
+  DaemonOptions read = options_;
+  try {
+    settle_config(read);
+  } catch (const StartError& error) {
+    spdlog::error("reload: {}", error.what());
+    return;
+  }
+  options_.config.set_scene(read.config.scene());
+  options_.config.set_gesture(read.config.gesture());
+  options_.gesture_given = read.gesture_given;
+  if (read.config.SerializeAsString() != options_.config.SerializeAsString()) {
+    spdlog::warn("reload: all but scene and gesture changes with the next start");
+  }
+  spdlog::info("reload: scene {}", options_.config.scene());
+  v1::LoadScene load;
+  load.set_name(options_.config.scene());
+  build_scene(std::nullopt, load);
 }
 
 bool Daemon::work(std::int64_t now_ns) {

@@ -39,7 +39,7 @@ class Daemon {
 
   /// Plays until a signal asks for the end; returns the exit code. Throws StartError when realtime
   /// is required and refused.
-  int run(const SignalRequests& signals);
+  int run(SignalRequests& signals);
 
  private:
   /// A scene that plays, or is about to.
@@ -69,7 +69,8 @@ class Daemon {
   // Start and run (daemon.cpp).
   [[nodiscard]] ServerHost make_host();
   bool work(std::int64_t now_ns);
-  void follow_signals(const SignalRequests& signals, std::int64_t now_ns);
+  void follow_signals(SignalRequests& signals, std::int64_t now_ns);
+  void reload();
   void take_events();
   void take_event(const LoopEvent& event);
   void tell_clients(const LoopEvent& event);

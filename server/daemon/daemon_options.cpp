@@ -156,6 +156,17 @@ void check_config(const v1::Config& config) {
   unsupported(config.verify(), "verify");
 }
 
+void settle_config(DaemonOptions& options) {
+  v1::Config config;
+  if (!options.config_file.empty()) read_config_file(options.config_file, config);
+  if (options.given.device_size() > 0) config.clear_device();
+  config.MergeFrom(options.given);
+  options.gesture_given = !config.gesture().empty();
+  fill_defaults(config);
+  check_config(config);
+  options.config = std::move(config);
+}
+
 bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
   CLI::App app(
       "hapticd: a daemon for 6-DoF haptic rendering. Started with nothing, it plays the Guqin with "
@@ -166,8 +177,7 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
   app.footer(
       "Exit codes: 0 good, 1 bad scene, gesture, profile or configuration, 2 bad command line,\n"
       "3 address not available, 4 realtime required and refused, 5 a verified replay differs.");
-  v1::Config given;
-  add_options(app, given, options);
+  add_options(app, options.given, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -176,12 +186,7 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
   } catch (const CLI::ParseError& error) {
     refuse(std::string(error.what()) + ". See hapticd --help.");
   }
-  if (!options.config_file.empty()) read_config_file(options.config_file, options.config);
-  if (given.device_size() > 0) options.config.clear_device();
-  options.config.MergeFrom(given);
-  options.gesture_given = !options.config.gesture().empty();
-  fill_defaults(options.config);
-  check_config(options.config);
+  settle_config(options);
   return true;
 }
 

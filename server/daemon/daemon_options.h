@@ -32,11 +32,16 @@ struct DaemonOptions {
   bool gesture_given = false;  ///< asked for, so it has to exist and fit the scene
   bool check_only = false;     ///< check everything, play nothing
   std::string config_file;     ///< read again at SIGHUP; empty: none
+  v1::Config given;            ///< on the command line
 };
 
 /// The options of a command line. Throws StartError; prints help or version and returns false when
 /// that was asked for.
 [[nodiscard]] bool read_options(int argc, const char* const* argv, DaemonOptions& options);
+
+/// What is in force: the file of `options`, read now, below what the command line gave, above the
+/// defaults; checked. Throws StartError.
+void settle_config(DaemonOptions& options);
 
 /// Reads `file` in protobuf text format into `config`. Throws StartError with file:line.
 void read_config_file(const std::string& file, v1::Config& config);

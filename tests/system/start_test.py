@@ -65,6 +65,27 @@ class Start(unittest.TestCase):
         self.assertIn("loop state 5 -> 7", played.log)
 
 
+    def test_sighup_loads_the_scene_of_the_configuration_anew(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "my.textproto"
+            path.write_text('scene: "single_string"\n')
+            with daemon.Daemon("--config", str(path)) as played, hapticd.Session(played.address) as session:
+                self.assertEqual(session.scene.scene.name, "single_string")
+                session.subscribe(divisor=20, sections=["TOOLS"])
+                list(session.states(5))
+                path.write_text('scene: "sphere"\n')
+                played.process.send_signal(signal.SIGHUP)
+                while session.scene.scene.name != "sphere":
+                    list(session.states(1))
+                # What cannot be read changes nothing.
+                path.write_text('scne: "wall"\n')
+                played.process.send_signal(signal.SIGHUP)
+                list(session.states(20))
+                self.assertEqual(session.scene.scene.name, "sphere")
+                self.assertEqual(played.end(), 0, played.log)
+            self.assertIn(f"{path}:1:", played.log)
+
+
 class Playing(unittest.TestCase):
     def test_started_with_nothing_but_a_port_it_plays_the_guqin(self):
         with daemon.Daemon() as played, hapticd.Session(played.address) as session:

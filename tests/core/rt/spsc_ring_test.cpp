@@ -176,3 +176,31 @@ TEST_CASE("neither side of a ring touches the heap") {
   const std::int64_t heap_calls = scope.count();
   CHECK(heap_calls == 0);
 }
+
+TEST_CASE("items written in place arrive as pushed ones do, and a full ring has no place") {
+  SpscRing<Item, 4> ring;
+  for (std::uint64_t round = 0; round < 3; ++round) {
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      Item* const place = ring.writable();
+      REQUIRE(place != nullptr);
+      *place = make_item(4 * round + i);
+      ring.publish();
+    }
+    CHECK(ring.writable() == nullptr);
+    CHECK(ring.overflow() == round + 1);
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      REQUIRE(ring.front() != nullptr);
+      CHECK(is_item(*ring.front(), 4 * round + i));
+      ring.release();
+    }
+    CHECK(ring.front() == nullptr);
+  }
+}
+
+TEST_CASE("a place that was asked for and not published is not seen, and is given again") {
+  SpscRing<Item, 2> ring;
+  Item* const place = ring.writable();
+  *place = make_item(1);
+  CHECK(ring.front() == nullptr);
+  CHECK(ring.writable() == place);
+}

@@ -1,0 +1,149 @@
+// Live parameters: listed, read and changed by path, all or none.
+#include "server/scene_io/scene_assignment.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "server/scene_io/scene_loader.h"
+#include "server/scene_io/scene_parameters.h"
+
+namespace hapticd::test {
+namespace {
+
+const char* const kScene = R"(
+name: "two"
+tools { name: "finger" parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } } }
+strings { name: "A" p_wa_m: [0, 0, 0] p_wb_m: [1, 0, 0] tension_n: 20 frequency_hz: 100 }
+strings { name: "B" p_wa_m: [0, 0, 0.1] p_wb_m: [1, 0, 0.1] tension_n: 40 frequency_hz: 150 }
+vibration {}
+tones {}
+)";
+
+v1::Scene filled() {
+  const LoadResult result = load_scene_text(kScene, {});
+  REQUIRE(result.loaded != nullptr);
+  return result.loaded->message;
+}
+
+v1::SetParameter set_of(std::initializer_list<std::pair<const char*, double>> values) {
+  v1::SetParameter set;
+  for (const auto& value : values) {
+    v1::Assignment& assignment = *set.add_assignments();
+    assignment.set_path(value.first);
+    assignment.set_number(value.second);
+  }
+  return set;
+}
+
+AssignmentResult assigned(const v1::SetParameter& set) {
+  return assign_parameters(filled(), set, 1000.0);
+}
+
+}  // namespace
+
+TEST_CASE("live parameters are listed once per kind, with unit and range") {
+  const auto parameters = live_parameters(filled());
+  const auto tension = std::find_if(parameters.begin(), parameters.end(), [](const auto& p) {
+    return p.path() == "strings[*].tension_n";
+  });
+  REQUIRE(tension != parameters.end());
+  CHECK(tension->unit() == "N");
+  CHECK(tension->minimum() == 0.0);
+  CHECK(tension->maximum() == 1e6);
+  for (const auto& parameter : parameters) {
+    const auto same = [&](const auto& p) { return p.path() == parameter.path(); };
+    CHECK(std::count_if(parameters.begin(), parameters.end(), same) == 1);
+    CHECK(parameter.path().find("radius") == std::string::npos);
+  }
+}
+
+TEST_CASE("values are read by path, [*] stands for every index, and an unknown path is named") {
+  const auto one = parameter_values(filled(), {"strings[1].tension_n"});
+  REQUIRE(one.values.size() == 1);
+  CHECK(one.values[0].number() == 40.0);
+  const auto both = parameter_values(filled(), {"strings[*].tension_n"});
+  REQUIRE(both.values.size() == 2);
+  CHECK(both.values[0].path() == "strings[0].tension_n");
+  CHECK(parameter_values(filled(), {"strings[2].tension_n"}).unknown == "strings[2].tension_n");
+  CHECK(parameter_values(filled(), {"quality"}).values[0].number() == 3.0);
+}
+
+TEST_CASE("an assignment reaches scene and settings") {
+  const auto result = assigned(set_of({{"strings[1].tension_n", 55.0},
+                                       {"tools[0].coupling.kt_n_per_m", 700.0},
+                                       {"tools[0].force_gain", 0.25}}));
+  REQUIRE(result.code == v1::RESULT_CODE_OK);
+  CHECK(result.scene.strings(1).tension_n() == 55.0);
+  CHECK(result.settings.pieces[0].tension == 20.0);
+  CHECK(result.settings.pieces[1].tension == 55.0);
+  CHECK(result.settings.live.coupling.kt == 700.0);
+  CHECK(result.settings.live.force_gain == 0.25);
+  CHECK(result.scene.tools(0).parts_size() == 1);
+}
+
+TEST_CASE("one bad assignment refuses all, and its path is told") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const struct {
+    const char* path;
+    double value;
+    v1::ResultCode code;
+  } bad[] = {
+      {"strings[1].tension_n", -1.0, v1::RESULT_CODE_OUT_OF_RANGE},
+      {"strings[1].tension_n", nan, v1::RESULT_CODE_OUT_OF_RANGE},
+      {"strings[2].tension_n", 1.0, v1::RESULT_CODE_NOT_FOUND},
+      {"strings[-1].tension_n", 1.0, v1::RESULT_CODE_NOT_FOUND},
+      {"strings[99999999999].tension_n", 1.0, v1::RESULT_CODE_NOT_FOUND},
+      {"strings[1]x.tension_n", 1.0, v1::RESULT_CODE_NOT_FOUND},
+      {"strings.tension_n", 1.0, v1::RESULT_CODE_NOT_FOUND},
+      {"strings[1].radius_m", 0.001, v1::RESULT_CODE_INVALID},
+      {"friction.coefficient", 0.5, v1::RESULT_CODE_NOT_FOUND},
+      {"name", 1.0, v1::RESULT_CODE_INVALID},
+      {"", 1.0, v1::RESULT_CODE_NOT_FOUND},
+      {"quality", 5.0, v1::RESULT_CODE_OUT_OF_RANGE},
+      {"quality", 1.5, v1::RESULT_CODE_OUT_OF_RANGE},
+  };
+  for (const auto& one : bad) {
+    const auto result = assigned(set_of({{"strings[0].tension_n", 25.0}, {one.path, one.value}}));
+    CAPTURE(one.path);
+    CAPTURE(one.value);
+    CHECK(result.code == one.code);
+    CHECK(result.path == one.path);
+    CHECK_FALSE(result.message.empty());
+  }
+}
+
+TEST_CASE("a pose is 7 numbers, a choice one of its names") {
+  v1::SetParameter set;
+  v1::Assignment& pose = *set.add_assignments();
+  pose.set_path("tools[0].workspace.pose_wd");
+  for (const double number : {1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0}) {
+    pose.mutable_numbers()->add_values(number);
+  }
+  v1::Assignment& level = *set.add_assignments();
+  level.set_path("tones.level");
+  level.set_text("TONE_LEVEL_FORCE");
+  const auto result = assigned(set);
+  REQUIRE(result.code == v1::RESULT_CODE_OK);
+  CHECK(result.settings.live.X_WD.p == Vector3(1.0, 2.0, 3.0));
+  CHECK(result.settings.live.instrument.tones.level == ToneLevel::kForce);
+  level.set_text("TONE_LEVEL_SMELL");
+  CHECK(assigned(set).code == v1::RESULT_CODE_INVALID);
+  level.set_text("TONE_LEVEL_FORCE");
+  pose.mutable_numbers()->mutable_values()->RemoveLast();
+  CHECK(assigned(set).code == v1::RESULT_CODE_INVALID);
+}
+
+TEST_CASE("a level of quality sets what the scene left open of the solver") {
+  const auto result = assigned(set_of({{"quality", 0.0}}));
+  REQUIRE(result.code == v1::RESULT_CODE_OK);
+  CHECK(result.settings.live.optimiser.sub_steps < 24);
+  CHECK(result.settings.live.quality_level == 0);
+  v1::Scene own = filled();
+  own.mutable_solver()->set_max_substeps(77);
+  CHECK(assign_parameters(own, set_of({{"quality", 0.0}}), 1000.0)
+            .settings.live.optimiser.sub_steps == 77);
+}
+
+}  // namespace hapticd::test
