@@ -4,7 +4,7 @@
 #include <sodium.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
+#include <cmath>
 
 #include "server/daemon/log_text.h"
 #include "server/daemon/record_info.h"
@@ -29,7 +29,7 @@ PlayerOptions player_options(const v1::Config& config) {
   player.source = config.device(0).source();
   player.arm = arm_of(config.arm());
   player.seed = config.seed();
-  player.period_ns = static_cast<std::int64_t>(1e9 / config.rate() + 0.5);
+  player.period_ns = std::llround(1e9 / config.rate());
   player.virtual_time = config.clock() == v1::CLOCK_MODE_VIRTUAL;
   if (config.has_max_force()) player.max_force = config.max_force();
   return player;

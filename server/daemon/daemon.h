@@ -29,6 +29,7 @@ struct SignalRequests {
   std::atomic<bool> reload{false};  ///< SIGHUP
 };
 
+// NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding): there is one
 class Daemon {
  public:
   /// Loads everything and binds the socket. Throws StartError.
@@ -91,7 +92,9 @@ class Daemon {
 
   // Requests (daemon_requests.cpp).
   void request(const RequestId& id, const v1::Item& item);
-  void command(const RequestId& id, const LoopCommandBody& what);
+  /// False, and answered BUSY, when the loop's ring is full; what `what` points to stays ours then.
+  bool command(const RequestId& id, const LoopCommandBody& what);
+  void load_scene_for(const RequestId& id, const v1::LoadScene& load);
   void get_parameters(const RequestId& id, const v1::GetParameters& get);
   void set_parameters(const RequestId& id, const v1::SetParameter& set);
   void queue_poses(const RequestId& id, const v1::PoseBatch& batch);

@@ -47,88 +47,86 @@ bool complete(const v1::PoseSample& sample) {
          none_or(sample.twist_dh_d().w_rad_per_s_size(), 3);
 }
 
-}  // namespace
-
-void Daemon::request(const RequestId& id, const v1::Item& item) {
+/// The command that a request is, for those that are one and nothing else.
+std::optional<LoopCommandBody> command_of(const v1::Item& item) {
   switch (item.body_case()) {
-    case v1::Item::kRun:
-      run_time(id, item.run());
-      return;
-    case v1::Item::kPoseBatch:
-      queue_poses(id, item.pose_batch());
-      return;
-    case v1::Item::kLoadScene:
-      if (item.load_scene().source_case() == v1::LoadScene::SOURCE_NOT_SET) {
-        server_->answer(
-            id, result_of(v1::RESULT_CODE_INVALID, "load_scene.source", "Give name or text."));
-        return;
-      }
-      build_scene(id, item.load_scene());
-      return;
-    case v1::Item::kGetParameters:
-      get_parameters(id, item.get_parameters());
-      return;
-    case v1::Item::kSetParameter:
-      set_parameters(id, item.set_parameter());
-      return;
     case v1::Item::kEngage:
-      command(id, EngageCommand{});
-      return;
+      return EngageCommand{};
     case v1::Item::kDisengage:
-      command(id, DisengageCommand{});
-      return;
+      return DisengageCommand{};
     case v1::Item::kStop:
-      command(id, StopCommand{});
-      return;
+      return StopCommand{};
     case v1::Item::kClear:
-      command(id, ClearCommand{});
-      return;
+      return ClearCommand{};
     case v1::Item::kRecentre:
-      command(id, RecentreCommand{});
-      return;
+      return RecentreCommand{};
     case v1::Item::kClutch:
-      command(id, ClutchCommand{item.clutch().open()});
-      return;
-    case v1::Item::kPlayGesture:
-      play_gesture(id, item.play_gesture());
-      return;
-    case v1::Item::kListScenes:
-      list_names(id, list_scenes(installed_paths()));
-      return;
-    case v1::Item::kListGestures:
-      list_gestures(id);
-      return;
-    case v1::Item::kListRecordings:
-      list_names(id, hapticd::list_recordings(recordings_folder()));
-      return;
-    case v1::Item::kRecord:
-      record(id, item.record());
-      return;
-    case v1::Item::kGetDeviceInfo:
-      describe_device(id);
-      return;
-    case v1::Item::kCalibrate:
-      server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "calibrate",
-                                    "This device needs no calibration."));
-      return;
+      return ClutchCommand{item.clutch().open()};
     default:
-      server_->answer(id, result_of(v1::RESULT_CODE_UNSUPPORTED, "",
-                                    "This version of hapticd does not know the request."));
-      return;
+      return std::nullopt;
   }
 }
 
-void Daemon::command(const RequestId& id, const LoopCommandBody& what) {
-  const std::uint64_t number = ++last_command_;
-  commands_.emplace_back(number, id);
-  if (!channels_->commands.push({number, what})) {
-    commands_.pop_back();
-    server_->answer(id, result_of(v1::RESULT_CODE_BUSY, "", "Too many commands at once."));
+}  // namespace
+
+void Daemon::request(const RequestId& id, const v1::Item& item) {
+  if (const auto what = command_of(item)) {
+    command(id, *what);
     return;
   }
-  if (!virtual_time_) return;
-  loop_->take_commands();
-  take_events();
+  switch (item.body_case()) {
+    case v1::Item::kRun:
+      return run_time(id, item.run());
+    case v1::Item::kPoseBatch:
+      return queue_poses(id, item.pose_batch());
+    case v1::Item::kLoadScene:
+      return load_scene_for(id, item.load_scene());
+    case v1::Item::kGetParameters:
+      return get_parameters(id, item.get_parameters());
+    case v1::Item::kSetParameter:
+      return set_parameters(id, item.set_parameter());
+    case v1::Item::kPlayGesture:
+      return play_gesture(id, item.play_gesture());
+    case v1::Item::kRecord:
+      return record(id, item.record());
+    case v1::Item::kListScenes:
+      return list_names(id, list_scenes(installed_paths()));
+    case v1::Item::kListGestures:
+      return list_gestures(id);
+    case v1::Item::kListRecordings:
+      return list_names(id, hapticd::list_recordings(recordings_folder()));
+    case v1::Item::kGetDeviceInfo:
+      return describe_device(id);
+    case v1::Item::kCalibrate:
+      return server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "calibrate",
+                                           "This device needs no calibration."));
+    default:
+      return server_->answer(id, result_of(v1::RESULT_CODE_UNSUPPORTED, "",
+                                           "This version of hapticd does not know the request."));
+  }
+}
+
+void Daemon::load_scene_for(const RequestId& id, const v1::LoadScene& load) {
+  if (load.source_case() == v1::LoadScene::SOURCE_NOT_SET) {
+    server_->answer(id,
+                    result_of(v1::RESULT_CODE_INVALID, "load_scene.source", "Give name or text."));
+    return;
+  }
+  build_scene(id, load);
+}
+
+bool Daemon::command(const RequestId& id, const LoopCommandBody& what) {
+  const std::uint64_t number = ++last_command_;
+  if (!channels_->commands.push({number, what})) {
+    server_->answer(id, result_of(v1::RESULT_CODE_BUSY, "", "Too many commands at once."));
+    return false;
+  }
+  commands_.emplace_back(number, id);
+  if (virtual_time_) {
+    loop_->take_commands();
+    take_events();
+  }
+  return true;
 }
 
 void Daemon::finish_command(std::uint64_t number, bool obeyed, Cause cause) {
@@ -175,8 +173,10 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   change->at_tick = set.has_at_tick() ? set.at_tick() : 0;
   change->from = assigned.settings;
   change->to = std::move(assigned.settings);
+  if (!command(id, ChangeSettingsCommand{change.get()})) return;
+  // Taken by the loop, which may have given it back by now: not ours to free.
+  static_cast<void>(change.release());
   scene.live = std::move(assigned.scene);
-  command(id, ChangeSettingsCommand{change.release()});
 }
 
 // The k-th sample is for first_tick + k; one tool plays, so its samples are all of them.
@@ -251,7 +251,8 @@ void Daemon::play_gesture(const RequestId& id, const v1::PlayGesture& play) {
   if (play.arm() != v1::ARM_UNSPECIFIED) plan->arm = static_cast<ArmKind>(play.arm());
   if (play.has_seed()) plan->seed = play.seed();
   plan->repeat = play.has_repeat() ? play.repeat() : 1;
-  command(id, PlayGestureCommand{plan.release()});
+  // Taken by the loop, which may have given it back by now: not ours to free.
+  if (command(id, PlayGestureCommand{plan.get()})) static_cast<void>(plan.release());
 }
 
 void Daemon::list_names(const RequestId& id, const std::vector<std::string>& names) {

@@ -22,6 +22,28 @@ v1::Result refusal(v1::ResultCode code, const std::string& path, const std::stri
   return result;
 }
 
+/// What a scene is refused for.
+struct Faults {
+  v1::ResultCode code = v1::RESULT_CODE_INVALID;
+  std::string path;  ///< of the first
+  std::string text;  ///< of all
+};
+
+Faults faults_of(const SceneProblems& problems, bool named) {
+  Faults faults;
+  for (const SceneProblem& problem : problems) {
+    if (problem.doubt) continue;
+    if (faults.text.empty()) faults.path = problem.field;
+    faults.text += (faults.text.empty() ? "" : "\n") + to_text(problem);
+  }
+  const SceneProblem& first = problems.front();
+  if (named && first.line == 0 && first.field.empty()) {
+    faults.code = v1::RESULT_CODE_NOT_FOUND;
+    faults.path = "name";
+  }
+  return faults;
+}
+
 std::string bytes_of(const ContentHash& hash) { return {hash.begin(), hash.end()}; }
 
 }  // namespace
@@ -127,17 +149,8 @@ void Daemon::finish_build() {
     return;
   }
   if (result.loaded == nullptr) {
-    std::string text;
-    std::string field;
-    for (const SceneProblem& problem : result.problems) {
-      if (problem.doubt) continue;
-      if (text.empty()) field = problem.field;
-      text += (text.empty() ? "" : "\n") + to_text(problem);
-    }
-    const SceneProblem& first = result.problems.front();
-    const bool missing = build.named && first.line == 0 && first.field.empty();
-    fail(missing ? v1::RESULT_CODE_NOT_FOUND : v1::RESULT_CODE_INVALID, missing ? "name" : field,
-         text);
+    const Faults faults = faults_of(result.problems, build.named);
+    fail(faults.code, faults.path, faults.text);
     return;
   }
   if (build.check_only) {
@@ -163,10 +176,14 @@ void Daemon::finish_build() {
 void Daemon::swap_to(std::shared_ptr<const LoadedScene> loaded, std::unique_ptr<PlayedScene> played,
                      std::optional<RequestId> request) {
   put_on_air(std::move(loaded));
-  swapping_ = true;
   const std::uint64_t number = ++last_command_;
+  if (!channels_->commands.push({number, SwapSceneCommand{played.get()}})) {
+    scenes_.pop_back();
+    throw std::runtime_error("The loop has too many commands to obey. Try again.");
+  }
+  static_cast<void>(played.release());  // the loop's from here on
+  swapping_ = true;
   if (request) commands_.emplace_back(number, *request);
-  channels_->commands.push({number, SwapSceneCommand{played.release()}});
   if (!virtual_time_) return;
   loop_->take_commands();
   hash_ = StateHash{};

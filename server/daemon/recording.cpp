@@ -33,15 +33,20 @@ std::string failure_to_create(const fs::path& folder) {
   return error ? folder.string() + ": " + error.message() : "";
 }
 
+/// A folder in the environment; none when it is not set.
+std::optional<fs::path> variable(const char* name) {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing in this program changes the environment
+  const char* const value = std::getenv(name);
+  if (value == nullptr || *value == '\0') return std::nullopt;
+  return fs::path(value);
+}
+
 }  // namespace
 
 fs::path recordings_folder() {
-  const char* const state = std::getenv("STATE_DIRECTORY");
-  const char* const xdg = std::getenv("XDG_STATE_HOME");
-  const char* const home = std::getenv("HOME");
-  if (state != nullptr && *state != '\0') return fs::path(state) / "recordings";
-  if (xdg != nullptr && *xdg != '\0') return fs::path(xdg) / "hapticd" / "recordings";
-  return fs::path(home != nullptr ? home : "/tmp") / ".local/state/hapticd/recordings";
+  if (const auto state = variable("STATE_DIRECTORY")) return *state / "recordings";
+  if (const auto xdg = variable("XDG_STATE_HOME")) return *xdg / "hapticd" / "recordings";
+  return variable("HOME").value_or("/tmp") / ".local/state/hapticd/recordings";
 }
 
 std::vector<std::string> list_recordings(const fs::path& folder) {
@@ -58,7 +63,7 @@ std::vector<std::string> list_recordings(const fs::path& folder) {
   return names;
 }
 
-Recording::Recording(TraceRing& traces, v1::RecordHeader header)
+Recording::Recording(TraceRing& traces, const v1::RecordHeader& header)
     : traces_(traces), recorder_(recorder_options()) {
   recorder_.begin(header);
   thread_ = std::thread([this] { run(); });

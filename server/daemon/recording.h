@@ -36,7 +36,7 @@ struct DumpResult {
 class Recording {
  public:
   /// Starts the thread. `traces` must outlive this.
-  Recording(TraceRing& traces, v1::RecordHeader header);
+  Recording(TraceRing& traces, const v1::RecordHeader& header);
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
   /// Closes the session file.

@@ -29,8 +29,9 @@ void add_doubles(const Array3& numbers, Numbers* out) {
   for (const double number : numbers) out->Add(number);
 }
 
-template <std::size_t n>
-void add_floats(const std::array<double, n>& numbers, google::protobuf::RepeatedField<float>* out) {
+template <std::size_t Size>
+void add_floats(const std::array<double, Size>& numbers,
+                google::protobuf::RepeatedField<float>* out) {
   for (const double number : numbers) out->Add(static_cast<float>(number));
 }
 

@@ -344,7 +344,8 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
   tick_ += skipped;
   const std::int64_t before_ns = t_ns_;
   t_ns_ = options_.virtual_time ? static_cast<std::int64_t>(tick_) * options_.period_ns : now_ns;
-  dt_s_ = first_tick_ ? 0.0 : 1e-9 * static_cast<double>(t_ns_ - before_ns);
+  dt_ns_ = first_tick_ ? 0 : t_ns_ - before_ns;
+  dt_s_ = 1e-9 * static_cast<double>(dt_ns_);
   first_tick_ = false;
   timing_.overruns += skipped;
   late_ = watch_overrun(skipped > 0, t_ns_, overrun_watch_);

@@ -131,6 +131,7 @@ class HapticLoop {
   // Of the tick under way.
   std::uint64_t tick_ = 0;
   std::int64_t t_ns_ = 0;
+  std::int64_t dt_ns_ = 0;
   double dt_s_ = 0.0;
   LoopInput loop_input_;
   LoopOutput loop_output_;

@@ -35,13 +35,7 @@ std::uint16_t flags_of(const ToolTick& tick, const SafetyOutput& written, bool h
 
 template <typename What>
 void HapticLoop::tell(const What& what) noexcept {
-  LoopEvent event;
-  event.tick = tick_;
-  event.t_ns = t_ns_;
-  event.scene_id = scene_->scene_id;
-  event.tool_id = scene_->tool_id;
-  event.what = what;
-  channels_.events.push(event);
+  channels_.events.push({tick_, t_ns_, scene_->scene_id, scene_->tool_id, what});
 }
 
 template void HapticLoop::tell(const FaultNotice&) noexcept;
@@ -59,8 +53,8 @@ void HapticLoop::report_events() noexcept {
   touch_events_.clear();
   const ToolScene& scene = scene_->play.simulation->scene();
   detect_touches(contacts_,
-                 {t_ns_, static_cast<std::int64_t>(1e9 * dt_s_), tool.X_WG.p, tool.V_WH,
-                  scene.stiffness.kt, static_cast<std::int32_t>(scene.strings.size())},
+                 {t_ns_, dt_ns_, tool.X_WG.p, tool.V_WH, scene.stiffness.kt,
+                  static_cast<std::int32_t>(scene.strings.size())},
                  touches_, touch_events_);
   for (const TouchEvent& event : touch_events_) tell(event);
 }
@@ -142,7 +136,7 @@ void HapticLoop::publish_trace() noexcept {
   const ToolTick& tick = output_.tool;
   trace->tick = tick_;
   trace->t_ns = static_cast<std::uint64_t>(t_ns_);
-  trace->dt_ns = static_cast<std::uint64_t>(1e9 * dt_s_ + 0.5);
+  trace->dt_ns = static_cast<std::uint64_t>(dt_ns_);
   trace->state_hash = 0;
   trace->sphere_tests = static_cast<std::uint64_t>(tick.optimiser.tests);
   trace->qp_iterations = static_cast<std::uint64_t>(tick.optimiser.qp_iterations);

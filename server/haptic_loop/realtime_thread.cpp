@@ -7,9 +7,9 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <ctime>
 #include <stdexcept>
+#include <system_error>
 
 #include "core/rt/monotonic_clock.h"
 
@@ -17,7 +17,7 @@ namespace hapticd {
 namespace {
 
 /// Stack touched before the first tick, bytes: all that the loop uses.
-constexpr std::size_t kStackPrefault = 512 * 1024;
+constexpr std::size_t kStackPrefault = std::size_t{512} * 1024;
 
 void sleep_until(std::int64_t t_ns) noexcept {
   timespec until{};
@@ -50,7 +50,8 @@ bool pin(std::thread& thread, std::uint32_t cpu) noexcept {
 }  // namespace
 
 void RealtimeThread::ask(bool granted, const char* what, const char* remedy) {
-  if (!granted) missing_.push_back({std::string(what) + ": " + std::strerror(errno), remedy});
+  if (!granted)
+    missing_.push_back({std::string(what) + ": " + std::generic_category().message(errno), remedy});
 }
 
 RealtimeThread::RealtimeThread(HapticLoop& loop, const RealtimeOptions& options)
