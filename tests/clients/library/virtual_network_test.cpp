@@ -97,6 +97,27 @@ TEST_CASE("Items arrive exactly once and in order, both ways, whatever the netwo
   }
 }
 
+// The last server was asked nothing twice, and each session's requests in order: a datagram that
+// had long been under way to the server before may have opened a session of its own.
+void check_asked_once(const VirtualNetwork& network) {
+  std::set<std::uint64_t> all;
+  std::map<std::uint64_t, std::uint64_t> newest;
+  for (const VirtualNetwork::Asked& each : network.asked) {
+    const std::uint64_t asked = std::stoull(each.item.get_parameters().paths(0));
+    CHECK(all.insert(asked).second);
+    CHECK((newest.count(each.id.session) == 0 || newest[each.id.session] < asked));
+    newest[each.id.session] = asked;
+  }
+}
+
+/// Tones of the first server have numbers below 1000 and come without a gap.
+template <typename Tones>
+void check_first_server_in_order(const Tones& tones) {
+  for (std::size_t i = 1; i < tones.size() && tones[i] < 1000; ++i) {
+    CHECK(tones[i] == tones[i - 1] + 1);
+  }
+}
+
 TEST_CASE("a restart of the server loses requests, but repeats and reorders none") {
   const std::int64_t schedules = scaled(2000);
   SplitMix64 random(77);
@@ -152,20 +173,8 @@ TEST_CASE("a restart of the server loses requests, but repeats and reorders none
     for (std::size_t i = 0; i < 5; ++i) CHECK(answered[before + i] == first_new + i);
     CHECK(std::is_sorted(answered.begin(), answered.end()));
     CHECK(std::adjacent_find(answered.begin(), answered.end()) == answered.end());
-    // The last server was asked nothing twice, and each session's requests in order: a datagram
-    // that had long been under way to the server before may have opened a session of its own.
-    std::set<std::uint64_t> all;
-    std::map<std::uint64_t, std::uint64_t> newest;
-    for (const VirtualNetwork::Asked& each : network.asked) {
-      const std::uint64_t asked = std::stoull(each.item.get_parameters().paths(0));
-      CHECK(all.insert(asked).second);
-      CHECK((newest.count(each.id.session) == 0 || newest[each.id.session] < asked));
-      newest[each.id.session] = asked;
-    }
-    const auto tones = mine.tones();
-    for (std::size_t i = 1; i < tones.size() && tones[i] < 1000; ++i) {
-      CHECK(tones[i] == tones[i - 1] + 1);
-    }
+    check_asked_once(network);
+    check_first_server_in_order(mine.tones());
   }
 }
 
