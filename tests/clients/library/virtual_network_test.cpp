@@ -110,6 +110,14 @@ void check_asked_once(const VirtualNetwork& network) {
   }
 }
 
+/// Answers are in order, each once, and from number `before` on none is missing.
+void check_answers(const std::vector<std::uint64_t>& answered, std::size_t before,
+                   std::uint64_t first_new) {
+  for (std::size_t i = 0; i < 5; ++i) CHECK(answered[before + i] == first_new + i);
+  CHECK(std::is_sorted(answered.begin(), answered.end()));
+  CHECK(std::adjacent_find(answered.begin(), answered.end()) == answered.end());
+}
+
 /// Tones of the first server have numbers below 1000 and come without a gap.
 template <typename Tones>
 void check_first_server_in_order(const Tones& tones) {
@@ -170,9 +178,7 @@ TEST_CASE("a restart of the server loses requests, but repeats and reorders none
     REQUIRE(network.run_until(30 * kTestSecond_ns, [&] {
       return answered.size() == before + 5 && mine.tones().size() >= first_tone + 5;
     }));
-    for (std::size_t i = 0; i < 5; ++i) CHECK(answered[before + i] == first_new + i);
-    CHECK(std::is_sorted(answered.begin(), answered.end()));
-    CHECK(std::adjacent_find(answered.begin(), answered.end()) == answered.end());
+    check_answers(answered, before, first_new);
     check_asked_once(network);
     check_first_server_in_order(mine.tones());
   }
