@@ -311,7 +311,7 @@ TEST_CASE("a Clock is echoed in the next Packet, with arrival and departure") {
   peer.keep_alive(packet);
   const std::int64_t arrived = bench.now_ns;
   bench.pass(1);
-  const v1::Clock& clock = peer.received()[0].packet.clock();
+  const v1::Clock clock = peer.received()[0].packet.clock();
   CHECK(clock.echoed_ns() == 77);
   CHECK(clock.received_ns() == static_cast<std::uint64_t>(arrived));
   CHECK(clock.sent_ns() == static_cast<std::uint64_t>(arrived + kTestMs / 2));
