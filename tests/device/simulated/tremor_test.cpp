@@ -22,6 +22,7 @@ TEST_CASE("tremor lies around its centre frequency and nowhere else") {
   Tremor tremor(5, 1.0, 9.0, 1e-3);
   const int count = 20'000;
   std::vector<double> x;
+  x.reserve(count);
   for (int i = 0; i < count; ++i) x.push_back(tremor.next().x());
   double inside = 0.0;
   double outside = 0.0;
