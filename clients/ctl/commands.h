@@ -27,5 +27,7 @@ void add_record_commands(CLI::App& app, const GlobalOptions& options);
 void add_run_commands(CLI::App& app, const GlobalOptions& options);
 /// pose: poses of the scripted device from a table.
 void add_pose_command(CLI::App& app, const GlobalOptions& options);
+/// doctor: the machine examined by hapticd; no daemon needs to run.
+void add_doctor_command(CLI::App& app, const GlobalOptions& options);
 
 }  // namespace hapticd::ctl

@@ -16,7 +16,7 @@ constexpr std::array kCommands{
     hapticd::ctl::add_scene_commands,  hapticd::ctl::add_parameter_commands,
     hapticd::ctl::add_force_commands,  hapticd::ctl::add_gesture_commands,
     hapticd::ctl::add_record_commands, hapticd::ctl::add_run_commands,
-    hapticd::ctl::add_pose_command,
+    hapticd::ctl::add_pose_command,    hapticd::ctl::add_doctor_command,
 };
 
 int run(int argc, char** argv) {

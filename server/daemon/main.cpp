@@ -1,9 +1,12 @@
-// hapticd: reads its options, starts the daemon, ends with its exit code.
+// hapticd: reads its options, starts the daemon, ends with its exit code. With the word doctor as
+// its first argument it examines the machine instead.
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <string_view>
 
 #include "server/daemon/daemon.h"
+#include "server/system/doctor.h"
 
 namespace {
 
@@ -26,6 +29,9 @@ int complain(const char* what, int code) {
 
 int main(int argc, char** argv) {
   try {
+    if (argc > 1 && std::string_view(argv[1]) == "doctor") {
+      return hapticd::run_doctor(argc - 1, argv + 1);
+    }
     hapticd::DaemonOptions options;
     if (!hapticd::read_options(argc, argv, options)) return hapticd::kExitGood;
     const bool check_only = options.check_only;

@@ -1,54 +1,14 @@
 // See realtime_thread.h.
 #include "server/haptic_loop/realtime_thread.h"
 
-#include <pthread.h>
-#include <sched.h>
-#include <sys/mman.h>
-
-#include <array>
 #include <cerrno>
-#include <ctime>
 #include <stdexcept>
 #include <system_error>
 
 #include "core/rt/monotonic_clock.h"
+#include "server/haptic_loop/thread_policy.h"
 
 namespace hapticd {
-namespace {
-
-/// Stack touched before the first tick, bytes: all that the loop uses.
-constexpr std::size_t kStackPrefault = std::size_t{512} * 1024;
-
-void sleep_until(std::int64_t t_ns) noexcept {
-  timespec until{};
-  until.tv_sec = static_cast<time_t>(t_ns / 1'000'000'000);
-  until.tv_nsec = static_cast<long>(t_ns % 1'000'000'000);
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-  }
-}
-
-[[gnu::noinline]] void prefault_stack() noexcept {
-  std::array<volatile char, kStackPrefault> pages;
-  for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 0;
-}
-
-bool make_fifo(std::thread& thread, int priority) noexcept {
-  sched_param parameters{};
-  parameters.sched_priority = priority;
-  errno = pthread_setschedparam(thread.native_handle(), SCHED_FIFO, &parameters);
-  return errno == 0;
-}
-
-bool pin(std::thread& thread, std::uint32_t cpu) noexcept {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(cpu, &set);
-  errno = pthread_setaffinity_np(thread.native_handle(), sizeof(set), &set);
-  return errno == 0;
-}
-
-}  // namespace
-
 void RealtimeThread::ask(bool granted, const char* what, const char* remedy) {
   if (!granted)
     missing_.push_back({std::string(what) + ": " + std::generic_category().message(errno), remedy});
@@ -56,7 +16,7 @@ void RealtimeThread::ask(bool granted, const char* what, const char* remedy) {
 
 RealtimeThread::RealtimeThread(HapticLoop& loop, const RealtimeOptions& options)
     : loop_(loop), options_(options) {
-  ask(mlockall(MCL_CURRENT | MCL_FUTURE) == 0, "locked memory",
+  ask(lock_memory(), "locked memory",
       "raise it: 'ulimit -l unlimited', or LimitMEMLOCK=infinity in the service");
   thread_ = std::thread([this] { run(); });
   guardian_ = std::thread([this] { guard(); });

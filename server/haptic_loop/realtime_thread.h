@@ -15,9 +15,6 @@
 
 namespace hapticd {
 
-/// SCHED_FIFO priority of the loop; the guardian's is one above. Above interrupt threads (50),
-/// below the kernel's own watchdogs (99).
-inline constexpr int kLoopPriority = 80;
 /// Time between two looks of the guardian, ns.
 inline constexpr std::int64_t kGuardianPeriod_ns = 1'000'000;
 
