@@ -40,4 +40,15 @@ int quality_for(double force_error) noexcept {
   return level;
 }
 
+void set_level(int level, LiveSettings& live) noexcept {
+  const OptimiserOptions before = quality_of(static_cast<int>(live.quality_level)).options;
+  const OptimiserOptions after = quality_of(level).options;
+  OptimiserOptions& options = live.optimiser;
+  if (options.sub_steps == before.sub_steps) options.sub_steps = after.sub_steps;
+  if (options.stop_tolerance == before.stop_tolerance) {
+    options.stop_tolerance = after.stop_tolerance;
+  }
+  live.quality_level = static_cast<std::uint32_t>(level);
+}
+
 }  // namespace hapticd

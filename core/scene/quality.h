@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/rendering/configuration_optimiser.h"
+#include "core/simulation/live_settings.h"
 
 namespace hapticd {
 
@@ -23,5 +24,9 @@ struct Quality {
 /// The cheapest level whose force error is at most `force_error` (> 0); the most exact where none
 /// is.
 [[nodiscard]] int quality_for(double force_error) noexcept;
+
+/// Takes `live` to `level` in [0, kQualityLevels): what its present level had decided of the
+/// optimiser is decided anew, what the scene gave itself stands.
+void set_level(int level, LiveSettings& live) noexcept;
 
 }  // namespace hapticd

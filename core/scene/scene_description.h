@@ -73,6 +73,7 @@ struct SceneDescription {
   bool torque = false;  ///< off: forces alone are rendered
   OptimiserOptions optimiser;
   std::uint32_t quality_level = 0;  ///< that filled in what the scene leaves open of `optimiser`
+  bool quality_automatic = false;   ///< the level is where it begins, and follows a budget
 };
 
 }  // namespace hapticd

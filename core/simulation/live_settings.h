@@ -24,6 +24,7 @@ struct LiveSettings {
   OptimiserOptions optimiser;
   InstrumentOptions instrument;
   std::uint32_t quality_level = 0;
+  bool quality_automatic = false;  ///< the level follows a budget
 };
 
 /// The settings `share` in [0, 1] of the way from `from` to `to`; exactly `to` at 1.

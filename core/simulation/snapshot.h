@@ -119,6 +119,7 @@ struct Snapshot {
   TickTiming timing;
   TickWork work;
   std::uint32_t quality_level = 0;
+  bool quality_automatic = false;
   double string_energy = 0.0;  ///< J
   double tank_energy = 0.0;    ///< J
   FixedVector<ToolReading, kMaxPlayedTools> tools;

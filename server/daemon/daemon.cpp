@@ -108,6 +108,7 @@ ServerHost Daemon::make_host() {
     if (stages || subscription.has(v1::SECTION_TIMING)) {
       statistics_.fill(*snapshot_, stages, *state.mutable_timing());
     }
+    explain_quality(*snapshot_, state);
   };
   host.lease_lost = [this](LeaseEnd) {
     channels_->commands.push({0, LeaseLostCommand{}});
@@ -234,6 +235,7 @@ void Daemon::take_snapshots(std::int64_t now_ns) {
     newest_state_ = snapshot->loop_state;
     newest_tick_ = snapshot->tick;
     stiffness_bound_ = snapshot->tools.empty() ? 0.0 : snapshot->tools[0].stiffness_bound;
+    follow_budget(*snapshot);
     if (virtual_time_) add_state(*snapshot, on_air(snapshot->scene_id).index, hash_);
     server_->offer_tick(snapshot->tick, snapshot->scene_id, now_ns);
     channels_->snapshots.release();

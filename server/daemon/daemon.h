@@ -12,6 +12,7 @@
 #include <string>
 
 #include "server/daemon/daemon_options.h"
+#include "server/daemon/quality_governor.h"
 #include "server/daemon/recording.h"
 #include "server/daemon/scene_player.h"
 #include "server/daemon/tick_statistics.h"
@@ -49,7 +50,8 @@ class Daemon {
     std::shared_ptr<const LoadedScene> loaded;
     SceneIndex index;
     v1::SceneInfo info;
-    v1::Scene live;  ///< with the parameters as they are set now, ramps as if ended
+    v1::Scene live;          ///< with the parameters as they are set now, ramps as if ended
+    SceneSettings settings;  ///< that follow from `live`, at the level that plays
   };
   /// A scene being built off-thread for a request, or for SIGHUP.
   struct SceneBuild {
@@ -78,6 +80,11 @@ class Daemon {
   void finish_command(std::uint64_t number, bool obeyed, Cause cause);
   void take_snapshots(std::int64_t now_ns);
   void report_start() const;
+
+  // Quality that follows a budget (daemon_quality.cpp).
+  [[nodiscard]] QualityWish quality_wish() const;
+  void follow_budget(const Snapshot& snapshot);
+  void explain_quality(const Snapshot& snapshot, v1::State& state) const;
 
   // Scenes (daemon_scenes.cpp).
   [[nodiscard]] LoadOptions load_options() const;
@@ -143,8 +150,10 @@ class Daemon {
   std::optional<StepRun> steps_;
   std::int64_t live_due_ns_ = 0;
   std::int64_t ending_since_ns_ = -1;
-  bool swapping_ = false;         ///< a scene waits for the loop to take it
-  double stiffness_bound_ = 0.0;  ///< granted, N/m
+  QualityGovernor governor_;       ///< of automatic quality under the real clock
+  std::uint64_t change_tick_ = 0;  ///< of the last change of parameters
+  bool swapping_ = false;          ///< a scene waits for the loop to take it
+  double stiffness_bound_ = 0.0;   ///< granted, N/m
 };
 
 }  // namespace hapticd

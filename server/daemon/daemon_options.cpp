@@ -75,6 +75,10 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
                    [&](const std::string& v) { given.set_listen(v); });
   add<std::string>(app, "--record", "FILE", "record the whole session to an MCAP file",
                    [&](const std::string& v) { given.set_record(v); });
+  add<std::string>(app, "--quality", "0..4|auto", "quality of every scene (the scene's own)",
+                   [&](const std::string& v) { given.set_quality(v); });
+  add<double>(app, "--budget-us", "N", "CPU time of a tick that quality auto keeps (half the tick)",
+              [&](double v) { given.set_budget_us(v); });
   add<std::string>(app, "--gesture", "NAME", "gesture of the simulated hand (demonstration)",
                    [&](const std::string& v) { given.set_gesture(v); });
   add_choice(app, "--arm", kArms, "arm behind the simulated hand (light)",
@@ -138,6 +142,14 @@ void check_config(const v1::Config& config) {
   if (config.has_max_force() && !in(config.max_force(), 0.0, 1000.0)) {
     refuse("--max-force: not in [0, 1000]. Give newtons.");
   }
+  const std::string& quality = config.quality();
+  if (!quality.empty() && quality != "auto" &&
+      (quality.size() != 1 || quality < "0" || quality > "4")) {
+    refuse("--quality: '" + quality + "' is not known. Give a level, 0 to 4, or auto.");
+  }
+  if (config.has_budget_us() && !(config.budget_us() > 0.0 && config.budget_us() <= 1e6)) {
+    refuse("--budget-us: not in (0, 1e6]. Give microseconds of CPU time per tick.");
+  }
   if (config.has_cpu() && config.cpu() > 1023) refuse("--cpu: not in [0, 1023].");
   if (config.device_size() > 1 || config.device(0).tool_id() != 0) {
     refuse("device: one device, that of tool 0, is all that can be played.");
@@ -150,8 +162,6 @@ void check_config(const v1::Config& config) {
     if (given) refuse(std::string(field) + ": not supported by this version. Leave it out.");
   };
   unsupported(!config.keys().empty(), "keys");
-  unsupported(!config.quality().empty(), "quality");
-  unsupported(config.has_budget_us(), "budget_us");
   unsupported(!config.inject().empty(), "inject");
   unsupported(config.verify(), "verify");
 }

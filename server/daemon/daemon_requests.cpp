@@ -164,19 +164,28 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
                                   "That tick has begun."));
     return;
   }
-  AssignmentResult assigned = assign_parameters(scene.live, set, load_options().device_stiffness);
+  const LoadOptions load = load_options();
+  AssignmentResult assigned =
+      assign_parameters(scene.live, set, load.device_stiffness, load.quality.usual_budget_us);
   if (assigned.code != v1::RESULT_CODE_OK) {
     server_->answer(id, result_of(assigned.code, assigned.path, assigned.message));
     return;
   }
+  LiveSettings& live = assigned.settings.live;
+  const LiveSettings& before = scene.settings.live;
+  if (live.quality_automatic && before.quality_automatic) {
+    set_level(static_cast<int>(before.quality_level), live);
+  }
   auto change = std::make_unique<SettingsChange>();
   change->at_tick = set.has_at_tick() ? set.at_tick() : 0;
   change->from = assigned.settings;
-  change->to = std::move(assigned.settings);
+  change->to = assigned.settings;
   if (!command(id, ChangeSettingsCommand{change.get()})) return;
   // Taken by the loop, which may have given it back by now: not ours to free.
   static_cast<void>(change.release());
   scene.live = std::move(assigned.scene);
+  scene.settings = std::move(assigned.settings);
+  change_tick_ = std::max(change_tick_, set.at_tick());
 }
 
 // The k-th sample is for first_tick + k; one tool plays, so its samples are all of them.

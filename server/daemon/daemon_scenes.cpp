@@ -53,6 +53,7 @@ LoadOptions Daemon::load_options() const {
   load.paths = installed_paths();
   const double most = player_.profile.profile.stiffness_max;
   if (most < kUnlimited) load.device_stiffness = most;
+  load.quality = quality_wish();
   return load;
 }
 
@@ -77,6 +78,7 @@ Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) 
   info.set_clock(options_.config.clock());
   info.set_server_version(HAPTICD_VERSION);
   scene.live = loaded->message;
+  scene.settings = scene_settings(loaded->scene->description(), 0);
   scene.loaded = std::move(loaded);
   announce_scene(scene);
   scenes_.push_back(std::move(scene));
@@ -194,6 +196,7 @@ void Daemon::finish_swap(std::uint32_t scene_id) {
   while (scenes_.front().id != scene_id) scenes_.pop_front();
   swapping_ = false;
   next_pose_tick_ = 0;
+  change_tick_ = 0;
   v1::Item item;
   *item.mutable_scene_info() = scenes_.front().info;
   server_->broadcast(item);

@@ -201,6 +201,7 @@ void encode_energy(const Snapshot& snapshot, v1::Energy& out) {
 
 void encode_quality(const Snapshot& snapshot, v1::QualityState& out) {
   out.set_level(snapshot.quality_level);
+  out.set_automatic(snapshot.quality_automatic);
   out.set_reason(v1::QUALITY_REASON_CHOSEN);
   out.set_substeps(snapshot.work.sub_steps);
   out.set_sphere_tests(snapshot.work.sphere_tests);

@@ -118,6 +118,7 @@ void HapticLoop::publish_snapshot() noexcept {
                     static_cast<std::uint32_t>(optimiser.qp_iterations),
                     static_cast<std::uint64_t>(optimiser.tests)};
   snapshot->quality_level = scene_->quality_level;
+  snapshot->quality_automatic = scene_->settings.live.quality_automatic;
   snapshot->tank_energy = scene_->play.simulation->tank_energy();
   snapshot->tools.clear();
   if (ToolReading* tool = snapshot->tools.append()) fill_tool(*tool);

@@ -127,30 +127,39 @@ void set_number(const Target& target, const v1::Assignment& assignment) {
   r.SetUInt32(target.message, target.field, static_cast<std::uint32_t>(number));
 }
 
-/// The level, and what of the solver it had decided.
-void set_quality(const v1::Assignment& assignment, v1::Scene& scene) {
+/// The choice that `assignment` stands for.
+v1::Quality quality_choice(const v1::Assignment& assignment, const v1::Quality& before,
+                           double usual_budget_us) {
+  v1::Quality quality;
   if (assignment.has_text() && assignment.text() == "auto") {
-    throw Refusal{v1::RESULT_CODE_UNSUPPORTED,
-                  "This version has no automatic quality. Give a level."};
+    quality.mutable_automatic()->set_budget_us(usual_budget_us);
+    return before.has_automatic() ? before : quality;
   }
   const double level = assignment.number();
-  if (!assignment.has_number()) throw wrong_kind("a level, 0 to 4");
+  if (!assignment.has_number()) throw wrong_kind("a level, 0 to 4, or the text auto");
   if (!(level >= 0.0 && level < kQualityLevels && level == std::floor(level))) {
     throw Refusal{v1::RESULT_CODE_OUT_OF_RANGE, "Levels are 0 to 4."};
   }
+  quality.set_level(static_cast<std::uint32_t>(level));
+  return quality;
+}
+
+/// The choice, and what of the solver it had decided.
+void set_quality(const v1::Assignment& assignment, double usual_budget_us, v1::Scene& scene) {
+  const v1::Quality quality = quality_choice(assignment, scene.quality(), usual_budget_us);
   const OptimiserOptions before = quality_of(quality_level(scene.quality())).options;
-  const OptimiserOptions after = quality_of(static_cast<int>(level)).options;
+  const OptimiserOptions after = quality_of(quality_level(quality)).options;
   v1::Solver& solver = *scene.mutable_solver();
   if (solver.max_substeps() == static_cast<std::uint32_t>(before.sub_steps)) {
     solver.set_max_substeps(static_cast<std::uint32_t>(after.sub_steps));
   }
   if (solver.stop_step_m() == before.stop_tolerance) solver.set_stop_step_m(after.stop_tolerance);
-  scene.mutable_quality()->set_level(static_cast<std::uint32_t>(level));
+  *scene.mutable_quality() = quality;
 }
 
-void assign(const v1::Assignment& assignment, v1::Scene& scene) {
+void assign(const v1::Assignment& assignment, double usual_budget_us, v1::Scene& scene) {
   if (assignment.path() == "quality") {
-    set_quality(assignment, scene);
+    set_quality(assignment, usual_budget_us, scene);
     return;
   }
   const Target target = find_target(scene, assignment.path());
@@ -204,7 +213,7 @@ std::optional<SceneProblem> contradiction(const v1::Scene& scene, double device_
 }  // namespace
 
 AssignmentResult assign_parameters(const v1::Scene& scene, const v1::SetParameter& change,
-                                   double device_stiffness) {
+                                   double device_stiffness, double usual_budget_us) {
   if (change.assignments_size() < 1 || change.assignments_size() > 64) {
     return refused({v1::RESULT_CODE_OUT_OF_RANGE, "Give 1 to 64 assignments."},
                    "set_parameter.assignments");
@@ -213,7 +222,7 @@ AssignmentResult assign_parameters(const v1::Scene& scene, const v1::SetParamete
   result.scene = scene;
   for (const v1::Assignment& assignment : change.assignments()) {
     try {
-      assign(assignment, result.scene);
+      assign(assignment, usual_budget_us, result.scene);
     } catch (const Refusal& refusal) {
       return refused(refusal, assignment.path());
     }

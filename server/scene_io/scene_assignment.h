@@ -8,6 +8,7 @@
 #include "hapticd/v1/answer.pb.h"
 #include "hapticd/v1/control.pb.h"
 #include "hapticd/v1/scene.pb.h"
+#include "server/scene_io/scene_defaults.h"
 
 namespace hapticd {
 
@@ -19,9 +20,11 @@ struct AssignmentResult {
   SceneSettings settings;  ///< of tool 0; only when OK
 };
 
-/// `scene`, defaults filled in, after `change`. `device_stiffness` as in LoadOptions.
+/// `scene`, defaults filled in, after `change`. `device_stiffness` as in LoadOptions,
+/// `usual_budget_us` as in QualityWish. Automatic quality is at the level it begins with.
 [[nodiscard]] AssignmentResult assign_parameters(const v1::Scene& scene,
                                                  const v1::SetParameter& change,
-                                                 double device_stiffness);
+                                                 double device_stiffness,
+                                                 double usual_budget_us = kUsualBudget_us);
 
 }  // namespace hapticd

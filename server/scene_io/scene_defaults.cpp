@@ -165,6 +165,17 @@ void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene) {
   fill_solver(scene);
 }
 
+void choose_quality(const QualityWish& wish, v1::Scene& scene) {
+  if (wish.quality) *scene.mutable_quality() = *wish.quality;
+  if (!scene.quality().has_automatic()) return;
+  v1::AutomaticQuality& automatic = *scene.mutable_quality()->mutable_automatic();
+  if (wish.budget_us) {
+    automatic.set_budget_us(*wish.budget_us);
+  } else if (!automatic.has_budget_us()) {
+    automatic.set_budget_us(wish.usual_budget_us);
+  }
+}
+
 int quality_level(const v1::Quality& quality) {
   int level = kDefaultQuality;
   if (quality.has_level()) {

@@ -8,11 +8,25 @@
 
 namespace hapticd {
 
+/// Half of the tick of 1 ms, us.
+inline constexpr double kUsualBudget_us = 500.0;
+
+/// What of quality is decided outside a scene.
+struct QualityWish {
+  std::optional<v1::Quality> quality;        ///< replaces the scene's
+  std::optional<double> budget_us;           ///< of automatic quality; replaces the scene's
+  double usual_budget_us = kUsualBudget_us;  ///< where nobody gives one: half the tick
+};
+
+/// Puts `wish` into `scene`; knobs of the solver that the scene gives stand. Before fill_defaults.
+void choose_quality(const QualityWish& wish, v1::Scene& scene);
+
 /// Sets every absent number, choice and pose of `scene` to its default. `preset`, where given,
 /// replaces the scene's and every field a preset decides, set or not.
 void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene);
 
-/// The rung of the ladder of core/scene/quality.h that `quality` asks for.
+/// The rung of the ladder of core/scene/quality.h that `quality` asks for; automatic quality begins
+/// with the usual one.
 [[nodiscard]] int quality_level(const v1::Quality& quality);
 
 }  // namespace hapticd

@@ -11,6 +11,7 @@
 #include "core/scene/scene.h"
 #include "hapticd/v1/scene.pb.h"
 #include "server/scene_io/model_files.h"
+#include "server/scene_io/scene_defaults.h"
 #include "server/scene_io/scene_problem.h"
 
 namespace hapticd {
@@ -22,6 +23,7 @@ struct LoadOptions {
   /// Largest stiffness of the device, N/m: for k_s_from_device where the scene gives none. Normal
   /// value 1000, that of the common desktop devices.
   double device_stiffness = 1000.0;
+  QualityWish quality;
 };
 
 /// A scene, ready to play.

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "server/scene_io/field_table.h"
+#include "server/scene_io/scene_defaults.h"
 
 namespace hapticd {
 namespace {
@@ -76,7 +77,7 @@ v1::Assignment quality_value(const v1::Scene& scene) {
   if (scene.quality().has_automatic()) {
     value.set_text("auto");
   } else {
-    value.set_number(scene.quality().level());
+    value.set_number(quality_level(scene.quality()));
   }
   return value;
 }

@@ -266,6 +266,7 @@ SceneDescription Translation::translate(const v1::Scene& scene) {
   result.torque = scene.has_torque();
   result.optimiser = optimiser_of(scene.solver());
   result.quality_level = static_cast<std::uint32_t>(quality_level(scene.quality()));
+  result.quality_automatic = scene.quality().has_automatic();
   if (scene.has_modes() && !scene.has_vibration()) {
     fault("modes", "they need vibration, which the scene has not",
           "Add vibration, or leave them out.");

@@ -30,4 +30,27 @@ TEST_CASE("the cheapest level within an error is chosen, the best where none is"
   CHECK(quality_for(1e-12) == kQualityLevels - 1);
 }
 
+TEST_CASE(
+    "settings taken to a level have what it decides, and keep what the scene decided itself") {
+  for (int from = 0; from < kQualityLevels; ++from) {
+    for (int to = 0; to < kQualityLevels; ++to) {
+      LiveSettings live;
+      live.optimiser = quality_of(from).options;
+      live.quality_level = static_cast<std::uint32_t>(from);
+      set_level(to, live);
+      CHECK(live.optimiser.sub_steps == quality_of(to).options.sub_steps);
+      CHECK(live.optimiser.stop_tolerance == quality_of(to).options.stop_tolerance);
+      CHECK(live.quality_level == static_cast<std::uint32_t>(to));
+    }
+  }
+  LiveSettings own;
+  own.quality_level = kDefaultQuality;
+  own.optimiser.sub_steps = 77;
+  own.optimiser.margin = 0.125;
+  set_level(0, own);
+  CHECK(own.optimiser.sub_steps == 77);
+  CHECK(own.optimiser.margin == 0.125);
+  CHECK(own.optimiser.stop_tolerance == quality_of(0).options.stop_tolerance);
+}
+
 }  // namespace hapticd::test

@@ -146,4 +146,35 @@ TEST_CASE("a level of quality sets what the scene left open of the solver") {
             .settings.live.optimiser.sub_steps == 77);
 }
 
+TEST_CASE("quality follows a budget when told auto, and stops when given a level") {
+  v1::SetParameter set;
+  v1::Assignment& quality = *set.add_assignments();
+  quality.set_path("quality");
+  quality.set_text("auto");
+  auto result = assign_parameters(filled(), set, 1000.0, 250.0);
+  REQUIRE(result.code == v1::RESULT_CODE_OK);
+  CHECK(result.settings.live.quality_automatic);
+  CHECK(result.settings.live.quality_level == 3);
+  CHECK(parameter_values(result.scene, {"quality"}).values[0].text() == "auto");
+  const char* const budget = "quality.automatic.budget_us";
+  CHECK(parameter_values(result.scene, {budget}).values[0].number() == 250.0);
+  result = assign_parameters(result.scene, set_of({{budget, 125.0}}), 1000.0);
+  REQUIRE(result.code == v1::RESULT_CODE_OK);
+  CHECK(result.scene.quality().automatic().budget_us() == 125.0);
+  CHECK(result.settings.live.quality_automatic);
+  // auto again keeps the budget that was set.
+  result = assign_parameters(result.scene, set, 1000.0, 250.0);
+  CHECK(result.scene.quality().automatic().budget_us() == 125.0);
+  CHECK(assign_parameters(result.scene, set_of({{budget, 0.0}}), 1000.0).code ==
+        v1::RESULT_CODE_OUT_OF_RANGE);
+  result = assign_parameters(result.scene, set_of({{"quality", 1.0}}), 1000.0);
+  REQUIRE(result.code == v1::RESULT_CODE_OK);
+  CHECK_FALSE(result.settings.live.quality_automatic);
+  CHECK(result.settings.live.quality_level == 1);
+  CHECK(assign_parameters(result.scene, set_of({{budget, 1.0}}), 1000.0).code ==
+        v1::RESULT_CODE_NOT_FOUND);
+  quality.set_text("best");
+  CHECK(assigned(set).code == v1::RESULT_CODE_INVALID);
+}
+
 }  // namespace hapticd::test

@@ -252,6 +252,50 @@ TEST_CASE("more strings than can be played are refused, pieces of cables counted
   CHECK(find_fault(result.problems, "strings") != nullptr);
 }
 
+TEST_CASE("a quality asked for wins over the scene's, its own knobs and no other stand") {
+  const std::string scene = "name: \"x\"\n" + kFinger;
+  const auto load = [](const std::string& text, const QualityWish& wish) {
+    LoadOptions options;
+    options.quality = wish;
+    LoadResult result = load_scene_text(text, options);
+    REQUIRE(result.loaded != nullptr);
+    return result.loaded->scene->description();
+  };
+  QualityWish level;
+  level.quality.emplace().set_level(1);
+  CHECK(load(scene, {}).quality_level == 3);
+  CHECK(load(scene, level).quality_level == 1);
+  CHECK(load(scene, level).optimiser.sub_steps == 8);
+  CHECK(load(scene + "quality { level: 4 }", {}).quality_level == 4);
+  CHECK(load(scene + "quality { level: 4 }", level).quality_level == 1);
+  CHECK(load(scene + "solver { max_substeps: 5 }", level).optimiser.sub_steps == 5);
+  CHECK_FALSE(load(scene, level).quality_automatic);
+  QualityWish automatic;
+  automatic.quality.emplace().mutable_automatic();
+  CHECK(load(scene + "quality { level: 4 }", automatic).quality_automatic);
+  CHECK(load(scene + "quality { automatic {} }", {}).quality_automatic);
+  CHECK_FALSE(load(scene + "quality { automatic {} }", level).quality_automatic);
+}
+
+TEST_CASE("the budget is the one asked for, else the scene's, else half the tick") {
+  const auto budget = [](const char* quality, const QualityWish& wish) {
+    LoadOptions options;
+    options.quality = wish;
+    const LoadResult result = load_scene_text("name: \"x\"\n" + kFinger + quality, options);
+    REQUIRE(result.loaded != nullptr);
+    return result.loaded->message.quality().automatic().budget_us();
+  };
+  QualityWish wish;
+  wish.usual_budget_us = 250.0;
+  CHECK(budget("quality { automatic {} }", wish) == 250.0);
+  CHECK(budget("quality { automatic { budget_us: 70 } }", wish) == 70.0);
+  wish.budget_us = 90.0;
+  CHECK(budget("quality { automatic { budget_us: 70 } }", wish) == 90.0);
+  CHECK(budget("quality { level: 2 }", wish) == 0.0);
+  wish.quality.emplace().mutable_automatic();
+  CHECK(budget("quality { level: 2 }", wish) == 90.0);
+}
+
 TEST_CASE("a tool that begins inside something is told, and loads") {
   const LoadResult result =
       load_inline("name: \"x\"" + kFinger +

@@ -1,0 +1,88 @@
+"""Quality from the command line, from a scene, from a client, and following a budget."""
+import sys
+import time
+import unittest
+
+import daemon
+import hapticd
+
+REASON = hapticd.v1.state_pb2
+VIRTUAL = ("--clock", "virtual", "--device", "scripted", "--scene", "single_string")
+# Longest time a governor may take to come to its level, s.
+PATIENCE_S = 30.0
+
+
+def quality_of(session, poses=40):
+    session.subscribe(divisor=1, sections=["QUALITY"])
+    result = session.run(poses=[(0.0, 0.01, 0.0)] * poses)
+    return list(session.states(result.steps))[-1].quality
+
+
+class Fixed(unittest.TestCase):
+    def test_what_is_no_quality_is_refused_by_name(self):
+        for bad in ("5", "-1", "best", "3.5", "44"):
+            code, text = daemon.run(f"--quality={bad}")
+            self.assertEqual(code, 2, text)
+            self.assertIn("--quality", text)
+        for bad in ("0", "-3", "1e7", "nan"):
+            code, text = daemon.run(f"--budget-us={bad}")
+            self.assertEqual(code, 2, text)
+            self.assertIn("--budget-us", text)
+
+    def test_a_level_given_is_played_in_every_scene_and_can_be_changed(self):
+        with daemon.Daemon(*VIRTUAL, "--quality", "1") as played, hapticd.Session(played.address) as session:
+            session.acquire("test")
+            quality = quality_of(session)
+            self.assertEqual((quality.level, quality.automatic, quality.reason), (1, False, REASON.QUALITY_REASON_CHOSEN))
+            self.assertEqual(session.get("quality"), 1)
+            session.load_scene("sphere")
+            self.assertEqual(quality_of(session).level, 1)
+            session.set("quality", 4)
+            self.assertEqual(quality_of(session, 80).level, 4)
+
+    def test_without_it_the_scene_says(self):
+        with daemon.Daemon(*VIRTUAL) as played, hapticd.Session(played.address) as session:
+            session.acquire("test")
+            self.assertEqual(quality_of(session).level, 3)
+
+    def test_automatic_quality_under_the_virtual_clock_gives_the_same_bits_however_long_it_takes(self):
+        hashes = []
+        for budget in ("1", "1e6"):
+            with daemon.Daemon(*VIRTUAL, "--quality", "auto", "--budget-us", budget) as played, hapticd.Session(played.address) as session:
+                session.acquire("test")
+                quality = quality_of(session, 600)
+                self.assertEqual((quality.level, quality.automatic, quality.reason), (3, True, REASON.QUALITY_REASON_CHOSEN))
+                self.assertEqual(session.get("quality"), "auto")
+                self.assertEqual(session.get("quality.automatic.budget_us"), float(budget))
+                hashes.append(session.run(steps=10).state_hash)
+        self.assertEqual(hashes[0], hashes[1])
+
+
+class Following(unittest.TestCase):
+    def wait_for(self, session, wanted, words):
+        end = time.monotonic() + PATIENCE_S
+        for state in session.states():
+            if wanted(state.quality):
+                return state.quality
+            self.assertLess(time.monotonic(), end, f"{words}, but {state.quality}")
+
+    def test_it_descends_from_a_budget_nothing_fits_and_climbs_where_everything_does(self):
+        with daemon.Daemon("--scene", "single_string", "--quality", "auto", "--budget-us", "0.5") as played, \
+                hapticd.Session(played.address) as session:
+            session.acquire("test")
+            session.subscribe(divisor=20, sections=["QUALITY"])
+            low = self.wait_for(session, lambda q: q.level == 0 and q.reason == REASON.QUALITY_REASON_BUDGET, "level 0 for its budget")
+            self.assertTrue(low.automatic)
+            # Every level was too much once, so each waits: a fixed level and automatic again forgets that.
+            session.set("quality", 2)
+            self.wait_for(session, lambda q: q.level == 2 and not q.automatic and q.reason == REASON.QUALITY_REASON_CHOSEN, "2, chosen")
+            session.set("quality", "auto")
+            session.set("quality.automatic.budget_us", 1e6)
+            self.wait_for(session, lambda q: q.level == 4 and q.reason == REASON.QUALITY_REASON_ROOM, "level 4 for its room")
+            self.assertEqual(session.get("quality"), "auto")
+            self.assertEqual(played.end(), 0, played.log)
+        self.assertIn("quality 0 for a budget of 0.5 us", played.log)
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main(verbosity=2))
