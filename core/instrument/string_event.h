@@ -43,6 +43,9 @@ struct StringEvent {
   int partial_count = 0;     ///< kTone: entries of partials; 0 where no modes are modelled
   /// kTone: amplitudes of the modes relative to the largest, in [0, 1].
   std::array<float, kMaxModes> partials{};
+  /// Whose touch it is; -1: no tool's. Of what rings: of the tool that played it.
+  std::int32_t tool = -1;
+  std::int32_t part = -1;  ///< of that tool; -1: none is near
 };
 
 /// Events of one tick, in order of their instants within a string; overflow is counted.

@@ -82,6 +82,18 @@ void set_view_energy(const Tick& tick, double energy) noexcept {
   tick.state.tank.energy = std::min(tick.state.tank.energy, energy);
 }
 
+/// Takes the work of the held force over `moved` from the vibration.
+void book(const StringConstants& string, double moved, std::int64_t t_ns,
+          StringState& state) noexcept {
+  const double given = settle_tank(moved, state.vibration.energy, state.tank);
+  state.drawn = std::max(state.drawn + given, 0.0);
+  if (given > 0.0) {
+    state.drawn_ns = t_ns;
+    set_energy(string, std::max(state.vibration.energy - given, 0.0), state.vibration);
+    state.tank.energy = std::min(state.tank.energy, state.vibration.energy);
+  }
+}
+
 /// Takes what the force held over the tick has given to the hand from the vibration.
 void book_work(const Tick& tick, bool slipped) noexcept {
   EnergyTank& tank = tick.state.tank;
@@ -90,12 +102,7 @@ void book_work(const Tick& tick, bool slipped) noexcept {
   // A distance that jumped as the string slipped off is no motion of the hand: it may cost, but it
   // must not pay.
   if (slipped && !tick.touch.way && tank.held_force * moved < 0.0) moved = 0.0;
-  const double given = settle_tank(moved, tick.state.vibration.energy, tank);
-  tick.state.drawn = std::max(tick.state.drawn + given, 0.0);
-  if (given > 0.0) {
-    tick.state.drawn_ns = tick.time.t_ns;
-    set_view_energy(tick, std::max(tick.state.vibration.energy - given, 0.0));
-  }
+  book(tick.string, moved, tick.time.t_ns, tick.state);
 }
 
 /// After a touch the modes have no more energy than the touch has left in the books: what the hand
@@ -351,6 +358,12 @@ double envelope(const StringConstants& string, const StringState& state, double 
   if (!rings(state)) return 0.0;
   const double amplitude = fundamental_amplitude(string, energy_at(state.vibration, t_ns));
   return amplitude * state.vibration.reach * shape_factor(state.vibration, lambda);
+}
+
+void book_held_force(const StringConstants& string, double way, std::int64_t t_ns,
+                     StringState& state) noexcept {
+  if (rings(state) && state.tank.held_force != 0.0) book(string, way, t_ns, state);
+  state.tank.held_force = 0.0;
 }
 
 StringResponse respond(const StringConstants& string, const InstrumentOptions& options,

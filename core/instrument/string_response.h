@@ -59,4 +59,9 @@ struct StringResponse {
                                                  const TickTime& time, StringState& state,
                                                  ModalString* modes, StringEvents& events) noexcept;
 
+/// Books what the force held so far has done over `way` (m, of the hand along the normal) and holds
+/// none any more: before another tool plays the string.
+HD_REALTIME void book_held_force(const StringConstants& string, double way, std::int64_t t_ns,
+                                 StringState& state) noexcept;
+
 }  // namespace hapticd

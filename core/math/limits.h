@@ -2,7 +2,12 @@
 // time; an overflow is counted and handled conservatively, never allocated for.
 #pragma once
 
+#include <cstddef>
+
 namespace hapticd {
+
+/// Tools that play in one scene, at most.
+inline constexpr std::size_t kMaxTools = 5;
 
 /// Unknowns of a rigid tool: [linear; angular].
 inline constexpr int kToolDof = 6;

@@ -117,6 +117,10 @@ void find_string_contacts(const OptimiserInput& input, const OptimiserState& sta
     if (sum == nullptr) continue;
     add_pair(contact, active.multiplier, gap_gradient(state, w.models, contact).linear,
              part_compliance(input, state, contact.key.tool_sphere), *sum);
+    if (active.multiplier > sum->part_force) {
+      sum->part_force = active.multiplier;
+      sum->part = input.parts.part_of(contact.key.tool_sphere);
+    }
   }
   for (StringContact& contact : contacts) {
     const Wrench change = settle(input, state, contact);
@@ -136,7 +140,8 @@ StringNearness nearest_to_string(const OptimiserInput& input, const OptimiserSta
     const Contact contact =
         evaluate_contact(listed.key, input.tool, state.X_WG, bent.view(), shape.view());
     if (contact.gap < nearest.gap) {
-      nearest = {contact.gap, contact.lambda, contact.nhat_OG_W, contact.p_WC};
+      nearest = {contact.gap, contact.lambda, contact.nhat_OG_W, contact.p_WC,
+                 input.parts.part_of(listed.key.tool_sphere)};
     }
   }
   return nearest;

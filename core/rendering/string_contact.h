@@ -29,6 +29,8 @@ struct StringContact {
   double displacement =
       0.0;  ///< D: of the hand into the string: deflection and what coupling and part yield, m
   double part_compliance = 0.0;  ///< of the soft parts that touch it, m/N; 0: rigid
+  std::int32_t part = 0;         ///< of the tool: that of the pair which bears most
+  double part_force = 0.0;       ///< what that pair bears, N
 };
 
 /// What a string gives the hand for what the program presses on it.
@@ -61,6 +63,7 @@ struct StringNearness {
   double lambda = 0.5;
   Vector3 nhat_W;
   Vector3 p_WC;
+  std::int32_t part = -1;  ///< of the tool; -1: no pair
 };
 
 /// The nearest pair of the tool, as it stands now, and string number `string`.

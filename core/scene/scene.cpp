@@ -91,12 +91,16 @@ ToolScene Scene::tool_scene(std::size_t tool) const noexcept {
   return scene;
 }
 
-ToolSimulation Scene::simulate(std::size_t tool) const {
-  ToolSimulation play;
-  play.tracks.resize(strings_.size());
-  if (description_.instrument.modes > 0) play.modes.resize(strings_.size());
-  play.simulation = std::make_unique<Simulation>(tool_scene(tool), play.tracks, play.modes);
-  return play;
+OwnedSimulation Scene::simulate() const {
+  std::vector<ToolScene> scenes;
+  scenes.reserve(tools_.size());
+  for (std::size_t tool = 0; tool < tools_.size(); ++tool) scenes.push_back(tool_scene(tool));
+  return own_simulation(scenes);
+}
+
+OwnedSimulation Scene::simulate(std::size_t tool) const {
+  const ToolScene scene = tool_scene(tool);
+  return own_simulation({&scene, 1});
 }
 
 std::size_t Scene::tool_spheres(std::size_t tool) const noexcept {

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "core/scene/owned_simulation.h"
 #include "core/scene/scene_description.h"
-#include "core/simulation/simulation.h"
 
 namespace hapticd {
 
@@ -16,13 +16,6 @@ namespace hapticd {
 struct CapsuleOwner {
   std::int32_t index = 0;  ///< in SceneDescription::strings, or in lines
   bool is_string = false;
-};
-
-/// What changes while a tool plays.
-struct ToolSimulation {
-  std::vector<StringTrack> tracks;
-  std::vector<ModalString> modes;  ///< none when the scene has none
-  std::unique_ptr<Simulation> simulation;
 };
 
 class Scene {
@@ -38,8 +31,11 @@ class Scene {
   /// What one tool is rendered from; views memory of this scene.
   [[nodiscard]] ToolScene tool_scene(std::size_t tool) const noexcept;
 
-  /// One tool among all obstacles, in its first state; views memory of this scene.
-  [[nodiscard]] ToolSimulation simulate(std::size_t tool) const;
+  /// All tools among all obstacles, in their first state; views memory of this scene. Precondition:
+  /// the scene has at most kMaxTools.
+  [[nodiscard]] OwnedSimulation simulate() const;
+  /// One tool alone.
+  [[nodiscard]] OwnedSimulation simulate(std::size_t tool) const;
 
   /// Owners of the capsules that ContactKey::obstacle and StringReading::string number.
   [[nodiscard]] std::span<const CapsuleOwner> capsule_owners() const noexcept { return owners_; }

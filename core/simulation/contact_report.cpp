@@ -34,17 +34,19 @@ void add(const ContactReading& reading, ContactReport& report) noexcept {
 
 }  // namespace
 
-void Simulation::report_contacts(ContactReport& report) const noexcept {
+void Simulation::report_contacts(std::size_t tool, ContactReport& report) const noexcept {
   report.contacts.clear();
   report.total = 0;
-  const OptimiserState& state = tool_.optimiser;
-  const BentObstacles bent(scene_.obstacles, state.holds);
-  const ToolShape shape(scene_.parts, state.parts);
+  const ToolPlay& play = memory_.tools[tool];
+  const ToolScene& scene = play.scene;
+  const OptimiserState& state = play.state.optimiser;
+  const BentObstacles bent(scene.obstacles, state.holds);
+  const ToolShape shape(scene.parts, state.parts);
   const auto reading_of = [&](const ContactKey& key, double force) {
     const Contact contact =
-        evaluate_contact(key, scene_.tool, state.X_WG, bent.view(), shape.view());
+        evaluate_contact(key, scene.tool, state.X_WG, bent.view(), shape.view());
     return ContactReading{key,
-                          scene_.parts.part_of(key.tool_sphere),
+                          scene.parts.part_of(key.tool_sphere),
                           to_array(contact.p_WC),
                           to_array(contact.nhat_OG_W),
                           contact.lambda,
@@ -53,23 +55,15 @@ void Simulation::report_contacts(ContactReport& report) const noexcept {
   };
   const auto active = std::span(state.active).first(static_cast<std::size_t>(state.active_count));
   for (const ActivePair& pair : active) add(reading_of(pair.key, pair.multiplier), report);
-  const double near = kNearSkins * scene_.options.skin;
-  for (const Contact& contact : workspace_.contacts.contacts) {
-    if (contact.gap - workspace_.travelled > near) continue;
+  const double near = kNearSkins * scene.options.skin;
+  for (const Contact& contact : play.workspace.contacts.contacts) {
+    if (contact.gap - play.workspace.travelled > near) continue;
     const auto same = [&](const ActivePair& pair) { return pair.key == contact.key; };
     if (std::any_of(active.begin(), active.end(), same)) continue;
     const ContactReading reading = reading_of(contact.key, 0.0);
     if (reading.gap <= near) add(reading, report);
   }
   std::sort_heap(report.contacts.begin(), report.contacts.end(), deeper);
-}
-
-double Simulation::tank_energy() const noexcept {
-  double energy = 0.0;
-  for (const std::int32_t string : awake_) {
-    energy += tracks_[static_cast<std::size_t>(string)].state.tank.energy;
-  }
-  return energy;
 }
 
 }  // namespace hapticd

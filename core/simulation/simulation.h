@@ -1,26 +1,35 @@
-// The tick: a pose sample in; graphic tool, wrench, strings and events out. Contact problem of the
-// tool (rendering), then the response of every string that is touched or rings (instrument), whose
-// vibration adds to the wrench, then the limits. `step` is a pure function of state and input: no
-// clock, device or random source; the same scene and inputs give the same bits everywhere. Strings
-// that are untouched and silent are never looked at outside the broad phase. RT: yes.
+// The tick: a pose sample of each tool in; graphic tools, wrenches, strings and events out. The
+// contact problem of each tool in turn (rendering), then the response of every string that is
+// touched or rings (instrument), whose vibration adds to the wrench of the tool that plays it, then
+// the limits. `step` is a pure function of state and input: no clock, device or random source; the
+// same scene and inputs give the same bits everywhere. Strings that are untouched and silent are
+// never looked at outside the broad phase. RT: yes.
 #pragma once
 
 #include <array>
 #include <span>
 
-#include "core/instrument/string_response.h"
-#include "core/rendering/tool_renderer.h"
 #include "core/simulation/contact_report.h"
+#include "core/simulation/string_approach.h"
+#include "core/simulation/tool_play.h"
 
 namespace hapticd {
 
 /// Strings of a scene, at most.
 inline constexpr int kMaxStrings = 1024;
 
-/// What one tick is computed from.
+/// What one tick is computed from: a sample per tool, in the order of the tools; further ones are
+/// not looked at.
 struct TickInput {
-  PoseSample sample;
+  std::array<PoseSample, kMaxTools> samples;
 };
+
+/// The input of a simulation of one tool.
+[[nodiscard]] inline TickInput input_of(const PoseSample& sample) noexcept {
+  TickInput input;
+  input.samples[0] = sample;
+  return input;
+}
 
 /// A string that is not asleep after the tick.
 struct StringReading {
@@ -32,73 +41,80 @@ struct StringReading {
   double radius_growth = 0.0;    ///< to draw beyond R: delta while touched, the envelope after, m
   double vibration_force = 0.0;  ///< F_v along the touch normal, N
   Vector3 deflection_W;          ///< of its vertex, m
+  std::int32_t tool = 0;         ///< that plays it: all of the above is this tool's
 };
 
 /// What one tick gives.
 struct TickOutput {
-  ToolTick tool;
+  FixedVector<ToolTick, kMaxTools> tools;
   StringEvents events;
   FixedVector<StringReading, kMaxStrings> strings;
 };
 
 /// What the simulation keeps of each string between ticks.
 struct StringTrack {
-  StringState state;
-  double distance = 1.0;       ///< StringTouch::distance of the last tick, m; 1: not near
-  Vector3 u_W{0.0, 0.0, 0.0};  ///< deflection, m
-  Vector3 v_W{0.0, 0.0, 0.0};  ///< its rate over the last tick, m/s
-  /// Where its vibration has pushed the tool since: the normal, and the place from G, m.
-  Vector3 nhat_W{0.0, 0.0, 0.0};
-  Vector3 p_GC_W{0.0, 0.0, 0.0};
+  StringState state;        ///< its detector is that of the tool that plays it
+  std::int32_t player = 0;  ///< the tool whose touch makes it sound or dampens it
 };
 
-/// One tool among the strings and bodies of a scene.
+/// Where a simulation keeps what it knows. Views must outlive it.
+struct SimulationMemory {
+  std::span<ToolPlay> tools;       ///< 1 to kMaxTools, their scenes set
+  std::span<StringTrack> tracks;   ///< one per string, at most kMaxStrings
+  std::span<StringVisit> visits;   ///< one per string, of the first tool, then of the second...
+  std::span<ModalString> modes{};  ///< one per string, or none when no modes are modelled
+};
+
+/// One to five tools among the strings and bodies of a scene. Each has its own wrench; what they
+/// share is the strings.
 class Simulation {
  public:
-  /// `scene`'s views, `tracks` (one per string) and `modes` (one per string, or none when
-  /// scene.instrument.modes is 0) must outlive this; at most kMaxStrings strings.
-  Simulation(const ToolScene& scene, std::span<StringTrack> tracks,
-             std::span<ModalString> modes) noexcept;
+  explicit Simulation(const SimulationMemory& memory) noexcept;
 
-  /// One tick. Cost: about 0.3 us free, 2 us on a string (tests/benchmark).
+  /// One tick. Cost per tool: about 0.3 us free, 2 us on a string (tests/benchmark).
   HD_REALTIME void step(const TickInput& input, TickOutput& output) noexcept;
 
-  /// The contacts as they are after step(), deepest first. Cost: about 40 ns per listed pair.
-  HD_REALTIME void report_contacts(ContactReport& report) const noexcept;
+  /// The contacts of a tool as they are after step(), deepest first. Cost: about 40 ns per listed
+  /// pair.
+  HD_REALTIME void report_contacts(std::size_t tool, ContactReport& report) const noexcept;
 
-  /// What the vibrating strings may still give to the hand, J.
+  /// What the vibrating strings that `tool` plays may still give to its hand, J.
+  [[nodiscard]] HD_REALTIME double tank_energy(std::size_t tool) const noexcept;
+  /// The same of all strings, J.
   [[nodiscard]] HD_REALTIME double tank_energy() const noexcept;
 
   /// Clears a latched pose fault; the next good sample is accepted again.
-  void clear_fault() noexcept { hapticd::clear_fault(tool_); }
+  void clear_fault(std::size_t tool) noexcept { hapticd::clear_fault(memory_.tools[tool].state); }
 
-  /// The scene, to change what may change between ticks.
-  [[nodiscard]] ToolScene& scene() noexcept { return scene_; }
-  [[nodiscard]] const ToolState& tool() const noexcept { return tool_; }
-  [[nodiscard]] std::span<const StringTrack> tracks() const noexcept { return tracks_; }
+  [[nodiscard]] std::size_t tool_count() const noexcept { return memory_.tools.size(); }
+  /// The scene of a tool, to change what may change between ticks. Strings and instrument are to be
+  /// changed alike for all tools.
+  [[nodiscard]] ToolScene& scene(std::size_t tool) noexcept { return memory_.tools[tool].scene; }
+  [[nodiscard]] const ToolState& tool(std::size_t tool) const noexcept {
+    return memory_.tools[tool].state;
+  }
+  [[nodiscard]] std::span<const StringTrack> tracks() const noexcept { return memory_.tracks; }
 
  private:
-  struct Way;
-  struct Passage;
-  struct Near;
-  void find_ringing(const Way& way, std::int64_t t_ns) noexcept;
+  void render(std::size_t tool, const PoseSample& sample, TickOutput& output) noexcept;
+  void find_ringing(std::size_t tool) noexcept;
   void merge_touched(const StringContacts& touched) noexcept;
-  void find_passage(const Way& way, std::int32_t string, double guess,
-                    Passage& passage) const noexcept;
-  void find_speeds(const Way& way, const ToolTick& tick, std::int32_t string,
-                   Near& near) const noexcept;
-  [[nodiscard]] Near look_at(std::int32_t string, const Way& way,
-                             const ToolTick& tick) const noexcept;
-  void damp_coupling(const Pose& X_WG_before, ToolTick& tick) const noexcept;
-  void respond_string(std::int32_t string, const Near& near, const TickTime& time,
-                      TickOutput& output) noexcept;
+  void respond_strings(TickOutput& output) noexcept;
+  void respond_string(std::int32_t string, TickOutput& output) noexcept;
+  void play_string(std::int32_t string, const StringApproach& near, TickOutput& output) noexcept;
+  void watch_others(std::int32_t string, std::span<const StringApproach> near,
+                    TickOutput& output) noexcept;
+  [[nodiscard]] std::int32_t choose_player(std::int32_t string,
+                                           std::span<const StringApproach> near,
+                                           const TickOutput& output) const noexcept;
+  void hand_over(std::int32_t string, std::int32_t player, const StringApproach& near) noexcept;
+  [[nodiscard]] bool is_awake(std::int32_t string) const noexcept;
+  void end_string(std::int32_t string) noexcept;
+  [[nodiscard]] StringVisit& visit(std::size_t tool, std::int32_t string) const noexcept {
+    return memory_.visits[tool * memory_.tracks.size() + static_cast<std::size_t>(string)];
+  }
 
-  OptimiserWorkspace workspace_;
-  ToolScene scene_;
-  ToolState tool_;
-  std::span<StringTrack> tracks_;
-  std::span<ModalString> modes_;
-  Pose X_WH_;  ///< of the last tick in which time passed
+  SimulationMemory memory_;
   /// Strings to call respond() for, in ascending order.
   FixedVector<std::int32_t, kMaxStrings> awake_;
 };

@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "core/instrument/string_parameters.h"
+#include "core/math/limits.h"
 #include "core/math/wrench.h"
 #include "core/safety/loop_state.h"
 #include "core/simulation/contact_report.h"
@@ -15,7 +16,7 @@
 namespace hapticd {
 
 /// Tools of a scene that the loop plays, at most.
-inline constexpr std::size_t kMaxPlayedTools = 5;
+inline constexpr std::size_t kMaxPlayedTools = kMaxTools;
 /// Strings that one snapshot lists, at most: all of a scene.
 inline constexpr std::size_t kMaxListedStrings = 1024;
 

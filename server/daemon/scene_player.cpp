@@ -115,7 +115,7 @@ std::unique_ptr<PlayedScene> make_played_scene(std::shared_ptr<const LoadedScene
   played->stiffness_limits = stiffness_limits_of(options);
   played->settings = scene_settings(description, 0);
   played->strings.resize(played->settings.pieces.size());
-  played->play.simulation->scene().strings = played->strings;
+  played->play.simulation->scene(0).strings = played->strings;
   const Pose home = to_device(played->map, WorkspaceState{}, tool.X_WG);
   played->device = make_played_device(options, begin_of(gesture.get()).value_or(home));
   played->gesture = std::move(gesture);

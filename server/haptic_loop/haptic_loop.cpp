@@ -25,9 +25,11 @@ std::uint32_t span_ns(std::int64_t from_ns, std::int64_t to_ns) noexcept {
 
 /// Nothing touches and nothing pushes, as far as the last tick knew.
 bool contact_free(const TickOutput& output) noexcept {
-  const Wrench& F = output.tool.F_unlimited_H_W;
-  return output.tool.pose != PoseVerdict::kFault && output.tool.optimiser.active_count == 0 &&
-         output.tool.optimiser.status != OptimiserStatus::kRecovering && F.f.isZero(0.0) &&
+  if (output.tools.empty()) return false;
+  const ToolTick& tool = output.tools[0];
+  const Wrench& F = tool.F_unlimited_H_W;
+  return tool.pose != PoseVerdict::kFault && tool.optimiser.active_count == 0 &&
+         tool.optimiser.status != OptimiserStatus::kRecovering && F.f.isZero(0.0) &&
          F.t.isZero(0.0);
 }
 
@@ -56,7 +58,8 @@ void HapticLoop::begin_scene() noexcept {
   written_ = SafetyOutput{};
   touches_ = TouchDetector{};
   sample_ = DeviceSample{};
-  output_.tool = ToolTick{};
+  output_.tools.clear();
+  if (ToolTick* tool = output_.tools.append()) *tool = ToolTick{};
   output_.events.clear();
   output_.strings.clear();
   contacts_.contacts.clear();
@@ -294,12 +297,13 @@ void HapticLoop::render() noexcept {
   F_H_D_ = Wrench{};
   if (!input_watch_.has_pose) return;
   const Pose& X_WH = placed_.X_WH;
-  const TickInput input{{input_watch_.t_ns, to_array(X_WH.p), to_array(X_WH.q)}};
+  const TickInput input = input_of({input_watch_.t_ns, to_array(X_WH.p), to_array(X_WH.q)});
   Simulation& simulation = *scene_->play.simulation;
   simulation.step(input, output_);
-  if (options_.contacts_reported) simulation.report_contacts(contacts_);
+  if (options_.contacts_reported) simulation.report_contacts(0, contacts_);
   const double gain = scene_->force_gain * placed_.wrench_share;
-  F_H_D_ = to_device(scene_->map, Wrench{output_.tool.F_H_W.f * gain, output_.tool.F_H_W.t * gain});
+  const Wrench& F_H_W = output_.tools[0].F_H_W;
+  F_H_D_ = to_device(scene_->map, Wrench{F_H_W.f * gain, F_H_W.t * gain});
 }
 
 void HapticLoop::write_device() noexcept {

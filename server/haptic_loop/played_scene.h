@@ -31,7 +31,7 @@ struct PlayedDevice {
 struct PlayedScene {
   std::uint32_t scene_id = 1;
   std::shared_ptr<const Scene> scene;  ///< what `play` views
-  ToolSimulation play;
+  OwnedSimulation play;
   std::vector<StringConstants> strings;  ///< that `play` is played with
   std::uint32_t tool_id = 0;
   WorkspaceMap map;

@@ -49,9 +49,9 @@ void HapticLoop::report_events() noexcept {
   if (!input_watch_.has_pose) return;
   for (const StringEvent& event : output_.events) tell(event);
   if (!options_.contacts_reported) return;
-  const ToolTick& tool = output_.tool;
+  const ToolTick& tool = output_.tools[0];
   touch_events_.clear();
-  const ToolScene& scene = scene_->play.simulation->scene();
+  const ToolScene& scene = scene_->play.simulation->scene(0);
   detect_touches(contacts_,
                  {t_ns_, dt_ns_, tool.X_WG.p, tool.V_WH, scene.stiffness.kt,
                   static_cast<std::int32_t>(scene.strings.size())},
@@ -60,7 +60,7 @@ void HapticLoop::report_events() noexcept {
 }
 
 void HapticLoop::fill_tool(ToolReading& tool) const noexcept {
-  const ToolTick& tick = output_.tool;
+  const ToolTick& tick = output_.tools[0];
   tool = ToolReading{};
   tool.tool_id = scene_->tool_id;
   tool.flags = flags_of(tick, written_, watched_.held, placed_.open);
@@ -99,7 +99,7 @@ void HapticLoop::fill_strings(Snapshot& snapshot) const noexcept {
     snapshot.string_energy +=
         tracks[static_cast<std::size_t>(string.string)].state.vibration.energy;
   }
-  for (const StringContact& contact : output_.tool.strings) {
+  for (const StringContact& contact : output_.tools[0].strings) {
     snapshot.string_forces.push_back({contact.string, to_array(contact.F_W)});
   }
 }
@@ -113,7 +113,7 @@ void HapticLoop::publish_snapshot() noexcept {
   snapshot->loop_state = machine_.state;
   snapshot->cause = machine_.cause;
   snapshot->timing = timing_;
-  const OptimiserResult& optimiser = output_.tool.optimiser;
+  const OptimiserResult& optimiser = output_.tools[0].optimiser;
   snapshot->work = {static_cast<std::uint32_t>(optimiser.sub_steps),
                     static_cast<std::uint32_t>(optimiser.qp_iterations),
                     static_cast<std::uint64_t>(optimiser.tests)};
@@ -134,7 +134,7 @@ void HapticLoop::publish_snapshot() noexcept {
 void HapticLoop::publish_trace() noexcept {
   TickTrace* trace = channels_.traces.writable();
   if (trace == nullptr) return;
-  const ToolTick& tick = output_.tool;
+  const ToolTick& tick = output_.tools[0];
   trace->tick = tick_;
   trace->t_ns = static_cast<std::uint64_t>(t_ns_);
   trace->dt_ns = static_cast<std::uint64_t>(dt_ns_);

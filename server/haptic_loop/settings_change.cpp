@@ -29,7 +29,7 @@ void apply_settings(PlayedScene& scene) noexcept {
   scene.grant = grant_stiffness(wanted_stiffness(scene.settings), limits);
   // Where poses come from data force moves nothing, and no stiffness is too high.
   if (follows_data(scene.device.device->profile().driver)) scene.grant.scale = 1.0;
-  ToolScene& tool = scene.play.simulation->scene();
+  ToolScene& tool = scene.play.simulation->scene(0);
   tool.stiffness = {live.coupling.kt * scene.grant.scale, live.coupling.length};
   tool.coupling_damping = live.coupling_damping;
   tool.options = live.optimiser;

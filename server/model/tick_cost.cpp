@@ -77,7 +77,7 @@ Vector3 nearest_leaf(const SphereTreeView& tool, const Pose& X_WG, const Vector3
 
 /// Leads a tool that begins afresh to `place` and along it.
 void visit(const Scene& scene, std::size_t tool, const Vector3& place, Samples& samples) {
-  const ToolSimulation play = scene.simulate(tool);
+  const OwnedSimulation play = scene.simulate(tool);
   const auto output = std::make_unique<TickOutput>();
   const Pose start = scene.description().tools[tool].X_WG;
   const Vector3 way = place - nearest_leaf(scene.tool_scene(tool).tool, start, place) - start.p;
@@ -88,10 +88,10 @@ void visit(const Scene& scene, std::size_t tool, const Vector3& place, Samples& 
     const double along = std::max(0, tick - approach) * 0.1 * kStep;
     const Vector3 p = start.p + share * way + Vector3(along, 0.0, 0.5 * along);
     const double before = processor_time();
-    play.simulation->step({{std::int64_t{1'000'000} * (tick + 1), to_array(p), to_array(start.q)}},
-                          *output);
+    play.simulation->step(
+        input_of({std::int64_t{1'000'000} * (tick + 1), to_array(p), to_array(start.q)}), *output);
     const double us = processor_time() - before;
-    (output->tool.optimiser.active_count > 0 ? samples.contact : samples.free).push_back(us);
+    (output->tools[0].optimiser.active_count > 0 ? samples.contact : samples.free).push_back(us);
   }
 }
 

@@ -17,7 +17,7 @@ BUILDS = {
     "clang-O2": ("clang++-14", "-O2"),
 }
 FOLDERS = ("core/math core/geometry core/solver core/safety core/instrument core/collision core/modeling"
-           " core/rendering core/simulation tests/support tests/core/math tests/core/modeling tests/realtime")
+           " core/rendering core/simulation core/scene tests/support tests/core/math tests/core/modeling tests/realtime")
 PROBES = {"determinism_probe_core_math": "tests/core/math", "determinism_probe_core_modeling": "tests/core/modeling",
           "determinism_probe_contact_tick": "tests/realtime"}
 

@@ -24,15 +24,15 @@ bool check_scene_bytes(std::span<const std::uint8_t> bytes) {
     return false;
   }
   const Scene& scene = *result.loaded->scene;
-  const ToolSimulation play = scene.simulate(0);
+  const OwnedSimulation play = scene.simulate(0);
   const WrenchLimits limits = scene.tool_scene(0).limits;
   const Pose& start = scene.description().tools[0].X_WG;
   const auto output = std::make_unique<TickOutput>();
   for (int tick = 0; tick < 5; ++tick) {
     PoseSample sample{std::int64_t{1'000'000} * tick, to_array(start.p), to_array(start.q)};
     sample.p_WH[1] -= 2e-3 * tick;
-    play.simulation->step({sample}, *output);
-    const Wrench& F = output->tool.F_H_W;
+    play.simulation->step(input_of(sample), *output);
+    const Wrench& F = output->tools[0].F_H_W;
     require(F.f.norm() <= limits.force * (1.0 + 1e-12));
     require(F.t.norm() <= limits.torque * (1.0 + 1e-12));
   }

@@ -64,9 +64,7 @@ StringSession::StringSession(Play play) : capsules_(seven_strings()) {
   scene.obstacles.capsules_W = capsules_;
   scene.strings = strings_;
   scene.instrument = options_of(play);
-  tracks_.resize(strings_.size());
-  if (scene.instrument.modes > 0) modes_.resize(strings_.size());
-  simulation_ = std::make_unique<Simulation>(scene, tracks_, modes_);
+  play_ = own_simulation({&scene, 1});
 }
 
 PoseSample StringSession::sample() noexcept {
@@ -91,10 +89,10 @@ void StringSession::add(double number) noexcept {
 }
 
 void StringSession::add_to_hash(const TickOutput& output) noexcept {
-  for (const double number : to_array(output.tool.F_H_W.f)) add(number);
-  for (const double number : to_array(output.tool.F_H_W.t)) add(number);
-  for (const double number : to_array(output.tool.X_WG.p)) add(number);
-  for (const double number : to_array(output.tool.X_WG.q)) add(number);
+  for (const double number : to_array(output.tools[0].F_H_W.f)) add(number);
+  for (const double number : to_array(output.tools[0].F_H_W.t)) add(number);
+  for (const double number : to_array(output.tools[0].X_WG.p)) add(number);
+  for (const double number : to_array(output.tools[0].X_WG.q)) add(number);
   for (const StringReading& reading : output.strings) {
     add(reading.string);
     add(static_cast<double>(reading.level));
@@ -121,12 +119,12 @@ void StringSession::add_to_hash(const TickOutput& output) noexcept {
 void StringSession::run(std::int64_t ticks) noexcept {
   for (std::int64_t i = 0; i < ticks; ++i) {
     ++tick_;
-    simulation_->step({sample()}, *output_);
-    if (output_->tool.pose == PoseVerdict::kFault) {
+    play_.simulation->step(input_of(sample()), *output_);
+    if (output_->tools[0].pose == PoseVerdict::kFault) {
       ++faults_;
-      if (tick_ % kGlitchPeriod > 3) simulation_->clear_fault();
+      if (tick_ % kGlitchPeriod > 3) play_.simulation->clear_fault(0);
     }
-    if (output_->tool.F_H_W.f.norm() > 0.0) ++contact_ticks_;
+    if (output_->tools[0].F_H_W.f.norm() > 0.0) ++contact_ticks_;
     bool struck = false;
     for (const StringReading& reading : output_->strings) {
       struck = struck || reading.vibration_force != 0.0;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/modeling/sphere_tree.h"
-#include "core/simulation/simulation.h"
+#include "core/scene/owned_simulation.h"
 
 namespace hapticd::test {
 
@@ -43,9 +43,7 @@ class StringSession {
   SphereTree tool_;
   std::vector<Capsule> capsules_;
   std::vector<StringConstants> strings_;
-  std::vector<StringTrack> tracks_;
-  std::vector<ModalString> modes_;
-  std::unique_ptr<Simulation> simulation_;
+  OwnedSimulation play_;
   std::unique_ptr<TickOutput> output_ = std::make_unique<TickOutput>();
   double touch_height_;
   std::int64_t tick_ = 0;

@@ -53,19 +53,19 @@ Played play(const Scene& scene, const GestureMotion& motion, const DeviceProfile
             ArmKind arm) {
   SimulatedDevice device(profile, {.X_DH = scene.description().tools[0].X_WG, .arm = arm});
   device.play(motion.track(), 1);
-  ToolSimulation tool = scene.simulate(0);
+  OwnedSimulation tool = scene.simulate(0);
   const auto output = std::make_unique<TickOutput>();
   Played played;
   for (std::int64_t tick = 0; tick < kLongestPlay; ++tick) {
     DeviceSample sample;
     device.read(tick * kTick_ns, sample);
     if (tick > 0 && !device.gesture().playing) break;
-    tool.simulation->step({{sample.t_ns, sample.p_DH, sample.q_DH}}, *output);
-    REQUIRE(output->tool.pose == PoseVerdict::kGood);
+    tool.simulation->step(input_of({sample.t_ns, sample.p_DH, sample.q_DH}), *output);
+    REQUIRE(output->tools[0].pose == PoseVerdict::kGood);
     for (const StringEvent& event : output->events) {
       if (event.kind == StringEventKind::kTone) played.tones.push_back(event.string);
     }
-    const Wrench& F_H_W = output->tool.F_H_W;
+    const Wrench& F_H_W = output->tools[0].F_H_W;
     played.X_WH.push_back({to_quaternion(sample.q_DH), to_vector(sample.p_DH)});
     played.finite = played.finite && std::isfinite(F_H_W.f.norm() + F_H_W.t.norm());
     played.greatest_force = std::max(played.greatest_force, F_H_W.f.norm());

@@ -14,7 +14,7 @@ namespace {
 /// Leads the tool's origin along a polyline at `speed`; collects the strings of the tones, and the
 /// most strings that were awake at once.
 struct Playing {
-  ToolSimulation play;
+  OwnedSimulation play;
   Pose X_WH;
   std::int64_t t_ns = 0;
   std::vector<std::int32_t> tones;
@@ -30,8 +30,8 @@ struct Playing {
     for (int tick = 1; tick <= ticks; ++tick) {
       X_WH.p = from + (static_cast<double>(tick) / ticks) * (goal - from);
       t_ns += 1'000'000;
-      play.simulation->step({{t_ns, to_array(X_WH.p), to_array(X_WH.q)}}, *output);
-      REQUIRE(output->tool.pose != PoseVerdict::kFault);
+      play.simulation->step(input_of({t_ns, to_array(X_WH.p), to_array(X_WH.q)}), *output);
+      REQUIRE(output->tools[0].pose != PoseVerdict::kFault);
       for (const StringEvent& event : output->events) {
         if (event.kind == StringEventKind::kTone) tones.push_back(event.string);
       }

@@ -26,9 +26,9 @@ std::vector<double> press(Simulation& simulation) {
   for (int tick = 1; tick <= 200; ++tick) {
     const PoseSample sample{
         std::int64_t{1'000'000} * tick, {0.0, 0.01 - 1e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}};
-    simulation.step({sample}, *output);
-    heights.push_back(output->tool.X_WG.p.y());
-    heights.push_back(output->tool.F_H_W.f.y());
+    simulation.step(input_of(sample), *output);
+    heights.push_back(output->tools[0].X_WG.p.y());
+    heights.push_back(output->tools[0].F_H_W.f.y());
   }
   return heights;
 }
@@ -83,10 +83,10 @@ TEST_CASE("two simulations of a scene give the same bits and do not disturb each
   description.strings.push_back(string_between({-0.5, 0, 0}, {0.5, 0, 0}));
   description.strings[0].parameters.frequency = 65.4;
   const Scene scene(description);
-  const ToolSimulation alone = scene.simulate(0);
+  const OwnedSimulation alone = scene.simulate(0);
   const std::vector<double> once = press(*alone.simulation);
-  const ToolSimulation first = scene.simulate(0);
-  const ToolSimulation second = scene.simulate(0);
+  const OwnedSimulation first = scene.simulate(0);
+  const OwnedSimulation second = scene.simulate(0);
   press(*first.simulation);
   CHECK(press(*second.simulation) == once);
 }
@@ -98,15 +98,16 @@ TEST_CASE("without torque the device gets none, with it some") {
     description.bodies.push_back({"ball", shape_of({{{0.03, -0.05, 0.0}, 0.04}}), {}});
     description.torque = torque;
     const Scene scene(description);
-    const ToolSimulation play = scene.simulate(0);
+    const OwnedSimulation play = scene.simulate(0);
     const auto output = std::make_unique<TickOutput>();
     for (int tick = 1; tick <= 100; ++tick) {
       play.simulation->step(
-          {{std::int64_t{1'000'000} * tick, {0.0, -2e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}}},
+          input_of(
+              {std::int64_t{1'000'000} * tick, {0.0, -2e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}}),
           *output);
     }
-    CHECK(output->tool.F_H_W.f.norm() > 0.5);
-    CHECK((output->tool.F_H_W.t.norm() > 0.0) == torque);
+    CHECK(output->tools[0].F_H_W.f.norm() > 0.5);
+    CHECK((output->tools[0].F_H_W.t.norm() > 0.0) == torque);
   }
 }
 

@@ -67,7 +67,7 @@ TEST_CASE("one finger across three strings presses, arms and plucks each of them
     guqin.tick({0.3, -3e-3, -0.009});
     std::size_t most = 0;
     guqin.glide({0.3, -3e-3, 0.009}, 0.5, [&](const TickOutput& output) {
-      most = std::max(most, output.tool.strings.size());
+      most = std::max(most, output.tools[0].strings.size());
     });
     CHECK(most == 3);
     CHECK(count(guqin.events, StringEventKind::kTouch) == 3);

@@ -35,7 +35,7 @@ class ForceWatch {
   /// string is lost.
   double look() {
     const TickOutput& output = guqin_.output();
-    const Vector3& f = output.tool.F_unlimited_H_W.f;
+    const Vector3& f = output.tools[0].F_unlimited_H_W.f;
     const double way = (guqin_.p_WH - p_).norm();
     double swing = 0.0;
     for (const StringReading& reading : output.strings) {
@@ -52,11 +52,11 @@ class ForceWatch {
     }
     bool lost = false;
     for (const std::int32_t string : pressed_) {
-      lost = lost || std::none_of(output.tool.strings.begin(), output.tool.strings.end(),
+      lost = lost || std::none_of(output.tools[0].strings.begin(), output.tools[0].strings.end(),
                                   [&](const StringContact& c) { return c.string == string; });
     }
     pressed_.clear();
-    for (const StringContact& contact : output.tool.strings) pressed_.push_back(contact.string);
+    for (const StringContact& contact : output.tools[0].strings) pressed_.push_back(contact.string);
     const double allowed = std::max(kFreeChange, kExcess * 1000.0 * way) + kExcess * swing * kTick;
     const double ratio = lost ? 0.0 : (f - f_).norm() / allowed;
     f_ = f;
@@ -118,16 +118,16 @@ Replay touch_while_vibrating(const Preset& preset, int ticks) {
   const auto look = [&](const TickOutput&) { replay.worst = std::max(replay.worst, watch.look()); };
   guqin.glide({kPlace, 1.5e-3, 1.5e-3}, 0.1, look);
   for (int k = 0; k < 500; ++k) look(guqin.tick(guqin.p_WH));
-  replay.pressed = guqin.output().tool.F_H_W.f.norm();
+  replay.pressed = guqin.output().tools[0].F_H_W.f.norm();
   guqin.glide({kPlace, 0.02, 1.5e-3}, 1.2, [&](const TickOutput& output) {
     look(output);
-    if (output.tool.F_H_W.f.norm() > 0.0) ++replay.drop_ticks;
+    if (output.tools[0].F_H_W.f.norm() > 0.0) ++replay.drop_ticks;
   });
   guqin.glide({kPlace, 2e-3, 1.5e-3}, 0.5, look);
   for (int k = 0; k < ticks; ++k) {
     look(guqin.tick(guqin.p_WH));
-    replay.f_y.push_back(guqin.output().tool.F_H_W.f.y());
-    replay.f_z.push_back(guqin.output().tool.F_H_W.f.z());
+    replay.f_y.push_back(guqin.output().tools[0].F_H_W.f.y());
+    replay.f_z.push_back(guqin.output().tools[0].F_H_W.f.z());
   }
   return replay;
 }
@@ -239,13 +239,13 @@ TEST_CASE("a slide along one string keeps its force, without drag") {
       guqin.glide({0.2, felt_distance(guqin) - 2e-3, 0.0}, 0.1, kNothing);
       ForceWatch watch(guqin);
       watch.look();
-      Vector3 before = guqin.output().tool.F_H_W.f;
+      Vector3 before = guqin.output().tools[0].F_H_W.f;
       guqin.glide({0.9, guqin.p_WH.y(), 0.0}, speed, [&](const TickOutput& output) {
-        const Vector3& f = output.tool.F_H_W.f;
+        const Vector3& f = output.tools[0].F_H_W.f;
         drag = std::max(drag, std::abs(f.x()) / f.norm());
         worst = std::max(worst, (f - before).norm());
         before = f;
-        CHECK(output.tool.strings.size() == 1);
+        CHECK(output.tools[0].strings.size() == 1);
       });
       CHECK(count(guqin.events, StringEventKind::kTouch) == 1);
       CHECK(count(guqin.events, StringEventKind::kRelease) == 0);

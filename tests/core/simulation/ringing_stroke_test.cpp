@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "core/simulation/simulation.h"
+#include "core/scene/owned_simulation.h"
 #include "tests/core/rendering/strokes.h"
 #include "tests/support/scale.h"
 
@@ -51,8 +51,6 @@ StrokeReport play(Stroke& stroke, int modes) {
   stroke.scene.instrument.modes = modes;
   // Faster than usual, so that the string rings for many of the few ticks.
   stroke.scene.instrument.release.arm_deflection = 0.05e-3;
-  std::vector<StringTrack> tracks(stroke.scene.strings.size());
-  std::vector<ModalString> modal(modes > 0 ? tracks.size() : 0);
   ToolRun run(stroke.scene, stroke.X_WH.front());
   const OptimiserInput input = run.input(stroke.X_WH.front());
   ToolScene scene;
@@ -60,7 +58,8 @@ StrokeReport play(Stroke& stroke, int modes) {
   scene.obstacles = input.obstacles;
   scene.strings = stroke.scene.strings;
   scene.instrument = stroke.scene.instrument;
-  const auto simulation = std::make_unique<Simulation>(scene, tracks, modal);
+  const OwnedSimulation play = own_simulation({&scene, 1});
+  const auto& simulation = play.simulation;
   const auto output = std::make_unique<TickOutput>();
 
   StrokeReport report;
@@ -69,18 +68,18 @@ StrokeReport play(Stroke& stroke, int modes) {
   std::int64_t t_ns = 0;
   for (std::size_t k = 0; k < 2 * pass; ++k) {
     const Pose& X_WH = stroke.X_WH[k % pass];
-    simulation->step({{t_ns += 1'000'000, to_array(X_WH.p), to_array(X_WH.q)}}, *output);
-    if (k == 0) run.state.X_WG = output->tool.X_WH;
+    simulation->step(input_of({t_ns += 1'000'000, to_array(X_WH.p), to_array(X_WH.q)}), *output);
+    if (k == 0) run.state.X_WG = output->tools[0].X_WH;
     if (k < pass) {
-      run.tick(output->tool.X_WH);
+      run.tick(output->tools[0].X_WH);
     } else {
-      report.gap = std::min(report.gap, run.tick_along(output->tool.X_WH));
+      report.gap = std::min(report.gap, run.tick_along(output->tools[0].X_WH));
     }
-    report.same = report.same && same_bits(run.state, simulation->tool().optimiser);
-    const Wrench& F = output->tool.F_H_W;
+    report.same = report.same && same_bits(run.state, simulation->tool(0).optimiser);
+    const Wrench& F = output->tools[0].F_H_W;
     report.finite = report.finite && F.f.norm() <= scene.limits.force * (1.0 + 1e-12) &&
                     F.t.norm() <= scene.limits.torque * (1.0 + 1e-12) &&
-                    output->tool.F_unlimited_H_W.f.allFinite();
+                    output->tools[0].F_unlimited_H_W.f.allFinite();
     for (const StringReading& reading : output->strings) {
       if (reading.level >= StringLevel::kFundamental) ++report.ringing;
       if (reading.vibration_force != 0.0) ++report.struck;

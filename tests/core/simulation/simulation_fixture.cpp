@@ -19,8 +19,6 @@ Instrument::Instrument(int count, const StringParameters& prototype,
     capsules_W.push_back({to_vector(string.p_WA), to_vector(string.p_WB), string.radius});
     strings.push_back(derive_string(string));
   }
-  tracks_.resize(strings.size());
-  if (options.modes > 0) modes_.resize(strings.size());
   ToolScene scene;
   scene.tool = tree_.view();
   scene.obstacles.capsules_W = capsules_W;
@@ -30,7 +28,7 @@ Instrument::Instrument(int count, const StringParameters& prototype,
   scene.obstacles.groups = groups;
   scene.strings = strings;
   scene.instrument = options;
-  simulation_ = std::make_unique<Simulation>(scene, tracks_, modes_);
+  simulation_ = own_simulation({&scene, 1});
 }
 
 const TickOutput& Instrument::tick(const Pose& X_WH) {
@@ -40,7 +38,7 @@ const TickOutput& Instrument::tick(const Pose& X_WH) {
 }
 
 const TickOutput& Instrument::tick_sample(const PoseSample& sample) {
-  simulation_->step({sample}, *output_);
+  simulation().step(input_of(sample), *output_);
   events.insert(events.end(), output_->events.begin(), output_->events.end());
   return *output_;
 }
@@ -55,7 +53,7 @@ const StringReading* Instrument::reading(int string) const {
 double Instrument::normal_force(int string) const {
   const StringReading* vibrating = reading(string);
   double force = vibrating != nullptr ? vibrating->vibration_force : 0.0;
-  for (const StringContact& contact : output_->tool.strings) {
+  for (const StringContact& contact : output_->tools[0].strings) {
     if (contact.string == string) force += contact.force;
   }
   return force;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/modeling/sphere_tree.h"
-#include "core/simulation/simulation.h"
+#include "core/scene/owned_simulation.h"
 
 namespace hapticd::test {
 
@@ -44,10 +44,10 @@ class Instrument {
     }
   }
 
-  [[nodiscard]] Simulation& simulation() { return *simulation_; }
-  [[nodiscard]] ToolScene& scene() { return simulation_->scene(); }
+  [[nodiscard]] Simulation& simulation() { return *simulation_.simulation; }
+  [[nodiscard]] ToolScene& scene() { return simulation().scene(0); }
   [[nodiscard]] const StringState& state(int string) const {
-    return simulation_->tracks()[static_cast<std::size_t>(string)].state;
+    return simulation_.tracks[static_cast<std::size_t>(string)].state;
   }
   /// Of string number `string` in the last tick, null when it is asleep.
   [[nodiscard]] const StringReading* reading(int string) const;
@@ -68,9 +68,7 @@ class Instrument {
 
  private:
   SphereTree tree_;
-  std::vector<StringTrack> tracks_;
-  std::vector<ModalString> modes_;
-  std::unique_ptr<Simulation> simulation_;
+  OwnedSimulation simulation_;
   std::unique_ptr<TickOutput> output_ = std::make_unique<TickOutput>();
 };
 

@@ -30,8 +30,8 @@ Instrument ringing(const Preset& preset) {
 double energy(const Instrument& guqin) { return guqin.state(0).vibration.energy; }
 
 bool all_finite(const TickOutput& output) {
-  bool finite = output.tool.F_H_W.f.allFinite() && output.tool.F_H_W.t.allFinite() &&
-                output.tool.X_WG.p.allFinite();
+  bool finite = output.tools[0].F_H_W.f.allFinite() && output.tools[0].F_H_W.t.allFinite() &&
+                output.tools[0].X_WG.p.allFinite();
   for (const StringReading& reading : output.strings) {
     finite = finite && std::isfinite(reading.vibration_force) &&
              std::isfinite(reading.radius_growth) && reading.deflection_W.allFinite();
@@ -118,8 +118,8 @@ TEST_CASE("what a hand does while no time passes is work of the next tick") {
     const TickOutput& output = guqin.tick_sample({guqin.t_ns, to_array(p), {1.0, 0.0, 0.0, 0.0}});
     given += held.dot(p - before);
     before = p;
-    held = output.tool.F_unlimited_H_W.f;
-    for (const StringContact& contact : output.tool.strings) held -= contact.F_W;
+    held = output.tools[0].F_unlimited_H_W.f;
+    for (const StringContact& contact : output.tools[0].strings) held -= contact.F_W;
   }
   MESSAGE("drawn: " << given / released);
   CHECK(given <= 1.001 * released);
@@ -137,7 +137,7 @@ TEST_CASE("any dt is survived: 0, 5 ms, 1 s, backwards, at random") {
       const Vector3 p(0.33, random.uniform(-4e-3, 12e-3), random.uniform(-0.01, 0.05));
       finite =
           finite && all_finite(guqin.tick_sample({guqin.t_ns, to_array(p), {1.0, 0.0, 0.0, 0.0}}));
-      CHECK(guqin.output().tool.F_H_W.f.norm() <= WrenchLimits{}.force * (1.0 + 1e-12));
+      CHECK(guqin.output().tools[0].F_H_W.f.norm() <= WrenchLimits{}.force * (1.0 + 1e-12));
     }
     CHECK(finite);
   }
@@ -151,7 +151,7 @@ TEST_CASE("a force held over a tick without time does not attract") {
     double weakest = 1.0;
     bool drawn = false;
     for (int k = 0; k < 50; ++k) {
-      const Vector3 p = guqin.tick(guqin.p_WH).tool.X_WH.p;
+      const Vector3 p = guqin.tick(guqin.p_WH).tools[0].X_WH.p;
       drawn = drawn || (guqin.reading(0) != nullptr && guqin.reading(0)->vibration_force < 0.0);
       guqin.tick_sample({guqin.t_ns, {p.x(), p.y() + 0.45e-3, p.z()}, {1.0, 0.0, 0.0, 0.0}});
       weakest = std::min(weakest, guqin.normal_force(0));
@@ -170,14 +170,14 @@ TEST_CASE("bad samples hold the string for two ticks, then fault") {
     const double before = energy(guqin);
     for (std::int64_t k = 1; k <= 10; ++k) {
       guqin.tick_sample(bad_sample(guqin.t_ns + k * 1'000'000));
-      CHECK(guqin.output().tool.pose == (k <= 2 ? PoseVerdict::kHeld : PoseVerdict::kFault));
-      CHECK((guqin.output().tool.F_H_W.f.norm() > 0.0) == (k <= 2));
+      CHECK(guqin.output().tools[0].pose == (k <= 2 ? PoseVerdict::kHeld : PoseVerdict::kFault));
+      CHECK((guqin.output().tools[0].F_H_W.f.norm() > 0.0) == (k <= 2));
     }
     CHECK(guqin.events.size() == events);
     CHECK(energy(guqin) == before);
-    guqin.simulation().clear_fault();
+    guqin.simulation().clear_fault(0);
     guqin.tick(guqin.p_WH);
-    CHECK(guqin.output().tool.pose == PoseVerdict::kGood);
+    CHECK(guqin.output().tools[0].pose == PoseVerdict::kGood);
     CHECK(guqin.events.size() == events);
   }
 }
@@ -196,7 +196,7 @@ TEST_CASE("after a fault a string has decayed by the time that has passed, and b
         for (std::int64_t k = 1; k <= 10; ++k) {
           guqin.tick_sample(bad_sample(guqin.t_ns + k * 1'000'000));
         }
-        guqin.simulation().clear_fault();
+        guqin.simulation().clear_fault(0);
         guqin.dt_ns = 15'000'000;
         guqin.tick(Vector3(guqin.p_WH + Vector3(0.0, gone, 0.0)));
         const double keep = std::exp(-0.03 / preset.string.touch_decay);
@@ -224,7 +224,7 @@ TEST_CASE("a jump past no string plays nothing; one across strings stays within 
       const Vector3 to = Vector3(0.5, 0.0, 0.06) + reach * to_vector(random.direction());
       for (int hold = 0; hold < 5; ++hold) {
         finite = finite && all_finite(guqin.tick(to));
-        CHECK(guqin.output().tool.F_H_W.f.norm() <= WrenchLimits{}.force * (1.0 + 1e-12));
+        CHECK(guqin.output().tools[0].F_H_W.f.norm() <= WrenchLimits{}.force * (1.0 + 1e-12));
       }
     }
     CHECK(finite);
@@ -277,10 +277,10 @@ TEST_CASE("parameters may change while a string is pressed or rings") {
     pressed.glide({kPlace, felt_distance(pressed) - 2e-3, 0.0}, 0.1, kNothing);
     for (int k = 0; k < 100; ++k) pressed.tick(pressed.p_WH);
     const auto before = pressed.events.size();
-    const double force = pressed.output().tool.F_H_W.f.norm();
+    const double force = pressed.output().tools[0].F_H_W.f.norm();
     pressed.strings[0] = derive_string(tighter);
     for (int k = 0; k < 100; ++k) finite = finite && all_finite(pressed.tick(pressed.p_WH));
-    const double change = pressed.output().tool.F_H_W.f.norm() / force;
+    const double change = pressed.output().tools[0].F_H_W.f.norm() / force;
     // 1.5 times as stiff, softened by the coupling in series where the string yields.
     CHECK(change > 1.3);
     CHECK(change < 1.5);

@@ -88,12 +88,12 @@ TEST_CASE("the wrench of a single string points away from it in every tick of ra
       guqin.glide(random_place(random, 1), speed, [&](const TickOutput& output) {
         Vector3 u_W = Vector3::Zero();
         double lambda = 0.5;
-        for (const StringHold& hold : guqin.simulation().tool().optimiser.holds) {
+        for (const StringHold& hold : guqin.simulation().tool(0).optimiser.holds) {
           u_W = hold.bend.u_W;
           lambda = hold.bend.lambda;
         }
-        const Vector3 n = true_normal(guqin, 0, output.tool.X_WG.p, u_W, lambda);
-        worst = std::min(worst, output.tool.F_unlimited_H_W.f.dot(n));
+        const Vector3 n = true_normal(guqin, 0, output.tools[0].X_WG.p, u_W, lambda);
+        worst = std::min(worst, output.tools[0].F_unlimited_H_W.f.dot(n));
       });
     }
     CHECK(worst >= -kForceRounding);
@@ -166,8 +166,8 @@ double energy_ratio(const Preset& preset, const Adversary& adversary) {
     released = std::max(released, guqin.state(0).vibration.released_energy);
     before = p;
     // F_v is what the wrench has beyond the contact's own.
-    held = output.tool.F_unlimited_H_W.f;
-    for (const StringContact& contact : output.tool.strings) held -= contact.F_W;
+    held = output.tools[0].F_unlimited_H_W.f;
+    for (const StringContact& contact : output.tools[0].strings) held -= contact.F_W;
   }
   return most;
 }

@@ -70,9 +70,9 @@ std::vector<double> play(Simulation& simulation, std::int64_t& tick, int ticks) 
   for (int i = 0; i < ticks; ++i, ++tick) {
     const double t = 1e-3 * static_cast<double>(tick);
     const PoseSample sample{tick * 1'000'000, {0.0, 0.02 - 0.05 * t, 0.0}, {1.0, 0.0, 0.0, 0.0}};
-    simulation.step({sample}, *output);
-    for (const double number : to_array(output->tool.F_H_W.f)) bits.push_back(number);
-    for (const double number : to_array(output->tool.X_WG.p)) bits.push_back(number);
+    simulation.step(input_of(sample), *output);
+    for (const double number : to_array(output->tools[0].F_H_W.f)) bits.push_back(number);
+    for (const double number : to_array(output->tools[0].X_WG.p)) bits.push_back(number);
   }
   return bits;
 }
@@ -313,8 +313,8 @@ TEST_CASE("whatever fails to load, the scene that plays goes on to the bit") {
   const LoadResult alone = load_inline(text);
   const LoadResult disturbed = load_inline(text);
   REQUIRE(alone.loaded != nullptr);
-  const ToolSimulation a = alone.loaded->scene->simulate(0);
-  const ToolSimulation b = disturbed.loaded->scene->simulate(0);
+  const OwnedSimulation a = alone.loaded->scene->simulate(0);
+  const OwnedSimulation b = disturbed.loaded->scene->simulate(0);
   std::int64_t tick_a = 0;
   std::int64_t tick_b = 0;
   SplitMix64 random(1);

@@ -1,0 +1,168 @@
+// See string_approach.h. RT: yes.
+#include "core/simulation/string_approach.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace hapticd {
+namespace {
+
+/// Steps towards the instant of a passage. Each about squares the error; three leave it below a
+/// microsecond at any speed of a hand.
+constexpr int kPassageSteps = 3;
+
+/// Where the hand passes the surface of a string.
+struct Passage {
+  double share;  ///< of the tick, in [0, 1]; negative: it does not
+  Vector3 nhat_W;
+  Vector3 p_HC_W;
+};
+
+/// The nearest listed pair of the tool, as if it stood at X_WT, and the string at rest; null when
+/// none is listed.
+const Contact* nearest_pair(const ToolPlay& play, std::int32_t string, const Pose& X_WT) noexcept {
+  const OptimiserInput& input = play.way.input;
+  const Contact* nearest = nullptr;
+  double gap = std::numeric_limits<double>::infinity();
+  for (const Contact& listed : play.workspace.contacts.contacts) {
+    if (listed.key.kind != ObstacleKind::kCapsule || listed.key.obstacle != string) continue;
+    const double listed_gap = evaluate_contact(listed.key, input.tool, X_WT, input.obstacles).gap;
+    if (nearest != nullptr && listed_gap >= gap) continue;
+    nearest = &listed;
+    gap = listed_gap;
+  }
+  return nearest;
+}
+
+/// From the felt surface, which is a skin above the string's, m: where a press begins from, so that
+/// the distance is continuous there.
+double felt_distance(double gap, const OptimiserInput& input) noexcept {
+  return gap < kNotNear ? std::max(gap - input.options.skin, 0.0) : kNotNear;
+}
+
+/// The string is straight at that instant, and the hand goes evenly: a root of the gap of the pair
+/// that is nearest there, by false position with the Illinois rule.
+void find_passage(const ToolPlay& play, std::int32_t string, double guess,
+                  Passage& passage) noexcept {
+  const ToolWay& way = play.way;
+  const auto hand = [&](double share) { return moved(way.X_WH_before, scaled(way.hand, share)); };
+  const Contact* pair = nearest_pair(play, string, hand(guess));
+  if (pair == nullptr) return;
+  const auto contact_at = [&](double share) {
+    return evaluate_contact(pair->key, way.input.tool, hand(share), way.input.obstacles);
+  };
+  const auto gap_at = [&](double share) { return contact_at(share).gap - way.input.options.skin; };
+  double from = 0.0;
+  double to = 1.0;
+  double gap_from = gap_at(from);
+  double gap_to = gap_at(to);
+  double share = guess;
+  bool found = (gap_from < 0.0) != (gap_to < 0.0);
+  for (int k = 0; found && k < kPassageSteps; ++k) {
+    share = from + (to - from) * (gap_from / (gap_from - gap_to));
+    const double gap = gap_at(share);
+    if ((gap < 0.0) == (gap_to < 0.0)) {
+      gap_from *= 0.5;
+    } else {
+      from = to;
+      gap_from = gap_to;
+    }
+    to = share;
+    gap_to = gap;
+  }
+  const Contact passed = contact_at(share);
+  passage = {found ? share : -1.0, passed.nhat_OG_W, passed.p_WC - hand(share).p};
+}
+
+/// Where the hand passes the string's surface, if it does in this tick. Before a touch the string
+/// is at rest; before a loss it follows the hand by its share of the displacement, or, where it
+/// slips off, moves as it did until then.
+void find_speeds(const ToolPlay& play, const ToolTick& tick, const StringVisit& visit,
+                 std::int32_t string, StringApproach& near) noexcept {
+  StringTouch& touch = near.touch;
+  Passage passage{-1.0, near.nhat_W, near.p_WC - tick.X_WG.p};
+  if ((touch.distance_before < 0.0) != (touch.distance < 0.0)) {
+    const double guess = touch.distance_before / (touch.distance_before - touch.distance);
+    find_passage(play, string, guess, passage);
+  }
+  touch.passing = passage.share;
+  const Vector3 v_WH = point_velocity(tick.V_WH, passage.p_HC_W);
+  Vector3 v_WS = visit.v_W;
+  if (passage.share >= 0.0 && touch.distance_before < 0.0) {
+    const double share = std::min(visit.u_W.norm() / -touch.distance_before, 1.0);
+    v_WS = share * v_WH.dot(passage.nhat_W) * passage.nhat_W;
+  }
+  const Vector3 v = v_WH - v_WS;
+  touch.normal_speed = -v.dot(passage.nhat_W);
+  touch.tangential_speed = (v + touch.normal_speed * passage.nhat_W).norm();
+}
+
+}  // namespace
+
+StringApproach approach_string(const ToolPlay& play, const ToolTick& tick, const StringVisit& visit,
+                               std::int32_t string) noexcept {
+  const OptimiserInput& input = play.way.input;
+  const OptimiserState& state = play.state.optimiser;
+  StringApproach near;
+  StringTouch& touch = near.touch;
+  touch.stiffness = std::min(input.stiffness.kt,
+                             input.strings[static_cast<std::size_t>(string)].contact_stiffness);
+  const StringContact* pressed = nullptr;
+  for (const StringContact& contact : tick.strings) {
+    if (contact.string == string) pressed = &contact;
+  }
+  if (pressed != nullptr && pressed->force > 0.0) {
+    touch.distance = -pressed->displacement;
+    touch.force = pressed->force;
+    touch.stiffness /= 1.0 + touch.stiffness * pressed->part_compliance;
+    touch.deflection = pressed->deflection;
+    touch.lambda = pressed->lambda;
+    near.nhat_W = pressed->nhat_W;
+    near.p_WC = pressed->p_WC;
+    near.part = pressed->part;
+  } else {
+    const StringNearness nearest =
+        nearest_to_string(input, state, play.workspace, string, kNotNear);
+    touch.distance = felt_distance(nearest.gap, input);
+    touch.lambda = nearest.lambda;
+    near.nhat_W = nearest.nhat_W;
+    near.p_WC = nearest.p_WC;
+    near.part = nearest.part;
+  }
+  touch.distance_before = visit.distance;
+  if (touch.distance_before >= kNotNear) {
+    const Contact* pair = nearest_pair(play, string, play.way.X_WG_before);
+    if (pair != nullptr) {
+      touch.distance_before = felt_distance(
+          evaluate_contact(pair->key, input.tool, play.way.X_WG_before, input.obstacles).gap,
+          input);
+    }
+  }
+  for (const StringHold& hold : state.holds) {
+    if (hold.bend.capsule == string) near.u_W = hold.bend.u_W;
+  }
+
+  touch.way = visit.nhat_W.dot(play.way.hand.dp + play.way.hand.dtheta.cross(visit.p_GC_W));
+  touch.hand_speed = near.nhat_W.dot(point_velocity(tick.V_WH, near.p_WC - tick.X_WG.p));
+  find_speeds(play, tick, visit, string, near);
+  return near;
+}
+
+// A new query, for the contact problem must not depend on what rings.
+void reach_out(double swing, ToolPlay& play) noexcept {
+  const OptimiserInput& input = play.way.input;
+  const OptimiserOptions& options = input.options;
+  const OptimiserState& state = play.state.optimiser;
+  const double range = swing + options.skin + input.instrument.release.release_gap;
+  const ToolStep moved = coupling_error(play.way.X_WG_before, state.X_WG, Vector3::Zero());
+  const double way_gone =
+      std::max(play.workspace.travelled, displacement_bound(moved, tool_reach(input, state)));
+  if (range <= play.workspace.contacts.covered_margin - way_gone) return;
+  const double margin = std::max(options.margin, range);
+  const BentObstacles bent(input.obstacles, state.holds);
+  const ToolShape shape(input.parts, state.parts);
+  find_contacts(input.tool, state.X_WG, bent.view(), {margin, margin}, play.workspace.contacts,
+                shape.view());
+}
+
+}  // namespace hapticd

@@ -1,0 +1,32 @@
+// How a tool stands to a string after the contact problem of its tick: distance, force and speeds,
+// as the string's response wants them (core/instrument). Frames: W. SI. RT: yes, about 0.1 us per
+// string.
+#pragma once
+
+#include "core/simulation/tool_play.h"
+
+namespace hapticd {
+
+/// Distance that stands for "not near", m.
+inline constexpr double kNotNear = 1.0;
+
+/// A string as a tool stands to it.
+struct StringApproach {
+  StringTouch touch;
+  Vector3 nhat_W{0.0, 0.0, 0.0};  ///< from string to tool
+  Vector3 p_WC{0.0, 0.0, 0.0};
+  Vector3 u_W{0.0, 0.0, 0.0};  ///< deflection of its vertex, m
+  std::int32_t part = -1;      ///< of the tool, that is nearest; -1: none near
+};
+
+/// How the tool of `play` stands to string number `string`; `tick` is what its contact problem
+/// gave, `visit` what is known from the tick before.
+[[nodiscard]] HD_REALTIME StringApproach approach_string(const ToolPlay& play, const ToolTick& tick,
+                                                         const StringVisit& visit,
+                                                         std::int32_t string) noexcept;
+
+/// Looks again for pairs when a string may swing by `swing` (m) further than those of the contact
+/// problem reach, or than the tool has moved since they were found.
+HD_REALTIME void reach_out(double swing, ToolPlay& play) noexcept;
+
+}  // namespace hapticd

@@ -1,0 +1,197 @@
+// Which tool plays a string, and what the others that touch it do. A string vibrates once, however
+// many tools touch it: its energy, tank and detector go with the tool that plays it, and the force
+// of its vibration goes to that tool alone. A tool that comes to a string which another one touches
+// is watched beside it; when it lets go while it has bent the string, it plays: so a finger may
+// stop a string and another pluck it, in whatever order they come. RT: yes, one tool pays for none
+// of it.
+#include <algorithm>
+
+#include "core/simulation/simulation.h"
+
+namespace hapticd {
+namespace {
+
+/// Names the tool whose touch the events from number `first` on are.
+void name_tool(std::size_t first, std::int32_t tool, std::int32_t part,
+               StringEvents& events) noexcept {
+  for (std::size_t k = first; k < events.size(); ++k) {
+    events[k].tool = tool;
+    events[k].part = part;
+  }
+}
+
+/// Drops what says how the string is drawn: that is for the tool that plays it to say.
+void drop_radius_events(std::size_t first, StringEvents& events) noexcept {
+  std::size_t kept = first;
+  for (std::size_t k = first; k < events.size(); ++k) {
+    if (events[k].kind == StringEventKind::kRadius) continue;
+    if (kept != k) events[kept] = events[k];
+    ++kept;
+  }
+  events.truncate(kept);
+}
+
+bool is_good(const TickOutput& output, std::int32_t tool) noexcept {
+  return output.tools[static_cast<std::size_t>(tool)].pose != PoseVerdict::kFault;
+}
+
+}  // namespace
+
+void Simulation::play_string(std::int32_t string, const StringApproach& near,
+                             TickOutput& output) noexcept {
+  const auto s = static_cast<std::size_t>(string);
+  StringTrack& track = memory_.tracks[s];
+  const auto player = static_cast<std::size_t>(track.player);
+  const ToolPlay& play = memory_.tools[player];
+  ToolTick& tick = output.tools[player];
+  const TickTime& time = play.way.time;
+  ModalString* modes = memory_.modes.empty() ? nullptr : &memory_.modes[s];
+  const std::size_t first = output.events.size();
+  const StringResponse response = respond(play.scene.strings[s], play.scene.instrument, string,
+                                          near.touch, time, track.state, modes, output.events);
+  name_tool(first, track.player, near.part, output.events);
+  // What moved without time passing counts as motion of the next tick.
+  if (time.dt_ns > 0) {
+    StringVisit& seen = visit(player, string);
+    seen.v_W = (near.u_W - seen.u_W) / (1e-9 * static_cast<double>(time.dt_ns));
+    seen.u_W = near.u_W;
+    seen.distance = near.touch.distance;
+    seen.nhat_W = near.nhat_W;
+    seen.p_GC_W = near.p_WC - tick.X_WG.p;
+  }
+
+  // A force held over a tick without a sample may not attract either.
+  const double vibration_force = std::max(response.vibration_force, -near.touch.force);
+  const Vector3 f = vibration_force * near.nhat_W;
+  tick.F_unlimited_H_W.f += f;
+  tick.F_unlimited_H_W.t += (near.p_WC - tick.X_WG.p).cross(f);
+
+  const StringState& state = track.state;
+  if (!awake(state)) return;
+  StringReading reading;
+  reading.string = string;
+  reading.level = state.level;
+  reading.touched = state.detector.touching;
+  reading.armed = state.detector.armed;
+  reading.lambda = reading.touched ? near.touch.lambda : state.vibration.lambda;
+  reading.radius_growth = response.radius_growth;
+  reading.vibration_force = vibration_force;
+  reading.deflection_W = near.u_W;
+  reading.tool = track.player;
+  output.strings.push_back(reading);
+}
+
+// The touch of a tool that does not play the string: as of one that cannot sound.
+void Simulation::watch_others(std::int32_t string, std::span<const StringApproach> near,
+                              TickOutput& output) noexcept {
+  const auto s = static_cast<std::size_t>(string);
+  for (std::size_t tool = 0; tool < near.size(); ++tool) {
+    const auto number = static_cast<std::int32_t>(tool);
+    if (number == memory_.tracks[s].player || !is_good(output, number)) continue;
+    const ToolPlay& play = memory_.tools[tool];
+    const TickTime& time = play.way.time;
+    StringVisit& seen = visit(tool, string);
+    const StringTouch& touch = near[tool].touch;
+    if (time.dt_ns <= 0) continue;
+    if (seen.detector.touching || touch.distance < 0.0) {
+      InstrumentOptions silent = play.scene.instrument;
+      silent.vibration = false;
+      StringState state;
+      state.detector = seen.detector;
+      const std::size_t first = output.events.size();
+      static_cast<void>(respond(play.scene.strings[s], silent, string, touch, time, state, nullptr,
+                                output.events));
+      drop_radius_events(first, output.events);
+      name_tool(first, number, near[tool].part, output.events);
+      seen.detector = state.detector;
+    }
+    seen.v_W = (near[tool].u_W - seen.u_W) / (1e-9 * static_cast<double>(time.dt_ns));
+    seen.u_W = near[tool].u_W;
+    seen.distance = touch.distance;
+    seen.nhat_W = near[tool].nhat_W;
+    seen.p_GC_W = near[tool].p_WC - output.tools[tool].X_WG.p;
+  }
+}
+
+// One that lets go of what it has bent comes first: that plucks. Then whoever plays it goes on
+// while it touches. A string that is let go of belongs to who touches it anew, and one that is
+// silent to who holds it; what rings over a finger that has been there before goes on ringing.
+std::int32_t Simulation::choose_player(std::int32_t string, std::span<const StringApproach> near,
+                                       const TickOutput& output) const noexcept {
+  const auto s = static_cast<std::size_t>(string);
+  const StringTrack& track = memory_.tracks[s];
+  const auto player = static_cast<std::size_t>(track.player);
+  const bool lets_go = track.state.detector.armed && near[player].touch.distance >= 0.0;
+  const bool rings = track.state.level >= StringLevel::kFundamental;
+  std::int32_t chosen = track.player;
+  double nearest = kNotNear;
+  for (std::size_t tool = 0; tool < near.size(); ++tool) {
+    const auto number = static_cast<std::int32_t>(tool);
+    if (number == track.player || !is_good(output, number)) continue;
+    const ReleaseDetector& detector = visit(tool, string).detector;
+    const StringTouch& touch = near[tool].touch;
+    if (detector.armed && touch.distance >= 0.0 && !lets_go) return number;
+    if (track.state.detector.touching) continue;
+    const double reach = envelope(memory_.tools[tool].scene.strings[s], track.state, touch.lambda,
+                                  track.state.vibration.t_ns);
+    const bool anew = !detector.touching && touch.distance < std::max(reach, 0.0);
+    if (!(rings ? anew : anew || detector.touching) || touch.distance >= nearest) continue;
+    nearest = touch.distance;
+    chosen = number;
+  }
+  if (chosen != track.player || is_good(output, chosen) || track.state.detector.touching) {
+    return chosen;
+  }
+  // Time goes on for what rings, whatever becomes of the tool that rang it.
+  for (std::size_t tool = 0; tool < near.size(); ++tool) {
+    if (is_good(output, static_cast<std::int32_t>(tool))) return static_cast<std::int32_t>(tool);
+  }
+  return chosen;
+}
+
+void Simulation::hand_over(std::int32_t string, std::int32_t player,
+                           const StringApproach& near) noexcept {
+  const auto s = static_cast<std::size_t>(string);
+  StringTrack& track = memory_.tracks[s];
+  book_held_force(memory_.tools[static_cast<std::size_t>(track.player)].scene.strings[s],
+                  near.touch.way.value_or(0.0), track.state.vibration.t_ns, track.state);
+  StringVisit& before = visit(static_cast<std::size_t>(track.player), string);
+  StringVisit& after = visit(static_cast<std::size_t>(player), string);
+  const ReleaseDetector last = track.state.detector;
+  before.detector = last;
+  track.state.detector = after.detector;
+  // When the string sounded last is known of the string.
+  track.state.detector.sounded = last.sounded;
+  track.state.detector.sounded_ns = last.sounded_ns;
+  after.detector = ReleaseDetector{};
+  track.player = player;
+}
+
+void Simulation::respond_string(std::int32_t string, TickOutput& output) noexcept {
+  StringTrack& track = memory_.tracks[static_cast<std::size_t>(string)];
+  if (memory_.tools.size() == 1) {
+    play_string(string,
+                approach_string(memory_.tools[0], output.tools[0], visit(0, string), string),
+                output);
+    return;
+  }
+  std::array<StringApproach, kMaxTools> near;
+  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
+    if (!is_good(output, static_cast<std::int32_t>(tool))) continue;
+    near[tool] =
+        approach_string(memory_.tools[tool], output.tools[tool], visit(tool, string), string);
+  }
+  const std::span<const StringApproach> all(near.data(), memory_.tools.size());
+  const std::int32_t player = choose_player(string, all, output);
+  if (player != track.player) {
+    hand_over(string, player, near[static_cast<std::size_t>(track.player)]);
+  }
+  if (is_good(output, track.player)) {
+    play_string(string, near[static_cast<std::size_t>(track.player)], output);
+  } else {
+    track.state.tank.held_force = 0.0;
+  }
+  watch_others(string, all, output);
+}
+
+}  // namespace hapticd

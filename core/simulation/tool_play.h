@@ -1,0 +1,41 @@
+// What a simulation keeps of each of its tools, and of each string that a tool comes to. Frames: W.
+// SI. RT: yes, plain data; 0.35 MB per tool, most of it scratch.
+#pragma once
+
+#include "core/instrument/string_response.h"
+#include "core/rendering/tool_renderer.h"
+
+namespace hapticd {
+
+/// What a tool was asked to do in a tick, and from where.
+struct ToolWay {
+  OptimiserInput input;
+  Pose X_WG_before;
+  Pose X_WH_before;
+  ToolStep hand;  ///< from X_WH_before on
+  TickTime time;
+};
+
+/// One tool of a simulation. Set `scene`; the rest begins as it is. Strings, obstacles and
+/// instrument are the same for all tools of a simulation.
+struct ToolPlay {
+  ToolScene scene;
+  ToolState state;
+  OptimiserWorkspace workspace;
+  Pose X_WH;    ///< of the last tick in which time passed
+  ToolWay way;  ///< of this tick; means nothing while the pose is faulty
+};
+
+/// A tool's view of a string, from tick to tick.
+struct StringVisit {
+  double distance = 1.0;       ///< StringTouch::distance of the last tick, m; 1: not near
+  Vector3 u_W{0.0, 0.0, 0.0};  ///< deflection, m
+  Vector3 v_W{0.0, 0.0, 0.0};  ///< its rate over the last tick, m/s
+  /// Where its vibration has pushed the tool since: the normal, and the place from G, m.
+  Vector3 nhat_W{0.0, 0.0, 0.0};
+  Vector3 p_GC_W{0.0, 0.0, 0.0};
+  /// The touch, while another tool plays the string (StringTrack::player).
+  ReleaseDetector detector;
+};
+
+}  // namespace hapticd
