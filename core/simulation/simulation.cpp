@@ -150,4 +150,15 @@ double Simulation::tank_energy() const noexcept {
   return energy;
 }
 
+bool Simulation::set_awake(std::span<const std::int32_t> strings) noexcept {
+  std::int32_t before = -1;
+  for (const std::int32_t string : strings) {
+    if (string <= before || static_cast<std::size_t>(string) >= memory_.tracks.size()) return false;
+    before = string;
+  }
+  awake_.clear();
+  for (const std::int32_t string : strings) awake_.push_back(string);
+  return true;
+}
+
 }  // namespace hapticd

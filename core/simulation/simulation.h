@@ -95,6 +95,17 @@ class Simulation {
   }
   [[nodiscard]] std::span<const StringTrack> tracks() const noexcept { return memory_.tracks; }
 
+  /// All that goes from tick to tick, with awake_strings(): for snapshots and replay
+  /// (simulation_fields.h).
+  [[nodiscard]] const SimulationMemory& memory() const noexcept { return memory_; }
+  /// Strings that respond to the next tick, in ascending order.
+  [[nodiscard]] std::span<const std::int32_t> awake_strings() const noexcept {
+    return {awake_.begin(), awake_.size()};
+  }
+  /// Makes just these awake; false, and nothing is changed, when they are no strings in ascending
+  /// order.
+  [[nodiscard]] bool set_awake(std::span<const std::int32_t> strings) noexcept;
+
  private:
   void render(std::size_t tool, const PoseSample& sample, TickOutput& output) noexcept;
   void find_ringing(std::size_t tool) noexcept;

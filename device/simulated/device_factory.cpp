@@ -14,8 +14,8 @@ std::unique_ptr<HapticDevice> make_device(const DeviceProfile& profile,
     own.driver = DeviceDriver::kScripted;
     return std::make_unique<ScriptedDevice>(own, *scripted);
   }
-  own.driver = DeviceDriver::kReplay;
-  return std::make_unique<ReplayDevice>(own, std::get<std::span<const DeviceSample>>(options));
+  own.driver = std::get<ReplayOptions>(options).driver;
+  return std::make_unique<ReplayDevice>(own);
 }
 
 }  // namespace hapticd

@@ -10,13 +10,16 @@
 
 namespace hapticd {
 
+/// A device that was.
+struct ReplayOptions {
+  DeviceDriver driver = DeviceDriver::kReplay;  ///< of the device recorded: it is treated as that
+};
+
 /// What drives a device: the alternative chosen is the driver.
-using DeviceOptions =
-    std::variant<SimulatedOptions, ScriptedOptions, std::span<const DeviceSample>>;
+using DeviceOptions = std::variant<SimulatedOptions, ScriptedOptions, ReplayOptions>;
 
 /// The device of `profile`'s numbers with the driver that `options` stands for, whatever the
-/// profile names: a scripted session may have the limits of any device. Samples of a replay must
-/// outlive it.
+/// profile names: a scripted session may have the limits of any device.
 [[nodiscard]] std::unique_ptr<HapticDevice> make_device(const DeviceProfile& profile,
                                                         const DeviceOptions& options);
 

@@ -5,18 +5,22 @@
 
 namespace hapticd {
 
+bool ReplayDevice::put(const ReplayedSample& tick) noexcept {
+  if (put_ - read_ == kQueue) return false;
+  queue_[put_++ % kQueue] = tick;
+  return true;
+}
+
 ReadOutcome ReplayDevice::read(std::int64_t /*now_ns*/, DeviceSample& sample) noexcept {
-  if (position_ >= samples_.size()) return ReadOutcome::kLost;
-  const DeviceSample& next = samples_[position_];
-  const bool same = position_ > 0 && next.counter == samples_[position_ - 1].counter;
-  ++position_;
-  if (same) return ReadOutcome::kNothing;
-  sample = next;
-  return ReadOutcome::kFresh;
+  if (read_ == put_) return ReadOutcome::kLost;
+  const ReplayedSample& tick = queue_[read_++ % kQueue];
+  write_good_ = tick.write_good;
+  if (tick.outcome == ReadOutcome::kFresh) sample = tick.sample;
+  return tick.outcome;
 }
 
 bool ReplayDevice::write(std::int64_t /*now_ns*/, const DeviceCommand& command) noexcept {
-  return is_finite(command);
+  return write_good_ && is_finite(command);
 }
 
 void ReplayDevice::write_zero(std::int64_t /*now_ns*/) noexcept {}

@@ -1,35 +1,44 @@
-// A device that was: the samples of a recording, one per read, decoded by the caller. Force is
-// accepted and goes nowhere. At its end it is lost. RT: yes, O(1) per call.
+// A device that was: what each read of a recording found and what became of each command, queued
+// tick by tick by whoever reads the recording. Force is accepted and goes nowhere. With nothing
+// queued it is lost. RT: yes, O(1) per call.
 #pragma once
 
 #include <cstdint>
-#include <span>
 
+#include "core/math/fixed_vector.h"
 #include "device/api/haptic_device.h"
 
 namespace hapticd {
 
+/// One tick of a device.
+struct ReplayedSample {
+  ReadOutcome outcome = ReadOutcome::kFresh;
+  DeviceSample sample;     ///< where fresh; all numbers kept to the bit
+  bool write_good = true;  ///< the command of this tick reached the device
+};
+
 class ReplayDevice final : public HapticDevice {
  public:
-  /// One sample per tick, as read in that tick, all numbers kept to the bit; a counter like that of
-  /// the sample before says that nothing new came in that tick. `samples` must outlive this.
-  ReplayDevice(const DeviceProfile& profile, std::span<const DeviceSample> samples) noexcept
-      : profile_(profile), samples_(samples) {}
+  /// Ticks that may be queued.
+  static constexpr std::size_t kQueue = 64;
+
+  /// `profile` is that of the device recorded, its driver included: the loop treats it as that one.
+  explicit ReplayDevice(const DeviceProfile& profile) noexcept : profile_(profile) {}
 
   [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
   HD_REALTIME ReadOutcome read(std::int64_t now_ns, DeviceSample& sample) noexcept override;
   HD_REALTIME bool write(std::int64_t now_ns, const DeviceCommand& command) noexcept override;
   HD_REALTIME void write_zero(std::int64_t now_ns) noexcept override;
 
-  /// Samples read so far.
-  [[nodiscard]] std::size_t position() const noexcept { return position_; }
-  /// The next sample to read; beyond the end: lost. Loop's thread.
-  HD_REALTIME void seek(std::size_t position) noexcept { position_ = position; }
+  /// Queues the next tick; false when the queue is full. Loop's thread.
+  HD_REALTIME bool put(const ReplayedSample& tick) noexcept;
 
  private:
   DeviceProfile profile_;
-  std::span<const DeviceSample> samples_;
-  std::size_t position_ = 0;
+  std::array<ReplayedSample, kQueue> queue_;
+  std::uint64_t put_ = 0;
+  std::uint64_t read_ = 0;
+  bool write_good_ = true;
 };
 
 }  // namespace hapticd

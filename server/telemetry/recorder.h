@@ -19,8 +19,9 @@
 
 namespace hapticd {
 
-/// Layout of our recordings, as in RecordHeader.format_version; readers refuse a larger one.
-inline constexpr std::uint32_t kRecordFormat = 1;
+/// Layout of our recordings, as in RecordHeader.format_version; readers refuse a larger one. 1 had
+/// not all that a replay needs.
+inline constexpr std::uint32_t kRecordFormat = 2;
 
 /// Topic of each message of recording.proto.
 inline constexpr std::string_view kHeaderTopic = "/hapticd/header";

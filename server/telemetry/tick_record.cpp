@@ -49,23 +49,46 @@ void set_input(const ToolTrace& tool, v1::ToolInput& input) {
   input.add_stiffness_scale(tool.stiffness_scale);
   input.set_age_ns(tool.age_ns);
   input.set_held(tool.held);
+  input.set_sample_t_ns(tool.sample_t_ns);
+  input.set_sample_counter(tool.sample_counter);
+  if (tool.has_velocity) {
+    set(tool.v_DH_D, *input.mutable_twist_dh_d()->mutable_v_m_per_s());
+    set(tool.w_DH_D, *input.mutable_twist_dh_d()->mutable_w_rad_per_s());
+  }
+  input.set_device_flags(tool.device_flags);
+  input.set_lost(tool.lost);
+  input.set_write_failed(tool.write_failed);
+  input.set_recentre(tool.recentre);
+  input.set_clutch_open(tool.clutch_open);
 }
 
 bool get_input(const v1::ToolInput& input, ToolTrace& tool) {
   tool.tool_id = input.tool_id();
   tool.sample_came = input.has_pose_dh();
   if (tool.sample_came && !get_pose(input.pose_dh(), tool.p_DH, tool.q_DH)) return false;
+  tool.has_velocity = input.has_twist_dh_d();
+  if (tool.has_velocity && (!get(input.twist_dh_d().v_m_per_s(), tool.v_DH_D) ||
+                            !get(input.twist_dh_d().w_rad_per_s(), tool.w_DH_D))) {
+    return false;
+  }
   std::array<double, 1> scale{};
   if (!get_pose(input.pose_wh(), tool.p_WH, tool.q_WH) ||
       !get(input.twist_wh_w().v_m_per_s(), tool.v_WH_W) ||
       !get(input.twist_wh_w().w_rad_per_s(), tool.w_WH_W) || !get(input.stiffness_scale(), scale) ||
-      input.buttons() > 0xFFFFU) {
+      input.buttons() > 0xFFFFU || input.device_flags() > 0xFFFFU) {
     return false;
   }
   tool.stiffness_scale = scale[0];
   tool.buttons = static_cast<std::uint16_t>(input.buttons());
   tool.age_ns = input.age_ns();
   tool.held = input.held();
+  tool.sample_t_ns = input.sample_t_ns();
+  tool.sample_counter = input.sample_counter();
+  tool.device_flags = static_cast<std::uint16_t>(input.device_flags());
+  tool.lost = input.lost();
+  tool.write_failed = input.write_failed();
+  tool.recentre = input.recentre();
+  tool.clutch_open = input.clutch_open();
   return true;
 }
 
@@ -115,6 +138,13 @@ void to_record(const TickTrace& trace, v1::TickRecord& record) {
   budget.set_qp_iterations(trace.qp_iterations);
   record.set_state_hash(trace.state_hash);
   record.set_cpu_ns(trace.cpu_ns);
+  record.set_skipped(trace.skipped);
+  for (int bit = 0; bit < kOrderBits; ++bit) {
+    if (((trace.orders >> static_cast<unsigned>(bit)) & 1U) == 0) continue;
+    record.add_orders(static_cast<v1::Order>(bit + 1));
+  }
+  record.set_change(trace.change);
+  record.set_first(trace.first);
 }
 
 bool to_trace(const v1::TickRecord& record, TickTrace& trace) {
@@ -141,6 +171,14 @@ bool to_trace(const v1::TickRecord& record, TickTrace& trace) {
   trace.qp_iterations = record.budget().qp_iterations();
   trace.state_hash = record.state_hash();
   trace.cpu_ns = record.cpu_ns();
+  trace.skipped = record.skipped();
+  for (const int order : record.orders()) {
+    if (order < 1 || order > kOrderBits) return false;
+    trace.orders =
+        static_cast<std::uint16_t>(trace.orders | (1U << static_cast<unsigned>(order - 1)));
+  }
+  trace.change = record.change();
+  trace.first = record.first();
   return true;
 }
 

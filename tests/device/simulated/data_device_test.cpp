@@ -41,8 +41,10 @@ TEST_CASE("scripted and replayed devices keep the contract of devices") {
   ScriptedDevice scripted(named(), {});
   for (std::uint64_t i = 0; i < 100; ++i) scripted.push(i, at(1e-3 * static_cast<double>(i)));
   check_device_contract(scripted, virtual_ticks(kMs), 200);
-  const std::vector<DeviceSample> samples = recording(50);
-  ReplayDevice replay(named(), samples);
+  ReplayDevice replay(named());
+  for (const DeviceSample& sample : recording(50)) {
+    replay.put({ReadOutcome::kFresh, sample, true});
+  }
   check_device_contract(replay, virtual_ticks(kMs), 40);
 }
 
@@ -158,37 +160,54 @@ TEST_CASE("poses that are not finite are passed on as they came, their velocity 
 }
 
 TEST_CASE("a replay gives every sample as recorded, nothing where nothing came, and then is lost") {
-  std::vector<DeviceSample> samples = recording(5);
-  samples[3] = samples[2];
-  ReplayDevice device(named(), samples);
+  const std::vector<DeviceSample> samples = recording(3);
+  ReplayDevice device(named());
+  for (const DeviceSample& sample : samples) CHECK(device.put({ReadOutcome::kFresh, sample, true}));
+  CHECK(device.put({ReadOutcome::kNothing, {}, true}));
+  CHECK(device.put({ReadOutcome::kLost, {}, true}));
   DeviceSample sample;
-  for (int i = 0; i < 3; ++i) {
+  for (const DeviceSample& recorded : samples) {
     CHECK(device.read(0, sample) == ReadOutcome::kFresh);
-    CHECK(sample.p_DH[0] == samples[static_cast<std::size_t>(i)].p_DH[0]);
-    CHECK(sample.counter == samples[static_cast<std::size_t>(i)].counter);
+    CHECK(sample.p_DH[0] == recorded.p_DH[0]);
+    CHECK(sample.counter == recorded.counter);
   }
   CHECK(device.read(0, sample) == ReadOutcome::kNothing);
-  CHECK(device.read(0, sample) == ReadOutcome::kFresh);
+  CHECK(sample.counter == samples.back().counter);
   CHECK(device.read(0, sample) == ReadOutcome::kLost);
   CHECK(device.read(0, sample) == ReadOutcome::kLost);
-  device.seek(1);
-  CHECK(device.position() == 1);
-  CHECK(device.read(0, sample) == ReadOutcome::kFresh);
-  CHECK(sample.p_DH[0] == samples[1].p_DH[0]);
+}
+
+TEST_CASE("a replayed command reaches the device in just the ticks in which it did") {
+  ReplayDevice device(named());
+  DeviceSample sample;
+  for (const bool good : {true, false, true}) {
+    device.put({ReadOutcome::kFresh, {}, good});
+    device.read(0, sample);
+    CHECK(device.write(0, {}) == good);
+  }
+}
+
+TEST_CASE("a replay holds as many ticks as it says, and refuses more") {
+  ReplayDevice device(named());
+  for (std::size_t k = 0; k < ReplayDevice::kQueue; ++k) REQUIRE(device.put({}));
+  CHECK(!device.put({}));
+  DeviceSample sample;
+  device.read(0, sample);
+  CHECK(device.put({}));
 }
 
 TEST_CASE("the factory makes the driver its options stand for, with the profile's numbers") {
-  const std::vector<DeviceSample> samples = recording(2);
   const DeviceOptions choices[] = {SimulatedOptions{}, ScriptedOptions{},
-                                   std::span<const DeviceSample>(samples)};
+                                   ReplayOptions{DeviceDriver::kHid}};
   const DeviceDriver drivers[] = {DeviceDriver::kSimulated, DeviceDriver::kScripted,
-                                  DeviceDriver::kReplay};
+                                  DeviceDriver::kHid};
   for (std::size_t i = 0; i < 3; ++i) {
     const auto device = make_device(named(), choices[i]);
     CHECK(device->profile().driver == drivers[i]);
     CHECK(device->profile().peak_force == 22.0);
     DeviceSample sample;
-    CHECK(device->read(0, sample) == ReadOutcome::kFresh);
+    // Nothing has been queued for the replay.
+    CHECK(device->read(0, sample) == (i < 2 ? ReadOutcome::kFresh : ReadOutcome::kLost));
   }
 }
 

@@ -32,6 +32,10 @@ inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
   trace.level = static_cast<std::uint32_t>(random.below(5));
   trace.scene_id = 1;
   trace.cpu_ns = static_cast<std::uint32_t>(random.next());
+  trace.skipped = random.below(10);
+  trace.change = random.below(10);
+  trace.orders = static_cast<std::uint16_t>(random.below(1U << static_cast<unsigned>(kOrderBits)));
+  trace.first = random.chance(0.5);
   trace.loop_state = static_cast<LoopState>(1 + random.below(7));
   trace.cause = static_cast<Cause>(random.below(kMaxCause + 1));
   trace.tool_count = tools;
@@ -42,15 +46,25 @@ inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
     tool.flags = static_cast<std::uint16_t>(random.next());
     tool.sample_came = random.chance(0.5);
     tool.held = random.chance(0.5);
+    tool.has_velocity = random.chance(0.5);
+    tool.lost = random.chance(0.5);
+    tool.write_failed = random.chance(0.5);
+    tool.recentre = random.chance(0.5);
+    tool.clutch_open = random.chance(0.5);
+    tool.device_flags = static_cast<std::uint16_t>(random.next());
+    tool.sample_t_ns = static_cast<std::int64_t>(random.next());
+    tool.sample_counter = random.next();
     tool.age_ns = random.next();
     tool.stiffness_scale = random.uniform();
-    for (Array3* a : {&tool.p_DH, &tool.p_WH, &tool.v_WH_W, &tool.w_WH_W, &tool.p_WG,
-                      &tool.f_unlimited_H_W, &tool.t_unlimited_H_W, &tool.f_H_W, &tool.t_H_W}) {
+    for (Array3* a :
+         {&tool.p_DH, &tool.v_DH_D, &tool.w_DH_D, &tool.p_WH, &tool.v_WH_W, &tool.w_WH_W,
+          &tool.p_WG, &tool.f_unlimited_H_W, &tool.t_unlimited_H_W, &tool.f_H_W, &tool.t_H_W}) {
       for (double& x : *a) x = any_double(random);
     }
     for (Array4* a : {&tool.q_DH, &tool.q_WH, &tool.q_WG}) {
       for (double& x : *a) x = any_double(random);
     }
+    if (!tool.has_velocity) tool.v_DH_D = tool.w_DH_D = {};
     if (!tool.sample_came) {
       tool.p_DH = {};
       tool.q_DH = {1.0, 0.0, 0.0, 0.0};

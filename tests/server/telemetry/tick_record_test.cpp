@@ -23,9 +23,14 @@ bool same(const std::array<double, N>& a, const std::array<double, N>& b) {
 bool same(const ToolTrace& a, const ToolTrace& b) {
   return a.tool_id == b.tool_id && a.buttons == b.buttons && a.flags == b.flags &&
          a.sample_came == b.sample_came && a.held == b.held && a.age_ns == b.age_ns &&
-         a.stiffness_scale == b.stiffness_scale && same(a.p_DH, b.p_DH) && same(a.q_DH, b.q_DH) &&
-         same(a.p_WH, b.p_WH) && same(a.q_WH, b.q_WH) && same(a.v_WH_W, b.v_WH_W) &&
-         same(a.w_WH_W, b.w_WH_W) && same(a.p_WG, b.p_WG) && same(a.q_WG, b.q_WG) &&
+         a.has_velocity == b.has_velocity && a.lost == b.lost && a.write_failed == b.write_failed &&
+         a.recentre == b.recentre && a.clutch_open == b.clutch_open &&
+         a.device_flags == b.device_flags && a.sample_t_ns == b.sample_t_ns &&
+         a.sample_counter == b.sample_counter && same(a.v_DH_D, b.v_DH_D) &&
+         same(a.w_DH_D, b.w_DH_D) && a.stiffness_scale == b.stiffness_scale &&
+         same(a.p_DH, b.p_DH) && same(a.q_DH, b.q_DH) && same(a.p_WH, b.p_WH) &&
+         same(a.q_WH, b.q_WH) && same(a.v_WH_W, b.v_WH_W) && same(a.w_WH_W, b.w_WH_W) &&
+         same(a.p_WG, b.p_WG) && same(a.q_WG, b.q_WG) &&
          same(a.f_unlimited_H_W, b.f_unlimited_H_W) && same(a.t_unlimited_H_W, b.t_unlimited_H_W) &&
          same(a.f_H_W, b.f_H_W) && same(a.t_H_W, b.t_H_W);
 }

@@ -1,0 +1,86 @@
+// The fields of what a string keeps from tick to tick, and of its parameters, for snapshots and
+// replay (core/math/state_fields.h). RT: yes.
+#pragma once
+
+#include "core/instrument/instrument_options.h"
+#include "core/instrument/string_response.h"
+#include "core/math/state_fields.h"
+
+namespace hapticd {
+
+template <FieldsOf<EnergyTank> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [energy, held_force] = state;
+  visit(energy, held_force);
+}
+
+template <FieldsOf<Vibration> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [energy, amplitude, released_energy, lambda, reach, decay, phase, t_ns, anchor_energy,
+         anchor_ns] = state;
+  visit(energy, amplitude, released_energy, lambda, reach, decay, phase, t_ns, anchor_energy,
+        anchor_ns);
+}
+
+template <FieldsOf<ReleaseDetector> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [touching, inside, contact, armed, outside, slipped, deflection, force, normal_speed,
+         tangential_speed, lambda, withdrawal, largest_force, largest_deflection, lost_deflection,
+         lost_amplitude, unload_deflection, unload_ns, lost_ns, residual_re, residual_im, sounded,
+         sounded_ns] = state;
+  visit(touching, inside, contact, armed, outside, slipped, deflection, force, normal_speed,
+        tangential_speed, lambda, withdrawal, largest_force, largest_deflection, lost_deflection,
+        lost_amplitude, unload_deflection, unload_ns, lost_ns, residual_re, residual_im, sounded,
+        sounded_ns);
+}
+
+template <FieldsOf<StringState> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [level, detector, vibration, tank, drawn, drawn_ns] = state;
+  visit.bounded(level, 0, static_cast<int>(StringLevel::kModes));
+  visit(detector, vibration, tank, drawn, drawn_ns);
+}
+
+// Modes beyond the count mean nothing.
+template <FieldsOf<ModalString> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [count, amplitude, phase, t_ns] = state;
+  visit.bounded(count, 0, kMaxModes);
+  visit.first(amplitude, count);
+  visit.first(phase, count);
+  visit(t_ns);
+}
+
+template <FieldsOf<StringParameters> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [p_WA, p_WB, radius, tension, youngs_modulus, linear_density, frequency, decay, touch_decay,
+         model, k_s, contact_stiffness, inharmonicity, friction_coefficient, max_level] = state;
+  visit(p_WA, p_WB, radius, tension, youngs_modulus, linear_density, frequency, decay, touch_decay);
+  visit.bounded(model, 0, static_cast<int>(StringModel::kDeflecting));
+  visit(k_s, contact_stiffness, inharmonicity, friction_coefficient);
+  visit.bounded(max_level, 0, static_cast<int>(StringLevel::kModes));
+}
+
+template <FieldsOf<ReleaseOptions> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [arm_deflection, release_gap, refractory] = state;
+  visit(arm_deflection, release_gap, refractory);
+}
+
+template <FieldsOf<ToneOptions> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [enabled, level, reference_amplitude, reference_force, gain] = state;
+  visit(enabled);
+  visit.bounded(level, 0, static_cast<int>(ToneLevel::kForce));
+  visit(reference_amplitude, reference_force, gain);
+}
+
+template <FieldsOf<InstrumentOptions> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [vibration, pitch_glide, sleep_energy, modes, modal_steps, friction, anchor_stiffness,
+         lateral_force, max_acceleration, release, tones] = state;
+  visit(vibration, pitch_glide, sleep_energy, modes, modal_steps, friction, anchor_stiffness,
+        lateral_force, max_acceleration, release, tones);
+}
+
+}  // namespace hapticd
