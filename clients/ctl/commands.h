@@ -29,5 +29,7 @@ void add_run_commands(CLI::App& app, const GlobalOptions& options);
 void add_pose_command(CLI::App& app, const GlobalOptions& options);
 /// doctor: the machine examined by hapticd; no daemon needs to run.
 void add_doctor_command(CLI::App& app, const GlobalOptions& options);
+/// keygen: the two keys of a daemon.
+void add_keygen_command(CLI::App& app, const GlobalOptions& options);
 
 }  // namespace hapticd::ctl

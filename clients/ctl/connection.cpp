@@ -10,9 +10,23 @@ namespace {
 /// How hapticctl calls itself when it holds the lease.
 constexpr const char* kHolder = "hapticctl";
 
-std::string unreachable(const std::string& server) {
+std::string unreachable(const std::string& server, bool keyed) {
+  const std::string keys = keyed ? "the key of --key may not be one of its keys"
+                                 : "if it has keys, give one of them with --key FILE";
   return "no daemon answers at " + server +
-         ". Start hapticd, or name where it listens with --server ADDR:PORT";
+         ". Start hapticd, or name where it listens with --server ADDR:PORT; " + keys;
+}
+
+std::optional<client::ClientKey> key_of(const GlobalOptions& options) {
+  if (options.key_file.empty()) return std::nullopt;
+  std::optional<wire::Role> role;
+  if (options.role == "view") role = wire::Role::kView;
+  if (options.role == "control") role = wire::Role::kControl;
+  try {
+    return client::read_client_key(options.key_file, role);
+  } catch (const std::runtime_error& error) {
+    throw Failure(kRefused, std::string("--key: ") + error.what());
+  }
 }
 
 }  // namespace
@@ -54,14 +68,15 @@ std::chrono::nanoseconds timeout_of(const GlobalOptions& options) {
 std::unique_ptr<client::Client> connect(const GlobalOptions& options,
                                         client::ClientHandlers handlers) {
   const Endpoint endpoint = parse_endpoint(options.server);
+  const std::optional<client::ClientKey> key = key_of(options);
   std::unique_ptr<client::Client> made;
   try {
-    made = std::make_unique<client::Client>(endpoint.host, endpoint.port, std::move(handlers));
+    made = std::make_unique<client::Client>(endpoint.host, endpoint.port, std::move(handlers), key);
   } catch (const std::runtime_error& error) {
     throw Failure(kUnreachable, error.what());
   }
   if (!made->connect(timeout_of(options))) {
-    throw Failure(kUnreachable, unreachable(made->server()));
+    throw Failure(kUnreachable, unreachable(made->server(), key.has_value()));
   }
   return made;
 }

@@ -31,6 +31,8 @@ class Failure : public std::runtime_error {
 /// What every command knows.
 struct GlobalOptions {
   std::string server = "127.0.0.1:47800";
+  std::string key_file;  ///< empty: the daemon has no keys
+  std::string role;      ///< view or control; empty: by the name of the file
   double timeout_s = 5.0;
   bool json = false;
 };

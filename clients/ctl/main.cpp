@@ -17,6 +17,7 @@ constexpr std::array kCommands{
     hapticd::ctl::add_force_commands,  hapticd::ctl::add_gesture_commands,
     hapticd::ctl::add_record_commands, hapticd::ctl::add_run_commands,
     hapticd::ctl::add_pose_command,    hapticd::ctl::add_doctor_command,
+    hapticd::ctl::add_keygen_command,
 };
 
 int run(int argc, char** argv) {
@@ -25,6 +26,10 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION);
   app.add_option("--server", options.server, "where hapticd listens, HOST:PORT")
       ->capture_default_str();
+  app.add_option("--key", options.key_file, "key of a hapticd that has keys")->type_name("FILE");
+  app.add_option("--role", options.role, "whose key it is (control, unless it is called view.key)")
+      ->check(CLI::IsMember({"view", "control"}))
+      ->type_name("view|control");
   app.add_option("--timeout", options.timeout_s, "longest wait for an answer, s")
       ->check(CLI::Range(0.01, 3600.0))
       ->capture_default_str();

@@ -70,14 +70,15 @@ std::int64_t monotonic_now_ns() {
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-Client::Client(const std::string& host, std::uint16_t port, ClientHandlers handlers)
+Client::Client(const std::string& host, std::uint16_t port, ClientHandlers handlers,
+               std::optional<ClientKey> key)
     : server_(host + ":" + std::to_string(port)), socket_(connected_socket(host, port)) {
   core_ = std::make_unique<ClientCore>(
       [this](std::span<const std::uint8_t> datagram) {
         // What the system does not take is lost, as on any network.
         (void)::send(socket_, datagram.data(), datagram.size(), MSG_NOSIGNAL);
       },
-      random_number, wrapped(std::move(handlers)));
+      random_number, wrapped(std::move(handlers)), key);
 }
 
 Client::~Client() {

@@ -11,6 +11,8 @@ namespace {
 constexpr std::int64_t kFarewell_ns = 1000 * wire::kMillisecond_ns;
 /// Silence of the server after which another session is begun, ns: the server does likewise.
 constexpr std::int64_t kSilence_ns = 10'000 * wire::kMillisecond_ns;
+/// The same with keys, ns: a server with keys does not answer a session that it does not know.
+constexpr std::int64_t kKeyedSilence_ns = 3000 * wire::kMillisecond_ns;
 /// The server's clock is asked for with every Packet at first, then so often, ns.
 constexpr std::size_t kFirstClocks = 8;
 constexpr std::int64_t kClockPeriod_ns = 250 * wire::kMillisecond_ns;
@@ -19,15 +21,37 @@ constexpr std::uint64_t kTellAfterStates = 16;
 
 }  // namespace
 
-ClientCore::ClientCore(Send send, Random random, ClientHandlers handlers)
-    : send_(std::move(send)), random_(std::move(random)), handlers_(std::move(handlers)) {
+ClientCore::ClientCore(Send send, Random random, ClientHandlers handlers,
+                       std::optional<ClientKey> key)
+    : send_(std::move(send)),
+      random_(std::move(random)),
+      handlers_(std::move(handlers)),
+      key_(key) {
   begin();
 }
 
+void ClientCore::begin_keyed() {
+  noise::Key ephemeral;
+  for (std::size_t i = 0; i < ephemeral.size(); i += 4) {
+    const std::uint32_t number = random_();
+    for (std::size_t k = 0; k < 4; ++k) {
+      ephemeral[i + k] = static_cast<std::uint8_t>(number >> (8 * k));
+    }
+  }
+  handshake_ = std::make_unique<KeyHandshake>(*key_, ephemeral);
+  channel_ = std::make_unique<wire::Channel>(wire::Side::kClient, 0);
+}
+
 void ClientCore::begin() {
-  std::uint32_t number = random_();
-  while (number == 0 || (channel_ != nullptr && number == channel_->session())) number = random_();
-  channel_ = std::make_unique<wire::Channel>(wire::Side::kClient, number);
+  if (key_.has_value()) {
+    begin_keyed();
+  } else {
+    std::uint32_t number = random_();
+    while (number == 0 || (channel_ != nullptr && number == channel_->session())) {
+      number = random_();
+    }
+    channel_ = std::make_unique<wire::Channel>(wire::Side::kClient, number);
+  }
   phase_ = Phase::kOpen;
   heard_ns_ = 0;
   boot_id_ = 0;
@@ -78,8 +102,15 @@ bool ClientCore::session_is_over(const v1::Packet& packet) {
 
 void ClientCore::receive(std::span<const std::uint8_t> datagram, std::int64_t now_ns) {
   now_ns_ = now_ns;
+  if (handshake_ != nullptr) {
+    if (!handshake_->receive(datagram)) return;
+    channel_->secure(handshake_->session(), handshake_->transport());
+    handshake_.reset();
+    heard_ns_ = now_ns;
+    return;
+  }
   const auto header = wire::decode_header(datagram);
-  if (!header.has_value() || header->kind != wire::DatagramKind::kPlain ||
+  if (!header.has_value() || header->kind != channel_->kind() ||
       header->session != channel_->session() || phase_ == Phase::kOver) {
     return;
   }
@@ -168,7 +199,7 @@ std::int64_t ClientCore::due_ns() const {
   if (phase_ == Phase::kOver) return wire::kNever_ns;
   if (phase_ == Phase::kLeaving && channel_->all_acknowledged()) return 0;
   if (phase_ == Phase::kOpen && states_.seen() - told_seen_ >= kTellAfterStates) return 0;
-  const std::int64_t due = channel_->due_ns();
+  const std::int64_t due = handshake_ != nullptr ? handshake_->due_ns() : channel_->due_ns();
   return phase_ == Phase::kOpen ? due : std::min(due, phase_until_ns_);
 }
 
@@ -179,11 +210,16 @@ void ClientCore::poll(std::int64_t now_ns) {
     end(SessionEnd::kLeft);
   }
   if (phase_ == Phase::kDismissed && now_ns >= phase_until_ns_) begin();
-  if (phase_ == Phase::kOpen && heard() && now_ns - heard_ns_ > kSilence_ns) {
+  const std::int64_t silence_ns = key_.has_value() ? kKeyedSilence_ns : kSilence_ns;
+  if (phase_ == Phase::kOpen && heard() && now_ns - heard_ns_ > silence_ns) {
     begin();
     end(SessionEnd::kSilence);
   }
   if (due_ns() > now_ns) return;
+  if (handshake_ != nullptr) {
+    send_(handshake_->hello(now_ns));
+    return;
+  }
   v1::Packet packet;
   packet.set_seen(states_.seen());
   packet.set_newest(states_.newest());

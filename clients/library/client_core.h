@@ -16,6 +16,7 @@
 #include <string>
 
 #include "clients/library/clock_estimate.h"
+#include "clients/library/key_handshake.h"
 #include "clients/library/state_assembly.h"
 #include "hapticd/v1/stream.pb.h"
 #include "proto/wire/channel.h"
@@ -30,7 +31,7 @@ enum class SessionEnd : std::uint8_t {
   kBye,            ///< the server said Bye; ClientCore::bye() has reason and message
   kBacklog,        ///< 1024 Items unacknowledged
   kProtocolError,  ///< the server broke the rules
-  kSilence,        ///< nothing was heard for 10 s
+  kSilence,        ///< nothing was heard for 10 s, keyed 3 s
   kLeft,           ///< leave() is done
 };
 
@@ -56,10 +57,12 @@ class ClientCore {
  public:
   /// Sends one datagram to the server; may lose it. The bytes live only during the call.
   using Send = std::function<void(std::span<const std::uint8_t>)>;
-  /// Draws random numbers for sessions.
+  /// Draws random numbers for sessions; for keyed ones they have to be fit for secrets.
   using Random = std::function<std::uint32_t()>;
 
-  ClientCore(Send send, Random random, ClientHandlers handlers);
+  /// With a key the sessions are keyed, else PLAIN.
+  ClientCore(Send send, Random random, ClientHandlers handlers,
+             std::optional<ClientKey> key = std::nullopt);
 
   /// One datagram from the server's address. Anything may be in it.
   void receive(std::span<const std::uint8_t> datagram, std::int64_t now_ns);
@@ -80,6 +83,7 @@ class ClientCore {
   [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_; }
   /// leave() is done, or the server's Bye has been acknowledged for 1 s after it.
   [[nodiscard]] bool over() const noexcept { return phase_ == Phase::kOver; }
+  /// Its number; 0 while a keyed one is not open.
   [[nodiscard]] std::uint32_t session() const noexcept { return channel_->session(); }
   [[nodiscard]] std::uint32_t boot_id() const noexcept { return boot_id_; }
   /// The server's clock, learned from this session.
@@ -98,6 +102,7 @@ class ClientCore {
   };
 
   void begin();
+  void begin_keyed();
   void end(SessionEnd how);
   void abort(v1::ByeReason reason, const std::string& message, SessionEnd how);
   /// Ends the session when the Packet says that the server does not have it; whether it did.
@@ -108,6 +113,8 @@ class ClientCore {
   Send send_;
   Random random_;
   ClientHandlers handlers_;
+  std::optional<ClientKey> key_;
+  std::unique_ptr<KeyHandshake> handshake_;  ///< until WELCOME has come
   std::unique_ptr<wire::Channel> channel_;
   Phase phase_ = Phase::kOpen;
   std::int64_t phase_until_ns_ = 0;

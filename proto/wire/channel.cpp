@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace hapticd::wire {
 namespace {
@@ -25,13 +26,31 @@ bool parse_packet(std::span<const std::uint8_t> body, v1::Packet& packet) {
          packet.items_size() <= static_cast<int>(kMostItems);
 }
 
+// Opens DATA into `plain`, and lets `body` be that.
+bool Channel::open_body(const DatagramHeader& header, std::span<const std::uint8_t>& body,
+                        noise::Bytes& plain) const {
+  if (!transport_.has_value()) return true;
+  std::optional<noise::Bytes> opened =
+      transport_->receive.open(header.counter, encode_header(header), body);
+  if (!opened.has_value()) return false;
+  plain = std::move(*opened);
+  body = plain;
+  return true;
+}
+
 Incoming Channel::receive(const DatagramHeader& header, std::span<const std::uint8_t> body,
                           std::int64_t now_ns) {
   Incoming incoming;
   const bool is_new = window_.is_new(header.counter);
-  const bool may_reset = side_ == Side::kClient && body.size() <= kResetBytes;
+  const bool may_reset =
+      side_ == Side::kClient && !transport_.has_value() && body.size() <= kResetBytes;
   if (!is_new && !may_reset) {
     incoming.verdict = Verdict::kRepeated;
+    return incoming;
+  }
+  noise::Bytes plain;
+  if (!open_body(header, body, plain)) {
+    incoming.verdict = Verdict::kForged;
     return incoming;
   }
   v1::Packet& packet = incoming.packet;
@@ -92,11 +111,18 @@ bool Channel::write(const v1::Packet& rest, std::int64_t now_ns, std::string& da
   std::size_t count = outbox_.fitting(kPacketBytes - fixed);
   if (rest.has_state() && count < possible) count = 0;
 
-  const auto header = encode_header({DatagramKind::kPlain, session_, counter_});
+  const auto header = encode_header({kind(), session_, counter_});
   datagram.assign(header.begin(), header.end());
   front.AppendToString(&datagram);
   outbox_.append(count, datagram);
   rest.AppendToString(&datagram);
+  if (transport_.has_value()) {
+    const auto* const plain = reinterpret_cast<const std::uint8_t*>(datagram.data());
+    const noise::Bytes sealed = transport_->send.seal(
+        counter_, header, {plain + kHeaderBytes, datagram.size() - kHeaderBytes});
+    datagram.resize(kHeaderBytes);
+    datagram.append(reinterpret_cast<const char*>(sealed.data()), sealed.size());
+  }
   outbox_.sent(count, now_ns);
   ++counter_;
   left_ns_ = now_ns;

@@ -1,15 +1,17 @@
 // One session as either side of it keeps it: counters of both directions, what was received, what
 // is unacknowledged, and when the next Packet must leave. PROTOCOL.md, sections 2 to 4 and 7. Pure:
 // the owner brings datagrams and the time (ns of one clock, never going back) and sends what
-// write() gives. PLAIN. Not RT.
+// write() gives. PLAIN, or DATA under the keys of a handshake. Not RT.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "hapticd/v1/stream.pb.h"
+#include "proto/noise/handshake.h"
 #include "proto/wire/clock_exchange.h"
 #include "proto/wire/datagram.h"
 #include "proto/wire/item_inbox.h"
@@ -35,6 +37,7 @@ enum class Verdict : std::uint8_t {
   kTaken,
   kRepeated,    ///< step 4: its counter was used before, or is too old
   kUnreadable,  ///< step 5: no Packet, first = 0, or more than 16 Items
+  kForged,      ///< step 5: its tag does not verify
 };
 
 /// A datagram as far as the channel has dealt with it.
@@ -56,9 +59,20 @@ class Channel {
 
   [[nodiscard]] std::uint32_t session() const noexcept { return session_; }
 
-  /// Steps 4 to 6 and the Items of a datagram of this session whose header is `header`. On the
-  /// client's side a Reset is taken whatever its counter, marks none and applies nothing: its
-  /// sender counts from 0, because it keeps no memory of the session.
+  /// From now on the session is the keyed one of this number, and speaks DATA. Before anything is
+  /// received or written; Items sent already are kept.
+  void secure(std::uint32_t session, const noise::Transport& transport) {
+    session_ = session;
+    transport_ = transport;
+  }
+  /// The kind of its datagrams in both directions.
+  [[nodiscard]] DatagramKind kind() const noexcept {
+    return transport_.has_value() ? DatagramKind::kData : DatagramKind::kPlain;
+  }
+
+  /// Steps 4 to 6 and the Items of a datagram of this session whose header is `header`, of kind().
+  /// On the client's side of a PLAIN session a Reset is taken whatever its counter, marks none and
+  /// applies nothing: its sender counts from 0, because it keeps no memory of the session.
   Incoming receive(const DatagramHeader& header, std::span<const std::uint8_t> body,
                    std::int64_t now_ns);
 
@@ -84,8 +98,12 @@ class Channel {
   bool write(const v1::Packet& rest, std::int64_t now_ns, std::string& datagram);
 
  private:
+  bool open_body(const DatagramHeader& header, std::span<const std::uint8_t>& body,
+                 noise::Bytes& plain) const;
+
   Side side_;
   std::uint32_t session_;
+  std::optional<noise::Transport> transport_;  ///< DATA; nothing: PLAIN
   std::uint64_t counter_ = 0;
   std::uint64_t newest_counter_ = 0;
   bool any_received_ = false;

@@ -41,6 +41,15 @@ std::uint32_t random_boot_id() {
   return id;
 }
 
+std::optional<noise::KeyPair> keys_of(const v1::Config& config) {
+  if (config.keys().empty()) return std::nullopt;
+  try {
+    return noise::read_key_folder(config.keys());
+  } catch (const std::runtime_error& error) {
+    throw StartError(kExitInput, std::string("--keys: ") + error.what());
+  }
+}
+
 }  // namespace
 
 Daemon::Daemon(DaemonOptions options)
@@ -72,15 +81,16 @@ Daemon::Daemon(DaemonOptions options)
   } catch (const std::runtime_error& error) {
     throw StartError(kExitInput, error.what());
   }
-  if (options_.check_only) return;
-  try {
-    transport_ = std::make_unique<UdpTransport>(options_.config.listen());
-  } catch (const std::runtime_error& error) {
-    throw StartError(kExitAddress, std::string("--listen: ") + error.what());
-  }
   ServerOptions server;
   server.boot_id = random_boot_id();
   server.virtual_clock = virtual_time_;
+  server.keys = keys_of(options_.config);
+  if (options_.check_only) return;
+  try {
+    transport_ = std::make_unique<UdpTransport>(options_.config.listen(), server.keys.has_value());
+  } catch (const std::runtime_error& error) {
+    throw StartError(kExitAddress, std::string("--listen: ") + error.what());
+  }
   server_ = std::make_unique<ProtocolServer>(
       server, make_host(), [this](const Address& to, std::span<const std::uint8_t> datagram) {
         transport_->send(to, datagram);
@@ -252,7 +262,8 @@ void Daemon::report_start() const {
       spdlog::warn("{}; {}", missing.what, missing.remedy);
     }
   }
-  spdlog::info("listening on {}: hapticctl status", transport_->local_address());
+  spdlog::info("listening on {}: hapticctl {}status", transport_->local_address(),
+               config.keys().empty() ? "" : "--key " + config.keys() + "/control.key ");
 }
 
 }  // namespace hapticd

@@ -73,6 +73,10 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
               [&](double v) { given.set_rate(v); });
   add<std::string>(app, "--listen", "ADDR:PORT", "address and UDP port (127.0.0.1:47800)",
                    [&](const std::string& v) { given.set_listen(v); });
+  add<std::string>(app, "--keys", "DIR",
+                   "folder with view.key and control.key, made by 'hapticctl keygen' (none: "
+                   "everyone on loopback)",
+                   [&](const std::string& v) { given.set_keys(v); });
   add<std::string>(app, "--record", "FILE", "record the whole session to an MCAP file",
                    [&](const std::string& v) { given.set_record(v); });
   add<std::string>(app, "--quality", "0..4|auto", "quality of every scene (the scene's own)",
@@ -161,7 +165,6 @@ void check_config(const v1::Config& config) {
   const auto unsupported = [](bool given, const char* field) {
     if (given) refuse(std::string(field) + ": not supported by this version. Leave it out.");
   };
-  unsupported(!config.keys().empty(), "keys");
   unsupported(!config.inject().empty(), "inject");
   unsupported(config.verify(), "verify");
 }

@@ -52,9 +52,8 @@ void Implementation::apply(Session& session, wire::ReceivedItem& received) {
 }
 
 void Implementation::overtake(Session& session, const wire::ReceivedItem& received) {
-  if (!permits(session, received.item)) {
-    tell_result(session, received.id,
-                result_of(v1::RESULT_CODE_NOT_OWNER, {}, "acquire the lease first"));
+  if (std::optional<v1::Result> refused = refusal(session, received.item)) {
+    tell_result(session, received.id, std::move(*refused));
     return;
   }
   if (session.overtaking.size() + session.held_results.size() >= kMostOvertaking) {
@@ -83,10 +82,8 @@ void Implementation::pump(Session& session) {
 }
 
 void Implementation::carry_out(Session& session, const v1::Item& item) {
-  if (!permits(session, item)) {
-    finish(session, result_of(v1::RESULT_CODE_NOT_OWNER, {},
-                              holds_lease(session) ? "the lease of this fence is over"
-                                                   : "acquire the lease first"));
+  if (std::optional<v1::Result> refused = refusal(session, item)) {
+    finish(session, std::move(*refused));
     return;
   }
   switch (item.body_case()) {
@@ -204,9 +201,20 @@ void Implementation::acquire(Session& session, const v1::Acquire& request) {
   if (changed) tell_lease();
 }
 
-bool Implementation::permits(const Session& session, const v1::Item& item) const {
-  if (!needs_lease(item)) return true;
-  return holds_lease(session) && (item.fence() == 0 || item.fence() == lease.fence);
+std::optional<v1::Result> Implementation::refusal(const Session& session,
+                                                  const v1::Item& item) const {
+  if (session.role == wire::Role::kView && needs_control(item)) {
+    return result_of(v1::RESULT_CODE_NOT_PERMITTED, {},
+                     "the view key may look and listen; connect with the control key");
+  }
+  if (!needs_lease(item)) return std::nullopt;
+  if (!holds_lease(session)) {
+    return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "acquire the lease first");
+  }
+  if (item.fence() != 0 && item.fence() != lease.fence) {
+    return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "the lease of this fence is over");
+  }
+  return std::nullopt;
 }
 
 v1::LeaseInfo Implementation::lease_info(const Session& session) const {

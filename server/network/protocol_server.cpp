@@ -38,6 +38,7 @@ Session* Implementation::open(const Address& from, std::uint32_t number) {
                  (b->phase == Phase::kOpen ? wire::kNever_ns : b->phase_until_ns);
         });
     if ((*left)->phase == Phase::kOpen) return nullptr;
+    if (handshakes != nullptr) handshakes->forget((*left)->channel.session());
     sessions.erase(left);
   }
   sessions.push_back(std::make_unique<Session>(++sessions_opened, from, number));
@@ -87,6 +88,25 @@ Session* Implementation::session_for(const Address& from, const wire::DatagramHe
     --counters.unknown_session;
   }
   return session;
+}
+
+void Implementation::receive_body(Session& session, const wire::DatagramHeader& header,
+                                  std::span<const std::uint8_t> body) {
+  wire::Incoming incoming = session.channel.receive(header, body, now_ns);
+  switch (incoming.verdict) {
+    case wire::Verdict::kRepeated:
+      ++counters.repeated;
+      break;
+    case wire::Verdict::kUnreadable:
+      ++counters.unreadable;
+      break;
+    case wire::Verdict::kForged:
+      ++counters.forged;
+      break;
+    case wire::Verdict::kTaken:
+      take(session, incoming);
+      break;
+  }
 }
 
 void Implementation::take(Session& session, wire::Incoming& incoming) {
@@ -195,6 +215,9 @@ void Implementation::end(Session& session, Phase phase) {
 ProtocolServer::ProtocolServer(const ServerOptions& options, ServerHost host, Send send)
     : implementation_(std::make_unique<Implementation>()) {
   implementation_->options = options;
+  if (options.keys.has_value()) {
+    implementation_->handshakes = std::make_unique<Handshakes>(*options.keys, options.random);
+  }
   implementation_->host = std::move(host);
   implementation_->send = std::move(send);
 }
@@ -208,25 +231,17 @@ void ProtocolServer::receive(const Address& from, std::span<const std::uint8_t> 
   ServerCounters& counters = self.counters;
   ++counters.received;
   const auto header = wire::decode_header(datagram);
+  if (header.has_value() && self.handshakes != nullptr) {
+    self.receive_keyed(from, *header, datagram);
+    return;
+  }
   if (!header.has_value() || header->kind != wire::DatagramKind::kPlain) {
     ++counters.bad_header;
     return;
   }
   const std::span<const std::uint8_t> body = datagram.subspan(wire::kHeaderBytes);
   Session* session = self.session_for(from, *header, body);
-  if (session == nullptr) return;
-  wire::Incoming incoming = session->channel.receive(*header, body, now_ns);
-  switch (incoming.verdict) {
-    case wire::Verdict::kRepeated:
-      ++counters.repeated;
-      break;
-    case wire::Verdict::kUnreadable:
-      ++counters.unreadable;
-      break;
-    case wire::Verdict::kTaken:
-      self.take(*session, incoming);
-      break;
-  }
+  if (session != nullptr) self.receive_body(*session, *header, body);
 }
 
 void ProtocolServer::poll(std::int64_t now_ns) {
@@ -234,6 +249,12 @@ void ProtocolServer::poll(std::int64_t now_ns) {
   self.now_ns = now_ns;
   self.expire_lease();
   for (const auto& session : self.sessions) self.poll_session(*session);
+  if (self.handshakes != nullptr) {
+    self.handshakes->expire(now_ns);
+    for (const auto& session : self.sessions) {
+      if (session->phase == Phase::kGone) self.handshakes->forget(session->channel.session());
+    }
+  }
   std::erase_if(self.sessions, [](const auto& session) { return session->phase == Phase::kGone; });
 }
 

@@ -10,11 +10,13 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "hapticd/v1/stream.pb.h"
+#include "proto/noise/key_file.h"
 #include "server/network/address.h"
 
 namespace hapticd {
@@ -67,6 +69,10 @@ struct ServerHost {
 struct ServerOptions {
   std::uint32_t boot_id = 1;   ///< random number of this run of the daemon, not 0
   bool virtual_clock = false;  ///< lockstep: no State is left out because of loss
+  /// Only keyed sessions are served; nothing: only PLAIN ones.
+  std::optional<noise::KeyPair> keys = std::nullopt;
+  /// Fills bytes with random ones, fit for secrets; empty: those of the system. For keyed sessions.
+  std::function<void(std::span<std::uint8_t>)> random = nullptr;
 };
 
 /// What was received and not used, and why. Junk costs nothing else.
@@ -76,6 +82,9 @@ struct ServerCounters {
   std::uint64_t unknown_session = 0;  ///< step 3
   std::uint64_t repeated = 0;         ///< counter seen before or too old (step 4)
   std::uint64_t unreadable = 0;       ///< does not parse, first = 0, more than 16 Items (step 5)
+  std::uint64_t forged = 0;           ///< the tag of a DATA does not verify (step 5)
+  std::uint64_t hellos = 0;           ///< HELLOs received
+  std::uint64_t hellos_dropped = 0;   ///< of them not answered: too many, of no key, malformed
   std::uint64_t protocol_errors = 0;  ///< sessions ended for breaking the rules
   std::uint64_t backlogs = 0;         ///< sessions ended with 1024 Items unacknowledged
   std::uint64_t silences = 0;         ///< sessions dropped after 10 s

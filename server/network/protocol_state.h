@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "server/network/handshakes.h"
 #include "server/network/protocol_server.h"
 #include "server/network/reset_limiter.h"
 #include "server/network/session.h"
@@ -44,7 +46,8 @@ struct ProtocolServer::Implementation {
   std::uint64_t sessions_opened = 0;
   Lease lease;
   ResetLimiter reset_limiter;
-  std::vector<double> rest_radii_m;  ///< of the strings, from the newest SceneInfo
+  std::vector<double> rest_radii_m;        ///< of the strings, from the newest SceneInfo
+  std::unique_ptr<Handshakes> handshakes;  ///< null: PLAIN is spoken
   bool shutting_down = false;
   std::int64_t now_ns = 0;
   std::string datagram;  ///< being written; a member to keep its memory
@@ -56,6 +59,8 @@ struct ProtocolServer::Implementation {
   void refuse(const Address& to, std::uint32_t number, v1::ResetReason reason);
   Session* session_for(const Address& from, const wire::DatagramHeader& header,
                        std::span<const std::uint8_t> body);
+  void receive_body(Session& session, const wire::DatagramHeader& header,
+                    std::span<const std::uint8_t> body);
   void take(Session& session, wire::Incoming& incoming);
   void transmit(Session& session, v1::Packet& rest);
   void send_states(Session& session, const std::vector<v1::State>& states);
@@ -65,6 +70,14 @@ struct ProtocolServer::Implementation {
   void note_scene(const v1::Item& item);
   void close(Session& session, v1::ByeReason reason, const std::string& message);
   void end(Session& session, Phase phase);
+
+  // protocol_keyed.cpp: HELLO, and the first DATA of a session.
+  void receive_keyed(const Address& from, const wire::DatagramHeader& header,
+                     std::span<const std::uint8_t> received);
+  void receive_hello(const Address& from, std::span<const std::uint8_t> received);
+  Session* open_keyed(const HalfOpen& half, const wire::DatagramHeader& header,
+                      std::span<const std::uint8_t> body);
+  void refuse_full(const HalfOpen& half);
 
   // protocol_requests.cpp: Items, the order of requests, the lease.
   void apply(Session& session, wire::ReceivedItem& received);
@@ -82,7 +95,9 @@ struct ProtocolServer::Implementation {
   [[nodiscard]] bool holds_lease(const Session& session) const {
     return lease.session == session.serial;
   }
-  [[nodiscard]] bool permits(const Session& session, const v1::Item& item) const;
+  /// Why the session may not make this request; nothing: it may.
+  [[nodiscard]] std::optional<v1::Result> refusal(const Session& session,
+                                                  const v1::Item& item) const;
   [[nodiscard]] v1::LeaseInfo lease_info(const Session& session) const;
   void tell_lease();
 };

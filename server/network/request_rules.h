@@ -11,6 +11,11 @@ namespace hapticd {
 /// The session must hold the lease.
 [[nodiscard]] bool needs_lease(const v1::Item& item);
 
+/// The session must have the right to control.
+[[nodiscard]] inline bool needs_control(const v1::Item& item) {
+  return needs_lease(item) || item.has_acquire() || item.has_stop();
+}
+
 /// Run{STEP}: ticks are advanced until it is answered.
 [[nodiscard]] inline bool is_run_of_steps(const v1::Item& item) {
   return item.has_run() && item.run().mode() == v1::RUN_MODE_STEP;

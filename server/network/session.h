@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/wire/channel.h"
+#include "proto/wire/hello.h"
 #include "server/network/protocol_server.h"
 #include "server/network/state_flow.h"
 
@@ -52,6 +53,7 @@ struct Session {
   std::uint64_t serial;
   Address address;
   wire::Channel channel;
+  wire::Role role = wire::Role::kControl;  ///< of the key it was opened with; PLAIN may control
   wire::ClockEcho clock;
   Phase phase = Phase::kOpen;
   std::int64_t heard_ns = 0;        ///< last valid datagram

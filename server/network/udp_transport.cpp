@@ -111,13 +111,13 @@ struct UdpTransport::Implementation {
   }
 };
 
-UdpTransport::UdpTransport(const std::string& listen)
+UdpTransport::UdpTransport(const std::string& listen, bool keyed)
     : implementation_(std::make_unique<Implementation>()) {
   const udp::endpoint endpoint = endpoint_of(listen);
-  if (!endpoint.address().is_loopback()) {
+  if (!keyed && !endpoint.address().is_loopback()) {
     refuse(listen,
-           "without keys everyone who reaches it could drive the device; listen on 127.0.0.1 and "
-           "let a program of yours carry it further");
+           "without keys everyone who reaches it could drive the device; make keys with 'hapticctl "
+           "keygen DIR' and start with --keys DIR, or listen on 127.0.0.1");
   }
   Implementation& self = *implementation_;
   self.v4 = endpoint.address().is_v4();

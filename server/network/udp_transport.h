@@ -24,9 +24,9 @@ class UdpTransport {
   using Work = std::function<bool(std::int64_t now_ns)>;
 
   /// Binds `listen`, ADDR:PORT or [ADDR]:PORT with a numeric address; port 0 lets the system
-  /// choose. Without keys PLAIN is all that is spoken, so every address but loopback is refused.
-  /// Throws std::runtime_error that says what is wrong and what to do.
-  explicit UdpTransport(const std::string& listen);
+  /// choose. Unless the server is `keyed` PLAIN is what is spoken, and every address but loopback
+  /// is refused. Throws std::runtime_error that says what is wrong and what to do.
+  explicit UdpTransport(const std::string& listen, bool keyed = false);
   ~UdpTransport();
   UdpTransport(const UdpTransport&) = delete;
   UdpTransport& operator=(const UdpTransport&) = delete;

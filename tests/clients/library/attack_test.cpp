@@ -41,13 +41,13 @@ struct CapturedSession {
 TEST_CASE("every datagram of a session sent to the server again changes nothing") {
   CapturedSession session;
   VirtualNetwork& network = session.network;
-  const std::size_t asked = network.asked.size();
+  const std::size_t asked = network.host.asked.size();
   const std::uint64_t taken = network.server->counters().repeated;
   CHECK(session.mine->captured.size() > 100);
   for (const Datagram& datagram : session.mine->captured) {
     network.server->receive(session.mine->address, datagram, network.now_ns);
   }
-  CHECK(network.asked.size() == asked);
+  CHECK(network.host.asked.size() == asked);
   CHECK(asked == 100);
   // All but those that had been lost, and so had never been seen.
   CHECK(network.server->counters().repeated - taken > session.mine->captured.size() * 3 / 4);

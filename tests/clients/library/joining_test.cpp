@@ -69,8 +69,8 @@ TEST_CASE("when the controller vanishes another one has the lease within 2.5 s")
     return network.server->lease_holder() == "second";
   }));
   CHECK(network.now_ns - vanished_ns <= 2500 * kTestMillisecond_ns);
-  REQUIRE(network.lease_ends.size() == 1);
-  CHECK(network.lease_ends[0] == LeaseEnd::kExpired);
+  REQUIRE(network.host.lease_ends.size() == 1);
+  CHECK(network.host.lease_ends[0] == LeaseEnd::kExpired);
   // The first one comes back and knows that it controls no more.
   first.to_server.set_blackhole(false);
   network.run_for(kTestSecond_ns);

@@ -7,11 +7,14 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "clients/library/client_core.h"
 #include "server/network/protocol_server.h"
+#include "tests/server/network/recording_host.h"
 #include "tests/support/lossy_link.h"
 #include "tests/support/random.h"
 
@@ -53,31 +56,42 @@ struct VirtualClient {
   }
 };
 
+/// Keys of a server, for tests.
+inline noise::KeyPair network_keys() {
+  noise::KeyPair keys;
+  keys.view.fill(0x11);
+  keys.control.fill(0x22);
+  return keys;
+}
+inline client::ClientKey control_key() { return {wire::Role::kControl, network_keys().control}; }
+
+/// Options of a server with network_keys(), its randomness seeded.
+inline ServerOptions keyed_network(std::uint32_t boot_id = 7, std::uint64_t seed = 1) {
+  auto random = std::make_shared<SplitMix64>(seed);
+  return {
+      .boot_id = boot_id, .keys = network_keys(), .random = [random](std::span<std::uint8_t> all) {
+        for (std::uint8_t& byte : all) byte = static_cast<std::uint8_t>(random->next() >> 56U);
+      }};
+}
+
 class VirtualNetwork {
  public:
   explicit VirtualNetwork(const ServerOptions& options = {.boot_id = 7}) { start_server(options); }
 
   /// Ends the server without a word and starts another.
   void start_server(const ServerOptions& options) {
-    asked.clear();
-    host_answers = true;
-    ServerHost host;
-    host.greeting = [this] { return greeting; };
-    host.request = [this](const RequestId& id, const v1::Item& item) {
-      asked.push_back({id, item});
-      if (host_answers) server->answer(id, result());
-    };
-    host.abandoned = [this](const RequestId& id) { abandoned.push_back(id); };
-    host.fill_state = [this](const Subscription& subscription, v1::State& state) {
-      if (fill) {
-        fill(subscription, state);
-      } else {
+    host.asked.clear();
+    host.answers = true;
+    if (!host.fill) {
+      host.fill = [](const Subscription&, v1::State& state) {
         state.set_t_ns(1000 * state.tick());
-      }
-    };
-    host.lease_lost = [this](LeaseEnd how) { lease_ends.push_back(how); };
+      };
+    }
     server = std::make_unique<ProtocolServer>(
-        options, host, [this](const Address& to, std::span<const std::uint8_t> datagram) {
+        options, host.functions([this](const RequestId& id, v1::Result result) {
+          server->answer(id, std::move(result));
+        }),
+        [this](const Address& to, std::span<const std::uint8_t> datagram) {
           for (const auto& each : clients) {
             if (each->address != to) continue;
             each->to_client.send(datagram, now_ns);
@@ -87,7 +101,9 @@ class VirtualNetwork {
         });
   }
 
-  VirtualClient& add_client(const LinkConditions& conditions = {}, std::uint64_t seed = 1) {
+  /// With a key it speaks to a server started with network_keys().
+  VirtualClient& add_client(const LinkConditions& conditions = {}, std::uint64_t seed = 1,
+                            std::optional<client::ClientKey> key = std::nullopt) {
     const auto port = static_cast<std::uint16_t>(50'000 + clients.size());
     clients.push_back(
         std::make_unique<VirtualClient>(conditions, seed, ipv4_address({127, 0, 0, 1}, port)));
@@ -107,7 +123,7 @@ class VirtualNetwork {
           mine.to_server.send(datagram, now_ns);
           if (capturing) mine.captured.emplace_back(datagram.begin(), datagram.end());
         },
-        [random] { return static_cast<std::uint32_t>(random->next()); }, handlers);
+        [random] { return static_cast<std::uint32_t>(random->next()); }, handlers, key);
     return mine;
   }
 
@@ -143,39 +159,26 @@ class VirtualNetwork {
     }
   }
 
-  static v1::Result result(v1::ResultCode code = v1::RESULT_CODE_OK) {
-    v1::Result answer;
-    answer.set_code(code);
-    return answer;
-  }
-
-  struct Asked {
-    RequestId id;
-    v1::Item item;
-  };
-
   std::int64_t now_ns = kTestSecond_ns;
   std::vector<std::unique_ptr<VirtualClient>> clients;
-  std::vector<v1::Item> greeting = usual_greeting();
-  std::function<void(const Subscription&, v1::State&)> fill;
-  bool host_answers = true;
+  RecordingHost host;
   bool capturing = false;
   bool tick_each_step = false;
   std::uint64_t tick = 0;
   std::uint32_t scene_id = 1;
-  std::vector<Asked> asked;
-  std::vector<RequestId> abandoned;
-  std::vector<LeaseEnd> lease_ends;
   std::unique_ptr<ProtocolServer> server;
-
- private:
-  static std::vector<v1::Item> usual_greeting() {
-    std::vector<v1::Item> items(2);
-    items[0].mutable_scene_info()->set_scene_id(1);
-    items[1].mutable_record_info()->set_state(v1::RECORD_STATE_IDLE);
-    return items;
-  }
 };
+
+/// A network as bad as it may get: up to 60 % loss, 25 % twice, 50 ms out of order.
+inline LinkConditions bad_conditions(SplitMix64& random) {
+  LinkConditions conditions;
+  conditions.loss = random.chance(0.2) ? 0.0 : random.uniform(0.0, 0.6);
+  conditions.duplication = random.uniform(0.0, 0.25);
+  conditions.delay_ns = static_cast<std::int64_t>(random.below(5'000'000));
+  conditions.jitter_ns =
+      random.chance(0.3) ? 0 : static_cast<std::int64_t>(random.below(50'000'000));
+  return conditions;
+}
 
 inline v1::Item tone_item(std::uint32_t string_index) {
   v1::Item item;

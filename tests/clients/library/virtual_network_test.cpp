@@ -13,17 +13,6 @@
 namespace hapticd::test {
 namespace {
 
-/// A network as bad as it may get: up to 60 % loss, 25 % twice, 50 ms out of order.
-LinkConditions bad_conditions(SplitMix64& random) {
-  LinkConditions conditions;
-  conditions.loss = random.chance(0.2) ? 0.0 : random.uniform(0.0, 0.6);
-  conditions.duplication = random.uniform(0.0, 0.25);
-  conditions.delay_ns = static_cast<std::int64_t>(random.below(5'000'000));
-  conditions.jitter_ns =
-      random.chance(0.3) ? 0 : static_cast<std::int64_t>(random.below(50'000'000));
-  return conditions;
-}
-
 std::vector<std::uint32_t> up_to(std::size_t count) {
   std::vector<std::uint32_t> numbers(count);
   std::iota(numbers.begin(), numbers.end(), 0U);
@@ -44,9 +33,9 @@ struct Requests {
 };
 
 bool asked_in_order(const VirtualNetwork& network, std::size_t count) {
-  if (network.asked.size() != count) return false;
+  if (network.host.asked.size() != count) return false;
   for (std::size_t i = 0; i < count; ++i) {
-    if (network.asked[i].item.get_parameters().paths(0) != std::to_string(i)) return false;
+    if (network.host.asked[i].item.get_parameters().paths(0) != std::to_string(i)) return false;
   }
   return true;
 }
@@ -102,7 +91,7 @@ TEST_CASE("Items arrive exactly once and in order, both ways, whatever the netwo
 void check_asked_once(const VirtualNetwork& network) {
   std::set<std::uint64_t> all;
   std::map<std::uint64_t, std::uint64_t> newest;
-  for (const VirtualNetwork::Asked& each : network.asked) {
+  for (const RecordingHost::Asked& each : network.host.asked) {
     const std::uint64_t asked = std::stoull(each.item.get_parameters().paths(0));
     CHECK(all.insert(asked).second);
     CHECK((newest.count(each.id.session) == 0 || newest[each.id.session] < asked));
@@ -192,7 +181,7 @@ TEST_CASE("a scene of many Chunks arrives whole over a bad network, both ways") 
     VirtualNetwork network;
     std::string text;
     for (int i = 0; text.size() < 2000 + random.below(20'000); ++i) text += std::to_string(i) + " ";
-    network.greeting[0].mutable_scene_info()->set_server_version(text);
+    network.host.greeting[0].mutable_scene_info()->set_server_version(text);
     VirtualClient& mine = network.add_client(bad_conditions(random), random.next());
     v1::Item acquire;
     acquire.mutable_acquire();
@@ -203,8 +192,8 @@ TEST_CASE("a scene of many Chunks arrives whole over a bad network, both ways") 
     mine.core->request(load, [&](const v1::Result* r) { answered = r != nullptr; });
     REQUIRE(network.run_until(100 * kTestSecond_ns,
                               [&] { return answered && mine.items.size() >= 3; }));
-    REQUIRE(network.asked.size() == 1);
-    CHECK(network.asked[0].item.load_scene().text() == text);
+    REQUIRE(network.host.asked.size() == 1);
+    CHECK(network.host.asked[0].item.load_scene().text() == text);
     CHECK(mine.items[0].scene_info().server_version() == text);
   }
 }

@@ -47,7 +47,7 @@ TEST_CASE("without the lease, requests that need it are NOT_OWNER and do not rea
   peer.send({engage_item(), run_item(v1::RUN_MODE_LIVE), release_item()});
   bench.pass(1);
   for (std::uint64_t id = 1; id <= 3; ++id) CHECK(peer.code(id) == v1::RESULT_CODE_NOT_OWNER);
-  CHECK(bench.asked.empty());
+  CHECK(bench.host.asked.empty());
 }
 
 TEST_CASE("a request under the number of a lease that is over is NOT_OWNER") {
@@ -76,8 +76,8 @@ TEST_CASE("the lease ends after 2 s of silence, and any valid datagram renews it
   CHECK(bench.server->fence() == 1);
   bench.pass(2);
   CHECK(bench.server->fence() == 0);
-  REQUIRE(bench.lease_ends.size() == 1);
-  CHECK(bench.lease_ends[0] == LeaseEnd::kExpired);
+  REQUIRE(bench.host.lease_ends.size() == 1);
+  CHECK(bench.host.lease_ends[0] == LeaseEnd::kExpired);
   bench.pass(1);
   CHECK(other.lease().fence() == 0);
   CHECK(other.lease().holder().empty());
@@ -106,18 +106,19 @@ TEST_CASE("Release and Bye end the lease, and the host hears how") {
   CHECK(bench.server->fence() == 0);
   peer.send({acquire_item("peer"), bye_item()});
   CHECK(bench.server->fence() == 0);
-  CHECK(bench.lease_ends == std::vector<LeaseEnd>{LeaseEnd::kReleased, LeaseEnd::kSessionEnded});
+  CHECK(bench.host.lease_ends ==
+        std::vector<LeaseEnd>{LeaseEnd::kReleased, LeaseEnd::kSessionEnded});
 }
 
 TEST_CASE("the lease does not expire during a Run of steps, and lives 2 s after it") {
   ServerBench bench;
   RawPeer peer(bench, 5);
   peer.send(acquire_item("peer"));
-  bench.answers = false;
+  bench.host.answers = false;
   peer.send(run_item(v1::RUN_MODE_STEP, 1000));
   bench.pass(9000);
   CHECK(bench.server->fence() == 1);
-  bench.server->answer(bench.asked.back().id, ServerBench::ok());
+  bench.server->answer(bench.host.asked.back().id, result_with());
   bench.pass(900);
   CHECK(bench.server->fence() == 1);
   // The session itself is dropped after 10 s of silence, lease or not.

@@ -16,6 +16,7 @@
 
 #include "hapticd/v1/stream.pb.h"
 #include "server/network/protocol_server.h"
+#include "tests/server/network/recording_host.h"
 
 namespace hapticd::test {
 
@@ -28,7 +29,8 @@ struct SentDatagram {
   std::uint32_t session = 0;
   std::uint64_t counter = 0;
   std::size_t bytes = 0;
-  v1::Packet packet;
+  v1::Packet packet;              ///< of PLAIN
+  std::vector<std::uint8_t> raw;  ///< all of it
 };
 
 /// The bytes of a PLAIN datagram.
@@ -45,37 +47,24 @@ inline std::vector<std::uint8_t> plain_datagram(std::uint32_t session, std::uint
 /// The server, its host, and everything it sent.
 class ServerBench {
  public:
-  struct Asked {
-    RequestId id;
-    v1::Item item;
-  };
-
   explicit ServerBench(const ServerOptions& options = {.boot_id = 0xc0ffee}) {
-    ServerHost host;
-    host.greeting = [this] { return greeting; };
-    host.request = [this](const RequestId& id, const v1::Item& item) {
-      asked.push_back({id, item});
-      deepest = std::max(deepest, ++depth);
-      if (answers) server->answer(id, ok());
-      --depth;
-    };
-    host.abandoned = [this](const RequestId& id) { abandoned.push_back(id); };
-    host.fill_state = [this](const Subscription& subscription, v1::State& state) {
-      subscriptions.push_back(subscription);
-      if (fill) fill(state);
-    };
-    host.lease_lost = [this](LeaseEnd how) { lease_ends.push_back(how); };
     server = std::make_unique<ProtocolServer>(
-        options, host, [this](const Address& to, std::span<const std::uint8_t> bytes) {
-          SentDatagram datagram{now_ns, to, 0, 0, bytes.size(), {}};
+        options, host.functions([this](const RequestId& id, v1::Result result) {
+          server->answer(id, std::move(result));
+        }),
+        [this, plain = !options.keys.has_value()](const Address& to,
+                                                  std::span<const std::uint8_t> bytes) {
+          SentDatagram datagram{now_ns, to, 0, 0, bytes.size(), {}, {bytes.begin(), bytes.end()}};
           REQUIRE(bytes.size() > 16);
-          REQUIRE(bytes[2] == 5);
+          REQUIRE((bytes[2] == 5) == plain);
           for (std::size_t i = 0; i < 4; ++i)
             datagram.session |= std::uint32_t{bytes[4 + i]} << (8 * i);
           for (std::size_t i = 0; i < 8; ++i)
             datagram.counter |= std::uint64_t{bytes[8 + i]} << (8 * i);
-          REQUIRE(datagram.packet.ParseFromArray(bytes.data() + 16,
-                                                 static_cast<int>(bytes.size() - 16)));
+          if (plain) {
+            REQUIRE(datagram.packet.ParseFromArray(bytes.data() + 16,
+                                                   static_cast<int>(bytes.size() - 16)));
+          }
           sent.push_back(datagram);
         });
   }
@@ -94,32 +83,10 @@ class ServerBench {
     server->offer_tick(tick, scene_id, now_ns);
   }
 
-  static v1::Result ok() {
-    v1::Result result;
-    result.set_code(v1::RESULT_CODE_OK);
-    return result;
-  }
-
   std::int64_t now_ns = 1000 * kTestMs;
-  std::vector<v1::Item> greeting = usual_greeting();
-  bool answers = true;
-  int depth = 0;    ///< calls of the host that are under way, one inside the other
-  int deepest = 0;  ///< most of them
-  std::function<void(v1::State&)> fill;
-  std::vector<Asked> asked;
-  std::vector<RequestId> abandoned;
-  std::vector<LeaseEnd> lease_ends;
-  std::vector<Subscription> subscriptions;
+  RecordingHost host;
   std::vector<SentDatagram> sent;
   std::unique_ptr<ProtocolServer> server;
-
- private:
-  static std::vector<v1::Item> usual_greeting() {
-    std::vector<v1::Item> items(2);
-    items[0].mutable_scene_info()->set_scene_id(1);
-    items[1].mutable_record_info()->set_state(v1::RECORD_STATE_IDLE);
-    return items;
-  }
 };
 
 /// A client that acknowledges by hand.

@@ -37,12 +37,12 @@ struct Controlled {
 
   Controlled() {
     peer.send(acquire_item("peer"));
-    bench.answers = false;
+    bench.host.answers = false;
   }
   void answer(std::size_t which, v1::ResultCode code = v1::RESULT_CODE_OK) {
     v1::Result result;
     result.set_code(code);
-    bench.server->answer(bench.asked[which].id, result);
+    bench.server->answer(bench.host.asked[which].id, result);
   }
 };
 
@@ -50,11 +50,11 @@ TEST_CASE("a request waits until the one before it has been answered, the server
   Controlled session;
   session.peer.send({load_item(), ping_item(), engage_item()});
   session.bench.pass(1);
-  CHECK(session.bench.asked.size() == 1);
+  CHECK(session.bench.host.asked.size() == 1);
   CHECK(answered(session.peer) == Ids{1});
   session.answer(0);
   session.bench.pass(1);
-  CHECK(session.bench.asked.size() == 2);
+  CHECK(session.bench.host.asked.size() == 2);
   CHECK(answered(session.peer) == Ids{1, 2, 3});
   session.answer(1);
   session.bench.pass(1);
@@ -74,9 +74,9 @@ TEST_CASE("Stop and Run{STOP} overtake a Run of steps, which is answered first")
   Controlled session;
   session.peer.send(
       {run_item(v1::RUN_MODE_STEP, 100), ping_item(), stop_item(), run_item(v1::RUN_MODE_STOP)});
-  REQUIRE(session.bench.asked.size() == 3);
-  CHECK(session.bench.asked[1].item.has_stop());
-  CHECK(session.bench.asked[2].item.run().mode() == v1::RUN_MODE_STOP);
+  REQUIRE(session.bench.host.asked.size() == 3);
+  CHECK(session.bench.host.asked[1].item.has_stop());
+  CHECK(session.bench.host.asked[2].item.run().mode() == v1::RUN_MODE_STOP);
   // Even if the host answers them before the Run.
   session.answer(1);
   session.answer(2);
@@ -90,14 +90,14 @@ TEST_CASE("Stop and Run{STOP} overtake a Run of steps, which is answered first")
 TEST_CASE("Stop overtakes whatever is under way, without a lease; Run{STOP} only a Run of steps") {
   Controlled session;
   session.peer.send({load_item(), run_item(v1::RUN_MODE_STOP), stop_item()});
-  REQUIRE(session.bench.asked.size() == 2);
-  CHECK(session.bench.asked[1].item.has_stop());
+  REQUIRE(session.bench.host.asked.size() == 2);
+  CHECK(session.bench.host.asked[1].item.has_stop());
   session.answer(1);
   session.bench.pass(1);
   CHECK(session.peer.code(4) == v1::RESULT_CODE_OK);
   RawPeer other(session.bench, 6, 40'001);
   other.send(stop_item());
-  CHECK(session.bench.asked.size() == 3);
+  CHECK(session.bench.host.asked.size() == 3);
 }
 
 TEST_CASE("a PoseBatch is answered when it fails and not else") {
@@ -159,10 +159,10 @@ TEST_CASE("a host that answers at once is not called from inside its own answer"
   Controlled session;
   session.peer.send(load_item());
   for (int i = 0; i < 100; ++i) session.peer.send(engage_item());
-  session.bench.answers = true;
+  session.bench.host.answers = true;
   session.answer(0);
-  CHECK(session.bench.asked.size() == 101);
-  CHECK(session.bench.deepest == 1);
+  CHECK(session.bench.host.asked.size() == 101);
+  CHECK(session.bench.host.deepest == 1);
 }
 
 TEST_CASE("Stops that the host does not answer are BUSY beyond their limit") {
@@ -172,14 +172,14 @@ TEST_CASE("Stops that the host does not answer are BUSY beyond their limit") {
   session.peer.send(stop_item());
   session.bench.pass(1);
   CHECK(session.peer.code(beyond) == v1::RESULT_CODE_BUSY);
-  CHECK(session.bench.asked.size() == kMostOvertaking);
+  CHECK(session.bench.host.asked.size() == kMostOvertaking);
 }
 
 TEST_CASE("the host hears when the session of a request has ended; its answer is ignored") {
   Controlled session;
   session.peer.send({run_item(v1::RUN_MODE_STEP, 100), stop_item(), bye_item()});
-  REQUIRE(session.bench.asked.size() == 2);
-  CHECK(session.bench.abandoned.size() == 2);
+  REQUIRE(session.bench.host.asked.size() == 2);
+  CHECK(session.bench.host.abandoned.size() == 2);
   session.answer(0);
   session.answer(1);
   session.bench.pass(1);

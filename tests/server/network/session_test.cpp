@@ -184,8 +184,8 @@ TEST_CASE("a Bye is acknowledged, ends the session at once, and is forgotten aft
   CHECK(peer.states().size() == 1);
   peer.send(bye_item());
   CHECK(bench.server->fence() == 0);
-  REQUIRE(bench.lease_ends.size() == 1);
-  CHECK(bench.lease_ends[0] == LeaseEnd::kSessionEnded);
+  REQUIRE(bench.host.lease_ends.size() == 1);
+  CHECK(bench.host.lease_ends[0] == LeaseEnd::kSessionEnded);
   bench.offer(2);
   CHECK(peer.states().size() == 1);
   bench.pass(1);
@@ -253,7 +253,7 @@ TEST_CASE("a session that the server has ended is not opened again by a late fir
   first.set_first(1);
   *first.add_items() = stop_item();
   peer.send_packet(first);
-  CHECK(bench.asked.size() == 1);
+  CHECK(bench.host.asked.size() == 1);
   v1::Packet gap;
   gap.set_first(7);
   *gap.add_items() = ping_item();
@@ -267,7 +267,7 @@ TEST_CASE("a session that the server has ended is not opened again by a late fir
   bench.pass(900);
   peer.send_packet(first);
   bench.receive(peer.address(), plain_datagram(5, 0, first));
-  CHECK(bench.asked.size() == 1);
+  CHECK(bench.host.asked.size() == 1);
 }
 
 TEST_CASE("a Bye behind many Items is repeated as long as those are acknowledged, 10 s at most") {
@@ -319,7 +319,7 @@ TEST_CASE("a Clock is echoed in the next Packet, with arrival and departure") {
 
 TEST_CASE("a SceneInfo larger than a datagram arrives in Chunks, piece after acknowledged piece") {
   ServerBench bench;
-  std::string& version = *bench.greeting[0].mutable_scene_info()->mutable_server_version();
+  std::string& version = *bench.host.greeting[0].mutable_scene_info()->mutable_server_version();
   version.assign(5000, 'v');
   RawPeer peer(bench, 5);
   peer.keep_alive();

@@ -50,14 +50,14 @@ TEST_CASE(
   bench.offer(0);
   peer.send(subscribe_item(1));
   bench.offer(1);
-  REQUIRE(bench.subscriptions.size() == 2);
-  CHECK(bench.subscriptions[0].sections == 1U << v1::SECTION_TIMING);
-  CHECK(bench.subscriptions[0].max_contacts == 3);
-  CHECK(bench.subscriptions[1].has(v1::SECTION_TOOLS));
-  CHECK(bench.subscriptions[1].has(v1::SECTION_STRINGS));
-  CHECK(bench.subscriptions[1].has(v1::SECTION_CONTACTS));
-  CHECK(!bench.subscriptions[1].has(v1::SECTION_TIMING));
-  CHECK(bench.subscriptions[1].max_contacts == 16);
+  REQUIRE(bench.host.subscriptions.size() == 2);
+  CHECK(bench.host.subscriptions[0].sections == 1U << v1::SECTION_TIMING);
+  CHECK(bench.host.subscriptions[0].max_contacts == 3);
+  CHECK(bench.host.subscriptions[1].has(v1::SECTION_TOOLS));
+  CHECK(bench.host.subscriptions[1].has(v1::SECTION_STRINGS));
+  CHECK(bench.host.subscriptions[1].has(v1::SECTION_CONTACTS));
+  CHECK(!bench.host.subscriptions[1].has(v1::SECTION_TIMING));
+  CHECK(bench.host.subscriptions[1].max_contacts == 16);
 }
 
 TEST_CASE("after 3 s of silence a State leaves per 100 ms, after a word all of them again") {
@@ -131,7 +131,7 @@ struct Lockstep {
 
   explicit Lockstep(std::uint32_t divisor) {
     peer.send({acquire_item("peer"), subscribe_item(divisor)});
-    bench.answers = false;
+    bench.host.answers = false;
     peer.send(run_item(v1::RUN_MODE_STEP, 10'000));
   }
   /// Ticks taken until the server wants no more, `most` at most.
@@ -186,7 +186,7 @@ TEST_CASE("a Run waits no longer when its session has ended") {
   CHECK(!session.bench.server->may_step(session.bench.now_ns));
   session.peer.send(bye_item());
   CHECK(session.bench.server->may_step(session.bench.now_ns));
-  CHECK(session.bench.abandoned.size() == 1);
+  CHECK(session.bench.host.abandoned.size() == 1);
 }
 
 TEST_CASE("what was told of the scene before does not count for the next one") {
@@ -205,12 +205,12 @@ TEST_CASE("what was told of the scene before does not count for the next one") {
 
 TEST_CASE("a State too large for one datagram is cut to size") {
   ServerBench bench;
-  v1::SceneInfo& scene = *bench.greeting[0].mutable_scene_info();
+  v1::SceneInfo& scene = *bench.host.greeting[0].mutable_scene_info();
   for (int i = 0; i < 100; ++i)
     scene.mutable_scene()->add_strings()->set_radius_m(i == 7 ? 0.0 : 0.01);
   RawPeer peer(bench, 5);
   peer.send(subscribe_item(1));
-  bench.fill = [](v1::State& state) {
+  bench.host.fill = [](const Subscription&, v1::State& state) {
     for (std::uint32_t i = 0; i < 100; ++i) {
       v1::StringState& string = *state.add_strings();
       string.set_string_index(i);

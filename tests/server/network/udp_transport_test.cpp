@@ -36,7 +36,14 @@ TEST_CASE("every address but loopback is refused, with the remedy") {
   for (const char* listen : {"0.0.0.0:0", "192.0.2.1:0", "[::]:0", "[2001:db8::1]:0"}) {
     CAPTURE(listen);
     CHECK(refusal(listen).find("listen on 127.0.0.1") != std::string::npos);
+    CHECK(refusal(listen).find("--keys") != std::string::npos);
   }
+}
+
+TEST_CASE("a server with keys listens on any address") {
+  const UdpTransport transport("0.0.0.0:0", true);
+  CHECK(transport.local_address().starts_with("0.0.0.0:"));
+  CHECK(transport.port() != 0);
 }
 
 TEST_CASE("a port that is taken is refused, with the remedy") {

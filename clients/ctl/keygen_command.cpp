@@ -1,0 +1,28 @@
+// keygen: makes the two keys of a daemon. It speaks to nobody. Not RT.
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "clients/ctl/commands.h"
+#include "proto/noise/key_file.h"
+
+namespace hapticd::ctl {
+
+void add_keygen_command(CLI::App& app, const GlobalOptions& /*options*/) {
+  CLI::App& command = *app.add_subcommand("keygen", "Makes a folder with view.key and control.key");
+  const auto folder = std::make_shared<std::string>();
+  command.add_option("DIR", *folder, "folder of the keys; made if need be")->required();
+  command.callback([folder] {
+    try {
+      noise::make_key_folder(*folder);
+    } catch (const std::runtime_error& error) {
+      throw Failure(kRefused, error.what());
+    }
+    std::printf(
+        "%s: view.key may look, control.key may control. Start hapticd --keys %s, and bring each "
+        "client its key by a safe way.\n",
+        folder->c_str(), folder->c_str());
+  });
+}
+
+}  // namespace hapticd::ctl

@@ -1,0 +1,53 @@
+// The client's side of the handshake of a keyed session: HELLO, again with the cookie of a RETRY,
+// until a WELCOME opens. PROTOCOL.md, section 12. Pure: no socket, no clock. Times are ns. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+
+#include "proto/noise/handshake.h"
+#include "proto/wire/hello.h"
+
+namespace hapticd::client {
+
+/// A key of the server, and what it is the key to.
+struct ClientKey {
+  wire::Role role = wire::Role::kControl;
+  noise::Key key{};
+};
+
+/// The key in `file`: the view key when the file is called view.key, else the control key, unless
+/// `role` says which. Throws std::runtime_error with the remedy when it cannot be read, or others
+/// than its owner may touch it.
+[[nodiscard]] ClientKey read_client_key(const std::filesystem::path& file,
+                                        std::optional<wire::Role> role = std::nullopt);
+
+/// One handshake.
+class KeyHandshake {
+ public:
+  /// `ephemeral`: 32 random bytes, for this handshake alone.
+  KeyHandshake(const ClientKey& key, const noise::Key& ephemeral);
+
+  /// When the next HELLO has to leave; 0 = at once.
+  [[nodiscard]] std::int64_t due_ns() const noexcept { return due_ns_; }
+  /// The HELLO that leaves now.
+  [[nodiscard]] noise::Bytes hello(std::int64_t now_ns);
+  /// Takes a datagram of the server; true when it is the WELCOME: session() and transport() are
+  /// the session's.
+  bool receive(std::span<const std::uint8_t> datagram);
+
+  [[nodiscard]] std::uint32_t session() const noexcept { return session_; }
+  [[nodiscard]] noise::Transport transport() const { return handshake_.split(); }
+
+ private:
+  wire::Role role_;
+  noise::Handshake handshake_;
+  noise::Bytes message_;
+  noise::Bytes cookie_;
+  std::int64_t due_ns_ = 0;
+  std::uint32_t session_ = 0;
+};
+
+}  // namespace hapticd::client

@@ -1,0 +1,96 @@
+// Noise_NNpsk0_25519_ChaChaPoly_BLAKE2b of the Noise specification, revision 34: the handshake of
+// keyed sessions and the ciphers it ends with. PROTOCOL.md, section 12. Pattern:
+//   -> psk, e
+//   <- e, ee
+// On primitives of libsodium. Pure: who makes a Handshake brings its randomness. Not RT.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace hapticd::noise {
+
+inline constexpr std::size_t kKeyBytes = 32;
+inline constexpr std::size_t kTagBytes = 16;
+/// Either message of the handshake with an empty payload, bytes: a public key and a tag.
+inline constexpr std::size_t kMessageBytes = kKeyBytes + kTagBytes;
+
+/// A shared secret, or either half of a key pair of Curve25519.
+using Key = std::array<std::uint8_t, kKeyBytes>;
+using Bytes = std::vector<std::uint8_t>;
+
+/// One direction of the transport phase, or the cipher of one message: ChaCha20-Poly1305 with the
+/// nonce in the caller's hands.
+class Cipher {
+ public:
+  explicit Cipher(const Key& key) : key_(key) {}
+
+  /// `plain` encrypted, and its tag. No `n` may be used twice.
+  [[nodiscard]] Bytes seal(std::uint64_t n, std::span<const std::uint8_t> associated,
+                           std::span<const std::uint8_t> plain) const;
+  /// What was sealed; nothing when the tag does not verify.
+  [[nodiscard]] std::optional<Bytes> open(std::uint64_t n, std::span<const std::uint8_t> associated,
+                                          std::span<const std::uint8_t> sealed) const;
+
+ private:
+  Key key_;
+};
+
+/// The ciphers of one side.
+struct Transport {
+  Cipher send;
+  Cipher receive;
+};
+
+enum class Side : std::uint8_t { kInitiator, kResponder };
+
+/// One side of one handshake: the initiator writes, then reads; the responder reads, then writes.
+/// Messages out of this order throw std::logic_error.
+class Handshake {
+ public:
+  /// `ephemeral` is the private key of this handshake alone: 32 random bytes.
+  Handshake(Side side, const Key& psk, std::span<const std::uint8_t> prologue,
+            const Key& ephemeral);
+  /// Wipes its secrets.
+  ~Handshake();
+  Handshake(const Handshake&) = delete;
+  Handshake& operator=(const Handshake&) = delete;
+
+  /// This side's message; nothing where the other side's public key is of low order, which only a
+  /// holder of the psk can send. The responder computes a shared secret, which
+  /// costs most of a handshake.
+  [[nodiscard]] std::optional<Bytes> write(std::span<const std::uint8_t> payload = {});
+  /// The payload of the other side's message; nothing where it does not open. Such a message leaves
+  /// no trace: the true one may still come.
+  [[nodiscard]] std::optional<Bytes> read(std::span<const std::uint8_t> message);
+  /// The ciphers, once both messages have passed.
+  [[nodiscard]] Transport split() const;
+
+ private:
+  static constexpr std::size_t kHashBytes = 64;
+  using Hash = std::array<std::uint8_t, kHashBytes>;
+  enum class Step : std::uint8_t { kFirst, kSecond, kDone };
+
+  struct Symmetric {
+    Hash hash;
+    Hash chaining;
+    Key key;
+  };
+
+  void mix_hash(std::span<const std::uint8_t> data);
+  void mix_key(std::span<const std::uint8_t> material);
+  bool mix_shared(const Key& theirs);
+
+  Side side_;
+  Step step_ = Step::kFirst;
+  Key private_;
+  Key public_{};
+  Key theirs_{};
+  Symmetric state_{};
+};
+
+}  // namespace hapticd::noise

@@ -1,0 +1,32 @@
+// The files of the two keys of a daemon: view.key and control.key, 32 bytes each, readable by their
+// owner alone. PROTOCOL.md, section 12. Not RT.
+#pragma once
+
+#include <filesystem>
+
+#include "proto/noise/handshake.h"
+
+namespace hapticd::noise {
+
+inline constexpr const char* kViewKeyName = "view.key";
+inline constexpr const char* kControlKeyName = "control.key";
+
+/// The keys of a daemon.
+struct KeyPair {
+  Key view{};
+  Key control{};
+};
+
+/// The key in `file`. Throws std::runtime_error with the file and the remedy: it cannot be read, is
+/// no file of 32 bytes, or others than its owner may touch it.
+[[nodiscard]] Key read_key_file(const std::filesystem::path& file);
+
+/// Both keys in `folder`. Throws std::runtime_error as read_key_file() does, and when the keys are
+/// equal: who may look could control.
+[[nodiscard]] KeyPair read_key_folder(const std::filesystem::path& folder);
+
+/// Makes `folder` if need be, and two random keys in it. Throws std::runtime_error with the reason
+/// and the remedy; a key that is there is never overwritten.
+void make_key_folder(const std::filesystem::path& folder);
+
+}  // namespace hapticd::noise

@@ -1,0 +1,244 @@
+// Sessions of a server with keys: how they begin, what they may, and what cannot touch them.
+// PROTOCOL.md, sections 2 and 12.
+#include <doctest/doctest.h>
+
+#include <memory>
+#include <numeric>
+
+#include "tests/server/network/keyed_peer.h"
+
+namespace hapticd::test {
+namespace {
+
+v1::Packet first_packet() {
+  v1::Packet packet;
+  packet.set_first(1);
+  return packet;
+}
+
+TEST_CASE("the first DATA opens the session, and it begins as every other") {
+  ServerBench bench(keyed_options());
+  KeyedPeer peer(bench);
+  peer.shake_hands();
+  CHECK(bench.server->session_count() == 0);
+  bench.pass(500);
+  CHECK(bench.sent.size() == 2);
+  peer.send({acquire_item("peer"), engage_item()});
+  bench.pass(1);
+  CHECK(bench.server->session_count() == 1);
+  const auto items = peer.received();
+  REQUIRE(items.size() >= 5);
+  CHECK(items[0].has_scene_info());
+  CHECK(items[1].has_lease_info());
+  CHECK(items[2].has_record_info());
+  CHECK(peer.code(1) == v1::RESULT_CODE_OK);
+  CHECK(peer.code(2) == v1::RESULT_CODE_OK);
+  CHECK(bench.server->lease_holder() == "peer");
+}
+
+TEST_CASE("before the first DATA opens no more bytes leave than came") {
+  ServerBench bench(keyed_options());
+  KeyedPeer peer(bench);
+  std::size_t in = 2 * 1200;
+  peer.shake_hands();
+  noise::Bytes forged = peer.client.data(0, first_packet());
+  forged.back() ^= 1U;
+  for (int i = 0; i < 100; ++i) {
+    bench.receive(peer.address, peer.hello);
+    bench.receive(peer.address, forged);
+    in += peer.hello.size() + forged.size();
+    bench.pass(20);
+    const std::size_t out = std::accumulate(
+        bench.sent.begin(), bench.sent.end(), std::size_t{0},
+        [](std::size_t sum, const SentDatagram& datagram) { return sum + datagram.bytes; });
+    CHECK(out <= in);
+  }
+  CHECK(bench.server->session_count() == 0);
+}
+
+TEST_CASE("a server with keys speaks no PLAIN, and answers no RETRY, WELCOME or unknown DATA") {
+  ServerBench bench(keyed_options());
+  const Address from = ipv4_address({127, 0, 0, 1}, 40'000);
+  bench.receive(from, plain_datagram(5, 0, first_packet()));
+  for (const std::uint8_t kind : {std::uint8_t{2}, std::uint8_t{3}, std::uint8_t{4}}) {
+    noise::Bytes bytes = raw_header(kind, 5, 0);
+    bytes.resize(64);
+    bench.receive(from, bytes);
+  }
+  bench.pass(200);
+  CHECK(bench.sent.empty());
+  CHECK(bench.server->session_count() == 0);
+}
+
+TEST_CASE("the view key may look and listen, and nothing else") {
+  ServerBench bench(keyed_options());
+  KeyedPeer peer(bench, kViewRole);
+  peer.shake_hands();
+  std::vector<v1::Item> permitted(6);
+  permitted[0].mutable_subscribe()->set_divisor(1);
+  permitted[1].mutable_ping();
+  permitted[2].mutable_get_parameters();
+  permitted[3].mutable_list_scenes();
+  permitted[4].mutable_list_gestures();
+  permitted[5].mutable_get_device_info();
+  std::vector<v1::Item> refused(16);
+  refused[0].mutable_acquire();
+  refused[1].mutable_stop();
+  refused[2].mutable_release();
+  refused[3].mutable_engage();
+  refused[4].mutable_disengage();
+  refused[5].mutable_clear();
+  refused[6].mutable_load_scene();
+  refused[7].mutable_set_parameter();
+  refused[8].mutable_pose_batch();
+  refused[9].mutable_run()->set_mode(v1::RUN_MODE_STOP);
+  refused[10].mutable_play_gesture();
+  refused[11].mutable_replay();
+  refused[12].mutable_record();
+  refused[13].mutable_calibrate();
+  refused[14].mutable_recentre();
+  refused[15].mutable_clutch();
+  peer.send(permitted);
+  bench.pass(1);
+  peer.send(refused);
+  bench.pass(1);
+  peer.send();
+  bench.pass(1);
+  for (std::uint64_t id = 1; id <= 6; ++id) CHECK(peer.code(id) == v1::RESULT_CODE_OK);
+  for (std::uint64_t id = 7; id <= 22; ++id) {
+    CAPTURE(id);
+    CHECK(peer.code(id) == v1::RESULT_CODE_NOT_PERMITTED);
+  }
+  CHECK(bench.host.asked.size() == 4);
+  CHECK(bench.server->fence() == 0);
+}
+
+TEST_CASE("no flipped bit of a DATA is taken, and the true one is not blocked by it") {
+  ServerBench bench(keyed_options());
+  KeyedPeer peer(bench);
+  peer.shake_hands();
+  peer.send();
+  v1::Packet packet = first_packet();
+  *packet.add_items() = acquire_item("peer");
+  const noise::Bytes good = peer.client.data(1, packet);
+  for (std::size_t bit = 0; bit < 8 * good.size(); ++bit) {
+    noise::Bytes bad = good;
+    bad[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+    bench.receive(peer.address, bad);
+  }
+  for (std::size_t length = 0; length < good.size(); ++length) {
+    bench.receive(peer.address, std::span(good).first(length));
+  }
+  CHECK(bench.server->fence() == 0);
+  CHECK(bench.server->counters().forged > 8 * (good.size() - 16));
+  CHECK(bench.server->session_count() == 1);
+  bench.receive(peer.address, good);
+  CHECK(bench.server->fence() == 1);
+}
+
+TEST_CASE("datagrams sent again, or from elsewhere, are not accepted and end nothing") {
+  ServerBench bench(keyed_options());
+  KeyedPeer peer(bench);
+  peer.shake_hands();
+  peer.send({acquire_item("peer")});
+  for (int i = 0; i < 20; ++i) peer.send({ping_item(), engage_item()});
+  bench.pass(1);
+  const std::size_t asked = bench.host.asked.size();
+  CHECK(asked == 20);
+  const std::uint64_t repeated = bench.server->counters().repeated;
+  for (const noise::Bytes& datagram : peer.captured) bench.receive(peer.address, datagram);
+  CHECK(bench.server->counters().repeated == repeated + peer.captured.size());
+  const Address elsewhere = ipv4_address({127, 0, 0, 1}, 40'001);
+  v1::Packet packet;
+  packet.set_first(42);
+  *packet.add_items() = release_item();
+  const noise::Bytes fresh = peer.client.data(1000, packet);
+  bench.receive(elsewhere, fresh);
+  for (const noise::Bytes& datagram : peer.captured) bench.receive(elsewhere, datagram);
+  bench.pass(1000);
+  bench.receive(peer.address, peer.hello);
+  CHECK(peer.last().raw[2] == 3);
+  bench.receive(elsewhere, peer.hello);
+  CHECK(peer.last().raw[2] == 2);
+  bench.pass(500);
+  CHECK(bench.host.asked.size() == asked);
+  CHECK(bench.server->session_count() == 1);
+  CHECK(bench.server->lease_holder() == "peer");
+  peer.send({ping_item()});
+  for (int i = 0; i < 5; ++i) {
+    bench.pass(1);
+    peer.send();
+  }
+  CHECK(peer.code(42) == v1::RESULT_CODE_OK);
+}
+
+TEST_CASE("what was sent in a session that is over opens no other") {
+  ServerBench bench(keyed_options());
+  KeyedPeer peer(bench);
+  peer.shake_hands();
+  peer.send({acquire_item("peer"), engage_item()});
+  bench.pass(12'000);
+  CHECK(bench.server->session_count() == 0);
+  const std::size_t asked = bench.host.asked.size();
+  bench.receive(peer.address, peer.hello);
+  CHECK(peer.last().raw[2] == 3);
+  for (const noise::Bytes& datagram : peer.captured) bench.receive(peer.address, datagram);
+  bench.pass(1);
+  CHECK(bench.server->session_count() == 0);
+  CHECK(bench.host.asked.size() == asked);
+}
+
+TEST_CASE("a handshake without DATA is over after 3 s") {
+  ServerBench bench(keyed_options());
+  KeyedPeer peer(bench);
+  peer.shake_hands();
+  bench.pass(3001);
+  peer.send();
+  CHECK(bench.server->session_count() == 0);
+  CHECK(bench.server->counters().unknown_session == 1);
+}
+
+TEST_CASE("a DATA that is no Packet opens no session, and the next one does") {
+  ServerBench bench(keyed_options());
+  KeyedPeer peer(bench);
+  peer.shake_hands();
+  bench.receive(peer.address, peer.client.data(7, {}));  // first = 0
+  CHECK(bench.server->session_count() == 0);
+  CHECK(bench.server->counters().unreadable == 1);
+  peer.send();
+  CHECK(bench.server->session_count() == 1);
+}
+
+TEST_CASE("the 33rd keyed session is told that the server is full, under its own key") {
+  ServerBench bench(keyed_options());
+  std::vector<std::unique_ptr<KeyedPeer>> peers;
+  for (std::uint16_t i = 0; i < 33; ++i) {
+    peers.push_back(std::make_unique<KeyedPeer>(
+        bench, kViewRole, static_cast<std::uint16_t>(40'000 + i), std::uint64_t{100} + i));
+    bench.pass(150);  // All of them share the limit of one address.
+    peers.back()->shake_hands();
+    for (const auto& each : peers) each->send();
+  }
+  CHECK(bench.server->session_count() == 32);
+  const v1::Packet refused = peers[32]->client.open(peers[32]->last());
+  CHECK(refused.reset().reason() == v1::RESET_REASON_FULL);
+  CHECK(refused.boot_id() == 0xc0ffee);
+  CHECK(refused.items_size() == 0);
+}
+
+TEST_CASE("a session with a key ends with Bye in DATA when the server does") {
+  ServerBench bench(keyed_options());
+  KeyedPeer peer(bench);
+  peer.shake_hands();
+  peer.send();
+  bench.server->shut_down(v1::BYE_REASON_SHUTDOWN, "the end", bench.now_ns);
+  bench.pass(1);
+  CHECK(peer.received().back().bye().reason() == v1::BYE_REASON_SHUTDOWN);
+  const std::size_t sent = bench.sent.size();
+  KeyedPeer late(bench, kControlRole, 40'005, 9);
+  bench.receive(late.address, late.client.hello());
+  CHECK(bench.sent.size() == sent);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,118 @@
+"""Keys against the daemon: made by hapticctl, served by hapticd on every address, used by the clients in C++ (hapticctl) and in Python."""
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+from unittest import mock
+
+import daemon
+import hapticd
+from hapticd import connection
+
+HAPTICCTL = os.environ["HAPTICCTL"]
+
+
+def control(*words):
+    """(exit code, what it said)."""
+    done = subprocess.run([HAPTICCTL, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60)
+    return done.returncode, done.stdout
+
+
+def own_address():
+    """An IPv4 address of this machine that is not loopback, or loopback where it has none. Nothing is sent."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))
+            return probe.getsockname()[0]
+        except OSError:
+            return "127.0.0.1"
+
+
+class Keys(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.keys = pathlib.Path(cls.folder.name) / "keys"
+        code, said = control("keygen", str(cls.keys))
+        assert code == 0, said
+        cls.control_key, cls.view_key = ((cls.keys / name).read_bytes() for name in ("control.key", "view.key"))
+        cls.played = daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "single_string", "--keys", str(cls.keys),
+                                   host="0.0.0.0")
+        cls.played.__enter__()
+        cls.address = cls.played.address.replace("0.0.0.0", own_address())
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.played.__exit__(None, None, None)
+        cls.folder.cleanup()
+
+    def ctl(self, key, *words):
+        return control("--server", self.address, "--key", str(self.keys / key), "--timeout", "5", *words)
+
+    def test_both_clients_control_with_the_control_key(self):
+        with hapticd.Session(self.address, key=self.control_key) as session:
+            session.acquire("python")
+            session.load_scene("single_string")
+            session.subscribe(divisor=1, sections=["TOOLS"])
+            self.assertEqual(session.run(300).steps, 300)
+            self.assertEqual([state.tick for state in session.states(300)], list(range(300)))
+        self.assertEqual(self.ctl("control.key", "scene", "load", "single_string")[0], 0)
+        code, said = self.ctl("control.key", "run", "step", "300")
+        self.assertEqual(code, 0, said)
+        self.assertIn("300 ticks, next is tick 300", said)
+
+    def test_the_view_key_looks_and_does_not_control(self):
+        code, said = self.ctl("view.key", "status")
+        self.assertEqual(code, 0, said)
+        code, said = self.ctl("view.key", "stop")
+        self.assertEqual(code, 1, said)
+        self.assertIn("NOT_PERMITTED", said)
+        with hapticd.Session(self.address, key=self.view_key, role="view") as session:
+            session.subscribe(divisor=1)
+            with self.assertRaises(hapticd.RequestError) as refused:
+                session.acquire("viewer")
+            self.assertEqual(refused.exception.code, "NOT_PERMITTED")
+
+    def test_without_a_key_or_with_another_nobody_answers(self):
+        other = self.keys / "other.key"
+        other.write_bytes(bytes(32))
+        other.chmod(0o600)
+        for words in ((), ("--key", str(other)), ("--key", str(self.keys / "view.key"), "--role", "control")):
+            code, said = control("--server", self.address, "--timeout", "0.7", *words, "status")
+            self.assertEqual(code, 3, said)
+            self.assertIn("--key", said)
+        with mock.patch.object(connection, "SILENCE_NS", 700_000_000):
+            for options in ({}, {"key": bytes(32)}, {"key": self.view_key}):
+                with self.assertRaises(hapticd.ServerSilent):
+                    hapticd.Session(self.address, **options)
+
+    def test_keys_that_cannot_be_used_are_refused_with_the_remedy(self):
+        with tempfile.TemporaryDirectory() as folder:
+            bad = pathlib.Path(folder) / "keys"
+            code, text = daemon.run("--scene", "sphere", "--check", "--keys", str(bad))
+            self.assertEqual(code, 1, text)
+            self.assertIn("hapticctl keygen", text)
+            self.assertEqual(control("keygen", str(bad))[0], 0)
+            self.assertEqual(daemon.run("--scene", "sphere", "--check", "--keys", str(bad))[0], 0)
+            (bad / "view.key").chmod(0o644)
+            code, text = daemon.run("--scene", "sphere", "--check", "--keys", str(bad))
+            self.assertEqual(code, 1, text)
+            self.assertIn(f"chmod 600 {bad}/view.key", text)
+            code, said = control("--key", str(bad / "view.key"), "status")
+            self.assertEqual(code, 1, said)
+            self.assertIn("chmod 600", said)
+            config = pathlib.Path(folder) / "my.textproto"
+            config.write_text(f'scene: "sphere"\nkeys: "{bad}"\n')
+            self.assertEqual(daemon.run("--config", str(config), "--check")[0], 1)
+            (bad / "view.key").chmod(0o600)
+            self.assertEqual(daemon.run("--config", str(config), "--check")[0], 0)
+            code, said = control("keygen", str(bad))
+            self.assertEqual(code, 1, said)
+            self.assertIn("is there already", said)
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main(verbosity=2))
