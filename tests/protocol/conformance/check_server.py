@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 """Checks a running server against proto/PROTOCOL.md, and against nothing else: every check is a sentence of the document.
 
-usage: check_server.py [HOST:PORT] [--hapticd PATH] [--quick] [--only WORD] [--part K/N] [--list] [--json]
+usage: check_server.py [HOST:PORT] [--keys DIR] [--hapticd PATH] [--quick] [--only WORD] [--part K/N] [--list] [--json]
 
 HOST:PORT      a server that runs already, 127.0.0.1:47800 by default; lockstep is checked if it has the virtual clock
---hapticd PATH start this daemon twice on loopback, with the real and the virtual clock, and check both
+--keys DIR     it has the keys of this folder, view.key and control.key
+--hapticd PATH start this daemon on loopback, with the real clock, the virtual clock, and keys, and check all three
 --quick        leave out what takes more than 4 s
 --only WORD    only checks whose name contains WORD
 --part K/N     only every Nth check, beginning with the Kth: parts may run side by side, each with a server of its own
@@ -14,16 +15,21 @@ HOST:PORT      a server that runs already, 127.0.0.1:47800 by default; lockstep 
 Loads scenes, changes parameters and stops the loop: not for a server that somebody plays on. Exit code 0 if nothing failed."""
 import argparse
 import json
+import os
+import secrets
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 
 import checks_control  # noqa: F401
 import checks_items  # noqa: F401
+import checks_keyed  # noqa: F401
 import checks_lockstep  # noqa: F401
 import checks_session  # noqa: F401
 import checks_state  # noqa: F401
+import keyed
 from peer import Failed, Peer, Skipped
 from registry import CHECKS, Server
 
@@ -31,7 +37,24 @@ START_TIMEOUT_S = 30.0
 STARTS = {
     "realtime": ["--clock", "realtime", "--device", "simulated", "--realtime", "best_effort"],
     "virtual": ["--clock", "virtual", "--device", "scripted"],
+    "keyed": ["--clock", "virtual", "--device", "scripted"],
 }
+
+
+def keys_of(folder):
+    """Role to key of a folder of keys."""
+    keys = {}
+    for role, name in ((keyed.VIEW, "view.key"), (keyed.CONTROL, "control.key")):
+        with open(os.path.join(folder, name), "rb") as file:
+            keys[role] = file.read()
+    return keys
+
+
+def make_keys(folder):
+    """Two new keys in `folder`."""
+    for name in ("view.key", "control.key"):
+        with open(os.path.join(folder, name), "wb", opener=lambda path, flags: os.open(path, flags, 0o600)) as file:
+            file.write(secrets.token_bytes(32))
 
 
 def run_check(server, check):
@@ -54,13 +77,14 @@ def run_check(server, check):
     return outcome, text
 
 
-def run_all(address, label, options, report):
+def run_all(address, label, options, report, keys=None):
     """All checks of one server; returns the results."""
-    server = Server(address)
+    server = Server(address, keys)
+    road = "plain" if keys is None else "keyed"
     results = []
     part, parts = (int(number) for number in options.part.split("/"))
     for check in sorted(CHECKS, key=lambda check: check.section)[part - 1::parts]:
-        if options.only not in check.name or (check.slow and options.quick):
+        if options.only not in check.name or (check.slow and options.quick) or check.road not in ("both", road):
             continue
         begin = time.monotonic()
         for _ in range(check.attempts):
@@ -87,19 +111,19 @@ def free_port():
         return found.getsockname()[1]
 
 
-def started(path, label):
-    """The daemon and its address, once it answers."""
+def started(path, label, folder=None):
+    """The daemon and its address, once it answers; with the keys of `folder`."""
     port = free_port()
-    command = [path, "--listen", f"127.0.0.1:{port}", "--scene", "single_string", *STARTS[label]]
+    command = [path, "--listen", f"127.0.0.1:{port}", "--scene", "single_string", *STARTS[label], *(("--keys", folder) if folder else ())]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     end = time.monotonic() + START_TIMEOUT_S
     while time.monotonic() < end and process.poll() is None:
-        probe = Peer(("127.0.0.1", port))
-        probe.send()
-        if probe.pump(0.3, lambda probe=probe: probe.heard):
+        probe = Peer(("127.0.0.1", port), *((keys_of(folder)[keyed.CONTROL],) if folder else ()))
+        try:
             probe.open().bye()
             return process, ("127.0.0.1", port)
-        probe.close()
+        except Failed:
+            probe.close()
     process.kill()
     raise SystemExit(f"{' '.join(command)} does not answer: {process.communicate()[1].strip()}")
 
@@ -107,6 +131,7 @@ def started(path, label):
 def main():
     parser = argparse.ArgumentParser(description="Checks a server against PROTOCOL.md.")
     parser.add_argument("address", nargs="?", default="127.0.0.1:47800")
+    parser.add_argument("--keys", default="")
     parser.add_argument("--hapticd", default="")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--only", default="")
@@ -123,17 +148,21 @@ def main():
     results = []
     if options.hapticd:
         for label in STARTS:
-            process, address = started(options.hapticd, label)
+            folder = tempfile.TemporaryDirectory()
+            make_keys(folder.name)
+            keys = folder.name if label == "keyed" else None
+            process, address = started(options.hapticd, label, keys)
             try:
-                results += run_all(address, label, options, report)
+                results += run_all(address, label, options, report, keys and keys_of(keys))
                 if process.poll() is not None:
                     raise SystemExit(f"the daemon ended with {process.returncode}: {process.stderr.read().strip()}")
             finally:
                 process.terminate()
                 process.wait(10)
+                folder.cleanup()
     else:
         host, port = options.address.rsplit(":", 1)
-        results = run_all((host, int(port)), options.address, options, report)
+        results = run_all((host, int(port)), options.address, options, report, keys_of(options.keys) if options.keys else None)
 
     counts = {outcome: sum(result["outcome"] == outcome for result in results) for outcome in ("passed", "FAILED", "SKIPPED")}
     if options.json:

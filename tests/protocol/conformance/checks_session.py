@@ -26,7 +26,17 @@ def reset_of(peer, seconds=0.5):
     return None
 
 
-@check(2)
+def expect_forgotten(peer, when):
+    """The server does not know the session any more: Reset, or with keys no answer at all."""
+    peer.send()
+    if peer.keys is not None:
+        nothing_comes(peer, 0.3, f"a session that should not exist {when}")
+        return
+    heard = reset_of(peer)
+    expect(heard is not None and heard.packet.reset.reason == stream.RESET_REASON_UNKNOWN_SESSION, f"the session still exists {when}")
+
+
+@check(2, road="plain")
 def broken_headers_are_dropped(server):
     """A datagram with a wrong magic, major, kind, reserved byte or length is dropped in silence."""
     peer = server.peer()
@@ -55,7 +65,7 @@ def bodies_that_do_not_open_are_dropped(server):
     peer = server.peer()
     seventeen = stream.Packet(first=1, items=[item("ping")] * 17).SerializeToString()
     for why, body in (("a Packet of 17 Items", seventeen), ("a body that is no Packet", b"\xff\xff\xff"), ("a Packet without first", b""), ("a truncated Packet", b"\x1a\x08\x72")):
-        peer.send_raw(header(peer.session, 0) + body)
+        peer.send_body(0, body)
         nothing_comes(peer, 0.15, why)
 
 
@@ -63,7 +73,7 @@ def bodies_that_do_not_open_are_dropped(server):
 def a_broken_body_blocks_no_counter(server):
     """A counter is marked only once its datagram has opened."""
     peer = server.open()
-    peer.send_raw(header(peer.session, peer.counter) + b"\xff\xff\xff")
+    peer.send_body(peer.counter, b"\xff\xff\xff")
     ping = peer.queue(item("ping"))
     peer.send()
     peer.result(ping)
@@ -123,7 +133,7 @@ def a_session_begins_with_scene_lease_and_record(server):
 
 @check(3)
 def the_servers_counters_and_numbers_are_right(server):
-    """Datagrams of the server carry the session's number and PLAIN; their counter starts at 0 and grows by 1."""
+    """Datagrams of the server carry the session's number and its kind; their counter starts at 0 and grows by 1."""
     peer = server.open()
     peer.pump(0.5)
     expect(all(heard.session == peer.session for heard in peer.heard), "another session's number")
@@ -131,7 +141,7 @@ def the_servers_counters_and_numbers_are_right(server):
     expect(sorted(counters) == list(range(len(counters))), f"counters {counters[:20]}")
 
 
-@check(3)
+@check(3, road="plain")
 def an_unknown_session_gets_a_reset(server):
     """A datagram of an unknown session with first above 1, or ack above 0, gets a Reset UNKNOWN_SESSION with counter 0 and its number."""
     for fields in ({"first": 2}, {"first": 1, "ack": 1}, {"first": 7, "ack": 3}):
@@ -145,7 +155,7 @@ def an_unknown_session_gets_a_reset(server):
         expect(not heard.packet.items and not heard.packet.HasField("state"), "a Reset with Items or a State")
 
 
-@check(3, attempts=3)
+@check(3, attempts=3, road="plain")
 def resets_are_limited_to_one_per_100_ms(server):
     """An address gets at most one Reset per 100 ms."""
     peer = server.peer()
@@ -167,7 +177,7 @@ def a_late_first_datagram_still_opens(server):
     peer.open()
 
 
-@check(3)
+@check(3, road="plain")
 def sessions_are_told_apart_by_number_and_address(server):
     """Two numbers of one address are two sessions, and so is one number of two addresses."""
     first, second = server.open(), server.peer()
@@ -215,9 +225,7 @@ def bye_is_acknowledged_and_forgets(server):
     time.sleep(1.3)
     while peer.hear(0.01):
         pass
-    peer.send()
-    heard = reset_of(peer)
-    expect(heard is not None and heard.packet.reset.reason == stream.RESET_REASON_UNKNOWN_SESSION, "the session still exists after Bye")
+    expect_forgotten(peer, "after Bye")
 
 
 @check(3, slow=True)
@@ -238,9 +246,7 @@ def silence_slows_and_then_ends_a_session(server):
     expect(5 <= rates[5] <= 15, f"{rates[5]} States a second after 5 s of silence")
     expect([bye.reason for bye in quiet.of_kind("bye")] == [control.BYE_REASON_SILENCE], "not one Bye SILENCE")
     expect(rates[10] <= 2, f"{rates[10]} States after 10 s of silence")
-    quiet.send()
-    heard = reset_of(quiet)
-    expect(heard is not None, "the session still exists after 10 s of silence")
+    expect_forgotten(quiet, "after 10 s of silence")
 
 
 @check(3)
@@ -270,7 +276,7 @@ def the_33rd_session_is_refused(server):
     server.open()
 
 
-@check(3)
+@check(3, road="plain")
 def a_session_of_number_0_does_not_exist(server):
     """0 is no session's number."""
     peer = Peer(server.address)

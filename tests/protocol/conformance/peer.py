@@ -1,5 +1,6 @@
 """A client taken apart, for check_server.py: it sends exactly what a check tells it to, right or wrong, and keeps everything it hears.
 Written from PROTOCOL.md alone and shared with no client. Times in s of time.monotonic()."""
+import ipaddress
 import random
 import socket
 import struct
@@ -8,12 +9,15 @@ from typing import NamedTuple
 
 from google.protobuf.message import DecodeError
 
+import keyed
 from schema import code, stream
 
 HEADER = struct.Struct("<BBBBIQ")
 MAGIC, MAJOR, PLAIN = 0x48, 1, 5
 ACK_EVERY_S = 0.02
 REQUEST_TIMEOUT_S = 5.0
+HANDSHAKE_TIMEOUT_S = 5.0
+HELLO_EVERY_S = 0.25
 
 
 class Failed(AssertionError):
@@ -46,12 +50,16 @@ def header(session, counter, kind=PLAIN, magic=MAGIC, major=MAJOR, reserved=0):
 class Peer:
     """One socket and one session of it. What a rule demands of every datagram of a server is checked in `_take`, always."""
 
-    def __init__(self, address):
+    def __init__(self, address, key=None, role=keyed.CONTROL):
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+        if key is not None and ipaddress.ip_address(address[0]).is_loopback:
+            # Of one address few HELLOs a second are looked at; loopback has many addresses.
+            self.socket.bind((f"127.{random.randrange(1, 255)}.{random.randrange(255)}.{random.randrange(1, 255)}", 0))
         self.socket.connect(address)
         self.address = address
-        self.session = random.randrange(1, 2**32)
+        self.keys = None if key is None else keyed.Handshake(key, role)
+        self.session = random.randrange(1, 2**32) if key is None else 0
         self.counter = 0
         self.applied = 0  # the server's Items, in order
         self.acked = 0  # ours
@@ -81,6 +89,40 @@ class Peer:
         except ConnectionRefusedError:
             pass
 
+    def send_body(self, counter, body):
+        """A datagram of this session, with any body."""
+        if self.keys is not None and self.keys.sending is None:
+            self.shake_hands()
+        self.send_raw(self.datagram(counter, body))
+
+    def datagram(self, counter, body):
+        """A datagram of this session, PLAIN or DATA."""
+        return header(self.session, counter) + body if self.keys is None else self.keys.seal(counter, body)
+
+    def answer_to(self, data, kinds, seconds):
+        """Sends and waits for a datagram of one of these kinds; None if none comes."""
+        self.send_raw(data)
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            answer = self.hear_raw(end - time.monotonic())
+            if answer is not None and answer[2] in kinds:
+                return answer
+        return None
+
+    def shake_hands(self):
+        """HELLO, RETRY, HELLO, WELCOME; the last HELLO stays in `hello`."""
+        end = time.monotonic() + HANDSHAKE_TIMEOUT_S
+        self.hello = self.keys.hello()
+        while time.monotonic() < end:
+            answer = self.answer_to(self.hello, (keyed.RETRY, keyed.WELCOME), HELLO_EVERY_S)
+            if answer is not None and answer[2] == keyed.RETRY:
+                self.hello = self.keys.hello(answer[16:])
+            elif answer is not None:
+                self.keys.welcome(answer)
+                self.session = self.keys.session
+                return
+        raise Failed(f"no WELCOME in {HANDSHAKE_TIMEOUT_S} s")
+
     def send(self, counter=None, **fields):
         """A Packet with the right ack, first and Items unless fields say otherwise; the counter grows unless it is given."""
         packet = stream.Packet(ack=self.applied, first=self.acked + 1, seen=self.seen, newest=self.newest[1])
@@ -91,7 +133,9 @@ class Peer:
         packet.MergeFrom(stream.Packet(**fields))
         if counter is None:
             counter, self.counter = self.counter, self.counter + 1
-        data = header(self.session, counter) + packet.SerializeToString()
+        if self.keys is not None and self.keys.sending is None:
+            self.shake_hands()
+        data = self.datagram(counter, packet.SerializeToString())
         copies = 1 if self.lossy is None else self.lossy.choice((0, 0, 1, 1, 1, 2))
         for _ in range(copies):
             self.send_raw(data)
@@ -121,19 +165,27 @@ class Peer:
 
     # Hearing.
 
-    def hear(self, seconds):
-        """The next datagram, or None. What does not even have a good header is a failure."""
+    def hear_raw(self, seconds):
+        """The bytes of the next datagram, or None."""
         self.socket.settimeout(max(seconds, 1e-4))
         try:
-            data = self.socket.recv(4096)
+            return self.socket.recv(4096)
         except (socket.timeout, BlockingIOError, ConnectionRefusedError):
+            return None
+
+    def hear(self, seconds):
+        """The next datagram, or None. What does not even have a good header, or does not open, is a failure. With keys a RETRY or WELCOME
+        that comes late is passed over."""
+        data = self.hear_raw(seconds)
+        if data is None or (self.keys is not None and data[2] in (keyed.RETRY, keyed.WELCOME)):
             return None
         now = time.monotonic()
         expect(16 <= len(data) <= 1200, f"a datagram of {len(data)} bytes")
         magic, major, kind, reserved, session, counter = HEADER.unpack_from(data)
-        expect((magic, major, kind, reserved) == (MAGIC, MAJOR, PLAIN, 0), f"header bytes {data[:4].hex()}")
+        wanted = PLAIN if self.keys is None else keyed.DATA
+        expect((magic, major, kind, reserved) == (MAGIC, MAJOR, wanted, 0), f"header bytes {data[:4].hex()}")
         try:
-            packet = stream.Packet.FromString(data[16:])
+            packet = stream.Packet.FromString(data[16:] if self.keys is None else self.keys.open(data))
         except DecodeError as error:
             raise Failed("a body that is not a Packet") from error
         return Heard(now, session, counter, packet, len(data))

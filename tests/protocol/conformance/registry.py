@@ -1,6 +1,7 @@
 """What a check is: a function with a sentence and the section of PROTOCOL.md it comes from. It gets a Server, and raises Failed or Skipped."""
 from typing import Callable, NamedTuple
 
+import keyed
 from peer import Peer, Skipped, code, expect
 from schema import config, control, item, state
 
@@ -12,16 +13,18 @@ class Check(NamedTuple):
     run: Callable
     slow: bool
     attempts: int
+    road: str
 
 
 CHECKS = []
 
 
-def check(section, slow=False, attempts=1):
+def check(section, slow=False, attempts=1, road="both"):
     """Registers a function whose docstring is the rule. `slow`: takes more than 4 s; left out with --quick. `attempts`: a rule of
-    milliseconds may be tried so often, since a loaded machine is late now and then; a server that breaks it is late always."""
+    milliseconds may be tried so often, since a loaded machine is late now and then; a server that breaks it is late always. `road`: "plain" or "keyed" where the rule is of one
+    kind of session only."""
     def register(function):
-        CHECKS.append(Check(function.__name__, section, " ".join(function.__doc__.split()), function, slow, attempts))
+        CHECKS.append(Check(function.__name__, section, " ".join(function.__doc__.split()), function, slow, attempts, road))
         return function
     return register
 
@@ -29,19 +32,21 @@ def check(section, slow=False, attempts=1):
 class Server:
     """The server under test. Peers opened through it are closed after each check, with Bye if they still live."""
 
-    def __init__(self, address):
+    def __init__(self, address, keys=None):
         self.address = address
+        self.keys = keys  # role to key; None: PLAIN
         self.peers = []
-        probe = Peer(address).open()
+        probe = self.peer().open()
         info = probe.of_kind("scene_info")[0]
         self.virtual = info.clock == config.CLOCK_MODE_VIRTUAL
         self.scene = info.scene
         self.rate_hz = info.rate_hz
         probe.bye()
+        self.peers = []
 
-    def peer(self):
+    def peer(self, role=keyed.CONTROL):
         """A socket whose session is not open yet."""
-        self.peers.append(Peer(self.address))
+        self.peers.append(Peer(self.address) if self.keys is None else Peer(self.address, self.keys[role], role))
         return self.peers[-1]
 
     def open(self):
