@@ -15,8 +15,6 @@ namespace {
 /// Longest wait at the end for force to ramp out and clients to hear Bye, ns.
 constexpr std::int64_t kLongestEnd_ns = 1'500'000'000;
 
-ArmKind arm_of(v1::Arm arm) { return static_cast<ArmKind>(arm); }
-
 PlayerOptions player_options(const v1::Config& config) {
   PlayerOptions player;
   const ProfileResult profile = load_profile(config.device(0).profile(), installed_profiles());
@@ -27,11 +25,10 @@ PlayerOptions player_options(const v1::Config& config) {
   }
   player.profile = *profile.loaded;
   player.source = config.device(0).source();
-  player.arm = arm_of(config.arm());
-  player.seed = config.seed();
   player.period_ns = std::llround(1e9 / config.rate());
   player.virtual_time = config.clock() == v1::CLOCK_MODE_VIRTUAL;
-  if (config.has_max_force()) player.max_force = config.max_force();
+  if (!config.inject().empty()) player.injection = parse_injection(config.inject());
+  follow_config(config, player);
   return player;
 }
 
@@ -72,6 +69,7 @@ Daemon::Daemon(DaemonOptions options)
   LoopOptions loop;
   loop.period_ns = player_.period_ns;
   loop.virtual_time = virtual_time_;
+  loop.guards_armed = player_.injection.has_value();
   try {
     loop_ = std::make_unique<HapticLoop>(
         loop, make_played_scene(scene.loaded, scene.id, first_gesture(*scene.loaded), player_),
@@ -161,29 +159,9 @@ void Daemon::follow_signals(SignalRequests& signals, std::int64_t now_ns) {
   }
 }
 
-// Scene and gesture change in flight; what belongs to the start stays as it is.
-void Daemon::reload() {
-  DaemonOptions read = options_;
-  try {
-    settle_config(read);
-  } catch (const StartError& error) {
-    spdlog::error("reload: {}", error.what());
-    return;
-  }
-  options_.config.set_scene(read.config.scene());
-  options_.config.set_gesture(read.config.gesture());
-  options_.gesture_given = read.gesture_given;
-  if (read.config.SerializeAsString() != options_.config.SerializeAsString()) {
-    spdlog::warn("reload: all but scene and gesture changes with the next start");
-  }
-  spdlog::info("reload: scene {}", options_.config.scene());
-  v1::LoadScene load;
-  load.set_name(options_.config.scene());
-  build_scene(std::nullopt, load);
-}
-
 bool Daemon::work(std::int64_t now_ns) {
   finish_build();
+  reload_scene();
   bool again = false;
   if (virtual_time_) again = pass_virtual_time(now_ns);
   take_events();

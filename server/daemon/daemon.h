@@ -73,13 +73,16 @@ class Daemon {
   [[nodiscard]] ServerHost make_host();
   bool work(std::int64_t now_ns);
   void follow_signals(SignalRequests& signals, std::int64_t now_ns);
-  void reload();
   void take_events();
   void take_event(const LoopEvent& event);
   void tell_clients(const LoopEvent& event);
   void finish_command(std::uint64_t number, bool obeyed, Cause cause);
   void take_snapshots(std::int64_t now_ns);
   void report_start() const;
+
+  // Configuration read anew (daemon_reload.cpp).
+  void reload();
+  void reload_scene();
 
   // Quality that follows a budget (daemon_quality.cpp).
   [[nodiscard]] QualityWish quality_wish() const;
@@ -152,6 +155,7 @@ class Daemon {
   std::int64_t ending_since_ns_ = -1;
   QualityGovernor governor_;       ///< of automatic quality under the real clock
   std::uint64_t change_tick_ = 0;  ///< of the last change of parameters
+  bool reload_waits_ = false;      ///< the scene is to be loaded anew, once nothing else is
   bool swapping_ = false;          ///< a scene waits for the loop to take it
   double stiffness_bound_ = 0.0;   ///< granted, N/m
 };

@@ -11,6 +11,8 @@
 #include <map>
 #include <sstream>
 
+#include "device/simulated/faulty_device.h"
+
 namespace hapticd {
 namespace {
 
@@ -41,6 +43,15 @@ template <typename Choices>
 std::string names_of(const Choices& choices) {
   std::string names;
   for (const auto& choice : choices) names += (names.empty() ? "" : "|") + choice.first;
+  return names;
+}
+
+/// What --inject knows.
+std::string kinds_of_fault() {
+  std::string names;
+  for (const InjectedKind& kind : kInjectedKinds) {
+    names += (names.empty() ? "" : ", ") + std::string(kind.name);
+  }
   return names;
 }
 
@@ -95,6 +106,10 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
                      [&](std::uint32_t v) { given.set_cpu(v); });
   add<double>(app, "--max-force", "N", "largest force, newtons (the device's own)",
               [&](double v) { given.set_max_force(v); });
+  add<std::string>(
+      app, "--inject", "WHAT:SEED",
+      "put a fault before the device and arm every guard, to see what happens: " + kinds_of_fault(),
+      [&](const std::string& v) { given.set_inject(v); });
   app.add_flag("--check", options.check_only, "check options, scene and gesture, play nothing");
 }
 
@@ -154,6 +169,10 @@ void check_config(const v1::Config& config) {
   if (config.has_budget_us() && !(config.budget_us() > 0.0 && config.budget_us() <= 1e6)) {
     refuse("--budget-us: not in (0, 1e6]. Give microseconds of CPU time per tick.");
   }
+  if (!config.inject().empty() && !parse_injection(config.inject())) {
+    refuse("--inject: '" + config.inject() +
+           "' is not known. Give WHAT:SEED, such as nan:7; WHAT is " + kinds_of_fault() + ".");
+  }
   if (config.has_cpu() && config.cpu() > 1023) refuse("--cpu: not in [0, 1023].");
   if (config.device_size() > 1 || config.device(0).tool_id() != 0) {
     refuse("device: one device, that of tool 0, is all that can be played.");
@@ -165,7 +184,6 @@ void check_config(const v1::Config& config) {
   const auto unsupported = [](bool given, const char* field) {
     if (given) refuse(std::string(field) + ": not supported by this version. Leave it out.");
   };
-  unsupported(!config.inject().empty(), "inject");
   unsupported(config.verify(), "verify");
 }
 

@@ -57,6 +57,11 @@ PlayedDevice make_played_device(const PlayerOptions& options, const Pose& X_DH) 
     played.owned = make_device(options.profile.profile, simulated);
     played.simulated = dynamic_cast<SimulatedDevice*>(played.owned.get());
   }
+  if (options.injection) {
+    Injection injection = *options.injection;
+    injection.period_ns = options.period_ns;
+    played.owned = std::make_unique<FaultyDevice>(std::move(played.owned), injection);
+  }
   played.device = played.owned.get();
   return played;
 }
@@ -71,6 +76,12 @@ std::optional<Pose> begin_of(const GesturePlan* gesture) {
 }
 
 }  // namespace
+
+void follow_config(const v1::Config& config, PlayerOptions& options) {
+  options.arm = static_cast<ArmKind>(config.arm());
+  options.seed = config.seed();
+  options.max_force = config.has_max_force() ? config.max_force() : kUnlimited;
+}
 
 std::unique_ptr<GesturePlan> plan_gesture(const v1::Gesture& gesture, const LoadedScene& scene) {
   const SceneDescription& description = scene.scene->description();

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "device/simulated/faulty_device.h"
 #include "hapticd/v1/config.pb.h"
 #include "hapticd/v1/gesture.pb.h"
 #include "server/haptic_loop/played_scene.h"
@@ -23,8 +24,12 @@ struct PlayerOptions {
   std::uint64_t seed = 1;
   std::int64_t period_ns = 1'000'000;
   bool virtual_time = false;
-  double max_force = kUnlimited;  ///< N
+  double max_force = kUnlimited;       ///< N
+  std::optional<Injection> injection;  ///< a fault in front of the first tool's device
 };
+
+/// Takes over what of the configuration may differ from scene to scene: arm, seed, largest force.
+void follow_config(const v1::Config& config, PlayerOptions& options);
 
 /// Largest number of tools a scene may have to be played.
 inline constexpr int kPlayableTools = 1;

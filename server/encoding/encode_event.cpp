@@ -159,7 +159,7 @@ std::string_view explain(Cause cause) noexcept {
       "The emergency stop is pressed. Release it, then Clear.",
       "The dead-man switch is open. Hold it.",
       "The device's zero is not known. Calibrate it.",
-      "The guided first check has not been passed. Run hapticctl check.",
+      "The device has not passed its guided first check, so it is not engaged.",
       "The tool touches or overlaps the scene. Move it away: force comes on by itself, or on "
       "Engage.",
       "More events than their ring holds were lost. The network thread is too slow: hapticd "

@@ -185,8 +185,9 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
   } else if (std::holds_alternative<StopCommand>(command.what)) {
     loop_input_.stop = true;
   } else if (std::holds_alternative<ClearCommand>(command.what)) {
-    if (fault && standing_fault_ != Cause::kNone) {
-      tell(CommandRefused{command.number, standing_fault_});
+    const bool gone = device_lost_ && machine_.cause == Cause::kDeviceLost;
+    if (fault && (gone || standing_fault_ != Cause::kNone)) {
+      tell(CommandRefused{command.number, gone ? Cause::kDeviceLost : standing_fault_});
       return;
     }
     loop_input_.clear = true;
@@ -236,7 +237,8 @@ void HapticLoop::read_device() noexcept {
   limits.velocity_trip = profile.velocity_trip;
   limits.stale_ticks =
       bridged_ticks(profile.report_rate, 1e9 / static_cast<double>(options_.period_ns));
-  limits.stuck_after_ns = can_push_a_person(profile.driver) ? kStuckAfter_ns : 0;
+  const bool watched = can_push_a_person(profile.driver) || options_.guards_armed;
+  limits.stuck_after_ns = watched ? kStuckAfter_ns : 0;
   watched_ = watch(seen, to_vector(safety_.f_H_D).norm(), limits, input_watch_);
   if (!input_watch_.has_pose) return;
   placed_ =

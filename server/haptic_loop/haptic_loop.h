@@ -55,8 +55,8 @@ struct LoopChannels {
 struct LoopOptions {
   std::int64_t period_ns = 1'000'000;  ///< [1e5, 4e6]
   bool virtual_time = false;           ///< time is tick * period, from 0 with every scene
-  bool guards_armed = false;           ///< late ticks and fast hands latch for any device
-  bool contacts_reported = true;       ///< snapshots list contacts
+  bool guards_armed = false;      ///< late ticks, fast hands, stuck sensors latch for any device
+  bool contacts_reported = true;  ///< snapshots list contacts
 };
 
 class HapticLoop {

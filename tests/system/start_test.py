@@ -86,6 +86,32 @@ class Start(unittest.TestCase):
             self.assertIn(f"{path}:1:", played.log)
 
 
+    def test_sighup_changes_what_a_client_could_and_names_what_waits_for_the_next_start(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path, recording = pathlib.Path(folder) / "my.textproto", pathlib.Path(folder) / "session.mcap"
+            path.write_text('scene: "wall"\nquality: "1"\n')
+            with daemon.Daemon("--config", str(path), "--rate", "500") as played, hapticd.Session(played.address) as session:
+                session.subscribe(divisor=10, sections=["QUALITY"])
+                self.assertEqual(list(session.states(3))[-1].quality.level, 1)
+                before = session.scene.scene_id
+                path.write_text(f'scene: "wall"\nquality: "4"\nrate: 1000\ncpu: 0\nrecord: "{recording}"\n')
+                played.process.send_signal(signal.SIGHUP)
+                while session.latest.quality.level != 4:
+                    list(session.states(1))
+                self.assertGreater(session.scene.scene_id, before)
+                self.assertEqual(session.scene.rate_hz, 500.0)
+                path.write_text('scene: "wall"\n')
+                played.process.send_signal(signal.SIGHUP)
+                while session.latest.quality.level != 3:
+                    list(session.states(1))
+                self.assertEqual(played.end(), 0, played.log)
+            # The command line has the rate; the processor is the file's, and of the start.
+            self.assertIn("only the next start changes: cpu\n", played.log)
+            magic = b"\x89MCAP0\r\n"
+            recorded = recording.read_bytes()
+            self.assertTrue(recorded.startswith(magic) and recorded.endswith(magic))
+
+
 class Playing(unittest.TestCase):
     def test_started_with_nothing_but_a_port_it_plays_the_guqin(self):
         with daemon.Daemon() as played, hapticd.Session(played.address) as session:
