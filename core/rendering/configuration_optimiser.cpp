@@ -20,6 +20,8 @@ constexpr double kRefreshShare = 0.5;
 /// Share by which the energy of a force may exceed all that is stored before the force is shrunk: a
 /// tool at rest comes within rounding of it. Larger: a spike of half of it passes.
 constexpr double kEnergySlack = 0.01;
+/// How often the way of a string back to rest is halved where another tool is in it.
+constexpr int kStraighteningHalvings = 8;
 
 void query(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
            OptimiserWorkspace& w, OptimiserResult& result) noexcept {
@@ -69,6 +71,34 @@ double free_way(const OptimiserInput& input, const ToolStep& e,
          greatest_deflection(state.holds);
 }
 
+/// Lets all strings go to rest, or as far towards it as other tools let them; those stay held.
+void straighten(const OptimiserInput& input, StringHolds& holds) noexcept {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; !input.others.tools.empty() && k < holds.size(); ++k) {
+    StringHold hold = holds[k];
+    if (!hold.yields) continue;
+    StringMotion motion{-hold.bend.u_W, 0.0, 0.0};
+    const Capsule& line = input.obstacles.capsules_W[static_cast<std::size_t>(hold.bend.capsule)];
+    int halving = 0;
+    while (halving <= kStraighteningHalvings &&
+           !clear_of_bystanders(input.others, line, hold.bend, motion)) {
+      motion = scaled(motion, 0.5);
+      ++halving;
+    }
+    if (halving == 0) continue;
+    if (halving <= kStraighteningHalvings) hold.bend = moved(hold.bend, motion);
+    hold.normal_force = 0.0;
+    hold.tangential_W = Vector3::Zero();
+    hold.slip_W = Vector3::Zero();
+    holds[kept++] = hold;
+  }
+  if (kept == 0) {
+    holds.clear();
+  } else {
+    holds.truncate(kept);
+  }
+}
+
 /// The free way: G reaches H, all strings are at rest, soft parts go there as their dampers let
 /// them.
 void commit_free(const OptimiserInput& input, double way, OptimiserState& state,
@@ -76,7 +106,7 @@ void commit_free(const OptimiserInput& input, double way, OptimiserState& state,
   w.travelled += way;
   w.stale = true;
   state.X_WG = input.X_WH;
-  state.holds.clear();
+  straighten(input, state.holds);
   std::size_t kept = 0;
   for (std::size_t k = 0; k < state.parts.size(); ++k) {
     SoftPart soft = state.parts[k];
@@ -234,7 +264,7 @@ void start_tick(const OptimiserInput& input, OptimiserState& state, OptimiserWor
   w.leaves = (input.options.tool_level == kLeafLevel && input.options.body_level == kLeafLevel) ||
              any_soft(input.parts);
   query(input, state, wanted, w, result);
-  if (w.contacts.minimum_gap < 0.0 && !w.leaves) {
+  if (w.contacts.minimum_gap < -input.rounding && !w.leaves) {
     // An overlap of bounds is none of the tool; to push it out of them could push a leaf in.
     w.leaves = true;
     query(input, state, wanted, w, result);
@@ -298,7 +328,7 @@ void finish_tick(const OptimiserInput& input, OptimiserState& state) noexcept {
 void optimise_configuration(const OptimiserInput& input, OptimiserState& state,
                             OptimiserWorkspace& w, OptimiserResult& result) noexcept {
   start_tick(input, state, w, result);
-  if (w.contacts.minimum_gap < 0.0) {
+  if (w.contacts.minimum_gap < -input.rounding) {
     recover(input, state, w, result);
     return;
   }

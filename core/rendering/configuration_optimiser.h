@@ -14,6 +14,7 @@
 
 #include "core/collision/query.h"
 #include "core/math/symmetric_matrix.h"
+#include "core/rendering/bystanders.h"
 #include "core/rendering/soft_part.h"
 #include "core/rendering/string_hold.h"
 #include "core/rendering/virtual_coupling.h"
@@ -59,6 +60,10 @@ struct OptimiserInput {
   std::span<const StringConstants> strings{};
   InstrumentOptions instrument{};  ///< friction and lateral force are the optimiser's
   ToolParts parts{};               ///< what of the tool is soft
+  Bystanders others{};             ///< that no string may be moved into
+  /// Overlaps up to this count as touching, m; 0 but where strings are shared, whose shapes are
+  /// rounded as they pass from tool to tool.
+  double rounding = 0.0;
 };
 
 /// The strings of a tick as string_hold.h wants them.

@@ -122,7 +122,23 @@ bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
       if (contact.gap > displacement) continue;
       ++result.tests;
       const Contact there = evaluate_contact(contact.key, input.tool, X, bent.view(), shape.view());
-      if (there.gap < 0.0) return false;
+      if (there.gap < -input.rounding) return false;
+    }
+  }
+  return true;
+}
+
+/// No string is moved into another tool.
+bool clear_of_others(const OptimiserInput& input, const OptimiserState& state,
+                     const ConfigurationStep& step) noexcept {
+  if (input.others.tools.empty()) return true;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const StringHold& hold = state.holds[k];
+    if (!hold.yields) continue;
+    const auto index = static_cast<std::size_t>(hold.bend.capsule);
+    if (!clear_of_bystanders(input.others, input.obstacles.capsules_W[index], hold.bend,
+                             step.strings[k])) {
+      return false;
     }
   }
   return true;
@@ -286,7 +302,8 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double ho
         string_energy_gain(input, state, w.models, step) + part_energy_gain(state, w.parts, step);
     const int samples = 2 + static_cast<int>(fraction * samples_of_full_step);
     if (coupling_energy(input.stiffness, e_new) + gain - credit <= energy + rounding &&
-        clear_of_contacts(input, state, w, step, samples, result)) {
+        clear_of_contacts(input, state, w, step, samples, result) &&
+        clear_of_others(input, state, step)) {
       commit(input, step, X_new, state, w);
       w.full_step = fraction == 1.0;
       state.phi_GH_W = e_new.dtheta;

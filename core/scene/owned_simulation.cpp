@@ -1,7 +1,31 @@
 // See owned_simulation.h.
 #include "core/scene/owned_simulation.h"
 
+#include <algorithm>
+
 namespace hapticd {
+namespace {
+
+void make_views(OwnedSimulation& own) {
+  const ObstaclesView& obstacles = own.tools.front().scene.obstacles;
+  const std::size_t strings = own.tracks.size();
+  const std::size_t capsules = obstacles.capsules_W.size() + kMaxRigidParts;
+  const std::size_t groups = group_count(capsules);
+  own.capsules_W.resize(own.tools.size() * capsules);
+  own.groups.resize(own.tools.size() * groups);
+  own.strings.resize(own.tools.size() * strings);
+  own.scratch = std::make_unique<ContactSet>();
+  for (std::size_t tool = 0; tool < own.tools.size(); ++tool) {
+    StringView& view = own.tools[tool].view;
+    view.capsules_W = std::span(own.capsules_W).subspan(tool * capsules, capsules);
+    view.groups = std::span(own.groups).subspan(tool * groups, groups);
+    view.strings = std::span(own.strings).subspan(tool * strings, strings);
+    std::copy(obstacles.capsules_W.begin(), obstacles.capsules_W.end(), view.capsules_W.begin());
+    std::copy(obstacles.groups.begin(), obstacles.groups.end(), view.groups.begin());
+  }
+}
+
+}  // namespace
 
 OwnedSimulation own_simulation(std::span<const ToolScene> scenes) {
   OwnedSimulation own;
@@ -15,8 +39,9 @@ OwnedSimulation own_simulation(std::span<const ToolScene> scenes) {
   own.tracks.resize(strings);
   own.visits.resize(scenes.size() * strings);
   own.modes.resize(modes);
-  own.simulation =
-      std::make_unique<Simulation>(SimulationMemory{own.tools, own.tracks, own.visits, own.modes});
+  if (scenes.size() > 1) make_views(own);
+  own.simulation = std::make_unique<Simulation>(
+      SimulationMemory{own.tools, own.tracks, own.visits, own.modes, own.scratch.get()});
   return own;
 }
 

@@ -16,6 +16,11 @@ struct OwnedSimulation {
   std::vector<StringTrack> tracks;
   std::vector<StringVisit> visits;
   std::vector<ModalString> modes;  ///< none when no tool has some
+  // What tools see of each other's strings; none for one tool.
+  std::vector<Capsule> capsules_W;
+  std::vector<CapsuleGroup> groups;
+  std::vector<StringConstants> strings;
+  std::unique_ptr<ContactSet> scratch;
   std::unique_ptr<Simulation> simulation;
 };
 

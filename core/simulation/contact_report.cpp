@@ -32,34 +32,56 @@ void add(const ContactReading& reading, ContactReport& report) noexcept {
   std::push_heap(kept.begin(), kept.end(), deeper);
 }
 
+/// Position along the string of a place on a part of it; `key` becomes that of the string.
+double whole_lambda(const StringView& view, std::size_t capsules, double lambda,
+                    ContactKey& key) noexcept {
+  if (key.kind != ObstacleKind::kCapsule || view.parts.empty()) return lambda;
+  const auto index = static_cast<std::size_t>(key.obstacle);
+  if (index >= capsules) {
+    const RigidPart& part = view.rigid[index - capsules];
+    key.obstacle = part.string;
+    return part.lambda_from + lambda * (part.lambda_to - part.lambda_from);
+  }
+  const StringPart* part = part_of(view, key.obstacle);
+  if (part == nullptr) return lambda;
+  return part->lambda_from + lambda * (part->lambda_to - part->lambda_from);
+}
+
 }  // namespace
 
 void Simulation::report_contacts(std::size_t tool, ContactReport& report) const noexcept {
   report.contacts.clear();
   report.total = 0;
   const ToolPlay& play = memory_.tools[tool];
-  const ToolScene& scene = play.scene;
+  const OptimiserInput& scene = play.way.input;
+  const std::size_t capsules = play.scene.obstacles.capsules_W.size();
   const OptimiserState& state = play.state.optimiser;
   const BentObstacles bent(scene.obstacles, state.holds);
   const ToolShape shape(scene.parts, state.parts);
   const auto reading_of = [&](const ContactKey& key, double force) {
     const Contact contact =
         evaluate_contact(key, scene.tool, state.X_WG, bent.view(), shape.view());
-    return ContactReading{key,
+    ContactKey owner = key;
+    const double lambda = whole_lambda(play.view, capsules, contact.lambda, owner);
+    return ContactReading{owner,
                           scene.parts.part_of(key.tool_sphere),
                           to_array(contact.p_WC),
                           to_array(contact.nhat_OG_W),
-                          contact.lambda,
+                          lambda,
                           contact.gap,
                           force};
   };
   const auto active = std::span(state.active).first(static_cast<std::size_t>(state.active_count));
   for (const ActivePair& pair : active) add(reading_of(pair.key, pair.multiplier), report);
+  for (const ActivePair& pair : play.view.rigid_active) {
+    add(reading_of(pair.key, pair.multiplier), report);
+  }
   const double near = kNearSkins * scene.options.skin;
   for (const Contact& contact : play.workspace.contacts.contacts) {
     if (contact.gap - play.workspace.travelled > near) continue;
     const auto same = [&](const ActivePair& pair) { return pair.key == contact.key; };
     if (std::any_of(active.begin(), active.end(), same)) continue;
+    if (std::any_of(play.view.rigid_active.begin(), play.view.rigid_active.end(), same)) continue;
     const ContactReading reading = reading_of(contact.key, 0.0);
     if (reading.gap <= near) add(reading, report);
   }

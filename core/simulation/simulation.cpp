@@ -75,13 +75,62 @@ void Simulation::render(std::size_t tool, const PoseSample& sample, TickOutput& 
   way.X_WG_before = play.state.optimiser.X_WG;
   const std::int64_t t_before = play.state.guard.t_ns;
   const bool first = !play.state.guard.has_pose;
-  render_contact(play.scene, sample, play.state, play.workspace, tick);
+  if (memory_.tools.size() > 1) {
+    render_shared(tool, sample, tick);
+  } else {
+    render_contact(play.scene, sample, play.state, play.workspace, tick);
+    way.input = optimiser_input(play.scene, tick.X_WH, tick.dt);
+  }
   if (tick.pose == PoseVerdict::kFault) return;
   const std::int64_t t_ns = play.state.guard.t_ns;
   way.time = {t_ns, first ? 0 : t_ns - t_before};
-  way.input = optimiser_input(play.scene, tick.X_WH, tick.dt);
   way.X_WH_before = first ? tick.X_WH : play.X_WH;
   if (first || way.time.dt_ns > 0) play.X_WH = tick.X_WH;
+}
+
+std::span<const StringTool> Simulation::string_tools(StringTools& tools) const noexcept {
+  for (std::size_t k = 0; k < memory_.tools.size(); ++k) {
+    ToolPlay& play = memory_.tools[k];
+    tools[k] = {&play.scene, &play.state, &play.view, memory_.scratch};
+  }
+  return std::span(tools).first(memory_.tools.size());
+}
+
+// Among the others, who stand where their last turn has left them.
+void Simulation::render_shared(std::size_t tool, const PoseSample& sample,
+                               ToolTick& tick) noexcept {
+  ToolPlay& play = memory_.tools[tool];
+  StringTools tools;
+  const std::span<const StringTool> all = string_tools(tools);
+  const auto number = static_cast<std::int32_t>(tool);
+  ToolScene seen = view_strings(all, holders_, number);
+  FixedVector<Bystander, kMaxTools - 1> others;
+  for (std::size_t k = 0; k < memory_.tools.size(); ++k) {
+    const ToolPlay& other = memory_.tools[k];
+    if (k == tool || !other.state.placed) continue;
+    const OptimiserState& state = other.state.optimiser;
+    others.push_back({other.scene.tool, state.X_WG, other.scene.parts, &state.parts});
+  }
+  seen.others = {{others.begin(), others.size()}, memory_.scratch};
+  render_contact(seen, sample, play.state, play.workspace, tick);
+  update_holders(all, number, holders_);
+  seen.others = {};
+  play.way.input = optimiser_input(seen, tick.X_WH, tick.dt);
+}
+
+void Simulation::string_shape(std::int32_t string, StringPoints& points) const noexcept {
+  StringTools tools;
+  string_points(string_tools(tools), holders_, string, -1, points);
+  if (memory_.tools.size() > 1) return;
+  // One tool holds what it holds.
+  const ToolPlay& play = memory_.tools.front();
+  const Capsule& line = play.scene.obstacles.capsules_W[static_cast<std::size_t>(string)];
+  for (const StringHold& hold : play.state.optimiser.holds) {
+    if (hold.bend.capsule != string || !hold.yields) continue;
+    points.truncate(1);
+    points.push_back(leg_of(line, hold.bend, 0).capsule_W.p_B);
+    points.push_back(line.p_B);
+  }
 }
 
 void Simulation::respond_strings(TickOutput& output) noexcept {

@@ -11,6 +11,7 @@
 
 #include "core/simulation/contact_report.h"
 #include "core/simulation/string_approach.h"
+#include "core/simulation/string_view.h"
 #include "core/simulation/tool_play.h"
 
 namespace hapticd {
@@ -55,6 +56,7 @@ struct TickOutput {
 struct StringTrack {
   StringState state;        ///< its detector is that of the tool that plays it
   std::int32_t player = 0;  ///< the tool whose touch makes it sound or dampens it
+  double place = 0.5;       ///< of that tool's last touch, along the string
 };
 
 /// Where a simulation keeps what it knows. Views must outlive it.
@@ -63,6 +65,7 @@ struct SimulationMemory {
   std::span<StringTrack> tracks;   ///< one per string, at most kMaxStrings
   std::span<StringVisit> visits;   ///< one per string, of the first tool, then of the second...
   std::span<ModalString> modes{};  ///< one per string, or none when no modes are modelled
+  ContactSet* scratch = nullptr;   ///< null only with one tool
 };
 
 /// One to five tools among the strings and bodies of a scene. Each has its own wrench; what they
@@ -105,9 +108,20 @@ class Simulation {
   /// Makes just these awake; false, and nothing is changed, when they are no strings in ascending
   /// order.
   [[nodiscard]] bool set_awake(std::span<const std::int32_t> strings) noexcept;
+  /// Who holds which string; belongs to the state too. To be set in a simulation just made.
+  [[nodiscard]] const AllHolders& holders() const noexcept { return holders_; }
+  void set_holders(const AllHolders& holders) noexcept { holders_ = holders; }
+
+  /// Where a string is after step(): its ends and the vertices that tools bend it to, from A to B.
+  HD_REALTIME void string_shape(std::int32_t string, StringPoints& points) const noexcept;
 
  private:
+  struct Sounding;
+  using StringTools = std::array<StringTool, kMaxTools>;
   void render(std::size_t tool, const PoseSample& sample, TickOutput& output) noexcept;
+  void render_shared(std::size_t tool, const PoseSample& sample, ToolTick& tick) noexcept;
+  [[nodiscard]] std::span<const StringTool> string_tools(StringTools& tools) const noexcept;
+  [[nodiscard]] Sounding sounding_part(std::int32_t string) const noexcept;
   void find_ringing(std::size_t tool) noexcept;
   void merge_touched(const StringContacts& touched) noexcept;
   void respond_strings(TickOutput& output) noexcept;
@@ -128,6 +142,7 @@ class Simulation {
   SimulationMemory memory_;
   /// Strings to call respond() for, in ascending order.
   FixedVector<std::int32_t, kMaxStrings> awake_;
+  AllHolders holders_;  ///< empty with one tool
 };
 
 }  // namespace hapticd

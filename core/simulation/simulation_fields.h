@@ -13,8 +13,38 @@ namespace hapticd {
 
 template <FieldsOf<StringTrack> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [string, player] = state;
-  visit(string, player);
+  auto& [string, player, place] = state;
+  visit(string, player, place);
+}
+
+template <FieldsOf<StringHolders> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [string, tools] = state;
+  visit(string, tools);
+}
+
+template <FieldsOf<Capsule> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [p_A, p_B, r] = state;
+  visit(p_A, p_B, r);
+}
+
+template <FieldsOf<StringPart> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [string, slot, part_W, lambda_from, lambda_to] = state;
+  visit(string, slot, part_W, lambda_from, lambda_to);
+}
+
+/// Only the parts go from tick to tick: the rest is made from them and the scene.
+template <FieldsOf<StringView> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [capsules_W, groups, strings, parts, rigid, rigid_active] = state;
+  static_cast<void>(capsules_W);
+  static_cast<void>(groups);
+  static_cast<void>(strings);
+  static_cast<void>(rigid);
+  static_cast<void>(rigid_active);
+  visit(parts);
 }
 
 template <FieldsOf<StringVisit> State, typename Visit>

@@ -34,6 +34,16 @@ const Contact* nearest_pair(const ToolPlay& play, std::int32_t string, const Pos
   return nearest;
 }
 
+/// Of a vertex from the straight string.
+Vector3 whole_deflection(const ToolPlay& play, const StringBend& bend) noexcept {
+  const StringPart* part = part_of(play.view, bend.capsule);
+  if (part == nullptr) return bend.u_W;
+  const auto string = static_cast<std::size_t>(bend.capsule);
+  const Capsule& line = play.scene.obstacles.capsules_W[string];
+  const Vector3 p_P = leg_of(part->part_W, bend, 0).capsule_W.p_B;
+  return p_P - (line.p_A + lambda_of(line, p_P) * (line.p_B - line.p_A));
+}
+
 /// From the felt surface, which is a skin above the string's, m: where a press begins from, so that
 /// the distance is continuous there.
 double felt_distance(double gap, const OptimiserInput& input) noexcept {
@@ -139,7 +149,7 @@ StringApproach approach_string(const ToolPlay& play, const ToolTick& tick, const
     }
   }
   for (const StringHold& hold : state.holds) {
-    if (hold.bend.capsule == string) near.u_W = hold.bend.u_W;
+    if (hold.bend.capsule == string) near.u_W = whole_deflection(play, hold.bend);
   }
 
   touch.way = visit.nhat_W.dot(play.way.hand.dp + play.way.hand.dtheta.cross(visit.p_GC_W));

@@ -35,7 +35,48 @@ bool is_good(const TickOutput& output, std::int32_t tool) noexcept {
   return output.tools[static_cast<std::size_t>(tool)].pose != PoseVerdict::kFault;
 }
 
+/// Along the whole string of what a tool found along its part.
+double whole_lambda(const ToolPlay& play, std::int32_t string, double lambda) noexcept {
+  const StringPart* part = part_of(play.view, string);
+  if (part == nullptr) return lambda;
+  return part->lambda_from + lambda * (part->lambda_to - part->lambda_from);
+}
+
 }  // namespace
+
+/// What of a string vibrates: the part that is played, between the tools that hold it.
+struct Simulation::Sounding {
+  StringConstants string;
+  double from = 0.0;  ///< along the string
+  double to = 1.0;
+
+  [[nodiscard]] bool all() const noexcept { return from == 0.0 && to == 1.0; }
+  [[nodiscard]] double along_part(double lambda) const noexcept {
+    return to > from ? std::clamp((lambda - from) / (to - from), 0.0, 1.0) : 0.5;
+  }
+  [[nodiscard]] double along_string(double lambda) const noexcept {
+    return from + lambda * (to - from);
+  }
+};
+
+Simulation::Sounding Simulation::sounding_part(std::int32_t string) const noexcept {
+  const auto s = static_cast<std::size_t>(string);
+  const StringTrack& track = memory_.tracks[s];
+  const ToolPlay& play = memory_.tools[static_cast<std::size_t>(track.player)];
+  Sounding sounding{play.scene.strings[s]};
+  if (holders_.empty()) return sounding;
+  StringTools tools;
+  StringPoints points;
+  string_points(string_tools(tools), holders_, string, track.player, points);
+  if (points.size() == 2) return sounding;
+  const Capsule& line = play.scene.obstacles.capsules_W[s];
+  std::size_t part = 0;
+  while (part + 2 < points.size() && lambda_of(line, points[part + 1]) < track.place) ++part;
+  sounding.string = part_constants(play.scene.strings[s], points, part);
+  if (part > 0) sounding.from = lambda_of(line, points[part]);
+  if (part + 2 < points.size()) sounding.to = lambda_of(line, points[part + 1]);
+  return sounding;
+}
 
 void Simulation::play_string(std::int32_t string, const StringApproach& near,
                              TickOutput& output) noexcept {
@@ -47,8 +88,18 @@ void Simulation::play_string(std::int32_t string, const StringApproach& near,
   const TickTime& time = play.way.time;
   ModalString* modes = memory_.modes.empty() ? nullptr : &memory_.modes[s];
   const std::size_t first = output.events.size();
-  const StringResponse response = respond(play.scene.strings[s], play.scene.instrument, string,
-                                          near.touch, time, track.state, modes, output.events);
+  StringTouch touch = near.touch;
+  const double place = whole_lambda(play, string, touch.lambda);
+  if (track.state.detector.touching || touch.distance < 0.0) track.place = place;
+  const Sounding sounding = sounding_part(string);
+  if (!sounding.all() || part_of(play.view, string) != nullptr) {
+    touch.lambda = sounding.along_part(place);
+  }
+  const StringResponse response = respond(sounding.string, play.scene.instrument, string, touch,
+                                          time, track.state, modes, output.events);
+  for (std::size_t k = first; k < output.events.size() && !sounding.all(); ++k) {
+    output.events[k].lambda = sounding.along_string(output.events[k].lambda);
+  }
   name_tool(first, track.player, near.part, output.events);
   // What moved without time passing counts as motion of the next tick.
   if (time.dt_ns > 0) {
@@ -73,7 +124,7 @@ void Simulation::play_string(std::int32_t string, const StringApproach& near,
   reading.level = state.level;
   reading.touched = state.detector.touching;
   reading.armed = state.detector.armed;
-  reading.lambda = reading.touched ? near.touch.lambda : state.vibration.lambda;
+  reading.lambda = reading.touched ? place : sounding.along_string(state.vibration.lambda);
   reading.radius_growth = response.radius_growth;
   reading.vibration_force = vibration_force;
   reading.deflection_W = near.u_W;
@@ -99,9 +150,12 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringApproac
       StringState state;
       state.detector = seen.detector;
       const std::size_t first = output.events.size();
-      static_cast<void>(respond(play.scene.strings[s], silent, string, touch, time, state, nullptr,
-                                output.events));
+      static_cast<void>(respond(play.way.input.strings[s], silent, string, touch, time, state,
+                                nullptr, output.events));
       drop_radius_events(first, output.events);
+      for (std::size_t k = first; k < output.events.size(); ++k) {
+        output.events[k].lambda = whole_lambda(play, string, output.events[k].lambda);
+      }
       name_tool(first, number, near[tool].part, output.events);
       seen.detector = state.detector;
     }

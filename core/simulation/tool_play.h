@@ -4,6 +4,7 @@
 
 #include "core/instrument/string_response.h"
 #include "core/rendering/tool_renderer.h"
+#include "core/simulation/string_view.h"
 
 namespace hapticd {
 
@@ -24,6 +25,7 @@ struct ToolPlay {
   OptimiserWorkspace workspace;
   Pose X_WH;    ///< of the last tick in which time passed
   ToolWay way;  ///< of this tick; means nothing while the pose is faulty
+  StringView view;
 };
 
 /// A tool's view of a string, from tick to tick.

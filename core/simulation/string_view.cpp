@@ -1,0 +1,265 @@
+// See string_view.h. RT: yes.
+#include "core/simulation/string_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/geometry/closest_point.h"
+
+namespace hapticd {
+namespace {
+
+/// Largest inharmonicity, as scenes may have it.
+constexpr double kMostInharmonicity = 0.1;
+
+const Capsule& whole(const StringTool& tool, std::int32_t string) noexcept {
+  return tool.scene->obstacles.capsules_W[static_cast<std::size_t>(string)];
+}
+
+const StringHold* yielding_hold(const StringTool& tool, std::int32_t string) noexcept {
+  for (const StringHold& hold : tool.state->optimiser.holds) {
+    if (hold.bend.capsule == string && hold.yields) return &hold;
+  }
+  return nullptr;
+}
+
+/// Where a tool's hold takes the string to.
+Vector3 vertex_of(const StringTool& tool, const StringHold& hold) noexcept {
+  const StringPart* part = part_of(*tool.view, hold.bend.capsule);
+  const Capsule& line = part != nullptr ? part->part_W : whole(tool, hold.bend.capsule);
+  return leg_of(line, hold.bend, 0).capsule_W.p_B;
+}
+
+bool same(const Capsule& a, const Capsule& b) noexcept { return a.p_A == b.p_A && a.p_B == b.p_B; }
+
+/// The part of a string that the tool is nearest to.
+std::size_t nearest_part(const StringTool& tool, const StringPoints& points,
+                         double radius) noexcept {
+  const OptimiserState& state = tool.state->optimiser;
+  FixedVector<Capsule, kMaxTools + 1> parts_W;
+  for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+    parts_W.push_back({points[k], points[k + 1], radius});
+  }
+  const double margin = tool.scene->options.margin;
+  const double room = reach(tool.scene->tool) + greatest_displacement(state.parts) + margin;
+  std::size_t nearest = 0;
+  double distance = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < parts_W.size(); ++k) {
+    const double there = closest_point_on_segment(points[k], points[k + 1], state.X_WG.p).distance;
+    if (there < distance) nearest = k;
+    distance = std::min(distance, there);
+  }
+  if (distance - radius > room) return nearest;
+  const ToolShape shape(tool.scene->parts, state.parts);
+  find_contacts(tool.scene->tool, state.X_WG, {{parts_W.begin(), parts_W.size()}, {}},
+                {margin, margin}, *tool.scratch, shape.view());
+  double gap = std::numeric_limits<double>::infinity();
+  for (const Contact& contact : tool.scratch->contacts) {
+    if (contact.gap < gap) nearest = static_cast<std::size_t>(contact.key.obstacle);
+    gap = std::min(gap, contact.gap);
+  }
+  return nearest;
+}
+
+/// The same vertex between other ends.
+void rebase(const Capsule& before, const Capsule& after, StringHold& hold) noexcept {
+  if (same(before, after)) return;
+  const Vector3 p_P = leg_of(before, hold.bend, 0).capsule_W.p_B;
+  hold.bend.lambda = lambda_of(after, p_P);
+  hold.bend.u_W = p_P - (after.p_A + hold.bend.lambda * (after.p_B - after.p_A));
+}
+
+/// Takes what carried force on rigid parts out of the state: their numbers change.
+void part_with_rigid_pairs(std::size_t capsules, OptimiserState& state, StringView& view) noexcept {
+  view.rigid_active.clear();
+  if (view.rigid.empty()) return;
+  int kept = 0;
+  for (int k = 0; k < state.active_count; ++k) {
+    const ActivePair& pair = state.active[static_cast<std::size_t>(k)];
+    if (pair.key.kind == ObstacleKind::kCapsule &&
+        static_cast<std::size_t>(pair.key.obstacle) >= capsules) {
+      view.rigid_active.push_back(pair);
+    } else {
+      state.active[static_cast<std::size_t>(kept++)] = pair;
+    }
+  }
+  state.active_count = kept;
+}
+
+/// The part of a string that the tool may bend, and the rigid rest.
+void take_part(std::span<const StringTool> tools, const AllHolders& all,
+               const StringHolders& holders, std::int32_t tool, StringView& view,
+               FixedVector<StringConstants, kMaxHeldStrings>& constants,
+               FixedVector<Capsule, kMaxRigidParts>& rigid_W) noexcept {
+  const StringTool& self = tools[static_cast<std::size_t>(tool)];
+  StringPoints points;
+  string_points(tools, all, holders.string, tool, points);
+  const auto* const at = std::find(holders.tools.begin(), holders.tools.end(), tool);
+  const std::size_t slot = at != holders.tools.end()
+                               ? static_cast<std::size_t>(at - holders.tools.begin())
+                               : nearest_part(self, points, whole(self, holders.string).r);
+  const Capsule& line = whole(self, holders.string);
+  for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+    const Capsule part_W{points[k], points[k + 1], line.r};
+    const double from = k == 0 ? 0.0 : lambda_of(line, points[k]);
+    const double to = k + 2 == points.size() ? 1.0 : lambda_of(line, points[k + 1]);
+    if (k == slot) {
+      const auto string = static_cast<std::size_t>(holders.string);
+      view.parts.push_back({holders.string, static_cast<std::int32_t>(slot), part_W, from, to});
+      constants.push_back(part_constants(self.scene->strings[string], points, slot));
+    } else if (rigid_W.push_back(part_W)) {
+      view.rigid.push_back({holders.string, from, to});
+    }
+  }
+}
+
+}  // namespace
+
+double lambda_of(const Capsule& string, const Vector3& p_W) noexcept {
+  const Vector3 axis = string.p_B - string.p_A;
+  const double squared = axis.squaredNorm();
+  return squared > 0.0 ? std::clamp((p_W - string.p_A).dot(axis) / squared, 0.0, 1.0) : 0.5;
+}
+
+void string_points(std::span<const StringTool> tools, const AllHolders& holders,
+                   std::int32_t string, std::int32_t without, StringPoints& points) noexcept {
+  points.clear();
+  const Capsule& line = whole(tools.front(), string);
+  points.push_back(line.p_A);
+  for (const StringHolders& held : holders) {
+    if (held.string != string) continue;
+    for (const std::int32_t holder : held.tools) {
+      const StringTool& tool = tools[static_cast<std::size_t>(holder)];
+      const StringHold* hold = yielding_hold(tool, string);
+      if (holder != without && hold != nullptr) points.push_back(vertex_of(tool, *hold));
+    }
+  }
+  points.push_back(line.p_B);
+}
+
+StringConstants part_constants(const StringConstants& whole, const StringPoints& points,
+                               std::size_t part) noexcept {
+  StringConstants out = whole;
+  double polyline = 0.0;
+  for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+    polyline += (points[k + 1] - points[k]).norm();
+  }
+  out.length = (points[part + 1] - points[part]).norm();
+  if (out.length < kShortestString || !(whole.length > 0.0)) {
+    out.length = 0.0;
+    out.model = StringModel::kRigid;
+    out.max_level = StringLevel::kRigid;
+    out.frequency = 0.0;
+    out.modal_mass = 0.0;
+    return out;
+  }
+  const double share = out.length / whole.length;
+  out.tension += whole.axial_stiffness * std::max(0.0, polyline / whole.length - 1.0);
+  out.axial_stiffness *= share;
+  if (whole.frequency > 0.0) {
+    const double tighter = out.tension / whole.tension;
+    out.frequency *= std::sqrt(tighter) / share;
+    out.modal_mass *= share;
+    out.inharmonicity =
+        std::min(whole.inharmonicity / (share * share * tighter), kMostInharmonicity);
+  }
+  return out;
+}
+
+ToolScene view_strings(std::span<const StringTool> tools, const AllHolders& holders,
+                       std::int32_t tool) noexcept {
+  const StringTool& self = tools[static_cast<std::size_t>(tool)];
+  StringView& view = *self.view;
+  ToolScene seen = *self.scene;
+  const auto is_alone = [&](const StringHolders& held) {
+    return held.tools.size() == 1 && held.tools[0] == tool;
+  };
+  if (view.parts.empty() && std::all_of(holders.begin(), holders.end(), is_alone)) return seen;
+  StringView next;
+  FixedVector<StringConstants, kMaxHeldStrings> constants;
+  FixedVector<Capsule, kMaxRigidParts> rigid_W;
+  for (const StringHolders& held : holders) {
+    if (!is_alone(held)) take_part(tools, holders, held, tool, next, constants, rigid_W);
+  }
+  for (StringHold& hold : self.state->optimiser.holds) {
+    if (!hold.yields) continue;
+    const std::int32_t string = hold.bend.capsule;
+    const StringPart* before = part_of(view, string);
+    const StringPart* after = part_of(next, string);
+    const Capsule& line = whole(self, string);
+    rebase(before != nullptr ? before->part_W : line, after != nullptr ? after->part_W : line,
+           hold);
+  }
+
+  const std::span<const Capsule> lines = seen.obstacles.capsules_W;
+  FixedVector<std::size_t, 2 * kMaxHeldStrings> changed;
+  for (const StringPart& part : view.parts) {
+    const auto string = static_cast<std::size_t>(part.string);
+    view.capsules_W[string] = lines[string];
+    changed.push_back(string);
+  }
+  view.parts = next.parts;
+  view.rigid = next.rigid;
+  std::copy(seen.strings.begin(), seen.strings.end(), view.strings.begin());
+  for (std::size_t k = 0; k < view.parts.size(); ++k) {
+    const auto string = static_cast<std::size_t>(view.parts[k].string);
+    view.capsules_W[string] = view.parts[k].part_W;
+    view.strings[string] = constants[k];
+    changed.push_back(string);
+  }
+  std::copy(rigid_W.begin(), rigid_W.end(),
+            view.capsules_W.begin() + static_cast<std::ptrdiff_t>(lines.size()));
+  const std::size_t capsules = lines.size() + rigid_W.size();
+  seen.obstacles.capsules_W = view.capsules_W.first(capsules);
+  seen.strings = view.strings;
+  seen.rounding = kSharedRounding;
+  if (seen.obstacles.groups.empty()) return seen;
+  for (const std::size_t string : changed) {
+    const std::size_t group = string / kCapsulesPerGroup;
+    view.groups[group] = group_capsules(seen.obstacles.capsules_W, group);
+  }
+  for (std::size_t group = lines.size() / kCapsulesPerGroup; group < group_count(capsules);
+       ++group) {
+    view.groups[group] = group_capsules(seen.obstacles.capsules_W, group);
+  }
+  seen.obstacles.groups = view.groups.first(group_count(capsules));
+  return seen;
+}
+
+void update_holders(std::span<const StringTool> tools, std::int32_t tool,
+                    AllHolders& holders) noexcept {
+  const StringTool& self = tools[static_cast<std::size_t>(tool)];
+  part_with_rigid_pairs(self.scene->obstacles.capsules_W.size(), self.state->optimiser, *self.view);
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < holders.size(); ++k) {
+    auto& held = holders[k].tools;
+    if (yielding_hold(self, holders[k].string) == nullptr) {
+      const auto* const end = std::remove(held.begin(), held.end(), tool);
+      held.truncate(static_cast<std::size_t>(end - held.begin()));
+    }
+    if (held.empty()) continue;
+    if (kept != k) holders[kept] = holders[k];
+    ++kept;
+  }
+  holders.truncate(kept);
+  for (const StringHold& hold : self.state->optimiser.holds) {
+    if (!hold.yields) continue;
+    const std::int32_t string = hold.bend.capsule;
+    auto* held = std::find_if(holders.begin(), holders.end(),
+                              [&](const StringHolders& other) { return other.string == string; });
+    if (held == holders.end()) {
+      held = holders.append();
+      HD_ASSERT(held != nullptr);
+      held->string = string;
+      held->tools.clear();
+    }
+    if (std::find(held->tools.begin(), held->tools.end(), tool) != held->tools.end()) continue;
+    const StringPart* part = part_of(*self.view, string);
+    const auto slot = static_cast<std::size_t>(part != nullptr ? part->slot : 0);
+    held->tools.push_back(tool);
+    std::rotate(held->tools.begin() + slot, held->tools.end() - 1, held->tools.end());
+  }
+}
+
+}  // namespace hapticd

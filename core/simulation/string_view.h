@@ -1,0 +1,113 @@
+// A string that several tools hold, as each of them sees it. The string is a polyline through the
+// vertices of all tools that hold it. A tool bends the part between its neighbours' vertices (or
+// the string's ends), which is a string of its own: it has the tension of the whole,
+//   T + E A ext / L  (ext: of the polyline without this tool), E A L' / L, f L / L' sqrt(T' / T),
+// so that the energy of all vertices together is that of the whole string, and what one tool does
+// is felt by the others through the shape. The other parts are rigid lines to it. Tools are
+// rendered one after the other, so that what one does reaches those before it in the next tick.
+// Frames: W. SI. RT: yes; nothing where no string is shared, about 1 us per tool and shared string.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "core/math/fixed_vector.h"
+#include "core/rendering/tool_renderer.h"
+
+namespace hapticd {
+
+/// Strings that are held at once, at most.
+inline constexpr std::size_t kMaxHeldStrings = kMaxTools * kMaxDeflectingStrings;
+/// Parts of strings that are rigid lines to a tool, at most: one per vertex of the others.
+inline constexpr std::size_t kMaxRigidParts = (kMaxTools - 1) * kMaxDeflectingStrings;
+/// Overlap of a tool and a shared string that counts as touching, m: what turning a shape from one
+/// tool's terms into another's may round, a hundred times over.
+inline constexpr double kSharedRounding = 1e-12;
+
+/// Points of a polyline: both ends and a vertex of every tool.
+using StringPoints = FixedVector<Vector3, kMaxTools + 2>;
+
+/// The tools that hold a string, from end A to end B.
+struct StringHolders {
+  std::int32_t string = 0;
+  FixedVector<std::int32_t, kMaxTools> tools;
+};
+using AllHolders = FixedVector<StringHolders, kMaxHeldStrings>;
+
+/// The part of a string that a tool may bend.
+struct StringPart {
+  std::int32_t string = 0;
+  std::int32_t slot = 0;  ///< how many of the others are nearer to A
+  Capsule part_W;
+  double lambda_from = 0.0;  ///< along the string, of the part's ends
+  double lambda_to = 1.0;
+};
+
+/// A part that is a rigid line to a tool: capsule number strings and lines + its index.
+struct RigidPart {
+  std::int32_t string = 0;
+  double lambda_from = 0.0;
+  double lambda_to = 1.0;
+};
+
+/// What a tool sees instead of the scene's strings while others hold some. The spans are as large
+/// as the scene's, and kMaxRigidParts capsules and their groups larger; empty where there is one
+/// tool.
+struct StringView {
+  std::span<Capsule> capsules_W;
+  std::span<CapsuleGroup> groups;
+  std::span<StringConstants> strings;
+  FixedVector<StringPart, kMaxHeldStrings> parts;  ///< of the strings that others hold
+  FixedVector<RigidPart, kMaxRigidParts> rigid;
+  /// Pairs with rigid parts that carried force in the last tick, which no later one may start from.
+  FixedVector<ActivePair, kMaxQpUnknowns> rigid_active;
+};
+
+/// One tool as the view of another is made from it.
+struct StringTool {
+  ToolScene* scene;
+  ToolState* state;
+  StringView* view;
+  ContactSet* scratch;
+};
+
+/// Groups of `capsules` capsules.
+[[nodiscard]] inline std::size_t group_count(std::size_t capsules) noexcept {
+  return (capsules + kCapsulesPerGroup - 1) / kCapsulesPerGroup;
+}
+
+/// Ends and vertices of a string, from A to B, without that of tool `without` (-1: with all).
+HD_REALTIME void string_points(std::span<const StringTool> tools, const AllHolders& holders,
+                               std::int32_t string, std::int32_t without,
+                               StringPoints& points) noexcept;
+
+/// Makes the view of tool number `tool` and puts its holds into the terms of it, which moves
+/// nothing. Returns the scene it is to be rendered in; views it and the tool's view.
+[[nodiscard]] HD_REALTIME ToolScene view_strings(std::span<const StringTool> tools,
+                                                 const AllHolders& holders,
+                                                 std::int32_t tool) noexcept;
+
+/// Takes over which strings the tool holds after it was rendered, and takes pairs with rigid parts
+/// out of its state.
+HD_REALTIME void update_holders(std::span<const StringTool> tools, std::int32_t tool,
+                                AllHolders& holders) noexcept;
+
+/// The constants of the part between two points of the polyline `points` (without the tool that
+/// bends it) as a string of its own.
+[[nodiscard]] HD_REALTIME StringConstants part_constants(const StringConstants& whole,
+                                                         const StringPoints& points,
+                                                         std::size_t part) noexcept;
+
+/// Position along the straight string of a point, in [0, 1].
+[[nodiscard]] HD_REALTIME double lambda_of(const Capsule& string, const Vector3& p_W) noexcept;
+
+/// The part of `string` in a tool's view; null: all of it.
+[[nodiscard]] inline const StringPart* part_of(const StringView& view,
+                                               std::int32_t string) noexcept {
+  for (const StringPart& part : view.parts) {
+    if (part.string == string) return &part;
+  }
+  return nullptr;
+}
+
+}  // namespace hapticd
