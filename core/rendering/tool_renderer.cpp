@@ -20,7 +20,7 @@ double next_force_bound(double bound, OptimiserStatus status, double force, doub
 }  // namespace
 
 OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH, double dt) noexcept {
-  return {scene.tool,    scene.obstacles,  X_WH,       scene.stiffness, scene.options, dt,
+  return {scene.tool,    scene.obstacles,  X_WH,        scene.stiffness, scene.options, dt,
           scene.strings, scene.instrument, scene.parts, scene.others,    scene.rounding};
 }
 
