@@ -127,10 +127,10 @@ class Injected(unittest.TestCase):
 
     def test_a_flipped_quaternion_is_the_same_pose_and_nothing_is_felt(self):
         with daemon.Daemon(*VIRTUAL, "--inject", "flip:3") as played, hapticd.Session(played.address) as session:
-            states = Lockstep(session).steps(LONGEST)
+            states = Lockstep(session).steps(LONGEST // 2)
         flipped = sum(bits(a) != bits(b) for a, b in zip(states, self.undisturbed))
         self.assertGreater(flipped, 100)
-        self.assertEqual([wrench(state) for state in states], [wrench(state) for state in self.undisturbed])
+        self.assertEqual([wrench(state) for state in states], [wrench(state) for state in self.undisturbed[:LONGEST // 2]])
 
     def test_what_is_no_fault_is_refused_with_the_list(self):
         for bad in ("gremlin:1", "nan:x", ":"):
