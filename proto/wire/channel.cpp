@@ -17,6 +17,15 @@ constexpr std::size_t kFrameBytes = 4 * 11 + 5 + 2 + 3 * 11;
 constexpr std::size_t kItemsBytes = kPacketBytes - kFrameBytes;
 static_assert(kItemsBytes >= kItemBytes + 3, "an Item of any permitted length fits");
 
+/// Tag and length of Packet.state.
+std::string front_of_state(std::size_t bytes) {
+  constexpr unsigned kLengthDelimited = 2;
+  std::string front{static_cast<char>((v1::Packet::kStateFieldNumber << 3U) | kLengthDelimited)};
+  for (; bytes >= 0x80U; bytes >>= 7U) front += static_cast<char>((bytes & 0x7fU) | 0x80U);
+  front += static_cast<char>(bytes);
+  return front;
+}
+
 }  // namespace
 
 bool parse_packet(std::span<const std::uint8_t> body, v1::Packet& packet) {
@@ -101,21 +110,26 @@ std::size_t Channel::state_bytes(const v1::Packet& rest) const {
   return kPacketBytes - front.ByteSizeLong() - rest.ByteSizeLong() - kTagAndLength;
 }
 
-bool Channel::write(const v1::Packet& rest, std::int64_t now_ns, std::string& datagram) {
+bool Channel::write(const v1::Packet& rest, std::int64_t now_ns, std::string& datagram,
+                    std::optional<std::string_view> state) {
   v1::Packet front;
   front.set_ack(inbox_.applied());
   front.set_first(outbox_.first_id());
-  const std::size_t fixed = front.ByteSizeLong() + rest.ByteSizeLong();
+  const std::string state_front = state.has_value() ? front_of_state(state->size()) : std::string();
+  const std::size_t fixed =
+      front.ByteSizeLong() + rest.ByteSizeLong() + state_front.size() + state.value_or("").size();
   if (fixed > kPacketBytes) return false;
   const std::size_t possible = outbox_.fitting(kItemsBytes);
   std::size_t count = outbox_.fitting(kPacketBytes - fixed);
-  if (rest.has_state() && count < possible) count = 0;
+  if (state.has_value() && count < possible) count = 0;
 
   const auto header = encode_header({kind(), session_, counter_});
   datagram.assign(header.begin(), header.end());
   front.AppendToString(&datagram);
   outbox_.append(count, datagram);
   rest.AppendToString(&datagram);
+  datagram += state_front;
+  datagram += state.value_or("");
   if (transport_.has_value()) {
     const auto* const plain = reinterpret_cast<const std::uint8_t*>(datagram.data());
     const noise::Bytes sealed = transport_->send.seal(

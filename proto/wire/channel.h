@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "hapticd/v1/stream.pb.h"
 #include "proto/noise/handshake.h"
@@ -92,10 +93,12 @@ class Channel {
 
   /// Bytes a State may have in a Packet whose remaining parts, without Items, are `rest`.
   [[nodiscard]] std::size_t state_bytes(const v1::Packet& rest) const;
-  /// The datagram that leaves now. `rest` is the Packet without ack, first and Items; those are put
-  /// in, the Items that fit too. A State that does not fit beside all that could leave goes without
-  /// Items. False when `rest` alone is too long: nothing leaves then.
-  bool write(const v1::Packet& rest, std::int64_t now_ns, std::string& datagram);
+  /// The datagram that leaves now. `rest` is the Packet without ack, first, Items and State; ack
+  /// and first are put in, the Items that fit, and `state`, the encoding of a State. A State that
+  /// does not fit beside all that could leave goes without Items. False when `rest` and `state`
+  /// alone are too long: nothing leaves then.
+  bool write(const v1::Packet& rest, std::int64_t now_ns, std::string& datagram,
+             std::optional<std::string_view> state = std::nullopt);
 
  private:
   bool open_body(const DatagramHeader& header, std::span<const std::uint8_t>& body,

@@ -176,7 +176,7 @@ void Implementation::subscribe(Session& session, const v1::Subscribe& request) {
     want(v1::SECTION_CONTACTS);
   }
   session.flow.subscribe(subscription);
-  session.newest_state.clear();
+  session.newest_state.reset();
   finish(session, result_of(v1::RESULT_CODE_OK));
 }
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "server/network/protocol_state.h"
-#include "server/network/state_fitting.h"
 
 namespace hapticd {
 
@@ -131,19 +130,19 @@ void Implementation::take(Session& session, wire::Incoming& incoming) {
   }
 }
 
-void Implementation::transmit(Session& session, v1::Packet& rest) {
+void Implementation::transmit(Session& session, v1::Packet& rest,
+                              std::optional<std::string_view> state) {
   rest.set_boot_id(options.boot_id);
   session.clock.fill(rest, now_ns);
-  if (!session.channel.write(rest, now_ns, datagram)) return;
+  if (!session.channel.write(rest, now_ns, datagram, state)) return;
   ++counters.sent;
   send(session.address, {reinterpret_cast<const std::uint8_t*>(datagram.data()), datagram.size()});
 }
 
-void Implementation::send_states(Session& session, const std::vector<v1::State>& states) {
-  for (const v1::State& state : states) {
+void Implementation::send_states(Session& session, const EncodedState& state) {
+  for (const std::string& part : state.parts) {
     v1::Packet packet;
-    *packet.mutable_state() = state;
-    transmit(session, packet);
+    transmit(session, packet, part);
   }
 }
 
@@ -164,9 +163,9 @@ void Implementation::poll_session(Session& session) {
   }
   const StateFlow& flow = session.flow;
   if (session.runs_steps() && flow.ahead() >= kMostStatesAhead &&
-      now_ns - flow.sent_ns() >= kRepeatState_ns) {
-    send_states(session, session.newest_state);
-    session.flow.repeated(session.newest_state.size(), now_ns);
+      now_ns - flow.sent_ns() >= kRepeatState_ns && session.newest_state != nullptr) {
+    send_states(session, *session.newest_state);
+    session.flow.repeated(session.newest_state->parts.size(), now_ns);
   }
   if (session.channel.due_ns() <= now_ns) {
     v1::Packet packet;
@@ -270,28 +269,23 @@ void ProtocolServer::answer(const RequestId& id, v1::Result result) {
 void ProtocolServer::offer_tick(std::uint64_t tick, std::uint32_t scene_id, std::int64_t now_ns) {
   Implementation& self = *implementation_;
   self.now_ns = now_ns;
+  self.encoded_states.begin(tick, scene_id);
   for (const auto& pointer : self.sessions) {
     Session& session = *pointer;
     if (session.phase != Phase::kOpen ||
         !session.flow.wants(tick, now_ns - session.heard_ns, now_ns)) {
       continue;
     }
-    v1::State state;
-    state.set_tick(tick);
-    state.set_scene_id(scene_id);
-    self.host.fill_state(session.flow.subscription(), state);
     v1::Packet frame;  // As long as the Packet gets without the State.
     frame.set_boot_id(self.options.boot_id);
     wire::ClockEcho(session.clock).fill(frame, now_ns);
-    std::vector<v1::State> states =
-        fit_state(state, session.channel.state_bytes(frame), self.rest_radii_m);
-    self.counters.unfit_states +=
-        static_cast<std::uint64_t>(std::erase_if(states, [&](const v1::State& part) {
-          return part.ByteSizeLong() > session.channel.state_bytes(frame);
-        }));
-    session.flow.sent(tick, scene_id, states.size(), now_ns);
-    self.send_states(session, states);
-    if (self.options.virtual_clock) session.newest_state = std::move(states);
+    std::shared_ptr<const EncodedState> state =
+        self.encoded_states.get(session.flow.subscription(), session.channel.state_bytes(frame),
+                                self.host.fill_state, self.rest_radii_m);
+    self.counters.unfit_states += state->unfit;
+    session.flow.sent(tick, scene_id, state->parts.size(), now_ns);
+    self.send_states(session, *state);
+    if (self.options.virtual_clock) session.newest_state = std::move(state);
   }
 }
 

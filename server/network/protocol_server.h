@@ -39,6 +39,7 @@ struct Subscription {
   [[nodiscard]] constexpr bool has(v1::Section section) const noexcept {
     return (sections >> static_cast<unsigned>(section) & 1U) != 0;
   }
+  friend bool operator==(const Subscription&, const Subscription&) = default;
 };
 
 /// How a lease ended.
@@ -59,7 +60,8 @@ struct ServerHost {
   /// the next tick; anything else may be finished. Its answer is not wanted any more, and ignored.
   std::function<void(const RequestId&)> abandoned;
   /// Fills in the sections of the tick offered last; at most subscription.max_contacts contacts,
-  /// deepest first, contacts_total set when there were more. Called only inside offer_tick().
+  /// deepest first, contacts_total set when there were more. Called only inside offer_tick(), once
+  /// for equal subscriptions: what it fills in may depend on nothing else.
   std::function<void(const Subscription&, v1::State&)> fill_state;
   /// Nobody holds the lease any more: scripted poses end, the force ramps to zero.
   std::function<void(LeaseEnd)> lease_lost;

@@ -6,8 +6,10 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "server/network/encoded_states.h"
 #include "server/network/handshakes.h"
 #include "server/network/protocol_server.h"
 #include "server/network/reset_limiter.h"
@@ -50,7 +52,8 @@ struct ProtocolServer::Implementation {
   std::unique_ptr<Handshakes> handshakes;  ///< null: PLAIN is spoken
   bool shutting_down = false;
   std::int64_t now_ns = 0;
-  std::string datagram;  ///< being written; a member to keep its memory
+  EncodedStates encoded_states;  ///< of the tick that was offered last
+  std::string datagram;          ///< being written; a member to keep its memory
 
   // protocol_server.cpp: sessions and datagrams.
   Session* find(const Address& address, std::uint32_t number);
@@ -62,8 +65,9 @@ struct ProtocolServer::Implementation {
   void receive_body(Session& session, const wire::DatagramHeader& header,
                     std::span<const std::uint8_t> body);
   void take(Session& session, wire::Incoming& incoming);
-  void transmit(Session& session, v1::Packet& rest);
-  void send_states(Session& session, const std::vector<v1::State>& states);
+  void transmit(Session& session, v1::Packet& rest,
+                std::optional<std::string_view> state = std::nullopt);
+  void send_states(Session& session, const EncodedState& state);
   void poll_session(Session& session);
   void tell(Session& session, const v1::Item& item);
   void tell_all(const v1::Item& item);

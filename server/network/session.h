@@ -5,12 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "proto/wire/channel.h"
 #include "proto/wire/hello.h"
+#include "server/network/encoded_states.h"
 #include "server/network/protocol_server.h"
 #include "server/network/state_flow.h"
 
@@ -69,7 +71,7 @@ struct Session {
   bool pumping = false;  ///< pump() is on the stack
 
   StateFlow flow;
-  std::vector<v1::State> newest_state;  ///< all its parts; under the virtual clock only
+  std::shared_ptr<const EncodedState> newest_state;  ///< under the virtual clock; null: none left
 
   /// A Run of steps is under way.
   [[nodiscard]] bool runs_steps() const { return current.has_value() && current->is_run_of_steps; }

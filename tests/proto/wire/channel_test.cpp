@@ -31,9 +31,10 @@ v1::Packet empty_packet() {
 }
 
 /// The next datagram of `from`, parsed.
-v1::Packet taken_from(Channel& from, std::int64_t now, const v1::Packet& rest = {}) {
+v1::Packet taken_from(Channel& from, std::int64_t now, const v1::Packet& rest = {},
+                      std::optional<std::string_view> state = std::nullopt) {
   std::string datagram;
-  REQUIRE(from.write(rest, now, datagram));
+  REQUIRE(from.write(rest, now, datagram, state));
   CHECK(datagram.size() <= kDatagramBytes);
   v1::Packet packet;
   REQUIRE(parse_packet(bytes_of(datagram).subspan(kHeaderBytes), packet));
@@ -115,14 +116,24 @@ TEST_CASE("a State that does not fit beside the Items goes alone, and the Items 
   v1::Item item;
   item.mutable_result()->set_message(std::string(600, 'x'));
   channel.send(item);
-  v1::Packet rest;
-  rest.mutable_state()->mutable_replay()->set_tick(1);
-  CHECK(taken_from(channel, 1, rest).items_size() == 1);
-  for (int i = 0; i < 60; ++i) rest.mutable_state()->add_tools()->add_p_wh_m(1.0);
-  const v1::Packet alone = taken_from(channel, 2, rest);
+  v1::State state;
+  state.mutable_replay()->set_tick(1);
+  const std::string first = state.SerializeAsString();
+  const v1::Packet beside = taken_from(channel, 1, {}, first);
+  CHECK(beside.items_size() == 1);
+  CHECK(beside.state().replay().tick() == 1);
+  for (int i = 0; i < 60; ++i) state.add_tools()->add_p_wh_m(1.0);
+  const std::string second = state.SerializeAsString();
+  const v1::Packet alone = taken_from(channel, 2, {}, second);
   CHECK(alone.items_size() == 0);
   CHECK(alone.first() == 1);
   CHECK(alone.state().tools_size() == 60);
+}
+
+TEST_CASE("a State in which everything is 0 is there all the same") {
+  Channel channel(Side::kServer, 5);
+  CHECK(taken_from(channel, 1, {}, "").has_state());
+  CHECK(!taken_from(channel, 2).has_state());
 }
 
 TEST_CASE("a State of as many bytes as offered fits, one byte more does not") {
@@ -131,16 +142,16 @@ TEST_CASE("a State of as many bytes as offered fits, one byte more does not") {
   rest.set_boot_id(5);
   const std::size_t bytes = channel.state_bytes(rest);
   CHECK(bytes > 1000);
-  v1::State& state = *rest.mutable_state();
+  v1::State state;
   state.add_gestures();
   std::string& name = *state.mutable_gestures(0)->mutable_name();
   while (state.ByteSizeLong() < bytes) name += 'x';
   REQUIRE(state.ByteSizeLong() == bytes);
   std::string datagram;
-  CHECK(channel.write(rest, 1, datagram));
+  CHECK(channel.write(rest, 1, datagram, state.SerializeAsString()));
   CHECK(datagram.size() + kTagBytes == kDatagramBytes);
   name += 'x';
-  CHECK(!channel.write(rest, 1, datagram));
+  CHECK(!channel.write(rest, 1, datagram, state.SerializeAsString()));
 }
 
 TEST_CASE("a client takes a Reset whose counter was used; a server takes none") {
@@ -165,6 +176,58 @@ TEST_CASE("a Reset marks no counter and applies no Items") {
   CHECK(give(client, 0, reset).items.items.empty());
   CHECK(client.applied() == 0);
   CHECK(give(client, 0, empty_packet()).verdict == Verdict::kTaken);
+}
+
+/// The ciphers of both sides of a handshake, client's first.
+std::pair<noise::Transport, noise::Transport> transports() {
+  noise::Key psk{};
+  noise::Key first{1};
+  noise::Key second{2};
+  noise::Handshake client(noise::Side::kInitiator, psk, {}, first);
+  noise::Handshake server(noise::Side::kResponder, psk, {}, second);
+  REQUIRE(server.read(client.write().value()).has_value());
+  REQUIRE(client.read(server.write().value()).has_value());
+  return {client.split(), server.split()};
+}
+
+TEST_CASE("a secured channel speaks DATA, and keeps what was sent before") {
+  const auto ciphers = transports();
+  Channel client(Side::kClient, 0);
+  client.send(tone(1));
+  client.secure(77, ciphers.first);
+  CHECK(client.session() == 77);
+  std::string datagram;
+  REQUIRE(client.write({}, 1, datagram));
+  const auto header = decode_header(bytes_of(datagram));
+  CHECK(header == DatagramHeader{DatagramKind::kData, 77, 0});
+  v1::Packet none;
+  CHECK(!parse_packet(bytes_of(datagram).subspan(kHeaderBytes), none));
+  Channel server(Side::kServer, 77);
+  server.secure(77, ciphers.second);
+  std::string forged = datagram;
+  forged.back() ^= 1;
+  const auto body = [](const std::string& all) { return bytes_of(all).subspan(kHeaderBytes); };
+  CHECK(server.receive(*header, body(forged), 1).verdict == Verdict::kForged);
+  CHECK(server.receive({DatagramKind::kData, 77, 1}, body(datagram), 1).verdict ==
+        Verdict::kForged);
+  CHECK(server.receive({DatagramKind::kData, 78, 0}, body(datagram), 1).verdict ==
+        Verdict::kForged);
+  const Incoming incoming = server.receive(*header, body(datagram), 1);
+  CHECK(incoming.verdict == Verdict::kTaken);
+  CHECK(incoming.items.items.size() == 1);
+  CHECK(server.receive(*header, body(datagram), 1).verdict == Verdict::kRepeated);
+}
+
+TEST_CASE("the largest datagram of a secured channel has 1200 bytes") {
+  Channel channel(Side::kServer, 0);
+  channel.secure(77, transports().second);
+  v1::State state;
+  std::string& name = *state.add_gestures()->mutable_name();
+  while (state.ByteSizeLong() < channel.state_bytes({})) name += 'x';
+  const std::string encoded = state.SerializeAsString();
+  std::string datagram;
+  CHECK(channel.write({}, 1, datagram, encoded));
+  CHECK(datagram.size() == kDatagramBytes);
 }
 
 }  // namespace

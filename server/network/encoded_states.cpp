@@ -1,0 +1,53 @@
+// See encoded_states.h.
+#include "server/network/encoded_states.h"
+
+#include <utility>
+
+#include "server/network/state_fitting.h"
+
+namespace hapticd {
+
+EncodedStates::Filled& EncodedStates::filled(const Subscription& subscription, const Fill& fill) {
+  for (std::size_t i = 0; i < used_; ++i) {
+    if (all_[i].subscription == subscription) return all_[i];
+  }
+  if (used_ == all_.size()) all_.emplace_back();
+  Filled& fresh = all_[used_++];
+  fresh.subscription = subscription;
+  fresh.state.Clear();
+  fresh.state.set_tick(tick_);
+  fresh.state.set_scene_id(scene_id_);
+  fresh.whole.reset();
+  fresh.fitted.clear();
+  fill(subscription, fresh.state);
+  fresh.bytes = fresh.state.ByteSizeLong();
+  return fresh;
+}
+
+std::shared_ptr<const EncodedState> EncodedStates::get(const Subscription& subscription,
+                                                       std::size_t room, const Fill& fill,
+                                                       std::span<const double> rest_radii_m) {
+  Filled& filled_in = filled(subscription, fill);
+  if (filled_in.bytes <= room) {
+    if (filled_in.whole == nullptr) {
+      filled_in.whole = std::make_shared<const EncodedState>(
+          EncodedState{{filled_in.state.SerializeAsString()}, 0});
+    }
+    return filled_in.whole;
+  }
+  for (const Fitted& fitted : filled_in.fitted) {
+    if (fitted.room == room) return fitted.encoded;
+  }
+  EncodedState encoded;
+  for (const v1::State& part : fit_state(filled_in.state, room, rest_radii_m)) {
+    if (part.ByteSizeLong() > room) {
+      ++encoded.unfit;
+    } else {
+      encoded.parts.push_back(part.SerializeAsString());
+    }
+  }
+  filled_in.fitted.push_back({room, std::make_shared<const EncodedState>(std::move(encoded))});
+  return filled_in.fitted.back().encoded;
+}
+
+}  // namespace hapticd
