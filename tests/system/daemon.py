@@ -24,8 +24,8 @@ def run(*options, timeout=60):
 class Daemon:
     """Context manager: plays until the end of the block; `log` has its lines afterwards."""
 
-    def __init__(self, *options, state=None, host="127.0.0.1"):
-        self.address = f"{host}:{free_port()}"
+    def __init__(self, *options, state=None, host="127.0.0.1", port=None):
+        self.address = f"{host}:{port or free_port()}"
         environment = dict(os.environ, XDG_STATE_HOME=state or "/nonexistent")
         self.process = subprocess.Popen([HAPTICD, "--listen", self.address, *options], stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, text=True, env=environment)
