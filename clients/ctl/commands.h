@@ -17,7 +17,7 @@ void add_watch_command(CLI::App& app, const GlobalOptions& options);
 void add_scene_commands(CLI::App& app, const GlobalOptions& options);
 /// get, set: live parameters.
 void add_parameter_commands(CLI::App& app, const GlobalOptions& options);
-/// engage, disengage, stop, clear, recentre.
+/// engage, disengage, stop, clear, recentre, clutch.
 void add_force_commands(CLI::App& app, const GlobalOptions& options);
 /// gesture list, gesture play, gesture end.
 void add_gesture_commands(CLI::App& app, const GlobalOptions& options);

@@ -155,6 +155,38 @@ void add_record(CLI::App& app, const GlobalOptions& options, const char* name, c
   command.callback([&options, file, mode] { record(options, mode, *file); });
 }
 
+void add_tool_option(CLI::App& command, const std::shared_ptr<std::uint32_t>& tool_id) {
+  command.add_option("--tool", *tool_id, "id of the tool, as the scene gives it")
+      ->check(CLI::Range(0, 31))
+      ->capture_default_str();
+}
+
+void add_tool_commands(CLI::App& app, const GlobalOptions& options) {
+  const auto tool_id = std::make_shared<std::uint32_t>(0);
+  CLI::App& home = *app.add_subcommand("recentre", "Brings the tool home");
+  add_tool_option(home, tool_id);
+  home.callback([&options, tool_id] {
+    v1::Item item;
+    item.mutable_recentre()->set_tool_id(*tool_id);
+    const auto client = connect(options);
+    print_done(options, control(*client, item, options), "done");
+  });
+  const auto what = std::make_shared<std::string>();
+  CLI::App& clutch =
+      *app.add_subcommand("clutch", "Lets go of the tool while the device moves on (open), or not");
+  clutch.add_option("STATE", *what, "open or close")
+      ->required()
+      ->check(CLI::IsMember({"open", "close"}));
+  add_tool_option(clutch, tool_id);
+  clutch.callback([&options, tool_id, what] {
+    v1::Item item;
+    item.mutable_clutch()->set_tool_id(*tool_id);
+    item.mutable_clutch()->set_open(*what == "open");
+    const auto client = connect(options);
+    print_done(options, control(*client, item, options), "done");
+  });
+}
+
 }  // namespace
 
 void add_scene_commands(CLI::App& app, const GlobalOptions& options) {
@@ -187,8 +219,7 @@ void add_force_commands(CLI::App& app, const GlobalOptions& options) {
   add_control(app, options, "disengage", "Switches the force off, within 50 ms", "released", item);
   item.mutable_clear();
   add_control(app, options, "clear", "Clears a latched fault", "cleared", item);
-  item.mutable_recentre();
-  add_control(app, options, "recentre", "Brings the tool home", "done", item);
+  add_tool_commands(app, options);
   app.add_subcommand("stop", "Zero force at once, latched; needs no lease")->callback([&options] {
     const auto client = connect(options);
     v1::Item stop;

@@ -5,13 +5,15 @@
 
 namespace hapticd {
 
-SceneSettings scene_settings(const SceneDescription& description, std::size_t tool) {
-  const ToolDescription& described = description.tools[tool];
+SceneSettings scene_settings(const SceneDescription& description) {
   SceneSettings settings;
-  settings.live = {
-      described.coupling,        described.coupling_damping, described.force_gain,
-      described.workspace.scale, described.workspace.X_WD,   description.optimiser,
-      description.instrument,    description.quality_level,  description.quality_automatic};
+  settings.tools.reserve(description.tools.size());
+  for (const ToolDescription& tool : description.tools) {
+    settings.tools.push_back({tool.coupling, tool.coupling_damping, tool.force_gain,
+                              tool.workspace.scale, tool.workspace.X_WD, description.optimiser,
+                              description.instrument, description.quality_level,
+                              description.quality_automatic});
+  }
   for (const StringDescription& string : description.strings) {
     for (const StringParameters& piece : cable_of(string)) settings.pieces.push_back(piece);
   }

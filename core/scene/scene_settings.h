@@ -8,13 +8,13 @@
 
 namespace hapticd {
 
-/// Settings of one tool, and of every piece of string in the order of the scene's capsules.
+/// Settings of every tool, and of every piece of string in the order of the scene's capsules.
 struct SceneSettings {
-  LiveSettings live;
+  std::vector<LiveSettings> tools;  ///< what is of the whole scene is the same in all
   std::vector<StringParameters> pieces;
 };
 
-/// Settings of tool number `tool` of `description`.
-[[nodiscard]] SceneSettings scene_settings(const SceneDescription& description, std::size_t tool);
+/// Settings as `description` has them.
+[[nodiscard]] SceneSettings scene_settings(const SceneDescription& description);
 
 }  // namespace hapticd

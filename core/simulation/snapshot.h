@@ -15,8 +15,6 @@
 
 namespace hapticd {
 
-/// Tools of a scene that the loop plays, at most.
-inline constexpr std::size_t kMaxPlayedTools = kMaxTools;
 /// Strings that one snapshot lists, at most: all of a scene.
 inline constexpr std::size_t kMaxListedStrings = 1024;
 
@@ -54,7 +52,9 @@ struct DeviceReading {
 struct ToolReading {
   std::uint32_t tool_id = 0;
   std::uint16_t flags = 0;  ///< ToolFlagBit
-  Array3 p_WH{};            ///< m
+  /// Entries of Snapshot::contacts that are this tool's: they follow those of the tool before.
+  std::int32_t contacts = 0;
+  Array3 p_WH{};  ///< m
   Array4 q_WH{1.0, 0.0, 0.0, 0.0};
   Array3 p_WG{};  ///< m
   Array4 q_WG{1.0, 0.0, 0.0, 0.0};
@@ -88,6 +88,7 @@ struct StringRow {
 
 /// Net force of a string on a tool, from its own law.
 struct StringForce {
+  std::int32_t tool = 0;  ///< index in Snapshot::tools
   std::int32_t piece = 0;
   Array3 F_W{};  ///< N
 };
@@ -123,9 +124,9 @@ struct Snapshot {
   bool quality_automatic = false;
   double string_energy = 0.0;  ///< J
   double tank_energy = 0.0;    ///< J
-  FixedVector<ToolReading, kMaxPlayedTools> tools;
-  FixedVector<StringForce, 64> string_forces;
-  ContactReport contacts;
+  FixedVector<ToolReading, kMaxTools> tools;
+  FixedVector<StringForce, 64 * kMaxTools> string_forces;
+  ContactReport contacts;  ///< tool by tool, of each the deepest first
   FixedVector<StringRow, kMaxListedStrings> strings;
 };
 static_assert(std::is_trivially_copyable_v<Snapshot>);

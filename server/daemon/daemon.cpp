@@ -17,14 +17,15 @@ constexpr std::int64_t kLongestEnd_ns = 1'500'000'000;
 
 PlayerOptions player_options(const v1::Config& config) {
   PlayerOptions player;
-  const ProfileResult profile = load_profile(config.device(0).profile(), installed_profiles());
-  if (!profile.loaded) {
-    std::string text;
-    for (const SceneProblem& problem : profile.problems) text += to_text(problem) + "\n";
-    throw StartError(kExitInput, text.substr(0, text.size() - 1));
+  for (const v1::DeviceChoice& device : config.device()) {
+    ProfileResult profile = load_profile(device.profile(), installed_profiles());
+    if (!profile.loaded) {
+      std::string text;
+      for (const SceneProblem& problem : profile.problems) text += to_text(problem) + "\n";
+      throw StartError(kExitInput, text.substr(0, text.size() - 1));
+    }
+    player.devices.push_back({device.tool_id(), std::move(*profile.loaded), device.source()});
   }
-  player.profile = *profile.loaded;
-  player.source = config.device(0).source();
   player.period_ns = std::llround(1e9 / config.rate());
   player.virtual_time = config.clock() == v1::CLOCK_MODE_VIRTUAL;
   if (!config.inject().empty()) player.injection = parse_injection(config.inject());
@@ -222,7 +223,9 @@ void Daemon::take_snapshots(std::int64_t now_ns) {
     statistics_.add(*snapshot);
     newest_state_ = snapshot->loop_state;
     newest_tick_ = snapshot->tick;
-    stiffness_bound_ = snapshot->tools.empty() ? 0.0 : snapshot->tools[0].stiffness_bound;
+    for (std::size_t k = 0; k < snapshot->tools.size(); ++k) {
+      stiffness_bounds_[k] = snapshot->tools[k].stiffness_bound;
+    }
     follow_budget(*snapshot);
     if (virtual_time_) add_state(*snapshot, on_air(snapshot->scene_id).index, hash_);
     server_->offer_tick(snapshot->tick, snapshot->scene_id, now_ns);

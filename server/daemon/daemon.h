@@ -3,6 +3,7 @@
 // is stepped from here under the virtual one. Not RT.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <deque>
@@ -91,6 +92,7 @@ class Daemon {
 
   // Scenes (daemon_scenes.cpp).
   [[nodiscard]] LoadOptions load_options() const;
+  [[nodiscard]] bool simulates() const;
   AirScene& put_on_air(std::shared_ptr<const LoadedScene> loaded);
   [[nodiscard]] std::unique_ptr<GesturePlan> first_gesture(const LoadedScene& scene) const;
   void build_scene(std::optional<RequestId> request, const v1::LoadScene& load);
@@ -107,11 +109,13 @@ class Daemon {
   void load_scene_for(const RequestId& id, const v1::LoadScene& load);
   void get_parameters(const RequestId& id, const v1::GetParameters& get);
   void set_parameters(const RequestId& id, const v1::SetParameter& set);
+  [[nodiscard]] std::optional<v1::Result> fault_of_pose(const v1::PoseSample& sample,
+                                                        const std::string& path) const;
   void queue_poses(const RequestId& id, const v1::PoseBatch& batch);
   void play_gesture(const RequestId& id, const v1::PlayGesture& play);
   void list_names(const RequestId& id, const std::vector<std::string>& names);
   void list_gestures(const RequestId& id);
-  void describe_device(const RequestId& id);
+  void describe_devices(const RequestId& id);
 
   // Recording (daemon_records.cpp).
   [[nodiscard]] v1::RecordHeader record_header() const;
@@ -148,7 +152,7 @@ class Daemon {
   std::uint64_t newest_tick_ = 0;
   TickStatistics statistics_;
   StateHash hash_;
-  std::uint64_t next_pose_tick_ = 0;
+  std::array<std::uint64_t, kMaxTools> next_pose_ticks_{};  ///< of each tool
   TimeMode mode_ = TimeMode::kStopped;
   std::optional<StepRun> steps_;
   std::int64_t live_due_ns_ = 0;
@@ -157,7 +161,7 @@ class Daemon {
   std::uint64_t change_tick_ = 0;  ///< of the last change of parameters
   bool reload_waits_ = false;      ///< the scene is to be loaded anew, once nothing else is
   bool swapping_ = false;          ///< a scene waits for the loop to take it
-  double stiffness_bound_ = 0.0;   ///< granted, N/m
+  std::array<double, kMaxTools> stiffness_bounds_{};  ///< granted, N/m
 };
 
 }  // namespace hapticd

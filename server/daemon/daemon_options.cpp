@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "device/simulated/faulty_device.h"
@@ -76,7 +77,7 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
                    [&](const std::string& v) { options.config_file = v; });
   add<std::string>(app, "--scene", "NAME|FILE", "scene to play (guqin)",
                    [&](const std::string& v) { given.set_scene(v); });
-  add<std::string>(app, "--device", "simulated|scripted", "device of tool 0 (simulated)",
+  add<std::string>(app, "--device", "simulated|scripted", "device of every tool (simulated)",
                    [&](const std::string& v) { given.add_device()->set_source(v); });
   add_choice(app, "--clock", kClocks, "what drives time (realtime)",
              [&](v1::ClockMode v) { given.set_clock(v); });
@@ -174,12 +175,15 @@ void check_config(const v1::Config& config) {
            "' is not known. Give WHAT:SEED, such as nan:7; WHAT is " + kinds_of_fault() + ".");
   }
   if (config.has_cpu() && config.cpu() > 1023) refuse("--cpu: not in [0, 1023].");
-  if (config.device_size() > 1 || config.device(0).tool_id() != 0) {
-    refuse("device: one device, that of tool 0, is all that can be played.");
-  }
-  const std::string& source = config.device(0).source();
-  if (source != "simulated" && source != "scripted") {
-    refuse("--device: '" + source + "' is not known. Choose simulated or scripted.");
+  std::set<std::uint32_t> tools;
+  for (const v1::DeviceChoice& device : config.device()) {
+    if (!tools.insert(device.tool_id()).second) {
+      refuse("device: tool " + std::to_string(device.tool_id()) + " has two. Give each tool one.");
+    }
+    const std::string& source = device.source();
+    if (source != "simulated" && source != "scripted") {
+      refuse("--device: '" + source + "' is not known. Choose simulated or scripted.");
+    }
   }
   const auto unsupported = [](bool given, const char* field) {
     if (given) refuse(std::string(field) + ": not supported by this version. Leave it out.");

@@ -32,14 +32,15 @@ void Daemon::follow_budget(const Snapshot& snapshot) {
     return;
   }
   // A change that waits for its tick would be overtaken by one made from its values.
-  if (!scene.settings.live.quality_automatic || snapshot.tick < change_tick_) return;
+  const LiveSettings& now = scene.settings.tools.front();
+  if (!now.quality_automatic || snapshot.tick < change_tick_) return;
   const double budget_us = scene.live.quality().automatic().budget_us();
   const auto played = static_cast<int>(snapshot.quality_level);
   const int level = govern({snapshot.t_ns, snapshot.timing.cpu_ns, played},
                            std::llround(1e3 * budget_us), governor_);
-  if (level == static_cast<int>(scene.settings.live.quality_level)) return;
+  if (level == static_cast<int>(now.quality_level)) return;
   SceneSettings settings = scene.settings;
-  set_level(level, settings.live);
+  for (LiveSettings& live : settings.tools) set_level(level, live);
   auto change = std::make_unique<SettingsChange>();
   change->from = settings;
   change->to = settings;

@@ -63,7 +63,11 @@ v1::RecordHeader Daemon::record_header() const {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   header.set_began_unix_s(std::chrono::duration<double>(now).count());
   *header.mutable_config() = options_.config;
-  *header.add_devices()->mutable_profile() = player_.profile.message;
+  for (const ToolDevice& device : player_.devices) {
+    v1::RecordedDevice& recorded = *header.add_devices();
+    recorded.set_tool_id(device.tool_id);
+    *recorded.mutable_profile() = device.profile.message;
+  }
   header.set_period_ns(static_cast<std::uint64_t>(player_.period_ns));
   return header;
 }

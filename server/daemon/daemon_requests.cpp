@@ -47,8 +47,20 @@ bool complete(const v1::PoseSample& sample) {
          none_or(sample.twist_dh_d().w_rad_per_s_size(), 3);
 }
 
+constexpr const char* kNoSuchTool = "The scene has no such tool.";
+
+/// No tool.
+constexpr std::uint32_t kNoTool = ~0U;
+
+/// Which tool of the scene this is, in its order; kNoTool when it has none of that id.
+std::uint32_t tool_of(std::uint32_t tool_id, const SceneIndex& index) {
+  const auto found = std::find(index.tool_ids.begin(), index.tool_ids.end(), tool_id);
+  if (found == index.tool_ids.end()) return kNoTool;
+  return static_cast<std::uint32_t>(found - index.tool_ids.begin());
+}
+
 /// The command that a request is, for those that are one and nothing else.
-std::optional<LoopCommandBody> command_of(const v1::Item& item) {
+std::optional<LoopCommandBody> command_of(const v1::Item& item, const SceneIndex& index) {
   switch (item.body_case()) {
     case v1::Item::kEngage:
       return EngageCommand{};
@@ -59,9 +71,9 @@ std::optional<LoopCommandBody> command_of(const v1::Item& item) {
     case v1::Item::kClear:
       return ClearCommand{};
     case v1::Item::kRecentre:
-      return RecentreCommand{};
+      return RecentreCommand{tool_of(item.recentre().tool_id(), index)};
     case v1::Item::kClutch:
-      return ClutchCommand{item.clutch().open()};
+      return ClutchCommand{tool_of(item.clutch().tool_id(), index), item.clutch().open()};
     default:
       return std::nullopt;
   }
@@ -70,7 +82,16 @@ std::optional<LoopCommandBody> command_of(const v1::Item& item) {
 }  // namespace
 
 void Daemon::request(const RequestId& id, const v1::Item& item) {
-  if (const auto what = command_of(item)) {
+  const SceneIndex& index = scenes_.back().index;
+  const auto unknown = [&](std::uint32_t tool_id) { return tool_of(tool_id, index) == kNoTool; };
+  if ((item.has_recentre() && unknown(item.recentre().tool_id())) ||
+      (item.has_clutch() && unknown(item.clutch().tool_id()))) {
+    server_->answer(
+        id, result_of(v1::RESULT_CODE_NOT_FOUND,
+                      item.has_clutch() ? "clutch.tool_id" : "recentre.tool_id", kNoSuchTool));
+    return;
+  }
+  if (const auto what = command_of(item, index)) {
     command(id, *what);
     return;
   }
@@ -96,7 +117,7 @@ void Daemon::request(const RequestId& id, const v1::Item& item) {
     case v1::Item::kListRecordings:
       return list_names(id, hapticd::list_recordings(recordings_folder()));
     case v1::Item::kGetDeviceInfo:
-      return describe_device(id);
+      return describe_devices(id);
     case v1::Item::kCalibrate:
       return server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "calibrate",
                                            "This device needs no calibration."));
@@ -171,9 +192,10 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
     server_->answer(id, result_of(assigned.code, assigned.path, assigned.message));
     return;
   }
-  LiveSettings& live = assigned.settings.live;
-  const LiveSettings& before = scene.settings.live;
-  if (live.quality_automatic && before.quality_automatic) {
+  // What is of the whole scene is the same in all tools.
+  const LiveSettings& before = scene.settings.tools.front();
+  for (LiveSettings& live : assigned.settings.tools) {
+    if (!live.quality_automatic || !before.quality_automatic) continue;
     set_level(static_cast<int>(before.quality_level), live);
   }
   auto change = std::make_unique<SettingsChange>();
@@ -188,52 +210,60 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   change_tick_ = std::max(change_tick_, set.at_tick());
 }
 
-// The k-th sample is for first_tick + k; one tool plays, so its samples are all of them.
-void Daemon::queue_poses(const RequestId& id, const v1::PoseBatch& batch) {
-  const AirScene& scene = scenes_.back();
-  if (player_.source != "scripted") {
-    server_->answer(id,
-                    result_of(v1::RESULT_CODE_WRONG_STATE, "pose_batch",
-                              "The device is not scripted: start hapticd with --device scripted."));
-    return;
+std::optional<v1::Result> Daemon::fault_of_pose(const v1::PoseSample& sample,
+                                                const std::string& path) const {
+  if (tool_of(sample.tool_id(), scenes_.back().index) == kNoTool) {
+    return result_of(v1::RESULT_CODE_NOT_FOUND, path + ".tool_id", kNoSuchTool);
   }
+  if (device_of(player_, sample.tool_id()).source != "scripted") {
+    return result_of(v1::RESULT_CODE_WRONG_STATE, path + ".tool_id",
+                     "Its device is not scripted: start hapticd with --device scripted.");
+  }
+  if (!complete(sample)) {
+    return result_of(v1::RESULT_CODE_INVALID, path,
+                     "A pose has 3 numbers p_m and 4 numbers q, or none of them.");
+  }
+  return std::nullopt;
+}
+
+// The k-th sample of a tool is for first_tick + k.
+void Daemon::queue_poses(const RequestId& id, const v1::PoseBatch& batch) {
+  const SceneIndex& index = scenes_.back().index;
   if (batch.poses_size() < 1 || batch.poses_size() > 16) {
     server_->answer(id,
                     result_of(v1::RESULT_CODE_OUT_OF_RANGE, "pose_batch.poses", "Send 1 to 16."));
     return;
   }
   for (int k = 0; k < batch.poses_size(); ++k) {
-    const std::string path = "pose_batch.poses[" + std::to_string(k) + "]";
-    if (batch.poses(k).tool_id() != scene.index.tool_ids.front()) {
-      server_->answer(id, result_of(v1::RESULT_CODE_NOT_FOUND, path + ".tool_id",
-                                    "The scene has no such tool."));
-      return;
-    }
-    if (!complete(batch.poses(k))) {
-      server_->answer(id, result_of(v1::RESULT_CODE_INVALID, path,
-                                    "A pose has 3 numbers p_m and 4 numbers q, or none of them."));
-      return;
-    }
+    const auto fault = fault_of_pose(batch.poses(k), "pose_batch.poses[" + std::to_string(k) + "]");
+    if (!fault) continue;
+    server_->answer(id, *fault);
+    return;
   }
   const std::uint64_t next = virtual_time_ ? loop_->next_tick() : newest_tick_ + 1;
-  std::uint64_t tick =
-      batch.has_first_tick() ? batch.first_tick() : std::max(next_pose_tick_, next);
-  if (tick + 16 > next + kScriptedQueue) {
+  auto ticks = next_pose_ticks_;
+  std::uint64_t furthest = 0;
+  for (std::uint64_t& tick : ticks) {
+    tick = batch.has_first_tick() ? batch.first_tick() : std::max(tick, next);
+    furthest = std::max(furthest, tick);
+  }
+  if (furthest + 16 > next + kScriptedQueue) {
     server_->answer(id, result_of(v1::RESULT_CODE_BUSY, "pose_batch.first_tick",
                                   "The queue holds 4096 ticks. Run, or wait."));
     return;
   }
   for (const v1::PoseSample& sample : batch.poses()) {
-    channels_->poses.push({tick, scripted_pose(sample)});
-    ++tick;
+    const std::uint32_t tool = tool_of(sample.tool_id(), index);
+    channels_->poses.push({ticks[tool], tool, scripted_pose(sample)});
+    ++ticks[tool];
+    next_pose_ticks_[tool] = std::max(next_pose_ticks_[tool], ticks[tool]);
   }
-  next_pose_tick_ = std::max(next_pose_tick_, tick);
   if (virtual_time_) loop_->take_commands();
   server_->answer(id, result_of(v1::RESULT_CODE_OK));
 }
 
 void Daemon::play_gesture(const RequestId& id, const v1::PlayGesture& play) {
-  if (player_.source != "simulated") {
+  if (!simulates()) {
     server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "play_gesture",
                                   "Only the simulated hand plays gestures."));
     return;
@@ -286,15 +316,19 @@ void Daemon::list_gestures(const RequestId& id) {
   server_->answer(id, result);
 }
 
-void Daemon::describe_device(const RequestId& id) {
+void Daemon::describe_devices(const RequestId& id) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
-  v1::DeviceInfo& device = *result.mutable_devices()->add_devices();
-  device.set_tool_id(scenes_.back().index.tool_ids.front());
-  device.set_driver(player_.source == "scripted" ? v1::DRIVER_SCRIPTED : v1::DRIVER_SIMULATED);
-  *device.mutable_profile() = player_.profile.message;
-  device.set_port("inside the daemon");
-  device.set_stiffness_bound_n_per_m(stiffness_bound_);
-  device.set_checked(true);
+  const std::vector<std::uint32_t>& tool_ids = scenes_.back().index.tool_ids;
+  for (std::size_t k = 0; k < tool_ids.size(); ++k) {
+    const ToolDevice& tool = device_of(player_, tool_ids[k]);
+    v1::DeviceInfo& device = *result.mutable_devices()->add_devices();
+    device.set_tool_id(tool_ids[k]);
+    device.set_driver(tool.source == "scripted" ? v1::DRIVER_SCRIPTED : v1::DRIVER_SIMULATED);
+    *device.mutable_profile() = tool.profile.message;
+    device.set_port("inside the daemon");
+    device.set_stiffness_bound_n_per_m(stiffness_bounds_[k]);
+    device.set_checked(true);
+  }
   server_->answer(id, result);
 }
 

@@ -1,6 +1,7 @@
 // Scenes: loaded off-thread, put on the air, swapped, told to everyone. See daemon.h.
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "core/math/assert.h"
@@ -51,10 +52,18 @@ std::string bytes_of(const ContentHash& hash) { return {hash.begin(), hash.end()
 LoadOptions Daemon::load_options() const {
   LoadOptions load;
   load.paths = installed_paths();
-  const double most = player_.profile.profile.stiffness_max;
+  double most = kUnlimited;
+  for (const ToolDevice& device : player_.devices) {
+    most = std::min(most, device.profile.profile.stiffness_max);
+  }
   if (most < kUnlimited) load.device_stiffness = most;
   load.quality = quality_wish();
   return load;
+}
+
+bool Daemon::simulates() const {
+  return std::any_of(player_.devices.begin(), player_.devices.end(),
+                     [](const ToolDevice& device) { return device.source == "simulated"; });
 }
 
 Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) {
@@ -78,7 +87,7 @@ Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) 
   info.set_clock(options_.config.clock());
   info.set_server_version(HAPTICD_VERSION);
   scene.live = loaded->message;
-  scene.settings = scene_settings(loaded->scene->description(), 0);
+  scene.settings = scene_settings(loaded->scene->description());
   scene.loaded = std::move(loaded);
   announce_scene(scene);
   scenes_.push_back(std::move(scene));
@@ -87,7 +96,7 @@ Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) 
 
 // The default gesture is for scenes it fits; one that was asked for has to fit.
 std::unique_ptr<GesturePlan> Daemon::first_gesture(const LoadedScene& scene) const {
-  if (player_.source != "simulated") return nullptr;
+  if (!simulates()) return nullptr;
   const GestureResult result = load_gesture(options_.config.gesture(), installed_gestures());
   if (!result.gesture) {
     std::string text;
@@ -195,7 +204,7 @@ void Daemon::swap_to(std::shared_ptr<const LoadedScene> loaded, std::unique_ptr<
 void Daemon::finish_swap(std::uint32_t scene_id) {
   while (scenes_.front().id != scene_id) scenes_.pop_front();
   swapping_ = false;
-  next_pose_tick_ = 0;
+  next_pose_ticks_ = {};
   change_tick_ = 0;
   v1::Item item;
   *item.mutable_scene_info() = scenes_.front().info;

@@ -8,6 +8,15 @@ namespace {
 /// Ticks between two looks at the socket. More: Stop and Run{STOP} come later; fewer: slower.
 constexpr int kStepsPerLook = 16;
 
+/// Ticks, of all tools, in which a scripted device had no pose of its own.
+std::uint64_t held_inputs(const PlayedScene& scene) {
+  std::uint64_t held = 0;
+  for (const PlayedTool& tool : scene.tools) {
+    if (tool.device.scripted != nullptr) held += tool.device.scripted->held();
+  }
+  return held;
+}
+
 }  // namespace
 
 void Daemon::run_time(const RequestId& id, const v1::Run& run) {
@@ -37,8 +46,7 @@ void Daemon::run_time(const RequestId& id, const v1::Run& run) {
       refuse(v1::RESULT_CODE_BUSY, "run", "A Run of steps is under way.");
       return;
     }
-    const ScriptedDevice* scripted = loop_->scene().device.scripted;
-    steps_ = StepRun{id, run.steps(), 0, scripted != nullptr ? scripted->held() : 0};
+    steps_ = StepRun{id, run.steps(), 0, held_inputs(loop_->scene())};
     mode_ = TimeMode::kStopped;
     return;
   }
@@ -55,8 +63,7 @@ void Daemon::end_steps(v1::ResultCode code) {
   run.set_steps(steps_->done);
   run.set_next_tick(loop_->next_tick());
   run.set_state_hash(hash_.hash.data(), hash_.hash.size());
-  const ScriptedDevice* scripted = loop_->scene().device.scripted;
-  if (scripted != nullptr) run.set_held_inputs(scripted->held() - steps_->held_before);
+  run.set_held_inputs(held_inputs(loop_->scene()) - steps_->held_before);
   server_->answer(steps_->request, result);
   steps_.reset();
 }

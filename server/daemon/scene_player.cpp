@@ -14,8 +14,7 @@ namespace hapticd {
 namespace {
 
 /// The numbers the safety stage wants, from the profile.
-SafetyLimits limits_of(const PlayerOptions& options) {
-  const DeviceProfile& profile = options.profile.profile;
+SafetyLimits limits_of(const DeviceProfile& profile, const PlayerOptions& options) {
   SafetyLimits limits;
   limits.peak = {std::min(profile.peak_force, options.max_force), profile.peak_torque};
   limits.continuous_force = profile.continuous_force;
@@ -28,8 +27,7 @@ SafetyLimits limits_of(const PlayerOptions& options) {
   return limits;
 }
 
-StiffnessLimits stiffness_limits_of(const PlayerOptions& options) {
-  const DeviceProfile& profile = options.profile.profile;
+StiffnessLimits stiffness_limits_of(const DeviceProfile& profile, const PlayerOptions& options) {
   StiffnessLimits limits;
   limits.damping = profile.damping;
   limits.rotational_damping =
@@ -40,24 +38,25 @@ StiffnessLimits stiffness_limits_of(const PlayerOptions& options) {
   return limits;
 }
 
-PlayedDevice make_played_device(const PlayerOptions& options, const Pose& X_DH) {
+PlayedDevice make_played_device(const ToolDevice& device, const Pose& X_DH,
+                                const PlayerOptions& options, std::size_t k) {
   PlayedDevice played;
-  if (options.source == "scripted") {
+  if (device.source == "scripted") {
     ScriptedOptions scripted;
     scripted.p_DH = to_array(X_DH.p);
     scripted.q_DH = to_array(X_DH.q);
     scripted.hold = options.virtual_time;
-    played.owned = make_device(options.profile.profile, scripted);
+    played.owned = make_device(device.profile.profile, scripted);
     played.scripted = dynamic_cast<ScriptedDevice*>(played.owned.get());
   } else {
     SimulatedOptions simulated;
     simulated.X_DH = X_DH;
     simulated.arm = options.arm;
-    simulated.seed = options.seed;
-    played.owned = make_device(options.profile.profile, simulated);
+    simulated.seed = options.seed + k;
+    played.owned = make_device(device.profile.profile, simulated);
     played.simulated = dynamic_cast<SimulatedDevice*>(played.owned.get());
   }
-  if (options.injection) {
+  if (options.injection && k == 0) {
     Injection injection = *options.injection;
     injection.period_ns = options.period_ns;
     played.owned = std::make_unique<FaultyDevice>(std::move(played.owned), injection);
@@ -66,26 +65,33 @@ PlayedDevice make_played_device(const PlayerOptions& options, const Pose& X_DH) 
   return played;
 }
 
-/// Where the gesture's hand is before it moves.
-std::optional<Pose> begin_of(const GesturePlan* gesture) {
-  if (gesture == nullptr) return std::nullopt;
-  const GestureTrack track = gesture->motion.track();
+/// Where the gesture's hand at tool number k is before it moves.
+std::optional<Pose> begin_of(const GesturePlan* gesture, std::size_t k) {
+  if (gesture == nullptr || k >= gesture->motions.size()) return std::nullopt;
+  const GestureTrack track = gesture->motions[k].track();
   if (track.empty()) return std::nullopt;
   const GesturePoint& point = track.legs.empty() ? track.samples.front() : track.legs.front().point;
   return Pose{to_quaternion(point.q_DH), to_vector(point.p_DH)};
 }
 
-}  // namespace
-
-void follow_config(const v1::Config& config, PlayerOptions& options) {
-  options.arm = static_cast<ArmKind>(config.arm());
-  options.seed = config.seed();
-  options.max_force = config.has_max_force() ? config.max_force() : kUnlimited;
+PlayedTool make_played_tool(const ToolDescription& tool, std::size_t k, const GesturePlan* gesture,
+                            const PlayerOptions& options) {
+  const ToolDevice& device = device_of(options, tool.tool_id);
+  const DeviceProfile& profile = device.profile.profile;
+  PlayedTool played;
+  played.tool_id = tool.tool_id;
+  played.map = tool.workspace;
+  played.X_WG_home = tool.X_WG;
+  played.limits = limits_of(profile, options);
+  played.stiffness_limits = stiffness_limits_of(profile, options);
+  const Pose home = to_device(played.map, WorkspaceState{}, tool.X_WG);
+  played.device = make_played_device(device, begin_of(gesture, k).value_or(home), options, k);
+  return played;
 }
 
-std::unique_ptr<GesturePlan> plan_gesture(const v1::Gesture& gesture, const LoadedScene& scene) {
-  const SceneDescription& description = scene.scene->description();
-  const ToolDescription& tool = description.tools.front();
+/// The motion of one tool; throws with the first fault.
+GestureMotion plan_motion(const v1::Gesture& gesture, const ToolDescription& tool,
+                          const SceneDescription& description) {
   const WorkspaceMap& map = tool.workspace;
   MotionResult result = resolve_gesture(gesture, tool.tool_id, description, [&](const Pose& X_WH) {
     return to_device(map, WorkspaceState{}, X_WH);
@@ -97,10 +103,33 @@ std::unique_ptr<GesturePlan> plan_gesture(const v1::Gesture& gesture, const Load
                              fault->message + " " + fault->remedy;
     throw std::runtime_error(text);
   }
+  return result.motion ? std::move(*result.motion) : GestureMotion{};
+}
+
+}  // namespace
+
+const ToolDevice& device_of(const PlayerOptions& options, std::uint32_t tool_id) {
+  const auto found =
+      std::find_if(options.devices.begin(), options.devices.end(),
+                   [&](const ToolDevice& device) { return device.tool_id == tool_id; });
+  return found == options.devices.end() ? options.devices.front() : *found;
+}
+
+void follow_config(const v1::Config& config, PlayerOptions& options) {
+  options.arm = static_cast<ArmKind>(config.arm());
+  options.seed = config.seed();
+  options.max_force = config.has_max_force() ? config.max_force() : kUnlimited;
+}
+
+std::unique_ptr<GesturePlan> plan_gesture(const v1::Gesture& gesture, const LoadedScene& scene) {
+  const SceneDescription& description = scene.scene->description();
   auto plan = std::make_unique<GesturePlan>();
   const std::size_t length = std::min(gesture.name().size(), kGestureNameCapacity);
   std::copy_n(gesture.name().begin(), length, plan->name.begin());
-  if (result.motion) plan->motion = std::move(*result.motion);
+  plan->motions.reserve(description.tools.size());
+  for (const ToolDescription& tool : description.tools) {
+    plan->motions.push_back(plan_motion(gesture, tool, description));
+  }
   return plan;
 }
 
@@ -110,25 +139,21 @@ std::unique_ptr<PlayedScene> make_played_scene(std::shared_ptr<const LoadedScene
                                                const PlayerOptions& options) {
   const Scene& scene = *loaded->scene;
   const SceneDescription& description = scene.description();
-  if (description.tools.size() != kPlayableTools) {
+  if (description.tools.empty() || description.tools.size() > kMaxTools) {
     throw std::runtime_error("scene " + description.name + " has " +
                              std::to_string(description.tools.size()) +
-                             " tools: this version plays one. Leave the others out.");
+                             " tools: 1 to 5 can be played. Leave the others out.");
   }
-  const ToolDescription& tool = description.tools.front();
   auto played = std::make_unique<PlayedScene>();
   played->scene_id = scene_id;
-  played->play = scene.simulate(0);
-  played->tool_id = tool.tool_id;
-  played->map = tool.workspace;
-  played->X_WG_home = tool.X_WG;
-  played->limits = limits_of(options);
-  played->stiffness_limits = stiffness_limits_of(options);
-  played->settings = scene_settings(description, 0);
+  played->play = scene.simulate();
+  played->settings = scene_settings(description);
   played->strings.resize(played->settings.pieces.size());
-  played->play.simulation->scene(0).strings = played->strings;
-  const Pose home = to_device(played->map, WorkspaceState{}, tool.X_WG);
-  played->device = make_played_device(options, begin_of(gesture.get()).value_or(home));
+  played->tools.reserve(description.tools.size());
+  for (std::size_t k = 0; k < description.tools.size(); ++k) {
+    played->tools.push_back(make_played_tool(description.tools[k], k, gesture.get(), options));
+    played->play.simulation->scene(k).strings = played->strings;
+  }
   played->gesture = std::move(gesture);
   apply_settings(*played);
   played->scene = std::shared_ptr<const Scene>(std::move(loaded), &scene);

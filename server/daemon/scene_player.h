@@ -1,11 +1,12 @@
-// Makes what the loop plays out of a loaded scene: simulation, map, device, limits, gesture. Not
-// RT.
+// Makes what the loop plays out of a loaded scene: simulation, and of each tool map, device and
+// limits; and the gesture. Not RT.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "device/simulated/faulty_device.h"
 #include "hapticd/v1/config.pb.h"
@@ -16,10 +17,16 @@
 
 namespace hapticd {
 
-/// How scenes are played in this run of the daemon.
-struct PlayerOptions {
+/// What is behind a tool.
+struct ToolDevice {
+  std::uint32_t tool_id = 0;
   LoadedProfile profile;
   std::string source;  ///< simulated or scripted
+};
+
+/// How scenes are played in this run of the daemon.
+struct PlayerOptions {
+  std::vector<ToolDevice> devices;  ///< at least one; tools not listed have one like the first
   ArmKind arm = ArmKind::kLight;
   std::uint64_t seed = 1;
   std::int64_t period_ns = 1'000'000;
@@ -28,18 +35,18 @@ struct PlayerOptions {
   std::optional<Injection> injection;  ///< a fault in front of the first tool's device
 };
 
+/// The device of a tool.
+[[nodiscard]] const ToolDevice& device_of(const PlayerOptions& options, std::uint32_t tool_id);
+
 /// Takes over what of the configuration may differ from scene to scene: arm, seed, largest force.
 void follow_config(const v1::Config& config, PlayerOptions& options);
 
-/// Largest number of tools a scene may have to be played.
-inline constexpr int kPlayableTools = 1;
-
-/// Where the hand's gesture leads in D. Throws std::runtime_error with the first fault when it does
-/// not fit the scene.
+/// Where the hands' gesture leads, of each tool in D. Throws std::runtime_error with the first
+/// fault when it does not fit the scene.
 [[nodiscard]] std::unique_ptr<GesturePlan> plan_gesture(const v1::Gesture& gesture,
                                                         const LoadedScene& scene);
 
-/// What plays. `gesture` (may be null) is for a simulated device, which begins where it begins.
+/// What plays. `gesture` (may be null) is for simulated devices, which begin where it begins.
 /// Throws std::runtime_error when the scene has more tools than can be played.
 [[nodiscard]] std::unique_ptr<PlayedScene> make_played_scene(
     std::shared_ptr<const LoadedScene> scene, std::uint32_t scene_id,

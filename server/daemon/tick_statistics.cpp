@@ -38,9 +38,9 @@ void TickStatistics::fill(const Snapshot& snapshot, bool stages, v1::Timing& tim
   timing.set_p999_ns(narrow(all.summary.p99_9_ns));
   timing.set_max_ns(narrow(all.summary.max_ns));
   timing.set_overruns(snapshot.timing.overruns);
-  if (!snapshot.tools.empty()) {
-    timing.set_input_age_ns(narrow(std::max<std::int64_t>(snapshot.tools[0].input_age_ns, 0)));
-  }
+  std::int64_t oldest_ns = 0;
+  for (const ToolReading& tool : snapshot.tools) oldest_ns = std::max(oldest_ns, tool.input_age_ns);
+  timing.set_input_age_ns(narrow(oldest_ns));
   for (std::size_t k = 1; stages && k < kParts; ++k) {
     v1::StageTiming& stage = *timing.add_stages();
     stage.set_stage(kStages[k]);

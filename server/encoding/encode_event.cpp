@@ -62,6 +62,7 @@ void encode_string_contact(const EventPlace& place, const StringEvent& string,
   contact.set_phase(string.kind == StringEventKind::kTouch ? v1::CONTACT_PHASE_BEGIN
                                                            : v1::CONTACT_PHASE_END);
   contact.set_tool_id(place.tool_id);
+  contact.set_part_index(static_cast<std::uint32_t>(std::max(string.part, 0)));
   contact.set_string_index(piece.index);
   contact.set_lambda(static_cast<float>(whole_lambda(piece, string.lambda)));
   contact.set_normal_speed_m_per_s(static_cast<float>(string.normal_speed));

@@ -2,8 +2,10 @@
 #include "server/encoding/encode_state.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace hapticd {
 namespace {
@@ -130,7 +132,10 @@ std::uint32_t index_in(const v1::ContactPatch& patch) {
 
 v1::ContactPatch& patch_for(const ObjectKey& object, std::uint32_t tool_id, v1::State& state) {
   for (v1::ContactPatch& patch : *state.mutable_contacts()) {
-    if (patch.object_case() == object.kind && index_in(patch) == object.index) return patch;
+    if (patch.tool_id() == tool_id && patch.object_case() == object.kind &&
+        index_in(patch) == object.index) {
+      return patch;
+    }
   }
   v1::ContactPatch& patch = *state.add_contacts();
   patch.set_tool_id(tool_id);
@@ -164,28 +169,46 @@ void encode_contact(const ContactReading& contact, v1::ContactPatch& patch) {
   patch.add_force_mn(rounded<std::uint32_t>(contact.force, 1e3));
 }
 
+/// Whether each contact is among the `most` with the smallest gaps.
+std::array<bool, kMaxReportedContacts> deepest_of(const ContactReport& report, std::uint32_t most) {
+  std::array<bool, kMaxReportedContacts> chosen{};
+  std::array<std::size_t, kMaxReportedContacts> order{};
+  const std::size_t count = report.contacts.size();
+  const std::size_t listed = std::min<std::size_t>(most, count);
+  std::iota(order.begin(), order.begin() + count, 0);
+  std::stable_sort(order.begin(), order.begin() + count, [&](std::size_t a, std::size_t b) {
+    return report.contacts[a].gap < report.contacts[b].gap;
+  });
+  for (std::size_t k = 0; k < listed; ++k) chosen[order[k]] = true;
+  return chosen;
+}
+
 void encode_contacts(const Snapshot& snapshot, const SceneIndex& index, std::uint32_t most,
                      v1::State& state) {
-  const std::uint32_t tool_id = index.tool_ids.empty() ? 0 : index.tool_ids.front();
-  std::uint32_t listed = 0;
-  for (const ContactReading& contact : snapshot.contacts.contacts) {
-    const ObjectKey object = object_of(contact.key, index);
-    v1::ContactPatch& patch = patch_for(object, tool_id, state);
-    if (object.kind != v1::ContactPatch::kStringIndex) {
-      const Vector3 F_W = contact.force * to_vector(contact.nhat_OG_W);
-      add_force(to_array(F_W), patch);
-    }
-    if (listed < most) {
-      encode_contact(contact, patch);
-      ++listed;
+  const auto listed = deepest_of(snapshot.contacts, most);
+  std::size_t next = 0;
+  for (const ToolReading& tool : snapshot.tools) {
+    const std::size_t end = next + static_cast<std::size_t>(tool.contacts);
+    for (; next < end; ++next) {
+      const ContactReading& contact = snapshot.contacts.contacts[next];
+      const ObjectKey object = object_of(contact.key, index);
+      v1::ContactPatch& patch = patch_for(object, tool.tool_id, state);
+      if (object.kind != v1::ContactPatch::kStringIndex) {
+        const Vector3 F_W = contact.force * to_vector(contact.nhat_OG_W);
+        add_force(to_array(F_W), patch);
+      }
+      if (listed[next]) encode_contact(contact, patch);
     }
   }
   for (const StringForce& string : snapshot.string_forces) {
     const PieceOwner& piece = index.pieces[static_cast<std::size_t>(string.piece)];
+    const std::uint32_t tool_id = snapshot.tools[static_cast<std::size_t>(string.tool)].tool_id;
     add_force(string.F_W, patch_for({v1::ContactPatch::kStringIndex, piece.index}, tool_id, state));
   }
   const auto total = static_cast<std::uint32_t>(snapshot.contacts.total);
-  if (listed < total) state.set_contacts_total(total);
+  if (std::min<std::size_t>(most, snapshot.contacts.contacts.size()) < total) {
+    state.set_contacts_total(total);
+  }
 }
 
 void encode_energy(const Snapshot& snapshot, v1::Energy& out) {

@@ -10,9 +10,6 @@
 namespace hapticd {
 namespace {
 
-/// A pose that repeats to the bit for so long under force is a stuck sensor, ns (InputLimits).
-constexpr std::int64_t kStuckAfter_ns = 250'000'000;
-
 std::int64_t thread_cpu_ns() noexcept {
   timespec used{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
@@ -23,14 +20,17 @@ std::uint32_t span_ns(std::int64_t from_ns, std::int64_t to_ns) noexcept {
   return static_cast<std::uint32_t>(to_ns - from_ns);
 }
 
-/// Nothing touches and nothing pushes, as far as the last tick knew.
-bool contact_free(const TickOutput& output) noexcept {
-  if (output.tools.empty()) return false;
-  const ToolTick& tool = output.tools[0];
+/// Nothing touches and nothing pushes the tool, as far as its last tick knew.
+bool contact_free(const ToolTick& tool) noexcept {
   const Wrench& F = tool.F_unlimited_H_W;
   return tool.pose != PoseVerdict::kFault && tool.optimiser.active_count == 0 &&
          tool.optimiser.status != OptimiserStatus::kRecovering && F.f.isZero(0.0) &&
          F.t.isZero(0.0);
+}
+
+bool contact_free(const TickOutput& output) noexcept {
+  return std::all_of(output.tools.begin(), output.tools.end(),
+                     [](const ToolTick& tool) { return contact_free(tool); });
 }
 
 }  // namespace
@@ -38,7 +38,7 @@ bool contact_free(const TickOutput& output) noexcept {
 HapticLoop::HapticLoop(const LoopOptions& options, std::unique_ptr<PlayedScene> first,
                        LoopChannels& channels)
     : options_(options), channels_(channels), scene_(std::move(first)) {
-  HD_ASSERT(scene_ != nullptr && scene_->device.device != nullptr);
+  HD_ASSERT(scene_ != nullptr);
   begin_scene();
 }
 
@@ -47,39 +47,28 @@ HapticLoop::~HapticLoop() {
 }
 
 void HapticLoop::begin_scene() noexcept {
-  tick_ = 0;
+  HD_ASSERT(tool_count() >= 1 && tool_count() <= kMaxTools);
+  time_.tick = 0;
+  time_.period_ns = options_.period_ns;
   first_tick_ = true;
-  input_watch_ = InputWatch{};
-  safety_ = SafetyState{};
-  workspace_ = WorkspaceState{};
-  clutch_open_ = false;
-  recentre_ = false;
   standing_fault_ = Cause::kNone;
-  written_ = SafetyOutput{};
-  touches_ = TouchDetector{};
-  sample_ = DeviceSample{};
   output_.tools.clear();
-  if (ToolTick* tool = output_.tools.append()) *tool = ToolTick{};
   output_.events.clear();
   output_.strings.clear();
-  contacts_.contacts.clear();
-  contacts_.total = 0;
-  device_lost_ = false;
-  write_failed_ = false;
-  wrench_not_finite_ = false;
-  guarded_.store(scene_->device.device, std::memory_order_seq_cst);
-  const GesturePlan* gesture = scene_->gesture.get();
-  if (gesture != nullptr && scene_->device.simulated != nullptr) {
-    if (gesture->arm) scene_->device.simulated->set_arm(*gesture->arm);
-    if (gesture->seed) scene_->device.simulated->set_seed(*gesture->seed);
-    scene_->device.simulated->play(gesture->motion.track(), gesture->repeat);
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    tools_[k] = LoopTool{};
+    if (ToolTick* tick = output_.tools.append()) *tick = ToolTick{};
+    HD_ASSERT(scene_->tools[k].device.device != nullptr);
+    guarded_[k].store(scene_->tools[k].device.device, std::memory_order_seq_cst);
   }
+  const GesturePlan* gesture = scene_->gesture.get();
+  if (gesture != nullptr) static_cast<void>(begin_gesture(*gesture));
 }
 
 // The guardian may be writing to the old scene's device at this moment; whoever frees it must not
 // hear of it before that is over.
 void HapticLoop::swap_scene() noexcept {
-  guarded_.store(nullptr, std::memory_order_seq_cst);
+  for (auto& device : guarded_) device.store(nullptr, std::memory_order_seq_cst);
   if (change_ != nullptr) tell(SettingsRetired{change_.release()});
   for (SettingsChange* change : changes_) tell(SettingsRetired{change});
   changes_.clear();
@@ -109,19 +98,28 @@ void HapticLoop::take_scene(PlayedScene* scene, std::uint64_t number) noexcept {
   }
 }
 
+bool HapticLoop::begin_gesture(const GesturePlan& plan) noexcept {
+  bool any = false;
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    SimulatedDevice* device = scene_->tools[k].device.simulated;
+    if (device == nullptr) continue;
+    any = true;
+    if (plan.arm) device->set_arm(*plan.arm);
+    if (plan.seed) device->set_seed(*plan.seed + k);
+    if (k >= plan.motions.size() || plan.motions[k].track().empty()) {
+      device->stop_gesture();
+    } else {
+      device->play(plan.motions[k].track(), plan.repeat);
+    }
+  }
+  return any;
+}
+
 void HapticLoop::play_gesture(GesturePlan* plan, std::uint64_t number) noexcept {
-  SimulatedDevice* device = scene_->device.simulated;
-  if (device == nullptr) {
+  if (!begin_gesture(*plan)) {
     tell(GestureRetired{plan});
     tell(CommandRefused{number, Cause::kNone});
     return;
-  }
-  if (plan->arm) device->set_arm(*plan->arm);
-  if (plan->seed) device->set_seed(*plan->seed);
-  if (plan->motion.track().empty()) {
-    device->stop_gesture();
-  } else {
-    device->play(plan->motion.track(), plan->repeat);
   }
   tell(GestureRetired{scene_->gesture.release()});
   scene_->gesture.reset(plan);
@@ -130,7 +128,8 @@ void HapticLoop::play_gesture(GesturePlan* plan, std::uint64_t number) noexcept 
 
 void HapticLoop::take_change(SettingsChange* change, std::uint64_t number) noexcept {
   // One for the scene before this one has come too late.
-  if (change->to.pieces.size() != scene_->settings.pieces.size() || !changes_.push_back(change)) {
+  if (change->to.pieces.size() != scene_->settings.pieces.size() ||
+      change->to.tools.size() != scene_->settings.tools.size() || !changes_.push_back(change)) {
     tell(SettingsRetired{change});
     tell(CommandRefused{number, Cause::kNone});
     return;
@@ -143,7 +142,7 @@ void HapticLoop::follow_changes() noexcept {
   std::size_t kept = 0;
   for (std::size_t k = 0; k < changes_.size(); ++k) {
     SettingsChange* change = changes_[k];
-    if (change->at_tick > tick_) {
+    if (change->at_tick > time_.tick) {
       changes_[kept++] = change;
       continue;
     }
@@ -154,7 +153,7 @@ void HapticLoop::follow_changes() noexcept {
   }
   changes_.truncate(kept);
   if (change_ == nullptr) return;
-  change_share_ = std::min(change_share_ + dt_s_ / kSettingsRamp_s, 1.0);
+  change_share_ = std::min(change_share_ + time_.dt_s / kSettingsRamp_s, 1.0);
   follow_change(*change_, change_share_, *scene_);
   if (change_share_ >= 1.0) tell(SettingsRetired{change_.release()});
 }
@@ -185,7 +184,9 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
   } else if (std::holds_alternative<StopCommand>(command.what)) {
     loop_input_.stop = true;
   } else if (std::holds_alternative<ClearCommand>(command.what)) {
-    const bool gone = device_lost_ && machine_.cause == Cause::kDeviceLost;
+    const bool gone = machine_.cause == Cause::kDeviceLost &&
+                      std::any_of(tools().begin(), tools().end(),
+                                  [](const LoopTool& tool) { return tool.device_lost; });
     if (fault && (gone || standing_fault_ != Cause::kNone)) {
       tell(CommandRefused{command.number, gone ? Cause::kDeviceLost : standing_fault_});
       return;
@@ -194,14 +195,15 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
   } else if (std::holds_alternative<EndCommand>(command.what)) {
     loop_input_.end = true;
   } else if (std::holds_alternative<LeaseLostCommand>(command.what)) {
-    if (scene_->device.scripted != nullptr) {
-      scene_->device.scripted->clear();
+    for (PlayedTool& tool : scene_->tools) {
+      if (tool.device.scripted == nullptr) continue;
+      tool.device.scripted->clear();
       lease_lost_ = true;
     }
-  } else if (std::holds_alternative<RecentreCommand>(command.what)) {
-    recentre_ = true;
+  } else if (const auto* recentre = std::get_if<RecentreCommand>(&command.what)) {
+    if (recentre->tool < tool_count()) tools_[recentre->tool].recentre = true;
   } else if (const auto* clutch = std::get_if<ClutchCommand>(&command.what)) {
-    clutch_open_ = clutch->open;
+    if (clutch->tool < tool_count()) tools_[clutch->tool].clutch_open = clutch->open;
   }
   tell(CommandDone{command.number});
 }
@@ -211,135 +213,128 @@ void HapticLoop::take_commands() noexcept {
   for (int k = 0; k < kCommandsPerTick && channels_.commands.pop(command); ++k) obey(command);
   TickPose pose;
   for (int k = 0; k < kPosesPerTick && channels_.poses.pop(pose); ++k) {
-    if (scene_->device.scripted == nullptr) continue;
-    scene_->device.scripted->push(pose.tick, pose.pose);
+    ScriptedDevice* device =
+        pose.tool < tool_count() ? scene_->tools[pose.tool].device.scripted : nullptr;
+    if (device == nullptr) continue;
+    device->push(pose.tick, pose.pose);
     lease_lost_ = false;
   }
 }
 
-void HapticLoop::read_device() noexcept {
-  PlayedDevice& device = scene_->device;
-  if (device.scripted != nullptr) device.scripted->set_tick(tick_);
-  const ReadOutcome outcome = device.device->read(t_ns_, sample_);
-  device_lost_ = outcome == ReadOutcome::kLost;
-  sample_came_ = outcome == ReadOutcome::kFresh;
-  WatchedSample seen;
-  seen.fresh = outcome == ReadOutcome::kFresh;
-  seen.t_ns = sample_.t_ns;
-  seen.counter = sample_.counter;
-  seen.p_DH = sample_.p_DH;
-  seen.q_DH = sample_.q_DH;
-  seen.has_velocity = sample_.has_velocity;
-  seen.v_DH_D = sample_.v_DH_D;
-  seen.w_DH_D = sample_.w_DH_D;
-  const DeviceProfile& profile = device.device->profile();
-  InputLimits limits;
-  limits.velocity_trip = profile.velocity_trip;
-  limits.stale_ticks =
-      bridged_ticks(profile.report_rate, 1e9 / static_cast<double>(options_.period_ns));
-  const bool watched = can_push_a_person(profile.driver) || options_.guards_armed;
-  limits.stuck_after_ns = watched ? kStuckAfter_ns : 0;
-  watched_ = watch(seen, to_vector(safety_.f_H_D).norm(), limits, input_watch_);
-  if (!input_watch_.has_pose) return;
-  placed_ =
-      follow(scene_->map, scene_->X_WG_home,
-             {watched_.X_DH, watched_.V_DH_D, sample_.buttons, clutch_open_, recentre_, dt_s_},
-             workspace_);
-  recentre_ = false;
+void HapticLoop::read_devices() noexcept {
+  for (std::size_t k = 0; k < tool_count(); ++k)
+    read_tool(scene_->tools[k], time_, options_.guards_armed, tools_[k]);
+}
+
+bool HapticLoop::all_have_poses() const noexcept {
+  return std::all_of(tools_.begin(), tools_.begin() + static_cast<std::ptrdiff_t>(tool_count()),
+                     [](const LoopTool& tool) { return tool.input_watch.has_pose; });
+}
+
+void HapticLoop::blame(Cause cause, std::size_t tool) noexcept {
+  if (cause == Cause::kNone || loop_input_.fault != Cause::kNone) return;
+  loop_input_.fault = cause;
+  blamed_ = tool;
+}
+
+void HapticLoop::find_faults() noexcept {
+  bool any_pushes = false;
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    const bool pushes = can_push_a_person(scene_->tools[k].device.device->profile().driver);
+    any_pushes = any_pushes || pushes;
+    blame(fault_of(tools_[k], pushes, options_.guards_armed), k);
+  }
+  const auto of_the_loop = [&](bool wrong, Cause cause) {
+    if (wrong && latches(cause, any_pushes, options_.guards_armed)) blame(cause, 0);
+  };
+  const std::uint64_t stalls = stalls_.load(std::memory_order_relaxed);
+  of_the_loop(channels_.events.overflow() != events_overflow_, Cause::kEventOverflow);
+  of_the_loop(stalls != stalls_seen_, Cause::kGuardian);
+  of_the_loop(late_, Cause::kOverrun);
+  stalls_seen_ = stalls;
+  events_overflow_ = channels_.events.overflow();
+  standing_fault_ = loop_input_.fault;
 }
 
 void HapticLoop::advance_state() noexcept {
-  const DeviceProfile& profile = scene_->device.device->profile();
-  const bool pushes = can_push_a_person(profile.driver);
   LoopInput& input = loop_input_;
-  input.dt_s = dt_s_;
-  input.attached = !device_lost_ && (sample_.flags & kDeviceAttached) != 0;
-  input.calibrated = (sample_.flags & kDeviceCalibrated) != 0;
+  input.dt_s = time_.dt_s;
+  input.attached = true;
+  input.calibrated = true;
+  input.engages_itself = true;
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    const LoopTool& tool = tools_[k];
+    if (tool.device_lost || (tool.sample.flags & kDeviceAttached) == 0) input.attached = false;
+    if ((tool.sample.flags & kDeviceCalibrated) == 0) input.calibrated = false;
+    if (can_push_a_person(scene_->tools[k].device.device->profile().driver)) {
+      input.engages_itself = false;
+    }
+  }
   input.contact_free = contact_free(output_);
-  input.engages_itself = !pushes;
   input.lease_lost = lease_lost_;
   input.scene_waits = waiting_ != nullptr;
-  const std::uint64_t stalls = stalls_.load(std::memory_order_relaxed);
-  const auto blame = [&](bool wrong, Cause cause) {
-    if (wrong && input.fault == Cause::kNone && latches(cause, pushes, options_.guards_armed)) {
-      input.fault = cause;
-    }
-  };
-  blame(watched_.fault != Cause::kNone, watched_.fault);
-  blame(wrench_not_finite_, Cause::kNotFinite);
-  blame(write_failed_, Cause::kDeviceWrite);
-  blame(channels_.events.overflow() != events_overflow_, Cause::kEventOverflow);
-  blame(stalls != stalls_seen_, Cause::kGuardian);
-  blame(late_, Cause::kOverrun);
-  blame((sample_.flags & kDeviceEmergencyStop) != 0, Cause::kEmergencyStop);
-  blame((sample_.flags & kDeviceReportsFault) != 0, Cause::kDeviceFault);
-  standing_fault_ = input.fault;
-  stalls_seen_ = stalls;
-  events_overflow_ = channels_.events.overflow();
-
+  find_faults();
   const LoopState before = machine_.state;
   loop_output_ = advance(input, machine_);
   loop_input_ = LoopInput{};
   if (machine_.state != before) {
     channels_.log.push(make_log_record<LogCode::kLoopStateChanged>(
-        t_ns_, static_cast<int>(before), static_cast<int>(machine_.state)));
+        time_.t_ns, static_cast<int>(before), static_cast<int>(machine_.state)));
   }
   if (loop_output_.latched || loop_output_.cleared) {
-    tell(FaultNotice{loop_output_.cause, loop_output_.latched});
+    tell(FaultNotice{loop_output_.cause, loop_output_.latched}, blamed_);
   }
   if (loop_output_.latched) {
     channels_.log.push(make_log_record<LogCode::kFaultLatched>(
-        t_ns_, static_cast<int>(loop_output_.cause), tick_));
+        time_.t_ns, static_cast<int>(loop_output_.cause), time_.tick));
   }
+  blamed_ = 0;
 }
 
 // What cannot be used is not computed with: the last good pose again, at its own time, lets the
 // simulation stand still.
 void HapticLoop::render() noexcept {
-  F_H_D_ = Wrench{};
-  if (!input_watch_.has_pose) return;
-  const Pose& X_WH = placed_.X_WH;
-  const TickInput input = input_of({input_watch_.t_ns, to_array(X_WH.p), to_array(X_WH.q)});
+  for (LoopTool& tool : tools()) tool.F_H_D = Wrench{};
+  if (!all_have_poses()) return;
+  TickInput input;
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    const Pose& X_WH = tools_[k].placed.X_WH;
+    input.samples[k] = {tools_[k].input_watch.t_ns, to_array(X_WH.p), to_array(X_WH.q)};
+  }
   Simulation& simulation = *scene_->play.simulation;
   simulation.step(input, output_);
-  if (options_.contacts_reported) simulation.report_contacts(0, contacts_);
-  const double gain = scene_->force_gain * placed_.wrench_share;
-  const Wrench& F_H_W = output_.tools[0].F_H_W;
-  F_H_D_ = to_device(scene_->map, Wrench{F_H_W.f * gain, F_H_W.t * gain});
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    LoopTool& tool = tools_[k];
+    const PlayedTool& played = scene_->tools[k];
+    if (options_.contacts_reported) simulation.report_contacts(k, tool.contacts);
+    const double gain = played.force_gain * tool.placed.wrench_share;
+    const Wrench& F_H_W = output_.tools[k].F_H_W;
+    tool.F_H_D = to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain});
+  }
 }
 
-void HapticLoop::write_device() noexcept {
-  SafetyInput input;
-  input.now_ns = t_ns_;
-  input.dt_s = dt_s_;
-  input.hold_s = 1e-9 * static_cast<double>(options_.period_ns);
-  input.enable = watched_.usable &&
-                 (machine_.state == LoopState::kEngaged || machine_.state == LoopState::kReleasing);
-  input.gain = loop_output_.gain;
-  input.F_H_D = F_H_D_;
-  input.V_DH_D = watched_.V_DH_D;
-  input.displacement_D = watched_.displacement_D;
-  input.budget = scene_->play.simulation->tank_energy() / scene_->map.scale;
-  written_ = limit(input, scene_->limits, safety_);
-  wrench_not_finite_ = (written_.flags & kSafetyNotFinite) != 0;
-  DeviceCommand command;
-  command.f_H_D = written_.f_H_D;
-  command.t_H_D = written_.t_H_D;
-  command.enable = written_.enable;
-  command.expires_ns = written_.expires_ns;
-  command.sample_counter = sample_.counter;
-  force_on_.store(written_.enable && !options_.virtual_time, std::memory_order_relaxed);
-  write_failed_ = !scene_->device.device->write(t_ns_, command) && !device_lost_;
+void HapticLoop::write_devices() noexcept {
+  const bool force =
+      machine_.state == LoopState::kEngaged || machine_.state == LoopState::kReleasing;
+  const Simulation& simulation = *scene_->play.simulation;
+  bool enabled = false;
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    write_tool(scene_->tools[k], time_, simulation.tank_energy(k), loop_output_.gain, force,
+               tools_[k]);
+    enabled = enabled || tools_[k].written.enable;
+  }
+  force_on_.store(enabled && !options_.virtual_time, std::memory_order_relaxed);
 }
 
 // One line a second says as much as one per tick.
 void HapticLoop::report_late(std::uint64_t skipped) noexcept {
   late_skipped_ += skipped;
-  if (late_skipped_ == 0 || t_ns_ - late_told_ns_ < kLateWindow_ns) return;
+  if (late_skipped_ == 0 || time_.t_ns - late_told_ns_ < kLateWindow_ns) return;
   channels_.log.push(make_log_record<LogCode::kTickLate>(
-      t_ns_, tick_, static_cast<std::int64_t>(late_skipped_) * options_.period_ns, late_skipped_));
+      time_.t_ns, time_.tick, static_cast<std::int64_t>(late_skipped_) * options_.period_ns,
+      late_skipped_));
   late_skipped_ = 0;
-  late_told_ns_ = t_ns_;
+  late_told_ns_ = time_.t_ns;
 }
 
 void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept {
@@ -347,24 +342,25 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
   heartbeat_ns_.store(began_ns, std::memory_order_relaxed);
   take_commands();
   give_back_scene();
-  tick_ += skipped;
-  const std::int64_t before_ns = t_ns_;
-  t_ns_ = options_.virtual_time ? static_cast<std::int64_t>(tick_) * options_.period_ns : now_ns;
-  dt_ns_ = first_tick_ ? 0 : t_ns_ - before_ns;
-  dt_s_ = 1e-9 * static_cast<double>(dt_ns_);
+  time_.tick += skipped;
+  const std::int64_t before_ns = time_.t_ns;
+  time_.t_ns =
+      options_.virtual_time ? static_cast<std::int64_t>(time_.tick) * options_.period_ns : now_ns;
+  time_.dt_ns = first_tick_ ? 0 : time_.t_ns - before_ns;
+  time_.dt_s = 1e-9 * static_cast<double>(time_.dt_ns);
   first_tick_ = false;
   timing_.overruns += skipped;
-  late_ = watch_overrun(skipped > 0, t_ns_, overrun_watch_);
+  late_ = watch_overrun(skipped > 0, time_.t_ns, overrun_watch_);
   report_late(skipped);
 
   follow_changes();
   const auto clock = [&] { return options_.virtual_time ? 0 : monotonic_now_ns(); };
-  read_device();
+  read_devices();
   const std::int64_t read_ns = clock();
   advance_state();
   render();
   const std::int64_t rendered_ns = clock();
-  write_device();
+  write_devices();
   const std::int64_t written_ns = clock();
   timing_.read_ns = span_ns(began_ns, read_ns);
   timing_.simulation_ns = span_ns(read_ns, rendered_ns);
@@ -372,7 +368,7 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
   report_events();
   publish_snapshot();
   publish_trace();
-  ++tick_;
+  ++time_.tick;
   // The zero wrench of this tick was the last that the old scene's device gets.
   if (loop_output_.scene_allowed && waiting_ != nullptr) swap_scene();
   if (options_.virtual_time) return;
@@ -388,8 +384,10 @@ void HapticLoop::guard(std::int64_t now_ns) noexcept {
     return;
   }
   guarding_.store(true, std::memory_order_seq_cst);
-  HapticDevice* device = guarded_.load(std::memory_order_seq_cst);
-  if (device != nullptr) device->write_zero(now_ns);
+  for (auto& guarded : guarded_) {
+    HapticDevice* device = guarded.load(std::memory_order_seq_cst);
+    if (device != nullptr) device->write_zero(now_ns);
+  }
   guarding_.store(false, std::memory_order_seq_cst);
   stalls_.fetch_add(1, std::memory_order_relaxed);
 }

@@ -1,21 +1,24 @@
-// The haptic loop without its clock: one call of tick_once() reads the device, advances the loop's
-// state, steps the simulation, passes the wrench through the safety stage, writes it, and tells the
-// other threads. run_realtime() (realtime_thread.h) calls it on time; lockstep and tests call it as
-// they like. Links no network, protobuf or log. RT: yes but for construction.
+// The haptic loop without its clock: one call of tick_once() reads the devices, advances the loop's
+// state, steps the simulation, passes each tool's wrench through the safety stage, writes it, and
+// tells the other threads. One state for all tools: they get force together, and the fault of one
+// takes it from all. run_realtime() (realtime_thread.h) calls it on time; lockstep and tests call
+// it as they like. Links no network, protobuf or log. RT: yes but for construction.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "core/rt/rt_log.h"
 #include "core/rt/spsc_ring.h"
 #include "core/safety/guardian.h"
-#include "core/safety/input_watch.h"
 #include "core/safety/overrun_watch.h"
 #include "core/simulation/snapshot.h"
 #include "server/haptic_loop/loop_command.h"
 #include "server/haptic_loop/loop_event.h"
+#include "server/haptic_loop/loop_tool.h"
 #include "server/haptic_loop/played_scene.h"
 #include "server/haptic_loop/settings_change.h"
 #include "server/haptic_loop/tick_trace.h"
@@ -32,9 +35,10 @@ inline constexpr std::size_t kWaitingChanges = 64;
 /// Poses taken over in one tick, at most; a sender of one per tick is never waited for.
 inline constexpr int kPosesPerTick = 64;
 
-/// A pose of the scripted device for a tick.
+/// A pose of a scripted device for a tick.
 struct TickPose {
   std::uint64_t tick = 0;
+  std::uint32_t tool = 0;  ///< in the scene's order
   ScriptedPose pose;
 };
 
@@ -76,15 +80,15 @@ class HapticLoop {
   /// which may stand still for long; a scene is then exchanged at once.
   HD_REALTIME void take_commands() noexcept;
 
-  /// The guardian's look at the loop, from its own thread: writes zero to the device of a loop that
-  /// stands still.
+  /// The guardian's look at the loop, from its own thread: writes zero to the devices of a loop
+  /// that stands still.
   void guard(std::int64_t now_ns) noexcept;
 
   /// True once the force has ramped out after an EndCommand.
   [[nodiscard]] bool over() const noexcept { return machine_.state == LoopState::kOver; }
 
   /// Tick that runs next. Loop's thread.
-  [[nodiscard]] std::uint64_t next_tick() const noexcept { return tick_; }
+  [[nodiscard]] std::uint64_t next_tick() const noexcept { return time_.tick; }
 
   /// What plays. Loop's thread.
   [[nodiscard]] PlayedScene& scene() noexcept { return *scene_; }
@@ -95,21 +99,30 @@ class HapticLoop {
   void swap_scene() noexcept;
   void begin_scene() noexcept;
   void give_back_scene() noexcept;
+  [[nodiscard]] bool begin_gesture(const GesturePlan& plan) noexcept;
   void play_gesture(GesturePlan* plan, std::uint64_t number) noexcept;
   void take_change(SettingsChange* change, std::uint64_t number) noexcept;
   void follow_changes() noexcept;
   void report_late(std::uint64_t skipped) noexcept;
-  void read_device() noexcept;
+  void read_devices() noexcept;
+  void blame(Cause cause, std::size_t tool) noexcept;
+  void find_faults() noexcept;
   void advance_state() noexcept;
   void render() noexcept;
-  void write_device() noexcept;
+  void write_devices() noexcept;
   void report_events() noexcept;
   void publish_snapshot() noexcept;
   void publish_trace() noexcept;
-  void fill_tool(ToolReading& tool) const noexcept;
+  void fill_tool(std::size_t k, ToolReading& reading) const noexcept;
+  void fill_gesture(std::size_t k, ToolReading& reading) const noexcept;
+  void fill_contacts(Snapshot& snapshot) const noexcept;
   void fill_strings(Snapshot& snapshot) const noexcept;
+  void fill_trace(std::size_t k, ToolTrace& trace) const noexcept;
   template <typename What>
-  void tell(const What& what) noexcept;
+  void tell(const What& what, std::size_t tool = 0) noexcept;
+  [[nodiscard]] std::size_t tool_count() const noexcept { return scene_->tools.size(); }
+  [[nodiscard]] std::span<LoopTool> tools() noexcept { return {tools_.data(), tool_count()}; }
+  [[nodiscard]] bool all_have_poses() const noexcept;
 
   LoopOptions options_;
   LoopChannels& channels_;
@@ -120,51 +133,34 @@ class HapticLoop {
   std::unique_ptr<SettingsChange> change_;  ///< its ramp is under way
   double change_share_ = 0.0;
   FixedVector<SettingsChange*, kWaitingChanges> changes_;  ///< owned; for later ticks
-  std::atomic<HapticDevice*> guarded_{nullptr};
+  std::array<std::atomic<HapticDevice*>, kMaxTools> guarded_{};
   std::atomic<std::int64_t> heartbeat_ns_{0};
-  std::atomic<bool> guarding_{false};  ///< the guardian is writing to guarded_
+  std::atomic<bool> guarding_{false};  ///< the guardian is writing to one of guarded_
   std::atomic<bool> force_on_{false};
   std::atomic<std::uint64_t> stalls_{0};
   Guardian guardian_;  ///< of the guardian's thread
   std::uint64_t stalls_seen_ = 0;
 
   // Of the tick under way.
-  std::uint64_t tick_ = 0;
-  std::int64_t t_ns_ = 0;
-  std::int64_t dt_ns_ = 0;
-  double dt_s_ = 0.0;
+  LoopTime time_;
   LoopInput loop_input_;
   LoopOutput loop_output_;
-  DeviceSample sample_;
-  WatchedInput watched_;
-  WorkspaceOutput placed_;
-  Wrench F_H_D_;
-  SafetyOutput written_;
+  std::size_t blamed_ = 0;  ///< tool that loop_input_.fault is of
 
   // From tick to tick.
   LoopMachine machine_;
-  InputWatch input_watch_;
   OverrunWatch overrun_watch_;
-  SafetyState safety_;
-  WorkspaceState workspace_;
-  bool clutch_open_ = false;
-  bool recentre_ = false;
-  Cause standing_fault_ = Cause::kNone;  ///< in the last tick
-  TouchDetector touches_;
+  std::array<LoopTool, kMaxTools> tools_;  ///< the first tool_count()
+  Cause standing_fault_ = Cause::kNone;    ///< in the last tick
   TickTiming timing_;
   std::uint64_t late_skipped_ = 0;  ///< periods, not yet logged
   std::int64_t late_told_ns_ = 0;
   std::int64_t cpu_before_ns_ = 0;
   bool first_tick_ = true;
-  bool sample_came_ = false;  ///< in this tick
   bool lease_lost_ = false;
-  bool device_lost_ = false;
-  bool write_failed_ = false;
   bool late_ = false;  ///< more late ticks of late than are put up with
-  bool wrench_not_finite_ = false;
   std::uint64_t events_overflow_ = 0;
   TickOutput output_;
-  ContactReport contacts_;
   TouchEvents touch_events_;
 };
 

@@ -32,13 +32,17 @@ struct SwapSceneCommand {
   PlayedScene* scene = nullptr;
 };
 /// The device's present pose becomes the tool's home.
-struct RecentreCommand {};
+struct RecentreCommand {
+  std::uint32_t tool = 0;  ///< in the scene's order
+};
 /// Lets go of the tool while the device moves on, or takes hold of it again.
 struct ClutchCommand {
+  std::uint32_t tool = 0;  ///< in the scene's order
   bool open = false;
 };
 
-/// The simulated hand plays a gesture; refused by other devices. Belongs to the loop from here on.
+/// The simulated hands play a gesture; refused when no device is one. Belongs to the loop from here
+/// on.
 struct PlayGestureCommand {
   GesturePlan* plan = nullptr;
 };

@@ -1,6 +1,6 @@
-// A scene as the loop plays it: simulation, map to its device, limits, and the device itself where
-// it is inside the process. Built outside the loop, swapped in at a tick edge, freed outside. RT:
-// plain access for the loop.
+// A scene as the loop plays it: simulation, and for each tool the map to its device, limits, and
+// the device itself where it is inside the process. Built outside the loop, swapped in at a tick
+// edge, freed outside. RT: plain access for the loop.
 #pragma once
 
 #include <cstdint>
@@ -27,22 +27,27 @@ struct PlayedDevice {
   std::unique_ptr<HapticDevice> owned;  ///< null for a device that outlives scenes
 };
 
+/// One tool that plays.
+struct PlayedTool {
+  std::uint32_t tool_id = 0;
+  WorkspaceMap map;
+  Pose X_WG_home;  ///< where recentring brings the tool
+  double force_gain = 1.0;
+  SafetyLimits limits;
+  StiffnessLimits stiffness_limits;  ///< of the device; coupling_damping is that of the settings
+  StiffnessGrant grant;              ///< follows from them and the settings
+  PlayedDevice device;
+};
+
 /// What plays.
 struct PlayedScene {
   std::uint32_t scene_id = 1;
   std::shared_ptr<const Scene> scene;  ///< what `play` views
   OwnedSimulation play;
   std::vector<StringConstants> strings;  ///< that `play` is played with
-  std::uint32_t tool_id = 0;
-  WorkspaceMap map;
-  Pose X_WG_home;  ///< where recentring brings the tool
-  double force_gain = 1.0;
-  SafetyLimits limits;
-  SceneSettings settings;            ///< in force (apply_settings)
-  StiffnessLimits stiffness_limits;  ///< of the device; coupling_damping is that of the settings
-  StiffnessGrant grant;              ///< follows from both
+  std::vector<PlayedTool> tools;         ///< 1 to kMaxTools, in the scene's order
+  SceneSettings settings;                ///< in force (apply_settings)
   std::uint32_t quality_level = 0;
-  PlayedDevice device;
   std::unique_ptr<GesturePlan> gesture;  ///< played from the first tick; may be null
 };
 

@@ -12,6 +12,10 @@ StringPhase phase_of(const StringReading& string) noexcept {
   return string.level >= StringLevel::kFundamental ? StringPhase::kDamped : StringPhase::kTouched;
 }
 
+Wrench written_to_world(const PlayedTool& played, const LoopTool& tool) noexcept {
+  return to_world(played.map, Wrench{to_vector(tool.written.f_H_D), to_vector(tool.written.t_H_D)});
+}
+
 WrenchReading reading_of(const Wrench& F) noexcept { return {to_array(F.f), to_array(F.t)}; }
 
 std::uint16_t flags_of(const ToolTick& tick, const SafetyOutput& written, bool held,
@@ -31,61 +35,114 @@ std::uint16_t flags_of(const ToolTick& tick, const SafetyOutput& written, bool h
   return static_cast<std::uint16_t>(flags);
 }
 
+/// All tools together.
+TickWork work_of(const TickOutput& output) noexcept {
+  TickWork work;
+  for (const ToolTick& tool : output.tools) {
+    work.sub_steps += static_cast<std::uint32_t>(tool.optimiser.sub_steps);
+    work.qp_iterations += static_cast<std::uint32_t>(tool.optimiser.qp_iterations);
+    work.sphere_tests += static_cast<std::uint64_t>(tool.optimiser.tests);
+  }
+  return work;
+}
+
 }  // namespace
 
 template <typename What>
-void HapticLoop::tell(const What& what) noexcept {
-  channels_.events.push({tick_, t_ns_, scene_->scene_id, scene_->tool_id, what});
+void HapticLoop::tell(const What& what, std::size_t tool) noexcept {
+  channels_.events.push(
+      {time_.tick, time_.t_ns, scene_->scene_id, scene_->tools[tool].tool_id, what});
 }
 
-template void HapticLoop::tell(const FaultNotice&) noexcept;
-template void HapticLoop::tell(const SceneSwapped&) noexcept;
-template void HapticLoop::tell(const GestureRetired&) noexcept;
-template void HapticLoop::tell(const SettingsRetired&) noexcept;
-template void HapticLoop::tell(const CommandRefused&) noexcept;
-template void HapticLoop::tell(const CommandDone&) noexcept;
+template void HapticLoop::tell(const FaultNotice&, std::size_t) noexcept;
+template void HapticLoop::tell(const SceneSwapped&, std::size_t) noexcept;
+template void HapticLoop::tell(const GestureRetired&, std::size_t) noexcept;
+template void HapticLoop::tell(const SettingsRetired&, std::size_t) noexcept;
+template void HapticLoop::tell(const CommandRefused&, std::size_t) noexcept;
+template void HapticLoop::tell(const CommandDone&, std::size_t) noexcept;
 
 void HapticLoop::report_events() noexcept {
-  if (!input_watch_.has_pose) return;
-  for (const StringEvent& event : output_.events) tell(event);
+  if (!all_have_poses()) return;
+  for (const StringEvent& event : output_.events) {
+    tell(event, static_cast<std::size_t>(std::max(event.tool, 0)));
+  }
   if (!options_.contacts_reported) return;
-  const ToolTick& tool = output_.tools[0];
-  touch_events_.clear();
-  const ToolScene& scene = scene_->play.simulation->scene(0);
-  detect_touches(contacts_,
-                 {t_ns_, dt_ns_, tool.X_WG.p, tool.V_WH, scene.stiffness.kt,
-                  static_cast<std::int32_t>(scene.strings.size())},
-                 touches_, touch_events_);
-  for (const TouchEvent& event : touch_events_) tell(event);
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    const ToolTick& tick = output_.tools[k];
+    const ToolScene& scene = scene_->play.simulation->scene(k);
+    touch_events_.clear();
+    detect_touches(tools_[k].contacts,
+                   {time_.t_ns, time_.dt_ns, tick.X_WG.p, tick.V_WH, scene.stiffness.kt,
+                    static_cast<std::int32_t>(scene.strings.size())},
+                   tools_[k].touches, touch_events_);
+    for (const TouchEvent& event : touch_events_) tell(event, k);
+  }
 }
 
-void HapticLoop::fill_tool(ToolReading& tool) const noexcept {
-  const ToolTick& tick = output_.tools[0];
-  tool = ToolReading{};
-  tool.tool_id = scene_->tool_id;
-  tool.flags = flags_of(tick, written_, watched_.held, placed_.open);
-  tool.p_WH = to_array(tick.X_WH.p);
-  tool.q_WH = to_array(tick.X_WH.q);
-  tool.p_WG = to_array(tick.X_WG.p);
-  tool.q_WG = to_array(tick.X_WG.q);
-  const Wrench written{to_vector(written_.f_H_D), to_vector(written_.t_H_D)};
-  tool.F_H_W = reading_of(to_world(scene_->map, written));
-  tool.F_unlimited_H_W = reading_of(tick.F_unlimited_H_W);
-  tool.minimum_gap = tick.optimiser.minimum_gap;
-  tool.device = {sample_.p_DH,    sample_.q_DH, sample_.grip_m, sample_.temperature_deg_c,
-                 sample_.buttons, sample_.flags};
-  tool.input_age_ns = t_ns_ - sample_.t_ns;
-  tool.port_energy = safety_.port.given;
-  tool.removed_energy = safety_.port.removed;
-  tool.stiffness_scale = scene_->grant.scale;
-  tool.stiffness_bound = scene_->grant.bound;
-  tool.delay = scene_->stiffness_limits.delay_s;
-  if (scene_->device.simulated == nullptr || scene_->gesture == nullptr) return;
-  const GestureProgress progress = scene_->device.simulated->gesture();
-  tool.plays_gesture = progress.playing;
-  tool.gesture_progress = progress.fraction;
-  tool.gesture_repeats = progress.finished;
-  tool.gesture_name = scene_->gesture->name;
+void HapticLoop::fill_tool(std::size_t k, ToolReading& reading) const noexcept {
+  const ToolTick& tick = output_.tools[k];
+  const LoopTool& tool = tools_[k];
+  const PlayedTool& played = scene_->tools[k];
+  reading = ToolReading{};
+  reading.tool_id = played.tool_id;
+  reading.flags = flags_of(tick, tool.written, tool.watched.held, tool.placed.open);
+  reading.p_WH = to_array(tick.X_WH.p);
+  reading.q_WH = to_array(tick.X_WH.q);
+  reading.p_WG = to_array(tick.X_WG.p);
+  reading.q_WG = to_array(tick.X_WG.q);
+  reading.F_H_W = reading_of(written_to_world(played, tool));
+  reading.F_unlimited_H_W = reading_of(tick.F_unlimited_H_W);
+  reading.minimum_gap = tick.optimiser.minimum_gap;
+  const DeviceSample& sample = tool.sample;
+  reading.device = {sample.p_DH,    sample.q_DH, sample.grip_m, sample.temperature_deg_c,
+                    sample.buttons, sample.flags};
+  reading.input_age_ns = time_.t_ns - sample.t_ns;
+  reading.port_energy = tool.safety.port.given;
+  reading.removed_energy = tool.safety.port.removed;
+  reading.stiffness_scale = played.grant.scale;
+  reading.stiffness_bound = played.grant.bound;
+  reading.delay = played.stiffness_limits.delay_s;
+  fill_gesture(k, reading);
+}
+
+void HapticLoop::fill_gesture(std::size_t k, ToolReading& reading) const noexcept {
+  const SimulatedDevice* device = scene_->tools[k].device.simulated;
+  if (device == nullptr || scene_->gesture == nullptr) return;
+  const GestureProgress progress = device->gesture();
+  reading.plays_gesture = progress.playing;
+  reading.gesture_progress = progress.fraction;
+  reading.gesture_repeats = progress.finished;
+  reading.gesture_name = scene_->gesture->name;
+}
+
+// Where they are too many each tool gets the same share, and what the ones with few leave.
+void HapticLoop::fill_contacts(Snapshot& snapshot) const noexcept {
+  snapshot.contacts.total = 0;
+  auto& listed = snapshot.contacts.contacts;
+  listed.clear();
+  std::array<std::size_t, kMaxTools> order{};
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    std::size_t at = k;
+    for (; at > 0 &&
+           tools_[order[at - 1]].contacts.contacts.size() > tools_[k].contacts.contacts.size();
+         --at) {
+      order[at] = order[at - 1];
+    }
+    order[at] = k;
+  }
+  std::size_t left = kMaxReportedContacts;
+  for (std::size_t i = 0; i < tool_count(); ++i) {
+    const std::size_t size = tools_[order[i]].contacts.contacts.size();
+    const std::size_t count = std::min(size, left / (tool_count() - i));
+    snapshot.tools[order[i]].contacts = static_cast<std::int32_t>(count);
+    left -= count;
+  }
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    const ContactReport& report = tools_[k].contacts;
+    snapshot.contacts.total += report.total;
+    const auto count = static_cast<std::size_t>(snapshot.tools[k].contacts);
+    for (std::size_t i = 0; i < count; ++i) listed.push_back(report.contacts[i]);
+  }
 }
 
 void HapticLoop::fill_strings(Snapshot& snapshot) const noexcept {
@@ -99,77 +156,81 @@ void HapticLoop::fill_strings(Snapshot& snapshot) const noexcept {
     snapshot.string_energy +=
         tracks[static_cast<std::size_t>(string.string)].state.vibration.energy;
   }
-  for (const StringContact& contact : output_.tools[0].strings) {
-    snapshot.string_forces.push_back({contact.string, to_array(contact.F_W)});
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    for (const StringContact& contact : output_.tools[k].strings) {
+      snapshot.string_forces.push_back(
+          {static_cast<std::int32_t>(k), contact.string, to_array(contact.F_W)});
+    }
   }
 }
 
 void HapticLoop::publish_snapshot() noexcept {
   Snapshot* snapshot = channels_.snapshots.writable();
   if (snapshot == nullptr) return;
-  snapshot->tick = tick_;
-  snapshot->t_ns = t_ns_;
+  snapshot->tick = time_.tick;
+  snapshot->t_ns = time_.t_ns;
   snapshot->scene_id = scene_->scene_id;
   snapshot->loop_state = machine_.state;
   snapshot->cause = machine_.cause;
   snapshot->timing = timing_;
-  const OptimiserResult& optimiser = output_.tools[0].optimiser;
-  snapshot->work = {static_cast<std::uint32_t>(optimiser.sub_steps),
-                    static_cast<std::uint32_t>(optimiser.qp_iterations),
-                    static_cast<std::uint64_t>(optimiser.tests)};
+  snapshot->work = work_of(output_);
   snapshot->quality_level = scene_->quality_level;
-  snapshot->quality_automatic = scene_->settings.live.quality_automatic;
+  snapshot->quality_automatic = scene_->settings.tools.front().quality_automatic;
   snapshot->tank_energy = scene_->play.simulation->tank_energy();
   snapshot->tools.clear();
-  if (ToolReading* tool = snapshot->tools.append()) fill_tool(*tool);
-  snapshot->contacts.total = contacts_.total;
-  snapshot->contacts.contacts.clear();
-  for (const ContactReading& contact : contacts_.contacts) {
-    snapshot->contacts.contacts.push_back(contact);
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    if (ToolReading* tool = snapshot->tools.append()) fill_tool(k, *tool);
   }
+  fill_contacts(*snapshot);
   fill_strings(*snapshot);
   channels_.snapshots.publish();
+}
+
+void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
+  const ToolTick& tick = output_.tools[k];
+  const LoopTool& tool = tools_[k];
+  const PlayedTool& played = scene_->tools[k];
+  trace.tool_id = played.tool_id;
+  trace.buttons = tool.sample.buttons;
+  trace.flags = flags_of(tick, tool.written, tool.watched.held, tool.placed.open);
+  trace.sample_came = tool.sample_came;
+  trace.held = tool.watched.held;
+  trace.age_ns =
+      static_cast<std::uint64_t>(std::max<std::int64_t>(time_.t_ns - tool.sample.t_ns, 0));
+  trace.stiffness_scale = played.grant.scale;
+  trace.p_DH = tool.sample.p_DH;
+  trace.q_DH = tool.sample.q_DH;
+  trace.p_WH = to_array(tick.X_WH.p);
+  trace.q_WH = to_array(tick.X_WH.q);
+  trace.v_WH_W = to_array(tick.V_WH.v);
+  trace.w_WH_W = to_array(tick.V_WH.w);
+  trace.p_WG = to_array(tick.X_WG.p);
+  trace.q_WG = to_array(tick.X_WG.q);
+  trace.f_unlimited_H_W = to_array(tick.F_unlimited_H_W.f);
+  trace.t_unlimited_H_W = to_array(tick.F_unlimited_H_W.t);
+  const Wrench F_H_W = written_to_world(played, tool);
+  trace.f_H_W = to_array(F_H_W.f);
+  trace.t_H_W = to_array(F_H_W.t);
 }
 
 void HapticLoop::publish_trace() noexcept {
   TickTrace* trace = channels_.traces.writable();
   if (trace == nullptr) return;
-  const ToolTick& tick = output_.tools[0];
-  trace->tick = tick_;
-  trace->t_ns = static_cast<std::uint64_t>(t_ns_);
-  trace->dt_ns = static_cast<std::uint64_t>(dt_ns_);
+  const TickWork work = work_of(output_);
+  trace->tick = time_.tick;
+  trace->t_ns = static_cast<std::uint64_t>(time_.t_ns);
+  trace->dt_ns = static_cast<std::uint64_t>(time_.dt_ns);
   trace->state_hash = 0;
-  trace->sphere_tests = static_cast<std::uint64_t>(tick.optimiser.tests);
-  trace->qp_iterations = static_cast<std::uint64_t>(tick.optimiser.qp_iterations);
-  trace->substeps = static_cast<std::uint32_t>(tick.optimiser.sub_steps);
+  trace->sphere_tests = work.sphere_tests;
+  trace->qp_iterations = work.qp_iterations;
+  trace->substeps = work.sub_steps;
   trace->level = scene_->quality_level;
   trace->scene_id = scene_->scene_id;
   trace->cpu_ns = timing_.cpu_ns;
   trace->loop_state = machine_.state;
   trace->cause = machine_.cause;
-  trace->tool_count = 1;
-  ToolTrace& tool = trace->tools[0];
-  tool.tool_id = scene_->tool_id;
-  tool.buttons = sample_.buttons;
-  tool.flags = flags_of(tick, written_, watched_.held, placed_.open);
-  tool.sample_came = sample_came_;
-  tool.held = watched_.held;
-  tool.age_ns = static_cast<std::uint64_t>(std::max<std::int64_t>(t_ns_ - sample_.t_ns, 0));
-  tool.stiffness_scale = scene_->grant.scale;
-  tool.p_DH = sample_.p_DH;
-  tool.q_DH = sample_.q_DH;
-  tool.p_WH = to_array(tick.X_WH.p);
-  tool.q_WH = to_array(tick.X_WH.q);
-  tool.v_WH_W = to_array(tick.V_WH.v);
-  tool.w_WH_W = to_array(tick.V_WH.w);
-  tool.p_WG = to_array(tick.X_WG.p);
-  tool.q_WG = to_array(tick.X_WG.q);
-  tool.f_unlimited_H_W = to_array(tick.F_unlimited_H_W.f);
-  tool.t_unlimited_H_W = to_array(tick.F_unlimited_H_W.t);
-  const Wrench F_H_W =
-      to_world(scene_->map, Wrench{to_vector(written_.f_H_D), to_vector(written_.t_H_D)});
-  tool.f_H_W = to_array(F_H_W.f);
-  tool.t_H_W = to_array(F_H_W.t);
+  trace->tool_count = static_cast<std::int32_t>(tool_count());
+  for (std::size_t k = 0; k < tool_count(); ++k) fill_trace(k, trace->tools[k]);
   channels_.traces.publish();
 }
 

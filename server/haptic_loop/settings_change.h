@@ -9,15 +9,15 @@
 
 namespace hapticd {
 
-/// A change of settings. Both hold the settings of the same scene, so as many pieces.
+/// A change of settings. Both hold the settings of the same scene, so as many tools and pieces.
 struct SettingsChange {
   std::uint64_t at_tick = 0;  ///< its ramp begins with this tick, or the next if that has passed
   SceneSettings to;
   SceneSettings from;  ///< room for what was in force when the ramp began
 };
 
-/// Puts scene.settings in force: stiffness clamped to what the device bears, constants of strings
-/// derived, the map to the device set.
+/// Puts scene.settings in force: stiffness clamped to what the devices bear, constants of strings
+/// derived, the maps to the devices set.
 HD_REALTIME void apply_settings(PlayedScene& scene) noexcept;
 
 /// Notes what is in force as the beginning of `change`'s ramp.

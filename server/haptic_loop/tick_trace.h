@@ -7,14 +7,12 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "core/math/limits.h"
 #include "core/math/vector.h"
 #include "core/safety/cause.h"
 #include "core/safety/loop_state.h"
 
 namespace hapticd {
-
-/// Tools of one tick, at most.
-inline constexpr int kMaxTracedTools = 5;
 
 /// What reached the loop from outside in a tick, beside samples; bit i is v1::Order i + 1.
 enum OrderBit : std::uint16_t {
@@ -83,8 +81,8 @@ struct TickTrace {
   std::uint32_t cpu_ns = 0;
   LoopState loop_state = LoopState::kDetached;
   Cause cause = Cause::kNone;
-  std::int32_t tool_count = 0;  ///< of `tools`, [0, kMaxTracedTools]
-  std::array<ToolTrace, kMaxTracedTools> tools{};
+  std::int32_t tool_count = 0;  ///< of `tools`, [0, kMaxTools]
+  std::array<ToolTrace, kMaxTools> tools{};
 };
 
 static_assert(std::is_trivially_copyable_v<TickTrace>);

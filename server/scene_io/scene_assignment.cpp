@@ -230,7 +230,7 @@ AssignmentResult assign_parameters(const v1::Scene& scene, const v1::SetParamete
   SceneDescription description;
   const auto fault = contradiction(result.scene, device_stiffness, description);
   if (fault) return refused({v1::RESULT_CODE_INVALID, fault->message}, fault->field);
-  result.settings = scene_settings(description, 0);
+  result.settings = scene_settings(description);
   return result;
 }
 

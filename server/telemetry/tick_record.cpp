@@ -148,9 +148,10 @@ void to_record(const TickTrace& trace, v1::TickRecord& record) {
 }
 
 bool to_trace(const v1::TickRecord& record, TickTrace& trace) {
-  if (record.inputs_size() > kMaxTracedTools || record.outputs_size() != record.inputs_size() ||
-      record.loop_state() < 1 || record.loop_state() > static_cast<int>(LoopState::kOver) ||
-      record.cause() < 0 || record.cause() > kMaxCause) {
+  if (record.inputs_size() > static_cast<int>(kMaxTools) ||
+      record.outputs_size() != record.inputs_size() || record.loop_state() < 1 ||
+      record.loop_state() > static_cast<int>(LoopState::kOver) || record.cause() < 0 ||
+      record.cause() > kMaxCause) {
     return false;
   }
   trace = {};

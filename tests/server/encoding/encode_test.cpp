@@ -50,6 +50,7 @@ std::unique_ptr<Snapshot> small_snapshot() {
   tool.F_unlimited_H_W.f = {1.0, 2.0, 4.0};
   tool.device.grip_m = std::numeric_limits<float>::quiet_NaN();
   tool.device.flags = 0b101;
+  tool.contacts = 3;
   snapshot->tools.push_back(tool);
   snapshot->strings.push_back({0, StringPhase::kPressed, 0.25, 1e-3, {0.0, -1e-3, 0.0}});
   snapshot->strings.push_back({1, StringPhase::kRinging, 0.5, 1e-4, {}});
@@ -58,7 +59,7 @@ std::unique_ptr<Snapshot> small_snapshot() {
   snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kCapsule, 3, 1.5e-9, 0.5));
   snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 4, 20e-6, 0.25));
   snapshot->contacts.total = 3;
-  snapshot->string_forces.push_back({0, {0.0, 7.0, 0.0}});
+  snapshot->string_forces.push_back({0, 0, {0.0, 7.0, 0.0}});
   return snapshot;
 }
 
@@ -147,10 +148,42 @@ TEST_CASE("of more contacts than asked for the deepest are listed and all are co
   CHECK(state.contacts(0).force_w_n(1) == doctest::Approx(1.75));
 }
 
+TEST_CASE("tools that touch one object have a patch each, and the deepest of all are listed") {
+  auto snapshot = small_snapshot();
+  ToolReading second;
+  second.tool_id = 9;
+  second.contacts = 2;
+  snapshot->tools.push_back(second);
+  snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 4, -5e-9, 4.0));
+  snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 4, 30e-6, 0.5));
+  snapshot->contacts.total = 5;
+  snapshot->string_forces.push_back({1, 0, {0.0, -2.0, 0.0}});
+  v1::State state;
+  encode_state(*snapshot, small_index(), {kAll, 2}, state);
+  int listed_of_first = 0;
+  double force_of_second = 0.0;
+  double string_of_second = 0.0;
+  for (const v1::ContactPatch& patch : state.contacts()) {
+    if (patch.tool_id() == 5) listed_of_first += patch.tool_sphere_size();
+    if (patch.tool_id() != 9) continue;
+    if (patch.has_body_index()) {
+      force_of_second = patch.force_w_n(1);
+      REQUIRE(patch.gap_nanometres_size() == 1);
+      CHECK(patch.gap_nanometres(0) == -5);
+    }
+    if (patch.has_string_index()) string_of_second = patch.force_w_n(1);
+  }
+  CHECK(listed_of_first == 1);
+  CHECK(force_of_second == 4.5);
+  CHECK(string_of_second == -2.0);
+  CHECK(state.contacts_total() == 5);
+}
+
 TEST_CASE("units saturate instead of turning over") {
   auto snapshot = small_snapshot();
   snapshot->contacts.contacts.clear();
   snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 0, 5.0, 1e9));
+  snapshot->tools[0].contacts = 1;
   v1::State state;
   encode_state(*snapshot, small_index(), {kAll, 256}, state);
   CHECK(state.contacts(0).gap_nanometres(0) == std::numeric_limits<std::int32_t>::max());

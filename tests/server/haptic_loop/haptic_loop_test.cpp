@@ -121,7 +121,7 @@ TEST_CASE("stiffness that changes in flight moves the force without a step") {
   auto change = std::make_unique<SettingsChange>();
   change->to = run.loop().scene().settings;
   change->from = change->to;
-  change->to.live.coupling.kt = 2000.0;
+  change->to.tools[0].coupling.kt = 2000.0;
   run.send(ChangeSettingsCommand{change.release()});
   double last = before;
   double largest_step = 0.0;
@@ -147,7 +147,7 @@ TEST_CASE("a change for a later tick waits for it") {
   change->at_tick = run.loop().next_tick() + 30;
   change->to = run.loop().scene().settings;
   change->from = change->to;
-  change->to.live.coupling.kt = 2000.0;
+  change->to.tools[0].coupling.kt = 2000.0;
   run.send(ChangeSettingsCommand{change.release()});
   for (int k = 0; k < 30; ++k) {
     CHECK(force(run.tick(pressed(0.001))).z() == doctest::Approx(1.02).epsilon(1e-3));

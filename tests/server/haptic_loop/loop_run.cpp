@@ -27,6 +27,30 @@ vibration {}
 tones {}
 )";
 
+const char* const kThreeFingerScene = R"(
+name: "fingers"
+tools {
+  tool_id: 7
+  name: "finger_7"
+  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
+  pose_wg { p_m: [-0.1, 0, 0.025] }
+}
+tools {
+  tool_id: 2
+  name: "finger_2"
+  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
+  pose_wg { p_m: [0, 0, 0.025] }
+  coupling { kt_n_per_m: 500 }
+}
+tools {
+  tool_id: 30
+  name: "finger_30"
+  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
+  pose_wg { p_m: [0.1, 0, 0.025] }
+}
+bodies { name: "wall" shape { spheres { centre_m: [0, 0, -1000] radius_m: 1000 } } }
+)";
+
 std::unique_ptr<PlayedScene> played_scene(const std::string& text, std::uint32_t scene_id,
                                           const LoopSetting& setting) {
   LoadResult result = load_scene_text(text, {});
@@ -35,8 +59,7 @@ std::unique_ptr<PlayedScene> played_scene(const std::string& text, std::uint32_t
   const ProfileResult profile = load_profile(
       HAPTICD_SOURCE_DIR "/deploy/devices/" + setting.profile + ".textproto", ProfileFolders{});
   REQUIRE(profile.loaded.has_value());
-  options.profile = *profile.loaded;
-  options.source = setting.source;
+  options.devices.push_back({0, *profile.loaded, setting.source});
   options.virtual_time = !setting.real_time;
   return make_played_scene(std::move(result.loaded), scene_id, nullptr, options);
 }
@@ -48,11 +71,16 @@ LoopRun::LoopRun(const std::string& scene, const LoopSetting& setting) {
   loop_ = std::make_unique<HapticLoop>(options, played_scene(scene, 1, setting), *channels_);
 }
 
-const ToldTick& LoopRun::tick(const Vector3& p_WH) {
-  TickPose pose;
-  pose.tick = loop_->next_tick();
-  pose.pose.p_DH = to_array(p_WH);
-  REQUIRE(channels_->poses.push(pose));
+const ToldTick& LoopRun::tick(const Vector3& p_WH) { return tick_all({&p_WH, 1}); }
+
+const ToldTick& LoopRun::tick_all(std::span<const Vector3> p_WH) {
+  for (std::size_t k = 0; k < p_WH.size(); ++k) {
+    TickPose pose;
+    pose.tick = loop_->next_tick();
+    pose.tool = static_cast<std::uint32_t>(k);
+    pose.pose.p_DH = to_array(p_WH[k]);
+    REQUIRE(channels_->poses.push(pose));
+  }
   return tick();
 }
 

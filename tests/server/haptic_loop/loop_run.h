@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,9 @@ namespace hapticd::test {
 extern const char* const kWallScene;
 /// The same finger above a string along x that rings; home is 10 mm above it.
 extern const char* const kStringScene;
+
+/// Three fingers of 5 mm, tools 7, 2 and 30, 100 mm apart along x before the same wall.
+extern const char* const kThreeFingerScene;
 
 /// Everything one tick told.
 struct ToldTick {
@@ -39,6 +43,8 @@ class LoopRun {
 
   /// One tick with the handle at p_WH (the map is the identity).
   const ToldTick& tick(const Vector3& p_WH);
+  /// One tick with the handle of each tool.
+  const ToldTick& tick_all(std::span<const Vector3> p_WH);
   /// One tick with whatever the device does.
   const ToldTick& tick();
   /// Sends a command; it is obeyed in the next tick.
@@ -60,7 +66,9 @@ class LoopRun {
 };
 
 /// The force written in a tick, in W.
-inline Vector3 force(const ToldTick& told) { return to_vector(told.snapshot.tools[0].F_H_W.f); }
+inline Vector3 force(const ToldTick& told, std::size_t tool = 0) {
+  return to_vector(told.snapshot.tools[tool].F_H_W.f);
+}
 
 /// How many of the events of a tick are a `What`.
 template <typename What>

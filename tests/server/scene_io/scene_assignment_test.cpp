@@ -78,8 +78,8 @@ TEST_CASE("an assignment reaches scene and settings") {
   CHECK(result.scene.strings(1).tension_n() == 55.0);
   CHECK(result.settings.pieces[0].tension == 20.0);
   CHECK(result.settings.pieces[1].tension == 55.0);
-  CHECK(result.settings.live.coupling.kt == 700.0);
-  CHECK(result.settings.live.force_gain == 0.25);
+  CHECK(result.settings.tools[0].coupling.kt == 700.0);
+  CHECK(result.settings.tools[0].force_gain == 0.25);
   CHECK(result.scene.tools(0).parts_size() == 1);
 }
 
@@ -126,8 +126,8 @@ TEST_CASE("a pose is 7 numbers, a choice one of its names") {
   level.set_text("TONE_LEVEL_FORCE");
   const auto result = assigned(set);
   REQUIRE(result.code == v1::RESULT_CODE_OK);
-  CHECK(result.settings.live.X_WD.p == Vector3(1.0, 2.0, 3.0));
-  CHECK(result.settings.live.instrument.tones.level == ToneLevel::kForce);
+  CHECK(result.settings.tools[0].X_WD.p == Vector3(1.0, 2.0, 3.0));
+  CHECK(result.settings.tools[0].instrument.tones.level == ToneLevel::kForce);
   level.set_text("TONE_LEVEL_SMELL");
   CHECK(assigned(set).code == v1::RESULT_CODE_INVALID);
   level.set_text("TONE_LEVEL_FORCE");
@@ -138,12 +138,13 @@ TEST_CASE("a pose is 7 numbers, a choice one of its names") {
 TEST_CASE("a level of quality sets what the scene left open of the solver") {
   const auto result = assigned(set_of({{"quality", 0.0}}));
   REQUIRE(result.code == v1::RESULT_CODE_OK);
-  CHECK(result.settings.live.optimiser.sub_steps < 24);
-  CHECK(result.settings.live.quality_level == 0);
+  CHECK(result.settings.tools[0].optimiser.sub_steps < 24);
+  CHECK(result.settings.tools[0].quality_level == 0);
   v1::Scene own = filled();
   own.mutable_solver()->set_max_substeps(77);
   CHECK(assign_parameters(own, set_of({{"quality", 0.0}}), 1000.0)
-            .settings.live.optimiser.sub_steps == 77);
+            .settings.tools[0]
+            .optimiser.sub_steps == 77);
 }
 
 TEST_CASE("quality follows a budget when told auto, and stops when given a level") {
@@ -153,15 +154,15 @@ TEST_CASE("quality follows a budget when told auto, and stops when given a level
   quality.set_text("auto");
   auto result = assign_parameters(filled(), set, 1000.0, 250.0);
   REQUIRE(result.code == v1::RESULT_CODE_OK);
-  CHECK(result.settings.live.quality_automatic);
-  CHECK(result.settings.live.quality_level == 3);
+  CHECK(result.settings.tools[0].quality_automatic);
+  CHECK(result.settings.tools[0].quality_level == 3);
   CHECK(parameter_values(result.scene, {"quality"}).values[0].text() == "auto");
   const char* const budget = "quality.automatic.budget_us";
   CHECK(parameter_values(result.scene, {budget}).values[0].number() == 250.0);
   result = assign_parameters(result.scene, set_of({{budget, 125.0}}), 1000.0);
   REQUIRE(result.code == v1::RESULT_CODE_OK);
   CHECK(result.scene.quality().automatic().budget_us() == 125.0);
-  CHECK(result.settings.live.quality_automatic);
+  CHECK(result.settings.tools[0].quality_automatic);
   // auto again keeps the budget that was set.
   result = assign_parameters(result.scene, set, 1000.0, 250.0);
   CHECK(result.scene.quality().automatic().budget_us() == 125.0);
@@ -169,8 +170,8 @@ TEST_CASE("quality follows a budget when told auto, and stops when given a level
         v1::RESULT_CODE_OUT_OF_RANGE);
   result = assign_parameters(result.scene, set_of({{"quality", 1.0}}), 1000.0);
   REQUIRE(result.code == v1::RESULT_CODE_OK);
-  CHECK_FALSE(result.settings.live.quality_automatic);
-  CHECK(result.settings.live.quality_level == 1);
+  CHECK_FALSE(result.settings.tools[0].quality_automatic);
+  CHECK(result.settings.tools[0].quality_level == 1);
   CHECK(assign_parameters(result.scene, set_of({{budget, 1.0}}), 1000.0).code ==
         v1::RESULT_CODE_NOT_FOUND);
   quality.set_text("best");

@@ -52,7 +52,7 @@ TEST_CASE("a recorded tick comes back with every bit, NaN payloads and -0 includ
   v1::TickRecord record;
   for (std::int64_t i = 0; i < scaled(100'000); ++i) {
     const TickTrace trace =
-        any_tick(random, random.next(), static_cast<int>(random.below(kMaxTracedTools + 1)));
+        any_tick(random, random.next(), static_cast<int>(random.below(kMaxTools + 1)));
     to_record(trace, record);
     v1::TickRecord parsed;
     REQUIRE(parsed.ParseFromString(record.SerializeAsString()));
@@ -84,8 +84,8 @@ TEST_CASE("a record that is no tick of ours is refused") {
   bad.mutable_inputs(1)->clear_stiffness_scale();
   CHECK_FALSE(to_trace(bad, trace));
   bad = good;
-  for (int k = 0; k < kMaxTracedTools; ++k) *bad.add_inputs() = good.inputs(0);
-  for (int k = 0; k < kMaxTracedTools; ++k) *bad.add_outputs() = good.outputs(0);
+  for (std::size_t k = 0; k < kMaxTools; ++k) *bad.add_inputs() = good.inputs(0);
+  for (std::size_t k = 0; k < kMaxTools; ++k) *bad.add_outputs() = good.outputs(0);
   CHECK_FALSE(to_trace(bad, trace));
   bad = good;
   bad.mutable_outputs(0)->add_flags(static_cast<v1::ToolFlag>(17));

@@ -1,0 +1,84 @@
+// See loop_tool.h. RT: yes.
+#include "server/haptic_loop/loop_tool.h"
+
+#include <utility>
+
+namespace hapticd {
+namespace {
+
+/// A pose that repeats to the bit for so long under force is a stuck sensor, ns (InputLimits).
+constexpr std::int64_t kStuckAfter_ns = 250'000'000;
+
+}  // namespace
+
+void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
+               LoopTool& tool) noexcept {
+  PlayedDevice& device = played.device;
+  if (device.scripted != nullptr) device.scripted->set_tick(time.tick);
+  DeviceSample& sample = tool.sample;
+  const ReadOutcome outcome = device.device->read(time.t_ns, sample);
+  tool.device_lost = outcome == ReadOutcome::kLost;
+  tool.sample_came = outcome == ReadOutcome::kFresh;
+  WatchedSample seen;
+  seen.fresh = tool.sample_came;
+  seen.t_ns = sample.t_ns;
+  seen.counter = sample.counter;
+  seen.p_DH = sample.p_DH;
+  seen.q_DH = sample.q_DH;
+  seen.has_velocity = sample.has_velocity;
+  seen.v_DH_D = sample.v_DH_D;
+  seen.w_DH_D = sample.w_DH_D;
+  const DeviceProfile& profile = device.device->profile();
+  InputLimits limits;
+  limits.velocity_trip = profile.velocity_trip;
+  limits.stale_ticks =
+      bridged_ticks(profile.report_rate, 1e9 / static_cast<double>(time.period_ns));
+  const bool watched = can_push_a_person(profile.driver) || guards_armed;
+  limits.stuck_after_ns = watched ? kStuckAfter_ns : 0;
+  tool.watched = watch(seen, to_vector(tool.safety.f_H_D).norm(), limits, tool.input_watch);
+  if (!tool.input_watch.has_pose) return;
+  tool.placed = follow(played.map, played.X_WG_home,
+                       {tool.watched.X_DH, tool.watched.V_DH_D, sample.buttons, tool.clutch_open,
+                        tool.recentre, time.dt_s},
+                       tool.workspace);
+  tool.recentre = false;
+}
+
+void write_tool(PlayedTool& played, const LoopTime& time, double budget, double gain, bool force,
+                LoopTool& tool) noexcept {
+  SafetyInput input;
+  input.now_ns = time.t_ns;
+  input.dt_s = time.dt_s;
+  input.hold_s = 1e-9 * static_cast<double>(time.period_ns);
+  input.enable = tool.watched.usable && force;
+  input.gain = gain;
+  input.F_H_D = tool.F_H_D;
+  input.V_DH_D = tool.watched.V_DH_D;
+  input.displacement_D = tool.watched.displacement_D;
+  input.budget = budget / played.map.scale;
+  tool.written = limit(input, played.limits, tool.safety);
+  tool.wrench_not_finite = (tool.written.flags & kSafetyNotFinite) != 0;
+  DeviceCommand command;
+  command.f_H_D = tool.written.f_H_D;
+  command.t_H_D = tool.written.t_H_D;
+  command.enable = tool.written.enable;
+  command.expires_ns = tool.written.expires_ns;
+  command.sample_counter = tool.sample.counter;
+  tool.write_failed = !played.device.device->write(time.t_ns, command) && !tool.device_lost;
+}
+
+Cause fault_of(const LoopTool& tool, bool pushes, bool guards_armed) noexcept {
+  const std::pair<bool, Cause> wrong[] = {
+      {tool.watched.fault != Cause::kNone, tool.watched.fault},
+      {tool.wrench_not_finite, Cause::kNotFinite},
+      {tool.write_failed, Cause::kDeviceWrite},
+      {(tool.sample.flags & kDeviceEmergencyStop) != 0, Cause::kEmergencyStop},
+      {(tool.sample.flags & kDeviceReportsFault) != 0, Cause::kDeviceFault},
+  };
+  for (const auto& [is, cause] : wrong) {
+    if (is && latches(cause, pushes, guards_armed)) return cause;
+  }
+  return Cause::kNone;
+}
+
+}  // namespace hapticd

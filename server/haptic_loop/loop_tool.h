@@ -1,0 +1,61 @@
+// One tool's part of a tick: its device read and watched, the map to the world, and the wrench
+// passed through the safety stage and written. Frames: D of the tool's device, W. RT: yes, about
+// 0.5 us a tool.
+#pragma once
+
+#include <cstdint>
+
+#include "core/safety/input_watch.h"
+#include "core/safety/output_stage.h"
+#include "core/simulation/touch_detector.h"
+#include "server/haptic_loop/played_scene.h"
+
+namespace hapticd {
+
+/// A tool as the loop knows it.
+struct LoopTool {
+  // Of the tick under way.
+  DeviceSample sample;
+  WatchedInput watched;
+  WorkspaceOutput placed;
+  Wrench F_H_D;  ///< rendered, for the safety stage
+  SafetyOutput written;
+  bool sample_came = false;
+  bool device_lost = false;
+  bool write_failed = false;
+  bool wrench_not_finite = false;
+
+  // From tick to tick.
+  InputWatch input_watch;
+  SafetyState safety;
+  WorkspaceState workspace;
+  bool clutch_open = false;
+  bool recentre = false;
+  TouchDetector touches;
+  ContactReport contacts;
+};
+
+/// When a tick is.
+struct LoopTime {
+  std::uint64_t tick = 0;
+  std::int64_t t_ns = 0;
+  std::int64_t dt_ns = 0;  ///< since the tick before
+  double dt_s = 0.0;
+  std::int64_t period_ns = 1'000'000;
+};
+
+/// Reads the device of `played` and finds where H is. `guards_armed`: as if the device could push a
+/// person.
+HD_REALTIME void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
+                           LoopTool& tool) noexcept;
+
+/// Passes tool.F_H_D through the safety stage, faded by `gain`, and writes it; zero unless `force`.
+/// `budget`: what strings may still give to the hand, J.
+HD_REALTIME void write_tool(PlayedTool& played, const LoopTime& time, double budget, double gain,
+                            bool force, LoopTool& tool) noexcept;
+
+/// What of the last read and write of the tool is wrong; kNone when nothing is.
+[[nodiscard]] HD_REALTIME Cause fault_of(const LoopTool& tool, bool pushes,
+                                         bool guards_armed) noexcept;
+
+}  // namespace hapticd
