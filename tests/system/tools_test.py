@@ -40,12 +40,12 @@ class Poses(unittest.TestCase):
         cls.played.__exit__(None, None, None)
 
     def press(self, tools):
-        """Tools by number press the shared string down to 2 mm below where it rests; the others stay 10 mm above it."""
+        """Tools by number press the shared string down along a parabola of 4 mm, so that each bends it; the others stay 10 mm above it."""
         session = self.session
         session.load_scene(SCENE)
         session.subscribe(divisor=1, sections=["TOOLS", "CONTACTS", "STRINGS"], max_contacts=256)
         for k in range(5):
-            depth = 0.01234 if k in tools else 0.0
+            depth = 0.01016 + 0.004 * (1 - (0.1 * k / 0.55) ** 2) if k in tools else 0.0
             session.poses([(0.1 * k, 0.0155 - depth * max(0, min(tick - 250, 100)) / 100, 0) for tick in range(500)], first_tick=0, tool_id=3 * k)
         states = list(session.states(session.run(500).steps))
         return states
