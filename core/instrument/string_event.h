@@ -45,7 +45,7 @@ struct StringEvent {
   std::array<float, kMaxModes> partials{};
   /// Whose touch it is; -1: no tool's. Of what rings: of the tool that played it.
   std::int32_t tool = -1;
-  std::int32_t part = -1;  ///< of that tool; -1: none is near
+  std::int32_t part = -1;  ///< of that tool; -1: none was near
 };
 
 /// Events of one tick, in order of their instants within a string; overflow is counted.

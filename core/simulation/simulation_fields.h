@@ -49,8 +49,8 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 
 template <FieldsOf<StringVisit> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [distance, u_W, v_W, nhat_W, p_GC_W, detector] = state;
-  visit(distance, u_W, v_W, nhat_W, p_GC_W, detector);
+  auto& [distance, u_W, v_W, nhat_W, p_GC_W, part, detector] = state;
+  visit(distance, u_W, v_W, nhat_W, p_GC_W, part, detector);
 }
 
 template <FieldsOf<TouchEvent> State, typename Visit>

@@ -98,12 +98,14 @@ void Simulation::play_string(std::int32_t string, const StringApproach& near,
   const StringResponse response = respond(sounding.string, play.scene.instrument, string, touch,
                                           time, track.state, modes, output.events);
   for (std::size_t k = first; k < output.events.size() && !sounding.all(); ++k) {
-    output.events[k].lambda = sounding.along_string(output.events[k].lambda);
+    StringEvent& event = output.events[k];
+    if (event.kind != StringEventKind::kRadius) event.lambda = sounding.along_string(event.lambda);
   }
-  name_tool(first, track.player, near.part, output.events);
+  StringVisit& seen = visit(player, string);
+  if (near.part >= 0) seen.part = near.part;
+  name_tool(first, track.player, seen.part, output.events);
   // What moved without time passing counts as motion of the next tick.
   if (time.dt_ns > 0) {
-    StringVisit& seen = visit(player, string);
     seen.v_W = (near.u_W - seen.u_W) / (1e-9 * static_cast<double>(time.dt_ns));
     seen.u_W = near.u_W;
     seen.distance = near.touch.distance;
@@ -156,7 +158,8 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringApproac
       for (std::size_t k = first; k < output.events.size(); ++k) {
         output.events[k].lambda = whole_lambda(play, string, output.events[k].lambda);
       }
-      name_tool(first, number, near[tool].part, output.events);
+      if (near[tool].part >= 0) seen.part = near[tool].part;
+      name_tool(first, number, seen.part, output.events);
       seen.detector = state.detector;
     }
     seen.v_W = (near[tool].u_W - seen.u_W) / (1e-9 * static_cast<double>(time.dt_ns));

@@ -36,6 +36,7 @@ struct StringVisit {
   /// Where its vibration has pushed the tool since: the normal, and the place from G, m.
   Vector3 nhat_W{0.0, 0.0, 0.0};
   Vector3 p_GC_W{0.0, 0.0, 0.0};
+  std::int32_t part = -1;  ///< of the tool, that was nearest when one was near
   /// The touch, while another tool plays the string (StringTrack::player).
   ReleaseDetector detector;
 };

@@ -39,13 +39,17 @@ Ensemble::Ensemble(std::size_t tools, const EnsembleOptions& options)
   play_ = own_simulation(std::vector<ToolScene>(tools, scene));
 }
 
-const TickOutput& Ensemble::tick(const std::vector<Vector3>& p_WH) {
-  t_ns_ += 1'000'000;
+TickInput Ensemble::input(const std::vector<Vector3>& p_WH) const {
   TickInput input;
   for (std::size_t k = 0; k < p_WH.size(); ++k) {
-    input.samples[k] = {t_ns_, to_array(p_WH[k]), {1.0, 0.0, 0.0, 0.0}};
+    input.samples[k] = {t_ns_ + 1'000'000, to_array(p_WH[k]), {1.0, 0.0, 0.0, 0.0}};
   }
-  play_.simulation->step(input, *output_);
+  return input;
+}
+
+const TickOutput& Ensemble::tick(const std::vector<Vector3>& p_WH) {
+  play_.simulation->step(input(p_WH), *output_);
+  t_ns_ += 1'000'000;
   events.insert(events.end(), output_->events.begin(), output_->events.end());
   return *output_;
 }

@@ -29,6 +29,8 @@ class Ensemble {
  public:
   Ensemble(std::size_t tools, const EnsembleOptions& options);
 
+  /// The next tick's input with the tools at `p_WH`, not turned.
+  [[nodiscard]] TickInput input(const std::vector<Vector3>& p_WH) const;
   /// One tick of 1 ms with the tools at `p_WH`, not turned.
   const TickOutput& tick(const std::vector<Vector3>& p_WH);
 

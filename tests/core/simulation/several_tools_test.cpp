@@ -77,6 +77,7 @@ TEST_CASE("five tools that wander over seven strings and a body never come to be
       {"two strings", {0.45, -0.015, 0.035}, {0.55, 0.015, 0.065}},
       {"one place", {0.495, -0.012, 0.03}, {0.505, 0.012, 0.05}},
   };
+  int shared = 0;
   for (const Region& region : regions) {
     for (const bool friction : {false, true}) {
       const std::string where = region.name;
@@ -91,29 +92,10 @@ TEST_CASE("five tools that wander over seven strings and a body never come to be
       const Outcome outcome = wander(ensemble, region, ticks, random);
       CHECK(outcome.worst >= -kMostPenetration);
       CHECK(outcome.recovering == 0);
-      MESSAGE("worst " << static_cast<double>(outcome.worst) << " shared " << outcome.shared);
+      shared += outcome.shared;
     }
   }
-}
-
-TEST_CASE("two fingers far apart on a string: each feels the tension of the bent string") {
-  Ensemble ensemble(2, {});
-  const double top = kEnsembleTip + StringParameters{}.radius;
-  for (int tick = 0; tick < 600; ++tick) {
-    const double depth = 4e-3 * std::min(1.0, tick / 200.0);
-    ensemble.tick({{0.35, top - depth, 0.0}, {0.75, top - 0.5 * depth, 0.0}});
-  }
-  const StringPoints points = ensemble.shape(0);
-  REQUIRE(points.size() == 4);
-  for (std::size_t k = 0; k < 2; ++k) {
-    const Vector3 F = ensemble.output().tools[k].F_unlimited_H_W.f;
-    const Vector3 pull = ensemble.pull(0, k + 1);
-    CAPTURE(F.y());
-    CAPTURE(pull.y());
-    CAPTURE(points[k + 1].y());
-    CHECK((F - pull).norm() < 0.01 * pull.norm());
-    CHECK(F.y() > 0.05);
-  }
+  if (scaled(20000) >= 2000) CHECK(shared > 1000);
 }
 
 }  // namespace hapticd::test

@@ -1,0 +1,282 @@
+// What tools feel and hear of each other through a string they share, and what they do not where
+// they share none.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/elementary.h"
+#include "tests/core/simulation/ensemble.h"
+#include "tests/support/no_heap.h"
+#include "tests/support/random.h"
+#include "tests/support/scale.h"
+
+namespace hapticd::test {
+namespace {
+
+/// Height of a fingertip's centre that touches the strings from above, m.
+double on_top() { return kEnsembleTip + StringParameters{}.radius; }
+
+/// Height of a finger that comes down to `depth` below touching in 0.1 s.
+double press(int tick, double depth) { return on_top() - depth * std::min(1.0, tick / 100.0); }
+
+const StringEvent* tone_of(const Ensemble& ensemble) {
+  for (const StringEvent& event : ensemble.events) {
+    if (event.kind == StringEventKind::kTone) return &event;
+  }
+  return nullptr;
+}
+
+bool same_bits(const ToolTick& a, const ToolTick& b) {
+  return a.X_WG.p == b.X_WG.p && a.F_H_W.f == b.F_H_W.f && a.F_H_W.t == b.F_H_W.t &&
+         a.optimiser.sub_steps == b.optimiser.sub_steps;
+}
+
+/// A finger that presses and plucks string `string` at `x`, over and over.
+Vector3 plucking(int tick, std::int32_t string, double x) {
+  const double turn = (tick % 400) / 400.0;
+  const double y = turn < 0.5 ? on_top() + 1e-3 - 8e-3 * turn : on_top() + 1e-3;
+  return {x, y, 0.02 * string};
+}
+
+}  // namespace
+
+TEST_CASE("a tool among others gives the bits it gives alone while they are at other strings") {
+  for (std::size_t place = 0; place < 5; ++place) {
+    CAPTURE(place);
+    Ensemble alone(1, {});
+    Ensemble among(5, {});
+    bool same = true;
+    bool pressed = false;
+    for (int tick = 0; tick < std::max<int>(900, static_cast<int>(scaled(3000))); ++tick) {
+      const Vector3 p = plucking(tick, 3, 0.4);
+      std::vector<Vector3> all;
+      for (std::size_t k = 0; k < 5; ++k) {
+        const auto string = static_cast<std::int32_t>(k < 3 ? k : k + 1);
+        all.push_back(k == place ? p : plucking(tick + 77 * string, string, 0.4));
+      }
+      const ToolTick& expected = alone.tick({p}).tools[0];
+      same = same && same_bits(among.tick(all).tools[place], expected);
+      pressed = pressed || expected.F_H_W.f.norm() > 0.1;
+    }
+    CHECK(same);
+    CHECK(pressed);
+    std::vector<StringEvent> own;
+    for (const StringEvent& event : among.events) {
+      if (event.tool == static_cast<std::int32_t>(place)) own.push_back(event);
+    }
+    REQUIRE(own.size() == alone.events.size());
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      CHECK(own[k].kind == alone.events[k].kind);
+      CHECK(own[k].t_ns == alone.events[k].t_ns);
+      CHECK(own[k].amplitude == alone.events[k].amplitude);
+    }
+  }
+}
+
+TEST_CASE("fingers apart on a string: each bears what the tension pulls at its vertex") {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    CAPTURE(seed);
+    SplitMix64 random(seed);
+    Ensemble ensemble(5, {});
+    std::vector<Vector3> p;
+    for (int k = 0; k < 5; ++k) {
+      const double side = random.chance(0.5) ? 1.0 : -1.0;
+      p.push_back({0.15 + 0.2 * k + random.uniform(-0.03, 0.03),
+                   side * (on_top() - random.uniform(2e-3, 5e-3)), 0.0});
+    }
+    for (int tick = 0; tick < 400; ++tick) {
+      std::vector<Vector3> now = p;
+      const double lift = 6e-3 * std::max(0.0, 1.0 - tick / 100.0);
+      for (Vector3& place : now) place.y() += place.y() > 0.0 ? lift : -lift;
+      ensemble.tick(now);
+      REQUIRE(ensemble.minimum_gap() >= 0.0L);
+    }
+    const StringPoints points = ensemble.shape(0);
+    Vector3 sum = Vector3::Zero();
+    std::size_t vertex = 1;
+    for (std::size_t k = 0; k < 5; ++k) {
+      const Vector3 F = ensemble.output().tools[k].F_unlimited_H_W.f;
+      CAPTURE(k);
+      // Who does not reach the string is none of its vertices, and bears nothing.
+      const bool holds =
+          vertex + 1 < points.size() && std::abs(points[vertex].x() - p[k].x()) < 0.05;
+      const Vector3 pull = holds ? ensemble.pull(0, vertex++) : Vector3::Zero();
+      // Along the axis, where legs are unequal, a string without lateral force gives none.
+      CHECK((F - pull).norm() <= 0.01 * pull.norm() + 1e-3);
+      sum += F;
+    }
+    CHECK(vertex + 1 == points.size());
+    CHECK(points.size() >= 4);
+    // All forces together are what the two ends hold.
+    const StringParameters string;
+    double length = 0.0;
+    for (std::size_t k = 0; k + 1 < points.size(); ++k)
+      length += (points[k + 1] - points[k]).norm();
+    const double stiffness = string.youngs_modulus * kPi * string.radius * string.radius;
+    const double tension = string.tension + stiffness * (length / kEnsembleLength - 1.0);
+    const Vector3 ends = (points[1] - points[0]).normalized() +
+                         (points[points.size() - 2] - points[points.size() - 1]).normalized();
+    CHECK((sum + tension * ends).norm() <= 0.01 * sum.norm() + 1e-3);
+  }
+}
+
+TEST_CASE("two tools squeeze a string: both stay on their side, and who is left has it alone") {
+  for (const double apart : {0.0, 0.5e-3, 3e-3, 20e-3}) {
+    CAPTURE(apart);
+    Ensemble ensemble(2, {});
+    Ensemble alone(1, {});
+    const Vector3 below{0.5 + apart, -on_top() + 3e-3, 0.0};
+    bool on_their_sides = true;
+    double most = 0.0;
+    for (int tick = 0; tick < 600; ++tick) {
+      const Vector3 above{0.5, tick < 400 ? press(tick, 3e-3) : on_top() + 0.02, 0.0};
+      Vector3 under = below;
+      under.y() -= 5e-3 * std::max(0.0, 1.0 - std::max(0, tick - 100) / 100.0);
+      ensemble.tick({above, under});
+      alone.tick({under});
+      REQUIRE(ensemble.minimum_gap() >= 0.0L);
+      const auto& tools = ensemble.output().tools;
+      on_their_sides = on_their_sides && tools[0].X_WG.p.y() > tools[1].X_WG.p.y();
+      most = std::max(most, tools[1].F_unlimited_H_W.f.norm());
+    }
+    CHECK(on_their_sides);
+    const ToolTick& left = ensemble.output().tools[1];
+    const ToolTick& expected = alone.output().tools[0];
+    CHECK(expected.F_unlimited_H_W.f.norm() > 0.2);
+    CHECK(most > 1.5 * expected.F_unlimited_H_W.f.norm());
+    CHECK((left.F_unlimited_H_W.f - expected.F_unlimited_H_W.f).norm() < 1e-4);
+    CHECK((left.X_WG.p - expected.X_WG.p).norm() < 1e-6);
+    CHECK(ensemble.output().tools[0].F_unlimited_H_W.f.norm() == 0.0);
+  }
+}
+
+TEST_CASE("a tool that is gone in one tick leaves the string to the other, and nobody inside it") {
+  for (const bool first_goes : {true, false}) {
+    CAPTURE(first_goes);
+    Ensemble ensemble(2, {});
+    Ensemble alone(1, {});
+    for (int tick = 0; tick < 400; ++tick) {
+      const double y = press(tick, 4e-3);
+      std::vector<Vector3> p{{0.5, y, 0.0}, {0.52, y, 0.0}};
+      const Vector3 stays = p[first_goes ? 1 : 0];
+      if (tick > 200) p[first_goes ? 0 : 1] = {0.2, 0.3, 0.5};
+      ensemble.tick(p);
+      alone.tick({stays});
+      REQUIRE(ensemble.minimum_gap() >= 0.0L);
+    }
+    const Vector3 F = ensemble.output().tools[first_goes ? 1 : 0].F_unlimited_H_W.f;
+    CHECK((F - alone.output().tools[0].F_unlimited_H_W.f).norm() < 1e-4);
+    CHECK(ensemble.shape(0).size() == 3);
+  }
+}
+
+TEST_CASE("tools that cross each other along a string stay out of it") {
+  Ensemble ensemble(5, {});
+  for (int tick = 0; tick < std::max<int>(400, static_cast<int>(scaled(4000))); ++tick) {
+    std::vector<Vector3> p;
+    for (int k = 0; k < 5; ++k) {
+      const double turn = (tick + 160 * k) % 800 / 400.0;
+      const double x = 0.3 + 0.3 * (turn < 1.0 ? turn : 2.0 - turn);
+      p.push_back({x,
+                   (k % 2 == 0 ? 1.0 : -1.0) *
+                       (press(tick, 1e-3 * (1 + k)) + 5e-3 * std::max(0.0, 1.0 - tick / 50.0)),
+                   0.0});
+    }
+    ensemble.tick(p);
+    REQUIRE(ensemble.minimum_gap() >= 0.0L);
+  }
+}
+
+TEST_CASE("a finger stops the string and another plucks it: the tone is that of what is left") {
+  for (const bool stop_first : {true, false}) {
+    CAPTURE(stop_first);
+    Ensemble ensemble(2, {});
+    for (int tick = 0; tick < 700; ++tick) {
+      const int stop_tick = stop_first ? tick : tick - 200;
+      const int pluck_tick = stop_first ? tick - 200 : tick;
+      const Vector3 stop{0.275, stop_tick < 0 ? on_top() + 5e-3 : press(stop_tick, 5e-3), 0.0};
+      Vector3 pluck{0.8, pluck_tick < 0 ? on_top() + 5e-3 : press(pluck_tick, 3e-3), 0.0};
+      if (tick > 450) pluck.y() = on_top() + 0.02;
+      ensemble.tick({stop, pluck});
+    }
+    const StringEvent* tone = tone_of(ensemble);
+    REQUIRE(tone != nullptr);
+    CHECK(tone->tool == 1);
+    CHECK(tone->part == 0);
+    CHECK(std::abs(tone->lambda - 0.8 / kEnsembleLength) < 1e-3);
+    // f = sqrt(T / mu) / (2 L) of what vibrates, under the tension of the string as it is bent: a
+    // little less than at the release, when the other has pulled it further.
+    const StringPoints points = ensemble.shape(0);
+    REQUIRE(points.size() == 3);
+    const double left = (points[2] - points[1]).norm();
+    const double length = (points[1] - points[0]).norm() + left;
+    const StringParameters string;
+    const double stiffness = string.youngs_modulus * kPi * string.radius * string.radius;
+    const double tension = string.tension + stiffness * (length / kEnsembleLength - 1.0);
+    const double f = 65.4 * kEnsembleLength / left * std::sqrt(tension / string.tension);
+    CHECK(std::abs(tone->frequency / f - 1.0) < 2e-3);
+    // It rings while the first holds it, and that one is not said to have let go.
+    CHECK(ensemble.output().strings.size() == 1);
+    for (const StringEvent& event : ensemble.events) {
+      CHECK((event.tool == 1 || event.kind != StringEventKind::kRelease));
+    }
+  }
+}
+
+TEST_CASE("fingers that touch a ringing string draw no more from it than what it rang with") {
+  for (std::int64_t i = std::max<std::int64_t>(3, scaled(40)); i > 0; --i) {
+    CAPTURE(i);
+    SplitMix64 random(static_cast<std::uint64_t>(i));
+    Ensemble ensemble(3, {});
+    std::vector<Vector3> p;
+    for (int k = 0; k < 3; ++k) p.push_back({0.3 + 0.2 * k, on_top() + 0.02, 0.0});
+    double given = 0.0;
+    double released = 0.0;
+    std::vector<Vector3> held(3, Vector3::Zero());
+    for (int tick = 0; tick < 1500; ++tick) {
+      const std::vector<Vector3> before = p;
+      p[0].y() = tick < 100 ? press(tick, 5e-3) : on_top() + 0.03;
+      for (std::size_t k = 1; tick > 110 && k < 3; ++k) {
+        const double down = std::min(1.0, (tick - 110) / 100.0);
+        const double wave =
+            std::sin(2.0 * kPi * 65.4 * (1e-3 * tick + 0.1 * static_cast<double>(k)));
+        p[k].y() =
+            on_top() + 0.02 * (1.0 - down) + down * (1e-3 * wave + random.uniform(-1e-4, 1e-4));
+      }
+      const TickOutput& output = ensemble.tick(p);
+      for (std::size_t k = 0; k < 3; ++k) {
+        given += held[k].dot(p[k] - before[k]);
+        held[k] = output.tools[k].F_unlimited_H_W.f;
+        for (const StringContact& contact : output.tools[k].strings) held[k] -= contact.F_W;
+      }
+      for (const StringEvent& event : output.events) {
+        if (event.kind != StringEventKind::kTone) continue;
+        released += ensemble.simulation().tracks()[0].state.vibration.released_energy;
+      }
+    }
+    CHECK(released > 1e-5);
+    CHECK(given <= released * (1.0 + 1e-9));
+  }
+}
+
+TEST_CASE("five tools in one tick leave the heap alone") {
+  Ensemble ensemble(5, {});
+  std::int64_t touched = 0;
+  TickInput input;
+  const auto output = std::make_unique<TickOutput>();
+  for (int tick = 1; tick <= 300; ++tick) {
+    for (std::size_t k = 0; k < 5; ++k) {
+      input.samples[k] = {std::int64_t{1'000'000} * tick,
+                          {0.3 + 0.05 * static_cast<double>(k), press(tick, 4e-3), 0.0},
+                          {1.0, 0.0, 0.0, 0.0}};
+    }
+    const NoHeapScope scope;
+    ensemble.simulation().step(input, *output);
+    touched += scope.count();
+  }
+  CHECK(touched == 0);
+  CHECK(output->tools[4].F_H_W.f.norm() > 0.0);
+}
+
+}  // namespace hapticd::test
