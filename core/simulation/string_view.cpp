@@ -62,6 +62,30 @@ std::size_t nearest_part(const StringTool& tool, const StringPoints& points,
   return nearest;
 }
 
+/// False when others do not hold the string, or the tool can meet it neither bent nor straight on
+/// its way to p_WH, or to where it was to go last if that pose is useless.
+bool concerns(std::span<const StringTool> tools, const AllHolders& all, const StringHolders& held,
+              std::int32_t tool, const Vector3& p_WH) noexcept {
+  const bool holds = std::find(held.tools.begin(), held.tools.end(), tool) != held.tools.end();
+  if (holds) return held.tools.size() > 1;
+  const StringTool& self = tools[static_cast<std::size_t>(tool)];
+  const OptimiserState& state = self.state->optimiser;
+  const Vector3& p_WG = state.X_WG.p;
+  const double way = std::max((p_WH - p_WG).norm(), (self.state->guard.X_WH.p - p_WG).norm());
+  // Wherever it turns to.
+  const double room = 2.0 * (reach(self.scene->tool) + greatest_displacement(state.parts)) + way +
+                      2.0 * self.scene->options.margin + whole(self, held.string).r;
+  if (!(self.state->placed && std::isfinite(room))) return true;
+  StringPoints points;
+  string_points(tools, all, held.string, tool, points);
+  points.push_back(points[0]);  // back along the straight string
+  for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+    const double distance = closest_point_on_segment(points[k], points[k + 1], p_WG).distance;
+    if (distance <= room) return true;
+  }
+  return false;
+}
+
 /// The same vertex between other ends.
 void rebase(const Capsule& before, const Capsule& after, StringHold& hold) noexcept {
   if (same(before, after)) return;
@@ -168,19 +192,20 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
 }
 
 ToolScene view_strings(std::span<const StringTool> tools, const AllHolders& holders,
-                       std::int32_t tool) noexcept {
+                       std::int32_t tool, const Vector3& p_WH) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
   StringView& view = *self.view;
   ToolScene seen = *self.scene;
-  const auto is_alone = [&](const StringHolders& held) {
-    return held.tools.size() == 1 && held.tools[0] == tool;
-  };
-  if (view.parts.empty() && std::all_of(holders.begin(), holders.end(), is_alone)) return seen;
+  FixedVector<std::size_t, kMaxHeldStrings> near;
+  for (std::size_t k = 0; k < holders.size(); ++k) {
+    if (concerns(tools, holders, holders[k], tool, p_WH)) near.push_back(k);
+  }
+  if (view.parts.empty() && near.empty()) return seen;
   StringView next;
   FixedVector<StringConstants, kMaxHeldStrings> constants;
   FixedVector<Capsule, kMaxRigidParts> rigid_W;
-  for (const StringHolders& held : holders) {
-    if (!is_alone(held)) take_part(tools, holders, held, tool, next, constants, rigid_W);
+  for (const std::size_t k : near) {
+    take_part(tools, holders, holders[k], tool, next, constants, rigid_W);
   }
   for (StringHold& hold : self.state->optimiser.holds) {
     if (!hold.yields) continue;

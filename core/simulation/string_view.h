@@ -25,7 +25,7 @@ inline constexpr std::size_t kMaxRigidParts = (kMaxTools - 1) * kMaxDeflectingSt
 inline constexpr double kSharedRounding = 1e-12;
 
 /// Points of a polyline: both ends and a vertex of every tool.
-using StringPoints = FixedVector<Vector3, kMaxTools + 2>;
+using StringPoints = FixedVector<Vector3, kMaxTools + 3>;
 
 /// The tools that hold a string, from end A to end B.
 struct StringHolders {
@@ -81,11 +81,12 @@ HD_REALTIME void string_points(std::span<const StringTool> tools, const AllHolde
                                std::int32_t string, std::int32_t without,
                                StringPoints& points) noexcept;
 
-/// Makes the view of tool number `tool` and puts its holds into the terms of it, which moves
-/// nothing. Returns the scene it is to be rendered in; views it and the tool's view.
+/// Makes the view of tool number `tool`, which is to go to p_WH in this tick, and puts its holds
+/// into the terms of it, which moves nothing. Strings it cannot come near in the tick are left as
+/// they are in the scene. Returns the scene it is to be rendered in; views it and the tool's view.
 [[nodiscard]] HD_REALTIME ToolScene view_strings(std::span<const StringTool> tools,
-                                                 const AllHolders& holders,
-                                                 std::int32_t tool) noexcept;
+                                                 const AllHolders& holders, std::int32_t tool,
+                                                 const Vector3& p_WH) noexcept;
 
 /// Takes over which strings the tool holds after it was rendered, and takes pairs with rigid parts
 /// out of its state.

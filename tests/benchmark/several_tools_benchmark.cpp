@@ -3,7 +3,7 @@
 // of one tool of the same table, measured in the same run. Names: what the fingers do / how many.
 #include <benchmark/benchmark.h>
 
-#include <chrono>
+#include <ctime>
 #include <map>
 #include <string>
 
@@ -43,7 +43,7 @@ std::vector<Vector3> fingers(const Play& play, std::size_t count, int tick) {
   return p;
 }
 
-/// Seconds per tick of one tool, by name of the play.
+/// Seconds of processor time per tick of one tool, by name of the play.
 std::map<std::string, double>& one_tool() {
   static std::map<std::string, double> seconds;
   return seconds;
@@ -62,7 +62,7 @@ void run(benchmark::State& state, const Play& play, std::size_t count) {
   }
   const auto output = std::make_unique<TickOutput>();
   double sub_steps = 0.0;
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();
   std::int64_t t_ns = 200'000'000;
   for (auto _ : state) {
     for (TickInput& input : inputs) {
@@ -73,8 +73,7 @@ void run(benchmark::State& state, const Play& play, std::size_t count) {
     }
   }
   const auto ticks = static_cast<double>(state.iterations() * kPeriodTicks);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / ticks;
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / ticks;
   if (count == 1) one_tool()[play.name] = seconds;
   state.SetItemsProcessed(state.iterations() * kPeriodTicks);
   state.counters["sub_steps"] = sub_steps / ticks;
