@@ -133,6 +133,11 @@ std::vector<SceneFinding> check_scene(const SceneDescription& scene) {
   if (scene.tools.empty()) {
     findings.fault("tools", "there is none", "Give at least one tool: a finger is one sphere.");
   }
+  if (scene.tools.size() > kMaxTools) {
+    findings.fault(
+        "tools", std::to_string(scene.tools.size()) + " are more than " + std::to_string(kMaxTools),
+        "Leave some out, or make several fingers one tool of several parts.");
+  }
   check_tools(scene, findings);
   const std::size_t pieces = check_strings(scene, findings);
   if (pieces > kMaxStrings) {

@@ -119,6 +119,13 @@ TEST_CASE("what no single number shows is found: tools, ids, parts, softness, st
   CHECK(has_fault(twins, "tools[1].tool_id"));
   twins.tools[1].tool_id = 1;
   CHECK(check_scene(twins).empty());
+  SceneDescription crowd = finger_scene();
+  for (std::uint32_t id = 1; id < 6; ++id) {
+    CHECK(check_scene(crowd).empty());
+    crowd.tools.push_back(crowd.tools[0]);
+    crowd.tools.back().tool_id = id;
+  }
+  CHECK(has_fault(crowd, "tools"));
   SceneDescription partless = finger_scene();
   partless.tools[0].parts.clear();
   CHECK(has_fault(partless, "tools[0].parts"));
