@@ -98,8 +98,8 @@ class Simulation {
   }
   [[nodiscard]] std::span<const StringTrack> tracks() const noexcept { return memory_.tracks; }
 
-  /// All that goes from tick to tick, with awake_strings(): for snapshots and replay
-  /// (simulation_fields.h).
+  /// All that goes from tick to tick, with awake_strings() and holders(): for snapshots and replay
+  /// (simulation_fields.h). Of a tool: its state, X_WH and view.
   [[nodiscard]] const SimulationMemory& memory() const noexcept { return memory_; }
   /// Strings that respond to the next tick, in ascending order.
   [[nodiscard]] std::span<const std::int32_t> awake_strings() const noexcept {
