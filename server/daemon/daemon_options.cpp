@@ -68,7 +68,7 @@ void add_choice(CLI::App& app, const std::string& name, const std::map<std::stri
                 const std::string& help, Set set) {
   app.add_option_function<std::string>(
          name, [&choices, set](const std::string& text) { set(choices.at(text)); }, help)
-      ->check(CLI::IsMember(choices))
+      ->check(CLI::Validator(CLI::IsMember(choices)).description(""))
       ->type_name(names_of(choices));
 }
 
@@ -95,9 +95,9 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
                    [&](const std::string& v) { given.set_quality(v); });
   add<double>(app, "--budget-us", "N", "CPU time of a tick that quality auto keeps (half the tick)",
               [&](double v) { given.set_budget_us(v); });
-  add<std::string>(app, "--gesture", "NAME", "gesture of the simulated hand (demonstration)",
+  add<std::string>(app, "--gesture", "NAME", "gesture of the simulated hands (demonstration)",
                    [&](const std::string& v) { given.set_gesture(v); });
-  add_choice(app, "--arm", kArms, "arm behind the simulated hand (light)",
+  add_choice(app, "--arm", kArms, "arm behind each simulated hand (light)",
              [&](v1::Arm v) { given.set_arm(v); });
   add<std::uint64_t>(app, "--seed", "N", "seed of everything random (1)",
                      [&](std::uint64_t v) { given.set_seed(v); });
@@ -210,6 +210,7 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
       "hapticd");
   app.set_version_flag("--version", "hapticd " HAPTICD_VERSION);
   app.footer(
+      "hapticd doctor examines the machine: hapticd doctor --help.\n"
       "Exit codes: 0 good, 1 bad scene, gesture, profile or configuration, 2 bad command line,\n"
       "3 address not available, 4 realtime required and refused, 5 a verified replay differs.");
   add_options(app, options.given, options);
