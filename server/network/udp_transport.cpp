@@ -1,8 +1,6 @@
 // See udp_transport.h.
 #include "server/network/udp_transport.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <array>
 #include <asio/io_context.hpp>
@@ -14,6 +12,8 @@
 #include <chrono>
 #include <stdexcept>
 #include <system_error>
+
+#include "core/rt/monotonic_clock.h"
 
 namespace hapticd {
 namespace {
@@ -72,12 +72,6 @@ udp::endpoint endpoint_of(const Address& address, bool v4) {
 }
 
 }  // namespace
-
-std::int64_t monotonic_now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
 
 struct UdpTransport::Implementation {
   asio::io_context context{1};

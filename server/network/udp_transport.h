@@ -12,9 +12,6 @@
 
 namespace hapticd {
 
-/// CLOCK_MONOTONIC, ns.
-[[nodiscard]] std::int64_t monotonic_now_ns();
-
 /// A bound UDP socket and the loop that serves it.
 class UdpTransport {
  public:

@@ -2,41 +2,11 @@
 // the checksum of UDP would have caught reaches both sides here.
 #include <doctest/doctest.h>
 
-#include "tests/clients/library/virtual_network.h"
+#include "tests/clients/library/captured_session.h"
 #include "tests/support/scale.h"
 
 namespace hapticd::test {
 namespace {
-
-/// A session with traffic both ways, everything captured.
-struct CapturedSession {
-  VirtualNetwork network;
-  VirtualClient* mine = nullptr;
-
-  CapturedSession() {
-    network.capturing = true;
-    network.tick_each_step = true;
-    LinkConditions conditions;
-    conditions.delay_ns = kTestMillisecond_ns;
-    conditions.jitter_ns = 3 * kTestMillisecond_ns;
-    conditions.loss = 0.1;
-    mine = &network.add_client(conditions, 3);
-    v1::Item acquire;
-    acquire.mutable_acquire()->set_holder("mine");
-    mine->core->request(acquire);
-    v1::Item subscribe;
-    subscribe.mutable_subscribe()->set_divisor(20);
-    mine->core->request(subscribe);
-    for (std::uint32_t i = 0; i < 100; ++i) {
-      network.server->broadcast(tone_item(i));
-      mine->core->request(numbered_request(i));
-      network.run_for(2 * kTestMillisecond_ns);
-    }
-    network.run_for(kTestSecond_ns);
-    network.capturing = false;
-    network.tick_each_step = false;
-  }
-};
 
 TEST_CASE("every datagram of a session sent to the server again changes nothing") {
   CapturedSession session;

@@ -2,20 +2,11 @@
 // holds for them, and nobody without the key changes anything. PROTOCOL.md, sections 2 to 4 and 12.
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <numeric>
-
-#include "tests/clients/library/virtual_network.h"
+#include "tests/clients/library/captured_session.h"
 #include "tests/support/scale.h"
 
 namespace hapticd::test {
 namespace {
-
-std::vector<std::uint32_t> up_to(std::size_t count) {
-  std::vector<std::uint32_t> numbers(count);
-  std::iota(numbers.begin(), numbers.end(), 0U);
-  return numbers;
-}
 
 /// Numbers of the requests the host was asked, in order.
 std::vector<std::uint32_t> asked_numbers(const VirtualNetwork& network) {
@@ -106,37 +97,15 @@ TEST_CASE("keyed Items arrive exactly once and in order, whatever the network an
   }
 }
 
-/// A keyed session with traffic both ways, everything captured.
-struct KeyedSession {
-  VirtualNetwork network{keyed_network()};
-  VirtualClient* mine = nullptr;
-
-  KeyedSession() {
-    network.capturing = true;
-    LinkConditions conditions;
-    conditions.jitter_ns = 3 * kTestMillisecond_ns;
-    conditions.loss = 0.1;
-    mine = &network.add_client(conditions, 3, control_key());
-    v1::Item acquire;
-    acquire.mutable_acquire()->set_holder("mine");
-    mine->core->request(acquire);
-    for (std::uint32_t i = 0; i < 100; ++i) {
-      network.server->broadcast(tone_item(i));
-      mine->core->request(numbered_request(i));
-      network.run_for(2 * kTestMillisecond_ns);
-    }
-    network.run_for(kTestSecond_ns);
-    network.capturing = false;
-  }
-  [[nodiscard]] std::uint64_t taken() const {
-    const ServerCounters& c = network.server->counters();
-    return c.received - c.bad_header - c.unknown_session - c.repeated - c.unreadable - c.forged -
-           c.hellos;
-  }
-};
+/// Datagrams that the server took as a session's.
+std::uint64_t taken(const VirtualNetwork& network) {
+  const ServerCounters& c = network.server->counters();
+  return c.received - c.bad_header - c.unknown_session - c.repeated - c.unreadable - c.forged -
+         c.hellos;
+}
 
 TEST_CASE("of every datagram captured, sent again to either side, none is accepted") {
-  KeyedSession session;
+  CapturedSession session(keyed_network(), control_key());
   VirtualNetwork& network = session.network;
   VirtualClient& mine = *session.mine;
   CHECK(mine.captured.size() > 100);
@@ -145,19 +114,19 @@ TEST_CASE("of every datagram captured, sent again to either side, none is accept
   const std::size_t items = mine.items.size();
   std::uint64_t accepted = 0;
   for (const Datagram& datagram : mine.captured) {
-    const std::uint64_t before = session.taken();
+    const std::uint64_t before = taken(network);
     const std::size_t was_asked = network.host.asked.size();
     network.server->receive(mine.address, datagram, network.now_ns);
     // One that was lost the first time is no repetition: it may be taken, once, and says nothing
     // new.
-    accepted += session.taken() != before && network.host.asked.size() != was_asked ? 1U : 0U;
+    accepted += taken(network) != before && network.host.asked.size() != was_asked ? 1U : 0U;
   }
-  const std::uint64_t all_taken = session.taken();
+  const std::uint64_t all_taken = taken(network);
   for (const Datagram& datagram : mine.captured) {
     network.server->receive(mine.address, datagram, network.now_ns);
     network.server->receive(ipv4_address({127, 0, 0, 9}, 50'000), datagram, network.now_ns);
   }
-  CHECK(session.taken() == all_taken);
+  CHECK(taken(network) == all_taken);
   for (const Datagram& datagram : mine.captured_from_server) {
     mine.core->receive(datagram, mine.own_ns(network.now_ns));
   }

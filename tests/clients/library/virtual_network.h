@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -184,6 +185,13 @@ inline v1::Item tone_item(std::uint32_t string_index) {
   v1::Item item;
   item.mutable_tone()->set_string_index(string_index);
   return item;
+}
+
+/// 0, 1, ... below `count`.
+inline std::vector<std::uint32_t> up_to(std::size_t count) {
+  std::vector<std::uint32_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0U);
+  return numbers;
 }
 
 /// A request with a number in it, for the host.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include "tests/clients/library/virtual_network.h"
@@ -12,12 +11,6 @@
 
 namespace hapticd::test {
 namespace {
-
-std::vector<std::uint32_t> up_to(std::size_t count) {
-  std::vector<std::uint32_t> numbers(count);
-  std::iota(numbers.begin(), numbers.end(), 0U);
-  return numbers;
-}
 
 /// Requests one client sent, and the Results it got, in order.
 struct Requests {

@@ -139,10 +139,10 @@ def a_new_item_is_acknowledged_within_10_ms(server):
 
 @check(4)
 def unknown_items_are_answered_unsupported(server):
-    """An Item whose body is not set, or of a kind nobody knows, is acknowledged and answered UNSUPPORTED."""
+    """An Item whose body is not set, of a kind nobody knows, or of one that servers send, is acknowledged and answered UNSUPPORTED."""
     peer = server.open()
     unknown = stream.Item.FromString(b"\xa2\x1f\x03abc")  # field 500, 3 bytes
-    for each in (stream.Item(), stream.Item(fence=7), unknown):
+    for each in (stream.Item(), stream.Item(fence=7), unknown, item("tone"), item("scene_info"), item("result")):
         result = peer.request(each)
         expect(code(result) == "UNSUPPORTED", f"{code(result)}")
     peer.demand(item("ping"))

@@ -86,6 +86,17 @@ def poses_without_a_tick_follow_those_queued(server):
 
 
 @check(11)
+def queued_poses_go_with_their_scene(server):
+    """Samples that are queued when a scene is exchanged go with the old one."""
+    server.needs_virtual()
+    holder = server.holder()
+    server.reload(holder)
+    holder.queue(item("pose_batch", first_tick=0, poses=poses(server, 16)))
+    server.reload(holder)
+    expect(run(holder, 16).held_inputs == 16, "the new scene got poses of the old one")
+
+
+@check(11)
 def the_haptic_tool_is_where_the_poses_say(server):
     """With the workspace map at its defaults p_WH of each tick is the position of its sample."""
     server.needs_virtual()
@@ -216,3 +227,4 @@ def stop_overtakes_a_run(server):
         steps = holder.results[number].run.steps
         expect(0 < steps < 10**9, f"{steps} steps in {time.monotonic() - begin:.1f} s")
     holder.demand(item("clear"))
+    run(holder, 1)  # Clear is obeyed by a tick

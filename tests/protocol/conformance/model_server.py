@@ -17,6 +17,7 @@ from peer import HEADER, header
 from schema import answer, control, stream
 
 SESSIONS = 32
+SENT_BY_SERVERS = ("tone", "contact", "string_radius", "fault", "result", "lease_info", "record_info", "scene_info")
 REPEATS_S = (0.001, 0.003, 0.007, 0.015, 0.031)
 
 
@@ -173,7 +174,7 @@ class ModelServer:
 
     def request(self, remote, item_id, item):
         kind = None if item is INVALID else item.WhichOneof("body")
-        if item is INVALID or kind is None:
+        if item is INVALID or kind is None or kind in SENT_BY_SERVERS:
             self.result(remote, item_id, INVALID if item is INVALID else UNSUPPORTED)
             return
         if kind in NEEDS_LEASE and (self.owner is not remote or item.fence not in (0, self.fence)):

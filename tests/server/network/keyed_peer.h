@@ -40,14 +40,6 @@ inline ServerOptions keyed_options() {
   return {.boot_id = 0xc0ffee, .keys = test_keys(), .random = seeded_bytes(3)};
 }
 
-/// 'H', major, kind, 0, session, counter.
-inline noise::Bytes raw_header(std::uint8_t kind, std::uint32_t session, std::uint64_t counter) {
-  noise::Bytes bytes{0x48, 1, kind, 0};
-  for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<std::uint8_t>(session >> (8 * i)));
-  for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<std::uint8_t>(counter >> (8 * i)));
-  return bytes;
-}
-
 /// One handshake of a client and what follows it.
 class KeyedClient {
  public:

@@ -33,12 +33,19 @@ struct SentDatagram {
   std::vector<std::uint8_t> raw;  ///< all of it
 };
 
+/// 'H', major, kind, 0, session, counter.
+inline std::vector<std::uint8_t> raw_header(std::uint8_t kind, std::uint32_t session,
+                                            std::uint64_t counter) {
+  std::vector<std::uint8_t> bytes{0x48, 1, kind, 0};
+  for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<std::uint8_t>(session >> (8 * i)));
+  for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<std::uint8_t>(counter >> (8 * i)));
+  return bytes;
+}
+
 /// The bytes of a PLAIN datagram.
 inline std::vector<std::uint8_t> plain_datagram(std::uint32_t session, std::uint64_t counter,
                                                 const v1::Packet& packet) {
-  std::vector<std::uint8_t> bytes{0x48, 1, 5, 0};
-  for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<std::uint8_t>(session >> (8 * i)));
-  for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<std::uint8_t>(counter >> (8 * i)));
+  std::vector<std::uint8_t> bytes = raw_header(5, session, counter);
   const std::string body = packet.SerializeAsString();
   bytes.insert(bytes.end(), body.begin(), body.end());
   return bytes;
