@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdio>
 #include <exception>
+#include <string>
+#include <vector>
 
 #include "clients/ctl/commands.h"
 
@@ -20,6 +22,16 @@ constexpr std::array kCommands{
     hapticd::ctl::add_keygen_command,
 };
 
+/// Names the word that is not known, where the parser misses a command instead.
+std::string explain(const CLI::App* app, const CLI::Error& error) {
+  const std::vector<std::string> unknown = app->remaining(true);
+  std::string text = CLI::FailureMessage::simple(app, error);
+  if (error.get_name() == "RequiredError" && !unknown.empty()) {
+    text.insert(0, "There is no command or option " + unknown.front() + ". ");
+  }
+  return text;
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Looks at a running hapticd and tells it what to do.", "hapticctl");
   GlobalOptions options;
@@ -35,6 +47,7 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--json", options.json, "answers as JSON, for programs");
   app.require_subcommand(1);
+  app.failure_message(explain);
   app.fallthrough();
   for (const auto add : kCommands) add(app, options);
   try {

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <exception>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "server/model/commands.h"
 
@@ -18,6 +20,16 @@ constexpr std::array kCommands{
     hapticd::add_inspect_command, hapticd::add_check_command, hapticd::add_explain_command,
 };
 
+/// Names the word that is not known, where the parser misses a command instead.
+std::string explain(const CLI::App* app, const CLI::Error& error) {
+  const std::vector<std::string> unknown = app->remaining(true);
+  std::string text = CLI::FailureMessage::simple(app, error);
+  if (error.get_name() == "RequiredError" && !unknown.empty()) {
+    text.insert(0, "There is no command or option " + unknown.front() + ". ");
+  }
+  return text;
+}
+
 int run(int argc, char** argv) {
   CLI::App app(
       "Models and scenes for hapticd: sphere-trees from triangle meshes, and what scenes make of "
@@ -25,6 +37,7 @@ int run(int argc, char** argv) {
       "hapticd-model");
   app.set_version_flag("--version", "hapticd-model " HAPTICD_VERSION);
   app.require_subcommand(1);
+  app.failure_message(explain);
   for (const auto add : kCommands) add(app);
   try {
     app.parse(argc, argv);

@@ -1,9 +1,10 @@
-"""Starts hapticd for a test, on a port of its own, and ends it."""
+"""Starts hapticd for a test, on a port of its own, and ends it; and what tests in lockstep share."""
 import os
 import signal
 import socket
 import subprocess
 import time
+import unittest
 
 HAPTICD = os.environ["HAPTICD"]
 START_TIMEOUT_S = 60.0
@@ -54,3 +55,21 @@ class Daemon:
     def __exit__(self, *_):
         if self.process.poll() is None:
             self.end(signal.SIGKILL)
+
+
+class LockstepCase(unittest.TestCase):
+    """Tests of one daemon with the virtual clock and scripted devices; `session` has the lease."""
+
+    @classmethod
+    def setUpClass(cls):
+        import hapticd  # not every test has the package
+        cls.played = Daemon("--clock", "virtual", "--device", "scripted", "--scene", "single_string")
+        cls.played.__enter__()
+        cls.session = hapticd.Session(cls.played.address)
+        cls.session.__enter__()
+        cls.session.acquire("test")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.session.__exit__(None, None, None)
+        cls.played.__exit__(None, None, None)

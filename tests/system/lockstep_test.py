@@ -22,20 +22,7 @@ def play(session, ticks=640):
     return list(session.states(result.steps)), result
 
 
-class Lockstep(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.played = daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "single_string")
-        cls.played.__enter__()
-        cls.session = hapticd.Session(cls.played.address)
-        cls.session.__enter__()
-        cls.session.acquire("test")
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.session.__exit__(None, None, None)
-        cls.played.__exit__(None, None, None)
-
+class Lockstep(daemon.LockstepCase):
     def test_the_hash_is_that_of_the_canonical_states(self):
         states, result = play(self.session)
         self.assertEqual([state.tick for state in states], list(range(640)))

@@ -25,20 +25,7 @@ class Hands(unittest.TestCase):
                 self.assertEqual(len(session.devices()), 5)
 
 
-class Poses(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.played = daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "single_string")
-        cls.played.__enter__()
-        cls.session = hapticd.Session(cls.played.address)
-        cls.session.__enter__()
-        cls.session.acquire("test")
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.session.__exit__(None, None, None)
-        cls.played.__exit__(None, None, None)
-
+class Poses(daemon.LockstepCase):
     def press(self, tools):
         """Tools by number press the shared string down along a parabola of 4 mm, so that each bends it; the others stay 10 mm above it."""
         session = self.session
