@@ -51,10 +51,11 @@ bool clear_of(const Bystander& other, ContactSet& pairs, const Capsule& straight
                 shape.view());
   if (pairs.contacts.empty()) return true;
   if (pairs.covered_margin < margin) return false;
-  const double places = places_of(other, pairs, straight_W.r, way);
-  if (places > kMaxPlaces) return false;
-  for (double place = std::max(places, 1.0); place > 0.0; place -= 1.0) {
-    StringBend there = moved(bend, scaled(motion, place / std::max(places, 1.0)));
+  const double wanted = places_of(other, pairs, straight_W.r, way);
+  if (wanted > kMaxPlaces) return false;
+  const int places = std::max(static_cast<int>(wanted), 1);
+  for (int place = places; place > 0; --place) {
+    StringBend there = moved(bend, scaled(motion, static_cast<double>(place) / places));
     there.capsule = 0;
     for (const Contact& pair : pairs.contacts) {
       const double gap = evaluate_contact(pair.key, other.tool, other.X_WG,

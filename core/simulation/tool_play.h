@@ -20,9 +20,9 @@ struct ToolWay {
 /// One tool of a simulation. Set `scene`; the rest begins as it is. Strings, obstacles and
 /// instrument are the same for all tools of a simulation.
 struct ToolPlay {
+  OptimiserWorkspace workspace;  ///< first, for it is aligned
   ToolScene scene;
   ToolState state;
-  OptimiserWorkspace workspace;
   Pose X_WH;    ///< of the last tick in which time passed
   ToolWay way;  ///< of this tick; means nothing while the pose is faulty
   StringView view;
