@@ -39,7 +39,7 @@ TEST_CASE("the first DATA opens the session, and it begins as every other") {
 TEST_CASE("before the first DATA opens no more bytes leave than came") {
   ServerBench bench(keyed_options());
   KeyedPeer peer(bench);
-  std::size_t in = 2 * 1200;
+  std::size_t in = std::size_t{2} * 1200;
   peer.shake_hands();
   noise::Bytes forged = peer.client.data(0, first_packet());
   forged.back() ^= 1U;
