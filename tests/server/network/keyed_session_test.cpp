@@ -198,6 +198,21 @@ TEST_CASE("a handshake without DATA is over after 3 s") {
   CHECK(bench.server->counters().unknown_session == 1);
 }
 
+TEST_CASE("the first DATA from another address opens no session, and blocks none") {
+  ServerBench bench(keyed_options());
+  KeyedPeer peer(bench);
+  peer.shake_hands();
+  const noise::Bytes first = peer.client.data(0, first_packet());
+  for (const Address& elsewhere :
+       {ipv4_address({127, 0, 0, 1}, 40'001), ipv4_address({127, 0, 0, 2}, 40'000)}) {
+    bench.receive(elsewhere, first);
+  }
+  CHECK(bench.server->session_count() == 0);
+  CHECK(bench.server->counters().unknown_session == 2);
+  bench.receive(peer.address, first);
+  CHECK(bench.server->session_count() == 1);
+}
+
 TEST_CASE("a DATA that is no Packet opens no session, and the next one does") {
   ServerBench bench(keyed_options());
   KeyedPeer peer(bench);
