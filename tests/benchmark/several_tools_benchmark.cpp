@@ -57,6 +57,7 @@ void run(benchmark::State& state, const Play& play, std::size_t count) {
     ensemble.tick(p);
   }
   std::vector<TickInput> inputs;
+  inputs.reserve(kPeriodTicks);
   for (int tick = 0; tick < kPeriodTicks; ++tick) {
     inputs.push_back(ensemble.input(fingers(play, count, tick)));
   }
