@@ -38,9 +38,12 @@ struct DeviceSample {
   float grip_m = std::numeric_limits<float>::quiet_NaN();  ///< opening; NaN = none
   float temperature_deg_c =
       std::numeric_limits<float>::quiet_NaN();  ///< hottest winding; NaN = none
-  std::uint16_t buttons = 0;                    ///< bit i = button i
-  std::uint16_t flags = 0;                      ///< kDevice... bits
-  bool has_velocity = false;                    ///< the device measures velocities itself
+  /// Delay from sample to force as the driver measured it from the device's echo of commands, s;
+  /// NaN = no echo, or not yet: the declared one counts.
+  double measured_delay_s = std::numeric_limits<double>::quiet_NaN();
+  std::uint16_t buttons = 0;  ///< bit i = button i
+  std::uint16_t flags = 0;    ///< kDevice... bits
+  bool has_velocity = false;  ///< the device measures velocities itself
 };
 static_assert(std::is_trivially_copyable_v<DeviceSample>);
 

@@ -51,6 +51,7 @@ CommandInForce CommandLine::at(std::int64_t t_ns) noexcept {
   const std::int64_t zero_ns = zero_ns_.load(std::memory_order_acquire);
   const bool zeroed = current_.sent_ns <= zero_ns && zero_ns <= host_ns;
   in_force.enabled = current_.command.enable;
+  in_force.sample_counter = current_.command.sample_counter;
   in_force.stale = host_ns - current_.sent_ns >= watchdog_ns_;
   if (zeroed || in_force.stale || !in_force.enabled || host_ns >= current_.command.expires_ns) {
     return in_force;

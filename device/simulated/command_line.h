@@ -18,9 +18,10 @@ inline constexpr std::size_t kCommandsOnTheWay = 2048;
 
 /// What the device does at an instant.
 struct CommandInForce {
-  Wrench F_H_D;          ///< zero where none is valid
-  bool enabled = false;  ///< motors on
-  bool stale = false;    ///< the watchdog cut it: nothing came in time
+  Wrench F_H_D;                      ///< zero where none is valid
+  bool enabled = false;              ///< motors on
+  bool stale = false;                ///< the watchdog cut it: nothing came in time
+  std::uint64_t sample_counter = 0;  ///< of the sample the newest command was computed from
 };
 
 class CommandLine {

@@ -166,6 +166,7 @@ SimulatedDevice::Six SimulatedDevice::motor_mean(const Wrench& F_H_D) noexcept {
 void SimulatedDevice::sub_step() noexcept {
   if (into_target_ns_ == 0) begin_target_step();
   in_force_ = commands_.at(t_ns_);
+  note_echo(in_force_.sample_counter, t_ns_, echo_);
   const Six motor = motor_mean(in_force_.F_H_D);
   const Responses& responses = responses_[index_of(arm_)];
   for (std::size_t axis = 0; axis < 6; ++axis) {
@@ -203,6 +204,10 @@ void SimulatedDevice::measure(DeviceSample& sample) noexcept {
   DeviceSample next;
   next.t_ns = t_ns_;
   next.counter = last_.counter + 1;
+  note_sample(next.counter, next.t_ns, echo_);
+  if (echo_.estimator.estimate_ns >= 0) {
+    next.measured_delay_s = 1e-9 * static_cast<double>(echo_.estimator.estimate_ns);
+  }
   bool exact = true;
   for (std::size_t i = 0; i < 3; ++i) {
     next.p_DH[i] = quantised(X_DH.p[row(i)], profile_.position_resolution[i]);

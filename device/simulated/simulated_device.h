@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "core/math/wrench.h"
+#include "core/safety/echo_watch.h"
 #include "device/api/haptic_device.h"
 #include "device/simulated/arm_model.h"
 #include "device/simulated/axis_response.h"
@@ -94,6 +95,7 @@ class SimulatedDevice final : public HapticDevice {
   ArmKind arm_;
   std::uint64_t seed_;
   CommandInForce in_force_;
+  EchoWatch echo_;  ///< the device tells which command it obeys
 
   // Plant: position and velocity per axis; rotation gone since the target step began.
   Quaternion q_DH_{1.0, 0.0, 0.0, 0.0};

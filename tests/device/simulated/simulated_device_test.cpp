@@ -8,6 +8,7 @@
 
 #include "core/math/rotation.h"
 #include "tests/device/api/device_contract.h"
+#include "tests/support/random.h"
 
 namespace hapticd::test {
 namespace {
@@ -210,6 +211,53 @@ TEST_CASE("placed somewhere, the handle rests there and the gesture is over") {
   CHECK(device.plant().V_DH.v == Vector3::Zero());
   for (int i = 251; i <= 600; ++i) device.read(i * kMs, sample);
   CHECK((device.plant().X_DH.p - X_DH.p).norm() < 5e-4);
+}
+
+TEST_CASE("the delay measured from the echo is the one the plant has") {
+  for (const double delay : {0.0, 5e-4, 1e-3, 3e-3, 20e-3}) {
+    CAPTURE(delay);
+    DeviceProfile profile = usual();
+    profile.delay = delay;
+    SimulatedDevice device(profile, {});
+    DeviceSample sample;
+    CHECK(std::isnan(sample.measured_delay_s));
+    for (int tick = 0; tick < 600; ++tick) {
+      device.read(tick * kMs, sample);
+      // Nothing is known before the first block of samples is complete.
+      if (tick < 250) CHECK(std::isnan(sample.measured_delay_s));
+      device.write(tick * kMs, {.sample_counter = sample.counter, .enable = true});
+    }
+    CHECK(sample.measured_delay_s == doctest::Approx(delay).epsilon(1e-12));
+  }
+}
+
+TEST_CASE(
+    "a loop that answers late has the longer delay measured, one that jitters the worst of it") {
+  SplitMix64 random(5);
+  SimulatedDevice late(usual(), {});
+  SimulatedDevice jittering(usual(), {});
+  DeviceSample sample;
+  DeviceSample other;
+  for (int tick = 0; tick < 1200; ++tick) {
+    late.read(tick * kMs, sample);
+    late.write(tick * kMs + 400'000, {.sample_counter = sample.counter, .enable = true});
+    const std::int64_t now_ns = tick * kMs + static_cast<std::int64_t>(random.uniform(0.0, 2e5));
+    jittering.read(now_ns, other);
+    jittering.write(now_ns, {.sample_counter = other.counter, .enable = true});
+  }
+  CHECK(sample.measured_delay_s == doctest::Approx(1.4e-3).epsilon(1e-12));
+  CHECK(other.measured_delay_s >= 1e-3);
+  CHECK(other.measured_delay_s <= 1e-3 + 2e-9 * static_cast<double>(kPlantStep_ns));
+}
+
+TEST_CASE("commands that tell no sample are not measured") {
+  SimulatedDevice device(usual(), {});
+  DeviceSample sample;
+  for (int tick = 0; tick < 600; ++tick) {
+    device.read(tick * kMs, sample);
+    device.write(tick * kMs, {.enable = true});
+  }
+  CHECK(std::isnan(sample.measured_delay_s));
 }
 
 }  // namespace hapticd::test
