@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 
 #include "core/math/limits.h"
@@ -47,7 +48,8 @@ struct ToolTrace {
   std::uint64_t sample_counter = 0;  ///< likewise
   std::uint64_t age_ns = 0;          ///< of the sample
   double stiffness_scale = 1.0;      ///< of the clamp, (0, 1]
-  Array3 p_DH{};                     ///< as it came, m
+  double measured_delay_s = std::numeric_limits<double>::quiet_NaN();  ///< as DeviceSample's
+  Array3 p_DH{};                                                       ///< as it came, m
   Array4 q_DH{1.0, 0.0, 0.0, 0.0};
   Array3 v_DH_D{};  ///< where has_velocity, m/s
   Array3 w_DH_D{};  ///< rad/s

@@ -1,6 +1,7 @@
 // See tick_record.h.
 #include "server/telemetry/tick_record.h"
 
+#include <cmath>
 #include <cstddef>
 
 namespace hapticd {
@@ -60,6 +61,7 @@ void set_input(const ToolTrace& tool, v1::ToolInput& input) {
   input.set_write_failed(tool.write_failed);
   input.set_recentre(tool.recentre);
   input.set_clutch_open(tool.clutch_open);
+  if (!std::isnan(tool.measured_delay_s)) input.set_measured_delay_s(tool.measured_delay_s);
 }
 
 bool get_input(const v1::ToolInput& input, ToolTrace& tool) {
@@ -89,6 +91,7 @@ bool get_input(const v1::ToolInput& input, ToolTrace& tool) {
   tool.write_failed = input.write_failed();
   tool.recentre = input.recentre();
   tool.clutch_open = input.clutch_open();
+  if (input.has_measured_delay_s()) tool.measured_delay_s = input.measured_delay_s();
   return true;
 }
 

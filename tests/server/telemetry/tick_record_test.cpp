@@ -27,6 +27,7 @@ bool same(const ToolTrace& a, const ToolTrace& b) {
          a.recentre == b.recentre && a.clutch_open == b.clutch_open &&
          a.device_flags == b.device_flags && a.sample_t_ns == b.sample_t_ns &&
          a.sample_counter == b.sample_counter && same(a.v_DH_D, b.v_DH_D) &&
+         same(std::array{a.measured_delay_s}, std::array{b.measured_delay_s}) &&
          same(a.w_DH_D, b.w_DH_D) && a.stiffness_scale == b.stiffness_scale &&
          same(a.p_DH, b.p_DH) && same(a.q_DH, b.q_DH) && same(a.p_WH, b.p_WH) &&
          same(a.q_WH, b.q_WH) && same(a.v_WH_W, b.v_WH_W) && same(a.w_WH_W, b.w_WH_W) &&
