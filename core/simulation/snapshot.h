@@ -68,6 +68,7 @@ struct ToolReading {
   double stiffness_scale = 1.0;   ///< of the clamp
   double stiffness_bound = 0.0;   ///< granted, N/m
   double delay = 0.0;             ///< the clamp was computed with, s
+  double measured_delay = 0.0;    ///< by the device's driver, s; NaN: not measured
   bool plays_gesture = false;     ///< of the simulated hand
   double gesture_progress = 0.0;  ///< in [0, 1]
   std::uint32_t gesture_repeats = 0;

@@ -225,6 +225,7 @@ void Daemon::take_snapshots(std::int64_t now_ns) {
     newest_tick_ = snapshot->tick;
     for (std::size_t k = 0; k < snapshot->tools.size(); ++k) {
       stiffness_bounds_[k] = snapshot->tools[k].stiffness_bound;
+      measured_delays_[k] = snapshot->tools[k].measured_delay;
     }
     follow_budget(*snapshot);
     if (virtual_time_) add_state(*snapshot, on_air(snapshot->scene_id).index, hash_);

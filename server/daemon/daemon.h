@@ -162,6 +162,7 @@ class Daemon {
   bool reload_waits_ = false;      ///< the scene is to be loaded anew, once nothing else is
   bool swapping_ = false;          ///< a scene waits for the loop to take it
   std::array<double, kMaxTools> stiffness_bounds_{};  ///< granted, N/m
+  std::array<double, kMaxTools> measured_delays_{};   ///< by drivers, s; NaN or 0: not measured
 };
 
 }  // namespace hapticd

@@ -327,6 +327,7 @@ void Daemon::describe_devices(const RequestId& id) {
     *device.mutable_profile() = tool.profile.message;
     device.set_port("inside the daemon");
     device.set_stiffness_bound_n_per_m(stiffness_bounds_[k]);
+    if (measured_delays_[k] > 0.0) device.set_measured_delay_s(measured_delays_[k]);
     device.set_checked(true);
   }
   server_->answer(id, result);

@@ -222,8 +222,12 @@ void HapticLoop::take_commands() noexcept {
 }
 
 void HapticLoop::read_devices() noexcept {
-  for (std::size_t k = 0; k < tool_count(); ++k)
+  bool learned = false;
+  for (std::size_t k = 0; k < tool_count(); ++k) {
     read_tool(scene_->tools[k], time_, options_.guards_armed, tools_[k]);
+    learned = learn_delay(tools_[k].sample, scene_->tools[k]) || learned;
+  }
+  if (learned) apply_settings(*scene_);
 }
 
 bool HapticLoop::all_have_poses() const noexcept {
@@ -374,7 +378,7 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
   if (options_.virtual_time) return;
   timing_.publish_ns = span_ns(written_ns, clock());
   const std::int64_t cpu_ns = thread_cpu_ns();
-  timing_.cpu_ns = span_ns(cpu_before_ns_, cpu_ns);
+  timing_.cpu_ns = cpu_before_ns_ == 0 ? 0 : span_ns(cpu_before_ns_, cpu_ns);
   cpu_before_ns_ = cpu_ns;
 }
 

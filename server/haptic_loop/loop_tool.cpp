@@ -9,6 +9,9 @@ namespace {
 /// A pose that repeats to the bit for so long under force is a stuck sensor, ns (InputLimits).
 constexpr std::int64_t kStuckAfter_ns = 250'000'000;
 
+/// Measured delays beyond this are no delays, s.
+constexpr double kLongestDelay_s = 1.0;
+
 }  // namespace
 
 void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
@@ -42,6 +45,14 @@ void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
                         tool.recentre, time.dt_s},
                        tool.workspace);
   tool.recentre = false;
+}
+
+bool learn_delay(const DeviceSample& sample, PlayedTool& played) noexcept {
+  const double delay_s = sample.measured_delay_s;
+  const bool sensible = delay_s >= 0.0 && delay_s <= kLongestDelay_s;
+  if (!sensible || delay_s == played.stiffness_limits.delay_s) return false;
+  played.stiffness_limits.delay_s = delay_s;
+  return true;
 }
 
 void write_tool(PlayedTool& played, const LoopTime& time, double budget, double gain, bool force,

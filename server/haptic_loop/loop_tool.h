@@ -49,6 +49,11 @@ struct LoopTime {
 HD_REALTIME void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
                            LoopTool& tool) noexcept;
 
+/// Lets the stiffness clamp of `played` reckon with the delay that `sample` brings; true when that
+/// is another than before, and settings are to be applied anew. Delays that make no sense, and NaN,
+/// change nothing.
+HD_REALTIME bool learn_delay(const DeviceSample& sample, PlayedTool& played) noexcept;
+
 /// Passes tool.F_H_D through the safety stage, faded by `gain`, and writes it; zero unless `force`.
 /// `budget`: what strings may still give to the hand, J.
 HD_REALTIME void write_tool(PlayedTool& played, const LoopTime& time, double budget, double gain,

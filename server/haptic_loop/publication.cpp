@@ -102,6 +102,7 @@ void HapticLoop::fill_tool(std::size_t k, ToolReading& reading) const noexcept {
   reading.stiffness_scale = played.grant.scale;
   reading.stiffness_bound = played.grant.bound;
   reading.delay = played.stiffness_limits.delay_s;
+  reading.measured_delay = sample.measured_delay_s;
   fill_gesture(k, reading);
 }
 
@@ -198,6 +199,7 @@ void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
   trace.age_ns =
       static_cast<std::uint64_t>(std::max<std::int64_t>(time_.t_ns - tool.sample.t_ns, 0));
   trace.stiffness_scale = played.grant.scale;
+  trace.measured_delay_s = tool.sample.measured_delay_s;
   trace.p_DH = tool.sample.p_DH;
   trace.q_DH = tool.sample.q_DH;
   trace.p_WH = to_array(tick.X_WH.p);

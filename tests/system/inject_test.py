@@ -132,6 +132,29 @@ class Injected(unittest.TestCase):
         self.assertGreater(flipped, 100)
         self.assertEqual([wrench(state) for state in states], [wrench(state) for state in self.undisturbed[:LONGEST // 2]])
 
+    def test_a_delay_that_comes_is_measured_and_the_stiffness_falls(self):
+        with daemon.Daemon("--clock", "virtual", *SCENE, "--inject", "delay:3") as played, hapticd.Session(played.address) as session:
+            session.acquire("test")
+            session.subscribe(divisor=1, sections=["STIFFNESS"])
+            session.run(steps=500)
+            before = list(session.states(500))[-1].stiffness[0]
+            declared = session.devices()[0].profile.delay_s.value[0]
+            self.assertAlmostEqual(before.delay_s, declared, delta=2e-4)
+            done = 0
+            while done < 4000:
+                done += session.run(steps=500).steps
+                try:
+                    session.clear()
+                except hapticd.RequestError:
+                    pass
+            list(session.states(timeout=0))
+            session.run(steps=1)
+            after = next(session.states(1)).stiffness[0]
+            # 30 reads of 1 ms more.
+            self.assertAlmostEqual(after.delay_s, declared + 0.030, delta=2e-4)
+            self.assertLess(after.bound_n_per_m, before.bound_n_per_m)
+            self.assertAlmostEqual(session.devices()[0].measured_delay_s, after.delay_s, places=6)
+
     def test_what_is_no_fault_is_refused_with_the_list(self):
         for bad in ("gremlin:1", "nan:x", ":"):
             code, text = daemon.run(f"--inject={bad}")
