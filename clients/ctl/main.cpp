@@ -19,7 +19,7 @@ constexpr std::array kCommands{
     hapticd::ctl::add_force_commands,  hapticd::ctl::add_gesture_commands,
     hapticd::ctl::add_record_commands, hapticd::ctl::add_run_commands,
     hapticd::ctl::add_pose_command,    hapticd::ctl::add_doctor_command,
-    hapticd::ctl::add_keygen_command,
+    hapticd::ctl::add_keygen_command,  hapticd::ctl::add_replay_commands,
 };
 
 /// Names the word that is not known, where the parser misses a command instead.

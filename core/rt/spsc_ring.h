@@ -69,6 +69,12 @@ class SpscRing {
     read_.store(read_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
+  /// Items on their way, at this moment. Any thread.
+  [[nodiscard]] std::size_t size() const noexcept {
+    const std::uint64_t read = read_.load(std::memory_order_acquire);
+    return static_cast<std::size_t>(written_.load(std::memory_order_acquire) - read);
+  }
+
   /// Items refused since construction. Any thread.
   [[nodiscard]] std::uint64_t overflow() const noexcept {
     return overflow_.load(std::memory_order_relaxed);

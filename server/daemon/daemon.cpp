@@ -52,34 +52,25 @@ std::optional<noise::KeyPair> keys_of(const v1::Config& config) {
 
 Daemon::Daemon(DaemonOptions options)
     : options_(std::move(options)),
-      player_(player_options(options_.config)),
-      virtual_time_(player_.virtual_time),
+      replay_(open_replay(options_)),
+      player_(replay_ ? recorded_player(replay_->header()) : player_options(options_.config)),
+      virtual_time_(player_.virtual_time || replay_ != nullptr),
       channels_(std::make_unique<LoopChannels>()) {
-  recording_ = std::make_unique<Recording>(channels_->traces, record_header());
-  LoadResult result = load_scene(options_.config.scene(), load_options());
-  std::string faults;
-  for (const SceneProblem& problem : result.problems) {
-    if (problem.doubt) {
-      spdlog::warn("{}", to_text(problem));
-    } else {
-      faults += (faults.empty() ? "" : "\n") + to_text(problem);
-    }
-  }
-  if (result.loaded == nullptr) throw StartError(kExitInput, faults);
-  AirScene& scene = put_on_air(std::move(result.loaded));
+  if (!replay_) recording_ = std::make_unique<Recording>(*channels_, record_header());
   LoopOptions loop;
   loop.period_ns = player_.period_ns;
-  loop.virtual_time = virtual_time_;
-  loop.guards_armed = player_.injection.has_value();
+  loop.virtual_time = player_.virtual_time;
+  loop.guards_armed =
+      player_.injection.has_value() || (replay_ && !options_.config.inject().empty());
+  loop.images = !replay_;
   try {
-    loop_ = std::make_unique<HapticLoop>(
-        loop, make_played_scene(scene.loaded, scene.id, first_gesture(*scene.loaded), player_),
-        *channels_);
+    loop_ = std::make_unique<HapticLoop>(loop, first_scene(), *channels_);
   } catch (const StartError&) {
     throw;
   } catch (const std::runtime_error& error) {
     throw StartError(kExitInput, error.what());
   }
+  if (replay_) begin_replay();
   ServerOptions server;
   server.boot_id = random_boot_id();
   server.virtual_clock = virtual_time_;
@@ -97,6 +88,22 @@ Daemon::Daemon(DaemonOptions options)
 }
 
 Daemon::~Daemon() = default;
+
+std::unique_ptr<PlayedScene> Daemon::first_scene() {
+  if (replay_) return make_recorded_scene(replay_->first_scene());
+  LoadResult result = load_scene(options_.config.scene(), load_options());
+  std::string faults;
+  for (const SceneProblem& problem : result.problems) {
+    if (problem.doubt) {
+      spdlog::warn("{}", to_text(problem));
+    } else {
+      faults += (faults.empty() ? "" : "\n") + to_text(problem);
+    }
+  }
+  if (result.loaded == nullptr) throw StartError(kExitInput, faults);
+  AirScene& scene = put_on_air(std::move(result.loaded));
+  return make_played_scene(scene.loaded, scene.id, first_gesture(*scene.loaded), player_);
+}
 
 ServerHost Daemon::make_host() {
   ServerHost host;
@@ -118,8 +125,10 @@ ServerHost Daemon::make_host() {
       statistics_.fill(*snapshot_, stages, *state.mutable_timing());
     }
     explain_quality(*snapshot_, state);
+    if (subscription.has(v1::SECTION_REPLAY)) fill_replay(state);
   };
   host.lease_lost = [this](LeaseEnd) {
+    if (replay_) return;
     channels_->commands.push({0, LeaseLostCommand{}});
     if (virtual_time_) loop_->take_commands();
   };
@@ -127,6 +136,10 @@ ServerHost Daemon::make_host() {
 }
 
 int Daemon::run(SignalRequests& signals) {
+  // Before the first tick, which a replay begins with.
+  if (recording_ && !options_.config.record().empty()) {
+    recording_->start(options_.config.record());
+  }
   if (!virtual_time_) {
     RealtimeOptions realtime;
     realtime.period_ns = player_.period_ns;
@@ -138,7 +151,6 @@ int Daemon::run(SignalRequests& signals) {
       throw StartError(kExitRealtime, error.what());
     }
   }
-  if (!options_.config.record().empty()) recording_->start(options_.config.record());
   report_start();
   transport_->run(*server_, [&](std::int64_t now_ns) {
     follow_signals(signals, now_ns);
@@ -148,12 +160,14 @@ int Daemon::run(SignalRequests& signals) {
   take_events();
   const ServerCounters& counters = server_->counters();
   spdlog::info("ended; {} datagrams received, {} sent", counters.received, counters.sent);
-  return kExitGood;
+  return exit_code_;
 }
 
 void Daemon::follow_signals(SignalRequests& signals, std::int64_t now_ns) {
-  if (signals.reload.exchange(false)) reload();
-  if (signals.end.load() && ending_since_ns_ < 0) {
+  if (signals.reload.exchange(false) && !replay_) reload();
+  if (replay_ && (signals.end.load() || end_requested_) && ending_since_ns_ < 0) {
+    end_replay(now_ns);
+  } else if (signals.end.load() && ending_since_ns_ < 0) {
     ending_since_ns_ = now_ns;
     channels_->commands.push({0, EndCommand{}});
     server_->shut_down(v1::BYE_REASON_SHUTDOWN, "hapticd ends.", now_ns);
@@ -164,10 +178,14 @@ bool Daemon::work(std::int64_t now_ns) {
   finish_build();
   reload_scene();
   bool again = false;
-  if (virtual_time_) again = pass_virtual_time(now_ns);
+  if (replay_) {
+    again = pass_replay(now_ns);
+  } else if (virtual_time_) {
+    again = pass_virtual_time(now_ns);
+  }
   take_events();
   take_snapshots(now_ns);
-  report_recording();
+  if (recording_) report_recording();
   if (ending_since_ns_ >= 0) {
     const bool silent = virtual_time_ || thread_->over();
     if ((silent && server_->session_count() == 0) || now_ns - ending_since_ns_ > kLongestEnd_ns) {

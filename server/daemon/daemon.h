@@ -15,6 +15,7 @@
 #include "server/daemon/daemon_options.h"
 #include "server/daemon/quality_governor.h"
 #include "server/daemon/recording.h"
+#include "server/daemon/replay_run.h"
 #include "server/daemon/scene_player.h"
 #include "server/daemon/tick_statistics.h"
 #include "server/encoding/encode_event.h"
@@ -30,6 +31,13 @@ struct SignalRequests {
   std::atomic<bool> end{false};     ///< SIGTERM, SIGINT
   std::atomic<bool> reload{false};  ///< SIGHUP
 };
+
+/// The recording that `options` name as their device, and its configuration in place of theirs;
+/// null when they name none. Throws StartError.
+[[nodiscard]] std::unique_ptr<ReplayRun> open_replay(DaemonOptions& options);
+
+/// How scenes were played when `header` was recorded. Throws StartError.
+[[nodiscard]] PlayerOptions recorded_player(const v1::RecordHeader& header);
 
 // NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding): there is one
 class Daemon {
@@ -71,6 +79,7 @@ class Daemon {
   enum class TimeMode : std::uint8_t { kStopped, kLive };
 
   // Start and run (daemon.cpp).
+  [[nodiscard]] std::unique_ptr<PlayedScene> first_scene();
   [[nodiscard]] ServerHost make_host();
   bool work(std::int64_t now_ns);
   void follow_signals(SignalRequests& signals, std::int64_t now_ns);
@@ -120,9 +129,19 @@ class Daemon {
   // Recording (daemon_records.cpp).
   [[nodiscard]] v1::RecordHeader record_header() const;
   void announce_scene(const AirScene& scene);
+  void announce_change(const SceneSettings& settings, const v1::SetParameter* set);
   void record(const RequestId& id, const v1::Record& record);
   void record_event(const LoopEvent& event, const v1::Item& item);
   void report_recording();
+
+  // Replay (daemon_replay.cpp).
+  [[nodiscard]] std::unique_ptr<PlayedScene> make_recorded_scene(const v1::SceneRecord& record);
+  void begin_replay();
+  bool pass_replay(std::int64_t now_ns);
+  void end_replay(std::int64_t now_ns);
+  void fill_replay(v1::State& state) const;
+  [[nodiscard]] bool refuse_in_replay(const RequestId& id, const v1::Item& item);
+  void answer_replay(const RequestId& id, const v1::Replay& replay);
 
   // Time (daemon_time.cpp).
   void run_time(const RequestId& id, const v1::Run& run);
@@ -131,10 +150,11 @@ class Daemon {
   void end_steps(v1::ResultCode code);
 
   DaemonOptions options_;
+  std::unique_ptr<ReplayRun> replay_;  ///< null: devices play
   PlayerOptions player_;
-  bool virtual_time_;
+  bool virtual_time_;  ///< the loop is stepped from here
   std::unique_ptr<LoopChannels> channels_;
-  std::unique_ptr<Recording> recording_;
+  std::unique_ptr<Recording> recording_;  ///< null: a replay is not recorded
   std::unique_ptr<HapticLoop> loop_;
   std::unique_ptr<RealtimeThread> thread_;
   std::unique_ptr<UdpTransport> transport_;
@@ -157,6 +177,8 @@ class Daemon {
   std::optional<StepRun> steps_;
   std::int64_t live_due_ns_ = 0;
   std::int64_t ending_since_ns_ = -1;
+  bool end_requested_ = false;  ///< of a replay, by a client
+  int exit_code_ = kExitGood;
   QualityGovernor governor_;       ///< of automatic quality under the real clock
   std::uint64_t change_tick_ = 0;  ///< of the last change of parameters
   bool reload_waits_ = false;      ///< the scene is to be loaded anew, once nothing else is

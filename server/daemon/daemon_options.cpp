@@ -77,7 +77,8 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
                    [&](const std::string& v) { options.config_file = v; });
   add<std::string>(app, "--scene", "NAME|FILE", "scene to play (guqin)",
                    [&](const std::string& v) { given.set_scene(v); });
-  add<std::string>(app, "--device", "simulated|scripted", "device of every tool (simulated)",
+  add<std::string>(app, "--device", "simulated|scripted|replay:FILE",
+                   "device of every tool (simulated)",
                    [&](const std::string& v) { given.add_device()->set_source(v); });
   add_choice(app, "--clock", kClocks, "what drives time (realtime)",
              [&](v1::ClockMode v) { given.set_clock(v); });
@@ -89,6 +90,9 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
                    "folder with view.key and control.key, made by 'hapticctl keygen' (none: "
                    "everyone on loopback)",
                    [&](const std::string& v) { given.set_keys(v); });
+  app.add_flag_callback(
+      "--verify", [&] { given.set_verify(true); },
+      "compare a replay with its recording, bit for bit");
   add<std::string>(app, "--record", "FILE", "record the whole session to an MCAP file",
                    [&](const std::string& v) { given.set_record(v); });
   add<std::string>(app, "--quality", "0..4|auto", "quality of every scene (the scene's own)",
@@ -181,14 +185,17 @@ void check_config(const v1::Config& config) {
       refuse("device: tool " + std::to_string(device.tool_id()) + " has two. Give each tool one.");
     }
     const std::string& source = device.source();
-    if (source != "simulated" && source != "scripted") {
-      refuse("--device: '" + source + "' is not known. Choose simulated or scripted.");
+    const bool replay = source.rfind(kReplaySource, 0) == 0;
+    if (source != "simulated" && source != "scripted" && !replay) {
+      refuse("--device: '" + source + "' is not known. Choose simulated, scripted or replay:FILE.");
+    }
+    if (replay && (config.device_size() > 1 || !config.record().empty())) {
+      refuse("--device: a replay is all there is: leave other devices and --record out.");
+    }
+    if (config.verify() && !replay) {
+      refuse("--verify: there is nothing to compare. Give --device replay:FILE.");
     }
   }
-  const auto unsupported = [](bool given, const char* field) {
-    if (given) refuse(std::string(field) + ": not supported by this version. Leave it out.");
-  };
-  unsupported(config.verify(), "verify");
 }
 
 void settle_config(DaemonOptions& options) {

@@ -44,6 +44,7 @@ void Daemon::follow_budget(const Snapshot& snapshot) {
   auto change = std::make_unique<SettingsChange>();
   change->from = settings;
   change->to = settings;
+  announce_change(change->to, nullptr);
   if (!channels_->commands.push({++last_command_, ChangeSettingsCommand{change.get()}})) return;
   static_cast<void>(change.release());  // the loop's from here on
   scene.settings = std::move(settings);

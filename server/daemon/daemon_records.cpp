@@ -7,6 +7,7 @@
 
 #include "server/daemon/daemon.h"
 #include "server/daemon/record_info.h"
+#include "server/telemetry/state_record.h"
 
 namespace hapticd {
 namespace {
@@ -73,11 +74,23 @@ v1::RecordHeader Daemon::record_header() const {
 }
 
 void Daemon::announce_scene(const AirScene& scene) {
+  if (!recording_) return;
   v1::SceneRecord record;
   record.set_scene_id(scene.id);
   *record.mutable_scene() = scene.loaded->message;
   record.set_hash(scene.info.hash());
+  *record.mutable_assets() = scene.info.assets();
+  if (player_.max_force < kUnlimited) record.set_max_force_n(player_.max_force);
   recording_->announce(std::move(record));
+}
+
+// Before the loop hears of the change, whose number is the next.
+void Daemon::announce_change(const SceneSettings& settings, const v1::SetParameter* set) {
+  v1::ParameterRecord record;
+  record.set_number(last_command_ + 1);
+  if (set != nullptr) *record.mutable_assignments() = set->assignments();
+  put_settings(settings, record);
+  recording_->announce_change(std::move(record));
 }
 
 void Daemon::record(const RequestId& id, const v1::Record& record) {
@@ -110,6 +123,7 @@ void Daemon::record(const RequestId& id, const v1::Record& record) {
 }
 
 void Daemon::record_event(const LoopEvent& event, const v1::Item& item) {
+  if (!recording_) return;
   v1::EventRecord record;
   record.set_tick(event.tick);
   *record.mutable_item() = item;

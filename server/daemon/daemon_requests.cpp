@@ -82,6 +82,7 @@ std::optional<LoopCommandBody> command_of(const v1::Item& item, const SceneIndex
 }  // namespace
 
 void Daemon::request(const RequestId& id, const v1::Item& item) {
+  if (refuse_in_replay(id, item)) return;
   const SceneIndex& index = scenes_.back().index;
   const auto unknown = [&](std::uint32_t tool_id) { return tool_of(tool_id, index) == kNoTool; };
   if ((item.has_recentre() && unknown(item.recentre().tool_id())) ||
@@ -110,6 +111,8 @@ void Daemon::request(const RequestId& id, const v1::Item& item) {
       return play_gesture(id, item.play_gesture());
     case v1::Item::kRecord:
       return record(id, item.record());
+    case v1::Item::kReplay:
+      return answer_replay(id, item.replay());
     case v1::Item::kListScenes:
       return list_names(id, list_scenes(installed_paths()));
     case v1::Item::kListGestures:
@@ -202,6 +205,7 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   change->at_tick = set.has_at_tick() ? set.at_tick() : 0;
   change->from = assigned.settings;
   change->to = assigned.settings;
+  announce_change(change->to, &set);
   if (!command(id, ChangeSettingsCommand{change.get()})) return;
   // Taken by the loop, which may have given it back by now: not ours to free.
   static_cast<void>(change.release());
@@ -323,7 +327,9 @@ void Daemon::describe_devices(const RequestId& id) {
     const ToolDevice& tool = device_of(player_, tool_ids[k]);
     v1::DeviceInfo& device = *result.mutable_devices()->add_devices();
     device.set_tool_id(tool_ids[k]);
-    device.set_driver(tool.source == "scripted" ? v1::DRIVER_SCRIPTED : v1::DRIVER_SIMULATED);
+    device.set_driver(tool.source == "scripted" ? v1::DRIVER_SCRIPTED
+                      : tool.source == "replay" ? v1::DRIVER_REPLAY
+                                                : v1::DRIVER_SIMULATED);
     *device.mutable_profile() = tool.profile.message;
     device.set_port("inside the daemon");
     device.set_stiffness_bound_n_per_m(stiffness_bounds_[k]);

@@ -69,6 +69,7 @@ void Daemon::end_steps(v1::ResultCode code) {
 }
 
 void Daemon::step_once(std::int64_t now_ns) {
+  recording_->make_room();
   loop_->tick_once(now_ns);
   take_events();
   take_snapshots(now_ns);

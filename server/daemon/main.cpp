@@ -1,11 +1,12 @@
 // hapticd: reads its options, starts the daemon, ends with its exit code. With the word doctor as
-// its first argument it examines the machine instead.
+// its first argument it examines the machine instead, with export it writes a table of a recording.
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <string_view>
 
 #include "server/daemon/daemon.h"
+#include "server/daemon/export_command.h"
 #include "server/system/doctor.h"
 
 namespace {
@@ -31,6 +32,9 @@ int main(int argc, char** argv) {
   try {
     if (argc > 1 && std::string_view(argv[1]) == "doctor") {
       return hapticd::run_doctor(argc - 1, argv + 1);
+    }
+    if (argc > 1 && std::string_view(argv[1]) == "export") {
+      return hapticd::run_export(argc - 1, argv + 1);
     }
     hapticd::DaemonOptions options;
     if (!hapticd::read_options(argc, argv, options)) return hapticd::kExitGood;

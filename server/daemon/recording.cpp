@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "core/rt/monotonic_clock.h"
+#include "server/telemetry/state_record.h"
 
 namespace hapticd {
 namespace {
@@ -14,6 +15,9 @@ namespace fs = std::filesystem;
 
 /// Time between two rounds. Longer: more of a killed daemon's last ticks are lost (100 ms may be).
 constexpr std::chrono::milliseconds kRound{20};
+
+/// Time between two looks for room in a full ring.
+constexpr std::chrono::microseconds kWaitForRoom{200};
 
 /// From the monotonic clock to the time of day, ns.
 std::int64_t time_of_day_offset_ns() {
@@ -63,8 +67,8 @@ std::vector<std::string> list_recordings(const fs::path& folder) {
   return names;
 }
 
-Recording::Recording(TraceRing& traces, const v1::RecordHeader& header)
-    : traces_(traces), recorder_(recorder_options()) {
+Recording::Recording(LoopChannels& channels, const v1::RecordHeader& header)
+    : traces_(channels.traces), images_(channels.images), recorder_(recorder_options()) {
   recorder_.begin(header);
   thread_ = std::thread([this] { run(); });
 }
@@ -87,13 +91,13 @@ void Recording::post(Task task) {
 }
 
 void Recording::announce(v1::SceneRecord record) {
-  post([this, record = std::move(record)] { scenes_[record.scene_id()] = record; });
+  const std::lock_guard lock(mutex_);
+  scenes_[record.scene_id()] = std::move(record);
 }
 
-void Recording::parameters(std::int64_t t_ns, v1::ParameterRecord record) {
-  post([this, t_ns, record = std::move(record)] {
-    recorder_.parameters(static_cast<std::uint64_t>(t_ns), record);
-  });
+void Recording::announce_change(v1::ParameterRecord record) {
+  const std::lock_guard lock(mutex_);
+  changes_[record.number()] = std::move(record);
 }
 
 void Recording::event(std::int64_t t_ns, v1::EventRecord record) {
@@ -141,17 +145,64 @@ std::vector<DumpResult> Recording::take_dumps() {
   return std::exchange(dumps_, {});
 }
 
+void Recording::make_room() {
+  while (traces_.size() > TraceRing::capacity() / 2) {
+    wake_.notify_one();
+    std::this_thread::sleep_for(kWaitForRoom);
+  }
+}
+
+// An image stands right behind the tick it was made after; that of a tick that was lost stands
+// before the next one.
+void Recording::take_images(const TickTrace& trace, bool after) {
+  while (const StateImage* image = images_.front()) {
+    const bool passed = image->scene_id < trace.scene_id ||
+                        (image->scene_id == trace.scene_id && image->next_tick <= trace.tick);
+    const bool fits = image->scene_id == trace.scene_id && image->next_tick == trace.tick + 1;
+    if (!passed && !(after && fits)) return;
+    v1::Snapshot record;
+    to_record(*image, record);
+    images_.release();
+    for (const auto& [path, assignment] : parameters_) *record.add_parameters() = assignment;
+    recorder_.snapshot(trace.t_ns, record);
+  }
+}
+
+void Recording::take_change(const TickTrace& trace) {
+  v1::ParameterRecord record;
+  {
+    const std::lock_guard lock(mutex_);
+    auto announced = changes_.extract(trace.change);
+    if (announced.empty()) return;
+    record = std::move(announced.mapped());
+  }
+  record.set_tick(trace.tick);
+  for (const v1::Assignment& assignment : record.assignments()) {
+    parameters_[assignment.path()] = assignment;
+  }
+  recorder_.parameters(trace.t_ns, record);
+}
+
+void Recording::take_trace(const TickTrace& trace) {
+  take_images(trace, false);
+  if (trace.scene_id != scene_id_) {
+    scene_id_ = trace.scene_id;
+    parameters_.clear();
+    const std::lock_guard lock(mutex_);
+    const auto announced = scenes_.find(scene_id_);
+    if (announced != scenes_.end()) {
+      recorder_.scene(trace.t_ns, announced->second);
+      scenes_.erase(scenes_.begin(), std::next(announced));
+    }
+  }
+  if (trace.change != 0) take_change(trace);
+  recorder_.tick(trace);
+  take_images(trace, true);
+}
+
 void Recording::take_traces() {
   while (const TickTrace* trace = traces_.front()) {
-    if (trace->scene_id != scene_id_) {
-      scene_id_ = trace->scene_id;
-      const auto announced = scenes_.find(scene_id_);
-      if (announced != scenes_.end()) {
-        recorder_.scene(trace->t_ns, announced->second);
-        scenes_.erase(scenes_.begin(), std::next(announced));
-      }
-    }
-    recorder_.tick(*trace);
+    take_trace(*trace);
     traces_.release();
   }
   const std::uint64_t lost = traces_.overflow();

@@ -35,8 +35,8 @@ struct DumpResult {
 
 class Recording {
  public:
-  /// Starts the thread. `traces` must outlive this.
-  Recording(TraceRing& traces, const v1::RecordHeader& header);
+  /// Starts the thread. `channels` must outlive this.
+  Recording(LoopChannels& channels, const v1::RecordHeader& header);
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
   /// Closes the session file.
@@ -44,7 +44,8 @@ class Recording {
 
   /// `record` is for the ticks whose scene_id is its own; before their first one.
   void announce(v1::SceneRecord record);
-  void parameters(std::int64_t t_ns, v1::ParameterRecord record);
+  /// `record` is of the change of this number; before the loop is told of it. Its tick follows.
+  void announce_change(v1::ParameterRecord record);
   void event(std::int64_t t_ns, v1::EventRecord record);
 
   /// Begins a session file; what came of it is in status().
@@ -52,6 +53,10 @@ class Recording {
   void stop();
   /// Writes the last 60 s.
   void dump(std::filesystem::path path);
+
+  /// Waits until the rings of the loop are at most half full. Under virtual time, where ticks may
+  /// come faster than they are written.
+  void make_room();
 
   /// As of the last round of the thread.
   [[nodiscard]] RecordStatus status() const;
@@ -64,10 +69,14 @@ class Recording {
   void run();
   void round();
   void take_traces();
+  void take_trace(const TickTrace& trace);
+  void take_images(const TickTrace& trace, bool after);
+  void take_change(const TickTrace& trace);
 
   TraceRing& traces_;
+  ImageRing& images_;
   Recorder recorder_;
-  std::map<std::uint32_t, v1::SceneRecord> scenes_;  ///< announced, not begun
+  std::map<std::string, v1::Assignment> parameters_;  ///< set since the scene was loaded
   std::uint32_t scene_id_ = 0;
   std::uint64_t lost_ = 0;
   std::string start_error_;
@@ -75,6 +84,8 @@ class Recording {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Task> tasks_;
+  std::map<std::uint32_t, v1::SceneRecord> scenes_;       ///< announced, not begun
+  std::map<std::uint64_t, v1::ParameterRecord> changes_;  ///< announced, not begun, by number
   RecordStatus status_;
   std::vector<DumpResult> dumps_;
   bool ending_ = false;

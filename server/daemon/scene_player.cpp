@@ -48,6 +48,9 @@ PlayedDevice make_played_device(const ToolDevice& device, const Pose& X_DH,
     scripted.hold = options.virtual_time;
     played.owned = make_device(device.profile.profile, scripted);
     played.scripted = dynamic_cast<ScriptedDevice*>(played.owned.get());
+  } else if (device.source == "replay") {
+    played.owned = make_device(device.profile.profile, ReplayOptions{device.recorded});
+    played.replayed = dynamic_cast<ReplayDevice*>(played.owned.get());
   } else {
     SimulatedOptions simulated;
     simulated.X_DH = X_DH;

@@ -21,7 +21,8 @@ namespace hapticd {
 struct ToolDevice {
   std::uint32_t tool_id = 0;
   LoadedProfile profile;
-  std::string source;  ///< simulated or scripted
+  std::string source;                             ///< simulated, scripted or replay
+  DeviceDriver recorded = DeviceDriver::kReplay;  ///< of a replay: what was there
 };
 
 /// How scenes are played in this run of the daemon.

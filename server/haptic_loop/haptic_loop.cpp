@@ -46,118 +46,6 @@ HapticLoop::~HapticLoop() {
   for (SettingsChange* change : changes_) delete change;
 }
 
-void HapticLoop::begin_scene() noexcept {
-  HD_ASSERT(tool_count() >= 1 && tool_count() <= kMaxTools);
-  time_.tick = 0;
-  time_.period_ns = options_.period_ns;
-  first_tick_ = true;
-  standing_fault_ = Cause::kNone;
-  output_.tools.clear();
-  output_.events.clear();
-  output_.strings.clear();
-  for (std::size_t k = 0; k < tool_count(); ++k) {
-    tools_[k] = LoopTool{};
-    if (ToolTick* tick = output_.tools.append()) *tick = ToolTick{};
-    HD_ASSERT(scene_->tools[k].device.device != nullptr);
-    guarded_[k].store(scene_->tools[k].device.device, std::memory_order_seq_cst);
-  }
-  const GesturePlan* gesture = scene_->gesture.get();
-  if (gesture != nullptr) static_cast<void>(begin_gesture(*gesture));
-}
-
-// The guardian may be writing to the old scene's device at this moment; whoever frees it must not
-// hear of it before that is over.
-void HapticLoop::swap_scene() noexcept {
-  for (auto& device : guarded_) device.store(nullptr, std::memory_order_seq_cst);
-  if (change_ != nullptr) tell(SettingsRetired{change_.release()});
-  for (SettingsChange* change : changes_) tell(SettingsRetired{change});
-  changes_.clear();
-  retired_ = std::exchange(scene_, std::move(waiting_));
-  const bool latched = machine_.state == LoopState::kFault || machine_.ending;
-  if (options_.virtual_time && !latched) machine_ = LoopMachine{};
-  begin_scene();
-  tell(CommandDone{waiting_number_});
-}
-
-void HapticLoop::give_back_scene() noexcept {
-  if (retired_ == nullptr || guarding_.load(std::memory_order_seq_cst)) return;
-  tell(SceneSwapped{scene_->scene_id, retired_.release()});
-}
-
-void HapticLoop::take_scene(PlayedScene* scene, std::uint64_t number) noexcept {
-  if (waiting_ != nullptr || retired_ != nullptr) {
-    // One after the other is the sender's rule; here nothing may be lost.
-    HD_ASSERT(false);
-    return;
-  }
-  waiting_.reset(scene);
-  waiting_number_ = number;
-  if (options_.virtual_time) {
-    swap_scene();
-    give_back_scene();
-  }
-}
-
-bool HapticLoop::begin_gesture(const GesturePlan& plan) noexcept {
-  bool any = false;
-  for (std::size_t k = 0; k < tool_count(); ++k) {
-    SimulatedDevice* device = scene_->tools[k].device.simulated;
-    if (device == nullptr) continue;
-    any = true;
-    if (plan.arm) device->set_arm(*plan.arm);
-    if (plan.seed) device->set_seed(*plan.seed + k);
-    if (k >= plan.motions.size() || plan.motions[k].track().empty()) {
-      device->stop_gesture();
-    } else {
-      device->play(plan.motions[k].track(), plan.repeat);
-    }
-  }
-  return any;
-}
-
-void HapticLoop::play_gesture(GesturePlan* plan, std::uint64_t number) noexcept {
-  if (!begin_gesture(*plan)) {
-    tell(GestureRetired{plan});
-    tell(CommandRefused{number, Cause::kNone});
-    return;
-  }
-  tell(GestureRetired{scene_->gesture.release()});
-  scene_->gesture.reset(plan);
-  tell(CommandDone{number});
-}
-
-void HapticLoop::take_change(SettingsChange* change, std::uint64_t number) noexcept {
-  // One for the scene before this one has come too late.
-  if (change->to.pieces.size() != scene_->settings.pieces.size() ||
-      change->to.tools.size() != scene_->settings.tools.size() || !changes_.push_back(change)) {
-    tell(SettingsRetired{change});
-    tell(CommandRefused{number, Cause::kNone});
-    return;
-  }
-  tell(CommandDone{number});
-}
-
-// A new change begins where the one under way has come to.
-void HapticLoop::follow_changes() noexcept {
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < changes_.size(); ++k) {
-    SettingsChange* change = changes_[k];
-    if (change->at_tick > time_.tick) {
-      changes_[kept++] = change;
-      continue;
-    }
-    if (change_ != nullptr) tell(SettingsRetired{change_.release()});
-    change_.reset(change);
-    begin_change(*scene_, *change_);
-    change_share_ = 0.0;
-  }
-  changes_.truncate(kept);
-  if (change_ == nullptr) return;
-  change_share_ = std::min(change_share_ + time_.dt_s / kSettingsRamp_s, 1.0);
-  follow_change(*change_, change_share_, *scene_);
-  if (change_share_ >= 1.0) tell(SettingsRetired{change_.release()});
-}
-
 void HapticLoop::obey(const LoopCommand& command) noexcept {
   if (const auto* swap = std::get_if<SwapSceneCommand>(&command.what)) {
     take_scene(swap->scene, command.number);
@@ -178,11 +66,11 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
       tell(CommandRefused{command.number, why});
       return;
     }
-    loop_input_.engage = true;
+    asked_ |= kOrderEngage;
   } else if (std::holds_alternative<DisengageCommand>(command.what)) {
-    loop_input_.disengage = true;
+    asked_ |= kOrderDisengage;
   } else if (std::holds_alternative<StopCommand>(command.what)) {
-    loop_input_.stop = true;
+    asked_ |= kOrderStop;
   } else if (std::holds_alternative<ClearCommand>(command.what)) {
     const bool gone = machine_.cause == Cause::kDeviceLost &&
                       std::any_of(tools().begin(), tools().end(),
@@ -191,9 +79,9 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
       tell(CommandRefused{command.number, gone ? Cause::kDeviceLost : standing_fault_});
       return;
     }
-    loop_input_.clear = true;
+    asked_ |= kOrderClear;
   } else if (std::holds_alternative<EndCommand>(command.what)) {
-    loop_input_.end = true;
+    asked_ |= kOrderEnd;
   } else if (std::holds_alternative<LeaseLostCommand>(command.what)) {
     for (PlayedTool& tool : scene_->tools) {
       if (tool.device.scripted == nullptr) continue;
@@ -219,6 +107,20 @@ void HapticLoop::take_commands() noexcept {
     device->push(pose.tick, pose.pose);
     lease_lost_ = false;
   }
+}
+
+// All that comes from outside beside samples, in one place: what is noted here is recorded, and
+// given back by a replay.
+void HapticLoop::gather_orders() noexcept {
+  const std::uint64_t stalls = stalls_.load(std::memory_order_relaxed);
+  const std::uint64_t lost = channels_.events.overflow();
+  unsigned orders = std::exchange(asked_, 0U);
+  if (lease_lost_) orders |= kOrderLeaseLost;
+  if (waiting_ != nullptr) orders |= kOrderSceneWaits;
+  if (std::exchange(stalls_seen_, stalls) != stalls) orders |= kOrderStalled;
+  if (std::exchange(events_overflow_, lost) != lost) orders |= kOrderEventLost;
+  orders_ = static_cast<std::uint16_t>(orders);
+  for (LoopTool& tool : tools()) tool.recentre_asked = tool.recentre;
 }
 
 void HapticLoop::read_devices() noexcept {
@@ -251,17 +153,16 @@ void HapticLoop::find_faults() noexcept {
   const auto of_the_loop = [&](bool wrong, Cause cause) {
     if (wrong && latches(cause, any_pushes, options_.guards_armed)) blame(cause, 0);
   };
-  const std::uint64_t stalls = stalls_.load(std::memory_order_relaxed);
-  of_the_loop(channels_.events.overflow() != events_overflow_, Cause::kEventOverflow);
-  of_the_loop(stalls != stalls_seen_, Cause::kGuardian);
+  of_the_loop((orders_ & kOrderEventLost) != 0, Cause::kEventOverflow);
+  of_the_loop((orders_ & kOrderStalled) != 0, Cause::kGuardian);
   of_the_loop(late_, Cause::kOverrun);
-  stalls_seen_ = stalls;
-  events_overflow_ = channels_.events.overflow();
   standing_fault_ = loop_input_.fault;
 }
 
 void HapticLoop::advance_state() noexcept {
   LoopInput& input = loop_input_;
+  input = LoopInput{};
+  const auto has = [this](OrderBit order) { return (orders_ & order) != 0; };
   input.dt_s = time_.dt_s;
   input.attached = true;
   input.calibrated = true;
@@ -275,12 +176,16 @@ void HapticLoop::advance_state() noexcept {
     }
   }
   input.contact_free = contact_free(output_);
-  input.lease_lost = lease_lost_;
-  input.scene_waits = waiting_ != nullptr;
+  input.lease_lost = has(kOrderLeaseLost);
+  input.scene_waits = has(kOrderSceneWaits);
+  input.engage = has(kOrderEngage);
+  input.disengage = has(kOrderDisengage);
+  input.stop = has(kOrderStop);
+  input.clear = has(kOrderClear);
+  input.end = has(kOrderEnd);
   find_faults();
   const LoopState before = machine_.state;
   loop_output_ = advance(input, machine_);
-  loop_input_ = LoopInput{};
   if (machine_.state != before) {
     channels_.log.push(make_log_record<LogCode::kLoopStateChanged>(
         time_.t_ns, static_cast<int>(before), static_cast<int>(machine_.state)));
@@ -342,10 +247,16 @@ void HapticLoop::report_late(std::uint64_t skipped) noexcept {
 }
 
 void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept {
-  const std::int64_t began_ns = options_.virtual_time ? 0 : now_ns;
-  heartbeat_ns_.store(began_ns, std::memory_order_relaxed);
+  heartbeat_ns_.store(options_.virtual_time ? 0 : now_ns, std::memory_order_relaxed);
   take_commands();
   give_back_scene();
+  gather_orders();
+  pass(now_ns, skipped);
+}
+
+void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
+  const std::int64_t began_ns = options_.virtual_time ? 0 : now_ns;
+  skipped_ = skipped;
   time_.tick += skipped;
   const std::int64_t before_ns = time_.t_ns;
   time_.t_ns =
@@ -371,7 +282,9 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
   timing_.write_ns = span_ns(rendered_ns, written_ns);
   report_events();
   publish_snapshot();
+  publish_image();
   publish_trace();
+  ever_ticked_ = true;
   ++time_.tick;
   // The zero wrench of this tick was the last that the old scene's device gets.
   if (loop_output_.scene_allowed && waiting_ != nullptr) swap_scene();

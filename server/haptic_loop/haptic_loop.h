@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -21,6 +22,7 @@
 #include "server/haptic_loop/loop_tool.h"
 #include "server/haptic_loop/played_scene.h"
 #include "server/haptic_loop/settings_change.h"
+#include "server/haptic_loop/state_image.h"
 #include "server/haptic_loop/tick_trace.h"
 
 namespace hapticd {
@@ -50,6 +52,7 @@ struct LoopChannels {
   SpscRing<LoopCommand, 256> commands;  ///< to the loop
   SpscRing<TickPose, kScriptedQueue> poses;
   SpscRing<LoopEvent, 4096> events;  ///< lossless; an overflow is a fault
+  ImageRing images;                  ///< to the telemetry thread, once a second
   SpscRing<Snapshot, 64> snapshots;  ///< every tick; those that find no place are left out
   TraceRing traces;  ///< to the telemetry thread; what does not fit is lost, and counted
   LogRing log;
@@ -61,6 +64,7 @@ struct LoopOptions {
   bool virtual_time = false;           ///< time is tick * period, from 0 with every scene
   bool guards_armed = false;      ///< late ticks, fast hands, stuck sensors latch for any device
   bool contacts_reported = true;  ///< snapshots list contacts
+  bool images = true;             ///< an image of all state goes out once a second
 };
 
 class HapticLoop {
@@ -80,6 +84,21 @@ class HapticLoop {
   /// which may stand still for long; a scene is then exchanged at once.
   HD_REALTIME void take_commands() noexcept;
 
+  /// The tick that `recorded` was, with devices that are all replayed ones: their samples, commands
+  /// and time as recorded, whatever waits in the channels. Give scenes and changes before.
+  void replay_once(const TickTrace& recorded) noexcept;
+  /// The scene of the next tick of a replay.
+  void replace_scene(std::unique_ptr<PlayedScene> scene) noexcept;
+  /// Its ramp begins with the next tick of a replay. False when it is for another scene.
+  bool replay_change(std::unique_ptr<SettingsChange> change) noexcept;
+
+  /// All that goes from tick to tick, between two ticks; false when it is too much for an image.
+  /// About 3 us with the strings of a Guqin.
+  [[nodiscard]] HD_REALTIME bool fill_image(StateImage& image) const noexcept;
+  /// Goes on from `image`, which may come from a file, in the scene that plays. False when it does
+  /// not fit; the loop is of no use then.
+  [[nodiscard]] bool restore(const StateImage& image);
+
   /// The guardian's look at the loop, from its own thread: writes zero to the devices of a loop
   /// that stands still.
   void guard(std::int64_t now_ns) noexcept;
@@ -95,6 +114,8 @@ class HapticLoop {
 
  private:
   void obey(const LoopCommand& command) noexcept;
+  void gather_orders() noexcept;
+  void pass(std::int64_t now_ns, std::uint64_t skipped) noexcept;
   void take_scene(PlayedScene* scene, std::uint64_t number) noexcept;
   void swap_scene() noexcept;
   void begin_scene() noexcept;
@@ -112,6 +133,9 @@ class HapticLoop {
   void write_devices() noexcept;
   void report_events() noexcept;
   void publish_snapshot() noexcept;
+  void publish_image() noexcept;
+  void restore_tool(std::size_t k, ImageReader& read);
+  void restore_strings(ImageReader& read);
   void publish_trace() noexcept;
   void fill_tool(std::size_t k, ToolReading& reading) const noexcept;
   void fill_gesture(std::size_t k, ToolReading& reading) const noexcept;
@@ -123,6 +147,9 @@ class HapticLoop {
   [[nodiscard]] std::size_t tool_count() const noexcept { return scene_->tools.size(); }
   [[nodiscard]] std::span<LoopTool> tools() noexcept { return {tools_.data(), tool_count()}; }
   [[nodiscard]] bool all_have_poses() const noexcept;
+
+  /// Before every instant: an image is due at once.
+  static constexpr std::int64_t kNow = std::numeric_limits<std::int64_t>::min();
 
   LoopOptions options_;
   LoopChannels& channels_;
@@ -145,7 +172,10 @@ class HapticLoop {
   LoopTime time_;
   LoopInput loop_input_;
   LoopOutput loop_output_;
-  std::size_t blamed_ = 0;  ///< tool that loop_input_.fault is of
+  std::uint16_t orders_ = 0;        ///< OrderBit
+  std::uint64_t skipped_ = 0;       ///< periods before this tick
+  std::uint64_t begun_change_ = 0;  ///< number; 0: none
+  std::size_t blamed_ = 0;          ///< tool that loop_input_.fault is of
 
   // From tick to tick.
   LoopMachine machine_;
@@ -156,7 +186,10 @@ class HapticLoop {
   std::uint64_t late_skipped_ = 0;  ///< periods, not yet logged
   std::int64_t late_told_ns_ = 0;
   std::int64_t cpu_before_ns_ = 0;
+  unsigned asked_ = 0;  ///< OrderBit, by commands since the last tick
+  std::int64_t image_due_ns_ = kNow;
   bool first_tick_ = true;
+  bool ever_ticked_ = false;
   bool lease_lost_ = false;
   bool late_ = false;  ///< more late ticks of late than are put up with
   std::uint64_t events_overflow_ = 0;

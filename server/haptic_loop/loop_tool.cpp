@@ -9,9 +9,6 @@ namespace {
 /// A pose that repeats to the bit for so long under force is a stuck sensor, ns (InputLimits).
 constexpr std::int64_t kStuckAfter_ns = 250'000'000;
 
-/// Measured delays beyond this are no delays, s.
-constexpr double kLongestDelay_s = 1.0;
-
 }  // namespace
 
 void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,

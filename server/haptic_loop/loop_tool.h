@@ -24,6 +24,7 @@ struct LoopTool {
   bool device_lost = false;
   bool write_failed = false;
   bool wrench_not_finite = false;
+  bool recentre_asked = false;  ///< before it was done
 
   // From tick to tick.
   InputWatch input_watch;
@@ -48,6 +49,9 @@ struct LoopTime {
 /// person.
 HD_REALTIME void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
                            LoopTool& tool) noexcept;
+
+/// Measured delays beyond this are no delays, s.
+inline constexpr double kLongestDelay_s = 1.0;
 
 /// Lets the stiffness clamp of `played` reckon with the delay that `sample` brings; true when that
 /// is another than before, and settings are to be applied anew. Delays that make no sense, and NaN,

@@ -13,17 +13,20 @@
 #include "core/scene/scene.h"
 #include "core/scene/scene_settings.h"
 #include "device/api/haptic_device.h"
+#include "device/simulated/replay_device.h"
 #include "device/simulated/scripted_device.h"
 #include "device/simulated/simulated_device.h"
 #include "server/haptic_loop/gesture_plan.h"
 
 namespace hapticd {
 
-/// The device of a tool; at most one of `simulated` and `scripted` is set, and is `device` then.
+/// The device of a tool; at most one of `simulated`, `scripted` and `replayed` is set, and is
+/// `device` then.
 struct PlayedDevice {
   HapticDevice* device = nullptr;
   SimulatedDevice* simulated = nullptr;
   ScriptedDevice* scripted = nullptr;
+  ReplayDevice* replayed = nullptr;
   std::unique_ptr<HapticDevice> owned;  ///< null for a device that outlives scenes
 };
 

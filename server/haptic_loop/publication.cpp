@@ -193,6 +193,16 @@ void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
   const PlayedTool& played = scene_->tools[k];
   trace.tool_id = played.tool_id;
   trace.buttons = tool.sample.buttons;
+  trace.has_velocity = tool.sample.has_velocity;
+  trace.lost = tool.device_lost;
+  trace.write_failed = tool.write_failed;
+  trace.recentre = tool.recentre_asked;
+  trace.clutch_open = tool.clutch_open;
+  trace.device_flags = tool.sample.flags;
+  trace.sample_t_ns = tool.sample.t_ns;
+  trace.sample_counter = tool.sample.counter;
+  trace.v_DH_D = tool.sample.v_DH_D;
+  trace.w_DH_D = tool.sample.w_DH_D;
   trace.flags = flags_of(tick, tool.written, tool.watched.held, tool.placed.open);
   trace.sample_came = tool.sample_came;
   trace.held = tool.watched.held;
@@ -223,6 +233,10 @@ void HapticLoop::publish_trace() noexcept {
   trace->t_ns = static_cast<std::uint64_t>(time_.t_ns);
   trace->dt_ns = static_cast<std::uint64_t>(time_.dt_ns);
   trace->state_hash = 0;
+  trace->skipped = skipped_;
+  trace->change = begun_change_;
+  trace->orders = orders_;
+  trace->first = !ever_ticked_;
   trace->sphere_tests = work.sphere_tests;
   trace->qp_iterations = work.qp_iterations;
   trace->substeps = work.sub_steps;

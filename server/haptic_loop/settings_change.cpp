@@ -2,6 +2,7 @@
 #include "server/haptic_loop/settings_change.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hapticd {
 namespace {
@@ -70,6 +71,20 @@ void follow_change(const SettingsChange& change, double share, PlayedScene& scen
     scene.settings.pieces[k] = blend(change.from.pieces[k], change.to.pieces[k], share);
   }
   apply_settings(scene);
+}
+
+bool usable(const SceneSettings& settings) noexcept {
+  const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
+  const auto fine = [&](const LiveSettings& live) {
+    return positive(live.coupling.kt) && positive(live.coupling.length) && positive(live.scale) &&
+           positive(live.optimiser.margin) && positive(live.optimiser.recovery_speed) &&
+           std::isfinite(live.force_gain) && std::isfinite(live.coupling_damping) &&
+           !check_options(live.instrument);
+  };
+  return std::all_of(settings.tools.begin(), settings.tools.end(), fine) &&
+         std::none_of(
+             settings.pieces.begin(), settings.pieces.end(),
+             [](const StringParameters& piece) { return check_string(piece).has_value(); });
 }
 
 }  // namespace hapticd

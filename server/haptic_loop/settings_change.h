@@ -11,6 +11,7 @@ namespace hapticd {
 
 /// A change of settings. Both hold the settings of the same scene, so as many tools and pieces.
 struct SettingsChange {
+  std::uint64_t number = 0;   ///< of the command that brought it
   std::uint64_t at_tick = 0;  ///< its ramp begins with this tick, or the next if that has passed
   SceneSettings to;
   SceneSettings from;  ///< room for what was in force when the ramp began
@@ -19,6 +20,10 @@ struct SettingsChange {
 /// Puts scene.settings in force: stiffness clamped to what the devices bear, constants of strings
 /// derived, the maps to the devices set.
 HD_REALTIME void apply_settings(PlayedScene& scene) noexcept;
+
+/// True when every number is in the range in which nothing breaks. For settings from a file; others
+/// have passed the stricter checks of scenes.
+[[nodiscard]] bool usable(const SceneSettings& settings) noexcept;
 
 /// Notes what is in force as the beginning of `change`'s ramp.
 HD_REALTIME void begin_change(const PlayedScene& scene, SettingsChange& change) noexcept;

@@ -1,0 +1,301 @@
+// All that the loop keeps from tick to tick, written down and taken back, and the ticks of a
+// replay. See haptic_loop.h. RT: yes, but for restore().
+#include <memory>
+
+#include "core/safety/safety_fields.h"
+#include "core/simulation/simulation_fields.h"
+#include "server/haptic_loop/haptic_loop.h"
+
+namespace hapticd {
+
+// What nothing is computed from is left out, as in the ticks of a recording.
+template <FieldsOf<DeviceSample> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [t_ns, counter, p_DH, q_DH, v_DH_D, w_DH_D, grip_m, temperature_deg_c, measured_delay_s,
+         buttons, flags, has_velocity] = state;
+  visit(t_ns, counter, p_DH, q_DH, measured_delay_s, buttons, flags, has_velocity);
+  if (has_velocity) visit(v_DH_D, w_DH_D);
+  static_cast<void>(grip_m);
+  static_cast<void>(temperature_deg_c);
+}
+
+namespace {
+
+/// Time between two images, ns. Longer: a replay of the last minute begins later in it.
+constexpr std::int64_t kImageEvery_ns = 1'000'000'000;
+
+/// What the loop's state machine wants to know of the tick before.
+struct LastTick {
+  PoseVerdict pose = PoseVerdict::kFault;
+  OptimiserStatus status = OptimiserStatus::kFree;
+  int active_count = 0;
+  Wrench F_unlimited_H_W;
+};
+
+template <FieldsOf<LastTick> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [pose, status, active_count, F_unlimited_H_W] = state;
+  visit.bounded(pose, 0, static_cast<int>(PoseVerdict::kFault));
+  visit.bounded(status, 0, static_cast<int>(OptimiserStatus::kRecovering));
+  visit.bounded(active_count, 0, kMaxQpUnknowns);
+  visit(F_unlimited_H_W);
+}
+
+/// Awake strings, as the block of the simulation has them.
+using AwakeStrings = FixedVector<std::int32_t, kMaxStrings>;
+
+/// The part of the image that settings are; the strings' are with the first tool.
+struct SettingsView {
+  const SceneSettings& settings;
+  std::size_t tool;
+};
+
+HD_REALTIME void visit_fields(const SettingsView& view, StateWriter& visit) noexcept {
+  visit(view.settings.tools[view.tool]);
+  if (view.tool != 0) return;
+  for (const StringParameters& piece : view.settings.pieces) visit(piece);
+}
+
+struct SettingsPlace {
+  SceneSettings& settings;
+  std::size_t tool;
+};
+
+void visit_fields(SettingsPlace& place, StateReader& visit) noexcept {
+  visit(place.settings.tools[place.tool]);
+  if (place.tool != 0) return;
+  for (StringParameters& piece : place.settings.pieces) visit(piece);
+}
+
+/// A string and how every tool sees it.
+template <typename Track, typename Visits>
+struct WholeString {
+  Track& track;
+  Visits& visits;
+  std::size_t strings;
+  std::size_t string;
+  std::size_t tools;
+};
+
+template <typename Track, typename Visits, typename Visit>
+HD_REALTIME void visit_fields(const WholeString<Track, Visits>& whole, Visit& visit) noexcept {
+  visit(whole.track);
+  for (std::size_t k = 0; k < whole.tools; ++k) {
+    visit(whole.visits[k * whole.strings + whole.string]);
+  }
+}
+
+/// Names of what is touched, as events will tell them.
+bool names_things(const TouchDetector& detector, const SceneDescription& scene, std::size_t tool,
+                  const ToolScene& play) {
+  for (const TouchEvent& touch : detector.touches) {
+    const std::size_t things = touch.kind == ObstacleKind::kCapsule
+                                   ? play.obstacles.capsules_W.size()
+                                   : play.obstacles.bodies.size();
+    if (touch.obstacle < 0 || static_cast<std::size_t>(touch.obstacle) >= things ||
+        touch.part < 0 || static_cast<std::size_t>(touch.part) >= scene.tools[tool].parts.size()) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Strings and tools that there are.
+bool names_holders(const AllHolders& all, std::size_t strings, std::size_t tools) {
+  const auto below = [](std::int32_t index, std::size_t count) {
+    return index >= 0 && static_cast<std::size_t>(index) < count;
+  };
+  for (const StringHolders& holders : all) {
+    if (!below(holders.string, strings)) return false;
+    for (const std::int32_t tool : holders.tools) {
+      if (!below(tool, tools)) return false;
+    }
+  }
+  return true;
+}
+
+/// Parts of strings that there are.
+bool names_parts(const StringView& view) {
+  const auto below = [](std::int32_t index, std::size_t count) {
+    return index >= 0 && static_cast<std::size_t>(index) < count;
+  };
+  for (const StringPart& part : view.parts) {
+    if (!below(part.string, view.strings.size()) || !below(part.slot, kMaxTools)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool HapticLoop::fill_image(StateImage& image) const noexcept {
+  const PlayedScene& scene = *scene_;
+  image.next_tick = time_.tick;
+  image.scene_id = scene.scene_id;
+  image.loop_state = machine_.state;
+  const auto tool_number = [](std::size_t k) { return static_cast<std::uint32_t>(k); };
+  ImageWriter write(image);
+  const bool ramps = change_ != nullptr;
+  write.add(StateKind::kLoop, 0, time_.t_ns, first_tick_, machine_, overrun_watch_, ramps,
+            change_share_);
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    image.tool_ids[k] = scene.tools[k].tool_id;
+    write.add(StateKind::kSettings, tool_number(k), SettingsView{scene.settings, k});
+    if (!ramps) continue;
+    write.add(StateKind::kRampFrom, tool_number(k), SettingsView{change_->from, k});
+    write.add(StateKind::kRampTo, tool_number(k), SettingsView{change_->to, k});
+  }
+  const Simulation& simulation = *scene.play.simulation;
+  AwakeStrings awake;
+  for (const std::int32_t string : simulation.awake_strings()) awake.push_back(string);
+  write.add(StateKind::kSimulation, 0, awake, simulation.holders());
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    const ToolPlay& play = scene.play.tools[k];
+    const LoopTool& tool = tools_[k];
+    const ToolTick& tick = output_.tools[k];
+    const LastTick last{tick.pose, tick.optimiser.status, tick.optimiser.active_count,
+                        tick.F_unlimited_H_W};
+    write.add(StateKind::kTool, tool_number(k), play.state, play.X_WH, play.view, last);
+    write.add(StateKind::kToolLoop, tool_number(k), tool.sample, tool.input_watch, tool.safety,
+              tool.workspace, tool.touches, tool.write_failed, tool.wrench_not_finite,
+              scene.tools[k].stiffness_limits.delay_s);
+  }
+  const OwnedSimulation& own = scene.play;
+  for (std::size_t s = 0; s < own.tracks.size(); ++s) {
+    const WholeString<const StringTrack, const std::vector<StringVisit>> whole{
+        own.tracks[s], own.visits, own.tracks.size(), s, tool_count()};
+    if (own.modes.empty()) {
+      write.add(StateKind::kString, tool_number(s), whole);
+    } else {
+      write.add(StateKind::kString, tool_number(s), whole, own.modes[s]);
+    }
+  }
+  return write.good();
+}
+
+bool HapticLoop::restore(const StateImage& image) {
+  PlayedScene& scene = *scene_;
+  const auto tool_number = [](std::size_t k) { return static_cast<std::uint32_t>(k); };
+  ImageReader read(image);
+  read.require(image.scene_id == scene.scene_id);
+  bool ramps = false;
+  read.take(StateKind::kLoop, 0, time_.t_ns, first_tick_, machine_, overrun_watch_, ramps,
+            change_share_);
+  time_.tick = image.next_tick;
+  ever_ticked_ = true;
+  change_ =
+      ramps ? std::make_unique<SettingsChange>(SettingsChange{0, 0, scene.settings, scene.settings})
+            : nullptr;
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    SettingsPlace now{scene.settings, k};
+    read.take(StateKind::kSettings, tool_number(k), now);
+    if (!ramps) continue;
+    SettingsPlace from{change_->from, k};
+    read.take(StateKind::kRampFrom, tool_number(k), from);
+    SettingsPlace to{change_->to, k};
+    read.take(StateKind::kRampTo, tool_number(k), to);
+  }
+  read.require(usable(scene.settings));
+  if (ramps) {
+    read.require(usable(change_->from) && usable(change_->to) && change_share_ >= 0.0 &&
+                 change_share_ <= 1.0);
+  }
+  AwakeStrings awake;
+  AllHolders holders;
+  read.take(StateKind::kSimulation, 0, awake, holders);
+  read.require(scene.play.simulation->set_awake({awake.begin(), awake.size()}));
+  read.require(names_holders(holders, scene.play.tracks.size(), tool_count()));
+  if (read.good()) scene.play.simulation->set_holders(holders);
+  for (std::size_t k = 0; k < tool_count(); ++k) restore_tool(k, read);
+  if (!read.good()) return false;
+  apply_settings(scene);
+  restore_strings(read);
+  return read.good();
+}
+
+void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
+  ToolPlay& play = scene_->play.tools[k];
+  LoopTool& tool = tools_[k];
+  LastTick last;
+  double& delay_s = scene_->tools[k].stiffness_limits.delay_s;
+  read.take(StateKind::kTool, static_cast<std::uint32_t>(k), play.state, play.X_WH, play.view,
+            last);
+  read.take(StateKind::kToolLoop, static_cast<std::uint32_t>(k), tool.sample, tool.input_watch,
+            tool.safety, tool.workspace, tool.touches, tool.write_failed, tool.wrench_not_finite,
+            delay_s);
+  read.require(delay_s >= 0.0 && delay_s <= kLongestDelay_s);
+  read.require(fits_scene(play.state, play.scene) && names_parts(play.view));
+  read.require(names_things(tool.touches, scene_->scene->description(), k, play.scene));
+  ToolTick& tick = output_.tools[k];
+  tick.pose = last.pose;
+  tick.optimiser.status = last.status;
+  tick.optimiser.active_count = last.active_count;
+  tick.F_unlimited_H_W = last.F_unlimited_H_W;
+}
+
+void HapticLoop::restore_strings(ImageReader& read) {
+  OwnedSimulation& own = scene_->play;
+  for (std::size_t s = 0; s < own.tracks.size() && read.good(); ++s) {
+    WholeString<StringTrack, std::vector<StringVisit>> whole{own.tracks[s], own.visits,
+                                                             own.tracks.size(), s, tool_count()};
+    if (own.modes.empty()) {
+      read.take(StateKind::kString, static_cast<std::uint32_t>(s), whole);
+    } else {
+      read.take(StateKind::kString, static_cast<std::uint32_t>(s), whole, own.modes[s]);
+    }
+    const std::int32_t player = own.tracks[s].player;
+    read.require(player >= 0 && static_cast<std::size_t>(player) < tool_count());
+  }
+}
+
+// After the tick, but before its number grows: the image is of what the next tick starts from.
+void HapticLoop::publish_image() noexcept {
+  if (!options_.images || time_.t_ns < image_due_ns_) return;
+  StateImage* image = channels_.images.writable();
+  if (image == nullptr) return;
+  image_due_ns_ = time_.t_ns + kImageEvery_ns;
+  if (!fill_image(*image)) return;
+  ++image->next_tick;
+  channels_.images.publish();
+}
+
+void HapticLoop::replay_once(const TickTrace& recorded) noexcept {
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    const ToolTrace& from = recorded.tools[k];
+    LoopTool& tool = tools_[k];
+    tool.recentre = tool.recentre_asked = from.recentre;
+    tool.clutch_open = from.clutch_open;
+    ReplayDevice* device = scene_->tools[k].device.replayed;
+    if (device == nullptr) continue;
+    ReplayedSample sample;
+    sample.outcome = from.lost          ? ReadOutcome::kLost
+                     : from.sample_came ? ReadOutcome::kFresh
+                                        : ReadOutcome::kNothing;
+    sample.write_good = !from.write_failed;
+    sample.sample.t_ns = from.sample_t_ns;
+    sample.sample.counter = from.sample_counter;
+    sample.sample.p_DH = from.p_DH;
+    sample.sample.q_DH = from.q_DH;
+    sample.sample.v_DH_D = from.v_DH_D;
+    sample.sample.w_DH_D = from.w_DH_D;
+    sample.sample.buttons = from.buttons;
+    sample.sample.flags = from.device_flags;
+    sample.sample.has_velocity = from.has_velocity;
+    sample.sample.measured_delay_s = from.measured_delay_s;
+    device->put(sample);
+  }
+  orders_ = recorded.orders;
+  give_back_scene();
+  pass(static_cast<std::int64_t>(recorded.t_ns), recorded.skipped);
+}
+
+bool HapticLoop::replay_change(std::unique_ptr<SettingsChange> change) noexcept {
+  if (change->to.pieces.size() != scene_->settings.pieces.size() ||
+      change->to.tools.size() != scene_->settings.tools.size() ||
+      !changes_.push_back(change.get())) {
+    return false;
+  }
+  static_cast<void>(change.release());  // the loop's from here on
+  return true;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,270 @@
+// See recorded_session.h.
+#include "tests/server/daemon/recorded_session.h"
+
+#include <doctest/doctest.h>
+#include <google/protobuf/text_format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "server/daemon/daemon.h"
+#include "server/daemon/recording.h"
+#include "server/haptic_loop/settings_change.h"
+#include "server/telemetry/schema_set.h"
+#include "server/telemetry/state_record.h"
+#include "tests/support/random.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr const char* kStrings = R"(
+name: "strings"
+tools {
+  name: "finger"
+  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
+  pose_wg { p_m: [0, 0.02, 0] }
+}
+strings { name: "C2" p_wa_m: [-0.55, 0, 0] p_wb_m: [0.55, 0, 0] frequency_hz: 65.4 }
+strings { name: "G2" p_wa_m: [-0.55, 0, 0.02] p_wb_m: [0.55, 0, 0.02] frequency_hz: 98 }
+vibration {}
+tones {}
+)";
+
+constexpr const char* kWall = R"(
+name: "wall"
+tools {
+  name: "finger"
+  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
+  pose_wg { p_m: [0, 0, 0.025] }
+}
+bodies { name: "wall" shape { spheres { centre_m: [0, 0, -1000] radius_m: 1000 } } }
+)";
+
+v1::SceneRecord scene_record(const char* text, std::uint32_t id) {
+  LoadResult result = load_scene_text(text, {});
+  REQUIRE(result.loaded != nullptr);
+  v1::SceneRecord record;
+  record.set_scene_id(id);
+  *record.mutable_scene() = result.loaded->message;
+  return record;
+}
+
+std::unique_ptr<PlayedScene> make_scene(const v1::SceneRecord& record,
+                                        const PlayerOptions& options) {
+  std::string text;
+  google::protobuf::TextFormat::PrintToString(record.scene(), &text);
+  LoadResult result = load_scene_text(text, {});
+  REQUIRE(result.loaded != nullptr);
+  return make_played_scene(std::move(result.loaded), record.scene_id(), nullptr, options);
+}
+
+v1::RecordHeader header_of(bool virtual_time) {
+  v1::RecordHeader header;
+  header.set_period_ns(1'000'000);
+  header.mutable_config()->set_clock(virtual_time ? v1::CLOCK_MODE_VIRTUAL
+                                                  : v1::CLOCK_MODE_REALTIME);
+  header.mutable_config()->add_device()->set_source("scripted");
+  const ProfileResult profile =
+      load_profile(HAPTICD_SOURCE_DIR "/deploy/devices/ideal.textproto", ProfileFolders{});
+  REQUIRE(profile.loaded.has_value());
+  *header.add_devices()->mutable_profile() = profile.loaded->message;
+  return header;
+}
+
+/// Where the hand is in a tick: presses a string aside and lets it slip, again and again; in the
+/// second scene it goes into the wall and out.
+Vector3 hand_at(int tick, std::uint32_t scene) {
+  const double t = 1e-3 * tick;
+  if (scene == 2) return {0.0, 1e-3 * std::sin(7.0 * t), 0.006 + 0.004 * std::sin(9.0 * t)};
+  const double y = 0.0062 - 0.004 * std::sin(6.0 * t);
+  return {0.05 * std::sin(t), tick < 260 ? 0.02 : y, 0.01 + 0.012 * std::sin(2.3 * t)};
+}
+
+class Session {
+ public:
+  Session(const std::string& path, bool virtual_time)
+      : virtual_time_(virtual_time), header_(header_of(virtual_time)) {
+    player_ = recorded_player(header_);
+    for (ToolDevice& device : player_.devices) device.source = "scripted";
+    recording_ = std::make_unique<Recording>(*channels_, header_);
+    const v1::SceneRecord first = scene_record(kStrings, 1);
+    recording_->announce(first);
+    recording_->start(path);
+    LoopOptions options;
+    options.virtual_time = virtual_time;
+    loop_ = std::make_unique<HapticLoop>(options, make_scene(first, player_), *channels_);
+  }
+
+  void run() {
+    for (int k = 0; k < kSessionTicks; ++k) {
+      act(k);
+      tick(k);
+    }
+  }
+
+ private:
+  void send(const LoopCommandBody& what) { REQUIRE(channels_->commands.push({++commands_, what})); }
+
+  void change(double kt, double tension) {
+    const SceneSettings& now = loop_->scene().settings;
+    auto change = std::make_unique<SettingsChange>(SettingsChange{0, 0, now, now});
+    change->to.tools[0].coupling.kt = kt;
+    for (StringParameters& piece : change->to.pieces) piece.tension = tension;
+    v1::ParameterRecord record;
+    record.set_number(commands_ + 1);
+    put_settings(change->to, record);
+    recording_->announce_change(std::move(record));
+    send(ChangeSettingsCommand{change.release()});
+  }
+
+  void act(int tick) {
+    if (tick == 600) change(700.0, 33.0);
+    if (tick == 630) change(1100.0, 29.0);
+    if (tick == 800 || tick == 2900) send(DisengageCommand{});
+    if (tick == 900 || tick == 3000) send(EngageCommand{});
+    if (tick == 1100) send(StopCommand{});
+    if (tick == 1150 || tick == 1450) send(ClearCommand{});
+    if (tick == 1500) send(ClutchCommand{0, true});
+    if (tick == 1600) send(ClutchCommand{0, false});
+    if (tick == 1700) send(RecentreCommand{});
+    if (tick == 1980) change(900.0, 31.0);
+    if (tick != 2100) return;
+    const v1::SceneRecord second = scene_record(kWall, 2);
+    recording_->announce(second);
+    send(SwapSceneCommand{make_scene(second, player_).release()});
+  }
+
+  void tick(int k) {
+    if (virtual_time_ && k == 2100) loop_->take_commands();  // the scene is exchanged at once
+    TickPose pose;
+    pose.tick = loop_->next_tick();
+    pose.pose.p_DH = to_array(hand_at(k, loop_->scene().scene_id));
+    if (k >= 1400 && k < 1405) pose.pose.p_DH[1] = std::numeric_limits<double>::quiet_NaN();
+    pose.pose.buttons = static_cast<std::uint16_t>(k / 700);
+    // Now and then no pose comes; under real time that tick has no sample.
+    if (k % 97 != 5) REQUIRE(channels_->poses.push(pose));
+    std::uint64_t skipped = 0;
+    if (!virtual_time_ && random_.chance(0.02)) skipped = 1 + random_.below(2);
+    now_ns_ +=
+        static_cast<std::int64_t>(1'000'000 * (1 + skipped) + random_.below(60'000)) - 30'000;
+    loop_->tick_once(now_ns_, skipped);
+    recording_->make_room();
+    LoopEvent event;
+    while (channels_->events.pop(event)) {
+      if (const auto* swapped = std::get_if<SceneSwapped>(&event.what)) delete swapped->retired;
+      if (const auto* retired = std::get_if<SettingsRetired>(&event.what)) delete retired->change;
+    }
+    while (channels_->snapshots.front() != nullptr) channels_->snapshots.release();
+  }
+
+  bool virtual_time_;
+  v1::RecordHeader header_;
+  PlayerOptions player_;
+  std::unique_ptr<LoopChannels> channels_ = std::make_unique<LoopChannels>();
+  std::unique_ptr<HapticLoop> loop_;
+  std::unique_ptr<Recording> recording_;
+  SplitMix64 random_{5};
+  std::int64_t now_ns_ = 77'000'000'000;
+  std::uint64_t commands_ = 0;
+};
+
+/// Writes messages as a recorder does.
+class Copy {
+ public:
+  Copy(const std::string& path, const v1::RecordHeader& header) {
+    REQUIRE(writer_.open(path, "test"));
+    const std::array<std::pair<std::string_view, const google::protobuf::Descriptor*>, 6> kinds{
+        {{kHeaderTopic, v1::RecordHeader::descriptor()},
+         {kSceneTopic, v1::SceneRecord::descriptor()},
+         {kParameterTopic, v1::ParameterRecord::descriptor()},
+         {kTickTopic, v1::TickRecord::descriptor()},
+         {kEventTopic, v1::EventRecord::descriptor()},
+         {kSnapshotTopic, v1::Snapshot::descriptor()}}};
+    for (const auto& [topic, type] : kinds) {
+      writer_.add_channel(topic, type->full_name(), schema_set(*type));
+    }
+    write(RecordKind::kHeader, header.SerializeAsString());
+  }
+  ~Copy() { writer_.close(); }
+  Copy(const Copy&) = delete;
+  Copy& operator=(const Copy&) = delete;
+
+  void write(RecordKind kind, std::string_view bytes) {
+    writer_.write(static_cast<std::uint16_t>(static_cast<int>(kind) + 1), 0, bytes);
+  }
+
+ private:
+  McapWriter writer_;
+};
+
+}  // namespace
+
+void record_session(const std::string& path, bool virtual_time) {
+  Session session(path, virtual_time);
+  session.run();
+}
+
+std::unique_ptr<PlayedScene> replayed_scene(const v1::SceneRecord& record,
+                                            const v1::RecordHeader& header) {
+  return make_scene(record, recorded_player(header));
+}
+
+ReplayReport verify(const std::string& path) {
+  ReplayRun run(path);
+  const auto channels = std::make_unique<LoopChannels>();
+  LoopOptions options;
+  options.virtual_time = run.header().config().clock() == v1::CLOCK_MODE_VIRTUAL;
+  options.images = false;
+  HapticLoop loop(options, replayed_scene(run.first_scene(), run.header()), *channels);
+  run.begin(
+      loop, *channels,
+      [&](const v1::SceneRecord& record) { return replayed_scene(record, run.header()); }, true);
+  while (run.fetch()) {
+    run.play();
+    LoopEvent event;
+    while (channels->events.pop(event)) {
+      if (const auto* swapped = std::get_if<SceneSwapped>(&event.what)) delete swapped->retired;
+      if (const auto* retired = std::get_if<SettingsRetired>(&event.what)) delete retired->change;
+    }
+    while (channels->snapshots.front() != nullptr) channels->snapshots.release();
+  }
+  return run.report();
+}
+
+bool copy_from_snapshot(const std::string& from, int snapshot, const std::string& to) {
+  RecordingReader reader(from);
+  Copy copy(to, reader.header());
+  RecordedMessage message;
+  std::string scene;
+  int seen = 0;
+  bool begun = false;
+  while (reader.next(message)) {
+    if (!begun && message.kind == RecordKind::kScene) scene = std::string(message.data);
+    if (!begun && message.kind == RecordKind::kSnapshot && seen++ == snapshot) {
+      begun = true;
+      copy.write(RecordKind::kScene, scene);
+    }
+    if (begun) copy.write(message.kind, message.data);
+  }
+  return begun;
+}
+
+void copy_changed(const std::string& from, const std::string& to,
+                  const std::function<bool(v1::TickRecord&)>& change) {
+  RecordingReader reader(from);
+  Copy copy(to, reader.header());
+  RecordedMessage message;
+  while (reader.next(message)) {
+    if (message.kind != RecordKind::kTick) {
+      copy.write(message.kind, message.data);
+      continue;
+    }
+    v1::TickRecord tick;
+    REQUIRE(tick.ParseFromArray(message.data.data(), static_cast<int>(message.data.size())));
+    if (change(tick)) copy.write(RecordKind::kTick, tick.SerializeAsString());
+  }
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,105 @@
+"""A real hapticd recorded and replayed: the same bits, found when they are not, refused when they cannot be; and recordings as tables."""
+import csv
+import os
+import pathlib
+import tempfile
+import time
+import unittest
+
+import daemon
+import hapticd
+
+EXIT_INPUT = 1
+EXIT_DIFFERS = 5
+
+
+def replay(file, *options):
+    return daemon.run("--device", f"replay:{file}", "--clock", "virtual", "--listen", f"127.0.0.1:{daemon.free_port()}", *options, timeout=300)
+
+
+class Replay(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.path = pathlib.Path(cls.folder.name)
+        cls.real = cls.path / "real.mcap"
+        with daemon.Daemon("--scene", "guqin_coarse", "--record", str(cls.real), state=str(cls.path)) as played:
+            with hapticd.Session(played.address) as session:
+                session.acquire("test")
+                session.set("tools[0].force_gain", 0.5)
+                time.sleep(1.5)
+                session.stop()
+                session.clear()
+                session.load_scene("single_string")
+                time.sleep(0.7)
+            played.end()
+        cls.virtual = cls.path / "virtual.mcap"
+        with daemon.Daemon("--scene", "single_string", "--device", "scripted", "--clock", "virtual", "--record", str(cls.virtual),
+                           state=str(cls.path)) as played:
+            with hapticd.Session(played.address) as session:
+                session.acquire("test")
+                session.run(poses=[(0.0, 0.0046, -0.02 + 0.0001 * max(0, tick - 220)) for tick in range(1500)])
+            played.end()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_what_was_recorded_is_replayed_to_the_bit(self):
+        for file in (self.real, self.virtual):
+            code, said = replay(file, "--verify")
+            self.assertEqual(code, 0, said)
+            self.assertIn("identical: every wrench to the bit", said)
+
+    def test_a_replay_tells_clients_where_it_is_and_lets_nobody_in(self):
+        with daemon.Daemon("--device", f"replay:{self.real}", "--clock", "realtime") as played:
+            with hapticd.Session(played.address) as session:
+                session.acquire("test")
+                session.subscribe(divisor=10, sections=["REPLAY"])
+                state = next(iter(session.states(1)))
+                self.assertTrue(state.HasField("replay"))
+                self.assertGreater(state.replay.last_tick, 0)
+                with self.assertRaises(hapticd.RequestError) as refused:
+                    session.load_scene("guqin")
+                self.assertIn("replayed", str(refused.exception))
+
+    def test_what_can_not_be_replayed_is_refused_with_the_remedy(self):
+        code, said = replay(self.path / "missing.mcap")
+        self.assertEqual(code, EXIT_INPUT)
+        self.assertIn("missing.mcap", said)
+        text = self.path / "text.mcap"
+        text.write_text("no recording")
+        code, said = replay(text)
+        self.assertEqual(code, EXIT_INPUT)
+        self.assertIn("Name a file that hapticd recorded", said)
+        code, said = daemon.run("--verify")
+        self.assertEqual(code, 2)
+        self.assertIn("--device replay:FILE", said)
+
+    def test_a_recording_becomes_a_table(self):
+        out = self.path / "ticks.csv"
+        code, said = daemon.run("export", str(self.virtual), "--csv", str(out))
+        self.assertEqual(code, 0, said)
+        with out.open() as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([int(row["tick"]) for row in rows], list(range(1500)))
+        self.assertEqual({int(row["dt_ns"]) for row in rows[1:]}, {1000000})
+        self.assertAlmostEqual(float(rows[1000]["tool0_wh_z_m"]), -0.02 + 0.0001 * 780, places=12)
+        self.assertTrue(any(float(row["tool0_fy_n"]) > 0 for row in rows))
+        try:
+            import numpy
+        except ImportError:
+            self.skipTest("numpy is not there")
+        out = self.path / "ticks.npy"
+        self.assertEqual(daemon.run("export", str(self.virtual), "--npy", str(out))[0], 0)
+        table = numpy.load(out)
+        self.assertEqual(len(table), 1500)
+        self.assertEqual([float(row["tool0_fy_n"]) for row in rows], list(table["tool0_fy_n"]))
+        out = self.path / "events.npy"
+        self.assertEqual(daemon.run("export", str(self.virtual), "--npy", str(out), "--what", "events")[0], 0)
+        self.assertIn(1, numpy.load(out)["kind"])
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("XDG_STATE_HOME", tempfile.gettempdir())
+    unittest.main()
