@@ -128,7 +128,7 @@ def main():
     lines += ["", f"The 31 clients beside the one that looks on got {each[0]} to {each[-1]} States each in {options.seconds + 2.0:.0f} s (they take "
               f"{counted['cpu_s']:.1f} s of CPU on the same machine; a client that loses more than a tenth is sent half as many). Sessions that ended: "
               f"{counted['ended']}. Gaps in the recorded ticks: {records.lost}."]
-    own, explained = show.over_period([tick for tick in records.ticks if tick.cpu_ns], 1_000_000)
+    own, held_up, explained = show.over_period([tick for tick in records.ticks if tick.cpu_ns], 1_000_000)
     lines += ["", *explained]
     if own:
         failures.append(f"{len(own)} ticks took longer than the period by their own work")
@@ -136,7 +136,7 @@ def main():
         failures.append("a fault was latched, or the daemon did not end well")
     if each[0] == 0 or counted["ended"]:
         failures.append("a session ended, or got no State")
-    return show.finish("Hard clients", lines, failures, options.write)
+    return show.finish("Hard clients", lines, failures, options.write, held_up)
 
 
 if __name__ == "__main__":

@@ -55,7 +55,7 @@ def main():
     begin = sent.index(heard[0]) if heard and heard[0] in sent else -1
     same = begin >= 0 and heard == sent[begin:begin + len(heard)]
     answered = [line for line in played.log.splitlines() if "datagrams received" in line]
-    own, explained = show.over_period([tick for tick in records.ticks if tick.cpu_ns], 1_000_000)
+    own, held_up, explained = show.over_period([tick for tick in records.ticks if tick.cpu_ns], 1_000_000)
     lines = [f"The scene `guqin` for {half:.0f} s in quiet and {flooded['seconds']:.1f} s under {rate:.0f} datagrams a second: noise, and headers of every "
              f"kind with noise behind them, from loopback ({flooded['sent']} sent, {flooded['refused']} refused by the system, "
              f"{flooded['cpu_s']:.1f} s of CPU for the sender on the same machine).", "", *show.TABLE,
@@ -71,7 +71,7 @@ def main():
         failures.append("a ring between the threads overflowed")
     if rate < 0.9 * options.rate:
         lines.append(f"\nThis machine could send only {rate:.0f} datagrams a second.")
-    return show.finish("Junk flood", lines, failures, options.write)
+    return show.finish("Junk flood", lines, failures, options.write, held_up)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from hapticd.v1 import recording_pb2  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 LOAD = os.environ.get("HAPTICD_NETWORK_LOAD", "")
-ENGAGED = 4
+SHOWN_TICKS = 20
 
 
 class Tick(NamedTuple):
@@ -101,20 +101,21 @@ def held_up(tick, ticks, period_ns):
 
 
 def over_period(ticks, period_ns):
-    """Ticks whose CPU time exceeds the period though their work explains it, and lines about all that exceed it."""
+    """Ticks whose CPU time exceeds the period and whose work explains it, how many others exceed it, and lines about all of them."""
     over = [tick for tick in ticks if tick.cpu_ns > period_ns]
     own = [tick for tick in over if not held_up(tick, ticks, period_ns)]
     if not over:
-        return own, [f"Every one of {len(ticks)} ticks took less CPU time than the period."]
+        return own, 0, [f"Every one of {len(ticks)} ticks took less CPU time than the period."]
+    shown = f" The first {SHOWN_TICKS} of them:" if len(over) > SHOWN_TICKS else ""
     lines = [f"{len(over)} of {len(ticks)} ticks took more CPU time than the period; the work of {len(own)} of them explains it. For the others there "
              "are ticks with at least as much work of each kind that took less than half the period: what they took beyond was not the haptic "
-             "thread's. The kernel books on the thread that runs what a hypervisor, an interrupt or the firmware takes meanwhile.", "",
+             "thread's. The kernel books on the thread that runs what a hypervisor, an interrupt or the firmware takes meanwhile." + shown, "",
              "| tick | CPU us | next tick came late by us | sub-steps, sphere tests, iterations | its own |", "|---|---|---|---|---|"]
     after = {tick.t_ns: following for tick, following in zip(ticks, ticks[1:])}
-    for tick in over[:20]:
+    for tick in over[:SHOWN_TICKS]:
         late = (after[tick.t_ns].dt_ns - period_ns) / 1e3 if tick.t_ns in after else 0.0
         lines.append(f"| {tick.tick} | {tick.cpu_ns / 1e3:.1f} | {late:.1f} | {tick.work} | {'yes' if tick in own else 'no'} |")
-    return own, lines
+    return own, len(over) - len(own), lines
 
 
 class Doctor:
@@ -137,13 +138,14 @@ def load(*arguments):
     return subprocess.Popen([LOAD, *(str(each) for each in arguments)], stdout=subprocess.PIPE, text=True)
 
 
-def finish(title, lines, failures, write):
+def finish(title, lines, failures, write, held_up_ticks=0):
     """Prints the report, writes it where asked, and ends with what it came to."""
     commit = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False)
     machine = subprocess.run([daemon.HAPTICD, "doctor", "--seconds", "0", "--json"], capture_output=True, text=True, check=False)
     head = [f"# {title}", "", f"{json.loads(machine.stdout)['machine']}. Commit {commit.stdout.strip() or 'unknown'}. "
             f"Written by `tests/system/shows/{pathlib.Path(sys.argv[0]).name} {' '.join(sys.argv[1:])}`.", ""]
-    verdict = ["", "Held." if not failures else "NOT HELD: " + "; ".join(failures)]
+    held = f"Held, but for {held_up_ticks} ticks in which the machine held the haptic thread up." if held_up_ticks else "Held."
+    verdict = ["", held if not failures else "NOT HELD: " + "; ".join(failures)]
     text = "\n".join(head + lines + verdict) + "\n"
     print(text)
     if write:

@@ -38,7 +38,7 @@ def main():
     ticks = records.ticks
     measured = [tick for tick in ticks if tick.cpu_ns]
     late = [abs(tick.dt_ns - PERIOD_NS) for tick in ticks[1:]]
-    own, explained = show.over_period(measured, PERIOD_NS)
+    own, held_up, explained = show.over_period(measured, PERIOD_NS)
     lines = [f"The scene `guqin` with its demonstration gesture for {seconds:.0f} s at 1 kHz, recorded to a file meanwhile. From the "
              f"start of the process to the first State at a client: {to_first_s:.2f} s.", "", *show.TABLE,
              show.row("haptic thread, CPU per tick", [tick.cpu_ns for tick in measured]),
@@ -52,7 +52,7 @@ def main():
         failures.append(f"only {len(measured)} ticks")
     if code != 0 or any(tick.state == 6 for tick in ticks):
         failures.append("a fault was latched, or the daemon did not end well")
-    return show.finish("Steady ticks", lines, failures, options.write)
+    return show.finish("Steady ticks", lines, failures, options.write, held_up)
 
 
 if __name__ == "__main__":
