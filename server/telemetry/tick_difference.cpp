@@ -11,6 +11,7 @@ namespace {
 
 template <std::size_t N>
 bool differ(const std::array<double, N>& a, const std::array<double, N>& b) {
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): -0 is not 0 here, and NaN is itself
   return std::memcmp(a.data(), b.data(), sizeof(a)) != 0;
 }
 
