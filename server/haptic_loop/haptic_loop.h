@@ -92,7 +92,8 @@ class HapticLoop {
   /// Its ramp begins with the next tick of a replay. False when it is for another scene.
   bool replay_change(std::unique_ptr<SettingsChange> change) noexcept;
 
-  /// All that goes from tick to tick, between two ticks; false when it is too much for an image. Cost: a copy of each number.
+  /// All that goes from tick to tick, between two ticks; false when it is too much for an image.
+  /// Cost: a copy of each number.
   [[nodiscard]] HD_REALTIME bool fill_image(StateImage& image) const noexcept;
   /// Goes on from `image`, which may come from a file, in the scene that plays. False when it does
   /// not fit; the loop is of no use then.
