@@ -66,6 +66,7 @@ class Requests(WithServer):
         self.assertEqual(caught.exception.code, "BUSY")
         first.release()
         self.assertGreater(second.acquire("second").fence, 1)
+        first.ping()  # its answer comes behind the news of the lease
         self.assertFalse(first.lease.yours)
 
     def test_a_scene_is_loaded_by_name_and_by_text_of_any_length(self):
