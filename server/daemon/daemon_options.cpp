@@ -138,6 +138,26 @@ void fill_defaults(v1::Config& config) {
 
 [[noreturn]] void refuse(const std::string& text) { throw StartError(kExitUsage, text); }
 
+void check_devices(const v1::Config& config) {
+  std::set<std::uint32_t> tools;
+  for (const v1::DeviceChoice& device : config.device()) {
+    if (!tools.insert(device.tool_id()).second) {
+      refuse("device: tool " + std::to_string(device.tool_id()) + " has two. Give each tool one.");
+    }
+    const std::string& source = device.source();
+    const bool replay = source.rfind(kReplaySource, 0) == 0;
+    if (source != "simulated" && source != "scripted" && !replay) {
+      refuse("--device: '" + source + "' is not known. Choose simulated, scripted or replay:FILE.");
+    }
+    if (replay && (config.device_size() > 1 || !config.record().empty())) {
+      refuse("--device: a replay is all there is: leave other devices and --record out.");
+    }
+    if (config.verify() && !replay) {
+      refuse("--verify: there is nothing to compare. Give --device replay:FILE.");
+    }
+  }
+}
+
 }  // namespace
 
 void read_config_file(const std::string& file, v1::Config& config) {
@@ -179,23 +199,7 @@ void check_config(const v1::Config& config) {
            "' is not known. Give WHAT:SEED, such as nan:7; WHAT is " + kinds_of_fault() + ".");
   }
   if (config.has_cpu() && config.cpu() > 1023) refuse("--cpu: not in [0, 1023].");
-  std::set<std::uint32_t> tools;
-  for (const v1::DeviceChoice& device : config.device()) {
-    if (!tools.insert(device.tool_id()).second) {
-      refuse("device: tool " + std::to_string(device.tool_id()) + " has two. Give each tool one.");
-    }
-    const std::string& source = device.source();
-    const bool replay = source.rfind(kReplaySource, 0) == 0;
-    if (source != "simulated" && source != "scripted" && !replay) {
-      refuse("--device: '" + source + "' is not known. Choose simulated, scripted or replay:FILE.");
-    }
-    if (replay && (config.device_size() > 1 || !config.record().empty())) {
-      refuse("--device: a replay is all there is: leave other devices and --record out.");
-    }
-    if (config.verify() && !replay) {
-      refuse("--verify: there is nothing to compare. Give --device replay:FILE.");
-    }
-  }
+  check_devices(config);
 }
 
 void settle_config(DaemonOptions& options) {

@@ -33,6 +33,16 @@ bool contact_free(const TickOutput& output) noexcept {
                      [](const ToolTick& tool) { return contact_free(tool); });
 }
 
+/// The order that a command is, for those that the state machine hears.
+std::uint16_t order_of(const LoopCommandBody& what) noexcept {
+  if (std::holds_alternative<EngageCommand>(what)) return kOrderEngage;
+  if (std::holds_alternative<DisengageCommand>(what)) return kOrderDisengage;
+  if (std::holds_alternative<StopCommand>(what)) return kOrderStop;
+  if (std::holds_alternative<ClearCommand>(what)) return kOrderClear;
+  if (std::holds_alternative<EndCommand>(what)) return kOrderEnd;
+  return 0;
+}
+
 }  // namespace
 
 HapticLoop::HapticLoop(const LoopOptions& options, std::unique_ptr<PlayedScene> first,
@@ -59,41 +69,44 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
     take_change(change->change, command.number);
     return;
   }
-  const bool fault = machine_.state == LoopState::kFault;
-  if (std::holds_alternative<EngageCommand>(command.what)) {
-    const Cause why = fault ? machine_.cause : Cause::kOverlap;
-    if (fault || (machine_.state == LoopState::kReady && !contact_free(output_))) {
-      tell(CommandRefused{command.number, why});
-      return;
-    }
-    asked_ |= kOrderEngage;
-  } else if (std::holds_alternative<DisengageCommand>(command.what)) {
-    asked_ |= kOrderDisengage;
-  } else if (std::holds_alternative<StopCommand>(command.what)) {
-    asked_ |= kOrderStop;
-  } else if (std::holds_alternative<ClearCommand>(command.what)) {
-    const bool gone = machine_.cause == Cause::kDeviceLost &&
-                      std::any_of(tools().begin(), tools().end(),
-                                  [](const LoopTool& tool) { return tool.device_lost; });
-    if (fault && (gone || standing_fault_ != Cause::kNone)) {
-      tell(CommandRefused{command.number, gone ? Cause::kDeviceLost : standing_fault_});
-      return;
-    }
-    asked_ |= kOrderClear;
-  } else if (std::holds_alternative<EndCommand>(command.what)) {
-    asked_ |= kOrderEnd;
-  } else if (std::holds_alternative<LeaseLostCommand>(command.what)) {
-    for (PlayedTool& tool : scene_->tools) {
-      if (tool.device.scripted == nullptr) continue;
-      tool.device.scripted->clear();
-      lease_lost_ = true;
-    }
-  } else if (const auto* recentre = std::get_if<RecentreCommand>(&command.what)) {
+  if (const std::optional<Cause> refused = refusal_of(command.what)) {
+    tell(CommandRefused{command.number, *refused});
+    return;
+  }
+  if (const auto* recentre = std::get_if<RecentreCommand>(&command.what)) {
     if (recentre->tool < tool_count()) tools_[recentre->tool].recentre = true;
   } else if (const auto* clutch = std::get_if<ClutchCommand>(&command.what)) {
     if (clutch->tool < tool_count()) tools_[clutch->tool].clutch_open = clutch->open;
+  } else if (std::holds_alternative<LeaseLostCommand>(command.what)) {
+    lose_lease();
+  } else {
+    asked_ |= order_of(command.what);
   }
   tell(CommandDone{command.number});
+}
+
+std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const noexcept {
+  const bool fault = machine_.state == LoopState::kFault;
+  if (std::holds_alternative<EngageCommand>(what)) {
+    if (fault) return machine_.cause;
+    if (machine_.state == LoopState::kReady && !contact_free(output_)) return Cause::kOverlap;
+  }
+  if (std::holds_alternative<ClearCommand>(what) && fault) {
+    const auto used = std::span(tools_).first(tool_count());
+    const bool lost = std::any_of(used.begin(), used.end(),
+                                  [](const LoopTool& tool) { return tool.device_lost; });
+    if (lost && machine_.cause == Cause::kDeviceLost) return Cause::kDeviceLost;
+    if (standing_fault_ != Cause::kNone) return standing_fault_;
+  }
+  return std::nullopt;
+}
+
+void HapticLoop::lose_lease() noexcept {
+  for (PlayedTool& tool : scene_->tools) {
+    if (tool.device.scripted == nullptr) continue;
+    tool.device.scripted->clear();
+    lease_lost_ = true;
+  }
 }
 
 void HapticLoop::take_commands() noexcept {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "core/rt/rt_log.h"
@@ -114,6 +115,8 @@ class HapticLoop {
 
  private:
   void obey(const LoopCommand& command) noexcept;
+  [[nodiscard]] std::optional<Cause> refusal_of(const LoopCommandBody& what) const noexcept;
+  void lose_lease() noexcept;
   void gather_orders() noexcept;
   void pass(std::int64_t now_ns, std::uint64_t skipped) noexcept;
   void take_scene(PlayedScene* scene, std::uint64_t number) noexcept;
