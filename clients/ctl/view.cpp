@@ -96,10 +96,10 @@ void add_timing(const v1::State& state, std::vector<std::string>& lines) {
              kMicro * t.p50_ns(), kMicro * t.p99_ns(), kMicro * t.p999_ns(), kMicro * t.max_ns(),
              static_cast<unsigned long long>(t.overruns()), kMicro * t.input_age_ns()));
   for (const v1::StageTiming& stage : t.stages()) {
-    lines.push_back(format("  %-9s p50 %.1f  p99 %.1f  max %.1f us",
+    lines.push_back(format("  %-10s p50 %.1f  p99 %.1f  p99.9 %.1f  max %.1f us",
                            plain_name(v1::Stage_Name(stage.stage()), "STAGE_").c_str(),
                            kMicro * stage.p50_ns(), kMicro * stage.p99_ns(),
-                           kMicro * stage.max_ns()));
+                           kMicro * stage.p999_ns(), kMicro * stage.max_ns()));
   }
 }
 

@@ -6,12 +6,14 @@
 #   HAPTICD_WERROR      warnings are errors
 #   HAPTICD_TEST_SCALE  default of the environment variable of that name in tests (tests/support/scale.h)
 #   HAPTICD_BENCHMARKS  build tests/benchmark
+#   HAPTICD_VM_TESTS    the tests in tests/vm, which boot a kernel
 #   HAPTICD_FINE_ASSETS make the finest trees too: the scene guqin_fine needs them
 #   HAPTICD_ASSETS_DIR  meshes and trees of the scenes; the build makes them if it is the folder `assets` of this build (default)
 set(HAPTICD_SANITIZE "" CACHE STRING "value of -fsanitize=")
 set(HAPTICD_TEST_SCALE "0.1" CACHE STRING "default share of the full number of random trials in tests")
 set(HAPTICD_ASSETS_DIR "${CMAKE_BINARY_DIR}/assets" CACHE PATH "meshes and trees of the scenes")
 option(HAPTICD_FINE_ASSETS "make the finest trees too" OFF)
+option(HAPTICD_VM_TESTS "the tests in tests/vm" OFF)
 option(HAPTICD_COVERAGE "instrument for gcov" OFF)
 option(HAPTICD_WERROR "warnings are errors" OFF)
 option(HAPTICD_BENCHMARKS "build the benchmarks (needs google-benchmark)" OFF)

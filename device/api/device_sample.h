@@ -25,6 +25,8 @@ inline constexpr std::uint16_t kDeviceWatchdogFired = 1U << 5U;
 /// The last command was beyond what the device can give.
 inline constexpr std::uint16_t kDeviceSaturated = 1U << 6U;
 inline constexpr std::uint16_t kDeviceReportsFault = 1U << 7U;
+/// It has a dead-man switch, which is not held.
+inline constexpr std::uint16_t kDeviceDeadManOpen = 1U << 8U;
 
 /// One measurement. Where the device measures no velocities they are the difference of successive
 /// samples.
@@ -55,6 +57,7 @@ struct DeviceCommand {
   std::int64_t expires_ns = std::numeric_limits<std::int64_t>::max();
   std::uint64_t sample_counter = 0;  ///< of the sample the wrench was computed from
   bool enable = false;               ///< motors on; off means zero force
+  bool clear_faults = false;  ///< forget what was latched: the user's decision; means zero force
 };
 static_assert(std::is_trivially_copyable_v<DeviceCommand>);
 

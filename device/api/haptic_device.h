@@ -16,7 +16,8 @@ namespace hapticd {
 enum class ReadOutcome : std::uint8_t {
   kFresh,    ///< a sample newer than any before
   kNothing,  ///< nothing new; the sample is untouched
-  kLost,     ///< the device is gone or has come to its end, for good; the sample is untouched
+  kLost,     ///< the device is gone, until it is plugged in again, or has come to its end; the
+             ///< sample is untouched
 };
 
 /// One device of one tool. profile, read and write are called by one thread, the loop's; write_zero

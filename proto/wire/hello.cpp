@@ -22,8 +22,8 @@ std::optional<DatagramHeader> header_of(std::span<const std::uint8_t> datagram, 
 std::vector<std::uint8_t> with_header(DatagramKind kind, std::uint32_t session,
                                       std::span<const std::uint8_t> body) {
   const auto header = encode_header({kind, session, 0});
-  std::vector<std::uint8_t> datagram(header.begin(), header.end());
-  datagram.insert(datagram.end(), body.begin(), body.end());
+  std::vector<std::uint8_t> datagram(header.size() + body.size());
+  std::copy(body.begin(), body.end(), std::copy(header.begin(), header.end(), datagram.begin()));
   return datagram;
 }
 

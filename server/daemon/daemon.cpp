@@ -56,6 +56,7 @@ Daemon::Daemon(DaemonOptions options)
       player_(replay_ ? recorded_player(replay_->header()) : player_options(options_.config)),
       virtual_time_(player_.virtual_time || replay_ != nullptr),
       channels_(std::make_unique<LoopChannels>()) {
+  if (!options_.check_only) attach_devices();
   if (!replay_) recording_ = std::make_unique<Recording>(*channels_, record_header());
   LoopOptions loop;
   loop.period_ns = player_.period_ns;

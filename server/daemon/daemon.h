@@ -18,6 +18,7 @@
 #include "server/daemon/replay_run.h"
 #include "server/daemon/scene_player.h"
 #include "server/daemon/tick_statistics.h"
+#include "server/devices/outside_device.h"
 #include "server/encoding/encode_event.h"
 #include "server/encoding/state_hash.h"
 #include "server/haptic_loop/realtime_thread.h"
@@ -149,10 +150,15 @@ class Daemon {
   void step_once(std::int64_t now_ns);
   void end_steps(v1::ResultCode code);
 
+  // Devices outside the process (daemon_devices.cpp).
+  void attach_devices();
+  [[nodiscard]] v1::DeviceInfo device_info(std::size_t k) const;
+
   DaemonOptions options_;
   std::unique_ptr<ReplayRun> replay_;  ///< null: devices play
   PlayerOptions player_;
-  bool virtual_time_;  ///< the loop is stepped from here
+  std::vector<OutsideDevice> outside_;  ///< devices outside the process; they outlive the loop
+  bool virtual_time_;                   ///< the loop is stepped from here
   std::unique_ptr<LoopChannels> channels_;
   std::unique_ptr<Recording> recording_;  ///< null: a replay is not recorded
   std::unique_ptr<HapticLoop> loop_;

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "device/simulated/faulty_device.h"
+#include "server/devices/outside_device.h"
 
 namespace hapticd {
 namespace {
@@ -77,7 +78,8 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
                    [&](const std::string& v) { options.config_file = v; });
   add<std::string>(app, "--scene", "NAME|FILE", "scene to play (guqin)",
                    [&](const std::string& v) { given.set_scene(v); });
-  add<std::string>(app, "--device", "simulated|scripted|replay:FILE",
+  add<std::string>(app, "--device",
+                   "simulated|scripted|replay:FILE|hid[:SERIAL]|spacemouse[:SERIAL]",
                    "device of every tool (simulated)",
                    [&](const std::string& v) { given.add_device()->set_source(v); });
   add_choice(app, "--clock", kClocks, "what drives time (realtime)",
@@ -123,7 +125,10 @@ void fill_defaults(v1::Config& config) {
   if (config.device_size() == 0) config.add_device();
   for (v1::DeviceChoice& device : *config.mutable_device()) {
     if (device.source().empty()) device.set_source("simulated");
-    if (device.profile().empty()) device.set_profile("premium_3_0_6dof");
+    const std::optional<OutsideSource> outside = outside_source(device.source());
+    if (device.profile().empty()) {
+      device.set_profile(outside ? outside->profile : "premium_3_0_6dof");
+    }
   }
   if (config.clock() == v1::CLOCK_MODE_UNSPECIFIED) config.set_clock(v1::CLOCK_MODE_REALTIME);
   if (!config.has_rate()) config.set_rate(1000.0);
@@ -146,8 +151,13 @@ void check_devices(const v1::Config& config) {
     }
     const std::string& source = device.source();
     const bool replay = source.rfind(kReplaySource, 0) == 0;
-    if (source != "simulated" && source != "scripted" && !replay) {
-      refuse("--device: '" + source + "' is not known. Choose simulated, scripted or replay:FILE.");
+    const bool outside = outside_source(source).has_value();
+    if (source != "simulated" && source != "scripted" && !replay && !outside) {
+      refuse("--device: '" + source +
+             "' is not known. Choose simulated, scripted, replay:FILE, hid or spacemouse.");
+    }
+    if (outside && config.clock() == v1::CLOCK_MODE_VIRTUAL) {
+      refuse("--device: a real device needs the real clock. Leave --clock out.");
     }
     if (replay && (config.device_size() > 1 || !config.record().empty())) {
       refuse("--device: a replay is all there is: leave other devices and --record out.");

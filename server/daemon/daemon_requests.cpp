@@ -324,17 +324,7 @@ void Daemon::describe_devices(const RequestId& id) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
   const std::vector<std::uint32_t>& tool_ids = scenes_.back().index.tool_ids;
   for (std::size_t k = 0; k < tool_ids.size(); ++k) {
-    const ToolDevice& tool = device_of(player_, tool_ids[k]);
-    v1::DeviceInfo& device = *result.mutable_devices()->add_devices();
-    device.set_tool_id(tool_ids[k]);
-    device.set_driver(tool.source == "scripted" ? v1::DRIVER_SCRIPTED
-                      : tool.source == "replay" ? v1::DRIVER_REPLAY
-                                                : v1::DRIVER_SIMULATED);
-    *device.mutable_profile() = tool.profile.message;
-    device.set_port("inside the daemon");
-    device.set_stiffness_bound_n_per_m(stiffness_bounds_[k]);
-    if (measured_delays_[k] > 0.0) device.set_measured_delay_s(measured_delays_[k]);
-    device.set_checked(true);
+    *result.mutable_devices()->add_devices() = device_info(k);
   }
   server_->answer(id, result);
 }

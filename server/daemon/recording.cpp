@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "core/rt/monotonic_clock.h"
+#include "server/haptic_loop/thread_policy.h"
 #include "server/telemetry/state_record.h"
 
 namespace hapticd {
@@ -226,6 +227,7 @@ void Recording::round() {
 }
 
 void Recording::run() {
+  name_thread("recorder");
   while (true) {
     round();
     std::unique_lock lock(mutex_);

@@ -41,6 +41,10 @@ StiffnessLimits stiffness_limits_of(const DeviceProfile& profile, const PlayerOp
 PlayedDevice make_played_device(const ToolDevice& device, const Pose& X_DH,
                                 const PlayerOptions& options, std::size_t k) {
   PlayedDevice played;
+  if (device.attached != nullptr) {
+    played.device = device.attached;
+    return played;
+  }
   if (device.source == "scripted") {
     ScriptedOptions scripted;
     scripted.p_DH = to_array(X_DH.p);
@@ -80,6 +84,10 @@ std::optional<Pose> begin_of(const GesturePlan* gesture, std::size_t k) {
 PlayedTool make_played_tool(const ToolDescription& tool, std::size_t k, const GesturePlan* gesture,
                             const PlayerOptions& options) {
   const ToolDevice& device = device_of(options, tool.tool_id);
+  if (device.attached != nullptr && device.tool_id != tool.tool_id) {
+    throw std::runtime_error("tool " + std::to_string(tool.tool_id) +
+                             " has no device. Name one for it in the configuration.");
+  }
   const DeviceProfile& profile = device.profile.profile;
   PlayedTool played;
   played.tool_id = tool.tool_id;
@@ -103,7 +111,7 @@ GestureMotion plan_motion(const v1::Gesture& gesture, const ToolDescription& too
     const auto fault = std::find_if(result.problems.begin(), result.problems.end(),
                                     [](const SceneProblem& problem) { return !problem.doubt; });
     const std::string text = "gesture " + gesture.name() + " does not fit: " + fault->field + ": " +
-                             fault->message + " " + fault->remedy;
+                             fault->message + ". " + fault->remedy;
     throw std::runtime_error(text);
   }
   return result.motion ? std::move(*result.motion) : GestureMotion{};

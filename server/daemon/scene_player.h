@@ -21,8 +21,9 @@ namespace hapticd {
 struct ToolDevice {
   std::uint32_t tool_id = 0;
   LoadedProfile profile;
-  std::string source;                             ///< simulated, scripted or replay
+  std::string source;                             ///< simulated, scripted, replay or hid
   DeviceDriver recorded = DeviceDriver::kReplay;  ///< of a replay: what was there
+  HapticDevice* attached = nullptr;               ///< one outside the process; outlives the scenes
 };
 
 /// How scenes are played in this run of the daemon.

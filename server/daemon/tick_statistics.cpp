@@ -15,8 +15,9 @@ void TickStatistics::add(const Snapshot& snapshot) {
     scene_id_ = snapshot.scene_id;
   }
   const TickTiming& timing = snapshot.timing;
-  const std::array<std::uint32_t, kParts> spans{timing.cpu_ns, timing.read_ns, timing.simulation_ns,
-                                                timing.write_ns, timing.publish_ns};
+  const std::array<std::uint32_t, kParts> spans{timing.cpu_ns,        timing.read_ns,
+                                                timing.simulation_ns, timing.safety_ns,
+                                                timing.write_ns,      timing.publish_ns};
   for (std::size_t k = 0; k < kParts; ++k) {
     parts_[k].last_ns = spans[k];
     // The first tick knows nothing of a tick before it.
@@ -47,6 +48,7 @@ void TickStatistics::fill(const Snapshot& snapshot, bool stages, v1::Timing& tim
     stage.set_last_ns(parts_[k].last_ns);
     stage.set_p50_ns(narrow(parts_[k].summary.p50_ns));
     stage.set_p99_ns(narrow(parts_[k].summary.p99_ns));
+    stage.set_p999_ns(narrow(parts_[k].summary.p99_9_ns));
     stage.set_max_ns(narrow(parts_[k].summary.max_ns));
   }
 }

@@ -22,10 +22,10 @@ class TickStatistics {
     LatencySummary summary;
     std::uint32_t last_ns = 0;
   };
-  static constexpr std::size_t kParts = 5;
+  static constexpr std::size_t kParts = 6;
   static constexpr std::array<v1::Stage, kParts> kStages{v1::STAGE_UNSPECIFIED, v1::STAGE_READ,
-                                                         v1::STAGE_SIMULATION, v1::STAGE_WRITE,
-                                                         v1::STAGE_PUBLISH};
+                                                         v1::STAGE_SIMULATION,  v1::STAGE_SAFETY,
+                                                         v1::STAGE_WRITE,       v1::STAGE_PUBLISH};
   std::array<Part, kParts> parts_{};  ///< [0]: the whole tick
   std::uint32_t scene_id_ = 0;
   std::uint64_t count_ = 0;

@@ -2,22 +2,24 @@
 #include "server/haptic_loop/haptic_loop.h"
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
 
 #include "core/rt/monotonic_clock.h"
+#include "server/haptic_loop/thread_policy.h"
 
 namespace hapticd {
 namespace {
 
-std::int64_t thread_cpu_ns() noexcept {
-  timespec used{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return std::int64_t{used.tv_sec} * 1'000'000'000 + used.tv_nsec;
-}
-
 std::uint32_t span_ns(std::int64_t from_ns, std::int64_t to_ns) noexcept {
   return static_cast<std::uint32_t>(to_ns - from_ns);
+}
+
+/// How long a Clear waits for a device to forget its fault, ns: many of its frames.
+constexpr std::int64_t kClearWait_ns = 100'000'000;
+
+/// Faults that a device latches itself.
+bool latched_by_device(Cause cause) noexcept {
+  return cause == Cause::kDeviceFault || cause == Cause::kDeviceWatchdog;
 }
 
 /// Nothing touches and nothing pushes the tool, as far as its last tick knew.
@@ -81,6 +83,7 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
     lose_lease();
   } else {
     asked_ |= order_of(command.what);
+    if ((asked_ & kOrderClear) != 0) clear_until_ns_ = time_.t_ns + kClearWait_ns;
   }
   tell(CommandDone{command.number});
 }
@@ -96,7 +99,9 @@ std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const n
     const bool lost = std::any_of(used.begin(), used.end(),
                                   [](const LoopTool& tool) { return tool.device_lost; });
     if (lost && machine_.cause == Cause::kDeviceLost) return Cause::kDeviceLost;
-    if (standing_fault_ != Cause::kNone) return standing_fault_;
+    if (standing_fault_ != Cause::kNone && !latched_by_device(standing_fault_)) {
+      return standing_fault_;
+    }
   }
   return std::nullopt;
 }
@@ -132,8 +137,20 @@ void HapticLoop::gather_orders() noexcept {
   if (waiting_ != nullptr) orders |= kOrderSceneWaits;
   if (std::exchange(stalls_seen_, stalls) != stalls) orders |= kOrderStalled;
   if (std::exchange(events_overflow_, lost) != lost) orders |= kOrderEventLost;
+  clear_devices();
+  if (clear_until_ns_ > time_.t_ns) orders |= kOrderClear;
   orders_ = static_cast<std::uint16_t>(orders);
   for (LoopTool& tool : tools()) tool.recentre_asked = tool.recentre;
+}
+
+// A device forgets only when it is told to, and says so a tick or two later; Clear waits for that.
+void HapticLoop::clear_devices() noexcept {
+  const bool fault = machine_.state == LoopState::kFault;
+  if (!fault) clear_until_ns_ = kNow;
+  for (LoopTool& tool : tools()) {
+    constexpr unsigned kLatched = kDeviceReportsFault | kDeviceWatchdogFired;
+    tool.clear_faults = clear_until_ns_ > time_.t_ns && (tool.sample.flags & kLatched) != 0;
+  }
 }
 
 void HapticLoop::read_devices() noexcept {
@@ -187,6 +204,7 @@ void HapticLoop::advance_state() noexcept {
     if (can_push_a_person(scene_->tools[k].device.device->profile().driver)) {
       input.engages_itself = false;
     }
+    if ((tool.sample.flags & kDeviceDeadManOpen) != 0) input.block = Cause::kDeadMan;
   }
   input.contact_free = contact_free(output_);
   input.lease_lost = has(kOrderLeaseLost);
@@ -235,17 +253,21 @@ void HapticLoop::render() noexcept {
   }
 }
 
-void HapticLoop::write_devices() noexcept {
+void HapticLoop::limit_wrenches() noexcept {
   const bool force =
       machine_.state == LoopState::kEngaged || machine_.state == LoopState::kReleasing;
   const Simulation& simulation = *scene_->play.simulation;
   bool enabled = false;
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    write_tool(scene_->tools[k], time_, simulation.tank_energy(k), loop_output_.gain, force,
+    limit_tool(scene_->tools[k], time_, simulation.tank_energy(k), loop_output_.gain, force,
                tools_[k]);
     enabled = enabled || tools_[k].written.enable;
   }
   force_on_.store(enabled && !options_.virtual_time, std::memory_order_relaxed);
+}
+
+void HapticLoop::write_devices() noexcept {
+  for (std::size_t k = 0; k < tool_count(); ++k) write_tool(scene_->tools[k], time_, tools_[k]);
 }
 
 // One line a second says as much as one per tick.
@@ -288,11 +310,14 @@ void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
   advance_state();
   render();
   const std::int64_t rendered_ns = clock();
+  limit_wrenches();
+  const std::int64_t limited_ns = clock();
   write_devices();
   const std::int64_t written_ns = clock();
   timing_.read_ns = span_ns(began_ns, read_ns);
   timing_.simulation_ns = span_ns(read_ns, rendered_ns);
-  timing_.write_ns = span_ns(rendered_ns, written_ns);
+  timing_.safety_ns = span_ns(rendered_ns, limited_ns);
+  timing_.write_ns = span_ns(limited_ns, written_ns);
   report_events();
   publish_snapshot();
   publish_image();

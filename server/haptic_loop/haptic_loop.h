@@ -117,6 +117,7 @@ class HapticLoop {
   void obey(const LoopCommand& command) noexcept;
   [[nodiscard]] std::optional<Cause> refusal_of(const LoopCommandBody& what) const noexcept;
   void lose_lease() noexcept;
+  void clear_devices() noexcept;
   void gather_orders() noexcept;
   void pass(std::int64_t now_ns, std::uint64_t skipped) noexcept;
   void take_scene(PlayedScene* scene, std::uint64_t number) noexcept;
@@ -133,6 +134,7 @@ class HapticLoop {
   void find_faults() noexcept;
   void advance_state() noexcept;
   void render() noexcept;
+  void limit_wrenches() noexcept;
   void write_devices() noexcept;
   void report_events() noexcept;
   void publish_snapshot() noexcept;
@@ -191,6 +193,7 @@ class HapticLoop {
   std::int64_t cpu_before_ns_ = 0;
   unsigned asked_ = 0;  ///< OrderBit, by commands since the last tick
   std::int64_t image_due_ns_ = kNow;
+  std::int64_t clear_until_ns_ = kNow;  ///< a Clear waits for a device to forget its fault
   bool first_tick_ = true;
   bool ever_ticked_ = false;
   bool lease_lost_ = false;

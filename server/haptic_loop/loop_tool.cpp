@@ -52,8 +52,8 @@ bool learn_delay(const DeviceSample& sample, PlayedTool& played) noexcept {
   return true;
 }
 
-void write_tool(PlayedTool& played, const LoopTime& time, double budget, double gain, bool force,
-                LoopTool& tool) noexcept {
+void limit_tool(const PlayedTool& played, const LoopTime& time, double budget, double gain,
+                bool force, LoopTool& tool) noexcept {
   SafetyInput input;
   input.now_ns = time.t_ns;
   input.dt_s = time.dt_s;
@@ -66,12 +66,16 @@ void write_tool(PlayedTool& played, const LoopTime& time, double budget, double 
   input.budget = budget / played.map.scale;
   tool.written = limit(input, played.limits, tool.safety);
   tool.wrench_not_finite = (tool.written.flags & kSafetyNotFinite) != 0;
+}
+
+void write_tool(PlayedTool& played, const LoopTime& time, LoopTool& tool) noexcept {
   DeviceCommand command;
   command.f_H_D = tool.written.f_H_D;
   command.t_H_D = tool.written.t_H_D;
   command.enable = tool.written.enable;
   command.expires_ns = tool.written.expires_ns;
   command.sample_counter = tool.sample.counter;
+  command.clear_faults = tool.clear_faults;
   tool.write_failed = !played.device.device->write(time.t_ns, command) && !tool.device_lost;
 }
 
@@ -82,6 +86,7 @@ Cause fault_of(const LoopTool& tool, bool pushes, bool guards_armed) noexcept {
       {tool.write_failed, Cause::kDeviceWrite},
       {(tool.sample.flags & kDeviceEmergencyStop) != 0, Cause::kEmergencyStop},
       {(tool.sample.flags & kDeviceReportsFault) != 0, Cause::kDeviceFault},
+      {(tool.sample.flags & kDeviceWatchdogFired) != 0, Cause::kDeviceWatchdog},
   };
   for (const auto& [is, cause] : wrong) {
     if (is && latches(cause, pushes, guards_armed)) return cause;

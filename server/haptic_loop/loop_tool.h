@@ -30,6 +30,7 @@ struct LoopTool {
   InputWatch input_watch;
   SafetyState safety;
   WorkspaceState workspace;
+  bool clear_faults = false;  ///< its device is to forget what it has latched
   bool clutch_open = false;
   bool recentre = false;
   TouchDetector touches;
@@ -58,10 +59,13 @@ inline constexpr double kLongestDelay_s = 1.0;
 /// change nothing.
 HD_REALTIME bool learn_delay(const DeviceSample& sample, PlayedTool& played) noexcept;
 
-/// Passes tool.F_H_D through the safety stage, faded by `gain`, and writes it; zero unless `force`.
-/// `budget`: what strings may still give to the hand, J.
-HD_REALTIME void write_tool(PlayedTool& played, const LoopTime& time, double budget, double gain,
-                            bool force, LoopTool& tool) noexcept;
+/// Passes tool.F_H_D through the safety stage, faded by `gain`; zero unless `force`. `budget`: what
+/// strings may still give to the hand, J.
+HD_REALTIME void limit_tool(const PlayedTool& played, const LoopTime& time, double budget,
+                            double gain, bool force, LoopTool& tool) noexcept;
+
+/// Writes what the safety stage has passed.
+HD_REALTIME void write_tool(PlayedTool& played, const LoopTime& time, LoopTool& tool) noexcept;
 
 /// What of the last read and write of the tool is wrong; kNone when nothing is.
 [[nodiscard]] HD_REALTIME Cause fault_of(const LoopTool& tool, bool pushes,

@@ -45,6 +45,7 @@ RealtimeThread::~RealtimeThread() {
 }
 
 void RealtimeThread::run() noexcept {
+  name_thread("haptic");
   prefault_stack();
   const std::int64_t period_ns = options_.period_ns;
   std::int64_t due_ns = monotonic_now_ns() + period_ns;
@@ -61,6 +62,7 @@ void RealtimeThread::run() noexcept {
 }
 
 void RealtimeThread::guard() noexcept {
+  name_thread("guardian");
   while (!over_.load(std::memory_order_acquire) && !stop_.load(std::memory_order_relaxed)) {
     const std::int64_t now_ns = monotonic_now_ns();
     loop_.guard(now_ns);

@@ -28,6 +28,8 @@ bool pin(std::thread& thread, std::uint32_t cpu) noexcept {
   return errno == 0;
 }
 
+void name_thread(const char* name) noexcept { pthread_setname_np(pthread_self(), name); }
+
 [[gnu::noinline]] void prefault_stack() noexcept {
   std::array<volatile char, kStackPrefault> pages;
   for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 0;
@@ -39,6 +41,12 @@ void sleep_until(std::int64_t t_ns) noexcept {
   until.tv_nsec = static_cast<long>(t_ns % 1'000'000'000);
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
+}
+
+std::int64_t thread_cpu_ns() noexcept {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return std::int64_t{used.tv_sec} * 1'000'000'000 + used.tv_nsec;
 }
 
 }  // namespace hapticd

@@ -82,6 +82,10 @@ void check_axis_map(const v1::AxisMap& map, SceneProblems& problems) {
     fault(problems, "axis_map.axes", "x, y and z of D do not come from three different axes",
           "Name each axis once.");
   }
+  for (const double sign : map.force_sign().value()) {
+    if (sign == 1.0 || sign == -1.0) continue;
+    fault(problems, "axis_map.force_sign", in_words(sign) + " is no sign", "Give -1 or 1.");
+  }
   check_quantities(map, "axis_map.", problems);
 }
 
@@ -161,6 +165,23 @@ DeviceProfile translate(const P& from) {
   return to;
 }
 
+AxisMapping translate(const v1::AxisMap& from) {
+  AxisMapping to;
+  for (int i = 0; i < from.axes_size(); ++i) {
+    // Odd ones are positive; each direction has two.
+    const int place = from.axes(i) - v1::AXIS_POSITIVE_X;
+    const auto axis = static_cast<std::size_t>(i);
+    to.raw_axis[axis] = static_cast<std::uint8_t>(place / 2);
+    to.sign[axis] = place % 2 == 0 ? 1.0 : -1.0;
+  }
+  take(from.position_scale(), to.position_scale);
+  take(from.rotation_scale(), to.rotation_scale);
+  take(from.force_scale(), to.force_scale);
+  take(from.force_sign(), to.force_sign);
+  take(from.dead_zone(), to.dead_zone);
+  return to;
+}
+
 ProfileResult load_text(std::string_view text, const std::string& file) {
   P profile;
   const MessageText parsed(text, file, "device profile", profile);
@@ -201,7 +222,7 @@ ProfileResult check_profile(const P& profile) {
   // What follows looks at values that are there.
   if (!any_fault(result.problems)) check_required(profile, result.problems);
   if (any_fault(result.problems)) return result;
-  result.loaded = LoadedProfile{profile, translate(profile)};
+  result.loaded = LoadedProfile{profile, translate(profile), translate(profile.axis_map())};
   return result;
 }
 

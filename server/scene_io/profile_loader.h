@@ -1,6 +1,6 @@
 // Loads a device profile from a name, a file, inline text or a message: parsed, checked against the
 // comments of device_profile.proto, and translated for the devices; or refused with every fault in
-// it. Axis map and matches stay in the message, for the drivers that read raw frames. Offline.
+// it. Matches stay in the message, for who looks for devices. Offline.
 #pragma once
 
 #include <filesystem>
@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "device/api/axis_mapping.h"
 #include "device/api/device_profile.h"
 #include "hapticd/v1/device_profile.pb.h"
 #include "server/scene_io/scene_problem.h"
@@ -24,6 +25,7 @@ using ProfileFolders = std::vector<std::filesystem::path>;
 struct LoadedProfile {
   v1::DeviceProfile message;  ///< as written, sources included
   DeviceProfile profile;      ///< defaults filled in
+  AxisMapping axes;           ///< of axis_map, defaults filled in; for drivers of raw frames
 };
 
 struct ProfileResult {

@@ -34,6 +34,7 @@ class Diagnosis {
   explicit Diagnosis(const HostReport& report) : report_(report), facts_(report.facts) {}
 
   void look_at_timer();
+  void look_at_work();
   void look_at_rights();
   void look_at_kernel();
   void look_at_processors();
@@ -77,6 +78,26 @@ void Diagnosis::look_at_timer() {
   } else {
     good("timer", times);
   }
+}
+
+void Diagnosis::look_at_work() {
+  const TimerMeasurement& timer = report_.timer;
+  if (report_.seconds <= 0.0 || timer.work.total == 0) return;
+  const LatencySummary work = summarise(timer.work);
+  const std::string times = "work of " + microseconds(work.p50_ns) + " took " +
+                            microseconds(work.p99_9_ns) + " or less in 999 of 1000 ticks, " +
+                            microseconds(work.max_ns) + " at worst";
+  const double beyond = static_cast<double>(work.max_ns - work.p50_ns);
+  if (beyond <= kHoldUpAllowed * static_cast<double>(timer.period_ns)) {
+    good("hold_up", times);
+    return;
+  }
+  cause("hold_up",
+        times + ", longer than a period in " + std::to_string(timer.held_up) + " of " +
+            std::to_string(timer.ticks) +
+            " ticks: something below the kernel stops a thread that runs",
+        "sudo apt-get install rt-tests && sudo hwlatdetect --duration=60    (names the firmware; "
+        "else it is the hypervisor: see steal)");
 }
 
 void Diagnosis::look_at_rights() {
@@ -250,7 +271,7 @@ void Diagnosis::look_at_interrupts() {
 
 void Diagnosis::look_at_hidraw() {
   std::string refused;
-  for (const HidrawNode& node : facts_.hidraw) {
+  for (const HidrawAccess& node : facts_.hidraw) {
     if (node.usable) continue;
     refused += (refused.empty() ? "" : ", ") + node.file;
     if (!node.name.empty()) refused += " (" + node.name + ")";
@@ -271,6 +292,7 @@ void Diagnosis::look_at_hidraw() {
 std::vector<Finding> diagnose(const HostReport& report) {
   Diagnosis diagnosis(report);
   diagnosis.look_at_timer();
+  diagnosis.look_at_work();
   diagnosis.look_at_rights();
   diagnosis.look_at_kernel();
   diagnosis.look_at_processors();

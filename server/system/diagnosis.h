@@ -42,6 +42,9 @@ inline constexpr std::int64_t kLockedBytes = std::int64_t{1} << 30;
 inline constexpr std::int64_t kIdleLatency_us = 50;
 /// Share of time that a hypervisor may take away: more makes ticks late by whole periods.
 inline constexpr double kStealAllowed = 1e-3;
+/// Share of a period that a tick's work may take beyond its median: more, and the machine stops
+/// threads that run.
+inline constexpr double kHoldUpAllowed = 0.5;
 /// Interrupts of devices on the loop's processor that are put up with, 1/s: each costs some us.
 inline constexpr double kInterruptsAllowed = 100.0;
 /// Share of time the processors are busy above which others wait for the same ones.

@@ -58,6 +58,14 @@ std::string machine_of(const HostFacts& facts) {
   return text;
 }
 
+/// As a JSON object, us.
+std::string quantiles(const LatencyHistogram& histogram) {
+  const LatencySummary summary = summarise(histogram);
+  return "{\"p50\": " + format_us(summary.p50_ns) + ", \"p99\": " + format_us(summary.p99_ns) +
+         ", \"p99.9\": " + format_us(summary.p99_9_ns) + ", \"max\": " + format_us(summary.max_ns) +
+         "}";
+}
+
 double rate_of(const HostReport& report) {
   return 1e9 / static_cast<double>(report.timer.period_ns);
 }
@@ -87,7 +95,6 @@ std::string doctor_text(const HostReport& report, const std::vector<Finding>& fi
 
 std::string doctor_json(const HostReport& report, const std::vector<Finding>& findings) {
   const TimerMeasurement& timer = report.timer;
-  const LatencySummary late = summarise(timer.late);
   std::string text = "{\"fit\": " + std::string(fit(findings) ? "true" : "false");
   text += ", \"machine\": " + quoted(machine_of(report.facts));
   text += ", \"seconds\": " + format_number(report.seconds);
@@ -97,9 +104,9 @@ std::string doctor_json(const HostReport& report, const std::vector<Finding>& fi
   text += ", \"refused\": " + quoted(timer.refused);
   text += ", \"ticks\": " + std::to_string(timer.ticks);
   text += ", \"lost\": " + std::to_string(timer.skipped);
-  text += ", \"late_us\": {\"p50\": " + format_us(late.p50_ns) +
-          ", \"p99\": " + format_us(late.p99_ns) + ", \"p99.9\": " + format_us(late.p99_9_ns) +
-          ", \"max\": " + format_us(late.max_ns) + "}";
+  text += ", \"held_up\": " + std::to_string(timer.held_up);
+  text += ", \"late_us\": " + quantiles(timer.late);
+  text += ", \"work_us\": " + quantiles(timer.work);
   text += ", \"findings\": [";
   for (const Finding& finding : findings) {
     text += std::string(&finding == findings.data() ? "" : ", ") +

@@ -156,7 +156,7 @@ void read_kernel(const fs::path& root, HostFacts& facts) {
 
 void read_hidraw(const ProbeRoot& root, HostFacts& facts) {
   for (const std::string& name : names_in(root.root / "sys/class/hidraw")) {
-    HidrawNode node;
+    HidrawAccess node;
     node.file = "/dev/" + name;
     std::string event = text_of(root.root / "sys/class/hidraw" / name / "device/uevent");
     std::replace(event.begin(), event.end(), '=', ':');

@@ -27,7 +27,7 @@ struct IdleState {
 };
 
 /// A device that speaks HID.
-struct HidrawNode {
+struct HidrawAccess {
   std::string file;  ///< /dev/hidraw0
   std::string name;  ///< as the device gives it
   bool usable = false;
@@ -49,7 +49,7 @@ struct HostFacts {
   std::optional<std::int64_t> rt_period_us;
   std::optional<std::int64_t> highest_priority;  ///< of SCHED_FIFO, 99 with the capability
   std::optional<std::int64_t> lockable_bytes;    ///< kNoLimit with the capability
-  std::vector<HidrawNode> hidraw;
+  std::vector<HidrawAccess> hidraw;
 };
 
 /// HostFacts::lockable_bytes without a limit.

@@ -1,5 +1,6 @@
-// A bare timer loop with the policy of the haptic loop and nothing in it: how late this machine
-// wakes a thread. What the haptic loop does later is this and its own work. Not RT outside.
+// A bare timer loop with the policy of the haptic loop and the same short work in every tick: how
+// late this machine wakes a thread, and how long it holds up one that runs. What the haptic loop
+// does later or slower is its own. Not RT outside.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +19,8 @@ struct TimerOptions {
 
 struct TimerMeasurement {
   LatencyHistogram late;      ///< from the instant asked for to running
+  LatencyHistogram work;      ///< processor time that the kernel books for the work of a tick
+  std::uint64_t held_up = 0;  ///< ticks whose work took longer than a period
   std::uint64_t ticks = 0;    ///< that ran
   std::uint64_t skipped = 0;  ///< periods that passed before their tick could run
   std::int64_t period_ns = 1'000'000;

@@ -68,9 +68,12 @@ const std::set<std::string> kUnitless{"1",
                                       "as the layout"};
 
 /// Fields named after an option of the command line, scales, and a symbol that ends like a unit.
-const std::set<std::string> kNamedOtherwise{
-    "hapticd.v1.String.k_s", "hapticd.v1.Config.rate", "hapticd.v1.Config.max_force",
-    "hapticd.v1.AxisMap.position_scale", "hapticd.v1.AxisMap.rotation_scale"};
+const std::set<std::string> kNamedOtherwise{"hapticd.v1.String.k_s",
+                                            "hapticd.v1.Config.rate",
+                                            "hapticd.v1.Config.max_force",
+                                            "hapticd.v1.AxisMap.position_scale",
+                                            "hapticd.v1.AxisMap.rotation_scale",
+                                            "hapticd.v1.AxisMap.force_scale"};
 
 std::string unit_of_name(const std::string& name) {
   std::string unit;

@@ -25,9 +25,9 @@ def run(*options, timeout=60):
 class Daemon:
     """Context manager: plays until the end of the block; `log` has its lines afterwards."""
 
-    def __init__(self, *options, state=None, host="127.0.0.1", port=None):
+    def __init__(self, *options, state=None, host="127.0.0.1", port=None, environment=None):
         self.address = f"{host}:{port or free_port()}"
-        environment = dict(os.environ, XDG_STATE_HOME=state or "/nonexistent")
+        environment = dict(os.environ, XDG_STATE_HOME=state or "/nonexistent", **(environment or {}))
         self.process = subprocess.Popen([HAPTICD, "--listen", self.address, *options], stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, text=True, env=environment)
         self.log = ""

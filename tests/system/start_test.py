@@ -61,8 +61,8 @@ class Start(unittest.TestCase):
                 session.subscribe(divisor=10, sections=["TOOLS"])
                 list(session.states(5))
                 self.assertEqual(played.end(signal.SIGTERM), 0, played.log)
-        self.assertIn("loop state 4 -> 5", played.log)
-        self.assertIn("loop state 5 -> 7", played.log)
+        self.assertIn("loop state ENGAGED -> RELEASING", played.log)
+        self.assertIn("loop state RELEASING -> OVER", played.log)
 
 
     def test_sighup_loads_the_scene_of_the_configuration_anew(self):

@@ -233,38 +233,49 @@ ReplayReport verify(const std::string& path) {
   return run.report();
 }
 
-bool copy_from_snapshot(const std::string& from, int snapshot, const std::string& to) {
-  RecordingReader reader(from);
-  Copy copy(to, reader.header());
+std::vector<CopiedMessage> messages_of(const std::string& path) {
+  RecordingReader reader(path);
+  std::vector<CopiedMessage> messages;
+  messages.reserve(std::size_t{2} * kSessionTicks);
   RecordedMessage message;
+  while (reader.next(message)) messages.push_back({message.kind, std::string(message.data)});
+  return messages;
+}
+
+void write_recording(const std::string& path, const v1::RecordHeader& header,
+                     const std::vector<CopiedMessage>& messages) {
+  Copy copy(path, header);
+  for (const CopiedMessage& message : messages) copy.write(message.kind, message.bytes);
+}
+
+bool copy_from_snapshot(const std::string& from, int snapshot, const std::string& to) {
+  std::vector<CopiedMessage> kept;
   std::string scene;
   int seen = 0;
-  bool begun = false;
-  while (reader.next(message)) {
-    if (!begun && message.kind == RecordKind::kScene) scene = std::string(message.data);
-    if (!begun && message.kind == RecordKind::kSnapshot && seen++ == snapshot) {
-      begun = true;
-      copy.write(RecordKind::kScene, scene);
+  for (CopiedMessage& message : messages_of(from)) {
+    if (kept.empty() && message.kind == RecordKind::kScene) scene = message.bytes;
+    if (message.kind == RecordKind::kSnapshot && seen++ == snapshot) {
+      kept.push_back({RecordKind::kScene, scene});
     }
-    if (begun) copy.write(message.kind, message.data);
+    if (!kept.empty()) kept.push_back(std::move(message));
   }
-  return begun;
+  if (!kept.empty()) write_recording(to, RecordingReader(from).header(), kept);
+  return !kept.empty();
 }
 
 void copy_changed(const std::string& from, const std::string& to,
                   const std::function<bool(v1::TickRecord&)>& change) {
-  RecordingReader reader(from);
-  Copy copy(to, reader.header());
-  RecordedMessage message;
-  while (reader.next(message)) {
-    if (message.kind != RecordKind::kTick) {
-      copy.write(message.kind, message.data);
-      continue;
+  std::vector<CopiedMessage> kept;
+  for (CopiedMessage& message : messages_of(from)) {
+    if (message.kind == RecordKind::kTick) {
+      v1::TickRecord tick;
+      REQUIRE(tick.ParseFromString(message.bytes));
+      if (!change(tick)) continue;
+      message.bytes = tick.SerializeAsString();
     }
-    v1::TickRecord tick;
-    REQUIRE(tick.ParseFromArray(message.data.data(), static_cast<int>(message.data.size())));
-    if (change(tick)) copy.write(RecordKind::kTick, tick.SerializeAsString());
+    kept.push_back(std::move(message));
   }
+  write_recording(to, RecordingReader(from).header(), kept);
 }
 
 }  // namespace hapticd::test

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "server/daemon/replay_run.h"
 #include "server/daemon/scene_player.h"
@@ -29,6 +30,19 @@ ReplayReport verify(const std::string& path);
 /// The recording `from` without what stands before its Snapshot number `snapshot`, 0 the first. As
 /// a dump has it. False when it has not so many.
 bool copy_from_snapshot(const std::string& from, int snapshot, const std::string& to);
+
+/// A message of a recording.
+struct CopiedMessage {
+  RecordKind kind = RecordKind::kTick;
+  std::string bytes;
+};
+
+/// All messages of a recording behind its header.
+std::vector<CopiedMessage> messages_of(const std::string& path);
+
+/// Writes a recording of these.
+void write_recording(const std::string& path, const v1::RecordHeader& header,
+                     const std::vector<CopiedMessage>& messages);
 
 /// The recording `from` with each tick as `change` leaves it, but those for which it says false.
 void copy_changed(const std::string& from, const std::string& to,

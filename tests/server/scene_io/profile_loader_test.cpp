@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "device/spacemouse/spacemouse_device.h"
+
 namespace hapticd::test {
 namespace {
 
@@ -28,13 +30,16 @@ std::string quantity(const std::string& field, const std::string& value) {
 
 TEST_CASE("the shipped profiles load without a doubt, with a source for every number") {
   const ProfileFolders folders{HAPTICD_SOURCE_DIR "/deploy/devices"};
-  CHECK(list_profiles(folders) == std::vector<std::string>{"ideal", "premium_3_0_6dof"});
+  CHECK(list_profiles(folders) == std::vector<std::string>{"hid_v1", "ideal", "openffboard",
+                                                           "premium_3_0_6dof", "spacemouse",
+                                                           "vpforce_rhino"});
   for (const std::string& name : list_profiles(folders)) {
     const ProfileResult result = load_profile(name, folders);
     CAPTURE(name);
     REQUIRE(result.loaded.has_value());
     CHECK(result.problems.empty());
     CHECK(device_name(result.loaded->profile) == name);
+    if (result.loaded->profile.driver != DeviceDriver::kSimulated) continue;
     CHECK(result.loaded->profile.peak_force == 22.0);
     CHECK(result.loaded->profile.peak_torque == 0.515);
   }
@@ -128,6 +133,72 @@ TEST_CASE("a device that only reads positions needs no peak force") {
   REQUIRE(result.loaded.has_value());
   CHECK(result.loaded->profile.driver == DeviceDriver::kSpacemouse);
   CHECK(result.loaded->profile.peak_force == 0.0);
+}
+
+TEST_CASE("an axis map becomes the mapping of the drivers, and none leaves readings as they are") {
+  const ProfileResult result = load_profile_text(
+      kHead + kPeaks +
+      "axis_map { axes: [AXIS_NEGATIVE_Z, AXIS_POSITIVE_X, AXIS_NEGATIVE_Y]"
+      " position_scale { value: [1, 2, 3] source: \"s\" } rotation_scale { value: 4 source: \"s\" }"
+      " force_scale { value: 0.5 source: \"s\" } force_sign { value: [1, -1, 1] source: \"s\" }"
+      " dead_zone { value: 7 source: \"s\" } }");
+  REQUIRE(result.loaded.has_value());
+  const AxisMapping& axes = result.loaded->axes;
+  CHECK(axes.raw_axis == std::array<std::uint8_t, 3>{2, 0, 1});
+  CHECK(axes.sign == Array3{-1.0, 1.0, -1.0});
+  CHECK(axes.position_scale == Array3{1.0, 2.0, 3.0});
+  CHECK(axes.rotation_scale == Array3{4.0, 4.0, 4.0});
+  CHECK(axes.force_scale == Array3{0.5, 0.5, 0.5});
+  CHECK(axes.force_sign == Array3{1.0, -1.0, 1.0});
+  CHECK(axes.dead_zone == 7.0);
+  const AxisMapping none = load_profile_text(kHead + kPeaks).loaded->axes;
+  CHECK(none.raw_axis == std::array<std::uint8_t, 3>{0, 1, 2});
+  CHECK(none.sign == Array3{1.0, 1.0, 1.0});
+  CHECK(none.force_scale == Array3{1.0, 1.0, 1.0});
+  CHECK(none.dead_zone == 0.0);
+}
+
+TEST_CASE("a force sign that is no sign is refused") {
+  CHECK(faults(kHead + kPeaks + "axis_map { force_sign { value: [1, 0.5, 1] source: \"s\" } }")
+            .find("0.5 is no sign") != std::string::npos);
+}
+
+TEST_CASE("the profile of the SpaceMouse family names the devices the driver knows, at its axes") {
+  const ProfileFolders folders{HAPTICD_SOURCE_DIR "/deploy/devices"};
+  const LoadedProfile mouse = *load_profile("spacemouse", folders).loaded;
+  int known = 0;
+  for (std::uint32_t vendor : {0x046DU, 0x256FU}) {
+    for (std::uint32_t product = 0; product < 0x10000; ++product) {
+      known += spacemouse::is_spacemouse(static_cast<std::uint16_t>(vendor),
+                                         static_cast<std::uint16_t>(product))
+                   ? 1
+                   : 0;
+    }
+  }
+  CHECK(mouse.message.matches_size() == known);
+  for (const v1::DeviceMatch& match : mouse.message.matches()) {
+    CAPTURE(match.product_id());
+    CHECK(spacemouse::is_spacemouse(static_cast<std::uint16_t>(match.vendor_id()),
+                                    static_cast<std::uint16_t>(match.product_id())));
+  }
+  const AxisMapping family = spacemouse::family_axes(1.0, 1.0);
+  CHECK(mouse.axes.raw_axis == family.raw_axis);
+  CHECK(mouse.axes.sign == family.sign);
+  CHECK(mouse.profile.actuated_axes == 0);
+}
+
+TEST_CASE("the profiles of devices without a watchdog give no more than 1 N") {
+  const ProfileFolders folders{HAPTICD_SOURCE_DIR "/deploy/devices"};
+  for (const char* name : {"openffboard", "vpforce_rhino"}) {
+    CAPTURE(name);
+    const LoadedProfile stick = *load_profile(name, folders).loaded;
+    CHECK(stick.profile.driver == DeviceDriver::kPid);
+    CHECK(stick.profile.watchdog == kUnlimited);
+    CHECK(stick.profile.peak_force <= 1.0);
+    CHECK(stick.profile.actuated_axes == 2);
+    // Raw z, which such a device has not, is up.
+    CHECK(stick.axes.raw_axis == std::array<std::uint8_t, 3>{0, 2, 1});
+  }
 }
 
 }  // namespace hapticd::test

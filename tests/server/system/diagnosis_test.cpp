@@ -16,7 +16,10 @@ HostReport punctual(const MadeUpMachine& machine, const std::string& refused = "
   HostReport report;
   report.facts = read_facts(machine.root(refused));
   report.seconds = 10.0;
-  for (int k = 0; k < 10000; ++k) record(report.timer.late, 20'000);
+  for (int k = 0; k < 10000; ++k) {
+    record(report.timer.late, 20'000);
+    record(report.timer.work, 50'000);
+  }
   report.timer.ticks = 10000;
   report.cpu = 1;
   machine.write("proc/stat", "cpu  100 0 50 1000 10 0 5 7 0 0\n");
@@ -61,9 +64,9 @@ TEST_CASE("a healthy machine has nothing but good findings, one of each kind") {
     CHECK(finding.fix.empty());
     names.insert(finding.name);
   }
-  CHECK(names == std::set<std::string>{"timer", "rtprio", "memlock", "rt_throttling", "kernel",
-                                       "processors", "governor", "clocksource", "idle", "steal",
-                                       "load", "interrupts", "hidraw"});
+  CHECK(names == std::set<std::string>{"timer", "hold_up", "rtprio", "memlock", "rt_throttling",
+                                       "kernel", "processors", "governor", "clocksource", "idle",
+                                       "steal", "load", "interrupts", "hidraw"});
   CHECK(fit(findings));
 }
 
@@ -87,6 +90,15 @@ TEST_CASE("ticks that were lost or woken late are a cause of their own") {
   report.timer.skipped = 0;
   for (int k = 0; k < 20; ++k) record(report.timer.late, 600'000);
   check_only(report, "timer", Verdict::kCause, "top");
+}
+
+TEST_CASE("a machine that stops a thread which runs is named, once it takes half a period") {
+  const MadeUpMachine machine;
+  HostReport report = punctual(machine);
+  record(report.timer.work, 400'000);
+  CHECK(fit(diagnose(report)));
+  record(report.timer.work, 700'000);
+  check_only(report, "hold_up", Verdict::kCause, "hwlatdetect");
 }
 
 TEST_CASE(

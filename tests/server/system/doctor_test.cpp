@@ -58,6 +58,8 @@ TEST_CASE("a measurement runs one tick a period and counts every one") {
   CHECK(timer.ticks + timer.skipped >= 99);
   CHECK(timer.ticks <= 100);
   CHECK(timer.late.total == timer.ticks);
+  CHECK(timer.work.total == timer.ticks);
+  CHECK(summarise(timer.work).p50_ns > 0);
   CHECK((timer.refused.empty() || !timer.fifo || !timer.locked));
 }
 

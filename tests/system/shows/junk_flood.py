@@ -1,8 +1,9 @@
 #!/usr/bin/python3
-"""A flood of junk datagrams from loopback: CPU time of the haptic thread's ticks with and without it, and every event told exactly once.
+"""A flood of junk datagrams from loopback: CPU time of the haptic thread's ticks with and without it, what that thread takes from the
+allocator and from locks, and every event told exactly once.
 
 usage: junk_flood.py [--seconds S] [--rate PACKETS_PER_S] [--write]
-Half of the time is quiet. Asserts that no fault is latched, that nothing overflowed between the threads, and that a client got every event
+Half of the time is quiet. Asserts that no fault is latched, that the haptic thread never allocates or locks, that nothing overflowed between the threads, and that a client got every event
 that was recorded, once and in order. --write puts the report into tests/results."""
 import argparse
 import json
@@ -29,7 +30,8 @@ def main():
     half = options.seconds / 2
     with show.folder() as folder:
         path = f"{folder}/session.mcap"
-        with show.daemon.Daemon("--record", path) as played, hapticd.Session(played.address) as session:
+        witness = show.Witness(f"{folder}/witness.json")
+        with show.daemon.Daemon("--record", path, environment=witness.environment) as played, hapticd.Session(played.address) as session:
             session.subscribe(divisor=100, sections=["TOOLS"])
             next(session.states(1))
             time.sleep(1.0)
@@ -47,6 +49,7 @@ def main():
             session.close()
             code = played.end()
         records = show.read(path)
+        taken, failures = witness.report()
     sent = [getattr(each.item, each.item.WhichOneof("body")).SerializeToString(deterministic=True) for each in records.events]
     quiet = [tick.cpu_ns for tick in records.ticks if quiet_from <= tick.t_ns < flood_from]
     during = [tick.cpu_ns for tick in records.ticks if flood_from <= tick.t_ns < flood_to]
@@ -61,8 +64,9 @@ def main():
              f"{flooded['cpu_s']:.1f} s of CPU for the sender on the same machine).", "", *show.TABLE,
              show.row("haptic thread, CPU per tick, quiet", quiet), show.row("haptic thread, CPU per tick, flood", during), "",
              f"Events told to a client meanwhile: {len(heard)}, each once and in order: {'yes' if same else 'NO'}. Gaps in the recorded ticks: "
-             f"{records.lost}; the recorder lost {recorder.lost_ticks} ticks. {' '.join(answered)}", "", *explained]
-    failures = [f"{len(own)} ticks took longer than the period by their own work"] if own else []
+             f"{records.lost}; the recorder lost {recorder.lost_ticks} ticks. {' '.join(answered)}", "", taken, "", *explained]
+    if own:
+        failures.append(f"{len(own)} ticks took longer than the period by their own work")
     if not same or not heard:
         failures.append("events differ from those recorded")
     if code != 0 or any(tick.state == 6 for tick in records.ticks):

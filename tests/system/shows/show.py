@@ -15,6 +15,7 @@ from hapticd.v1 import recording_pb2  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 LOAD = os.environ.get("HAPTICD_NETWORK_LOAD", "")
+WITNESS = os.environ.get("HAPTICD_THREAD_WITNESS", "")
 SHOWN_TICKS = 20
 
 
@@ -128,10 +129,32 @@ class Doctor:
         return json.loads(self.process.communicate()[0])
 
 
-def timer_row(report):
-    late = report["late_us"]
-    return (f"| bare timer loop, late by | {report['ticks']} | {late['p50']:.1f} | {late['p99']:.1f} | {late['p99.9']:.1f} | "
-            f"{late['max']:.1f} |")
+def timer_rows(report):
+    """The bare timer loop: how late it was woken, and what the kernel booked for the work that is the same in each of its ticks."""
+    named = (("bare timer loop, late by", "late_us"), ("bare timer loop, CPU of the same work in every tick", "work_us"))
+    return [f"| {name} | {report['ticks']} | " + " | ".join(f"{report[key][at]:.1f}" for at in ("p50", "p99", "p99.9", "max")) + " |"
+            for name, key in named]
+
+
+class Witness:
+    """Counts what the haptic thread of a daemon takes from the system; give `environment` to the daemon."""
+
+    def __init__(self, path):
+        self.path = pathlib.Path(path)
+        self.environment = {"LD_PRELOAD": WITNESS, "HAPTICD_WITNESS": str(self.path)}
+
+    def report(self):
+        """A line about it and what did not hold, once the daemon has ended."""
+        seen = json.loads(self.path.read_text(encoding="utf-8"))
+        line = (f"Between its first sleep and its last ({seen['ticks']} sleeps) the haptic thread called the allocator {seen['allocations']} times, "
+                f"took {seen['locks']} locks, gave the processor away {seen['waits']} times (once per sleep) and met {seen['page_faults']} page faults; "
+                f"all threads together, start and end included, called the allocator {seen['all_allocations']} times and took {seen['all_locks']} locks.")
+        wrong = [f"the haptic thread: {seen[what]} {what}" for what in ("allocations", "locks") if seen[what]]
+        if seen["waits"] > seen["ticks"]:
+            wrong.append("the haptic thread waited for more than its clock")
+        if not (seen["ticks"] and seen["all_allocations"] and seen["all_locks"]):
+            wrong.append("the witness saw nothing")
+        return line, wrong
 
 
 def load(*arguments):

@@ -42,9 +42,10 @@ def main():
     lines = [f"The scene `guqin` with its demonstration gesture for {seconds:.0f} s at 1 kHz, recorded to a file meanwhile. From the "
              f"start of the process to the first State at a client: {to_first_s:.2f} s.", "", *show.TABLE,
              show.row("haptic thread, CPU per tick", [tick.cpu_ns for tick in measured]),
-             show.row("haptic loop, distance of ticks from 1 ms", late), show.timer_row(report), "",
-             f"Periods skipped by the haptic loop: {timing.overruns}; ticks lost by the bare timer loop: {report['lost']}. Ticks recorded: "
-             f"{len(ticks)}, gaps in them: {records.lost}. Bare loop: SCHED_FIFO {'granted' if report['fifo'] else 'refused'}.", "", *explained]
+             show.row("haptic loop, distance of ticks from 1 ms", late), *show.timer_rows(report), "",
+             f"Periods skipped by the haptic loop: {timing.overruns}; ticks lost by the bare timer loop: {report['lost']}, and in "
+             f"{report['held_up']} of its ticks the same work took longer than a period. Ticks recorded: {len(ticks)}, gaps in them: "
+             f"{records.lost}. Bare loop: SCHED_FIFO {'granted' if report['fifo'] else 'refused'}.", "", *explained]
     failures = []
     if own:
         failures.append(f"{len(own)} ticks took longer than the period by their own work")

@@ -1,0 +1,195 @@
+// See hid_device.h. RT: yes, but for construction, attach and detach.
+#include "device/hid/hid_device.h"
+
+#include <algorithm>
+#include <span>
+
+#include "device/hid/profile_codec.h"
+#include "device/hid/profile_units.h"
+
+namespace hapticd::hid {
+namespace {
+
+/// Places of HidCounters.
+enum Count : std::uint8_t { kSamples, kSuperseded, kLostSamples, kOverflows, kTooOld, kMalformed };
+
+constexpr std::int64_t from_us(std::uint64_t us) noexcept {
+  return static_cast<std::int64_t>(us) * 1000;
+}
+
+/// Commands of the loop have an even seq, those that stand in for them an odd one.
+constexpr std::uint16_t kRevokedSeqBit = 1;
+
+OutputReport output(const CommandReport& command) noexcept {
+  OutputReport report;
+  const auto bytes = encode(command);
+  std::copy(bytes.begin(), bytes.end(), report.bytes.begin());
+  report.length = bytes.size();
+  return report;
+}
+
+}  // namespace
+
+HidDevice::HidDevice(const DeviceProfile& profile, const Capabilities& capabilities,
+                     ReportWriter::Clock clock)
+    : profile_(profile), capabilities_(capabilities), writer_(clock) {}
+
+HidDevice::~HidDevice() { detach(); }
+
+void HidDevice::attach(const ReportChannel& channel) {
+  detach();
+  channel_ = channel;
+  writer_.attach(channel);
+  gate_.open();
+}
+
+void HidDevice::detach() {
+  gate_.close();
+  writer_.detach();
+}
+
+HidCounters HidDevice::counters() const noexcept {
+  const auto count = [&](Count which) { return counts_[which].load(std::memory_order_relaxed); };
+  return {count(kSamples),   count(kSuperseded), count(kLostSamples),
+          count(kOverflows), count(kTooOld),     count(kMalformed)};
+}
+
+void HidDevice::begin_anew() noexcept {
+  attachment_ = gate_.attachment();
+  seq_ = {};
+  clock_us_ = {};
+  clock_ = {};
+  echo_ = {};
+  has_state_ = false;
+  echoed_ = false;
+  enabling_ = Enabling::kOff;
+  sent_ = {};
+}
+
+ReadOutcome HidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept {
+  if (!gate_.enter()) return ReadOutcome::kLost;
+  if (attachment_ != gate_.attachment()) begin_anew();
+  const ReadOutcome outcome = writer_.failed() ? ReadOutcome::kLost : drain(now_ns, sample);
+  gate_.leave(outcome == ReadOutcome::kLost);
+  return outcome;
+}
+
+ReadOutcome HidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept {
+  std::array<std::uint8_t, kStateBytes> bytes{};
+  StateReport newest;
+  std::uint64_t fresh = 0;
+  int read = 0;
+  for (; read <= kSystemQueue; ++read) {
+    const int length = channel_.read(channel_.input, bytes.data(), bytes.size());
+    if (length == 0) break;
+    if (length < 0) return ReadOutcome::kLost;
+    StateReport state;
+    if (decode_state(std::span(bytes).first(static_cast<std::size_t>(length)), state) !=
+        Decoded::kOk) {
+      counts_[kMalformed].fetch_add(1, std::memory_order_relaxed);
+      continue;
+    }
+    newest = state;
+    ++fresh;
+  }
+  if (read >= kSystemQueue) {
+    counts_[kOverflows].fetch_add(1, std::memory_order_relaxed);
+    return ReadOutcome::kNothing;
+  }
+  if (fresh == 0) return ReadOutcome::kNothing;
+  counts_[kSuperseded].fetch_add(fresh - 1, std::memory_order_relaxed);
+  return take(newest, fresh - 1, now_ns, sample);
+}
+
+ReadOutcome HidDevice::take(const StateReport& state, std::uint64_t superseded, std::int64_t now_ns,
+                            DeviceSample& sample) noexcept {
+  const std::uint64_t before = seq_.newest;
+  const std::uint64_t seq = unwrap(state.seq, seq_);
+  if (has_state_ && seq <= before) return ReadOutcome::kNothing;
+  if (!has_state_) seq_base_ = seq - (counter_ + 1);
+  const std::int64_t device_ns = from_us(unwrap(state.t_us, clock_us_));
+  state_ = state;
+  has_state_ = true;
+  const std::uint64_t missing = seq - seq_base_ - counter_ - 1;
+  counts_[kLostSamples].fetch_add(missing - std::min(missing, superseded),
+                                  std::memory_order_relaxed);
+  counter_ = seq - seq_base_;
+  t_ns_ = std::max(t_ns_ + 1, host_time(device_ns, now_ns, clock_));
+  note_sample(counter_, device_ns, echo_);
+  note_echo_of(state, device_ns);
+  if (now_ns - t_ns_ > kOldestSample_ns) {
+    counts_[kTooOld].fetch_add(1, std::memory_order_relaxed);
+    return ReadOutcome::kNothing;
+  }
+  counts_[kSamples].fetch_add(1, std::memory_order_relaxed);
+  to_sample(state, capabilities_, sample);
+  add_flags(sample);
+  sample.t_ns = t_ns_;
+  sample.counter = counter_;
+  if (echo_.estimator.estimate_ns >= 0) {
+    sample.measured_delay_s = 1e-9 * static_cast<double>(echo_.estimator.estimate_ns);
+  }
+  return ReadOutcome::kFresh;
+}
+
+// What takes ENABLE back without a word of why is a fault.
+void HidDevice::add_flags(DeviceSample& sample) const noexcept {
+  constexpr unsigned kReasons = kDeviceEmergencyStop | kDeviceWatchdogFired;
+  unsigned flags = sample.flags;
+  const bool dead_man = (capabilities_.caps & kHasDeadMan) != 0;
+  if (dead_man && (flags & kDeviceDeadManHeld) == 0) flags |= kDeviceDeadManOpen;
+  const bool explained = (flags & (kReasons | kDeviceDeadManOpen)) != 0;
+  if (enabling_ == Enabling::kDropped && !explained) flags |= kDeviceReportsFault;
+  sample.flags = static_cast<std::uint16_t>(flags);
+}
+
+void HidDevice::note_echo_of(const StateReport& state, std::int64_t device_ns) noexcept {
+  if (state.cmd_age == kOldestCommand) return;
+  const Sent& sent = sent_[state.cmd_seq / 2 % sent_.size()];
+  if (sent.seq != state.cmd_seq) return;
+  echoed_ = true;
+  note_echo(sent.counter, device_ns - from_us(10) * state.cmd_age, echo_);
+}
+
+void HidDevice::advance_enabling(bool wanted) noexcept {
+  const bool enabled = has_state_ && (state_.status & kStatusEnabled) != 0;
+  const bool ready = has_state_ && (state_.status & kStatusCalibrated) != 0 && echoed_;
+  if (!wanted) {
+    enabling_ = Enabling::kOff;
+  } else if (enabling_ == Enabling::kOff && ready && !enabled) {
+    enabling_ = Enabling::kAsking;
+  } else if (enabling_ == Enabling::kAsking && enabled) {
+    enabling_ = Enabling::kOn;
+  } else if (enabling_ == Enabling::kOn && !enabled) {
+    enabling_ = Enabling::kDropped;
+  }
+}
+
+bool HidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcept {
+  CommandReport report;
+  const bool finite = to_command(command, report);
+  advance_enabling(command.enable && finite && !command.clear_faults);
+  if (enabling_ != Enabling::kOn) report = CommandReport{};
+  if (enabling_ == Enabling::kAsking || enabling_ == Enabling::kOn) report.flags = kCommandEnable;
+  if (command.clear_faults) report.flags = kCommandClearFault;
+  report.seq = next_seq_;
+  report.ref_seq = state_.seq;
+  sent_[report.seq / 2 % sent_.size()] = {report.seq, command.sample_counter};
+  next_seq_ = static_cast<std::uint16_t>(next_seq_ + 2);
+  // Another seq, so that it is new also to a device that has taken the command before.
+  CommandReport no_force;
+  no_force.seq = report.seq | kRevokedSeqBit;
+  const bool stuck = writer_.stuck(now_ns);
+  PostedCommand posted;
+  posted.reports.push_back(output(report));
+  posted.instead.push_back(output(no_force));
+  posted.posted_ns = now_ns;
+  // What takes force away is never out of date.
+  if ((report.flags & kCommandEnable) != 0) posted.expires_ns = command.expires_ns;
+  writer_.post(posted);
+  return finite && !stuck && !writer_.failed();
+}
+
+void HidDevice::write_zero(std::int64_t now_ns) noexcept { writer_.revoke(now_ns); }
+
+}  // namespace hapticd::hid

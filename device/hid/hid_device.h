@@ -1,0 +1,108 @@
+// A device of HID profile v1 as the loop sees it. Reading: everything that waits is drained and the
+// newest sample kept; what the system had queued while nobody read is thrown away whole, since such
+// a queue keeps its oldest reports. Writing: the command goes to a thread of its own
+// (report_writer.h); ENABLE is asked for as the profile demands, and dropped when the device drops
+// it. Outlives unplugging: detached it is lost, attached again it goes on. Frames: device_sample.h.
+// RT: the functions of HapticDevice.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "core/safety/echo_watch.h"
+#include "device/api/haptic_device.h"
+#include "device/hid/counter_unwrap.h"
+#include "device/hid/device_clock.h"
+#include "device/hid/profile_v1.h"
+#include "device/report_io/reader_gate.h"
+#include "device/report_io/report_channel.h"
+#include "device/report_io/report_writer.h"
+
+namespace hapticd::hid {
+
+/// Reports that Linux's hidraw holds for a reader; it drops newer ones then.
+inline constexpr int kSystemQueue = 63;
+/// A sample older than this is not used, ns: two frames at 1 kHz, and the time to read them.
+inline constexpr std::int64_t kOldestSample_ns = 2'500'000;
+
+/// What went on, since the construction. Any thread.
+struct HidCounters {
+  std::uint64_t samples = 0;     ///< used
+  std::uint64_t superseded = 0;  ///< read together with a newer one
+  std::uint64_t lost = 0;        ///< by the device's count of samples
+  std::uint64_t overflows = 0;   ///< queues thrown away
+  std::uint64_t too_old = 0;     ///< newest ones that were older than kOldestSample_ns
+  std::uint64_t malformed = 0;   ///< reports that are none
+};
+
+class HidDevice final : public HapticDevice {
+ public:
+  /// Not attached yet. `profile`: what the device is, its capabilities applied. Throws as
+  /// ReportWriter does.
+  HidDevice(const DeviceProfile& profile, const Capabilities& capabilities,
+            ReportWriter::Clock clock);
+  ~HidDevice() override;
+
+  [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
+  HD_REALTIME ReadOutcome read(std::int64_t now_ns, DeviceSample& sample) noexcept override;
+  HD_REALTIME bool write(std::int64_t now_ns, const DeviceCommand& command) noexcept override;
+  HD_REALTIME void write_zero(std::int64_t now_ns) noexcept override;
+
+  /// Goes on with this channel. Not RT; one thread attaches and detaches.
+  void attach(const ReportChannel& channel);
+  /// Ends the use of the channel: returns when neither thread is in it. Not RT.
+  void detach();
+  /// Reading or writing has failed: the channel is of no more use. Any thread.
+  [[nodiscard]] bool failed() const noexcept { return gate_.failed() || writer_.failed(); }
+  [[nodiscard]] HidCounters counters() const noexcept;
+  [[nodiscard]] ReportWriter& writer() noexcept { return writer_; }
+
+ private:
+  /// How far the force is asked for.
+  enum class Enabling : std::uint8_t {
+    kOff,      ///< no ENABLE
+    kAsking,   ///< ENABLE and zeros, until the device says ENABLED
+    kOn,       ///< ENABLE and the wrench
+    kDropped,  ///< the device took it back: nothing until the loop has let go
+  };
+  /// A command on its way, by its seq.
+  struct Sent {
+    std::uint16_t seq = 1;  ///< odd: none
+    std::uint64_t counter = 0;
+  };
+
+  HD_REALTIME ReadOutcome drain(std::int64_t now_ns, DeviceSample& sample) noexcept;
+  HD_REALTIME ReadOutcome take(const StateReport& state, std::uint64_t superseded,
+                               std::int64_t now_ns, DeviceSample& sample) noexcept;
+  HD_REALTIME void add_flags(DeviceSample& sample) const noexcept;
+  HD_REALTIME void note_echo_of(const StateReport& state, std::int64_t device_ns) noexcept;
+  HD_REALTIME void advance_enabling(bool wanted) noexcept;
+  HD_REALTIME void begin_anew() noexcept;
+
+  DeviceProfile profile_;
+  Capabilities capabilities_;
+  ReportChannel channel_;
+  ReaderGate gate_;
+
+  // The loop's.
+  std::uint32_t attachment_ = 0;
+  CounterUnwrap<std::uint16_t> seq_;
+  CounterUnwrap<std::uint32_t> clock_us_;
+  ClockMatch clock_;
+  EchoWatch echo_;
+  StateReport state_;
+  bool has_state_ = false;
+  std::uint64_t counter_ = 0;   ///< of the newest sample
+  std::uint64_t seq_base_ = 0;  ///< unwrapped seq less counter
+  std::int64_t t_ns_ = 0;       ///< of the newest sample
+  std::uint16_t next_seq_ = 2;  ///< of a command, even
+  bool echoed_ = false;         ///< the device has told of a command of ours
+  Enabling enabling_ = Enabling::kOff;
+  std::array<Sent, 256> sent_{};  ///< by seq / 2, modulo
+
+  std::array<std::atomic<std::uint64_t>, 6> counts_{};  ///< as HidCounters
+  ReportWriter writer_;
+};
+
+}  // namespace hapticd::hid

@@ -1,0 +1,83 @@
+// HID report descriptors field by field: where each usage lies in which report (Device Class
+// Definition for HID 1.11, section 6.2.2), for devices whose reports only their descriptor tells.
+// Bytes come from a stranger's USB plug: every length is checked, everything is bounded. Bits count
+// from the first byte of a report, its ID included. Allocates; not RT.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace hapticd::pid {
+
+/// Longest descriptor that Linux accepts, bytes; longer ones are refused.
+inline constexpr std::size_t kLongestDescriptor = 4096;
+/// Fields, reports and collections of one descriptor; one with more is refused. Force devices have
+/// about 100, 20 and 50.
+inline constexpr std::size_t kMostFields = 2048;
+inline constexpr std::size_t kMostReports = 64;
+inline constexpr std::size_t kMostCollections = 256;
+/// Usages that one item names; more are without a name.
+inline constexpr std::size_t kMostUsages = 64;
+/// Longest report of a descriptor that is read, bytes.
+inline constexpr std::size_t kLongestReportRead = 16'384;
+
+/// A usage with its page, as descriptors pack them.
+[[nodiscard]] constexpr std::uint32_t usage_of(std::uint32_t page, std::uint32_t usage) noexcept {
+  return page << 16U | usage;
+}
+
+enum class ReportKind : std::uint8_t { kInput, kOutput, kFeature };
+
+/// One report.
+struct ReportSize {
+  ReportKind kind = ReportKind::kInput;
+  std::uint8_t id = 0;   ///< 0: the descriptor uses no IDs
+  std::size_t bits = 0;  ///< its ID included
+};
+
+/// A collection, and the one it is in.
+struct Collection {
+  std::uint32_t usage = 0;
+  int parent = -1;  ///< -1: none
+};
+
+/// One variable, or one element of an array, that is data.
+struct Field {
+  ReportKind kind = ReportKind::kInput;
+  std::uint8_t report_id = 0;
+  std::size_t bit = 0;                ///< where it begins
+  std::size_t bits = 0;               ///< 1..32
+  std::int64_t minimum = 0;           ///< logical
+  std::int64_t maximum = 0;           ///< logical, >= minimum
+  bool is_array = false;              ///< its value, less the minimum, is a place in `usages`
+  std::vector<std::uint32_t> usages;  ///< of an array all; else one, or none
+  int collection = -1;
+};
+
+/// What is wrong with a descriptor.
+enum class DescriptorFlaw : std::uint8_t {
+  kNone,
+  kTooLong,      ///< more than kLongestDescriptor
+  kCutOff,       ///< ends within an item
+  kUnbalanced,   ///< collections or stacked globals that do not match, or too deep
+  kBadReportId,  ///< 0, or more than a byte holds
+  kTooLarge,     ///< more fields, reports or collections than the bounds above, or longer ones
+};
+
+/// What a descriptor says.
+struct Descriptor {
+  DescriptorFlaw flaw = DescriptorFlaw::kNone;
+  std::vector<Field> fields;  ///< without constants, and without fields of more than 32 bits
+  std::vector<Collection> collections;
+  std::vector<ReportSize> reports;
+};
+
+/// Reads a descriptor; with a flaw, nothing else is told. O(bytes), and the fields it has.
+[[nodiscard]] Descriptor read_fields(std::span<const std::uint8_t> descriptor);
+
+/// True when the collection, or one around it, has this usage.
+[[nodiscard]] bool is_within(const Descriptor& descriptor, int collection, std::uint32_t usage);
+
+}  // namespace hapticd::pid

@@ -1,0 +1,163 @@
+// See pid_device.h. RT: yes, but for construction, attach and detach.
+#include "device/pid/pid_device.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "device/api/sample_difference.h"
+
+namespace hapticd::pid {
+namespace {
+
+/// Places of PidCounters.
+enum Count : std::uint8_t { kSamples, kSuperseded, kOverflows, kCut };
+
+bool is_finite(const DeviceCommand& command) noexcept {
+  for (const Array3& vector : {command.f_H_D, command.t_H_D}) {
+    for (const double value : vector) {
+      if (!std::isfinite(value)) return false;
+    }
+  }
+  return true;
+}
+
+EffectBlocks unpack(std::uint16_t blocks) noexcept {
+  return {static_cast<std::uint8_t>(blocks & 0xFFU), static_cast<std::uint8_t>(blocks >> 8U)};
+}
+
+/// From the middle of the logical range, raw units.
+double centred(const BitField& axis, std::span<const std::uint8_t> report) noexcept {
+  const double middle =
+      0.5 * (static_cast<double>(axis.minimum) + static_cast<double>(axis.maximum));
+  return static_cast<double>(get(axis, report)) - middle;
+}
+
+}  // namespace
+
+PidDevice::PidDevice(const DeviceProfile& profile, const PidSettings& settings,
+                     ReportWriter::Clock clock)
+    : profile_(profile), settings_(settings), writer_(clock) {}
+
+void PidDevice::attach(const ReportChannel& channel, const EffectBlocks& blocks) {
+  detach();
+  channel_ = channel;
+  blocks_.store(static_cast<std::uint16_t>(blocks[0] | unsigned{blocks[1]} << 8U),
+                std::memory_order_relaxed);
+  writer_.attach(channel);
+  attached_ = true;
+  gate_.open();
+}
+
+void PidDevice::detach() {
+  gate_.close();
+  writer_.detach();
+  if (attached_) stop(settings_.layout, unpack(blocks_.load()), channel_);
+  attached_ = false;
+}
+
+PidCounters PidDevice::counters() const noexcept {
+  const auto count = [&](Count which) { return counts_[which].load(std::memory_order_relaxed); };
+  return {count(kSamples), count(kSuperseded), count(kOverflows), count(kCut)};
+}
+
+ReadOutcome PidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept {
+  if (!gate_.enter()) return ReadOutcome::kLost;
+  if (attachment_ != gate_.attachment()) {
+    attachment_ = gate_.attachment();
+    has_sample_ = false;
+    enabled_ = saturated_ = false;
+  }
+  const ReadOutcome outcome = writer_.failed() ? ReadOutcome::kLost : drain(now_ns, sample);
+  gate_.leave(outcome == ReadOutcome::kLost);
+  return outcome;
+}
+
+ReadOutcome PidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept {
+  const ReportForm& form = settings_.layout.input.report;
+  std::array<std::uint8_t, kLongestReport> bytes{};
+  std::array<std::uint8_t, kLongestReport> newest{};
+  std::uint64_t fresh = 0;
+  int read = 0;
+  for (; read <= kSystemQueue; ++read) {
+    const int length = channel_.read(channel_.input, bytes.data(), bytes.size());
+    if (length == 0) break;
+    if (length < 0) return ReadOutcome::kLost;
+    if (bytes[0] != form.id || length < form.bytes) continue;
+    newest = bytes;
+    ++fresh;
+  }
+  if (read >= kSystemQueue) {
+    counts_[kOverflows].fetch_add(1, std::memory_order_relaxed);
+    return ReadOutcome::kNothing;
+  }
+  if (fresh == 0) return ReadOutcome::kNothing;
+  counts_[kSuperseded].fetch_add(fresh - 1, std::memory_order_relaxed);
+  counts_[kSamples].fetch_add(1, std::memory_order_relaxed);
+  take(std::span(newest).first(form.bytes), now_ns, sample);
+  return ReadOutcome::kFresh;
+}
+
+void PidDevice::take(std::span<const std::uint8_t> report, std::int64_t now_ns,
+                     DeviceSample& sample) noexcept {
+  const PidLayout::Input& input = settings_.layout.input;
+  DeviceSample fresh;
+  fresh.t_ns = now_ns;
+  fresh.counter = last_.counter + 1;
+  fresh.p_DH =
+      position_in_base(settings_.axes, {centred(input.x, report), centred(input.y, report), 0.0});
+  if (has_sample_) difference_velocity(last_, fresh);
+  for (std::size_t i = 0; i < input.button.size(); ++i) {
+    if (get(input.button[i], report) == 0) continue;
+    fresh.buttons = static_cast<std::uint16_t>(fresh.buttons | 1U << i);
+  }
+  fresh.flags = kDeviceAttached | kDeviceCalibrated;
+  if (enabled_) fresh.flags = static_cast<std::uint16_t>(fresh.flags | kDeviceEnabled);
+  if (saturated_) fresh.flags = static_cast<std::uint16_t>(fresh.flags | kDeviceSaturated);
+  has_sample_ = true;
+  sample = last_ = fresh;
+}
+
+/// The command in raw units, what the device has no motor for left away, and cut to the peak.
+Array3 PidDevice::magnitudes(const DeviceCommand& command) noexcept {
+  constexpr std::uint8_t kRawZ = 2;
+  Array3 f_D{};
+  double largest = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (settings_.axes.raw_axis[i] != kRawZ) f_D[i] = command.f_H_D[i];
+    largest = std::max(largest, std::abs(f_D[i]));
+  }
+  if (largest == 0.0) return {};
+  // Relative to the largest component, so that no square overflows.
+  double square = 0.0;
+  for (const double f : f_D) square += f / largest * (f / largest);
+  const double relative = std::sqrt(square);
+  saturated_ = largest * relative > profile_.peak_force;
+  if (saturated_) {
+    counts_[kCut].fetch_add(1, std::memory_order_relaxed);
+    for (double& f : f_D) f = f / largest * (profile_.peak_force / relative);
+  }
+  return raw_force(settings_.axes, f_D);
+}
+
+bool PidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcept {
+  const bool finite = is_finite(command);
+  enabled_ = command.enable && finite;
+  saturated_ = false;
+  const Array3 magnitude = enabled_ ? magnitudes(command) : Array3{};
+  const EffectBlocks blocks = unpack(blocks_.load(std::memory_order_relaxed));
+  PostedCommand posted;
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    posted.reports.push_back(set_force(settings_.layout, blocks[axis], magnitude[axis]));
+    posted.instead.push_back(set_force(settings_.layout, blocks[axis], 0.0));
+  }
+  posted.posted_ns = now_ns;
+  posted.expires_ns = command.expires_ns;
+  const bool stuck = writer_.stuck(now_ns);
+  writer_.post(posted);
+  return finite && !stuck && !writer_.failed();
+}
+
+void PidDevice::write_zero(std::int64_t now_ns) noexcept { writer_.revoke(now_ns); }
+
+}  // namespace hapticd::pid

@@ -1,0 +1,87 @@
+// A two-axis force device of the HID PID class (OpenFFBoard, VPforce Rhino and others that their
+// descriptor tells), as the loop sees it. Experimental: no such device was tried. The class knows
+// no watchdog: when this process dies while a force is on, the device keeps pushing. Therefore no
+// force beyond the peak of the profile leaves here, whatever is asked for, and detach() and every
+// end of the loop send zero. It tells neither time nor which command it obeys: samples have the
+// time of their reading and there is no measured delay. Frames: device_sample.h; the axes by
+// AxisMapping, raw z does not exist and stays 0. RT: the functions of HapticDevice.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "device/api/axis_mapping.h"
+#include "device/api/haptic_device.h"
+#include "device/pid/pid_layout.h"
+#include "device/pid/pid_reports.h"
+#include "device/report_io/reader_gate.h"
+#include "device/report_io/report_channel.h"
+#include "device/report_io/report_writer.h"
+
+namespace hapticd::pid {
+
+/// Reports that Linux's hidraw holds for a reader; it drops newer ones then.
+inline constexpr int kSystemQueue = 63;
+
+/// How it is used.
+struct PidSettings {
+  AxisMapping axes;  ///< positions count from the middle of their logical range
+  PidLayout layout;
+};
+
+/// What went on, since the construction. Any thread.
+struct PidCounters {
+  std::uint64_t samples = 0;     ///< used
+  std::uint64_t superseded = 0;  ///< read together with a newer one
+  std::uint64_t overflows = 0;   ///< queues of old reports, thrown away
+  std::uint64_t cut = 0;         ///< commands beyond the peak
+};
+
+class PidDevice final : public HapticDevice {
+ public:
+  /// Not attached yet. Throws as ReportWriter does.
+  PidDevice(const DeviceProfile& profile, const PidSettings& settings, ReportWriter::Clock clock);
+  ~PidDevice() override { detach(); }
+
+  [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
+  HD_REALTIME ReadOutcome read(std::int64_t now_ns, DeviceSample& sample) noexcept override;
+  HD_REALTIME bool write(std::int64_t now_ns, const DeviceCommand& command) noexcept override;
+  HD_REALTIME void write_zero(std::int64_t now_ns) noexcept override;
+
+  /// Goes on with this channel, whose effects were started with these numbers. Not RT; one thread
+  /// attaches and detaches.
+  void attach(const ReportChannel& channel, const EffectBlocks& blocks);
+  /// Ends the use of the channel, and of the device's motors if it is still there. May wait for
+  /// seconds. Not RT.
+  void detach();
+  /// Reading or writing has failed: the channel is of no more use. Any thread.
+  [[nodiscard]] bool failed() const noexcept { return gate_.failed() || writer_.failed(); }
+  [[nodiscard]] PidCounters counters() const noexcept;
+  [[nodiscard]] ReportWriter& writer() noexcept { return writer_; }
+
+ private:
+  HD_REALTIME ReadOutcome drain(std::int64_t now_ns, DeviceSample& sample) noexcept;
+  HD_REALTIME void take(std::span<const std::uint8_t> report, std::int64_t now_ns,
+                        DeviceSample& sample) noexcept;
+  HD_REALTIME Array3 magnitudes(const DeviceCommand& command) noexcept;
+
+  DeviceProfile profile_;
+  PidSettings settings_;
+  ReportChannel channel_;
+  ReaderGate gate_;
+  bool attached_ = false;                 ///< of the thread that attaches
+  std::atomic<std::uint16_t> blocks_{0};  ///< that of X in the low byte, of Y in the high one
+
+  // The loop's.
+  std::uint32_t attachment_ = 0;
+  bool has_sample_ = false;
+  bool enabled_ = false;
+  bool saturated_ = false;
+  DeviceSample last_;
+
+  std::array<std::atomic<std::uint64_t>, 4> counts_{};  ///< as PidCounters
+  ReportWriter writer_;
+};
+
+}  // namespace hapticd::pid

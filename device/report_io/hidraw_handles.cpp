@@ -1,0 +1,88 @@
+// See hidraw_handles.h.
+#include "device/report_io/hidraw_handles.h"
+
+#include <fcntl.h>
+#include <hidapi/hidapi.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+namespace hapticd {
+namespace {
+
+constexpr const char* kPlugAgain = "Unplug it, plug it in again, and start anew.";
+
+hid_device* handle_of(void* pointer) noexcept { return static_cast<hid_device*>(pointer); }
+
+int read(void* input, std::uint8_t* bytes, std::size_t room) noexcept {
+  return hid_read_timeout(handle_of(input), bytes, room, 0);
+}
+
+int write(void* output, const std::uint8_t* bytes, std::size_t length) noexcept {
+  return hid_write(handle_of(output), bytes, length);
+}
+
+int get_feature(void* output, std::uint8_t* bytes, std::size_t room) noexcept {
+  return hid_get_feature_report(handle_of(output), bytes, room);
+}
+
+int set_feature(void* output, const std::uint8_t* bytes, std::size_t length) noexcept {
+  return hid_send_feature_report(handle_of(output), bytes, length);
+}
+
+int open_locked(const HidrawNode& node) {
+  const int file = open(node.path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0 && (errno == EACCES || errno == EPERM)) {
+    throw DeviceError(node, "no permission to read and write it",
+                      "Install deploy/udev/70-hapticd.rules, join its group with 'sudo usermod -aG "
+                      "hapticd $USER', and log in anew.");
+  }
+  if (file < 0) throw DeviceError(node, std::generic_category().message(errno), kPlugAgain);
+  if (flock(file, LOCK_EX | LOCK_NB) != 0) {
+    close(file);
+    throw DeviceError(node, "another hapticd uses it", "End that one: two would mix their forces.");
+  }
+  return file;
+}
+
+/// USB devices fall asleep when nobody reads; the switch for that is that of the nearest parent
+/// which is a USB device. Most users may not, and most devices do not need it.
+void keep_awake(const HidrawNode& node) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const std::string name = fs::path(node.path).filename();
+  fs::path place = fs::canonical("/sys/class/hidraw/" + name + "/device", error);
+  for (; !error && place.has_relative_path(); place = place.parent_path()) {
+    if (!fs::exists(place / "idVendor", error)) continue;
+    std::ofstream(place / "power/control") << "on";
+    return;
+  }
+}
+
+}  // namespace
+
+void HidrawHandles::Close::operator()(hid_device_* handle) const noexcept { hid_close(handle); }
+
+HidrawHandles::Lock::~Lock() { close(file); }
+
+HidrawHandles::HidrawHandles(const HidrawNode& node)
+    : lock_{open_locked(node)},
+      input_(hid_open_path(node.path.c_str())),
+      output_(hid_open_path(node.path.c_str())) {
+  if (input_ == nullptr || output_ == nullptr) {
+    throw DeviceError(node, "it cannot be opened", kPlugAgain);
+  }
+  keep_awake(node);
+}
+
+HidrawHandles::~HidrawHandles() = default;
+
+ReportChannel HidrawHandles::channel() noexcept {
+  return {input_.get(), output_.get(), read, write, get_feature, set_feature};
+}
+
+}  // namespace hapticd

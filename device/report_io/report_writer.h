@@ -1,0 +1,95 @@
+// The thread that sends commands to a device, so that the loop never waits for USB: a slot that
+// holds the newest command, and an eventfd that says there is one. A device that takes no reports
+// blocks this thread for seconds and nobody else. A command that is no longer true when its turn
+// comes is replaced by what it names instead. RT: post, revoke and stuck; the thread is not.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <limits>
+#include <mutex>
+#include <thread>
+
+#include "core/math/fixed_vector.h"
+#include "core/math/realtime.h"
+#include "core/rt/triple_buffer.h"
+#include "device/report_io/report_channel.h"
+
+namespace hapticd {
+
+/// A command not taken for so long means that forces no longer reach the device, ns.
+inline constexpr std::int64_t kStuckAfter_ns = 5'000'000;
+/// Before every instant.
+inline constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::min();
+/// Output reports that make one command, at most: one for each axis of a device of the PID class.
+inline constexpr std::size_t kMostReportsPerCommand = 3;
+
+/// One output report, ID first.
+struct OutputReport {
+  std::array<std::uint8_t, kLongestReport> bytes{};
+  std::uint8_t length = 0;
+};
+using OutputReports = FixedVector<OutputReport, kMostReportsPerCommand>;
+
+/// A command and its times, by the monotonic clock.
+struct PostedCommand {
+  OutputReports reports;
+  OutputReports instead;  ///< sent when it has expired or was revoked: no force
+  std::int64_t posted_ns = kNever_ns;
+  std::int64_t expires_ns = std::numeric_limits<std::int64_t>::max();
+};
+
+class ReportWriter {
+ public:
+  using Clock = std::int64_t (*)() noexcept;
+
+  /// Starts the thread. `clock`: the clock of all times here. Throws std::system_error when the
+  /// system has no eventfd or thread left.
+  explicit ReportWriter(Clock clock);
+  /// Ends it; waits for a write that is under way.
+  ~ReportWriter();
+  ReportWriter(const ReportWriter&) = delete;
+  ReportWriter& operator=(const ReportWriter&) = delete;
+
+  /// What commands go to from here on. Not RT.
+  void attach(const ReportChannel& channel);
+  /// Nothing is sent from here on; waits for a write that is under way. Not RT.
+  void detach();
+
+  /// Makes this the command to send. Loop's thread.
+  HD_REALTIME void post(const PostedCommand& command) noexcept;
+  /// Every command posted at `now_ns` or before is replaced by its `instead`, sent or not. Any
+  /// thread.
+  HD_REALTIME void revoke(std::int64_t now_ns) noexcept;
+  /// Commands were posted and for kStuckAfter_ns none was sent. Loop's thread, once
+  /// per tick before post().
+  [[nodiscard]] HD_REALTIME bool stuck(std::int64_t now_ns) noexcept;
+  /// The device refused a command, or is gone. False again after attach().
+  [[nodiscard]] HD_REALTIME bool failed() const noexcept {
+    return failed_.load(std::memory_order_relaxed);
+  }
+  /// For its policy.
+  [[nodiscard]] std::thread& thread() noexcept { return thread_; }
+
+ private:
+  void run();
+  void send(const OutputReports& reports);
+  HD_REALTIME void wake() const noexcept;
+
+  TripleBuffer<PostedCommand> slot_;  ///< first, for its cache lines
+  Clock clock_;
+  int event_ = -1;
+  std::atomic<std::int64_t> revoked_ns_{kNever_ns};
+  std::atomic<std::int64_t> done_ns_{kNever_ns};  ///< posted_ns of the last that was dealt with
+  std::atomic<bool> failed_{false};
+  std::atomic<bool> ending_{false};
+  std::int64_t posted_ns_ = kNever_ns;     ///< loop's: of the last command
+  std::int64_t done_seen_ns_ = kNever_ns;  ///< loop's
+  std::int64_t waiting_since_ns_ = 0;      ///< loop's
+  std::mutex channel_mutex_;               ///< not the loop's
+  ReportChannel channel_;
+  std::thread thread_;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,45 @@
+// Devices outside the process: attached at the start, kept so; and what is told of
+// any device. See daemon.h.
+#include "server/daemon/daemon.h"
+
+namespace hapticd {
+
+void Daemon::attach_devices() {
+  for (ToolDevice& device : player_.devices) {
+    const std::optional<OutsideSource> source = outside_source(device.source);
+    if (!source) continue;
+    try {
+      outside_.push_back(attach_device(*source, device.profile.message, player_.max_force));
+    } catch (const std::runtime_error& error) {
+      throw StartError(kExitInput, std::string("--device: ") + error.what());
+    }
+    device.profile = outside_.back().profile;
+    device.attached = outside_.back().device.get();
+  }
+}
+
+v1::DeviceInfo Daemon::device_info(std::size_t k) const {
+  const std::uint32_t tool_id = scenes_.back().index.tool_ids[k];
+  const ToolDevice& tool = device_of(player_, tool_id);
+  v1::DeviceInfo info;
+  info.set_tool_id(tool_id);
+  *info.mutable_profile() = tool.profile.message;
+  info.set_stiffness_bound_n_per_m(stiffness_bounds_[k]);
+  if (measured_delays_[k] > 0.0) info.set_measured_delay_s(measured_delays_[k]);
+  for (const OutsideDevice& outside : outside_) {
+    if (outside.device.get() != tool.attached) continue;
+    info.set_driver(tool.profile.message.driver());
+    info.set_serial(outside.keeper->serial());
+    info.set_port(outside.keeper->port());
+    info.set_checked(!can_push_a_person(tool.profile.profile.driver));
+    return info;
+  }
+  info.set_driver(tool.source == "scripted" ? v1::DRIVER_SCRIPTED
+                  : tool.source == "replay" ? v1::DRIVER_REPLAY
+                                            : v1::DRIVER_SIMULATED);
+  info.set_port("inside the daemon");
+  info.set_checked(true);
+  return info;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,180 @@
+// See outside_device.h.
+#include "server/devices/outside_device.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/rt/monotonic_clock.h"
+#include "device/hid/device_features.h"
+#include "device/hid/hid_device.h"
+#include "device/hid/profile_units.h"
+#include "device/hid/report_descriptor.h"
+#include "device/spacemouse/spacemouse_device.h"
+
+namespace hapticd {
+namespace {
+
+std::int64_t now() noexcept { return monotonic_now_ns(); }
+
+bool is_hid(const HidrawNode& node) { return is_profile_v1(hid::read_descriptor(node.descriptor)); }
+
+bool is_spacemouse(const HidrawNode& node) {
+  return spacemouse::is_spacemouse(node.vendor_id, node.product_id);
+}
+
+/// The quantity `name` of a profile.
+v1::Quantity& quantity(v1::DeviceProfile& profile, const std::string& name) {
+  const google::protobuf::FieldDescriptor* field = profile.GetDescriptor()->FindFieldByName(name);
+  return dynamic_cast<v1::Quantity&>(*profile.GetReflection()->MutableMessage(&profile, field));
+}
+
+/// States a number of the device where the profile has none.
+void fill(v1::DeviceProfile& profile, const std::string& name,
+          std::initializer_list<double> values) {
+  v1::Quantity& number = quantity(profile, name);
+  if (number.value_size() > 0) return;
+  number.mutable_value()->Add(values.begin(), values.end());
+  number.set_source("the device's capabilities");
+}
+
+/// The lower one of the profile's limit and `most`; 0 and infinity: there is none.
+void limit(v1::DeviceProfile& profile, const std::string& name, double most,
+           const char* source = "the device's capabilities") {
+  if (!(most > 0.0) || !std::isfinite(most)) return;
+  v1::Quantity& number = quantity(profile, name);
+  if (number.value_size() > 0 && number.value(0) <= most) return;
+  number.clear_value();
+  number.add_value(most);
+  number.set_source(source);
+  number.clear_guess();
+}
+
+LoadedProfile checked(const v1::DeviceProfile& profile) {
+  ProfileResult result = check_profile(profile);
+  if (result.loaded) return std::move(*result.loaded);
+  throw std::runtime_error("the device's word makes no profile: " +
+                           to_text(result.problems.front()));
+}
+
+/// The driver of a device of the HID profile, as its keeper wants it.
+KeptDriver kept(hid::HidDevice& device, const hid::Capabilities& known, double force,
+                double torque) {
+  KeptDriver driver;
+  driver.mine = is_hid;
+  driver.attach = [&device, known, force, torque](const HidrawNode& node,
+                                                  const ReportChannel& channel) {
+    constexpr const char* kAgain = "Plug it in again.";
+    std::string error;
+    hid::Capabilities capabilities;
+    if (!get_capabilities(channel, capabilities, error)) throw DeviceError(node, error, kAgain);
+    if (!(capabilities == known)) {
+      throw DeviceError(node, "it is another device than before, with the same serial",
+                        "Start hapticd anew to use it.");
+    }
+    hid::SessionLimits limits;
+    limits.force = force;
+    limits.torque = torque;
+    hid::Config config = hid::to_config(limits, capabilities);
+    if (!agree(channel, config, error)) throw DeviceError(node, error, kAgain);
+    device.attach(channel);
+  };
+  driver.detach = [&device] { device.detach(); };
+  driver.failed = [&device] { return device.failed(); };
+  return driver;
+}
+
+OutsideDevice attach_hid(const std::string& serial, const v1::DeviceProfile& base,
+                         double max_force) {
+  const HidrawNode node = find_node(is_hid, serial, "hid");
+  auto handles = std::make_unique<HidrawHandles>(node);
+  std::string error;
+  hid::Capabilities capabilities;
+  if (!get_capabilities(handles->channel(), capabilities, error)) {
+    throw DeviceError(node, error, "Ask its maker for firmware of profile version 1.");
+  }
+  v1::DeviceProfile profile = profile_of(capabilities, node, base);
+  limit(profile, "peak_force_n", kUncheckedForce, "nobody has checked its axes and signs");
+  OutsideDevice outside;
+  outside.profile = checked(profile);
+  const DeviceProfile& numbers = outside.profile.profile;
+  const double force = std::min(max_force, numbers.peak_force);
+  spdlog::info("{}: force limited to {} N", describe(node), force);
+  auto device = std::make_unique<hid::HidDevice>(numbers, capabilities, now);
+  outside.keeper = std::make_unique<DeviceKeeper>(
+      kept(*device, capabilities, force, numbers.peak_torque), node, std::move(handles));
+  outside.device = std::move(device);
+  return outside;
+}
+
+OutsideDevice attach_spacemouse(const std::string& serial, const v1::DeviceProfile& base) {
+  const HidrawNode node = find_node(is_spacemouse, serial, "spacemouse");
+  OutsideDevice outside;
+  outside.profile = checked(base);
+  spacemouse::SpacemouseSettings settings;
+  settings.axes = outside.profile.axes;
+  auto device = std::make_unique<spacemouse::SpacemouseDevice>(outside.profile.profile, settings);
+  KeptDriver driver;
+  driver.mine = is_spacemouse;
+  driver.attach = [raw = device.get()](const HidrawNode&, const ReportChannel& channel) {
+    raw->attach(channel);
+  };
+  driver.detach = [raw = device.get()] { raw->detach(); };
+  driver.failed = [raw = device.get()] { return raw->failed(); };
+  outside.keeper = std::make_unique<DeviceKeeper>(std::move(driver), node,
+                                                  std::make_unique<HidrawHandles>(node));
+  outside.device = std::move(device);
+  return outside;
+}
+
+}  // namespace
+
+std::optional<OutsideSource> outside_source(std::string_view source) {
+  static const std::array<OutsideSource, 2> kinds{
+      {{DeviceDriver::kHid, "hid", "", "hid_v1"},
+       {DeviceDriver::kSpacemouse, "spacemouse", "", "spacemouse"}}};
+  for (const OutsideSource& kind : kinds) {
+    if (source == kind.kind) return kind;
+    if (source.size() <= kind.kind.size() + 1 || !source.starts_with(kind.kind + ":")) continue;
+    OutsideSource named = kind;
+    named.serial = source.substr(kind.kind.size() + 1);
+    return named;
+  }
+  return std::nullopt;
+}
+
+OutsideDevice attach_device(const OutsideSource& source, const v1::DeviceProfile& base,
+                            double max_force) {
+  if (source.driver == DeviceDriver::kSpacemouse) return attach_spacemouse(source.serial, base);
+  return attach_hid(source.serial, base, max_force);
+}
+
+v1::DeviceProfile profile_of(const hid::Capabilities& capabilities, const HidrawNode& node,
+                             const v1::DeviceProfile& base) {
+  DeviceProfile stated;
+  hid::apply_capabilities(capabilities, stated);
+  v1::DeviceProfile profile = base;
+  profile.set_driver(v1::DRIVER_HID);
+  if (profile.description().empty()) profile.set_description(describe(node));
+  fill(profile, "sensed_axes", {static_cast<double>(stated.sensed_axes)});
+  fill(profile, "actuated_axes", {static_cast<double>(stated.actuated_axes)});
+  limit(profile, "peak_force_n", stated.peak_force);
+  limit(profile, "peak_torque_n_m", stated.peak_torque);
+  limit(profile, "continuous_force_n", stated.continuous_force);
+  limit(profile, "continuous_torque_n_m", stated.continuous_torque);
+  limit(profile, "stiffness_max_n_per_m", stated.stiffness_max);
+  if (std::isfinite(stated.workspace_lower[0])) {
+    const Array3& low = stated.workspace_lower;
+    const Array3& high = stated.workspace_upper;
+    fill(profile, "workspace_lower_m", {low[0], low[1], low[2]});
+    fill(profile, "workspace_upper_m", {high[0], high[1], high[2]});
+  }
+  fill(profile, "report_rate_hz", {stated.report_rate});
+  fill(profile, "watchdog_s", {stated.watchdog});
+  return profile;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,230 @@
+// The driver against the reference firmware, tick by tick in the test's own time. Truth: what the
+// firmware was told and gives, and the rules for hosts of PROFILE.md.
+#include "device/hid/hid_device.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <optional>
+
+#include "device/hid/profile_units.h"
+#include "tests/device/hid/plugged_bench.h"
+#include "tests/support/random.h"
+#include "tests/support/scale.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr std::int64_t kTick_ns = 1'000'000;
+/// From the frame to the tick that reads it.
+constexpr std::int64_t kReadLate_ns = 300'000;
+
+std::atomic<std::int64_t> clock_ns{0};
+std::int64_t clock() noexcept { return clock_ns; }
+
+/// A device and the loop at 1 kHz.
+struct Loop {
+  explicit Loop(std::uint32_t caps = kHapHasVelocity) : plugged(caps) {
+    clock_ns = 10'000'000'000;
+    DeviceProfile profile;
+    profile.driver = DeviceDriver::kHid;
+    device.emplace(profile, kCapabilities, clock);
+    device->attach(plugged.channel());
+  }
+  ~Loop() { device->detach(); }
+
+  /// A frame of the device and a tick of the loop; gives what the motors gave in the frame.
+  HapOutput tick(double force, bool enable) {
+    const HapOutput output = plugged.frame();
+    clock_ns += kTick_ns;
+    if (late_us > 0) plugged.bench.servo(late_us);
+    step(force, enable);
+    return output;
+  }
+  void step(double force, bool enable) {
+    outcome = device->read(clock_ns + kReadLate_ns, sample);
+    DeviceCommand command;
+    command.f_H_D = {0.0, force, 0.0};
+    command.enable = enable;
+    command.sample_counter = sample.counter;
+    good = device->write(clock_ns + kReadLate_ns, command);
+    if (outcome != ReadOutcome::kLost) plugged.wait_for(++commands);
+  }
+  HapOutput ticks(int count, double force = 0.0, bool enable = false) {
+    HapOutput output{};
+    for (int k = 0; k < count; ++k) output = tick(force, enable);
+    return output;
+  }
+
+  PluggedBench plugged;
+  std::optional<hid::HidDevice> device;
+  DeviceSample sample;
+  ReadOutcome outcome = ReadOutcome::kNothing;
+  bool good = true;
+  std::size_t commands = 0;
+  std::uint32_t late_us = 0;  ///< device time from its sample to its taking of the command
+};
+
+}  // namespace
+
+TEST_CASE(
+    "force is asked for as the profile says: an echo first, then ENABLE and zeros, then force") {
+  Loop loop;
+  loop.ticks(20, 0.5, true);
+  const auto commands = loop.plugged.commands();
+  const auto enabling =
+      std::find_if(commands.begin(), commands.end(), [](const auto& c) { return c.flags != 0; });
+  REQUIRE(enabling != commands.end());
+  CHECK(enabling != commands.begin());
+  CHECK(enabling->force_un == std::array<std::int32_t, 3>{});
+  const auto pushing = std::find_if(commands.begin(), commands.end(),
+                                    [](const auto& c) { return c.force_un[1] != 0; });
+  REQUIRE(pushing != commands.end());
+  CHECK(pushing > enabling);
+  CHECK(pushing->force_un[1] == 500'000);
+  CHECK(loop.ticks(1, 0.5, true).force_un[1] == 500'000);
+  CHECK((loop.sample.flags & kDeviceEnabled) != 0);
+}
+
+TEST_CASE("no command has a force unless the newest state the loop has read says ENABLED") {
+  SplitMix64 random(3);
+  Loop loop;
+  bool enable = false;
+  double force = 0.0;
+  for (std::int64_t k = scaled(20'000); k > 0; --k) {
+    if (random.chance(0.05)) enable = random.chance(0.7);
+    if (random.chance(0.1)) force = random.uniform(-3.0, 3.0);
+    if (random.chance(0.01)) loop.plugged.bench.sensors.emergency_stop = random.chance(0.3);
+    if (random.chance(0.005)) loop.plugged.frame(30'000);
+    if (random.chance(0.01)) loop.device->write_zero(clock_ns + kReadLate_ns);
+    loop.tick(force, enable);
+    const hid::CommandReport sent = loop.plugged.commands().back();
+    const bool enabled = (loop.sample.flags & kDeviceEnabled) != 0;
+    if (!enabled || !enable) REQUIRE(sent.force_un == std::array<std::int32_t, 3>{});
+    loop.commands = loop.plugged.commands().size();
+  }
+}
+
+TEST_CASE("a device that takes ENABLE back gets none until the loop has let go") {
+  Loop loop;
+  loop.ticks(20, 0.5, true);
+  loop.plugged.bench.sensors.emergency_stop = true;
+  loop.ticks(3, 0.5, true);
+  CHECK((loop.sample.flags & kDeviceEmergencyStop) != 0);
+  loop.plugged.bench.sensors.emergency_stop = false;
+  const std::size_t before = loop.plugged.commands().size();
+  loop.ticks(20, 0.5, true);
+  const auto commands = loop.plugged.commands();
+  for (std::size_t k = before; k < commands.size(); ++k) CHECK(commands[k].flags == 0);
+  loop.ticks(3, 0.0, false);
+  CHECK(loop.ticks(20, 0.5, true).force_un[1] == 500'000);
+}
+
+TEST_CASE(
+    "a latched watchdog is cleared when the loop asks for it, even with a command long expired") {
+  Loop loop;
+  loop.ticks(20, 0.5, true);
+  loop.plugged.frame(30'000);
+  clock_ns += 30 * kTick_ns;
+  loop.ticks(3, 0.0, false);
+  CHECK((loop.sample.flags & kDeviceWatchdogFired) != 0);
+  DeviceCommand command;
+  command.clear_faults = true;
+  command.expires_ns = 0;
+  loop.device->write(clock_ns + kReadLate_ns, command);
+  loop.plugged.wait_for(++loop.commands);
+  loop.ticks(2, 0.0, false);
+  CHECK((loop.sample.flags & kDeviceWatchdogFired) == 0);
+  CHECK(loop.ticks(20, 0.5, true).force_un[1] == 500'000);
+}
+
+TEST_CASE("the guardian's zero takes the force from a device whose loop stands still") {
+  Loop loop;
+  loop.ticks(20, 0.5, true);
+  const std::size_t before = loop.plugged.commands().size();
+  loop.device->write_zero(clock_ns + kReadLate_ns);
+  loop.plugged.wait_for(before + 1);
+  CHECK(loop.plugged.frame().motors_on == false);
+}
+
+TEST_CASE("a queue that overflowed is thrown away whole, and the next report is used") {
+  Loop loop;
+  loop.ticks(10);
+  for (int k = 0; k < 100; ++k) loop.plugged.frame();
+  clock_ns += 100 * kTick_ns;
+  loop.step(0.0, false);
+  CHECK(loop.outcome == ReadOutcome::kNothing);
+  CHECK(loop.device->counters().overflows == 1);
+  loop.ticks(1);
+  CHECK(loop.outcome == ReadOutcome::kFresh);
+  CHECK(clock_ns - loop.sample.t_ns <= kTick_ns);
+}
+
+TEST_CASE("of several reports the newest counts, and the others are not called lost") {
+  Loop loop;
+  loop.ticks(10);
+  const std::uint64_t counter = loop.sample.counter;
+  for (int k = 0; k < 7; ++k) loop.plugged.frame(125);
+  loop.plugged.frame(125);
+  clock_ns += kTick_ns;
+  loop.step(0.0, false);
+  CHECK(loop.sample.counter == counter + 8);
+  CHECK(loop.device->counters().superseded == 7);
+  CHECK(loop.device->counters().lost == 0);
+}
+
+TEST_CASE("bytes that are no report are counted and nothing else") {
+  Loop loop;
+  loop.ticks(10);
+  const DeviceSample before = loop.sample;
+  loop.plugged.inject({1, 2, 3});
+  loop.plugged.inject(std::vector<std::uint8_t>(64, 0xFF));
+  loop.step(0.0, false);
+  CHECK(loop.outcome == ReadOutcome::kNothing);
+  CHECK(loop.sample.counter == before.counter);
+  CHECK(loop.device->counters().malformed == 2);
+}
+
+TEST_CASE(
+    "unplugged it is lost; plugged in again it goes on with a later sample and without force") {
+  Loop loop;
+  loop.ticks(20, 0.5, true);
+  const std::uint64_t counter = loop.sample.counter;
+  loop.plugged.set_plugged(false);
+  loop.tick(0.5, true);
+  CHECK(loop.outcome == ReadOutcome::kLost);
+  CHECK(loop.device->failed());
+  loop.device->detach();
+  loop.plugged.set_plugged(true);
+  loop.device->attach(loop.plugged.channel());
+  loop.commands = loop.plugged.commands().size();
+  CHECK(loop.ticks(1, 0.5, true).motors_on == false);
+  CHECK(loop.outcome == ReadOutcome::kFresh);
+  CHECK(loop.sample.counter > counter);
+  const hid::CommandReport first = loop.plugged.commands()[loop.commands - 1];
+  CHECK(first.flags == 0);
+}
+
+TEST_CASE("the delay that is measured is that from a sample to the taking of its command") {
+  for (const std::uint32_t late_us : {0U, 300U, 990U, 2500U}) {
+    CAPTURE(late_us);
+    Loop loop;
+    loop.late_us = late_us;
+    loop.ticks(400);
+    CHECK(std::abs(loop.sample.measured_delay_s - 1e-6 * late_us) <= 10.001e-6);
+  }
+}
+
+TEST_CASE("a sample that is old when it is read is not used") {
+  Loop loop;
+  loop.ticks(50);
+  loop.plugged.frame();
+  clock_ns += 10 * kTick_ns;
+  loop.step(0.0, false);
+  CHECK(loop.outcome == ReadOutcome::kNothing);
+  CHECK(loop.device->counters().too_old == 1);
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,200 @@
+// The writer thread against a device that can be made to block or fail. Truth: what the device got.
+#include "device/report_io/report_writer.h"
+
+#include <doctest/doctest.h>
+
+#include <condition_variable>
+#include <vector>
+
+#include "tests/support/no_heap.h"
+
+namespace hapticd::test {
+namespace {
+
+std::atomic<std::int64_t> clock_ns{0};
+std::int64_t clock() noexcept { return clock_ns; }
+
+/// Keeps the first byte behind the ID of each report it is given.
+class Device {
+ public:
+  ReportChannel channel() { return {nullptr, this, nullptr, write, nullptr, nullptr}; }
+
+  /// Waits until it was given so many reports; what they were.
+  std::vector<int> given(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return given_.size() >= count; });
+    return given_;
+  }
+  /// Waits until it was given this one; what it was given until then.
+  std::vector<int> given_until(int number) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return !given_.empty() && given_.back() == number; });
+    return given_;
+  }
+  /// Waits until a write has begun that has not ended.
+  void wait_until_inside() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return inside_; });
+  }
+  void set_blocked(bool blocked) {
+    const std::lock_guard lock(mutex_);
+    blocked_ = blocked;
+    changed_.notify_all();
+  }
+  void set_failing(bool failing) {
+    const std::lock_guard lock(mutex_);
+    failing_ = failing;
+  }
+
+ private:
+  static int write(void* device, const std::uint8_t* bytes, std::size_t length) noexcept {
+    auto& self = *static_cast<Device*>(device);
+    std::unique_lock lock(self.mutex_);
+    self.inside_ = true;
+    self.changed_.notify_all();
+    self.changed_.wait(lock, [&] { return !self.blocked_; });
+    self.inside_ = false;
+    self.given_.push_back(bytes[1]);
+    self.changed_.notify_all();
+    return self.failing_ ? -1 : static_cast<int>(length);
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<int> given_;
+  bool blocked_ = false, failing_ = false, inside_ = false;
+};
+
+OutputReport report(int number) {
+  OutputReport made;
+  made.bytes = {2, static_cast<std::uint8_t>(number)};
+  made.length = 2;
+  return made;
+}
+
+/// Command `number`, instead of which 100 more is sent.
+PostedCommand command(int number, std::int64_t posted_ns) {
+  PostedCommand made;
+  made.reports.push_back(report(number));
+  made.instead.push_back(report(100 + number));
+  made.posted_ns = posted_ns;
+  return made;
+}
+
+struct Writing {
+  Writing() {
+    clock_ns = 0;
+    writer.attach(device.channel());
+  }
+  Device device;
+  ReportWriter writer{clock};
+};
+
+using Given = std::vector<int>;
+
+}  // namespace
+
+TEST_CASE("every command that is posted after the one before was sent is sent, in order") {
+  Writing w;
+  for (int k = 1; k <= 20; ++k) {
+    w.writer.post(command(k, k));
+    CHECK(w.device.given(static_cast<std::size_t>(k)).back() == k);
+  }
+}
+
+TEST_CASE(
+    "while a device blocks, the loop posts on, hears of it after 5 ms, and only the newest is "
+    "sent") {
+  Writing w;
+  w.device.set_blocked(true);
+  CHECK_FALSE(w.writer.stuck(0));
+  w.writer.post(command(1, 1));
+  w.device.wait_until_inside();
+  for (int k = 2; k <= 9; ++k) {
+    const std::int64_t now_ns = k * 1'000'000;
+    CAPTURE(k);
+    CHECK(w.writer.stuck(now_ns) == (k >= 6));
+    w.writer.post(command(k, now_ns));
+  }
+  w.device.set_blocked(false);
+  CHECK(w.device.given(2) == Given{1, 9});
+}
+
+TEST_CASE("a device that takes each command late, but takes it, is not stuck") {
+  Writing w;
+  for (int k = 1; k <= 30; ++k) {
+    w.device.set_blocked(true);
+    w.writer.post(command(k, 4'000'000 * k));
+    w.device.wait_until_inside();
+    CHECK_FALSE(w.writer.stuck(4'000'000 * k));
+    w.device.set_blocked(false);
+    w.device.given(static_cast<std::size_t>(k));
+  }
+}
+
+TEST_CASE("a command that has expired when its turn comes is sent as no force") {
+  Writing w;
+  w.device.set_blocked(true);
+  w.writer.post(command(1, 1));
+  w.device.wait_until_inside();
+  PostedCommand late = command(2, 2);
+  late.expires_ns = 50;
+  w.writer.post(late);
+  clock_ns = 50;
+  w.device.set_blocked(false);
+  CHECK(w.device.given(2) == Given{1, 102});
+}
+
+TEST_CASE("what is revoked is replaced, sent or not, and a later command counts again") {
+  Writing w;
+  w.writer.post(command(1, 10));
+  CHECK(w.device.given(1) == Given{1});
+  w.writer.revoke(10);
+  CHECK(w.device.given(2) == Given{1, 101});
+  w.writer.post(command(2, 10));
+  CHECK(w.device.given(3) == Given{1, 101, 102});
+  w.writer.post(command(3, 11));
+  CHECK(w.device.given(4) == Given{1, 101, 102, 3});
+}
+
+TEST_CASE("a refused command is told, and everything after it waits for another channel") {
+  Writing w;
+  w.device.set_failing(true);
+  w.writer.post(command(1, 1));
+  w.device.given(1);
+  while (!w.writer.failed()) std::this_thread::yield();
+  w.writer.post(command(2, 2));
+  w.device.set_failing(false);
+  w.writer.attach(w.device.channel());
+  CHECK_FALSE(w.writer.failed());
+  w.writer.post(command(3, 3));
+  CHECK(w.device.given(2).back() == 3);
+}
+
+TEST_CASE("a device that was detached is given nothing, and the next one what comes then") {
+  Writing w;
+  w.writer.post(command(1, 1));
+  w.device.given_until(1);
+  w.writer.detach();
+  Device other;
+  w.writer.post(command(2, 2));
+  w.writer.attach(other.channel());
+  w.writer.post(command(3, 3));
+  CHECK(other.given_until(3).back() == 3);
+  CHECK(w.device.given(1) == Given{1});
+  w.writer.detach();
+}
+
+TEST_CASE("the loop's side of the writer leaves the heap alone") {
+  Writing w;
+  const PostedCommand posted = command(1, 1);
+  const NoHeapScope scope;
+  w.writer.post(posted);
+  const bool stuck = w.writer.stuck(2);
+  w.writer.revoke(2);
+  const std::int64_t touched = scope.count();
+  CHECK(touched == 0);
+  CHECK_FALSE(stuck);
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,100 @@
+// The program that udev asks, run as udev runs it, on folders like those in sysfs. Truth: the
+// descriptors of the profile's specification and of the HID specification's examples.
+#include <doctest/doctest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "device/hid/report_descriptor.h"
+
+namespace hapticd {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// HID 1.11, appendix E.10: a mouse of three buttons.
+constexpr std::array<std::uint8_t, 50> kMouse{
+    0x05, 0x01, 0x09, 0x02, 0xA1, 0x01, 0x09, 0x01, 0xA1, 0x00, 0x05, 0x09, 0x19,
+    0x01, 0x29, 0x03, 0x15, 0x00, 0x25, 0x01, 0x95, 0x03, 0x75, 0x01, 0x81, 0x02,
+    0x95, 0x01, 0x75, 0x05, 0x81, 0x01, 0x05, 0x01, 0x09, 0x30, 0x09, 0x31, 0x15,
+    0x81, 0x25, 0x7F, 0x75, 0x08, 0x95, 0x02, 0x81, 0x06, 0xC0, 0xC0};
+
+struct Said {
+  int code = -1;
+  std::string text;  ///< its standard output
+};
+
+Said run(const std::string& arguments) {
+  const std::string command = std::string(HAPTICD_ID_PROGRAM) + " " + arguments + " 2>/dev/null";
+  FILE* pipe = popen(command.c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  Said said;
+  std::array<char, 256> room{};
+  while (std::fgets(room.data(), static_cast<int>(room.size()), pipe) != nullptr) {
+    said.text += room.data();
+  }
+  said.code = WEXITSTATUS(pclose(pipe));
+  return said;
+}
+
+/// What it says of a device with this descriptor; none: without the file.
+Said ask(const std::optional<std::vector<std::uint8_t>>& descriptor) {
+  std::string pattern = (fs::temp_directory_path() / "hapticd_id_XXXXXX").string();
+  REQUIRE(mkdtemp(pattern.data()) != nullptr);
+  const fs::path folder = pattern;
+  fs::create_directory(folder / "device");
+  if (descriptor) {
+    std::ofstream(folder / "device/report_descriptor", std::ios::binary)
+        .write(reinterpret_cast<const char*>(descriptor->data()),
+               static_cast<std::streamsize>(descriptor->size()));
+  }
+  Said said = run(folder.string());
+  fs::remove_all(folder);
+  return said;
+}
+
+std::vector<std::uint8_t> bytes(std::span<const std::uint8_t> all) {
+  return {all.begin(), all.end()};
+}
+
+}  // namespace
+
+TEST_CASE("a device of the profile is named, with and without the affine command") {
+  for (const auto& descriptor : {bytes(hid::kPlainDescriptor), bytes(hid::kAffineDescriptor)}) {
+    const Said said = ask(descriptor);
+    CHECK(said.code == 0);
+    CHECK(said.text == "ID_HAPTICD=1\n");
+  }
+}
+
+TEST_CASE("of another device it says nothing, and that is no error") {
+  std::vector<std::uint8_t> cut = bytes(hid::kPlainDescriptor);
+  cut.pop_back();
+  std::vector<std::uint8_t> too_long = bytes(hid::kPlainDescriptor);
+  too_long.resize(hid::kLongestDescriptor + 100);
+  for (const auto& descriptor : {bytes(kMouse), cut, too_long}) {
+    const Said said = ask(descriptor);
+    CHECK(said.code == 0);
+    CHECK(said.text.empty());
+  }
+}
+
+TEST_CASE("without a descriptor, or asked wrongly, it fails and says nothing to udev") {
+  for (const Said& said : {ask(std::nullopt), ask(std::vector<std::uint8_t>{}), run(""),
+                           run("/nowhere /else"), run("/nowhere")}) {
+    CHECK(said.code != 0);
+    CHECK(said.text.empty());
+  }
+}
+
+}  // namespace hapticd

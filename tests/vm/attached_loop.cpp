@@ -1,0 +1,102 @@
+// See attached_loop.h.
+#include "tests/vm/attached_loop.h"
+
+#include <doctest/doctest.h>
+
+#include <ctime>
+#include <utility>
+
+#include "core/rt/monotonic_clock.h"
+#include "device/hid/device_features.h"
+#include "device/hid/profile_units.h"
+#include "device/hid/report_descriptor.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr std::int64_t kTick_ns = 1'000'000;
+
+void sleep_until(std::int64_t t_ns) {
+  const timespec until{t_ns / 1'000'000'000, t_ns % 1'000'000'000};
+  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+}
+
+std::int64_t now() noexcept { return monotonic_now_ns(); }
+
+}  // namespace
+
+void sleep_ms(int ms) { sleep_until(monotonic_now_ns() + ms * kTick_ns); }
+
+std::vector<HidrawNode> find_devices() {
+  std::vector<HidrawNode> found;
+  for (HidrawNode& node : list_hidraw_nodes()) {
+    if (is_profile_v1(hid::read_descriptor(node.descriptor))) found.push_back(std::move(node));
+  }
+  return found;
+}
+
+HidrawNode appears(const std::string& serial) {
+  for (int k = 0; k < 200; ++k) {
+    for (HidrawNode& node : find_devices()) {
+      if (node.serial == serial) return std::move(node);
+    }
+    sleep_ms(10);
+  }
+  FAIL("no device " << serial);
+  return {};
+}
+
+AttachedLoop::AttachedLoop(const std::string& serial) {
+  open(serial);
+  std::string error;
+  hid::Capabilities capabilities;
+  REQUIRE(get_capabilities(handles->channel(), capabilities, error));
+  hid::Config config = hid::to_config({}, capabilities);
+  REQUIRE(agree(handles->channel(), config, error));
+  DeviceProfile profile;
+  profile.driver = DeviceDriver::kHid;
+  hid::apply_capabilities(capabilities, profile);
+  device.emplace(profile, capabilities, now);
+  device->attach(handles->channel());
+}
+
+void AttachedLoop::open(const std::string& serial) {
+  node = appears(serial);
+  handles.emplace(node);
+}
+
+void AttachedLoop::reopen(const std::string& serial) {
+  device->detach();
+  handles.reset();
+  open(serial);
+  device->attach(handles->channel());
+}
+
+ReadOutcome AttachedLoop::tick(double force, bool enable) {
+  const std::int64_t begin_ns = monotonic_now_ns();
+  outcome = device->read(begin_ns, sample);
+  if (outcome == ReadOutcome::kFresh) {
+    ++fresh;
+    ages.push_back(monotonic_now_ns() - sample.t_ns);
+  }
+  DeviceCommand command;
+  command.f_H_D = {0.0, force, 0.0};
+  command.enable = enable;
+  command.sample_counter = sample.counter;
+  written = device->write(monotonic_now_ns(), command);
+  if (outcome == ReadOutcome::kFresh) costs.push_back(monotonic_now_ns() - begin_ns);
+  return outcome;
+}
+
+int AttachedLoop::run(int ticks, double force, bool enable) {
+  int count = 0;
+  std::int64_t due_ns = monotonic_now_ns();
+  for (int k = 0; k < ticks; ++k) {
+    due_ns += kTick_ns;
+    sleep_until(due_ns);
+    if (tick(force, enable) == ReadOutcome::kFresh) ++count;
+  }
+  return count;
+}
+
+}  // namespace hapticd::test

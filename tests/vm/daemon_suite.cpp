@@ -1,0 +1,206 @@
+// hapticd with a device that the kernel believes in, and a client: runs in a guest. Truth: what the
+// device's own firmware was told and gave.
+#include <doctest/doctest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "clients/library/client.h"
+#include "clients/library/controller.h"
+#include "tests/vm/uhid_device.h"
+
+namespace hapticd::test {
+namespace {
+
+using client::Client;
+using client::Controller;
+
+constexpr double kPi = 3.14159265358979323846;
+/// The fingertip touches the string when its centre is at this height, m.
+constexpr double kTouching = 0.00534;
+
+/// A hapticd of its own; killed at the end.
+class Played {
+ public:
+  Played() {
+    std::string program = "hapticd";
+    std::string scene = "--scene=single_string";
+    std::string device = "--device=hid:A1";
+    char* arguments[] = {program.data(), scene.data(), device.data(), nullptr};
+    std::string data = "HAPTICD_DATA=/share/hapticd";
+    std::string state = "XDG_STATE_HOME=/tmp";
+    char* environment[] = {data.data(), state.data(), nullptr};
+    REQUIRE(posix_spawn(&pid_, "/bin/hapticd", nullptr, nullptr, arguments, environment) == 0);
+  }
+  ~Played() { end(SIGKILL); }
+  Played(const Played&) = delete;
+  Played& operator=(const Played&) = delete;
+
+  void end(int how) {
+    if (pid_ <= 0) return;
+    kill(pid_, how);
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = 0;
+  }
+
+ private:
+  pid_t pid_ = 0;
+};
+
+/// A client in control.
+struct Session {
+  Session() : client("127.0.0.1", client::kDefaultPort, handlers()), controller(client) {
+    REQUIRE(client.connect(std::chrono::seconds(20)));
+    client.subscribe(10);
+    REQUIRE(controller.acquire("test").code() == v1::RESULT_CODE_OK);
+  }
+  client::ClientHandlers handlers() {
+    client::ClientHandlers made;
+    made.item = [this](const v1::Item& item) {
+      ++kinds[item.body_case()];
+      if (item.has_fault() && item.fault().latched()) cause = item.fault().cause();
+    };
+    return made;
+  }
+  bool becomes(v1::LoopState wanted) {
+    return client.poll_until(
+        [&] { return client.state() && client.state()->loop_state() == wanted; });
+  }
+  v1::ResultCode ask(const v1::Item& item) { return controller.call(item).code(); }
+  bool engage() {
+    v1::Item item;
+    item.mutable_engage();
+    return becomes(v1::LOOP_STATE_READY) && ask(item) == v1::RESULT_CODE_OK &&
+           becomes(v1::LOOP_STATE_ENGAGED);
+  }
+  v1::ResultCode clear() {
+    v1::Item item;
+    item.mutable_clear();
+    return ask(item);
+  }
+  void play(double seconds) {
+    client.poll_until([] { return false; }, std::chrono::milliseconds(std::lround(1e3 * seconds)));
+  }
+
+  std::map<int, int> kinds;
+  v1::Cause cause = v1::CAUSE_UNSPECIFIED;
+  Client client;
+  Controller controller;
+};
+
+/// Where the handle is: above the string until `lower` says otherwise, then pressed on it, drawn
+/// aside until the string slips, and back, once a second.
+struct Hand {
+  std::atomic<bool> lower{false};
+  std::atomic<bool> hold{false};  ///< stays on the string
+  double begun_s = -1.0;
+
+  Motion motion() {
+    return [this](double t_s, const HapOutput&) -> std::array<double, 3> {
+      const double rest = 0.01534;
+      if (!lower) return {0.0, rest, 0.0};
+      if (begun_s < 0.0) begun_s = t_s;
+      const double t = hold ? std::min(t_s - begun_s, 0.3) : std::fmod(t_s - begun_s, 1.0);
+      const double deep = rest - kTouching + 0.003;
+      if (t < 0.3) return {0.0, rest - 0.5 * deep * (1.0 - std::cos(kPi * t / 0.3)), 0.0};
+      const double aside = 0.5 * 0.02 * (1.0 - std::cos(kPi * std::min(1.0, (t - 0.3) / 0.4)));
+      if (t < 0.7) return {0.0, rest - deep, aside};
+      const double back = (t - 0.7) / 0.3;
+      return {0.0, rest - deep * (1.0 - back), 0.02 * (1.0 - back)};
+    };
+  }
+};
+
+double force_of(const HapOutput& output) {
+  double sum = 0.0;
+  for (const std::int32_t f : output.force_un) sum += std::pow(1e-6 * f, 2);
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+TEST_CASE("a string is played through a HID device: a client sees contact, radius and tone") {
+  Hand hand;
+  UhidDevice plugged(UhidOptions{}, hand.motion());
+  Played daemon;
+  Session session;
+  REQUIRE(session.engage());
+  hand.lower = true;
+  double most = 0.0;
+  for (int k = 0; k < 12; ++k) {
+    session.play(0.1);
+    most = std::max(most, force_of(plugged.output()));
+  }
+  CHECK(session.kinds[v1::Item::kContact] >= 2);
+  CHECK(session.kinds[v1::Item::kStringRadius] >= 1);
+  CHECK(session.kinds[v1::Item::kTone] >= 1);
+  CHECK(session.kinds[v1::Item::kFault] == 0);
+  CHECK(most > 0.05);
+  CHECK(most <= 0.3001);
+}
+
+TEST_CASE("unplugged on the string it is a fault; force returns only after Clear and Engage") {
+  Hand hand;
+  std::optional<UhidDevice> plugged;
+  plugged.emplace(UhidOptions{}, hand.motion());
+  Played daemon;
+  Session session;
+  REQUIRE(session.engage());
+  hand.hold = true;
+  hand.lower = true;
+  session.play(0.5);
+  CHECK(force_of(plugged->output()) > 0.05);
+  plugged.reset();
+  CHECK(session.becomes(v1::LOOP_STATE_FAULT));
+  CHECK(session.cause == v1::CAUSE_DEVICE_LOST);
+  CHECK(session.clear() != v1::RESULT_CODE_OK);
+  hand.lower = false;
+  hand.begun_s = -1.0;
+  plugged.emplace(UhidOptions{}, hand.motion());
+  session.play(1.0);
+  CHECK((plugged->status() & kHapEnabled) == 0);
+  CHECK(session.client.state()->loop_state() == v1::LOOP_STATE_FAULT);
+  CHECK(session.clear() == v1::RESULT_CODE_OK);
+  session.play(0.2);
+  CHECK((plugged->status() & kHapEnabled) == 0);
+  CHECK(session.engage());
+  hand.lower = true;
+  session.play(0.5);
+  CHECK(force_of(plugged->output()) > 0.05);
+}
+
+TEST_CASE("a daemon that is killed leaves a device without force; the next one clears its latch") {
+  Hand hand;
+  UhidDevice plugged(UhidOptions{}, hand.motion());
+  {
+    Played daemon;
+    Session session;
+    REQUIRE(session.engage());
+    hand.hold = true;
+    hand.lower = true;
+    session.play(0.5);
+    CHECK(force_of(plugged.output()) > 0.05);
+    daemon.end(SIGKILL);
+    session.play(0.05);
+    CHECK(force_of(plugged.output()) == 0.0);
+    CHECK((plugged.status() & kHapWatchdog) != 0);
+  }
+  hand.lower = false;
+  hand.begun_s = -1.0;
+  Played daemon;
+  Session session;
+  CHECK(session.becomes(v1::LOOP_STATE_FAULT));
+  CHECK(session.clear() == v1::RESULT_CODE_OK);
+  CHECK(session.becomes(v1::LOOP_STATE_READY));
+  CHECK((plugged.status() & kHapWatchdog) == 0);
+}
+
+}  // namespace hapticd::test
