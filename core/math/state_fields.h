@@ -118,8 +118,12 @@ class StateWriter {
   bool good_ = true;
 };
 
-/// Reads back what a StateWriter wrote. Numbers are not trusted: counts, choices and whole numbers
-/// out of their range end it, and nothing more is changed.
+/// Furthest instant, and longest time, that is read back, ns: 146 years. The sum and the difference
+/// of two are still numbers.
+inline constexpr std::int64_t kFurthest_ns = std::int64_t{1} << 62U;
+
+/// Reads back what a StateWriter wrote. Numbers are not trusted: counts, choices, instants and
+/// whole numbers out of their range end it, and nothing more is changed.
 class StateReader {
  public:
   StateReader(std::span<const double> reals, std::span<const std::int64_t> integers) noexcept
@@ -193,6 +197,8 @@ class StateReader {
     } else if constexpr (std::same_as<Field, std::uint64_t>) {
       const std::int64_t bits = integer();
       if (good_) field = static_cast<std::uint64_t>(bits);
+    } else if constexpr (std::same_as<Field, std::int64_t>) {
+      bounded(field, 1 - kFurthest_ns, kFurthest_ns - 1);
     } else if constexpr (std::same_as<Field, bool>) {
       bounded(field, 0, 1);
     } else if constexpr (std::integral<Field>) {

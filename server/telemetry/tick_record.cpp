@@ -3,6 +3,9 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+
+#include "core/math/state_fields.h"
 
 namespace hapticd {
 namespace {
@@ -64,6 +67,10 @@ void set_input(const ToolTrace& tool, v1::ToolInput& input) {
   if (!std::isnan(tool.measured_delay_s)) input.set_measured_delay_s(tool.measured_delay_s);
 }
 
+/// Whether the loop can reckon with it: see kFurthest_ns.
+bool is_instant(std::int64_t t_ns) { return t_ns > -kFurthest_ns && t_ns < kFurthest_ns; }
+bool is_instant(std::uint64_t t_ns) { return t_ns < std::uint64_t{kFurthest_ns}; }
+
 bool get_input(const v1::ToolInput& input, ToolTrace& tool) {
   tool.tool_id = input.tool_id();
   tool.sample_came = input.has_pose_dh();
@@ -77,7 +84,8 @@ bool get_input(const v1::ToolInput& input, ToolTrace& tool) {
   if (!get_pose(input.pose_wh(), tool.p_WH, tool.q_WH) ||
       !get(input.twist_wh_w().v_m_per_s(), tool.v_WH_W) ||
       !get(input.twist_wh_w().w_rad_per_s(), tool.w_WH_W) || !get(input.stiffness_scale(), scale) ||
-      input.buttons() > 0xFFFFU || input.device_flags() > 0xFFFFU) {
+      input.buttons() > 0xFFFFU || input.device_flags() > 0xFFFFU || !is_instant(input.age_ns()) ||
+      !is_instant(input.sample_t_ns())) {
     return false;
   }
   tool.stiffness_scale = scale[0];
@@ -154,7 +162,7 @@ bool to_trace(const v1::TickRecord& record, TickTrace& trace) {
   if (record.inputs_size() > static_cast<int>(kMaxTools) ||
       record.outputs_size() != record.inputs_size() || record.loop_state() < 1 ||
       record.loop_state() > static_cast<int>(LoopState::kOver) || record.cause() < 0 ||
-      record.cause() > kMaxCause) {
+      record.cause() > kMaxCause || !is_instant(record.t_ns()) || !is_instant(record.dt_ns())) {
     return false;
   }
   trace = {};

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Runs clang-tidy 14 over the translation units of a build folder, in parallel. Exit code 1 if any has a finding.
+"""Runs clang-tidy 22 over the translation units of a build folder, in parallel. Exit code 1 if any has a finding.
 
 usage: run_tidy.py BUILD_FOLDER [--all] [--jobs N]
 
@@ -19,7 +19,7 @@ import sys
 
 import source_tree
 
-TIDY = "clang-tidy-14"
+TIDY = "clang-tidy-22"
 CACHE = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "hapticd" / "tidy"
 
 

@@ -191,6 +191,7 @@ long double PathRun::judge(const std::vector<OptimiserState>& path) const {
   const auto some = [&](const OptimiserState& state) {
     const std::vector<Sphere> all = displaced_spheres(state);
     std::vector<Sphere> chosen;
+    chosen.reserve(near.tool.size());
     for (const std::size_t i : near.tool) chosen.push_back(all[i]);
     return chosen;
   };
@@ -199,6 +200,7 @@ long double PathRun::judge(const std::vector<OptimiserState>& path) const {
     const OptimiserState& from = path[step];
     const OptimiserState& to = path[step + 1];
     std::vector<OracleBentString> bent;
+    bent.reserve(near.held.size());
     for (const std::size_t k : near.held) bent.push_back(bent_string(capsules[k], k, from, to));
     smallest = std::min(smallest, path_minimum_gap(some(from), some(to), from.X_WG, to.X_WG,
                                                    {near.straight, bodies, bent}, spacing_));

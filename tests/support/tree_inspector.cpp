@@ -99,6 +99,7 @@ void TreeInspector::note(const Sphere& bound, const std::vector<std::int32_t>& l
 
 std::vector<Sphere> leaves_of(const SphereTreeView& tree) {
   std::vector<Sphere> leaves;
+  leaves.reserve(tree.leaf_r.size());
   for (std::size_t i = 0; i < tree.leaf_r.size(); ++i) {
     leaves.push_back(tree.leaf(static_cast<std::int32_t>(i)));
   }

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -211,7 +212,7 @@ TEST_CASE("a smooth blob takes few spheres") {
 
 TEST_CASE("progress rises to one") {
   const TriangleMesh mesh = test::blob_mesh(4);
-  for (PackingOptions options : {with_bound(0.1), with_leaves(5)}) {
+  for (PackingOptions& options : std::array{with_bound(0.1), with_leaves(5)}) {
     double last = 0.0;
     bool rises = true;
     options.progress = [&](double done) {

@@ -82,7 +82,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=1.0)
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
-    failures, lines = [], []
+    failures, late, lines = [], [], []
     cases = {"nobody else": lambda address: [], "a client stopped by SIGSTOP": stopped, "a client killed": killed, "eight clients that never read": mute}
     hashes = {name: hash_of(case) for name, case in cases.items()}
     equal = len(set(hashes.values())) == 1
@@ -123,7 +123,7 @@ def main():
         lines.append(show.row(f"{name}: CPU", [tick.cpu_ns for tick in ticks]))
         lines.append(show.row(f"{name}: distance", [abs(tick.dt_ns - 1_000_000) for tick in ticks]))
         if seen[name] < 0.5 * 50 * options.seconds:
-            failures.append(f"the client that looks on got {seen[name]} States with {name}")
+            late.append(f"the client that looks on got {seen[name]} States with {name}")
     each = sorted(counted["states"])
     lines += ["", f"The 31 clients beside the one that looks on got {each[0]} to {each[-1]} States each in {options.seconds + 2.0:.0f} s (they take "
               f"{counted['cpu_s']:.1f} s of CPU on the same machine; a client that loses more than a tenth is sent half as many). Sessions that ended: "
@@ -131,12 +131,12 @@ def main():
     own, held_up, explained = show.over_period([tick for tick in records.ticks if tick.cpu_ns], 1_000_000)
     lines += ["", *explained]
     if own:
-        failures.append(f"{len(own)} ticks took longer than the period by their own work")
+        late.append(f"{len(own)} ticks took longer than the period by their own work")
     if code != 0 or any(tick.state == 6 for tick in records.ticks):
         failures.append("a fault was latched, or the daemon did not end well")
     if each[0] == 0 or counted["ended"]:
         failures.append("a session ended, or got no State")
-    return show.finish("Hard clients", lines, failures, options.write, held_up)
+    return show.finish("Hard clients", lines, failures, options.write, late, held_up)
 
 
 if __name__ == "__main__":
