@@ -48,16 +48,20 @@ HidrawNode appears(const std::string& serial) {
 
 AttachedLoop::AttachedLoop(const std::string& serial) {
   open(serial);
+  begin(handles->channel());
+}
+
+void AttachedLoop::begin(const ReportChannel& channel) {
   std::string error;
   hid::Capabilities capabilities;
-  REQUIRE(get_capabilities(handles->channel(), capabilities, error));
+  REQUIRE(get_capabilities(channel, capabilities, error));
   hid::Config config = hid::to_config({}, capabilities);
-  REQUIRE(agree(handles->channel(), config, error));
+  REQUIRE(agree(channel, config, error));
   DeviceProfile profile;
   profile.driver = DeviceDriver::kHid;
   hid::apply_capabilities(capabilities, profile);
   device.emplace(profile, capabilities, now);
-  device->attach(handles->channel());
+  device->attach(channel);
 }
 
 void AttachedLoop::open(const std::string& serial) {

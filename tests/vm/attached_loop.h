@@ -24,10 +24,14 @@ HidrawNode appears(const std::string& serial);
 struct AttachedLoop {
   /// Opens it, asks what it is, agrees on its limits.
   explicit AttachedLoop(const std::string& serial = "A1");
+  /// The same with a device that is open.
+  explicit AttachedLoop(const ReportChannel& channel) { begin(channel); }
   ~AttachedLoop() { device->detach(); }
   AttachedLoop(const AttachedLoop&) = delete;
   AttachedLoop& operator=(const AttachedLoop&) = delete;
 
+  /// Asks an open device what it is, agrees on its limits, lets the loop at it.
+  void begin(const ReportChannel& channel);
   /// Opens the device of this serial wherever it is now.
   void open(const std::string& serial);
   /// Lets go of a lost device, and goes on with the one of this serial.
