@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -175,6 +176,36 @@ TEST_CASE("an unknown feature and a stalled one are refused with EPIPE, and the 
   CHECK_FALSE(agree(loop.handles->channel(), config, error));
   CHECK(error == "it does not take its feature report 17");
   CHECK(loop.run(50, 0.0) >= 48);
+}
+
+TEST_CASE(
+    "reports of another length or ID reach the device, which refuses them and keeps its force") {
+  UsbipDevice plugged({});
+  AttachedLoop loop;
+  loop.run(200, 0.5, true);
+  const int file = open(loop.node.path.c_str(), O_RDWR | O_CLOEXEC);
+  REQUIRE(file >= 0);
+  const std::uint64_t before = plugged.firmware().commands();
+  const std::array<std::uint8_t, 64> all_force = [] {
+    std::array<std::uint8_t, 64> bytes{};
+    bytes.fill(0x7F);
+    return bytes;
+  }();
+  const auto send = [&](std::uint8_t id, std::size_t length) {
+    std::array<std::uint8_t, 64> bytes = all_force;
+    bytes[0] = id;
+    CHECK(write(file, bytes.data(), length) == static_cast<ssize_t>(length));
+  };
+  send(kHapCommandId, 8);
+  send(kHapCommandId, 64);
+  send(kHapAffineId, 32);
+  send(0x55, 32);
+  close(file);
+  CHECK(plugged.firmware().commands() >= before + 4);
+  CHECK(plugged.firmware().output().force_un[1] == 500'000);
+  CHECK((plugged.firmware().status() & (kHapFault | kHapWatchdog)) == 0);
+  CHECK(loop.run(50, 0.5, true) >= 48);
+  CHECK(plugged.firmware().output().force_un[1] == 500'000);
 }
 
 TEST_CASE("unplugged in the middle it is lost within 2 ticks; plugged in again it goes on") {
