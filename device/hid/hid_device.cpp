@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <span>
 
+#include "device/hid/base_frame.h"
 #include "device/hid/profile_codec.h"
 #include "device/hid/profile_units.h"
 
@@ -31,8 +32,12 @@ OutputReport output(const CommandReport& command) noexcept {
 }  // namespace
 
 HidDevice::HidDevice(const DeviceProfile& profile, const Capabilities& capabilities,
-                     ReportWriter::Clock clock)
-    : profile_(profile), capabilities_(capabilities), writer_(clock) {}
+                     ReportWriter::Clock clock, const AxisMapping& axes)
+    : profile_(profile),
+      capabilities_(capabilities),
+      axes_(axes),
+      oldest_ns_(oldest_sample_ns(capabilities.in_rate_hz)),
+      writer_(clock) {}
 
 HidDevice::~HidDevice() { detach(); }
 
@@ -117,12 +122,13 @@ ReadOutcome HidDevice::take(const StateReport& state, std::uint64_t superseded, 
   t_ns_ = std::max(t_ns_ + 1, host_time(device_ns, now_ns, clock_));
   note_sample(counter_, device_ns, echo_);
   note_echo_of(state, device_ns);
-  if (now_ns - t_ns_ > kOldestSample_ns) {
+  if (now_ns - t_ns_ > oldest_ns_) {
     counts_[kTooOld].fetch_add(1, std::memory_order_relaxed);
     return ReadOutcome::kNothing;
   }
   counts_[kSamples].fetch_add(1, std::memory_order_relaxed);
   to_sample(state, capabilities_, sample);
+  into_base(axes_, sample);
   add_flags(sample);
   sample.t_ns = t_ns_;
   sample.counter = counter_;
@@ -167,7 +173,9 @@ void HidDevice::advance_enabling(bool wanted) noexcept {
 
 bool HidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcept {
   CommandReport report;
-  const bool finite = to_command(command, report);
+  DeviceCommand told = command;
+  from_base(axes_, told);
+  const bool finite = to_command(told, report);
   advance_enabling(command.enable && finite && !command.clear_faults);
   if (enabling_ != Enabling::kOn) report = CommandReport{};
   if (enabling_ == Enabling::kAsking || enabling_ == Enabling::kOn) report.flags = kCommandEnable;

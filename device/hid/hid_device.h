@@ -6,11 +6,13 @@
 // RT: the functions of HapticDevice.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
 
 #include "core/safety/echo_watch.h"
+#include "device/api/axis_mapping.h"
 #include "device/api/haptic_device.h"
 #include "device/hid/counter_unwrap.h"
 #include "device/hid/device_clock.h"
@@ -23,8 +25,17 @@ namespace hapticd::hid {
 
 /// Reports that Linux's hidraw holds for a reader; it drops newer ones then.
 inline constexpr int kSystemQueue = 63;
-/// A sample older than this is not used, ns: two frames at 1 kHz, and the time to read them.
-inline constexpr std::int64_t kOldestSample_ns = 2'500'000;
+/// Time to read a sample, and the bounds of the age below, ns. Longer: a device that falls silent
+/// shows later; shorter: a tick that comes late goes without a sample.
+inline constexpr std::int64_t kReadingTime_ns = 500'000;
+inline constexpr std::int64_t kOldestAtAnyRate_ns = 2'500'000;
+
+/// A sample older than this is not used, ns: two frames of a device of `in_rate` Hz, and the time
+/// to read them.
+[[nodiscard]] constexpr std::int64_t oldest_sample_ns(std::uint16_t in_rate) noexcept {
+  const std::int64_t frame_ns = 1'000'000'000 / std::max<std::int64_t>(in_rate, 1);
+  return std::min(2 * frame_ns + kReadingTime_ns, kOldestAtAnyRate_ns);
+}
 
 /// What went on, since the construction. Any thread.
 struct HidCounters {
@@ -32,16 +43,16 @@ struct HidCounters {
   std::uint64_t superseded = 0;  ///< read together with a newer one
   std::uint64_t lost = 0;        ///< by the device's count of samples
   std::uint64_t overflows = 0;   ///< queues thrown away
-  std::uint64_t too_old = 0;     ///< newest ones that were older than kOldestSample_ns
+  std::uint64_t too_old = 0;     ///< newest ones that were older than oldest_sample_ns
   std::uint64_t malformed = 0;   ///< reports that are none
 };
 
 class HidDevice final : public HapticDevice {
  public:
-  /// Not attached yet. `profile`: what the device is, its capabilities applied. Throws as
-  /// ReportWriter does.
+  /// Not attached yet. `profile`: what the device is, its capabilities applied; `axes`: how its own
+  /// axes lie in D. Throws as ReportWriter does.
   HidDevice(const DeviceProfile& profile, const Capabilities& capabilities,
-            ReportWriter::Clock clock);
+            ReportWriter::Clock clock, const AxisMapping& axes = {});
   ~HidDevice() override;
 
   [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
@@ -82,6 +93,8 @@ class HidDevice final : public HapticDevice {
 
   DeviceProfile profile_;
   Capabilities capabilities_;
+  AxisMapping axes_;
+  std::int64_t oldest_ns_;  ///< age of a sample that is not used
   ReportChannel channel_;
   ReaderGate gate_;
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 #include "core/rt/monotonic_clock.h"
 #include "device/hid/device_features.h"
@@ -51,6 +52,16 @@ void limit(v1::DeviceProfile& profile, const std::string& name, double most,
   number.add_value(most);
   number.set_source(source);
   number.clear_guess();
+}
+
+/// The workspace, stated along the device's own axes, along those of D.
+void turn_workspace(const AxisMapping& axes, DeviceProfile& stated) {
+  const Array3 one = position_in_base(axes, stated.workspace_lower);
+  const Array3 other = position_in_base(axes, stated.workspace_upper);
+  for (std::size_t i = 0; i < 3; ++i) {
+    std::tie(stated.workspace_lower[i], stated.workspace_upper[i]) =
+        std::minmax({one[i], other[i]});
+  }
 }
 
 LoadedProfile checked(const v1::DeviceProfile& profile) {
@@ -103,9 +114,12 @@ OutsideDevice attach_hid(const std::string& serial, const v1::DeviceProfile& bas
   const DeviceProfile& numbers = outside.profile.profile;
   const double force = std::min(max_force, numbers.peak_force);
   spdlog::info("{}: force limited to {} N", describe(node), force);
-  auto device = std::make_unique<hid::HidDevice>(numbers, capabilities, now);
+  const AxisMapping& axes = outside.profile.axes;
+  auto device = std::make_unique<hid::HidDevice>(numbers, capabilities, now, axes);
+  // The device cuts in units of its own.
+  const double told = force / *std::max_element(axes.force_scale.begin(), axes.force_scale.end());
   outside.keeper = std::make_unique<DeviceKeeper>(
-      kept(*device, capabilities, force, numbers.peak_torque), node, std::move(handles));
+      kept(*device, capabilities, told, numbers.peak_torque), node, std::move(handles));
   outside.device = std::move(device);
   return outside;
 }
@@ -156,6 +170,9 @@ v1::DeviceProfile profile_of(const hid::Capabilities& capabilities, const Hidraw
                              const v1::DeviceProfile& base) {
   DeviceProfile stated;
   hid::apply_capabilities(capabilities, stated);
+  if (const ProfileResult chosen = check_profile(base); chosen.loaded) {
+    turn_workspace(chosen.loaded->axes, stated);
+  }
   v1::DeviceProfile profile = base;
   profile.set_driver(v1::DRIVER_HID);
   if (profile.description().empty()) profile.set_description(describe(node));
@@ -166,9 +183,9 @@ v1::DeviceProfile profile_of(const hid::Capabilities& capabilities, const Hidraw
   limit(profile, "continuous_force_n", stated.continuous_force);
   limit(profile, "continuous_torque_n_m", stated.continuous_torque);
   limit(profile, "stiffness_max_n_per_m", stated.stiffness_max);
-  if (std::isfinite(stated.workspace_lower[0])) {
-    const Array3& low = stated.workspace_lower;
-    const Array3& high = stated.workspace_upper;
+  const Array3& low = stated.workspace_lower;
+  const Array3& high = stated.workspace_upper;
+  if (std::all_of(low.begin(), low.end(), [](double v) { return std::isfinite(v); })) {
     fill(profile, "workspace_lower_m", {low[0], low[1], low[2]});
     fill(profile, "workspace_upper_m", {high[0], high[1], high[2]});
   }

@@ -26,11 +26,15 @@ std::int64_t clock() noexcept { return clock_ns; }
 
 /// A device and the loop at 1 kHz.
 struct Loop {
-  explicit Loop(std::uint32_t caps = kHapHasVelocity) : plugged(caps) {
+  explicit Loop(std::uint32_t caps = kHapHasVelocity, const AxisMapping& axes = {},
+                std::uint16_t in_rate_hz = 1000)
+      : plugged(caps) {
     clock_ns = 10'000'000'000;
     DeviceProfile profile;
     profile.driver = DeviceDriver::kHid;
-    device.emplace(profile, kCapabilities, clock);
+    hid::Capabilities capabilities = kCapabilities;
+    capabilities.in_rate_hz = in_rate_hz;
+    device.emplace(profile, capabilities, clock, axes);
     device->attach(plugged.channel());
   }
   ~Loop() { device->detach(); }
@@ -214,6 +218,39 @@ TEST_CASE("the delay that is measured is that from a sample to the taking of its
     loop.late_us = late_us;
     loop.ticks(400);
     CHECK(std::abs(loop.sample.measured_delay_s - 1e-6 * late_us) <= 10.001e-6);
+  }
+}
+
+TEST_CASE("a device with axes of its own is read and pushed along those of D") {
+  // Raw x right, y toward the user, z up: left-handed.
+  AxisMapping axes;
+  axes.raw_axis = {0, 2, 1};
+  axes.force_sign = {1.0, -1.0, 1.0};
+  Loop loop(kHapHasVelocity, axes);
+  loop.plugged.bench.sensors.pos_nm[1] = 3'000'000;
+  loop.plugged.bench.sensors.pos_nm[2] = -20'000'000;
+  loop.plugged.bench.sensors.avel[2] = 500;
+  const HapOutput output = loop.ticks(20, 0.5, true);
+  CHECK(loop.sample.p_DH[1] == doctest::Approx(-0.020));
+  CHECK(loop.sample.p_DH[2] == doctest::Approx(0.003));
+  CHECK(loop.sample.w_DH_D == Array3{-0.0, -0.5, -0.0});
+  CHECK(output.force_un[1] == 0);
+  CHECK(output.force_un[2] == -500'000);
+}
+
+TEST_CASE("of a faster device samples are used for two of its frames and the time to read them") {
+  static_assert(hid::oldest_sample_ns(1000) == 2'500'000);
+  static_assert(hid::oldest_sample_ns(8000) == 750'000);
+  static_assert(hid::oldest_sample_ns(100) == 2'500'000);
+  for (const std::int64_t later_ns : {-1'000, 1'000}) {
+    CAPTURE(later_ns);
+    Loop loop(kHapHasVelocity, {}, 8000);
+    loop.ticks(50);
+    loop.plugged.frame();
+    clock_ns += kTick_ns + 750'000 + later_ns;
+    loop.step(0.0, false);
+    CHECK(loop.outcome == (later_ns < 0 ? ReadOutcome::kFresh : ReadOutcome::kNothing));
+    CHECK(loop.device->counters().too_old == (later_ns < 0 ? 0 : 1));
   }
 }
 

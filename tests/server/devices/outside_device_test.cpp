@@ -58,6 +58,19 @@ TEST_CASE("what a device states fills in what the profile of every HID device le
   CHECK(profile.damping == 0.0);
 }
 
+TEST_CASE("a workspace stated along the device's own axes is the same room in D") {
+  v1::DeviceProfile base = installed();
+  for (const v1::Axis axis : {v1::AXIS_NEGATIVE_Z, v1::AXIS_POSITIVE_X, v1::AXIS_NEGATIVE_Y}) {
+    base.mutable_axis_map()->add_axes(axis);
+  }
+  hid::Capabilities capabilities = stated();
+  capabilities.ws_min_mm = {-100, -50, -20};
+  capabilities.ws_max_mm = {90, 40, 60};
+  const DeviceProfile profile = numbers(profile_of(capabilities, node(), base));
+  CHECK(profile.workspace_lower == Array3{-0.06, -0.1, -0.04});
+  CHECK(profile.workspace_upper == Array3{0.02, 0.09, 0.05});
+}
+
 TEST_CASE("of two limits the lower one counts, whoever states it") {
   v1::DeviceProfile base = installed();
   base.mutable_peak_force_n()->set_value(0, 4.0);
