@@ -7,6 +7,7 @@
 #include "device/hid/base_frame.h"
 #include "device/hid/profile_codec.h"
 #include "device/hid/profile_units.h"
+#include "device/report_io/drained_queue.h"
 
 namespace hapticd::hid {
 namespace {
@@ -80,24 +81,19 @@ ReadOutcome HidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept 
 }
 
 ReadOutcome HidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept {
-  std::array<std::uint8_t, kStateBytes> bytes{};
   StateReport newest;
   std::uint64_t fresh = 0;
-  int read = 0;
-  for (; read <= kSystemQueue; ++read) {
-    const int length = channel_.read(channel_.input, bytes.data(), bytes.size());
-    if (length == 0) break;
-    if (length < 0) return ReadOutcome::kLost;
+  const Drained drained = drain_queue(channel_, [&](std::span<const std::uint8_t> bytes) {
     StateReport state;
-    if (decode_state(std::span(bytes).first(static_cast<std::size_t>(length)), state) !=
-        Decoded::kOk) {
+    if (decode_state(bytes, state) != Decoded::kOk) {
       counts_[kMalformed].fetch_add(1, std::memory_order_relaxed);
-      continue;
+      return;
     }
     newest = state;
     ++fresh;
-  }
-  if (read >= kSystemQueue) {
+  });
+  if (drained == Drained::kLost) return ReadOutcome::kLost;
+  if (drained == Drained::kOverflow) {
     counts_[kOverflows].fetch_add(1, std::memory_order_relaxed);
     return ReadOutcome::kNothing;
   }

@@ -23,8 +23,6 @@
 
 namespace hapticd::hid {
 
-/// Reports that Linux's hidraw holds for a reader; it drops newer ones then.
-inline constexpr int kSystemQueue = 63;
 /// Time to read a sample, and the bounds of the age below, ns. Longer: a device that falls silent
 /// shows later; shorter: a tick that comes late goes without a sample.
 inline constexpr std::int64_t kReadingTime_ns = 500'000;

@@ -2,6 +2,7 @@
 #include "device/hid/report_descriptor.h"
 
 #include "device/hid/profile_v1.h"
+#include "device/report_io/descriptor_item.h"
 
 namespace hapticd::hid {
 namespace {
@@ -12,31 +13,9 @@ constexpr std::size_t kDeepestStack = 4;
 constexpr std::size_t kDeepestCollection = 64;
 constexpr std::uint64_t kLongestReport = 16384;
 
-/// Prefixes without their two size bits: type and tag.
-constexpr unsigned kInputItem = 0x80;
-constexpr unsigned kOutputItem = 0x90;
-constexpr unsigned kCollectionItem = 0xA0;
-constexpr unsigned kFeatureItem = 0xB0;
-constexpr unsigned kEndCollectionItem = 0xC0;
-constexpr unsigned kUsagePageItem = 0x04;
-constexpr unsigned kReportSizeItem = 0x74;
-constexpr unsigned kReportIdItem = 0x84;
-constexpr unsigned kReportCountItem = 0x94;
-constexpr unsigned kPushItem = 0xA4;
-constexpr unsigned kPopItem = 0xB4;
-constexpr unsigned kUsageItem = 0x08;
-constexpr unsigned kMainType = 0x00;
-constexpr unsigned kTypeMask = 0x0C;
-constexpr std::uint8_t kLongItem = 0xFE;
 constexpr std::uint32_t kApplication = 0x01;
 constexpr unsigned kPageShift = 16;
 constexpr std::uint32_t kHapticUsage = std::uint32_t{kUsagePage} << kPageShift | kUsage;
-
-struct Item {
-  unsigned prefix = 0;
-  std::uint32_t value = 0;  ///< unsigned
-  std::size_t data_bytes = 0;
-};
 
 struct Globals {
   std::uint32_t usage_page = 0;
@@ -49,32 +28,31 @@ class Reader {
  public:
   explicit Reader(DescriptorFacts& facts) noexcept : facts_(facts) {}
 
-  DescriptorFlaw take(const Item& item) noexcept {
+  DescriptorFlaw take(const DescriptorItem& item) noexcept {
     const DescriptorFlaw flaw = take_item(item);
-    // A main item ends the life of all local ones.
-    if ((item.prefix & kTypeMask) == kMainType) has_usage_ = false;
+    if (is_main(item.kind)) has_usage_ = false;
     return flaw;
   }
   [[nodiscard]] bool is_closed() const noexcept { return depth_ == 0; }
 
  private:
-  DescriptorFlaw take_item(const Item& item) noexcept {
-    switch (item.prefix) {
-      case kInputItem:
+  DescriptorFlaw take_item(const DescriptorItem& item) noexcept {
+    switch (item.kind) {
+      case ItemKind::kInput:
         return add(ReportKind::kInput);
-      case kOutputItem:
+      case ItemKind::kOutput:
         return add(ReportKind::kOutput);
-      case kFeatureItem:
+      case ItemKind::kFeature:
         return add(ReportKind::kFeature);
-      case kCollectionItem:
+      case ItemKind::kCollection:
         return open(item.value);
-      case kEndCollectionItem:
+      case ItemKind::kEndCollection:
         if (depth_ == 0) return DescriptorFlaw::kUnbalanced;
         --depth_;
         return DescriptorFlaw::kNone;
-      case kPushItem:
+      case ItemKind::kPush:
         return stack_.push_back(globals_) ? DescriptorFlaw::kNone : DescriptorFlaw::kUnbalanced;
-      case kPopItem:
+      case ItemKind::kPop:
         if (stack_.empty()) return DescriptorFlaw::kUnbalanced;
         globals_ = stack_[stack_.size() - 1];
         stack_.truncate(stack_.size() - 1);
@@ -84,22 +62,22 @@ class Reader {
     }
   }
 
-  DescriptorFlaw note(const Item& item) noexcept {
-    switch (item.prefix) {
-      case kUsagePageItem:
+  DescriptorFlaw note(const DescriptorItem& item) noexcept {
+    switch (item.kind) {
+      case ItemKind::kUsagePage:
         globals_.usage_page = item.value;
         break;
-      case kReportSizeItem:
+      case ItemKind::kReportSize:
         globals_.report_size = item.value;
         break;
-      case kReportCountItem:
+      case ItemKind::kReportCount:
         globals_.report_count = item.value;
         break;
-      case kReportIdItem:
+      case ItemKind::kReportId:
         if (item.value == 0 || item.value > 0xFF) return DescriptorFlaw::kBadReportId;
         globals_.report_id = static_cast<std::uint8_t>(item.value);
         break;
-      case kUsageItem:
+      case ItemKind::kUsage:
         note_usage(item);
         break;
       default:
@@ -109,7 +87,7 @@ class Reader {
   }
 
   /// The first usage before a collection is the collection's; one of four bytes has its own page.
-  void note_usage(const Item& item) noexcept {
+  void note_usage(const DescriptorItem& item) noexcept {
     if (has_usage_) return;
     has_usage_ = true;
     usage_ = item.value;
@@ -149,32 +127,11 @@ class Reader {
   bool has_page_ = false;
 };
 
-/// Takes the next item off the front; false when the bytes end within it. Long items, which nobody
-/// uses, come out as one that means nothing.
-bool next_item(std::span<const std::uint8_t>& bytes, Item& item) noexcept {
-  constexpr unsigned kReserved = kTypeMask;
-  const std::uint8_t prefix = bytes[0];
-  if (prefix == kLongItem) {
-    constexpr std::size_t kLongHead = 3;
-    if (bytes.size() < kLongHead || bytes.size() - kLongHead < bytes[1]) return false;
-    item = {kReserved, 0, 0};
-    bytes = bytes.subspan(kLongHead + bytes[1]);
-    return true;
-  }
-  const unsigned code = prefix & 3U;
-  const std::size_t size = code == 3 ? 4 : code;
-  if (bytes.size() - 1 < size) return false;
-  item = {prefix & ~3U, 0, size};
-  for (std::size_t i = 0; i < size; ++i) item.value |= std::uint32_t{bytes[1 + i]} << (8 * i);
-  bytes = bytes.subspan(1 + size);
-  return true;
-}
-
 DescriptorFlaw read(std::span<const std::uint8_t> bytes, DescriptorFacts& facts) noexcept {
   if (bytes.size() > kLongestDescriptor) return DescriptorFlaw::kTooLong;
   Reader reader(facts);
   while (!bytes.empty()) {
-    Item item;
+    DescriptorItem item;
     if (!next_item(bytes, item)) return DescriptorFlaw::kCutOff;
     if (const DescriptorFlaw flaw = reader.take(item); flaw != DescriptorFlaw::kNone) return flaw;
   }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "device/report_io/descriptor_item.h"
+
 namespace hapticd::pid {
 namespace {
 
@@ -11,36 +13,9 @@ constexpr std::size_t kDeepestStack = 4;
 constexpr std::size_t kWidestField = 32;
 constexpr std::size_t kIdBits = 8;
 
-/// Prefixes without their two size bits: type and tag.
-constexpr unsigned kInputItem = 0x80;
-constexpr unsigned kOutputItem = 0x90;
-constexpr unsigned kCollectionItem = 0xA0;
-constexpr unsigned kFeatureItem = 0xB0;
-constexpr unsigned kEndCollectionItem = 0xC0;
-constexpr unsigned kUsagePageItem = 0x04;
-constexpr unsigned kMinimumItem = 0x14;
-constexpr unsigned kMaximumItem = 0x24;
-constexpr unsigned kReportSizeItem = 0x74;
-constexpr unsigned kReportIdItem = 0x84;
-constexpr unsigned kReportCountItem = 0x94;
-constexpr unsigned kPushItem = 0xA4;
-constexpr unsigned kPopItem = 0xB4;
-constexpr unsigned kUsageItem = 0x08;
-constexpr unsigned kFirstUsageItem = 0x18;
-constexpr unsigned kLastUsageItem = 0x28;
-constexpr unsigned kTypeMask = 0x0C;
-constexpr unsigned kMainType = 0x00;
-constexpr std::uint8_t kLongItem = 0xFE;
 /// Bits of a main item.
 constexpr std::uint32_t kConstant = 1U << 0U;
 constexpr std::uint32_t kVariable = 1U << 1U;
-
-struct Item {
-  unsigned prefix = 0;
-  std::uint32_t value = 0;  ///< unsigned
-  std::int32_t signed_value = 0;
-  std::size_t data_bytes = 0;
-};
 
 struct Globals {
   std::uint32_t usage_page = 0;
@@ -62,34 +37,33 @@ class Reader {
  public:
   explicit Reader(Descriptor& descriptor) : descriptor_(descriptor) {}
 
-  DescriptorFlaw take(const Item& item) {
+  DescriptorFlaw take(const DescriptorItem& item) {
     const DescriptorFlaw flaw = take_item(item);
-    // A main item ends the life of all local ones.
-    if ((item.prefix & kTypeMask) == kMainType) usages_.clear();
+    if (is_main(item.kind)) usages_.clear();
     return flaw;
   }
   [[nodiscard]] bool is_closed() const { return collection_ == -1; }
 
  private:
-  DescriptorFlaw take_item(const Item& item) {
-    switch (item.prefix) {
-      case kInputItem:
+  DescriptorFlaw take_item(const DescriptorItem& item) {
+    switch (item.kind) {
+      case ItemKind::kInput:
         return add(ReportKind::kInput, item.value);
-      case kOutputItem:
+      case ItemKind::kOutput:
         return add(ReportKind::kOutput, item.value);
-      case kFeatureItem:
+      case ItemKind::kFeature:
         return add(ReportKind::kFeature, item.value);
-      case kCollectionItem:
+      case ItemKind::kCollection:
         return open();
-      case kEndCollectionItem:
+      case ItemKind::kEndCollection:
         if (collection_ == -1) return DescriptorFlaw::kUnbalanced;
         collection_ = descriptor_.collections[static_cast<std::size_t>(collection_)].parent;
         return DescriptorFlaw::kNone;
-      case kPushItem:
+      case ItemKind::kPush:
         if (stack_.size() == kDeepestStack) return DescriptorFlaw::kUnbalanced;
         stack_.push_back(globals_);
         return DescriptorFlaw::kNone;
-      case kPopItem:
+      case ItemKind::kPop:
         if (stack_.empty()) return DescriptorFlaw::kUnbalanced;
         globals_ = stack_.back();
         stack_.pop_back();
@@ -99,35 +73,35 @@ class Reader {
     }
   }
 
-  DescriptorFlaw note(const Item& item) {
-    switch (item.prefix) {
-      case kUsagePageItem:
+  DescriptorFlaw note(const DescriptorItem& item) {
+    switch (item.kind) {
+      case ItemKind::kUsagePage:
         globals_.usage_page = item.value;
         break;
-      case kMinimumItem:
+      case ItemKind::kMinimum:
         globals_.minimum = item.signed_value;
         break;
-      case kMaximumItem:
+      case ItemKind::kMaximum:
         globals_.maximum = item.signed_value;
         globals_.maximum_unsigned = item.value;
         break;
-      case kReportSizeItem:
+      case ItemKind::kReportSize:
         globals_.report_size = item.value;
         break;
-      case kReportCountItem:
+      case ItemKind::kReportCount:
         globals_.report_count = item.value;
         break;
-      case kReportIdItem:
+      case ItemKind::kReportId:
         if (item.value == 0 || item.value > 0xFF) return DescriptorFlaw::kBadReportId;
         globals_.report_id = static_cast<std::uint8_t>(item.value);
         break;
-      case kUsageItem:
+      case ItemKind::kUsage:
         note_usage({item.value, item.data_bytes == 4});
         break;
-      case kFirstUsageItem:
+      case ItemKind::kFirstUsage:
         first_ = {item.value, item.data_bytes == 4};
         break;
-      case kLastUsageItem:
+      case ItemKind::kLastUsage:
         note_usages_to(item.value);
         break;
       default:
@@ -218,36 +192,11 @@ class Reader {
   int collection_ = -1;
 };
 
-/// Takes the next item off the front; false when the bytes end within it. Long items, which nobody
-/// uses, come out as one that means nothing.
-bool next_item(std::span<const std::uint8_t>& bytes, Item& item) {
-  constexpr unsigned kReserved = kTypeMask;
-  const std::uint8_t prefix = bytes[0];
-  if (prefix == kLongItem) {
-    constexpr std::size_t kLongHead = 3;
-    if (bytes.size() < kLongHead || bytes.size() - kLongHead < bytes[1]) return false;
-    item = {kReserved, 0, 0, 0};
-    bytes = bytes.subspan(kLongHead + bytes[1]);
-    return true;
-  }
-  const unsigned code = prefix & 3U;
-  const std::size_t size = code == 3 ? 4 : code;
-  if (bytes.size() - 1 < size) return false;
-  item = {prefix & ~3U, 0, 0, size};
-  for (std::size_t i = 0; i < size; ++i) item.value |= std::uint32_t{bytes[1 + i]} << (8 * i);
-  const std::size_t unused = 32 - 8 * size;
-  // Arithmetic shift: the sign comes down with it.
-  item.signed_value =
-      size == 0 ? 0 : static_cast<std::int32_t>(item.value << unused) >> static_cast<int>(unused);
-  bytes = bytes.subspan(1 + size);
-  return true;
-}
-
 DescriptorFlaw read(std::span<const std::uint8_t> bytes, Descriptor& descriptor) {
   if (bytes.size() > kLongestDescriptor) return DescriptorFlaw::kTooLong;
   Reader reader(descriptor);
   while (!bytes.empty()) {
-    Item item;
+    DescriptorItem item;
     if (!next_item(bytes, item)) return DescriptorFlaw::kCutOff;
     if (const DescriptorFlaw flaw = reader.take(item); flaw != DescriptorFlaw::kNone) return flaw;
   }

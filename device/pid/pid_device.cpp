@@ -6,6 +6,7 @@
 #include <span>
 
 #include "device/api/sample_difference.h"
+#include "device/report_io/drained_queue.h"
 
 namespace hapticd::pid {
 namespace {
@@ -75,19 +76,15 @@ ReadOutcome PidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept 
 
 ReadOutcome PidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept {
   const ReportForm& form = settings_.layout.input.report;
-  std::array<std::uint8_t, kLongestReport> bytes{};
   std::array<std::uint8_t, kLongestReport> newest{};
   std::uint64_t fresh = 0;
-  int read = 0;
-  for (; read <= kSystemQueue; ++read) {
-    const int length = channel_.read(channel_.input, bytes.data(), bytes.size());
-    if (length == 0) break;
-    if (length < 0) return ReadOutcome::kLost;
-    if (bytes[0] != form.id || length < form.bytes) continue;
-    newest = bytes;
+  const Drained drained = drain_queue(channel_, [&](std::span<const std::uint8_t> bytes) {
+    if (bytes[0] != form.id || bytes.size() < form.bytes) return;
+    std::copy(bytes.begin(), bytes.end(), newest.begin());
     ++fresh;
-  }
-  if (read >= kSystemQueue) {
+  });
+  if (drained == Drained::kLost) return ReadOutcome::kLost;
+  if (drained == Drained::kOverflow) {
     counts_[kOverflows].fetch_add(1, std::memory_order_relaxed);
     return ReadOutcome::kNothing;
   }

@@ -21,9 +21,6 @@
 
 namespace hapticd::pid {
 
-/// Reports that Linux's hidraw holds for a reader; it drops newer ones then.
-inline constexpr int kSystemQueue = 63;
-
 /// How it is used.
 struct PidSettings {
   AxisMapping axes;  ///< positions count from the middle of their logical range

@@ -7,6 +7,7 @@
 
 #include "core/math/rotation.h"
 #include "device/api/sample_difference.h"
+#include "device/report_io/drained_queue.h"
 
 namespace hapticd::spacemouse {
 namespace {
@@ -103,20 +104,14 @@ void SpacemouseDevice::advance(std::int64_t now_ns) noexcept {
 }
 
 bool SpacemouseDevice::drain(std::int64_t now_ns) noexcept {
-  std::array<std::uint8_t, kLongestReport> bytes{};
-  int read = 0;
-  for (; read <= kSystemQueue; ++read) {
-    const int length = channel_.read(channel_.input, bytes.data(), bytes.size());
-    if (length == 0) break;
-    if (length < 0) return false;
-    take(decode(std::span(bytes).first(static_cast<std::size_t>(length))), now_ns);
-  }
-  if (read >= kSystemQueue) {
-    // The queue was full, so the newest were dropped: where the cap is now nobody knows.
+  const Drained drained = drain_queue(
+      channel_, [&](std::span<const std::uint8_t> bytes) { take(decode(bytes), now_ns); });
+  if (drained == Drained::kOverflow) {
+    // The newest were dropped: where the cap is now nobody knows.
     counts_[kOverflows].fetch_add(1, std::memory_order_relaxed);
     v_ = w_ = {};
   }
-  return true;
+  return drained != Drained::kLost;
 }
 
 void SpacemouseDevice::take(const Report& report, std::int64_t now_ns) noexcept {

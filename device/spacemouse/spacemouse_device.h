@@ -23,8 +23,6 @@ namespace hapticd::spacemouse {
 /// of one with a cable. Less: the tool stutters with the radio; more: it moves on that much longer
 /// after the device hung.
 inline constexpr std::int64_t kSilence_ns = 100'000'000;
-/// Reports that Linux's hidraw holds for a reader; it drops newer ones then.
-inline constexpr int kSystemQueue = 63;
 /// No button, in SpacemouseSettings::button.
 inline constexpr std::uint8_t kNoButton = 0xFF;
 
