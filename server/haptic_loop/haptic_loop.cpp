@@ -79,6 +79,8 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
     if (recentre->tool < tool_count()) tools_[recentre->tool].recentre = true;
   } else if (const auto* clutch = std::get_if<ClutchCommand>(&command.what)) {
     if (clutch->tool < tool_count()) tools_[clutch->tool].clutch_open = clutch->open;
+  } else if (const auto* push = std::get_if<PushCommand>(&command.what)) {
+    if (push->tool < tool_count()) tools_[push->tool].push_asked = push->axis;
   } else if (std::holds_alternative<LeaseLostCommand>(command.what)) {
     lose_lease();
   } else {
@@ -93,6 +95,9 @@ std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const n
   if (std::holds_alternative<EngageCommand>(what)) {
     if (fault) return machine_.cause;
     if (machine_.state == LoopState::kReady && !contact_free(output_)) return Cause::kOverlap;
+  }
+  if (std::holds_alternative<PushCommand>(what) && machine_.state != LoopState::kEngaged) {
+    return machine_.cause == Cause::kNone ? Cause::kReleased : machine_.cause;
   }
   if (std::holds_alternative<ClearCommand>(what) && fault) {
     const auto used = std::span(tools_).first(tool_count());
@@ -221,6 +226,9 @@ void HapticLoop::advance_state() noexcept {
     channels_.log.push(make_log_record<LogCode::kLoopStateChanged>(
         time_.t_ns, static_cast<int>(before), static_cast<int>(machine_.state)));
   }
+  for (LoopTool& tool : tools()) {
+    follow_push(tool.push_asked, machine_.state, time_.dt_s, tool.push);
+  }
   if (loop_output_.latched || loop_output_.cleared) {
     tell(FaultNotice{loop_output_.cause, loop_output_.latched}, blamed_);
   }
@@ -249,7 +257,8 @@ void HapticLoop::render() noexcept {
     if (options_.contacts_reported) simulation.report_contacts(k, tool.contacts);
     const double gain = played.force_gain * tool.placed.wrench_share;
     const Wrench& F_H_W = output_.tools[k].F_H_W;
-    tool.F_H_D = to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain});
+    tool.F_H_D =
+        with_push(tool.push, to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain}));
   }
 }
 
@@ -322,6 +331,7 @@ void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
   publish_snapshot();
   publish_image();
   publish_trace();
+  for (LoopTool& tool : tools()) tool.push_asked = 0;
   ever_ticked_ = true;
   ++time_.tick;
   // The zero wrench of this tick was the last that the old scene's device gets.

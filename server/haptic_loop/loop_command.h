@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "core/math/vector.h"
+#include "server/haptic_loop/check_push.h"
 
 namespace hapticd {
 
@@ -41,6 +42,12 @@ struct ClutchCommand {
   bool open = false;
 };
 
+/// Pushes a tool's device for the guided check; refused unless force is on.
+struct PushCommand {
+  std::uint32_t tool = 0;  ///< in the scene's order
+  PushAxis axis = 0;       ///< [1, kPushAxes]
+};
+
 /// The simulated hands play a gesture; refused when no device is one. Belongs to the loop from here
 /// on.
 struct PlayGestureCommand {
@@ -56,7 +63,7 @@ struct ChangeSettingsCommand {
 using LoopCommandBody =
     std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand, ClearCommand,
                  LeaseLostCommand, EndCommand, SwapSceneCommand, RecentreCommand, ClutchCommand,
-                 PlayGestureCommand, ChangeSettingsCommand>;
+                 PushCommand, PlayGestureCommand, ChangeSettingsCommand>;
 
 struct LoopCommand {
   std::uint64_t number = 0;  ///< chosen by the sender, comes back in CommandDone or CommandRefused

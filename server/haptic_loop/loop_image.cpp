@@ -1,5 +1,6 @@
 // All that the loop keeps from tick to tick, written down and taken back, and the ticks of a
 // replay. See haptic_loop.h. RT: yes, but for restore().
+#include <algorithm>
 #include <memory>
 
 #include "core/safety/safety_fields.h"
@@ -148,6 +149,9 @@ bool HapticLoop::fill_image(StateImage& image) const noexcept {
   AwakeStrings awake;
   for (const std::int32_t string : simulation.awake_strings()) awake.push_back(string);
   write.add(StateKind::kSimulation, 0, awake, simulation.holders());
+  // Of all tools or of none: blocks are numbered by their order.
+  const bool pushes = std::any_of(tools_.begin(), tools_.begin() + tool_number(tool_count()),
+                                  [](const LoopTool& tool) { return tool.push.axis != 0; });
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const ToolPlay& play = scene.play.tools[k];
     const LoopTool& tool = tools_[k];
@@ -158,6 +162,7 @@ bool HapticLoop::fill_image(StateImage& image) const noexcept {
     write.add(StateKind::kToolLoop, tool_number(k), tool.sample, tool.input_watch, tool.safety,
               tool.workspace, tool.touches, tool.write_failed, tool.wrench_not_finite,
               scene.tools[k].stiffness_limits.delay_s);
+    if (pushes) write.add(StateKind::kPush, tool_number(k), tool.push);
   }
   const OwnedSimulation& own = scene.play;
   for (std::size_t s = 0; s < own.tracks.size(); ++s) {
@@ -222,6 +227,9 @@ void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
   read.take(StateKind::kToolLoop, static_cast<std::uint32_t>(k), tool.sample, tool.input_watch,
             tool.safety, tool.workspace, tool.touches, tool.write_failed, tool.wrench_not_finite,
             delay_s);
+  const bool pushes = read.find(StateKind::kPush, static_cast<std::uint32_t>(k)) != nullptr;
+  if (pushes) read.take(StateKind::kPush, static_cast<std::uint32_t>(k), tool.push);
+  read.require(tool.push.t_s >= 0.0);
   read.require(delay_s >= 0.0 && delay_s <= kLongestDelay_s);
   read.require(fits_scene(play.state, play.scene) && names_parts(play.view));
   read.require(names_things(tool.touches, scene_->scene->description(), k, play.scene));
@@ -264,6 +272,7 @@ void HapticLoop::replay_once(const TickTrace& recorded) noexcept {
     LoopTool& tool = tools_[k];
     tool.recentre = tool.recentre_asked = from.recentre;
     tool.clutch_open = from.clutch_open;
+    tool.push_asked = from.push;
     ReplayDevice* device = scene_->tools[k].device.replayed;
     if (device == nullptr) continue;
     ReplayedSample sample;

@@ -8,6 +8,7 @@
 #include "core/safety/input_watch.h"
 #include "core/safety/output_stage.h"
 #include "core/simulation/touch_detector.h"
+#include "server/haptic_loop/check_push.h"
 #include "server/haptic_loop/played_scene.h"
 
 namespace hapticd {
@@ -25,6 +26,7 @@ struct LoopTool {
   bool write_failed = false;
   bool wrench_not_finite = false;
   bool recentre_asked = false;  ///< before it was done
+  PushAxis push_asked = 0;      ///< 0: none
 
   // From tick to tick.
   InputWatch input_watch;
@@ -33,6 +35,7 @@ struct LoopTool {
   bool clear_faults = false;  ///< its device is to forget what it has latched
   bool clutch_open = false;
   bool recentre = false;
+  CheckPush push;
   TouchDetector touches;
   ContactReport contacts;
 };

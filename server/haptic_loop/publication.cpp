@@ -198,6 +198,7 @@ void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
   trace.write_failed = tool.write_failed;
   trace.recentre = tool.recentre_asked;
   trace.clutch_open = tool.clutch_open;
+  trace.push = tool.push_asked;
   trace.device_flags = tool.sample.flags;
   trace.sample_t_ns = tool.sample.t_ns;
   trace.sample_counter = tool.sample.counter;

@@ -27,6 +27,7 @@ enum class StateKind : std::uint8_t {
   kTool,        ///< of the simulation
   kToolLoop,    ///< of the loop: input watch, safety stage, workspace, touches
   kString,      ///< its vibration and touch, as every tool sees it
+  kPush,        ///< of a tool: its push of the guided check; left out while no tool has one
 };
 
 /// Layout of every block; grows with any change of what is visited.

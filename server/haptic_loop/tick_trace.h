@@ -12,6 +12,7 @@
 #include "core/math/vector.h"
 #include "core/safety/cause.h"
 #include "core/safety/loop_state.h"
+#include "server/haptic_loop/check_push.h"
 
 namespace hapticd {
 
@@ -43,6 +44,7 @@ struct ToolTrace {
   bool write_failed = false;         ///< the command did not reach it
   bool recentre = false;             ///< asked for, and not yet done
   bool clutch_open = false;          ///< asked for
+  PushAxis push = 0;                 ///< of the guided check, asked for; hapticd::v1::Axis
   std::uint16_t device_flags = 0;    ///< kDevice... bits of the sample
   std::int64_t sample_t_ns = 0;      ///< instant of the sample, as the device said
   std::uint64_t sample_counter = 0;  ///< likewise

@@ -13,8 +13,12 @@ namespace hapticd {
 namespace {
 
 /// In the order of StateKind.
-constexpr std::array<std::string_view, 8> kBlockNames{
-    "loop", "settings", "ramp.from", "ramp.to", "simulation", "tool", "tool.loop", "string"};
+constexpr std::array<std::string_view, 9> kBlockNames{"loop",      "settings",   "ramp.from",
+                                                      "ramp.to",   "simulation", "tool",
+                                                      "tool.loop", "string",     "push"};
+
+/// Blocks of each kind so far.
+using BlocksSeen = std::array<std::uint32_t, kBlockNames.size()>;
 
 bool of_tool(StateKind kind) noexcept {
   return kind != StateKind::kLoop && kind != StateKind::kSimulation && kind != StateKind::kString;
@@ -34,7 +38,7 @@ std::string describe(const StateSpan& block) {
 }
 
 /// Kind, and number among its like, of the next block; false when it is not known.
-bool name_block(const v1::StateBlock& from, std::array<std::uint32_t, 8>& seen, StateSpan& block) {
+bool name_block(const v1::StateBlock& from, BlocksSeen& seen, StateSpan& block) {
   const auto* const name = std::find(kBlockNames.begin(), kBlockNames.end(), from.name());
   if (name == kBlockNames.end() || from.version() != kStateLayout) return false;
   const auto kind = static_cast<std::size_t>(name - kBlockNames.begin());
@@ -83,7 +87,7 @@ bool to_image(const v1::Snapshot& record, StateImage& image) {
   image.loop_state = static_cast<LoopState>(record.loop_state());
   std::size_t reals = 0;
   std::size_t integers = 0;
-  std::array<std::uint32_t, 8> seen{};
+  BlocksSeen seen{};
   for (const v1::StateBlock& from : record.blocks()) {
     StateSpan block;
     block.first_real = static_cast<std::uint32_t>(reals);

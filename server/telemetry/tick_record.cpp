@@ -64,6 +64,7 @@ void set_input(const ToolTrace& tool, v1::ToolInput& input) {
   input.set_write_failed(tool.write_failed);
   input.set_recentre(tool.recentre);
   input.set_clutch_open(tool.clutch_open);
+  input.set_push(static_cast<v1::Axis>(tool.push));
   if (!std::isnan(tool.measured_delay_s)) input.set_measured_delay_s(tool.measured_delay_s);
 }
 
@@ -85,7 +86,7 @@ bool get_input(const v1::ToolInput& input, ToolTrace& tool) {
       !get(input.twist_wh_w().v_m_per_s(), tool.v_WH_W) ||
       !get(input.twist_wh_w().w_rad_per_s(), tool.w_WH_W) || !get(input.stiffness_scale(), scale) ||
       input.buttons() > 0xFFFFU || input.device_flags() > 0xFFFFU || !is_instant(input.age_ns()) ||
-      !is_instant(input.sample_t_ns())) {
+      !is_instant(input.sample_t_ns()) || input.push() < 0 || input.push() > kPushAxes) {
     return false;
   }
   tool.stiffness_scale = scale[0];
@@ -99,6 +100,7 @@ bool get_input(const v1::ToolInput& input, ToolTrace& tool) {
   tool.write_failed = input.write_failed();
   tool.recentre = input.recentre();
   tool.clutch_open = input.clutch_open();
+  tool.push = static_cast<PushAxis>(input.push());
   if (input.has_measured_delay_s()) tool.measured_delay_s = input.measured_delay_s();
   return true;
 }

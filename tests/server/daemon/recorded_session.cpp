@@ -129,6 +129,9 @@ class Session {
     if (tick == 1500) send(ClutchCommand{0, true});
     if (tick == 1600) send(ClutchCommand{0, false});
     if (tick == 1700) send(RecentreCommand{});
+    if (tick == 400) send(PushCommand{0, 4});
+    if (tick == 1850) send(PushCommand{0, 1});  // a Snapshot finds it under way; the swap ends it
+    if (tick == 2500) send(PushCommand{0, 5});  // Disengage ends it
     if (tick == 1980) change(900.0, 31.0);
     if (tick != 2100) return;
     const v1::SceneRecord second = scene_record(kWall, 2);

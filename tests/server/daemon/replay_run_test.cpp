@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <bit>
 #include <filesystem>
 
@@ -36,13 +37,27 @@ struct Happened {
   bool second_scene = false;
   bool skipped = false;
   std::uint64_t changes = 0;
+  int pushes = 0;
+  int pushed_snapshots = 0;  ///< with a push under way
 };
+
+/// A Snapshot in which a tool is being pushed.
+bool has_push(const RecordedMessage& message) {
+  v1::Snapshot snapshot;
+  if (message.kind != RecordKind::kSnapshot ||
+      !snapshot.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) {
+    return false;
+  }
+  return std::any_of(snapshot.blocks().begin(), snapshot.blocks().end(),
+                     [](const v1::StateBlock& block) { return block.name() == "push"; });
+}
 
 Happened happened_in(const std::string& path) {
   Happened happened;
   RecordingReader reader(path);
   RecordedMessage message;
   while (reader.next(message)) {
+    happened.pushed_snapshots += has_push(message) ? 1 : 0;
     if (message.kind != RecordKind::kTick) continue;
     v1::TickRecord tick;
     REQUIRE(tick.ParseFromArray(message.data.data(), static_cast<int>(message.data.size())));
@@ -50,6 +65,7 @@ Happened happened_in(const std::string& path) {
     happened.second_scene = happened.second_scene || tick.scene_id() == 2;
     happened.skipped = happened.skipped || tick.skipped() > 0;
     if (tick.change() != 0) ++happened.changes;
+    if (tick.inputs(0).push() != v1::AXIS_UNSPECIFIED) ++happened.pushes;
     const auto& force = tick.outputs(0).wrench_h_w().f_n();
     if (force[0] != 0.0 || force[1] != 0.0 || force[2] != 0.0) ++happened.contacts;
   }
@@ -67,6 +83,8 @@ TEST_CASE("a recorded session is replayed to the bit under both clocks") {
     CHECK(happened.fault);
     CHECK(happened.second_scene);
     CHECK(happened.changes == 3);
+    CHECK(happened.pushes == 3);
+    CHECK(happened.pushed_snapshots >= 1);
     CHECK(happened.skipped == !virtual_time);
     const ReplayReport report = verify(path);
     CHECK(report.first_difference == "");
@@ -119,6 +137,17 @@ TEST_CASE("an order that is left out of a recording is found") {
   });
   const ReplayReport report = verify(folder.file("changed.mcap"));
   CHECK(report.first_difference.find("tick 1100 of scene 1") == 0);
+}
+
+TEST_CASE("a push that is left out of a recording is found") {
+  const TemporaryFolder folder;
+  copy_changed(recorded().path(true), folder.file("changed.mcap"), [](v1::TickRecord& tick) {
+    tick.mutable_inputs(0)->clear_push();
+    return true;
+  });
+  // The force of its first tick is zero, as it is where nothing is touched.
+  CHECK(verify(folder.file("changed.mcap")).first_difference.find("of scene 1") !=
+        std::string::npos);
 }
 
 TEST_CASE("behind lost ticks a replay goes on at the next Snapshot") {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "core/math/state_fields.h"
 #include "hapticd/v1/recording.pb.h"
 #include "server/haptic_loop/tick_trace.h"
 #include "tests/support/random.h"
@@ -23,7 +24,7 @@ inline double any_double(SplitMix64& random) {
 inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
   TickTrace trace;
   trace.tick = tick;
-  trace.t_ns = tick * 1'000'000;
+  trace.t_ns = tick * 1'000'000 % std::uint64_t{kFurthest_ns};
   trace.dt_ns = 1'000'000;
   trace.state_hash = random.next();
   trace.sphere_tests = random.below(1000);
@@ -51,10 +52,12 @@ inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
     tool.write_failed = random.chance(0.5);
     tool.recentre = random.chance(0.5);
     tool.clutch_open = random.chance(0.5);
+    tool.push = static_cast<PushAxis>(random.below(kPushAxes + 1));
     tool.device_flags = static_cast<std::uint16_t>(random.next());
-    tool.sample_t_ns = static_cast<std::int64_t>(random.next());
+    // Instants within kFurthest_ns, others are refused.
+    tool.sample_t_ns = static_cast<std::int64_t>(random.next()) / 2;
     tool.sample_counter = random.next();
-    tool.age_ns = random.next();
+    tool.age_ns = random.next() / 4;
     tool.stiffness_scale = random.uniform();
     if (random.chance(0.5)) tool.measured_delay_s = random.uniform();
     for (Array3* a :

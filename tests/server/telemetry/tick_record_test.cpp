@@ -24,7 +24,7 @@ bool same(const ToolTrace& a, const ToolTrace& b) {
   return a.tool_id == b.tool_id && a.buttons == b.buttons && a.flags == b.flags &&
          a.sample_came == b.sample_came && a.held == b.held && a.age_ns == b.age_ns &&
          a.has_velocity == b.has_velocity && a.lost == b.lost && a.write_failed == b.write_failed &&
-         a.recentre == b.recentre && a.clutch_open == b.clutch_open &&
+         a.recentre == b.recentre && a.clutch_open == b.clutch_open && a.push == b.push &&
          a.device_flags == b.device_flags && a.sample_t_ns == b.sample_t_ns &&
          a.sample_counter == b.sample_counter && same(a.v_DH_D, b.v_DH_D) &&
          same(std::array{a.measured_delay_s}, std::array{b.measured_delay_s}) &&
@@ -87,6 +87,9 @@ TEST_CASE("a record that is no tick of ours is refused") {
   bad = good;
   for (std::size_t k = 0; k < kMaxTools; ++k) *bad.add_inputs() = good.inputs(0);
   for (std::size_t k = 0; k < kMaxTools; ++k) *bad.add_outputs() = good.outputs(0);
+  CHECK_FALSE(to_trace(bad, trace));
+  bad = good;
+  bad.mutable_inputs(0)->set_push(static_cast<v1::Axis>(kPushAxes + 1));
   CHECK_FALSE(to_trace(bad, trace));
   bad = good;
   bad.mutable_outputs(0)->add_flags(static_cast<v1::ToolFlag>(17));

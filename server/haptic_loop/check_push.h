@@ -1,0 +1,49 @@
+// The push of the guided check: for a second a tool's rendered wrench gives way to a small force
+// along one axis of the device, so that a person can say where it was felt. A trapezoid over the
+// time of ticks, before the safety stage, so that every limit and fault holds; afterwards the
+// rendered wrench comes back by a ramp. Frame: D of the device. RT: yes, about 5 ns.
+#pragma once
+
+#include <cstdint>
+
+#include "core/math/realtime.h"
+#include "core/math/state_fields.h"
+#include "core/math/wrench.h"
+#include "core/safety/loop_state.h"
+
+namespace hapticd {
+
+/// Force of a push, N. Larger: a wrong sign can hurt; smaller: friction hides it.
+inline constexpr double kPushForce = 0.3;
+/// Ramps of a push, and of the rendered wrench when it comes back, s. Shorter: felt as a blow.
+inline constexpr double kPushRamp_s = 0.2;
+/// A whole push, ramps included, s.
+inline constexpr double kPush_s = 1.0;
+
+/// A direction of D with the number of hapticd::v1::Axis: +x -x +y -y +z -z; 0: none.
+using PushAxis = std::uint8_t;
+inline constexpr PushAxis kPushAxes = 6;
+
+/// Kept from tick to tick.
+struct CheckPush {
+  PushAxis axis = 0;  ///< 0: no push is under way
+  double t_s = 0.0;   ///< since it began, [0, kPush_s + kPushRamp_s)
+};
+
+template <FieldsOf<CheckPush> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [axis, t_s] = state;
+  visit.bounded(axis, 0, kPushAxes);
+  visit(t_s);
+}
+
+/// One tick: begins the push that is `asked` for, or goes on with the one under way. It needs a
+/// loop that is engaged, stands still while force is released, so that it fades with the gain, and
+/// ends in any other state.
+HD_REALTIME void follow_push(PushAxis asked, LoopState state, double dt_s,
+                             CheckPush& push) noexcept;
+
+/// What takes the place of `rendered`.
+[[nodiscard]] HD_REALTIME Wrench with_push(const CheckPush& push, const Wrench& rendered) noexcept;
+
+}  // namespace hapticd
