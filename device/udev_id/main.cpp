@@ -1,6 +1,7 @@
 // hapticd_id: tells udev whether a hidraw device speaks the HID profile of hapticd, whoever made
-// it: run by deploy/udev/70-hapticd.rules with the device's folder in sysfs, it prints ID_HAPTICD=1
-// or nothing. Reads the report descriptor alone: the device is not opened.
+// it, or is a force device of the PID class that hapticd can drive: run by
+// deploy/udev/70-hapticd.rules with the device's folder in sysfs, it prints ID_HAPTICD=1,
+// ID_HAPTICD=pid or nothing. Reads the report descriptor alone: the device is not opened.
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -8,6 +9,7 @@
 #include <string>
 
 #include "device/hid/report_descriptor.h"
+#include "device/pid/pid_layout.h"
 
 namespace {
 
@@ -33,6 +35,10 @@ int main(int count, char** arguments) {
   }
   const std::span all(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
   const auto descriptor = all.first(static_cast<std::size_t>(file.gcount()));
-  if (is_profile_v1(hapticd::hid::read_descriptor(descriptor))) std::puts("ID_HAPTICD=1");
+  if (is_profile_v1(hapticd::hid::read_descriptor(descriptor))) {
+    std::puts("ID_HAPTICD=1");
+  } else if (hapticd::pid::find_layout(descriptor).lack.empty()) {
+    std::puts("ID_HAPTICD=pid");
+  }
   return 0;
 }

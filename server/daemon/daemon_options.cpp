@@ -79,7 +79,7 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
   add<std::string>(app, "--scene", "NAME|FILE", "scene to play (guqin)",
                    [&](const std::string& v) { given.set_scene(v); });
   add<std::string>(app, "--device",
-                   "simulated|scripted|replay:FILE|hid[:SERIAL]|spacemouse[:SERIAL]",
+                   "simulated|scripted|replay:FILE|hid[:SERIAL]|pid[:SERIAL]|spacemouse[:SERIAL]",
                    "device of every tool (simulated)",
                    [&](const std::string& v) { given.add_device()->set_source(v); });
   add_choice(app, "--clock", kClocks, "what drives time (realtime)",
@@ -154,7 +154,7 @@ void check_devices(const v1::Config& config) {
     const bool outside = outside_source(source).has_value();
     if (source != "simulated" && source != "scripted" && !replay && !outside) {
       refuse("--device: '" + source +
-             "' is not known. Choose simulated, scripted, replay:FILE, hid or spacemouse.");
+             "' is not known. Choose simulated, scripted, replay:FILE, hid, pid or spacemouse.");
     }
     if (outside && config.clock() == v1::CLOCK_MODE_VIRTUAL) {
       refuse("--device: a real device needs the real clock. Leave --clock out.");
@@ -231,7 +231,8 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
       "hapticd");
   app.set_version_flag("--version", "hapticd " HAPTICD_VERSION);
   app.footer(
-      "hapticd doctor examines the machine: hapticd doctor --help.\n"
+      "hapticd doctor examines the machine: hapticd doctor --help. hapticd device list names\n"
+      "the devices that are plugged in.\n"
       "Exit codes: 0 good, 1 bad scene, gesture, profile or configuration, 2 bad command line,\n"
       "3 address not available, 4 realtime required and refused, 5 a verified replay differs.");
   add_options(app, options.given, options);

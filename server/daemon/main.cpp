@@ -1,5 +1,6 @@
 // hapticd: reads its options, starts the daemon, ends with its exit code. With the word doctor as
-// its first argument it examines the machine instead, with export it writes a table of a recording.
+// its first argument it examines the machine instead, with export it writes a table of a recording,
+// with device list it names what is plugged in.
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -7,6 +8,7 @@
 
 #include "server/daemon/daemon.h"
 #include "server/daemon/export_command.h"
+#include "server/devices/device_list.h"
 #include "server/system/doctor.h"
 
 namespace {
@@ -35,6 +37,9 @@ int main(int argc, char** argv) {
     }
     if (argc > 1 && std::string_view(argv[1]) == "export") {
       return hapticd::run_export(argc - 1, argv + 1);
+    }
+    if (argc > 1 && std::string_view(argv[1]) == "device") {
+      return hapticd::run_device_list(argc - 1, argv + 1);
     }
     hapticd::DaemonOptions options;
     if (!hapticd::read_options(argc, argv, options)) return hapticd::kExitGood;

@@ -15,6 +15,8 @@
 #include "device/hid/profile_units.h"
 #include "device/hid/report_descriptor.h"
 #include "device/spacemouse/spacemouse_device.h"
+#include "server/devices/pid_attachment.h"
+#include "server/devices/profile_numbers.h"
 
 namespace hapticd {
 namespace {
@@ -27,33 +29,6 @@ bool is_spacemouse(const HidrawNode& node) {
   return spacemouse::is_spacemouse(node.vendor_id, node.product_id);
 }
 
-/// The quantity `name` of a profile.
-v1::Quantity& quantity(v1::DeviceProfile& profile, const std::string& name) {
-  const google::protobuf::FieldDescriptor* field = profile.GetDescriptor()->FindFieldByName(name);
-  return dynamic_cast<v1::Quantity&>(*profile.GetReflection()->MutableMessage(&profile, field));
-}
-
-/// States a number of the device where the profile has none.
-void fill(v1::DeviceProfile& profile, const std::string& name,
-          std::initializer_list<double> values) {
-  v1::Quantity& number = quantity(profile, name);
-  if (number.value_size() > 0) return;
-  number.mutable_value()->Add(values.begin(), values.end());
-  number.set_source("the device's capabilities");
-}
-
-/// The lower one of the profile's limit and `most`; 0 and infinity: there is none.
-void limit(v1::DeviceProfile& profile, const std::string& name, double most,
-           const char* source = "the device's capabilities") {
-  if (!(most > 0.0) || !std::isfinite(most)) return;
-  v1::Quantity& number = quantity(profile, name);
-  if (number.value_size() > 0 && number.value(0) <= most) return;
-  number.clear_value();
-  number.add_value(most);
-  number.set_source(source);
-  number.clear_guess();
-}
-
 /// The workspace, stated along the device's own axes, along those of D.
 void turn_workspace(const AxisMapping& axes, DeviceProfile& stated) {
   const Array3 one = position_in_base(axes, stated.workspace_lower);
@@ -62,13 +37,6 @@ void turn_workspace(const AxisMapping& axes, DeviceProfile& stated) {
     std::tie(stated.workspace_lower[i], stated.workspace_upper[i]) =
         std::minmax({one[i], other[i]});
   }
-}
-
-LoadedProfile checked(const v1::DeviceProfile& profile) {
-  ProfileResult result = check_profile(profile);
-  if (result.loaded) return std::move(*result.loaded);
-  throw std::runtime_error("the device's word makes no profile: " +
-                           to_text(result.problems.front()));
 }
 
 /// The driver of a device of the HID profile, as its keeper wants it.
@@ -147,8 +115,9 @@ OutsideDevice attach_spacemouse(const std::string& serial, const v1::DeviceProfi
 }  // namespace
 
 std::optional<OutsideSource> outside_source(std::string_view source) {
-  static const std::array<OutsideSource, 2> kinds{
+  static const std::array<OutsideSource, 3> kinds{
       {{DeviceDriver::kHid, "hid", "", "hid_v1"},
+       {DeviceDriver::kPid, "pid", "", kGenericPid},
        {DeviceDriver::kSpacemouse, "spacemouse", "", "spacemouse"}}};
   for (const OutsideSource& kind : kinds) {
     if (source == kind.kind) return kind;
@@ -163,6 +132,7 @@ std::optional<OutsideSource> outside_source(std::string_view source) {
 OutsideDevice attach_device(const OutsideSource& source, const v1::DeviceProfile& base,
                             double max_force) {
   if (source.driver == DeviceDriver::kSpacemouse) return attach_spacemouse(source.serial, base);
+  if (source.driver == DeviceDriver::kPid) return attach_pid(source.serial, base, max_force);
   return attach_hid(source.serial, base, max_force);
 }
 

@@ -22,7 +22,7 @@ struct OutsideSource {
   DeviceDriver driver = DeviceDriver::kHid;
   std::string kind;     ///< before the colon
   std::string serial;   ///< empty: the only one there is
-  std::string profile;  ///< of every such device, by name
+  std::string profile;  ///< of every such device that no other is for, by name
 };
 
 /// None: the source is no device outside the process.

@@ -1,5 +1,6 @@
 // The program that udev asks, run as udev runs it, on folders like those in sysfs. Truth: the
-// descriptors of the profile's specification and of the HID specification's examples.
+// descriptors of the profile's specification, of the HID specification's examples, and of a force
+// device written by hand.
 #include <doctest/doctest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "device/hid/report_descriptor.h"
+#include "tests/device/pid/force_device.h"
 
 namespace hapticd {
 namespace {
@@ -75,6 +77,17 @@ TEST_CASE("a device of the profile is named, with and without the affine command
     CHECK(said.code == 0);
     CHECK(said.text == "ID_HAPTICD=1\n");
   }
+}
+
+TEST_CASE("a force device of the PID class is named, and without its second axis it is not") {
+  const Said said = ask(test::DescriptorParts{}.joined());
+  CHECK(said.code == 0);
+  CHECK(said.text == "ID_HAPTICD=pid\n");
+  test::DescriptorParts one_axis;
+  one_axis.axes[5] = 0x38;  // a wheel where Y was
+  const Said other = ask(one_axis.joined());
+  CHECK(other.code == 0);
+  CHECK(other.text.empty());
 }
 
 TEST_CASE("of another device it says nothing, and that is no error") {

@@ -98,7 +98,10 @@ TEST_CASE("a source names a kind of device, and after a colon the serial of one"
   CHECK(outside_source("hid")->serial.empty());
   CHECK(outside_source("hid:A:1")->serial == "A:1");
   CHECK(outside_source("spacemouse:7")->driver == DeviceDriver::kSpacemouse);
-  for (const char* other : {"", "hi", "hidx", "hid:", "simulated", "spacemouse:", "replay:x"}) {
+  CHECK(outside_source("pid:7")->driver == DeviceDriver::kPid);
+  CHECK(outside_source("pid")->profile == "pid");
+  for (const char* other :
+       {"", "hi", "hidx", "hid:", "simulated", "spacemouse:", "replay:x", "pi"}) {
     CAPTURE(other);
     CHECK_FALSE(outside_source(other).has_value());
   }
@@ -110,6 +113,9 @@ TEST_CASE("a device that is not there is refused with its serial and what to do"
   };
   CHECK_THROWS_WITH_AS(attach("hid:none such"),
                        doctest::Contains("no hid device of serial none such is plugged in"),
+                       std::runtime_error);
+  CHECK_THROWS_WITH_AS(attach("pid:none such"),
+                       doctest::Contains("no pid device of serial none such is plugged in"),
                        std::runtime_error);
   CHECK_THROWS_WITH_AS(attach("spacemouse"), doctest::Contains("--device simulated"),
                        std::runtime_error);

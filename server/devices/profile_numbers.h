@@ -1,0 +1,25 @@
+// Numbers of a device's profile that the device, or what is not known of it, decides. Not RT.
+#pragma once
+
+#include <initializer_list>
+#include <string>
+
+#include "server/scene_io/profile_loader.h"
+
+namespace hapticd {
+
+/// Source of a number that the device states of itself.
+inline constexpr const char* kStated = "the device's capabilities";
+
+/// States the number `name` of the device where the profile has none.
+void fill(v1::DeviceProfile& profile, const std::string& name,
+          std::initializer_list<double> values);
+
+/// The lower one of the profile's limit `name` and `most`; 0 and infinity: there is none.
+void limit(v1::DeviceProfile& profile, const std::string& name, double most,
+           const char* source = kStated);
+
+/// Throws std::runtime_error when the numbers make no profile.
+[[nodiscard]] LoadedProfile checked(const v1::DeviceProfile& profile);
+
+}  // namespace hapticd
