@@ -29,6 +29,8 @@ void add_run_commands(CLI::App& app, const GlobalOptions& options);
 void add_pose_command(CLI::App& app, const GlobalOptions& options);
 /// doctor: the machine examined by hapticd; no daemon needs to run.
 void add_doctor_command(CLI::App& app, const GlobalOptions& options);
+/// device list, device info, device monitor, device calibrate, device check.
+void add_device_commands(CLI::App& app, const GlobalOptions& options);
 /// replay, export: a recording played again, or as a table, by hapticd; no daemon needs to run.
 void add_replay_commands(CLI::App& app, const GlobalOptions& options);
 /// keygen: the two keys of a daemon.

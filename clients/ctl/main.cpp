@@ -20,6 +20,7 @@ constexpr std::array kCommands{
     hapticd::ctl::add_record_commands, hapticd::ctl::add_run_commands,
     hapticd::ctl::add_pose_command,    hapticd::ctl::add_doctor_command,
     hapticd::ctl::add_keygen_command,  hapticd::ctl::add_replay_commands,
+    hapticd::ctl::add_device_commands,
 };
 
 /// Names the word that is not known, where the parser misses a command instead.

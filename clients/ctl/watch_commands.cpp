@@ -1,7 +1,4 @@
 // status and watch: what the daemon does, once or live. Not RT.
-#include <poll.h>
-#include <sys/ioctl.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -10,14 +7,14 @@
 #include <memory>
 
 #include "clients/ctl/commands.h"
+#include "clients/ctl/device_text.h"
+#include "clients/ctl/terminal.h"
 #include "clients/ctl/text.h"
 #include "clients/ctl/view.h"
 
 namespace hapticd::ctl {
 namespace {
 
-/// How often the screen is drawn, s.
-constexpr double kRedraw = 0.1;
 /// How long status waits for a State: with the virtual clock at rest none may come.
 constexpr std::chrono::milliseconds kStateWait{500};
 constexpr std::size_t kTonesShown = 5;
@@ -34,58 +31,6 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 
 void end_watch(int /*signal*/) { over.store(true); }
 
-/// The terminal without echo and line mode, on its second screen; put back at the end.
-class Terminal {
- public:
-  Terminal() {
-    if (tcgetattr(STDIN_FILENO, &before_) == 0) {
-      termios raw = before_;
-      raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
-      changed_ = tcsetattr(STDIN_FILENO, TCSANOW, &raw) == 0;
-    }
-    write_all("\x1b[?1049h\x1b[?25l");
-  }
-  ~Terminal() {
-    write_all("\x1b[?25h\x1b[?1049l");
-    if (changed_) tcsetattr(STDIN_FILENO, TCSANOW, &before_);
-  }
-  Terminal(const Terminal&) = delete;
-  Terminal& operator=(const Terminal&) = delete;
-
-  /// Columns and rows as they are now.
-  [[nodiscard]] static winsize size() {
-    winsize size{};
-    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) {
-      size.ws_col = 80;
-      size.ws_row = 24;
-    }
-    return size;
-  }
-  /// A key that was pressed; 0: none.
-  [[nodiscard]] static char key() {
-    pollfd wanted{STDIN_FILENO, POLLIN, 0};
-    char pressed = 0;
-    if (::poll(&wanted, 1, 0) <= 0 || ::read(STDIN_FILENO, &pressed, 1) != 1) return 0;
-    return pressed;
-  }
-  static void draw(const std::vector<std::string>& lines) {
-    std::string text = "\x1b[H";
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      text += lines[i] + "\x1b[K" + (i + 1 < lines.size() ? "\r\n" : "");
-    }
-    write_all(text + "\x1b[J");
-  }
-
- private:
-  static void write_all(const std::string& text) {
-    std::fwrite(text.data(), 1, text.size(), stdout);
-    std::fflush(stdout);
-  }
-
-  termios before_{};
-  bool changed_ = false;
-};
-
 View view_of(const client::Client& client) {
   View view;
   view.server = client.server();
@@ -98,6 +43,16 @@ View view_of(const client::Client& client) {
   return view;
 }
 
+/// Devices that get less force than they could, and what to do.
+void print_unchecked(client::Client& client, const GlobalOptions& options) {
+  v1::Item item;
+  item.mutable_get_device_info();
+  const v1::Result result = client.call(item, timeout_of(options));
+  for (const v1::DeviceInfo& info : result.devices().devices()) {
+    if (!info.checked()) std::printf("%s\n", unchecked_text(info).c_str());
+  }
+}
+
 void status(const GlobalOptions& options) {
   const auto client = connect(options);
   require(client->subscribe(1, kSections));
@@ -105,6 +60,7 @@ void status(const GlobalOptions& options) {
   const View view = view_of(*client);
   if (!options.json) {
     for (const std::string& line : summary_lines(view)) std::printf("%s\n", line.c_str());
+    print_unchecked(*client, options);
     return;
   }
   std::printf(
@@ -146,8 +102,8 @@ void watch(const GlobalOptions& options) {
     View view = view_of(*client);
     view.ticks = ticks;
     view.tones = tones;
-    const winsize size = Terminal::size();
-    Terminal::draw(screen_lines(view, size.ws_col, size.ws_row));
+    const TerminalSize size = Terminal::size();
+    Terminal::draw(screen_lines(view, size.columns, size.rows));
   }
 }
 

@@ -18,10 +18,11 @@ int run(const std::vector<std::string>& words, std::string& said) {
   app.add_option("--timeout", options.timeout_s);
   app.add_flag("--json", options.json);
   app.fallthrough();
-  for (const auto add : {ctl::add_status_command, ctl::add_watch_command, ctl::add_scene_commands,
-                         ctl::add_parameter_commands, ctl::add_force_commands,
-                         ctl::add_gesture_commands, ctl::add_record_commands, ctl::add_run_commands,
-                         ctl::add_pose_command, ctl::add_keygen_command}) {
+  for (const auto add :
+       {ctl::add_status_command, ctl::add_watch_command, ctl::add_scene_commands,
+        ctl::add_parameter_commands, ctl::add_force_commands, ctl::add_gesture_commands,
+        ctl::add_record_commands, ctl::add_run_commands, ctl::add_pose_command,
+        ctl::add_keygen_command, ctl::add_device_commands}) {
     add(app, options);
   }
   // CLI11 takes the words from the back.
@@ -45,8 +46,14 @@ std::string address(const RealServer& server) {
 }  // namespace
 
 TEST_CASE("without a daemon every command ends with exit code 3 and says what to do") {
-  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
-           {"status"}, {"scene", "list"}, {"stop"}, {"get"}, {"gesture", "list"}}) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"status"},
+                                             {"scene", "list"},
+                                             {"stop"},
+                                             {"get"},
+                                             {"gesture", "list"},
+                                             {"device", "info"},
+                                             {"device", "check"}}) {
     std::vector<std::string> all{"--server", "127.0.0.1:9", "--timeout", "0.05"};
     all.insert(all.end(), words.begin(), words.end());
     std::string said;
@@ -75,6 +82,8 @@ TEST_CASE("every request is made, under a lease where it needs one, and answered
            {"gesture", "play", HAPTICD_SOURCE_DIR "/deploy/gestures/glide.textproto"},
            {"gesture", "end"},
            {"record", "list"},
+           {"device", "info"},
+           {"device", "info", "--json"},
            {"run", "step", "10"},
            {"run", "step", "5", "--json"}}) {
     std::vector<std::string> all{"--server", address(server)};
@@ -95,6 +104,8 @@ TEST_CASE("a command line that makes no sense ends with exit code 2") {
                                              {"gesture", "play", "x", "--arm", "iron"},
                                              {"run", "step", "-1"},
                                              {"--server", "a:b", "status"},
+                                             {"device"},
+                                             {"device", "monitor", "--for", "-1"},
                                              {"fly"}}) {
     std::string said;
     CAPTURE(words.front());
