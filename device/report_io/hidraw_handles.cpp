@@ -70,7 +70,8 @@ void HidrawHandles::Close::operator()(hid_device_* handle) const noexcept { hid_
 HidrawHandles::Lock::~Lock() { close(file); }
 
 HidrawHandles::HidrawHandles(const HidrawNode& node)
-    : lock_{open_locked(node)},
+    : node_(node),
+      lock_{open_locked(node)},
       input_(hid_open_path(node.path.c_str())),
       output_(hid_open_path(node.path.c_str())) {
   if (input_ == nullptr || output_ == nullptr) {
@@ -83,6 +84,12 @@ HidrawHandles::~HidrawHandles() = default;
 
 ReportChannel HidrawHandles::channel() noexcept {
   return {input_.get(), output_.get(), read, write, get_feature, set_feature};
+}
+
+ReportChannel HidrawHandles::features() {
+  if (features_ == nullptr) features_.reset(hid_open_path(node_.path.c_str()));
+  if (features_ == nullptr) throw DeviceError(node_, "it cannot be opened", kPlugAgain);
+  return {nullptr, features_.get(), read, write, get_feature, set_feature};
 }
 
 }  // namespace hapticd

@@ -1,6 +1,7 @@
 // An open hidraw node, this process's alone: two handles of hidapi, one for the reader and one for
-// all else, since one handle in two threads is not safe in hidapi 0.13. Opened, used for features
-// and closed by one thread. Not RT; the calls of channel() are as they say.
+// all else, since one handle in two threads is not safe in hidapi 0.13; a third one for features
+// while those are in use. Opened, used for features and closed by one thread. Not RT; the calls of
+// channel() are as they say.
 #pragma once
 
 #include <memory>
@@ -32,6 +33,9 @@ class HidrawHandles {
 
   /// Valid as long as this.
   [[nodiscard]] ReportChannel channel() noexcept;
+  /// For feature reports while other threads use channel(): a third handle, opened with the first
+  /// call and kept. Its `input` is null. Throws DeviceError.
+  [[nodiscard]] ReportChannel features();
 
  private:
   struct Close {
@@ -44,9 +48,11 @@ class HidrawHandles {
     ~Lock();
   };
 
+  HidrawNode node_;
   Lock lock_;
   Handle input_;
   Handle output_;
+  Handle features_;  ///< null: not yet needed
 };
 
 }  // namespace hapticd

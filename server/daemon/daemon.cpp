@@ -186,6 +186,7 @@ bool Daemon::work(std::int64_t now_ns) {
   }
   take_events();
   take_snapshots(now_ns);
+  finish_calibrations();
   if (recording_) report_recording();
   if (ending_since_ns_ >= 0) {
     const bool silent = virtual_time_ || thread_->over();
@@ -205,6 +206,7 @@ void Daemon::take_events() {
 
 void Daemon::take_event(const LoopEvent& event) {
   if (const auto* done = std::get_if<CommandDone>(&event.what)) {
+    note_push(done->number, event.t_ns);
     finish_command(done->number, true, Cause::kNone);
   } else if (const auto* refused = std::get_if<CommandRefused>(&event.what)) {
     finish_command(refused->number, false, refused->cause);
@@ -246,6 +248,7 @@ void Daemon::take_snapshots(std::int64_t now_ns) {
       stiffness_bounds_[k] = snapshot->tools[k].stiffness_bound;
       measured_delays_[k] = snapshot->tools[k].measured_delay;
     }
+    note_no_force(*snapshot);
     follow_budget(*snapshot);
     if (virtual_time_) add_state(*snapshot, on_air(snapshot->scene_id).index, hash_);
     server_->offer_tick(snapshot->tick, snapshot->scene_id, now_ns);

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/daemon/daemon_options.h"
 #include "server/daemon/quality_governor.h"
@@ -76,6 +77,17 @@ class Daemon {
     std::uint64_t wanted = 0;
     std::uint64_t done = 0;
     std::uint64_t held_before = 0;
+  };
+  /// A push that the loop was asked for.
+  struct AskedPush {
+    std::uint64_t number = 0;  ///< of the command
+    DeviceCheck* check = nullptr;
+    v1::Axis axis = v1::AXIS_UNSPECIFIED;
+  };
+  /// A step of a device's own calibration, until the device has answered.
+  struct AskedCalibration {
+    RequestId request;
+    DeviceCalibration* calibration = nullptr;
   };
   enum class TimeMode : std::uint8_t { kStopped, kLive };
 
@@ -153,6 +165,17 @@ class Daemon {
   // Devices outside the process (daemon_devices.cpp).
   void attach_devices();
   [[nodiscard]] v1::DeviceInfo device_info(std::size_t k) const;
+  /// Null: that of the tool is inside the process.
+  [[nodiscard]] const OutsideDevice* outside_of(std::uint32_t tool_id) const;
+
+  // Their guided check and calibration (daemon_checks.cpp).
+  void calibrate(const RequestId& id, const v1::Calibrate& calibrate);
+  [[nodiscard]] v1::Result begin_calibration(const RequestId& id, const OutsideDevice& outside,
+                                             v1::CalibrateStep step);
+  void push(const RequestId& id, const v1::Calibrate& calibrate, const OutsideDevice& outside);
+  void note_push(std::uint64_t number, std::int64_t t_ns);
+  void note_no_force(const Snapshot& snapshot);
+  void finish_calibrations();
 
   DaemonOptions options_;
   std::unique_ptr<ReplayRun> replay_;  ///< null: devices play
@@ -173,6 +196,8 @@ class Daemon {
   std::optional<SceneBuild> build_;
   std::deque<std::pair<std::uint64_t, RequestId>> commands_;  ///< not yet obeyed, by number
   std::uint64_t last_command_ = 0;
+  std::optional<AskedPush> push_;  ///< the last one, until the loop has begun it
+  std::vector<AskedCalibration> calibrations_;
   const Snapshot* snapshot_ = nullptr;  ///< being offered
   LoopState newest_state_ = LoopState::kDetached;
   std::uint64_t newest_tick_ = 0;

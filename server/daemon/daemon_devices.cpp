@@ -1,21 +1,32 @@
 // Devices outside the process: attached at the start, kept so; and what is told of
 // any device. See daemon.h.
+#include <algorithm>
+
 #include "server/daemon/daemon.h"
 
 namespace hapticd {
 
 void Daemon::attach_devices() {
+  const std::filesystem::path checks = recordings_folder().parent_path() / "devices";
   for (ToolDevice& device : player_.devices) {
     const std::optional<OutsideSource> source = outside_source(device.source);
     if (!source) continue;
     try {
-      outside_.push_back(attach_device(*source, device.profile.message, player_.max_force));
+      outside_.push_back(attach_device(*source, device.profile.message, player_.max_force, checks));
     } catch (const std::runtime_error& error) {
       throw StartError(kExitInput, std::string("--device: ") + error.what());
     }
     device.profile = outside_.back().profile;
     device.attached = outside_.back().device.get();
   }
+}
+
+const OutsideDevice* Daemon::outside_of(std::uint32_t tool_id) const {
+  const HapticDevice* device = device_of(player_, tool_id).attached;
+  const auto found =
+      std::find_if(outside_.begin(), outside_.end(),
+                   [&](const OutsideDevice& outside) { return outside.device.get() == device; });
+  return found == outside_.end() ? nullptr : &*found;
 }
 
 v1::DeviceInfo Daemon::device_info(std::size_t k) const {
@@ -25,20 +36,29 @@ v1::DeviceInfo Daemon::device_info(std::size_t k) const {
   info.set_tool_id(tool_id);
   *info.mutable_profile() = tool.profile.message;
   info.set_stiffness_bound_n_per_m(stiffness_bounds_[k]);
+  info.set_force_limit_n(std::min(tool.profile.profile.peak_force, player_.max_force));
   if (measured_delays_[k] > 0.0) info.set_measured_delay_s(measured_delays_[k]);
-  for (const OutsideDevice& outside : outside_) {
-    if (outside.device.get() != tool.attached) continue;
-    info.set_driver(tool.profile.message.driver());
-    info.set_serial(outside.keeper->serial());
-    info.set_port(outside.keeper->port());
-    info.set_checked(!can_push_a_person(tool.profile.profile.driver));
+  const OutsideDevice* outside = outside_of(tool_id);
+  if (outside == nullptr) {
+    info.set_driver(tool.source == "scripted" ? v1::DRIVER_SCRIPTED
+                    : tool.source == "replay" ? v1::DRIVER_REPLAY
+                                              : v1::DRIVER_SIMULATED);
+    info.set_port("inside the daemon");
+    info.set_checked(true);
     return info;
   }
-  info.set_driver(tool.source == "scripted" ? v1::DRIVER_SCRIPTED
-                  : tool.source == "replay" ? v1::DRIVER_REPLAY
-                                            : v1::DRIVER_SIMULATED);
-  info.set_port("inside the daemon");
-  info.set_checked(true);
+  info.set_driver(tool.profile.message.driver());
+  info.set_serial(outside->keeper->serial());
+  info.set_port(outside->keeper->port());
+  info.set_checked(outside->check == nullptr || outside->check->passed());
+  if (outside->check != nullptr) {
+    for (const v1::Axis axis : outside->check->confirmed()) info.add_confirmed(axis);
+  }
+  if (outside->calibration != nullptr) {
+    const CalibrationStatus status = outside->calibration->status();
+    info.set_calibration(status.state);
+    info.set_calibration_progress(status.progress);
+  }
   return info;
 }
 

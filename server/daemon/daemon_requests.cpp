@@ -122,8 +122,7 @@ void Daemon::request(const RequestId& id, const v1::Item& item) {
     case v1::Item::kGetDeviceInfo:
       return describe_devices(id);
     case v1::Item::kCalibrate:
-      return server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "calibrate",
-                                           "This device needs no calibration."));
+      return calibrate(id, item.calibrate());
     default:
       return server_->answer(id, result_of(v1::RESULT_CODE_UNSUPPORTED, "",
                                            "This version of hapticd does not know the request."));

@@ -99,6 +99,7 @@ void DeviceKeeper::run() {
     const bool told = poll(&waiting, 1, kLook_ms) > 0;
     if (told) monitor_.drain();
     if (handles_ && driver_.failed()) let_go();
+    if (handles_ && driver_.tend) driver_.tend(*handles_);
     if (!handles_ && (told || ++looks % kLooksPerTry == 0)) try_again();
   }
 }

@@ -24,6 +24,8 @@ struct KeptDriver {
   std::function<void(const HidrawNode&, const ReportChannel&)> attach;
   std::function<void()> detach;  ///< returns when the loop is not at it
   std::function<bool()> failed;  ///< the device is gone. Any thread
+  /// Between two looks, while it is attached; may be empty. The thread of attach.
+  std::function<void(HidrawHandles&)> tend;
 };
 
 /// The nodes that are plugged in and `mine`, permitted or not.

@@ -12,6 +12,7 @@
 #include "core/rt/monotonic_clock.h"
 #include "device/hid/device_features.h"
 #include "device/hid/hid_device.h"
+#include "device/hid/profile_codec.h"
 #include "device/hid/profile_units.h"
 #include "device/hid/report_descriptor.h"
 #include "device/spacemouse/spacemouse_device.h"
@@ -40,12 +41,12 @@ void turn_workspace(const AxisMapping& axes, DeviceProfile& stated) {
 }
 
 /// The driver of a device of the HID profile, as its keeper wants it.
-KeptDriver kept(hid::HidDevice& device, const hid::Capabilities& known, double force,
-                double torque) {
+KeptDriver kept(hid::HidDevice& device, DeviceCalibration& calibration,
+                const hid::Capabilities& known, double force, double torque) {
   KeptDriver driver;
   driver.mine = is_hid;
-  driver.attach = [&device, known, force, torque](const HidrawNode& node,
-                                                  const ReportChannel& channel) {
+  driver.attach = [&device, &calibration, known, force, torque](const HidrawNode& node,
+                                                                const ReportChannel& channel) {
     constexpr const char* kAgain = "Plug it in again.";
     std::string error;
     hid::Capabilities capabilities;
@@ -59,15 +60,30 @@ KeptDriver kept(hid::HidDevice& device, const hid::Capabilities& known, double f
     limits.torque = torque;
     hid::Config config = hid::to_config(limits, capabilities);
     if (!agree(channel, config, error)) throw DeviceError(node, error, kAgain);
+    calibration.begin(channel);
     device.attach(channel);
   };
-  driver.detach = [&device] { device.detach(); };
+  driver.detach = [&device, &calibration] {
+    calibration.end();
+    device.detach();
+  };
   driver.failed = [&device] { return device.failed(); };
+  driver.tend = [&calibration](HidrawHandles& handles) {
+    calibration.tend([&handles] { return handles.features(); }, now());
+  };
   return driver;
 }
 
-OutsideDevice attach_hid(const std::string& serial, const v1::DeviceProfile& base,
-                         double max_force) {
+/// Which axes of its own it can push along.
+std::array<bool, 3> pushes_along(const hid::Capabilities& capabilities) {
+  const auto has = [&](unsigned axis) {
+    return (capabilities.dof >> (hid::kForceBit + axis) & 1U) != 0;
+  };
+  return {has(0), has(1), has(2)};
+}
+
+OutsideDevice attach_hid(const std::string& serial, const v1::DeviceProfile& base, double max_force,
+                         const std::filesystem::path& checks) {
   const HidrawNode node = find_node(is_hid, serial, "hid");
   auto handles = std::make_unique<HidrawHandles>(node);
   std::string error;
@@ -76,18 +92,26 @@ OutsideDevice attach_hid(const std::string& serial, const v1::DeviceProfile& bas
     throw DeviceError(node, error, "Ask its maker for firmware of profile version 1.");
   }
   v1::DeviceProfile profile = profile_of(capabilities, node, base);
-  limit(profile, "peak_force_n", kUncheckedForce, "nobody has checked its axes and signs");
   OutsideDevice outside;
+  outside.check = check_of(node, hid::encode(capabilities), pushes_along(capabilities),
+                           checked(profile), checks);
+  if (!outside.check->passed()) {
+    limit(profile, "peak_force_n", kUncheckedForce, "nobody has checked its axes and signs");
+  }
   outside.profile = checked(profile);
   const DeviceProfile& numbers = outside.profile.profile;
   const double force = std::min(max_force, numbers.peak_force);
-  spdlog::info("{}: force limited to {} N", describe(node), force);
+  spdlog::info("{}: force limited to {} N{}", describe(node), force,
+               outside.check->passed() ? "" : " until it is checked: hapticctl device check");
   const AxisMapping& axes = outside.profile.axes;
   auto device = std::make_unique<hid::HidDevice>(numbers, capabilities, now, axes);
+  outside.calibration =
+      std::make_unique<DeviceCalibration>((capabilities.caps & hid::kNeedsCalibration) != 0);
   // The device cuts in units of its own.
   const double told = force / *std::max_element(axes.force_scale.begin(), axes.force_scale.end());
   outside.keeper = std::make_unique<DeviceKeeper>(
-      kept(*device, capabilities, told, numbers.peak_torque), node, std::move(handles));
+      kept(*device, *outside.calibration, capabilities, told, numbers.peak_torque), node,
+      std::move(handles));
   outside.device = std::move(device);
   return outside;
 }
@@ -130,10 +154,12 @@ std::optional<OutsideSource> outside_source(std::string_view source) {
 }
 
 OutsideDevice attach_device(const OutsideSource& source, const v1::DeviceProfile& base,
-                            double max_force) {
+                            double max_force, const std::filesystem::path& checks) {
   if (source.driver == DeviceDriver::kSpacemouse) return attach_spacemouse(source.serial, base);
-  if (source.driver == DeviceDriver::kPid) return attach_pid(source.serial, base, max_force);
-  return attach_hid(source.serial, base, max_force);
+  if (source.driver == DeviceDriver::kPid) {
+    return attach_pid(source.serial, base, max_force, checks);
+  }
+  return attach_hid(source.serial, base, max_force, checks);
 }
 
 v1::DeviceProfile profile_of(const hid::Capabilities& capabilities, const HidrawNode& node,

@@ -2,6 +2,7 @@
 // as HapticDevice says.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,13 +10,12 @@
 
 #include "device/api/haptic_device.h"
 #include "device/hid/profile_v1.h"
+#include "server/devices/device_calibration.h"
+#include "server/devices/device_check.h"
 #include "server/devices/device_keeper.h"
 #include "server/scene_io/profile_loader.h"
 
 namespace hapticd {
-
-/// Force of a device whose axes, signs and directions nobody has checked, N: to be felt, no more.
-inline constexpr double kUncheckedForce = 0.3;
 
 /// A source as --device has it: "hid", "hid:SERIAL" and so on.
 struct OutsideSource {
@@ -31,13 +31,17 @@ struct OutsideSource {
 struct OutsideDevice {
   LoadedProfile profile;  ///< of this device
   std::unique_ptr<HapticDevice> device;
-  std::unique_ptr<DeviceKeeper> keeper;  ///< of `device`
+  std::unique_ptr<DeviceCheck> check;              ///< null: it pushes nobody
+  std::unique_ptr<DeviceCalibration> calibration;  ///< of `device`; null: it has none
+  std::unique_ptr<DeviceKeeper> keeper;            ///< of `device`
 };
 
 /// Attaches it. `base`: the profile chosen for it; `max_force`: what it is told to give at most, N,
-/// never more than kUncheckedForce. Throws std::runtime_error with what is wrong and the remedy.
+/// and no more than kUncheckedForce unless the folder `checks` says that it was checked. Throws
+/// std::runtime_error with what is wrong and the remedy.
 [[nodiscard]] OutsideDevice attach_device(const OutsideSource& source,
-                                          const v1::DeviceProfile& base, double max_force);
+                                          const v1::DeviceProfile& base, double max_force,
+                                          const std::filesystem::path& checks);
 
 /// `base` with what a device of the HID profile says of itself in place of what `base` leaves open;
 /// limits are the lower of both. Each number names its source.

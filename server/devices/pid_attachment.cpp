@@ -165,14 +165,17 @@ std::vector<std::string> force_inputs(const HidrawNode& node, const std::string&
   return found;
 }
 
-OutsideDevice attach_pid(const std::string& serial, const v1::DeviceProfile& base,
-                         double max_force) {
+OutsideDevice attach_pid(const std::string& serial, const v1::DeviceProfile& base, double max_force,
+                         const fs::path& checks) {
   const HidrawNode node = find_node(is_pid, serial, "pid");
   const pid::PidLayout layout = pid::find_layout(node.descriptor).layout;
   const std::vector<v1::DeviceProfile> installed = installed_pid_profiles();
   v1::DeviceProfile profile = pid_profile(node, layout, pid_base(node, base, installed));
-  limit(profile, "peak_force_n", kUncheckedForce, "nobody has checked its axes and signs");
   OutsideDevice outside;
+  outside.check = check_of(node, node.descriptor, {true, true, false}, checked(profile), checks);
+  if (!outside.check->passed()) {
+    limit(profile, "peak_force_n", kUncheckedForce, "nobody has checked its axes and signs");
+  }
   outside.profile = checked(profile);
   const DeviceProfile& numbers = outside.profile.profile;
   spdlog::warn(

@@ -3,6 +3,7 @@
 // RT.
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -38,6 +39,6 @@ inline constexpr const char* kGenericPid = "pid";
 
 /// As attach_device.
 [[nodiscard]] OutsideDevice attach_pid(const std::string& serial, const v1::DeviceProfile& base,
-                                       double max_force);
+                                       double max_force, const std::filesystem::path& checks);
 
 }  // namespace hapticd

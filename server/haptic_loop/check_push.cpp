@@ -20,17 +20,23 @@ double ramp(double since_edge_s) noexcept {
 
 }  // namespace
 
-void follow_push(PushAxis asked, LoopState state, double dt_s, CheckPush& push) noexcept {
-  if (state == LoopState::kReleasing) return;
+bool follow_push(PushAxis asked, LoopState state, double dt_s, CheckPush& push) noexcept {
+  if (state == LoopState::kReleasing) return false;
   if (state != LoopState::kEngaged) {
     push = {};
-  } else if (asked != 0) {
-    push = {asked, 0.0};
-  } else if (push.axis != 0) {
-    // A pause must not become a jump.
-    push.t_s += std::min(dt_s, kMaxRampStep_s);
-    if (!(push.t_s < kPush_s + kPushRamp_s)) push = {};
+    return false;
   }
+  if (asked != 0) {
+    push = {asked, 0.0};
+    return true;
+  }
+  if (push.axis == 0) return false;
+  const bool pushed = push.t_s < kPush_s;
+  // A pause must not become a jump.
+  push.t_s += std::min(dt_s, kMaxRampStep_s);
+  const bool over = pushed && !(push.t_s < kPush_s);
+  if (!(push.t_s < kPush_s + kPushRamp_s)) push = {};
+  return over;
 }
 
 Wrench with_push(const CheckPush& push, const Wrench& rendered) noexcept {

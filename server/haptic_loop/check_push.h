@@ -39,9 +39,11 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 
 /// One tick: begins the push that is `asked` for, or goes on with the one under way. It needs a
 /// loop that is engaged, stands still while force is released, so that it fades with the gain, and
-/// ends in any other state.
-HD_REALTIME void follow_push(PushAxis asked, LoopState state, double dt_s,
-                             CheckPush& push) noexcept;
+/// ends in any other state. True where it begins and where it is over, both without a force: the
+/// energy at the port starts anew there, since a hand that gives way is never given back what a
+/// push spends on it, and would feel the next ones less and less.
+[[nodiscard]] HD_REALTIME bool follow_push(PushAxis asked, LoopState state, double dt_s,
+                                           CheckPush& push) noexcept;
 
 /// What takes the place of `rendered`.
 [[nodiscard]] HD_REALTIME Wrench with_push(const CheckPush& push, const Wrench& rendered) noexcept;

@@ -227,7 +227,7 @@ void HapticLoop::advance_state() noexcept {
         time_.t_ns, static_cast<int>(before), static_cast<int>(machine_.state)));
   }
   for (LoopTool& tool : tools()) {
-    follow_push(tool.push_asked, machine_.state, time_.dt_s, tool.push);
+    if (follow_push(tool.push_asked, machine_.state, time_.dt_s, tool.push)) tool.safety.port = {};
   }
   if (loop_output_.latched || loop_output_.cleared) {
     tell(FaultNotice{loop_output_.cause, loop_output_.latched}, blamed_);

@@ -5,6 +5,8 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <map>
@@ -29,10 +31,10 @@ constexpr double kTouching = 0.00534;
 /// A hapticd of its own; killed at the end.
 class Played {
  public:
-  Played() {
+  explicit Played(const std::string& serial = "A1") {
     std::string program = "hapticd";
     std::string scene = "--scene=single_string";
-    std::string device = "--device=hid:A1";
+    std::string device = "--device=hid:" + serial;
     char* arguments[] = {program.data(), scene.data(), device.data(), nullptr};
     std::string data = "HAPTICD_DATA=/share/hapticd";
     std::string state = "XDG_STATE_HOME=/tmp";
@@ -81,6 +83,19 @@ struct Session {
     return becomes(v1::LOOP_STATE_READY) && ask(item) == v1::RESULT_CODE_OK &&
            becomes(v1::LOOP_STATE_ENGAGED);
   }
+  v1::Result calibrate(v1::CalibrateStep step, v1::Axis axis = v1::AXIS_UNSPECIFIED) {
+    v1::Item item;
+    item.mutable_calibrate()->set_step(step);
+    item.mutable_calibrate()->set_axis(axis);
+    return controller.call(item);
+  }
+  v1::DeviceInfo device() {
+    v1::Item item;
+    item.mutable_get_device_info();
+    const v1::Result result = controller.call(item);
+    REQUIRE(result.devices().devices_size() == 1);
+    return result.devices().devices(0);
+  }
   v1::ResultCode clear() {
     v1::Item item;
     item.mutable_clear();
@@ -102,14 +117,16 @@ struct Hand {
   std::atomic<bool> lower{false};
   std::atomic<bool> hold{false};  ///< stays on the string
   double begun_s = -1.0;
+  double press = 0.003;  ///< so far beyond the touch, m
 
   Motion motion() {
     return [this](double t_s, const HapOutput&) -> std::array<double, 3> {
       const double rest = 0.01534;
-      if (!lower) return {0.0, rest, 0.0};
+      // No hand is quite still: a sensor that seems so under force is a broken one.
+      if (!lower) return {1e-6 * std::sin(20.0 * kPi * t_s), rest, 0.0};
       if (begun_s < 0.0) begun_s = t_s;
       const double t = hold ? std::min(t_s - begun_s, 0.3) : std::fmod(t_s - begun_s, 1.0);
-      const double deep = rest - kTouching + 0.003;
+      const double deep = rest - kTouching + press;
       if (t < 0.3) return {0.0, rest - 0.5 * deep * (1.0 - std::cos(kPi * t / 0.3)), 0.0};
       const double aside = 0.5 * 0.02 * (1.0 - std::cos(kPi * std::min(1.0, (t - 0.3) / 0.4)));
       if (t < 0.7) return {0.0, rest - deep, aside};
@@ -201,6 +218,112 @@ TEST_CASE("a daemon that is killed leaves a device without force; the next one c
   CHECK(session.clear() == v1::RESULT_CODE_OK);
   CHECK(session.becomes(v1::LOOP_STATE_READY));
   CHECK((plugged.status() & kHapWatchdog) == 0);
+}
+
+namespace {
+
+constexpr std::array<v1::Axis, 6> kDirections{v1::AXIS_POSITIVE_X, v1::AXIS_NEGATIVE_X,
+                                              v1::AXIS_POSITIVE_Y, v1::AXIS_NEGATIVE_Y,
+                                              v1::AXIS_POSITIVE_Z, v1::AXIS_NEGATIVE_Z};
+
+/// The force along a direction that the motors give, N.
+double along(const HapOutput& output, v1::Axis axis) {
+  return (axis % 2 == 1 ? 1e-6 : -1e-6) * output.force_un[(axis - 1) / 2];
+}
+
+/// Pushes, and looks at the motors until it is over.
+void push(Session& session, const UhidDevice& plugged, v1::Axis axis) {
+  REQUIRE(session.calibrate(v1::CALIBRATE_STEP_PUSH, axis).code() == v1::RESULT_CODE_OK);
+  double most = 0.0;
+  for (int k = 0; k < 60; ++k) {
+    session.play(0.02);
+    const HapOutput output = plugged.output();
+    most = std::max(most, along(output, axis));
+    CHECK(along(output, axis) >= 0.0);
+    CHECK(force_of(output) == doctest::Approx(along(output, axis)));
+  }
+  CHECK(most == doctest::Approx(0.3).epsilon(1e-4));
+  CHECK(force_of(plugged.output()) == 0.0);
+}
+
+}  // namespace
+
+TEST_CASE("checked in every direction a device gives full force from the next start on") {
+  Hand hand;
+  UhidOptions options;
+  options.serial = "C1";
+  UhidDevice plugged(options, hand.motion());
+  {
+    Played daemon("C1");
+    Session session;
+    CHECK_FALSE(session.device().checked());
+    CHECK(session.device().force_limit_n() == doctest::Approx(0.3));
+    const v1::Result early = session.calibrate(v1::CALIBRATE_STEP_PUSH, v1::AXIS_POSITIVE_X);
+    CHECK(early.code() == v1::RESULT_CODE_WRONG_STATE);
+    CHECK(session.calibrate(v1::CALIBRATE_STEP_START).code() == v1::RESULT_CODE_WRONG_STATE);
+    REQUIRE(session.engage());
+    session.play(0.3);
+    push(session, plugged, v1::AXIS_POSITIVE_X);
+    CHECK(session.calibrate(v1::CALIBRATE_STEP_CONFIRM, v1::AXIS_NEGATIVE_X).code() ==
+          v1::RESULT_CODE_INVALID);
+    for (const v1::Axis axis : kDirections) {
+      push(session, plugged, axis);
+      CHECK_FALSE(session.device().checked());
+      CHECK(session.calibrate(v1::CALIBRATE_STEP_CONFIRM, axis).code() == v1::RESULT_CODE_OK);
+      CHECK(session.calibrate(v1::CALIBRATE_STEP_CONFIRM, axis).code() ==
+            v1::RESULT_CODE_WRONG_STATE);
+    }
+    CHECK(session.device().checked());
+    CHECK(session.device().confirmed_size() == 6);
+    CHECK(session.device().force_limit_n() == doctest::Approx(0.3));
+    CHECK(session.kinds[v1::Item::kFault] == 0);
+    daemon.end(SIGTERM);
+  }
+  Played daemon("C1");
+  Session session;
+  CHECK(session.device().checked());
+  CHECK(session.device().force_limit_n() == doctest::Approx(9.0));
+  REQUIRE(session.engage());
+  hand.press = 0.008;
+  hand.lower = true;
+  double most = 0.0;
+  for (int k = 0; k < 60; ++k) {
+    session.play(0.02);
+    most = std::max(most, force_of(plugged.output()));
+  }
+  // More than an unchecked device would ever get.
+  CHECK(most > 0.35);
+  CHECK(most <= 9.0);
+}
+
+TEST_CASE("a device that needs it is calibrated from here, and only without force") {
+  Hand hand;
+  UhidOptions options;
+  options.serial = "N1";
+  options.needs_calibration = true;
+  UhidDevice plugged(options, hand.motion());
+  Played daemon("N1");
+  Session session;
+  CHECK(session.becomes(v1::LOOP_STATE_ZEROING));
+  CHECK(session.device().calibration() == v1::CALIBRATION_STATE_NEEDED);
+  CHECK(session.calibrate(v1::CALIBRATE_STEP_STORE).code() == v1::RESULT_CODE_FAILED);
+  CHECK(session.calibrate(v1::CALIBRATE_STEP_START).code() == v1::RESULT_CODE_OK);
+  bool half = false;
+  for (int k = 0; k < 50; ++k) {
+    session.play(0.02);
+    const v1::DeviceInfo device = session.device();
+    half = half || (device.calibration() == v1::CALIBRATION_STATE_RUNNING &&
+                    device.calibration_progress() > 0.1);
+    if (device.calibration() == v1::CALIBRATION_STATE_DONE) break;
+  }
+  CHECK(half);
+  CHECK(session.device().calibration() == v1::CALIBRATION_STATE_DONE);
+  CHECK(session.calibrate(v1::CALIBRATE_STEP_STORE).code() == v1::RESULT_CODE_OK);
+  session.play(0.02);
+  CHECK(plugged.stored() == 1);
+  REQUIRE(session.engage());
+  CHECK(session.calibrate(v1::CALIBRATE_STEP_START).code() == v1::RESULT_CODE_WRONG_STATE);
+  CHECK(session.client.state()->loop_state() == v1::LOOP_STATE_ENGAGED);
 }
 
 }  // namespace hapticd::test

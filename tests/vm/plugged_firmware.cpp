@@ -33,6 +33,10 @@ HapSettings settings_of(const FirmwareOptions& options) {
   c.pos_res_nm = 1;
   c.rot_res_urad = 1;
   c.mass_g = 120;
+  if (options.needs_calibration) {
+    c.caps |= kHapNeedsCalibration;
+    settings.calibration_axes = 0x3F;
+  }
   return settings;
 }
 
@@ -66,8 +70,21 @@ void PluggedFirmware::reset() {
   hap_bus_reset(&device_);
 }
 
+// As a maker's main loop does.
+void PluggedFirmware::calibrate() {
+  constexpr std::int64_t kCalibration_ns = 500'000'000;
+  std::uint16_t axes = 0;
+  const std::uint8_t asked = hap_take_calibration(&device_, &axes);
+  if (asked == kHapStart) calibrating_ns_ = elapsed_ns();
+  if (asked == kHapStore) ++stored_;
+  const std::int64_t since_ns = elapsed_ns() - calibrating_ns_;
+  if (since_ns >= kCalibration_ns) hap_calibration_end(&device_, true);
+  hap_calibration_progress(&device_, static_cast<std::uint8_t>(100 * since_ns / kCalibration_ns));
+}
+
 void PluggedFirmware::frame() {
   const std::lock_guard lock(mutex_);
+  calibrate();
   const double t_s = 1e-9 * static_cast<double>(elapsed_ns());
   HapMeasurement now{};
   now.t_us = now_us();
@@ -110,6 +127,11 @@ std::uint32_t PluggedFirmware::get_feature(std::uint8_t id, std::uint8_t* report
 void PluggedFirmware::set(const FirmwareFaults& faults) {
   const std::lock_guard lock(mutex_);
   faults_ = faults;
+}
+
+int PluggedFirmware::stored() const {
+  const std::lock_guard lock(mutex_);
+  return stored_;
 }
 
 HapOutput PluggedFirmware::output() const {

@@ -24,6 +24,7 @@ struct FirmwareOptions {
   std::uint16_t begin_seq = 0;           ///< first seq
   std::uint32_t magic = kHapMagic;
   std::uint8_t version = kHapVersionMajor;
+  bool needs_calibration = false;  ///< half a second, once it is asked for
 };
 
 /// What happens to a device from outside.
@@ -57,6 +58,8 @@ class PluggedFirmware {
   std::uint32_t get_feature(std::uint8_t id, std::uint8_t* report, std::uint32_t room) const;
 
   void set(const FirmwareFaults& faults);
+  /// Calibrations that the host wanted kept.
+  [[nodiscard]] int stored() const;
   /// What the motors give.
   [[nodiscard]] HapOutput output() const;
   /// Status byte of the newest report that was taken.
@@ -82,7 +85,11 @@ class PluggedFirmware {
   std::uint8_t status_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t commands_ = 0;
+  void calibrate();
+
   std::int64_t last_force_ns_ = -1;  ///< -1: never
+  std::int64_t calibrating_ns_ = 0;  ///< since when, where a calibration runs
+  int stored_ = 0;
 };
 
 }  // namespace hapticd::test

@@ -29,6 +29,7 @@ class UhidDevice {
   void set_rate(int rate_hz) { rate_hz_ = rate_hz; }
   /// These as of PluggedFirmware.
   void set(const UhidFaults& faults) { firmware_.set(faults); }
+  [[nodiscard]] int stored() const { return firmware_.stored(); }
   [[nodiscard]] HapOutput output() const { return firmware_.output(); }
   [[nodiscard]] std::uint8_t status() const { return firmware_.status(); }
   [[nodiscard]] std::uint64_t frames() const { return firmware_.frames(); }

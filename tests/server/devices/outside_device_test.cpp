@@ -109,7 +109,7 @@ TEST_CASE("a source names a kind of device, and after a colon the serial of one"
 
 TEST_CASE("a device that is not there is refused with its serial and what to do") {
   const auto attach = [](const char* source) {
-    static_cast<void>(attach_device(*outside_source(source), installed(), 1.0));
+    static_cast<void>(attach_device(*outside_source(source), installed(), 1.0, "/nowhere"));
   };
   CHECK_THROWS_WITH_AS(attach("hid:none such"),
                        doctest::Contains("no hid device of serial none such is plugged in"),

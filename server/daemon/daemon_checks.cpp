@@ -1,0 +1,129 @@
+// The guided check of devices that can push a person, and their own calibration. See daemon.h.
+#include <algorithm>
+
+#include "server/daemon/daemon.h"
+
+namespace hapticd {
+namespace {
+
+v1::Result result_of(v1::ResultCode code, const std::string& path = "",
+                     const std::string& message = "") {
+  v1::Result result;
+  result.set_code(code);
+  result.set_path(path);
+  result.set_message(message);
+  return result;
+}
+
+constexpr const char* kStep = "calibrate.step";
+
+v1::Result wrong_state(const std::string& message) {
+  return result_of(v1::RESULT_CODE_WRONG_STATE, kStep, message);
+}
+
+/// The operation of the device that a step is; kNone: it is one of the guided check.
+hid::CalibrationOp operation_of(v1::CalibrateStep step) {
+  switch (step) {
+    case v1::CALIBRATE_STEP_START:
+      return hid::CalibrationOp::kStart;
+    case v1::CALIBRATE_STEP_ZERO:
+      return hid::CalibrationOp::kZeroHere;
+    case v1::CALIBRATE_STEP_ABORT:
+      return hid::CalibrationOp::kAbort;
+    case v1::CALIBRATE_STEP_STORE:
+      return hid::CalibrationOp::kStore;
+    default:
+      return hid::CalibrationOp::kNone;
+  }
+}
+
+}  // namespace
+
+void Daemon::calibrate(const RequestId& id, const v1::Calibrate& calibrate) {
+  const std::vector<std::uint32_t>& tools = scenes_.back().index.tool_ids;
+  const std::uint32_t tool_id = calibrate.tool_id();
+  if (std::find(tools.begin(), tools.end(), tool_id) == tools.end()) {
+    return server_->answer(id, result_of(v1::RESULT_CODE_NOT_FOUND, "calibrate.tool_id",
+                                         "The scene has no such tool."));
+  }
+  const v1::CalibrateStep step = calibrate.step();
+  if (step == v1::CALIBRATE_STEP_UNSPECIFIED || !v1::CalibrateStep_IsValid(step)) {
+    return server_->answer(id, result_of(v1::RESULT_CODE_INVALID, kStep, "Say what to do."));
+  }
+  const OutsideDevice* outside = outside_of(tool_id);
+  v1::Result result;
+  if (operation_of(step) != hid::CalibrationOp::kNone) {
+    result = outside == nullptr ? wrong_state("This device needs no calibration.")
+                                : begin_calibration(id, *outside, step);
+  } else if (outside == nullptr || outside->check == nullptr) {
+    result = wrong_state("This device needs no check: it pushes nobody.");
+  } else if (!outside->check->has(calibrate.axis())) {
+    result = result_of(v1::RESULT_CODE_INVALID, "calibrate.axis",
+                       "Give one of the directions that the device can push in.");
+  } else if (step == v1::CALIBRATE_STEP_CONFIRM) {
+    result = outside->check->confirm(calibrate.axis());
+  } else {
+    return push(id, calibrate, *outside);
+  }
+  // Without a code it is answered once the device has.
+  if (result.code() != v1::RESULT_CODE_UNSPECIFIED) server_->answer(id, result);
+}
+
+void Daemon::push(const RequestId& id, const v1::Calibrate& calibrate,
+                  const OutsideDevice& outside) {
+  // Of a fault the loop says why.
+  if (newest_state_ != LoopState::kEngaged && newest_state_ != LoopState::kFault) {
+    return server_->answer(
+        id, wrong_state("Engage first, with nothing near the tool: hapticctl engage."));
+  }
+  const std::vector<std::uint32_t>& tools = scenes_.back().index.tool_ids;
+  const auto found = std::find(tools.begin(), tools.end(), calibrate.tool_id());
+  const PushCommand what{static_cast<std::uint32_t>(found - tools.begin()),
+                         static_cast<PushAxis>(calibrate.axis())};
+  const AskedPush asked{last_command_ + 1, outside.check.get(), calibrate.axis()};
+  if (command(id, what)) push_ = asked;
+}
+
+void Daemon::note_push(std::uint64_t number, std::int64_t t_ns) {
+  if (!push_ || push_->number != number) return;
+  push_->check->note_push(push_->axis, t_ns);
+  push_.reset();
+}
+
+void Daemon::note_no_force(const Snapshot& snapshot) {
+  if (snapshot.loop_state == LoopState::kEngaged) return;
+  for (const OutsideDevice& outside : outside_) {
+    if (outside.check != nullptr) outside.check->note_no_force(snapshot.t_ns);
+  }
+}
+
+v1::Result Daemon::begin_calibration(const RequestId& id, const OutsideDevice& outside,
+                                     v1::CalibrateStep step) {
+  DeviceCalibration* calibration = outside.calibration.get();
+  if (calibration == nullptr || !calibration->needed()) {
+    return wrong_state("This device needs no calibration.");
+  }
+  if (newest_state_ == LoopState::kEngaged || newest_state_ == LoopState::kReleasing) {
+    return wrong_state("Not while there may be force: hapticctl disengage, then try again.");
+  }
+  if (!calibration->ask(operation_of(step))) {
+    return result_of(v1::RESULT_CODE_BUSY, kStep,
+                     "The device has not yet answered the step before.");
+  }
+  calibrations_.push_back({id, calibration});
+  return {};
+}
+
+void Daemon::finish_calibrations() {
+  std::erase_if(calibrations_, [this](const AskedCalibration& asked) {
+    const std::optional<std::string> error = asked.calibration->take_answer();
+    if (!error) return false;
+    server_->answer(asked.request,
+                    error->empty() ? result_of(v1::RESULT_CODE_OK)
+                                   : result_of(v1::RESULT_CODE_FAILED, kStep,
+                                               "The device does not do that now: " + *error + "."));
+    return true;
+  });
+}
+
+}  // namespace hapticd

@@ -1,0 +1,108 @@
+// See device_calibration.h.
+#include "server/devices/device_calibration.h"
+
+#include <stdexcept>
+
+#include "device/hid/device_features.h"
+
+namespace hapticd {
+namespace {
+
+/// Between two looks at a calibration that runs, ns: PROFILE.md allows ten a second.
+constexpr std::int64_t kLookEvery_ns = 100'000'000;
+
+constexpr const char* kUnplugged = "it is unplugged";
+
+v1::CalibrationState state_of(hid::CalibrationState state, bool needed) {
+  switch (state) {
+    case hid::CalibrationState::kRunning:
+      return v1::CALIBRATION_STATE_RUNNING;
+    case hid::CalibrationState::kOk:
+      return v1::CALIBRATION_STATE_DONE;
+    case hid::CalibrationState::kFailed:
+      return v1::CALIBRATION_STATE_FAILED;
+    case hid::CalibrationState::kNone:
+      break;
+  }
+  return needed ? v1::CALIBRATION_STATE_NEEDED : v1::CALIBRATION_STATE_UNSPECIFIED;
+}
+
+}  // namespace
+
+CalibrationStatus DeviceCalibration::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+bool DeviceCalibration::ask(hid::CalibrationOp op) {
+  const std::lock_guard lock(mutex_);
+  if (request_ != Request::kNone) return false;
+  request_ = present_ ? Request::kWaiting : Request::kAnswered;
+  error_ = kUnplugged;
+  op_ = op;
+  return true;
+}
+
+std::optional<std::string> DeviceCalibration::take_answer() {
+  const std::lock_guard lock(mutex_);
+  if (request_ != Request::kAnswered) return std::nullopt;
+  request_ = Request::kNone;
+  return error_;
+}
+
+void DeviceCalibration::answer(const std::string& error) {
+  const std::lock_guard lock(mutex_);
+  request_ = Request::kAnswered;
+  error_ = error;
+}
+
+void DeviceCalibration::look(const ReportChannel& channel) {
+  hid::Calibration now;
+  std::string error;
+  if (!hid::get_calibration(channel, now, error)) return;
+  const std::lock_guard lock(mutex_);
+  status_ = {state_of(now.state, needed_), 0.01 * now.progress};
+}
+
+void DeviceCalibration::begin(const ReportChannel& channel) {
+  if (needed_) look(channel);
+  const std::lock_guard lock(mutex_);
+  present_ = true;
+}
+
+void DeviceCalibration::end() {
+  const std::lock_guard lock(mutex_);
+  status_ = {};
+  present_ = false;
+  if (request_ == Request::kNone || request_ == Request::kAnswered) return;
+  request_ = Request::kAnswered;
+  error_ = kUnplugged;
+}
+
+void DeviceCalibration::tend(const std::function<ReportChannel()>& open, std::int64_t now_ns) {
+  hid::Calibration asked;
+  bool runs = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (request_ == Request::kWaiting) {
+      asked.op = op_;
+      request_ = Request::kTaken;
+    }
+    runs = status_.state == v1::CALIBRATION_STATE_RUNNING;
+  }
+  const bool told = asked.op != hid::CalibrationOp::kNone;
+  if (!told && (!runs || now_ns < look_due_ns_)) return;
+  look_due_ns_ = now_ns + kLookEvery_ns;
+  std::string error;
+  try {
+    const ReportChannel channel = open();
+    const bool taken = !told || hid::calibrate(channel, asked, error);
+    look(channel);
+    if (taken) error.clear();
+  } catch (const std::runtime_error& failure) {
+    error = failure.what();
+  }
+  if (told) answer(error);
+}
+
+}  // namespace hapticd
