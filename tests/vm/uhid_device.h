@@ -10,7 +10,7 @@
 
 #include "tests/vm/plugged_firmware.h"
 
-struct uhid_event;
+struct uhid_event;  // NOLINT(readability-identifier-naming): the kernel's
 
 namespace hapticd::test {
 

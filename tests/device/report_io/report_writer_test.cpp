@@ -111,7 +111,7 @@ TEST_CASE(
   w.writer.post(command(1, 1));
   w.device.wait_until_inside();
   for (int k = 2; k <= 9; ++k) {
-    const std::int64_t now_ns = k * 1'000'000;
+    const std::int64_t now_ns = std::int64_t{1'000'000} * k;
     CAPTURE(k);
     CHECK(w.writer.stuck(now_ns) == (k >= 6));
     w.writer.post(command(k, now_ns));
@@ -124,9 +124,9 @@ TEST_CASE("a device that takes each command late, but takes it, is not stuck") {
   Writing w;
   for (int k = 1; k <= 30; ++k) {
     w.device.set_blocked(true);
-    w.writer.post(command(k, 4'000'000 * k));
+    w.writer.post(command(k, std::int64_t{4'000'000} * k));
     w.device.wait_until_inside();
-    CHECK_FALSE(w.writer.stuck(4'000'000 * k));
+    CHECK_FALSE(w.writer.stuck(std::int64_t{4'000'000} * k));
     w.device.set_blocked(false);
     w.device.given(static_cast<std::size_t>(k));
   }
