@@ -115,8 +115,8 @@ bool is_pid(const HidrawNode& node) {
          !is_profile_v1(hid::read_descriptor(node.descriptor));
 }
 
-const v1::DeviceProfile& pid_base(const HidrawNode& node, const v1::DeviceProfile& base,
-                                  std::span<const v1::DeviceProfile> installed) {
+v1::DeviceProfile pid_base(const HidrawNode& node, const v1::DeviceProfile& base,
+                           std::span<const v1::DeviceProfile> installed) {
   if (base.name() != kGenericPid) return base;
   const v1::DeviceProfile* best = &base;
   int most = 0;

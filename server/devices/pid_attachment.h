@@ -24,9 +24,8 @@ inline constexpr const char* kGenericPid = "pid";
 
 /// The one of `installed` for this device, of several that with most numbers; `base` where none is,
 /// or where a profile was chosen by name.
-[[nodiscard]] const v1::DeviceProfile& pid_base(const HidrawNode& node,
-                                                const v1::DeviceProfile& base,
-                                                std::span<const v1::DeviceProfile> installed);
+[[nodiscard]] v1::DeviceProfile pid_base(const HidrawNode& node, const v1::DeviceProfile& base,
+                                         std::span<const v1::DeviceProfile> installed);
 
 /// `base` with the limits of a device that has no watchdog. Throws DeviceError that says what to
 /// write into a profile where `base` does not tell what a unit of position and force is.

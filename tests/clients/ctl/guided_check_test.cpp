@@ -33,7 +33,7 @@ struct Person {
     return {[this](const std::string& text) { hear(text); },
             [this]() -> std::optional<std::string> {
               if (answers.empty()) return std::nullopt;
-              const std::string answer = answers.front();
+              std::string answer = answers.front();
               answers.erase(answers.begin());
               --patience;
               return answer;
