@@ -135,6 +135,7 @@ TEST_CASE("coincident spheres and spheres within spheres are all counted") {
     const auto count = 1 + random.below(40);
     std::vector<Sphere> tool(count, Sphere{random_vector(random, 0.02), 5e-3});
     std::vector<Sphere> body;
+    body.reserve(40);
     for (std::uint64_t k = 0; k < 40; ++k) {
       body.push_back({{1e-3, 2e-3, -1e-3}, 0.05 * random.uniform()});
     }

@@ -116,6 +116,7 @@ TEST_CASE("a soft part on a string that yields is one more spring in the series"
 TEST_CASE("parts of different softness pressed at once each yield by their own spring") {
   const std::vector<double> k{200.0, 1e3, 5e3, 0.0, 4e4, 700.0};
   std::vector<Sphere> fingers;
+  fingers.reserve(k.size() + 1);
   for (std::size_t i = 0; i < k.size(); ++i) {
     fingers.push_back({{0.02 * static_cast<double>(i) - 0.05, 0, 0}, kTip});
   }

@@ -45,6 +45,7 @@ bool equal(const LatencyHistogram& a, const LatencyHistogram& b) {
 
 std::vector<std::int64_t> random_durations(SplitMix64& random, std::int64_t count) {
   std::vector<std::int64_t> durations;
+  durations.reserve(static_cast<std::size_t>(count));
   for (std::int64_t i = 0; i < count; ++i) {
     // 1 ns to 10 s, as many in each decade.
     durations.push_back(std::llround(std::pow(10.0, random.uniform(0.0, 10.0))));
