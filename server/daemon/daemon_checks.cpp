@@ -37,6 +37,8 @@ hid::CalibrationOp operation_of(v1::CalibrateStep step) {
   }
 }
 
+bool is_direction(v1::Axis axis) { return v1::Axis_IsValid(axis) && axis != v1::AXIS_UNSPECIFIED; }
+
 }  // namespace
 
 void Daemon::calibrate(const RequestId& id, const v1::Calibrate& calibrate) {
@@ -57,11 +59,12 @@ void Daemon::calibrate(const RequestId& id, const v1::Calibrate& calibrate) {
                                 : begin_calibration(id, *outside, step);
   } else if (outside == nullptr || outside->check == nullptr) {
     result = wrong_state("This device needs no check: it pushes nobody.");
+  } else if (step == v1::CALIBRATE_STEP_CONFIRM && is_direction(calibrate.axis())) {
+    // Felt along an axis that it cannot push along, it is wrong like any other.
+    result = outside->check->confirm(calibrate.axis());
   } else if (!outside->check->has(calibrate.axis())) {
     result = result_of(v1::RESULT_CODE_INVALID, "calibrate.axis",
                        "Give one of the directions that the device can push in.");
-  } else if (step == v1::CALIBRATE_STEP_CONFIRM) {
-    result = outside->check->confirm(calibrate.axis());
   } else {
     return push(id, calibrate, *outside);
   }
