@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 #include "device/hid/base_frame.h"
 #include "device/hid/profile_codec.h"
 #include "device/hid/profile_units.h"
-#include "device/report_io/drained_queue.h"
 
 namespace hapticd::hid {
 namespace {
@@ -66,6 +66,7 @@ void HidDevice::begin_anew() noexcept {
   clock_us_ = {};
   clock_ = {};
   echo_ = {};
+  fresh_ = 0;
   has_state_ = false;
   echoed_ = false;
   enabling_ = Enabling::kOff;
@@ -80,26 +81,52 @@ ReadOutcome HidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept 
   return outcome;
 }
 
-ReadOutcome HidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept {
-  StateReport newest;
-  std::uint64_t fresh = 0;
+PaceSource HidDevice::pace() noexcept {
+  PaceSource source;
+  source.device = this;
+  source.wait = [](void* device, std::int64_t until_ns) noexcept {
+    return static_cast<HidDevice*>(device)->wait(until_ns);
+  };
+  source.frame_ns = frame_ns(capabilities_.in_rate_hz);
+  return source;
+}
+
+// What is there already is put aside first: only the next report tells when.
+Waited HidDevice::wait(std::int64_t until_ns) noexcept {
+  if (!gate_.enter()) return Waited::kGone;
+  if (attachment_ != gate_.attachment()) begin_anew();
+  const bool lost = gather() == Drained::kLost || channel_.wait == nullptr;
+  const bool one_before = fresh_ > 0;
+  const int came = lost ? -1 : channel_.wait(channel_.input, until_ns);
+  gate_.leave(false);
+  if (came < 0) return Waited::kGone;
+  if (came > 0) return Waited::kReport;
+  return one_before ? Waited::kMissed : Waited::kTime;
+}
+
+Drained HidDevice::gather() noexcept {
   const Drained drained = drain_queue(channel_, [&](std::span<const std::uint8_t> bytes) {
     StateReport state;
     if (decode_state(bytes, state) != Decoded::kOk) {
       counts_[kMalformed].fetch_add(1, std::memory_order_relaxed);
       return;
     }
-    newest = state;
-    ++fresh;
+    newest_ = state;
+    ++fresh_;
   });
-  if (drained == Drained::kLost) return ReadOutcome::kLost;
   if (drained == Drained::kOverflow) {
     counts_[kOverflows].fetch_add(1, std::memory_order_relaxed);
-    return ReadOutcome::kNothing;
+    fresh_ = 0;
   }
+  return drained;
+}
+
+ReadOutcome HidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept {
+  if (gather() == Drained::kLost) return ReadOutcome::kLost;
+  const std::uint64_t fresh = std::exchange(fresh_, 0);
   if (fresh == 0) return ReadOutcome::kNothing;
   counts_[kSuperseded].fetch_add(fresh - 1, std::memory_order_relaxed);
-  return take(newest, fresh - 1, now_ns, sample);
+  return take(newest_, fresh - 1, now_ns, sample);
 }
 
 ReadOutcome HidDevice::take(const StateReport& state, std::uint64_t superseded, std::int64_t now_ns,

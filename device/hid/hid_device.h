@@ -14,9 +14,11 @@
 #include "core/safety/echo_watch.h"
 #include "device/api/axis_mapping.h"
 #include "device/api/haptic_device.h"
+#include "device/api/pace_source.h"
 #include "device/hid/counter_unwrap.h"
 #include "device/hid/device_clock.h"
 #include "device/hid/profile_v1.h"
+#include "device/report_io/drained_queue.h"
 #include "device/report_io/reader_gate.h"
 #include "device/report_io/report_channel.h"
 #include "device/report_io/report_writer.h"
@@ -28,11 +30,15 @@ namespace hapticd::hid {
 inline constexpr std::int64_t kReadingTime_ns = 500'000;
 inline constexpr std::int64_t kOldestAtAnyRate_ns = 2'500'000;
 
+/// From one report of a device of `in_rate` Hz to the next.
+[[nodiscard]] constexpr std::int64_t frame_ns(std::uint16_t in_rate) noexcept {
+  return 1'000'000'000 / std::max<std::int64_t>(in_rate, 1);
+}
+
 /// A sample older than this is not used, ns: two frames of a device of `in_rate` Hz, and the time
 /// to read them.
 [[nodiscard]] constexpr std::int64_t oldest_sample_ns(std::uint16_t in_rate) noexcept {
-  const std::int64_t frame_ns = 1'000'000'000 / std::max<std::int64_t>(in_rate, 1);
-  return std::min(2 * frame_ns + kReadingTime_ns, kOldestAtAnyRate_ns);
+  return std::min(2 * frame_ns(in_rate) + kReadingTime_ns, kOldestAtAnyRate_ns);
 }
 
 /// What went on, since the construction. Any thread.
@@ -58,6 +64,10 @@ class HidDevice final : public HapticDevice {
   HD_REALTIME bool write(std::int64_t now_ns, const DeviceCommand& command) noexcept override;
   HD_REALTIME void write_zero(std::int64_t now_ns) noexcept override;
 
+  /// Its reports as the beat of the loop. A wait is that of the loop's thread, and detach() waits
+  /// for its end.
+  [[nodiscard]] PaceSource pace() noexcept;
+
   /// Goes on with this channel. Not RT; one thread attaches and detaches.
   void attach(const ReportChannel& channel);
   /// Ends the use of the channel: returns when neither thread is in it. Not RT.
@@ -81,6 +91,8 @@ class HidDevice final : public HapticDevice {
     std::uint64_t counter = 0;
   };
 
+  [[nodiscard]] Waited wait(std::int64_t until_ns) noexcept;
+  HD_REALTIME Drained gather() noexcept;
   HD_REALTIME ReadOutcome drain(std::int64_t now_ns, DeviceSample& sample) noexcept;
   HD_REALTIME ReadOutcome take(const StateReport& state, std::uint64_t superseded,
                                std::int64_t now_ns, DeviceSample& sample) noexcept;
@@ -102,6 +114,8 @@ class HidDevice final : public HapticDevice {
   CounterUnwrap<std::uint32_t> clock_us_;
   ClockMatch clock_;
   EchoWatch echo_;
+  StateReport newest_;       ///< of those read and not yet used
+  std::uint64_t fresh_ = 0;  ///< their number
   StateReport state_;
   bool has_state_ = false;
   std::uint64_t counter_ = 0;   ///< of the newest sample

@@ -3,13 +3,18 @@
 
 #include <fcntl.h>
 #include <hidapi/hidapi.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
+
+#include "core/rt/monotonic_clock.h"
 
 namespace hapticd {
 namespace {
@@ -18,11 +23,24 @@ constexpr const char* kPlugAgain = "Unplug it, plug it in again, and start anew.
 
 hid_device* handle_of(void* pointer) noexcept { return static_cast<hid_device*>(pointer); }
 
-int read(void* input, std::uint8_t* bytes, std::size_t room) noexcept {
-  return hid_read_timeout(handle_of(input), bytes, room, 0);
+int file_of(void* pointer) noexcept { return *static_cast<const int*>(pointer); }
+
+int read_report(void* input, std::uint8_t* bytes, std::size_t room) noexcept {
+  const ssize_t length = read(file_of(input), bytes, room);
+  if (length >= 0) return static_cast<int>(length);
+  return errno == EAGAIN || errno == EINTR ? 0 : -1;
 }
 
-int write(void* output, const std::uint8_t* bytes, std::size_t length) noexcept {
+int wait_for_report(void* input, std::int64_t until_ns) noexcept {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  const std::int64_t left_ns = std::max<std::int64_t>(until_ns - monotonic_now_ns(), 0);
+  const timespec left{left_ns / kSecond_ns, left_ns % kSecond_ns};
+  pollfd waiting{file_of(input), POLLIN, 0};
+  if (ppoll(&waiting, 1, &left, nullptr) <= 0) return 0;
+  return (waiting.revents & POLLIN) != 0 ? 1 : -1;
+}
+
+int write_report(void* output, const std::uint8_t* bytes, std::size_t length) noexcept {
   return hid_write(handle_of(output), bytes, length);
 }
 
@@ -67,29 +85,25 @@ void keep_awake(const HidrawNode& node) {
 
 void HidrawHandles::Close::operator()(hid_device_* handle) const noexcept { hid_close(handle); }
 
-HidrawHandles::Lock::~Lock() { close(file); }
+HidrawHandles::File::~File() { close(number); }
 
 HidrawHandles::HidrawHandles(const HidrawNode& node)
-    : node_(node),
-      lock_{open_locked(node)},
-      input_(hid_open_path(node.path.c_str())),
-      output_(hid_open_path(node.path.c_str())) {
-  if (input_ == nullptr || output_ == nullptr) {
-    throw DeviceError(node, "it cannot be opened", kPlugAgain);
-  }
+    : node_(node), input_{open_locked(node)}, output_(hid_open_path(node.path.c_str())) {
+  if (output_ == nullptr) throw DeviceError(node, "it cannot be opened", kPlugAgain);
   keep_awake(node);
 }
 
 HidrawHandles::~HidrawHandles() = default;
 
 ReportChannel HidrawHandles::channel() noexcept {
-  return {input_.get(), output_.get(), read, write, get_feature, set_feature};
+  return {&input_.number, output_.get(), read_report,    write_report,
+          get_feature,    set_feature,   wait_for_report};
 }
 
 ReportChannel HidrawHandles::features() {
   if (features_ == nullptr) features_.reset(hid_open_path(node_.path.c_str()));
   if (features_ == nullptr) throw DeviceError(node_, "it cannot be opened", kPlugAgain);
-  return {nullptr, features_.get(), read, write, get_feature, set_feature};
+  return {nullptr, features_.get(), nullptr, write_report, get_feature, set_feature};
 }
 
 }  // namespace hapticd

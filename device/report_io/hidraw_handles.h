@@ -1,7 +1,8 @@
-// An open hidraw node, this process's alone: two handles of hidapi, one for the reader and one for
-// all else, since one handle in two threads is not safe in hidapi 0.13; a third one for features
-// while those are in use. Opened, used for features and closed by one thread. Not RT; the calls of
-// channel() are as they say.
+// An open hidraw node, this process's alone: a file for the reader and a handle of hidapi for all
+// else; a further one for features while those are in use. The reader goes past hidapi: one handle
+// in two threads is not safe in hidapi 0.13, its read takes two system calls, allocates when it
+// fails, and there is no way to wait with it for less than a millisecond. Opened, used for features
+// and closed by one thread. Not RT; the calls of channel() are as they say.
 #pragma once
 
 #include <memory>
@@ -42,15 +43,14 @@ class HidrawHandles {
     void operator()(hid_device_* handle) const noexcept;
   };
   using Handle = std::unique_ptr<hid_device_, Close>;
-  /// The node, locked against other processes for as long as it is open.
-  struct Lock {
-    int file = -1;
-    ~Lock();
+  /// The node for the reader, locked against other processes for as long as it is open.
+  struct File {
+    int number = -1;
+    ~File();
   };
 
   HidrawNode node_;
-  Lock lock_;
-  Handle input_;
+  File input_;
   Handle output_;
   Handle features_;  ///< null: not yet needed
 };

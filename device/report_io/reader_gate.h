@@ -1,6 +1,8 @@
 // Who may read from a channel: the loop, while the channel is attached and has not failed. One
 // word, so that the loop never waits for the thread that opens and closes devices; that thread
-// waits for the loop, which is in the channel for microseconds. RT: enter, leave and attachment.
+// waits for the loop, which is in the channel for microseconds, or for a tick where it waits for a
+// report there. A gate that is to be closed lets nobody in again, so that it closes although the
+// reader comes back at once. RT: enter, leave and attachment.
 #pragma once
 
 #include <atomic>
@@ -23,10 +25,12 @@ class ReaderGate {
   /// Returns when the reader is out, and keeps it out. Not RT.
   void close() noexcept {
     State seen = state_.load();
-    while (seen == State::kReading ||
-           !state_.compare_exchange_weak(seen, State::kClosed, std::memory_order_acq_rel)) {
-      std::this_thread::yield();
-      seen = state_.load();
+    while (seen != State::kClosed) {
+      const State next =
+          seen == State::kReading || seen == State::kClosing ? State::kClosing : State::kClosed;
+      if (!state_.compare_exchange_weak(seen, next, std::memory_order_acq_rel)) continue;
+      if (next == State::kClosing) std::this_thread::yield();
+      seen = state_.load(std::memory_order_acquire);
     }
   }
 
@@ -38,7 +42,10 @@ class ReaderGate {
 
   /// After enter(). `lost`: never again, until the next open().
   HD_REALTIME void leave(bool lost) noexcept {
-    state_.store(lost ? State::kFailed : State::kIdle, std::memory_order_release);
+    State expected = State::kReading;
+    const State next = lost ? State::kFailed : State::kIdle;
+    if (state_.compare_exchange_strong(expected, next, std::memory_order_acq_rel)) return;
+    state_.store(State::kClosed, std::memory_order_release);
   }
 
   /// The reader has found the device lost. Any thread.
@@ -52,7 +59,13 @@ class ReaderGate {
   }
 
  private:
-  enum class State : std::uint8_t { kClosed, kIdle, kReading, kFailed };
+  enum class State : std::uint8_t {
+    kClosed,
+    kIdle,
+    kReading,
+    kClosing,  ///< to be closed by the reader, which is still in
+    kFailed
+  };
 
   std::atomic<State> state_{State::kClosed};
   std::atomic<std::uint32_t> attachments_{0};

@@ -144,6 +144,7 @@ int Daemon::run(SignalRequests& signals) {
   if (!virtual_time_) {
     RealtimeOptions realtime;
     realtime.period_ns = player_.period_ns;
+    if (options_.config.pace() == v1::PACE_DEVICE) realtime.pace = pace_source();
     realtime.required = options_.config.realtime() == v1::REALTIME_POLICY_REQUIRE;
     if (options_.config.has_cpu()) realtime.cpu = options_.config.cpu();
     try {
@@ -258,8 +259,11 @@ void Daemon::take_snapshots(std::int64_t now_ns) {
 
 void Daemon::report_start() const {
   const v1::Config& config = options_.config;
-  spdlog::info("hapticd " HAPTICD_VERSION " plays {} at {} Hz ({} clock, {} device {})",
-               config.scene(), config.rate(), virtual_time_ ? "virtual" : "real",
+  spdlog::info("hapticd " HAPTICD_VERSION " plays {} at {} Hz ({}, {} device {})", config.scene(),
+               config.rate(),
+               virtual_time_                      ? "virtual clock"
+               : config.pace() == v1::PACE_DEVICE ? "paced by the device"
+                                                  : "real clock",
                config.device(0).source(), config.device(0).profile());
   if (thread_ != nullptr) {
     for (const MissingPrivilege& missing : thread_->missing()) {

@@ -164,6 +164,7 @@ class Daemon {
 
   // Devices outside the process (daemon_devices.cpp).
   void attach_devices();
+  [[nodiscard]] PaceSource pace_source() const;
   [[nodiscard]] v1::DeviceInfo device_info(std::size_t k) const;
   /// Null: that of the tool is inside the process.
   [[nodiscard]] const OutsideDevice* outside_of(std::uint32_t tool_id) const;

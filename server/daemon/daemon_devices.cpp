@@ -1,8 +1,8 @@
 // Devices outside the process: attached at the start, kept so; and what is told of
 // any device. See daemon.h.
-#include <algorithm>
-
 #include "server/daemon/daemon.h"
+
+#include <algorithm>
 
 namespace hapticd {
 
@@ -27,6 +27,14 @@ const OutsideDevice* Daemon::outside_of(std::uint32_t tool_id) const {
       std::find_if(outside_.begin(), outside_.end(),
                    [&](const OutsideDevice& outside) { return outside.device.get() == device; });
   return found == outside_.end() ? nullptr : &*found;
+}
+
+PaceSource Daemon::pace_source() const {
+  const auto first =
+      std::min_element(player_.devices.begin(), player_.devices.end(),
+                       [](const auto& a, const auto& b) { return a.tool_id < b.tool_id; });
+  const OutsideDevice* outside = outside_of(first->tool_id);
+  return outside == nullptr ? PaceSource{} : outside->pace;
 }
 
 v1::DeviceInfo Daemon::device_info(std::size_t k) const {

@@ -5,6 +5,7 @@
 #include <google/protobuf/text_format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -33,6 +34,8 @@ class FirstError : public google::protobuf::io::ErrorCollector {
 
 const std::map<std::string, v1::ClockMode> kClocks{{"realtime", v1::CLOCK_MODE_REALTIME},
                                                    {"virtual", v1::CLOCK_MODE_VIRTUAL}};
+const std::map<std::string, v1::Pace> kPaces{{"timer", v1::PACE_TIMER},
+                                             {"device", v1::PACE_DEVICE}};
 const std::map<std::string, v1::RealtimePolicy> kPolicies{
     {"require", v1::REALTIME_POLICY_REQUIRE}, {"best_effort", v1::REALTIME_POLICY_BEST_EFFORT}};
 const std::map<std::string, v1::Arm> kArms{{"off", v1::ARM_OFF},
@@ -86,6 +89,9 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
              [&](v1::ClockMode v) { given.set_clock(v); });
   add<double>(app, "--rate", "HZ", "ticks per second, 250 to 10000 (1000)",
               [&](double v) { given.set_rate(v); });
+  add_choice(app, "--pace", kPaces,
+             "what ticks wait for: the timer, or the reports of the first tool's device (timer)",
+             [&](v1::Pace v) { given.set_pace(v); });
   add<std::string>(app, "--listen", "ADDR:PORT", "address and UDP port (127.0.0.1:47800)",
                    [&](const std::string& v) { given.set_listen(v); });
   add<std::string>(app, "--keys", "DIR",
@@ -132,6 +138,7 @@ void fill_defaults(v1::Config& config) {
   }
   if (config.clock() == v1::CLOCK_MODE_UNSPECIFIED) config.set_clock(v1::CLOCK_MODE_REALTIME);
   if (!config.has_rate()) config.set_rate(1000.0);
+  if (config.pace() == v1::PACE_UNSPECIFIED) config.set_pace(v1::PACE_TIMER);
   if (config.listen().empty()) config.set_listen("127.0.0.1:47800");
   if (config.gesture().empty()) config.set_gesture("demonstration");
   if (config.arm() == v1::ARM_UNSPECIFIED) config.set_arm(v1::ARM_LIGHT);
@@ -166,6 +173,20 @@ void check_devices(const v1::Config& config) {
       refuse("--verify: there is nothing to compare. Give --device replay:FILE.");
     }
   }
+}
+
+void check_pace(const v1::Config& config) {
+  if (config.pace() != v1::PACE_DEVICE) return;
+  if (config.clock() == v1::CLOCK_MODE_VIRTUAL) {
+    refuse("--pace device: virtual time waits for no device. Leave --clock or --pace out.");
+  }
+  const auto first =
+      std::min_element(config.device().begin(), config.device().end(),
+                       [](const auto& a, const auto& b) { return a.tool_id() < b.tool_id(); });
+  const std::optional<OutsideSource> outside = outside_source(first->source());
+  if (outside && outside->driver == DeviceDriver::kHid) return;
+  refuse("--pace device: '" + first->source() +
+         "' of the first tool sends no report on time. Give it --device hid, or leave --pace out.");
 }
 
 }  // namespace
@@ -210,6 +231,7 @@ void check_config(const v1::Config& config) {
   }
   if (config.has_cpu() && config.cpu() > 1023) refuse("--cpu: not in [0, 1023].");
   check_devices(config);
+  check_pace(config);
 }
 
 void settle_config(DaemonOptions& options) {

@@ -112,6 +112,7 @@ OutsideDevice attach_hid(const std::string& serial, const v1::DeviceProfile& bas
   outside.keeper = std::make_unique<DeviceKeeper>(
       kept(*device, *outside.calibration, capabilities, told, numbers.peak_torque), node,
       std::move(handles));
+  outside.pace = device->pace();
   outside.device = std::move(device);
   return outside;
 }

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "device/api/haptic_device.h"
+#include "device/api/pace_source.h"
 #include "device/hid/profile_v1.h"
 #include "server/devices/device_calibration.h"
 #include "server/devices/device_check.h"
@@ -34,6 +35,7 @@ struct OutsideDevice {
   std::unique_ptr<DeviceCheck> check;              ///< null: it pushes nobody
   std::unique_ptr<DeviceCalibration> calibration;  ///< of `device`; null: it has none
   std::unique_ptr<DeviceKeeper> keeper;            ///< of `device`
+  PaceSource pace;                                 ///< of `device`, where it sends reports on time
 };
 
 /// Attaches it. `base`: the profile chosen for it; `max_force`: what it is told to give at most, N,

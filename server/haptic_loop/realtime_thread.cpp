@@ -7,6 +7,7 @@
 
 #include "core/rt/monotonic_clock.h"
 #include "server/haptic_loop/thread_policy.h"
+#include "server/haptic_loop/tick_pace.h"
 
 namespace hapticd {
 void RealtimeThread::ask(bool granted, const char* what, const char* remedy) {
@@ -47,16 +48,10 @@ RealtimeThread::~RealtimeThread() {
 void RealtimeThread::run() noexcept {
   name_thread("haptic");
   prefault_stack();
-  const std::int64_t period_ns = options_.period_ns;
-  std::int64_t due_ns = monotonic_now_ns() + period_ns;
+  TickPace pace(options_.period_ns, options_.pace, monotonic_pace_clock());
   while (!stop_.load(std::memory_order_relaxed) && !loop_.over()) {
-    sleep_until(due_ns);
-    const std::int64_t now_ns = monotonic_now_ns();
-    const std::int64_t late_ns = now_ns - due_ns;
-    const std::uint64_t skipped =
-        late_ns >= period_ns ? static_cast<std::uint64_t>(late_ns / period_ns) : 0;
-    loop_.tick_once(now_ns, skipped);
-    due_ns += period_ns * static_cast<std::int64_t>(skipped + 1);
+    const DueTick due = pace.wait();
+    loop_.tick_once(due.now_ns, due.skipped);
   }
   over_.store(true, std::memory_order_release);
 }

@@ -1,7 +1,7 @@
 // The clock of the haptic loop: a thread that calls tick_once() on time, and the guardian that
-// looks at it. SCHED_FIFO, locked and prefaulted memory, one processor, absolute sleep; a tick that
-// comes late skips the periods it missed. Linux. The loop's body is RT, starting and stopping are
-// not.
+// looks at it. SCHED_FIFO, locked and prefaulted memory, one processor; ticks come by the timer or
+// by a device (tick_pace.h), and one that is late skips the periods it missed. Linux. The loop's
+// body is RT, starting and stopping are not.
 #pragma once
 
 #include <atomic>
@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "device/api/pace_source.h"
 #include "server/haptic_loop/haptic_loop.h"
 
 namespace hapticd {
@@ -21,6 +22,7 @@ inline constexpr std::int64_t kGuardianPeriod_ns = 1'000'000;
 /// What is asked of the machine.
 struct RealtimeOptions {
   std::int64_t period_ns = 1'000'000;
+  PaceSource pace;                   ///< none: the timer. Must outlive the thread
   bool required = false;             ///< a missing privilege ends the start
   std::optional<std::uint32_t> cpu;  ///< processor to run on; none: any
 };

@@ -27,6 +27,9 @@ class Start(unittest.TestCase):
         self.refused(2, ["--bogus"], "--bogus")
         self.refused(2, ["--device", "simulated"], "--device", "falcon")
         self.refused(2, ["--help"], "--clock", "sundial")
+        self.refused(2, ["--pace device", "--device hid"], "--pace", "device")
+        self.refused(2, ["--pace device", "--device hid"], "--pace", "device", "--device", "spacemouse")
+        self.refused(2, ["--clock", "--pace"], "--pace", "device", "--clock", "virtual")
 
     def test_a_bad_scene_or_gesture_is_told_with_what_there_is(self):
         self.refused(1, ["no scene of this name", "guqin"], "--scene", "no_such_scene")

@@ -31,11 +31,12 @@ constexpr double kTouching = 0.00534;
 /// A hapticd of its own; killed at the end.
 class Played {
  public:
-  explicit Played(const std::string& serial = "A1") {
+  explicit Played(const std::string& serial = "A1", const std::string& pace = "timer") {
     std::string program = "hapticd";
     std::string scene = "--scene=single_string";
     std::string device = "--device=hid:" + serial;
-    char* arguments[] = {program.data(), scene.data(), device.data(), nullptr};
+    std::string paced = "--pace=" + pace;
+    char* arguments[] = {program.data(), scene.data(), device.data(), paced.data(), nullptr};
     std::string data = "HAPTICD_DATA=/share/hapticd";
     std::string state = "XDG_STATE_HOME=/tmp";
     char* environment[] = {data.data(), state.data(), nullptr};
@@ -162,6 +163,31 @@ TEST_CASE("a string is played through a HID device: a client sees contact, radiu
   CHECK(session.kinds[v1::Item::kFault] == 0);
   CHECK(most > 0.05);
   CHECK(most <= 0.3001);
+}
+
+TEST_CASE("paced by the device it plays on, and unplugged it is a fault until Clear and Engage") {
+  Hand hand;
+  std::optional<UhidDevice> plugged;
+  plugged.emplace(UhidOptions{}, hand.motion());
+  Played daemon("A1", "device");
+  Session session;
+  REQUIRE(session.engage());
+  hand.lower = true;
+  session.play(1.2);
+  CHECK(session.kinds[v1::Item::kContact] >= 1);
+  CHECK(session.kinds[v1::Item::kFault] == 0);
+  plugged.reset();
+  CHECK(session.becomes(v1::LOOP_STATE_FAULT));
+  CHECK(session.cause == v1::CAUSE_DEVICE_LOST);
+  hand.lower = false;
+  hand.begun_s = -1.0;
+  plugged.emplace(UhidOptions{}, hand.motion());
+  session.play(1.0);
+  CHECK(session.clear() == v1::RESULT_CODE_OK);
+  CHECK(session.engage());
+  hand.lower = true;
+  session.play(0.4);
+  CHECK(force_of(plugged->output()) > 0.05);
 }
 
 TEST_CASE("unplugged on the string it is a fault; force returns only after Clear and Engage") {

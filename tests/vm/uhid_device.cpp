@@ -63,6 +63,7 @@ void UhidDevice::create(const UhidOptions& options) const {
 }
 
 void UhidDevice::frame() {
+  sampled_ns_ = monotonic_now_ns();
   firmware_.frame();
   HapState state{};
   if (!firmware_.take(state)) return;

@@ -34,6 +34,8 @@ class UhidDevice {
   [[nodiscard]] std::uint8_t status() const { return firmware_.status(); }
   [[nodiscard]] std::uint64_t frames() const { return firmware_.frames(); }
   [[nodiscard]] std::uint64_t commands() const { return firmware_.commands(); }
+  /// When the newest sample was taken, by the monotonic clock, ns.
+  [[nodiscard]] std::int64_t sampled_ns() const { return sampled_ns_; }
   [[nodiscard]] std::uint64_t since_force_us() const { return firmware_.since_force_us(); }
 
  private:
@@ -46,6 +48,7 @@ class UhidDevice {
   PluggedFirmware firmware_;
   int uhid_ = -1;
   std::atomic<int> rate_hz_;
+  std::atomic<std::int64_t> sampled_ns_{0};
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };

@@ -254,6 +254,61 @@ TEST_CASE("of a faster device samples are used for two of its frames and the tim
   }
 }
 
+TEST_CASE("a wait ends with a report that comes while it lasts, not with one that was there") {
+  Loop loop;
+  loop.ticks(10);
+  const PaceSource pace = loop.device->pace();
+  CHECK(pace.frame_ns == kTick_ns);
+  const auto wait = [&] { return pace.wait(pace.device, clock_ns + kTick_ns); };
+  const auto counter = loop.sample.counter;
+  CHECK(wait() == Waited::kTime);
+  loop.plugged.frame(500);
+  CHECK(wait() == Waited::kMissed);
+  loop.plugged.meanwhile = [&] { loop.plugged.frame(500); };
+  CHECK(wait() == Waited::kReport);
+  clock_ns += kTick_ns;
+  loop.step(0.0, false);
+  CHECK(loop.outcome == ReadOutcome::kFresh);
+  CHECK(loop.sample.counter == counter + 2);
+  CHECK(loop.device->counters().superseded == 1);
+  CHECK(loop.device->counters().lost == 0);
+}
+
+TEST_CASE("what was put aside by a wait is read, and thrown away with a queue that overflowed") {
+  Loop loop;
+  loop.ticks(10);
+  const PaceSource pace = loop.device->pace();
+  const auto counter = loop.sample.counter;
+  loop.plugged.frame(1000);
+  clock_ns += kTick_ns;
+  CHECK(pace.wait(pace.device, clock_ns) == Waited::kMissed);
+  loop.step(0.0, false);
+  CHECK(loop.sample.counter == counter + 1);
+  for (int k = 0; k < 100; ++k) loop.plugged.frame();
+  clock_ns += 100 * kTick_ns;
+  CHECK(pace.wait(pace.device, clock_ns) == Waited::kTime);
+  loop.step(0.0, false);
+  CHECK(loop.outcome == ReadOutcome::kNothing);
+  CHECK(loop.device->counters().overflows == 1);
+}
+
+TEST_CASE(
+    "there is no waiting for a device that is unplugged, detached or attached anew in between") {
+  Loop loop;
+  loop.ticks(10);
+  const PaceSource pace = loop.device->pace();
+  loop.plugged.frame();
+  CHECK(pace.wait(pace.device, clock_ns) == Waited::kMissed);
+  loop.plugged.set_plugged(false);
+  CHECK(pace.wait(pace.device, clock_ns) == Waited::kGone);
+  loop.device->detach();
+  CHECK(pace.wait(pace.device, clock_ns) == Waited::kGone);
+  loop.plugged.set_plugged(true);
+  loop.device->attach(loop.plugged.channel());
+  // The report that was put aside was of the time before.
+  CHECK(pace.wait(pace.device, clock_ns) == Waited::kTime);
+}
+
 TEST_CASE("a sample that is old when it is read is not used") {
   Loop loop;
   loop.ticks(50);

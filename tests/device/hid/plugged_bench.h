@@ -5,6 +5,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <mutex>
 #include <vector>
 
@@ -18,7 +19,9 @@ class PluggedBench {
  public:
   explicit PluggedBench(std::uint32_t caps = kHapHasVelocity) : bench(caps) {}
 
-  [[nodiscard]] ReportChannel channel() { return {this, this, read, write, nullptr, nullptr}; }
+  [[nodiscard]] ReportChannel channel() {
+    return {this, this, read, write, nullptr, nullptr, wait};
+  }
 
   /// A frame: a servo cycle `later_us` after the last one, and its report.
   HapOutput frame(std::uint32_t later_us = 1000) {
@@ -53,6 +56,8 @@ class PluggedBench {
     queue_.push_back(std::move(bytes));
   }
 
+  /// What happens while somebody waits for a report; time does not pass by itself.
+  std::function<void()> meanwhile;
   Bench bench;  ///< only between frames
 
  private:
@@ -77,6 +82,14 @@ class PluggedBench {
     hap_receive(&self.bench.device, self.bench.now_us, bytes, static_cast<std::uint32_t>(length));
     self.changed_.notify_all();
     return static_cast<int>(length);
+  }
+
+  static int wait(void* input, std::int64_t /*until_ns*/) noexcept {
+    auto& self = *static_cast<PluggedBench*>(input);
+    if (self.meanwhile) self.meanwhile();
+    const std::lock_guard lock(self.mutex_);
+    if (!self.plugged_) return -1;
+    return self.queue_.empty() ? 0 : 1;
   }
 
   std::mutex mutex_;
