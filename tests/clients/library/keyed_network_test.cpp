@@ -11,6 +11,7 @@ namespace {
 /// Numbers of the requests the host was asked, in order.
 std::vector<std::uint32_t> asked_numbers(const VirtualNetwork& network) {
   std::vector<std::uint32_t> numbers;
+  numbers.reserve(network.host.asked.size());
   for (const RecordingHost::Asked& each : network.host.asked) {
     numbers.push_back(static_cast<std::uint32_t>(std::stoul(each.item.get_parameters().paths(0))));
   }
