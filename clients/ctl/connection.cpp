@@ -81,8 +81,8 @@ std::unique_ptr<client::Client> connect(const GlobalOptions& options,
   return made;
 }
 
-const v1::Result& require(const v1::Result& result) {
-  if (result.code() == v1::RESULT_CODE_OK) return result;
+void require(const v1::Result& result) {
+  if (result.code() == v1::RESULT_CODE_OK) return;
   if (result.code() == v1::RESULT_CODE_UNSPECIFIED) throw Failure(kUnreachable, result.message());
   // RESULT_CODE_NOT_FOUND without what all have in common.
   const std::string code = v1::ResultCode_Name(result.code()).substr(12);

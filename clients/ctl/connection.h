@@ -54,8 +54,8 @@ struct Endpoint {
 [[nodiscard]] std::unique_ptr<client::Client> connect(const GlobalOptions& options,
                                                       client::ClientHandlers handlers = {});
 
-/// The result, when it is OK; throws Failure otherwise, with code, path and message in words.
-const v1::Result& require(const v1::Result& result);
+/// Throws Failure unless the result is OK, with code, path and message in words.
+void require(const v1::Result& result);
 
 /// A request that needs no lease.
 v1::Result ask(client::Client& client, const v1::Item& item, const GlobalOptions& options);

@@ -245,7 +245,8 @@ class GuidedCheck {
     const v1::Result result = controller_.call(
         calibrate_item(choice_.tool_id, v1::CALIBRATE_STEP_CONFIRM, felt), timeout_of(options_));
     if (felt == asked) {
-      last_word_ = require(result).message();
+      require(result);
+      last_word_ = result.message();
       return;
     }
     throw Failure(kRefused,
