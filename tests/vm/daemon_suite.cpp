@@ -254,7 +254,8 @@ constexpr std::array<v1::Axis, 6> kDirections{v1::AXIS_POSITIVE_X, v1::AXIS_NEGA
 
 /// The force along a direction that the motors give, N.
 double along(const HapOutput& output, v1::Axis axis) {
-  return (axis % 2 == 1 ? 1e-6 : -1e-6) * output.force_un[(axis - 1) / 2];
+  const int raw_axis = (axis - 1) / 2;
+  return (axis % 2 == 1 ? 1e-6 : -1e-6) * output.force_un[raw_axis];
 }
 
 /// Pushes, and looks at the motors until it is over.

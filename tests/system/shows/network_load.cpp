@@ -17,6 +17,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <random>
+#include <string>
 #include <string_view>
 #include <thread>
 #include <vector>
@@ -141,12 +142,12 @@ int run_clients(const char* host, int port, std::size_t count, double seconds) {
 int main(int argc, char** argv) {
   const std::string_view what = argc > 1 ? argv[1] : "";
   if (what == "flood" && argc == 7) {
-    return flood(argv[2], std::atoi(argv[3]), std::atof(argv[4]), std::atof(argv[5]),
+    return flood(argv[2], std::stoi(argv[3]), std::stod(argv[4]), std::stod(argv[5]),
                  std::strtoull(argv[6], nullptr, 10));
   }
   if (what == "clients" && argc == 6) {
-    return run_clients(argv[2], std::atoi(argv[3]), std::strtoul(argv[4], nullptr, 10),
-                       std::atof(argv[5]));
+    return run_clients(argv[2], std::stoi(argv[3]), std::strtoul(argv[4], nullptr, 10),
+                       std::stod(argv[5]));
   }
   std::fprintf(stderr, "network_load flood|clients: see its source\n");
   return 2;
