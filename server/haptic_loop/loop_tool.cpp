@@ -79,14 +79,17 @@ void write_tool(PlayedTool& played, const LoopTime& time, LoopTool& tool) noexce
   tool.write_failed = !played.device.device->write(time.t_ns, command) && !tool.device_lost;
 }
 
+// A watchdog fires when ticks come late, and as with late ticks: where nobody can be pushed, a
+// machine that stood still for a moment is no reason to stop playing.
 Cause fault_of(const LoopTool& tool, bool pushes, bool guards_armed) noexcept {
+  const bool cut_off = (tool.sample.flags & kDeviceWatchdogFired) != 0;
   const std::pair<bool, Cause> wrong[] = {
       {tool.watched.fault != Cause::kNone, tool.watched.fault},
       {tool.wrench_not_finite, Cause::kNotFinite},
       {tool.write_failed, Cause::kDeviceWrite},
       {(tool.sample.flags & kDeviceEmergencyStop) != 0, Cause::kEmergencyStop},
       {(tool.sample.flags & kDeviceReportsFault) != 0, Cause::kDeviceFault},
-      {(tool.sample.flags & kDeviceWatchdogFired) != 0, Cause::kDeviceWatchdog},
+      {cut_off && (pushes || guards_armed), Cause::kDeviceWatchdog},
   };
   for (const auto& [is, cause] : wrong) {
     if (is && latches(cause, pushes, guards_armed)) return cause;

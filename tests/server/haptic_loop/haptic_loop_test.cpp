@@ -212,6 +212,26 @@ TEST_CASE(
   }
 }
 
+TEST_CASE(
+    "a loop that stands still until the device's watchdog fires goes on where nobody is pushed") {
+  for (const bool armed : {false, true}) {
+    CAPTURE(armed);
+    LoopRun run(kWallScene, {"simulated", "premium_3_0_6dof", armed, true});
+    for (int k = 0; k < 400; ++k) run.tick();
+    REQUIRE(run.tick().snapshot.loop_state == LoopState::kEngaged);
+    run.stand_still(100'000'000);
+    bool fired = false;
+    for (int k = 0; k < 10; ++k) {
+      fired = fired || (run.tick().snapshot.tools[0].device.flags & kDeviceWatchdogFired) != 0;
+    }
+    CHECK(fired);
+    const Snapshot& after = run.tick().snapshot;
+    CHECK(after.loop_state == (armed ? LoopState::kFault : LoopState::kEngaged));
+    if (armed) CHECK(after.cause == Cause::kDeviceWatchdog);
+    CHECK((after.tools[0].device.flags & kDeviceWatchdogFired) == 0);
+  }
+}
+
 TEST_CASE("a drag over a string sounds once, at an instant within the last two ticks") {
   LoopRun run(kStringScene);
   run.engage(Vector3(0.0, 0.004, -0.02));

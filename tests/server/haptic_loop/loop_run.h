@@ -47,6 +47,8 @@ class LoopRun {
   const ToldTick& tick_all(std::span<const Vector3> p_WH);
   /// One tick with whatever the device does.
   const ToldTick& tick();
+  /// Time passes without a tick, ns.
+  void stand_still(std::int64_t t_ns) noexcept { now_ns_ += t_ns; }
   /// Sends a command; it is obeyed in the next tick.
   void send(const LoopCommandBody& what);
   /// Ticks at `p_WH` until the loop is engaged at full gain.
