@@ -110,7 +110,7 @@ ServerHost Daemon::make_host() {
   ServerHost host;
   host.greeting = [this] {
     std::vector<v1::Item> items(2);
-    *items[0].mutable_scene_info() = scenes_.front().info;
+    *items[0].mutable_scene_info() = on_air(playing_id_).info;
     *items[1].mutable_record_info() = record_info(told_record_);
     return items;
   };
@@ -253,6 +253,10 @@ void Daemon::take_snapshots(std::int64_t now_ns) {
     follow_budget(*snapshot);
     if (virtual_time_) add_state(*snapshot, on_air(snapshot->scene_id).index, hash_);
     server_->offer_tick(snapshot->tick, snapshot->scene_id, now_ns);
+    // Events overtake snapshots: only now nothing more is told of the scene before.
+    if (snapshot->scene_id == playing_id_) {
+      while (scenes_.front().id != playing_id_) scenes_.pop_front();
+    }
     channels_->snapshots.release();
   }
 }

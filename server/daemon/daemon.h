@@ -190,7 +190,10 @@ class Daemon {
   std::unique_ptr<UdpTransport> transport_;
   std::unique_ptr<ProtocolServer> server_;
 
-  std::deque<AirScene> scenes_;  ///< the one that plays, and those before and after while swapped
+  /// The one that plays; before it the last one, until its snapshots are all taken; after it the
+  /// next one, until it plays.
+  std::deque<AirScene> scenes_;
+  std::uint32_t playing_id_ = 0;  ///< of the one that clients know of; 0: none yet
   std::uint32_t last_scene_id_ = 0;
   RecordStatus told_record_;  ///< what clients were told last
   std::uint64_t fault_dumps_ = 0;

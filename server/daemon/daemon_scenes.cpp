@@ -90,6 +90,7 @@ Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) 
   scene.settings = scene_settings(loaded->scene->description());
   scene.loaded = std::move(loaded);
   announce_scene(scene);
+  if (playing_id_ == 0) playing_id_ = scene.id;
   scenes_.push_back(std::move(scene));
   return scenes_.back();
 }
@@ -202,12 +203,12 @@ void Daemon::swap_to(std::shared_ptr<const LoadedScene> loaded, std::unique_ptr<
 }
 
 void Daemon::finish_swap(std::uint32_t scene_id) {
-  while (scenes_.front().id != scene_id) scenes_.pop_front();
+  playing_id_ = scene_id;
   swapping_ = false;
   next_pose_ticks_ = {};
   change_tick_ = 0;
   v1::Item item;
-  *item.mutable_scene_info() = scenes_.front().info;
+  *item.mutable_scene_info() = on_air(playing_id_).info;
   server_->broadcast(item);
 }
 

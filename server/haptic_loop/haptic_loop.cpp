@@ -22,6 +22,10 @@ bool latched_by_device(Cause cause) noexcept {
   return cause == Cause::kDeviceFault || cause == Cause::kDeviceWatchdog;
 }
 
+bool pushes_a_person(const PlayedTool& tool) noexcept {
+  return can_push_a_person(tool.device.device->profile().driver);
+}
+
 /// Nothing touches and nothing pushes the tool, as far as its last tick knew.
 bool contact_free(const ToolTick& tool) noexcept {
   const Wrench& F = tool.F_unlimited_H_W;
@@ -178,18 +182,17 @@ void HapticLoop::blame(Cause cause, std::size_t tool) noexcept {
   blamed_ = tool;
 }
 
+// What a stall makes of the devices, such as a watchdog that fires, is not its cause.
 void HapticLoop::find_faults() noexcept {
-  bool any_pushes = false;
-  for (std::size_t k = 0; k < tool_count(); ++k) {
-    const bool pushes = can_push_a_person(scene_->tools[k].device.device->profile().driver);
-    any_pushes = any_pushes || pushes;
-    blame(fault_of(tools_[k], pushes, options_.guards_armed), k);
-  }
+  const bool any_pushes = std::any_of(scene_->tools.begin(), scene_->tools.end(), pushes_a_person);
   const auto of_the_loop = [&](bool wrong, Cause cause) {
     if (wrong && latches(cause, any_pushes, options_.guards_armed)) blame(cause, 0);
   };
-  of_the_loop((orders_ & kOrderEventLost) != 0, Cause::kEventOverflow);
   of_the_loop((orders_ & kOrderStalled) != 0, Cause::kGuardian);
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    blame(fault_of(tools_[k], pushes_a_person(scene_->tools[k]), options_.guards_armed), k);
+  }
+  of_the_loop((orders_ & kOrderEventLost) != 0, Cause::kEventOverflow);
   of_the_loop(late_, Cause::kOverrun);
   standing_fault_ = loop_input_.fault;
 }

@@ -3,6 +3,7 @@ import os
 import signal
 import socket
 import subprocess
+import sys
 import time
 import unittest
 
@@ -52,9 +53,12 @@ class Daemon:
         self.log += rest or ""
         return self.process.returncode
 
-    def __exit__(self, *_):
-        if self.process.poll() is None:
+    def __exit__(self, error, *_):
+        code = self.process.poll()
+        if not self.process.stdout.closed:
             self.end(signal.SIGKILL)
+        if error is not None:
+            print(f"hapticd {'ran' if code is None else f'had ended with {code}'}; its log:\n{self.log}", file=sys.stderr)
 
 
 class LockstepCase(unittest.TestCase):

@@ -68,6 +68,17 @@ class Start(unittest.TestCase):
         self.assertIn("loop state RELEASING -> OVER", played.log)
 
 
+    def test_scenes_are_exchanged_while_every_tick_of_a_fast_loop_is_told(self):
+        # At 4 kHz the loop is ticks ahead of the network thread: it hears of the exchange before it has told the last ticks of the old scene.
+        with daemon.Daemon("--scene", "wall", "--rate", "4000") as played, hapticd.Session(played.address) as session:
+            session.subscribe(divisor=1, sections=["TOOLS"])
+            session.acquire("test")
+            for k in range(10):
+                session.load_scene("wall" if k % 2 else "sphere")
+                list(session.states(20))
+            self.assertEqual(session.scene.scene.name, "wall")
+            self.assertEqual(played.end(), 0, played.log)
+
     def test_sighup_loads_the_scene_of_the_configuration_anew(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "my.textproto"
