@@ -2,18 +2,10 @@
 #include <algorithm>
 
 #include "server/daemon/daemon.h"
+#include "server/encoding/request_result.h"
 
 namespace hapticd {
 namespace {
-
-v1::Result result_of(v1::ResultCode code, const std::string& path = "",
-                     const std::string& message = "") {
-  v1::Result result;
-  result.set_code(code);
-  result.set_path(path);
-  result.set_message(message);
-  return result;
-}
 
 constexpr const char* kStep = "calibrate.step";
 

@@ -7,6 +7,7 @@
 
 #include "server/daemon/daemon.h"
 #include "server/daemon/record_info.h"
+#include "server/encoding/request_result.h"
 #include "server/telemetry/state_record.h"
 
 namespace hapticd {
@@ -94,30 +95,25 @@ void Daemon::announce_change(const SceneSettings& settings, const v1::SetParamet
 }
 
 void Daemon::record(const RequestId& id, const v1::Record& record) {
-  v1::Result result;
-  result.set_code(v1::RESULT_CODE_OK);
-  const auto refuse = [&](v1::ResultCode code, const char* path, const char* message) {
-    result.set_code(code);
-    result.set_path(path);
-    result.set_message(message);
-  };
+  v1::Result result = result_of(v1::RESULT_CODE_OK);
   const RecordStatus status = recording_->status();
   if (!plain_name(record.file())) {
-    refuse(v1::RESULT_CODE_INVALID, "record.file", "Use a-z A-Z 0-9 _ - . and at most 64 of them.");
+    result = result_of(v1::RESULT_CODE_INVALID, "record.file",
+                       "Use a-z A-Z 0-9 _ - . and at most 64 of them.");
   } else if (record.mode() == v1::RECORD_MODE_START && status.recording) {
-    refuse(v1::RESULT_CODE_BUSY, "record", "A recording runs already. Stop it first.");
+    result = result_of(v1::RESULT_CODE_BUSY, "record", "A recording runs already. Stop it first.");
   } else if (record.mode() == v1::RECORD_MODE_START) {
     const std::string name = record.file().empty() ? name_of_now("session") : record.file();
     recording_->start(recordings_folder() / name);
   } else if (record.mode() == v1::RECORD_MODE_STOP && !status.recording) {
-    refuse(v1::RESULT_CODE_WRONG_STATE, "record", "Nothing is being recorded.");
+    result = result_of(v1::RESULT_CODE_WRONG_STATE, "record", "Nothing is being recorded.");
   } else if (record.mode() == v1::RECORD_MODE_STOP) {
     recording_->stop();
   } else if (record.mode() == v1::RECORD_MODE_DUMP) {
     const std::string name = record.file().empty() ? name_of_now("dump") : record.file();
     recording_->dump(recordings_folder() / name);
   } else {
-    refuse(v1::RESULT_CODE_INVALID, "record.mode", "Say START, STOP or DUMP.");
+    result = result_of(v1::RESULT_CODE_INVALID, "record.mode", "Say START, STOP or DUMP.");
   }
   server_->answer(id, result);
 }

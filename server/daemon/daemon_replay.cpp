@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "server/daemon/daemon.h"
+#include "server/encoding/request_result.h"
 
 namespace hapticd {
 namespace {
@@ -200,31 +201,26 @@ bool Daemon::refuse_in_replay(const RequestId& id, const v1::Item& item) {
     default:
       break;
   }
-  v1::Result result;
-  result.set_code(v1::RESULT_CODE_WRONG_STATE);
-  result.set_message("A recording is being replayed: nothing but what was recorded reaches it.");
-  server_->answer(id, result);
+  server_->answer(
+      id, result_of(v1::RESULT_CODE_WRONG_STATE, "",
+                    "A recording is being replayed: nothing but what was recorded reaches it."));
   return true;
 }
 
 void Daemon::answer_replay(const RequestId& id, const v1::Replay& replay) {
-  v1::Result result;
-  result.set_code(v1::RESULT_CODE_WRONG_STATE);
-  result.set_path("replay.file");
   if (replay.file().empty() && replay_) {
-    result.set_code(v1::RESULT_CODE_OK);
-    result.clear_path();
     end_requested_ = true;
-  } else if (replay_) {
-    result.set_message("Another recording is being replayed. End it first, with an empty name.");
-  } else if (replay.file().empty()) {
-    result.set_message("No replay runs.");
-  } else {
-    result.set_message(
-        "Devices play. A replay has a daemon of its own: hapticctl replay, or hapticd --device "
-        "replay:FILE.");
+    return server_->answer(id, result_of(v1::RESULT_CODE_OK));
   }
-  server_->answer(id, result);
+  const char* why =
+      "Devices play. A replay has a daemon of its own: hapticctl replay, or hapticd --device "
+      "replay:FILE.";
+  if (replay_) {
+    why = "Another recording is being replayed. End it first, with an empty name.";
+  } else if (replay.file().empty()) {
+    why = "No replay runs.";
+  }
+  server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "replay.file", why));
 }
 
 }  // namespace hapticd

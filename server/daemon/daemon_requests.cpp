@@ -2,21 +2,13 @@
 #include <algorithm>
 
 #include "server/daemon/daemon.h"
+#include "server/encoding/request_result.h"
 #include "server/scene_io/gesture_loader.h"
 #include "server/scene_io/scene_assignment.h"
 #include "server/scene_io/scene_parameters.h"
 
 namespace hapticd {
 namespace {
-
-v1::Result result_of(v1::ResultCode code, const std::string& path = "",
-                     const std::string& message = "") {
-  v1::Result result;
-  result.set_code(code);
-  result.set_path(path);
-  result.set_message(message);
-  return result;
-}
 
 Array3 three(const google::protobuf::RepeatedField<double>& numbers) {
   Array3 out{};

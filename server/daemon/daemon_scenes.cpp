@@ -6,22 +6,12 @@
 
 #include "core/math/assert.h"
 #include "server/daemon/daemon.h"
+#include "server/encoding/request_result.h"
 #include "server/scene_io/gesture_loader.h"
 #include "server/scene_io/scene_parameters.h"
 
 namespace hapticd {
 namespace {
-
-/// Texts for people are no longer than this on the wire, bytes.
-constexpr std::size_t kLongestMessage = 400;
-
-v1::Result refusal(v1::ResultCode code, const std::string& path, const std::string& message) {
-  v1::Result result;
-  result.set_code(code);
-  result.set_path(path);
-  result.set_message(message.substr(0, kLongestMessage));
-  return result;
-}
 
 /// What a scene is refused for.
 struct Faults {
@@ -126,8 +116,8 @@ const Daemon::AirScene& Daemon::on_air(std::uint32_t scene_id) const {
 void Daemon::build_scene(std::optional<RequestId> request, const v1::LoadScene& load) {
   if (build_ || swapping_) {
     if (request) {
-      server_->answer(*request, refusal(v1::RESULT_CODE_BUSY, "load_scene",
-                                        "Another scene is being loaded. Try again."));
+      server_->answer(*request, result_of(v1::RESULT_CODE_BUSY, "load_scene",
+                                          "Another scene is being loaded. Try again."));
     }
     return;
   }
@@ -148,7 +138,7 @@ void Daemon::finish_build() {
   build_.reset();
   const auto fail = [&](v1::ResultCode code, const std::string& path, const std::string& message) {
     if (build.request) {
-      server_->answer(*build.request, refusal(code, path, message));
+      server_->answer(*build.request, result_of(code, path, message));
     } else {
       spdlog::error("{}", message);
     }
@@ -166,7 +156,7 @@ void Daemon::finish_build() {
     return;
   }
   if (build.check_only) {
-    server_->answer(*build.request, refusal(v1::RESULT_CODE_OK, "", ""));
+    server_->answer(*build.request, result_of(v1::RESULT_CODE_OK, "", ""));
     return;
   }
   try {

@@ -1,6 +1,7 @@
 // Virtual time: stopped, following the real one, or stepped as fast as the machine can. See
 // daemon.h.
 #include "server/daemon/daemon.h"
+#include "server/encoding/request_result.h"
 
 namespace hapticd {
 namespace {
@@ -20,13 +21,8 @@ std::uint64_t held_inputs(const PlayedScene& scene) {
 }  // namespace
 
 void Daemon::run_time(const RequestId& id, const v1::Run& run) {
-  v1::Result result;
-  result.set_code(v1::RESULT_CODE_OK);
   const auto refuse = [&](v1::ResultCode code, const char* path, const char* message) {
-    result.set_code(code);
-    result.set_path(path);
-    result.set_message(message);
-    server_->answer(id, result);
+    server_->answer(id, result_of(code, path, message));
   };
   if (run.mode() == v1::RUN_MODE_UNSPECIFIED) {
     refuse(v1::RESULT_CODE_INVALID, "run.mode", "Say LIVE, STOP or STEP.");
@@ -53,12 +49,11 @@ void Daemon::run_time(const RequestId& id, const v1::Run& run) {
   if (steps_) end_steps(v1::RESULT_CODE_OK);
   mode_ = run.mode() == v1::RUN_MODE_LIVE ? TimeMode::kLive : TimeMode::kStopped;
   live_due_ns_ = 0;
-  server_->answer(id, result);
+  server_->answer(id, result_of(v1::RESULT_CODE_OK));
 }
 
 void Daemon::end_steps(v1::ResultCode code) {
-  v1::Result result;
-  result.set_code(code);
+  v1::Result result = result_of(code);
   v1::RunResult& run = *result.mutable_run();
   run.set_steps(steps_->done);
   run.set_next_tick(loop_->next_tick());

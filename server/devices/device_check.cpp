@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "server/encoding/request_result.h"
+
 namespace hapticd {
 namespace {
 
@@ -16,14 +18,6 @@ std::size_t index_of(v1::Axis axis) { return static_cast<std::size_t>((axis - 1)
 
 std::string name_of(v1::Axis axis) {
   return std::string(axis % 2 == 1 ? "+" : "-") + "xyz"[index_of(axis)];
-}
-
-v1::Result result_of(v1::ResultCode code, const std::string& path, const std::string& message) {
-  v1::Result result;
-  result.set_code(code);
-  result.set_path(path);
-  result.set_message(message);
-  return result;
 }
 
 }  // namespace
@@ -113,8 +107,7 @@ v1::Result DeviceCheck::begin_anew(v1::Axis pushed, v1::Axis felt) {
       message += " It still counts as checked: " + std::string(error.what());
     }
   }
-  constexpr std::size_t kLongestMessage = 400;
-  return result_of(v1::RESULT_CODE_INVALID, "calibrate.axis", message.substr(0, kLongestMessage));
+  return result_of(v1::RESULT_CODE_INVALID, "calibrate.axis", message);
 }
 
 std::string DeviceCheck::remedy(v1::Axis pushed, v1::Axis felt) const {
