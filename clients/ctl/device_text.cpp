@@ -180,6 +180,9 @@ std::vector<std::string> info_lines(const v1::DeviceInfo& info) {
   if (info.driver() == v1::DRIVER_PID) {
     lines.emplace_back("  watchdog      NONE: it pushes on when hapticd dies, so 1 N at the most");
   }
+  if (profile.affine()) {
+    lines.emplace_back("  affine        it renders the stiffness of contacts by itself");
+  }
   lines.push_back("  profile       " + profile.name() +
                   ", raw axes that become x, y, z: " + axes_of_map(profile.axis_map()));
   add_numbers(profile.axis_map(), lines);

@@ -14,27 +14,8 @@ namespace {
 /// skin.
 constexpr double kRowTolerancePerMargin = 1e-9;
 
-/// Coefficients of a soft part in a row.
-struct PartTerm {
-  std::size_t unknown;  ///< first of its three
-  Vector3 linear;
-};
-
 /// Share of the skin that the way of a string's vertex to the centre of its contact may take.
 constexpr double kCentringShare = 0.25;
-
-/// Left-hand coefficients of one contact for the tool, the string it presses and its soft parts,
-/// and the right-hand side.
-struct ContactRow {
-  Vector3 linear;
-  Vector3 angular;
-  int unknown = -1;  ///< of the string's radial deflection; the tangential one follows; -1: none
-  double radial = 0.0;
-  double tangential = 0.0;
-  std::array<PartTerm, kMaxSoftParts> part;
-  std::size_t parts = 0;
-  double bound;
-};
 
 /// What the rows of one linearisation are made from.
 struct RowContext {
@@ -46,31 +27,8 @@ struct RowContext {
 };
 
 ContactRow row_of(const RowContext& context, const Contact& contact) noexcept {
-  const OptimiserState& state = context.state;
-  const GapGradient gradient = gap_gradient(state, context.w.models, contact);
-  ContactRow row;
-  row.linear = gradient.linear;
-  row.angular = gradient.angular;
-  const double lack = context.input.options.skin - contact.gap;
-  row.bound = context.regain ? lack : std::min(0.0, lack);
-  if (gradient.hold >= 0) {
-    const HoldModel& hold = context.w.models[static_cast<std::size_t>(gradient.hold)];
-    if (hold.unknown >= 0) {
-      const StringBend& bend = state.holds[static_cast<std::size_t>(gradient.hold)].bend;
-      const double share = deflection_share(bend, contact.lambda);
-      row.unknown = hold.unknown;
-      row.radial = -share * contact.nhat_OG_W.dot(hold.radial_W);
-      row.tangential = -share * contact.nhat_OG_W.dot(hold.tangential_W);
-    }
-  }
-  const int own = find_part(context.input.parts, state.parts, contact.key.tool_sphere);
-  for (std::size_t k = 0; k < state.parts.size(); ++k) {
-    const int unknown = context.w.parts[k].unknown;
-    const bool is_own = own == static_cast<int>(k);
-    if (unknown < 0 || (!is_own && gradient.slid == 0.0)) continue;
-    row.part[row.parts++] = {static_cast<std::size_t>(unknown),
-                             part_gradient(context.w.models, contact, gradient, k, is_own)};
-  }
+  ContactRow row = contact_row(context.input, context.state, context.w, contact);
+  if (!context.regain) row.bound = std::min(0.0, row.bound);
   return row;
 }
 
@@ -286,6 +244,34 @@ double solve_rows(const RowContext& context, OptimiserWorkspace& w,
 }
 
 }  // namespace
+
+ContactRow contact_row(const OptimiserInput& input, const OptimiserState& state,
+                       const OptimiserWorkspace& w, const Contact& contact) noexcept {
+  const GapGradient gradient = gap_gradient(state, w.models, contact);
+  ContactRow row;
+  row.linear = gradient.linear;
+  row.angular = gradient.angular;
+  row.bound = input.options.skin - contact.gap;
+  if (gradient.hold >= 0) {
+    const HoldModel& hold = w.models[static_cast<std::size_t>(gradient.hold)];
+    if (hold.unknown >= 0) {
+      const StringBend& bend = state.holds[static_cast<std::size_t>(gradient.hold)].bend;
+      const double share = deflection_share(bend, contact.lambda);
+      row.unknown = hold.unknown;
+      row.radial = -share * contact.nhat_OG_W.dot(hold.radial_W);
+      row.tangential = -share * contact.nhat_OG_W.dot(hold.tangential_W);
+    }
+  }
+  const int own = find_part(input.parts, state.parts, contact.key.tool_sphere);
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    const int unknown = w.parts[k].unknown;
+    const bool is_own = own == static_cast<int>(k);
+    if (unknown < 0 || (!is_own && gradient.slid == 0.0)) continue;
+    row.part[row.parts++] = {static_cast<std::size_t>(unknown),
+                             part_gradient(w.models, contact, gradient, k, is_own)};
+  }
+  return row;
+}
 
 double solve_linearisation(const OptimiserInput& input, const OptimiserState& state,
                            const ToolStep& e, OptimiserWorkspace& w,

@@ -10,6 +10,31 @@
 
 namespace hapticd {
 
+/// Coefficients of a soft part in a row.
+struct PartTerm {
+  std::size_t unknown;  ///< first of its three
+  Vector3 linear;
+};
+
+/// Left-hand coefficients of one contact for the tool, the string it presses and its soft parts,
+/// and the right-hand side.
+struct ContactRow {
+  Vector3 linear;
+  Vector3 angular;
+  int unknown = -1;  ///< of the string's radial deflection; the tangential one follows; -1: none
+  double radial = 0.0;
+  double tangential = 0.0;
+  std::array<PartTerm, kMaxSoftParts> part;
+  std::size_t parts = 0;
+  double bound;  ///< what the gap lacks of the skin, m
+};
+
+/// The row of `contact`, whose strings and soft parts are modelled in the workspace.
+[[nodiscard]] HD_REALTIME ContactRow contact_row(const OptimiserInput& input,
+                                                 const OptimiserState& state,
+                                                 const OptimiserWorkspace& workspace,
+                                                 const Contact& contact) noexcept;
+
 /// Exchange rounds at most; normal 0. When used up, the step is shortened instead (safe, slower).
 inline constexpr int kMaxExchangeRounds = 8;
 

@@ -17,6 +17,21 @@ double next_force_bound(double bound, OptimiserStatus status, double force, doub
   return force <= grown ? std::numeric_limits<double>::infinity() : grown;
 }
 
+/// The stiffness of the program, and of strings that give less than the program presses on them
+/// that much less.
+ContactStiffness felt_stiffness(const OptimiserInput& input, const ToolState& state,
+                                const OptimiserWorkspace& workspace,
+                                const ToolTick& tick) noexcept {
+  ContactStiffness stiffness = contact_stiffness(input, state.optimiser, workspace, tick.optimiser);
+  const double pressed = tick.optimiser.F_H_W.f.norm();
+  const double felt = tick.F_unlimited_H_W.f.norm();
+  if (felt < pressed) {
+    stiffness.K_W *= felt / pressed;
+    stiffness.Kr_W *= felt / pressed;
+  }
+  return stiffness;
+}
+
 }  // namespace
 
 OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH, double dt) noexcept {
@@ -30,6 +45,7 @@ void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState&
   tick.X_WH = state.guard.X_WH;
   tick.V_WH = state.guard.V_WH;
   tick.strings.clear();
+  tick.stiffness = ContactStiffness{};
   if (tick.pose == PoseVerdict::kFault) {
     tick.X_WG = state.optimiser.X_WG;
     tick.F_unlimited_H_W = Wrench{};
@@ -45,6 +61,7 @@ void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState&
   tick.X_WG = state.optimiser.X_WG;
   find_string_contacts(input, state.optimiser, workspace, tick.optimiser, tick.strings,
                        tick.F_unlimited_H_W);
+  if (scene.stiffness_wanted) tick.stiffness = felt_stiffness(input, state, workspace, tick);
 }
 
 void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept {

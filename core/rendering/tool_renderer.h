@@ -5,6 +5,7 @@
 #pragma once
 
 #include "core/rendering/configuration_optimiser.h"
+#include "core/rendering/contact_stiffness.h"
 #include "core/rendering/pose_guard.h"
 #include "core/rendering/string_contact.h"
 #include "core/safety/wrench_limit.h"
@@ -30,8 +31,9 @@ struct ToolScene {
   ToolParts parts{};  ///< what of the tool is soft
   /// B of the coupling between hand and tool, N s/m, >= 0; acts on the hand's velocity against G's.
   double coupling_damping = 0.0;
-  Bystanders others{};    ///< see OptimiserInput
-  double rounding = 0.0;  ///< likewise
+  Bystanders others{};            ///< see OptimiserInput
+  double rounding = 0.0;          ///< likewise
+  bool stiffness_wanted = false;  ///< ticks tell ToolTick::stiffness
 };
 
 /// State of one tool. Copy it to take a snapshot.
@@ -53,6 +55,9 @@ struct ToolTick {
   Wrench F_unlimited_H_W;  ///< before ramp and limit
   OptimiserResult optimiser;
   StringContacts strings;  ///< that press the tool
+  /// Of F_unlimited_H_W less what vibrates; strings that do not yield count by the share of their
+  /// force in the program's. Zero unless wanted.
+  ContactStiffness stiffness;
 };
 
 /// What the optimiser is asked in a tick of this scene.

@@ -36,6 +36,7 @@ enum ToolFlagBit : std::uint16_t {
   kStringHeldRigid = 1U << 7U,
   kInputHeld = 1U << 8U,
   kClutched = 1U << 9U,
+  kDeviceSpring = 1U << 10U,
 };
 
 /// The device of a tool as it was measured for the tick.

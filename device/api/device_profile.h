@@ -63,6 +63,8 @@ struct DeviceProfile {
   Array3 position_resolution{};                 ///< of the encoders, m; 0 = exact
   Array3 rotation_resolution{};                 ///< of the encoders, rad; 0 = exact
   double motor_lag = 0.0;                       ///< first-order, s
+
+  bool affine = false;  ///< it renders DeviceCommand::spring by itself
 };
 static_assert(std::is_trivially_copyable_v<DeviceProfile>);
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "core/math/spring.h"
 #include "core/math/vector.h"
 
 namespace hapticd {
@@ -56,7 +57,9 @@ struct DeviceCommand {
   /// No longer valid from here on: zero force if nothing newer came.
   std::int64_t expires_ns = std::numeric_limits<std::int64_t>::max();
   std::uint64_t sample_counter = 0;  ///< of the sample the wrench was computed from
-  bool enable = false;               ///< motors on; off means zero force
+  /// About the pose of that sample, for devices whose profile is `affine`; others leave it out.
+  DeviceSpring spring{};
+  bool enable = false;        ///< motors on; off means zero force
   bool clear_faults = false;  ///< forget what was latched: the user's decision; means zero force
 };
 static_assert(std::is_trivially_copyable_v<DeviceCommand>);

@@ -2,6 +2,7 @@
 #include "device/hid/hid_device.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <span>
 #include <utility>
 
@@ -22,12 +23,20 @@ constexpr std::int64_t from_us(std::uint64_t us) noexcept {
 /// Commands of the loop have an even seq, those that stand in for them an odd one.
 constexpr std::uint16_t kRevokedSeqBit = 1;
 
-OutputReport output(const CommandReport& command) noexcept {
+template <typename Command>
+OutputReport output(const Command& command) noexcept {
   OutputReport report;
   const auto bytes = encode(command);
   std::copy(bytes.begin(), bytes.end(), report.bytes.begin());
   report.length = bytes.size();
   return report;
+}
+
+/// As the device reckons (PROFILE.md, Affine).
+int row_bound(const std::array<std::int16_t, 6>& k_npm) noexcept {
+  const auto size = [&](std::size_t entry) { return std::abs(int{k_npm[entry]}); };
+  return std::max(
+      {size(0) + size(3) + size(4), size(3) + size(1) + size(5), size(4) + size(5) + size(2)});
 }
 
 }  // namespace
@@ -194,6 +203,18 @@ void HidDevice::advance_enabling(bool wanted) noexcept {
   }
 }
 
+// The spring is about the pose of a State, which must be the one the command was made from.
+bool HidDevice::told_as_spring(const DeviceCommand& command, const CommandReport& base,
+                               AffineReport& report) const noexcept {
+  const bool offered = profile_.affine && (capabilities_.caps & kCanAffine) != 0;
+  if (!offered || enabling_ != Enabling::kOn || is_none(command.spring)) return false;
+  if (command.sample_counter != counter_) return false;
+  const AffineGains gains{command.spring.K_D, {}, command.spring.Kr_D, {}};
+  if (!to_affine(command, gains, report)) return false;
+  report.base = base;
+  return row_bound(report.k_npm) <= capabilities_.k_max_npm;
+}
+
 bool HidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcept {
   CommandReport report;
   DeviceCommand told = command;
@@ -212,7 +233,9 @@ bool HidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcep
   no_force.seq = report.seq | kRevokedSeqBit;
   const bool stuck = writer_.stuck(now_ns);
   PostedCommand posted;
-  posted.reports.push_back(output(report));
+  AffineReport with_spring;
+  const bool affine = finite && told_as_spring(told, report, with_spring);
+  posted.reports.push_back(affine ? output(with_spring) : output(report));
   posted.instead.push_back(output(no_force));
   posted.posted_ns = now_ns;
   // What takes force away is never out of date.

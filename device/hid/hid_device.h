@@ -100,6 +100,9 @@ class HidDevice final : public HapticDevice {
   HD_REALTIME void note_echo_of(const StateReport& state, std::int64_t device_ns) noexcept;
   HD_REALTIME void advance_enabling(bool wanted) noexcept;
   HD_REALTIME void begin_anew() noexcept;
+  [[nodiscard]] HD_REALTIME bool told_as_spring(const DeviceCommand& command,
+                                                const CommandReport& base,
+                                                AffineReport& report) const noexcept;
 
   DeviceProfile profile_;
   Capabilities capabilities_;

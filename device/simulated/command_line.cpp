@@ -56,6 +56,7 @@ CommandInForce CommandLine::at(std::int64_t t_ns) noexcept {
   if (zeroed || in_force.stale || !in_force.enabled || host_ns >= current_.command.expires_ns) {
     return in_force;
   }
+  in_force.spring = current_.command.spring;
   in_force.F_H_D = {to_vector(current_.command.f_H_D), to_vector(current_.command.t_H_D)};
   return in_force;
 }

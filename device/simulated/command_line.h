@@ -22,6 +22,7 @@ struct CommandInForce {
   bool enabled = false;              ///< motors on
   bool stale = false;                ///< the watchdog cut it: nothing came in time
   std::uint64_t sample_counter = 0;  ///< of the sample the newest command was computed from
+  DeviceSpring spring;               ///< about the pose of that sample
 };
 
 class CommandLine {

@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kPlantStep = static_cast<double>(kPlantStep_ns) * 1e-9;
 constexpr double kTargetStep = static_cast<double>(kTargetStep_ns) * 1e-9;
+/// So much longer than the delay a pose is remembered that a command may be about, s.
+constexpr double kRemembered = 0.02;
 /// Rounding of a command at its limit, relative: no saturation yet.
 constexpr double kAtLimit = 1.0 + 1e-9;
 
@@ -68,6 +70,10 @@ SimulatedDevice::SimulatedDevice(const DeviceProfile& profile, const SimulatedOp
   }
   const double delay = arms_[index_of(ArmKind::kAdversarial)].delay;
   felt_.resize(1 + static_cast<std::size_t>(std::ceil(delay / kTargetStep)));
+  if (profile.affine) {
+    const double samples = (profile.delay + kRemembered) / (1e-9 * static_cast<double>(report_ns_));
+    sampled_.resize(2 + static_cast<std::size_t>(samples));
+  }
   set_seed(options.seed);
   place(options.X_DH);
 }
@@ -148,6 +154,22 @@ void SimulatedDevice::end_target_step() noexcept {
   into_target_ns_ = 0;
 }
 
+// f0 + K (p_ref - p) and t0 + Kr e, e the rotation back to the pose of the sample.
+Wrench SimulatedDevice::commanded() const noexcept {
+  Wrench F = in_force_.F_H_D;
+  const std::uint64_t back = last_.counter - in_force_.sample_counter;
+  if (is_none(in_force_.spring) || back >= sampled_.size()) return F;
+  const Pose& X_ref = sampled_[in_force_.sample_counter % sampled_.size()];
+  const Pose X_DH = pose();
+  const auto& [xx, yy, zz, xy, xz, yz] = in_force_.spring.K_D;
+  const Vector3 way = X_ref.p - X_DH.p;
+  F.f += Vector3(xx * way.x() + xy * way.y() + xz * way.z(),
+                 xy * way.x() + yy * way.y() + yz * way.z(),
+                 xz * way.x() + yz * way.y() + zz * way.z());
+  F.t += to_vector(in_force_.spring.Kr_D).cwiseProduct(log_rotation(X_ref.q * X_DH.q.conjugate()));
+  return F;
+}
+
 SimulatedDevice::Six SimulatedDevice::motor_mean(const Wrench& F_H_D) noexcept {
   const double force = profile_.actuated_axes > 0 ? profile_.peak_force : 0.0;
   const double torque = profile_.actuated_axes > 3 ? profile_.peak_torque : 0.0;
@@ -167,7 +189,7 @@ void SimulatedDevice::sub_step() noexcept {
   if (into_target_ns_ == 0) begin_target_step();
   in_force_ = commands_.at(t_ns_);
   note_echo(in_force_.sample_counter, t_ns_, echo_);
-  const Six motor = motor_mean(in_force_.F_H_D);
+  const Six motor = motor_mean(commanded());
   const Responses& responses = responses_[index_of(arm_)];
   for (std::size_t axis = 0; axis < 6; ++axis) {
     const AxisStep step = advance_axis(responses[axis], {y_[axis], v_[axis], v_target_[axis]},
@@ -228,6 +250,7 @@ void SimulatedDevice::measure(DeviceSample& sample) noexcept {
   } else if (last_.counter > 0) {
     difference_velocity(last_, next);
   }
+  if (!sampled_.empty()) sampled_[next.counter % sampled_.size()] = X_DH;
   sample = last_ = next;
 }
 

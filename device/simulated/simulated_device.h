@@ -81,6 +81,7 @@ class SimulatedDevice final : public HapticDevice {
   void begin_target_step() noexcept;
   void end_target_step() noexcept;
   void sub_step() noexcept;
+  [[nodiscard]] Wrench commanded() const noexcept;
   [[nodiscard]] Six motor_mean(const Wrench& F_H_D) noexcept;
   [[nodiscard]] Pose pose() const noexcept;
   void measure(DeviceSample& sample) noexcept;
@@ -112,6 +113,8 @@ class SimulatedDevice final : public HapticDevice {
   std::vector<Six> felt_;
   std::size_t felt_next_ = 0;
   Six reaction_{};
+  /// Poses of past samples, by their counter, for the spring that a command may bring.
+  std::vector<Pose> sampled_;
 
   std::int64_t t_ns_ = 0;
   std::int64_t into_target_ns_ = 0;

@@ -172,6 +172,12 @@ v1::DeviceProfile profile_of(const hid::Capabilities& capabilities, const Hidraw
   }
   v1::DeviceProfile profile = base;
   profile.set_driver(v1::DRIVER_HID);
+  // What bears no stiffness that it tells of refuses all of them.
+  const bool affine = (capabilities.caps & hid::kCanAffine) != 0 && capabilities.k_max_npm > 0;
+  if (profile.affine() && !affine) {
+    spdlog::warn("{}: no affine commands, which its profile asks for", describe(node));
+  }
+  profile.set_affine(profile.affine() && affine);
   if (profile.description().empty()) profile.set_description(describe(node));
   fill(profile, "sensed_axes", {static_cast<double>(stated.sensed_axes)});
   fill(profile, "actuated_axes", {static_cast<double>(stated.actuated_axes)});

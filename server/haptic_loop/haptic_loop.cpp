@@ -245,7 +245,10 @@ void HapticLoop::advance_state() noexcept {
 // What cannot be used is not computed with: the last good pose again, at its own time, lets the
 // simulation stand still.
 void HapticLoop::render() noexcept {
-  for (LoopTool& tool : tools()) tool.F_H_D = Wrench{};
+  for (LoopTool& tool : tools()) {
+    tool.F_H_D = Wrench{};
+    tool.wanted = DeviceSpring{};
+  }
   if (!all_have_poses()) return;
   TickInput input;
   for (std::size_t k = 0; k < tool_count(); ++k) {
@@ -262,6 +265,8 @@ void HapticLoop::render() noexcept {
     const Wrench& F_H_W = output_.tools[k].F_H_W;
     tool.F_H_D =
         with_push(tool.push, to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain}));
+    const bool wanted = simulation.scene(k).stiffness_wanted && tool.push.axis == 0;
+    if (wanted) tool.wanted = spring_at_device(played.map, output_.tools[k].stiffness, gain);
   }
 }
 

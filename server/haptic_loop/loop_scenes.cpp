@@ -20,7 +20,9 @@ void HapticLoop::begin_scene() noexcept {
     tools_[k] = LoopTool{};
     if (ToolTick* tick = output_.tools.append()) *tick = ToolTick{};
     HD_ASSERT(scene_->tools[k].device.device != nullptr);
-    guarded_[k].store(scene_->tools[k].device.device, std::memory_order_seq_cst);
+    HapticDevice* device = scene_->tools[k].device.device;
+    scene_->play.simulation->scene(k).stiffness_wanted = device->profile().affine;
+    guarded_[k].store(device, std::memory_order_seq_cst);
   }
   const GesturePlan* gesture = scene_->gesture.get();
   if (gesture != nullptr) static_cast<void>(begin_gesture(*gesture));

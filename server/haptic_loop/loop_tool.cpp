@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "core/safety/device_spring.h"
+
 namespace hapticd {
 namespace {
 
@@ -52,6 +54,23 @@ bool learn_delay(const DeviceSample& sample, PlayedTool& played) noexcept {
   return true;
 }
 
+// Columns of the map give the hand's motion in the world for a unit of it at the device.
+DeviceSpring spring_at_device(const WorkspaceMap& map, const ContactStiffness& stiffness,
+                              double gain) noexcept {
+  Matrix3 along;
+  Matrix3 about;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const Vector3 unit = Vector3::Unit(i);
+    along.col(i) = to_world(map, Twist{unit, Vector3::Zero()}).v;
+    about.col(i) = to_world(map, Twist{Vector3::Zero(), unit}).w;
+  }
+  // Forces are turned only, motions scaled too.
+  const Matrix3 K_D = gain / map.scale * along.transpose() * stiffness.K_W * along;
+  const Matrix3 Kr_D = gain * about.transpose() * stiffness.Kr_W * about;
+  return {{K_D(0, 0), K_D(1, 1), K_D(2, 2), K_D(0, 1), K_D(0, 2), K_D(1, 2)},
+          {Kr_D(0, 0), Kr_D(1, 1), Kr_D(2, 2)}};
+}
+
 void limit_tool(const PlayedTool& played, const LoopTime& time, double budget, double gain,
                 bool force, LoopTool& tool) noexcept {
   SafetyInput input;
@@ -66,6 +85,13 @@ void limit_tool(const PlayedTool& played, const LoopTime& time, double budget, d
   input.budget = budget / played.map.scale;
   tool.written = limit(input, played.limits, tool.safety);
   tool.wrench_not_finite = (tool.written.flags & kSafetyNotFinite) != 0;
+  const DeviceProfile& profile = played.device.device->profile();
+  tool.spring = DeviceSpring{};
+  if (!profile.affine) return;
+  // A command holds until the next but one, should that be lost.
+  const double horizon_s = played.stiffness_limits.delay_s + 2.0 * input.hold_s;
+  tool.spring = grant_spring(tool.wanted, {tool.written, gain, input.V_DH_D, horizon_s,
+                                           played.limits.peak, profile.stiffness_max});
 }
 
 void write_tool(PlayedTool& played, const LoopTime& time, LoopTool& tool) noexcept {
@@ -75,6 +101,7 @@ void write_tool(PlayedTool& played, const LoopTime& time, LoopTool& tool) noexce
   command.enable = tool.written.enable;
   command.expires_ns = tool.written.expires_ns;
   command.sample_counter = tool.sample.counter;
+  command.spring = tool.spring;
   command.clear_faults = tool.clear_faults;
   tool.write_failed = !played.device.device->write(time.t_ns, command) && !tool.device_lost;
 }

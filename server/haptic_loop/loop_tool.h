@@ -19,8 +19,10 @@ struct LoopTool {
   DeviceSample sample;
   WatchedInput watched;
   WorkspaceOutput placed;
-  Wrench F_H_D;  ///< rendered, for the safety stage
+  Wrench F_H_D;         ///< rendered, for the safety stage
+  DeviceSpring wanted;  ///< likewise, for a device that renders it by itself
   SafetyOutput written;
+  DeviceSpring spring;  ///< granted
   bool sample_came = false;
   bool device_lost = false;
   bool write_failed = false;
@@ -62,8 +64,13 @@ inline constexpr double kLongestDelay_s = 1.0;
 /// change nothing.
 HD_REALTIME bool learn_delay(const DeviceSample& sample, PlayedTool& played) noexcept;
 
-/// Passes tool.F_H_D through the safety stage, faded by `gain`; zero unless `force`. `budget`: what
-/// strings may still give to the hand, J.
+/// What `stiffness` is to the hand at the device of `map`, forces being multiplied by `gain`.
+[[nodiscard]] HD_REALTIME DeviceSpring spring_at_device(const WorkspaceMap& map,
+                                                        const ContactStiffness& stiffness,
+                                                        double gain) noexcept;
+
+/// Passes tool.F_H_D through the safety stage, faded by `gain`, and grants tool.wanted; zero unless
+/// `force`. `budget`: what strings may still give to the hand, J.
 HD_REALTIME void limit_tool(const PlayedTool& played, const LoopTime& time, double budget,
                             double gain, bool force, LoopTool& tool) noexcept;
 

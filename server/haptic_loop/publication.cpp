@@ -18,20 +18,21 @@ Wrench written_to_world(const PlayedTool& played, const LoopTool& tool) noexcept
 
 WrenchReading reading_of(const Wrench& F) noexcept { return {to_array(F.f), to_array(F.t)}; }
 
-std::uint16_t flags_of(const ToolTick& tick, const SafetyOutput& written, bool held,
-                       bool clutched) noexcept {
+std::uint16_t flags_of(const ToolTick& tick, const LoopTool& tool) noexcept {
+  const std::uint32_t limited = tool.written.flags;
   std::uint32_t flags = 0;
   const auto set = [&](bool on, std::uint32_t bit) { flags |= on ? bit : 0U; };
-  set((written.flags & kSafetySlew) != 0, kSlewLimited);
-  set((written.flags & kSafetySaturated) != 0, kSaturated);
-  set((written.flags & kSafetyThermal) != 0, kThermalLimited);
-  set((written.flags & kSafetyPassivity) != 0, kPassivityLimited);
+  set((limited & kSafetySlew) != 0, kSlewLimited);
+  set((limited & kSafetySaturated) != 0, kSaturated);
+  set((limited & kSafetyThermal) != 0, kThermalLimited);
+  set((limited & kSafetyPassivity) != 0, kPassivityLimited);
   set(tick.optimiser.status == OptimiserStatus::kRecovering, kRecovering);
   set(tick.optimiser.status == OptimiserStatus::kLagging, kLagging);
   set(tick.optimiser.rows_exchanged > 0, kRowsMerged);
   set(tick.optimiser.strings_refused > 0, kStringHeldRigid);
-  set(held, kInputHeld);
-  set(clutched, kClutched);
+  set(tool.watched.held, kInputHeld);
+  set(tool.placed.open, kClutched);
+  set(!is_none(tool.spring), kDeviceSpring);
   return static_cast<std::uint16_t>(flags);
 }
 
@@ -85,7 +86,7 @@ void HapticLoop::fill_tool(std::size_t k, ToolReading& reading) const noexcept {
   const PlayedTool& played = scene_->tools[k];
   reading = ToolReading{};
   reading.tool_id = played.tool_id;
-  reading.flags = flags_of(tick, tool.written, tool.watched.held, tool.placed.open);
+  reading.flags = flags_of(tick, tool);
   reading.p_WH = to_array(tick.X_WH.p);
   reading.q_WH = to_array(tick.X_WH.q);
   reading.p_WG = to_array(tick.X_WG.p);
@@ -204,7 +205,7 @@ void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
   trace.sample_counter = tool.sample.counter;
   trace.v_DH_D = tool.sample.v_DH_D;
   trace.w_DH_D = tool.sample.w_DH_D;
-  trace.flags = flags_of(tick, tool.written, tool.watched.held, tool.placed.open);
+  trace.flags = flags_of(tick, tool);
   trace.sample_came = tool.sample_came;
   trace.held = tool.watched.held;
   trace.age_ns =

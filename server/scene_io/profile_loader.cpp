@@ -162,6 +162,7 @@ DeviceProfile translate(const P& from) {
   take(from.position_resolution_m(), to.position_resolution);
   take(from.rotation_resolution_rad(), to.rotation_resolution);
   take(from.motor_lag_s(), to.motor_lag);
+  to.affine = from.affine();
   return to;
 }
 

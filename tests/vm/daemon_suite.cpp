@@ -9,10 +9,13 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "clients/library/client.h"
 #include "clients/library/controller.h"
@@ -32,16 +35,9 @@ constexpr double kTouching = 0.00534;
 class Played {
  public:
   explicit Played(const std::string& serial = "A1", const std::string& pace = "timer") {
-    std::string program = "hapticd";
-    std::string scene = "--scene=single_string";
-    std::string device = "--device=hid:" + serial;
-    std::string paced = "--pace=" + pace;
-    char* arguments[] = {program.data(), scene.data(), device.data(), paced.data(), nullptr};
-    std::string data = "HAPTICD_DATA=/share/hapticd";
-    std::string state = "XDG_STATE_HOME=/tmp";
-    char* environment[] = {data.data(), state.data(), nullptr};
-    REQUIRE(posix_spawn(&pid_, "/bin/hapticd", nullptr, nullptr, arguments, environment) == 0);
+    start({"--scene=single_string", "--device=hid:" + serial, "--pace=" + pace});
   }
+  explicit Played(std::vector<std::string> options) { start(std::move(options)); }
   ~Played() { end(SIGKILL); }
   Played(const Played&) = delete;
   Played& operator=(const Played&) = delete;
@@ -55,6 +51,19 @@ class Played {
   }
 
  private:
+  void start(std::vector<std::string> options) {
+    options.insert(options.begin(), "hapticd");
+    std::vector<char*> arguments;
+    arguments.reserve(options.size() + 1);
+    for (std::string& option : options) arguments.push_back(option.data());
+    arguments.push_back(nullptr);
+    std::string data = "HAPTICD_DATA=/share/hapticd";
+    std::string state = "XDG_STATE_HOME=/tmp";
+    char* environment[] = {data.data(), state.data(), nullptr};
+    REQUIRE(posix_spawn(&pid_, "/bin/hapticd", nullptr, nullptr, arguments.data(), environment) ==
+            0);
+  }
+
   pid_t pid_ = 0;
 };
 
@@ -163,6 +172,35 @@ TEST_CASE("a string is played through a HID device: a client sees contact, radiu
   CHECK(session.kinds[v1::Item::kFault] == 0);
   CHECK(most > 0.05);
   CHECK(most <= 0.3001);
+}
+
+TEST_CASE(
+    "a device that offers it renders the string's stiffness by itself where its profile asks") {
+  Hand hand;
+  UhidDevice plugged(UhidOptions{}, hand.motion());
+  std::ofstream("/tmp/affine.textproto") << "name: 'affine' driver: DRIVER_HID affine: true\n"
+                                            "damping_n_s_per_m { value: 0 source: 'the test' }\n"
+                                            "peak_force_n { value: 20 source: 'the test' }\n"
+                                            "peak_torque_n_m { value: 1 source: 'the test' }\n";
+  std::ofstream("/tmp/config.textproto")
+      << "scene: 'single_string' device { source: 'hid:A1' profile: '/tmp/affine.textproto' }\n";
+  Played daemon(std::vector<std::string>{"--config=/tmp/config.textproto"});
+  Session session;
+  REQUIRE(session.engage());
+  CHECK(plugged.springs() == 0);
+  hand.lower = true;
+  int shown = 0;
+  for (int k = 0; k < 12; ++k) {
+    session.play(0.1);
+    for (const int flag : session.client.state()->tools(0).flags()) {
+      shown += flag == v1::TOOL_FLAG_DEVICE_SPRING ? 1 : 0;
+    }
+    CHECK(force_of(plugged.output()) <= 0.3001);
+  }
+  CHECK(plugged.springs() > 100);
+  CHECK(shown > 0);
+  CHECK(session.kinds[v1::Item::kTone] >= 1);
+  CHECK(session.kinds[v1::Item::kFault] == 0);
 }
 
 TEST_CASE("paced by the device it plays on, and unplugged it is a fault until Clear and Engage") {

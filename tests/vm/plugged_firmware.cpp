@@ -115,7 +115,9 @@ bool PluggedFirmware::take(HapState& report) {
 bool PluggedFirmware::receive(const std::uint8_t* report, std::uint32_t length) {
   const std::lock_guard lock(mutex_);
   if (length > 0 && (report[0] == kHapCommandId || report[0] == kHapAffineId)) ++commands_;
-  return hap_receive(&device_, now_us(), report, length);
+  const bool taken = hap_receive(&device_, now_us(), report, length);
+  if (taken && report[0] == kHapAffineId) ++springs_;
+  return taken;
 }
 
 std::uint32_t PluggedFirmware::get_feature(std::uint8_t id, std::uint8_t* report,
@@ -152,6 +154,11 @@ std::uint64_t PluggedFirmware::frames() const {
 std::uint64_t PluggedFirmware::commands() const {
   const std::lock_guard lock(mutex_);
   return commands_;
+}
+
+std::uint64_t PluggedFirmware::springs() const {
+  const std::lock_guard lock(mutex_);
+  return springs_;
 }
 
 std::uint64_t PluggedFirmware::since_force_us() const {

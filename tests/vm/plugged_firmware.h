@@ -68,6 +68,8 @@ class PluggedFirmware {
   [[nodiscard]] std::uint64_t frames() const;
   /// Commands received, good or bad.
   [[nodiscard]] std::uint64_t commands() const;
+  /// Those among them that were affine and taken.
+  [[nodiscard]] std::uint64_t springs() const;
   /// Microseconds since a force was last given; never: the largest.
   [[nodiscard]] std::uint64_t since_force_us() const;
 
@@ -85,6 +87,7 @@ class PluggedFirmware {
   std::uint8_t status_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t commands_ = 0;
+  std::uint64_t springs_ = 0;
   void calibrate();
 
   std::int64_t last_force_ns_ = -1;  ///< -1: never

@@ -34,6 +34,7 @@ class UhidDevice {
   [[nodiscard]] std::uint8_t status() const { return firmware_.status(); }
   [[nodiscard]] std::uint64_t frames() const { return firmware_.frames(); }
   [[nodiscard]] std::uint64_t commands() const { return firmware_.commands(); }
+  [[nodiscard]] std::uint64_t springs() const { return firmware_.springs(); }
   /// When the newest sample was taken, by the monotonic clock, ns.
   [[nodiscard]] std::int64_t sampled_ns() const { return sampled_ns_; }
   [[nodiscard]] std::uint64_t since_force_us() const { return firmware_.since_force_us(); }

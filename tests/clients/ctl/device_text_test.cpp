@@ -65,6 +65,9 @@ TEST_CASE("a device is described with where each number comes from, guesses mark
                            "0.0031   [GUESS: ffb_defs.h]", "watchdog      NONE"}) {
     CHECK_MESSAGE(contains(text, part), std::string(part), " is not in\n", text);
   }
+  CHECK_FALSE(contains(text, "affine"));
+  info.mutable_profile()->set_affine(true);
+  CHECK(contains(joined(ctl::info_lines(info)), "affine        it renders the stiffness"));
 }
 
 TEST_CASE("an unchecked device is told with its limit and the command that checks it") {

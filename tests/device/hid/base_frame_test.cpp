@@ -164,6 +164,68 @@ TEST_CASE(
   }
 }
 
+namespace {
+
+/// By rows, K way.
+Array3 pulled(const std::array<double, 6>& K, const Array3& way) {
+  return {K[0] * way[0] + K[3] * way[1] + K[4] * way[2],
+          K[3] * way[0] + K[1] * way[1] + K[5] * way[2],
+          K[4] * way[0] + K[5] * way[1] + K[2] * way[2]};
+}
+
+}  // namespace
+
+TEST_CASE("the spring told pulls in the device's axes as the spring wanted does in D") {
+  SplitMix64 random(5);
+  for (AxisMapping map : all_choices()) {
+    map.position_scale = {2.0, 2.0, 2.0};
+    map.force_scale = {0.5, 0.5, 0.5};
+    DeviceCommand wanted;
+    for (double& entry : wanted.spring.K_D) entry = random.uniform(-100.0, 100.0);
+    wanted.spring.Kr_D = vector_of(random);
+    DeviceCommand told = wanted;
+    hid::from_base(map, told);
+    const DeviceSample raw = sample_of(random);
+    DeviceSample sample = raw;
+    hid::into_base(map, sample);
+    // Ways turn like positions, forces like forces, and turns like angular velocities.
+    DeviceCommand force;
+    force.f_H_D = pulled(wanted.spring.K_D, sample.p_DH);
+    for (std::size_t i = 0; i < 3; ++i) {
+      force.t_H_D[i] = wanted.spring.Kr_D[i] * sample.w_DH_D[i];
+    }
+    hid::from_base(map, force);
+    const Array3 pull = pulled(told.spring.K_D, raw.p_DH);
+    for (std::size_t i = 0; i < 3; ++i) {
+      CHECK(pull[i] == doctest::Approx(force.f_H_D[i]).epsilon(1e-12));
+      CHECK(told.spring.Kr_D[i] * raw.w_DH_D[i] == doctest::Approx(force.t_H_D[i]).epsilon(1e-12));
+    }
+  }
+}
+
+TEST_CASE("no spring is told where axes differ in scale, or feel a force against its sign") {
+  DeviceCommand wanted;
+  wanted.spring.K_D = {100.0, 100.0, 100.0, 0.0, 0.0, 0.0};
+  wanted.spring.Kr_D = {1.0, 1.0, 1.0};
+  const auto told_by = [&](const AxisMapping& map) {
+    DeviceCommand told = wanted;
+    hid::from_base(map, told);
+    return told.spring;
+  };
+  CHECK_FALSE(is_none(told_by({})));
+  AxisMapping longer;
+  longer.position_scale[1] = 2.0;
+  CHECK(is_none(told_by(longer)));
+  AxisMapping stronger;
+  stronger.force_scale[2] = 2.0;
+  CHECK(is_none(told_by(stronger)));
+  for (std::size_t i = 0; i < 3; ++i) {
+    AxisMapping against;
+    against.force_sign[i] = -1.0;
+    CHECK(is_none(told_by(against)));
+  }
+}
+
 TEST_CASE("a choice of axes and the one back leave a sample and a command as they were") {
   SplitMix64 random(3);
   for (const AxisMapping& map : all_choices()) {

@@ -76,8 +76,11 @@ class PluggedBench {
     const std::lock_guard lock(self.mutex_);
     if (!self.plugged_) return -1;
     hid::CommandReport command;
+    hid::AffineReport affine;
     if (hid::decode_command({bytes, length}, command) == hid::Decoded::kOk) {
       self.commands_.push_back(command);
+    } else if (hid::decode_affine({bytes, length}, affine) == hid::Decoded::kOk) {
+      self.commands_.push_back(affine.base);
     }
     hap_receive(&self.bench.device, self.bench.now_us, bytes, static_cast<std::uint32_t>(length));
     self.changed_.notify_all();

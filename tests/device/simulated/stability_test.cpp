@@ -1,6 +1,7 @@
 // Truth: a spring rendered at period T with delay t_d is stable up to K = b / (T/2 + t_d), since a
 // sampled, delayed spring acts like one with the negative damping K (T/2 + t_d) (Colgate and
-// Schenkel 1997 for t_d = 0); hands off, which is the worst case.
+// Schenkel 1997 for t_d = 0); hands off, which is the worst case. A spring that the device renders
+// by itself is none of these: it is the damped oscillator of any textbook.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -52,6 +53,56 @@ TEST_CASE("the stiffest stable spring is b / (T/2 + t_d) within a few per cent, 
     const double bound = kDamping / (0.5e-3 + delay);
     CAPTURE(delay);
     CHECK(std::abs(critical(delay) / bound - 1.0) < 0.03);
+  }
+}
+
+TEST_CASE("a spring that the device renders by itself swings as a spring does, delayed or not") {
+  for (const double delay : {0.0, 2e-3}) {
+    // Eight times what can be rendered from outside at that delay.
+    const double K = 8.0 * kDamping / (0.5e-3 + 2e-3);
+    DeviceProfile profile;
+    profile.peak_force = 1e3;
+    profile.mass = {0.3, 0.3, 0.3};
+    profile.damping = kDamping;
+    profile.delay = delay;
+    profile.affine = true;
+    SimulatedDevice device(profile, {.X_DH = {{1, 0, 0, 0}, {1e-3, 0, 0}}, .arm = ArmKind::kOff});
+    DeviceSample sample;
+    const double decay = kDamping / (2.0 * profile.mass[0]);
+    const double omega = std::sqrt(K / profile.mass[0] - decay * decay);
+    double worst = 0.0;
+    for (int i = 0; i < 1000; ++i) {
+      device.read(i * kMs, sample);
+      DeviceCommand command{.f_H_D = {-K * sample.p_DH[0], 0.0, 0.0}, .enable = true};
+      command.sample_counter = sample.counter;
+      command.spring.K_D[0] = K;
+      device.write(i * kMs, command);
+      // The first command takes effect after the delay; until then the handle rests.
+      const double t = 1e-9 * static_cast<double>(sample.t_ns) - delay;
+      if (t < 0.0) continue;
+      const double truth =
+          1e-3 * std::exp(-decay * t) * (std::cos(omega * t) + decay / omega * std::sin(omega * t));
+      worst = std::max(worst, std::abs(sample.p_DH[0] - truth));
+    }
+    CAPTURE(delay);
+    CHECK(worst < 0.06e-3);
+  }
+}
+
+TEST_CASE("a device that is not affine leaves the spring of a command out") {
+  DeviceProfile profile;
+  profile.peak_force = 1e3;
+  profile.mass = {0.3, 0.3, 0.3};
+  SimulatedDevice device(profile, {.X_DH = {{1, 0, 0, 0}, {1e-3, 0, 0}}, .arm = ArmKind::kOff});
+  DeviceSample sample;
+  for (int i = 0; i < 50; ++i) {
+    device.read(i * kMs, sample);
+    DeviceCommand command{.f_H_D = {1.0, 0.0, 0.0}, .enable = true};
+    command.sample_counter = sample.counter;
+    command.spring.K_D = {1e3, 1e3, 1e3, 0.0, 0.0, 0.0};
+    device.write(i * kMs, command);
+    device.read(i * kMs + kMs - 1, sample);
+    CHECK(device.plant().F_H_D.f.x() == 1.0);
   }
 }
 
