@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <ctime>
 #include <utility>
 
@@ -44,6 +45,16 @@ HidrawNode appears(const std::string& serial) {
   }
   FAIL("no device " << serial);
   return {};
+}
+
+void disappears(const std::string& serial) {
+  for (int k = 0; k < 200; ++k) {
+    const std::vector<HidrawNode> found = find_devices();
+    const auto is_it = [&](const HidrawNode& node) { return node.serial == serial; };
+    if (std::none_of(found.begin(), found.end(), is_it)) return;
+    sleep_ms(10);
+  }
+  FAIL("device " << serial << " stays");
 }
 
 AttachedLoop::AttachedLoop(const std::string& serial) {

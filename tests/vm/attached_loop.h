@@ -21,6 +21,9 @@ void sleep_ms(int ms);
 /// Waits until a device of this serial is there. A failed test after some seconds.
 HidrawNode appears(const std::string& serial);
 
+/// Waits until no device of this serial is there. A failed test after some seconds.
+void disappears(const std::string& serial);
+
 struct AttachedLoop {
   /// Opens it, asks what it is, agrees on its limits.
   explicit AttachedLoop(const std::string& serial = "A1");
