@@ -18,7 +18,7 @@ namespace pb = google::protobuf;
 using Field = pb::FieldDescriptor;
 
 /// Suffix of a field's name and the unit its comment must state; the longest match counts.
-constexpr std::array<std::pair<const char*, const char*>, 31> kUnitOfSuffix{{
+constexpr std::array<std::pair<const char*, const char*>, 32> kUnitOfSuffix{{
     {"_m", "m"},
     {"_um", "um"},
     {"_nanometres", "nanometres"},
@@ -46,6 +46,7 @@ constexpr std::array<std::pair<const char*, const char*>, 31> kUnitOfSuffix{{
     {"_cents", "cents"},
     {"_deg_c", "degC"},
     {"_e4", "1e-4"},
+    {"bytes_per_s", "bytes/s"},
     {"_h_w", "N and N m"},
     {"_hash", "hash"},
     {"_id", "id"},

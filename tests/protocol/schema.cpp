@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "hapticd/v1/gateway.pb.h"
 #include "hapticd/v1/recording.pb.h"
 
 namespace hapticd::test {
@@ -42,7 +43,9 @@ std::vector<std::string> proto_files() {
 }
 
 std::vector<const pb::FileDescriptor*> file_descriptors() {
-  v1::RecordHeader::descriptor();  // keeps the linker from leaving the generated code out
+  // Keeps the linker from leaving the generated code out.
+  v1::RecordHeader::descriptor();
+  v1::PageEvent::descriptor();
   std::vector<const pb::FileDescriptor*> found;
   for (const std::string& name : proto_files()) {
     const pb::FileDescriptor* file = pb::DescriptorPool::generated_pool()->FindFileByName(name);
