@@ -37,6 +37,8 @@ class ClockEstimate {
   [[nodiscard]] bool known() const noexcept { return count_ > 0; }
   /// The relation at `now_ns` of the own clock; only when known().
   [[nodiscard]] ClockRelation at(std::int64_t now_ns) const;
+  /// The smallest round trip of the last eight exchanges, ns; only when known().
+  [[nodiscard]] std::int64_t round_trip_ns() const { return best().round_trip_ns; }
 
  private:
   struct Line {

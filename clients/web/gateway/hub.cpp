@@ -1,0 +1,240 @@
+// See hub.h.
+#include "clients/web/gateway/hub.h"
+
+#include <utility>
+
+namespace hapticd::web {
+namespace {
+
+v1::Result made_result(v1::ResultCode code, const std::string& message) {
+  v1::Result result;
+  result.set_code(code);
+  result.set_message(message);
+  return result;
+}
+
+SharedBody link_body(const v1::PageLink& link, std::uint64_t dropped_states) {
+  v1::PageEvent event;
+  *event.mutable_link() = link;
+  event.mutable_link()->set_dropped_states(dropped_states);
+  return body_of(std::move(event));
+}
+
+SharedBody playback_body(const v1::PagePlayback& playback) {
+  v1::PageEvent event;
+  *event.mutable_playback() = playback;
+  return body_of(std::move(event));
+}
+
+}  // namespace
+
+ViewerId Hub::add(bool control, ViewerPort port) {
+  const ViewerId id = ++last_id_;
+  Viewer& viewer = viewers_[id];
+  viewer.control = control;
+  viewer.port = std::move(port);
+  viewer.queue = ViewerQueue(options_.limits);
+  ++counters_.viewers_ever;
+  welcome(id, viewer);
+  return id;
+}
+
+void Hub::welcome(ViewerId id, Viewer& viewer) {
+  v1::PageEvent event;
+  v1::PageWelcome& welcome = *event.mutable_welcome();
+  welcome.set_version(options_.version);
+  welcome.set_control(viewer.control);
+  welcome.set_source(options_.source);
+  if (scene_.has_value()) welcome.set_scene_hash(scene_->scene_info().hash());
+  welcome.set_presentation_delay_s(options_.presentation_delay_s);
+  put(viewer, body_of(std::move(event)));
+  for (const auto* item : {&scene_, &lease_, &recorder_, &fault_}) {
+    if (item->has_value()) put_item(id, viewer, **item);
+  }
+  if (link_.has_value()) put(viewer, link_body(*link_, 0));
+  if (playback_.has_value()) put(viewer, playback_body(*playback_));
+}
+
+void Hub::remove(ViewerId viewer) {
+  const auto found = viewers_.find(viewer);
+  if (found == viewers_.end()) return;
+  counters_.dropped_states += found->second.queue.dropped_states();
+  viewers_.erase(found);
+  if (desk_.holder() == viewer) give_back_lease();
+}
+
+void Hub::give_back_lease() {
+  v1::Item release;
+  release.mutable_release();
+  desk_.lost();
+  if (options_.call) options_.call(release, {});
+}
+
+void Hub::put(Viewer& viewer, SharedBody body) {
+  if (viewer.closing) return;
+  if (!viewer.queue.add(std::move(body))) {
+    close(viewer, CloseReason::kTooSlow);
+  } else if (viewer.port.wake) {
+    viewer.port.wake();
+  }
+}
+
+void Hub::put_item(ViewerId id, Viewer& viewer, const v1::Item& item) {
+  if (!item.has_lease_info()) {
+    put(viewer, item_body(item));
+    return;
+  }
+  v1::Item own = item;
+  *own.mutable_lease_info() = desk_.seen_by(id, item.lease_info());
+  put(viewer, item_body(own));
+}
+
+void Hub::close(Viewer& viewer, CloseReason reason) {
+  if (viewer.closing) return;
+  viewer.closing = true;
+  if (reason == CloseReason::kTooSlow) ++counters_.closed_slow;
+  if (reason == CloseReason::kGarbage) ++counters_.closed_garbage;
+  if (viewer.port.close) viewer.port.close(reason);
+}
+
+void Hub::close_all() {
+  for (auto& [id, viewer] : viewers_) close(viewer, CloseReason::kEnd);
+}
+
+std::optional<std::string> Hub::next(ViewerId viewer) {
+  const auto found = viewers_.find(viewer);
+  if (found == viewers_.end() || found->second.closing) return std::nullopt;
+  return found->second.queue.take();
+}
+
+void Hub::state(const v1::State& state) {
+  ++counters_.states;
+  if (viewers_.empty()) return;
+  const SharedBody body = state_body(state);
+  for (auto& [id, viewer] : viewers_) {
+    if (viewer.closing) continue;
+    viewer.queue.add_state(body);
+    if (viewer.port.wake) viewer.port.wake();
+  }
+}
+
+void Hub::remember(const v1::Item& item) {
+  if (item.has_scene_info()) {
+    scene_ = item;
+    fault_.reset();
+  }
+  if (item.has_record_info()) recorder_ = item;
+  if (item.has_fault()) {
+    fault_ = item;
+    if (!item.fault().latched()) fault_.reset();
+  }
+  if (item.has_lease_info()) {
+    lease_ = item;
+    if (!item.lease_info().yours()) desk_.lost();
+  }
+}
+
+void Hub::item(const v1::Item& item) {
+  ++counters_.items;
+  remember(item);
+  if (item.has_lease_info()) {
+    for (auto& [id, viewer] : viewers_) put_item(id, viewer, item);
+    return;
+  }
+  if (viewers_.empty()) return;
+  const SharedBody body = item_body(item);
+  for (auto& [id, viewer] : viewers_) put(viewer, body);
+}
+
+void Hub::session_ended() {
+  // The scene stays: a page goes on showing it, and says that nothing comes.
+  desk_.lost();
+  lease_.reset();
+  recorder_.reset();
+  fault_.reset();
+}
+
+void Hub::link(const v1::PageLink& link) {
+  link_ = link;
+  for (auto& [id, viewer] : viewers_) {
+    put(viewer, link_body(link, viewer.queue.dropped_states()));
+  }
+}
+
+void Hub::playback(const v1::PagePlayback& playback) {
+  playback_ = playback;
+  const SharedBody body = playback_body(playback);
+  for (auto& [id, viewer] : viewers_) put(viewer, body);
+}
+
+void Hub::take(ViewerId id, std::string_view message) {
+  const auto found = viewers_.find(id);
+  if (found == viewers_.end() || found->second.closing) return;
+  Viewer& viewer = found->second;
+  v1::PageRequest request;
+  if (!request.ParseFromArray(message.data(), static_cast<int>(message.size()))) {
+    close(viewer, CloseReason::kGarbage);
+    return;
+  }
+  ++counters_.requests;
+  if (request.has_call()) {
+    call(id, viewer, request.id(), request.call());
+  } else if (request.has_playback()) {
+    if (options_.steer) options_.steer(request.playback());
+  } else if (request.has_ping()) {
+    v1::PageEvent event;
+    event.mutable_pong()->set_sent_s(request.ping().sent_s());
+    event.mutable_pong()->set_daemon_t_ns(options_.daemon_now_ns ? options_.daemon_now_ns() : 0);
+    put(viewer, body_of(std::move(event)));
+  }
+}
+
+void Hub::call(ViewerId id, Viewer& viewer, std::uint64_t request_id, const v1::Item& item) {
+  auto refused = desk_.refuse(id, viewer.control, item);
+  if (!refused.has_value() && viewer.under_way >= kMostUnderWay) {
+    refused = made_result(v1::RESULT_CODE_BUSY, "too many requests of this page are under way");
+  }
+  if (refused.has_value()) {
+    ++counters_.refused;
+    answer(id, request_id, *refused);
+    return;
+  }
+  ++viewer.under_way;
+  desk_.asked(id, item);
+  const auto done = [this, id, request_id, item](const v1::Result* result) {
+    const auto asker = viewers_.find(id);
+    desk_.answered(id, item, result);
+    if (asker == viewers_.end()) {
+      // It closed while its Acquire was on the way: nobody would give the lease back.
+      if (desk_.holder() == id) give_back_lease();
+      return;
+    }
+    --asker->second.under_way;
+    answer(id, request_id,
+           result != nullptr ? *result
+                             : made_result(v1::RESULT_CODE_FAILED,
+                                           "the session with the daemon ended before its answer"));
+  };
+  if (options_.call && options_.call(item, done)) return;
+  --viewer.under_way;
+  desk_.answered(id, item, nullptr);
+  ++counters_.refused;
+  answer(id, request_id, made_result(v1::RESULT_CODE_FAILED, "no daemon answers now"));
+}
+
+void Hub::answer(ViewerId id, std::uint64_t request_id, v1::Result result) {
+  const auto found = viewers_.find(id);
+  if (found == viewers_.end()) return;
+  result.set_item_id(request_id);
+  v1::PageEvent event;
+  *event.mutable_result() = std::move(result);
+  put(found->second, body_of(std::move(event)));
+}
+
+std::uint64_t Hub::total_dropped() const {
+  std::uint64_t total = counters_.dropped_states;
+  for (const auto& [id, viewer] : viewers_) total += viewer.queue.dropped_states();
+  return total;
+}
+
+}  // namespace hapticd::web

@@ -1,0 +1,121 @@
+// The middle of the gateway: what one source gives (a daemon, a recording) goes to all viewers,
+// what they ask goes to the source. It keeps what a late joiner needs, and knows nothing of
+// sockets. One thread calls everything. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "clients/library/client_core.h"
+#include "clients/web/gateway/lease_desk.h"
+#include "clients/web/gateway/viewer_queue.h"
+#include "hapticd/v1/gateway.pb.h"
+
+namespace hapticd::web {
+
+/// Requests of a viewer that may be under way.
+inline constexpr std::size_t kMostUnderWay = 64;
+
+/// Why a viewer is closed.
+enum class CloseReason : std::uint8_t {
+  kTooSlow,  ///< it does not keep up with what must not be lost
+  kGarbage,  ///< it sent what is no PageRequest
+  kEnd,      ///< the gateway ends
+};
+
+/// How the hub reaches a viewer. Neither function calls back into the hub before it returns, but
+/// for Hub::next().
+struct ViewerPort {
+  std::function<void()> wake;  ///< something waits in Hub::next()
+  std::function<void(CloseReason)> close;
+};
+
+/// Where the hub's requests go, and what it says of itself.
+struct HubOptions {
+  std::string version;
+  v1::PageSource source = v1::PAGE_SOURCE_LIVE;
+  double presentation_delay_s = 0.008;
+  QueueLimits limits;
+  /// Sends a request to the daemon; false: it cannot be reached, `done` is not called.
+  std::function<bool(const v1::Item&, client::ResultHandler done)> call;
+  /// Steers a recording.
+  std::function<void(const v1::PagePlayback&)> steer;
+  /// The daemon's clock now, ns; 0 = not known.
+  std::function<std::int64_t()> daemon_now_ns;
+};
+
+/// What happened so far.
+struct HubCounters {
+  std::uint64_t viewers_ever = 0;
+  std::uint64_t closed_slow = 0;
+  std::uint64_t closed_garbage = 0;
+  std::uint64_t states = 0;          ///< of the source
+  std::uint64_t items = 0;           ///< of the source
+  std::uint64_t dropped_states = 0;  ///< of viewers that have gone; total_dropped() has all
+  std::uint64_t requests = 0;
+  std::uint64_t refused = 0;  ///< by the gateway
+};
+
+class Hub {
+ public:
+  explicit Hub(HubOptions options) : options_(std::move(options)) {}
+
+  /// A viewer joins, and is welcomed.
+  ViewerId add(bool control, ViewerPort port);
+  /// It is gone; what it held is given back.
+  void remove(ViewerId viewer);
+  /// A message of a viewer.
+  void take(ViewerId viewer, std::string_view message);
+  /// The next message to a viewer, whole.
+  [[nodiscard]] std::optional<std::string> next(ViewerId viewer);
+  /// Closes all.
+  void close_all();
+
+  /// From the source.
+  void state(const v1::State& state);
+  void item(const v1::Item& item);
+  void session_ended();
+  void link(const v1::PageLink& link);
+  void playback(const v1::PagePlayback& playback);
+
+  [[nodiscard]] std::size_t viewers() const noexcept { return viewers_.size(); }
+  [[nodiscard]] const HubCounters& counters() const noexcept { return counters_; }
+  /// States that had to go, of all viewers there ever were.
+  [[nodiscard]] std::uint64_t total_dropped() const;
+
+ private:
+  struct Viewer {
+    bool control = false;
+    bool closing = false;
+    std::size_t under_way = 0;
+    ViewerPort port;
+    ViewerQueue queue;
+  };
+
+  void put(Viewer& viewer, SharedBody body);
+  void put_item(ViewerId id, Viewer& viewer, const v1::Item& item);
+  void close(Viewer& viewer, CloseReason reason);
+  void remember(const v1::Item& item);
+  void welcome(ViewerId id, Viewer& viewer);
+  void call(ViewerId id, Viewer& viewer, std::uint64_t request_id, const v1::Item& item);
+  void answer(ViewerId id, std::uint64_t request_id, v1::Result result);
+  void give_back_lease();
+
+  HubOptions options_;
+  std::map<ViewerId, Viewer> viewers_;
+  ViewerId last_id_ = 0;
+  LeaseDesk desk_;
+  HubCounters counters_;
+  std::optional<v1::Item> scene_;
+  std::optional<v1::Item> lease_;
+  std::optional<v1::Item> recorder_;
+  std::optional<v1::Item> fault_;  ///< while it is latched
+  std::optional<v1::PageLink> link_;
+  std::optional<v1::PagePlayback> playback_;
+};
+
+}  // namespace hapticd::web

@@ -1,0 +1,48 @@
+// Who among the pages may do what. They share one session with the daemon, so that its lease is the
+// session's: the desk gives it to one page at a time, and refuses in the daemon's words what the
+// others ask. Pure. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "hapticd/v1/stream.pb.h"
+
+namespace hapticd::web {
+
+/// Number of a viewer, from 1.
+using ViewerId = std::uint64_t;
+
+/// What a request needs: the table of PROTOCOL.md, section 8.
+enum class RequestNeed : std::uint8_t {
+  kNothing,
+  kControl,
+  kLease,
+  kUnsupported,  ///< not from a page
+};
+
+[[nodiscard]] RequestNeed need_of(const v1::Item& request);
+
+/// Keeps the lease among the viewers.
+class LeaseDesk {
+ public:
+  /// Why `viewer` gets no further with `request`; nothing: the daemon shall decide.
+  [[nodiscard]] std::optional<v1::Result> refuse(ViewerId viewer, bool control,
+                                                 const v1::Item& request) const;
+  /// `request` of `viewer` is on its way to the daemon.
+  void asked(ViewerId viewer, const v1::Item& request);
+  /// The daemon's answer to it, or null when the session ended.
+  void answered(ViewerId viewer, const v1::Item& request, const v1::Result* result);
+  /// What the daemon told about the lease, as `viewer` sees it.
+  [[nodiscard]] v1::LeaseInfo seen_by(ViewerId viewer, const v1::LeaseInfo& told) const;
+  /// The session does not have the lease any more.
+  void lost() noexcept { holder_ = 0; }
+  /// Whose page has it; 0 = none.
+  [[nodiscard]] ViewerId holder() const noexcept { return holder_; }
+
+ private:
+  ViewerId holder_ = 0;
+  ViewerId asking_ = 0;  ///< whose Acquire is on its way; 0 = none
+};
+
+}  // namespace hapticd::web

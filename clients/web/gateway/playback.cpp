@@ -1,0 +1,163 @@
+// See playback.h.
+#include "clients/web/gateway/playback.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace hapticd::web {
+namespace {
+
+/// States shown in one step of advance() at most.
+constexpr std::size_t kMostStates = 3;
+
+template <typename Message>
+Message parsed(const client::RecordedMessage& from) {
+  Message message;
+  // Half a message is shown as far as it goes: nothing is computed from it.
+  (void)message.ParsePartialFromArray(from.data.data(), static_cast<int>(from.data.size()));
+  return message;
+}
+
+}  // namespace
+
+Playback::Playback(const std::filesystem::path& file, PlaybackHandlers handlers)
+    : recording_(file), handlers_(std::move(handlers)) {
+  for (std::size_t i = 0; i < recording_.size(); ++i) {
+    const client::RecordedMessage& message = recording_[i];
+    if (message.kind == client::RecordKind::kScene) scenes_.push_back(i);
+    if (message.kind != client::RecordKind::kTick) continue;
+    // Time that goes back, as no recorder writes it, would break the search.
+    const std::uint64_t earlier_ns = ticks_.empty() ? 0 : ticks_.back().time_ns;
+    ticks_.push_back({std::max(earlier_ns, message.time_ns), i});
+  }
+  if (ticks_.empty()) {
+    throw std::runtime_error(file.string() + ": it has no tick. Record longer");
+  }
+}
+
+double Playback::length_s() const {
+  return static_cast<double>(ticks_.back().time_ns - ticks_.front().time_ns) * 1e-9;
+}
+
+std::uint64_t Playback::time_at(double position_s) const {
+  return ticks_.front().time_ns + static_cast<std::uint64_t>(std::llround(position_s * 1e9));
+}
+
+std::size_t Playback::ticks_until(std::uint64_t time_ns) const {
+  const auto after =
+      std::upper_bound(ticks_.begin(), ticks_.end(), time_ns,
+                       [](std::uint64_t time, const Tick& tick) { return time < tick.time_ns; });
+  return static_cast<std::size_t>(after - ticks_.begin());
+}
+
+void Playback::begin() {
+  seek(0.0);
+  playing_ = true;
+}
+
+void Playback::take_scene(std::size_t message, bool tell) {
+  const auto record = parsed<v1::SceneRecord>(recording_[message]);
+  strings_and_contacts_.take_scene(record);
+  if (!tell || shown_scene_ == message) return;
+  shown_scene_ = message;
+  v1::Item item;
+  *item.mutable_scene_info() = scene_info_of(record, recording_.header());
+  if (handlers_.item) handlers_.item(item);
+}
+
+void Playback::take(std::size_t message, bool tell) {
+  const client::RecordedMessage& taken = recording_[message];
+  if (taken.kind == client::RecordKind::kTick) last_tick_ = message;
+  if (taken.kind == client::RecordKind::kScene) take_scene(message, tell);
+  if (taken.kind != client::RecordKind::kEvent) return;
+  const auto event = parsed<v1::EventRecord>(taken);
+  std::optional<v1::TickRecord> tick;
+  if (event.item().has_contact() && last_tick_.has_value()) {
+    tick = parsed<v1::TickRecord>(recording_[*last_tick_]);
+  }
+  strings_and_contacts_.take_event(event.item(), tick.has_value() ? &*tick : nullptr);
+  if (tell && handlers_.item) handlers_.item(event.item());
+}
+
+void Playback::show(std::size_t tick) {
+  const auto record = parsed<v1::TickRecord>(recording_[ticks_[tick].message]);
+  shown_tick_time_ns_ = ticks_[tick].time_ns;
+  shown_tick_t_ns_ = record.t_ns();
+  if (handlers_.state) handlers_.state(strings_and_contacts_.state_of(record));
+}
+
+void Playback::seek(double position_s) {
+  position_s_ = std::clamp(position_s, 0.0, length_s());
+  const std::uint64_t time_ns = time_at(position_s_);
+  const std::size_t target = std::max<std::size_t>(ticks_until(time_ns), 1) - 1;
+  const std::size_t end = ticks_[target].message + 1;
+  const std::uint64_t early_ns = time_at(std::max(0.0, position_s_ - kLookBack_s));
+  const std::size_t from = ticks_until(early_ns);
+  std::size_t begin = ticks_[from == 0 ? 0 : from - 1].message;
+  strings_and_contacts_.clear();
+  last_tick_.reset();
+  const auto after = std::upper_bound(scenes_.begin(), scenes_.end(), end);
+  if (after != scenes_.begin()) {
+    const std::size_t scene = *std::prev(after);
+    take_scene(scene, true);
+    begin = std::max(begin, scene + 1);
+  }
+  for (std::size_t i = begin; i < end; ++i) take(i, false);
+  next_ = end;
+  show(target);
+}
+
+void Playback::advance(double elapsed_s) {
+  if (!playing_) return;
+  position_s_ += elapsed_s * rate_;
+  if (position_s_ >= length_s()) {
+    position_s_ = length_s();
+    playing_ = false;
+  }
+  const std::size_t last = ticks_until(time_at(position_s_));
+  if (last == 0) return;
+  // Ticks of this step, and which of them are shown: the last one always.
+  std::size_t tick =
+      static_cast<std::size_t>(std::lower_bound(ticks_.begin(), ticks_.end(), next_,
+                                                [](const Tick& each, std::size_t message) {
+                                                  return each.message < message;
+                                                }) -
+                               ticks_.begin());
+  const std::size_t count = last > tick ? last - tick : 0;
+  const std::size_t stride = (count + kMostStates - 1) / kMostStates;
+  for (; tick < last; ++tick) {
+    for (; next_ <= ticks_[tick].message; ++next_) take(next_, true);
+    if ((last - 1 - tick) % stride == 0) show(tick);
+  }
+}
+
+void Playback::steer(const v1::PagePlayback& wanted) {
+  const bool played = playing_;
+  playing_ = wanted.playing();
+  if (std::isfinite(wanted.rate()) && wanted.rate() > 0.0) {
+    rate_ = std::min(wanted.rate(), kMostRate);
+  }
+  if (!std::isfinite(wanted.position_s())) return;
+  const double distance_s = std::fabs(wanted.position_s() - position_s_);
+  if (played && playing_ && distance_s <= kSamePlace_s) return;
+  seek(wanted.position_s());
+}
+
+v1::PagePlayback Playback::position() const {
+  v1::PagePlayback position;
+  position.set_position_s(position_s_);
+  position.set_duration_s(length_s());
+  position.set_playing(playing_);
+  position.set_rate(rate_);
+  return position;
+}
+
+std::int64_t Playback::shown_t_ns() const {
+  const auto ahead_ns = static_cast<std::int64_t>(time_at(position_s_)) -
+                        static_cast<std::int64_t>(shown_tick_time_ns_);
+  return static_cast<std::int64_t>(shown_tick_t_ns_) + ahead_ns;
+}
+
+}  // namespace hapticd::web

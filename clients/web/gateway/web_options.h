@@ -1,0 +1,33 @@
+// The command line of haptic-web. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clients/web/gateway/daemon_link.h"
+#include "clients/web/gateway/http_server.h"
+
+namespace hapticd::web {
+
+/// What was asked for.
+struct WebOptions {
+  LinkOptions link;
+  ServerOptions server;
+  std::vector<std::filesystem::path> assets;
+  std::filesystem::path recording;  ///< empty: a daemon is the source
+  double presentation_delay_s = 0.008;
+};
+
+/// What the program shall do: run with options, or end with this exit code, its words printed.
+struct ParsedOptions {
+  WebOptions options;
+  std::optional<int> exit_code;  ///< 0 after --help, 1 for a key that cannot be read, 2 bad usage
+};
+
+/// Reads the command line.
+[[nodiscard]] ParsedOptions parse_options(int argc, const char* const* argv);
+
+}  // namespace hapticd::web
