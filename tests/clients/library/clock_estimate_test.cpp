@@ -43,6 +43,7 @@ TEST_CASE("the offset is that of the exchange with the smallest round trip of th
   CHECK(!estimate.known());
   estimate.add(clocks.exchange(kSecond_ns, 9'000'000, 1'000'000));
   CHECK(estimate.at(kSecond_ns).offset_ns == 5 * kSecond_ns + 4'000'000);
+  CHECK(estimate.round_trip_ns() == 10'000'000);
   estimate.add(clocks.exchange(2 * kSecond_ns, 100'000, 100'000));
   CHECK(estimate.at(2 * kSecond_ns).offset_ns == 5 * kSecond_ns);
   for (int i = 0; i < 7; ++i) {

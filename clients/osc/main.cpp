@@ -1,0 +1,130 @@
+// haptic-osc: what a hapticd plays, as OSC for SuperCollider, Pd and the like. Exit codes: 0 ended
+// by a signal, 1 a key or address is bad, 2 the command line makes no sense.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+
+#include "clients/library/client.h"
+#include "clients/library/endpoint.h"
+#include "clients/osc/bridge.h"
+#include "clients/osc/osc_sender.h"
+
+namespace {
+
+using hapticd::client::Client;
+using hapticd::client::ClientHandlers;
+namespace v1 = hapticd::v1;
+
+volatile std::sig_atomic_t ended = 0;
+
+/// The command line.
+struct Options {
+  std::string server = "127.0.0.1:47800";
+  std::string to = "127.0.0.1:57120";
+  std::string key_file;
+  std::string role;
+  double rate_hz = 60.0;
+  double delay_s = 0.008;
+};
+
+void add_options(CLI::App& app, Options& options) {
+  app.set_version_flag("--version", "haptic-osc " HAPTICD_VERSION);
+  app.add_option("--server", options.server, "where hapticd listens, HOST:PORT")
+      ->capture_default_str();
+  app.add_option("--to", options.to, "where OSC goes, HOST:PORT; sclang has port 57120")
+      ->capture_default_str();
+  app.add_option("--key", options.key_file, "key of a hapticd that has keys")->type_name("FILE");
+  app.add_option("--role", options.role, "whose key it is (control, unless it is called view.key)")
+      ->check(CLI::IsMember({"view", "control"}))
+      ->type_name("view|control");
+  app.add_option("--rate", options.rate_hz, "poses a second; 0: none")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  app.add_option("--delay", options.delay_s,
+                 "time after which events are to be heard, s; 0: at once, without time tags")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+}
+
+std::optional<hapticd::client::ClientKey> key_of(const Options& options) {
+  if (options.key_file.empty()) return std::nullopt;
+  std::optional<hapticd::wire::Role> role;
+  if (options.role == "view") role = hapticd::wire::Role::kView;
+  if (options.role == "control") role = hapticd::wire::Role::kControl;
+  return hapticd::client::read_client_key(options.key_file, role);
+}
+
+void subscribe(Client& client, double tick_rate_hz, double rate_hz) {
+  v1::Item item;
+  if (rate_hz > 0.0) {
+    const double divisor = std::max(1.0, std::round(tick_rate_hz / rate_hz));
+    item.mutable_subscribe()->set_divisor(static_cast<std::uint32_t>(divisor));
+  }
+  item.mutable_subscribe()->add_sections(v1::SECTION_TOOLS);
+  client.request(item);
+}
+
+int run(const Options& options) {
+  const auto server = hapticd::client::parse_endpoint(options.server);
+  const auto to = hapticd::client::parse_endpoint(options.to, {"127.0.0.1", 57120});
+  hapticd::osc::OscSender sender(to.host, to.port);
+  hapticd::osc::Bridge bridge(
+      std::llround(options.delay_s * 1e9),
+      [&](const auto& message, const auto& when) { return sender.send(message, when); });
+  Client* session = nullptr;
+  bool virtual_clock = false;
+  const auto clocks = [&] { return hapticd::osc::clocks_now(session->clock(), virtual_clock); };
+  ClientHandlers handlers;
+  handlers.item = [&](const v1::Item& item) {
+    if (item.has_scene_info()) {
+      virtual_clock = item.scene_info().clock() == v1::CLOCK_MODE_VIRTUAL;
+      subscribe(*session, item.scene_info().rate_hz(), options.rate_hz);
+      std::printf("playing %s\n", item.scene_info().scene().name().c_str());
+      std::fflush(stdout);
+    }
+    bridge.item(item, clocks());
+  };
+  handlers.state = [&](const v1::State& state) { bridge.state(state, clocks()); };
+  handlers.ended = [](hapticd::client::SessionEnd) {
+    std::printf("the session ended; it begins anew when hapticd is there\n");
+    std::fflush(stdout);
+  };
+  Client client(server.host, server.port, handlers, key_of(options));
+  session = &client;
+  if (!client.connect(std::chrono::seconds(2))) {
+    std::fprintf(stderr,
+                 "haptic-osc: no daemon answers at %s yet. Start hapticd, or name where it listens "
+                 "with --server; if it has keys, give one of them with --key\n",
+                 client.server().c_str());
+  }
+  while (ended == 0) client.poll(std::chrono::milliseconds(10));
+  const auto& counters = bridge.counters();
+  std::printf("%llu messages sent, %llu of them late; %llu not sent\n",
+              static_cast<unsigned long long>(counters.sent),
+              static_cast<unsigned long long>(counters.late),
+              static_cast<unsigned long long>(counters.unsent));
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Sends what a running hapticd plays as OSC.", "haptic-osc");
+  Options options;
+  try {
+    add_options(app, options);
+    app.parse(argc, argv);
+    std::signal(SIGINT, [](int) { ended = 1; });
+    std::signal(SIGTERM, [](int) { ended = 1; });
+    return run(options);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const std::invalid_argument& error) {
+    std::fprintf(stderr, "haptic-osc: %s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "haptic-osc: %s\n", error.what());
+    return 1;
+  }
+}

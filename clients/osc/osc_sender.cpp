@@ -1,0 +1,52 @@
+// See osc_sender.h.
+#include "clients/osc/osc_sender.h"
+
+#include <lo/lo.h>
+
+#include <stdexcept>
+#include <type_traits>
+
+namespace hapticd::osc {
+namespace {
+
+struct FreeAddress {
+  void operator()(lo_address address) const { lo_address_free(address); }
+};
+struct FreeBundle {
+  void operator()(lo_bundle bundle) const { lo_bundle_free_recursive(bundle); }
+};
+using Address = std::unique_ptr<std::remove_pointer_t<lo_address>, FreeAddress>;
+using Bundle = std::unique_ptr<std::remove_pointer_t<lo_bundle>, FreeBundle>;
+
+struct Add {
+  lo_message message;
+  void operator()(std::int32_t number) const { lo_message_add_int32(message, number); }
+  void operator()(float number) const { lo_message_add_float(message, number); }
+  void operator()(const std::string& text) const { lo_message_add_string(message, text.c_str()); }
+};
+
+}  // namespace
+
+struct OscSender::Implementation {
+  Address address;
+};
+
+OscSender::OscSender(const std::string& host, std::uint16_t port)
+    : implementation_(std::make_unique<Implementation>()) {
+  implementation_->address.reset(lo_address_new(host.c_str(), std::to_string(port).c_str()));
+  if (implementation_->address == nullptr) {
+    throw std::runtime_error("--to: there is no machine called " + host);
+  }
+}
+
+OscSender::~OscSender() = default;
+
+bool OscSender::send(const OscMessage& message, const TimeTag& when) {
+  const Bundle bundle(lo_bundle_new(lo_timetag{when.seconds, when.fraction}));
+  lo_message built = lo_message_new();
+  for (const OscArgument& argument : message.arguments) std::visit(Add{built}, argument);
+  lo_bundle_add_message(bundle.get(), message.path.c_str(), built);
+  return lo_send_bundle(implementation_->address.get(), bundle.get()) > 0;
+}
+
+}  // namespace hapticd::osc

@@ -1,0 +1,42 @@
+// When an OSC message shall take effect: the daemon's clock, by way of the own monotonic one, as
+// the time of day that OSC's time tags count from 1900. Pure. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace hapticd::osc {
+
+/// A time tag: seconds since 1900 and fraction of a second in 2^-32.
+struct TimeTag {
+  std::uint32_t seconds = 0;
+  std::uint32_t fraction = 0;
+
+  friend bool operator==(const TimeTag&, const TimeTag&) = default;
+};
+
+/// OSC's word for at once.
+inline constexpr TimeTag kImmediately{0, 1};
+
+/// The tag of an instant of the time of day, ns since 1970.
+[[nodiscard]] TimeTag tag_of(std::int64_t unix_ns);
+
+/// How the clocks stand at one instant.
+struct Clocks {
+  std::int64_t monotonic_ns = 0;  ///< own clock
+  std::int64_t unix_ns = 0;       ///< time of day at the same instant
+  std::optional<std::int64_t>
+      daemon_minus_ns;  ///< the daemon's clock minus the own; nothing: unknown
+};
+
+/// What became of an instant.
+struct Schedule {
+  TimeTag tag = kImmediately;
+  bool late = false;  ///< its time had passed
+};
+
+/// When what happened at `t_ns` of the daemon's clock shall be heard, `delay_ns` after it. A delay
+/// of 0 asks for no schedule; neither has one what has no instant, or a clock that is not known.
+[[nodiscard]] Schedule schedule(std::uint64_t t_ns, std::int64_t delay_ns, const Clocks& clocks);
+
+}  // namespace hapticd::osc
