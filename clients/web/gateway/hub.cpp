@@ -53,6 +53,7 @@ void Hub::welcome(ViewerId id, Viewer& viewer) {
   }
   if (link_.has_value()) put(viewer, link_body(*link_, 0));
   if (playback_.has_value()) put(viewer, playback_body(*playback_));
+  if (state_ != nullptr) put_state(viewer);
 }
 
 void Hub::remove(ViewerId viewer) {
@@ -77,6 +78,12 @@ void Hub::put(Viewer& viewer, SharedBody body) {
   } else if (viewer.port.wake) {
     viewer.port.wake();
   }
+}
+
+void Hub::put_state(Viewer& viewer) {
+  if (viewer.closing) return;
+  viewer.queue.add_state(state_);
+  if (viewer.port.wake) viewer.port.wake();
 }
 
 void Hub::put_item(ViewerId id, Viewer& viewer, const v1::Item& item) {
@@ -109,13 +116,8 @@ std::optional<std::string> Hub::next(ViewerId viewer) {
 
 void Hub::state(const v1::State& state) {
   ++counters_.states;
-  if (viewers_.empty()) return;
-  const SharedBody body = state_body(state);
-  for (auto& [id, viewer] : viewers_) {
-    if (viewer.closing) continue;
-    viewer.queue.add_state(body);
-    if (viewer.port.wake) viewer.port.wake();
-  }
+  state_ = state_body(state);
+  for (auto& [id, viewer] : viewers_) put_state(viewer);
 }
 
 void Hub::remember(const v1::Item& item) {
@@ -149,6 +151,7 @@ void Hub::item(const v1::Item& item) {
 void Hub::session_ended() {
   // The scene stays: a page goes on showing it, and says that nothing comes.
   desk_.lost();
+  state_.reset();
   lease_.reset();
   recorder_.reset();
   fault_.reset();

@@ -97,6 +97,7 @@ class Hub {
   };
 
   void put(Viewer& viewer, SharedBody body);
+  void put_state(Viewer& viewer);
   void put_item(ViewerId id, Viewer& viewer, const v1::Item& item);
   void close(Viewer& viewer, CloseReason reason);
   void remember(const v1::Item& item);
@@ -114,6 +115,7 @@ class Hub {
   std::optional<v1::Item> lease_;
   std::optional<v1::Item> recorder_;
   std::optional<v1::Item> fault_;  ///< while it is latched
+  SharedBody state_;               ///< the newest: a recording that is paused sends no other
   std::optional<v1::PageLink> link_;
   std::optional<v1::PagePlayback> playback_;
 };

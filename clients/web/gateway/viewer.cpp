@@ -66,6 +66,8 @@ void Viewer::accept(Request request, const std::string& subprotocol) {
   }));
   socket_.read_message_max(kMostMessageBytes);
   socket_.binary(true);
+  // One event, one frame: nothing that has to come in between is worth the many writes.
+  socket_.auto_fragment(false);
   socket_.async_accept(request_, [self = shared_from_this()](const error_code& error) {
     if (!error) self->join();
   });

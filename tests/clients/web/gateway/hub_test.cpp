@@ -136,6 +136,20 @@ TEST_CASE(
   for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i].sequence() == i + 1);
 }
 
+TEST_CASE("who joins a recording that stands still sees where it stands") {
+  Stage stage;
+  v1::State state;
+  for (const std::uint64_t tick : {41U, 42U}) {
+    state.set_tick(tick);
+    stage.hub.state(state);
+  }
+  const auto all = stage.events(stage.join(false));
+  REQUIRE(all.size() == 2);
+  CHECK(all[1].state().tick() == 42);
+  stage.hub.session_ended();
+  CHECK(stage.events(stage.join(false)).size() == 1);
+}
+
 TEST_CASE("a fault that was cleared is not told to who joins after it") {
   Stage stage;
   v1::Item fault;
