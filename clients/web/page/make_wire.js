@@ -1,0 +1,18 @@
+// Writes src/generated/wire.js: readers and writers of the messages that page and gateway exchange, from the same .proto files as
+// everyone else's. Static code, because code made at run time would need 'unsafe-eval' in the page's Content-Security-Policy.
+// usage: node make_wire.js [FOLDER OF hapticd/v1]      default: proto of this repository
+import { execFileSync } from 'node:child_process';
+import { mkdirSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const here = dirname(fileURLToPath(import.meta.url));
+const protos = process.argv[2] ?? process.env.HAPTICD_PROTO ?? join(here, '../../../proto');
+const out = join(here, 'src/generated');
+
+mkdirSync(out, { recursive: true });
+execFileSync(process.execPath, [
+  join(here, 'node_modules/protobufjs-cli/bin/pbjs'),
+  ...'--target static-module --wrap es6 --keep-case --no-create --no-verify --no-convert --no-delimited --no-typeurl --no-comments'.split(' '),
+  '--path', protos, '--out', join(out, 'wire.js'), join(protos, 'hapticd/v1/gateway.proto'),
+], { stdio: 'inherit' });

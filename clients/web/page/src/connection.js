@@ -1,0 +1,96 @@
+// The WebSocket to the gateway: events in, requests out, each answered once. It comes back by itself after the gateway was restarted, ever
+// more slowly up to 5 s; requests without an answer have failed then. What arrives is not interpreted here.
+import { subprotocols } from './page_address.js';
+import { v1 } from './wire.js';
+
+const PING_MS = 1000;
+const LONGEST_PAUSE_MS = 5000;
+
+/** Pause before attempt `n` (from 0), ms. */
+export const pauseMs = (n) => Math.min(LONGEST_PAUSE_MS, 250 * 2 ** n);
+
+export class Connection {
+  #socket = null;
+  #attempt = 0;
+  #nextId = 1;
+  #waiting = new Map();
+  #lastSequence = 0;
+  #ping = 0;
+
+  /** `handlers`: event(PageEvent), opened(), closed(); `pageS` the page's clock, s. */
+  constructor({ address, token, handlers, pageS, makeSocket = (url, protocols) => new WebSocket(url, protocols) }) {
+    Object.assign(this, { address, token, handlers, pageS, makeSocket });
+    this.skippedEvents = 0;
+    this.bytes = 0;
+    this.refusedToken = false;
+  }
+
+  open() {
+    let reached = false;
+    const socket = this.makeSocket(this.address, subprotocols(this.token));
+    socket.binaryType = 'arraybuffer';
+    socket.onopen = () => {
+      reached = true;
+      this.#attempt = 0;
+      this.#lastSequence = 0;
+      this.#ping = setInterval(() => this.#sendPing(), PING_MS);
+      this.handlers.opened();
+      this.#sendPing();
+    };
+    socket.onmessage = ({ data }) => this.#receive(new Uint8Array(data));
+    socket.onclose = () => this.#closed(reached);
+    this.#socket = socket;
+  }
+
+  get isOpen() {
+    return this.#socket?.readyState === 1;
+  }
+
+  /** Sends an Item, as a plain object, to the daemon; resolves to its Result, or rejects when the connection goes first. */
+  call(item) {
+    return this.#request({ call: item }, true);
+  }
+
+  /** Seeks, pauses or paces a recording. */
+  play(playback) {
+    return this.#request({ playback }, false);
+  }
+
+  #request(body, answered) {
+    if (!this.isOpen) return Promise.reject(new Error('not connected'));
+    const id = this.#nextId++;
+    this.#socket.send(v1.PageRequest.encode({ id, ...body }).finish());
+    if (!answered) return Promise.resolve(null);
+    return new Promise((resolve, reject) => this.#waiting.set(id, { resolve, reject }));
+  }
+
+  #sendPing() {
+    if (this.isOpen) this.#request({ ping: { sent_s: this.pageS() } }, false).catch(() => {});
+  }
+
+  #receive(bytes) {
+    this.bytes += bytes.length;
+    const event = v1.PageEvent.decode(bytes);
+    if (this.#lastSequence > 0 && event.sequence > this.#lastSequence + 1) {
+      this.skippedEvents += event.sequence - this.#lastSequence - 1;
+    }
+    this.#lastSequence = event.sequence;
+    if (event.result) this.#answer(event.result);
+    else this.handlers.event(event);
+  }
+
+  #answer(result) {
+    this.#waiting.get(result.item_id)?.resolve(result);
+    this.#waiting.delete(result.item_id);
+  }
+
+  #closed(reached) {
+    clearInterval(this.#ping);
+    for (const { reject } of this.#waiting.values()) reject(new Error('the connection was lost before the answer'));
+    this.#waiting.clear();
+    // A token of an earlier run of the gateway is refused at the door: look on without it.
+    if (!reached && this.token && this.#attempt >= 2) this.refusedToken = true;
+    this.handlers.closed();
+    setTimeout(() => this.open(), pauseMs(this.#attempt++));
+  }
+}

@@ -1,0 +1,146 @@
+// The Control side: lease, force, scene, quality, gesture, recordings, parameters. What this page may not do now is greyed, and the first
+// line says why.
+import { v1 } from '../wire.js';
+import { button, fill, group, make, row } from './dom.js';
+import { ParameterPanel } from './parameter_panel.js';
+import { isOk } from './session.js';
+
+export class ControlPanel {
+  #session;
+  #parts = {};
+
+  constructor(holder, session) {
+    this.#session = session;
+    this.parameters = new ParameterPanel(session);
+    this.note = make('p', { class: 'note', id: 'said', role: 'status' });
+    holder.append(this.#lease(), this.#force(), this.#scene(), this.#gesture(), this.#recorder(), this.parameters.element);
+    session.addEventListener('change', () => this.refresh());
+    session.addEventListener('said', ({ detail }) => this.#say(detail));
+    this.refresh();
+  }
+
+  #say({ ok, text }) {
+    this.note.textContent = text;
+    this.note.className = `note ${ok ? 'good' : 'bad'}`;
+  }
+
+  #lease() {
+    const take = button('Take control', () => this.#toggleLease(), { id: 'lease', class: 'go' });
+    const who = make('span', { class: 'grow note', id: 'lease-note' });
+    Object.assign(this.#parts, { take, who });
+    return group('Control', row(take, who), this.note);
+  }
+
+  async #toggleLease() {
+    await this.#session.ask(this.#session.controls ? { release: {} } : { acquire: { holder: 'web page' } });
+  }
+
+  #force() {
+    const ask = (item) => () => this.#session.ask(item);
+    return group('Force', row(
+      button('Engage', ask({ engage: {} }), { 'data-lease': '' }),
+      button('Disengage', ask({ disengage: {} }), { 'data-lease': '' }),
+      button('Clear fault', ask({ clear: {} }), { 'data-lease': '', id: 'clear' }),
+      button('Recentre', () => this.#session.ask({ recentre: { tool_id: this.#session.scene?.tools[0]?.id ?? 0 } }), { 'data-lease': '' })));
+  }
+
+  #scene() {
+    const scenes = make('select', { id: 'scenes', class: 'grow', 'aria-label': 'Scene', 'data-lease': '' });
+    const preset = make('select', { id: 'preset', 'aria-label': 'Preset', 'data-lease': '' });
+    fill(preset, [['0', 'as the scene says'], ['1', 'paper'], ['2', 'deflecting']], '0');
+    const load = button('Load', () => this.#load(scenes.value, Number(preset.value)), { id: 'load', 'data-lease': '' });
+    const quality = make('select', { id: 'quality', 'aria-label': 'Quality', 'data-lease': '' });
+    fill(quality, [['auto', 'automatic'], ...[0, 1, 2, 3, 4].map((level) => [String(level), `${level}${['fastest', '', '', 'default', 'exact'][level] ? ` · ${['fastest', '', '', 'default', 'exact'][level]}` : ''}`])], '3');
+    quality.onchange = () => this.#setQuality(quality.value);
+    const inForce = make('span', { class: 'note grow', id: 'quality-note' });
+    Object.assign(this.#parts, { scenes, quality, inForce });
+    return group('Scene and quality', row(scenes, preset, load), row(make('span', {}, 'Quality'), quality, inForce));
+  }
+
+  #load(name, preset) {
+    this.#session.ask({ load_scene: preset ? { name, preset } : { name } });
+  }
+
+  #setQuality(value) {
+    const assignment = value === 'auto' ? { path: 'quality', text: 'auto' } : { path: 'quality', number: Number(value) };
+    this.#session.ask({ set_parameter: { assignments: [assignment] } });
+  }
+
+  #gesture() {
+    const gestures = make('select', { id: 'gestures', class: 'grow', 'aria-label': 'Gesture', 'data-lease': '' });
+    const arm = make('select', { id: 'arm', 'aria-label': 'Arm', 'data-lease': '' });
+    fill(arm, [['0', 'arm as before'], ['2', 'light arm'], ['3', 'firm arm'], ['1', 'no hand'], ['4', 'adversarial']], '0');
+    const repeat = make('input', { type: 'number', min: 0, max: 1000000, value: 1, id: 'repeat', 'aria-label': 'Repetitions, 0 = for ever', title: 'Repetitions, 0 = for ever', 'data-lease': '' });
+    repeat.style.width = '5em';
+    const play = button('Play', () => this.#session.ask({ play_gesture: { name: gestures.value, arm: Number(arm.value), repeat: Number(repeat.value) } }), { id: 'play-gesture', 'data-lease': '' });
+    const end = button('End', () => this.#session.ask({ play_gesture: {} }), { 'data-lease': '' });
+    const progress = make('meter', { min: 0, max: 1, value: 0, id: 'gesture-progress', 'aria-label': 'Progress of the gesture' });
+    const name = make('span', { class: 'note grow', id: 'gesture-note' });
+    Object.assign(this.#parts, { gestures, progress, gestureName: name });
+    return group('Gesture of the simulated hand', row(gestures, arm), row(repeat, make('span', { class: 'note' }, 'times'), play, end), row(name, progress));
+  }
+
+  #recorder() {
+    const start = button('● Record', () => this.#toggleRecord(), { id: 'record', 'data-lease': '' });
+    const dump = button('Keep last 60 s', () => this.#session.ask({ record: { mode: v1.RecordMode.RECORD_MODE_DUMP } }), { id: 'dump', 'data-lease': '' });
+    const recorded = make('p', { class: 'note', id: 'recorder-note' });
+    const recordings = make('select', { id: 'recordings', class: 'grow', 'aria-label': 'Recording', 'data-lease': '' });
+    const replay = button('Replay', () => this.#session.ask({ replay: { file: recordings.value, verify: true } }), { id: 'replay', 'data-lease': '' });
+    const end = button('End', () => this.#session.ask({ replay: {} }), { 'data-lease': '' });
+    Object.assign(this.#parts, { start, recorded, recordings });
+    return group('Recordings', row(start, dump), recorded, row(recordings, replay, end));
+  }
+
+  #toggleRecord() {
+    const on = this.#session.recorder?.state === v1.RecordState.RECORD_STATE_RECORDING;
+    this.#session.ask({ record: { mode: on ? v1.RecordMode.RECORD_MODE_STOP : v1.RecordMode.RECORD_MODE_START } });
+  }
+
+  /** Names of scenes, gestures and recordings, asked for anew at each connection and scene. */
+  async list() {
+    const ask = async (item) => {
+      const result = await this.#session.ask(item, { quiet: true });
+      return isOk(result) && result.listing ? result.listing.names.map((name, i) => [name, result.listing.descriptions[i] ? `${name} · ${result.listing.descriptions[i]}` : name]) : [];
+    };
+    const [scenes, gestures, recordings] = await Promise.all([ask({ list_scenes: {} }), ask({ list_gestures: {} }), ask({ list_recordings: {} })]);
+    fill(this.#parts.scenes, scenes, this.#session.scene?.name);
+    fill(this.#parts.gestures, gestures);
+    fill(this.#parts.recordings, recordings);
+    await this.parameters.load();
+  }
+
+  refresh() {
+    const { mayControl, controls, lease, recorder } = this.#session;
+    const { take, who, start, recorded } = this.#parts;
+    take.textContent = controls ? 'Give back' : 'Take control';
+    take.disabled = !mayControl;
+    who.textContent = leaseText(mayControl, lease);
+    document.querySelectorAll('[data-lease]').forEach((element) => { element.disabled = !controls; });
+    start.textContent = recorder?.state === v1.RecordState.RECORD_STATE_RECORDING ? '■ End recording' : '● Record';
+    recorded.textContent = recorderText(recorder);
+  }
+
+  /** What the newest State says about quality and gesture. */
+  show(state) {
+    const { inForce, gestureName, progress } = this.#parts;
+    const quality = state.quality;
+    if (quality) inForce.textContent = `level ${quality.level}${quality.automatic ? ', automatic' : ''} · ${quality.substeps} sub-steps`;
+    const gesture = state.gestures[0];
+    gestureName.textContent = gesture ? `${gesture.name}, ${gesture.repeated_count} done` : 'no gesture plays';
+    progress.value = gesture?.progress ?? 0;
+  }
+}
+
+export function leaseText(mayControl, lease) {
+  if (!mayControl) return 'This page only looks: open it with the address that haptic-web prints, token included.';
+  if (lease?.yours) return 'This page controls.';
+  return lease?.fence ? `Held by ${lease.holder || 'another client'}.` : 'Nobody controls.';
+}
+
+export function recorderText(recorder) {
+  const State = v1.RecordState;
+  if (!recorder || recorder.state === State.RECORD_STATE_IDLE) return 'Only the last 60 s are kept.';
+  const size = `${recorder.ticks} ticks, ${(recorder.bytes / 1e6).toFixed(1)} MB`;
+  if (recorder.state === State.RECORD_STATE_FAILED) return `Failed: ${recorder.message}`;
+  return `${recorder.state === State.RECORD_STATE_RECORDING ? 'Writing' : 'Written'} ${recorder.file}: ${size}${recorder.lost_ticks ? `, ${recorder.lost_ticks} ticks lost` : ''}`;
+}

@@ -1,0 +1,56 @@
+// What this page may do and asks for: whether it may control, who holds the lease, and requests whose refusals are said in words. One
+// request at a time is not needed: the daemon keeps their order.
+import { nameOf, v1 } from '../wire.js';
+
+export class Session extends EventTarget {
+  #connection;
+  mayControl = false;
+  lease = null;
+  recorder = null;
+  scene = null;
+
+  constructor(connection) {
+    super();
+    this.#connection = connection;
+  }
+
+  get controls() {
+    return this.mayControl && this.lease?.yours === true;
+  }
+
+  /** Something above changed; panels look again. */
+  changed() {
+    this.dispatchEvent(new Event('change'));
+  }
+
+  lost() {
+    Object.assign(this, { mayControl: false, lease: null, recorder: null, scene: null });
+    this.changed();
+  }
+
+  /** Sends an Item such as {clear: {}}; resolves to the Result, OK or not. Refusals are told with `said`. */
+  async ask(item, { quiet = false } = {}) {
+    let result;
+    try {
+      result = await this.#connection.call(item);
+    } catch (error) {
+      result = { code: v1.ResultCode.RESULT_CODE_FAILED, message: error.message, path: '' };
+    }
+    if (!quiet) this.dispatchEvent(new CustomEvent('said', { detail: sentence(Object.keys(item)[0], result) }));
+    return result;
+  }
+
+  play(playback) {
+    this.#connection.play(playback).catch(() => {});
+  }
+}
+
+export const isOk = (result) => result.code === v1.ResultCode.RESULT_CODE_OK;
+
+/** {ok, text}: the answer to a request, for people. */
+export function sentence(request, result) {
+  const what = request.replaceAll('_', ' ');
+  if (isOk(result)) return { ok: true, text: `${what}: done` };
+  const why = result.message || nameOf(v1.ResultCode, 'RESULT_CODE_', result.code);
+  return { ok: false, text: `${what}: ${why}${result.path ? ` (${result.path})` : ''}` };
+}

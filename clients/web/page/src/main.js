@@ -1,0 +1,156 @@
+// The page put together: stream in, picture and panels out. Frames follow the screen; texts and plots change eight times a second.
+import { Connection } from './connection.js';
+import { Banners, linkBanner, loopBanner, lossBanner } from './controls/banners.js';
+import { ConnectionPanel } from './controls/connection_panel.js';
+import { ControlPanel } from './controls/control_panel.js';
+import { ExperimentPanel } from './controls/experiment_panel.js';
+import { KEYS, listen } from './controls/keyboard.js';
+import { PlaybackBar } from './controls/playback_bar.js';
+import { Session } from './controls/session.js';
+import { readAddress } from './page_address.js';
+import { Picture } from './picture.js';
+import { Panels } from './plots/panels.js';
+import { StreamModel } from './stream_model.js';
+import { ViewControls } from './view_controls.js';
+import { nameOf, v1 } from './wire.js';
+
+const TEXT_MS = 125;
+const SHOWN_STATES_S = 2; // without a State for so long the picture says that it stands still
+const find = (id) => document.getElementById(id);
+const pageS = () => performance.now() / 1000;
+
+const address = readAddress(location.href);
+const connection = new Connection({ address: address.socket, token: address.token, pageS,
+  handlers: { event: (event) => model.take(event), opened: () => {}, closed: () => lost() } });
+const session = new Session(connection);
+const model = new StreamModel({ session, pageS, handlers: { scene: setScene, state: takeState, playback: (playback) => playbackBar.show(playback) } });
+const picture = new Picture(find('canvas'), find('labels'), { high: address.high, motion: model.motion, nowS: pageS });
+picture.viewName = address.view;
+const looks = new ViewControls(picture, address);
+const panels = new Panels(find('plots'));
+const control = new ControlPanel(find('control'), session);
+const experiment = new ExperimentPanel(find('experiment'), session);
+const connectionPanel = new ConnectionPanel(find('connection'));
+const banners = new Banners(find('banners'));
+const playbackBar = new PlaybackBar(session);
+const rates = { states: 0, frames: 0, bytes: 0 };
+let lastStateS = -Infinity;
+
+function setScene(scene) {
+  find('scene-name').textContent = scene.description || scene.name;
+  document.title = `${scene.name} · hapticd`;
+  panels.clear();
+  picture.setScene(scene).catch((error) => banners.set('scene', { title: 'The scene cannot be drawn', text: String(error) }));
+  if (!experiment.running) control.list();
+}
+
+function takeState(state) {
+  lastStateS = pageS();
+  panels.add(state, state.tools[0]?.tool_id ?? 0);
+}
+
+function lost() {
+  model.lost();
+  playbackBar.show(null);
+}
+
+function frame() {
+  requestAnimationFrame(frame);
+  const ns = model.shownNs();
+  const state = ns === null ? null : model.states.at(ns);
+  picture.draw(state, ns);
+  if (ns !== null) model.dueTones(ns).forEach(showTone);
+}
+
+/** A ring where a string was let go, at the instant it is heard. */
+function showTone(tone) {
+  const string = model.scene?.strings[tone.string_index];
+  if (!string) return;
+  const [a, b] = [string.points[0], string.points.at(-1)];
+  const at = picture.project(a.map((value, i) => value + (b[i] - value) * tone.lambda));
+  if (!at) return;
+  const ring = document.createElement('i');
+  ring.className = 'tone';
+  ring.dataset.string = tone.string_index;
+  ring.style.left = `${at.x}px`;
+  ring.style.top = `${at.y}px`;
+  ring.style.borderWidth = `${1 + 3 * tone.level}px`;
+  ring.onanimationend = () => ring.remove();
+  find('tones').append(ring);
+}
+
+function emptyText() {
+  if (!connection.isOpen) return connection.refusedToken ? 'The gateway refuses this token. Open the address it prints now.' : 'The gateway does not answer; the page tries again by itself. Start it with: haptic-web';
+  if (!model.scene) return model.link?.message || 'The gateway waits for hapticd. Start it with: hapticd';
+  return pageS() - lastStateS > SHOWN_STATES_S ? model.link?.message || 'No State arrives: time stands still, or the daemon has gone.' : '';
+}
+
+const LOOP_LOOK = { engaged: 'good', fault: 'bad', releasing: 'warn', ready: 'warn', zeroing: 'warn' };
+
+function showTexts() {
+  const state = model.states.newest;
+  const loop = state ? nameOf(v1.LoopState, 'LOOP_STATE_', state.loop_state) : '';
+  setPill(find('loop'), loop, LOOP_LOOK[loop] ?? '');
+  const live = model.link?.state === v1.PageLinkState.PAGE_LINK_STATE_LIVE;
+  const recording = model.welcome?.source === v1.PageSource.PAGE_SOURCE_RECORDING;
+  const lossy = model.link?.loss >= 0.02;
+  const linkText = !connection.isOpen ? 'no gateway' : recording ? 'recording' : live ? (lossy ? 'lossy' : 'live') : 'no daemon';
+  setPill(find('link'), linkText, !connection.isOpen || (!live && !recording) ? 'bad' : lossy ? 'warn' : 'good');
+  const why = emptyText();
+  find('empty').hidden = why === '';
+  if (why && find('empty-why').textContent !== why) find('empty-why').textContent = why;
+  find('empty').querySelector('h2').textContent = model.scene && connection.isOpen ? 'Nothing moves' : 'Nothing is connected';
+  banners.set('loop', loopBanner(state, model.fault, session.controls ? () => session.ask({ clear: {} }) : null));
+  banners.set('link', connection.isOpen ? linkBanner(model.link) : null);
+  banners.set('loss', lossBanner(model.link));
+  find('stop').disabled = !session.mayControl;
+  looks.show();
+  if (state) control.show(state);
+  panels.draw(state);
+}
+
+function setPill(pill, text, look) {
+  if (pill.textContent !== text) pill.textContent = text;
+  if (pill.className !== `pill ${look}`) pill.className = `pill ${look}`;
+}
+
+/** Once a second: what arrived and was drawn in it. */
+function countRates() {
+  Object.assign(rates, { states: model.received.states, frames: picture.frames - (rates.allFrames ?? 0), bytes: connection.bytes });
+  rates.allFrames = picture.frames;
+  model.received.states = connection.bytes = 0;
+  find('rate').textContent = model.scene ? `${rates.states} States/s · ${rates.frames} fps` : '';
+  connectionPanel.show({ welcome: model.welcome, link: model.link, clock: model.clock, connection, rates, scene: model.scene,
+    drawn: { triangles: picture.triangles, missing: picture.assets.missing } });
+}
+
+function chooseTab(name) {
+  document.querySelectorAll('[role=tab]').forEach((tab) => tab.setAttribute('aria-selected', String(tab.dataset.tab === name)));
+  document.querySelectorAll('[role=tabpanel]').forEach((panel) => { panel.hidden = panel.id !== name; });
+}
+
+function toggleSide() {
+  const hidden = document.body.classList.toggle('wide');
+  find('side-toggle').setAttribute('aria-expanded', String(!hidden));
+}
+
+function showKeys() {
+  chooseTab('connection');
+  const list = find('keys') ?? document.createElement('dl');
+  list.id = 'keys';
+  list.innerHTML = KEYS.map(([key, text]) => `<dt><kbd>${key}</kbd></dt><dd>${text}</dd>`).join('');
+  find('connection').append(list);
+}
+
+const stop = () => session.mayControl && session.ask({ stop: {} });
+document.querySelectorAll('[role=tab]').forEach((tab) => { tab.onclick = () => chooseTab(tab.dataset.tab); });
+find('side-toggle').onclick = toggleSide;
+find('stop').onclick = stop;
+listen({ ...looks.keys(), p: toggleSide, Escape: stop, '?': showKeys, ' ': () => playbackBar.shown && playbackBar.toggle() });
+setInterval(showTexts, TEXT_MS);
+setInterval(countRates, 1000);
+requestAnimationFrame(frame);
+connection.open();
+
+// For tests and for people at the console: what is known and drawn.
+window.hapticd = { model, picture, panels, session, connection, experiment };

@@ -1,0 +1,117 @@
+// What has arrived, put where it belongs: scene, States, radii of strings, lease, faults, link. The picture and the panels read it; it knows
+// neither.
+import { DaemonClock, shownNs } from './model/clock.js';
+import { sceneModel } from './model/scene_model.js';
+import { StateBuffer } from './model/state_buffer.js';
+import { StringMotion } from './model/string_motion.js';
+import { v1 } from './wire.js';
+
+const TONES_KEPT = 64;
+
+export class StreamModel {
+  clock = new DaemonClock();
+  states = new StateBuffer();
+  motion = new StringMotion();
+  tones = []; // not yet shown, oldest first
+  welcome = null;
+  link = null;
+  fault = null;
+  playback = null;
+  scene = null;
+  received = { states: 0 };
+
+  /** `session` keeps lease, recorder and scene for the panels; `handlers`: scene(model), state(State), playback(PagePlayback). */
+  constructor({ session, handlers, pageS }) {
+    Object.assign(this, { session, handlers, pageS });
+  }
+
+  lost() {
+    Object.assign(this, { welcome: null, link: null, playback: null, fault: null, tones: [] });
+    this.clock.forget();
+    this.states.clear();
+    this.motion.clear();
+    this.session.lost();
+  }
+
+  take(event) {
+    if (event.state) this.#takeState(event.state);
+    else if (event.item) this.#takeItem(event.item);
+    else if (event.pong) this.clock.heard(event.pong.sent_s, event.pong.daemon_t_ns, this.pageS());
+    else if (event.link) this.#takeLink(event.link);
+    else if (event.welcome) this.#takeWelcome(event.welcome);
+    else if (event.playback) this.#takePlayback(event.playback);
+  }
+
+  #takeState(state) {
+    ++this.received.states;
+    // States of a scene that is not known yet cannot be drawn; its SceneInfo is under way.
+    if (!this.scene || state.scene_id !== this.scene.id) return;
+    if (this.states.add(state)) this.handlers.state(state);
+  }
+
+  #takeWelcome(welcome) {
+    this.welcome = welcome;
+    this.session.mayControl = welcome.control;
+    this.session.changed();
+  }
+
+  #takeLink(link) {
+    const Live = v1.PageLinkState.PAGE_LINK_STATE_LIVE;
+    if (link.state !== Live && this.link?.state === Live) {
+      // Another run of the daemon has another clock, and its ticks begin anew.
+      this.clock.forget();
+      this.states.clear();
+      this.motion.clear();
+    }
+    this.link = link;
+  }
+
+  #takePlayback(playback) {
+    this.playback = playback;
+    this.handlers.playback(playback);
+  }
+
+  #takeItem(item) {
+    if (item.scene_info) this.#takeScene(item.scene_info);
+    else if (item.string_radius) this.motion.add(item.string_radius);
+    else if (item.tone) this.tones = [...this.tones, item.tone].slice(-TONES_KEPT);
+    else if (item.fault) this.fault = item.fault.latched ? item.fault : null;
+    else if (item.lease_info) this.#tell('lease', item.lease_info);
+    else if (item.record_info) this.#tell('recorder', item.record_info);
+  }
+
+  #tell(name, value) {
+    this.session[name] = value;
+    this.session.changed();
+  }
+
+  #takeScene(info) {
+    this.scene = sceneModel(info);
+    this.states.clear();
+    this.motion.clear();
+    this.tones = [];
+    this.#tell('scene', this.scene);
+    this.handlers.scene(this.scene);
+  }
+
+  /** Time of the daemon goes on as ours does: neither virtual nor a recording that pauses or runs at another pace. */
+  get steady() {
+    if (this.scene?.virtual) return false;
+    return this.welcome?.source !== v1.PageSource.PAGE_SOURCE_RECORDING;
+  }
+
+  /** Instant of the daemon that is shown now, ns; null without any State. */
+  shownNs() {
+    const newest = this.states.newest;
+    if (!newest) return null;
+    const delayS = this.welcome?.presentation_delay_s ?? 0.008;
+    return shownNs({ clock: this.clock, pageS: this.pageS(), delayS, newestNs: newest.t_ns, steady: this.steady });
+  }
+
+  /** Tones whose instant has come at `ns`; each is given out once. */
+  dueTones(ns) {
+    const due = this.tones.filter((tone) => tone.t_ns <= ns);
+    if (due.length) this.tones = this.tones.filter((tone) => tone.t_ns > ns);
+    return due;
+  }
+}

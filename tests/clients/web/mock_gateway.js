@@ -1,0 +1,100 @@
+// A gateway for working on the page without one: plays what capture_session.py wrote, again and again, to every page that asks, and answers
+// requests as a daemon in a good mood would. Only for development and for tests of the page alone.
+// usage: node mock_gateway.js PORT EVENTS FOLDER-OF-THE-PAGE FOLDER-OF-ASSETS     (run where the page's node_modules can be found)
+import { readFileSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { createRequire } from 'node:module';
+import { extname, join, normalize } from 'node:path';
+import { pathToFileURL } from 'node:url';
+
+const [port, eventsFile, page, assets] = process.argv.slice(2);
+const source = process.env.HAPTICD_PAGE_SOURCE ?? new URL('../../../clients/web/page/', import.meta.url).pathname;
+const { WebSocketServer } = createRequire(join(source, 'package.json'))('ws');
+const { v1, hex } = await import(pathToFileURL(join(source, 'src/wire.js')));
+
+const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css' };
+const POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' ws:";
+
+/** PageEvents of the capture. */
+function readEvents(bytes) {
+  const events = [];
+  for (let at = 0; at + 4 <= bytes.length;) {
+    const size = bytes.readUInt32LE(at);
+    events.push(v1.PageEvent.decode(bytes.subarray(at + 4, at + 4 + size)));
+    at += 4 + size;
+  }
+  return events;
+}
+
+const all = readEvents(readFileSync(eventsFile));
+const greeting = all.filter((event) => event.item?.scene_info || event.item?.record_info).slice(0, 2);
+const names = new Map(greeting[0].item.scene_info.assets.map((asset) => [hex(asset.hash), asset.name]));
+const instant = (event) => event.state?.t_ns ?? Object.values(event.item ?? {}).find((body) => body?.t_ns)?.t_ns;
+const played = all.filter((event) => instant(event)).sort((a, b) => instant(a) - instant(b));
+const first = instant(played[0]), lengthNs = instant(played.at(-1)) - first + 4e6;
+const nowNs = () => performance.now() * 1e6 + 1e12;
+
+function serve(request, response) {
+  const path = normalize(new URL(request.url, 'http://mock').pathname);
+  const asset = path.match(/^\/asset\/([0-9a-f]{64})$/);
+  try {
+    const file = asset ? join(assets, names.get(asset[1])) : join(page, path === '/' ? 'index.html' : path);
+    response.writeHead(200, { 'Content-Type': TYPES[extname(file)] ?? 'application/octet-stream', 'Content-Security-Policy': POLICY });
+    response.end(readFileSync(file));
+  } catch {
+    response.writeHead(404).end();
+  }
+}
+
+function shifted(event, byNs) {
+  if (event.state) return { state: { ...event.state, t_ns: event.state.t_ns + byNs } };
+  const [kind, body] = Object.entries(event.item).find(([, value]) => value?.t_ns);
+  return { item: { [kind]: { ...body, t_ns: body.t_ns + byNs } } };
+}
+
+class Viewer {
+  constructor(socket) {
+    Object.assign(this, { socket, sequence: 0, next: 0, startNs: nowNs(), fence: 0 });
+    this.send({ welcome: { version: 'mock', control: true, source: 1, presentation_delay_s: 0.008 } });
+    greeting.forEach((event) => this.send(event));
+    this.send({ item: { lease_info: { fence: 0, ttl_ms: 2000 } } });
+    const timers = [setInterval(() => this.play(), 4), setInterval(() => this.link(), 1000)];
+    this.link();
+    socket.on('message', (data) => this.answer(v1.PageRequest.decode(new Uint8Array(data))));
+    socket.on('close', () => timers.forEach(clearInterval));
+  }
+
+  send(body) {
+    this.socket.send(v1.PageEvent.encode({ ...body, sequence: ++this.sequence }).finish());
+  }
+
+  link() {
+    this.send({ link: { state: 2, clock_offset_s: 0.001, clock_error_s: 2e-4, round_trip_s: 4e-4, loss: Number(process.env.MOCK_LOSS ?? 0), bytes_per_s: 150000 } });
+  }
+
+  play() {
+    for (;;) {
+      const round = Math.floor(this.next / played.length), event = played[this.next % played.length];
+      const byNs = this.startNs - first + round * lengthNs;
+      if (instant(event) + byNs > nowNs()) return;
+      this.send(shifted(event, byNs));
+      ++this.next;
+    }
+  }
+
+  answer(request) {
+    if (request.ping) this.send({ pong: { sent_s: request.ping.sent_s, daemon_t_ns: Math.round(nowNs()) } });
+    if (!request.call) return;
+    const call = request.call;
+    const result = { item_id: request.id, code: 1 };
+    if (call.list_scenes) result.listing = { names: ['guqin', 'bunny', 'cabin'], descriptions: ['Guqin with a hand', 'A bunny and a frame', 'Pipes and cables'] };
+    if (call.list_gestures) result.listing = { names: ['pluck_each', 'strum'], descriptions: [] };
+    if (call.get_parameters) result.parameters = { values: [0, 1, 2].flatMap((i) => [{ path: `strings[${i}].tension_n`, number: 30 }, { path: `strings[${i}].youngs_modulus_pa`, number: 1.9e11 }, { path: `strings[${i}].decay_s`, number: 0.5 }]) };
+    this.send({ result });
+    if (call.acquire || call.release) this.send({ item: { lease_info: { fence: call.acquire ? ++this.fence : 0, holder: 'web page', yours: Boolean(call.acquire), ttl_ms: 2000 } } });
+  }
+}
+
+const server = createServer(serve);
+new WebSocketServer({ server, path: '/stream', handleProtocols: (protocols) => [...protocols][0] }).on('connection', (socket) => new Viewer(socket));
+server.listen(Number(port), '127.0.0.1', () => console.log(`http://127.0.0.1:${port}/#token=mock`));
