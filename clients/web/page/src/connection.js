@@ -22,15 +22,12 @@ export class Connection {
     Object.assign(this, { address, token, handlers, pageS, makeSocket });
     this.skippedEvents = 0;
     this.bytes = 0;
-    this.refusedToken = false;
   }
 
   open() {
-    let reached = false;
     const socket = this.makeSocket(this.address, subprotocols(this.token));
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => {
-      reached = true;
       this.#attempt = 0;
       this.#lastSequence = 0;
       this.#ping = setInterval(() => this.#sendPing(), PING_MS);
@@ -38,7 +35,7 @@ export class Connection {
       this.#sendPing();
     };
     socket.onmessage = ({ data }) => this.#receive(new Uint8Array(data));
-    socket.onclose = () => this.#closed(reached);
+    socket.onclose = () => this.#closed();
     this.#socket = socket;
   }
 
@@ -84,12 +81,10 @@ export class Connection {
     this.#waiting.delete(result.item_id);
   }
 
-  #closed(reached) {
+  #closed() {
     clearInterval(this.#ping);
     for (const { reject } of this.#waiting.values()) reject(new Error('the connection was lost before the answer'));
     this.#waiting.clear();
-    // A token of an earlier run of the gateway is refused at the door: look on without it.
-    if (!reached && this.token && this.#attempt >= 2) this.refusedToken = true;
     this.handlers.closed();
     setTimeout(() => this.open(), pauseMs(this.#attempt++));
   }

@@ -80,9 +80,11 @@ function showTone(tone) {
 }
 
 function emptyText() {
-  if (!connection.isOpen) return connection.refusedToken ? 'The gateway refuses this token. Open the address it prints now.' : 'The gateway does not answer; the page tries again by itself. Start it with: haptic-web';
+  if (!connection.isOpen) return 'The gateway does not answer; the page tries again by itself. Start it with: haptic-web';
   if (!model.scene) return model.link?.message || 'The gateway waits for hapticd. Start it with: hapticd';
-  return pageS() - lastStateS > SHOWN_STATES_S ? model.link?.message || 'No State arrives: time stands still, or the daemon has gone.' : '';
+  // While the link is down its banner says why, over the last picture there was.
+  const standing = model.link?.state === v1.PageLinkState.PAGE_LINK_STATE_LIVE && pageS() - lastStateS > SHOWN_STATES_S;
+  return standing && !model.playback ? 'The daemon is there, but no State arrives: time stands still.' : '';
 }
 
 const LOOP_LOOK = { engaged: 'good', fault: 'bad', releasing: 'warn', ready: 'warn', zeroing: 'warn' };

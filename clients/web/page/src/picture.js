@@ -52,7 +52,16 @@ export class Picture {
     this.stage.resize();
     if (!this.view) return;
     const { camera } = this.stage;
-    this.flight.flyTo(viewOf(name, { box: this.view.box, focus: this.focus(), aspect: camera.aspect, fovDeg: camera.fov }), this.nowS(), { atOnce });
+    const aspect = this.painter.mode === 'side' ? camera.aspect / 2 : camera.aspect;
+    this.flight.flyTo(viewOf(name, { box: this.view.box, focus: this.focus(), aspect, fovDeg: camera.fov }), this.nowS(), { atOnce });
+  }
+
+  /** A picture for each eye, or one; names and rings beside things would be wrong for one of the two halves. */
+  setStereo(mode) {
+    if (this.painter.mode === mode) return;
+    this.painter.mode = mode;
+    this.canvas.parentElement.classList.toggle('side', mode === 'side');
+    if (this.viewName) this.look(this.viewName, { atOnce: true });
   }
 
   /** What is played: where the first tool comes nearest to a string, else the tool itself. */
@@ -72,6 +81,7 @@ export class Picture {
     const { camera, renderer, scene } = this.stage;
     camera.updateMatrixWorld();
     this.view?.prepare();
+    this.stage.prepare(this.frames);
     this.painter.draw(renderer, scene, camera, camera.position.distanceTo(this.controls.target));
     this.triangles = this.stage.triangles;
     ++this.frames;

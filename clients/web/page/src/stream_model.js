@@ -46,7 +46,8 @@ export class StreamModel {
     ++this.received.states;
     // States of a scene that is not known yet cannot be drawn; its SceneInfo is under way.
     if (!this.scene || state.scene_id !== this.scene.id) return;
-    if (this.states.add(state)) this.handlers.state(state);
+    this.states.add(state);
+    this.handlers.state(state);
   }
 
   #takeWelcome(welcome) {

@@ -26,7 +26,7 @@ export class ViewControls {
     Object.assign(this.picture.options, { contacts: contacts.checked, forces: forces.checked, depth: depth.checked, names: names.checked,
       magnify: magnification(magnify.value) });
     this.#form.querySelector('output').textContent = `${this.picture.options.magnify}×`;
-    this.picture.painter.mode = stereo.value;
+    this.picture.setStereo(stereo.value);
   }
 
   look(name) {

@@ -47,3 +47,7 @@ test('signed columns of contacts keep their signs and their size', () => {
   assert.deepEqual(patch.gap_nanometres, [-12, 40]);
   assert.ok(Object.hasOwn(patch, 'string_index') && patch.string_index === 0 && !Object.hasOwn(patch, 'body_index'));
 });
+
+test('a hash is two lower-case digits a byte', () => {
+  assert.equal(hex(Uint8Array.of(0, 1, 10, 255)), '00010aff');
+});

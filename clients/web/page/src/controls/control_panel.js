@@ -132,7 +132,7 @@ export class ControlPanel {
 }
 
 export function leaseText(mayControl, lease) {
-  if (!mayControl) return 'This page only looks: open it with the address that haptic-web prints, token included.';
+  if (!mayControl) return 'This page only looks. Who may control opens the address that haptic-web prints, token included; the token changes with each start.';
   if (lease?.yours) return 'This page controls.';
   return lease?.fence ? `Held by ${lease.holder || 'another client'}.` : 'Nobody controls.';
 }

@@ -34,11 +34,11 @@ export class SceneView {
 
   #addStrings() {
     const { strings, lines } = this.model;
-    const { high, things } = this.stage;
-    this.tubes = new StringTubes(strings.map((string) => ({ ...string, colour: STRING_COLOUR })), { envelope: false, high, glow: '#4d4328' });
-    this.envelopes = new StringTubes(strings.map((string) => ({ ...string, colour: ENVELOPE_COLOUR })), { envelope: true, high, glow: '#6b5a26' });
+    const { things } = this.stage;
+    this.tubes = new StringTubes(strings.map((string) => ({ ...string, colour: STRING_COLOUR })), { envelope: false, stage: this.stage, glow: '#4d4328' });
+    this.envelopes = new StringTubes(strings.map((string) => ({ ...string, colour: ENVELOPE_COLOUR })), { envelope: true, stage: this.stage, glow: '#6b5a26' });
     const pipes = lines.map((line) => ({ ...line, colour: /pipe/.test(line.name) ? substanceOf(line.name, 0).colour : LINE_COLOUR }));
-    this.pipes = new StringTubes(pipes, { envelope: false, high, glow: '#000000' });
+    this.pipes = new StringTubes(pipes, { envelope: false, stage: this.stage, glow: '#000000' });
     strings.forEach((string, i) => {
       this.tubes.set(i, string.points, string.radiusM);
       this.envelopes.set(i, string.points, 0);
@@ -158,6 +158,6 @@ export class SceneView {
     const at = project(place, this.stage.camera, width, height);
     const shape = this.shapes[index];
     const common = { magnify: this.options.magnify, depthM: at?.depthM ?? 1, fovDeg: this.stage.camera.fov, heightPx: height };
-    return { name: string.name, radiusM: shape.radiusM, envelopeM: shape.envelopeM, at, widthPx: stringWidthPx({ radiusM: shape.radiusM, leastPx: 1.4, ...common }) };
+    return { name: string.name, radiusM: shape.radiusM, envelopeM: shape.envelopeM, at, widthPx: stringWidthPx({ radiusM: shape.radiusM, leastPx: this.tubes.leastPx, ...common }) };
   }
 }

@@ -5,30 +5,33 @@ import { add, cross, normalised, perpendicular, scale, subtract } from '../model
 
 const SIDES = 8;
 const LEAST_PX = 1.4;
+const LEAST_ROUGH_PX = 2; // without smooth edges a thinner one breaks into dashes
 const LEAST_SHADOW_M = 0.0006;
 const TAPER = 0.012; // share of a string over which the envelope closes at its ends
 
 export class StringTubes {
   /** `strings`: [{points, radiusM, colour}]. `envelope`: a see-through one that is absent where the radius is 0. */
-  constructor(strings, { envelope, high, glow }) {
+  constructor(strings, { envelope, glow, stage: { high, thrifty: rough } }) {
     Object.assign(this, { envelope, glow });
     this.rings = strings.map((string) => Math.max(5, string.points.length + 2));
     const count = this.rings.reduce((sum, rings) => sum + rings, 0);
     this.geometry = makeGeometry(this.rings, count, strings);
-    this.uniforms = { magnify: { value: 1 }, leastPx: { value: envelope ? 0 : LEAST_PX }, metresPerPx: { value: 0.001 } };
-    this.mesh = new THREE.Mesh(this.geometry, this.#material(high));
+    this.uniforms = { magnify: { value: 1 }, leastPx: { value: envelope ? 0 : rough ? LEAST_ROUGH_PX : LEAST_PX }, metresPerPx: { value: 0.001 } };
+    this.mesh = new THREE.Mesh(this.geometry, this.#material(high, rough));
     this.mesh.frustumCulled = false;
     this.mesh.castShadow = !envelope;
     this.mesh.customDepthMaterial = makeShadowMaterial();
     this.mesh.renderOrder = envelope ? 2 : 0;
   }
 
-  #material(high) {
+  /** Where edges are rough (`rough`) a string two pixels wide shows one facet or the next: there it shines by itself, evenly. */
+  #material(high, rough) {
     const look = { vertexColors: true, emissive: this.glow };
     const material = this.envelope
       ? new THREE.MeshLambertMaterial({ ...look, transparent: true, opacity: 0.34, depthWrite: false, side: THREE.DoubleSide })
       : high ? new THREE.MeshStandardMaterial({ ...look, roughness: 0.45, metalness: 0.15 })
-        : new THREE.MeshPhongMaterial({ ...look, shininess: 60, specular: '#666666' });
+        : rough ? new THREE.MeshLambertMaterial({ ...look, color: '#555555', emissive: new THREE.Color(this.glow).multiplyScalar(2.2) })
+          : new THREE.MeshPhongMaterial({ ...look, shininess: 60, specular: '#666666' });
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.uniforms);
       shader.vertexShader = shader.vertexShader
@@ -62,6 +65,10 @@ export class StringTubes {
       }
     }
     position.needsUpdate = normal.needsUpdate = ringRadius.needsUpdate = true;
+  }
+
+  get leastPx() {
+    return this.uniforms.leastPx.value;
   }
 
   /** Before each frame: what a pixel is worth at 1 m, and how much radii are magnified. */

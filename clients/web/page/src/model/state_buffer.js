@@ -2,7 +2,7 @@
 // of the earlier one. A tick whose tools fill several datagrams is put together again.
 import { mix, slerp } from './vector.js';
 
-const KEEP_NS = 0.5e9;
+const KEEP_NS = 0.5e9; // longer than any presentation delay
 
 export class StateBuffer {
   #states = [];
@@ -15,16 +15,14 @@ export class StateBuffer {
     this.#states = [];
   }
 
-  /** Takes a State; false where it is older than the newest and of no use any more. */
+  /** Takes a State. They come in order; one from before the newest is a recording that was moved, or another run of the daemon. */
   add(state) {
     const newest = this.newest;
     if (newest && state.scene_id !== newest.scene_id) this.clear();
     else if (newest && state.t_ns === newest.t_ns && state.part_count > 0) return mergePart(newest, state);
-    else if (newest && state.t_ns < newest.t_ns - KEEP_NS) this.clear(); // time was set back: a recording, a restart
-    else if (newest && state.t_ns <= newest.t_ns) return false;
+    else if (newest && state.t_ns <= newest.t_ns) this.clear();
     this.#states.push(state);
     while (this.#states[0].t_ns < state.t_ns - KEEP_NS) this.#states.shift();
-    return true;
   }
 
   /** The tick at `ns`, between the States around it; before the oldest it is the oldest, after the newest the newest. */
@@ -43,7 +41,6 @@ function mergePart(whole, part) {
   const known = new Set(whole.tools.map((tool) => tool.tool_id));
   whole.tools.push(...part.tools.filter((tool) => !known.has(tool.tool_id)));
   whole.contacts.push(...part.contacts);
-  return true;
 }
 
 function between(a, b, ns) {

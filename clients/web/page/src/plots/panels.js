@@ -5,6 +5,7 @@ import 'uplot/dist/uPlot.min.css';
 import { LogHistogram, TimeSeries } from './series.js';
 
 const SECONDS = 10;
+const PLOT_PX = 104;
 const ROWS = 4096; // 10 s at 400 Hz
 const INK = '#8b93a1', GRID = '#262b34';
 const X = '#ff6b6b', Y = '#69db7c', Z = '#74a9ff', WHOLE = '#f1f3f5', GOLD = '#ffd54a';
@@ -38,13 +39,15 @@ export class Panels {
     box.dataset.plot = id;
     box.innerHTML = `<h3>${title}<output></output></h3>`;
     this.holder.append(box);
-    const plot = new uPlot({ ...options, width: 320, height: 104 }, [[]], box);
+    const plot = new uPlot({ ...options, width: 320, height: PLOT_PX }, [[]], box);
     return { plot, box, text: box.querySelector('output') };
   }
 
   #fit() {
-    const width = Math.max(200, this.holder.clientWidth - 4);
-    for (const { plot } of this.#plots.values()) plot.setSize({ width, height: 104 });
+    for (const { plot, box } of this.#plots.values()) {
+      const width = Math.max(200, box.clientWidth - 4);
+      if (width !== plot.width) plot.setSize({ width, height: PLOT_PX });
+    }
   }
 
   clear() {
