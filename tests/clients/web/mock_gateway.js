@@ -1,11 +1,13 @@
 // A gateway for working on the page without one: plays what capture_session.py wrote, again and again, to every page that asks, and answers
 // requests as a daemon in a good mood would. Only for development and for tests of the page alone.
-// usage: node mock_gateway.js PORT EVENTS FOLDER-OF-THE-PAGE FOLDER-OF-ASSETS     (run where the page's node_modules can be found)
+// usage: node mock_gateway.js PORT EVENTS|scripted FOLDER-OF-THE-PAGE FOLDER-OF-ASSETS
+// Port 0 is any that is free; the address is the first line it writes. HAPTICD_PAGE_SOURCE is the page's folder with its node_modules.
 import { readFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
 import { extname, join, normalize } from 'node:path';
 import { pathToFileURL } from 'node:url';
+import { scriptedEvents } from './scripted_session.js';
 
 const [port, eventsFile, page, assets] = process.argv.slice(2);
 const source = process.env.HAPTICD_PAGE_SOURCE ?? new URL('../../../clients/web/page/', import.meta.url).pathname;
@@ -26,7 +28,7 @@ function readEvents(bytes) {
   return events;
 }
 
-const all = readEvents(readFileSync(eventsFile));
+const all = eventsFile === 'scripted' ? scriptedEvents() : readEvents(readFileSync(eventsFile));
 const greeting = all.filter((event) => event.item?.scene_info || event.item?.record_info).slice(0, 2);
 const names = new Map(greeting[0].item.scene_info.assets.map((asset) => [hex(asset.hash), asset.name]));
 const instant = (event) => event.state?.t_ns ?? Object.values(event.item ?? {}).find((body) => body?.t_ns)?.t_ns;
@@ -97,4 +99,4 @@ class Viewer {
 
 const server = createServer(serve);
 new WebSocketServer({ server, path: '/stream', handleProtocols: (protocols) => [...protocols][0] }).on('connection', (socket) => new Viewer(socket));
-server.listen(Number(port), '127.0.0.1', () => console.log(`http://127.0.0.1:${port}/#token=mock`));
+server.listen(Number(port), '127.0.0.1', () => console.log(`http://127.0.0.1:${server.address().port}/#token=mock`));

@@ -1,6 +1,7 @@
 // States between States: straight motion is met exactly, parts become one tick, scenes do not mix.
 import assert from 'node:assert/strict';
 import test from 'node:test';
+import { v1 } from '../../../../clients/web/page/src/wire.js';
 import { StateBuffer } from '../../../../clients/web/page/src/model/state_buffer.js';
 
 const MS = 1e6;
@@ -22,6 +23,17 @@ test('between two States positions lie on the straight way and orientations on t
     turn(0.002 * ms).forEach((value, i) => assert.ok(Math.abs(tool.q_wh[i] - value) < 1e-9));
     assert.ok(Math.abs(tool.wrench_h_w[0] - ms / 1000) < 1e-12);
   }
+});
+
+test('fields at their default, which are not on the wire, are still there between two States', () => {
+  const buffer = new StateBuffer();
+  for (const t_ns of [1000, 2000]) {
+    const tool = { tool_id: 0, p_wh_m: [0, 0, 0], q_wh: [1, 0, 0, 0], p_wg_m: [0, 0, 0], q_wg: [1, 0, 0, 0] };
+    const string = { string_index: 0, phase: 2, radius_m: 0.001 };
+    buffer.add(v1.State.decode(v1.State.encode({ t_ns, scene_id: 1, tools: [tool], strings: [string] }).finish()));
+  }
+  const state = buffer.at(1500);
+  assert.deepEqual([state.tools[0].tool_id, state.tools[0].minimum_gap_m, state.strings[0].string_index, state.cause], [0, 0, 0, 0]);
 });
 
 test('before the oldest and after the newest nothing is invented', () => {

@@ -53,23 +53,27 @@ function between(a, b, ns) {
     const next = b.strings.find((other) => other.string_index === string.string_index);
     return next && next.phase === string.phase ? stringBetween(string, next, t) : string;
   });
-  return { ...a, t_ns: ns, tools, strings };
+  return changed(a, { t_ns: ns, tools, strings });
+}
+
+/** A copy of `message` with some fields changed; fields at their default, such as tool_id 0, stand in its prototype and stay there. */
+function changed(message, fields) {
+  return Object.assign(Object.create(Object.getPrototypeOf(message)), message, fields);
 }
 
 function toolBetween(a, b, t) {
-  return {
-    ...a,
+  return changed(a, {
     p_wh_m: mix(a.p_wh_m, b.p_wh_m, t),
     p_wg_m: mix(a.p_wg_m, b.p_wg_m, t),
     q_wh: slerp(a.q_wh, b.q_wh, t),
     q_wg: slerp(a.q_wg, b.q_wg, t),
     wrench_h_w: mix(a.wrench_h_w, b.wrench_h_w, t),
-  };
+  });
 }
 
 function stringBetween(a, b, t) {
   const deflection = a.deflection_w_m.length === 3 && b.deflection_w_m.length === 3
     ? mix(a.deflection_w_m, b.deflection_w_m, t) : a.deflection_w_m;
   const radius = a.radius_m + (b.radius_m - a.radius_m) * t;
-  return { ...a, deflection_w_m: deflection, lambda: a.lambda + (b.lambda - a.lambda) * t, radius_m: radius };
+  return changed(a, { deflection_w_m: deflection, lambda: a.lambda + (b.lambda - a.lambda) * t, radius_m: radius });
 }

@@ -103,9 +103,9 @@ export class Panels {
     this.#plots.get(id).text.textContent = text;
   }
 
-  /** Rows drawn of plot `id`, for tests. */
-  rows(id) {
-    return id === 'ticks' ? this.#ticks.counts.reduce((sum, count) => sum + count, 0) : this.#data.get(id).length;
+  /** What grows with every row of plot `id`, for tests: instant of the newest, or ticks counted. */
+  progress(id) {
+    return id === 'ticks' ? this.#ticks.seen : this.#data.get(id).newestS;
   }
 }
 

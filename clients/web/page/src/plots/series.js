@@ -28,10 +28,6 @@ export class TimeSeries {
     return this.#count ? this.#times[(this.#next + this.#times.length - 1) % this.#times.length] : 0;
   }
 
-  get length() {
-    return this.#count;
-  }
-
   /** [times relative to the newest, column, column, ...] of the last `seconds`, oldest first, as uPlot takes them. */
   window(seconds) {
     const capacity = this.#times.length;
@@ -60,6 +56,11 @@ export class LogHistogram {
   clear() {
     this.counts.fill(0);
     this.#seen = 0;
+  }
+
+  /** Values since the beginning. */
+  get seen() {
+    return this.#seen;
   }
 
   binOf(value) {
