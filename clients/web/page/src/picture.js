@@ -39,6 +39,7 @@ export class Picture {
     this.view = view;
     this.stage.fit(view.box);
     this.assets.missing = 0;
+    if (!sameName) this.look(this.viewName || 'player', { atOnce: true }); // strings are there at once, meshes soon
     const drawnAs = await view.load(this.assets);
     if (this.view !== view) return; // the next scene came meanwhile
     this.drawnAs = drawnAs;

@@ -28,8 +28,8 @@ export function substanceOf(name, index) {
 
 export function makeMaterial(substance, high) {
   const material = high
-    ? new THREE.MeshPhysicalMaterial({ color: substance.colour, roughness: 0.9 - 0.75 * substance.gloss, metalness: 0,
-      clearcoat: substance.coat, clearcoatRoughness: 0.12 })
+    ? new THREE.MeshPhysicalMaterial({ color: substance.colour, roughness: 0.95 - 0.5 * substance.gloss, metalness: 0,
+      clearcoat: 0.6 * substance.coat, clearcoatRoughness: 0.06 })
     : new THREE.MeshPhongMaterial({ color: substance.colour, shininess: 8 + 190 * substance.gloss ** 2,
       specular: new THREE.Color('#ffffff').multiplyScalar(0.02 + 0.2 * substance.gloss * substance.gloss) });
   if (substance.grain) addGrain(material);

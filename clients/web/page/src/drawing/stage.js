@@ -35,8 +35,8 @@ export class Stage {
   }
 
   #addLight() {
-    this.scene.add(new THREE.HemisphereLight('#dfe8ff', '#4a3a2e', 1.15));
-    this.sun = new THREE.DirectionalLight('#fff1dc', 2.7);
+    this.scene.add(new THREE.HemisphereLight('#dfe8ff', '#4a3a2e', this.high ? 0.5 : 1.15));
+    this.sun = new THREE.DirectionalLight('#fff1dc', this.high ? 1.9 : 2.7);
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.setScalar(this.high ? 4096 : this.thrifty ? 1024 : 2048);
     this.sun.shadow.bias = -0.0004;
@@ -51,7 +51,7 @@ export class Stage {
   #addReflections() {
     const maker = new THREE.PMREMGenerator(this.renderer);
     this.scene.environment = maker.fromScene(new RoomEnvironment(), 0.04).texture;
-    this.scene.environmentIntensity = 0.32;
+    this.scene.environmentIntensity = 0.25;
     maker.dispose();
   }
 
