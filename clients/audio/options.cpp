@@ -1,0 +1,88 @@
+// See options.h.
+#include "clients/audio/options.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+namespace hapticd::audio {
+namespace {
+
+/// HOST, HOST:PORT or [V6]:PORT; what is wrong, empty when nothing is.
+std::string read_server(const std::string& text, Options& options) {
+  const std::size_t bracket = text.find(']');
+  const std::size_t colon = text.find(':', bracket == std::string::npos ? 0 : bracket);
+  const bool v6_alone = bracket == std::string::npos && text.find(':') != text.rfind(':');
+  std::string host = text.substr(0, v6_alone ? std::string::npos : colon);
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']')
+    host = host.substr(1, host.size() - 2);
+  if (!host.empty()) options.host = host;
+  if (v6_alone || colon == std::string::npos) return {};
+  int port = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data() + colon + 1, end, port);
+  if (read.ptr != end || read.ec != std::errc{} || port < 1 || port > 65535) {
+    return "'" + text + "' is not HOST, HOST:PORT or [V6]:PORT";
+  }
+  options.port = static_cast<std::uint16_t>(port);
+  return {};
+}
+
+void add_playing(CLI::App& app, Options& options, std::string& server) {
+  app.add_option("--server", server, "where hapticd listens, HOST:PORT")->capture_default_str();
+  app.add_option("--key", options.key_file, "key of a hapticd that has keys")->type_name("FILE");
+  app.add_option("--delay-ms", options.delay_ms,
+                 "from an event to its sound; the page's has to be the same")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  app.add_option("--gain-db", options.gain_db, "louder or softer")
+      ->check(CLI::Range(-80.0, 40.0))
+      ->capture_default_str();
+  auto* const tones =
+      app.add_option("--tones", options.tones,
+                     "folder with a recorded tone per string (default: those that are shipped)")
+          ->type_name("DIR");
+  app.add_flag("--synth", options.synth, "compute the strings, play no recordings")
+      ->excludes(tones);
+  app.add_flag("--list", options.list, "name where sound can go, and end");
+  app.add_option("--connect", options.connect, "port of JACK to play to (default: the sound card)")
+      ->type_name("PORT");
+  app.add_flag("--no-connect", options.no_connect, "leave the port unconnected");
+  app.add_option("--name", options.name, "name of the JACK client")->capture_default_str();
+  app.add_flag("--wait", options.wait, "wait for a JACK server instead of ending without one");
+  app.add_flag("--verbose", options.verbose, "every ten seconds: tones, lateness, clock");
+}
+
+void add_rendering(CLI::App& app, Options& options) {
+  auto* const render = app.add_option("--render", options.render,
+                                      "write the sound to a .wav or .flac instead of playing it")
+                           ->type_name("FILE");
+  app.add_option("--recording", options.recording,
+                 "render a recording of hapticd (default: the open strings)")
+      ->type_name("FILE")
+      ->needs(render);
+  app.add_option("--rate", options.rate_hz, "sample rate to render at, Hz")
+      ->check(CLI::Range(8000.0, 192000.0))
+      ->capture_default_str();
+  app.add_option("--render-tones", options.render_tones, "write a tone file for each open string")
+      ->type_name("DIR");
+}
+
+}  // namespace
+
+std::optional<int> read_options(int argc, char** argv, Options& options) {
+  CLI::App app("Makes the sound of a running hapticd, by JACK.", "haptic-audio");
+  std::string server = "127.0.0.1:47800";
+  app.set_version_flag("--version", "haptic-audio " HAPTICD_VERSION);
+  add_playing(app, options, server);
+  add_rendering(app, options);
+  try {
+    app.parse(argc, argv);
+    const std::string problem = read_server(server, options);
+    if (!problem.empty()) throw CLI::ValidationError("--server", problem);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsageBad;
+  }
+  return std::nullopt;
+}
+
+}  // namespace hapticd::audio
