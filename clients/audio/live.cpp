@@ -21,6 +21,8 @@ namespace {
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 /// How often latency and clock of the sound card are looked at, and a server is looked for.
 constexpr std::int64_t kLook_ns = kSecond_ns;
+/// From an event to its order, on a good network.
+constexpr double kNetwork_ms = 1.0;
 /// How often --verbose speaks.
 constexpr std::int64_t kSpeak_ns = 10 * kSecond_ns;
 /// Instants beyond this are no instants: 146 years.
@@ -75,6 +77,7 @@ class Live {
                   playing_->sound.rate_hz, playing_->output->block(),
                   playing_->output->latency() * 1e3 / playing_->sound.rate_hz);
     say(text);
+    warn_of_delay();
     if (client_ && client_->scene()) set_scene(client_->scene()->scene());
   }
 
@@ -119,6 +122,20 @@ class Live {
     if (!instant || !playing_) return;
     playing_->player->play(item, due_ns(*instant, client_->clock(), real_clock_,
                                         client::monotonic_now_ns(), delay_ns_));
+  }
+
+  /// A tone waits for the next block, which is heard after the latency.
+  void warn_of_delay() {
+    const double needed_ms =
+        (playing_->output->latency() + playing_->output->block()) * 1e3 / playing_->sound.rate_hz +
+        kNetwork_ms;
+    if (needed_ms <= options_.delay_ms) return;
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "%.1f ms are too short for blocks of %u, so some tones will be late. Start JACK "
+                  "with smaller ones, or use --delay-ms %.0f",
+                  options_.delay_ms, playing_->output->block(), std::ceil(needed_ms));
+    say(text);
   }
 
   void set_scene(const v1::Scene& scene) {

@@ -195,6 +195,8 @@ TEST_CASE("sound is written to .wav and .flac alone, and the same sound gives th
     }
     CHECK(contents[0] == contents[1]);
     CHECK(contents[0].size() > 20);
+    // The chunk of that name has the date in it, to the second.
+    CHECK(contents[0].find("PEAK") == std::string::npos);
   }
 }
 
