@@ -157,10 +157,14 @@ class Live {
       playing_->output->refresh();
       return;
     }
+    try_output();
+  }
+
+  void try_output() {
     try {
       open_output();
     } catch (const NoJackServer&) {
-      // It has been said; the next look is in a second.
+      playing_.reset();  // that there is none has been said; the next look is in a second
     }
   }
 

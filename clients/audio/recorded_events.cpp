@@ -2,21 +2,27 @@
 #include "clients/audio/recorded_events.h"
 
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <map>
 #include <sstream>
 #include <stdexcept>
+#include <system_error>
+#include <utility>
 
 namespace hapticd::audio {
 namespace {
 
 constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
-enum Opcode : std::uint8_t { kSchema = 3, kChannel = 4, kMessage = 5, kChunk = 6, kDataEnd = 15 };
+/// Kinds of record.
+constexpr std::uint64_t kSchema = 3;
+constexpr std::uint64_t kChannel = 4;
+constexpr std::uint64_t kMessage = 5;
+constexpr std::uint64_t kChunk = 6;
+constexpr std::uint64_t kDataEnd = 15;
 
 /// Takes from the front of bytes; once something is missing all further is empty.
 struct Cursor {
-  std::string_view rest;
+  std::string_view rest{};
   bool failed = false;
 
   std::string_view bytes(std::uint64_t count) {
@@ -44,34 +50,38 @@ class Reader {
   explicit Reader(const RecordingHandlers& handlers) : handlers_(handlers) {}
 
   /// Records until the end of the data; what is wrong.
-  std::string records(std::string_view bytes, bool inside_chunk) {
-    Cursor cursor{bytes};
-    while (!cursor.rest.empty()) {
-      const auto opcode = static_cast<Opcode>(cursor.number(1));
+  std::string records(std::string_view bytes) {
+    Cursor file{bytes};
+    while (!chunk_.rest.empty() || !file.rest.empty()) {
+      const bool inside_chunk = !chunk_.rest.empty();
+      Cursor& cursor = inside_chunk ? chunk_ : file;
+      const std::uint64_t opcode = cursor.number(1);
       const std::string_view content = cursor.bytes(cursor.number(8));
       if (cursor.failed) return inside_chunk ? "a chunk is broken" : "it ends early";
       if (opcode == kDataEnd) return {};
-      const std::string problem = record(opcode, content, inside_chunk);
+      const std::string problem =
+          opcode == kChunk && !inside_chunk ? chunk({content}) : record(opcode, {content});
       if (!problem.empty()) return problem;
     }
-    return inside_chunk ? "" : "it ends early";
+    return "it ends early";
   }
 
  private:
-  std::string record(Opcode opcode, std::string_view content, bool inside_chunk) {
-    Cursor cursor{content};
+  std::string chunk(Cursor cursor) {
+    cursor.bytes(8 + 8 + 8 + 4);
+    if (!cursor.text().empty()) return "it is compressed, which hapticd's own are not";
+    chunk_ = {cursor.bytes(cursor.number(8))};
+    return cursor.failed ? "a chunk is broken" : "";
+  }
+
+  std::string record(std::uint64_t opcode, Cursor cursor) {
+    if (opcode == kMessage) return message(cursor);
     if (opcode == kSchema) {
       const std::uint64_t id = cursor.number(2);
       schemas_[id] = cursor.text();
     } else if (opcode == kChannel) {
       const std::uint64_t id = cursor.number(2);
       channels_[id] = schemas_[cursor.number(2)];
-    } else if (opcode == kMessage) {
-      return message(cursor);
-    } else if (opcode == kChunk && !inside_chunk) {
-      cursor.bytes(8 + 8 + 8 + 4);
-      if (!cursor.text().empty()) return "it is compressed, which hapticd's own are not";
-      return records(cursor.bytes(cursor.number(8)), true);
     }
     return cursor.failed ? "a record is broken" : "";
   }
@@ -94,6 +104,7 @@ class Reader {
   }
 
   const RecordingHandlers& handlers_;
+  Cursor chunk_;                                   ///< what is left of the present one
   std::map<std::uint64_t, std::string> schemas_;   ///< names of types, by id
   std::map<std::uint64_t, std::string> channels_;  ///< the same, by channel
 };
@@ -102,14 +113,14 @@ class Reader {
 
 std::string read_recording(std::string_view bytes, const RecordingHandlers& handlers) {
   if (!bytes.starts_with(kMagic)) return "it is no recording";
-  return Reader(handlers).records(bytes.substr(kMagic.size()), false);
+  return Reader(handlers).records(bytes.substr(kMagic.size()));
 }
 
 std::string file_content(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream content;
   if (!file || !(content << file.rdbuf())) {
-    throw std::runtime_error(path + ": " + std::strerror(errno));
+    throw std::runtime_error(path + ": " + std::generic_category().message(errno));
   }
   return std::move(content).str();
 }

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Longest recording that is read: ten minutes at 192 kHz.
-constexpr sf_count_t kMostFrames = 192000 * 600;
+constexpr sf_count_t kMostFrames = sf_count_t{192000} * 600;
 
 /// The file of a string, as it is called; none when there is none. A name that leads out of the
 /// folder has none.

@@ -77,69 +77,99 @@ v1::Item tone_item(std::uint64_t t_ns) {
   return item;
 }
 
-Heard run(const Script& script, std::uint64_t seed) {
-  test::SplitMix64 random(seed);
-  const std::vector<Event> events = events_of(script, random);
-  client::ClockEstimate clock;
-  const auto server_ns = [&](double own_s) {
-    return std::llround((own_s * (1.0 + script.skew) + script.offset_s) * 1e9);
-  };
-  const auto engine = std::make_unique<AudioEngine>(BodyFilter{});
-  const Sound sound{kRate_hz, 1.0, {}};
-  EventPlayer player(sound, nullptr, [&](const Order& order) { return engine->submit(order); });
+/// One run of a script.
+class Run {
+ public:
+  Run(const Script& script, std::uint64_t seed)
+      : script_(script),
+        random_(seed),
+        events_(events_of(script, random_)),
+        frames_(static_cast<std::size_t>(script.block)) {}
 
-  Heard heard;
-  std::vector<float> frames(static_cast<std::size_t>(script.block));
-  MidiEvents notes;
-  double exchange_s = 0.1;
-  std::size_t next = 0;
-  double silent_frames = 1e9;
-  double sum = 0.0;
-  const double end_s = events.back().happens_s + 1.0;
-  for (std::int64_t frame = 0; static_cast<double>(frame) / kRate_hz < end_s;
-       frame += script.block) {
-    const double cycle_s = static_cast<double>(frame) / kRate_hz;
-    const double wakes_s = cycle_s + random.uniform() * script.wake_s;
-    for (; exchange_s < wakes_s; exchange_s += 0.5) {
-      const double there_s = random.uniform(0.1, 1.0) * script.exchange_s;
-      const double back_s = random.uniform(0.1, 1.0) * script.exchange_s;
-      const std::int64_t met_ns = server_ns(exchange_s + there_s);
-      const std::int64_t sent_ns = std::llround(exchange_s * 1e9);
-      const std::int64_t back_ns = std::llround((exchange_s + there_s + back_s) * 1e9);
+  Heard heard() {
+    const double end_s = events_.back().happens_s + 1.0;
+    MidiEvents notes;
+    for (std::int64_t frame = 0; static_cast<double>(frame) / kRate_hz < end_s;
+         frame += script_.block) {
+      const double cycle_s = static_cast<double>(frame) / kRate_hz;
+      const double wakes_s = cycle_s + random_.uniform() * script_.wake_s;
+      const double heard_s = cycle_s + script_.latency / kRate_hz;
+      exchange_clocks(wakes_s);
+      receive(wakes_s, heard_s);
+      engine_->render({frame, std::llround(heard_s * 1e9), 1e9 / kRate_hz}, frame, frames_, notes);
+      listen(heard_s);
+    }
+    heard_.rms_s = std::sqrt(sum_ / static_cast<double>(heard_.onsets));
+    heard_.late = engine_->counts().late;
+    heard_.played = engine_->counts().played;
+    return heard_;
+  }
+
+ private:
+  [[nodiscard]] std::int64_t server_ns(double own_s) const {
+    return std::llround((own_s * (1.0 + script_.skew) + script_.offset_s) * 1e9);
+  }
+
+  /// Twice a second.
+  void exchange_clocks(double until_s) {
+    for (; exchange_s_ < until_s; exchange_s_ += 0.5) {
+      const double there_s = random_.uniform(0.1, 1.0) * script_.exchange_s;
+      const double back_s = random_.uniform(0.1, 1.0) * script_.exchange_s;
+      const std::int64_t met_ns = server_ns(exchange_s_ + there_s);
+      const std::int64_t sent_ns = std::llround(exchange_s_ * 1e9);
+      const std::int64_t back_ns = std::llround((exchange_s_ + there_s + back_s) * 1e9);
       const std::int64_t middle_ns = (sent_ns + back_ns) / 2;
-      clock.add({middle_ns, met_ns - middle_ns, back_ns - sent_ns});
-    }
-    const double heard_s = cycle_s + script.latency / kRate_hz;
-    for (; next < events.size() && events[next].arrives_s <= wakes_s; ++next) {
-      const auto t_ns = static_cast<std::uint64_t>(server_ns(events[next].happens_s));
-      const std::int64_t now_ns = std::llround(events[next].arrives_s * 1e9);
-      const std::int64_t due =
-          due_ns(t_ns, clock, true, now_ns, std::llround(script.delay_s * 1e9));
-      player.play(tone_item(t_ns), due);
-      // By the clock as it is estimated, late means: the block that is woken for begins after it.
-      if (static_cast<double>(due) * 1e-9 < heard_s - 0.5 / kRate_hz) ++heard.expected_late;
-    }
-    engine->render({frame, std::llround(heard_s * 1e9), 1e9 / kRate_hz}, frame, frames, notes);
-    for (int i = 0; i < script.block; ++i) {
-      if (frames[static_cast<std::size_t>(i)] == 0.0F) {
-        ++silent_frames;
-        continue;
-      }
-      if (silent_frames > 500 && heard.onsets < events.size()) {
-        const double onset_s = heard_s + i / kRate_hz;
-        const double error_s = onset_s - (events[heard.onsets].happens_s + script.delay_s);
-        sum += error_s * error_s;
-        heard.worst_s = std::max(heard.worst_s, std::abs(error_s));
-        ++heard.onsets;
-      }
-      silent_frames = 0.0;
+      clock_.add({middle_ns, met_ns - middle_ns, back_ns - sent_ns});
     }
   }
-  heard.rms_s = std::sqrt(sum / static_cast<double>(heard.onsets));
-  heard.late = engine->counts().late;
-  heard.played = engine->counts().played;
-  return heard;
-}
+
+  /// What has arrived when the callback wakes for the block that is heard at heard_s.
+  void receive(double wakes_s, double heard_s) {
+    for (; next_ < events_.size() && events_[next_].arrives_s <= wakes_s; ++next_) {
+      const auto t_ns = static_cast<std::uint64_t>(server_ns(events_[next_].happens_s));
+      const std::int64_t now_ns = std::llround(events_[next_].arrives_s * 1e9);
+      const std::int64_t due =
+          due_ns(t_ns, clock_, true, now_ns, std::llround(script_.delay_s * 1e9));
+      player_.play(tone_item(t_ns), due);
+      // By the clock as it is estimated, late means: the block that is woken for begins after it.
+      if (static_cast<double>(due) * 1e-9 < heard_s - 0.5 / kRate_hz) ++heard_.expected_late;
+    }
+  }
+
+  /// Looks for onsets in the block.
+  void listen(double heard_s) {
+    for (int i = 0; i < script_.block; ++i) {
+      if (frames_[static_cast<std::size_t>(i)] == 0.0F) {
+        ++silent_frames_;
+        continue;
+      }
+      if (silent_frames_ > 500 && heard_.onsets < events_.size()) {
+        const double onset_s = heard_s + i / kRate_hz;
+        const double error_s = onset_s - (events_[heard_.onsets].happens_s + script_.delay_s);
+        sum_ += error_s * error_s;
+        heard_.worst_s = std::max(heard_.worst_s, std::abs(error_s));
+        ++heard_.onsets;
+      }
+      silent_frames_ = 0;
+    }
+  }
+
+  const Script& script_;
+  test::SplitMix64 random_;
+  std::vector<Event> events_;
+  std::vector<float> frames_;
+  client::ClockEstimate clock_;
+  std::unique_ptr<AudioEngine> engine_ = std::make_unique<AudioEngine>(BodyFilter{});
+  EventPlayer player_{
+      {kRate_hz, 1.0, {}}, nullptr, [this](const Order& order) { return engine_->submit(order); }};
+  Heard heard_;
+  double exchange_s_ = 0.1;
+  std::size_t next_ = 0;
+  int silent_frames_ = 1000;
+  double sum_ = 0.0;
+};
+
+Heard run(const Script& script, std::uint64_t seed) { return Run(script, seed).heard(); }
 
 void check(const Heard& heard, const Script& script, double rms_s) {
   MESSAGE("rms " << heard.rms_s * 1e3 << " ms, worst " << heard.worst_s * 1e3 << " ms, late "

@@ -140,7 +140,8 @@ TEST_CASE("orders are played by their instants, whatever order they come in") {
 TEST_CASE("more orders than can wait stay in the ring, and none is lost") {
   const auto engine = std::make_unique<AudioEngine>(BodyFilter{});
   int taken = 0;
-  for (int i = 0; i < 1000; ++i) taken += engine->submit(strike_at(ns_of_frame(50 * i), i)) ? 1 : 0;
+  for (int i = 0; i < 1000; ++i)
+    taken += engine->submit(strike_at(ns_of_frame(std::int64_t{50} * i), i)) ? 1 : 0;
   CHECK_EQ(taken, 1000);
   std::vector<float> sound(128);
   MidiEvents notes;
@@ -182,7 +183,8 @@ TEST_CASE("strings sound together: the sum of each alone") {
   std::vector<Order> orders;
   std::vector<double> sum(24000);
   for (int string = 0; string < 20; ++string) {
-    orders.push_back(strike_at(ns_of_frame(100 * string), string, 65.0 + 9.0 * string));
+    orders.push_back(
+        strike_at(ns_of_frame(std::int64_t{100} * string), string, 65.0 + 9.0 * string));
     const auto alone = rendered({orders.back()}, sum.size());
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<double>(alone[i]);
   }
@@ -194,7 +196,7 @@ TEST_CASE("strings sound together: the sum of each alone") {
 
 TEST_CASE("more tones than voices end the ones that have decayed furthest, and count them") {
   const auto timeline = std::make_unique<Timeline>(BodyFilter{});
-  for (int i = 0; i < 40; ++i) timeline->add(strike_at(ns_of_frame(200 * i), i));
+  for (int i = 0; i < 40; ++i) timeline->add(strike_at(ns_of_frame(std::int64_t{200} * i), i));
   std::vector<float> sound(9000);
   MidiEvents notes;
   timeline->render(kFromZero, 0, sound, notes);
@@ -237,10 +239,10 @@ TEST_CASE("the audio callback neither allocates nor frees, whatever is ordered")
   std::vector<float> samples(48000, 0.1F);
   std::vector<Order> orders;
   for (int i = 0; i < 200; ++i) {
-    orders.push_back(strike_at(ns_of_frame(90 * i), i % 50, 70.0 + i));
+    orders.push_back(strike_at(ns_of_frame(std::int64_t{90} * i), i % 50, 70.0 + i));
     if (i % 3 == 0) orders.back().strike.recorded = {samples.data(), 48000, 1.01};
     if (i % 4 == 0) orders.back().strike.glide = {0.05, 0.999};
-    orders.push_back(damp_at(ns_of_frame(90 * i + 40), 0.01, i % 50));
+    orders.push_back(damp_at(ns_of_frame(std::int64_t{90} * i + 40), 0.01, i % 50));
   }
   std::vector<float> sound(128);
   MidiEvents notes;
