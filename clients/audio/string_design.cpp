@@ -173,12 +173,7 @@ std::optional<Strike> design_string(const ToneSound& tone, const Sound& sound) {
   design_dispersion(tone, sound.rate_hz, loop);
   const double omega = kTurn / loop.period;
   loop.filter_delay = filters_delay(loop, omega);
-  const double rise = strike.glide.ratio() - 1.0;
-  if (rise > 0.0) {
-    loop.filter_slope = (filters_delay(loop, omega * (1.0 + rise)) - loop.filter_delay) / rise;
-  }
-  const double onset_filters = loop.filter_delay + rise * loop.filter_slope;
-  if (onset_period - onset_filters < kShortestDelay) return std::nullopt;
+  if (onset_period - loop.filter_delay < kShortestDelay) return std::nullopt;
   design_excitation(tone, onset_period, strike.excitation);
   const double rms = expected_rms(strike, sound);
   if (!(rms > 0.0)) return std::nullopt;

@@ -22,13 +22,14 @@ inline constexpr double kShortestDelay = 5.0;
 
 /// The loop of a waveguide string: y = x + loss(dispersion(y, `period` - filters later)).
 struct StringLoop {
-  double period = 0.0;        ///< of the fundamental once the glide is over, frames
-  double filter_delay = 0.0;  ///< phase delay of loss and dispersion there, frames
-  double filter_slope = 0.0;  ///< what that grows by when the pitch rises by its own height, frames
-  double loss_gain = 0.0;     ///< b of b / (1 + a z^-1)
-  double loss_pole = 0.0;     ///< a, in (-1, 0]
-  double dispersion = 0.0;    ///< c of (c + z^-1) / (1 + c z^-1), in (-1, 0]
-  int sections = 0;           ///< how many of these
+  double period = 0.0;  ///< of the fundamental once the glide is over, frames
+  /// Phase delay of loss and dispersion there, frames. A glide of an octave changes it by 0.2
+  /// cents.
+  double filter_delay = 0.0;
+  double loss_gain = 0.0;   ///< b of b / (1 + a z^-1)
+  double loss_pole = 0.0;   ///< a, in (-1, 0]
+  double dispersion = 0.0;  ///< c of (c + z^-1) / (1 + c z^-1), in (-1, 0]
+  int sections = 0;         ///< how many of these
 };
 
 /// What a string is plucked with: one period of a sum of sines.

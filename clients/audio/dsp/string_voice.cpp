@@ -37,8 +37,7 @@ void StringVoice::start(const Strike& strike) noexcept {
 }
 
 double StringVoice::delay_of(double ratio) const noexcept {
-  const double filters = loop_.filter_delay + (ratio - 1.0) * loop_.filter_slope;
-  return std::max(loop_.period / ratio - filters, kShortestDelay);
+  return std::max(loop_.period / ratio - loop_.filter_delay, kShortestDelay);
 }
 
 void StringVoice::set_delay(double delay) noexcept {
