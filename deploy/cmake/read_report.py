@@ -3,12 +3,14 @@
 
 usage: read_report.py REPORT
 
-Prints "PASSED FAILED" and then a line for each test that was skipped or failed. The output of a failed test goes to stderr. A
-report without a test counts as one failure: nothing was proven.
+Prints "PASSED FAILED" and then a line for each test that was skipped or failed, with the last lines that a failed one printed. Its whole
+output goes to stderr. A report without a test counts as one failure: nothing was proven.
 """
 import re
 import sys
 import xml.etree.ElementTree as xml
+
+LAST_LINES = 20
 
 
 def main():
@@ -31,6 +33,7 @@ def main():
         else:
             failed += 1
             notes.append(f"failed: {name}")
+            notes += [f"  | {line[:200]}" for line in output.strip().splitlines()[-LAST_LINES:]]
             print(f"-- {name}\n{output}", file=sys.stderr)
     print(f"{passed} {failed}", *notes, sep="\n")
 
