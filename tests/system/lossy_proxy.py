@@ -29,6 +29,7 @@ class LossyProxy:
         self.backs = {}  # client: its socket towards the server
         self.under_way = []  # (when, number, socket, data, client or None)
         self.taken = self.lost = self.doubled = self.overtaken = 0
+        self.to_server_bytes = self.to_clients_bytes = 0
         self.newest = {}
         self.stopping = False
         self.thread = threading.Thread(target=self._loop, daemon=True)
@@ -68,6 +69,10 @@ class LossyProxy:
             pass  # all read, or nobody listens there just now
 
     def _take(self, out, data, client):
+        if client is None:
+            self.to_server_bytes += len(data)
+        else:
+            self.to_clients_bytes += len(data)
         copies = 2 if self.random.random() < self.twice else 1
         self.doubled += copies - 1
         for _ in range(copies):
