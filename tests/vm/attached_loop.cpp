@@ -17,14 +17,18 @@ namespace {
 
 constexpr std::int64_t kTick_ns = 1'000'000;
 
-void sleep_until(std::int64_t t_ns) {
-  const timespec until{t_ns / 1'000'000'000, t_ns % 1'000'000'000};
-  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
-}
+/// The longest a run waits for a sample to begin after.
+constexpr std::int64_t kLongestFrame_ns = 2'000'000;
+constexpr std::int64_t kLook_ns = 20'000;
 
 std::int64_t now() noexcept { return monotonic_now_ns(); }
 
 }  // namespace
+
+void sleep_until(std::int64_t t_ns) {
+  const timespec until{t_ns / 1'000'000'000, t_ns % 1'000'000'000};
+  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+}
 
 void sleep_ms(int ms) { sleep_until(monotonic_now_ns() + ms * kTick_ns); }
 
@@ -106,6 +110,12 @@ ReadOutcome AttachedLoop::tick(double force, bool enable) {
 int AttachedLoop::run(int ticks, double force, bool enable) {
   int count = 0;
   std::int64_t due_ns = monotonic_now_ns();
+  for (const std::int64_t end_ns = due_ns + kLongestFrame_ns; due_ns < end_ns;) {
+    const bool heard = device->read(due_ns, sample) == ReadOutcome::kFresh;
+    due_ns = monotonic_now_ns() + (heard ? kTick_ns / 2 : 0);
+    if (heard) break;
+    sleep_until(due_ns + kLook_ns);
+  }
   for (int k = 0; k < ticks; ++k) {
     due_ns += kTick_ns;
     sleep_until(due_ns);

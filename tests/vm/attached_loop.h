@@ -12,6 +12,9 @@
 
 namespace hapticd::test {
 
+/// Waits until this instant of CLOCK_MONOTONIC.
+void sleep_until(std::int64_t t_ns);
+
 /// Waits so long.
 void sleep_ms(int ms);
 
@@ -41,7 +44,8 @@ struct AttachedLoop {
   void reopen(const std::string& serial);
   /// One tick: reads, and writes a force along y, N.
   ReadOutcome tick(double force, bool enable);
-  /// So many ticks at 1 kHz; how many had a fresh sample.
+  /// So many ticks at 1 kHz, half a millisecond after a sample if there are any: at the edge of a
+  /// frame it is chance whose sample a tick gets. How many had a fresh one.
   int run(int ticks, double force = 0.0, bool enable = false);
 
   HidrawNode node;

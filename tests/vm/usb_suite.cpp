@@ -60,7 +60,8 @@ template <typename Told>
 int ticks_until(AttachedLoop& loop, int most, Told told) {
   int ticks = 0;
   while (ticks < most) {
-    loop.run(1, 0.5, true);
+    sleep_ms(1);
+    loop.tick(0.5, true);
     ++ticks;
     if (told()) break;
   }
