@@ -2,30 +2,12 @@
 #include "clients/audio/options.h"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
+#include <stdexcept>
+
+#include "clients/library/endpoint.h"
 
 namespace hapticd::audio {
 namespace {
-
-/// HOST, HOST:PORT or [V6]:PORT; what is wrong, empty when nothing is.
-std::string read_server(const std::string& text, Options& options) {
-  const std::size_t bracket = text.find(']');
-  const std::size_t colon = text.find(':', bracket == std::string::npos ? 0 : bracket);
-  const bool v6_alone = bracket == std::string::npos && text.find(':') != text.rfind(':');
-  std::string host = text.substr(0, v6_alone ? std::string::npos : colon);
-  if (host.size() > 2 && host.front() == '[' && host.back() == ']')
-    host = host.substr(1, host.size() - 2);
-  if (!host.empty()) options.host = host;
-  if (v6_alone || colon == std::string::npos) return {};
-  int port = 0;
-  const char* const end = text.data() + text.size();
-  const auto read = std::from_chars(text.data() + colon + 1, end, port);
-  if (read.ptr != end || read.ec != std::errc{} || port < 1 || port > 65535) {
-    return "'" + text + "' is not HOST, HOST:PORT or [V6]:PORT";
-  }
-  options.port = static_cast<std::uint16_t>(port);
-  return {};
-}
 
 void add_playing(CLI::App& app, Options& options, std::string& server) {
   app.add_option("--server", server, "where hapticd listens, HOST:PORT")->capture_default_str();
@@ -77,10 +59,13 @@ std::optional<int> read_options(int argc, char** argv, Options& options) {
   add_rendering(app, options);
   try {
     app.parse(argc, argv);
-    const std::string problem = read_server(server, options);
-    if (!problem.empty()) throw CLI::ValidationError("--server", problem);
+    const client::Endpoint where = client::parse_endpoint(server);
+    options.host = where.host;
+    options.port = where.port;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsageBad;
+  } catch (const std::invalid_argument& error) {
+    return app.exit(CLI::ValidationError("--server", error.what())) == 0 ? 0 : kUsageBad;
   }
   return std::nullopt;
 }
