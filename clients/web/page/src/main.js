@@ -33,7 +33,7 @@ const experiment = new ExperimentPanel(find('experiment'), session);
 const connectionPanel = new ConnectionPanel(find('connection'));
 const banners = new Banners(find('banners'));
 const playbackBar = new PlaybackBar(session);
-const rates = { states: 0, frames: 0, bytes: 0 };
+const rates = { states: 0, frames: 0, bytes: 0, sinceS: pageS(), allFrames: 0 };
 let lastStateS = -Infinity;
 
 function setScene(scene) {
@@ -116,10 +116,12 @@ function setPill(pill, text, look) {
   if (pill.className !== `pill ${look}`) pill.className = `pill ${look}`;
 }
 
-/** Once a second: what arrived and was drawn in it. */
+/** About once a second: what arrived and was drawn since the last time, a second of it. A page that is busy counts late. */
 function countRates() {
-  Object.assign(rates, { states: model.received.states, frames: picture.frames - (rates.allFrames ?? 0), bytes: connection.bytes });
-  rates.allFrames = picture.frames;
+  const now = pageS();
+  const perS = (count) => Math.round(count / (now - rates.sinceS));
+  Object.assign(rates, { states: perS(model.received.states), frames: perS(picture.frames - rates.allFrames), bytes: perS(connection.bytes),
+    sinceS: now, allFrames: picture.frames });
   model.received.states = connection.bytes = 0;
   find('rate').textContent = model.scene ? `${rates.states} States/s · ${rates.frames} fps` : '';
   connectionPanel.show({ welcome: model.welcome, link: model.link, clock: model.clock, connection, rates, scene: model.scene,

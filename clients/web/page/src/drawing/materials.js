@@ -26,14 +26,24 @@ export function substanceOf(name, index) {
   return { gloss: 0.35, coat: 0, grain: false, ...(found ? found[1] : { colour: PLAIN[index % PLAIN.length] }) };
 }
 
+// Brightest a highlight of full gloss gets: above it a flat lid mirrors the lamp as one white patch.
+const MOST_HIGHLIGHT = 0.2;
+const LAMP = 2.7; // stage.js, without reflections
+
 export function makeMaterial(substance, high) {
   const material = high
     ? new THREE.MeshPhysicalMaterial({ color: substance.colour, roughness: 0.95 - 0.5 * substance.gloss, metalness: 0,
-      clearcoat: 0.6 * substance.coat, clearcoatRoughness: 0.06 })
-    : new THREE.MeshPhongMaterial({ color: substance.colour, shininess: 8 + 190 * substance.gloss ** 2,
-      specular: new THREE.Color('#ffffff').multiplyScalar(0.02 + 0.2 * substance.gloss * substance.gloss) });
+      clearcoat: 0.3 * substance.coat, clearcoatRoughness: 0.06 })
+    : makePhong(substance);
   if (substance.grain) addGrain(material);
   return material;
+}
+
+/** The more polished, the smaller its highlight, not the brighter: three.js's lobe peaks at specular (shininess / 2 + 1) / (4 pi). */
+function makePhong({ colour, gloss }) {
+  const shininess = 8 + 190 * gloss ** 2;
+  const peak = (0.5 * shininess + 1) / (4 * Math.PI);
+  return new THREE.MeshPhongMaterial({ color: colour, shininess, specular: new THREE.Color('#ffffff').multiplyScalar((MOST_HIGHLIGHT * gloss) / (peak * LAMP)) });
 }
 
 /** The haptic tool: where the hand is, as glass that never hides the solid one. */

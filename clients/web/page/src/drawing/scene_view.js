@@ -35,10 +35,10 @@ export class SceneView {
   #addStrings() {
     const { strings, lines } = this.model;
     const { things } = this.stage;
-    this.tubes = new StringTubes(strings.map((string) => ({ ...string, colour: STRING_COLOUR })), { envelope: false, stage: this.stage, glow: '#4d4328' });
+    this.tubes = new StringTubes(strings.map((string) => ({ ...string, colour: STRING_COLOUR })), { stage: this.stage, glow: '#4d4328' });
     this.envelopes = new StringTubes(strings.map((string) => ({ ...string, colour: ENVELOPE_COLOUR })), { envelope: true, stage: this.stage, glow: '#6b5a26' });
     const pipes = lines.map((line) => ({ ...line, colour: /pipe/.test(line.name) ? substanceOf(line.name, 0).colour : LINE_COLOUR }));
-    this.pipes = new StringTubes(pipes, { envelope: false, stage: this.stage, glow: '#000000' });
+    this.pipes = new StringTubes(pipes, { stage: this.stage });
     strings.forEach((string, i) => {
       this.tubes.set(i, string.points, string.radiusM);
       this.envelopes.set(i, string.points, 0);

@@ -51,7 +51,7 @@ export class Stage {
   #addReflections() {
     const maker = new THREE.PMREMGenerator(this.renderer);
     this.scene.environment = maker.fromScene(new RoomEnvironment(), 0.04).texture;
-    this.scene.environmentIntensity = 0.25;
+    this.scene.environmentIntensity = 0.2;
     maker.dispose();
   }
 

@@ -10,8 +10,11 @@ const LEAST_SHADOW_M = 0.0006;
 const TAPER = 0.012; // share of a string over which the envelope closes at its ends
 
 export class StringTubes {
-  /** `strings`: [{points, radiusM, colour}]. `envelope`: a see-through one that is absent where the radius is 0. */
-  constructor(strings, { envelope, glow, stage: { high, thrifty: rough } }) {
+  /**
+   * `strings`: [{points, radiusM, colour}]. `envelope`: a see-through one that is absent where the radius is 0. `glow`: what shines by itself,
+   * where something a pixel or two wide would else break into facets; black for what is thick enough to be shaded.
+   */
+  constructor(strings, { envelope = false, glow = '#000000', stage: { high, thrifty: rough } }) {
     Object.assign(this, { envelope, glow });
     this.rings = strings.map((string) => Math.max(5, string.points.length + 2));
     const count = this.rings.reduce((sum, rings) => sum + rings, 0);
@@ -30,7 +33,7 @@ export class StringTubes {
     const material = this.envelope
       ? new THREE.MeshLambertMaterial({ ...look, transparent: true, opacity: 0.34, depthWrite: false, side: THREE.DoubleSide })
       : high ? new THREE.MeshStandardMaterial({ ...look, roughness: 0.45, metalness: 0.15 })
-        : rough ? new THREE.MeshLambertMaterial({ ...look, color: '#555555', emissive: new THREE.Color(this.glow).multiplyScalar(2.2) })
+        : rough && this.glow !== '#000000' ? new THREE.MeshLambertMaterial({ ...look, color: '#555555', emissive: new THREE.Color(this.glow).multiplyScalar(2.2) })
           : new THREE.MeshPhongMaterial({ ...look, shininess: 60, specular: '#666666' });
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.uniforms);
