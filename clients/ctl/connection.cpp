@@ -1,7 +1,6 @@
 // See connection.h.
 #include "clients/ctl/connection.h"
 
-#include <charconv>
 #include <utility>
 
 namespace hapticd::ctl {
@@ -31,34 +30,12 @@ std::optional<client::ClientKey> key_of(const GlobalOptions& options) {
 
 }  // namespace
 
-Endpoint parse_endpoint(const std::string& text) {
-  const auto bad = [&]() -> Failure {
-    return {kUsageBad, "--server: '" + text + "' is not HOST, HOST:PORT or [V6]:PORT"};
-  };
-  Endpoint endpoint;
-  std::string port;
-  if (text.starts_with('[')) {
-    const std::size_t end = text.find(']');
-    if (end == std::string::npos) throw bad();
-    endpoint.host = text.substr(1, end - 1);
-    port = text.substr(end + 1);
-  } else {
-    const std::size_t colon = text.find(':');
-    // More than one colon is an IPv6 address without a port.
-    const bool alone = colon != text.rfind(':');
-    endpoint.host = alone ? text : text.substr(0, colon);
-    port = alone || colon == std::string::npos ? "" : text.substr(colon);
+client::Endpoint server_of(const GlobalOptions& options) {
+  try {
+    return client::parse_endpoint(options.server);
+  } catch (const std::invalid_argument& error) {
+    throw Failure(kUsageBad, std::string("--server: ") + error.what());
   }
-  if (endpoint.host.empty()) endpoint.host = "127.0.0.1";
-  if (port.empty()) return endpoint;
-  int number = 0;
-  const char* end = port.data() + port.size();
-  const auto read = std::from_chars(port.data() + 1, end, number);
-  if (port[0] != ':' || read.ptr != end || read.ec != std::errc{} || number < 1 || number > 65535) {
-    throw bad();
-  }
-  endpoint.port = static_cast<std::uint16_t>(number);
-  return endpoint;
 }
 
 std::chrono::nanoseconds timeout_of(const GlobalOptions& options) {
@@ -67,11 +44,11 @@ std::chrono::nanoseconds timeout_of(const GlobalOptions& options) {
 
 std::unique_ptr<client::Client> connect(const GlobalOptions& options,
                                         client::ClientHandlers handlers) {
-  const Endpoint endpoint = parse_endpoint(options.server);
+  const client::Endpoint server = server_of(options);
   const std::optional<client::ClientKey> key = key_of(options);
   std::unique_ptr<client::Client> made;
   try {
-    made = std::make_unique<client::Client>(endpoint.host, endpoint.port, std::move(handlers), key);
+    made = std::make_unique<client::Client>(server.host, server.port, std::move(handlers), key);
   } catch (const std::runtime_error& error) {
     throw Failure(kUnreachable, error.what());
   }

@@ -2,13 +2,13 @@
 // end the program with a reason when they are refused. Not RT.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <stdexcept>
 #include <string>
 
 #include "clients/library/client.h"
 #include "clients/library/controller.h"
+#include "clients/library/endpoint.h"
 
 namespace hapticd::ctl {
 
@@ -37,14 +37,8 @@ struct GlobalOptions {
   bool json = false;
 };
 
-/// A host and a port.
-struct Endpoint {
-  std::string host;
-  std::uint16_t port = client::kDefaultPort;
-};
-
-/// "HOST", "HOST:PORT", "[V6]:PORT" or ":PORT"; throws Failure(kUsageBad) for anything else.
-[[nodiscard]] Endpoint parse_endpoint(const std::string& text);
+/// Where the daemon is; throws Failure(kUsageBad) when --server says no host and port.
+[[nodiscard]] client::Endpoint server_of(const GlobalOptions& options);
 
 /// The timeout as the library wants it.
 [[nodiscard]] std::chrono::nanoseconds timeout_of(const GlobalOptions& options);

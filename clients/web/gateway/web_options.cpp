@@ -2,11 +2,11 @@
 #include "clients/web/gateway/web_options.h"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
-#include <utility>
+
+#include "clients/library/endpoint.h"
 
 namespace hapticd::web {
 namespace {
@@ -29,33 +29,14 @@ fs::path data_folder() {
          "hapticd";
 }
 
-/// HOST:PORT, HOST, [V6]:PORT or :PORT, the rest as it was. Throws CLI::ValidationError.
-void read_endpoint(const std::string& option, const std::string& text, bool zero_port,
-                   std::string& host, std::uint16_t& port) {
-  const auto bad = [&] {
-    return CLI::ValidationError(option, "'" + text + "' is not HOST, HOST:PORT or [V6]:PORT");
-  };
-  std::string rest = text;
-  if (rest.starts_with('[')) {
-    const std::size_t end = rest.find(']');
-    if (end == std::string::npos) throw bad();
-    host = rest.substr(1, end - 1);
-    rest = rest.substr(end + 1);
-  } else if (const std::size_t colon = rest.find(':'); colon == rest.rfind(':')) {
-    if (colon != 0) host = rest.substr(0, colon);
-    rest = colon == std::string::npos ? "" : rest.substr(colon);
-  } else {
-    host = std::exchange(rest, "");  // an IPv6 address alone
+/// What stands after `option`; what is left out is that of `otherwise`.
+client::Endpoint endpoint_of(const std::string& option, const std::string& text,
+                             const client::Endpoint& otherwise, bool zero_port) {
+  try {
+    return client::parse_endpoint(text, otherwise, zero_port);
+  } catch (const std::invalid_argument& error) {
+    throw CLI::ValidationError(option, error.what());
   }
-  if (rest.empty()) return;
-  int number = 0;
-  const char* end = rest.data() + rest.size();
-  const auto read = std::from_chars(rest.data() + 1, end, number);
-  if (rest[0] != ':' || read.ptr != end || read.ec != std::errc{} || number < (zero_port ? 0 : 1) ||
-      number > 65535) {
-    throw bad();
-  }
-  port = static_cast<std::uint16_t>(number);
 }
 
 void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
@@ -99,8 +80,14 @@ void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
 }
 
 void finish(const Texts& texts, WebOptions& options) {
-  read_endpoint("--server", texts.server, false, options.link.host, options.link.port);
-  read_endpoint("--listen", texts.listen, true, options.server.address, options.server.port);
+  const client::Endpoint server =
+      endpoint_of("--server", texts.server, {options.link.host, options.link.port}, false);
+  options.link.host = server.host;
+  options.link.port = server.port;
+  const client::Endpoint listen =
+      endpoint_of("--listen", texts.listen, {options.server.address, options.server.port}, true);
+  options.server.address = listen.host;
+  options.server.port = listen.port;
   if (options.server.page.empty()) options.server.page = data_folder() / "web";
   options.assets.push_back(data_folder() / "models");
   options.server.most_connections = options.server.most_viewers + 192;

@@ -24,11 +24,18 @@ int failure_of(const Action& action) {
   return 0;
 }
 
+/// What hapticctl --server `text` asks for.
+GlobalOptions asking(const char* text) {
+  GlobalOptions options;
+  options.server = text;
+  return options;
+}
+
 }  // namespace
 
 TEST_CASE("an address is a host, a host with a port, or an IPv6 address in brackets") {
   const auto reads = [](const char* text, const char* host, int port) {
-    const Endpoint endpoint = parse_endpoint(text);
+    const client::Endpoint endpoint = server_of(asking(text));
     return endpoint.host == host && endpoint.port == port;
   };
   CHECK(reads("127.0.0.1:47800", "127.0.0.1", 47800));
@@ -39,7 +46,7 @@ TEST_CASE("an address is a host, a host with a port, or an IPv6 address in brack
   CHECK(reads("fe80::1", "fe80::1", 47800));
   for (const char* bad : {"a:b", "a:0", "a:65536", "a:1x", "a:", "[::1", "[::1]x"}) {
     CAPTURE(bad);
-    CHECK(failure_of([&] { (void)parse_endpoint(bad); }) == kUsageBad);
+    CHECK(failure_of([&] { (void)server_of(asking(bad)); }) == kUsageBad);
   }
 }
 
