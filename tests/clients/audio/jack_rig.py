@@ -1,0 +1,182 @@
+"""A JACK server with its dummy sound card, haptic-audio playing to it, and what is captured from it, for tests and shows.
+
+The server waits for its clients (-S), so a busy machine delays blocks and loses none; each captured block carries the instant that JACK
+says it began at, so that an onset can be read as a time of CLOCK_MONOTONIC whatever the machine did between two blocks."""
+import ctypes
+import os
+import re
+import subprocess
+import time
+
+import numpy
+
+RATE = 48000
+SERVER_NAME = f"hapticd-test-{os.getpid()}"
+ENVIRONMENT = dict(os.environ, JACK_DEFAULT_SERVER=SERVER_NAME, JACK_NO_AUDIO_RESERVATION="1", JACK_NO_START_SERVER="1")
+PROGRAMS = ("jackd", "jack_wait")
+NO_START, SERVER_NAMED, IS_INPUT, IS_OUTPUT, PLAYBACK = 0x01, 0x04, 0x1, 0x2, 1
+
+
+def command(*words, **options):
+    return subprocess.Popen(words, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
+
+
+class Jack:
+    """A JACK server with the dummy card, for the length of the block."""
+
+    def __init__(self, block=4096):
+        self.block = block
+
+    def __enter__(self):
+        self.process = subprocess.Popen(["jackd", "--no-realtime", "-S", "-t", "5000", "-n", SERVER_NAME, "-d", "dummy", "-r", str(RATE),
+                                         "-p", str(self.block)], env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        subprocess.run(["jack_wait", "-s", SERVER_NAME, "-w", "-t", "30"], env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                       check=True)
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait()
+
+
+class Program:
+    """haptic-audio or another that plays, started with `words`; `log` has its lines after the block, `code` its exit code."""
+
+    def __init__(self, *words):
+        self.words, self.lines = words, []
+
+    def __enter__(self):
+        self.process = command(*self.words)
+        return self
+
+    def wait_for(self, text):
+        for line in self.process.stdout:
+            self.lines.append(line)
+            if text in line:
+                return
+        raise RuntimeError(f"{self.words[0]} never said '{text}':\n" + "".join(self.lines))
+
+    def end(self):
+        if self.process.poll() is None:
+            self.process.terminate()
+        self.lines.append(self.process.stdout.read())  # communicate() would lose what wait_for has read ahead
+        return self.process.wait()
+
+    def __exit__(self, *_):
+        self.code = self.end()
+        self.log = "".join(self.lines)
+
+    def counts(self):
+        """haptic-audio's tones, played, late."""
+        return [int(number) for number in re.search(r"tones (\d+), played (\d+), late (\d+)", self.log).groups()]
+
+
+def library():
+    jack = ctypes.CDLL("libjack.so.0")
+    pointer, unsigned = ctypes.c_void_p, ctypes.c_uint32
+    for name, result, arguments in (
+            ("jack_client_open", pointer, [ctypes.c_char_p, ctypes.c_int, pointer, ctypes.c_char_p]),
+            ("jack_port_register", pointer, [pointer, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_ulong, ctypes.c_ulong]),
+            ("jack_port_get_buffer", pointer, [pointer, unsigned]), ("jack_port_by_name", pointer, [pointer, ctypes.c_char_p]),
+            ("jack_port_get_latency_range", None, [pointer, ctypes.c_int, pointer]), ("jack_activate", ctypes.c_int, [pointer]),
+            ("jack_connect", ctypes.c_int, [pointer, ctypes.c_char_p, ctypes.c_char_p]), ("jack_client_close", ctypes.c_int, [pointer]),
+            ("jack_set_process_callback", ctypes.c_int, [pointer, pointer, pointer]),
+            ("jack_get_time", ctypes.c_uint64, []),
+            ("jack_get_cycle_times", ctypes.c_int, [pointer, pointer, pointer, pointer, pointer])):
+        getattr(jack, name).restype, getattr(jack, name).argtypes = result, arguments
+    return jack
+
+
+class Capture:
+    """Records what `port` plays from the beginning of the block on; `sound` afterwards."""
+
+    def __init__(self, port="haptic-audio:out"):
+        self.port, self.blocks = port.encode(), []
+
+    def __enter__(self):
+        os.environ.update(ENVIRONMENT)
+        self.jack = library()
+        self.client = self.jack.jack_client_open(b"capture", NO_START | SERVER_NAMED, None, SERVER_NAME.encode())
+        if not self.client:
+            raise RuntimeError("no JACK server to capture from")
+        self.input = self.jack.jack_port_register(self.client, b"in", b"32 bit float mono audio", IS_INPUT, 0)
+        self.callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_uint32, ctypes.c_void_p)(self.process)
+        self.jack.jack_set_process_callback(self.client, ctypes.cast(self.callback, ctypes.c_void_p), None)
+        self.jack.jack_activate(self.client)
+        if self.jack.jack_connect(self.client, self.port, b"capture:in") != 0:
+            raise RuntimeError(f"nothing to capture at {self.port}")
+        return self
+
+    def process(self, count, _):
+        frame, begin_us, next_us, period_us = ctypes.c_uint32(), ctypes.c_uint64(), ctypes.c_uint64(), ctypes.c_float()
+        self.jack.jack_get_cycle_times(self.client, *(ctypes.byref(each) for each in (frame, begin_us, next_us, period_us)))
+        buffer = self.jack.jack_port_get_buffer(self.input, count)
+        self.blocks.append((begin_us.value, ctypes.string_at(buffer, 4 * count)))
+        return 0
+
+    def latency_s(self):
+        """From the port to the ear, as JACK has it."""
+        range_ = (ctypes.c_uint32 * 2)()
+        self.jack.jack_port_get_latency_range(self.jack.jack_port_by_name(self.client, self.port), PLAYBACK, range_)
+        return range_[1] / RATE
+
+    def clock_s(self):
+        """CLOCK_MONOTONIC minus JACK's clock, which no one disciplines."""
+        looks = []
+        for _ in range(50):
+            before_ns, jack_us, after_ns = time.monotonic_ns(), self.jack.jack_get_time(), time.monotonic_ns()
+            looks.append((after_ns - before_ns, (before_ns + after_ns) * 0.5e-9 - jack_us * 1e-6))
+        return min(looks)[1]
+
+    def __exit__(self, *_):
+        to_ear_s = self.latency_s() + self.clock_s()
+        self.jack.jack_client_close(self.client)
+        self.sound = Sound(self.blocks, to_ear_s)
+
+
+class Sound:
+    """Captured samples, and when each is heard: s of CLOCK_MONOTONIC."""
+
+    def __init__(self, blocks, to_ear_s):
+        self.samples = numpy.concatenate([numpy.frombuffer(data, dtype="<f4") for _, data in blocks]).astype(float)
+        self.block = len(blocks[0][1]) // 4
+        self.begins_s = numpy.array([begin_us for begin_us, _ in blocks]) * 1e-6 + to_ear_s
+
+    def time_of(self, frame):
+        block = min(int(frame) // self.block, len(self.begins_s) - 1)
+        return self.begins_s[block] + (frame - block * self.block) / RATE
+
+    def frame_at(self, time_s):
+        block = max(int(numpy.searchsorted(self.begins_s, time_s, side="right")) - 1, 0)
+        return block * self.block + min(int((time_s - self.begins_s[block]) * RATE), self.block - 1)
+
+    def onset(self, near_s, before_s=0.1, after_s=0.2):
+        """The first frame around the instant that stands out of what was before; None where nothing does."""
+        first, last = self.frame_at(near_s - before_s), self.frame_at(near_s + after_s)
+        before = max(numpy.max(numpy.abs(self.samples[max(first - 960, 0):first]), initial=0.0), 1e-6)
+        loud = numpy.abs(self.samples[first:last]) > 1.5 * before
+        return first + int(numpy.argmax(loud)) if loud.any() else None
+
+    def rms(self, frame, length_s=0.3):
+        return float(numpy.sqrt(numpy.mean(self.samples[frame:frame + int(length_s * RATE)] ** 2)))
+
+    def sine(self, frequency, frame, length_s):
+        piece = self.samples[frame:frame + int(length_s * RATE)]
+        frames = numpy.arange(frame, frame + len(piece))
+        return numpy.sum(piece * numpy.hanning(len(piece)) * numpy.exp(-2j * numpy.pi * frequency * frames / RATE))
+
+    def cents_off(self, frequency, frame, decay_s, window_s=0.2, apart_s=0.1):
+        """By how many cents the sine near `frequency` differs from it: how its phase advances between two windows. Infinite when its
+        amplitude does not decay between them as told: then it is another sound, or a piece is missing."""
+        begin = frame + int(0.02 * RATE)
+        turn = self.sine(frequency, begin + int(apart_s * RATE), window_s) / self.sine(frequency, begin, window_s)
+        if not abs(abs(turn) * numpy.exp(apart_s / decay_s) - 1) < 0.03:
+            return numpy.inf
+        return 1200 * numpy.log2(1 + numpy.angle(turn) / (2 * numpy.pi * apart_s) / frequency)
+
+
+def line_through(x, y):
+    """R^2 of y against x, and slope and intercept of the line."""
+    slope, intercept = numpy.polyfit(x, y, 1)
+    rest = y - slope * x - intercept
+    return 1 - numpy.sum(rest**2) / numpy.sum((y - y.mean()) ** 2), slope, intercept
