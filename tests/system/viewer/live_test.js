@@ -112,7 +112,7 @@ test('three viewers at once all go on drawing new States, and one subscription f
 /** Sockets of UDP that a process has open, by the system's word: one session with a daemon each. */
 function udpSockets(pid) {
   const own = new Set(readdirSync(`/proc/${pid}/fd`).map((fd) => readlinkSync(`/proc/${pid}/fd/${fd}`).match(/^socket:\[(\d+)\]/)?.[1]));
-  return readFileSync('/proc/net/udp', 'utf8').split('\n').slice(1).filter((line) => own.has(line.trim().split(/\s+/)[9])).length;
+  return readFileSync('/proc/net/udp', 'utf8').trim().split('\n').slice(1).filter((line) => own.has(line.trim().split(/\s+/)[9])).length;
 }
 
 async function readMetrics() {
