@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cerrno>
+#include <initializer_list>
 #include <set>
 
 #include "clients/web/gateway/link_meter.h"
@@ -134,6 +135,20 @@ TEST_CASE("another session, or datagrams that overtake each other, are no loss")
   const wire::DatagramHeader next{wire::DatagramKind::kPlain, 8, 0};
   meter.take(&next, 100);
   CHECK(meter.roll(2 * kSecond_ns).loss == 0.0);
+}
+
+TEST_CASE("what is lost is counted within a session, up to the highest counter that came") {
+  const auto loss_of = [](std::initializer_list<wire::DatagramHeader> headers) {
+    web::LinkMeter meter;
+    for (const wire::DatagramHeader& header : headers) meter.take(&header, 100);
+    return meter.roll(kSecond_ns).loss;
+  };
+  constexpr auto kPlain = wire::DatagramKind::kPlain;
+  // 902, 903 and 904 never came, though 901 came last.
+  CHECK(loss_of({{kPlain, 7, 900}, {kPlain, 7, 905}, {kPlain, 7, 901}}) == doctest::Approx(0.5));
+  // A session that begins at 50 has lost 51 and nothing before.
+  CHECK(loss_of({{kPlain, 7, 900}, {kPlain, 8, 50}, {kPlain, 8, 52}, {kPlain, 8, 53}}) ==
+        doctest::Approx(0.25));
 }
 
 }  // namespace

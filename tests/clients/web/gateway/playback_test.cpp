@@ -254,6 +254,7 @@ TEST_CASE("while it plays, a page's view of now is no jump, and no number breaks
   CHECK(show.playback.position().rate() == 2.0);
   const double nan = std::nan("");
   show.go_to(nan, true, nan);
+  CHECK(show.playback.position().position_s() == doctest::Approx(1.0));
   CHECK(show.playback.position().rate() == 2.0);
   show.go_to(1e300, true, 1e300);
   CHECK(show.playback.position().position_s() == doctest::Approx(10.0));
