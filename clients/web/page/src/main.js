@@ -15,6 +15,7 @@ import { ViewControls } from './view_controls.js';
 import { nameOf, v1 } from './wire.js';
 
 const TEXT_MS = 125;
+const RATE_COUNTS = 5; // looks, a second apart, that rates are taken over
 const SHOWN_STATES_S = 2; // without a State for so long the picture says that it stands still
 const find = (id) => document.getElementById(id);
 const pageS = () => performance.now() / 1000;
@@ -33,7 +34,7 @@ const experiment = new ExperimentPanel(find('experiment'), session);
 const connectionPanel = new ConnectionPanel(find('connection'));
 const banners = new Banners(find('banners'));
 const playbackBar = new PlaybackBar(session);
-const rates = { states: 0, frames: 0, bytes: 0, sinceS: pageS(), allFrames: 0 };
+const counted = [{ atS: pageS(), states: 0, frames: 0, bytes: 0 }];
 let lastStateS = -Infinity;
 
 function setScene(scene) {
@@ -116,13 +117,13 @@ function setPill(pill, text, look) {
   if (pill.className !== `pill ${look}`) pill.className = `pill ${look}`;
 }
 
-/** About once a second: what arrived and was drawn since the last time, a second of it. A page that is busy counts late. */
+/** About once a second: what arrived and was drawn in the last seconds, a second of them. A page that is busy counts late, and in bursts. */
 function countRates() {
-  const now = pageS();
-  const perS = (count) => Math.round(count / (now - rates.sinceS));
-  Object.assign(rates, { states: perS(model.received.states), frames: perS(picture.frames - rates.allFrames), bytes: perS(connection.bytes),
-    sinceS: now, allFrames: picture.frames });
-  model.received.states = connection.bytes = 0;
+  const now = { atS: pageS(), states: model.received.states, frames: picture.frames, bytes: connection.bytes };
+  counted.push(now);
+  if (counted.length > RATE_COUNTS) counted.shift();
+  const perS = (name) => Math.round((now[name] - counted[0][name]) / (now.atS - counted[0].atS));
+  const rates = { states: perS('states'), frames: perS('frames'), bytes: perS('bytes') };
   find('rate').textContent = model.scene ? `${rates.states} States/s · ${rates.frames} fps` : '';
   connectionPanel.show({ welcome: model.welcome, link: model.link, clock: model.clock, connection, rates, scene: model.scene,
     drawn: { triangles: picture.triangles, missing: picture.assets.missing } });
