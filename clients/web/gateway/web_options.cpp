@@ -23,6 +23,7 @@ struct Texts {
 
 /// Where the installed files are: HAPTICD_DATA, else ../share/hapticd from the program.
 fs::path data_folder() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
   if (const char* given = std::getenv("HAPTICD_DATA")) return given;
   std::error_code unknown;
   return fs::read_symlink("/proc/self/exe", unknown).parent_path().parent_path() / "share" /
