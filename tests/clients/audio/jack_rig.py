@@ -2,11 +2,12 @@
 
 The server waits for its clients (-S), so a busy machine delays blocks and loses none; each captured block carries the instant that JACK
 says it began at, so that an onset can be read as a time of CLOCK_MONOTONIC whatever the machine did between two blocks."""
-import ctypes
 import os
+import pickle
 import re
+import resource
 import subprocess
-import time
+import sys
 
 import numpy
 
@@ -14,7 +15,10 @@ RATE = 48000
 SERVER_NAME = f"hapticd-test-{os.getpid()}"
 ENVIRONMENT = dict(os.environ, JACK_DEFAULT_SERVER=SERVER_NAME, JACK_NO_AUDIO_RESERVATION="1", JACK_NO_START_SERVER="1")
 PROGRAMS = ("jackd", "jack_wait")
-NO_START, SERVER_NAMED, IS_INPUT, IS_OUTPUT, PLAYBACK = 0x01, 0x04, 0x1, 0x2, 1
+
+
+def may_be_realtime():
+    return resource.getrlimit(resource.RLIMIT_RTPRIO)[0] >= 20 or os.geteuid() == 0
 
 
 def command(*words, **options):
@@ -24,11 +28,11 @@ def command(*words, **options):
 class Jack:
     """A JACK server with the dummy card, for the length of the block."""
 
-    def __init__(self, block=4096):
-        self.block = block
+    def __init__(self, block=4096, realtime=False):
+        self.block, self.priority = block, ["--realtime", "-P", "20"] if realtime else ["--no-realtime"]
 
     def __enter__(self):
-        self.process = subprocess.Popen(["jackd", "--no-realtime", "-S", "-t", "5000", "-n", SERVER_NAME, "-d", "dummy", "-r", str(RATE),
+        self.process = subprocess.Popen(["jackd", *self.priority, "-S", "-t", "5000", "-n", SERVER_NAME, "-d", "dummy", "-r", str(RATE),
                                          "-p", str(self.block)], env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         subprocess.run(["jack_wait", "-s", SERVER_NAME, "-w", "-t", "30"], env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                        check=True)
@@ -59,7 +63,8 @@ class Program:
     def end(self):
         if self.process.poll() is None:
             self.process.terminate()
-        self.lines.append(self.process.stdout.read())  # communicate() would lose what wait_for has read ahead
+        with self.process.stdout:
+            self.lines.append(self.process.stdout.read())  # communicate() would lose what wait_for has read ahead
         return self.process.wait()
 
     def __exit__(self, *_):
@@ -71,67 +76,23 @@ class Program:
         return [int(number) for number in re.search(r"tones (\d+), played (\d+), late (\d+)", self.log).groups()]
 
 
-def library():
-    jack = ctypes.CDLL("libjack.so.0")
-    pointer, unsigned = ctypes.c_void_p, ctypes.c_uint32
-    for name, result, arguments in (
-            ("jack_client_open", pointer, [ctypes.c_char_p, ctypes.c_int, pointer, ctypes.c_char_p]),
-            ("jack_port_register", pointer, [pointer, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_ulong, ctypes.c_ulong]),
-            ("jack_port_get_buffer", pointer, [pointer, unsigned]), ("jack_port_by_name", pointer, [pointer, ctypes.c_char_p]),
-            ("jack_port_get_latency_range", None, [pointer, ctypes.c_int, pointer]), ("jack_activate", ctypes.c_int, [pointer]),
-            ("jack_connect", ctypes.c_int, [pointer, ctypes.c_char_p, ctypes.c_char_p]), ("jack_client_close", ctypes.c_int, [pointer]),
-            ("jack_set_process_callback", ctypes.c_int, [pointer, pointer, pointer]),
-            ("jack_get_time", ctypes.c_uint64, []),
-            ("jack_get_cycle_times", ctypes.c_int, [pointer, pointer, pointer, pointer, pointer])):
-        getattr(jack, name).restype, getattr(jack, name).argtypes = result, arguments
-    return jack
-
-
 class Capture:
-    """Records what `port` plays from the beginning of the block on; `sound` afterwards."""
+    """Records what `port` plays from the beginning of the block on; `sound` afterwards. Another process records, where nobody holds
+    Python's lock while JACK waits for it."""
 
     def __init__(self, port="haptic-audio:out"):
-        self.port, self.blocks = port.encode(), []
+        self.port = port
 
     def __enter__(self):
-        os.environ.update(ENVIRONMENT)
-        self.jack = library()
-        self.client = self.jack.jack_client_open(b"capture", NO_START | SERVER_NAMED, None, SERVER_NAME.encode())
-        if not self.client:
-            raise RuntimeError("no JACK server to capture from")
-        self.input = self.jack.jack_port_register(self.client, b"in", b"32 bit float mono audio", IS_INPUT, 0)
-        self.callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_uint32, ctypes.c_void_p)(self.process)
-        self.jack.jack_set_process_callback(self.client, ctypes.cast(self.callback, ctypes.c_void_p), None)
-        self.jack.jack_activate(self.client)
-        if self.jack.jack_connect(self.client, self.port, b"capture:in") != 0:
+        self.process = subprocess.Popen([sys.executable, "-B", os.path.join(os.path.dirname(os.path.abspath(__file__)), "jack_capture.py"), self.port],
+                                        env=ENVIRONMENT, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        if self.process.stdout.readline() != b"captures\n":
             raise RuntimeError(f"nothing to capture at {self.port}")
         return self
 
-    def process(self, count, _):
-        frame, begin_us, next_us, period_us = ctypes.c_uint32(), ctypes.c_uint64(), ctypes.c_uint64(), ctypes.c_float()
-        self.jack.jack_get_cycle_times(self.client, *(ctypes.byref(each) for each in (frame, begin_us, next_us, period_us)))
-        buffer = self.jack.jack_port_get_buffer(self.input, count)
-        self.blocks.append((begin_us.value, ctypes.string_at(buffer, 4 * count)))
-        return 0
-
-    def latency_s(self):
-        """From the port to the ear, as JACK has it."""
-        range_ = (ctypes.c_uint32 * 2)()
-        self.jack.jack_port_get_latency_range(self.jack.jack_port_by_name(self.client, self.port), PLAYBACK, range_)
-        return range_[1] / RATE
-
-    def clock_s(self):
-        """CLOCK_MONOTONIC minus JACK's clock, which no one disciplines."""
-        looks = []
-        for _ in range(50):
-            before_ns, jack_us, after_ns = time.monotonic_ns(), self.jack.jack_get_time(), time.monotonic_ns()
-            looks.append((after_ns - before_ns, (before_ns + after_ns) * 0.5e-9 - jack_us * 1e-6))
-        return min(looks)[1]
-
     def __exit__(self, *_):
-        to_ear_s = self.latency_s() + self.clock_s()
-        self.jack.jack_client_close(self.client)
-        self.sound = Sound(self.blocks, to_ear_s)
+        to_ear_s, blocks = pickle.loads(self.process.communicate(timeout=60)[0])
+        self.sound = Sound(blocks, to_ear_s)
 
 
 class Sound:
