@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "clients/audio/recorded_events.h"
+#include "clients/library/recording.h"
 
 namespace hapticd::audio {
 namespace {
@@ -15,6 +15,13 @@ std::optional<std::uint64_t> instant_of(const v1::Item& item) {
   if (item.has_tone()) return item.tone().t_ns();
   if (item.has_string_radius()) return item.string_radius().t_ns();
   return std::nullopt;
+}
+
+template <typename Message>
+std::optional<Message> parsed(const client::RecordedMessage& from) {
+  std::optional<Message> message(std::in_place);
+  if (!message->ParseFromArray(from.data.data(), static_cast<int>(from.data.size()))) return {};
+  return message;
 }
 
 ScoreEntry tone_at(std::int64_t t_ns, std::uint32_t string, float level) {
@@ -48,25 +55,33 @@ Score open_strings() {
 }
 
 Score recorded_score(const std::string& path, std::string& problem) {
+  const client::Recording recording(path);
   Score score;
   std::optional<std::int64_t> begin;  // of the score, on the recording's clock
   std::int64_t last = 0;
-  RecordingHandlers handlers;
-  handlers.scene = [&](const v1::SceneRecord& record) {
-    score.push_back({last, {}});
-    *score.back().item.mutable_scene_info()->mutable_scene() = record.scene();
-  };
-  handlers.event = [&](const v1::EventRecord& record) {
-    const std::optional<std::uint64_t> instant = instant_of(record.item());
-    if (!instant) return;
+  bool whole = recording.whole();
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    const client::RecordedMessage& message = recording[i];
+    if (message.kind == client::RecordKind::kScene) {
+      const auto scene = parsed<v1::SceneRecord>(message);
+      whole = whole && scene.has_value();
+      if (!scene) continue;
+      score.push_back({last, {}});
+      *score.back().item.mutable_scene_info()->mutable_scene() = scene->scene();
+    }
+    if (message.kind != client::RecordKind::kEvent) continue;
+    const auto event = parsed<v1::EventRecord>(message);
+    whole = whole && event.has_value();
+    const std::optional<std::uint64_t> instant = event ? instant_of(event->item()) : std::nullopt;
+    if (!instant) continue;
     const auto t_ns = static_cast<std::int64_t>(std::min<std::uint64_t>(*instant, INT64_MAX));
     // Events of one tick may stand in another order; further back is another scene's time.
     if (!begin || t_ns - *begin < last - kSecond_ns) begin = t_ns - last;
     const std::int64_t at = std::max<std::int64_t>(t_ns - *begin, 0);
     last = std::max(last, at);
-    score.push_back({at, record.item()});
-  };
-  problem = read_recording(file_content(path), handlers);
+    score.push_back({at, event->item()});
+  }
+  if (!whole) problem = "it is not whole: cut off, damaged or compressed. The rest of it is played";
   return score;
 }
 

@@ -107,7 +107,8 @@ void Recording::index(std::string_view records) {
     const auto opcode = static_cast<unsigned>(cursor.number(1));
     const std::string_view content = cursor.take(cursor.number(8));
     // What follows the data repeats it; what is cut off was not finished.
-    if (cursor.failed() || opcode == kDataEnd || opcode == 0) return;
+    ended_ = opcode == kDataEnd && !cursor.failed();
+    if (cursor.failed() || ended_ || opcode == 0) return;
     take(opcode, content);
   }
 }
@@ -121,11 +122,13 @@ void Recording::take(unsigned opcode, std::string_view content) {
   (void)cursor.take(8 + 8 + 8 + 4);
   const bool plain = cursor.text().empty();
   const std::string_view inner = cursor.take(cursor.number(8));
+  unreadable_ = unreadable_ || !plain || cursor.failed();
   if (!plain || cursor.failed()) return;
   Cursor each(inner);
   while (!each.rest().empty()) {
     const auto kind = static_cast<unsigned>(each.number(1));
     const std::string_view record = each.take(each.number(8));
+    unreadable_ = unreadable_ || each.failed();
     if (each.failed()) return;
     if (kind == kChannel) take_channel(record);
     if (kind == kMessage) take_message(record);
@@ -148,6 +151,7 @@ void Recording::take_message(std::string_view content) {
   (void)cursor.number(4);  // sequence
   const std::uint64_t time_ns = cursor.number(8);
   (void)cursor.number(8);  // time of publishing
+  unreadable_ = unreadable_ || cursor.failed();
   if (cursor.failed() || channel == channels_.end()) return;
   messages_.push_back({channel->second, time_ns, cursor.rest()});
 }

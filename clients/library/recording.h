@@ -1,7 +1,8 @@
 // Reads a recording (MCAP, as hapticd writes it) message by message, for clients that show or sound
 // it: which message, when, and its bytes. Also one that a killed daemon left, up to its last whole
-// record. Bytes are not trusted: lengths are checked. Chunks must not be compressed. To run a
-// session again, hapticd has the full reader. Not RT.
+// record. Bytes are not trusted: lengths are checked. What cannot be read, such as compressed
+// chunks, is left out, and whole() says so. To run a session again, hapticd has the full reader.
+// Not RT.
 #pragma once
 
 #include <cstddef>
@@ -38,6 +39,8 @@ class Recording {
   Recording& operator=(const Recording&) = delete;
 
   [[nodiscard]] const v1::RecordHeader& header() const noexcept { return header_; }
+  /// Nothing is missing: no record was cut off, damaged or compressed.
+  [[nodiscard]] bool whole() const noexcept { return ended_ && !unreadable_; }
   [[nodiscard]] std::size_t size() const noexcept { return messages_.size(); }
   [[nodiscard]] const RecordedMessage& operator[](std::size_t i) const { return messages_[i]; }
 
@@ -51,6 +54,8 @@ class Recording {
   std::map<std::uint16_t, RecordKind> channels_;
   std::vector<RecordedMessage> messages_;
   v1::RecordHeader header_;
+  bool ended_ = false;       ///< the end of the data was met
+  bool unreadable_ = false;  ///< something before it was left out
 };
 
 }  // namespace hapticd::client

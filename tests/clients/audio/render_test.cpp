@@ -5,16 +5,20 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "clients/audio/recorded_events.h"
+#include "hapticd/v1/recording.pb.h"
 #include "server/telemetry/mcap_writer.h"
 #include "server/telemetry/schema_set.h"
 #include "tests/clients/audio/played.h"
 #include "tests/clients/audio/temporary_folder.h"
 #include "tests/clients/audio/tone_measure.h"
 #include "tests/support/random.h"
+#include "tests/support/scale.h"
 
 namespace hapticd::audio {
 namespace {
@@ -39,9 +43,11 @@ void record(const std::string& path, const Score& score, std::uint64_t t0) {
   const auto add = [&](const char* topic, const google::protobuf::Descriptor& type) {
     return writer.add_channel(topic, type.full_name(), schema_set(type));
   };
-  const std::uint16_t scenes = add("scene", *v1::SceneRecord::descriptor());
-  const std::uint16_t ticks = add("tick", *v1::TickRecord::descriptor());
-  const std::uint16_t events = add("event", *v1::EventRecord::descriptor());
+  const std::uint16_t headers = add("/hapticd/header", *v1::RecordHeader::descriptor());
+  const std::uint16_t scenes = add("/hapticd/scene", *v1::SceneRecord::descriptor());
+  const std::uint16_t ticks = add("/hapticd/tick", *v1::TickRecord::descriptor());
+  const std::uint16_t events = add("/hapticd/event", *v1::EventRecord::descriptor());
+  writer.write(headers, t0, v1::RecordHeader().SerializeAsString());
   for (const ScoreEntry& entry : score) {
     const std::uint64_t t_ns = t0 + static_cast<std::uint64_t>(entry.t_ns);
     writer.write(ticks, t_ns, v1::TickRecord().SerializeAsString());
@@ -117,28 +123,39 @@ TEST_CASE("a recording cut off anywhere gives what is whole of it, and damaged b
   const test::TemporaryFolder folder;
   const std::string path = (folder.path() / "session.mcap").string();
   record(path, open_strings(), 5);
-  const std::string whole = file_content(path);
-  std::size_t scenes = 0;
-  std::size_t events = 0;
-  const RecordingHandlers handlers{[&](const v1::SceneRecord&) { ++scenes; },
-                                   [&](const v1::EventRecord&) { ++events; }};
+  std::ostringstream content;
+  content << std::ifstream(path, std::ios::binary).rdbuf();
+  const std::string whole = content.str();
+  std::string problem;
+  const auto entries = [&](const std::string& bytes) {
+    std::ofstream(path, std::ios::binary) << bytes;
+    problem.clear();
+    try {
+      return recorded_score(path, problem).size();
+    } catch (const std::runtime_error& error) {
+      problem = error.what();
+      return std::size_t{0};
+    }
+  };
   std::size_t most = 0;
   for (std::size_t length = 0; length < whole.size(); length += 13) {
-    events = 0;
-    const std::string problem = read_recording(std::string_view(whole).substr(0, length), handlers);
-    CHECK(events >= most);
-    most = events;
+    const std::size_t found = entries(whole.substr(0, length));
+    CHECK(found >= most);
+    most = found;
     if (length < whole.size() / 2) CHECK(problem != "");
   }
-  CHECK_EQ(most, 14);
+  CHECK_EQ(most, 15);
+  CHECK_EQ(entries(whole), 15);
+  CHECK_EQ(problem, "");
   test::SplitMix64 random(3);
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < test::scaled(2000); ++i) {
     std::string damaged = whole;
     damaged[random.below(damaged.size())] = static_cast<char>(random.next());
-    (void)read_recording(damaged, handlers);
+    CHECK(entries(damaged) <= 15);
   }
-  CHECK_EQ(read_recording("no recording", handlers), "it is no recording");
-  CHECK_THROWS_WITH_AS((void)file_content("/no/such/file.mcap"),
+  CHECK_EQ(entries("no recording"), 0);
+  CHECK(problem.find("no recording of hapticd") != std::string::npos);
+  CHECK_THROWS_WITH_AS((void)recorded_score("/no/such/file.mcap", problem),
                        doctest::Contains("/no/such/file.mcap: No such file"), std::runtime_error);
 }
 
