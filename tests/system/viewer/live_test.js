@@ -101,6 +101,11 @@ test('three viewers at once all go on drawing new States, and one subscription f
   }
   const metrics = await readMetrics();
   assert.equal(metrics.get('haptic_web_viewers'), 3);
+  assert.equal(metrics.get('haptic_web_link_state'), 2, 'live');
+  assert.equal(metrics.get('hapticd_loop_state'), 4, 'engaged');
+  // States go on being counted; a counter that stands still ends in the test's timeout.
+  const states = 'haptic_web_states_total';
+  while ((await readMetrics()).get(states) <= metrics.get(states)) await page.waitForTimeout(20);
   assert.equal(udpSockets(gateway.program.process.pid), 1);
   await page.bringToFront();
   await page.click('[data-tab=connection]');
