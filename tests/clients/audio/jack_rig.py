@@ -2,17 +2,34 @@
 
 The server waits for its clients (-S), so a busy machine delays blocks and loses none; each captured block carries the instant that JACK
 says it began at, so that an onset can be read as a time of CLOCK_MONOTONIC whatever the machine did between two blocks."""
+import fcntl
 import os
 import pickle
 import re
 import resource
 import subprocess
 import sys
+import tempfile
 
 import numpy
 
 RATE = 48000
-SERVER_NAME = f"hapticd-test-{os.getpid()}"
+
+
+def server_name():
+    """One of four that no other test uses now. JACK has room for eight names of servers and gives that of one that was killed to nobody but its
+    namesake."""
+    for number in range(4):
+        lock = open(os.path.join(tempfile.gettempdir(), f"hapticd-test-{number}.lock"), "w", encoding="utf-8")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            continue
+        return f"hapticd-test-{number}", lock
+    raise RuntimeError("four tests with JACK servers run at once")
+
+
+SERVER_NAME, SERVER_LOCK = server_name()
 ENVIRONMENT = dict(os.environ, JACK_DEFAULT_SERVER=SERVER_NAME, JACK_NO_AUDIO_RESERVATION="1", JACK_NO_START_SERVER="1")
 PROGRAMS = ("jackd", "jack_wait")
 
@@ -40,7 +57,11 @@ class Jack:
 
     def __exit__(self, *_):
         self.process.terminate()
-        self.process.wait()
+        try:
+            self.process.wait(timeout=10)
+        except subprocess.TimeoutExpired:  # it waits for a client that was killed
+            self.process.kill()
+            self.process.wait()
 
 
 class Program:
