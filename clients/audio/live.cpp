@@ -21,6 +21,8 @@ namespace {
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 /// How often latency and clock of the sound card are looked at, and a server is looked for.
 constexpr std::int64_t kLook_ns = kSecond_ns;
+/// A daemon that is there has told its scene long before.
+constexpr std::int64_t kPatience_ns = 3 * kSecond_ns;
 /// From an event to its order, on a good network.
 constexpr double kNetwork_ms = 1.0;
 /// How often --verbose speaks.
@@ -88,9 +90,11 @@ class Live {
     handlers.item = [this](const v1::Item& item) { take(item); };
     handlers.ended = [this](client::SessionEnd) {
       if (heard_) say("the daemon at " + client_->server() + " has gone; waits for it");
+      missed_ = missed_ || heard_;
       heard_ = false;
     };
     client_.emplace(options_.host, options_.port, handlers, key);
+    opened_ns_ = client::monotonic_now_ns();
     say("listens to hapticd at " + client_->server());
   }
 
@@ -101,6 +105,7 @@ class Live {
     if (now_ns >= look_ns_) {
       look_ns_ = now_ns + kLook_ns;
       look();
+      miss_daemon(now_ns);
     }
     if (options_.verbose && now_ns >= speak_ns_) {
       speak_ns_ = now_ns + kSpeak_ns;
@@ -160,6 +165,15 @@ class Live {
     try_output();
   }
 
+  /// A daemon with keys does not answer who has none of its own.
+  void miss_daemon(std::int64_t now_ns) {
+    if (heard_ || missed_ || now_ns - opened_ns_ < kPatience_ns) return;
+    missed_ = true;
+    say("no daemon answers at " + client_->server() +
+        " yet. Start hapticd, or name where it listens with --server; if it has keys, give one of "
+        "its own with --key");
+  }
+
   void try_output() {
     try {
       open_output();
@@ -174,6 +188,8 @@ class Live {
   std::unique_ptr<Playing> playing_;
   std::optional<client::Client> client_;
   bool heard_ = false;
+  bool missed_ = false;  ///< that it is has been said
+  std::int64_t opened_ns_ = 0;
   bool real_clock_ = true;
   std::int64_t look_ns_ = 0;
   std::int64_t speak_ns_ = 0;

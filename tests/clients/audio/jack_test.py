@@ -129,6 +129,11 @@ class WithServer(unittest.TestCase):
         self.assertEqual(process.returncode, 0, text)
         self.assertRegex(text, r"48000 Hz, blocks of 4096\n(?s:.*)audio hardware  system:playback_1\n")
 
+    def test_a_daemon_that_is_not_there_is_named_with_the_remedy(self):
+        with Jack(), Program(HAPTIC_AUDIO, "--synth", "--server", "127.0.0.1:9") as player:
+            player.wait_for("no daemon answers at 127.0.0.1:9 yet. Start hapticd")
+        self.assertEqual(player.code, 0)
+
     def test_seven_strings_are_captured_in_tune_and_as_loud_as_their_level(self):
         levels = [n / 10 for n in range(1, 11)] if FULL else [0.1, 0.5, 1.0]
         for source in (["--synth"], []):
