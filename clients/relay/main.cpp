@@ -132,16 +132,18 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Publishes what a running hapticd plays to an MQTT broker.", "haptic-relay");
-  Options options;
   try {
+    CLI::App app("Publishes what a running hapticd plays to an MQTT broker.", "haptic-relay");
+    Options options;
     add_options(app, options);
-    app.parse(argc, argv);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : 2;
+    }
     std::signal(SIGINT, [](int) { ended = 1; });
     std::signal(SIGTERM, [](int) { ended = 1; });
     return run(options);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
   } catch (const std::invalid_argument& error) {
     std::fprintf(stderr, "haptic-relay: %s\n", error.what());
     return 2;

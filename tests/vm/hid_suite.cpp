@@ -76,7 +76,7 @@ TickPace paced_by(const PaceSource& source) { return {1'000'000, source, monoton
 /// put at ten places.
 Ages run_by_timer(const UhidDevice& plugged, AttachedLoop& loop) {
   std::vector<std::int64_t> ages;
-  for (int place = 0; place < 10; ++place) {
+  for (std::int64_t place = 0; place < 10; ++place) {
     sleep_until(plugged.sampled_ns() + 2'000'000 + place * 100'000);
     TickPace timer = paced_by({});
     int without = 0;

@@ -10,6 +10,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
@@ -238,7 +239,13 @@ DaemonLink::DaemonLink(asio::io_context& context, LinkOptions options, LinkHandl
   implementation_->make_core();
 }
 
-DaemonLink::~DaemonLink() { stop(); }
+DaemonLink::~DaemonLink() {
+  try {
+    stop();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "haptic-web: no goodbye to the daemon: %s\n", error.what());
+  }
+}
 
 void DaemonLink::start() { implementation_->open(); }
 

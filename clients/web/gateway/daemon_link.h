@@ -15,7 +15,7 @@
 #include "clients/web/gateway/link_verdict.h"
 
 namespace boost::asio {
-class io_context;
+class io_context;  // NOLINT(readability-identifier-naming): Boost's name
 }
 
 namespace hapticd::web {

@@ -17,6 +17,7 @@
 #include "clients/web/gateway/page_folder.h"
 #include "clients/web/gateway/viewer.h"
 
+// NOLINTBEGIN(misc-no-recursion): handlers that begin the next step look like recursion.
 namespace hapticd::web {
 
 namespace http = boost::beast::http;
@@ -215,3 +216,4 @@ void begin_connection(const std::shared_ptr<Shared>& shared, boost::asio::ip::tc
 }
 
 }  // namespace hapticd::web
+// NOLINTEND(misc-no-recursion)

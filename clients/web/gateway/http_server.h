@@ -14,7 +14,7 @@
 #include "clients/web/gateway/hub.h"
 
 namespace boost::asio {
-class io_context;
+class io_context;  // NOLINT(readability-identifier-naming): Boost's name
 }
 
 namespace hapticd::web {

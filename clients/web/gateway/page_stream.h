@@ -12,14 +12,17 @@
 #include <memory>
 #include <utility>
 
+// NOLINTBEGIN(misc-no-recursion): handlers that begin the next step look like recursion.
 namespace hapticd::web {
 
 class PageStream {
  public:
   using Tcp = boost::beast::tcp_stream;
   using Tls = boost::beast::ssl_stream<Tcp&>;
+  // NOLINTBEGIN(readability-identifier-naming): Boost's names.
   using executor_type = Tcp::executor_type;
   using next_layer_type = Tcp;
+  // NOLINTEND(readability-identifier-naming)
 
   /// With `tls` the handshake is the owner's to begin: tls()->async_handshake().
   explicit PageStream(boost::asio::ip::tcp::socket socket, boost::asio::ssl::context* tls)
@@ -80,3 +83,4 @@ void async_teardown(boost::beast::role_type role, PageStream& stream, Handler&& 
 }
 
 }  // namespace hapticd::web
+// NOLINTEND(misc-no-recursion)

@@ -1,6 +1,6 @@
 """A JACK server with its dummy sound card, haptic-audio playing to it, and what is captured from it, for tests and shows.
 
-The server waits for its clients (-S), so a busy machine delays blocks and loses none; each captured block carries the instant that JACK
+The server waits for its clients, so a busy machine delays blocks and loses none; each captured block carries the instant that JACK
 says it began at, so that an onset can be read as a time of CLOCK_MONOTONIC whatever the machine did between two blocks."""
 import fcntl
 import os
@@ -43,13 +43,14 @@ def command(*words, **options):
 
 
 class Jack:
-    """A JACK server with the dummy card, for the length of the block."""
+    """A JACK server with the dummy card, for the length of the block; `patient`: it waits for its clients, also for one that is stopped."""
 
-    def __init__(self, block=4096, realtime=False):
-        self.block, self.priority = block, ["--realtime", "-P", "20"] if realtime else ["--no-realtime"]
+    def __init__(self, block=4096, realtime=False, patient=True):
+        self.block, self.options = block, ["--realtime", "-P", "20"] if realtime else ["--no-realtime"]
+        self.options += ["-S", "-t", "5000"] if patient else []
 
     def __enter__(self):
-        self.process = subprocess.Popen(["jackd", *self.priority, "-S", "-t", "5000", "-n", SERVER_NAME, "-d", "dummy", "-r", str(RATE),
+        self.process = subprocess.Popen(["jackd", *self.options, "-n", SERVER_NAME, "-d", "dummy", "-r", str(RATE),
                                          "-p", str(self.block)], env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         subprocess.run(["jack_wait", "-s", SERVER_NAME, "-w", "-t", "30"], env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                        check=True)

@@ -214,6 +214,7 @@ TEST_CASE("each kind of Item has its topic; requests, answers and pieces have no
   items[6].mutable_chunk();
   for (const v1::Item& item : items) relay.item(item);
   std::vector<std::string> topics;
+  topics.reserve(published.size());
   for (const Publication& each : published) topics.push_back(each.topic);
   CHECK(topics ==
         std::vector<std::string>{"p/contact", "p/string", "p/fault", "p/lease", "p/record"});

@@ -15,6 +15,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import sys
 import time
 
 import show
@@ -22,10 +23,12 @@ import show
 import hapticd
 from lossy_proxy import LossyProxy
 
+sys.path.insert(0, str(show.ROOT / "tests/clients/audio"))
+import jack_rig  # noqa: E402
+
 BIN = pathlib.Path(os.environ["HAPTICCTL"]).parent
 MOSQUITTO = shutil.which("mosquitto", path="/usr/sbin:/usr/bin:/usr/local/sbin:/usr/local/bin")
 JACKD = shutil.which("jackd")
-JACK_SERVER = f"hapticd-show-{os.getpid()}"
 
 
 def tcp_port():
@@ -42,18 +45,6 @@ def broker():
     try:
         yield port
     finally:
-        end(process)
-
-
-@contextlib.contextmanager
-def jack():
-    """A JACK server of our own, without a sound card."""
-    process = subprocess.Popen([JACKD, "--no-realtime", "-n", JACK_SERVER, "-d", "dummy", "-r", "48000", "-p", "256"], stdout=subprocess.DEVNULL,
-                               stderr=subprocess.DEVNULL, env=dict(os.environ, JACK_NO_AUDIO_RESERVATION="1"))
-    try:
-        yield
-    finally:
-        process.terminate()
         end(process)
 
 
@@ -75,7 +66,7 @@ def clients(port):
 
 def start(arguments, address):
     return subprocess.Popen([*arguments, address], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                            stderr=subprocess.DEVNULL, env=dict(os.environ, JACK_DEFAULT_SERVER=JACK_SERVER))
+                            stderr=subprocess.DEVNULL, env=jack_rig.ENVIRONMENT)
 
 
 def end(process):
@@ -151,7 +142,7 @@ def main():
     failures, late = [], []
     with contextlib.ExitStack() as stack:
         if JACKD:
-            stack.enter_context(jack())
+            stack.enter_context(jack_rig.Jack(256, patient=False))
         able, missing = clients(stack.enter_context(broker()) if MOSQUITTO else 0)
         lines = [lockstep(able, failures), ""]
         path = f"{stack.enter_context(show.folder())}/session.mcap"
