@@ -177,15 +177,15 @@ class WithServer(unittest.TestCase):
 
     def test_no_tone_is_lost_when_every_fifth_datagram_is_and_the_jitter_is_reported(self):
         count = 100 if FULL else 20
-        for loss in (0.0, 0.2):
-            with Jack(256), Player("--synth", "--delay-ms", "40", loss=loss) as player:
+        for loss, source in ((0.0, ["--synth"]), (0.2, ["--synth"]), (0.2, [])):
+            with Jack(256), Player(*source, "--delay-ms", "40", loss=loss) as player:
                 time.sleep(2.0)  # clocks are exchanged
                 sound, instants = captured(player, [(n % 7, 0.5) for n in range(count)], 0.1, 0.25)
             tones, played, late = player.counts()
             self.assertEqual((tones, played), (count, count), player.log)
             onsets = [(sound.onset(instant + 0.04), instant) for instant in instants]
             errors_ms = numpy.array([sound.time_of(onset) - instant - 0.04 for onset, instant in onsets if onset is not None]) * 1e3
-            print(f"loss {loss}: {len(errors_ms)} onsets of {count} tones: late by {numpy.median(errors_ms):.3f} ms (median), rms "
+            print(f"{' '.join(source)} loss {loss}: {len(errors_ms)} onsets of {count} tones: late by {numpy.median(errors_ms):.3f} ms (median), rms "
                   f"{errors_ms.std():.3f} ms, p99 {numpy.percentile(abs(errors_ms - numpy.median(errors_ms)), 99):.3f} ms, {late} late")
 
     def test_a_jack_server_that_goes_and_comes_again_is_played_on(self):
