@@ -8,6 +8,7 @@ import { isOk } from './session.js';
 export class ControlPanel {
   #session;
   #parts = {};
+  #written = null;
 
   constructor(holder, session) {
     this.#session = session;
@@ -84,11 +85,19 @@ export class ControlPanel {
     const start = button('● Record', () => this.#toggleRecord(), { id: 'record', 'data-lease': '' });
     const dump = button('Keep last 60 s', () => this.#session.ask({ record: { mode: v1.RecordMode.RECORD_MODE_DUMP } }), { id: 'dump', 'data-lease': '' });
     const recorded = make('p', { class: 'note', id: 'recorder-note' });
-    const recordings = make('select', { id: 'recordings', class: 'grow', 'aria-label': 'Recording', 'data-lease': '' });
-    const replay = button('Replay', () => this.#session.ask({ replay: { file: recordings.value, verify: true } }), { id: 'replay', 'data-lease': '' });
-    const end = button('End', () => this.#session.ask({ replay: {} }), { 'data-lease': '' });
-    Object.assign(this.#parts, { start, recorded, recordings });
-    return group('Recordings', row(start, dump), recorded, row(recordings, replay, end));
+    const recordings = make('select', { id: 'recordings', class: 'grow', 'aria-label': 'Recording', onchange: () => this.#sayHow() });
+    const how = make('p', { class: 'note', id: 'replay-how' });
+    const end = button('End replay', () => this.#session.ask({ replay: {} }), { id: 'replay-end', 'data-lease': '' });
+    Object.assign(this.#parts, { start, recorded, recordings, how, end });
+    return group('Recordings', row(start, dump), recorded, row(recordings, end), how);
+  }
+
+  /** A daemon whose devices play does not replay: that is a program of its own. */
+  #sayHow() {
+    const { recordings, how } = this.#parts;
+    const file = recordings.value;
+    how.replaceChildren(...(file ? ['To see it again, with a slider: ', make('code', {}, `haptic-web --replay ${file}`), '. To compute it again and compare each bit: ',
+      make('code', {}, `hapticctl replay ${file}`), '. The file lies with the daemon’s recordings.'] : []));
   }
 
   #toggleRecord() {
@@ -98,15 +107,24 @@ export class ControlPanel {
 
   /** Names of scenes, gestures and recordings, asked for anew at each connection and scene. */
   async list() {
-    const ask = async (item) => {
-      const result = await this.#session.ask(item, { quiet: true });
-      return isOk(result) && result.listing ? result.listing.names.map((name, i) => [name, result.listing.descriptions[i] ? `${name} · ${result.listing.descriptions[i]}` : name]) : [];
-    };
-    const [scenes, gestures, recordings] = await Promise.all([ask({ list_scenes: {} }), ask({ list_gestures: {} }), ask({ list_recordings: {} })]);
+    const [scenes, gestures, recordings] = await Promise.all([this.#names({ list_scenes: {} }), this.#names({ list_gestures: {} }), this.#names({ list_recordings: {} })]);
     fill(this.#parts.scenes, scenes, this.#session.scene?.name);
     fill(this.#parts.gestures, gestures);
     fill(this.#parts.recordings, recordings);
+    this.#sayHow();
     await this.parameters.load();
+  }
+
+  /** What has just been written can be replayed. */
+  async #offer(recording) {
+    fill(this.#parts.recordings, await this.#names({ list_recordings: {} }), recording);
+    this.#sayHow();
+  }
+
+  /** [[name, text to show], ...] of a listing; empty when it is refused. */
+  async #names(item) {
+    const result = await this.#session.ask(item, { quiet: true });
+    return isOk(result) && result.listing ? result.listing.names.map((name, i) => [name, result.listing.descriptions[i] ? `${name} · ${result.listing.descriptions[i]}` : name]) : [];
   }
 
   refresh() {
@@ -118,16 +136,20 @@ export class ControlPanel {
     document.querySelectorAll('[data-lease]').forEach((element) => { element.disabled = !controls; });
     start.textContent = recorder?.state === v1.RecordState.RECORD_STATE_RECORDING ? '■ End recording' : '● Record';
     recorded.textContent = recorderText(recorder);
+    const written = recorder?.state === v1.RecordState.RECORD_STATE_WRITTEN ? recorder.file : null;
+    if (written && written !== this.#written) this.#offer(written);
+    this.#written = written;
   }
 
   /** What the newest State says about quality and gesture. */
   show(state) {
-    const { inForce, gestureName, progress } = this.#parts;
+    const { inForce, gestureName, progress, end } = this.#parts;
     const quality = state.quality;
     if (quality) inForce.textContent = `level ${quality.level}${quality.automatic ? ', automatic' : ''} · ${quality.substeps} sub-steps`;
     const gesture = state.gestures[0];
     gestureName.textContent = gesture ? `${gesture.name}, ${gesture.repeated_count} done` : 'no gesture plays';
     progress.value = gesture?.progress ?? 0;
+    end.hidden = !state.replay;
   }
 }
 
