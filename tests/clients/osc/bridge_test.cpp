@@ -5,6 +5,8 @@
 #include <doctest/doctest.h>
 #include <lo/lo.h>
 
+#include <cstdint>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -55,10 +57,15 @@ class Listener {
                   void* self) {
     Heard heard{path, types, {}, {}, {}};
     for (int i = 0; i < count; ++i) {
+      // liblo points into the message, where 4 bytes are all the alignment there is.
+      const void* const raw = values[i];
       const bool is_text = types[i] == 's';
-      heard.texts.push_back(is_text ? &values[i]->s : "");
-      const double number = types[i] == 'i' ? values[i]->i : static_cast<double>(values[i]->f);
-      heard.numbers.push_back(is_text ? 0.0 : number);
+      heard.texts.push_back(is_text ? static_cast<const char*>(raw) : "");
+      std::int32_t whole = 0;
+      float real = 0.0F;
+      if (types[i] == 'i') std::memcpy(&whole, raw, sizeof whole);
+      if (types[i] == 'f') std::memcpy(&real, raw, sizeof real);
+      heard.numbers.push_back(whole + static_cast<double>(real));
     }
     const lo_timetag when = lo_message_get_timestamp(from);
     heard.when = {when.sec, when.frac};

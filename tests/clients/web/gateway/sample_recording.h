@@ -10,7 +10,7 @@
 
 namespace hapticd::test {
 
-/// Little-endian `value` in `bytes` bytes.
+/// Little-endian `value` in `bytes` bytes, 8 at most.
 inline std::string little(std::uint64_t value, int bytes) {
   std::string text;
   for (int i = 0; i < bytes; ++i) text += static_cast<char>(value >> (8 * i) & 0xff);
@@ -48,7 +48,7 @@ class SampleRecording {
   [[nodiscard]] std::string bytes(bool finished = true) const {
     const std::string magic("\x89MCAP0\r\n", 8);
     std::string all = magic + record(1, prefixed("") + prefixed("test")) + file_ + records_;
-    if (finished) all += record(15, little(0, 4)) + record(2, little(0, 20)) + magic;
+    if (finished) all += record(15, little(0, 4)) + record(2, std::string(20, '\0')) + magic;
     return all;
   }
   void save(const std::string& path, bool finished = true) const {
