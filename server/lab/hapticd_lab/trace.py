@@ -19,6 +19,7 @@ class Trace:
     t_s: numpy.ndarray  # n, from 0
     force_n: numpy.ndarray  # n x 3
     torque_n_m: numpy.ndarray  # n x 3
+    unlimited_force_n: numpy.ndarray  # n x 3, before the safety stage
     cpu_us: numpy.ndarray  # n, thread CPU time of the tick
     p_wh_m: numpy.ndarray  # n x 3
     q_wh: numpy.ndarray  # n x 4, w x y z
@@ -32,8 +33,12 @@ class Trace:
     flags: List[frozenset]  # n, names of ToolFlags
     object_force_n: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n x 3 by object that was ever in contact
     regions: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n, separate regions that bear force
+    contact_m: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n x 3, middle of the contacts that bear force
     deflection_m: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n x 3 by string that was ever awake
-    events: List[Any] = field(default_factory=list)  # hapticd.Event, in order
+    radius_m: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n, as drawn
+    string_phase: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n, StringPhase; 0 asleep
+    events: List[Any] = field(default_factory=list)  # hapticd.Event that carry an instant, in order
+    began_s: float = 0.0  # instant of the first row by the daemon's clock
 
     def __len__(self) -> int:
         return len(self.tick)
