@@ -1,0 +1,14 @@
+// The commands of hapticd-oracle, one file each. A command is a function that adds its subcommand
+// to the command line; its callback does the work and throws: std::invalid_argument for an option
+// that makes no sense (exit code 2), std::runtime_error for input that is bad (exit code 1), or
+// CLI::RuntimeError(1) when it has said itself what is wrong. Not RT.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace hapticd {
+
+/// poses: the path of a gesture, tick by tick.
+void add_poses_command(CLI::App& app);
+
+}  // namespace hapticd
