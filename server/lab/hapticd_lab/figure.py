@@ -12,11 +12,20 @@ DEVIATES = "deviates"
 UNCHECKABLE = "cannot be checked"
 """Of a claim that only the paper's pictures state: the text has no number."""
 
+WORDS = "words"
+"""Source of a claim: the paper's text says it in words; the bound in numbers is ours."""
+NUMBER = "number"
+"""The paper's text says it with the number."""
+PICTURE = "picture"
+"""Only a picture of the paper shows it."""
+OURS = "ours"
+"""The paper does not ask for it."""
+
 
 @dataclass(frozen=True)
 class Claim:
     """One sentence with a number. `demanded` says the bound in words, `held` whether it was met; a claim that cannot be checked has
-    held None. `note`: why it deviates, or where the bound comes from."""
+    held None. `note`: why it deviates, or where the bound comes from. `source`: WORDS, NUMBER, PICTURE or OURS."""
 
     text: str
     measured: str
@@ -25,25 +34,31 @@ class Claim:
     value: float = math.nan
     unit: str = ""
     note: str = ""
+    source: str = WORDS
 
     @property
     def verdict(self) -> str:
         return UNCHECKABLE if self.held is None else REPRODUCED if self.held else DEVIATES
 
 
-def at_most(text: str, value: float, bound: float, unit: str, note: str = "") -> Claim:
+def at_most(text: str, value: float, bound: float, unit: str, note: str = "", source: str = WORDS) -> Claim:
     """value <= bound; NaN never is."""
-    return Claim(text, f"{value:.4g} {unit}".strip(), f"<= {bound:.4g} {unit}".strip(), bool(value <= bound), value, unit, note)
+    return Claim(text, f"{value:.4g} {unit}".strip(), f"<= {bound:.4g} {unit}".strip(), bool(value <= bound), value, unit, note, source)
 
 
-def at_least(text: str, value: float, bound: float, unit: str, note: str = "") -> Claim:
+def at_least(text: str, value: float, bound: float, unit: str, note: str = "", source: str = WORDS) -> Claim:
     """value >= bound; NaN never is."""
-    return Claim(text, f"{value:.4g} {unit}".strip(), f">= {bound:.4g} {unit}".strip(), bool(value >= bound), value, unit, note)
+    return Claim(text, f"{value:.4g} {unit}".strip(), f">= {bound:.4g} {unit}".strip(), bool(value >= bound), value, unit, note, source)
 
 
-def is_so(text: str, held: bool, measured: str, demanded: str, note: str = "") -> Claim:
+def is_so(text: str, held: bool, measured: str, demanded: str, note: str = "", source: str = WORDS) -> Claim:
     """What is no number."""
-    return Claim(text, measured, demanded, bool(held), note=note)
+    return Claim(text, measured, demanded, bool(held), note=note, source=source)
+
+
+def cannot_check(text: str, why: str, measured: str = "") -> Claim:
+    """What only a picture of the paper shows; `measured`: what is seen here."""
+    return Claim(text, measured, "", None, note=why, source=PICTURE)
 
 
 @dataclass

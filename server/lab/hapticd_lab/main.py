@@ -1,0 +1,36 @@
+"""The command line of hapticd-lab: one entry of COMMANDS for each command, each with --output DIR."""
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from typing import List, Optional
+
+COMMANDS = {"repro": "hapticd_lab.repro"}
+"""Command to the module that has it: SUMMARY, describe(parser) and run(options) -> exit code."""
+
+
+def parser() -> argparse.ArgumentParser:
+    """All commands with their options."""
+    top = argparse.ArgumentParser(
+        prog="hapticd-lab", description="Sessions with a real hapticd in lockstep, measured: the figures of the paper, reproduced.",
+        epilog="hapticd-lab COMMAND --help says more. man hapticd-lab")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, module_name in COMMANDS.items():
+        module = importlib.import_module(module_name)
+        one = commands.add_parser(name, help=module.SUMMARY, description=module.__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+        module.describe(one)
+        one.set_defaults(run=module.run)
+    return top
+
+
+def main(arguments: Optional[List[str]] = None) -> int:
+    """Runs a command; exit code of the process."""
+    options = parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except OSError as error:
+        print(f"hapticd-lab: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
