@@ -25,6 +25,10 @@ def build_trace(scene_info: Any, states: Sequence[state_pb2.State], events: List
         sphere_tests=numpy.array([state.quality.sphere_tests for state in states]), port_j=numpy.zeros(count),
         stiffness_scale=numpy.ones(count), flags=[frozenset()] * count, events=[event for event in events if _within(event, states)])
     trace.began_s = float(trace.t_s[0]) if count else 0.0
+    coupling = next(tool.coupling for tool in scene_info.scene.tools if tool.tool_id == tool_id)
+    trace.kt_n_per_m, trace.length_m = coupling.kt_n_per_m, coupling.length_m
+    trace.strings = list(scene_info.scene.strings)
+    trace.contact_stiffness_n_per_m = max((string.contact_stiffness_n_per_m for string in trace.strings), default=0.0)
     trace.t_s -= trace.began_s
     names = {kind: [each.name for each in getattr(scene_info.scene, kind)] for kind in ("strings", "bodies", "lines")}
     for row, state in enumerate(states):

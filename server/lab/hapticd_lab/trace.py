@@ -39,6 +39,10 @@ class Trace:
     string_phase: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n, StringPhase; 0 asleep
     events: List[Any] = field(default_factory=list)  # hapticd.Event that carry an instant, in order
     began_s: float = 0.0  # instant of the first row by the daemon's clock
+    kt_n_per_m: float = 1000.0  # coupling of the tool, before the stiffness clamp
+    length_m: float = 0.032  # that makes kr = kt l^2
+    contact_stiffness_n_per_m: float = 1000.0  # kc, the largest any string has in contact
+    strings: List[Any] = field(default_factory=list)  # scene.String, in order
 
     def __len__(self) -> int:
         return len(self.tick)

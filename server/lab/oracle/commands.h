@@ -8,6 +8,8 @@
 
 namespace hapticd {
 
+/// gesture: a gesture as data.
+void add_gesture_command(CLI::App& app);
 /// poses: the path of a gesture, tick by tick.
 void add_poses_command(CLI::App& app);
 

@@ -36,16 +36,20 @@ std::vector<TimedPose> follow_track(const GestureTrack& track, std::int64_t peri
   return poses;
 }
 
-GestureMotion load_motion(const std::string& gesture, const std::string& data,
-                          const SceneDescription& scene, const ToolDescription& tool) {
+v1::Gesture load_checked_gesture(const std::string& gesture, const std::string& data) {
   const GestureFolders folders = data.empty()
                                      ? installed_gestures()
                                      : GestureFolders{std::filesystem::path(data) / "gestures"};
-  const GestureResult loaded = load_gesture(gesture, folders);
+  GestureResult loaded = load_gesture(gesture, folders);
   if (!loaded.gesture) throw std::runtime_error(faults_of(loaded.problems));
+  return std::move(*loaded.gesture);
+}
+
+GestureMotion load_motion(const std::string& gesture, const std::string& data,
+                          const SceneDescription& scene, const ToolDescription& tool) {
   const WorkspaceMap& map = tool.workspace;
   MotionResult result =
-      resolve_gesture(*loaded.gesture, tool.tool_id, scene,
+      resolve_gesture(load_checked_gesture(gesture, data), tool.tool_id, scene,
                       [&map](const Pose& X_WH) { return to_device(map, WorkspaceState{}, X_WH); });
   if (any_fault(result.problems)) {
     throw std::runtime_error(gesture + " does not fit the scene " + scene.name + ":\n" +

@@ -9,6 +9,7 @@
 #include "core/math/pose.h"
 #include "core/scene/scene_description.h"
 #include "device/simulated/gesture.h"
+#include "hapticd/v1/gesture.pb.h"
 
 namespace hapticd {
 
@@ -22,6 +23,10 @@ struct TimedPose {
 /// at that instant or up to a period later. `track` is not empty.
 [[nodiscard]] std::vector<TimedPose> follow_track(const GestureTrack& track,
                                                   std::int64_t period_ns);
+
+/// A gesture by name or file, checked, its defaults filled in; `data` as in SceneOption. Throws
+/// std::runtime_error with all faults.
+[[nodiscard]] v1::Gesture load_checked_gesture(const std::string& gesture, const std::string& data);
 
 /// The motion of a tool in a gesture (the name of one in the folder, or a file), as the daemon
 /// finds it. Throws std::runtime_error with all faults, also when the tool has no part in it.

@@ -17,6 +17,7 @@ constexpr int kUsageBad = 2;
 
 /// All commands, in the order of the help.
 constexpr std::array kCommands{
+    hapticd::add_gesture_command,
     hapticd::add_poses_command,
 };
 
