@@ -3,12 +3,13 @@ from __future__ import annotations
 
 import pathlib
 import tempfile
-from typing import Any, Optional
+from typing import Any, Callable, Optional
 
 import numpy
 from google.protobuf import text_format
 
-from hapticd.v1 import gesture_pb2, scene_pb2
+import hapticd
+from hapticd.v1 import device_profile_pb2, gesture_pb2, scene_pb2
 from hapticd_lab import oracle, player
 from hapticd_lab.judgement import Judgement, judge
 from hapticd_lab.player import Hand, Setup
@@ -69,6 +70,17 @@ class Lab:
         path = pathlib.Path(self._scratch.name) / f"{gesture.name}.textproto"
         path.write_text(text_format.MessageToString(gesture))
         return oracle.poses(path, scene)
+
+    def profile(self, name: str, change: Callable[[device_profile_pb2.DeviceProfile], None]) -> str:
+        """The simulated device of every session, changed, as a file."""
+        path = pathlib.Path(self._scratch.name) / f"{name}.textproto"
+        if not path.exists():
+            with player.Daemon("--clock", "virtual", "--scene", "wall") as daemon, hapticd.Session(daemon.address) as session:
+                profile = session.devices()[0].profile
+            profile.name = name
+            change(profile)
+            path.write_text(text_format.MessageToString(profile))
+        return str(path)
 
     def play(self, setup: Setup, poses: numpy.ndarray, name: Optional[str] = None, timed: bool = False) -> Trace:
         """The scripted device along the poses. `name`: recorded under it, for judge(). `timed`: what ticks cost is measured anew on the

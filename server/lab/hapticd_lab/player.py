@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import pathlib
+import shutil
 import signal
 import socket
 import subprocess
 import tempfile
-from dataclasses import dataclass, field
-from typing import Any, Callable, Dict, Optional, Sequence
+from dataclasses import dataclass
+from typing import Any, Callable, Optional, Sequence
 
 import numpy
 from google.protobuf import text_format
@@ -27,6 +28,7 @@ START_TIMEOUT_S = 60.0
 ENGAGE_S = 0.3
 """The first pose is held so long before a motion begins: force comes on within 200 ms."""
 LONGEST_GESTURE_S = 600.0
+RECORDING = "session.mcap"
 
 
 class DaemonError(RuntimeError):
@@ -60,6 +62,7 @@ class Daemon:
             probe.bind(("127.0.0.1", 0))
             self.address = f"127.0.0.1:{probe.getsockname()[1]}"
         self._state = tempfile.TemporaryDirectory(prefix="hapticd-lab-")
+        self._recording: Optional[pathlib.Path] = None
         self._process = subprocess.Popen([program or oracle.find_program("hapticd"), "--listen", self.address, *options],
                                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                          env=dict(os.environ, XDG_STATE_HOME=self._state.name))
@@ -73,6 +76,11 @@ class Daemon:
         self.__exit__()
         raise DaemonError("hapticd does not start:\n" + "".join(said))
 
+    def record(self, session: hapticd.Session, recording: pathlib.Path) -> None:
+        """Records from now on; the file is there after the block."""
+        session.record("START", RECORDING)
+        self._recording = recording
+
     def __exit__(self, *_: object) -> None:
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGTERM)
@@ -82,6 +90,8 @@ class Daemon:
                 self._process.kill()
         self._process.stdout.close()
         self._process.wait()
+        if self._recording is not None:
+            shutil.move(pathlib.Path(self._state.name) / "hapticd/recordings" / RECORDING, self._recording)
         self._state.cleanup()
 
 
@@ -104,15 +114,12 @@ def play_path(setup: Setup, poses: numpy.ndarray, recording: Optional[pathlib.Pa
             load(session, setup)
             session.subscribe(1, SECTIONS, CONTACTS)
             if recording is not None:
-                recording.unlink(missing_ok=True)
-                session.record("START", str(recording.resolve()))
+                daemon.record(session, recording)
             held = int(ENGAGE_S * 1e3)
             session.run(poses=[poses[0]] * held, tool_id=setup.tool_id)
             session.run(poses=poses, tool_id=setup.tool_id)
             last = session.run(steps=1).next_tick - 1
             states = _states_until(session, last)
-            if recording is not None:
-                session.record("STOP")
             return build_trace(session.scene, states[-len(poses) - 1:-1], list(session.events(timeout=0)), setup.tool_id)
 
 
@@ -130,15 +137,12 @@ def play_hand(setup: Setup, gesture: gesture_pb2.Gesture, hand: Hand, recording:
             load(session, setup)
             session.subscribe(1, SECTIONS, CONTACTS)
             if recording is not None:
-                recording.unlink(missing_ok=True)
-                session.record("START", str(recording.resolve()))
+                daemon.record(session, recording)
             session.run(steps=int(ENGAGE_S * 1e3))
             session.play_gesture(gesture, arm=hand.arm, seed=hand.seed, repeat=1)
             states = []
             while not states or (states[-1].gestures and len(states) < LONGEST_GESTURE_S * 1e3):
                 states += _states_until(session, session.run(steps=500).next_tick - 1)
-            if recording is not None:
-                session.record("STOP")
             playing = [state for state in states if state.gestures and state.gestures[0].progress > 0.0]
             return build_trace(session.scene, playing, list(session.events(timeout=0)), setup.tool_id)
 

@@ -79,7 +79,7 @@ def _cost(axis: Any, trace: Trace) -> None:
     axis.axhline(PERIOD_US, color="#d1352b", linewidth=0.9, linestyle="--")
     axis.set_yscale("log")
     axis.yaxis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:g}"))
-    p50, p99, most = (numpy.percentile(trace.cpu_us, q) for q in (50, 99, 100)) if len(trace) else (numpy.nan,) * 3
+    p50, p99, most = (numpy.nanpercentile(trace.cpu_us, q) for q in (50, 99, 100)) if numpy.isfinite(trace.cpu_us).any() else (numpy.nan,) * 3
     axis.set_title(f"median {p50:.3g}, p99 {p99:.3g}, max {most:.3g} \N{MICRO SIGN}s; dashed: 1 ms", loc="right", fontsize=7.5, color="#444444")
 
 

@@ -16,22 +16,27 @@ MOST_N = 0.02
 WINDOW_S = 0.1
 LASTING_WINDOWS = 3
 AROUND_SLIP_S = 0.05
+RESTING_M_PER_S = 0.005
+"""Slower than this on the average of a window, the hand rests."""
 PASSIVITY_J = 0.004
 """What the safety stage lets pass before it intervenes."""
 
 
 @dataclass
 class Stability:
-    """`vibration_n`: the largest rms in the band that lasts; `energy_j`: most net energy given to the hand; `allowed_j`: what it may be:
-    the safety stage's margin, and the modal energy of the strings that sounded."""
+    """`resting_n`, `sliding_n`: the largest rms in the band that lasts, while the hand rests and while it moves; `energy_j`: most net energy
+    given to the hand; `allowed_j`: what it may be: the safety stage's margin, and the modal energy of the strings that sounded; `limited`: ticks in
+    which the safety stage had to take energy out."""
 
-    vibration_n: float
+    resting_n: float
+    sliding_n: float
     energy_j: float
     allowed_j: float
+    limited: int
 
     @property
     def stable(self) -> bool:
-        return self.vibration_n <= MOST_N and self.energy_j <= self.allowed_j
+        return self.resting_n <= MOST_N and self.energy_j <= self.allowed_j and self.limited == 0
 
 
 def contact_force(trace: Trace) -> numpy.ndarray:
@@ -48,23 +53,30 @@ def losses(trace: Trace) -> Sequence[int]:
     return sorted(rows)
 
 
+def _lasting(squares: numpy.ndarray, counts: numpy.ndarray, window: int) -> float:
+    """Largest rms over windows that is kept up for LASTING_WINDOWS of them; windows of which less than half counts are 0."""
+    count = len(squares) // window
+    weights = counts[:count * window].reshape(count, window).sum(axis=1)
+    sums = numpy.where(counts, squares, 0.0)[:count * window].reshape(count, window).sum(axis=1)
+    rms = numpy.sqrt(numpy.divide(sums, weights, out=numpy.zeros(count), where=weights > window // 2))
+    return max((float(rms[k:k + LASTING_WINDOWS].min()) for k in range(count - LASTING_WINDOWS + 1)), default=0.0)
+
+
 def measure(trace: Trace, string_energy_j: float) -> Stability:
     """Of a session with a simulated hand. `string_energy_j`: what its strings rang with, all releases together."""
     period = float(numpy.median(numpy.diff(trace.t_s)))
     window = max(1, round(WINDOW_S / period))
     sections = signal.butter(4, BAND_HZ, "bandpass", fs=1.0 / period, output="sos")
-    band = signal.sosfiltfilt(sections, contact_force(trace), axis=0)
+    squares = numpy.sum(signal.sosfiltfilt(sections, contact_force(trace), axis=0) ** 2, axis=1)
     quiet = numpy.ones(len(trace), bool)
     around = round(AROUND_SLIP_S / period)
     for row in losses(trace):
         quiet[max(0, row - around):row + around] = False
-    squares = numpy.where(quiet, numpy.sum(band ** 2, axis=1), 0.0)
-    count = len(trace) // window
-    weights = quiet[:count * window].reshape(count, window).sum(axis=1)
-    sums = squares[:count * window].reshape(count, window).sum(axis=1)
-    rms = numpy.sqrt(numpy.divide(sums, weights, out=numpy.zeros(count), where=weights > window // 2))
-    lasting = [float(rms[k:k + LASTING_WINDOWS].min()) for k in range(count - LASTING_WINDOWS + 1)]
-    return Stability(max(lasting, default=0.0), float(trace.port_j.max() - trace.port_j[0]), PASSIVITY_J + string_energy_j)
+    places = numpy.stack([numpy.convolve(column, numpy.ones(window) / window, "same") for column in trace.p_wh_m.T], axis=1)
+    resting = numpy.linalg.norm(numpy.gradient(places, period, axis=0), axis=1) < RESTING_M_PER_S
+    return Stability(_lasting(squares, quiet & resting, window), _lasting(squares, quiet & ~resting, window),
+                     float(trace.port_j.max() - trace.port_j[0]), PASSIVITY_J + string_energy_j,
+                     sum("PASSIVITY_LIMITED" in flags for flags in trace.flags))
 
 
 def modal_energy_j(tension_n: float, amplitude_m: float, length_m: float) -> float:
