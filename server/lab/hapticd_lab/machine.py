@@ -9,6 +9,8 @@ import re
 import subprocess
 from typing import Dict
 
+from hapticd_lab.oracle import find_program
+
 
 def _first(path: str, pattern: str) -> str:
     try:
@@ -45,7 +47,7 @@ def facts() -> Dict[str, str]:
         "processor": f"{_first('/proc/cpuinfo', r'^model name.*: (.*)')}, {cores} {'core' if cores == 1 else 'cores'}",
         "memory": f"{megabytes} MB",
         "system": f"{_first('/etc/os-release', r'^PRETTY_NAME=.(.*).$')}, Linux {platform.release()}",
-        "hapticd": _output(os.environ.get("HAPTICD", "hapticd"), "--version") or "unknown",
+        "hapticd": _output(find_program("hapticd"), "--version") or "unknown",
         "commit": _commit(),
         "python": f"{platform.python_version()}, {libraries}",
         "load at the start": f"{os.getloadavg()[0]:.2f}",

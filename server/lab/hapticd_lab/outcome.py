@@ -39,8 +39,15 @@ class Outcome:
         return sum(claim.verdict == verdict for claim in self.claims)
 
     @property
+    def deviations(self) -> List[str]:
+        """Texts of the claims that do not hold."""
+        return [claim.text for claim in self.claims if claim.verdict == DEVIATES]
+
+    @property
     def counts(self) -> str:
         """12 of 14 claims hold, 1 cannot be checked."""
+        if not self.claims:
+            return "none"
         checked = self.count(REPRODUCED) + self.count(DEVIATES)
         rest = f", {self.count(UNCHECKABLE)} cannot be checked" if self.count(UNCHECKABLE) else ""
         return f"{self.count(REPRODUCED)} of {checked} claims hold{rest}"

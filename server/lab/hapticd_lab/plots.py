@@ -11,7 +11,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import numpy  # noqa: E402
-from matplotlib import pyplot, ticker  # noqa: E402
+from matplotlib import lines as lines_module, pyplot, ticker  # noqa: E402
 
 from hapticd_lab.trace import AXES, Trace  # noqa: E402
 
@@ -19,9 +19,14 @@ AXIS_COLORS = ("#d1352b", "#1b8a3a", "#1f5fbf")
 AXIS_STYLES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)))
 OBJECT_COLORS = ("#444444", "#e69f00", "#56b4e9", "#cc79a7", "#009e73", "#d55e00", "#0072b2", "#b8a800")
 """Okabe and Ito: told apart by colour-blind eyes too; the name stands beside each strip anyway."""
+LEAST_FORCE_N, LEAST_TORQUE_N_M = 0.01, 1e-3
+"""Smaller axes would make mountains of rounding."""
+TONE_COLOR = "#7a3fa0"
 PERIOD_US = 1000.0
 """The tick's millisecond."""
 COLUMN_INCHES = 5.4
+WIDTH_INCHES = 10.0
+"""Of a page; a single run takes all of it."""
 STYLE = {
     "font.family": "sans-serif", "font.size": 9.0, "axes.titlesize": 9.5, "axes.labelsize": 9.0, "legend.fontsize": 8.0,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.linewidth": 0.4, "grid.alpha": 0.5,
@@ -55,32 +60,43 @@ def readable(name: str) -> str:
     return name if len(name) <= 22 else name[:21] + "\N{HORIZONTAL ELLIPSIS}"
 
 
-def _components(axis: Any, t_s: numpy.ndarray, table: numpy.ndarray) -> None:
+def _components(axis: Any, t_s: numpy.ndarray, table: numpy.ndarray, least: float) -> None:
     for i, name in enumerate(AXES):
         axis.plot(t_s, table[:, i], color=AXIS_COLORS[i], linestyle=AXIS_STYLES[i], label=name)
     axis.axhline(0.0, color="#888888", linewidth=0.5, zorder=0)
+    low, high = axis.get_ylim()
+    axis.set_ylim(min(low, -least), max(high, least))
 
 
 def _tones(axis: Any, trace: Trace) -> None:
     tones = [event.body for event in trace.events if event.kind == "tone"]
+    if not tones:
+        return  # a line without points would pull the layout into the corner
     times = [tone.t_ns * 1e-9 - trace.began_s for tone in tones]
-    axis.plot(times, [1.0] * len(times), "v", color="#7a3fa0", markersize=4.5, transform=axis.get_xaxis_transform(), clip_on=False, zorder=5)
+    axis.plot(times, [1.0] * len(times), "v", color=TONE_COLOR, markersize=4.5, transform=axis.get_xaxis_transform(), clip_on=False, zorder=5)
     last = -numpy.inf
     width = float(trace.t_s[-1] - trace.t_s[0]) if len(trace) else 0.0
     for time, tone in zip(times, tones):
         if time - last > 0.03 * width:  # labels that would cover each other are left out
             axis.annotate(f"{tone.string_index + 1}", (time, 1.0), xycoords=axis.get_xaxis_transform(), xytext=(0, 5),
-                          textcoords="offset points", ha="center", fontsize=7, color="#7a3fa0", annotation_clip=False)
+                          textcoords="offset points", ha="center", fontsize=7, color=TONE_COLOR, annotation_clip=False)
             last = time
 
 
 def _cost(axis: Any, trace: Trace) -> None:
-    axis.plot(trace.t_s, trace.cpu_us, color="#555555", linewidth=0.6)
+    known = trace.cpu_us > 0.0  # NaN and 0: not measured
     axis.axhline(PERIOD_US, color="#d1352b", linewidth=0.9, linestyle="--")
     axis.set_yscale("log")
+    axis.set_ylim(1.0, 3.0 * PERIOD_US)
     axis.yaxis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:g}"))
-    p50, p99, most = (numpy.nanpercentile(trace.cpu_us, q) for q in (50, 99, 100)) if numpy.isfinite(trace.cpu_us).any() else (numpy.nan,) * 3
-    axis.set_title(f"median {p50:.3g}, p99 {p99:.3g}, max {most:.3g} \N{MICRO SIGN}s; dashed: 1 ms", loc="right", fontsize=7.5, color="#444444")
+    if not known.any():
+        axis.set_title("not measured: virtual time; dashed: 1 ms", loc="right", fontsize=7.5, color="#444444")
+        return
+    axis.plot(trace.t_s, numpy.where(known, trace.cpu_us, numpy.nan), color="#555555", linewidth=0.6)
+    axis.set_ylim(0.5 * trace.cpu_us[known].min(), max(2.0 * trace.cpu_us[known].max(), 2.0 * PERIOD_US))
+    p50, p99, most = numpy.percentile(trace.cpu_us[known], (50, 99, 100))
+    under = 100.0 * (trace.cpu_us[known] < PERIOD_US).mean()
+    axis.set_title(f"median {p50:.3g}, p99 {p99:.3g}, max {most:.4g} \N{MICRO SIGN}s, {under:.4g} % under 1 ms (dashed)", loc="right", fontsize=7.5, color="#444444")
 
 
 def _strips(axis: Any, trace: Trace, names: Sequence[str]) -> None:
@@ -106,19 +122,19 @@ def touched_names(runs: Dict[str, Trace]) -> List[str]:
 def draw_runs(runs: Dict[str, Trace], title: str) -> Picture:
     """The figure of one or more runs, a column for each. Cost: about 1 s for each 10 000 ticks."""
     names = touched_names(runs)
-    heights = [2.0, 2.0, 1.3] + ([0.25 + 0.19 * len(names)] if names else [])
+    heights = [2.0, 2.0, 1.3] + ([max(0.5, 0.3 + 0.19 * len(names))] if names else [])
     with pyplot.rc_context(STYLE):
         figure, table = pyplot.subplots(
             len(heights), len(runs), sharex="col", sharey="row", squeeze=False, constrained_layout=True,
-            figsize=(max(COLUMN_INCHES * len(runs), 6.6), sum(heights) + 1.1), gridspec_kw={"height_ratios": heights})
-        figure.suptitle(title, fontsize=10.5, fontweight="bold")
+            figsize=(max(COLUMN_INCHES * len(runs), WIDTH_INCHES), sum(heights) + 1.1), gridspec_kw={"height_ratios": heights})
+        figure.suptitle(title, fontsize=10.5, fontweight="bold", x=0.01, ha="left")
         for column, (heading, trace) in enumerate(runs.items()):
             axes = table[:, column]
-            _components(axes[0], trace.t_s, trace.force_n)
+            _components(axes[0], trace.t_s, trace.force_n, LEAST_FORCE_N)
             _tones(axes[0], trace)
-            _components(axes[1], trace.t_s, trace.torque_n_m)
+            _components(axes[1], trace.t_s, trace.torque_n_m, LEAST_TORQUE_N_M)
             _cost(axes[2], trace)
-            axes[0].set_title(heading, loc="left", fontweight="bold")
+            axes[0].set_title(heading, loc="left", fontweight="bold", pad=13.0)
             if names:
                 _strips(axes[3], trace, names)
             axes[-1].set_xlabel("time, s")
@@ -126,7 +142,9 @@ def draw_runs(runs: Dict[str, Trace], title: str) -> Picture:
                 axes[-1].set_xlim(float(trace.t_s[0]), float(trace.t_s[-1]))
         for axis, label in zip(table[:, 0], ("force, N", "torque, N m", "time per tick, \N{MICRO SIGN}s", "")):
             axis.set_ylabel(label)
-        table[0, -1].legend(loc="upper right", ncol=3, handlelength=2.6, framealpha=0.8, borderaxespad=0.2)
+        handles = table[0, 0].get_legend_handles_labels()[0][:3]
+        handles.append(lines_module.Line2D([], [], color=TONE_COLOR, marker="v", linestyle="", markersize=4.5))
+        figure.legend(handles, [*AXES, "tone, with the number of its string"], loc="upper right", ncol=4, handlelength=2.6, frameon=False, borderaxespad=0.2)
     return Picture(figure)
 
 
@@ -161,7 +179,7 @@ def _panel(axis: Any, panel: Panel) -> None:
     for label, value in (panel.bounds or {}).items():
         axis.axhline(value, color="#d1352b", linewidth=0.9, linestyle="--", label=label)
     for label, value in (panel.marks or {}).items():
-        axis.axvline(value, color="#7a3fa0", linewidth=0.8, linestyle=":", label=label)
+        axis.axvline(value, color=TONE_COLOR, linewidth=0.8, linestyle=":", label=label)
     axis.set(xlabel=panel.x_label, ylabel=panel.y_label, xscale="log" if panel.log_x else "linear", yscale="log" if panel.log_y else "linear")
     axis.set_title(panel.title, loc="left", fontweight="bold")
     if any(line.label for line in panel.curves) or panel.bounds or panel.marks:

@@ -4,6 +4,7 @@ from __future__ import annotations
 import base64
 import mimetypes
 import pathlib
+import re
 from typing import Any, Dict, List, Sequence
 
 import jinja2
@@ -15,7 +16,7 @@ TEMPLATES = pathlib.Path(__file__).resolve().parent / "templates"
 LARGEST_SVG = 600_000
 """Bytes beyond which a plot is embedded as PNG: browsers draw a long path anew at each scroll."""
 MARKS = {REPRODUCED: "\N{CHECK MARK}", DEVIATES: "\N{NOT EQUAL TO}", UNCHECKABLE: "\N{EN DASH}", FAILED: "\N{MULTIPLICATION X}"}
-SOURCES = {WORDS: "text", NUMBER: "text, number", PICTURE: "picture", OURS: "ours"}
+SOURCES = {WORDS: "text", NUMBER: "number", PICTURE: "picture", OURS: "ours"}
 
 
 def _data_uri(path: pathlib.Path) -> str:
@@ -34,6 +35,17 @@ def _cell(text: Any) -> str:
     return str(text).replace("\\", "\\\\").replace("|", "\\|").replace("\n", " ").replace("<", "&lt;").replace(">", "&gt;")
 
 
+def _pretty(text: Any) -> str:
+    """Signs as they are printed: mu for micro, and those of bounds."""
+    printed = str(text).replace("<=", "\N{LESS-THAN OR EQUAL TO}").replace(">=", "\N{GREATER-THAN OR EQUAL TO}")
+    return re.sub(r"\bu([ms])\b", "\N{MICRO SIGN}\\1", printed)
+
+
+def _is_number(text: str) -> bool:
+    """Whether a cell is set to the right."""
+    return re.match(r"[-+]?[0-9.]+(e[-+]?\d+)?( ?(%|[a-zA-Z/ ]{1,6}))?$", str(text)) is not None
+
+
 def _counts(outcomes: Sequence[Outcome]) -> str:
     found = []
     for verdict, words in ((REPRODUCED, "reproduced"), (DEVIATES, "deviate"), (UNCHECKABLE, "cannot be checked"), (FAILED, "failed")):
@@ -48,7 +60,7 @@ def _counts(outcomes: Sequence[Outcome]) -> str:
 def _environment(escape: bool) -> jinja2.Environment:
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=escape, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
-    environment.filters.update(cell=_cell)
+    environment.filters.update(cell=_cell, pretty=_pretty, is_number=_is_number)
     environment.globals.update(marks=MARKS, sources=SOURCES, REPRODUCED=REPRODUCED, DEVIATES=DEVIATES, UNCHECKABLE=UNCHECKABLE, FAILED=FAILED)
     return environment
 

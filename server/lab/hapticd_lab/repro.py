@@ -69,8 +69,8 @@ def run(options: argparse.Namespace) -> int:
     if options.jobs < 1:
         return _refuse("--jobs wants a number above 0")
     try:
-        videos = {spec.id for spec in selection.chosen(offered, options.video)}
-        specs = offered if options.all else selection.chosen(offered, names)
+        named = selection.chosen(offered, names)
+        specs = offered if options.all else named
     except selection.UnknownFigure as unknown:
         return _refuse(str(unknown))
     options.output.mkdir(parents=True, exist_ok=True)
