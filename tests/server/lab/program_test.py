@@ -1,0 +1,57 @@
+"""hapticd-lab as a program, where it was built: finds its packages by itself, lists, refuses. usage: program_test.py HAPTICD_LAB"""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 else "hapticd-lab"
+
+
+def run(*arguments):
+    """Exit code, stdout, stderr, without help from the environment."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=120, env=environment, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+class Program(unittest.TestCase):
+    def test_lists_its_figures_without_being_told_where_to_write(self):
+        code, out, _ = run("repro", "--list")
+        self.assertEqual(code, 0)
+        ids = [line.split()[0] for line in out.splitlines()]
+        self.assertLessEqual({"F2", "F3", "F4", "F5", "S2.2"}, set(ids))
+
+    def test_help_says_what_exit_codes_mean(self):
+        code, out, _ = run("repro", "--help")
+        self.assertEqual(code, 0)
+        for text in ("--all", "--output", "--jobs", "--video", "--list", "3 some claim deviates"):
+            self.assertIn(text, out)
+
+    def refused(self, *arguments):
+        with tempfile.TemporaryDirectory() as folder:
+            output = pathlib.Path(folder) / "out"
+            code, _, said = run("repro", *arguments, "--output", str(output))
+            self.assertFalse(output.exists(), arguments)
+        self.assertNotIn("Traceback", said)
+        return code, said
+
+    def test_refuses_an_unknown_figure_with_the_list_and_writes_nothing(self):
+        for arguments in (["F3", "F99"], ["--all", "F99"], ["F3", "--video", "F99"]):
+            code, said = self.refused(*arguments)
+            self.assertEqual(code, 1)
+            self.assertIn("there is no figure F99; there are F2, F3", said)
+
+    def test_refuses_what_makes_no_sense(self):
+        for arguments, why in (([], "--all"), (["F3", "--jobs", "0"], "--jobs")):
+            code, said = self.refused(*arguments)
+            self.assertEqual(code, 1)
+            self.assertIn(why, said)
+        self.assertEqual(run("repro", "F3")[0], 1)
+        self.assertEqual(run()[0], 2)
+        self.assertEqual(run("nonsense")[0], 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
