@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "device/simulated/simulated_device.h"
+#include "server/lab/truth/path_run.h"
 #include "server/scene_io/gesture_loader.h"
 #include "server/scene_io/gesture_motion.h"
 #include "server/scene_io/profile_loader.h"
-#include "tests/scenario/path_run.h"
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/scale.h"
 
@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::int64_t kTick_ns = 1'000'000;
 /// The law: the tool never sinks into anything, m.
-constexpr long double kDeepest = -1e-6L;
+constexpr double kDeepest = -1e-6;
 /// Longest play of one gesture, ticks.
 constexpr std::int64_t kLongestPlay = 60'000;
 
@@ -101,7 +101,7 @@ TEST_CASE("the demonstration sounds every string of the Guqin and sinks into not
   PathRun run(scene);
   const std::size_t judged = static_cast<std::size_t>(scaled(500));
   const std::size_t stride = played.X_WH.size() / judged + 1;
-  long double smallest = 1.0L;
+  double smallest = 1.0;
   for (std::size_t tick = 0; tick < played.X_WH.size(); ++tick) {
     if (tick % stride == stride / 2) {
       smallest = std::min(smallest, run.judged_tick(played.X_WH[tick]));

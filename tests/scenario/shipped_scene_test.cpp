@@ -7,7 +7,7 @@
 
 #include "core/modeling/guqin_model.h"
 #include "core/modeling/hand_model.h"
-#include "tests/scenario/path_run.h"
+#include "server/lab/truth/path_run.h"
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
@@ -16,7 +16,7 @@ namespace hapticd::test {
 namespace {
 
 /// The law: the tool never sinks into anything, m.
-constexpr long double kDeepest = -1e-6L;
+constexpr double kDeepest = -1e-6;
 
 const std::vector<std::string> kScenes{"bunny",        "cabin",       "five_fingers",  "guqin",
                                        "guqin_coarse", "guqin_fine",  "single_string", "sphere",

@@ -10,7 +10,7 @@
 
 #include "core/collision/query.h"
 #include "core/modeling/sphere_tree.h"
-#include "tests/support/contact_oracle.h"
+#include "server/lab/truth/contact_oracle.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"
 

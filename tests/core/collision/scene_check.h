@@ -8,7 +8,7 @@
 
 #include "core/collision/query.h"
 #include "core/modeling/sphere_tree.h"
-#include "tests/support/contact_oracle.h"
+#include "server/lab/truth/contact_oracle.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {

@@ -8,7 +8,7 @@
 
 #include "core/modeling/sphere_tree.h"
 #include "core/rendering/configuration_optimiser.h"
-#include "tests/support/contact_oracle.h"
+#include "server/lab/truth/contact_oracle.h"
 
 namespace hapticd::test {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "tests/support/contact_oracle.h"
+#include "server/lab/truth/contact_oracle.h"
 
 namespace hapticd::test {
 namespace {

@@ -1,12 +1,12 @@
 // See contact_oracle.h.
-#include "tests/support/contact_oracle.h"
+#include "server/lab/truth/contact_oracle.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
-namespace hapticd::test {
+namespace hapticd {
 namespace {
 
 using Real = long double;
@@ -316,4 +316,4 @@ long double path_minimum_gap(std::span<const Sphere> from_G, std::span<const Sph
   return best;
 }
 
-}  // namespace hapticd::test
+}  // namespace hapticd

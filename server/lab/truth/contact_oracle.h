@@ -12,7 +12,7 @@
 #include "core/geometry/sphere.h"
 #include "core/math/pose.h"
 
-namespace hapticd::test {
+namespace hapticd {
 
 /// A body: its leaf spheres in B and where it stands.
 struct OracleBody {
@@ -75,4 +75,4 @@ struct OracleResult {
                                            const Pose& X_WT, const OracleObstacles& obstacles,
                                            long double spacing);
 
-}  // namespace hapticd::test
+}  // namespace hapticd

@@ -1,0 +1,50 @@
+// One tool of a scene, led tick by tick, sub-step by sub-step as the loop would (Eq. 5-7), and
+// judged along its whole committed path (path_judge.h). Not RT.
+#pragma once
+
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/scene/scene.h"
+#include "server/lab/truth/path_judge.h"
+
+namespace hapticd {
+
+class PathRun {
+ public:
+  /// The tool begins where the scene says. `scene` must outlive this.
+  explicit PathRun(const Scene& scene, std::size_t tool = 0);
+
+  /// Puts the tool somewhere; no way leads there.
+  void place(const Pose& X_WG) { state_.X_WG = X_WG; }
+  /// Stiffness, options, strings and instrument from now on are those of `settings`.
+  void follow(const ToolScene& settings) { view_ = settings; }
+
+  /// One tick towards X_WH, not judged; dt in s.
+  void tick(const Pose& X_WH, double dt = 1e-3);
+  /// The same, and returns the smallest gap on the way, m; at most kFarthestGap.
+  double judged_tick(const Pose& X_WH, double dt = 1e-3);
+
+  [[nodiscard]] const Pose& X_WG() const noexcept { return state_.X_WG; }
+  [[nodiscard]] const OptimiserState& state() const noexcept { return state_; }
+  [[nodiscard]] const OptimiserResult& result() const noexcept { return result_; }
+  [[nodiscard]] PathJudge& judge() noexcept { return judge_; }
+  /// Names of all objects that have carried force so far.
+  [[nodiscard]] const std::set<std::string>& touched() const noexcept { return touched_; }
+
+ private:
+  void note_touched();
+
+  const Scene& scene_;
+  ToolScene view_;
+  PathJudge judge_;
+  OptimiserState state_;
+  OptimiserResult result_;
+  std::unique_ptr<OptimiserWorkspace> workspace_ = std::make_unique<OptimiserWorkspace>();
+  std::vector<OptimiserState> path_;  ///< of the tick
+  std::set<std::string> touched_;
+};
+
+}  // namespace hapticd
