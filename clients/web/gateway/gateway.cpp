@@ -15,7 +15,7 @@
 #include "clients/web/gateway/access.h"
 #include "clients/web/gateway/asset_store.h"
 #include "clients/web/gateway/metrics.h"
-#include "clients/web/gateway/playback.h"
+#include "clients/web/gateway/recording_source.h"
 
 namespace hapticd::web {
 namespace {
@@ -26,9 +26,6 @@ using boost::system::error_code;
 /// How often the state of the link is looked at, and how many looks make a report.
 constexpr std::chrono::milliseconds kLook{100};
 constexpr int kLooksPerReport = 10;
-/// Step of a recording that plays; told of every tenth.
-constexpr std::chrono::milliseconds kPlaybackStep{10};
-constexpr int kStepsPerPlayback = 10;
 /// Time for goodbyes at the end.
 constexpr std::chrono::milliseconds kFarewell{300};
 
@@ -42,8 +39,6 @@ struct Gateway::Implementation {
   void open_source(const WebOptions& options);
   void look();
   void report(const v1::PageLink& link);
-  void play();
-  void steer(const v1::PagePlayback& wanted);
   std::string metrics();
   void say_goodbye();
 
@@ -54,17 +49,14 @@ struct Gateway::Implementation {
   v1::PageLink last_link;
   int looks = 0;
   std::shared_ptr<DaemonLink> link;
-  std::unique_ptr<Playback> playback;
-  std::int64_t played_ns = 0;
-  int steps = 0;
   // Whoever is still connected at the end refers to the hub from inside the context.
   Hub hub;
   asio::io_context context{1};
   asio::steady_timer link_timer{context};
-  asio::steady_timer playback_timer{context};
   asio::steady_timer farewell_timer{context};
   asio::signal_set signals{context};
   HttpServer server;
+  RecordingSource recordings;
 };
 
 Gateway::Implementation::Implementation(WebOptions given)
@@ -75,21 +67,28 @@ Gateway::Implementation::Implementation(WebOptions given)
                 : ""),
       assets(options.assets),
       hub(hub_options()),
-      server(context, server_options(), hub) {
+      server(context, server_options(), hub),
+      recordings(context, hub, RecordingFolder(options.recordings), [this](const v1::State& state) {
+        // With a daemon the metrics are its own.
+        if (link == nullptr) newest = state;
+      }) {
   open_source(options);
 }
 
 HubOptions Gateway::Implementation::hub_options() {
   HubOptions made;
   made.version = HAPTICD_VERSION;
-  made.source = options.recording.empty() ? v1::PAGE_SOURCE_LIVE : v1::PAGE_SOURCE_RECORDING;
   made.presentation_delay_s = options.presentation_delay_s;
   made.call = [this](const v1::Item& item, client::ResultHandler done) {
     return link != nullptr && link->request(item, std::move(done));
   };
-  made.steer = [this](const v1::PagePlayback& wanted) { steer(wanted); };
+  made.steer = [this](const v1::PagePlayback& wanted) { recordings.steer(wanted); };
+  made.show = [this](const std::string& name, Answer done) {
+    recordings.show(name, std::move(done));
+  };
+  made.recordings = [this] { return recordings.list(); };
   made.daemon_now_ns = [this]() -> std::int64_t {
-    if (playback != nullptr) return playback->shown_t_ns();
+    if (const auto shown_ns = recordings.shown_t_ns()) return *shown_ns;
     return link != nullptr ? link->daemon_now_ns() : 0;
   };
   return made;
@@ -106,19 +105,16 @@ ServerOptions Gateway::Implementation::server_options() {
 }
 
 void Gateway::Implementation::open_source(const WebOptions& given) {
-  PlaybackHandlers shown;
-  shown.state = [this](const v1::State& state) {
-    newest = state;
-    hub.state(state);
-  };
-  shown.item = [this](const v1::Item& item) { hub.item(item); };
   if (!given.recording.empty()) {
-    playback = std::make_unique<Playback>(given.recording, std::move(shown));
+    recordings.open(given.recording);
     return;
   }
   LinkHandlers told;
-  told.state = shown.state;
-  told.item = shown.item;
+  told.state = [this](const v1::State& state) {
+    newest = state;
+    hub.state(state);
+  };
+  told.item = [this](const v1::Item& item) { hub.item(item); };
   told.ended = [this] {
     newest.reset();
     hub.session_ended();
@@ -149,26 +145,6 @@ void Gateway::Implementation::report(const v1::PageLink& now) {
   hub.link(now);
 }
 
-void Gateway::Implementation::play() {
-  const std::int64_t now_ns = client::monotonic_now_ns();
-  if (played_ns != 0) playback->advance(static_cast<double>(now_ns - played_ns) * 1e-9);
-  played_ns = now_ns;
-  if (++steps >= kStepsPerPlayback) {
-    steps = 0;
-    hub.playback(playback->position());
-  }
-  playback_timer.expires_after(kPlaybackStep);
-  playback_timer.async_wait([this](const error_code& cancelled) {
-    if (!cancelled) play();
-  });
-}
-
-void Gateway::Implementation::steer(const v1::PagePlayback& wanted) {
-  if (playback == nullptr) return;
-  playback->steer(wanted);
-  hub.playback(playback->position());
-}
-
 std::string Gateway::Implementation::metrics() {
   Metrics told;
   told.version = HAPTICD_VERSION;
@@ -190,7 +166,7 @@ void Gateway::Implementation::say_goodbye() {
   hub.close_all();
   if (link != nullptr) link->stop();
   link_timer.cancel();
-  playback_timer.cancel();
+  recordings.stop();
   farewell_timer.expires_after(kFarewell);
   farewell_timer.async_wait([this](const error_code&) { context.stop(); });
 }
@@ -211,10 +187,6 @@ void Gateway::run() {
     mine.link->start();
     mine.looks = kLooksPerReport;
     mine.look();
-  } else {
-    mine.playback->begin();
-    mine.hub.playback(mine.playback->position());
-    mine.play();
   }
   mine.context.run();
 }

@@ -26,7 +26,25 @@ SharedBody playback_body(const v1::PagePlayback& playback) {
   return body_of(std::move(event));
 }
 
+SharedBody shown_body(const v1::PageShown& shown) {
+  v1::PageEvent event;
+  *event.mutable_shown() = shown;
+  return body_of(std::move(event));
+}
+
+std::string fault_text(const std::optional<v1::Item>& fault) {
+  if (!fault.has_value()) return "";
+  const std::string& said = fault->fault().message();
+  return said.empty() ? "the daemon has latched a fault" : said;
+}
+
 }  // namespace
+
+v1::PageShown daemon_shown() {
+  v1::PageShown shown;
+  shown.set_source(v1::PAGE_SOURCE_LIVE);
+  return shown;
+}
 
 ViewerId Hub::add(bool control, ViewerPort port) {
   const ViewerId id = ++last_id_;
@@ -44,16 +62,20 @@ void Hub::welcome(ViewerId id, Viewer& viewer) {
   v1::PageWelcome& welcome = *event.mutable_welcome();
   welcome.set_version(options_.version);
   welcome.set_control(viewer.control);
-  welcome.set_source(options_.source);
-  if (scene_.has_value()) welcome.set_scene_hash(scene_->scene_info().hash());
+  welcome.set_source(shown_.source());
+  const Newest& of = newest();
+  if (of.scene.has_value()) welcome.set_scene_hash(of.scene->scene_info().hash());
   welcome.set_presentation_delay_s(options_.presentation_delay_s);
   put(viewer, body_of(std::move(event)));
-  for (const auto* item : {&scene_, &lease_, &recorder_, &fault_}) {
-    if (item->has_value()) put_item(id, viewer, **item);
+  if (shows_recording()) put(viewer, shown_body(shown_));
+  const auto items = {std::cref(of.scene), std::cref(lease_), std::cref(recorder_),
+                      std::cref(of.fault)};
+  for (const std::optional<v1::Item>& item : items) {
+    if (item.has_value()) put_item(id, viewer, *item);
   }
   if (link_.has_value()) put(viewer, link_body(*link_, 0));
   if (playback_.has_value()) put(viewer, playback_body(*playback_));
-  if (state_ != nullptr) put_state(viewer);
+  if (of.state != nullptr) put_state(viewer);
 }
 
 void Hub::remove(ViewerId viewer) {
@@ -80,9 +102,13 @@ void Hub::put(Viewer& viewer, SharedBody body) {
   }
 }
 
+void Hub::put_all(const SharedBody& body) {
+  for (auto& [id, viewer] : viewers_) put(viewer, body);
+}
+
 void Hub::put_state(Viewer& viewer) {
   if (viewer.closing) return;
-  viewer.queue.add_state(state_);
+  viewer.queue.add_state(newest().state);
   if (viewer.port.wake) viewer.port.wake();
 }
 
@@ -116,20 +142,32 @@ std::optional<std::string> Hub::next(ViewerId viewer) {
 
 void Hub::state(const v1::State& state) {
   ++counters_.states;
-  state_ = state_body(state);
+  daemon_.state = state_body(state);
+  if (shows_recording()) return;
   for (auto& [id, viewer] : viewers_) put_state(viewer);
 }
 
-void Hub::remember(const v1::Item& item) {
+void Hub::recorded_state(const v1::State& state) {
+  ++counters_.states;
+  recording_.state = state_body(state);
+  if (!shows_recording()) return;
+  for (auto& [id, viewer] : viewers_) put_state(viewer);
+}
+
+void Hub::remember(const v1::Item& item, Newest& newest) {
   if (item.has_scene_info()) {
-    scene_ = item;
-    fault_.reset();
+    newest.scene = item;
+    newest.fault.reset();
   }
-  if (item.has_record_info()) recorder_ = item;
   if (item.has_fault()) {
-    fault_ = item;
-    if (!item.fault().latched()) fault_.reset();
+    newest.fault = item;
+    if (!item.fault().latched()) newest.fault.reset();
   }
+}
+
+void Hub::remember_daemon(const v1::Item& item) {
+  remember(item, daemon_);
+  if (item.has_record_info()) recorder_ = item;
   if (item.has_lease_info()) {
     lease_ = item;
     if (!item.lease_info().yours()) desk_.lost();
@@ -138,23 +176,55 @@ void Hub::remember(const v1::Item& item) {
 
 void Hub::item(const v1::Item& item) {
   ++counters_.items;
-  remember(item);
+  remember_daemon(item);
   if (item.has_lease_info()) {
     for (auto& [id, viewer] : viewers_) put_item(id, viewer, item);
     return;
   }
-  if (viewers_.empty()) return;
-  const SharedBody body = item_body(item);
-  for (auto& [id, viewer] : viewers_) put(viewer, body);
+  if (shows_recording()) tell_fault();
+  if (shows_recording() && !item.has_record_info()) return;
+  if (!viewers_.empty()) put_all(item_body(item));
+}
+
+void Hub::recorded_item(const v1::Item& item) {
+  ++counters_.items;
+  // Lease and recorder of then are nobody's now.
+  if (item.has_lease_info() || item.has_record_info()) return;
+  remember(item, recording_);
+  if (shows_recording() && !viewers_.empty()) put_all(item_body(item));
+}
+
+void Hub::tell_fault() {
+  const std::string text = fault_text(daemon_.fault);
+  if (text == shown_.daemon_fault()) return;
+  shown_.set_daemon_fault(text);
+  put_all(shown_body(shown_));
+}
+
+void Hub::show(const v1::PageShown& shown) {
+  shown_ = shown;
+  if (shows_recording()) {
+    shown_.set_daemon_fault(fault_text(daemon_.fault));
+  } else {
+    playback_.reset();
+  }
+  recording_ = {};
+  put_all(shown_body(shown_));
+  for (const auto* item : {&newest().scene, &newest().fault}) {
+    if (item->has_value()) put_all(item_body(**item));
+  }
+  if (newest().state == nullptr) return;
+  for (auto& [id, viewer] : viewers_) put_state(viewer);
 }
 
 void Hub::session_ended() {
   // The scene stays: a page goes on showing it, and says that nothing comes.
   desk_.lost();
-  state_.reset();
+  daemon_.state.reset();
   lease_.reset();
   recorder_.reset();
-  fault_.reset();
+  daemon_.fault.reset();
+  if (shows_recording()) tell_fault();
 }
 
 void Hub::link(const v1::PageLink& link) {
@@ -166,8 +236,7 @@ void Hub::link(const v1::PageLink& link) {
 
 void Hub::playback(const v1::PagePlayback& playback) {
   playback_ = playback;
-  const SharedBody body = playback_body(playback);
-  for (auto& [id, viewer] : viewers_) put(viewer, body);
+  put_all(playback_body(playback));
 }
 
 void Hub::take(ViewerId id, std::string_view message) {
@@ -189,6 +258,24 @@ void Hub::take(ViewerId id, std::string_view message) {
     event.mutable_pong()->set_sent_s(request.ping().sent_s());
     event.mutable_pong()->set_daemon_t_ns(options_.daemon_now_ns ? options_.daemon_now_ns() : 0);
     put(viewer, body_of(std::move(event)));
+  } else if (request.has_show()) {
+    show(id, viewer, request.id(), request.show());
+  } else if (request.has_list_recordings()) {
+    v1::Result result = made_result(v1::RESULT_CODE_OK, "");
+    if (options_.recordings) *result.mutable_listing() = options_.recordings();
+    answer(id, request.id(), std::move(result));
+  }
+}
+
+void Hub::show(ViewerId id, const Viewer& viewer, std::uint64_t request_id,
+               const v1::PageShow& wanted) {
+  if (const auto refused = desk_.refuse_show(id, viewer.control)) {
+    ++counters_.refused;
+    answer(id, request_id, *refused);
+  } else if (options_.show) {
+    options_.show(wanted.recording(), [this, id, request_id](const v1::Result& result) {
+      answer(id, request_id, result);
+    });
   }
 }
 

@@ -1,6 +1,6 @@
-// The middle of the gateway: what one source gives (a daemon, a recording) goes to all viewers,
-// what they ask goes to the source. It keeps what a late joiner needs, and knows nothing of
-// sockets. One thread calls everything. Not RT.
+// The middle of the gateway: what is shown (a daemon, or a recording meanwhile) goes to all
+// viewers, what they ask goes to where it belongs. It keeps what a late joiner needs, of both, and
+// knows nothing of sockets. One thread calls everything. Not RT.
 #pragma once
 
 #include <cstdint>
@@ -34,27 +34,37 @@ struct ViewerPort {
   std::function<void(CloseReason)> close;
 };
 
+/// Takes what became of a request to the gateway itself.
+using Answer = std::function<void(const v1::Result&)>;
+
 /// Where the hub's requests go, and what it says of itself.
 struct HubOptions {
   std::string version;
-  v1::PageSource source = v1::PAGE_SOURCE_LIVE;
   double presentation_delay_s = 0.008;
   QueueLimits limits;
   /// Sends a request to the daemon; false: it cannot be reached, `done` is not called.
   std::function<bool(const v1::Item&, client::ResultHandler done)> call;
   /// Steers a recording.
   std::function<void(const v1::PagePlayback&)> steer;
+  /// Shows the recording of that name, or with an empty one the daemon again; Hub::show() follows
+  /// before the answer if it is done.
+  std::function<void(const std::string& recording, Answer)> show;
+  /// What can be shown.
+  std::function<v1::Listing()> recordings;
   /// The daemon's clock now, ns; 0 = not known.
   std::function<std::int64_t()> daemon_now_ns;
 };
+
+/// That the daemon is shown.
+[[nodiscard]] v1::PageShown daemon_shown();
 
 /// What happened so far.
 struct HubCounters {
   std::uint64_t viewers_ever = 0;
   std::uint64_t closed_slow = 0;
   std::uint64_t closed_garbage = 0;
-  std::uint64_t states = 0;          ///< of the source
-  std::uint64_t items = 0;           ///< of the source
+  std::uint64_t states = 0;          ///< of daemon and recordings
+  std::uint64_t items = 0;           ///< of daemon and recordings
   std::uint64_t dropped_states = 0;  ///< of viewers that have gone; total_dropped() has all
   std::uint64_t requests = 0;
   std::uint64_t refused = 0;  ///< by the gateway
@@ -75,12 +85,17 @@ class Hub {
   /// Closes all.
   void close_all();
 
-  /// From the source.
+  /// From the daemon. While a recording is shown only lease, recorder and link reach the viewers.
   void state(const v1::State& state);
   void item(const v1::Item& item);
   void session_ended();
   void link(const v1::PageLink& link);
+  /// From a recording, while it is shown.
+  void recorded_state(const v1::State& state);
+  void recorded_item(const v1::Item& item);
   void playback(const v1::PagePlayback& playback);
+  /// From here on this is shown: all viewers are told, and told what they need of it.
+  void show(const v1::PageShown& shown);
 
   [[nodiscard]] std::size_t viewers() const noexcept { return viewers_.size(); }
   [[nodiscard]] const HubCounters& counters() const noexcept { return counters_; }
@@ -95,14 +110,31 @@ class Hub {
     ViewerPort port;
     ViewerQueue queue;
   };
+  /// What a late joiner needs to know of a source.
+  struct Newest {
+    std::optional<v1::Item> scene;
+    std::optional<v1::Item> fault;  ///< while it is latched
+    SharedBody state;               ///< a recording that is paused sends no other
+  };
 
+  [[nodiscard]] bool shows_recording() const noexcept {
+    return shown_.source() == v1::PAGE_SOURCE_RECORDING;
+  }
+  [[nodiscard]] const Newest& newest() const noexcept {
+    return shows_recording() ? recording_ : daemon_;
+  }
   void put(Viewer& viewer, SharedBody body);
+  void put_all(const SharedBody& body);
   void put_state(Viewer& viewer);
   void put_item(ViewerId id, Viewer& viewer, const v1::Item& item);
   void close(Viewer& viewer, CloseReason reason);
-  void remember(const v1::Item& item);
+  static void remember(const v1::Item& item, Newest& newest);
+  void remember_daemon(const v1::Item& item);
+  void tell_fault();
   void welcome(ViewerId id, Viewer& viewer);
   void call(ViewerId id, Viewer& viewer, std::uint64_t request_id, const v1::Item& item);
+  void show(ViewerId id, const Viewer& viewer, std::uint64_t request_id,
+            const v1::PageShow& wanted);
   void answer(ViewerId id, std::uint64_t request_id, v1::Result result);
   void give_back_lease();
 
@@ -111,11 +143,11 @@ class Hub {
   ViewerId last_id_ = 0;
   LeaseDesk desk_;
   HubCounters counters_;
-  std::optional<v1::Item> scene_;
+  v1::PageShown shown_ = daemon_shown();
+  Newest daemon_;
+  Newest recording_;
   std::optional<v1::Item> lease_;
   std::optional<v1::Item> recorder_;
-  std::optional<v1::Item> fault_;  ///< while it is latched
-  SharedBody state_;               ///< the newest: a recording that is paused sends no other
   std::optional<v1::PageLink> link_;
   std::optional<v1::PagePlayback> playback_;
 };

@@ -11,6 +11,12 @@ v1::Result refusal(v1::ResultCode code, const char* message) {
   return result;
 }
 
+v1::Result only_looks() {
+  return refusal(v1::RESULT_CODE_NOT_PERMITTED,
+                 "this page only looks. Open the address with the token that haptic-web printed, "
+                 "on its machine or by https");
+}
+
 }  // namespace
 
 RequestNeed need_of(const v1::Item& request) {
@@ -52,11 +58,7 @@ std::optional<v1::Result> LeaseDesk::refuse(ViewerId viewer, bool control,
     return refusal(v1::RESULT_CODE_UNSUPPORTED, "not from a page");
   }
   if (need == RequestNeed::kNothing) return std::nullopt;
-  if (!control) {
-    return refusal(v1::RESULT_CODE_NOT_PERMITTED,
-                   "this page only looks. Open the address with the token that haptic-web printed, "
-                   "on its machine or by https");
-  }
+  if (!control) return only_looks();
   if (request.has_acquire()) {
     const bool taken = (holder_ != 0 && holder_ != viewer) || (asking_ != 0 && asking_ != viewer);
     if (taken) return refusal(v1::RESULT_CODE_BUSY, "another page has control");
@@ -67,6 +69,13 @@ std::optional<v1::Result> LeaseDesk::refuse(ViewerId viewer, bool control,
                    holder_ != 0 ? "another page has control" : "take control first");
   }
   return std::nullopt;
+}
+
+std::optional<v1::Result> LeaseDesk::refuse_show(ViewerId viewer, bool control) const {
+  if (!control) return only_looks();
+  // A recording may also be seen where no daemon is, which would give the lease.
+  if (holder_ == 0 || holder_ == viewer) return std::nullopt;
+  return refusal(v1::RESULT_CODE_NOT_OWNER, "another page has control");
 }
 
 void LeaseDesk::asked(ViewerId viewer, const v1::Item& request) {

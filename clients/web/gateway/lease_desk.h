@@ -29,6 +29,8 @@ class LeaseDesk {
   /// Why `viewer` gets no further with `request`; nothing: the daemon shall decide.
   [[nodiscard]] std::optional<v1::Result> refuse(ViewerId viewer, bool control,
                                                  const v1::Item& request) const;
+  /// Why `viewer` may not choose what all pages see; nothing: it may.
+  [[nodiscard]] std::optional<v1::Result> refuse_show(ViewerId viewer, bool control) const;
   /// `request` of `viewer` is on its way to the daemon.
   void asked(ViewerId viewer, const v1::Item& request);
   /// The daemon's answer to it, or null when the session ended.

@@ -41,6 +41,8 @@ class Playback {
   void steer(const v1::PagePlayback& wanted);
 
   [[nodiscard]] v1::PagePlayback position() const;
+  /// Nothing of the file is missing, client::Recording::whole().
+  [[nodiscard]] bool whole() const noexcept { return recording_.whole(); }
   /// The daemon's clock at the position, ns.
   [[nodiscard]] std::int64_t shown_t_ns() const;
 

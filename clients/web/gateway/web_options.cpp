@@ -68,6 +68,10 @@ void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
       ->type_name("DIR");
   app.add_option("--replay", options.recording, "plays this recording instead of a daemon")
       ->type_name("FILE");
+  app.add_option("--recordings", options.recordings,
+                 "folder of recordings that a page with control may show meanwhile (default: where "
+                 "hapticd of this user writes them)")
+      ->type_name("DIR");
   app.add_option("--rate", options.link.state_rate_hz, "States asked for, 1/s")
       ->check(CLI::Range(1.0, 1000.0))
       ->capture_default_str();

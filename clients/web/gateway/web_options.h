@@ -9,6 +9,7 @@
 
 #include "clients/web/gateway/daemon_link.h"
 #include "clients/web/gateway/http_server.h"
+#include "clients/web/gateway/recording_folder.h"
 
 namespace hapticd::web {
 
@@ -18,6 +19,8 @@ struct WebOptions {
   ServerOptions server;
   std::vector<std::filesystem::path> assets;
   std::filesystem::path recording;  ///< empty: a daemon is the source
+  /// Folder of those that pages may have shown meanwhile.
+  std::filesystem::path recordings = default_recordings();
   double presentation_delay_s = 0.008;
 };
 

@@ -78,8 +78,12 @@ class Browser {
   /// Asks the daemon, and gives its answer.
   v1::Result call(const v1::Item& item) {
     v1::PageRequest request;
-    request.set_id(++id_);
     *request.mutable_call() = item;
+    return ask(request);
+  }
+  /// Asks gateway or daemon, and gives the answer; what comes before it is left out.
+  v1::Result ask(v1::PageRequest request) {
+    request.set_id(++id_);
     send(request);
     return wait_for([&](const v1::PageEvent& event) {
              return event.has_result() && event.result().item_id() == id_;

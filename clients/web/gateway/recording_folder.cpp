@@ -1,0 +1,84 @@
+// See recording_folder.h.
+#include "clients/web/gateway/recording_folder.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace hapticd::web {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kEnding = ".mcap";
+/// Of Listing.names.
+constexpr std::size_t kMostNames = 4096;
+
+v1::Result result_of(v1::ResultCode code, std::string message) {
+  v1::Result result;
+  result.set_code(code);
+  if (code != v1::RESULT_CODE_OK) result.set_path("show.recording");
+  result.set_message(std::move(message));
+  return result;
+}
+
+bool is_name(std::string_view name) {
+  const bool plain = name.find('/') == name.npos && name.find('\0') == name.npos;
+  return plain && !name.starts_with('.') && name.ends_with(kEnding) && name.size() <= 255;
+}
+
+/// A file and not a link, which could lead anywhere.
+bool is_plain_file(const fs::path& file) {
+  std::error_code error;
+  return fs::symlink_status(file, error).type() == fs::file_type::regular;
+}
+
+}  // namespace
+
+fs::path default_recordings() {
+  // NOLINTBEGIN(concurrency-mt-unsafe): nobody changes the environment
+  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state != '\0') {
+    return fs::path(state) / "hapticd" / "recordings";
+  }
+  const char* home = std::getenv("HOME");
+  // NOLINTEND(concurrency-mt-unsafe)
+  return fs::path(home != nullptr && *home != '\0' ? home : "/tmp") /
+         ".local/state/hapticd/recordings";
+}
+
+v1::Listing RecordingFolder::list() const {
+  std::vector<std::pair<fs::file_time_type, std::string>> found;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
+    std::string name = entry.path().filename().string();
+    if (!is_name(name) || !is_plain_file(entry.path())) continue;
+    found.emplace_back(entry.last_write_time(error), std::move(name));
+  }
+  std::sort(found.begin(), found.end());
+  // The newest, where there are more than a listing holds.
+  const std::size_t first = found.size() - std::min(found.size(), kMostNames);
+  v1::Listing listing;
+  for (std::size_t i = first; i < found.size(); ++i) listing.add_names(std::move(found[i].second));
+  return listing;
+}
+
+v1::Result RecordingFolder::find(std::string_view name, fs::path& file) const {
+  if (!is_name(name)) {
+    return result_of(v1::RESULT_CODE_INVALID,
+                     "a recording is a name that ends in .mcap, without a folder. Choose one of "
+                     "those that are listed");
+  }
+  const fs::path place = folder_ / name;
+  if (!is_plain_file(place)) {
+    return result_of(v1::RESULT_CODE_NOT_FOUND,
+                     std::string(name) + ": no such file in " + folder_.string() +
+                         " of haptic-web's machine. Copy it there, or start haptic-web with "
+                         "--recordings and the folder it lies in");
+  }
+  file = place;
+  return result_of(v1::RESULT_CODE_OK, "");
+}
+
+}  // namespace hapticd::web
