@@ -86,6 +86,8 @@ class Viewer {
 
   answer(request) {
     if (request.ping) this.send({ pong: { sent_s: request.ping.sent_s, daemon_t_ns: Math.round(nowNs()) } });
+    if (request.list_recordings) this.send({ result: { item_id: request.id, code: 1, listing: { names: ['session.mcap'] } } });
+    if (request.show) this.send({ result: { item_id: request.id, code: 2, message: 'the mock gateway has no recording' } });
     if (!request.call) return;
     const call = request.call;
     const result = { item_id: request.id, code: 1 };

@@ -53,6 +53,16 @@ export class Connection {
     return this.#request({ playback }, false);
   }
 
+  /** Asks the gateway to show a recording of its folder to all pages, or with an empty name the daemon; as call(). */
+  show(recording) {
+    return this.#request({ show: { recording } }, true);
+  }
+
+  /** Asks the gateway what it can show; as call(). */
+  listRecordings() {
+    return this.#request({ list_recordings: {} }, true);
+  }
+
   #request(body, answered) {
     if (!this.isOpen) return Promise.reject(new Error('not connected'));
     const id = this.#nextId++;

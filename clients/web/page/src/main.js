@@ -1,6 +1,6 @@
 // The page put together: stream in, picture and panels out. Frames follow the screen; texts and plots change eight times a second.
 import { Connection } from './connection.js';
-import { Banners, linkBanner, loopBanner, lossBanner } from './controls/banners.js';
+import { Banners, daemonBanner, linkBanner, loopBanner, lossBanner } from './controls/banners.js';
 import { ConnectionPanel } from './controls/connection_panel.js';
 import { ControlPanel } from './controls/control_panel.js';
 import { ExperimentPanel } from './controls/experiment_panel.js';
@@ -24,7 +24,7 @@ const address = readAddress(location.href);
 const connection = new Connection({ address: address.socket, token: address.token, pageS,
   handlers: { event: (event) => model.take(event), opened: () => {}, closed: () => lost() } });
 const session = new Session(connection);
-const model = new StreamModel({ session, pageS, handlers: { scene: setScene, state: takeState, playback: (playback) => playbackBar.show(playback) } });
+const model = new StreamModel({ session, pageS, handlers: { scene: setScene, state: takeState, playback: (playback) => playbackBar.show(playback), shown: takeShown } });
 const picture = new Picture(find('canvas'), find('labels'), { high: address.high, motion: model.motion, nowS: pageS });
 picture.viewName = address.view;
 const looks = new ViewControls(picture, address);
@@ -42,12 +42,19 @@ function setScene(scene) {
   document.title = `${scene.name} · hapticd`;
   panels.clear();
   picture.setScene(scene).catch((error) => banners.set('scene', { title: 'The scene cannot be drawn', text: String(error) }));
-  if (!experiment.running) control.list();
+  if (!experiment.running && !model.recorded) control.list();
 }
 
 function takeState(state) {
   lastStateS = pageS();
   panels.add(state, state.tools[0]?.tool_id ?? 0);
+}
+
+/** A recording comes in place of the daemon, or the daemon again. */
+function takeShown() {
+  lastStateS = pageS();
+  panels.clear();
+  if (!model.recorded) playbackBar.show(null);
 }
 
 function lost() {
@@ -95,7 +102,7 @@ function showTexts() {
   const loop = state ? nameOf(v1.LoopState, 'LOOP_STATE_', state.loop_state) : '';
   setPill(find('loop'), loop, LOOP_LOOK[loop] ?? '');
   const live = model.link?.state === v1.PageLinkState.PAGE_LINK_STATE_LIVE;
-  const recording = model.welcome?.source === v1.PageSource.PAGE_SOURCE_RECORDING;
+  const recording = model.recorded;
   const lossy = model.link?.loss >= 0.02;
   const linkText = !connection.isOpen ? 'no gateway' : recording ? 'recording' : live ? (lossy ? 'lossy' : 'live') : 'no daemon';
   setPill(find('link'), linkText, !connection.isOpen || (!live && !recording) ? 'bad' : lossy ? 'warn' : 'good');
@@ -103,12 +110,14 @@ function showTexts() {
   find('empty').hidden = why === '';
   if (why && find('empty-why').textContent !== why) find('empty-why').textContent = why;
   find('empty').querySelector('h2').textContent = model.scene && connection.isOpen ? 'Nothing moves' : 'Nothing is connected';
-  banners.set('loop', loopBanner(state, model.fault, session.controls ? () => session.ask({ clear: {} }) : null));
+  banners.set('loop', loopBanner(state, model.fault, session.controls && !recording ? () => session.ask({ clear: {} }) : null));
+  banners.set('daemon', daemonBanner(model.shown, session.mayControl ? () => session.show('') : null));
   banners.set('link', connection.isOpen ? linkBanner(model.link) : null);
   banners.set('loss', lossBanner(model.link));
   find('stop').disabled = !session.mayControl;
   looks.show();
-  if (state) control.show(state);
+  playbackBar.tell(model.shown, session.mayControl);
+  if (state && !recording) control.show(state);
   panels.draw(state);
 }
 
@@ -125,7 +134,7 @@ function countRates() {
   const perS = (name) => Math.round((now[name] - counted[0][name]) / (now.atS - counted[0].atS));
   const rates = { states: perS('states'), frames: perS('frames'), bytes: perS('bytes') };
   find('rate').textContent = model.scene ? `${rates.states} States/s · ${rates.frames} fps` : '';
-  connectionPanel.show({ welcome: model.welcome, link: model.link, clock: model.clock, connection, rates, scene: model.scene,
+  connectionPanel.show({ welcome: model.welcome, shown: model.shown, link: model.link, clock: model.clock, connection, rates, scene: model.scene,
     drawn: { triangles: picture.triangles, missing: picture.assets.missing } });
 }
 

@@ -17,20 +17,32 @@ export class StreamModel {
   link = null;
   fault = null;
   playback = null;
+  shown = null; // PageShown
   scene = null;
   received = { states: 0 };
 
-  /** `session` keeps lease, recorder and scene for the panels; `handlers`: scene(model), state(State), playback(PagePlayback). */
+  /** `session` keeps lease, recorder and the daemon's scene for the panels; `handlers`: scene(model), state(State), playback(PagePlayback), shown(). */
   constructor({ session, handlers, pageS }) {
     Object.assign(this, { session, handlers, pageS });
   }
 
   lost() {
-    Object.assign(this, { welcome: null, link: null, playback: null, fault: null, tones: [] });
+    Object.assign(this, { welcome: null, link: null, shown: null });
+    this.#forget();
+    this.session.lost();
+  }
+
+  /** Nothing that came before goes on. The scene stays until another comes. */
+  #forget() {
+    Object.assign(this, { playback: null, fault: null, tones: [] });
     this.clock.forget();
     this.states.clear();
     this.motion.clear();
-    this.session.lost();
+  }
+
+  /** A recording is shown, not the daemon. */
+  get recorded() {
+    return this.shown?.source === v1.PageSource.PAGE_SOURCE_RECORDING;
   }
 
   take(event) {
@@ -40,6 +52,7 @@ export class StreamModel {
     else if (event.link) this.#takeLink(event.link);
     else if (event.welcome) this.#takeWelcome(event.welcome);
     else if (event.playback) this.#takePlayback(event.playback);
+    else if (event.shown) this.#takeShown(event.shown);
   }
 
   #takeState(state) {
@@ -52,13 +65,14 @@ export class StreamModel {
 
   #takeWelcome(welcome) {
     this.welcome = welcome;
-    this.session.mayControl = welcome.control;
-    this.session.changed();
+    this.shown = { source: welcome.source, recording: '', cut_off: false, daemon_fault: '' };
+    this.session.recorded = this.recorded;
+    this.#tell('mayControl', welcome.control);
   }
 
   #takeLink(link) {
     const Live = v1.PageLinkState.PAGE_LINK_STATE_LIVE;
-    if (link.state !== Live && this.link?.state === Live) {
+    if (link.state !== Live && this.link?.state === Live && !this.recorded) {
       // Another run of the daemon has another clock, and its ticks begin anew.
       this.clock.forget();
       this.states.clear();
@@ -70,6 +84,17 @@ export class StreamModel {
   #takePlayback(playback) {
     this.playback = playback;
     this.handlers.playback(playback);
+  }
+
+  #takeShown(shown) {
+    const other = this.shown?.source !== shown.source || this.shown.recording !== shown.recording;
+    this.shown = shown;
+    this.#tell('recorded', this.recorded);
+    if (other) {
+      this.#forget();
+      this.scene = null;
+    }
+    this.handlers.shown();
   }
 
   #takeItem(item) {
@@ -91,14 +116,15 @@ export class StreamModel {
     this.states.clear();
     this.motion.clear();
     this.tones = [];
-    this.#tell('scene', this.scene);
+    // What the panels change is the daemon's scene.
+    if (!this.recorded) this.#tell('scene', this.scene);
     this.handlers.scene(this.scene);
   }
 
   /** Time of the daemon goes on as ours does: neither virtual nor a recording that pauses or runs at another pace. */
   get steady() {
     if (this.scene?.virtual) return false;
-    return this.welcome?.source !== v1.PageSource.PAGE_SOURCE_RECORDING;
+    return !this.recorded;
   }
 
   /** Instant of the daemon that is shown now, ns; null without any State. */

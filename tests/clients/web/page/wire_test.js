@@ -38,6 +38,8 @@ test('what the page sends is what protoc would write', () => {
   assert.equal(hex(v1.PageRequest.encode({ id: 3, call }).finish()), hex(bytesOf('page_call')));
   assert.equal(hex(v1.PageRequest.encode({ id: 4, playback: { position_s: 30, rate: 1 } }).finish()), hex(bytesOf('page_seek')));
   assert.equal(hex(v1.PageRequest.encode({ id: 5, ping: { sent_s: 8.125 } }).finish()), hex(bytesOf('page_ping')));
+  assert.equal(hex(v1.PageRequest.encode({ id: 6, show: { recording: '20260102T030405.mcap' } }).finish()), hex(bytesOf('page_show')));
+  assert.equal(hex(v1.PageRequest.encode({ id: 7, list_recordings: {} }).finish()), hex(bytesOf('page_list_recordings')));
 });
 
 test('signed columns of contacts keep their signs and their size', () => {

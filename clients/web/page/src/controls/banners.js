@@ -48,6 +48,12 @@ export function loopBanner(state, fault, clear) {
   return null;
 }
 
+/** Banner of a fault that the daemon latches while a recording is shown, or null: `back` is the action of who may show the daemon. */
+export function daemonBanner(shown, back) {
+  if (!shown?.daemon_fault) return null;
+  return { title: 'The daemon, which is not shown now, is in a fault', text: shown.daemon_fault, action: back && ['Back to live', back] };
+}
+
 const LINKS = ['', 'Connecting to the daemon', '', 'The daemon is silent', 'No way to the daemon', 'The key is refused', 'The daemon speaks another version', 'The daemon is gone'];
 
 /** Banner of the connection, or null while all is well. */

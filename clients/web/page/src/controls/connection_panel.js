@@ -4,10 +4,16 @@ import { make } from './dom.js';
 
 const ms = (seconds) => (seconds > 0 ? `${(seconds * 1e3).toFixed(2)} ms` : '–');
 
+/** What is shown, for people. */
+export function shownText(shown) {
+  if (shown?.source !== v1.PageSource.PAGE_SOURCE_RECORDING) return 'live';
+  return `${shown.recording || 'a recording'}${shown.cut_off ? ', cut off' : ''}`;
+}
+
 /** [name, value] rows from what is known. */
-export function connectionRows({ welcome, link, clock, connection, rates, scene, drawn }) {
+export function connectionRows({ welcome, shown, link, clock, connection, rates, scene, drawn }) {
   const rows = [['gateway', welcome ? `haptic-web ${welcome.version}` : 'not connected'],
-    ['source', welcome?.source === v1.PageSource.PAGE_SOURCE_RECORDING ? 'a recording' : 'live'],
+    ['source', shownText(shown)],
     ['daemon', scene ? `hapticd ${scene.serverVersion}` : '–'],
     ['link to the daemon', link ? nameOf(v1.PageLinkState, 'PAGE_LINK_STATE_', link.state) : '–'],
     ['round trip', ms(link?.round_trip_s)],

@@ -1,20 +1,20 @@
-// The Control side: lease, force, scene, quality, gesture, recordings, parameters. What this page may not do now is greyed, and the first
+// The Control side: lease, force, scene, quality, gesture, and the panels of recordings and parameters. What this page may not do now is greyed, and the first
 // line says why.
-import { v1 } from '../wire.js';
 import { button, fill, group, make, row } from './dom.js';
 import { ParameterPanel } from './parameter_panel.js';
+import { RecordingsPanel } from './recordings_panel.js';
 import { isOk } from './session.js';
 
 export class ControlPanel {
   #session;
   #parts = {};
-  #written = null;
 
   constructor(holder, session) {
     this.#session = session;
     this.parameters = new ParameterPanel(session);
+    this.recordings = new RecordingsPanel(session);
     this.note = make('p', { class: 'note', id: 'said', role: 'status' });
-    holder.append(this.#lease(), this.#force(), this.#scene(), this.#gesture(), this.#recorder(), this.parameters.element);
+    holder.append(this.#lease(), this.#force(), this.#scene(), this.#gesture(), this.recordings.element, this.parameters.element);
     session.addEventListener('change', () => this.refresh());
     session.addEventListener('said', ({ detail }) => this.#say(detail));
     this.refresh();
@@ -74,51 +74,19 @@ export class ControlPanel {
     const repeat = make('input', { type: 'number', min: 0, max: 1000000, value: 1, id: 'repeat', 'aria-label': 'Repetitions, 0 = for ever', title: 'Repetitions, 0 = for ever', 'data-lease': '' });
     repeat.style.width = '5em';
     const play = button('Play', () => this.#session.ask({ play_gesture: { name: gestures.value, arm: Number(arm.value), repeat: Number(repeat.value) } }), { id: 'play-gesture', 'data-lease': '' });
-    const end = button('End', () => this.#session.ask({ play_gesture: {} }), { 'data-lease': '' });
+    const end = button('End', () => this.#session.ask({ play_gesture: {} }), { 'data-lease': '', id: 'gesture-end' });
     const progress = make('meter', { min: 0, max: 1, value: 0, id: 'gesture-progress', 'aria-label': 'Progress of the gesture' });
     const name = make('span', { class: 'note grow', id: 'gesture-note' });
     Object.assign(this.#parts, { gestures, progress, gestureName: name });
     return group('Gesture of the simulated hand', row(gestures, arm), row(repeat, make('span', { class: 'note' }, 'times'), play, end), row(name, progress));
   }
 
-  #recorder() {
-    const start = button('● Record', () => this.#toggleRecord(), { id: 'record', 'data-lease': '' });
-    const dump = button('Keep last 60 s', () => this.#session.ask({ record: { mode: v1.RecordMode.RECORD_MODE_DUMP } }), { id: 'dump', 'data-lease': '' });
-    const recorded = make('p', { class: 'note', id: 'recorder-note' });
-    const recordings = make('select', { id: 'recordings', class: 'grow', 'aria-label': 'Recording', onchange: () => this.#sayHow() });
-    const how = make('p', { class: 'note', id: 'replay-how' });
-    const end = button('End replay', () => this.#session.ask({ replay: {} }), { id: 'replay-end', 'data-lease': '' });
-    Object.assign(this.#parts, { start, recorded, recordings, how, end });
-    return group('Recordings', row(start, dump), recorded, row(recordings, end), how);
-  }
-
-  /** A daemon whose devices play does not replay: that is a program of its own. */
-  #sayHow() {
-    const { recordings, how } = this.#parts;
-    const file = recordings.value;
-    how.replaceChildren(...(file ? ['To see it again, with a slider: ', make('code', {}, `haptic-web --replay ${file}`), '. To compute it again and compare each bit: ',
-      make('code', {}, `hapticctl replay ${file}`), '. The file lies with the daemon’s recordings.'] : []));
-  }
-
-  #toggleRecord() {
-    const on = this.#session.recorder?.state === v1.RecordState.RECORD_STATE_RECORDING;
-    this.#session.ask({ record: { mode: on ? v1.RecordMode.RECORD_MODE_STOP : v1.RecordMode.RECORD_MODE_START } });
-  }
-
   /** Names of scenes, gestures and recordings, asked for anew at each connection and scene. */
   async list() {
-    const [scenes, gestures, recordings] = await Promise.all([this.#names({ list_scenes: {} }), this.#names({ list_gestures: {} }), this.#names({ list_recordings: {} })]);
+    const [scenes, gestures] = await Promise.all([this.#names({ list_scenes: {} }), this.#names({ list_gestures: {} }), this.recordings.list()]);
     fill(this.#parts.scenes, scenes, this.#session.scene?.name);
     fill(this.#parts.gestures, gestures);
-    fill(this.#parts.recordings, recordings);
-    this.#sayHow();
     await this.parameters.load();
-  }
-
-  /** What has just been written can be replayed. */
-  async #offer(recording) {
-    fill(this.#parts.recordings, await this.#names({ list_recordings: {} }), recording);
-    this.#sayHow();
   }
 
   /** [[name, text to show], ...] of a listing; empty when it is refused. */
@@ -128,28 +96,24 @@ export class ControlPanel {
   }
 
   refresh() {
-    const { mayControl, controls, lease, recorder } = this.#session;
-    const { take, who, start, recorded } = this.#parts;
+    const { mayControl, controls, lease } = this.#session;
+    const { take, who } = this.#parts;
     take.textContent = controls ? 'Give back' : 'Take control';
     take.disabled = !mayControl;
     who.textContent = leaseText(mayControl, lease);
     document.querySelectorAll('[data-lease]').forEach((element) => { element.disabled = !controls; });
-    start.textContent = recorder?.state === v1.RecordState.RECORD_STATE_RECORDING ? '■ End recording' : '● Record';
-    recorded.textContent = recorderText(recorder);
-    const written = recorder?.state === v1.RecordState.RECORD_STATE_WRITTEN ? recorder.file : null;
-    if (written && written !== this.#written) this.#offer(written);
-    this.#written = written;
+    this.recordings.refresh();
   }
 
   /** What the newest State says about quality and gesture. */
   show(state) {
-    const { inForce, gestureName, progress, end } = this.#parts;
+    const { inForce, gestureName, progress } = this.#parts;
     const quality = state.quality;
     if (quality) inForce.textContent = `level ${quality.level}${quality.automatic ? ', automatic' : ''} · ${quality.substeps} sub-steps`;
     const gesture = state.gestures[0];
     gestureName.textContent = gesture ? `${gesture.name}, ${gesture.repeated_count} done` : 'no gesture plays';
     progress.value = gesture?.progress ?? 0;
-    end.hidden = !state.replay;
+    this.recordings.show(state);
   }
 }
 
@@ -157,12 +121,4 @@ export function leaseText(mayControl, lease) {
   if (!mayControl) return 'This page only looks. Who may control opens the address that haptic-web prints, token included; the token changes with each start.';
   if (lease?.yours) return 'This page controls.';
   return lease?.fence ? `Held by ${lease.holder || 'another client'}.` : 'Nobody controls.';
-}
-
-export function recorderText(recorder) {
-  const State = v1.RecordState;
-  if (!recorder || recorder.state === State.RECORD_STATE_IDLE) return 'Only the last 60 s are kept.';
-  const size = `${recorder.ticks} ticks, ${(recorder.bytes / 1e6).toFixed(1)} MB`;
-  if (recorder.state === State.RECORD_STATE_FAILED) return `Failed: ${recorder.message}`;
-  return `${recorder.state === State.RECORD_STATE_RECORDING ? 'Writing' : 'Written'} ${recorder.file}: ${size}${recorder.lost_ticks ? `, ${recorder.lost_ticks} ticks lost` : ''}`;
 }

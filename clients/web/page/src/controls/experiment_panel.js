@@ -27,6 +27,8 @@ export class ExperimentPanel {
   }
 
   async #begin(seed) {
+    // Its scenes are the daemon's.
+    if (this.#session.recorded) await this.#session.show('');
     const loaded = await this.#session.ask({ load_scene: { name: SCENE, preset: 1 } });
     if (!isOk(loaded)) return;
     const scene = await this.#sceneNamed(SCENE);

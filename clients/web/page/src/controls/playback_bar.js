@@ -1,4 +1,6 @@
-// Time of a recording: slider, pause, speed. While the slider is held it belongs to the hand.
+// A recording that is shown: its name, slider, pause, speed, and the way back to the daemon for who may. While the slider is held it
+// belongs to the hand.
+import { shownText } from './connection_panel.js';
 
 export class PlaybackBar {
   #bar = document.getElementById('playback');
@@ -6,6 +8,8 @@ export class PlaybackBar {
   #run = document.getElementById('playback-run');
   #rate = document.getElementById('playback-rate');
   #text = document.getElementById('playback-text');
+  #name = document.getElementById('playback-name');
+  #live = document.getElementById('playback-live');
   #last = { position_s: 0, duration_s: 0, playing: false, rate: 1 };
   #held = false;
 
@@ -21,6 +25,7 @@ export class PlaybackBar {
     };
     this.toggle = () => send({ playing: !this.#last.playing });
     this.#run.onclick = this.toggle;
+    this.#live.onclick = () => session.show('');
     this.#rate.onchange = () => send({ rate: Number(this.#rate.value) });
   }
 
@@ -34,6 +39,12 @@ export class PlaybackBar {
 
   #chosenS() {
     return (Number(this.#time.value) / 1000) * this.#last.duration_s;
+  }
+
+  /** Tells what is shown (PageShown), and whether this page may end it. */
+  tell(shown, mayControl) {
+    this.#name.textContent = shownText(shown);
+    this.#live.hidden = !mayControl;
   }
 
   /** A PagePlayback arrived; null hides the bar. */

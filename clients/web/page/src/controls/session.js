@@ -8,6 +8,7 @@ export class Session extends EventTarget {
   lease = null;
   recorder = null;
   scene = null;
+  recorded = false; // a recording is shown in place of the daemon
 
   constructor(connection) {
     super();
@@ -24,24 +25,42 @@ export class Session extends EventTarget {
   }
 
   lost() {
-    Object.assign(this, { mayControl: false, lease: null, recorder: null, scene: null });
+    Object.assign(this, { mayControl: false, lease: null, recorder: null, scene: null, recorded: false });
     this.changed();
   }
 
   /** Sends an Item such as {clear: {}}; resolves to the Result, OK or not. Refusals are told with `said`. */
   async ask(item, { quiet = false } = {}) {
-    let result;
-    try {
-      result = await this.#connection.call(item);
-    } catch (error) {
-      result = { code: v1.ResultCode.RESULT_CODE_FAILED, message: error.message, path: '' };
-    }
-    if (!quiet) this.dispatchEvent(new CustomEvent('said', { detail: sentence(Object.keys(item)[0], result) }));
+    const result = await resultOf(this.#connection.call(item));
+    if (!quiet) this.#say(Object.keys(item)[0], result);
     return result;
+  }
+
+  /** Has a recording of the gateway shown to all pages, or with an empty name the daemon. */
+  async show(recording) {
+    this.#say(recording ? 'replay' : 'live', await resultOf(this.#connection.show(recording)));
+  }
+
+  /** What the gateway can show; resolves to the Result, OK or not. */
+  listRecordings() {
+    return resultOf(this.#connection.listRecordings());
+  }
+
+  #say(request, result) {
+    this.dispatchEvent(new CustomEvent('said', { detail: sentence(request, result) }));
   }
 
   play(playback) {
     this.#connection.play(playback).catch(() => {});
+  }
+}
+
+/** The Result that is promised, or one that says why none came. */
+async function resultOf(promised) {
+  try {
+    return await promised;
+  } catch (error) {
+    return { code: v1.ResultCode.RESULT_CODE_FAILED, message: error.message, path: '' };
   }
 }
 
