@@ -96,7 +96,8 @@ def _cost(axis: Any, trace: Trace) -> None:
     axis.set_ylim(0.5 * trace.cpu_us[known].min(), max(2.0 * trace.cpu_us[known].max(), 2.0 * PERIOD_US))
     p50, p99, most = numpy.percentile(trace.cpu_us[known], (50, 99, 100))
     under = 100.0 * (trace.cpu_us[known] < PERIOD_US).mean()
-    axis.set_title(f"median {p50:.3g}, p99 {p99:.3g}, max {most:.4g} \N{MICRO SIGN}s, {under:.4g} % under 1 ms (dashed)", loc="right", fontsize=7.5, color="#444444")
+    axis.set_title(f"median {p50:.3g}, p99 {p99:.3g}, max {most:.4g} \N{MICRO SIGN}s, {under:.4g} % under 1 ms (dashed)", loc="right",
+                   fontsize=7.5, color="#444444")
 
 
 def _strips(axis: Any, trace: Trace, names: Sequence[str]) -> None:
@@ -144,7 +145,8 @@ def draw_runs(runs: Dict[str, Trace], title: str) -> Picture:
             axis.set_ylabel(label)
         handles = table[0, 0].get_legend_handles_labels()[0][:3]
         handles.append(lines_module.Line2D([], [], color=TONE_COLOR, marker="v", linestyle="", markersize=4.5))
-        figure.legend(handles, [*AXES, "tone, with the number of its string"], loc="upper right", ncol=4, handlelength=2.6, frameon=False, borderaxespad=0.2)
+        figure.legend(handles, [*AXES, "tone, with the number of its string"], loc="upper right", ncol=4, handlelength=2.6, frameon=False,
+                      borderaxespad=0.2)
     return Picture(figure)
 
 

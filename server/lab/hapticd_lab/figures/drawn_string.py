@@ -40,8 +40,9 @@ def _poses(release_m_per_s: float, ringing_s: float) -> numpy.ndarray:
 
 def _release(trace: Trace) -> Tuple[Any, float]:
     """The event of the release, and its instant in the trace."""
-    event = next(event.body for event in trace.events
-                 if event.kind == "string_radius" and event.body.phase == event_pb2.STRING_RADIUS_PHASE_RELEASE)
+    event = next(
+        event.body for event in trace.events if event.kind == "string_radius" and event.body.phase == event_pb2.STRING_RADIUS_PHASE_RELEASE
+    )
     return event, event.t_ns * 1e-9 - trace.began_s
 
 
@@ -50,15 +51,32 @@ def _draw(trace: Trace, ringing: numpy.ndarray, law_m: numpy.ndarray, released_s
     awake = radius_mm > 0.0
     x = numpy.linspace(-LENGTH_M / 2, LENGTH_M / 2, 201)
     event, _ = _release(trace)
-    shapes = [plots.Line(f"{1e3 * after:.0f} ms after the release", x,
-                         1e3 * (RADIUS_M + event.r_max_m * numpy.cos(numpy.pi * x / LENGTH_M) * numpy.exp(-after / event.decay_s)), color=color)
-              for after, color in ((0.0, "#0072b2"), (0.25, "#56b4e9"), (1.0, "#e69f00"))]
-    return plots.lines("F5: the string as a cylinder of changing diameter", [
-        plots.Panel("time, s", "radius that is drawn, mm",
-                    [plots.Line("State of every tick", trace.t_s[awake], radius_mm[awake], color="#56b4e9"),
-                     plots.Line("R + r_max exp(-t/T_d), Eq. 9", trace.t_s[ringing], law_m[ringing] * 1e3, "--", "#d55e00")],
-                    "Radius over time", bounds={"R of the string": RADIUS_M * 1e3}, marks={"release": released_s}),
-        plots.Panel("along the string, m", "radius that is drawn, mm", shapes, "Envelope along the string, lowest mode")])
+    shapes = [
+        plots.Line(
+            f"{1e3 * after:.0f} ms after the release",
+            x,
+            1e3 * (RADIUS_M + event.r_max_m * numpy.cos(numpy.pi * x / LENGTH_M) * numpy.exp(-after / event.decay_s)),
+            color=color,
+        )
+        for after, color in ((0.0, "#0072b2"), (0.25, "#56b4e9"), (1.0, "#e69f00"))
+    ]
+    return plots.lines(
+        "F5: the string as a cylinder of changing diameter",
+        [
+            plots.Panel(
+                "time, s",
+                "radius that is drawn, mm",
+                [
+                    plots.Line("State of every tick", trace.t_s[awake], radius_mm[awake], color="#56b4e9"),
+                    plots.Line("R + r_max exp(-t/T_d), Eq. 9", trace.t_s[ringing], law_m[ringing] * 1e3, "--", "#d55e00"),
+                ],
+                "Radius over time",
+                bounds={"R of the string": RADIUS_M * 1e3},
+                marks={"release": released_s},
+            ),
+            plots.Panel("along the string, m", "radius that is drawn, mm", shapes, "Envelope along the string, lowest mode"),
+        ],
+    )
 
 
 def _slow_releases(figure: Figure) -> None:
@@ -74,8 +92,16 @@ def _slow_releases(figure: Figure) -> None:
         worst = max(worst, abs(ratio - closed))
         rows.append([f"{speed:g}", f"{1e3 * largest_m:.3f}", f"{1e3 * event.r_max_m:.3f}", f"{ratio:.3f}", f"{closed:.3f}"])
     figure.tables["Slower releases leave less ringing: a finger that goes up with the string holds it back"] = rows
-    figure.claims.append(at_most("Amplitude over deflection against the closed form |sin(x)/x|, x = pi f tau, at any speed of release: difference", worst,
-                                 AMPLITUDE_ERROR, "", "tau: the time in which the finger unloads the string", OURS))
+    figure.claims.append(
+        at_most(
+            "Amplitude over deflection against the closed form |sin(x)/x|, x = pi f tau, at any speed of release: difference",
+            worst,
+            AMPLITUDE_ERROR,
+            "",
+            "tau: the time in which the finger unloads the string",
+            OURS,
+        )
+    )
 
 
 def make(lab: Any, figure: Figure) -> None:
@@ -95,19 +121,55 @@ def make(lab: Any, figure: Figure) -> None:
     apart_m = float(numpy.linalg.norm(trace.contact_m[STRING][pressed][:, 1:], axis=1).max())
     tones = sum(each.kind == "tone" for each in trace.events)
     figure.claims += [
-        at_most("Pressed, the radius is R plus the deflection of Eq. 13: difference", float(numpy.abs(radius_m - RADIUS_M - delta_m)[pressed].max()) * 1e6, DEFLECTION_ERROR_UM, "um",
-                "the solver keeps 20 um between tool and string where there is room; k_s = 1"),
-        at_least("Released suddenly, it starts at r_max, the largest deflection before: ratio", event.r_max_m / largest_m, 0.9, "",
-                 f"{1e3 * largest_m:.3f} mm pressed, let go at {RELEASE_M_PER_S} m/s; what a release leaves ringing depends on its speed, see the table"),
-        at_most("It decays as Eq. 9: largest difference of the streamed radius from R + r_max exp(-t/T_d), of r_max",
-                float(numpy.abs(radius_m - law_m)[ringing].max()) / event.r_max_m, DECAY_ERROR, "", f"over {ringing.sum()} ticks; r_max {1e3 * event.r_max_m:.3f} mm, T_d {event.decay_s:g} s"),
-        at_most("Time constant fitted to the streamed radius against T_d: relative difference", abs(fitted_s / event.decay_s - 1.0), DECAY_ERROR, "", f"fitted {fitted_s:.4f} s"),
-        is_so("The cylinder that is collided with changes its diameter too", apart_m > 0.9 * float(radius_m[pressed].max()),
-              f"collides {1e3 * apart_m:.3f} mm from the axis while {1e3 * radius_m[pressed].max():.3f} mm are drawn", "as drawn",
-              "a deviation on purpose: a collision radius that grows with the press pushes the finger out, which presses more. It diverges for k_s <= 1, and switched "
-              "while touched it jumps the force by 1 N for each mm. Ours stays R", WORDS),
-        is_so("The release is heard once", tones == 1, f"{tones} {'tone' if tones == 1 else 'tones'}", "1 tone", source=OURS)]
+        at_most(
+            "Pressed, the radius is R plus the deflection of Eq. 13: difference",
+            float(numpy.abs(radius_m - RADIUS_M - delta_m)[pressed].max()) * 1e6,
+            DEFLECTION_ERROR_UM,
+            "um",
+            "the solver keeps 20 um between tool and string where there is room; k_s = 1",
+        ),
+        at_least(
+            "Released suddenly, it starts at r_max, the largest deflection before: ratio",
+            event.r_max_m / largest_m,
+            0.9,
+            "",
+            f"{1e3 * largest_m:.3f} mm pressed, let go at {RELEASE_M_PER_S} m/s; what a release leaves ringing depends on its speed, see the table",
+        ),
+        at_most(
+            "It decays as Eq. 9: largest difference of the streamed radius from R + r_max exp(-t/T_d), of r_max",
+            float(numpy.abs(radius_m - law_m)[ringing].max()) / event.r_max_m,
+            DECAY_ERROR,
+            "",
+            f"over {ringing.sum()} ticks; r_max {1e3 * event.r_max_m:.3f} mm, T_d {event.decay_s:g} s",
+        ),
+        at_most(
+            "Time constant fitted to the streamed radius against T_d: relative difference",
+            abs(fitted_s / event.decay_s - 1.0),
+            DECAY_ERROR,
+            "",
+            f"fitted {fitted_s:.4f} s",
+        ),
+        is_so(
+            "The cylinder that is collided with changes its diameter too",
+            apart_m > 0.9 * float(radius_m[pressed].max()),
+            f"collides {1e3 * apart_m:.3f} mm from the axis while {1e3 * radius_m[pressed].max():.3f} mm are drawn",
+            "as drawn",
+            "a deviation on purpose: a collision radius that grows with the press pushes the finger out, which presses more. "
+            "It diverges for k_s <= 1, and switched "
+            "while touched it jumps the force by 1 N for each mm. Ours stays R",
+            WORDS,
+        ),
+        is_so("The release is heard once", tones == 1, f"{tones} {'tone' if tones == 1 else 'tones'}", "1 tone", source=OURS),
+    ]
     _slow_releases(figure)
 
 
-SPECS = [Spec("F5", "A string of changing diameter", "the cylinder's radius grows with the press, starts at r_max on release and decays as Eq. 9", make, 12.0)]
+SPECS = [
+    Spec(
+        "F5",
+        "A string of changing diameter",
+        "the cylinder's radius grows with the press, starts at r_max on release and decays as Eq. 9",
+        make,
+        12.0,
+    )
+]

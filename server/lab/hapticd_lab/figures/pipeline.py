@@ -20,15 +20,25 @@ STAGES = ("READ", "SIMULATION", "SAFETY", "WRITE", "PUBLISH")
 STAGE_TEXT = {
     "READ": "read the device, map its pose to the scene (q_h)",
     "SIMULATION": "collision search on both branches, configuration optimisation (q_g), force and torque, strings' response",
-    "SAFETY": "limits of growth and size, passivity", "WRITE": "write the wrench to the device", "PUBLISH": "events, State, record"}
+    "SAFETY": "limits of growth and size, passivity",
+    "WRITE": "write the wrench to the device",
+    "PUBLISH": "events, State, record",
+}
 STAGE_COLORS = dict(zip(STAGES, ("#56b4e9", "#e69f00", "#cc79a7", "#009e73", "#999999")))
-IN_PAPER = {"READ": "configuration of the haptic tool", "SIMULATION": "collision detection (two branches), optimisation, force model, response of the string",
-            "SAFETY": "not in the paper", "WRITE": "feedback force and torque", "PUBLISH": "graphic display, sound: here in other processes"}
+IN_PAPER = {
+    "READ": "configuration of the haptic tool",
+    "SIMULATION": "collision detection (two branches), optimisation, force model, response of the string",
+    "SAFETY": "not in the paper",
+    "WRITE": "feedback force and torque",
+    "PUBLISH": "graphic display, sound: here in other processes",
+}
 
 
 def _session() -> List[state_pb2.State]:
     """States of a hand on body and strings at once, on the real clock."""
-    with Daemon("--scene", "guqin", "--gesture", "hybrid_contact") as daemon, hapticd.Session(daemon.address, keep_states=SECONDS * 1100) as session:
+    with Daemon("--scene", "guqin", "--gesture", "hybrid_contact") as daemon, hapticd.Session(
+        daemon.address, keep_states=SECONDS * 1100
+    ) as session:
         session.subscribe(1, ("TOOLS", "CONTACTS", "TIMING", "STAGES", "QUALITY"))
         states = list(session.states(SECONDS * 1000, timeout=3.0))
         return [state for state in states if state.t_ns > states[0].t_ns + SETTLING_S * 1e9]
@@ -64,7 +74,14 @@ def _draw(table: Dict[str, numpy.ndarray], title: str) -> plots.Picture:
         figure.suptitle(title, fontsize=10.5, fontweight="bold")
         at, whole = 0.0, sum(medians.values())
         for name in STAGES:
-            chain.barh(0, medians[name], left=at, color=STAGE_COLORS[name], height=0.6, label=f"{name.lower()}: {medians[name]:.2g} \N{MICRO SIGN}s, {100 * medians[name] / whole:.0f} %")
+            chain.barh(
+                0,
+                medians[name],
+                left=at,
+                color=STAGE_COLORS[name],
+                height=0.6,
+                label=f"{name.lower()}: {medians[name]:.2g} \N{MICRO SIGN}s, {100 * medians[name] / whole:.0f} %",
+            )
             at += medians[name]
         chain.set(yticks=[], xlabel="median of each stage, \N{MICRO SIGN}s; one after the other as in a tick", ylim=(-0.5, 0.5))
         chain.legend(ncol=5, loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
@@ -88,22 +105,63 @@ def make(lab: Any, figure: Figure) -> None:
     figure.pictures["pipeline.svg"] = "Above: the stages of a tick in their order, by their medians. Below: how they are distributed"
     figure.tables["Stages of a tick, as the daemon measures them (section STAGES of its States), wall clock"] = [
         ["stage", "what it does", "in the paper's flow chart", "median, us", "p99, us", "share"],
-        *([name.lower(), STAGE_TEXT[name], IN_PAPER[name], f"{numpy.median(table[name]):.3g}", f"{numpy.percentile(table[name], 99):.3g}", f"{100 * share[name]:.1f} %"]
-          for name in STAGES)]
+        *(
+            [
+                name.lower(),
+                STAGE_TEXT[name],
+                IN_PAPER[name],
+                f"{numpy.median(table[name]):.3g}",
+                f"{numpy.percentile(table[name], 99):.3g}",
+                f"{100 * share[name]:.1f} %",
+            ]
+            for name in STAGES
+        ),
+    ]
     work = numpy.array([[state.quality.substeps, state.quality.sphere_tests, state.quality.qp_iterations] for state in states])
-    figure.tables["Work of a tick"] = [["", "median", "most"], *(
-        [name, f"{numpy.median(work[:, i]):.0f}", f"{work[:, i].max()}"] for i, name in enumerate(("linearisations", "tests of spheres and bounds", "iterations of the quadratic program")))]
+    figure.tables["Work of a tick"] = [
+        ["", "median", "most"],
+        *(
+            [name, f"{numpy.median(work[:, i]):.0f}", f"{work[:, i].max()}"]
+            for i, name in enumerate(("linearisations", "tests of spheres and bounds", "iterations of the quadratic program"))
+        ),
+    ]
     under = float((table[""] < plots.PERIOD_US).mean())
     figure.claims += [
-        is_so("Every stage of the chart runs in every tick", all((table[name] > 0).mean() > 0.99 for name in STAGES),
-              ", ".join(f"{name.lower()} in {100 * (table[name] > 0).mean():.1f} %" for name in STAGES), "each in over 99 % of the ticks"),
-        is_so("Collision is searched on two branches, sphere-tree against sphere-tree and sphere-tree against cylinder", found["string"] > 0 and found["body"] > 0,
-              f"strings bear force in {found['string']} ticks, bodies in {found['body']}, both at once in {found['both']}", "either in some tick"),
-        at_most("Time of a tick, median of its thread CPU time", float(numpy.median(table[""])), plots.PERIOD_US, "us",
-                f"the text says less than 1 ms in most phases. {100.0 * under:.2f} % of the ticks were within it, the longest took {table[''].max():.0f} us, "
-                "on the real clock and with whatever else this machine did", NUMBER)]
-    figure.notes.append("Collision search, optimisation and strings are one stage of the measurement: no clock is read inside the simulation, so that the same input "
-                        "gives the same bits. How often each of them runs is counted instead, in the second table.")
+        is_so(
+            "Every stage of the chart runs in every tick",
+            all((table[name] > 0).mean() > 0.99 for name in STAGES),
+            ", ".join(f"{name.lower()} in {100 * (table[name] > 0).mean():.1f} %" for name in STAGES),
+            "each in over 99 % of the ticks",
+        ),
+        is_so(
+            "Collision is searched on two branches, sphere-tree against sphere-tree and sphere-tree against cylinder",
+            found["string"] > 0 and found["body"] > 0,
+            f"strings bear force in {found['string']} ticks, bodies in {found['body']}, both at once in {found['both']}",
+            "either in some tick",
+        ),
+        at_most(
+            "Time of a tick, median of its thread CPU time",
+            float(numpy.median(table[""])),
+            plots.PERIOD_US,
+            "us",
+            f"the text says less than 1 ms in most phases. {100.0 * under:.2f} % of the ticks were within it, "
+            f"the longest took {table[''].max():.0f} us, "
+            "on the real clock and with whatever else this machine did",
+            NUMBER,
+        ),
+    ]
+    figure.notes.append(
+        "Collision search, optimisation and strings are one stage of the measurement: no clock is read inside the simulation, so that the same input "
+        "gives the same bits. How often each of them runs is counted instead, in the second table."
+    )
 
 
-SPECS = [Spec("F2", "The pipeline", "flow chart of the approach: collision detection in two branches, optimisation, force, response of the string", make, 12.0)]
+SPECS = [
+    Spec(
+        "F2",
+        "The pipeline",
+        "flow chart of the approach: collision detection in two branches, optimisation, force, response of the string",
+        make,
+        12.0,
+    )
+]
