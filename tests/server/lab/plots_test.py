@@ -20,8 +20,15 @@ def run(began_s=7.0):
     body, string = numpy.zeros((COUNT, 3)), numpy.zeros((COUNT, 3))
     body[100:200, 1], string[150:300, 2] = 1.0, 1.0
     tone = event_pb2.Tone(t_ns=round((began_s + 0.3) * 1e9), string_index=4)
-    return make_trace(COUNT, force_n=numpy.outer(ramp, [1.0, 2.0, -3.0]), torque_n_m=numpy.outer(ramp, [-0.1, 0.2, 0.3]),
-                      cpu_us=numpy.full(COUNT, 20.0), object_force_n={"C2": string, "body": body}, began_s=began_s, events=[Event("tone", tone)])
+    return make_trace(
+        COUNT,
+        force_n=numpy.outer(ramp, [1.0, 2.0, -3.0]),
+        torque_n_m=numpy.outer(ramp, [-0.1, 0.2, 0.3]),
+        cpu_us=numpy.full(COUNT, 20.0),
+        object_force_n={"C2": string, "body": body},
+        began_s=began_s,
+        events=[Event("tone", tone)],
+    )
 
 
 class Layout(unittest.TestCase):
@@ -65,7 +72,11 @@ class Layout(unittest.TestCase):
     def test_strips_show_who_is_touched_when(self):
         strips = self.axes[6]
         self.assertEqual([label.get_text() for label in strips.get_yticklabels()], ["body", "C2"])
-        ranges = [[round(float(x), 6) for x in (box.vertices[:, 0].min(), box.vertices[:, 0].max())] for group in strips.collections for box in group.get_paths()]
+        ranges = [
+            [round(float(x), 6) for x in (box.vertices[:, 0].min(), box.vertices[:, 0].max())]
+            for group in strips.collections
+            for box in group.get_paths()
+        ]
         self.assertEqual(ranges, [[0.1, 0.2], [0.15, 0.3]])
 
     def test_a_tone_is_marked_when_it_sounds_with_the_number_of_its_string(self):
@@ -98,7 +109,9 @@ class Spans(unittest.TestCase):
 
 class Lines(unittest.TestCase):
     def test_panels_have_their_curves_bounds_and_scales(self):
-        panel = plots.Panel("speed, m/s", "force, N", [plots.Line("ours", [1, 10], [2, 3])], "title", log_x=True, bounds={"limit": 22.0}, marks={"tap": 1.204})
+        panel = plots.Panel(
+            "speed, m/s", "force, N", [plots.Line("ours", [1, 10], [2, 3])], "title", log_x=True, bounds={"limit": 22.0}, marks={"tap": 1.204}
+        )
         picture = plots.lines("all", [panel, panel, panel])
         axes = picture.figure.axes
         self.assertEqual([axis.get_visible() for axis in axes], [True, True, True, False])

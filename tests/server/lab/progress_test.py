@@ -12,7 +12,15 @@ class Terminal(io.StringIO):
 
 class Durations(unittest.TestCase):
     def test_are_said_as_people_say_them(self):
-        for seconds, text in ((0, "0 s"), (-3, "0 s"), (8.4, "8 s"), (59.6, "1 min"), (80, "1 min 20 s"), (3600, "1 h 0 min"), (7500, "2 h 5 min")):
+        for seconds, text in (
+            (0, "0 s"),
+            (-3, "0 s"),
+            (8.4, "8 s"),
+            (59.6, "1 min"),
+            (80, "1 min 20 s"),
+            (3600, "1 h 0 min"),
+            (7500, "2 h 5 min"),
+        ):
             self.assertEqual(duration(seconds), text)
 
 
@@ -53,7 +61,9 @@ class Writing(unittest.TestCase):
     def test_a_log_gets_whole_lines_of_plain_text(self):
         text = self.play(io.StringIO())
         self.assertTrue(all(each == "\n" or each.isprintable() for each in text), repr(text))
-        self.assertEqual(text.splitlines(), ["2 figures in 1 process, about 40 s", "[1/2] F12a deviates, 31 s; about 10 s left", "[2/2] F1 reproduced, 10 s"])
+        self.assertEqual(
+            text.splitlines(), ["2 figures in 1 process, about 40 s", "[1/2] F12a deviates, 31 s; about 10 s left", "[2/2] F1 reproduced, 10 s"]
+        )
 
     def test_a_terminal_also_sees_what_runs(self):
         text = self.play(Terminal())

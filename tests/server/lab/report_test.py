@@ -54,8 +54,11 @@ def figure():
     """With a run, a picture, a table, a note and one claim of each kind."""
     made = Figure("F13", "Contact switch", "F_x goes to zero at the switch")
     made.runs["paper"] = make_trace(100)
-    made.claims = [at_most("force after the switch", 0.0123, 0.5, "N", "from MODEL"), at_least("torque ratio", 2.5, 3.0, "", NASTY, OURS),
-                   cannot_check("it looks alike", "an image")]
+    made.claims = [
+        at_most("force after the switch", 0.0123, 0.5, "N", "from MODEL"),
+        at_least("torque ratio", 2.5, 3.0, "", NASTY, OURS),
+        cannot_check("it looks alike", "an image"),
+    ]
     made.pictures["extra.png"] = "An extra picture"
     made.tables["A table"] = [["speed", NASTY], ["1.2 m/s", "7"]]
     made.notes.append("A paragraph.")
@@ -96,7 +99,15 @@ class Report(unittest.TestCase):
 
     def test_machine_notes_tables_and_what_is_missing_are_there(self):
         for text in (self.page.text, self.markdown):
-            for expected in ("a fine one, 2 cores", "0123456789ab", "A paragraph.", "A table", "An extra picture", "1.2 m/s", "Not finished: F18"):
+            for expected in (
+                "a fine one, 2 cores",
+                "0123456789ab",
+                "A paragraph.",
+                "A table",
+                "An extra picture",
+                "1.2 m/s",
+                "Not finished: F18",
+            ):
                 self.assertIn(expected, text)
 
     def test_both_say_that_nothing_was_read_off_images(self):

@@ -70,7 +70,9 @@ class Meshes(unittest.TestCase):
 class Pictures(unittest.TestCase):
     def test_a_sphere_is_a_disc_of_its_radius_where_it_is_and_the_nearer_hides_the_other(self):
         spheres = numpy.array([[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 5.0, 0.5]])
-        picture = shaded.draw_spheres(spheres, numpy.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), numpy.eye(3), numpy.array([-2.0, 2.0, -1.0, 1.0]), 400)
+        picture = shaded.draw_spheres(
+            spheres, numpy.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), numpy.eye(3), numpy.array([-2.0, 2.0, -1.0, 1.0]), 400
+        )
         self.assertEqual(picture.shape, (200, 400, 3))
         drawn = (picture < 1.0).any(axis=2)
         self.assertAlmostEqual(drawn.sum() / 100.0**2, numpy.pi, delta=0.02)

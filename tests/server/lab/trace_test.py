@@ -15,10 +15,16 @@ class Csv(unittest.TestCase):
         random = numpy.random.default_rng(5)
         self.force = random.normal(size=(COUNT, 3)) * 10.0 ** random.integers(-12, 3, size=(COUNT, 3))
         self.string = random.normal(size=(COUNT, 3))
-        self.trace = make_trace(COUNT, force_n=self.force, p_wg_m=random.normal(size=(COUNT, 3)), q_wh=random.normal(size=(COUNT, 4)),
-                                cpu_us=numpy.where(numpy.arange(COUNT) % 7, random.uniform(5, 50, COUNT), numpy.nan),
-                                tick=numpy.arange(COUNT) + 12_345_678,
-                                object_force_n={"C2": self.string}, regions={"C2": numpy.arange(COUNT) % 3})
+        self.trace = make_trace(
+            COUNT,
+            force_n=self.force,
+            p_wg_m=random.normal(size=(COUNT, 3)),
+            q_wh=random.normal(size=(COUNT, 4)),
+            cpu_us=numpy.where(numpy.arange(COUNT) % 7, random.uniform(5, 50, COUNT), numpy.nan),
+            tick=numpy.arange(COUNT) + 12_345_678,
+            object_force_n={"C2": self.string},
+            regions={"C2": numpy.arange(COUNT) % 3},
+        )
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "trace.csv"
             self.trace.write_csv(path)

@@ -86,7 +86,13 @@ class Making(unittest.TestCase):
 class ExitCode(unittest.TestCase):
     def test_says_what_happened(self):
         fine, off, failed = make_outcome("F1", verdict=REPRODUCED), make_outcome("F2", verdict=DEVIATES), make_outcome("F3")
-        for outcomes, interrupted, code in (([fine], False, 0), ([fine, off], False, 3), ([off, failed], False, 1), ([fine], True, 130), ([], False, 0)):
+        for outcomes, interrupted, code in (
+            ([fine], False, 0),
+            ([fine, off], False, 3),
+            ([off, failed], False, 1),
+            ([fine], True, 130),
+            ([], False, 0),
+        ):
             self.assertEqual(repro.exit_code(outcomes, interrupted), code)
 
 
