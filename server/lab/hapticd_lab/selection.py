@@ -14,10 +14,9 @@ class UnknownFigure(ValueError):
     """An id that no figure and no group has."""
 
 
-def order(figure_id: str) -> Tuple[int, List[Tuple[int, str]]]:
-    """Sorts figures (F2 before F10, F15a before F15b), then sections, then tables."""
-    kind = {"F": 0, "S": 1, "T": 2}.get(figure_id[:1], 3)
-    return kind, [(int(number or 0), text) for number, text in re.findall(r"(\d+)|(\D+)", figure_id)]
+def order(figure_id: str) -> List[Tuple[int, str]]:
+    """Sorts figures (F2 before F10, F15a before F15b), then sections (S), then tables (T)."""
+    return [(int(number or 0), text) for number, text in re.findall(r"(\d+)|(\D+)", figure_id)]
 
 
 def offered() -> List[Spec]:

@@ -32,8 +32,10 @@ class Expectations(unittest.TestCase):
         self.assertEqual(expectations.differences(claims, EXPECTED), [])
 
     def test_what_deviates_unexpectedly_is_told_with_its_numbers(self):
-        found = expectations.differences([claim("F5", "The cylinder"), claim("F16", "At 10 m/s"), claim("F9", "The cylinder")], EXPECTED)
-        self.assertEqual(len(found), 1)
+        found = expectations.differences(
+            [claim("F5", "The cylinder"), claim("F16", "At 10 m/s"), claim("F9", "The cylinder"), claim("F5", "The other")], EXPECTED
+        )
+        self.assertEqual(len(found), 2)
         self.assertIn("F9: deviates unexpectedly: The cylinder: 2 N, wants <= 1 N", found[0])
 
     def test_what_no_longer_deviates_is_told(self):

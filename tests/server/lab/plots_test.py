@@ -14,7 +14,7 @@ from lab_support import make_trace
 COUNT = 400
 
 
-def run(began_s=7.0):
+def run(began_s=7.0, strength=1.0):
     """Force, torque and cost known tick by tick; body touched in ticks 100..199, string in 150..299; a tone at 0.3 s."""
     ramp = numpy.arange(COUNT) / COUNT
     body, string = numpy.zeros((COUNT, 3)), numpy.zeros((COUNT, 3))
@@ -22,7 +22,7 @@ def run(began_s=7.0):
     tone = event_pb2.Tone(t_ns=round((began_s + 0.3) * 1e9), string_index=4)
     return make_trace(
         COUNT,
-        force_n=numpy.outer(ramp, [1.0, 2.0, -3.0]),
+        force_n=strength * numpy.outer(ramp, [1.0, 2.0, -3.0]),
         torque_n_m=numpy.outer(ramp, [-0.1, 0.2, 0.3]),
         cpu_us=numpy.full(COUNT, 20.0),
         object_force_n={"C2": string, "body": body},
@@ -33,7 +33,7 @@ def run(began_s=7.0):
 
 class Layout(unittest.TestCase):
     def setUp(self):
-        self.picture = plots.draw_runs({"paper": run(), "deflecting": run()}, "F15a: title")
+        self.picture = plots.draw_runs({"paper": run(), "deflecting": run(strength=0.5)}, "F15a: title")
         self.axes = self.picture.figure.axes
 
     def tearDown(self):

@@ -62,6 +62,7 @@ class Meshes(unittest.TestCase):
     def test_a_closed_mesh_has_no_open_edge(self):
         self.assertEqual(sphere_tree.open_edges(self.TETRAHEDRON), 0)
         self.assertGreater(sphere_tree.open_edges(self.TETRAHEDRON[:3]), 0)
+        self.assertGreater(sphere_tree.open_edges(numpy.vstack([self.TETRAHEDRON, self.TETRAHEDRON[:1]])), 0)
         turned = self.TETRAHEDRON.copy()
         turned[0] = turned[0][::-1]
         self.assertGreater(sphere_tree.open_edges(turned), 0)
@@ -79,6 +80,12 @@ class Pictures(unittest.TestCase):
         blue = (picture[..., 2] > 0.0) & (picture[..., 0] == 0.0)
         self.assertAlmostEqual(blue.sum() / 100.0**2, numpy.pi / 4.0, delta=0.02)
         self.assertTrue(blue[100, 200])
+
+    def test_up_is_up_and_right_is_right(self):
+        picture = shaded.draw_spheres(
+            numpy.array([[1.0, 0.5, 0.0, 0.2]]), numpy.zeros((1, 3)), numpy.eye(3), numpy.array([-2.0, 2.0, -1.0, 1.0]), 400
+        )
+        self.assertEqual(picture[50, 300].tolist(), [0.0, 0.0, 0.0])
 
     def test_the_window_holds_all_spheres(self):
         window = shaded.window(numpy.array([[1.0, 2.0, 3.0, 0.5], [-1.0, 0.0, 0.0, 0.25]]), numpy.eye(3))
