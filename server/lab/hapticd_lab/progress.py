@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import sys
-from typing import Dict, Sequence, TextIO, Tuple
+from typing import Dict, List, Sequence, Set, TextIO, Tuple
 
 TRUST = 10.0
 """Seconds of work, as estimated, that weigh as much as all that was measured: the first figure alone says little about the rest."""
@@ -40,12 +40,13 @@ class Progress:
 
     def __init__(self, costs: Dict[str, float], jobs: int, out: TextIO = sys.stderr) -> None:
         self._costs, self._jobs, self._out = costs, jobs, out
-        self._done: Dict[str, Tuple[float, float]] = {}
+        self._done: Set[str] = set()
+        self._measured: List[Tuple[float, float]] = []
         self._terminal = out.isatty()
 
     def _left(self, running: Dict[str, float]) -> float:
         waiting = [cost for name, cost in self._costs.items() if name not in self._done and name not in running]
-        return time_left(waiting, [(self._costs[name], elapsed) for name, elapsed in running.items()], list(self._done.values()), self._jobs)
+        return time_left(waiting, [(self._costs[name], elapsed) for name, elapsed in running.items()], self._measured, self._jobs)
 
     def _line(self, text: str, end: str = "\n") -> None:
         self._out.write(("\r\x1b[K" if self._terminal else "") + text + end)
@@ -56,9 +57,12 @@ class Progress:
         self._line(f"{len(self._costs)} figures in {self._jobs} {'process' if self._jobs == 1 else 'processes'}, "
                    f"about {duration(self._left({}))}")
 
-    def finished(self, name: str, outcome: str, elapsed: float, running: Dict[str, float]) -> None:
-        """A figure is done; `running`: the others by name, with the seconds they have run."""
-        self._done[name] = (self._costs[name], elapsed)
+    def finished(self, name: str, outcome: str, elapsed: float, running: Dict[str, float], counts: bool = True) -> None:
+        """A figure is done; `running`: the others by name, with the seconds they have run. `counts`: its time says something about the
+        others'; that of one that failed does not."""
+        self._done.add(name)
+        if counts:
+            self._measured.append((self._costs[name], elapsed))
         count, total = len(self._done), len(self._costs)
         rest = f"; about {duration(self._left(running))} left" if count < total else ""
         self._line(f"[{count:{len(str(total))}}/{total}] {name} {outcome}, {duration(elapsed)}{rest}")

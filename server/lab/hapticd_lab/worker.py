@@ -28,6 +28,8 @@ LabMaker = Callable[[Spec, pathlib.Path], Any]
 def make(spec: Spec, folder: pathlib.Path, open_lab: LabMaker) -> Outcome:
     """Makes one figure, here. What it raises becomes the error of the outcome."""
     folder.mkdir(parents=True, exist_ok=True)
+    for of_an_earlier_run in ("claims.csv", "error.txt"):
+        (folder / of_an_earlier_run).unlink(missing_ok=True)
     figure = Figure(spec.id, spec.title, spec.paper)
     begin = time.monotonic()
     try:
@@ -36,7 +38,7 @@ def make(spec: Spec, folder: pathlib.Path, open_lab: LabMaker) -> Outcome:
         outcome = write_figure(figure, spec, folder)
     except Exception as error:  # whatever it is, the other figures are made
         (folder / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
-        outcome = Outcome(spec.id, spec.title, spec.paper, error=f"{type(error).__name__}: {error}")
+        outcome = Outcome(spec.id, spec.title, spec.paper, error=f"{type(error).__name__}: {error}".splitlines()[0])
     outcome.elapsed_s = time.monotonic() - begin
     return outcome
 
@@ -114,7 +116,7 @@ def make_all(specs: Sequence[Spec], output: pathlib.Path, jobs: int, open_lab: L
             for pipe in multiprocessing.connection.wait(list(running), RENEW_S):
                 each = running.pop(pipe)
                 outcome = done[each.spec.id] = each.outcome()
-                progress.finished(each.spec.id, outcome.verdict, outcome.elapsed_s, _elapsed(running))
+                progress.finished(each.spec.id, outcome.verdict, outcome.elapsed_s, _elapsed(running), not outcome.error)
             progress.running(_elapsed(running))
     except KeyboardInterrupt:
         interrupted = True

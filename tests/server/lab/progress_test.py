@@ -65,6 +65,12 @@ class Writing(unittest.TestCase):
             text.splitlines(), ["2 figures in 1 process, about 40 s", "[1/2] F12a deviates, 31 s; about 10 s left", "[2/2] F1 reproduced, 10 s"]
         )
 
+    def test_the_time_of_what_failed_says_nothing_about_the_rest(self):
+        out = io.StringIO()
+        progress = Progress({"F1": 100.0, "F2": 100.0}, 1, out)
+        progress.finished("F1", "failed", 1.0, {}, counts=False)
+        self.assertIn("about 1 min 40 s left", out.getvalue())
+
     def test_a_terminal_also_sees_what_runs(self):
         text = self.play(Terminal())
         self.assertIn("[0/2] F12a 3 s; about 37 s left", text)

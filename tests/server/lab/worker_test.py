@@ -68,6 +68,13 @@ class Making(unittest.TestCase):
         self.assertEqual(made.outcomes[0].error, "ValueError: no session")
         self.assertIn("F1/error.txt", files)
 
+    def test_what_an_earlier_run_said_is_gone_when_it_fails_now_or_did_then(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for maker, there, gone in ((good, "claims.csv", "error.txt"), (fails, "error.txt", "claims.csv"), (good, "claims.csv", "error.txt")):
+                worker.make(Spec("F1", "", "", maker), pathlib.Path(folder), lab_with_a_trace)
+                self.assertTrue((pathlib.Path(folder) / there).is_file())
+                self.assertFalse((pathlib.Path(folder) / gone).exists())
+
     def test_one_whose_process_dies_is_told_and_the_others_are_made(self):
         made, _ = make_all(F1=dies, F2=good)
         self.assertEqual([each.verdict for each in made.outcomes], [FAILED, REPRODUCED])

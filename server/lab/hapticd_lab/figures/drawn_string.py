@@ -8,7 +8,7 @@ import numpy
 from hapticd.v1 import event_pb2, state_pb2
 from hapticd_lab import plots
 from hapticd_lab.figure import OURS, WORDS, Figure, Spec, at_least, at_most, is_so
-from hapticd_lab.player import Setup, play_path
+from hapticd_lab.player import Setup
 from hapticd_lab.trace import Trace
 
 SCENE, STRING, RADIUS_M, LENGTH_M, FREQUENCY_HZ = "single_string", "C2", 0.34e-3, 1.1, 65.4
@@ -79,11 +79,11 @@ def _draw(trace: Trace, ringing: numpy.ndarray, law_m: numpy.ndarray, released_s
     )
 
 
-def _slow_releases(figure: Figure) -> None:
+def _slow_releases(lab: Any, figure: Figure) -> None:
     """What is left ringing after slower releases: |sin(x)/x| of the deflection, x = pi f tau."""
     rows, worst = [["speed of the release, m/s", "deflection, mm", "amplitude, mm", "their ratio", "|sin(x)/x|"]], 0.0
     for speed in (*SLOWER_M_PER_S, RELEASE_M_PER_S):
-        trace = play_path(Setup(SCENE), _poses(speed, 0.1))
+        trace = lab.play(Setup(SCENE), _poses(speed, 0.1))
         event, released_s = _release(trace)
         largest_m = float((trace.radius_m[STRING] - RADIUS_M)[trace.t_s < released_s].max())
         x = numpy.pi * FREQUENCY_HZ * DEPTH_M / speed
@@ -106,7 +106,7 @@ def _slow_releases(figure: Figure) -> None:
 
 def make(lab: Any, figure: Figure) -> None:
     """Fig. 5."""
-    trace = play_path(Setup(SCENE), _poses(RELEASE_M_PER_S, RINGING_S))
+    trace = lab.play(Setup(SCENE), _poses(RELEASE_M_PER_S, RINGING_S), timed=True)
     figure.runs["paper"] = trace
     event, released_s = _release(trace)
     law_m = RADIUS_M + event.r_max_m * numpy.exp(-(trace.t_s - released_s) / event.decay_s)
@@ -161,7 +161,7 @@ def make(lab: Any, figure: Figure) -> None:
         ),
         is_so("The release is heard once", tones == 1, f"{tones} {'tone' if tones == 1 else 'tones'}", "1 tone", source=OURS),
     ]
-    _slow_releases(figure)
+    _slow_releases(lab, figure)
 
 
 SPECS = [

@@ -138,7 +138,7 @@ def make_hand(lab: Any, figure: Figure) -> None:
 
 def make_body(lab: Any, figure: Figure) -> None:
     """Fig. 4."""
-    _make_tree_page(figure, lab.folder, "body of the Guqin", shaded.view(-0.35, 0.6), 2)
+    _make_tree_page(figure, lab.folder, "body of the Guqin", shaded.view(-0.35, 0.6), 3)
 
 
 def _rebuild(name: str, folder: pathlib.Path, option: List[str]) -> tuple[bool, float]:
