@@ -13,7 +13,7 @@ import pathlib
 import sys
 from typing import Any, List
 
-from hapticd_lab import machine, report, selection, worker
+from hapticd_lab import filming, machine, report, selection, worker
 from hapticd_lab.figure import DEVIATES, Spec
 from hapticd_lab.outcome import FAILED, Outcome, write_claims
 from hapticd_lab.progress import Progress, duration
@@ -70,7 +70,8 @@ def run(options: argparse.Namespace) -> int:
         return _refuse("--jobs wants a number above 0")
     try:
         named = selection.chosen(offered, names)
-        specs = offered if options.all else named
+        to_film = selection.chosen(offered, options.video)
+        specs = [filming.filmed(spec) if spec in to_film else spec for spec in (offered if options.all else named)]
     except selection.UnknownFigure as unknown:
         return _refuse(str(unknown))
     options.output.mkdir(parents=True, exist_ok=True)
