@@ -7,6 +7,7 @@ import { ExperimentPanel } from './controls/experiment_panel.js';
 import { KEYS, listen } from './controls/keyboard.js';
 import { PlaybackBar } from './controls/playback_bar.js';
 import { Session } from './controls/session.js';
+import { Film } from './film.js';
 import { readAddress } from './page_address.js';
 import { Picture } from './picture.js';
 import { Panels } from './plots/panels.js';
@@ -24,7 +25,7 @@ const address = readAddress(location.href);
 const connection = new Connection({ address: address.socket, token: address.token, pageS,
   handlers: { event: (event) => model.take(event), opened: () => {}, closed: () => lost() } });
 const session = new Session(connection);
-const model = new StreamModel({ session, pageS, handlers: { scene: setScene, state: takeState, playback: (playback) => playbackBar.show(playback), shown: takeShown } });
+const model = new StreamModel({ session, pageS, handlers: { scene: setScene, state: takeState, playback: takePlayback, shown: takeShown } });
 const picture = new Picture(find('canvas'), find('labels'), { high: address.high, motion: model.motion, nowS: pageS });
 picture.viewName = address.view;
 const looks = new ViewControls(picture, address);
@@ -35,19 +36,26 @@ const connectionPanel = new ConnectionPanel(find('connection'));
 const banners = new Banners(find('banners'));
 const playbackBar = new PlaybackBar(session);
 const counted = [{ atS: pageS(), states: 0, frames: 0, bytes: 0 }];
+const film = new Film({ model, session, panels, draw: drawForFilm, scene: () => drawn });
 let lastStateS = -Infinity;
+let drawn = Promise.resolve(); // the scene, with its files
 
 function setScene(scene) {
   find('scene-name').textContent = scene.description || scene.name;
   document.title = `${scene.name} · hapticd`;
   panels.clear();
-  picture.setScene(scene).catch((error) => banners.set('scene', { title: 'The scene cannot be drawn', text: String(error) }));
+  drawn = picture.setScene(scene).catch((error) => banners.set('scene', { title: 'The scene cannot be drawn', text: String(error) }));
   if (!experiment.running && !model.recorded) control.list();
 }
 
 function takeState(state) {
   lastStateS = pageS();
   panels.add(state, state.tools[0]?.tool_id ?? 0);
+}
+
+function takePlayback(playback) {
+  playbackBar.show(playback);
+  film.heard(playback);
 }
 
 /** A recording comes in place of the daemon, or the daemon again. */
@@ -63,7 +71,18 @@ function lost() {
 }
 
 function frame() {
+  if (film.rolling) return;
   requestAnimationFrame(frame);
+  drawNewest();
+}
+
+function drawForFilm() {
+  drawNewest();
+  drawNewest(); // shadows may follow at half the pace
+  showTexts();
+}
+
+function drawNewest() {
   const ns = model.shownNs();
   const state = ns === null ? null : model.states.at(ns);
   picture.draw(state, ns);
@@ -167,4 +186,4 @@ requestAnimationFrame(frame);
 connection.open();
 
 // For tests and for people at the console: what is known and drawn.
-window.hapticd = { model, picture, panels, session, connection, experiment };
+window.hapticd = { model, picture, panels, session, connection, experiment, film };

@@ -4,7 +4,6 @@ import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import { LogHistogram, TimeSeries } from './series.js';
 
-const SECONDS = 10;
 const PLOT_PX = 104;
 const ROWS = 4096; // 10 s at 400 Hz
 const INK = '#8b93a1', GRID = '#262b34';
@@ -18,6 +17,7 @@ const PLOTS = [
 ];
 
 export class Panels {
+  seconds = 10; // that the plots reach back
   #plots = new Map();
   #data = new Map();
   #ticks = new LogHistogram({ least: 1, most: 4096, capacity: 4096 });
@@ -26,7 +26,7 @@ export class Panels {
     this.holder = holder;
     for (const plot of PLOTS) {
       this.#data.set(plot.id, new TimeSeries(plot.series.length, ROWS));
-      this.#plots.set(plot.id, this.#make(plot, timeOptions(plot)));
+      this.#plots.set(plot.id, this.#make(plot, timeOptions(plot, () => this.seconds)));
     }
     const ticks = { id: 'ticks', title: 'Time of a tick, µs' };
     this.#plots.set('ticks', this.#make(ticks, histogramOptions(this.#ticks)));
@@ -76,7 +76,7 @@ export class Panels {
   draw(state) {
     if (this.holder.offsetParent === null) return;
     for (const [id, series] of this.#data) {
-      const rows = series.window(SECONDS);
+      const rows = series.window(this.seconds);
       // What has gone to the hand since the daemon started would dwarf what the strings hold.
       if (id === 'energy') rows[1] = rows[1].map((value, _, all) => value - all[0]);
       this.#plots.get(id).plot.setData(rows);
@@ -121,11 +121,11 @@ function rangeOf(least) {
   };
 }
 
-function timeOptions({ series, least }) {
+function timeOptions({ series, least }, seconds) {
   return {
     legend: { show: false },
     cursor: { show: false },
-    scales: { x: { time: false, range: [-SECONDS, 0] }, y: { range: rangeOf(least) } },
+    scales: { x: { time: false, range: () => [-seconds(), 0] }, y: { range: rangeOf(least) } },
     axes: [axis({ size: 16, values: (_, ticks) => ticks.map((tick) => `${tick} s`) }), axis({ size: 40 })],
     series: [{}, ...series.map(([label, stroke]) => ({ label, stroke, width: 1.25, points: { show: false } }))],
   };
