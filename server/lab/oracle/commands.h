@@ -12,5 +12,7 @@ namespace hapticd {
 void add_gesture_command(CLI::App& app);
 /// poses: the path of a gesture, tick by tick.
 void add_poses_command(CLI::App& app);
+/// path: what a recorded tool met on its way.
+void add_path_command(CLI::App& app);
 
 }  // namespace hapticd

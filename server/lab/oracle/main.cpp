@@ -19,6 +19,7 @@ constexpr int kUsageBad = 2;
 constexpr std::array kCommands{
     hapticd::add_gesture_command,
     hapticd::add_poses_command,
+    hapticd::add_path_command,
 };
 
 /// Names the word that is not known, where the parser misses a command instead.

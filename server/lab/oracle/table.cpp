@@ -4,12 +4,15 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <stdexcept>
+#include <system_error>
 
 namespace hapticd {
 namespace {
+
+/// Why the last call to the system failed.
+std::string why() { return std::generic_category().message(errno); }
 
 std::string quoted(const std::string& name) {
   if (name.find_first_of(",\"\n") == std::string::npos) return name;
@@ -30,13 +33,13 @@ void write_output(const std::string& output, const std::string& text) {
         std::fflush(stdout) == 0) {
       return;
     }
-    throw std::runtime_error("stdout cannot be written: " + std::string(std::strerror(errno)) +
+    throw std::runtime_error("stdout cannot be written: " + std::string(why()) +
                              ". Name a file with --output");
   }
   std::ofstream file(output, std::ios::binary);
   file << text << std::flush;
   if (!file) {
-    throw std::runtime_error(output + ": cannot be written: " + std::strerror(errno) +
+    throw std::runtime_error(output + ": cannot be written: " + why() +
                              ". Name another file with --output");
   }
 }

@@ -8,19 +8,15 @@
 namespace hapticd {
 namespace {
 
-/// A sphere that meets more cells than this is looked at always. Fewer: more of those; more:
-/// memory.
-constexpr double kMostCells = 512.0;
+/// A sphere this much larger than the median is looked at always. Smaller: more of those; larger:
+/// more memory.
+constexpr double kLarge = 16.0;
+/// Cells of a grid, at most.
+constexpr double kMostCells = 4e6;
 /// Smallest side of a cell, m.
 constexpr double kSmallestSide = 1e-6;
 /// Widens a query, so that rounding hides no sphere, in sides of a cell.
 constexpr double kRounding = 1e-6;
-/// Cells beyond this are one, so that far places have a number too.
-constexpr double kFarthestCell = 1e12;
-
-std::int64_t cell_of(double x, double side) {
-  return static_cast<std::int64_t>(std::clamp(std::floor(x / side), -kFarthestCell, kFarthestCell));
-}
 
 double median_radius(const std::vector<Sphere>& spheres) {
   std::vector<double> radii;
@@ -33,44 +29,75 @@ double median_radius(const std::vector<Sphere>& spheres) {
 
 }  // namespace
 
-std::size_t SphereGrid::CellHash::operator()(const Cell& cell) const noexcept {
-  std::uint64_t hash = 0;
-  for (const std::int64_t k : cell) {
-    hash = (hash ^ static_cast<std::uint64_t>(k)) * 0x9E3779B97F4A7C15U;
-    hash ^= hash >> 29U;
-  }
-  return static_cast<std::size_t>(hash);
-}
-
 SphereGrid::SphereGrid(std::vector<Sphere> spheres) : spheres_(std::move(spheres)) {
   if (spheres_.empty()) return;
-  side_ = std::max(2.0 * median_radius(spheres_), kSmallestSide);
+  choose_cells();
+  fill();
+}
+
+void SphereGrid::choose_cells() {
+  const double median = median_radius(spheres_);
+  side_ = std::max(2.0 * median, kSmallestSide);
+  Vector3 upper = Vector3::Constant(-1e300);
+  lower_ = -upper;
   for (std::size_t i = 0; i < spheres_.size(); ++i) {
-    const auto index = static_cast<std::uint32_t>(i);
-    const Block block = block_of(spheres_[i].p, spheres_[i].r);
-    if (block.cells > kMostCells) {
-      large_.push_back(index);
+    const Sphere& sphere = spheres_[i];
+    if (sphere.r > kLarge * side_) {
+      large_.push_back(static_cast<std::uint32_t>(i));
       continue;
     }
-    for (std::int64_t x = block.lower[0]; x <= block.upper[0]; ++x) {
-      for (std::int64_t y = block.lower[1]; y <= block.upper[1]; ++y) {
-        for (std::int64_t z = block.lower[2]; z <= block.upper[2]; ++z) {
-          cells_[{x, y, z}].push_back(index);
+    lower_ = lower_.cwiseMin(sphere.p - Vector3::Constant(sphere.r));
+    upper = upper.cwiseMax(sphere.p + Vector3::Constant(sphere.r));
+  }
+  if (large_.size() == spheres_.size()) return;
+  const Vector3 extent = upper - lower_;
+  const auto count = [&](double side) { return (extent / side + Vector3::Ones()).prod(); };
+  while (count(side_) > kMostCells) side_ *= 2.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    cells_[k] = 1 + static_cast<std::int64_t>(extent[static_cast<Eigen::Index>(k)] / side_);
+  }
+}
+
+// First counts the entries of each cell, then puts them in their places.
+void SphereGrid::fill() {
+  begin_.assign(static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]) + 1, 0);
+  const auto for_each_cell = [this](const auto& visit) {
+    auto next_large = large_.begin();
+    for (std::size_t i = 0; i < spheres_.size(); ++i) {
+      if (next_large != large_.end() && *next_large == i) {
+        ++next_large;
+        continue;
+      }
+      const Block block = block_of(spheres_[i].p, spheres_[i].r);
+      for (std::int64_t x = block.lower[0]; x <= block.upper[0]; ++x) {
+        for (std::int64_t y = block.lower[1]; y <= block.upper[1]; ++y) {
+          for (std::int64_t z = block.lower[2]; z <= block.upper[2]; ++z) {
+            visit(row_of(x, y) + static_cast<std::size_t>(z), i);
+          }
         }
       }
     }
-  }
+  };
+  for_each_cell([this](std::size_t cell, std::size_t) { ++begin_[cell + 1]; });
+  for (std::size_t cell = 1; cell < begin_.size(); ++cell) begin_[cell] += begin_[cell - 1];
+  entries_.resize(begin_.back());
+  std::vector<std::size_t> place(begin_.begin(), begin_.end() - 1);
+  for_each_cell([&](std::size_t cell, std::size_t i) {
+    entries_[place[cell]++] = static_cast<std::uint32_t>(i);
+  });
 }
 
 SphereGrid::Block SphereGrid::block_of(const Vector3& p, double radius) const {
   Block block;
-  block.cells = 1.0;
   const double half = radius + kRounding * side_;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double x = p[static_cast<Eigen::Index>(k)];
-    block.lower[k] = cell_of(x - half, side_);
-    block.upper[k] = cell_of(x + half, side_);
-    block.cells *= static_cast<double>(block.upper[k] - block.lower[k] + 1);
+    const auto axis = static_cast<Eigen::Index>(k);
+    const double last = static_cast<double>(cells_[k] - 1);
+    const double from = std::floor((p[axis] - half - lower_[axis]) / side_);
+    const double to = std::floor((p[axis] + half - lower_[axis]) / side_);
+    if (!(to >= 0.0 && from <= last)) return {{0, 0, 0}, {-1, -1, -1}};
+    block.lower[k] = static_cast<std::int64_t>(std::max(from, 0.0));
+    block.upper[k] = static_cast<std::int64_t>(std::min(to, last));
   }
   return block;
 }
