@@ -168,9 +168,9 @@ def pictures(browser: Chromium, times_of: Callable[[float], List[float]], captio
 def write_video(recording: pathlib.Path, output: pathlib.Path, *, frames_per_s: float = 25.0, size: Tuple[int, int] = (1280, 720),
                 camera: str = "close", magnify: float = 1.0, speed: float = 1.0, caption: str = "", haptic_web: str = "haptic-web",
                 progress: Optional[Progress] = None) -> int:
-    """Writes `output`, WebM, of the whole recording; the number of its frames. `camera`: the page's player, top or close, which goes along
-    with the hand. `magnify`: strings and their vibration so much thicker. `speed`: recorded time per time of the video. Sizes are even.
-    Raises VideoError or ChromiumError with what is missing."""
+    """Writes `output`, WebM, of the whole recording; the number of its frames. `camera`: close, which goes along with the tool, or player
+    or top, from which the whole scene is seen. `magnify`: strings and their vibration so much thicker. `speed`: recorded time per time of
+    the video. Sizes are even. Raises VideoError or ChromiumError with what is missing or wrong, and what to do."""
     if size[0] % 2 or size[1] % 2:
         raise VideoError(f"{size[0]}x{size[1]}: a video has even sizes")
     count = 0

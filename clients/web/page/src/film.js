@@ -3,8 +3,9 @@
 
 export class Film {
   #arrived = null;
+  #drawnS = Infinity; // instant that was drawn last
 
-  /** `draw()` draws what is newest and writes all texts; `scene()` is the promise of the scene that is being drawn. */
+  /** `draw(elapsedS)` draws what is newest, so long after what was drawn before, and writes all texts; `scene()` is the promise of the scene that is being drawn. */
   constructor({ model, session, panels, draw, scene }) {
     Object.assign(this, { model, session, panels, draw, scene, rolling: false });
   }
@@ -28,8 +29,11 @@ export class Film {
     this.session.play({ position_s: wantedS, playing: false, rate: 1 });
     await arrived;
     await this.scene();
+    // At first, and after a jump back, nothing goes on from what was there.
+    const elapsedS = wantedS >= this.#drawnS ? wantedS - this.#drawnS : Infinity;
+    this.#drawnS = wantedS;
     document.getElementById('film-time').textContent = `${wantedS.toFixed(2)} s`;
-    await new Promise((resolve) => requestAnimationFrame(() => resolve(this.draw())));
+    await new Promise((resolve) => requestAnimationFrame(() => resolve(this.draw(elapsedS))));
     return wantedS;
   }
 

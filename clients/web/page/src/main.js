@@ -17,6 +17,7 @@ import { nameOf, v1 } from './wire.js';
 
 const TEXT_MS = 125;
 const RATE_COUNTS = 5; // looks, a second apart, that rates are taken over
+const FOLLOW_S = 0.27; // in a film the camera goes after the tool within this time, as it does at 60 frames/s
 const SHOWN_STATES_S = 2; // without a State for so long the picture says that it stands still
 const find = (id) => document.getElementById(id);
 const pageS = () => performance.now() / 1000;
@@ -76,8 +77,10 @@ function frame() {
   drawNewest();
 }
 
-function drawForFilm() {
+function drawForFilm(elapsedS) {
+  picture.followShare = 1 - Math.exp(-elapsedS / FOLLOW_S);
   drawNewest();
+  picture.followShare = 0;
   drawNewest(); // shadows may follow at half the pace
   showTexts();
 }

@@ -13,6 +13,7 @@ export class Picture {
   drawnAs = [];
   viewName = 'player';
   following = false;
+  followShare = 0.06; // of the way to the tool that camera and target go with each frame: slow enough to look calm
   frames = 0;
   triangles = 0;
 
@@ -88,11 +89,11 @@ export class Picture {
     ++this.frames;
   }
 
-  /** Camera and target go along with the tool, slowly enough to look calm. */
+  /** Camera and target go along with the tool. */
   #follow() {
     const { target } = this.controls;
     const focus = this.focus();
-    const step = ['x', 'y', 'z'].map((axis, i) => 0.06 * (focus[i] - target[axis]));
+    const step = ['x', 'y', 'z'].map((axis, i) => this.followShare * (focus[i] - target[axis]));
     target.set(target.x + step[0], target.y + step[1], target.z + step[2]);
     const eye = this.stage.camera.position;
     eye.set(eye.x + step[0], eye.y + step[1], eye.z + step[2]);

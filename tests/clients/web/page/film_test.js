@@ -11,10 +11,10 @@ const soon = () => new Promise((resolve) => setTimeout(resolve, 30));
 
 /** A film of 8 s whose gateway answers when the test says so. */
 function filming() {
-  const stage = { asked: [], drawn: 0, files: Promise.resolve(), seconds: 0 };
+  const stage = { asked: [], elapsed: [], drawn: 0, files: Promise.resolve(), seconds: 0 };
   const model = { recorded: true, playback: { position_s: 3, duration_s: 8, playing: true }, scene: {} };
   const panels = { seconds: 10, clear: () => ++stage.cleared };
-  stage.film = new Film({ model, panels, session: { play: (wanted) => stage.asked.push(wanted) }, draw: () => ++stage.drawn, scene: () => stage.files });
+  stage.film = new Film({ model, panels, session: { play: (wanted) => stage.asked.push(wanted) }, draw: (elapsedS) => ++stage.drawn && stage.elapsed.push(elapsedS), scene: () => stage.files });
   stage.says = (position_s, playing = false) => stage.film.heard({ position_s, playing });
   return Object.assign(stage, { panels, model, cleared: 0 });
 }
@@ -57,6 +57,16 @@ test('an instant waits for the files of a scene that begins there', async () => 
   arrive();
   await drawn;
   assert.equal(stage.drawn, 1);
+});
+
+test('what is drawn is told the time since the last instant, and none at first or after a jump back', async () => {
+  const stage = filming();
+  for (const at of [1, 1.5, 1.5, 0.5, 0.75]) {
+    const drawn = stage.film.frame(at);
+    stage.says(at);
+    await drawn;
+  }
+  assert.deepEqual(stage.elapsed, [Infinity, 0.5, 0, Infinity, 0.25]);
 });
 
 test('an instant after the end is the end', async () => {
