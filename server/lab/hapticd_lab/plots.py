@@ -60,12 +60,18 @@ def readable(name: str) -> str:
     return name if len(name) <= 22 else name[:21] + "\N{HORIZONTAL ELLIPSIS}"
 
 
-def _components(axis: Any, t_s: numpy.ndarray, table: numpy.ndarray, least: float) -> None:
+def _components(axis: Any, trace: Trace, table: numpy.ndarray) -> None:
+    drawn = numpy.where(numpy.diff(trace.tick, prepend=trace.tick[:1])[:, None] > 1, numpy.nan, table)  # no line over ticks that are missing
     for i, name in enumerate(AXES):
-        axis.plot(t_s, table[:, i], color=AXIS_COLORS[i], linestyle=AXIS_STYLES[i], label=name)
+        axis.plot(trace.t_s, drawn[:, i], color=AXIS_COLORS[i], linestyle=AXIS_STYLES[i], label=name)
     axis.axhline(0.0, color="#888888", linewidth=0.5, zorder=0)
-    low, high = axis.get_ylim()
-    axis.set_ylim(min(low, -least), max(high, least))
+
+
+def _fit(axis: Any, tables: Sequence[numpy.ndarray], least: float) -> None:
+    """The axis that a row of panels shares holds all of their curves, and is no smaller than `least` about zero."""
+    low = min([-least, *(float(table.min()) for table in tables if table.size)])
+    high = max([least, *(float(table.max()) for table in tables if table.size)])
+    axis.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
 
 
 def _tones(axis: Any, trace: Trace) -> None:
@@ -86,18 +92,21 @@ def _tones(axis: Any, trace: Trace) -> None:
 def _cost(axis: Any, trace: Trace) -> None:
     known = trace.cpu_us > 0.0  # NaN and 0: not measured
     axis.axhline(PERIOD_US, color="#d1352b", linewidth=0.9, linestyle="--")
-    axis.set_yscale("log")
-    axis.set_ylim(1.0, 3.0 * PERIOD_US)
-    axis.yaxis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:g}"))
-    if not known.any():
-        axis.set_title("not measured: virtual time; dashed: 1 ms", loc="right", fontsize=7.5, color="#444444")
-        return
     axis.plot(trace.t_s, numpy.where(known, trace.cpu_us, numpy.nan), color="#555555", linewidth=0.6)
-    axis.set_ylim(0.5 * trace.cpu_us[known].min(), max(2.0 * trace.cpu_us[known].max(), 2.0 * PERIOD_US))
-    p50, p99, most = numpy.percentile(trace.cpu_us[known], (50, 99, 100))
-    under = 100.0 * (trace.cpu_us[known] < PERIOD_US).mean()
-    axis.set_title(f"median {p50:.3g}, p99 {p99:.3g}, max {most:.4g} \N{MICRO SIGN}s, {under:.4g} % under 1 ms (dashed)", loc="right",
-                   fontsize=7.5, color="#444444")
+    text = "not measured: virtual time; dashed: 1 ms"
+    if known.any():
+        p50, p99, most = numpy.percentile(trace.cpu_us[known], (50, 99, 100))
+        under = 100.0 * (trace.cpu_us[known] < PERIOD_US).mean()
+        text = f"median {p50:.3g}, p99 {p99:.3g}, max {most:.4g} \N{MICRO SIGN}s, {under:.4g} % under 1 ms (dashed)"
+    axis.set_title(text, loc="right", fontsize=7.5, color="#444444")
+
+
+def _fit_cost(axis: Any, traces: Sequence[Trace]) -> None:
+    known = numpy.concatenate([trace.cpu_us[trace.cpu_us > 0.0] for trace in traces])
+    axis.set_yscale("log")
+    axis.yaxis.set_major_locator(ticker.LogLocator(numticks=6))
+    axis.yaxis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_ylim(0.5 * known.min() if known.size else 1.0, 2.0 * max(PERIOD_US, float(known.max(initial=0.0))))
 
 
 def _strips(axis: Any, trace: Trace, names: Sequence[str]) -> None:
@@ -131,9 +140,9 @@ def draw_runs(runs: Dict[str, Trace], title: str) -> Picture:
         figure.suptitle(title, fontsize=10.5, fontweight="bold", x=0.01, ha="left")
         for column, (heading, trace) in enumerate(runs.items()):
             axes = table[:, column]
-            _components(axes[0], trace.t_s, trace.force_n, LEAST_FORCE_N)
+            _components(axes[0], trace, trace.force_n)
             _tones(axes[0], trace)
-            _components(axes[1], trace.t_s, trace.torque_n_m, LEAST_TORQUE_N_M)
+            _components(axes[1], trace, trace.torque_n_m)
             _cost(axes[2], trace)
             axes[0].set_title(heading, loc="left", fontweight="bold", pad=13.0)
             if names:
@@ -141,6 +150,9 @@ def draw_runs(runs: Dict[str, Trace], title: str) -> Picture:
             axes[-1].set_xlabel("time, s")
             if len(trace):
                 axes[-1].set_xlim(float(trace.t_s[0]), float(trace.t_s[-1]))
+        _fit(table[0, 0], [trace.force_n for trace in runs.values()], LEAST_FORCE_N)
+        _fit(table[1, 0], [trace.torque_n_m for trace in runs.values()], LEAST_TORQUE_N_M)
+        _fit_cost(table[2, 0], list(runs.values()))
         for axis, label in zip(table[:, 0], ("force, N", "torque, N m", "time per tick, \N{MICRO SIGN}s", "")):
             axis.set_ylabel(label)
         handles = table[0, 0].get_legend_handles_labels()[0][:3]

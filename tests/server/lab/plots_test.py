@@ -33,7 +33,7 @@ def run(began_s=7.0, strength=1.0):
 
 class Layout(unittest.TestCase):
     def setUp(self):
-        self.picture = plots.draw_runs({"paper": run(), "deflecting": run(strength=0.5)}, "F15a: title")
+        self.picture = plots.draw_runs({"paper": run(), "deflecting": run(strength=2.5)}, "F15a: title")
         self.axes = self.picture.figure.axes
 
     def tearDown(self):
@@ -62,6 +62,22 @@ class Layout(unittest.TestCase):
     def test_runs_share_their_axes(self):
         for row in range(0, 6, 2):
             self.assertEqual(self.axes[row].get_ylim(), self.axes[row + 1].get_ylim())
+
+    def test_every_curve_of_every_run_is_within_its_panel(self):
+        for row in (0, 2):
+            low, high = self.axes[row].get_ylim()
+            for axis in self.axes[row : row + 2]:
+                for name in "xyz":
+                    data = self.curve(axis, name).get_ydata()
+                    self.assertTrue(low < data.min() and data.max() < high)
+
+    def test_no_line_is_drawn_over_ticks_that_are_missing(self):
+        tick = numpy.arange(COUNT)
+        tick[100:] += 50
+        picture = plots.draw_runs({"paper": make_trace(COUNT, tick=tick, t_s=tick * 1e-3)}, "title")
+        data = self.curve(picture.figure.axes[0], "x").get_ydata()
+        self.assertEqual(numpy.flatnonzero(numpy.isnan(data)).tolist(), [100])
+        plots.pyplot.close(picture.figure)
 
     def test_the_millisecond_is_in_the_picture_however_fast_ticks_are(self):
         low, high = self.axes[4].get_ylim()
