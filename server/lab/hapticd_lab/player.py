@@ -133,8 +133,8 @@ def play_hand(setup: Setup, gesture: gesture_pb2.Gesture, hand: Hand, recording:
         path.write_text(text_format.MessageToString(config))
         with Daemon("--config", str(path)) as daemon, hapticd.Session(daemon.address, keep_states=1_000_000) as session:
             session.acquire("hapticd-lab")
-            session.play_gesture(None)
             load(session, setup)
+            session.play_gesture(None)  # a loaded scene begins with the one that the daemon was started with
             session.subscribe(1, SECTIONS, CONTACTS)
             if recording is not None:
                 daemon.record(session, recording)
