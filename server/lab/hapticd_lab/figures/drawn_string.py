@@ -126,7 +126,7 @@ def make(lab: Any, figure: Figure) -> None:
             float(numpy.abs(radius_m - RADIUS_M - delta_m)[pressed].max()) * 1e6,
             DEFLECTION_ERROR_UM,
             "um",
-            "the solver keeps 20 um between tool and string where there is room; k_s = 1",
+            "delta = |p_g - p_h| / k_s, k_s = 1",
         ),
         at_least(
             "Released suddenly, it starts at r_max, the largest deflection before: ratio",
