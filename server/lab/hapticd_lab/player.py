@@ -119,7 +119,7 @@ def play_path(setup: Setup, poses: numpy.ndarray, recording: Optional[pathlib.Pa
             session.run(poses=[poses[0]] * held, tool_id=setup.tool_id)
             session.run(poses=poses, tool_id=setup.tool_id)
             last = session.run(steps=1).next_tick - 1
-            states = _states_until(session, last)
+            states = states_until(session, last)
             return build_trace(session.scene, states[-len(poses) - 1:-1], list(session.events(timeout=0)), setup.tool_id)
 
 
@@ -142,7 +142,7 @@ def play_hand(setup: Setup, gesture: gesture_pb2.Gesture, hand: Hand, recording:
             session.play_gesture(gesture, arm=hand.arm, seed=hand.seed, repeat=1)
             states = []
             while not states or (states[-1].gestures and len(states) < LONGEST_GESTURE_S * 1e3):
-                states += _states_until(session, session.run(steps=500).next_tick - 1)
+                states += states_until(session, session.run(steps=500).next_tick - 1)
             playing = [state for state in states if state.gestures and state.gestures[0].progress > 0.0]
             return build_trace(session.scene, playing, list(session.events(timeout=0)), setup.tool_id)
 
@@ -183,7 +183,7 @@ def _take_costs(session: hapticd.Session, rows: Sequence[Any], costs: numpy.ndar
     return at
 
 
-def _states_until(session: hapticd.Session, tick: int) -> list:
+def states_until(session: hapticd.Session, tick: int) -> list:
     """All States that came, up to the tick."""
     states = []
     for state in session.states(timeout=5.0):
