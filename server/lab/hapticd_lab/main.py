@@ -6,14 +6,14 @@ import importlib
 import sys
 from typing import List, Optional
 
-COMMANDS = {"repro": "hapticd_lab.repro", "fit": "hapticd_lab.fit"}
+COMMANDS = {"repro": "hapticd_lab.repro", "fit": "hapticd_lab.fit", "experiment": "hapticd_lab.experiment"}
 """Command to the module that has it: SUMMARY, describe(parser) and run(options) -> exit code."""
 
 
 def parser() -> argparse.ArgumentParser:
     """All commands with their options."""
     top = argparse.ArgumentParser(
-        prog="hapticd-lab", description="Sessions with a real hapticd in lockstep, measured: the figures of the paper, reproduced; measured forces, fitted.",
+        prog="hapticd-lab", description="Sessions with a real hapticd in lockstep, measured: the figures of the paper, reproduced; its experiment; measured forces, fitted.",
         epilog="hapticd-lab COMMAND --help says more. man hapticd-lab")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, module_name in COMMANDS.items():
