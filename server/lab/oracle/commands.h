@@ -14,5 +14,7 @@ void add_gesture_command(CLI::App& app);
 void add_poses_command(CLI::App& app);
 /// path: what a recorded tool met on its way.
 void add_path_command(CLI::App& app);
+/// baseline: another method on the same poses.
+void add_baseline_command(CLI::App& app);
 
 }  // namespace hapticd

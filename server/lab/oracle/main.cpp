@@ -20,6 +20,7 @@ constexpr std::array kCommands{
     hapticd::add_gesture_command,
     hapticd::add_poses_command,
     hapticd::add_path_command,
+    hapticd::add_baseline_command,
 };
 
 /// Names the word that is not known, where the parser misses a command instead.
