@@ -44,3 +44,9 @@ def poses(gesture: str | pathlib.Path, scene: str | pathlib.Path, rate_hz: float
     """X_DH along a gesture, n x 7 (position, quaternion w x y z), by the loader of the daemon."""
     columns = table(call("poses", str(gesture), "--scene", str(scene), "--rate", f"{rate_hz:g}", "--tool", str(tool_id)))
     return numpy.column_stack([column for name, column in columns.items() if name != "t_s"])
+
+
+def baseline(recording: pathlib.Path, method: str, *options: str) -> Dict[str, numpy.ndarray]:
+    """Another method on the poses of a recording: "paper", as it is printed, or "penalty". Columns as hapticd-oracle baseline writes them,
+    a row for each tick."""
+    return table(call("baseline", "--method", method, *options, str(recording)))
