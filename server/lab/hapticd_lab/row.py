@@ -71,12 +71,13 @@ def add_contact_claims(figure: Figure, row: Row) -> None:
     """Nothing is entered, on the whole path; who was touched when."""
     figure.claims.append(at_most("The tool's path never enters anything (exhaustive search along the whole committed path)",
                                  row.judged.penetration_m * 1e6, DEEPEST_M * 1e6, "um", "the law of the project; the paper says: no penetration"))
-    table = [["object", "ticks that bear force", "from, s", "to, s", "largest force, N", "most regions"]]
+    table = [["object", "ticks that bear force", "from, s", "to, s", "largest force, N", "most regions", "largest force of a region, N"]]
     for name, force in row.paper.object_force_n.items():
         rows = numpy.flatnonzero(row.paper.touched(name))
         if len(rows):
             table.append([name, str(len(rows)), f"{row.paper.t_s[rows[0]]:.3f}", f"{row.paper.t_s[rows[-1]]:.3f}",
-                          f"{numpy.linalg.norm(force, axis=1).max():.3f}", f"{int(row.paper.regions[name].max())}"])
+                          f"{numpy.linalg.norm(force, axis=1).max():.3f}", f"{int(row.paper.regions[name].max())}",
+                          f"{row.paper.region_force_n[name].max():.3f}"])
     figure.tables["Contacts, in the paper's model"] = table
     if row.slips:
         figure.tables["Ticks in which an object is lost"] = [["time, s", "object", "change of force, N"]] + [

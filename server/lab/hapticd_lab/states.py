@@ -76,22 +76,27 @@ def _take_patch(trace: Trace, row: int, patch: state_pb2.ContactPatch, names: Di
     kind = patch.WhichOneof("object")
     name = names[{"string_index": "strings", "body_index": "bodies", "line_index": "lines"}[kind]][getattr(patch, kind)]
     _column(trace.object_force_n, name, (len(trace), 3))[row] += patch.force_w_n
-    pressed = numpy.asarray(patch.force_mn) > 0
-    points = numpy.asarray(patch.p_wc_um, float).reshape(-1, 3)[pressed] * 1e-6
-    _column(trace.regions, name, (len(trace),))[row] = count_regions(points)
-    if len(points):
-        _column(trace.contact_m, name, (len(trace), 3))[row] = points.mean(axis=0)
+    force = numpy.asarray(patch.force_mn, float) * 1e-3
+    points = numpy.asarray(patch.p_wc_um, float).reshape(-1, 3) * 1e-6
+    found = regions(points[force > 0.0])
+    _column(trace.regions, name, (len(trace),))[row] = len(found)
+    if found:
+        _column(trace.contact_m, name, (len(trace), 3))[row] = points[force > 0.0].mean(axis=0)
+        strongest = max(float(force[force > 0.0][members].sum()) for members in found)
+        _column(trace.region_force_n, name, (len(trace),))[row] = strongest
 
 
-def count_regions(points: numpy.ndarray, apart_m: float = REGION_M) -> int:
-    """Separate regions among points (n x 3): single linkage, a new region where no point is within `apart_m` of another's."""
-    left, regions = list(range(len(points))), 0
+def regions(points: numpy.ndarray, apart_m: float = REGION_M) -> List[List[int]]:
+    """Separate regions among points (n x 3), each as the points' numbers: single linkage, a new region where no point is within `apart_m`
+    of another's."""
+    left, found = list(range(len(points))), []
     while left:
-        regions += 1
-        chain = [left.pop()]
+        members, chain = [], [left.pop()]
         while chain:
             at = chain.pop()
+            members.append(at)
             near = [k for k in left if numpy.linalg.norm(points[k] - points[at]) <= apart_m]
             left = [k for k in left if k not in near]
             chain += near
-    return regions
+        found.append(members)
+    return found

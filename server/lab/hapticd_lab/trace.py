@@ -33,6 +33,7 @@ class Trace:
     flags: List[frozenset]  # n, names of ToolFlags
     object_force_n: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n x 3 by object that was ever in contact
     regions: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n, separate regions that bear force
+    region_force_n: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n, normal forces of the strongest region together
     contact_m: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n x 3, middle of the contacts that bear force
     deflection_m: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n x 3 by string that was ever awake
     radius_m: Dict[str, numpy.ndarray] = field(default_factory=dict)  # n, as drawn

@@ -30,24 +30,19 @@ const StringHold* find_hold_of(const OptimiserState& state, std::size_t capsule)
 
 double part_motion(const OptimiserState& state) { return greatest_displacement(state.parts); }
 
-/// Upper bound of how far any point of tool and strings moves from `a` to `b`, m.
-double motion(const OptimiserState& a, const OptimiserState& b, double reach,
-              std::span<const Capsule> capsules) {
+/// Upper bound of how far any point of the tool moves from `a` to `b`, m.
+double tool_motion(const OptimiserState& a, const OptimiserState& b, double reach) {
   const Vector3 phi = log_rotation(b.X_WG.q * a.X_WG.q.conjugate());
-  double bound = (b.X_WG.p - a.X_WG.p).norm() + phi.norm() * reach;
-  for (const OptimiserState* state : {&a, &b}) {
-    for (const StringHold& hold : state->holds) {
-      if (hold.yields) bound += hold.bend.u_W.norm();
-    }
+  return (b.X_WG.p - a.X_WG.p).norm() + phi.norm() * reach + part_motion(a) + part_motion(b);
+}
+
+/// Upper bound of how far any point of a held string is from its straight line, m.
+double string_deflection(const OptimiserState& state) {
+  double most = 0.0;
+  for (const StringHold& hold : state.holds) {
+    if (hold.yields) most = std::max(most, hold.bend.u_W.norm());
   }
-  for (const StringHold& before : a.holds) {
-    if (!before.yields) continue;
-    const auto index = static_cast<std::size_t>(before.bend.capsule);
-    const StringHold* after = find_hold_of(b, index);
-    const double length = (capsules[index].p_B - capsules[index].p_A).norm();
-    if (after != nullptr) bound += length * std::abs(after->bend.lambda - before.bend.lambda);
-  }
-  return bound + part_motion(a) + part_motion(b);
+  return most;
 }
 
 /// A string on its way from one state to the other; one that is not held is straight, so that its
@@ -117,9 +112,11 @@ std::vector<Sphere> PathJudge::displaced_spheres(const OptimiserState& state) co
 
 PathJudge::Vicinity PathJudge::vicinity(std::span<const OptimiserState> path) {
   double far = kFarthestGap;
+  double bent = 0.0;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    far += motion(path[i], path[i + 1], reach(path[i]), capsules_);
+    far += tool_motion(path[i], path[i + 1], reach(path[i]));
   }
+  for (const OptimiserState& state : path) bent = std::max(bent, string_deflection(state));
   const Pose& X_WG = path.front().X_WG;
   Vicinity near;
   for (std::size_t i = 0; i < capsules_.size(); ++i) {
@@ -134,11 +131,12 @@ PathJudge::Vicinity PathJudge::vicinity(std::span<const OptimiserState> path) {
   const std::vector<Sphere> spheres = displaced_spheres(path.front());
   for (std::size_t i = 0; i < spheres.size(); ++i) {
     const Sphere sphere_W{transform(X_WG, spheres[i].p), spheres[i].r};
-    const auto meets = [&](const Capsule& capsule) {
-      return distance_to(sphere_W.p, capsule) <= far + sphere_W.r + capsule.r;
+    const auto meets = [&](const Capsule& capsule, double beyond) {
+      return distance_to(sphere_W.p, capsule) <= far + beyond + sphere_W.r + capsule.r;
     };
-    bool meets_any = std::any_of(near.straight.begin(), near.straight.end(), meets);
-    for (const std::size_t k : near.held) meets_any = meets_any || meets(capsules_[k]);
+    bool meets_any = std::any_of(near.straight.begin(), near.straight.end(),
+                                 [&](const Capsule& capsule) { return meets(capsule, 0.0); });
+    for (const std::size_t k : near.held) meets_any = meets_any || meets(capsules_[k], bent);
     for (std::size_t body = 0; body < bodies_.size(); ++body) {
       const std::vector<Sphere>& obstacles = bodies_[body]->spheres();
       bodies_[body]->visit_near(sphere_W.p, far + sphere_W.r, [&](std::size_t k) {

@@ -43,7 +43,22 @@ def _order_claim(figure: Figure, trace: Trace, *names: str) -> None:
     _tone_table(figure, trace)
 
 
-def hybrid(lab: Lab, figure: Figure) -> None:
+def f1(lab: Lab, figure: Figure) -> None:
+    """The scene, and the paper's numbers in it."""
+    strings = lab.play(Setup(SCENE), lab.poses("press", SCENE)[:10]).strings
+    slenderness = [float(numpy.linalg.norm(numpy.subtract(string.p_wb_m, string.p_wa_m))) / string.radius_m for string in strings]
+    figure.claims.append(is_so("It has seven strings", len(strings) == 7, str(len(strings)), "7", source=NUMBER))
+    figure.claims.append(at_least("Each is longer than 1000 times its radius: smallest ratio", min(slenderness), 1000.0, "", source=NUMBER))
+    reference = all(string.tension_n == 30.0 and string.youngs_modulus_pa == 1.9e11 for string in strings)
+    figure.claims.append(is_so("Tension and modulus are the reference values", reference, "yes" if reference else "no", "30 N, 1.9e11 N/m^2", source=NUMBER))
+    figure.claims.append(at_most("The thinnest has the reference radius: difference", abs(min(string.radius_m for string in strings) - 3.4e-4) * 1e6, 0.01, "um",
+                                 source=NUMBER))
+    figure.tables["Strings"] = [["string", "length, m", "radius, mm", "length over radius", "tuning, Hz"]] + [
+        [string.name, f"{ratio * string.radius_m:.4f}", f"{string.radius_m * 1e3:.4f}", f"{ratio:.0f}", f"{string.frequency_hz:g}"]
+        for string, ratio in zip(strings, slenderness)]
+
+
+def f8(lab: Lab, figure: Figure) -> None:
     """Body and two strings at once, left in turn."""
     row = play_row(lab, figure, SCENE, "hybrid_contact")
     figure.claims.append(together_claim(row.paper, BODY, "G2", "A2"))
@@ -221,7 +236,8 @@ def f18(lab: Lab, figure: Figure) -> None:
 
 
 SPECS = [
-    Spec("F1", "A hand at the Guqin", "the hand touches body and strings at once and leaves each in turn", hybrid, 40.0),
+    Spec("F1", "A seven-string instrument and a hand", "a Guqin: a body of complex shape, seven strings more than 1000 times as long as thick, a hand", f1, 2.0),
+    Spec("F8", "Hybrid contact", "the hand touches body and strings at once and leaves each in turn", f8, 60.0),
     Spec("F15a", "On the body", "the index finger slides on the body, strings untouched: smooth force", f15a, 40.0),
     Spec("F15b", "Pressing a string", "continuous; the force is largest in +y", f15b, 30.0),
     Spec("F15c", "Lifting a string", "the finger beneath a string lifts it: continuous; the force in y is negative", f15c, 40.0),
