@@ -16,5 +16,11 @@ void add_poses_command(CLI::App& app);
 void add_path_command(CLI::App& app);
 /// baseline: another method on the same poses.
 void add_baseline_command(CLI::App& app);
+/// descent: the tool's tree against a string, level by level.
+void add_descent_command(CLI::App& app);
+/// cases: a sphere beside and beyond the end of a string.
+void add_cases_command(CLI::App& app);
+/// triangle: the force triangle of a deflected string.
+void add_triangle_command(CLI::App& app);
 
 }  // namespace hapticd
