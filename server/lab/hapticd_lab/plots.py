@@ -24,7 +24,8 @@ LEAST_FORCE_N, LEAST_TORQUE_N_M = 0.01, 1e-3
 TONE_COLOR = "#7a3fa0"
 PERIOD_US = 1000.0
 """The tick's millisecond."""
-COLUMN_INCHES = 5.4
+COLUMN_INCHES, NARROW_INCHES = 5.4, 4.2
+"""Of a run: beside one other, and beside more, so that letters stay readable when all are scaled to a page."""
 WIDTH_INCHES = 10.0
 """Of a page; a single run takes all of it."""
 STYLE = {
@@ -136,7 +137,7 @@ def draw_runs(runs: Dict[str, Trace], title: str) -> Picture:
     with pyplot.rc_context(STYLE):
         figure, table = pyplot.subplots(
             len(heights), len(runs), sharex="col", sharey="row", squeeze=False, constrained_layout=True,
-            figsize=(max(COLUMN_INCHES * len(runs), WIDTH_INCHES), sum(heights) + 1.1), gridspec_kw={"height_ratios": heights})
+            figsize=(max((COLUMN_INCHES if len(runs) < 3 else NARROW_INCHES) * len(runs), WIDTH_INCHES), sum(heights) + 1.1), gridspec_kw={"height_ratios": heights})
         figure.suptitle(title, fontsize=10.5, fontweight="bold", x=0.01, ha="left")
         for column, (heading, trace) in enumerate(runs.items()):
             axes = table[:, column]
