@@ -6,7 +6,8 @@ import importlib
 import sys
 from typing import List, Optional
 
-COMMANDS = {"repro": "hapticd_lab.repro", "fit": "hapticd_lab.fit", "experiment": "hapticd_lab.experiment"}
+COMMANDS = {"repro": "hapticd_lab.repro", "fit": "hapticd_lab.fit", "experiment": "hapticd_lab.experiment",
+            "group": "hapticd_lab.group"}
 """Command to the module that has it: SUMMARY, describe(parser) and run(options) -> exit code."""
 
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 import pathlib
 from dataclasses import dataclass, fields
@@ -111,34 +112,22 @@ def _sync_folder(folder: pathlib.Path) -> None:
 
 
 class TrialLog:
-    """trials.csv: a line is on the disk before the next trial begins. A line that was cut off by the end of the power is taken back, and its
-    trial is asked again."""
+    """trials.csv: a line is on the disk before the next trial begins. A line that was cut off when the power ended is taken back with the first
+    answer, and its trial is asked again; reading alone changes nothing."""
 
     def __init__(self, path: pathlib.Path, planned: Sequence[Trial]) -> None:
         self.path = path
         self.rows: List[Row] = []
-        if not path.exists():
-            self._append(COLUMNS)
-            _sync_folder(path.parent)
-            return
-        self._cut_torn_line()
-        with open(path, newline="", encoding="utf-8") as file:
-            lines = list(csv.reader(file))
-        if not lines:
-            self._append(COLUMNS)
-            return
-        if tuple(lines[0]) != COLUMNS:
+        data = path.read_bytes() if path.exists() else b""
+        self._whole_bytes = data.rfind(b"\n") + 1
+        try:
+            lines = list(csv.reader(data[:self._whole_bytes].decode("utf-8").splitlines()))
+        except UnicodeDecodeError as error:
+            raise BadTrials(f"{path}: {error}; restore the file, or begin anew in another folder") from error
+        if lines and tuple(lines[0]) != COLUMNS:
             raise BadTrials(f"{path}:1: the heading is not {','.join(COLUMNS)}; name another folder")
         for number, line in enumerate(lines[1:], 2):
             self.rows.append(self._row(number, line, planned))
-
-    def _cut_torn_line(self) -> None:
-        data = self.path.read_bytes()
-        whole = data.rfind(b"\n") + 1
-        if whole < len(data):
-            with open(self.path, "r+b") as file:
-                file.truncate(whole)
-                os.fsync(file.fileno())
 
     def _row(self, number: int, line: Sequence[str], planned: Sequence[Trial]) -> Row:
         where = f"{self.path}:{number}"
@@ -154,10 +143,20 @@ class TrialLog:
             raise BadTrials(f"{where}: {error}; restore the file, or begin anew in another folder") from error
 
     def _append(self, cells: Sequence[Any]) -> None:
-        with open(self.path, "a", newline="", encoding="utf-8") as file:
-            csv.writer(file, lineterminator="\n").writerow(cells)
+        """One line, on the disk; the first brings the heading with it."""
+        text = io.StringIO()
+        rows = csv.writer(text, lineterminator="\n")
+        if self._whole_bytes == 0:
+            rows.writerow(COLUMNS)
+        rows.writerow(cells)
+        with open(self.path, "ab") as file:
+            file.truncate(self._whole_bytes)
+            file.write(text.getvalue().encode("utf-8"))
             file.flush()
             os.fsync(file.fileno())
+        if self._whole_bytes == 0:
+            _sync_folder(self.path.parent)
+        self._whole_bytes += len(text.getvalue().encode("utf-8"))
 
     def add(self, trial: Trial, answer: str, peaks_n: Sequence[float], log_ratio: float, answered: Sequence[str] = ("", "")) -> None:
         """The answer to the trial, on the disk when this returns."""

@@ -62,6 +62,7 @@ class Log(unittest.TestCase):
             self.path.write_bytes(whole[:kept])
             log = TrialLog(self.path, self.trials)
             self.assertEqual(len(log.rows), max(whole[:kept].count(b"\n") - 1, 0))
+            self.assertEqual(self.path.read_bytes(), whole[:kept])  # reading changes nothing
             self.answer(log, 9)
             self.assertEqual(self.path.read_bytes(), whole, kept)
 
