@@ -28,8 +28,10 @@ struct BaselineCommand {
 
 /// Names of the objects that are strings or lines.
 std::vector<std::string> capsule_objects(const SceneObjects& objects) {
+  const std::size_t count = objects.names.size() - objects.of_body.size();
   std::vector<std::string> names;
-  for (std::size_t k = 0; k < objects.names.size() - objects.of_body.size(); ++k) {
+  names.reserve(count);
+  for (std::size_t k = 0; k < count; ++k) {
     names.push_back("popped_" + objects.names[k]);
   }
   return names;

@@ -40,6 +40,11 @@ Message parse(const RecordedMessage& message, const std::string& path) {
   return parsed;
 }
 
+/// False where the message is no tick.
+bool read_tick(const RecordedMessage& message, const std::string& path, TickTrace& tick) {
+  return message.kind == RecordKind::kTick && to_trace(parse<v1::TickRecord>(message, path), tick);
+}
+
 std::size_t tool_index(const RecordedStream& stream, const SceneDescription& scene) {
   SceneOption option;
   option.tool_id = stream.tool_id;
@@ -113,10 +118,7 @@ void stream_recording(const RecordedStream& stream, const StreamVisitor& visitor
       change = parse<v1::ParameterRecord>(message, reader.path());
     }
     TickTrace tick;
-    if (message.kind != RecordKind::kTick ||
-        !to_trace(parse<v1::TickRecord>(message, reader.path()), tick)) {
-      continue;
-    }
+    if (!read_tick(message, reader.path(), tick)) continue;
     const bool wanted = tick.scene_id == stream.scene_id.value_or(tick.scene_id);
     if (scene == nullptr && wanted && record.scene_id() == tick.scene_id) {
       scene = std::make_unique<RecordedScene>(record, reader.header(), reader.path(), paths);
