@@ -13,7 +13,10 @@ from hapticd_lab.player import Setup
 from hapticd_lab.row import DEEPEST_M
 from hapticd_lab.trace import Trace
 
-METHODS = {"the paper as printed": "paper", "penalty": "penalty"}
+METHODS = {"the paper as printed, collision radius R": ("paper", "--breathing", "none"), "penalty": ("penalty",)}
+BREATHING = "the paper as printed, collision radius as drawn"
+"""Its radius grows with what rings; that diverges, so it is shown in one motion alone."""
+BREATHING_MOTION = "sweep"
 MOTIONS = (("guqin", "press"), ("guqin", "sweep"), ("bunny", "bunny_two_lines"), ("bunny", "contact_switch"))
 TAP_SPEEDS = (0.1, 0.4, 1.204, 10.0, 100.0)
 NOTICEABLE = 0.07
@@ -46,9 +49,11 @@ def _compare(lab: Lab, scene: str, motion: str, poses: numpy.ndarray) -> Dict[st
     penetration = lab.judge("compared", trace).penetration_m
     rows, numbers = [_ours(motion, trace, penetration)], {"hapticd": penetration}
     for name, method in METHODS.items():
-        columns = oracle.baseline(lab.recording("compared"), method)
+        columns = oracle.baseline(lab.recording("compared"), *method)
         rows.append(_others(motion, name, columns))
         numbers[name] = max(0.0, -float(columns["path_gap_m"].min()))
+    if motion == BREATHING_MOTION:
+        rows.append(_others(motion, BREATHING, oracle.baseline(lab.recording("compared"), "paper", "--breathing", "released")))
     return {"rows": rows, "depth_m": numbers}
 
 
