@@ -60,7 +60,7 @@ def observer_seed(text: str) -> int:
 
 
 def _settings(options: argparse.Namespace) -> Dict[str, Any]:
-    """The experiment's settings: as asked for, or of the folder it is resumed in, once they are on the disk."""
+    """The experiment's settings: as asked for, or of the folder it is resumed in."""
     path = options.output / "experiment.json"
     if options.resume:
         if not path.exists():
@@ -70,7 +70,7 @@ def _settings(options: argparse.Namespace) -> Dict[str, Any]:
             return {name: found[name] for name in SETTINGS}
         except (ValueError, KeyError, TypeError) as error:
             raise Refused(f"{path}: {error!r}; restore the file, or begin anew in another folder") from error
-    if path.exists():
+    if path.exists() or (options.output / "trials.csv").exists():
         raise Refused(f"{options.output} has an experiment already: go on with it by --resume, or name another folder")
     observer = "person" if options.live else options.observer or "weber:1"
     if observer != "person":
@@ -79,13 +79,17 @@ def _settings(options: argparse.Namespace) -> Dict[str, Any]:
         raise Refused("--seed wants 0 or more, --repetitions 1 to 1000")
     if not (options.sigma > 0.0 and options.criterion >= 0.0):
         raise Refused("--sigma wants more than 0, --criterion 0 or more")
-    settings = {"seed": options.seed, "repetitions": options.repetitions, "participant": options.participant, "observer": observer,
-                "sigma": options.sigma, "criterion": options.criterion, "scene": options.scene}
-    (options.output / "ticks").mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
+    return {"seed": options.seed, "repetitions": options.repetitions, "participant": options.participant, "observer": observer,
+            "sigma": options.sigma, "criterion": options.criterion, "scene": options.scene}
+
+
+def _keep(settings: Dict[str, Any], output: pathlib.Path) -> None:
+    """Makes the folder; the settings are whole or not there."""
+    (output / "ticks").mkdir(parents=True, exist_ok=True)
+    part = output / "experiment.part"
     part.write_text(json.dumps(settings, indent=1) + "\n", encoding="utf-8")
-    part.replace(path)
-    return settings
+    part.replace(output / "experiment.json")
+    (output / "codebook.md").write_text(CODEBOOK, encoding="utf-8")
 
 
 def _participant(settings: Dict[str, Any], options: argparse.Namespace) -> Any:
@@ -150,22 +154,24 @@ def summary_text(settings: Dict[str, Any], log: TrialLog) -> str:
 
 def run(options: argparse.Namespace) -> int:
     """The command; its exit code."""
+    import hapticd
     from hapticd_lab import participant
+    log, planned = None, []
     try:
         settings = _settings(options)
         planned = plan(settings["seed"], settings["repetitions"])
-        log = TrialLog(options.output / "trials.csv", planned)
-        (options.output / "codebook.md").write_text(CODEBOOK, encoding="utf-8")
         with _participant(settings, options) as person:
+            _keep(settings, options.output)
+            log = TrialLog(options.output / "trials.csv", planned)
             _run_trials(person, log, planned, options.output / "ticks")
             if person.asks_people:
                 _ask_scores(person, options.output / "questionnaire.csv")
-    except (Refused, BadTrials) as refused:
+    except (Refused, BadTrials, participant.Unplayable, hapticd.RequestError) as refused:
         print(f"hapticd-lab experiment: {refused}", file=sys.stderr)
         return 1
     except (participant.Interrupted, KeyboardInterrupt):
-        print(f"\nhapticd-lab experiment: interrupted; {len(log.rows)} of {len(planned)} trials are kept. Go on with --output {options.output} --resume",
-              file=sys.stderr)
+        kept = f"; {len(log.rows)} of {len(planned)} trials are kept. Go on with --output {options.output} --resume" if log else ""
+        print(f"\nhapticd-lab experiment: interrupted{kept}", file=sys.stderr)
         return INTERRUPTED
     text = summary_text(settings, log)
     (options.output / "summary.md").write_text(text, encoding="utf-8")

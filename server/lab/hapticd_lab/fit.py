@@ -73,7 +73,10 @@ def _scene_string(scene: str, wanted: str) -> Geometry:
     from hapticd_lab import player  # what starts hapticd is needed by --scene alone
     with player.Daemon("--clock", "virtual", "--scene", "wall") as daemon, hapticd.Session(daemon.address) as session:
         session.acquire("hapticd-lab fit")
-        strings = list(session.load_scene(scene).scene.strings)
+        try:
+            strings = list(session.load_scene(scene).scene.strings)
+        except hapticd.RequestError as error:
+            raise BadFile(f"--scene {scene}: {error}") from error
     for index, string in enumerate(strings):
         if wanted in (string.name, str(index)):
             return Geometry(numpy.array(string.p_wa_m), numpy.array(string.p_wb_m), string.radius_m)

@@ -78,6 +78,10 @@ class SimulatedParticipant:
         return Answered(self._observer.answer(peaks[0], peaks[1], noise), ticks, math.log(raised / reference))
 
 
+class Unplayable(ValueError):
+    """The experiment cannot be played on that scene."""
+
+
 class Interrupted(Exception):
     """The person ended the session; what was answered is kept."""
 
@@ -109,7 +113,7 @@ class Person:
             self._session.acquire("hapticd-lab experiment")
             self._plain.CopyFrom(self._session.load_scene(self._scene, preset="PAPER").scene)
             if not self._plain.strings:
-                raise ValueError(f"the scene {self._scene} has no string")
+                raise Unplayable(f"the scene {self._scene} has no string: name one that has, such as single_string or guqin")
         except BaseException:
             self._session.close()
             raise

@@ -198,6 +198,14 @@ class Terminal(Running):
         self.assertEqual([row["score"] for row in rows_of(self.folder / "p1/questionnaire.csv")], ["90", "85", "70", "0", "100"])
         self.assertTrue((self.folder / "p1/ticks/009_B.csv").exists())
 
+    def test_a_scene_that_cannot_be_played_on_is_refused_and_nothing_is_written(self):
+        for scene, text in (("wall", "has no string"), ("nonsense", "no scene of this name")):
+            done = self.run_program("--live", "--address", self.address, "--scene", scene, "--output", str(self.folder / "p2"), input="")
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(text, done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+            self.assertFalse((self.folder / "p2").exists())
+
 
 if __name__ == "__main__":
     unittest.main()
