@@ -16,7 +16,7 @@ from hapticd_lab.trace import Trace
 METHODS = {"the paper as printed, collision radius R": ("paper", "--breathing", "none"), "penalty": ("penalty",)}
 BREATHING = "the paper as printed, collision radius as drawn"
 """Its radius grows with what rings; that diverges, so it is shown in one motion alone."""
-BREATHING_MOTION = "sweep"
+BREATHING_MOTION = "tap at 0.4 m/s"
 MOTIONS = (("guqin", "press"), ("guqin", "sweep"), ("bunny", "bunny_two_lines"), ("bunny", "contact_switch"))
 TAP_SPEEDS = (0.1, 0.4, 1.204, 10.0, 100.0)
 NOTICEABLE = 0.07
