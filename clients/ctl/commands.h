@@ -27,6 +27,8 @@ void add_record_commands(CLI::App& app, const GlobalOptions& options);
 void add_run_commands(CLI::App& app, const GlobalOptions& options);
 /// pose: poses of the scripted device from a table.
 void add_pose_command(CLI::App& app, const GlobalOptions& options);
+/// experiment: that of hapticd-lab.
+void add_experiment_command(CLI::App& app, const GlobalOptions& options);
 /// doctor: the machine examined by hapticd; no daemon needs to run.
 void add_doctor_command(CLI::App& app, const GlobalOptions& options);
 /// device list, device info, device monitor, device calibrate, device check.

@@ -12,12 +12,12 @@
 
 namespace hapticd::ctl {
 
-void become_hapticd(const std::vector<std::string>& arguments) {
+void become_program(const std::string& name, const std::vector<std::string>& arguments) {
   std::error_code unknown;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", unknown);
-  const std::filesystem::path beside = self.parent_path() / "hapticd";
+  const std::filesystem::path beside = self.parent_path() / name;
   const bool there = !unknown && access(beside.c_str(), X_OK) == 0;
-  std::vector<std::string> words{there ? beside.string() : "hapticd"};
+  std::vector<std::string> words{there ? beside.string() : name};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> pointers;
   pointers.reserve(words.size() + 1);
@@ -26,8 +26,8 @@ void become_hapticd(const std::vector<std::string>& arguments) {
   std::fflush(stdout);
   execvp(pointers.front(), pointers.data());
   throw Failure(kRefused, "cannot start " + words.front() + ": " +
-                              std::generic_category().message(errno) +
-                              ". Install hapticd beside hapticctl, or add its folder to PATH.");
+                              std::generic_category().message(errno) + ". Install " + name +
+                              " beside hapticctl, or add its folder to PATH.");
 }
 
 namespace {

@@ -14,13 +14,13 @@ using hapticd::ctl::GlobalOptions;
 
 /// All commands, in the order of the help.
 constexpr std::array kCommands{
-    hapticd::ctl::add_status_command,  hapticd::ctl::add_watch_command,
-    hapticd::ctl::add_scene_commands,  hapticd::ctl::add_parameter_commands,
-    hapticd::ctl::add_force_commands,  hapticd::ctl::add_gesture_commands,
-    hapticd::ctl::add_record_commands, hapticd::ctl::add_run_commands,
-    hapticd::ctl::add_pose_command,    hapticd::ctl::add_doctor_command,
-    hapticd::ctl::add_keygen_command,  hapticd::ctl::add_replay_commands,
-    hapticd::ctl::add_device_commands,
+    hapticd::ctl::add_status_command,     hapticd::ctl::add_watch_command,
+    hapticd::ctl::add_scene_commands,     hapticd::ctl::add_parameter_commands,
+    hapticd::ctl::add_force_commands,     hapticd::ctl::add_gesture_commands,
+    hapticd::ctl::add_record_commands,    hapticd::ctl::add_run_commands,
+    hapticd::ctl::add_pose_command,       hapticd::ctl::add_doctor_command,
+    hapticd::ctl::add_experiment_command, hapticd::ctl::add_keygen_command,
+    hapticd::ctl::add_replay_commands,    hapticd::ctl::add_device_commands,
 };
 
 /// Names the word that is not known, where the parser misses a command instead.

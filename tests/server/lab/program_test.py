@@ -23,6 +23,13 @@ class Program(unittest.TestCase):
         ids = [line.split()[0] for line in out.splitlines()]
         self.assertLessEqual({"F2", "F3", "F4", "F5", "S2.2"}, set(ids))
 
+    def test_hapticctl_knows_the_experiment(self):
+        hapticctl = pathlib.Path(PROGRAM).parent / "hapticctl"
+        if not hapticctl.is_file():
+            self.skipTest("hapticctl is not built here")
+        told = subprocess.run([hapticctl, "experiment", "--help"], capture_output=True, text=True, timeout=60, check=False)
+        self.assertEqual((told.returncode, told.stdout), run("experiment", "--help")[:2])
+
     def test_help_says_what_exit_codes_mean(self):
         code, out, _ = run("repro", "--help")
         self.assertEqual(code, 0)

@@ -1,0 +1,27 @@
+// The command for the experiment, which is hapticd-lab's own. Not RT.
+#include <algorithm>
+
+#include "clients/ctl/commands.h"
+#include "clients/ctl/daemon_program.h"
+
+namespace hapticd::ctl {
+
+void add_experiment_command(CLI::App& app, const GlobalOptions& options) {
+  CLI::App* experiment = app.add_subcommand(
+      "experiment", "which string is stiffer? 27 trials with a person (hapticd-lab experiment)");
+  // Every word is hapticd-lab's, --help too.
+  experiment->prefix_command()->fallthrough(false)->set_help_flag();
+  experiment->callback([&options, experiment] {
+    std::vector<std::string> words = experiment->remaining();
+    const auto has = [&words](const char* word) {
+      return std::find(words.begin(), words.end(), word) != words.end();
+    };
+    if (has("--live") && !has("--address")) {
+      words.insert(words.end(), {"--address", options.server});
+    }
+    words.insert(words.begin(), "experiment");
+    become_program("hapticd-lab", words);
+  });
+}
+
+}  // namespace hapticd::ctl
