@@ -18,6 +18,7 @@ namespace {
 
 std::vector<Sphere> cloud(SplitMix64& random, int count) {
   std::vector<Sphere> spheres;
+  spheres.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     spheres.push_back(
         {{random.uniform(-0.05, 0.05), random.uniform(-0.02, 0.02), random.uniform(-0.1, 0.1)},

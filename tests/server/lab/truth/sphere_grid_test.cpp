@@ -43,6 +43,7 @@ TEST_CASE("a look into the grid misses no sphere that is near enough, whatever t
 
 TEST_CASE("a look into the grid leaves out most of what is far") {
   std::vector<Sphere> spheres;
+  spheres.reserve(1000);
   for (int i = 0; i < 1000; ++i) spheres.push_back({{0.01 * i, 0.0, 0.0}, 0.004});
   const SphereGrid grid(spheres);
   std::set<std::size_t> seen;
