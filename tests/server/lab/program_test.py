@@ -25,8 +25,6 @@ class Program(unittest.TestCase):
 
     def test_hapticctl_knows_the_experiment(self):
         hapticctl = pathlib.Path(PROGRAM).parent / "hapticctl"
-        if not hapticctl.is_file():
-            self.skipTest("hapticctl is not built here")
         told = subprocess.run([hapticctl, "experiment", "--help"], capture_output=True, text=True, timeout=60, check=False)
         self.assertEqual((told.returncode, told.stdout), run("experiment", "--help")[:2])
 
