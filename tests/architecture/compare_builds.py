@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """Builds the determinism probes with several compilers and flags and compares their output: equal bits are promised.
 
-usage: compare_builds.py BUILD_FOLDER [--jobs N] [--sessions PROBE...]
-Prints one line per build; exit code 1 when a build fails or differs from the first. The recorded_session_probe of builds that exist:
-the first records a session, and all replay it to the bit.
+usage: compare_builds.py BUILD_FOLDER [--all] [--jobs N] [--sessions PROBE...]
+Prints one line per build, each of which runs twice; exit code 1 when a build fails or any run differs from the first. --all: gcc and clang
+at -O0, -O2 and -O3, each plain and under every sanitizer, beside what is always built. The recorded_session_probe of builds that exist: the
+first records a session, and all replay it to the bit.
 """
 import argparse
 import pathlib
@@ -13,11 +14,15 @@ import sys
 
 from source_tree import ROOT
 
-BUILDS = {
-    "gcc-O1": ("g++", "-O1"),
-    "gcc-O3-x86-64-v3": ("g++", "-O3 -march=x86-64-v3"),
-    "clang-O2": ("clang++-14", "-O2"),
-}
+COMPILERS = {"gcc": "g++", "clang": "clang++-14"}
+LEVELS = ("-O0", "-O2", "-O3")
+SANITIZERS = {"asan": "-fsanitize=address,undefined -fno-sanitize-recover=all", "tsan": "-fsanitize=thread"}
+MATRIX = {f"{name}{level}": (compiler, level) for name, compiler in COMPILERS.items() for level in LEVELS}
+BUILDS = MATRIX | {"gcc-O3-x86-64-v3": ("g++", "-O3 -march=x86-64-v3"), "clang-O2-asan": ("clang++-14", f"-O2 {SANITIZERS['asan']}")}
+"""In CI: eight."""
+ALL_BUILDS = BUILDS | {f"{name}-{sanitizer}": (compiler, f"{level} {flags}")
+                       for name, (compiler, level) in MATRIX.items() for sanitizer, flags in SANITIZERS.items()}
+RUNS = 2
 FOLDERS = ("core/math core/geometry core/solver core/safety core/instrument core/collision core/modeling"
            " core/rendering core/simulation core/scene tests/support tests/core/math tests/core/modeling tests/realtime")
 PROBES = {"determinism_probe_core_math": "tests/core/math", "determinism_probe_core_modeling": "tests/core/modeling",
@@ -37,6 +42,11 @@ def output_of(folder: pathlib.Path) -> str:
                    for probe, where in PROBES.items())
 
 
+def outputs_of(folder: pathlib.Path) -> set:
+    """What the runs print: one text where bits are equal. Addresses are laid out anew in each."""
+    return {output_of(folder) for _ in range(RUNS)}
+
+
 def compare_sessions(probes: list, recordings: pathlib.Path) -> bool:
     shutil.rmtree(recordings, ignore_errors=True)
     recordings.mkdir(parents=True)
@@ -52,19 +62,20 @@ def compare_sessions(probes: list, recordings: pathlib.Path) -> bool:
 def main() -> int:
     parser = argparse.ArgumentParser()
     parser.add_argument("build_folder", type=pathlib.Path)
+    parser.add_argument("--all", action="store_true")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--sessions", nargs="*", default=[])
     options = parser.parse_args()
     expected = None
     same = True
-    for name, (compiler, flags) in BUILDS.items():
+    for name, (compiler, flags) in (ALL_BUILDS if options.all else BUILDS).items():
         folder = options.build_folder / name
         build(folder, compiler, flags, options.jobs)
-        output = output_of(folder)
-        expected = expected or output
-        verdict = "same bits" if output == expected else "DIFFERS"
-        same = same and output == expected
-        print(f"{name}: {verdict}: {' '.join(output.split())}")
+        outputs = outputs_of(folder)
+        expected = expected or outputs
+        equal = len(outputs) == 1 and outputs == expected
+        same = same and equal
+        print(f"{name}: {'same bits' if equal else 'DIFFERS'}: {' | '.join(' '.join(output.split()) for output in sorted(outputs))}", flush=True)
     if options.sessions:
         same = compare_sessions(options.sessions, options.build_folder / "recordings") and same
     return 0 if same else 1
