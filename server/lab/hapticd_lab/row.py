@@ -42,9 +42,9 @@ class Row:
         return [row for row, _ in self.slips]
 
 
-def play_row(lab: Lab, figure: Figure, scene: str, gesture: str, hands: bool = True, smooth: bool = True) -> Row:
-    """Plays the gesture and adds to the figure what is asked of all rows. `hands`: simulated hands play it too; `smooth`: the paper claims
-    that force and torque are."""
+def play_row(lab: Lab, figure: Figure, scene: str, gesture: str, hands: bool = True, smooth: bool = True, every_tick: bool = True) -> Row:
+    """Plays the gesture and adds to the figure what is asked of all rows. `hands`: simulated hands play it too; `smooth`: force and torque
+    are claimed to be; `every_tick`: every one is claimed to take less than 1 ms, not most."""
     poses = lab.poses(gesture, scene)
     setup = Setup(scene, "PAPER")
     paper = lab.play(setup, poses, "paper", timed=True)
@@ -54,14 +54,14 @@ def play_row(lab: Lab, figure: Figure, scene: str, gesture: str, hands: bool = T
     add_contact_claims(figure, row)
     if smooth:
         add_smoothness_claims(figure, row, lab.play(Setup(scene, "PAPER", as_reference), poses))
-    add_cost_claims(figure, paper, most_ticks=not smooth)
+    add_cost_claims(figure, paper, every_tick)
     if paper.strings:
         row.beyond = lab.play(beyond(scene), poses, "beyond", timed=True)
         figure.runs[BEYOND] = row.beyond
         figure.claims.append(at_most("Beyond the paper's model too, the tool's path never enters anything",
                                      lab.judge("beyond", row.beyond).penetration_m * 1e6, DEEPEST_M * 1e6, "um", source=OURS))
     if hands:
-        add_hand_claims(lab, figure, row, calm=smooth)
+        add_hand_claims(lab, figure, row)
     return row
 
 
@@ -92,8 +92,11 @@ def add_smoothness_claims(figure: Figure, row: Row, reference: Trace) -> None:
                                      measured.worst, 1.0, "", f"at {row.paper.t_s[at]:.3f} s; slips left out"))
     error = smoothness.reference_error_n(row.paper, reference, row.slip_rows)
     at = int(error.argmax())
+    beyond_bound = int(numpy.sum(error > REFERENCE_N))
+    others = float(numpy.delete(error, at).max(initial=0.0))
     figure.claims.append(at_most("Error of the force against the reference of 400 sub-steps", float(error.max()) * 1e3, REFERENCE_N * 1e3, "mN",
-                                 f"largest, at {row.paper.t_s[at]:.3f} s; rms {1e3 * float(numpy.sqrt(numpy.mean(error ** 2))):.3g} mN", OURS))
+                                 f"at {row.paper.t_s[at]:.3f} s; {beyond_bound} ticks beyond, the others at most {others * 1e3:.3g} mN; rms "
+                                 f"{1e3 * float(numpy.sqrt(numpy.mean(error ** 2))):.3g} mN", OURS))
 
 
 def predicted_cost_us(trace: Trace) -> numpy.ndarray:
@@ -108,14 +111,14 @@ def predicted_cost_us(trace: Trace) -> numpy.ndarray:
     return work @ weights
 
 
-def add_cost_claims(figure: Figure, trace: Trace, most_ticks: bool = False) -> None:
-    """Time of a tick. What a busy machine makes of it is told; judged is the work. `most_ticks`: the paper claims it of most ticks."""
+def add_cost_claims(figure: Figure, trace: Trace, every_tick: bool = True) -> None:
+    """Time of a tick. What a busy machine makes of it is told; judged is the work. `every_tick`: else the paper claims it of most ticks."""
     cost = trace.cpu_us[numpy.isfinite(trace.cpu_us)]
     work = predicted_cost_us(trace)
     p50, p99, most = numpy.percentile(cost, (50, 99, 100)) if len(cost) else (numpy.nan,) * 3
     note = (f"heaviest tick: {trace.sphere_tests.max():.0f} sphere tests, {trace.substeps.max():.0f} sub-steps; on this machine's clock p50 "
             f"{p50:.1f}, p99 {p99:.1f}, max {most:.1f} us, {100.0 * numpy.mean(cost < TICK_US) if len(cost) else numpy.nan:.2f} % of ticks below 1 ms")
-    if most_ticks:
+    if not every_tick:
         figure.claims.append(at_least("Most ticks take less than 1 ms, by their work at the pace of this run: share", 100.0 * float(numpy.mean(work < TICK_US)),
                                       95.0, "%", note))
     else:
@@ -142,11 +145,11 @@ def string_energy_j(trace: Trace) -> float:
     return total
 
 
-def add_hand_claims(lab: Lab, figure: Figure, row: Row, calm: bool) -> None:
-    """The same gesture by simulated hands on a simulated device. `calm`: nothing in it calls for the safety stage."""
+def add_hand_claims(lab: Lab, figure: Figure, row: Row) -> None:
+    """The same gesture by simulated hands on a simulated device."""
     texture = stability.measure(row.paper, 0.0).sliding_n
     table = [["arm", "delay, ms", "stiffness granted", "lasting vibration at rest, mN", "sliding, mN", "energy to the hand, mJ", "allowed, mJ",
-              "largest force, N"]]
+              "energy taken out in, ticks", "largest force, N"]]
     all_found = []
     for arm in ARMS:
         for delay_s in DELAYS_S:
@@ -154,7 +157,7 @@ def add_hand_claims(lab: Lab, figure: Figure, row: Row, calm: bool) -> None:
             found = stability.measure(trace, string_energy_j(trace))
             all_found.append(found)
             table.append([arm.lower(), f"{delay_s * 1e3:.0f}", f"{trace.stiffness_scale.min():.2f}", f"{found.resting_n * 1e3:.2f}",
-                          f"{found.sliding_n * 1e3:.2f}", f"{found.energy_j * 1e3:.3f}", f"{found.allowed_j * 1e3:.3f}",
+                          f"{found.sliding_n * 1e3:.2f}", f"{found.energy_j * 1e3:.3f}", f"{found.allowed_j * 1e3:.3f}", str(found.limited),
                           f"{numpy.linalg.norm(trace.force_n, axis=1).max():.2f}"])
             if arm == "LIGHT" and delay_s == 0.0:
                 figure.runs["by a simulated hand"] = trace
@@ -168,9 +171,8 @@ def add_hand_claims(lab: Lab, figure: Figure, row: Row, calm: bool) -> None:
     figure.claims.append(at_most("By a hand, the scene gives it no more than it may: energy over what is allowed",
                                  max(found.energy_j / found.allowed_j for found in all_found), 1.0, "",
                                  "4 mJ of the safety stage, and what the strings rang with", OURS))
-    if calm:
-        figure.claims.append(at_most("By a hand, the safety stage never has to take energy out", sum(found.limited for found in all_found), 0, "ticks",
-                                     source=OURS))
+    figure.claims.append(at_most("By a hand, the safety stage never has to take energy out", sum(found.limited for found in all_found), 0, "ticks",
+                                 source=OURS))
 
 
 def touched_together(trace: Trace, *names: str) -> numpy.ndarray:

@@ -3,7 +3,7 @@ hand than was put in."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Sequence
+from typing import List, Optional
 
 import numpy
 from scipy import signal
@@ -36,7 +36,7 @@ class Stability:
 
     @property
     def stable(self) -> bool:
-        return self.resting_n <= MOST_N and self.energy_j <= self.allowed_j and self.limited == 0
+        return max(self.resting_n, self.sliding_n) <= MOST_N and self.energy_j <= self.allowed_j and self.limited == 0
 
 
 def contact_force(trace: Trace) -> numpy.ndarray:
@@ -45,7 +45,7 @@ def contact_force(trace: Trace) -> numpy.ndarray:
     return trace.force_n - (trace.unlimited_force_n - touched)
 
 
-def losses(trace: Trace) -> Sequence[int]:
+def switches(trace: Trace) -> List[int]:
     """Rows in which an object begins or ceases to bear force: where the force may jump."""
     rows = []
     for name in trace.object_force_n:
@@ -62,16 +62,24 @@ def _lasting(squares: numpy.ndarray, counts: numpy.ndarray, window: int) -> floa
     return max((float(rms[k:k + LASTING_WINDOWS].min()) for k in range(count - LASTING_WINDOWS + 1)), default=0.0)
 
 
-def measure(trace: Trace, string_energy_j: float) -> Stability:
-    """Of a session with a simulated hand. `string_energy_j`: what its strings rang with, all releases together."""
+def apart_from_switches(trace: Trace) -> numpy.ndarray:
+    """n, True but around the ticks in which an object begins or ceases to bear force."""
+    quiet = numpy.ones(len(trace), bool)
+    around = round(AROUND_SLIP_S / float(numpy.median(numpy.diff(trace.t_s))))
+    for row in switches(trace):
+        quiet[max(0, row - around):row + around] = False
+    return quiet
+
+
+def measure(trace: Trace, string_energy_j: float, quiet: Optional[numpy.ndarray] = None) -> Stability:
+    """Of a session with a hand or a free handle. `string_energy_j`: what its strings rang with, all releases together; `quiet`: n, rows that
+    count, else those apart from switches."""
     period = float(numpy.median(numpy.diff(trace.t_s)))
     window = max(1, round(WINDOW_S / period))
     sections = signal.butter(4, BAND_HZ, "bandpass", fs=1.0 / period, output="sos")
     squares = numpy.sum(signal.sosfiltfilt(sections, contact_force(trace), axis=0) ** 2, axis=1)
-    quiet = numpy.ones(len(trace), bool)
-    around = round(AROUND_SLIP_S / period)
-    for row in losses(trace):
-        quiet[max(0, row - around):row + around] = False
+    if quiet is None:
+        quiet = apart_from_switches(trace)
     places = numpy.stack([numpy.convolve(column, numpy.ones(window) / window, "same") for column in trace.p_wh_m.T], axis=1)
     resting = numpy.linalg.norm(numpy.gradient(places, period, axis=0), axis=1) < RESTING_M_PER_S
     return Stability(_lasting(squares, quiet & resting, window), _lasting(squares, quiet & ~resting, window),
