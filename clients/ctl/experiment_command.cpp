@@ -13,11 +13,15 @@ void add_experiment_command(CLI::App& app, const GlobalOptions& options) {
   experiment->prefix_command()->fallthrough(false)->set_help_flag();
   experiment->callback([&options, experiment] {
     std::vector<std::string> words = experiment->remaining();
-    const auto has = [&words](const char* word) {
-      return std::find(words.begin(), words.end(), word) != words.end();
+    const auto has = [&words](const std::string& option) {
+      return std::any_of(words.begin(), words.end(), [&option](const std::string& word) {
+        return word == option || word.starts_with(option + "=");
+      });
     };
-    if (has("--live") && !has("--address")) {
-      words.insert(words.end(), {"--address", options.server});
+    // Also where one that was begun with --live is resumed.
+    if (!has("--address")) words.insert(words.end(), {"--address", options.server});
+    if (!options.key_file.empty() && !has("--key")) {
+      words.insert(words.end(), {"--key", options.key_file});
     }
     words.insert(words.begin(), "experiment");
     become_program("hapticd-lab", words);

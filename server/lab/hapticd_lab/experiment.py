@@ -1,8 +1,8 @@
 """The experiment of Table 1: familiarisation with a wall and a sphere, then 27 trials. In each, two strings called A and B are felt one after the
 other, one of which has its T, E or R raised by 30, 40 or 50 %; the answer is which was stiffer, or that they were equal.
 
-Take part by --live, at the device of a running hapticd, asked in this terminal; or let a simulated observer, --observer weber:SEED,
-press both strings through the protocol in lockstep. Every answer is on the disk before the next trial begins: what was interrupted goes
+Take part by --live, at the device of a running hapticd, asked in this terminal, or in the viewer (haptic-web, Experiment); or let a simulated
+observer, --observer weber:SEED, press both strings through the protocol in lockstep. Every answer is on the disk before the next trial begins: what was interrupted goes
 on with --resume and loses no trial.
 
 DIR gets trials.csv, codebook.md, ticks/ with every tick of every trial, summary.md, and of people questionnaire.csv.
@@ -17,7 +17,7 @@ import math
 import os
 import pathlib
 import sys
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Optional
 
 from hapticd_lab import threshold_fit
 from hapticd_lab.observer import WeberObserver
@@ -41,14 +41,16 @@ def describe(parser: argparse.ArgumentParser) -> None:
     who = parser.add_mutually_exclusive_group()
     who.add_argument("--observer", metavar="weber:SEED", help="a simulated observer (default: weber:1)")
     who.add_argument("--live", action="store_true", help="a person, asked in this terminal")
+    who.add_argument("--page", action="store_true", help="a person, asked in a page of haptic-web, which starts this itself; goes on with what is in DIR")
     parser.add_argument("--resume", action="store_true", help="go on with what was interrupted in DIR; its settings are taken from there")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the order of the trials, 0 or more (default: 1)")
     parser.add_argument("--repetitions", type=int, default=REPETITIONS, metavar="N", help="of every comparison (default: %(default)s)")
     parser.add_argument("--participant", default="", metavar="NAME", help="how the files call the participant")
     parser.add_argument("--sigma", type=float, default=WeberObserver.sigma, help="noise of a simulated observer's ln force (default: %(default)s)")
     parser.add_argument("--criterion", type=float, default=WeberObserver.criterion, help="difference of ln force it reports (default: %(default)s)")
-    parser.add_argument("--address", default="127.0.0.1:47800", metavar="HOST:PORT", help="the hapticd of --live (default: %(default)s)")
-    parser.add_argument("--scene", default="single_string", metavar="NAME", help="what --live is played on (default: %(default)s)")
+    parser.add_argument("--address", default="127.0.0.1:47800", metavar="HOST:PORT", help="the hapticd of --live and --page (default: %(default)s)")
+    parser.add_argument("--key", type=pathlib.Path, metavar="FILE", help="control key of a hapticd that has keys")
+    parser.add_argument("--scene", default="single_string", metavar="NAME", help="what --live and --page are played on (default: %(default)s)")
 
 
 def observer_seed(text: str) -> int:
@@ -62,7 +64,7 @@ def observer_seed(text: str) -> int:
 def _settings(options: argparse.Namespace) -> Dict[str, Any]:
     """The experiment's settings: as asked for, or of the folder it is resumed in."""
     path = options.output / "experiment.json"
-    if options.resume:
+    if options.resume or (options.page and path.exists()):
         if not path.exists():
             raise Refused(f"{options.output} has no experiment to resume: leave --resume out")
         try:
@@ -72,7 +74,7 @@ def _settings(options: argparse.Namespace) -> Dict[str, Any]:
             raise Refused(f"{path}: {error!r}; restore the file, or begin anew in another folder") from error
     if path.exists() or (options.output / "trials.csv").exists():
         raise Refused(f"{options.output} has an experiment already: go on with it by --resume, or name another folder")
-    observer = "person" if options.live else options.observer or "weber:1"
+    observer = "person" if options.live or options.page else options.observer or "weber:1"
     if observer != "person":
         observer_seed(observer)
     if options.seed < 0 or not 1 <= options.repetitions <= 1000:
@@ -92,15 +94,21 @@ def _keep(settings: Dict[str, Any], output: pathlib.Path) -> None:
     (output / "codebook.md").write_text(CODEBOOK, encoding="utf-8")
 
 
-def _participant(settings: Dict[str, Any], options: argparse.Namespace) -> Any:
+def _key(path: Optional[pathlib.Path]) -> Optional[bytes]:
+    return None if path is None else path.read_bytes()
+
+
+def _participant(settings: Dict[str, Any], options: argparse.Namespace, screen: Any) -> Any:
     from hapticd_lab import participant  # it needs the client; help does not
     if settings["observer"] == "person":
-        return participant.Person(options.address, settings["scene"])
+        return participant.Person(options.address, settings["scene"], screen, _key(options.key))
     return participant.SimulatedParticipant(WeberObserver(settings["sigma"], settings["criterion"]), observer_seed(settings["observer"]))
 
 
-def _run_trials(person: Any, log: TrialLog, planned: List[Any], ticks: pathlib.Path) -> None:
+def _run_trials(person: Any, screen: Any, log: TrialLog, planned: List[Any], ticks: pathlib.Path) -> None:
     from hapticd_lab import participant, stimulus
+    if len(log.rows) < len(planned):
+        person.instruct(len(planned), len(log.rows))
     for scene in participant.familiarisation_left([path.stem for path in ticks.glob("*.csv")]):
         stimulus.write(person.familiarise(scene), ticks / f"{scene}.csv")
     for trial in planned[len(log.rows):]:
@@ -108,7 +116,7 @@ def _run_trials(person: Any, log: TrialLog, planned: List[Any], ticks: pathlib.P
         for label, trace in answered.ticks.items():  # before the answer: a trial with an answer has its ticks
             stimulus.write(trace, ticks / f"{trial.trial:03}_{label}.csv")
         log.add(trial, answered.answer, answered.peaks_n, answered.log_ratio, answered.answered)
-        print(f"trial {trial.trial} of {len(planned)} is kept", flush=True)
+        screen.kept(trial.trial, len(planned))
 
 
 def _ask_scores(person: Any, path: pathlib.Path) -> None:
@@ -152,28 +160,54 @@ def summary_text(settings: Dict[str, Any], log: TrialLog) -> str:
     return "\n".join([*lines, "", "trials.csv has the answers, codebook.md says what its columns mean.", ""])
 
 
-def run(options: argparse.Namespace) -> int:
-    """The command; its exit code."""
-    import hapticd
-    from hapticd_lab import participant
-    log, planned = None, []
-    try:
-        settings = _settings(options)
-        planned = plan(settings["seed"], settings["repetitions"])
-        with _participant(settings, options) as person:
+def _screen(options: argparse.Namespace) -> Any:
+    from hapticd_lab import page_screen, terminal_screen
+    return page_screen.PageScreen(options.participant) if options.page else terminal_screen.TerminalScreen()
+
+
+class Run:
+    """One run of the command, from its settings to its summary; `log` tells what is kept when it ends early."""
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._options, self._planned, self._log, self._screen = options, [], None, _screen(options)
+
+    def _kept(self) -> str:
+        if self._log is None:
+            return ""
+        onward = "" if self._options.page else f". Go on with --output {self._options.output} --resume"
+        return f"; {len(self._log.rows)} of {len(self._planned)} trials are kept{onward}"
+
+    def _finish(self) -> None:
+        options, settings = self._options, _settings(self._options)
+        self._planned = plan(settings["seed"], settings["repetitions"])
+        with _participant(settings, options, self._screen) as person:
             _keep(settings, options.output)
-            log = TrialLog(options.output / "trials.csv", planned)
-            _run_trials(person, log, planned, options.output / "ticks")
+            self._log = TrialLog(options.output / "trials.csv", self._planned)
+            _run_trials(person, self._screen, self._log, self._planned, options.output / "ticks")
             if person.asks_people:
                 _ask_scores(person, options.output / "questionnaire.csv")
-    except (Refused, BadTrials, participant.Unplayable, hapticd.RequestError) as refused:
-        print(f"hapticd-lab experiment: {refused}", file=sys.stderr)
-        return 1
-    except (participant.Interrupted, KeyboardInterrupt):
-        kept = f"; {len(log.rows)} of {len(planned)} trials are kept. Go on with --output {options.output} --resume" if log else ""
-        print(f"\nhapticd-lab experiment: interrupted{kept}", file=sys.stderr)
-        return INTERRUPTED
-    text = summary_text(settings, log)
-    (options.output / "summary.md").write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+        text = summary_text(settings, self._log)
+        (options.output / "summary.md").write_text(text, encoding="utf-8")
+        self._screen.done(text, str(options.output.resolve()))
+
+    def run(self) -> int:
+        """Exit code of the command."""
+        import hapticd
+        from hapticd_lab import participant, terminal_screen
+        try:
+            self._finish()
+            return 0
+        except (Refused, BadTrials, participant.Unplayable, hapticd.RequestError, OSError) as refused:
+            self._screen.stopped(f"{str(refused).rstrip('.')}{self._kept()}")
+            return 1
+        except participant.LostControl as lost:
+            self._screen.stopped(f"{lost}, so what was felt last does not count{self._kept()}")
+            return 1
+        except (terminal_screen.Interrupted, KeyboardInterrupt):
+            self._screen.stopped(f"interrupted{self._kept()}")
+            return INTERRUPTED
+
+
+def run(options: argparse.Namespace) -> int:
+    """The command; its exit code."""
+    return Run(options).run()

@@ -1,11 +1,13 @@
-"""Who takes part in the experiment: a simulated observer, through the protocol in lockstep; or a person at a device, asked in the terminal."""
+"""Who takes part in the experiment: a simulated observer, through the protocol in lockstep; or a person at a device, asked in
+the terminal or in a page."""
 from __future__ import annotations
 
 import datetime
 import math
 import time
 from dataclasses import dataclass, field
-from typing import Callable, Dict, List, Sequence, Tuple
+from functools import partial
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy
 from google.protobuf import text_format
@@ -13,7 +15,7 @@ from google.protobuf import text_format
 import hapticd
 from hapticd.v1 import scene_pb2
 from hapticd_lab import player
-from hapticd_lab.observer import EQUAL, FELT_DEPTH_M, FELT_PLACE, FIRST, SECOND, WeberObserver
+from hapticd_lab.observer import FELT_DEPTH_M, FELT_PLACE, FIRST, WeberObserver
 from hapticd_lab.states import build_trace
 from hapticd_lab.stimulus import Bench, peak_n, press_path
 from hapticd_lab.string_law import PARAMETERS, StringValues, change
@@ -59,6 +61,9 @@ class SimulatedParticipant:
     def __exit__(self, *_: object) -> None:
         self._bench.__exit__()
 
+    def instruct(self, trials: int, kept: int) -> None:
+        """Knows what to do."""
+
     def familiarise(self, scene: str) -> Trace:
         """Touches the wall or the sphere once."""
         loaded = self._bench.session.load_scene(scene).scene
@@ -82,10 +87,6 @@ class Unplayable(ValueError):
     """The experiment cannot be played on that scene."""
 
 
-class Interrupted(Exception):
-    """The person ended the session; what was answered is kept."""
-
-
 def trial_scene(plain: scene_pb2.Scene, string: StringValues) -> str:
     """The scene with T, E and R of all strings set, silent: the sound must not give the answer. The tuning stays."""
     scene = scene_pb2.Scene()
@@ -98,56 +99,78 @@ def trial_scene(plain: scene_pb2.Scene, string: StringValues) -> str:
     return text_format.MessageToString(scene)
 
 
+class LostControl(Exception):
+    """Somebody else has control of the daemon, or it was started anew: what is felt is not the plan's any more."""
+
+
 class Person:
-    """At the device of a running hapticd. `ask` and `say`: the terminal's, as input and print are."""
+    """At the device of a running hapticd, told and asked by the screen: TerminalScreen or PageScreen."""
 
     asks_people = True
 
-    def __init__(self, address: str, scene: str, ask: Callable[[str], str] = input, say: Callable[[str], None] = print) -> None:
-        self._address, self._scene, self._ask_line, self._say = address, scene, ask, say
+    def __init__(self, address: str, scene: str, screen: Any, key: Optional[bytes] = None) -> None:
+        self._address, self._scene, self._screen, self._key = address, scene, screen, key
         self._plain = scene_pb2.Scene()
 
     def __enter__(self) -> "Person":
-        self._session = hapticd.Session(self._address, keep_states=KEPT_STATES)
+        self._session = hapticd.Session(self._address, keep_states=KEPT_STATES, key=self._key)
         try:
             self._session.acquire("hapticd-lab experiment")
+            self._epoch = self._session.epoch
             self._plain.CopyFrom(self._session.load_scene(self._scene, preset="PAPER").scene)
             if not self._plain.strings:
                 raise Unplayable(f"the scene {self._scene} has no string: name one that has, such as single_string or guqin")
+            self._screen.watch(self._check_control)
         except BaseException:
             self._session.close()
             raise
         return self
 
     def __exit__(self, *_: object) -> None:
+        try:
+            self._session.load_scene(self._scene)  # the last string of a trial is nobody's scene
+        except (hapticd.RequestError, ConnectionError):
+            pass  # who has control now chooses the scene
         self._session.close()
 
-    def _ask(self, question: str) -> str:
-        try:
-            return self._ask_line(question).strip()
-        except (EOFError, KeyboardInterrupt):
-            raise Interrupted from None
+    def _check_control(self) -> None:
+        self._session.ping()  # raises where the daemon has ended or is silent
+        if self._session.epoch != self._epoch:
+            raise LostControl("the connection to hapticd was lost")
+        lease = self._session.lease
+        if not lease.yours:
+            raise LostControl(f"{lease.holder or 'another program'} took control" if lease.fence and lease.holder else "control was lost")
 
     def _engage(self) -> None:
         try:
             self._session.engage()
         except hapticd.RequestError as error:
-            self._say(f"The device does not engage ({error}): move it clear of everything, or clear its fault.")
+            self._screen.no_force(str(error))
 
-    def _touch(self, question: str) -> Trace:
+    def _touch(self, touched: Callable[[], bool]) -> Trace:
         """What the tool felt while the person took the time to answer."""
         self._engage()
         self._session.subscribe(1, player.SECTIONS, player.CONTACTS)
         list(self._session.events(timeout=0))
-        self._ask(question)
+        while not touched():
+            try:
+                self._session.clear()
+            except hapticd.RequestError:
+                pass  # there was no fault, or its cause is not gone: engaging says so
+            self._engage()
+        self._check_control()
         states = list(self._session.states(timeout=0))
         self._session.subscribe(0)
         return build_trace(self._session.scene, states, list(self._session.events(timeout=0)))
 
+    def instruct(self, trials: int, kept: int) -> None:
+        """Before the first trial of this run."""
+        self._screen.instruct(trials, kept)
+
     def familiarise(self, scene: str) -> Trace:
         """As long as the person likes."""
         self._session.load_scene(scene)
-        return self._touch(f"Get used to the device: here is a {scene}. Touch it, press it, slide on it; then press Enter. ")
+        return self._touch(lambda: self._screen.familiarise(scene))
 
     def compare(self, trial: Trial) -> Answered:
         """A, then B, as often as asked for; the ticks are those of the last time."""
@@ -155,29 +178,18 @@ class Person:
             ticks = {}
             for label, string in zip(LABELS, trial.strings):
                 self._session.load_scene(trial_scene(self._plain, string))
-                ticks[label] = self._touch(f"Trial {trial.trial}, string {label}: press it; then press Enter. ")
+                ticks[label] = self._touch(partial(self._screen.touch, trial.trial, label))
             begin = time.monotonic()
-            answer = self._choose()
+            answer = self._screen.choose(trial.trial)
+            self._check_control()
             if answer:
                 log_ratio = math.log1p(change(REFERENCE, trial.parameter, trial.increment, FELT_DEPTH_M, FELT_PLACE))
                 now = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
                 return Answered(answer, ticks, log_ratio, (now, f"{time.monotonic() - begin:.1f}"))
 
-    def _choose(self) -> str:
-        choices = {"a": FIRST, "1": FIRST, FIRST: FIRST, "b": SECOND, "2": SECOND, SECOND: SECOND, "e": EQUAL, "=": EQUAL, EQUAL: EQUAL, "again": "", "r": ""}
-        while True:
-            given = self._ask("Which one was stiffer? first, second or equal (or: again) ").lower()
-            if given in choices:
-                return choices[given]
-            self._say("Say first, second or equal; or again, to feel both once more.")
-
     def score(self, metric: str, explanation: str) -> int:
         """A slider of the questionnaire, 0 to 100."""
-        while True:
-            given = self._ask(f"{metric} ({explanation}): 0 to 100, 100 is like a real string: ")
-            if given.isdecimal() and int(given) <= 100:
-                return int(given)
-            self._say("Give a whole number from 0 to 100.")
+        return self._screen.rate(metric, explanation)
 
 
 Participant = SimulatedParticipant | Person

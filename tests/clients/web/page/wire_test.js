@@ -40,6 +40,9 @@ test('what the page sends is what protoc would write', () => {
   assert.equal(hex(v1.PageRequest.encode({ id: 5, ping: { sent_s: 8.125 } }).finish()), hex(bytesOf('page_ping')));
   assert.equal(hex(v1.PageRequest.encode({ id: 6, show: { recording: '20260102T030405.mcap' } }).finish()), hex(bytesOf('page_show')));
   assert.equal(hex(v1.PageRequest.encode({ id: 7, list_recordings: {} }).finish()), hex(bytesOf('page_list_recordings')));
+  assert.equal(hex(v1.PageRequest.encode({ id: 8, experiment: { begin: { participant: 'P1', seed: 7, repetitions: 3 } } }).finish()), hex(bytesOf('page_experiment_begin')));
+  assert.equal(hex(v1.PageRequest.encode({ id: 9, experiment: { answer: { number: 12, reply: 6, score: 85 } } }).finish()), hex(bytesOf('page_experiment_answer')));
+  assert.equal(hex(v1.PageRequest.encode({ id: 10, experiment: { end: {} } }).finish()), hex(bytesOf('page_experiment_end')));
 });
 
 test('signed columns of contacts keep their signs and their size', () => {
