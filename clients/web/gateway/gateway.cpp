@@ -14,6 +14,7 @@
 #include "clients/library/client.h"
 #include "clients/web/gateway/access.h"
 #include "clients/web/gateway/asset_store.h"
+#include "clients/web/gateway/experiment_desk.h"
 #include "clients/web/gateway/metrics.h"
 #include "clients/web/gateway/recording_source.h"
 
@@ -49,6 +50,7 @@ struct Gateway::Implementation {
   v1::PageLink last_link;
   int looks = 0;
   std::shared_ptr<DaemonLink> link;
+  std::unique_ptr<ExperimentDesk> experiments;
   // Whoever is still connected at the end refers to the hub from inside the context.
   Hub hub;
   asio::io_context context{1};
@@ -72,6 +74,10 @@ Gateway::Implementation::Implementation(WebOptions given)
         // With a daemon the metrics are its own.
         if (link == nullptr) newest = state;
       }) {
+  experiments = std::make_unique<ExperimentDesk>(
+      context, options.experiments, [this](const v1::ExperimentScreen& screen, ViewerId owner) {
+        hub.experiment(screen, owner);
+      });
   open_source(options);
 }
 
@@ -87,6 +93,12 @@ HubOptions Gateway::Implementation::hub_options() {
     recordings.show(name, std::move(done));
   };
   made.recordings = [this] { return recordings.list(); };
+  made.experiment = [this](ViewerId viewer, bool control, const v1::PageExperiment& asked) {
+    return experiments->take(viewer, control, asked);
+  };
+  made.gone = [this](ViewerId viewer) {
+    if (experiments != nullptr) experiments->gone(viewer);
+  };
   made.daemon_now_ns = [this]() -> std::int64_t {
     if (const auto shown_ns = recordings.shown_t_ns()) return *shown_ns;
     return link != nullptr ? link->daemon_now_ns() : 0;
@@ -167,6 +179,7 @@ void Gateway::Implementation::say_goodbye() {
   if (link != nullptr) link->stop();
   link_timer.cancel();
   recordings.stop();
+  experiments->stop();
   farewell_timer.expires_after(kFarewell);
   farewell_timer.async_wait([this](const error_code&) { context.stop(); });
 }
@@ -178,6 +191,8 @@ Gateway::~Gateway() {
   // Viewers that are still there give back the lease while they go.
   if (implementation_->link != nullptr) implementation_->link->stop();
   implementation_->link.reset();
+  // What it runs ends with its input.
+  implementation_->experiments.reset();
 }
 
 void Gateway::run() {

@@ -75,6 +75,7 @@ void Hub::welcome(ViewerId id, Viewer& viewer) {
   }
   if (link_.has_value()) put(viewer, link_body(*link_, 0));
   if (playback_.has_value()) put(viewer, playback_body(*playback_));
+  if (experiment_.has_value()) put_experiment(id, viewer);
   if (of.state != nullptr) put_state(viewer);
 }
 
@@ -84,6 +85,7 @@ void Hub::remove(ViewerId viewer) {
   counters_.dropped_states += found->second.queue.dropped_states();
   viewers_.erase(found);
   if (desk_.holder() == viewer) give_back_lease();
+  if (options_.gone) options_.gone(viewer);
 }
 
 void Hub::give_back_lease() {
@@ -120,6 +122,19 @@ void Hub::put_item(ViewerId id, Viewer& viewer, const v1::Item& item) {
   v1::Item own = item;
   *own.mutable_lease_info() = desk_.seen_by(id, item.lease_info());
   put(viewer, item_body(own));
+}
+
+void Hub::put_experiment(ViewerId id, Viewer& viewer) {
+  v1::PageEvent event;
+  *event.mutable_experiment() = *experiment_;
+  event.mutable_experiment()->set_yours(id == experimenter_);
+  put(viewer, body_of(std::move(event)));
+}
+
+void Hub::experiment(const v1::ExperimentScreen& screen, ViewerId owner) {
+  experiment_ = screen;
+  experimenter_ = owner;
+  for (auto& [id, viewer] : viewers_) put_experiment(id, viewer);
 }
 
 void Hub::close(Viewer& viewer, CloseReason reason) {
@@ -264,6 +279,8 @@ void Hub::take(ViewerId id, std::string_view message) {
     v1::Result result = made_result(v1::RESULT_CODE_OK, "");
     if (options_.recordings) *result.mutable_listing() = options_.recordings();
     answer(id, request.id(), std::move(result));
+  } else if (request.has_experiment() && options_.experiment) {
+    answer(id, request.id(), options_.experiment(id, viewer.control, request.experiment()));
   }
 }
 

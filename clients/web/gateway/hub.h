@@ -51,6 +51,10 @@ struct HubOptions {
   std::function<void(const std::string& recording, Answer)> show;
   /// What can be shown.
   std::function<v1::Listing()> recordings;
+  /// What a viewer asks of an experiment, with its answer; Hub::experiment() follows.
+  std::function<v1::Result(ViewerId, bool control, const v1::PageExperiment&)> experiment;
+  /// A viewer is gone.
+  std::function<void(ViewerId)> gone;
   /// The daemon's clock now, ns; 0 = not known.
   std::function<std::int64_t()> daemon_now_ns;
 };
@@ -94,6 +98,8 @@ class Hub {
   void recorded_state(const v1::State& state);
   void recorded_item(const v1::Item& item);
   void playback(const v1::PagePlayback& playback);
+  /// A screen of an experiment, which `owner` may answer.
+  void experiment(const v1::ExperimentScreen& screen, ViewerId owner);
   /// From here on this is shown: all viewers are told, and told what they need of it.
   void show(const v1::PageShown& shown);
 
@@ -127,6 +133,7 @@ class Hub {
   void put_all(const SharedBody& body);
   void put_state(Viewer& viewer);
   void put_item(ViewerId id, Viewer& viewer, const v1::Item& item);
+  void put_experiment(ViewerId id, Viewer& viewer);
   void close(Viewer& viewer, CloseReason reason);
   static void remember(const v1::Item& item, Newest& newest);
   void remember_daemon(const v1::Item& item);
@@ -150,6 +157,8 @@ class Hub {
   std::optional<v1::Item> recorder_;
   std::optional<v1::PageLink> link_;
   std::optional<v1::PagePlayback> playback_;
+  std::optional<v1::ExperimentScreen> experiment_;  ///< the newest
+  ViewerId experimenter_ = 0;                       ///< who may answer it
 };
 
 }  // namespace hapticd::web

@@ -40,6 +40,12 @@ client::Endpoint endpoint_of(const std::string& option, const std::string& text,
   }
 }
 
+/// As hapticd-lab reads it.
+std::string address_of(const client::Endpoint& place) {
+  const bool bare = place.host.find(':') == std::string::npos;
+  return (bare ? place.host : "[" + place.host + "]") + ":" + std::to_string(place.port);
+}
+
 void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
   app.set_version_flag("--version", "haptic-web " HAPTICD_VERSION);
   app.add_option("--server", texts.server, "where hapticd listens, HOST:PORT")
@@ -72,6 +78,10 @@ void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
                  "folder of recordings that a page with control may show meanwhile (default: where "
                  "hapticd of this user writes them)")
       ->type_name("DIR");
+  app.add_option("--experiments", options.experiments.folder,
+                 "folder of the experiments that pages begin, a folder in it for each participant "
+                 "(default: experiments beside the recordings of this user)")
+      ->type_name("DIR");
   app.add_option("--rate", options.link.state_rate_hz, "States asked for, 1/s")
       ->check(CLI::Range(1.0, 1000.0))
       ->capture_default_str();
@@ -89,6 +99,8 @@ void finish(const Texts& texts, WebOptions& options) {
       endpoint_of("--server", texts.server, {options.link.host, options.link.port}, false);
   options.link.host = server.host;
   options.link.port = server.port;
+  options.experiments.address = address_of(server);
+  options.experiments.key = texts.key_file;
   const client::Endpoint listen =
       endpoint_of("--listen", texts.listen, {options.server.address, options.server.port}, true);
   options.server.address = listen.host;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clients/web/gateway/daemon_link.h"
+#include "clients/web/gateway/experiment_desk.h"
 #include "clients/web/gateway/http_server.h"
 #include "clients/web/gateway/recording_folder.h"
 
@@ -21,6 +22,8 @@ struct WebOptions {
   std::filesystem::path recording;  ///< empty: a daemon is the source
   /// Folder of those that pages may have shown meanwhile.
   std::filesystem::path recordings = default_recordings();
+  /// How experiments are run; its folder is that of all participants.
+  ExperimentOptions experiments{{}, default_experiments(), "127.0.0.1:47800", {}};
   double presentation_delay_s = 0.008;
 };
 

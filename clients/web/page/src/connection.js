@@ -63,6 +63,11 @@ export class Connection {
     return this.#request({ list_recordings: {} }, true);
   }
 
+  /** Begins, answers or ends an experiment; as call(). */
+  experiment(asked) {
+    return this.#request({ experiment: asked }, true);
+  }
+
   #request(body, answered) {
     if (!this.isOpen) return Promise.reject(new Error('not connected'));
     const id = this.#nextId++;

@@ -32,9 +32,9 @@ picture.viewName = address.view;
 const looks = new ViewControls(picture, address);
 const panels = new Panels(find('plots'));
 const control = new ControlPanel(find('control'), session);
-const experiment = new ExperimentPanel(find('experiment'), session);
 const connectionPanel = new ConnectionPanel(find('connection'));
 const banners = new Banners(find('banners'));
+const experiment = new ExperimentPanel(find('experiment'), find('trial'), session, banners);
 const playbackBar = new PlaybackBar(session);
 const counted = [{ atS: pageS(), states: 0, frames: 0, bytes: 0 }];
 const film = new Film({ model, session, panels, draw: drawForFilm, scene: () => drawn });
@@ -86,6 +86,7 @@ function drawForFilm(elapsedS) {
 }
 
 function drawNewest() {
+  if (experiment.covers) return;
   const ns = model.shownNs();
   const state = ns === null ? null : model.states.at(ns);
   picture.draw(state, ns);
@@ -132,7 +133,8 @@ function showTexts() {
   find('empty').hidden = why === '';
   if (why && find('empty-why').textContent !== why) find('empty-why').textContent = why;
   find('empty').querySelector('h2').textContent = model.scene && connection.isOpen ? 'Nothing moves' : 'Nothing is connected';
-  banners.set('loop', loopBanner(state, model.fault, session.controls && !recording ? () => session.ask({ clear: {} }) : null));
+  const clear = experiment.engage ?? (session.controls && !recording ? () => session.ask({ clear: {} }) : null);
+  banners.set('loop', loopBanner(state, model.fault, clear));
   banners.set('daemon', daemonBanner(model.shown, session.mayControl ? () => session.show('') : null));
   banners.set('link', connection.isOpen ? linkBanner(model.link) : null);
   banners.set('loss', lossBanner(model.link));
@@ -183,6 +185,8 @@ document.querySelectorAll('[role=tab]').forEach((tab) => { tab.onclick = () => c
 find('side-toggle').onclick = toggleSide;
 find('stop').onclick = stop;
 listen({ ...looks.keys(), p: toggleSide, Escape: stop, '?': showKeys, ' ': () => playbackBar.shown && playbackBar.toggle() });
+// The address of a gateway that was started anew differs in its token alone, for which a browser does not load the page again.
+window.addEventListener('hashchange', () => location.reload());
 setInterval(showTexts, TEXT_MS);
 setInterval(countRates, 1000);
 requestAnimationFrame(frame);

@@ -53,6 +53,7 @@ export class StreamModel {
     else if (event.welcome) this.#takeWelcome(event.welcome);
     else if (event.playback) this.#takePlayback(event.playback);
     else if (event.shown) this.#takeShown(event.shown);
+    else if (event.experiment) this.#tell('experimentScreen', event.experiment);
   }
 
   #takeState(state) {
@@ -67,6 +68,7 @@ export class StreamModel {
     this.welcome = welcome;
     this.shown = { source: welcome.source, recording: '', cut_off: false, daemon_fault: '' };
     this.session.recorded = this.recorded;
+    this.session.connected = true;
     this.#tell('mayControl', welcome.control);
   }
 

@@ -1,8 +1,7 @@
-// The panels' reasoning: the experiment's plan, parameters, plots, banners, the page's address. None of it needs a browser.
+// The panels' reasoning: parameters, plots, banners, the page's address. None of it needs a browser.
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { loopBanner, linkBanner, lossBanner } from '../../../../clients/web/page/src/controls/banners.js';
-import { INCREMENTS, isCorrect, makePlan, PARAMETERS, resultCsv, tally, trialScene } from '../../../../clients/web/page/src/controls/experiment_plan.js';
 import { labelOf, parameterRows, shortNumber, sliderScale } from '../../../../clients/web/page/src/controls/parameter_paths.js';
 import { pauseMs } from '../../../../clients/web/page/src/connection.js';
 import { viewOf } from '../../../../clients/web/page/src/drawing/camera_views.js';
@@ -10,36 +9,6 @@ import { contactsOf, forceVector } from '../../../../clients/web/page/src/drawin
 import { readAddress, subprotocols } from '../../../../clients/web/page/src/page_address.js';
 import { LogHistogram, TimeSeries } from '../../../../clients/web/page/src/plots/series.js';
 import { exampleOf } from './examples.js';
-
-test('27 trials: each parameter and increment three times, the order by the seed', () => {
-  const plan = makePlan(5);
-  assert.equal(plan.length, 27);
-  for (const parameter of PARAMETERS) {
-    for (const increment of INCREMENTS) assert.equal(plan.filter((trial) => trial.parameter === parameter && trial.increment === increment).length, 3);
-  }
-  assert.deepEqual(makePlan(5), plan);
-  assert.notDeepEqual(makePlan(6), plan);
-});
-
-test('one half of a trial has one parameter raised, the other none, and no tone gives it away', () => {
-  const scene = exampleOf('scene_event').item.scene_info.scene;
-  const trial = { parameter: 'R', increment: 0.4, raisedFirst: false };
-  const [first, second] = [0, 1].map((half) => trialScene({ ...scene, tones: {} }, trial, half).strings[0]);
-  assert.deepEqual([first.tension_n, first.youngs_modulus_pa, first.radius_m], [30, 1.9e11, 3.4e-4]);
-  assert.deepEqual([second.tension_n, second.youngs_modulus_pa], [30, 1.9e11]);
-  assert.ok(Math.abs(second.radius_m - 4.76e-4) < 1e-15);
-  assert.equal(trialScene({ ...scene, tones: {} }, trial, 0).tones, undefined);
-  assert.equal(scene.strings[0].tension_n, 30);
-});
-
-test('answers are counted where they belong', () => {
-  const plan = [{ parameter: 'T', increment: 0.5, raisedFirst: true }, { parameter: 'T', increment: 0.5, raisedFirst: false }, { parameter: 'E', increment: 0.3, raisedFirst: true }];
-  const table = tally(plan, ['first', 'first', 'same']);
-  assert.deepEqual(table.T[2], { asked: 2, correct: 1 });
-  assert.deepEqual(table.E[0], { asked: 1, correct: 0 });
-  assert.ok(isCorrect(plan[1], 'second'));
-  assert.match(resultCsv(9, plan, ['first']), /^# seed 9\n.*\n1,T,0\.5,first,first,1\n$/);
-});
 
 test('parameters come by string, with unit and range of their pattern', () => {
   const info = exampleOf('scene_event').item.scene_info;

@@ -1,111 +1,111 @@
-// The screen of the paper's Table 1: pairs of strings, of which one is stiffer. Each half is brought by a change of scene, whatever differs;
-// 27 trials; the rates beside the published ones, and all answers as CSV.
-import { textOf } from '../model/text_format.js';
+// The experiment's side: who takes part, and where it stands. hapticd-lab runs it and keeps its files, so that a page that was closed, or a
+// gateway that was started anew, loses nothing: the same participant goes on.
 import { button, make, row } from './dom.js';
-import { INCREMENTS, makePlan, PARAMETERS, PUBLISHED, resultCsv, tally, trialScene } from './experiment_plan.js';
+import { ExperimentScreen } from './experiment_screen.js';
+import { isRunning, stageOf } from './experiment_stage.js';
 import { isOk } from './session.js';
 
-const SCENE = 'single_string';
+const REMEMBERED = 'hapticd.participant'; // whose experiment this browser began and did not see the end of
 
 export class ExperimentPanel {
   #session;
-  #plan = [];
-  #answers = [];
-  #seed = 1;
-  #scene = null;
-  #half = 0;
+  #banners;
+  #screen;
+  #closed = null; // the last screen that was closed here
+  #fields = { participant: '', seed: 1 };
 
-  constructor(holder, session) {
+  constructor(holder, screenHolder, session, banners) {
     this.#session = session;
+    this.#banners = banners;
     this.holder = holder;
+    this.#fields.participant = this.#remembered();
+    this.#screen = new ExperimentScreen(screenHolder, { answer: async (answer) => isOk(await session.experiment({ answer })), end: () => session.experiment({ end: {} }), close: () => this.#close() });
     session.addEventListener('change', () => this.#draw());
     this.#draw();
   }
 
+  /** An experiment runs, on whichever page: scenes come and go. */
   get running() {
-    return this.#scene !== null && this.#answers.length < this.#plan.length;
+    return isRunning(this.#session.experimentScreen);
   }
 
-  async #begin(seed) {
-    // Its scenes are the daemon's.
-    if (this.#session.recorded) await this.#session.show('');
-    const loaded = await this.#session.ask({ load_scene: { name: SCENE, preset: 1 } });
-    if (!isOk(loaded)) return;
-    const scene = await this.#sceneNamed(SCENE);
-    if (!scene) return;
-    this.#seed = seed;
-    this.#plan = makePlan(seed);
-    this.#answers = [];
-    this.#scene = scene;
-    await this.#present(0);
+  /** A screen lies over the picture. */
+  get covers() {
+    return this.#screen.covers;
   }
 
-  /** SceneInfo follows the Result of LoadScene. */
-  async #sceneNamed(name) {
-    for (let tries = 0; tries < 100; ++tries) {
-      if (this.#session.scene?.name === name) return this.#session.scene.scene;
-      await new Promise((resolve) => setTimeout(resolve, 50));
+  /** Clears a fault and engages, for the banner of who takes part; null on another page. */
+  get engage() {
+    return this.running && this.#session.experimentScreen.yours ? () => this.#screen.engage() : null;
+  }
+
+  #remembered(participant) {
+    try {
+      if (participant) localStorage.setItem(REMEMBERED, participant);
+      if (participant === '') localStorage.removeItem(REMEMBERED);
+      return localStorage.getItem(REMEMBERED) ?? '';
+    } catch {
+      return this.#fields.participant; // a browser that keeps nothing: the name is typed again
     }
-    return null;
   }
 
-  async #present(half) {
-    this.#half = half;
-    const trial = this.#plan[this.#answers.length];
-    await this.#session.ask({ load_scene: { text: textOf(trialScene(this.#scene, trial, half)), preset: 1 } });
-    this.#draw();
+  async #begin() {
+    const { participant, seed } = this.#fields;
+    if (this.#session.recorded) await this.#session.show('');
+    // hapticd-lab takes control itself.
+    if (this.#session.controls) await this.#session.ask({ release: {} });
+    this.#closed = null;
+    if (isOk(await this.#session.experiment({ begin: { participant, seed } }))) this.#remembered(participant);
   }
 
-  async #answer(answer) {
-    this.#answers.push(answer);
-    if (this.running) await this.#present(0);
-    else this.#draw();
-  }
-
-  #end() {
-    this.#scene = null;
-    this.#session.ask({ load_scene: { name: SCENE } });
+  #close() {
+    this.#closed = this.#session.experimentScreen;
     this.#draw();
   }
 
   #draw() {
-    if (this.running) this.holder.replaceChildren(...this.#trial());
-    else this.holder.replaceChildren(...this.#start(), ...this.#results());
+    const screen = this.#session.experimentScreen;
+    const mine = screen?.yours && screen !== this.#closed;
+    if (stageOf(screen) === 'done' && screen.participant === this.#remembered()) this.#remembered('');
+    this.#screen.show(mine && (this.running || stageOf(screen) === 'done') ? screen : null);
+    this.holder.replaceChildren(make('h2', {}, 'Which string is stiffer?'), ...(this.running ? this.#status(screen) : this.#start(screen)));
+    this.#banners.set('experiment', this.#banner(screen));
   }
 
-  #start() {
-    const seed = make('input', { type: 'number', value: this.#seed, min: 1, id: 'experiment-seed', 'aria-label': 'Seed of the order' });
-    seed.style.width = '7em';
-    const begin = button('Begin', () => this.#begin(Number(seed.value) || 1), { id: 'experiment-begin', class: 'go', disabled: !this.#session.controls });
-    return [make('h2', {}, 'Which string is stiffer?'),
-      make('p', { class: 'note' }, 'Psychophysics of the paper, Table 1: tension T, Young’s modulus E or radius R raised by 30, 40 or 50 %, three pairs of each, 27 in all. Press the string, compare, answer. The reference is T = 30 N, E = 190 GPa, R = 0.34 mm.'),
-      row(make('label', { class: 'note' }, 'Order ', seed), begin),
-      make('p', { class: 'note' }, this.#session.controls ? '' : 'Take control first.')];
+  #banner(screen) {
+    const participant = this.#remembered();
+    if (!participant || this.running || stageOf(screen) === 'done' || !this.#session.connected) return null;
+    const why = stageOf(screen) === 'stopped' && screen.participant === participant ? screen.text : 'What was answered is kept.';
+    const may = this.#session.mayControl;
+    const goOn = () => {
+      this.#fields.participant = participant;
+      this.#begin();
+    };
+    return { title: `The experiment of ${participant} has stopped`, text: may ? why : `${why} Open the address that haptic-web prints now, and go on.`, action: may ? ['Go on', goOn] : null };
   }
 
-  #trial() {
-    const answered = this.#answers.length;
-    const half = (n, text) => button(text, () => this.#present(n), { 'aria-pressed': String(this.#half === n), 'data-half': n });
-    const answer = (value, text) => button(text, () => this.#answer(value), { 'data-answer': value });
-    return [make('h2', {}, `Trial ${answered + 1} of ${this.#plan.length}`),
-      make('progress', { max: this.#plan.length, value: answered, style: 'width:100%' }),
-      make('p', { class: 'note' }, 'Feel both as often as you like:'), row(half(0, 'First string'), half(1, 'Second string')),
-      make('p', { class: 'note' }, 'Which was stiffer?'), row(answer('first', 'The first'), answer('same', 'No difference'), answer('second', 'The second')),
-      row(button('End', () => this.#end(), { class: 'stop' }))];
+  #status(screen) {
+    const where = `${screen.participant}: ${screen.kept} of ${screen.trials} trials are answered (${stageOf(screen)} ${screen.object}).`;
+    return [make('progress', { max: screen.trials || 1, value: screen.kept, style: 'width:100%' }), make('p', { id: 'experiment-status' }, where),
+      row(button('End it', () => this.#session.experiment({ end: {} }), { class: 'stop', disabled: !this.#session.mayControl }))];
   }
 
-  #results() {
-    const table = tally(this.#plan, this.#answers);
-    const rate = ({ asked, correct }) => (asked ? `${((100 * correct) / asked).toFixed(0)} %` : '–');
-    const rows = PARAMETERS.map((name) => make('tr', {}, make('td', {}, name),
-      ...INCREMENTS.map((_, i) => make('td', {}, `${rate(table[name][i])} (${PUBLISHED[name][i]})`))));
-    const head = make('tr', {}, make('th', {}, ''), ...INCREMENTS.map((increment) => make('th', {}, `+${increment * 100} %`)));
-    const parts = [make('h3', {}, 'Correct answers (published)'), make('table', { id: 'experiment-table' }, head, ...rows)];
-    if (this.#answers.length) parts.push(row(make('a', { href: this.#csv(), download: `table1_${this.#seed}.csv` }, 'Answers as CSV')));
-    return parts;
+  #field(name, properties) {
+    const field = make('input', { value: this.#fields[name], ...properties });
+    field.oninput = () => { this.#fields[name] = name === 'seed' ? Number(field.value) || 0 : field.value.trim(); };
+    return field;
   }
 
-  #csv() {
-    return `data:text/csv,${encodeURIComponent(resultCsv(this.#seed, this.#plan, this.#answers))}`;
+  #start(screen) {
+    const participant = this.#field('participant', { type: 'text', id: 'experiment-participant', placeholder: 'P1', maxLength: 64, 'aria-label': 'Participant' });
+    const seed = this.#field('seed', { type: 'number', id: 'experiment-seed', min: 0, 'aria-label': 'Seed of the order' });
+    seed.style.width = '6em';
+    participant.style.width = '9em';
+    const begin = button('Begin or go on', () => this.#begin(), { id: 'experiment-begin', class: 'go', disabled: !this.#session.mayControl });
+    const last = stageOf(screen) === 'stopped' ? [make('p', { class: 'note', id: 'experiment-last' }, `${screen.participant}: ${screen.text}`)] : [];
+    return [make('p', { class: 'note' }, 'Psychophysics of the paper, Table 1: one of two strings has T, E or R raised by 30, 40 or 50 %, three pairs of each, 27 in all; a wall and a sphere before, five sliders after them.'),
+      row(make('label', { class: 'note' }, 'Participant ', participant), make('label', { class: 'note' }, 'Order ', seed)), row(begin),
+      make('p', { class: 'note' }, 'A participant whose experiment was interrupted goes on where it ended, in the order it began with.'), ...last,
+      make('p', { class: 'note' }, this.#session.mayControl ? '' : 'This page only looks.')];
   }
 }

@@ -9,6 +9,8 @@ export class Session extends EventTarget {
   recorder = null;
   scene = null;
   recorded = false; // a recording is shown in place of the daemon
+  experimentScreen = null; // the newest ExperimentScreen
+  connected = false; // to the gateway
 
   constructor(connection) {
     super();
@@ -25,7 +27,7 @@ export class Session extends EventTarget {
   }
 
   lost() {
-    Object.assign(this, { mayControl: false, lease: null, recorder: null, scene: null, recorded: false });
+    Object.assign(this, { mayControl: false, lease: null, recorder: null, scene: null, recorded: false, experimentScreen: null, connected: false });
     this.changed();
   }
 
@@ -39,6 +41,13 @@ export class Session extends EventTarget {
   /** Has a recording of the gateway shown to all pages, or with an empty name the daemon. */
   async show(recording) {
     this.#say(recording ? 'replay' : 'live', await resultOf(this.#connection.show(recording)));
+  }
+
+  /** Begins, answers or ends an experiment, {begin: {participant, seed}} or {answer: {number, reply, score}} or {end: {}}; resolves to the Result. */
+  async experiment(asked) {
+    const result = await resultOf(this.#connection.experiment(asked));
+    if (!asked.answer || !isOk(result)) this.#say(`${Object.keys(asked)[0]} experiment`, result);
+    return result;
   }
 
   /** What the gateway can show; resolves to the Result, OK or not. */
