@@ -13,7 +13,7 @@ import numpy
 from google.protobuf import text_format
 
 import hapticd
-from hapticd.v1 import scene_pb2
+from hapticd.v1 import scene_pb2, state_pb2
 from hapticd_lab import player
 from hapticd_lab.observer import FELT_DEPTH_M, FELT_PLACE, FIRST, WeberObserver
 from hapticd_lab.states import build_trace
@@ -147,12 +147,17 @@ class Person:
         except hapticd.RequestError as error:
             self._screen.no_force(str(error))
 
+    def _felt(self) -> bool:
+        """Force was on to the end: what a latched fault cut off is no string to compare."""
+        latest = self._session.latest
+        return latest is None or latest.loop_state != state_pb2.LOOP_STATE_FAULT
+
     def _touch(self, touched: Callable[[], bool]) -> Trace:
         """What the tool felt while the person took the time to answer."""
         self._engage()
         self._session.subscribe(1, player.SECTIONS, player.CONTACTS)
         list(self._session.events(timeout=0))
-        while not touched():
+        while not (touched() and self._felt()):
             try:
                 self._session.clear()
             except hapticd.RequestError:

@@ -11,6 +11,7 @@ export class ExperimentPanel {
   #session;
   #banners;
   #screen;
+  #shown = ''; // what the side says, so that it is not said again
   #closed = null; // the last screen that was closed here
   #fields = { participant: '', seed: 1 };
 
@@ -68,8 +69,16 @@ export class ExperimentPanel {
     const mine = screen?.yours && screen !== this.#closed;
     if (stageOf(screen) === 'done' && screen.participant === this.#remembered()) this.#remembered('');
     this.#screen.show(mine && (this.running || stageOf(screen) === 'done') ? screen : null);
-    this.holder.replaceChildren(make('h2', {}, 'Which string is stiffer?'), ...(this.running ? this.#status(screen) : this.#start(screen)));
+    this.#fill(screen);
     this.#banners.set('experiment', this.#banner(screen));
+  }
+
+  /** The side; what somebody types in meanwhile is left alone as long as nothing else is to be shown. */
+  #fill(screen) {
+    const shown = [this.running, stageOf(screen), screen?.participant, screen?.kept, screen?.object, this.#session.mayControl].join();
+    if (shown === this.#shown) return;
+    this.#shown = shown;
+    this.holder.replaceChildren(make('h2', {}, 'Which string is stiffer?'), ...(this.running ? this.#status(screen) : this.#start(screen)));
   }
 
   #banner(screen) {
