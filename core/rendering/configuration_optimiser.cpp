@@ -11,6 +11,7 @@
 #include "core/rendering/stationarity.h"
 #include "core/rendering/step_admission.h"
 #include "core/rendering/string_contact.h"
+#include "core/rendering/tick_work.h"
 
 namespace hapticd {
 namespace {
@@ -23,18 +24,49 @@ constexpr double kEnergySlack = 0.01;
 /// How often the way of a string back to rest is halved where another tool is in it.
 constexpr int kStraighteningHalvings = 8;
 
+/// Pairs that a short budget always leaves, and the gap up to which it leaves all, in skins. Fewer
+/// and nearer: a tool among many obstacles moves by less in a tick.
+constexpr std::int64_t kLeastPairs = 32;
+constexpr double kNearSkins = 8.0;
+
+/// Where the work that is left would not do for a linearisation with all pairs, leaves out the
+/// farthest, as a query does that finds more than its capacity: the step gets shorter, no force
+/// changes.
+void leave_out_far(const OptimiserInput& input, const OptimiserState& state,
+                   const OptimiserResult& result, OptimiserWorkspace& w) noexcept {
+  auto& contacts = w.contacts.contacts;
+  const auto count = static_cast<std::int64_t>(contacts.size());
+  const std::int64_t left = input.work_budget - tick_work(result) - kSubStepWork -
+                            kPressedWork * std::int64_t{state.active_count};
+  const std::int64_t room = std::max(left / kPairWork, kLeastPairs);
+  if (input.work_budget <= 0 || count <= room) return;
+  for (std::size_t c = 0; c < contacts.size(); ++c) w.excess[c] = contacts[c].gap;
+  const auto first = w.excess.begin();
+  std::nth_element(first, first + room, first + count);
+  const double margin =
+      std::max(w.excess[static_cast<std::size_t>(room)], kNearSkins * input.options.skin);
+  if (margin >= w.contacts.covered_margin) return;
+  std::size_t kept = 0;
+  for (const Contact& contact : contacts) {
+    if (contact.gap < margin) contacts[kept++] = contact;
+  }
+  contacts.truncate(kept);
+  w.contacts.covered_margin = margin;
+}
+
 void query(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
            OptimiserWorkspace& w, OptimiserResult& result) noexcept {
   const QueryOptions options{.margin = input.options.margin,
                              .horizon = input.options.margin + reach_wanted,
-                             .tool_level = w.leaves ? kLeafLevel : input.options.tool_level,
-                             .body_level = w.leaves ? kLeafLevel : input.options.body_level};
+                             .tool_level = w.leaves ? kLeafLevel : state.tool_level,
+                             .body_level = w.leaves ? kLeafLevel : state.body_level};
   const BentObstacles bent(input.obstacles, state.holds);
   const ToolShape shape(input.parts, state.parts);
   find_contacts(input.tool, state.X_WG, bent.view(), options, w.contacts, shape.view());
   ++result.queries;
   result.tests += w.contacts.tests;
   result.minimum_gap = w.contacts.minimum_gap;
+  leave_out_far(input, state, result, w);
   w.travelled = 0.0;
   w.stale = false;
   w.full_step = false;
@@ -55,6 +87,7 @@ void refresh(const OptimiserInput& input, const OptimiserState& state, double re
   evaluate_contacts(input.tool, state.X_WG, bent.view(), w.contacts, shape.view());
   w.contacts.minimum_gap = std::min(w.contacts.minimum_gap, left);
   result.tests += static_cast<std::int64_t>(w.contacts.contacts.size());
+  result.evaluations += static_cast<std::int64_t>(w.contacts.contacts.size());
   result.minimum_gap = w.contacts.minimum_gap;
   w.stale = false;
 }
@@ -261,8 +294,12 @@ void start_tick(const OptimiserInput& input, OptimiserState& state, OptimiserWor
   start_parts(input.parts, state.parts);
   const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
   const double wanted = displacement_bound(e, tool_reach(input, state));
-  w.leaves = (input.options.tool_level == kLeafLevel && input.options.body_level == kLeafLevel) ||
-             any_soft(input.parts);
+  if (state.active_count == 0) {
+    state.tool_level = input.options.tool_level;
+    state.body_level = input.options.body_level;
+  }
+  w.leaves =
+      (state.tool_level == kLeafLevel && state.body_level == kLeafLevel) || any_soft(input.parts);
   query(input, state, wanted, w, result);
   if (w.contacts.minimum_gap < -input.rounding && !w.leaves) {
     // An overlap of bounds is none of the tool; to push it out of them could push a leaf in.
@@ -299,6 +336,7 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
     return false;
   }
 
+  result.pressed += state.active_count;
   const double holds = solve_linearisation(input, state, e, w, result);
   if (w.solution.status != QpStatus::kOptimal) {
     keep_after_failure(input, e, state, result);
@@ -312,6 +350,13 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
                   : moved_on ? OptimiserStatus::kLagging
                              : OptimiserStatus::kRefused;
   return !converged && moved_on;
+}
+
+bool work_used_up(const OptimiserInput& input, const OptimiserResult& result,
+                  std::int64_t work_before) noexcept {
+  if (input.work_budget <= 0) return false;
+  const std::int64_t work = tick_work(result);
+  return work + (work - work_before) > input.work_budget;
 }
 
 void finish_tick(const OptimiserInput& input, OptimiserState& state) noexcept {
@@ -332,7 +377,11 @@ void optimise_configuration(const OptimiserInput& input, OptimiserState& state,
     recover(input, state, w, result);
     return;
   }
-  while (result.sub_steps < input.options.sub_steps && advance_sub_step(input, state, w, result)) {
+  bool more = true;
+  while (more && result.sub_steps < input.options.sub_steps && !result.cut_short) {
+    const std::int64_t before = tick_work(result);
+    more = advance_sub_step(input, state, w, result);
+    result.cut_short = more && work_used_up(input, result, before);
   }
   finish_tick(input, state);
 }

@@ -38,7 +38,8 @@ struct OptimiserOptions {
   double rotation_step = 0.05;
   /// The tick ends when the step wanted moves no tool point further than this, m.
   double stop_tolerance = 1e-6;
-  /// See QueryOptions. A tick that starts within the bounds of a coarse level goes by the leaves.
+  /// See QueryOptions. A tick that starts within the bounds of a coarse level goes by the leaves. A
+  /// change waits until nothing bears force.
   int tool_level = kLeafLevel;
   int body_level = kLeafLevel;
   /// Rows of the program, [1, kMaxQpRows]; fewer: more exchanges of rows, then shorter steps.
@@ -64,6 +65,9 @@ struct OptimiserInput {
   /// Overlaps up to this count as touching, m; 0 but where strings are shared, whose shapes are
   /// rounded as they pass from tool to tool.
   double rounding = 0.0;
+  /// The tick ends before a linearisation that would take its work (tick_work.h) beyond this, as
+  /// the last one went; the first is always made. 0: no bound. Less: the tool lags more.
+  std::int64_t work_budget = 0;
 };
 
 /// The strings of a tick as string_hold.h wants them.
@@ -86,6 +90,10 @@ struct OptimiserState {
   std::array<ActivePair, kMaxQpUnknowns> active;
   StringHolds holds;  ///< strings touched: how they are bent and what sticks to them
   SoftParts parts;    ///< soft parts that are touched or displaced
+  /// Levels of the options at the last tick that began without force: bounds are another shape, and
+  /// what is pressed keeps its own until it is let go of.
+  int tool_level = kLeafLevel;
+  int body_level = kLeafLevel;
 };
 
 /// No point of the tool with its soft parts is farther from its origin, m.
@@ -108,7 +116,7 @@ struct ActiveContact {
 enum class OptimiserStatus : std::uint8_t {
   kFree,        ///< nothing in the way: G coincides with H
   kConverged,   ///< the wanted step fell below stop_tolerance
-  kLagging,     ///< sub-steps used up before convergence
+  kLagging,     ///< sub-steps or work used up before convergence
   kRefused,     ///< no admissible step found: G kept
   kQpFailed,    ///< solver gave up: G kept, force not larger than before
   kRecovering,  ///< a gap was negative at the start: being pushed out
@@ -130,7 +138,11 @@ struct OptimiserResult {
   int rows_exchanged = 0;  ///< rows brought in because more pairs than rows mattered
   int halvings = 0;        ///< trial steps refused by the exact re-check or the energy test
   std::int64_t tests = 0;
-  double minimum_gap = 0.0;  ///< at the last evaluated pose, m
+  std::int64_t evaluations = 0;  ///< of the tests those of single pairs, once they were found
+  std::int64_t rows = 0;         ///< filled, of all programs
+  std::int64_t pressed = 0;      ///< pairs that bore force before, of all linearisations
+  bool cut_short = false;        ///< the work budget ended the tick
+  double minimum_gap = 0.0;      ///< at the last evaluated pose, m
 };
 
 /// The quadratic model of a linearisation in coordinates z in which it is round (local_model.h).
@@ -178,12 +190,18 @@ HD_REALTIME ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserStat
 HD_REALTIME bool advance_sub_step(const OptimiserInput& input, OptimiserState& state,
                                   OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
 
+/// True where the work budget leaves no room for a linearisation such as the last one, whose work
+/// began at `work_before`. Never before the first.
+[[nodiscard]] HD_REALTIME bool work_used_up(const OptimiserInput& input,
+                                            const OptimiserResult& result,
+                                            std::int64_t work_before) noexcept;
+
 /// Ends the tick: where friction slips its anchor follows, and what its spring exceeds mu N by is
 /// lost as heat.
 HD_REALTIME void finish_tick(const OptimiserInput& input, OptimiserState& state) noexcept;
 
-/// The whole tick: start, then up to `sub_steps` linearisations, or recovery where a gap is
-/// negative.
+/// The whole tick: start, then up to `sub_steps` linearisations as far as the work budget goes, or
+/// recovery where a gap is negative.
 HD_REALTIME void optimise_configuration(const OptimiserInput& input, OptimiserState& state,
                                         OptimiserWorkspace& workspace,
                                         OptimiserResult& result) noexcept;

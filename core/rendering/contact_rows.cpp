@@ -219,6 +219,7 @@ double solve_rows(const RowContext& context, OptimiserWorkspace& w,
   for (int round = 0;; ++round) {
     solve_qp(w.problem, warm, w.qp, w.solution);
     result.qp_iterations += w.solution.iterations;
+    result.rows += w.problem.rows;
     if (w.solution.status != QpStatus::kOptimal) return 0.0;
     std::array<double, kMaxQpUnknowns> y;
     find_unknowns(w.solution, model.basis, y);

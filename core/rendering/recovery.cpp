@@ -101,6 +101,7 @@ void recover(const OptimiserInput& input, OptimiserState& state, OptimiserWorksp
   Vector3 dp;
   const bool planned = program_direction(input, w, dp);
   result.qp_iterations += w.solution.iterations;
+  result.rows += w.problem.rows;
   if (!(planned && push(input, dp, state, w, result)) &&
       !push(input, deepest_direction(w.contacts, false, skin), state, w, result)) {
     static_cast<void>(push(input, deepest_direction(w.contacts, true, skin), state, w, result));

@@ -121,6 +121,7 @@ bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
     for (const Contact& contact : w.contacts.contacts) {
       if (contact.gap > displacement) continue;
       ++result.tests;
+      ++result.evaluations;
       const Contact there = evaluate_contact(contact.key, input.tool, X, bent.view(), shape.view());
       if (there.gap < -input.rounding) return false;
     }

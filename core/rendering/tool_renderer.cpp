@@ -35,12 +35,13 @@ ContactStiffness felt_stiffness(const OptimiserInput& input, const ToolState& st
 }  // namespace
 
 OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH, double dt) noexcept {
-  return {scene.tool,    scene.obstacles,  X_WH,        scene.stiffness, scene.options, dt,
-          scene.strings, scene.instrument, scene.parts, scene.others,    scene.rounding};
+  return {scene.tool,    scene.obstacles,  X_WH,        scene.stiffness, scene.options,  dt,
+          scene.strings, scene.instrument, scene.parts, scene.others,    scene.rounding, 0};
 }
 
 void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState& state,
-                    OptimiserWorkspace& workspace, ToolTick& tick) noexcept {
+                    OptimiserWorkspace& workspace, ToolTick& tick,
+                    std::int64_t work_budget) noexcept {
   tick.pose = accept_pose(sample, state.guard, tick.dt);
   tick.X_WH = state.guard.X_WH;
   tick.V_WH = state.guard.V_WH;
@@ -56,7 +57,8 @@ void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState&
     state.optimiser.X_WG = tick.X_WH;
     state.placed = true;
   }
-  const OptimiserInput input = optimiser_input(scene, tick.X_WH, tick.dt);
+  OptimiserInput input = optimiser_input(scene, tick.X_WH, tick.dt);
+  input.work_budget = work_budget;
   optimise_configuration(input, state.optimiser, workspace, tick.optimiser);
   tick.X_WG = state.optimiser.X_WG;
   find_string_contacts(input, state.optimiser, workspace, tick.optimiser, tick.strings,

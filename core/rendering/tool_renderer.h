@@ -65,9 +65,10 @@ struct ToolTick {
                                                          double dt) noexcept;
 
 /// Everything of a tick up to F_unlimited_H_W. On a latched pose fault the wrench is zero and G
-/// stays.
+/// stays. `work_budget` as in OptimiserInput.
 HD_REALTIME void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState& state,
-                                OptimiserWorkspace& workspace, ToolTick& tick) noexcept;
+                                OptimiserWorkspace& workspace, ToolTick& tick,
+                                std::int64_t work_budget = 0) noexcept;
 
 /// The rest: F_H_W from F_unlimited_H_W, ramped and limited. Once per tick.
 HD_REALTIME void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/rendering/tick_work.h"
+
 namespace hapticd {
 namespace {
 
@@ -68,7 +70,8 @@ void Simulation::end_string(std::int32_t string) noexcept {
 }
 
 // The contact problem of a tool.
-void Simulation::render(std::size_t tool, const PoseSample& sample, TickOutput& output) noexcept {
+void Simulation::render(std::size_t tool, const PoseSample& sample, std::int64_t work_budget,
+                        TickOutput& output) noexcept {
   ToolPlay& play = memory_.tools[tool];
   ToolTick& tick = output.tools[tool];
   ToolWay& way = play.way;
@@ -76,9 +79,9 @@ void Simulation::render(std::size_t tool, const PoseSample& sample, TickOutput& 
   const std::int64_t t_before = play.state.guard.t_ns;
   const bool first = !play.state.guard.has_pose;
   if (memory_.tools.size() > 1) {
-    render_shared(tool, sample, tick);
+    render_shared(tool, sample, work_budget, tick);
   } else {
-    render_contact(play.scene, sample, play.state, play.workspace, tick);
+    render_contact(play.scene, sample, play.state, play.workspace, tick, work_budget);
     way.input = optimiser_input(play.scene, tick.X_WH, tick.dt);
   }
   if (tick.pose == PoseVerdict::kFault) return;
@@ -97,7 +100,7 @@ std::span<const StringTool> Simulation::string_tools(StringTools& tools) const n
 }
 
 // Among the others, who stand where their last turn has left them.
-void Simulation::render_shared(std::size_t tool, const PoseSample& sample,
+void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::int64_t work_budget,
                                ToolTick& tick) noexcept {
   ToolPlay& play = memory_.tools[tool];
   StringTools tools;
@@ -112,7 +115,7 @@ void Simulation::render_shared(std::size_t tool, const PoseSample& sample,
     others.push_back({other.scene.tool, state.X_WG, other.scene.parts, &state.parts});
   }
   seen.others = {{others.begin(), others.size()}, memory_.scratch};
-  render_contact(seen, sample, play.state, play.workspace, tick);
+  render_contact(seen, sample, play.state, play.workspace, tick, work_budget);
   update_holders(all, number, holders_);
   seen.others = {};
   play.way.input = optimiser_input(seen, tick.X_WH, tick.dt);
@@ -169,9 +172,14 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
   output.events.clear();
   output.strings.clear();
   output.tools.clear();
+  std::int64_t work_left = input.work_budget;
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
     if (output.tools.append() == nullptr) return;
-    render(tool, input.samples[tool], output);
+    const auto sharers = static_cast<std::int64_t>(memory_.tools.size() - tool);
+    const bool bounded = input.work_budget > 0;
+    render(tool, input.samples[tool], bounded ? std::max<std::int64_t>(work_left / sharers, 1) : 0,
+           output);
+    work_left -= tick_work(output.tools[tool].optimiser);
   }
   respond_strings(output);
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {

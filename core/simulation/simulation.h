@@ -23,6 +23,9 @@ inline constexpr int kMaxStrings = 1024;
 /// not looked at.
 struct TickInput {
   std::array<PoseSample, kMaxTools> samples;
+  /// Work of all tools together (core/rendering/tick_work.h), chosen before the tick, >= 0; what a
+  /// tool leaves of its share is for those after it. 0: no bound.
+  std::int64_t work_budget = 0;
 };
 
 /// The input of a simulation of one tool.
@@ -118,8 +121,10 @@ class Simulation {
  private:
   struct Sounding;
   using StringTools = std::array<StringTool, kMaxTools>;
-  void render(std::size_t tool, const PoseSample& sample, TickOutput& output) noexcept;
-  void render_shared(std::size_t tool, const PoseSample& sample, ToolTick& tick) noexcept;
+  void render(std::size_t tool, const PoseSample& sample, std::int64_t work_budget,
+              TickOutput& output) noexcept;
+  void render_shared(std::size_t tool, const PoseSample& sample, std::int64_t work_budget,
+                     ToolTick& tick) noexcept;
   [[nodiscard]] std::span<const StringTool> string_tools(StringTools& tools) const noexcept;
   [[nodiscard]] Sounding sounding_part(std::int32_t string) const noexcept;
   void find_ringing(std::size_t tool) noexcept;

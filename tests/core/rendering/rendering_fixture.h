@@ -60,14 +60,18 @@ struct ToolRun {
   OptimiserState state;
   CouplingStiffness stiffness;
   OptimiserOptions options;
+  std::int64_t work_budget = 0;
   OptimiserResult result;
   std::unique_ptr<OptimiserWorkspace> workspace = std::make_unique<OptimiserWorkspace>();
 
   ToolRun(const RenderingScene& owner, const Pose& X_WG) : scene(owner) { state.X_WG = X_WG; }
 
   [[nodiscard]] OptimiserInput input(const Pose& X_WH, double dt = 1e-3) const {
-    return {scene.tool(),     scene.obstacles(), X_WH, stiffness, options, dt, scene.strings,
-            scene.instrument, scene.tool_parts()};
+    OptimiserInput in{scene.tool(),  scene.obstacles(), X_WH,
+                      stiffness,     options,           dt,
+                      scene.strings, scene.instrument,  scene.tool_parts()};
+    in.work_budget = work_budget;
+    return in;
   }
   /// One tick towards X_WH.
   const OptimiserResult& tick(const Pose& X_WH);

@@ -5,12 +5,13 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/rendering/tick_work.h"
 #include "tests/core/rendering/rendering_fixture.h"
 
 namespace hapticd::test {
 
 SessionRun play(const ContactSession& session, const OptimiserOptions& options, double rate_hz,
-                const SessionStrings* lines) {
+                const SessionStrings* lines, std::int64_t work_budget) {
   using Clock = std::chrono::steady_clock;
   RenderingScene scene(session.tool_G);
   scene.capsules_W = session.capsules_W;
@@ -32,6 +33,7 @@ SessionRun play(const ContactSession& session, const OptimiserOptions& options, 
 
   ToolRun tool(scene, pose(0));
   tool.options = options;
+  tool.work_budget = work_budget;
   SessionRun run;
   for (int tick = 0; tick < static_cast<int>(session.seconds * rate_hz); ++tick) {
     const Pose X_WH = pose(tick);
@@ -40,6 +42,7 @@ SessionRun play(const ContactSession& session, const OptimiserOptions& options, 
     const auto stop = Clock::now();
     run.f_H_W.push_back(tool.result.F_H_W.f);
     run.microseconds.push_back(std::chrono::duration<double, std::micro>(stop - start).count());
+    run.work.push_back(tick_work(tool.result));
     run.most_sub_steps = std::max(run.most_sub_steps, tool.result.sub_steps);
   }
   return run;

@@ -21,13 +21,16 @@ struct SessionStrings {
 struct SessionRun {
   std::vector<Vector3> f_H_W;        ///< N; tick k is at t = k / rate
   std::vector<double> microseconds;  ///< wall clock of each tick
+  std::vector<std::int64_t> work;    ///< of each tick
   int most_sub_steps = 0;
 };
 
 /// Plays `session` at `rate_hz` ticks per second, starting where G and H coincide.
-/// With `lines` the session's lines are strings of these parameters, their ends and radius aside.
+/// `work_budget` is that of every tick, 0: none. With `lines` the session's lines are strings of
+/// these parameters, their ends and radius aside.
 [[nodiscard]] SessionRun play(const ContactSession& session, const OptimiserOptions& options,
-                              double rate_hz, const SessionStrings* lines = nullptr);
+                              double rate_hz, const SessionStrings* lines = nullptr,
+                              std::int64_t work_budget = 0);
 
 /// How far forces are from a reference of the same length.
 struct ForceError {
