@@ -45,6 +45,7 @@ class Ensemble {
   [[nodiscard]] Simulation& simulation() { return *play_.simulation; }
   [[nodiscard]] const TickOutput& output() const { return *output_; }
   std::vector<StringEvent> events;
+  std::int64_t work_budget = 0;  ///< of every tick
 
  private:
   EnsembleOptions options_;
