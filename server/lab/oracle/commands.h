@@ -20,6 +20,8 @@ void add_baseline_command(CLI::App& app);
 void add_descent_command(CLI::App& app);
 /// cases: a sphere beside and beyond the end of a string.
 void add_cases_command(CLI::App& app);
+/// measure: cost and error of settings.
+void add_measure_command(CLI::App& app);
 /// triangle: the force triangle of a deflected string.
 void add_triangle_command(CLI::App& app);
 

@@ -6,8 +6,16 @@
 namespace hapticd {
 
 PathRun::PathRun(const Scene& scene, std::size_t tool)
-    : scene_(scene), view_(scene.tool_scene(tool)), judge_(view_) {
-  state_.X_WG = scene.description().tools[tool].X_WG;
+    : scene_(scene), tool_(tool), view_(scene.tool_scene(tool)), judge_(view_) {
+  restart();
+}
+
+void PathRun::restart() {
+  view_ = scene_.tool_scene(tool_);
+  state_ = {};
+  state_.X_WG = scene_.description().tools[tool_].X_WG;
+  result_ = {};
+  touched_.clear();
 }
 
 void PathRun::note_touched() {

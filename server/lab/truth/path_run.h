@@ -17,6 +17,8 @@ class PathRun {
   /// The tool begins where the scene says. `scene` must outlive this.
   explicit PathRun(const Scene& scene, std::size_t tool = 0);
 
+  /// As it was made, with the settings of the scene: grids are costly, so that many runs share one.
+  void restart();
   /// Puts the tool somewhere; no way leads there.
   void place(const Pose& X_WG) { state_.X_WG = X_WG; }
   /// Stiffness, options, strings and instrument from now on are those of `settings`.
@@ -38,6 +40,7 @@ class PathRun {
   void note_touched();
 
   const Scene& scene_;
+  std::size_t tool_;
   ToolScene view_;
   PathJudge judge_;
   OptimiserState state_;
