@@ -67,7 +67,8 @@ class Measurement {
  private:
   [[nodiscard]] std::vector<StudyTick> play(const Scene& scene, const StudySetting& setting,
                                             PathRun& judge) const {
-    return play_study(scene, tool_, setting, gesture_, options_.judged ? &judge : nullptr);
+    return play_study(scene, tool_, setting, gesture_,
+                      options_.judged && setting.judged ? &judge : nullptr);
   }
 
   [[nodiscard]] std::vector<StudyTick> play_changed(const StudySetting& setting) const {

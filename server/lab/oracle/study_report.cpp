@@ -106,8 +106,8 @@ StudyErrors compare(const std::vector<StudyTick>& run, const std::vector<StudyTi
 std::string study_line(const std::string& name, const std::vector<StudyTick>& run,
                        const StudyErrors& e, double surface_m) {
   const Counts c = counts_of(run);
-  double gap = kFarthestGap;
-  for (const StudyTick& tick : run) gap = std::min(gap, tick.path_gap_m);
+  double gap = run.front().path_gap_m;
+  for (const StudyTick& tick : run) gap = std::fmin(gap, tick.path_gap_m);
   const double n = std::max<double>(1.0, static_cast<double>(c.touching));
   return json_object({{"name", json(name)},
                       {"ticks", json(e.ticks)},

@@ -2,6 +2,7 @@
 // it gave, what work it was, and what the exhaustive search says of its way. SI, frame W. Not RT.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "server/lab/oracle/baseline.h"
@@ -18,8 +19,9 @@ struct StudyTick {
   Pose X_WG;
   bool touches = false;
   OptimiserResult counts;
-  double cpu_us = 0.0;               ///< processor time of this thread
-  double path_gap_m = kFarthestGap;  ///< smallest on the committed way, where it is judged
+  double cpu_us = 0.0;  ///< processor time of this thread
+  /// Smallest on the committed way; no number where it was not judged.
+  double path_gap_m = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Work of a tick as one number: tests of pairs and, in units of such a test, what else was

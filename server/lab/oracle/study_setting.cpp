@@ -16,7 +16,8 @@
 namespace hapticd {
 namespace {
 
-/// Names of the string's models and levels.
+/// Names of choices.
+const std::map<std::string, bool> kAnswers{{"yes", true}, {"no", false}};
 const std::map<std::string, StringModel> kModels{{"rigid", StringModel::kRigid},
                                                  {"deflecting", StringModel::kDeflecting}};
 const std::map<std::string, StringLevel> kLevels{{"static", StringLevel::kStatic},
@@ -79,6 +80,7 @@ void assign(const std::string& text, const std::string& key, const std::string& 
       {"max_rows", count(o.max_rows, 1, kMaxQpRows)},
       {"tool_level", count(o.tool_level, 1, kMaxTreeDepth)},
       {"body_level", count(o.body_level, 1, kMaxTreeDepth)},
+      {"judged", [&] { setting.judged = named(text, value, kAnswers); }},
       {"rate", real(setting.rate_hz, 50.0, 8000.0)},
       {"string", [&] { setting.string_model = named(text, value, kModels); }},
       {"string_level", [&] { setting.string_level = named(text, value, kLevels); }},

@@ -13,6 +13,7 @@ struct StudySetting {
   std::string name;
   std::string scene;        ///< played instead, as one with coarser leaves; empty: none
   double rate_hz = 1000.0;  ///< of the loop
+  bool judged = true;       ///< its way is searched, unless nothing is judged
   OptimiserOptions options;
   // Of the strings; as the scene has it where nothing is said.
   std::optional<StringModel> string_model;
