@@ -7,7 +7,7 @@ import sys
 from typing import List, Optional
 
 COMMANDS = {"repro": "hapticd_lab.repro", "fit": "hapticd_lab.fit", "experiment": "hapticd_lab.experiment",
-            "group": "hapticd_lab.group"}
+            "group": "hapticd_lab.group", "tradeoff": "hapticd_lab.tradeoff"}
 """Command to the module that has it: SUMMARY, describe(parser) and run(options) -> exit code."""
 
 

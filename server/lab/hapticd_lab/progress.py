@@ -52,9 +52,9 @@ class Progress:
         self._out.write(("\r\x1b[K" if self._terminal else "") + text + end)
         self._out.flush()
 
-    def began(self) -> None:
-        """Before the first figure."""
-        self._line(f"{len(self._costs)} figures in {self._jobs} {'process' if self._jobs == 1 else 'processes'}, "
+    def began(self, things: str = "figures") -> None:
+        """Before the first figure, or whatever else is counted."""
+        self._line(f"{len(self._costs)} {things} in {self._jobs} {'process' if self._jobs == 1 else 'processes'}, "
                    f"about {duration(self._left({}))}")
 
     def finished(self, name: str, outcome: str, elapsed: float, running: Dict[str, float], counts: bool = True) -> None:

@@ -24,7 +24,7 @@ def _data_uri(path: pathlib.Path) -> str:
     return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
 
 
-def _plot(folder: pathlib.Path, stem: str) -> str:
+def embedded_plot(folder: pathlib.Path, stem: str) -> str:
     """The plot to embed: SVG where it is small."""
     svg = folder / f"{stem}.svg"
     return _data_uri(svg if svg.stat().st_size <= LARGEST_SVG else folder / f"{stem}.png")
@@ -57,7 +57,8 @@ def _counts(outcomes: Sequence[Outcome]) -> str:
     return ", ".join(found) or "none"
 
 
-def _environment(escape: bool) -> jinja2.Environment:
+def environment(escape: bool) -> jinja2.Environment:
+    """Where the templates are."""
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=escape, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
     environment.filters.update(cell=_cell, pretty=_pretty, is_number=_is_number)
@@ -69,7 +70,7 @@ def write(outcomes: Sequence[Outcome], facts: Dict[str, str], output: pathlib.Pa
     """Writes report.html and report.md into `output`. `wanted`: ids that were asked for; those without an outcome are named."""
     made = {outcome.id for outcome in outcomes}
     content = {"outcomes": outcomes, "facts": facts, "counts": _counts(outcomes), "missing": [each for each in wanted if each not in made],
-               "plot": lambda outcome: _plot(output / outcome.id, outcome.plot), "embed": lambda outcome, name: _data_uri(output / outcome.id / name)}
+               "plot": lambda outcome: embedded_plot(output / outcome.id, outcome.plot), "embed": lambda outcome, name: _data_uri(output / outcome.id / name)}
     for name, escape in (("report.html", True), ("report.md", False)):
-        text = _environment(escape).get_template(f"{name}.j2").render(content)
+        text = environment(escape).get_template(f"{name}.j2").render(content)
         (output / name).write_text(text, encoding="utf-8")

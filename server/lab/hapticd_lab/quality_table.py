@@ -1,0 +1,139 @@
+"""The levels of quality, chosen from what a study measured: each on the front of all that could have been chosen, with the error it is bound to and the
+work it is; and what is claimed of them, held against the measurements."""
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Dict, List, Sequence, Tuple
+
+from hapticd_lab.tradeoff_plan import COARSER, Plan
+from hapticd_lab.tradeoff_table import Row, front
+
+DEFAULT = "ladder 24/1"
+"""The optimiser's own default is level 3."""
+LEAST_ERROR = 1e-7
+"""Errors below are rounding of the truth, which has a tolerance too."""
+WORSE = 1.05
+"""More quality may have this much more error: gestures end up elsewhere."""
+LEAST_COST_SPAN, LEAST_ERROR_SPAN = 10.0, 100.0
+PENETRATION_M = 1e-6
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What is said of the levels, and what was measured."""
+
+    text: str
+    measured: str
+    holds: bool
+
+
+@dataclass(frozen=True)
+class Point:
+    """A setting over all scenes: the bound of its error in the worst of them, and its work as a share of the default's, mean of logarithms."""
+
+    name: str
+    error: float
+    work: float
+
+    @property
+    def knobs(self) -> Tuple[int, float]:
+        """Sub-steps and stop tolerance in um, of a rung of the ladder."""
+        steps, tolerance = self.name.removeprefix("ladder ").split("/")
+        return int(steps), float(tolerance)
+
+
+class NoLevels(ValueError):
+    """The study does not say what levels should be."""
+
+
+def points(rows: Sequence[Row], names: Sequence[str], unit: str) -> List[Point]:
+    """Settings over all scenes that have gestures in touch; work in that of the setting `unit`."""
+    by_scene: Dict[str, Dict[str, Row]] = {}
+    for row in rows:
+        by_scene.setdefault(row.scene, {})[row.setting] = row
+    scenes = [own for own in by_scene.values() if own[unit].touching > 0]
+    return [Point(name, max(max(own[name].bound, LEAST_ERROR) for own in scenes),
+                  math.exp(math.fsum(math.log(own[name].work_mean / own[unit].work_mean) for own in scenes) / len(scenes))) for name in names]
+
+
+def choose(candidates: Sequence[Point]) -> List[Point]:
+    """Five rungs, from the cheapest to the most exact of the front, the default the fourth; those between spread evenly over the errors."""
+    on = [point for point, good in zip(candidates, front([p.work for p in candidates], [p.error for p in candidates])) if good]
+    default = next((point for point in on if point.name == DEFAULT), None)
+    if default is None:
+        raise NoLevels(f"the default, {DEFAULT}, is not on the front of {', '.join(p.name for p in on)}: change the default first")
+    lowest, highest = min(on, key=lambda p: (p.work, p.error)), min(on, key=lambda p: (p.error, p.work))
+    between = [p for p in on if default.error < p.error < lowest.error and lowest.work < p.work < default.work]
+
+    def goes_up(chain: Sequence[Point]) -> bool:
+        return all(a.knobs[0] <= b.knobs[0] and a.knobs[1] >= b.knobs[1] and a.error > b.error and a.work < b.work for a, b in zip(chain, chain[1:]))
+
+    def unevenness(chain: Sequence[Point]) -> float:
+        steps = [math.log(a.error / b.error) for a, b in zip(chain, chain[1:])]
+        return max(steps) - min(steps)
+
+    chains = [(lowest, a, b, default, highest) for a, b in itertools.permutations(between, 2) if goes_up((lowest, a, b, default, highest))]
+    if not chains:
+        raise NoLevels(f"no five rungs go up in work and down in error among {', '.join(p.name for p in on)}")
+    return list(min(chains, key=lambda chain: unevenness(chain[:4])))
+
+
+def _up(value: float) -> str:
+    """Two digits, never less than the value."""
+    digits = 1 - math.floor(math.log10(value))
+    return f"{math.ceil(value * 10 ** digits - 1e-9) / 10 ** digits:.2g}"
+
+
+def text_of(plan: Plan, rows: Sequence[Row]) -> str:
+    """core/scene/quality_levels.inc."""
+    names = list(dict.fromkeys(row.setting for row in rows if row.knob == "ladder"))
+    levels = choose(points(rows, names, DEFAULT))
+    lines = ["// Levels of quality, 0 first: sub-steps, stop tolerance (m), bound of the force error (rms over rms, in",
+             "// the worst scene), work of a tick in touch as a share of the default's. Written by", "//   hapticd-lab tradeoff --write-levels",
+             f"// from {plan.gestures} gestures in each of {', '.join(plan.scenes)}", f"// at {' and '.join(f'{v:g}' for v in plan.speeds)} m/s; never by hand."]
+    for level in levels:
+        steps, tolerance_um = level.knobs
+        lines.append(f"{{{steps}, {tolerance_um * 1e-6:g}, {_up(level.error)}, {level.work:.3g}}},")
+    return "\n".join(lines) + "\n"
+
+
+def _order_claim(rows: Sequence[Row]) -> Claim:
+    worst, where = 0.0, ""
+    by = {(row.scene, row.setting): row for row in rows if row.knob == "level"}
+    for (scene, setting), row in by.items():
+        below = by.get((scene, f"level {int(setting[-1]) - 1}"))
+        if below is not None and row.touching > 0:
+            ratio = max(row.error, LEAST_ERROR) / max(below.error, LEAST_ERROR)
+            if ratio > worst:
+                worst, where = ratio, f" ({setting} in {scene})"
+    return Claim("more quality never has more than 5 % more error", f"{worst:.3g} times at most{where}", worst <= WORSE)
+
+
+def _spans(rows: Sequence[Row]) -> List[Claim]:
+    own = {(row.scene, row.setting): row for row in rows}
+    found = []
+    for scene in dict.fromkeys(row.scene for row in rows):
+        most = own[scene, "level 4"]
+        for least in [own[scene, "level 0"], *(own[scene, f"{other}, level 0"] for other in COARSER.get(scene, ()) if (scene, f"{other}, level 0") in own)]:
+            if least.touching > 0:
+                found.append((scene, least.setting, most.work_p99 / least.work_p99, max(least.error, LEAST_ERROR) / max(most.error, LEAST_ERROR)))
+    cost = max(found, key=lambda each: each[2])
+    error = max(found, key=lambda each: each[3])
+    return [Claim("levels, those of geometry included, span 10 times the cost (p99 of the work)", f"{cost[2]:.3g} times, from {cost[1]} to level 4 in {cost[0]}",
+                  cost[2] >= LEAST_COST_SPAN),
+            Claim("and 100 times the error", f"{error[3]:.3g} times, from {error[1]} to level 4 in {error[0]}", error[3] >= LEAST_ERROR_SPAN)]
+
+
+def claims_of(rows: Sequence[Row]) -> List[Claim]:
+    """All claims about the levels that the rows can tell of."""
+    found = [_order_claim(rows), *_spans(rows)]
+    names = list(dict.fromkeys(row.setting for row in rows if row.knob in ("ladder", "level")))
+    every = points(rows, names, "level 3")
+    on = {point.name for point, good in zip(every, front([p.work for p in every], [p.error for p in every])) if good}
+    off = [name for name in names if name.startswith("level") and name not in on]
+    found.append(Claim("every level is on the front of all rungs, the default among them", f"off it: {', '.join(off) or 'none'}", not off))
+    deepest = max((row.penetration_m for row in rows if row.knob != "baseline" and not math.isnan(row.penetration_m)), default=0.0)
+    found.append(Claim("nothing is entered on the way, with any setting", f"{1e6 * deepest:.2g} um", deepest <= PENETRATION_M))
+    return found

@@ -1,0 +1,81 @@
+"""Measures what accuracy costs: every knob of the solver alone, and the levels of quality, over seeded gestures in shipped scenes, against the
+same input computed with 400 sub-steps; beside them the paper's method as printed and a penalty method.
+
+DIR gets results.csv (errors and work counts, the same on every machine), times.csv and machine.txt (this machine's), plots (SVG, PNG), report.html and
+report.md; and units/, a file for each gesture that is done: run again, a study that was ended goes on from them.
+
+A large study is shared among machines by --shard K/N, each with an output of its own; hapticd-lab tradeoff --merge DIR... --output DIR puts them
+together, and the numbers are those of one run on one machine. With --merge the options of the plan must be those of the shards.
+
+Exit code: 0 done; 1 the command cannot be obeyed, or a unit failed; 130 interrupted, what was finished is there."""
+from __future__ import annotations
+
+import argparse
+import os
+import pathlib
+import sys
+
+from hapticd_lab import machine, quality_table, tradeoff_report, tradeoff_table
+from hapticd_lab.oracle import OracleError
+from hapticd_lab.quality_table import NoLevels
+from hapticd_lab.tradeoff_plan import GESTURES, HELD_OUT, QUICK_GESTURES, QUICK_SCENES, QUICK_SPEEDS, SCENES, SPEEDS, Plan
+from hapticd_lab.tradeoff_units import BadStudy, claim, gather, missing, play_all, shard_of
+
+SUMMARY = "measure speed against accuracy"
+
+
+def describe(parser: argparse.ArgumentParser) -> None:
+    """Its options."""
+    parser.add_argument("--output", type=pathlib.Path, metavar="DIR", required=True, help="where everything goes; made if it is not there")
+    parser.add_argument("--scene", action="append", metavar="NAME", help=f"a scene; may be repeated (default: {', '.join(SCENES)})")
+    parser.add_argument("--quick", action="store_true", help="few scenes, gestures and settings: to see whether all works")
+    parser.add_argument("--gestures", type=int, metavar="N", help=f"of each scene and speed (default: {GESTURES})")
+    parser.add_argument("--held-out", action="store_true", help="gestures that no table of levels was made from, and the levels alone")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="gestures at once (default: the number of cores)")
+    parser.add_argument("--shard", metavar="K/N", help="play every N-th gesture alone, from the K-th on, and make no report")
+    parser.add_argument("--merge", nargs="+", type=pathlib.Path, default=[], metavar="DIR", help="outputs of shards to put together; nothing is played")
+    parser.add_argument("--write-levels", type=pathlib.Path, metavar="FILE", help="write the table of quality levels, core/scene/quality_levels.inc")
+
+
+def plan_of(options: argparse.Namespace) -> Plan:
+    """What the options ask for."""
+    scenes = tuple(options.scene or (QUICK_SCENES if options.quick else SCENES))
+    gestures = options.gestures or (QUICK_GESTURES if options.quick else GESTURES)
+    return Plan(scenes, gestures, QUICK_SPEEDS if options.quick else SPEEDS, options.quick, 1 + (HELD_OUT if options.held_out else 0), options.held_out)
+
+
+def _play(options: argparse.Namespace, plan: Plan) -> None:
+    claim(options.output, plan)
+    if options.merge:
+        gather(options.merge, plan, options.output)
+        return
+    units = shard_of(plan.units(), options.shard) if options.shard else plan.units()
+    play_all(units, plan, options.output, options.jobs)
+
+
+def run(options: argparse.Namespace) -> int:
+    """The command; its exit code."""
+    if options.jobs < 1 or (options.gestures is not None and options.gestures < 1):
+        print("hapticd-lab tradeoff: --jobs and --gestures want a number above 0", file=sys.stderr)
+        return 1
+    plan = plan_of(options)
+    try:
+        _play(options, plan)
+        if options.shard:
+            return 0
+        left = missing(plan, options.output)
+        if left:
+            raise BadStudy(f"{len(left)} of {len(plan.units())} units are not there: {', '.join(unit.name for unit in left[:5])}...; "
+                           "name all shards, or run those that were ended again")
+        rows = tradeoff_table.rows_of(plan, options.output)
+        tradeoff_table.write_tables(rows, options.output)
+        facts = machine.facts()
+        machine.write(facts, options.output / "machine.txt")
+        tradeoff_report.write(plan, rows, facts, options.output)
+        if options.write_levels:
+            options.write_levels.write_text(quality_table.text_of(plan, rows), encoding="utf-8")
+    except (BadStudy, NoLevels, OracleError) as error:
+        print(f"hapticd-lab tradeoff: {error}", file=sys.stderr)
+        return 1
+    print(options.output / "report.html")
+    return 0

@@ -1,0 +1,125 @@
+"""The study of speed against accuracy without a simulation: its plan, its shards, its front and knee, what levels it chooses."""
+import math
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import numpy
+from hapticd_lab import quality_table, tradeoff_plan, tradeoff_table, tradeoff_units
+from hapticd_lab.quality_table import NoLevels, Point
+from hapticd_lab.tradeoff_plan import Plan
+
+FAKE = pathlib.Path(__file__).resolve().parent / "fake_oracle.py"
+PLAN = Plan(("bunny", "single_string"), 2, (0.5,), True)
+
+
+class PlanAndShards(unittest.TestCase):
+    def test_a_whole_study_has_five_scenes_and_twenty_gestures_at_each_speed(self):
+        plan = Plan(tradeoff_plan.SCENES, tradeoff_plan.GESTURES, tradeoff_plan.SPEEDS)
+        self.assertGreaterEqual(len(plan.scenes), 5)
+        self.assertEqual(len(plan.units()), len(plan.scenes) * 20 * len(plan.speeds))
+        self.assertEqual(len({unit.name for unit in plan.units()}), len(plan.units()))
+
+    def test_shards_are_all_units_and_each_once(self):
+        units = Plan(tradeoff_plan.SCENES, 3, (0.05, 0.5)).units()
+        shards = [tradeoff_units.shard_of(units, f"{k}/4") for k in (1, 2, 3, 4)]
+        self.assertEqual(sorted(unit.name for shard in shards for unit in shard), sorted(unit.name for unit in units))
+        for bad in ("0/4", "5/4", "4", "a/b"):
+            with self.assertRaises(tradeoff_units.BadStudy):
+                tradeoff_units.shard_of(units, bad)
+
+    def test_a_plan_is_the_same_when_it_is_read_back_and_another_one_is_refused(self):
+        self.assertEqual(tradeoff_plan.read_plan(PLAN.text()).key(), PLAN.key())
+        with tempfile.TemporaryDirectory() as folder:
+            tradeoff_units.claim(pathlib.Path(folder), PLAN)
+            with self.assertRaises(tradeoff_units.BadStudy):
+                tradeoff_units.claim(pathlib.Path(folder), Plan(("bunny",), 2, (0.5,), True))
+
+
+class FrontAndKnee(unittest.TestCase):
+    def test_the_front_is_what_nothing_beats_in_both(self):
+        costs, errors = [1.0, 2.0, 3.0, 3.0, 1.01], [9.0, 3.0, 1.0, 4.0, 9.0]
+        self.assertEqual(tradeoff_table.front(costs, errors), [True, True, True, False, True])
+
+    def test_the_knee_is_the_corner(self):
+        self.assertEqual(tradeoff_table.knee([1.0, 2.0, 4.0, 8.0], [1.0, 0.01, 0.009, 0.008]), 1)
+
+    def test_quantiles_add_up_over_histograms(self):
+        self.assertAlmostEqual(tradeoff_table.quantile({0: 98, 160: 2}, 0.5), 2 ** (1 / 16))
+        self.assertAlmostEqual(tradeoff_table.quantile({0: 98, 160: 2}, 0.99), 2 ** (161 / 16))
+
+    def test_the_bound_is_above_the_error_and_is_the_error_where_all_gestures_are_alike(self):
+        alike = numpy.array([[1.0, 100.0]] * 10)
+        self.assertAlmostEqual(tradeoff_table.resampled_bound(alike), 0.1)
+        uneven = numpy.array([[0.0, 100.0]] * 9 + [[10.0, 100.0]])
+        self.assertGreater(tradeoff_table.resampled_bound(uneven), math.sqrt(10.0 / 1000.0))
+
+
+def rungs():
+    """A ladder on which everything is in order."""
+    return [Point("ladder 1/10", 0.2, 0.5), Point("ladder 2/10", 0.05, 0.6), Point("ladder 4/10", 0.02, 0.7), Point("ladder 8/10", 0.008, 0.75),
+            Point("ladder 16/1", 1e-3, 0.9), Point("ladder 24/1", 1e-4, 1.0), Point("ladder 64/0.1", 1e-5, 1.2), Point("ladder 64/10", 0.008, 0.9)]
+
+
+class Levels(unittest.TestCase):
+    def test_five_levels_go_up_in_work_and_down_in_error_with_the_default_fourth(self):
+        levels = quality_table.choose(rungs())
+        self.assertEqual([level.name for level in levels][0::3], ["ladder 1/10", "ladder 24/1"])
+        self.assertEqual(levels[4].name, "ladder 64/0.1")
+        for below, above in zip(levels, levels[1:]):
+            self.assertLess(below.work, above.work)
+            self.assertGreater(below.error, above.error)
+
+    def test_a_rung_that_is_beaten_is_no_level(self):
+        self.assertNotIn("ladder 64/10", [level.name for level in quality_table.choose(rungs())])
+
+    def test_a_default_that_is_beaten_is_refused(self):
+        with self.assertRaises(NoLevels):
+            quality_table.choose([*rungs(), Point("ladder 32/1", 5e-5, 0.9)])
+
+    def test_bounds_are_rounded_up(self):
+        for value, text in ((0.0611, "0.062"), (0.061, "0.061"), (1.234e-5, "1.3e-05"), (1e-7, "1e-07")):
+            self.assertEqual(quality_table._up(value), text)
+
+
+class ThroughTheOracle(unittest.TestCase):
+    def setUp(self):
+        os.environ["HAPTICD_ORACLE"] = str(FAKE)
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.path = pathlib.Path(self.folder.name)
+
+    def test_what_is_done_is_not_played_again_and_what_is_missing_is_told(self):
+        tradeoff_units.claim(self.path, PLAN)
+        units = PLAN.units()
+        tradeoff_units.play_all(units[:1], PLAN, self.path, 1)
+        before = tradeoff_units.unit_path(self.path, units[0]).read_text()
+        self.assertEqual(tradeoff_units.missing(PLAN, self.path), units[1:])
+        tradeoff_units.play_all(units, PLAN, self.path, 2)
+        self.assertEqual(tradeoff_units.unit_path(self.path, units[0]).read_text(), before)
+        self.assertEqual(tradeoff_units.missing(PLAN, self.path), [])
+
+    def test_a_damaged_unit_is_named(self):
+        tradeoff_units.claim(self.path, PLAN)
+        tradeoff_units.unit_path(self.path, PLAN.units()[0]).write_text("{", encoding="utf-8")
+        with self.assertRaisesRegex(tradeoff_units.BadStudy, "bunny-1-0.5.jsonl is damaged"):
+            tradeoff_units.read_unit(self.path, PLAN.units()[0])
+
+    def test_rows_pool_gestures_by_their_squares(self):
+        plan = Plan(("single_string",), 3, (0.5,))
+        tradeoff_units.claim(self.path, plan)
+        tradeoff_units.play_all(plan.units(), plan, self.path, 2)
+        rows = {row.setting: row for row in tradeoff_table.rows_of(plan, self.path)}
+        lines = [tradeoff_units.read_unit(self.path, unit)["sub-steps 4"] for unit in plan.units()]
+        pooled = math.sqrt(sum(line["felt_square"] for line in lines) / sum(line["truth_square"] for line in lines))
+        self.assertAlmostEqual(rows["sub-steps 4"].error, pooled, places=12)
+        self.assertTrue(math.isnan(rows["ladder 24/1"].penetration_m))
+        self.assertEqual(rows["level 0"].penetration_m, 0.0)
+        text = quality_table.text_of(plan, list(rows.values()))
+        self.assertEqual(len([line for line in text.splitlines() if line.startswith("{")]), 5)
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main())
