@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/math/rotation.h"
+#include "core/rendering/tick_work.h"
 #include "server/lab/oracle/json_text.h"
 
 namespace hapticd {
@@ -42,7 +43,7 @@ Counts counts_of(const std::vector<StudyTick>& run) {
     if (!tick.touches) continue;
     ++c.touching;
     c.lagging += tick.counts.status == OptimiserStatus::kLagging ? 1 : 0;
-    const double work = study_work(tick.counts);
+    const auto work = static_cast<double>(tick_work(tick.counts));
     c.work += work;
     c.work_max = std::max(c.work_max, work);
     c.tests += static_cast<double>(tick.counts.tests);

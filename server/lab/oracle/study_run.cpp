@@ -12,12 +12,6 @@
 namespace hapticd {
 namespace {
 
-// Units of a test of a pair.
-constexpr double kQueryWork = 20.0;
-constexpr double kSubStepWork = 100.0;
-constexpr double kIterationWork = 20.0;
-constexpr double kHalvingWork = 20.0;
-
 /// Processor time of this thread, us: what else the machine does is no cost of a tick.
 double processor_time() {
   timespec now{};
@@ -47,12 +41,6 @@ double judge_tick(PathRun& run, const ToolScene& view, const ToolTick& tick, boo
 }
 
 }  // namespace
-
-double study_work(const OptimiserResult& result) noexcept {
-  return static_cast<double>(result.tests) + kQueryWork * result.queries +
-         kSubStepWork * result.sub_steps + kIterationWork * result.qp_iterations +
-         kHalvingWork * result.halvings;
-}
 
 std::vector<StudyTick> play_study(const Scene& scene, std::size_t tool, const StudySetting& setting,
                                   const StudyGesture& gesture, PathRun* judge) {

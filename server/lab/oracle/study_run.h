@@ -24,10 +24,6 @@ struct StudyTick {
   double path_gap_m = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Work of a tick as one number: tests of pairs and, in units of such a test, what else was
-/// counted. Weights are instructions over those of a test; time goes with it on any machine.
-[[nodiscard]] double study_work(const OptimiserResult& result) noexcept;
-
 /// Plays `gesture` with `setting` on `scene`, which has the setting's strings already. `judge`, of
 /// the same scene and tool, or null: every way is searched, too, which must lead bit for bit to the
 /// same poses; throws std::logic_error where it does not.

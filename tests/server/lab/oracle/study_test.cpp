@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/rendering/tick_work.h"
 #include "core/scene/quality.h"
 #include "core/scene/scene.h"
 #include "server/lab/oracle/study_report.h"
@@ -78,7 +79,7 @@ TEST_CASE("a press on a ball has the force of the spring to the nearest place ou
         doctest::Approx(kt * (gesture.depth + setting.options.skin)).epsilon(1e-6));
   CHECK(ticks[200].path_gap_m == doctest::Approx(setting.options.skin).epsilon(1e-3));
   CHECK(ticks[0].felt_W.norm() == 0.0);
-  CHECK(study_work(ticks[200].counts) > 0.0);
+  CHECK(tick_work(ticks[200].counts) > 0);
 }
 
 TEST_CASE("the judged way of every level is the simulation's own, and enters nothing") {
