@@ -147,22 +147,28 @@ class Person:
         except hapticd.RequestError as error:
             self._screen.no_force(str(error))
 
-    def _felt(self) -> bool:
-        """Force was on to the end: what a latched fault cut off is no string to compare."""
+    def _clear_and_engage(self) -> None:
+        try:
+            self._session.clear()
+        except hapticd.RequestError:
+            pass  # there was no fault, or its cause is not gone: engaging says so
+        self._engage()
+
+    def _cut_off(self) -> bool:
+        """A fault took the force away: what was felt is no string to compare."""
         latest = self._session.latest
-        return latest is None or latest.loop_state != state_pb2.LOOP_STATE_FAULT
+        return latest is not None and latest.loop_state == state_pb2.LOOP_STATE_FAULT
 
     def _touch(self, touched: Callable[[], bool]) -> Trace:
         """What the tool felt while the person took the time to answer."""
         self._engage()
         self._session.subscribe(1, player.SECTIONS, player.CONTACTS)
         list(self._session.events(timeout=0))
-        while not (touched() and self._felt()):
-            try:
-                self._session.clear()
-            except hapticd.RequestError:
-                pass  # there was no fault, or its cause is not gone: engaging says so
-            self._engage()
+        while not (goes_on := touched()) or self._cut_off():
+            if goes_on:
+                self._screen.no_force("a fault is latched")  # force comes again by the person's own order alone
+            else:
+                self._clear_and_engage()
         self._check_control()
         states = list(self._session.states(timeout=0))
         self._session.subscribe(0)

@@ -149,16 +149,18 @@ class Control(unittest.TestCase):
         with self.assertRaises(ConnectionError):
             person(session)._check_control()
 
-    def test_a_string_that_a_fault_cut_off_is_felt_on_when_the_fault_is_cleared(self):
+    def test_a_string_that_a_fault_cut_off_does_not_count_until_the_person_has_the_fault_cleared(self):
         session = Session()
         session.latest = state_pb2.State(loop_state=state_pb2.LOOP_STATE_FAULT)
         session.subscribe = lambda *_: session.done.append("subscribe")
         session.events = session.states = lambda timeout: []
         session.scene = None
-        answers = iter((True, True))
+        answers = iter((True, True, False, True))
+        one = person(session)
+        one._screen.no_force = session.done.append
         with self.assertRaises(AttributeError):  # there is no scene to build a trace of, which comes last
-            person(session)._touch(lambda: next(answers))
-        self.assertEqual(session.done, ["engage", "subscribe", "clear", "engage", "subscribe"])
+            one._touch(lambda: next(answers))
+        self.assertEqual(session.done, ["engage", "subscribe", *["a fault is latched"] * 2, "clear", "engage", "subscribe"])
 
 
 if __name__ == "__main__":

@@ -136,6 +136,19 @@ test('both are felt once more when that is asked for, a key that is held answers
   await page.keyboard.press(answerOf(1)[0]);
 });
 
+test('a string that Stop cut off does not count before the fault is cleared', async () => {
+  await trialShown(2, 'String A');
+  await page.keyboard.press('Escape');
+  await banner(page, 'loop', 'Fault: stopped');
+  await goOn();
+  await page.locator('#trial [role=alert]', { hasText: 'a fault is latched' }).waitFor();
+  await picture('fault');
+  await trialShown(2, 'String A');
+  await page.click('#trial [data-reply=ENGAGE]');
+  await page.locator('.banner[data-kind=loop]').waitFor({ state: 'detached' });
+  await page.waitForFunction(() => !document.querySelector('#trial [role=alert]'));
+});
+
 test('a page that is reloaded in a trial goes on with that trial', async () => {
   for (let trial = 2; trial < RELOADED_IN; ++trial) await answer(trial);
   await trialShown(RELOADED_IN, 'String A');

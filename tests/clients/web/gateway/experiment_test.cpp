@@ -17,11 +17,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Shows its words and what it is told; FIRST finishes it, EQUAL ends it without a word.
+/// Shows its words, further sockets and what it is told; FIRST finishes it, EQUAL ends it without a
+/// word.
 constexpr const char* kLab = R"lab(#!/bin/sh
 n=1
 say() { printf '{"number": "%d", "stage": "%s", "participant": "P1", "trials": 27, "text": "%s"}\n' "$n" "$1" "$2"; n=$((n + 1)); }
-say EXPERIMENT_STAGE_INSTRUCT "$*"
+say EXPERIMENT_STAGE_INSTRUCT "$* sockets:$(ls -l /proc/$$/fd | grep -v ' [012] ->' | grep -c socket)"
 while read -r line; do
   case $line in
     *FIRST*) say EXPERIMENT_STAGE_DONE done; exit 0 ;;
@@ -96,7 +97,7 @@ TEST_CASE("a page begins an experiment, sees its screens and answers them, other
   CHECK(first.text() ==
         "experiment --page --address=127.0.0.1:9 --participant=P1 --seed=7 "
         "--output=" +
-            (place.folder / "all/P1").string());
+            (place.folder / "all/P1").string() + " sockets:0");
   Browser other(gateway.port(), gateway.control());
   CHECK_FALSE(screen(other, v1::EXPERIMENT_STAGE_INSTRUCT).yours());
   CHECK(other.ask(reply(v1::EXPERIMENT_REPLY_NEXT)).code() == v1::RESULT_CODE_NOT_OWNER);
