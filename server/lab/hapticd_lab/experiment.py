@@ -27,6 +27,7 @@ from hapticd_lab.trials import CODEBOOK, BadTrials, TrialLog, judged, plan, rate
 SUMMARY = "run the experiment of Table 1, with a person or a simulated observer"
 SETTINGS = ("seed", "repetitions", "participant", "observer", "sigma", "criterion", "scene")
 INTERRUPTED = 130
+KEY_BYTES = 32
 METRICS = dict(zip(TABLE_2, ("thin, not to be entered, of small diameter", "sliding along it is not rough", "force and deformation when it is pressed",
                              "the diameter is the same all along", "felt when it is touched while it vibrates")))
 
@@ -69,9 +70,12 @@ def _settings(options: argparse.Namespace) -> Dict[str, Any]:
             raise Refused(f"{options.output} has no experiment to resume: leave --resume out")
         try:
             found = json.loads(path.read_text(encoding="utf-8"))
-            return {name: found[name] for name in SETTINGS}
+            settings = {name: found[name] for name in SETTINGS}
         except (ValueError, KeyError, TypeError) as error:
             raise Refused(f"{path}: {error!r}; restore the file, or begin anew in another folder") from error
+        if options.page and settings["observer"] != "person":
+            raise Refused(f"{options.output} is of a simulated observer: choose another name")
+        return settings
     if path.exists() or (options.output / "trials.csv").exists():
         raise Refused(f"{options.output} has an experiment already: go on with it by --resume, or name another folder")
     observer = "person" if options.live or options.page else options.observer or "weber:1"
@@ -95,7 +99,12 @@ def _keep(settings: Dict[str, Any], output: pathlib.Path) -> None:
 
 
 def _key(path: Optional[pathlib.Path]) -> Optional[bytes]:
-    return None if path is None else path.read_bytes()
+    if path is None:
+        return None
+    key = path.read_bytes()
+    if len(key) != KEY_BYTES:
+        raise Refused(f"--key {path}: a key has {KEY_BYTES} bytes, this file {len(key)}; hapticctl keygen makes one")
+    return key
 
 
 def _participant(settings: Dict[str, Any], options: argparse.Namespace, screen: Any) -> Any:

@@ -1,6 +1,7 @@
 """hapticd-lab experiment, end to end with the program as it stands in the build tree: a simulated observer whose threshold comes back from its
 answers, a run that is killed in the middle and goes on, and a person at the terminal. usage: experiment_test.py HAPTICD_LAB"""
 import csv
+import json
 import os
 import pathlib
 import signal
@@ -168,6 +169,23 @@ class Program(Running):
             self.assertEqual(done.returncode, 1)
             self.assertIn(text, done.stderr)
             self.assertFalse((self.folder / "none").exists())
+
+    def test_a_page_is_told_what_is_refused_and_what_is_there_stays(self):
+        (self.folder / "key").write_bytes(b"short")
+        kept = {"none": None, "key": None, "simulated": '{"seed": 1, "repetitions": 3, "participant": "", "observer": "weber:1", "sigma": 1, "criterion": 1, "scene": "x"}',
+                "torn": '{"seed": 1, "rep'}
+        for name, options, text in (("none", ["--address", "127.0.0.1:9"], "is hapticd running there"), ("key", ["--key", str(self.folder / "key")], "a key has 32 bytes"),
+                                    ("simulated", [], "of a simulated observer: choose another name"), ("torn", [], "restore the file")):
+            place = self.folder / "all" / name
+            if kept[name] is not None:
+                place.mkdir(parents=True)
+                (place / "experiment.json").write_text(kept[name])
+            done = self.run_program("--page", "--participant", name, "--output", str(place), *options, input="")
+            screen = json.loads(done.stdout)
+            self.assertEqual((done.returncode, screen["stage"], screen["participant"]), (1, "EXPERIMENT_STAGE_STOPPED", name))
+            self.assertIn(text, screen["text"])
+            self.assertNotIn("Traceback", done.stderr)
+            self.assertEqual([path.read_text() for path in place.glob("*")], [kept[name]] if kept[name] else [])
 
 
 class Terminal(Running):
