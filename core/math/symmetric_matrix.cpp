@@ -80,22 +80,44 @@ double off_diagonal(const SquareMatrix& A) noexcept {
   return std::sqrt(sum);
 }
 
-/// One Jacobi rotation in the plane (p, q) that makes A(p, q) zero, accumulated in `vectors`.
-void rotate(SquareMatrix& A, SquareMatrix& vectors, std::size_t p, std::size_t q) noexcept {
-  if (A(p, q) == 0.0) return;
+/// Two numbers turned by an angle.
+struct Turn {
+  double c, s;
+  void operator()(double& a, double& b) const noexcept {
+    const double before = a;
+    a = c * before - s * b;
+    b = s * before + c * b;
+  }
+  /// Rows p != q of `A`, n long. Copies, so that the compiler knows that they are different ones.
+  void rows(SquareMatrix& A, std::size_t p, std::size_t q, std::size_t n) const noexcept {
+    std::array<double, kMaxQpUnknowns> row_p;
+    std::array<double, kMaxQpUnknowns> row_q;
+    for (std::size_t k = 0; k < n; ++k) {
+      row_p[k] = c * A(p, k) - s * A(q, k);
+      row_q[k] = s * A(p, k) + c * A(q, k);
+    }
+    for (std::size_t k = 0; k < n; ++k) A(p, k) = row_p[k];
+    for (std::size_t k = 0; k < n; ++k) A(q, k) = row_q[k];
+  }
+};
+
+/// One Jacobi rotation in the plane (p, q) that makes A(p, q) zero, accumulated in the rows of
+/// `transposed`. A is symmetric, so that its columns become what its rows do.
+void rotate(SquareMatrix& A, SquareMatrix& transposed, std::size_t p, std::size_t q) noexcept {
   const double theta = 0.5 * (A(q, q) - A(p, p)) / A(p, q);
   const double root = std::abs(theta) + std::sqrt(theta * theta + 1.0);
   const double t = theta < 0.0 ? -1.0 / root : 1.0 / root;
   const double c = 1.0 / std::sqrt(t * t + 1.0);
-  const double s = t * c;
-  const auto turn = [c, s](double& a, double& b) {
-    const double before = a;
-    a = c * before - s * b;
-    b = s * before + c * b;
-  };
-  for (std::size_t k = 0; k < A.size; ++k) turn(A(k, p), A(k, q));
-  for (std::size_t k = 0; k < A.size; ++k) turn(A(p, k), A(q, k));
-  for (std::size_t k = 0; k < A.size; ++k) turn(vectors(k, p), vectors(k, q));
+  const Turn turn{c, t * c};
+  turn(A(p, p), A(p, q));
+  turn(A(q, p), A(q, q));
+  turn.rows(A, p, q, A.size);
+  for (std::size_t k = 0; k < A.size; ++k) {
+    if (k == p || k == q) continue;
+    A(k, p) = A(p, k);
+    A(k, q) = A(q, k);
+  }
+  turn.rows(transposed, p, q, A.size);
 }
 
 }  // namespace
@@ -107,14 +129,23 @@ void find_spectrum(const SquareMatrix& H, Spectrum& out) noexcept {
     for (std::size_t j = 0; j < i; ++j) A(j, i) = A(i, j);
     size += std::abs(A(i, i));
   }
-  out.vectors.set_identity(A.size);
+  SquareMatrix transposed;
+  transposed.set_identity(A.size);
   const double tolerance = kDiagonalTolerance * (off_diagonal(A) + size);
+  // As small are all of them together within the tolerance.
+  const double negligible = tolerance / static_cast<double>(A.size);
   for (int sweep = 0; sweep < kMaxSweeps && off_diagonal(A) > tolerance; ++sweep) {
     for (std::size_t p = 0; p < A.size; ++p) {
-      for (std::size_t q = p + 1; q < A.size; ++q) rotate(A, out.vectors, p, q);
+      for (std::size_t q = p + 1; q < A.size; ++q) {
+        if (std::abs(A(p, q)) > negligible) rotate(A, transposed, p, q);
+      }
     }
   }
-  for (std::size_t k = 0; k < A.size; ++k) out.values[k] = A(k, k);
+  out.vectors.size = A.size;
+  for (std::size_t k = 0; k < A.size; ++k) {
+    out.values[k] = A(k, k);
+    for (std::size_t i = 0; i < A.size; ++i) out.vectors(i, k) = transposed(k, i);
+  }
 }
 
 void inverse_square_root(const SquareMatrix& H, double least, SquareMatrix& B) noexcept {
