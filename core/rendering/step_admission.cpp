@@ -21,6 +21,11 @@ constexpr double kEnergyRounding = 1e-13;
 constexpr double kPathError = 0.25e-6;
 /// Places looked at in a step, at most; a step that needs more is shortened.
 constexpr double kMaxPathSamples = 16.0;
+/// A pair is left out of the exact look where a bound keeps its gap above this, m, and this share
+/// of the lengths at hand: far above the rounding of bound and gap (1e-15 of them), far below the
+/// skin. Larger: more pairs are looked at.
+constexpr double kGapRounding = 1e-9;
+constexpr double kRelativeRounding = 1e-12;
 /// Turn of a leg that counts as any turn, rad.
 constexpr double kGreatestLegTurn = 2.0;
 
@@ -107,19 +112,61 @@ double path_samples(const OptimiserInput& input, const OptimiserState& state,
   return std::sqrt(error / kPathError);
 }
 
+/// What a step does to gaps at most, to see without evaluating them which pairs it cannot close.
+struct GapBound {
+  const OptimiserInput& input;
+  const OptimiserState& state;
+  const ConfigurationStep& step;
+  double displacement;  ///< of any point, m
+  double turning;       ///< by which rotation leaves its tangent, m
+  double room;          ///< for rounding, m
+
+  /// False when the pair's gap certainly stays open all along the step. The distance from what is
+  /// convex and stands still is a convex function of the centre's place, hence no less than its
+  /// tangent; along the step that is gap + s n . (dp + dtheta x a) - s^2 |dtheta|^2 |a| / 2, least
+  /// at an end.
+  [[nodiscard]] bool may_close(const Contact& contact) const noexcept {
+    if (contact.gap > displacement) return false;
+    if (!state.parts.empty()) return true;
+    if (const int hold = find_hold(state.holds, contact.key);
+        hold >= 0 && state.holds[static_cast<std::size_t>(hold)].yields) {
+      return true;
+    }
+    const Vector3 a = contact.p_WC - state.X_WG.p;
+    const double along = contact.nhat_OG_W.dot(step.tool.dp + step.tool.dtheta.cross(a));
+    return !(contact.gap > room && contact.gap + along - turning > room);
+  }
+};
+
+GapBound gap_bound(const OptimiserInput& input, const OptimiserState& state,
+                   const ConfigurationStep& step) noexcept {
+  const double reach_of_tool = tool_reach(input, state);
+  return {input,
+          state,
+          step,
+          step_bound(input, state, step),
+          0.5 * step.tool.dtheta.squaredNorm() * reach_of_tool,
+          kGapRounding + kRelativeRounding * (state.X_WG.p.norm() + reach_of_tool)};
+}
+
 /// Exact gaps of every pair that the step could close, at its end and at `samples` - 1 places
 /// before.
 bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
                        const OptimiserWorkspace& w, const ConfigurationStep& step, int samples,
                        OptimiserResult& result) noexcept {
-  const double displacement = step_bound(input, state, step);
+  const GapBound bound = gap_bound(input, state, step);
+  std::array<std::int32_t, kMaxCandidates> critical;
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < w.contacts.contacts.size(); ++c) {
+    if (bound.may_close(w.contacts.contacts[c])) critical[count++] = static_cast<std::int32_t>(c);
+  }
   for (int k = samples; k > 0; --k) {
     const double part = static_cast<double>(k) / samples;
     const Pose X = moved(state.X_WG, scaled(step.tool, part));
     const BentObstacles bent(input.obstacles, state.holds, step, part);
     const ToolShape shape(input.parts, state.parts, step.parts, part);
-    for (const Contact& contact : w.contacts.contacts) {
-      if (contact.gap > displacement) continue;
+    for (std::size_t c = 0; c < count; ++c) {
+      const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(critical[c])];
       ++result.tests;
       ++result.evaluations;
       const Contact there = evaluate_contact(contact.key, input.tool, X, bent.view(), shape.view());
