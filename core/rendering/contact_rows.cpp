@@ -26,26 +26,81 @@ struct RowContext {
   bool regain;           ///< rows ask back what their gaps lack of the skin
 };
 
+/// True where no string and no soft part has a share in the contact: the tool alone moves it.
+bool rigid_on_body(const RowContext& context, const Contact& contact) noexcept {
+  return contact.key.kind == ObstacleKind::kBody && context.state.parts.empty();
+}
+
+/// What a row asks of the tool, and its right-hand side.
+struct ToolRow {
+  Vector3 linear;
+  Vector3 angular;
+  double bound;
+};
+
+/// The row of a pair that the tool alone moves.
+ToolRow tool_row_of(const RowContext& context, const Contact& contact) noexcept {
+  const double lacking = context.input.options.skin - contact.gap;
+  return {contact.nhat_OG_W, (contact.p_WC - context.state.X_WG.p).cross(contact.nhat_OG_W),
+          context.regain ? lacking : std::min(0.0, lacking)};
+}
+
 ContactRow row_of(const RowContext& context, const Contact& contact) noexcept {
   ContactRow row = contact_row(context.input, context.state, context.w, contact);
   if (!context.regain) row.bound = std::min(0.0, row.bound);
   return row;
 }
 
-void set_row(QpProblem& problem, int i, const ContactRow& row, const SquareMatrix& basis) noexcept {
-  const auto r = static_cast<std::size_t>(i);
+/// What the rows ask of the tool alone, coordinate by coordinate, so that the compiler computes
+/// several rows at once.
+struct ToolColumns {
+  std::array<std::array<double, kMaxQpRows>, kToolDof> of;
+};
+
+void set_tool_columns(const Vector3& linear, const Vector3& angular, std::size_t r,
+                      ToolColumns& columns) noexcept {
+  for (std::size_t j = 0; j < 3; ++j) {
+    columns.of[j][r] = linear[static_cast<Eigen::Index>(j)];
+    columns.of[j + 3][r] = angular[static_cast<Eigen::Index>(j)];
+  }
+}
+
+/// The rows of the problem as far as the tool alone goes.
+void set_tool_rows(const ToolColumns& columns, const SquareMatrix& basis,
+                   QpProblem& problem) noexcept {
+  const auto rows = static_cast<std::size_t>(problem.rows);
   for (std::size_t k = 0; k < basis.size; ++k) {
-    double sum = 0.0;
-    for (std::size_t j = 0; j < 3; ++j) {
-      sum += basis(j, k) * row.linear[static_cast<Eigen::Index>(j)];
+    std::array<double, kToolDof> b;
+    for (std::size_t j = 0; j < b.size(); ++j) b[j] = basis(j, k);
+    double* const out = problem.row[k].data();
+    for (std::size_t r = 0; r < rows; ++r) {
+      double sum = 0.0;
+      for (std::size_t j = 0; j < b.size(); ++j) sum += b[j] * columns.of[j][r];
+      out[r] = sum;
     }
-    for (std::size_t j = 0; j < 3; ++j) {
-      sum += basis(j + 3, k) * row.angular[static_cast<Eigen::Index>(j)];
-    }
-    if (row.unknown >= 0) {
-      const auto u = static_cast<std::size_t>(row.unknown);
-      sum += basis(u, k) * row.radial + basis(u + 1, k) * row.tangential;
-    }
+  }
+}
+
+/// What a row asks of a string.
+struct StringTerm {
+  std::size_t row;
+  std::size_t unknown;
+  double radial;
+  double tangential;
+};
+
+void add_string(const StringTerm& term, const SquareMatrix& basis, QpProblem& problem) noexcept {
+  for (std::size_t k = 0; k < basis.size; ++k) {
+    problem.row[k][term.row] +=
+        basis(term.unknown, k) * term.radial + basis(term.unknown + 1, k) * term.tangential;
+  }
+}
+
+/// Adds what row number `r` asks of soft parts.
+void add_parts(const ContactRow& row, std::size_t r, const SquareMatrix& basis,
+               QpProblem& problem) noexcept {
+  for (std::size_t k = 0; k < basis.size; ++k) {
+    double sum = problem.row[k][r];
     for (std::size_t p = 0; p < row.parts; ++p) {
       const PartTerm& part = row.part[p];
       for (std::size_t j = 0; j < 3; ++j) {
@@ -54,7 +109,6 @@ void set_row(QpProblem& problem, int i, const ContactRow& row, const SquareMatri
     }
     problem.row[k][r] = sum;
   }
-  problem.bound[r] = row.bound;
 }
 
 void set_objective(const LocalModel& model, QpProblem& problem) noexcept {
@@ -72,9 +126,14 @@ void choose_nearest(int max_rows, OptimiserWorkspace& w) noexcept {
   for (std::int32_t i = 0; i < count; ++i) w.order[static_cast<std::size_t>(i)] = i;
   const std::int32_t rows = std::min(count, static_cast<std::int32_t>(max_rows));
   if (count > rows) {
-    std::nth_element(first, first + rows, first + count, [&w](std::int32_t a, std::int32_t b) {
-      const double gap_a = w.contacts.contacts[static_cast<std::size_t>(a)].gap;
-      const double gap_b = w.contacts.contacts[static_cast<std::size_t>(b)].gap;
+    // Gaps alone, side by side: contacts are large.
+    std::array<double, kMaxCandidates> gap;
+    for (std::size_t i = 0; i < w.contacts.contacts.size(); ++i) {
+      gap[i] = w.contacts.contacts[i].gap;
+    }
+    std::nth_element(first, first + rows, first + count, [&gap](std::int32_t a, std::int32_t b) {
+      const double gap_a = gap[static_cast<std::size_t>(a)];
+      const double gap_b = gap[static_cast<std::size_t>(b)];
       return gap_a != gap_b ? gap_a < gap_b : a < b;
     });
   }
@@ -84,9 +143,33 @@ void choose_nearest(int max_rows, OptimiserWorkspace& w) noexcept {
 
 void fill_rows(const RowContext& context, const SquareMatrix& basis, QpProblem& problem) noexcept {
   const OptimiserWorkspace& w = context.w;
-  for (int i = 0; i < problem.rows; ++i) {
-    const auto c = static_cast<std::size_t>(w.contact_of_row[static_cast<std::size_t>(i)]);
-    set_row(problem, i, row_of(context, w.contacts.contacts[c]), basis);
+  const auto contact_of = [&w](std::size_t r) -> const Contact& {
+    return w.contacts.contacts[static_cast<std::size_t>(w.contact_of_row[r])];
+  };
+  ToolColumns columns;
+  std::array<StringTerm, kMaxQpRows> strings;
+  std::size_t string_count = 0;
+  const auto rows = static_cast<std::size_t>(problem.rows);
+  for (std::size_t r = 0; r < rows; ++r) {
+    if (rigid_on_body(context, contact_of(r))) {
+      const ToolRow row = tool_row_of(context, contact_of(r));
+      set_tool_columns(row.linear, row.angular, r, columns);
+      problem.bound[r] = row.bound;
+      continue;
+    }
+    const ContactRow row = row_of(context, contact_of(r));
+    set_tool_columns(row.linear, row.angular, r, columns);
+    problem.bound[r] = row.bound;
+    if (row.unknown < 0) continue;
+    strings[string_count++] = {r, static_cast<std::size_t>(row.unknown), row.radial,
+                               row.tangential};
+  }
+  set_tool_rows(columns, basis, problem);
+  for (std::size_t k = 0; k < string_count; ++k) add_string(strings[k], basis, problem);
+  if (context.state.parts.empty()) return;
+  for (std::size_t r = 0; r < rows; ++r) {
+    const ContactRow row = row_of(context, contact_of(r));
+    if (row.parts > 0) add_parts(row, r, basis, problem);
   }
 }
 
@@ -104,6 +187,15 @@ QpWarmStart warm_start(const OptimiserState& state, const OptimiserWorkspace& w)
   return warm;
 }
 
+/// What is lacking after the row has been moved by `moved_by`, m; `fraction` shrinks to what holds
+/// it.
+double lacking(double bound, double moved_by, double& fraction, double tolerance) noexcept {
+  // What skin is not won back shortens no step: only what closes the gap does.
+  const double room = std::min(0.0, bound);
+  if (room - moved_by > tolerance) fraction = std::min(fraction, room / moved_by);
+  return bound - moved_by;
+}
+
 /// How far the unknowns y violate the row (m); <= 0 when it holds. `fraction` shrinks to what holds
 /// it.
 double violation(const ContactRow& row, const std::array<double, kMaxQpUnknowns>& y,
@@ -118,10 +210,7 @@ double violation(const ContactRow& row, const std::array<double, kMaxQpUnknowns>
     const std::size_t v = row.part[p].unknown;
     moved_by += row.part[p].linear.dot(Vector3(y[v], y[v + 1], y[v + 2]));
   }
-  // What skin is not won back shortens no step: only what closes the gap does.
-  const double room = std::min(0.0, row.bound);
-  if (room - moved_by > tolerance) fraction = std::min(fraction, room / moved_by);
-  return row.bound - moved_by;
+  return lacking(row.bound, moved_by, fraction, tolerance);
 }
 
 void find_unknowns(const QpSolution& solution, const SquareMatrix& basis,
@@ -170,10 +259,19 @@ double exchange_rows(const RowContext& context, const std::array<double, kMaxQpU
                      OptimiserWorkspace& w, OptimiserResult& result) noexcept {
   const OptimiserInput& input = context.input;
   const double tolerance = kRowTolerancePerMargin * input.options.margin;
+  const Vector3 dp(y[0], y[1], y[2]);
+  const Vector3 dtheta(y[3], y[4], y[5]);
   double fraction = 1.0;
   std::size_t violated = 0;
   for (std::size_t c = 0; c < w.contacts.contacts.size(); ++c) {
-    w.excess[c] = violation(row_of(context, w.contacts.contacts[c]), y, fraction, tolerance);
+    const Contact& contact = w.contacts.contacts[c];
+    if (rigid_on_body(context, contact)) {
+      const ToolRow row = tool_row_of(context, contact);
+      w.excess[c] =
+          lacking(row.bound, row.linear.dot(dp) + row.angular.dot(dtheta), fraction, tolerance);
+    } else {
+      w.excess[c] = violation(row_of(context, contact), y, fraction, tolerance);
+    }
     if (w.excess[c] > tolerance) w.order[violated++] = static_cast<std::int32_t>(c);
   }
   if (violated == 0) return 1.0;

@@ -42,7 +42,7 @@ struct TouchContext {
   const SphereTreeView& tool;
   const ToolParts& parts;
   const Capsule& string_W;
-  const ContactSet& contacts;
+  std::span<const Contact* const> contacts;  ///< those with strings
   const OptimiserState& state;
 };
 
@@ -61,8 +61,9 @@ ContactCentre find_centre(const TouchContext& touch, std::int32_t capsule,
   const SoftParts& soft = touch.state.parts;
   for (std::size_t k = 0; k < soft.size(); ++k) centre.part_weight[k] = 0.0;
   const Contact* nearest = nullptr;
-  for (const Contact& contact : touch.contacts.contacts) {
-    if (contact.key.kind != ObstacleKind::kCapsule || contact.key.obstacle != capsule) continue;
+  for (const Contact* const place : touch.contacts) {
+    const Contact& contact = *place;
+    if (contact.key.obstacle != capsule) continue;
     if (nearest == nullptr || contact.gap < nearest->gap) nearest = &contact;
     for (int k = 0; k < touch.state.active_count; ++k) {
       const ActivePair& pair = touch.state.active[static_cast<std::size_t>(k)];
@@ -123,6 +124,10 @@ double centring_limit(const StringBend& bend, double off_centre, double room) no
 int model_holds(const OptimiserInput& input, const ContactSet& contacts,
                 const OptimiserState& state, int unknowns, HoldModels& models) noexcept {
   const StringContext context = string_context(input);
+  FixedVector<const Contact*, kMaxCandidates> with_strings;
+  for (const Contact& contact : contacts.contacts) {
+    if (contact.key.kind == ObstacleKind::kCapsule) with_strings.push_back(&contact);
+  }
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     const StringHold& hold = state.holds[k];
     HoldModel& model = models[k];
@@ -130,9 +135,9 @@ int model_holds(const OptimiserInput& input, const ContactSet& contacts,
     const Capsule& capsule = context.obstacles.capsules_W[index];
     model.length = context.strings[index].length;
     model.axis_W = (capsule.p_B - capsule.p_A) / model.length;
-    const ContactCentre centre =
-        find_centre({input.tool, input.parts, capsule, contacts, state}, hold.bend.capsule,
-                    2.0 * kHoldSkins * input.options.skin);
+    const ContactCentre centre = find_centre(
+        {input.tool, input.parts, capsule, {with_strings.begin(), with_strings.size()}, state},
+        hold.bend.capsule, 2.0 * kHoldSkins * input.options.skin);
     model.touched = centre.weight > 0.0;
     model.p_GC_W = Vector3::Zero();
     model.nhat_W = Vector3::Zero();
