@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <tuple>
 
@@ -57,30 +58,66 @@ class ContactCollector {
   void count_tests(std::int64_t tests) noexcept { out_.tests += tests; }
 
  private:
+  /// A contact that is kept, by its place.
+  struct Kept {
+    double gap;
+    std::int32_t place;
+  };
+
+  [[nodiscard]] const ContactKey& key_of(const Kept& kept) const noexcept {
+    return out_.contacts[static_cast<std::size_t>(kept.place)].key;
+  }
+
   /// Nearer first; equal gaps by key, so that the choice depends on the pairs alone.
-  static bool nearer(const Contact& a, const Contact& b) noexcept {
-    if (a.gap != b.gap) return a.gap < b.gap;
+  static bool nearer(double gap_a, const ContactKey& a, double gap_b,
+                     const ContactKey& b) noexcept {
+    if (gap_a != gap_b) return gap_a < gap_b;
     const auto order = [](const ContactKey& k) {
       return std::tuple{k.kind, k.obstacle, k.tool_sphere, k.obstacle_sphere};
     };
-    return order(a.key) < order(b.key);
+    return order(a) < order(b);
+  }
+  [[nodiscard]] bool nearer(const Kept& a, const Kept& b) const noexcept {
+    return nearer(a.gap, key_of(a), b.gap, key_of(b));
+  }
+
+  void make_heap() noexcept {
+    std::int32_t place = 0;
+    for (const Contact& contact : out_.contacts) {
+      heap_[static_cast<std::size_t>(place)] = {contact.gap, place};
+      ++place;
+    }
+    std::make_heap(heap_.begin(), heap_.end(),
+                   [this](const Kept& a, const Kept& b) { return nearer(a, b); });
+    is_heap_ = true;
+  }
+
+  /// Moves the first of the heap down to where it belongs.
+  void sift_down() noexcept {
+    const Kept moving = heap_.front();
+    std::size_t i = 0;
+    for (;;) {
+      std::size_t child = 2 * i + 1;
+      if (child >= heap_.size()) break;
+      if (child + 1 < heap_.size() && nearer(heap_[child], heap_[child + 1])) ++child;
+      if (!nearer(moving, heap_[child])) break;
+      heap_[i] = heap_[child];
+      i = child;
+    }
+    heap_[i] = moving;
   }
 
   [[gnu::noinline]] void replace_farthest(const Contact& contact) noexcept {
-    auto& contacts = out_.contacts;
-    if (!is_heap_) {
-      std::make_heap(contacts.begin(), contacts.end(), nearer);
-      is_heap_ = true;
-    }
-    Contact* const farthest = contacts.begin();
-    if (!nearer(contact, *farthest)) {
+    if (!is_heap_) make_heap();
+    Kept& farthest = heap_.front();
+    if (!nearer(contact.gap, contact.key, farthest.gap, key_of(farthest))) {
       out_.covered_margin = std::min(margin(), contact.gap);
       return;
     }
-    out_.covered_margin = std::min(margin(), farthest->gap);
-    std::pop_heap(contacts.begin(), contacts.end(), nearer);
-    *(contacts.end() - 1) = contact;
-    std::push_heap(contacts.begin(), contacts.end(), nearer);
+    out_.covered_margin = std::min(margin(), farthest.gap);
+    out_.contacts[static_cast<std::size_t>(farthest.place)] = contact;
+    farthest.gap = contact.gap;
+    sift_down();
   }
 
   ContactSet& out_;
@@ -88,6 +125,8 @@ class ContactCollector {
   int index_ = -1;
   double nearest_ = std::numeric_limits<double>::infinity();
   bool is_heap_ = false;
+  /// Once full: the farthest first. Of places, for contacts are large.
+  std::array<Kept, kMaxCandidates> heap_;
 };
 
 }  // namespace hapticd
