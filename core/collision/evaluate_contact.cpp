@@ -1,9 +1,101 @@
 // One pair of primitives at a given pose of the tool. See query.h. RT: yes.
+#include <array>
+#include <cmath>
+
 #include "core/collision/primitive_gap.h"
 #include "core/collision/query.h"
 
 namespace hapticd {
 namespace {
+
+/// Contacts of rigid pairs with one body at another place of the tool, many at a time: arrays, so
+/// that the compiler computes several at once, each with the operations of PairEvaluator in their
+/// order, hence the same bits.
+class BodyBatch {
+ public:
+  static constexpr std::size_t kCapacity = 64;
+
+  void add(Contact& contact, const Sphere& sphere_G, const Sphere& sphere_B) noexcept {
+    const std::size_t j = count_++;
+    contact_[j] = &contact;
+    set(p_GC_, j, sphere_G.p);
+    set(p_B_, j, sphere_B.p);
+    r_tool_[j] = sphere_G.r;
+    radii_[j] = sphere_G.r + sphere_B.r;
+  }
+  [[nodiscard]] bool full() const noexcept { return count_ == kCapacity; }
+
+  /// Evaluates and empties; returns the smallest gap, or `minimum`.
+  double flush(const PlacedBody& body, const ToolPlacement& tool, double minimum) noexcept {
+    compute(body, tool);
+    for (std::size_t j = 0; j < count_; ++j) {
+      Contact& contact = *contact_[j];
+      contact.gap = gap_[j];
+      minimum = gap_[j] < minimum ? gap_[j] : minimum;
+      if (distance_[j] < kSmallestLength) [[unlikely]] {
+        const PrimitiveGap pair{Vector3::Zero(), distance_[j], gap_[j], 0.0};
+        const Vector3 p_GC{p_GC_.x[j], p_GC_.y[j], p_GC_.z[j]};
+        contact = make_contact(contact.key, pair, body_normal(pair, body.R_WB),
+                               {rotate(tool.R_WG, p_GC), r_tool_[j], tool.p_WG});
+        continue;
+      }
+      contact.nhat_OG_W = {nhat_.x[j], nhat_.y[j], nhat_.z[j]};
+      contact.p_WC = {p_WC_.x[j], p_WC_.y[j], p_WC_.z[j]};
+      contact.lambda = 0.0;
+    }
+    count_ = 0;
+    return minimum;
+  }
+
+ private:
+  using Numbers = std::array<double, kCapacity>;
+  struct Points {
+    Numbers x, y, z;
+  };
+  static void set(Points& points, std::size_t j, const Vector3& p) noexcept {
+    points.x[j] = p.x();
+    points.y[j] = p.y();
+    points.z[j] = p.z();
+  }
+  /// One component of rotate(), summed in its order.
+  static double row_times(const Matrix3& R, int row, double x, double y, double z) noexcept {
+    return (R(row, 0) * x + R(row, 1) * y) + R(row, 2) * z;
+  }
+
+  // Without branches, and not inlined, so that it becomes vectors.
+  [[gnu::noinline]] void compute(const PlacedBody& placed, const ToolPlacement& tool) noexcept {
+    const PlacedBody body = placed;
+    const Matrix3 R_WG = tool.R_WG;
+    const Vector3 p_WG = tool.p_WG;
+    const std::size_t count = count_;
+    for (std::size_t j = 0; j < count; ++j) {
+      const double cx = p_GC_.x[j];
+      const double cy = p_GC_.y[j];
+      const double cz = p_GC_.z[j];
+      const double x = (row_times(body.R_BG, 0, cx, cy, cz) + body.p_BG.x()) - p_B_.x[j];
+      const double y = (row_times(body.R_BG, 1, cx, cy, cz) + body.p_BG.y()) - p_B_.y[j];
+      const double z = (row_times(body.R_BG, 2, cx, cy, cz) + body.p_BG.z()) - p_B_.z[j];
+      const double distance = std::sqrt((x * x + y * y) + z * z);
+      const double inverse = 1.0 / distance;
+      distance_[j] = distance;
+      gap_[j] = distance - radii_[j];
+      const double nx = row_times(body.R_WB, 0, x * inverse, y * inverse, z * inverse);
+      const double ny = row_times(body.R_WB, 1, x * inverse, y * inverse, z * inverse);
+      const double nz = row_times(body.R_WB, 2, x * inverse, y * inverse, z * inverse);
+      nhat_.x[j] = nx;
+      nhat_.y[j] = ny;
+      nhat_.z[j] = nz;
+      p_WC_.x[j] = (row_times(R_WG, 0, cx, cy, cz) - r_tool_[j] * nx) + p_WG.x();
+      p_WC_.y[j] = (row_times(R_WG, 1, cx, cy, cz) - r_tool_[j] * ny) + p_WG.y();
+      p_WC_.z[j] = (row_times(R_WG, 2, cx, cy, cz) - r_tool_[j] * nz) + p_WG.z();
+    }
+  }
+
+  std::size_t count_ = 0;
+  std::array<Contact*, kCapacity> contact_;
+  Points p_GC_, p_B_, nhat_, p_WC_;  ///< m; axes of G, of B, of W
+  Numbers r_tool_, radii_, distance_, gap_;
+};
 
 /// Evaluates pairs at one placement of the tool; pairs of the same body in a row share its
 /// matrices.
@@ -71,12 +163,28 @@ Contact evaluate_contact(const ContactKey& key, const SphereTreeView& tool, cons
 void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG, const ObstaclesView& obstacles,
                        ContactSet& contacts, const DisplacedParts& displaced) noexcept {
   PairEvaluator evaluator(tool, X_WG, obstacles, displaced);
+  const ToolPlacement placement = place_tool(X_WG);
   double minimum = std::numeric_limits<double>::infinity();
+  BodyBatch batch;
+  PlacedBody body{Matrix3::Zero(), Matrix3::Zero(), Vector3::Zero()};
+  std::int32_t of_body = -1;
   for (Contact& contact : contacts.contacts) {
-    contact = evaluator.contact(contact.key);
-    minimum = contact.gap < minimum ? contact.gap : minimum;
+    const ContactKey& key = contact.key;
+    if (key.kind != ObstacleKind::kBody || !displaced.parts.empty()) {
+      contact = evaluator.contact(key);
+      minimum = contact.gap < minimum ? contact.gap : minimum;
+      continue;
+    }
+    const BodyView& view = obstacles.bodies[static_cast<std::size_t>(key.obstacle)];
+    if (key.obstacle != of_body || batch.full()) {
+      minimum = batch.flush(body, placement, minimum);
+      if (key.obstacle != of_body) body = place_body(view.X_WB, placement);
+      of_body = key.obstacle;
+    }
+    batch.add(contact, tree_sphere(tool, key.tool_sphere),
+              tree_sphere(view.tree, key.obstacle_sphere));
   }
-  contacts.minimum_gap = minimum;
+  contacts.minimum_gap = batch.flush(body, placement, minimum);
 }
 
 double minimum_gap_of(const ContactSet& contacts, const SphereTreeView& tool, const Pose& X_WG,

@@ -46,6 +46,27 @@ TEST_CASE("every contact found has the same bits when it is evaluated again at t
   }
 }
 
+TEST_CASE("all contacts at once have the bits that each has alone, at any pose") {
+  SplitMix64 random(3);
+  for (std::int64_t trial = 0; trial < scaled(1'000); ++trial) {
+    const SceneParts parts = random_parts(random);
+    const CheckedScene scene(parts);
+    const auto set = found_contacts(scene, parts.X_WG, {0.05});
+    const Pose X_WG{random_rotation(random), random_vector(random, 0.3)};
+    const std::vector<Contact> before(set->contacts.begin(), set->contacts.end());
+    evaluate_contacts(scene.tool(), X_WG, scene.obstacles(), *set);
+    double smallest = std::numeric_limits<double>::infinity();
+    bool same = set->contacts.size() == before.size();
+    for (std::size_t k = 0; same && k < before.size(); ++k) {
+      const Contact alone = evaluate_contact(before[k].key, scene.tool(), X_WG, scene.obstacles());
+      same = same_bits(set->contacts[k], alone);
+      smallest = std::min(smallest, alone.gap);
+    }
+    REQUIRE(same);
+    REQUIRE(set->minimum_gap == smallest);
+  }
+}
+
 TEST_CASE("at another pose a pair has the oracle's gap, normal, point and lambda") {
   SplitMix64 random(2);
   for (std::int64_t trial = 0; trial < scaled(200); ++trial) {
