@@ -9,10 +9,14 @@
 
 namespace hapticd {
 
-/// Of two nodes the one whose children are this much larger is opened alone, else both. Normal
-/// value 2. Costs only time: near 1 compares large spheres with many small ones, far above opens
-/// nodes that are smaller than what they are compared with.
-inline constexpr double kSplitRatio = 2.0;
+/// Of two nodes a body's is opened alone where its children are this much larger than the tool's.
+/// Normal value 8. Costs only time: less opens bodies where their boxes told as much, more compares
+/// many small spheres of the tool with a large one.
+inline constexpr double kBodyFirst = 8.0;
+/// A tool's node is opened alone where its children are larger than this share of the body's, else
+/// both. Normal value 0.25: boxes leave little room around what is flat, so that small spheres of
+/// the tool against large parts of the body soon tell. Costs only time.
+inline constexpr double kToolFirst = 0.25;
 
 /// A tool and a body, placed.
 struct PlacedTrees {
@@ -51,7 +55,7 @@ template <typename Kernels, typename Visitor>
 class BodyDescent {
  public:
   BodyDescent(const PlacedTrees& trees, Visitor& visitor) noexcept
-      : trees_(trees), visitor_(visitor) {}
+      : boxes_(trees.body.boxes()), trees_(trees), visitor_(visitor) {}
 
   void run() noexcept {
     const TreePart root = LevelledTree::root();
@@ -70,7 +74,8 @@ class BodyDescent {
       Kernels::to_body(tool, trees_.placement, p_BC_);
       placed_ = &tool;
     }
-    const PairMask near =
+    if (boxes_ != nullptr && near_box(tool, pair.body.part) == 0) return;
+    PairMask near =
         Kernels::near_pairs({p_BC_.x, p_BC_.y, p_BC_.z, tool.r}, pair.tool.lanes, lanes_of(body),
                             pair.body.lanes, visitor_.radius() + trees_.slack);
     visitor_.count_tests(kTreeWidth * std::popcount(pair.body.lanes));
@@ -84,12 +89,32 @@ class BodyDescent {
     const double r_tool = tool.r[first_lane(pair.tool.lanes)];
     const double r_body = body.r[first_lane(pair.body.lanes)];
     // What waits for the other to be opened must not meet a surface sphere there.
-    if (r_body > kSplitRatio * r_tool && body_opens == pair.body.lanes) {
+    if (r_body > kBodyFirst * r_tool && body_opens == pair.body.lanes) {
       tool_opens = 0;
-    } else if (r_tool > kSplitRatio * r_body && tool_opens == pair.tool.lanes) {
+    } else if (r_tool > kToolFirst * r_body && tool_opens == pair.tool.lanes) {
       body_opens = 0;
     }
+    if (boxes_ != nullptr) near = near_boxes(pair, near, body_opens);
     open(pair, near, tool_opens, body_opens);
+  }
+
+  /// Children of a tool's node, whose centres are p_BC_, that may be near to what is below a
+  /// body's.
+  unsigned near_box(const SphereTreeNode& tool, const TreePart& body) noexcept {
+    visitor_.count_tests(kTreeWidth);
+    return Kernels::near_box(p_BC_, tool.r, boxes_[body.node], visitor_.radius() + trees_.slack);
+  }
+
+  /// What is left of `near` where the boxes of the children `body_opens` are looked at too.
+  PairMask near_boxes(const NodePair& pair, PairMask near, unsigned body_opens) noexcept {
+    const SphereTreeNode& tool = trees_.tool.node(pair.tool.part);
+    for (; body_opens != 0; body_opens &= body_opens - 1) {
+      const int k = std::countr_zero(body_opens);
+      if (tool_lanes(near, k) == 0) continue;
+      const unsigned far = ~near_box(tool, trees_.body.child(pair.body.part, k)) & 0xFFU;
+      near &= ~(PairMask{far} << (kTreeWidth * k));
+    }
+    return near;
   }
 
   /// Goes below the children `tool_opens` and `body_opens` of the pair, where they are near.
@@ -146,6 +171,7 @@ class BodyDescent {
 
   PointLanes p_BC_;  ///< centres of `placed_`
   const SphereTreeNode* placed_ = nullptr;
+  const NodeBox* boxes_;  ///< of the body's nodes; null: none
   const PlacedTrees& trees_;
   Visitor& visitor_;
   DescentStack<NodePair, kCapacity> stack_;

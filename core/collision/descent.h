@@ -41,6 +41,11 @@ struct LevelledTree {
   [[nodiscard]] TreePart child(const TreePart& part, int k) const noexcept {
     return {node(part).child[static_cast<std::size_t>(k)], part.level + 1};
   }
+  /// The boxes of the nodes, null where they do not bound the surface: that of a coarser level
+  /// sticks out of them.
+  [[nodiscard]] const NodeBox* boxes() const noexcept {
+    return last_level < tree.depth || tree.boxes.empty() ? nullptr : tree.boxes.data();
+  }
   /// Name of surface child `k` in contacts.
   [[nodiscard]] TreeSphereId id(const TreePart& part, int k) const noexcept {
     const std::int32_t below = node(part).child[static_cast<std::size_t>(k)];

@@ -3,6 +3,7 @@
 // same work on every processor. Bit k of a mask speaks of lane k.
 //   near          which spheres may be nearer than `radius`; compares squares, takes no roots
 //   near_pairs    the same of eight spheres against eight
+//   near_box      the same against a box
 //   bounds        lower bounds of the gaps, m; +infinity in empty slots
 //   capsule_gaps  exact gaps of spheres that are the surface: the bits of
 //                 core/collision/primitive_gap.h
@@ -95,6 +96,10 @@ struct PortableKernels {
   /// B.
   static PairMask near_pairs(const SphereLanes& tool, unsigned tool_lanes, const SphereLanes& body,
                              unsigned body_lanes, double radius) noexcept;
+  /// Spheres with `r` around `p_BC` that may have a gap below `radius` to a sphere inside `box`;
+  /// all with their centre inside, for nothing is known of how deep they are. Both in B.
+  static unsigned near_box(const PointLanes& p_BC, const Lanes& r, const NodeBox& box,
+                           double radius) noexcept;
 };
 
 /// Four lanes at a time; only where avx2_available().
@@ -112,6 +117,10 @@ struct Avx2Kernels {
                                CapsuleGaps& out) noexcept;
   static PairMask near_pairs(const SphereLanes& tool, unsigned tool_lanes, const SphereLanes& body,
                              unsigned body_lanes, double radius) noexcept;
+  /// Spheres with `r` around `p_BC` that may have a gap below `radius` to a sphere inside `box`;
+  /// all with their centre inside, for nothing is known of how deep they are. Both in B.
+  static unsigned near_box(const PointLanes& p_BC, const Lanes& r, const NodeBox& box,
+                           double radius) noexcept;
 };
 
 }  // namespace hapticd

@@ -141,6 +141,13 @@ template <typename Probe>
   return static_cast<unsigned>(_mm256_movemask_pd(_mm256_cmp_pd(gap, set(radius), _CMP_LE_OQ)));
 }
 
+/// How far `x` lies outside of an interval.
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256d outside(double lower, double upper,
+                                                                   __m256d x) noexcept {
+  const __m256d farther = _mm256_max_pd(_mm256_sub_pd(set(lower), x), _mm256_sub_pd(x, set(upper)));
+  return _mm256_max_pd(farther, _mm256_setzero_pd());
+}
+
 }  // namespace
 
 [[gnu::target("avx2")]] unsigned Avx2Kernels::near(const SphereLanes& spheres,
@@ -197,6 +204,21 @@ template <typename Probe>
     hit |= store_gap(offset, dot(offset, offset), radii, radius, k, out.lanes) << k;
   }
   return hit & lanes;
+}
+
+[[gnu::target("avx2")]] unsigned Avx2Kernels::near_box(const PointLanes& p_BC, const Lanes& r,
+                                                       const NodeBox& box, double radius) noexcept {
+  unsigned mask = 0;
+  for (std::size_t k = 0; k < kWidth; k += kStep) {
+    const __m256d reach = _mm256_add_pd(load(r, k), set(radius));
+    const __m256d positive = _mm256_max_pd(reach, _mm256_setzero_pd());
+    const Vector3x4 d{outside(box.lower.x(), box.upper.x(), load(p_BC.x, k)),
+                      outside(box.lower.y(), box.upper.y(), load(p_BC.y, k)),
+                      outside(box.lower.z(), box.upper.z(), load(p_BC.z, k))};
+    const __m256d is_near = _mm256_cmp_pd(dot(d, d), _mm256_mul_pd(positive, positive), _CMP_LE_OQ);
+    mask |= static_cast<unsigned>(_mm256_movemask_pd(is_near)) << k;
+  }
+  return mask;
 }
 
 [[gnu::target("avx2")]] PairMask Avx2Kernels::near_pairs(const SphereLanes& tool,

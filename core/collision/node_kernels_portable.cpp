@@ -112,6 +112,26 @@ unsigned PortableKernels::capsule_gaps(const SphereTreeNode& tool, unsigned lane
   return hit & lanes;
 }
 
+unsigned PortableKernels::near_box(const PointLanes& p_BC, const Lanes& r, const NodeBox& box,
+                                   double radius) noexcept {
+  const auto outside = [](double lower, double upper, double x) {
+    const double below = lower - x;
+    const double above = x - upper;
+    const double farther = below > above ? below : above;
+    return farther > 0.0 ? farther : 0.0;
+  };
+  unsigned mask = 0;
+  for (std::size_t i = 0; i < kWidth; ++i) {
+    double reach = r[i] + radius;
+    reach = reach > 0.0 ? reach : 0.0;
+    const double dx = outside(box.lower.x(), box.upper.x(), p_BC.x[i]);
+    const double dy = outside(box.lower.y(), box.upper.y(), p_BC.y[i]);
+    const double dz = outside(box.lower.z(), box.upper.z(), p_BC.z[i]);
+    mask |= static_cast<unsigned>((dx * dx + dy * dy) + dz * dz <= reach * reach) << i;
+  }
+  return mask;
+}
+
 PairMask PortableKernels::near_pairs(const SphereLanes& tool, unsigned tool_lanes,
                                      const SphereLanes& body, unsigned body_lanes,
                                      double radius) noexcept {

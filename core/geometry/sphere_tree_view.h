@@ -1,7 +1,7 @@
 // A hierarchical sphere-tree as the loop sees it: spans over memory owned by the scene. Wide nodes
 // of up to eight children in structure-of-arrays form; every child bound contains all leaf spheres
 // below it (conservative at every level). Frame: the tree's own (tool frame G or body frame B). RT:
-// yes; 320 bytes per node, 32 bytes per leaf.
+// yes; 368 bytes per node, 32 bytes per leaf.
 #pragma once
 
 #include <array>
@@ -30,6 +30,13 @@ struct alignas(64) SphereTreeNode {
   std::uint32_t inner;  ///< slots whose child is a node
 };
 
+/// What bounds the leaf spheres below a node: far tighter than a sphere where they lie flat, as
+/// those of a sounding board.
+struct NodeBox {
+  Vector3 lower;  ///< m
+  Vector3 upper;  ///< m
+};
+
 /// Node 0 is the root; nodes are in breadth-first order. `leaf_*` have equal size >= 1; radii
 /// finite and >= 0.
 struct SphereTreeView {
@@ -41,6 +48,9 @@ struct SphereTreeView {
   /// bounds contain the leaves below them, not the bounds, so that they are as small as can be. A
   /// query that takes bounds for the surface allows for it.
   double overhang = 0.0;
+  /// One per node; or none, then a query goes by the spheres alone: it finds the same and takes
+  /// longer.
+  std::span<const NodeBox> boxes{};
 
   /// Leaf sphere i, in the order the tree was built from.
   [[nodiscard]] Sphere leaf(std::int32_t i) const noexcept {

@@ -116,7 +116,7 @@ struct Pending {
 }  // namespace
 
 SphereTreeView SphereTree::view() const noexcept {
-  return {nodes, leaf_x, leaf_y, leaf_z, leaf_r, bound, depth, overhang};
+  return {nodes, leaf_x, leaf_y, leaf_z, leaf_r, bound, depth, overhang, boxes};
 }
 
 // Visits every bound with all bounds above it.
@@ -143,6 +143,26 @@ double largest_overhang(const SphereTree& tree) {
     }
   }
   return overhang;
+}
+
+// Children come after their node: from the last node on, those below are known.
+std::vector<NodeBox> bounding_boxes(const SphereTree& tree) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::vector<NodeBox> boxes(tree.nodes.size(),
+                             {Vector3::Constant(kInfinity), Vector3::Constant(-kInfinity)});
+  for (std::size_t n = tree.nodes.size(); n-- > 0;) {
+    const SphereTreeNode& node = tree.nodes[n];
+    NodeBox& box = boxes[n];
+    for (std::size_t k = 0; k < kTreeWidth; ++k) {
+      if ((node.used >> k & 1U) == 0) continue;
+      const Vector3 p(node.x[k], node.y[k], node.z[k]);
+      const Vector3 r = Vector3::Constant(node.r[k]);
+      NodeBox below{p - r, p + r};
+      if (node.child[k] >= 0) below = boxes[static_cast<std::size_t>(node.child[k])];
+      box = {box.lower.cwiseMin(below.lower), box.upper.cwiseMax(below.upper)};
+    }
+  }
+  return boxes;
 }
 
 SphereTree build_sphere_tree(std::span<const Sphere> leaves) {
@@ -178,6 +198,7 @@ SphereTree build_sphere_tree(std::span<const Sphere> leaves) {
     }
   }
   tree.overhang = largest_overhang(tree);
+  tree.boxes = bounding_boxes(tree);
   return tree;
 }
 

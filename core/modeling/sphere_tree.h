@@ -17,6 +17,7 @@ struct SphereTree {
   Sphere bound;
   int depth = 0;
   double overhang = 0.0;
+  std::vector<NodeBox> boxes;  ///< one per node
 
   /// View of this tree; valid while the tree lives and is not modified.
   [[nodiscard]] SphereTreeView view() const noexcept;
@@ -29,5 +30,8 @@ struct SphereTree {
 /// What SphereTreeView::overhang of `tree` has to be, m. Nodes in breadth-first order; O(nodes
 /// depth).
 [[nodiscard]] double largest_overhang(const SphereTree& tree);
+
+/// What SphereTreeView::boxes of `tree` have to be. Nodes in breadth-first order; O(nodes).
+[[nodiscard]] std::vector<NodeBox> bounding_boxes(const SphereTree& tree);
 
 }  // namespace hapticd

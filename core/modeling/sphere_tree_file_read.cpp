@@ -254,6 +254,7 @@ SphereTreeFile decode_sphere_tree(std::span<const std::uint8_t> bytes) {
   require(reader.left() == 0, "bytes are left over");
   check_levels(file);
   file.tree.overhang = largest_overhang(file.tree);
+  file.tree.boxes = bounding_boxes(file.tree);
   return file;
 }
 

@@ -13,6 +13,7 @@
 
 #include "tests/core/modeling/sphere_families.h"
 #include "tests/support/contact_scenes.h"
+#include "tests/support/random.h"
 #include "tests/support/scale.h"
 #include "tests/support/tree_inspector.h"
 
@@ -128,6 +129,41 @@ TEST_CASE("the children of the root are eighths of a long set of spheres, whiche
     const double whole = 0.5 * 511;
     CHECK(tree.bound.r <= 1.02 * (whole + 1.0));
     for (std::size_t k = 0; k < kTreeWidth; ++k) CHECK(tree.nodes[0].r[k] <= whole / 8.0 + 2.0);
+  }
+}
+
+TEST_CASE("the box of a node is the smallest that holds every leaf below it") {
+  SplitMix64 random(77);
+  for (int trial = 0; trial < 30; ++trial) {
+    const std::vector<Sphere> leaves =
+        random_cluster(random, 1 + static_cast<int>(random.below(300)), 0.2, 0.0, 0.02);
+    const SphereTree tree = build_sphere_tree(leaves);
+    REQUIRE(tree.boxes.size() == tree.nodes.size());
+    // Leaves below each node, from the last node on.
+    std::vector<std::vector<std::int32_t>> below(tree.nodes.size());
+    for (std::size_t n = tree.nodes.size(); n-- > 0;) {
+      for (const std::int32_t child : tree.nodes[n].child) {
+        if (child == kNoChild) continue;
+        if (child < 0) {
+          below[n].push_back(~child);
+        } else {
+          const auto& more = below[static_cast<std::size_t>(child)];
+          below[n].insert(below[n].end(), more.begin(), more.end());
+        }
+      }
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        double lower = 1.0;
+        double upper = -1.0;
+        for (const std::int32_t leaf : below[n]) {
+          const Sphere& sphere = leaves[static_cast<std::size_t>(leaf)];
+          lower = std::min(lower, sphere.p[axis] - sphere.r);
+          upper = std::max(upper, sphere.p[axis] + sphere.r);
+        }
+        CHECK(tree.boxes[n].lower[axis] == lower);
+        CHECK(tree.boxes[n].upper[axis] == upper);
+      }
+    }
+    CHECK(tree.view().boxes.data() == tree.boxes.data());
   }
 }
 
