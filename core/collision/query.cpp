@@ -37,6 +37,20 @@ Neighbourhood neighbourhood(const Query& query, double gap) noexcept {
   return {query.placement.p_WG, radius + kRelativeSlack * (radius + length(query.placement.p_WG))};
 }
 
+/// True when the ball around the tool is certainly farther than `gap` from the box around a body;
+/// for that the body need not be placed.
+bool out_of_reach(const Query& query, const BodyView& body, double gap) noexcept {
+  const NodeBox* const boxes = levelled(body.tree, query.options.body_level).boxes();
+  if (boxes == nullptr) return false;
+  const SphereTreeView& tool = query.tool.tree;
+  const Vector3 from_body_W =
+      (rotate(query.placement.R_WG, tool.bound.p) + query.placement.p_WG) - body.X_WB.p;
+  const Vector3 p_BC = rotate(rotation_matrix(body.X_WB.q).transpose(), from_body_W);
+  const double slack = kRelativeSlack * (length(from_body_W) + reach(tool) + reach(body.tree));
+  const double radius = gap + tool.bound.r + surface_overhang(tool, query.tool.last_level) + slack;
+  return radius > 0.0 && !may_touch({boxes->lower, boxes->upper}, {p_BC, radius});
+}
+
 template <typename Kernels>
 void collect_contacts(const Query& query, ContactCollector& collector) noexcept {
   for_each_segment(query.obstacles, neighbourhood(query, query.options.margin),
@@ -46,8 +60,10 @@ void collect_contacts(const Query& query, ContactCollector& collector) noexcept 
                    });
   std::int32_t index = 0;
   for (const BodyView& body : query.obstacles.bodies) {
+    const std::int32_t number = index++;
+    if (out_of_reach(query, body, collector.margin())) continue;
     const PlacedTrees trees = placed(query, body);
-    BodyContacts contacts(trees, query.placement, index++, collector);
+    BodyContacts contacts(trees, query.placement, number, collector);
     BodyDescent<Kernels, BodyContacts>(trees, contacts).run();
     contacts.flush();
   }
@@ -75,6 +91,7 @@ void find_nearest(const Query& query, NearestGap& nearest) noexcept {
                                                  nearest);
                    });
   for (const BodyView& body : query.obstacles.bodies) {
+    if (out_of_reach(query, body, nearest.gap)) continue;
     nearest_on_body<Kernels>(placed(query, body), nearest);
   }
 }

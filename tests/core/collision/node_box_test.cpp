@@ -2,6 +2,8 @@
 // it looks at far fewer pairs.
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "tests/core/collision/scene_check.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"
@@ -59,6 +61,23 @@ TEST_CASE("boxes spare a hand above a sounding board three quarters of the pairs
   CHECK(with->contacts.empty());
   MESSAGE("tests with boxes " << with->tests << ", without " << without->tests);
   CHECK(4 * with->tests < without->tests);
+}
+
+TEST_CASE("a million far leaves cost one look at the box around them") {
+  const auto side = static_cast<int>(std::sqrt(static_cast<double>(scaled(1'000'000))));
+  const SphereTree board = build_sphere_tree(slab_spheres(side, side));
+  const SphereTree finger = build_sphere_tree(std::vector<Sphere>{{{0.0, 0.0, 0.0}, 5e-3}});
+  QueryOptions options;
+  options.horizon = 6e-3;
+  const auto found =
+      query(finger, {{1.0, 0.0, 0.0, 0.0}, {0.0, 0.05, 0.0}}, board, {}, options, true);
+  CHECK(found->contacts.empty());
+  CHECK(found->minimum_gap == options.horizon);
+  CHECK(found->tests == 0);
+  const auto without =
+      query(finger, {{1.0, 0.0, 0.0, 0.0}, {0.0, 0.05, 0.0}}, board, {}, options, false);
+  MESSAGE(board.leaf_r.size() << " leaves: tests " << found->tests << ", without boxes "
+                              << without->tests);
 }
 
 }  // namespace hapticd::test
