@@ -176,8 +176,11 @@ std::array<bool, kMaxReportedContacts> deepest_of(const ContactReport& report, s
   const std::size_t count = report.contacts.size();
   const std::size_t listed = std::min<std::size_t>(most, count);
   std::iota(order.begin(), order.begin() + count, 0);
-  std::stable_sort(order.begin(), order.begin() + count, [&](std::size_t a, std::size_t b) {
-    return report.contacts[a].gap < report.contacts[b].gap;
+  // Of equal gaps the first: std::stable_sort would ask the heap for room.
+  std::sort(order.begin(), order.begin() + count, [&](std::size_t a, std::size_t b) {
+    const double gap_a = report.contacts[a].gap;
+    const double gap_b = report.contacts[b].gap;
+    return gap_a != gap_b ? gap_a < gap_b : a < b;
   });
   for (std::size_t k = 0; k < listed; ++k) chosen[order[k]] = true;
   return chosen;

@@ -1,12 +1,14 @@
 // Snapshots and events on the wire, against the words of the .proto files.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
 
 #include "server/encoding/encode_event.h"
 #include "server/encoding/encode_state.h"
+#include "tests/support/no_heap.h"
 
 namespace hapticd::test {
 namespace {
@@ -81,6 +83,24 @@ TEST_CASE("a State has the sections that were asked for and no others") {
   CHECK_FALSE(bare.has_quality());
   CHECK(encoded(1U << v1::SECTION_TOOLS).tools_size() == 1);
   CHECK(encoded(1U << v1::SECTION_TOOLS).devices_size() == 0);
+}
+
+TEST_CASE("a State that is filled and written once more leaves the heap alone") {
+  const auto snapshot = small_snapshot();
+  const SceneIndex index = small_index();
+  v1::State state;
+  std::array<std::uint8_t, 4096> datagram;
+  const auto write = [&] {
+    encode_state(*snapshot, index, {kAll, 256}, state);
+    return state.SerializeToArray(datagram.data(), static_cast<int>(datagram.size()));
+  };
+  REQUIRE(write());
+  bool written = false;
+  const NoHeapScope scope;
+  written = write();
+  const std::int64_t touched = scope.count();
+  CHECK(written);
+  CHECK(touched == 0);
 }
 
 TEST_CASE("a tool keeps its micrometres far from the origin, and its flags their names") {
