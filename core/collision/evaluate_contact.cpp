@@ -97,8 +97,8 @@ class BodyBatch {
   Numbers r_tool_, radii_, distance_, gap_;
 };
 
-/// Evaluates pairs at one placement of the tool; pairs of the same body in a row share its
-/// matrices.
+/// Evaluates pairs at one placement of the tool; pairs of the same body or leg of a string in a row
+/// share where it is placed.
 class PairEvaluator {
  public:
   PairEvaluator(const SphereTreeView& tool, const Pose& X_WG, const ObstaclesView& obstacles,
@@ -114,7 +114,7 @@ class PairEvaluator {
     if (key.kind == ObstacleKind::kBody) {
       return make_contact(key, gap, body_normal(gap, body_.R_WB), placed);
     }
-    const Capsule segment = segment_of(obstacles_, key.obstacle, key.obstacle_sphere).capsule_W;
+    const Capsule& segment = segment_.capsule_W;
     return make_contact(key, gap, capsule_normal(gap, segment.p_B - segment.p_A), placed);
   }
 
@@ -127,13 +127,20 @@ class PairEvaluator {
     return sphere_G;
   }
 
+  void place_segment(const ContactKey& key) noexcept {
+    if (segment_of_ == key.obstacle && segment_.leg == key.obstacle_sphere) return;
+    segment_ = segment_of(obstacles_, key.obstacle, key.obstacle_sphere);
+    segment_.leg = key.obstacle_sphere;
+    segment_of_ = key.obstacle;
+    capsule_ = place_capsule(segment_.capsule_W, placement_.p_WG);
+  }
+
   PrimitiveGap pair(const ContactKey& key, const Sphere& sphere_G) noexcept {
     const auto obstacle = static_cast<std::size_t>(key.obstacle);
     if (key.kind == ObstacleKind::kCapsule) {
-      const AxisSegment segment = segment_of(obstacles_, key.obstacle, key.obstacle_sphere);
-      const PlacedCapsule capsule = place_capsule(segment.capsule_W, placement_.p_WG);
-      PrimitiveGap gap = gap_to_capsule(rotate(placement_.R_WG, sphere_G.p), sphere_G.r, capsule);
-      gap.lambda = string_lambda(segment, gap.lambda);
+      place_segment(key);
+      PrimitiveGap gap = gap_to_capsule(rotate(placement_.R_WG, sphere_G.p), sphere_G.r, capsule_);
+      gap.lambda = string_lambda(segment_, gap.lambda);
       return gap;
     }
     const BodyView& view = obstacles_.bodies[obstacle];
@@ -151,6 +158,9 @@ class PairEvaluator {
   const ToolPlacement placement_;
   PlacedBody body_;
   std::int32_t body_index_ = -1;
+  AxisSegment segment_;
+  PlacedCapsule capsule_;
+  std::int32_t segment_of_ = -1;
 };
 
 }  // namespace
