@@ -34,6 +34,7 @@ constexpr ShippedPlayName kPlays[] = {
     {"hand36/sweep", kMillisecond, "hand of 36, 7 strings, body of 2000: swept", 15.0},
     {"stress/press", kMillisecond, "stress: bunny of 1000 pressed onto strings and body", 100.0},
     {"stress/sweep", kMillisecond, "stress: bunny of 1000 swept over strings and body", 100.0},
+    {"stress/crush", kMillisecond, "stress: bunny of 1000 pressed 15 mm deep", 0.0},
     {"stress/idle", kMillisecond, "stress, bunny 0.3 m above", 1.0},
     {"bunny/bunny_two_lines", kMillisecond, "bunny of 250 on two lines", 0.0},
     {"bunny/bunny_line_and_pillar", kMillisecond, "bunny of 250 on a line and a pillar", 0.0},
@@ -142,8 +143,9 @@ std::vector<Pose> motion_of(const ShippedPlayName& name, const Scene& scene) {
     }
     return poses;
   }
+  if (motion == "crush") return pressed(scene.tool_scene(0), false, 15e-3);
   if (motion == "press" || motion == "sweep") {
-    return pressed(scene.tool_scene(0), motion == "sweep", scene_name == "stress" ? 15e-3 : 4e-3);
+    return pressed(scene.tool_scene(0), motion == "sweep", scene_name == "stress" ? 8e-3 : 4e-3);
   }
   if (const std::size_t rate = motion.find("_10kHz"); rate != std::string::npos) {
     motion.resize(rate);
