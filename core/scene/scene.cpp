@@ -10,7 +10,8 @@ namespace hapticd {
 namespace {
 
 std::size_t memory_of(const SphereTree& tree) noexcept {
-  return tree.nodes.size() * sizeof(SphereTreeNode) + tree.leaf_x.size() * 4 * sizeof(double);
+  return tree.nodes.size() * (sizeof(SphereTreeNode) + sizeof(NodeBox)) +
+         tree.leaf_x.size() * 4 * sizeof(double);
 }
 
 }  // namespace
