@@ -7,6 +7,7 @@
 #include <cstring>
 #include <ctime>
 #include <exception>
+#include <string>
 
 #include "core/collision/primitive_gap.h"
 #include "tests/benchmark/peers/mujoco_scene.h"
@@ -104,7 +105,9 @@ void print(const Row& row, bool quick) {
     try {
       us = play_mujoco(play, ours, most, settings);
     } catch (const std::exception& error) {
-      std::printf("| %s | %.1f | %s | %s | |\n", name->what, our_us, what, error.what());
+      std::string reason = error.what();
+      reason.erase(std::remove(reason.begin(), reason.end(), '\n'), reason.end());
+      std::printf("| %s | %.1f | %s | %s | |\n", name->what, our_us, what, reason.c_str());
       return;
     }
     std::printf("| %s | %.1f | %s | %.1f | %.1f |\n", name->what, our_us, what, us, us / our_us);
