@@ -232,6 +232,9 @@ void encode_quality(const Snapshot& snapshot, v1::QualityState& out) {
   out.set_substeps(snapshot.work.sub_steps);
   out.set_sphere_tests(snapshot.work.sphere_tests);
   out.set_qp_iterations(snapshot.work.qp_iterations);
+  out.set_work(snapshot.work.work);
+  out.set_work_budget(snapshot.work.work_budget);
+  out.set_cut_short(snapshot.work.cut_short);
 }
 
 void encode_tool_sections(const ToolReading& tool, const StateRequest& request, v1::State& state) {

@@ -85,6 +85,8 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
     if (clutch->tool < tool_count()) tools_[clutch->tool].clutch_open = clutch->open;
   } else if (const auto* push = std::get_if<PushCommand>(&command.what)) {
     if (push->tool < tool_count()) tools_[push->tool].push_asked = push->axis;
+  } else if (const auto* budget = std::get_if<WorkBudgetCommand>(&command.what)) {
+    work_budget_ = std::max<std::int64_t>(budget->work, 0);
   } else if (std::holds_alternative<LeaseLostCommand>(command.what)) {
     lose_lease();
   } else {
@@ -251,6 +253,7 @@ void HapticLoop::render() noexcept {
   }
   if (!all_have_poses()) return;
   TickInput input;
+  input.work_budget = work_budget_;
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const Pose& X_WH = tools_[k].placed.X_WH;
     input.samples[k] = {tools_[k].input_watch.t_ns, to_array(X_WH.p), to_array(X_WH.q)};

@@ -191,7 +191,8 @@ class HapticLoop {
   std::uint64_t late_skipped_ = 0;  ///< periods, not yet logged
   std::int64_t late_told_ns_ = 0;
   std::int64_t cpu_before_ns_ = 0;
-  unsigned asked_ = 0;  ///< OrderBit, by commands since the last tick
+  std::int64_t work_budget_ = 0;  ///< of a tick; 0: no bound
+  unsigned asked_ = 0;            ///< OrderBit, by commands since the last tick
   std::int64_t image_due_ns_ = kNow;
   std::int64_t clear_until_ns_ = kNow;  ///< a Clear waits for a device to forget its fault
   bool first_tick_ = true;

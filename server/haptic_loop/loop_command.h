@@ -59,11 +59,16 @@ struct ChangeSettingsCommand {
   SettingsChange* change = nullptr;
 };
 
+/// Work that every tick from the next on is allowed, as TickInput's.
+struct WorkBudgetCommand {
+  std::int64_t work = 0;  ///< 0: no bound
+};
+
 /// What is to be done.
 using LoopCommandBody =
     std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand, ClearCommand,
                  LeaseLostCommand, EndCommand, SwapSceneCommand, RecentreCommand, ClutchCommand,
-                 PushCommand, PlayGestureCommand, ChangeSettingsCommand>;
+                 PushCommand, PlayGestureCommand, ChangeSettingsCommand, WorkBudgetCommand>;
 
 struct LoopCommand {
   std::uint64_t number = 0;  ///< chosen by the sender, comes back in CommandDone or CommandRefused

@@ -293,6 +293,7 @@ void HapticLoop::replay_once(const TickTrace& recorded) noexcept {
     device->put(sample);
   }
   orders_ = recorded.orders;
+  work_budget_ = static_cast<std::int64_t>(recorded.work_budget);
   give_back_scene();
   pass(static_cast<std::int64_t>(recorded.t_ns), recorded.skipped);
 }

@@ -12,6 +12,7 @@ void HapticLoop::begin_scene() noexcept {
   time_.period_ns = options_.period_ns;
   first_tick_ = true;
   image_due_ns_ = kNow;
+  work_budget_ = 0;
   standing_fault_ = Cause::kNone;
   output_.tools.clear();
   output_.events.clear();

@@ -1,6 +1,7 @@
 // What the loop tells after a tick: events and the snapshot. See haptic_loop.h. RT: yes.
 #include <algorithm>
 
+#include "core/rendering/tick_work.h"
 #include "server/haptic_loop/haptic_loop.h"
 
 namespace hapticd {
@@ -37,12 +38,15 @@ std::uint16_t flags_of(const ToolTick& tick, const LoopTool& tool) noexcept {
 }
 
 /// All tools together.
-TickWork work_of(const TickOutput& output) noexcept {
+TickWork work_of(const TickOutput& output, std::int64_t budget) noexcept {
   TickWork work;
+  work.work_budget = static_cast<std::uint64_t>(budget);
   for (const ToolTick& tool : output.tools) {
     work.sub_steps += static_cast<std::uint32_t>(tool.optimiser.sub_steps);
     work.qp_iterations += static_cast<std::uint32_t>(tool.optimiser.qp_iterations);
     work.sphere_tests += static_cast<std::uint64_t>(tool.optimiser.tests);
+    work.work += static_cast<std::uint64_t>(tick_work(tool.optimiser));
+    work.cut_short = work.cut_short || tool.optimiser.cut_short;
   }
   return work;
 }
@@ -175,7 +179,7 @@ void HapticLoop::publish_snapshot() noexcept {
   snapshot->loop_state = machine_.state;
   snapshot->cause = machine_.cause;
   snapshot->timing = timing_;
-  snapshot->work = work_of(output_);
+  snapshot->work = work_of(output_, work_budget_);
   snapshot->quality_level = scene_->quality_level;
   snapshot->quality_automatic = scene_->settings.tools.front().quality_automatic;
   snapshot->tank_energy = scene_->play.simulation->tank_energy();
@@ -230,7 +234,7 @@ void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
 void HapticLoop::publish_trace() noexcept {
   TickTrace* trace = channels_.traces.writable();
   if (trace == nullptr) return;
-  const TickWork work = work_of(output_);
+  const TickWork work = work_of(output_, work_budget_);
   trace->tick = time_.tick;
   trace->t_ns = static_cast<std::uint64_t>(time_.t_ns);
   trace->dt_ns = static_cast<std::uint64_t>(time_.dt_ns);
@@ -241,6 +245,7 @@ void HapticLoop::publish_trace() noexcept {
   trace->first = !ever_ticked_;
   trace->sphere_tests = work.sphere_tests;
   trace->qp_iterations = work.qp_iterations;
+  trace->work_budget = work.work_budget;
   trace->substeps = work.sub_steps;
   trace->level = scene_->quality_level;
   trace->scene_id = scene_->scene_id;

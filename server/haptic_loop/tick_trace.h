@@ -75,10 +75,11 @@ struct TickTrace {
   std::uint64_t state_hash = 0;  ///< 0: not computed
   std::uint64_t sphere_tests = 0;
   std::uint64_t qp_iterations = 0;
-  std::uint64_t skipped = 0;  ///< periods passed over since the tick before
-  std::uint64_t change = 0;   ///< number of the change of settings that begins; 0: none
-  std::uint16_t orders = 0;   ///< OrderBit
-  bool first = false;         ///< first tick of the loop
+  std::uint64_t work_budget = 0;  ///< as TickInput's
+  std::uint64_t skipped = 0;      ///< periods passed over since the tick before
+  std::uint64_t change = 0;       ///< number of the change of settings that begins; 0: none
+  std::uint16_t orders = 0;       ///< OrderBit
+  bool first = false;             ///< first tick of the loop
   std::uint32_t substeps = 0;
   std::uint32_t level = 0;  ///< quality
   std::uint32_t scene_id = 0;

@@ -38,7 +38,7 @@ std::string_view loop_difference(const TickTrace& a, const TickTrace& b) {
   if (a.loop_state != b.loop_state) return "loop_state";
   if (a.cause != b.cause) return "cause";
   if (a.level != b.level || a.substeps != b.substeps || a.sphere_tests != b.sphere_tests ||
-      a.qp_iterations != b.qp_iterations) {
+      a.qp_iterations != b.qp_iterations || a.work_budget != b.work_budget) {
     return "budget";
   }
   return a.tool_count != b.tool_count ? "outputs" : "";

@@ -149,6 +149,7 @@ void to_record(const TickTrace& trace, v1::TickRecord& record) {
   budget.set_substeps(trace.substeps);
   budget.set_sphere_tests(trace.sphere_tests);
   budget.set_qp_iterations(trace.qp_iterations);
+  budget.set_work(trace.work_budget);
   record.set_state_hash(trace.state_hash);
   record.set_cpu_ns(trace.cpu_ns);
   record.set_skipped(trace.skipped);
@@ -183,6 +184,7 @@ bool to_trace(const v1::TickRecord& record, TickTrace& trace) {
   trace.substeps = record.budget().substeps();
   trace.sphere_tests = record.budget().sphere_tests();
   trace.qp_iterations = record.budget().qp_iterations();
+  trace.work_budget = record.budget().work();
   trace.state_hash = record.state_hash();
   trace.cpu_ns = record.cpu_ns();
   trace.skipped = record.skipped();

@@ -113,6 +113,7 @@ v1::State RecordedState::state_of(const v1::TickRecord& tick) const {
   }
   state.mutable_timing()->set_last_ns(tick.cpu_ns());
   state.mutable_quality()->set_level(tick.budget().level());
+  state.mutable_quality()->set_work_budget(tick.budget().work());
   add_strings(tick, state);
   add_contacts(tick, state);
   return state;

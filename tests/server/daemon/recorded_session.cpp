@@ -120,6 +120,8 @@ class Session {
   }
 
   void act(int tick) {
+    // Now enough work for one linearisation, now any.
+    if (tick % 40 == 20) send(WorkBudgetCommand{tick % 80 == 20 ? 1 : 0});
     if (tick == 600) change(700.0, 33.0);
     if (tick == 630) change(1100.0, 29.0);
     if (tick == 800 || tick == 2900) send(DisengageCommand{});

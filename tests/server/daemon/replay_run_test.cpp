@@ -37,6 +37,7 @@ struct Happened {
   bool second_scene = false;
   bool skipped = false;
   std::uint64_t changes = 0;
+  std::uint64_t bounded = 0;  ///< ticks with a work budget
   int pushes = 0;
   int pushed_snapshots = 0;  ///< with a push under way
 };
@@ -65,6 +66,7 @@ Happened happened_in(const std::string& path) {
     happened.second_scene = happened.second_scene || tick.scene_id() == 2;
     happened.skipped = happened.skipped || tick.skipped() > 0;
     if (tick.change() != 0) ++happened.changes;
+    if (tick.budget().work() != 0) ++happened.bounded;
     if (tick.inputs(0).push() != v1::AXIS_UNSPECIFIED) ++happened.pushes;
     const auto& force = tick.outputs(0).wrench_h_w().f_n();
     if (force[0] != 0.0 || force[1] != 0.0 || force[2] != 0.0) ++happened.contacts;
@@ -83,6 +85,7 @@ TEST_CASE("a recorded session is replayed to the bit under both clocks") {
     CHECK(happened.fault);
     CHECK(happened.second_scene);
     CHECK(happened.changes == 3);
+    CHECK(happened.bounded > 1000);
     CHECK(happened.pushes == 3);
     CHECK(happened.pushed_snapshots >= 1);
     CHECK(happened.skipped == !virtual_time);
@@ -113,6 +116,16 @@ TEST_CASE("a replay from any Snapshot on is the same to the bit") {
     }
     CHECK(snapshots >= 4);
   }
+}
+
+TEST_CASE("the work that a tick was allowed is part of what is replayed") {
+  const TemporaryFolder folder;
+  copy_changed(recorded().path(true), folder.file("changed.mcap"), [](v1::TickRecord& tick) {
+    tick.mutable_budget()->set_work(1);
+    return true;
+  });
+  const ReplayReport report = verify(folder.file("changed.mcap"));
+  CHECK(report.different_ticks >= 1);
 }
 
 TEST_CASE("one bit of one recorded pose turned over is found in that tick") {

@@ -29,6 +29,7 @@ inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
   trace.state_hash = random.next();
   trace.sphere_tests = random.below(1000);
   trace.qp_iterations = random.below(100);
+  trace.work_budget = random.below(100000);
   trace.substeps = static_cast<std::uint32_t>(random.below(9));
   trace.level = static_cast<std::uint32_t>(random.below(5));
   trace.scene_id = 1;

@@ -39,9 +39,10 @@ bool same(const ToolTrace& a, const ToolTrace& b) {
 bool same(const TickTrace& a, const TickTrace& b) {
   bool all = a.tick == b.tick && a.t_ns == b.t_ns && a.dt_ns == b.dt_ns &&
              a.state_hash == b.state_hash && a.sphere_tests == b.sphere_tests &&
-             a.qp_iterations == b.qp_iterations && a.substeps == b.substeps && a.level == b.level &&
-             a.scene_id == b.scene_id && a.cpu_ns == b.cpu_ns && a.loop_state == b.loop_state &&
-             a.cause == b.cause && a.tool_count == b.tool_count;
+             a.qp_iterations == b.qp_iterations && a.work_budget == b.work_budget &&
+             a.substeps == b.substeps && a.level == b.level && a.scene_id == b.scene_id &&
+             a.cpu_ns == b.cpu_ns && a.loop_state == b.loop_state && a.cause == b.cause &&
+             a.tool_count == b.tool_count;
   for (std::size_t k = 0; k < a.tools.size(); ++k) all = all && same(a.tools[k], b.tools[k]);
   return all;
 }
