@@ -19,6 +19,7 @@
 #include "server/daemon/replay_run.h"
 #include "server/daemon/scene_player.h"
 #include "server/daemon/tick_statistics.h"
+#include "server/daemon/work_price.h"
 #include "server/devices/outside_device.h"
 #include "server/encoding/encode_event.h"
 #include "server/encoding/state_hash.h"
@@ -110,6 +111,9 @@ class Daemon {
   // Quality that follows a budget (daemon_quality.cpp).
   [[nodiscard]] QualityWish quality_wish() const;
   void follow_budget(const Snapshot& snapshot);
+  void learn_price(const Snapshot& snapshot);
+  void allow_work(std::int64_t work);
+  void follow_level(const Snapshot& snapshot, double budget_us);
   void explain_quality(const Snapshot& snapshot, v1::State& state) const;
 
   // Scenes (daemon_scenes.cpp).
@@ -214,7 +218,17 @@ class Daemon {
   std::int64_t ending_since_ns_ = -1;
   bool end_requested_ = false;  ///< of a replay, by a client
   int exit_code_ = kExitGood;
-  QualityGovernor governor_;       ///< of automatic quality under the real clock
+  /// The tick before the newest snapshot: its time is told with the next.
+  struct TickBefore {
+    std::uint64_t next_tick = 0;
+    std::uint64_t overruns = 0;
+    std::uint64_t work = 0;
+  };
+  QualityGovernor governor_;  ///< of automatic quality
+  WorkPrice price_;           ///< of this machine, under the real clock
+  std::optional<TickBefore> before_;
+  std::uint32_t governed_scene_ = 0;
+  std::int64_t allowed_work_ = 0;  ///< as the loop was told last; 0: no bound
   std::uint64_t change_tick_ = 0;  ///< of the last change of parameters
   bool reload_waits_ = false;      ///< the scene is to be loaded anew, once nothing else is
   bool swapping_ = false;          ///< a scene waits for the loop to take it

@@ -1,10 +1,12 @@
-// Quality that follows a budget: what ticks cost is looked at here, and a new level goes to the
-// loop as a change of settings does. Under the virtual clock time is no measure, and the level
-// stays where automatic quality begins. See daemon.h.
+// Quality that follows a budget: what ticks cost is looked at here. The work that ticks are allowed
+// goes to the loop as a command, a new level as a change of settings does. Under the virtual clock
+// time is no measure: a tick costs its work at the nominal price, so that it comes to the same
+// everywhere. See daemon.h.
 #include <spdlog/spdlog.h>
 
 #include <cmath>
 
+#include "core/rendering/tick_work.h"
 #include "server/daemon/daemon.h"
 
 namespace hapticd {
@@ -25,20 +27,52 @@ QualityWish Daemon::quality_wish() const {
 }
 
 void Daemon::follow_budget(const Snapshot& snapshot) {
-  AirScene& scene = scenes_.back();
+  const AirScene& scene = scenes_.back();
   const bool playing = snapshot.scene_id == scene.id && snapshot.quality_automatic;
-  if (virtual_time_ || !playing) {
+  if (!playing || snapshot.scene_id != governed_scene_) {
     governor_ = QualityGovernor{};
+    price_ = WorkPrice{};
+    before_.reset();
+  }
+  // The loop begins a scene without a bound.
+  if (snapshot.scene_id != governed_scene_) allowed_work_ = 0;
+  governed_scene_ = snapshot.scene_id;
+  if (!playing) {
+    allow_work(0);
     return;
   }
+  const double budget_us = scene.live.quality().automatic().budget_us();
+  if (!virtual_time_) learn_price(snapshot);
+  allow_work(affordable_work(price_, 1e3 * budget_us, virtual_time_));
   // A change that waits for its tick would be overtaken by one made from its values.
   const LiveSettings& now = scene.settings.tools.front();
-  if (!now.quality_automatic || snapshot.tick < change_tick_) return;
-  const double budget_us = scene.live.quality().automatic().budget_us();
-  const auto played = static_cast<int>(snapshot.quality_level);
-  const int level = govern({snapshot.t_ns, snapshot.timing.cpu_ns, played},
-                           std::llround(1e3 * budget_us), governor_);
-  if (level == static_cast<int>(now.quality_level)) return;
+  if (now.quality_automatic && snapshot.tick >= change_tick_) follow_level(snapshot, budget_us);
+}
+
+// A snapshot tells the time of the tick before. Where one found no place in the ring, or the scene
+// is new, that tick is not known.
+void Daemon::learn_price(const Snapshot& snapshot) {
+  const std::uint64_t overruns = snapshot.timing.overruns;
+  if (before_ && before_->next_tick + (overruns - before_->overruns) == snapshot.tick) {
+    learn({snapshot.timing.cpu_ns, static_cast<std::int64_t>(before_->work)}, price_);
+  }
+  before_ = TickBefore{snapshot.tick + 1, overruns, snapshot.work.work};
+}
+
+void Daemon::allow_work(std::int64_t work) {
+  if (!worth_telling(work, allowed_work_)) return;
+  if (channels_->commands.push({++last_command_, WorkBudgetCommand{work}})) allowed_work_ = work;
+}
+
+void Daemon::follow_level(const Snapshot& snapshot, double budget_us) {
+  AirScene& scene = scenes_.back();
+  TickCost cost{snapshot.t_ns, snapshot.timing.cpu_ns, static_cast<int>(snapshot.quality_level),
+                snapshot.work.cut_short};
+  if (virtual_time_) {
+    cost.cpu_ns = std::llround(kNominalWork_ns * static_cast<double>(snapshot.work.work));
+  }
+  const int level = govern(cost, std::llround(1e3 * budget_us), governor_);
+  if (level == static_cast<int>(scene.settings.tools.front().quality_level)) return;
   SceneSettings settings = scene.settings;
   for (LiveSettings& live : settings.tools) set_level(level, live);
   auto change = std::make_unique<SettingsChange>();
@@ -52,7 +86,7 @@ void Daemon::follow_budget(const Snapshot& snapshot) {
 }
 
 void Daemon::explain_quality(const Snapshot& snapshot, v1::State& state) const {
-  if (!state.has_quality() || virtual_time_ || !snapshot.quality_automatic) return;
+  if (!state.has_quality() || !snapshot.quality_automatic) return;
   state.mutable_quality()->set_reason(static_cast<v1::QualityReason>(governor_.reason));
 }
 

@@ -57,7 +57,7 @@ int govern(const TickCost& tick, std::int64_t budget_ns, QualityGovernor& govern
     ++governor.ticks;
     if (tick.cpu_ns > budget_ns) ++governor.over_budget;
     const auto room_ns = static_cast<std::int64_t>(kRoomShare * static_cast<double>(budget_ns));
-    if (tick.cpu_ns > room_ns) ++governor.over_room;
+    if (tick.cpu_ns > room_ns || tick.cut_short) ++governor.over_room;
   }
   // Not only at the window's end: a burst is answered at its third tick.
   const std::uint64_t allowed = std::max<std::uint64_t>(governor.ticks / kOverOneIn, 2);

@@ -1,6 +1,8 @@
-// Chooses the level of automatic quality from what ticks cost: down at once when they come near the
+// Chooses the level of automatic quality from what ticks cost: down at once when they go beyond the
 // budget, up only after a calm time and one level at a time, and the longer not again the more
-// often that level was too much. A pure function of measured numbers: no clock is read. Not RT.
+// often that level was too much. Ticks that the work budget cuts short stay within the budget and
+// ask for no lower level, whose geometry costs more accuracy than linearisations, but for no higher
+// one either. A pure function of measured numbers: no clock is read. Not RT.
 #pragma once
 
 #include <array>
@@ -38,6 +40,7 @@ struct TickCost {
   std::int64_t t_ns = 0;    ///< never decreasing
   std::int64_t cpu_ns = 0;  ///< CPU time of the haptic thread; 0: not known, is left out
   int level = 0;            ///< it was computed with, [0, kQualityLevels)
+  bool cut_short = false;   ///< a work budget ended it
 };
 
 /// Kept between ticks; begin anew with each scene.

@@ -1,4 +1,5 @@
 """Quality from the command line, from a scene, from a client, and following a budget."""
+import math
 import sys
 import time
 import unittest
@@ -10,6 +11,8 @@ REASON = hapticd.v1.state_pb2
 VIRTUAL = ("--clock", "virtual", "--device", "scripted", "--scene", "single_string")
 # Longest time a governor may take to come to its level, s.
 PATIENCE_S = 30.0
+# Time of a unit of work under the virtual clock, ns.
+NOMINAL_NS = 1.4
 
 
 def quality_of(session, poses=40):
@@ -45,17 +48,28 @@ class Fixed(unittest.TestCase):
             session.acquire("test")
             self.assertEqual(quality_of(session).level, 3)
 
-    def test_automatic_quality_under_the_virtual_clock_gives_the_same_bits_however_long_it_takes(self):
-        hashes = []
-        for budget in ("1", "1e6"):
-            with daemon.Daemon(*VIRTUAL, "--quality", "auto", "--budget-us", budget) as played, hapticd.Session(played.address) as session:
-                session.acquire("test")
-                quality = quality_of(session, 600)
-                self.assertEqual((quality.level, quality.automatic, quality.reason), (3, True, REASON.QUALITY_REASON_CHOSEN))
-                self.assertEqual(session.get("quality"), "auto")
-                self.assertEqual(session.get("quality.automatic.budget_us"), float(budget))
-                hashes.append(session.run(steps=10).state_hash)
-        self.assertEqual(hashes[0], hashes[1])
+    def governed(self, budget, ticks=3000):
+        """Qualities of a finger that presses and leaves a string, and the hash of what came of it."""
+        with daemon.Daemon(*VIRTUAL, "--quality", "auto", "--budget-us", budget) as played, hapticd.Session(played.address) as session:
+            session.acquire("test")
+            self.assertEqual(session.get("quality"), "auto")
+            self.assertEqual(session.get("quality.automatic.budget_us"), float(budget))
+            session.subscribe(divisor=1, sections=["QUALITY"])
+            poses = [(0.0, 0.004 * (1 + math.cos(0.01 * k)), 0.0) for k in range(ticks)]
+            result = session.run(poses=poses)
+            return [state.quality for state in session.states(result.steps)], result.state_hash
+
+    def test_automatic_quality_under_the_virtual_clock_follows_counts_and_comes_to_the_same_bits_twice(self):
+        for budget, level, reason in (("0.1", 0, REASON.QUALITY_REASON_BUDGET), ("1e6", 4, REASON.QUALITY_REASON_ROOM)):
+            qualities, bits = self.governed(budget)
+            self.assertTrue(all(quality.automatic for quality in qualities))
+            self.assertEqual((qualities[-1].level, qualities[-1].reason), (level, reason))
+            self.assertEqual(qualities[-1].work_budget, int(1e3 * float(budget) / NOMINAL_NS))
+            self.assertEqual(any(quality.cut_short for quality in qualities), budget == "0.1")
+            self.assertTrue(all(quality.work > 0 for quality in qualities))
+            again, bits_again = self.governed(budget)
+            self.assertEqual(qualities, again)
+            self.assertEqual(bits, bits_again)
 
 
 class Following(unittest.TestCase):

@@ -1,0 +1,66 @@
+// What work costs on this machine: learnt from the CPU time of its own ticks, so that the work of a
+// tick can be bounded before it begins. Two numbers: the time of a tick without contact, and the
+// time of a unit of work (core/rendering/tick_work.h) beyond that, as dear as one tick in a
+// thousand finds it. Not a mean: a budget is kept by the dear ticks. A pure function of measured
+// numbers: no clock is read. Not RT.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace hapticd {
+
+/// A tick with no more work than this touches nothing, units.
+inline constexpr std::int64_t kIdleWork = 1000;
+/// Large ticks are judged in blocks of so many. More: slower to see that it has become cheaper.
+inline constexpr int kPriceBlock = 2048;
+/// That one of a block's prices counts which so many less one exceed: 1 tick in 1000 of the two
+/// blocks that are looked at. More: the budget is exceeded more often.
+inline constexpr std::size_t kDearRank = 3;
+/// Share of the budget that is spent: prices beyond all that was seen. Nearer to 1: less room.
+inline constexpr double kSpentShare = 0.95;
+/// Factor on the price while it is a guess, on the mean one before a large tick was seen, and on
+/// the dearest of few. Smaller: the first large ticks may take longer than the budget.
+inline constexpr double kGuessed = 4.0;
+inline constexpr double kUnsure = 1.5;
+inline constexpr double kFew = 1.15;
+/// A tick so many times as dear as the dearest counts when another one follows: an interrupt, a
+/// page that was not there and the like are no price of work.
+inline constexpr double kForeign = 2.0;
+
+/// What a tick took.
+struct PricedTick {
+  std::int64_t cpu_ns = 0;  ///< 0: not known, is left out
+  std::int64_t work = 0;
+};
+
+/// Kept between ticks; begin anew with each scene.
+struct WorkPrice {
+  /// The dearest prices of a block, falling, ns a unit.
+  struct Block {
+    std::array<double, kDearRank> dearest{};
+    int ticks = 0;
+  };
+  /// Of about the cheapest tick of late without contact; 0: none seen.
+  double idle_ns = 0.0;
+  double touching_ns = 0.0;  ///< means of ticks with contact, beyond that
+  double touching_work = 0.0;
+  int touching_ticks = 0;
+  std::int64_t large_work = 0;  ///< from so much on a tick is large: half of what was affordable
+  Block block;                  ///< being filled
+  Block last;
+  double foreign = 0.0;  ///< price of a tick that waits for another as dear; 0: none
+};
+
+/// Takes note of a tick. Cost: some ns.
+void learn(const PricedTick& tick, WorkPrice& price) noexcept;
+
+/// Work that a tick of `budget_ns` > 0 can do, >= 1; where time is `nominal`, at kNominalWork_ns a
+/// unit, whatever was learnt.
+[[nodiscard]] std::int64_t affordable_work(WorkPrice& price, double budget_ns,
+                                           bool nominal) noexcept;
+
+/// False when `work` is so near to what was told that telling it changes nothing.
+[[nodiscard]] bool worth_telling(std::int64_t work, std::int64_t told) noexcept;
+
+}  // namespace hapticd

@@ -1,0 +1,119 @@
+// Levels of quality and work budgets that are switched while a simulated hand presses and slides on
+// the Guqin: device plant, arm and scene coupled as in the loop, so that a step of force would move
+// the hand. Truths: the bound of a contact switch (the hand's own motion), and a second simulation
+// of the same poses that is never switched, for where the string or body makes steps of its own.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "core/scene/quality.h"
+#include "device/simulated/simulated_device.h"
+#include "server/scene_io/gesture_loader.h"
+#include "server/scene_io/gesture_motion.h"
+#include "server/scene_io/profile_loader.h"
+#include "tests/scenario/shipped_scene.h"
+#include "tests/support/random.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr std::int64_t kTick_ns = 1'000'000;
+constexpr std::int64_t kTicks = 4000;
+/// Ticks between two switches.
+constexpr std::int64_t kSwitchEvery = 25;
+/// Change of force per tick that a contact switch may always make, N, and its share of kt |v| dt.
+constexpr double kFreeChange = 0.15;
+constexpr double kExcess = 1.1;
+/// Ticks after a step of the scene's own that are not judged.
+constexpr int kAfterSlip = 20;
+
+GestureMotion shipped_gesture(const std::string& name, const SceneDescription& scene) {
+  const GestureResult gesture = load_gesture(name, {HAPTICD_SOURCE_DIR "/deploy/gestures"});
+  REQUIRE(gesture.gesture.has_value());
+  MotionResult result =
+      resolve_gesture(*gesture.gesture, 0, scene, [](const Pose& X_WH) { return X_WH; });
+  REQUIRE(result.motion.has_value());
+  return std::move(*result.motion);
+}
+
+/// What was felt of a gesture.
+struct Felt {
+  double worst = 0.0;  ///< change of force over what is allowed
+  int judged = 0;      ///< ticks with force
+  int cut_short = 0;
+  double greatest_force = 0.0;
+};
+
+Felt play_switched(const Scene& scene, const std::string& gesture, std::uint64_t seed) {
+  const ProfileResult profile =
+      load_profile("premium_3_0_6dof", {HAPTICD_SOURCE_DIR "/deploy/devices"});
+  REQUIRE(profile.loaded.has_value());
+  SimulatedDevice device(profile.loaded->profile,
+                         {.X_DH = scene.description().tools[0].X_WG, .arm = ArmKind::kLight});
+  const GestureMotion motion = shipped_gesture(gesture, scene.description());
+  device.play(motion.track(), 1);
+  OwnedSimulation tool = scene.simulate(0);
+  OwnedSimulation steady = scene.simulate(0);
+  const auto output = std::make_unique<TickOutput>();
+  const auto steady_output = std::make_unique<TickOutput>();
+  SplitMix64 random(seed);
+  Felt felt;
+  Vector3 f{0, 0, 0};
+  Vector3 f_steady{0, 0, 0};
+  Vector3 p{0, 0, 0};
+  TickInput input;
+  int slip = 0;
+  for (std::int64_t tick = 0; tick < kTicks; ++tick) {
+    if (tick % kSwitchEvery == 0) {
+      ToolScene& played = tool.simulation->scene(0);
+      played.options = quality_of(static_cast<int>(random.below(kQualityLevels))).options;
+      input.work_budget = random.chance(0.5) ? 0 : 1;
+    }
+    DeviceSample sample;
+    device.read(tick * kTick_ns, sample);
+    input.samples[0] = {sample.t_ns, sample.p_DH, sample.q_DH};
+    tool.simulation->step(input, *output);
+    steady.simulation->step(input_of(input.samples[0]), *steady_output);
+    const Wrench& F_H_W = output->tools[0].F_H_W;
+    device.write(tick * kTick_ns,
+                 {.f_H_D = to_array(F_H_W.f), .t_H_D = to_array(F_H_W.t), .enable = true});
+    const Vector3 f_now = output->tools[0].F_unlimited_H_W.f;
+    const Vector3 f_steady_now = steady_output->tools[0].F_unlimited_H_W.f;
+    const double way = tick == 0 ? 0.0 : (to_vector(sample.p_DH) - p).norm();
+    const double kt = tool.simulation->scene(0).stiffness.kt;
+    const double allowed = std::max(kFreeChange, kExcess * kt * way);
+    slip = 2.0 * (f_steady_now - f_steady).norm() > allowed ? kAfterSlip : slip - 1;
+    if (slip <= 0 && f_now.norm() > 0.0) {
+      ++felt.judged;
+      felt.worst = std::max(felt.worst, (f_now - f).norm() / allowed);
+    }
+    if (output->tools[0].optimiser.cut_short) ++felt.cut_short;
+    felt.greatest_force = std::max(felt.greatest_force, f_now.norm());
+    f = f_now;
+    f_steady = f_steady_now;
+    p = to_vector(sample.p_DH);
+  }
+  return felt;
+}
+
+}  // namespace
+
+TEST_CASE("switching levels and budgets under a hand that presses and slides makes no force step") {
+  const auto loaded = load_shipped("guqin");
+  std::uint64_t seed = 1;
+  for (const char* gesture : {"slide_on_body", "press_and_hold", "slide_along"}) {
+    CAPTURE(std::string(gesture));
+    const Felt felt = play_switched(*loaded->scene, gesture, seed++);
+    MESSAGE(std::string(gesture) << ": greatest change of force over what a contact may make "
+                                 << felt.worst << " in " << felt.judged << " ticks, "
+                                 << felt.cut_short << " cut short, most force "
+                                 << felt.greatest_force << " N");
+    CHECK(felt.worst <= 1.0);
+    CHECK(felt.judged > kTicks / 5);
+    CHECK(felt.greatest_force > 0.3);
+  }
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,137 @@
+// What work is allowed to cost, against machines that are made up: a tick takes a known time
+// without contact, a known one per unit of work, and noise. Truth: what fits is known, since the
+// prices are ours.
+#include "server/daemon/work_price.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/rendering/tick_work.h"
+#include "tests/support/random.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr double kBudget_ns = 200'000.0;
+
+/// A machine and a scene that asks for more work than fits in most of its contacts.
+struct Machine {
+  double idle_ns = 5'000.0;
+  double unit_ns = kNominalWork_ns;
+  double noise = 0.05;            ///< greatest share by which a unit is dearer
+  int interrupt_every = 1 << 30;  ///< ticks; one takes 3 ms more
+  double most_work = 4.0;         ///< asked for, of what fits
+  SplitMix64 random{5};
+  WorkPrice price;
+  std::int64_t allowed = 0;
+  std::int64_t tick = 0;
+  std::vector<double> costs{};      ///< ns
+  std::vector<double> cut_costs{};  ///< of the ticks that were cut short
+
+  /// As the daemon goes: what a tick cost is told one tick late, and telling takes another.
+  void run(int ticks) {
+    costs.clear();
+    cut_costs.clear();
+    PricedTick before;
+    for (int k = 0; k < ticks; ++k, ++tick) {
+      const std::int64_t told = affordable_work(price, kBudget_ns, false);
+      const double fits = (kBudget_ns - idle_ns) / unit_ns;
+      // Contact comes and goes; the last linearisation leaves up to a tenth of the work unused.
+      const bool touches = tick / 500 % 2 == 1;
+      const double wanted = touches ? random.uniform(0.05, most_work) * fits : 600.0;
+      const bool cut = allowed > 0 && wanted > static_cast<double>(allowed);
+      const double work = cut ? static_cast<double>(allowed) * random.uniform(0.9, 1.0) : wanted;
+      const double cost = idle_ns + work * unit_ns * (1.0 + noise * random.uniform(-1.0, 1.0)) +
+                          (tick % interrupt_every == 77 ? 3e6 : 0.0);
+      costs.push_back(cost);
+      if (cut) cut_costs.push_back(cost);
+      learn(before, price);
+      before = {std::llround(cost), std::llround(work)};
+      if (worth_telling(told, allowed)) allowed = told;
+    }
+  }
+};
+
+double quantile(std::vector<double> values, double share) {
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+}  // namespace
+
+TEST_CASE("99.9 of 100 ticks stay within 1.1 of the budget on machines of any speed and noise") {
+  for (const double unit_ns : {0.2, 1.4, 5.0, 20.0}) {
+    for (const double noise : {0.0, 0.05, 0.2}) {
+      for (const double idle_ns : {500.0, 20'000.0}) {
+        CAPTURE(unit_ns);
+        CAPTURE(noise);
+        CAPTURE(idle_ns);
+        Machine machine;
+        machine.unit_ns = unit_ns;
+        machine.noise = noise;
+        machine.idle_ns = idle_ns;
+        machine.run(60'000);
+        CHECK(quantile(machine.costs, 0.999) <= 1.1 * kBudget_ns);
+        // And it spends what it has.
+        REQUIRE(machine.cut_costs.size() > 10'000);
+        CHECK(quantile(machine.cut_costs, 0.5) >= 0.7 * kBudget_ns);
+      }
+    }
+  }
+}
+
+TEST_CASE(
+    "a machine that becomes less than half as fast is followed, and one that recovers is used "
+    "again") {
+  Machine machine;
+  machine.run(30'000);
+  machine.unit_ns *= 2.5;
+  machine.run(30'000);
+  CHECK(quantile(machine.costs, 0.999) <= 1.1 * kBudget_ns);
+  machine.unit_ns /= 2.5;
+  machine.run(30'000);
+  CHECK(quantile(machine.costs, 0.999) <= 1.1 * kBudget_ns);
+  machine.run(2'000);
+  CHECK(quantile(machine.cut_costs, 0.5) >= 0.7 * kBudget_ns);
+}
+
+TEST_CASE("interrupts are no price of work") {
+  Machine quiet;
+  quiet.run(30'000);
+  Machine machine;
+  machine.interrupt_every = 200;
+  machine.run(30'000);
+  CHECK(static_cast<double>(machine.allowed) > 0.9 * static_cast<double>(quiet.allowed));
+}
+
+TEST_CASE("before anything is known it allows what a machine four times slower can do") {
+  WorkPrice price;
+  const auto first = static_cast<double>(affordable_work(price, kBudget_ns, false));
+  CHECK(first * 4.0 * kNominalWork_ns <= kBudget_ns);
+  CHECK(first * 4.0 * kNominalWork_ns >= 0.9 * kBudget_ns);
+}
+
+TEST_CASE("without measured times nothing is learnt, and the nominal price needs none") {
+  WorkPrice price;
+  const std::int64_t first = affordable_work(price, kBudget_ns, false);
+  for (int k = 0; k < 1000; ++k) learn({0, 50'000}, price);
+  CHECK(affordable_work(price, kBudget_ns, false) == first);
+  learn({1'000'000'000, 50'000}, price);
+  CHECK(affordable_work(price, 1400.0, true) == 1000);
+  CHECK(affordable_work(price, 1e-9, true) == 1);
+}
+
+TEST_CASE("only a change of more than a part in 64 is told, and always the end of a bound") {
+  CHECK(worth_telling(1000, 0));
+  CHECK(worth_telling(0, 1000));
+  CHECK_FALSE(worth_telling(0, 0));
+  CHECK_FALSE(worth_telling(1010, 1000));
+  CHECK(worth_telling(1020, 1000));
+  CHECK(worth_telling(980, 1000));
+}
+
+}  // namespace hapticd::test
