@@ -116,6 +116,18 @@ TEST_CASE("without measured times it does not move, and below level 0 there is n
   CHECK(hopeless.governor.reason == QualityReason::kBudget);
 }
 
+TEST_CASE("ticks that a work budget cuts short, within the time, neither descend nor climb") {
+  for (const bool cut_short : {true, false}) {
+    QualityGovernor governor;
+    int level = 3;
+    for (std::int64_t t_ns = 0; t_ns < 20 * kSecond_ns; t_ns += kTick_ns) {
+      level = govern({t_ns, kBudget_ns / 2, level, cut_short}, kBudget_ns, governor);
+    }
+    CHECK(level == (cut_short ? 3 : 4));
+    CHECK((governor.reason == QualityReason::kBudget) == cut_short);
+  }
+}
+
 TEST_CASE("ticks of the level before, still on their way, are not held against the new one") {
   QualityGovernor governor;
   std::int64_t t_ns = 0;
