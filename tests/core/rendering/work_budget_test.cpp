@@ -71,6 +71,7 @@ long double deepest_point(const Stroke& stroke, std::uint64_t seed, std::int64_t
 /// n x n spheres in a plane.
 std::vector<Sphere> flat_tool(int n) {
   std::vector<Sphere> spheres;
+  spheres.reserve(static_cast<std::size_t>(n) * static_cast<std::size_t>(n));
   for (int i = 0; i < n * n; ++i) {
     const double x = 2.0 * (i % n) / (n - 1) - 1.0;
     const double z = 2.0 * static_cast<int>(i / n) / (n - 1) - 1.0;
@@ -223,8 +224,10 @@ TEST_CASE("a tool in a crowd leaves out what is far, and comes to the same force
 TEST_CASE("what is pressed keeps its level until it is let go of") {
   RenderingScene scene({{{0, 0, 0}, 5e-3}});
   std::vector<Sphere> plate;
-  for (int i = 0; i < 400; ++i)
-    plate.push_back({{4e-3 * (i % 20 - 10), 0, 4e-3 * (i / 20 - 10)}, 5e-3});
+  plate.reserve(400);
+  for (int x = -10; x < 10; ++x) {
+    for (int z = -10; z < 10; ++z) plate.push_back({{4e-3 * x, 0, 4e-3 * z}, 5e-3});
+  }
   scene.add_body(plate, pose_at({0, -5e-3, 0}));
   const Pose above = pose_at({0, 0.1, 0});
   const Pose pressed = pose_at({0, 4e-3, 0});

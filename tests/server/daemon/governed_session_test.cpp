@@ -115,6 +115,7 @@ TEST_CASE("automatic quality is within 1.5 of the error of the best fixed level 
     CAPTURE(std::string(session.name));
     const SessionRun reference = play(session, reference_options(), kRate);
     std::vector<Played> fixed;
+    fixed.reserve(kQualityLevels);
     for (int level = 0; level < kQualityLevels; ++level) {
       fixed.push_back(play_fixed(session, level));
     }
