@@ -64,7 +64,9 @@ def choose(candidates: Sequence[Point]) -> List[Point]:
     default = next((point for point in on if point.name == DEFAULT), None)
     if default is None:
         raise NoLevels(f"the default, {DEFAULT}, is not on the front of {', '.join(p.name for p in on)}: change the default first")
-    lowest, highest = min(on, key=lambda p: (p.work, p.error)), min(on, key=lambda p: (p.error, p.work))
+    lowest = min(on, key=lambda p: (p.work, p.error))
+    beyond = [p for p in on if p.error < default.error and p.knobs[0] >= default.knobs[0] and p.knobs[1] <= default.knobs[1]]
+    highest = min(beyond, key=lambda p: (p.error, p.work), default=default)
     between = [p for p in on if default.error < p.error < lowest.error and lowest.work < p.work < default.work]
 
     def goes_up(chain: Sequence[Point]) -> bool:

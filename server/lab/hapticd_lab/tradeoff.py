@@ -30,6 +30,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scene", action="append", metavar="NAME", help=f"a scene; may be repeated (default: {', '.join(SCENES)})")
     parser.add_argument("--quick", action="store_true", help="few scenes, gestures and settings: to see whether all works")
     parser.add_argument("--gestures", type=int, metavar="N", help=f"of each scene and speed (default: {GESTURES})")
+    parser.add_argument("--levels-only", action="store_true", help="the levels, and what they are chosen from, without the other knobs: a fifth of the time")
     parser.add_argument("--held-out", action="store_true", help="gestures that no table of levels was made from, and the levels alone")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="gestures at once (default: the number of cores)")
     parser.add_argument("--shard", metavar="K/N", help="play every N-th gesture alone, from the K-th on, and make no report")
@@ -41,7 +42,8 @@ def plan_of(options: argparse.Namespace) -> Plan:
     """What the options ask for."""
     scenes = tuple(options.scene or (QUICK_SCENES if options.quick else SCENES))
     gestures = options.gestures or (QUICK_GESTURES if options.quick else GESTURES)
-    return Plan(scenes, gestures, QUICK_SPEEDS if options.quick else SPEEDS, options.quick, 1 + (HELD_OUT if options.held_out else 0), options.held_out)
+    return Plan(scenes, gestures, QUICK_SPEEDS if options.quick else SPEEDS, options.quick, 1 + (HELD_OUT if options.held_out else 0),
+                options.held_out or options.levels_only)
 
 
 def _play(options: argparse.Namespace, plan: Plan) -> None:
