@@ -1,4 +1,4 @@
-// See quality.h. The errors are those of tests/benchmark/results/intel-xeon-processor.md.
+// See quality.h.
 #include "core/scene/quality.h"
 
 #include <array>
@@ -12,14 +12,11 @@ struct Rung {
   int sub_steps;
   double stop_tolerance;  ///< m
   double force_error;
+  double work;  ///< of the default's
 };
 
 constexpr std::array<Rung, kQualityLevels> kLadder{{
-    {2, 1e-5, 0.064},
-    {8, 1e-5, 0.036},
-    {16, 1e-6, 0.0067},
-    {24, 1e-6, 1.3e-5},
-    {32, 1e-7, 1e-5},
+#include "core/scene/quality_levels.inc"
 }};
 
 }  // namespace
@@ -31,6 +28,7 @@ Quality quality_of(int level) noexcept {
   quality.options.sub_steps = rung.sub_steps;
   quality.options.stop_tolerance = rung.stop_tolerance;
   quality.force_error = rung.force_error;
+  quality.work = rung.work;
   return quality;
 }
 
@@ -38,6 +36,10 @@ int quality_for(double force_error) noexcept {
   int level = 0;
   while (level + 1 < kQualityLevels && quality_of(level).force_error > force_error) ++level;
   return level;
+}
+
+bool quality_offers(double force_error) noexcept {
+  return quality_of(quality_for(force_error)).force_error <= force_error;
 }
 
 void set_level(int level, LiveSettings& live) noexcept {

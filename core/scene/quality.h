@@ -1,5 +1,6 @@
-// The ladder of quality: five settings of the optimiser, each with the error it was measured to
-// have. Offline; plain data.
+// The ladder of quality: five settings of the optimiser, chosen and measured by hapticd-lab
+// tradeoff, which writes quality_levels.inc: each is on the front, where less error costs more.
+// Offline; plain data.
 #pragma once
 
 #include "core/rendering/configuration_optimiser.h"
@@ -13,9 +14,11 @@ inline constexpr int kDefaultQuality = 3;
 
 struct Quality {
   OptimiserOptions options;
-  /// Error of the force, rms over rms, in the worst of the five sessions of tests/benchmark against
-  /// 400 linearisations per tick.
+  /// Bound of the error of the force, rms over rms, against 400 linearisations per tick: in the
+  /// worst of the study's scenes, over many gestures; other ones stay within 1.2 times.
   double force_error = 0.0;
+  /// Work of a tick in touch (core/rendering/tick_work.h) as a share of the default level's.
+  double work = 1.0;
 };
 
 /// Setting of `level` in [0, kQualityLevels).
@@ -24,6 +27,9 @@ struct Quality {
 /// The cheapest level whose force error is at most `force_error` (> 0); the most exact where none
 /// is.
 [[nodiscard]] int quality_for(double force_error) noexcept;
+
+/// True where some level's force error is at most `force_error`.
+[[nodiscard]] bool quality_offers(double force_error) noexcept;
 
 /// Takes `live` to `level` in [0, kQualityLevels): what its present level had decided of the
 /// optimiser is decided anew, what the scene gave itself stands.

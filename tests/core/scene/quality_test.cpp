@@ -8,10 +8,25 @@ namespace hapticd::test {
 TEST_CASE("each level works at least as hard as the one below, for less error") {
   for (int level = 1; level < kQualityLevels; ++level) {
     CAPTURE(level);
-    CHECK(quality_of(level).options.sub_steps > quality_of(level - 1).options.sub_steps);
-    CHECK(quality_of(level).options.stop_tolerance <= quality_of(level - 1).options.stop_tolerance);
-    CHECK(quality_of(level).force_error < quality_of(level - 1).force_error);
+    const Quality below = quality_of(level - 1);
+    const Quality here = quality_of(level);
+    CHECK(here.options.sub_steps >= below.options.sub_steps);
+    CHECK(here.options.stop_tolerance <= below.options.stop_tolerance);
+    CHECK(here.force_error < below.force_error);
+    CHECK(here.work > below.work);
   }
+  CHECK(quality_of(kDefaultQuality).work == 1.0);
+}
+
+TEST_CASE("levels span a hundredfold error") {
+  CHECK(quality_of(0).force_error >= 100.0 * quality_of(kQualityLevels - 1).force_error);
+}
+
+TEST_CASE("an error that no level promises is known to be none") {
+  const double least = quality_of(kQualityLevels - 1).force_error;
+  CHECK(quality_offers(least));
+  CHECK_FALSE(quality_offers(0.99 * least));
+  CHECK(quality_offers(1.0));
 }
 
 TEST_CASE("the default level is the optimiser's own default") {
