@@ -8,6 +8,7 @@
 
 #include "core/scene/quality.h"
 #include "core/scene/sagging_cable.h"
+#include "server/scene_io/scene_defaults.h"
 
 namespace hapticd {
 namespace {
@@ -153,14 +154,16 @@ void print_accuracy(std::ostream& out, const LoadedScene& loaded) {
   const v1::Quality& quality = loaded.message.quality();
   out << "accuracy beside the shapes\n  surfaces feel fatter by the skin, " << in_um(o.skin)
       << "; nothing is ever entered\n";
-  const Quality level = quality_of(quality.has_level() ? static_cast<int>(quality.level()) : 0);
-  const bool as_level = quality.has_level() && o.sub_steps == level.options.sub_steps &&
-                        o.stop_tolerance == level.options.stop_tolerance &&
-                        o.rotation_step == level.options.rotation_step;
+  const int level = quality_level(quality);
+  const Quality measured = quality_of(level);
+  const bool as_level = o.sub_steps == measured.options.sub_steps &&
+                        o.stop_tolerance == measured.options.stop_tolerance &&
+                        o.rotation_step == measured.options.rotation_step;
   if (as_level) {
-    out << "  quality " << quality.level() << ": force error at most " << 100.0 * level.force_error
-        << " % rms in the sessions of tests/benchmark, at up to " << o.sub_steps
-        << " linearisations a tick\n";
+    out << "  quality " << level << ": force error at most " << 100.0 * measured.force_error
+        << " % rms in the gestures of hapticd-lab tradeoff, at up to " << o.sub_steps
+        << " linearisations a tick;\n    predicted work of a tick in touch: " << measured.work
+        << " of that of quality " << kDefaultQuality << "\n";
   } else {
     out << "  up to " << o.sub_steps << " linearisations a tick, steps below "
         << in_um(o.stop_tolerance) << " end it\n";

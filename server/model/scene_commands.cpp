@@ -44,6 +44,7 @@ void add_explain_command(CLI::App& app) {
       "explain", "tell what of scenes is modelled, what is not, its error, and what a tick costs");
   const auto options = std::make_shared<SceneOptions>();
   add_scene_options(*command, *options);
+  add_quality_option(*command, *options);
   command->callback([options] { explain_each(*options); });
 }
 

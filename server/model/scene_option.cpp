@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "core/scene/quality.h"
+
 namespace hapticd {
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
@@ -13,12 +15,21 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                      "folder with scenes/ and models/ (default: the installed one)");
 }
 
+void add_quality_option(CLI::App& command, SceneOptions& options) {
+  command
+      .add_option("--quality", options.quality,
+                  "level to explain, 0 to 4, instead of the scene's own choice")
+      ->check(CLI::Range(0, kQualityLevels - 1).description(""))
+      ->type_name("LEVEL");
+}
+
 void for_each_scene(const SceneOptions& options,
                     const std::function<void(const std::string&, const LoadedScene&)>& visit) {
   LoadOptions load;
   const std::filesystem::path data(options.data);
   load.paths =
       options.data.empty() ? installed_paths() : ScenePaths{{data / "scenes"}, {data / "models"}};
+  if (options.quality) load.quality.quality.emplace().set_level(*options.quality);
   const std::vector<std::string> scenes =
       options.scenes.empty() ? list_scenes(load.paths) : options.scenes;
   if (scenes.empty()) {

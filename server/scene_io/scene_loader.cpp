@@ -2,7 +2,9 @@
 #include "server/scene_io/scene_loader.h"
 
 #include <new>
+#include <sstream>
 
+#include "core/scene/quality.h"
 #include "core/scene/scene_check.h"
 #include "server/scene_io/field_check.h"
 #include "server/scene_io/named_text.h"
@@ -30,6 +32,18 @@ ContentHash hash_of(std::string_view text, const std::vector<SceneAsset>& assets
   return content_hash(bytes);
 }
 
+/// A doubt where no level promises the error that is asked for, which the most exact one then has
+/// to do for.
+void doubt_quality(const v1::Quality& quality, SceneProblems& problems) {
+  if (!quality.has_max_force_error() || quality_offers(quality.max_force_error())) return;
+  std::ostringstream message;
+  message << "no level of quality promises a force error of " << quality.max_force_error()
+          << "; the most exact, " << quality_level(quality) << ", promises "
+          << quality_of(quality_level(quality)).force_error << " and is played";
+  problems.push_back({true, "", 0, 0, "quality.max_force_error", message.str(),
+                      "Ask for no less, or give the solver's knobs yourself."});
+}
+
 LoadResult load(const Source& source, const LoadOptions& options) {
   LoadResult result;
   const SceneText text(source.text, source.file);
@@ -47,6 +61,7 @@ LoadResult load(const Source& source, const LoadOptions& options) {
   fill_defaults(options.preset, loaded->message);
   ModelFiles files(source.models);
   SceneProblems problems;
+  doubt_quality(loaded->message.quality(), problems);
   SceneDescription description =
       translate_scene(loaded->message, options.device_stiffness, files, problems);
   for (SceneProblem& problem : problems) add(std::move(problem));

@@ -169,4 +169,19 @@ TEST_CASE("a command line that makes no sense ends with 2, help with 0") {
   }
 }
 
+TEST_CASE("explain tells what a level is bound to err and predicted to cost, of levels there are") {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write(
+      "ball.textproto",
+      "name: \"ball\" tools { name: \"finger\" parts { name: \"tip\" shape { spheres { "
+      "centre_m: [0, 0, 0] radius_m: 0.005 } } } pose_wg { p_m: [0, 0.07, 0] } } bodies { name: "
+      "\"ball\" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.05 } } }");
+  const Outcome fast = run("explain --quality 0 '" + scene + "'");
+  CHECK(fast.code == 0);
+  CHECK(holds(fast, "quality 0: force error at most "));
+  CHECK(holds(fast, "predicted work of a tick in touch: "));
+  CHECK(holds(run("explain '" + scene + "'"), "in touch: 1 of that of quality 3"));
+  CHECK(run("explain --quality 5 '" + scene + "'").code == 2);
+}
+
 }  // namespace hapticd::test
