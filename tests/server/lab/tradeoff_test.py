@@ -72,6 +72,9 @@ class Levels(unittest.TestCase):
             self.assertLess(below.work, above.work)
             self.assertGreater(below.error, above.error)
 
+    def test_a_rung_that_errs_too_much_is_no_level(self):
+        self.assertNotIn("ladder 1/20", [level.name for level in quality_table.choose([*rungs(), Point("ladder 1/20", 0.5, 0.3)])])
+
     def test_a_rung_that_is_beaten_is_no_level(self):
         self.assertNotIn("ladder 64/10", [level.name for level in quality_table.choose(rungs())])
 
