@@ -62,9 +62,12 @@ class BodyBatch {
     return (R(row, 0) * x + R(row, 1) * y) + R(row, 2) * z;
   }
 
-  // Without branches, and not inlined, so that it becomes vectors.
+  // Without branches, on numbers of its own that no result can change, and not inlined, so that it
+  // becomes vectors.
   [[gnu::noinline]] void compute(const PlacedBody& placed, const ToolPlacement& tool) noexcept {
-    const PlacedBody body = placed;
+    const Matrix3 R_BG = placed.R_BG;
+    const Vector3 p_BG = placed.p_BG;
+    const Matrix3 R_WB = placed.R_WB;
     const Matrix3 R_WG = tool.R_WG;
     const Vector3 p_WG = tool.p_WG;
     const std::size_t count = count_;
@@ -72,16 +75,16 @@ class BodyBatch {
       const double cx = p_GC_.x[j];
       const double cy = p_GC_.y[j];
       const double cz = p_GC_.z[j];
-      const double x = (row_times(body.R_BG, 0, cx, cy, cz) + body.p_BG.x()) - p_B_.x[j];
-      const double y = (row_times(body.R_BG, 1, cx, cy, cz) + body.p_BG.y()) - p_B_.y[j];
-      const double z = (row_times(body.R_BG, 2, cx, cy, cz) + body.p_BG.z()) - p_B_.z[j];
+      const double x = (row_times(R_BG, 0, cx, cy, cz) + p_BG.x()) - p_B_.x[j];
+      const double y = (row_times(R_BG, 1, cx, cy, cz) + p_BG.y()) - p_B_.y[j];
+      const double z = (row_times(R_BG, 2, cx, cy, cz) + p_BG.z()) - p_B_.z[j];
       const double distance = std::sqrt((x * x + y * y) + z * z);
       const double inverse = 1.0 / distance;
       distance_[j] = distance;
       gap_[j] = distance - radii_[j];
-      const double nx = row_times(body.R_WB, 0, x * inverse, y * inverse, z * inverse);
-      const double ny = row_times(body.R_WB, 1, x * inverse, y * inverse, z * inverse);
-      const double nz = row_times(body.R_WB, 2, x * inverse, y * inverse, z * inverse);
+      const double nx = row_times(R_WB, 0, x * inverse, y * inverse, z * inverse);
+      const double ny = row_times(R_WB, 1, x * inverse, y * inverse, z * inverse);
+      const double nz = row_times(R_WB, 2, x * inverse, y * inverse, z * inverse);
       nhat_.x[j] = nx;
       nhat_.y[j] = ny;
       nhat_.z[j] = nz;

@@ -21,6 +21,10 @@ constexpr double kRefreshShare = 0.5;
 /// Share by which the energy of a force may exceed all that is stored before the force is shrunk: a
 /// tool at rest comes within rounding of it. Larger: a spike of half of it passes.
 constexpr double kEnergySlack = 0.01;
+/// By what share of the last one, 1 in so many, the next linearisation may be dearer. Larger: more
+/// ticks go beyond their work budget.
+constexpr std::int64_t kDearerNext = 8;
+
 /// How often the way of a string back to rest is halved where another tool is in it.
 constexpr int kStraighteningHalvings = 8;
 
@@ -356,7 +360,8 @@ bool work_used_up(const OptimiserInput& input, const OptimiserResult& result,
                   std::int64_t work_before) noexcept {
   if (input.work_budget <= 0) return false;
   const std::int64_t work = tick_work(result);
-  return work + (work - work_before) > input.work_budget;
+  const std::int64_t last = work - work_before;
+  return work + last + last / kDearerNext > input.work_budget;
 }
 
 void finish_tick(const OptimiserInput& input, OptimiserState& state) noexcept {

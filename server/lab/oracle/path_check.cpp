@@ -100,10 +100,10 @@ class Check {
     scene_->begin_tick(tick);
     const ToolTrace& tool = tick.tools[0];
     if (!placed_ && (!tool.sample_came || tool.held)) return;
-    judge(tick.tick, tool, visit);
+    judge(tick, tool, visit);
   }
 
-  void judge(std::uint64_t tick, const ToolTrace& tool,
+  void judge(const TickTrace& tick, const ToolTrace& tool,
              const std::function<void(const JudgedTick&)>& visit) {
     const Pose X_WH{to_quaternion(tool.q_WH), to_vector(tool.p_WH)};
     if (!placed_) {
@@ -113,12 +113,13 @@ class Check {
     const double dt_s = elapsed(tool);
     placed_ = true;
     run_->follow(scene_->tool_scene(0));
+    run_->allow(static_cast<std::int64_t>(tick.work_budget));
     JudgedTick judged;
-    judged.tick = tick;
+    judged.tick = tick.tick;
     judged.path_gap = run_->judged_tick(X_WH, dt_s);
     const Pose& X_WG = run_->X_WG();
     if (!same_bits(to_array(X_WG.p), tool.p_WG) || !same_bits(to_array(X_WG.q), tool.q_WG)) {
-      fail("at tick " + std::to_string(tick) +
+      fail("at tick " + std::to_string(tick.tick) +
            " the graphic tool comes to another place than was recorded, " +
            exact_text((X_WG.p - to_vector(tool.p_WG)).norm()) +
            " m away. Use the version that recorded it");

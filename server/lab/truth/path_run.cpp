@@ -2,6 +2,7 @@
 #include "server/lab/truth/path_run.h"
 
 #include "core/rendering/recovery.h"
+#include "core/rendering/tick_work.h"
 
 namespace hapticd {
 
@@ -12,6 +13,7 @@ PathRun::PathRun(const Scene& scene, std::size_t tool)
 
 void PathRun::restart() {
   view_ = scene_.tool_scene(tool_);
+  work_budget_ = 0;
   state_ = {};
   state_.X_WG = scene_.description().tools[tool_].X_WG;
   result_ = {};
@@ -34,13 +36,19 @@ void PathRun::note_touched() {
   }
 }
 
+OptimiserInput PathRun::tick_input(const Pose& X_WH, double dt) const noexcept {
+  OptimiserInput input = optimiser_input(view_, X_WH, dt);
+  input.work_budget = work_budget_;
+  return input;
+}
+
 void PathRun::tick(const Pose& X_WH, double dt) {
-  optimise_configuration(optimiser_input(view_, X_WH, dt), state_, *workspace_, result_);
+  optimise_configuration(tick_input(X_WH, dt), state_, *workspace_, result_);
   note_touched();
 }
 
 double PathRun::judged_tick(const Pose& X_WH, double dt) {
-  const OptimiserInput input = optimiser_input(view_, X_WH, dt);
+  const OptimiserInput input = tick_input(X_WH, dt);
   path_.assign(1, state_);
   start_tick(input, state_, *workspace_, result_);
   if (workspace_->contacts.minimum_gap < -input.rounding) {
@@ -49,9 +57,11 @@ double PathRun::judged_tick(const Pose& X_WH, double dt) {
     return judge_.smallest_gap(path_);
   }
   for (bool more = true; more && result_.sub_steps < input.options.sub_steps;) {
+    const std::int64_t before = tick_work(result_);
     prepare_sub_step(input, state_, *workspace_, result_);
     path_.push_back(state_);
-    more = advance_sub_step(input, state_, *workspace_, result_);
+    more = advance_sub_step(input, state_, *workspace_, result_) &&
+           !work_used_up(input, result_, before);
     path_.push_back(state_);
   }
   finish_tick(input, state_);

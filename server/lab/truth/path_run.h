@@ -2,6 +2,7 @@
 // judged along its whole committed path (path_judge.h). Not RT.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <set>
 #include <string>
@@ -23,6 +24,8 @@ class PathRun {
   void place(const Pose& X_WG) { state_.X_WG = X_WG; }
   /// Stiffness, options, strings and instrument from now on are those of `settings`.
   void follow(const ToolScene& settings) { view_ = settings; }
+  /// Work that a tick may take from now on, as OptimiserInput's; 0: no bound, as at the beginning.
+  void allow(std::int64_t work_budget) { work_budget_ = work_budget; }
 
   /// One tick towards X_WH, not judged; dt in s.
   void tick(const Pose& X_WH, double dt = 1e-3);
@@ -37,12 +40,14 @@ class PathRun {
   [[nodiscard]] const std::set<std::string>& touched() const noexcept { return touched_; }
 
  private:
+  [[nodiscard]] OptimiserInput tick_input(const Pose& X_WH, double dt) const noexcept;
   void note_touched();
 
   const Scene& scene_;
   std::size_t tool_;
   ToolScene view_;
   PathJudge judge_;
+  std::int64_t work_budget_ = 0;
   OptimiserState state_;
   OptimiserResult result_;
   std::unique_ptr<OptimiserWorkspace> workspace_ = std::make_unique<OptimiserWorkspace>();

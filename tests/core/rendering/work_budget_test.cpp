@@ -218,7 +218,7 @@ TEST_CASE("a tool in a crowd leaves out what is far, and comes to the same force
   CHECK(free.result.F_H_W.f.norm() > 1.0);
   CHECK((free.result.F_H_W.f - run.result.F_H_W.f).norm() < 0.01 * free.result.F_H_W.f.norm());
   MESSAGE("work " << work << " of " << free_work);
-  CHECK(2 * work < free_work);
+  CHECK(4 * work < 3 * free_work);
 }
 
 TEST_CASE("what is pressed keeps its level until it is let go of") {
