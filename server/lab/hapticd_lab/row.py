@@ -42,9 +42,9 @@ class Row:
         return [row for row, _ in self.slips]
 
 
-def play_row(lab: Lab, figure: Figure, scene: str, gesture: str, hands: bool = True, smooth: bool = True, every_tick: bool = True) -> Row:
-    """Plays the gesture and adds to the figure what is asked of all rows. `hands`: simulated hands play it too; `smooth`: force and torque
-    are claimed to be; `every_tick`: every one is claimed to take less than 1 ms, not most."""
+def play_row(lab: Lab, figure: Figure, scene: str, gesture: str, hands: bool = True, every_tick: bool = True) -> Row:
+    """Plays the gesture and adds to the figure what is asked of all rows. `hands`: simulated hands play it too; `every_tick`: every one is
+    claimed to take less than 1 ms, not most."""
     poses = lab.poses(gesture, scene)
     setup = Setup(scene, "PAPER")
     paper = lab.play(setup, poses, "paper", timed=True)
@@ -52,8 +52,7 @@ def play_row(lab: Lab, figure: Figure, scene: str, gesture: str, hands: bool = T
     row = Row(scene, gesture, poses, paper, judged, judged.losses())
     figure.runs[PAPER] = paper
     add_contact_claims(figure, row)
-    if smooth:
-        add_smoothness_claims(figure, row, lab.play(Setup(scene, "PAPER", as_reference), poses))
+    add_smoothness_claims(figure, row, lab.play(Setup(scene, "PAPER", as_reference), poses))
     add_cost_claims(figure, paper, every_tick)
     if paper.strings:
         row.beyond = lab.play(beyond(scene), poses, "beyond", timed=True)

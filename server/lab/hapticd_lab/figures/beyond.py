@@ -15,7 +15,7 @@ GESTURES = {"tiao": ["G2"], "gou": ["F2"], "mo": ["G2"], "hammer": ["G2"], "pull
 
 def cabin(lab: Lab, figure: Figure) -> None:
     """Pipes and cables in an aircraft cabin."""
-    row = play_row(lab, figure, "cabin", "reach_through_cabin", hands=False, smooth=False, every_tick=False)
+    row = play_row(lab, figure, "cabin", "reach_through_cabin", hands=False, every_tick=False)
     touched = [name for name in row.paper.object_force_n if row.paper.touched(name).any()]
     figure.claims.append(at_least("The hand is pushed about by many objects", float(len(touched)), 10, "objects"))
     figure.claims.append(at_most("Out in the open again, the tool is at the hand: distance", float(numpy.linalg.norm(
