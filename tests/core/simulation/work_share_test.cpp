@@ -45,7 +45,7 @@ TEST_CASE("what a tool leaves of its share of the work is for those after it") {
 TEST_CASE("whatever work several tools are allowed, none comes to be in a string or the body") {
   SplitMix64 random(9);
   Ensemble tools(3, {});
-  std::vector<Vector3> p(3, Vector3(0.5, 0.05, 0.06));
+  std::vector<Vector3> p(3, Vector3(0.5, 0.01, 0.06));
   std::vector<Vector3> goal = p;
   long double deepest = 1.0L;
   int cut = 0;
