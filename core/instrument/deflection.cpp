@@ -251,9 +251,9 @@ SeriesDeflection deflect_in_series(const StringConstants& string, double lambda,
   }
 }
 
-double pitch_factor(const StringConstants& string, double delta) noexcept {
+double pitch_factor(const StringConstants& string, double lambda, double delta) noexcept {
   if (string.length <= 0.0 || string.tension <= 0.0 || !(delta > 0.0)) return 1.0;
-  const Triangle bent = bend(string, 0.5, delta);
+  const Triangle bent = bend(string, lambda, delta);
   const double axial_force = string.axial_stiffness * (bent.stretch / string.length);
   return std::sqrt(1.0 + 0.5 * (axial_force / string.tension));
 }

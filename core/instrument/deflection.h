@@ -50,8 +50,10 @@ struct SeriesDeflection {
                                                              double lambda, double displacement,
                                                              double stiffness) noexcept;
 
-/// Pitch of a string that vibrates with amplitude `delta` at mid-span, relative to its tuning:
-/// sqrt(1 + F_i / (2 T)); 1 when slack.
-[[nodiscard]] HD_REALTIME double pitch_factor(const StringConstants& string, double delta) noexcept;
+/// Pitch of a string that was let go at lambda and swings there with amplitude `delta` (m), over
+/// its tuning: sqrt(1 + F_i / (2 T)), F_i of the triangle with that apex, whose mean over a swing
+/// is half; 1 when slack. lambda in [0, 1]. 20 ns.
+[[nodiscard]] HD_REALTIME double pitch_factor(const StringConstants& string, double lambda,
+                                              double delta) noexcept;
 
 }  // namespace hapticd

@@ -38,7 +38,7 @@ struct ToneOptions {
 
 struct InstrumentOptions {
   bool vibration = true;       ///< a released string rings; off: it is still at once
-  bool pitch_glide = false;    ///< f(a) = f_1 pitch_factor(a)
+  bool pitch_glide = false;    ///< f(a) = f_1 pitch_factor(lambda, a)
   double sleep_energy = 1e-4;  ///< share of the energy at release below which it sleeps, (0, 0.1]
   int modes = 0;               ///< modes per string, [0, 64]; 0: the fundamental alone
   /// Contact steps per tick of a touched string with modes, [1, 4096]; cost and accuracy are

@@ -81,8 +81,10 @@ void report_tone(const StringReport& report, const InstrumentOptions& options,
   event->decay = report.string.decay;
   if (options.pitch_glide) {
     const double onset =
-        fundamental_amplitude(report.string, energy_at(vibration, detector.lost_ns));
-    const double cents = kCentsPerNeper * logarithm(pitch_factor(report.string, onset));
+        fundamental_amplitude(report.string, energy_at(vibration, detector.lost_ns)) *
+        vibration.reach;
+    const double cents =
+        kCentsPerNeper * logarithm(pitch_factor(report.string, vibration.lambda, onset));
     event->glide_cents = std::clamp(cents, 0.0, kLargestGlide);
     // The extension, and with it the cents, goes with the square of the amplitude.
     event->glide_decay = 0.5 * report.string.decay;

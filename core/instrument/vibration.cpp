@@ -53,15 +53,16 @@ double advance_vibration(const StringConstants& string, bool glide, std::int64_t
                          Vibration& vibration) noexcept {
   const std::int64_t elapsed_ns = t_ns - vibration.t_ns;
   if (elapsed_ns <= 0) return 1.0;
-  const double amplitude_before = vibration.amplitude;
+  const double swing_before = vibration.amplitude * vibration.reach;
   vibration.energy = energy_at(vibration, t_ns);
   vibration.amplitude = fundamental_amplitude(string, vibration.energy);
   vibration.t_ns = t_ns;
 
   double pitch = 1.0;
   if (glide) {
-    pitch =
-        0.5 * (pitch_factor(string, amplitude_before) + pitch_factor(string, vibration.amplitude));
+    const double swing = vibration.amplitude * vibration.reach;
+    pitch = 0.5 * (pitch_factor(string, vibration.lambda, swing_before) +
+                   pitch_factor(string, vibration.lambda, swing));
   }
   const double elapsed = static_cast<double>(elapsed_ns) * kSecondsPerNanosecond;
   vibration.phase += phase_of_turns(string.frequency * pitch * elapsed);

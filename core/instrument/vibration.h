@@ -52,9 +52,9 @@ HD_REALTIME void set_energy(const StringConstants& string, double energy,
 /// Sets T_d from the vibration's present time on, s, > 0. No change, no new anchor.
 HD_REALTIME void set_decay(double decay, Vibration& vibration) noexcept;
 
-/// Advances to t_ns; an earlier one does nothing. With `glide` the frequency is f_1
-/// pitch_factor(r), averaged between the beginning and the end. Returns the frequency over f_1. 20
-/// ns, twice that with glide.
+/// Advances to t_ns; an earlier one does nothing. With `glide` the frequency is f_1 pitch_factor()
+/// of the envelope where it was released, averaged between the beginning and the end. Returns the
+/// frequency over f_1. 20 ns, twice that with glide.
 HD_REALTIME double advance_vibration(const StringConstants& string, bool glide, std::int64_t t_ns,
                                      Vibration& vibration) noexcept;
 

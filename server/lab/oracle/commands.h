@@ -22,6 +22,8 @@ void add_descent_command(CLI::App& app);
 void add_cases_command(CLI::App& app);
 /// measure: cost and error of settings.
 void add_measure_command(CLI::App& app);
+/// strings: force and pitch of the levels of a string.
+void add_strings_command(CLI::App& app);
 /// triangle: the force triangle of a deflected string.
 void add_triangle_command(CLI::App& app);
 

@@ -19,7 +19,7 @@ constexpr int kUsageBad = 2;
 constexpr std::array kCommands{
     hapticd::add_gesture_command,  hapticd::add_poses_command,   hapticd::add_path_command,
     hapticd::add_baseline_command, hapticd::add_descent_command, hapticd::add_cases_command,
-    hapticd::add_triangle_command, hapticd::add_measure_command,
+    hapticd::add_triangle_command, hapticd::add_measure_command, hapticd::add_strings_command,
 };
 
 /// Names the word that is not known, where the parser misses a command instead.

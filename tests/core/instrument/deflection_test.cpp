@@ -190,10 +190,18 @@ TEST_CASE("a pluck of 5 mm glides 40 cents, and 79 at the peak of the swing") {
   const auto cents = [](double factor) { return 1200.0 * std::log2(factor); };
   const double stretch = deflect(string, 0.5, 5e-3).axial_force / string.tension;
   CHECK(std::fabs(cents(std::sqrt(1.0 + stretch)) - 79.0) < 0.5);
-  CHECK(std::fabs(cents(pitch_factor(string, 5e-3)) - 40.2) < 0.05);
-  CHECK(pitch_factor(string, 5e-3) ==
+  CHECK(std::fabs(cents(pitch_factor(string, 0.5, 5e-3)) - 40.2) < 0.05);
+  CHECK(pitch_factor(string, 0.5, 5e-3) ==
         doctest::Approx(std::sqrt(1.0 + 0.5 * stretch)).epsilon(1e-14));
-  CHECK(pitch_factor(string, 0.0) == 1.0);
+  CHECK(pitch_factor(string, 0.5, 0.0) == 1.0);
+}
+
+TEST_CASE("drawn aside near its end a string glides as its longer way asks") {
+  const StringConstants string = guqin_string();
+  for (const double lambda : {0.0, 0.02, 0.1, 0.9}) {
+    const double half = 0.5 * deflect(string, lambda, 5e-3).axial_force / string.tension;
+    CHECK(pitch_factor(string, lambda, 5e-3) == doctest::Approx(std::sqrt(1.0 + half)));
+  }
 }
 
 TEST_CASE("30, 40 and 50 % more tension, modulus and radius are felt as computed by hand") {

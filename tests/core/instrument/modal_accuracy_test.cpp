@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "tests/core/instrument/press_run.h"
+#include "server/lab/truth/press_run.h"
 
 namespace hapticd::test {
 namespace {

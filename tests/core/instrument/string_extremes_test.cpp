@@ -53,7 +53,7 @@ void check_everywhere(const StringParameters& parameters) {
       CAPTURE(delta);
       check_sane(deflect(string, lambda, delta));
       CHECK(deflection_force(string, lambda, delta) == deflect(string, lambda, delta).force);
-      CHECK(pitch_factor(string, delta) >= 1.0);
+      CHECK(pitch_factor(string, lambda, delta) >= 1.0);
       for (const double stiffness : {1e-3, 1000.0, 1e9}) {
         check_sane(deflect_in_series(string, lambda, delta, stiffness), delta, stiffness);
       }
@@ -134,7 +134,7 @@ TEST_CASE("deflecting a string leaves the heap alone") {
   double sum = 0.0;
   sum += deflect(string, 0.3, 0.01).force;
   sum += deflect_in_series(string, 0.3, 0.01, 1000.0).force;
-  sum += pitch_factor(string, 0.01);
+  sum += pitch_factor(string, 0.3, 0.01);
   sum += check_string(StringParameters{}).has_value() ? 1.0 : 0.0;
   const std::int64_t touched = scope.count();
   CHECK(touched == 0);

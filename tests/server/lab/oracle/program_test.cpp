@@ -78,4 +78,23 @@ TEST_CASE("the force triangle has Pythagoras' sides") {
   CHECK(number(outcome.text, row, "theta_1_rad") == doctest::Approx(std::atan(0.04)));
 }
 
+TEST_CASE("more modes bring a string's force to the truth, and glide its pitch near it") {
+  const Outcome outcome = run("strings");
+  REQUIRE(outcome.code == 0);
+  const auto error = [&](const std::string& name) {
+    return number(outcome.text, "\"name\":\"" + name + "\"", "model_error");
+  };
+  CHECK(error("fundamental") > 1.0);
+  CHECK(error("8 modes, 64 steps") < 0.2 * error("1 mode, 64 steps"));
+  CHECK(error("32 modes, 64 steps") < 2e-3);
+  // Half the energy's stretch, EA E / (2 L T^2), decaying; the truth adds what swings with it.
+  const std::string pluck =
+      "\"pluck_lambda\":0.10000000000000001,\"deflection_m\":0.0050000000000000001";
+  const double cents = number(outcome.text, pluck, "truth_cents");
+  CHECK(cents > 80.0);
+  CHECK(cents < 120.0);
+  CHECK(number(outcome.text, pluck, "error_cents") == doctest::Approx(-cents).epsilon(1e-3));
+  CHECK(std::fabs(number(outcome.text, pluck, "error_with_glide_cents")) < 0.25 * cents);
+}
+
 }  // namespace hapticd::test

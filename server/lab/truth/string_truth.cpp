@@ -1,5 +1,5 @@
 // Recurrences, grid and waves of a string.
-#include "tests/support/string_truth.h"
+#include "server/lab/truth/string_truth.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace hapticd::test {
+namespace hapticd {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -223,4 +223,4 @@ double free_displacement(const TruthString& string, double pluck_lambda, double 
                 triangle(pluck_lambda, pluck_delta, lambda + way));
 }
 
-}  // namespace hapticd::test
+}  // namespace hapticd

@@ -1,6 +1,6 @@
 // The truth about strings judged before it judges: two methods against each other, energy, closed
 // forms, convergence.
-#include "tests/support/string_truth.h"
+#include "server/lab/truth/string_truth.h"
 
 #include <doctest/doctest.h>
 

@@ -8,7 +8,7 @@
 
 #include <vector>
 
-namespace hapticd::test {
+namespace hapticd {
 
 struct TruthString {
   double length = 1.1;
@@ -54,4 +54,4 @@ TruthRun play_grid(const TruthString& string, const TruthPress& press, int cells
 double free_displacement(const TruthString& string, double pluck_lambda, double pluck_delta,
                          double lambda, double time);
 
-}  // namespace hapticd::test
+}  // namespace hapticd
