@@ -124,7 +124,8 @@ bool Channel::write(const v1::Packet& rest, std::int64_t now_ns, std::string& da
   if (state.has_value() && count < possible) count = 0;
 
   const auto header = encode_header({kind(), session_, counter_});
-  datagram.assign(header.begin(), header.end());
+  // Not by iterators, which would make a string of it first, on the heap.
+  datagram.assign(reinterpret_cast<const char*>(header.data()), header.size());
   front.AppendToString(&datagram);
   outbox_.append(count, datagram);
   rest.AppendToString(&datagram);

@@ -172,9 +172,13 @@ void encode_contact(const ContactReading& contact, v1::ContactPatch& patch) {
 /// Whether each contact is among the `most` with the smallest gaps.
 std::array<bool, kMaxReportedContacts> deepest_of(const ContactReport& report, std::uint32_t most) {
   std::array<bool, kMaxReportedContacts> chosen{};
-  std::array<std::size_t, kMaxReportedContacts> order{};
   const std::size_t count = report.contacts.size();
-  const std::size_t listed = std::min<std::size_t>(most, count);
+  if (most >= count) {
+    std::fill_n(chosen.begin(), count, true);
+    return chosen;
+  }
+  // Not set to anything: 2 kB, of which few are used.
+  std::array<std::size_t, kMaxReportedContacts> order;
   std::iota(order.begin(), order.begin() + count, 0);
   // Of equal gaps the first: std::stable_sort would ask the heap for room.
   std::sort(order.begin(), order.begin() + count, [&](std::size_t a, std::size_t b) {
@@ -182,7 +186,7 @@ std::array<bool, kMaxReportedContacts> deepest_of(const ContactReport& report, s
     const double gap_b = report.contacts[b].gap;
     return gap_a != gap_b ? gap_a < gap_b : a < b;
   });
-  for (std::size_t k = 0; k < listed; ++k) chosen[order[k]] = true;
+  for (std::size_t k = 0; k < most; ++k) chosen[order[k]] = true;
   return chosen;
 }
 

@@ -17,11 +17,24 @@ EncodedStates::Filled& EncodedStates::filled(const Subscription& subscription, c
   fresh.state.Clear();
   fresh.state.set_tick(tick_);
   fresh.state.set_scene_id(scene_id_);
-  fresh.whole.reset();
+  fresh.is_whole = false;
   fresh.fitted.clear();
   fill(subscription, fresh.state);
   fresh.bytes = fresh.state.ByteSizeLong();
   return fresh;
+}
+
+// Into the memory of an earlier tick, unless a session still has that to repeat it.
+void EncodedStates::write_whole(Filled& filled) {
+  if (filled.whole == nullptr || filled.whole.use_count() > 1) {
+    filled.whole = std::make_shared<EncodedState>();
+    filled.whole->parts.resize(1);
+  }
+  std::string& bytes = filled.whole->parts[0];
+  bytes.resize(filled.bytes);
+  // The sizes are those that ByteSizeLong() left in the State.
+  filled.state.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(bytes.data()));
+  filled.is_whole = true;
 }
 
 std::shared_ptr<const EncodedState> EncodedStates::get(const Subscription& subscription,
@@ -29,10 +42,7 @@ std::shared_ptr<const EncodedState> EncodedStates::get(const Subscription& subsc
                                                        std::span<const double> rest_radii_m) {
   Filled& filled_in = filled(subscription, fill);
   if (filled_in.bytes <= room) {
-    if (filled_in.whole == nullptr) {
-      filled_in.whole = std::make_shared<const EncodedState>(
-          EncodedState{{filled_in.state.SerializeAsString()}, 0});
-    }
+    if (!filled_in.is_whole) write_whole(filled_in);
     return filled_in.whole;
   }
   for (const Fitted& fitted : filled_in.fitted) {

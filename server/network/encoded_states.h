@@ -34,7 +34,8 @@ class EncodedStates {
   }
 
   /// The State for `subscription` in parts of at most `room` bytes. `fill` is called when this tick
-  /// has not been filled in for an equal subscription. rest_radii_m: see fit_state().
+  /// has not been filled in for an equal subscription. rest_radii_m: see fit_state(). Where all of
+  /// it has room, and nobody holds what was got for earlier ticks, the heap is left alone.
   std::shared_ptr<const EncodedState> get(const Subscription& subscription, std::size_t room,
                                           const Fill& fill, std::span<const double> rest_radii_m);
 
@@ -47,11 +48,13 @@ class EncodedStates {
     Subscription subscription;
     v1::State state;
     std::size_t bytes = 0;
-    std::shared_ptr<const EncodedState> whole;  ///< null until somebody has room for all of it
+    std::shared_ptr<EncodedState> whole;  ///< written over in a later tick when nobody else has it
+    bool is_whole = false;                ///< `whole` is of this tick: somebody had room for it
     std::vector<Fitted> fitted;
   };
 
   Filled& filled(const Subscription& subscription, const Fill& fill);
+  static void write_whole(Filled& filled);
 
   std::uint64_t tick_ = 0;
   std::uint32_t scene_id_ = 0;

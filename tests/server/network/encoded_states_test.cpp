@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/server/network/raw_peer.h"
+#include "tests/support/no_heap.h"
 
 namespace hapticd::test {
 namespace {
@@ -97,6 +98,65 @@ TEST_CASE("another tick, or another scene, is filled in anew") {
   CHECK(state_of(2, 1).tick() == 2);
   CHECK(state_of(2, 2).scene_id() == 2);
   CHECK(filled == 3);
+}
+
+TEST_CASE("what somebody holds of an earlier tick is not written over") {
+  EncodedStates states;
+  const EncodedStates::Fill fill = telling_fill(3);
+  const Subscription wanted{1, 2, 3};
+  std::vector<std::shared_ptr<const EncodedState>> held;
+  for (std::uint64_t tick = 0; tick < 5; ++tick) {
+    states.begin(tick, 1);
+    held.push_back(states.get(wanted, 1000, fill, {}));
+  }
+  for (std::uint64_t tick = 0; tick < 5; ++tick) {
+    v1::State state;
+    REQUIRE(state.ParseFromString(held[tick]->parts.at(0)));
+    CHECK(state.tick() == tick);
+  }
+}
+
+TEST_CASE("a State shorter than the one before it carries nothing of that") {
+  EncodedStates states;
+  const Subscription wanted{1, 2, 3};
+  for (const int strings : {7, 2, 5, 0}) {
+    states.begin(static_cast<std::uint64_t>(strings), 1);
+    v1::State state;
+    REQUIRE(state.ParseFromString(states.get(wanted, 1000, telling_fill(strings), {})->parts[0]));
+    CHECK(state.strings_size() == strings);
+    CHECK(state.SerializeAsString() == states.get(wanted, 1000, {}, {})->parts[0]);
+  }
+}
+
+TEST_CASE("a tick that is offered to subscribers leaves the heap alone, from State to datagram") {
+  std::size_t sent = 0;
+  std::size_t bytes = 0;
+  RecordingHost recording;
+  ServerHost host = recording.functions([](const RequestId&, const v1::Result&) {});
+  host.fill_state = telling_fill(7);
+  ProtocolServer server({.boot_id = 3}, host,
+                        [&](const Address&, std::span<const std::uint8_t> datagram) {
+                          ++sent;
+                          bytes += datagram.size();
+                        });
+  const std::int64_t now_ns = 1000 * kTestMs;
+  for (std::uint32_t session = 1; session <= 3; ++session) {
+    v1::Packet packet;
+    packet.set_first(1);
+    // Two are alike, the third asks for something else.
+    *packet.add_items() = subscription(1, session == 3 ? 7 : 16);
+    server.receive(ipv4_address({127, 0, 0, 1}, 40'000), plain_datagram(session, 0, packet),
+                   now_ns);
+  }
+  // What is unacknowledged is repeated in the first of them.
+  for (std::uint64_t tick = 1; tick < 4; ++tick) server.offer_tick(tick, 1, now_ns);
+  sent = bytes = 0;
+  const NoHeapScope scope;
+  for (std::uint64_t tick = 4; tick < 8; ++tick) server.offer_tick(tick, 1, now_ns);
+  const std::int64_t touched = scope.count();
+  CHECK(sent == 12);
+  CHECK(bytes > 12 * 150);
+  CHECK(touched == 0);
 }
 
 }  // namespace
