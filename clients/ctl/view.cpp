@@ -103,6 +103,39 @@ void add_timing(const v1::State& state, std::vector<std::string>& lines) {
   }
 }
 
+/// Why the quality is what it is; empty where the server does not say.
+const char* words_of(v1::QualityReason reason) {
+  switch (reason) {
+    case v1::QUALITY_REASON_CHOSEN:
+      return ", as asked for";
+    case v1::QUALITY_REASON_ROOM:
+      return ", the budget leaves room";
+    case v1::QUALITY_REASON_BUDGET:
+      return ", ticks came near the budget";
+    case v1::QUALITY_REASON_SETTLING:
+      return ", waits before it changes again";
+    default:
+      return "";
+  }
+}
+
+/// The quality in force and why, and what the tick shown did of what it was allowed.
+void add_quality(const v1::State& state, std::vector<std::string>& lines) {
+  if (!state.has_quality()) return;
+  const v1::QualityState& quality = state.quality();
+  lines.push_back(format("quality    level %u%s%s", quality.level(),
+                         quality.automatic() ? " (auto)" : "", words_of(quality.reason())));
+  const std::string allowed =
+      quality.work_budget() == 0
+          ? ", no bound"
+          : format(" of %llu", static_cast<unsigned long long>(quality.work_budget()));
+  lines.push_back(format("work       %llu%s   %u sub-steps  %llu tests  %u QP iterations%s",
+                         static_cast<unsigned long long>(quality.work()), allowed.c_str(),
+                         quality.substeps(),
+                         static_cast<unsigned long long>(quality.sphere_tests()),
+                         quality.qp_iterations(), quality.cut_short() ? "   cut short" : ""));
+}
+
 void add_rest(const View& view, std::vector<std::string>& lines) {
   const v1::State& state = view.state;
   for (const v1::StiffnessState& stiffness : state.stiffness()) {
@@ -112,10 +145,7 @@ void add_rest(const View& view, std::vector<std::string>& lines) {
                            100.0 * static_cast<double>(stiffness.scale()),
                            static_cast<double>(stiffness.bound_n_per_m())));
   }
-  if (state.has_quality()) {
-    lines.push_back(format("quality    level %u%s", state.quality().level(),
-                           state.quality().automatic() ? " (auto)" : ""));
-  }
+  add_quality(state, lines);
   for (const v1::GestureState& gesture : state.gestures()) {
     lines.push_back(format("gesture    %s %3.0f %%, %u done", gesture.name().c_str(),
                            100.0 * static_cast<double>(gesture.progress()),

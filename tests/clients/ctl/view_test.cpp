@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace hapticd::test {
 
@@ -72,6 +73,42 @@ TEST_CASE("the screen adds contacts, strings, tones and the histogram by their n
     CAPTURE(words);
     CHECK(says(lines, words));
   }
+}
+
+TEST_CASE(
+    "the quality is shown with its reason, and the work of the tick with what it was allowed") {
+  View view = busy();
+  v1::QualityState& quality = *view.state.mutable_quality();
+  quality.set_level(3);
+  quality.set_reason(v1::QUALITY_REASON_CHOSEN);
+  quality.set_work(1804);
+  quality.set_substeps(2);
+  quality.set_sphere_tests(950);
+  quality.set_qp_iterations(7);
+  CHECK(says(summary_lines(view), "level 3, as asked for"));
+  CHECK(says(summary_lines(view), "work       1804, no bound   2 sub-steps  950 tests  7 QP"));
+  CHECK_FALSE(says(summary_lines(view), "cut short"));
+  quality.set_automatic(true);
+  quality.set_work_budget(2000);
+  quality.set_cut_short(true);
+  CHECK(says(summary_lines(view), "work       1804 of 2000   2 sub-steps"));
+  CHECK(says(summary_lines(view), "cut short"));
+  for (const auto& [reason, words] :
+       {std::pair{v1::QUALITY_REASON_ROOM, "level 3 (auto), the budget leaves room"},
+        std::pair{v1::QUALITY_REASON_BUDGET, "level 3 (auto), ticks came near the budget"},
+        std::pair{v1::QUALITY_REASON_SETTLING, "level 3 (auto), waits before it changes again"}}) {
+    quality.set_reason(reason);
+    CHECK(says(summary_lines(view), words));
+  }
+}
+
+TEST_CASE("what a server does not say about its quality is not made up") {
+  View view = busy();
+  CHECK_FALSE(says(summary_lines(view), "quality"));
+  CHECK_FALSE(says(summary_lines(view), "work"));
+  view.state.mutable_quality()->set_level(1);
+  const std::vector<std::string> lines = summary_lines(view);
+  CHECK(std::count(lines.begin(), lines.end(), "quality    level 1") == 1);
 }
 
 TEST_CASE("whatever the size of the terminal, no line is longer and there are no more lines") {
