@@ -1,7 +1,6 @@
-// The commands of hapticd-model, one file each. A command is a function that adds its subcommand to
-// the command line; its callback does the work and throws: std::invalid_argument for an option that
-// makes no sense (exit code 2), std::runtime_error for input that is bad (exit code 1), or
-// CLI::RuntimeError(1) when it has said itself what is wrong. Not RT.
+// The commands of hapticd-model, one file each. A command is a function that adds its subcommand
+// to the command line; its callback does the work, and throws as server/command_line/program.h
+// says. Not RT.
 #pragma once
 
 #include <CLI/CLI.hpp>
