@@ -5,29 +5,16 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <exception>
 #include <string>
 
 #include "core/collision/primitive_gap.h"
 #include "tests/benchmark/peers/mujoco_scene.h"
 #include "tests/benchmark/shipped_play.h"
+#include "tests/benchmark/tick_times.h"
 
 namespace hapticd::test {
 namespace {
-
-double thread_microseconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The first tool and all obstacles as plain spheres and capsules.
 TickParts parts_of(const Scene& scene) {
@@ -78,7 +65,7 @@ double play_mujoco(const ShippedPlay& play, const Ours& ours, std::size_t most,
     const double time = thread_microseconds() - before;
     if (std::binary_search(ours.pressing.begin(), ours.pressing.end(), k)) us.push_back(time);
   }
-  return median(us);
+  return quantile(us, 0.5);
 }
 
 struct Row {
@@ -98,7 +85,7 @@ void print(const Row& row, bool quick) {
   });
   ShippedPlay play(*name);
   const Ours ours = play_ours(play, play.ticks());
-  const double our_us = median(ours.us);
+  const double our_us = quantile(ours.us, 0.5);
   const std::size_t most = quick ? std::max<std::size_t>(row.ticks / 10, 5) : row.ticks;
   const auto line = [&](const char* what, const MujocoSettings& settings) {
     double us = 0.0;

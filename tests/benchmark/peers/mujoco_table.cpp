@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <exception>
 #include <functional>
 #include <string>
 
 #include "tests/benchmark/peers/mujoco_scene.h"
+#include "tests/benchmark/tick_times.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/random.h"
 
@@ -51,12 +51,6 @@ struct Timing {
   double mean_us;     ///< processor time of a tick
   double deepest_um;  ///< into strings or body, at the ticks that were judged
 };
-
-double thread_microseconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
 
 /// Times `periods` of the motion by `tick(k)`, then plays one more and judges poses of `X_WG()`.
 Timing play(const RenderingScene& scene, int periods, const std::function<void(std::size_t)>& tick,
