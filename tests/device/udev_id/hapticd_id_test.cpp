@@ -2,11 +2,9 @@
 // descriptors of the profile's specification, of the HID specification's examples, and of a force
 // device written by hand.
 #include <doctest/doctest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -18,6 +16,7 @@
 
 #include "device/hid/report_descriptor.h"
 #include "tests/device/pid/force_device.h"
+#include "tests/support/shell_run.h"
 
 namespace hapticd {
 namespace {
@@ -31,26 +30,13 @@ constexpr std::array<std::uint8_t, 50> kMouse{
     0x95, 0x01, 0x75, 0x05, 0x81, 0x01, 0x05, 0x01, 0x09, 0x30, 0x09, 0x31, 0x15,
     0x81, 0x25, 0x7F, 0x75, 0x08, 0x95, 0x02, 0x81, 0x06, 0xC0, 0xC0};
 
-struct Said {
-  int code = -1;
-  std::string text;  ///< its standard output
-};
-
-Said run(const std::string& arguments) {
-  const std::string command = std::string(HAPTICD_ID_PROGRAM) + " " + arguments + " 2>/dev/null";
-  FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  Said said;
-  std::array<char, 256> room{};
-  while (std::fgets(room.data(), static_cast<int>(room.size()), pipe) != nullptr) {
-    said.text += room.data();
-  }
-  said.code = WEXITSTATUS(pclose(pipe));
-  return said;
+/// What it prints, without its complaints.
+test::ShellOutcome run(const std::string& arguments) {
+  return test::run_in_shell(std::string(HAPTICD_ID_PROGRAM) + " " + arguments + " 2>/dev/null");
 }
 
 /// What it says of a device with this descriptor; none: without the file.
-Said ask(const std::optional<std::vector<std::uint8_t>>& descriptor) {
+test::ShellOutcome ask(const std::optional<std::vector<std::uint8_t>>& descriptor) {
   std::string pattern = (fs::temp_directory_path() / "hapticd_id_XXXXXX").string();
   REQUIRE(mkdtemp(pattern.data()) != nullptr);
   const fs::path folder = pattern;
@@ -60,7 +46,7 @@ Said ask(const std::optional<std::vector<std::uint8_t>>& descriptor) {
         .write(reinterpret_cast<const char*>(descriptor->data()),
                static_cast<std::streamsize>(descriptor->size()));
   }
-  Said said = run(folder.string());
+  test::ShellOutcome said = run(folder.string());
   fs::remove_all(folder);
   return said;
 }
@@ -73,19 +59,19 @@ std::vector<std::uint8_t> bytes(std::span<const std::uint8_t> all) {
 
 TEST_CASE("a device of the profile is named, with and without the affine command") {
   for (const auto& descriptor : {bytes(hid::kPlainDescriptor), bytes(hid::kAffineDescriptor)}) {
-    const Said said = ask(descriptor);
+    const test::ShellOutcome said = ask(descriptor);
     CHECK(said.code == 0);
     CHECK(said.text == "ID_HAPTICD=1\n");
   }
 }
 
 TEST_CASE("a force device of the PID class is named, and without its second axis it is not") {
-  const Said said = ask(test::DescriptorParts{}.joined());
+  const test::ShellOutcome said = ask(test::DescriptorParts{}.joined());
   CHECK(said.code == 0);
   CHECK(said.text == "ID_HAPTICD=pid\n");
   test::DescriptorParts one_axis;
   one_axis.axes[5] = 0x38;  // a wheel where Y was
-  const Said other = ask(one_axis.joined());
+  const test::ShellOutcome other = ask(one_axis.joined());
   CHECK(other.code == 0);
   CHECK(other.text.empty());
 }
@@ -96,15 +82,15 @@ TEST_CASE("of another device it says nothing, and that is no error") {
   std::vector<std::uint8_t> too_long = bytes(hid::kPlainDescriptor);
   too_long.resize(hid::kLongestDescriptor + 100);
   for (const auto& descriptor : {bytes(kMouse), cut, too_long}) {
-    const Said said = ask(descriptor);
+    const test::ShellOutcome said = ask(descriptor);
     CHECK(said.code == 0);
     CHECK(said.text.empty());
   }
 }
 
 TEST_CASE("without a descriptor, or asked wrongly, it fails and says nothing to udev") {
-  for (const Said& said : {ask(std::nullopt), ask(std::vector<std::uint8_t>{}), run(""),
-                           run("/nowhere /else"), run("/nowhere")}) {
+  for (const test::ShellOutcome& said : {ask(std::nullopt), ask(std::vector<std::uint8_t>{}),
+                                         run(""), run("/nowhere /else"), run("/nowhere")}) {
     CHECK(said.code != 0);
     CHECK(said.text.empty());
   }

@@ -1,11 +1,7 @@
 // hapticd-model run as a user runs it: what it writes, what it says, how it ends. Truth: shapes
 // whose volume and distances are known; the files read by the library.
 #include <doctest/doctest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 
@@ -14,33 +10,14 @@
 #include "server/model/mesh_file.h"
 #include "tests/server/model/temporary_folder.h"
 #include "tests/support/scale.h"
+#include "tests/support/shell_run.h"
 
 namespace hapticd::test {
 namespace {
 
-struct Outcome {
-  int code = -1;
-  std::string text;  ///< stdout and stderr
-};
-
-/// Runs hapticd-model with these arguments of the shell.
-Outcome run(const std::string& arguments) {
-  const std::string command = std::string("'") + HAPTICD_MODEL_PROGRAM + "' " + arguments + " 2>&1";
-  Outcome outcome;
-  // NOLINTNEXTLINE(cert-env33-c): the shell is how a user runs it
-  FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::array<char, 4096> part{};
-  while (const std::size_t got = std::fread(part.data(), 1, part.size(), pipe)) {
-    outcome.text.append(part.data(), got);
-  }
-  const int status = pclose(pipe);
-  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return outcome;
-}
-
-bool holds(const Outcome& outcome, const std::string& text) {
-  return outcome.text.find(text) != std::string::npos;
+/// Runs hapticd-model with these arguments of the shell; what it prints and its complaints.
+ShellOutcome run(const std::string& arguments) {
+  return run_in_shell(std::string("'") + HAPTICD_MODEL_PROGRAM + "' " + arguments + " 2>&1");
 }
 
 /// A box of 100 x 60 x 40 mm, in mm.
@@ -61,8 +38,8 @@ TEST_CASE("a tree built from a mesh in millimetres holds to its bound, and the r
   // A sanitizer takes a minute for the picture, which has a test of its own.
   const std::string picture =
       test_scale() < 0.05 ? std::string() : "--picture " + folder.path("box.png");
-  const Outcome built = run("build " + mesh + " --unit mm --error 8mm --report - " + picture +
-                            " --json " + folder.path("box.json") + " -o " + tree);
+  const ShellOutcome built = run("build " + mesh + " --unit mm --error 8mm --report - " + picture +
+                                 " --json " + folder.path("box.json") + " -o " + tree);
   CAPTURE(built.text);
   REQUIRE(built.code == 0);
   const SphereTreeFile file = read_tree(tree);
@@ -79,16 +56,16 @@ TEST_CASE("a tree built from a mesh in millimetres holds to its bound, and the r
       }
     }
   }
-  CHECK(holds(built, "| uncovered surface | 0 % |"));
-  CHECK(holds(built, "| spheres | " + std::to_string(file.tree.leaf_r.size()) + " |"));
+  CHECK(built.says("| uncovered surface | 0 % |"));
+  CHECK(built.says("| spheres | " + std::to_string(file.tree.leaf_r.size()) + " |"));
   CHECK((picture.empty() || read_text(folder.path("box.png")).starts_with("\x89PNG\r\n")));
   CHECK(read_text(folder.path("box.json")).starts_with("{\"name\":"));
 
-  const Outcome inspected = run("inspect " + tree + " --mesh " + mesh + " --unit mm");
+  const ShellOutcome inspected = run("inspect " + tree + " --mesh " + mesh + " --unit mm");
   CHECK(inspected.code == 0);
-  CHECK(holds(inspected, "| uncovered surface | 0 % |"));
-  CHECK_FALSE(holds(inspected, "warning"));
-  CHECK(holds(run("inspect " + tree + " --mesh model:pillar"), "not the mesh"));
+  CHECK(inspected.says("| uncovered surface | 0 % |"));
+  CHECK_FALSE(inspected.says("warning"));
+  CHECK(run("inspect " + tree + " --mesh model:pillar").says("not the mesh"));
 }
 
 TEST_CASE("the number of threads and the name of the output do not change the tree") {
@@ -105,14 +82,14 @@ TEST_CASE("the number of threads and the name of the output do not change the tr
 
 TEST_CASE("models are listed and made, with parameters") {
   const TemporaryFolder folder;
-  const Outcome list = run("list --parameters");
+  const ShellOutcome list = run("list --parameters");
   CHECK(list.code == 0);
-  CHECK(holds(list, "guqin_body"));
+  CHECK(list.says("guqin_body"));
   REQUIRE(run("make plate -o " + folder.path("plate.ply")).code == 0);
   CHECK(check_mesh(read_mesh(folder.path("plate.ply"), 1.0).mesh).findings.empty());
-  const Outcome unknown = run("make teapot -o " + folder.path("x.ply"));
+  const ShellOutcome unknown = run("make teapot -o " + folder.path("x.ply"));
   CHECK(unknown.code == 2);
-  CHECK(holds(unknown, "guqin_body"));
+  CHECK(unknown.says("guqin_body"));
   CHECK(run("make plate --set nothing=1 -o " + folder.path("x.ply")).code == 2);
   CHECK(run("make plate --set nothing -o " + folder.path("x.ply")).code == 2);
 }
@@ -120,16 +97,16 @@ TEST_CASE("models are listed and made, with parameters") {
 TEST_CASE("bad input ends with 1, the file's name and what to do about it") {
   const TemporaryFolder folder;
   const std::string open = folder.write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  const Outcome outcome = run("build " + open + " -o " + folder.path("x.tree"));
+  const ShellOutcome outcome = run("build " + open + " -o " + folder.path("x.tree"));
   CHECK(outcome.code == 1);
-  CHECK(holds(outcome, open + ": 3 edge(s)"));
-  CHECK(holds(outcome, "Close the holes"));
+  CHECK(outcome.says(open + ": 3 edge(s)"));
+  CHECK(outcome.says("Close the holes"));
   CHECK_FALSE(std::filesystem::exists(folder.path("x.tree")));
   CHECK(run("build " + folder.path("none.obj") + " -o " + folder.path("x.tree")).code == 1);
   const std::string damaged = folder.write("damaged.tree", "this is no tree");
-  const Outcome inspected = run("inspect " + damaged);
+  const ShellOutcome inspected = run("inspect " + damaged);
   CHECK(inspected.code == 1);
-  CHECK(holds(inspected, damaged + ": not a sound sphere-tree file"));
+  CHECK(inspected.says(damaged + ": not a sound sphere-tree file"));
 }
 
 TEST_CASE("a turned triangle is an error, and with --repair it is not") {
@@ -139,20 +116,20 @@ TEST_CASE("a turned triangle is an error, and with --repair it is not") {
   const std::string mesh = folder.write("turned.obj", turned);
   const std::string command =
       "build " + mesh + " --unit mm --error 20mm -o " + folder.path("x.tree");
-  const Outcome refused = run(command);
+  const ShellOutcome refused = run(command);
   CHECK(refused.code == 1);
-  CHECK(holds(refused, "--repair"));
-  const Outcome repaired = run(command + " --repair");
+  CHECK(refused.says("--repair"));
+  const ShellOutcome repaired = run(command + " --repair");
   CHECK(repaired.code == 0);
-  CHECK(holds(repaired, "2 turned round"));
+  CHECK(repaired.says("2 turned round"));
 }
 
 TEST_CASE("a doubtful unit is a warning that names the remedy") {
   const TemporaryFolder folder;
   const std::string mesh = folder.write("box.obj", kBox);
-  const Outcome outcome = run("build " + mesh + " --error 20 -o " + folder.path("x.tree"));
+  const ShellOutcome outcome = run("build " + mesh + " --error 20 -o " + folder.path("x.tree"));
   CHECK(outcome.code == 0);
-  CHECK(holds(outcome, "--unit mm"));
+  CHECK(outcome.says("--unit mm"));
 }
 
 TEST_CASE("a command line that makes no sense ends with 2, help with 0") {
@@ -176,11 +153,11 @@ TEST_CASE("explain tells what a level is bound to err and predicted to cost, of 
       "name: \"ball\" tools { name: \"finger\" parts { name: \"tip\" shape { spheres { "
       "centre_m: [0, 0, 0] radius_m: 0.005 } } } pose_wg { p_m: [0, 0.07, 0] } } bodies { name: "
       "\"ball\" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.05 } } }");
-  const Outcome fast = run("explain --quality 0 '" + scene + "'");
+  const ShellOutcome fast = run("explain --quality 0 '" + scene + "'");
   CHECK(fast.code == 0);
-  CHECK(holds(fast, "quality 0: force error at most "));
-  CHECK(holds(fast, "predicted work of a tick in touch: "));
-  CHECK(holds(run("explain '" + scene + "'"), "in touch: 1 of that of quality 3"));
+  CHECK(fast.says("quality 0: force error at most "));
+  CHECK(fast.says("predicted work of a tick in touch: "));
+  CHECK(run("explain '" + scene + "'").says("in touch: 1 of that of quality 3"));
   CHECK(run("explain --quality 5 '" + scene + "'").code == 2);
 }
 

@@ -20,22 +20,16 @@
 #include "server/telemetry/tick_record.h"
 #include "tests/server/telemetry/sample_ticks.h"
 #include "tests/support/scale.h"
+#include "tests/support/shell_run.h"
 
 namespace hapticd::test {
 namespace {
 
 /// Output of a command; its failure fails the test.
 std::string run(const std::string& command) {
-  std::FILE* const pipe = ::popen((command + " 2>&1").c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string output;
-  std::array<char, 4096> part{};
-  for (std::size_t got = 0; (got = std::fread(part.data(), 1, part.size(), pipe)) > 0;) {
-    output.append(part.data(), got);
-  }
-  const int status = ::pclose(pipe);
-  if (status != 0) FAIL(command << " failed: " << output);
-  return output;
+  const ShellOutcome outcome = run_in_shell(command + " 2>&1");
+  if (outcome.code != 0) FAIL(command << " failed: " << outcome.text);
+  return outcome.text;
 }
 
 /// Rows as the foreign readers print them, from our own reader, and the ticks' numbers.

@@ -1,40 +1,19 @@
 // hapticd-oracle run as a user runs it: what it says when it is asked nonsense, and that the pages'
 // numbers are there. Truth: closed forms.
 #include <doctest/doctest.h>
-#include <sys/wait.h>
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <string>
+
+#include "tests/support/shell_run.h"
 
 namespace hapticd::test {
 namespace {
 
-struct Outcome {
-  int code = -1;
-  std::string text;  ///< stdout and stderr
-};
-
-Outcome run(const std::string& arguments) {
-  const std::string command =
-      std::string("'") + HAPTICD_ORACLE_PROGRAM + "' " + arguments + " 2>&1";
-  Outcome outcome;
-  // NOLINTNEXTLINE(cert-env33-c): the shell is how a user runs it
-  FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::array<char, 4096> part{};
-  while (const std::size_t got = std::fread(part.data(), 1, part.size(), pipe)) {
-    outcome.text.append(part.data(), got);
-  }
-  const int status = pclose(pipe);
-  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return outcome;
-}
-
-bool says(const Outcome& outcome, const std::string& text) {
-  return outcome.text.find(text) != std::string::npos;
+/// Runs hapticd-oracle with these arguments of the shell; what it prints and its complaints.
+ShellOutcome run(const std::string& arguments) {
+  return run_in_shell(std::string("'") + HAPTICD_ORACLE_PROGRAM + "' " + arguments + " 2>&1");
 }
 
 /// The number behind `key` where it stands first after `behind`.
@@ -48,18 +27,18 @@ double number(const std::string& text, const std::string& behind, const std::str
 
 TEST_CASE("a command line that makes no sense ends with 2 and says what to do") {
   CHECK(run("").code == 2);
-  const Outcome neither = run("baseline --method paper");
+  const ShellOutcome neither = run("baseline --method paper");
   CHECK(neither.code == 2);
-  CHECK(says(neither, "give a RECORDING, or --scene and --poses together"));
+  CHECK(neither.says("give a RECORDING, or --scene and --poses together"));
   CHECK(run("baseline --method magic x.mcap").code == 2);
-  const Outcome missing = run("path /nowhere.mcap");
+  const ShellOutcome missing = run("path /nowhere.mcap");
   CHECK(missing.code == 1);
-  CHECK(says(missing, "/nowhere.mcap"));
+  CHECK(missing.says("/nowhere.mcap"));
   CHECK(run("triangle --tension -1").code == 2);
 }
 
 TEST_CASE("beyond a string's end ours measures to its cap, and the paper to its line") {
-  const Outcome outcome = run("cases");
+  const ShellOutcome outcome = run("cases");
   REQUIRE(outcome.code == 0);
   // 3 mm beyond the end and 3.34 mm above the axis; radii 5 and 0.34 mm.
   CHECK(number(outcome.text, "\"beyond_the_end\"", "distance_m") ==
@@ -70,7 +49,7 @@ TEST_CASE("beyond a string's end ours measures to its cap, and the paper to its 
 }
 
 TEST_CASE("the force triangle has Pythagoras' sides") {
-  const Outcome outcome = run("triangle --length 2");
+  const ShellOutcome outcome = run("triangle --length 2");
   REQUIRE(outcome.code == 0);
   const std::string row = "{\"lambda\":0.25,\"delta_m\":0.02";
   CHECK(number(outcome.text, row, "l1_m") == doctest::Approx(std::hypot(0.5, 0.02)));
