@@ -2,13 +2,12 @@
 // the same of them need the lease.
 #include <doctest/doctest.h>
 
-#include <fstream>
-#include <regex>
 #include <set>
 #include <string>
 
 #include "hapticd/v1/stream.pb.h"
 #include "tests/protocol/field_comment.h"
+#include "tests/protocol/request_table.h"
 
 namespace hapticd::test {
 namespace {
@@ -18,24 +17,11 @@ struct Requests {
   std::set<std::string> need_lease;
 };
 
-/// Rows such as "| `calibrate`, `recentre` | lease | ... |" of section 8.
 Requests requests_of_document() {
-  std::ifstream file(HAPTICD_SOURCE_DIR "/proto/PROTOCOL.md");
-  REQUIRE(file.good());
   Requests requests;
-  const std::regex row("\\| (`\\w+`(?:, `\\w+`)*) \\| (control|lease|) ?\\|.*");
-  const std::regex name("\\w+");
-  bool inside = false;
-  for (std::string line; std::getline(file, line);) {
-    if (line.rfind("## ", 0) == 0) inside = line == "## 8 Requests";
-    std::smatch match;
-    if (!inside || !std::regex_match(line, match, row)) continue;
-    const std::string names = match[1];
-    for (std::sregex_iterator each(names.begin(), names.end(), name);
-         each != std::sregex_iterator(); ++each) {
-      requests.all.insert(each->str());
-      if (match[2] == "lease") requests.need_lease.insert(each->str());
-    }
+  for (const auto& [name, need] : documented_requests()) {
+    requests.all.insert(name);
+    if (need == "lease") requests.need_lease.insert(name);
   }
   return requests;
 }
