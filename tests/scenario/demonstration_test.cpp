@@ -10,9 +10,8 @@
 
 #include "device/simulated/simulated_device.h"
 #include "server/lab/truth/path_run.h"
-#include "server/scene_io/gesture_loader.h"
-#include "server/scene_io/gesture_motion.h"
 #include "server/scene_io/profile_loader.h"
+#include "tests/scenario/shipped_gesture.h"
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/scale.h"
 
@@ -24,15 +23,6 @@ constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr double kDeepest = -1e-6;
 /// Longest play of one gesture, ticks.
 constexpr std::int64_t kLongestPlay = 60'000;
-
-GestureMotion shipped_gesture(const std::string& name, const SceneDescription& scene) {
-  const GestureResult gesture = load_gesture(name, {HAPTICD_SOURCE_DIR "/deploy/gestures"});
-  REQUIRE(gesture.gesture.has_value());
-  MotionResult result =
-      resolve_gesture(*gesture.gesture, 0, scene, [](const Pose& X_WH) { return X_WH; });
-  REQUIRE(result.motion.has_value());
-  return std::move(*result.motion);
-}
 
 DeviceProfile shipped_profile(const std::string& name) {
   const ProfileResult result = load_profile(name, {HAPTICD_SOURCE_DIR "/deploy/devices"});

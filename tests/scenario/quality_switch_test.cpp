@@ -10,9 +10,8 @@
 
 #include "core/scene/quality.h"
 #include "device/simulated/simulated_device.h"
-#include "server/scene_io/gesture_loader.h"
-#include "server/scene_io/gesture_motion.h"
 #include "server/scene_io/profile_loader.h"
+#include "tests/scenario/shipped_gesture.h"
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/random.h"
 
@@ -28,15 +27,6 @@ constexpr double kFreeChange = 0.15;
 constexpr double kExcess = 1.1;
 /// Ticks after a step of the scene's own that are not judged.
 constexpr int kAfterSlip = 20;
-
-GestureMotion shipped_gesture(const std::string& name, const SceneDescription& scene) {
-  const GestureResult gesture = load_gesture(name, {HAPTICD_SOURCE_DIR "/deploy/gestures"});
-  REQUIRE(gesture.gesture.has_value());
-  MotionResult result =
-      resolve_gesture(*gesture.gesture, 0, scene, [](const Pose& X_WH) { return X_WH; });
-  REQUIRE(result.motion.has_value());
-  return std::move(*result.motion);
-}
 
 /// What was felt of a gesture.
 struct Felt {
