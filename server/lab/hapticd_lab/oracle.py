@@ -12,6 +12,10 @@ from typing import Dict
 import numpy
 
 
+SHOWN_WORDS = 8
+"""Of a command that failed; a study's have a hundred."""
+
+
 class OracleError(RuntimeError):
     """hapticd-oracle refused; the text is what it said."""
 
@@ -29,7 +33,8 @@ def call(*arguments: str) -> str:
     """What hapticd-oracle prints."""
     done = subprocess.run([find_program("hapticd-oracle"), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
     if done.returncode != 0:
-        raise OracleError(f"hapticd-oracle {' '.join(arguments)}: {done.stderr.strip() or done.returncode}")
+        shown = [*arguments[:SHOWN_WORDS], *(["..."] if len(arguments) > SHOWN_WORDS else [])]
+        raise OracleError(f"hapticd-oracle {' '.join(shown)}: {done.stderr.strip() or done.returncode}")
     return done.stdout
 
 

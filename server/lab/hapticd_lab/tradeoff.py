@@ -5,7 +5,7 @@ DIR gets results.csv (errors and work counts, the same on every machine), times.
 report.md; and units/, a file for each gesture that is done: run again, a study that was ended goes on from them.
 
 A large study is shared among machines by --shard K/N, each with an output of its own; hapticd-lab tradeoff --merge DIR... --output DIR puts them
-together, and the numbers are those of one run on one machine. With --merge the options of the plan must be those of the shards.
+together, and the numbers are those of one run on one machine. What was played is then the shards' to say, not the options'.
 
 Exit code: 0 done; 1 the command cannot be obeyed, or a unit failed; 130 interrupted, what was finished is there."""
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hapticd_lab import machine, quality_table, tradeoff_report, tradeoff_table
 from hapticd_lab.oracle import OracleError
 from hapticd_lab.quality_table import NoLevels
 from hapticd_lab.tradeoff_plan import GESTURES, HELD_OUT, QUICK_GESTURES, QUICK_SCENES, QUICK_SPEEDS, SCENES, SPEEDS, Plan
-from hapticd_lab.tradeoff_units import BadStudy, claim, gather, missing, play_all, shard_of
+from hapticd_lab.tradeoff_units import BadStudy, claim, gather, missing, plan_of_shards, play_all, shard_of
 
 SUMMARY = "measure speed against accuracy"
 
@@ -33,13 +33,16 @@ def describe(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--levels-only", action="store_true", help="the levels, and what they are chosen from, without the other knobs: a fifth of the time")
     parser.add_argument("--held-out", action="store_true", help="gestures that no table of levels was made from, and the levels alone")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="gestures at once (default: the number of cores)")
-    parser.add_argument("--shard", metavar="K/N", help="play every N-th gesture alone, from the K-th on, and make no report")
-    parser.add_argument("--merge", nargs="+", type=pathlib.Path, default=[], metavar="DIR", help="outputs of shards to put together; nothing is played")
+    part = parser.add_mutually_exclusive_group()
+    part.add_argument("--shard", metavar="K/N", help="play every N-th gesture alone, from the K-th on, and make no report")
+    part.add_argument("--merge", nargs="+", type=pathlib.Path, default=[], metavar="DIR", help="outputs of shards to put together; nothing is played")
     parser.add_argument("--write-levels", type=pathlib.Path, metavar="FILE", help="write the table of quality levels, core/scene/quality_levels.inc")
 
 
 def plan_of(options: argparse.Namespace) -> Plan:
     """What the options ask for."""
+    if options.merge:
+        return plan_of_shards(options.merge)
     scenes = tuple(options.scene or (QUICK_SCENES if options.quick else SCENES))
     gestures = options.gestures or (QUICK_GESTURES if options.quick else GESTURES)
     return Plan(scenes, gestures, QUICK_SPEEDS if options.quick else SPEEDS, options.quick, 1 + (HELD_OUT if options.held_out else 0),
@@ -47,12 +50,12 @@ def plan_of(options: argparse.Namespace) -> Plan:
 
 
 def _play(options: argparse.Namespace, plan: Plan) -> None:
+    units = shard_of(plan.units(), options.shard) if options.shard else plan.units()
     claim(options.output, plan)
     if options.merge:
-        gather(options.merge, plan, options.output)
-        return
-    units = shard_of(plan.units(), options.shard) if options.shard else plan.units()
-    play_all(units, plan, options.output, options.jobs)
+        gather(options.merge, options.output)
+    else:
+        play_all(units, plan, options.output, options.jobs)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -60,8 +63,8 @@ def run(options: argparse.Namespace) -> int:
     if options.jobs < 1 or (options.gestures is not None and options.gestures < 1):
         print("hapticd-lab tradeoff: --jobs and --gestures want a number above 0", file=sys.stderr)
         return 1
-    plan = plan_of(options)
     try:
+        plan = plan_of(options)
         _play(options, plan)
         if options.shard:
             return 0

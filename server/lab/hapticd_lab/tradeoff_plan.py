@@ -106,9 +106,12 @@ def _few(values: Dict[str, str]) -> Dict[str, str]:
 
 def read_plan(text: str) -> Plan:
     """Of plan.json. ValueError where it is none, or of another version."""
-    values = json.loads(text)
-    key = values.pop("key")
-    plan = Plan(**values)
-    if plan.key() != key:
-        raise ValueError("its plan is of another version of hapticd-lab")
-    return plan
+    try:
+        values = json.loads(text)
+        key = values.pop("key")
+        plan = Plan(**values)
+        if plan.key() == key:
+            return plan
+    except (AttributeError, KeyError, TypeError, ValueError):
+        pass
+    raise ValueError("its plan is of another version of hapticd-lab")

@@ -13,7 +13,7 @@ from typing import Any, Dict, List, Sequence
 
 from hapticd_lab import oracle
 from hapticd_lab.progress import Progress
-from hapticd_lab.tradeoff_plan import BASELINES, Plan, Unit
+from hapticd_lab.tradeoff_plan import BASELINES, Plan, Unit, read_plan
 
 USUAL_COST_S = 6.0
 """What a unit of a whole study takes, about; only the time left that is told before the first is done comes from it."""
@@ -87,10 +87,24 @@ def play_all(units: Sequence[Unit], plan: Plan, folder: pathlib.Path, jobs: int)
             progress.close()
 
 
-def gather(shards: Sequence[pathlib.Path], plan: Plan, folder: pathlib.Path) -> None:
-    """Copies the units of shards into `folder`, which is the plan's."""
+def plan_of_shards(shards: Sequence[pathlib.Path]) -> Plan:
+    """What all of them are parts of. BadStudy where one is no output of a study, or of another one."""
+    plans = []
     for shard in shards:
-        claim(shard, plan)
+        try:
+            plans.append(read_plan((shard / "plan.json").read_text(encoding="utf-8")))
+        except OSError as error:
+            raise BadStudy(f"{shard} is no output of hapticd-lab tradeoff") from error
+        except ValueError as error:
+            raise BadStudy(f"{shard}: {error}") from error
+        if plans[-1].key() != plans[0].key():
+            raise BadStudy(f"{shard} holds another study than {shards[0]}")
+    return plans[0]
+
+
+def gather(shards: Sequence[pathlib.Path], folder: pathlib.Path) -> None:
+    """Copies the units of shards into `folder`, which is their plan's."""
+    for shard in shards:
         for path in sorted((shard / "units").glob("*.jsonl")):
             if not (folder / "units" / path.name).exists():
                 shutil.copyfile(path, folder / "units" / path.name)

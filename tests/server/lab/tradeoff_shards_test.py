@@ -49,9 +49,14 @@ def environment(seconds=0.0):
     return {**os.environ, "HAPTICD_ORACLE": str(FAKE), "FAKE_ORACLE_S": str(seconds)}
 
 
-def study(*options, **more):
+def tradeoff(*options, **more):
     """hapticd-lab tradeoff; its process, which has ended."""
-    return subprocess.run([PROGRAM, "tradeoff", *STUDY, *options], capture_output=True, text=True, check=False, timeout=PATIENCE_S, **more)
+    return subprocess.run([PROGRAM, "tradeoff", *options], capture_output=True, text=True, check=False, timeout=PATIENCE_S, **more)
+
+
+def study(*options, **more):
+    """The same, of the small study."""
+    return tradeoff(*STUDY, *options, **more)
 
 
 def free_port():
@@ -75,7 +80,7 @@ class Shards(unittest.TestCase):
     def merged_is_whole(self, shards):
         """The shards, put together, are the table of one run; times aside."""
         output = self.path / f"{shards}.merged"
-        done = study("--merge", *(str(self.path / f"{shards}.{k}") for k in (1, 2, 3, 4)), "--output", str(output), env=environment())
+        done = tradeoff("--merge", *(str(self.path / f"{shards}.{k}") for k in (1, 2, 3, 4)), "--output", str(output), env=environment())
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual((output / "results.csv").read_bytes(), (self.path / "whole" / "results.csv").read_bytes())
         self.assertTrue((output / "report.html").exists())

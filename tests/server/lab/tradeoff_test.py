@@ -37,6 +37,22 @@ class PlanAndShards(unittest.TestCase):
             with self.assertRaises(tradeoff_units.BadStudy):
                 tradeoff_units.claim(pathlib.Path(folder), Plan(("bunny",), 2, (0.5,), True))
 
+    def test_the_plan_of_shards_is_theirs_and_a_folder_that_is_none_is_named_and_left_alone(self):
+        with tempfile.TemporaryDirectory() as folder:
+            one, two, other, none = (pathlib.Path(folder) / name for name in ("one", "two", "other", "none"))
+            for shard in (one, two):
+                tradeoff_units.claim(shard, PLAN)
+            tradeoff_units.claim(other, Plan(("bunny",), 2, (0.5,), True))
+            self.assertEqual(tradeoff_units.plan_of_shards([one, two]).key(), PLAN.key())
+            with self.assertRaisesRegex(tradeoff_units.BadStudy, "other holds another study than .*one"):
+                tradeoff_units.plan_of_shards([one, other])
+            with self.assertRaisesRegex(tradeoff_units.BadStudy, "none is no output"):
+                tradeoff_units.plan_of_shards([one, none])
+            self.assertFalse(none.exists())
+            (two / "plan.json").write_text('{"key": "0", "moons": 3}', encoding="utf-8")
+            with self.assertRaisesRegex(tradeoff_units.BadStudy, "two: its plan is of another version"):
+                tradeoff_units.plan_of_shards([one, two])
+
 
 class FrontAndKnee(unittest.TestCase):
     def test_the_front_is_what_nothing_beats_in_both(self):
