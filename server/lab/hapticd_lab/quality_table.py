@@ -59,6 +59,8 @@ def points(rows: Sequence[Row], names: Sequence[str], unit: str) -> List[Point]:
     for row in rows:
         by_scene.setdefault(row.scene, {})[row.setting] = row
     scenes = [own for own in by_scene.values() if own[unit].touching > 0]
+    if not scenes:
+        raise NoLevels("no gesture touches anything: play more of them, or in other scenes")
     return [Point(name, max(max(own[name].bound, LEAST_ERROR) for own in scenes),
                   math.exp(math.fsum(math.log(own[name].work_mean / own[unit].work_mean) for own in scenes) / len(scenes))) for name in names]
 
@@ -97,6 +99,8 @@ def _up(value: float) -> str:
 def text_of(plan: Plan, rows: Sequence[Row]) -> str:
     """core/scene/quality_levels.inc."""
     names = list(dict.fromkeys(row.setting for row in rows if row.knob == "ladder"))
+    if not names:
+        raise NoLevels("a quick study has no ladder to choose levels from: leave out --quick")
     levels = choose(points(rows, names, DEFAULT))
     lines = ["// Levels of quality, 0 first: sub-steps, stop tolerance (m), bound of the force error (rms over rms, in",
              "// the worst scene), work of a tick in touch as a share of the default's. Written by", "//   hapticd-lab tradeoff --write-levels",

@@ -1,4 +1,5 @@
 """The study of speed against accuracy without a simulation: its plan, its shards, its front and knee, what levels it chooses."""
+import dataclasses
 import math
 import os
 import pathlib
@@ -10,6 +11,7 @@ import numpy
 from hapticd_lab import quality_table, tradeoff_plan, tradeoff_table, tradeoff_units
 from hapticd_lab.quality_table import NoLevels, Point
 from hapticd_lab.tradeoff_plan import Plan
+from hapticd_lab.tradeoff_table import Row
 
 FAKE = pathlib.Path(__file__).resolve().parent / "fake_oracle.py"
 PLAN = Plan(("bunny", "single_string"), 2, (0.5,), True)
@@ -79,6 +81,12 @@ def rungs():
             Point("ladder 16/1", 1e-3, 0.9), Point("ladder 24/1", 1e-4, 1.0), Point("ladder 64/0.1", 1e-5, 1.2), Point("ladder 64/10", 0.008, 0.9)]
 
 
+def row(setting, **values):
+    """A row of the setting, all zero but for these values."""
+    numbers = {each.name: 0 for each in dataclasses.fields(Row)[3:] if each.default is each.default_factory}
+    return Row("bunny", setting.split()[0], setting, **{**numbers, **values})
+
+
 class Levels(unittest.TestCase):
     def test_five_levels_go_up_in_work_and_down_in_error_with_the_default_fourth(self):
         levels = quality_table.choose(rungs())
@@ -97,6 +105,13 @@ class Levels(unittest.TestCase):
     def test_a_default_that_is_beaten_is_refused(self):
         with self.assertRaises(NoLevels):
             quality_table.choose([*rungs(), Point("ladder 32/1", 5e-5, 0.9)])
+
+    def test_a_quick_study_and_one_without_touch_say_that_they_have_no_levels(self):
+        with self.assertRaisesRegex(NoLevels, "quick"):
+            quality_table.text_of(PLAN, [])
+        free = [row(setting, touching=0) for setting in ("ladder 24/1", "level 3")]
+        with self.assertRaisesRegex(NoLevels, "touches"):
+            quality_table.text_of(PLAN, free)
 
     def test_bounds_are_rounded_up(self):
         for value, text in ((0.0611, "0.062"), (0.061, "0.061"), (1.234e-5, "1.3e-05"), (1e-7, "1e-07")):
