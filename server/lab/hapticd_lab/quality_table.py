@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Dict, List, Sequence, Tuple
 
-from hapticd_lab.tradeoff_plan import COARSER, Plan
+from hapticd_lab.tradeoff_plan import Plan
 from hapticd_lab.tradeoff_table import Row, front
 
 DEFAULT = "ladder 24/1"
@@ -65,10 +65,13 @@ def points(rows: Sequence[Row], names: Sequence[str], unit: str) -> List[Point]:
                   math.exp(math.fsum(math.log(own[name].work_mean / own[unit].work_mean) for own in scenes) / len(scenes))) for name in names]
 
 
+def _front_of(candidates: Sequence[Point]) -> List[Point]:
+    return [point for point, good in zip(candidates, front([p.work for p in candidates], [p.error for p in candidates])) if good]
+
+
 def choose(candidates: Sequence[Point]) -> List[Point]:
     """Five rungs, from the cheapest to the most exact of the front, the default the fourth; those between spread evenly over the errors."""
-    on = [point for point, good in zip(candidates, front([p.work for p in candidates], [p.error for p in candidates]))
-          if good and point.error <= MOST_ERROR]
+    on = [point for point in _front_of(candidates) if point.error <= MOST_ERROR]
     default = next((point for point in on if point.name == DEFAULT), None)
     if default is None:
         raise NoLevels(f"the default, {DEFAULT}, is not on the front of {', '.join(p.name for p in on)}: change the default first")
@@ -90,6 +93,10 @@ def choose(candidates: Sequence[Point]) -> List[Point]:
     return list(min(chains, key=lambda chain: unevenness(chain[:4])))
 
 
+def _settings(rows: Sequence[Row], *knobs: str) -> List[str]:
+    return list(dict.fromkeys(row.setting for row in rows if row.knob in knobs))
+
+
 def _up(value: float) -> str:
     """Two digits, never less than the value."""
     digits = 1 - math.floor(math.log10(value))
@@ -98,7 +105,7 @@ def _up(value: float) -> str:
 
 def text_of(plan: Plan, rows: Sequence[Row]) -> str:
     """core/scene/quality_levels.inc."""
-    names = list(dict.fromkeys(row.setting for row in rows if row.knob == "ladder"))
+    names = _settings(rows, "ladder")
     if not names:
         raise NoLevels("a quick study has no ladder to choose levels from: leave out --quick")
     levels = choose(points(rows, names, DEFAULT))
@@ -124,13 +131,12 @@ def _order_claim(rows: Sequence[Row]) -> Claim:
 
 
 def _spans(rows: Sequence[Row]) -> List[Claim]:
-    own = {(row.scene, row.setting): row for row in rows}
+    most_exact = {row.scene: row for row in rows if row.setting == "level 4"}
     found = []
-    for scene in dict.fromkeys(row.scene for row in rows):
-        most = own[scene, "level 4"]
-        for least in [own[scene, "level 0"], *(own[scene, f"{other}, level 0"] for other in COARSER.get(scene, ()) if (scene, f"{other}, level 0") in own)]:
-            if least.touching > 0:
-                found.append((scene, least.setting, most.work_p99 / least.work_p99, max(least.error, LEAST_ERROR) / max(most.error, LEAST_ERROR)))
+    for least in rows:
+        if least.knob in ("level", "leaves") and least.setting.endswith("level 0") and least.touching > 0:
+            most = most_exact[least.scene]
+            found.append((least.scene, least.setting, most.work_p99 / least.work_p99, max(least.error, LEAST_ERROR) / max(most.error, LEAST_ERROR)))
     cost = max(found, key=lambda each: each[2])
     error = max(found, key=lambda each: each[3])
     return [Claim("levels, those of geometry included, span 10 times the cost (p99 of the work)", f"{cost[2]:.3g} times, from {cost[1]} to level 4 in {cost[0]}",
@@ -141,9 +147,8 @@ def _spans(rows: Sequence[Row]) -> List[Claim]:
 def claims_of(rows: Sequence[Row]) -> List[Claim]:
     """All claims about the levels that the rows can tell of."""
     found = [_order_claim(rows), *_spans(rows)]
-    names = list(dict.fromkeys(row.setting for row in rows if row.knob in ("ladder", "level")))
-    every = points(rows, names, "level 3")
-    on = {point.name for point, good in zip(every, front([p.work for p in every], [p.error for p in every])) if good}
+    names = _settings(rows, "ladder", "level")
+    on = {point.name for point in _front_of(points(rows, names, "level 3"))}
     off = [name for name in names if name.startswith("level") and name not in on]
     found.append(Claim("every level is on the front of all rungs, the default among them", f"off it: {', '.join(off) or 'none'}", not off))
     deepest = max((row.penetration_m for row in rows if row.knob != "baseline" and not math.isnan(row.penetration_m)), default=0.0)

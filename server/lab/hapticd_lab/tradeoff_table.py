@@ -51,8 +51,6 @@ class Row:
     iterations: float
     sub_steps: float
     times_us: Dict[str, float] = field(default_factory=dict)
-    squares: numpy.ndarray = field(default_factory=lambda: numpy.zeros((0, 2)))
-    """Of each gesture: squared error and squared force."""
     on_front: bool = False
 
 
@@ -84,7 +82,7 @@ def _merged(all_bins: Sequence[Sequence[Sequence[int]]]) -> Dict[int, int]:
 
 
 def resampled_bound(squares: numpy.ndarray) -> float:
-    """The error of gestures drawn anew from these, at CONFIDENCE; always the same draws."""
+    """The error of gestures drawn anew from these, at CONFIDENCE; always the same draws. A row for each gesture: squared error, squared force."""
     if not len(squares) or squares[:, 1].sum() <= 0.0:
         return 0.0
     drawn = numpy.random.Generator(numpy.random.PCG64(1)).integers(0, len(squares), (RESAMPLES, len(squares)))
@@ -109,12 +107,13 @@ def _row(scene: str, knob: str, setting: str, lines: List[Dict[str, Any]]) -> Ro
     time = _merged([line["timing"]["bins"] for line in lines])
     times = {"p50": quantile(time, 0.5), "p99": quantile(time, 0.99), "max": max(line["timing"]["max_us"] for line in lines),
              "mean": math.fsum(line["timing"]["mean_us"] * line["touching"] for line in lines) / max(touching, 1)}
-    return Row(scene, knob, setting, _ratio(total("felt_square"), total("truth_square")), resampled_bound(squares),
-               _ratio(total("contact_square"), total("contact_truth_square")), _ratio(total("torque_square"), total("torque_truth_square")),
-               largest("felt_max_n"), math.sqrt(total("pose_square") / max(total("ticks"), 1.0)), largest("pose_max_m"), largest("turn_max_rad"),
-               _penetration([line["path_gap_m"] for line in lines]), largest("surface_m"), touching, total("lagging") / max(touching, 1),
-               mean("work_mean"), quantile(work, 0.5), quantile(work, 0.99), largest("work_max"), mean("tests_mean"), mean("iterations_mean"),
-               mean("sub_steps_mean"), times, squares)
+    return Row(scene, knob, setting, error=_ratio(total("felt_square"), total("truth_square")), bound=resampled_bound(squares),
+               contact_error=_ratio(total("contact_square"), total("contact_truth_square")),
+               torque_error=_ratio(total("torque_square"), total("torque_truth_square")), largest_n=largest("felt_max_n"),
+               pose_rms_m=math.sqrt(total("pose_square") / max(total("ticks"), 1.0)), pose_max_m=largest("pose_max_m"), turn_max_rad=largest("turn_max_rad"),
+               penetration_m=_penetration([line["path_gap_m"] for line in lines]), surface_m=largest("surface_m"), touching=touching,
+               lagging=total("lagging") / max(touching, 1), work_mean=mean("work_mean"), work_p50=quantile(work, 0.5), work_p99=quantile(work, 0.99),
+               work_max=largest("work_max"), tests=mean("tests_mean"), iterations=mean("iterations_mean"), sub_steps=mean("sub_steps_mean"), times_us=times)
 
 
 def front(costs: Sequence[float], errors: Sequence[float]) -> List[bool]:
