@@ -14,7 +14,8 @@ COMMANDS = {"repro": "hapticd_lab.repro", "fit": "hapticd_lab.fit", "experiment"
 def parser() -> argparse.ArgumentParser:
     """All commands with their options."""
     top = argparse.ArgumentParser(
-        prog="hapticd-lab", description="Sessions with a real hapticd in lockstep, measured: the figures of the paper, reproduced; its experiment; measured forces, fitted.",
+        prog="hapticd-lab", description="Sessions with a real hapticd in lockstep, measured: the figures of the paper, reproduced; its experiment; measured "
+        "forces, fitted; what accuracy costs.",
         epilog="hapticd-lab COMMAND --help says more. man hapticd-lab")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, module_name in COMMANDS.items():
@@ -31,7 +32,8 @@ def main(arguments: Optional[List[str]] = None) -> int:
     try:
         return options.run(options)
     except OSError as error:
-        print(f"hapticd-lab: {error}", file=sys.stderr)
+        what = f"{error.filename}: {error.strerror}" if error.filename else error
+        print(f"hapticd-lab {options.command}: {what}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 130

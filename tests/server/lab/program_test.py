@@ -48,6 +48,11 @@ class Program(unittest.TestCase):
             self.assertEqual(code, 1)
             self.assertRegex(said, "there is no figure F99; there are .*F2, F3, ")
 
+    def test_a_file_that_is_not_there_is_named_in_plain_words(self):
+        with tempfile.TemporaryDirectory() as folder:
+            code, _, said = run("fit", f"{folder}/none.csv", "--scene", "guqin", "--output", f"{folder}/out")
+        self.assertEqual((code, said), (1, f"hapticd-lab fit: {folder}/none.csv: No such file or directory\n"))
+
     def test_refuses_what_makes_no_sense(self):
         for arguments, why in (([], "--all"), (["F3", "--jobs", "0"], "--jobs")):
             code, said = self.refused(*arguments)
