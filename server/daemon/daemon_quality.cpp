@@ -42,8 +42,12 @@ void Daemon::follow_budget(const Snapshot& snapshot) {
     return;
   }
   const double budget_us = scene.live.quality().automatic().budget_us();
-  if (!virtual_time_) learn_price(snapshot);
-  allow_work(affordable_work(price_, 1e3 * budget_us, virtual_time_));
+  if (virtual_time_) {
+    allow_work(nominal_work(1e3 * budget_us));
+  } else {
+    learn_price(snapshot);
+    allow_work(affordable_work(1e3 * budget_us, price_));
+  }
   // A change that waits for its tick would be overtaken by one made from its values.
   const LiveSettings& now = scene.settings.tools.front();
   if (now.quality_automatic && snapshot.tick >= change_tick_) follow_level(snapshot, budget_us);

@@ -20,11 +20,11 @@ void follow(double value, double share, double& mean) noexcept { mean += share *
 
 void add(double unit_ns, WorkPrice& price) noexcept {
   WorkPrice::Block& block = price.block;
-  if (++block.ticks > kPriceBlock) {
+  if (block.ticks == kPriceBlock) {
     price.last = block;
     block = {};
-    block.ticks = 1;
   }
+  ++block.ticks;
   double value = unit_ns;
   for (double& dear : block.dearest) {
     if (value > dear) std::swap(value, dear);
@@ -45,6 +45,11 @@ double unit_price(const WorkPrice& price) noexcept {
   return price.block.ticks + price.last.ticks < kManyTicks ? kFew * dear : dear;
 }
 
+/// What fits into the time, within what a budget of work can say.
+double fitting_work(double time_ns, double unit_ns) noexcept {
+  return std::clamp(time_ns / unit_ns, 1.0, 1e15);
+}
+
 }  // namespace
 
 void learn(const PricedTick& tick, WorkPrice& price) noexcept {
@@ -62,23 +67,24 @@ void learn(const PricedTick& tick, WorkPrice& price) noexcept {
   follow(work, 1.0 / price.touching_ticks, price.touching_work);
   if (tick.work < price.large_work) return;
   const double unit_ns = beyond_ns / work;
-  if (unit_ns > kForeign * unit_price(price)) {
-    const double before = price.foreign;
-    price.foreign = unit_ns;
-    if (before == 0.0) return;
-    add(std::min(before, unit_ns), price);
-    return;
+  // Of two foreign ticks in a row the cheaper counts.
+  const bool foreign = unit_ns > kForeign * unit_price(price);
+  if (!foreign) {
+    add(unit_ns, price);
+  } else if (price.foreign > 0.0) {
+    add(std::min(price.foreign, unit_ns), price);
   }
-  price.foreign = 0.0;
-  add(unit_ns, price);
+  price.foreign = foreign ? unit_ns : 0.0;
 }
 
-std::int64_t affordable_work(WorkPrice& price, double budget_ns, bool nominal) noexcept {
-  const double unit_ns = nominal ? kNominalWork_ns : unit_price(price);
-  const double left_ns = nominal ? budget_ns : kSpentShare * budget_ns - price.idle_ns;
-  const double work = std::clamp(left_ns / unit_ns, 1.0, 1e15);
+std::int64_t affordable_work(double budget_ns, WorkPrice& price) noexcept {
+  const double work = fitting_work(kSpentShare * budget_ns - price.idle_ns, unit_price(price));
   price.large_work = static_cast<std::int64_t>(0.5 * work);
   return static_cast<std::int64_t>(work);
+}
+
+std::int64_t nominal_work(double budget_ns) noexcept {
+  return static_cast<std::int64_t>(fitting_work(budget_ns, kNominalWork_ns));
 }
 
 bool worth_telling(std::int64_t work, std::int64_t told) noexcept {

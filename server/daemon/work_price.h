@@ -55,10 +55,11 @@ struct WorkPrice {
 /// Takes note of a tick. Cost: some ns.
 void learn(const PricedTick& tick, WorkPrice& price) noexcept;
 
-/// Work that a tick of `budget_ns` > 0 can do, >= 1; where time is `nominal`, at kNominalWork_ns a
-/// unit, whatever was learnt.
-[[nodiscard]] std::int64_t affordable_work(WorkPrice& price, double budget_ns,
-                                           bool nominal) noexcept;
+/// Work that a tick of `budget_ns` > 0 can do, >= 1, at the price that was learnt.
+[[nodiscard]] std::int64_t affordable_work(double budget_ns, WorkPrice& price) noexcept;
+
+/// The same at kNominalWork_ns a unit, whatever the machine: under the virtual clock.
+[[nodiscard]] std::int64_t nominal_work(double budget_ns) noexcept;
 
 /// False when `work` is so near to what was told that telling it changes nothing.
 [[nodiscard]] bool worth_telling(std::int64_t work, std::int64_t told) noexcept;

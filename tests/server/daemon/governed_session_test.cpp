@@ -89,13 +89,12 @@ Played play_fixed(const ContactSession& session, int level) {
 
 Played play_governed(const ContactSession& session, double budget_ns) {
   QualityGovernor governor;
-  WorkPrice price;
   std::int64_t t_ns = 0;
   Played played;
   played.level = kDefaultQuality;
   for (int k = 0; k <= kRehearsals; ++k) {
     played = play_once(session, played.level, [&](ToolRun& tool, int level) {
-      tool.work_budget = affordable_work(price, budget_ns, true);
+      tool.work_budget = nominal_work(budget_ns);
       const std::int64_t cost_ns = std::llround(nominal_ns(tick_work(tool.result)));
       return govern({t_ns += kTick_ns, cost_ns, level, tool.result.cut_short},
                     std::llround(budget_ns), governor);

@@ -37,7 +37,7 @@ struct Machine {
     cut_costs.clear();
     PricedTick before;
     for (int k = 0; k < ticks; ++k, ++tick) {
-      const std::int64_t told = affordable_work(price, kBudget_ns, false);
+      const std::int64_t told = affordable_work(kBudget_ns, price);
       const double fits = (kBudget_ns - idle_ns) / unit_ns;
       // Contact comes and goes; the last linearisation leaves up to a tenth of the work unused.
       const bool touches = tick / 500 % 2 == 1;
@@ -110,19 +110,19 @@ TEST_CASE("interrupts are no price of work") {
 
 TEST_CASE("before anything is known it allows what a machine four times slower can do") {
   WorkPrice price;
-  const auto first = static_cast<double>(affordable_work(price, kBudget_ns, false));
+  const auto first = static_cast<double>(affordable_work(kBudget_ns, price));
   CHECK(first * 4.0 * kNominalWork_ns <= kBudget_ns);
   CHECK(first * 4.0 * kNominalWork_ns >= 0.9 * kBudget_ns);
 }
 
 TEST_CASE("without measured times nothing is learnt, and the nominal price needs none") {
   WorkPrice price;
-  const std::int64_t first = affordable_work(price, kBudget_ns, false);
+  const std::int64_t first = affordable_work(kBudget_ns, price);
   for (int k = 0; k < 1000; ++k) learn({0, 50'000}, price);
-  CHECK(affordable_work(price, kBudget_ns, false) == first);
+  CHECK(affordable_work(kBudget_ns, price) == first);
   learn({1'000'000'000, 50'000}, price);
-  CHECK(affordable_work(price, 1400.0, true) == 1000);
-  CHECK(affordable_work(price, 1e-9, true) == 1);
+  CHECK(nominal_work(1400.0) == 1000);
+  CHECK(nominal_work(1e-9) == 1);
 }
 
 TEST_CASE("only a change of more than a part in 64 is told, and always the end of a bound") {
