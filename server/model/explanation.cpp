@@ -49,8 +49,8 @@ int level_or_leaves(int level) { return level == kLeafLevel ? 0 : level; }
 void print_objects(std::ostream& out, const Scene& scene) {
   const SceneDescription& d = scene.description();
   for (std::size_t i = 0; i < d.tools.size(); ++i) {
-    out << "tool " << d.tools[i].tool_id << ", " << d.tools[i].name << ": " << scene.tool_spheres(i)
-        << " spheres\n";
+    out << "tool " << d.tools[i].tool_id << ", " << d.tools[i].name << ": "
+        << spheres(scene.tool_spheres(i)) << "\n";
     for (const PartDescription& part : d.tools[i].parts) {
       const bool soft = part.softness.stiffness > 0.0;
       print_shape(out, part.name + (soft ? " (soft)" : ""), part.shape,
@@ -163,7 +163,7 @@ void print_accuracy(std::ostream& out, const LoadedScene& loaded) {
     out << "  quality " << level << ": force error at most " << 100.0 * measured.force_error
         << " % rms in the gestures of hapticd-lab tradeoff, at up to " << o.sub_steps
         << " linearisations a tick;\n    predicted work of a tick in touch: " << measured.work
-        << " of that of quality " << kDefaultQuality << "\n";
+        << " times that of quality " << kDefaultQuality << ", the default\n";
   } else {
     out << "  up to " << o.sub_steps << " linearisations a tick, steps below "
         << in_um(o.stop_tolerance) << " end it\n";
