@@ -18,9 +18,9 @@ namespace {
 /// The law: the tool never sinks into anything, m.
 constexpr double kDeepest = -1e-6;
 
-const std::vector<std::string> kScenes{"bunny",        "cabin",       "five_fingers",  "guqin",
-                                       "guqin_coarse", "guqin_fine",  "single_string", "sphere",
-                                       "stress",       "strings_100", "wall"};
+const std::vector<std::string> kScenes{
+    "bunny",      "bunny_coarse",  "bunny_fine", "cabin",  "five_fingers", "guqin", "guqin_coarse",
+    "guqin_fine", "single_string", "sphere",     "stress", "strings_100",  "wall"};
 
 /// False for a scene whose models are made on demand only and were not.
 bool can_load(const std::string& name) { return name != "guqin_fine" || fine_models_exist(); }

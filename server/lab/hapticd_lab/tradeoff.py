@@ -15,7 +15,7 @@ import os
 import pathlib
 import sys
 
-from hapticd_lab import machine, quality_table, tradeoff_report, tradeoff_table
+from hapticd_lab import machine, quality_table, tradeoff_instructions, tradeoff_report, tradeoff_table
 from hapticd_lab.oracle import OracleError
 from hapticd_lab.quality_table import NoLevels
 from hapticd_lab.tradeoff_plan import GESTURES, HELD_OUT, QUICK_GESTURES, QUICK_SCENES, QUICK_SPEEDS, SCENES, SPEEDS, Plan
@@ -36,6 +36,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
     part = parser.add_mutually_exclusive_group()
     part.add_argument("--shard", metavar="K/N", help="play every N-th gesture alone, from the K-th on, and make no report")
     part.add_argument("--merge", nargs="+", type=pathlib.Path, default=[], metavar="DIR", help="outputs of shards to put together; nothing is played")
+    parser.add_argument("--instructions", action="store_true", help="count instructions of the levels, too, by callgrind, which takes minutes")
     parser.add_argument("--write-levels", type=pathlib.Path, metavar="FILE", help="write the table of quality levels, core/scene/quality_levels.inc")
 
 
@@ -76,7 +77,8 @@ def run(options: argparse.Namespace) -> int:
         tradeoff_table.write_tables(rows, options.output)
         facts = machine.facts()
         machine.write(facts, options.output / "machine.txt")
-        tradeoff_report.write(plan, rows, facts, options.output)
+        counts = tradeoff_instructions.count(plan) if options.instructions else {}
+        tradeoff_report.write(plan, rows, counts, facts, options.output)
         if options.write_levels:
             options.write_levels.write_text(quality_table.text_of(plan, rows), encoding="utf-8")
     except (BadStudy, NoLevels, OracleError) as error:

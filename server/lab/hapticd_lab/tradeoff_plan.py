@@ -6,8 +6,8 @@ import json
 from dataclasses import dataclass
 from typing import Dict, List, Sequence
 
-SCENES = ("bunny", "guqin", "cabin", "single_string", "strings_100")
-"""Many spheres on lines and bodies; a hand on strings and a body; a hand among pipes; one sphere on one string; on a hundred."""
+SCENES = ("bunny_fine", "guqin", "cabin", "single_string", "strings_100")
+"""Each with the finest trees that every build makes: many spheres on lines and bodies; a hand on strings and a body; a hand among pipes; one sphere on one string; on a hundred."""
 SPEEDS = (0.05, 0.5)
 """m/s: a probing and a fast hand."""
 GESTURES = 20
@@ -17,7 +17,7 @@ HELD_OUT = 100_000
 
 BASELINES = ("paper", "penalty")
 WITH_STRINGS = frozenset({"guqin", "guqin_coarse", "guqin_fine", "single_string", "strings_100", "five_fingers"})
-COARSER = {"guqin": ("guqin_coarse",), "guqin_fine": ("guqin_coarse", "guqin")}
+COARSER = {"bunny": ("bunny_coarse",), "bunny_fine": ("bunny_coarse", "bunny"), "guqin": ("guqin_coarse",), "guqin_fine": ("guqin_coarse", "guqin")}
 """Scenes that differ from another by coarser leaves alone."""
 
 LEVELS = {f"level {n}": f"level={n}" for n in range(5)}
@@ -77,8 +77,8 @@ class Plan:
             found.update({knob: _few(values) if self.quick else dict(values) for knob, values in KNOBS.items()})
             if scene in WITH_STRINGS:
                 found.update({knob: _few(values) if self.quick else dict(values) for knob, values in STRING_KNOBS.items()})
-            if scene in COARSER:
-                found["leaves"] = {f"{other}, level {n}": f"scene={other},level={n}" for other in COARSER[scene] for n in (0, 3, 4)}
+        if scene in COARSER:
+            found["leaves"] = {f"{other}, level {n}": f"scene={other},level={n}" for other in COARSER[scene] for n in (0, 3, 4)}
         if not self.quick:
             found["ladder"] = dict(LADDER)
         return found

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pathlib
 from typing import Dict, List, Sequence
 
-from hapticd_lab import report, tradeoff_plots
+from hapticd_lab import report, tradeoff_instructions, tradeoff_plots, tradeoff_strings
 from hapticd_lab.quality_table import Claim, claims_of
-from hapticd_lab.tradeoff_plan import Plan
+from hapticd_lab.tradeoff_instructions import Counts
+from hapticd_lab.tradeoff_plan import LEVELS, Plan
 from hapticd_lab.tradeoff_table import DISCRIMINATION, Row, knee
 
 
@@ -35,13 +36,20 @@ def _knee_of(rows: Sequence[Row]) -> str:
     return f"{best.setting}: {_percent(best.error)} at a work of {best.work_mean:.0f}"
 
 
-def write(plan: Plan, rows: Sequence[Row], facts: Dict[str, str], output: pathlib.Path) -> None:
+def _instructions(counts: Counts, output: pathlib.Path) -> List[List[str]]:
+    if counts:
+        tradeoff_instructions.write(counts, output)
+    return [[scene, f"{speed:g} m/s", *(f"{each:.0f}" for each in own)] for (scene, speed), own in counts.items()]
+
+
+def write(plan: Plan, rows: Sequence[Row], counts: Counts, facts: Dict[str, str], output: pathlib.Path) -> None:
     """Plots, report.html and report.md."""
     tradeoff_plots.draw(plan.scenes, rows, output)
     scenes = [{"name": scene, "plot": f"work_precision_{scene}", "knee": _knee_of([row for row in rows if row.scene == scene]),
                "rows": [_cells(row) for row in rows if row.scene == scene and row.knob != "ladder"]} for scene in plan.scenes]
     claims: List[Claim] = claims_of(rows)
     content = {"scenes": scenes, "facts": facts, "headings": HEADINGS, "claims": claims, "plan": plan, "felt": _percent(DISCRIMINATION),
+               "strings": tradeoff_strings.write(output), "instructions": _instructions(counts, output), "levels": list(LEVELS),
                "embed": lambda name: report.embedded_plot(output, name)}
     for name, escape in (("html", True), ("md", False)):
         text = report.environment(escape).get_template(f"tradeoff.{name}.j2").render(content)

@@ -46,6 +46,7 @@ class Row:
     work_mean: float
     work_p50: float
     work_p99: float
+    work_p999: float
     work_max: float
     tests: float
     iterations: float
@@ -113,7 +114,8 @@ def _row(scene: str, knob: str, setting: str, lines: List[Dict[str, Any]]) -> Ro
                pose_rms_m=math.sqrt(total("pose_square") / max(total("ticks"), 1.0)), pose_max_m=largest("pose_max_m"), turn_max_rad=largest("turn_max_rad"),
                penetration_m=_penetration([line["path_gap_m"] for line in lines]), surface_m=largest("surface_m"), touching=touching,
                lagging=total("lagging") / max(touching, 1), work_mean=mean("work_mean"), work_p50=quantile(work, 0.5), work_p99=quantile(work, 0.99),
-               work_max=largest("work_max"), tests=mean("tests_mean"), iterations=mean("iterations_mean"), sub_steps=mean("sub_steps_mean"), times_us=times)
+               work_p999=quantile(work, 0.999), work_max=largest("work_max"), tests=mean("tests_mean"), iterations=mean("iterations_mean"),
+               sub_steps=mean("sub_steps_mean"), times_us=times)
 
 
 def front(costs: Sequence[float], errors: Sequence[float]) -> List[bool]:
@@ -146,7 +148,7 @@ def rows_of(plan: Plan, folder: pathlib.Path) -> List[Row]:
 
 
 RESULTS = ("scene", "knob", "setting", "error", "bound", "contact_error", "torque_error", "largest_n", "pose_rms_m", "pose_max_m", "turn_max_rad",
-           "penetration_m", "surface_m", "touching", "lagging", "work_mean", "work_p50", "work_p99", "work_max", "tests", "iterations", "sub_steps", "on_front")
+           "penetration_m", "surface_m", "touching", "lagging", "work_mean", "work_p50", "work_p99", "work_p999", "work_max", "tests", "iterations", "sub_steps", "on_front")
 
 
 def _text(value: Any) -> str:

@@ -23,6 +23,8 @@ void add_cases_command(CLI::App& app);
 void add_measure_command(CLI::App& app);
 /// strings: force and pitch of the levels of a string.
 void add_strings_command(CLI::App& app);
+/// ticks: a gesture played, for profilers.
+void add_ticks_command(CLI::App& app);
 /// triangle: the force triangle of a deflected string.
 void add_triangle_command(CLI::App& app);
 

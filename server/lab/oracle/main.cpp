@@ -19,6 +19,7 @@ constexpr auto kCommands = std::to_array<hapticd::AddCommand>({
     hapticd::add_triangle_command,
     hapticd::add_measure_command,
     hapticd::add_strings_command,
+    hapticd::add_ticks_command,
 });
 
 constexpr hapticd::Program kProgram{

@@ -49,6 +49,7 @@ std::vector<StudyTick> play_study(const Scene& scene, std::size_t tool, const St
   if (judge != nullptr) judge->restart();
   const auto output = std::make_unique<TickOutput>();
   std::vector<StudyTick> ticks;
+  bool out = false;
   for (int k = 0; k < tick_count(setting.rate_hz); ++k) {
     const double t = k / setting.rate_hz;
     const Pose X_WH = gesture.at(t);
@@ -66,8 +67,10 @@ std::vector<StudyTick> play_study(const Scene& scene, std::size_t tool, const St
     kept.touches = tick.optimiser.active_count > 0;
     kept.counts = tick.optimiser;
     kept.cpu_us = after - before;
+    out = out || tick.optimiser.status != OptimiserStatus::kRecovering;
     if (judge != nullptr) {
-      kept.path_gap_m = judge_tick(*judge, play.simulation->scene(0), tick, k == 0);
+      const double gap = judge_tick(*judge, play.simulation->scene(0), tick, k == 0);
+      if (out) kept.path_gap_m = gap;
     }
   }
   return ticks;

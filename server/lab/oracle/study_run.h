@@ -20,7 +20,8 @@ struct StudyTick {
   bool touches = false;
   OptimiserResult counts;
   double cpu_us = 0.0;  ///< processor time of this thread
-  /// Smallest on the committed way; no number where it was not judged.
+  /// Smallest on the committed way; no number where it was not judged, nor while a tool that began
+  /// inside of something, as in a scene of fatter spheres, has not been out yet.
   double path_gap_m = std::numeric_limits<double>::quiet_NaN();
 };
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Stands for hapticd-oracle measure in tests of the study: numbers that follow from the arguments alone, times that never repeat. FAKE_ORACLE_S: seconds
+"""Stands for hapticd-oracle measure and strings in tests of the study: numbers that follow from the arguments alone, times that never repeat. FAKE_ORACLE_S: seconds
 each call takes."""
 import hashlib
 import json
@@ -33,8 +33,19 @@ def line(name, text, scene, seed, speed):
             "timing": {"mean_us": time.monotonic() % 10.0, "p50_us": 1.0, "p99_us": 2.0, "max_us": 3.0, "bins": [[16, 300]]}}
 
 
+def strings():
+    """As hapticd-oracle strings prints it."""
+    for name, steps in (("static", 0), ("8 modes, 4 steps", 32), ("8 modes, 16 steps", 128)):
+        print(json.dumps({"measured": "touch", "name": name, "mode_steps": steps, "model_error": 0.5 / (1 + steps), "model_max_n": 0.1,
+                          "played_error": 0.5, "played_max_n": 0.2, "timing": {"median_ns": 100.0 + time.monotonic() % 10.0}}))
+    print(json.dumps({"measured": "pitch", "frequency_hz": 65.4, "pluck_lambda": 0.1, "deflection_m": 5e-3, "truth_cents": 98.0, "error_cents": -98.0,
+                      "error_with_glide_cents": -13.0}))
+
+
 def main(arguments):
-    """The command line of hapticd-oracle measure, as far as the study uses it."""
+    """The command line of hapticd-oracle, as far as the study uses it."""
+    if arguments[0] == "strings":
+        return strings()
     options = {}
     for name, value in zip(arguments[1::2], arguments[2::2]):
         options.setdefault(name, []).append(value)

@@ -73,6 +73,17 @@ Levels play_levels(const Scene& scene, int gestures) {
   return levels;
 }
 
+/// Adds a run's errors to `level`, and the work of its ticks in touch to `work`.
+void add(const std::vector<StudyTick>& run, const std::vector<StudyTick>& truth, Level& level,
+         Histogram& work) {
+  const StudyErrors errors = compare(run, truth, 1.0);
+  level.error_square += errors.felt_square;
+  level.truth_square += errors.truth_square;
+  for (const StudyTick& tick : run) {
+    if (tick.touches) count_value(static_cast<double>(tick_work(tick.counts)), work);
+  }
+}
+
 }  // namespace
 
 TEST_CASE("on gestures held out, levels keep their stated errors to 1.2 times, and enter nothing") {
@@ -95,6 +106,33 @@ TEST_CASE("on gestures held out, levels keep their stated errors to 1.2 times, a
       CHECK(here.work >= below.work);
     }
   }
+}
+
+TEST_CASE("with coarser and finer leaves, levels span 10 times the work and 100 times the error") {
+  const auto fine = shipped("bunny_fine");
+  const auto coarse = shipped("bunny_coarse");
+  REQUIRE(fine != nullptr);
+  REQUIRE(coarse != nullptr);
+  const Scene& scene = *fine->scene;
+  PathRun judge(scene);
+  Level least, most;
+  Histogram least_work, most_work;
+  // Of the study: in these the bunny slips over an edge, where a budget is hardest to keep.
+  for (const std::uint64_t seed : {3U, 4U}) {
+    const StudyGesture gesture = choose_study_gesture(scene, 0, judge.judge(), seed, 0.5);
+    StudySetting setting;
+    setting.options = truth_options(scene.description());
+    const auto truth = play_study(scene, 0, setting, gesture, nullptr);
+    const auto cheap =
+        play_study(*coarse->scene, 0, parse_setting("l:level=0", coarse->scene->description()),
+                   gesture, nullptr);
+    const auto exact =
+        play_study(scene, 0, parse_setting("l:level=4", scene.description()), gesture, nullptr);
+    add(cheap, truth, least, least_work);
+    add(exact, truth, most, most_work);
+  }
+  CHECK(quantile(most_work, 0.999) >= 10.0 * quantile(least_work, 0.999));
+  CHECK(least.error() >= 100.0 * most.error());
 }
 
 TEST_CASE(
