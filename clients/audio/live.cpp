@@ -14,6 +14,7 @@
 #include "clients/audio/jack_output.h"
 #include "clients/audio/tone_files.h"
 #include "clients/library/client.h"
+#include "clients/library/named_key.h"
 
 namespace hapticd::audio {
 namespace {
@@ -84,8 +85,6 @@ class Live {
   }
 
   void open_daemon() {
-    std::optional<client::ClientKey> key;
-    if (!options_.key_file.empty()) key = client::read_client_key(options_.key_file);
     client::ClientHandlers handlers;
     handlers.item = [this](const v1::Item& item) { take(item); };
     handlers.ended = [this](client::SessionEnd) {
@@ -93,7 +92,7 @@ class Live {
       missed_ = missed_ || heard_;
       heard_ = false;
     };
-    client_.emplace(options_.host, options_.port, handlers, key);
+    client_.emplace(options_.host, options_.port, handlers, client::named_key(options_.key_file));
     opened_ns_ = client::monotonic_now_ns();
     say("listens to hapticd at " + client_->server());
   }

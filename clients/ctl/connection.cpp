@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "clients/library/named_key.h"
+
 namespace hapticd::ctl {
 namespace {
 
@@ -17,12 +19,8 @@ std::string unreachable(const std::string& server, bool keyed) {
 }
 
 std::optional<client::ClientKey> key_of(const GlobalOptions& options) {
-  if (options.key_file.empty()) return std::nullopt;
-  std::optional<wire::Role> role;
-  if (options.role == "view") role = wire::Role::kView;
-  if (options.role == "control") role = wire::Role::kControl;
   try {
-    return client::read_client_key(options.key_file, role);
+    return client::named_key(options.key_file, options.role);
   } catch (const std::runtime_error& error) {
     throw Failure(kRefused, std::string("--key: ") + error.what());
   }

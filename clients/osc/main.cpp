@@ -7,6 +7,7 @@
 
 #include "clients/library/client.h"
 #include "clients/library/endpoint.h"
+#include "clients/library/named_key.h"
 #include "clients/osc/bridge.h"
 #include "clients/osc/osc_sender.h"
 
@@ -47,14 +48,6 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
 }
 
-std::optional<hapticd::client::ClientKey> key_of(const Options& options) {
-  if (options.key_file.empty()) return std::nullopt;
-  std::optional<hapticd::wire::Role> role;
-  if (options.role == "view") role = hapticd::wire::Role::kView;
-  if (options.role == "control") role = hapticd::wire::Role::kControl;
-  return hapticd::client::read_client_key(options.key_file, role);
-}
-
 void subscribe(Client& client, double tick_rate_hz, double rate_hz) {
   v1::Item item;
   if (rate_hz > 0.0) {
@@ -90,7 +83,8 @@ int run(const Options& options) {
     std::printf("the session ended; it begins anew when hapticd is there\n");
     std::fflush(stdout);
   };
-  Client client(server.host, server.port, handlers, key_of(options));
+  Client client(server.host, server.port, handlers,
+                hapticd::client::named_key(options.key_file, options.role));
   session = &client;
   if (!client.connect(std::chrono::seconds(2))) {
     std::fprintf(stderr,

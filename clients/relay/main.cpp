@@ -8,6 +8,7 @@
 
 #include "clients/library/client.h"
 #include "clients/library/endpoint.h"
+#include "clients/library/named_key.h"
 #include "clients/relay/broker.h"
 
 namespace {
@@ -55,14 +56,6 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
 }
 
-std::optional<hapticd::client::ClientKey> key_of(const Options& options) {
-  if (options.key_file.empty()) return std::nullopt;
-  std::optional<hapticd::wire::Role> role;
-  if (options.role == "view") role = hapticd::wire::Role::kView;
-  if (options.role == "control") role = hapticd::wire::Role::kControl;
-  return hapticd::client::read_client_key(options.key_file, role);
-}
-
 hapticd::relay::BrokerOptions broker_options(const Options& options) {
   hapticd::relay::BrokerOptions made = options.at;
   const auto at = hapticd::client::parse_endpoint(options.broker, {made.host, made.port});
@@ -100,7 +93,8 @@ int run(const Options& options) {
     relay.item(item);
   };
   handlers.state = [&](const v1::State& state) { relay.state(state); };
-  Client client(server.host, server.port, handlers, key_of(options));
+  Client client(server.host, server.port, handlers,
+                hapticd::client::named_key(options.key_file, options.role));
   session = &client;
   bool live = false;
   std::uint64_t connections = 0;

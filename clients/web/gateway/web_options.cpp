@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "clients/library/endpoint.h"
+#include "clients/library/named_key.h"
 
 namespace hapticd::web {
 namespace {
@@ -108,11 +109,7 @@ void finish(const Texts& texts, WebOptions& options) {
   if (options.server.page.empty()) options.server.page = data_folder() / "web";
   options.assets.push_back(data_folder() / "models");
   options.server.most_connections = options.server.most_viewers + 192;
-  if (texts.key_file.empty()) return;
-  std::optional<wire::Role> role;
-  if (texts.role == "view") role = wire::Role::kView;
-  if (texts.role == "control") role = wire::Role::kControl;
-  options.link.key = client::read_client_key(texts.key_file, role);
+  options.link.key = client::named_key(texts.key_file, texts.role);
 }
 
 }  // namespace
