@@ -22,14 +22,6 @@ DeviceDriver recorded_driver(const std::string& source, const DeviceProfile& pro
   return profile.driver;
 }
 
-std::string text_of(const SceneProblems& problems) {
-  std::string text;
-  for (const SceneProblem& problem : problems) {
-    if (!problem.doubt) text += (text.empty() ? "" : "\n") + to_text(problem);
-  }
-  return text;
-}
-
 /// The first file of a recorded scene that is not the same here; empty: all are.
 std::string changed_asset(const v1::SceneRecord& record, const LoadedScene& loaded) {
   for (const v1::Asset& asset : record.assets()) {
@@ -73,7 +65,7 @@ PlayerOptions recorded_player(const v1::RecordHeader& header) {
     if (!profile.loaded || k >= config.device_size()) {
       throw StartError(kExitInput,
                        "the recording's device profile does not hold in this version: " +
-                           text_of(profile.problems) + ". Use the version that recorded it.");
+                           faults_text(profile.problems) + ". Use the version that recorded it.");
     }
     ToolDevice tool{device.tool_id(), std::move(*profile.loaded), "replay"};
     tool.recorded = recorded_driver(config.device(k).source(), tool.profile.profile);
@@ -99,7 +91,7 @@ std::unique_ptr<PlayedScene> Daemon::make_recorded_scene(const v1::SceneRecord& 
                               std::filesystem::path(replay_->path()).parent_path());
   LoadResult result = load_scene_text(text, options);
   if (result.loaded == nullptr) {
-    throw StartError(kExitInput, which + "cannot be played here:\n" + text_of(result.problems));
+    throw StartError(kExitInput, which + "cannot be played here:\n" + faults_text(result.problems));
   }
   const std::string asset = changed_asset(record, *result.loaded);
   if (!asset.empty()) {

@@ -23,4 +23,12 @@ bool any_fault(const SceneProblems& problems) noexcept {
                      [](const SceneProblem& problem) { return !problem.doubt; });
 }
 
+std::string faults_text(const SceneProblems& problems) {
+  std::string text;
+  for (const SceneProblem& problem : problems) {
+    if (!problem.doubt) text += (text.empty() ? "" : "\n") + to_text(problem);
+  }
+  return text;
+}
+
 }  // namespace hapticd

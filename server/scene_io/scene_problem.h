@@ -24,4 +24,7 @@ using SceneProblems = std::vector<SceneProblem>;
 /// True when one of them is no mere doubt.
 [[nodiscard]] bool any_fault(const SceneProblems& problems) noexcept;
 
+/// All that are no mere doubts, as to_text() has them, a line each, without the end of the last.
+[[nodiscard]] std::string faults_text(const SceneProblems& problems);
+
 }  // namespace hapticd

@@ -10,18 +10,6 @@
 #include "server/scene_io/gesture_motion.h"
 
 namespace hapticd {
-namespace {
-
-std::string faults_of(const SceneProblems& problems) {
-  std::string text;
-  for (const SceneProblem& problem : problems) {
-    if (!problem.doubt) text += (text.empty() ? "" : "\n") + to_text(problem);
-  }
-  return text;
-}
-
-}  // namespace
-
 std::vector<TimedPose> follow_track(const GestureTrack& track, std::int64_t period_ns) {
   const GesturePoint& first = track.legs.empty() ? track.samples.front() : track.legs.front().point;
   GesturePlayer player(Pose{to_quaternion(first.q_DH), to_vector(first.p_DH)});
@@ -41,7 +29,7 @@ v1::Gesture load_checked_gesture(const std::string& gesture, const std::string& 
                                      ? installed_gestures()
                                      : GestureFolders{std::filesystem::path(data) / "gestures"};
   GestureResult loaded = load_gesture(gesture, folders);
-  if (!loaded.gesture) throw std::runtime_error(faults_of(loaded.problems));
+  if (!loaded.gesture) throw std::runtime_error(faults_text(loaded.problems));
   return std::move(*loaded.gesture);
 }
 
@@ -53,7 +41,7 @@ GestureMotion load_motion(const std::string& gesture, const std::string& data,
                       [&map](const Pose& X_WH) { return to_device(map, WorkspaceState{}, X_WH); });
   if (any_fault(result.problems)) {
     throw std::runtime_error(gesture + " does not fit the scene " + scene.name + ":\n" +
-                             faults_of(result.problems));
+                             faults_text(result.problems));
   }
   if (!result.motion || result.motion->track().empty()) {
     throw std::runtime_error(gesture + " has no track of tool " + std::to_string(tool.tool_id) +

@@ -19,14 +19,6 @@
 namespace hapticd {
 namespace {
 
-std::string faults_of(const SceneProblems& problems) {
-  std::string text;
-  for (const SceneProblem& problem : problems) {
-    if (!problem.doubt) text += (text.empty() ? "" : "\n") + to_text(problem);
-  }
-  return text;
-}
-
 /// The driver that was behind device number k.
 DeviceDriver driver_of(const v1::RecordHeader& header, int k, const DeviceProfile& profile) {
   const std::string source =
@@ -81,7 +73,7 @@ RecordedScene::RecordedScene(const v1::SceneRecord& record, const v1::RecordHead
   LoadResult result = load_scene_text(text, options);
   const std::string which = "scene " + std::to_string(record.scene_id()) + " of the recording ";
   if (result.loaded == nullptr) {
-    fail(which + "cannot be played here:\n" + faults_of(result.problems));
+    fail(which + "cannot be played here:\n" + faults_text(result.problems));
   }
   const std::string asset = changed_asset(record, *result.loaded);
   if (!asset.empty()) {
@@ -108,7 +100,7 @@ void RecordedScene::play(const v1::RecordHeader& header) {
     if (header.devices().empty()) fail("it names no device. Name another recording");
     const ProfileResult profile = check_profile(header.devices(device).profile());
     if (!profile.loaded) {
-      fail("its device profile does not hold in this version: " + faults_of(profile.problems) +
+      fail("its device profile does not hold in this version: " + faults_text(profile.problems) +
            ". Use the version that recorded it");
     }
     PlayedTool tool;
