@@ -79,16 +79,43 @@ struct Neighbourhood {
   return box;
 }
 
-/// False when the box is certainly outside `near`. 10 operations.
+/// How far `p` is outside [lower, upper], squared; 0 inside.
+[[nodiscard]] inline double squared_outside(double lower, double upper, double p) noexcept {
+  const double below = lower - p;
+  const double above = p - upper;
+  const double outside = below > above ? below : above;
+  return outside > 0.0 ? outside * outside : 0.0;
+}
+
+/// False when the box is certainly outside `near`. Strings lie side by side, so that one axis tells
+/// most of them apart: where it is too far by itself, so is the sum. 5 to 15 operations.
 [[nodiscard]] inline bool may_touch(const CapsuleGroup& box, const Neighbourhood& near) noexcept {
-  double squared = 0.0;
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    const double below = box.lower[k] - near.p_W[k];
-    const double above = near.p_W[k] - box.upper[k];
-    const double outside = below > above ? below : above;
-    squared += outside > 0.0 ? outside * outside : 0.0;
-  }
-  return !(squared > near.radius * near.radius);
+  const double most = near.radius * near.radius;
+  const double z = squared_outside(box.lower.z(), box.upper.z(), near.p_W.z());
+  if (z > most) return false;
+  const double y = squared_outside(box.lower.y(), box.upper.y(), near.p_W.y());
+  if (y > most) return false;
+  const double x = squared_outside(box.lower.x(), box.upper.x(), near.p_W.x());
+  return !((x + y) + z > most);
+}
+
+/// What of box_of(capsule) lies along one axis, as in may_touch().
+[[nodiscard]] inline double squared_outside(const Capsule& capsule, Eigen::Index axis,
+                                            double p) noexcept {
+  const double a = capsule.p_A[axis];
+  const double b = capsule.p_B[axis];
+  return squared_outside((a < b ? a : b) - capsule.r, (a > b ? a : b) + capsule.r, p);
+}
+
+/// may_touch() of the box of a straight capsule, of which no more is made than is looked at.
+[[nodiscard]] inline bool capsule_may_touch(const Capsule& capsule,
+                                            const Neighbourhood& near) noexcept {
+  const double most = near.radius * near.radius;
+  const double z = squared_outside(capsule, 2, near.p_W.z());
+  if (z > most) return false;
+  const double y = squared_outside(capsule, 1, near.p_W.y());
+  if (y > most) return false;
+  return !((squared_outside(capsule, 0, near.p_W.x()) + y) + z > most);
 }
 
 /// Calls visit(capsule index, AxisSegment) for every straight capsule that may touch `near`, and
@@ -112,7 +139,7 @@ void for_each_segment(const ObstaclesView& obstacles, const Neighbourhood& near,
         visit(index, leg_of(capsule, *bend, 0));
         visit(index, leg_of(capsule, *bend, 1));
         ++bend;
-      } else if (may_touch(box_of(capsule), near)) {
+      } else if (capsule_may_touch(capsule, near)) {
         visit(index, AxisSegment{capsule, 0, 0.0, 1.0});
       }
     }

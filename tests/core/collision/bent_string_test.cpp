@@ -124,6 +124,31 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a look at a box axis by axis says what its squared distance says, to the last bit") {
+  SplitMix64 random(73);
+  int near_ones = 0;
+  for (std::int64_t trial = 0; trial < scaled(200'000); ++trial) {
+    const Capsule capsule{random_vector(random, 1.0), random_vector(random, 1.0),
+                          random.uniform(0.0, 0.1)};
+    const CapsuleGroup box = box_of(capsule);
+    const Vector3 p = random_vector(random, 2.0);
+    double squared = 0.0;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double outside = std::max({box.lower[k] - p[k], p[k] - box.upper[k], 0.0});
+      squared += outside * outside;
+    }
+    // Often as near as makes no difference: the distance rounded, or the next number.
+    double radius = random.chance(0.5) ? std::sqrt(squared) : random.uniform(0.0, 2.0);
+    if (random.chance(0.3)) radius = std::nextafter(radius, random.chance(0.5) ? 0.0 : 9.0);
+    const bool touches = !(squared > radius * radius);
+    near_ones += touches ? 1 : 0;
+    REQUIRE(may_touch(box, {p, radius}) == touches);
+    REQUIRE(capsule_may_touch(capsule, {p, radius}) == touches);
+  }
+  CHECK(near_ones > scaled(20'000));
+  CHECK(near_ones < scaled(180'000));
+}
+
 TEST_CASE("a string's share of its vertex's deflection falls evenly to nothing at both ends") {
   for (const double vertex : {0.0, 1e-6, 0.25, 0.5, 1.0}) {
     CAPTURE(vertex);
