@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 import numpy
-from hapticd_lab import quality_table, tradeoff_plan, tradeoff_table, tradeoff_units
+from hapticd_lab import quality_table, tradeoff_instructions, tradeoff_plan, tradeoff_strings, tradeoff_table, tradeoff_units
 from hapticd_lab.quality_table import NoLevels, Point
 from hapticd_lab.tradeoff_plan import Plan
 from hapticd_lab.tradeoff_table import Row
@@ -87,6 +87,20 @@ def row(setting, **values):
     return Row("bunny", setting.split()[0], setting, **{**numbers, **values})
 
 
+class Instructions(unittest.TestCase):
+    def test_dumps_are_read_in_their_order_and_what_is_no_setting_s_is_left_out(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, count in (("callgrind.out", 7), ("callgrind.out.10", 300), ("callgrind.out.2", 200), ("callgrind.out.1", 100)):
+                (pathlib.Path(folder) / name).write_text(f"events: Ir\nfn=(1) step\ntotals: {count}\n")
+            self.assertEqual(tradeoff_instructions._totals(pathlib.Path(folder)), [100, 200, 300])
+
+    def test_the_table_has_a_row_for_each_scene_and_speed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            tradeoff_instructions.write({("bunny", 0.5): [1.0, 2.0, 3.0, 4.0, 5.4]}, pathlib.Path(folder))
+            text = (pathlib.Path(folder) / "instructions.csv").read_text()
+        self.assertEqual(text.splitlines()[1], "bunny,0.5,1,2,3,4,5")
+
+
 class Levels(unittest.TestCase):
     def test_five_levels_go_up_in_work_and_down_in_error_with_the_default_fourth(self):
         levels = quality_table.choose(rungs())
@@ -134,6 +148,13 @@ class ThroughTheOracle(unittest.TestCase):
         tradeoff_units.play_all(units, PLAN, self.path, 2)
         self.assertEqual(tradeoff_units.unit_path(self.path, units[0]).read_text(), before)
         self.assertEqual(tradeoff_units.missing(PLAN, self.path), [])
+
+    def test_strings_leave_tables_and_a_picture(self):
+        shown = tradeoff_strings.write(self.path)
+        self.assertEqual([row[0] for row in shown["touches"]], ["static", "8 modes, 4 steps", "8 modes, 16 steps"])
+        self.assertIn("8 modes, 16 steps", (self.path / "strings_touch.csv").read_text())
+        self.assertEqual((self.path / "strings_pitch.csv").read_text().splitlines()[1], "65.4,0.1,0.005,98,-98,-13")
+        self.assertTrue((self.path / "string_models.svg").is_file())
 
     def test_a_damaged_unit_is_named(self):
         tradeoff_units.claim(self.path, PLAN)
