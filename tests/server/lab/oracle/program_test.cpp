@@ -58,7 +58,7 @@ TEST_CASE("the force triangle has Pythagoras' sides") {
 }
 
 TEST_CASE("more modes bring a string's force to the truth, and glide its pitch near it") {
-  const Outcome outcome = run("strings");
+  const ShellOutcome outcome = run("strings");
   REQUIRE(outcome.code == 0);
   const auto error = [&](const std::string& name) {
     return number(outcome.text, "\"name\":\"" + name + "\"", "model_error");
