@@ -84,7 +84,7 @@ std::int64_t affordable_work(double budget_ns, WorkPrice& price) noexcept {
 }
 
 std::int64_t nominal_work(double budget_ns) noexcept {
-  return static_cast<std::int64_t>(fitting_work(budget_ns, kNominalWork_ns));
+  return static_cast<std::int64_t>(fitting_work(kNominalShare * budget_ns, kNominalWork_ns));
 }
 
 bool worth_telling(std::int64_t work, std::int64_t told) noexcept {

@@ -19,6 +19,10 @@ inline constexpr int kPriceBlock = 2048;
 inline constexpr std::size_t kDearRank = 3;
 /// Share of the budget that is spent: prices beyond all that was seen. Nearer to 1: less room.
 inline constexpr double kSpentShare = 0.95;
+/// Counts know no noise: under the virtual clock a little more than the budget is allowed, as much
+/// as a tick keeps back of it for a linearisation dearer than the last. More: ticks exceed the
+/// budget.
+inline constexpr double kNominalShare = 1.02;
 /// Factor on the price while it is a guess, on the mean one before a large tick was seen, and on
 /// the dearest of few. Smaller: the first large ticks may take longer than the budget.
 inline constexpr double kGuessed = 4.0;
@@ -58,7 +62,8 @@ void learn(const PricedTick& tick, WorkPrice& price) noexcept;
 /// Work that a tick of `budget_ns` > 0 can do, >= 1, at the price that was learnt.
 [[nodiscard]] std::int64_t affordable_work(double budget_ns, WorkPrice& price) noexcept;
 
-/// The same at kNominalWork_ns a unit, whatever the machine: under the virtual clock.
+/// The same of kNominalShare at kNominalWork_ns a unit, whatever the machine: under the virtual
+/// clock.
 [[nodiscard]] std::int64_t nominal_work(double budget_ns) noexcept;
 
 /// False when `work` is so near to what was told that telling it changes nothing.
