@@ -12,7 +12,7 @@ VIRTUAL = ("--clock", "virtual", "--device", "scripted", "--scene", "single_stri
 # Longest time a governor may take to come to its level, s.
 PATIENCE_S = 30.0
 # Time of a unit of work under the virtual clock, ns.
-NOMINAL_NS = 1.4
+NOMINAL_NS, NOMINAL_SHARE = 1.4, 1.02
 
 
 def quality_of(session, poses=40):
@@ -64,7 +64,7 @@ class Fixed(unittest.TestCase):
             qualities, bits = self.governed(budget)
             self.assertTrue(all(quality.automatic for quality in qualities))
             self.assertEqual((qualities[-1].level, qualities[-1].reason), (level, reason))
-            self.assertEqual(qualities[-1].work_budget, int(1e3 * float(budget) / NOMINAL_NS))
+            self.assertEqual(qualities[-1].work_budget, int(NOMINAL_SHARE * (1e3 * float(budget)) / NOMINAL_NS))
             self.assertEqual(any(quality.cut_short for quality in qualities), budget == "0.1")
             self.assertTrue(all(quality.work > 0 for quality in qualities))
             again, bits_again = self.governed(budget)
