@@ -58,6 +58,13 @@ endif()
 add_library(hapticd_language INTERFACE)
 target_include_directories(hapticd_language INTERFACE "${CMAKE_SOURCE_DIR}")
 target_compile_options(hapticd_language INTERFACE -ffp-contract=off -fno-math-errno)
+# gcc 12 fuses products with sums that alternate in sign all the same (vfmaddsub): it may not know of such instructions.
+include(CheckCXXSourceCompiles)
+unset(HAPTICD_GCC_MAY_FUSE CACHE)  # flags may have changed
+check_cxx_source_compiles("#if !defined(__FMA__) || defined(__clang__)\n#error\n#endif\nint main() {}" HAPTICD_GCC_MAY_FUSE)
+if(HAPTICD_GCC_MAY_FUSE)
+  target_compile_options(hapticd_language INTERFACE -mno-fma)
+endif()
 target_compile_definitions(hapticd_language INTERFACE
   EIGEN_DONT_VECTORIZE EIGEN_MAX_ALIGN_BYTES=0 EIGEN_MPL2_ONLY)
 

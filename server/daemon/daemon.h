@@ -111,9 +111,9 @@ class Daemon {
   // Quality that follows a budget (daemon_quality.cpp).
   [[nodiscard]] QualityWish quality_wish() const;
   void follow_budget(const Snapshot& snapshot);
-  void learn_price(const Snapshot& snapshot);
+  [[nodiscard]] PricedTick tick_before(const Snapshot& snapshot);
   void allow_work(std::int64_t work);
-  void follow_level(const Snapshot& snapshot, double budget_us);
+  void follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double budget_us);
   void explain_quality(const Snapshot& snapshot, v1::State& state) const;
 
   // Scenes (daemon_scenes.cpp).

@@ -42,25 +42,33 @@ void Daemon::follow_budget(const Snapshot& snapshot) {
     return;
   }
   const double budget_us = scene.live.quality().automatic().budget_us();
+  std::int64_t cost_ns = 0;
   if (virtual_time_) {
+    cost_ns = std::llround(kNominalWork_ns * static_cast<double>(snapshot.work.work));
     allow_work(nominal_work(1e3 * budget_us));
   } else {
-    learn_price(snapshot);
+    const PricedTick before = tick_before(snapshot);
+    cost_ns = judged_cost(before, price_);
+    learn(before, price_);
     allow_work(affordable_work(1e3 * budget_us, price_));
   }
   // A change that waits for its tick would be overtaken by one made from its values.
   const LiveSettings& now = scene.settings.tools.front();
-  if (now.quality_automatic && snapshot.tick >= change_tick_) follow_level(snapshot, budget_us);
+  if (now.quality_automatic && snapshot.tick >= change_tick_) {
+    follow_level(snapshot, cost_ns, budget_us);
+  }
 }
 
 // A snapshot tells the time of the tick before. Where one found no place in the ring, or the scene
 // is new, that tick is not known.
-void Daemon::learn_price(const Snapshot& snapshot) {
+PricedTick Daemon::tick_before(const Snapshot& snapshot) {
+  PricedTick before;
   const std::uint64_t overruns = snapshot.timing.overruns;
   if (before_ && before_->next_tick + (overruns - before_->overruns) == snapshot.tick) {
-    learn({snapshot.timing.cpu_ns, static_cast<std::int64_t>(before_->work)}, price_);
+    before = {snapshot.timing.cpu_ns, static_cast<std::int64_t>(before_->work)};
   }
   before_ = TickBefore{snapshot.tick + 1, overruns, snapshot.work.work};
+  return before;
 }
 
 void Daemon::allow_work(std::int64_t work) {
@@ -68,13 +76,10 @@ void Daemon::allow_work(std::int64_t work) {
   if (channels_->commands.push({++last_command_, WorkBudgetCommand{work}})) allowed_work_ = work;
 }
 
-void Daemon::follow_level(const Snapshot& snapshot, double budget_us) {
+void Daemon::follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double budget_us) {
   AirScene& scene = scenes_.back();
-  TickCost cost{snapshot.t_ns, snapshot.timing.cpu_ns, static_cast<int>(snapshot.quality_level),
-                snapshot.work.cut_short};
-  if (virtual_time_) {
-    cost.cpu_ns = std::llround(kNominalWork_ns * static_cast<double>(snapshot.work.work));
-  }
+  const TickCost cost{snapshot.t_ns, cost_ns, static_cast<int>(snapshot.quality_level),
+                      snapshot.work.cut_short};
   const int level = govern(cost, std::llround(1e3 * budget_us), governor_);
   if (level == static_cast<int>(scene.settings.tools.front().quality_level)) return;
   SceneSettings settings = scene.settings;

@@ -38,7 +38,7 @@ inline constexpr std::int64_t kLongestRetry_ns = 320'000'000'000;
 /// One tick.
 struct TickCost {
   std::int64_t t_ns = 0;    ///< never decreasing
-  std::int64_t cpu_ns = 0;  ///< CPU time of the haptic thread; 0: not known, is left out
+  std::int64_t cpu_ns = 0;  ///< CPU time that its work took; 0: not known, is left out
   int level = 0;            ///< it was computed with, [0, kQualityLevels)
   bool cut_short = false;   ///< a work budget ended it
 };

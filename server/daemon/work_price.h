@@ -1,8 +1,9 @@
 // What work costs on this machine: learnt from the CPU time of its own ticks, so that the work of a
-// tick can be bounded before it begins. Two numbers: the time of a tick without contact, and the
-// time of a unit of work (core/rendering/tick_work.h) beyond that, as dear as one tick in a
-// thousand finds it. Not a mean: a budget is kept by the dear ticks. A pure function of measured
-// numbers: no clock is read. Not RT.
+// tick can be bounded before it begins. Two points of a line: ticks with about the least work that
+// ticks have of late, such as those in the air, and the time of a unit of work (see
+// core/rendering/tick_work.h) beyond theirs, as dear as one tick in a thousand finds it. Not a
+// mean: a budget is kept by the dear ticks. What the machine adds to ticks in the air it adds to
+// all, and is no price of work. A pure function of measured numbers: no clock is read. Not RT.
 #pragma once
 
 #include <array>
@@ -10,9 +11,10 @@
 
 namespace hapticd {
 
-/// A tick with no more work than this touches nothing, units.
+/// A tick with no more work than this is idle, units, and so is one with no more than twice the
+/// least of late.
 inline constexpr std::int64_t kIdleWork = 1000;
-/// Large ticks are judged in blocks of so many. More: slower to see that it has become cheaper.
+/// Ticks are judged in blocks of so many. More: slower to see that they have become cheaper.
 inline constexpr int kPriceBlock = 2048;
 /// That one of a block's prices counts which so many less one exceed: 1 tick in 1000 of the two
 /// blocks that are looked at. More: the budget is exceeded more often.
@@ -23,6 +25,9 @@ inline constexpr double kSpentShare = 0.95;
 /// as a tick keeps back of it for a linearisation dearer than the last. More: ticks exceed the
 /// budget.
 inline constexpr double kNominalShare = 1.02;
+/// Share of the budget up to which what the machine adds to a tick in a thousand is kept back for
+/// it. What is added beyond, no work left out would pay for.
+inline constexpr double kKeptBack = 0.25;
 /// Factor on the price while it is a guess, on the mean one before a large tick was seen, and on
 /// the dearest of few. Smaller: the first large ticks may take longer than the budget.
 inline constexpr double kGuessed = 4.0;
@@ -38,26 +43,39 @@ struct PricedTick {
   std::int64_t work = 0;
 };
 
-/// Kept between ticks; begin anew with each scene.
-struct WorkPrice {
-  /// The dearest prices of a block, falling, ns a unit.
+/// Numbers of a block of ticks and of the one before it, of which the dearest and the least count.
+struct DearTicks {
   struct Block {
-    std::array<double, kDearRank> dearest{};
+    std::array<double, kDearRank> dearest{};  ///< falling
+    double least = 0.0;
     int ticks = 0;
   };
-  /// Of about the cheapest tick of late without contact; 0: none seen.
-  double idle_ns = 0.0;
-  double touching_ns = 0.0;  ///< means of ticks with contact, beyond that
+  Block block;  ///< being filled
+  Block last;
+};
+
+/// Kept between ticks; begin anew with each scene.
+struct WorkPrice {
+  DearTicks work;        ///< of all ticks, units
+  double idle_ns = 0.0;  ///< means of idle ticks; 0: none seen
+  double idle_work = 0.0;
+  int idle_ticks = 0;
+  DearTicks idle;            ///< what they took, ns
+  double touching_ns = 0.0;  ///< means of the others, beyond the idle ones
   double touching_work = 0.0;
   int touching_ticks = 0;
   std::int64_t large_work = 0;  ///< from so much on a tick is large: half of what was affordable
-  Block block;                  ///< being filled
-  Block last;
-  double foreign = 0.0;  ///< price of a tick that waits for another as dear; 0: none
+  DearTicks large;              ///< prices of large ticks, ns a unit
+  double foreign = 0.0;         ///< price of a tick that waits for another as dear; 0: none
 };
 
 /// Takes note of a tick. Cost: some ns.
 void learn(const PricedTick& tick, WorkPrice& price) noexcept;
+
+/// What `tick` says of the level it was computed at, ns: its time less what the machine adds to one
+/// tick in a thousand in the air, but no less than what its work costs at the price that was
+/// learnt, nor more than its time. 0: not known.
+[[nodiscard]] std::int64_t judged_cost(const PricedTick& tick, const WorkPrice& price) noexcept;
 
 /// Work that a tick of `budget_ns` > 0 can do, >= 1, at the price that was learnt.
 [[nodiscard]] std::int64_t affordable_work(double budget_ns, WorkPrice& price) noexcept;

@@ -19,7 +19,7 @@ from hapticd_lab import machine, quality_table, tradeoff_instructions, tradeoff_
 from hapticd_lab.oracle import OracleError
 from hapticd_lab.quality_table import NoLevels
 from hapticd_lab.tradeoff_plan import GESTURES, HELD_OUT, QUICK_GESTURES, QUICK_SCENES, QUICK_SPEEDS, SCENES, SPEEDS, Plan
-from hapticd_lab.tradeoff_units import BadStudy, claim, gather, missing, plan_of_shards, play_all, shard_of
+from hapticd_lab.tradeoff_units import BadStudy, claim, gather, give_back, missing, plan_of_shards, play_all, shard_of
 
 SUMMARY = "measure speed against accuracy"
 
@@ -55,8 +55,12 @@ def _play(options: argparse.Namespace, plan: Plan) -> None:
     claim(options.output, plan)
     if options.merge:
         gather(options.merge, options.output)
-    else:
+        return
+    try:
         play_all(units, plan, options.output, options.jobs)
+    except OracleError:
+        give_back(options.output)
+        raise
 
 
 def run(options: argparse.Namespace) -> int:

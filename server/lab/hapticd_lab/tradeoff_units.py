@@ -44,6 +44,13 @@ def claim(folder: pathlib.Path, plan: Plan) -> None:
         raise BadStudy(f"{folder} holds another study: name another --output, or remove it")
 
 
+def give_back(folder: pathlib.Path) -> None:
+    """Undoes claim() where nothing was done since."""
+    if not any((folder / "units").iterdir()):
+        (folder / "units").rmdir()
+        (folder / "plan.json").unlink()
+
+
 def _write(path: pathlib.Path, text: str) -> None:
     """All of it or nothing, whatever happens meanwhile."""
     part = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")

@@ -23,7 +23,10 @@ struct Machine {
   double unit_ns = kNominalWork_ns;
   double noise = 0.05;            ///< greatest share by which a unit is dearer
   int interrupt_every = 1 << 30;  ///< ticks; one takes 3 ms more
-  double most_work = 4.0;         ///< asked for, of what fits
+  double late_ns = 0.0;           ///< one tick in 30 takes up to so much more
+  double idle_work = 600.0;
+  double budget_ns = kBudget_ns;
+  double most_work = 4.0;  ///< asked for, of what fits
   SplitMix64 random{5};
   WorkPrice price;
   std::int64_t allowed = 0;
@@ -37,15 +40,16 @@ struct Machine {
     cut_costs.clear();
     PricedTick before;
     for (int k = 0; k < ticks; ++k, ++tick) {
-      const std::int64_t told = affordable_work(kBudget_ns, price);
-      const double fits = (kBudget_ns - idle_ns) / unit_ns;
+      const std::int64_t told = affordable_work(budget_ns, price);
+      const double fits = (budget_ns - idle_ns) / unit_ns;
       // Contact comes and goes; the last linearisation leaves up to a tenth of the work unused.
       const bool touches = tick / 500 % 2 == 1;
-      const double wanted = touches ? random.uniform(0.05, most_work) * fits : 600.0;
+      const double wanted = touches ? random.uniform(0.05, most_work) * fits : idle_work;
       const bool cut = allowed > 0 && wanted > static_cast<double>(allowed);
       const double work = cut ? static_cast<double>(allowed) * random.uniform(0.9, 1.0) : wanted;
       const double cost = idle_ns + work * unit_ns * (1.0 + noise * random.uniform(-1.0, 1.0)) +
-                          (tick % interrupt_every == 77 ? 3e6 : 0.0);
+                          (tick % interrupt_every == 77 ? 3e6 : 0.0) +
+                          (tick % 30 == 7 ? late_ns * random.uniform(0.0, 1.0) : 0.0);
       costs.push_back(cost);
       if (cut) cut_costs.push_back(cost);
       learn(before, price);
@@ -84,6 +88,26 @@ TEST_CASE("99.9 of 100 ticks stay within 1.1 of the budget on machines of any sp
   }
 }
 
+TEST_CASE("a level is judged by the time of its ticks less what the machine adds in the air, too") {
+  Machine machine;
+  machine.noise = 0.0;
+  machine.late_ns = 100'000.0;
+  machine.run(60'000);
+  // A third of what fits, as long as it takes, and held up.
+  const double work = (kBudget_ns - machine.idle_ns) / machine.unit_ns / 3.0;
+  const double own_ns = machine.idle_ns + work * machine.unit_ns;
+  const auto judged = [&](double held_up_ns) {
+    const PricedTick tick{std::llround(own_ns + held_up_ns), std::llround(work)};
+    return static_cast<double>(judged_cost(tick, machine.price));
+  };
+  CHECK(judged(0.0) == doctest::Approx(own_ns).epsilon(1e-3));
+  CHECK(judged(90'000.0) == doctest::Approx(own_ns).epsilon(0.1));
+  CHECK(judged(3e6) == doctest::Approx(own_ns + 2.9e6).epsilon(1e-2));
+  CHECK(judged_cost({0, 10'000}, machine.price) == 0);
+  // Nothing learnt: all is taken at its time.
+  CHECK(judged_cost({3'000'000, 10'000}, WorkPrice{}) == 3'000'000);
+}
+
 TEST_CASE(
     "a machine that becomes less than half as fast is followed, and one that recovers is used "
     "again") {
@@ -106,6 +130,32 @@ TEST_CASE("interrupts are no price of work") {
   machine.interrupt_every = 200;
   machine.run(30'000);
   CHECK(static_cast<double>(machine.allowed) > 0.9 * static_cast<double>(quiet.allowed));
+}
+
+TEST_CASE("what the machine adds to ticks in the air, too, is no price of work") {
+  for (const double late_ns : {20'000.0, 100'000.0, 400'000.0}) {
+    CAPTURE(late_ns);
+    Machine machine;
+    machine.idle_ns = 50'000.0;
+    machine.idle_work = 1400.0;
+    machine.budget_ns = 120'000.0;
+    machine.late_ns = late_ns;
+    machine.run(30'000);
+    const double fits = (machine.budget_ns - machine.idle_ns) / machine.unit_ns;
+    CHECK(static_cast<double>(machine.allowed) > 0.5 * fits);
+    CHECK(static_cast<double>(machine.allowed) < fits);
+  }
+}
+
+TEST_CASE("after a contact that lasted the first ticks in the air say what a tick costs without") {
+  WorkPrice price;
+  for (int k = 0; k < 10'000; ++k) learn({300'000, 50'000}, price);
+  // Dearer than the budget: its share is what fits.
+  const auto pressed = static_cast<double>(affordable_work(kBudget_ns, price));
+  CHECK(pressed == doctest::Approx(50'000.0 * 0.95 * 200.0 / 300.0).epsilon(1e-3));
+  for (int k = 0; k < 3; ++k) learn({20'000, 1'400}, price);
+  const auto fits = static_cast<double>(affordable_work(kBudget_ns, price));
+  CHECK(fits > (kBudget_ns - 20'000.0) / (4.0 * kNominalWork_ns) * 0.9);
 }
 
 TEST_CASE("before anything is known it allows what a machine four times slower can do") {

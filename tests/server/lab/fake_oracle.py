@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Stands for hapticd-oracle measure and strings in tests of the study: numbers that follow from the arguments alone, times that never repeat. FAKE_ORACLE_S: seconds
-each call takes."""
+each call takes. It knows every scene but "nosuch"."""
 import hashlib
 import json
 import math
@@ -50,6 +50,8 @@ def main(arguments):
     for name, value in zip(arguments[1::2], arguments[2::2]):
         options.setdefault(name, []).append(value)
     time.sleep(float(os.environ.get("FAKE_ORACLE_S", "0")))
+    if options["--scene"] == ["nosuch"]:
+        sys.exit("nosuch: no such scene")
     where = options["--scene"][0], options["--seed"][0], options["--speed"][0]
     for setting in options["--setting"]:
         print(json.dumps(line(*setting.split(":", 1), *where)))

@@ -1,5 +1,7 @@
 """The study of speed against accuracy without a simulation: its plan, its shards, its front and knee, what levels it chooses."""
+import contextlib
 import dataclasses
+import io
 import math
 import os
 import pathlib
@@ -8,7 +10,7 @@ import tempfile
 import unittest
 
 import numpy
-from hapticd_lab import quality_table, tradeoff_instructions, tradeoff_plan, tradeoff_strings, tradeoff_table, tradeoff_units
+from hapticd_lab import main, quality_table, tradeoff_instructions, tradeoff_plan, tradeoff_strings, tradeoff_table, tradeoff_units
 from hapticd_lab.quality_table import NoLevels, Point
 from hapticd_lab.tradeoff_plan import Plan
 from hapticd_lab.tradeoff_table import Row
@@ -148,6 +150,13 @@ class ThroughTheOracle(unittest.TestCase):
         tradeoff_units.play_all(units, PLAN, self.path, 2)
         self.assertEqual(tradeoff_units.unit_path(self.path, units[0]).read_text(), before)
         self.assertEqual(tradeoff_units.missing(PLAN, self.path), [])
+
+    def test_a_study_of_a_scene_that_is_none_leaves_the_folder_to_another_one(self):
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            self.assertEqual(main.main(["tradeoff", "--quick", "--scene", "nosuch", "--output", str(self.path)]), 1)
+        self.assertIn("nosuch: no such scene", said.getvalue())
+        self.assertEqual(list(self.path.iterdir()), [])
+        tradeoff_units.claim(self.path, PLAN)
 
     def test_strings_leave_tables_and_a_picture(self):
         shown = tradeoff_strings.write(self.path)

@@ -26,6 +26,7 @@ class Tick(NamedTuple):
     cpu_ns: int
     state: int
     work: tuple  # sub-steps, sphere tests, iterations
+    level: int  # of quality
 
 
 class Records(NamedTuple):
@@ -61,7 +62,7 @@ def read(path):
                 record = recording_pb2.TickRecord.FromString(body)
                 budget = record.budget
                 ticks.append(Tick(record.tick, record.t_ns, record.dt_ns, record.cpu_ns, record.loop_state,
-                                  (budget.substeps, budget.sphere_tests, budget.qp_iterations)))
+                                  (budget.substeps, budget.sphere_tests, budget.qp_iterations), budget.level))
             elif topic == "/hapticd/event":
                 events.append(recording_pb2.EventRecord.FromString(body))
         elif opcode == 0x06:
@@ -96,15 +97,20 @@ def row(name, values):
 TABLE = ["| | count | p50 us | p99 us | p99.9 us | max us |", "|---|---|---|---|---|---|"]
 
 
-def held_up(tick, ticks, period_ns):
-    """Whether ticks with at least as much work of each kind took less than half the period: then what this one took beyond was not its own."""
-    return any(other.cpu_ns < period_ns / 2 and all(a >= b for a, b in zip(other.work, tick.work)) for other in ticks)
+def held_up(tick, ticks, enough_ns):
+    """Whether ticks with at least as much work of each kind took less than `enough_ns`: then what this one took beyond was not its own."""
+    return any(other.cpu_ns < enough_ns and all(a >= b for a, b in zip(other.work, tick.work)) for other in ticks)
+
+
+def over_limit(ticks, limit_ns, enough_ns):
+    """Ticks that took more, those of them whose work explains it; `enough_ns` as in held_up()."""
+    over = [tick for tick in ticks if tick.cpu_ns > limit_ns]
+    return over, [tick for tick in over if not held_up(tick, ticks, enough_ns)]
 
 
 def over_period(ticks, period_ns):
     """Ticks whose CPU time exceeds the period and whose work explains it, how many others exceed it, and lines about all of them."""
-    over = [tick for tick in ticks if tick.cpu_ns > period_ns]
-    own = [tick for tick in over if not held_up(tick, ticks, period_ns)]
+    over, own = over_limit(ticks, period_ns, period_ns / 2)
     if not over:
         return own, 0, [f"Every one of {len(ticks)} ticks took less CPU time than the period."]
     shown = f" The first {SHOWN_TICKS} of them:" if len(over) > SHOWN_TICKS else ""
