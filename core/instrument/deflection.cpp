@@ -7,6 +7,9 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/instrument/mode_series.h"
+#include "core/math/elementary.h"
+
 namespace hapticd {
 namespace {
 
@@ -173,6 +176,16 @@ double place_of(const StringConstants& string, double lambda) noexcept {
   return lambda;
 }
 
+/// Share of the fundamental in the squared slopes of a string drawn aside at lambda. The tension
+/// they make is at its most where the fundamental turns back, which counts that share one and a
+/// half times (Kirchhoff's string, averaged over a swing).
+double fundamental_share(double lambda) noexcept {
+  const double shorter = lambda < 0.5 ? lambda : 1.0 - lambda;
+  if (!(shorter > 0.0)) return 0.0;
+  const double ratio = mode_shape(1, shorter) / kPi;
+  return 2.0 * ratio * (ratio / (shorter * (1.0 - shorter)));
+}
+
 /// A point between both ends.
 double middle(double lower, double upper) noexcept {
   return upper > kWide * lower ? std::sqrt(lower * upper) : 0.5 * (lower + upper);
@@ -255,7 +268,8 @@ double pitch_factor(const StringConstants& string, double lambda, double delta) 
   if (string.length <= 0.0 || string.tension <= 0.0 || !(delta > 0.0)) return 1.0;
   const Triangle bent = bend(string, lambda, delta);
   const double axial_force = string.axial_stiffness * (bent.stretch / string.length);
-  return std::sqrt(1.0 + 0.5 * (axial_force / string.tension));
+  const double weight = 0.5 + 0.25 * fundamental_share(lambda);
+  return std::sqrt(1.0 + weight * (axial_force / string.tension));
 }
 
 }  // namespace hapticd

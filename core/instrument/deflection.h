@@ -50,9 +50,9 @@ struct SeriesDeflection {
                                                              double lambda, double displacement,
                                                              double stiffness) noexcept;
 
-/// Pitch of a string that was let go at lambda and swings there with amplitude `delta` (m), over
-/// its tuning: sqrt(1 + F_i / (2 T)), F_i of the triangle with that apex, whose mean over a swing
-/// is half; 1 when slack. lambda in [0, 1]. 20 ns.
+/// Pitch of a string let go at lambda, swinging there with amplitude `delta` (m), over its tuning:
+/// sqrt(1 + F_i / (2 T) (1 + s / 2)), F_i of that triangle; s, the fundamental's share of it, is
+/// 2 sin^2(pi lambda) / (pi^2 lambda (1 - lambda)). 1 when slack. lambda in [0, 1]. 30 ns.
 [[nodiscard]] HD_REALTIME double pitch_factor(const StringConstants& string, double lambda,
                                               double delta) noexcept;
 

@@ -54,7 +54,7 @@ HidDevice::~HidDevice() { detach(); }
 void HidDevice::attach(const ReportChannel& channel) {
   detach();
   channel_ = channel;
-  writer_.attach(channel);
+  writer_.attach(channel, gate_.attachment() + 1);
   gate_.open();
 }
 
@@ -238,6 +238,7 @@ bool HidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcep
   posted.reports.push_back(affine ? output(with_spring) : output(report));
   posted.instead.push_back(output(no_force));
   posted.posted_ns = now_ns;
+  posted.attachment = attachment_;
   // What takes force away is never out of date.
   if ((report.flags & kCommandEnable) != 0) posted.expires_ns = command.expires_ns;
   writer_.post(posted);

@@ -45,7 +45,7 @@ void PidDevice::attach(const ReportChannel& channel, const EffectBlocks& blocks)
   channel_ = channel;
   blocks_.store(static_cast<std::uint16_t>(blocks[0] | unsigned{blocks[1]} << 8U),
                 std::memory_order_relaxed);
-  writer_.attach(channel);
+  writer_.attach(channel, gate_.attachment() + 1);
   attached_ = true;
   gate_.open();
 }
@@ -149,6 +149,7 @@ bool PidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcep
     posted.instead.push_back(set_force(settings_.layout, blocks[axis], 0.0));
   }
   posted.posted_ns = now_ns;
+  posted.attachment = attachment_;
   posted.expires_ns = command.expires_ns;
   const bool stuck = writer_.stuck(now_ns);
   writer_.post(posted);

@@ -53,7 +53,8 @@ class ReaderGate {
     return state_.load(std::memory_order_relaxed) == State::kFailed;
   }
 
-  /// Times it was opened: another number is another channel. Within enter() and leave().
+  /// Times it was opened: another number is another channel. Within enter() and leave(), or from
+  /// the thread that opens and closes.
   [[nodiscard]] HD_REALTIME std::uint32_t attachment() const noexcept {
     return attachments_.load(std::memory_order_relaxed);
   }

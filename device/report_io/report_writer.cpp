@@ -21,9 +21,10 @@ ReportWriter::~ReportWriter() {
   close(event_);
 }
 
-void ReportWriter::attach(const ReportChannel& channel) {
+void ReportWriter::attach(const ReportChannel& channel, std::uint32_t attachment) {
   const std::lock_guard lock(channel_mutex_);
   channel_ = channel;
+  attachment_ = attachment;
   failed_.store(false, std::memory_order_relaxed);
 }
 
@@ -60,8 +61,9 @@ bool ReportWriter::stuck(std::int64_t now_ns) noexcept {
   return now_ns - waiting_since_ns_ > kStuckAfter_ns;
 }
 
-void ReportWriter::send(const OutputReports& reports) {
+void ReportWriter::send(const OutputReports& reports, std::uint32_t attachment) {
   const std::lock_guard lock(channel_mutex_);
+  if (attachment != attachment_) return;
   for (const OutputReport& report : reports) {
     if (channel_.write == nullptr || failed()) return;
     if (channel_.write(channel_.output, report.bytes.data(), report.length) < 0) {
@@ -80,9 +82,9 @@ void ReportWriter::run() {
     const PostedCommand& command = slot_.latest();
     const std::int64_t revoked_ns = revoked_ns_.load();
     if (command.posted_ns <= revoked_ns) {
-      if (fresh || obeyed_ns != revoked_ns) send(command.instead);
+      if (fresh || obeyed_ns != revoked_ns) send(command.instead, command.attachment);
     } else if (fresh) {
-      send(clock_() < command.expires_ns ? command.reports : command.instead);
+      send(clock_() < command.expires_ns ? command.reports : command.instead, command.attachment);
     }
     obeyed_ns = revoked_ns;
     done_ns_.store(command.posted_ns, std::memory_order_relaxed);

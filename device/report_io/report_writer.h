@@ -38,6 +38,7 @@ struct PostedCommand {
   OutputReports instead;  ///< sent when it has expired or was revoked: no force
   std::int64_t posted_ns = kNever_ns;
   std::int64_t expires_ns = std::numeric_limits<std::int64_t>::max();
+  std::uint32_t attachment = 0;  ///< it was made for, as the reader's gate counts them
 };
 
 class ReportWriter {
@@ -52,8 +53,9 @@ class ReportWriter {
   ReportWriter(const ReportWriter&) = delete;
   ReportWriter& operator=(const ReportWriter&) = delete;
 
-  /// What commands go to from here on. Not RT.
-  void attach(const ReportChannel& channel);
+  /// What commands for this attachment go to from here on. Those for another are not sent: a device
+  /// plugged in again gets nothing that was meant before. Not RT.
+  void attach(const ReportChannel& channel, std::uint32_t attachment);
   /// Nothing is sent from here on; waits for a write that is under way. Not RT.
   void detach();
 
@@ -74,7 +76,7 @@ class ReportWriter {
 
  private:
   void run();
-  void send(const OutputReports& reports);
+  void send(const OutputReports& reports, std::uint32_t attachment);
   HD_REALTIME void wake() const noexcept;
 
   TripleBuffer<PostedCommand> slot_;  ///< first, for its cache lines
@@ -89,6 +91,7 @@ class ReportWriter {
   std::int64_t waiting_since_ns_ = 0;      ///< loop's
   std::mutex channel_mutex_;               ///< not the loop's
   ReportChannel channel_;
+  std::uint32_t attachment_ = 0;  ///< what channel_ is for
   std::thread thread_;
 };
 

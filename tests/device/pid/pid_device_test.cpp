@@ -51,7 +51,12 @@ Bytes input(int x, int y, int buttons = 0) {
 
 struct Stick {
   Stick() : device(pid_profile(), settings(), zero_clock) { attach(); }
-  void attach() { device.attach(hardware.channel(), {3, 4}); }
+  /// The loop reads before it writes.
+  void attach() {
+    device.attach(hardware.channel(), {3, 4});
+    DeviceSample none;
+    device.read(0, none);
+  }
   bool push(const Array3& f_H_D, std::int64_t now_ns, bool enable = true) {
     DeviceCommand command{.enable = enable};
     command.f_H_D = f_H_D;

@@ -73,18 +73,19 @@ OutputReport report(int number) {
 }
 
 /// Command `number`, instead of which 100 more is sent.
-PostedCommand command(int number, std::int64_t posted_ns) {
+PostedCommand command(int number, std::int64_t posted_ns, std::uint32_t attachment = 1) {
   PostedCommand made;
   made.reports.push_back(report(number));
   made.instead.push_back(report(100 + number));
   made.posted_ns = posted_ns;
+  made.attachment = attachment;
   return made;
 }
 
 struct Writing {
   Writing() {
     clock_ns = 0;
-    writer.attach(device.channel());
+    writer.attach(device.channel(), 1);
   }
   Device device;
   ReportWriter writer{clock};
@@ -165,22 +166,25 @@ TEST_CASE("a refused command is told, and everything after it waits for another 
   while (!w.writer.failed()) std::this_thread::yield();
   w.writer.post(command(2, 2));
   w.device.set_failing(false);
-  w.writer.attach(w.device.channel());
+  w.writer.attach(w.device.channel(), 2);
   CHECK_FALSE(w.writer.failed());
-  w.writer.post(command(3, 3));
+  w.writer.post(command(3, 3, 2));
   CHECK(w.device.given(2).back() == 3);
 }
 
-TEST_CASE("a device that was detached is given nothing, and the next one what comes then") {
+TEST_CASE(
+    "a device that was detached is given nothing, and the next one only what was made for it") {
   Writing w;
   w.writer.post(command(1, 1));
   w.device.given_until(1);
   w.writer.detach();
   Device other;
   w.writer.post(command(2, 2));
-  w.writer.attach(other.channel());
+  w.writer.attach(other.channel(), 2);
   w.writer.post(command(3, 3));
-  CHECK(other.given_until(3).back() == 3);
+  w.writer.revoke(3);
+  w.writer.post(command(4, 4, 2));
+  CHECK(other.given_until(4) == Given{4});
   CHECK(w.device.given(1) == Given{1});
   w.writer.detach();
 }
