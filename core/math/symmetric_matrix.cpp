@@ -1,4 +1,5 @@
-// Cholesky factor and Jacobi rotations in plain loops. See symmetric_matrix.h. RT: yes.
+// Cholesky factor, and Householder's reduction with the implicit QL method in plain loops. See
+// symmetric_matrix.h. RT: yes.
 #include "core/math/symmetric_matrix.h"
 
 #include <algorithm>
@@ -7,12 +8,11 @@
 namespace hapticd {
 namespace {
 
-/// Sweeps over all off-diagonal elements; 4 to 6 suffice, the bound only guards against non-finite
-/// input.
-constexpr int kMaxSweeps = 12;
-/// Off-diagonal size, relative to the matrix, that counts as zero. Smaller never ends, larger
-/// leaves visible coupling.
-constexpr double kDiagonalTolerance = 1e-15;
+/// Sweeps per eigenvalue; 2 are usual, the bound only guards against non-finite input.
+constexpr int kMaxSweeps = 60;
+/// Size beside the diagonal, relative to its neighbours there, that counts as zero. Smaller never
+/// ends, larger leaves visible coupling.
+constexpr double kDiagonalTolerance = 2e-16;
 
 /// Share of its magnitude that a negative eigenvalue counts. 1 doubles the distance from a ridge
 /// with each step, 0.5 triples it.
@@ -72,79 +72,153 @@ bool invert_root(const SquareMatrix& H, double least, SquareMatrix& B) noexcept 
   return true;
 }
 
-double off_diagonal(const SquareMatrix& A) noexcept {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < A.size; ++i) {
-    for (std::size_t j = 0; j < i; ++j) sum += A(i, j) * A(i, j);
-  }
-  return std::sqrt(sum);
-}
-
-/// Two numbers turned by an angle.
-struct Turn {
-  double c, s;
-  void operator()(double& a, double& b) const noexcept {
-    const double before = a;
-    a = c * before - s * b;
-    b = s * before + c * b;
-  }
-  /// Rows p != q of `A`, n long. Copies, so that the compiler knows that they are different ones.
-  void rows(SquareMatrix& A, std::size_t p, std::size_t q, std::size_t n) const noexcept {
-    std::array<double, kMaxQpUnknowns> row_p;
-    std::array<double, kMaxQpUnknowns> row_q;
-    for (std::size_t k = 0; k < n; ++k) {
-      row_p[k] = c * A(p, k) - s * A(q, k);
-      row_q[k] = s * A(p, k) + c * A(q, k);
-    }
-    for (std::size_t k = 0; k < n; ++k) A(p, k) = row_p[k];
-    for (std::size_t k = 0; k < n; ++k) A(q, k) = row_q[k];
-  }
+/// A symmetric matrix on its way to its spectrum: H = Z diag-and-beside Z', by rows of Z'.
+struct Tridiagonal {
+  std::array<double, kMaxQpUnknowns> diagonal;
+  std::array<double, kMaxQpUnknowns> beside;  ///< of k and k + 1
+  SquareMatrix transposed;                    ///< Z'
 };
 
-/// One Jacobi rotation in the plane (p, q) that makes A(p, q) zero, accumulated in the rows of
-/// `transposed`. A is symmetric, so that its columns become what its rows do.
-void rotate(SquareMatrix& A, SquareMatrix& transposed, std::size_t p, std::size_t q) noexcept {
-  const double theta = 0.5 * (A(q, q) - A(p, p)) / A(p, q);
-  const double root = std::abs(theta) + std::sqrt(theta * theta + 1.0);
-  const double t = theta < 0.0 ? -1.0 / root : 1.0 / root;
-  const double c = 1.0 / std::sqrt(t * t + 1.0);
-  const Turn turn{c, t * c};
-  turn(A(p, p), A(p, q));
-  turn(A(q, p), A(q, q));
-  turn.rows(A, p, q, A.size);
-  for (std::size_t k = 0; k < A.size; ++k) {
-    if (k == p || k == q) continue;
-    A(k, p) = A(p, k);
-    A(k, q) = A(q, k);
+/// What makes the entries of column `k` of A beyond k + 1 zero: I - scale v v', v on rows from k
+/// + 1.
+struct Reflection {
+  std::array<double, kMaxQpUnknowns> v;
+  double scale = 0.0;  ///< 0: they are zero
+  double beside;       ///< what entry k + 1 becomes
+};
+
+Reflection reflection_of(const SquareMatrix& A, std::size_t k) noexcept {
+  Reflection out;
+  double beyond = 0.0;
+  for (std::size_t i = k + 2; i < A.size; ++i) beyond += A(k, i) * A(k, i);
+  out.beside = A(k, k + 1);
+  if (!(beyond > 0.0)) return out;
+  const double length = std::sqrt(A(k, k + 1) * A(k, k + 1) + beyond);
+  out.beside = A(k, k + 1) > 0.0 ? -length : length;
+  for (std::size_t i = k + 1; i < A.size; ++i) out.v[i] = A(k, i);
+  out.v[k + 1] -= out.beside;
+  out.scale = 2.0 / (out.v[k + 1] * out.v[k + 1] + beyond);
+  return out;
+}
+
+/// A becomes P A P, of rows from `first`, P the reflection.
+void reflect_both(const Reflection& P, std::size_t first, SquareMatrix& A) noexcept {
+  const std::size_t n = A.size;
+  std::array<double, kMaxQpUnknowns> w{};
+  for (std::size_t l = first; l < n; ++l) {
+    const double factor = P.scale * P.v[l];
+    for (std::size_t j = first; j < n; ++j) w[j] += factor * A(l, j);
   }
-  turn.rows(transposed, p, q, A.size);
+  double along = 0.0;
+  for (std::size_t j = first; j < n; ++j) along += w[j] * P.v[j];
+  for (std::size_t j = first; j < n; ++j) w[j] -= 0.5 * P.scale * along * P.v[j];
+  for (std::size_t i = first; i < n; ++i) {
+    for (std::size_t j = first; j < n; ++j) A(i, j) -= P.v[i] * w[j] + w[i] * P.v[j];
+  }
+}
+
+/// Z becomes Z P.
+void reflect_rows(const Reflection& P, std::size_t first, SquareMatrix& transposed) noexcept {
+  const std::size_t n = transposed.size;
+  std::array<double, kMaxQpUnknowns> sum{};
+  for (std::size_t l = first; l < n; ++l) {
+    for (std::size_t i = 0; i < n; ++i) sum[i] += P.v[l] * transposed(l, i);
+  }
+  for (std::size_t l = first; l < n; ++l) {
+    const double factor = P.scale * P.v[l];
+    for (std::size_t i = 0; i < n; ++i) transposed(l, i) -= factor * sum[i];
+  }
+}
+
+/// Householder's reduction of A, both of whose triangles are there, in place.
+void reduce(SquareMatrix& A, Tridiagonal& out) noexcept {
+  const std::size_t n = A.size;
+  out.transposed.set_identity(n);
+  for (std::size_t k = 0; k + 1 < n; ++k) {
+    const Reflection P = reflection_of(A, k);
+    out.beside[k] = P.beside;
+    if (P.scale == 0.0) continue;
+    reflect_both(P, k + 1, A);
+    reflect_rows(P, k + 1, out.transposed);
+  }
+  for (std::size_t k = 0; k < n; ++k) out.diagonal[k] = A(k, k);
+}
+
+/// Rows a and b, n long, turned by an angle.
+void turn(double c, double s, std::size_t n, double* __restrict a, double* __restrict b) noexcept {
+  for (std::size_t k = 0; k < n; ++k) {
+    const double before = a[k];
+    a[k] = c * before - s * b[k];
+    b[k] = s * before + c * b[k];
+  }
+}
+
+/// One sweep of the implicit QL method over rows `first` to `last`.
+void sweep_up(std::size_t first, std::size_t last, Tridiagonal& T) noexcept {
+  auto& d = T.diagonal;
+  auto& e = T.beside;
+  const double half = (d[first + 1] - d[first]) / (2.0 * e[first]);
+  const double root = std::sqrt(half * half + 1.0);
+  double g = d[last] - d[first] + e[first] / (half < 0.0 ? half - root : half + root);
+  double c = 1.0;
+  double s = 1.0;
+  double p = 0.0;
+  for (std::size_t i = last; i-- > first;) {
+    const double f = s * e[i];
+    const double b = c * e[i];
+    const double r = std::sqrt(f * f + g * g);
+    if (i + 1 < last) e[i + 1] = r;
+    if (!(r > 0.0)) {
+      // The matrix has come apart here.
+      d[i + 1] -= p;
+      return;
+    }
+    const double inverse = 1.0 / r;
+    s = f * inverse;
+    c = g * inverse;
+    g = d[i + 1] - p;
+    const double change = (d[i] - g) * s + 2.0 * c * b;
+    p = s * change;
+    d[i + 1] = g + p;
+    g = c * change - b;
+    turn(c, s, T.transposed.size, T.transposed.entry[i].data(), T.transposed.entry[i + 1].data());
+  }
+  d[first] -= p;
+  e[first] = g;
+}
+
+/// The last row of those that hang together with row `first`.
+std::size_t end_of_block(std::size_t first, const Tridiagonal& T) noexcept {
+  std::size_t last = first;
+  while (last + 1 < T.transposed.size) {
+    const double size = std::abs(T.diagonal[last]) + std::abs(T.diagonal[last + 1]);
+    if (std::abs(T.beside[last]) <= kDiagonalTolerance * size) break;
+    ++last;
+  }
+  return last;
 }
 
 }  // namespace
 
 void find_spectrum(const SquareMatrix& H, Spectrum& out) noexcept {
-  SquareMatrix A = H;
-  double size = 0.0;
+  SquareMatrix A;
+  A.size = H.size;
   for (std::size_t i = 0; i < A.size; ++i) {
-    for (std::size_t j = 0; j < i; ++j) A(j, i) = A(i, j);
-    size += std::abs(A(i, i));
+    for (std::size_t k = 0; k < A.size; ++k) A(i, k) = H(std::max(i, k), std::min(i, k));
   }
-  SquareMatrix transposed;
-  transposed.set_identity(A.size);
-  const double tolerance = kDiagonalTolerance * (off_diagonal(A) + size);
-  // As small are all of them together within the tolerance.
-  const double negligible = tolerance / static_cast<double>(A.size);
-  for (int sweep = 0; sweep < kMaxSweeps && off_diagonal(A) > tolerance; ++sweep) {
-    for (std::size_t p = 0; p < A.size; ++p) {
-      for (std::size_t q = p + 1; q < A.size; ++q) {
-        if (std::abs(A(p, q)) > negligible) rotate(A, transposed, p, q);
-      }
+  Tridiagonal T;
+  reduce(A, T);
+  for (std::size_t first = 0; first < A.size; ++first) {
+    for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+      const std::size_t last = end_of_block(first, T);
+      if (last == first) break;
+      sweep_up(first, last, T);
     }
   }
   out.vectors.size = A.size;
   for (std::size_t k = 0; k < A.size; ++k) {
-    out.values[k] = A(k, k);
-    for (std::size_t i = 0; i < A.size; ++i) out.vectors(i, k) = transposed(k, i);
+    out.values[k] = T.diagonal[k];
+    for (std::size_t i = 0; i < A.size; ++i) out.vectors(i, k) = T.transposed(k, i);
   }
 }
 

@@ -36,9 +36,9 @@ struct Spectrum {
   SquareMatrix vectors;
 };
 
-/// Spectrum of symmetric `H` (lower triangle read, finite) by cyclic Jacobi rotations (Golub and
-/// Van Loan, "Matrix Computations", 8.5); off-diagonal <= 1e-15 |H| on return. About 2 us for 6
-/// rows, growing with their cube.
+/// Spectrum of symmetric `H` (lower triangle read, finite) by Householder's reduction and the
+/// implicit QL method (Golub and Van Loan, "Matrix Computations", 8.3); error <= 1e-14 |H|. About
+/// 0.8 us for 6 rows, growing with their cube.
 HD_REALTIME void find_spectrum(const SquareMatrix& H, Spectrum& out) noexcept;
 
 /// B with B' H B = 1 for symmetric `H`. Where H is not safely positive definite (a Cholesky pivot

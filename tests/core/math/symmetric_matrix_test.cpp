@@ -94,7 +94,16 @@ TEST_CASE(
     for (long double& value : values) value = random.uniform(-2.0, 2.0);
     if (random.chance(0.3)) values[size / 2] = values[0];
     if (random.chance(0.3)) values[size - 1] = 0.0;
-    const SquareMatrix H = rounded(with_spectrum(random_orthogonal(random, size), values));
+    LongMatrix Q = random_orthogonal(random, size);
+    // Rows that have nothing beside the diagonal, among others or alone.
+    const double alone = random.chance(0.5) ? 0.0 : random.uniform();
+    for (Eigen::Index k = 0; k < size; ++k) {
+      if (!random.chance(alone)) continue;
+      Q = LongMatrix::Identity(size, size);
+      Q.bottomRightCorner(size - k, size - k) = random_orthogonal(random, size - k);
+      break;
+    }
+    const SquareMatrix H = rounded(with_spectrum(Q, values));
     Spectrum found;
     find_spectrum(H, found);
     const LongMatrix V = exact(found.vectors);
