@@ -38,9 +38,9 @@ struct Contact {
 /// Result of one query, ordered by nothing in particular but deterministically.
 struct ContactSet {
   /// Every pair with gap < covered_margin, and none with a larger one; one with that very gap only
-  /// when there were more pairs than capacity.
-  FixedVector<Contact, kMaxCandidates> contacts;
-  /// The margin asked for, or less when there were more pairs than capacity: the gap of the nearest
+  /// when there were more than kMaxCandidates, the most that a query leaves.
+  FixedVector<Contact, kMaxCandidates + kSpareCandidates> contacts;
+  /// The margin asked for, or less when there were more pairs than that: the gap of the nearest
   /// omitted pair, m.
   double covered_margin = 0.0;
   /// True smallest gap to all obstacles, m, when it is below the query's horizon; otherwise the

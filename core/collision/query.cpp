@@ -102,6 +102,7 @@ void find(const Query& query, const DisplacedParts& displaced, ContactSet& out) 
   if (!displaced.parts.empty()) collector.look_at(displaced, -1);
   collect_contacts<Kernels>(query, collector);
   if (!displaced.parts.empty()) collect_displaced<Kernels>(query, displaced, collector);
+  collector.finish();
   if (!out.contacts.empty()) {
     out.minimum_gap = std::min(query.options.horizon, collector.nearest());
     return;

@@ -28,5 +28,7 @@ inline constexpr int kMaxModes = 64;
 inline constexpr int kMaxStringEvents = 64;
 /// Candidate pairs one query keeps (the nearest ones); rows are chosen or merged from these.
 inline constexpr int kMaxCandidates = 2048;
+/// Room for more while it looks for them.
+inline constexpr int kSpareCandidates = 1024;
 
 }  // namespace hapticd

@@ -138,7 +138,7 @@ void check_same_results(const QueryScene& scene, Brute& brute) {
     brute.find(scene.poses[k], scene.obstacles(), {}, *theirs);
     const bool same_gap = std::abs(ours->minimum_gap - theirs->minimum_gap) <= 1e-14;
     const bool same_pairs =
-        theirs->contacts.overflow() > 0 || sorted_pairs(*ours) == sorted_pairs(*theirs);
+        theirs->contacts.size() > kMaxCandidates || sorted_pairs(*ours) == sorted_pairs(*theirs);
     if (same_gap && same_pairs) continue;
     std::fprintf(stderr, "pose %zu: the trees and exhaustive search disagree\n", k);
     std::abort();

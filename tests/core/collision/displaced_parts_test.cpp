@@ -76,7 +76,7 @@ TEST_CASE("parts that stand aside are found where they stand, and nowhere else")
     find_contacts(scene.tree.view(), scene.X_WG, scene.obstacles(),
                   {.margin = margin, .horizon = 10.0}, *set, scene.displaced());
     OracleResult truth = scene.truth(margin);
-    REQUIRE(set->contacts.overflow() == 0);
+    REQUIRE(set->covered_margin == margin);
     REQUIRE(set->contacts.size() == truth.contacts.size());
     std::sort(set->contacts.begin(), set->contacts.end(),
               [](const Contact& a, const Contact& b) { return order_of(a.key) < order_of(b.key); });
