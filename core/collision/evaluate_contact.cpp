@@ -1,4 +1,5 @@
 // One pair of primitives at a given pose of the tool. See query.h. RT: yes.
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -198,6 +199,15 @@ void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG, const Obsta
               tree_sphere(view.tree, key.obstacle_sphere));
   }
   contacts.minimum_gap = batch.flush(body, placement, minimum);
+}
+
+bool any_gap_below(double least, std::span<const std::int32_t> which, const ContactSet& contacts,
+                   const SphereTreeView& tool, const Pose& X_WG, const ObstaclesView& obstacles,
+                   const DisplacedParts& displaced) noexcept {
+  PairEvaluator evaluator(tool, X_WG, obstacles, displaced);
+  return std::any_of(which.begin(), which.end(), [&](std::int32_t c) {
+    return evaluator.gap(contacts.contacts[static_cast<std::size_t>(c)].key) < least;
+  });
 }
 
 double minimum_gap_of(const ContactSet& contacts, const SphereTreeView& tool, const Pose& X_WG,

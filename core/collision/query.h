@@ -4,7 +4,9 @@
 // trees and counted in ContactSet::tests.
 #pragma once
 
+#include <cstdint>
 #include <limits>
+#include <span>
 
 #include "core/collision/contact.h"
 #include "core/collision/displaced_parts.h"
@@ -46,6 +48,13 @@ HD_REALTIME void find_contacts(const SphereTreeView& tool, const Pose& X_WG,
 HD_REALTIME void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG,
                                    const ObstaclesView& obstacles, ContactSet& contacts,
                                    const DisplacedParts& displaced = {}) noexcept;
+
+/// True when one of the pairs `which` of `contacts` has a gap below `least` (m) at another pose of
+/// the tool. About 15 ns per pair.
+[[nodiscard]] HD_REALTIME bool any_gap_below(double least, std::span<const std::int32_t> which,
+                                             const ContactSet& contacts, const SphereTreeView& tool,
+                                             const Pose& X_WG, const ObstaclesView& obstacles,
+                                             const DisplacedParts& displaced = {}) noexcept;
 
 /// Smallest gap over the pairs already in `contacts`, at another pose of the tool, m; +infinity
 /// when there are none.

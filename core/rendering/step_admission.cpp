@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/rendering/hold_model.h"
 
@@ -165,12 +166,11 @@ bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
     const Pose X = moved(state.X_WG, scaled(step.tool, part));
     const BentObstacles bent(input.obstacles, state.holds, step, part);
     const ToolShape shape(input.parts, state.parts, step.parts, part);
-    for (std::size_t c = 0; c < count; ++c) {
-      const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(critical[c])];
-      ++result.tests;
-      ++result.evaluations;
-      const Contact there = evaluate_contact(contact.key, input.tool, X, bent.view(), shape.view());
-      if (there.gap < -input.rounding) return false;
+    result.tests += static_cast<std::int64_t>(count);
+    result.evaluations += static_cast<std::int64_t>(count);
+    if (any_gap_below(-input.rounding, std::span(critical).first(count), w.contacts, input.tool, X,
+                      bent.view(), shape.view())) {
+      return false;
     }
   }
   return true;
@@ -259,7 +259,9 @@ double string_energy_gain(const OptimiserInput& input, const OptimiserState& sta
 
 void commit(const OptimiserInput& input, const ConfigurationStep& step, const Pose& X_new,
             OptimiserState& state, OptimiserWorkspace& w) noexcept {
-  w.travelled += step_bound(input, state, step);
+  const double way = step_bound(input, state, step);
+  w.travelled += way;
+  state.way += way;
   w.stale = true;
   state.X_WG = X_new;
   for (std::size_t k = 0; k < state.holds.size(); ++k) {

@@ -130,12 +130,12 @@ void find_string_contacts(const OptimiserInput& input, const OptimiserState& sta
 }
 
 StringNearness nearest_to_string(const OptimiserInput& input, const OptimiserState& state,
-                                 const OptimiserWorkspace& w, std::int32_t string,
+                                 const ContactSet& contacts, std::int32_t string,
                                  double nothing) noexcept {
   StringNearness nearest{nothing, 0.5, Vector3::Zero(), Vector3::Zero()};
   const BentObstacles bent(input.obstacles, state.holds);
   const ToolShape shape(input.parts, state.parts);
-  for (const Contact& listed : w.contacts.contacts) {
+  for (const Contact& listed : contacts.contacts) {
     if (listed.key.kind != ObstacleKind::kCapsule || listed.key.obstacle != string) continue;
     const Contact contact =
         evaluate_contact(listed.key, input.tool, state.X_WG, bent.view(), shape.view());

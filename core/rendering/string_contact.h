@@ -66,10 +66,10 @@ struct StringNearness {
   std::int32_t part = -1;  ///< of the tool; -1: no pair
 };
 
-/// The nearest pair of the tool, as it stands now, and string number `string`.
+/// The nearest pair of `contacts` between the tool, as it stands now, and string number `string`.
 [[nodiscard]] HD_REALTIME StringNearness nearest_to_string(const OptimiserInput& input,
                                                            const OptimiserState& state,
-                                                           const OptimiserWorkspace& workspace,
+                                                           const ContactSet& contacts,
                                                            std::int32_t string,
                                                            double nothing) noexcept;
 

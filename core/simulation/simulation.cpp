@@ -39,6 +39,7 @@ void Simulation::find_ringing(std::size_t tool) noexcept {
     swing = std::max(
         swing, envelope(play.scene.strings[s], state, state.vibration.lambda, play.way.time.t_ns));
   }
+  play.reached_out = false;
   if (swing > 0.0) reach_out(swing, play);
 }
 

@@ -24,7 +24,7 @@ const Contact* nearest_pair(const ToolPlay& play, std::int32_t string, const Pos
   const OptimiserInput& input = play.way.input;
   const Contact* nearest = nullptr;
   double gap = std::numeric_limits<double>::infinity();
-  for (const Contact& listed : play.workspace.contacts.contacts) {
+  for (const Contact& listed : string_pairs(play).contacts) {
     if (listed.key.kind != ObstacleKind::kCapsule || listed.key.obstacle != string) continue;
     const double listed_gap = evaluate_contact(listed.key, input.tool, X_WT, input.obstacles).gap;
     if (nearest != nullptr && listed_gap >= gap) continue;
@@ -132,7 +132,7 @@ StringApproach approach_string(const ToolPlay& play, const ToolTick& tick, const
     near.part = pressed->part;
   } else {
     const StringNearness nearest =
-        nearest_to_string(input, state, play.workspace, string, kNotNear);
+        nearest_to_string(input, state, string_pairs(play), string, kNotNear);
     touch.distance = felt_distance(nearest.gap, input);
     touch.lambda = nearest.lambda;
     near.nhat_W = nearest.nhat_W;
@@ -158,7 +158,7 @@ StringApproach approach_string(const ToolPlay& play, const ToolTick& tick, const
   return near;
 }
 
-// A new query, for the contact problem must not depend on what rings.
+// A query of its own, for the contact problem must not depend on what rings; bodies do not ring.
 void reach_out(double swing, ToolPlay& play) noexcept {
   const OptimiserInput& input = play.way.input;
   const OptimiserOptions& options = input.options;
@@ -167,12 +167,14 @@ void reach_out(double swing, ToolPlay& play) noexcept {
   const ToolStep moved = coupling_error(play.way.X_WG_before, state.X_WG, Vector3::Zero());
   const double way_gone =
       std::max(play.workspace.travelled, displacement_bound(moved, tool_reach(input, state)));
-  if (range <= play.workspace.contacts.covered_margin - way_gone) return;
+  play.reached_out = !(range <= play.workspace.contacts.covered_margin - way_gone);
+  if (!play.reached_out) return;
   const double margin = std::max(options.margin, range);
   const BentObstacles bent(input.obstacles, state.holds);
   const ToolShape shape(input.parts, state.parts);
-  find_contacts(input.tool, state.X_WG, bent.view(), {margin, margin}, play.workspace.contacts,
-                shape.view());
+  ObstaclesView strings = bent.view();
+  strings.bodies = {};
+  find_contacts(input.tool, state.X_WG, strings, {margin, margin}, play.swung, shape.view());
 }
 
 }  // namespace hapticd

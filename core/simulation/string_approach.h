@@ -25,8 +25,8 @@ struct StringApproach {
                                                          const StringVisit& visit,
                                                          std::int32_t string) noexcept;
 
-/// Looks again for pairs when a string may swing by `swing` (m) further than those of the contact
-/// problem reach, or than the tool has moved since they were found.
+/// Looks again for pairs with strings when one may swing by `swing` (m) further than those of the
+/// contact problem reach, or than the tool has moved since they were found.
 HD_REALTIME void reach_out(double swing, ToolPlay& play) noexcept;
 
 }  // namespace hapticd

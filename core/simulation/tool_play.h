@@ -1,5 +1,5 @@
 // What a simulation keeps of each of its tools, and of each string that a tool comes to. Frames: W.
-// SI. RT: yes, plain data; 0.35 MB per tool, most of it scratch.
+// SI. RT: yes, plain data; 0.8 MB per tool, most of it scratch.
 #pragma once
 
 #include "core/instrument/string_response.h"
@@ -26,7 +26,14 @@ struct ToolPlay {
   Pose X_WH;    ///< of the last tick in which time passed
   ToolWay way;  ///< of this tick; means nothing while the pose is faulty
   StringView view;
+  ContactSet swung;          ///< pairs with strings alone, as far as these swing (reach_out)
+  bool reached_out = false;  ///< in this tick: `swung` counts
 };
+
+/// Pairs of the tool and the strings it may meet in this tick, each way it may.
+[[nodiscard]] inline const ContactSet& string_pairs(const ToolPlay& play) noexcept {
+  return play.reached_out ? play.swung : play.workspace.contacts;
+}
 
 /// A tool's view of a string, from tick to tick.
 struct StringVisit {

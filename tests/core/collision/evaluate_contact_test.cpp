@@ -125,6 +125,34 @@ TEST_CASE("a set evaluated at another pose has the oracle's gaps, normals, point
   }
 }
 
+TEST_CASE("one pair below a gap is found among those that are asked for, and only among them") {
+  SplitMix64 random(4);
+  std::int64_t found = 0;
+  std::int64_t none = 0;
+  for (std::int64_t trial = 0; trial < scaled(2'000); ++trial) {
+    const SceneParts parts = random_parts(random);
+    const CheckedScene scene(parts);
+    const auto set = found_contacts(scene, parts.X_WG, {0.01});
+    const Pose X_WG{random_rotation(random), random_vector(random, 0.1)};
+    const OracleResult all = exhaustive_contacts(
+        scene.tool_spheres(), X_WG, scene.oracle_obstacles(), std::numeric_limits<double>::max());
+    std::vector<std::int32_t> which;
+    long double smallest = std::numeric_limits<long double>::infinity();
+    for (std::size_t k = 0; k < set->contacts.size(); ++k) {
+      if (random.chance(0.5)) continue;
+      which.push_back(static_cast<std::int32_t>(k));
+      smallest = std::min(smallest, pair_of(all, set->contacts[k].key).gap);
+    }
+    const double least = random.uniform(-0.05, 0.1);
+    if (std::abs(least - smallest) < 1e-9L) continue;
+    const bool below = any_gap_below(least, which, *set, scene.tool(), X_WG, scene.obstacles());
+    REQUIRE(below == (smallest < least));
+    ++(below ? found : none);
+  }
+  CHECK(found > 0);
+  CHECK(none > 0);
+}
+
 TEST_CASE("without contacts the smallest gap of the pairs is infinite") {
   CheckedScene scene;
   scene.set_tool({{{0, 0, 0}, 1e-3}});
