@@ -16,8 +16,15 @@
 namespace hapticd {
 namespace {
 
-/// A new traversal is due when less than this share of the margin is left to move in.
+/// A new traversal is due when less than this share of the margin is left to move in. Less: steps
+/// that end where the look did, and more force error where a tool slips off something.
 constexpr double kRefreshShare = 0.5;
+/// A query looks as far as the way of hand or tool in a tick times this, at least this share of the
+/// margin, at most all of it. Less: more queries where a tool begins to move. More: pairs that come
+/// to nothing: a finger slid along the Guqin takes twice the time where all of it is looked at.
+constexpr double kMarginWays = 2.0;
+constexpr double kLeastMarginShare = 0.125;
+
 /// Share by which the energy of a force may exceed all that is stored before the force is shrunk: a
 /// tool at rest comes within rounding of it. Larger: a spike of half of it passes.
 constexpr double kEnergySlack = 0.01;
@@ -58,10 +65,22 @@ void leave_out_far(const OptimiserInput& input, const OptimiserState& state,
   w.contacts.covered_margin = margin;
 }
 
+/// How far the next query looks: at first in a tick as far as the tool may soon come; one that
+/// comes to the edge of that slips, and looks at all. What is farther bears no force yet, and no
+/// step goes there before it has been looked at.
+double margin_for(const OptimiserInput& input, const OptimiserState& state,
+                  const OptimiserWorkspace& w) noexcept {
+  const double most = input.options.margin;
+  if (state.way > 0.0) return most;
+  const double least = std::max(kLeastMarginShare * most, kNearSkins * input.options.skin);
+  return std::min(std::max(kMarginWays * w.pace, least), most);
+}
+
 void query(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
            OptimiserWorkspace& w, OptimiserResult& result) noexcept {
-  const QueryOptions options{.margin = input.options.margin,
-                             .horizon = input.options.margin + reach_wanted,
+  const double margin = margin_for(input, state, w);
+  const QueryOptions options{.margin = margin,
+                             .horizon = margin + reach_wanted,
                              .tool_level = w.leaves ? kLeafLevel : state.tool_level,
                              .body_level = w.leaves ? kLeafLevel : state.body_level};
   const BentObstacles bent(input.obstacles, state.holds);
@@ -141,6 +160,7 @@ void straighten(const OptimiserInput& input, StringHolds& holds) noexcept {
 void commit_free(const OptimiserInput& input, double way, OptimiserState& state,
                  OptimiserWorkspace& w, OptimiserResult& result) noexcept {
   w.travelled += way;
+  state.way += way;
   w.stale = true;
   state.X_WG = input.X_WH;
   straighten(input, state.holds);
@@ -298,6 +318,10 @@ void start_tick(const OptimiserInput& input, OptimiserState& state, OptimiserWor
   start_parts(input.parts, state.parts);
   const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
   const double wanted = displacement_bound(e, tool_reach(input, state));
+  const ToolStep hand = coupling_error(state.X_WH, input.X_WH, Vector3::Zero());
+  w.pace = std::max(state.way, displacement_bound(hand, tool_reach(input, state)));
+  state.X_WH = input.X_WH;
+  state.way = 0.0;
   if (state.active_count == 0) {
     state.tool_level = input.options.tool_level;
     state.body_level = input.options.body_level;
@@ -305,9 +329,11 @@ void start_tick(const OptimiserInput& input, OptimiserState& state, OptimiserWor
   w.leaves =
       (state.tool_level == kLeafLevel && state.body_level == kLeafLevel) || any_soft(input.parts);
   query(input, state, wanted, w, result);
-  if (w.contacts.minimum_gap < -input.rounding && !w.leaves) {
-    // An overlap of bounds is none of the tool; to push it out of them could push a leaf in.
+  if (w.contacts.minimum_gap < -input.rounding) {
+    // An overlap of bounds is none of the tool; to push it out of them could push a leaf in. What
+    // is pushed out looks at all.
     w.leaves = true;
+    w.pace = input.options.margin;
     query(input, state, wanted, w, result);
   }
 }

@@ -29,7 +29,7 @@ struct OptimiserOptions {
   /// to 24; fewer: the tool lags behind for a tick or two while it slips.
   int sub_steps = 24;
   /// Pairs nearer than this enter the program, and no tool point moves further in one
-  /// linearisation, m.
+  /// linearisation, m. At most: a tool that moves slowly looks less far.
   double margin = 5e-3;
   /// Clearance kept where there is room, m: the reservoir for the second-order error of rotation;
   /// what a step takes of it later ones win back. Felt as a fatter obstacle.
@@ -94,6 +94,8 @@ struct OptimiserState {
   /// what is pressed keeps its own until it is let go of.
   int tool_level = kLeafLevel;
   int body_level = kLeafLevel;
+  Pose X_WH;         ///< of the last tick
+  double way = 0.0;  ///< of any point of the tool in the last tick, at most, m
 };
 
 /// No point of the tool with its soft parts is farther from its origin, m.
@@ -166,6 +168,7 @@ struct OptimiserWorkspace {
   std::array<double, kMaxCandidates> excess;       ///< violation per contact, m
   /// How far tool points may have moved since the last traversal, m.
   double travelled = 0.0;
+  double pace = 0.0;   ///< way of any point of the tool or the hand in a tick, at most, m
   bool stale = false;  ///< contacts describe an earlier pose
   /// The last program's full step was taken, and its contacts have not been queried anew.
   bool full_step = false;

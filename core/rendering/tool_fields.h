@@ -49,13 +49,15 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 // Pairs beyond the count mean nothing.
 template <FieldsOf<OptimiserState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [X_WG, phi_GH_W, F_H_W, active_count, active, holds, parts, tool_level, body_level] = state;
+  auto& [X_WG, phi_GH_W, F_H_W, active_count, active, holds, parts, tool_level, body_level, X_WH,
+         way] = state;
   visit(X_WG, phi_GH_W, F_H_W);
   visit.bounded(active_count, 0, kMaxQpUnknowns);
   visit.first(active, active_count);
   visit(holds, parts);
   visit.bounded(tool_level, 0, std::numeric_limits<int>::max());
   visit.bounded(body_level, 0, std::numeric_limits<int>::max());
+  visit(X_WH, way);
 }
 
 template <FieldsOf<ToolState> State, typename Visit>
