@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 from typing import List, Optional
 
@@ -30,7 +31,13 @@ def main(arguments: Optional[List[str]] = None) -> int:
     """Runs a command; exit code of the process."""
     options = parser().parse_args(arguments)
     try:
-        return options.run(options)
+        code = options.run(options)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        # Who reads has seen enough, and what is left in the buffer would complain at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except OSError as error:
         what = f"{error.filename}: {error.strerror}" if error.filename else error
         print(f"hapticd-lab {options.command}: {what}", file=sys.stderr)

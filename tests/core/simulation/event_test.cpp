@@ -241,8 +241,11 @@ TEST_CASE("a tone carries what the string is, where and how it was let go, and i
     const bool paper = preset.string.model == StringModel::kRigid;
     const long double level = paper ? force / 10.0L : a / 5e-3L;
     CHECK(tone.level == doctest::Approx(static_cast<double>(level)).epsilon(1e-6));
+    const long double pi = 3.14159265358979323846L;
+    const long double at = static_cast<long double>(tone.lambda);
+    const long double share = 2.0L * std::pow(std::sin(pi * at) / pi, 2.0L) / (at * (1.0L - at));
     const long double cents =
-        1200.0L * std::log2(std::sqrt(1.0L + extra(static_cast<long double>(tone.lambda)) / 60.0L));
+        1200.0L * std::log2(std::sqrt(1.0L + extra(at) / 60.0L * (1.0L + 0.5L * share)));
     CHECK(tone.glide_cents == doctest::Approx(static_cast<double>(cents)).epsilon(1e-6));
     CHECK(tone.glide_decay == 0.5 * preset.string.decay);
   }

@@ -23,6 +23,12 @@ class Program(unittest.TestCase):
         ids = [line.split()[0] for line in out.splitlines()]
         self.assertLessEqual({"F2", "F3", "F4", "F5", "S2.2"}, set(ids))
 
+    def test_a_reader_that_has_seen_enough_is_no_error(self):
+        with subprocess.Popen([PROGRAM, "repro", "--list"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as listing:
+            listing.stdout.close()
+            said = listing.stderr.read()
+        self.assertEqual((listing.returncode, said), (0, ""))
+
     def test_hapticctl_knows_the_experiment(self):
         hapticctl = pathlib.Path(PROGRAM).parent / "hapticctl"
         told = subprocess.run([hapticctl, "experiment", "--help"], capture_output=True, text=True, timeout=60, check=False)
