@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/rendering/candidates.h"
 #include "core/rendering/contact_rows.h"
 #include "core/rendering/hold_model.h"
 #include "core/rendering/recovery.h"
@@ -16,15 +17,6 @@
 namespace hapticd {
 namespace {
 
-/// A new traversal is due when less than this share of the margin is left to move in. Less: steps
-/// that end where the look did, and more force error where a tool slips off something.
-constexpr double kRefreshShare = 0.5;
-/// A query looks as far as the way of hand or tool in a tick times this, at least this share of the
-/// margin, at most all of it. Less: more queries where a tool begins to move. More: pairs that come
-/// to nothing: a finger slid along the Guqin takes twice the time where all of it is looked at.
-constexpr double kMarginWays = 2.0;
-constexpr double kLeastMarginShare = 0.125;
-
 /// Share by which the energy of a force may exceed all that is stored before the force is shrunk: a
 /// tool at rest comes within rounding of it. Larger: a spike of half of it passes.
 constexpr double kEnergySlack = 0.01;
@@ -34,86 +26,6 @@ constexpr std::int64_t kDearerNext = 8;
 
 /// How often the way of a string back to rest is halved where another tool is in it.
 constexpr int kStraighteningHalvings = 8;
-
-/// Pairs that a short budget always leaves, and the gap up to which it leaves all, in skins. Fewer
-/// and nearer: a tool among many obstacles moves by less in a tick.
-constexpr std::int64_t kLeastPairs = 32;
-constexpr double kNearSkins = 8.0;
-
-/// Where the work that is left would not do for a linearisation with all pairs, leaves out the
-/// farthest, as a query does that finds more than its capacity: the step gets shorter, no force
-/// changes.
-void leave_out_far(const OptimiserInput& input, const OptimiserState& state,
-                   const OptimiserResult& result, OptimiserWorkspace& w) noexcept {
-  auto& contacts = w.contacts.contacts;
-  const auto count = static_cast<std::int64_t>(contacts.size());
-  const std::int64_t left = input.work_budget - tick_work(result) - kSubStepWork -
-                            kPressedWork * std::int64_t{state.active_count};
-  const std::int64_t room = std::max(left / kPairWork, kLeastPairs);
-  if (input.work_budget <= 0 || count <= room) return;
-  for (std::size_t c = 0; c < contacts.size(); ++c) w.excess[c] = contacts[c].gap;
-  const auto first = w.excess.begin();
-  std::nth_element(first, first + room, first + count);
-  const double margin =
-      std::max(w.excess[static_cast<std::size_t>(room)], kNearSkins * input.options.skin);
-  if (margin >= w.contacts.covered_margin) return;
-  std::size_t kept = 0;
-  for (const Contact& contact : contacts) {
-    if (contact.gap < margin) contacts[kept++] = contact;
-  }
-  contacts.truncate(kept);
-  w.contacts.covered_margin = margin;
-}
-
-/// How far the next query looks: at first in a tick as far as the tool may soon come; one that
-/// comes to the edge of that slips, and looks at all. What is farther bears no force yet, and no
-/// step goes there before it has been looked at.
-double margin_for(const OptimiserInput& input, const OptimiserState& state,
-                  const OptimiserWorkspace& w) noexcept {
-  const double most = input.options.margin;
-  if (state.way > 0.0) return most;
-  const double least = std::max(kLeastMarginShare * most, kNearSkins * input.options.skin);
-  return std::min(std::max(kMarginWays * w.pace, least), most);
-}
-
-void query(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
-           OptimiserWorkspace& w, OptimiserResult& result) noexcept {
-  const double margin = margin_for(input, state, w);
-  const QueryOptions options{.margin = margin,
-                             .horizon = margin + reach_wanted,
-                             .tool_level = w.leaves ? kLeafLevel : state.tool_level,
-                             .body_level = w.leaves ? kLeafLevel : state.body_level};
-  const BentObstacles bent(input.obstacles, state.holds);
-  const ToolShape shape(input.parts, state.parts);
-  find_contacts(input.tool, state.X_WG, bent.view(), options, w.contacts, shape.view());
-  ++result.queries;
-  result.tests += w.contacts.tests;
-  result.minimum_gap = w.contacts.minimum_gap;
-  leave_out_far(input, state, result, w);
-  w.travelled = 0.0;
-  w.stale = false;
-  w.full_step = false;
-}
-
-/// The contacts at the pose just committed: the same pairs afresh, or a new traversal once the tool
-/// has moved out of their range.
-void refresh(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
-             OptimiserWorkspace& w, OptimiserResult& result) noexcept {
-  if (!w.stale) return;
-  const double left = w.contacts.covered_margin - w.travelled;
-  if (w.contacts.contacts.empty() || left < kRefreshShare * w.contacts.covered_margin) {
-    query(input, state, reach_wanted, w, result);
-    return;
-  }
-  const BentObstacles bent(input.obstacles, state.holds);
-  const ToolShape shape(input.parts, state.parts);
-  evaluate_contacts(input.tool, state.X_WG, bent.view(), w.contacts, shape.view());
-  w.contacts.minimum_gap = std::min(w.contacts.minimum_gap, left);
-  result.tests += static_cast<std::int64_t>(w.contacts.contacts.size());
-  result.evaluations += static_cast<std::int64_t>(w.contacts.contacts.size());
-  result.minimum_gap = w.contacts.minimum_gap;
-  w.stale = false;
-}
 
 /// The way of any point of the tool relative to any of a string when nothing holds either back, m.
 double free_way(const OptimiserInput& input, const ToolStep& e,
@@ -299,7 +211,7 @@ void update_touched(const OptimiserInput& input, double wanted, OptimiserState& 
   }
   if (!input.strings.empty() && update_holds(string_context(input), w.contacts, input.options.skin,
                                              state.holds, result.strings_refused)) {
-    query(input, state, wanted, w, result);
+    find_candidates(input, state, wanted, w, result);
   }
 }
 
@@ -328,13 +240,13 @@ void start_tick(const OptimiserInput& input, OptimiserState& state, OptimiserWor
   }
   w.leaves =
       (state.tool_level == kLeafLevel && state.body_level == kLeafLevel) || any_soft(input.parts);
-  query(input, state, wanted, w, result);
+  find_candidates(input, state, wanted, w, result);
   if (w.contacts.minimum_gap < -input.rounding) {
     // An overlap of bounds is none of the tool; to push it out of them could push a leaf in. What
     // is pushed out looks at all.
     w.leaves = true;
     w.pace = input.options.margin;
-    query(input, state, wanted, w, result);
+    find_candidates(input, state, wanted, w, result);
   }
 }
 
@@ -342,7 +254,7 @@ ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserState& state, Op
                           OptimiserResult& result) noexcept {
   ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
   const double wanted = displacement_bound(e, tool_reach(input, state));
-  refresh(input, state, wanted, w, result);
+  refresh_candidates(input, state, wanted, w, result);
   update_touched(input, wanted, state, w, result);
   return e;
 }
