@@ -9,7 +9,7 @@ namespace hapticd {
 namespace {
 
 /// Sweeps per eigenvalue; 2 are usual, the bound only guards against non-finite input.
-constexpr int kMaxSweeps = 60;
+constexpr int kMaxSweeps = 30;
 /// Size beside the diagonal, relative to its neighbours there, that counts as zero. Smaller never
 /// ends, larger leaves visible coupling.
 constexpr double kDiagonalTolerance = 2e-16;

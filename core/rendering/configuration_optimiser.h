@@ -153,7 +153,7 @@ struct LocalModel {
   std::array<double, kMaxQpUnknowns> target_z;  ///< unconstrained minimiser in z
 };
 
-/// Scratch memory of one tool, 0.3 MB; contents mean nothing between ticks.
+/// Scratch memory of one tool, 0.4 MB; contents mean nothing between ticks.
 struct OptimiserWorkspace {
   QpProblem problem;
   QpWorkspace qp;

@@ -1,5 +1,5 @@
 // What a simulation keeps of each of its tools, and of each string that a tool comes to. Frames: W.
-// SI. RT: yes, plain data; 0.8 MB per tool, most of it scratch.
+// SI. RT: yes, plain data; 0.7 MB per tool, most of it scratch.
 #pragma once
 
 #include "core/instrument/string_response.h"

@@ -73,7 +73,7 @@ TEST_CASE("more modes bring a string's force to the truth, and glide its pitch n
   CHECK(cents > 80.0);
   CHECK(cents < 120.0);
   CHECK(number(outcome.text, pluck, "error_cents") == doctest::Approx(-cents).epsilon(1e-3));
-  CHECK(std::fabs(number(outcome.text, pluck, "error_with_glide_cents")) < 0.25 * cents);
+  CHECK(std::fabs(number(outcome.text, pluck, "error_with_glide_cents")) < 0.06 * cents);
 }
 
 }  // namespace hapticd::test
