@@ -62,9 +62,8 @@ double margin_for(const OptimiserInput& input, const OptimiserState& state,
 
 void find_candidates(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
                      OptimiserWorkspace& w, OptimiserResult& result) noexcept {
-  const double margin = margin_for(input, state, w);
-  const QueryOptions options{.margin = margin,
-                             .horizon = margin + reach_wanted,
+  const QueryOptions options{.margin = margin_for(input, state, w),
+                             .horizon = input.options.margin + reach_wanted,
                              .tool_level = w.leaves ? kLeafLevel : state.tool_level,
                              .body_level = w.leaves ? kLeafLevel : state.body_level};
   const BentObstacles bent(input.obstacles, state.holds);

@@ -180,6 +180,8 @@ TEST_CASE("a force sign found at the device is obeyed") {
   ForceDevice hardware;
   pid::PidDevice device(pid_profile(), turned, zero_clock);
   device.attach(hardware.channel(), {3, 4});
+  DeviceSample none;
+  device.read(0, none);
   DeviceCommand command{.enable = true};
   command.f_H_D = {0.25, 0.0, 0.5};
   device.write(1, command);
