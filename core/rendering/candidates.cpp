@@ -58,6 +58,15 @@ double margin_for(const OptimiserInput& input, const OptimiserState& state,
   return std::min(std::max(kMarginWays * w.pace, least), most);
 }
 
+/// How far tool points may still go before they come to what was not looked at, m.
+double room_left(const OptimiserWorkspace& w) noexcept {
+  return w.contacts.covered_margin - w.travelled;
+}
+
+bool must_look_anew(const OptimiserWorkspace& w) noexcept {
+  return w.contacts.contacts.empty() || room_left(w) < kRefreshShare * w.contacts.covered_margin;
+}
+
 }  // namespace
 
 void find_candidates(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
@@ -82,19 +91,22 @@ void refresh_candidates(const OptimiserInput& input, const OptimiserState& state
                         double reach_wanted, OptimiserWorkspace& w,
                         OptimiserResult& result) noexcept {
   if (!w.stale) return;
-  const double left = w.contacts.covered_margin - w.travelled;
-  if (w.contacts.contacts.empty() || left < kRefreshShare * w.contacts.covered_margin) {
+  if (must_look_anew(w)) {
     find_candidates(input, state, reach_wanted, w, result);
     return;
   }
   const BentObstacles bent(input.obstacles, state.holds);
   const ToolShape shape(input.parts, state.parts);
   evaluate_contacts(input.tool, state.X_WG, bent.view(), w.contacts, shape.view());
-  w.contacts.minimum_gap = std::min(w.contacts.minimum_gap, left);
+  w.contacts.minimum_gap = std::min(w.contacts.minimum_gap, room_left(w));
   result.tests += static_cast<std::int64_t>(w.contacts.contacts.size());
   result.evaluations += static_cast<std::int64_t>(w.contacts.contacts.size());
   result.minimum_gap = w.contacts.minimum_gap;
   w.stale = false;
+}
+
+std::int64_t tests_of_next_look(const OptimiserWorkspace& w) noexcept {
+  return w.stale && must_look_anew(w) ? w.contacts.tests : 0;
 }
 
 }  // namespace hapticd

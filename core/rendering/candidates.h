@@ -21,4 +21,9 @@ HD_REALTIME void refresh_candidates(const OptimiserInput& input, const Optimiser
                                     double reach_wanted, OptimiserWorkspace& workspace,
                                     OptimiserResult& result) noexcept;
 
+/// Tests that the next linearisation begins with, as many as the last traversal took, where it has
+/// to look around anew; otherwise 0.
+[[nodiscard]] HD_REALTIME std::int64_t tests_of_next_look(
+    const OptimiserWorkspace& workspace) noexcept;
+
 }  // namespace hapticd

@@ -248,6 +248,7 @@ void start_tick(const OptimiserInput& input, OptimiserState& state, OptimiserWor
     w.pace = input.options.margin;
     find_candidates(input, state, wanted, w, result);
   }
+  w.linearised = linearisation_work(result);
 }
 
 ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
@@ -295,11 +296,11 @@ bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, Optimi
 }
 
 bool work_used_up(const OptimiserInput& input, const OptimiserResult& result,
-                  std::int64_t work_before) noexcept {
+                  OptimiserWorkspace& w) noexcept {
   if (input.work_budget <= 0) return false;
-  const std::int64_t work = tick_work(result);
-  const std::int64_t last = work - work_before;
-  return work + last + last / kDearerNext > input.work_budget;
+  const std::int64_t last = linearisation_work(result) - w.linearised;
+  w.linearised += last;
+  return tick_work(result) + last + last / kDearerNext + tests_of_next_look(w) > input.work_budget;
 }
 
 void finish_tick(const OptimiserInput& input, OptimiserState& state) noexcept {
@@ -322,9 +323,8 @@ void optimise_configuration(const OptimiserInput& input, OptimiserState& state,
   }
   bool more = true;
   while (more && result.sub_steps < input.options.sub_steps && !result.cut_short) {
-    const std::int64_t before = tick_work(result);
     more = advance_sub_step(input, state, w, result);
-    result.cut_short = more && work_used_up(input, result, before);
+    result.cut_short = more && work_used_up(input, result, w);
   }
   finish_tick(input, state);
 }

@@ -66,7 +66,8 @@ struct OptimiserInput {
   /// rounded as they pass from tool to tool.
   double rounding = 0.0;
   /// The tick ends before a linearisation that would take its work (tick_work.h) beyond this, as
-  /// the last one went; the first is always made. 0: no bound. Less: the tool lags more.
+  /// the last one and the last traversal went; the first is always made. 0: no bound. Less: the
+  /// tool lags more.
   std::int64_t work_budget = 0;
 };
 
@@ -173,6 +174,8 @@ struct OptimiserWorkspace {
   /// The last program's full step was taken, and its contacts have not been queried anew.
   bool full_step = false;
   bool leaves = false;  ///< this tick goes by the leaves, whatever the options say
+  /// Work of the tick before the last linearisation, traversals left out.
+  std::int64_t linearised = 0;
 };
 
 /// Queries the contacts around `state.X_WG` and starts the tick.
@@ -193,11 +196,11 @@ HD_REALTIME ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserStat
 HD_REALTIME bool advance_sub_step(const OptimiserInput& input, OptimiserState& state,
                                   OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
 
-/// True where the work budget leaves no room for a linearisation such as the last one, whose work
-/// began at `work_before`. Never before the first.
+/// True where the work budget leaves no room for a linearisation such as the last one, and for
+/// looking around anew where that is due. To be asked once after each.
 [[nodiscard]] HD_REALTIME bool work_used_up(const OptimiserInput& input,
                                             const OptimiserResult& result,
-                                            std::int64_t work_before) noexcept;
+                                            OptimiserWorkspace& workspace) noexcept;
 
 /// Ends the tick: where friction slips its anchor follows, and what its spring exceeds mu N by is
 /// lost as heat.

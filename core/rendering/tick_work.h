@@ -32,6 +32,11 @@ inline constexpr double kNominalWork_ns = 1.4;
          kSubStepWork * result.sub_steps;
 }
 
+/// The same without the traversals.
+[[nodiscard]] inline std::int64_t linearisation_work(const OptimiserResult& result) noexcept {
+  return tick_work(result) - (result.tests - result.evaluations);
+}
+
 /// What one more pair near the tool adds to a linearisation: its row, and the looks at it.
 inline constexpr std::int64_t kPairWork = kRowWork + 3 * (1 + kEvaluationWork);
 

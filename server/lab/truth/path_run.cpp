@@ -2,7 +2,6 @@
 #include "server/lab/truth/path_run.h"
 
 #include "core/rendering/recovery.h"
-#include "core/rendering/tick_work.h"
 
 namespace hapticd {
 
@@ -57,11 +56,10 @@ double PathRun::judged_tick(const Pose& X_WH, double dt) {
     return judge_.smallest_gap(path_);
   }
   for (bool more = true; more && result_.sub_steps < input.options.sub_steps;) {
-    const std::int64_t before = tick_work(result_);
     prepare_sub_step(input, state_, *workspace_, result_);
     path_.push_back(state_);
     more = advance_sub_step(input, state_, *workspace_, result_) &&
-           !work_used_up(input, result_, before);
+           !work_used_up(input, result_, *workspace_);
     path_.push_back(state_);
   }
   finish_tick(input, state_);

@@ -7,7 +7,6 @@
 
 #include "core/math/rotation.h"
 #include "core/rendering/recovery.h"
-#include "core/rendering/tick_work.h"
 
 namespace hapticd::test {
 namespace {
@@ -102,12 +101,11 @@ long double ToolRun::tick_along(const Pose& X_WH) {
   }
   long double smallest = std::numeric_limits<long double>::infinity();
   for (bool more = true; more && result.sub_steps < options.sub_steps;) {
-    const std::int64_t work_before = tick_work(result);
     prepare_sub_step(in, state, *workspace, result);
     before = state;
     more = advance_sub_step(in, state, *workspace, result);
     smallest = std::min(smallest, scene.true_path_gap(before, state));
-    more = more && !work_used_up(in, result, work_before);
+    more = more && !work_used_up(in, result, *workspace);
   }
   finish_tick(in, state);
   return smallest;

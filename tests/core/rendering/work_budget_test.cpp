@@ -221,6 +221,34 @@ TEST_CASE("a tool in a crowd leaves out what is far, and comes to the same force
   CHECK(4 * work < 3 * free_work);
 }
 
+TEST_CASE("a tool that is swept over much looks around anew only where the budget pays for it") {
+  RenderingScene scene(flat_tool(12));
+  std::vector<Sphere> ground;
+  for (int i = 0; i < 200 * 40; ++i) {
+    ground.push_back({{4e-3 * (i % 200), 0, 4e-3 * static_cast<int>(i / 200)}, 4e-3});
+  }
+  scene.add_body(ground, pose_at({-0.05, -4e-3, -0.08}));
+  int ticks = 0;
+  int over = 0;
+  int cut = 0;
+  for (const std::int64_t budget : {5'000, 7'000, 10'000, 14'000, 20'000, 30'000, 45'000, 70'000}) {
+    ToolRun run(scene, pose_at({0, 6e-3, 0}));
+    run.work_budget = budget;
+    for (int tick = 0; tick < 60; ++tick) {
+      run.tick(pose_at({0.01 * tick, 6e-3 - 1e-4 * tick, 0}));
+      cut += run.result.cut_short ? 1 : 0;
+      if (run.result.sub_steps < 2) continue;
+      ++ticks;
+      over += 10 * tick_work(run.result) > 11 * budget ? 1 : 0;
+    }
+  }
+  MESSAGE(over << " of " << ticks << " ticks of more than one linearisation beyond their budgets, "
+               << cut << " cut short");
+  CHECK(ticks > 50);
+  CHECK(8 * over < ticks);
+  CHECK(cut > 50);
+}
+
 TEST_CASE("what is pressed keeps its level until it is let go of") {
   RenderingScene scene({{{0, 0, 0}, 5e-3}});
   std::vector<Sphere> plate;
