@@ -43,10 +43,12 @@ class Picture:
     figure: Any
 
     def save(self, stem: pathlib.Path) -> None:
-        """Writes STEM.svg and STEM.png, and lets go of the picture."""
+        """Writes STEM.svg, a text that ends no line with a space, and STEM.png, and lets go of the picture."""
         for kind in ("svg", "png"):
             metadata = {"Date": None} if kind == "svg" else {}
             self.figure.savefig(stem.with_name(f"{stem.name}.{kind}"), metadata=metadata, bbox_inches="tight", pad_inches=0.06)
+        svg = stem.with_name(f"{stem.name}.svg")
+        svg.write_text("".join(f"{line.rstrip()}\n" for line in svg.read_text(encoding="utf-8").splitlines()), encoding="utf-8")
         pyplot.close(self.figure)
 
 
