@@ -104,12 +104,13 @@ class Files(unittest.TestCase):
     def save(self, runs):
         with tempfile.TemporaryDirectory() as folder:
             plots.draw_runs(runs, "title").save(pathlib.Path(folder) / "plot")
-            root = xml.etree.ElementTree.parse(pathlib.Path(folder) / "plot.svg").getroot()
-            return root, (pathlib.Path(folder) / "plot.png").read_bytes()
+            svg = (pathlib.Path(folder) / "plot.svg").read_text(encoding="utf-8")
+            return svg, (pathlib.Path(folder) / "plot.png").read_bytes()
 
     def test_are_svg_and_png_with_room_for_the_curves(self):
-        root, png = self.save({"paper": run()})
-        self.assertTrue(root.tag.endswith("svg"))
+        svg, png = self.save({"paper": run()})
+        self.assertTrue(xml.etree.ElementTree.fromstring(svg).tag.endswith("svg"))
+        self.assertFalse([line for line in svg.splitlines() if line != line.rstrip()])
         self.assertEqual(png[:8], b"\x89PNG\r\n\x1a\n")
 
     def test_a_run_without_contact_cost_or_tone_is_drawn_too(self):
