@@ -2,6 +2,7 @@
 #include "core/rendering/contact_rows.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "core/collision/primitive_gap.h"
 #include "core/rendering/hold_model.h"
@@ -13,6 +14,11 @@ namespace {
 /// A row counts as violated beyond this share of the margin: rounding of the solver, far below the
 /// skin.
 constexpr double kRowTolerancePerMargin = 1e-9;
+
+/// Rows that a program begins with: of the pairs that bore force last, and of the nearest. Others
+/// come in when they are violated, which changes no force. More: dearer programs where much is
+/// near; fewer: more programs.
+constexpr std::size_t kFirstRows = 8;
 
 /// Share of the skin that the way of a string's vertex to the centre of its contact may take.
 constexpr double kCentringShare = 0.25;
@@ -119,26 +125,45 @@ void set_objective(const LocalModel& model, QpProblem& problem) noexcept {
   }
 }
 
-/// The nearest contacts become the rows; all of them when they fit.
-void choose_nearest(int max_rows, OptimiserWorkspace& w) noexcept {
-  const auto count = static_cast<std::int32_t>(w.contacts.contacts.size());
+/// Adds the `most` most violated of the first `count` in w.order to the first `kept` rows.
+void add_worst(std::size_t kept, std::size_t most, std::size_t count,
+               OptimiserWorkspace& w) noexcept {
   const auto first = w.order.begin();
-  for (std::int32_t i = 0; i < count; ++i) w.order[static_cast<std::size_t>(i)] = i;
-  const std::int32_t rows = std::min(count, static_cast<std::int32_t>(max_rows));
-  if (count > rows) {
-    // Gaps alone, side by side: contacts are large.
-    std::array<double, kMaxCandidates> gap;
-    for (std::size_t i = 0; i < w.contacts.contacts.size(); ++i) {
-      gap[i] = w.contacts.contacts[i].gap;
-    }
-    std::nth_element(first, first + rows, first + count, [&gap](std::int32_t a, std::int32_t b) {
-      const double gap_a = gap[static_cast<std::size_t>(a)];
-      const double gap_b = gap[static_cast<std::size_t>(b)];
-      return gap_a != gap_b ? gap_a < gap_b : a < b;
-    });
+  const auto last = first + static_cast<std::ptrdiff_t>(most);
+  std::nth_element(first, last, first + static_cast<std::ptrdiff_t>(count),
+                   [&w](std::int32_t a, std::int32_t b) {
+                     const double excess_a = w.excess[static_cast<std::size_t>(a)];
+                     const double excess_b = w.excess[static_cast<std::size_t>(b)];
+                     return excess_a != excess_b ? excess_a > excess_b : a < b;
+                   });
+  std::copy(first, last, w.contact_of_row.begin() + static_cast<std::ptrdiff_t>(kept));
+  w.problem.rows = static_cast<int>(kept + most);
+}
+
+/// The first rows: contacts that bore force last, then the nearest others. Returns how many bore
+/// force.
+int choose_rows(const RowContext& context, OptimiserWorkspace& w) noexcept {
+  const auto& contacts = w.contacts.contacts;
+  const auto most = static_cast<std::size_t>(context.input.options.max_rows);
+  constexpr double kTaken = std::numeric_limits<double>::infinity();
+  for (std::size_t c = 0; c < contacts.size(); ++c) w.excess[c] = -contacts[c].gap;
+  std::size_t pressed = 0;
+  for (int k = 0; k < context.state.active_count; ++k) {
+    const ContactKey& key = context.state.active[static_cast<std::size_t>(k)].key;
+    const auto found = std::find_if(contacts.begin(), contacts.end(),
+                                    [&key](const Contact& contact) { return contact.key == key; });
+    if (found == contacts.end() || pressed == most) continue;
+    const auto c = found - contacts.begin();
+    w.contact_of_row[pressed++] = static_cast<std::int32_t>(c);
+    w.excess[static_cast<std::size_t>(c)] = kTaken;
   }
-  std::copy(first, first + rows, w.contact_of_row.begin());
-  w.problem.rows = rows;
+  std::size_t others = 0;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    if (w.excess[c] < kTaken) w.order[others++] = static_cast<std::int32_t>(c);
+  }
+  const std::size_t first = std::max(std::min(kFirstRows, most), pressed);
+  add_worst(pressed, std::min(others, first - pressed), others, w);
+  return static_cast<int>(pressed);
 }
 
 void fill_rows(const RowContext& context, const SquareMatrix& basis, QpProblem& problem) noexcept {
@@ -173,16 +198,11 @@ void fill_rows(const RowContext& context, const SquareMatrix& basis, QpProblem& 
   }
 }
 
-/// Rows whose pair carried force last time.
-QpWarmStart warm_start(const OptimiserState& state, const OptimiserWorkspace& w) noexcept {
+/// The first `count` rows.
+QpWarmStart first_rows(int count) noexcept {
   QpWarmStart warm;
-  for (int k = 0; k < state.active_count; ++k) {
-    for (int i = 0; i < w.problem.rows; ++i) {
-      const auto c = static_cast<std::size_t>(w.contact_of_row[static_cast<std::size_t>(i)]);
-      if (!(w.contacts.contacts[c].key == state.active[static_cast<std::size_t>(k)].key)) continue;
-      warm.active[static_cast<std::size_t>(warm.count++)] = static_cast<std::int16_t>(i);
-      break;
-    }
+  for (; warm.count < count; ++warm.count) {
+    warm.active[static_cast<std::size_t>(warm.count)] = static_cast<std::int16_t>(warm.count);
   }
   return warm;
 }
@@ -283,37 +303,20 @@ double exchange_rows(const RowContext& context, const std::array<double, kMaxQpU
   }
   const std::size_t added =
       std::min(violated, static_cast<std::size_t>(input.options.max_rows) - active);
-  const auto first = w.order.begin();
-  if (added > 0) {
-    std::nth_element(first, first + static_cast<std::ptrdiff_t>(added) - 1,
-                     first + static_cast<std::ptrdiff_t>(violated),
-                     [&w](std::int32_t a, std::int32_t b) {
-                       const double excess_a = w.excess[static_cast<std::size_t>(a)];
-                       const double excess_b = w.excess[static_cast<std::size_t>(b)];
-                       return excess_a != excess_b ? excess_a > excess_b : a < b;
-                     });
-  }
-  std::copy(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(active),
-            w.contact_of_row.begin());
-  std::copy(first, first + static_cast<std::ptrdiff_t>(added),
-            w.contact_of_row.begin() + static_cast<std::ptrdiff_t>(active));
-  w.problem.rows = static_cast<int>(active + added);
+  std::copy_n(kept.begin(), active, w.contact_of_row.begin());
+  add_worst(active, added, violated, w);
   result.rows_exchanged += static_cast<int>(added);
   return fraction;
 }
 
-/// Solves the program with rows for the nearest contacts, exchanging rows until all contacts hold.
-/// Returns the fraction of the step that all hold.
+/// Solves the program with few rows, exchanging them until all contacts hold. Returns the fraction
+/// of the step that all hold.
 double solve_rows(const RowContext& context, OptimiserWorkspace& w,
                   OptimiserResult& result) noexcept {
-  const OptimiserInput& input = context.input;
-  const OptimiserState& state = context.state;
   const LocalModel& model = w.model;
-  choose_nearest(input.options.max_rows, w);
+  QpWarmStart warm = first_rows(choose_rows(context, w));
   fill_rows(context, model.basis, w.problem);
-  QpWarmStart warm = warm_start(state, w);
-  const bool all_fit =
-      w.contacts.contacts.size() <= static_cast<std::size_t>(input.options.max_rows);
+  const bool all_fit = w.contacts.contacts.size() == static_cast<std::size_t>(w.problem.rows);
   for (int round = 0;; ++round) {
     solve_qp(w.problem, warm, w.qp, w.solution);
     result.qp_iterations += w.solution.iterations;
@@ -335,10 +338,7 @@ double solve_rows(const RowContext& context, OptimiserWorkspace& w,
       return fraction;
     }
     fill_rows(context, model.basis, w.problem);
-    // Active rows come first after an exchange.
-    warm.count = w.solution.active_count;
-    for (int k = 0; k < warm.count; ++k)
-      warm.active[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(k);
+    warm = first_rows(w.solution.active_count);
   }
 }
 

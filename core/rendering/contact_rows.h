@@ -1,9 +1,9 @@
 // From contacts to rows of the quadratic program: n . dp + (a x n) . dtheta >= skin - gap, a the
 // lever arm from the origin of G to the contact point, or >= min(0, skin - gap) where obstacles
 // leave no room for the skin; a string that yields takes its share of the deflections with it,
-// - share n . du, and its vertex slides along with the centre of its contact. When
-// more pairs matter than there are rows, the nearest are taken first and rows are exchanged until
-// no pair left out is violated. RT: yes.
+// - share n . du, and its vertex slides along with the centre of its contact. A
+// program begins with few rows, those of the pairs that bore force last and of the nearest, and
+// rows are exchanged until no pair left out is violated. RT: yes.
 #pragma once
 
 #include "core/rendering/configuration_optimiser.h"

@@ -37,7 +37,7 @@ inline constexpr double kNominalWork_ns = 1.4;
   return tick_work(result) - (result.tests - result.evaluations);
 }
 
-/// What one more pair near the tool adds to a linearisation: its row, and the looks at it.
-inline constexpr std::int64_t kPairWork = kRowWork + 3 * (1 + kEvaluationWork);
+/// What one more pair near the tool adds to a linearisation: the looks at it.
+inline constexpr std::int64_t kPairWork = 3 * (1 + kEvaluationWork);
 
 }  // namespace hapticd

@@ -34,8 +34,8 @@ Pose rocking(int tick) {
 }  // namespace
 
 TEST_CASE(
-    "a dense flat tool feels like its four corners, with every pair a row, with exchanged rows, "
-    "and beyond capacity") {
+    "a dense flat tool feels like its four corners, with fewer pairs than rows, with more, and "
+    "beyond capacity") {
   RenderingScene corners(flat_tool(2));
   corners.add_body({{{0, 0, 0}, kPlate}}, pose_at({0, -kPlate, 0}));
   for (const int n : {10, 20, 40, 60}) {
