@@ -14,6 +14,7 @@ from hapticd_lab.tradeoff_table import DISCRIMINATION
 
 TOUCH = ("name", "mode_steps", "model_error", "model_max_n", "played_error", "played_max_n")
 PITCH = ("frequency_hz", "pluck_lambda", "deflection_m", "truth_cents", "error_cents", "error_with_glide_cents")
+PRESS = ("strings", "solved", "error", "max_n")
 PLOT = "string_models"
 
 
@@ -55,16 +56,20 @@ def _write(path: pathlib.Path, columns: Sequence[str], lines: Sequence[Dict[str,
 
 
 def write(output: pathlib.Path) -> Dict[str, Any]:
-    """strings_touch.csv, strings_pitch.csv and their plot; what a report's template shows of them."""
+    """strings_touch.csv, strings_pitch.csv, strings_press.csv and their plot; what a report's template shows of them."""
     lines = measured()
-    touches, pitches = _of(lines, "touch"), _of(lines, "pitch")
+    touches, pitches, presses = _of(lines, "touch"), _of(lines, "pitch"), _of(lines, "press")
     _write(output / "strings_touch.csv", TOUCH, touches)
     _write(output / "strings_pitch.csv", PITCH, pitches)
+    _write(output / "strings_press.csv", PRESS, presses)
     _draw(touches, output)
     shown = [[line["name"], f"{100 * line['model_error']:.3g} %", f"{1e3 * line['model_max_n']:.3g}", f"{100 * line['played_error']:.3g} %",
               f"{1e3 * line['played_max_n']:.3g}", f"{line['timing']['median_ns']:.0f}"] for line in touches]
     heard = [[f"{line['frequency_hz']:.4g}", f"{line['pluck_lambda']:g}", f"{1e3 * line['deflection_m']:g}", f"{line['truth_cents']:.1f}",
               f"{line['error_cents']:.1f}", f"{line['error_with_glide_cents']:.1f}"] for line in pitches]
-    return {"plot": PLOT, "touches": shown, "pitches": heard,
+    pressed = [[f"{line['strings']}", line["solved"], f"{100 * line['error']:.3g} %", f"{1e3 * line['max_n']:.3g}", f"{line['timing']['median_ns']:.0f}"]
+               for line in presses]
+    return {"plot": PLOT, "touches": shown, "pitches": heard, "presses": pressed,
+            "press_headings": ("strings pressed at once", "solved", "force error", "largest, mN", "median of a tick, ns"),
             "touch_headings": ("level", "error of the model", "largest, mN", "error as played", "largest, mN", "median of a touched tick, ns"),
             "pitch_headings": ("tuning, Hz", "plucked at", "by, mm", "truth above the tuning, cents", "error, cents", "error with glide, cents")}

@@ -10,6 +10,7 @@
 #include "core/math/elementary.h"
 #include "server/lab/oracle/commands.h"
 #include "server/lab/oracle/json_text.h"
+#include "server/lab/oracle/press_models.h"
 #include "server/lab/oracle/table.h"
 #include "server/lab/truth/pitch_truth.h"
 #include "server/lab/truth/press_run.h"
@@ -142,6 +143,15 @@ std::string pitch_line(double frequency, double pluck_lambda, double deflection)
                       {"error_with_glide_cents", json(cents(gliding, truth))}});
 }
 
+std::string press_line(const PressModel& model) {
+  return json_object({{"measured", json(std::string("press"))},
+                      {"strings", json(static_cast<std::size_t>(model.strings))},
+                      {"solved", json(std::string(model.coupled ? "coupled" : "series"))},
+                      {"error", json(model.error)},
+                      {"max_n", json(model.max_newton)},
+                      {"timing", json_object({{"median_ns", json(model.median_ns)}})}});
+}
+
 std::string all_lines() {
   std::vector<PressCase> cases;
   for (const double frequency : kFrequencies) {
@@ -158,6 +168,7 @@ std::string all_lines() {
       }
     }
   }
+  for (const PressModel& model : compare_press_models()) text += press_line(model) + "\n";
   return text;
 }
 
@@ -167,9 +178,9 @@ void add_strings_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "strings",
       "what the levels of a plucked string err: its force on a finger that comes back to it, of "
-      "the "
-      "model and as it is played, with no more work than the string has left, against 256 modes at "
-      "800 kHz; and its pitch, against a string that tightens as it swings; a line of JSON each");
+      "the model and as it is played, with no more work than the string has left, against 256 "
+      "modes at 800 kHz; its pitch, against a string that tightens as it swings; and strings under "
+      "a press, solved with the tool or each by itself, against Eq. 10 to 12; a line of JSON each");
   const auto output = std::make_shared<std::string>();
   add_output_option(*command, *output);
   command->callback([output] { write_output(*output, all_lines()); });

@@ -12,13 +12,6 @@
 namespace hapticd {
 namespace {
 
-/// Processor time of this thread, us: what else the machine does is no cost of a tick.
-double processor_time() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
-
 int tick_count(double rate_hz) { return static_cast<int>(std::lround(kStudyGesture_s * rate_hz)); }
 
 double smallest(const ObstacleGaps& gaps) {
@@ -41,6 +34,12 @@ double judge_tick(PathRun& run, const ToolScene& view, const ToolTick& tick, boo
 }
 
 }  // namespace
+
+double processor_time() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
 
 std::vector<StudyTick> play_study(const Scene& scene, std::size_t tool, const StudySetting& setting,
                                   const StudyGesture& gesture, PathRun* judge) {

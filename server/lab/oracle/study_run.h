@@ -12,6 +12,9 @@
 
 namespace hapticd {
 
+/// Processor time of this thread, us: what else the machine does is no cost of a tick.
+[[nodiscard]] double processor_time();
+
 struct StudyTick {
   Vector3 felt_W{0.0, 0.0, 0.0};     ///< force on the hand before ramps and limits, N
   Vector3 contact_W{0.0, 0.0, 0.0};  ///< of it, the contact problem's: nothing that vibrates

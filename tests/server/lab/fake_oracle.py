@@ -40,6 +40,9 @@ def strings():
                           "played_error": 0.5, "played_max_n": 0.2, "timing": {"median_ns": 100.0 + time.monotonic() % 10.0}}))
     print(json.dumps({"measured": "pitch", "frequency_hz": 65.4, "pluck_lambda": 0.1, "deflection_m": 5e-3, "truth_cents": 98.0, "error_cents": -98.0,
                       "error_with_glide_cents": -13.0}))
+    for solved, error in (("series", 0.5), ("coupled", 1e-3)):
+        print(json.dumps({"measured": "press", "strings": 2, "solved": solved, "error": error, "max_n": 2.0 * error,
+                          "timing": {"median_ns": 100.0 + time.monotonic() % 10.0}}))
 
 
 def main(arguments):

@@ -74,6 +74,16 @@ TEST_CASE("more modes bring a string's force to the truth, and glide its pitch n
   CHECK(cents < 120.0);
   CHECK(number(outcome.text, pluck, "error_cents") == doctest::Approx(-cents).epsilon(1e-3));
   CHECK(std::fabs(number(outcome.text, pluck, "error_with_glide_cents")) < 0.06 * cents);
+  // One string is in series with the coupling; two share it, so that each by itself gives too much.
+  const auto press = [&](int strings, const std::string& solved) {
+    return number(outcome.text,
+                  "\"strings\":" + std::to_string(strings) + ",\"solved\":\"" + solved + "\"",
+                  "error");
+  };
+  CHECK(press(1, "series") < 1e-12);
+  CHECK(press(1, "coupled") < 5e-3);
+  CHECK(press(2, "series") > 0.2);
+  CHECK(press(2, "coupled") < 5e-3);
 }
 
 }  // namespace hapticd::test
