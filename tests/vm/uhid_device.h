@@ -37,6 +37,8 @@ class UhidDevice {
   [[nodiscard]] std::uint64_t springs() const { return firmware_.springs(); }
   /// When the newest sample was taken, by the monotonic clock, ns.
   [[nodiscard]] std::int64_t sampled_ns() const { return sampled_ns_; }
+  /// Frames that the kernel kept from beginning in time: after each the loop may get two at once.
+  [[nodiscard]] std::uint64_t held_up() const { return held_up_; }
   [[nodiscard]] std::uint64_t since_force_us() const { return firmware_.since_force_us(); }
 
  private:
@@ -50,6 +52,7 @@ class UhidDevice {
   int uhid_ = -1;
   std::atomic<int> rate_hz_;
   std::atomic<std::int64_t> sampled_ns_{0};
+  std::atomic<std::uint64_t> held_up_{0};
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };
