@@ -23,6 +23,8 @@ constexpr double kLength = 1.1;
 constexpr double kApart = 0.03;
 /// The string lies between two spheres so far to its sides, m: from one alone it would slip.
 constexpr double kBeside = 4e-3;
+/// Of a gesture at 1 kHz.
+constexpr int kTicks = static_cast<int>(1e3 * kStudyGesture_s);
 /// Calls that one reading of the clock is for.
 constexpr int kCalls = 100;
 
@@ -32,6 +34,7 @@ double place(int k, int count) { return kApart * (k - 0.5 * (count - 1)); }
 
 ShapeDescription fingers(int count) {
   std::vector<Sphere> spheres;
+  spheres.reserve(2 * static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) {
     for (const double side : {-kBeside, kBeside}) {
       spheres.push_back({{0.0, 0.0, place(k, count) + side}, kFinger});
@@ -167,9 +170,10 @@ std::vector<PressModel> compare_press_models() {
       for (const double depth : kDepths) {
         const StudyGesture gesture = press_at(description, lambda, depth);
         std::vector<double> depths, truth;
-        for (double t = 0.0; t < kStudyGesture_s - 0.5e-3; t += 1e-3) {
+        for (int tick = 0; tick < kTicks; ++tick) {
           // The tool stays clear of the string by the skin.
-          depths.push_back(height(description, description.optimiser.skin) - gesture.at(t).p.y());
+          depths.push_back(height(description, description.optimiser.skin) -
+                           gesture.at(1e-3 * tick).p.y());
           truth.push_back(force_of_strings(string, lambda, depths.back(), kt, strings));
         }
         play_series(string, lambda, kt, strings, depths, truth, series);

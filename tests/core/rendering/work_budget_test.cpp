@@ -224,7 +224,7 @@ TEST_CASE("a tool in a crowd leaves out what is far, and comes to the same force
 TEST_CASE("a tool that is swept over much looks around anew only where the budget pays for it") {
   RenderingScene scene(flat_tool(12));
   std::vector<Sphere> ground;
-  ground.reserve(200 * 40);
+  ground.reserve(std::size_t{200} * 40);
   for (int i = 0; i < 200 * 40; ++i) {
     ground.push_back({{4e-3 * (i % 200), 0, 4e-3 * static_cast<int>(i / 200)}, 4e-3});
   }
