@@ -26,8 +26,8 @@ namespace hapticd {
 /// README).
 struct OptimiserOptions {
   /// Linearisations per tick, at most; >= 1. A steady contact takes 2 or 3, a slip off an edge up
-  /// to 24; fewer: the tool lags behind for a tick or two while it slips.
-  int sub_steps = 24;
+  /// to some 30; fewer: the tool lags behind for a tick or two while it slips.
+  int sub_steps = 32;
   /// Pairs nearer than this enter the program, and no tool point moves further in one
   /// linearisation, m. At most: a tool that moves slowly looks less far.
   double margin = 5e-3;

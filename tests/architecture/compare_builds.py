@@ -7,6 +7,7 @@ at -O0, -O2 and -O3, each plain and under every sanitizer, beside what is always
 first records a session, and all replay it to the bit.
 """
 import argparse
+import concurrent.futures
 import pathlib
 import shutil
 import subprocess
@@ -39,10 +40,15 @@ def build(folder: pathlib.Path, compiler: str, flags: str, probes: list, jobs: i
                    check=True, stdout=subprocess.DEVNULL)
 
 
-def outputs_of(folder: pathlib.Path, probes: list) -> dict:
+def output_of(probe: pathlib.Path) -> str:
+    return subprocess.run([str(probe)], check=True, capture_output=True, text=True).stdout
+
+
+def outputs_of(folder: pathlib.Path, probes: list, jobs: int) -> dict:
     """What each probe prints, by run: one text where bits are equal. Addresses are laid out anew in each."""
-    return {probe: {subprocess.run([str(folder / PROBES[probe] / probe)], check=True, capture_output=True, text=True).stdout for _ in range(RUNS)}
-            for probe in probes}
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        runs = {probe: [pool.submit(output_of, folder / PROBES[probe] / probe) for _ in range(RUNS)] for probe in probes}
+        return {probe: {run.result() for run in of_probe} for probe, of_probe in runs.items()}
 
 
 def compare_sessions(probes: list, recordings: pathlib.Path) -> bool:
@@ -70,7 +76,7 @@ def main() -> int:
         folder = options.build_folder / name
         probes = [probe for probe in PROBES if options.all or probe != SLOW_PROBE or ("-O0" not in flags and "sanitize" not in flags)]
         build(folder, compiler, flags, probes, options.jobs)
-        outputs = outputs_of(folder, probes)
+        outputs = outputs_of(folder, probes, options.jobs)
         equal = all(len(texts) == 1 and texts == expected.setdefault(probe, texts) for probe, texts in outputs.items())
         same = same and equal
         said = " | ".join(" ".join(text.split()) for texts in outputs.values() for text in sorted(texts))

@@ -10,7 +10,7 @@ from typing import Dict, List, Sequence, Tuple
 from hapticd_lab.tradeoff_plan import Plan
 from hapticd_lab.tradeoff_table import Row, front
 
-DEFAULT = "ladder 24/1"
+DEFAULT = "ladder 32/1"
 """The optimiser's own default is level 3."""
 MOST_ERROR = 0.2
 """A rung whose force may be further off, three times what is felt, is no level, however cheap."""

@@ -13,12 +13,14 @@ from __future__ import annotations
 import argparse
 import os
 import pathlib
+import subprocess
 import sys
+from typing import Sequence
 
 from hapticd_lab import machine, quality_table, tradeoff_instructions, tradeoff_report, tradeoff_table
-from hapticd_lab.oracle import OracleError
+from hapticd_lab.oracle import OracleError, find_program
 from hapticd_lab.quality_table import NoLevels
-from hapticd_lab.tradeoff_plan import GESTURES, HELD_OUT, QUICK_GESTURES, QUICK_SCENES, QUICK_SPEEDS, SCENES, SPEEDS, Plan
+from hapticd_lab.tradeoff_plan import FINEST_SCENE, GESTURES, HELD_OUT, QUICK_GESTURES, QUICK_SCENES, QUICK_SPEEDS, SCENES, SPEEDS, Plan
 from hapticd_lab.tradeoff_units import BadStudy, claim, gather, give_back, missing, plan_of_shards, play_all, shard_of
 
 SUMMARY = "measure speed against accuracy"
@@ -27,7 +29,8 @@ SUMMARY = "measure speed against accuracy"
 def describe(parser: argparse.ArgumentParser) -> None:
     """Its options."""
     parser.add_argument("--output", type=pathlib.Path, metavar="DIR", required=True, help="where everything goes; made if it is not there")
-    parser.add_argument("--scene", action="append", metavar="NAME", help=f"a scene; may be repeated (default: {', '.join(SCENES)})")
+    parser.add_argument("--scene", action="append", metavar="NAME",
+                        help=f"a scene; may be repeated (default: {', '.join(SCENES)}, and {FINEST_SCENE} where its trees have been made)")
     parser.add_argument("--quick", action="store_true", help="few scenes, gestures and settings: to see whether all works")
     parser.add_argument("--gestures", type=int, metavar="N", help=f"of each scene and speed (default: {GESTURES})")
     parser.add_argument("--levels-only", action="store_true", help="the levels, and what they are chosen from, without the other knobs: a fifth of the time")
@@ -40,11 +43,19 @@ def describe(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--write-levels", type=pathlib.Path, metavar="FILE", help="write the table of quality levels, core/scene/quality_levels.inc")
 
 
+def _usual_scenes() -> Sequence[str]:
+    explained = subprocess.run([find_program("hapticd-model"), "explain", FINEST_SCENE], capture_output=True, text=True, check=False)
+    if explained.returncode == 0:
+        return (*SCENES, FINEST_SCENE)
+    print(f"without {FINEST_SCENE}: {explained.stderr.strip().splitlines()[0]}", file=sys.stderr)
+    return SCENES
+
+
 def plan_of(options: argparse.Namespace) -> Plan:
     """What the options ask for."""
     if options.merge:
         return plan_of_shards(options.merge)
-    scenes = tuple(options.scene or (QUICK_SCENES if options.quick else SCENES))
+    scenes = tuple(options.scene or (QUICK_SCENES if options.quick else _usual_scenes()))
     gestures = options.gestures or (QUICK_GESTURES if options.quick else GESTURES)
     return Plan(scenes, gestures, QUICK_SPEEDS if options.quick else SPEEDS, options.quick, 1 + (HELD_OUT if options.held_out else 0),
                 options.held_out or options.levels_only)

@@ -8,7 +8,7 @@ import os
 import sys
 import time
 
-LEVELS = ((1, 1e-5), (4, 1e-5), (8, 1e-5), (24, 1e-6), (64, 1e-8))
+LEVELS = ((1, 1e-5), (4, 1e-5), (8, 1e-5), (32, 1e-6), (64, 1e-8))
 """Sub-steps and tolerance."""
 
 

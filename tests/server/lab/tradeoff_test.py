@@ -80,7 +80,7 @@ class FrontAndKnee(unittest.TestCase):
 def rungs():
     """A ladder on which everything is in order."""
     return [Point("ladder 1/10", 0.2, 0.5), Point("ladder 2/10", 0.05, 0.6), Point("ladder 4/10", 0.02, 0.7), Point("ladder 8/10", 0.008, 0.75),
-            Point("ladder 16/1", 1e-3, 0.9), Point("ladder 24/1", 1e-4, 1.0), Point("ladder 64/0.1", 1e-5, 1.2), Point("ladder 64/10", 0.008, 0.9)]
+            Point("ladder 16/1", 1e-3, 0.9), Point("ladder 32/1", 1e-4, 1.0), Point("ladder 64/0.1", 1e-5, 1.2), Point("ladder 64/10", 0.008, 0.9)]
 
 
 def row(setting, **values):
@@ -106,7 +106,7 @@ class Instructions(unittest.TestCase):
 class Levels(unittest.TestCase):
     def test_five_levels_go_up_in_work_and_down_in_error_with_the_default_fourth(self):
         levels = quality_table.choose(rungs())
-        self.assertEqual([level.name for level in levels][0::3], ["ladder 1/10", "ladder 24/1"])
+        self.assertEqual([level.name for level in levels][0::3], ["ladder 1/10", "ladder 32/1"])
         self.assertEqual(levels[4].name, "ladder 64/0.1")
         for below, above in zip(levels, levels[1:]):
             self.assertLess(below.work, above.work)
@@ -125,7 +125,7 @@ class Levels(unittest.TestCase):
     def test_a_quick_study_and_one_without_touch_say_that_they_have_no_levels(self):
         with self.assertRaisesRegex(NoLevels, "quick"):
             quality_table.text_of(PLAN, [])
-        free = [row(setting, touching=0) for setting in ("ladder 24/1", "level 3")]
+        free = [row(setting, touching=0) for setting in ("ladder 32/1", "level 3")]
         with self.assertRaisesRegex(NoLevels, "touches"):
             quality_table.text_of(PLAN, free)
 
@@ -181,7 +181,7 @@ class ThroughTheOracle(unittest.TestCase):
         lines = [tradeoff_units.read_unit(self.path, unit)["sub-steps 4"] for unit in plan.units()]
         pooled = math.sqrt(sum(line["felt_square"] for line in lines) / sum(line["truth_square"] for line in lines))
         self.assertAlmostEqual(rows["sub-steps 4"].error, pooled, places=12)
-        self.assertTrue(math.isnan(rows["ladder 24/1"].penetration_m))
+        self.assertTrue(math.isnan(rows["ladder 32/1"].penetration_m))
         self.assertEqual(rows["level 0"].penetration_m, 0.0)
         text = quality_table.text_of(plan, list(rows.values()))
         self.assertEqual(len([line for line in text.splitlines() if line.startswith("{")]), 5)
