@@ -120,7 +120,7 @@ class Levels(unittest.TestCase):
 
     def test_a_default_that_is_beaten_is_refused(self):
         with self.assertRaises(NoLevels):
-            quality_table.choose([*rungs(), Point("ladder 32/1", 5e-5, 0.9)])
+            quality_table.choose([*rungs(), Point("ladder 48/1", 5e-5, 0.9)])
 
     def test_a_quick_study_and_one_without_touch_say_that_they_have_no_levels(self):
         with self.assertRaisesRegex(NoLevels, "quick"):

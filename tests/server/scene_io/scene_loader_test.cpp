@@ -265,7 +265,7 @@ TEST_CASE("a quality asked for wins over the scene's, its own knobs and no other
   level.quality.emplace().set_level(1);
   CHECK(load(scene, {}).quality_level == 3);
   CHECK(load(scene, level).quality_level == 1);
-  CHECK(load(scene, level).optimiser.sub_steps == 8);
+  CHECK(load(scene, level).optimiser.sub_steps < load(scene, {}).optimiser.sub_steps);
   CHECK(load(scene + "quality { level: 4 }", {}).quality_level == 4);
   CHECK(load(scene + "quality { level: 4 }", level).quality_level == 1);
   CHECK(load(scene + "solver { max_substeps: 5 }", level).optimiser.sub_steps == 5);
