@@ -75,8 +75,13 @@ def main() -> int:
     for name, (compiler, flags) in (ALL_BUILDS if options.all else BUILDS).items():
         folder = options.build_folder / name
         probes = [probe for probe in PROBES if options.all or probe != SLOW_PROBE or ("-O0" not in flags and "sanitize" not in flags)]
-        build(folder, compiler, flags, probes, options.jobs)
-        outputs = outputs_of(folder, probes, options.jobs)
+        try:
+            build(folder, compiler, flags, probes, options.jobs)
+            outputs = outputs_of(folder, probes, options.jobs)
+        except subprocess.CalledProcessError as error:
+            same = False
+            print(f"{name}: FAILED: {error}", flush=True)
+            continue
         equal = all(len(texts) == 1 and texts == expected.setdefault(probe, texts) for probe, texts in outputs.items())
         same = same and equal
         said = " | ".join(" ".join(text.split()) for texts in outputs.values() for text in sorted(texts))

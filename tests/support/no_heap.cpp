@@ -34,7 +34,10 @@ std::int64_t NoHeapScope::count() const noexcept { return heap_calls - start_; }
 
 #ifdef HAPTICD_MALLOC_HOOKS
 
-#include <sanitizer/allocator_interface.h>
+// Of <sanitizer/allocator_interface.h>, which gcc does not ship beside its sanitizers.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(
+    void (*on_malloc)(const volatile void* block, std::size_t size),
+    void (*on_free)(const volatile void* block));
 
 namespace {
 
