@@ -35,9 +35,9 @@ SLOW_PROBE = "determinism_probe_core_modeling"
 def build(folder: pathlib.Path, compiler: str, flags: str, probes: list, jobs: int) -> None:
     subprocess.run(["cmake", "-S", str(ROOT), "-B", str(folder), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None",
                     f"-DCMAKE_CXX_COMPILER={compiler}", f"-DCMAKE_CXX_FLAGS={flags}", "-DHAPTICD_CHECK_HEADERS=OFF",
-                    f"-DHAPTICD_FOLDERS={FOLDERS.replace(' ', ';')}"], check=True, stdout=subprocess.DEVNULL)
+                    f"-DHAPTICD_FOLDERS={FOLDERS.replace(' ', ';')}"], check=True, capture_output=True, text=True)
     subprocess.run(["cmake", "--build", str(folder), "--parallel", str(jobs), "--target", *probes],
-                   check=True, stdout=subprocess.DEVNULL)
+                   check=True, capture_output=True, text=True)
 
 
 def output_of(probe: pathlib.Path) -> str:
@@ -81,6 +81,7 @@ def main() -> int:
         except subprocess.CalledProcessError as error:
             same = False
             print(f"{name}: FAILED: {error}", flush=True)
+            print((error.stdout + error.stderr)[-4000:], file=sys.stderr)
             continue
         equal = all(len(texts) == 1 and texts == expected.setdefault(probe, texts) for probe, texts in outputs.items())
         same = same and equal

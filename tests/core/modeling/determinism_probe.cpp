@@ -1,7 +1,7 @@
 // Prints one hash per model: of its mesh, and for some of the bytes of a tree file made from it.
 // Equal output of two builds means that a tree is the same byte by byte, whatever the compiler;
-// deploy/test --full compares builds. The trees are coarse, for builds that
-// are not optimised.
+// deploy/test --full compares builds. The trees are coarse, for builds that are not
+// optimised.
 #include <bit>
 #include <cinttypes>
 #include <cstdio>
