@@ -12,8 +12,8 @@ from hapticd_lab.tradeoff_table import Row, front
 
 DEFAULT = "ladder 32/1"
 """The optimiser's own default is level 3."""
-MOST_ERROR = 0.4
-"""A rung whose force may be further off in the worst scene, six times what is felt, is no level, however cheap."""
+MOST_ERROR = 0.2
+"""A rung whose force may be further off in the worst scene, three times what is felt, is no level, however cheap."""
 LEAST_ERROR = 1e-7
 """Errors below are rounding of the truth, which has a tolerance too."""
 LEAST_STATED = 5e-4
@@ -70,7 +70,7 @@ def _front_of(candidates: Sequence[Point]) -> List[Point]:
 
 
 def choose(candidates: Sequence[Point]) -> List[Point]:
-    """Five rungs, from the cheapest to the most exact of the front, the default the fourth; those between spread evenly over the errors."""
+    """Five rungs, from the cheapest to the most exact of the front, the default the fourth; those between spread evenly, over error and work alike."""
     on = [point for point in _front_of(candidates) if point.error <= MOST_ERROR]
     default = next((point for point in on if point.name == DEFAULT), None)
     if default is None:
@@ -83,8 +83,11 @@ def choose(candidates: Sequence[Point]) -> List[Point]:
     def goes_up(chain: Sequence[Point]) -> bool:
         return all(a.knobs[0] <= b.knobs[0] and a.knobs[1] >= b.knobs[1] and a.error > b.error and a.work < b.work for a, b in zip(chain, chain[1:]))
 
+    def apart(a: Point, b: Point) -> float:
+        return math.log(a.error / b.error) / math.log(lowest.error / default.error) + math.log(b.work / a.work) / math.log(default.work / lowest.work)
+
     def unevenness(chain: Sequence[Point]) -> float:
-        steps = [math.log(a.error / b.error) for a, b in zip(chain, chain[1:])]
+        steps = [apart(a, b) for a, b in zip(chain, chain[1:])]
         return max(steps) - min(steps)
 
     chains = [(lowest, a, b, default, highest) for a, b in itertools.permutations(between, 2) if goes_up((lowest, a, b, default, highest))]

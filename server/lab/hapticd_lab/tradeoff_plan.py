@@ -25,7 +25,7 @@ COARSER = {"bunny": ("bunny_coarse",), "bunny_fine": ("bunny_coarse", "bunny"), 
 LEVELS = {f"level {n}": f"level={n}" for n in range(5)}
 KNOBS: Dict[str, Dict[str, str]] = {
     "sub-steps": {f"sub-steps {n}": f"sub_steps={n}" for n in (1, 2, 4, 8, 16, 24, 64)},
-    "stop tolerance": {f"tolerance {um:g} um": f"stop_tolerance={um * 1e-6:g}" for um in (100, 10, 0.1, 0.01)},
+    "stop tolerance": {f"tolerance {um:g} um": f"stop_tolerance={um * 1e-6:g}" for um in (1000, 300, 100, 30, 10, 0.1, 0.01)},
     "margin": {f"margin {mm:g} mm": f"margin={mm * 1e-3:g}" for mm in (0.5, 1, 2, 5)},
     "rows": {f"rows {n}": f"max_rows={n}" for n in (8, 32, 256)},
     "rotation step": {f"rotation {mrad:g} mrad": f"rotation_step={mrad * 1e-3:g}" for mrad in (10, 50, 200)},
@@ -38,7 +38,8 @@ STRING_KNOBS: Dict[str, Dict[str, str]] = {
     "modes": {f"modes {n}": f"string_level=modes,modes={n}" for n in (4, 8, 16, 32, 64)},
 }
 LADDER = {f"ladder {steps}/{um:g}": f"sub_steps={steps},stop_tolerance={um * 1e-6:g},judged=no"
-          for um, counts in ((10, (1, 2, 4, 8, 16, 24, 32)), (1, (2, 4, 8, 16, 24, 32)), (0.1, (16, 32, 64)), (0.01, (32, 64))) for steps in counts}
+          for um, counts in ((1000, (1, 2, 4, 8, 32)), (300, (2, 4, 8, 16, 32)), (100, (2, 4, 8, 16, 32)), (30, (2, 4, 8, 16, 32)),
+                             (10, (2, 4, 8, 16, 24, 32)), (1, (2, 4, 8, 16, 24, 32)), (0.1, (16, 32, 64)), (0.01, (32, 64))) for steps in counts}
 """What levels of quality are chosen from: "ladder SUB-STEPS/TOLERANCE in um". Their ways are judged as those of levels."""
 
 

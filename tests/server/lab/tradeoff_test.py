@@ -118,6 +118,12 @@ class Levels(unittest.TestCase):
     def test_a_rung_that_is_beaten_is_no_level(self):
         self.assertNotIn("ladder 64/10", [level.name for level in quality_table.choose(rungs())])
 
+    def test_a_level_that_saves_next_to_nothing_of_the_one_above_is_passed_over(self):
+        dear = [Point("ladder 8/8", 0.028, 0.97), Point("ladder 16/2", 1.7e-3, 0.98)]
+        spread = [Point("ladder 4/30", 0.04, 0.63), Point("ladder 8/10", 5e-3, 0.8)]
+        chosen = quality_table.choose([*dear, *spread, Point("ladder 2/99", 0.2, 0.5), Point("ladder 32/1", 1e-4, 1.0), Point("ladder 64/0.1", 1e-5, 1.2)])
+        self.assertEqual([level.name for level in chosen][1:3], ["ladder 4/30", "ladder 8/10"])
+
     def test_a_default_that_is_beaten_is_refused(self):
         with self.assertRaises(NoLevels):
             quality_table.choose([*rungs(), Point("ladder 48/1", 5e-5, 0.9)])
