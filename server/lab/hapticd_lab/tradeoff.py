@@ -33,7 +33,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
                         help=f"a scene; may be repeated (default: {', '.join(SCENES)}, and {FINEST_SCENE} where its trees have been made)")
     parser.add_argument("--quick", action="store_true", help="few scenes, gestures and settings: to see whether all works")
     parser.add_argument("--gestures", type=int, metavar="N", help=f"of each scene and speed (default: {GESTURES})")
-    parser.add_argument("--levels-only", action="store_true", help="the levels, and what they are chosen from, without the other knobs: a fifth of the time")
+    parser.add_argument("--levels-only", action="store_true", help="the levels, and what they are chosen from, without the other knobs: half of the time")
     parser.add_argument("--held-out", action="store_true", help="gestures that no table of levels was made from, and the levels alone")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="gestures at once (default: the number of cores)")
     part = parser.add_mutually_exclusive_group()
