@@ -16,12 +16,25 @@ LevelledTree levelled(const SphereTreeView& tree, int level) noexcept {
   return {tree, level};
 }
 
+/// What all of the tool lies in, however far down its tree a query goes.
+struct ToolBall {
+  Vector3 p_W;
+  double radius;  ///< m
+  double reach;   ///< of the tool from its origin, m
+};
+
+ToolBall ball_of(const LevelledTree& tool, const ToolPlacement& placement) noexcept {
+  return {rotate(placement.R_WG, tool.tree.bound.p) + placement.p_WG,
+          tool.tree.bound.r + surface_overhang(tool.tree, tool.last_level), reach(tool.tree)};
+}
+
 /// One query: tool, obstacles, and how far down their trees it goes.
 struct Query {
   LevelledTree tool;
   ToolPlacement placement;
   const ObstaclesView& obstacles;
   const QueryOptions& options;
+  ToolBall ball = ball_of(tool, placement);
 };
 
 PlacedTrees placed(const Query& query, const BodyView& body) noexcept {
@@ -42,12 +55,11 @@ Neighbourhood neighbourhood(const Query& query, double gap) noexcept {
 bool out_of_reach(const Query& query, const BodyView& body, double gap) noexcept {
   const NodeBox* const boxes = levelled(body.tree, query.options.body_level).boxes();
   if (boxes == nullptr) return false;
-  const SphereTreeView& tool = query.tool.tree;
-  const Vector3 from_body_W =
-      (rotate(query.placement.R_WG, tool.bound.p) + query.placement.p_WG) - body.X_WB.p;
+  const ToolBall& ball = query.ball;
+  const Vector3 from_body_W = ball.p_W - body.X_WB.p;
   const Vector3 p_BC = rotate(rotation_matrix(body.X_WB.q).transpose(), from_body_W);
-  const double slack = kRelativeSlack * (length(from_body_W) + reach(tool) + reach(body.tree));
-  const double radius = gap + tool.bound.r + surface_overhang(tool, query.tool.last_level) + slack;
+  const double slack = kRelativeSlack * (length(from_body_W) + ball.reach + reach(body.tree));
+  const double radius = gap + ball.radius + slack;
   return radius > 0.0 && !may_touch({boxes->lower, boxes->upper}, {p_BC, radius});
 }
 
@@ -78,6 +90,7 @@ void collect_displaced(const Query& query, const DisplacedParts& displaced,
   for (const PartDisplacement& part : displaced.parts) {
     Query moved = query;
     moved.placement.p_WG += rotate(query.placement.R_WG, part.v_G);
+    moved.ball = ball_of(moved.tool, moved.placement);
     collector.look_at(displaced, index++);
     collect_contacts<Kernels>(moved, collector);
   }

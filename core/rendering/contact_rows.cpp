@@ -7,6 +7,7 @@
 #include "core/collision/primitive_gap.h"
 #include "core/rendering/hold_model.h"
 #include "core/rendering/local_model.h"
+#include "core/rendering/step_admission.h"
 
 namespace hapticd {
 namespace {
@@ -32,9 +33,9 @@ struct RowContext {
   bool regain;           ///< rows ask back what their gaps lack of the skin
 };
 
-/// True where no string and no soft part has a share in the contact: the tool alone moves it.
-bool rigid_on_body(const RowContext& context, const Contact& contact) noexcept {
-  return contact.key.kind == ObstacleKind::kBody && context.state.parts.empty();
+/// True where no held string and no soft part has a share in the contact: the tool alone moves it.
+bool tool_alone(const RowContext& context, const Contact& contact) noexcept {
+  return context.state.parts.empty() && find_hold(context.state.holds, contact.key) < 0;
 }
 
 /// What a row asks of the tool, and its right-hand side.
@@ -140,8 +141,7 @@ void add_worst(std::size_t kept, std::size_t most, std::size_t count,
   w.problem.rows = static_cast<int>(kept + most);
 }
 
-/// The first rows: contacts that bore force last, then the nearest others. Returns how many bore
-/// force.
+/// The first rows: the contacts that bore force last, whose number it returns, then the nearest.
 int choose_rows(const RowContext& context, OptimiserWorkspace& w) noexcept {
   const auto& contacts = w.contacts.contacts;
   const auto most = static_cast<std::size_t>(context.input.options.max_rows);
@@ -176,7 +176,7 @@ void fill_rows(const RowContext& context, const SquareMatrix& basis, QpProblem& 
   std::size_t string_count = 0;
   const auto rows = static_cast<std::size_t>(problem.rows);
   for (std::size_t r = 0; r < rows; ++r) {
-    if (rigid_on_body(context, contact_of(r))) {
+    if (tool_alone(context, contact_of(r))) {
       const ToolRow row = tool_row_of(context, contact_of(r));
       set_tool_columns(row.linear, row.angular, r, columns);
       problem.bound[r] = row.bound;
@@ -279,16 +279,18 @@ double exchange_rows(const RowContext& context, const std::array<double, kMaxQpU
                      OptimiserWorkspace& w, OptimiserResult& result) noexcept {
   const OptimiserInput& input = context.input;
   const double tolerance = kRowTolerancePerMargin * input.options.margin;
-  const Vector3 dp(y[0], y[1], y[2]);
-  const Vector3 dtheta(y[3], y[4], y[5]);
+  const ToolStep& tool = w.step.tool;
+  // A contact's point goes no farther than the bound, nor does what its string slides and yields.
+  const double far = input.options.skin + 2.0 * step_bound(input, context.state, w.step);
   double fraction = 1.0;
   std::size_t violated = 0;
   for (std::size_t c = 0; c < w.contacts.contacts.size(); ++c) {
     const Contact& contact = w.contacts.contacts[c];
-    if (rigid_on_body(context, contact)) {
+    if (contact.gap > far) continue;
+    if (tool_alone(context, contact)) {
       const ToolRow row = tool_row_of(context, contact);
-      w.excess[c] =
-          lacking(row.bound, row.linear.dot(dp) + row.angular.dot(dtheta), fraction, tolerance);
+      w.excess[c] = lacking(row.bound, row.linear.dot(tool.dp) + row.angular.dot(tool.dtheta),
+                            fraction, tolerance);
     } else {
       w.excess[c] = violation(row_of(context, contact), y, fraction, tolerance);
     }

@@ -67,6 +67,30 @@ TEST_CASE("all contacts at once have the bits that each has alone, at any pose")
   }
 }
 
+TEST_CASE("pairs without direction or length have the same bits all at once and alone") {
+  SplitMix64 random(5);
+  CheckedScene scene;
+  std::vector<Sphere> heap(40, Sphere{{0, 0, 0}, 0.0});
+  heap.push_back({{1, 0, 0}, 0.5});
+  scene.set_tool(heap);
+  scene.capsules = {{{0, 0, 0}, {0, 0, 0}, 0.0},
+                    {{-1, 0, 0}, {1, 0, 0}, 0.0},
+                    {{0, -1e7, 0}, {0, 1e7, 0}, 1},
+                    {{0, 0, 0}, {1e-160, 0, 0}, 0.1},
+                    {{0, 0, 0}, {1e-140, 0, 0}, 0.1}};
+  scene.add_body({{{0, 0, 0}, 0.0}, {{0, 1, 0}, 0.1}}, {});
+  const auto set = found_contacts(scene, {}, {10.0});
+  REQUIRE(set->contacts.size() == heap.size() * 7);
+  for (const Pose& X_WG : {Pose{}, Pose{{0, 1, 0, 0}, {0, 0, 0}}, Pose{{1, 0, 0, 0}, {-0.0, -1, 0}},
+                           Pose{random_rotation(random), random_vector(random, 1e-15)}}) {
+    evaluate_contacts(scene.tool(), X_WG, scene.obstacles(), *set);
+    for (const Contact& contact : set->contacts) {
+      REQUIRE(
+          same_bits(contact, evaluate_contact(contact.key, scene.tool(), X_WG, scene.obstacles())));
+    }
+  }
+}
+
 TEST_CASE("at another pose a pair has the oracle's gap, normal, point and lambda") {
   SplitMix64 random(2);
   for (std::int64_t trial = 0; trial < scaled(200); ++trial) {
