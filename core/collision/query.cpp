@@ -16,25 +16,12 @@ LevelledTree levelled(const SphereTreeView& tree, int level) noexcept {
   return {tree, level};
 }
 
-/// What all of the tool lies in, however far down its tree a query goes.
-struct ToolBall {
-  Vector3 p_W;
-  double radius;  ///< m
-  double reach;   ///< of the tool from its origin, m
-};
-
-ToolBall ball_of(const LevelledTree& tool, const ToolPlacement& placement) noexcept {
-  return {rotate(placement.R_WG, tool.tree.bound.p) + placement.p_WG,
-          tool.tree.bound.r + surface_overhang(tool.tree, tool.last_level), reach(tool.tree)};
-}
-
 /// One query: tool, obstacles, and how far down their trees it goes.
 struct Query {
   LevelledTree tool;
   ToolPlacement placement;
   const ObstaclesView& obstacles;
   const QueryOptions& options;
-  ToolBall ball = ball_of(tool, placement);
 };
 
 PlacedTrees placed(const Query& query, const BodyView& body) noexcept {
@@ -50,12 +37,25 @@ Neighbourhood neighbourhood(const Query& query, double gap) noexcept {
   return {query.placement.p_WG, radius + kRelativeSlack * (radius + length(query.placement.p_WG))};
 }
 
+/// What all of the tool lies in, however far down its tree a query goes.
+struct ToolBall {
+  Vector3 p_W;
+  double radius;  ///< m
+  double reach;   ///< of the tool from its origin, m
+};
+
+ToolBall ball_of(const Query& query) noexcept {
+  const SphereTreeView& tool = query.tool.tree;
+  return {rotate(query.placement.R_WG, tool.bound.p) + query.placement.p_WG,
+          tool.bound.r + surface_overhang(tool, query.tool.last_level), reach(tool)};
+}
+
 /// True when the ball around the tool is certainly farther than `gap` from the box around a body;
 /// for that the body need not be placed.
-bool out_of_reach(const Query& query, const BodyView& body, double gap) noexcept {
+bool out_of_reach(const Query& query, const ToolBall& ball, const BodyView& body,
+                  double gap) noexcept {
   const NodeBox* const boxes = levelled(body.tree, query.options.body_level).boxes();
   if (boxes == nullptr) return false;
-  const ToolBall& ball = query.ball;
   const Vector3 from_body_W = ball.p_W - body.X_WB.p;
   const Vector3 p_BC = rotate(rotation_matrix(body.X_WB.q).transpose(), from_body_W);
   const double slack = kRelativeSlack * (length(from_body_W) + ball.reach + reach(body.tree));
@@ -70,10 +70,12 @@ void collect_contacts(const Query& query, ContactCollector& collector) noexcept 
                      collect_capsule<Kernels>(query.tool, query.placement, segment, capsule,
                                               collector);
                    });
+  if (query.obstacles.bodies.empty()) return;
+  const ToolBall ball = ball_of(query);
   std::int32_t index = 0;
   for (const BodyView& body : query.obstacles.bodies) {
     const std::int32_t number = index++;
-    if (out_of_reach(query, body, collector.margin())) continue;
+    if (out_of_reach(query, ball, body, collector.margin())) continue;
     const PlacedTrees trees = placed(query, body);
     BodyContacts contacts(trees, query.placement, number, collector);
     BodyDescent<Kernels, BodyContacts>(trees, contacts).run();
@@ -90,7 +92,6 @@ void collect_displaced(const Query& query, const DisplacedParts& displaced,
   for (const PartDisplacement& part : displaced.parts) {
     Query moved = query;
     moved.placement.p_WG += rotate(query.placement.R_WG, part.v_G);
-    moved.ball = ball_of(moved.tool, moved.placement);
     collector.look_at(displaced, index++);
     collect_contacts<Kernels>(moved, collector);
   }
@@ -103,8 +104,10 @@ void find_nearest(const Query& query, NearestGap& nearest) noexcept {
                      nearest_on_capsule<Kernels>(query.tool, query.placement, segment.capsule_W,
                                                  nearest);
                    });
+  if (query.obstacles.bodies.empty()) return;
+  const ToolBall ball = ball_of(query);
   for (const BodyView& body : query.obstacles.bodies) {
-    if (out_of_reach(query, body, nearest.gap)) continue;
+    if (out_of_reach(query, ball, body, nearest.gap)) continue;
     nearest_on_body<Kernels>(placed(query, body), nearest);
   }
 }
