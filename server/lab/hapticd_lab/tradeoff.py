@@ -28,7 +28,8 @@ SUMMARY = "measure speed against accuracy"
 
 def describe(parser: argparse.ArgumentParser) -> None:
     """Its options."""
-    parser.add_argument("--output", type=pathlib.Path, metavar="DIR", required=True, help="where everything goes; made if it is not there")
+    parser.add_argument("--output", type=pathlib.Path, metavar="DIR", default=pathlib.Path("study"),
+                        help="where everything goes; made if it is not there (default: study)")
     parser.add_argument("--scene", action="append", metavar="NAME",
                         help=f"a scene; may be repeated (default: {', '.join(SCENES)}, and {FINEST_SCENE} where its trees have been made)")
     parser.add_argument("--quick", action="store_true", help="few scenes, gestures and settings: to see whether all works")

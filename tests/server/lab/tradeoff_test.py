@@ -1,4 +1,5 @@
 """The study of speed against accuracy without a simulation: its plan, its shards, its front and knee, what levels it chooses."""
+import argparse
 import contextlib
 import dataclasses
 import io
@@ -10,7 +11,7 @@ import tempfile
 import unittest
 
 import numpy
-from hapticd_lab import main, quality_table, tradeoff_instructions, tradeoff_plan, tradeoff_strings, tradeoff_table, tradeoff_units
+from hapticd_lab import main, quality_table, tradeoff, tradeoff_instructions, tradeoff_plan, tradeoff_strings, tradeoff_table, tradeoff_units
 from hapticd_lab.quality_table import NoLevels, Point
 from hapticd_lab.tradeoff_plan import Plan
 from hapticd_lab.tradeoff_table import Row
@@ -163,6 +164,12 @@ class ThroughTheOracle(unittest.TestCase):
         self.assertIn("nosuch: no such scene", said.getvalue())
         self.assertEqual(list(self.path.iterdir()), [])
         tradeoff_units.claim(self.path, PLAN)
+
+    def test_a_study_goes_into_the_folder_study_unless_another_is_named(self):
+        parser = argparse.ArgumentParser()
+        tradeoff.describe(parser)
+        self.assertEqual(parser.parse_args(["--quick"]).output, pathlib.Path("study"))
+        self.assertEqual(parser.parse_args(["--output", "mine"]).output, pathlib.Path("mine"))
 
     def test_strings_leave_tables_and_a_picture(self):
         shown = tradeoff_strings.write(self.path)
