@@ -36,6 +36,9 @@ struct ObstaclesView {
   /// Bounds of the capsules (group_capsules), so that far ones are passed over a group at a time;
   /// empty: each is looked at. To be made anew when capsules change.
   std::span<const CapsuleGroup> groups{};
+  /// Bounds of all groups (box_of), where there are some: a tool far from every string looks at no
+  /// more than this.
+  CapsuleGroup all = {Vector3::Zero(), Vector3::Zero()};
 };
 
 /// The bend of capsule number `capsule`, null when it is straight. Bends are few.
@@ -67,15 +70,27 @@ struct Neighbourhood {
   return {capsule.p_A.cwiseMin(capsule.p_B) - r, capsule.p_A.cwiseMax(capsule.p_B) + r};
 }
 
+/// The box around two boxes.
+[[nodiscard]] inline CapsuleGroup box_of(const CapsuleGroup& a, const CapsuleGroup& b) noexcept {
+  return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)};
+}
+
 /// Bounds of group number `group` of `capsules`.
 [[nodiscard]] inline CapsuleGroup group_capsules(std::span<const Capsule> capsules,
                                                  std::size_t group) noexcept {
   const std::size_t first = group * kCapsulesPerGroup;
   CapsuleGroup box = box_of(capsules[first]);
   for (std::size_t i = first + 1; i < std::min(first + kCapsulesPerGroup, capsules.size()); ++i) {
-    const CapsuleGroup other = box_of(capsules[i]);
-    box = {box.lower.cwiseMin(other.lower), box.upper.cwiseMax(other.upper)};
+    box = box_of(box, box_of(capsules[i]));
   }
+  return box;
+}
+
+/// Bounds of all of `groups`; nothing in particular where there are none.
+[[nodiscard]] inline CapsuleGroup box_of(std::span<const CapsuleGroup> groups) noexcept {
+  if (groups.empty()) return {Vector3::Zero(), Vector3::Zero()};
+  CapsuleGroup box = groups.front();
+  for (const CapsuleGroup& group : groups.subspan(1)) box = box_of(box, group);
   return box;
 }
 
@@ -123,13 +138,15 @@ struct Neighbourhood {
 template <typename Visit>
 void for_each_segment(const ObstaclesView& obstacles, const Neighbourhood& near,
                       const Visit& visit) noexcept {
+  const bool grouped = !obstacles.groups.empty();
+  if (grouped && obstacles.bends.empty() && !may_touch(obstacles.all, near)) return;
   const auto capsules = static_cast<std::int32_t>(obstacles.capsules_W.size());
   constexpr auto kGroup = static_cast<std::int32_t>(kCapsulesPerGroup);
   auto bend = obstacles.bends.begin();
   for (std::int32_t first = 0; first < capsules; first += kGroup) {
     const std::int32_t end = first + kGroup < capsules ? first + kGroup : capsules;
     const bool bent_inside = bend != obstacles.bends.end() && bend->capsule < end;
-    if (!bent_inside && !obstacles.groups.empty() &&
+    if (!bent_inside && grouped &&
         !may_touch(obstacles.groups[static_cast<std::size_t>(first / kGroup)], near)) {
       continue;
     }

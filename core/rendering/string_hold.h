@@ -130,7 +130,9 @@ class BentObstacles {
   }
   /// Valid as long as this.
   [[nodiscard]] ObstaclesView view() const noexcept {
-    return {straight_.capsules_W, straight_.bodies, {bends_.data(), count_}, straight_.groups};
+    ObstaclesView bent = straight_;
+    bent.bends = {bends_.data(), count_};
+    return bent;
   }
 
  private:

@@ -82,7 +82,7 @@ ToolScene Scene::tool_scene(std::size_t tool) const noexcept {
   const MergedTool& merged = tools_[tool];
   ToolScene scene;
   scene.tool = merged.tree.view();
-  scene.obstacles = {capsules_W_, bodies_, {}, groups_};
+  scene.obstacles = {capsules_W_, bodies_, {}, groups_, box_of(groups_)};
   scene.stiffness = description_.tools[tool].coupling;
   scene.options = description_.optimiser;
   if (!description_.torque) scene.limits.torque = 0.0;

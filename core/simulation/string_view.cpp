@@ -249,6 +249,7 @@ ToolScene view_strings(std::span<const StringTool> tools, const AllHolders& hold
     view.groups[group] = group_capsules(seen.obstacles.capsules_W, group);
   }
   seen.obstacles.groups = view.groups.first(group_count(capsules));
+  seen.obstacles.all = box_of(seen.obstacles.groups);
   return seen;
 }
 

@@ -33,7 +33,7 @@ Ensemble::Ensemble(std::size_t tools, const EnsembleOptions& options)
   bodies_.push_back({body_.view(), {}});
   ToolScene scene;
   scene.tool = tool_.view();
-  scene.obstacles = {capsules_W_, bodies_, {}, groups_};
+  scene.obstacles = {capsules_W_, bodies_, {}, groups_, groups_[0]};
   scene.strings = strings_;
   scene.instrument = options.instrument;
   play_ = own_simulation(std::vector<ToolScene>(tools, scene));

@@ -26,6 +26,7 @@ Instrument::Instrument(int count, const StringParameters& prototype,
     groups.push_back(group_capsules(capsules_W, i));
   }
   scene.obstacles.groups = groups;
+  scene.obstacles.all = box_of(groups);
   scene.strings = strings;
   scene.instrument = options;
   simulation_ = own_simulation({&scene, 1});
