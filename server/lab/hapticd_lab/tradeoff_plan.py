@@ -69,7 +69,7 @@ class Plan:
     ladder_only: bool = False
 
     def units(self) -> List[Unit]:
-        """In the order in which they are played and told."""
+        """In the order in which they are told."""
         seeds = range(self.first_seed, self.first_seed + self.gestures)
         return [Unit(scene, seed, speed) for scene in self.scenes for seed in seeds for speed in self.speeds]
 

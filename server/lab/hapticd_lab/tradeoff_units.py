@@ -76,8 +76,8 @@ def play(unit: Unit, plan: Plan, folder: pathlib.Path) -> float:
 
 
 def play_all(units: Sequence[Unit], plan: Plan, folder: pathlib.Path, jobs: int) -> None:
-    """Plays those that are not done yet."""
-    left = [unit for unit in units if not unit_path(folder, unit).exists()]
+    """Plays those that are not done yet, scenes in turn: they differ in cost, and the time left is told from what was done."""
+    left = sorted((unit for unit in units if not unit_path(folder, unit).exists()), key=lambda unit: (unit.seed, unit.speed))
     progress = Progress({unit.name: USUAL_COST_S for unit in left}, jobs)
     if not left:
         return

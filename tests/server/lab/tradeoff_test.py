@@ -9,6 +9,7 @@ import pathlib
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 import numpy
 from hapticd_lab import main, quality_table, tradeoff, tradeoff_instructions, tradeoff_plan, tradeoff_strings, tradeoff_table, tradeoff_units
@@ -157,6 +158,13 @@ class ThroughTheOracle(unittest.TestCase):
         tradeoff_units.play_all(units, PLAN, self.path, 2)
         self.assertEqual(tradeoff_units.unit_path(self.path, units[0]).read_text(), before)
         self.assertEqual(tradeoff_units.missing(PLAN, self.path), [])
+
+    def test_scenes_are_played_in_turn_so_that_the_time_left_is_of_all_of_them(self):
+        tradeoff_units.claim(self.path, PLAN)
+        played = []
+        with unittest.mock.patch.object(tradeoff_units, "play", side_effect=lambda unit, *_: played.append(unit.name) or 0.0):
+            tradeoff_units.play_all(PLAN.units(), PLAN, self.path, 1)
+        self.assertEqual(played, ["bunny-1-0.5", "single_string-1-0.5", "bunny-2-0.5", "single_string-2-0.5"])
 
     def test_a_study_of_a_scene_that_is_none_leaves_the_folder_to_another_one(self):
         with contextlib.redirect_stderr(io.StringIO()) as said:
