@@ -17,6 +17,9 @@ constexpr double kPlantStep = static_cast<double>(kPlantStep_ns) * 1e-9;
 constexpr double kTargetStep = static_cast<double>(kTargetStep_ns) * 1e-9;
 /// So much longer than the delay a pose is remembered that a command may be about, s.
 constexpr double kRemembered = 0.02;
+/// What has died away to less than this, in any unit, is 0: what halves for ever ends in subnormal
+/// numbers, with which a tick takes half as long again.
+constexpr double kAtRest = 1e-100;
 /// Rounding of a command at its limit, relative: no saturation yet.
 constexpr double kAtLimit = 1.0 + 1e-9;
 
@@ -37,6 +40,8 @@ void set_part(std::array<double, 6>& six, std::size_t first, const Vector3& v) n
 double quantised(double value, double step) noexcept {
   return step > 0.0 ? std::floor(value / step + 0.5) * step : value;
 }
+
+double at_rest_or(double value) noexcept { return std::abs(value) < kAtRest ? 0.0 : value; }
 
 AxisPlant plant_of(const DeviceProfile& profile, const ArmModel& arm, std::size_t axis) noexcept {
   if (axis < 3) {
@@ -180,7 +185,7 @@ SimulatedDevice::Six SimulatedDevice::motor_mean(const Wrench& F_H_D) noexcept {
     const double asked = axis < 3 ? given.f[row(axis)] : given.t[row(axis)];
     const double behind = motor_[axis] - asked;
     mean[axis] = asked + motor_share_ * behind;
-    motor_[axis] = asked + motor_decay_ * behind;
+    motor_[axis] = asked + at_rest_or(motor_decay_ * behind);
   }
   return mean;
 }
@@ -194,13 +199,15 @@ void SimulatedDevice::sub_step() noexcept {
   for (std::size_t axis = 0; axis < 6; ++axis) {
     const AxisStep step = advance_axis(responses[axis], {y_[axis], v_[axis], v_target_[axis]},
                                        motor[axis] + reaction_[axis]);
-    v_[axis] = step.v;
+    v_[axis] = at_rest_or(step.v);
     if (axis < 3) {
       p_DH_[row(axis)] += step.moved;
     } else {
       moved_[axis] += step.moved;
     }
-    if (arm_ != ArmKind::kOff) y_[axis] += step.moved - v_target_[axis] * kPlantStep;
+    if (arm_ != ArmKind::kOff) {
+      y_[axis] = at_rest_or(y_[axis] + (step.moved - v_target_[axis] * kPlantStep));
+    }
   }
   t_ns_ += kPlantStep_ns;
   into_target_ns_ += kPlantStep_ns;

@@ -1,6 +1,7 @@
 // The simulated device against closed forms: delay, lag, saturation, quantisation, arm, energy.
 #include <doctest/doctest.h>
 
+#include <cfenv>
 #include <cmath>
 
 #include "core/math/rotation.h"
@@ -61,6 +62,31 @@ TEST_CASE("force builds up with the time constant of the motors, impulse and all
   device.read(6 * kMs, sample);
   const double impulse = 4.0 * (6e-3 + 2e-3 * std::expm1(-3.0));
   CHECK(relative(device.plant().V_DH.v.x(), impulse / 0.2) < 1e-11);
+}
+
+TEST_CASE("what dies away ends at rest, and never in numbers that are slow to compute with") {
+  ArmModels still = usual_arms();
+  for (ArmModel& arm : still) arm.tremor = 0.0;
+  for (const ArmKind arm : {ArmKind::kOff, ArmKind::kLight, ArmKind::kFirm}) {
+    DeviceProfile profile = plain();
+    profile.damping = 5.0;
+    profile.rotational_damping = {0.01, 0.01, 0.01};
+    profile.motor_lag = 2e-3;
+    SimulatedDevice device(profile, {.arm = arm, .arms = still});
+    DeviceSample sample;
+    device.read(0, sample);
+    device.write(0, push({4.0, -3.0, 2.0}, {0.01, 0.02, -0.03}));
+    device.read(50 * kMs, sample);
+    REQUIRE(device.plant().V_DH.v.norm() > 0.0);
+    device.write(50 * kMs, push({}));
+    std::feclearexcept(FE_UNDERFLOW);
+    for (int k = 1; k <= 1200; ++k) device.read((1 + k) * 50 * kMs, sample);
+    CHECK(std::fetestexcept(FE_UNDERFLOW) == 0);
+    CHECK(device.plant().F_H_D.f == Vector3::Zero());
+    CHECK(device.plant().F_H_D.t == Vector3::Zero());
+    CHECK(device.plant().V_DH.v == Vector3::Zero());
+    CHECK(device.plant().V_DH.w == Vector3::Zero());
+  }
 }
 
 TEST_CASE("beyond its peak the device gives its peak, in the direction asked, and says so") {
