@@ -18,8 +18,9 @@ constexpr double kTargetStep = static_cast<double>(kTargetStep_ns) * 1e-9;
 /// So much longer than the delay a pose is remembered that a command may be about, s.
 constexpr double kRemembered = 0.02;
 /// What has died away to less than this, in any unit, is 0: what halves for ever ends in subnormal
-/// numbers, with which a tick takes half as long again.
-constexpr double kAtRest = 1e-100;
+/// numbers, with which a tick takes half as long again. Products of up to ten such are normal yet:
+/// turns of that size are multiplied, and their products multiplied again.
+constexpr double kAtRest = 1e-30;
 /// Rounding of a command at its limit, relative: no saturation yet.
 constexpr double kAtLimit = 1.0 + 1e-9;
 

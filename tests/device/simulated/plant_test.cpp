@@ -80,7 +80,7 @@ TEST_CASE("what dies away ends at rest, and never in numbers that are slow to co
     REQUIRE(device.plant().V_DH.v.norm() > 0.0);
     device.write(50 * kMs, push({}));
     std::feclearexcept(FE_UNDERFLOW);
-    for (int k = 1; k <= 1200; ++k) device.read((1 + k) * 50 * kMs, sample);
+    for (std::int64_t k = 1; k <= 1200; ++k) device.read((1 + k) * 50 * kMs, sample);
     CHECK(std::fetestexcept(FE_UNDERFLOW) == 0);
     CHECK(device.plant().F_H_D.f == Vector3::Zero());
     CHECK(device.plant().F_H_D.t == Vector3::Zero());
