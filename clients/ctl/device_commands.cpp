@@ -54,8 +54,8 @@ void print_states(const GlobalOptions& options, const MonitorChoice& choice) {
     std::fflush(stdout);
   };
   const auto client = connect(options, handlers);
+  Conversation person = with_terminal();  // before the first reading, which comes while subscribing
   subscribe(*client);
-  Conversation person = with_terminal();
   const auto ended = [&] { return person.ended(); };
   Conversation silent{{}, {}, [] { return false; }};
   static_cast<void>(live_until(*client, silent, ended, choice.seconds));
@@ -63,8 +63,8 @@ void print_states(const GlobalOptions& options, const MonitorChoice& choice) {
 
 void draw_states(const GlobalOptions& options, const MonitorChoice& choice) {
   const auto client = connect(options);
-  subscribe(*client);
   Conversation person = with_terminal();
+  subscribe(*client);
   const Terminal terminal;
   std::int64_t drawn_ns = 0;
   const auto draw = [&] {
