@@ -43,6 +43,12 @@ const cameraOf = () => page.evaluate(() => {
   return { p: [e[12], e[13], e[14]], right: [e[0], e[1], e[2]], up: [e[4], e[5], e[6]], back: [e[8], e[9], e[10]], focalPx: height / 2 / Math.tan((camera.fov * Math.PI) / 360), width, height };
 });
 
+/** Flies to a camera preset and waits until it is there: how long that takes depends on how often the browser draws. */
+async function lookFrom(view) {
+  await page.click(`[data-view=${view}]`);
+  await page.waitForFunction(() => !window.hapticd.picture.flight.flying, null, { timeout: 30000 });
+}
+
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
 /** Pinhole by hand. */
@@ -53,8 +59,7 @@ function pixelOf(camera, at) {
 }
 
 test('a drawn string is as wide as its magnified R + r(t) at ten instants', async () => {
-  await page.click('[data-view=top]');
-  await page.waitForTimeout(1500);
+  await lookFrom('top');
   const camera = await cameraOf();
   const string = STRINGS[RINGING.index];
   const middle = string.p_wa_m.map((value, i) => (value + string.p_wb_m[i]) / 2);
@@ -111,14 +116,16 @@ function litRows(rows, y) {
 }
 
 test('the contact is marked within 3 px of where a pinhole sees it', async () => {
-  await page.click('[data-view=player]');
-  await page.waitForTimeout(1500);
+  await lookFrom('player');
   const camera = await cameraOf();
   const expected = pixelOf(camera, CONTACT.point_um.map((value) => value * 1e-6));
-  const found = await page.evaluate(({ x, y }) => {
+  const found = await page.evaluate(({ x, y, far }) => {
     const { picture, model } = window.hapticd;
     picture.view.options.contacts = true;
-    picture.draw(model.states.newest, model.shownNs());
+    // Twice in a round the finger, or the arrow at the hand, is before the mark: here it is at the side.
+    const newest = model.states.newest;
+    const tool = Object.assign(Object.create(newest.tools[0]), { p_wg_m: far, p_wh_m: far });
+    picture.draw(Object.assign(Object.create(newest), { tools: [tool] }), model.shownNs());
     const gl = picture.stage.renderer.getContext();
     const size = 60, left = Math.round(x) - size / 2, top = Math.round(y) - size / 2;
     const pixels = new Uint8Array(4 * size * size);
@@ -135,7 +142,7 @@ test('the contact is marked within 3 px of where a pinhole sees it', async () =>
       }
     }
     return { count, x: left + sumX / count, y: top + size - sumY / count };
-  }, expected);
+  }, { ...expected, far: fingerAt(DURATION_S / 4) });
   assert.ok(found.count >= 8, `${found.count} pixels have the colour of a contact`);
   assert.ok(Math.hypot(found.x - expected.x, found.y - expected.y) <= 3, `(${found.x}, ${found.y}) is not (${expected.x}, ${expected.y})`);
 });
