@@ -81,6 +81,10 @@ class Channel {
   std::optional<std::uint64_t> send(const v1::Item& item) { return outbox_.add(item); }
   /// Sends the Item after which none follows; never refused.
   void send_last(const v1::Item& item) { outbox_.add_last(item); }
+  /// Items sent and not acknowledged, a blob counting as one until its pieces leave.
+  [[nodiscard]] std::size_t unacknowledged() const noexcept { return outbox_.unacknowledged(); }
+  /// Items and Chunks acknowledged so far.
+  [[nodiscard]] std::uint64_t acknowledged() const noexcept { return outbox_.first_id() - 1; }
   /// Everything sent has arrived.
   [[nodiscard]] bool all_acknowledged() const noexcept { return outbox_.empty(); }
   /// Id the next Item sent will get, or its first Chunk.

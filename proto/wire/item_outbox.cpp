@@ -30,7 +30,7 @@ std::string chunk_of(const std::string& blob, std::uint32_t number, std::size_t 
 
 std::optional<std::uint64_t> ItemOutbox::add(const v1::Item& item) {
   std::string bytes = item.SerializeAsString();
-  if (window_.size() + waiting_.size() >= kMostUnacknowledged) return std::nullopt;
+  if (unacknowledged() >= kMostUnacknowledged) return std::nullopt;
   if (bytes.size() > kItemBytes &&
       (bytes.size() > kBlobBytes || blob_bytes_held_ + bytes.size() > kMostBlobBytesHeld)) {
     return std::nullopt;

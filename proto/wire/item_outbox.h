@@ -55,6 +55,10 @@ class ItemOutbox {
   [[nodiscard]] std::uint64_t first_id() const noexcept { return acknowledged_ + 1; }
   /// Id the next Item will get.
   [[nodiscard]] std::uint64_t next_id() const noexcept { return next_id_; }
+  /// Items not acknowledged yet, counted as kMostUnacknowledged counts them.
+  [[nodiscard]] std::size_t unacknowledged() const noexcept {
+    return window_.size() + waiting_.size();
+  }
   /// Nothing is unacknowledged.
   [[nodiscard]] bool empty() const noexcept { return window_.empty(); }
 

@@ -126,6 +126,7 @@ bool Daemon::pass_replay(std::int64_t now_ns) {
   const bool paced = options_.config.clock() == v1::CLOCK_MODE_REALTIME;
   try {
     for (int k = 0; k < kTicksPerLook; ++k) {
+      if (!paced && !server_->may_step(now_ns)) return false;
       if (!replay_->fetch()) {
         end_replay(now_ns);
         return false;

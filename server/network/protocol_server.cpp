@@ -289,11 +289,18 @@ void ProtocolServer::offer_tick(std::uint64_t tick, std::uint32_t scene_id, std:
   }
 }
 
-bool ProtocolServer::may_step(std::int64_t /*now_ns*/) const {
-  const auto& sessions = implementation_->sessions;
-  return std::none_of(sessions.begin(), sessions.end(), [](const auto& session) {
-    return session->runs_steps() && session->flow.ahead() >= kMostStatesAhead;
-  });
+bool ProtocolServer::may_step(std::int64_t now_ns) {
+  bool may = true;
+  for (const auto& session : implementation_->sessions) {
+    if (session->phase != Phase::kOpen) continue;
+    const bool runs = session->runs_steps();
+    if (runs && session->flow.ahead() >= kMostStatesAhead) may = false;
+    const wire::Channel& channel = session->channel;
+    ItemFlow& items = session->items;
+    items.note(channel.unacknowledged(), channel.acknowledged(), now_ns);
+    if (items.behind() && (runs || items.progresses(now_ns))) may = false;
+  }
+  return may;
 }
 
 void ProtocolServer::shut_down(v1::ByeReason reason, const std::string& message,

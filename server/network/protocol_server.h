@@ -123,9 +123,11 @@ class ProtocolServer {
   /// Tick `tick` of scene `scene_id` is done: who is due gets its State now. Every tick is offered,
   /// in order; skipped ones only where the loop skipped or the network thread was late.
   void offer_tick(std::uint64_t tick, std::uint32_t scene_id, std::int64_t now_ns);
-  /// Whether a Run of steps may take its next tick: false while 64 States are ahead of what the
-  /// session that runs it has told to have received. True when no such Run is under way.
-  [[nodiscard]] bool may_step(std::int64_t now_ns) const;
+  /// Whether virtual time may take its next tick as far as the sessions are concerned. False while
+  /// the session of a Run of steps is 64 States behind what it has told to have received, or has
+  /// more than 256 Items to acknowledge; and while another session has, and still acknowledges
+  /// (item_flow.h). For ticks that follow no clock: a clock waits for nobody.
+  [[nodiscard]] bool may_step(std::int64_t now_ns);
 
   /// The last Item of every session is Bye from now on; new sessions are ignored. Keep calling
   /// receive() and poll() until session_count() is 0: 1 s at most.

@@ -13,6 +13,7 @@
 #include "proto/wire/channel.h"
 #include "proto/wire/hello.h"
 #include "server/network/encoded_states.h"
+#include "server/network/item_flow.h"
 #include "server/network/protocol_server.h"
 #include "server/network/state_flow.h"
 
@@ -71,6 +72,7 @@ struct Session {
   bool pumping = false;  ///< pump() is on the stack
 
   StateFlow flow;
+  ItemFlow items;
   std::shared_ptr<const EncodedState> newest_state;  ///< under the virtual clock; null: none left
 
   /// A Run of steps is under way.
