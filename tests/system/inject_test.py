@@ -44,9 +44,9 @@ class Lockstep:
     def step(self, ticks):
         """States of up to so many ticks; fewer at a fault."""
         self.session.poses([pose(self.tick + k) for k in range(ticks)], first_tick=self.tick)
-        done = self.session.run(steps=ticks).steps
-        self.tick += done
-        return list(self.session.states(done))
+        result = self.session.run(steps=ticks)
+        self.tick += result.steps
+        return result.states
 
     def steps(self, ticks):
         """States of so many ticks without a fault; the queue of poses holds fewer."""
@@ -136,8 +136,7 @@ class Injected(unittest.TestCase):
         with daemon.Daemon("--clock", "virtual", *SCENE, "--inject", "delay:3") as played, hapticd.Session(played.address) as session:
             session.acquire("test")
             session.subscribe(divisor=1, sections=["STIFFNESS"])
-            session.run(steps=500)
-            before = list(session.states(500))[-1].stiffness[0]
+            before = session.run(steps=500).states[-1].stiffness[0]
             declared = session.devices()[0].profile.delay_s.value[0]
             self.assertAlmostEqual(before.delay_s, declared, delta=2e-4)
             done = 0
@@ -147,9 +146,7 @@ class Injected(unittest.TestCase):
                     session.clear()
                 except hapticd.RequestError:
                     pass
-            list(session.states(timeout=0))
-            session.run(steps=1)
-            after = next(session.states(1)).stiffness[0]
+            after = session.run(steps=1).states[-1].stiffness[0]
             # 30 reads of 1 ms more.
             self.assertAlmostEqual(after.delay_s, declared + 0.030, delta=2e-4)
             self.assertLess(after.bound_n_per_m, before.bound_n_per_m)

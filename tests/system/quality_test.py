@@ -18,7 +18,7 @@ NOMINAL_NS, NOMINAL_SHARE = 1.4, 1.02
 def quality_of(session, poses=40):
     session.subscribe(divisor=1, sections=["QUALITY"])
     result = session.run(poses=[(0.0, 0.01, 0.0)] * poses)
-    return list(session.states(result.steps))[-1].quality
+    return result.states[-1].quality
 
 
 class Fixed(unittest.TestCase):
@@ -57,7 +57,7 @@ class Fixed(unittest.TestCase):
             session.subscribe(divisor=1, sections=["QUALITY"])
             poses = [(0.0, 0.004 * (1 + math.cos(0.01 * k)), 0.0) for k in range(ticks)]
             result = session.run(poses=poses)
-            return [state.quality for state in session.states(result.steps)], result.state_hash
+            return [state.quality for state in result.states], result.state_hash
 
     def test_automatic_quality_under_the_virtual_clock_follows_counts_and_comes_to_the_same_bits_twice(self):
         for budget, level, reason in (("0.1", 0, REASON.QUALITY_REASON_BUDGET), ("1e6", 4, REASON.QUALITY_REASON_ROOM)):

@@ -34,8 +34,7 @@ class Poses(daemon.LockstepCase):
         for k in range(5):
             depth = 0.01016 + 0.004 * (1 - (0.1 * k / 0.55) ** 2) if k in tools else 0.0
             session.poses([(0.1 * k, 0.0155 - depth * max(0, min(tick - 250, 100)) / 100, 0) for tick in range(500)], first_tick=0, tool_id=3 * k)
-        states = list(session.states(session.run(500).steps))
-        return states
+        return session.run(500).states
 
     def test_every_tool_has_a_wrench_of_its_own_and_none_sinks_into_the_string(self):
         for tools in ([0], [0, 4], [1, 2, 3], [0, 1, 2, 3, 4]):

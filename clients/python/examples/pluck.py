@@ -33,9 +33,8 @@ def pluck(session):
     session.subscribe(divisor=1, sections=["TOOLS", "STRINGS"])
     result = session.run(poses=list(path()))
     print(f"{result.steps} ticks, state hash {result.state_hash.hex()[:16]}")
-    states = list(session.states(count=result.steps, timeout=1))
     tones = [event.body for event in session.events(timeout=0) if event.kind == "tone"]
-    return hapticd.columns(states), tones
+    return hapticd.columns(result.states), tones
 
 
 def main():

@@ -58,8 +58,10 @@ class Connection:
         self.changed = threading.Condition()
         self.events: Deque[Event] = deque(maxlen=MOST_EVENTS)
         self.events_dropped = 0
-        self.states: Deque[state_pb2.State] = deque(maxlen=keep_states)
+        self.keep_states = keep_states
+        self.states: Deque[state_pb2.State] = deque()
         self.states_dropped = 0
+        self.collected: Optional[List[state_pb2.State]] = None  # of the Run of steps under way
         self.latest: Optional[state_pb2.State] = None
         self.info: Dict[str, Message] = {}  # newest scene_info, lease_info, record_info of this session
         self.failures: List[answer_pb2.Result] = []  # of requests that are answered only when they fail
@@ -232,7 +234,11 @@ class Connection:
         self._link = self._new_link()
 
     def _keep(self, state: state_pb2.State) -> None:
-        self.states_dropped += len(self.states) == self.states.maxlen
+        if self.collected is not None:
+            self.collected.append(state)
+        elif len(self.states) >= self.keep_states:
+            self.states.popleft()
+            self.states_dropped += 1
         self.states.append(state)
         self.latest = state
 

@@ -13,6 +13,18 @@ def enum_name(enum, number: int, prefix: str) -> str:
         return str(number)
 
 
+class StatesLost(ConnectionError):
+    """States of a run did not arrive. The run itself is whole: `result` is its RunResult with the States that came, `missing` the ticks
+    of those that did not."""
+
+    def __init__(self, result, missing) -> None:
+        self.result, self.missing = result, missing
+        which = f"tick {missing[0]}" if len(missing) == 1 else f"ticks {missing[0]} to {missing[-1]}"
+        super().__init__(f"{len(missing)} of {len(missing) + len(result.states)} States of the run were lost on the way ({which}); all ticks ran, "
+                         "and .result has what came. Run on the server's own machine, where none is lost, subscribe to fewer sections or ticks, "
+                         "or give collect=False where States are not needed.")
+
+
 class RequestError(Exception):
     """The server refused a request, and has changed nothing. `code` is a name such as "NOT_OWNER", `path` the field it is about,
     `message` says what is wrong and what to do."""

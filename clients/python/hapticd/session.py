@@ -3,29 +3,35 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
-from typing import Any, Dict, Iterable, Iterator, Optional, Sequence, Union
+import threading
+from dataclasses import dataclass, field
+from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Union
 
 from hapticd import values
 from hapticd.clock import ClockEstimate
 from hapticd.connection import Connection, Event
-from hapticd.errors import RequestError, SessionEnded, enum_name
+from hapticd.errors import RequestError, SessionEnded, StatesLost, enum_name
 from hapticd.v1 import answer_pb2, control_pb2, gesture_pb2, scene_pb2, state_pb2, stream_pb2
 
 QUEUE_SAMPLES = 4096
 """What the server queues per scripted tool; a longer path is run in pieces."""
 RUN_PIECE = QUEUE_SAMPLES // 2
+MOST_RUN_STATES = 1_000_000
+"""States that one run collects: a kilobyte or more each."""
+STRAGGLERS_S = 0.5
+"""How long States may come after the answer to their run. Longer ones are lost: the server sends them once."""
 
 
 @dataclass(frozen=True)
 class RunResult:
     """What a lockstep run did: ticks advanced, the tick that would run next, the hash over the States of all ticks since the scene was
-    loaded, and the ticks without a sample of some scripted tool."""
+    loaded, the ticks without a sample of some scripted tool, and the States of its own ticks, in order: all that were subscribed to."""
 
     steps: int
     next_tick: int
     state_hash: bytes
     held_inputs: int
+    states: List[state_pb2.State] = field(default_factory=list, repr=False, compare=False)
 
 
 class Session:
@@ -33,11 +39,13 @@ class Session:
 
     `reconnect`: join anew when the server was restarted; the subscription is renewed, the lease and unanswered requests are lost.
     `key`: 32 bytes, for a server with keys; `role` says whose key it is, "control" or "view". Without it the session is PLAIN.
-    `keep_states`: how many unread States are kept for `states()`; the oldest make room, and `states_dropped` counts them.
+    `keep_states`: how many unread States are kept for `states()`; the oldest make room, and `states_dropped` counts them. The States
+    of a run are all kept, however many.
     Raises ServerSilent if nobody answers within 3 s, ServerFull if the server has no session left."""
 
     def __init__(self, address: str = "127.0.0.1:47800", reconnect: bool = True, keep_states: int = 16384, key: Optional[bytes] = None,
                  role: str = "control") -> None:
+        self._runs = threading.Lock()
         self._connection = Connection(address, reconnect, keep_states, key, role)
         try:
             with self._connection.changed:
@@ -116,11 +124,10 @@ class Session:
         with self._connection.changed:
             self._connection.states.clear()
         self.request(item)
-        self._connection.subscription = item if divisor else None
 
     def states(self, count: Optional[int] = None, timeout: Optional[float] = None) -> Iterator[state_pb2.State]:
         """The States in order of time, each once; waits for the next. Ends after `count`, after `timeout` s without one, and when the
-        session is closed or the server ends."""
+        session is closed or the server ends. `run()` forgets those that are unread when it begins: after it they are those of that run."""
         return self._stream(self._connection.states, count, timeout)
 
     def events(self, count: Optional[int] = None, timeout: Optional[float] = None) -> Iterator[Event]:
@@ -149,6 +156,8 @@ class Session:
         item_id = self._connection.submit(item, awaited=True)
         result = self._connection.result(item_id)
         with self._connection.changed:
+            if item.HasField("subscribe") and result.code == answer_pb2.RESULT_CODE_OK:
+                self._connection.subscription = item if item.subscribe.divisor else None
             failures, self._connection.failures = self._connection.failures, []
         for each in (*failures, result):
             if each.code != answer_pb2.RESULT_CODE_OK:
@@ -282,11 +291,65 @@ class Session:
             count += len(batch.poses)
         return count
 
-    def run(self, steps: Optional[int] = None, poses: Optional[Sequence[Sequence[float]]] = None, tool_id: int = 0) -> RunResult:
+    def run(self, steps: Optional[int] = None, poses: Optional[Sequence[Sequence[float]]] = None, tool_id: int = 0,
+            collect: bool = True) -> RunResult:
         """Lockstep: advances time by `steps` ticks and returns when they are done. With `poses` the tool follows them, one per tick
-        from the next tick on (steps None: as many as poses); what it does beyond them is to hold the last one."""
+        from the next tick on (steps None: as many as poses); what it does beyond them is to hold the last one.
+        The result has the States of these ticks that were subscribed to, all of them: StatesLost if one did not arrive, ValueError
+        before anything runs if there would be more than a million. `collect` False: they go to `states()` alone, as under the real clock."""
         rows = [] if poses is None else list(poses)
         left = len(rows) if steps is None else steps
+        with self._runs:
+            divisor = self._divisor() if collect else 0
+            if divisor and left // divisor > MOST_RUN_STATES:
+                raise ValueError(f"{left} steps give {left // divisor} States, and a run collects {MOST_RUN_STATES} at most: run in pieces, "
+                                 "subscribe with a larger divisor, or give collect=False")
+            unread = self._begin_collecting() if divisor else []
+            try:
+                result = self._advance(rows, left, tool_id)
+                missing = self._await_states(result, divisor) if divisor else []
+            except RequestError:
+                with self._connection.changed:
+                    if not self._connection.collected:
+                        self._connection.states.extendleft(reversed(unread))
+                raise
+            finally:
+                self._connection.collected = None
+        if missing:
+            raise StatesLost(result, missing)
+        return result
+
+    def _divisor(self) -> int:
+        """Of the subscription; 0: there is none."""
+        with self._connection.changed:
+            subscription = self._connection.subscription
+            return subscription.subscribe.divisor if subscription is not None else 0
+
+    def _begin_collecting(self) -> List[state_pb2.State]:
+        """What comes from now on is the run's; gives the unread States that make way."""
+        with self._connection.changed:
+            unread = list(self._connection.states)
+            self._connection.states.clear()
+            self._connection.collected = []
+            return unread
+
+    def _await_states(self, result: RunResult, divisor: int) -> List[int]:
+        """Puts the States of the run into its result; the ticks of those that do not come."""
+        begin = max(0, result.next_tick - result.steps)
+        wanted = range(-(-begin // divisor) * divisor, result.next_tick, divisor)
+        scene_id = self.scene.scene_id
+        with self._connection.changed:
+            collected = self._connection.collected
+
+            def last_is_there() -> bool:
+                return not wanted or any(state.scene_id == scene_id and state.tick >= wanted[-1] for state in collected[-1:])
+            self._connection.wait(last_is_there, STRAGGLERS_S)
+            found = {state.tick: state for state in collected if state.scene_id == scene_id and state.tick in wanted}
+        result.states.extend(found[tick] for tick in sorted(found))
+        return [tick for tick in wanted if tick not in found]
+
+    def _advance(self, rows: List[Sequence[float]], left: int, tool_id: int) -> RunResult:
+        """Runs `left` steps along the rows, in pieces that the server's queue holds."""
         done, held, at = 0, 0, 0
         while True:
             self.poses(rows[at:at + min(left, RUN_PIECE)], tool_id=tool_id)

@@ -9,7 +9,7 @@ from typing import List
 import numpy
 
 import hapticd
-from hapticd_lab.player import CONTACTS, ENGAGE_S, SECTIONS, Daemon, Setup, load, states_until
+from hapticd_lab.player import CONTACTS, ENGAGE_S, SECTIONS, Daemon, Setup, load
 from hapticd_lab.states import build_trace
 from hapticd_lab.trace import Trace
 
@@ -46,18 +46,16 @@ class Handle:
 def play_free(setup: Setup, start: numpy.ndarray, handle: Handle, ticks: int) -> Trace:
     """The handle is let go at X_DH = `start`, of 7, and falls on what is below it."""
     with Daemon("--clock", "virtual", "--device", "scripted", "--scene", "wall") as daemon:
-        with hapticd.Session(daemon.address, keep_states=ticks + 10000) as session:
+        with hapticd.Session(daemon.address) as session:
             session.acquire("hapticd-lab")
             load(session, setup)
             session.subscribe(1, SECTIONS, CONTACTS)
-            last = session.run(poses=[start] * int(ENGAGE_S * 1e3), tool_id=setup.tool_id).next_tick - 1
-            states_until(session, last)
+            session.run(poses=[start] * int(ENGAGE_S * 1e3), tool_id=setup.tool_id)
             pose, speed = numpy.array(start, float), 0.0
             late = deque([0.0] * handle.delay_ticks)
             states: List = []
             for _ in range(ticks):
-                last = session.run(poses=[pose], tool_id=setup.tool_id).next_tick - 1
-                states += states_until(session, last)
+                states += session.run(poses=[pose], tool_id=setup.tool_id).states
                 late.append(float(states[-1].tools[0].wrench_h_w[UP]))
                 pose = pose.copy()
                 pose[UP], speed = handle.moved(pose[UP], speed, late.popleft())

@@ -111,7 +111,7 @@ def play_path(setup: Setup, poses: numpy.ndarray, recording: Optional[pathlib.Pa
     """The scripted device follows poses X_DH exactly, a row of 7 each ms, in lockstep; the first is held until force is on. The trace begins
     with the first row. `recording`: where the session is recorded to, for the oracle."""
     with Daemon("--clock", "virtual", "--device", "scripted", "--scene", "wall") as daemon:
-        with hapticd.Session(daemon.address, keep_states=len(poses) + 10000) as session:
+        with hapticd.Session(daemon.address) as session:
             session.acquire("hapticd-lab")
             load(session, setup)
             session.subscribe(1, SECTIONS, CONTACTS)
@@ -119,10 +119,9 @@ def play_path(setup: Setup, poses: numpy.ndarray, recording: Optional[pathlib.Pa
                 daemon.record(session, recording)
             held = int(ENGAGE_S * 1e3)
             session.run(poses=[poses[0]] * held, tool_id=setup.tool_id)
-            session.run(poses=poses, tool_id=setup.tool_id)
-            last = session.run(steps=1).next_tick - 1
-            states = states_until(session, last)
-            return build_trace(session.scene, states[-len(poses) - 1:-1], list(session.events(timeout=0)), setup.tool_id)
+            states = session.run(poses=poses, tool_id=setup.tool_id).states
+            session.run(steps=1)
+            return build_trace(session.scene, states, list(session.events(timeout=0)), setup.tool_id)
 
 
 def play_hand(setup: Setup, gesture: gesture_pb2.Gesture, hand: Hand, recording: Optional[pathlib.Path] = None) -> Trace:
@@ -133,7 +132,7 @@ def play_hand(setup: Setup, gesture: gesture_pb2.Gesture, hand: Hand, recording:
         config.device.add(tool_id=setup.tool_id, source="simulated", profile=hand.profile)
         path = pathlib.Path(folder) / "config.textproto"
         path.write_text(text_format.MessageToString(config))
-        with Daemon("--config", str(path)) as daemon, hapticd.Session(daemon.address, keep_states=1_000_000) as session:
+        with Daemon("--config", str(path)) as daemon, hapticd.Session(daemon.address) as session:
             session.acquire("hapticd-lab")
             load(session, setup)
             session.play_gesture(None)  # a loaded scene begins with the one that the daemon was started with
@@ -144,7 +143,7 @@ def play_hand(setup: Setup, gesture: gesture_pb2.Gesture, hand: Hand, recording:
             session.play_gesture(gesture, arm=hand.arm, seed=hand.seed, repeat=1)
             states = []
             while not states or (states[-1].gestures and len(states) < LONGEST_GESTURE_S * 1e3):
-                states += states_until(session, session.run(steps=500).next_tick - 1)
+                states += session.run(steps=500).states
             playing = [state for state in states if state.gestures and state.gestures[0].progress > 0.0]
             return build_trace(session.scene, playing, list(session.events(timeout=0)), setup.tool_id)
 
@@ -183,13 +182,3 @@ def _take_costs(session: hapticd.Session, rows: Sequence[Any], costs: numpy.ndar
             if at == len(rows) - 1:
                 break
     return at
-
-
-def states_until(session: hapticd.Session, tick: int) -> list:
-    """All States that came, up to the tick."""
-    states = []
-    for state in session.states(timeout=5.0):
-        states.append(state)
-        if state.tick >= tick:
-            return states
-    raise DaemonError(f"the States ended before tick {tick}")

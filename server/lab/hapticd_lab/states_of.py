@@ -17,17 +17,9 @@ def states_of(scene: str, poses: numpy.ndarray, sections: Sequence[str], preset:
     """The States of a scripted device that follows poses X_DH (n x 3 or n x 7), a row each ms; the first is held before until force is
     on, and one State comes of each row. `scene`: by name, or as text."""
     held = round(ENGAGE_S * 1e3)
-    with Daemon("--clock", "virtual", "--device", "scripted", "--scene", "wall") as daemon, hapticd.Session(
-        daemon.address, keep_states=len(poses) + 1000
-    ) as session:
+    with Daemon("--clock", "virtual", "--device", "scripted", "--scene", "wall") as daemon, hapticd.Session(daemon.address) as session:
         session.acquire("hapticd-lab")
         session.load_scene(scene, preset=preset)
         session.run(poses=numpy.repeat(poses[:1], held, axis=0))
         session.subscribe(1, sections, CONTACTS)
-        last = session.run(poses=numpy.vstack([poses, poses[-1:]])).next_tick - 1
-        states = []
-        for state in session.states(timeout=5.0):
-            states.append(state)
-            if state.tick >= last:
-                break
-        return states[-len(poses) - 1 : -1]
+        return session.run(poses=numpy.vstack([poses, poses[-1:]])).states[:-1]

@@ -62,7 +62,7 @@ class Bench:
     def __enter__(self) -> "Bench":
         self._daemon.__enter__()
         try:
-            self.session = hapticd.Session(self._daemon.address, keep_states=200_000)
+            self.session = hapticd.Session(self._daemon.address)
             self.session.acquire("hapticd-lab")
             self._plain.CopyFrom(self.session.load_scene(SCENE, preset="PAPER").scene)
         except BaseException:
@@ -90,9 +90,9 @@ class Bench:
         self.session.subscribe(1, player.SECTIONS, player.CONTACTS)
         list(self.session.events(timeout=0))
         self.session.run(poses=[poses[0]] * int(player.ENGAGE_S * 1e3))
-        self.session.run(poses=poses)
-        states = player.states_until(self.session, self.session.run(steps=1).next_tick - 1)
-        return build_trace(self.session.scene, states[-len(poses) - 1:-1], list(self.session.events(timeout=0)))
+        states = self.session.run(poses=poses).states
+        self.session.run(steps=1)
+        return build_trace(self.session.scene, states, list(self.session.events(timeout=0)))
 
 
 def peak_n(trace: Trace) -> float:

@@ -1,10 +1,12 @@
 """Session against the model server of tests/protocol/conformance, over real sockets on loopback: requests, errors, streams, lockstep,
 restart, silence, and the thread that keeps the lease."""
 import math
+import random
 import socket
 import threading
 import time
 import unittest
+import unittest.mock
 
 import support  # noqa: F401
 import hapticd
@@ -123,8 +125,9 @@ class Lockstep(WithServer):
             session.subscribe(1)
             result = session.run(poses=[(0, 0.01 - 1e-5 * tick, 0) for tick in range(2500)])
             self.assertEqual((result.steps, result.next_tick, result.held_inputs), (2500, 2500, 0))
-            states = list(session.states(2500, timeout=2))
+            states = result.states
             self.assertEqual([state.tick for state in states], list(range(2500)))
+            self.assertEqual(list(session.states(2500, timeout=2)), states)
             hashes.append(result.state_hash)
         self.assertEqual(len(hashes[0]), 32)
         self.assertEqual(hashes[0], hashes[1])
@@ -132,6 +135,78 @@ class Lockstep(WithServer):
         for row in (0, 1000, 1500, 2499):  # the model's wall is at y = 0, 1000 N/m
             depth = max(0.0, 1e-5 * row - 0.01)
             self.assertTrue(math.isclose(table["wrench_h_w"][row][1], 1000 * depth, abs_tol=1e-6))
+
+    def test_each_run_has_the_states_of_its_own_ticks_however_many_are_kept(self):
+        draw = random.Random(20261126)
+        for _ in range(support.scaled(60)):
+            session = self.session(keep_states=draw.choice((1, 7, 64, 16384)))
+            session.acquire()
+            session.load_scene("single_string")
+            tick = 0
+            for _ in range(draw.randrange(2, 6)):
+                divisor, steps = draw.choice((0, 1, 2, 7, 50, 1000)), draw.choice((1, 2, 63, 64, 65, 200, 777))
+                if divisor or draw.random() < 0.5:
+                    session.subscribe(divisor)
+                else:
+                    divisor = session._divisor()
+                for state in session.states(draw.randrange(3), timeout=0):
+                    self.assertLess(state.tick, tick)
+                result = session.run(steps)
+                expected = [each for each in range(tick, tick + steps) if divisor and each % divisor == 0]
+                self.assertEqual([state.tick for state in result.states], expected)
+                tick += steps
+                self.assertEqual(result.next_tick, tick)
+                if divisor:
+                    self.assertEqual(list(session.states(len(expected), timeout=0)), result.states)
+            self.assertEqual(session.states_dropped, 0)
+            session.close()
+
+    def test_a_run_whose_states_do_not_all_arrive_says_which_and_gives_the_rest(self):
+        session = self.session()
+        session.acquire()
+        session.subscribe(2)
+        keep = session._connection._keep
+        draw = random.Random(5)
+        for lost in ({0}, {98}, {4, 6, 50}, set(draw.sample(range(0, 100, 2), 20)), set(range(0, 100, 2))):
+            session.load_scene("single_string")
+            with unittest.mock.patch.object(session._connection, "_keep", lambda state: state.tick in lost or keep(state)):
+                with self.assertRaisesRegex(hapticd.StatesLost, f"^{len(lost)} of 50 States") as caught:
+                    session.run(100)
+            self.assertEqual(caught.exception.missing, sorted(lost))
+            self.assertEqual([state.tick for state in caught.exception.result.states], [each for each in range(0, 100, 2) if each not in lost])
+            self.assertEqual((caught.exception.result.steps, caught.exception.result.next_tick), (100, 100))
+            self.assertEqual([state.tick for state in session.run(10).states], [100, 102, 104, 106, 108])
+
+    def test_a_run_that_would_collect_too_much_is_refused_before_it_begins(self):
+        session = self.session()
+        session.acquire()
+        session.subscribe(1)
+        with self.assertRaisesRegex(ValueError, "run in pieces"):
+            session.run(10**9)
+        self.assertEqual(session.run(3).next_tick, 3)
+        result = session.run(50, collect=False)
+        self.assertEqual(result.states, [])
+        self.assertEqual([state.tick for state in session.states(53, timeout=1)], list(range(53)))
+
+    def test_states_can_be_read_by_another_thread_while_a_run_is_under_way(self):
+        session = self.session()
+        session.acquire()
+        session.subscribe(1)
+        seen = []
+
+        def read():
+            for state in session.states(timeout=2):
+                seen.append(state.tick)
+                if len(seen) == 100:
+                    session.halt()
+                    return
+        reader = threading.Thread(target=read)
+        reader.start()
+        result = session.run(10**6)
+        reader.join()
+        self.assertEqual(seen, list(range(100)))
+        self.assertEqual([state.tick for state in result.states], list(range(result.steps)))
+        self.assertLess(result.steps, 10**6)
 
     def test_ticks_without_poses_hold_the_last(self):
         session = self.session()
@@ -171,6 +246,16 @@ class RealTime(WithServer):
         self.assertEqual(ticks, sorted(set(ticks)))
         estimate = session.clock()
         self.assertLessEqual(abs(estimate.offset_ns), estimate.error_ns + 1)  # one machine, one clock
+
+    def test_a_refused_run_leaves_the_unread_states(self):
+        session = self.session()
+        session.acquire()
+        session.subscribe(10)
+        first = next(session.states(timeout=2)).tick
+        time.sleep(0.1)
+        with self.assertRaises(hapticd.RequestError):
+            session.run(10)
+        self.assertEqual(next(session.states(timeout=2)).tick, first + 10)
 
     def test_a_restarted_server_is_joined_anew(self):
         session = self.session()
@@ -237,5 +322,4 @@ class Refusals(WithServer):
 
 
 if __name__ == "__main__":
-    import unittest.mock
     unittest.main()

@@ -18,6 +18,7 @@ def do_subscribe(server, remote, _, subscribe):
     if subscribe.divisor > 1_000_000 or subscribe.max_contacts > 256:
         return OUT_OF_RANGE, {"path": "divisor" if subscribe.divisor > 1_000_000 else "max_contacts"}
     remote.subscription, remote.state = (subscribe if subscribe.divisor else None), None
+    remote.unseen.clear()
     return OK, {}
 
 
@@ -71,7 +72,7 @@ def do_set_parameter(server, _, __, change):
         low, high = model_world.LIVE[each.path]
         if not low <= each.number <= high:
             return OUT_OF_RANGE, {"path": each.path}
-    if change.HasField("at_tick") and change.at_tick < server.world.tick:
+    if change.HasField("at_tick") and not 0 <= change.at_tick - server.world.tick <= 1_000_000:
         return OUT_OF_RANGE, {"path": "at_tick"}
     server.world.parameters.update({each.path: each.number for each in change.assignments})
     return OK, {}
@@ -89,6 +90,7 @@ def do_load_scene(server, _, __, load):
         server.world.load(text)
         for each in server.remotes.values():
             each.newest, each.state = 0, None
+            each.unseen.clear()
             server.tell(each, scene_info=server.scene_info())
     return OK, {}
 

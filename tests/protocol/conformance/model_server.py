@@ -35,6 +35,7 @@ class Remote:
         self.sent = self.first_left = now - 1
         self.blob, self.blobs, self.clock, self.subscription = b"", 0, None, None
         self.newest, self.state, self.state_sent, self.fresh, self.bye_at, self.total = 0, None, now, False, None, 0
+        self.unseen = collections.deque()  # ticks of the States beyond newest
 
 
 class ModelServer:
@@ -125,6 +126,8 @@ class ModelServer:
             raise Broken("ack of an Item never sent")
         remote.acked = max(remote.acked, packet.ack)
         remote.newest = max(remote.newest, packet.newest)
+        while remote.unseen and remote.unseen[0] <= remote.newest:
+            remote.unseen.popleft()
         if packet.HasField("clock"):
             remote.clock = (packet.clock.sent_ns, time.monotonic_ns())
         if remote.bye_at is not None:
@@ -195,7 +198,7 @@ class ModelServer:
         remote, item_id, left, _, _ = self.running
         for _ in range(min(left, 200)):
             subscribed = remote.subscription is not None and self.remotes.get((remote.source, remote.number)) is remote
-            if subscribed and self.world.tick > remote.newest + 64:
+            if subscribed and len(remote.unseen) >= 64:
                 return
             self.running[4] += self.world.step()
             self.running[2] -= 1
@@ -215,6 +218,7 @@ class ModelServer:
         for remote in self.remotes.values():
             if remote.subscription is not None and self.world.newest.tick % remote.subscription.divisor == 0 and remote.bye_at is None:
                 remote.state = model_world.section(self.world.newest, remote.subscription)
+                remote.unseen.append(self.world.newest.tick)
                 if time.monotonic() - remote.heard < 3 or time.monotonic() - remote.state_sent > 0.1:
                     self.send(remote, remote.state)
 
@@ -236,6 +240,7 @@ class ModelServer:
     def lose_lease(self, remote):
         if self.owner is remote:
             self.owner, self.fence, self.holder = None, 0, ""
+            self.world.queued, self.world.last_tick = {}, -1
             self.lease_news = True
 
     def result(self, remote, item_id, code, **fields):

@@ -43,7 +43,7 @@ class World:
     def queue(self, batch):
         """False if the queue is full."""
         first = batch.first_tick if batch.HasField("first_tick") else max(self.last_tick + 1, self.tick)
-        if len(self.queued) + len(batch.poses) > QUEUE:
+        if first + len(batch.poses) > self.tick + QUEUE:
             return False
         for tick, sample in enumerate(batch.poses, first):
             if tick >= self.tick:

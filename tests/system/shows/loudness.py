@@ -39,9 +39,8 @@ class Player:
         self.run([self.at] * 300)  # the force comes in
 
     def run(self, places):
-        result = self.session.run(poses=places)
         self.at = places[-1]
-        return list(self.session.states(result.steps, timeout=5))
+        return self.session.run(poses=places).states
 
     def pluck(self, string, depth_m):
         """Force on the hand in the last tick before the release, N, and the tone."""
