@@ -35,9 +35,14 @@ struct ArmModel {
 using ArmModels = std::array<ArmModel, kArmKinds>;
 [[nodiscard]] const ArmModels& usual_arms() noexcept;
 
-/// Index of a kind in ArmModels.
+/// `kind`, or kOff where it is a number that no kind has: nobody holds the handle then.
+[[nodiscard]] constexpr ArmKind known_arm(ArmKind kind) noexcept {
+  return kind >= ArmKind::kOff && kind <= ArmKind::kAdversarial ? kind : ArmKind::kOff;
+}
+
+/// Index of a kind in ArmModels; that of known_arm().
 [[nodiscard]] constexpr std::size_t index_of(ArmKind kind) noexcept {
-  return static_cast<std::size_t>(kind) - 1;
+  return static_cast<std::size_t>(known_arm(kind)) - 1;
 }
 
 }  // namespace hapticd

@@ -6,6 +6,7 @@
 
 #include "core/math/elementary.h"
 #include "core/math/rotation.h"
+#include "core/safety/input_watch.h"
 #include "core/safety/wrench_limit.h"
 #include "device/api/sample_difference.h"
 #include "device/simulated/command_check.h"
@@ -61,8 +62,9 @@ SimulatedDevice::SimulatedDevice(const DeviceProfile& profile, const SimulatedOp
       arms_(options.arms),
       commands_(profile.delay, profile.watchdog),
       player_(options.X_DH),
-      arm_(options.arm),
+      arm_(known_arm(options.arm)),
       seed_(options.seed),
+      X_DH_begin_{renormalised(options.X_DH.q), options.X_DH.p},
       report_ns_(std::max(kPlantStep_ns, static_cast<std::int64_t>(1e9 / profile.report_rate))) {
   for (std::size_t kind = 0; kind < kArmKinds; ++kind) {
     for (std::size_t axis = 0; axis < 6; ++axis) {
@@ -99,7 +101,8 @@ void SimulatedDevice::set_seed(std::uint64_t seed) noexcept {
   tremor_ = Tremor(seed, model.tremor, model.tremor_frequency, kTargetStep);
 }
 
-void SimulatedDevice::set_arm(ArmKind arm) noexcept {
+void SimulatedDevice::set_arm(ArmKind kind) noexcept {
+  const ArmKind arm = known_arm(kind);
   if (arm == arm_) return;
   if (arm_ == ArmKind::kOff) {
     // The hand closes around a handle that may have drifted: it holds it where it is.
@@ -116,6 +119,32 @@ void SimulatedDevice::play(const GestureTrack& track, std::uint32_t repeat) noex
 
 Pose SimulatedDevice::pose() const noexcept {
   return {renormalised(exp_rotation(part(moved_, 3)) * q_DH_), p_DH_};
+}
+
+bool SimulatedDevice::sound() const noexcept {
+  const auto finite = [](const Six& six) {
+    return std::all_of(six.begin(), six.end(), [](double x) { return std::isfinite(x); });
+  };
+  const auto near = [](const Pose& X) {
+    return X.p.cwiseAbs().maxCoeff() <= kMaxSamplePosition && X.q.coeffs().allFinite();
+  };
+  return p_DH_.allFinite() && near({q_DH_, p_DH_}) && X_DH_target_.p.allFinite() &&
+         near(X_DH_target_) && finite(moved_) && finite(v_) && finite(y_) && finite(v_target_) &&
+         finite(motor_) && finite(reaction_) && std::all_of(felt_.begin(), felt_.end(), finite);
+}
+
+bool SimulatedDevice::recover() noexcept {
+  if (sound()) return false;
+  place(X_DH_begin_);
+  motor_ = reaction_ = {};
+  std::fill(felt_.begin(), felt_.end(), Six{});
+  std::fill(sampled_.begin(), sampled_.end(), X_DH_begin_);
+  in_force_ = {};
+  set_seed(seed_);
+  // Velocity is the difference to the last sample.
+  last_.p_DH = to_array(X_DH_begin_.p);
+  last_.q_DH = to_array(X_DH_begin_.q);
+  return true;
 }
 
 PlantState SimulatedDevice::plant() const noexcept {
@@ -280,6 +309,7 @@ bool SimulatedDevice::write(std::int64_t now_ns, const DeviceCommand& command) n
   if (is_finite(command)) return commands_.send(now_ns, command);
   DeviceCommand zero = command;
   zero.f_H_D = zero.t_H_D = {};
+  zero.spring = {};
   commands_.send(now_ns, zero);
   return false;
 }

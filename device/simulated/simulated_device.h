@@ -29,9 +29,9 @@ inline constexpr std::int64_t kTargetStep_ns = 1'000'000;
 inline constexpr std::int64_t kLongestCatchUp_ns = 100'000'000;
 
 struct SimulatedOptions {
-  Pose X_DH{};  ///< where the handle begins, at rest
-  ArmKind arm = ArmKind::kLight;
-  std::uint64_t seed = 1;  ///< of the tremor
+  Pose X_DH{};                    ///< where the handle begins, at rest
+  ArmKind arm = ArmKind::kLight;  ///< known_arm() of it
+  std::uint64_t seed = 1;         ///< of the tremor
   ArmModels arms = usual_arms();
 };
 
@@ -62,8 +62,8 @@ class SimulatedDevice final : public HapticDevice {
   HD_REALTIME void stop_gesture() noexcept { player_.stop(); }
   [[nodiscard]] GestureProgress gesture() const noexcept { return player_.progress(); }
 
-  /// Another arm takes the handle where it is.
-  HD_REALTIME void set_arm(ArmKind arm) noexcept;
+  /// Another arm, known_arm() of it, takes the handle where it is.
+  HD_REALTIME void set_arm(ArmKind kind) noexcept;
   [[nodiscard]] ArmKind arm() const noexcept { return arm_; }
 
   /// Begins the tremor anew.
@@ -71,6 +71,11 @@ class SimulatedDevice final : public HapticDevice {
 
   /// Puts handle and target somewhere, at rest, and ends the gesture; commands on their way stay.
   HD_REALTIME void place(const Pose& X_DH) noexcept;
+
+  /// Where a number of the plant is not finite, or the handle farther away than any sample may be
+  /// (kMaxSamplePosition), puts all of it back to the beginning: the handle at rest where it began,
+  /// no gesture, motors without force. False, and nothing done, where all is sound.
+  HD_REALTIME bool recover() noexcept;
 
   [[nodiscard]] PlantState plant() const noexcept;
 
@@ -84,6 +89,7 @@ class SimulatedDevice final : public HapticDevice {
   [[nodiscard]] Wrench commanded() const noexcept;
   [[nodiscard]] Six motor_mean(const Wrench& F_H_D) noexcept;
   [[nodiscard]] Pose pose() const noexcept;
+  [[nodiscard]] bool sound() const noexcept;
   void measure(DeviceSample& sample) noexcept;
   [[nodiscard]] std::uint16_t flags() const noexcept;
 
@@ -95,6 +101,7 @@ class SimulatedDevice final : public HapticDevice {
   Tremor tremor_;
   ArmKind arm_;
   std::uint64_t seed_;
+  Pose X_DH_begin_;  ///< where the handle began
   CommandInForce in_force_;
   EchoWatch echo_;  ///< the device tells which command it obeys
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "core/math/rotation.h"
 #include "tests/device/api/device_contract.h"
@@ -258,6 +259,74 @@ TEST_CASE("commands that tell no sample are not measured") {
     device.write(tick * kMs, {.enable = true});
   }
   CHECK(std::isnan(sample.measured_delay_s));
+}
+
+TEST_CASE("a number that is no arm holds nothing: the same bits as with the arm off") {
+  for (int number = 0; number < 256; ++number) {
+    const auto kind = static_cast<ArmKind>(number);
+    if (number >= 1 && number <= static_cast<int>(kArmKinds)) continue;
+    SimulatedDevice none(usual(), {.arm = ArmKind::kOff});
+    SimulatedDevice built(usual(), {.arm = kind});
+    SimulatedDevice changed(usual(), {.arm = ArmKind::kFirm});
+    changed.set_arm(kind);
+    CHECK(changed.arm() == ArmKind::kOff);
+    DeviceCommand push;
+    push.enable = true;
+    push.f_H_D = {1.0, -0.5, 0.2};
+    for (std::int64_t ms = 1; ms < 30; ++ms) {
+      push.expires_ns = (ms + 50) * kMs;
+      for (SimulatedDevice* device : {&none, &built, &changed}) {
+        DeviceSample sample;
+        device->read(ms * kMs, sample);
+        device->write(ms * kMs, push);
+      }
+    }
+    CHECK(same(none.plant(), built.plant()));
+    CHECK(std::isfinite(changed.plant().X_DH.p.norm()));
+  }
+}
+
+TEST_CASE("a plant whose numbers have gone stays so until it is told to recover, and then plays") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double huge = std::numeric_limits<double>::max();
+  const GestureMotion motion = swing();
+  for (const double bad : {nan, huge, -std::numeric_limits<double>::infinity(), 1e9}) {
+    CAPTURE(bad);
+    const Pose begin{Quaternion::Identity(), Vector3(0.01, 0.02, -0.03)};
+    SimulatedDevice device(usual(), {.X_DH = begin, .arm = ArmKind::kFirm});
+    CHECK_FALSE(device.recover());
+    DeviceSample sample;
+    std::int64_t ms = 1;
+    // The target is put there by a leg without duration.
+    GestureMotion there;
+    there.legs = {{{{0.01, 0.02, -0.03}, {1.0, 0.0, 0.0, 0.0}}, 0, 0, false},
+                  {{{bad, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, 0, 0, true},
+                  {{{bad, bad, 0.0}, {1.0, 0.0, 0.0, 0.0}}, 0, 0, true}};
+    device.play(there.track(), 1);
+    const auto usable = [&] {
+      return std::isfinite(sample.p_DH[0]) && std::abs(sample.p_DH[0]) <= 1e7;
+    };
+    for (; ms < 3000 && (ms < 50 || usable()); ++ms) device.read(ms * kMs, sample);
+    REQUIRE_FALSE(usable());
+    device.set_arm(ArmKind::kLight);
+    for (const std::int64_t end = ms + 50; ms < end; ++ms) device.read(ms * kMs, sample);
+    REQUIRE_FALSE(usable());
+    REQUIRE(device.recover());
+    for (const std::int64_t end = ms + 5; ms < end; ++ms) {
+      device.read(ms * kMs, sample);
+      CHECK(std::abs(sample.p_DH[0] - 0.01) < 1e-3);
+      CHECK(std::abs(sample.v_DH_D[0]) < 1.0);
+    }
+    device.play(motion.track(), 1);
+    double farthest = 0.0;
+    for (const std::int64_t end = ms + 2000; ms < end; ++ms) {
+      device.read(ms * kMs, sample);
+      REQUIRE(usable());
+      farthest = std::max(farthest, sample.p_DH[0]);
+    }
+    CHECK(farthest > 0.08);
+    CHECK_FALSE(device.recover());
+  }
 }
 
 }  // namespace hapticd::test
