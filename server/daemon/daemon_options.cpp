@@ -15,9 +15,13 @@
 
 #include "device/simulated/faulty_device.h"
 #include "server/devices/outside_device.h"
+#include "server/scene_io/choice_check.h"
 
 namespace hapticd {
 namespace {
+
+/// Of the ids of tools (config.proto).
+constexpr std::uint32_t kHighestToolId = 31;
 
 /// Remembers the first error, with its place.
 class FirstError : public google::protobuf::io::ErrorCollector {
@@ -153,6 +157,10 @@ void fill_defaults(v1::Config& config) {
 void check_devices(const v1::Config& config) {
   std::set<std::uint32_t> tools;
   for (const v1::DeviceChoice& device : config.device()) {
+    if (device.tool_id() > kHighestToolId) {
+      refuse("device: tool " + std::to_string(device.tool_id()) +
+             " is not in [0, 31]. Give the tool_id of a tool of the scene.");
+    }
     if (!tools.insert(device.tool_id()).second) {
       refuse("device: tool " + std::to_string(device.tool_id()) + " has two. Give each tool one.");
     }
@@ -201,9 +209,18 @@ void read_config_file(const std::string& file, v1::Config& config) {
   google::protobuf::TextFormat::Parser parser;
   FirstError error;
   parser.RecordErrorsTo(&error);
+  google::protobuf::TextFormat::ParseInfoTree places;
+  parser.WriteLocationsTo(&places);
   if (!parser.ParseFromString(text.str(), &config)) {
     throw StartError(kExitInput, file + ":" + error.text() +
                                      ". Fields are those of the options, '-' written '_'.");
+  }
+  if (const std::optional<UnknownChoice> unknown = unknown_choice(config)) {
+    const auto* field = v1::Config::descriptor()->FindFieldByName(unknown->path);
+    const auto place = places.GetLocation(field, -1);
+    throw StartError(kExitInput, file + ":" + std::to_string(place.line + 1) + ":" +
+                                     std::to_string(place.column + 1) +
+                                     ": error: " + unknown->path + ": " + unknown->message);
   }
 }
 

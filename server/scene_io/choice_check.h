@@ -1,0 +1,21 @@
+// Finds enum numbers that this version has no value for: proto3 lets any number through. For what
+// comes from a peer or a configuration; fields of scenes are check_fields()'s. Offline.
+#pragma once
+
+#include <google/protobuf/message.h>
+
+#include <optional>
+#include <string>
+
+namespace hapticd {
+
+/// A number that is no value of its enum.
+struct UnknownChoice {
+  std::string path;     ///< of the field, below the message
+  std::string message;  ///< which number, and what there is instead
+};
+
+/// The first in `message` and in all messages below it; nothing: every number is known. O(fields).
+[[nodiscard]] std::optional<UnknownChoice> unknown_choice(const google::protobuf::Message& message);
+
+}  // namespace hapticd
