@@ -130,8 +130,9 @@ ServerHost Daemon::make_host() {
   };
   host.lease_lost = [this](LeaseEnd) {
     if (replay_) return;
-    channels_->commands.push({0, LeaseLostCommand{}});
-    if (virtual_time_) loop_->take_commands();
+    ++lease_ends_;
+    next_pose_ticks_ = {};
+    tell_lease_ends();
   };
   return host;
 }
@@ -176,7 +177,15 @@ void Daemon::follow_signals(SignalRequests& signals, std::int64_t now_ns) {
   }
 }
 
+// The ring may be full of other commands: then once more later.
+void Daemon::tell_lease_ends() {
+  if (told_lease_ends_ == lease_ends_) return;
+  if (channels_->commands.push({0, LeaseLostCommand{lease_ends_}})) told_lease_ends_ = lease_ends_;
+  if (virtual_time_) loop_->take_commands();
+}
+
 bool Daemon::work(std::int64_t now_ns) {
+  tell_lease_ends();
   finish_build();
   reload_scene();
   bool again = false;
@@ -217,6 +226,7 @@ void Daemon::take_event(const LoopEvent& event) {
   } else if (const auto* retired = std::get_if<GestureRetired>(&event.what)) {
     delete retired->plan;
   } else if (const auto* settled = std::get_if<SettingsRetired>(&event.what)) {
+    settle_change(*settled->change, settled->dropped);
     delete settled->change;
   } else {
     tell_clients(event);

@@ -64,6 +64,19 @@ class Daemon {
     v1::SceneInfo info;
     v1::Scene live;          ///< with the parameters as they are set now, ramps as if ended
     SceneSettings settings;  ///< that follow from `live`, at the level that plays
+
+    struct Parameters {
+      v1::Scene live;
+      SceneSettings settings;
+    };
+    /// A change that the loop has been lent.
+    struct Change {
+      const SettingsChange* lent = nullptr;
+      std::uint64_t at_tick = 0;
+      Parameters parameters;  ///< `live` and `settings` after it
+    };
+    std::deque<Change> changes;  ///< not over yet, as they were asked for
+    Parameters in_force;         ///< after the last one that is over
   };
   /// A scene being built off-thread for a request, or for SIGHUP.
   struct SceneBuild {
@@ -102,6 +115,7 @@ class Daemon {
   void tell_clients(const LoopEvent& event);
   void finish_command(std::uint64_t number, bool obeyed, Cause cause);
   void take_snapshots(std::int64_t now_ns);
+  void tell_lease_ends();
   void report_start() const;
 
   // Configuration read anew (daemon_reload.cpp).
@@ -128,13 +142,15 @@ class Daemon {
   void finish_swap(std::uint32_t scene_id);
   [[nodiscard]] const AirScene& on_air(std::uint32_t scene_id) const;
 
-  // Requests (daemon_requests.cpp).
+  // Requests (daemon_requests.cpp), those for parameters (daemon_parameters.cpp).
   void request(const RequestId& id, const v1::Item& item);
   /// False, and answered BUSY, when the loop's ring is full; what `what` points to stays ours then.
   bool command(const RequestId& id, const LoopCommandBody& what);
   void load_scene_for(const RequestId& id, const v1::LoadScene& load);
   void get_parameters(const RequestId& id, const v1::GetParameters& get);
   void set_parameters(const RequestId& id, const v1::SetParameter& set);
+  /// The loop gives `change` back; `dropped`: it never began, and what it set is unset.
+  void settle_change(const SettingsChange& change, bool dropped);
   [[nodiscard]] std::optional<v1::Result> fault_of_pose(const v1::PoseSample& sample,
                                                         const std::string& path) const;
   void queue_poses(const RequestId& id, const v1::PoseBatch& batch);
@@ -212,8 +228,11 @@ class Daemon {
   TickStatistics statistics_;
   StateHash hash_;
   std::array<std::uint64_t, kMaxTools> next_pose_ticks_{};  ///< of each tool
+  std::uint64_t lease_ends_ = 0;                            ///< leases that have ended
+  std::uint64_t told_lease_ends_ = 0;  ///< of them those that the loop knows of
   TimeMode mode_ = TimeMode::kStopped;
   std::optional<StepRun> steps_;
+  bool stop_asked_ = false;  ///< during a Run of steps, and not obeyed yet
   std::int64_t live_due_ns_ = 0;
   std::int64_t ending_since_ns_ = -1;
   bool end_requested_ = false;  ///< of a replay, by a client

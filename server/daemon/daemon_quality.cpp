@@ -89,8 +89,9 @@ void Daemon::follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double
   change->to = settings;
   announce_change(change->to, nullptr);
   if (!channels_->commands.push({++last_command_, ChangeSettingsCommand{change.get()}})) return;
-  static_cast<void>(change.release());  // the loop's from here on
-  scene.settings = std::move(settings);
+  scene.settings = settings;
+  // The loop's from here on.
+  scene.changes.push_back({change.release(), 0, {scene.live, std::move(settings)}});
   spdlog::info("quality {} for a budget of {} us", level, budget_us);
 }
 

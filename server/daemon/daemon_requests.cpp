@@ -3,9 +3,8 @@
 
 #include "server/daemon/daemon.h"
 #include "server/encoding/request_result.h"
+#include "server/scene_io/choice_check.h"
 #include "server/scene_io/gesture_loader.h"
-#include "server/scene_io/scene_assignment.h"
-#include "server/scene_io/scene_parameters.h"
 
 namespace hapticd {
 namespace {
@@ -38,6 +37,11 @@ bool complete(const v1::PoseSample& sample) {
          none_or(sample.twist_dh_d().v_m_per_s_size(), 3) &&
          none_or(sample.twist_dh_d().w_rad_per_s_size(), 3);
 }
+
+/// Repetitions of a gesture, at most.
+constexpr std::uint32_t kMostRepeats = 1'000'000;
+/// Buttons of a pose are 16 bits.
+constexpr std::uint32_t kMostButtons = 0xffff;
 
 constexpr const char* kNoSuchTool = "The scene has no such tool.";
 
@@ -75,6 +79,11 @@ std::optional<LoopCommandBody> command_of(const v1::Item& item, const SceneIndex
 
 void Daemon::request(const RequestId& id, const v1::Item& item) {
   if (refuse_in_replay(id, item)) return;
+  if (virtual_time_) take_events();
+  if (const std::optional<UnknownChoice> unknown = unknown_choice(item)) {
+    server_->answer(id, result_of(v1::RESULT_CODE_INVALID, unknown->path, unknown->message));
+    return;
+  }
   const SceneIndex& index = scenes_.back().index;
   const auto unknown = [&](std::uint32_t tool_id) { return tool_of(tool_id, index) == kNoTool; };
   if ((item.has_recentre() && unknown(item.recentre().tool_id())) ||
@@ -84,6 +93,7 @@ void Daemon::request(const RequestId& id, const v1::Item& item) {
                       item.has_clutch() ? "clutch.tool_id" : "recentre.tool_id", kNoSuchTool));
     return;
   }
+  stop_asked_ = stop_asked_ || (item.has_stop() && steps_.has_value());
   if (const auto what = command_of(item, index)) {
     command(id, *what);
     return;
@@ -155,56 +165,6 @@ void Daemon::finish_command(std::uint64_t number, bool obeyed, Cause cause) {
                          : result_of(v1::RESULT_CODE_WRONG_STATE, "", std::string(explain(cause))));
 }
 
-void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
-  v1::Result result = result_of(v1::RESULT_CODE_OK);
-  const std::vector<std::string> paths(get.paths().begin(), get.paths().end());
-  const auto values = parameter_values(scenes_.back().live, paths);
-  if (!values.unknown.empty()) {
-    server_->answer(id, result_of(v1::RESULT_CODE_NOT_FOUND, values.unknown,
-                                  "No live parameter has this path; SceneInfo lists them."));
-    return;
-  }
-  for (const v1::Assignment& value : values.values) {
-    *result.mutable_parameters()->add_values() = value;
-  }
-  result.mutable_parameters();
-  server_->answer(id, result);
-}
-
-void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
-  AirScene& scene = scenes_.back();
-  const std::uint64_t next = virtual_time_ ? loop_->next_tick() : newest_tick_ + 1;
-  if (set.has_at_tick() && set.at_tick() < next) {
-    server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "set_parameter.at_tick",
-                                  "That tick has begun."));
-    return;
-  }
-  const LoadOptions load = load_options();
-  AssignmentResult assigned =
-      assign_parameters(scene.live, set, load.device_stiffness, load.quality.usual_budget_us);
-  if (assigned.code != v1::RESULT_CODE_OK) {
-    server_->answer(id, result_of(assigned.code, assigned.path, assigned.message));
-    return;
-  }
-  // What is of the whole scene is the same in all tools.
-  const LiveSettings& before = scene.settings.tools.front();
-  for (LiveSettings& live : assigned.settings.tools) {
-    if (!live.quality_automatic || !before.quality_automatic) continue;
-    set_level(static_cast<int>(before.quality_level), live);
-  }
-  auto change = std::make_unique<SettingsChange>();
-  change->at_tick = set.has_at_tick() ? set.at_tick() : 0;
-  change->from = assigned.settings;
-  change->to = assigned.settings;
-  announce_change(change->to, &set);
-  if (!command(id, ChangeSettingsCommand{change.get()})) return;
-  // Taken by the loop, which may have given it back by now: not ours to free.
-  static_cast<void>(change.release());
-  scene.live = std::move(assigned.scene);
-  scene.settings = std::move(assigned.settings);
-  change_tick_ = std::max(change_tick_, set.at_tick());
-}
-
 std::optional<v1::Result> Daemon::fault_of_pose(const v1::PoseSample& sample,
                                                 const std::string& path) const {
   if (tool_of(sample.tool_id(), scenes_.back().index) == kNoTool) {
@@ -217,6 +177,10 @@ std::optional<v1::Result> Daemon::fault_of_pose(const v1::PoseSample& sample,
   if (!complete(sample)) {
     return result_of(v1::RESULT_CODE_INVALID, path,
                      "A pose has 3 numbers p_m and 4 numbers q, or none of them.");
+  }
+  if (sample.buttons() > kMostButtons) {
+    return result_of(v1::RESULT_CODE_OUT_OF_RANGE, path + ".buttons",
+                     "There are 16: at most 65535.");
   }
   return std::nullopt;
 }
@@ -236,20 +200,34 @@ void Daemon::queue_poses(const RequestId& id, const v1::PoseBatch& batch) {
     return;
   }
   const std::uint64_t next = virtual_time_ ? loop_->next_tick() : newest_tick_ + 1;
-  auto ticks = next_pose_ticks_;
-  std::uint64_t furthest = 0;
-  for (std::uint64_t& tick : ticks) {
-    tick = batch.has_first_tick() ? batch.first_tick() : std::max(tick, next);
-    furthest = std::max(furthest, tick);
+  std::array<std::uint64_t, kMaxTools> ticks{};
+  for (std::size_t k = 0; k < ticks.size(); ++k) {
+    ticks[k] = batch.has_first_tick() ? batch.first_tick() : std::max(next_pose_ticks_[k], next);
   }
-  if (furthest + 16 > next + kScriptedQueue) {
-    server_->answer(id, result_of(v1::RESULT_CODE_BUSY, "pose_batch.first_tick",
-                                  "The queue holds 4096 ticks. Run, or wait."));
+  // Any tick may have been asked for: nothing is added to it before it is known to be near.
+  const auto queue_ends = [&](std::uint64_t tick) {
+    return tick >= next && tick - next >= kScriptedQueue;
+  };
+  auto after = ticks;
+  for (const v1::PoseSample& sample : batch.poses()) {
+    std::uint64_t& tick = after[tool_of(sample.tool_id(), index)];
+    if (queue_ends(tick)) {
+      server_->answer(id, result_of(v1::RESULT_CODE_BUSY, "pose_batch.first_tick",
+                                    "The queue holds the next 4096 ticks, " + std::to_string(next) +
+                                        " to " + std::to_string(next + kScriptedQueue - 1) +
+                                        ". Run or wait, or name a nearer first_tick."));
+      return;
+    }
+    ++tick;
+  }
+  if (channels_->poses.size() + 16 > channels_->poses.capacity()) {
+    server_->answer(id, result_of(v1::RESULT_CODE_BUSY, "pose_batch",
+                                  "Poses come faster than the loop takes them. Wait a tick."));
     return;
   }
   for (const v1::PoseSample& sample : batch.poses()) {
     const std::uint32_t tool = tool_of(sample.tool_id(), index);
-    channels_->poses.push({ticks[tool], tool, scripted_pose(sample)});
+    channels_->poses.push({ticks[tool], tool, lease_ends_, scripted_pose(sample)});
     ++ticks[tool];
     next_pose_ticks_[tool] = std::max(next_pose_ticks_[tool], ticks[tool]);
   }
@@ -261,6 +239,11 @@ void Daemon::play_gesture(const RequestId& id, const v1::PlayGesture& play) {
   if (!simulates()) {
     server_->answer(id, result_of(v1::RESULT_CODE_WRONG_STATE, "play_gesture",
                                   "Only the simulated hand plays gestures."));
+    return;
+  }
+  if (play.repeat() > kMostRepeats) {
+    server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "play_gesture.repeat",
+                                  "At most 1000000; 0 plays on until told otherwise."));
     return;
   }
   auto plan = std::make_unique<GesturePlan>();

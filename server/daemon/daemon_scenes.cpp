@@ -78,6 +78,7 @@ Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) 
   info.set_server_version(HAPTICD_VERSION);
   scene.live = loaded->message;
   scene.settings = scene_settings(loaded->scene->description());
+  scene.in_force = {scene.live, scene.settings};
   scene.loaded = std::move(loaded);
   announce_scene(scene);
   if (playing_id_ == 0) playing_id_ = scene.id;

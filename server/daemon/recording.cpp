@@ -101,6 +101,11 @@ void Recording::announce_change(v1::ParameterRecord record) {
   changes_[record.number()] = std::move(record);
 }
 
+void Recording::forget_change(std::uint64_t number) {
+  const std::lock_guard lock(mutex_);
+  changes_.erase(number);
+}
+
 void Recording::event(std::int64_t t_ns, v1::EventRecord record) {
   post([this, t_ns, record = std::move(record)] {
     recorder_.event(static_cast<std::uint64_t>(t_ns), record);

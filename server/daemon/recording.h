@@ -46,6 +46,8 @@ class Recording {
   void announce(v1::SceneRecord record);
   /// `record` is of the change of this number; before the loop is told of it. Its tick follows.
   void announce_change(v1::ParameterRecord record);
+  /// The change of this number never begins.
+  void forget_change(std::uint64_t number);
   void event(std::int64_t t_ns, v1::EventRecord record);
 
   /// Begins a session file; what came of it is in status().

@@ -75,6 +75,7 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
     take_change(change->change, command.number);
     return;
   }
+  if (std::holds_alternative<ClearCommand>(command.what)) mend_devices();
   if (const std::optional<Cause> refused = refusal_of(command.what)) {
     tell(CommandRefused{command.number, *refused});
     return;
@@ -87,8 +88,8 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
     if (push->tool < tool_count()) tools_[push->tool].push_asked = push->axis;
   } else if (const auto* budget = std::get_if<WorkBudgetCommand>(&command.what)) {
     work_budget_ = std::max<std::int64_t>(budget->work, 0);
-  } else if (std::holds_alternative<LeaseLostCommand>(command.what)) {
-    lose_lease();
+  } else if (const auto* lost = std::get_if<LeaseLostCommand>(&command.what)) {
+    lose_lease(*lost);
   } else {
     asked_ |= order_of(command.what);
     if ((asked_ & kOrderClear) != 0) clear_until_ns_ = time_.t_ns + kClearWait_ns;
@@ -117,14 +118,6 @@ std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const n
   return std::nullopt;
 }
 
-void HapticLoop::lose_lease() noexcept {
-  for (PlayedTool& tool : scene_->tools) {
-    if (tool.device.scripted == nullptr) continue;
-    tool.device.scripted->clear();
-    lease_lost_ = true;
-  }
-}
-
 void HapticLoop::take_commands() noexcept {
   LoopCommand command;
   for (int k = 0; k < kCommandsPerTick && channels_.commands.pop(command); ++k) obey(command);
@@ -132,7 +125,7 @@ void HapticLoop::take_commands() noexcept {
   for (int k = 0; k < kPosesPerTick && channels_.poses.pop(pose); ++k) {
     ScriptedDevice* device =
         pose.tool < tool_count() ? scene_->tools[pose.tool].device.scripted : nullptr;
-    if (device == nullptr) continue;
+    if (device == nullptr || pose.lease < leases_ended_) continue;
     device->push(pose.tick, pose.pose);
     lease_lost_ = false;
   }

@@ -41,7 +41,8 @@ inline constexpr int kPosesPerTick = 64;
 /// A pose of a scripted device for a tick.
 struct TickPose {
   std::uint64_t tick = 0;
-  std::uint32_t tool = 0;  ///< in the scene's order
+  std::uint32_t tool = 0;   ///< in the scene's order
+  std::uint64_t lease = 0;  ///< how many leases had ended when it was given
   ScriptedPose pose;
 };
 
@@ -116,7 +117,8 @@ class HapticLoop {
  private:
   void obey(const LoopCommand& command) noexcept;
   [[nodiscard]] std::optional<Cause> refusal_of(const LoopCommandBody& what) const noexcept;
-  void lose_lease() noexcept;
+  void mend_devices() noexcept;
+  void lose_lease(const LeaseLostCommand& lost) noexcept;
   void clear_devices() noexcept;
   void gather_orders() noexcept;
   void pass(std::int64_t now_ns, std::uint64_t skipped) noexcept;
@@ -198,6 +200,7 @@ class HapticLoop {
   bool first_tick_ = true;
   bool ever_ticked_ = false;
   bool lease_lost_ = false;
+  std::uint64_t leases_ended_ = 0;
   bool late_ = false;  ///< more late ticks of late than are put up with
   std::uint64_t events_overflow_ = 0;
   TickOutput output_;

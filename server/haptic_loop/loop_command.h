@@ -24,8 +24,11 @@ struct DisengageCommand {};
 struct StopCommand {};
 /// Leaves a latched fault whose cause is gone.
 struct ClearCommand {};
-/// The lease of whoever gave the poses is over.
-struct LeaseLostCommand {};
+/// The lease of whoever gave the poses is over. Poses that wait, and changes of settings for a tick
+/// to come, go with it.
+struct LeaseLostCommand {
+  std::uint64_t ended = 0;  ///< leases that have ended: poses of an earlier number are forgotten
+};
 /// The daemon ends: force ramps to zero, then the loop stays over.
 struct EndCommand {};
 /// Another scene takes the place of the one that plays, once the force is zero.

@@ -37,6 +37,7 @@ struct GestureRetired {
 /// A change of settings that is over, or overtaken, and may be freed.
 struct SettingsRetired {
   SettingsChange* change = nullptr;
+  bool dropped = false;  ///< it never began
 };
 
 /// A command that could not be obeyed in the state the loop is in.

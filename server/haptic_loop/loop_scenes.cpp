@@ -1,4 +1,5 @@
-// Scenes, gestures and settings of the loop: taken, begun, given back. See haptic_loop.h. RT: yes.
+// Scenes, gestures and settings of the loop: taken, begun, given back; what a lost lease takes with
+// it, and what Clear mends. See haptic_loop.h. RT: yes.
 #include <algorithm>
 #include <utility>
 
@@ -75,6 +76,7 @@ bool HapticLoop::begin_gesture(const GesturePlan& plan) noexcept {
     SimulatedDevice* device = scene_->tools[k].device.simulated;
     if (device == nullptr) continue;
     any = true;
+    static_cast<void>(device->recover());
     if (plan.arm) device->set_arm(*plan.arm);
     if (plan.seed) device->set_seed(*plan.seed + k);
     if (k >= plan.motions.size() || plan.motions[k].track().empty()) {
@@ -102,7 +104,7 @@ void HapticLoop::take_change(SettingsChange* change, std::uint64_t number) noexc
   change->number = number;
   if (change->to.pieces.size() != scene_->settings.pieces.size() ||
       change->to.tools.size() != scene_->settings.tools.size() || !changes_.push_back(change)) {
-    tell(SettingsRetired{change});
+    tell(SettingsRetired{change, true});
     tell(CommandRefused{number, Cause::kNone});
     return;
   }
@@ -130,6 +132,34 @@ void HapticLoop::follow_changes() noexcept {
   change_share_ = std::min(change_share_ + time_.dt_s / kSettingsRamp_s, 1.0);
   follow_change(*change_, change_share_, *scene_);
   if (change_share_ >= 1.0) tell(SettingsRetired{change_.release()});
+}
+
+// A computed hand whose numbers have gone would be the cause for ever.
+void HapticLoop::mend_devices() noexcept {
+  if (machine_.state != LoopState::kFault) return;
+  bool any = false;
+  for (PlayedTool& tool : scene_->tools) {
+    if (tool.device.simulated != nullptr) any = tool.device.simulated->recover() || any;
+  }
+  if (any && standing_fault_ == Cause::kNotFinite) standing_fault_ = Cause::kNone;
+}
+
+void HapticLoop::lose_lease(const LeaseLostCommand& lost) noexcept {
+  leases_ended_ = lost.ended;
+  std::size_t kept = 0;
+  for (SettingsChange* change : changes_) {
+    if (change->at_tick > time_.tick) {
+      tell(SettingsRetired{change, true});
+    } else {
+      changes_[kept++] = change;
+    }
+  }
+  changes_.truncate(kept);
+  for (PlayedTool& tool : scene_->tools) {
+    if (tool.device.scripted == nullptr) continue;
+    tool.device.scripted->clear();
+    lease_lost_ = true;
+  }
 }
 
 }  // namespace hapticd
