@@ -166,7 +166,10 @@ std::string read(const fs::path& path, double rate_hz, ToneFile& tone, std::stri
   std::vector<float> samples = mixed(file);
   if (std::string fault = fault_of(samples, own_hz); !fault.empty()) return fault;
   const std::size_t cut = cut_silence(samples, own_hz);
-  if (cut > 0) note = "begins with " + at_time(cut, own_hz) + " of silence, which are cut off";
+  if (cut > 0) {
+    const long silence_ms = std::lround(1e3 * static_cast<double>(cut) / own_hz);
+    note = "begins with " + std::to_string(silence_ms) + " ms of silence, which are cut off";
+  }
   const double length_s = static_cast<double>(samples.size()) / own_hz;
   if (length_s < kShortestTone_s) {
     return "is too short: " + shortened(length_s) + " s. A tone has " + shortened(kShortestTone_s) +

@@ -189,7 +189,7 @@ function showLink() {
   banners.set('loss', lossBanner(model.link));
   const why = emptyText();
   find('empty').hidden = why === '';
-  if (why && find('empty-why').textContent !== why) find('empty-why').textContent = why;
+  if (find('empty-why').textContent !== why) find('empty-why').textContent = why;
   find('empty').querySelector('h2').textContent = model.scene && connection.isOpen ? 'Nothing moves' : 'Nothing is connected';
 }
 
