@@ -205,7 +205,7 @@ function countRates() {
   if (counted.length > RATE_COUNTS) counted.shift();
   const perS = (name) => Math.round((now[name] - counted[0][name]) / (now.atS - counted[0].atS));
   const rates = { states: perS('states'), frames: perS('frames'), bytes: perS('bytes') };
-  find('rate').textContent = model.scene ? `${rates.states} States/s · ${rates.frames} fps` : '';
+  find('rate').textContent = model.scene ? `${rates.states} States/s${picture.frames ? ` · ${rates.frames} fps` : ''}` : '';
   connectionPanel?.show({ welcome: model.welcome, shown: model.shown, link: model.link, clock: model.clock, connection, rates, scene: model.scene,
     drawn: { triangles: picture.triangles, missing: picture.assets.missing } });
 }

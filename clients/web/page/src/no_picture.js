@@ -24,10 +24,10 @@ const REST = 'Plots, control, the experiment and Stop work as ever.';
 
 /** {title, text} by why there is none: 'fetched' (its program did not come), 'opened' (the browser gives no 3D drawing) or 'lost' (it took it away). */
 export function noPictureWords(why, error) {
-  const reason = error ? ` (${error.message ?? error})` : '';
+  const reason = error ? ` (The reason given: ${String(error.message ?? error).replace('THREE.WebGLRenderer: ', '')})` : '';
   if (why === 'lost') {
     return { title: 'The picture is gone', text: `The browser has taken the 3D drawing away: the graphics driver started anew, or memory ran short. ${REST} The picture comes back by itself as soon as it may; if it does not, load the page again.` };
   }
-  if (why === 'fetched') return { title: 'No picture', text: `The program that draws did not arrive${reason}. ${REST} For the picture, load the page again.` };
-  return { title: 'No picture', text: `This browser gives the page no 3D drawing (WebGL 2)${reason}. ${REST} For the picture, switch hardware acceleration on in the browser’s settings, update browser and graphics driver, or open this address in another browser or on another machine.` };
+  if (why === 'fetched') return { title: 'No picture', text: `The program that draws did not arrive. ${REST} For the picture, load the page again.${reason}` };
+  return { title: 'No picture', text: `This browser gives the page no 3D drawing (WebGL 2). ${REST} For the picture, switch hardware acceleration on in the browser’s settings, update browser and graphics driver, or open this address in another browser or on another machine.${reason}` };
 }
