@@ -13,7 +13,12 @@ namespace hapticd::audio {
 /// About 3 MB: on the heap.
 class AudioEngine {
  public:
-  explicit AudioEngine(const BodyFilter& body) noexcept : timeline_(body) {}
+  /// `body`, and all orders, are made for `rate_hz`.
+  explicit AudioEngine(const BodyFilter& body, double rate_hz = 48000.0) noexcept
+      : rate_hz_(rate_hz), timeline_(body) {}
+
+  /// Sample rate of what it renders, Hz.
+  [[nodiscard]] double rate_hz() const noexcept { return rate_hz_; }
 
   /// An order to be played; false when the ring is full: it is lost, which the caller counts.
   [[nodiscard]] bool submit(const Order& order) { return ring_.push(order); }
@@ -26,6 +31,7 @@ class AudioEngine {
  private:
   static constexpr std::size_t kRing = 1024;
 
+  double rate_hz_;
   boost::lockfree::spsc_queue<Order, boost::lockfree::capacity<kRing>> ring_;
   Order taken_;  ///< by the callback, out of the ring
   Timeline timeline_;

@@ -3,6 +3,8 @@
 
 #include <jack/midiport.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 
 #include "clients/library/client.h"
@@ -12,6 +14,7 @@ namespace {
 
 /// Measurements of the difference of two clocks, of which the quickest counts.
 constexpr int kClockLooks = 5;
+constexpr std::uint8_t kMidiChannels = 16;
 
 /// libjack writes to stderr what this program says in a better way.
 void say_nothing(const char* /*message*/) {}
@@ -49,6 +52,8 @@ JackOutput::JackOutput(const std::string& name) {
   }
   jack_set_process_callback(client_.get(), process, this);
   jack_set_xrun_callback(client_.get(), overrun, this);
+  jack_set_sample_rate_callback(client_.get(), change, this);
+  jack_set_buffer_size_callback(client_.get(), change, this);
   jack_on_shutdown(client_.get(), gone, this);
 }
 
@@ -74,8 +79,15 @@ std::vector<JackPort> JackOutput::ports() const {
   return found;
 }
 
-void JackOutput::start(AudioEngine& engine) {
-  engine_ = &engine;
+void JackOutput::play(AudioEngine& engine) noexcept {
+  engine_.store(&engine, std::memory_order_release);
+}
+
+bool JackOutput::plays(const AudioEngine& engine) const noexcept {
+  return rendered_.load(std::memory_order_acquire) == &engine;
+}
+
+void JackOutput::start() {
   refresh();
   if (jack_activate(client_.get()) != 0)
     throw NoJackServer("the JACK server does not let the client play");
@@ -119,42 +131,66 @@ void JackOutput::refresh() {
 }
 
 int JackOutput::process(jack_nframes_t frames, void* self) {
-  auto& output = *static_cast<JackOutput*>(self);
+  static_cast<JackOutput*>(self)->render(frames);
+  return 0;
+}
+
+void JackOutput::render(jack_nframes_t frames) noexcept {
+  AudioEngine* const engine = engine_.load(std::memory_order_acquire);
+  const AudioEngine* const before = rendered_.exchange(engine, std::memory_order_acq_rel);
   jack_nframes_t cycle_frame = 0;
   jack_time_t begin_us = 0;
   jack_time_t next_us = 0;
   float period_us = 0.0F;
+  const double rate_hz = jack_get_sample_rate(client_.get());
   FrameClock clock;
-  clock.frame = output.frame_;
-  const double nominal_ns = 1e9 / jack_get_sample_rate(output.client_.get());
-  clock.ns_per_frame = nominal_ns;
-  if (jack_get_cycle_times(output.client_.get(), &cycle_frame, &begin_us, &next_us, &period_us) ==
-          0 &&
+  clock.frame = frame_;
+  clock.ns_per_frame = 1e9 / rate_hz;
+  if (jack_get_cycle_times(client_.get(), &cycle_frame, &begin_us, &next_us, &period_us) == 0 &&
       period_us > 0.0F) {
     clock.ns_per_frame = 1e3 * static_cast<double>(period_us) / frames;
   } else {
     begin_us = jack_get_time();
   }
   clock.heard_ns = static_cast<std::int64_t>(begin_us) * 1000 +
-                   output.clock_offset_ns_.load(std::memory_order_relaxed) +
-                   static_cast<std::int64_t>(output.latency() * nominal_ns);
+                   clock_offset_ns_.load(std::memory_order_relaxed) +
+                   static_cast<std::int64_t>(latency() * 1e9 / rate_hz);
 
-  auto* const samples = static_cast<float*>(jack_port_get_buffer(output.audio_, frames));
-  output.engine_->render(clock, output.frame_, {samples, frames}, output.notes_);
-  output.frame_ += frames;
+  auto* const samples = static_cast<float*>(jack_port_get_buffer(audio_, frames));
+  if (engine->rate_hz() == rate_hz) {
+    engine->render(clock, frame_, {samples, frames}, notes_);
+  } else {
+    std::fill_n(samples, frames, 0.0F);
+    notes_.count = 0;
+  }
+  frame_ += frames;
+  write_notes(frames, before != nullptr && before != engine);
+}
 
-  void* const midi = jack_port_get_buffer(output.midi_, frames);
+void JackOutput::write_notes(jack_nframes_t frames, bool other_engine) noexcept {
+  void* const midi = jack_port_get_buffer(midi_, frames);
   jack_midi_clear_buffer(midi);
-  for (std::size_t i = 0; i < output.notes_.count; ++i) {
-    const MidiEvent& event = output.notes_.events[i];
+  if (other_engine) {
+    // What an engine before this one has begun is ended by nobody else.
+    for (std::uint8_t channel = 0; channel < kMidiChannels; ++channel) {
+      const std::array<std::uint8_t, 3> all_off{static_cast<std::uint8_t>(0xB0U | channel), 123, 0};
+      jack_midi_event_write(midi, 0, all_off.data(), all_off.size());
+    }
+  }
+  for (std::size_t i = 0; i < notes_.count; ++i) {
+    const MidiEvent& event = notes_.events[i];
     jack_midi_event_write(midi, static_cast<jack_nframes_t>(event.frame), event.bytes.data(),
                           event.bytes.size());
   }
-  return 0;
 }
 
 int JackOutput::overrun(void* self) {
   static_cast<JackOutput*>(self)->overruns_.fetch_add(1, std::memory_order_relaxed);
+  return 0;
+}
+
+int JackOutput::change(jack_nframes_t /*value*/, void* self) {
+  static_cast<JackOutput*>(self)->changed_.store(true, std::memory_order_relaxed);
   return 0;
 }
 

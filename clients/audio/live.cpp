@@ -1,6 +1,7 @@
 // See live.h.
 #include "clients/audio/live.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -9,10 +10,8 @@
 #include <string>
 #include <system_error>
 
-#include "clients/audio/body_design.h"
-#include "clients/audio/event_player.h"
 #include "clients/audio/jack_output.h"
-#include "clients/audio/tone_files.h"
+#include "clients/audio/playing.h"
 #include "clients/library/client.h"
 #include "clients/library/named_key.h"
 
@@ -26,7 +25,9 @@ constexpr std::int64_t kLook_ns = kSecond_ns;
 constexpr std::int64_t kPatience_ns = 3 * kSecond_ns;
 /// From an event to its order, on a good network.
 constexpr double kNetwork_ms = 1.0;
-/// How often --verbose speaks.
+/// Changes of the delay that is needed below this are none.
+constexpr double kSameDelay_ms = 0.5;
+/// How often --verbose speaks, and tones that are late are told of at most.
 constexpr std::int64_t kSpeak_ns = 10 * kSecond_ns;
 /// Instants beyond this are no instants: 146 years.
 constexpr std::uint64_t kMostInstant_ns = std::uint64_t{1} << 62U;
@@ -39,48 +40,20 @@ std::optional<std::uint64_t> instant_of(const v1::Item& item) {
   return std::nullopt;
 }
 
-/// A sound card and what plays on it; for as long as one JACK server lives.
-struct Playing {
-  Playing(const Options& options, const std::string& tones_folder)
-      : output(std::make_unique<JackOutput>(options.name)),
-        sound{output->rate_hz(), gain_of(options), design_body(output->rate_hz())},
-        engine(std::make_unique<AudioEngine>(sound.body)) {
-    if (!tones_folder.empty()) tones = std::make_unique<ToneFiles>(tones_folder, sound.rate_hz);
-    player.emplace(sound, tones.get(),
-                   [this](const Order& order) { return engine->submit(order); });
-    output->start(*engine);
-    if (options.no_connect) return;
-    for (const std::string& problem : output->connect(options.connect)) say(problem);
-  }
-  // The callback ends before what it plays.
-  ~Playing() { output.reset(); }
-  Playing(const Playing&) = delete;
-  Playing& operator=(const Playing&) = delete;
-
-  std::unique_ptr<JackOutput> output;
-  Sound sound;
-  std::unique_ptr<AudioEngine> engine;
-  std::unique_ptr<ToneFiles> tones;
-  std::optional<EventPlayer> player;
-  std::size_t problems_said = 0;
-};
-
 class Live {
  public:
   explicit Live(const Options& options)
       : options_(options),
         folder_(tones_folder(options)),
-        delay_ns_(std::llround(options.delay_ms * 1e6)) {}
+        delay_ms_(options.delay_ms.value_or(kDelay_ms)) {}
 
   /// Looks for a JACK server. Throws NoJackServer.
   void open_output() {
     playing_ = std::make_unique<Playing>(options_, folder_);
-    char text[160];
-    std::snprintf(text, sizeof text, "plays by JACK: %.0f Hz, blocks of %u, %.1f ms to the ear",
-                  playing_->sound.rate_hz, playing_->output->block(),
-                  playing_->output->latency() * 1e3 / playing_->sound.rate_hz);
-    say(text);
-    warn_of_delay();
+    for (const std::string& problem : playing_->connect(options_)) say(problem);
+    late_said_ = overruns_said_ = 0;
+    say_card("plays by JACK");
+    judge_delay();
     if (client_ && client_->scene()) set_scene(client_->scene()->scene());
   }
 
@@ -101,9 +74,10 @@ class Live {
   void run() {
     client_->poll();
     const std::int64_t now_ns = client::monotonic_now_ns();
+    if (playing_ && playing_->output().has_changed()) follow();
     if (now_ns >= look_ns_) {
       look_ns_ = now_ns + kLook_ns;
-      look();
+      look(now_ns);
       miss_daemon(now_ns);
     }
     if (options_.verbose && now_ns >= speak_ns_) {
@@ -117,51 +91,129 @@ class Live {
  private:
   void take(const v1::Item& item) {
     if (item.has_scene_info()) {
-      if (!heard_) say("hears hapticd, scene " + item.scene_info().scene().name());
-      heard_ = true;
       real_clock_ = item.scene_info().clock() != v1::CLOCK_MODE_VIRTUAL;
       set_scene(item.scene_info().scene());
+      if (!heard_) say("hears hapticd, scene " + item.scene_info().scene().name());
+      heard_ = true;
     }
     const std::optional<std::uint64_t> instant = instant_of(item);
     if (!instant || !playing_) return;
-    playing_->player->play(item, due_ns(*instant, client_->clock(), real_clock_,
-                                        client::monotonic_now_ns(), delay_ns_));
+    const std::int64_t now_ns = client::monotonic_now_ns();
+    const std::int64_t due =
+        due_ns(*instant, client_->clock(), real_clock_, now_ns, std::llround(delay_ms_ * 1e6));
+    playing_->play(item, due, now_ns);
+  }
+
+  void say_card(const char* begin) {
+    const JackOutput& output = playing_->output();
+    char text[160];
+    std::snprintf(text, sizeof text, "%s: %.0f Hz, blocks of %u, %.1f ms to the ear", begin,
+                  output.rate_hz(), output.block(), output.latency() * 1e3 / output.rate_hz());
+    say(text);
   }
 
   /// A tone waits for the next block, which is heard after the latency.
-  void warn_of_delay() {
-    const double needed_ms =
-        (playing_->output->latency() + playing_->output->block()) * 1e3 / playing_->sound.rate_hz +
-        kNetwork_ms;
-    if (needed_ms <= options_.delay_ms) return;
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "%.1f ms are too short for blocks of %u, so some tones will be late. Start JACK "
-                  "with smaller ones, or use --delay-ms %.0f",
-                  options_.delay_ms, playing_->output->block(), std::ceil(needed_ms));
+  [[nodiscard]] double needed_ms() const {
+    const JackOutput& output = playing_->output();
+    return (output.latency() + output.block()) * 1e3 / output.rate_hz() + kNetwork_ms;
+  }
+
+  /// Whether the delay suffices for the sound card as it is now, said where that changes. A delay
+  /// that nobody has given grows to what suffices: tones that are all later by as much keep their
+  /// rhythm, tones that are late by chance do not.
+  void judge_delay() {
+    const double needed = needed_ms();
+    if (std::abs(needed - judged_ms_) < kSameDelay_ms) return;
+    judged_ms_ = needed;
+    const unsigned block = playing_->output().block();
+    const bool was_short = short_;
+    short_ = options_.delay_ms && needed > *options_.delay_ms;
+    char text[320];
+    if (short_) {
+      std::snprintf(text, sizeof text,
+                    "%.1f ms are too short for blocks of %u, so some tones will be late. Start "
+                    "JACK with smaller ones, or use --delay-ms %.0f",
+                    delay_ms_, block, std::ceil(needed));
+      say(text);
+    } else if (was_short) {
+      std::snprintf(text, sizeof text, "%.1f ms suffice for blocks of %u", delay_ms_, block);
+      say(text);
+    }
+    if (!options_.delay_ms) lengthen_delay(std::max(kDelay_ms, std::ceil(needed)), block);
+  }
+
+  void lengthen_delay(double wanted_ms, unsigned block) {
+    if (wanted_ms == delay_ms_) return;
+    delay_ms_ = wanted_ms;
+    char text[320];
+    if (wanted_ms > kDelay_ms) {
+      std::snprintf(text, sizeof text,
+                    "blocks of %u need a delay of %.0f ms: tones are heard so long after they "
+                    "happen from here on, where %.0f are usual. For the page to agree start "
+                    "haptic-web with --delay %.3f; or start JACK with smaller blocks",
+                    block, wanted_ms, kDelay_ms, wanted_ms * 1e-3);
+    } else {
+      std::snprintf(text, sizeof text, "tones are heard %.0f ms after they happen from here on",
+                    wanted_ms);
+    }
     say(text);
   }
 
   void set_scene(const v1::Scene& scene) {
     if (!playing_) return;
-    playing_->player->set_scene(scene);
-    if (!playing_->tones) return;
-    const auto& problems = playing_->tones->problems();
-    for (; playing_->problems_said < problems.size(); ++playing_->problems_said) {
-      say(problems[playing_->problems_said] + ". The string is computed instead");
-    }
+    playing_->set_scene(scene);
+    say_remarks();
   }
 
-  void look() {
-    if (playing_ && !playing_->output->alive()) {
+  void say_remarks() {
+    for (const std::string& line : playing_->remarks()) say(line);
+  }
+
+  /// The server's sample rate or blocks are others now.
+  void follow() {
+    playing_->output().refresh();
+    if (playing_->follow_rate(client::monotonic_now_ns())) {
+      say_card("the sample rate has changed");
+      say_remarks();
+    }
+    judge_delay();
+  }
+
+  void look(std::int64_t now_ns) {
+    if (playing_ && !playing_->output().alive()) {
       say("the JACK server has gone; waits for another");
       playing_.reset();
     }
     if (playing_) {
-      playing_->output->refresh();
+      follow();
+      if (now_ns >= trouble_ns_ && say_trouble()) trouble_ns_ = now_ns + kSpeak_ns;
       return;
     }
     try_output();
+  }
+
+  /// Tones that were late, and blocks that were, since it was said last.
+  bool say_trouble() {
+    const PlayedTones counts = playing_->counts();
+    const std::uint64_t overruns = playing_->output().overruns();
+    char text[200];
+    const bool late = counts.late > late_said_;
+    if (late) {
+      std::snprintf(text, sizeof text, "%llu of %llu tones were late until now, %.1f ms at most",
+                    static_cast<unsigned long long>(counts.late),
+                    static_cast<unsigned long long>(counts.played), counts.latest_ms);
+      say(text);
+    }
+    const bool overrun = overruns > overruns_said_;
+    if (overrun) {
+      std::snprintf(text, sizeof text,
+                    "JACK counts %llu overruns until now: this machine is too busy for its blocks",
+                    static_cast<unsigned long long>(overruns));
+      say(text);
+    }
+    late_said_ = counts.late;
+    overruns_said_ = overruns;
+    return late || overrun;
   }
 
   /// A daemon with keys does not answer who has none of its own.
@@ -183,7 +235,9 @@ class Live {
 
   const Options& options_;
   std::string folder_;
-  std::int64_t delay_ns_;
+  double delay_ms_;
+  double judged_ms_ = 0.0;  ///< the delay that was needed when it was last judged
+  bool short_ = false;      ///< that the delay given is too short has been said
   std::unique_ptr<Playing> playing_;
   std::optional<client::Client> client_;
   bool heard_ = false;
@@ -192,28 +246,27 @@ class Live {
   bool real_clock_ = true;
   std::int64_t look_ns_ = 0;
   std::int64_t speak_ns_ = 0;
+  std::int64_t trouble_ns_ = 0;
+  std::uint64_t late_said_ = 0;
+  std::uint64_t overruns_said_ = 0;
 };
 
 std::string Live::report() const {
-  char text[320];
+  char text[400];
   if (!playing_) return "no sound card";
-  const EventCounts& events = playing_->player->counts();
-  const PlayCounts& counts = playing_->engine->counts();
+  const PlayedTones counts = playing_->counts();
   const client::ClientCore& core = client_->core();
   const client::ClockRelation clock =
       core.clock().known() ? core.clock().at(client::monotonic_now_ns()) : client::ClockRelation{};
+  const auto number = [](std::uint64_t count) { return static_cast<unsigned long long>(count); };
   std::snprintf(
       text, sizeof text,
       "tones %llu, played %llu, late %llu (%.1f ms at most), ended early %llu, unplayable "
-      "%llu, lost %llu; overruns %llu; clock %+.3f ms, +- %.3f ms",
-      static_cast<unsigned long long>(events.tones),
-      static_cast<unsigned long long>(counts.played.load()),
-      static_cast<unsigned long long>(counts.late.load()),
-      static_cast<double>(counts.latest_ns.load()) * 1e-6,
-      static_cast<unsigned long long>(counts.stolen.load()),
-      static_cast<unsigned long long>(events.unplayable),
-      static_cast<unsigned long long>(events.lost),
-      static_cast<unsigned long long>(playing_->output->overruns()),
+      "%llu, lost %llu, broken %llu; limited %.2f s; overruns %llu; clock %+.3f ms, +- "
+      "%.3f ms",
+      number(counts.tones), number(counts.played), number(counts.late), counts.latest_ms,
+      number(counts.stolen), number(counts.unplayable), number(counts.lost), number(counts.broken),
+      counts.limited_s, number(playing_->output().overruns()),
       static_cast<double>(clock.offset_ns) * 1e-6,
       static_cast<double>(clock.uncertainty_ns) * 1e-6);
   return text;

@@ -39,10 +39,13 @@ int render_file(const Options& options) {
     std::fprintf(stderr, "haptic-audio: %s. The string is computed instead\n",
                  tones->problems()[i].c_str());
   }
-  std::fprintf(stderr, "haptic-audio: %.1f s, %llu tones, %llu unplayable, %llu lost\n",
+  for (std::size_t i = 0; tones && i < tones->notes().size(); ++i)
+    std::fprintf(stderr, "haptic-audio: %s\n", tones->notes()[i].c_str());
+  std::fprintf(stderr,
+               "haptic-audio: %.1f s, %llu tones, %llu unplayable, %llu lost, limited %.2f s\n",
                report.length_s, static_cast<unsigned long long>(report.played),
                static_cast<unsigned long long>(report.events.unplayable),
-               static_cast<unsigned long long>(report.events.lost));
+               static_cast<unsigned long long>(report.events.lost), report.limited_s);
   return 0;
 }
 

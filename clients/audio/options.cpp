@@ -13,9 +13,8 @@ void add_playing(CLI::App& app, Options& options, std::string& server) {
   app.add_option("--server", server, "where hapticd listens, HOST:PORT")->capture_default_str();
   app.add_option("--key", options.key_file, "key of a hapticd that has keys")->type_name("FILE");
   app.add_option("--delay-ms", options.delay_ms,
-                 "from an event to its sound; the page's has to be the same")
-      ->check(CLI::Range(0.0, 1000.0))
-      ->capture_default_str();
+                 "from an event to its sound (default: 8, or what the sound card needs)")
+      ->check(CLI::Range(0.0, 1000.0));
   app.add_option("--gain-db", options.gain_db, "louder or softer")
       ->check(CLI::Range(-80.0, 40.0))
       ->capture_default_str();

@@ -63,7 +63,7 @@ RenderReport render(const Score& score, const Sound& sound, ToneFiles* tones,
     frame += static_cast<std::int64_t>(count);
   }
   return {static_cast<double>(frame) / sound.rate_hz, player.counts(), engine->counts().played,
-          engine->counts().stolen};
+          engine->counts().stolen, static_cast<double>(engine->counts().limited) / sound.rate_hz};
 }
 
 void render_tone_files(const std::string& folder, double rate_hz) {

@@ -23,6 +23,7 @@ struct RenderReport {
   EventCounts events;
   std::uint64_t played = 0;
   std::uint64_t stolen = 0;
+  double limited_s = 0.0;  ///< in which it was made softer to stay below full scale
 };
 
 /// Renders a score into `write`, from its beginning until all tones have died away. `tones` as in

@@ -122,12 +122,19 @@ double expected_rms(const Strike& strike, const Sound& sound) {
   return std::sqrt(power);
 }
 
+/// Amplitudes relative to each other: what is beyond this, either way, is no tone.
+constexpr double kMostPartial = 1e12;
+
 bool in_range(const ToneSound& tone) {
-  return tone.frequency_hz > 0.0 && tone.frequency_hz <= 2e4 && tone.decay_s > 0.0 &&
-         tone.decay_s <= 1000.0 && tone.level >= 0.0 && tone.level <= 1.0 && tone.lambda >= 0.0 &&
-         tone.lambda <= 1.0 && tone.glide_cents >= 0.0 && tone.glide_cents <= 1200.0 &&
-         tone.glide_decay_s >= 0.0 && tone.glide_decay_s <= 1000.0 && tone.inharmonicity >= 0.0 &&
-         tone.inharmonicity <= 0.1 && tone.partials.size() <= kMostPartials;
+  const bool partials_good = std::all_of(
+      tone.partials.begin(), tone.partials.end(),
+      [](float partial) { return std::abs(static_cast<double>(partial)) <= kMostPartial; });
+  return partials_good && tone.frequency_hz > 0.0 && tone.frequency_hz <= 2e4 &&
+         tone.decay_s > 0.0 && tone.decay_s <= 1000.0 && tone.level >= 0.0 && tone.level <= 1.0 &&
+         tone.lambda >= 0.0 && tone.lambda <= 1.0 && tone.glide_cents >= 0.0 &&
+         tone.glide_cents <= 1200.0 && tone.glide_decay_s >= 0.0 && tone.glide_decay_s <= 1000.0 &&
+         tone.inharmonicity >= 0.0 && tone.inharmonicity <= 0.1 &&
+         tone.partials.size() <= kMostPartials;
 }
 
 MidiNote note_of(const ToneSound& tone) {
@@ -176,7 +183,7 @@ std::optional<Strike> design_string(const ToneSound& tone, const Sound& sound) {
   if (onset_period - loop.filter_delay < kShortestDelay) return std::nullopt;
   design_excitation(tone, onset_period, strike.excitation);
   const double rms = expected_rms(strike, sound);
-  if (!(rms > 0.0)) return std::nullopt;
+  if (!(rms > 1.0 / kMostPartial)) return std::nullopt;
   strike.gain = sound.gain * tone.level * kLevelRms / rms;
   return strike;
 }

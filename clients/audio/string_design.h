@@ -13,9 +13,10 @@
 
 namespace hapticd::audio {
 
-/// Root mean square of the first kLevelWindow_s of a tone of level 1, full scale 1. Seven strings
-/// at once stay below full scale.
-inline constexpr double kLevelRms = 0.08;
+/// Root mean square of the first kLevelWindow_s of a tone of level 1, full scale 1. The peaks of
+/// the seven shipped recordings of level 1 add up to 0.875: at whatever instants they are plucked,
+/// their sum stays below the limiter's threshold.
+inline constexpr double kLevelRms = 0.0225;
 inline constexpr double kLevelWindow_s = 0.3;
 /// Decay times T_d after which a tone is over: -122 dB.
 inline constexpr double kLifeInDecays = 14.0;

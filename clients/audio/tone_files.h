@@ -1,7 +1,9 @@
 // Recorded tones: a folder with one sound file per string, NAME.wav or NAME.flac, NAME as in the
 // scene. A file is played at its own pitch when the string sounds as it was tuned, else faster or
 // slower. Its level is measured, so that recordings and computed strings of the same event are
-// equally loud. Samples are kept until the end of the program: voices read them. Not RT.
+// equally loud. A file of another sample rate is resampled, silence before the tone is cut off, and
+// one with samples that are no sound is refused. Samples are kept until the end of the program:
+// voices read them. Not RT.
 #pragma once
 
 #include <deque>
@@ -33,6 +35,8 @@ class ToneFiles {
   const ToneFile* find(const std::string& name);
   /// What is wrong with the files asked for so far, and what to do: one line each.
   [[nodiscard]] const std::vector<std::string>& problems() const noexcept { return problems_; }
+  /// What was changed of files that are played: one line each.
+  [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   [[nodiscard]] const std::filesystem::path& folder() const noexcept { return folder_; }
 
  private:
@@ -41,6 +45,7 @@ class ToneFiles {
   std::deque<ToneFile> files_;        ///< a deque: what voices point to never moves
   std::vector<std::string> refused_;  ///< names
   std::vector<std::string> problems_;
+  std::vector<std::string> notes_;
 };
 
 }  // namespace hapticd::audio

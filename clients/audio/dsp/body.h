@@ -30,6 +30,8 @@ class Body {
   explicit Body(const BodyFilter& filter) noexcept : filter_(filter) {}
   /// The next frame of its sound, for that of the strings.
   [[nodiscard]] double next(double strings) noexcept;
+  /// As if nothing had sounded yet.
+  void forget() noexcept { *this = Body(filter_); }
 
  private:
   /// A resonance that has died away is made exactly 0, since numbers below 1e-308 are slow.

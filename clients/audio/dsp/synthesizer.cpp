@@ -10,7 +10,7 @@ namespace {
 constexpr std::int32_t kNoString = -1;
 /// Gain below which a damped voice is over: 120 dB below a tone of level 1. Higher, and its end
 /// would click.
-constexpr double kInaudible = 1e-7;
+constexpr double kInaudible = 2.5e-8;
 
 }  // namespace
 
@@ -62,7 +62,10 @@ double Synthesizer::next(Voice& voice) noexcept {
   if (voice.left <= 0 || voice.gain < kInaudible || (voice.recorded && voice.recording.over())) {
     voice.used = false;
   }
-  return out;
+  if (is_sound(out)) return out;
+  voice.used = false;
+  ++broken_;
+  return 0.0;
 }
 
 void Synthesizer::render(std::span<float> out) noexcept {
@@ -73,7 +76,9 @@ void Synthesizer::render(std::span<float> out) noexcept {
       if (!voice.used) continue;
       (voice.recorded ? recordings : strings) += next(voice);
     }
-    frame = static_cast<float>(body_.next(strings) + recordings);
+    const double sum = body_.next(strings) + recordings;
+    if (!is_sound(sum)) body_.forget();
+    frame = limiter_.next(sum);
   }
 }
 

@@ -1,6 +1,7 @@
-// All tones that sound: a fixed number of voices, each a computed string or a recording, and the
-// body. The result does not depend on how the frames are divided into calls. RT: yes; no heap, the
-// object itself is 2 MB and belongs on the heap of its owner.
+// All tones that sound: a fixed number of voices, each a computed string or a recording, the body,
+// and the limiter behind them. A voice that gives no number any more is ended. The result does not
+// depend on how the frames are divided into calls. RT: yes; no heap, the object itself is 2 MB and
+// belongs on the heap of its owner.
 #pragma once
 
 #include <array>
@@ -9,6 +10,7 @@
 #include <span>
 
 #include "clients/audio/dsp/body.h"
+#include "clients/audio/dsp/limiter.h"
 #include "clients/audio/dsp/recorded_voice.h"
 #include "clients/audio/dsp/strike.h"
 #include "clients/audio/dsp/string_voice.h"
@@ -26,13 +28,17 @@ class Synthesizer {
   void start(const Strike& strike) noexcept;
   /// From the next frame on a string is damped, or rings freely again.
   void damp(const Damping& damping) noexcept;
-  /// The next frames.
+  /// The next frames, each a number within [-1, 1].
   void render(std::span<float> out) noexcept;
 
   /// Voices in use.
   [[nodiscard]] std::size_t sounding() const noexcept;
   /// Tones that were ended because there were too many.
   [[nodiscard]] std::uint64_t stolen() const noexcept { return stolen_; }
+  /// Tones that were ended because they gave no numbers.
+  [[nodiscard]] std::uint64_t broken() const noexcept { return broken_; }
+  /// Frames that the limiter made softer.
+  [[nodiscard]] std::uint64_t limited() const noexcept { return limiter_.limited(); }
 
  private:
   struct Voice {
@@ -47,11 +53,13 @@ class Synthesizer {
   };
 
   [[nodiscard]] Voice& free_voice() noexcept;
-  static double next(Voice& voice) noexcept;
+  double next(Voice& voice) noexcept;
 
   Body body_;
+  Limiter limiter_;
   std::array<Voice, kVoices> voices_{};
   std::uint64_t stolen_ = 0;
+  std::uint64_t broken_ = 0;
 };
 
 }  // namespace hapticd::audio

@@ -70,6 +70,8 @@ void Timeline::render(const FrameClock& clock, std::int64_t first_frame, std::sp
   }
   synthesizer_.render(out.subspan(static_cast<std::size_t>(done)));
   notes_.advance(static_cast<std::int32_t>(size), notes);
+  counts_.broken.store(synthesizer_.broken(), std::memory_order_relaxed);
+  counts_.limited.store(synthesizer_.limited(), std::memory_order_relaxed);
 }
 
 }  // namespace hapticd::audio

@@ -38,6 +38,8 @@ struct PlayCounts {
   std::atomic<std::uint64_t> late{0};      ///< of them, after their instant
   std::atomic<std::int64_t> latest_ns{0};  ///< by how much at most
   std::atomic<std::uint64_t> stolen{0};    ///< tones ended for others
+  std::atomic<std::uint64_t> broken{0};    ///< tones ended since they gave no numbers
+  std::atomic<std::uint64_t> limited{0};   ///< frames made softer
 };
 
 /// Orders that wait. More wait in the ring before it.

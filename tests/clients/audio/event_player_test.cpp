@@ -120,9 +120,14 @@ TEST_CASE("events that make no sense are counted, not played; so are those that 
   bad = tone(1);
   for (int i = 0; i < 65; ++i) bad.mutable_tone()->add_partials(1.0F);
   kept.player.play(bad, 0);
+  for (const float partial : {std::nanf(""), INFINITY, -3e38F, 1e-30F, 0.0F}) {
+    bad = tone(1);
+    bad.mutable_tone()->add_partials(partial);
+    kept.player.play(bad, 0);
+  }
   CHECK(kept.orders.empty());
-  CHECK_EQ(kept.player.counts().tones, 3);
-  CHECK_EQ(kept.player.counts().unplayable, 3);
+  CHECK_EQ(kept.player.counts().tones, 8);
+  CHECK_EQ(kept.player.counts().unplayable, 8);
   kept.room = 1;
   kept.player.play(tone(0), 0);
   kept.player.play(tone(0), 0);

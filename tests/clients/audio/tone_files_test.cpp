@@ -6,11 +6,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <sndfile.hh>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "clients/audio/audio_engine.h"
@@ -20,6 +23,7 @@
 #include "tests/clients/audio/played.h"
 #include "tests/clients/audio/temporary_folder.h"
 #include "tests/clients/audio/tone_measure.h"
+#include "tests/support/random.h"
 
 namespace hapticd::audio {
 namespace {
@@ -109,10 +113,117 @@ TEST_CASE("recordings of any level and the computed string are equally loud at t
   }
 }
 
-TEST_CASE("missing, short, silent, unreadable and wrong-rate files are named with the remedy") {
+TEST_CASE(
+    "a recording of any sample rate sounds at its pitch and level, at any rate of the output") {
+  const test::TemporaryFolder folder;
+  const int rates[] = {44100, 22050, 48000, 96000, 44101};
+  for (const int rate_hz : rates) {
+    write_sine(folder.path() / ("r" + std::to_string(rate_hz) + ".wav"), 98.0, 0.3, 1.5, rate_hz);
+  }
+  for (const double output_hz : {48000.0, 44100.0}) {
+    ToneFiles files(folder.path(), output_hz);
+    for (const int rate_hz : rates) {
+      const v1::Scene scene = scene_with("r" + std::to_string(rate_hz), 98.0);
+      const auto sound = heard(&files, scene, tone(98.0F, 0.5F), 1.2, output_hz);
+      CAPTURE(rate_hz);
+      const double pitch = test::frequency_near(sound, output_hz, 98.05, 0.1, 0.4, 0.4);
+      CHECK(std::abs(test::cents(pitch, 98.0)) < 0.01);
+      CHECK(test::rms(sound, output_hz, 0.0, kLevelWindow_s) ==
+            doctest::Approx(0.5 * kLevelRms).epsilon(2e-3));
+    }
+    CHECK(files.problems().empty());
+  }
+}
+
+namespace {
+
+/// A sine of 98 Hz and 1 s whose frame `at` is `value`, after `silence_s` of noise of that level.
+void write_marred(const std::filesystem::path& path, std::size_t at, float value,
+                  double silence_s = 0.0, float noise = 0.0F) {
+  test::SplitMix64 random(4);
+  std::vector<float> samples;
+  for (int i = 0; i < std::lround(silence_s * 48000); ++i)
+    samples.push_back(noise * static_cast<float>(random.uniform(-1.0, 1.0)));
+  for (int i = 0; i < 48000; ++i)
+    samples.push_back(
+        static_cast<float>(0.3 * std::cos(2.0 * std::numbers::pi * 98.0 * i / 48000)));
+  if (at < samples.size()) samples[at] = value;
+  SndfileHandle file(path.string(), SFM_WRITE, SF_FORMAT_WAV | SF_FORMAT_FLOAT, 1, 48000);
+  REQUIRE_EQ(file.writef(samples.data(), static_cast<sf_count_t>(samples.size())), samples.size());
+}
+
+constexpr std::size_t kNowhere = SIZE_MAX;
+
+}  // namespace
+
+TEST_CASE(
+    "a recording with a sample that is no sound is refused by name and place, wherever it is") {
+  const test::TemporaryFolder folder;
+  test::SplitMix64 random(30);
+  const float infinity = std::numeric_limits<float>::infinity();
+  const std::pair<float, const char*> values[] = {
+      {std::numeric_limits<float>::quiet_NaN(), "no sound, nan"},
+      {infinity, "no sound, inf"},
+      {-infinity, "no sound, -inf"},
+      {1e30F, "no sound, 1e+30"},
+      {-3e38F, "no sound, -3e+38"},
+      {1e9F, "stray sample"},
+      {300.0F, "stray sample"}};
+  int number = 0;
+  for (const auto& [value, words] : values) {
+    for (const std::size_t at : {std::size_t{0}, std::size_t{47999}, std::size_t{24000},
+                                 static_cast<std::size_t>(random.below(48000))}) {
+      const std::string name = "s" + std::to_string(number++);
+      write_marred(folder.path() / (name + ".wav"), at, value);
+      ToneFiles files(folder.path(), kRate_hz);
+      CHECK(files.find(name) == nullptr);
+      REQUIRE_EQ(files.problems().size(), 1);
+      CAPTURE(files.problems()[0]);
+      CHECK(files.problems()[0].find(name + ".wav: has a ") != std::string::npos);
+      CHECK(files.problems()[0].find(words) != std::string::npos);
+    }
+  }
+  // A hard click at the onset, and samples as integers of 32 bits, are sound.
+  write_marred(folder.path() / "click.wav", 5, 4.0F);
+  ToneFiles files(folder.path(), kRate_hz);
+  CHECK(files.find("click") != nullptr);
+}
+
+TEST_CASE("silence before a tone is cut off and said; a tone that begins at once stays as it is") {
+  const test::TemporaryFolder folder;
+  for (const float noise : {0.0F, 1e-4F, 2e-3F}) {
+    for (const double silence_s : {0.02, 0.1, 1.7}) {
+      const std::string name = "late" + std::to_string(silence_s) + std::to_string(noise);
+      write_marred(folder.path() / (name + ".wav"), kNowhere, 0.0F, silence_s, noise);
+      ToneFiles files(folder.path(), kRate_hz);
+      const v1::Scene scene = scene_with(name, 98.0);
+      const auto sound = heard(&files, scene, tone(98.0F, 1.0F), 0.9);
+      CAPTURE(name);
+      CHECK(files.problems().empty());
+      REQUIRE_EQ(files.notes().size(), 1);
+      CHECK(files.notes()[0].find(name + ".wav: begins with") != std::string::npos);
+      // A cosine stands at its peak at once; 1 ms is left before it.
+      const auto loud = std::find_if(sound.begin(), sound.end(), [](float frame) {
+        return std::abs(frame) > 0.5F * static_cast<float>(kLevelRms);
+      });
+      CHECK(loud - sound.begin() <= 49);
+      CHECK(test::rms(sound, kRate_hz, 0.0, kLevelWindow_s) ==
+            doctest::Approx(kLevelRms).epsilon(5e-3));
+    }
+  }
+  write_marred(folder.path() / "prompt.wav", kNowhere, 0.0F);
+  ToneFiles files(folder.path(), kRate_hz);
+  const ToneFile* const prompt = files.find("prompt");
+  REQUIRE(prompt != nullptr);
+  CHECK_EQ(prompt->samples.size(), 48000);
+  CHECK_EQ(prompt->samples[0], 0.3F);
+  CHECK(files.notes().empty());
+}
+
+TEST_CASE("missing, short, silent and unreadable files are named with the remedy") {
   const test::TemporaryFolder folder;
   write_sine(folder.path() / "short.wav", 98.0, 0.3, 0.4);
-  write_sine(folder.path() / "rate.wav", 98.0, 0.3, 1.0, 44100);
+  write_sine(folder.path() / "rate.wav", 98.0, 0.3, 1000.0, 100);
   write_sine(folder.path() / "silent.wav", 98.0, 0.0, 1.0);
   std::ofstream(folder.path() / "junk.wav") << "no sound at all";
   ToneFiles files(folder.path(), kRate_hz);
@@ -128,7 +239,7 @@ TEST_CASE("missing, short, silent, unreadable and wrong-rate files are named wit
     CHECK(text.find(part) != std::string::npos);
   };
   names(problem_of("short"), "short.wav: is too short: 0.40 s");
-  names(problem_of("rate"), "rate.wav: has 44100 Hz, the output 48000 Hz. Convert it: sox");
+  names(problem_of("rate"), "rate.wav: has a sample rate of 100 Hz");
   names(problem_of("silent"), "silent.wav: is silent");
   names(problem_of("junk"), "junk.wav: cannot be read");
   names(problem_of("absent"), "absent.wav: is missing");

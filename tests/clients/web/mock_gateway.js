@@ -54,7 +54,12 @@ function shifted(event, byNs) {
   return { item: { [kind]: { ...body, t_ns: body.t_ns + byNs } } };
 }
 
+/** As after Stop: a fault, whose cause says so. */
+const stopped = (event) => (event.state ? { state: { ...event.state, loop_state: 6, cause: v1.Cause.CAUSE_STOPPED } } : event);
+
 class Viewer {
+  stopped = false;
+
   constructor(socket) {
     Object.assign(this, { socket, sequence: 0, next: 0, startNs: nowNs(), fence: 0 });
     this.send({ welcome: { version: 'mock', control: true, source: 1, presentation_delay_s: 0.008 } });
@@ -79,7 +84,7 @@ class Viewer {
       const round = Math.floor(this.next / played.length), event = played[this.next % played.length];
       const byNs = this.startNs - first + round * lengthNs;
       if (instant(event) + byNs > nowNs()) return;
-      this.send(shifted(event, byNs));
+      this.send(this.stopped ? stopped(shifted(event, byNs)) : shifted(event, byNs));
       ++this.next;
     }
   }
@@ -91,6 +96,7 @@ class Viewer {
     if (!request.call) return;
     const call = request.call;
     const result = { item_id: request.id, code: 1 };
+    if (call.stop || call.clear) this.stopped = Boolean(call.stop);
     if (call.list_scenes) result.listing = { names: ['guqin', 'bunny', 'cabin'], descriptions: ['Guqin with a hand', 'A bunny and a frame', 'Pipes and cables'] };
     if (call.list_gestures) result.listing = { names: ['pluck_each', 'strum'], descriptions: [] };
     if (call.get_parameters) result.parameters = { values: [0, 1, 2].flatMap((i) => [{ path: `strings[${i}].tension_n`, number: 30 }, { path: `strings[${i}].youngs_modulus_pa`, number: 1.9e11 }, { path: `strings[${i}].decay_s`, number: 0.5 }]) };

@@ -9,8 +9,9 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 
 const CHROMIUM = '/usr/bin/chromium';
-const FLAGS = ['--no-sandbox', '--use-gl=angle', '--use-angle=gl-egl', '--ignore-gpu-blocklist', '--disable-background-networking', '--disable-quic',
-  '--no-first-run', '--disable-sync'];
+const FLAGS = ['--no-sandbox', '--disable-background-networking', '--disable-quic', '--no-first-run', '--disable-sync'];
+const WITH_3D = ['--use-gl=angle', '--use-angle=gl-egl', '--ignore-gpu-blocklist'];
+const WITHOUT_3D = ['--disable-gpu', '--disable-3d-apis'];
 const SKIPPED = 77; // SKIP_RETURN_CODE of ctest
 const START_MS = 60_000;
 const END_MS = 20_000;
@@ -139,8 +140,8 @@ export function freePort() {
   }));
 }
 
-/** Headless Chromium with a profile of its own, in `namespace` if there is one: {page, newPage(), end()}. */
-export async function startBrowser({ namespace = null } = {}) {
+/** Headless Chromium with a profile of its own, in `namespace` if there is one, with or without 3D drawing: {page, newPage(), end()}. */
+export async function startBrowser({ namespace = null, without3d = false } = {}) {
   const { chromium } = createRequire(join(process.env.HAPTICD_PAGE_SOURCE, 'package.json'))('playwright-core');
   const folder = mkdtempSync(join(tmpdir(), 'hapticd-viewer-'));
   let executablePath = CHROMIUM;
@@ -150,7 +151,7 @@ export async function startBrowser({ namespace = null } = {}) {
     chmodSync(executablePath, 0o755);
   }
   const browser = await chromium.launchPersistentContext(join(folder, 'profile'),
-    { executablePath, args: FLAGS, viewport: { width: 1280, height: 720 }, ignoreHTTPSErrors: true, timeout: START_MS });
+    { executablePath, args: [...FLAGS, ...(without3d ? WITHOUT_3D : WITH_3D)], viewport: { width: 1280, height: 720 }, ignoreHTTPSErrors: true, timeout: START_MS });
   browser.setDefaultTimeout(START_MS);
   const end = async () => {
     await browser.close();

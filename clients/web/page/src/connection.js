@@ -25,7 +25,14 @@ export class Connection {
   }
 
   open() {
-    const socket = this.makeSocket(this.address, subprotocols(this.token));
+    let socket;
+    try {
+      socket = this.makeSocket(this.address, subprotocols(this.token));
+    } catch (error) {
+      console.error(error);
+      this.#again();
+      return;
+    }
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => {
       this.#attempt = 0;
@@ -100,7 +107,11 @@ export class Connection {
     clearInterval(this.#ping);
     for (const { reject } of this.#waiting.values()) reject(new Error('the connection was lost before the answer'));
     this.#waiting.clear();
+    this.#again();
     this.handlers.closed();
+  }
+
+  #again() {
     setTimeout(() => this.open(), pauseMs(this.#attempt++));
   }
 }

@@ -1,5 +1,5 @@
 // The picture: canvas, camera, stereo, and the view of the scene that plays. Draws a frame whenever the browser asks for one, as long as
-// something may have moved.
+// something may have moved. A browser may take the drawing away and give it again: in between nothing is drawn, and it goes on.
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { CameraFlight, viewOf } from './drawing/camera_views.js';
 import { Labels, project } from './drawing/labels.js';
@@ -17,8 +17,9 @@ export class Picture {
   frames = 0;
   triangles = 0;
 
-  constructor(canvas, labelLayer, { high, motion, nowS }) {
-    Object.assign(this, { canvas, motion, nowS });
+  /** `lost(isLost)` hears that the browser takes the drawing away, or gives it again. Throws where there is no WebGL 2. */
+  constructor(canvas, labelLayer, { high, motion, nowS, lost = () => {} }) {
+    Object.assign(this, { canvas, motion, nowS, isLost: false });
     this.stage = new Stage(canvas, { high });
     this.labels = new Labels(labelLayer);
     this.assets = new AssetStore();
@@ -27,6 +28,12 @@ export class Picture {
     Object.assign(this.controls, { enableDamping: true, dampingFactor: 0.12, minDistance: 0.03, zoomSpeed: 0.8 });
     this.controls.addEventListener('start', () => { this.viewName = ''; });
     this.flight = new CameraFlight(this.stage.camera, this.controls);
+    // three.js asks for it back, and sends everything anew.
+    canvas.addEventListener('webglcontextlost', () => lost(this.isLost = true));
+    canvas.addEventListener('webglcontextrestored', () => {
+      this.stage.restore();
+      lost(this.isLost = false);
+    });
     this.options = { contacts: true, forces: true, depth: true, names: true, magnify: 1 };
   }
 
@@ -77,6 +84,7 @@ export class Picture {
   draw(state, ns) {
     if (this.stage.resize() && this.viewName && this.view) this.look(this.viewName, { atOnce: true });
     if (this.view && state) this.view.show(state, ns);
+    if (this.isLost) return;
     this.flight.step(this.nowS());
     if (this.following && !this.flight.flying) this.#follow();
     this.controls.update();

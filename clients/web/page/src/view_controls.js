@@ -21,6 +21,12 @@ export class ViewControls {
     this.#apply();
   }
 
+  /** Another picture, which is to look as the switches stand. */
+  use(picture) {
+    this.picture = picture;
+    this.#apply();
+  }
+
   #apply() {
     const { contacts, forces, depth, names, magnify, stereo } = this.#form.elements;
     Object.assign(this.picture.options, { contacts: contacts.checked, forces: forces.checked, depth: depth.checked, names: names.checked,

@@ -38,6 +38,11 @@ export class Session extends EventTarget {
     return result;
   }
 
+  /** Stops the force; {ok, text}. */
+  async stop() {
+    return sentence('stop', await this.ask({ stop: {} }));
+  }
+
   /** Has a recording of the gateway shown to all pages, or with an empty name the daemon. */
   async show(recording) {
     this.#say(recording ? 'replay' : 'live', await resultOf(this.#connection.show(recording)));

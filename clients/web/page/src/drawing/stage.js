@@ -55,6 +55,11 @@ export class Stage {
     maker.dispose();
   }
 
+  /** After the browser had taken the drawing away: what was drawn into a texture is drawn again. */
+  restore() {
+    if (this.high) this.#addReflections();
+  }
+
   #addTable() {
     const shade = document.createElement('canvas');
     shade.width = shade.height = 256;

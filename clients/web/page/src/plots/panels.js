@@ -1,8 +1,7 @@
 // The plots beside the picture: force, torque, penetration margin, ticks, energy. Rows come with every State; canvases are redrawn eight
-// times a second, which is all an eye reads.
-import uPlot from 'uplot';
+// times a second, which is all an eye reads. Where States were lost a line has a hole, and what stands between two holes is a dot.
 import 'uplot/dist/uPlot.min.css';
-import { LogHistogram, TimeSeries } from './series.js';
+import { LogHistogram, loneRows, sinceFirst, TimeSeries } from './series.js';
 
 const PLOT_PX = 104;
 const ROWS = 4096; // 10 s at 400 Hz
@@ -24,16 +23,21 @@ export class Panels {
 
   constructor(holder) {
     this.holder = holder;
-    for (const plot of PLOTS) {
-      this.#data.set(plot.id, new TimeSeries(plot.series.length, ROWS));
-      this.#plots.set(plot.id, this.#make(plot, timeOptions(plot, () => this.seconds)));
-    }
-    const ticks = { id: 'ticks', title: 'Time of a tick, µs' };
-    this.#plots.set('ticks', this.#make(ticks, histogramOptions(this.#ticks)));
-    new ResizeObserver(() => this.#fit()).observe(holder);
+    for (const plot of PLOTS) this.#data.set(plot.id, new TimeSeries(plot.series.length, ROWS));
   }
 
-  #make({ id, title }, options) {
+  /** Fetches what draws, and draws from then on; rows are taken before. */
+  async open() {
+    const { default: uPlot } = await import('uplot');
+    for (const plot of PLOTS) this.#plots.set(plot.id, this.#make(uPlot, plot, timeOptions(plot, () => this.seconds)));
+    const ticks = { id: 'ticks', title: 'Time of a tick, µs' };
+    this.#plots.set('ticks', this.#make(uPlot, ticks, histogramOptions(uPlot, this.#ticks)));
+    this.#fit();
+    if (typeof ResizeObserver === 'function') new ResizeObserver(() => this.#fit()).observe(this.holder);
+    else window.addEventListener('resize', () => this.#fit());
+  }
+
+  #make(uPlot, { id, title }, options) {
     const box = document.createElement('section');
     box.className = 'plot';
     box.dataset.plot = id;
@@ -57,28 +61,30 @@ export class Panels {
 
   /** Takes a State; `toolId` is the tool that is plotted. */
   add(state, toolId) {
+    if (state.part_index > 0) return; // other tools of the same tick
     const timeS = state.t_ns * 1e-9;
+    const add = (id, values) => this.#data.get(id).add(timeS, values, state.tick);
     const tool = state.tools.find((candidate) => candidate.tool_id === toolId) ?? state.tools[0];
     if (tool?.wrench_h_w.length === 6) {
       const [fx, fy, fz, tx, ty, tz] = tool.wrench_h_w;
-      this.#data.get('force').add(timeS, [fx, fy, fz, Math.hypot(fx, fy, fz)]);
-      this.#data.get('torque').add(timeS, [tx, ty, tz].map((value) => value * 1e3));
-      this.#data.get('margin').add(timeS, [tool.minimum_gap_m * 1e6]);
+      add('force', [fx, fy, fz, Math.hypot(fx, fy, fz)]);
+      add('torque', [tx, ty, tz].map((value) => value * 1e3));
+      add('margin', [tool.minimum_gap_m * 1e6]);
     }
     if (state.energy) {
       const port = state.energy.tools.find((energy) => energy.tool_id === toolId)?.port_j ?? 0;
-      this.#data.get('energy').add(timeS, [port, state.energy.strings_j, state.energy.tanks_j].map((value) => value * 1e3));
+      add('energy', [port, state.energy.strings_j, state.energy.tanks_j].map((value) => value * 1e3));
     }
     if (state.timing) this.#ticks.add(state.timing.last_ns * 1e-3);
   }
 
   /** Redraws what can be seen; `state` is the newest. */
   draw(state) {
-    if (this.holder.offsetParent === null) return;
+    if (this.#plots.size === 0 || this.holder.offsetParent === null) return;
     for (const [id, series] of this.#data) {
       const rows = series.window(this.seconds);
       // What has gone to the hand since the daemon started would dwarf what the strings hold.
-      if (id === 'energy') rows[1] = rows[1].map((value, _, all) => value - all[0]);
+      if (id === 'energy') rows[1] = sinceFirst(rows[1]);
       this.#plots.get(id).plot.setData(rows);
     }
     const edges = this.#ticks.counts.map((_, bin) => this.#ticks.edge(bin));
@@ -127,11 +133,16 @@ function timeOptions({ series, least }, seconds) {
     cursor: { show: false },
     scales: { x: { time: false, range: () => [-seconds(), 0] }, y: { range: rangeOf(least) } },
     axes: [axis({ size: 16, values: (_, ticks) => ticks.map((tick) => `${tick} s`) }), axis({ size: 40 })],
-    series: [{}, ...series.map(([label, stroke]) => ({ label, stroke, width: 1.25, points: { show: false } }))],
+    series: [{}, ...series.map(([label, stroke]) => ({ label, stroke, width: 1.25, points: { show: false, size: 3, fill: stroke, filter: loneDots } }))],
   };
 }
 
-function histogramOptions(histogram) {
+/** Indices of the rows that are dots, as uPlot asks for them: a line needs two pixels. */
+function loneDots({ data, scales, bbox }, index) {
+  return loneRows(data[0], data[index], (2 * (scales.x.max - scales.x.min)) / Math.max(1, bbox.width));
+}
+
+function histogramOptions(uPlot, histogram) {
   return {
     legend: { show: false },
     cursor: { show: false },
