@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -20,8 +21,8 @@ constexpr std::int64_t from_us(std::uint64_t us) noexcept {
   return static_cast<std::int64_t>(us) * 1000;
 }
 
-/// Commands of the loop have an even seq, those that stand in for them an odd one.
-constexpr std::uint16_t kRevokedSeqBit = 1;
+/// Place of seq in a command; the writer puts it in, +1 for each that goes out.
+constexpr std::uint8_t kSeqPlace = 2;
 
 template <typename Command>
 OutputReport output(const Command& command) noexcept {
@@ -79,7 +80,6 @@ void HidDevice::begin_anew() noexcept {
   has_state_ = false;
   echoed_ = false;
   enabling_ = Enabling::kOff;
-  sent_ = {};
 }
 
 ReadOutcome HidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept {
@@ -183,10 +183,10 @@ void HidDevice::add_flags(DeviceSample& sample) const noexcept {
 
 void HidDevice::note_echo_of(const StateReport& state, std::int64_t device_ns) noexcept {
   if (state.cmd_age == kOldestCommand) return;
-  const Sent& sent = sent_[state.cmd_seq / 2 % sent_.size()];
-  if (sent.seq != state.cmd_seq) return;
+  const std::optional<std::uint64_t> counter = writer_.sent(state.cmd_seq);
+  if (!counter) return;
   echoed_ = true;
-  note_echo(sent.counter, device_ns - from_us(10) * state.cmd_age, echo_);
+  note_echo(*counter, device_ns - from_us(10) * state.cmd_age, echo_);
 }
 
 void HidDevice::advance_enabling(bool wanted) noexcept {
@@ -224,21 +224,17 @@ bool HidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcep
   if (enabling_ != Enabling::kOn) report = CommandReport{};
   if (enabling_ == Enabling::kAsking || enabling_ == Enabling::kOn) report.flags = kCommandEnable;
   if (command.clear_faults) report.flags = kCommandClearFault;
-  report.seq = next_seq_;
   report.ref_seq = state_.seq;
-  sent_[report.seq / 2 % sent_.size()] = {report.seq, command.sample_counter};
-  next_seq_ = static_cast<std::uint16_t>(next_seq_ + 2);
-  // Another seq, so that it is new also to a device that has taken the command before.
-  CommandReport no_force;
-  no_force.seq = report.seq | kRevokedSeqBit;
   const bool stuck = writer_.stuck(now_ns);
   PostedCommand posted;
   AffineReport with_spring;
   const bool affine = finite && told_as_spring(told, report, with_spring);
   posted.reports.push_back(affine ? output(with_spring) : output(report));
-  posted.instead.push_back(output(no_force));
+  posted.instead.push_back(output(CommandReport{}));
   posted.posted_ns = now_ns;
   posted.attachment = attachment_;
+  posted.number_at = kSeqPlace;
+  posted.tag = command.sample_counter;
   // What takes force away is never out of date.
   if ((report.flags & kCommandEnable) != 0) posted.expires_ns = command.expires_ns;
   writer_.post(posted);

@@ -57,6 +57,7 @@ struct Loop {
     command.enable = enable;
     command.sample_counter = sample.counter - made_from_older;
     command.spring = spring;
+    command.expires_ns = clock_ns + kReadLate_ns + lives_for_ns;
     good = device->write(clock_ns + kReadLate_ns, command);
     if (outcome != ReadOutcome::kLost) plugged.wait_for(++commands);
   }
@@ -74,7 +75,8 @@ struct Loop {
   std::size_t commands = 0;
   DeviceSpring spring;
   std::uint64_t made_from_older = 0;  ///< samples before the newest that commands are made from
-  std::uint32_t late_us = 0;          ///< device time from its sample to its taking of the command
+  std::int64_t lives_for_ns = 1'000'000'000;
+  std::uint32_t late_us = 0;  ///< device time from its sample to its taking of the command
 };
 
 }  // namespace
@@ -115,6 +117,32 @@ TEST_CASE("no command has a force unless the newest state the loop has read says
     if (!enabled || !enable) REQUIRE(sent.force_un == std::array<std::int32_t, 3>{});
     loop.commands = loop.plugged.commands().size();
   }
+}
+
+TEST_CASE("whatever is sent, its seq is one more than that of the command before it") {
+  SplitMix64 random(12);
+  Loop loop(kHapHasVelocity | kHapCanAffine);
+  loop.spring = {{300.0, 500.0, 100.0, 20.0, 0.0, 0.0}, {0.2, 0.2, 0.2}};
+  bool enable = false;
+  for (std::int64_t k = scaled(20'000); k > 0; --k) {
+    if (random.chance(0.02)) enable = random.chance(0.8);
+    for (std::uint64_t zeros = random.chance(0.05) ? random.below(3) : 0; zeros > 0; --zeros) {
+      loop.device->write_zero(clock_ns + kReadLate_ns);
+    }
+    loop.lives_for_ns = random.chance(0.05) ? -kTick_ns : kTick_ns;
+    if (random.chance(0.001)) {
+      loop.device->detach();
+      loop.device->attach(loop.plugged.channel());
+    }
+    loop.tick(0.5, enable);
+    loop.commands = loop.plugged.commands().size();
+  }
+  const std::vector<hid::CommandReport> sent = loop.plugged.commands();
+  for (std::size_t k = 1; k < sent.size(); ++k) {
+    REQUIRE(sent[k].seq == static_cast<std::uint16_t>(sent[k - 1].seq + 1));
+  }
+  CHECK(loop.sample.measured_delay_s >= 0.0);
+  CHECK(loop.sample.measured_delay_s < 2e-3);
 }
 
 TEST_CASE("a device that takes ENABLE back gets none until the loop has let go") {
