@@ -40,6 +40,22 @@ int row_bound(const std::array<std::int16_t, 6>& k_npm) noexcept {
       {size(0) + size(3) + size(4), size(3) + size(1) + size(5), size(4) + size(5) + size(2)});
 }
 
+/// As the device reckons: K with 2 N/m more on the diagonal has no negative minor.
+bool is_semidefinite(const std::array<std::int16_t, 6>& k_npm) noexcept {
+  constexpr std::int64_t kRounded_npm = 2;
+  const std::int64_t xx = k_npm[0] + kRounded_npm;
+  const std::int64_t yy = k_npm[1] + kRounded_npm;
+  const std::int64_t zz = k_npm[2] + kRounded_npm;
+  const std::int64_t xy = k_npm[3];
+  const std::int64_t xz = k_npm[4];
+  const std::int64_t yz = k_npm[5];
+  const std::int64_t of_z = xx * yy - xy * xy;
+  const std::int64_t of_y = xx * zz - xz * xz;
+  const std::int64_t of_x = yy * zz - yz * yz;
+  const std::int64_t all = xx * of_x + 2 * xy * xz * yz - yy * xz * xz - zz * xy * xy;
+  return std::min({xx, yy, zz, of_x, of_y, of_z, all}) >= 0;
+}
+
 }  // namespace
 
 HidDevice::HidDevice(const DeviceProfile& profile, const Capabilities& capabilities,
@@ -212,7 +228,7 @@ bool HidDevice::told_as_spring(const DeviceCommand& command, const CommandReport
   const AffineGains gains{command.spring.K_D, {}, command.spring.Kr_D, {}};
   if (!to_affine(command, gains, report)) return false;
   report.base = base;
-  return row_bound(report.k_npm) <= capabilities_.k_max_npm;
+  return row_bound(report.k_npm) <= capabilities_.k_max_npm && is_semidefinite(report.k_npm);
 }
 
 bool HidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcept {
