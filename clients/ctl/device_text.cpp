@@ -198,6 +198,14 @@ std::string unchecked_text(const v1::DeviceInfo& info) {
          (info.tool_id() == 0 ? std::string() : " --tool " + std::to_string(info.tool_id()));
 }
 
+std::string no_force_text(const v1::DeviceInfo& info) {
+  const v1::Quantity& actuated = info.profile().actuated_axes();
+  const bool has_motors = actuated.value().empty() || actuated.value(0) > 0.0;
+  if (info.force_limit_n() > 0.0 || !has_motors) return {};
+  return format("device of tool %u: no force: the least of peak_force_n and --max-force is 0 N",
+                info.tool_id());
+}
+
 const v1::DeviceState* device_of(const v1::State& state, std::uint32_t tool_id) {
   for (const v1::DeviceState& device : state.devices()) {
     if (device.tool_id() == tool_id) return &device;

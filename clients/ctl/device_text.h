@@ -18,6 +18,9 @@ namespace hapticd::ctl {
 /// "0.3 N until its axes and signs are checked: hapticctl device check", or empty for one that is.
 [[nodiscard]] std::string unchecked_text(const v1::DeviceInfo& info);
 
+/// That a device with motors gives no force since its limit is 0; empty for one that gives some.
+[[nodiscard]] std::string no_force_text(const v1::DeviceInfo& info);
+
 /// The device of a tool in a State; null: there is none.
 [[nodiscard]] const v1::DeviceState* device_of(const v1::State& state, std::uint32_t tool_id);
 

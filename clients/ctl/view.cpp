@@ -136,14 +136,20 @@ void add_quality(const v1::State& state, std::vector<std::string>& lines) {
                          quality.qp_iterations(), quality.cut_short() ? "   cut short" : ""));
 }
 
+/// Share of the stiffness below which a hand hardly feels what it touches; the daemon warns of it.
+constexpr float kHardlyFelt = 0.05F;
+
 void add_rest(const View& view, std::vector<std::string>& lines) {
   const v1::State& state = view.state;
   for (const v1::StiffnessState& stiffness : state.stiffness()) {
     if (stiffness.scale() >= 1.0F) continue;
-    lines.push_back(format("stiffness of %s clamped to %.0f %%: the device bears %.0f N/m",
+    lines.push_back(format("stiffness of %s clamped to %.3g %%: the device bears %.3g N/m%s",
                            tool_name(view, stiffness.tool_id()).c_str(),
                            100.0 * static_cast<double>(stiffness.scale()),
-                           static_cast<double>(stiffness.bound_n_per_m())));
+                           static_cast<double>(stiffness.bound_n_per_m()),
+                           stiffness.scale() < kHardlyFelt
+                               ? "; hardly a force is felt, the log of hapticd says why"
+                               : ""));
   }
   add_quality(state, lines);
   for (const v1::GestureState& gesture : state.gestures()) {

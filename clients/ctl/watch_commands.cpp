@@ -49,7 +49,9 @@ void print_unchecked(client::Client& client, const GlobalOptions& options) {
   item.mutable_get_device_info();
   const v1::Result result = client.call(item, timeout_of(options));
   for (const v1::DeviceInfo& info : result.devices().devices()) {
-    if (!info.checked()) std::printf("%s\n", unchecked_text(info).c_str());
+    for (const std::string& notice : {unchecked_text(info), no_force_text(info)}) {
+      if (!notice.empty()) std::printf("%s\n", notice.c_str());
+    }
   }
 }
 

@@ -11,7 +11,7 @@ namespace hapticd {
 
 /// All zero: none.
 struct DeviceSpring {
-  std::array<double, 6> K_D{};  ///< symmetric: xx, yy, zz, xy, xz, yz, N/m
+  std::array<double, 6> K_D{};  ///< symmetric, positive semidefinite: xx, yy, zz, xy, xz, yz, N/m
   Array3 Kr_D{};                ///< about each axis, N m/rad, >= 0
 };
 static_assert(std::is_trivially_copyable_v<DeviceSpring>);

@@ -10,6 +10,28 @@ namespace {
 /// No coupling is stiffer, N/m and N m/rad: it only keeps products finite.
 constexpr double kStiffest = 1e9;
 
+/// Added to the diagonal, relative to the largest entry, before K is judged: what rounding makes of
+/// a spring along one direction is not refused. Smaller: the third minor of such a spring, its
+/// square, drowns in rounding; larger: a spring may push along a way by that share.
+constexpr double kSemidefinite = 1e-6;
+
+/// K gives nothing along any way: with kSemidefinite added all leading minors are above zero. The
+/// other ones need not be looked at then (Sylvester). Entries finite, relative to the largest one.
+bool gives_nothing(const std::array<double, 6>& K) noexcept {
+  double largest = 0.0;
+  for (const double entry : K) largest = std::max(largest, std::abs(entry));
+  if (!(largest > 0.0)) return true;
+  const double xx = K[0] / largest + kSemidefinite;
+  const double yy = K[1] / largest + kSemidefinite;
+  const double zz = K[2] / largest + kSemidefinite;
+  const double xy = K[3] / largest;
+  const double xz = K[4] / largest;
+  const double yz = K[5] / largest;
+  const double minor = xx * yy - xy * xy;
+  const double all = zz * minor - xx * yz * yz + xz * (2.0 * xy * yz - yy * xz);
+  return xx > 0.0 && minor > 0.0 && all > 0.0;
+}
+
 bool sound(const DeviceSpring& spring) noexcept {
   bool good = true;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -17,7 +39,7 @@ bool sound(const DeviceSpring& spring) noexcept {
     good = good && std::abs(spring.K_D[i + 3]) <= kStiffest;
     good = good && spring.Kr_D[i] >= 0.0 && spring.Kr_D[i] <= kStiffest;
   }
-  return good;
+  return good && gives_nothing(spring.K_D);
 }
 
 /// Largest share, up to 1, of a spring of `stiffness` that the hand at `speed` does not stretch by

@@ -3,7 +3,7 @@
 // the rate of its own servo. What the loop renders then neither ages by the delay nor stands still
 // between two ticks. Granted only for a wrench that nothing has limited, and so softly that until
 // the next command it can neither turn the force round nor take it past a limit. The observer of
-// the port goes by f0: K is symmetric and gives nothing over a cycle. Frames: D. RT: yes, about 10
+// the port goes by f0: K is symmetric and positive semidefinite, and gives nothing over a cycle. Frames: D. RT: yes, about 10
 // ns.
 #pragma once
 
@@ -34,7 +34,8 @@ struct SpringContext {
 ///   - over the horizon the hand at its present speed changes the force by no more than there is,
 ///     than is left below the peak, and than the slew lets it grow; likewise the torque.
 /// None at all unless the wrench is enabled at full gain and nothing has limited it, and where a
-/// number is not finite, a diagonal entry negative, or an entry beyond 1e9.
+/// number is not finite, a diagonal entry negative, an entry beyond 1e9, or K would push along some
+/// way: an eigenvalue below -1e-6 of the largest entry.
 [[nodiscard]] HD_REALTIME DeviceSpring grant_spring(const DeviceSpring& wanted,
                                                     const SpringContext& context) noexcept;
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/math/rotation.h"
 
@@ -54,16 +55,56 @@ WatchedInput bridge(const InputLimits& limits, bool refused, InputWatch& state) 
   return result;
 }
 
-/// The motion since the last good sample; none for the first.
-void find_motion(const WatchedSample& sample, const Pose& X_DH, const InputWatch& state,
+/// Reports that a gap in the counter stands for, at most: as many as a system queues. More says
+/// nothing of time.
+constexpr std::uint64_t kMostReports = 64;
+/// No device is slower, ns: it only keeps sums within range.
+constexpr std::int64_t kLongestReport_ns = 1'000'000'000;
+
+/// `by` >= 0 after `t_ns`, or the last instant there is.
+std::int64_t after(std::int64_t t_ns, std::int64_t by_ns) noexcept {
+  constexpr std::int64_t kLast_ns = std::numeric_limits<std::int64_t>::max();
+  return t_ns > kLast_ns - by_ns ? kLast_ns : t_ns + by_ns;
+}
+
+/// When the sample was made. Never before its own time, and a report interval after the one before
+/// for each that was made since: readings crowd, reports do not. At most two intervals past its own
+/// time, so that an interval stated too long does not run away and hide a speed.
+std::int64_t made_at(const WatchedSample& sample, const InputLimits& limits,
+                     const InputWatch& state) noexcept {
+  if (!state.has_pose) return sample.t_ns;
+  const std::int64_t interval_ns =
+      std::clamp<std::int64_t>(limits.report_interval_ns, 0, kLongestReport_ns);
+  const auto reports =
+      static_cast<std::int64_t>(std::min(sample.counter - state.counter, kMostReports));
+  return std::max(sample.t_ns, std::min(after(state.t_ns, reports * interval_ns),
+                                        after(sample.t_ns, 2 * interval_ns)));
+}
+
+/// The motion since the last good sample, until `made_ns`; none for the first.
+void find_motion(std::int64_t made_ns, const Pose& X_DH, const InputWatch& state,
                  WatchedInput& result) noexcept {
   if (!state.has_pose) return;
   result.displacement_D = {X_DH.p - state.X_DH.p, turned(X_DH.q, state.X_DH.q)};
-  if (sample.t_ns > state.t_ns) {
-    const double dt_s = (static_cast<double>(sample.t_ns) - static_cast<double>(state.t_ns)) * 1e-9;
+  if (made_ns > state.t_ns) {
+    const double dt_s = (static_cast<double>(made_ns) - static_cast<double>(state.t_ns)) * 1e-9;
     result.elapsed_s = dt_s;
     result.V_DH_D = {result.displacement_D.v / dt_s, result.displacement_D.w / dt_s};
   }
+}
+
+/// True when the motion just found, or what the device says of it, is too fast.
+bool is_too_fast(const WatchedSample& sample, const InputLimits& limits, const InputWatch& state,
+                 const WatchedInput& result) noexcept {
+  const double seen_speed = result.V_DH_D.v.norm();
+  const double told_speed = sample.has_velocity ? to_vector(sample.v_DH_D).norm() : 0.0;
+  // Whichever is faster: a wrong tachometer must not hide a jump, nor a held pose a speed.
+  const bool fast = !(std::max(seen_speed, told_speed) <= limits.velocity_trip);
+  if (!fast || !limits.loses_unseen) return fast;
+  const double lost_s = 1e-9 * static_cast<double>(limits.report_interval_ns);
+  const double at_least = result.displacement_D.v.norm() / (result.elapsed_s + lost_s);
+  return !(std::max(at_least, told_speed) <= limits.velocity_trip) ||
+         !(state.V_DH_D.v.norm() <= limits.velocity_trip);
 }
 
 /// True when the pose has repeated for too long under force.
@@ -95,20 +136,19 @@ WatchedInput watch(const WatchedSample& sample, double force_written, const Inpu
   WatchedInput result;
   result.usable = true;
   result.X_DH = {renormalised(to_quaternion(sample.q_DH)), to_vector(sample.p_DH)};
-  find_motion(sample, result.X_DH, state, result);
-  const double seen_speed = result.V_DH_D.v.norm();
-  if (sample.has_velocity) result.V_DH_D = {to_vector(sample.v_DH_D), to_vector(sample.w_DH_D)};
-  // Whichever is faster: a wrong tachometer must not hide a jump, nor a held pose a speed.
-  if (!(std::max(seen_speed, result.V_DH_D.v.norm()) <= limits.velocity_trip)) {
+  const std::int64_t made_ns = made_at(sample, limits, state);
+  find_motion(made_ns, result.X_DH, state, result);
+  if (is_too_fast(sample, limits, state, result)) {
     ++state.fast_total;
     result.fault = Cause::kVelocityTrip;
   }
+  if (sample.has_velocity) result.V_DH_D = {to_vector(sample.v_DH_D), to_vector(sample.w_DH_D)};
   if (is_stuck(sample, result.X_DH, force_written, limits, state)) {
     result.fault = Cause::kInputStuck;
   }
   state.X_DH = result.X_DH;
   state.V_DH_D = result.V_DH_D;
-  state.t_ns = sample.t_ns;
+  state.t_ns = made_ns;
   state.counter = sample.counter;
   state.has_pose = true;
   state.missed_ticks = 0;

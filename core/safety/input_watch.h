@@ -2,7 +2,8 @@
 // new, alive, not too fast. A bad or missing sample is bridged with the last good pose for at most
 // two ticks. Poses X_DH and twists V_DH_D in the device's base D. Also the displacement the
 // passivity observer integrates over: nothing is lost while a pose is held, the next good sample
-// has all of it. RT: yes, about 30 ns.
+// has all of it. Samples that carry the time of their reading are set apart by at least the time in
+// which the device makes them. RT: yes, about 30 ns.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +27,7 @@ inline constexpr double kMaxSamplePosition = 1e7;
 /// One sample as the device gave it, unchecked.
 struct WatchedSample {
   bool fresh = false;         ///< a sample came; false: all else is ignored
-  std::int64_t t_ns = 0;      ///< time of the sample
+  std::int64_t t_ns = 0;      ///< time of the sample, or of its reading
   std::uint64_t counter = 0;  ///< the device's own, must grow
   Array3 p_DH{};
   Array4 q_DH{1.0, 0.0, 0.0, 0.0};
@@ -38,6 +39,14 @@ struct WatchedSample {
 /// What to look for.
 struct InputLimits {
   double velocity_trip = 3.0;  ///< m/s; the profile's
+  /// From one report of the device to the next, ns, where samples carry the time of their reading:
+  /// a late tick and the next read two of them 0.1 ms apart that were made a whole report apart. 0:
+  /// the times are those of the samples themselves, and exact. Longer than it is: a speed shows one
+  /// sample late; shorter: a late tick looks like a fast hand.
+  std::int64_t report_interval_ns = 1'000'000;
+  /// The counter misses reports that were lost on the way. One of those makes one sample look twice
+  /// as fast, so a speed counts when it is too high even then, or twice in a row.
+  bool loses_unseen = false;
   /// Ticks without a new sample that are bridged, see bridged_ticks(). A scripted device under the
   /// virtual clock may stand still for as long as it likes: kAnyTicks.
   int stale_ticks = kHeldTicks;
@@ -59,9 +68,9 @@ inline constexpr int kAnyTicks = 1 << 30;
 
 /// Kept between ticks.
 struct InputWatch {
-  Pose X_DH;     ///< last good pose, unit quaternion
-  Twist V_DH_D;  ///< its velocity; zero while a pose is held
-  std::int64_t t_ns = 0;
+  Pose X_DH;              ///< last good pose, unit quaternion
+  Twist V_DH_D;           ///< its velocity; zero while a pose is held
+  std::int64_t t_ns = 0;  ///< when it was made, at most two report intervals after it was read
   std::uint64_t counter = 0;
   bool has_pose = false;
   int missed_ticks = 0;             ///< ticks without a good sample, in a row

@@ -14,18 +14,24 @@ double factor(double stiffness, double bound) noexcept {
   return stiffness <= bound ? 1.0 : bound / stiffness;
 }
 
+/// Largest translational stiffness, N/m.
+double translational_bound(const StiffnessLimits& limits, double lag_s) noexcept {
+  const auto by_damping = [&](double damping) {
+    return kStiffnessShare * (damping + limits.coupling_damping) / lag_s;
+  };
+  const double promise = limits.stiffness_max.value_or(std::numeric_limits<double>::infinity());
+  if (limits.damping > 0.0) return std::min(by_damping(limits.damping), promise);
+  if (!limits.stiffness_max) return by_damping(kLeastDamping);
+  return std::max(kStiffnessShare * promise, std::min(by_damping(0.0), promise));
+}
+
 }  // namespace
 
 StiffnessGrant grant_stiffness(const DeviceStiffness& wanted,
                                const StiffnessLimits& limits) noexcept {
   StiffnessGrant grant;
   const double lag_s = limits.period_s / 2.0 + limits.delay_s;
-  const double damping = limits.damping + limits.coupling_damping;
-  if (damping > 0.0) {
-    grant.bound = std::min(kStiffnessShare * damping / lag_s, limits.stiffness_max);
-  } else if (std::isfinite(limits.stiffness_max)) {
-    grant.bound = kStiffnessShare * limits.stiffness_max;
-  }
+  grant.bound = translational_bound(limits, lag_s);
   grant.rotational_bound = limits.rotational_damping > 0.0
                                ? kStiffnessShare * limits.rotational_damping / lag_s
                                : std::numeric_limits<double>::infinity();

@@ -1,13 +1,13 @@
 // Largest stiffness that a device renders stably: half of (b + B) / (T/2 + t_d), hands off being
 // the worst case (Colgate and Schenkel 1997, "Passivity of a class of sampled-data systems", with
 // the delay added to the hold). One factor scales kt, kr, kc and k_v together, so that a clamped
-// world is softer, not different. Also the estimate of the delay t_d from measured times. SI. RT:
-// yes.
+// world is softer, not different. What is not stated of a device is not 0: it leaves the bound to
+// what is. Also the estimate of the delay t_d from measured times. SI. RT: yes.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <limits>
+#include <optional>
 
 #include "core/math/realtime.h"
 
@@ -16,15 +16,18 @@ namespace hapticd {
 /// Share of the stable stiffness that is granted. Nearer to 1: contact rings with hands off.
 inline constexpr double kStiffnessShare = 0.5;
 
+/// Damping of a device of which neither that nor a stiffness is known, N s/m: that of the least
+/// damped handles. Larger: such a device may ring; smaller: it gives no force to speak of.
+inline constexpr double kLeastDamping = 0.1;
+
 /// What the device can bear; profile data but for the delay and the period.
 struct StiffnessLimits {
-  double damping = 1.0;              ///< b of the device, N s/m; 0: unknown, see stiffness_max
-  double rotational_damping = 1e-3;  ///< of the device, N m s/rad; 0: unknown, no limit to rotation
+  double damping = 1.0;              ///< b of the device, N s/m; 0: unknown
+  double rotational_damping = 1e-3;  ///< of the device, N m s/rad; 0: no limit to rotation
   double coupling_damping = 0.0;     ///< B, N s/m
-  double stiffness_max =
-      std::numeric_limits<double>::infinity();  ///< the maker's promise, N/m; infinite: none
-  double period_s = 1e-3;                       ///< T
-  double delay_s = 0.0;                         ///< t_d from sample to force
+  std::optional<double> stiffness_max;  ///< the maker's promise, N/m; empty: none was given
+  double period_s = 1e-3;               ///< T
+  double delay_s = 0.0;                 ///< t_d from sample to force
 };
 
 /// Stiffness as the device feels it: translational ones times workspace scale and force gain, the
@@ -44,9 +47,10 @@ struct StiffnessGrant {
 };
 
 /// The largest scale at which no stiffness exceeds its bound. The bound is half of
-/// (b + B) / (T/2 + t_d), never above stiffness_max, and half of stiffness_max where b and B are
-/// not known; 0, and so the smallest scale, where nothing is known. Stiffnesses that are not finite
-/// or negative give the smallest scale, kMinStiffnessScale.
+/// (b + B) / (T/2 + t_d), and no more than the maker's promise. Where b is unknown it is half of
+/// B / (T/2 + t_d) or half of the promise, whichever is more; without a promise b counts as
+/// kLeastDamping. Stiffnesses that are not finite or negative give the smallest scale,
+/// kMinStiffnessScale.
 [[nodiscard]] HD_REALTIME StiffnessGrant grant_stiffness(const DeviceStiffness& wanted,
                                                          const StiffnessLimits& limits) noexcept;
 

@@ -78,6 +78,17 @@ static_assert(std::is_trivially_copyable_v<DeviceProfile>);
   return driver == DeviceDriver::kHid || driver == DeviceDriver::kPid;
 }
 
+/// True for devices that do not tell when a sample was made, nor that one was lost.
+[[nodiscard]] constexpr bool has_no_clock(DeviceDriver driver) noexcept {
+  return driver == DeviceDriver::kPid;
+}
+
+/// From one report of the device to the next, ns, at least 1.
+[[nodiscard]] constexpr std::int64_t report_interval_ns(const DeviceProfile& profile) noexcept {
+  const double interval_ns = 1e9 / profile.report_rate;
+  return interval_ns >= 1.0 && interval_ns <= 1e9 ? static_cast<std::int64_t>(interval_ns) : 1;
+}
+
 /// True where poses of the handle come from data and force is only recorded, never felt.
 [[nodiscard]] constexpr bool follows_data(DeviceDriver driver) noexcept {
   return driver == DeviceDriver::kScripted || driver == DeviceDriver::kReplay;

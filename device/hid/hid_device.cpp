@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -20,8 +21,8 @@ constexpr std::int64_t from_us(std::uint64_t us) noexcept {
   return static_cast<std::int64_t>(us) * 1000;
 }
 
-/// Commands of the loop have an even seq, those that stand in for them an odd one.
-constexpr std::uint16_t kRevokedSeqBit = 1;
+/// Place of seq in a command; the writer puts it in, +1 for each that goes out.
+constexpr std::uint8_t kSeqPlace = 2;
 
 template <typename Command>
 OutputReport output(const Command& command) noexcept {
@@ -37,6 +38,22 @@ int row_bound(const std::array<std::int16_t, 6>& k_npm) noexcept {
   const auto size = [&](std::size_t entry) { return std::abs(int{k_npm[entry]}); };
   return std::max(
       {size(0) + size(3) + size(4), size(3) + size(1) + size(5), size(4) + size(5) + size(2)});
+}
+
+/// As the device reckons: K with 2 N/m more on the diagonal has no negative minor.
+bool is_semidefinite(const std::array<std::int16_t, 6>& k_npm) noexcept {
+  constexpr std::int64_t kRounded_npm = 2;
+  const std::int64_t xx = k_npm[0] + kRounded_npm;
+  const std::int64_t yy = k_npm[1] + kRounded_npm;
+  const std::int64_t zz = k_npm[2] + kRounded_npm;
+  const std::int64_t xy = k_npm[3];
+  const std::int64_t xz = k_npm[4];
+  const std::int64_t yz = k_npm[5];
+  const std::int64_t of_z = xx * yy - xy * xy;
+  const std::int64_t of_y = xx * zz - xz * xz;
+  const std::int64_t of_x = yy * zz - yz * yz;
+  const std::int64_t all = xx * of_x + 2 * xy * xz * yz - yy * xz * xz - zz * xy * xy;
+  return std::min({xx, yy, zz, of_x, of_y, of_z, all}) >= 0;
 }
 
 }  // namespace
@@ -79,7 +96,6 @@ void HidDevice::begin_anew() noexcept {
   has_state_ = false;
   echoed_ = false;
   enabling_ = Enabling::kOff;
-  sent_ = {};
 }
 
 ReadOutcome HidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept {
@@ -183,10 +199,10 @@ void HidDevice::add_flags(DeviceSample& sample) const noexcept {
 
 void HidDevice::note_echo_of(const StateReport& state, std::int64_t device_ns) noexcept {
   if (state.cmd_age == kOldestCommand) return;
-  const Sent& sent = sent_[state.cmd_seq / 2 % sent_.size()];
-  if (sent.seq != state.cmd_seq) return;
+  const std::optional<std::uint64_t> counter = writer_.sent(state.cmd_seq);
+  if (!counter) return;
   echoed_ = true;
-  note_echo(sent.counter, device_ns - from_us(10) * state.cmd_age, echo_);
+  note_echo(*counter, device_ns - from_us(10) * state.cmd_age, echo_);
 }
 
 void HidDevice::advance_enabling(bool wanted) noexcept {
@@ -212,7 +228,7 @@ bool HidDevice::told_as_spring(const DeviceCommand& command, const CommandReport
   const AffineGains gains{command.spring.K_D, {}, command.spring.Kr_D, {}};
   if (!to_affine(command, gains, report)) return false;
   report.base = base;
-  return row_bound(report.k_npm) <= capabilities_.k_max_npm;
+  return row_bound(report.k_npm) <= capabilities_.k_max_npm && is_semidefinite(report.k_npm);
 }
 
 bool HidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcept {
@@ -224,21 +240,17 @@ bool HidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcep
   if (enabling_ != Enabling::kOn) report = CommandReport{};
   if (enabling_ == Enabling::kAsking || enabling_ == Enabling::kOn) report.flags = kCommandEnable;
   if (command.clear_faults) report.flags = kCommandClearFault;
-  report.seq = next_seq_;
   report.ref_seq = state_.seq;
-  sent_[report.seq / 2 % sent_.size()] = {report.seq, command.sample_counter};
-  next_seq_ = static_cast<std::uint16_t>(next_seq_ + 2);
-  // Another seq, so that it is new also to a device that has taken the command before.
-  CommandReport no_force;
-  no_force.seq = report.seq | kRevokedSeqBit;
   const bool stuck = writer_.stuck(now_ns);
   PostedCommand posted;
   AffineReport with_spring;
   const bool affine = finite && told_as_spring(told, report, with_spring);
   posted.reports.push_back(affine ? output(with_spring) : output(report));
-  posted.instead.push_back(output(no_force));
+  posted.instead.push_back(output(CommandReport{}));
   posted.posted_ns = now_ns;
   posted.attachment = attachment_;
+  posted.number_at = kSeqPlace;
+  posted.tag = command.sample_counter;
   // What takes force away is never out of date.
   if ((report.flags & kCommandEnable) != 0) posted.expires_ns = command.expires_ns;
   writer_.post(posted);

@@ -85,11 +85,6 @@ class HidDevice final : public HapticDevice {
     kOn,       ///< ENABLE and the wrench
     kDropped,  ///< the device took it back: nothing until the loop has let go
   };
-  /// A command on its way, by its seq.
-  struct Sent {
-    std::uint16_t seq = 1;  ///< odd: none
-    std::uint64_t counter = 0;
-  };
 
   [[nodiscard]] Waited wait(std::int64_t until_ns) noexcept;
   HD_REALTIME Drained gather() noexcept;
@@ -124,10 +119,8 @@ class HidDevice final : public HapticDevice {
   std::uint64_t counter_ = 0;   ///< of the newest sample
   std::uint64_t seq_base_ = 0;  ///< unwrapped seq less counter
   std::int64_t t_ns_ = 0;       ///< of the newest sample
-  std::uint16_t next_seq_ = 2;  ///< of a command, even
   bool echoed_ = false;         ///< the device has told of a command of ours
   Enabling enabling_ = Enabling::kOff;
-  std::array<Sent, 256> sent_{};  ///< by seq / 2, modulo
 
   std::array<std::atomic<std::uint64_t>, 6> counts_{};  ///< as HidCounters
   ReportWriter writer_;

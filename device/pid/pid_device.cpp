@@ -38,7 +38,10 @@ double centred(const BitField& axis, std::span<const std::uint8_t> report) noexc
 
 PidDevice::PidDevice(const DeviceProfile& profile, const PidSettings& settings,
                      ReportWriter::Clock clock)
-    : profile_(profile), settings_(settings), writer_(clock) {}
+    : profile_(profile),
+      settings_(settings),
+      interval_ns_(report_interval_ns(profile)),
+      writer_(clock) {}
 
 void PidDevice::attach(const ReportChannel& channel, const EffectBlocks& blocks) {
   detach();
@@ -67,6 +70,7 @@ ReadOutcome PidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept 
   if (attachment_ != gate_.attachment()) {
     attachment_ = gate_.attachment();
     has_sample_ = false;
+    report_time_ = {};
     enabled_ = saturated_ = false;
   }
   const ReadOutcome outcome = writer_.failed() ? ReadOutcome::kLost : drain(now_ns, sample);
@@ -91,16 +95,21 @@ ReadOutcome PidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept
   if (fresh == 0) return ReadOutcome::kNothing;
   counts_[kSuperseded].fetch_add(fresh - 1, std::memory_order_relaxed);
   counts_[kSamples].fetch_add(1, std::memory_order_relaxed);
-  take(std::span(newest).first(form.bytes), now_ns, sample);
+  // Another channel's last report may lie within what the first one of this is given.
+  const std::int64_t made_ns =
+      made_at(now_ns, static_cast<std::int64_t>(fresh), interval_ns_, report_time_);
+  sample.t_ns = std::max(last_.t_ns, made_ns);
+  sample.counter = last_.counter + fresh;
+  take(std::span(newest).first(form.bytes), sample);
   return ReadOutcome::kFresh;
 }
 
-void PidDevice::take(std::span<const std::uint8_t> report, std::int64_t now_ns,
-                     DeviceSample& sample) noexcept {
+/// Fills in all but time and counter, which `sample` has.
+void PidDevice::take(std::span<const std::uint8_t> report, DeviceSample& sample) noexcept {
   const PidLayout::Input& input = settings_.layout.input;
   DeviceSample fresh;
-  fresh.t_ns = now_ns;
-  fresh.counter = last_.counter + 1;
+  fresh.t_ns = sample.t_ns;
+  fresh.counter = sample.counter;
   fresh.p_DH =
       position_in_base(settings_.axes, {centred(input.x, report), centred(input.y, report), 0.0});
   if (has_sample_) difference_velocity(last_, fresh);

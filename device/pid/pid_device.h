@@ -2,9 +2,10 @@
 // descriptor tells), as the loop sees it. Experimental: no such device was tried. The class knows
 // no watchdog: when this process dies while a force is on, the device keeps pushing. Therefore no
 // force beyond the peak of the profile leaves here, whatever is asked for, and detach() and every
-// end of the loop send zero. It tells neither time nor which command it obeys: samples have the
-// time of their reading and there is no measured delay. Frames: device_sample.h; the axes by
-// AxisMapping, raw z does not exist and stays 0. RT: the functions of HapticDevice.
+// end of the loop send zero. It tells neither time nor which command it obeys: when a sample was
+// made is found from when it was read (report_time.h), and there is no measured delay. Frames:
+// device_sample.h; the axes by AxisMapping, raw z does not exist and stays 0. RT: the functions of
+// HapticDevice.
 #pragma once
 
 #include <array>
@@ -15,6 +16,7 @@
 #include "device/api/haptic_device.h"
 #include "device/pid/pid_layout.h"
 #include "device/pid/pid_reports.h"
+#include "device/pid/report_time.h"
 #include "device/report_io/reader_gate.h"
 #include "device/report_io/report_channel.h"
 #include "device/report_io/report_writer.h"
@@ -59,12 +61,12 @@ class PidDevice final : public HapticDevice {
 
  private:
   HD_REALTIME ReadOutcome drain(std::int64_t now_ns, DeviceSample& sample) noexcept;
-  HD_REALTIME void take(std::span<const std::uint8_t> report, std::int64_t now_ns,
-                        DeviceSample& sample) noexcept;
+  HD_REALTIME void take(std::span<const std::uint8_t> report, DeviceSample& sample) noexcept;
   HD_REALTIME Array3 magnitudes(const DeviceCommand& command) noexcept;
 
   DeviceProfile profile_;
   PidSettings settings_;
+  std::int64_t interval_ns_;  ///< from one report to the next
   ReportChannel channel_;
   ReaderGate gate_;
   bool attached_ = false;                 ///< of the thread that attaches
@@ -75,6 +77,7 @@ class PidDevice final : public HapticDevice {
   bool has_sample_ = false;
   bool enabled_ = false;
   bool saturated_ = false;
+  ReportTime report_time_;
   DeviceSample last_;
 
   std::array<std::atomic<std::uint64_t>, 4> counts_{};  ///< as PidCounters

@@ -8,6 +8,14 @@
 #include <system_error>
 
 namespace hapticd {
+namespace {
+
+constexpr unsigned kNumberBits = 16;
+constexpr unsigned kByteBits = 8;
+/// Tag of a number that no command has gone out with, or only what stands for one.
+constexpr std::uint64_t kNoTag = ~std::uint64_t{0} >> kNumberBits;
+
+}  // namespace
 
 ReportWriter::ReportWriter(Clock clock) : clock_(clock), event_(eventfd(0, EFD_CLOEXEC)) {
   if (event_ < 0) throw std::system_error(errno, std::generic_category(), "eventfd");
@@ -25,6 +33,7 @@ void ReportWriter::attach(const ReportChannel& channel, std::uint32_t attachment
   const std::lock_guard lock(channel_mutex_);
   channel_ = channel;
   attachment_ = attachment;
+  for (auto& sent : sent_) sent.store(kNoTag << kNumberBits, std::memory_order_relaxed);
   failed_.store(false, std::memory_order_relaxed);
 }
 
@@ -61,11 +70,31 @@ bool ReportWriter::stuck(std::int64_t now_ns) noexcept {
   return now_ns - waiting_since_ns_ > kStuckAfter_ns;
 }
 
-void ReportWriter::send(const OutputReports& reports, std::uint32_t attachment) {
+std::optional<std::uint64_t> ReportWriter::sent(std::uint16_t number) const noexcept {
+  const std::uint64_t entry = sent_[number % kNumberedCommands].load(std::memory_order_relaxed);
+  const bool same = static_cast<std::uint16_t>(entry) == number;
+  if (!same || entry >> kNumberBits == kNoTag) return std::nullopt;
+  return entry >> kNumberBits;
+}
+
+/// Puts the next number into `reports`, and remembers it before the device can tell of it.
+void ReportWriter::number(const PostedCommand& command, bool instead, OutputReports& reports) {
+  const std::uint16_t number = next_number_++;
+  for (OutputReport& report : reports) {
+    report.bytes[command.number_at] = static_cast<std::uint8_t>(number);
+    report.bytes[command.number_at + 1U] = static_cast<std::uint8_t>(number >> kByteBits);
+  }
+  const std::uint64_t tag = instead ? kNoTag : command.tag;
+  sent_[number % kNumberedCommands].store(tag << kNumberBits | number, std::memory_order_relaxed);
+}
+
+void ReportWriter::send(const PostedCommand& command, bool instead) {
   const std::lock_guard lock(channel_mutex_);
-  if (attachment != attachment_) return;
+  if (command.attachment != attachment_ || channel_.write == nullptr || failed()) return;
+  OutputReports reports = instead ? command.instead : command.reports;
+  if (command.number_at != 0) number(command, instead, reports);
   for (const OutputReport& report : reports) {
-    if (channel_.write == nullptr || failed()) return;
+    if (failed()) return;
     if (channel_.write(channel_.output, report.bytes.data(), report.length) < 0) {
       failed_.store(true, std::memory_order_relaxed);
     }
@@ -82,9 +111,9 @@ void ReportWriter::run() {
     const PostedCommand& command = slot_.latest();
     const std::int64_t revoked_ns = revoked_ns_.load();
     if (command.posted_ns <= revoked_ns) {
-      if (fresh || obeyed_ns != revoked_ns) send(command.instead, command.attachment);
+      if (fresh || obeyed_ns != revoked_ns) send(command, true);
     } else if (fresh) {
-      send(clock_() < command.expires_ns ? command.reports : command.instead, command.attachment);
+      send(command, clock_() >= command.expires_ns);
     }
     obeyed_ns = revoked_ns;
     done_ns_.store(command.posted_ns, std::memory_order_relaxed);

@@ -1,7 +1,9 @@
 // The thread that sends commands to a device, so that the loop never waits for USB: a slot that
 // holds the newest command, and an eventfd that says there is one. A device that takes no reports
 // blocks this thread for seconds and nobody else. A command that is no longer true when its turn
-// comes is replaced by what it names instead. RT: post, revoke and stuck; the thread is not.
+// comes is replaced by what it names instead. Where a device counts its commands, the number is put
+// in when one goes out: those that were overtaken in the slot leave no gap, and a zero that takes
+// force back later has a number of its own. RT: post, revoke, stuck and sent; the thread is not.
 #pragma once
 
 #include <array>
@@ -9,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "core/math/fixed_vector.h"
@@ -25,6 +28,9 @@ inline constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::min
 /// Output reports that make one command, at most: one for each axis of a device of the PID class.
 inline constexpr std::size_t kMostReportsPerCommand = 3;
 
+/// Commands whose number is remembered: a device's echo is at most so many commands old.
+inline constexpr std::size_t kNumberedCommands = 256;
+
 /// One output report, ID first.
 struct OutputReport {
   std::array<std::uint8_t, kLongestReport> bytes{};
@@ -39,6 +45,9 @@ struct PostedCommand {
   std::int64_t posted_ns = kNever_ns;
   std::int64_t expires_ns = std::numeric_limits<std::int64_t>::max();
   std::uint32_t attachment = 0;  ///< it was made for, as the reader's gate counts them
+  /// Place in every report of the command's number, 16 bits, least first; 0: there is none.
+  std::uint8_t number_at = 0;
+  std::uint64_t tag = 0;  ///< what sent() tells of it, below 2^48 - 1
 };
 
 class ReportWriter {
@@ -71,12 +80,16 @@ class ReportWriter {
   [[nodiscard]] HD_REALTIME bool failed() const noexcept {
     return failed_.load(std::memory_order_relaxed);
   }
+  /// The tag of the command that went out with this number since attach(), itself and not what it
+  /// names instead. Any thread.
+  [[nodiscard]] HD_REALTIME std::optional<std::uint64_t> sent(std::uint16_t number) const noexcept;
   /// For its policy.
   [[nodiscard]] std::thread& thread() noexcept { return thread_; }
 
  private:
   void run();
-  void send(const OutputReports& reports, std::uint32_t attachment);
+  void send(const PostedCommand& command, bool instead);
+  void number(const PostedCommand& command, bool instead, OutputReports& reports);
   HD_REALTIME void wake() const noexcept;
 
   TripleBuffer<PostedCommand> slot_;  ///< first, for its cache lines
@@ -92,6 +105,9 @@ class ReportWriter {
   std::mutex channel_mutex_;               ///< not the loop's
   ReportChannel channel_;
   std::uint32_t attachment_ = 0;  ///< what channel_ is for
+  std::uint16_t next_number_ = 1;
+  /// By number, modulo: its tag, and below it in 16 bits the number.
+  std::array<std::atomic<std::uint64_t>, kNumberedCommands> sent_{};
   std::thread thread_;
 };
 

@@ -260,6 +260,7 @@ void Daemon::take_snapshots(std::int64_t now_ns) {
       measured_delays_[k] = snapshot->tools[k].measured_delay;
     }
     note_no_force(*snapshot);
+    watch_forces(*snapshot);
     follow_budget(*snapshot);
     if (virtual_time_) add_state(*snapshot, on_air(snapshot->scene_id).index, hash_);
     server_->offer_tick(snapshot->tick, snapshot->scene_id, now_ns);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "server/daemon/daemon_options.h"
+#include "server/daemon/force_watch.h"
 #include "server/daemon/quality_governor.h"
 #include "server/daemon/recording.h"
 #include "server/daemon/replay_run.h"
@@ -186,6 +187,7 @@ class Daemon {
   void attach_devices();
   [[nodiscard]] PaceSource pace_source() const;
   [[nodiscard]] v1::DeviceInfo device_info(std::size_t k) const;
+  void watch_forces(const Snapshot& snapshot);
   /// Null: that of the tool is inside the process.
   [[nodiscard]] const OutsideDevice* outside_of(std::uint32_t tool_id) const;
 
@@ -251,6 +253,7 @@ class Daemon {
   std::uint64_t change_tick_ = 0;  ///< of the last change of parameters
   bool reload_waits_ = false;      ///< the scene is to be loaded anew, once nothing else is
   bool swapping_ = false;          ///< a scene waits for the loop to take it
+  ForceWatch force_watch_;
   std::array<double, kMaxTools> stiffness_bounds_{};  ///< granted, N/m
   std::array<double, kMaxTools> measured_delays_{};   ///< by drivers, s; NaN or 0: not measured
 };

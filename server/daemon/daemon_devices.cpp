@@ -2,6 +2,8 @@
 // any device. See daemon.h.
 #include "server/daemon/daemon.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 
 namespace hapticd {
@@ -68,6 +70,19 @@ v1::DeviceInfo Daemon::device_info(std::size_t k) const {
     info.set_calibration_progress(status.progress);
   }
   return info;
+}
+
+// A replay feels nothing.
+void Daemon::watch_forces(const Snapshot& snapshot) {
+  if (replay_) return;
+  for (std::size_t k = 0; k < snapshot.tools.size(); ++k) {
+    const ToolReading& tool = snapshot.tools[k];
+    const auto line =
+        force_watch_.look(snapshot.scene_id, k,
+                          {tool.tool_id, tool.stiffness_scale, tool.stiffness_bound, tool.delay},
+                          device_of(player_, tool.tool_id).profile.profile, player_.max_force);
+    if (line) spdlog::warn("{}", *line);
+  }
 }
 
 }  // namespace hapticd

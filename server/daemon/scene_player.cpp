@@ -2,11 +2,11 @@
 #include "server/daemon/scene_player.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "device/simulated/device_factory.h"
+#include "server/haptic_loop/device_limits.h"
 #include "server/haptic_loop/settings_change.h"
 #include "server/scene_io/gesture_motion.h"
 
@@ -24,17 +24,6 @@ SafetyLimits limits_of(const DeviceProfile& profile, const PlayerOptions& option
   limits.passivity.damping = profile.damping;
   limits.passivity.rotational_damping =
       *std::min_element(profile.rotational_damping.begin(), profile.rotational_damping.end());
-  return limits;
-}
-
-StiffnessLimits stiffness_limits_of(const DeviceProfile& profile, const PlayerOptions& options) {
-  StiffnessLimits limits;
-  limits.damping = profile.damping;
-  limits.rotational_damping =
-      *std::min_element(profile.rotational_damping.begin(), profile.rotational_damping.end());
-  limits.stiffness_max = std::isfinite(profile.stiffness_max) ? profile.stiffness_max : 0.0;
-  limits.period_s = 1e-9 * static_cast<double>(options.period_ns);
-  limits.delay_s = profile.delay;
   return limits;
 }
 
@@ -94,7 +83,8 @@ PlayedTool make_played_tool(const ToolDescription& tool, std::size_t k, const Ge
   played.map = tool.workspace;
   played.X_WG_home = tool.X_WG;
   played.limits = limits_of(profile, options);
-  played.stiffness_limits = stiffness_limits_of(profile, options);
+  played.stiffness_limits =
+      stiffness_limits_of(profile, 1e-9 * static_cast<double>(options.period_ns));
   const Pose home = to_device(played.map, WorkspaceState{}, tool.X_WG);
   played.device = make_played_device(device, begin_of(gesture, k).value_or(home), options, k);
   return played;

@@ -24,7 +24,7 @@ void fill(v1::DeviceProfile& profile, const std::string& name,
 }
 
 void limit(v1::DeviceProfile& profile, const std::string& name, double most, const char* source) {
-  if (!(most > 0.0) || !std::isfinite(most)) return;
+  if (!std::isfinite(most)) return;
   v1::Quantity& number = quantity(profile, name);
   if (number.value_size() > 0 && number.value(0) <= most) return;
   number.clear_value();

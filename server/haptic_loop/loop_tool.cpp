@@ -33,6 +33,8 @@ void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
   const DeviceProfile& profile = device.device->profile();
   InputLimits limits;
   limits.velocity_trip = profile.velocity_trip;
+  limits.loses_unseen = has_no_clock(profile.driver);
+  limits.report_interval_ns = limits.loses_unseen ? report_interval_ns(profile) : 0;
   limits.stale_ticks =
       bridged_ticks(profile.report_rate, 1e9 / static_cast<double>(time.period_ns));
   const bool watched = can_push_a_person(profile.driver) || guards_armed;

@@ -10,6 +10,23 @@ enum { kMicroPerCenti = 10000, kMicroPerMilli = 1000 };
 /// Rows of the symmetric K in its six entries.
 static const uint8_t kRow[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 
+/// Added to the diagonal of K before it is judged, N/m: its entries are rounded to half a newton
+/// per metre each, three of them to a row, and the host reckons with more than whole numbers. Less:
+/// a host's spring along one direction may be refused; more: K may push along a way by so much.
+enum { kRoundedNpm = 2 };
+
+/// K pushes along no way: of K with kRoundedNpm more no principal minor is below zero. All of
+/// them count, since a minor that is zero says nothing of the larger ones. Below 2^49.
+static bool gives_nothing(const int16_t k_npm[6]) {
+  const int64_t xx = (int64_t)k_npm[0] + kRoundedNpm;
+  const int64_t yy = (int64_t)k_npm[1] + kRoundedNpm;
+  const int64_t zz = (int64_t)k_npm[2] + kRoundedNpm;
+  const int64_t xy = k_npm[3], xz = k_npm[4], yz = k_npm[5];
+  if (xx < 0 || yy < 0 || zz < 0) return false;
+  if (xx * yy < xy * xy || xx * zz < xz * xz || yy * zz < yz * yz) return false;
+  return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz) >= 0;
+}
+
 bool hap_affine_is_sound(const HapDevice* device, const HapAffine* affine) {
   for (int row = 0; row < 3; ++row) {
     if (affine->k_npm[row] < 0) return false;
@@ -20,7 +37,7 @@ bool hap_affine_is_sound(const HapDevice* device, const HapAffine* affine) {
     }
     if ((uint32_t)sum > device->settings.affine_k_max_npm) return false;
   }
-  return true;
+  return gives_nothing(affine->k_npm);
 }
 
 /// Whole part of the square root, rounded up: a norm is never taken for smaller than it is.

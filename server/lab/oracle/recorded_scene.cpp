@@ -4,13 +4,13 @@
 #include <google/protobuf/text_format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
 #include "device/simulated/device_factory.h"
+#include "server/haptic_loop/device_limits.h"
 #include "server/haptic_loop/loop_tool.h"
 #include "server/lab/oracle/table.h"
 #include "server/scene_io/profile_loader.h"
@@ -34,17 +34,6 @@ int device_of(const v1::RecordHeader& header, std::uint32_t tool_id) {
     if (header.devices(k).tool_id() == tool_id) return k;
   }
   return 0;
-}
-
-StiffnessLimits stiffness_limits_of(const DeviceProfile& profile, std::uint64_t period_ns) {
-  StiffnessLimits limits;
-  limits.damping = profile.damping;
-  limits.rotational_damping =
-      *std::min_element(profile.rotational_damping.begin(), profile.rotational_damping.end());
-  limits.stiffness_max = std::isfinite(profile.stiffness_max) ? profile.stiffness_max : 0.0;
-  limits.period_s = 1e-9 * static_cast<double>(period_ns);
-  limits.delay_s = profile.delay;
-  return limits;
 }
 
 /// The first file of a recorded scene that is not the same here; empty: all are.
@@ -106,7 +95,8 @@ void RecordedScene::play(const v1::RecordHeader& header) {
     PlayedTool tool;
     tool.tool_id = description.tools[k].tool_id;
     tool.map = description.tools[k].workspace;
-    tool.stiffness_limits = stiffness_limits_of(profile.loaded->profile, header.period_ns());
+    tool.stiffness_limits = stiffness_limits_of(profile.loaded->profile,
+                                                1e-9 * static_cast<double>(header.period_ns()));
     const DeviceDriver driver = driver_of(header, device, profile.loaded->profile);
     tool.device.owned = make_device(profile.loaded->profile, ReplayOptions{driver});
     tool.device.device = tool.device.owned.get();

@@ -80,6 +80,19 @@ TEST_CASE("an unchecked device is told with its limit and the command that check
   CHECK(ctl::unchecked_text(info).empty());
 }
 
+TEST_CASE("a device whose limit leaves no force says so, one without motors does not") {
+  v1::DeviceInfo info;
+  info.set_tool_id(3);
+  info.set_force_limit_n(0.3);
+  CHECK(ctl::no_force_text(info).empty());
+  info.set_force_limit_n(0.0);
+  CHECK(contains(ctl::no_force_text(info), "tool 3: no force"));
+  info.mutable_profile()->mutable_actuated_axes()->add_value(2.0);
+  CHECK(contains(ctl::no_force_text(info), "tool 3: no force"));
+  info.mutable_profile()->mutable_actuated_axes()->set_value(0, 0.0);
+  CHECK(ctl::no_force_text(info).empty());
+}
+
 TEST_CASE("readings are in millimetres and degrees, with buttons by number") {
   const std::string text = joined(ctl::reading_lines(ready(), std::nullopt));
   CHECK(contains(text, "10.00   -20.00    30.00 mm"));

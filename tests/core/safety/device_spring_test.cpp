@@ -1,9 +1,10 @@
 // What a device may render by itself, against the laws it must keep: random springs and random ways
-// of the hand within its speed, the force computed in long double.
+// of the hand within its speed, the force computed in long double; eigenvalues by Eigen's solver.
 #include "core/safety/device_spring.h"
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -28,10 +29,16 @@ Real3 pull(const std::array<double, 6>& K, const Array3& way) {
 
 long double length(const Real3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-/// Symmetric and positive semidefinite: a sum of three dyads.
-std::array<double, 6> random_stiffness(SplitMix64& random, double scale) {
+double least_eigenvalue(const std::array<double, 6>& K) {
+  Eigen::Matrix3d matrix;
+  matrix << K[0], K[3], K[4], K[3], K[1], K[5], K[4], K[5], K[2];
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix).eigenvalues()[0];
+}
+
+/// Symmetric and positive semidefinite: a sum of dyads.
+std::array<double, 6> random_stiffness(SplitMix64& random, double scale, int dyads = 3) {
   std::array<double, 6> K{};
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < dyads; ++k) {
     const Array3 n = random.direction();
     const double size = scale * random.uniform();
     const std::array<double, 6> dyad{n[0] * n[0], n[1] * n[1], n[2] * n[2],
@@ -131,6 +138,53 @@ TEST_CASE("no spring is granted on a wrench that is off, fading in, limited or n
   CHECK(is_none(grant_spring(kSoft, free)));
 }
 
+TEST_CASE("a spring that pushes along some way is not granted, one along a single direction is") {
+  SplitMix64 random(3);
+  std::int64_t granted_count = 0;
+  std::int64_t refused = 0;
+  const std::int64_t count = scaled(1'000'000);
+  const auto judge = [&](const std::array<double, 6>& K) {
+    const double least = least_eigenvalue(K);
+    double largest = 0.0;
+    for (const double entry : K) largest = std::max(largest, std::abs(entry));
+    const bool granted = !is_none(grant_spring({K, {}}, pressing()));
+    granted_count += granted ? 1 : 0;
+    refused += granted ? 0 : 1;
+    // Between the two either is right: the tolerance is 1e-6, rounding far below it.
+    if (granted && least < -1.1e-6 * largest) FAIL("granted with " << least << " N/m");
+    if (!granted && least >= -0.9e-6 * largest && K[0] >= 0.0 && K[1] >= 0.0 && K[2] >= 0.0) {
+      FAIL("refused with " << least << " of " << largest << " N/m");
+    }
+  };
+  for (std::int64_t k = 0; k < count; ++k) {
+    const double size = std::exp2(random.uniform(-20.0, 20.0));
+    std::array<double, 6> K{};
+    const std::uint64_t kind = random.below(4);
+    if (kind == 0) {
+      for (std::size_t i = 0; i < 6; ++i) {
+        K[i] = size * (i < 3 ? random.uniform() : random.uniform(-1.0, 1.0));
+      }
+    } else {
+      // One, two or three dyads, and now and then one too many, taken away.
+      K = random_stiffness(random, size, static_cast<int>(kind));
+      const double away = random.chance(0.5) ? size * std::exp2(random.uniform(-24.0, -16.0)) : 0.0;
+      const std::array<double, 6> less = random_stiffness(random, 1.0, 1);
+      for (std::size_t i = 0; i < 6; ++i) K[i] -= away * less[i];
+    }
+    if (is_none({K, {}})) continue;
+    judge(K);
+  }
+  CHECK(granted_count > count / 4);
+  CHECK(refused > count / 20);
+  for (std::size_t beside = 3; beside < 6; ++beside) {
+    std::array<double, 6> K{};
+    K[beside] = 1000.0;
+    CHECK(is_none(grant_spring({K, {}}, pressing())));
+  }
+  CHECK(is_none(grant_spring({{100, 100, 100, -60, -60, -60}, {}}, pressing())));
+  CHECK_FALSE(is_none(grant_spring({{1e9, 0, 0, 0, 0, 0}, {}}, pressing())));
+}
+
 TEST_CASE("whatever is asked for, what is granted is finite and pulls along no axis") {
   SplitMix64 random(2);
   std::int64_t wrong = 0;
@@ -149,6 +203,11 @@ TEST_CASE("whatever is asked for, what is granted is finite and pulls along no a
     for (std::size_t i = 0; i < 3; ++i) {
       wrong += granted.K_D[i] >= 0.0 && granted.Kr_D[i] >= 0.0 ? 0 : 1;
       wrong += std::isfinite(granted.Kr_D[i]) ? 0 : 1;
+    }
+    if (!is_none({granted.K_D, {}})) {
+      const double largest = *std::max_element(granted.K_D.begin(), granted.K_D.end());
+      // Nothing is relative among denormals.
+      wrong += least_eigenvalue(granted.K_D) >= -1.1e-6 * largest - 1e-300 ? 0 : 1;
     }
     const double bound = row_bound(granted.K_D);
     // Nothing is relative among denormals.

@@ -170,10 +170,12 @@ TEST_CASE("velocity is that of the samples' own times, or the device's") {
   sample.has_velocity = true;
   sample.v_DH_D = {0.5, 0, 0};
   CHECK(watch(sample, 0.0, {}, state).V_DH_D.v.x() == 0.5);
-  // The same instant twice: no velocity from no time.
+  // By the device's own clock the same instant twice: no velocity from no time.
+  InputLimits own_clock;
+  own_clock.report_interval_ns = 0;
   sample = sample_at(5, {3e-3, 0, 0});
   sample.t_ns -= 1'000'000;
-  const WatchedInput twice = watch(sample, 0.0, {}, state);
+  const WatchedInput twice = watch(sample, 0.0, own_clock, state);
   CHECK(twice.V_DH_D.v == Vector3::Zero());
   CHECK(twice.displacement_D.v.x() == doctest::Approx(1e-3));
 }

@@ -73,19 +73,53 @@ TEST_CASE("the stiffest of all couplings decides, by its own bound") {
   }
 }
 
-TEST_CASE("the maker's promise bounds too, alone by its half, and nothing known grants nothing") {
+TEST_CASE("the maker's promise bounds too, and alone by its half") {
   StiffnessLimits limits;
   limits.stiffness_max = 700.0;
   CHECK(grant_stiffness({1000, 0, 0, 0}, limits).bound == 700.0);
   limits.damping = 0.0;
   CHECK(grant_stiffness({1000, 0, 0, 0}, limits).bound == 350.0);
-  limits.stiffness_max = kInf;
-  CHECK(grant_stiffness({1000, 0, 0, 0}, limits).bound == 0.0);
-  CHECK(grant_stiffness({1000, 0, 0, 0}, limits).scale == kMinStiffnessScale);
+  // A little damping of the coupling is no reason for less.
+  limits.coupling_damping = 1e-6;
+  CHECK(grant_stiffness({1000, 0, 0, 0}, limits).bound == 350.0);
+  limits.coupling_damping = 0.5;
+  CHECK(grant_stiffness({1000, 0, 0, 0}, limits).bound == doctest::Approx(500.0));
+  limits.coupling_damping = 5.0;
+  CHECK(grant_stiffness({1000, 0, 0, 0}, limits).bound == 700.0);
+  limits.coupling_damping = 0.0;
   CHECK(grant_stiffness({0, 0, 0, 0}, limits).scale == 1.0);
   limits.damping = 1.0;
   limits.rotational_damping = 0.0;
   CHECK(grant_stiffness({0, 100, 0, 0}, limits).scale == 1.0);
+}
+
+TEST_CASE("what is not stated bounds nothing: the least that is known does, and it is never 0") {
+  SplitMix64 random(43);
+  for (std::int64_t i = 0; i < scaled(100'000); ++i) {
+    const bool has_damping = random.chance(0.5);
+    const bool has_promise = random.chance(0.5);
+    StiffnessLimits limits;
+    limits.damping = has_damping ? random.uniform(0.01, 10.0) : 0.0;
+    limits.delay_s = random.chance(0.5) ? random.uniform(0.0, 0.01) : 0.0;
+    limits.coupling_damping = random.chance(0.3) ? random.uniform(0.0, 3.0) : 0.0;
+    if (has_promise) limits.stiffness_max = random.uniform(1.0, 1e5);
+    const double lag = 0.5e-3 + limits.delay_s;
+    const double B = limits.coupling_damping;
+    const double bound = grant_stiffness({1000, 0, 0, 0}, limits).bound;
+    double most = kInf;
+    double least = 0.0;
+    if (has_damping) {
+      most = least = 0.5 * (limits.damping + B) / lag;
+    } else if (!has_promise) {
+      most = least = 0.5 * (0.1 + B) / lag;
+    } else {
+      least = 0.5 * std::max(*limits.stiffness_max, std::min(B / lag, *limits.stiffness_max));
+    }
+    if (has_promise) most = std::min(most, *limits.stiffness_max);
+    REQUIRE(bound > 0.0);
+    REQUIRE(bound <= most * (1.0 + 1e-12));
+    REQUIRE(bound >= std::min(least, most) * (1.0 - 1e-12));
+  }
 }
 
 TEST_CASE("stiffnesses that are no numbers get the smallest scale") {

@@ -220,7 +220,8 @@ TEST_CASE("an affine command gives f0 + K (x_ref - x) - B v on the newest measur
     const Int3 diagonal = random_wrench(random, 300);
     const Int3 beside = random_wrench(random, 30);
     for (std::size_t i = 0; i < 3; ++i) {
-      affine.k_npm[i] = static_cast<std::int16_t>(std::abs(diagonal[i]));
+      // Above the sum beside it: positive definite.
+      affine.k_npm[i] = static_cast<std::int16_t>(60 + std::abs(diagonal[i]));
       affine.k_npm[3 + i] = static_cast<std::int16_t>(beside[i]);
       affine.b_mnspm[i] = static_cast<std::uint16_t>(random.below(3000));
       affine.kr_mnmprad[i] = static_cast<std::uint16_t>(random.below(200));
@@ -266,7 +267,7 @@ TEST_CASE("the largest gains and distances overflow nothing") {
     REQUIRE(bench.enable());
     hid::AffineReport affine{.base = {.flags = kCommandEnable, .ref_seq = bench.state().seq}};
     affine.base.force_un = affine.base.torque_unm = {INT32_MIN, INT32_MIN, INT32_MIN};
-    affine.k_npm = {32767, 32767, 32767, -32768, -32768, -32768};
+    affine.k_npm = {32767, 32767, 32767, 32767, 32767, 32767};
     affine.b_mnspm = affine.kr_mnmprad = affine.br_10unmsprad = {65535, 65535, 65535};
     CHECK(bench.send(affine));
     for (std::size_t i = 0; i < 3; ++i) {
@@ -277,8 +278,8 @@ TEST_CASE("the largest gains and distances overflow nothing") {
     const HapOutput output = bench.servo();
     CHECK(norm(real(output.force_un)) <= kPeakForce_un);
     CHECK(norm(real(output.torque_unm)) <= kPeakTorque_unm);
-    // The spring wins: -32769 N/m times 4.29 m along (1, 1, 1).
-    const Real along = (back ? -kPeakForce_un : kPeakForce_un) / std::sqrt(3.0L);
+    // The spring wins: 98301 N/m times 4.29 m along (1, 1, 1).
+    const Real along = (back ? kPeakForce_un : -kPeakForce_un) / std::sqrt(3.0L);
     CHECK(distance(real(output.force_un), {along, along, along}) < kWholeNumbers);
     // No quaternion at all is a broken sensor.
     bench.sensors.quat_q30[3] = INT32_MIN;

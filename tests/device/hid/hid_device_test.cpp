@@ -5,79 +5,13 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <limits>
-#include <optional>
 
-#include "device/hid/profile_units.h"
-#include "tests/device/hid/plugged_bench.h"
+#include "tests/device/hid/hid_loop.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 
 namespace hapticd::test {
-namespace {
-
-constexpr std::int64_t kTick_ns = 1'000'000;
-/// From the frame to the tick that reads it.
-constexpr std::int64_t kReadLate_ns = 300'000;
-
-std::atomic<std::int64_t> clock_ns{0};
-std::int64_t clock() noexcept { return clock_ns; }
-
-/// A device and the loop at 1 kHz.
-struct Loop {
-  explicit Loop(std::uint32_t caps = kHapHasVelocity, const AxisMapping& axes = {},
-                std::uint16_t in_rate_hz = 1000)
-      : plugged(caps) {
-    clock_ns = 10'000'000'000;
-    DeviceProfile profile;
-    profile.driver = DeviceDriver::kHid;
-    profile.affine = true;
-    hid::Capabilities capabilities = kCapabilities;
-    capabilities.caps = caps;
-    capabilities.in_rate_hz = in_rate_hz;
-    device.emplace(profile, capabilities, clock, axes);
-    device->attach(plugged.channel());
-  }
-  ~Loop() { device->detach(); }
-
-  /// A frame of the device and a tick of the loop; gives what the motors gave in the frame.
-  HapOutput tick(double force, bool enable) {
-    const HapOutput output = plugged.frame();
-    clock_ns += kTick_ns;
-    if (late_us > 0) plugged.bench.servo(late_us);
-    step(force, enable);
-    return output;
-  }
-  void step(double force, bool enable) {
-    outcome = device->read(clock_ns + kReadLate_ns, sample);
-    DeviceCommand command;
-    command.f_H_D = {0.0, force, 0.0};
-    command.enable = enable;
-    command.sample_counter = sample.counter - made_from_older;
-    command.spring = spring;
-    good = device->write(clock_ns + kReadLate_ns, command);
-    if (outcome != ReadOutcome::kLost) plugged.wait_for(++commands);
-  }
-  HapOutput ticks(int count, double force = 0.0, bool enable = false) {
-    HapOutput output{};
-    for (int k = 0; k < count; ++k) output = tick(force, enable);
-    return output;
-  }
-
-  PluggedBench plugged;
-  std::optional<hid::HidDevice> device;
-  DeviceSample sample;
-  ReadOutcome outcome = ReadOutcome::kNothing;
-  bool good = true;
-  std::size_t commands = 0;
-  DeviceSpring spring;
-  std::uint64_t made_from_older = 0;  ///< samples before the newest that commands are made from
-  std::uint32_t late_us = 0;          ///< device time from its sample to its taking of the command
-};
-
-}  // namespace
 
 TEST_CASE(
     "force is asked for as the profile says: an echo first, then ENABLE and zeros, then force") {
@@ -323,73 +257,6 @@ TEST_CASE("a sample that is old when it is read is not used") {
   loop.step(0.0, false);
   CHECK(loop.outcome == ReadOutcome::kNothing);
   CHECK(loop.device->counters().too_old == 1);
-}
-
-namespace {
-
-constexpr std::uint32_t kAffineCaps = kHapHasVelocity | kHapCanAffine;
-/// 0.4 mm along y, in nm.
-constexpr std::int32_t kWay_nm = 400'000;
-constexpr DeviceSpring kSpring{{300.0, 500.0, 100.0, 20.0, 0.0, 0.0}, {0.2, 0.2, 0.2}};
-
-/// What the motors give when the handle has moved by kWay_nm since the State of the last command.
-HapOutput moved_on(Loop& loop) {
-  loop.plugged.bench.sensors.pos_nm[1] += kWay_nm;
-  return loop.plugged.bench.servo(200);
-}
-
-}  // namespace
-
-TEST_CASE(
-    "a spring is told about the pose of its sample, and the device pulls back to it at once") {
-  Loop loop(kAffineCaps);
-  loop.spring = kSpring;
-  loop.ticks(20, 0.5, true);
-  const HapOutput output = moved_on(loop);
-  // 0.5 N less 500 N/m over 0.4 mm; across it, 20 N/m.
-  CHECK(output.force_un[1] == 300'000);
-  CHECK(output.force_un[0] == -8'000);
-  CHECK(output.force_un[2] == 0);
-  CHECK((loop.sample.flags & kDeviceReportsFault) == 0);
-}
-
-TEST_CASE(
-    "no spring is told by an older sample, to a device without the capability, or beyond it") {
-  Loop older(kAffineCaps);
-  older.spring = kSpring;
-  older.made_from_older = 1;
-  older.ticks(20, 0.5, true);
-  CHECK(moved_on(older).force_un[1] == 500'000);
-  Loop plain;
-  plain.spring = kSpring;
-  plain.ticks(20, 0.5, true);
-  CHECK(moved_on(plain).force_un[1] == 500'000);
-  Loop beyond(kAffineCaps);
-  beyond.spring.K_D = {0.0, 1.0 + kCapabilities.k_max_npm, 0.0, 0.0, 0.0, 0.0};
-  beyond.ticks(20, 0.5, true);
-  CHECK(moved_on(beyond).force_un[1] == 500'000);
-  for (const Loop* loop : {&older, &plain, &beyond}) {
-    CHECK((loop->sample.flags & kDeviceReportsFault) == 0);
-  }
-}
-
-TEST_CASE("whatever springs are asked for, the device refuses no command and keeps its force") {
-  SplitMix64 random(11);
-  Loop loop(kAffineCaps);
-  loop.ticks(20, 0.5, true);
-  for (std::int64_t k = scaled(20'000); k > 0; --k) {
-    const double size = random.chance(0.5) ? 500.0 : 5000.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      loop.spring.K_D[i] = random.uniform(0.0, size);
-      loop.spring.K_D[i + 3] = random.uniform(-0.3, 0.3) * size;
-      loop.spring.Kr_D[i] = random.uniform(0.0, 2.0);
-    }
-    if (random.chance(0.01)) loop.spring.K_D[1] = std::numeric_limits<double>::quiet_NaN();
-    loop.plugged.bench.sensors.pos_nm[2] += static_cast<std::int32_t>(random.below(2000)) - 1000;
-    loop.tick(0.5, true);
-    REQUIRE((loop.sample.flags & kDeviceEnabled) != 0);
-    REQUIRE((loop.sample.flags & kDeviceReportsFault) == 0);
-  }
 }
 
 }  // namespace hapticd::test

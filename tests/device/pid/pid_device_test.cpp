@@ -3,8 +3,11 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "tests/device/api/device_contract.h"
 #include "tests/device/pid/force_device.h"
+#include "tests/support/late_readings.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 
@@ -86,13 +89,63 @@ TEST_CASE("the newest reading is the position, from the middle of the range, wit
   CHECK(sample.p_DH[2] == doctest::Approx(-0.02));
   CHECK(sample.q_DH == Array4{1.0, 0.0, 0.0, 0.0});
   CHECK(sample.buttons == 0x8001);
-  CHECK(sample.counter == 1);
-  CHECK(sample.t_ns == 5 * kMs);
+  CHECK(sample.counter == 2);
+  CHECK(sample.t_ns <= 5 * kMs);
+  CHECK(sample.t_ns >= 3 * kMs);
   CHECK(sample.v_DH_D == Array3{});
   CHECK(stick.device.counters().superseded == 1);
   stick.hardware.push(input(52, -20));
   REQUIRE(stick.device.read(6 * kMs, sample) == ReadOutcome::kFresh);
   CHECK(sample.v_DH_D[0] == doctest::Approx(2.0));
+}
+
+namespace {
+
+/// The raw position of a hand that goes to and fro by 30 m, in mm as the device counts it, and how
+/// far it is from there to the one before.
+int raw_at(double speed, std::int64_t made_ns) {
+  constexpr double kSpan_m = 30.0;
+  const double way = std::fmod(speed * 1e-9 * static_cast<double>(made_ns), 2.0 * kSpan_m);
+  return static_cast<int>(std::lround(1e3 * (kSpan_m - std::abs(way - kSpan_m))));
+}
+
+}  // namespace
+
+TEST_CASE("however ticks come late, a hand looks no faster than it is, and times do not drift") {
+  SplitMix64 random(9);
+  for (std::int64_t k = 0; k < scaled(200); ++k) {
+    ReadingTrouble trouble;
+    trouble.late = random.uniform();
+    trouble.interval_ns = random.chance(0.5) ? 4 * kMs : kMs;
+    trouble.pause = random.chance(0.5) ? 0.01 : 0.0;
+    DeviceProfile profile = pid_profile();
+    profile.report_rate = 1e9 / static_cast<double>(trouble.interval_ns);
+    ForceDevice hardware;
+    pid::PidDevice device(profile, settings(), zero_clock);
+    device.attach(hardware.channel(), {3, 4});
+    LateReadings readings(trouble, random.next());
+    // Steps of at least 100 raw units, of which rounding makes at most one more.
+    const double speed = random.uniform(100.0, 200.0);
+    const double most = speed * 1.01;
+    double sum = 0.0;
+    int fresh = 0;
+    std::int64_t last_ns = 0;
+    for (int tick = 0; tick < 500; ++tick) {
+      const Reading reading = readings.next();
+      for (const std::int64_t made_ns : reading.made_ns)
+        hardware.push(input(raw_at(speed, made_ns), 0));
+      DeviceSample sample;
+      if (device.read(reading.now_ns, sample) != ReadOutcome::kFresh) continue;
+      REQUIRE(std::abs(sample.v_DH_D[0]) <= most);
+      REQUIRE(sample.t_ns >= last_ns);
+      REQUIRE(sample.t_ns <= reading.now_ns);
+      REQUIRE(sample.t_ns >= reading.now_ns - 2 * trouble.interval_ns);
+      last_ns = sample.t_ns;
+      if (++fresh > 20) sum += std::abs(sample.v_DH_D[0]);
+    }
+    // It turns round a few times, and a late tick comes once as a surprise.
+    if (trouble.pause == 0.0) CHECK(sum / (fresh - 20) >= 0.9 * speed);
+  }
 }
 
 TEST_CASE("positions count from the middle where the range has none of its own") {

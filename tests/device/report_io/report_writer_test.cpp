@@ -3,10 +3,14 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <condition_variable>
+#include <optional>
+#include <thread>
 #include <vector>
 
 #include "tests/support/no_heap.h"
+#include "tests/support/scale.h"
 
 namespace hapticd::test {
 namespace {
@@ -199,6 +203,61 @@ TEST_CASE("the loop's side of the writer leaves the heap alone") {
   const std::int64_t touched = scope.count();
   CHECK(touched == 0);
   CHECK_FALSE(stuck);
+}
+
+TEST_CASE("a number goes up by one with each command that goes out, over its wrap, and names it") {
+  struct Counting {
+    std::atomic<std::int64_t> commands{0};
+    std::uint16_t last = 0;
+    std::int64_t wrong = 0;
+  } device;
+  ReportChannel channel;
+  channel.output = &device;
+  channel.write = [](void* output, const std::uint8_t* bytes, std::size_t length) noexcept -> int {
+    auto& self = *static_cast<Counting*>(output);
+    const auto number = static_cast<std::uint16_t>(bytes[2] | bytes[3] << 8);
+    self.wrong += number == static_cast<std::uint16_t>(self.last + 1) ? 0 : 1;
+    self.last = number;
+    self.commands.fetch_add(1);
+    return static_cast<int>(length);
+  };
+  clock_ns = 0;
+  ReportWriter writer(clock);
+  writer.attach(channel, 1);
+  std::int64_t posts = 0;
+  const auto post = [&](bool expired) {
+    PostedCommand made = command(1, ++posts);
+    made.reports[0].length = made.instead[0].length = 4;
+    made.number_at = 2;
+    made.tag = static_cast<std::uint64_t>(7 * posts);
+    if (expired) made.expires_ns = 0;
+    const std::int64_t before = device.commands.load();
+    writer.post(made);
+    while (device.commands.load() == before) std::this_thread::yield();
+  };
+  for (std::int64_t k = 0; k < std::max<std::int64_t>(scaled(70'000), 300); ++k) {
+    post(k % 5 == 4);
+    const std::optional<std::uint64_t> tag = writer.sent(device.last);
+    if (k % 5 == 4) {
+      REQUIRE_FALSE(tag.has_value());
+    } else {
+      REQUIRE(tag.has_value());
+      REQUIRE(*tag == static_cast<std::uint64_t>(7 * posts));
+    }
+  }
+  CHECK(device.wrong == 0);
+  // What takes the force back is a command too, but none that was posted.
+  writer.revoke(posts);
+  while (device.commands.load() == posts) std::this_thread::yield();
+  CHECK(device.wrong == 0);
+  CHECK_FALSE(writer.sent(device.last).has_value());
+  // A number that was not yet given, one that is forgotten, and one of another attachment.
+  CHECK_FALSE(writer.sent(static_cast<std::uint16_t>(device.last + 1)).has_value());
+  CHECK_FALSE(writer.sent(static_cast<std::uint16_t>(device.last - kNumberedCommands)).has_value());
+  const auto own = static_cast<std::uint16_t>(device.last - 2);
+  CHECK(writer.sent(own).has_value());
+  writer.attach(channel, 2);
+  CHECK_FALSE(writer.sent(own).has_value());
 }
 
 }  // namespace hapticd::test

@@ -93,6 +93,16 @@ TEST_CASE("what a device does not state stays as the profile has it") {
   CHECK(profile.workspace_upper[0] == kUnlimited);
 }
 
+TEST_CASE("a device that states no force gets none, which is not what a profile leaves open") {
+  hid::Capabilities weak = stated();
+  weak.f_peak_cn = weak.f_cont_cn = 0;
+  const DeviceProfile profile = numbers(profile_of(weak, node(), installed()));
+  CHECK(profile.peak_force == 0.0);
+  CHECK(profile.continuous_force == 0.0);
+  CHECK(profile.peak_torque == 0.0);
+  CHECK(numbers(profile_of(stated(), node(), installed())).peak_torque == 0.0);
+}
+
 TEST_CASE("a source names a kind of device, and after a colon the serial of one") {
   REQUIRE(outside_source("hid").has_value());
   CHECK(outside_source("hid")->serial.empty());

@@ -1,0 +1,85 @@
+// What the log says of devices that give hardly a force. Truth: the rule, by hand.
+#include "server/daemon/force_watch.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+namespace hapticd::test {
+namespace {
+
+DeviceProfile stick() {
+  DeviceProfile profile;
+  const std::string_view name = "stick";
+  std::copy(name.begin(), name.end(), profile.name.begin());
+  profile.peak_force = 3.0;
+  return profile;
+}
+
+bool says(const std::optional<std::string>& line, const char* words) {
+  return line && line->find(words) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a bound that leaves less than a twentieth is said, with device, bound, share and remedy") {
+  ForceWatch watch;
+  CHECK_FALSE(watch.look(1, 0, {7, 0.05, 50.0, 0.0}, stick(), 22.0).has_value());
+  const auto line = watch.look(1, 0, {7, 0.034, 34.2, 0.012}, stick(), 22.0);
+  for (const char* words :
+       {"tool 7", "stick", "34.2 N/m", "12 ms", "3.4 %", "damping_n_s_per_m 1"}) {
+    CAPTURE(words);
+    CHECK(says(line, words));
+  }
+}
+
+TEST_CASE(
+    "it is said once for each scene and tool, and again when it gets half as much or returns") {
+  ForceWatch watch;
+  const auto look = [&](std::uint32_t scene, std::size_t k, double share) {
+    return watch.look(scene, k, {0, share, 1e3 * share, 0.0}, stick(), 22.0).has_value();
+  };
+  CHECK(look(1, 0, 0.04));
+  for (int tick = 0; tick < 1000; ++tick) REQUIRE_FALSE(look(1, 0, 0.04));
+  CHECK(look(1, 1, 0.04));
+  CHECK_FALSE(look(1, 0, 0.021));
+  CHECK(look(1, 0, 0.019));
+  CHECK_FALSE(look(1, 0, 0.03));
+  CHECK_FALSE(look(1, 0, 0.5));
+  CHECK(look(1, 0, 0.04));
+  CHECK(look(2, 0, 0.04));
+  CHECK_FALSE(look(3, 0, 0.5));
+  // Ramps fall a little with every tick.
+  int said = 0;
+  for (double share = 0.5; share > 1e-9; share *= 0.99) said += look(3, 0, share) ? 1 : 0;
+  CHECK(said <= 30);
+}
+
+TEST_CASE("a force that a limit of 0 takes away is said once for each scene, with its name") {
+  DeviceProfile profile = stick();
+  ForceWatch by_hand;
+  CHECK(says(by_hand.look(1, 0, {0, 1.0, 1e3, 0.0}, profile, 0.0), "--max-force is 0"));
+  CHECK_FALSE(by_hand.look(1, 0, {0, 1.0, 1e3, 0.0}, profile, 0.0).has_value());
+  CHECK(by_hand.look(2, 0, {0, 1.0, 1e3, 0.0}, profile, 0.0).has_value());
+  profile.continuous_force = 0.0;
+  ForceWatch held;
+  CHECK(says(held.look(1, 0, {0, 1.0, 1e3, 0.0}, profile, 22.0), "continuous_force_n"));
+  profile.peak_force = 0.0;
+  ForceWatch peak;
+  CHECK(says(peak.look(1, 0, {0, 1.0, 1e3, 0.0}, profile, 22.0),
+             "peak_force_n of its profile stick"));
+  // What has no motors is not expected to push.
+  profile.actuated_axes = 0;
+  ForceWatch mouse;
+  CHECK_FALSE(mouse.look(1, 0, {0, 1.0, 1e3, 0.0}, profile, 22.0).has_value());
+}
+
+TEST_CASE("a device of which nothing is known is told from one that is known to bear little") {
+  DeviceProfile profile = stick();
+  profile.damping = 0.0;
+  ForceWatch unknown;
+  CHECK(says(unknown.look(1, 0, {0, 0.02, 20.0, 0.002}, profile, 22.0), "states neither"));
+}
+
+}  // namespace hapticd::test
