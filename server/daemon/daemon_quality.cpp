@@ -83,7 +83,7 @@ void Daemon::follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double
   const int level = govern(cost, std::llround(1e3 * budget_us), governor_);
   if (level == static_cast<int>(scene.settings.tools.front().quality_level)) return;
   SceneSettings settings = scene.settings;
-  for (LiveSettings& live : settings.tools) set_level(level, live);
+  for (LiveSettings& live : settings.tools) take_to_level(level, scene.live.solver(), live);
   auto change = std::make_unique<SettingsChange>();
   change->from = settings;
   change->to = settings;

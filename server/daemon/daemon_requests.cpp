@@ -190,7 +190,7 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   const LiveSettings& before = scene.settings.tools.front();
   for (LiveSettings& live : assigned.settings.tools) {
     if (!live.quality_automatic || !before.quality_automatic) continue;
-    set_level(static_cast<int>(before.quality_level), live);
+    take_to_level(static_cast<int>(before.quality_level), assigned.scene.solver(), live);
   }
   auto change = std::make_unique<SettingsChange>();
   change->at_tick = set.has_at_tick() ? set.at_tick() : 0;
@@ -202,6 +202,8 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   static_cast<void>(change.release());
   scene.live = std::move(assigned.scene);
   scene.settings = std::move(assigned.settings);
+  follow_choice(set, scene.choice);
+  tell_scene(scene.live, scene.choice, scene.info);
   change_tick_ = std::max(change_tick_, set.at_tick());
 }
 
