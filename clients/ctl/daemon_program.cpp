@@ -11,6 +11,19 @@
 #include "clients/ctl/commands.h"
 
 namespace hapticd::ctl {
+namespace {
+
+/// How to come by a program that is not beside hapticctl, which stands in `folder`.
+std::string remedy(const std::string& name, const std::filesystem::path& folder) {
+  std::error_code unknown;
+  const std::filesystem::path tree = folder.parent_path();
+  if (std::filesystem::exists(tree / "CMakeCache.txt", unknown)) {
+    return "Build it: cmake --build " + tree.string() + " --target installed";
+  }
+  return "Install " + name + " beside hapticctl, or add its folder to PATH.";
+}
+
+}  // namespace
 
 void become_program(const std::string& name, const std::vector<std::string>& arguments) {
   std::error_code unknown;
@@ -26,8 +39,8 @@ void become_program(const std::string& name, const std::vector<std::string>& arg
   std::fflush(stdout);
   execvp(pointers.front(), pointers.data());
   throw Failure(kRefused, "cannot start " + words.front() + ": " +
-                              std::generic_category().message(errno) + ". Install " + name +
-                              " beside hapticctl, or add its folder to PATH.");
+                              std::generic_category().message(errno) + ". " +
+                              remedy(name, self.parent_path()));
 }
 
 namespace {

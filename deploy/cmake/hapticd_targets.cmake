@@ -4,6 +4,11 @@
 #       -> hapticd_core_math, static, or INTERFACE without SOURCES. REALTIME: no exceptions, symbols are checked.
 #   hapticd_proto(proto PROTOS hapticd/v1/pose.proto ...)
 #       -> hapticd_proto, static, from protoc; #include "hapticd/v1/pose.pb.h"
+#   hapticd_program(hapticd bin)
+#       -> the executable hapticd is installed into bin, and stands in bin of the build tree where it is that folder
+#   hapticd_installed(TARGET ...)
+#       -> the target `installed` builds these too. It makes all that is installed out of the build tree: deploy/play builds it, and
+#          `cmake --install` works after it.
 #   hapticd_test(core/math SOURCES pose_test.cpp DEPENDS core/math tests/support [LABELS unit])
 #       -> test_core_math; every TEST_CASE is an entry of ctest. LABELS defaults to unit.
 #   hapticd_benchmark(core/solver SOURCES qp_benchmark.cpp DEPENDS core/solver)
@@ -16,6 +21,20 @@ include_guard(GLOBAL)
 
 # All that must exist before a tool such as clang-tidy can read the sources.
 add_custom_target(generated_sources)
+
+add_custom_target(installed)
+
+function(hapticd_installed)
+  add_dependencies(installed ${ARGN})
+endfunction()
+
+function(hapticd_program target folder)
+  if(folder STREQUAL "bin")
+    set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+  endif()
+  install(TARGETS ${target} RUNTIME DESTINATION ${folder})
+  hapticd_installed(${target})
+endfunction()
 
 # core/math -> hapticd_core_math; Eigen3::Eigen and -lm stay as they are.
 function(hapticd_resolve_depends out)

@@ -84,9 +84,11 @@ KeyPair read_key_folder(const std::filesystem::path& folder) {
   return keys;
 }
 
-void make_key_folder(const std::filesystem::path& folder) {
+void make_key_folder(const std::filesystem::path& named) {
   if (sodium_init() < 0) throw std::runtime_error("libsodium does not start");
   std::error_code error;
+  // keys/ is keys: what is behind the last slash is no folder of its own.
+  const std::filesystem::path folder = named.has_filename() ? named : named.parent_path();
   if (!std::filesystem::is_directory(folder, error)) {
     if (folder.has_parent_path()) std::filesystem::create_directories(folder.parent_path(), error);
     if (::mkdir(folder.c_str(), 0700) != 0) refuse(folder, reason() + ". Give another folder.");

@@ -138,10 +138,7 @@ ServerHost Daemon::make_host() {
 }
 
 int Daemon::run(SignalRequests& signals) {
-  // Before the first tick, which a replay begins with.
-  if (recording_ && !options_.config.record().empty()) {
-    recording_->start(options_.config.record());
-  }
+  begin_recording();
   if (!virtual_time_) {
     RealtimeOptions realtime;
     realtime.period_ns = player_.period_ns;
@@ -151,6 +148,7 @@ int Daemon::run(SignalRequests& signals) {
     try {
       thread_ = std::make_unique<RealtimeThread>(*loop_, realtime);
     } catch (const std::runtime_error& error) {
+      take_back_recording();
       throw StartError(kExitRealtime, error.what());
     }
   }

@@ -62,22 +62,29 @@ class Daemon {
     std::uint32_t id = 0;
     std::shared_ptr<const LoadedScene> loaded;
     SceneIndex index;
-    v1::SceneInfo info;
-    v1::Scene live;          ///< with the parameters as they are set now, ramps as if ended
+    v1::SceneInfo info;  ///< as of now
+    /// With the parameters as they are set now, ramps as if ended; knobs that quality decides are
+    /// left open.
+    v1::Scene live;
+    v1::Quality choice;      ///< of the scene, or of clients since; --quality may stand above it
     SceneSettings settings;  ///< that follow from `live`, at the level that plays
 
     struct Parameters {
       v1::Scene live;
+      v1::Quality choice;
       SceneSettings settings;
     };
     /// A change that the loop has been lent.
     struct Change {
       const SettingsChange* lent = nullptr;
       std::uint64_t at_tick = 0;
-      Parameters parameters;  ///< `live` and `settings` after it
+      Parameters parameters;  ///< after it
     };
     std::deque<Change> changes;  ///< not over yet, as they were asked for
     Parameters in_force;         ///< after the last one that is over
+
+    /// They are what is set now, and told.
+    void take(Parameters now);
   };
   /// A scene being built off-thread for a request, or for SIGHUP.
   struct SceneBuild {
@@ -162,6 +169,11 @@ class Daemon {
 
   // Recording (daemon_records.cpp).
   [[nodiscard]] v1::RecordHeader record_header() const;
+  /// Begins what --record asks for: before the first tick, which a replay begins with. Throws
+  /// StartError.
+  void begin_recording();
+  /// Removes it: hapticd does not start after all.
+  void take_back_recording();
   void announce_scene(const AirScene& scene);
   void announce_change(const SceneSettings& settings, const v1::SetParameter* set);
   void record(const RequestId& id, const v1::Record& record);

@@ -80,6 +80,8 @@ void add_choice(CLI::App& app, const std::string& name, const std::map<std::stri
       ->type_name(names_of(choices));
 }
 
+[[noreturn]] void refuse(const std::string& text) { throw StartError(kExitUsage, text); }
+
 void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
   add<std::string>(app, "--config", "FILE", "configuration in protobuf text format, same names",
                    [&](const std::string& v) { options.config_file = v; });
@@ -106,7 +108,10 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
       "--verify", [&] { given.set_verify(true); },
       "compare a replay with its recording, bit for bit");
   add<std::string>(app, "--record", "FILE", "record the whole session to an MCAP file",
-                   [&](const std::string& v) { given.set_record(v); });
+                   [&](const std::string& v) {
+                     if (v.empty()) refuse("--record: the name is empty. Give a file.");
+                     given.set_record(v);
+                   });
   add<std::string>(app, "--quality", "0..4|auto", "quality of every scene (the scene's own)",
                    [&](const std::string& v) { given.set_quality(v); });
   add<double>(app, "--budget-us", "N", "CPU time of a tick that quality auto keeps (half the tick)",
@@ -152,7 +157,15 @@ void fill_defaults(v1::Config& config) {
   }
 }
 
-[[noreturn]] void refuse(const std::string& text) { throw StartError(kExitUsage, text); }
+/// The name goes into messages, whose text is UTF-8, and onto terminals.
+void check_record(const std::string& file) {
+  const bool control = std::any_of(file.begin(), file.end(), [](char c) {
+    return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+  });
+  if (control || !google::protobuf::internal::IsStructurallyValidUTF8(file)) {
+    refuse("--record: the name is no plain UTF-8 text. Give another one.");
+  }
+}
 
 void check_devices(const v1::Config& config) {
   std::set<std::uint32_t> tools;
@@ -246,6 +259,7 @@ void check_config(const v1::Config& config) {
     refuse("--inject: '" + config.inject() +
            "' is not known. Give WHAT:SEED, such as nan:7; WHAT is " + kinds_of_fault() + ".");
   }
+  check_record(config.record());
   if (config.has_cpu() && config.cpu() > 1023) refuse("--cpu: not in [0, 1023].");
   check_devices(config);
   check_pace(config);
@@ -273,7 +287,8 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
       "hapticd doctor examines the machine: hapticd doctor --help. hapticd device list names\n"
       "the devices that are plugged in.\n"
       "Exit codes: 0 good, 1 bad scene, gesture, profile or configuration, 2 bad command line,\n"
-      "3 address not available, 4 realtime required and refused, 5 a verified replay differs.");
+      "3 address not available, 4 realtime required and refused, 5 a verified replay differs,\n"
+      "7 the recording asked for cannot be begun.");
   add_options(app, options.given, options);
   try {
     app.parse(argc, argv);

@@ -6,6 +6,7 @@
 #include "server/encoding/request_result.h"
 #include "server/scene_io/scene_assignment.h"
 #include "server/scene_io/scene_parameters.h"
+#include "server/scene_io/told_scene.h"
 
 namespace hapticd {
 namespace {
@@ -34,6 +35,13 @@ std::optional<v1::Result> refusal_of_change(const v1::SetParameter& set, std::ui
 }
 
 }  // namespace
+
+void Daemon::AirScene::take(Parameters now) {
+  live = std::move(now.live);
+  choice = std::move(now.choice);
+  settings = std::move(now.settings);
+  tell_scene(live, choice, info);
+}
 
 void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
@@ -69,7 +77,7 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   const LiveSettings& before = scene.settings.tools.front();
   for (LiveSettings& live : assigned.settings.tools) {
     if (!live.quality_automatic || !before.quality_automatic) continue;
-    set_level(static_cast<int>(before.quality_level), live);
+    take_to_level(static_cast<int>(before.quality_level), assigned.scene.solver(), live);
   }
   auto change = std::make_unique<SettingsChange>();
   change->at_tick = set.has_at_tick() ? set.at_tick() : 0;
@@ -80,10 +88,10 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   // Noted before the loop hears of it, which may give it back at once.
   const SettingsChange* lent = change.get();
   change_tick_ = std::max(change_tick_, lent->at_tick);
-  scene.live = assigned.scene;
-  scene.settings = assigned.settings;
-  scene.changes.push_back(
-      {lent, lent->at_tick, {std::move(assigned.scene), std::move(assigned.settings)}});
+  AirScene::Parameters after{std::move(assigned.scene), scene.choice, std::move(assigned.settings)};
+  follow_choice(set, after.choice);
+  scene.changes.push_back({lent, lent->at_tick, after});
+  scene.take(std::move(after));
   if (command(id, ChangeSettingsCommand{change.get()})) {
     static_cast<void>(change.release());
   } else {
@@ -102,10 +110,7 @@ void Daemon::settle_change(const SettingsChange& change, bool dropped) {
     if (!dropped) scene.in_force = std::move(found->parameters);
     scene.changes.erase(found);
     if (!dropped) return;
-    const AirScene::Parameters& now =
-        scene.changes.empty() ? scene.in_force : scene.changes.back().parameters;
-    scene.live = now.live;
-    scene.settings = now.settings;
+    scene.take(scene.changes.empty() ? scene.in_force : scene.changes.back().parameters);
     change_tick_ = 0;
     for (const AirScene::Change& each : scene.changes) {
       change_tick_ = std::max(change_tick_, each.at_tick);

@@ -83,7 +83,7 @@ void Daemon::follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double
   const int level = govern(cost, std::llround(1e3 * budget_us), governor_);
   if (level == static_cast<int>(scene.settings.tools.front().quality_level)) return;
   SceneSettings settings = scene.settings;
-  for (LiveSettings& live : settings.tools) set_level(level, live);
+  for (LiveSettings& live : settings.tools) take_to_level(level, scene.live.solver(), live);
   auto change = std::make_unique<SettingsChange>();
   change->from = settings;
   change->to = settings;
@@ -91,7 +91,7 @@ void Daemon::follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double
   if (!channels_->commands.push({++last_command_, ChangeSettingsCommand{change.get()}})) return;
   scene.settings = settings;
   // The loop's from here on.
-  scene.changes.push_back({change.release(), 0, {scene.live, std::move(settings)}});
+  scene.changes.push_back({change.release(), 0, {scene.live, scene.choice, std::move(settings)}});
   spdlog::info("quality {} for a budget of {} us", level, budget_us);
 }
 

@@ -74,6 +74,22 @@ v1::RecordHeader Daemon::record_header() const {
   return header;
 }
 
+void Daemon::begin_recording() {
+  if (!recording_ || options_.config.record().empty()) return;
+  const std::string error = recording_->start(options_.config.record()).get();
+  if (error.empty()) return;
+  throw StartError(kExitRecord, "--record: " + error +
+                                    ". Give the name of a new file, in a folder that may be "
+                                    "written to and on a disk with room.");
+}
+
+void Daemon::take_back_recording() {
+  if (!recording_ || options_.config.record().empty()) return;
+  recording_.reset();
+  std::error_code ignored;
+  std::filesystem::remove(options_.config.record(), ignored);
+}
+
 void Daemon::announce_scene(const AirScene& scene) {
   if (!recording_) return;
   v1::SceneRecord record;

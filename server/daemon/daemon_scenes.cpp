@@ -62,7 +62,6 @@ Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) 
   scene.index = index_scene(*loaded->scene);
   v1::SceneInfo& info = scene.info;
   info.set_scene_id(scene.id);
-  *info.mutable_scene() = loaded->message;
   info.set_hash(bytes_of(loaded->hash));
   for (const SceneAsset& asset : loaded->assets) {
     v1::Asset& out = *info.add_assets();
@@ -77,8 +76,11 @@ Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) 
   info.set_clock(options_.config.clock());
   info.set_server_version(HAPTICD_VERSION);
   scene.live = loaded->message;
+  leave_open(loaded->given, scene.live);
+  scene.choice = loaded->given.choice;
+  tell_scene(scene.live, scene.choice, info);
   scene.settings = scene_settings(loaded->scene->description());
-  scene.in_force = {scene.live, scene.settings};
+  scene.in_force = {scene.live, scene.choice, scene.settings};
   scene.loaded = std::move(loaded);
   announce_scene(scene);
   if (playing_id_ == 0) playing_id_ = scene.id;

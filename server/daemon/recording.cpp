@@ -32,12 +32,6 @@ RecorderOptions recorder_options() {
   return options;
 }
 
-std::string failure_to_create(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  return error ? folder.string() + ": " + error.message() : "";
-}
-
 /// A folder in the environment; none when it is not set.
 std::optional<fs::path> variable(const char* name) {
   // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing in this program changes the environment
@@ -112,14 +106,14 @@ void Recording::event(std::int64_t t_ns, v1::EventRecord record) {
   });
 }
 
-void Recording::start(fs::path path) {
-  post([this, path = std::move(path)] {
-    start_error_ = failure_to_create(path.parent_path());
-    if (start_error_.empty() && !recorder_.start(path.string())) {
-      start_error_ = recorder_.status().error;
-    }
+std::future<std::string> Recording::start(fs::path path) {
+  auto error = std::make_shared<std::promise<std::string>>();
+  std::future<std::string> told = error->get_future();
+  post([this, path = std::move(path), error = std::move(error)] {
+    error->set_value(recorder_.start(path.string()) ? "" : recorder_.status().error);
   });
   wake_.notify_one();
+  return told;
 }
 
 void Recording::stop() {
@@ -133,8 +127,8 @@ void Recording::stop() {
 void Recording::dump(fs::path path) {
   post([this, path = std::move(path)] {
     take_traces();
-    DumpResult result{path.string(), failure_to_create(path.parent_path())};
-    if (result.error.empty()) recorder_.dump(path.string(), result.error);
+    DumpResult result{path.string(), ""};
+    recorder_.dump(path.string(), result.error);
     const std::lock_guard lock(mutex_);
     dumps_.push_back(std::move(result));
   });
@@ -226,7 +220,6 @@ void Recording::round() {
   take_traces();
   recorder_.poll(static_cast<std::uint64_t>(monotonic_now_ns()));
   RecordStatus status = recorder_.status();
-  if (status.error.empty()) status.error = start_error_;
   const std::lock_guard lock(mutex_);
   status_ = std::move(status);
 }

@@ -8,6 +8,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -50,8 +51,9 @@ class Recording {
   void forget_change(std::uint64_t number);
   void event(std::int64_t t_ns, v1::EventRecord record);
 
-  /// Begins a session file; what came of it is in status().
-  void start(std::filesystem::path path);
+  /// Begins a session file; what came of it is in status(), and in the future as soon as it is
+  /// known: what went wrong, empty where it records.
+  std::future<std::string> start(std::filesystem::path path);
   void stop();
   /// Writes the last 60 s.
   void dump(std::filesystem::path path);
@@ -81,7 +83,6 @@ class Recording {
   std::map<std::string, v1::Assignment> parameters_;  ///< set since the scene was loaded
   std::uint32_t scene_id_ = 0;
   std::uint64_t lost_ = 0;
-  std::string start_error_;
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

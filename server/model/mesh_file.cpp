@@ -1,7 +1,6 @@
 // See mesh_file.h.
 #include "server/model/mesh_file.h"
 
-#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
 #include <algorithm>
@@ -19,6 +18,7 @@
 
 #include "core/modeling/mesh_check.h"
 #include "server/model/isolated.h"
+#include "server/model/polygon_cutting.h"
 
 namespace hapticd {
 namespace {
@@ -47,12 +47,52 @@ struct Placed {
   aiMatrix4x4 transform;
 };
 
+void refuse_polygon(const aiMesh& part, unsigned f, const std::string& fault) {
+  const aiFace& face = part.mFaces[f];
+  const aiVector3D& p = part.mVertices[face.mIndices[0]];
+  std::array<char, 160> where{};
+  std::snprintf(where.data(), where.size(), "polygon of %u corners that begins at %g %g %g ",
+                face.mNumIndices, double{p.x}, double{p.y}, double{p.z});
+  const std::string name = part.mName.C_Str();
+  throw std::runtime_error("face " + std::to_string(f + 1) +
+                           (name.empty() ? "" : " of '" + name + "'") + ", a " + where.data() +
+                           fault + ". Triangulate it in the program it comes from");
+}
+
+/// The triangles of face `f` of `part`, whose vertices begin at `offset` in `mesh`. Points and
+/// lines have none.
+std::vector<Triangle> triangles_of(const aiMesh& part, unsigned f, std::size_t offset,
+                                   const TriangleMesh& mesh) {
+  const aiFace& face = part.mFaces[f];
+  if (face.mNumIndices < 3) return {};
+  std::vector<Vector3> corners;
+  std::vector<std::int32_t> places;
+  bool finite = true;
+  for (unsigned k = 0; k < face.mNumIndices; ++k) {
+    if (face.mIndices[k] >= part.mNumVertices)
+      throw std::runtime_error("a face names a vertex that does not exist");
+    places.push_back(static_cast<std::int32_t>(offset + face.mIndices[k]));
+    corners.push_back(mesh.vertices[static_cast<std::size_t>(places.back())]);
+    finite = finite && corners.back().allFinite();
+  }
+  if (!finite) return {{places[0], places[1], places[2]}};  // check_mesh finds it
+  CutPolygon cut = cut_polygon(corners);
+  if (!cut.fault.empty()) refuse_polygon(part, f, cut.fault);
+  for (Triangle& t : cut.triangles) {
+    for (std::int32_t& i : t) i = places[static_cast<std::size_t>(i)];
+  }
+  return std::move(cut.triangles);
+}
+
 void append(const aiMesh& part, const aiMatrix4x4& transform, double scale, TriangleMesh& mesh) {
   const std::size_t offset = mesh.vertices.size();
-  if (offset + part.mNumVertices > std::numeric_limits<std::int32_t>::max() ||
-      mesh.triangles.size() + part.mNumFaces > kMostTriangles) {
+  const auto too_many = [&](std::size_t more) {
+    if (mesh.triangles.size() + more <= kMostTriangles) return;
     throw std::runtime_error("more than 5 million triangles, far more than a tree can use");
-  }
+  };
+  if (offset + part.mNumVertices > std::numeric_limits<std::int32_t>::max())
+    too_many(kMostTriangles + 1);
+  too_many(part.mNumFaces);
   for (unsigned i = 0; i < part.mNumVertices; ++i) {
     const aiVector3D p = transform * part.mVertices[i];
     mesh.vertices.emplace_back(double{p.x} * scale, double{p.y} * scale, double{p.z} * scale);
@@ -60,16 +100,11 @@ void append(const aiMesh& part, const aiMatrix4x4& transform, double scale, Tria
   // A mirror turns triangles inside out.
   const bool mirrored = transform.Determinant() < 0;
   for (unsigned f = 0; f < part.mNumFaces; ++f) {
-    const aiFace& face = part.mFaces[f];
-    if (face.mNumIndices != 3) continue;
-    Triangle t{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (face.mIndices[k] >= part.mNumVertices)
-        throw std::runtime_error("a face names a vertex that does not exist");
-      t[k] = static_cast<std::int32_t>(offset + face.mIndices[k]);
+    for (Triangle t : triangles_of(part, f, offset, mesh)) {
+      if (mirrored) std::swap(t[1], t[2]);
+      mesh.triangles.push_back(t);
     }
-    if (mirrored) std::swap(t[1], t[2]);
-    mesh.triangles.push_back(t);
+    too_many(0);
   }
 }
 
@@ -114,9 +149,9 @@ void step_over_line_end(Bytes& ply) {
 TriangleMesh import(const std::string& path, Bytes bytes, const std::string& kind, double scale) {
   Assimp::Importer importer;
   if (kind == ".ply") step_over_line_end(bytes);
-  const aiScene* scene = kind == ".ply" ? importer.ReadFileFromMemory(bytes.data(), bytes.size(),
-                                                                      aiProcess_Triangulate, "ply")
-                                        : importer.ReadFile(path, aiProcess_Triangulate);
+  const aiScene* scene = kind == ".ply"
+                             ? importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "ply")
+                             : importer.ReadFile(path, 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw std::runtime_error("not a readable " + kind + " file (" + importer.GetErrorString() +
                              ")");

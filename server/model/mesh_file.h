@@ -32,9 +32,10 @@ struct SourceMesh {
 void write_bytes(const std::string& path, const std::vector<std::uint8_t>& bytes);
 
 /// Reads a mesh by the ending of its name (.obj .stl .ply .gltf .glb): polygons are cut into
-/// triangles, the nodes of a scene placed, coordinates multiplied by `metres_per_unit`, vertices
-/// at exactly one place joined. Points and lines are left out. Whether it is sound is for
-/// check_mesh to say. Throws std::runtime_error with the path, the fault and the remedy.
+/// triangles (polygon_cutting.h), the nodes of a scene placed, coordinates multiplied by
+/// `metres_per_unit`, vertices at exactly one place joined. Points and lines are left out. Whether
+/// it is sound is for check_mesh to say. Throws std::runtime_error with the path, the fault and the
+/// remedy: also for a polygon that crosses itself or is not plane.
 [[nodiscard]] SourceMesh read_mesh(const std::string& path, double metres_per_unit);
 
 /// Writes binary little-endian PLY (coordinates as floats) or OBJ (nine digits) by the ending of

@@ -144,22 +144,9 @@ v1::Quality quality_choice(const v1::Assignment& assignment, const v1::Quality& 
   return quality;
 }
 
-/// The choice, and what of the solver it had decided.
-void set_quality(const v1::Assignment& assignment, double usual_budget_us, v1::Scene& scene) {
-  const v1::Quality quality = quality_choice(assignment, scene.quality(), usual_budget_us);
-  const OptimiserOptions before = quality_of(quality_level(scene.quality())).options;
-  const OptimiserOptions after = quality_of(quality_level(quality)).options;
-  v1::Solver& solver = *scene.mutable_solver();
-  if (solver.max_substeps() == static_cast<std::uint32_t>(before.sub_steps)) {
-    solver.set_max_substeps(static_cast<std::uint32_t>(after.sub_steps));
-  }
-  if (solver.stop_step_m() == before.stop_tolerance) solver.set_stop_step_m(after.stop_tolerance);
-  *scene.mutable_quality() = quality;
-}
-
 void assign(const v1::Assignment& assignment, double usual_budget_us, v1::Scene& scene) {
   if (assignment.path() == "quality") {
-    set_quality(assignment, usual_budget_us, scene);
+    *scene.mutable_quality() = quality_choice(assignment, scene.quality(), usual_budget_us);
     return;
   }
   const Target target = find_target(scene, assignment.path());
@@ -172,8 +159,9 @@ void assign(const v1::Assignment& assignment, double usual_budget_us, v1::Scene&
   }
 }
 
-/// All that settings depend on: no shape is read again.
+/// All that settings depend on, the knobs by quality filled in: no shape is read again.
 v1::Scene without_shapes(v1::Scene scene) {
+  fill_knobs(scene.quality(), *scene.mutable_solver());
   scene.clear_bodies();
   scene.clear_lines();
   for (v1::Tool& tool : *scene.mutable_tools()) tool.clear_parts();

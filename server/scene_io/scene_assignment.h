@@ -20,8 +20,9 @@ struct AssignmentResult {
   SceneSettings settings;  ///< of tool 0; only when OK
 };
 
-/// `scene`, defaults filled in, after `change`. `device_stiffness` as in LoadOptions,
-/// `usual_budget_us` as in QualityWish. Automatic quality is at the level it begins with.
+/// `scene`, defaults filled in but for the knobs that quality decides (told_scene.h), after
+/// `change`. `device_stiffness` as in LoadOptions, `usual_budget_us` as in QualityWish. Automatic
+/// quality is at the level it begins with.
 [[nodiscard]] AssignmentResult assign_parameters(const v1::Scene& scene,
                                                  const v1::SetParameter& change,
                                                  double device_stiffness,

@@ -121,15 +121,9 @@ void fill_features(StringPreset preset, v1::Scene& scene) {
 }
 
 void fill_solver(v1::Scene& scene) {
-  if (scene.quality().choice_case() == v1::Quality::CHOICE_NOT_SET) {
-    scene.mutable_quality()->set_level(kDefaultQuality);
-  }
-  const int level = quality_level(scene.quality());
-  const OptimiserOptions usual = quality_of(level).options;
+  const OptimiserOptions usual = quality_of(quality_level(scene.quality())).options;
   using S = v1::Solver;
   S& solver = *scene.mutable_solver();
-  if (!solver.has_max_substeps()) solver.set_max_substeps(static_cast<unsigned>(usual.sub_steps));
-  set_absent(solver, &S::has_stop_step_m, &S::set_stop_step_m, usual.stop_tolerance);
   set_absent(solver, &S::has_margin_m, &S::set_margin_m, usual.margin);
   set_absent(solver, &S::has_skin_m, &S::set_skin_m, usual.skin);
   set_absent(solver, &S::has_max_rotation_rad, &S::set_max_rotation_rad, usual.rotation_step);
@@ -162,7 +156,20 @@ void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene) {
   for (v1::Body& body : *scene.mutable_bodies()) fill_pose(*body.mutable_pose_wb());
   fill_features(named, scene);
   for (v1::String& string : *scene.mutable_strings()) fill_string(scene, named, string);
+  fill_quality(*scene.mutable_quality());
   fill_solver(scene);
+  fill_knobs(scene.quality(), *scene.mutable_solver());
+}
+
+void fill_quality(v1::Quality& quality) {
+  if (quality.choice_case() == v1::Quality::CHOICE_NOT_SET) quality.set_level(kDefaultQuality);
+}
+
+void fill_knobs(const v1::Quality& quality, v1::Solver& solver) {
+  const OptimiserOptions usual = quality_of(quality_level(quality)).options;
+  using S = v1::Solver;
+  if (!solver.has_max_substeps()) solver.set_max_substeps(static_cast<unsigned>(usual.sub_steps));
+  set_absent(solver, &S::has_stop_step_m, &S::set_stop_step_m, usual.stop_tolerance);
 }
 
 void choose_quality(const QualityWish& wish, v1::Scene& scene) {

@@ -25,6 +25,12 @@ void choose_quality(const QualityWish& wish, v1::Scene& scene);
 /// replaces the scene's and every field a preset decides, set or not.
 void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene);
 
+/// The usual level, where `quality` has no choice.
+void fill_quality(v1::Quality& quality);
+
+/// The knobs that `quality` decides, where `solver` does not give them: max_substeps, stop_step_m.
+void fill_knobs(const v1::Quality& quality, v1::Solver& solver);
+
 /// The rung of the ladder of core/scene/quality.h that `quality` asks for; automatic quality begins
 /// with the usual one.
 [[nodiscard]] int quality_level(const v1::Quality& quality);

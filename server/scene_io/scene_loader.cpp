@@ -57,6 +57,7 @@ LoadResult load(const Source& source, const LoadOptions& options) {
 
   auto loaded = std::make_unique<LoadedScene>();
   loaded->message = text.scene();
+  loaded->given = given_quality(text.scene());
   choose_quality(options.quality, loaded->message);
   fill_defaults(options.preset, loaded->message);
   ModelFiles files(source.models);

@@ -13,6 +13,7 @@
 #include "server/scene_io/model_files.h"
 #include "server/scene_io/scene_defaults.h"
 #include "server/scene_io/scene_problem.h"
+#include "server/scene_io/told_scene.h"
 
 namespace hapticd {
 
@@ -28,7 +29,8 @@ struct LoadOptions {
 
 /// A scene, ready to play.
 struct LoadedScene {
-  v1::Scene message;  ///< with every default filled in
+  v1::Scene message;   ///< with every default filled in
+  GivenQuality given;  ///< of it, what the text has
   std::unique_ptr<const Scene> scene;
   ContentHash hash{};  ///< of the text and then the hashes of the assets
   std::vector<SceneAsset> assets;

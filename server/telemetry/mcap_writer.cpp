@@ -12,6 +12,12 @@
 #include "server/telemetry/mcap_bytes.h"
 
 namespace hapticd {
+namespace {
+
+/// What a hand did is its owner's affair.
+constexpr mode_t kOwnerOnly = 0600;
+
+}  // namespace
 
 McapWriter::~McapWriter() { close(); }
 
@@ -41,7 +47,7 @@ bool McapWriter::append(std::string_view bytes) {
 
 bool McapWriter::open(const std::string& path, std::string_view library) {
   path_ = path;
-  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
+  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, kOwnerOnly);
   if (file_ < 0) {
     fail("cannot create", errno);
     return false;

@@ -28,7 +28,8 @@ class McapWriter {
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
-  /// Creates `path`, which must not exist; false with error() otherwise. `library`: who wrote it.
+  /// Creates `path`, which must not exist, for its owner alone; false with error() otherwise.
+  /// `library`: who wrote it.
   bool open(const std::string& path, std::string_view library);
 
   /// A channel for messages of one protobuf type; returns its id. Before the first message.

@@ -2,7 +2,10 @@
 #include "server/telemetry/recorder.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "server/telemetry/schema_set.h"
 #include "server/telemetry/tick_record.h"
@@ -30,6 +33,36 @@ std::array<ChannelType, 6> channel_types() {
            {kEventTopic, v1::EventRecord::descriptor()},
            {kSnapshotTopic, v1::Snapshot::descriptor()}}};
 }
+
+/// The folders a file is in, made where they are missing; unless kept, those are removed again.
+class MadeFolders {
+ public:
+  explicit MadeFolders(const std::filesystem::path& file) {
+    // A bare name has no parent: it is in the folder of the process.
+    for (auto folder = file.parent_path(); !folder.empty(); folder = folder.parent_path()) {
+      std::error_code ignored;
+      if (std::filesystem::exists(folder, ignored) || folder == folder.parent_path()) break;
+      made_.push_back(folder);
+    }
+    if (made_.empty()) return;
+    std::error_code error;
+    std::filesystem::create_directories(made_.front(), error);
+    if (error) error_ = made_.front().string() + ": " + error.message();
+  }
+  MadeFolders(const MadeFolders&) = delete;
+  MadeFolders& operator=(const MadeFolders&) = delete;
+  ~MadeFolders() {
+    std::error_code ignored;  // one that is not empty by now stays
+    for (const auto& folder : made_) std::filesystem::remove(folder, ignored);
+  }
+
+  void keep() { made_.clear(); }
+  [[nodiscard]] const std::string& error() const { return error_; }
+
+ private:
+  std::vector<std::filesystem::path> made_;  ///< innermost first
+  std::string error_;
+};
 
 }  // namespace
 
@@ -111,16 +144,27 @@ void Recorder::forget_old() {
   while (!snapshots_.empty() && !front_is_snapshot()) drop_oldest();
 }
 
-bool Recorder::begin_file(McapWriter& writer, const std::string& path, std::uint64_t t_ns,
-                          std::string_view scene) const {
-  if (!writer.open(path, kLibrary)) return false;
-  for (const ChannelType& channel : channel_types()) {
-    writer.add_channel(channel.topic, channel.type->full_name(), schema_set(*channel.type));
+std::string Recorder::begin_file(McapWriter& writer, const std::string& path, std::uint64_t t_ns,
+                                 std::string_view scene) const {
+  MadeFolders folders(path);
+  if (!folders.error().empty()) return folders.error();
+  if (writer.open(path, kLibrary)) {
+    for (const ChannelType& channel : channel_types()) {
+      writer.add_channel(channel.topic, channel.type->full_name(), schema_set(*channel.type));
+    }
+    write(writer, Kind::kHeader, t_ns, header_);
+    if (!scene.empty()) write(writer, Kind::kScene, t_ns, scene);
+    writer.flush();
   }
-  write(writer, Kind::kHeader, t_ns, header_);
-  if (!scene.empty()) write(writer, Kind::kScene, t_ns, scene);
-  writer.flush();
-  return writer.error().empty();
+  const std::string error = writer.error();
+  if (error.empty()) {
+    folders.keep();
+  } else if (writer.is_open()) {
+    writer.close();
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+  }
+  return error;
 }
 
 bool Recorder::start(const std::string& path) {
@@ -134,10 +178,8 @@ bool Recorder::start(const std::string& path) {
   auto session = std::make_unique<Session>();
   session->path = path;
   const std::uint64_t t_ns = flight_.empty() ? 0 : flight_.back().t_ns;
-  if (!begin_file(session->writer, path, t_ns, scene_)) {
-    last_.error = session->writer.error();
-    return false;
-  }
+  last_.error = begin_file(session->writer, path, t_ns, scene_);
+  if (!last_.error.empty()) return false;
   session_ = std::move(session);
   return true;
 }
@@ -169,15 +211,15 @@ bool Recorder::dump(const std::string& path, std::string& error) const {
     return false;
   }
   McapWriter writer;
-  bool good = begin_file(writer, path, flight_.front().t_ns, flight_scene_);
+  error = begin_file(writer, path, flight_.front().t_ns, flight_scene_);
+  if (!error.empty()) return false;
   for (const Entry& entry : flight_) {
-    if (!good) break;
+    if (!writer.error().empty()) break;
     write(writer, entry.kind, entry.t_ns, entry.bytes);
-    good = writer.error().empty();
   }
-  good = writer.close() && good;
-  if (!good) error = writer.error();
-  return good;
+  if (writer.close()) return true;
+  error = writer.error();
+  return false;
 }
 
 RecordStatus Recorder::status() const {

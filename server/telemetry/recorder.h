@@ -65,7 +65,8 @@ class Recorder {
   /// Ticks that came too fast for the ring to this thread: counted as lost.
   void lost_ticks(std::uint64_t count);
 
-  /// Begins a session file, with the scene in force; false when it cannot be created, or one runs.
+  /// Begins a session file, with the scene in force, in folders that are made where they are
+  /// missing; false when it cannot be created or begun, which leaves no file, or one runs.
   /// A replay of it starts at the next Snapshot, or at the first tick when it starts with the
   /// scene.
   bool start(const std::string& path);
@@ -103,8 +104,10 @@ class Recorder {
   void drop_oldest();
   void forget_old();
   void write(McapWriter& writer, Kind kind, std::uint64_t t_ns, std::string_view bytes) const;
-  bool begin_file(McapWriter& writer, const std::string& path, std::uint64_t t_ns,
-                  std::string_view scene) const;
+  /// Creates the file, and the folders it is in, and writes what every file begins with. Returns
+  /// what went wrong, and leaves nothing then; empty: nothing.
+  std::string begin_file(McapWriter& writer, const std::string& path, std::uint64_t t_ns,
+                         std::string_view scene) const;
   void flush(Session& session);
 
   RecorderOptions options_;

@@ -21,10 +21,13 @@ vibration {}
 tones {}
 )";
 
+/// As parameters are set in: all filled in but what quality decides.
 v1::Scene filled() {
   const LoadResult result = load_scene_text(kScene, {});
   REQUIRE(result.loaded != nullptr);
-  return result.loaded->message;
+  v1::Scene scene = result.loaded->message;
+  leave_open(result.loaded->given, scene);
+  return scene;
 }
 
 v1::SetParameter set_of(std::initializer_list<std::pair<const char*, double>> values) {
@@ -140,11 +143,17 @@ TEST_CASE("a level of quality sets what the scene left open of the solver") {
   REQUIRE(result.code == v1::RESULT_CODE_OK);
   CHECK(result.settings.tools[0].optimiser.sub_steps < 24);
   CHECK(result.settings.tools[0].quality_level == 0);
-  v1::Scene own = filled();
-  own.mutable_solver()->set_max_substeps(77);
-  CHECK(assign_parameters(own, set_of({{"quality", 0.0}}), 1000.0)
-            .settings.tools[0]
-            .optimiser.sub_steps == 77);
+  // 32 is what the level in force would have chosen.
+  for (const unsigned given : {77U, 32U}) {
+    v1::Scene own = filled();
+    own.mutable_solver()->set_max_substeps(given);
+    const auto kept = assign_parameters(own, set_of({{"quality", 0.0}}), 1000.0);
+    CHECK(kept.settings.tools[0].optimiser.sub_steps == static_cast<int>(given));
+    LiveSettings live = kept.settings.tools[0];
+    take_to_level(4, own.solver(), live);
+    CHECK(live.optimiser.sub_steps == static_cast<int>(given));
+    CHECK(live.quality_level == 4);
+  }
 }
 
 TEST_CASE("quality follows a budget when told auto, and stops when given a level") {
