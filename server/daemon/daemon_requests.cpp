@@ -39,6 +39,9 @@ bool complete(const v1::PoseSample& sample) {
          none_or(sample.twist_dh_d().w_rad_per_s_size(), 3);
 }
 
+/// Paths of one GetParameters.
+constexpr int kMostPaths = 64;
+
 constexpr const char* kNoSuchTool = "The scene has no such tool.";
 
 /// No tool.
@@ -106,11 +109,11 @@ void Daemon::request(const RequestId& id, const v1::Item& item) {
     case v1::Item::kReplay:
       return answer_replay(id, item.replay());
     case v1::Item::kListScenes:
-      return list_names(id, list_scenes(installed_paths()));
+      return list(id, catalogues_.scenes());
     case v1::Item::kListGestures:
-      return list_gestures(id);
+      return list(id, catalogues_.gestures());
     case v1::Item::kListRecordings:
-      return list_names(id, hapticd::list_recordings(recordings_folder()));
+      return list(id, catalogues_.recordings());
     case v1::Item::kGetDeviceInfo:
       return describe_devices(id);
     case v1::Item::kCalibrate:
@@ -157,6 +160,11 @@ void Daemon::finish_command(std::uint64_t number, bool obeyed, Cause cause) {
 
 void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
+  if (get.paths_size() > kMostPaths) {
+    server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "get_parameters.paths",
+                                  "At most 64 paths; none asks for all parameters."));
+    return;
+  }
   const std::vector<std::string> paths(get.paths().begin(), get.paths().end());
   const auto values = parameter_values(scenes_.back().live, paths);
   if (!values.unknown.empty()) {
@@ -267,12 +275,14 @@ void Daemon::play_gesture(const RequestId& id, const v1::PlayGesture& play) {
   if (play.source_case() != v1::PlayGesture::SOURCE_NOT_SET) {
     const GestureResult loaded = play.has_gesture()
                                      ? check_gesture(play.gesture())
-                                     : load_gesture(play.name(), installed_gestures());
+                                     : load_installed_gesture(play.name(), installed_gestures());
     if (!loaded.gesture) {
       const SceneProblem& problem = loaded.problems.front();
-      const bool missing = play.has_name() && problem.line == 0;
-      server_->answer(id, result_of(missing ? v1::RESULT_CODE_NOT_FOUND : v1::RESULT_CODE_INVALID,
-                                    "play_gesture." + problem.field, to_text(problem)));
+      server_->answer(
+          id, loaded.missing
+                  ? result_of(v1::RESULT_CODE_NOT_FOUND, "play_gesture.name", to_text(problem))
+                  : result_of(v1::RESULT_CODE_INVALID, "play_gesture." + problem.field,
+                              to_text(problem)));
       return;
     }
     try {
@@ -289,24 +299,12 @@ void Daemon::play_gesture(const RequestId& id, const v1::PlayGesture& play) {
   if (command(id, PlayGestureCommand{plan.get()})) static_cast<void>(plan.release());
 }
 
-void Daemon::list_names(const RequestId& id, const std::vector<std::string>& names) {
+void Daemon::list(const RequestId& id, const std::vector<ListedName>& names) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
   v1::Listing& listing = *result.mutable_listing();
-  for (const std::string& name : names) {
-    listing.add_names(name);
-    listing.add_descriptions("");
-  }
-  server_->answer(id, result);
-}
-
-void Daemon::list_gestures(const RequestId& id) {
-  v1::Result result = result_of(v1::RESULT_CODE_OK);
-  v1::Listing& listing = *result.mutable_listing();
-  const GestureFolders folders = installed_gestures();
-  for (const std::string& name : hapticd::list_gestures(folders)) {
-    const GestureResult loaded = load_gesture(name, folders);
-    listing.add_names(name);
-    listing.add_descriptions(loaded.gesture ? loaded.gesture->description() : "");
+  for (const ListedName& each : names) {
+    listing.add_names(each.name);
+    listing.add_descriptions(each.description);
   }
   server_->answer(id, result);
 }
