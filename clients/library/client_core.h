@@ -26,7 +26,7 @@ namespace hapticd::client {
 /// Why a session ended.
 enum class SessionEnd : std::uint8_t {
   kForgotten,      ///< Reset: the server does not know it (any more)
-  kFull,           ///< Reset: 32 sessions are open
+  kFull,           ///< Reset: 32 sessions are open, or 24 that only look
   kRestarted,      ///< another boot id
   kBye,            ///< the server said Bye; ClientCore::bye() has reason and message
   kBacklog,        ///< 1024 Items unacknowledged

@@ -31,7 +31,7 @@ class Controller {
   /// Gives the lease back.
   v1::Result release();
 
-  /// Loads an installed scene and waits until it plays.
+  /// Loads an installed scene and waits until it plays. A file's scene goes as its text, by call().
   v1::Result load_scene(const std::string& name,
                         std::chrono::nanoseconds timeout = std::chrono::seconds(60));
   /// Queues the pose X_DH of a scripted tool's handle for the tick after the last one queued. Sent

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "server/daemon/catalogues.h"
 #include "server/daemon/daemon_options.h"
 #include "server/daemon/force_watch.h"
 #include "server/daemon/quality_governor.h"
@@ -89,7 +90,6 @@ class Daemon {
   /// A scene being built off-thread for a request, or for SIGHUP.
   struct SceneBuild {
     std::optional<RequestId> request;
-    bool named = false;  ///< by name or file, not as text
     bool check_only = false;
     std::future<LoadResult> result;
   };
@@ -163,8 +163,7 @@ class Daemon {
                                                         const std::string& path) const;
   void queue_poses(const RequestId& id, const v1::PoseBatch& batch);
   void play_gesture(const RequestId& id, const v1::PlayGesture& play);
-  void list_names(const RequestId& id, const std::vector<std::string>& names);
-  void list_gestures(const RequestId& id);
+  void list(const RequestId& id, const std::vector<ListedName>& names);
   void describe_devices(const RequestId& id);
 
   // Recording (daemon_records.cpp).
@@ -227,6 +226,7 @@ class Daemon {
   /// The one that plays; before it the last one, until its snapshots are all taken; after it the
   /// next one, until it plays.
   std::deque<AirScene> scenes_;
+  Catalogues catalogues_;         ///< of scenes, gestures and recordings
   std::uint32_t playing_id_ = 0;  ///< of the one that clients know of; 0: none yet
   std::uint32_t last_scene_id_ = 0;
   RecordStatus told_record_;  ///< what clients were told last

@@ -11,6 +11,8 @@
 namespace hapticd {
 namespace {
 
+/// Paths of one GetParameters.
+constexpr int kMostPaths = 64;
 /// Ticks that a change may wait for its own, at most.
 constexpr std::uint64_t kMostTicksToWait = 1'000'000;
 
@@ -45,6 +47,11 @@ void Daemon::AirScene::take(Parameters now) {
 
 void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
+  if (get.paths_size() > kMostPaths) {
+    server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "get_parameters.paths",
+                                  "At most 64 paths; none asks for all parameters."));
+    return;
+  }
   const std::vector<std::string> paths(get.paths().begin(), get.paths().end());
   const auto values = parameter_values(scenes_.back().live, paths);
   if (!values.unknown.empty()) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 
 #include "server/daemon/daemon.h"
 #include "server/encoding/request_result.h"
@@ -87,6 +88,7 @@ std::unique_ptr<PlayedScene> Daemon::make_recorded_scene(const v1::SceneRecord& 
   google::protobuf::TextFormat::PrintToString(record.scene(), &text);
   LoadOptions options = load_options();
   options.quality = {};
+  options.longest_info = std::numeric_limits<std::size_t>::max();  // It was played.
   options.paths.models.insert(options.paths.models.begin(),
                               std::filesystem::path(replay_->path()).parent_path());
   LoadResult result = load_scene_text(text, options);

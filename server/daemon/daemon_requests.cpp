@@ -116,11 +116,11 @@ void Daemon::request(const RequestId& id, const v1::Item& item) {
     case v1::Item::kReplay:
       return answer_replay(id, item.replay());
     case v1::Item::kListScenes:
-      return list_names(id, list_scenes(installed_paths()));
+      return list(id, catalogues_.scenes());
     case v1::Item::kListGestures:
-      return list_gestures(id);
+      return list(id, catalogues_.gestures());
     case v1::Item::kListRecordings:
-      return list_names(id, hapticd::list_recordings(recordings_folder()));
+      return list(id, catalogues_.recordings());
     case v1::Item::kGetDeviceInfo:
       return describe_devices(id);
     case v1::Item::kCalibrate:
@@ -250,12 +250,14 @@ void Daemon::play_gesture(const RequestId& id, const v1::PlayGesture& play) {
   if (play.source_case() != v1::PlayGesture::SOURCE_NOT_SET) {
     const GestureResult loaded = play.has_gesture()
                                      ? check_gesture(play.gesture())
-                                     : load_gesture(play.name(), installed_gestures());
+                                     : load_installed_gesture(play.name(), installed_gestures());
     if (!loaded.gesture) {
       const SceneProblem& problem = loaded.problems.front();
-      const bool missing = play.has_name() && problem.line == 0;
-      server_->answer(id, result_of(missing ? v1::RESULT_CODE_NOT_FOUND : v1::RESULT_CODE_INVALID,
-                                    "play_gesture." + problem.field, to_text(problem)));
+      server_->answer(
+          id, loaded.missing
+                  ? result_of(v1::RESULT_CODE_NOT_FOUND, "play_gesture.name", to_text(problem))
+                  : result_of(v1::RESULT_CODE_INVALID, "play_gesture." + problem.field,
+                              to_text(problem)));
       return;
     }
     try {
@@ -272,24 +274,12 @@ void Daemon::play_gesture(const RequestId& id, const v1::PlayGesture& play) {
   if (command(id, PlayGestureCommand{plan.get()})) static_cast<void>(plan.release());
 }
 
-void Daemon::list_names(const RequestId& id, const std::vector<std::string>& names) {
+void Daemon::list(const RequestId& id, const std::vector<ListedName>& names) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
   v1::Listing& listing = *result.mutable_listing();
-  for (const std::string& name : names) {
-    listing.add_names(name);
-    listing.add_descriptions("");
-  }
-  server_->answer(id, result);
-}
-
-void Daemon::list_gestures(const RequestId& id) {
-  v1::Result result = result_of(v1::RESULT_CODE_OK);
-  v1::Listing& listing = *result.mutable_listing();
-  const GestureFolders folders = installed_gestures();
-  for (const std::string& name : hapticd::list_gestures(folders)) {
-    const GestureResult loaded = load_gesture(name, folders);
-    listing.add_names(name);
-    listing.add_descriptions(loaded.gesture ? loaded.gesture->description() : "");
+  for (const ListedName& each : names) {
+    listing.add_names(each.name);
+    listing.add_descriptions(each.description);
   }
   server_->answer(id, result);
 }

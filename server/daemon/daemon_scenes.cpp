@@ -8,7 +8,6 @@
 #include "server/daemon/daemon.h"
 #include "server/encoding/request_result.h"
 #include "server/scene_io/gesture_loader.h"
-#include "server/scene_io/scene_parameters.h"
 
 namespace hapticd {
 namespace {
@@ -20,22 +19,16 @@ struct Faults {
   std::string text;  ///< of all
 };
 
-Faults faults_of(const SceneProblems& problems, bool named) {
+Faults faults_of(const LoadResult& result) {
   Faults faults;
-  for (const SceneProblem& problem : problems) {
+  if (result.missing) faults = {v1::RESULT_CODE_NOT_FOUND, "name", ""};
+  for (const SceneProblem& problem : result.problems) {
     if (problem.doubt) continue;
-    if (faults.text.empty()) faults.path = problem.field;
+    if (faults.path.empty()) faults.path = problem.field;
     faults.text += (faults.text.empty() ? "" : "\n") + to_text(problem);
-  }
-  const SceneProblem& first = problems.front();
-  if (named && first.line == 0 && first.field.empty()) {
-    faults.code = v1::RESULT_CODE_NOT_FOUND;
-    faults.path = "name";
   }
   return faults;
 }
-
-std::string bytes_of(const ContentHash& hash) { return {hash.begin(), hash.end()}; }
 
 }  // namespace
 
@@ -61,17 +54,8 @@ Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) 
   scene.id = ++last_scene_id_;
   scene.index = index_scene(*loaded->scene);
   v1::SceneInfo& info = scene.info;
+  info = describe_scene(*loaded);
   info.set_scene_id(scene.id);
-  info.set_hash(bytes_of(loaded->hash));
-  for (const SceneAsset& asset : loaded->assets) {
-    v1::Asset& out = *info.add_assets();
-    out.set_name(asset.name);
-    out.set_hash(bytes_of(asset.hash));
-    out.set_size(asset.size);
-  }
-  for (v1::ParameterInfo& parameter : live_parameters(loaded->message)) {
-    *info.add_parameters() = std::move(parameter);
-  }
   info.set_rate_hz(options_.config.rate());
   info.set_clock(options_.config.clock());
   info.set_server_version(HAPTICD_VERSION);
@@ -126,10 +110,13 @@ void Daemon::build_scene(std::optional<RequestId> request, const v1::LoadScene& 
   }
   LoadOptions options = load_options();
   if (load.has_preset()) options.preset = load.preset();
-  build_ = SceneBuild{request, load.has_name(), load.check_only(),
-                      std::async(std::launch::async, [load, options] {
-                        return load.has_text() ? load_scene_text(load.text(), options)
-                                               : load_scene(load.name(), options);
+  // Of the configuration the name may be any file's; a peer's is an installed scene's.
+  const bool any_file = !request;
+  build_ = SceneBuild{request, load.check_only(),
+                      std::async(std::launch::async, [load, options, any_file] {
+                        if (load.has_text()) return load_scene_text(load.text(), options);
+                        return any_file ? load_scene(load.name(), options)
+                                        : load_installed_scene(load.name(), options);
                       })};
 }
 
@@ -154,7 +141,7 @@ void Daemon::finish_build() {
     return;
   }
   if (result.loaded == nullptr) {
-    const Faults faults = faults_of(result.problems, build.named);
+    const Faults faults = faults_of(result);
     fail(faults.code, faults.path, faults.text);
     return;
   }

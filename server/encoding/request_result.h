@@ -4,18 +4,17 @@
 #include <string>
 
 #include "hapticd/v1/answer.pb.h"
+#include "proto/wire/whole_characters.h"
 
 namespace hapticd {
 
-/// Longer messages are cut, characters (Result.message).
-inline constexpr std::size_t kLongestMessage = 400;
-
+/// A Result with path and message as long as they may be.
 [[nodiscard]] inline v1::Result result_of(v1::ResultCode code, const std::string& path = "",
                                           const std::string& message = "") {
   v1::Result result;
   result.set_code(code);
-  result.set_path(path);
-  result.set_message(message.substr(0, kLongestMessage));
+  result.set_path(wire::whole_characters(path, wire::kPathBytes));
+  result.set_message(wire::whole_characters(message, wire::kMessageBytes));
   return result;
 }
 

@@ -22,6 +22,8 @@ namespace hapticd {
 /// Handshakes that wait for the first DATA; a further one is not answered, and asked for again by
 /// its client.
 inline constexpr std::size_t kMostHalfOpen = 64;
+/// Of them those of the view key, so that there is room for the control key's.
+inline constexpr std::size_t kMostHalfOpenViews = 56;
 /// How long they wait, ns.
 inline constexpr std::int64_t kHalfOpen_ns = 3000 * wire::kMillisecond_ns;
 /// Age of the secret under cookies at which another takes its place, ns. Cookies of the one before
@@ -64,6 +66,7 @@ class Handshakes {
   [[nodiscard]] std::size_t half_open() const;
 
  private:
+  [[nodiscard]] std::size_t half_open_views() const;
   static constexpr std::size_t kCookieBytes = 32;
   using Secret = std::array<std::uint8_t, 32>;
   using Cookie = std::array<std::uint8_t, kCookieBytes>;

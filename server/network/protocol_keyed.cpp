@@ -54,13 +54,12 @@ Session* Implementation::open_keyed(const HalfOpen& half, const wire::DatagramHe
     ++counters.unreadable;
     return nullptr;
   }
-  Session* session = open(half.address, half.session);
+  Session* session = open(half.address, half.session, half.role);
   if (session == nullptr) {
     refuse_full(half);
     handshakes->forget(half.session);
     return nullptr;
   }
-  session->role = half.role;
   session->channel.secure(half.session, half.transport);
   handshakes->establish(half.session);
   return session;

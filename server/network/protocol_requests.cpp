@@ -29,6 +29,7 @@ v1::Result result_of(v1::ResultCode code, std::string path = {}, std::string mes
 
 void Implementation::apply(Session& session, wire::ReceivedItem& received) {
   const v1::Item& item = received.item;
+  session.asked_control = session.asked_control || needs_control(item);
   if (item.has_bye()) {
     end(session, Phase::kLeft);
   } else if (received.undecodable) {
@@ -70,15 +71,50 @@ void Implementation::pump(Session& session) {
   if (session.pumping) return;
   session.pumping = true;
   while (session.phase == Phase::kOpen && !session.current.has_value() &&
-         !session.waiting.empty()) {
+         !session.waiting.empty() && !costs_too_much_now(session)) {
     const WaitingRequest request = std::move(session.waiting.front());
     session.waiting.pop_front();
+    if (cost_of(request.body) != Cost::kLittle) session.may_cost = false;
     session.waiting_bytes -= request.bytes;
     session.current =
         CurrentRequest{request.item, request.body.has_pose_batch(), is_run_of_steps(request.body)};
     carry_out(session, request.body);
   }
   session.pumping = false;
+}
+
+// What is refused costs nothing: it is not held up.
+bool Implementation::costs_too_much_now(const Session& session) const {
+  const v1::Item& next = session.waiting.front().body;
+  return cost_of(next) != Cost::kLittle && !session.may_cost && !refusal(session, next).has_value();
+}
+
+// One request that costs much, of one session, each time: what came before it, a Stop above all,
+// has been heard by now, and what comes while it is carried out waits for no other. The sessions
+// take turns.
+void Implementation::serve_costly() {
+  const auto ready = [this](const Session& session) {
+    if (session.phase != Phase::kOpen || session.current.has_value() || session.waiting.empty()) {
+      return false;
+    }
+    return cost_of(session.waiting.front().body) != Cost::kDear || session.dear_due_ns <= now_ns;
+  };
+  Session* next = nullptr;
+  for (const auto& session : sessions) {  // In the order of their serial numbers.
+    if (!ready(*session)) continue;
+    if (next == nullptr) next = session.get();
+    if (session->serial <= served_last) continue;
+    next = session.get();
+    break;
+  }
+  if (next == nullptr) return;
+  served_last = next->serial;
+  if (cost_of(next->waiting.front().body) == Cost::kDear) {
+    next->dear_due_ns = now_ns + kDearPeriod_ns;
+  }
+  next->may_cost = true;
+  pump(*next);
+  next->may_cost = false;
 }
 
 void Implementation::carry_out(Session& session, const v1::Item& item) {

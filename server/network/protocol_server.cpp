@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/network/protocol_state.h"
+#include "server/network/untold_item.h"
 
 namespace hapticd {
 
@@ -28,21 +29,52 @@ Session* Implementation::find(std::uint64_t serial) {
   return nullptr;
 }
 
-Session* Implementation::open(const Address& from, std::uint32_t number) {
-  if (sessions.size() >= kMostSessions) {
-    // Of those that say goodbye the one that began first gives way.
-    const auto left =
-        std::min_element(sessions.begin(), sessions.end(), [](const auto& a, const auto& b) {
-          return (a->phase == Phase::kOpen ? wire::kNever_ns : a->phase_until_ns) <
-                 (b->phase == Phase::kOpen ? wire::kNever_ns : b->phase_until_ns);
-        });
-    if ((*left)->phase == Phase::kOpen) return nullptr;
-    if (handshakes != nullptr) handshakes->forget((*left)->channel.session());
-    sessions.erase(left);
+// Of those who may only look, and in the clear of those who have never asked for more, the first
+// one beyond the places they can hold; null: there is none.
+Session* Implementation::surplus_looker() {
+  std::size_t lookers = 0;
+  for (const auto& session : sessions) {
+    const bool looks =
+        handshakes == nullptr ? !session->asked_control : session->role == wire::Role::kView;
+    if (session->phase == Phase::kOpen && looks && ++lookers > kMostLookers) return session.get();
   }
+  return nullptr;
+}
+
+// Room for one more session of this role.
+bool Implementation::make_room(wire::Role role) {
+  if (role == wire::Role::kView) {
+    const auto views = std::count_if(sessions.begin(), sessions.end(), [](const auto& session) {
+      return session->phase == Phase::kOpen && session->role == wire::Role::kView;
+    });
+    if (static_cast<std::size_t>(views) >= kMostLookers) return false;
+  }
+  if (sessions.size() < kMostSessions) return true;
+  // Of those that say goodbye the one that began first gives way.
+  auto giving =
+      std::min_element(sessions.begin(), sessions.end(), [](const auto& a, const auto& b) {
+        return (a->phase == Phase::kOpen ? wire::kNever_ns : a->phase_until_ns) <
+               (b->phase == Phase::kOpen ? wire::kNever_ns : b->phase_until_ns);
+      });
+  if ((*giving)->phase == Phase::kOpen) {
+    const Session* surplus = surplus_looker();
+    if (surplus == nullptr) return false;
+    giving = std::find_if(sessions.begin(), sessions.end(),
+                          [&](const auto& session) { return session.get() == surplus; });
+    end(**giving, Phase::kGone);
+    refuse((*giving)->address, (*giving)->channel.session(), v1::RESET_REASON_FULL);
+  }
+  if (handshakes != nullptr) handshakes->forget((*giving)->channel.session());
+  sessions.erase(giving);
+  return true;
+}
+
+Session* Implementation::open(const Address& from, std::uint32_t number, wire::Role role) {
+  if (!make_room(role)) return nullptr;
   sessions.push_back(std::make_unique<Session>(++sessions_opened, from, number));
   Session& session = *sessions.back();
   session.heard_ns = now_ns;
+  session.role = role;
   bool first = true;
   for (const v1::Item& item : host.greeting()) {
     note_scene(item);
@@ -80,7 +112,7 @@ Session* Implementation::session_for(const Address& from, const wire::DatagramHe
     refuse(from, header.session, v1::RESET_REASON_UNKNOWN_SESSION);
     return nullptr;
   }
-  session = open(from, header.session);
+  session = open(from, header.session, wire::Role::kControl);
   if (session == nullptr) {
     refuse(from, header.session, v1::RESET_REASON_FULL);
   } else {
@@ -175,6 +207,11 @@ void Implementation::poll_session(Session& session) {
 
 void Implementation::tell(Session& session, const v1::Item& item) {
   if (session.phase != Phase::kOpen || session.channel.send(item).has_value()) return;
+  const std::optional<v1::Item> notice = notice_for(item);
+  if (notice.has_value() && session.channel.send(*notice).has_value()) {
+    ++counters.untold;
+    return;
+  }
   ++counters.backlogs;
   close(session, v1::BYE_REASON_BACKLOG, "more Items than were acknowledged in time");
 }
@@ -247,6 +284,7 @@ void ProtocolServer::poll(std::int64_t now_ns) {
   Implementation& self = *implementation_;
   self.now_ns = now_ns;
   self.expire_lease();
+  self.serve_costly();
   for (const auto& session : self.sessions) self.poll_session(*session);
   if (self.handshakes != nullptr) {
     self.handshakes->expire(now_ns);

@@ -88,6 +88,7 @@ struct ServerCounters {
   std::uint64_t hellos = 0;           ///< HELLOs received
   std::uint64_t hellos_dropped = 0;   ///< of them not answered: too many, of no key, malformed
   std::uint64_t protocol_errors = 0;  ///< sessions ended for breaking the rules
+  std::uint64_t untold = 0;           ///< Items that were too long, and a notice took their place
   std::uint64_t backlogs = 0;         ///< sessions ended with 1024 Items unacknowledged
   std::uint64_t silences = 0;         ///< sessions dropped after 10 s
   std::uint64_t resets = 0;           ///< Resets sent

@@ -19,6 +19,9 @@ namespace hapticd {
 
 /// Sessions at once, those that say goodbye included.
 inline constexpr std::size_t kMostSessions = 32;
+/// Of them, places that those who only look cannot hold: somebody may have to say Stop.
+inline constexpr std::size_t kControlPlaces = 8;
+inline constexpr std::size_t kMostLookers = kMostSessions - kControlPlaces;
 /// Silence after which a session is dropped, ns.
 inline constexpr std::int64_t kDropAfter_ns = 10'000 * wire::kMillisecond_ns;
 /// How long a Bye is repeated, and how long the other side's is acknowledged, ns. While the Items
@@ -46,6 +49,7 @@ struct ProtocolServer::Implementation {
   ServerCounters counters;
   std::vector<std::unique_ptr<Session>> sessions;
   std::uint64_t sessions_opened = 0;
+  std::uint64_t served_last = 0;  ///< serial of the session whose turn it was last to cost much
   Lease lease;
   ResetLimiter reset_limiter;
   std::vector<double> rest_radii_m;        ///< of the strings, from the newest SceneInfo
@@ -58,7 +62,9 @@ struct ProtocolServer::Implementation {
   // protocol_server.cpp: sessions and datagrams.
   Session* find(const Address& address, std::uint32_t number);
   Session* find(std::uint64_t serial);
-  Session* open(const Address& from, std::uint32_t number);
+  Session* open(const Address& from, std::uint32_t number, wire::Role role);
+  bool make_room(wire::Role role);
+  Session* surplus_looker();
   void refuse(const Address& to, std::uint32_t number, v1::ResetReason reason);
   Session* session_for(const Address& from, const wire::DatagramHeader& header,
                        std::span<const std::uint8_t> body);
@@ -87,6 +93,8 @@ struct ProtocolServer::Implementation {
   void apply(Session& session, wire::ReceivedItem& received);
   void overtake(Session& session, const wire::ReceivedItem& received);
   void pump(Session& session);
+  [[nodiscard]] bool costs_too_much_now(const Session& session) const;
+  void serve_costly();
   void carry_out(Session& session, const v1::Item& item);
   void finish(Session& session, v1::Result result);
   void tell_result(Session& session, std::uint64_t item, v1::Result result);

@@ -42,4 +42,21 @@ bool needs_lease(const v1::Item& item) {
   }
 }
 
+Cost cost_of(const v1::Item& item) {
+  switch (item.body_case()) {
+    case v1::Item::kListScenes:
+    case v1::Item::kListGestures:
+    case v1::Item::kListRecordings:
+      return Cost::kDear;
+    case v1::Item::kGetParameters:
+    case v1::Item::kGetDeviceInfo:
+    case v1::Item::kSetParameter:
+    case v1::Item::kPlayGesture:
+    case v1::Item::kRecord:
+      return Cost::kMuch;
+    default:
+      return Cost::kLittle;
+  }
+}
+
 }  // namespace hapticd

@@ -1,6 +1,8 @@
 // What kind of request an Item is: the table of PROTOCOL.md, section 8. Not RT.
 #pragma once
 
+#include <cstdint>
+
 #include "hapticd/v1/stream.pb.h"
 
 namespace hapticd {
@@ -15,6 +17,14 @@ namespace hapticd {
 [[nodiscard]] inline bool needs_control(const v1::Item& item) {
   return needs_lease(item) || item.has_acquire() || item.has_stop();
 }
+
+/// What carrying a request out costs the thread that also has to hear a Stop.
+enum class Cost : std::uint8_t {
+  kLittle,
+  kMuch,  ///< it goes through a whole scene: one at a time between two looks at the socket
+  kDear,  ///< it looks at files: so too, and of each session one in kDearPeriod_ns
+};
+[[nodiscard]] Cost cost_of(const v1::Item& item);
 
 /// Run{STEP}: ticks are advanced until it is answered.
 [[nodiscard]] inline bool is_run_of_steps(const v1::Item& item) {

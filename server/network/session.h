@@ -27,6 +27,9 @@ inline constexpr std::size_t kMostWaitingBytes = 2 * wire::kBlobBytes;
 /// Stops and Run{STOP}s of one session that the host has not answered; the next is answered BUSY.
 inline constexpr std::size_t kMostOvertaking = 64;
 
+/// Shortest time between two requests of one session that look at files (Cost::kDear), ns.
+inline constexpr std::int64_t kDearPeriod_ns = 10 * wire::kMillisecond_ns;
+
 /// A request that waits for its turn.
 struct WaitingRequest {
   std::uint64_t item = 0;
@@ -57,6 +60,7 @@ struct Session {
   Address address;
   wire::Channel channel;
   wire::Role role = wire::Role::kControl;  ///< of the key it was opened with; PLAIN may control
+  bool asked_control = false;  ///< it has made a request that needs the right to control
   wire::ClockEcho clock;
   Phase phase = Phase::kOpen;
   std::int64_t heard_ns = 0;        ///< last valid datagram
@@ -69,7 +73,9 @@ struct Session {
   std::vector<std::uint64_t> overtaking;  ///< at the host, beside `current`
   /// Results of those, held until the Run of steps they end is answered.
   std::vector<std::pair<std::uint64_t, v1::Result>> held_results;
-  bool pumping = false;  ///< pump() is on the stack
+  bool pumping = false;          ///< pump() is on the stack
+  bool may_cost = false;         ///< its next request may cost much: its turn among the sessions
+  std::int64_t dear_due_ns = 0;  ///< its next request that looks at files waits until then
 
   StateFlow flow;
   ItemFlow items;

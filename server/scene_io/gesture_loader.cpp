@@ -138,6 +138,11 @@ GestureResult load_text(std::string_view text, const std::string& file) {
   return result;
 }
 
+GestureResult load_named(const NamedText& named) {
+  if (named.problem) return {std::nullopt, {*named.problem}, true};
+  return load_text(named.text, named.path.string());
+}
+
 }  // namespace
 
 GestureFolders installed_gestures() {
@@ -148,10 +153,12 @@ std::vector<std::string> list_gestures(const GestureFolders& folders) {
   return list_names(folders);
 }
 
+GestureResult load_installed_gesture(const std::string& name, const GestureFolders& folders) {
+  return load_named(read_installed(name, folders, "gesture", kLongestText));
+}
+
 GestureResult load_gesture(const std::string& source, const GestureFolders& folders) {
-  const NamedText named = read_named(source, folders, "gesture", kLongestText);
-  if (named.problem) return {std::nullopt, {*named.problem}};
-  return load_text(named.text, named.path.string());
+  return load_named(read_named(source, folders, "gesture", kLongestText));
 }
 
 GestureResult load_gesture_text(std::string_view text) { return load_text(text, "inline"); }

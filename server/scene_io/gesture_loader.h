@@ -22,12 +22,18 @@ using GestureFolders = std::vector<std::filesystem::path>;
 struct GestureResult {
   std::optional<v1::Gesture> gesture;  ///< defaults filled in; none when there is a fault
   SceneProblems problems;
+  bool missing = false;  ///< there is no such gesture: nothing could be read
 };
 
 /// Names of the gestures in `folders`, in alphabetical order.
 [[nodiscard]] std::vector<std::string> list_gestures(const GestureFolders& folders);
 
-/// `source` is the name of an installed gesture, or a file: with '/' or ".textproto" in it.
+/// `name` is that of an installed gesture, whoever gives it.
+[[nodiscard]] GestureResult load_installed_gesture(const std::string& name,
+                                                   const GestureFolders& folders);
+
+/// `source` is the name of an installed gesture, or a file: with '/' or ".textproto" in it. For the
+/// owner of the machine, not for peers.
 [[nodiscard]] GestureResult load_gesture(const std::string& source, const GestureFolders& folders);
 
 /// From text that has no file; problems name it "inline".

@@ -15,11 +15,16 @@ namespace fs = std::filesystem;
 /// Longest name of a file, bytes.
 constexpr std::size_t kLongestName = 256;
 
+/// Whether people can be shown the name: short enough, without control characters.
+bool can_be_shown(const std::string& name) {
+  return name.size() <= kLongestName && std::none_of(name.begin(), name.end(), [](char c) {
+           return static_cast<unsigned char>(c) < 0x20U || c == '\x7f';
+         });
+}
+
 /// True for names that stay below a folder.
 bool stays_below(const std::string& name) {
-  if (name.empty() || name.size() > kLongestName || name.find('\0') != std::string::npos) {
-    return false;
-  }
+  if (name.empty() || !can_be_shown(name)) return false;
   const fs::path path(name);
   return path.is_relative() &&
          std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
@@ -60,7 +65,9 @@ std::vector<std::uint8_t> read_file(const fs::path& path, std::uintmax_t largest
 
 std::vector<std::uint8_t> ModelFiles::read(const std::string& name) const {
   if (!stays_below(name)) {
-    throw std::runtime_error("'" + name + "' is no name of a file below the folders of models");
+    throw std::runtime_error((can_be_shown(name) ? "'" + name + "'" : std::string("this")) +
+                             " is no name of a file below the folders of models (" +
+                             folder_names() + ")");
   }
   for (const fs::path& folder : folders_) {
     std::error_code ignored;
@@ -72,7 +79,14 @@ std::vector<std::uint8_t> ModelFiles::read(const std::string& name) const {
       throw std::runtime_error("'" + name + "' " + fault.what());
     }
   }
-  throw std::runtime_error("there is no file '" + name + "'");
+  throw std::runtime_error("there is no file '" + name + "' in the folders of models (" +
+                           folder_names() + ")");
+}
+
+std::string ModelFiles::folder_names() const {
+  std::string text;
+  for (const fs::path& folder : folders_) text += (text.empty() ? "" : ", ") + folder.string();
+  return text.empty() ? "there are none" : text;
 }
 
 void ModelFiles::note(const std::string& name, const std::vector<std::uint8_t>& bytes) {

@@ -52,6 +52,7 @@ class ModelFiles {
 
  private:
   [[nodiscard]] std::vector<std::uint8_t> read(const std::string& name) const;
+  [[nodiscard]] std::string folder_names() const;
   void note(const std::string& name, const std::vector<std::uint8_t>& bytes);
 
   std::vector<std::filesystem::path> folders_;

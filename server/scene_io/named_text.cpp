@@ -1,6 +1,7 @@
 // See named_text.h.
 #include "server/scene_io/named_text.h"
 
+#include <algorithm>
 #include <set>
 #include <stdexcept>
 #include <system_error>
@@ -18,16 +19,6 @@ bool is_file(const std::string& source) {
   return source.find('/') != std::string::npos || source.ends_with(kExtension);
 }
 
-/// The installed file of a name; empty when there is none.
-fs::path find_installed(const std::string& name, const std::vector<fs::path>& folders) {
-  for (const fs::path& folder : folders) {
-    std::error_code ignored;
-    fs::path path = folder / (name + std::string(kExtension));
-    if (fs::is_regular_file(path, ignored)) return path;
-  }
-  return {};
-}
-
 std::string known(const std::vector<fs::path>& folders, std::string_view what) {
   std::string text;
   for (const std::string& name : list_names(folders)) text += (text.empty() ? "" : ", ") + name;
@@ -35,7 +26,45 @@ std::string known(const std::vector<fs::path>& folders, std::string_view what) {
                       : "Installed are " + text + ".";
 }
 
+NamedText refused(const std::string& file, std::string message, std::string remedy) {
+  return NamedText{"", "",
+                   SceneProblem{false, file, 0, 0, "", std::move(message), std::move(remedy)}};
+}
+
+NamedText read_text(const fs::path& path, std::uintmax_t longest) {
+  try {
+    const std::vector<std::uint8_t> bytes = read_file(path, longest);
+    return {{bytes.begin(), bytes.end()}, path, std::nullopt};
+  } catch (const std::runtime_error& fault) {
+    return refused(path.string(), std::string("it ") + fault.what(), "");
+  }
+}
+
 }  // namespace
+
+std::string fault_of_name(std::string_view name) {
+  if (name.empty()) return "is empty";
+  if (name.size() > kLongestInstalledName) {
+    return "has " + std::to_string(name.size()) + " bytes, more than " +
+           std::to_string(kLongestInstalledName);
+  }
+  if (name.find('/') != std::string_view::npos) return "has '/' in it";
+  if (name.front() == '.') return "begins with '.'";
+  const bool control = std::any_of(name.begin(), name.end(), [](char c) {
+    return static_cast<unsigned char>(c) < 0x20U || c == '\x7f';
+  });
+  return control ? "has control characters in it" : "";
+}
+
+fs::path installed_file(const std::string& name, const std::vector<fs::path>& folders) {
+  if (!fault_of_name(name).empty()) return {};
+  for (const fs::path& folder : folders) {
+    std::error_code ignored;
+    fs::path path = folder / (name + std::string(kExtension));
+    if (fs::is_regular_file(path, ignored)) return path;
+  }
+  return {};
+}
 
 std::vector<std::string> list_names(const std::vector<fs::path>& folders) {
   std::set<std::string> names;
@@ -48,23 +77,25 @@ std::vector<std::string> list_names(const std::vector<fs::path>& folders) {
   return {names.begin(), names.end()};
 }
 
-NamedText read_named(const std::string& source, const std::vector<fs::path>& folders,
-                     std::string_view what, std::uintmax_t longest) {
-  const auto refused = [](const std::string& file, std::string message, std::string remedy) {
-    return NamedText{"", "",
-                     SceneProblem{false, file, 0, 0, "", std::move(message), std::move(remedy)}};
-  };
-  const fs::path path = is_file(source) ? fs::path(source) : find_installed(source, folders);
+NamedText read_installed(const std::string& name, const std::vector<fs::path>& folders,
+                         std::string_view what, std::uintmax_t longest) {
+  // What cannot be a name is not repeated: it may be long, or full of escape sequences.
+  if (const std::string fault = fault_of_name(name); !fault.empty()) {
+    return refused("the " + std::string(what) + " asked for", "its name " + fault,
+                   "Name an installed " + std::string(what) + ", or send what is in the file.");
+  }
+  const fs::path path = installed_file(name, folders);
   if (path.empty()) {
-    return refused(source, "there is no " + std::string(what) + " of this name",
+    return refused(name, "there is no " + std::string(what) + " of this name",
                    known(folders, what));
   }
-  try {
-    const std::vector<std::uint8_t> bytes = read_file(path, longest);
-    return {{bytes.begin(), bytes.end()}, path, std::nullopt};
-  } catch (const std::runtime_error& fault) {
-    return refused(path.string(), std::string("it ") + fault.what(), "");
-  }
+  return read_text(path, longest);
+}
+
+NamedText read_named(const std::string& source, const std::vector<fs::path>& folders,
+                     std::string_view what, std::uintmax_t longest) {
+  return is_file(source) ? read_text(source, longest)
+                         : read_installed(source, folders, what, longest);
 }
 
 }  // namespace hapticd

@@ -1,5 +1,5 @@
 // Texts that people name: of an installed file, by its name without folder and ending, or of any
-// file by its path. Offline.
+// file by its path. Who names it over the network names an installed one. Offline.
 #pragma once
 
 #include <filesystem>
@@ -19,13 +19,30 @@ struct NamedText {
   std::optional<SceneProblem> problem;  ///< there is no text
 };
 
+/// Longest name of an installed file, bytes.
+inline constexpr std::size_t kLongestInstalledName = 256;
+
+/// Why `name` can be no installed file's, to follow "its name"; empty: it can. A name has 1 to 256
+/// bytes, no '/' and no control characters, and does not begin with '.'.
+[[nodiscard]] std::string fault_of_name(std::string_view name);
+
+/// The file of an installed name, in the first of `folders` that has it; empty: there is none, or
+/// the name can be none.
+[[nodiscard]] std::filesystem::path installed_file(
+    const std::string& name, const std::vector<std::filesystem::path>& folders);
+
 /// Names of the .textproto files in `folders`, in alphabetical order.
 [[nodiscard]] std::vector<std::string> list_names(
     const std::vector<std::filesystem::path>& folders);
 
-/// The text of `source`: a file where it has '/' or ".textproto" in it, else looked for in
-/// `folders`. `what` says in problems what is wanted: "scene". Longer than `longest` bytes:
-/// refused.
+/// The text of the installed file `name`, from `folders` and nowhere else. `what` says in problems
+/// what is wanted: "scene". Longer than `longest` bytes: refused.
+[[nodiscard]] NamedText read_installed(const std::string& name,
+                                       const std::vector<std::filesystem::path>& folders,
+                                       std::string_view what, std::uintmax_t longest);
+
+/// As that, and where `source` has '/' or ".textproto" in it the text of that file, whichever it
+/// is: for the owner of the machine, not for peers.
 [[nodiscard]] NamedText read_named(const std::string& source,
                                    const std::vector<std::filesystem::path>& folders,
                                    std::string_view what, std::uintmax_t longest);

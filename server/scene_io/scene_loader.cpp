@@ -9,6 +9,7 @@
 #include "server/scene_io/field_check.h"
 #include "server/scene_io/named_text.h"
 #include "server/scene_io/scene_defaults.h"
+#include "server/scene_io/scene_parameters.h"
 #include "server/scene_io/scene_text.h"
 #include "server/scene_io/scene_translation.h"
 
@@ -44,6 +45,18 @@ void doubt_quality(const v1::Quality& quality, SceneProblems& problems) {
                       "Ask for no less, or give the solver's knobs yourself."});
 }
 
+std::string bytes_of(const ContentHash& hash) { return {hash.begin(), hash.end()}; }
+
+/// The fault of a scene that cannot be told to clients; empty: it can.
+SceneProblems too_long_to_tell(const LoadedScene& loaded, std::size_t longest) {
+  const std::size_t bytes = describe_scene(loaded).ByteSizeLong();
+  if (bytes <= longest) return {};
+  return {{false, "", 0, 0, "",
+           "what clients have to be told of the scene (SceneInfo) has " + std::to_string(bytes) +
+               " bytes, more than " + std::to_string(longest),
+           "Put spheres into tree files, and give lines fewer points."}};
+}
+
 LoadResult load(const Source& source, const LoadOptions& options) {
   LoadResult result;
   const SceneText text(source.text, source.file);
@@ -73,9 +86,13 @@ LoadResult load(const Source& source, const LoadOptions& options) {
   }
   if (any_fault(result.problems)) return result;
 
-  loaded->scene = std::make_unique<const Scene>(std::move(description));
   loaded->assets = files.assets();
   loaded->hash = hash_of(source.text, loaded->assets);
+  for (SceneProblem& problem : too_long_to_tell(*loaded, options.longest_info)) {
+    add(std::move(problem));
+  }
+  if (any_fault(result.problems)) return result;
+  loaded->scene = std::make_unique<const Scene>(std::move(description));
   result.loaded = std::move(loaded);
   return result;
 }
@@ -95,20 +112,45 @@ LoadResult load_guarded(const Source& source, const LoadOptions& options) {
   }
 }
 
-}  // namespace
-
-std::vector<std::string> list_scenes(const ScenePaths& paths) { return list_names(paths.scenes); }
-
-LoadResult load_scene(const std::string& source, const LoadOptions& options) {
-  const NamedText named = read_named(source, options.paths.scenes, "scene", kLongestSceneText);
+LoadResult load_named(const NamedText& named, const LoadOptions& options) {
   if (named.problem) {
     LoadResult result;
     result.problems.push_back(*named.problem);
+    result.missing = true;
     return result;
   }
   std::vector<fs::path> models{named.path.parent_path()};
   models.insert(models.end(), options.paths.models.begin(), options.paths.models.end());
   return load_guarded({named.text, named.path.string(), std::move(models)}, options);
+}
+
+}  // namespace
+
+std::vector<std::string> list_scenes(const ScenePaths& paths) { return list_names(paths.scenes); }
+
+v1::SceneInfo describe_scene(const LoadedScene& loaded) {
+  v1::SceneInfo info;
+  *info.mutable_scene() = loaded.message;
+  info.set_hash(bytes_of(loaded.hash));
+  for (const SceneAsset& asset : loaded.assets) {
+    v1::Asset& out = *info.add_assets();
+    out.set_name(asset.name);
+    out.set_hash(bytes_of(asset.hash));
+    out.set_size(asset.size);
+  }
+  for (v1::ParameterInfo& parameter : live_parameters(loaded.message)) {
+    *info.add_parameters() = std::move(parameter);
+  }
+  return info;
+}
+
+LoadResult load_installed_scene(const std::string& name, const LoadOptions& options) {
+  return load_named(read_installed(name, options.paths.scenes, "scene", kLongestSceneText),
+                    options);
+}
+
+LoadResult load_scene(const std::string& source, const LoadOptions& options) {
+  return load_named(read_named(source, options.paths.scenes, "scene", kLongestSceneText), options);
 }
 
 LoadResult load_scene_text(std::string_view text, const LoadOptions& options) {

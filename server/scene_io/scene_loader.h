@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/scene/scene.h"
+#include "hapticd/v1/answer.pb.h"
 #include "hapticd/v1/scene.pb.h"
 #include "server/scene_io/model_files.h"
 #include "server/scene_io/scene_defaults.h"
@@ -16,6 +17,10 @@
 #include "server/scene_io/told_scene.h"
 
 namespace hapticd {
+
+/// Longest SceneInfo of a scene that is loaded, bytes: a blob of the protocol, and 1 KiB less for
+/// what the daemon adds.
+inline constexpr std::size_t kLongestSceneInfo = (std::size_t{4} << 20U) - 1024;
 
 struct LoadOptions {
   ScenePaths paths;
@@ -25,6 +30,8 @@ struct LoadOptions {
   /// value 1000, that of the common desktop devices.
   double device_stiffness = 1000.0;
   QualityWish quality;
+  /// Longest SceneInfo of the scene, bytes: a longer one cannot be told to clients.
+  std::size_t longest_info = kLongestSceneInfo;
 };
 
 /// A scene, ready to play.
@@ -39,13 +46,20 @@ struct LoadedScene {
 struct LoadResult {
   std::unique_ptr<LoadedScene> loaded;  ///< null when there is a fault
   SceneProblems problems;               ///< faults and doubts
+  bool missing = false;                 ///< there is no such scene: nothing could be read
 };
 
 /// Names of the scenes in the folders of `paths`, in alphabetical order.
 [[nodiscard]] std::vector<std::string> list_scenes(const ScenePaths& paths);
 
+/// What clients are told of the scene: message, hash, assets and live parameters.
+[[nodiscard]] v1::SceneInfo describe_scene(const LoadedScene& loaded);
+
+/// `name` is that of an installed scene, whoever gives it.
+[[nodiscard]] LoadResult load_installed_scene(const std::string& name, const LoadOptions& options);
+
 /// `source` is the name of an installed scene, or a file: with '/' or ".textproto" in it. Models
-/// are looked for beside the file first.
+/// are looked for beside the file first. For the owner of the machine, not for peers.
 [[nodiscard]] LoadResult load_scene(const std::string& source, const LoadOptions& options);
 
 /// From text that has no file; problems name it "inline".

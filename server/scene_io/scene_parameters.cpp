@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 
 #include "server/scene_io/field_table.h"
 #include "server/scene_io/scene_defaults.h"
@@ -119,15 +120,22 @@ ParameterReading parameter_values(const v1::Scene& scene, const std::vector<std:
        });
   all.push_back(quality_value(scene));
   if (paths.empty()) return {std::move(all), ""};
+  // Once through the values, of which there may be thousands.
+  std::map<std::string, std::vector<std::size_t>, std::less<>> found;
+  for (const std::string& path : paths) found[path];
+  const auto note = [&](const std::string& path, std::size_t k) {
+    if (const auto asked = found.find(path); asked != found.end()) asked->second.push_back(k);
+  };
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const std::string any = any_index(all[k].path());
+    note(all[k].path(), k);
+    if (any != all[k].path()) note(any, k);
+  }
   ParameterReading reading;
   for (const std::string& path : paths) {
-    bool found = false;
-    for (const v1::Assignment& value : all) {
-      if (value.path() != path && any_index(value.path()) != path) continue;
-      reading.values.push_back(value);
-      found = true;
-    }
-    if (!found) return {{}, path};
+    const std::vector<std::size_t>& which = found[path];
+    if (which.empty()) return {{}, path};
+    for (const std::size_t k : which) reading.values.push_back(all[k]);
   }
   return reading;
 }

@@ -7,6 +7,8 @@ import threading
 from dataclasses import dataclass, field
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Union
 
+from google.protobuf import text_format
+
 from hapticd import values
 from hapticd.clock import ClockEstimate
 from hapticd.connection import Connection, Event
@@ -200,14 +202,18 @@ class Session:
         """Leaves FAULT once its cause is gone."""
         self._simple("clear")
 
-    def load_scene(self, scene: str, preset: Optional[str] = None, check_only: bool = False) -> answer_pb2.SceneInfo:
-        """Loads an installed scene or file by name, or, if the argument has a line break or brace, a scene in protobuf text format.
-        `preset`: "PAPER" or "DEFLECTING". Returns the new scene."""
+    def load_scene(self, scene: Union[str, "os.PathLike[str]"], preset: Optional[str] = None,
+                   check_only: bool = False) -> answer_pb2.SceneInfo:
+        """Loads an installed scene by name; what is in a file of this machine, if the argument is a path, has a '/' or ends in
+        ".textproto"; or, if it has a line break or brace, a scene in protobuf text format. `preset`: "PAPER" or "DEFLECTING". Returns
+        the new scene."""
         item = stream_pb2.Item()
-        if "\n" in scene or "{" in scene:
+        if isinstance(scene, str) and ("\n" in scene or "{" in scene):
             item.load_scene.text = scene
+        elif _names_file(scene):
+            item.load_scene.text = _text_of(scene)
         else:
-            item.load_scene.name = os.fspath(scene)
+            item.load_scene.name = scene
         if preset is not None:
             item.load_scene.preset = _enum(scene_pb2.Preset, "PRESET_", preset)
         item.load_scene.check_only = check_only
@@ -253,13 +259,15 @@ class Session:
         """The devices, their profiles included."""
         return self._simple("get_device_info").devices.devices
 
-    def play_gesture(self, gesture: Union[str, gesture_pb2.Gesture, None], arm: Optional[str] = None, seed: Optional[int] = None,
-                     repeat: Optional[int] = None) -> None:
-        """The simulated hand follows a gesture, by name or as written; None ends it. `arm`: "OFF", "LIGHT", "FIRM", "ADVERSARIAL";
-        `repeat` 0 = until told otherwise."""
+    def play_gesture(self, gesture: Union[str, "os.PathLike[str]", gesture_pb2.Gesture, None], arm: Optional[str] = None,
+                     seed: Optional[int] = None, repeat: Optional[int] = None) -> None:
+        """The simulated hand follows a gesture, by name, from a file of this machine (a path, as for `load_scene`) or as written; None
+        ends it. `arm`: "OFF", "LIGHT", "FIRM", "ADVERSARIAL"; `repeat` 0 = until told otherwise."""
         item = stream_pb2.Item()
         item.play_gesture.SetInParent()
-        if isinstance(gesture, str):
+        if isinstance(gesture, (str, os.PathLike)) and _names_file(gesture):
+            text_format.Parse(_text_of(gesture), item.play_gesture.gesture)
+        elif isinstance(gesture, str):
             item.play_gesture.name = gesture
         elif gesture is not None:
             item.play_gesture.gesture.CopyFrom(gesture)
@@ -385,6 +393,16 @@ def _enum(enum: Any, prefix: str, value: Union[str, int]) -> int:
     if name not in enum.keys():
         raise ValueError(f"{value!r} is none of {', '.join(enum_name(enum, number, prefix) for number in enum.values() if number)}")
     return enum.Value(name)
+
+
+def _names_file(source: Union[str, "os.PathLike[str]"]) -> bool:
+    """A path, and no name of something installed: the server opens no file by its path."""
+    return not isinstance(source, str) or "/" in source or source.endswith(".textproto")
+
+
+def _text_of(path: Union[str, "os.PathLike[str]"]) -> str:
+    with open(path, encoding="utf-8") as file:
+        return file.read()
 
 
 def _listing(result: answer_pb2.Result) -> Dict[str, str]:

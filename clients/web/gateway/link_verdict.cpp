@@ -63,7 +63,8 @@ LinkVerdict judge(const LinkFacts& facts, std::int64_t now_ns) {
   const bool heard_lately = is_recent(facts.heard_ns, now_ns, kLinkSilence_ns);
   if (facts.full && heard_lately) {
     return {v1::PAGE_LINK_STATE_CONNECTING,
-            facts.server + " has 32 clients and takes no more. End one of them"};
+            facts.server +
+                " has 32 clients, or 24 that may only look, and takes no more. End one of them"};
   }
   if (heard_lately && !facts.said_bye) return {v1::PAGE_LINK_STATE_LIVE, ""};
   if (is_recent(facts.trouble_ns, now_ns, kTroubleHolds_ns)) {

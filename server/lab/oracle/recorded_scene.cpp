@@ -57,6 +57,7 @@ RecordedScene::RecordedScene(const v1::SceneRecord& record, const v1::RecordHead
   google::protobuf::TextFormat::PrintToString(record.scene(), &text);
   LoadOptions options;
   options.paths = paths;
+  options.longest_info = std::numeric_limits<std::size_t>::max();  // It was played.
   options.paths.models.insert(options.paths.models.begin(),
                               std::filesystem::path(path).parent_path());
   LoadResult result = load_scene_text(text, options);

@@ -117,7 +117,10 @@ TEST_CASE("after 11 s in a black hole a session begins anew, with the same subsc
 
 TEST_CASE("thirty-two clients are served, and the thirty-third when one has left") {
   VirtualNetwork network;
-  for (std::uint64_t i = 0; i < 33; ++i) network.add_client({}, 1000 * i);
+  // Who only looks may have to give way.
+  v1::Item stop;
+  stop.mutable_stop();
+  for (std::uint64_t i = 0; i < 33; ++i) network.add_client({}, 1000 * i).core->request(stop);
   network.run_for(kTestSecond_ns);
   CHECK(network.server->session_count() == 32);
   std::size_t served = 0;

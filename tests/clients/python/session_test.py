@@ -1,8 +1,10 @@
 """Session against the model server of tests/protocol/conformance, over real sockets on loopback: requests, errors, streams, lockstep,
 restart, silence, and the thread that keeps the lease."""
 import math
+import pathlib
 import random
 import socket
+import tempfile
 import threading
 import time
 import unittest
@@ -81,6 +83,22 @@ class Requests(WithServer):
             session.load_scene("nowhere")
         self.assertEqual(caught.exception.code, "NOT_FOUND")
         self.assertEqual(session.load_scene("wall", check_only=True).scene.name, "mine")
+
+    def test_of_a_file_its_text_is_sent_and_never_its_path(self):
+        session = self.session()
+        session.acquire()
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "scene.textproto"
+            path.write_text('name: "of_a_file"\ntools { name: "t" }')
+            for source in (path, str(path)):
+                self.assertEqual(session.load_scene("wall").scene.name, "wall")
+                self.assertEqual(session.load_scene(source).scene.name, "of_a_file")
+            path.write_text('name: "of_a_gesture"')
+            session.play_gesture(path)
+            session.play_gesture(str(path))
+            for call in (session.load_scene, session.play_gesture):
+                with self.assertRaises(FileNotFoundError):
+                    call(path.with_name("nothing.textproto"))
 
     def test_names_that_are_none_are_refused_here(self):
         session = self.session()
@@ -286,7 +304,7 @@ class RealTime(WithServer):
 class Refusals(WithServer):
     def test_the_33rd_session_is_refused(self):
         for _ in range(32):
-            self.session()
+            self.session().stop()  # who only looks may have to give way
         with self.assertRaises(hapticd.ServerFull):
             self.session()
 

@@ -27,6 +27,27 @@ def a_server_with_keys_speaks_no_plain(server):
 
 
 @check(12, road="keyed")
+def the_view_key_leaves_places_for_the_control_key(server):
+    """24 sessions of the view key may be open; the next one gets Reset FULL, and the control key gets in."""
+    viewers = []
+    refused = None
+    for _ in range(33):
+        peer = server.peer(keyed.VIEW)
+        peer.send()
+        peer.pump(3.0, lambda: peer.heard)
+        expect(peer.heard, "no answer to a first datagram")
+        if peer.heard[0].packet.HasField("reset"):
+            refused = peer
+            break
+        viewers.append(peer)
+        for each in viewers:
+            each.pump(0.002)
+    expect(refused is not None and len(viewers) == 24, f"{len(viewers)} sessions of the view key are open")
+    expect(refused.heard[0].packet.reset.reason == stream.RESET_REASON_FULL, "the Reset does not say FULL")
+    expect(server.open().request(item("ping")).code == 1, "the control key is not served")
+
+
+@check(12, road="keyed")
 def only_a_hello_under_the_roles_key_is_answered(server):
     """The server answers only a HELLO whose message 1 verifies under the role's key."""
     peer = server.peer()

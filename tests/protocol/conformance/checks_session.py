@@ -251,7 +251,7 @@ def silence_slows_and_then_ends_a_session(server):
 
 @check(3)
 def the_33rd_session_is_refused(server):
-    """With 32 sessions open the next one gets Reset FULL; one that ends makes room."""
+    """With 32 sessions open that have asked for control the next one gets Reset FULL; one that ends makes room."""
     peers = []
     refused = None
     for _ in range(33):
@@ -262,6 +262,7 @@ def the_33rd_session_is_refused(server):
         if peer.heard[0].packet.HasField("reset"):
             refused = peer
             break
+        peer.request(item("acquire", holder="conformance"))
         peers.append(peer)
         for each in peers:
             each.pump(0.002)
@@ -274,6 +275,23 @@ def the_33rd_session_is_refused(server):
     for each in peers[3:]:
         each.pump(0.005)
     server.open()
+
+
+@check(3, road="plain")
+def who_never_asked_for_control_gives_way(server):
+    """Of sessions that have never asked for control 24 keep their places; where 32 are open the first one beyond them gives way."""
+    time.sleep(1.2)  # sessions of an earlier check are forgotten
+    lookers = [server.open() for _ in range(32)]
+    for each in lookers:
+        each.pump(0.002)
+    late = server.open()
+    expect(late.request(item("ping")).code == 1, "the 33rd session is not served")
+    gone = []
+    for index, each in enumerate(lookers):
+        each.pump(0.05)
+        if any(heard.packet.HasField("reset") for heard in each.heard):
+            gone.append(index)
+    expect(gone == [24], f"sessions {gone} gave way, and not the 25th alone")
 
 
 @check(3, road="plain")

@@ -83,6 +83,9 @@ class FaultsAreFound(unittest.TestCase):
     def test_a_33rd_session(self):
         self.expect_found("the_33rd_session_is_refused", [(model_server, "SESSIONS", 40)])
 
+    def test_lookers_that_give_no_way(self):
+        self.expect_found("who_never_asked_for_control_gives_way", [(model_server, "LOOKERS", 40)])
+
     def test_repeats_on_another_schedule(self):
         self.expect_found("repeats_follow_the_schedule", [(model_server, "REPEATS_S", (0.04,) * 5)])
 

@@ -17,6 +17,7 @@ from peer import HEADER, header
 from schema import answer, control, stream
 
 SESSIONS = 32
+LOOKERS = 24
 SENT_BY_SERVERS = ("tone", "contact", "string_radius", "fault", "result", "lease_info", "record_info", "scene_info")
 REPEATS_S = (0.001, 0.003, 0.007, 0.015, 0.031)
 
@@ -36,6 +37,7 @@ class Remote:
         self.blob, self.blobs, self.clock, self.subscription = b"", 0, None, None
         self.newest, self.state, self.state_sent, self.fresh, self.bye_at, self.total = 0, None, now, False, None, 0
         self.unseen = collections.deque()  # ticks of the States beyond newest
+        self.asked = False
 
 
 class ModelServer:
@@ -99,8 +101,9 @@ class ModelServer:
         if packet.first < 1 or len(packet.items) > 16:
             return
         if remote is None:
-            full = len(self.remotes) >= SESSIONS
-            if packet.first != 1 or packet.ack != 0 or full:
+            begins = packet.first == 1 and packet.ack == 0
+            full = len(self.remotes) >= SESSIONS and not (begins and self.make_room())
+            if not begins or full:
                 self.reset(source, number, now, stream.RESET_REASON_FULL if full else stream.RESET_REASON_UNKNOWN_SESSION)
                 return
             remote = self.remotes[source, number] = Remote(source, number, now)
@@ -113,6 +116,15 @@ class ModelServer:
             self.apply(remote, packet, now)
         except Broken as error:
             self.end(remote, control.BYE_REASON_PROTOCOL_ERROR, str(error))
+
+    def make_room(self):
+        """Of the sessions that never asked for control, the first one beyond the places they keep goes."""
+        lookers = [remote for remote in self.remotes.values() if not remote.asked and remote.bye_at is None]
+        if len(lookers) <= LOOKERS:
+            return False
+        remote = self.remotes.pop((lookers[LOOKERS].source, lookers[LOOKERS].number))
+        self.reset(remote.source, remote.number, time.monotonic(), stream.RESET_REASON_FULL)
+        return True
 
     def reset(self, source, number, now, reason):
         if now - self.resets.get(source, 0) < 0.1:
@@ -165,6 +177,7 @@ class ModelServer:
 
     def take(self, remote, item_id, item):
         kind = None if item is INVALID else item.WhichOneof("body")
+        remote.asked = remote.asked or kind in NEEDS_LEASE or kind in ("acquire", "stop")
         if kind == "bye":
             self.lose_lease(remote)
             remote.bye_at = time.monotonic()

@@ -99,7 +99,7 @@ TEST_CASE("the view key may look and listen, and nothing else") {
   refused[14].mutable_recentre();
   refused[15].mutable_clutch();
   peer.send(permitted);
-  bench.pass(1);
+  bench.pass(20);  // Two of them look at files.
   peer.send(refused);
   bench.pass(1);
   peer.send();
@@ -224,21 +224,71 @@ TEST_CASE("a DATA that is no Packet opens no session, and the next one does") {
   CHECK(bench.server->session_count() == 1);
 }
 
-TEST_CASE("the 33rd keyed session is told that the server is full, under its own key") {
+TEST_CASE(
+    "the 33rd keyed session is told that the server is full, and of those that look the 25th") {
+  for (const bool control : {true, false}) {
+    ServerBench bench(keyed_options());
+    std::vector<std::unique_ptr<KeyedPeer>> peers;
+    const std::size_t places = control ? 32 : 24;
+    for (std::uint16_t i = 0; i <= places; ++i) {
+      peers.push_back(std::make_unique<KeyedPeer>(bench, control ? kControlRole : kViewRole,
+                                                  static_cast<std::uint16_t>(40'000 + i),
+                                                  std::uint64_t{100} + i));
+      bench.pass(150);  // All of them share the limit of one address.
+      peers.back()->shake_hands();
+      for (const auto& each : peers) each->send();
+    }
+    CHECK(bench.server->session_count() == places);
+    const v1::Packet refused = peers[places]->client.open(peers[places]->last());
+    CHECK(refused.reset().reason() == v1::RESET_REASON_FULL);
+    CHECK(refused.boot_id() == 0xc0ffee);
+    CHECK(refused.items_size() == 0);
+  }
+}
+
+TEST_CASE("beside as many as may look the control key has eight places, and says Stop") {
   ServerBench bench(keyed_options());
   std::vector<std::unique_ptr<KeyedPeer>> peers;
-  for (std::uint16_t i = 0; i < 33; ++i) {
-    peers.push_back(std::make_unique<KeyedPeer>(
-        bench, kViewRole, static_cast<std::uint16_t>(40'000 + i), std::uint64_t{100} + i));
-    bench.pass(150);  // All of them share the limit of one address.
+  for (std::uint16_t i = 0; i < 40; ++i) {
+    const bool control = i >= 32;
+    peers.push_back(std::make_unique<KeyedPeer>(bench, control ? kControlRole : kViewRole,
+                                                static_cast<std::uint16_t>(40'000 + i),
+                                                std::uint64_t{100} + i));
+    bench.pass(150);
     peers.back()->shake_hands();
+    if (control) {
+      peers.back()->send({stop_item()});
+      REQUIRE(bench.host.asked.size() == i - 31U);
+      CHECK(bench.host.asked.back().item.has_stop());
+    }
+    // The key of those that look is refused; they go on all the same.
     for (const auto& each : peers) each->send();
   }
   CHECK(bench.server->session_count() == 32);
-  const v1::Packet refused = peers[32]->client.open(peers[32]->last());
-  CHECK(refused.reset().reason() == v1::RESET_REASON_FULL);
-  CHECK(refused.boot_id() == 0xc0ffee);
-  CHECK(refused.items_size() == 0);
+}
+
+TEST_CASE("handshakes of the view key leave room for those of the control key") {
+  ServerBench bench(keyed_options());
+  const auto at = [](std::size_t i) {
+    return ipv4_address({10, 0, 1, static_cast<std::uint8_t>(i)}, 5000);
+  };
+  const auto answer = [&](const KeyedClient& client, const Address& from) {
+    bench.receive(from, client.hello());
+    const noise::Bytes retry = bench.sent.back().raw;
+    const std::size_t before = bench.sent.size();
+    bench.receive(from, client.hello({retry.begin() + 16, retry.end()}));
+    return bench.sent.size() > before && bench.sent.back().raw[2] == 3;
+  };
+  int views = 0;
+  for (std::size_t i = 0; i < 100; ++i) {
+    views += answer(KeyedClient(kViewRole, i), at(i)) ? 1 : 0;
+  }
+  CHECK(views == 56);
+  int controls = 0;
+  for (std::size_t i = 100; i < 120; ++i) {
+    controls += answer(KeyedClient(kControlRole, i), at(i)) ? 1 : 0;
+  }
+  CHECK(controls == 8);
 }
 
 TEST_CASE("a session with a key ends with Bye in DATA when the server does") {

@@ -78,7 +78,7 @@ TEST_CASE("the 33rd session gets a Reset FULL; one that has left makes room at o
   std::vector<std::unique_ptr<RawPeer>> peers;
   for (std::uint16_t i = 0; i < 33; ++i) {
     peers.push_back(std::make_unique<RawPeer>(bench, 5, static_cast<std::uint16_t>(40'000 + i)));
-    peers.back()->keep_alive();
+    peers.back()->send(acquire_item("peer"));
   }
   CHECK(bench.server->session_count() == 32);
   REQUIRE(peers[32]->received().size() == 1);
@@ -88,6 +88,43 @@ TEST_CASE("the 33rd session gets a Reset FULL; one that has left makes room at o
   late.keep_alive();
   bench.pass(1);
   CHECK(late.items().size() == 3);
+}
+
+TEST_CASE("of sessions that never asked for control 24 stay; beyond them the first gives way") {
+  ServerBench bench;
+  std::vector<std::unique_ptr<RawPeer>> lookers;
+  const auto look = [&] {
+    const auto port = static_cast<std::uint16_t>(40'000 + lookers.size());
+    lookers.push_back(std::make_unique<RawPeer>(bench, 5, port));
+    lookers.back()->send(subscribe_item(100));
+  };
+  const auto refused = [&](const RawPeer& peer) {
+    for (const SentDatagram& datagram : peer.received()) {
+      if (datagram.packet.reset().reason() == v1::RESET_REASON_FULL) return true;
+    }
+    return false;
+  };
+  for (int i = 0; i < 32; ++i) look();
+  for (const auto& peer : lookers) CHECK_FALSE(refused(*peer));
+  // One that has asked keeps its place from then on.
+  lookers[25]->send(acquire_item("player"));
+  for (int i = 0; i < 40; ++i) look();
+  CHECK(bench.server->session_count() == 32);
+  RawPeer operating(bench, 9, 45'000);
+  operating.send(stop_item());
+  REQUIRE(!bench.host.asked.empty());
+  CHECK(bench.host.asked.back().item.has_stop());
+  bench.pass(1);
+  CHECK(operating.code(1) == v1::RESULT_CODE_OK);
+  int gone = 0;
+  for (std::size_t i = 0; i < lookers.size(); ++i) {
+    CAPTURE(i);
+    if (i < 24 || i == 25) CHECK_FALSE(refused(*lookers[i]));
+    gone += refused(*lookers[i]) ? 1 : 0;
+  }
+  CHECK(gone == 32 + 40 + 1 - 32);
+  CHECK(bench.server->lease_holder() == "player");
+  CHECK(bench.server->session_count() == 32);
 }
 
 TEST_CASE("session 0 is nobody's") {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "server/scene_io/scene_parameters.h"
 #include "server/scene_io/scene_text.h"
 #include "tests/server/scene_io/full_scene.h"
 #include "tests/support/random.h"
@@ -294,6 +295,51 @@ TEST_CASE("the budget is the one asked for, else the scene's, else half the tick
   CHECK(budget("quality { level: 2 }", wish) == 0.0);
   wish.quality.emplace().mutable_automatic();
   CHECK(budget("quality { level: 2 }", wish) == 90.0);
+}
+
+TEST_CASE("a scene that is too long to be told to clients is refused with size, limit and remedy") {
+  // What is told, by the message alone: scene, hash, assets, parameters.
+  const TemporaryFolder folder;
+  const auto told = [](const LoadedScene& loaded) {
+    v1::SceneInfo info;
+    *info.mutable_scene() = loaded.message;
+    info.set_hash(std::string(32, 'h'));
+    for (const v1::ParameterInfo& each : live_parameters(loaded.message)) {
+      *info.add_parameters() = each;
+    }
+    return info.ByteSizeLong();
+  };
+  const auto with_points = [](std::size_t points) {
+    std::string text =
+        "name: \"x\"\n" + kFinger + "lines { name: \"l\" radius_m: 0.001 points_w_m: [1";
+    for (std::size_t i = 1; i < 3 * points; ++i) text += i % 2 == 0 ? ",1" : ",2";
+    return text + "] }";
+  };
+  LoadOptions options;
+  const LoadResult small = load_scene_text(with_points(2), options);
+  REQUIRE_MESSAGE(small.loaded != nullptr, list(small.problems));
+  const std::size_t bytes = told(*small.loaded);
+  // To the byte: the limit is moved, so that the scene may stay small.
+  for (const bool fits : {true, false}) {
+    options.longest_info = bytes - (fits ? 0 : 1);
+    CHECK((load_scene_text(with_points(2), options).loaded != nullptr) == fits);
+  }
+  folder.write("x.textproto", with_points(200));
+  options.longest_info = 2000;
+  const std::string file = (folder.path / "x.textproto").string();
+  const LoadResult result = load_scene(file, options);
+  CHECK(result.loaded == nullptr);
+  CHECK_FALSE(result.missing);
+  REQUIRE(result.problems.size() == 1);
+  const std::string text = to_text(result.problems[0]);
+  CHECK(text.find(file) == 0);
+  CHECK(text.find("2000") != std::string::npos);
+  CHECK(text.find(std::to_string(bytes + 8 * 3 * 198 + 2)) != std::string::npos);
+  CHECK(text.find("Put spheres into tree files") != std::string::npos);
+  // And as it is: what fits into a blob with all that the daemon adds.
+  CHECK(LoadOptions{}.longest_info <= (std::size_t{4} << 20U) - 256);
+  CHECK(LoadOptions{}.longest_info >= (std::size_t{4} << 20U) - 4096);
+  CHECK(load_scene_text(with_points(180'000), {}).loaded == nullptr);
 }
 
 TEST_CASE("a tool that begins inside something is told, and loads") {

@@ -1,0 +1,84 @@
+// What the List requests answer, kept from one to the next: any session may ask for it at any time,
+// and nobody's Stop waits for files that have been read before. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace hapticd {
+
+/// A name that may be asked for.
+struct ListedName {
+  std::string name;
+  std::string description;  ///< may be empty
+};
+
+/// When files were changed, as the system tells.
+struct FileIdentity {
+  std::uint64_t device = 0;
+  std::uint64_t inode = 0;
+  std::uint64_t bytes = 0;
+  std::int64_t modified_ns = 0;  ///< since 1970
+  std::int64_t changed_ns = 0;   ///< since 1970; nobody can set it
+
+  friend bool operator==(const FileIdentity&, const FileIdentity&) = default;
+};
+
+/// Where the lists come from; a test counts what is read.
+struct CatalogueSources {
+  std::vector<std::filesystem::path> scenes;
+  std::vector<std::filesystem::path> gestures;
+  std::filesystem::path recordings;
+  /// Reads a gesture's file; empty where it is none.
+  std::function<std::string(const std::filesystem::path&)> describe_gesture;
+  std::function<std::int64_t()> now_ns;  ///< since 1970
+};
+
+/// The folders of the installation, the folder of recordings, the system's clock.
+[[nodiscard]] CatalogueSources installed_catalogues();
+
+/// Lists of names. Folders are read anew when something has come, gone or been renamed in them, a
+/// gesture's file when it has been changed. Of recordings, which are ordered by their age, every
+/// second. Valid until the next call.
+class Catalogues {
+ public:
+  explicit Catalogues(CatalogueSources sources = installed_catalogues());
+
+  /// In alphabetical order, without descriptions.
+  [[nodiscard]] const std::vector<ListedName>& scenes();
+  /// In alphabetical order.
+  [[nodiscard]] const std::vector<ListedName>& gestures();
+  /// Oldest first, without descriptions.
+  [[nodiscard]] const std::vector<ListedName>& recordings();
+
+ private:
+  /// A list and the folders it was read from.
+  struct Kept {
+    std::vector<ListedName> names;
+    std::vector<FileIdentity> folders;
+    std::int64_t read_ns = 0;
+    bool read = false;
+  };
+  /// A gesture's file as it was read.
+  struct Described {
+    FileIdentity file;
+    bool settled = false;  ///< whoever changes it again is seen
+    std::string description;
+  };
+
+  /// Whether `kept` is to be read again; if so, it is taken to be read now.
+  bool is_stale(Kept& kept, const std::vector<std::filesystem::path>& folders) const;
+  [[nodiscard]] bool is_settled(const FileIdentity& file) const;
+
+  CatalogueSources sources_;
+  Kept scenes_;
+  Kept gestures_;
+  Kept recordings_;
+  std::map<std::filesystem::path, Described> described_;
+};
+
+}  // namespace hapticd
