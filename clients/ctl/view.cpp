@@ -119,19 +119,24 @@ const char* words_of(v1::QualityReason reason) {
   }
 }
 
+/// The work that a tick was allowed, and the CPU time it stands for where the server says.
+std::string allowed_words(const v1::QualityState& quality) {
+  if (quality.work_budget() == 0) return ", no bound";
+  const std::string work =
+      format(" of %llu", static_cast<unsigned long long>(quality.work_budget()));
+  if (!quality.has_budget_us()) return work;
+  return work + format(" (%.4g us)", static_cast<double>(quality.budget_us()));
+}
+
 /// The quality in force and why, and what the tick shown did of what it was allowed.
 void add_quality(const v1::State& state, std::vector<std::string>& lines) {
   if (!state.has_quality()) return;
   const v1::QualityState& quality = state.quality();
   lines.push_back(format("quality    level %u%s%s", quality.level(),
                          quality.automatic() ? " (auto)" : "", words_of(quality.reason())));
-  const std::string allowed =
-      quality.work_budget() == 0
-          ? ", no bound"
-          : format(" of %llu", static_cast<unsigned long long>(quality.work_budget()));
   lines.push_back(format("work       %llu%s   %u sub-steps  %llu tests  %u QP iterations%s",
-                         static_cast<unsigned long long>(quality.work()), allowed.c_str(),
-                         quality.substeps(),
+                         static_cast<unsigned long long>(quality.work()),
+                         allowed_words(quality).c_str(), quality.substeps(),
                          static_cast<unsigned long long>(quality.sphere_tests()),
                          quality.qp_iterations(), quality.cut_short() ? "   cut short" : ""));
 }

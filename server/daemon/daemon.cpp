@@ -278,6 +278,7 @@ void Daemon::report_start() const {
                : config.pace() == v1::PACE_DEVICE ? "paced by the device"
                                                   : "real clock",
                config.device(0).source(), config.device(0).profile());
+  if (!replay_) report_budget();
   if (thread_ != nullptr) {
     for (const MissingPrivilege& missing : thread_->missing()) {
       spdlog::warn("{}; {}", missing.what, missing.remedy);

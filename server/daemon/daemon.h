@@ -130,13 +130,15 @@ class Daemon {
   void reload();
   void reload_scene();
 
-  // Quality that follows a budget (daemon_quality.cpp).
+  // Work that is bounded, and quality that follows a budget (daemon_quality.cpp).
   [[nodiscard]] QualityWish quality_wish() const;
   void follow_budget(const Snapshot& snapshot);
+  void forget_prices();
   [[nodiscard]] PricedTick tick_before(const Snapshot& snapshot);
   void allow_work(std::int64_t work);
   void follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double budget_us);
   void explain_quality(const Snapshot& snapshot, v1::State& state) const;
+  void report_budget() const;
 
   // Scenes (daemon_scenes.cpp).
   [[nodiscard]] LoadOptions load_options() const;
@@ -261,7 +263,7 @@ class Daemon {
   WorkPrice price_;           ///< of this machine, under the real clock
   std::optional<TickBefore> before_;
   std::uint32_t governed_scene_ = 0;
-  std::int64_t allowed_work_ = 0;  ///< as the loop was told last; 0: no bound
+  std::int64_t allowed_work_ = 0;  ///< that the loop was told last, or began with; 0: no bound
   std::uint64_t change_tick_ = 0;  ///< of the last change of parameters
   bool reload_waits_ = false;      ///< the scene is to be loaded anew, once nothing else is
   bool swapping_ = false;          ///< a scene waits for the loop to take it

@@ -114,7 +114,9 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
                    });
   add<std::string>(app, "--quality", "0..4|auto", "quality of every scene (the scene's own)",
                    [&](const std::string& v) { given.set_quality(v); });
-  add<double>(app, "--budget-us", "N", "CPU time of a tick that quality auto keeps (half the tick)",
+  add<double>(app, "--budget-us", "N",
+              "CPU time that bounds the work of a tick, and that quality auto follows; 0: no bound "
+              "(half the tick)",
               [&](double v) { given.set_budget_us(v); });
   add<std::string>(app, "--gesture", "NAME", "gesture of the simulated hands (demonstration)",
                    [&](const std::string& v) { given.set_gesture(v); });
@@ -252,8 +254,11 @@ void check_config(const v1::Config& config) {
       (quality.size() != 1 || quality < "0" || quality > "4")) {
     refuse("--quality: '" + quality + "' is not known. Give a level, 0 to 4, or auto.");
   }
-  if (config.has_budget_us() && !(config.budget_us() > 0.0 && config.budget_us() <= 1e6)) {
-    refuse("--budget-us: not in (0, 1e6]. Give microseconds of CPU time per tick.");
+  if (config.has_budget_us() && !in(config.budget_us(), 0.0, 1e6)) {
+    refuse("--budget-us: not in [0, 1e6]. Give microseconds of CPU time per tick; 0: no bound.");
+  }
+  if (quality == "auto" && config.has_budget_us() && config.budget_us() == 0.0) {
+    refuse("--budget-us: 0 leaves quality auto nothing to follow. Give microseconds, or a level.");
   }
   if (!config.inject().empty() && !parse_injection(config.inject())) {
     refuse("--inject: '" + config.inject() +

@@ -74,8 +74,9 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
     return;
   }
   const LoadOptions load = load_options();
-  AssignmentResult assigned =
-      assign_parameters(scene.live, set, load.device_stiffness, load.quality.usual_budget_us);
+  const QualityWish& wish = load.quality;
+  AssignmentResult assigned = assign_parameters(scene.live, set, load.device_stiffness,
+                                                wish.budget_us.value_or(wish.usual_budget_us));
   if (assigned.code != v1::RESULT_CODE_OK) {
     server_->answer(id, result_of(assigned.code, assigned.path, assigned.message));
     return;

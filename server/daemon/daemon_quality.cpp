@@ -1,7 +1,7 @@
-// Quality that follows a budget: what ticks cost is looked at here. The work that ticks are allowed
-// goes to the loop as a command, a new level as a change of settings does. Under the virtual clock
-// time is no measure: a tick costs its work at the nominal price, so that it comes to the same
-// everywhere. See daemon.h.
+// The work that a tick may do, bounded before it begins by what ticks have cost, and quality that
+// follows the same budget. The work goes to the loop as a command, a new level as a change of
+// settings does. Under the virtual clock time is no measure: a tick costs its work at the nominal
+// price, so that it comes to the same everywhere. See daemon.h.
 #include <spdlog/spdlog.h>
 
 #include <cmath>
@@ -14,8 +14,8 @@ namespace hapticd {
 QualityWish Daemon::quality_wish() const {
   const v1::Config& config = options_.config;
   QualityWish wish;
-  wish.usual_budget_us = 0.5e-3 * static_cast<double>(player_.period_ns);
-  if (config.has_budget_us()) wish.budget_us = config.budget_us();
+  wish.usual_budget_us = usual_budget_us(player_);
+  if (config.budget_us() > 0.0) wish.budget_us = config.budget_us();
   if (config.quality().empty()) return wish;
   wish.quality.emplace();
   if (config.quality() == "auto") {
@@ -28,20 +28,21 @@ QualityWish Daemon::quality_wish() const {
 
 void Daemon::follow_budget(const Snapshot& snapshot) {
   const AirScene& scene = scenes_.back();
-  const bool playing = snapshot.scene_id == scene.id && snapshot.quality_automatic;
-  if (!playing || snapshot.scene_id != governed_scene_) {
+  // The one that is on its way begins with a bound of its own.
+  if (snapshot.scene_id != scene.id) return;
+  if (snapshot.scene_id != governed_scene_) {
+    governed_scene_ = snapshot.scene_id;
     governor_ = QualityGovernor{};
-    price_ = WorkPrice{};
-    before_.reset();
+    forget_prices();
+    allowed_work_ = static_cast<std::int64_t>(snapshot.work.work_budget);
   }
-  // The loop begins a scene without a bound.
-  if (snapshot.scene_id != governed_scene_) allowed_work_ = 0;
-  governed_scene_ = snapshot.scene_id;
-  if (!playing) {
+  if (!snapshot.quality_automatic) governor_ = QualityGovernor{};
+  const double budget_us = tick_budget_us(scene.live.quality(), player_);
+  if (budget_us == 0.0) {
+    forget_prices();
     allow_work(0);
     return;
   }
-  const double budget_us = scene.live.quality().automatic().budget_us();
   std::int64_t cost_ns = 0;
   if (virtual_time_) {
     cost_ns = std::llround(kNominalWork_ns * static_cast<double>(snapshot.work.work));
@@ -54,9 +55,13 @@ void Daemon::follow_budget(const Snapshot& snapshot) {
   }
   // A change that waits for its tick would be overtaken by one made from its values.
   const LiveSettings& now = scene.settings.tools.front();
-  if (now.quality_automatic && snapshot.tick >= change_tick_) {
-    follow_level(snapshot, cost_ns, budget_us);
-  }
+  const bool automatic = snapshot.quality_automatic && now.quality_automatic;
+  if (automatic && snapshot.tick >= change_tick_) follow_level(snapshot, cost_ns, budget_us);
+}
+
+void Daemon::forget_prices() {
+  price_ = WorkPrice{};
+  before_.reset();
 }
 
 // A snapshot tells the time of the tick before. Where one found no place in the ring, or the scene
@@ -71,8 +76,9 @@ PricedTick Daemon::tick_before(const Snapshot& snapshot) {
   return before;
 }
 
+// A replay obeys the work that was recorded.
 void Daemon::allow_work(std::int64_t work) {
-  if (!worth_telling(work, allowed_work_)) return;
+  if (replay_ || !worth_telling(work, allowed_work_)) return;
   if (channels_->commands.push({++last_command_, WorkBudgetCommand{work}})) allowed_work_ = work;
 }
 
@@ -96,8 +102,21 @@ void Daemon::follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double
 }
 
 void Daemon::explain_quality(const Snapshot& snapshot, v1::State& state) const {
-  if (!state.has_quality() || !snapshot.quality_automatic) return;
-  state.mutable_quality()->set_reason(static_cast<v1::QualityReason>(governor_.reason));
+  if (!state.has_quality()) return;
+  v1::QualityState& quality = *state.mutable_quality();
+  if (!replay_) {
+    const v1::Quality& live = on_air(snapshot.scene_id).live.quality();
+    quality.set_budget_us(static_cast<float>(tick_budget_us(live, player_)));
+  }
+  if (!snapshot.quality_automatic) return;
+  quality.set_reason(static_cast<v1::QualityReason>(governor_.reason));
+}
+
+void Daemon::report_budget() const {
+  if (player_.budget_us != 0.0) return;
+  spdlog::warn(
+      "--budget-us 0: no bound on the work of a tick, and a fast or deep one may be late; leave it "
+      "out for half the tick");
 }
 
 }  // namespace hapticd

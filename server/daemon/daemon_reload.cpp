@@ -56,6 +56,7 @@ void Daemon::reload() {
   options_.gesture_given = read.gesture_given;
   if (!later.empty()) spdlog::warn("reload: only the next start changes: {}", later);
   follow_config(options_.config, player_);
+  report_budget();
   if (recording_differs && options_.config.record().empty()) recording_->stop();
   if (recording_differs && !options_.config.record().empty()) {
     recording_->stop();

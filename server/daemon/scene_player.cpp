@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "device/simulated/device_factory.h"
+#include "server/daemon/work_price.h"
 #include "server/haptic_loop/device_limits.h"
 #include "server/haptic_loop/settings_change.h"
 #include "server/scene_io/gesture_motion.h"
@@ -120,6 +121,17 @@ void follow_config(const v1::Config& config, PlayerOptions& options) {
   options.arm = static_cast<ArmKind>(config.arm());
   options.seed = config.seed();
   options.max_force = config.has_max_force() ? config.max_force() : kUnlimited;
+  options.budget_us = std::nullopt;
+  if (config.has_budget_us()) options.budget_us = config.budget_us();
+}
+
+double usual_budget_us(const PlayerOptions& options) {
+  return 0.5e-3 * static_cast<double>(options.period_ns);
+}
+
+double tick_budget_us(const v1::Quality& quality, const PlayerOptions& options) {
+  if (quality.has_automatic()) return quality.automatic().budget_us();
+  return options.budget_us.value_or(usual_budget_us(options));
 }
 
 std::unique_ptr<GesturePlan> plan_gesture(const v1::Gesture& gesture, const LoadedScene& scene) {
@@ -147,6 +159,8 @@ std::unique_ptr<PlayedScene> make_played_scene(std::shared_ptr<const LoadedScene
   }
   auto played = std::make_unique<PlayedScene>();
   played->scene_id = scene_id;
+  const double budget_us = tick_budget_us(loaded->message.quality(), options);
+  played->work_budget = first_work(1e3 * budget_us, options.virtual_time);
   played->play = scene.simulate();
   played->settings = scene_settings(description);
   played->strings.resize(played->settings.pieces.size());

@@ -34,21 +34,31 @@ struct PlayerOptions {
   std::int64_t period_ns = 1'000'000;
   bool virtual_time = false;
   double max_force = kUnlimited;       ///< N
+  std::optional<double> budget_us;     ///< of a tick, [0, 1e6]; 0: no bound; absent: half the tick
   std::optional<Injection> injection;  ///< a fault in front of the first tool's device
 };
 
 /// The device of a tool.
 [[nodiscard]] const ToolDevice& device_of(const PlayerOptions& options, std::uint32_t tool_id);
 
-/// Takes over what of the configuration may differ from scene to scene: arm, seed, largest force.
+/// Takes over what of the configuration may differ from scene to scene: arm, seed, largest force,
+/// budget.
 void follow_config(const v1::Config& config, PlayerOptions& options);
+
+/// Half the tick, us.
+[[nodiscard]] double usual_budget_us(const PlayerOptions& options);
+
+/// CPU time that bounds the work of a tick at `quality`, us, [0, 1e6]; 0: no bound. Automatic
+/// quality keeps its own.
+[[nodiscard]] double tick_budget_us(const v1::Quality& quality, const PlayerOptions& options);
 
 /// Where the hands' gesture leads, of each tool in D. Throws std::runtime_error with the first
 /// fault when it does not fit the scene.
 [[nodiscard]] std::unique_ptr<GesturePlan> plan_gesture(const v1::Gesture& gesture,
                                                         const LoadedScene& scene);
 
-/// What plays. `gesture` (may be null) is for simulated devices, which begin where it begins.
+/// What plays, its first ticks bounded by what they may take of the time, at a price that is not
+/// known yet. `gesture` (may be null) is for simulated devices, which begin where it begins.
 /// Throws std::runtime_error when the scene has more tools than can be played.
 [[nodiscard]] std::unique_ptr<PlayedScene> make_played_scene(
     std::shared_ptr<const LoadedScene> scene, std::uint32_t scene_id,

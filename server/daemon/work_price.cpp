@@ -140,6 +140,12 @@ std::int64_t nominal_work(double budget_ns) noexcept {
   return static_cast<std::int64_t>(fitting_work(kNominalShare * budget_ns, kNominalWork_ns));
 }
 
+std::int64_t first_work(double budget_ns, bool virtual_time) noexcept {
+  if (!(budget_ns > 0.0)) return 0;
+  WorkPrice unknown;
+  return virtual_time ? nominal_work(budget_ns) : affordable_work(budget_ns, unknown);
+}
+
 bool worth_telling(std::int64_t work, std::int64_t told) noexcept {
   if (work == told) return false;
   return work == 0 || told == 0 || std::abs(work - told) > told / 64;

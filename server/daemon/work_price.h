@@ -84,6 +84,10 @@ void learn(const PricedTick& tick, WorkPrice& price) noexcept;
 /// clock.
 [[nodiscard]] std::int64_t nominal_work(double budget_ns) noexcept;
 
+/// Work of a tick of `budget_ns` >= 0 before any has been seen: nominal_work under the virtual
+/// clock, else what is affordable at the guessed price. 0, no bound, for a budget of 0.
+[[nodiscard]] std::int64_t first_work(double budget_ns, bool virtual_time) noexcept;
+
 /// False when `work` is so near to what was told that telling it changes nothing.
 [[nodiscard]] bool worth_telling(std::int64_t work, std::int64_t told) noexcept;
 

@@ -13,7 +13,7 @@ void HapticLoop::begin_scene() noexcept {
   time_.period_ns = options_.period_ns;
   first_tick_ = true;
   image_due_ns_ = kNow;
-  work_budget_ = 0;
+  work_budget_ = scene_->work_budget;
   standing_fault_ = Cause::kNone;
   output_.tools.clear();
   output_.events.clear();

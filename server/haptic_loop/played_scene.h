@@ -51,6 +51,7 @@ struct PlayedScene {
   std::vector<PlayedTool> tools;         ///< 1 to kMaxTools, in the scene's order
   SceneSettings settings;                ///< in force (apply_settings)
   std::uint32_t quality_level = 0;
+  std::int64_t work_budget = 0;          ///< of its ticks until another is told; 0: no bound
   std::unique_ptr<GesturePlan> gesture;  ///< played from the first tick; may be null
 };
 

@@ -181,6 +181,22 @@ void print_times(std::ostream& out, const char* what, const TickTimes& times) {
       << std::defaultfloat;
 }
 
+void print_bound(std::ostream& out, const BoundedTicks& bounded, bool automatic) {
+  out << "work of a tick: bounded to " << bounded.budget_us << " us of processor time, "
+      << (automatic
+              ? "the budget of automatic quality\n"
+              : "half of a tick at 1 kHz;\n    hapticd --budget-us N bounds it otherwise, 0 not at "
+                "all\n")
+      << std::setprecision(2) << std::fixed << "  the most on this way: " << bounded.most_us
+      << " us here; " << std::defaultfloat;
+  if (bounded.beyond == 0) {
+    out << "no tick of " << bounded.ticks << " would be cut short\n";
+    return;
+  }
+  out << bounded.beyond << " of " << bounded.ticks
+      << " ticks would be cut short: the tool lags, and enters nothing\n";
+}
+
 }  // namespace
 
 std::string explain(const LoadedScene& loaded, const TickCost& cost) {
@@ -195,6 +211,7 @@ std::string explain(const LoadedScene& loaded, const TickCost& cost) {
   out << "cost of a tick on this machine, the first tool led into every object\n";
   print_times(out, "free", cost.free);
   print_times(out, "in contact", cost.contact);
+  print_bound(out, cost.bounded, loaded.message.quality().has_automatic());
   out << "memory: " << (loaded.scene->memory() + 1023) / 1024 << " KiB\n";
   return out.str();
 }

@@ -24,7 +24,10 @@ void check(const SceneOptions& options) {
 void explain_each(const SceneOptions& options) {
   bool first = true;
   for_each_scene(options, [&first](const std::string&, const LoadedScene& loaded) {
-    const TickCost cost = measure_ticks(*loaded.scene, 0, kObjectsVisited);
+    const v1::Quality& quality = loaded.message.quality();
+    const double budget_us =
+        quality.has_automatic() ? quality.automatic().budget_us() : kUsualBudget_us;
+    const TickCost cost = measure_ticks(*loaded.scene, 0, kObjectsVisited, budget_us);
     std::printf("%s%s", first ? "" : "\n", explain(loaded, cost).c_str());
     first = false;
   });

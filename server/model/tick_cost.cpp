@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
+
+#include "core/rendering/tick_work.h"
 
 namespace hapticd {
 namespace {
@@ -18,6 +21,8 @@ constexpr int kMostTicks = 1000;
 /// Processor times, us.
 struct Samples {
   std::vector<double> free, contact;
+  std::vector<double> work;   ///< of all ticks
+  double contact_work = 0.0;  ///< of ticks in contact, together
 };
 
 /// The place of a sphere's surface that faces `from`.
@@ -91,19 +96,38 @@ void visit(const Scene& scene, std::size_t tool, const Vector3& place, Samples& 
     play.simulation->step(
         input_of({std::int64_t{1'000'000} * (tick + 1), to_array(p), to_array(start.q)}), *output);
     const double us = processor_time() - before;
-    (output->tools[0].optimiser.active_count > 0 ? samples.contact : samples.free).push_back(us);
+    const bool contact = output->tools[0].optimiser.active_count > 0;
+    const auto work = static_cast<double>(tick_work(output->tools[0].optimiser));
+    (contact ? samples.contact : samples.free).push_back(us);
+    samples.work.push_back(work);
+    if (contact) samples.contact_work += work;
   }
+}
+
+BoundedTicks held_against(double budget_us, const Samples& samples) {
+  const double contact_us = std::accumulate(samples.contact.begin(), samples.contact.end(), 0.0);
+  const double unit_us =
+      samples.contact_work > 0.0 ? contact_us / samples.contact_work : 1e-3 * kNominalWork_ns;
+  BoundedTicks bounded;
+  bounded.budget_us = budget_us;
+  bounded.ticks = static_cast<int>(samples.work.size());
+  for (const double work : samples.work) {
+    bounded.most_us = std::max(bounded.most_us, unit_us * work);
+    if (unit_us * work > budget_us) ++bounded.beyond;
+  }
+  return bounded;
 }
 
 }  // namespace
 
-TickCost measure_ticks(const Scene& scene, std::size_t tool, int objects) {
+TickCost measure_ticks(const Scene& scene, std::size_t tool, int objects, double budget_us) {
   const std::vector<Vector3> list = places(scene, tool);
   const std::size_t stride =
       std::max<std::size_t>(1, list.size() / static_cast<std::size_t>(std::max(1, objects)));
   Samples samples;
   for (std::size_t i = 0; i < list.size(); i += stride) visit(scene, tool, list[i], samples);
-  return {summary(std::move(samples.free)), summary(std::move(samples.contact))};
+  const BoundedTicks bounded = held_against(budget_us, samples);
+  return {summary(std::move(samples.free)), summary(std::move(samples.contact)), bounded};
 }
 
 }  // namespace hapticd

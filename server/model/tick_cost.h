@@ -16,14 +16,25 @@ struct TickTimes {
   double worst = 0.0;
 };
 
+/// Work of ticks against a budget, at the mean price of work in contact here: what else takes time
+/// now and then is no work.
+struct BoundedTicks {
+  double budget_us = 0.0;
+  double most_us = 0.0;  ///< of the tick with the most work
+  int ticks = 0;
+  int beyond = 0;  ///< ticks whose work takes longer than the budget
+};
+
 struct TickCost {
   TickTimes free;     ///< nothing near
   TickTimes contact;  ///< something presses
+  BoundedTicks bounded;
 };
 
 /// Leads tool number `tool` to at most `objects` objects, evenly chosen, each time from its start
 /// at 1 m/s until the middle of its nearest sphere is on the object's surface or axis, then along
-/// it.
-[[nodiscard]] TickCost measure_ticks(const Scene& scene, std::size_t tool, int objects);
+/// it. No tick is bounded, but each is held against `budget_us` > 0.
+[[nodiscard]] TickCost measure_ticks(const Scene& scene, std::size_t tool, int objects,
+                                     double budget_us);
 
 }  // namespace hapticd

@@ -3,6 +3,7 @@ import math
 import sys
 import time
 import unittest
+from random import Random
 
 import daemon
 import hapticd
@@ -27,7 +28,7 @@ class Fixed(unittest.TestCase):
             code, text = daemon.run(f"--quality={bad}")
             self.assertEqual(code, 2, text)
             self.assertIn("--quality", text)
-        for bad in ("0", "-3", "1e7", "nan"):
+        for bad in ("-0.1", "-3", "1e7", "nan", "inf"):
             code, text = daemon.run(f"--budget-us={bad}")
             self.assertEqual(code, 2, text)
             self.assertIn("--budget-us", text)
@@ -70,6 +71,97 @@ class Fixed(unittest.TestCase):
             again, bits_again = self.governed(budget)
             self.assertEqual(qualities, again)
             self.assertEqual(bits, bits_again)
+
+
+class Bounded(unittest.TestCase):
+    """Fixed levels: the work of a tick is bounded unless that is lifted."""
+
+    def told(self, *options, ask=lambda session: None):
+        """Quality of every tick of a Run, from the first on, after what `ask` asks for."""
+        with daemon.Daemon(*VIRTUAL, *options) as played, hapticd.Session(played.address) as session:
+            session.acquire("test")
+            ask(session)
+            session.subscribe(divisor=1, sections=["QUALITY"])
+            result = session.run(poses=[(0.0, 0.01 - 0.0003 * k, 0.0) for k in range(60)])
+            qualities = [state.quality for state in session.states(result.steps)]
+            self.assertEqual(len(qualities), 60)
+            # From here on the log is all there is.
+            self.assertEqual(played.end(), 0, played.log)
+            return qualities, played.log
+
+    def check(self, qualities, budget_us):
+        for quality in qualities:
+            self.assertTrue(quality.HasField("budget_us"))
+            self.assertAlmostEqual(quality.budget_us, budget_us, delta=1e-5 * budget_us)
+            self.assertEqual(quality.work_budget, int(NOMINAL_SHARE * (1e3 * budget_us) / NOMINAL_NS))
+
+    def test_with_nothing_said_every_tick_is_bounded_to_half_the_period_from_the_first_on(self):
+        for options, rate in (((), 1000.0), (("--quality", "0"), 1000.0), (("--quality", "4", "--rate", "250"), 250.0),
+                              (("--rate", "10000"), 10000.0), (("--quality", "auto"), 1000.0)):
+            qualities, _ = self.told(*options)
+            self.check(qualities, 0.5e6 / rate)
+
+    def test_a_budget_given_is_kept_by_any_level_that_is_given_later_and_in_the_next_scene(self):
+        self.check(self.told("--budget-us", "80")[0], 80.0)
+        self.check(self.told("--budget-us", "80", ask=lambda session: session.set("quality", 4))[0], 80.0)
+        self.check(self.told("--budget-us", "80", ask=lambda session: session.load_scene("sphere"))[0], 80.0)
+
+        def automatic_and_back(session):
+            session.set("quality", "auto")
+            self.assertEqual(session.get("quality.automatic.budget_us"), 80.0)
+            session.set("quality.automatic.budget_us", 200)
+            session.run(poses=[(0.0, 0.01, 0.0)] * 5)
+            session.set("quality", 2)
+            session.run(poses=[(0.0, 0.01, 0.0)] * 5)
+
+        self.check(self.told("--budget-us", "80", ask=automatic_and_back)[0], 80.0)
+
+    def test_a_budget_of_nought_lifts_the_bound_aloud(self):
+        for options in (("--budget-us", "0"), ("--budget-us", "0", "--quality", "4")):
+            qualities, log = self.told(*options)
+            for quality in qualities:
+                self.assertTrue(quality.HasField("budget_us"))
+                self.assertEqual((quality.budget_us, quality.work_budget, quality.cut_short), (0.0, 0, False))
+            self.assertIn("no bound", log)
+        self.assertNotIn("no bound", self.told()[1])
+        # Automatic quality keeps one of its own.
+        self.check(self.told("--budget-us", "0", ask=lambda session: (session.set("quality", "auto"), session.run(poses=[(0.0, 0.01, 0.0)] * 5)))[0], 500.0)
+        code, text = daemon.run("--quality=auto", "--budget-us=0")
+        self.assertEqual(code, 2, text)
+        self.assertIn("--budget-us", text)
+
+    def test_under_the_real_clock_it_is_bounded_too_and_the_state_says_in_what(self):
+        for options, budget_us in (((), 500.0), (("--budget-us", "250"), 250.0), (("--budget-us", "0"), 0.0)):
+            with daemon.Daemon("--scene", "single_string", *options) as played, hapticd.Session(played.address) as session:
+                session.subscribe(divisor=1, sections=["QUALITY"])
+                seen = 0
+                for state in session.states():
+                    self.assertEqual(state.quality.budget_us, budget_us)
+                    self.assertEqual(state.quality.work_budget > 0, budget_us > 0)
+                    seen += 1
+                    if seen == 200:
+                        break
+                self.assertEqual(played.end(), 0, played.log)
+
+    def test_the_work_of_no_tick_of_a_wild_hand_goes_beyond_the_bound(self):
+        """A finger led anywhere within the Guqin at 1 m/s, all that the daemon does by itself."""
+        random = Random(14)
+        with daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "guqin") as played, \
+                hapticd.Session(played.address) as session:
+            session.acquire("test")
+            session.subscribe(divisor=1, sections=["QUALITY"])
+            poses, place = [], (0.0, 0.05, 0.0)
+            for _ in range(20):
+                goal = (random.uniform(-0.5, 0.5), random.uniform(-0.03, 0.03), random.uniform(-0.1, 0.1))
+                ticks = int(math.dist(place, goal) / 1e-3) + 1
+                poses += [tuple(a + (b - a) * k / ticks for a, b in zip(place, goal)) for k in range(1, ticks + 1)]
+                place = goal
+            qualities = []
+            for first in range(0, len(poses), 250):
+                result = session.run(poses=poses[first:first + 250])
+                qualities += [state.quality for state in session.states(result.steps)]
+            self.assertEqual(len(qualities), len(poses))
+            self.assertLessEqual(max(quality.work / quality.work_budget for quality in qualities), 1.05)
 
 
 class Following(unittest.TestCase):

@@ -29,8 +29,8 @@ ENGAGE_S = 0.3
 """The first pose is held so long before a motion begins: force comes on within 200 ms."""
 LONGEST_GESTURE_S = 600.0
 RECORDING = "session.mcap"
-QUALITY = "4"
-"""Of every session: the most exact, so that what figures show is the model, not how far it was computed."""
+EXACT = ("--quality", "4", "--budget-us", "0")
+"""Of every session: the most exact, and no tick cut short, so that what figures show is the model, not how far it was computed."""
 
 
 class DaemonError(RuntimeError):
@@ -65,7 +65,7 @@ class Daemon:
             self.address = f"127.0.0.1:{probe.getsockname()[1]}"
         self._state = tempfile.TemporaryDirectory(prefix="hapticd-lab-")
         self._recording: Optional[pathlib.Path] = None
-        self._process = subprocess.Popen([program or oracle.find_program("hapticd"), "--listen", self.address, "--quality", QUALITY, *options],
+        self._process = subprocess.Popen([program or oracle.find_program("hapticd"), "--listen", self.address, *EXACT, *options],
                                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                          env=dict(os.environ, XDG_STATE_HOME=self._state.name))
 

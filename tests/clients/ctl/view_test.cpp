@@ -92,6 +92,8 @@ TEST_CASE(
   quality.set_work_budget(2000);
   quality.set_cut_short(true);
   CHECK(says(summary_lines(view), "work       1804 of 2000   2 sub-steps"));
+  quality.set_budget_us(62.5F);
+  CHECK(says(summary_lines(view), "work       1804 of 2000 (62.5 us)   2 sub-steps"));
   CHECK(says(summary_lines(view), "cut short"));
   for (const auto& [reason, words] :
        {std::pair{v1::QUALITY_REASON_ROOM, "level 3 (auto), the budget leaves room"},

@@ -61,6 +61,7 @@ std::unique_ptr<PlayedScene> played_scene(const std::string& text, std::uint32_t
   REQUIRE(profile.loaded.has_value());
   options.devices.push_back({0, *profile.loaded, setting.source});
   options.virtual_time = !setting.real_time;
+  options.budget_us = setting.budget_us;
   return make_played_scene(std::move(result.loaded), scene_id, nullptr, options);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,6 +32,8 @@ struct LoopSetting {
   std::string profile = "ideal";
   bool guards_armed = false;
   bool real_time = false;  ///< instants are given, 1 ms apart
+  /// Of a tick; 0: no bound; absent: as where nobody says.
+  std::optional<double> budget_us = std::nullopt;
 };
 
 /// What plays `text`, for LoopRun or to swap to.

@@ -10,12 +10,48 @@ namespace {
 /// Above the string, and beneath it.
 const Vector3 kAbove{0.0, 0.02, 0.0};
 const Vector3 kBeneath{0.003, -0.02, 0.002};
+/// Units of work that half a tick of 1 ms is worth under the virtual clock: 500 us and the 2 % that
+/// are allowed beyond, at 1.4 ns each.
+constexpr std::uint64_t kHalfTick = 364'285;
 
 }  // namespace
 
+TEST_CASE("with nothing said no tick is without a bound, from the first of a scene on") {
+  LoopRun run(kStringScene);
+  CHECK(run.tick(kAbove).snapshot.work.work_budget == kHalfTick);
+  CHECK(run.tick(kBeneath).snapshot.work.work_budget == kHalfTick);
+  run.send(SwapSceneCommand{played_scene(kWallScene, 2).release()});
+  CHECK(run.tick(kAbove).snapshot.work.work_budget == kHalfTick);
+}
+
+TEST_CASE("under the real clock the first ticks get what fits at the guessed price, and no more") {
+  LoopSetting setting;
+  setting.real_time = true;
+  LoopRun usual(kStringScene, setting);
+  const std::uint64_t work = usual.tick(kAbove).snapshot.work.work_budget;
+  CHECK(work > 0);
+  // Even where a unit costs thrice what it did where the weights are from.
+  CHECK(3.0 * 1.4 * static_cast<double>(work) <= 500e3);
+  setting.budget_us = 1e6;
+  CHECK(LoopRun(kStringScene, setting).tick(kAbove).snapshot.work.work_budget > 1000 * work);
+  setting.budget_us = 0.0;
+  CHECK(LoopRun(kStringScene, setting).tick(kAbove).snapshot.work.work_budget == 0);
+}
+
+TEST_CASE("a scene with automatic quality begins with the bound of its own budget") {
+  const std::string scene = std::string(kStringScene) + "quality { automatic { budget_us: 70 } }";
+  LoopSetting setting;
+  for (const double budget_us : {0.0, 500.0, 1e6}) {
+    setting.budget_us = budget_us;
+    CHECK(LoopRun(scene, setting).tick(kAbove).snapshot.work.work_budget == 51'000);
+  }
+}
+
 TEST_CASE(
     "from the tick that hears of a work budget on no tick goes beyond it by more than a step") {
-  LoopRun run(kStringScene);
+  LoopSetting setting;
+  setting.budget_us = 0.0;
+  LoopRun run(kStringScene, setting);
   run.engage(kAbove);
   const TickWork free = run.tick(kBeneath).snapshot.work;
   CHECK(free.work_budget == 0);
@@ -36,15 +72,17 @@ TEST_CASE(
   CHECK(run.tick(kBeneath).snapshot.work.work_budget == 0);
 }
 
-TEST_CASE("a budget below zero is none, and a new scene begins without one") {
+TEST_CASE("a budget below zero is none, and a new scene begins with the one it was made with") {
   LoopRun run(kStringScene);
   run.engage(kAbove);
   run.send(WorkBudgetCommand{-5});
   CHECK(run.tick(kAbove).snapshot.work.work_budget == 0);
   run.send(WorkBudgetCommand{700});
   CHECK(run.tick(kAbove).snapshot.work.work_budget == 700);
-  run.send(SwapSceneCommand{played_scene(kWallScene, 2).release()});
-  CHECK(run.tick(kAbove).snapshot.work.work_budget == 0);
+  LoopSetting setting;
+  setting.budget_us = 70.0;
+  run.send(SwapSceneCommand{played_scene(kWallScene, 2, setting).release()});
+  CHECK(run.tick(kAbove).snapshot.work.work_budget == 51'000);
 }
 
 }  // namespace hapticd::test

@@ -160,7 +160,30 @@ TEST_CASE("explain tells what a level is bound to err and predicted to cost, of 
   const ShellOutcome usual = run("explain '" + scene + "'");
   CHECK(usual.says("in touch: 1 times that of quality 3, the default\n"));
   CHECK(usual.says("finger: 1 sphere\n"));
+  CHECK(usual.says("work of a tick: bounded to 500 us of processor time, half of a tick at 1 kHz"));
+  CHECK(usual.says("hapticd --budget-us N"));
   CHECK(run("explain --quality 5 '" + scene + "'").code == 2);
+}
+
+TEST_CASE("explain tells what bounds a tick, and whether this scene comes to be cut short") {
+  const TemporaryFolder folder;
+  const auto scene = [&](const std::string& budget_us) {
+    return folder.write(
+        "ball_" + budget_us + ".textproto",
+        "name: \"ball\" quality { automatic { budget_us: " + budget_us +
+            " } } tools { name: \"finger\" parts { name: \"tip\" shape { spheres { centre_m: [0, "
+            "0, 0] "
+            "radius_m: 0.005 } } } pose_wg { p_m: [0, 0.07, 0] } } bodies { name: \"ball\" shape { "
+            "spheres { centre_m: [0, 0, 0] radius_m: 0.05 } } }");
+  };
+  // No machine does a tick in a nanosecond, and each does one of a ball in a second.
+  const ShellOutcome tight = run("explain '" + scene("0.001") + "'");
+  CHECK(tight.code == 0);
+  CHECK(tight.says("bounded to 0.001 us of processor time, the budget of automatic quality\n"));
+  CHECK(tight.says("ticks would be cut short"));
+  CHECK_FALSE(tight.says("no tick of"));
+  const ShellOutcome ample = run("explain '" + scene("1000000") + "'");
+  CHECK(ample.says("no tick of "));
 }
 
 }  // namespace hapticd::test

@@ -1,0 +1,373 @@
+// The bound on the work of a tick that holds where nobody says otherwise, under a hand that goes
+// where it likes: anywhere within the objects, at 0.3 and 1 m/s. Truths: the counts; an exhaustive
+// search along the committed path, or at the end of the tick, for what the tool is in; the hand's
+// own motion for what a force may change by; the same hand without a bound.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/math/rotation.h"
+#include "core/rendering/tick_work.h"
+#include "core/scene/quality.h"
+#include "server/lab/truth/contact_oracle.h"
+#include "server/lab/truth/path_run.h"
+#include "tests/scenario/shipped_scene.h"
+#include "tests/support/random.h"
+#include "tests/support/scale.h"
+
+namespace hapticd::test {
+namespace {
+
+/// The law: the tool never sinks into anything, m.
+constexpr double kDeepest = -1e-6;
+/// Units of work that half a tick of 1 ms is worth under the virtual clock: 500 us and the 2 % that
+/// are allowed beyond, at 1.4 ns each.
+constexpr std::int64_t kBound = 364'285;
+/// Share by which a tick's work may exceed its bound: the last linearisation is dearer than the one
+/// before.
+constexpr double kOverhang = 0.05;
+/// How deep the hand goes beyond a surface, m.
+constexpr double kDepth = 0.03;
+constexpr double kTick_s = 1e-3;
+/// Change of force per tick that a contact switch may always make, N, and its share of kt |v| dt.
+constexpr double kFreeChange = 0.15;
+constexpr double kExcess = 1.1;
+
+/// Goals of a hand: it moves from each to the next, turning, at one speed.
+struct Wander {
+  std::vector<Pose> goals;  ///< the first is where it begins
+  double speed = 0.3;       ///< m/s
+};
+
+/// A pose with a leaf of the tool kDepth beyond the surface of an obstacle, turned by up to half a
+/// radian about each axis.
+Pose deep_in(const ToolScene& view, const Quaternion& upright, SplitMix64& random) {
+  const auto capsules = view.obstacles.capsules_W;
+  const auto bodies = view.obstacles.bodies;
+  const std::uint64_t which = random.below(capsules.size() + bodies.size());
+  const Vector3 in = to_vector(random.direction());
+  Vector3 place = Vector3::Zero();
+  if (which < capsules.size()) {
+    const Capsule& capsule = capsules[which];
+    place = capsule.p_A + random.uniform(0.0, 1.0) * (capsule.p_B - capsule.p_A);
+  } else {
+    const BodyView& body = bodies[which - capsules.size()];
+    const Sphere leaf =
+        body.tree.leaf(static_cast<std::int32_t>(random.below(body.tree.leaf_r.size())));
+    place = transform(body.X_WB, leaf.p) - leaf.r * in;
+  }
+  const Vector3 phi(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5),
+                    random.uniform(-0.5, 0.5));
+  const Quaternion q = (exp_rotation(phi) * upright).normalized();
+  const Sphere leaf =
+      view.tool.leaf(static_cast<std::int32_t>(random.below(view.tool.leaf_r.size())));
+  return {q, place + kDepth * in - q * leaf.p};
+}
+
+Pose between(const Pose& a, const Pose& b, double share) {
+  return {a.q.slerp(share, b.q), a.p + share * (b.p - a.p)};
+}
+
+std::vector<Pose> poses_of(const Wander& wander) {
+  std::vector<Pose> poses;
+  for (std::size_t k = 0; k + 1 < wander.goals.size(); ++k) {
+    const Pose& from = wander.goals[k];
+    const Pose& to = wander.goals[k + 1];
+    const int ticks = static_cast<int>((to.p - from.p).norm() / (wander.speed * kTick_s)) + 1;
+    for (int tick = 1; tick <= ticks; ++tick) {
+      poses.push_back(between(from, to, static_cast<double>(tick) / ticks));
+    }
+  }
+  return poses;
+}
+
+/// As many ticks of one hand, from where the scene begins.
+std::vector<Pose> wander(const Scene& scene, double speed, std::int64_t ticks, std::uint64_t seed) {
+  SplitMix64 random(seed);
+  const ToolScene view = scene.tool_scene(0);
+  Wander way{{scene.description().tools[0].X_WG}, speed};
+  std::vector<Pose> poses;
+  while (static_cast<std::int64_t>(poses.size()) < ticks) {
+    way.goals.push_back(deep_in(view, way.goals.front().q, random));
+    const std::vector<Pose> more = poses_of({{way.goals.end()[-2], way.goals.end()[-1]}, speed});
+    poses.insert(poses.end(), more.begin(), more.end());
+  }
+  poses.resize(static_cast<std::size_t>(ticks));
+  return poses;
+}
+
+std::vector<Sphere> leaves_of(const SphereTreeView& tree) {
+  std::vector<Sphere> leaves;
+  for (std::size_t k = 0; k < tree.leaf_r.size(); ++k) {
+    leaves.push_back(tree.leaf(static_cast<std::int32_t>(k)));
+  }
+  return leaves;
+}
+
+/// Puts a level of quality in force.
+void play_at(const Scene& scene, int level, PathRun& run) {
+  run.restart();
+  ToolScene settings = scene.tool_scene(0);
+  const OptimiserOptions options = quality_of(level).options;
+  settings.options.sub_steps = options.sub_steps;
+  settings.options.stop_tolerance = options.stop_tolerance;
+  run.follow(settings);
+}
+
+double work_share(const OptimiserResult& result) {
+  return static_cast<double>(tick_work(result)) / static_cast<double>(kBound);
+}
+
+bool same(const PathRun& a, const PathRun& b) {
+  return a.X_WG().p == b.X_WG().p && a.X_WG().q.coeffs() == b.X_WG().q.coeffs() &&
+         a.result().F_H_W.f == b.result().F_H_W.f && a.result().F_H_W.t == b.result().F_H_W.t &&
+         tick_work(a.result()) == tick_work(b.result());
+}
+
+/// The smallest gap of any tool to the bodies and the strings as they are bent, m.
+long double smallest_gap(const Scene& scene, const Simulation& simulation,
+                         const TickOutput& output) {
+  const ToolScene view = scene.tool_scene(0);
+  std::vector<Capsule> legs;
+  for (std::size_t s = 0; s < view.strings.size(); ++s) {
+    StringPoints points;
+    simulation.string_shape(static_cast<std::int32_t>(s), points);
+    for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+      legs.push_back({points[k], points[k + 1], view.obstacles.capsules_W[s].r});
+    }
+  }
+  std::vector<std::vector<Sphere>> spheres;
+  std::vector<OracleBody> bodies;
+  for (const BodyView& body : view.obstacles.bodies) {
+    spheres.push_back(leaves_of(body.tree));
+    bodies.push_back({{}, body.X_WB});
+  }
+  for (std::size_t k = 0; k < bodies.size(); ++k) bodies[k].spheres_B = spheres[k];
+  long double gap = 1.0L;
+  for (std::size_t k = 0; k < output.tools.size(); ++k) {
+    const std::vector<Sphere> tool = leaves_of(scene.tool_scene(k).tool);
+    gap = std::min(gap, exhaustive_minimum_gap(tool, output.tools[k].X_WG, {legs, bodies}));
+  }
+  return gap;
+}
+
+struct Played {
+  std::string scene;
+  int level;
+  double speed;
+};
+
+const std::vector<Played> kPlayed{{"guqin", 3, 0.3}, {"guqin", 3, 1.0},  {"guqin", 4, 0.3},
+                                  {"guqin", 4, 1.0}, {"stress", 3, 0.3}, {"stress", 3, 1.0}};
+
+}  // namespace
+
+TEST_CASE(
+    "a hand that goes anywhere at any speed makes no tick of more work than the bound, and the "
+    "tool enters nothing where it cuts") {
+  std::uint64_t seed = 20;
+  for (const Played& played : kPlayed) {
+    CAPTURE(played.scene);
+    const auto loaded = load_shipped(played.scene);
+    const std::vector<Pose> hand = wander(*loaded->scene, played.speed, scaled(40'000), ++seed);
+    PathRun run(*loaded->scene);
+    play_at(*loaded->scene, played.level, run);
+    run.allow(kBound);
+    std::set<std::size_t> cut;
+    double most = 0.0;
+    int contact = 0;
+    for (std::size_t k = 0; k < hand.size(); ++k) {
+      run.tick(hand[k]);
+      most = std::max(most, work_share(run.result()));
+      contact += run.result().active_count > 0 ? 1 : 0;
+      if (run.result().cut_short) cut.insert(k);
+    }
+    // The same once more, judged where it was cut, and in the tick after.
+    play_at(*loaded->scene, played.level, run);
+    run.allow(kBound);
+    double deepest = 1.0;
+    int judged = 0;
+    for (std::size_t k = 0; k < hand.size(); ++k) {
+      const bool near = cut.contains(k) || (k > 0 && cut.contains(k - 1)) || k % 200 == 0;
+      if (near && judged < scaled(1000)) {
+        ++judged;
+        deepest = std::min(deepest, run.judged_tick(hand[k]));
+      } else {
+        run.tick(hand[k]);
+      }
+    }
+    MESSAGE(played.scene << " at quality " << played.level << ", " << played.speed
+                         << " m/s: most work " << most << " of the bound, " << cut.size() << " of "
+                         << hand.size() << " ticks cut, " << contact << " in contact, deepest "
+                         << deepest << " m in " << judged);
+    CHECK(most <= 1.0 + kOverhang);
+    CHECK(deepest >= kDeepest);
+    CHECK(2 * contact > static_cast<int>(hand.size()));
+  }
+}
+
+TEST_CASE("below the bound it changes no bit: the two part only at a tick of half of it or more") {
+  std::uint64_t seed = 40;
+  int compared = 0;
+  for (const Played& played : kPlayed) {
+    CAPTURE(played.scene);
+    const auto loaded = load_shipped(played.scene);
+    PathRun free(*loaded->scene);
+    PathRun bounded(*loaded->scene);
+    for (std::int64_t start = 0; start < scaled(80); ++start) {
+      play_at(*loaded->scene, played.level, free);
+      play_at(*loaded->scene, played.level, bounded);
+      bounded.allow(kBound);
+      for (const Pose& X_WH : wander(*loaded->scene, played.speed, 400, ++seed)) {
+        free.tick(X_WH);
+        bounded.tick(X_WH);
+        if (2.2 * work_share(free.result()) > 1.0) break;
+        ++compared;
+        REQUIRE(same(free, bounded));
+      }
+    }
+  }
+  MESSAGE(compared << " ticks compared");
+  CHECK(compared > scaled(50'000));
+}
+
+TEST_CASE("a search for the dearest tick finds none of more work than the bound") {
+  for (const Played& played : {Played{"guqin", 3, 0.3}, Played{"guqin", 4, 1.0}}) {
+    CAPTURE(played.scene);
+    const auto loaded = load_shipped(played.scene);
+    const ToolScene view = loaded->scene->tool_scene(0);
+    const Pose start = loaded->scene->description().tools[0].X_WG;
+    PathRun run(*loaded->scene);
+    SplitMix64 random(60);
+    const auto dearest = [&](const Wander& wander) {
+      play_at(*loaded->scene, played.level, run);
+      run.allow(kBound);
+      double most = 0.0;
+      for (const Pose& X_WH : poses_of(wander)) {
+        run.tick(X_WH);
+        most = std::max(most, work_share(run.result()));
+      }
+      return most;
+    };
+    double worst = 0.0;
+    for (std::int64_t restart = 0; restart < scaled(40); ++restart) {
+      Wander best{{start, deep_in(view, start.q, random), deep_in(view, start.q, random)},
+                  played.speed};
+      double most = dearest(best);
+      for (int step = 0; step < 12; ++step) {
+        Wander next = best;
+        const double reach = random.chance(0.5) ? 5e-3 : 0.05;
+        for (std::size_t k = 1; k < next.goals.size(); ++k) {
+          Pose& goal = next.goals[k];
+          goal.p += reach * random.uniform() * to_vector(random.direction());
+          goal.q =
+              (exp_rotation(2.0 * reach * to_vector(random.direction())) * goal.q).normalized();
+        }
+        const double found = dearest(next);
+        if (found < most) continue;
+        most = found;
+        best = next;
+      }
+      worst = std::max(worst, most);
+    }
+    MESSAGE(played.scene << " at quality " << played.level << ": the dearest found " << worst
+                         << " of the bound");
+    CHECK(worst <= 1.0 + kOverhang);
+  }
+}
+
+TEST_CASE("where the bound cuts the force steps no more than at a contact") {
+  std::uint64_t seed = 80;
+  for (const double speed : {0.3, 1.0}) {
+    const auto loaded = load_shipped("guqin");
+    PathRun free(*loaded->scene);
+    PathRun run(*loaded->scene);
+    SplitMix64 random(++seed);
+    double worst = 0.0;
+    int judged = 0;
+    int cut = 0;
+    // A tenth of the bound, so that it cuts often.
+    play_at(*loaded->scene, kDefaultQuality, free);
+    play_at(*loaded->scene, kDefaultQuality, run);
+    run.allow(kBound / 10);
+    Vector3 f = Vector3::Zero();
+    Vector3 f_free = Vector3::Zero();
+    Pose before = free.X_WG();
+    const double kt = loaded->scene->tool_scene(0).stiffness.kt;
+    int slip = 20;
+    for (const Pose& X_WH : wander(*loaded->scene, speed, scaled(20'000), ++seed)) {
+      const ToolStep moved = coupling_error(before, X_WH, Vector3::Zero());
+      const double way = displacement_bound(moved, reach(loaded->scene->tool_scene(0).tool));
+      const double allowed = std::max(kFreeChange, kExcess * kt * way);
+      before = X_WH;
+      free.tick(X_WH);
+      run.tick(X_WH);
+      cut += run.result().cut_short ? 1 : 0;
+      const Vector3 f_now = run.result().F_H_W.f;
+      slip = 2.0 * (free.result().F_H_W.f - f_free).norm() > allowed ? 20 : slip - 1;
+      if (slip <= 0) {
+        ++judged;
+        worst = std::max(worst, (f_now - f).norm() / allowed);
+      }
+      f = f_now;
+      f_free = free.result().F_H_W.f;
+    }
+    MESSAGE(speed << " m/s: greatest change of force over what a contact may make " << worst
+                  << " in " << judged << " ticks, " << cut << " cut");
+    CHECK(worst <= 1.0);
+  }
+}
+
+TEST_CASE("five tools together do no more work in a tick than the bound, and enter nothing") {
+  const auto loaded = load_shipped("five_fingers");
+  const Scene& scene = *loaded->scene;
+  const std::size_t tools = scene.description().tools.size();
+  REQUIRE(tools == 5);
+  for (const double speed : {0.3, 1.0}) {
+    std::vector<std::vector<Pose>> hands;
+    for (std::size_t k = 0; k < tools; ++k) {
+      hands.push_back(wander(scene, speed, scaled(20'000), 100 + k));
+      const Vector3 off = scene.description().tools[k].X_WG.p - scene.description().tools[0].X_WG.p;
+      for (Pose& X_WH : hands.back()) X_WH.p += off;
+    }
+    const OwnedSimulation play = scene.simulate();
+    const auto output = std::make_unique<TickOutput>();
+    double most = 0.0;
+    int cut = 0;
+    int judged = 0;
+    long double deepest = 1.0L;
+    for (std::size_t tick = 0; tick < hands[0].size(); ++tick) {
+      TickInput input;
+      input.work_budget = kBound;
+      for (std::size_t k = 0; k < tools; ++k) {
+        const Pose& X_WH = hands[k][tick];
+        input.samples[k] = {static_cast<std::int64_t>(tick + 1) * 1'000'000, to_array(X_WH.p),
+                            to_array(X_WH.q)};
+      }
+      play.simulation->step(input, *output);
+      double share = 0.0;
+      bool any = false;
+      for (const ToolTick& tool : output->tools) {
+        share += work_share(tool.optimiser);
+        any = any || tool.optimiser.cut_short;
+      }
+      most = std::max(most, share);
+      cut += any ? 1 : 0;
+      if ((any || tick % 500 == 0) && judged < scaled(100)) {
+        ++judged;
+        deepest = std::min(deepest, smallest_gap(scene, *play.simulation, *output));
+      }
+    }
+    MESSAGE("five_fingers, " << speed << " m/s: most work " << most << " of the bound, " << cut
+                             << " of " << hands[0].size() << " ticks cut, deepest "
+                             << static_cast<double>(deepest) << " m in " << judged);
+    CHECK(most <= 1.0 + kOverhang);
+    CHECK(deepest >= kDeepest);
+  }
+}
+
+}  // namespace hapticd::test
