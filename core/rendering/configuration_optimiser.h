@@ -16,6 +16,7 @@
 #include "core/math/symmetric_matrix.h"
 #include "core/rendering/bystanders.h"
 #include "core/rendering/soft_part.h"
+#include "core/rendering/string_elimination.h"
 #include "core/rendering/string_hold.h"
 #include "core/rendering/virtual_coupling.h"
 #include "core/solver/active_set.h"
@@ -150,11 +151,20 @@ struct OptimiserResult {
 
 /// The quadratic model of a linearisation in coordinates z in which it is round (local_model.h).
 struct LocalModel {
-  SquareMatrix basis;                           ///< y = basis z; its size is the number of unknowns
+  /// y = basis z, of the core: all unknowns, or those before the strings' where these are
+  /// eliminated. Its size is theirs.
+  SquareMatrix basis;
   std::array<double, kMaxQpUnknowns> target_z;  ///< unconstrained minimiser in z
+  std::size_t unknowns = 0;                     ///< core and strings
+  std::array<EliminatedString, kMaxDeflectingStrings> strings;
+
+  /// The strings that are eliminated, in the order of their unknowns.
+  [[nodiscard]] std::span<const EliminatedString> eliminated() const noexcept {
+    return std::span(strings).first((unknowns - basis.size) / 2);
+  }
 };
 
-/// Scratch memory of one tool, 0.4 MB; contents mean nothing between ticks.
+/// Scratch memory of one tool, 1.5 MB; contents mean nothing between ticks.
 struct OptimiserWorkspace {
   QpProblem problem;
   QpWorkspace qp;
