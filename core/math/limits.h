@@ -11,8 +11,8 @@ inline constexpr std::size_t kMaxTools = 5;
 
 /// Unknowns of a rigid tool: [linear; angular].
 inline constexpr int kToolDof = 6;
-/// Strings that may deflect under one tool in one tick; one touched beyond them is treated as rigid
-/// for that tick and counted.
+/// Strings that may deflect under one tool in one tick; those touched beyond them are treated as
+/// rigid for that tick and counted.
 inline constexpr int kMaxDeflectingStrings = 64;
 /// Strings whose unknowns share one dense matrix; where more deflect, those of each are eliminated
 /// by themselves.

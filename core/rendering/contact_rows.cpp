@@ -124,6 +124,23 @@ void add_worst(std::size_t kept, std::size_t most, std::size_t count,
   w.problem.rows = static_cast<int>(kept + most);
 }
 
+/// Puts the first `pressed` rows in the order of their strings, in which the solver passes over
+/// most of what is zero.
+void sort_by_string(const ContactSet& contacts, std::size_t pressed,
+                    OptimiserWorkspace& w) noexcept {
+  const auto string_of = [&contacts](std::int32_t c) {
+    const ContactKey& key = contacts.contacts[static_cast<std::size_t>(c)].key;
+    return key.kind == ObstacleKind::kCapsule ? key.obstacle : -1;
+  };
+  const auto first = w.contact_of_row.begin();
+  std::sort(first, first + static_cast<std::ptrdiff_t>(pressed),
+            [&string_of](std::int32_t a, std::int32_t b) {
+              const std::int32_t string_a = string_of(a);
+              const std::int32_t string_b = string_of(b);
+              return string_a != string_b ? string_a < string_b : a < b;
+            });
+}
+
 /// The first rows: the contacts that bore force last, whose number it returns, then the nearest.
 int choose_rows(const RowContext& context, OptimiserWorkspace& w) noexcept {
   const auto& contacts = w.contacts.contacts;
@@ -140,6 +157,7 @@ int choose_rows(const RowContext& context, OptimiserWorkspace& w) noexcept {
     w.contact_of_row[pressed++] = static_cast<std::int32_t>(c);
     w.excess[static_cast<std::size_t>(c)] = kTaken;
   }
+  if (!w.model.eliminated().empty()) sort_by_string(w.contacts, pressed, w);
   std::size_t others = 0;
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (w.excess[c] < kTaken) w.order[others++] = static_cast<std::int32_t>(c);
@@ -359,6 +377,8 @@ double solve_linearisation(const OptimiserInput& input, const OptimiserState& st
   if (!state.holds.empty()) unknowns = model_holds(input, w.contacts, state, unknowns, w.models);
   build_local_model(input, state, e, w.models, w.parts, unknowns, w.model);
   set_objective(w.model, w.problem);
+  const auto eliminated = static_cast<std::int64_t>(w.model.eliminated().size());
+  result.string_pairs += eliminated * eliminated;
   // Once a tick: where the centre is depends on what the tool does next.
   const double centring_room = result.sub_steps == 1 ? kCentringShare * input.options.skin : 0.0;
   // A skin that is used up lets no step turn the tool. Where the obstacles on all sides leave no
