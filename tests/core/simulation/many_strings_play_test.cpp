@@ -36,21 +36,15 @@ double pluck(Instrument& guqin) {
   return largest;
 }
 
-InstrumentOptions stiff_hand() {
-  InstrumentOptions options;
-  options.vibration = false;
-  return options;
-}
-
 }  // namespace
 
 TEST_CASE("a rake that plucks many strings at once makes each of them sound once") {
-  Instrument one(1, StringParameters{}, stiff_hand(), rake(1));
+  Instrument one(1, StringParameters{}, InstrumentOptions{}, rake(1));
   one.scene().stiffness = {1000.0, 1.0};
   const double alone = pluck(one);
   CHECK(count(one.events, StringEventKind::kTone) == 1);
   for (const int strings : {9, 16, 21}) {
-    Instrument guqin(strings, StringParameters{}, stiff_hand(), rake(strings));
+    Instrument guqin(strings, StringParameters{}, InstrumentOptions{}, rake(strings));
     // As stiff for each string as the hand is that plucks one.
     guqin.scene().stiffness = {1000.0 * strings, 1.0};
     const double together = pluck(guqin);
