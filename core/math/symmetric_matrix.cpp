@@ -36,7 +36,7 @@ bool cholesky(const SquareMatrix& H, double least, SquareMatrix& U) noexcept {
     if (!(U(j, j) >= least)) return false;
     const double inverse = 1.0 / std::sqrt(U(j, j));
     // A copy, so that the compiler knows that the rows are different ones.
-    std::array<double, kMaxQpUnknowns> row;
+    std::array<double, kMaxDenseUnknowns> row;
     for (std::size_t k = 0; k < n; ++k) row[k] = U(j, k) * inverse;
     for (std::size_t k = 0; k < n; ++k) U(j, k) = row[k];
     for (std::size_t i = j + 1; i < n; ++i) {
@@ -52,7 +52,7 @@ template <std::size_t N>
 void invert_upper(const SquareMatrix& U, SquareMatrix& B) noexcept {
   const std::size_t n = size_of<N>(B);
   for (std::size_t i = n; i-- > 0;) {
-    std::array<double, kMaxQpUnknowns> row;
+    std::array<double, kMaxDenseUnknowns> row;
     for (std::size_t k = 0; k < n; ++k) row[k] = k == i ? 1.0 : 0.0;
     for (std::size_t j = i + 1; j < n; ++j) {
       const double factor = U(i, j);
@@ -74,15 +74,15 @@ bool invert_root(const SquareMatrix& H, double least, SquareMatrix& B) noexcept 
 
 /// A symmetric matrix on its way to its spectrum: H = Z diag-and-beside Z', by rows of Z'.
 struct Tridiagonal {
-  std::array<double, kMaxQpUnknowns> diagonal;
-  std::array<double, kMaxQpUnknowns> beside;  ///< of k and k + 1
+  std::array<double, kMaxDenseUnknowns> diagonal;
+  std::array<double, kMaxDenseUnknowns> beside;  ///< of k and k + 1
   SquareMatrix transposed;                    ///< Z'
 };
 
 /// What makes the entries of column `k` of A beyond k + 1 zero: I - scale v v', v on rows from k
 /// + 1.
 struct Reflection {
-  std::array<double, kMaxQpUnknowns> v;
+  std::array<double, kMaxDenseUnknowns> v;
   double scale = 0.0;  ///< 0: they are zero
   double beside;       ///< what entry k + 1 becomes
 };
@@ -104,7 +104,7 @@ Reflection reflection_of(const SquareMatrix& A, std::size_t k) noexcept {
 /// A becomes P A P, of rows from `first`, P the reflection.
 void reflect_both(const Reflection& P, std::size_t first, SquareMatrix& A) noexcept {
   const std::size_t n = A.size;
-  std::array<double, kMaxQpUnknowns> w{};
+  std::array<double, kMaxDenseUnknowns> w{};
   for (std::size_t l = first; l < n; ++l) {
     const double factor = P.scale * P.v[l];
     for (std::size_t j = first; j < n; ++j) w[j] += factor * A(l, j);
@@ -120,7 +120,7 @@ void reflect_both(const Reflection& P, std::size_t first, SquareMatrix& A) noexc
 /// Z becomes Z P.
 void reflect_rows(const Reflection& P, std::size_t first, SquareMatrix& transposed) noexcept {
   const std::size_t n = transposed.size;
-  std::array<double, kMaxQpUnknowns> sum{};
+  std::array<double, kMaxDenseUnknowns> sum{};
   for (std::size_t l = first; l < n; ++l) {
     for (std::size_t i = 0; i < n; ++i) sum[i] += P.v[l] * transposed(l, i);
   }

@@ -11,10 +11,11 @@
 
 namespace hapticd {
 
-/// A matrix of up to kMaxQpUnknowns rows and as many columns; entries beyond `size` mean nothing.
+/// A matrix of up to kMaxDenseUnknowns rows and as many columns; entries beyond `size` mean
+/// nothing.
 struct SquareMatrix {
   std::size_t size = 0;
-  std::array<std::array<double, kMaxQpUnknowns>, kMaxQpUnknowns> entry;
+  std::array<std::array<double, kMaxDenseUnknowns>, kMaxDenseUnknowns> entry;
 
   [[nodiscard]] double& operator()(std::size_t i, std::size_t j) noexcept { return entry[i][j]; }
   [[nodiscard]] double operator()(std::size_t i, std::size_t j) const noexcept {
@@ -32,7 +33,7 @@ struct SquareMatrix {
 /// Eigenvalues in no order, and the orthonormal eigenvectors as columns: H = vectors diag(values)
 /// vectors'.
 struct Spectrum {
-  std::array<double, kMaxQpUnknowns> values;
+  std::array<double, kMaxDenseUnknowns> values;
   SquareMatrix vectors;
 };
 

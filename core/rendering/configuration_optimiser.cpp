@@ -155,9 +155,12 @@ void take_force(const OptimiserInput& input, const ToolStep& e, OptimiserState& 
   result.active_count = 0;
   state.active_count = 0;
   std::array<Vector3, kMaxDeflectingStrings> hold_force;
-  hold_force.fill(Vector3::Zero());
-  std::array<double, kMaxDeflectingStrings> hold_lambda{};
-  std::array<double, kMaxDeflectingStrings> hold_weight{};
+  std::array<double, kMaxDeflectingStrings> hold_lambda;
+  std::array<double, kMaxDeflectingStrings> hold_weight;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    hold_force[k] = Vector3::Zero();
+    hold_lambda[k] = hold_weight[k] = 0.0;
+  }
   for (int k = 0; k < w.solution.active_count; ++k) {
     const auto s = static_cast<std::size_t>(k);
     const std::int32_t c = w.contact_of_row[static_cast<std::size_t>(w.solution.active[s])];

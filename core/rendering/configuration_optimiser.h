@@ -16,6 +16,7 @@
 #include "core/math/symmetric_matrix.h"
 #include "core/rendering/bystanders.h"
 #include "core/rendering/soft_part.h"
+#include "core/rendering/string_elimination.h"
 #include "core/rendering/string_hold.h"
 #include "core/rendering/virtual_coupling.h"
 #include "core/solver/active_set.h"
@@ -133,7 +134,7 @@ struct OptimiserResult {
   Wrench F_H_W;
   int active_count = 0;
   std::array<ActiveContact, kMaxQpUnknowns> active;
-  int strings_refused = 0;  ///< strings that stayed rigid because kMaxDeflectingStrings yield
+  int strings_refused = 0;  ///< strings that stayed rigid because kMaxDeflectingStrings are held
   int parts_refused = 0;    ///< soft parts that stayed rigid because kMaxSoftParts yield
   int sub_steps = 0;        ///< linearisations used
   int qp_iterations = 0;
@@ -141,20 +142,30 @@ struct OptimiserResult {
   int rows_exchanged = 0;  ///< rows brought in because more pairs than rows mattered
   int halvings = 0;        ///< trial steps refused by the exact re-check or the energy test
   std::int64_t tests = 0;
-  std::int64_t evaluations = 0;  ///< of the tests those of single pairs, once they were found
-  std::int64_t rows = 0;         ///< filled, of all programs
-  std::int64_t pressed = 0;      ///< pairs that bore force before, of all linearisations
-  bool cut_short = false;        ///< the work budget ended the tick
-  double minimum_gap = 0.0;      ///< at the last evaluated pose, m
+  std::int64_t evaluations = 0;   ///< of the tests those of single pairs, once they were found
+  std::int64_t rows = 0;          ///< filled, of all programs
+  std::int64_t pressed = 0;       ///< pairs that bore force before, of all linearisations
+  std::int64_t string_pairs = 0;  ///< of strings that were eliminated, of all linearisations
+  bool cut_short = false;         ///< the work budget ended the tick
+  double minimum_gap = 0.0;       ///< at the last evaluated pose, m
 };
 
 /// The quadratic model of a linearisation in coordinates z in which it is round (local_model.h).
 struct LocalModel {
-  SquareMatrix basis;                           ///< y = basis z; its size is the number of unknowns
+  /// y = basis z, of the core: all unknowns, or those before the strings' where these are
+  /// eliminated. Its size is theirs.
+  SquareMatrix basis;
   std::array<double, kMaxQpUnknowns> target_z;  ///< unconstrained minimiser in z
+  std::size_t unknowns = 0;                     ///< core and strings
+  std::array<EliminatedString, kMaxDeflectingStrings> strings;
+
+  /// The strings that are eliminated, in the order of their unknowns.
+  [[nodiscard]] std::span<const EliminatedString> eliminated() const noexcept {
+    return std::span(strings).first((unknowns - basis.size) / 2);
+  }
 };
 
-/// Scratch memory of one tool, 0.4 MB; contents mean nothing between ticks.
+/// Scratch memory of one tool, 1.5 MB; contents mean nothing between ticks.
 struct OptimiserWorkspace {
   QpProblem problem;
   QpWorkspace qp;

@@ -7,6 +7,7 @@
 #include "core/collision/primitive_gap.h"
 #include "core/rendering/hold_model.h"
 #include "core/rendering/local_model.h"
+#include "core/rendering/model_coordinates.h"
 #include "core/rendering/step_admission.h"
 
 namespace hapticd {
@@ -72,9 +73,11 @@ void set_tool_columns(const Vector3& linear, const Vector3& angular, std::size_t
   }
 }
 
-/// The rows of the problem as far as the tool alone goes.
-void set_tool_rows(const ToolColumns& columns, const SquareMatrix& basis,
+/// The rows of the problem as far as the tool alone goes; zero in the coordinates of strings that
+/// are eliminated.
+void set_tool_rows(const ToolColumns& columns, const LocalModel& model,
                    QpProblem& problem) noexcept {
+  const SquareMatrix& basis = model.basis;
   const auto rows = static_cast<std::size_t>(problem.rows);
   for (std::size_t k = 0; k < basis.size; ++k) {
     std::array<double, kToolDof> b;
@@ -86,20 +89,8 @@ void set_tool_rows(const ToolColumns& columns, const SquareMatrix& basis,
       out[r] = sum;
     }
   }
-}
-
-/// What a row asks of a string.
-struct StringTerm {
-  std::size_t row;
-  std::size_t unknown;
-  double radial;
-  double tangential;
-};
-
-void add_string(const StringTerm& term, const SquareMatrix& basis, QpProblem& problem) noexcept {
-  for (std::size_t k = 0; k < basis.size; ++k) {
-    problem.row[k][term.row] +=
-        basis(term.unknown, k) * term.radial + basis(term.unknown + 1, k) * term.tangential;
+  for (std::size_t k = basis.size; k < model.unknowns; ++k) {
+    std::fill_n(problem.row[k].begin(), rows, 0.0);
   }
 }
 
@@ -118,14 +109,6 @@ void add_parts(const ContactRow& row, std::size_t r, const SquareMatrix& basis,
   }
 }
 
-void set_objective(const LocalModel& model, QpProblem& problem) noexcept {
-  problem.unknowns = static_cast<int>(model.basis.size);
-  for (std::size_t k = 0; k < model.basis.size; ++k) {
-    problem.weight[k] = 1.0;
-    problem.target[k] = model.target_z[k];
-  }
-}
-
 /// Adds the `most` most violated of the first `count` in w.order to the first `kept` rows.
 void add_worst(std::size_t kept, std::size_t most, std::size_t count,
                OptimiserWorkspace& w) noexcept {
@@ -139,6 +122,23 @@ void add_worst(std::size_t kept, std::size_t most, std::size_t count,
                    });
   std::copy(first, last, w.contact_of_row.begin() + static_cast<std::ptrdiff_t>(kept));
   w.problem.rows = static_cast<int>(kept + most);
+}
+
+/// Puts the first `pressed` rows in the order of their strings, in which the solver passes over
+/// most of what is zero.
+void sort_by_string(const ContactSet& contacts, std::size_t pressed,
+                    OptimiserWorkspace& w) noexcept {
+  const auto string_of = [&contacts](std::int32_t c) {
+    const ContactKey& key = contacts.contacts[static_cast<std::size_t>(c)].key;
+    return key.kind == ObstacleKind::kCapsule ? key.obstacle : -1;
+  };
+  const auto first = w.contact_of_row.begin();
+  std::sort(first, first + static_cast<std::ptrdiff_t>(pressed),
+            [&string_of](std::int32_t a, std::int32_t b) {
+              const std::int32_t string_a = string_of(a);
+              const std::int32_t string_b = string_of(b);
+              return string_a != string_b ? string_a < string_b : a < b;
+            });
 }
 
 /// The first rows: the contacts that bore force last, whose number it returns, then the nearest.
@@ -157,6 +157,7 @@ int choose_rows(const RowContext& context, OptimiserWorkspace& w) noexcept {
     w.contact_of_row[pressed++] = static_cast<std::int32_t>(c);
     w.excess[static_cast<std::size_t>(c)] = kTaken;
   }
+  if (!w.model.eliminated().empty()) sort_by_string(w.contacts, pressed, w);
   std::size_t others = 0;
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (w.excess[c] < kTaken) w.order[others++] = static_cast<std::int32_t>(c);
@@ -166,7 +167,7 @@ int choose_rows(const RowContext& context, OptimiserWorkspace& w) noexcept {
   return static_cast<int>(pressed);
 }
 
-void fill_rows(const RowContext& context, const SquareMatrix& basis, QpProblem& problem) noexcept {
+void fill_rows(const RowContext& context, const LocalModel& model, QpProblem& problem) noexcept {
   const OptimiserWorkspace& w = context.w;
   const auto contact_of = [&w](std::size_t r) -> const Contact& {
     return w.contacts.contacts[static_cast<std::size_t>(w.contact_of_row[r])];
@@ -189,12 +190,12 @@ void fill_rows(const RowContext& context, const SquareMatrix& basis, QpProblem& 
     strings[string_count++] = {r, static_cast<std::size_t>(row.unknown), row.radial,
                                row.tangential};
   }
-  set_tool_rows(columns, basis, problem);
-  for (std::size_t k = 0; k < string_count; ++k) add_string(strings[k], basis, problem);
+  set_tool_rows(columns, model, problem);
+  for (std::size_t k = 0; k < string_count; ++k) add_string(strings[k], model, problem);
   if (context.state.parts.empty()) return;
   for (std::size_t r = 0; r < rows; ++r) {
     const ContactRow row = row_of(context, contact_of(r));
-    if (row.parts > 0) add_parts(row, r, basis, problem);
+    if (row.parts > 0) add_parts(row, r, model.basis, problem);
   }
 }
 
@@ -231,15 +232,6 @@ double violation(const ContactRow& row, const std::array<double, kMaxQpUnknowns>
     moved_by += row.part[p].linear.dot(Vector3(y[v], y[v + 1], y[v + 2]));
   }
   return lacking(row.bound, moved_by, fraction, tolerance);
-}
-
-void find_unknowns(const QpSolution& solution, const SquareMatrix& basis,
-                   std::array<double, kMaxQpUnknowns>& y) noexcept {
-  for (std::size_t i = 0; i < basis.size; ++i) {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < basis.size; ++k) sum += basis(i, k) * solution.x[k];
-    y[i] = sum;
-  }
 }
 
 /// The step of the configuration that the unknowns mean.
@@ -317,7 +309,7 @@ double solve_rows(const RowContext& context, OptimiserWorkspace& w,
                   OptimiserResult& result) noexcept {
   const LocalModel& model = w.model;
   QpWarmStart warm = first_rows(choose_rows(context, w));
-  fill_rows(context, model.basis, w.problem);
+  fill_rows(context, model, w.problem);
   const bool all_fit = w.contacts.contacts.size() == static_cast<std::size_t>(w.problem.rows);
   for (int round = 0;; ++round) {
     solve_qp(w.problem, warm, w.qp, w.solution);
@@ -325,7 +317,7 @@ double solve_rows(const RowContext& context, OptimiserWorkspace& w,
     result.rows += w.problem.rows;
     if (w.solution.status != QpStatus::kOptimal) return 0.0;
     std::array<double, kMaxQpUnknowns> y;
-    find_unknowns(w.solution, model.basis, y);
+    find_unknowns(w.solution, model, y);
     w.step = step_of(context, y);
     if (all_fit) return 1.0;
     // The rows of the last solution name its multipliers, so they must stay as they are once the
@@ -339,7 +331,7 @@ double solve_rows(const RowContext& context, OptimiserWorkspace& w,
       w.contact_of_row = solved_contacts;
       return fraction;
     }
-    fill_rows(context, model.basis, w.problem);
+    fill_rows(context, model, w.problem);
     warm = first_rows(w.solution.active_count);
   }
 }
@@ -385,6 +377,8 @@ double solve_linearisation(const OptimiserInput& input, const OptimiserState& st
   if (!state.holds.empty()) unknowns = model_holds(input, w.contacts, state, unknowns, w.models);
   build_local_model(input, state, e, w.models, w.parts, unknowns, w.model);
   set_objective(w.model, w.problem);
+  const auto eliminated = static_cast<std::int64_t>(w.model.eliminated().size());
+  result.string_pairs += eliminated * eliminated;
   // Once a tick: where the centre is depends on what the tool does next.
   const double centring_room = result.sub_steps == 1 ? kCentringShare * input.options.skin : 0.0;
   // A skin that is used up lets no step turn the tool. Where the obstacles on all sides leave no

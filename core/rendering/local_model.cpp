@@ -61,7 +61,7 @@ PointJacobian point_jacobian(const Vector3& p_GC_W) noexcept {
 }
 
 /// H += J' A J, lower triangle.
-void add_quadratic(const PointJacobian& J, const Matrix3& A, SquareMatrix& H) noexcept {
+void add_quadratic(const PointJacobian& J, const Matrix3& A, ArrowMatrix& H) noexcept {
   for (std::size_t i = 0; i < J.count; ++i) {
     const Vector3 Aj = A * J.column[i];
     for (std::size_t j = 0; j <= i; ++j) H(J.unknown[i], J.unknown[j]) += J.column[j].dot(Aj);
@@ -97,7 +97,7 @@ RoundContact round_contact(const OptimiserInput& input, const ObstaclesView& obs
 }
 
 /// A soft part turns with the tool: H -= the Hessian of f . dtheta x dv.
-void subtract_turning(const PartModel& part, const Vector3& f, SquareMatrix& H) noexcept {
+void subtract_turning(const PartModel& part, const Vector3& f, ArrowMatrix& H) noexcept {
   const auto v = static_cast<std::size_t>(part.unknown);
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
@@ -110,7 +110,7 @@ void subtract_turning(const PartModel& part, const Vector3& f, SquareMatrix& H) 
 /// H -= multiplier times the Hessian of the signed distance of one pair.
 void subtract_curvature(const OptimiserInput& input, const ObstaclesView& obstacles,
                         const OptimiserState& state, const Models& models, const ToolShape& shape,
-                        const ActivePair& pair, SquareMatrix& H) noexcept {
+                        const ActivePair& pair, ArrowMatrix& H) noexcept {
   const Contact contact =
       evaluate_contact(pair.key, input.tool, state.X_WG, obstacles, shape.view());
   const double r = tree_sphere(input.tool, pair.key.tool_sphere).r;
@@ -153,7 +153,7 @@ Matrix3 rotation_hessian(const Vector3& phi) noexcept {
 }
 
 /// Downhill gradient, stiffness and friction of the held strings.
-void add_holds(const OptimiserState& state, const Models& models, SquareMatrix& H,
+void add_holds(const OptimiserState& state, const Models& models, ArrowMatrix& H,
                std::array<double, kMaxQpUnknowns>& downhill) noexcept {
   for (std::size_t k = 0; k < state.holds.size(); ++k) {
     const HoldModel& hold = models.holds[k];
@@ -206,6 +206,36 @@ void measure(const OptimiserInput& input, const OptimiserState& state, const Too
   }
 }
 
+/// Unknowns that stay in one matrix: all, or where too many strings yield those before theirs.
+std::size_t core_unknowns(const OptimiserState& state, std::size_t unknowns) noexcept {
+  std::size_t yielding = 0;
+  for (const StringHold& hold : state.holds) yielding += hold.yields ? 1 : 0;
+  return yielding > kMaxDenseStrings ? unknowns - 2 * yielding : unknowns;
+}
+
+/// The unconstrained minimiser, from the downhill gradient.
+void find_target(std::array<double, kMaxQpUnknowns>& downhill, LocalModel& model) noexcept {
+  const std::size_t core = model.basis.size;
+  const std::span<const EliminatedString> strings = model.eliminated();
+  for (std::size_t k = 0; k < strings.size(); ++k) {
+    const EliminatedString& string = strings[k];
+    const std::size_t first = core + 2 * k;
+    for (std::size_t b = 0; b < 2; ++b) {
+      model.target_z[first + b] =
+          string.root[0][b] * downhill[first] + string.root[1][b] * downhill[first + 1];
+    }
+    for (std::size_t j = 0; j < core; ++j) {
+      downhill[j] +=
+          string.follow[0][j] * downhill[first] + string.follow[1][j] * downhill[first + 1];
+    }
+  }
+  for (std::size_t j = 0; j < core; ++j) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < core; ++i) sum += model.basis(i, j) * downhill[i];
+    model.target_z[j] = sum;
+  }
+}
+
 }  // namespace
 
 void build_local_model(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
@@ -216,11 +246,7 @@ void build_local_model(const OptimiserInput& input, const OptimiserState& state,
   std::array<double, kMaxQpUnknowns> downhill;
   measure(input, state, e, {models, parts}, inverse_root, downhill);
 
-  SquareMatrix H;
-  H.size = n;
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) H(i, j) = 0.0;
-  }
+  ArrowMatrix H(core_unknowns(state, n), n);
   const Models yielding{models, parts};
   const BentObstacles bent(input.obstacles, state.holds);
   const ToolShape shape(input.parts, state.parts);
@@ -230,25 +256,22 @@ void build_local_model(const OptimiserInput& input, const OptimiserState& state,
   }
   add_holds(state, yielding, H, downhill);
   const Matrix3 rotation = rotation_hessian(e.dtheta);
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) H(i, j) *= inverse_root[i] * inverse_root[j];
-    H(i, i) += i >= 3 && i < 6 ? 0.0 : 1.0;
-  }
+  H.scale(inverse_root);
+  for (std::size_t i = 0; i < H.core.size; ++i) H(i, i) += i >= 3 && i < 6 ? 0.0 : 1.0;
   for (Eigen::Index i = 0; i < 3; ++i) {
     for (Eigen::Index j = 0; j <= i; ++j) {
       H(static_cast<std::size_t>(i + 3), static_cast<std::size_t>(j + 3)) += rotation(i, j);
     }
   }
 
-  inverse_square_root(H, kLeastStiffnessShare, model.basis);
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) model.basis(i, j) *= inverse_root[i];
+  model.unknowns = n;
+  H.eliminate(kLeastStiffnessShare, model.strings);
+  inverse_square_root(H.core, kLeastStiffnessShare, model.basis);
+  for (std::size_t i = 0; i < model.basis.size; ++i) {
+    for (std::size_t j = 0; j < model.basis.size; ++j) model.basis(i, j) *= inverse_root[i];
   }
-  for (std::size_t j = 0; j < n; ++j) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < n; ++i) sum += model.basis(i, j) * downhill[i];
-    model.target_z[j] = sum;
-  }
+  unscale(inverse_root, model.basis.size, std::span(model.strings).first(H.strings()));
+  find_target(downhill, model);
 }
 
 }  // namespace hapticd

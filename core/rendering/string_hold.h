@@ -9,6 +9,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <new>
 
 #include "core/collision/contact.h"
 #include "core/collision/obstacles.h"
@@ -116,7 +118,7 @@ class BentObstacles {
   BentObstacles(const ObstaclesView& straight, const StringHolds& holds) noexcept
       : straight_(straight) {
     for (const StringHold& hold : holds) {
-      if (hold.yields) bends_[count_++] = hold.bend;
+      if (hold.yields) add(hold.bend);
     }
   }
   BentObstacles(const ObstaclesView& straight, const StringHolds& holds,
@@ -124,20 +126,25 @@ class BentObstacles {
       : straight_(straight) {
     for (std::size_t k = 0; k < holds.size(); ++k) {
       if (holds[k].yields) {
-        bends_[count_++] = moved(holds[k].bend, scaled(step.strings[k], fraction));
+        add(moved(holds[k].bend, scaled(step.strings[k], fraction)));
       }
     }
   }
   /// Valid as long as this.
   [[nodiscard]] ObstaclesView view() const noexcept {
     ObstaclesView bent = straight_;
-    bent.bends = {bends_.data(), count_};
+    bent.bends = {std::launder(reinterpret_cast<const StringBend*>(bends_.data())), count_};
     return bent;
   }
 
  private:
+  void add(const StringBend& bend) noexcept {
+    new (bends_.data() + count_++ * sizeof(StringBend)) StringBend(bend);
+  }
+
   const ObstaclesView& straight_;
-  std::array<StringBend, kMaxDeflectingStrings> bends_;
+  /// Bends, of which no more are made than there are: this is built several times in a tick.
+  alignas(StringBend) std::array<std::byte, kMaxDeflectingStrings * sizeof(StringBend)> bends_;
   std::size_t count_ = 0;
 };
 

@@ -19,6 +19,9 @@ inline constexpr std::int64_t kPressedWork = 590;
 inline constexpr std::int64_t kRowWork = 35;
 /// Of an iteration of the program.
 inline constexpr std::int64_t kIterationWork = 200;
+/// Of a pair of strings that the model eliminates, where more than kMaxDenseStrings yield: what
+/// their rows cost in the program.
+inline constexpr std::int64_t kStringPairWork = 20;
 /// Of a pair evaluated by itself, beyond the test it counts as.
 inline constexpr std::int64_t kEvaluationWork = 15;
 
@@ -29,7 +32,7 @@ inline constexpr double kNominalWork_ns = 1.4;
 [[nodiscard]] inline std::int64_t tick_work(const OptimiserResult& result) noexcept {
   return result.tests + kEvaluationWork * result.evaluations + kRowWork * result.rows +
          kIterationWork * result.qp_iterations + kPressedWork * result.pressed +
-         kSubStepWork * result.sub_steps;
+         kSubStepWork * result.sub_steps + kStringPairWork * result.string_pairs;
 }
 
 /// The same without the traversals.

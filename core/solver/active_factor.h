@@ -21,6 +21,10 @@ namespace hapticd {
 /// redundant rows is taken for geometry.
 inline constexpr double kQpRounding = 1e-13;
 
+/// Longer vectors are those of many strings, of which each row has the unknowns of one: what is
+/// certainly zero is passed over. Shorter ones are dense.
+inline constexpr std::size_t kLongestDense = 38;
+
 /// A row in the scaled space: normal . (z - z_target) >= offset.
 struct UnitRow {
   LaneVector normal;  ///< unit length
@@ -45,7 +49,9 @@ struct ActiveFactor {
   std::array<UnitRow, kMaxQpUnknowns> row;
   std::array<LaneVector, kMaxQpUnknowns> q;        ///< columns of Q
   std::array<LaneVector, kMaxQpUnknowns> inverse;  ///< columns of R^-1
-  std::array<double, kMaxQpUnknowns> coordinate;   ///< Q' (z - z_target)
+  /// Pairs of each column of Q beyond which it is zero; of vectors longer than kLongestDense.
+  std::array<std::size_t, kMaxQpUnknowns> pairs;
+  std::array<double, kMaxQpUnknowns> coordinate;  ///< Q' (z - z_target)
   LaneVector step;        ///< z - z_target, z the projection of the target onto the active planes
   LaneVector multiplier;  ///< u with z - z_target = N u
 };
@@ -62,10 +68,20 @@ inline void split_row(const ActiveFactor& factor, const LaneVector& a, SplitRow&
   // One pass leaves an error of rounding / |rest|; the second removes it ("twice is enough").
   for (int pass = 0; pass < 2; ++pass) {
     std::array<double, kMaxQpUnknowns> along;
-    for (std::size_t j = 0; j < factor.count; ++j) along[j] = dot<P>(rest, factor.q[j]);
-    for (std::size_t j = 0; j < factor.count; ++j) {
-      add_scaled<P>(rest, -along[j], factor.q[j]);
-      add_scaled<P>(combination, along[j], factor.inverse[j]);
+    if constexpr (P <= kLongestDense) {
+      for (std::size_t j = 0; j < factor.count; ++j) along[j] = dot<P>(rest, factor.q[j]);
+      for (std::size_t j = 0; j < factor.count; ++j) {
+        add_scaled<P>(rest, -along[j], factor.q[j]);
+        add_scaled<P>(combination, along[j], factor.inverse[j]);
+      }
+    } else {
+      for (std::size_t j = 0; j < factor.count; ++j) {
+        along[j] = dot(rest, factor.q[j], factor.pairs[j]);
+      }
+      for (std::size_t j = 0; j < factor.count; ++j) {
+        add_scaled(rest, -along[j], factor.q[j], factor.pairs[j]);
+        add_scaled(combination, along[j], factor.inverse[j], j / 2 + 1);
+      }
     }
     squared = dot<P>(rest, rest);
     if (squared > 0.5 * before) break;
@@ -99,6 +115,7 @@ inline void append(ActiveFactor& factor, const UnitRow& row, const SplitRow& spl
   scale<P>(split.rest, inverse_length, factor.q[j]);
   scale<P>(split.combination, -inverse_length, factor.inverse[j]);
   factor.inverse[j].set(j, inverse_length);
+  if constexpr (P > kLongestDense) factor.pairs[j] = used_pairs<P>(split.rest);
   factor.sharpness = inverse_length > factor.sharpness ? inverse_length : factor.sharpness;
   factor.coordinate[j] = coordinate;
   copy<P>(row.normal, factor.row[j].normal);

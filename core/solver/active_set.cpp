@@ -370,6 +370,12 @@ void solve_qp(const QpProblem& problem, const QpWarmStart& warm, QpWorkspace& wo
     solve<0, 16>(problem, warm, workspace, solution);
   } else if (problem.unknowns <= 22) {
     solve<0, 22>(problem, warm, workspace, solution);
+  } else if (problem.unknowns <= 38) {
+    solve<0, 38>(problem, warm, workspace, solution);
+  } else if (problem.unknowns <= 54) {
+    solve<0, 54>(problem, warm, workspace, solution);
+  } else if (problem.unknowns <= 86) {
+    solve<0, 86>(problem, warm, workspace, solution);
   } else {
     solve<0, 2 * kQpPairs>(problem, warm, workspace, solution);
   }

@@ -55,4 +55,26 @@ template <std::size_t P>
   return sum[0] + sum[1];
 }
 
+/// The same over the first `pairs` pairs alone.
+inline void add_scaled(LaneVector& a, double factor, const LaneVector& b,
+                       std::size_t pairs) noexcept {
+  for (std::size_t i = 0; i < pairs; ++i) a.pair[i].value += b.pair[i].value * factor;
+}
+[[nodiscard]] inline double dot(const LaneVector& a, const LaneVector& b,
+                                std::size_t pairs) noexcept {
+  DoublePair::Vector sum = a.pair[0].value * b.pair[0].value;
+  for (std::size_t i = 1; i < pairs; ++i) sum += a.pair[i].value * b.pair[i].value;
+  return sum[0] + sum[1];
+}
+
+/// Pairs up to the last that is not zero; at least 1.
+template <std::size_t P>
+[[nodiscard]] inline std::size_t used_pairs(const LaneVector& a) noexcept {
+  std::size_t pairs = P / 2;
+  while (pairs > 1 && a.pair[pairs - 1].value[0] == 0.0 && a.pair[pairs - 1].value[1] == 0.0) {
+    --pairs;
+  }
+  return pairs;
+}
+
 }  // namespace hapticd

@@ -3,7 +3,7 @@
 //   i = 0 .. rows-1.
 // Unknowns: [linear; angular] step of the graphic tool (m, rad), then two deflections per
 // deflecting string (m). Rows are stored by column (structure of arrays) so that all rows are
-// evaluated at once. RT: yes, fixed size, 45 KB.
+// evaluated at once. RT: yes, fixed size, 0.3 MB.
 #pragma once
 
 #include <array>

@@ -40,7 +40,7 @@ inline void one_string_problem(SplitMix64& random, QpProblem& problem) noexcept 
 /// A few rows and many combinations of them with weights >= 0: implied, with the implied bound or
 /// a weaker one.
 inline void redundant_problem(SplitMix64& random, QpProblem& problem) noexcept {
-  start_problem(random, random_count(random, 1, kMaxQpUnknowns), problem);
+  start_problem(random, random_count(random, 1, kMaxDenseUnknowns), problem);
   const QpVector inside = random_point(random, problem);
   const int base = random_count(random, 1, problem.unknowns + 2);
   while (problem.rows < base) {
@@ -63,7 +63,7 @@ inline void redundant_problem(SplitMix64& random, QpProblem& problem) noexcept {
 
 /// Slabs without width: a . x >= b and -a . x >= -b, the second in another scale.
 inline void zero_width_problem(SplitMix64& random, QpProblem& problem) noexcept {
-  start_problem(random, random_count(random, 1, kMaxQpUnknowns), problem);
+  start_problem(random, random_count(random, 1, kMaxDenseUnknowns), problem);
   const QpVector inside = random_point(random, problem);
   const int slabs = random_count(random, 1, problem.unknowns);
   for (int slab = 0; slab < slabs; ++slab) {
@@ -87,7 +87,7 @@ inline double short_number(SplitMix64& random) noexcept {
 
 /// A problem whose feasible point is known without rounding: 0, as in every sub-step, or `inside`.
 inline QpVector start_exact_problem(SplitMix64& random, QpProblem& problem) noexcept {
-  start_problem(random, random_count(random, 2, kMaxQpUnknowns), problem);
+  start_problem(random, random_count(random, 2, kMaxDenseUnknowns), problem);
   for (std::size_t k = 0; k < unknowns_of(problem); ++k) {
     problem.weight[k] = random.uniform(0.2, 5.0);
     problem.target[k] = random.uniform(-1.0, 1.0);
@@ -171,7 +171,7 @@ inline void prism_problem(SplitMix64& random, double width, QpProblem& problem) 
 
 /// All planes meet in one point, three to ten times as many as unknowns, the target beyond it.
 inline void cone_tip_problem(SplitMix64& random, QpProblem& problem) noexcept {
-  start_problem(random, random_count(random, 1, kMaxQpUnknowns), problem);
+  start_problem(random, random_count(random, 1, kMaxDenseUnknowns), problem);
   const QpVector tip = random_point(random, problem);
   const QpVector axis = random_row(random, problem);
   const double flare = random.uniform(0.01, 2.0);
@@ -188,7 +188,7 @@ inline void cone_tip_problem(SplitMix64& random, QpProblem& problem) noexcept {
 
 /// A box, axis-parallel, some sides of zero width or given twice, the target anywhere about it.
 inline void box_problem(SplitMix64& random, QpProblem& problem) noexcept {
-  start_problem(random, random_count(random, 1, kMaxQpUnknowns), problem);
+  start_problem(random, random_count(random, 1, kMaxDenseUnknowns), problem);
   for (std::size_t k = 0; k < unknowns_of(problem); ++k) {
     const double unit = 1.0 / std::sqrt(problem.weight[k]);
     const double low = random.uniform(-0.5, 0.5) * unit;
@@ -231,7 +231,7 @@ inline void wedge_problem(SplitMix64& random, QpProblem& problem) noexcept {
 
 /// Coefficients -1, 0 or 1 and small whole bounds: ties everywhere, zero rows among them.
 inline void lattice_problem(SplitMix64& random, QpProblem& problem) noexcept {
-  start_problem(random, random_count(random, 1, kMaxQpUnknowns), problem);
+  start_problem(random, random_count(random, 1, kMaxDenseUnknowns), problem);
   for (std::size_t k = 0; k < unknowns_of(problem); ++k) {
     problem.weight[k] = 1.0;
     problem.target[k] = random_count(random, -3, 3);
@@ -246,7 +246,7 @@ inline void lattice_problem(SplitMix64& random, QpProblem& problem) noexcept {
 
 /// The target satisfies every row, many of them exactly.
 inline void satisfied_problem(SplitMix64& random, QpProblem& problem) noexcept {
-  start_problem(random, random_count(random, 1, kMaxQpUnknowns), problem);
+  start_problem(random, random_count(random, 1, kMaxDenseUnknowns), problem);
   QpVector target{};
   for (std::size_t k = 0; k < unknowns_of(problem); ++k) target[k] = problem.target[k];
   const int rows = random_count(random, 1, 60);

@@ -178,7 +178,7 @@ inline void move_contacts(SplitMix64& random, QpProblem& problem) noexcept {
 /// Any number of unknowns, up to `most_rows` rows without structure, a third of them through one
 /// point.
 inline void dense_problem(SplitMix64& random, int most_rows, QpProblem& problem) noexcept {
-  start_problem(random, random_count(random, 1, kMaxQpUnknowns), problem);
+  start_problem(random, random_count(random, 1, kMaxDenseUnknowns), problem);
   const QpVector inside = random_point(random, problem);
   const int rows = random_count(random, 0, most_rows);
   while (problem.rows < rows) {
@@ -186,10 +186,29 @@ inline void dense_problem(SplitMix64& random, int most_rows, QpProblem& problem)
   }
 }
 
+/// A tool on up to 64 strings of two unknowns each: a row has those of the tool, and of one string
+/// or none; some strings have rows enough to bear on the tool alone.
+inline void many_strings_problem(SplitMix64& random, QpProblem& problem) noexcept {
+  const int strings = random_count(random, 1, kMaxDeflectingStrings);
+  start_problem(random, kToolDof + 2 * strings, problem);
+  const QpVector inside = random_point(random, problem);
+  const int rows = random_count(random, 1, std::min(3 * strings, kMaxQpRows));
+  while (problem.rows < rows) {
+    QpVector row = random_row(random, problem);
+    const int own = random_count(random, -1, strings - 1);
+    for (int k = 0; k < strings; ++k) {
+      if (k == own) continue;
+      row[static_cast<std::size_t>(kToolDof + 2 * k)] = 0.0;
+      row[static_cast<std::size_t>(kToolDof + 2 * k + 1)] = 0.0;
+    }
+    add_row_at(random, problem, row, inside, 1.0);
+  }
+}
+
 /// As dense_problem, but rows ignore the weights, so that scaled rows are dominated by the soft
 /// unknowns and nearly parallel.
 inline void mixed_weights_problem(SplitMix64& random, int most_rows, QpProblem& problem) noexcept {
-  start_problem(random, random_count(random, 1, kMaxQpUnknowns), problem);
+  start_problem(random, random_count(random, 1, kMaxDenseUnknowns), problem);
   const QpVector inside = random_point(random, problem);
   const int rows = random_count(random, 0, most_rows);
   while (problem.rows < rows) {

@@ -19,7 +19,7 @@ using LongVector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
 /// Mostly a rigid tool's six rows, else any size there may be.
 Eigen::Index random_size(SplitMix64& random) {
-  return random.chance(0.5) ? 6 : 1 + static_cast<Eigen::Index>(random.below(kMaxQpUnknowns));
+  return random.chance(0.5) ? 6 : 1 + static_cast<Eigen::Index>(random.below(kMaxDenseUnknowns));
 }
 
 /// Orthogonal matrix: product of random plane rotations.

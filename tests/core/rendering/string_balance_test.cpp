@@ -1,6 +1,5 @@
 // Several strings at once, and strings beside a body: the configuration a tick converges to is in
-// equilibrium, every string by its own force; order, mirror and place of the scene do not matter;
-// a string too many is rigid and counted.
+// equilibrium, every string by its own force; order, mirror and place of the scene do not matter.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -196,30 +195,6 @@ TEST_CASE("strings, bodies and the hand balance in every press, each string by i
                   << 100.0 * worst << " % of the hand's pull");
   CHECK(settled > count / 2);
   CHECK(several > count / 10);
-}
-
-TEST_CASE("the ninth and tenth string touched at once are rigid and counted, and none is entered") {
-  std::vector<StringParameters> strings;
-  std::vector<Sphere> tool;
-  for (int k = 0; k < 10; ++k) {
-    strings.push_back(string_at(0.0, 0.015 * k));
-    tool.push_back({{0.0, 0.0, 0.015 * k}, kTipRadius});
-  }
-  const RenderingScene scene = scene_of(strings, tool);
-  ToolRun run(scene, pose_at({0.5, 0.02, 0.0}));
-  long double deepest = 1.0L;
-  int refused = 0;
-  for (int tick = 0; tick <= 200; ++tick) {
-    const double y = 0.010 - 4e-5 * tick;
-    deepest = std::min(deepest, run.tick_along(pose_at({0.5, y, 0.0}, {2e-4 * tick, 0, 0})));
-    refused = std::max(refused, run.result.strings_refused);
-  }
-  CHECK(deepest >= -1e-6L);
-  CHECK(refused > 0);
-  CHECK(run.state.holds.size() == 8);
-  const StringTick tick = rendered(run, pose_at({0.5, 0.002, 0.0}));
-  CHECK(tick.strings.size() > 8);
-  for (const StringContact& contact : tick.strings) CHECK(contact.force > 0.0);
 }
 
 TEST_CASE("the order of strings and of tool spheres does not change the force") {

@@ -59,7 +59,7 @@ TEST_CASE("a half-space gives the weighted projection and its multiplier") {
   const auto solver = make_solver(1);
   QpProblem& problem = solver->problem;
   for (std::int64_t trial = 0; trial < scaled(20'000); ++trial) {
-    start_problem(random, random_count(random, 1, kMaxQpUnknowns), problem);
+    start_problem(random, random_count(random, 1, kMaxDenseUnknowns), problem);
     const QpVector row = random_row(random, problem);
     const double length = scaled_length(problem, row);
     const double lacking = random.uniform(0.01, 1.0) * length;

@@ -33,7 +33,7 @@ struct Worst {
 
 QpWarmStart senseless_guess(SplitMix64& random, const QpProblem& problem) {
   QpWarmStart warm;
-  warm.count = random_count(random, 0, kMaxQpUnknowns);
+  warm.count = random_count(random, 0, kMaxDenseUnknowns);
   for (std::size_t j = 0; j < static_cast<std::size_t>(warm.count); ++j) {
     warm.active[j] = static_cast<std::int16_t>(random_count(random, -2, problem.rows + 1));
   }
@@ -168,6 +168,10 @@ TEST_CASE("KKT: wedges that open by 1e-7 to 1e-1, open or closed, among other pl
 
 TEST_CASE("KKT: coefficients -1, 0 and 1, zero rows and ties everywhere") {
   check_family(116, 60'000, lattice_problem);
+}
+
+TEST_CASE("KKT: a tool on up to 64 strings, each row of one string or of none") {
+  check_family(118, 20'000, many_strings_problem);
 }
 
 TEST_CASE("KKT: a target that satisfies every row, many exactly") {

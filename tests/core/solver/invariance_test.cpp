@@ -74,10 +74,10 @@ TEST_CASE("any guess of the active rows gives the cold solution to 1e-12") {
     comparable_problem(random, *problem);
     const QpSolution cold = solve(*problem, {}, *workspace);
     QpWarmStart warm;
-    warm.count = random_count(random, 0, kMaxQpUnknowns);
+    warm.count = random_count(random, 0, kMaxDenseUnknowns);
     for (std::size_t j = 0; j < static_cast<std::size_t>(warm.count); ++j) {
       // Rows that are active, any rows, copies, and rows that do not exist.
-      const std::size_t own = random.below(kMaxQpUnknowns);
+      const std::size_t own = random.below(kMaxDenseUnknowns);
       const bool known = random.chance(0.5) && static_cast<int>(own) < cold.active_count;
       warm.active[j] = known ? cold.active[own]
                              : static_cast<std::int16_t>(random_count(random, -3, kMaxQpRows));

@@ -33,7 +33,7 @@ struct Solver {
 /// Every row once as a guess, so that a warm start meets each of them too.
 QpWarmStart guess(SplitMix64& random, const QpProblem& problem) {
   QpWarmStart warm;
-  warm.count = random_count(random, 0, kMaxQpUnknowns);
+  warm.count = random_count(random, 0, kMaxDenseUnknowns);
   for (int j = 0; j < warm.count; ++j) {
     warm.active[static_cast<std::size_t>(j)] =
         static_cast<std::int16_t>(random_count(random, -1, problem.rows));
