@@ -39,7 +39,9 @@ class Controller {
   /// ClientHandlers::pose_refused.
   void pose(std::uint32_t tool_id, const v1::Pose& pose_dh,
             const std::optional<v1::Twist>& twist_dh_d = std::nullopt);
-  /// Advances the virtual clock by `steps` ticks; Result.run has the hash of all States.
+  /// Advances the virtual clock by `steps` ticks; Result.run has the hash of all States. They come
+  /// to ClientHandlers::state by their ticks, those of this run from next_tick - steps on; one that
+  /// is lost does not come again, so state() may be older than the last tick.
   v1::Result run(std::uint64_t steps, std::chrono::nanoseconds timeout = kDefaultTimeout);
   /// Sends any request under the fence and awaits its Result.
   v1::Result call(v1::Item request, std::chrono::nanoseconds timeout = kDefaultTimeout);

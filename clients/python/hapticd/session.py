@@ -318,8 +318,7 @@ class Session:
                 missing = self._await_states(result, divisor) if divisor else []
             except RequestError:
                 with self._connection.changed:
-                    if not self._connection.collected:
-                        self._connection.states.extendleft(reversed(unread))
+                    self._connection.states.extendleft(reversed(unread))
                 raise
             finally:
                 self._connection.collected = None

@@ -9,7 +9,7 @@
 namespace hapticd::test {
 namespace {
 
-constexpr ServerOptions kVirtualClock{.boot_id = 7, .virtual_clock = true};
+const ServerOptions kVirtualClock{.boot_id = 7, .virtual_clock = true};
 
 /// A host that runs steps as the daemon does, with a random number of Tones in each.
 class Stepped {
