@@ -41,7 +41,6 @@ WatchedInput bridge(const InputLimits& limits, bool refused, InputWatch& state) 
     ++state.bad_ticks;
     ++state.bad_total;
   }
-  state.V_DH_D = {};
   WatchedInput result;
   result.X_DH = state.X_DH;
   result.held = true;
@@ -67,14 +66,17 @@ std::int64_t after(std::int64_t t_ns, std::int64_t by_ns) noexcept {
   return t_ns > kLast_ns - by_ns ? kLast_ns : t_ns + by_ns;
 }
 
+std::int64_t interval_of(const InputLimits& limits) noexcept {
+  return std::clamp<std::int64_t>(limits.report_interval_ns, 0, kLongestReport_ns);
+}
+
 /// When the sample was made. Never before its own time, and a report interval after the one before
 /// for each that was made since: readings crowd, reports do not. At most two intervals past its own
 /// time, so that an interval stated too long does not run away and hide a speed.
 std::int64_t made_at(const WatchedSample& sample, const InputLimits& limits,
                      const InputWatch& state) noexcept {
   if (!state.has_pose) return sample.t_ns;
-  const std::int64_t interval_ns =
-      std::clamp<std::int64_t>(limits.report_interval_ns, 0, kLongestReport_ns);
+  const std::int64_t interval_ns = interval_of(limits);
   const auto reports =
       static_cast<std::int64_t>(std::min(sample.counter - state.counter, kMostReports));
   return std::max(sample.t_ns, std::min(after(state.t_ns, reports * interval_ns),
@@ -101,7 +103,7 @@ bool is_too_fast(const WatchedSample& sample, const InputLimits& limits, const I
   // Whichever is faster: a wrong tachometer must not hide a jump, nor a held pose a speed.
   const bool fast = !(std::max(seen_speed, told_speed) <= limits.velocity_trip);
   if (!fast || !limits.loses_unseen) return fast;
-  const double lost_s = 1e-9 * static_cast<double>(limits.report_interval_ns);
+  const double lost_s = 1e-9 * static_cast<double>(interval_of(limits));
   const double at_least = result.displacement_D.v.norm() / (result.elapsed_s + lost_s);
   return !(std::max(at_least, told_speed) <= limits.velocity_trip) ||
          !(state.V_DH_D.v.norm() <= limits.velocity_trip);

@@ -3,7 +3,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
+#include <utility>
 
 namespace hapticd {
 namespace {
@@ -39,20 +39,19 @@ std::optional<std::string> ForceWatch::look(std::uint32_t scene_id, std::size_t 
                                             const DeviceProfile& profile, double max_force) {
   Told& told = told_[k];
   const bool new_scene = told.scene_id != scene_id;
-  const double before = new_scene ? 1.0 : told.share;
-  told.scene_id = scene_id;
-  if (new_scene) told.share = 1.0;
+  if (new_scene) told = {scene_id, 1.0, -1.0};
   if (const auto why = why_none(profile, max_force)) {
     if (!new_scene) return std::nullopt;
     return fmt::format("tool {} gives no force: {}", borne.tool_id, *why);
   }
+  // While a change is under way it is another one in every tick.
+  const bool settled = borne.share == std::exchange(told.seen, borne.share);
   if (borne.share >= kWeakShare) {
-    told.share = 1.0;
+    if (settled) told.share = 1.0;
     return std::nullopt;
   }
-  // While a change is under way it falls a little with every tick.
-  const bool worse = before >= kWeakShare || borne.share < 0.5 * before;
-  if (!worse) return std::nullopt;
+  const bool worse = told.share >= kWeakShare || borne.share < 0.5 * told.share;
+  if (!settled || !worse) return std::nullopt;
   told.share = borne.share;
   return fmt::format(
       "tool {}: {} bears {:.3g} N/m at a delay of {:.3g} ms, {:.2g} % of the scene's stiffness: "

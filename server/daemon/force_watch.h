@@ -30,7 +30,7 @@ struct BorneStiffness {
 class ForceWatch {
  public:
   /// The line to be logged of tool number `k`, below kMaxTools, in this scene; none when there is
-  /// nothing new to say. `max_force` is that of the configuration, N.
+  /// nothing new to say, or a change is under way. `max_force` is that of the configuration, N.
   [[nodiscard]] std::optional<std::string> look(std::uint32_t scene_id, std::size_t k,
                                                 const BorneStiffness& borne,
                                                 const DeviceProfile& profile, double max_force);
@@ -38,7 +38,8 @@ class ForceWatch {
  private:
   struct Told {
     std::uint32_t scene_id = 0;  ///< 0: none yet
-    double share = 1.0;
+    double share = 1.0;          ///< said last; 1: nothing was
+    double seen = -1.0;          ///< of the snapshot before; -1: none
   };
   std::array<Told, kMaxTools> told_{};
 };

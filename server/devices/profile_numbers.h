@@ -15,8 +15,8 @@ inline constexpr const char* kStated = "the device's capabilities";
 void fill(v1::DeviceProfile& profile, const std::string& name,
           std::initializer_list<double> values);
 
-/// The lower one of the profile's limit `name` and `most`; infinite (kUnlimited): there is none. 0 is
-/// a limit: a device that states a peak force of 0 gives none.
+/// The lower one of the profile's limit `name` and `most`; infinite (kUnlimited): there is none. 0
+/// is a limit: a device that states a peak force of 0 gives none.
 void limit(v1::DeviceProfile& profile, const std::string& name, double most,
            const char* source = kStated);
 

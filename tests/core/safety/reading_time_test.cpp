@@ -133,6 +133,7 @@ TEST_CASE("lost reports, stalls and pauses make no slow hand trip, and hide no f
   SplitMix64 random(83);
   for (std::int64_t k = 0; k < scaled(2'000); ++k) {
     ReadingTrouble trouble;
+    trouble.interval_ns = random.chance(0.3) ? 4'000'000 : 1'000'000;
     trouble.late = random.uniform(0.0, 0.5);
     trouble.lost = random.uniform(0.0, 0.05);
     trouble.stall = random.uniform(0.0, 0.02);
@@ -141,13 +142,13 @@ TEST_CASE("lost reports, stalls and pauses make no slow hand trip, and hide no f
     LateReadings readings(trouble, random.next());
     const double slow = random.uniform(0.0, 0.95);
     const Watched held =
-        watch_hand(readings, velocity_of(random, slow), unseen_losses(1'000'000), 1000);
+        watch_hand(readings, velocity_of(random, slow), unseen_losses(trouble.interval_ns), 1000);
     REQUIRE_FALSE(held.tripped.has_value());
     LateReadings others(trouble, random.next());
     const Watched let_go =
-        watch_hand(others, velocity_of(random, 1.2), unseen_losses(1'000'000), 1000);
+        watch_hand(others, velocity_of(random, 1.2), unseen_losses(trouble.interval_ns), 1000);
     REQUIRE(let_go.tripped.has_value());
-    REQUIRE(*let_go.tripped <= 200);
+    REQUIRE(*let_go.tripped <= 200 * trouble.interval_ns / 1'000'000);
   }
 }
 
