@@ -62,7 +62,7 @@ class Daemon {
     std::uint32_t id = 0;
     std::shared_ptr<const LoadedScene> loaded;
     SceneIndex index;
-    v1::SceneInfo info;
+    v1::SceneInfo info;      ///< as loaded: what is set later does not make it longer
     v1::Scene live;          ///< with the parameters as they are set now, ramps as if ended
     SceneSettings settings;  ///< that follow from `live`, at the level that plays
   };
