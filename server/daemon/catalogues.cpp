@@ -3,6 +3,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -34,10 +35,13 @@ FileIdentity identity_of(const fs::path& path) {
           nanoseconds(status.st_mtim), nanoseconds(status.st_ctim)};
 }
 
-std::vector<ListedName> plain(const std::vector<std::string>& names) {
+/// The first of `names`, or the last ones, as many as a list has.
+std::vector<ListedName> plain(const std::vector<std::string>& names, bool last = false) {
+  const std::size_t count = std::min(names.size(), kMostListed);
+  const std::size_t begin = last ? names.size() - count : 0;
   std::vector<ListedName> listed;
-  listed.reserve(names.size());
-  for (const std::string& name : names) listed.push_back({name, ""});
+  listed.reserve(count);
+  for (std::size_t k = begin; k < begin + count; ++k) listed.push_back({names[k], ""});
   return listed;
 }
 
@@ -87,7 +91,7 @@ const std::vector<ListedName>& Catalogues::recordings() {
   const std::int64_t age_ns = sources_.now_ns() - recordings_.read_ns;
   if (age_ns < 0 || age_ns >= kOrderPeriod_ns) recordings_.read = false;
   if (is_stale(recordings_, {sources_.recordings})) {
-    recordings_.names = plain(list_recordings(sources_.recordings));
+    recordings_.names = plain(list_recordings(sources_.recordings), true);
   }
   return recordings_.names;
 }

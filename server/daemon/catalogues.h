@@ -2,6 +2,7 @@
 // and nobody's Stop waits for files that have been read before. Not RT.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -10,6 +11,9 @@
 #include <vector>
 
 namespace hapticd {
+
+/// Names in a list (Listing.names).
+inline constexpr std::size_t kMostListed = 4096;
 
 /// A name that may be asked for.
 struct ListedName {
@@ -52,7 +56,7 @@ class Catalogues {
   [[nodiscard]] const std::vector<ListedName>& scenes();
   /// In alphabetical order.
   [[nodiscard]] const std::vector<ListedName>& gestures();
-  /// Oldest first, without descriptions.
+  /// Oldest first, without descriptions; the newest where there are too many.
   [[nodiscard]] const std::vector<ListedName>& recordings();
 
  private:

@@ -63,7 +63,7 @@ class Daemon {
     std::uint32_t id = 0;
     std::shared_ptr<const LoadedScene> loaded;
     SceneIndex index;
-    v1::SceneInfo info;  ///< as of now
+    v1::SceneInfo info;  ///< as of now; no longer for what is set live, but for a few knobs
     /// With the parameters as they are set now, ramps as if ended; knobs that quality decides are
     /// left open.
     v1::Scene live;

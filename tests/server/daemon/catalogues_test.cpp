@@ -126,6 +126,21 @@ TEST_CASE("recordings are listed oldest first, and in a new order a second after
   CHECK(catalogues.recordings().empty());
 }
 
+TEST_CASE("a list has 4096 names at most: of scenes the first, of recordings the newest") {
+  Shelf shelf;
+  for (int i = 0; i < 4100; ++i) {
+    shelf.write("scenes/" + std::to_string(10'000 + i) + ".textproto", "");
+    shelf.write("recordings/" + std::to_string(10'000 + i) + ".mcap", "");
+    shelf.set_age("recordings/" + std::to_string(10'000 + i) + ".mcap", i);
+  }
+  Catalogues catalogues = shelf.catalogues();
+  REQUIRE(catalogues.scenes().size() == 4096);
+  CHECK(catalogues.scenes().back().name == "14095");
+  REQUIRE(catalogues.recordings().size() == 4096);
+  CHECK(catalogues.recordings().front().name == "10004.mcap");
+  CHECK(catalogues.recordings().back().name == "14099.mcap");
+}
+
 TEST_CASE("whatever is done to the folders, the lists are what a new reader would find") {
   Shelf shelf;
   Catalogues kept = shelf.catalogues();
