@@ -254,16 +254,20 @@ void write_bytes(const std::string& path, const Bytes& bytes) {
     return;
   }
   const std::string temporary = path + ".part";
+  const auto give_up = [&](const std::string& why) {
+    if (std::filesystem::is_regular_file(temporary, none)) std::filesystem::remove(temporary, none);
+    fail(path, why);
+  };
   {
     std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
     file.write(reinterpret_cast<const char*>(bytes.data()),
                static_cast<std::streamsize>(bytes.size()));
     file.close();
-    if (!file) fail(path, "cannot be written. Does the folder exist, and is there space?");
+    if (!file) give_up("cannot be written. Does the folder exist, and is there space?");
   }
   std::error_code error;
   std::filesystem::rename(temporary, path, error);
-  if (error) fail(path, error.message());
+  if (error) give_up(error.message());
 }
 
 SourceMesh read_mesh(const std::string& path, double metres_per_unit) {

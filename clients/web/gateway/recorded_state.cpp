@@ -173,6 +173,8 @@ v1::SceneInfo scene_info_of(const v1::SceneRecord& record, const v1::RecordHeade
   v1::SceneInfo info;
   info.set_scene_id(record.scene_id());
   *info.mutable_scene() = record.scene();
+  *info.mutable_quality_in_force() = record.scene().quality();
+  *info.mutable_solver_in_force() = record.scene().solver();
   info.set_hash(record.hash());
   *info.mutable_assets() = record.assets();
   if (header.period_ns() > 0) info.set_rate_hz(1e9 / static_cast<double>(header.period_ns()));

@@ -129,6 +129,8 @@ def a_session_begins_with_scene_lease_and_record(server):
     expect(info.scene_id >= 1 and len(info.hash) == 32 and info.scene.name and info.scene.tools, "SceneInfo is not complete")
     expect(250 <= info.rate_hz <= 10000 and info.clock and info.server_version, "SceneInfo says no rate, clock or version")
     expect(info.scene.preset != 0 and info.scene.tools[0].workspace.HasField("scale"), "SceneInfo's scene lacks its defaults")
+    expect(info.quality_in_force.WhichOneof("choice") in ("level", "automatic"), "SceneInfo does not say the quality in force")
+    expect(info.solver_in_force.max_substeps and info.solver_in_force.stop_step_m, "SceneInfo does not say the solver's knobs in force")
 
 
 @check(3)

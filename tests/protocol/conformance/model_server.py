@@ -240,6 +240,7 @@ class ModelServer:
     def scene_info(self):
         world = self.world
         return answer.SceneInfo(scene_id=world.scene_id, scene=world.scene, hash=bytes(32), rate_hz=1000, clock=world.clock, server_version="model",
+                                quality_in_force={"level": 3}, solver_in_force={"max_substeps": 32, "stop_step_m": 1e-6},
                                 parameters=[{"path": path, "minimum": low, "maximum": high} for path, (low, high) in model_world.LIVE.items()])
 
     def lease_info(self, remote):

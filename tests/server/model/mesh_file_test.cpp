@@ -265,11 +265,15 @@ TEST_CASE("a reader that crashes or never ends is an error, and nothing more") {
       "so it is", std::runtime_error);
 }
 
-TEST_CASE("only .ply and .obj are written, and not where no folder is") {
+TEST_CASE("only .ply and .obj are written, not where no folder is, and whole or not at all") {
   const TemporaryFolder folder;
   const TriangleMesh mesh = read_mesh(folder.write("t.obj", kObj), 0.1).mesh;
   CHECK_THROWS_AS(write_mesh(folder.path("t.stl"), mesh), std::runtime_error);
   CHECK_THROWS_AS(write_mesh(folder.path("no/folder/t.ply"), mesh), std::runtime_error);
+  // What cannot take its place is not left beside it.
+  std::filesystem::create_directories(folder.path("there.ply/full"));
+  CHECK_THROWS_AS(write_mesh(folder.path("there.ply"), mesh), std::runtime_error);
+  CHECK_FALSE(std::filesystem::exists(folder.path("there.ply.part")));
 }
 
 }  // namespace hapticd::test

@@ -320,10 +320,18 @@ TEST_CASE("what cannot be begun is refused with the reason") {
   CHECK_FALSE(recorder.dump(folder.file("early.mcap"), error));
   recorder.begin(sample_header());
   feed(recorder, 0, 10);
-  CHECK_FALSE(recorder.start(folder.file("no/such/folder.mcap")));
-  CHECK(recorder.status().error.find("No such file or directory") != std::string::npos);
-  CHECK_FALSE(recorder.dump(folder.file("no/such/folder.mcap"), error));
-  CHECK(error.find("No such file or directory") != std::string::npos);
+  std::ofstream(folder.file("file")) << "mine";
+  for (const char* name : {"file/take.mcap", "file/deeper/take.mcap"}) {
+    CHECK_FALSE(recorder.start(folder.file(name)));
+    CHECK(recorder.status().error.find("Not a directory") != std::string::npos);
+    CHECK_FALSE(recorder.dump(folder.file(name), error));
+    CHECK(error.find("Not a directory") != std::string::npos);
+  }
+  CHECK_FALSE(recorder.start(folder.file("file")));
+  CHECK(recorder.status().error.find("File exists") != std::string::npos);
+  CHECK(std::filesystem::file_size(folder.file("file")) == 4);
+  CHECK_FALSE(recorder.start(folder.file("missing/folder/")));
+  CHECK_FALSE(std::filesystem::exists(folder.file("missing")));
   REQUIRE(recorder.start(folder.file("a.mcap")));
   CHECK_FALSE(recorder.start(folder.file("b.mcap")));
   recorder.lost_ticks(7);

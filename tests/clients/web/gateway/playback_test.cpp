@@ -145,6 +145,7 @@ TEST_CASE("played to its end every event comes once and in order, and States go 
   REQUIRE(show.items.size() == 5);
   CHECK(show.items[0].scene_info().scene_id() == 1);
   CHECK(show.items[0].scene_info().rate_hz() == 1000.0);
+  CHECK(show.items[0].scene_info().has_solver_in_force());
   CHECK(show.items[1].has_string_radius());
   CHECK(show.items[2].contact().phase() == v1::CONTACT_PHASE_BEGIN);
   CHECK(show.items[3].contact().phase() == v1::CONTACT_PHASE_END);
