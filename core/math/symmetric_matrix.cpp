@@ -76,7 +76,7 @@ bool invert_root(const SquareMatrix& H, double least, SquareMatrix& B) noexcept 
 struct Tridiagonal {
   std::array<double, kMaxDenseUnknowns> diagonal;
   std::array<double, kMaxDenseUnknowns> beside;  ///< of k and k + 1
-  SquareMatrix transposed;                    ///< Z'
+  SquareMatrix transposed;                       ///< Z'
 };
 
 /// What makes the entries of column `k` of A beyond k + 1 zero: I - scale v v', v on rows from k

@@ -145,7 +145,7 @@ struct OptimiserResult {
   std::int64_t evaluations = 0;   ///< of the tests those of single pairs, once they were found
   std::int64_t rows = 0;          ///< filled, of all programs
   std::int64_t pressed = 0;       ///< pairs that bore force before, of all linearisations
-  std::int64_t string_pairs = 0;  ///< of strings that were eliminated, of all linearisations
+  std::int64_t string_pairs = 0;  ///< of strings that were eliminated, of all programs
   bool cut_short = false;         ///< the work budget ended the tick
   double minimum_gap = 0.0;       ///< at the last evaluated pose, m
 };

@@ -9,6 +9,7 @@
 #include "core/rendering/local_model.h"
 #include "core/rendering/model_coordinates.h"
 #include "core/rendering/step_admission.h"
+#include "core/rendering/string_rows.h"
 
 namespace hapticd {
 namespace {
@@ -21,6 +22,9 @@ constexpr double kRowTolerancePerMargin = 1e-9;
 /// come in when they are violated, which changes no force. More: dearer programs where much is
 /// near; fewer: more programs.
 constexpr std::size_t kFirstRows = 8;
+
+/// Iterations of a program of many strings that cost what its first rows do.
+constexpr std::int64_t kIterationsPerFactor = 8;
 
 /// Share of the skin that the way of a string's vertex to the centre of its contact may take.
 constexpr double kCentringShare = 0.25;
@@ -124,23 +128,6 @@ void add_worst(std::size_t kept, std::size_t most, std::size_t count,
   w.problem.rows = static_cast<int>(kept + most);
 }
 
-/// Puts the first `pressed` rows in the order of their strings, in which the solver passes over
-/// most of what is zero.
-void sort_by_string(const ContactSet& contacts, std::size_t pressed,
-                    OptimiserWorkspace& w) noexcept {
-  const auto string_of = [&contacts](std::int32_t c) {
-    const ContactKey& key = contacts.contacts[static_cast<std::size_t>(c)].key;
-    return key.kind == ObstacleKind::kCapsule ? key.obstacle : -1;
-  };
-  const auto first = w.contact_of_row.begin();
-  std::sort(first, first + static_cast<std::ptrdiff_t>(pressed),
-            [&string_of](std::int32_t a, std::int32_t b) {
-              const std::int32_t string_a = string_of(a);
-              const std::int32_t string_b = string_of(b);
-              return string_a != string_b ? string_a < string_b : a < b;
-            });
-}
-
 /// The first rows: the contacts that bore force last, whose number it returns, then the nearest.
 int choose_rows(const RowContext& context, OptimiserWorkspace& w) noexcept {
   const auto& contacts = w.contacts.contacts;
@@ -157,7 +144,7 @@ int choose_rows(const RowContext& context, OptimiserWorkspace& w) noexcept {
     w.contact_of_row[pressed++] = static_cast<std::int32_t>(c);
     w.excess[static_cast<std::size_t>(c)] = kTaken;
   }
-  if (!w.model.eliminated().empty()) sort_by_string(w.contacts, pressed, w);
+  if (!w.model.eliminated().empty()) sort_by_string(pressed, w);
   std::size_t others = 0;
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (w.excess[c] < kTaken) w.order[others++] = static_cast<std::int32_t>(c);
@@ -289,6 +276,10 @@ double exchange_rows(const RowContext& context, const std::array<double, kMaxQpU
     if (w.excess[c] > tolerance) w.order[violated++] = static_cast<std::int32_t>(c);
   }
   if (violated == 0) return 1.0;
+  if (!w.model.eliminated().empty()) {
+    violated = keep_worst_of_strings(context.state, input.options.skin, violated, w);
+    if (violated == 0) return 1.0;
+  }
 
   std::array<std::int32_t, kMaxQpUnknowns> kept;
   const auto active = static_cast<std::size_t>(w.solution.active_count);
@@ -310,11 +301,14 @@ double solve_rows(const RowContext& context, OptimiserWorkspace& w,
   const LocalModel& model = w.model;
   QpWarmStart warm = first_rows(choose_rows(context, w));
   fill_rows(context, model, w.problem);
+  const auto strings = static_cast<std::int64_t>(model.eliminated().size());
+  const std::int64_t pairs = strings * strings;
   const bool all_fit = w.contacts.contacts.size() == static_cast<std::size_t>(w.problem.rows);
   for (int round = 0;; ++round) {
     solve_qp(w.problem, warm, w.qp, w.solution);
     result.qp_iterations += w.solution.iterations;
     result.rows += w.problem.rows;
+    result.string_pairs += pairs + pairs * w.solution.iterations / kIterationsPerFactor;
     if (w.solution.status != QpStatus::kOptimal) return 0.0;
     std::array<double, kMaxQpUnknowns> y;
     find_unknowns(w.solution, model, y);
@@ -377,8 +371,6 @@ double solve_linearisation(const OptimiserInput& input, const OptimiserState& st
   if (!state.holds.empty()) unknowns = model_holds(input, w.contacts, state, unknowns, w.models);
   build_local_model(input, state, e, w.models, w.parts, unknowns, w.model);
   set_objective(w.model, w.problem);
-  const auto eliminated = static_cast<std::int64_t>(w.model.eliminated().size());
-  result.string_pairs += eliminated * eliminated;
   // Once a tick: where the centre is depends on what the tool does next.
   const double centring_room = result.sub_steps == 1 ? kCentringShare * input.options.skin : 0.0;
   // A skin that is used up lets no step turn the tool. Where the obstacles on all sides leave no

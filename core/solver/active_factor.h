@@ -146,4 +146,26 @@ inline void remove(ActiveFactor& factor, std::size_t column) noexcept {
   }
 }
 
+/// Removes all columns whose multiplier is negative at once; false when there is none.
+template <std::size_t P>
+inline bool remove_negative(ActiveFactor& factor) noexcept {
+  const std::size_t old_count = factor.count;
+  std::array<bool, kMaxQpUnknowns> pulls;
+  std::size_t first = old_count;
+  for (std::size_t j = old_count; j-- > 0;) {
+    pulls[j] = factor.multiplier[j] < 0.0;
+    if (pulls[j]) first = j;
+  }
+  if (first == old_count) return false;
+  factor.count = first + 1;
+  remove<P>(factor, first);
+  SplitRow split;
+  for (std::size_t j = first + 1; j < old_count; ++j) {
+    if (pulls[j]) continue;
+    split_row<P>(factor, factor.row[j].normal, split);
+    append<P>(factor, factor.row[j], split);
+  }
+  return true;
+}
+
 }  // namespace hapticd

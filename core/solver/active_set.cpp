@@ -143,9 +143,17 @@ void drop(QpWorkspace& workspace, std::size_t column) noexcept {
   workspace.rows_ignored = false;
 }
 
-/// Leaves out rows that the target pushes away from, worst first.
+/// Leaves out rows that the target pushes away from, worst first; of many strings all at once, for
+/// as many may be let go of together.
 template <std::size_t P>
 void drop_negative_multipliers(QpWorkspace& workspace) noexcept {
+  if constexpr (P > kLongestDense) {
+    while (remove_negative<P>(workspace.factor)) {
+      if (workspace.rows_ignored) workspace.lengths_known = false;
+      workspace.rows_ignored = false;
+    }
+    return;
+  }
   for (;;) {
     const std::size_t column = find_negative_multiplier(workspace.factor);
     if (column == kMaxQpUnknowns) break;
