@@ -192,7 +192,8 @@ TEST_CASE("a tone that gives no numbers is ended and counted, and what comes aft
     std::vector<float> after(whole.size());
     synthesizer->render(after);
     for (std::size_t k = 0; k < whole.size(); k += 13) {
-      CHECK(after[k] == doctest::Approx(whole[k]).epsilon(1e-5).scale(1e-6));
+      CHECK(static_cast<double>(after[k]) ==
+            doctest::Approx(static_cast<double>(whole[k])).epsilon(1e-5).scale(1e-6));
     }
   }
 }

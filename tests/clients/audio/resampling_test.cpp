@@ -63,7 +63,9 @@ std::vector<Rates> pairs() {
 
 TEST_CASE("up to 0.9 of the lower Nyquist frequency a sine stays itself within -100 dB") {
   test::SplitMix64 random(9);
-  for (const auto [from_hz, to_hz] : pairs()) {
+  for (const Rates& rates : pairs()) {
+    const int from_hz = rates.from_hz;
+    const int to_hz = rates.to_hz;
     const double nyquist_hz = 0.5 * std::min(from_hz, to_hz);
     for (const double share : {0.01, 0.5, 0.9, random.uniform(0.01, 0.9)}) {
       CAPTURE(from_hz);
@@ -77,7 +79,9 @@ TEST_CASE("up to 0.9 of the lower Nyquist frequency a sine stays itself within -
 
 TEST_CASE("what the other rate cannot hold is below -100 dB, and is no other pitch") {
   test::SplitMix64 random(10);
-  for (const auto [from_hz, to_hz] : pairs()) {
+  for (const Rates& rates : pairs()) {
+    const int from_hz = rates.from_hz;
+    const int to_hz = rates.to_hz;
     if (to_hz >= from_hz) continue;
     const double ratio = static_cast<double>(from_hz) / to_hz;
     for (const double share : {1.0, random.uniform(1.0, ratio), 0.999 * ratio}) {
@@ -91,11 +95,10 @@ TEST_CASE("what the other rate cannot hold is below -100 dB, and is no other pit
 }
 
 TEST_CASE("the pitch stays within a thousandth of a cent over seconds") {
-  for (const auto [from_hz, to_hz] :
-       {Rates{44100, 48000}, Rates{48000, 44100}, Rates{44101, 48000}}) {
-    const auto out = resampled(sine(98.0, from_hz, 4.0), from_hz, to_hz);
-    CHECK_EQ(out.size(), static_cast<std::size_t>(4 * to_hz));
-    const double pitch = test::frequency_near(out, to_hz, 98.05, 0.2, 1.0, 2.0);
+  for (const Rates& rates : {Rates{44100, 48000}, Rates{48000, 44100}, Rates{44101, 48000}}) {
+    const auto out = resampled(sine(98.0, rates.from_hz, 4.0), rates.from_hz, rates.to_hz);
+    CHECK_EQ(out.size(), static_cast<std::size_t>(4 * rates.to_hz));
+    const double pitch = test::frequency_near(out, rates.to_hz, 98.05, 0.2, 1.0, 2.0);
     CHECK(std::abs(test::cents(pitch, 98.0)) < 1e-3);
   }
 }
