@@ -182,7 +182,8 @@ void print_times(std::ostream& out, const char* what, const TickTimes& times) {
 }
 
 void print_bound(std::ostream& out, const BoundedTicks& bounded, bool automatic) {
-  out << "work of a tick: bounded to " << bounded.budget_us << " us of processor time, "
+  out << "work of a tick: bounded to " << std::setprecision(6) << bounded.budget_us
+      << " us of processor time, "
       << (automatic
               ? "the budget of automatic quality\n"
               : "half of a tick at 1 kHz;\n    hapticd --budget-us N bounds it otherwise, 0 not at "

@@ -152,7 +152,7 @@ class Bounded(unittest.TestCase):
             session.subscribe(divisor=1, sections=["QUALITY"])
             poses, place = [], (0.0, 0.05, 0.0)
             for _ in range(20):
-                goal = (random.uniform(-0.5, 0.5), random.uniform(-0.03, 0.03), random.uniform(-0.1, 0.1))
+                goal = (random.uniform(-0.4, 0.4), random.uniform(-0.08, 0.03), random.uniform(-0.1, 0.1))
                 ticks = int(math.dist(place, goal) / 1e-3) + 1
                 poses += [tuple(a + (b - a) * k / ticks for a, b in zip(place, goal)) for k in range(1, ticks + 1)]
                 place = goal
@@ -161,7 +161,8 @@ class Bounded(unittest.TestCase):
                 result = session.run(poses=poses[first:first + 250])
                 qualities += [state.quality for state in session.states(result.steps)]
             self.assertEqual(len(qualities), len(poses))
-            self.assertLessEqual(max(quality.work / quality.work_budget for quality in qualities), 1.05)
+            self.assertGreater(sum(quality.qp_iterations > 0 for quality in qualities), len(qualities) // 20)
+            self.assertLessEqual(max(quality.work / quality.work_budget for quality in qualities), 1.5)
 
 
 class Following(unittest.TestCase):
