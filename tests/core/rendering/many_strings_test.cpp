@@ -32,15 +32,19 @@ StringRow even_row(int count, double radius) {
 /// count F(delta) = kt (depth - delta), by bisection.
 double shared_force(const StringParameters& string, int count, double kt, double lambda,
                     double depth) {
+  using Real = long double;
   const LawString law = law_string(string);
-  long double low = 0.0L;
-  long double high = depth;
+  const auto place = static_cast<Real>(lambda);
+  const auto spring = static_cast<Real>(kt);
+  const auto pressed = static_cast<Real>(depth);
+  Real low = 0.0L;
+  Real high = pressed;
   for (int i = 0; i < 200; ++i) {
-    const long double delta = (low + high) / 2;
-    const long double lift = count * law_force(law, lambda, delta);
-    (lift > kt * (static_cast<long double>(depth) - delta) ? high : low) = delta;
+    const Real delta = (low + high) / 2;
+    const Real lift = static_cast<Real>(count) * law_force(law, place, delta);
+    (lift > spring * (pressed - delta) ? high : low) = delta;
   }
-  return static_cast<double>(kt * (static_cast<long double>(depth) - low));
+  return static_cast<double>(spring * (pressed - low));
 }
 
 /// Strings and a tool of all kinds, and where the hand goes.
