@@ -34,6 +34,9 @@ constexpr double kEver = 1.5;
 /// How deep the hand goes beyond a surface, m.
 constexpr double kDepth = 0.03;
 constexpr double kTick_s = 1e-3;
+/// Energy that strings and soft pads hold beside the coupling, at most, J.
+constexpr double kHeld = 0.1;
+
 /// Goals of a hand: it moves from each to the next, turning, at one speed.
 struct Wander {
   std::vector<Pose> goals;  ///< the first is where it begins
@@ -178,11 +181,20 @@ TEST_CASE(
     PathRun run(*loaded->scene);
     play_at(*loaded->scene, played.level, run);
     run.allow(kBound);
+    const CouplingStiffness stiffness = loaded->scene->tool_scene(0).stiffness;
     std::set<std::size_t> cut;
     double most = 0.0;
     ticks += static_cast<std::int64_t>(hand.size());
+    double hardest = -1.0;
     for (std::size_t k = 0; k < hand.size(); ++k) {
+      const OptimiserState& state = run.state();
+      const double stored =
+          coupling_energy(stiffness, coupling_error(state.X_WG, hand[k], state.phi_GH_W));
       run.tick(hand[k]);
+      const Wrench& F_H_W = run.result().F_H_W;
+      const double given =
+          0.5 * (F_H_W.f.squaredNorm() / stiffness.kt + F_H_W.t.squaredNorm() / stiffness.kr());
+      if (run.result().cut_short) hardest = std::max(hardest, given - 1.1 * stored);
       most = std::max(most, work_share(run.result()));
       beyond += work_share(run.result()) > kUsually ? 1 : 0;
       contact += run.result().active_count > 0 ? 1 : 0;
@@ -207,6 +219,8 @@ TEST_CASE(
                          << hand.size() << " ticks cut, deepest " << deepest << " m in " << judged);
     CHECK(most <= kEver);
     CHECK(deepest >= kDeepest);
+    // What is cut presses no harder than the coupling's spring, and what strings and pads hold.
+    CHECK(hardest <= kHeld);
   }
   MESSAGE(beyond << " of " << ticks << " ticks beyond " << kUsually << " of the bound, " << contact
                  << " in contact");
