@@ -260,7 +260,10 @@ void Daemon::take_snapshots(std::int64_t now_ns) {
     note_no_force(*snapshot);
     watch_forces(*snapshot);
     follow_budget(*snapshot);
-    if (virtual_time_) add_state(*snapshot, on_air(snapshot->scene_id).index, hash_);
+    if (virtual_time_) {
+      const auto complete = [&](v1::State& state) { explain_quality(*snapshot, state); };
+      add_state(*snapshot, on_air(snapshot->scene_id).index, complete, hash_);
+    }
     server_->offer_tick(snapshot->tick, snapshot->scene_id, now_ns);
     // Events overtake snapshots: only now nothing more is told of the scene before.
     if (snapshot->scene_id == playing_id_) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "server/encoding/encode_state.h"
@@ -18,7 +19,9 @@ struct StateHash {
   std::string bytes;  ///< and of its encoding
 };
 
-/// Takes the next tick into the chain.
-void add_state(const Snapshot& snapshot, const SceneIndex& index, StateHash& chain);
+/// Takes the next tick into the chain; `complete` adds to its State what clients are told and no
+/// snapshot knows.
+void add_state(const Snapshot& snapshot, const SceneIndex& index,
+               const std::function<void(v1::State&)>& complete, StateHash& chain);
 
 }  // namespace hapticd
