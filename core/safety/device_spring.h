@@ -3,8 +3,8 @@
 // the rate of its own servo. What the loop renders then neither ages by the delay nor stands still
 // between two ticks. Granted only for a wrench that nothing has limited, and so softly that until
 // the next command it can neither turn the force round nor take it past a limit. The observer of
-// the port goes by f0: K is symmetric and positive semidefinite, and gives nothing over a cycle. Frames: D. RT: yes, about 10
-// ns.
+// the port goes by f0: K is symmetric and positive semidefinite, and gives nothing over a cycle.
+// Frames: D. RT: yes, about 10 ns.
 #pragma once
 
 #include <array>

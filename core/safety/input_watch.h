@@ -69,7 +69,7 @@ inline constexpr int kAnyTicks = 1 << 30;
 /// Kept between ticks.
 struct InputWatch {
   Pose X_DH;              ///< last good pose, unit quaternion
-  Twist V_DH_D;           ///< its velocity; zero while a pose is held
+  Twist V_DH_D;           ///< its velocity; kept while a pose is held
   std::int64_t t_ns = 0;  ///< when it was made, at most two report intervals after it was read
   std::uint64_t counter = 0;
   bool has_pose = false;
