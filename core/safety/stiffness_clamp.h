@@ -22,9 +22,9 @@ inline constexpr double kLeastDamping = 0.1;
 
 /// What the device can bear; profile data but for the delay and the period.
 struct StiffnessLimits {
-  double damping = 1.0;              ///< b of the device, N s/m; 0: unknown
-  double rotational_damping = 1e-3;  ///< of the device, N m s/rad; 0: no limit to rotation
-  double coupling_damping = 0.0;     ///< B, N s/m
+  double damping = 1.0;                 ///< b of the device, N s/m; 0: unknown
+  double rotational_damping = 1e-3;     ///< of the device, N m s/rad; 0: no limit to rotation
+  double coupling_damping = 0.0;        ///< B, N s/m
   std::optional<double> stiffness_max;  ///< the maker's promise, N/m; empty: none was given
   double period_s = 1e-3;               ///< T
   double delay_s = 0.0;                 ///< t_d from sample to force
