@@ -10,6 +10,7 @@
 #include "core/rendering/model_coordinates.h"
 #include "core/rendering/step_admission.h"
 #include "core/rendering/string_rows.h"
+#include "core/rendering/tick_work.h"
 
 namespace hapticd {
 namespace {
@@ -251,6 +252,18 @@ ConfigurationStep step_of(const RowContext& context,
   return step;
 }
 
+/// Rows that may still come in, one at least. Where the strings are eliminated each costs an
+/// iteration, and those are dear: no more than the budget has left beside the next program.
+std::size_t affordable_rows(const OptimiserInput& input, const OptimiserWorkspace& w,
+                            const OptimiserResult& result) noexcept {
+  const auto strings = static_cast<std::int64_t>(w.model.eliminated().size());
+  if (input.work_budget <= 0 || strings == 0) return kMaxQpRows;
+  const std::int64_t program = kStringPairWork * strings * strings;
+  const std::int64_t each = kIterationWork + program / kIterationsPerFactor;
+  const std::int64_t left = input.work_budget - tick_work(result) - program;
+  return static_cast<std::size_t>(std::clamp<std::int64_t>(left / each, 1, kMaxQpRows));
+}
+
 /// Keeps the active rows and fills up with the worst violated of all contacts. Returns the fraction
 /// of the step that all hold. Keeping the active rows makes the optimum grow with every exchange,
 /// so the rounds cannot cycle.
@@ -287,7 +300,8 @@ double exchange_rows(const RowContext& context, const std::array<double, kMaxQpU
     kept[k] = w.contact_of_row[static_cast<std::size_t>(w.solution.active[k])];
   }
   const std::size_t added =
-      std::min(violated, static_cast<std::size_t>(input.options.max_rows) - active);
+      std::min({violated, static_cast<std::size_t>(input.options.max_rows) - active,
+                affordable_rows(input, w, result)});
   std::copy_n(kept.begin(), active, w.contact_of_row.begin());
   add_worst(active, added, violated, w);
   result.rows_exchanged += static_cast<int>(added);
@@ -320,7 +334,10 @@ double solve_rows(const RowContext& context, OptimiserWorkspace& w,
     const auto solved_contacts = w.contact_of_row;
     const double fraction = exchange_rows(context, y, w, result);
     if (fraction >= 1.0) return 1.0;
-    if (round == kMaxExchangeRounds) {
+    // Of many strings even the exchanges of one program may be more than a tick has time for.
+    const bool used_up = strings > 0 && context.input.work_budget > 0 &&
+                         tick_work(result) > context.input.work_budget;
+    if (round == kMaxExchangeRounds || used_up) {
       w.problem.rows = solved_rows;
       w.contact_of_row = solved_contacts;
       return fraction;

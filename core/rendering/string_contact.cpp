@@ -43,6 +43,20 @@ double part_compliance(const OptimiserInput& input, const OptimiserState& state,
   return 1.0 / input.parts.parts[part].stiffness;
 }
 
+/// True where the string would yield, but as many do as there is room for: it is a rigid line of
+/// the program, which bears what is pressed on it.
+bool has_no_room(const OptimiserInput& input, const OptimiserState& state, std::int32_t string) {
+  const StringConstants& constants = input.strings[static_cast<std::size_t>(string)];
+  return state.holds.size() == static_cast<std::size_t>(kMaxDeflectingStrings) &&
+         constants.model == StringModel::kDeflecting && constants.max_level >= StringLevel::kStatic;
+}
+
+/// A line that does not yield gives the hand what the program presses on it, no stiffer than kc.
+StringLoad line_load(double pressed, double kt, double kc) noexcept {
+  const double displacement = pressed / kt;
+  return {std::min(pressed, kc * displacement), 0.0, displacement, 0.0};
+}
+
 /// Turns the sums of a string into its law's force; returns what that changes of the tool's wrench.
 Wrench settle(const OptimiserInput& input, const OptimiserState& state,
               StringContact& contact) noexcept {
@@ -52,7 +66,12 @@ Wrench settle(const OptimiserInput& input, const OptimiserState& state,
   const double pressed = contact.F_W.norm();
   const int h = find_hold(state.holds, {ObstacleKind::kCapsule, contact.string, 0, 0});
   const StringHold* hold = h >= 0 ? &state.holds[static_cast<std::size_t>(h)] : nullptr;
-  const StringLoad load = string_load(input, hold, contact.string, contact.lambda, contact.F_W);
+  const StringConstants& string = input.strings[static_cast<std::size_t>(contact.string)];
+  const double kt = input.stiffness.kt;
+  const StringLoad load =
+      hold == nullptr && has_no_room(input, state, contact.string)
+          ? line_load(pressed, kt, std::min(string.contact_stiffness, kt))
+          : string_load(input, hold, contact.string, contact.lambda, contact.F_W);
   contact.force = load.force;
   contact.deflection = load.deflection;
   contact.displacement = load.displacement;

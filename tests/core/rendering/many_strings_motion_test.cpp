@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/rendering/tick_work.h"
 #include "tests/core/rendering/string_scenes.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
@@ -196,6 +197,50 @@ TEST_CASE("strings beyond the capacity stay rigid and are counted, and none is e
   CHECK(deepest >= -1e-6L);
   CHECK(refused > 0);
   CHECK(run.state.holds.size() == static_cast<std::size_t>(kMaxDeflectingStrings));
+}
+
+TEST_CASE("beyond the capacity the force is that of a rigid line, not of one string alone") {
+  // All strings at one place: the last ones, which have no room, bear the whole press.
+  std::vector<StringParameters> strings(kMaxDeflectingStrings + 6, string_at(0.0, 0.0));
+  const RenderingScene scene = scene_of(strings, {{{0.0, 0.0, 0.0}, kTipRadius}});
+  ToolRun run(scene, pose_at({0.5, 0.03, 0.0}));
+  const double top = kTipRadius + strings.front().radius;
+  for (int tick = 0; tick <= 100; ++tick) {
+    run.tick(pose_at({0.5, top + 5e-3 * (1.0 - 0.02 * tick), 0.0}));
+  }
+  const double pressed = 1e3 * 5e-3;
+  const StringTick tick = rendered(run, pose_at({0.5, top - 5e-3, 0.0}));
+  CHECK(run.result.strings_refused > 0);
+  CHECK(tick.F_H_W.f.norm() >= 0.8 * pressed);
+  CHECK(tick.F_H_W.f.norm() <= 1.01 * pressed);
+}
+
+TEST_CASE("with a budget a bar across many strings is met in bounded work, and enters none") {
+  constexpr std::int64_t kBudget = 364'285;  // half a period of 1 kHz at the nominal price
+  for (const int count : {21, 30, 64}) {
+    std::vector<StringParameters> strings;
+    std::vector<Sphere> bar;
+    const double width = 9e-3 * count;
+    for (int k = 0; k < count; ++k) strings.push_back(string_at(0.0, 9e-3 * k - 0.5 * width));
+    // Two rows of spheres close together: every string is met at several.
+    for (double z = -0.5 * width; z <= 0.5 * width; z += 3e-3) {
+      bar.push_back({{-4e-3, 0.0, z}, 5e-3});
+      bar.push_back({{4e-3, 0.0, z}, 5e-3});
+    }
+    const RenderingScene scene = scene_of(strings, bar);
+    ToolRun run(scene, pose_at({0.5, 0.012, 0.0}));
+    run.work_budget = kBudget;
+    std::int64_t most = 0;
+    long double deepest = 1.0L;
+    for (int tick = 0; tick <= 200; ++tick) {
+      const Pose X_WH = pose_at({0.5, 7e-3 - 6e-5 * tick, 0.0});
+      deepest = std::min(deepest, run.tick_along(X_WH));
+      most = std::max(most, tick_work(run.result));
+    }
+    MESSAGE(count << " strings: " << most << " units at most");
+    CHECK(deepest >= -1e-6L);
+    CHECK(static_cast<double>(most) <= (count <= 30 ? 1.5 : 3.0) * kBudget);
+  }
 }
 
 }  // namespace hapticd::test
