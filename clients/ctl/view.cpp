@@ -148,7 +148,7 @@ void add_rest(const View& view, std::vector<std::string>& lines) {
   const v1::State& state = view.state;
   for (const v1::StiffnessState& stiffness : state.stiffness()) {
     if (stiffness.scale() >= 1.0F) continue;
-    lines.push_back(format("stiffness of %s clamped to %.3g %%: the device bears %.3g N/m%s",
+    lines.push_back(format("stiffness of %s clamped to %.3g %%: the device bears %.4g N/m%s",
                            tool_name(view, stiffness.tool_id()).c_str(),
                            100.0 * static_cast<double>(stiffness.scale()),
                            static_cast<double>(stiffness.bound_n_per_m()),
