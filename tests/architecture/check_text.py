@@ -8,7 +8,7 @@ import sys
 import source_tree
 
 MOST_LINES = 600
-TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "CONTRIBUTING.md", "LICENSE", "README.md",
+TOP_LEVEL = {"CHANGELOG.md", "CITATION.cff", "CMakeLists.txt", "CMakePresets.json", "CONTRIBUTING.md", "LICENSE", "NOTICE", "README.md",
              "clients", "core", "deploy", "device", "proto", "server", "tests"}
 # Written with brackets so that this file does not match itself.
 LEFTOVERS = {
