@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <tuple>
 
 namespace hapticd {
 namespace {
@@ -54,6 +55,9 @@ bool crosses_itself(const FlatPolygon& flat) {
   return false;
 }
 
+/// Corners of a flat polygon, turning left.
+using FlatTriangle = std::array<std::size_t, 3>;
+
 /// What is left of a polygon while ears are cut off.
 class Rest {
  public:
@@ -68,10 +72,16 @@ class Rest {
   }
 
   [[nodiscard]] std::size_t size() const { return left_; }
+  [[nodiscard]] std::size_t before(std::size_t i) const { return before_[i]; }
   [[nodiscard]] std::size_t after(std::size_t i) const { return after_[i]; }
-  [[nodiscard]] Triangle ear(std::size_t i) const {
-    const auto place = [this](std::size_t k) { return static_cast<std::int32_t>(flat_.places[k]); };
-    return {place(before_[i]), place(i), place(after_[i])};
+  [[nodiscard]] FlatTriangle ear(std::size_t i) const { return {before_[i], i, after_[i]}; }
+
+  /// Whether the boundary goes nowhere at corner `i`, or out and back: that covers nothing.
+  [[nodiscard]] bool is_spike(std::size_t i) const {
+    const Plane2& a = flat_.p[before_[i]];
+    const Plane2& b = flat_.p[i];
+    const Plane2& c = flat_.p[after_[i]];
+    return a == b || b == c || c == a;
   }
 
   /// Whether the triangle at corner `i` lies inside: it turns left, and no corner is in it.
@@ -115,26 +125,82 @@ class Rest {
   std::size_t left_;
 };
 
-/// Cuts ears until nothing is left; false where there is none.
-bool cut_ears(const FlatPolygon& flat, std::vector<Triangle>& triangles) {
+/// Cuts ears until nothing is left; false where there is none. Spikes first: an ear on one side of
+/// a spike would leave the other side to be covered backwards.
+bool cut_ears(const FlatPolygon& flat, std::vector<FlatTriangle>& triangles) {
   Rest rest(flat);
   std::size_t at = 1;
-  while (rest.size() >= 3) {
-    bool found = false;
-    for (const bool strict : {true, false}) {
-      for (std::size_t tried = 0; tried < rest.size() && !found; ++tried) {
-        found = rest.is_ear(at, strict);
-        if (!found) at = rest.after(at);
-      }
-      if (found) break;
+  const auto go_to = [&](auto wanted) {
+    for (std::size_t tried = 0; tried < rest.size(); ++tried) {
+      if (wanted(at)) return true;
+      at = rest.after(at);
     }
-    if (!found) return false;
+    return false;
+  };
+  while (rest.size() >= 3) {
+    if (!go_to([&](std::size_t i) { return rest.is_spike(i); }) &&
+        !go_to([&](std::size_t i) { return rest.is_ear(i, true); }) &&
+        !go_to([&](std::size_t i) { return rest.is_ear(i, false); })) {
+      return false;
+    }
     triangles.push_back(rest.ear(at));
-    const std::size_t next = rest.after(at);
+    // Back, where the cut may have made an ear: going on would pass by a corridor's whole length
+    // between one ear and the next.
+    const std::size_t next = rest.before(at);
     rest.cut(at);
     at = next;
   }
   return true;
+}
+
+/// Triangles as the test for overlap wants them.
+struct Piece {
+  std::array<Plane2, 3> p;
+  std::array<double, 3> edge;  ///< length of the one from each corner
+  Plane2 least, most;          ///< bounds
+};
+
+/// Whether an edge of `a` has all of `b` outside, but for the rounding of both.
+bool edge_parts(const Piece& a, const Piece& b, double rounding) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double slack = 2.0 * rounding * a.edge[k];
+    const auto outside = [&](const Plane2& q) {
+      return turn(a.p[k], a.p[(k + 1) % 3], q) <= slack;
+    };
+    if (outside(b.p[0]) && outside(b.p[1]) && outside(b.p[2])) return true;
+  }
+  return false;
+}
+
+/// Two triangles are apart where a line along an edge of one parts them (Gottschalk et al.,
+/// "OBBTree", SIGGRAPH 1996: separating axes).
+bool overlap(const Piece& a, const Piece& b, double rounding) {
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (a.most[k] <= b.least[k] || b.most[k] <= a.least[k]) return false;
+  }
+  return !edge_parts(a, b, rounding) && !edge_parts(b, a, rounding);
+}
+
+/// Whether two of the triangles cover the same place by more than rounding. Ears add up to the
+/// winding number everywhere; so it is 0 or 1 where none overlap.
+bool any_overlap(const FlatPolygon& flat, const std::vector<FlatTriangle>& triangles) {
+  std::vector<Piece> pieces;
+  for (const FlatTriangle& t : triangles) {
+    Piece piece{{flat.p[t[0]], flat.p[t[1]], flat.p[t[2]]}, {}, {}, {}};
+    const auto& [a, b, c] = piece.p;
+    piece.edge = {length(a, b), length(b, c), length(c, a)};
+    for (std::size_t k = 0; k < 2; ++k) {
+      std::tie(piece.least[k], piece.most[k]) = std::minmax({a[k], b[k], c[k]});
+    }
+    const double longest = *std::max_element(piece.edge.begin(), piece.edge.end());
+    // What is no wider than the slack overlaps nothing.
+    if (turn(a, b, c) <= 2.0 * flat.rounding * longest) continue;
+    for (const Piece& other : pieces) {
+      if (overlap(piece, other, flat.rounding)) return true;
+    }
+    pieces.push_back(piece);
+  }
+  return false;
 }
 
 struct Measures {
@@ -209,8 +275,11 @@ CutPolygon cut_polygon(std::span<const Vector3> corners) {
   }
   const FlatPolygon flat = flatten(corners, measures);
   if (crosses_itself(flat)) return {{}, "crosses itself"};
+  std::vector<FlatTriangle> ears;
+  if (!cut_ears(flat, ears) || any_overlap(flat, ears)) return {{}, "overlaps itself"};
   CutPolygon cut;
-  if (!cut_ears(flat, cut.triangles)) return {{}, "overlaps itself"};
+  const auto place = [&](std::size_t k) { return static_cast<std::int32_t>(flat.places[k]); };
+  for (const auto& [a, b, c] : ears) cut.triangles.push_back({place(a), place(b), place(c)});
   const double cut_area = area_of(corners, cut.triangles);
   if (!(cut_area <= (1.0 + kMostExcessArea) * area + rounding)) {
     return {{},

@@ -11,7 +11,8 @@
 
 namespace hapticd {
 
-/// Most corners of a polygon. Cutting takes the square of them: 4096 take a tenth of a second.
+/// Most corners of a polygon. Cutting takes about the square of them, in spirals and zigzags too;
+/// where ears are rare and far apart it may take the cube.
 inline constexpr std::size_t kMostCorners = 4096;
 
 /// What the triangles may have more area than the polygon, as a share of it. 0 for a plane one; in
@@ -23,14 +24,16 @@ inline constexpr double kMostExcessArea = 0.02;
 struct CutPolygon {
   /// Places in the list of corners, turning as the polygon does.
   std::vector<Triangle> triangles;
-  /// Empty: the triangles cover the polygon once. Otherwise a clause about it for people, such as
-  /// "crosses itself"; then there are no triangles.
+  /// Empty: the polygon's winding number is 0 or 1 everywhere but for rounding, and as many
+  /// triangles cover a place. Edges there and back and corners that touch are no fault. Otherwise a
+  /// clause about it for people, such as "crosses itself"; then there are no triangles.
   std::string fault;
 };
 
 /// `corners` (3 or more, finite) in order, m or any other unit: tolerances are those of coordinates
 /// rounded to floats. The area of a polygon is half the norm of the sum of p_i x p_(i+1). Corners
-/// that repeat the one before are left out; every other edge is one of a triangle. O(n^2).
+/// that repeat the one before are left out; every other edge is one of a triangle. For the cost see
+/// kMostCorners.
 [[nodiscard]] CutPolygon cut_polygon(std::span<const Vector3> corners);
 
 }  // namespace hapticd
