@@ -86,6 +86,10 @@ Daemon::Daemon(DaemonOptions options)
       server, make_host(), [this](const Address& to, std::span<const std::uint8_t> datagram) {
         transport_->send(to, datagram);
       });
+  // Read before anybody is served: nobody's Stop waits for the first to ask.
+  static_cast<void>(catalogues_.scenes());
+  static_cast<void>(catalogues_.gestures());
+  static_cast<void>(catalogues_.recordings());
 }
 
 Daemon::~Daemon() = default;
