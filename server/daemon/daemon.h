@@ -78,8 +78,8 @@ class Daemon {
     /// A change that the loop has been lent.
     struct Change {
       const SettingsChange* lent = nullptr;
-      std::uint64_t at_tick = 0;
-      Parameters parameters;  ///< after it
+      std::uint64_t at_tick = 0;  ///< it begins then, or soon after
+      Parameters parameters;      ///< after it
     };
     std::deque<Change> changes;  ///< not over yet, as they were asked for
     Parameters in_force;         ///< after the last one that is over
@@ -138,6 +138,8 @@ class Daemon {
   void allow_work(std::int64_t work);
   void follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double budget_us);
   void explain_quality(const Snapshot& snapshot, v1::State& state) const;
+  /// What is in force at a tick that is near.
+  [[nodiscard]] static const v1::Quality& quality_at(const AirScene& scene, std::uint64_t tick);
   void report_budget() const;
 
   // Scenes (daemon_scenes.cpp).

@@ -98,7 +98,7 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   change_tick_ = std::max(change_tick_, lent->at_tick);
   AirScene::Parameters after{std::move(assigned.scene), scene.choice, std::move(assigned.settings)};
   follow_choice(set, after.choice);
-  scene.changes.push_back({lent, lent->at_tick, after});
+  scene.changes.push_back({lent, std::max(lent->at_tick, next), after});
   scene.take(std::move(after));
   if (command(id, ChangeSettingsCommand{change.get()})) {
     static_cast<void>(change.release());
