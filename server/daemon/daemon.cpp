@@ -86,6 +86,10 @@ Daemon::Daemon(DaemonOptions options)
       server, make_host(), [this](const Address& to, std::span<const std::uint8_t> datagram) {
         transport_->send(to, datagram);
       });
+  // Read before anybody is served: nobody's Stop waits for the first to ask.
+  static_cast<void>(catalogues_.scenes());
+  static_cast<void>(catalogues_.gestures());
+  static_cast<void>(catalogues_.recordings());
 }
 
 Daemon::~Daemon() = default;
@@ -117,6 +121,7 @@ ServerHost Daemon::make_host() {
   host.request = [this](const RequestId& id, const v1::Item& item) { request(id, item); };
   host.abandoned = [this](const RequestId& id) {
     if (steps_ && steps_->request == id) end_steps(v1::RESULT_CODE_OK);
+    std::erase_if(held_, [&](const HeldRequest& held) { return held.id == id; });
   };
   host.fill_state = [this](const Subscription& subscription, v1::State& state) {
     encode_state(*snapshot_, on_air(snapshot_->scene_id).index,
@@ -178,7 +183,10 @@ void Daemon::follow_signals(SignalRequests& signals, std::int64_t now_ns) {
 // The ring may be full of other commands: then once more later.
 void Daemon::tell_lease_ends() {
   if (told_lease_ends_ == lease_ends_) return;
-  if (channels_->commands.push({0, LeaseLostCommand{lease_ends_}})) told_lease_ends_ = lease_ends_;
+  if (channels_->commands.push({++last_command_, LeaseLostCommand{lease_ends_}})) {
+    told_lease_ends_ = lease_ends_;
+    lease_end_command_ = last_command_;
+  }
   if (virtual_time_) loop_->take_commands();
 }
 
@@ -193,6 +201,7 @@ bool Daemon::work(std::int64_t now_ns) {
     again = pass_virtual_time(now_ns);
   }
   take_events();
+  carry_out_held();
   take_snapshots(now_ns);
   finish_calibrations();
   if (recording_) report_recording();

@@ -78,8 +78,8 @@ class Daemon {
     /// A change that the loop has been lent.
     struct Change {
       const SettingsChange* lent = nullptr;
-      std::uint64_t at_tick = 0;
-      Parameters parameters;  ///< after it
+      std::uint64_t at_tick = 0;  ///< it begins then, or soon after
+      Parameters parameters;      ///< after it
     };
     std::deque<Change> changes;  ///< not over yet, as they were asked for
     Parameters in_force;         ///< after the last one that is over
@@ -111,6 +111,12 @@ class Daemon {
     RequestId request;
     DeviceCalibration* calibration = nullptr;
   };
+  /// A request for parameters that waits for the loop to have heard of a lost lease.
+  struct HeldRequest {
+    RequestId id;
+    v1::Item item;
+    std::uint64_t lease_ends = 0;  ///< when it came
+  };
   enum class TimeMode : std::uint8_t { kStopped, kLive };
 
   // Start and run (daemon.cpp).
@@ -132,6 +138,8 @@ class Daemon {
 
   // Work that is bounded, and quality that follows a budget (daemon_quality.cpp).
   [[nodiscard]] QualityWish quality_wish() const;
+  /// What is in force at a tick that is near.
+  [[nodiscard]] static const v1::Quality& quality_at(const AirScene& scene, std::uint64_t tick);
   void follow_budget(const Snapshot& snapshot);
   void forget_prices();
   [[nodiscard]] PricedTick tick_before(const Snapshot& snapshot);
@@ -154,6 +162,9 @@ class Daemon {
 
   // Requests (daemon_requests.cpp), those for parameters (daemon_parameters.cpp).
   void request(const RequestId& id, const v1::Item& item);
+  /// True: it is held until the changes of a lost lease are gone.
+  [[nodiscard]] bool hold(const RequestId& id, const v1::Item& item);
+  void carry_out_held();
   /// False, and answered BUSY, when the loop's ring is full; what `what` points to stays ours then.
   bool command(const RequestId& id, const LoopCommandBody& what);
   void load_scene_for(const RequestId& id, const v1::LoadScene& load);
@@ -245,7 +256,9 @@ class Daemon {
   StateHash hash_;
   std::array<std::uint64_t, kMaxTools> next_pose_ticks_{};  ///< of each tool
   std::uint64_t lease_ends_ = 0;                            ///< leases that have ended
-  std::uint64_t told_lease_ends_ = 0;  ///< of them those that the loop knows of
+  std::uint64_t told_lease_ends_ = 0;    ///< of them those that the loop has been told of
+  std::uint64_t lease_end_command_ = 0;  ///< that told it, and is not obeyed yet; 0: none
+  std::deque<HeldRequest> held_;
   TimeMode mode_ = TimeMode::kStopped;
   std::optional<StepRun> steps_;
   bool stop_asked_ = false;  ///< during a Run of steps, and not obeyed yet

@@ -45,6 +45,30 @@ void Daemon::AirScene::take(Parameters now) {
   tell_scene(live, choice, info);
 }
 
+// The loop gives the changes of a lost lease back a tick after the lease has ended. Until then they
+// are among what is set, and whoever has the lease next would set them again.
+bool Daemon::hold(const RequestId& id, const v1::Item& item) {
+  if (!item.has_set_parameter() && !item.has_get_parameters()) return false;
+  // The loop hears of nothing more once it ends.
+  const bool known = told_lease_ends_ == lease_ends_ && lease_end_command_ == 0;
+  if (known || ending_since_ns_ >= 0) return false;
+  held_.push_back({id, item, lease_ends_});
+  return true;
+}
+
+// Each may end a lease: answered, its session goes on to the next, which may be a Release.
+void Daemon::carry_out_held() {
+  for (std::size_t count = held_.size(); count > 0 && !held_.empty(); --count) {
+    const HeldRequest held = std::move(held_.front());
+    held_.pop_front();
+    if (held.item.has_set_parameter() && held.lease_ends != lease_ends_) {
+      server_->answer(held.id, result_of(v1::RESULT_CODE_NOT_OWNER, "", "The lease is over."));
+    } else {
+      request(held.id, held.item);
+    }
+  }
+}
+
 void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
   if (get.paths_size() > kMostPaths) {
@@ -98,7 +122,7 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   change_tick_ = std::max(change_tick_, lent->at_tick);
   AirScene::Parameters after{std::move(assigned.scene), scene.choice, std::move(assigned.settings)};
   follow_choice(set, after.choice);
-  scene.changes.push_back({lent, lent->at_tick, after});
+  scene.changes.push_back({lent, std::max(lent->at_tick, next), after});
   scene.take(std::move(after));
   if (command(id, ChangeSettingsCommand{change.get()})) {
     static_cast<void>(change.release());

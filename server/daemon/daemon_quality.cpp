@@ -26,6 +26,15 @@ QualityWish Daemon::quality_wish() const {
   return wish;
 }
 
+// The last one that has begun.
+const v1::Quality& Daemon::quality_at(const AirScene& scene, std::uint64_t tick) {
+  const AirScene::Change* last = nullptr;
+  for (const AirScene::Change& each : scene.changes) {
+    if (each.at_tick <= tick && (last == nullptr || each.at_tick >= last->at_tick)) last = &each;
+  }
+  return (last == nullptr ? scene.in_force : last->parameters).live.quality();
+}
+
 void Daemon::follow_budget(const Snapshot& snapshot) {
   const AirScene& scene = scenes_.back();
   // The one that is on its way begins with a bound of its own.
@@ -37,7 +46,8 @@ void Daemon::follow_budget(const Snapshot& snapshot) {
     allowed_work_ = static_cast<std::int64_t>(snapshot.work.work_budget);
   }
   if (!snapshot.quality_automatic) governor_ = QualityGovernor{};
-  const double budget_us = tick_budget_us(scene.live.quality(), player_);
+  // The bound is for the next tick.
+  const double budget_us = tick_budget_us(quality_at(scene, snapshot.tick + 1), player_);
   if (budget_us == 0.0) {
     forget_prices();
     allow_work(0);
@@ -97,7 +107,8 @@ void Daemon::follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double
   if (!channels_->commands.push({++last_command_, ChangeSettingsCommand{change.get()}})) return;
   scene.settings = settings;
   // The loop's from here on.
-  scene.changes.push_back({change.release(), 0, {scene.live, scene.choice, std::move(settings)}});
+  scene.changes.push_back(
+      {change.release(), snapshot.tick + 1, {scene.live, scene.choice, std::move(settings)}});
   spdlog::info("quality {} for a budget of {} us", level, budget_us);
 }
 
@@ -105,8 +116,8 @@ void Daemon::explain_quality(const Snapshot& snapshot, v1::State& state) const {
   if (!state.has_quality()) return;
   v1::QualityState& quality = *state.mutable_quality();
   if (!replay_) {
-    const v1::Quality& live = on_air(snapshot.scene_id).live.quality();
-    quality.set_budget_us(static_cast<float>(tick_budget_us(live, player_)));
+    const v1::Quality& now = quality_at(on_air(snapshot.scene_id), snapshot.tick);
+    quality.set_budget_us(static_cast<float>(tick_budget_us(now, player_)));
   }
   if (!snapshot.quality_automatic) return;
   quality.set_reason(static_cast<v1::QualityReason>(governor_.reason));

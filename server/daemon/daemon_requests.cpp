@@ -84,6 +84,7 @@ void Daemon::request(const RequestId& id, const v1::Item& item) {
     server_->answer(id, result_of(v1::RESULT_CODE_INVALID, unknown->path, unknown->message));
     return;
   }
+  if (hold(id, item)) return;
   const SceneIndex& index = scenes_.back().index;
   const auto unknown = [&](std::uint32_t tool_id) { return tool_of(tool_id, index) == kNoTool; };
   if ((item.has_recentre() && unknown(item.recentre().tool_id())) ||
@@ -155,6 +156,8 @@ bool Daemon::command(const RequestId& id, const LoopCommandBody& what) {
 }
 
 void Daemon::finish_command(std::uint64_t number, bool obeyed, Cause cause) {
+  // They are obeyed in order.
+  if (number >= lease_end_command_) lease_end_command_ = 0;
   const auto same = [&](const auto& command) { return command.first == number; };
   const auto found = std::find_if(commands_.begin(), commands_.end(), same);
   if (found == commands_.end()) return;

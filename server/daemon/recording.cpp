@@ -1,6 +1,8 @@
 // See recording.h.
 #include "server/daemon/recording.h"
 
+#include <google/protobuf/stubs/common.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -52,8 +54,13 @@ std::vector<std::string> list_recordings(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, std::string>> found;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().extension() != ".mcap") continue;
-    found.emplace_back(entry.last_write_time(error), entry.path().filename().string());
+    std::string name = entry.path().filename().string();
+    // What is no text cannot be told.
+    if (entry.path().extension() != ".mcap" ||
+        !google::protobuf::internal::IsStructurallyValidUTF8(name)) {
+      continue;
+    }
+    found.emplace_back(entry.last_write_time(error), std::move(name));
   }
   std::sort(found.begin(), found.end());
   std::vector<std::string> names;

@@ -8,7 +8,7 @@
 
 namespace hapticd {
 
-/// A Result with path and message as long as they may be.
+/// A Result with path and message as long as they may be, and text whatever they are.
 [[nodiscard]] inline v1::Result result_of(v1::ResultCode code, const std::string& path = "",
                                           const std::string& message = "") {
   v1::Result result;

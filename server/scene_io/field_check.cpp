@@ -1,6 +1,8 @@
 // See field_check.h.
 #include "server/scene_io/field_check.h"
 
+#include <google/protobuf/stubs/common.h>
+
 #include <sstream>
 
 #include "server/scene_io/field_table.h"
@@ -76,6 +78,7 @@ class Check {
 
   // NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which does not contain itself
   void check(const Place& place) {
+    if (place.field.type() == pb::FieldDescriptor::TYPE_STRING) check_text(place);
     const FieldRow* row =
         find_row(place.field.containing_type()->name() + "." + place.field.name());
     if (row == nullptr) return;
@@ -92,6 +95,19 @@ class Check {
                   ? place.reflection().GetRepeatedMessage(place.message, &place.field, i)
                   : place.reflection().GetMessage(place.message, &place.field),
               place.at(i));
+    }
+  }
+
+  // Text format writes any byte; a Packet with a string that is no text is refused by whoever gets
+  // it.
+  void check_text(const Place& place) {
+    const pb::Reflection& r = place.reflection();
+    for (int i = 0; i < place.count() && !full(); ++i) {
+      const std::string text = place.field.is_repeated()
+                                   ? r.GetRepeatedString(place.message, &place.field, i)
+                                   : r.GetString(place.message, &place.field);
+      if (pb::internal::IsStructurallyValidUTF8(text)) continue;
+      fault(place.at(i), "is no UTF-8 text", "Write it in UTF-8.");
     }
   }
 

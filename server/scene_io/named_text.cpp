@@ -1,6 +1,8 @@
 // See named_text.h.
 #include "server/scene_io/named_text.h"
 
+#include <google/protobuf/stubs/common.h>
+
 #include <algorithm>
 #include <set>
 #include <stdexcept>
@@ -17,6 +19,14 @@ constexpr std::string_view kExtension = ".textproto";
 
 bool is_file(const std::string& source) {
   return source.find('/') != std::string::npos || source.ends_with(kExtension);
+}
+
+/// Whether a file of a folder is listed: it can be read by its name, and the name can be told.
+bool can_be_listed(const fs::directory_entry& entry) {
+  std::error_code ignored;
+  if (entry.path().extension() != kExtension || !entry.is_regular_file(ignored)) return false;
+  const std::string name = entry.path().stem().string();
+  return fault_of_name(name).empty() && google::protobuf::internal::IsStructurallyValidUTF8(name);
 }
 
 std::string known(const std::vector<fs::path>& folders, std::string_view what) {
@@ -71,7 +81,7 @@ std::vector<std::string> list_names(const std::vector<fs::path>& folders) {
   for (const fs::path& folder : folders) {
     std::error_code ignored;
     for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-      if (entry.path().extension() == kExtension) names.insert(entry.path().stem().string());
+      if (can_be_listed(entry)) names.insert(entry.path().stem().string());
     }
   }
   return {names.begin(), names.end()};

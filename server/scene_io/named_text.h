@@ -31,7 +31,8 @@ inline constexpr std::size_t kLongestInstalledName = 256;
 [[nodiscard]] std::filesystem::path installed_file(
     const std::string& name, const std::vector<std::filesystem::path>& folders);
 
-/// Names of the .textproto files in `folders`, in alphabetical order.
+/// Names of the .textproto files in `folders`, in alphabetical order: those that installed_file()
+/// finds, and that are UTF-8.
 [[nodiscard]] std::vector<std::string> list_names(
     const std::vector<std::filesystem::path>& folders);
 

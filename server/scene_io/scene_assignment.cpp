@@ -95,7 +95,8 @@ void set_enum(const Target& target, const v1::Assignment& assignment) {
       value = type.FindValueByNumber(static_cast<int>(number));
     }
   }
-  if (value == nullptr) throw wrong_kind("one of the names of its choices");
+  // 0 stands for a choice that was not made.
+  if (value == nullptr || value->number() == 0) throw wrong_kind("one of the names of its choices");
   target.message->GetReflection()->SetEnum(target.message, target.field, value);
 }
 

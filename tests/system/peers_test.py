@@ -94,6 +94,34 @@ class Peers(unittest.TestCase):
             with hapticd.Session(played.address) as other:
                 self.assertEqual(other.scene.scene.name, "single_string")
 
+    def test_bytes_that_are_no_text_are_refused_and_everybody_can_be_greeted_and_asks_for_lists(self):
+        installed = pathlib.Path(daemon.HAPTICD).resolve().parent.parent / "share" / "hapticd"
+        for folder in ("scenes", "devices", "models"):
+            (self.path / folder).symlink_to(installed / folder)
+        (self.path / "gestures").mkdir()
+        for file in (installed / "gestures").iterdir():
+            (self.path / "gestures" / file.name).symlink_to(file)
+        for name in (b"a\xffb", b"good", b"\xc3", b"a\nb"):
+            (self.path / "gestures" / os.fsdecode(name + b".textproto")).write_text("")
+        bad = (('name: "x" description: "a\\377b"\n' + FINGER, "description"),
+               ('name: "a\\377b"\n' + FINGER, "name"),
+               ('name: "x"\n' + FINGER.replace('"f"', '"f\\303"'), "tools[0].name"),
+               ('name: "x"\n' + FINGER + 'bodies { name: "b" shape { tree: "\\200.tree" } }', "bodies[0].shape.tree"))
+        with daemon.Daemon("--scene", "single_string", environment={"HAPTICD_DATA": str(self.path)}) as played, \
+                hapticd.Session(played.address) as session:
+            session.acquire("test")
+            for text, path in bad:
+                for check_only in (True, False):
+                    with self.assertRaises(hapticd.RequestError) as caught:
+                        session.load_scene(text, check_only=check_only)
+                    self.assertEqual((caught.exception.code, caught.exception.path), ("INVALID", path))
+            # What is said of a text that cannot be read may quote anything.
+            with self.assertRaises(hapticd.RequestError):
+                session.load_scene('name: "x" preset: "\\377"')
+            self.assertIn("good", session.gestures())
+            with hapticd.Session(played.address) as other:
+                self.assertEqual(other.scene.scene.name, "single_string")
+
     def test_listings_of_others_are_all_answered_and_a_stop_between_them(self):
         with daemon.Daemon("--scene", "single_string") as played:
             others = [hapticd.Session(played.address) for _ in range(20)]

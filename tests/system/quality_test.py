@@ -116,6 +116,39 @@ class Bounded(unittest.TestCase):
 
         self.check(self.told("--budget-us", "80", ask=automatic_and_back)[0], 80.0)
 
+    def test_the_budget_changes_at_the_tick_of_the_change_and_no_sooner(self):
+        """Any number of changes that wait, in any order: each tick has the budget of the change that began last."""
+        random = Random(27)
+        for options, first in ((("--budget-us", "0"), 0.0), (("--budget-us", "80"), 80.0), ((), 500.0)):
+            fixed = first
+            for _ in range(4):
+                with daemon.Daemon(*VIRTUAL, *options) as played, hapticd.Session(played.address) as session:
+                    session.acquire("test")
+                    session.subscribe(divisor=1, sections=["QUALITY"])
+                    begin = session.run(poses=[(0.0, 0.01, 0.0)] * 3).next_tick
+                    told, budget, automatic = {}, first, False
+                    # In the order of their ticks: what is asked for later builds on what was asked for before.
+                    for tick in sorted(random.sample(range(begin + 1, begin + 150), 5)):
+                        if automatic and random.random() < 0.5:
+                            budget = random.choice((40.0, 120.0, 200.0, 350.0))  # far apart: a smaller step is not told
+                            session.set("quality.automatic.budget_us", budget, at_tick=tick)
+                        elif automatic:
+                            budget, automatic = fixed, False
+                            session.set("quality", random.randrange(5), at_tick=tick)
+                        else:
+                            budget, automatic = fixed or 500.0, True
+                            session.set("quality", "auto", at_tick=tick)
+                        told[tick] = budget
+                    result = session.run(poses=[(0.0, 0.01, 0.0)] * 200)
+                    budget, seen = first, 0
+                    for state in session.states(result.steps + 3, 1.0):
+                        if state.tick >= begin:
+                            seen += 1
+                            budget = told.get(state.tick, budget)
+                        self.assertAlmostEqual(state.quality.budget_us, budget, delta=1e-4, msg=(state.tick, told))
+                        self.assertEqual(state.quality.work_budget, int(NOMINAL_SHARE * (1e3 * budget) / NOMINAL_NS), (state.tick, told))
+                    self.assertEqual(seen, 200)
+
     def test_a_budget_of_nought_lifts_the_bound_aloud(self):
         for options in (("--budget-us", "0"), ("--budget-us", "0", "--quality", "4")):
             qualities, log = self.told(*options)

@@ -213,6 +213,30 @@ class Scripts(unittest.TestCase):
             other.run(steps=100)
             self.assertEqual(other.get("strings[0].tension_n"), 35.0)
 
+    def test_changes_that_wait_come_back_by_no_request_of_the_next_holder(self):
+        """Release, Acquire and a change in one breath, while the loop has not heard of the lost lease yet."""
+        with daemon.Daemon("--scene", "single_string") as played, hapticd.Session(played.address) as session:
+            session.acquire("first")
+            session.subscribe(1)
+            for k in range(scaled(100)):
+                tick = [state for state in session.states(5, 5.0)][-1].tick
+                session.set("tools[0].force_gain", 0.5, at_tick=tick + 50_000)
+                self.assertEqual(session.get("tools[0].force_gain"), 0.5)
+                items = [stream_pb2.Item() for _ in range(5)]
+                items[0].release.SetInParent()
+                items[1].acquire.holder = f"next {k}"
+                items[2].get_parameters.paths.append("tools[0].force_gain")
+                items[3].set_parameter.assignments.add(path="strings[0].decay_s", number=0.5 + k / 1000)
+                items[4].get_parameters.paths.append("tools[0].force_gain")
+                connection = session._connection
+                results = [connection.result(each) for each in [connection.submit(item, awaited=True) for item in items]]
+                self.assertEqual([result.code for result in results], [answer_pb2.RESULT_CODE_OK] * 5)
+                for result in (results[2], results[4]):
+                    self.assertEqual(result.parameters.values[0].number, 1.0, k)
+                self.assertEqual(session.get("tools[0].force_gain"), 1.0, k)
+                self.assertEqual(session.get("strings[0].decay_s"), 0.5 + k / 1000)
+            self.assertEqual(played.end(), 0, played.log)
+
     def fill(self, draw, message, next_tick, depth=0):
         """Random extremes in some of the whole numbers of a message."""
         near = [next_tick + each for each in (-1, 0, 1, 15, 16, 4079, 4080, 4081, 4095, 4096, 4097)]

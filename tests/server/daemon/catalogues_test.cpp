@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 #include <fcntl.h>
+#include <google/protobuf/stubs/common.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -185,6 +186,30 @@ TEST_CASE("whatever is done to the folders, the lists are what a new reader woul
     REQUIRE(texts(kept.gestures()) == texts(fresh.gestures()));
     REQUIRE(texts(kept.scenes()) == texts(fresh.scenes()));
   }
+}
+
+TEST_CASE("only what can be asked for by its name, and told, is listed") {
+  Shelf shelf;
+  const std::string long_name(240, 'a');
+  for (const std::string name : {"good", "\xc3\xa4", ".hidden",
+                                 "a\x01"
+                                 "b",
+                                 "a\nb", "a\x7f", "a\377b", "\xc3", long_name.c_str()}) {
+    shelf.write("scenes/" + name + ".textproto", "");
+    shelf.write("gestures/" + name + ".textproto", "x");
+    shelf.write("recordings/" + name + ".mcap", "");
+  }
+  fs::create_directories(shelf.root / "scenes/folder.textproto");
+  fs::create_directories(shelf.root / "gestures/folder.textproto");
+  fs::create_symlink("nowhere", shelf.root / "scenes/dangling.textproto");
+  fs::create_symlink("good.textproto", shelf.root / "scenes/link.textproto");
+  Catalogues catalogues = shelf.catalogues();
+  CHECK(texts(catalogues.scenes()) == Texts{long_name + "=", "good=", "link=", "\xc3\xa4="});
+  CHECK(texts(catalogues.gestures()) == Texts{long_name + "=x", "good=x", "\xc3\xa4=x"});
+  for (const ListedName& each : catalogues.recordings()) {
+    CHECK(google::protobuf::internal::IsStructurallyValidUTF8(each.name));
+  }
+  CHECK(catalogues.recordings().size() == 7);
 }
 
 }  // namespace hapticd::test

@@ -133,6 +133,14 @@ TEST_CASE("a pose is 7 numbers, a choice one of its names") {
   CHECK(result.settings.tools[0].instrument.tones.level == ToneLevel::kForce);
   level.set_text("TONE_LEVEL_SMELL");
   CHECK(assigned(set).code == v1::RESULT_CODE_INVALID);
+  level.set_text("TONE_LEVEL_UNSPECIFIED");
+  CHECK(assigned(set).code == v1::RESULT_CODE_INVALID);
+  for (const double number : {0.0, -0.0, -1.0, 99.0, 0.5}) {
+    level.set_number(number);
+    CHECK(assigned(set).code == v1::RESULT_CODE_INVALID);
+  }
+  level.set_number(2.0);
+  CHECK(assigned(set).code == v1::RESULT_CODE_OK);
   level.set_text("TONE_LEVEL_FORCE");
   pose.mutable_numbers()->mutable_values()->RemoveLast();
   CHECK(assigned(set).code == v1::RESULT_CODE_INVALID);
