@@ -225,7 +225,7 @@ TEST_CASE(
   MESSAGE(beyond << " of " << ticks << " ticks beyond " << kUsually << " of the bound, " << contact
                  << " in contact");
   CHECK(beyond <= 1 + ticks / 1000);
-  CHECK(contact > ticks / 10);
+  CHECK(contact > ticks / 20);
 }
 
 TEST_CASE("below the bound it changes no bit: the two part only at a tick of half of it or more") {

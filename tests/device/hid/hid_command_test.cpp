@@ -2,6 +2,7 @@
 // go with them. Truth: what the firmware was told and gives.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -17,7 +18,9 @@ TEST_CASE("whatever is sent, its seq is one more than that of the command before
   Loop loop(kHapHasVelocity | kHapCanAffine);
   loop.spring = {{300.0, 500.0, 100.0, 20.0, 0.0, 0.0}, {0.2, 0.2, 0.2}};
   bool enable = false;
-  for (std::int64_t k = scaled(20'000); k > 0; --k) {
+  std::int64_t measured = 0;
+  // Enough for a device's echoes to tell the delay.
+  for (std::int64_t k = std::max<std::int64_t>(scaled(20'000), 2'000); k > 0; --k) {
     if (random.chance(0.02)) enable = random.chance(0.8);
     for (std::uint64_t zeros = random.chance(0.05) ? random.below(3) : 0; zeros > 0; --zeros) {
       loop.device->write_zero(clock_ns + kReadLate_ns);
@@ -29,13 +32,16 @@ TEST_CASE("whatever is sent, its seq is one more than that of the command before
     }
     loop.tick(0.5, enable);
     loop.commands = loop.plugged.commands().size();
+    if (std::isnan(loop.sample.measured_delay_s)) continue;
+    ++measured;
+    CHECK(loop.sample.measured_delay_s >= 0.0);
+    CHECK(loop.sample.measured_delay_s < 2e-3);
   }
+  CHECK(measured > 0);
   const std::vector<hid::CommandReport> sent = loop.plugged.commands();
   for (std::size_t k = 1; k < sent.size(); ++k) {
     REQUIRE(sent[k].seq == static_cast<std::uint16_t>(sent[k - 1].seq + 1));
   }
-  CHECK(loop.sample.measured_delay_s >= 0.0);
-  CHECK(loop.sample.measured_delay_s < 2e-3);
 }
 
 namespace {

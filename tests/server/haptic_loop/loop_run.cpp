@@ -93,6 +93,7 @@ const ToldTick& LoopRun::tick() {
   while (channels_->events.pop(event)) {
     if (const auto* swapped = std::get_if<SceneSwapped>(&event.what)) delete swapped->retired;
     if (const auto* retired = std::get_if<SettingsRetired>(&event.what)) delete retired->change;
+    if (const auto* retired = std::get_if<GestureRetired>(&event.what)) delete retired->plan;
     told_.events.push_back(event);
   }
   while (channels_->snapshots.pop(told_.snapshot)) {
