@@ -122,8 +122,7 @@ const char* words_of(v1::QualityReason reason) {
 /// The work that a tick was allowed, and the CPU time it stands for where the server says.
 std::string allowed_words(const v1::QualityState& quality) {
   if (quality.work_budget() == 0) return ", no bound";
-  const std::string work =
-      format(" of %llu", static_cast<unsigned long long>(quality.work_budget()));
+  std::string work = format(" of %llu", static_cast<unsigned long long>(quality.work_budget()));
   if (!quality.has_budget_us()) return work;
   return work + format(" (%.4g us)", static_cast<double>(quality.budget_us()));
 }

@@ -194,13 +194,13 @@ class HapticLoop {
   std::int64_t late_told_ns_ = 0;
   std::int64_t cpu_before_ns_ = 0;
   std::int64_t work_budget_ = 0;  ///< of a tick; 0: no bound
-  unsigned asked_ = 0;            ///< OrderBit, by commands since the last tick
+  std::uint64_t leases_ended_ = 0;
+  unsigned asked_ = 0;  ///< OrderBit, by commands since the last tick
   std::int64_t image_due_ns_ = kNow;
   std::int64_t clear_until_ns_ = kNow;  ///< a Clear waits for a device to forget its fault
   bool first_tick_ = true;
   bool ever_ticked_ = false;
   bool lease_lost_ = false;
-  std::uint64_t leases_ended_ = 0;
   bool late_ = false;  ///< more late ticks of late than are put up with
   std::uint64_t events_overflow_ = 0;
   TickOutput output_;
