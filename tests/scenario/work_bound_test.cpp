@@ -102,6 +102,7 @@ std::vector<Pose> wander(const Scene& scene, double speed, std::int64_t ticks, s
 
 std::vector<Sphere> leaves_of(const SphereTreeView& tree) {
   std::vector<Sphere> leaves;
+  leaves.reserve(tree.leaf_r.size());
   for (std::size_t k = 0; k < tree.leaf_r.size(); ++k) {
     leaves.push_back(tree.leaf(static_cast<std::int32_t>(k)));
   }

@@ -198,8 +198,9 @@ inline void many_strings_problem(SplitMix64& random, QpProblem& problem) noexcep
     const int own = random_count(random, -1, strings - 1);
     for (int k = 0; k < strings; ++k) {
       if (k == own) continue;
-      row[static_cast<std::size_t>(kToolDof + 2 * k)] = 0.0;
-      row[static_cast<std::size_t>(kToolDof + 2 * k + 1)] = 0.0;
+      const std::size_t first = std::size_t{kToolDof} + 2 * static_cast<std::size_t>(k);
+      row[first] = 0.0;
+      row[first + 1] = 0.0;
     }
     add_row_at(random, problem, row, inside, 1.0);
   }

@@ -108,8 +108,8 @@ TEST_CASE("seven strings of level 1 are left as they are, at once, at random and
       }
       at += static_cast<std::int64_t>(random.uniform(30.0, 500.0)) * kMillisecond_ns;
     }
-    std::stable_sort(score.begin() + 1, score.end(),
-                     [](const ScoreEntry& a, const ScoreEntry& b) { return a.t_ns < b.t_ns; });
+    std::sort(score.begin() + 1, score.end(),
+              [](const ScoreEntry& a, const ScoreEntry& b) { return a.t_ns < b.t_ns; });
     for (ToneFiles* const tones : {&shipped.files, static_cast<ToneFiles*>(nullptr)}) {
       RenderReport report;
       const auto sound = rendered(score, tones, report);
@@ -147,8 +147,8 @@ TEST_CASE("any number of strings, struck again at any pace, at any gain, never p
       }
       score.push_back(entry);
     }
-    std::stable_sort(score.begin() + 1, score.end(),
-                     [](const ScoreEntry& a, const ScoreEntry& b) { return a.t_ns < b.t_ns; });
+    std::sort(score.begin() + 1, score.end(),
+              [](const ScoreEntry& a, const ScoreEntry& b) { return a.t_ns < b.t_ns; });
     RenderReport report;
     const double gain = std::exp(random.uniform(-2.0, 4.6));  // --gain-db goes to 40
     const auto sound = rendered(score, round % 2 == 0 ? &shipped.files : nullptr, report, gain);

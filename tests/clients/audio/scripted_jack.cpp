@@ -48,8 +48,8 @@ std::int64_t now_ns() {
 }
 
 void obey(const std::string& line) {
-  const auto number =
-      static_cast<jack_nframes_t>(std::atoi(line.substr(line.find(' ') + 1).c_str()));
+  const auto number = static_cast<jack_nframes_t>(
+      std::strtoul(line.substr(line.find(' ') + 1).c_str(), nullptr, 10));
   if (line.starts_with("rate ")) {
     server.rate = number;
     if (server.rate_changed != nullptr) server.rate_changed(number, server.self);
@@ -85,8 +85,12 @@ void write_block(std::FILE* out) {
 }
 
 void serve() {
-  std::FILE* const out = std::fopen(std::getenv("SCRIPTED_JACK_OUT"), "ab");
-  const int orders = open(std::getenv("SCRIPTED_JACK_ORDERS"), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing in this program changes the environment
+  const char* const out_path = std::getenv("SCRIPTED_JACK_OUT");
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing in this program changes the environment
+  const char* const orders_path = std::getenv("SCRIPTED_JACK_ORDERS");
+  std::FILE* const out = std::fopen(out_path, "ab");
+  const int orders = open(orders_path, O_RDWR | O_NONBLOCK | O_CLOEXEC);
   std::string pending;
   server.begin_ns = now_ns();
   while (server.running) {
@@ -112,8 +116,9 @@ void jack_set_info_function(void (* /*told*/)(const char*)) {}
 
 jack_client_t* jack_client_open(const char* /*name*/, jack_options_t /*options*/,
                                 jack_status_t* status, ...) {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing in this program changes the environment
   if (const char* const rate = std::getenv("SCRIPTED_JACK_RATE")) {
-    server.rate = static_cast<jack_nframes_t>(std::atoi(rate));
+    server.rate = static_cast<jack_nframes_t>(std::strtoul(rate, nullptr, 10));
   }
   *status = {};
   std::fputs("scripted jack: a client opens\n", stderr);

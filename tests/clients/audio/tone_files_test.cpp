@@ -141,8 +141,10 @@ namespace {
 void write_marred(const std::filesystem::path& path, std::size_t at, float value,
                   double silence_s = 0.0, float noise = 0.0F) {
   test::SplitMix64 random(4);
+  const std::int64_t silent = std::lround(silence_s * 48000);
   std::vector<float> samples;
-  for (int i = 0; i < std::lround(silence_s * 48000); ++i)
+  samples.reserve(static_cast<std::size_t>(silent) + 48000);
+  for (std::int64_t i = 0; i < silent; ++i)
     samples.push_back(noise * static_cast<float>(random.uniform(-1.0, 1.0)));
   for (int i = 0; i < 48000; ++i)
     samples.push_back(

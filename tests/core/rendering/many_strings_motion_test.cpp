@@ -221,6 +221,7 @@ TEST_CASE("with a budget a bar across many strings is met in bounded work, and e
     std::vector<StringParameters> strings;
     std::vector<Sphere> bar;
     const double width = 9e-3 * count;
+    strings.reserve(static_cast<std::size_t>(count));
     for (int k = 0; k < count; ++k) strings.push_back(string_at(0.0, 9e-3 * k - 0.5 * width));
     // Two rows of spheres close together: every string is met at several.
     for (double z = -0.5 * width; z <= 0.5 * width; z += 3e-3) {

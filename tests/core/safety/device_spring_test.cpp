@@ -66,6 +66,42 @@ double wild_or_no_number(SplitMix64& random, double scale) {
   return random.chance(0.02) ? no_number(random) : wild(random, scale);
 }
 
+/// Any symmetric one, or one, two or three dyads, and now and then one too many, taken away.
+std::array<double, 6> random_spring(SplitMix64& random) {
+  const double size = std::exp2(random.uniform(-20.0, 20.0));
+  const std::uint64_t kind = random.below(4);
+  if (kind == 0) {
+    std::array<double, 6> K{};
+    for (std::size_t i = 0; i < 6; ++i) {
+      K[i] = size * (i < 3 ? random.uniform() : random.uniform(-1.0, 1.0));
+    }
+    return K;
+  }
+  std::array<double, 6> K = random_stiffness(random, size, static_cast<int>(kind));
+  const double away = random.chance(0.5) ? size * std::exp2(random.uniform(-24.0, -16.0)) : 0.0;
+  const std::array<double, 6> less = random_stiffness(random, 1.0, 1);
+  for (std::size_t i = 0; i < 6; ++i) K[i] -= away * less[i];
+  return K;
+}
+
+/// Laws that a granted spring breaks, whatever was asked for.
+int wrongs_of(const DeviceSpring& granted, double stiffness_max) {
+  int wrong = 0;
+  for (std::size_t i = 0; i < 6; ++i) wrong += std::isfinite(granted.K_D[i]) ? 0 : 1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    wrong += granted.K_D[i] >= 0.0 && granted.Kr_D[i] >= 0.0 ? 0 : 1;
+    wrong += std::isfinite(granted.Kr_D[i]) ? 0 : 1;
+  }
+  // Nothing is relative among denormals.
+  if (!is_none({granted.K_D, {}})) {
+    const double largest = *std::max_element(granted.K_D.begin(), granted.K_D.end());
+    wrong += least_eigenvalue(granted.K_D) >= -1.1e-6 * largest - 1e-300 ? 0 : 1;
+  }
+  const double bound = row_bound(granted.K_D);
+  wrong += bound == 0.0 || bound <= stiffness_max * (1.0 + 1e-12) + 1e-300 ? 0 : 1;
+  return wrong;
+}
+
 }  // namespace
 
 TEST_CASE("a hand at rest is granted all that the device bears") {
@@ -157,20 +193,7 @@ TEST_CASE("a spring that pushes along some way is not granted, one along a singl
     }
   };
   for (std::int64_t k = 0; k < count; ++k) {
-    const double size = std::exp2(random.uniform(-20.0, 20.0));
-    std::array<double, 6> K{};
-    const std::uint64_t kind = random.below(4);
-    if (kind == 0) {
-      for (std::size_t i = 0; i < 6; ++i) {
-        K[i] = size * (i < 3 ? random.uniform() : random.uniform(-1.0, 1.0));
-      }
-    } else {
-      // One, two or three dyads, and now and then one too many, taken away.
-      K = random_stiffness(random, size, static_cast<int>(kind));
-      const double away = random.chance(0.5) ? size * std::exp2(random.uniform(-24.0, -16.0)) : 0.0;
-      const std::array<double, 6> less = random_stiffness(random, 1.0, 1);
-      for (std::size_t i = 0; i < 6; ++i) K[i] -= away * less[i];
-    }
+    const std::array<double, 6> K = random_spring(random);
     if (is_none({K, {}})) continue;
     judge(K);
   }
@@ -199,20 +222,7 @@ TEST_CASE("whatever is asked for, what is granted is finite and pulls along no a
     context.stiffness_max = wild_or_no_number(random, 3000.0);
     context.gain = wild_or_no_number(random, 2.0);
     const DeviceSpring granted = grant_spring(wanted, context);
-    for (std::size_t i = 0; i < 6; ++i) wrong += std::isfinite(granted.K_D[i]) ? 0 : 1;
-    for (std::size_t i = 0; i < 3; ++i) {
-      wrong += granted.K_D[i] >= 0.0 && granted.Kr_D[i] >= 0.0 ? 0 : 1;
-      wrong += std::isfinite(granted.Kr_D[i]) ? 0 : 1;
-    }
-    if (!is_none({granted.K_D, {}})) {
-      const double largest = *std::max_element(granted.K_D.begin(), granted.K_D.end());
-      // Nothing is relative among denormals.
-      wrong += least_eigenvalue(granted.K_D) >= -1.1e-6 * largest - 1e-300 ? 0 : 1;
-    }
-    const double bound = row_bound(granted.K_D);
-    // Nothing is relative among denormals.
-    const bool borne = bound <= context.stiffness_max * (1.0 + 1e-12) + 1e-300;
-    wrong += bound == 0.0 || borne ? 0 : 1;
+    wrong += wrongs_of(granted, context.stiffness_max);
   }
   CHECK(wrong == 0);
 }

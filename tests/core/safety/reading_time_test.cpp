@@ -177,7 +177,8 @@ TEST_CASE("an interval stated too long hides no speed for longer than a few samp
     for (int k = 1; k <= 10 && tripped == 0; ++k) {
       const auto counter = static_cast<std::uint64_t>(k);
       const Vector3 p{0, 1.2e-3 * k, 0};
-      const WatchedInput seen = watch(sample_of(counter, k * 1'000'000, p), 0.0, limits, state);
+      const WatchedInput seen =
+          watch(sample_of(counter, std::int64_t{1'000'000} * k, p), 0.0, limits, state);
       if (seen.fault == Cause::kVelocityTrip) tripped = k;
     }
     CHECK(tripped > 0);

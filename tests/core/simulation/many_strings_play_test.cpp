@@ -16,6 +16,7 @@ constexpr double kSpeed = 0.3;
 /// A tooth for each of `strings` strings, the first of them at the origin of the tool.
 std::vector<Sphere> rake(int strings) {
   std::vector<Sphere> teeth;
+  teeth.reserve(static_cast<std::size_t>(strings));
   for (int k = 0; k < strings; ++k) teeth.push_back({{0.0, 0.0, 0.02 * k}, kFingertip});
   return teeth;
 }

@@ -67,6 +67,7 @@ class Shelf {
 
 std::vector<std::string> texts(const std::vector<ListedName>& list) {
   std::vector<std::string> all;
+  all.reserve(list.size());
   for (const ListedName& each : list) all.push_back(each.name + "=" + each.description);
   return all;
 }
@@ -191,10 +192,8 @@ TEST_CASE("whatever is done to the folders, the lists are what a new reader woul
 TEST_CASE("only what can be asked for by its name, and told, is listed") {
   Shelf shelf;
   const std::string long_name(240, 'a');
-  for (const std::string name : {"good", "\xc3\xa4", ".hidden",
-                                 "a\x01"
-                                 "b",
-                                 "a\nb", "a\x7f", "a\377b", "\xc3", long_name.c_str()}) {
+  for (const std::string name : {"good", "\xc3\xa4", ".hidden", "a\001b", "a\nb", "a\x7f", "a\377b",
+                                 "\xc3", long_name.c_str()}) {
     shelf.write("scenes/" + name + ".textproto", "");
     shelf.write("gestures/" + name + ".textproto", "x");
     shelf.write("recordings/" + name + ".mcap", "");

@@ -229,7 +229,7 @@ TEST_CASE(
   for (const bool control : {true, false}) {
     ServerBench bench(keyed_options());
     std::vector<std::unique_ptr<KeyedPeer>> peers;
-    const std::size_t places = control ? 32 : 24;
+    const std::uint16_t places = control ? 32 : 24;
     for (std::uint16_t i = 0; i <= places; ++i) {
       peers.push_back(std::make_unique<KeyedPeer>(bench, control ? kControlRole : kViewRole,
                                                   static_cast<std::uint16_t>(40'000 + i),

@@ -73,6 +73,7 @@ struct Watched {
 TEST_CASE("a Stop is obeyed where it arrives, however much other sessions ask for") {
   Watched watched;
   std::vector<std::unique_ptr<RawPeer>> peers;
+  peers.reserve(31);
   for (std::uint16_t i = 0; i < 31; ++i) {
     peers.push_back(
         std::make_unique<RawPeer>(watched.bench, 5, static_cast<std::uint16_t>(40'000 + i)));
@@ -87,6 +88,7 @@ TEST_CASE("a Stop is obeyed where it arrives, however much other sessions ask fo
     for (const auto& peer : peers) {
       if (random.chance(0.5)) continue;
       std::vector<v1::Item> items;
+      items.reserve(16);
       for (int k = 0; k < 16; ++k) {
         items.push_back(random.chance(0.7) ? listing_item(random.next())
                                            : reading_item(random.next()));

@@ -334,7 +334,7 @@ TEST_CASE("a scene that is too long to be told to clients is refused with size, 
   const std::string text = to_text(result.problems[0]);
   CHECK(text.find(file) == 0);
   CHECK(text.find("2000") != std::string::npos);
-  CHECK(text.find(std::to_string(bytes + 8 * 3 * 198 + 2)) != std::string::npos);
+  CHECK(text.find(std::to_string(bytes + std::size_t{8} * 3 * 198 + 2)) != std::string::npos);
   CHECK(text.find("Put spheres into tree files") != std::string::npos);
   // And as it is: what fits into a blob with all that the daemon adds.
   CHECK(LoadOptions{}.longest_info <= (std::size_t{4} << 20U) - 256);
