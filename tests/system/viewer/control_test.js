@@ -62,9 +62,9 @@ test('what is recorded from the page is replayed there, to all pages, strings an
   await page.fill('#repeat', '0');
   await page.click('#play-gesture');
   await said('play gesture: done');
+  const begun = await page.evaluate(() => window.hapticd.model.states.newest.tick);
   await page.click('#record');
   await page.locator('#recorder-note', { hasText: 'Writing' }).waitFor();
-  const begun = await page.evaluate(() => window.hapticd.model.states.newest.tick);
   await page.waitForFunction((tick) => window.hapticd.model.states.newest.tick > Number(tick) + 2000, begun);
   await page.waitForFunction((ringing) => window.hapticd.model.states.newest.strings.some(({ phase }) => phase === ringing), RINGING);
   await page.click('#record');
