@@ -27,20 +27,7 @@ def send(session, scene):
     return session.load_scene(text_format.MessageToString(scene))
 
 
-class Told(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.played = daemon.Daemon(*VIRTUAL, "--scene", "wall")
-        cls.played.__enter__()
-        cls.session = hapticd.Session(cls.played.address)
-        cls.session.__enter__()
-        cls.session.acquire("test")
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.session.__exit__(None, None, None)
-        cls.played.__exit__(None, None, None)
-
+class Told(daemon.LockstepCase):
     def in_force(self, session, level, knobs=None):
         """What is said to be in force, and what the ticks do: no more sub-steps than that."""
         info = session.scene

@@ -270,7 +270,8 @@ class RealTime(WithServer):
         session.acquire()
         session.subscribe(10)
         first = next(session.states(timeout=2)).tick
-        time.sleep(0.1)
+        with session._connection.changed:
+            self.assertTrue(session._connection.wait(lambda: session._connection.states, 2))
         with self.assertRaises(hapticd.RequestError):
             session.run(10)
         self.assertEqual(next(session.states(timeout=2)).tick, first + 10)

@@ -17,6 +17,17 @@
 #include "tests/support/random.h"
 
 namespace hapticd::test {
+
+const char* const kWallScene = R"(
+name: "wall"
+tools {
+  name: "finger"
+  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
+  pose_wg { p_m: [0, 0, 0.025] }
+}
+bodies { name: "wall" shape { spheres { centre_m: [0, 0, -1000] radius_m: 1000 } } }
+)";
+
 namespace {
 
 constexpr const char* kStrings = R"(
@@ -30,16 +41,6 @@ strings { name: "C2" p_wa_m: [-0.55, 0, 0] p_wb_m: [0.55, 0, 0] frequency_hz: 65
 strings { name: "G2" p_wa_m: [-0.55, 0, 0.02] p_wb_m: [0.55, 0, 0.02] frequency_hz: 98 }
 vibration {}
 tones {}
-)";
-
-constexpr const char* kWall = R"(
-name: "wall"
-tools {
-  name: "finger"
-  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
-  pose_wg { p_m: [0, 0, 0.025] }
-}
-bodies { name: "wall" shape { spheres { centre_m: [0, 0, -1000] radius_m: 1000 } } }
 )";
 
 v1::SceneRecord scene_record(const char* text, std::uint32_t id) {
@@ -136,7 +137,7 @@ class Session {
     if (tick == 2500) send(PushCommand{0, 5});  // Disengage ends it
     if (tick == 1980) change(900.0, 31.0);
     if (tick != 2100) return;
-    const v1::SceneRecord second = scene_record(kWall, 2);
+    const v1::SceneRecord second = scene_record(kWallScene, 2);
     recording_->announce(second);
     send(SwapSceneCommand{make_scene(second, player_).release()});
   }

@@ -14,6 +14,9 @@
 
 namespace hapticd::test {
 
+/// A finger 25 mm above a wall.
+extern const char* const kWallScene;
+
 /// Ticks of the session.
 inline constexpr int kSessionTicks = 3600;
 

@@ -12,19 +12,10 @@
 
 #include "server/daemon/scene_player.h"
 #include "server/haptic_loop/haptic_loop.h"
+#include "tests/server/daemon/recorded_session.h"
 
 namespace hapticd::test {
 namespace {
-
-constexpr const char* kWall = R"(
-name: "wall"
-tools {
-  name: "finger"
-  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
-  pose_wg { p_m: [0, 0, 0.025] }
-}
-bodies { name: "wall" shape { spheres { centre_m: [0, 0, -1000] radius_m: 1000 } } }
-)";
 
 // The finger passes over the string, within the height of a stick that senses none.
 constexpr const char* kString = R"(
@@ -145,7 +136,7 @@ TEST_CASE("every shipped device pushes on a wall with what its numbers bear, and
   for (const std::string& file : files) {
     CAPTURE(file);
     const LoadedProfile profile = profile_from(file);
-    const Playing wall = play(profile, kWall, kPush, 3000);
+    const Playing wall = play(profile, kWallScene, kPush, 3000);
     const Playing string = play(profile, kString, kPluck, 1300);
     CHECK(string.tones > 0);
     CHECK(wall.scale >= 0.05);
@@ -182,8 +173,8 @@ TEST_CASE("a stiffness left out is that of a very large one, whatever else is le
       ProfileResult large_profile = check_profile(large);
       REQUIRE(open_profile.loaded.has_value());
       REQUIRE(large_profile.loaded.has_value());
-      const Playing left_out = play(*open_profile.loaded, kWall, kPush, 1500);
-      const Playing stated = play(*large_profile.loaded, kWall, kPush, 1500);
+      const Playing left_out = play(*open_profile.loaded, kWallScene, kPush, 1500);
+      const Playing stated = play(*large_profile.loaded, kWallScene, kPush, 1500);
       CHECK(left_out.largest == stated.largest);
       CHECK(left_out.largest > 0.1);
       CHECK(left_out.bound == stated.bound);
@@ -197,11 +188,11 @@ TEST_CASE("a PID device whose profile states no delay is taken for one of 3 ms")
   silent.clear_delay_s();
   ProfileResult result = check_profile(silent);
   REQUIRE(result.loaded.has_value());
-  static_cast<void>(play(*result.loaded, kWall, kPush, 1, 3e-3));
+  static_cast<void>(play(*result.loaded, kWallScene, kPush, 1, 3e-3));
   silent.set_driver(v1::DRIVER_SIMULATED);
   result = check_profile(silent);
   REQUIRE(result.loaded.has_value());
-  static_cast<void>(play(*result.loaded, kWall, kPush, 1, 0.0));
+  static_cast<void>(play(*result.loaded, kWallScene, kPush, 1, 0.0));
 }
 
 }  // namespace hapticd::test
