@@ -12,6 +12,7 @@ import numpy
 
 EXIT_INPUT = 1
 EXIT_DIFFERS = 5
+KEPT = pathlib.Path(__file__).parent.parent / "server/daemon/kept"
 
 
 def replay(file, *options):
@@ -49,6 +50,12 @@ class Replay(unittest.TestCase):
     def test_what_was_recorded_is_replayed_to_the_bit(self):
         for file in (self.real, self.virtual):
             code, said = replay(file, "--verify")
+            self.assertEqual(code, 0, said)
+            self.assertIn("identical: every wrench to the bit", said)
+
+    def test_recordings_that_are_kept_are_replayed_to_the_bit(self):
+        for name in ("from_first_tick", "from_snapshot"):
+            code, said = replay(KEPT / f"{name}.mcap", "--verify")
             self.assertEqual(code, 0, said)
             self.assertIn("identical: every wrench to the bit", said)
 

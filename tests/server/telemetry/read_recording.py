@@ -135,4 +135,5 @@ def main():
     print("wrench", *(struct.pack(">d", x).hex() for x in ticks[-1].outputs[0].wrench_h_w.f_n))
 
 
-main()
+if __name__ == "__main__":
+    main()
