@@ -15,10 +15,10 @@
 #include "core/instrument/instrument_options.h"
 #include "core/instrument/modal_string.h"
 #include "core/instrument/release_detector.h"
-#include "core/instrument/string_event.h"
 #include "core/instrument/string_parameters.h"
 #include "core/instrument/string_touch.h"
 #include "core/instrument/vibration.h"
+#include "core/tick/string_event.h"
 
 namespace hapticd {
 

@@ -11,7 +11,7 @@
 #include "core/math/pose.h"
 #include "core/math/realtime.h"
 #include "core/math/wrench.h"
-#include "core/safety/cause.h"
+#include "core/tick/cause.h"
 
 namespace hapticd {
 

@@ -11,7 +11,7 @@
 #include <cstdint>
 
 #include "core/math/realtime.h"
-#include "core/safety/cause.h"
+#include "core/tick/cause.h"
 
 namespace hapticd {
 

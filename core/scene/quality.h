@@ -3,7 +3,7 @@
 // Offline; plain data.
 #pragma once
 
-#include "core/rendering/configuration_optimiser.h"
+#include "core/contact/configuration_optimiser.h"
 #include "core/simulation/live_settings.h"
 
 namespace hapticd {
@@ -17,7 +17,7 @@ struct Quality {
   /// Bound of the error of the force, rms over rms, against 400 linearisations per tick: in the
   /// worst of the study's scenes, over many gestures; other ones stay within 1.2 times.
   double force_error = 0.0;
-  /// Work of a tick in touch (core/rendering/tick_work.h) as a share of the default level's.
+  /// Work of a tick in touch (core/contact/tick_work.h) as a share of the default level's.
   double work = 1.0;
 };
 

@@ -7,21 +7,21 @@
 #include <string>
 #include <vector>
 
+#include "core/contact/configuration_optimiser.h"
 #include "core/instrument/instrument_options.h"
 #include "core/instrument/string_parameters.h"
 #include "core/math/pose.h"
-#include "core/modeling/sphere_tree_file.h"
-#include "core/rendering/configuration_optimiser.h"
-#include "core/rendering/workspace_map.h"
+#include "core/simulation/workspace_map.h"
+#include "core/tree/measured_tree.h"
 
 namespace hapticd {
 
 /// What is touched, and what is known of how well it stands for what is drawn.
 struct ShapeDescription {
-  std::shared_ptr<const SphereTreeFile> tree;  ///< never null in a description that is complete
-  bool exact = false;                          ///< spheres written out: they are the shape
-  std::string tree_name;                       ///< as the scene names it; empty when written out
-  std::string mesh;                            ///< to draw, as the scene names it; may be empty
+  std::shared_ptr<const MeasuredTree> tree;  ///< never null in a description that is complete
+  bool exact = false;                        ///< spheres written out: they are the shape
+  std::string tree_name;                     ///< as the scene names it; empty when written out
+  std::string mesh;                          ///< to draw, as the scene names it; may be empty
 };
 
 /// A rigid or soft part of a tool.

@@ -3,11 +3,11 @@
 // once. SI. RT: yes, about 10 ns per string.
 #pragma once
 
+#include "core/contact/configuration_optimiser.h"
 #include "core/instrument/instrument_options.h"
 #include "core/instrument/string_parameters.h"
 #include "core/math/pose.h"
 #include "core/math/realtime.h"
-#include "core/rendering/configuration_optimiser.h"
 
 namespace hapticd {
 

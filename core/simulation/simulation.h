@@ -23,7 +23,7 @@ inline constexpr int kMaxStrings = 1024;
 /// not looked at.
 struct TickInput {
   std::array<PoseSample, kMaxTools> samples;
-  /// Work of all tools together (core/rendering/tick_work.h), chosen before the tick, >= 0; what a
+  /// Work of all tools together (core/contact/tick_work.h), chosen before the tick, >= 0; what a
   /// tool leaves of its share is for those after it. 0: no bound.
   std::int64_t work_budget = 0;
 };

@@ -4,9 +4,9 @@
 
 #include "core/instrument/string_fields.h"
 #include "core/math/state_fields.h"
-#include "core/rendering/tool_fields.h"
 #include "core/simulation/live_settings.h"
 #include "core/simulation/simulation.h"
+#include "core/simulation/tool_fields.h"
 #include "core/simulation/touch_detector.h"
 
 namespace hapticd {

@@ -111,7 +111,7 @@ struct TickWork {
   std::uint32_t sub_steps = 0;
   std::uint32_t qp_iterations = 0;
   std::uint64_t sphere_tests = 0;
-  std::uint64_t work = 0;         ///< all of it in one number (core/rendering/tick_work.h)
+  std::uint64_t work = 0;         ///< all of it in one number (core/contact/tick_work.h)
   std::uint64_t work_budget = 0;  ///< it was allowed; 0: no bound
   bool cut_short = false;         ///< a tool's tick ended because the budget was used up
 };

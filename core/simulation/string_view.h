@@ -12,7 +12,7 @@
 #include <span>
 
 #include "core/math/fixed_vector.h"
-#include "core/rendering/tool_renderer.h"
+#include "core/simulation/tool_renderer.h"
 
 namespace hapticd {
 

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "core/instrument/string_response.h"
-#include "core/rendering/tool_renderer.h"
 #include "core/simulation/string_view.h"
+#include "core/simulation/tool_renderer.h"
 
 namespace hapticd {
 

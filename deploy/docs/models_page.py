@@ -38,6 +38,11 @@ HEAD = """| bound asked | spheres | levels | bound reached | outside max | mean 
 |---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|
 """
 
+BUNNY = "build/release/assets/bunny.ply"
+PICTURE = """
+Mesh and spheres as a picture: `hapticd-model build {mesh} {option} -o {name}.tree --picture {name}.png`.
+"""
+
 
 def machine():
     with open("/proc/cpuinfo", encoding="utf-8") as file:
@@ -69,10 +74,11 @@ def main():
     with open(sys.argv[1], encoding="utf-8") as file:
         reports = [json.loads(line) for line in file]
     out = INTRO.format(machine=machine(), load=os.getloadavg()[2])
-    for name, title in (("bunny", "Bunny, 100 mm"), ("guqin_body", "Body of the Guqin, 1220 mm"), ("hand", "Hand, 180 mm")):
+    for name, mesh, title in (("bunny", BUNNY, "Bunny, 100 mm"), ("guqin_body", "model:guqin_body", "Body of the Guqin, 1220 mm"),
+                              ("hand", "model:hand", "Hand, 180 mm")):
         of_model = [r for r in reports if r["model"] == name and r["asked"].endswith("um")]
         out += f"\n## {title}\n\n{HEAD}" + "".join(row(r) for r in of_model) + levels(of_model[-1])
-        out += f"\n![mesh and spheres of {name} at 1000 um](pictures/{name}_1000um.png)\n"
+        out += PICTURE.format(mesh=mesh, option="--error 1000um", name=name)
     out += ANCHOR
     for r in reports:
         if r["asked"] not in PUBLISHED:
@@ -80,7 +86,7 @@ def main():
         share = 100 / r["diagonal"]
         out += (f"| {r['spheres']} | {share * r['outside']['max']:.2f} | {share * r['outside']['mean']:.2f} | {100 * r['uncovered']:g} % "
                 f"| {r['seconds']:.0f} s | " + " | ".join(PUBLISHED[r["asked"]]) + " |\n")
-    out += "\n![mesh and 64 spheres of the bunny](pictures/bunny_64.png)\n"
+    out += PICTURE.format(mesh=BUNNY, option="--leaves 64", name="bunny")
     sys.stdout.write(out)
 
 

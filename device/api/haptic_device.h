@@ -7,8 +7,8 @@
 #include <cstdint>
 
 #include "core/math/realtime.h"
+#include "core/tick/device_sample.h"
 #include "device/api/device_profile.h"
-#include "device/api/device_sample.h"
 
 namespace hapticd {
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "core/math/realtime.h"
-#include "device/api/device_sample.h"
+#include "core/tick/device_sample.h"
 
 namespace hapticd {
 

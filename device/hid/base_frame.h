@@ -10,8 +10,8 @@
 #pragma once
 
 #include "core/math/realtime.h"
+#include "core/tick/device_sample.h"
 #include "device/api/axis_mapping.h"
-#include "device/api/device_sample.h"
 
 namespace hapticd::hid {
 

@@ -7,8 +7,8 @@
 #include <array>
 
 #include "core/math/realtime.h"
+#include "core/tick/device_sample.h"
 #include "device/api/device_profile.h"
-#include "device/api/device_sample.h"
 #include "device/hid/profile_v1.h"
 
 namespace hapticd::hid {

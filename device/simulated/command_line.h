@@ -9,7 +9,7 @@
 
 #include "core/math/realtime.h"
 #include "core/math/wrench.h"
-#include "device/api/device_sample.h"
+#include "core/tick/device_sample.h"
 
 namespace hapticd {
 

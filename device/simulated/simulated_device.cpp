@@ -8,8 +8,8 @@
 #include "core/math/rotation.h"
 #include "core/safety/input_watch.h"
 #include "core/safety/wrench_limit.h"
+#include "device/api/command_check.h"
 #include "device/api/sample_difference.h"
-#include "device/simulated/command_check.h"
 
 namespace hapticd {
 namespace {

@@ -17,7 +17,6 @@
 #include "server/daemon/daemon_options.h"
 #include "server/daemon/force_watch.h"
 #include "server/daemon/quality_governor.h"
-#include "server/daemon/recording.h"
 #include "server/daemon/replay_run.h"
 #include "server/daemon/scene_player.h"
 #include "server/daemon/tick_statistics.h"
@@ -28,6 +27,7 @@
 #include "server/haptic_loop/realtime_thread.h"
 #include "server/network/protocol_server.h"
 #include "server/network/udp_transport.h"
+#include "server/recorder/recording.h"
 
 namespace hapticd {
 

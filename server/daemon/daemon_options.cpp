@@ -13,7 +13,7 @@
 #include <set>
 #include <sstream>
 
-#include "device/simulated/faulty_device.h"
+#include "device/faulty/faulty_device.h"
 #include "server/devices/outside_device.h"
 #include "server/scene_io/choice_check.h"
 

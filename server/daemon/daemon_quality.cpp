@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "core/rendering/tick_work.h"
+#include "core/contact/tick_work.h"
 #include "server/daemon/daemon.h"
 
 namespace hapticd {

@@ -8,7 +8,7 @@
 #include "server/daemon/daemon.h"
 #include "server/daemon/record_info.h"
 #include "server/encoding/request_result.h"
-#include "server/telemetry/state_record.h"
+#include "server/recorder/state_record.h"
 
 namespace hapticd {
 namespace {

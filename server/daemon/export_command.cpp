@@ -11,9 +11,9 @@
 #include <variant>
 #include <vector>
 
+#include "proto/recording/recording_reader.h"
 #include "server/daemon/daemon_options.h"
-#include "server/telemetry/recording_reader.h"
-#include "server/telemetry/tick_record.h"
+#include "server/recorder/tick_record.h"
 
 namespace hapticd {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "hapticd/v1/answer.pb.h"
-#include "server/telemetry/recorder.h"
+#include "server/recorder/recorder.h"
 
 namespace hapticd {
 

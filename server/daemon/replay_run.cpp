@@ -3,9 +3,9 @@
 
 #include <utility>
 
-#include "server/telemetry/state_record.h"
-#include "server/telemetry/tick_difference.h"
-#include "server/telemetry/tick_record.h"
+#include "server/recorder/state_record.h"
+#include "server/recorder/tick_difference.h"
+#include "server/recorder/tick_record.h"
 
 namespace hapticd {
 

@@ -10,8 +10,8 @@
 #include <optional>
 #include <string>
 
+#include "proto/recording/recording_reader.h"
 #include "server/haptic_loop/haptic_loop.h"
-#include "server/telemetry/recording_reader.h"
 
 namespace hapticd {
 

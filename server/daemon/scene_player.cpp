@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "device/simulated/device_factory.h"
+#include "device/attach/device_factory.h"
 #include "server/daemon/work_price.h"
 #include "server/haptic_loop/device_limits.h"
 #include "server/haptic_loop/settings_change.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "device/simulated/faulty_device.h"
+#include "device/faulty/faulty_device.h"
 #include "hapticd/v1/config.pb.h"
 #include "hapticd/v1/gesture.pb.h"
 #include "server/haptic_loop/played_scene.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/rendering/tick_work.h"
+#include "core/contact/tick_work.h"
 
 namespace hapticd {
 namespace {

@@ -1,7 +1,7 @@
 // What work costs on this machine: learnt from the CPU time of its own ticks, so that the work of a
 // tick can be bounded before it begins. Two points of a line: ticks with about the least work that
 // ticks have of late, such as those in the air, and the time of a unit of work (see
-// core/rendering/tick_work.h) beyond theirs, as dear as one tick in a thousand finds it. Not a
+// core/contact/tick_work.h) beyond theirs, as dear as one tick in a thousand finds it. Not a
 // mean: a budget is kept by the dear ticks. What the machine adds to ticks in the air it adds to
 // all, and is no price of work. A pure function of measured numbers: no clock is read. Not RT.
 #pragma once

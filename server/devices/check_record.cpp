@@ -2,6 +2,7 @@
 #include "server/devices/check_record.h"
 
 #include <fcntl.h>
+#include <sodium.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -66,7 +67,14 @@ class Hashed {
     add(std::span(reinterpret_cast<const std::uint8_t*>(part.data()), part.size()));
   }
   void add(double number) { add_raw(&number, sizeof number); }
-  [[nodiscard]] ContentHash hash() const { return content_hash(bytes_); }
+  [[nodiscard]] Fingerprint hash() const {
+    Fingerprint hash{};
+    if (sodium_init() < 0 || crypto_generichash(hash.data(), hash.size(), bytes_.data(),
+                                                bytes_.size(), nullptr, 0) != 0) {
+      throw std::runtime_error("the hash of libsodium does not work on this machine");
+    }
+    return hash;
+  }
 
  private:
   void add_raw(const void* from, std::size_t size) {
@@ -146,7 +154,7 @@ CheckedDevice checked_device(const HidrawNode& node, std::span<const std::uint8_
 fs::path check_file(const fs::path& folder, const CheckedDevice& device) {
   Hashed serial;
   serial.add(device.serial);
-  const ContentHash hash = serial.hash();
+  const Fingerprint hash = serial.hash();
   std::string name = plain(device.serial.substr(0, kShownSerial));
   std::replace(name.begin(), name.end(), ' ', '_');
   return folder / (name + "_" + hex(std::span(hash).first(kNameHash)) + ".check");

@@ -3,22 +3,25 @@
 // of all that the check depended on. Anything else is a device that was not checked. Not RT.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
 
-#include "core/modeling/sphere_tree_file.h"
 #include "device/api/axis_mapping.h"
 #include "device/report_io/hidraw_nodes.h"
 
 namespace hapticd {
 
+/// BLAKE2b-256.
+using Fingerprint = std::array<std::uint8_t, 32>;
+
 /// A device as a check knows it again.
 struct CheckedDevice {
   std::string serial;  ///< empty: it has none, and cannot be known again
   std::string product;
-  ContentHash fingerprint{};  ///< of what the check depends on
+  Fingerprint fingerprint{};  ///< of what the check depends on
 };
 
 /// The device of `node`. `stated`: what it says of itself, byte for byte; `axes`: of its profile.

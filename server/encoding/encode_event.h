@@ -4,9 +4,9 @@
 #include <optional>
 #include <string_view>
 
-#include "core/instrument/string_event.h"
-#include "core/safety/cause.h"
 #include "core/simulation/touch_detector.h"
+#include "core/tick/cause.h"
+#include "core/tick/string_event.h"
 #include "hapticd/v1/stream.pb.h"
 #include "server/encoding/scene_index.h"
 

@@ -6,9 +6,9 @@
 #include <type_traits>
 #include <variant>
 
-#include "core/instrument/string_event.h"
 #include "core/safety/loop_state.h"
 #include "core/simulation/touch_detector.h"
+#include "core/tick/string_event.h"
 
 namespace hapticd {
 

@@ -7,14 +7,14 @@
 #include <memory>
 #include <vector>
 
-#include "core/rendering/workspace_map.h"
 #include "core/safety/output_stage.h"
 #include "core/safety/stiffness_clamp.h"
 #include "core/scene/scene.h"
 #include "core/scene/scene_settings.h"
+#include "core/simulation/workspace_map.h"
 #include "device/api/haptic_device.h"
-#include "device/simulated/replay_device.h"
-#include "device/simulated/scripted_device.h"
+#include "device/replay/replay_device.h"
+#include "device/scripted/scripted_device.h"
 #include "device/simulated/simulated_device.h"
 #include "server/haptic_loop/gesture_plan.h"
 

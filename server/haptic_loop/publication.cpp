@@ -1,7 +1,7 @@
 // What the loop tells after a tick: events and the snapshot. See haptic_loop.h. RT: yes.
 #include <algorithm>
 
-#include "core/rendering/tick_work.h"
+#include "core/contact/tick_work.h"
 #include "server/haptic_loop/haptic_loop.h"
 
 namespace hapticd {

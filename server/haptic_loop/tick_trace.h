@@ -10,8 +10,8 @@
 
 #include "core/math/limits.h"
 #include "core/math/vector.h"
-#include "core/safety/cause.h"
 #include "core/safety/loop_state.h"
+#include "core/tick/cause.h"
 #include "server/haptic_loop/check_push.h"
 
 namespace hapticd {

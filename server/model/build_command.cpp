@@ -5,10 +5,10 @@
 #include <stdexcept>
 #include <thread>
 
-#include "core/modeling/sphere_packing.h"
 #include "server/model/commands.h"
 #include "server/model/length.h"
 #include "server/model/output.h"
+#include "server/model/packing/sphere_packing.h"
 #include "server/model/progress_bar.h"
 #include "server/model/source_option.h"
 
@@ -61,7 +61,7 @@ void build(const BuildOptions& options) {
     packing_choice.progress = [&bar](double done) { bar.update(done); };
     packing = pack_spheres(mesh, distance, packing_choice);
   }
-  SphereTreeFile file;
+  MeasuredTree file;
   file.tree = build_sphere_tree(packing.leaves);
   file.source = checked.source.hash;
   file.source_name = checked.name.substr(0, kLongestSourceName);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/geometry/sphere.h"
-#include "core/modeling/triangle_mesh.h"
+#include "server/model/packing/triangle_mesh.h"
 
 namespace hapticd {
 

@@ -25,7 +25,7 @@ std::string spheres(std::size_t count) {
 
 void print_shape(std::ostream& out, const std::string& name, const ShapeDescription& shape,
                  int level) {
-  const SphereTreeFile& file = *shape.tree;
+  const MeasuredTree& file = *shape.tree;
   out << "  " << name << ": ";
   if (shape.exact) {
     out << spheres(file.tree.leaf_r.size()) << " as written, exact\n";

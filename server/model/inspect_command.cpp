@@ -19,7 +19,7 @@ struct InspectOptions {
   OutputOptions output;
 };
 
-SphereTreeFile read_tree(const std::string& path, std::size_t& size) {
+MeasuredTree read_tree(const std::string& path, std::size_t& size) {
   const std::vector<std::uint8_t> bytes = read_bytes(path, kLargestTreeFile);
   size = bytes.size();
   try {
@@ -32,7 +32,7 @@ SphereTreeFile read_tree(const std::string& path, std::size_t& size) {
 void inspect(InspectOptions options) {
   TreeReport report;
   report.name = options.tree;
-  const SphereTreeFile file = read_tree(options.tree, report.bytes);
+  const MeasuredTree file = read_tree(options.tree, report.bytes);
   report.file = &file;
   if (options.output.report.empty() && options.output.json.empty()) options.output.report = "-";
   if (options.source.mesh.empty()) {

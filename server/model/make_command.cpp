@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "core/modeling/model_catalogue.h"
 #include "server/model/commands.h"
+#include "server/model/shapes/model_catalogue.h"
 #include "server/model/source_option.h"
 
 namespace hapticd {

@@ -16,8 +16,8 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "core/modeling/mesh_check.h"
 #include "server/model/isolated.h"
+#include "server/model/packing/mesh_check.h"
 #include "server/model/polygon_cutting.h"
 
 namespace hapticd {

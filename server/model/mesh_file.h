@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/modeling/sphere_tree_file.h"
-#include "core/modeling/triangle_mesh.h"
+#include "server/model/packing/triangle_mesh.h"
+#include "server/scene_io/sphere_tree_file.h"
 
 namespace hapticd {
 

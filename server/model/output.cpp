@@ -32,7 +32,7 @@ void write_text(const std::string& path, const std::string& text) {
 }
 
 void write_output(const OutputOptions& options, const TriangleMesh& mesh,
-                  const MeshDistance& distance, const SphereTreeFile& file, TreeReport report) {
+                  const MeshDistance& distance, const MeasuredTree& file, TreeReport report) {
   report.file = &file;
   report.triangles = mesh.triangles.size();
   report.levels = options.levels;

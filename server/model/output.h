@@ -23,6 +23,6 @@ void write_text(const std::string& path, const std::string& text);
 /// Measures the leaves of `file` against `mesh` if any output needs it, completes `report` and
 /// writes what is asked for. Throws std::runtime_error with the path.
 void write_output(const OutputOptions& options, const TriangleMesh& mesh,
-                  const MeshDistance& distance, const SphereTreeFile& file, TreeReport report);
+                  const MeshDistance& distance, const MeasuredTree& file, TreeReport report);
 
 }  // namespace hapticd

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/geometry/sphere.h"
-#include "core/modeling/mesh_distance.h"
+#include "server/model/packing/mesh_distance.h"
 
 namespace hapticd {
 

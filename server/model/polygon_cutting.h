@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/modeling/triangle_mesh.h"
+#include "server/model/packing/triangle_mesh.h"
 
 namespace hapticd {
 

@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/modeling/mesh_check.h"
-#include "core/modeling/model_catalogue.h"
 #include "server/model/length.h"
+#include "server/model/packing/mesh_check.h"
+#include "server/model/shapes/model_catalogue.h"
 
 namespace hapticd {
 namespace {

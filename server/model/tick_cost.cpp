@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "core/rendering/tick_work.h"
+#include "core/contact/tick_work.h"
 
 namespace hapticd {
 namespace {

@@ -117,7 +117,7 @@ std::size_t memory_of(const SphereTree& tree) {
 }
 
 std::string to_markdown(const TreeReport& report) {
-  const SphereTreeFile& file = *report.file;
+  const MeasuredTree& file = *report.file;
   const double diagonal = report.packing.diagonal;
   std::string text = "# " + report.name + "\n\n| | |\n|---|---|\n";
   text += row("source",
@@ -158,7 +158,7 @@ std::string to_markdown(const TreeReport& report) {
 }
 
 std::string to_json(const TreeReport& report) {
-  const SphereTreeFile& file = *report.file;
+  const MeasuredTree& file = *report.file;
   std::string text = "{\"name\":" + quoted(report.name) + ",\"source\":" + quoted(file.source_name);
   text += print(",\"spheres\":%zu,\"triangles\":%zu", file.tree.leaf_r.size(), report.triangles);
   text += "," + number("outer", file.outer) + "," + number("inner", file.inner);

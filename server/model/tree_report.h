@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/modeling/mesh_distance.h"
-#include "core/modeling/packing_report.h"
-#include "core/modeling/sphere_tree_file.h"
+#include "server/model/packing/mesh_distance.h"
+#include "server/model/packing/packing_report.h"
+#include "server/scene_io/sphere_tree_file.h"
 
 namespace hapticd {
 
@@ -29,7 +29,7 @@ namespace hapticd {
 /// All of it.
 struct TreeReport {
   std::string name;  ///< of the tree
-  const SphereTreeFile* file = nullptr;
+  const MeasuredTree* file = nullptr;
   PackingReport packing;      ///< of the leaves
   bool has_packing = false;   ///< false when there was no mesh to compare with
   std::size_t triangles = 0;  ///< of the mesh; 0: unknown

@@ -93,11 +93,11 @@ void ModelFiles::note(const std::string& name, const std::vector<std::uint8_t>& 
   assets_.push_back({name, content_hash(bytes), bytes.size()});
 }
 
-std::shared_ptr<const SphereTreeFile> ModelFiles::tree(const std::string& name) {
+std::shared_ptr<const MeasuredTree> ModelFiles::tree(const std::string& name) {
   if (const auto known = trees_.find(name); known != trees_.end()) return known->second;
   const std::vector<std::uint8_t> bytes = read(name);
   try {
-    auto tree = std::make_shared<const SphereTreeFile>(decode_sphere_tree(bytes));
+    auto tree = std::make_shared<const MeasuredTree>(decode_sphere_tree(bytes));
     note(name, bytes);
     trees_.emplace(name, tree);
     return tree;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/modeling/sphere_tree_file.h"
+#include "server/scene_io/sphere_tree_file.h"
 
 namespace hapticd {
 
@@ -42,7 +42,7 @@ class ModelFiles {
 
   /// The sphere-tree in the file `name`; the same one when asked again. Throws std::runtime_error
   /// naming the fault: a name that leaves the folders, no such file, not a tree.
-  [[nodiscard]] std::shared_ptr<const SphereTreeFile> tree(const std::string& name);
+  [[nodiscard]] std::shared_ptr<const MeasuredTree> tree(const std::string& name);
 
   /// Notes a mesh, which only clients read; throws as tree() does.
   void note_mesh(const std::string& name);
@@ -57,7 +57,7 @@ class ModelFiles {
 
   std::vector<std::filesystem::path> folders_;
   std::vector<SceneAsset> assets_;
-  std::map<std::string, std::shared_ptr<const SphereTreeFile>> trees_;
+  std::map<std::string, std::shared_ptr<const MeasuredTree>> trees_;
 };
 
 }  // namespace hapticd

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "core/contact/virtual_coupling.h"
 #include "core/instrument/string_preset.h"
-#include "core/rendering/virtual_coupling.h"
 #include "core/scene/quality.h"
 
 namespace hapticd {

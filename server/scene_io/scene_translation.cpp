@@ -75,10 +75,10 @@ ShapeDescription Translation::written_out(const v1::Spheres& spheres, const std:
     leaves.push_back({vector_of(spheres.centre_m(), 3 * i),
                       spheres.radius_m(spheres.radius_m_size() == 1 ? 0 : i)});
   }
-  SphereTreeFile file;
+  MeasuredTree file;
   file.tree = build_sphere_tree(leaves);
   file.source_name = "spheres of the scene";
-  result.tree = std::make_shared<const SphereTreeFile>(std::move(file));
+  result.tree = std::make_shared<const MeasuredTree>(std::move(file));
   return result;
 }
 

@@ -45,8 +45,18 @@ def below(folder, tree):
     return folder == tree or folder.startswith(tree + "/")
 
 
+def beyond_only(floors, mine, other):
+    """The rule of `only` that a file of folder `mine` breaks by including one of folder `other`; None if none."""
+    for tree, allowed in floors.only.items():
+        if below(mine, tree) and not any(below(other, permitted) for permitted in (mine, *allowed)):
+            return f"{tree} sees only {' '.join(allowed)}"
+    return None
+
+
 def project_include(floors, mine, target):
     """What is wrong with a file of folder `mine` including the project's file `target`; None if nothing."""
+    if below(mine, "tests"):
+        return beyond_only(floors, mine, os.path.dirname(target))
     other = floors.folder_of(target)
     if below(target, "tests"):
         return "only tests may include tests"
@@ -58,19 +68,18 @@ def project_include(floors, mine, target):
         return f"floor {floors.number(mine)} may not include floor {floors.number(other)}"
     if any(below(mine, left) and below(other, right) for left, right in floors.apart):
         return "these two do not know each other"
-    for tree, allowed in floors.only.items():
-        if below(mine, tree) and not any(below(other, permitted) for permitted in allowed):
-            return f"{tree} sees only {' '.join(allowed)}"
+    if reason := beyond_only(floors, mine, other):
+        return reason
     if mine in floors.realtime and other not in floors.realtime:
         return "a realtime folder includes only realtime folders"
     return None
 
 
 def violations(floors, path, text):
-    """All violations in one file, as lines to print."""
-    if below(path, "tests"):
+    """All violations in one file, as lines to print. Below tests/, `only` binds what is not itself a test."""
+    if below(path, "tests") and path.endswith("_test.cpp"):
         return []
-    mine = floors.folder_of(path)
+    mine = os.path.dirname(path) if below(path, "tests") else floors.folder_of(path)
     if mine is None:
         return [f"{path}: its folder has no floor in floors.txt"]
     found = []
@@ -79,7 +88,7 @@ def violations(floors, path, text):
             target = "proto/" + target
         if target.split("/")[0] in OURS and "/" in target:
             reason = project_include(floors, mine, target)
-        elif bracket == '"':
+        elif bracket == '"' and not below(mine, "tests"):
             reason = "write the path from the root of the repository"
         elif mine in floors.realtime and target not in floors.realtime_headers:
             reason = "not among the headers of realtime folders"

@@ -24,9 +24,10 @@ BUILDS = MATRIX | {"gcc-O3-x86-64-v3": ("g++", "-O3 -march=x86-64-v3"), "clang-O
 ALL_BUILDS = BUILDS | {f"{name}-{sanitizer}": (compiler, f"{level} {flags}")
                        for name, (compiler, level) in MATRIX.items() for sanitizer, flags in SANITIZERS.items()}
 RUNS = 2
-FOLDERS = ("core/math core/geometry core/solver core/safety core/instrument core/collision core/modeling"
-           " core/rendering core/simulation core/scene tests/support tests/core/math tests/core/modeling tests/realtime")
-PROBES = {"determinism_probe_core_math": "tests/core/math", "determinism_probe_core_modeling": "tests/core/modeling",
+FOLDERS = ("core/math core/tick core/geometry core/solver core/safety core/instrument core/collision core/tree"
+           " core/contact core/simulation core/scene server/model/packing server/model/shapes tests/support tests/core/math"
+           " tests/server/model/shapes tests/realtime")
+PROBES = {"determinism_probe_core_math": "tests/core/math", "determinism_probe_core_modeling": "tests/server/model/shapes",
           "determinism_probe_contact_tick": "tests/realtime"}
 SLOW_PROBE = "determinism_probe_core_modeling"
 """Makes models; takes minutes where nothing is optimised, so it runs there with --all alone."""

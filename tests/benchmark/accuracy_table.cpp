@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/core/rendering/rendering_fixture.h"
-#include "tests/core/rendering/session_run.h"
+#include "tests/core/contact/rendering_fixture.h"
+#include "tests/core/contact/session_run.h"
 
 namespace hapticd::test {
 namespace {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "core/collision/query.h"
-#include "core/modeling/sphere_tree.h"
+#include "core/tree/sphere_tree.h"
 #include "tests/benchmark/avx2_brute_force.h"
 #include "tests/benchmark/plain_brute_force.h"
 #include "tests/support/contact_scenes.h"

@@ -2,7 +2,7 @@
 // finger of 1 kN/m at lambda 0.3 comes down on it through the envelope it vibrates in, from 6 mm
 // above it to 2 mm into it within 40 ms, and stays for 60 ms. Two tunings, plucked close to the end
 // and in the middle. Prints a markdown table: error of the force of each tick against the truth
-// (server/lab/truth/string_truth.h), rms in percent of the truth's rms force and the greatest in
+// (tests/truth/string_truth.h), rms in percent of the truth's rms force and the greatest in
 // mN, and the median time of a tick in which the finger presses. Then stiffer fingers. --quick: the
 // first string only.
 #include <algorithm>
@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "server/lab/truth/press_run.h"
+#include "tests/truth/press_run.h"
 
 namespace hapticd::test {
 namespace {

@@ -20,7 +20,7 @@
 #include "server/encoding/encode_state.h"
 #include "server/haptic_loop/haptic_loop.h"
 #include "server/network/protocol_server.h"
-#include "server/telemetry/recorder.h"
+#include "server/recorder/recorder.h"
 
 namespace hapticd::test {
 namespace {

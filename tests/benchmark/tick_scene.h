@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "core/rendering/tool_renderer.h"
-#include "tests/core/rendering/rendering_fixture.h"
+#include "core/simulation/tool_renderer.h"
+#include "tests/core/contact/rendering_fixture.h"
 
 namespace hapticd::test {
 

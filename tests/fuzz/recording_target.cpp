@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "server/telemetry/mcap_reader.h"
-#include "server/telemetry/recorder.h"
-#include "server/telemetry/tick_record.h"
+#include "proto/recording/mcap_reader.h"
+#include "server/recorder/recorder.h"
+#include "server/recorder/tick_record.h"
 
 namespace hapticd::test {
 namespace {

@@ -5,14 +5,14 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/modeling/sphere_tree_file.h"
+#include "server/scene_io/sphere_tree_file.h"
 #include "tests/support/tree_inspector.h"
 
 namespace hapticd::test {
 namespace {
 
 bool check(const std::vector<std::uint8_t>& bytes) {
-  SphereTreeFile file;
+  MeasuredTree file;
   try {
     file = decode_sphere_tree(bytes);
   } catch (const std::runtime_error&) {

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/modeling/sphere_tree.h"
-#include "core/rendering/tool_renderer.h"
+#include "core/simulation/tool_renderer.h"
+#include "core/tree/sphere_tree.h"
 
 namespace hapticd::test {
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/modeling/sphere_tree.h"
 #include "core/scene/owned_simulation.h"
+#include "core/tree/sphere_tree.h"
 
 namespace hapticd::test {
 

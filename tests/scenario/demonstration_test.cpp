@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "device/simulated/simulated_device.h"
-#include "server/lab/truth/path_run.h"
 #include "server/scene_io/profile_loader.h"
 #include "tests/scenario/shipped_gesture.h"
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/scale.h"
+#include "tests/truth/path_run.h"
 
 namespace hapticd::test {
 namespace {

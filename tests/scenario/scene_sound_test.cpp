@@ -5,7 +5,7 @@
 #include <numeric>
 #include <set>
 
-#include "core/modeling/hand_model.h"
+#include "server/model/shapes/hand_model.h"
 #include "tests/scenario/shipped_scene.h"
 
 namespace hapticd::test {

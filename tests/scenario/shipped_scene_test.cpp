@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/modeling/guqin_model.h"
-#include "core/modeling/hand_model.h"
-#include "server/lab/truth/path_run.h"
+#include "server/model/shapes/guqin_model.h"
+#include "server/model/shapes/hand_model.h"
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/truth/path_run.h"
 
 namespace hapticd::test {
 namespace {

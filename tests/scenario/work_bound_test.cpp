@@ -10,14 +10,14 @@
 #include <string>
 #include <vector>
 
+#include "core/contact/tick_work.h"
 #include "core/math/rotation.h"
-#include "core/rendering/tick_work.h"
 #include "core/scene/quality.h"
-#include "server/lab/truth/contact_oracle.h"
-#include "server/lab/truth/path_run.h"
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/truth/contact_oracle.h"
+#include "tests/truth/path_run.h"
 
 namespace hapticd::test {
 namespace {

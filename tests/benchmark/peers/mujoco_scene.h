@@ -5,7 +5,7 @@
 // are cut into pieces that are bodies of their own. Not RT.
 #pragma once
 
-#include "core/rendering/virtual_coupling.h"
+#include "core/contact/virtual_coupling.h"
 #include "tests/benchmark/tick_scene.h"
 
 struct mjModel_;

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "hapticd/v1/recording.pb.h"
-#include "server/telemetry/mcap_writer.h"
-#include "server/telemetry/schema_set.h"
+#include "proto/recording/mcap_writer.h"
+#include "proto/recording/schema_set.h"
 #include "tests/clients/audio/played.h"
 #include "tests/clients/audio/temporary_folder.h"
 #include "tests/clients/audio/tone_measure.h"

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "core/collision/query.h"
-#include "core/modeling/sphere_tree.h"
-#include "server/lab/truth/contact_oracle.h"
+#include "core/tree/sphere_tree.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"
+#include "tests/truth/contact_oracle.h"
 
 namespace hapticd::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/collision/query.h"
-#include "core/modeling/sphere_tree.h"
+#include "core/tree/sphere_tree.h"
 #include "tests/core/collision/scene_check.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"

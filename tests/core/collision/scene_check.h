@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/collision/query.h"
-#include "core/modeling/sphere_tree.h"
-#include "server/lab/truth/contact_oracle.h"
+#include "core/tree/sphere_tree.h"
 #include "tests/support/random.h"
+#include "tests/truth/contact_oracle.h"
 
 namespace hapticd::test {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "server/lab/truth/press_run.h"
+#include "tests/truth/press_run.h"
 
 namespace hapticd::test {
 namespace {

@@ -11,9 +11,9 @@
 #include <numbers>
 
 #include "core/instrument/string_parameters.h"
-#include "server/lab/truth/string_truth.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/truth/string_truth.h"
 
 namespace hapticd::test {
 namespace {

@@ -4,11 +4,11 @@
 namespace hapticd::test {
 
 ShapeDescription shape_of(const std::vector<Sphere>& spheres) {
-  SphereTreeFile file;
+  MeasuredTree file;
   file.tree = build_sphere_tree(spheres);
   ShapeDescription shape;
   shape.exact = true;
-  shape.tree = std::make_shared<const SphereTreeFile>(std::move(file));
+  shape.tree = std::make_shared<const MeasuredTree>(std::move(file));
   return shape;
 }
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "server/lab/truth/contact_oracle.h"
+#include "tests/truth/contact_oracle.h"
 
 namespace hapticd::test {
 namespace {

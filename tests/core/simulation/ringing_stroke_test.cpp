@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "core/scene/owned_simulation.h"
-#include "tests/core/rendering/strokes.h"
+#include "tests/core/contact/strokes.h"
 #include "tests/support/scale.h"
 
 namespace hapticd::test {

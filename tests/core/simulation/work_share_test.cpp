@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/rendering/tick_work.h"
+#include "core/contact/tick_work.h"
 #include "tests/core/simulation/ensemble.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/rendering/pose_guard.h"
+#include "core/simulation/pose_guard.h"
 
 namespace hapticd::test {
 

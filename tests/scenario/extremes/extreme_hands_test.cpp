@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "core/scene/quality.h"
-#include "server/lab/truth/path_run.h"
 #include "tests/scenario/extremes/extreme_hands.h"
 #include "tests/scenario/extremes/extreme_scene.h"
 #include "tests/support/scale.h"
+#include "tests/truth/path_run.h"
 
 namespace hapticd::test {
 namespace {

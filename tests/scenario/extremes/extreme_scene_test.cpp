@@ -8,9 +8,9 @@
 
 #include "core/math/elementary.h"
 #include "core/math/rotation.h"
-#include "server/lab/truth/path_run.h"
 #include "tests/scenario/extremes/extreme_scene.h"
 #include "tests/support/random.h"
+#include "tests/truth/path_run.h"
 
 namespace hapticd::test {
 namespace {

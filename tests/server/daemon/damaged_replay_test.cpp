@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/server/daemon/recorded_session.h"
-#include "tests/server/telemetry/sample_ticks.h"
+#include "tests/server/recorder/sample_ticks.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "core/rendering/tick_work.h"
+#include "core/contact/tick_work.h"
 #include "core/scene/quality.h"
 #include "server/daemon/quality_governor.h"
 #include "server/daemon/work_price.h"
-#include "tests/core/rendering/rendering_fixture.h"
-#include "tests/core/rendering/session_run.h"
+#include "tests/core/contact/rendering_fixture.h"
+#include "tests/core/contact/session_run.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {

@@ -9,11 +9,11 @@
 #include <limits>
 #include <utility>
 
+#include "proto/recording/schema_set.h"
 #include "server/daemon/daemon.h"
-#include "server/daemon/recording.h"
 #include "server/haptic_loop/settings_change.h"
-#include "server/telemetry/schema_set.h"
-#include "server/telemetry/state_record.h"
+#include "server/recorder/recording.h"
+#include "server/recorder/state_record.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "tests/server/daemon/recorded_session.h"
-#include "tests/server/telemetry/sample_ticks.h"
+#include "tests/server/recorder/sample_ticks.h"
 
 namespace hapticd::test {
 namespace {

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/rendering/tick_work.h"
+#include "core/contact/tick_work.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {

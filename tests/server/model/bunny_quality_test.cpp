@@ -7,8 +7,8 @@
 
 #include <string>
 
-#include "core/modeling/packing_report.h"
 #include "server/model/mesh_file.h"
+#include "server/model/packing/packing_report.h"
 #include "server/model/tree_report.h"
 #include "tests/support/scale.h"
 
@@ -25,7 +25,7 @@ struct Quality {
 Quality measure(const std::string& name) {
   const std::string folder = HAPTICD_MODELS_DIR;
   const TriangleMesh mesh = read_mesh(folder + "/bunny.ply", 1.0).mesh;
-  const SphereTreeFile file =
+  const MeasuredTree file =
       decode_sphere_tree(read_bytes(folder + "/" + name, std::uint64_t{1} << 30U));
   const std::vector<Sphere> leaves = level_spheres(file.tree, file.tree.depth);
   ReportOptions options;

@@ -12,8 +12,8 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "core/modeling/mesh_check.h"
 #include "server/model/isolated.h"
+#include "server/model/packing/mesh_check.h"
 #include "tests/server/model/temporary_folder.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tests/core/modeling/test_meshes.h"
+#include "tests/server/model/packing/test_meshes.h"
 
 namespace hapticd::test {
 namespace {

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "core/modeling/mesh_check.h"
 #include "server/model/mesh_file.h"
+#include "server/model/packing/mesh_check.h"
 #include "tests/server/model/outlines.h"
 #include "tests/server/model/temporary_folder.h"
 #include "tests/support/random.h"

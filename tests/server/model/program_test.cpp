@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <string>
 
-#include "core/modeling/mesh_check.h"
-#include "core/modeling/mesh_distance.h"
 #include "server/model/mesh_file.h"
+#include "server/model/packing/mesh_check.h"
+#include "server/model/packing/mesh_distance.h"
 #include "tests/server/model/temporary_folder.h"
 #include "tests/support/scale.h"
 #include "tests/support/shell_run.h"
@@ -25,7 +25,7 @@ constexpr const char* kBox =
     "v 0 0 0\nv 100 0 0\nv 100 60 0\nv 0 60 0\nv 0 0 40\nv 100 0 40\nv 100 60 40\nv 0 60 40\n"
     "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
-SphereTreeFile read_tree(const std::string& path) {
+MeasuredTree read_tree(const std::string& path) {
   return decode_sphere_tree(read_bytes(path, std::uint64_t{1} << 30U));
 }
 
@@ -42,7 +42,7 @@ TEST_CASE("a tree built from a mesh in millimetres holds to its bound, and the r
                                  " --json " + folder.path("box.json") + " -o " + tree);
   CAPTURE(built.text);
   REQUIRE(built.code == 0);
-  const SphereTreeFile file = read_tree(tree);
+  const MeasuredTree file = read_tree(tree);
   CHECK(file.source_name == "box.obj");
   CHECK(file.outer <= 8e-3);
   const MeshDistance distance(read_mesh(mesh, 1e-3).mesh);

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
-#include "tests/core/modeling/sphere_families.h"
-#include "tests/core/modeling/test_meshes.h"
+#include "tests/core/tree/sphere_families.h"
+#include "tests/server/model/packing/test_meshes.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {
@@ -54,7 +54,7 @@ TEST_CASE("no point of a sphere is further outside than its bound") {
 }
 
 TEST_CASE("reports name the spheres, the levels and what is known of the build") {
-  SphereTreeFile file;
+  MeasuredTree file;
   file.tree = build_sphere_tree(cloud(20));
   file.source_name = "a \"mesh\".obj";
   for (const std::int32_t n : spheres_per_level(file.tree)) file.levels.push_back({n, 0.02, 0.01});

@@ -36,7 +36,7 @@ class TemporaryFolder {
     std::ofstream(path / name, std::ios::binary) << text;
   }
   void write_tree(const std::string& name, const std::vector<Sphere>& leaves) const {
-    SphereTreeFile file;
+    MeasuredTree file;
     file.tree = build_sphere_tree(leaves);
     for (const std::int32_t spheres : spheres_per_level(file.tree)) {
       file.levels.push_back({spheres, 0.0, 0.0});

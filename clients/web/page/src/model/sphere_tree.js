@@ -1,4 +1,4 @@
-// Reader of sphere-tree files (core/modeling/sphere_tree_file.h has the layout): the leaves, which are what is touched, and the bounds of
+// Reader of sphere-tree files (server/scene_io/sphere_tree_file.h has the layout): the leaves, which are what is touched, and the bounds of
 // every level, of which a coarse one can be drawn where no mesh is known.
 
 const WIDTH = 8;

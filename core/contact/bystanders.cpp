@@ -1,0 +1,84 @@
+// See bystanders.h. RT: yes.
+#include "core/contact/bystanders.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/geometry/closest_point.h"
+
+namespace hapticd {
+namespace {
+
+/// What may hide between two places of a way that are looked at, m.
+constexpr double kHidden = 0.25e-6;
+/// Places looked at in a way, at most: what needs more is refused, and tried anew half as long.
+constexpr double kMaxPlaces = 256.0;
+
+/// False when no point of the string, going no further than `way`, can reach the tool.
+bool may_meet(const Bystander& other, const Capsule& straight_W, const StringBend& bend,
+              double way) noexcept {
+  const double room = reach(other.tool) + greatest_displacement(*other.soft) + straight_W.r + way;
+  for (const std::int32_t leg : {0, 1}) {
+    const Capsule axis = leg_of(straight_W, bend, leg).capsule_W;
+    if (closest_point_on_segment(axis.p_A, axis.p_B, other.X_WG.p).distance <=
+        room + kBystanderClearance)
+      return true;
+  }
+  return false;
+}
+
+/// Places to look at so that no more than kHidden hides between two: a point that goes straight
+/// comes nearer to a centre at distance d by (way / n)^2 / (8 d) at most.
+double places_of(const Bystander& other, const ContactSet& pairs, double radius,
+                 double way) noexcept {
+  double d = std::numeric_limits<double>::infinity();
+  for (const Contact& pair : pairs.contacts) {
+    d = std::min(d, radius + tree_sphere(other.tool, pair.key.tool_sphere).r);
+  }
+  return std::ceil(way / std::sqrt(8.0 * d * kHidden));
+}
+
+bool clear_of(const Bystander& other, ContactSet& pairs, const Capsule& straight_W,
+              const StringBend& bend, const StringMotion& motion, double way) noexcept {
+  if (!may_meet(other, straight_W, bend, way)) return true;
+  const double margin = way + kBystanderClearance;
+  StringBend alone = bend;
+  alone.capsule = 0;
+  const std::span<const Capsule> capsules(&straight_W, 1);
+  const ToolShape shape(other.parts, *other.soft);
+  find_contacts(other.tool, other.X_WG, {capsules, {}, {&alone, 1}}, {margin, margin}, pairs,
+                shape.view());
+  if (pairs.contacts.empty()) return true;
+  if (pairs.covered_margin < margin) return false;
+  const double wanted = places_of(other, pairs, straight_W.r, way);
+  if (wanted > kMaxPlaces) return false;
+  const int places = std::max(static_cast<int>(wanted), 1);
+  for (int place = places; place > 0; --place) {
+    StringBend there = moved(bend, scaled(motion, static_cast<double>(place) / places));
+    there.capsule = 0;
+    for (const Contact& pair : pairs.contacts) {
+      const double gap = evaluate_contact(pair.key, other.tool, other.X_WG,
+                                          {capsules, {}, {&there, 1}}, shape.view())
+                             .gap;
+      if (gap < std::min(pair.gap, kBystanderClearance)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool clear_of_bystanders(const Bystanders& others, const Capsule& straight_W,
+                         const StringBend& bend, const StringMotion& motion) noexcept {
+  if (others.tools.empty()) return true;
+  const double length = (straight_W.p_B - straight_W.p_A).norm();
+  const double way = displacement_bound(motion, length);
+  if (!(way > 0.0)) return true;
+  for (const Bystander& other : others.tools) {
+    if (!clear_of(other, *others.scratch, straight_W, bend, motion, way)) return false;
+  }
+  return true;
+}
+
+}  // namespace hapticd

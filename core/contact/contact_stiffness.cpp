@@ -1,0 +1,118 @@
+// With y = W^-1/2 z, W the stiffnesses of all unknowns, the rows that bear force span the
+// directions of z in which nothing moves; K is G times the projection on them. See
+// contact_stiffness.h. RT: yes.
+#include "core/contact/contact_stiffness.h"
+
+#include <cmath>
+
+#include "core/contact/contact_rows.h"
+
+namespace hapticd {
+namespace {
+
+using Unknowns = std::array<double, kMaxQpUnknowns>;
+
+/// A row whose part across the rows before it is a smaller share than this says nothing new.
+constexpr double kDependent = 1e-6;
+
+/// W^-1/2 of all unknowns.
+Unknowns inverse_roots(const OptimiserInput& input, const OptimiserState& state,
+                       const OptimiserWorkspace& w) noexcept {
+  Unknowns root{};
+  const double along = 1.0 / std::sqrt(input.stiffness.kt);
+  const double about = 1.0 / std::sqrt(input.stiffness.kr());
+  for (std::size_t i = 0; i < 3; ++i) {
+    root[i] = along;
+    root[i + 3] = about;
+  }
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    const HoldModel& model = w.models[k];
+    if (model.unknown < 0) continue;
+    const auto u = static_cast<std::size_t>(model.unknown);
+    root[u] = 1.0 / std::sqrt(model.radial_stiffness);
+    root[u + 1] = 1.0 / std::sqrt(model.tangential_stiffness);
+  }
+  for (std::size_t k = 0; k < state.parts.size(); ++k) {
+    const PartModel& model = w.parts[k];
+    if (model.unknown < 0) continue;
+    const auto v = static_cast<std::size_t>(model.unknown);
+    root[v] = root[v + 1] = root[v + 2] = 1.0 / std::sqrt(model.stiffness);
+  }
+  return root;
+}
+
+/// The row in z.
+Unknowns scaled_row(const ContactRow& row, const Unknowns& root) noexcept {
+  Unknowns a{};
+  const auto put = [&](std::size_t k, double value) { a[k] = value * root[k]; };
+  for (std::size_t i = 0; i < 3; ++i) {
+    put(i, row.linear[static_cast<Eigen::Index>(i)]);
+    put(i + 3, row.angular[static_cast<Eigen::Index>(i)]);
+  }
+  if (row.unknown >= 0) {
+    const auto u = static_cast<std::size_t>(row.unknown);
+    put(u, row.radial);
+    put(u + 1, row.tangential);
+  }
+  for (std::size_t p = 0; p < row.parts; ++p) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      put(row.part[p].unknown + i, row.part[p].linear[static_cast<Eigen::Index>(i)]);
+    }
+  }
+  return a;
+}
+
+double dot(const Unknowns& a, const Unknowns& b, std::size_t unknowns) noexcept {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < unknowns; ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+/// Directions of z that the rows so far span, each of unit length across the others.
+struct Span {
+  std::array<Unknowns, kMaxQpUnknowns> q;
+  std::size_t count = 0;
+
+  /// Twice is enough (active_factor.h).
+  void add(Unknowns a, std::size_t unknowns) noexcept {
+    const double length = std::sqrt(dot(a, a, unknowns));
+    for (int pass = 0; pass < 2; ++pass) {
+      for (std::size_t j = 0; j < count; ++j) {
+        const double along = dot(a, q[j], unknowns);
+        for (std::size_t k = 0; k < unknowns; ++k) a[k] -= along * q[j][k];
+      }
+    }
+    const double rest = std::sqrt(dot(a, a, unknowns));
+    if (!(rest > kDependent * length) || count == q.size()) return;
+    for (std::size_t k = 0; k < unknowns; ++k) q[count][k] = a[k] / rest;
+    ++count;
+  }
+};
+
+}  // namespace
+
+ContactStiffness contact_stiffness(const OptimiserInput& input, const OptimiserState& state,
+                                   const OptimiserWorkspace& w,
+                                   const OptimiserResult& result) noexcept {
+  ContactStiffness stiffness;
+  if (result.active_count == 0) return stiffness;
+  const auto unknowns = static_cast<std::size_t>(w.problem.unknowns);
+  const Unknowns root = inverse_roots(input, state, w);
+  Span span;
+  for (int k = 0; k < result.active_count; ++k) {
+    const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
+    if (!(active.multiplier > 0.0)) continue;
+    const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(active.contact)];
+    span.add(scaled_row(contact_row(input, state, w, contact), root), unknowns);
+  }
+  for (std::size_t j = 0; j < span.count; ++j) {
+    const Unknowns& q = span.q[j];
+    const Vector3 along(q[0], q[1], q[2]);
+    const Vector3 about(q[3], q[4], q[5]);
+    stiffness.K_W += input.stiffness.kt * along * along.transpose();
+    stiffness.Kr_W += input.stiffness.kr() * about * about.transpose();
+  }
+  return stiffness;
+}
+
+}  // namespace hapticd

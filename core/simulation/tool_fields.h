@@ -1,0 +1,97 @@
+// The fields of what a tool keeps from tick to tick, and of the optimiser's knobs, for snapshots
+// and replay (core/math/state_fields.h). Indices that are read back must also fit the scene:
+// fits_scene(). RT: yes.
+#pragma once
+
+#include "core/math/state_fields.h"
+#include "core/simulation/tool_renderer.h"
+#include "core/simulation/workspace_map.h"
+
+namespace hapticd {
+
+template <FieldsOf<PoseGuard> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [X_WH, V_WH, t_ns, bad_in_a_row, has_pose, fault, bad_total] = state;
+  visit(X_WH, V_WH, t_ns, bad_in_a_row, has_pose, fault, bad_total);
+}
+
+template <FieldsOf<ContactKey> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [kind, obstacle, tool_sphere, obstacle_sphere] = state;
+  visit.bounded(kind, 0, static_cast<int>(ObstacleKind::kBody));
+  visit(obstacle, tool_sphere, obstacle_sphere);
+}
+
+template <FieldsOf<ActivePair> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [key, multiplier] = state;
+  visit(key, multiplier);
+}
+
+template <FieldsOf<StringBend> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [capsule, lambda, u_W] = state;
+  visit(capsule, lambda, u_W);
+}
+
+template <FieldsOf<StringHold> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [bend, yields, normal_force, tangential_W, slip_W] = state;
+  visit(bend, yields, normal_force, tangential_W, slip_W);
+}
+
+template <FieldsOf<SoftPart> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [part, v_G, v_before_G] = state;
+  visit(part, v_G, v_before_G);
+}
+
+// Pairs beyond the count mean nothing.
+template <FieldsOf<OptimiserState> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [X_WG, phi_GH_W, F_H_W, active_count, active, holds, parts, tool_level, body_level, X_WH,
+         way] = state;
+  visit(X_WG, phi_GH_W, F_H_W);
+  visit.bounded(active_count, 0, kMaxQpUnknowns);
+  visit.first(active, active_count);
+  visit(holds, parts);
+  visit.bounded(tool_level, 0, std::numeric_limits<int>::max());
+  visit.bounded(body_level, 0, std::numeric_limits<int>::max());
+  visit(X_WH, way);
+}
+
+template <FieldsOf<ToolState> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [guard, optimiser, placed, force_bound] = state;
+  visit(guard, optimiser, placed, force_bound);
+}
+
+template <FieldsOf<WorkspaceState> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [c_W, q_off, p_held_W, q_held, wrench_share, open, recentre_was_down] = state;
+  visit(c_W, q_off, p_held_W, q_held, wrench_share, open, recentre_was_down);
+}
+
+template <FieldsOf<CouplingStiffness> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [kt, length] = state;
+  visit(kt, length);
+}
+
+template <FieldsOf<OptimiserOptions> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [sub_steps, margin, skin, rotation_step, stop_tolerance, tool_level, body_level, max_rows,
+         recovery_speed] = state;
+  visit.bounded(sub_steps, 1, std::numeric_limits<int>::max());
+  visit(margin, skin, rotation_step, stop_tolerance);
+  visit.bounded(tool_level, 0, std::numeric_limits<int>::max());
+  visit.bounded(body_level, 0, std::numeric_limits<int>::max());
+  visit.bounded(max_rows, 1, kMaxQpRows);
+  visit(recovery_speed);
+}
+
+/// Every index in `state` names something of `scene`, in the order it is kept in. For states that
+/// come from a file. 0.1 us.
+[[nodiscard]] bool fits_scene(const ToolState& state, const ToolScene& scene) noexcept;
+
+}  // namespace hapticd

@@ -1,0 +1,92 @@
+// Chains guard, optimiser, force bound and limit. See tool_renderer.h. RT: yes.
+#include "core/simulation/tool_renderer.h"
+
+#include <algorithm>
+
+namespace hapticd {
+namespace {
+
+/// Force bound of this tick: clamped while recovering, then growing until the contact force fits
+/// under it.
+double next_force_bound(double bound, OptimiserStatus status, double force, double dt) noexcept {
+  if (status == OptimiserStatus::kRecovering) {
+    const double start = std::isfinite(bound) ? bound : 0.0;
+    return std::min(start + kRecoveryForceRate * dt, kRecoveryForce);
+  }
+  const double grown = bound + kRecoveryForceRate * dt;
+  return force <= grown ? std::numeric_limits<double>::infinity() : grown;
+}
+
+/// The stiffness of the program, and of strings that give less than the program presses on them
+/// that much less.
+ContactStiffness felt_stiffness(const OptimiserInput& input, const ToolState& state,
+                                const OptimiserWorkspace& workspace,
+                                const ToolTick& tick) noexcept {
+  ContactStiffness stiffness = contact_stiffness(input, state.optimiser, workspace, tick.optimiser);
+  const double pressed = tick.optimiser.F_H_W.f.norm();
+  const double felt = tick.F_unlimited_H_W.f.norm();
+  if (felt < pressed) {
+    stiffness.K_W *= felt / pressed;
+    stiffness.Kr_W *= felt / pressed;
+  }
+  return stiffness;
+}
+
+}  // namespace
+
+OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH, double dt) noexcept {
+  return {scene.tool,    scene.obstacles,  X_WH,        scene.stiffness, scene.options,  dt,
+          scene.strings, scene.instrument, scene.parts, scene.others,    scene.rounding, 0};
+}
+
+void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+                    OptimiserWorkspace& workspace, ToolTick& tick,
+                    std::int64_t work_budget) noexcept {
+  tick.pose = accept_pose(sample, state.guard, tick.dt);
+  tick.X_WH = state.guard.X_WH;
+  tick.V_WH = state.guard.V_WH;
+  tick.strings.clear();
+  tick.stiffness = ContactStiffness{};
+  if (tick.pose == PoseVerdict::kFault) {
+    tick.X_WG = state.optimiser.X_WG;
+    tick.F_unlimited_H_W = Wrench{};
+    tick.optimiser = OptimiserResult{};
+    return;
+  }
+  if (!state.placed) {
+    state.optimiser.X_WG = tick.X_WH;
+    state.placed = true;
+  }
+  OptimiserInput input = optimiser_input(scene, tick.X_WH, tick.dt);
+  input.work_budget = work_budget;
+  optimise_configuration(input, state.optimiser, workspace, tick.optimiser);
+  tick.X_WG = state.optimiser.X_WG;
+  find_string_contacts(input, state.optimiser, workspace, tick.optimiser, tick.strings,
+                       tick.F_unlimited_H_W);
+  if (scene.stiffness_wanted) tick.stiffness = felt_stiffness(input, state, workspace, tick);
+}
+
+void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept {
+  if (tick.pose == PoseVerdict::kFault) {
+    tick.F_H_W = Wrench{};
+    return;
+  }
+  const double force = tick.F_unlimited_H_W.f.norm();
+  state.force_bound = next_force_bound(state.force_bound, tick.optimiser.status, force, tick.dt);
+  const double factor = force > state.force_bound ? state.force_bound / force : 1.0;
+  tick.F_H_W =
+      limited({tick.F_unlimited_H_W.f * factor, tick.F_unlimited_H_W.t * factor}, scene.limits);
+}
+
+void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+                 OptimiserWorkspace& workspace, ToolTick& tick) noexcept {
+  render_contact(scene, sample, state, workspace, tick);
+  limit_wrench(scene, state, tick);
+}
+
+void clear_fault(ToolState& state) noexcept {
+  state.guard.fault = false;
+  state.guard.bad_in_a_row = 0;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,83 @@
+// One tool, one tick: pose sample in, graphic tool and wrench out. Guard -> configuration optimiser
+// -> force of each string -> (what vibrating strings add, by the caller) -> ramped in after a
+// recovery
+// -> limit. A pure function of state and input: no clock, device or random source. RT: yes.
+#pragma once
+
+#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_stiffness.h"
+#include "core/contact/string_contact.h"
+#include "core/safety/wrench_limit.h"
+#include "core/simulation/pose_guard.h"
+
+namespace hapticd {
+
+/// Greatest force while G is pushed out of an overlap, N. Larger would let an edited scene shove
+/// the player's hand.
+inline constexpr double kRecoveryForce = 2.0;
+/// Growth of the force bound during and after a recovery, N/s: 1 N within 20 ms.
+inline constexpr double kRecoveryForceRate = 50.0;
+
+/// What stays the same from tick to tick; views must outlive the ticks.
+struct ToolScene {
+  SphereTreeView tool;
+  ObstaclesView obstacles;
+  CouplingStiffness stiffness;
+  OptimiserOptions options;
+  WrenchLimits limits;
+  /// Strings that are more than rigid lines: the first capsules of the obstacles, in their order.
+  std::span<const StringConstants> strings{};
+  InstrumentOptions instrument{};
+  ToolParts parts{};  ///< what of the tool is soft
+  /// B of the coupling between hand and tool, N s/m, >= 0; acts on the hand's velocity against G's.
+  double coupling_damping = 0.0;
+  Bystanders others{};            ///< see OptimiserInput
+  double rounding = 0.0;          ///< likewise
+  bool stiffness_wanted = false;  ///< ticks tell ToolTick::stiffness
+};
+
+/// State of one tool. Copy it to take a snapshot.
+struct ToolState {
+  PoseGuard guard;
+  OptimiserState optimiser;
+  bool placed = false;  ///< G has been put where H first was
+  /// Bound on |f| after a recovery, N; infinite in normal operation.
+  double force_bound = std::numeric_limits<double>::infinity();
+};
+
+struct ToolTick {
+  PoseVerdict pose = PoseVerdict::kFault;
+  double dt = 0.0;  ///< since the last good sample, s; 0 without a new one
+  Pose X_WH;
+  Twist V_WH;
+  Pose X_WG;
+  Wrench F_H_W;            ///< for the device: ramped and limited, about the origin of G, N and N m
+  Wrench F_unlimited_H_W;  ///< before ramp and limit
+  OptimiserResult optimiser;
+  StringContacts strings;  ///< that press the tool
+  /// Of F_unlimited_H_W less what vibrates; strings that do not yield count by the share of their
+  /// force in the program's. Zero unless wanted.
+  ContactStiffness stiffness;
+};
+
+/// What the optimiser is asked in a tick of this scene.
+[[nodiscard]] HD_REALTIME OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH,
+                                                         double dt) noexcept;
+
+/// Everything of a tick up to F_unlimited_H_W. On a latched pose fault the wrench is zero and G
+/// stays. `work_budget` as in OptimiserInput.
+HD_REALTIME void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+                                OptimiserWorkspace& workspace, ToolTick& tick,
+                                std::int64_t work_budget = 0) noexcept;
+
+/// The rest: F_H_W from F_unlimited_H_W, ramped and limited. Once per tick.
+HD_REALTIME void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept;
+
+/// Renders one tick of one tool among strings that do not vibrate: both of the above.
+HD_REALTIME void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+                             OptimiserWorkspace& workspace, ToolTick& tick) noexcept;
+
+/// Clears a latched pose fault; the next good sample is accepted again.
+void clear_fault(ToolState& state) noexcept;
+
+}  // namespace hapticd

@@ -1,0 +1,154 @@
+// See mcap_writer.h.
+#include "proto/recording/mcap_writer.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+
+#include "proto/recording/crc32.h"
+#include "proto/recording/mcap_bytes.h"
+
+namespace hapticd {
+namespace {
+
+/// What a hand did is its owner's affair.
+constexpr mode_t kOwnerOnly = 0600;
+
+}  // namespace
+
+McapWriter::~McapWriter() { close(); }
+
+void McapWriter::fail(const char* what, int code) {
+  if (error_.empty()) {
+    error_ = path_ + ": " + what + ": " + std::generic_category().message(code);
+  }
+}
+
+bool McapWriter::append(std::string_view bytes) {
+  std::string_view rest = bytes;
+  while (!rest.empty()) {
+    const ssize_t written = ::write(file_, rest.data(), rest.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      fail("cannot write", written < 0 ? errno : EIO);
+      // What was begun is taken back, so that the file ends with a whole record.
+      if (::ftruncate(file_, static_cast<off_t>(length_)) != 0) fail("cannot cut", errno);
+      return false;
+    }
+    rest.remove_prefix(static_cast<std::size_t>(written));
+  }
+  length_ += bytes.size();
+  crc_ = crc32(bytes, crc_);
+  return true;
+}
+
+bool McapWriter::open(const std::string& path, std::string_view library) {
+  path_ = path;
+  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, kOwnerOnly);
+  if (file_ < 0) {
+    fail("cannot create", errno);
+    return false;
+  }
+  std::string bytes(kMcapMagic);
+  std::string header;
+  put_text(header, "");  // profile: none
+  put_text(header, library);
+  put_record(bytes, McapOpcode::kHeader, header);
+  return append(bytes);
+}
+
+std::uint16_t McapWriter::add_channel(std::string_view topic, std::string_view type_name,
+                                      std::string_view file_descriptor_set) {
+  const auto id = static_cast<std::uint16_t>(layout_.channels.size() + 1);
+  layout_.schemas.push_back(
+      {id, std::string(type_name), "protobuf", std::string(file_descriptor_set)});
+  layout_.channels.push_back({id, id, std::string(topic), "protobuf"});
+  sequence_.push_back(0);
+  index_.emplace_back();
+  if (is_open() && error_.empty()) {
+    std::string bytes;
+    put_record(bytes, McapOpcode::kSchema, schema_content(layout_.schemas.back()));
+    put_record(bytes, McapOpcode::kChannel, channel_content(layout_.channels.back()));
+    append(bytes);
+  }
+  return id;
+}
+
+void McapWriter::write(std::uint16_t channel, std::uint64_t time_ns, std::string_view message) {
+  if (!is_open() || !error_.empty()) {
+    ++lost_;
+    return;
+  }
+  const std::size_t k = channel - 1U;
+  if (chunk_messages_++ == 0) start_time_ = end_time_ = time_ns;
+  start_time_ = std::min(start_time_, time_ns);
+  end_time_ = std::max(end_time_, time_ns);
+  index_[k].emplace_back(time_ns, chunk_.size());
+  std::string head;
+  put(head, channel);
+  put(head, sequence_[k]++);
+  put(head, time_ns);
+  put(head, time_ns);
+  chunk_.push_back(static_cast<char>(McapOpcode::kMessage));
+  put(chunk_, static_cast<std::uint64_t>(head.size() + message.size()));
+  chunk_.append(head).append(message);
+  if (chunk_.size() >= kChunkBytes) flush();
+}
+
+void McapWriter::flush() {
+  if (chunk_messages_ == 0) return;
+  std::string content;
+  put(content, start_time_);
+  put(content, end_time_);
+  put(content, static_cast<std::uint64_t>(chunk_.size()));
+  put(content, crc32(chunk_));
+  put_text(content, "");  // not compressed
+  put(content, static_cast<std::uint64_t>(chunk_.size()));
+  content.append(chunk_);
+  std::string bytes;
+  bytes.reserve(content.size() + 32 * chunk_messages_);
+  put_record(bytes, McapOpcode::kChunk, content);
+
+  McapChunk chunk{start_time_, end_time_, length_, bytes.size(), {}, 0, chunk_.size()};
+  for (std::size_t k = 0; k < index_.size(); ++k) {
+    if (index_[k].empty()) continue;
+    const auto channel = static_cast<std::uint16_t>(k + 1);
+    chunk.index_offsets[channel] = length_ + bytes.size();
+    std::string places;
+    for (const auto& [time_ns, place] : index_[k]) {
+      put(places, time_ns);
+      put(places, place);
+    }
+    std::string index;
+    put(index, channel);
+    put_text(index, places);
+    put_record(bytes, McapOpcode::kMessageIndex, index);
+  }
+  chunk.index_length = bytes.size() - chunk.length;
+  if (append(bytes)) {
+    for (std::size_t k = 0; k < index_.size(); ++k) {
+      if (index_[k].empty()) continue;
+      layout_.message_counts[static_cast<std::uint16_t>(k + 1)] += index_[k].size();
+    }
+    layout_.chunks.push_back(std::move(chunk));
+  } else {
+    lost_ += chunk_messages_;
+  }
+  for (auto& places : index_) places.clear();
+  chunk_.clear();
+  chunk_messages_ = 0;
+}
+
+bool McapWriter::close() {
+  if (!is_open()) return false;
+  if (error_.empty()) flush();
+  if (error_.empty()) append(summary_bytes(layout_, length_, crc_));
+  if (::close(file_) != 0) fail("cannot close", errno);
+  file_ = -1;
+  return error_.empty();
+}
+
+}  // namespace hapticd

@@ -1,0 +1,21 @@
+// The format of our recordings: its number, and the topic of each message of recording.proto.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace hapticd {
+
+/// Layout of our recordings, as in RecordHeader.format_version; readers refuse a larger one. 1 had
+/// not all that a replay needs.
+inline constexpr std::uint32_t kRecordFormat = 2;
+
+/// Topic of each message of recording.proto.
+inline constexpr std::string_view kHeaderTopic = "/hapticd/header";
+inline constexpr std::string_view kSceneTopic = "/hapticd/scene";
+inline constexpr std::string_view kParameterTopic = "/hapticd/parameters";
+inline constexpr std::string_view kTickTopic = "/hapticd/tick";
+inline constexpr std::string_view kEventTopic = "/hapticd/event";
+inline constexpr std::string_view kSnapshotTopic = "/hapticd/snapshot";
+
+}  // namespace hapticd

@@ -1,0 +1,77 @@
+// See recording_reader.h.
+#include "proto/recording/recording_reader.h"
+
+#include <array>
+#include <utility>
+
+#include "proto/recording/recording_format.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, RecordKind>, 6> kTopics{
+    {{kHeaderTopic, RecordKind::kHeader},
+     {kSceneTopic, RecordKind::kScene},
+     {kParameterTopic, RecordKind::kParameters},
+     {kTickTopic, RecordKind::kTick},
+     {kEventTopic, RecordKind::kEvent},
+     {kSnapshotTopic, RecordKind::kSnapshot}}};
+
+}  // namespace
+
+RecordingReader::RecordingReader(const std::string& path) : path_(path) {
+  std::string error;
+  if (!file_.open(path, error)) {
+    throw RecordingError(error + ". Name a recording: hapticctl record list shows them.");
+  }
+  rewind();
+}
+
+void RecordingReader::rewind() {
+  reader_.emplace(file_.bytes());
+  RecordedMessage message;
+  if (!next(message) || message.kind != RecordKind::kHeader ||
+      !header_.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) {
+    throw RecordingError(path_ + ": no recording of hapticd (" + reader_->describe_end() +
+                         "). Name a file that hapticd recorded.");
+  }
+  if (header_.format_version() != kRecordFormat) {
+    throw RecordingError(path_ + ": recorded in format " +
+                         std::to_string(header_.format_version()) + " by hapticd " +
+                         header_.server_version() + "; this one reads format " +
+                         std::to_string(kRecordFormat) + ". Use the version that recorded it.");
+  }
+}
+
+bool RecordingReader::next(RecordedMessage& message) {
+  McapMessage found;
+  while (reader_->next(found)) {
+    for (const auto& [topic, kind] : kTopics) {
+      if (found.channel == 0 || found.channel != reader_->channel_of(topic)) continue;
+      message = {kind, found.time_ns, found.data};
+      return true;
+    }
+  }
+  return false;
+}
+
+RecordingSummary summarise(RecordingReader& reader) {
+  RecordingSummary summary;
+  RecordedMessage message;
+  std::string_view last;
+  while (reader.next(message)) {
+    if (message.kind != RecordKind::kTick) continue;
+    ++summary.ticks;
+    last = message.data;
+  }
+  v1::TickRecord tick;
+  if (tick.ParseFromArray(last.data(), static_cast<int>(last.size()))) {
+    summary.last_tick = tick.tick();
+  }
+  summary.complete = reader.complete();
+  summary.end = reader.describe_end();
+  reader.rewind();
+  return summary;
+}
+
+}  // namespace hapticd

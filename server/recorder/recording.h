@@ -1,0 +1,98 @@
+// The telemetry thread: takes the loop's traces to the recorder, writes session files and dumps of
+// the last 60 s. Asked by the network thread; nothing here waits for the disk but its own thread.
+// Not RT.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/haptic_loop/haptic_loop.h"
+#include "server/recorder/recorder.h"
+
+namespace hapticd {
+
+/// Where recordings are kept: $STATE_DIRECTORY, else $XDG_STATE_HOME/hapticd, else
+/// ~/.local/state/hapticd, in the folder `recordings`.
+[[nodiscard]] std::filesystem::path recordings_folder();
+
+/// Names of the recordings in `folder`, newest last.
+[[nodiscard]] std::vector<std::string> list_recordings(const std::filesystem::path& folder);
+
+/// What a finished dump came to.
+struct DumpResult {
+  std::string file;
+  std::string error;  ///< empty: written
+};
+
+class Recording {
+ public:
+  /// Starts the thread. `channels` must outlive this.
+  Recording(LoopChannels& channels, const v1::RecordHeader& header);
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+  /// Closes the session file.
+  ~Recording();
+
+  /// `record` is for the ticks whose scene_id is its own; before their first one.
+  void announce(v1::SceneRecord record);
+  /// `record` is of the change of this number; before the loop is told of it. Its tick follows.
+  void announce_change(v1::ParameterRecord record);
+  /// The change of this number never begins.
+  void forget_change(std::uint64_t number);
+  void event(std::int64_t t_ns, v1::EventRecord record);
+
+  /// Begins a session file; what came of it is in status(), and in the future as soon as it is
+  /// known: what went wrong, empty where it records.
+  std::future<std::string> start(std::filesystem::path path);
+  void stop();
+  /// Writes the last 60 s.
+  void dump(std::filesystem::path path);
+
+  /// Waits until the rings of the loop are at most half full. Under virtual time, where ticks may
+  /// come faster than they are written.
+  void make_room();
+
+  /// As of the last round of the thread.
+  [[nodiscard]] RecordStatus status() const;
+  /// Dumps that were finished since the last call.
+  [[nodiscard]] std::vector<DumpResult> take_dumps();
+
+ private:
+  using Task = std::function<void()>;
+  void post(Task task);
+  void run();
+  void round();
+  void take_traces();
+  void take_trace(const TickTrace& trace);
+  void take_images(const TickTrace& trace, bool after);
+  void take_change(const TickTrace& trace);
+
+  TraceRing& traces_;
+  ImageRing& images_;
+  Recorder recorder_;
+  std::map<std::string, v1::Assignment> parameters_;  ///< set since the scene was loaded
+  std::uint32_t scene_id_ = 0;
+  std::uint64_t lost_ = 0;
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Task> tasks_;
+  std::map<std::uint32_t, v1::SceneRecord> scenes_;       ///< announced, not begun
+  std::map<std::uint64_t, v1::ParameterRecord> changes_;  ///< announced, not begun, by number
+  RecordStatus status_;
+  std::vector<DumpResult> dumps_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace hapticd

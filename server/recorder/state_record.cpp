@@ -1,0 +1,159 @@
+// See state_record.h.
+#include "server/recorder/state_record.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "core/simulation/simulation_fields.h"
+#include "server/haptic_loop/settings_change.h"
+
+namespace hapticd {
+namespace {
+
+/// In the order of StateKind.
+constexpr std::array<std::string_view, 9> kBlockNames{"loop",      "settings",   "ramp.from",
+                                                      "ramp.to",   "simulation", "tool",
+                                                      "tool.loop", "string",     "push"};
+
+/// Blocks of each kind so far.
+using BlocksSeen = std::array<std::uint32_t, kBlockNames.size()>;
+
+bool of_tool(StateKind kind) noexcept {
+  return kind != StateKind::kLoop && kind != StateKind::kSimulation && kind != StateKind::kString;
+}
+
+template <typename T>
+bool same_bits(std::span<const T> a, std::span<const T> b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
+}
+
+std::string describe(const StateSpan& block) {
+  std::string text(block_name(block.kind));
+  if (block.kind == StateKind::kString) text += " " + std::to_string(block.index);
+  if (of_tool(block.kind)) text += " of tool " + std::to_string(block.index);
+  return text;
+}
+
+/// Kind, and number among its like, of the next block; false when it is not known.
+bool name_block(const v1::StateBlock& from, BlocksSeen& seen, StateSpan& block) {
+  const auto* const name = std::find(kBlockNames.begin(), kBlockNames.end(), from.name());
+  if (name == kBlockNames.end() || from.version() != kStateLayout) return false;
+  const auto kind = static_cast<std::size_t>(name - kBlockNames.begin());
+  block.kind = static_cast<StateKind>(kind);
+  block.index = block.kind == StateKind::kString ? from.string_index() : seen[kind]++;
+  return true;
+}
+
+/// Settings of tool `k`; those of the strings are with tool 0.
+template <typename Settings, typename Visit>
+void visit_settings(Settings& settings, std::size_t k, Visit& visit) {
+  visit(settings.tools[k]);
+  if (k != 0) return;
+  for (auto& piece : settings.pieces) visit(piece);
+}
+
+}  // namespace
+
+std::string_view block_name(StateKind kind) noexcept {
+  return kBlockNames[static_cast<std::size_t>(kind)];
+}
+
+void to_record(const StateImage& image, v1::Snapshot& record) {
+  record.Clear();
+  record.set_next_tick(image.next_tick);
+  record.set_scene_id(image.scene_id);
+  record.set_loop_state(static_cast<v1::LoopState>(image.loop_state));
+  for (const StateSpan& span : image.blocks) {
+    v1::StateBlock& block = *record.add_blocks();
+    block.set_name(std::string(block_name(span.kind)));
+    block.set_version(kStateLayout);
+    if (of_tool(span.kind)) block.set_tool_id(image.tool_ids[span.index]);
+    if (span.kind == StateKind::kString) block.set_string_index(span.index);
+    const auto reals = image.reals_of(span);
+    const auto integers = image.integers_of(span);
+    block.mutable_reals()->Add(reals.begin(), reals.end());
+    block.mutable_integers()->Add(integers.begin(), integers.end());
+  }
+  record.set_state_hash(hash_of(image));
+}
+
+bool to_image(const v1::Snapshot& record, StateImage& image) {
+  image.blocks.clear();
+  image.next_tick = record.next_tick();
+  image.scene_id = record.scene_id();
+  image.loop_state = static_cast<LoopState>(record.loop_state());
+  std::size_t reals = 0;
+  std::size_t integers = 0;
+  BlocksSeen seen{};
+  for (const v1::StateBlock& from : record.blocks()) {
+    StateSpan block;
+    block.first_real = static_cast<std::uint32_t>(reals);
+    block.first_integer = static_cast<std::uint32_t>(integers);
+    block.reals = static_cast<std::uint32_t>(from.reals_size());
+    block.integers = static_cast<std::uint32_t>(from.integers_size());
+    if (!name_block(from, seen, block) || reals + block.reals > image.reals.size() ||
+        integers + block.integers > image.integers.size() || !image.blocks.push_back(block)) {
+      return false;
+    }
+    std::copy(from.reals().begin(), from.reals().end(), image.reals.begin() + block.first_real);
+    std::copy(from.integers().begin(), from.integers().end(),
+              image.integers.begin() + block.first_integer);
+    reals += block.reals;
+    integers += block.integers;
+  }
+  return true;
+}
+
+std::string first_difference(const StateImage& recorded, const StateImage& replayed) {
+  const std::size_t common = std::min(recorded.blocks.size(), replayed.blocks.size());
+  for (std::size_t k = 0; k < common; ++k) {
+    const StateSpan& a = recorded.blocks[k];
+    const StateSpan& b = replayed.blocks[k];
+    if (a.kind != b.kind || a.index != b.index ||
+        !same_bits(recorded.reals_of(a), replayed.reals_of(b)) ||
+        !same_bits(recorded.integers_of(a), replayed.integers_of(b))) {
+      return describe(a);
+    }
+  }
+  if (recorded.blocks.size() != replayed.blocks.size()) return "number of blocks";
+  if (recorded.next_tick != replayed.next_tick) return "next tick";
+  return "";
+}
+
+void put_settings(const SceneSettings& settings, v1::ParameterRecord& record) {
+  constexpr std::size_t kMostPerPiece = 32;
+  constexpr std::size_t kMostPerTool = 128;
+  const std::size_t room = kMostPerTool + kMostPerPiece * settings.pieces.size();
+  std::vector<double> reals(room);
+  std::vector<std::int64_t> integers(room);
+  for (std::size_t k = 0; k < settings.tools.size(); ++k) {
+    StateWriter write({reals, integers});
+    visit_settings(settings, k, write);
+    HD_ASSERT(write.good());
+    v1::StateBlock& block = *record.add_settings();
+    block.set_name(std::string(block_name(StateKind::kSettings)));
+    block.set_version(kStateLayout);
+    block.mutable_reals()->Add(reals.begin(),
+                               reals.begin() + static_cast<std::ptrdiff_t>(write.reals()));
+    block.mutable_integers()->Add(integers.begin(),
+                                  integers.begin() + static_cast<std::ptrdiff_t>(write.integers()));
+  }
+}
+
+bool get_settings(const v1::ParameterRecord& record, SceneSettings& settings) {
+  if (static_cast<std::size_t>(record.settings_size()) != settings.tools.size()) return false;
+  for (std::size_t k = 0; k < settings.tools.size(); ++k) {
+    const v1::StateBlock& block = record.settings(static_cast<int>(k));
+    if (block.version() != kStateLayout) return false;
+    StateReader read({block.reals().data(), static_cast<std::size_t>(block.reals_size())},
+                     {block.integers().data(), static_cast<std::size_t>(block.integers_size())});
+    visit_settings(settings, k, read);
+    if (!read.complete()) return false;
+  }
+  return usable(settings);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,42 @@
+// See string_scenes.h.
+#include "tests/core/contact/string_scenes.h"
+
+#include <utility>
+
+namespace hapticd::test {
+
+StringParameters string_at(double y, double z) {
+  StringParameters string;
+  string.p_WA = {0.0, y, z};
+  string.p_WB = {1.1, y, z};
+  return string;
+}
+
+RenderingScene scene_of(const std::vector<StringParameters>& strings, std::vector<Sphere> tool) {
+  RenderingScene scene(std::move(tool));
+  for (const StringParameters& string : strings) {
+    scene.capsules_W.push_back({to_vector(string.p_WA), to_vector(string.p_WB), string.radius});
+    scene.strings.push_back(derive_string(string));
+  }
+  return scene;
+}
+
+double rest_distance(const ToolRun& run, double radius) {
+  return kTipRadius + radius + run.options.skin;
+}
+
+StringTick rendered(const ToolRun& run, const Pose& X_WH) {
+  StringTick tick;
+  find_string_contacts(run.input(X_WH), run.state, *run.workspace, run.result, tick.strings,
+                       tick.F_H_W);
+  return tick;
+}
+
+Vector3 deflection_of(const ToolRun& run, int string) {
+  for (const StringHold& hold : run.state.holds) {
+    if (hold.bend.capsule == string) return hold.bend.u_W;
+  }
+  return Vector3::Zero();
+}
+
+}  // namespace hapticd::test

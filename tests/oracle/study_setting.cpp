@@ -1,0 +1,151 @@
+// See study_setting.h.
+#include "tests/oracle/study_setting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+#include "core/instrument/mode_series.h"
+#include "core/scene/quality.h"
+#include "core/scene/scene_settings.h"
+
+namespace hapticd {
+namespace {
+
+/// Names of choices.
+const std::map<std::string, bool> kAnswers{{"yes", true}, {"no", false}};
+const std::map<std::string, StringModel> kModels{{"rigid", StringModel::kRigid},
+                                                 {"deflecting", StringModel::kDeflecting}};
+const std::map<std::string, StringLevel> kLevels{{"static", StringLevel::kStatic},
+                                                 {"fundamental", StringLevel::kFundamental},
+                                                 {"modes", StringLevel::kModes}};
+
+[[noreturn]] void refuse(const std::string& text, const std::string& why) {
+  throw std::invalid_argument("--setting " + text + ": " + why);
+}
+
+/// A number in [least, most].
+double number(const std::string& text, const std::string& value, double least, double most) {
+  char* end = nullptr;
+  const double x = std::strtod(value.c_str(), &end);
+  if (end == value.c_str() || *end != '\0' || !(x >= least && x <= most)) {
+    std::ostringstream why;
+    why << value << " is no number from " << least << " to " << most;
+    refuse(text, why.str());
+  }
+  return x;
+}
+
+int whole(const std::string& text, const std::string& value, int least, int most) {
+  return static_cast<int>(std::lround(number(text, value, least, most)));
+}
+
+template <typename Value>
+Value named(const std::string& text, const std::string& value,
+            const std::map<std::string, Value>& choices) {
+  const auto found = choices.find(value);
+  if (found != choices.end()) return found->second;
+  std::string known;
+  for (const auto& choice : choices) known += " " + choice.first;
+  refuse(text, value + " is none of:" + known);
+}
+
+void take_level(int level, const SceneDescription& scene, StudySetting& setting) {
+  LiveSettings live = scene_settings(scene).tools.front();
+  set_level(level, live);
+  setting.options = live.optimiser;
+}
+
+/// Puts KEY=VALUE into the setting. Ranges are those of scene.proto.
+void assign(const std::string& text, const std::string& key, const std::string& value,
+            const SceneDescription& scene, StudySetting& setting) {
+  OptimiserOptions& o = setting.options;
+  const auto real = [&](double& into, double least, double most) {
+    return [&, least, most] { into = number(text, value, least, most); };
+  };
+  const auto count = [&](int& into, int least, int most) {
+    return [&, least, most] { into = whole(text, value, least, most); };
+  };
+  const std::map<std::string, std::function<void()>> keys{
+      {"scene", [&] { setting.scene = value; }},
+      {"level", [&] { take_level(whole(text, value, 0, kQualityLevels - 1), scene, setting); }},
+      {"sub_steps", count(o.sub_steps, 1, 4096)},
+      {"stop_tolerance", real(o.stop_tolerance, 1e-15, 1e-3)},
+      {"margin", real(o.margin, 1e-6, 1.0)},
+      {"rotation_step", real(o.rotation_step, 1e-6, 1.0)},
+      {"max_rows", count(o.max_rows, 1, kMaxQpRows)},
+      {"tool_level", count(o.tool_level, 1, kMaxTreeDepth)},
+      {"body_level", count(o.body_level, 1, kMaxTreeDepth)},
+      {"judged", [&] { setting.judged = named(text, value, kAnswers); }},
+      {"rate", real(setting.rate_hz, 50.0, 8000.0)},
+      {"string", [&] { setting.string_model = named(text, value, kModels); }},
+      {"string_level", [&] { setting.string_level = named(text, value, kLevels); }},
+      {"modes", [&] { setting.modes = whole(text, value, 0, kMaxModes); }},
+      {"modal_steps", [&] { setting.modal_steps = whole(text, value, 1, 4096); }}};
+  const auto found = keys.find(key);
+  if (found == keys.end()) {
+    std::string known;
+    for (const auto& each : keys) known += " " + each.first;
+    refuse(text, "there is no " + key + "; there are:" + known);
+  }
+  found->second();
+}
+
+}  // namespace
+
+StudySetting parse_setting(const std::string& text, const SceneDescription& scene) {
+  StudySetting setting;
+  setting.options = scene.optimiser;
+  const std::size_t colon = text.find(':');
+  setting.name = text.substr(0, colon);
+  if (setting.name.empty()) refuse(text, "give it a name, as in few:sub_steps=2");
+  if (colon == std::string::npos) return setting;
+  // The level first, wherever it stands: the others change what it decides.
+  for (const bool levels : {true, false}) {
+    std::istringstream rest(text.substr(colon + 1));
+    std::string each;
+    while (std::getline(rest, each, ',')) {
+      const std::size_t equals = each.find('=');
+      if (equals == std::string::npos) refuse(text, each + " is no KEY=VALUE");
+      const std::string key = each.substr(0, equals);
+      if ((key == "level") == levels) assign(text, key, each.substr(equals + 1), scene, setting);
+    }
+  }
+  return setting;
+}
+
+std::string scene_of_setting(const std::string& text) {
+  std::istringstream rest(text.substr(std::min(text.size(), text.find(':') + 1)));
+  std::string each;
+  while (std::getline(rest, each, ',')) {
+    if (each.rfind("scene=", 0) == 0) return each.substr(6);
+  }
+  return "";
+}
+
+OptimiserOptions truth_options(const SceneDescription& scene) {
+  OptimiserOptions options = scene.optimiser;
+  options.sub_steps = 400;
+  options.rotation_step = 4e-3;
+  options.stop_tolerance = 1e-10;
+  options.max_rows = kMaxQpRows;
+  options.tool_level = kLeafLevel;
+  options.body_level = kLeafLevel;
+  return options;
+}
+
+SceneDescription with_strings(SceneDescription scene, const StudySetting& setting) {
+  for (StringDescription& string : scene.strings) {
+    if (setting.string_model) string.parameters.model = *setting.string_model;
+    if (setting.string_level) string.parameters.max_level = *setting.string_level;
+  }
+  if (setting.modes) scene.instrument.modes = *setting.modes;
+  if (setting.modal_steps) scene.instrument.modal_steps = *setting.modal_steps;
+  return scene;
+}
+
+}  // namespace hapticd
