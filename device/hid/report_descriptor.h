@@ -10,13 +10,9 @@
 #include <span>
 
 #include "core/math/fixed_vector.h"
+#include "device/report_io/descriptor_reader.h"
 
 namespace hapticd::hid {
-
-/// Longest descriptor that Linux accepts, bytes; longer ones are refused.
-inline constexpr std::size_t kLongestDescriptor = 4096;
-/// Reports told of one descriptor; one with more is refused. Profile v1 has six.
-inline constexpr std::size_t kMostReports = 64;
 
 /// The descriptor of a device without and with the affine command.
 inline constexpr std::array<std::uint8_t, 55> kPlainDescriptor{
@@ -30,8 +26,6 @@ inline constexpr std::array<std::uint8_t, 63> kAffineDescriptor{
     0x09, 0x03, 0x95, 0x3F, 0x91, 0x02, 0x85, 0x10, 0x09, 0x10, 0x95, 0x3F, 0xB1, 0x02, 0x85, 0x11,
     0x09, 0x11, 0x95, 0x0F, 0xB1, 0x02, 0x85, 0x12, 0x09, 0x12, 0x95, 0x07, 0xB1, 0x02, 0xC0};
 
-enum class ReportKind : std::uint8_t { kInput, kOutput, kFeature };
-
 /// One report of a descriptor.
 struct ReportSize {
   ReportKind kind = ReportKind::kInput;
@@ -41,16 +35,6 @@ struct ReportSize {
 
 /// Bytes of a report on the wire, its ID included.
 [[nodiscard]] std::uint64_t bytes_of(const ReportSize& report) noexcept;
-
-/// What is wrong with a descriptor.
-enum class DescriptorFlaw : std::uint8_t {
-  kNone,
-  kTooLong,      ///< more than kLongestDescriptor
-  kCutOff,       ///< ends within an item
-  kUnbalanced,   ///< collections or stacked globals that do not match, or too deep
-  kBadReportId,  ///< 0, or more than a byte holds
-  kTooLarge,     ///< more than kMostReports, or a report longer than any host takes
-};
 
 /// What a descriptor says.
 struct DescriptorFacts {

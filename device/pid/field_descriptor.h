@@ -9,26 +9,16 @@
 #include <span>
 #include <vector>
 
+#include "device/report_io/descriptor_reader.h"
+
 namespace hapticd::pid {
 
-/// Longest descriptor that Linux accepts, bytes; longer ones are refused.
-inline constexpr std::size_t kLongestDescriptor = 4096;
-/// Fields, reports and collections of one descriptor; one with more is refused. Force devices have
-/// about 100, 20 and 50.
+/// Fields and collections of one descriptor; one with more is refused. Force devices have about 100
+/// and 50.
 inline constexpr std::size_t kMostFields = 2048;
-inline constexpr std::size_t kMostReports = 64;
 inline constexpr std::size_t kMostCollections = 256;
 /// Usages that one item names; more are without a name.
 inline constexpr std::size_t kMostUsages = 64;
-/// Longest report of a descriptor that is read, bytes.
-inline constexpr std::size_t kLongestReportRead = 16'384;
-
-/// A usage with its page, as descriptors pack them.
-[[nodiscard]] constexpr std::uint32_t usage_of(std::uint32_t page, std::uint32_t usage) noexcept {
-  return page << 16U | usage;
-}
-
-enum class ReportKind : std::uint8_t { kInput, kOutput, kFeature };
 
 /// One report.
 struct ReportSize {
@@ -54,16 +44,6 @@ struct Field {
   bool is_array = false;              ///< its value, less the minimum, is a place in `usages`
   std::vector<std::uint32_t> usages;  ///< of an array all; else one, or none
   int collection = -1;
-};
-
-/// What is wrong with a descriptor.
-enum class DescriptorFlaw : std::uint8_t {
-  kNone,
-  kTooLong,      ///< more than kLongestDescriptor
-  kCutOff,       ///< ends within an item
-  kUnbalanced,   ///< collections or stacked globals that do not match, or too deep
-  kBadReportId,  ///< 0, or more than a byte holds
-  kTooLarge,     ///< more fields, reports or collections than the bounds above, or longer ones
 };
 
 /// What a descriptor says.

@@ -43,7 +43,7 @@ bool check_descriptor(View bytes) {
   require(facts.is_haptic || !profile);
   require(profile || !affine);
   for (const hid::ReportSize& report : facts.reports) require(hid::bytes_of(report) <= kLongest);
-  if (facts.flaw == hid::DescriptorFlaw::kNone) return true;
+  if (facts.flaw == DescriptorFlaw::kNone) return true;
   require(!facts.is_haptic && facts.reports.empty());
   return false;
 }

@@ -22,9 +22,9 @@ void require(bool condition) {
 void check_descriptor(std::span<const std::uint8_t> bytes) {
   const pid::Descriptor descriptor = pid::read_fields(bytes);
   require(descriptor.fields.size() <= pid::kMostFields);
-  require(descriptor.reports.size() <= pid::kMostReports);
+  require(descriptor.reports.size() <= kMostReports);
   require(descriptor.collections.size() <= pid::kMostCollections);
-  if (descriptor.flaw != pid::DescriptorFlaw::kNone) require(descriptor.reports.empty());
+  if (descriptor.flaw != DescriptorFlaw::kNone) require(descriptor.reports.empty());
   for (const pid::Field& field : descriptor.fields) {
     require(field.bits >= 1 && field.bits <= 32 && field.minimum <= field.maximum);
     const auto report = std::find_if(descriptor.reports.begin(), descriptor.reports.end(),

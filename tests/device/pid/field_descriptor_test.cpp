@@ -8,7 +8,6 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 using pid::Descriptor;
-using pid::DescriptorFlaw;
 using pid::read_fields;
 
 DescriptorFlaw flaw_of(const Bytes& bytes) {
@@ -42,8 +41,8 @@ TEST_CASE("globals are pushed and popped, and the page in force at the main item
       read_fields(Bytes{0x05, 0x09, 0x75, 0x08, 0x95, 0x01, 0x25, 0x01, 0xA4, 0x09,
                         0x30, 0x05, 0x01, 0x81, 0x02, 0xB4, 0x09, 0x02, 0x81, 0x02});
   REQUIRE(descriptor.fields.size() == 2);
-  CHECK(descriptor.fields[0].usages[0] == pid::usage_of(0x01, 0x30));
-  CHECK(descriptor.fields[1].usages[0] == pid::usage_of(0x09, 0x02));
+  CHECK(descriptor.fields[0].usages[0] == usage_of(0x01, 0x30));
+  CHECK(descriptor.fields[1].usages[0] == usage_of(0x09, 0x02));
   CHECK(descriptor.fields[1].bit == 8);
 }
 
@@ -57,7 +56,7 @@ TEST_CASE("constants are no fields, whatever their usage, but take their bits") 
   const Descriptor descriptor = read_fields(Bytes{0x05, 0x01, 0x25, 0x7F, 0x75, 0x08, 0x95, 0x01,
                                                   0x09, 0x30, 0x81, 0x03, 0x09, 0x31, 0x81, 0x02});
   REQUIRE(descriptor.fields.size() == 1);
-  CHECK(descriptor.fields[0].usages[0] == pid::usage_of(0x01, 0x31));
+  CHECK(descriptor.fields[0].usages[0] == usage_of(0x01, 0x31));
   CHECK(descriptor.fields[0].bit == 8);
 }
 
