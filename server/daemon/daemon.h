@@ -104,7 +104,7 @@ class Daemon {
   struct AskedPush {
     std::uint64_t number = 0;  ///< of the command
     DeviceCheck* check = nullptr;
-    v1::Axis axis = v1::AXIS_UNSPECIFIED;
+    PushAxis axis = 0;
   };
   /// A step of a device's own calibration, until the device has answered.
   struct AskedCalibration {

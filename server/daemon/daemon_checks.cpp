@@ -31,6 +31,22 @@ hid::CalibrationOp operation_of(v1::CalibrateStep step) {
 
 bool is_direction(v1::Axis axis) { return v1::Axis_IsValid(axis) && axis != v1::AXIS_UNSPECIFIED; }
 
+PushAxis push_axis(v1::Axis axis) { return static_cast<PushAxis>(axis); }
+
+v1::Result to_result(const CheckAnswer& answer) {
+  switch (answer.verdict) {
+    case CheckVerdict::kRight:
+      return result_of(v1::RESULT_CODE_OK, "", answer.words);
+    case CheckVerdict::kFeltWrong:
+      return result_of(v1::RESULT_CODE_INVALID, "calibrate.axis", answer.words);
+    case CheckVerdict::kNoPush:
+      return wrong_state(answer.words);
+    case CheckVerdict::kNotKept:
+      return result_of(v1::RESULT_CODE_FAILED, "calibrate", answer.words);
+  }
+  return {};
+}
+
 }  // namespace
 
 void Daemon::calibrate(const RequestId& id, const v1::Calibrate& calibrate) {
@@ -53,8 +69,8 @@ void Daemon::calibrate(const RequestId& id, const v1::Calibrate& calibrate) {
     result = wrong_state("This device needs no check: it pushes nobody.");
   } else if (step == v1::CALIBRATE_STEP_CONFIRM && is_direction(calibrate.axis())) {
     // Felt along an axis that it cannot push along, it is wrong like any other.
-    result = outside->check->confirm(calibrate.axis());
-  } else if (!outside->check->has(calibrate.axis())) {
+    result = to_result(outside->check->confirm(push_axis(calibrate.axis())));
+  } else if (!is_direction(calibrate.axis()) || !outside->check->has(push_axis(calibrate.axis()))) {
     result = result_of(v1::RESULT_CODE_INVALID, "calibrate.axis",
                        "Give one of the directions that the device can push in.");
   } else {
@@ -74,8 +90,8 @@ void Daemon::push(const RequestId& id, const v1::Calibrate& calibrate,
   const std::vector<std::uint32_t>& tools = scenes_.back().index.tool_ids;
   const auto found = std::find(tools.begin(), tools.end(), calibrate.tool_id());
   const PushCommand what{static_cast<std::uint32_t>(found - tools.begin()),
-                         static_cast<PushAxis>(calibrate.axis())};
-  const AskedPush asked{last_command_ + 1, outside.check.get(), calibrate.axis()};
+                         push_axis(calibrate.axis())};
+  const AskedPush asked{last_command_ + 1, outside.check.get(), what.axis};
   if (command(id, what)) push_ = asked;
 }
 

@@ -7,6 +7,25 @@
 #include <algorithm>
 
 namespace hapticd {
+namespace {
+
+v1::CalibrationState state_of(CalibrationPhase phase) {
+  switch (phase) {
+    case CalibrationPhase::kNeeded:
+      return v1::CALIBRATION_STATE_NEEDED;
+    case CalibrationPhase::kRunning:
+      return v1::CALIBRATION_STATE_RUNNING;
+    case CalibrationPhase::kDone:
+      return v1::CALIBRATION_STATE_DONE;
+    case CalibrationPhase::kFailed:
+      return v1::CALIBRATION_STATE_FAILED;
+    case CalibrationPhase::kUnknown:
+      break;
+  }
+  return v1::CALIBRATION_STATE_UNSPECIFIED;
+}
+
+}  // namespace
 
 void Daemon::attach_devices() {
   const std::filesystem::path checks = recordings_folder().parent_path() / "devices";
@@ -62,11 +81,13 @@ v1::DeviceInfo Daemon::device_info(std::size_t k) const {
   info.set_port(outside->keeper->port());
   info.set_checked(outside->check == nullptr || outside->check->passed());
   if (outside->check != nullptr) {
-    for (const v1::Axis axis : outside->check->confirmed()) info.add_confirmed(axis);
+    for (const PushAxis axis : outside->check->confirmed()) {
+      info.add_confirmed(static_cast<v1::Axis>(axis));
+    }
   }
   if (outside->calibration != nullptr) {
     const CalibrationStatus status = outside->calibration->status();
-    info.set_calibration(status.state);
+    info.set_calibration(state_of(status.phase));
     info.set_calibration_progress(status.progress);
   }
   return info;

@@ -13,18 +13,18 @@ constexpr std::int64_t kLookEvery_ns = 100'000'000;
 
 constexpr const char* kUnplugged = "it is unplugged";
 
-v1::CalibrationState state_of(hid::CalibrationState state, bool needed) {
+CalibrationPhase phase_of(hid::CalibrationState state, bool needed) {
   switch (state) {
     case hid::CalibrationState::kRunning:
-      return v1::CALIBRATION_STATE_RUNNING;
+      return CalibrationPhase::kRunning;
     case hid::CalibrationState::kOk:
-      return v1::CALIBRATION_STATE_DONE;
+      return CalibrationPhase::kDone;
     case hid::CalibrationState::kFailed:
-      return v1::CALIBRATION_STATE_FAILED;
+      return CalibrationPhase::kFailed;
     case hid::CalibrationState::kNone:
       break;
   }
-  return needed ? v1::CALIBRATION_STATE_NEEDED : v1::CALIBRATION_STATE_UNSPECIFIED;
+  return needed ? CalibrationPhase::kNeeded : CalibrationPhase::kUnknown;
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ void DeviceCalibration::look(const ReportChannel& channel) {
   std::string error;
   if (!hid::get_calibration(channel, now, error)) return;
   const std::lock_guard lock(mutex_);
-  status_ = {state_of(now.state, needed_), 0.01 * now.progress};
+  status_ = {phase_of(now.state, needed_), 0.01 * now.progress};
 }
 
 void DeviceCalibration::begin(const ReportChannel& channel) {
@@ -88,7 +88,7 @@ void DeviceCalibration::tend(const std::function<ReportChannel()>& open, std::in
       asked.op = op_;
       request_ = Request::kTaken;
     }
-    runs = status_.state == v1::CALIBRATION_STATE_RUNNING;
+    runs = status_.phase == CalibrationPhase::kRunning;
   }
   const bool told = asked.op != hid::CalibrationOp::kNone;
   if (!told && (!runs || now_ns < look_due_ns_)) return;

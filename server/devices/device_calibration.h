@@ -10,13 +10,20 @@
 
 #include "device/hid/profile_v1.h"
 #include "device/report_io/report_channel.h"
-#include "hapticd/v1/answer.pb.h"
 
 namespace hapticd {
 
-/// How far it is, as DeviceInfo says it.
+enum class CalibrationPhase : std::uint8_t {
+  kUnknown,  ///< the device does not say
+  kNeeded,   ///< its zero is not known: no force until it is calibrated
+  kRunning,
+  kDone,
+  kFailed,
+};
+
+/// How far it is.
 struct CalibrationStatus {
-  v1::CalibrationState state = v1::CALIBRATION_STATE_UNSPECIFIED;
+  CalibrationPhase phase = CalibrationPhase::kUnknown;
   double progress = 0.0;  ///< [0, 1]
 };
 

@@ -11,26 +11,43 @@
 #include <string>
 #include <vector>
 
-#include "hapticd/v1/answer.pb.h"
+#include "core/tick/push_axis.h"
 #include "server/devices/check_record.h"
-#include "server/scene_io/profile_loader.h"
 
 namespace hapticd {
 
 /// Force of a device whose axes, signs and directions nobody has checked, N: to be felt, no more.
 inline constexpr double kUncheckedForce = 0.3;
 
+/// Of a device's profile, what its check depends on.
+struct CheckedProfile {
+  std::string name;
+  AxisMapping axes;
+};
+
 /// What is checked.
 struct CheckSubject {
   CheckedDevice device;
-  std::string profile;             ///< its name
-  AxisMapping axes;                ///< of the profile
+  CheckedProfile profile;
   std::array<bool, 3> can_push{};  ///< along x, y, z of D
 };
 
 /// Axes of D along which a device pushes that can along `raw` ones of its own.
 [[nodiscard]] std::array<bool, 3> pushing_axes(const std::array<bool, 3>& raw,
                                                const AxisMapping& axes);
+
+/// What came of a confirmation.
+enum class CheckVerdict : std::uint8_t {
+  kRight,      ///< felt where it was pushed
+  kFeltWrong,  ///< felt elsewhere: the check begins anew
+  kNoPush,     ///< there is no whole push to confirm
+  kNotKept,    ///< all is right, but that cannot be kept
+};
+
+struct CheckAnswer {
+  CheckVerdict verdict = CheckVerdict::kRight;
+  std::string words;  ///< how far it is, or what was wrong and what to do; for people
+};
 
 class DeviceCheck;
 
@@ -39,7 +56,7 @@ class DeviceCheck;
 [[nodiscard]] std::unique_ptr<DeviceCheck> check_of(const HidrawNode& node,
                                                     std::span<const std::uint8_t> stated,
                                                     const std::array<bool, 3>& raw,
-                                                    const LoadedProfile& profile,
+                                                    const CheckedProfile& profile,
                                                     const std::filesystem::path& folder);
 
 class DeviceCheck {
@@ -50,28 +67,28 @@ class DeviceCheck {
   /// Passed, now or before.
   [[nodiscard]] bool passed() const noexcept { return passed_; }
   /// Directions that were confirmed since the check began.
-  [[nodiscard]] const std::vector<v1::Axis>& confirmed() const noexcept { return confirmed_; }
+  [[nodiscard]] const std::vector<PushAxis>& confirmed() const noexcept { return confirmed_; }
   /// A direction it can push in.
-  [[nodiscard]] bool has(v1::Axis axis) const noexcept;
+  [[nodiscard]] bool has(PushAxis axis) const noexcept;
 
   /// A push began at `t_ns` on the loop's clock.
-  void note_push(v1::Axis axis, std::int64_t t_ns) noexcept;
+  void note_push(PushAxis axis, std::int64_t t_ns) noexcept;
   /// The loop was not engaged at `t_ns`: a push under way was cut, and cannot be confirmed.
   void note_no_force(std::int64_t t_ns) noexcept;
-  /// The last push was felt along `felt`. OK, or what was wrong and what to do.
-  [[nodiscard]] v1::Result confirm(v1::Axis felt);
+  /// The last push was felt along `felt`.
+  [[nodiscard]] CheckAnswer confirm(PushAxis felt);
 
  private:
-  [[nodiscard]] v1::Result begin_anew(v1::Axis pushed, v1::Axis felt);
-  [[nodiscard]] v1::Result finish();
-  [[nodiscard]] std::string remedy(v1::Axis pushed, v1::Axis felt) const;
+  [[nodiscard]] CheckAnswer begin_anew(PushAxis pushed, PushAxis felt);
+  [[nodiscard]] CheckAnswer finish();
+  [[nodiscard]] std::string remedy(PushAxis pushed, PushAxis felt) const;
 
   CheckSubject subject_;
   std::filesystem::path folder_;
   bool passed_ = false;
   bool passed_before_ = false;  ///< when hapticd started: full force is given
-  std::vector<v1::Axis> confirmed_;
-  v1::Axis pushed_ = v1::AXIS_UNSPECIFIED;  ///< not yet confirmed
+  std::vector<PushAxis> confirmed_;
+  PushAxis pushed_ = 0;  ///< not yet confirmed
   std::int64_t pushed_ns_ = 0;
 };
 

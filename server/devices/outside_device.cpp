@@ -94,7 +94,7 @@ OutsideDevice attach_hid(const std::string& serial, const v1::DeviceProfile& bas
   v1::DeviceProfile profile = profile_of(capabilities, node, base);
   OutsideDevice outside;
   outside.check = check_of(node, hid::encode(capabilities), pushes_along(capabilities),
-                           checked(profile), checks);
+                           profile_to_check(profile), checks);
   if (!outside.check->passed()) {
     limit(profile, "peak_force_n", kUncheckedForce, "nobody has checked its axes and signs");
   }

@@ -172,7 +172,8 @@ OutsideDevice attach_pid(const std::string& serial, const v1::DeviceProfile& bas
   const std::vector<v1::DeviceProfile> installed = installed_pid_profiles();
   v1::DeviceProfile profile = pid_profile(node, layout, pid_base(node, base, installed));
   OutsideDevice outside;
-  outside.check = check_of(node, node.descriptor, {true, true, false}, checked(profile), checks);
+  outside.check =
+      check_of(node, node.descriptor, {true, true, false}, profile_to_check(profile), checks);
   if (!outside.check->passed()) {
     limit(profile, "peak_force_n", kUncheckedForce, "nobody has checked its axes and signs");
   }

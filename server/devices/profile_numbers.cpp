@@ -33,6 +33,10 @@ void limit(v1::DeviceProfile& profile, const std::string& name, double most, con
   number.clear_guess();
 }
 
+CheckedProfile profile_to_check(const v1::DeviceProfile& profile) {
+  return {profile.name(), checked(profile).axes};
+}
+
 LoadedProfile checked(const v1::DeviceProfile& profile) {
   ProfileResult result = check_profile(profile);
   if (result.loaded) return std::move(*result.loaded);

@@ -4,6 +4,7 @@
 #include <initializer_list>
 #include <string>
 
+#include "server/devices/device_check.h"
 #include "server/scene_io/profile_loader.h"
 
 namespace hapticd {
@@ -19,6 +20,9 @@ void fill(v1::DeviceProfile& profile, const std::string& name,
 /// is a limit: a device that states a peak force of 0 gives none.
 void limit(v1::DeviceProfile& profile, const std::string& name, double most,
            const char* source = kStated);
+
+/// What the guided check of such a device depends on; throws as checked() does.
+[[nodiscard]] CheckedProfile profile_to_check(const v1::DeviceProfile& profile);
 
 /// Throws std::runtime_error when the numbers make no profile.
 [[nodiscard]] LoadedProfile checked(const v1::DeviceProfile& profile);

@@ -4,12 +4,11 @@
 // rendered wrench comes back by a ramp. Frame: D of the device. RT: yes, about 5 ns.
 #pragma once
 
-#include <cstdint>
-
 #include "core/math/realtime.h"
 #include "core/math/state_fields.h"
 #include "core/math/wrench.h"
 #include "core/safety/loop_state.h"
+#include "core/tick/push_axis.h"
 
 namespace hapticd {
 
@@ -19,10 +18,6 @@ inline constexpr double kPushForce = 0.3;
 inline constexpr double kPushRamp_s = 0.2;
 /// A whole push, ramps included, s.
 inline constexpr double kPush_s = 1.0;
-
-/// A direction of D with the number of hapticd::v1::Axis: +x -x +y -y +z -z; 0: none.
-using PushAxis = std::uint8_t;
-inline constexpr PushAxis kPushAxes = 6;
 
 /// Kept from tick to tick.
 struct CheckPush {

@@ -26,7 +26,7 @@ class Calibrated {
         },
         now_ns_);
   }
-  v1::CalibrationState state() { return calibration.status().state; }
+  CalibrationPhase phase() { return calibration.status().phase; }
 
   Bench bench{kHapNeedsCalibration};
   DeviceCalibration calibration{true};
@@ -57,13 +57,13 @@ using hid::CalibrationOp;
 
 TEST_CASE("a calibration is begun, followed ten times a second to its end, and stored") {
   Calibrated run;
-  CHECK(run.state() == v1::CALIBRATION_STATE_NEEDED);
+  CHECK(run.phase() == CalibrationPhase::kNeeded);
   REQUIRE(run.calibration.ask(CalibrationOp::kStart));
   CHECK_FALSE(run.calibration.take_answer().has_value());
   run.tend();
   CHECK(run.calibration.take_answer() == "");
   CHECK_FALSE(run.calibration.take_answer().has_value());
-  CHECK(run.state() == v1::CALIBRATION_STATE_RUNNING);
+  CHECK(run.phase() == CalibrationPhase::kRunning);
   hap_calibration_progress(&run.bench.device, 40);
   run.tend(kLook_ns - 1);
   CHECK(run.calibration.status().progress == 0.0);
@@ -71,7 +71,7 @@ TEST_CASE("a calibration is begun, followed ten times a second to its end, and s
   CHECK(run.calibration.status().progress == doctest::Approx(0.4));
   hap_calibration_end(&run.bench.device, true);
   run.tend(kLook_ns);
-  CHECK(run.state() == v1::CALIBRATION_STATE_DONE);
+  CHECK(run.phase() == CalibrationPhase::kDone);
   CHECK(run.calibration.status().progress == 1.0);
   REQUIRE(run.calibration.ask(CalibrationOp::kStore));
   run.tend(kLook_ns);
@@ -97,7 +97,7 @@ TEST_CASE("what the device refuses is told, and the next request goes through") 
   REQUIRE(run.calibration.ask(CalibrationOp::kZeroHere));
   run.tend();
   CHECK(run.calibration.take_answer() == "");
-  CHECK(run.state() == v1::CALIBRATION_STATE_DONE);
+  CHECK(run.phase() == CalibrationPhase::kDone);
 }
 
 TEST_CASE("aborted and failed calibrations are told apart") {
@@ -108,12 +108,12 @@ TEST_CASE("aborted and failed calibrations are told apart") {
   REQUIRE(run.calibration.ask(CalibrationOp::kAbort));
   run.tend();
   REQUIRE(run.calibration.take_answer() == "");
-  CHECK(run.state() == v1::CALIBRATION_STATE_NEEDED);
+  CHECK(run.phase() == CalibrationPhase::kNeeded);
   REQUIRE(run.calibration.ask(CalibrationOp::kStart));
   run.tend();
   hap_calibration_end(&run.bench.device, false);
   run.tend(kLook_ns);
-  CHECK(run.state() == v1::CALIBRATION_STATE_FAILED);
+  CHECK(run.phase() == CalibrationPhase::kFailed);
 }
 
 TEST_CASE("unplugged it answers what was asked, and what is asked then") {
@@ -123,9 +123,9 @@ TEST_CASE("unplugged it answers what was asked, and what is asked then") {
   CHECK(run.calibration.take_answer() == "it is unplugged");
   REQUIRE(run.calibration.ask(CalibrationOp::kStart));
   CHECK(run.calibration.take_answer() == "it is unplugged");
-  CHECK(run.state() == v1::CALIBRATION_STATE_UNSPECIFIED);
+  CHECK(run.phase() == CalibrationPhase::kUnknown);
   run.calibration.begin(run.channel());
-  CHECK(run.state() == v1::CALIBRATION_STATE_NEEDED);
+  CHECK(run.phase() == CalibrationPhase::kNeeded);
   run.opens = false;
   REQUIRE(run.calibration.ask(CalibrationOp::kStart));
   run.tend();

@@ -11,28 +11,28 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-const std::vector<v1::Axis> kAll{v1::AXIS_POSITIVE_X, v1::AXIS_NEGATIVE_X, v1::AXIS_POSITIVE_Y,
-                                 v1::AXIS_NEGATIVE_Y, v1::AXIS_POSITIVE_Z, v1::AXIS_NEGATIVE_Z};
+/// +x -x +y -y +z -z.
+const std::vector<PushAxis> kAll{1, 2, 3, 4, 5, 6};
 
 CheckSubject subject(std::array<bool, 3> can_push = {true, true, true},
                      const std::string& serial = "S1") {
   CheckSubject made;
-  made.axes.force_sign = {1.0, -1.0, 1.0};
-  made.device = checked_device(pen(serial), kStated, made.axes);
-  made.profile = "pen";
+  made.profile.axes.force_sign = {1.0, -1.0, 1.0};
+  made.device = checked_device(pen(serial), kStated, made.profile.axes);
+  made.profile.name = "pen";
   made.can_push = can_push;
   return made;
 }
 
 /// Pushed along one direction, felt along another.
-v1::Result feel(DeviceCheck& check, v1::Axis pushed, v1::Axis felt) {
+CheckAnswer feel(DeviceCheck& check, PushAxis pushed, PushAxis felt) {
   check.note_push(pushed, kSecond_ns);
   return check.confirm(felt);
 }
 
-v1::Result pass(DeviceCheck& check) {
-  v1::Result last;
-  for (const v1::Axis axis : kAll) {
+CheckAnswer pass(DeviceCheck& check) {
+  CheckAnswer last;
+  for (const PushAxis axis : kAll) {
     if (check.has(axis)) last = feel(check, axis, axis);
   }
   return last;
@@ -46,10 +46,10 @@ TEST_CASE("a device is checked once all six directions are confirmed, and stays 
   for (std::size_t k = 0; k < kAll.size(); ++k) {
     CHECK_FALSE(check.passed());
     CHECK(check.confirmed().size() == k);
-    const v1::Result result = feel(check, kAll[k], kAll[k]);
-    CHECK(result.code() == v1::RESULT_CODE_OK);
+    const CheckAnswer result = feel(check, kAll[k], kAll[k]);
+    CHECK(result.verdict == CheckVerdict::kRight);
     const bool last = k + 1 == kAll.size();
-    CHECK((result.message().find("next start of hapticd") != std::string::npos) == last);
+    CHECK((result.words.find("next start of hapticd") != std::string::npos) == last);
   }
   CHECK(check.passed());
   CHECK(DeviceCheck(subject(), folder.path()).passed());
@@ -58,13 +58,13 @@ TEST_CASE("a device is checked once all six directions are confirmed, and stays 
 TEST_CASE("a direction confirmed twice is one, and a device of two axes has four") {
   const CheckFolder folder;
   DeviceCheck check(subject({true, true, false}), folder.path());
-  CHECK_FALSE(check.has(v1::AXIS_POSITIVE_Z));
-  CHECK_FALSE(check.has(v1::AXIS_UNSPECIFIED));
-  CHECK_FALSE(check.has(static_cast<v1::Axis>(7)));
-  for (int k = 0; k < 4; ++k) CHECK(feel(check, kAll[0], kAll[0]).code() == v1::RESULT_CODE_OK);
+  CHECK_FALSE(check.has(kAll[4]));
+  CHECK_FALSE(check.has(0));
+  CHECK_FALSE(check.has(7));
+  for (int k = 0; k < 4; ++k) CHECK(feel(check, kAll[0], kAll[0]).verdict == CheckVerdict::kRight);
   CHECK(check.confirmed().size() == 1);
   CHECK_FALSE(check.passed());
-  CHECK(pass(check).code() == v1::RESULT_CODE_OK);
+  CHECK(pass(check).verdict == CheckVerdict::kRight);
   CHECK(check.confirmed().size() == 4);
   CHECK(check.passed());
 }
@@ -72,35 +72,35 @@ TEST_CASE("a direction confirmed twice is one, and a device of two axes has four
 TEST_CASE("a push is confirmed once, and not at all when it was cut short") {
   const CheckFolder folder;
   DeviceCheck check(subject(), folder.path());
-  CHECK(check.confirm(kAll[0]).code() == v1::RESULT_CODE_WRONG_STATE);
-  CHECK(feel(check, kAll[0], kAll[0]).code() == v1::RESULT_CODE_OK);
-  CHECK(check.confirm(kAll[0]).code() == v1::RESULT_CODE_WRONG_STATE);
+  CHECK(check.confirm(kAll[0]).verdict == CheckVerdict::kNoPush);
+  CHECK(feel(check, kAll[0], kAll[0]).verdict == CheckVerdict::kRight);
+  CHECK(check.confirm(kAll[0]).verdict == CheckVerdict::kNoPush);
   check.note_push(kAll[1], 5 * kSecond_ns);
   check.note_no_force(5 * kSecond_ns);  // the snapshot of before the push
   check.note_no_force(6 * kSecond_ns);
-  CHECK(check.confirm(kAll[1]).code() == v1::RESULT_CODE_OK);
+  CHECK(check.confirm(kAll[1]).verdict == CheckVerdict::kRight);
   check.note_push(kAll[2], 7 * kSecond_ns);
   check.note_no_force(8 * kSecond_ns - 1);
-  CHECK(check.confirm(kAll[2]).code() == v1::RESULT_CODE_WRONG_STATE);
+  CHECK(check.confirm(kAll[2]).verdict == CheckVerdict::kNoPush);
   CHECK(check.confirmed().size() == 2);
 }
 
 TEST_CASE("felt the other way round it begins anew and names the line of the profile") {
   const CheckFolder folder;
   DeviceCheck check(subject(), folder.path());
-  CHECK(feel(check, kAll[0], kAll[0]).code() == v1::RESULT_CODE_OK);
-  v1::Result result = feel(check, v1::AXIS_POSITIVE_Z, v1::AXIS_NEGATIVE_Z);
-  CHECK(result.code() == v1::RESULT_CODE_INVALID);
-  CHECK(result.message().find("profile pen") != std::string::npos);
-  CHECK(result.message().find("force_sign { value: [1, -1, -1]") != std::string::npos);
+  CHECK(feel(check, kAll[0], kAll[0]).verdict == CheckVerdict::kRight);
+  CheckAnswer result = feel(check, kAll[4], kAll[5]);
+  CHECK(result.verdict == CheckVerdict::kFeltWrong);
+  CHECK(result.words.find("profile pen") != std::string::npos);
+  CHECK(result.words.find("force_sign { value: [1, -1, -1]") != std::string::npos);
   CHECK(check.confirmed().empty());
   // What is -1 already becomes 1 again.
-  result = feel(check, v1::AXIS_NEGATIVE_Y, v1::AXIS_POSITIVE_Y);
-  CHECK(result.message().find("force_sign { value: [1, 1, 1]") != std::string::npos);
-  result = feel(check, v1::AXIS_POSITIVE_X, v1::AXIS_POSITIVE_Y);
-  CHECK(result.code() == v1::RESULT_CODE_INVALID);
-  CHECK(result.message().find("axis_map { axes") != std::string::npos);
-  CHECK(result.message().size() <= 400);
+  result = feel(check, kAll[3], kAll[2]);
+  CHECK(result.words.find("force_sign { value: [1, 1, 1]") != std::string::npos);
+  result = feel(check, kAll[0], kAll[2]);
+  CHECK(result.verdict == CheckVerdict::kFeltWrong);
+  CHECK(result.words.find("axis_map { axes") != std::string::npos);
+  CHECK(result.words.size() <= 400);
 }
 
 TEST_CASE("a checked device that is felt to push wrongly is none any more") {
@@ -111,7 +111,7 @@ TEST_CASE("a checked device that is felt to push wrongly is none any more") {
   }
   DeviceCheck check(subject(), folder.path());
   REQUIRE(check.passed());
-  CHECK(feel(check, kAll[0], kAll[1]).code() == v1::RESULT_CODE_INVALID);
+  CHECK(feel(check, kAll[0], kAll[1]).verdict == CheckVerdict::kFeltWrong);
   CHECK_FALSE(check.passed());
   CHECK_FALSE(DeviceCheck(subject(), folder.path()).passed());
 }
@@ -119,9 +119,9 @@ TEST_CASE("a checked device that is felt to push wrongly is none any more") {
 TEST_CASE("a device without a serial cannot be remembered, and is told so") {
   const CheckFolder folder;
   DeviceCheck check(subject({true, true, true}, ""), folder.path());
-  const v1::Result result = pass(check);
-  CHECK(result.code() == v1::RESULT_CODE_FAILED);
-  CHECK(result.message().find("no serial number") != std::string::npos);
+  const CheckAnswer result = pass(check);
+  CHECK(result.verdict == CheckVerdict::kNotKept);
+  CHECK(result.words.find("no serial number") != std::string::npos);
   CHECK_FALSE(check.passed());
   CHECK_FALSE(DeviceCheck(subject({true, true, true}, ""), folder.path()).passed());
 }
@@ -131,10 +131,10 @@ TEST_CASE("where nothing can be kept the last confirmation fails, and may be tri
   std::filesystem::create_directories(folder.path().parent_path());
   set_text(folder.path(), "no folder");
   DeviceCheck check(subject(), folder.path());
-  CHECK(pass(check).code() == v1::RESULT_CODE_FAILED);
+  CHECK(pass(check).verdict == CheckVerdict::kNotKept);
   CHECK_FALSE(check.passed());
   std::filesystem::remove(folder.path());
-  CHECK(feel(check, kAll[0], kAll[0]).code() == v1::RESULT_CODE_OK);
+  CHECK(feel(check, kAll[0], kAll[0]).verdict == CheckVerdict::kRight);
   CHECK(check.passed());
 }
 
