@@ -90,7 +90,7 @@ void Daemon::take_back_recording() {
   std::filesystem::remove(options_.config.record(), ignored);
 }
 
-void Daemon::announce_scene(const AirScene& scene) {
+void Daemon::announce_scene(const LiveScene& scene) {
   if (!recording_) return;
   v1::SceneRecord record;
   record.set_scene_id(scene.id);
