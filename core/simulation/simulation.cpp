@@ -117,7 +117,7 @@ void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::
   }
   seen.others = {{others.begin(), others.size()}, memory_.scratch};
   render_contact(seen, sample, play.state, play.workspace, tick, work_budget);
-  update_holders(all, number, holders_);
+  update_sharing(all, number, holders_);
   seen.others = {};
   play.way.input = optimiser_input(seen, tick.X_WH, tick.dt);
 }

@@ -112,8 +112,8 @@ class Simulation {
   /// order.
   [[nodiscard]] bool set_awake(std::span<const std::int32_t> strings) noexcept;
   /// Who holds which string; belongs to the state too. To be set in a simulation just made.
-  [[nodiscard]] const AllHolders& holders() const noexcept { return holders_; }
-  void set_holders(const AllHolders& holders) noexcept { holders_ = holders; }
+  [[nodiscard]] const StringSharing& holders() const noexcept { return holders_; }
+  void set_holders(const StringSharing& holders) noexcept { holders_ = holders; }
 
   /// Where a string is after step(): its ends and the vertices that tools bend it to, from A to B.
   HD_REALTIME void string_shape(std::int32_t string, StringPoints& points) const noexcept;
@@ -147,7 +147,7 @@ class Simulation {
   SimulationMemory memory_;
   /// Strings to call respond() for, in ascending order.
   FixedVector<std::int32_t, kMaxStrings> awake_;
-  AllHolders holders_;  ///< empty with one tool
+  StringSharing holders_;  ///< empty with one tool
 };
 
 }  // namespace hapticd

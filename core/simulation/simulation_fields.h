@@ -17,7 +17,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(string, player, place);
 }
 
-template <FieldsOf<StringHolders> State, typename Visit>
+template <FieldsOf<SharedString> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [string, tools] = state;
   visit(string, tools);

@@ -64,7 +64,7 @@ std::size_t nearest_part(const StringTool& tool, const StringPoints& points,
 
 /// False when others do not hold the string, or the tool can meet it neither bent nor straight on
 /// its way to p_WH, or to where it was to go last if that pose is useless.
-bool concerns(std::span<const StringTool> tools, const AllHolders& all, const StringHolders& held,
+bool concerns(std::span<const StringTool> tools, const StringSharing& all, const SharedString& held,
               std::int32_t tool, const Vector3& p_WH) noexcept {
   const bool holds = std::find(held.tools.begin(), held.tools.end(), tool) != held.tools.end();
   if (holds) return held.tools.size() > 1;
@@ -112,8 +112,8 @@ void part_with_rigid_pairs(std::size_t capsules, OptimiserState& state, StringVi
 }
 
 /// The part of a string that the tool may bend, and the rigid rest.
-void take_part(std::span<const StringTool> tools, const AllHolders& all,
-               const StringHolders& holders, std::int32_t tool, StringView& view,
+void take_part(std::span<const StringTool> tools, const StringSharing& all,
+               const SharedString& holders, std::int32_t tool, StringView& view,
                FixedVector<StringConstants, kMaxHeldStrings>& constants,
                FixedVector<Capsule, kMaxRigidParts>& rigid_W) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
@@ -146,12 +146,12 @@ double lambda_of(const Capsule& string, const Vector3& p_W) noexcept {
   return squared > 0.0 ? std::clamp((p_W - string.p_A).dot(axis) / squared, 0.0, 1.0) : 0.5;
 }
 
-void string_points(std::span<const StringTool> tools, const AllHolders& holders,
+void string_points(std::span<const StringTool> tools, const StringSharing& holders,
                    std::int32_t string, std::int32_t without, StringPoints& points) noexcept {
   points.clear();
   const Capsule& line = whole(tools.front(), string);
   points.push_back(line.p_A);
-  for (const StringHolders& held : holders) {
+  for (const SharedString& held : holders) {
     if (held.string != string) continue;
     for (const std::int32_t holder : held.tools) {
       const StringTool& tool = tools[static_cast<std::size_t>(holder)];
@@ -191,7 +191,7 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
   return out;
 }
 
-ToolScene view_strings(std::span<const StringTool> tools, const AllHolders& holders,
+ToolScene view_strings(std::span<const StringTool> tools, const StringSharing& holders,
                        std::int32_t tool, const Vector3& p_WH) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
   StringView& view = *self.view;
@@ -253,8 +253,8 @@ ToolScene view_strings(std::span<const StringTool> tools, const AllHolders& hold
   return seen;
 }
 
-void update_holders(std::span<const StringTool> tools, std::int32_t tool,
-                    AllHolders& holders) noexcept {
+void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
+                    StringSharing& holders) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
   part_with_rigid_pairs(self.scene->obstacles.capsules_W.size(), self.state->optimiser, *self.view);
   std::size_t kept = 0;
@@ -273,7 +273,7 @@ void update_holders(std::span<const StringTool> tools, std::int32_t tool,
     if (!hold.yields) continue;
     const std::int32_t string = hold.bend.capsule;
     auto* held = std::find_if(holders.begin(), holders.end(),
-                              [&](const StringHolders& other) { return other.string == string; });
+                              [&](const SharedString& other) { return other.string == string; });
     if (held == holders.end()) {
       held = holders.append();
       HD_ASSERT(held != nullptr);

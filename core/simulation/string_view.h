@@ -28,11 +28,11 @@ inline constexpr double kSharedRounding = 1e-12;
 using StringPoints = FixedVector<Vector3, kMaxTools + 3>;
 
 /// The tools that hold a string, from end A to end B.
-struct StringHolders {
+struct SharedString {
   std::int32_t string = 0;
   FixedVector<std::int32_t, kMaxTools> tools;
 };
-using AllHolders = FixedVector<StringHolders, kMaxHeldStrings>;
+using StringSharing = FixedVector<SharedString, kMaxHeldStrings>;
 
 /// The part of a string that a tool may bend.
 struct StringPart {
@@ -77,7 +77,7 @@ struct StringTool {
 }
 
 /// Ends and vertices of a string, from A to B, without that of tool `without` (-1: with all).
-HD_REALTIME void string_points(std::span<const StringTool> tools, const AllHolders& holders,
+HD_REALTIME void string_points(std::span<const StringTool> tools, const StringSharing& holders,
                                std::int32_t string, std::int32_t without,
                                StringPoints& points) noexcept;
 
@@ -85,13 +85,13 @@ HD_REALTIME void string_points(std::span<const StringTool> tools, const AllHolde
 /// into the terms of it, which moves nothing. Strings it cannot come near in the tick are left as
 /// they are in the scene. Returns the scene it is to be rendered in; views it and the tool's view.
 [[nodiscard]] HD_REALTIME ToolScene view_strings(std::span<const StringTool> tools,
-                                                 const AllHolders& holders, std::int32_t tool,
+                                                 const StringSharing& holders, std::int32_t tool,
                                                  const Vector3& p_WH) noexcept;
 
 /// Takes over which strings the tool holds after it was rendered, and takes pairs with rigid parts
 /// out of its state.
-HD_REALTIME void update_holders(std::span<const StringTool> tools, std::int32_t tool,
-                                AllHolders& holders) noexcept;
+HD_REALTIME void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
+                                StringSharing& holders) noexcept;
 
 /// The constants of the part between two points of the polyline `points` (without the tool that
 /// bends it) as a string of its own.

@@ -102,11 +102,11 @@ bool names_things(const TouchDetector& detector, const SceneDescription& scene, 
 }
 
 /// Strings and tools that there are.
-bool names_holders(const AllHolders& all, std::size_t strings, std::size_t tools) {
+bool names_holders(const StringSharing& all, std::size_t strings, std::size_t tools) {
   const auto below = [](std::int32_t index, std::size_t count) {
     return index >= 0 && static_cast<std::size_t>(index) < count;
   };
-  for (const StringHolders& holders : all) {
+  for (const SharedString& holders : all) {
     if (!below(holders.string, strings)) return false;
     for (const std::int32_t tool : holders.tools) {
       if (!below(tool, tools)) return false;
@@ -205,7 +205,7 @@ bool HapticLoop::restore(const StateImage& image) {
                  change_share_ <= 1.0);
   }
   AwakeStrings awake;
-  AllHolders holders;
+  StringSharing holders;
   read.take(StateKind::kSimulation, 0, awake, holders);
   read.require(scene.play.simulation->set_awake({awake.begin(), awake.size()}));
   read.require(names_holders(holders, scene.play.tracks.size(), tool_count()));
