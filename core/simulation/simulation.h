@@ -11,7 +11,7 @@
 
 #include "core/simulation/contact_report.h"
 #include "core/simulation/string_approach.h"
-#include "core/simulation/string_view.h"
+#include "core/simulation/string_segments.h"
 #include "core/simulation/tool_play.h"
 
 namespace hapticd {

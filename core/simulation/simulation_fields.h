@@ -36,7 +36,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 }
 
 /// Only the parts go from tick to tick: the rest is made from them and the scene.
-template <FieldsOf<StringView> State, typename Visit>
+template <FieldsOf<StringSegments> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [capsules_W, groups, strings, parts, rigid, rigid_active] = state;
   static_cast<void>(capsules_W);

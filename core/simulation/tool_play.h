@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/instrument/string_response.h"
-#include "core/simulation/string_view.h"
+#include "core/simulation/string_segments.h"
 #include "core/simulation/tool_renderer.h"
 
 namespace hapticd {
@@ -25,7 +25,7 @@ struct ToolPlay {
   ToolState state;
   Pose X_WH;    ///< of the last tick in which time passed
   ToolWay way;  ///< of this tick; means nothing while the pose is faulty
-  StringView view;
+  StringSegments view;
   ContactSet swung;          ///< pairs with strings alone, as far as these swing (reach_out)
   bool reached_out = false;  ///< in this tick: `swung` counts
 };

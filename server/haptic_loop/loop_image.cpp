@@ -116,7 +116,7 @@ bool names_holders(const StringSharing& all, std::size_t strings, std::size_t to
 }
 
 /// Parts of strings that there are.
-bool names_parts(const StringView& view) {
+bool names_parts(const StringSegments& view) {
   const auto below = [](std::int32_t index, std::size_t count) {
     return index >= 0 && static_cast<std::size_t>(index) < count;
   };

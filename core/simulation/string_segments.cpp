@@ -1,5 +1,5 @@
-// See string_view.h. RT: yes.
-#include "core/simulation/string_view.h"
+// See string_segments.h. RT: yes.
+#include "core/simulation/string_segments.h"
 
 #include <algorithm>
 #include <cmath>
@@ -95,7 +95,8 @@ void rebase(const Capsule& before, const Capsule& after, StringHold& hold) noexc
 }
 
 /// Takes what carried force on rigid parts out of the state: their numbers change.
-void part_with_rigid_pairs(std::size_t capsules, OptimiserState& state, StringView& view) noexcept {
+void part_with_rigid_pairs(std::size_t capsules, OptimiserState& state,
+                           StringSegments& view) noexcept {
   view.rigid_active.clear();
   if (view.rigid.empty()) return;
   int kept = 0;
@@ -113,7 +114,7 @@ void part_with_rigid_pairs(std::size_t capsules, OptimiserState& state, StringVi
 
 /// The part of a string that the tool may bend, and the rigid rest.
 void take_part(std::span<const StringTool> tools, const StringSharing& all,
-               const SharedString& holders, std::int32_t tool, StringView& view,
+               const SharedString& holders, std::int32_t tool, StringSegments& view,
                FixedVector<StringConstants, kMaxHeldStrings>& constants,
                FixedVector<Capsule, kMaxRigidParts>& rigid_W) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
@@ -191,17 +192,17 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
   return out;
 }
 
-ToolScene view_strings(std::span<const StringTool> tools, const StringSharing& holders,
-                       std::int32_t tool, const Vector3& p_WH) noexcept {
+ToolScene segment_strings(std::span<const StringTool> tools, const StringSharing& holders,
+                          std::int32_t tool, const Vector3& p_WH) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
-  StringView& view = *self.view;
+  StringSegments& view = *self.view;
   ToolScene seen = *self.scene;
   FixedVector<std::size_t, kMaxHeldStrings> near;
   for (std::size_t k = 0; k < holders.size(); ++k) {
     if (concerns(tools, holders, holders[k], tool, p_WH)) near.push_back(k);
   }
   if (view.parts.empty() && near.empty()) return seen;
-  StringView next;
+  StringSegments next;
   FixedVector<StringConstants, kMaxHeldStrings> constants;
   FixedVector<Capsule, kMaxRigidParts> rigid_W;
   for (const std::size_t k : near) {
