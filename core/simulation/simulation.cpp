@@ -194,7 +194,7 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
 double Simulation::tank_energy(std::size_t tool) const noexcept {
   double energy = 0.0;
   for (const std::int32_t string : awake_) {
-    const StringTrack& track = memory_.tracks[static_cast<std::size_t>(string)];
+    const PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
     if (track.player == static_cast<std::int32_t>(tool)) energy += track.state.tank.energy;
   }
   return energy;

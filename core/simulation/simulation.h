@@ -56,7 +56,7 @@ struct TickOutput {
 };
 
 /// What the simulation keeps of each string between ticks.
-struct StringTrack {
+struct PlayedString {
   StringState state;        ///< its detector is that of the tool that plays it
   std::int32_t player = 0;  ///< the tool whose touch makes it sound or dampens it
   double place = 0.5;       ///< of that tool's last touch, along the string
@@ -65,7 +65,7 @@ struct StringTrack {
 /// Where a simulation keeps what it knows. Views must outlive it.
 struct SimulationMemory {
   std::span<ToolPlay> tools;       ///< 1 to kMaxTools, their scenes set
-  std::span<StringTrack> tracks;   ///< one per string, at most kMaxStrings
+  std::span<PlayedString> tracks;  ///< one per string, at most kMaxStrings
   std::span<StringVisit> visits;   ///< one per string, of the first tool, then of the second...
   std::span<ModalString> modes{};  ///< one per string, or none when no modes are modelled
   ContactSet* scratch = nullptr;   ///< null only with one tool
@@ -99,7 +99,7 @@ class Simulation {
   [[nodiscard]] const ToolState& tool(std::size_t tool) const noexcept {
     return memory_.tools[tool].state;
   }
-  [[nodiscard]] std::span<const StringTrack> tracks() const noexcept { return memory_.tracks; }
+  [[nodiscard]] std::span<const PlayedString> tracks() const noexcept { return memory_.tracks; }
 
   /// All that goes from tick to tick, with awake_strings() and holders(): for snapshots and replay
   /// (simulation_fields.h). Of a tool: its state, X_WH and view.

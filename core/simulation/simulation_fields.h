@@ -11,7 +11,7 @@
 
 namespace hapticd {
 
-template <FieldsOf<StringTrack> State, typename Visit>
+template <FieldsOf<PlayedString> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [string, player, place] = state;
   visit(string, player, place);

@@ -61,7 +61,7 @@ struct Simulation::Sounding {
 
 Simulation::Sounding Simulation::sounding_part(std::int32_t string) const noexcept {
   const auto s = static_cast<std::size_t>(string);
-  const StringTrack& track = memory_.tracks[s];
+  const PlayedString& track = memory_.tracks[s];
   const ToolPlay& play = memory_.tools[static_cast<std::size_t>(track.player)];
   Sounding sounding{play.scene.strings[s]};
   if (holders_.empty()) return sounding;
@@ -81,7 +81,7 @@ Simulation::Sounding Simulation::sounding_part(std::int32_t string) const noexce
 void Simulation::play_string(std::int32_t string, const StringApproach& near,
                              TickOutput& output) noexcept {
   const auto s = static_cast<std::size_t>(string);
-  StringTrack& track = memory_.tracks[s];
+  PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
   const ToolPlay& play = memory_.tools[player];
   ToolTick& tick = output.tools[player];
@@ -176,7 +176,7 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringApproac
 std::int32_t Simulation::choose_player(std::int32_t string, std::span<const StringApproach> near,
                                        const TickOutput& output) const noexcept {
   const auto s = static_cast<std::size_t>(string);
-  const StringTrack& track = memory_.tracks[s];
+  const PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
   const bool lets_go = track.state.detector.armed && near[player].touch.distance >= 0.0;
   const bool rings = track.state.level >= StringLevel::kFundamental;
@@ -209,7 +209,7 @@ std::int32_t Simulation::choose_player(std::int32_t string, std::span<const Stri
 void Simulation::hand_over(std::int32_t string, std::int32_t player,
                            const StringApproach& near) noexcept {
   const auto s = static_cast<std::size_t>(string);
-  StringTrack& track = memory_.tracks[s];
+  PlayedString& track = memory_.tracks[s];
   book_held_force(memory_.tools[static_cast<std::size_t>(track.player)].scene.strings[s],
                   near.touch.way.value_or(0.0), track.state.vibration.t_ns, track.state);
   StringVisit& before = visit(static_cast<std::size_t>(track.player), string);
@@ -225,7 +225,7 @@ void Simulation::hand_over(std::int32_t string, std::int32_t player,
 }
 
 void Simulation::respond_string(std::int32_t string, TickOutput& output) noexcept {
-  StringTrack& track = memory_.tracks[static_cast<std::size_t>(string)];
+  PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
   if (memory_.tools.size() == 1) {
     play_string(string,
                 approach_string(memory_.tools[0], output.tools[0], visit(0, string), string),

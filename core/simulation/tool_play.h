@@ -44,7 +44,7 @@ struct StringVisit {
   Vector3 nhat_W{0.0, 0.0, 0.0};
   Vector3 p_GC_W{0.0, 0.0, 0.0};
   std::int32_t part = -1;  ///< of the tool, that was nearest when one was near
-  /// The touch, while another tool plays the string (StringTrack::player).
+  /// The touch, while another tool plays the string (PlayedString::player).
   ReleaseDetector detector;
 };
 
