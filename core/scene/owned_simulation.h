@@ -14,7 +14,7 @@ namespace hapticd {
 struct OwnedSimulation {
   std::vector<ToolPlay> tools;
   std::vector<PlayedString> tracks;
-  std::vector<StringVisit> visits;
+  std::vector<ToolStringState> visits;
   std::vector<ModalString> modes;  ///< none when no tool has some
   // What tools see of each other's strings; none for one tool.
   std::vector<Capsule> capsules_W;

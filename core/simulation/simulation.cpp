@@ -63,7 +63,7 @@ bool Simulation::is_awake(std::int32_t string) const noexcept {
 
 void Simulation::end_string(std::int32_t string) noexcept {
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
-    StringVisit& seen = visit(tool, string);
+    ToolStringState& seen = visit(tool, string);
     seen.distance = kNotNear;
     seen.u_W = Vector3::Zero();
     seen.v_W = Vector3::Zero();

@@ -64,11 +64,11 @@ struct PlayedString {
 
 /// Where a simulation keeps what it knows. Views must outlive it.
 struct SimulationMemory {
-  std::span<ToolPlay> tools;       ///< 1 to kMaxTools, their scenes set
-  std::span<PlayedString> tracks;  ///< one per string, at most kMaxStrings
-  std::span<StringVisit> visits;   ///< one per string, of the first tool, then of the second...
-  std::span<ModalString> modes{};  ///< one per string, or none when no modes are modelled
-  ContactSet* scratch = nullptr;   ///< null only with one tool
+  std::span<ToolPlay> tools;          ///< 1 to kMaxTools, their scenes set
+  std::span<PlayedString> tracks;     ///< one per string, at most kMaxStrings
+  std::span<ToolStringState> visits;  ///< one per string, of the first tool, then of the second...
+  std::span<ModalString> modes{};     ///< one per string, or none when no modes are modelled
+  ContactSet* scratch = nullptr;      ///< null only with one tool
 };
 
 /// One to five tools among the strings and bodies of a scene. Each has its own wrench; what they
@@ -140,7 +140,7 @@ class Simulation {
   void hand_over(std::int32_t string, std::int32_t player, const StringApproach& near) noexcept;
   [[nodiscard]] bool is_awake(std::int32_t string) const noexcept;
   void end_string(std::int32_t string) noexcept;
-  [[nodiscard]] StringVisit& visit(std::size_t tool, std::int32_t string) const noexcept {
+  [[nodiscard]] ToolStringState& visit(std::size_t tool, std::int32_t string) const noexcept {
     return memory_.visits[tool * memory_.tracks.size() + static_cast<std::size_t>(string)];
   }
 

@@ -47,7 +47,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(parts);
 }
 
-template <FieldsOf<StringVisit> State, typename Visit>
+template <FieldsOf<ToolStringState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [distance, u_W, v_W, nhat_W, p_GC_W, part, detector] = state;
   visit(distance, u_W, v_W, nhat_W, p_GC_W, part, detector);

@@ -101,7 +101,7 @@ void Simulation::play_string(std::int32_t string, const StringApproach& near,
     StringEvent& event = output.events[k];
     if (event.kind != StringEventKind::kRadius) event.lambda = sounding.along_string(event.lambda);
   }
-  StringVisit& seen = visit(player, string);
+  ToolStringState& seen = visit(player, string);
   if (near.part >= 0) seen.part = near.part;
   name_tool(first, track.player, seen.part, output.events);
   // What moved without time passing counts as motion of the next tick.
@@ -143,7 +143,7 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringApproac
     if (number == memory_.tracks[s].player || !is_good(output, number)) continue;
     const ToolPlay& play = memory_.tools[tool];
     const TickTime& time = play.way.time;
-    StringVisit& seen = visit(tool, string);
+    ToolStringState& seen = visit(tool, string);
     const StringTouch& touch = near[tool].touch;
     if (time.dt_ns <= 0) continue;
     if (seen.detector.touching || touch.distance < 0.0) {
@@ -212,8 +212,8 @@ void Simulation::hand_over(std::int32_t string, std::int32_t player,
   PlayedString& track = memory_.tracks[s];
   book_held_force(memory_.tools[static_cast<std::size_t>(track.player)].scene.strings[s],
                   near.touch.way.value_or(0.0), track.state.vibration.t_ns, track.state);
-  StringVisit& before = visit(static_cast<std::size_t>(track.player), string);
-  StringVisit& after = visit(static_cast<std::size_t>(player), string);
+  ToolStringState& before = visit(static_cast<std::size_t>(track.player), string);
+  ToolStringState& after = visit(static_cast<std::size_t>(player), string);
   const ReleaseDetector last = track.state.detector;
   before.detector = last;
   track.state.detector = after.detector;

@@ -36,7 +36,7 @@ struct ToolPlay {
 }
 
 /// A tool's view of a string, from tick to tick.
-struct StringVisit {
+struct ToolStringState {
   double distance = 1.0;       ///< StringTouch::distance of the last tick, m; 1: not near
   Vector3 u_W{0.0, 0.0, 0.0};  ///< deflection, m
   Vector3 v_W{0.0, 0.0, 0.0};  ///< its rate over the last tick, m/s

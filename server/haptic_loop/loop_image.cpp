@@ -166,7 +166,7 @@ bool HapticLoop::fill_image(StateImage& image) const noexcept {
   }
   const OwnedSimulation& own = scene.play;
   for (std::size_t s = 0; s < own.tracks.size(); ++s) {
-    const WholeString<const PlayedString, const std::vector<StringVisit>> whole{
+    const WholeString<const PlayedString, const std::vector<ToolStringState>> whole{
         own.tracks[s], own.visits, own.tracks.size(), s, tool_count()};
     if (own.modes.empty()) {
       write.add(StateKind::kString, tool_number(s), whole);
@@ -243,8 +243,8 @@ void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
 void HapticLoop::restore_strings(ImageReader& read) {
   OwnedSimulation& own = scene_->play;
   for (std::size_t s = 0; s < own.tracks.size() && read.good(); ++s) {
-    WholeString<PlayedString, std::vector<StringVisit>> whole{own.tracks[s], own.visits,
-                                                              own.tracks.size(), s, tool_count()};
+    WholeString<PlayedString, std::vector<ToolStringState>> whole{
+        own.tracks[s], own.visits, own.tracks.size(), s, tool_count()};
     if (own.modes.empty()) {
       read.take(StateKind::kString, static_cast<std::uint32_t>(s), whole);
     } else {
