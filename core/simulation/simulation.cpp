@@ -108,7 +108,7 @@ void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::
   const std::span<const StringTool> all = string_tools(tools);
   const auto number = static_cast<std::int32_t>(tool);
   ToolScene seen = segment_strings(all, holders_, number, to_vector(sample.p_WH));
-  FixedVector<Bystander, kMaxTools - 1> others;
+  FixedVector<OtherTool, kMaxTools - 1> others;
   for (std::size_t k = 0; k < memory_.tools.size(); ++k) {
     const ToolPlay& other = memory_.tools[k];
     if (k == tool || !other.state.placed) continue;

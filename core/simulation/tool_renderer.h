@@ -31,7 +31,7 @@ struct ToolScene {
   ToolParts parts{};  ///< what of the tool is soft
   /// B of the coupling between hand and tool, N s/m, >= 0; acts on the hand's velocity against G's.
   double coupling_damping = 0.0;
-  Bystanders others{};            ///< see OptimiserInput
+  OtherTools others{};            ///< see OptimiserInput
   double rounding = 0.0;          ///< likewise
   bool stiffness_wanted = false;  ///< ticks tell ToolTick::stiffness
 };
