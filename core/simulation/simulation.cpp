@@ -43,8 +43,8 @@ void Simulation::find_ringing(std::size_t tool) noexcept {
   if (swing > 0.0) reach_out(swing, play);
 }
 
-void Simulation::merge_touched(const StringContacts& touched) noexcept {
-  for (const StringContact& contact : touched) {
+void Simulation::merge_touched(const PressedStrings& touched) noexcept {
+  for (const PressedString& contact : touched) {
     const auto* const at = std::lower_bound(awake_.begin(), awake_.end(), contact.string);
     if (at != awake_.end() && *at == contact.string) continue;
     const auto index = static_cast<std::size_t>(at - awake_.begin());

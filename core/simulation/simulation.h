@@ -128,7 +128,7 @@ class Simulation {
   [[nodiscard]] std::span<const StringTool> string_tools(StringTools& tools) const noexcept;
   [[nodiscard]] Sounding sounding_part(std::int32_t string) const noexcept;
   void find_ringing(std::size_t tool) noexcept;
-  void merge_touched(const StringContacts& touched) noexcept;
+  void merge_touched(const PressedStrings& touched) noexcept;
   void respond_strings(TickOutput& output) noexcept;
   void respond_string(std::int32_t string, TickOutput& output) noexcept;
   void play_string(std::int32_t string, const StringApproach& near, TickOutput& output) noexcept;

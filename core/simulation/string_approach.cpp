@@ -117,8 +117,8 @@ StringApproach approach_string(const ToolPlay& play, const ToolTick& tick,
   StringTouch& touch = near.touch;
   touch.stiffness = std::min(input.stiffness.kt,
                              input.strings[static_cast<std::size_t>(string)].contact_stiffness);
-  const StringContact* pressed = nullptr;
-  for (const StringContact& contact : tick.strings) {
+  const PressedString* pressed = nullptr;
+  for (const PressedString& contact : tick.strings) {
     if (contact.string == string) pressed = &contact;
   }
   if (pressed != nullptr && pressed->force > 0.0) {

@@ -6,7 +6,7 @@
 
 #include "core/contact/configuration_optimiser.h"
 #include "core/contact/contact_stiffness.h"
-#include "core/contact/string_contact.h"
+#include "core/contact/string_forces.h"
 #include "core/safety/wrench_limit.h"
 #include "core/simulation/pose_guard.h"
 
@@ -54,7 +54,7 @@ struct ToolTick {
   Wrench F_H_W;            ///< for the device: ramped and limited, about the origin of G, N and N m
   Wrench F_unlimited_H_W;  ///< before ramp and limit
   OptimiserResult optimiser;
-  StringContacts strings;  ///< that press the tool
+  PressedStrings strings;  ///< that press the tool
   /// Of F_unlimited_H_W less what vibrates; strings that do not yield count by the share of their
   /// force in the program's. Zero unless wanted.
   ContactStiffness stiffness;

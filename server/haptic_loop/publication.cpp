@@ -163,7 +163,7 @@ void HapticLoop::fill_strings(Snapshot& snapshot) const noexcept {
         tracks[static_cast<std::size_t>(string.string)].state.vibration.energy;
   }
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    for (const StringContact& contact : output_.tools[k].strings) {
+    for (const PressedString& contact : output_.tools[k].strings) {
       snapshot.string_forces.push_back(
           {static_cast<std::int32_t>(k), contact.string, to_array(contact.F_W)});
     }

@@ -39,7 +39,7 @@ struct Split {
   double tangential;
 };
 
-Split split(const StringContact& contact) {
+Split split(const PressedString& contact) {
   const double normal = contact.F_W.dot(contact.nhat_W);
   return {normal, (contact.F_W - normal * contact.nhat_W).norm()};
 }
@@ -112,7 +112,7 @@ HandWork play(const Loop& loop, std::int64_t& ticks) {
     const int count = 1 + static_cast<int>((to - from).norm() / kStep);
     glide(run, from, to, count, [&](const Vector3& p_WH) {
       const StringTick tick = rendered(run, pose_at(p_WH));
-      for (const StringContact& contact : tick.strings) CHECK(split(contact).normal >= 0.0);
+      for (const PressedString& contact : tick.strings) CHECK(split(contact).normal >= 0.0);
       work.add(tick.F_H_W.f, p_WH);
       ++ticks;
     });

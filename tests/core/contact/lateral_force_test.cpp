@@ -82,7 +82,7 @@ TEST_CASE("the lateral force is the balance of the two halves of the deflected s
             static_cast<double>(law_lateral(law_string(string), bend.lambda, bend.u_W.norm()));
         // What the tool gets beyond its contact force is the lateral force, and the coupling bears
         // both.
-        const StringContact& contact = tick.strings[0];
+        const PressedString& contact = tick.strings[0];
         const double lateral = (contact.F_W - contact.force * contact.nhat_W).x();
         CHECK(std::abs(lateral - truth) <= 1e-9 * contact.force + 2e-9 * std::abs(truth));
         if (lambda < 0.5) CHECK(truth > 0.0);

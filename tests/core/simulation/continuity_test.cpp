@@ -53,10 +53,10 @@ class ForceWatch {
     bool lost = false;
     for (const std::int32_t string : pressed_) {
       lost = lost || std::none_of(output.tools[0].strings.begin(), output.tools[0].strings.end(),
-                                  [&](const StringContact& c) { return c.string == string; });
+                                  [&](const PressedString& c) { return c.string == string; });
     }
     pressed_.clear();
-    for (const StringContact& contact : output.tools[0].strings) pressed_.push_back(contact.string);
+    for (const PressedString& contact : output.tools[0].strings) pressed_.push_back(contact.string);
     const double allowed = std::max(kFreeChange, kExcess * 1000.0 * way) + kExcess * swing * kTick;
     const double ratio = lost ? 0.0 : (f - f_).norm() / allowed;
     f_ = f;

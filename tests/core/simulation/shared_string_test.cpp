@@ -66,7 +66,7 @@ Drawn draw(SplitMix64& random) {
     for (std::size_t k = 0; k < 3; ++k) {
       drawn.given += held[k].dot(p[k] - before[k]);
       held[k] = output.tools[k].F_unlimited_H_W.f;
-      for (const StringContact& contact : output.tools[k].strings) held[k] -= contact.F_W;
+      for (const PressedString& contact : output.tools[k].strings) held[k] -= contact.F_W;
     }
     for (const StringEvent& event : output.events) {
       if (event.kind != StringEventKind::kTone) continue;

@@ -54,7 +54,7 @@ const StringReading* Instrument::reading(int string) const {
 double Instrument::normal_force(int string) const {
   const StringReading* vibrating = reading(string);
   double force = vibrating != nullptr ? vibrating->vibration_force : 0.0;
-  for (const StringContact& contact : output_->tools[0].strings) {
+  for (const PressedString& contact : output_->tools[0].strings) {
     if (contact.string == string) force += contact.force;
   }
   return force;

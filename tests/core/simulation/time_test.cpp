@@ -119,7 +119,7 @@ TEST_CASE("what a hand does while no time passes is work of the next tick") {
     given += held.dot(p - before);
     before = p;
     held = output.tools[0].F_unlimited_H_W.f;
-    for (const StringContact& contact : output.tools[0].strings) held -= contact.F_W;
+    for (const PressedString& contact : output.tools[0].strings) held -= contact.F_W;
   }
   MESSAGE("drawn: " << given / released);
   CHECK(given <= 1.001 * released);

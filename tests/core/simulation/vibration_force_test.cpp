@@ -167,7 +167,7 @@ double energy_ratio(const Preset& preset, const Adversary& adversary) {
     before = p;
     // F_v is what the wrench has beyond the contact's own.
     held = output.tools[0].F_unlimited_H_W.f;
-    for (const StringContact& contact : output.tools[0].strings) held -= contact.F_W;
+    for (const PressedString& contact : output.tools[0].strings) held -= contact.F_W;
   }
   return most;
 }
