@@ -48,7 +48,7 @@ double part_compliance(const OptimiserInput& input, const OptimiserState& state,
 bool has_no_room(const OptimiserInput& input, const OptimiserState& state, std::int32_t string) {
   const StringConstants& constants = input.strings[static_cast<std::size_t>(string)];
   return state.holds.size() == static_cast<std::size_t>(kMaxDeflectingStrings) &&
-         constants.model == StringModel::kDeflecting && constants.max_level >= StringLevel::kStatic;
+         constants.model == StringContact::kYielding && constants.max_level >= StringLevel::kStatic;
 }
 
 /// A line that does not yield gives the hand what the program presses on it, no stiffer than kc.
@@ -100,7 +100,7 @@ StringLoad string_load(const OptimiserInput& input, const StringHold* hold, std:
   if (!(pressed > 0.0)) return load;
   const bool yields = hold != nullptr && hold->yields;
   const bool on_end = lambda <= 0.0 || lambda >= 1.0;
-  if (yields || (on_end && string.model == StringModel::kDeflecting)) {
+  if (yields || (on_end && string.model == StringContact::kYielding)) {
     // Next to an end, which does not yield, the program's contact is as stiff as kt.
     if (yields) {
       load.deflection = hold->bend.u_W.norm();

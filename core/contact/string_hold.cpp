@@ -17,7 +17,7 @@ bool may_be_held(const StringContext& context, const Contact& contact) noexcept 
   if (index >= context.strings.size()) return false;
   const StringConstants& string = context.strings[index];
   if (!(string.length > 0.0)) return false;
-  return string.model == StringModel::kDeflecting
+  return string.model == StringContact::kYielding
              ? string.max_level >= StringLevel::kStatic && contact.lambda > 0.0 &&
                    contact.lambda < 1.0
              : context.options.friction && string.friction_coefficient > 0.0;
@@ -100,7 +100,7 @@ bool update_holds(const StringContext& context, const ContactSet& contacts, doub
     const auto index = static_cast<std::size_t>(contact.key.obstacle);
     StringHold hold;
     hold.bend = {contact.key.obstacle, contact.lambda, Vector3::Zero()};
-    hold.yields = context.strings[index].model == StringModel::kDeflecting;
+    hold.yields = context.strings[index].model == StringContact::kYielding;
     if (insert(hold, holds)) {
       changed = changed || hold.yields;
     } else {

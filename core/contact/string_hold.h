@@ -25,7 +25,7 @@ namespace hapticd {
 /// A touched string, from tick to tick.
 struct StringHold {
   StringBend bend;      ///< u = 0 for a string that does not yield
-  bool yields = false;  ///< StringModel::kDeflecting: u is an unknown
+  bool yields = false;  ///< StringContact::kYielding: u is an unknown
   /// Of the string on the tool after the last program, N; 0 without friction.
   double normal_force = 0.0;
   Vector3 tangential_W{0.0, 0.0, 0.0};  ///< friction and lateral force on the tool, N

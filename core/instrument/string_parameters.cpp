@@ -130,7 +130,7 @@ std::optional<ParameterFault> check_string(const StringParameters& parameters) n
       return ParameterFault{entry.field, value, entry.range.text, entry.remedy};
     }
   }
-  if (parameters.model > StringModel::kDeflecting) {
+  if (parameters.model > StringContact::kYielding) {
     return ParameterFault{"model", static_cast<double>(parameters.model), "rigid or deflecting",
                           "Choose what a contact does to the string."};
   }
@@ -182,7 +182,7 @@ StringConstants derive_string(const StringParameters& parameters) noexcept {
   string.inharmonicity = parameters.inharmonicity;
   string.friction_coefficient = parameters.friction_coefficient;
   const bool sphere = string.length <= 0.0;
-  string.model = sphere ? StringModel::kRigid : parameters.model;
+  string.model = sphere ? StringContact::kStraight : parameters.model;
   string.max_level = sphere ? StringLevel::kRigid : parameters.max_level;
   return string;
 }

@@ -15,7 +15,7 @@
 namespace hapticd {
 
 /// What a contact does to a string.
-enum class StringModel : std::uint8_t {
+enum class StringContact : std::uint8_t {
   kRigid,       ///< the string stays straight in the contact problem; only its force is a string's
   kDeflecting,  ///< the string yields: two unknowns of the contact problem while it is touched
 };
@@ -42,7 +42,7 @@ struct StringParameters {
   double frequency = 0.0;
   double decay = 0.5;         ///< T_d of the free amplitude, s, (0, 1000]
   double touch_decay = 0.03;  ///< T_d while a finger touches the ringing string, s, (0, 1000]
-  StringModel model = StringModel::kDeflecting;
+  StringContact model = StringContact::kYielding;
   double k_s = 1.0;  ///< haptic displacement per metre of deflection, (0, 1e6]; kRigid only
   /// kc, N/m, [1e-3, 1e9]: in series with the string, which bounds it at the ends. Above the kt of
   /// the tool it has no effect.
@@ -81,7 +81,7 @@ struct StringConstants {
   double contact_stiffness = 0.0;  ///< kc, N/m
   double inharmonicity = 0.0;
   double friction_coefficient = 0.0;
-  StringModel model = StringModel::kRigid;
+  StringContact model = StringContact::kStraight;
   StringLevel max_level = StringLevel::kRigid;
 };
 

@@ -173,7 +173,7 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
   out.length = (points[part + 1] - points[part]).norm();
   if (out.length < kShortestString || !(whole.length > 0.0)) {
     out.length = 0.0;
-    out.model = StringModel::kRigid;
+    out.model = StringContact::kStraight;
     out.max_level = StringLevel::kRigid;
     out.frequency = 0.0;
     out.modal_mass = 0.0;

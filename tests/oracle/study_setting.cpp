@@ -18,8 +18,8 @@ namespace {
 
 /// Names of choices.
 const std::map<std::string, bool> kAnswers{{"yes", true}, {"no", false}};
-const std::map<std::string, StringModel> kModels{{"rigid", StringModel::kRigid},
-                                                 {"deflecting", StringModel::kDeflecting}};
+const std::map<std::string, StringContact> kModels{{"rigid", StringContact::kStraight},
+                                                   {"deflecting", StringContact::kYielding}};
 const std::map<std::string, StringLevel> kLevels{{"static", StringLevel::kStatic},
                                                  {"fundamental", StringLevel::kFundamental},
                                                  {"modes", StringLevel::kModes}};

@@ -199,7 +199,7 @@ TEST_CASE("modes without vibration are refused") {
 
 TEST_CASE("an enumerator that does not exist is refused") {
   StringParameters parameters = usual_string();
-  parameters.model = static_cast<StringModel>(2);
+  parameters.model = static_cast<StringContact>(2);
   REQUIRE(check_string(parameters).has_value());
   CHECK(std::string(check_string(parameters)->field) == "model");
   parameters = usual_string();

@@ -33,7 +33,7 @@ TEST_CASE("everything else is passed on as it is") {
   parameters.contact_stiffness = 800.0;
   parameters.inharmonicity = 1e-3;
   parameters.friction_coefficient = 0.4;
-  parameters.model = StringModel::kDeflecting;
+  parameters.model = StringContact::kYielding;
   parameters.max_level = StringLevel::kFundamental;
   const StringConstants string = derive_string(parameters);
   CHECK(string.decay == 0.7);
@@ -42,7 +42,7 @@ TEST_CASE("everything else is passed on as it is") {
   CHECK(string.contact_stiffness == 800.0);
   CHECK(string.inharmonicity == 1e-3);
   CHECK(string.friction_coefficient == 0.4);
-  CHECK(string.model == StringModel::kDeflecting);
+  CHECK(string.model == StringContact::kYielding);
   CHECK(string.max_level == StringLevel::kFundamental);
 }
 
@@ -100,12 +100,12 @@ TEST_CASE("a string from A to A, or to a point it cannot be told from, is a rigi
   for (const double length : {0.0, 1e-320, 1e-200, 0.99e-9}) {
     const StringConstants string = make_string(length, 30.0, 1.9e11, 0.34e-3);
     CHECK(string.length == 0.0);
-    CHECK(string.model == StringModel::kRigid);
+    CHECK(string.model == StringContact::kStraight);
     CHECK(string.max_level == StringLevel::kRigid);
   }
   const StringConstants shortest = make_string(1.01e-9, 30.0, 1.9e11, 0.34e-3);
   CHECK(shortest.length == 1.01e-9);
-  CHECK(shortest.model == StringModel::kDeflecting);
+  CHECK(shortest.model == StringContact::kYielding);
 }
 
 TEST_CASE("inharmonicity stretches the upper modes and leaves the tuning") {

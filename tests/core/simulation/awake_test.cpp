@@ -57,7 +57,7 @@ TEST_CASE("readings are of the strings touched or ringing, in ascending order, u
 TEST_CASE("one finger across three strings presses, arms and plucks each of them") {
   for (const Preset& preset : all_presets()) {
     // A line under the middle of a rigid tool takes all its weight: only strings that yield share.
-    if (preset.string.model == StringModel::kRigid) continue;
+    if (preset.string.model == StringContact::kStraight) continue;
     CAPTURE(std::string(preset.name));
     // A flat tool of three spheres 20 mm apart.
     Instrument guqin(3, preset.string, preset.options,

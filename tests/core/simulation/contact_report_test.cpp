@@ -18,7 +18,7 @@ std::vector<Sphere> row_of_three() {
 
 StringParameters rigid_line() {
   StringParameters line;
-  line.model = StringModel::kRigid;
+  line.model = StringContact::kStraight;
   line.max_level = StringLevel::kRigid;
   line.k_s = 1e6;
   return line;
