@@ -13,7 +13,7 @@ namespace {
 void damp_coupling(const ToolPlay& play, ToolTick& tick) noexcept {
   if (!(play.scene.coupling_damping > 0.0 && tick.dt > 0.0)) return;
   const Vector3 v_WG = (tick.X_WG.p - play.way.X_WG_before.p) / tick.dt;
-  tick.F_unlimited_H_W.f -= play.scene.coupling_damping * (tick.V_WH.v - v_WG);
+  tick.F_computed_H_W.f -= play.scene.coupling_damping * (tick.V_WH.v - v_WG);
 }
 
 }  // namespace

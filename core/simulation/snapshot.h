@@ -59,9 +59,9 @@ struct ToolReading {
   Array4 q_WH{1.0, 0.0, 0.0, 0.0};
   Array3 p_WG{};  ///< m
   Array4 q_WG{1.0, 0.0, 0.0, 0.0};
-  WrenchReading F_H_W;            ///< as written to the device
-  WrenchReading F_unlimited_H_W;  ///< before limits and ramps
-  double minimum_gap = 0.0;       ///< m
+  WrenchReading F_H_W;           ///< as written to the device
+  WrenchReading F_computed_H_W;  ///< before limits and ramps
+  double minimum_gap = 0.0;      ///< m
   DeviceReading device;
   std::int64_t input_age_ns = 0;
   double port_energy = 0.0;       ///< given to the hand so far, J

@@ -116,8 +116,8 @@ void Simulation::play_string(std::int32_t string, const StringApproach& near,
   // A force held over a tick without a sample may not attract either.
   const double vibration_force = std::max(response.vibration_force, -near.touch.force);
   const Vector3 f = vibration_force * near.nhat_W;
-  tick.F_unlimited_H_W.f += f;
-  tick.F_unlimited_H_W.t += (near.p_WC - tick.X_WG.p).cross(f);
+  tick.F_computed_H_W.f += f;
+  tick.F_computed_H_W.t += (near.p_WC - tick.X_WG.p).cross(f);
 
   const StringState& state = track.state;
   if (!awake(state)) return;

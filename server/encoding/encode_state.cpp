@@ -51,8 +51,8 @@ void encode_tool(const ToolReading& tool, v1::ToolState& out) {
   add_doubles(tool.p_WG, out.mutable_p_wg_m());
   add_floats(tool.q_WG, out.mutable_q_wg());
   add_wrench(tool.F_H_W, out.mutable_wrench_h_w());
-  if (!equal(tool.F_H_W, tool.F_unlimited_H_W)) {
-    add_wrench(tool.F_unlimited_H_W, out.mutable_wrench_unlimited_h_w());
+  if (!equal(tool.F_H_W, tool.F_computed_H_W)) {
+    add_wrench(tool.F_computed_H_W, out.mutable_wrench_unlimited_h_w());
   }
   out.set_minimum_gap_m(static_cast<float>(std::clamp(tool.minimum_gap, -1.0, 1.0)));
   for (int bit = 0; bit < 16; ++bit) {

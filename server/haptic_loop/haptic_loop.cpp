@@ -28,7 +28,7 @@ bool pushes_a_person(const PlayedTool& tool) noexcept {
 
 /// Nothing touches and nothing pushes the tool, as far as its last tick knew.
 bool contact_free(const ToolTick& tool) noexcept {
-  const Wrench& F = tool.F_unlimited_H_W;
+  const Wrench& F = tool.F_computed_H_W;
   return tool.pose != PoseVerdict::kFault && tool.optimiser.active_count == 0 &&
          tool.optimiser.status != OptimiserStatus::kRecovering && F.f.isZero(0.0) &&
          F.t.isZero(0.0);

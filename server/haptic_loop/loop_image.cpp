@@ -30,16 +30,16 @@ struct LastTick {
   PoseVerdict pose = PoseVerdict::kFault;
   OptimiserStatus status = OptimiserStatus::kFree;
   int active_count = 0;
-  Wrench F_unlimited_H_W;
+  Wrench F_computed_H_W;
 };
 
 template <FieldsOf<LastTick> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [pose, status, active_count, F_unlimited_H_W] = state;
+  auto& [pose, status, active_count, F_computed_H_W] = state;
   visit.bounded(pose, 0, static_cast<int>(PoseVerdict::kFault));
   visit.bounded(status, 0, static_cast<int>(OptimiserStatus::kRecovering));
   visit.bounded(active_count, 0, kMaxQpUnknowns);
-  visit(F_unlimited_H_W);
+  visit(F_computed_H_W);
 }
 
 /// Awake strings, as the block of the simulation has them.
@@ -157,7 +157,7 @@ bool HapticLoop::fill_image(StateImage& image) const noexcept {
     const LoopTool& tool = tools_[k];
     const ToolTick& tick = output_.tools[k];
     const LastTick last{tick.pose, tick.optimiser.status, tick.optimiser.active_count,
-                        tick.F_unlimited_H_W};
+                        tick.F_computed_H_W};
     write.add(StateKind::kTool, tool_number(k), play.state, play.X_WH, play.view, last);
     write.add(StateKind::kToolLoop, tool_number(k), tool.sample, tool.input_watch, tool.safety,
               tool.workspace, tool.touches, tool.write_failed, tool.wrench_not_finite,
@@ -237,7 +237,7 @@ void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
   tick.pose = last.pose;
   tick.optimiser.status = last.status;
   tick.optimiser.active_count = last.active_count;
-  tick.F_unlimited_H_W = last.F_unlimited_H_W;
+  tick.F_computed_H_W = last.F_computed_H_W;
 }
 
 void HapticLoop::restore_strings(ImageReader& read) {

@@ -96,7 +96,7 @@ void HapticLoop::fill_tool(std::size_t k, ToolReading& reading) const noexcept {
   reading.p_WG = to_array(tick.X_WG.p);
   reading.q_WG = to_array(tick.X_WG.q);
   reading.F_H_W = reading_of(written_to_world(played, tool));
-  reading.F_unlimited_H_W = reading_of(tick.F_unlimited_H_W);
+  reading.F_computed_H_W = reading_of(tick.F_computed_H_W);
   reading.minimum_gap = tick.optimiser.minimum_gap;
   const DeviceSample& sample = tool.sample;
   reading.device = {sample.p_DH,    sample.q_DH, sample.grip_m, sample.temperature_deg_c,
@@ -224,8 +224,8 @@ void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
   trace.w_WH_W = to_array(tick.V_WH.w);
   trace.p_WG = to_array(tick.X_WG.p);
   trace.q_WG = to_array(tick.X_WG.q);
-  trace.f_unlimited_H_W = to_array(tick.F_unlimited_H_W.f);
-  trace.t_unlimited_H_W = to_array(tick.F_unlimited_H_W.t);
+  trace.f_computed_H_W = to_array(tick.F_computed_H_W.f);
+  trace.t_computed_H_W = to_array(tick.F_computed_H_W.t);
   const Wrench F_H_W = written_to_world(played, tool);
   trace.f_H_W = to_array(F_H_W.f);
   trace.t_H_W = to_array(F_H_W.t);

@@ -65,7 +65,7 @@ std::unique_ptr<Snapshot> snapshot_of(const Case& c) {
   tool.p_WG = {0.33, 5.3e-3, 0.022};
   tool.q_WH = tool.q_WG = {0.8, 0.36, 0.48, 0.0};
   tool.F_H_W.f = {0.1, 1.7, 0.3};
-  tool.F_unlimited_H_W = tool.F_H_W;
+  tool.F_computed_H_W = tool.F_H_W;
   tool.contacts = c.contacts;
   snapshot->tools.push_back(tool);
   for (int k = 0; k < c.contacts; ++k) {

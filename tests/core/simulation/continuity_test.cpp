@@ -35,7 +35,7 @@ class ForceWatch {
   /// string is lost.
   double look() {
     const TickOutput& output = guqin_.output();
-    const Vector3& f = output.tools[0].F_unlimited_H_W.f;
+    const Vector3& f = output.tools[0].F_computed_H_W.f;
     const double way = (guqin_.p_WH - p_).norm();
     double swing = 0.0;
     for (const StringReading& reading : output.strings) {

@@ -49,7 +49,7 @@ std::unique_ptr<Snapshot> small_snapshot() {
   tool.flags = kSlewLimited | kClutched;
   tool.p_WH = {1e6, 0.1, -0.2};
   tool.F_H_W.f = {1.0, 2.0, 3.0};
-  tool.F_unlimited_H_W.f = {1.0, 2.0, 4.0};
+  tool.F_computed_H_W.f = {1.0, 2.0, 4.0};
   tool.device.grip_m = std::numeric_limits<float>::quiet_NaN();
   tool.device.flags = 0b101;
   tool.contacts = 3;

@@ -63,7 +63,7 @@ inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
     if (random.chance(0.5)) tool.measured_delay_s = random.uniform();
     for (Array3* a :
          {&tool.p_DH, &tool.v_DH_D, &tool.w_DH_D, &tool.p_WH, &tool.v_WH_W, &tool.w_WH_W,
-          &tool.p_WG, &tool.f_unlimited_H_W, &tool.t_unlimited_H_W, &tool.f_H_W, &tool.t_H_W}) {
+          &tool.p_WG, &tool.f_computed_H_W, &tool.t_computed_H_W, &tool.f_H_W, &tool.t_H_W}) {
       for (double& x : *a) x = any_double(random);
     }
     for (Array4* a : {&tool.q_DH, &tool.q_WH, &tool.q_WG}) {
