@@ -54,7 +54,7 @@ struct StringParameters {
 
 /// Strings shorter than this count as A == B, m. Normal value 1e-9; far smaller would let
 /// E A / length leave the range of a double.
-inline constexpr double kShortestString = 1e-9;
+inline constexpr double kMinString = 1e-9;
 
 /// The first fault of `parameters`, none when all is well. Non-finite numbers are out of range. A
 /// linear density alone, which then is the tuning, must give a fundamental in the range of
@@ -69,7 +69,7 @@ inline constexpr double kShortestString = 1e-9;
 
 /// What the tick reads of a string. Nothing in it is ever NaN or infinite.
 struct StringConstants {
-  double length = 0.0;           ///< L = |AB|, m; 0 where it is below kShortestString
+  double length = 0.0;           ///< L = |AB|, m; 0 where it is below kMinString
   double tension = 0.0;          ///< T, N
   double axial_stiffness = 0.0;  ///< E A = E pi R^2, N
   /// f_1, Hz; 0: the string never sounds (no tuning, slack, A == B, or a mass no double holds).

@@ -14,7 +14,7 @@ namespace {
 
 /// A force is held at least this long, s: the period of the fastest loop. Longer than a tick makes
 /// the tank more careful; 0 would let a tick that came early draw all of it.
-constexpr double kShortestHold = 0.25e-3;
+constexpr double kMinHold = 0.25e-3;
 
 /// All that one call works on.
 struct Tick {
@@ -325,7 +325,7 @@ double vibration_force(const Tick& tick, double modal_force) noexcept {
   const double dt = static_cast<double>(tick.time.dt_ns) * kSecondsPerNanosecond;
   const double speed = std::max({std::abs(tick.touch.normal_speed), std::abs(tick.touch.hand_speed),
                                  std::abs(motion(tick)) / dt});
-  return draw_from_tank(force, speed, tick.options.max_acceleration, std::max(dt, kShortestHold),
+  return draw_from_tank(force, speed, tick.options.max_acceleration, std::max(dt, kMinHold),
                         state.tank);
 }
 

@@ -11,7 +11,7 @@ namespace hapticd {
 namespace {
 
 /// Largest inharmonicity, as scenes may have it.
-constexpr double kMostInharmonicity = 0.1;
+constexpr double kMaxInharmonicity = 0.1;
 
 const Capsule& whole(const StringTool& tool, std::int32_t string) noexcept {
   return tool.scene->obstacles.capsules_W[static_cast<std::size_t>(string)];
@@ -171,7 +171,7 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
     polyline += (points[k + 1] - points[k]).norm();
   }
   out.length = (points[part + 1] - points[part]).norm();
-  if (out.length < kShortestString || !(whole.length > 0.0)) {
+  if (out.length < kMinString || !(whole.length > 0.0)) {
     out.length = 0.0;
     out.model = StringContact::kStraight;
     out.max_level = StringLevel::kRigid;
@@ -187,7 +187,7 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
     out.frequency *= std::sqrt(tighter) / share;
     out.modal_mass *= share;
     out.inharmonicity =
-        std::min(whole.inharmonicity / (share * share * tighter), kMostInharmonicity);
+        std::min(whole.inharmonicity / (share * share * tighter), kMaxInharmonicity);
   }
   return out;
 }

@@ -11,7 +11,7 @@ namespace {
 /// longest report in bytes.
 constexpr std::size_t kDeepestStack = 4;
 constexpr std::size_t kDeepestCollection = 64;
-constexpr std::uint64_t kLongestReport = 16384;
+constexpr std::uint64_t kMaxReport = 16384;
 
 constexpr std::uint32_t kApplication = 0x01;
 constexpr unsigned kPageShift = 16;
@@ -108,11 +108,11 @@ class Reader {
   DescriptorFlaw add(ReportKind kind) noexcept {
     // Both factors have 32 bits.
     const std::uint64_t bits = std::uint64_t{globals_.report_size} * globals_.report_count;
-    if (bits > 8 * kLongestReport) return DescriptorFlaw::kTooLarge;
+    if (bits > 8 * kMaxReport) return DescriptorFlaw::kTooLarge;
     for (ReportSize& report : facts_.reports) {
       if (report.kind != kind || report.id != globals_.report_id) continue;
       report.bits += bits;
-      return report.bits > 8 * kLongestReport ? DescriptorFlaw::kTooLarge : DescriptorFlaw::kNone;
+      return report.bits > 8 * kMaxReport ? DescriptorFlaw::kTooLarge : DescriptorFlaw::kNone;
     }
     const bool fits = facts_.reports.push_back({kind, globals_.report_id, bits});
     return fits ? DescriptorFlaw::kNone : DescriptorFlaw::kTooLarge;
@@ -128,7 +128,7 @@ class Reader {
 };
 
 DescriptorFlaw read(std::span<const std::uint8_t> bytes, DescriptorFacts& facts) noexcept {
-  if (bytes.size() > kLongestDescriptor) return DescriptorFlaw::kTooLong;
+  if (bytes.size() > kMaxDescriptor) return DescriptorFlaw::kTooLong;
   Reader reader(facts);
   while (!bytes.empty()) {
     DescriptorItem item;

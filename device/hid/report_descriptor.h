@@ -14,9 +14,9 @@
 namespace hapticd::hid {
 
 /// Longest descriptor that Linux accepts, bytes; longer ones are refused.
-inline constexpr std::size_t kLongestDescriptor = 4096;
+inline constexpr std::size_t kMaxDescriptor = 4096;
 /// Reports told of one descriptor; one with more is refused. Profile v1 has six.
-inline constexpr std::size_t kMostReports = 64;
+inline constexpr std::size_t kMaxReports = 64;
 
 /// The descriptor of a device without and with the affine command.
 inline constexpr std::array<std::uint8_t, 55> kPlainDescriptor{
@@ -45,18 +45,18 @@ struct ReportSize {
 /// What is wrong with a descriptor.
 enum class DescriptorFlaw : std::uint8_t {
   kNone,
-  kTooLong,      ///< more than kLongestDescriptor
+  kTooLong,      ///< more than kMaxDescriptor
   kCutOff,       ///< ends within an item
   kUnbalanced,   ///< collections or stacked globals that do not match, or too deep
   kBadReportId,  ///< 0, or more than a byte holds
-  kTooLarge,     ///< more than kMostReports, or a report longer than any host takes
+  kTooLarge,     ///< more than kMaxReports, or a report longer than any host takes
 };
 
 /// What a descriptor says.
 struct DescriptorFacts {
   DescriptorFlaw flaw = DescriptorFlaw::kNone;
   bool is_haptic = false;  ///< has a top-level application collection FF48:0001
-  FixedVector<ReportSize, kMostReports> reports;  ///< of all collections, in order of appearance
+  FixedVector<ReportSize, kMaxReports> reports;  ///< of all collections, in order of appearance
 };
 
 /// Reads a descriptor; with a flaw, nothing else is told. O(bytes).

@@ -111,11 +111,11 @@ class Reader {
   }
 
   void note_usage(Usage usage) {
-    if (usages_.size() < kMostUsages) usages_.push_back(usage);
+    if (usages_.size() < kMaxUsages) usages_.push_back(usage);
   }
 
   void note_usages_to(std::uint32_t last) {
-    for (std::uint64_t usage = first_.value; usage <= last && usages_.size() < kMostUsages;
+    for (std::uint64_t usage = first_.value; usage <= last && usages_.size() < kMaxUsages;
          ++usage) {
       note_usage({static_cast<std::uint32_t>(usage), first_.has_page});
     }
@@ -127,7 +127,7 @@ class Reader {
   }
 
   DescriptorFlaw open() {
-    if (descriptor_.collections.size() == kMostCollections) return DescriptorFlaw::kTooLarge;
+    if (descriptor_.collections.size() == kMaxCollections) return DescriptorFlaw::kTooLarge;
     const std::uint32_t usage = usages_.empty() ? 0 : resolve(usages_[0]);
     descriptor_.collections.push_back({usage, collection_});
     collection_ = static_cast<int>(descriptor_.collections.size()) - 1;
@@ -139,7 +139,7 @@ class Reader {
     for (ReportSize& known : descriptor_.reports) {
       if (known.kind == kind && known.id == globals_.report_id) return &known;
     }
-    if (descriptor_.reports.size() == kMostReports) return nullptr;
+    if (descriptor_.reports.size() == kMaxReports) return nullptr;
     descriptor_.reports.push_back(
         {kind, globals_.report_id, globals_.report_id != 0 ? kIdBits : 0});
     return &descriptor_.reports.back();
@@ -150,10 +150,10 @@ class Reader {
     if (size == nullptr) return DescriptorFlaw::kTooLarge;
     // Both factors have 32 bits.
     const std::uint64_t bits = std::uint64_t{globals_.report_size} * globals_.report_count;
-    if (bits > 8 * kLongestReportRead) return DescriptorFlaw::kTooLarge;
+    if (bits > 8 * kMaxReportRead) return DescriptorFlaw::kTooLarge;
     const std::size_t start = size->bits;
     size->bits += bits;
-    if (size->bits > 8 * kLongestReportRead) return DescriptorFlaw::kTooLarge;
+    if (size->bits > 8 * kMaxReportRead) return DescriptorFlaw::kTooLarge;
     const bool is_data =
         (flags & kConstant) == 0 && globals_.report_size <= kWidestField && bits != 0;
     const std::int64_t maximum =
@@ -165,7 +165,7 @@ class Reader {
   }
 
   DescriptorFlaw add_array(Field& field) {
-    if (descriptor_.fields.size() == kMostFields) return DescriptorFlaw::kTooLarge;
+    if (descriptor_.fields.size() == kMaxFields) return DescriptorFlaw::kTooLarge;
     field.usages.reserve(usages_.size());
     for (const Usage& usage : usages_) field.usages.push_back(resolve(usage));
     descriptor_.fields.push_back(field);
@@ -176,7 +176,7 @@ class Reader {
   DescriptorFlaw add_variables(Field& field) {
     const std::size_t count = std::min<std::size_t>(globals_.report_count, usages_.size());
     for (std::size_t i = 0; i < count; ++i) {
-      if (descriptor_.fields.size() == kMostFields) return DescriptorFlaw::kTooLarge;
+      if (descriptor_.fields.size() == kMaxFields) return DescriptorFlaw::kTooLarge;
       field.usages = {resolve(usages_[i])};
       descriptor_.fields.push_back(field);
       field.bit += field.bits;
@@ -193,7 +193,7 @@ class Reader {
 };
 
 DescriptorFlaw read(std::span<const std::uint8_t> bytes, Descriptor& descriptor) {
-  if (bytes.size() > kLongestDescriptor) return DescriptorFlaw::kTooLong;
+  if (bytes.size() > kMaxDescriptor) return DescriptorFlaw::kTooLong;
   Reader reader(descriptor);
   while (!bytes.empty()) {
     DescriptorItem item;

@@ -12,16 +12,16 @@
 namespace hapticd::pid {
 
 /// Longest descriptor that Linux accepts, bytes; longer ones are refused.
-inline constexpr std::size_t kLongestDescriptor = 4096;
+inline constexpr std::size_t kMaxDescriptor = 4096;
 /// Fields, reports and collections of one descriptor; one with more is refused. Force devices have
 /// about 100, 20 and 50.
-inline constexpr std::size_t kMostFields = 2048;
-inline constexpr std::size_t kMostReports = 64;
-inline constexpr std::size_t kMostCollections = 256;
+inline constexpr std::size_t kMaxFields = 2048;
+inline constexpr std::size_t kMaxReports = 64;
+inline constexpr std::size_t kMaxCollections = 256;
 /// Usages that one item names; more are without a name.
-inline constexpr std::size_t kMostUsages = 64;
+inline constexpr std::size_t kMaxUsages = 64;
 /// Longest report of a descriptor that is read, bytes.
-inline constexpr std::size_t kLongestReportRead = 16'384;
+inline constexpr std::size_t kMaxReportRead = 16'384;
 
 /// A usage with its page, as descriptors pack them.
 [[nodiscard]] constexpr std::uint32_t usage_of(std::uint32_t page, std::uint32_t usage) noexcept {
@@ -59,7 +59,7 @@ struct Field {
 /// What is wrong with a descriptor.
 enum class DescriptorFlaw : std::uint8_t {
   kNone,
-  kTooLong,      ///< more than kLongestDescriptor
+  kTooLong,      ///< more than kMaxDescriptor
   kCutOff,       ///< ends within an item
   kUnbalanced,   ///< collections or stacked globals that do not match, or too deep
   kBadReportId,  ///< 0, or more than a byte holds

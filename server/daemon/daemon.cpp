@@ -13,7 +13,7 @@ namespace hapticd {
 namespace {
 
 /// Longest wait at the end for force to ramp out and clients to hear Bye, ns.
-constexpr std::int64_t kLongestEnd_ns = 1'500'000'000;
+constexpr std::int64_t kMaxEnd_ns = 1'500'000'000;
 
 PlayerOptions player_options(const v1::Config& config) {
   PlayerOptions player;
@@ -207,7 +207,7 @@ bool Daemon::work(std::int64_t now_ns) {
   if (recording_) report_recording();
   if (ending_since_ns_ >= 0) {
     const bool silent = virtual_time_ || thread_->over();
-    if ((silent && server_->session_count() == 0) || now_ns - ending_since_ns_ > kLongestEnd_ns) {
+    if ((silent && server_->session_count() == 0) || now_ns - ending_since_ns_ > kMaxEnd_ns) {
       transport_->stop();
     }
   }

@@ -12,9 +12,9 @@ namespace hapticd {
 namespace {
 
 /// Paths of one GetParameters.
-constexpr int kMostPaths = 64;
+constexpr int kMaxPaths = 64;
 /// Ticks that a change may wait for its own, at most.
-constexpr std::uint64_t kMostTicksToWait = 1'000'000;
+constexpr std::uint64_t kMaxTicksToWait = 1'000'000;
 
 /// Why a change cannot be taken while `waiting` others are under way; nothing: it can.
 std::optional<v1::Result> refusal_of_change(const v1::SetParameter& set, std::uint64_t next,
@@ -23,7 +23,7 @@ std::optional<v1::Result> refusal_of_change(const v1::SetParameter& set, std::ui
   if (set.has_at_tick() && set.at_tick() < next) {
     return result_of(v1::RESULT_CODE_OUT_OF_RANGE, kPath, "That tick has begun.");
   }
-  if (set.has_at_tick() && set.at_tick() - next > kMostTicksToWait) {
+  if (set.has_at_tick() && set.at_tick() - next > kMaxTicksToWait) {
     return result_of(v1::RESULT_CODE_OUT_OF_RANGE, kPath,
                      "At most 1000000 ticks ahead; the next tick is " + std::to_string(next) + ".");
   }
@@ -71,7 +71,7 @@ void Daemon::carry_out_held() {
 
 void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
-  if (get.paths_size() > kMostPaths) {
+  if (get.paths_size() > kMaxPaths) {
     server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "get_parameters.paths",
                                   "At most 64 paths; none asks for all parameters."));
     return;

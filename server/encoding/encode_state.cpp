@@ -17,12 +17,12 @@ bool wants(const StateRequest& request, v1::Section section) {
 /// `value` in units of 1 / `scale`, to nearest, ties to even, kept within Integer.
 template <typename Integer>
 Integer rounded(double value, double scale) {
-  constexpr auto kLeast = static_cast<double>(std::numeric_limits<Integer>::min());
-  constexpr auto kMost = static_cast<double>(std::numeric_limits<Integer>::max());
+  constexpr auto kMin = static_cast<double>(std::numeric_limits<Integer>::min());
+  constexpr auto kMax = static_cast<double>(std::numeric_limits<Integer>::max());
   const double scaled = std::nearbyint(value * scale);
   if (std::isnan(scaled)) return 0;
-  if (scaled <= kLeast) return std::numeric_limits<Integer>::min();
-  if (scaled >= kMost) return std::numeric_limits<Integer>::max();
+  if (scaled <= kMin) return std::numeric_limits<Integer>::min();
+  if (scaled >= kMax) return std::numeric_limits<Integer>::max();
   return static_cast<Integer>(scaled);
 }
 

@@ -230,7 +230,7 @@ void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
   const bool pushes = read.find(StateKind::kPush, static_cast<std::uint32_t>(k)) != nullptr;
   if (pushes) read.take(StateKind::kPush, static_cast<std::uint32_t>(k), tool.push);
   read.require(tool.push.t_s >= 0.0);
-  read.require(delay_s >= 0.0 && delay_s <= kLongestDelay_s);
+  read.require(delay_s >= 0.0 && delay_s <= kMaxDelay_s);
   read.require(fits_scene(play.state, play.scene) && names_parts(play.view));
   read.require(names_things(tool.touches, scene_->scene->description(), k, play.scene));
   ToolTick& tick = output_.tools[k];

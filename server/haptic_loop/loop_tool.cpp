@@ -50,7 +50,7 @@ void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
 
 bool learn_delay(const DeviceSample& sample, PlayedTool& played) noexcept {
   const double delay_s = sample.measured_delay_s;
-  const bool sensible = delay_s >= 0.0 && delay_s <= kLongestDelay_s;
+  const bool sensible = delay_s >= 0.0 && delay_s <= kMaxDelay_s;
   if (!sensible || delay_s == played.stiffness_limits.delay_s) return false;
   played.stiffness_limits.delay_s = delay_s;
   return true;

@@ -57,7 +57,7 @@ HD_REALTIME void read_tool(PlayedTool& played, const LoopTime& time, bool guards
                            LoopTool& tool) noexcept;
 
 /// Measured delays beyond this are no delays, s.
-inline constexpr double kLongestDelay_s = 1.0;
+inline constexpr double kMaxDelay_s = 1.0;
 
 /// Lets the stiffness clamp of `played` reckon with the delay that `sample` brings; true when that
 /// is another than before, and settings are to be applied anew. Delays that make no sense, and NaN,

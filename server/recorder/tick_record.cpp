@@ -68,9 +68,9 @@ void set_input(const ToolTrace& tool, v1::ToolInput& input) {
   if (!std::isnan(tool.measured_delay_s)) input.set_measured_delay_s(tool.measured_delay_s);
 }
 
-/// Whether the loop can reckon with it: see kFurthest_ns.
-bool is_instant(std::int64_t t_ns) { return t_ns > -kFurthest_ns && t_ns < kFurthest_ns; }
-bool is_instant(std::uint64_t t_ns) { return t_ns < std::uint64_t{kFurthest_ns}; }
+/// Whether the loop can reckon with it: see kMax_ns.
+bool is_instant(std::int64_t t_ns) { return t_ns > -kMax_ns && t_ns < kMax_ns; }
+bool is_instant(std::uint64_t t_ns) { return t_ns < std::uint64_t{kMax_ns}; }
 
 bool get_input(const v1::ToolInput& input, ToolTrace& tool) {
   tool.tool_id = input.tool_id();

@@ -10,8 +10,8 @@ namespace hapticd {
 namespace {
 
 /// Largest deviation of a quaternion's norm from 1, as a factor, that is taken for carelessness.
-constexpr double kLeastNorm = 0.5;
-constexpr double kMostNorm = 2.0;
+constexpr double kMinNorm = 0.5;
+constexpr double kMaxNorm = 2.0;
 
 std::string indexed(const std::string& field, int i) {
   return field + "[" + std::to_string(i) + "]";
@@ -48,7 +48,7 @@ class Translation {
 Pose Translation::pose(const v1::Pose& pose, const std::string& path) {
   Quaternion q(pose.q(0), pose.q(1), pose.q(2), pose.q(3));
   const double norm = q.norm();
-  if (!(norm >= kLeastNorm && norm <= kMostNorm)) {
+  if (!(norm >= kMinNorm && norm <= kMaxNorm)) {
     fault(path + ".q", "its norm is " + std::to_string(norm) + ", not in [0.5, 2]",
           "Give a unit quaternion, w first.");
     q = Quaternion::Identity();

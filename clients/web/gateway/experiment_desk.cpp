@@ -13,7 +13,7 @@ namespace {
 
 namespace json = google::protobuf::util;
 
-constexpr std::size_t kMostNameBytes = 64;
+constexpr std::size_t kMaxNameBytes = 64;
 
 v1::Result result_of(v1::ResultCode code, std::string message) {
   v1::Result result;
@@ -26,7 +26,7 @@ v1::Result result_of(v1::ResultCode code, std::string message) {
 bool is_name(std::string_view name) {
   constexpr std::string_view kLetters =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
-  return !name.empty() && name.size() <= kMostNameBytes && name.front() != '-' &&
+  return !name.empty() && name.size() <= kMaxNameBytes && name.front() != '-' &&
          name.find_first_not_of(kLetters) == std::string_view::npos;
 }
 

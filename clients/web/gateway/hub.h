@@ -18,7 +18,7 @@
 namespace hapticd::web {
 
 /// Requests of a viewer that may be under way.
-inline constexpr std::size_t kMostUnderWay = 64;
+inline constexpr std::size_t kMaxUnderWay = 64;
 
 /// Why a viewer is closed.
 enum class CloseReason : std::uint8_t {

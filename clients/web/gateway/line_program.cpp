@@ -26,7 +26,7 @@ using boost::system::error_code;
 namespace {
 
 /// Longest line it may say, bytes; with a longer one it is ended.
-constexpr std::size_t kMostLineBytes = 1U << 16U;
+constexpr std::size_t kMaxLineBytes = 1U << 16U;
 /// Time that it gets to end after its input has ended: it writes what it has, and says Bye.
 constexpr std::chrono::seconds kPatience{10};
 
@@ -81,7 +81,7 @@ void LineProgram::start(std::vector<std::string> words) {
 }
 
 void LineProgram::read() {
-  asio::async_read_until(socket_, asio::dynamic_buffer(incoming_, kMostLineBytes), '\n',
+  asio::async_read_until(socket_, asio::dynamic_buffer(incoming_, kMaxLineBytes), '\n',
                          [self = shared_from_this()](const error_code& error, std::size_t bytes) {
                            if (error) return self->reap();
                            const std::string line = self->incoming_.substr(0, bytes - 1);

@@ -24,7 +24,7 @@ inline double any_double(SplitMix64& random) {
 inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
   TickTrace trace;
   trace.tick = tick;
-  trace.t_ns = tick * 1'000'000 % std::uint64_t{kFurthest_ns};
+  trace.t_ns = tick * 1'000'000 % std::uint64_t{kMax_ns};
   trace.dt_ns = 1'000'000;
   trace.state_hash = random.next();
   trace.sphere_tests = random.below(1000);
@@ -55,7 +55,7 @@ inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
     tool.clutch_open = random.chance(0.5);
     tool.push = static_cast<PushAxis>(random.below(kPushAxes + 1));
     tool.device_flags = static_cast<std::uint16_t>(random.next());
-    // Instants within kFurthest_ns, others are refused.
+    // Instants within kMax_ns, others are refused.
     tool.sample_t_ns = static_cast<std::int64_t>(random.next()) / 2;
     tool.sample_counter = random.next();
     tool.age_ns = random.next() / 4;
