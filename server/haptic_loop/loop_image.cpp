@@ -151,10 +151,10 @@ bool HapticLoop::fill_image(StateImage& image) const noexcept {
   write.add(StateKind::kSimulation, 0, awake, simulation.holders());
   // Of all tools or of none: blocks are numbered by their order.
   const bool pushes = std::any_of(tools_.begin(), tools_.begin() + tool_number(tool_count()),
-                                  [](const LoopTool& tool) { return tool.push.axis != 0; });
+                                  [](const ToolLoop& tool) { return tool.push.axis != 0; });
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const ToolPlay& play = scene.play.tools[k];
-    const LoopTool& tool = tools_[k];
+    const ToolLoop& tool = tools_[k];
     const ToolTick& tick = output_.tools[k];
     const LastTick last{tick.pose, tick.optimiser.status, tick.optimiser.active_count,
                         tick.F_computed_H_W};
@@ -219,7 +219,7 @@ bool HapticLoop::restore(const StateImage& image) {
 
 void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
   ToolPlay& play = scene_->play.tools[k];
-  LoopTool& tool = tools_[k];
+  ToolLoop& tool = tools_[k];
   LastTick last;
   double& delay_s = scene_->tools[k].stiffness_limits.delay_s;
   read.take(StateKind::kTool, static_cast<std::uint32_t>(k), play.state, play.X_WH, play.view,
@@ -269,7 +269,7 @@ void HapticLoop::publish_image() noexcept {
 void HapticLoop::replay_once(const TickTrace& recorded) noexcept {
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const ToolTrace& from = recorded.tools[k];
-    LoopTool& tool = tools_[k];
+    ToolLoop& tool = tools_[k];
     tool.recentre = tool.recentre_asked = from.recentre;
     tool.clutch_open = from.clutch_open;
     tool.push_asked = from.push;

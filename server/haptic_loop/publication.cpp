@@ -13,13 +13,13 @@ StringPhase phase_of(const StringReading& string) noexcept {
   return string.level >= StringLevel::kFundamental ? StringPhase::kDamped : StringPhase::kTouched;
 }
 
-Wrench written_to_world(const PlayedTool& played, const LoopTool& tool) noexcept {
+Wrench written_to_world(const PlayedTool& played, const ToolLoop& tool) noexcept {
   return to_world(played.map, Wrench{to_vector(tool.written.f_H_D), to_vector(tool.written.t_H_D)});
 }
 
 WrenchReading reading_of(const Wrench& F) noexcept { return {to_array(F.f), to_array(F.t)}; }
 
-std::uint16_t flags_of(const ToolTick& tick, const LoopTool& tool) noexcept {
+std::uint16_t flags_of(const ToolTick& tick, const ToolLoop& tool) noexcept {
   const std::uint32_t limited = tool.written.flags;
   std::uint32_t flags = 0;
   const auto set = [&](bool on, std::uint32_t bit) { flags |= on ? bit : 0U; };
@@ -86,7 +86,7 @@ void HapticLoop::report_events() noexcept {
 
 void HapticLoop::fill_tool(std::size_t k, ToolReading& reading) const noexcept {
   const ToolTick& tick = output_.tools[k];
-  const LoopTool& tool = tools_[k];
+  const ToolLoop& tool = tools_[k];
   const PlayedTool& played = scene_->tools[k];
   reading = ToolReading{};
   reading.tool_id = played.tool_id;
@@ -194,7 +194,7 @@ void HapticLoop::publish_snapshot() noexcept {
 
 void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
   const ToolTick& tick = output_.tools[k];
-  const LoopTool& tool = tools_[k];
+  const ToolLoop& tool = tools_[k];
   const PlayedTool& played = scene_->tools[k];
   trace.tool_id = played.tool_id;
   trace.buttons = tool.sample.buttons;

@@ -14,7 +14,7 @@
 namespace hapticd {
 
 /// A tool as the loop knows it.
-struct LoopTool {
+struct ToolLoop {
   // Of the tick under way.
   DeviceSample sample;
   WatchedInput watched;
@@ -54,7 +54,7 @@ struct LoopTime {
 /// Reads the device of `played` and finds where H is. `guards_armed`: as if the device could push a
 /// person.
 HD_REALTIME void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
-                           LoopTool& tool) noexcept;
+                           ToolLoop& tool) noexcept;
 
 /// Measured delays beyond this are no delays, s.
 inline constexpr double kMaxDelay_s = 1.0;
@@ -72,13 +72,13 @@ HD_REALTIME bool learn_delay(const DeviceSample& sample, PlayedTool& played) noe
 /// Passes tool.F_H_D through the safety stage, faded by `gain`, and grants tool.wanted; zero unless
 /// `force`. `budget`: what strings may still give to the hand, J.
 HD_REALTIME void limit_tool(const PlayedTool& played, const LoopTime& time, double budget,
-                            double gain, bool force, LoopTool& tool) noexcept;
+                            double gain, bool force, ToolLoop& tool) noexcept;
 
 /// Writes what the safety stage has passed.
-HD_REALTIME void write_tool(PlayedTool& played, const LoopTime& time, LoopTool& tool) noexcept;
+HD_REALTIME void write_tool(PlayedTool& played, const LoopTime& time, ToolLoop& tool) noexcept;
 
 /// What of the last read and write of the tool is wrong; kNone when nothing is.
-[[nodiscard]] HD_REALTIME Cause fault_of(const LoopTool& tool, bool pushes,
+[[nodiscard]] HD_REALTIME Cause fault_of(const ToolLoop& tool, bool pushes,
                                          bool guards_armed) noexcept;
 
 }  // namespace hapticd
