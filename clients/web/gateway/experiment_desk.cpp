@@ -72,7 +72,7 @@ v1::Result ExperimentDesk::begin(ViewerId viewer, const v1::ExperimentBegin& wan
   LineHandlers handlers;
   handlers.line = [this](const std::string& line) { said(line); };
   handlers.ended = [this](int exit_code) { ended(exit_code); };
-  auto program = std::make_shared<LineProgram>(context_, std::move(handlers));
+  auto program = std::make_shared<ChildProcess>(context_, std::move(handlers));
   try {
     program->start(words(wanted));
   } catch (const std::system_error& error) {

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
+#include "clients/web/gateway/child_process.h"
 #include "clients/web/gateway/lease_desk.h"
-#include "clients/web/gateway/line_program.h"
 #include "hapticd/v1/gateway.pb.h"
 
 namespace hapticd::web {
@@ -53,8 +53,8 @@ class ExperimentDesk {
   boost::asio::io_context& context_;
   ExperimentOptions options_;
   ScreenHandler shown_;
-  std::shared_ptr<LineProgram> program_;  ///< empty: none runs
-  v1::ExperimentScreen screen_;           ///< newest of what runs
+  std::shared_ptr<ChildProcess> program_;  ///< empty: none runs
+  v1::ExperimentScreen screen_;            ///< newest of what runs
   ViewerId owner_ = 0;
 };
 
