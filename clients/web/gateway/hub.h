@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "clients/library/client_core.h"
-#include "clients/web/gateway/lease_desk.h"
+#include "clients/web/gateway/page_lease.h"
 #include "clients/web/gateway/viewer_queue.h"
 #include "hapticd/v1/gateway.pb.h"
 
@@ -148,7 +148,7 @@ class Hub {
   HubOptions options_;
   std::map<ViewerId, Viewer> viewers_;
   ViewerId last_id_ = 0;
-  LeaseDesk desk_;
+  PageLease desk_;
   HubCounters counters_;
   v1::PageShown shown_ = daemon_shown();
   Newest daemon_;
