@@ -12,7 +12,7 @@
 #include "core/math/vector.h"
 #include "core/safety/loop_state.h"
 #include "core/tick/cause.h"
-#include "server/haptic_loop/check_push.h"
+#include "server/haptic_loop/guided_push.h"
 
 namespace hapticd {
 

@@ -8,7 +8,7 @@
 #include "core/safety/input_watch.h"
 #include "core/safety/output_stage.h"
 #include "core/simulation/touch_detector.h"
-#include "server/haptic_loop/check_push.h"
+#include "server/haptic_loop/guided_push.h"
 #include "server/haptic_loop/played_scene.h"
 
 namespace hapticd {
@@ -37,7 +37,7 @@ struct ToolLoop {
   bool clear_faults = false;  ///< its device is to forget what it has latched
   bool clutch_open = false;
   bool recentre = false;
-  CheckPush push;
+  GuidedPush push;
   TouchDetector touches;
   ContactReport contacts;
 };
