@@ -20,7 +20,7 @@
 #include "server/daemon/replay_run.h"
 #include "server/daemon/scene_player.h"
 #include "server/daemon/tick_statistics.h"
-#include "server/daemon/work_price.h"
+#include "server/daemon/work_cost.h"
 #include "server/devices/outside_device.h"
 #include "server/encoding/encode_event.h"
 #include "server/encoding/state_hash.h"
@@ -273,7 +273,7 @@ class Daemon {
     std::uint64_t work = 0;
   };
   QualityGovernor governor_;  ///< of automatic quality
-  WorkPrice price_;           ///< of this machine, under the real clock
+  WorkCost price_;            ///< of this machine, under the real clock
   std::optional<TickBefore> before_;
   std::uint32_t governed_scene_ = 0;
   std::int64_t allowed_work_ = 0;  ///< that the loop was told last, or began with; 0: no bound

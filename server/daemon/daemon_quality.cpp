@@ -70,7 +70,7 @@ void Daemon::follow_budget(const Snapshot& snapshot) {
 }
 
 void Daemon::forget_prices() {
-  price_ = WorkPrice{};
+  price_ = WorkCost{};
   before_.reset();
 }
 
