@@ -18,7 +18,7 @@ struct ToolLoop {
   // Of the tick under way.
   DeviceSample sample;
   WatchedInput watched;
-  WorkspaceOutput placed;
+  PlacedHand placed;
   Wrench F_H_D;         ///< rendered, for the safety stage
   DeviceSpring wanted;  ///< likewise, for a device that renders it by itself
   SafetyOutput written;

@@ -133,7 +133,7 @@ TEST_CASE("the clutch lets the device go on while the tool stands still, without
                         ? static_cast<std::uint16_t>(1U << static_cast<unsigned>(map.clutch_button))
                         : std::uint16_t{0};
     input.clutch_open = !by_button;
-    WorkspaceOutput out;
+    PlacedHand out;
     for (int k = 0; k < 5; ++k) {
       out = follow(map, {}, input, state);
       REQUIRE(out.open);
