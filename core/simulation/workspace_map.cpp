@@ -89,7 +89,7 @@ Wrench to_world(const WorkspaceMap& map, const Wrench& F_H_D) noexcept {
           mirrored_axial(map.mirror, map.X_WD.q * F_H_D.t)};
 }
 
-PlacedHand follow(const WorkspaceMap& map, const Pose& X_WG_home, const WorkspaceInput& input,
+PlacedHand place(const WorkspaceMap& map, const Pose& X_WG_home, const WorkspaceInput& input,
                   WorkspaceState& state) noexcept {
   const bool recentre_down = pressed(input.buttons, map.recentre_button);
   const bool recentre = input.recentre || (recentre_down && !state.recentre_was_down);

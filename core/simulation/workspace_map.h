@@ -70,7 +70,7 @@ struct PlacedHand {
 /// One tick: buttons and requests, then the map. Opening the clutch, moving and closing it leaves
 /// the tool where it was; recentring puts it at `X_WG_home` (with the clutch open too), wherever
 /// the device is.
-[[nodiscard]] HD_REALTIME PlacedHand follow(const WorkspaceMap& map, const Pose& X_WG_home,
+[[nodiscard]] HD_REALTIME PlacedHand place(const WorkspaceMap& map, const Pose& X_WG_home,
                                             const WorkspaceInput& input,
                                             WorkspaceState& state) noexcept;
 

@@ -41,7 +41,7 @@ void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
   limits.stuck_after_ns = watched ? kStuckAfter_ns : 0;
   tool.watched = watch(seen, to_vector(tool.safety.f_H_D).norm(), limits, tool.input_watch);
   if (!tool.input_watch.has_pose) return;
-  tool.placed = follow(played.map, played.X_WG_home,
+  tool.placed = place(played.map, played.X_WG_home,
                        {tool.watched.X_DH, tool.watched.V_DH_D, sample.buttons, tool.clutch_open,
                         tool.recentre, time.dt_s},
                        tool.workspace);
