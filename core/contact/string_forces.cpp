@@ -48,7 +48,8 @@ double part_compliance(const OptimiserInput& input, const OptimiserState& state,
 bool has_no_room(const OptimiserInput& input, const OptimiserState& state, std::int32_t string) {
   const StringConstants& constants = input.strings[static_cast<std::size_t>(string)];
   return state.holds.size() == static_cast<std::size_t>(kMaxDeflectingStrings) &&
-         constants.model == StringContact::kYielding && constants.max_level >= StringLevel::kStatic;
+         constants.model == StringContact::kYielding &&
+         constants.max_level >= StringDetail::kStatic;
 }
 
 /// A line that does not yield gives the hand what the program presses on it, no stiffer than kc.
@@ -111,7 +112,7 @@ StringLoad string_load(const OptimiserInput& input, const StringHold* hold, std:
     load.force = std::min(pressed, kc * load.displacement);
     return load;
   }
-  if (string.max_level < StringLevel::kStatic || !(string.length > 0.0)) return load;
+  if (string.max_level < StringDetail::kStatic || !(string.length > 0.0)) return load;
   load.deflection = load.displacement / string.k_s;
   const Deflection law = deflect(string, lambda, load.deflection);
   load.force = std::min(law.force, kc * load.displacement);

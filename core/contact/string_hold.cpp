@@ -18,7 +18,7 @@ bool may_be_held(const StringContext& context, const Contact& contact) noexcept 
   const StringConstants& string = context.strings[index];
   if (!(string.length > 0.0)) return false;
   return string.model == StringContact::kYielding
-             ? string.max_level >= StringLevel::kStatic && contact.lambda > 0.0 &&
+             ? string.max_level >= StringDetail::kStatic && contact.lambda > 0.0 &&
                    contact.lambda < 1.0
              : context.options.friction && string.friction_coefficient > 0.0;
 }

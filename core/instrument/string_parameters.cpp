@@ -134,7 +134,7 @@ std::optional<ParameterFault> check_string(const StringParameters& parameters) n
     return ParameterFault{"model", static_cast<double>(parameters.model), "rigid or deflecting",
                           "Choose what a contact does to the string."};
   }
-  if (parameters.max_level > StringLevel::kModes) {
+  if (parameters.max_level > StringDetail::kModes) {
     return ParameterFault{"max_level", static_cast<double>(parameters.max_level),
                           "rigid, static, fundamental or modes",
                           "Choose the highest model the string may climb to."};
@@ -183,7 +183,7 @@ StringConstants derive_string(const StringParameters& parameters) noexcept {
   string.friction_coefficient = parameters.friction_coefficient;
   const bool sphere = string.length <= 0.0;
   string.model = sphere ? StringContact::kStraight : parameters.model;
-  string.max_level = sphere ? StringLevel::kRigid : parameters.max_level;
+  string.max_level = sphere ? StringDetail::kLine : parameters.max_level;
   return string;
 }
 

@@ -38,7 +38,7 @@ struct TickInput {
 /// A string that is not asleep after the tick.
 struct StringReading {
   std::int32_t string = 0;
-  StringLevel level = StringLevel::kRigid;
+  StringPhase level = StringPhase::kAsleep;
   bool touched = false;
   bool armed = false;            ///< letting go plucks it
   double lambda = 0.5;           ///< of the touch, or of the release

@@ -77,12 +77,12 @@ struct ToolReading {
 };
 
 /// What a string does; values are those of v1::StringPhase.
-enum class StringPhase : std::uint8_t { kTouched = 1, kPressed = 2, kRinging = 3, kDamped = 4 };
+enum class ShownPhase : std::uint8_t { kTouched = 1, kPressed = 2, kRinging = 3, kDamped = 4 };
 
 /// One string that is not asleep.
 struct StringRow {
   std::int32_t piece = 0;  ///< number among the scene's capsules
-  StringPhase phase = StringPhase::kTouched;
+  ShownPhase phase = ShownPhase::kTouched;
   double lambda = 0.0;         ///< along the piece
   double radius_growth = 0.0;  ///< beyond R, m
   Array3 deflection_W{};       ///< m

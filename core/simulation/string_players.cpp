@@ -179,7 +179,7 @@ std::int32_t Simulation::choose_player(std::int32_t string, std::span<const Stri
   const PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
   const bool lets_go = track.state.detector.armed && near[player].touch.distance >= 0.0;
-  const bool rings = track.state.level >= StringLevel::kFundamental;
+  const bool rings = track.state.level >= StringPhase::kFundamental;
   std::int32_t chosen = track.player;
   double nearest = kNotNear;
   for (std::size_t tool = 0; tool < near.size(); ++tool) {

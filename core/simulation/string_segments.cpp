@@ -174,7 +174,7 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
   if (out.length < kMinString || !(whole.length > 0.0)) {
     out.length = 0.0;
     out.model = StringContact::kStraight;
-    out.max_level = StringLevel::kRigid;
+    out.max_level = StringDetail::kLine;
     out.frequency = 0.0;
     out.modal_mass = 0.0;
     return out;

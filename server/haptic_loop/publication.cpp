@@ -7,10 +7,10 @@
 namespace hapticd {
 namespace {
 
-StringPhase phase_of(const StringReading& string) noexcept {
-  if (!string.touched) return StringPhase::kRinging;
-  if (string.armed) return StringPhase::kPressed;
-  return string.level >= StringLevel::kFundamental ? StringPhase::kDamped : StringPhase::kTouched;
+ShownPhase phase_of(const StringReading& string) noexcept {
+  if (!string.touched) return ShownPhase::kRinging;
+  if (string.armed) return ShownPhase::kPressed;
+  return string.level >= StringPhase::kFundamental ? ShownPhase::kDamped : ShownPhase::kTouched;
 }
 
 Wrench written_to_world(const PlayedTool& played, const ToolLoop& tool) noexcept {

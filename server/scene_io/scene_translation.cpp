@@ -182,7 +182,7 @@ StringDescription Translation::string(const v1::Scene& scene, const v1::String& 
   p.contact_stiffness = string.contact_stiffness_n_per_m();
   p.inharmonicity = string.inharmonicity();
   p.friction_coefficient = string.friction_coefficient();
-  p.max_level = static_cast<StringLevel>(string.max_level() - v1::STRING_LEVEL_RIGID);
+  p.max_level = static_cast<StringDetail>(string.max_level() - v1::STRING_LEVEL_RIGID);
   if (string.has_k_s_from_device()) {
     const v1::DisplacementScaleFromDevice& from = string.k_s_from_device();
     const double length = (to_vector(p.p_WB) - to_vector(p.p_WA)).norm();

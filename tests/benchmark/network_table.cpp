@@ -81,7 +81,7 @@ std::unique_ptr<Snapshot> snapshot_of(const Case& c) {
   }
   snapshot->contacts.total = c.contacts;
   for (int k = 0; k < c.strings; ++k) {
-    snapshot->strings.push_back({k, StringPhase::kPressed, 0.3, 1e-3, {1e-4, -1e-3, 2e-4}});
+    snapshot->strings.push_back({k, ShownPhase::kPressed, 0.3, 1e-3, {1e-4, -1e-3, 2e-4}});
     snapshot->string_forces.push_back({0, k, {0.0, 1.1, 0.2}});
   }
   return snapshot;

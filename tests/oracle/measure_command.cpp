@@ -117,7 +117,7 @@ class Measurement {
     if (!strings_) {
       StudySetting setting = truth_setting(kUsualRate);
       setting.string_model = StringContact::kYielding;
-      setting.string_level = StringLevel::kModes;
+      setting.string_level = StringDetail::kModes;
       setting.modes = kTruthModes;
       setting.modal_steps = kTruthModalSteps;
       const Scene exact(with_strings(scene().description(), setting));

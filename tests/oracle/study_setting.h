@@ -17,7 +17,7 @@ struct StudySetting {
   OptimiserOptions options;
   // Of the strings; as the scene has it where nothing is said.
   std::optional<StringContact> string_model;
-  std::optional<StringLevel> string_level;
+  std::optional<StringDetail> string_level;
   std::optional<int> modes;
   std::optional<int> modal_steps;
 

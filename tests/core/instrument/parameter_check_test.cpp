@@ -203,7 +203,7 @@ TEST_CASE("an enumerator that does not exist is refused") {
   REQUIRE(check_string(parameters).has_value());
   CHECK(std::string(check_string(parameters)->field) == "model");
   parameters = usual_string();
-  parameters.max_level = static_cast<StringLevel>(4);
+  parameters.max_level = static_cast<StringDetail>(4);
   REQUIRE(check_string(parameters).has_value());
   CHECK(std::string(check_string(parameters)->field) == "max_level");
   InstrumentOptions options;

@@ -19,7 +19,7 @@ std::vector<Sphere> row_of_three() {
 StringParameters rigid_line() {
   StringParameters line;
   line.model = StringContact::kStraight;
-  line.max_level = StringLevel::kRigid;
+  line.max_level = StringDetail::kLine;
   line.k_s = 1e6;
   return line;
 }

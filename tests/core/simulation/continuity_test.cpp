@@ -42,10 +42,10 @@ class ForceWatch {
       const auto s = static_cast<std::size_t>(reading.string);
       const StringConstants& string = guqin_.strings[s];
       const StringState& state = guqin_.state(reading.string);
-      if (state.level < StringLevel::kFundamental || !reading.touched) continue;
+      if (state.level < StringPhase::kFundamental || !reading.touched) continue;
       const double r = state.vibration.amplitude * state.vibration.reach;
       // Modes meet the finger itself, the fundamental alone is a force on what presses the string.
-      const double k_v = state.level == StringLevel::kModes
+      const double k_v = state.level == StringPhase::kModes
                              ? string.contact_stiffness
                              : vibration_stiffness(string, reading.lambda);
       swing += k_v * r * 2.0 * kPi * string.frequency;
