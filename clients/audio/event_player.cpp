@@ -8,7 +8,7 @@ namespace hapticd::audio {
 namespace {
 
 /// Strings a scene may have; events about others are not believed.
-constexpr std::uint32_t kMostStrings = 1024;
+constexpr std::uint32_t kMaxStrings = 1024;
 /// How fast a string ends that the daemon has made still, s.
 constexpr double kStill_s = 0.03;
 
@@ -32,9 +32,9 @@ void EventPlayer::set_scene(const v1::Scene& scene) {
 }
 
 void EventPlayer::play(const v1::Item& event, std::int64_t due_ns) {
-  if (event.has_tone() && event.tone().string_index() < kMostStrings) {
+  if (event.has_tone() && event.tone().string_index() < kMaxStrings) {
     play_tone(event.tone(), due_ns);
-  } else if (event.has_string_radius() && event.string_radius().string_index() < kMostStrings) {
+  } else if (event.has_string_radius() && event.string_radius().string_index() < kMaxStrings) {
     play_radius(event.string_radius(), due_ns);
   }
 }

@@ -30,7 +30,7 @@ constexpr double kSameDelay_ms = 0.5;
 /// How often --verbose speaks, and tones that are late are told of at most.
 constexpr std::int64_t kSpeak_ns = 10 * kSecond_ns;
 /// Instants beyond this are no instants: 146 years.
-constexpr std::uint64_t kMostInstant_ns = std::uint64_t{1} << 62U;
+constexpr std::uint64_t kMaxInstant_ns = std::uint64_t{1} << 62U;
 
 void say(const std::string& text) { std::fprintf(stderr, "haptic-audio: %s\n", text.c_str()); }
 
@@ -276,7 +276,7 @@ std::string Live::report() const {
 
 std::int64_t due_ns(std::uint64_t t_ns, const client::ClockEstimate& clock, bool real_clock,
                     std::int64_t now_ns, std::int64_t delay_ns) {
-  if (!real_clock || !clock.known() || t_ns > kMostInstant_ns) return now_ns + delay_ns;
+  if (!real_clock || !clock.known() || t_ns > kMaxInstant_ns) return now_ns + delay_ns;
   return static_cast<std::int64_t>(t_ns) - clock.at(now_ns).offset_ns + delay_ns;
 }
 

@@ -10,7 +10,7 @@ namespace hapticd::audio {
 namespace {
 
 /// Events that are kept for another sample rate; more than wait within the longest delay of 1 s.
-constexpr std::size_t kMostWaiting = 1024;
+constexpr std::size_t kMaxWaiting = 1024;
 
 void add(const PlayedTones& more, PlayedTones& sum) {
   sum.unplayable += more.unplayable;
@@ -57,7 +57,7 @@ void Playing::play(const v1::Item& event, std::int64_t due_ns, std::int64_t now_
   if (event.has_tone()) ++tones_;
   instrument_->player.play(event, due_ns);
   std::erase_if(waiting_, [&](const auto& each) { return each.first <= now_ns; });
-  if (waiting_.size() >= kMostWaiting) waiting_.pop_front();
+  if (waiting_.size() >= kMaxWaiting) waiting_.pop_front();
   waiting_.emplace_back(due_ns, event);
 }
 

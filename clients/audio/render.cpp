@@ -24,7 +24,7 @@ constexpr double kFade_s = 0.05;
 /// The frame at which a tone has died away.
 std::int64_t end_of(const ScoreEntry& entry, double rate_hz) {
   const double decay_s = static_cast<double>(entry.item.tone().decay_s());
-  const double life_s = std::min(kLifeInDecays * decay_s, kLongestTail_s);
+  const double life_s = std::min(kLifeInDecays * decay_s, kMaxTail_s);
   return static_cast<std::int64_t>((static_cast<double>(entry.t_ns) * 1e-9 + life_s) * rate_hz);
 }
 

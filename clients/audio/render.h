@@ -15,7 +15,7 @@ namespace hapticd::audio {
 /// Frames rendered at a time; the result does not depend on it.
 inline constexpr std::size_t kRenderBlock = 256;
 /// The most that goes on after the last event, s.
-inline constexpr double kLongestTail_s = 20.0;
+inline constexpr double kMaxTail_s = 20.0;
 
 /// What came of it.
 struct RenderReport {

@@ -18,10 +18,10 @@ constexpr double kChoke_s = 0.004;
 /// Nearer to an end a pluck has nothing but its highest partials.
 constexpr double kNearestToEnd = 0.01;
 /// Partials above this share of the sample rate are left out.
-constexpr double kHighestShare = 0.45;
+constexpr double kMaxShare = 0.45;
 /// Up to here the dispersion is fitted; beyond, partials are close enough to the law to be theirs.
 constexpr double kDispersionUpTo_hz = 1500.0;
-constexpr double kMostDispersion = 0.95;
+constexpr double kMaxDispersion = 0.95;
 
 /// Phase delay of b / (1 + a z^-1), frames.
 double loss_delay(double pole, double omega) {
@@ -47,7 +47,7 @@ double pole(double half, double rest) {
 /// high partials kHighDecayRatio times as fast.
 void design_loss(const ToneSound& tone, double rate_hz, StringLoop& loop) {
   const double high_hz =
-      std::min(std::max(kHighFrequency_hz, 4.0 * tone.frequency_hz), kHighestShare * rate_hz);
+      std::min(std::max(kHighFrequency_hz, 4.0 * tone.frequency_hz), kMaxShare * rate_hz);
   const double low = std::cos(kTurn / loop.period);
   const double high = std::cos(kTurn * high_hz / rate_hz);
   const double round_trip_s = 1.0 / tone.frequency_hz;
@@ -68,14 +68,13 @@ void design_dispersion(const ToneSound& tone, double rate_hz, StringLoop& loop) 
   const double stretch = std::sqrt((1.0 + b * partial * partial) / (1.0 + b));
   const double omega_1 = kTurn / loop.period;
   const double omega_n = partial * omega_1 * stretch;
-  if (b <= 0.0 || omega_n >= kTurn * kHighestShare || tone.frequency_hz * 40.0 > rate_hz) return;
-  loop.sections = kMostSections;
+  if (b <= 0.0 || omega_n >= kTurn * kMaxShare || tone.frequency_hz * 40.0 > rate_hz) return;
+  loop.sections = kMaxSections;
   const double wanted = loop.period * (1.0 - 1.0 / stretch);
   // What the line itself needs, at the highest pitch of the glide, bounds the sections.
-  const double room =
-      loop.period * std::exp(-tone.glide_cents * kNepersPerCent) - kShortestDelay - 1.0;
+  const double room = loop.period * std::exp(-tone.glide_cents * kNepersPerCent) - kMinDelay - 1.0;
   double weak = 0.0;
-  double strong = -kMostDispersion;
+  double strong = -kMaxDispersion;
   for (int halving = 0; halving < 60; ++halving) {
     loop.dispersion = 0.5 * (weak + strong);
     const double got = filters_delay(loop, omega_1) - filters_delay(loop, omega_n);
@@ -87,10 +86,10 @@ void design_dispersion(const ToneSound& tone, double rate_hz, StringLoop& loop) 
 /// displacement counts n times.
 void design_excitation(const ToneSound& tone, double onset_period, Excitation& excitation) {
   const double lambda = std::clamp(tone.lambda, kNearestToEnd, 1.0 - kNearestToEnd);
-  const int room = static_cast<int>(kHighestShare * onset_period);
+  const int room = static_cast<int>(kMaxShare * onset_period);
   const int given = static_cast<int>(tone.partials.size());
   excitation.partials =
-      std::clamp(given > 0 ? given : kMostPartials, 1, std::min(kMostPartials, std::max(room, 1)));
+      std::clamp(given > 0 ? given : kMaxPartials, 1, std::min(kMaxPartials, std::max(room, 1)));
   for (int n = 1; n <= excitation.partials; ++n) {
     const double angle = n * std::numbers::pi;
     const double blunt = angle * kFingerWidth;
@@ -123,18 +122,18 @@ double expected_rms(const Strike& strike, const Sound& sound) {
 }
 
 /// Amplitudes relative to each other: what is beyond this, either way, is no tone.
-constexpr double kMostPartial = 1e12;
+constexpr double kMaxPartial = 1e12;
 
 bool in_range(const ToneSound& tone) {
   const bool partials_good = std::all_of(
       tone.partials.begin(), tone.partials.end(),
-      [](float partial) { return std::abs(static_cast<double>(partial)) <= kMostPartial; });
+      [](float partial) { return std::abs(static_cast<double>(partial)) <= kMaxPartial; });
   return partials_good && tone.frequency_hz > 0.0 && tone.frequency_hz <= 2e4 &&
          tone.decay_s > 0.0 && tone.decay_s <= 1000.0 && tone.level >= 0.0 && tone.level <= 1.0 &&
          tone.lambda >= 0.0 && tone.lambda <= 1.0 && tone.glide_cents >= 0.0 &&
          tone.glide_cents <= 1200.0 && tone.glide_decay_s >= 0.0 && tone.glide_decay_s <= 1000.0 &&
          tone.inharmonicity >= 0.0 && tone.inharmonicity <= 0.1 &&
-         tone.partials.size() <= kMostPartials;
+         tone.partials.size() <= kMaxPartials;
 }
 
 MidiNote note_of(const ToneSound& tone) {
@@ -175,15 +174,15 @@ std::optional<Strike> design_string(const ToneSound& tone, const Sound& sound) {
   StringLoop& loop = strike.loop;
   loop.period = sound.rate_hz / tone.frequency_hz;
   const double onset_period = loop.period / strike.glide.ratio();
-  if (loop.period > kLongestPeriod || onset_period < 2.0 * kShortestDelay) return std::nullopt;
+  if (loop.period > kMaxPeriod || onset_period < 2.0 * kMinDelay) return std::nullopt;
   design_loss(tone, sound.rate_hz, loop);
   design_dispersion(tone, sound.rate_hz, loop);
   const double omega = kTurn / loop.period;
   loop.filter_delay = filters_delay(loop, omega);
-  if (onset_period - loop.filter_delay < kShortestDelay) return std::nullopt;
+  if (onset_period - loop.filter_delay < kMinDelay) return std::nullopt;
   design_excitation(tone, onset_period, strike.excitation);
   const double rms = expected_rms(strike, sound);
-  if (!(rms > 1.0 / kMostPartial)) return std::nullopt;
+  if (!(rms > 1.0 / kMaxPartial)) return std::nullopt;
   strike.gain = sound.gain * tone.level * kLevelRms / rms;
   return strike;
 }

@@ -20,19 +20,19 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Longest recording that is read, s.
-constexpr sf_count_t kLongest_s = 600;
+constexpr sf_count_t kMax_s = 600;
 /// Sample rates that are read, Hz.
-constexpr int kLeastRate_hz = 4000;
-constexpr int kMostRate_hz = 768000;
+constexpr int kMinRate_hz = 4000;
+constexpr int kMaxRate_hz = 768000;
 /// Sound is scaled to 1, or to an integer of 32 bits.
-constexpr double kMostSample = 4.0e9;
+constexpr double kMaxSample = 4.0e9;
 /// A sample so many times the sound around it, without the time next to it, is a mistake. A pluck
 /// with a hard click has 30.
 constexpr double kStrayRatio = 200.0;
 constexpr double kStrayWidth_s = 1e-3;
 /// What is 40 dB below the loudest sample is before the tone, unless it is shorter than this.
 constexpr double kSilence = 0.01;
-constexpr double kShortestSilence_s = 5e-3;
+constexpr double kMinSilence_s = 5e-3;
 /// Left before the onset, s.
 constexpr double kBeforeOnset_s = 1e-3;
 
@@ -73,7 +73,7 @@ std::vector<float> mixed(SndfileHandle& file) {
 /// sound is scaled by.
 std::optional<std::size_t> wrong_sample(const std::vector<float>& samples) {
   const auto wrong = std::find_if(samples.begin(), samples.end(), [](float sample) {
-    return !(std::abs(static_cast<double>(sample)) <= kMostSample);
+    return !(std::abs(static_cast<double>(sample)) <= kMaxSample);
   });
   if (wrong == samples.end()) return std::nullopt;
   return static_cast<std::size_t>(wrong - samples.begin());
@@ -125,7 +125,7 @@ std::size_t cut_silence(std::vector<float>& samples, double rate_hz) {
   const double audible = kSilence * std::abs(static_cast<double>(samples[largest_of(samples)]));
   std::size_t onset = 0;
   while (std::abs(static_cast<double>(samples[onset])) < audible) ++onset;
-  if (static_cast<double>(onset) < kShortestSilence_s * rate_hz) return 0;
+  if (static_cast<double>(onset) < kMinSilence_s * rate_hz) return 0;
   const auto before = static_cast<std::size_t>(kBeforeOnset_s * rate_hz);
   const std::size_t cut = onset - std::min(onset, before);
   samples.erase(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(cut));
@@ -158,11 +158,11 @@ std::string read(const fs::path& path, double rate_hz, ToneFile& tone, std::stri
     return std::string("cannot be read: ") + file.strError() + ". Sounds are WAV or FLAC";
   }
   const int own_hz = file.samplerate();
-  if (own_hz < kLeastRate_hz || own_hz > kMostRate_hz) {
+  if (own_hz < kMinRate_hz || own_hz > kMaxRate_hz) {
     return "has a sample rate of " + std::to_string(own_hz) + " Hz. Between " +
-           std::to_string(kLeastRate_hz) + " and " + std::to_string(kMostRate_hz) + " will do";
+           std::to_string(kMinRate_hz) + " and " + std::to_string(kMaxRate_hz) + " will do";
   }
-  if (file.frames() > sf_count_t{own_hz} * kLongest_s) return "is longer than ten minutes";
+  if (file.frames() > sf_count_t{own_hz} * kMax_s) return "is longer than ten minutes";
   std::vector<float> samples = mixed(file);
   if (std::string fault = fault_of(samples, own_hz); !fault.empty()) return fault;
   const std::size_t cut = cut_silence(samples, own_hz);
@@ -171,8 +171,8 @@ std::string read(const fs::path& path, double rate_hz, ToneFile& tone, std::stri
     note = "begins with " + std::to_string(silence_ms) + " ms of silence, which are cut off";
   }
   const double length_s = static_cast<double>(samples.size()) / own_hz;
-  if (length_s < kShortestTone_s) {
-    return "is too short: " + shortened(length_s) + " s. A tone has " + shortened(kShortestTone_s) +
+  if (length_s < kMinTone_s) {
+    return "is too short: " + shortened(length_s) + " s. A tone has " + shortened(kMinTone_s) +
            " s at least";
   }
   tone.samples = resampled(samples, own_hz, static_cast<int>(std::lround(rate_hz)));

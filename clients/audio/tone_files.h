@@ -14,7 +14,7 @@
 namespace hapticd::audio {
 
 /// Shorter recordings are refused: their level cannot be measured.
-inline constexpr double kShortestTone_s = 0.5;
+inline constexpr double kMinTone_s = 0.5;
 
 /// One recording, mixed to mono.
 struct ToneFile {

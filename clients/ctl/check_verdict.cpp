@@ -117,7 +117,7 @@ MovementVerdict judge_movement(const std::array<double, 3>& displacement) {
   }
   MovementVerdict verdict;
   verdict.length = std::abs(displacement[largest]);
-  if (!(verdict.length >= kShortestMovement)) return verdict;
+  if (!(verdict.length >= kMinMovement)) return verdict;
   verdict.movement = Movement::kClear;
   for (std::size_t i = 0; i < 3; ++i) {
     const bool close = std::abs(displacement[i]) * kClearestRatio > verdict.length;

@@ -14,7 +14,7 @@
 namespace hapticd::ctl {
 
 /// A displacement of the handle that is less is no movement, m.
-inline constexpr double kShortestMovement = 0.01;
+inline constexpr double kMinMovement = 0.01;
 /// The largest component must be so many times the second one. 1.5 lets a hand be 33 degrees off.
 inline constexpr double kClearestRatio = 1.5;
 

@@ -19,9 +19,9 @@ namespace hapticd::client {
 namespace {
 
 /// The longest wait between two looks at what is due.
-constexpr std::chrono::milliseconds kLongestWait{10};
+constexpr std::chrono::milliseconds kMaxWait{10};
 /// Datagrams taken before what is due is sent again.
-constexpr int kMostPerTurn = 64;
+constexpr int kMaxPerTurn = 64;
 constexpr std::size_t kBufferBytes = 2048;
 constexpr int kSocketBytes = 1 << 20;
 
@@ -112,12 +112,12 @@ void Client::poll(std::chrono::nanoseconds wait) {
   const std::int64_t until_due = core_->due_ns() - monotonic_now_ns();
   const std::int64_t nanoseconds =
       std::clamp<std::int64_t>(std::min<std::int64_t>(wait.count(), until_due), 0,
-                               std::chrono::nanoseconds(kLongestWait).count());
+                               std::chrono::nanoseconds(kMaxWait).count());
   const timespec timeout{0, static_cast<long>(nanoseconds)};
   pollfd wanted{socket_, POLLIN, 0};
   if (ppoll(&wanted, 1, &timeout, nullptr) > 0) {
     std::array<std::uint8_t, kBufferBytes> buffer{};
-    for (int i = 0; i < kMostPerTurn; ++i) {
+    for (int i = 0; i < kMaxPerTurn; ++i) {
       const ssize_t bytes = ::recv(socket_, buffer.data(), buffer.size(), 0);
       if (bytes < 0) break;  // Empty, or nobody listens there yet.
       core_->receive({buffer.data(), static_cast<std::size_t>(bytes)}, monotonic_now_ns());

@@ -8,9 +8,9 @@ namespace hapticd::client {
 namespace {
 
 /// Exchanges below which no line is fitted.
-constexpr std::size_t kLeastPoints = 8;
+constexpr std::size_t kMinPoints = 8;
 /// What the slope's error is at least: quartz wanders that much within the window.
-constexpr double kLeastSlopeError = 1e-6;
+constexpr double kMinSlopeError = 1e-6;
 
 }  // namespace
 
@@ -34,7 +34,7 @@ const wire::ClockSample& ClockEstimate::best() const noexcept {
 void ClockEstimate::fit() {
   line_ = {};
   const std::int64_t span = chosen_.back().at_ns - chosen_.front().at_ns;
-  if (chosen_.size() < kLeastPoints || span < kLeastSkewWindow_ns) return;
+  if (chosen_.size() < kMinPoints || span < kMinSkewWindow_ns) return;
   // Relative to the first point, so that doubles hold nanoseconds.
   const wire::ClockSample& origin = chosen_.front();
   const auto n = static_cast<double>(chosen_.size());
@@ -62,8 +62,8 @@ void ClockEstimate::fit() {
     const double r = y(s) - mean_y - slope * (x(s) - mean_x);
     residual += r * r;
   }
-  line_.slope = std::clamp(slope, -kMostSkew, kMostSkew);
-  line_.slope_error = kLeastSlopeError + 3.0 * std::sqrt(residual / (n - 2.0) / xx);
+  line_.slope = std::clamp(slope, -kMaxSkew, kMaxSkew);
+  line_.slope_error = kMinSlopeError + 3.0 * std::sqrt(residual / (n - 2.0) / xx);
 }
 
 ClockRelation ClockEstimate::at(std::int64_t now_ns) const {

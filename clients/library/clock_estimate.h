@@ -17,9 +17,9 @@ inline constexpr std::size_t kClockSamples = 8;
 /// Time the skew is estimated over, ns, and below which it is taken to be 0: shorter, the jitter of
 /// a round trip looks like skew.
 inline constexpr std::int64_t kSkewWindow_ns = 30'000'000'000;
-inline constexpr std::int64_t kLeastSkewWindow_ns = 5'000'000'000;
+inline constexpr std::int64_t kMinSkewWindow_ns = 5'000'000'000;
 /// Skew no pair of machines exceeds: what an offset may have drifted by while the skew is unknown.
-inline constexpr double kMostSkew = 500e-6;
+inline constexpr double kMaxSkew = 500e-6;
 
 /// The relation at one instant.
 struct ClockRelation {
@@ -43,7 +43,7 @@ class ClockEstimate {
  private:
   struct Line {
     double slope = 0.0;
-    double slope_error = kMostSkew;  ///< three standard errors
+    double slope_error = kMaxSkew;  ///< three standard errors
   };
 
   [[nodiscard]] const wire::ClockSample& best() const noexcept;

@@ -97,7 +97,7 @@ class BodyContacts {
   // Number by number: a whole Contact, put together and then copied, would wait for its own stores.
   void write(std::size_t j, Contact& out) const noexcept {
     out.key = {ObstacleKind::kBody, obstacle_, tool_id_[j], body_id_[j]};
-    if (distance_[j] < kSmallestLength) [[unlikely]] {
+    if (distance_[j] < kMinLength) [[unlikely]] {
       const PrimitiveGap pair{Vector3::Zero(), distance_[j], gap_[j], 0.0};
       const Vector3 p_GC{p_GC_.x[j], p_GC_.y[j], p_GC_.z[j]};
       out = make_contact(out.key, pair, body_normal(pair, trees_.placement.R_WB),

@@ -189,8 +189,7 @@ template <typename Probe>
   const Vector3x4 a = broadcast(capsule.p_GA_W);
   const Vector3x4 ab = broadcast(capsule.p_GB_W - capsule.p_GA_W);
   const __m256d square = dot(ab, ab);
-  const __m256d has_length =
-      _mm256_cmp_pd(square, set(kSmallestLength * kSmallestLength), _CMP_GE_OQ);
+  const __m256d has_length = _mm256_cmp_pd(square, set(kMinLength * kMinLength), _CMP_GE_OQ);
   unsigned hit = 0;
   for (std::size_t k = 0; k < kWidth; k += kStep) {
     const Vector3x4 c = rotate(R_WG, centres(lanes_of(tool), k));

@@ -81,9 +81,8 @@ void PairBatch::find_capsule_gaps() noexcept {
   const Vector3 ab = capsule.p_GB_W - capsule.p_GA_W;
   const double square = (ab.x() * ab.x() + ab.y() * ab.y()) + ab.z() * ab.z();
   // Where the axis vanishes all are at lambda 0.
-  const double divisor = square >= kSmallestLength * kSmallestLength
-                             ? square
-                             : std::numeric_limits<double>::infinity();
+  const double divisor =
+      square >= kMinLength * kMinLength ? square : std::numeric_limits<double>::infinity();
   const double from = segment_.lambda_from;
   const double span = segment_.lambda_to - segment_.lambda_from;
   const Matrix3 R_WG = tool_.R_WG;

@@ -55,7 +55,7 @@ class PairBatch {
   [[nodiscard]] double gap(std::size_t j) const noexcept { return gap_[j]; }
   /// Gives `contact`, of pair `j`, its new place; its key stays.
   void write(std::size_t j, Contact& contact) const noexcept {
-    if (distance_[j] < kSmallestLength) [[unlikely]] {
+    if (distance_[j] < kMinLength) [[unlikely]] {
       contact = concentric(j, contact.key);
       return;
     }

@@ -123,7 +123,7 @@ struct PlacedSphere {
 
 /// From obstacle to tool; concentric spheres part along +y of W.
 [[nodiscard]] inline Vector3 body_normal(const PrimitiveGap& pair, const Matrix3& R_WB) noexcept {
-  if (pair.distance < kSmallestLength) [[unlikely]]
+  if (pair.distance < kMinLength) [[unlikely]]
     return {0.0, 1.0, 0.0};
   return rotate(R_WB, pair.offset * (1.0 / pair.distance));
 }

@@ -44,7 +44,7 @@ struct SphereProbe {
   const double extent = length(capsule.p_GA_W) + axis_length + reach + capsule.r;
   CapsuleProbe probe{R_WG.transpose() * capsule.p_GA_W, R_WG.transpose() * axis_W, Vector3::Zero(),
                      (capsule.r + overhang) + kRelativeSlack * extent};
-  if (axis_length >= kSmallestLength) probe.axis_inverse = probe.axis / axis_length / axis_length;
+  if (axis_length >= kMinLength) probe.axis_inverse = probe.axis / axis_length / axis_length;
   return probe;
 }
 

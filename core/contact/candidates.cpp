@@ -15,11 +15,11 @@ constexpr double kRefreshShare = 0.5;
 /// margin, at most all of it. Less: more queries where a tool begins to move. More: pairs that come
 /// to nothing: a finger slid along the Guqin takes twice the time where all of it is looked at.
 constexpr double kMarginWays = 2.0;
-constexpr double kLeastMarginShare = 0.125;
+constexpr double kMinMarginShare = 0.125;
 
 /// Pairs that a short budget always leaves, and the gap up to which it leaves all, in skins. Fewer
 /// and nearer: a tool among many obstacles moves by less in a tick.
-constexpr std::int64_t kLeastPairs = 32;
+constexpr std::int64_t kMinPairs = 32;
 constexpr double kNearSkins = 8.0;
 
 /// Where the work that is left would not do for a linearisation with all pairs, leaves out the
@@ -31,7 +31,7 @@ void leave_out_far(const OptimiserInput& input, const OptimiserState& state,
   const auto count = static_cast<std::int64_t>(contacts.size());
   const std::int64_t left = input.work_budget - tick_work(result) - kSubStepWork -
                             kPressedWork * std::int64_t{state.active_count};
-  const std::int64_t room = std::max(left / kPairWork, kLeastPairs);
+  const std::int64_t room = std::max(left / kPairWork, kMinPairs);
   if (input.work_budget <= 0 || count <= room) return;
   for (std::size_t c = 0; c < contacts.size(); ++c) w.excess[c] = contacts[c].gap;
   const auto first = w.excess.begin();
@@ -54,7 +54,7 @@ double margin_for(const OptimiserInput& input, const OptimiserState& state,
                   const OptimiserWorkspace& w) noexcept {
   const double most = input.options.margin;
   if (state.way > 0.0) return most;
-  const double least = std::max(kLeastMarginShare * most, kNearSkins * input.options.skin);
+  const double least = std::max(kMinMarginShare * most, kNearSkins * input.options.skin);
   return std::min(std::max(kMarginWays * w.pace, least), most);
 }
 

@@ -11,7 +11,7 @@
 #include "core/contact/recovery.h"
 #include "core/contact/stationarity.h"
 #include "core/contact/step_admission.h"
-#include "core/contact/string_contact.h"
+#include "core/contact/string_forces.h"
 #include "core/contact/tick_work.h"
 
 namespace hapticd {

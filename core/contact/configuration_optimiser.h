@@ -13,7 +13,7 @@
 #include <limits>
 
 #include "core/collision/query.h"
-#include "core/contact/bystanders.h"
+#include "core/contact/other_tools.h"
 #include "core/contact/soft_part.h"
 #include "core/contact/string_elimination.h"
 #include "core/contact/string_hold.h"
@@ -62,7 +62,7 @@ struct OptimiserInput {
   std::span<const StringConstants> strings{};
   InstrumentOptions instrument{};  ///< friction and lateral force are the optimiser's
   ToolParts parts{};               ///< what of the tool is soft
-  Bystanders others{};             ///< that no string may be moved into
+  OtherTools others{};             ///< that no string may be moved into
   /// Overlaps up to this count as touching, m; 0 but where strings are shared, whose shapes are
   /// rounded as they pass from tool to tool.
   double rounding = 0.0;

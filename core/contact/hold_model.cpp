@@ -92,8 +92,8 @@ void model_law(const StringContext& context, const StringHold& hold, HoldModel& 
   }
   model.tangential_W = model.axis_W.cross(model.radial_W);
   const Deflection law = string_law(context, hold.bend, u);
-  const double least = kLeastStringStiffness * context.kt;
-  const double greatest = kGreatestStringStiffness * context.kt;
+  const double least = kMinStringStiffness * context.kt;
+  const double greatest = kMaxStringStiffness * context.kt;
   // Where the law bends down, next to an end, its tangent promises too little: the secant never
   // overshoots.
   model.radial_stiffness = std::clamp(std::max(law.slope, law.secant), least, greatest);

@@ -148,7 +148,7 @@ Matrix3 rotation_hessian(const Vector3& phi) noexcept {
   if (!(angle > 1e-4)) return Matrix3::Identity();
   const Vector3 axis = phi / angle;
   const SinCos half = sin_cos(0.5 * angle);
-  const double across = std::max(kLeastStiffnessShare, 0.5 * angle * half.cos / half.sin);
+  const double across = std::max(kMinStiffnessShare, 0.5 * angle * half.cos / half.sin);
   return across * Matrix3::Identity() + (1.0 - across) * axis * axis.transpose();
 }
 
@@ -265,8 +265,8 @@ void build_local_model(const OptimiserInput& input, const OptimiserState& state,
   }
 
   model.unknowns = n;
-  H.eliminate(kLeastStiffnessShare, model.strings);
-  inverse_square_root(H.core, kLeastStiffnessShare, model.basis);
+  H.eliminate(kMinStiffnessShare, model.strings);
+  inverse_square_root(H.core, kMinStiffnessShare, model.basis);
   for (std::size_t i = 0; i < model.basis.size; ++i) {
     for (std::size_t j = 0; j < model.basis.size; ++j) model.basis(i, j) *= inverse_root[i];
   }

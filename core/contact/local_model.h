@@ -16,7 +16,7 @@ namespace hapticd {
 
 /// Least eigenvalue of H relative to G and K. Smaller: longer leaps during a slip, more of them
 /// refused.
-inline constexpr double kLeastStiffnessShare = 0.02;
+inline constexpr double kMinStiffnessShare = 0.02;
 
 /// Model at `state` with error `e`, the pairs in state.active and their multipliers, and the
 /// strings held as `models` of `unknowns` say, the soft parts as `parts`. The contacts of the

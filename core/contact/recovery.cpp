@@ -16,7 +16,7 @@ constexpr double kTouching = 1e-9;
 /// direction, far below any length that matters.
 constexpr double kGrazing = 1e-15;
 /// A push shorter than this is blocked, m.
-constexpr double kLeastPush = 1e-9;
+constexpr double kMinPush = 1e-9;
 
 /// Shortest translation that clears every penetrated pair to first order and keeps the others;
 /// false when there is none.
@@ -79,7 +79,7 @@ bool push(const OptimiserInput& input, const Vector3& dp, OptimiserState& state,
   const Vector3 way = dp / wanted;
   const double limit = std::min(wanted, input.options.recovery_speed * input.dt);
   const double length = open_length(w.contacts, way, limit, input.options.skin);
-  if (length < kLeastPush) return false;
+  if (length < kMinPush) return false;
   const ToolStep step{way * length, Vector3::Zero()};
   const Pose X_new = moved(state.X_WG, step);
   const BentObstacles bent(input.obstacles, state.holds);

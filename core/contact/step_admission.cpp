@@ -28,7 +28,7 @@ constexpr double kMaxPathSamples = 16.0;
 constexpr double kGapRounding = 1e-9;
 constexpr double kRelativeRounding = 1e-12;
 /// Turn of a leg that counts as any turn, rad.
-constexpr double kGreatestLegTurn = 2.0;
+constexpr double kMaxLegTurn = 2.0;
 
 /// Greatest motion of a soft part against the rigid tool in `step`, m.
 double greatest_motion(const OptimiserState& state, const ConfigurationStep& step) noexcept {
@@ -74,7 +74,7 @@ double smallest_distance(const OptimiserInput& input, const ContactSet& contacts
 double unseen_approach(double from, double to, double turned, double way, double d) noexcept {
   const double shorter = std::min(from, to);
   const double longer = std::max(from, to);
-  const double phi = turned < kGreatestLegTurn * shorter ? turned / shorter : kGreatestLegTurn;
+  const double phi = turned < kMaxLegTurn * shorter ? turned / shorter : kMaxLegTurn;
   const double slide = std::min(longer, phi * (d + way));
   const double apart = turned * (slide / longer);
   const double lean = slide + apart * (d / way);

@@ -17,8 +17,8 @@ bool may_be_held(const StringContext& context, const Contact& contact) noexcept 
   if (index >= context.strings.size()) return false;
   const StringConstants& string = context.strings[index];
   if (!(string.length > 0.0)) return false;
-  return string.model == StringModel::kDeflecting
-             ? string.max_level >= StringLevel::kStatic && contact.lambda > 0.0 &&
+  return string.model == StringContact::kYielding
+             ? string.max_level >= StringDetail::kStatic && contact.lambda > 0.0 &&
                    contact.lambda < 1.0
              : context.options.friction && string.friction_coefficient > 0.0;
 }
@@ -27,7 +27,7 @@ bool may_be_held(const StringContext& context, const Contact& contact) noexcept 
 /// rounding bear.
 bool too_stiff(const StringConstants& string, double lambda, double kt) noexcept {
   const double run = std::min(lambda, 1.0 - lambda) * string.length;
-  const double greatest = kGreatestStringStiffness * kt;
+  const double greatest = kMaxStringStiffness * kt;
   return string.tension > greatest * run || 4.0 * string.axial_stiffness > greatest * string.length;
 }
 
@@ -76,7 +76,7 @@ Deflection string_law(const StringContext& context, const StringBend& bend,
   const StringConstants& string = context.strings[static_cast<std::size_t>(bend.capsule)];
   double compliance = std::max(0.0, 1.0 / string.contact_stiffness - 1.0 / context.kt);
   if (too_stiff(string, bend.lambda, context.kt)) {
-    compliance += 1.0 / (kGreatestStringStiffness * context.kt);
+    compliance += 1.0 / (kMaxStringStiffness * context.kt);
   }
   if (!(compliance > 0.0)) return deflect(string, bend.lambda, deflection);
   const SeriesDeflection series =
@@ -100,7 +100,7 @@ bool update_holds(const StringContext& context, const ContactSet& contacts, doub
     const auto index = static_cast<std::size_t>(contact.key.obstacle);
     StringHold hold;
     hold.bend = {contact.key.obstacle, contact.lambda, Vector3::Zero()};
-    hold.yields = context.strings[index].model == StringModel::kDeflecting;
+    hold.yields = context.strings[index].model == StringContact::kYielding;
     if (insert(hold, holds)) {
       changed = changed || hold.yields;
     } else {

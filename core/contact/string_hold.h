@@ -25,7 +25,7 @@ namespace hapticd {
 /// A touched string, from tick to tick.
 struct StringHold {
   StringBend bend;      ///< u = 0 for a string that does not yield
-  bool yields = false;  ///< StringModel::kDeflecting: u is an unknown
+  bool yields = false;  ///< StringContact::kYielding: u is an unknown
   /// Of the string on the tool after the last program, N; 0 without friction.
   double normal_force = 0.0;
   Vector3 tangential_W{0.0, 0.0, 0.0};  ///< friction and lateral force on the tool, N
@@ -40,8 +40,8 @@ using StringHolds = FixedVector<StringHold, kMaxDeflectingStrings>;
 inline constexpr double kHoldSkins = 2.0;
 /// Stiffnesses of a string in the program stay within these shares of kt: a slack string keeps the
 /// program solvable, one touched at its end is as good as rigid.
-inline constexpr double kLeastStringStiffness = 1e-6;
-inline constexpr double kGreatestStringStiffness = 1e5;
+inline constexpr double kMinStringStiffness = 1e-6;
+inline constexpr double kMaxStringStiffness = 1e5;
 
 /// A held string around its present deflection: what the program of a linearisation needs.
 struct HoldModel {
@@ -100,7 +100,7 @@ struct StringContext {
 };
 
 /// The string law at deflection |u| = `deflection`, in series with what kt is stiffer than kc, and
-/// next to an end with kGreatestStringStiffness kt.
+/// next to an end with kMaxStringStiffness kt.
 [[nodiscard]] HD_REALTIME Deflection string_law(const StringContext& context,
                                                 const StringBend& bend, double deflection) noexcept;
 

@@ -7,7 +7,7 @@ namespace hapticd {
 // string along x is left upwards), then z.
 Vector3 fixed_normal(const Vector3& axis) noexcept {
   const double axis_length = length(axis);
-  if (axis_length < kSmallestLength) return {0.0, 1.0, 0.0};
+  if (axis_length < kMinLength) return {0.0, 1.0, 0.0};
   const Vector3 direction = axis / axis_length;
   const Vector3 alignment = direction.cwiseAbs();
   Vector3 least_aligned{0.0, 1.0, 0.0};

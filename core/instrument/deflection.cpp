@@ -15,12 +15,12 @@ namespace {
 
 /// Deflections whose square is neither lost nor too large, m. Normal values 1e-140 and 1e140;
 /// outside of them lengths take a slower way.
-constexpr double kSmallestSquared = 1e-140;
-constexpr double kLargestSquared = 1e140;
+constexpr double kMinSquared = 1e-140;
+constexpr double kMaxSquared = 1e140;
 
 /// Displacements and distances to an end below this count as 0 in the series law, m. Normal value
 /// 1e-80; far smaller would let its starting point leave the range of a double.
-constexpr double kSmallestDisplacement = 1e-80;
+constexpr double kMinDisplacement = 1e-80;
 
 /// The series law is solved when its two sides differ by less than this share of kc D, 1. Normal
 /// value 1e-15, a few roundings; smaller chases them, larger loses digits.
@@ -39,11 +39,11 @@ constexpr double kWide = 4.0;
 
 /// Most steps of the series law. Normal: 2 or 3, next to an end 5; 3e6 random extremes took 20 at
 /// most. Fewer would stop short there.
-constexpr int kMostSteps = 32;
+constexpr int kMaxSteps = 32;
 
 /// Hypotenuse of two lengths >= 0, of which `delta` is not 0.
 double hypotenuse(double run, double delta) noexcept {
-  if (delta >= kSmallestSquared && delta <= kLargestSquared) [[likely]] {
+  if (delta >= kMinSquared && delta <= kMaxSquared) [[likely]] {
     return std::sqrt(run * run + delta * delta);
   }
   const double large = run > delta ? run : delta;
@@ -169,10 +169,10 @@ Bracket bracket_series(const StringConstants& string, double lambda, double disp
   return bracket;
 }
 
-/// lambda, or the end it is closer to than kSmallestDisplacement.
+/// lambda, or the end it is closer to than kMinDisplacement.
 double place_of(const StringConstants& string, double lambda) noexcept {
-  if (lambda * string.length < kSmallestDisplacement) return 0.0;
-  if ((1.0 - lambda) * string.length < kSmallestDisplacement) return 1.0;
+  if (lambda * string.length < kMinDisplacement) return 0.0;
+  if ((1.0 - lambda) * string.length < kMinDisplacement) return 1.0;
   return lambda;
 }
 
@@ -228,7 +228,7 @@ double small_deflection_stiffness(const StringConstants& string, double lambda) 
 
 SeriesDeflection deflect_in_series(const StringConstants& string, double lambda,
                                    double displacement, double stiffness) noexcept {
-  if (!(displacement >= kSmallestDisplacement)) return {0.0, 0.0};
+  if (!(displacement >= kMinDisplacement)) return {0.0, 0.0};
   const double load = stiffness * displacement;
   if (string.length <= 0.0) return {0.0, load};
   const double place = place_of(string, lambda);
@@ -244,7 +244,7 @@ SeriesDeflection deflect_in_series(const StringConstants& string, double lambda,
     const double imbalance = load - (stiffness * delta + at.force);
     const double step = imbalance / (stiffness + at.slope);
     const double size = std::fabs(imbalance);
-    if (size <= kBalanced * load || std::fabs(step) <= kLastStep * delta || i == kMostSteps) {
+    if (size <= kBalanced * load || std::fabs(step) <= kLastStep * delta || i == kMaxSteps) {
       // Along the tangent to the end of the step: steep or soft, the string's law keeps its digits.
       double end = delta + step;
       end = end > 0.0 ? end : 0.0;

@@ -29,7 +29,7 @@ constexpr double kNode = 1e-100;
 
 /// Damping of a mode over the critical one, at most. Normal values: below 0.1; a string so low and
 /// so heavily damped that this binds no longer swings. 1 divides by zero.
-constexpr double kMostDamping = 0.99;
+constexpr double kMaxDamping = 0.99;
 
 constexpr int kMaxSteps = 4096;
 
@@ -71,8 +71,8 @@ Damping damping_over(double time, double decay) noexcept {
 DampedTurn damped_turn(double frequency, const Damping& damping) noexcept {
   double ratio = damping.gamma / (2.0 * kPi * frequency);
   double fall = damping.fall;
-  if (ratio > kMostDamping) {
-    ratio = kMostDamping;
+  if (ratio > kMaxDamping) {
+    ratio = kMaxDamping;
     fall = exponential(-ratio * (2.0 * kPi * frequency) * damping.time);
   }
   const double slower = std::sqrt(1.0 - ratio * ratio);

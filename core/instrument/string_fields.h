@@ -37,7 +37,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 template <FieldsOf<StringState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [level, detector, vibration, tank, drawn, drawn_ns] = state;
-  visit.bounded(level, 0, static_cast<int>(StringLevel::kModes));
+  visit.bounded(level, 0, static_cast<int>(StringPhase::kModes));
   visit(detector, vibration, tank, drawn, drawn_ns);
 }
 
@@ -56,9 +56,9 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [p_WA, p_WB, radius, tension, youngs_modulus, linear_density, frequency, decay, touch_decay,
          model, k_s, contact_stiffness, inharmonicity, friction_coefficient, max_level] = state;
   visit(p_WA, p_WB, radius, tension, youngs_modulus, linear_density, frequency, decay, touch_decay);
-  visit.bounded(model, 0, static_cast<int>(StringModel::kDeflecting));
+  visit.bounded(model, 0, static_cast<int>(StringContact::kYielding));
   visit(k_s, contact_stiffness, inharmonicity, friction_coefficient);
-  visit.bounded(max_level, 0, static_cast<int>(StringLevel::kModes));
+  visit.bounded(max_level, 0, static_cast<int>(StringDetail::kModes));
 }
 
 template <FieldsOf<ReleaseOptions> State, typename Visit>

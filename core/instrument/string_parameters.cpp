@@ -14,12 +14,12 @@ constexpr ParameterRange kFrequency{0.0, 2e4, false, "(0, 2e4]"};
 
 /// Share of the tuning's linear density a given one may differ by without a doubt, 1. Normal value
 /// 0.2; smaller doubts wound strings, larger lets a wrong gauge pass.
-constexpr double kMostDensityError = 0.2;
+constexpr double kMaxDensityError = 0.2;
 
 /// Modal masses between these are usable, kg: their products with squared frequencies stay in the
 /// range of a double. Normal values 1e-100 and 1e100; a tuning that needs others never sounds.
-constexpr double kLeastModalMass = 1e-100;
-constexpr double kMostModalMass = 1e100;
+constexpr double kMinModalMass = 1e-100;
+constexpr double kMaxModalMass = 1e100;
 
 /// A number of the scene with its range.
 struct NumberField {
@@ -95,13 +95,13 @@ std::optional<ParameterFault> check_end(const char* field, const Array3& end) no
   return std::nullopt;
 }
 
-/// L = |AB|, m; 0 below kShortestString.
+/// L = |AB|, m; 0 below kMinString.
 double length_of(const StringParameters& parameters) noexcept {
   const double x = parameters.p_WB[0] - parameters.p_WA[0];
   const double y = parameters.p_WB[1] - parameters.p_WA[1];
   const double z = parameters.p_WB[2] - parameters.p_WA[2];
   const double length = std::sqrt((x * x + y * y) + z * z);
-  return length < kShortestString ? 0.0 : length;
+  return length < kMinString ? 0.0 : length;
 }
 
 /// mu of a string with this tuning, kg/m: T / (2 L f_1)^2.
@@ -130,11 +130,11 @@ std::optional<ParameterFault> check_string(const StringParameters& parameters) n
       return ParameterFault{entry.field, value, entry.range.text, entry.remedy};
     }
   }
-  if (parameters.model > StringModel::kDeflecting) {
+  if (parameters.model > StringContact::kYielding) {
     return ParameterFault{"model", static_cast<double>(parameters.model), "rigid or deflecting",
                           "Choose what a contact does to the string."};
   }
-  if (parameters.max_level > StringLevel::kModes) {
+  if (parameters.max_level > StringDetail::kModes) {
     return ParameterFault{"max_level", static_cast<double>(parameters.max_level),
                           "rigid, static, fundamental or modes",
                           "Choose the highest model the string may climb to."};
@@ -154,7 +154,7 @@ std::optional<ParameterFault> doubt_string(const StringParameters& parameters) n
   if (parameters.frequency <= 0.0 || parameters.linear_density <= 0.0) return std::nullopt;
   const double density = density_of_tuning(length, parameters.tension, parameters.frequency);
   const double error = std::fabs(parameters.linear_density - density);
-  if (error <= kMostDensityError * density) return std::nullopt;
+  if (error <= kMaxDensityError * density) return std::nullopt;
   return ParameterFault{"linear_density_kg_per_m", parameters.linear_density,
                         "within 20 % of tension_n / (2 length frequency_hz)^2",
                         "The tuning wins; correct the density or leave it out."};
@@ -170,7 +170,7 @@ StringConstants derive_string(const StringParameters& parameters) noexcept {
   if (frequency > 0.0) {
     const double density = density_of_tuning(string.length, string.tension, frequency);
     const double modal_mass = 0.5 * density * string.length;
-    if (modal_mass >= kLeastModalMass && modal_mass <= kMostModalMass) {
+    if (modal_mass >= kMinModalMass && modal_mass <= kMaxModalMass) {
       string.frequency = frequency;
       string.modal_mass = modal_mass;
     }
@@ -182,8 +182,8 @@ StringConstants derive_string(const StringParameters& parameters) noexcept {
   string.inharmonicity = parameters.inharmonicity;
   string.friction_coefficient = parameters.friction_coefficient;
   const bool sphere = string.length <= 0.0;
-  string.model = sphere ? StringModel::kRigid : parameters.model;
-  string.max_level = sphere ? StringLevel::kRigid : parameters.max_level;
+  string.model = sphere ? StringContact::kStraight : parameters.model;
+  string.max_level = sphere ? StringDetail::kLine : parameters.max_level;
   return string;
 }
 

@@ -15,14 +15,14 @@
 namespace hapticd {
 
 /// What a contact does to a string.
-enum class StringModel : std::uint8_t {
-  kRigid,       ///< the string stays straight in the contact problem; only its force is a string's
-  kDeflecting,  ///< the string yields: two unknowns of the contact problem while it is touched
+enum class StringContact : std::uint8_t {
+  kStraight,  ///< the string stays straight in the contact problem; only its force is a string's
+  kYielding,  ///< the string yields: two unknowns of the contact problem while it is touched
 };
 
-/// How far up the ladder of models a string may climb.
-enum class StringLevel : std::uint8_t {
-  kRigid,        ///< a line that never moves and pushes back like a wall
+/// How far up the ladder of models a string may climb; StringLevel on the wire.
+enum class StringDetail : std::uint8_t {
+  kLine,         ///< a line that never moves and pushes back like a wall
   kStatic,       ///< static deflection under a finger (Eq. 10-13)
   kFundamental,  ///< and the fundamental after a release (Eq. 9)
   kModes,        ///< and further modes
@@ -42,19 +42,19 @@ struct StringParameters {
   double frequency = 0.0;
   double decay = 0.5;         ///< T_d of the free amplitude, s, (0, 1000]
   double touch_decay = 0.03;  ///< T_d while a finger touches the ringing string, s, (0, 1000]
-  StringModel model = StringModel::kDeflecting;
-  double k_s = 1.0;  ///< haptic displacement per metre of deflection, (0, 1e6]; kRigid only
+  StringContact model = StringContact::kYielding;
+  double k_s = 1.0;  ///< haptic displacement per metre of deflection, (0, 1e6]; kStraight only
   /// kc, N/m, [1e-3, 1e9]: in series with the string, which bounds it at the ends. Above the kt of
   /// the tool it has no effect.
   double contact_stiffness = 1000.0;
   double inharmonicity = 0.0;         ///< B, [0, 0.1]: f_n = n f_1 sqrt((1 + B n^2) / (1 + B))
   double friction_coefficient = 0.0;  ///< mu, [0, 10]
-  StringLevel max_level = StringLevel::kModes;
+  StringDetail max_level = StringDetail::kModes;
 };
 
 /// Strings shorter than this count as A == B, m. Normal value 1e-9; far smaller would let
 /// E A / length leave the range of a double.
-inline constexpr double kShortestString = 1e-9;
+inline constexpr double kMinString = 1e-9;
 
 /// The first fault of `parameters`, none when all is well. Non-finite numbers are out of range. A
 /// linear density alone, which then is the tuning, must give a fundamental in the range of
@@ -69,7 +69,7 @@ inline constexpr double kShortestString = 1e-9;
 
 /// What the tick reads of a string. Nothing in it is ever NaN or infinite.
 struct StringConstants {
-  double length = 0.0;           ///< L = |AB|, m; 0 where it is below kShortestString
+  double length = 0.0;           ///< L = |AB|, m; 0 where it is below kMinString
   double tension = 0.0;          ///< T, N
   double axial_stiffness = 0.0;  ///< E A = E pi R^2, N
   /// f_1, Hz; 0: the string never sounds (no tuning, slack, A == B, or a mass no double holds).
@@ -81,12 +81,12 @@ struct StringConstants {
   double contact_stiffness = 0.0;  ///< kc, N/m
   double inharmonicity = 0.0;
   double friction_coefficient = 0.0;
-  StringModel model = StringModel::kRigid;
-  StringLevel max_level = StringLevel::kRigid;
+  StringContact model = StringContact::kStraight;
+  StringDetail max_level = StringDetail::kLine;
 };
 
-/// Constants of checked parameters. A == B is a sphere, which cannot yield: its model and max_level
-/// become kRigid.
+/// Constants of checked parameters. A == B is a sphere, which cannot yield: its contact becomes
+/// kStraight, its detail kLine.
 [[nodiscard]] HD_REALTIME StringConstants
 derive_string(const StringParameters& parameters) noexcept;
 

@@ -16,7 +16,7 @@ enum class StringPreset : std::uint8_t {
 [[nodiscard]] inline StringParameters default_string(StringPreset preset) noexcept {
   StringParameters string;
   if (preset == StringPreset::kPaper) {
-    string.model = StringModel::kRigid;
+    string.model = StringContact::kStraight;
     string.touch_decay = string.decay;
   }
   return string;

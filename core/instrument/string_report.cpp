@@ -13,7 +13,7 @@ namespace {
 constexpr double kCentsPerNeper = 1731.2340490667561;
 
 /// Largest glide an event can hold, cents.
-constexpr double kLargestGlide = 1200.0;
+constexpr double kMaxGlide = 1200.0;
 
 /// A new event, all other fields 0; null when there is no room.
 StringEvent* append(const StringReport& report, StringEventKind kind, std::int64_t t_ns) noexcept {
@@ -85,7 +85,7 @@ void report_tone(const StringReport& report, const InstrumentOptions& options,
         vibration.reach;
     const double cents =
         kCentsPerNeper * logarithm(pitch_factor(report.string, vibration.lambda, onset));
-    event->glide_cents = std::clamp(cents, 0.0, kLargestGlide);
+    event->glide_cents = std::clamp(cents, 0.0, kMaxGlide);
     // The extension, and with it the cents, goes with the square of the amplitude.
     event->glide_decay = 0.5 * report.string.decay;
   }

@@ -14,7 +14,7 @@ namespace {
 
 /// A force is held at least this long, s: the period of the fastest loop. Longer than a tick makes
 /// the tank more careful; 0 would let a tick that came early draw all of it.
-constexpr double kShortestHold = 0.25e-3;
+constexpr double kMinHold = 0.25e-3;
 
 /// All that one call works on.
 struct Tick {
@@ -32,22 +32,22 @@ double motion(const Tick& tick) noexcept {
   return tick.touch.way.value_or(tick.touch.distance - tick.touch.distance_before);
 }
 
-bool rings(const StringState& state) noexcept { return state.level >= StringLevel::kFundamental; }
+bool rings(const StringState& state) noexcept { return state.level >= StringPhase::kFundamental; }
 
 bool may_ring(const Tick& tick) noexcept {
-  return tick.options.vibration && tick.string.max_level >= StringLevel::kFundamental &&
+  return tick.options.vibration && tick.string.max_level >= StringDetail::kFundamental &&
          tick.string.frequency > 0.0;
 }
 
 bool may_use_modes(const Tick& tick) noexcept {
   return may_ring(tick) && tick.modes != nullptr && tick.options.modes > 0 &&
-         tick.string.max_level == StringLevel::kModes;
+         tick.string.max_level == StringDetail::kModes;
 }
 
 /// What the string can do without ringing: under a finger it is bent, else it sleeps.
-StringLevel silent_level(const Tick& tick) noexcept {
-  const bool bent = tick.state.detector.touching && tick.string.max_level >= StringLevel::kStatic;
-  return bent ? StringLevel::kStatic : StringLevel::kRigid;
+StringPhase silent_level(const Tick& tick) noexcept {
+  const bool bent = tick.state.detector.touching && tick.string.max_level >= StringDetail::kStatic;
+  return bent ? StringPhase::kStatic : StringPhase::kAsleep;
 }
 
 void fall_silent(const Tick& tick) noexcept {
@@ -123,19 +123,19 @@ void begin_touch(const Tick& tick, std::int64_t t_ns) noexcept {
   if (!rings(state)) {
     state.level = silent_level(tick);
     report_touch(tick.report, tick.touch, false, t_ns);
-    if (state.level == StringLevel::kStatic) {
+    if (state.level == StringPhase::kStatic) {
       report_press_radius(tick.report, state.detector.deflection, t_ns);
     }
     return;
   }
   advance_view(tick, t_ns);
   set_decay(tick.string.touch_decay, state.vibration);
-  if (state.level == StringLevel::kFundamental && may_use_modes(tick)) {
+  if (state.level == StringPhase::kFundamental && may_use_modes(tick)) {
     // The modes count displacement into the string, as sines' cosines: a quarter turn ahead.
     constexpr std::uint64_t kQuarterTurn = std::uint64_t{1} << 62U;
     set_fundamental({state.vibration.amplitude, state.vibration.phase + kQuarterTurn},
                     tick.options.modes, t_ns, *tick.modes);
-    state.level = StringLevel::kModes;
+    state.level = StringPhase::kModes;
   }
   report_touch(tick.report, tick.touch, true, t_ns);
   report_ringing_radius(tick.report, RadiusPhase::kDamp, ringing_amplitude(state),
@@ -147,8 +147,8 @@ void leave(const Tick& tick, std::int64_t t_ns) noexcept {
   StringState& state = tick.state;
   report_end(tick.report, state.detector, StringEventKind::kLeave, t_ns);
   if (!rings(state)) {
-    const bool bent = state.level == StringLevel::kStatic;
-    state.level = StringLevel::kRigid;
+    const bool bent = state.level == StringPhase::kStatic;
+    state.level = StringPhase::kAsleep;
     if (bent) report_ringing_radius(tick.report, RadiusPhase::kRelease, 0.0, 0.0, t_ns);
     return;
   }
@@ -194,14 +194,14 @@ void start_ringing(const Tick& tick, const Pluck& pluck, const ModalString& pluc
   const double in_tank = state.tank.energy;
   start_vibration(tick.string, pluck.energy, detector.lambda, tick.string.decay, detector.lost_ns,
                   vibration);
-  state.level = StringLevel::kFundamental;
+  state.level = StringPhase::kFundamental;
   if (may_use_modes(tick)) {
     vibration.reach = pluck.amplitude / vibration.amplitude;
     *tick.modes = plucked;
-    state.level = StringLevel::kModes;
+    state.level = StringPhase::kModes;
   }
   const double pitch = advance_view(tick, tick.time.t_ns);
-  if (state.level == StringLevel::kModes) {
+  if (state.level == StringPhase::kModes) {
     advance_free_modes(tick.string, pitch, tick.time.t_ns - detector.lost_ns, *tick.modes);
   }
   state.drawn = drawn_of_late(tick);
@@ -222,11 +222,11 @@ void release(const Tick& tick) noexcept {
     if (left > state.vibration.energy) {
       start_ringing(tick, pluck, plucked);
     } else if (rings(state)) {
-      if (state.level == StringLevel::kModes) reconcile_modes(tick);
+      if (state.level == StringPhase::kModes) reconcile_modes(tick);
       state.vibration.released_energy = state.vibration.energy;
     }
   }
-  if (!rings(state)) state.level = StringLevel::kRigid;
+  if (!rings(state)) state.level = StringPhase::kAsleep;
 
   // At the instant of the release, from which the decay is counted.
   const double since = decay_over(tick.time.t_ns - t_ns, tick.string.decay);
@@ -237,7 +237,7 @@ void release(const Tick& tick) noexcept {
     detector.sounded = true;
     detector.sounded_ns = t_ns;
     report_tone(tick.report, tick.options, detector, state.vibration, amplitude,
-                state.level == StringLevel::kModes ? tick.modes : nullptr);
+                state.level == StringPhase::kModes ? tick.modes : nullptr);
   }
   report_ringing_radius(tick.report, RadiusPhase::kRelease, amplitude, tick.string.decay, t_ns);
 }
@@ -254,8 +254,8 @@ void fit_level(const Tick& tick) noexcept {
     report_ringing_radius(tick.report, RadiusPhase::kRelease, 0.0, 0.0, tick.time.t_ns);
     return;
   }
-  if (state.level == StringLevel::kModes && !may_use_modes(tick)) {
-    state.level = StringLevel::kFundamental;
+  if (state.level == StringPhase::kModes && !may_use_modes(tick)) {
+    state.level = StringPhase::kFundamental;
   }
   const bool damped = state.detector.touching;
   set_decay(damped ? tick.string.touch_decay : tick.string.decay, state.vibration);
@@ -280,7 +280,7 @@ double ring_on(const Tick& tick, bool under_finger) noexcept {
   if (!rings(tick.state)) return 0.0;
   const std::int64_t elapsed_ns = tick.time.t_ns - tick.state.vibration.t_ns;
   const double pitch = advance_view(tick, tick.time.t_ns);
-  if (tick.state.level != StringLevel::kModes) return 0.0;
+  if (tick.state.level != StringPhase::kModes) return 0.0;
   if (!under_finger) {
     advance_free_modes(tick.string, pitch, std::max<std::int64_t>(elapsed_ns, 0), *tick.modes);
     return 0.0;
@@ -298,7 +298,7 @@ void sleep_when_quiet(const Tick& tick) noexcept {
   if (!rings(tick.state)) return;
   if (vibration.energy > tick.options.sleep_energy * vibration.released_energy) return;
   fall_silent(tick);
-  if (tick.state.level == StringLevel::kStatic) {
+  if (tick.state.level == StringPhase::kStatic) {
     report_press_radius(tick.report, tick.state.detector.deflection, tick.time.t_ns);
   }
 }
@@ -320,12 +320,12 @@ double vibration_force(const Tick& tick, double modal_force) noexcept {
     state.tank.held_force = 0.0;
     return 0.0;
   }
-  double force = state.level == StringLevel::kModes ? modal_force : fundamental_force(tick);
+  double force = state.level == StringPhase::kModes ? modal_force : fundamental_force(tick);
   force = std::max(force, -std::max(tick.touch.force, 0.0));
   const double dt = static_cast<double>(tick.time.dt_ns) * kSecondsPerNanosecond;
   const double speed = std::max({std::abs(tick.touch.normal_speed), std::abs(tick.touch.hand_speed),
                                  std::abs(motion(tick)) / dt});
-  return draw_from_tank(force, speed, tick.options.max_acceleration, std::max(dt, kShortestHold),
+  return draw_from_tank(force, speed, tick.options.max_acceleration, std::max(dt, kMinHold),
                         state.tank);
 }
 
@@ -342,7 +342,7 @@ TouchLimits touch_limits(const Tick& tick) noexcept {
   if (tick.state.detector.touching || tick.touch.distance < limits.envelope) {
     limits.envelope *= shape_factor(tick.state.vibration, tick.touch.lambda);
   }
-  limits.can_arm = tick.string.max_level >= StringLevel::kStatic;
+  limits.can_arm = tick.string.max_level >= StringDetail::kStatic;
   limits.max_acceleration = tick.options.max_acceleration;
   return limits;
 }
@@ -350,7 +350,7 @@ TouchLimits touch_limits(const Tick& tick) noexcept {
 }  // namespace
 
 bool awake(const StringState& state) noexcept {
-  return state.level != StringLevel::kRigid || state.detector.touching;
+  return state.level != StringPhase::kAsleep || state.detector.touching;
 }
 
 double envelope(const StringConstants& string, const StringState& state, double lambda,
@@ -387,7 +387,7 @@ StringResponse respond(const StringConstants& string, const InstrumentOptions& o
   if (change.armed) report_armed(report, touch, state.detector.deflection, change.armed_ns);
   if (left) leave(tick, change.ended_ns);
   const double modal_force = ring_on(tick, state.detector.touching || change.ended);
-  if (left && state.level == StringLevel::kModes) reconcile_modes(tick);
+  if (left && state.level == StringPhase::kModes) reconcile_modes(tick);
   if (change.released) release(tick);
   sleep_when_quiet(tick);
   return {vibration_force(tick, modal_force), radius_growth(state)};

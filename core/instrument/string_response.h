@@ -22,9 +22,17 @@
 
 namespace hapticd {
 
+/// Where on the ladder of models a string is.
+enum class StringPhase : std::uint8_t {
+  kAsleep,       ///< at rest; it costs nothing
+  kStatic,       ///< bent by a finger
+  kFundamental,  ///< the fundamental rings
+  kModes,        ///< and further modes
+};
+
 /// State of one string from tick to tick.
 struct StringState {
-  StringLevel level = StringLevel::kRigid;  ///< where on the ladder it is; kRigid: asleep
+  StringPhase level = StringPhase::kAsleep;
   ReleaseDetector detector;
   Vibration vibration;  ///< the fundamental's view: energy, envelope, phase; kept at every level
   EnergyTank tank;

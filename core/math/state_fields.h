@@ -120,7 +120,7 @@ class StateWriter {
 
 /// Furthest instant, and longest time, that is read back, ns: 146 years. The sum and the difference
 /// of two are still numbers.
-inline constexpr std::int64_t kFurthest_ns = std::int64_t{1} << 62U;
+inline constexpr std::int64_t kMax_ns = std::int64_t{1} << 62U;
 
 /// Reads back what a StateWriter wrote. Numbers are not trusted: counts, choices, instants and
 /// whole numbers out of their range end it, and nothing more is changed.
@@ -198,7 +198,7 @@ class StateReader {
       const std::int64_t bits = integer();
       if (good_) field = static_cast<std::uint64_t>(bits);
     } else if constexpr (std::same_as<Field, std::int64_t>) {
-      bounded(field, 1 - kFurthest_ns, kFurthest_ns - 1);
+      bounded(field, 1 - kMax_ns, kMax_ns - 1);
     } else if constexpr (std::same_as<Field, bool>) {
       bounded(field, 0, 1);
     } else if constexpr (std::integral<Field>) {

@@ -56,9 +56,9 @@ WatchedInput bridge(const InputLimits& limits, bool refused, InputWatch& state) 
 
 /// Reports that a gap in the counter stands for, at most: as many as a system queues. More says
 /// nothing of time.
-constexpr std::uint64_t kMostReports = 64;
+constexpr std::uint64_t kMaxReports = 64;
 /// No device is slower, ns: it only keeps sums within range.
-constexpr std::int64_t kLongestReport_ns = 1'000'000'000;
+constexpr std::int64_t kMaxReport_ns = 1'000'000'000;
 
 /// `by` >= 0 after `t_ns`, or the last instant there is.
 std::int64_t after(std::int64_t t_ns, std::int64_t by_ns) noexcept {
@@ -67,7 +67,7 @@ std::int64_t after(std::int64_t t_ns, std::int64_t by_ns) noexcept {
 }
 
 std::int64_t interval_of(const InputLimits& limits) noexcept {
-  return std::clamp<std::int64_t>(limits.report_interval_ns, 0, kLongestReport_ns);
+  return std::clamp<std::int64_t>(limits.report_interval_ns, 0, kMaxReport_ns);
 }
 
 /// When the sample was made. Never before its own time, and a report interval after the one before
@@ -78,7 +78,7 @@ std::int64_t made_at(const WatchedSample& sample, const InputLimits& limits,
   if (!state.has_pose) return sample.t_ns;
   const std::int64_t interval_ns = interval_of(limits);
   const auto reports =
-      static_cast<std::int64_t>(std::min(sample.counter - state.counter, kMostReports));
+      static_cast<std::int64_t>(std::min(sample.counter - state.counter, kMaxReports));
   return std::max(sample.t_ns, std::min(after(state.t_ns, reports * interval_ns),
                                         after(sample.t_ns, 2 * interval_ns)));
 }
@@ -124,10 +124,10 @@ bool is_stuck(const WatchedSample& sample, const Pose& X_DH, double force_writte
 }  // namespace
 
 int bridged_ticks(double device_rate, double tick_rate) noexcept {
-  constexpr double kMost = 1e6;
+  constexpr double kMax = 1e6;
   const double ticks_per_sample = tick_rate / device_rate;
   if (!(ticks_per_sample > 1.0)) return kHeldTicks;
-  return static_cast<int>(std::ceil(kHeldTicks * std::min(ticks_per_sample, kMost)));
+  return static_cast<int>(std::ceil(kHeldTicks * std::min(ticks_per_sample, kMax)));
 }
 
 WatchedInput watch(const WatchedSample& sample, double force_written, const InputLimits& limits,

@@ -21,7 +21,7 @@ double translational_bound(const StiffnessLimits& limits, double lag_s) noexcept
   };
   const double promise = limits.stiffness_max.value_or(std::numeric_limits<double>::infinity());
   if (limits.damping > 0.0) return std::min(by_damping(limits.damping), promise);
-  if (!limits.stiffness_max) return by_damping(kLeastDamping);
+  if (!limits.stiffness_max) return by_damping(kMinDamping);
   return std::max(kStiffnessShare * promise, std::min(by_damping(0.0), promise));
 }
 

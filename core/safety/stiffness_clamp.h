@@ -18,7 +18,7 @@ inline constexpr double kStiffnessShare = 0.5;
 
 /// Damping of a device of which neither that nor a stiffness is known, N s/m: that of the least
 /// damped handles. Larger: such a device may ring; smaller: it gives no force to speak of.
-inline constexpr double kLeastDamping = 0.1;
+inline constexpr double kMinDamping = 0.1;
 
 /// What the device can bear; profile data but for the delay and the period.
 struct StiffnessLimits {
@@ -49,7 +49,7 @@ struct StiffnessGrant {
 /// The largest scale at which no stiffness exceeds its bound. The bound is half of
 /// (b + B) / (T/2 + t_d), and no more than the maker's promise. Where b is unknown it is half of
 /// B / (T/2 + t_d) or half of the promise, whichever is more; without a promise b counts as
-/// kLeastDamping. Stiffnesses that are not finite or negative give the smallest scale,
+/// kMinDamping. Stiffnesses that are not finite or negative give the smallest scale,
 /// kMinStiffnessScale.
 [[nodiscard]] HD_REALTIME StiffnessGrant grant_stiffness(const DeviceStiffness& wanted,
                                                          const StiffnessLimits& limits) noexcept;

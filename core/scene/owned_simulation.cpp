@@ -16,7 +16,7 @@ void make_views(OwnedSimulation& own) {
   own.strings.resize(own.tools.size() * strings);
   own.scratch = std::make_unique<ContactSet>();
   for (std::size_t tool = 0; tool < own.tools.size(); ++tool) {
-    StringView& view = own.tools[tool].view;
+    StringSegments& view = own.tools[tool].view;
     view.capsules_W = std::span(own.capsules_W).subspan(tool * capsules, capsules);
     view.groups = std::span(own.groups).subspan(tool * groups, groups);
     view.strings = std::span(own.strings).subspan(tool * strings, strings);

@@ -13,8 +13,8 @@ namespace hapticd {
 /// A simulation and its memory, which stays where it is when this is moved.
 struct OwnedSimulation {
   std::vector<ToolPlay> tools;
-  std::vector<StringTrack> tracks;
-  std::vector<StringVisit> visits;
+  std::vector<PlayedString> tracks;
+  std::vector<ToolStringState> visits;
   std::vector<ModalString> modes;  ///< none when no tool has some
   // What tools see of each other's strings; none for one tool.
   std::vector<Capsule> capsules_W;

@@ -24,7 +24,7 @@ double distance(const Array3& a, const Array3& b) noexcept {
 
 int cable_pieces(double sag) noexcept {
   if (!(sag > 0.0)) return 1;
-  return sag <= kSlightSag ? 3 : kMostCablePieces;
+  return sag <= kSlightSag ? 3 : kMaxCablePieces;
 }
 
 // The sagitta of a parabola over an n-th of its span is sag / n^2.

@@ -15,7 +15,7 @@ namespace hapticd {
 inline constexpr double kSlightSag = 2.25e-3;
 /// Pieces of a cable, at most. Odd, so that the middle, where a cable is mostly pushed aside, is no
 /// knot; more would follow the parabola closer, but yield less far between their knots.
-inline constexpr int kMostCablePieces = 5;
+inline constexpr int kMaxCablePieces = 5;
 
 /// Pieces of a string with this sag (m, >= 0): 1 when it is straight.
 [[nodiscard]] int cable_pieces(double sag) noexcept;

@@ -117,7 +117,7 @@ std::size_t Scene::body_spheres() const noexcept {
 std::size_t Scene::memory() const noexcept {
   std::size_t bytes = capsules_W_.size() * (sizeof(Capsule) + sizeof(CapsuleOwner)) +
                       groups_.size() * sizeof(CapsuleGroup) +
-                      strings_.size() * (sizeof(StringConstants) + sizeof(StringTrack));
+                      strings_.size() * (sizeof(StringConstants) + sizeof(PlayedString));
   if (description_.instrument.modes > 0) bytes += strings_.size() * sizeof(ModalString);
   for (const MergedTool& tool : tools_) bytes += memory_of(tool.tree);
   for (const BodyDescription& body : description_.bodies) bytes += memory_of(body.shape.tree->tree);

@@ -11,9 +11,9 @@ namespace hapticd {
 namespace {
 
 /// Most spheres of a tool: ids of bounds stay within 32 bits (build_sphere_tree).
-constexpr std::size_t kMostToolSpheres = std::size_t{1} << 24U;
+constexpr std::size_t kMaxToolSpheres = std::size_t{1} << 24U;
 /// A tool may have as many parts as scene.proto says; the loop bears 256.
-constexpr std::size_t kMostParts = 32;
+constexpr std::size_t kMaxParts = 32;
 
 std::string indexed(const char* field, std::size_t i) {
   return std::string(field) + "[" + std::to_string(i) + "]";
@@ -63,11 +63,11 @@ void check_tools(const SceneDescription& scene, Findings& findings) {
       if (part.shape.tree) spheres += part.shape.tree->tree.leaf_r.size();
       if (part.softness.stiffness > 0.0) ++soft;
     }
-    if (tool.parts.empty() || tool.parts.size() > kMostParts) {
+    if (tool.parts.empty() || tool.parts.size() > kMaxParts) {
       findings.fault(path + ".parts", std::to_string(tool.parts.size()) + " is not in [1, 32]",
                      "Give the tool at least one part, and at most 32.");
     }
-    if (spheres > kMostToolSpheres) {
+    if (spheres > kMaxToolSpheres) {
       findings.fault(path + ".parts", std::to_string(spheres) + " spheres are too many",
                      "Use coarser trees.");
     }
@@ -88,7 +88,7 @@ void check_cable(const std::string& path, const StringDescription& string, Findi
                    "Leave out sag_m, or frequency_hz and linear_density_kg_per_m.");
   }
   const double span = (to_vector(p.p_WB) - to_vector(p.p_WA)).norm();
-  if (!(span > kShortestString)) {
+  if (!(span > kMinString)) {
     findings.fault(path + ".sag_m", "a string without length cannot sag", "Leave out sag_m.");
   }
 }

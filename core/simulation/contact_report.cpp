@@ -33,7 +33,7 @@ void add(const ContactReading& reading, ContactReport& report) noexcept {
 }
 
 /// Position along the string of a place on a part of it; `key` becomes that of the string.
-double whole_lambda(const StringView& view, std::size_t capsules, double lambda,
+double whole_lambda(const StringSegments& view, std::size_t capsules, double lambda,
                     ContactKey& key) noexcept {
   if (key.kind != ObstacleKind::kCapsule || view.parts.empty()) return lambda;
   const auto index = static_cast<std::size_t>(key.obstacle);

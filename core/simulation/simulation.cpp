@@ -13,7 +13,7 @@ namespace {
 void damp_coupling(const ToolPlay& play, ToolTick& tick) noexcept {
   if (!(play.scene.coupling_damping > 0.0 && tick.dt > 0.0)) return;
   const Vector3 v_WG = (tick.X_WG.p - play.way.X_WG_before.p) / tick.dt;
-  tick.F_unlimited_H_W.f -= play.scene.coupling_damping * (tick.V_WH.v - v_WG);
+  tick.F_computed_H_W.f -= play.scene.coupling_damping * (tick.V_WH.v - v_WG);
 }
 
 }  // namespace
@@ -43,8 +43,8 @@ void Simulation::find_ringing(std::size_t tool) noexcept {
   if (swing > 0.0) reach_out(swing, play);
 }
 
-void Simulation::merge_touched(const StringContacts& touched) noexcept {
-  for (const StringContact& contact : touched) {
+void Simulation::merge_touched(const PressedStrings& touched) noexcept {
+  for (const PressedString& contact : touched) {
     const auto* const at = std::lower_bound(awake_.begin(), awake_.end(), contact.string);
     if (at != awake_.end() && *at == contact.string) continue;
     const auto index = static_cast<std::size_t>(at - awake_.begin());
@@ -63,7 +63,7 @@ bool Simulation::is_awake(std::int32_t string) const noexcept {
 
 void Simulation::end_string(std::int32_t string) noexcept {
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
-    StringVisit& seen = visit(tool, string);
+    ToolStringState& seen = visit(tool, string);
     seen.distance = kNotNear;
     seen.u_W = Vector3::Zero();
     seen.v_W = Vector3::Zero();
@@ -107,8 +107,8 @@ void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::
   StringTools tools;
   const std::span<const StringTool> all = string_tools(tools);
   const auto number = static_cast<std::int32_t>(tool);
-  ToolScene seen = view_strings(all, holders_, number, to_vector(sample.p_WH));
-  FixedVector<Bystander, kMaxTools - 1> others;
+  ToolScene seen = segment_strings(all, holders_, number, to_vector(sample.p_WH));
+  FixedVector<OtherTool, kMaxTools - 1> others;
   for (std::size_t k = 0; k < memory_.tools.size(); ++k) {
     const ToolPlay& other = memory_.tools[k];
     if (k == tool || !other.state.placed) continue;
@@ -117,7 +117,7 @@ void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::
   }
   seen.others = {{others.begin(), others.size()}, memory_.scratch};
   render_contact(seen, sample, play.state, play.workspace, tick, work_budget);
-  update_holders(all, number, holders_);
+  update_sharing(all, number, holders_);
   seen.others = {};
   play.way.input = optimiser_input(seen, tick.X_WH, tick.dt);
 }
@@ -194,7 +194,7 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
 double Simulation::tank_energy(std::size_t tool) const noexcept {
   double energy = 0.0;
   for (const std::int32_t string : awake_) {
-    const StringTrack& track = memory_.tracks[static_cast<std::size_t>(string)];
+    const PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
     if (track.player == static_cast<std::int32_t>(tool)) energy += track.state.tank.energy;
   }
   return energy;

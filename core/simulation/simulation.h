@@ -11,7 +11,7 @@
 
 #include "core/simulation/contact_report.h"
 #include "core/simulation/string_approach.h"
-#include "core/simulation/string_view.h"
+#include "core/simulation/string_segments.h"
 #include "core/simulation/tool_play.h"
 
 namespace hapticd {
@@ -38,7 +38,7 @@ struct TickInput {
 /// A string that is not asleep after the tick.
 struct StringReading {
   std::int32_t string = 0;
-  StringLevel level = StringLevel::kRigid;
+  StringPhase level = StringPhase::kAsleep;
   bool touched = false;
   bool armed = false;            ///< letting go plucks it
   double lambda = 0.5;           ///< of the touch, or of the release
@@ -56,7 +56,7 @@ struct TickOutput {
 };
 
 /// What the simulation keeps of each string between ticks.
-struct StringTrack {
+struct PlayedString {
   StringState state;        ///< its detector is that of the tool that plays it
   std::int32_t player = 0;  ///< the tool whose touch makes it sound or dampens it
   double place = 0.5;       ///< of that tool's last touch, along the string
@@ -64,11 +64,11 @@ struct StringTrack {
 
 /// Where a simulation keeps what it knows. Views must outlive it.
 struct SimulationMemory {
-  std::span<ToolPlay> tools;       ///< 1 to kMaxTools, their scenes set
-  std::span<StringTrack> tracks;   ///< one per string, at most kMaxStrings
-  std::span<StringVisit> visits;   ///< one per string, of the first tool, then of the second...
-  std::span<ModalString> modes{};  ///< one per string, or none when no modes are modelled
-  ContactSet* scratch = nullptr;   ///< null only with one tool
+  std::span<ToolPlay> tools;          ///< 1 to kMaxTools, their scenes set
+  std::span<PlayedString> tracks;     ///< one per string, at most kMaxStrings
+  std::span<ToolStringState> visits;  ///< one per string, of the first tool, then of the second...
+  std::span<ModalString> modes{};     ///< one per string, or none when no modes are modelled
+  ContactSet* scratch = nullptr;      ///< null only with one tool
 };
 
 /// One to five tools among the strings and bodies of a scene. Each has its own wrench; what they
@@ -99,7 +99,7 @@ class Simulation {
   [[nodiscard]] const ToolState& tool(std::size_t tool) const noexcept {
     return memory_.tools[tool].state;
   }
-  [[nodiscard]] std::span<const StringTrack> tracks() const noexcept { return memory_.tracks; }
+  [[nodiscard]] std::span<const PlayedString> tracks() const noexcept { return memory_.tracks; }
 
   /// All that goes from tick to tick, with awake_strings() and holders(): for snapshots and replay
   /// (simulation_fields.h). Of a tool: its state, X_WH and view.
@@ -112,8 +112,8 @@ class Simulation {
   /// order.
   [[nodiscard]] bool set_awake(std::span<const std::int32_t> strings) noexcept;
   /// Who holds which string; belongs to the state too. To be set in a simulation just made.
-  [[nodiscard]] const AllHolders& holders() const noexcept { return holders_; }
-  void set_holders(const AllHolders& holders) noexcept { holders_ = holders; }
+  [[nodiscard]] const StringSharing& holders() const noexcept { return holders_; }
+  void set_holders(const StringSharing& holders) noexcept { holders_ = holders; }
 
   /// Where a string is after step(): its ends and the vertices that tools bend it to, from A to B.
   HD_REALTIME void string_shape(std::int32_t string, StringPoints& points) const noexcept;
@@ -128,7 +128,7 @@ class Simulation {
   [[nodiscard]] std::span<const StringTool> string_tools(StringTools& tools) const noexcept;
   [[nodiscard]] Sounding sounding_part(std::int32_t string) const noexcept;
   void find_ringing(std::size_t tool) noexcept;
-  void merge_touched(const StringContacts& touched) noexcept;
+  void merge_touched(const PressedStrings& touched) noexcept;
   void respond_strings(TickOutput& output) noexcept;
   void respond_string(std::int32_t string, TickOutput& output) noexcept;
   void play_string(std::int32_t string, const StringApproach& near, TickOutput& output) noexcept;
@@ -140,14 +140,14 @@ class Simulation {
   void hand_over(std::int32_t string, std::int32_t player, const StringApproach& near) noexcept;
   [[nodiscard]] bool is_awake(std::int32_t string) const noexcept;
   void end_string(std::int32_t string) noexcept;
-  [[nodiscard]] StringVisit& visit(std::size_t tool, std::int32_t string) const noexcept {
+  [[nodiscard]] ToolStringState& visit(std::size_t tool, std::int32_t string) const noexcept {
     return memory_.visits[tool * memory_.tracks.size() + static_cast<std::size_t>(string)];
   }
 
   SimulationMemory memory_;
   /// Strings to call respond() for, in ascending order.
   FixedVector<std::int32_t, kMaxStrings> awake_;
-  AllHolders holders_;  ///< empty with one tool
+  StringSharing holders_;  ///< empty with one tool
 };
 
 }  // namespace hapticd

@@ -11,13 +11,13 @@
 
 namespace hapticd {
 
-template <FieldsOf<StringTrack> State, typename Visit>
+template <FieldsOf<PlayedString> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [string, player, place] = state;
   visit(string, player, place);
 }
 
-template <FieldsOf<StringHolders> State, typename Visit>
+template <FieldsOf<SharedString> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [string, tools] = state;
   visit(string, tools);
@@ -36,7 +36,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 }
 
 /// Only the parts go from tick to tick: the rest is made from them and the scene.
-template <FieldsOf<StringView> State, typename Visit>
+template <FieldsOf<StringSegments> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [capsules_W, groups, strings, parts, rigid, rigid_active] = state;
   static_cast<void>(capsules_W);
@@ -47,7 +47,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(parts);
 }
 
-template <FieldsOf<StringVisit> State, typename Visit>
+template <FieldsOf<ToolStringState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [distance, u_W, v_W, nhat_W, p_GC_W, part, detector] = state;
   visit(distance, u_W, v_W, nhat_W, p_GC_W, part, detector);

@@ -59,9 +59,9 @@ struct ToolReading {
   Array4 q_WH{1.0, 0.0, 0.0, 0.0};
   Array3 p_WG{};  ///< m
   Array4 q_WG{1.0, 0.0, 0.0, 0.0};
-  WrenchReading F_H_W;            ///< as written to the device
-  WrenchReading F_unlimited_H_W;  ///< before limits and ramps
-  double minimum_gap = 0.0;       ///< m
+  WrenchReading F_H_W;           ///< as written to the device
+  WrenchReading F_computed_H_W;  ///< before limits and ramps
+  double minimum_gap = 0.0;      ///< m
   DeviceReading device;
   std::int64_t input_age_ns = 0;
   double port_energy = 0.0;       ///< given to the hand so far, J
@@ -77,12 +77,12 @@ struct ToolReading {
 };
 
 /// What a string does; values are those of v1::StringPhase.
-enum class StringPhase : std::uint8_t { kTouched = 1, kPressed = 2, kRinging = 3, kDamped = 4 };
+enum class ShownPhase : std::uint8_t { kTouched = 1, kPressed = 2, kRinging = 3, kDamped = 4 };
 
 /// One string that is not asleep.
 struct StringRow {
   std::int32_t piece = 0;  ///< number among the scene's capsules
-  StringPhase phase = StringPhase::kTouched;
+  ShownPhase phase = ShownPhase::kTouched;
   double lambda = 0.0;         ///< along the piece
   double radius_growth = 0.0;  ///< beyond R, m
   Array3 deflection_W{};       ///< m

@@ -87,7 +87,7 @@ void find_passage(const ToolPlay& play, std::int32_t string, double guess,
 /// Where the hand passes the string's surface, if it does in this tick. Before a touch the string
 /// is at rest; before a loss it follows the hand by its share of the displacement, or, where it
 /// slips off, moves as it did until then.
-void find_speeds(const ToolPlay& play, const ToolTick& tick, const StringVisit& visit,
+void find_speeds(const ToolPlay& play, const ToolTick& tick, const ToolStringState& visit,
                  std::int32_t string, StringApproach& near) noexcept {
   StringTouch& touch = near.touch;
   Passage passage{-1.0, near.nhat_W, near.p_WC - tick.X_WG.p};
@@ -109,16 +109,16 @@ void find_speeds(const ToolPlay& play, const ToolTick& tick, const StringVisit& 
 
 }  // namespace
 
-StringApproach approach_string(const ToolPlay& play, const ToolTick& tick, const StringVisit& visit,
-                               std::int32_t string) noexcept {
+StringApproach approach_string(const ToolPlay& play, const ToolTick& tick,
+                               const ToolStringState& visit, std::int32_t string) noexcept {
   const OptimiserInput& input = play.way.input;
   const OptimiserState& state = play.state.optimiser;
   StringApproach near;
   StringTouch& touch = near.touch;
   touch.stiffness = std::min(input.stiffness.kt,
                              input.strings[static_cast<std::size_t>(string)].contact_stiffness);
-  const StringContact* pressed = nullptr;
-  for (const StringContact& contact : tick.strings) {
+  const PressedString* pressed = nullptr;
+  for (const PressedString& contact : tick.strings) {
     if (contact.string == string) pressed = &contact;
   }
   if (pressed != nullptr && pressed->force > 0.0) {

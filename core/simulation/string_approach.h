@@ -22,7 +22,7 @@ struct StringApproach {
 /// How the tool of `play` stands to string number `string`; `tick` is what its contact problem
 /// gave, `visit` what is known from the tick before.
 [[nodiscard]] HD_REALTIME StringApproach approach_string(const ToolPlay& play, const ToolTick& tick,
-                                                         const StringVisit& visit,
+                                                         const ToolStringState& visit,
                                                          std::int32_t string) noexcept;
 
 /// Looks again for pairs with strings when one may swing by `swing` (m) further than those of the

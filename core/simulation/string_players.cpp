@@ -61,7 +61,7 @@ struct Simulation::Sounding {
 
 Simulation::Sounding Simulation::sounding_part(std::int32_t string) const noexcept {
   const auto s = static_cast<std::size_t>(string);
-  const StringTrack& track = memory_.tracks[s];
+  const PlayedString& track = memory_.tracks[s];
   const ToolPlay& play = memory_.tools[static_cast<std::size_t>(track.player)];
   Sounding sounding{play.scene.strings[s]};
   if (holders_.empty()) return sounding;
@@ -81,7 +81,7 @@ Simulation::Sounding Simulation::sounding_part(std::int32_t string) const noexce
 void Simulation::play_string(std::int32_t string, const StringApproach& near,
                              TickOutput& output) noexcept {
   const auto s = static_cast<std::size_t>(string);
-  StringTrack& track = memory_.tracks[s];
+  PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
   const ToolPlay& play = memory_.tools[player];
   ToolTick& tick = output.tools[player];
@@ -101,7 +101,7 @@ void Simulation::play_string(std::int32_t string, const StringApproach& near,
     StringEvent& event = output.events[k];
     if (event.kind != StringEventKind::kRadius) event.lambda = sounding.along_string(event.lambda);
   }
-  StringVisit& seen = visit(player, string);
+  ToolStringState& seen = visit(player, string);
   if (near.part >= 0) seen.part = near.part;
   name_tool(first, track.player, seen.part, output.events);
   // What moved without time passing counts as motion of the next tick.
@@ -116,8 +116,8 @@ void Simulation::play_string(std::int32_t string, const StringApproach& near,
   // A force held over a tick without a sample may not attract either.
   const double vibration_force = std::max(response.vibration_force, -near.touch.force);
   const Vector3 f = vibration_force * near.nhat_W;
-  tick.F_unlimited_H_W.f += f;
-  tick.F_unlimited_H_W.t += (near.p_WC - tick.X_WG.p).cross(f);
+  tick.F_computed_H_W.f += f;
+  tick.F_computed_H_W.t += (near.p_WC - tick.X_WG.p).cross(f);
 
   const StringState& state = track.state;
   if (!awake(state)) return;
@@ -143,7 +143,7 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringApproac
     if (number == memory_.tracks[s].player || !is_good(output, number)) continue;
     const ToolPlay& play = memory_.tools[tool];
     const TickTime& time = play.way.time;
-    StringVisit& seen = visit(tool, string);
+    ToolStringState& seen = visit(tool, string);
     const StringTouch& touch = near[tool].touch;
     if (time.dt_ns <= 0) continue;
     if (seen.detector.touching || touch.distance < 0.0) {
@@ -176,10 +176,10 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringApproac
 std::int32_t Simulation::choose_player(std::int32_t string, std::span<const StringApproach> near,
                                        const TickOutput& output) const noexcept {
   const auto s = static_cast<std::size_t>(string);
-  const StringTrack& track = memory_.tracks[s];
+  const PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
   const bool lets_go = track.state.detector.armed && near[player].touch.distance >= 0.0;
-  const bool rings = track.state.level >= StringLevel::kFundamental;
+  const bool rings = track.state.level >= StringPhase::kFundamental;
   std::int32_t chosen = track.player;
   double nearest = kNotNear;
   for (std::size_t tool = 0; tool < near.size(); ++tool) {
@@ -209,11 +209,11 @@ std::int32_t Simulation::choose_player(std::int32_t string, std::span<const Stri
 void Simulation::hand_over(std::int32_t string, std::int32_t player,
                            const StringApproach& near) noexcept {
   const auto s = static_cast<std::size_t>(string);
-  StringTrack& track = memory_.tracks[s];
+  PlayedString& track = memory_.tracks[s];
   book_held_force(memory_.tools[static_cast<std::size_t>(track.player)].scene.strings[s],
                   near.touch.way.value_or(0.0), track.state.vibration.t_ns, track.state);
-  StringVisit& before = visit(static_cast<std::size_t>(track.player), string);
-  StringVisit& after = visit(static_cast<std::size_t>(player), string);
+  ToolStringState& before = visit(static_cast<std::size_t>(track.player), string);
+  ToolStringState& after = visit(static_cast<std::size_t>(player), string);
   const ReleaseDetector last = track.state.detector;
   before.detector = last;
   track.state.detector = after.detector;
@@ -225,7 +225,7 @@ void Simulation::hand_over(std::int32_t string, std::int32_t player,
 }
 
 void Simulation::respond_string(std::int32_t string, TickOutput& output) noexcept {
-  StringTrack& track = memory_.tracks[static_cast<std::size_t>(string)];
+  PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
   if (memory_.tools.size() == 1) {
     play_string(string,
                 approach_string(memory_.tools[0], output.tools[0], visit(0, string), string),

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/instrument/string_response.h"
-#include "core/simulation/string_view.h"
+#include "core/simulation/string_segments.h"
 #include "core/simulation/tool_renderer.h"
 
 namespace hapticd {
@@ -25,7 +25,7 @@ struct ToolPlay {
   ToolState state;
   Pose X_WH;    ///< of the last tick in which time passed
   ToolWay way;  ///< of this tick; means nothing while the pose is faulty
-  StringView view;
+  StringSegments view;
   ContactSet swung;          ///< pairs with strings alone, as far as these swing (reach_out)
   bool reached_out = false;  ///< in this tick: `swung` counts
 };
@@ -36,7 +36,7 @@ struct ToolPlay {
 }
 
 /// A tool's view of a string, from tick to tick.
-struct StringVisit {
+struct ToolStringState {
   double distance = 1.0;       ///< StringTouch::distance of the last tick, m; 1: not near
   Vector3 u_W{0.0, 0.0, 0.0};  ///< deflection, m
   Vector3 v_W{0.0, 0.0, 0.0};  ///< its rate over the last tick, m/s
@@ -44,7 +44,7 @@ struct StringVisit {
   Vector3 nhat_W{0.0, 0.0, 0.0};
   Vector3 p_GC_W{0.0, 0.0, 0.0};
   std::int32_t part = -1;  ///< of the tool, that was nearest when one was near
-  /// The touch, while another tool plays the string (StringTrack::player).
+  /// The touch, while another tool plays the string (PlayedString::player).
   ReleaseDetector detector;
 };
 

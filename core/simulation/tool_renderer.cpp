@@ -24,7 +24,7 @@ ContactStiffness felt_stiffness(const OptimiserInput& input, const ToolState& st
                                 const ToolTick& tick) noexcept {
   ContactStiffness stiffness = contact_stiffness(input, state.optimiser, workspace, tick.optimiser);
   const double pressed = tick.optimiser.F_H_W.f.norm();
-  const double felt = tick.F_unlimited_H_W.f.norm();
+  const double felt = tick.F_computed_H_W.f.norm();
   if (felt < pressed) {
     stiffness.K_W *= felt / pressed;
     stiffness.Kr_W *= felt / pressed;
@@ -49,7 +49,7 @@ void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState&
   tick.stiffness = ContactStiffness{};
   if (tick.pose == PoseVerdict::kFault) {
     tick.X_WG = state.optimiser.X_WG;
-    tick.F_unlimited_H_W = Wrench{};
+    tick.F_computed_H_W = Wrench{};
     tick.optimiser = OptimiserResult{};
     return;
   }
@@ -62,7 +62,7 @@ void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState&
   optimise_configuration(input, state.optimiser, workspace, tick.optimiser);
   tick.X_WG = state.optimiser.X_WG;
   find_string_contacts(input, state.optimiser, workspace, tick.optimiser, tick.strings,
-                       tick.F_unlimited_H_W);
+                       tick.F_computed_H_W);
   if (scene.stiffness_wanted) tick.stiffness = felt_stiffness(input, state, workspace, tick);
 }
 
@@ -71,11 +71,11 @@ void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noex
     tick.F_H_W = Wrench{};
     return;
   }
-  const double force = tick.F_unlimited_H_W.f.norm();
+  const double force = tick.F_computed_H_W.f.norm();
   state.force_bound = next_force_bound(state.force_bound, tick.optimiser.status, force, tick.dt);
   const double factor = force > state.force_bound ? state.force_bound / force : 1.0;
   tick.F_H_W =
-      limited({tick.F_unlimited_H_W.f * factor, tick.F_unlimited_H_W.t * factor}, scene.limits);
+      limited({tick.F_computed_H_W.f * factor, tick.F_computed_H_W.t * factor}, scene.limits);
 }
 
 void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& state,

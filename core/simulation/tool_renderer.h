@@ -6,7 +6,7 @@
 
 #include "core/contact/configuration_optimiser.h"
 #include "core/contact/contact_stiffness.h"
-#include "core/contact/string_contact.h"
+#include "core/contact/string_forces.h"
 #include "core/safety/wrench_limit.h"
 #include "core/simulation/pose_guard.h"
 
@@ -31,7 +31,7 @@ struct ToolScene {
   ToolParts parts{};  ///< what of the tool is soft
   /// B of the coupling between hand and tool, N s/m, >= 0; acts on the hand's velocity against G's.
   double coupling_damping = 0.0;
-  Bystanders others{};            ///< see OptimiserInput
+  OtherTools others{};            ///< see OptimiserInput
   double rounding = 0.0;          ///< likewise
   bool stiffness_wanted = false;  ///< ticks tell ToolTick::stiffness
 };
@@ -51,11 +51,11 @@ struct ToolTick {
   Pose X_WH;
   Twist V_WH;
   Pose X_WG;
-  Wrench F_H_W;            ///< for the device: ramped and limited, about the origin of G, N and N m
-  Wrench F_unlimited_H_W;  ///< before ramp and limit
+  Wrench F_H_W;           ///< for the device: ramped and limited, about the origin of G, N and N m
+  Wrench F_computed_H_W;  ///< before ramp and limit
   OptimiserResult optimiser;
-  StringContacts strings;  ///< that press the tool
-  /// Of F_unlimited_H_W less what vibrates; strings that do not yield count by the share of their
+  PressedStrings strings;  ///< that press the tool
+  /// Of F_computed_H_W less what vibrates; strings that do not yield count by the share of their
   /// force in the program's. Zero unless wanted.
   ContactStiffness stiffness;
 };
@@ -64,13 +64,13 @@ struct ToolTick {
 [[nodiscard]] HD_REALTIME OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH,
                                                          double dt) noexcept;
 
-/// Everything of a tick up to F_unlimited_H_W. On a latched pose fault the wrench is zero and G
+/// Everything of a tick up to F_computed_H_W. On a latched pose fault the wrench is zero and G
 /// stays. `work_budget` as in OptimiserInput.
 HD_REALTIME void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState& state,
                                 OptimiserWorkspace& workspace, ToolTick& tick,
                                 std::int64_t work_budget = 0) noexcept;
 
-/// The rest: F_H_W from F_unlimited_H_W, ramped and limited. Once per tick.
+/// The rest: F_H_W from F_computed_H_W, ramped and limited. Once per tick.
 HD_REALTIME void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept;
 
 /// Renders one tick of one tool among strings that do not vibrate: both of the above.

@@ -89,8 +89,8 @@ Wrench to_world(const WorkspaceMap& map, const Wrench& F_H_D) noexcept {
           mirrored_axial(map.mirror, map.X_WD.q * F_H_D.t)};
 }
 
-WorkspaceOutput follow(const WorkspaceMap& map, const Pose& X_WG_home, const WorkspaceInput& input,
-                       WorkspaceState& state) noexcept {
+PlacedHand place(const WorkspaceMap& map, const Pose& X_WG_home, const WorkspaceInput& input,
+                 WorkspaceState& state) noexcept {
   const bool recentre_down = pressed(input.buttons, map.recentre_button);
   const bool recentre = input.recentre || (recentre_down && !state.recentre_was_down);
   const bool open = input.clutch_open || pressed(input.buttons, map.clutch_button);
@@ -107,7 +107,7 @@ WorkspaceOutput follow(const WorkspaceMap& map, const Pose& X_WG_home, const Wor
   }
   if (open) state.wrench_share = 0.0;
 
-  WorkspaceOutput output;
+  PlacedHand output;
   output.open = open;
   output.wrench_share = state.wrench_share;
   output.X_WH = open ? held(state) : to_world(map, state, input.X_DH);

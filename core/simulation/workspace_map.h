@@ -41,7 +41,7 @@ struct WorkspaceState {
   Array4 q_off{1.0, 0.0, 0.0, 0.0};   ///< R_off, unit
   Array3 p_held_W{};                  ///< of the tool while the clutch is open, m
   Array4 q_held{1.0, 0.0, 0.0, 0.0};  ///< likewise
-  double wrench_share = 1.0;          ///< see WorkspaceOutput
+  double wrench_share = 1.0;          ///< see PlacedHand
   bool open = false;                  ///< the clutch
   bool recentre_was_down = true;      ///< a button held from the start is no press
 };
@@ -58,7 +58,7 @@ struct WorkspaceInput {
 };
 
 /// Where the tool is.
-struct WorkspaceOutput {
+struct PlacedHand {
   Pose X_WH;          ///< unit quaternion; stands still while the clutch is open
   Twist V_WH_W;       ///< zero while it is open
   bool open = false;  ///< the clutch is open
@@ -70,9 +70,9 @@ struct WorkspaceOutput {
 /// One tick: buttons and requests, then the map. Opening the clutch, moving and closing it leaves
 /// the tool where it was; recentring puts it at `X_WG_home` (with the clutch open too), wherever
 /// the device is.
-[[nodiscard]] HD_REALTIME WorkspaceOutput follow(const WorkspaceMap& map, const Pose& X_WG_home,
-                                                 const WorkspaceInput& input,
-                                                 WorkspaceState& state) noexcept;
+[[nodiscard]] HD_REALTIME PlacedHand place(const WorkspaceMap& map, const Pose& X_WG_home,
+                                           const WorkspaceInput& input,
+                                           WorkspaceState& state) noexcept;
 
 /// X_WH of the device pose `X_DH`, the clutch being closed.
 [[nodiscard]] HD_REALTIME Pose to_world(const WorkspaceMap& map, const WorkspaceState& state,

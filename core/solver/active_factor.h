@@ -23,7 +23,7 @@ inline constexpr double kQpRounding = 1e-13;
 
 /// Longer vectors are those of many strings, of which each row has the unknowns of one: what is
 /// certainly zero is passed over. Shorter ones are dense.
-inline constexpr std::size_t kLongestDense = 38;
+inline constexpr std::size_t kMaxDense = 38;
 
 /// A row in the scaled space: normal . (z - z_target) >= offset.
 struct UnitRow {
@@ -49,7 +49,7 @@ struct ActiveFactor {
   std::array<UnitRow, kMaxQpUnknowns> row;
   std::array<LaneVector, kMaxQpUnknowns> q;        ///< columns of Q
   std::array<LaneVector, kMaxQpUnknowns> inverse;  ///< columns of R^-1
-  /// Pairs of each column of Q beyond which it is zero; of vectors longer than kLongestDense.
+  /// Pairs of each column of Q beyond which it is zero; of vectors longer than kMaxDense.
   std::array<std::size_t, kMaxQpUnknowns> pairs;
   std::array<double, kMaxQpUnknowns> coordinate;  ///< Q' (z - z_target)
   LaneVector step;        ///< z - z_target, z the projection of the target onto the active planes
@@ -68,7 +68,7 @@ inline void split_row(const ActiveFactor& factor, const LaneVector& a, SplitRow&
   // One pass leaves an error of rounding / |rest|; the second removes it ("twice is enough").
   for (int pass = 0; pass < 2; ++pass) {
     std::array<double, kMaxQpUnknowns> along;
-    if constexpr (P <= kLongestDense) {
+    if constexpr (P <= kMaxDense) {
       for (std::size_t j = 0; j < factor.count; ++j) along[j] = dot<P>(rest, factor.q[j]);
       for (std::size_t j = 0; j < factor.count; ++j) {
         add_scaled<P>(rest, -along[j], factor.q[j]);
@@ -115,7 +115,7 @@ inline void append(ActiveFactor& factor, const UnitRow& row, const SplitRow& spl
   scale<P>(split.rest, inverse_length, factor.q[j]);
   scale<P>(split.combination, -inverse_length, factor.inverse[j]);
   factor.inverse[j].set(j, inverse_length);
-  if constexpr (P > kLongestDense) factor.pairs[j] = used_pairs<P>(split.rest);
+  if constexpr (P > kMaxDense) factor.pairs[j] = used_pairs<P>(split.rest);
   factor.sharpness = inverse_length > factor.sharpness ? inverse_length : factor.sharpness;
   factor.coordinate[j] = coordinate;
   copy<P>(row.normal, factor.row[j].normal);

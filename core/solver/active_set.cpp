@@ -23,7 +23,7 @@ struct Blocking {
   double step = std::numeric_limits<double>::infinity();
 };
 
-constexpr double kLargest = std::numeric_limits<double>::max();
+constexpr double kMax = std::numeric_limits<double>::max();
 
 /// Length in the scaled space up to which a row counts as zero (the square of a shorter one loses
 /// digits).
@@ -89,7 +89,7 @@ bool make_unit_row(const QpProblem& problem, const QpWorkspace& workspace, std::
     unit.normal.set(k, problem.row[k][index] * workspace.inverse_root_weight[k]);
   }
   const double squared = dot<P>(unit.normal, unit.normal);
-  if (!(squared > kZeroRow * kZeroRow && squared <= kLargest)) return false;
+  if (!(squared > kZeroRow * kZeroRow && squared <= kMax)) return false;
   unit.scale = 1.0 / std::sqrt(squared);
   scale<P>(unit.normal, unit.scale, unit.normal);
   unit.offset = problem.bound[index] * unit.scale - dot<P>(unit.normal, workspace.target);
@@ -147,7 +147,7 @@ void drop(QpWorkspace& workspace, std::size_t column) noexcept {
 /// as many may be let go of together.
 template <std::size_t P>
 void drop_negative_multipliers(QpWorkspace& workspace) noexcept {
-  if constexpr (P > kLongestDense) {
+  if constexpr (P > kMaxDense) {
     while (remove_negative<P>(workspace.factor)) {
       if (workspace.rows_ignored) workspace.lengths_known = false;
       workspace.rows_ignored = false;

@@ -65,8 +65,8 @@ Sphere enclosing_sphere(std::span<const Sphere> spheres,
     far = farthest(spheres, members, p_C);
     if (far.reach < best.r) best = {p_C, far.reach};
   }
-  // kSmallestLength covers distances whose squares vanish.
-  best.r = best.r * kRoundUp + 4.0 * kSmallestLength;
+  // kMinLength covers distances whose squares vanish.
+  best.r = best.r * kRoundUp + 4.0 * kMinLength;
   return best;
 }
 

@@ -17,7 +17,7 @@ namespace hapticd {
 namespace {
 
 /// Largest coordinate or radius accepted, m: squares of differences stay finite.
-constexpr double kLargestCoordinate = 1e150;
+constexpr double kMaxCoordinate = 1e150;
 /// Most leaves accepted: ids of bounds stay within 32 bits and the depth below kMaxTreeDepth.
 constexpr std::size_t kMaxLeaves = std::size_t{1} << 24U;
 
@@ -28,8 +28,8 @@ void check_leaves(std::span<const Sphere> leaves) {
   if (leaves.size() > kMaxLeaves) throw std::invalid_argument("sphere tree: too many leaf spheres");
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     const Sphere& leaf = leaves[i];
-    const bool centre_ok = (leaf.p.array().abs() <= kLargestCoordinate).all();
-    if (!centre_ok || !(leaf.r >= 0.0) || !(leaf.r <= kLargestCoordinate)) {
+    const bool centre_ok = (leaf.p.array().abs() <= kMaxCoordinate).all();
+    if (!centre_ok || !(leaf.r >= 0.0) || !(leaf.r <= kMaxCoordinate)) {
       throw std::invalid_argument("sphere tree: leaf " + std::to_string(i) +
                                   ": centre must be finite and radius finite and >= 0");
     }

@@ -17,7 +17,7 @@ template <typename Report>
 bool get(const ReportChannel& channel, std::uint8_t id, std::size_t length,
          Decoded (*decode)(std::span<const std::uint8_t>, Report&) noexcept, Report& report,
          std::string& error) {
-  std::array<std::uint8_t, kLongestReport> bytes{};
+  std::array<std::uint8_t, kMaxReport> bytes{};
   bytes[0] = id;
   const int got = channel.get_feature(channel.output, bytes.data(), length);
   if (got < 0) {

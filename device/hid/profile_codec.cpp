@@ -41,10 +41,9 @@ void put_command(FieldWriter& writer, const CommandReport& command) noexcept {
 }
 
 bool is_consistent(const Capabilities& c) noexcept {
-  bool ok = c.n_buttons <= kMostButtons && c.in_rate_hz != 0 &&
-            c.wd_default_ms >= kShortestWatchdog_ms && c.wd_default_ms <= c.wd_max_ms &&
-            c.wd_max_ms <= kLongestWatchdog_ms && c.f_cont_cn <= c.f_peak_cn &&
-            c.tau_cont_mnm <= c.tau_peak_mnm;
+  bool ok = c.n_buttons <= kMaxButtons && c.in_rate_hz != 0 && c.wd_default_ms >= kMinWatchdog_ms &&
+            c.wd_default_ms <= c.wd_max_ms && c.wd_max_ms <= kMaxWatchdog_ms &&
+            c.f_cont_cn <= c.f_peak_cn && c.tau_cont_mnm <= c.tau_peak_mnm;
   for (std::size_t i = 0; i < 3; ++i) ok = ok && c.ws_min_mm[i] <= c.ws_max_mm[i];
   return ok;
 }

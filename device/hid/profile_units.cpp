@@ -118,8 +118,8 @@ bool to_affine(const DeviceCommand& command, const AffineGains& gains,
   if (!sound || !command.enable) return sound;
   double largest = 0.0;
   for (const double entry : gains.K) largest = std::max(largest, std::abs(entry));
-  constexpr double kMost = std::numeric_limits<std::int16_t>::max();
-  const double scale = largest > kMost ? kMost / largest : 1.0;
+  constexpr double kMax = std::numeric_limits<std::int16_t>::max();
+  const double scale = largest > kMax ? kMax / largest : 1.0;
   for (std::size_t i = 0; i < 6; ++i) report.k_npm[i] = nearest<std::int16_t>(scale * gains.K[i]);
   for (std::size_t i = 0; i < 3; ++i) {
     report.b_mnspm[i] = nearest<std::uint16_t>(gains.B[i] / kMilli);
@@ -155,7 +155,7 @@ void apply_capabilities(const Capabilities& c, DeviceProfile& profile) noexcept 
 Config to_config(const SessionLimits& limits, const Capabilities& capabilities) noexcept {
   Config config;
   config.wd_ms =
-      std::max(kShortestWatchdog_ms, at_most(limits.watchdog / kMilli, capabilities.wd_max_ms));
+      std::max(kMinWatchdog_ms, at_most(limits.watchdog / kMilli, capabilities.wd_max_ms));
   config.f_cap_cn = at_most(limits.force / kCenti, capabilities.f_peak_cn);
   config.tau_cap_mnm = at_most(limits.torque / kMilli, capabilities.tau_peak_mnm);
   config.v_cap_mmps = at_most(limits.speed / kMilli, kNoSpeedCap);

@@ -79,10 +79,10 @@ inline constexpr std::uint16_t kGripSensed = 1U << 12U;
 inline constexpr std::uint16_t kGripForce = 1U << 13U;
 
 /// Buttons that a state has room for.
-inline constexpr std::uint8_t kMostButtons = 16;
+inline constexpr std::uint8_t kMaxButtons = 16;
 /// Shortest and longest watchdog a device may have, ms.
-inline constexpr std::uint16_t kShortestWatchdog_ms = 2;
-inline constexpr std::uint16_t kLongestWatchdog_ms = 100;
+inline constexpr std::uint16_t kMinWatchdog_ms = 2;
+inline constexpr std::uint16_t kMaxWatchdog_ms = 100;
 /// StateReport::cmd_age: no command yet, or one older than can be said.
 inline constexpr std::uint16_t kOldestCommand = 0xFFFF;
 /// StateReport::temp_deg_c: not known.

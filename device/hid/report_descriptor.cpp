@@ -60,12 +60,11 @@ class Reader {
 
   DescriptorFlaw add(ReportKind kind) noexcept {
     const std::uint64_t bits = globals_->bits();
-    if (bits > 8 * kLongestReportRead) return DescriptorFlaw::kTooLarge;
+    if (bits > 8 * kMaxReportRead) return DescriptorFlaw::kTooLarge;
     for (ReportSize& report : facts_.reports) {
       if (report.kind != kind || report.id != globals_->report_id) continue;
       report.bits += bits;
-      return report.bits > 8 * kLongestReportRead ? DescriptorFlaw::kTooLarge
-                                                  : DescriptorFlaw::kNone;
+      return report.bits > 8 * kMaxReportRead ? DescriptorFlaw::kTooLarge : DescriptorFlaw::kNone;
     }
     const bool fits = facts_.reports.push_back({kind, globals_->report_id, bits});
     return fits ? DescriptorFlaw::kNone : DescriptorFlaw::kTooLarge;

@@ -40,7 +40,7 @@ struct ReportSize {
 struct DescriptorFacts {
   DescriptorFlaw flaw = DescriptorFlaw::kNone;
   bool is_haptic = false;  ///< has a top-level application collection FF48:0001
-  FixedVector<ReportSize, kMostReports> reports;  ///< of all collections, in order of appearance
+  FixedVector<ReportSize, kMaxReports> reports;  ///< of all collections, in order of appearance
 };
 
 /// Reads a descriptor; with a flaw, nothing else is told. O(bytes).

@@ -54,18 +54,18 @@ class Reader {
   }
 
   void note_usage(NamedUsage usage) {
-    if (usages_.size() < kMostUsages) usages_.push_back(usage);
+    if (usages_.size() < kMaxUsages) usages_.push_back(usage);
   }
 
   void note_usages_to(std::uint32_t last) {
-    for (std::uint64_t usage = first_.value; usage <= last && usages_.size() < kMostUsages;
+    for (std::uint64_t usage = first_.value; usage <= last && usages_.size() < kMaxUsages;
          ++usage) {
       note_usage({static_cast<std::uint32_t>(usage), first_.has_page});
     }
   }
 
   DescriptorFlaw open() {
-    if (descriptor_.collections.size() == kMostCollections) return DescriptorFlaw::kTooLarge;
+    if (descriptor_.collections.size() == kMaxCollections) return DescriptorFlaw::kTooLarge;
     const std::uint32_t usage = usages_.empty() ? 0 : globals_->resolve(usages_[0]);
     descriptor_.collections.push_back({usage, collection_});
     collection_ = static_cast<int>(descriptor_.collections.size()) - 1;
@@ -77,7 +77,7 @@ class Reader {
     for (ReportSize& known : descriptor_.reports) {
       if (known.kind == kind && known.id == globals_->report_id) return &known;
     }
-    if (descriptor_.reports.size() == kMostReports) return nullptr;
+    if (descriptor_.reports.size() == kMaxReports) return nullptr;
     descriptor_.reports.push_back(
         {kind, globals_->report_id, globals_->report_id != 0 ? kIdBits : 0});
     return &descriptor_.reports.back();
@@ -87,10 +87,10 @@ class Reader {
     ReportSize* const size = report(kind);
     if (size == nullptr) return DescriptorFlaw::kTooLarge;
     const std::uint64_t bits = globals_->bits();
-    if (bits > 8 * kLongestReportRead) return DescriptorFlaw::kTooLarge;
+    if (bits > 8 * kMaxReportRead) return DescriptorFlaw::kTooLarge;
     const std::size_t start = size->bits;
     size->bits += bits;
-    if (size->bits > 8 * kLongestReportRead) return DescriptorFlaw::kTooLarge;
+    if (size->bits > 8 * kMaxReportRead) return DescriptorFlaw::kTooLarge;
     const bool is_data =
         (flags & kConstant) == 0 && globals_->report_size <= kWidestField && bits != 0;
     const std::int64_t maximum =
@@ -109,7 +109,7 @@ class Reader {
   }
 
   DescriptorFlaw add_array(Field& field) {
-    if (descriptor_.fields.size() == kMostFields) return DescriptorFlaw::kTooLarge;
+    if (descriptor_.fields.size() == kMaxFields) return DescriptorFlaw::kTooLarge;
     field.usages.reserve(usages_.size());
     for (const NamedUsage& usage : usages_) field.usages.push_back(globals_->resolve(usage));
     descriptor_.fields.push_back(field);
@@ -120,7 +120,7 @@ class Reader {
   DescriptorFlaw add_variables(Field& field) {
     const std::size_t count = std::min<std::size_t>(globals_->report_count, usages_.size());
     for (std::size_t i = 0; i < count; ++i) {
-      if (descriptor_.fields.size() == kMostFields) return DescriptorFlaw::kTooLarge;
+      if (descriptor_.fields.size() == kMaxFields) return DescriptorFlaw::kTooLarge;
       field.usages = {globals_->resolve(usages_[i])};
       descriptor_.fields.push_back(field);
       field.bit += field.bits;

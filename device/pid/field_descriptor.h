@@ -15,10 +15,10 @@ namespace hapticd::pid {
 
 /// Fields and collections of one descriptor; one with more is refused. Force devices have about 100
 /// and 50.
-inline constexpr std::size_t kMostFields = 2048;
-inline constexpr std::size_t kMostCollections = 256;
+inline constexpr std::size_t kMaxFields = 2048;
+inline constexpr std::size_t kMaxCollections = 256;
 /// Usages that one item names; more are without a name.
-inline constexpr std::size_t kMostUsages = 64;
+inline constexpr std::size_t kMaxUsages = 64;
 
 /// One report.
 struct ReportSize {

@@ -80,7 +80,7 @@ ReadOutcome PidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept 
 
 ReadOutcome PidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept {
   const ReportForm& form = settings_.layout.input.report;
-  std::array<std::uint8_t, kLongestReport> newest{};
+  std::array<std::uint8_t, kMaxReport> newest{};
   std::uint64_t fresh = 0;
   const Drained drained = drain_queue(channel_, [&](std::span<const std::uint8_t> bytes) {
     if (bytes[0] != form.id || bytes.size() < form.bytes) return;

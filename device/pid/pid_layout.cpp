@@ -57,7 +57,7 @@ class Finder {
     for (const Field& field : descriptor_.fields) {
       if (!is_mine(field) || !has(field, usage)) continue;
       const std::size_t bytes = bytes_of(field.report_id);
-      if (field.report_id == 0 || bytes > kLongestReport) continue;
+      if (field.report_id == 0 || bytes > kMaxReport) continue;
       report_ = {field.report_id, static_cast<std::uint8_t>(bytes)};
       break;
     }
@@ -136,7 +136,7 @@ void find_input(const Descriptor& descriptor, PidLayout::Input& input) {
   input.report = in.fix_report(kX);
   input.x = in.variable(kX);
   input.y = in.variable(kY);
-  for (std::uint32_t i = 0; i < kMostButtons; ++i) input.button[i] = in.variable(button(1 + i));
+  for (std::uint32_t i = 0; i < kMaxButtons; ++i) input.button[i] = in.variable(button(1 + i));
 }
 
 void find_effect(const Descriptor& descriptor, PidLayout::SetEffect& effect) {

@@ -39,14 +39,14 @@ struct ReportForm {
 };
 
 /// Buttons looked at.
-inline constexpr std::size_t kMostButtons = 16;
+inline constexpr std::size_t kMaxButtons = 16;
 
 /// All that is used of a device. What may be missing says so.
 struct PidLayout {
   struct Input {
     ReportForm report;
     BitField x, y;
-    std::array<BitField, kMostButtons> button{};  ///< may be missing
+    std::array<BitField, kMaxButtons> button{};  ///< may be missing
   } input;
   struct SetConstant {
     ReportForm report;
@@ -94,7 +94,7 @@ struct LayoutResult {
   std::string lack;  ///< empty: nothing; else for people, such as "the X axis"
 };
 
-/// Looks through a report descriptor. Reports longer than kLongestReport of report_channel.h are
+/// Looks through a report descriptor. Reports longer than kMaxReport of report_channel.h are
 /// not used, nor are devices without report IDs.
 [[nodiscard]] LayoutResult find_layout(std::span<const std::uint8_t> descriptor);
 

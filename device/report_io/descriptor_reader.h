@@ -14,19 +14,19 @@
 namespace hapticd {
 
 /// Longest descriptor that Linux accepts, bytes; longer ones are refused.
-inline constexpr std::size_t kLongestDescriptor = 4096;
+inline constexpr std::size_t kMaxDescriptor = 4096;
 /// Reports told of one descriptor; one with more is refused. HID profile v1 has six, force devices
 /// of the PID class about 20.
-inline constexpr std::size_t kMostReports = 64;
+inline constexpr std::size_t kMaxReports = 64;
 /// Longest report that Linux keeps, bytes; a descriptor with a longer one is refused.
-inline constexpr std::size_t kLongestReportRead = 16'384;
+inline constexpr std::size_t kMaxReportRead = 16'384;
 
 enum class ReportKind : std::uint8_t { kInput, kOutput, kFeature };
 
 /// What is wrong with a descriptor.
 enum class DescriptorFlaw : std::uint8_t {
   kNone,
-  kTooLong,      ///< more than kLongestDescriptor
+  kTooLong,      ///< more than kMaxDescriptor
   kCutOff,       ///< ends within an item
   kUnbalanced,   ///< collections or stacked globals that do not match, or too deep
   kBadReportId,  ///< 0, or more than a byte holds
@@ -90,7 +90,7 @@ class GlobalItems {
 /// is_closed()`).
 template <class Reader>
 [[nodiscard]] DescriptorFlaw read_items(std::span<const std::uint8_t> bytes, Reader& reader) {
-  if (bytes.size() > kLongestDescriptor) return DescriptorFlaw::kTooLong;
+  if (bytes.size() > kMaxDescriptor) return DescriptorFlaw::kTooLong;
   while (!bytes.empty()) {
     DescriptorItem item;
     if (!next_item(bytes, item)) return DescriptorFlaw::kCutOff;

@@ -24,7 +24,7 @@ enum class Drained : std::uint8_t {
 /// Gives each report that waits to `take`, as a span of bytes, its ID first.
 template <typename Take>
 HD_REALTIME Drained drain_queue(const ReportChannel& channel, Take take) noexcept {
-  std::array<std::uint8_t, kLongestReport> bytes{};
+  std::array<std::uint8_t, kMaxReport> bytes{};
   for (int read = 0; read <= kSystemQueue; ++read) {
     const int length = channel.read(channel.input, bytes.data(), bytes.size());
     if (length < 0) return Drained::kLost;

@@ -24,7 +24,7 @@ std::string text_of(const wchar_t* wide) {
 std::vector<std::uint8_t> descriptor_of(const std::string& path, const std::string& sys) {
   const std::string name = std::filesystem::path(path).filename();
   std::ifstream file(sys + "/class/hidraw/" + name + "/device/report_descriptor", std::ios::binary);
-  std::vector<std::uint8_t> bytes(kLongestHidDescriptor);
+  std::vector<std::uint8_t> bytes(kMaxHidDescriptor);
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
   return bytes;

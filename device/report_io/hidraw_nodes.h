@@ -10,7 +10,7 @@
 namespace hapticd {
 
 /// Longest descriptor that Linux accepts, bytes.
-inline constexpr std::size_t kLongestHidDescriptor = 4096;
+inline constexpr std::size_t kMaxHidDescriptor = 4096;
 
 /// A device that could be opened.
 struct HidrawNode {

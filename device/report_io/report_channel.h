@@ -8,7 +8,7 @@
 namespace hapticd {
 
 /// Longest report of any device here, its ID included, bytes.
-inline constexpr std::size_t kLongestReport = 64;
+inline constexpr std::size_t kMaxReport = 64;
 
 /// Valid as long as what it points to. One thread reads, one other does all else.
 struct ReportChannel {

@@ -26,17 +26,17 @@ inline constexpr std::int64_t kStuckAfter_ns = 5'000'000;
 /// Before every instant.
 inline constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::min();
 /// Output reports that make one command, at most: one for each axis of a device of the PID class.
-inline constexpr std::size_t kMostReportsPerCommand = 3;
+inline constexpr std::size_t kMaxReportsPerCommand = 3;
 
 /// Commands whose number is remembered: a device's echo is at most so many commands old.
 inline constexpr std::size_t kNumberedCommands = 256;
 
 /// One output report, ID first.
 struct OutputReport {
-  std::array<std::uint8_t, kLongestReport> bytes{};
+  std::array<std::uint8_t, kMaxReport> bytes{};
   std::uint8_t length = 0;
 };
-using OutputReports = FixedVector<OutputReport, kMostReportsPerCommand>;
+using OutputReports = FixedVector<OutputReport, kMaxReportsPerCommand>;
 
 /// A command and its times, by the monotonic clock.
 struct PostedCommand {

@@ -13,7 +13,7 @@ constexpr double kNanosecond = 1e-9;
 /// Nearer than this to its beginning, m or rad, a gesture needs no way there.
 constexpr double kThere = 1e-9;
 /// Legs one advance ends at most; legs without duration beyond wait for the next.
-constexpr int kMostLegs = 64;
+constexpr int kMaxLegs = 64;
 
 Pose pose_of(const GesturePoint& point) noexcept {
   return {renormalised(to_quaternion(point.q_DH)), to_vector(point.p_DH)};
@@ -90,7 +90,7 @@ void GesturePlayer::begin_repetition() noexcept {
   const double seconds = kMinimumJerkPeak * std::max(far / kApproachSpeed, turn / kApproachTurn);
   // A target a world away still gets there within a century.
   const double ns = std::min(seconds / kNanosecond, 1e18);
-  motion_.duration_ns = std::max(kShortestApproach_ns, static_cast<std::int64_t>(ns));
+  motion_.duration_ns = std::max(kMinApproach_ns, static_cast<std::int64_t>(ns));
 }
 
 void GesturePlayer::end_repetition() noexcept {
@@ -122,7 +122,7 @@ bool GesturePlayer::next_leg() noexcept {
 }
 
 void GesturePlayer::walk_legs() noexcept {
-  for (int ended = 0; ended < kMostLegs && playing_ && phase_ == Phase::kTrack; ++ended) {
+  for (int ended = 0; ended < kMaxLegs && playing_ && phase_ == Phase::kTrack; ++ended) {
     const GestureLeg& leg = track_.legs[leg_];
     const std::int64_t moving_ns = leg_ > 0 ? leg.duration_ns : 0;
     if (into_ns_ < moving_ns) {

@@ -53,7 +53,7 @@ struct GestureMotion {
 /// Normal values 0.3, 2, 300 ms; faster would jerk a held hand.
 inline constexpr double kApproachSpeed = 0.3;
 inline constexpr double kApproachTurn = 2.0;
-inline constexpr std::int64_t kShortestApproach_ns = 300'000'000;
+inline constexpr std::int64_t kMinApproach_ns = 300'000'000;
 /// Peak over mean speed of a minimum-jerk motion.
 inline constexpr double kMinimumJerkPeak = 1.875;
 

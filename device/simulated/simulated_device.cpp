@@ -245,7 +245,7 @@ void SimulatedDevice::sub_step() noexcept {
 }
 
 void SimulatedDevice::advance_to(std::int64_t now_ns) noexcept {
-  const std::int64_t behind_ns = now_ns - t_ns_ - kLongestCatchUp_ns;
+  const std::int64_t behind_ns = now_ns - t_ns_ - kMaxCatchUp_ns;
   if (behind_ns > 0) t_ns_ += (behind_ns + kPlantStep_ns - 1) / kPlantStep_ns * kPlantStep_ns;
   while (now_ns - t_ns_ >= kPlantStep_ns) sub_step();
 }

@@ -26,7 +26,7 @@ inline constexpr std::int64_t kPlantStep_ns = 50'000;
 /// The arm's target moves on straight lines between instants so far apart, ns.
 inline constexpr std::int64_t kTargetStep_ns = 1'000'000;
 /// Longest time one read catches up with, ns; what is beyond is left out, as if it had not passed.
-inline constexpr std::int64_t kLongestCatchUp_ns = 100'000'000;
+inline constexpr std::int64_t kMaxCatchUp_ns = 100'000'000;
 
 struct SimulatedOptions {
   Pose X_DH{};                    ///< where the handle begins, at rest

@@ -31,7 +31,7 @@ Array3 three(std::span<const std::uint8_t> bytes) noexcept {
   for (std::size_t i = 0; i < 3; ++i) {
     const unsigned both = bytes[2 * i] | unsigned{bytes[2 * i + 1]} << 8U;
     const int value = both < 0x8000U ? static_cast<int>(both) : static_cast<int>(both) - 0x10000;
-    axes[i] = std::clamp(value, -kLargestReading, kLargestReading);
+    axes[i] = std::clamp(value, -kMaxReading, kMaxReading);
   }
   return axes;
 }

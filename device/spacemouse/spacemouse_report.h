@@ -15,7 +15,7 @@ namespace hapticd::spacemouse {
 
 /// Beyond any deflection the cap can have, raw units; what is more is cut to this. Less: full speed
 /// is lost; more: a damaged report moves the tool farther in the 8 ms until the next one.
-inline constexpr int kLargestReading = 512;
+inline constexpr int kMaxReading = 512;
 
 /// True for the devices with a six-axis cap and reports as here; false for mice, keyboards and
 /// receivers of the same maker.

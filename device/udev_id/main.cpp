@@ -14,7 +14,7 @@
 namespace {
 
 /// One byte more than any descriptor has: a longer file is refused as such.
-constexpr std::size_t kRoom = hapticd::kLongestDescriptor + 1;
+constexpr std::size_t kRoom = hapticd::kMaxDescriptor + 1;
 constexpr int kUnreadable = 1;
 constexpr int kMisused = 2;
 

@@ -32,7 +32,7 @@ bool parse_packet(std::span<const std::uint8_t> body, v1::Packet& packet) {
   // protobuf writes a line about text that is no UTF-8; junk must not fill anybody's log.
   const google::protobuf::LogSilencer silence;
   return packet.ParseFromArray(body.data(), static_cast<int>(body.size())) && packet.first() >= 1 &&
-         packet.items_size() <= static_cast<int>(kMostItems);
+         packet.items_size() <= static_cast<int>(kMaxItems);
 }
 
 // Opens DATA into `plain`, and lets `body` be that.

@@ -9,7 +9,7 @@ namespace {
 /// Role and length of the cookie, bytes.
 constexpr std::size_t kHelloHeadBytes = 2;
 
-static_assert(kHeaderBytes + kHelloHeadBytes + kMostCookieBytes + noise::kMessageBytes <=
+static_assert(kHeaderBytes + kHelloHeadBytes + kMaxCookieBytes + noise::kMessageBytes <=
               kDatagramBytes);
 
 /// The header, when the datagram is of `kind` and has counter 0.
@@ -59,7 +59,7 @@ std::optional<Hello> decode_hello(std::span<const std::uint8_t> datagram) {
   const bool known = body[0] == static_cast<std::uint8_t>(Role::kView) ||
                      body[0] == static_cast<std::uint8_t>(Role::kControl);
   const std::size_t cookie_bytes = body[1];
-  if (!known || cookie_bytes > kMostCookieBytes) return std::nullopt;
+  if (!known || cookie_bytes > kMaxCookieBytes) return std::nullopt;
   Hello hello;
   hello.role = static_cast<Role>(body[0]);
   hello.cookie = body.subspan(kHelloHeadBytes, cookie_bytes);
@@ -71,7 +71,7 @@ std::optional<std::span<const std::uint8_t>> decode_retry(std::span<const std::u
   const auto header = header_of(datagram, DatagramKind::kRetry);
   if (!header.has_value() || header->session != 0) return std::nullopt;
   const auto cookie = datagram.subspan(kHeaderBytes);
-  if (cookie.empty() || cookie.size() > kMostCookieBytes) return std::nullopt;
+  if (cookie.empty() || cookie.size() > kMaxCookieBytes) return std::nullopt;
   return cookie;
 }
 

@@ -15,7 +15,7 @@
 namespace hapticd::wire {
 
 /// Longest cookie, bytes.
-inline constexpr std::size_t kMostCookieBytes = 64;
+inline constexpr std::size_t kMaxCookieBytes = 64;
 
 /// Whose key it is: what its holder may do.
 enum class Role : std::uint8_t {

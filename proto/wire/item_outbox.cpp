@@ -30,9 +30,9 @@ std::string chunk_of(const std::string& blob, std::uint32_t number, std::size_t 
 
 std::optional<std::uint64_t> ItemOutbox::add(const v1::Item& item) {
   std::string bytes = item.SerializeAsString();
-  if (unacknowledged() >= kMostUnacknowledged) return std::nullopt;
+  if (unacknowledged() >= kMaxUnacknowledged) return std::nullopt;
   if (bytes.size() > kItemBytes &&
-      (bytes.size() > kBlobBytes || blob_bytes_held_ + bytes.size() > kMostBlobBytesHeld)) {
+      (bytes.size() > kBlobBytes || blob_bytes_held_ + bytes.size() > kMaxBlobBytesHeld)) {
     return std::nullopt;
   }
   return push(std::move(bytes));
@@ -56,7 +56,7 @@ std::uint64_t ItemOutbox::push(std::string bytes) {
 }
 
 void ItemOutbox::refill() {
-  while (window_.size() < kMostItems && !waiting_.empty()) {
+  while (window_.size() < kMaxItems && !waiting_.empty()) {
     Waiting& next = waiting_.front();
     if (next.blob == 0) {
       window_.push_back(std::move(next.bytes));

@@ -21,16 +21,16 @@ inline constexpr std::int64_t kMillisecond_ns = 1'000'000;
 inline constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
 
 /// Items in one Packet.
-inline constexpr std::size_t kMostItems = 16;
+inline constexpr std::size_t kMaxItems = 16;
 /// Unacknowledged Items. A blob counts as one until its pieces are under way.
-inline constexpr std::size_t kMostUnacknowledged = 1024;
+inline constexpr std::size_t kMaxUnacknowledged = 1024;
 /// Longest encoding of an Item, and of what a Chunk carries, and of a blob, bytes.
 inline constexpr std::size_t kItemBytes = 1000;
 inline constexpr std::size_t kChunkBytes = 900;
 inline constexpr std::size_t kBlobBytes = std::size_t{4} << 20U;
 /// Bytes of blobs held: a scene that is sent and the one that replaces it meanwhile. Beyond it a
 /// session is closed like one with too many Items.
-inline constexpr std::size_t kMostBlobBytesHeld = 2 * kBlobBytes;
+inline constexpr std::size_t kMaxBlobBytesHeld = 2 * kBlobBytes;
 
 /// When a Packet with Items is repeated, after the newest Item first left, ns; then every
 /// kRepeat_ns.
@@ -55,7 +55,7 @@ class ItemOutbox {
   [[nodiscard]] std::uint64_t first_id() const noexcept { return acknowledged_ + 1; }
   /// Id the next Item will get.
   [[nodiscard]] std::uint64_t next_id() const noexcept { return next_id_; }
-  /// Items not acknowledged yet, counted as kMostUnacknowledged counts them.
+  /// Items not acknowledged yet, counted as kMaxUnacknowledged counts them.
   [[nodiscard]] std::size_t unacknowledged() const noexcept {
     return window_.size() + waiting_.size();
   }
@@ -63,7 +63,7 @@ class ItemOutbox {
   [[nodiscard]] bool empty() const noexcept { return window_.empty(); }
 
   /// How many of the oldest Items fit into `bytes` of a Packet, each with its tag and length; at
-  /// most kMostItems.
+  /// most kMaxItems.
   [[nodiscard]] std::size_t fitting(std::size_t bytes) const noexcept;
   /// Appends the first `count` Items as fields `items` of an encoded Packet.
   void append(std::size_t count, std::string& packet) const;
@@ -84,7 +84,7 @@ class ItemOutbox {
   std::uint64_t push(std::string bytes);
   void refill();
 
-  std::deque<std::string> window_;  ///< encoded Items from first_id() on, at most kMostItems
+  std::deque<std::string> window_;  ///< encoded Items from first_id() on, at most kMaxItems
   std::deque<Waiting> waiting_;
   std::size_t blob_bytes_held_ = 0;
   std::uint64_t acknowledged_ = 0;

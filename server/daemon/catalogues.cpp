@@ -37,7 +37,7 @@ FileIdentity identity_of(const fs::path& path) {
 
 /// The first of `names`, or the last ones, as many as a list has.
 std::vector<ListedName> plain(const std::vector<std::string>& names, bool last = false) {
-  const std::size_t count = std::min(names.size(), kMostListed);
+  const std::size_t count = std::min(names.size(), kMaxListed);
   const std::size_t begin = last ? names.size() - count : 0;
   std::vector<ListedName> listed;
   listed.reserve(count);

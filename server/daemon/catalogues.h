@@ -13,7 +13,7 @@
 namespace hapticd {
 
 /// Names in a list (Listing.names).
-inline constexpr std::size_t kMostListed = 4096;
+inline constexpr std::size_t kMaxListed = 4096;
 
 /// A name that may be asked for.
 struct ListedName {

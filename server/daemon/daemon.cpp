@@ -13,7 +13,7 @@ namespace hapticd {
 namespace {
 
 /// Longest wait at the end for force to ramp out and clients to hear Bye, ns.
-constexpr std::int64_t kLongestEnd_ns = 1'500'000'000;
+constexpr std::int64_t kMaxEnd_ns = 1'500'000'000;
 
 PlayerOptions player_options(const v1::Config& config) {
   PlayerOptions player;
@@ -106,7 +106,7 @@ std::unique_ptr<PlayedScene> Daemon::first_scene() {
     }
   }
   if (result.loaded == nullptr) throw StartError(kExitInput, faults);
-  AirScene& scene = put_on_air(std::move(result.loaded));
+  LiveScene& scene = begin_playing(std::move(result.loaded));
   return make_played_scene(scene.loaded, scene.id, first_gesture(*scene.loaded), player_);
 }
 
@@ -114,7 +114,7 @@ ServerHost Daemon::make_host() {
   ServerHost host;
   host.greeting = [this] {
     std::vector<v1::Item> items(2);
-    *items[0].mutable_scene_info() = on_air(playing_id_).info;
+    *items[0].mutable_scene_info() = playing(playing_id_).info;
     *items[1].mutable_record_info() = record_info(told_record_);
     return items;
   };
@@ -124,7 +124,7 @@ ServerHost Daemon::make_host() {
     std::erase_if(held_, [&](const HeldRequest& held) { return held.id == id; });
   };
   host.fill_state = [this](const Subscription& subscription, v1::State& state) {
-    encode_state(*snapshot_, on_air(snapshot_->scene_id).index,
+    encode_state(*snapshot_, playing(snapshot_->scene_id).index,
                  {subscription.sections, subscription.max_contacts}, state);
     const bool stages = subscription.has(v1::SECTION_STAGES);
     if (stages || subscription.has(v1::SECTION_TIMING)) {
@@ -207,7 +207,7 @@ bool Daemon::work(std::int64_t now_ns) {
   if (recording_) report_recording();
   if (ending_since_ns_ >= 0) {
     const bool silent = virtual_time_ || thread_->over();
-    if ((silent && server_->session_count() == 0) || now_ns - ending_since_ns_ > kLongestEnd_ns) {
+    if ((silent && server_->session_count() == 0) || now_ns - ending_since_ns_ > kMaxEnd_ns) {
       transport_->stop();
     }
   }
@@ -241,7 +241,7 @@ void Daemon::take_event(const LoopEvent& event) {
 }
 
 void Daemon::tell_clients(const LoopEvent& event) {
-  const SceneIndex& index = on_air(event.scene_id).index;
+  const SceneIndex& index = playing(event.scene_id).index;
   const EventPlace place{event.tick, event.t_ns, event.tool_id};
   std::optional<v1::Item> item;
   if (const auto* string = std::get_if<StringEvent>(&event.what)) {
@@ -271,7 +271,7 @@ void Daemon::take_snapshots(std::int64_t now_ns) {
     follow_budget(*snapshot);
     if (virtual_time_) {
       const auto complete = [&](v1::State& state) { explain_quality(*snapshot, state); };
-      add_state(*snapshot, on_air(snapshot->scene_id).index, complete, hash_);
+      add_state(*snapshot, playing(snapshot->scene_id).index, complete, hash_);
     }
     server_->offer_tick(snapshot->tick, snapshot->scene_id, now_ns);
     // Events overtake snapshots: only now nothing more is told of the scene before.

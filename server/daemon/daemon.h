@@ -20,7 +20,7 @@
 #include "server/daemon/replay_run.h"
 #include "server/daemon/scene_player.h"
 #include "server/daemon/tick_statistics.h"
-#include "server/daemon/work_price.h"
+#include "server/daemon/work_cost.h"
 #include "server/devices/outside_device.h"
 #include "server/encoding/encode_event.h"
 #include "server/encoding/state_hash.h"
@@ -59,7 +59,7 @@ class Daemon {
 
  private:
   /// A scene that plays, or is about to.
-  struct AirScene {
+  struct LiveScene {
     std::uint32_t id = 0;
     std::shared_ptr<const LoadedScene> loaded;
     SceneIndex index;
@@ -139,7 +139,7 @@ class Daemon {
   // Work that is bounded, and quality that follows a budget (daemon_quality.cpp).
   [[nodiscard]] QualityWish quality_wish() const;
   /// What is in force at a tick that is near.
-  [[nodiscard]] static const v1::Quality& quality_at(const AirScene& scene, std::uint64_t tick);
+  [[nodiscard]] static const v1::Quality& quality_at(const LiveScene& scene, std::uint64_t tick);
   void follow_budget(const Snapshot& snapshot);
   void forget_prices();
   [[nodiscard]] PricedTick tick_before(const Snapshot& snapshot);
@@ -151,14 +151,14 @@ class Daemon {
   // Scenes (daemon_scenes.cpp).
   [[nodiscard]] LoadOptions load_options() const;
   [[nodiscard]] bool simulates() const;
-  AirScene& put_on_air(std::shared_ptr<const LoadedScene> loaded);
+  LiveScene& begin_playing(std::shared_ptr<const LoadedScene> loaded);
   [[nodiscard]] std::unique_ptr<GesturePlan> first_gesture(const LoadedScene& scene) const;
   void build_scene(std::optional<RequestId> request, const v1::LoadScene& load);
   void finish_build();
   void swap_to(std::shared_ptr<const LoadedScene> loaded, std::unique_ptr<PlayedScene> played,
                std::optional<RequestId> request);
   void finish_swap(std::uint32_t scene_id);
-  [[nodiscard]] const AirScene& on_air(std::uint32_t scene_id) const;
+  [[nodiscard]] const LiveScene& playing(std::uint32_t scene_id) const;
 
   // Requests (daemon_requests.cpp), those for parameters (daemon_parameters.cpp).
   void request(const RequestId& id, const v1::Item& item);
@@ -186,7 +186,7 @@ class Daemon {
   void begin_recording();
   /// Removes it: hapticd does not start after all.
   void take_back_recording();
-  void announce_scene(const AirScene& scene);
+  void announce_scene(const LiveScene& scene);
   void announce_change(const SceneSettings& settings, const v1::SetParameter* set);
   void record(const RequestId& id, const v1::Record& record);
   void record_event(const LoopEvent& event, const v1::Item& item);
@@ -238,7 +238,7 @@ class Daemon {
 
   /// The one that plays; before it the last one, until its snapshots are all taken; after it the
   /// next one, until it plays.
-  std::deque<AirScene> scenes_;
+  std::deque<LiveScene> scenes_;
   Catalogues catalogues_;         ///< of scenes, gestures and recordings
   std::uint32_t playing_id_ = 0;  ///< of the one that clients know of; 0: none yet
   std::uint32_t last_scene_id_ = 0;
@@ -273,7 +273,7 @@ class Daemon {
     std::uint64_t work = 0;
   };
   QualityGovernor governor_;  ///< of automatic quality
-  WorkPrice price_;           ///< of this machine, under the real clock
+  WorkCost price_;            ///< of this machine, under the real clock
   std::optional<TickBefore> before_;
   std::uint32_t governed_scene_ = 0;
   std::int64_t allowed_work_ = 0;  ///< that the loop was told last, or began with; 0: no bound

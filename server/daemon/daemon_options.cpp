@@ -21,7 +21,7 @@ namespace hapticd {
 namespace {
 
 /// Of the ids of tools (config.proto).
-constexpr std::uint32_t kHighestToolId = 31;
+constexpr std::uint32_t kMaxToolId = 31;
 
 /// Remembers the first error, with its place.
 class FirstError : public google::protobuf::io::ErrorCollector {
@@ -172,7 +172,7 @@ void check_record(const std::string& file) {
 void check_devices(const v1::Config& config) {
   std::set<std::uint32_t> tools;
   for (const v1::DeviceChoice& device : config.device()) {
-    if (device.tool_id() > kHighestToolId) {
+    if (device.tool_id() > kMaxToolId) {
       refuse("device: tool " + std::to_string(device.tool_id()) +
              " is not in [0, 31]. Give the tool_id of a tool of the scene.");
     }

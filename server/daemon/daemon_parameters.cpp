@@ -12,9 +12,9 @@ namespace hapticd {
 namespace {
 
 /// Paths of one GetParameters.
-constexpr int kMostPaths = 64;
+constexpr int kMaxPaths = 64;
 /// Ticks that a change may wait for its own, at most.
-constexpr std::uint64_t kMostTicksToWait = 1'000'000;
+constexpr std::uint64_t kMaxTicksToWait = 1'000'000;
 
 /// Why a change cannot be taken while `waiting` others are under way; nothing: it can.
 std::optional<v1::Result> refusal_of_change(const v1::SetParameter& set, std::uint64_t next,
@@ -23,7 +23,7 @@ std::optional<v1::Result> refusal_of_change(const v1::SetParameter& set, std::ui
   if (set.has_at_tick() && set.at_tick() < next) {
     return result_of(v1::RESULT_CODE_OUT_OF_RANGE, kPath, "That tick has begun.");
   }
-  if (set.has_at_tick() && set.at_tick() - next > kMostTicksToWait) {
+  if (set.has_at_tick() && set.at_tick() - next > kMaxTicksToWait) {
     return result_of(v1::RESULT_CODE_OUT_OF_RANGE, kPath,
                      "At most 1000000 ticks ahead; the next tick is " + std::to_string(next) + ".");
   }
@@ -38,7 +38,7 @@ std::optional<v1::Result> refusal_of_change(const v1::SetParameter& set, std::ui
 
 }  // namespace
 
-void Daemon::AirScene::take(Parameters now) {
+void Daemon::LiveScene::take(Parameters now) {
   live = std::move(now.live);
   choice = std::move(now.choice);
   settings = std::move(now.settings);
@@ -71,7 +71,7 @@ void Daemon::carry_out_held() {
 
 void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
-  if (get.paths_size() > kMostPaths) {
+  if (get.paths_size() > kMaxPaths) {
     server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "get_parameters.paths",
                                   "At most 64 paths; none asks for all parameters."));
     return;
@@ -91,7 +91,7 @@ void Daemon::get_parameters(const RequestId& id, const v1::GetParameters& get) {
 }
 
 void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
-  AirScene& scene = scenes_.back();
+  LiveScene& scene = scenes_.back();
   const std::uint64_t next = virtual_time_ ? loop_->next_tick() : newest_tick_ + 1;
   if (const auto refused = refusal_of_change(set, next, scene.changes.size())) {
     server_->answer(id, *refused);
@@ -120,7 +120,8 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   // Noted before the loop hears of it, which may give it back at once.
   const SettingsChange* lent = change.get();
   change_tick_ = std::max(change_tick_, lent->at_tick);
-  AirScene::Parameters after{std::move(assigned.scene), scene.choice, std::move(assigned.settings)};
+  LiveScene::Parameters after{std::move(assigned.scene), scene.choice,
+                              std::move(assigned.settings)};
   follow_choice(set, after.choice);
   scene.changes.push_back({lent, std::max(lent->at_tick, next), after});
   scene.take(std::move(after));
@@ -133,10 +134,10 @@ void Daemon::set_parameters(const RequestId& id, const v1::SetParameter& set) {
 
 void Daemon::settle_change(const SettingsChange& change, bool dropped) {
   if (dropped && recording_) recording_->forget_change(change.number);
-  for (AirScene& scene : scenes_) {
+  for (LiveScene& scene : scenes_) {
     const auto found =
         std::find_if(scene.changes.begin(), scene.changes.end(),
-                     [&](const AirScene::Change& each) { return each.lent == &change; });
+                     [&](const LiveScene::Change& each) { return each.lent == &change; });
     if (found == scene.changes.end()) continue;
     // Changes are over in the order in which they began.
     if (!dropped) scene.in_force = std::move(found->parameters);
@@ -144,7 +145,7 @@ void Daemon::settle_change(const SettingsChange& change, bool dropped) {
     if (!dropped) return;
     scene.take(scene.changes.empty() ? scene.in_force : scene.changes.back().parameters);
     change_tick_ = 0;
-    for (const AirScene::Change& each : scene.changes) {
+    for (const LiveScene::Change& each : scene.changes) {
       change_tick_ = std::max(change_tick_, each.at_tick);
     }
     return;

@@ -27,16 +27,16 @@ QualityWish Daemon::quality_wish() const {
 }
 
 // The last one that has begun.
-const v1::Quality& Daemon::quality_at(const AirScene& scene, std::uint64_t tick) {
-  const AirScene::Change* last = nullptr;
-  for (const AirScene::Change& each : scene.changes) {
+const v1::Quality& Daemon::quality_at(const LiveScene& scene, std::uint64_t tick) {
+  const LiveScene::Change* last = nullptr;
+  for (const LiveScene::Change& each : scene.changes) {
     if (each.at_tick <= tick && (last == nullptr || each.at_tick >= last->at_tick)) last = &each;
   }
   return (last == nullptr ? scene.in_force : last->parameters).live.quality();
 }
 
 void Daemon::follow_budget(const Snapshot& snapshot) {
-  const AirScene& scene = scenes_.back();
+  const LiveScene& scene = scenes_.back();
   // The one that is on its way begins with a bound of its own.
   if (snapshot.scene_id != scene.id) return;
   if (snapshot.scene_id != governed_scene_) {
@@ -70,7 +70,7 @@ void Daemon::follow_budget(const Snapshot& snapshot) {
 }
 
 void Daemon::forget_prices() {
-  price_ = WorkPrice{};
+  price_ = WorkCost{};
   before_.reset();
 }
 
@@ -93,7 +93,7 @@ void Daemon::allow_work(std::int64_t work) {
 }
 
 void Daemon::follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double budget_us) {
-  AirScene& scene = scenes_.back();
+  LiveScene& scene = scenes_.back();
   const TickCost cost{snapshot.t_ns, cost_ns, static_cast<int>(snapshot.quality_level),
                       snapshot.work.cut_short};
   const int level = govern(cost, std::llround(1e3 * budget_us), governor_);
@@ -116,7 +116,7 @@ void Daemon::explain_quality(const Snapshot& snapshot, v1::State& state) const {
   if (!state.has_quality()) return;
   v1::QualityState& quality = *state.mutable_quality();
   if (!replay_) {
-    const v1::Quality& now = quality_at(on_air(snapshot.scene_id), snapshot.tick);
+    const v1::Quality& now = quality_at(playing(snapshot.scene_id), snapshot.tick);
     quality.set_budget_us(static_cast<float>(tick_budget_us(now, player_)));
   }
   if (!snapshot.quality_automatic) return;

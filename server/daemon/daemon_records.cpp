@@ -15,7 +15,7 @@ namespace {
 
 /// Dumps written by themselves in one run, at most: a fault that comes again and again must not
 /// fill the disk.
-constexpr std::uint64_t kMostFaultDumps = 20;
+constexpr std::uint64_t kMaxFaultDumps = 20;
 
 std::string name_of_now(const char* what) {
   const std::time_t now = std::time(nullptr);
@@ -90,7 +90,7 @@ void Daemon::take_back_recording() {
   std::filesystem::remove(options_.config.record(), ignored);
 }
 
-void Daemon::announce_scene(const AirScene& scene) {
+void Daemon::announce_scene(const LiveScene& scene) {
   if (!recording_) return;
   v1::SceneRecord record;
   record.set_scene_id(scene.id);
@@ -141,7 +141,7 @@ void Daemon::record_event(const LoopEvent& event, const v1::Item& item) {
   *record.mutable_item() = item;
   recording_->event(event.t_ns, std::move(record));
   const auto* fault = std::get_if<FaultNotice>(&event.what);
-  if (fault == nullptr || !fault->latched || fault_dumps_ >= kMostFaultDumps) return;
+  if (fault == nullptr || !fault->latched || fault_dumps_ >= kMaxFaultDumps) return;
   ++fault_dumps_;
   recording_->dump(recordings_folder() / name_of_now("fault"));
 }

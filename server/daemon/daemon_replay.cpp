@@ -106,7 +106,7 @@ std::unique_ptr<PlayedScene> Daemon::make_recorded_scene(const v1::SceneRecord& 
                      which + "means something else to this version. Use the one that recorded it.");
   }
   last_scene_id_ = record.scene_id() - 1;
-  AirScene& scene = put_on_air(std::move(result.loaded));
+  LiveScene& scene = begin_playing(std::move(result.loaded));
   scene.info.set_hash(record.hash());
   player_.max_force = record.has_max_force_n() ? record.max_force_n() : kUnlimited;
   return make_played_scene(scene.loaded, scene.id, nullptr, player_);

@@ -39,9 +39,9 @@ bool complete(const v1::PoseSample& sample) {
 }
 
 /// Repetitions of a gesture, at most.
-constexpr std::uint32_t kMostRepeats = 1'000'000;
+constexpr std::uint32_t kMaxRepeats = 1'000'000;
 /// Buttons of a pose are 16 bits.
-constexpr std::uint32_t kMostButtons = 0xffff;
+constexpr std::uint32_t kMaxButtons = 0xffff;
 
 constexpr const char* kNoSuchTool = "The scene has no such tool.";
 
@@ -181,7 +181,7 @@ std::optional<v1::Result> Daemon::fault_of_pose(const v1::PoseSample& sample,
     return result_of(v1::RESULT_CODE_INVALID, path,
                      "A pose has 3 numbers p_m and 4 numbers q, or none of them.");
   }
-  if (sample.buttons() > kMostButtons) {
+  if (sample.buttons() > kMaxButtons) {
     return result_of(v1::RESULT_CODE_OUT_OF_RANGE, path + ".buttons",
                      "There are 16: at most 65535.");
   }
@@ -244,7 +244,7 @@ void Daemon::play_gesture(const RequestId& id, const v1::PlayGesture& play) {
                                   "Only the simulated hand plays gestures."));
     return;
   }
-  if (play.repeat() > kMostRepeats) {
+  if (play.repeat() > kMaxRepeats) {
     server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "play_gesture.repeat",
                                   "At most 1000000; 0 plays on until told otherwise."));
     return;

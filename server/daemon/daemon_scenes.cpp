@@ -49,8 +49,8 @@ bool Daemon::simulates() const {
                      [](const ToolDevice& device) { return device.source == "simulated"; });
 }
 
-Daemon::AirScene& Daemon::put_on_air(std::shared_ptr<const LoadedScene> loaded) {
-  AirScene scene;
+Daemon::LiveScene& Daemon::begin_playing(std::shared_ptr<const LoadedScene> loaded) {
+  LiveScene scene;
   scene.id = ++last_scene_id_;
   scene.index = index_scene(*loaded->scene);
   v1::SceneInfo& info = scene.info;
@@ -92,8 +92,8 @@ std::unique_ptr<GesturePlan> Daemon::first_gesture(const LoadedScene& scene) con
   }
 }
 
-const Daemon::AirScene& Daemon::on_air(std::uint32_t scene_id) const {
-  for (const AirScene& scene : scenes_) {
+const Daemon::LiveScene& Daemon::playing(std::uint32_t scene_id) const {
+  for (const LiveScene& scene : scenes_) {
     if (scene.id == scene_id) return scene;
   }
   HD_ASSERT(false);
@@ -167,7 +167,7 @@ void Daemon::finish_build() {
 
 void Daemon::swap_to(std::shared_ptr<const LoadedScene> loaded, std::unique_ptr<PlayedScene> played,
                      std::optional<RequestId> request) {
-  put_on_air(std::move(loaded));
+  begin_playing(std::move(loaded));
   const std::uint64_t number = ++last_command_;
   if (!channels_->commands.push({number, SwapSceneCommand{played.get()}})) {
     scenes_.pop_back();
@@ -188,7 +188,7 @@ void Daemon::finish_swap(std::uint32_t scene_id) {
   next_pose_ticks_ = {};
   change_tick_ = 0;
   v1::Item item;
-  *item.mutable_scene_info() = on_air(playing_id_).info;
+  *item.mutable_scene_info() = playing(playing_id_).info;
   server_->broadcast(item);
 }
 

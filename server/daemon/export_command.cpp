@@ -56,8 +56,8 @@ void add_tool(const ToolTrace& tool, std::size_t k, RowMaker& row) {
   row.reals(of + "wg_q_", "wxyz", "", tool.q_WG);
   row.reals(of + "f", "xyz", "_n", tool.f_H_W);
   row.reals(of + "t", "xyz", "_n_m", tool.t_H_W);
-  row.reals(of + "f_unlimited_", "xyz", "_n", tool.f_unlimited_H_W);
-  row.reals(of + "t_unlimited_", "xyz", "_n_m", tool.t_unlimited_H_W);
+  row.reals(of + "f_unlimited_", "xyz", "_n", tool.f_computed_H_W);
+  row.reals(of + "t_unlimited_", "xyz", "_n_m", tool.t_computed_H_W);
   row.real(of + "stiffness_scale", tool.stiffness_scale);
   row.whole(of + "age_ns", tool.age_ns);
   row.whole(of + "buttons", std::int64_t{tool.buttons});

@@ -23,7 +23,7 @@ int change(int level, std::int64_t t_ns, QualityGovernor& governor) noexcept {
 int descend(std::int64_t t_ns, QualityGovernor& governor) noexcept {
   QualityGovernor::Rung& rung = governor.rungs[static_cast<std::size_t>(governor.level)];
   rung.retry_ns = t_ns + rung.wait_ns;
-  rung.wait_ns = std::min(2 * rung.wait_ns, kLongestRetry_ns);
+  rung.wait_ns = std::min(2 * rung.wait_ns, kMaxRetry_ns);
   governor.reason = QualityReason::kBudget;
   return change(governor.level - 1, t_ns, governor);
 }

@@ -33,7 +33,7 @@ inline constexpr double kRoomShare = 0.6;
 inline constexpr int kCalmWindows = 8;
 /// Time for which a level that was too much is not tried again, ns; doubled each time it was.
 inline constexpr std::int64_t kRetry_ns = 10'000'000'000;
-inline constexpr std::int64_t kLongestRetry_ns = 320'000'000'000;
+inline constexpr std::int64_t kMaxRetry_ns = 320'000'000'000;
 
 /// One tick.
 struct TickCost {

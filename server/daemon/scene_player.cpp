@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "device/attach/device_factory.h"
-#include "server/daemon/work_price.h"
+#include "server/daemon/work_cost.h"
 #include "server/haptic_loop/device_limits.h"
 #include "server/haptic_loop/settings_change.h"
 #include "server/scene_io/gesture_motion.h"

@@ -24,7 +24,7 @@ constexpr std::string_view kHead =
     "# hapticd: this device has passed the guided check. Without this file it gets 0.3 N at "
     "most.\n";
 /// More than any record has, bytes.
-constexpr std::size_t kLongestRecord = 4096;
+constexpr std::size_t kMaxRecord = 4096;
 /// Letters of a serial that a file's name shows; the hash behind them tells longer ones apart.
 constexpr std::size_t kShownSerial = 40;
 /// Bytes of that hash.
@@ -117,7 +117,7 @@ std::string reason() { return std::generic_category().message(errno); }
 std::string read_record(const fs::path& file, std::string& text) {
   const Descriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (opened.get() < 0) return reason();
-  std::array<char, kLongestRecord> bytes{};
+  std::array<char, kMaxRecord> bytes{};
   const ssize_t size = ::read(opened.get(), bytes.data(), bytes.size());
   if (size < 0) return reason();
   text.assign(bytes.data(), static_cast<std::size_t>(size));

@@ -17,12 +17,12 @@ bool wants(const StateRequest& request, v1::Section section) {
 /// `value` in units of 1 / `scale`, to nearest, ties to even, kept within Integer.
 template <typename Integer>
 Integer rounded(double value, double scale) {
-  constexpr auto kLeast = static_cast<double>(std::numeric_limits<Integer>::min());
-  constexpr auto kMost = static_cast<double>(std::numeric_limits<Integer>::max());
+  constexpr auto kMin = static_cast<double>(std::numeric_limits<Integer>::min());
+  constexpr auto kMax = static_cast<double>(std::numeric_limits<Integer>::max());
   const double scaled = std::nearbyint(value * scale);
   if (std::isnan(scaled)) return 0;
-  if (scaled <= kLeast) return std::numeric_limits<Integer>::min();
-  if (scaled >= kMost) return std::numeric_limits<Integer>::max();
+  if (scaled <= kMin) return std::numeric_limits<Integer>::min();
+  if (scaled >= kMax) return std::numeric_limits<Integer>::max();
   return static_cast<Integer>(scaled);
 }
 
@@ -51,8 +51,8 @@ void encode_tool(const ToolReading& tool, v1::ToolState& out) {
   add_doubles(tool.p_WG, out.mutable_p_wg_m());
   add_floats(tool.q_WG, out.mutable_q_wg());
   add_wrench(tool.F_H_W, out.mutable_wrench_h_w());
-  if (!equal(tool.F_H_W, tool.F_unlimited_H_W)) {
-    add_wrench(tool.F_unlimited_H_W, out.mutable_wrench_unlimited_h_w());
+  if (!equal(tool.F_H_W, tool.F_computed_H_W)) {
+    add_wrench(tool.F_computed_H_W, out.mutable_wrench_unlimited_h_w());
   }
   out.set_minimum_gap_m(static_cast<float>(std::clamp(tool.minimum_gap, -1.0, 1.0)));
   for (int bit = 0; bit < 16; ++bit) {

@@ -28,7 +28,7 @@ bool pushes_a_person(const PlayedTool& tool) noexcept {
 
 /// Nothing touches and nothing pushes the tool, as far as its last tick knew.
 bool contact_free(const ToolTick& tool) noexcept {
-  const Wrench& F = tool.F_unlimited_H_W;
+  const Wrench& F = tool.F_computed_H_W;
   return tool.pose != PoseVerdict::kFault && tool.optimiser.active_count == 0 &&
          tool.optimiser.status != OptimiserStatus::kRecovering && F.f.isZero(0.0) &&
          F.t.isZero(0.0);
@@ -109,7 +109,7 @@ std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const n
   if (std::holds_alternative<ClearCommand>(what) && fault) {
     const auto used = std::span(tools_).first(tool_count());
     const bool lost = std::any_of(used.begin(), used.end(),
-                                  [](const LoopTool& tool) { return tool.device_lost; });
+                                  [](const ToolLoop& tool) { return tool.device_lost; });
     if (lost && machine_.cause == Cause::kDeviceLost) return Cause::kDeviceLost;
     if (standing_fault_ != Cause::kNone && !latched_by_device(standing_fault_)) {
       return standing_fault_;
@@ -144,14 +144,14 @@ void HapticLoop::gather_orders() noexcept {
   clear_devices();
   if (clear_until_ns_ > time_.t_ns) orders |= kOrderClear;
   orders_ = static_cast<std::uint16_t>(orders);
-  for (LoopTool& tool : tools()) tool.recentre_asked = tool.recentre;
+  for (ToolLoop& tool : tools()) tool.recentre_asked = tool.recentre;
 }
 
 // A device forgets only when it is told to, and says so a tick or two later; Clear waits for that.
 void HapticLoop::clear_devices() noexcept {
   const bool fault = machine_.state == LoopState::kFault;
   if (!fault) clear_until_ns_ = kNow;
-  for (LoopTool& tool : tools()) {
+  for (ToolLoop& tool : tools()) {
     constexpr unsigned kLatched = kDeviceReportsFault | kDeviceWatchdogFired;
     tool.clear_faults = clear_until_ns_ > time_.t_ns && (tool.sample.flags & kLatched) != 0;
   }
@@ -168,7 +168,7 @@ void HapticLoop::read_devices() noexcept {
 
 bool HapticLoop::all_have_poses() const noexcept {
   return std::all_of(tools_.begin(), tools_.begin() + static_cast<std::ptrdiff_t>(tool_count()),
-                     [](const LoopTool& tool) { return tool.input_watch.has_pose; });
+                     [](const ToolLoop& tool) { return tool.input_watch.has_pose; });
 }
 
 void HapticLoop::blame(Cause cause, std::size_t tool) noexcept {
@@ -201,7 +201,7 @@ void HapticLoop::advance_state() noexcept {
   input.calibrated = true;
   input.engages_itself = true;
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    const LoopTool& tool = tools_[k];
+    const ToolLoop& tool = tools_[k];
     if (tool.device_lost || (tool.sample.flags & kDeviceAttached) == 0) input.attached = false;
     if ((tool.sample.flags & kDeviceCalibrated) == 0) input.calibrated = false;
     if (can_push_a_person(scene_->tools[k].device.device->profile().driver)) {
@@ -224,7 +224,7 @@ void HapticLoop::advance_state() noexcept {
     channels_.log.push(make_log_record<LogCode::kLoopStateChanged>(
         time_.t_ns, static_cast<int>(before), static_cast<int>(machine_.state)));
   }
-  for (LoopTool& tool : tools()) {
+  for (ToolLoop& tool : tools()) {
     if (follow_push(tool.push_asked, machine_.state, time_.dt_s, tool.push)) tool.safety.port = {};
   }
   if (loop_output_.latched || loop_output_.cleared) {
@@ -240,7 +240,7 @@ void HapticLoop::advance_state() noexcept {
 // What cannot be used is not computed with: the last good pose again, at its own time, lets the
 // simulation stand still.
 void HapticLoop::render() noexcept {
-  for (LoopTool& tool : tools()) {
+  for (ToolLoop& tool : tools()) {
     tool.F_H_D = Wrench{};
     tool.wanted = DeviceSpring{};
   }
@@ -254,7 +254,7 @@ void HapticLoop::render() noexcept {
   Simulation& simulation = *scene_->play.simulation;
   simulation.step(input, output_);
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    LoopTool& tool = tools_[k];
+    ToolLoop& tool = tools_[k];
     const PlayedTool& played = scene_->tools[k];
     if (options_.contacts_reported) simulation.report_contacts(k, tool.contacts);
     const double gain = played.force_gain * tool.placed.wrench_share;
@@ -335,7 +335,7 @@ void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
   publish_snapshot();
   publish_image();
   publish_trace();
-  for (LoopTool& tool : tools()) tool.push_asked = 0;
+  for (ToolLoop& tool : tools()) tool.push_asked = 0;
   ever_ticked_ = true;
   ++time_.tick;
   // The zero wrench of this tick was the last that the old scene's device gets.

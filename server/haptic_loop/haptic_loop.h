@@ -20,11 +20,11 @@
 #include "core/simulation/snapshot.h"
 #include "server/haptic_loop/loop_command.h"
 #include "server/haptic_loop/loop_event.h"
-#include "server/haptic_loop/loop_tool.h"
 #include "server/haptic_loop/played_scene.h"
 #include "server/haptic_loop/settings_change.h"
 #include "server/haptic_loop/state_image.h"
 #include "server/haptic_loop/tick_trace.h"
+#include "server/haptic_loop/tool_loop.h"
 
 namespace hapticd {
 
@@ -152,7 +152,7 @@ class HapticLoop {
   template <typename What>
   void tell(const What& what, std::size_t tool = 0) noexcept;
   [[nodiscard]] std::size_t tool_count() const noexcept { return scene_->tools.size(); }
-  [[nodiscard]] std::span<LoopTool> tools() noexcept { return {tools_.data(), tool_count()}; }
+  [[nodiscard]] std::span<ToolLoop> tools() noexcept { return {tools_.data(), tool_count()}; }
   [[nodiscard]] bool all_have_poses() const noexcept;
 
   /// Before every instant: an image is due at once.
@@ -187,7 +187,7 @@ class HapticLoop {
   // From tick to tick.
   LoopMachine machine_;
   OverrunWatch overrun_watch_;
-  std::array<LoopTool, kMaxTools> tools_;  ///< the first tool_count()
+  std::array<ToolLoop, kMaxTools> tools_;  ///< the first tool_count()
   Cause standing_fault_ = Cause::kNone;    ///< in the last tick
   TickTiming timing_;
   std::uint64_t late_skipped_ = 0;  ///< periods, not yet logged

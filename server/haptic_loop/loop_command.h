@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "core/math/vector.h"
-#include "server/haptic_loop/check_push.h"
+#include "server/haptic_loop/guided_push.h"
 
 namespace hapticd {
 

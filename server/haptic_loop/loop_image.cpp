@@ -30,16 +30,16 @@ struct LastTick {
   PoseVerdict pose = PoseVerdict::kFault;
   OptimiserStatus status = OptimiserStatus::kFree;
   int active_count = 0;
-  Wrench F_unlimited_H_W;
+  Wrench F_computed_H_W;
 };
 
 template <FieldsOf<LastTick> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [pose, status, active_count, F_unlimited_H_W] = state;
+  auto& [pose, status, active_count, F_computed_H_W] = state;
   visit.bounded(pose, 0, static_cast<int>(PoseVerdict::kFault));
   visit.bounded(status, 0, static_cast<int>(OptimiserStatus::kRecovering));
   visit.bounded(active_count, 0, kMaxQpUnknowns);
-  visit(F_unlimited_H_W);
+  visit(F_computed_H_W);
 }
 
 /// Awake strings, as the block of the simulation has them.
@@ -102,11 +102,11 @@ bool names_things(const TouchDetector& detector, const SceneDescription& scene, 
 }
 
 /// Strings and tools that there are.
-bool names_holders(const AllHolders& all, std::size_t strings, std::size_t tools) {
+bool names_holders(const StringSharing& all, std::size_t strings, std::size_t tools) {
   const auto below = [](std::int32_t index, std::size_t count) {
     return index >= 0 && static_cast<std::size_t>(index) < count;
   };
-  for (const StringHolders& holders : all) {
+  for (const SharedString& holders : all) {
     if (!below(holders.string, strings)) return false;
     for (const std::int32_t tool : holders.tools) {
       if (!below(tool, tools)) return false;
@@ -116,7 +116,7 @@ bool names_holders(const AllHolders& all, std::size_t strings, std::size_t tools
 }
 
 /// Parts of strings that there are.
-bool names_parts(const StringView& view) {
+bool names_parts(const StringSegments& view) {
   const auto below = [](std::int32_t index, std::size_t count) {
     return index >= 0 && static_cast<std::size_t>(index) < count;
   };
@@ -151,13 +151,13 @@ bool HapticLoop::fill_image(StateImage& image) const noexcept {
   write.add(StateKind::kSimulation, 0, awake, simulation.holders());
   // Of all tools or of none: blocks are numbered by their order.
   const bool pushes = std::any_of(tools_.begin(), tools_.begin() + tool_number(tool_count()),
-                                  [](const LoopTool& tool) { return tool.push.axis != 0; });
+                                  [](const ToolLoop& tool) { return tool.push.axis != 0; });
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const ToolPlay& play = scene.play.tools[k];
-    const LoopTool& tool = tools_[k];
+    const ToolLoop& tool = tools_[k];
     const ToolTick& tick = output_.tools[k];
     const LastTick last{tick.pose, tick.optimiser.status, tick.optimiser.active_count,
-                        tick.F_unlimited_H_W};
+                        tick.F_computed_H_W};
     write.add(StateKind::kTool, tool_number(k), play.state, play.X_WH, play.view, last);
     write.add(StateKind::kToolLoop, tool_number(k), tool.sample, tool.input_watch, tool.safety,
               tool.workspace, tool.touches, tool.write_failed, tool.wrench_not_finite,
@@ -166,7 +166,7 @@ bool HapticLoop::fill_image(StateImage& image) const noexcept {
   }
   const OwnedSimulation& own = scene.play;
   for (std::size_t s = 0; s < own.tracks.size(); ++s) {
-    const WholeString<const StringTrack, const std::vector<StringVisit>> whole{
+    const WholeString<const PlayedString, const std::vector<ToolStringState>> whole{
         own.tracks[s], own.visits, own.tracks.size(), s, tool_count()};
     if (own.modes.empty()) {
       write.add(StateKind::kString, tool_number(s), whole);
@@ -205,7 +205,7 @@ bool HapticLoop::restore(const StateImage& image) {
                  change_share_ <= 1.0);
   }
   AwakeStrings awake;
-  AllHolders holders;
+  StringSharing holders;
   read.take(StateKind::kSimulation, 0, awake, holders);
   read.require(scene.play.simulation->set_awake({awake.begin(), awake.size()}));
   read.require(names_holders(holders, scene.play.tracks.size(), tool_count()));
@@ -219,7 +219,7 @@ bool HapticLoop::restore(const StateImage& image) {
 
 void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
   ToolPlay& play = scene_->play.tools[k];
-  LoopTool& tool = tools_[k];
+  ToolLoop& tool = tools_[k];
   LastTick last;
   double& delay_s = scene_->tools[k].stiffness_limits.delay_s;
   read.take(StateKind::kTool, static_cast<std::uint32_t>(k), play.state, play.X_WH, play.view,
@@ -230,21 +230,21 @@ void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
   const bool pushes = read.find(StateKind::kPush, static_cast<std::uint32_t>(k)) != nullptr;
   if (pushes) read.take(StateKind::kPush, static_cast<std::uint32_t>(k), tool.push);
   read.require(tool.push.t_s >= 0.0);
-  read.require(delay_s >= 0.0 && delay_s <= kLongestDelay_s);
+  read.require(delay_s >= 0.0 && delay_s <= kMaxDelay_s);
   read.require(fits_scene(play.state, play.scene) && names_parts(play.view));
   read.require(names_things(tool.touches, scene_->scene->description(), k, play.scene));
   ToolTick& tick = output_.tools[k];
   tick.pose = last.pose;
   tick.optimiser.status = last.status;
   tick.optimiser.active_count = last.active_count;
-  tick.F_unlimited_H_W = last.F_unlimited_H_W;
+  tick.F_computed_H_W = last.F_computed_H_W;
 }
 
 void HapticLoop::restore_strings(ImageReader& read) {
   OwnedSimulation& own = scene_->play;
   for (std::size_t s = 0; s < own.tracks.size() && read.good(); ++s) {
-    WholeString<StringTrack, std::vector<StringVisit>> whole{own.tracks[s], own.visits,
-                                                             own.tracks.size(), s, tool_count()};
+    WholeString<PlayedString, std::vector<ToolStringState>> whole{
+        own.tracks[s], own.visits, own.tracks.size(), s, tool_count()};
     if (own.modes.empty()) {
       read.take(StateKind::kString, static_cast<std::uint32_t>(s), whole);
     } else {
@@ -269,7 +269,7 @@ void HapticLoop::publish_image() noexcept {
 void HapticLoop::replay_once(const TickTrace& recorded) noexcept {
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const ToolTrace& from = recorded.tools[k];
-    LoopTool& tool = tools_[k];
+    ToolLoop& tool = tools_[k];
     tool.recentre = tool.recentre_asked = from.recentre;
     tool.clutch_open = from.clutch_open;
     tool.push_asked = from.push;

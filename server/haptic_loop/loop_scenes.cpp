@@ -19,7 +19,7 @@ void HapticLoop::begin_scene() noexcept {
   output_.events.clear();
   output_.strings.clear();
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    tools_[k] = LoopTool{};
+    tools_[k] = ToolLoop{};
     if (ToolTick* tick = output_.tools.append()) *tick = ToolTick{};
     HD_ASSERT(scene_->tools[k].device.device != nullptr);
     HapticDevice* device = scene_->tools[k].device.device;

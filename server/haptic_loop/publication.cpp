@@ -7,19 +7,19 @@
 namespace hapticd {
 namespace {
 
-StringPhase phase_of(const StringReading& string) noexcept {
-  if (!string.touched) return StringPhase::kRinging;
-  if (string.armed) return StringPhase::kPressed;
-  return string.level >= StringLevel::kFundamental ? StringPhase::kDamped : StringPhase::kTouched;
+ShownPhase phase_of(const StringReading& string) noexcept {
+  if (!string.touched) return ShownPhase::kRinging;
+  if (string.armed) return ShownPhase::kPressed;
+  return string.level >= StringPhase::kFundamental ? ShownPhase::kDamped : ShownPhase::kTouched;
 }
 
-Wrench written_to_world(const PlayedTool& played, const LoopTool& tool) noexcept {
+Wrench written_to_world(const PlayedTool& played, const ToolLoop& tool) noexcept {
   return to_world(played.map, Wrench{to_vector(tool.written.f_H_D), to_vector(tool.written.t_H_D)});
 }
 
 WrenchReading reading_of(const Wrench& F) noexcept { return {to_array(F.f), to_array(F.t)}; }
 
-std::uint16_t flags_of(const ToolTick& tick, const LoopTool& tool) noexcept {
+std::uint16_t flags_of(const ToolTick& tick, const ToolLoop& tool) noexcept {
   const std::uint32_t limited = tool.written.flags;
   std::uint32_t flags = 0;
   const auto set = [&](bool on, std::uint32_t bit) { flags |= on ? bit : 0U; };
@@ -86,7 +86,7 @@ void HapticLoop::report_events() noexcept {
 
 void HapticLoop::fill_tool(std::size_t k, ToolReading& reading) const noexcept {
   const ToolTick& tick = output_.tools[k];
-  const LoopTool& tool = tools_[k];
+  const ToolLoop& tool = tools_[k];
   const PlayedTool& played = scene_->tools[k];
   reading = ToolReading{};
   reading.tool_id = played.tool_id;
@@ -96,7 +96,7 @@ void HapticLoop::fill_tool(std::size_t k, ToolReading& reading) const noexcept {
   reading.p_WG = to_array(tick.X_WG.p);
   reading.q_WG = to_array(tick.X_WG.q);
   reading.F_H_W = reading_of(written_to_world(played, tool));
-  reading.F_unlimited_H_W = reading_of(tick.F_unlimited_H_W);
+  reading.F_computed_H_W = reading_of(tick.F_computed_H_W);
   reading.minimum_gap = tick.optimiser.minimum_gap;
   const DeviceSample& sample = tool.sample;
   reading.device = {sample.p_DH,    sample.q_DH, sample.grip_m, sample.temperature_deg_c,
@@ -163,7 +163,7 @@ void HapticLoop::fill_strings(Snapshot& snapshot) const noexcept {
         tracks[static_cast<std::size_t>(string.string)].state.vibration.energy;
   }
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    for (const StringContact& contact : output_.tools[k].strings) {
+    for (const PressedString& contact : output_.tools[k].strings) {
       snapshot.string_forces.push_back(
           {static_cast<std::int32_t>(k), contact.string, to_array(contact.F_W)});
     }
@@ -194,7 +194,7 @@ void HapticLoop::publish_snapshot() noexcept {
 
 void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
   const ToolTick& tick = output_.tools[k];
-  const LoopTool& tool = tools_[k];
+  const ToolLoop& tool = tools_[k];
   const PlayedTool& played = scene_->tools[k];
   trace.tool_id = played.tool_id;
   trace.buttons = tool.sample.buttons;
@@ -224,8 +224,8 @@ void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
   trace.w_WH_W = to_array(tick.V_WH.w);
   trace.p_WG = to_array(tick.X_WG.p);
   trace.q_WG = to_array(tick.X_WG.q);
-  trace.f_unlimited_H_W = to_array(tick.F_unlimited_H_W.f);
-  trace.t_unlimited_H_W = to_array(tick.F_unlimited_H_W.t);
+  trace.f_computed_H_W = to_array(tick.F_computed_H_W.f);
+  trace.t_computed_H_W = to_array(tick.F_computed_H_W.t);
   const Wrench F_H_W = written_to_world(played, tool);
   trace.f_H_W = to_array(F_H_W.f);
   trace.t_H_W = to_array(F_H_W.t);

@@ -34,9 +34,9 @@ enum class StateKind : std::uint8_t {
 inline constexpr std::uint32_t kStateLayout = 2;
 
 /// Numbers of each sort, at most: those of 1024 strings with 64 modes, and five tools.
-inline constexpr std::size_t kMostStateNumbers = 393'216;
+inline constexpr std::size_t kMaxStateNumbers = 393'216;
 /// Blocks, at most: 1024 strings, and some for each tool.
-inline constexpr std::size_t kMostStateBlocks = 1024 + 8 * kMaxTools;
+inline constexpr std::size_t kMaxStateBlocks = 1024 + 8 * kMaxTools;
 
 /// Where the numbers of a block are.
 struct StateSpan {
@@ -53,9 +53,9 @@ struct StateImage {
   std::uint32_t scene_id = 0;
   LoopState loop_state = LoopState::kDetached;
   std::array<std::uint32_t, kMaxTools> tool_ids{};  ///< in the scene's order
-  FixedVector<StateSpan, kMostStateBlocks> blocks;
-  std::array<double, kMostStateNumbers> reals{};
-  std::array<std::int64_t, kMostStateNumbers> integers{};
+  FixedVector<StateSpan, kMaxStateBlocks> blocks;
+  std::array<double, kMaxStateNumbers> reals{};
+  std::array<std::int64_t, kMaxStateNumbers> integers{};
 
   [[nodiscard]] std::span<const double> reals_of(const StateSpan& block) const noexcept {
     return {reals.data() + block.first_real, block.reals};

@@ -21,7 +21,7 @@ TickPace::TickPace(std::int64_t period_ns, const PaceSource& source,
       period_ns_(period_ns),
       early_ns_(std::min(period_ns / 4,
                          source.frame_ns / 2 + std::min(2 * source.frame_ns / 5, kTwoWakings_ns))),
-      late_ns_(std::min(period_ns / 4, kLongestGrace_ns)),
+      late_ns_(std::min(period_ns / 4, kMaxGrace_ns)),
       due_ns_(clock.now() + period_ns) {}
 
 Waited TickPace::wait_for_report() noexcept {

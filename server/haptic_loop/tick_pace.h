@@ -17,7 +17,7 @@ namespace hapticd {
 /// How long after it was due a report is waited for, at most, ns. Longer: a lost report delays the
 /// force of its tick more, and slow loops come near to what the guardian calls a stall; shorter:
 /// reports that come unevenly miss their tick.
-inline constexpr std::int64_t kLongestGrace_ns = 250'000;
+inline constexpr std::int64_t kMaxGrace_ns = 250'000;
 
 /// How much sooner than half a frame before it is due a report is looked for, ns: two wakings take
 /// so long, that of the tick the next one is counted from and that before the report. At most two

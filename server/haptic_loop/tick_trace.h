@@ -12,7 +12,7 @@
 #include "core/math/vector.h"
 #include "core/safety/loop_state.h"
 #include "core/tick/cause.h"
-#include "server/haptic_loop/check_push.h"
+#include "server/haptic_loop/guided_push.h"
 
 namespace hapticd {
 
@@ -61,10 +61,10 @@ struct ToolTrace {
   Array3 w_WH_W{};  ///< rad/s
   Array3 p_WG{};    ///< m
   Array4 q_WG{1.0, 0.0, 0.0, 0.0};
-  Array3 f_unlimited_H_W{};  ///< before the safety stage, N
-  Array3 t_unlimited_H_W{};  ///< N m
-  Array3 f_H_W{};            ///< written, N
-  Array3 t_H_W{};            ///< N m
+  Array3 f_computed_H_W{};  ///< before the safety stage, N
+  Array3 t_computed_H_W{};  ///< N m
+  Array3 f_H_W{};           ///< written, N
+  Array3 t_H_W{};           ///< N m
 };
 
 /// One tick. See TickRecord for each field.

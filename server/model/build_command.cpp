@@ -64,7 +64,7 @@ void build(const BuildOptions& options) {
   MeasuredTree file;
   file.tree = build_sphere_tree(packing.leaves);
   file.source = checked.source.hash;
-  file.source_name = checked.name.substr(0, kLongestSourceName);
+  file.source_name = checked.name.substr(0, kMaxSourceName);
   file.outer = packing.outer;
   file.inner = packing.inner;
   ReportOptions measuring;

@@ -11,7 +11,7 @@ namespace hapticd {
 namespace {
 
 /// Largest tree file that is read, bytes. 2 GiB is more than the largest tree takes.
-constexpr std::uint64_t kLargestTreeFile = std::uint64_t{2} << 30U;
+constexpr std::uint64_t kMaxTreeFile = std::uint64_t{2} << 30U;
 
 struct InspectOptions {
   std::string tree;
@@ -20,7 +20,7 @@ struct InspectOptions {
 };
 
 MeasuredTree read_tree(const std::string& path, std::size_t& size) {
-  const std::vector<std::uint8_t> bytes = read_bytes(path, kLargestTreeFile);
+  const std::vector<std::uint8_t> bytes = read_bytes(path, kMaxTreeFile);
   size = bytes.size();
   try {
     return decode_sphere_tree(bytes);

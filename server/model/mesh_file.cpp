@@ -87,11 +87,11 @@ std::vector<Triangle> triangles_of(const aiMesh& part, unsigned f, std::size_t o
 void append(const aiMesh& part, const aiMatrix4x4& transform, double scale, TriangleMesh& mesh) {
   const std::size_t offset = mesh.vertices.size();
   const auto too_many = [&](std::size_t more) {
-    if (mesh.triangles.size() + more <= kMostTriangles) return;
+    if (mesh.triangles.size() + more <= kMaxTriangles) return;
     throw std::runtime_error("more than 5 million triangles, far more than a tree can use");
   };
   if (offset + part.mNumVertices > std::numeric_limits<std::int32_t>::max())
-    too_many(kMostTriangles + 1);
+    too_many(kMaxTriangles + 1);
   too_many(part.mNumFaces);
   for (unsigned i = 0; i < part.mNumVertices; ++i) {
     const aiVector3D p = transform * part.mVertices[i];
@@ -278,7 +278,7 @@ SourceMesh read_mesh(const std::string& path, double metres_per_unit) {
          "'" + kind + "' is no mesh file known here. Export it as .obj .stl .ply .gltf or .glb");
   }
   SourceMesh source;
-  const Bytes bytes = read_bytes(path, kLargestMeshFile);
+  const Bytes bytes = read_bytes(path, kMaxMeshFile);
   source.hash = content_hash(bytes);
   // The commonest damage, a file cut off in its header, would make assimp loop until its time is
   // up.

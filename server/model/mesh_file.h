@@ -14,9 +14,9 @@ namespace hapticd {
 
 /// Largest file that is read, bytes; larger ones are refused. 512 MiB: some millions of triangles,
 /// far more than a tree can make use of.
-inline constexpr std::uint64_t kLargestMeshFile = std::uint64_t{512} << 20U;
+inline constexpr std::uint64_t kMaxMeshFile = std::uint64_t{512} << 20U;
 /// Most triangles of a file.
-inline constexpr std::size_t kMostTriangles = 5'000'000;
+inline constexpr std::size_t kMaxTriangles = 5'000'000;
 
 struct SourceMesh {
   TriangleMesh mesh;   ///< equal vertices joined, m

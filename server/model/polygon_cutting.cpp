@@ -261,8 +261,8 @@ std::vector<Triangle> fan(std::size_t corners) {
 
 CutPolygon cut_polygon(std::span<const Vector3> corners) {
   if (corners.size() == 3) return {fan(3), ""};
-  if (corners.size() > kMostCorners) {
-    return {{}, "has more than " + std::to_string(kMostCorners) + " corners"};
+  if (corners.size() > kMaxCorners) {
+    return {{}, "has more than " + std::to_string(kMaxCorners) + " corners"};
   }
   const Measures measures = measure(corners);
   const double area = measures.area.norm();
@@ -281,7 +281,7 @@ CutPolygon cut_polygon(std::span<const Vector3> corners) {
   const auto place = [&](std::size_t k) { return static_cast<std::int32_t>(flat.places[k]); };
   for (const auto& [a, b, c] : ears) cut.triangles.push_back({place(a), place(b), place(c)});
   const double cut_area = area_of(corners, cut.triangles);
-  if (!(cut_area <= (1.0 + kMostExcessArea) * area + rounding)) {
+  if (!(cut_area <= (1.0 + kMaxExcessArea) * area + rounding)) {
     return {{},
             "is not plane: triangles on its corners have " +
                 std::to_string(static_cast<int>(100.0 * (cut_area / area - 1.0))) +

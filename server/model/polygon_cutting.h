@@ -13,13 +13,13 @@ namespace hapticd {
 
 /// Most corners of a polygon. Cutting takes about the square of them, in spirals and zigzags too;
 /// where ears are rare and far apart it may take the cube.
-inline constexpr std::size_t kMostCorners = 4096;
+inline constexpr std::size_t kMaxCorners = 4096;
 
 /// What the triangles may have more area than the polygon, as a share of it. 0 for a plane one; in
 /// one that is bent the triangles are one of several surfaces it may mean. Normal value 0.02, a
 /// square folded along a diagonal by 22 degrees; larger: the surface is further from what was
 /// meant.
-inline constexpr double kMostExcessArea = 0.02;
+inline constexpr double kMaxExcessArea = 0.02;
 
 struct CutPolygon {
   /// Places in the list of corners, turning as the polygon does.
@@ -33,7 +33,7 @@ struct CutPolygon {
 /// `corners` (3 or more, finite) in order, m or any other unit: tolerances are those of coordinates
 /// rounded to floats. The area of a polygon is half the norm of the sum of p_i x p_(i+1). Corners
 /// that repeat the one before are left out; every other edge is one of a triangle. For the cost see
-/// kMostCorners.
+/// kMaxCorners.
 [[nodiscard]] CutPolygon cut_polygon(std::span<const Vector3> corners);
 
 }  // namespace hapticd

@@ -16,7 +16,7 @@ namespace {
 constexpr double kStep = 1e-3;
 constexpr int kTicksAlong = 200;
 /// From far away it goes faster.
-constexpr int kMostTicks = 1000;
+constexpr int kMaxTicks = 1000;
 
 /// Processor times, us.
 struct Samples {
@@ -87,7 +87,7 @@ void visit(const Scene& scene, std::size_t tool, const Vector3& place, Samples& 
   const Pose start = scene.description().tools[tool].X_WG;
   const Vector3 way = place - nearest_leaf(scene.tool_scene(tool).tool, start, place) - start.p;
   const double length = way.norm();
-  const int approach = static_cast<int>(std::min(length / kStep, 1.0 * kMostTicks)) + 1;
+  const int approach = static_cast<int>(std::min(length / kStep, 1.0 * kMaxTicks)) + 1;
   for (int tick = 0; tick <= approach + kTicksAlong; ++tick) {
     const double share = std::min(1.0, static_cast<double>(tick) / approach);
     const double along = std::max(0, tick - approach) * 0.1 * kStep;

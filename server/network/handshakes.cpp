@@ -88,8 +88,8 @@ noise::Bytes Handshakes::receive(const Address& from, std::span<const std::uint8
 noise::Bytes Handshakes::welcome(const Address& from, const wire::Hello& hello,
                                  noise::Handshake& handshake, std::int64_t now_ns) {
   expire(now_ns);
-  if (half_open() >= kMostHalfOpen) return {};
-  if (hello.role == wire::Role::kView && half_open_views() >= kMostHalfOpenViews) return {};
+  if (half_open() >= kMaxHalfOpen) return {};
+  if (hello.role == wire::Role::kView && half_open_views() >= kMaxHalfOpenViews) return {};
   const auto message = handshake.write();
   if (!message.has_value()) return {};
   std::uint32_t session = 0;

@@ -21,9 +21,9 @@ namespace hapticd {
 
 /// Handshakes that wait for the first DATA; a further one is not answered, and asked for again by
 /// its client.
-inline constexpr std::size_t kMostHalfOpen = 64;
+inline constexpr std::size_t kMaxHalfOpen = 64;
 /// Of them those of the view key, so that there is room for the control key's.
-inline constexpr std::size_t kMostHalfOpenViews = 56;
+inline constexpr std::size_t kMaxHalfOpenViews = 56;
 /// How long they wait, ns.
 inline constexpr std::int64_t kHalfOpen_ns = 3000 * wire::kMillisecond_ns;
 /// Age of the secret under cookies at which another takes its place, ns. Cookies of the one before

@@ -11,11 +11,11 @@ namespace {
 
 using Implementation = ProtocolServer::Implementation;
 
-constexpr std::size_t kMostNameBytes = 64;
-constexpr std::uint32_t kMostDivisor = 1'000'000;
-constexpr std::uint32_t kMostContacts = 256;
+constexpr std::size_t kMaxNameBytes = 64;
+constexpr std::uint32_t kMaxDivisor = 1'000'000;
+constexpr std::uint32_t kMaxContacts = 256;
 constexpr std::uint32_t kUsualContacts = 16;
-constexpr int kMostSections = 32;
+constexpr int kMaxSections = 32;
 
 v1::Result result_of(v1::ResultCode code, std::string path = {}, std::string message = {}) {
   v1::Result result;
@@ -41,8 +41,8 @@ void Implementation::apply(Session& session, wire::ReceivedItem& received) {
         result_of(v1::RESULT_CODE_UNSUPPORTED, {}, "this server does not know the request"));
   } else if (item.has_stop() || (is_run_stop(item) && session.runs_steps())) {
     overtake(session, received);
-  } else if (session.waiting.size() >= kMostWaitingRequests ||
-             session.waiting_bytes + received.bytes > kMostWaitingBytes) {
+  } else if (session.waiting.size() >= kMaxWaitingRequests ||
+             session.waiting_bytes + received.bytes > kMaxWaitingBytes) {
     tell_result(session, received.id,
                 result_of(v1::RESULT_CODE_BUSY, {}, "too many requests wait: await Results first"));
   } else {
@@ -57,7 +57,7 @@ void Implementation::overtake(Session& session, const wire::ReceivedItem& receiv
     tell_result(session, received.id, std::move(*refused));
     return;
   }
-  if (session.overtaking.size() + session.held_results.size() >= kMostOvertaking) {
+  if (session.overtaking.size() + session.held_results.size() >= kMaxOvertaking) {
     tell_result(session, received.id,
                 result_of(v1::RESULT_CODE_BUSY, {}, "stops are under way already"));
     return;
@@ -183,16 +183,16 @@ void Implementation::answer(const RequestId& id, v1::Result result) {
 }
 
 void Implementation::subscribe(Session& session, const v1::Subscribe& request) {
-  if (request.divisor() > kMostDivisor) {
+  if (request.divisor() > kMaxDivisor) {
     finish(session,
            result_of(v1::RESULT_CODE_OUT_OF_RANGE, "subscribe.divisor", "at most 1000000"));
     return;
   }
-  if (request.sections_size() > kMostSections) {
+  if (request.sections_size() > kMaxSections) {
     finish(session, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "subscribe.sections", "at most 32"));
     return;
   }
-  if (request.max_contacts() > kMostContacts) {
+  if (request.max_contacts() > kMaxContacts) {
     finish(session,
            result_of(v1::RESULT_CODE_OUT_OF_RANGE, "subscribe.max_contacts", "at most 256"));
     return;
@@ -217,7 +217,7 @@ void Implementation::subscribe(Session& session, const v1::Subscribe& request) {
 }
 
 void Implementation::acquire(Session& session, const v1::Acquire& request) {
-  if (request.holder().size() > kMostNameBytes) {
+  if (request.holder().size() > kMaxNameBytes) {
     finish(session, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "acquire.holder", "at most 64 bytes"));
     return;
   }

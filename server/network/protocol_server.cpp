@@ -36,7 +36,7 @@ Session* Implementation::surplus_looker() {
   for (const auto& session : sessions) {
     const bool looks =
         handshakes == nullptr ? !session->asked_control : session->role == wire::Role::kView;
-    if (session->phase == Phase::kOpen && looks && ++lookers > kMostLookers) return session.get();
+    if (session->phase == Phase::kOpen && looks && ++lookers > kMaxLookers) return session.get();
   }
   return nullptr;
 }
@@ -47,9 +47,9 @@ bool Implementation::make_room(wire::Role role) {
     const auto views = std::count_if(sessions.begin(), sessions.end(), [](const auto& session) {
       return session->phase == Phase::kOpen && session->role == wire::Role::kView;
     });
-    if (static_cast<std::size_t>(views) >= kMostLookers) return false;
+    if (static_cast<std::size_t>(views) >= kMaxLookers) return false;
   }
-  if (sessions.size() < kMostSessions) return true;
+  if (sessions.size() < kMaxSessions) return true;
   // Of those that say goodbye the one that began first gives way.
   auto giving =
       std::min_element(sessions.begin(), sessions.end(), [](const auto& a, const auto& b) {
@@ -194,7 +194,7 @@ void Implementation::poll_session(Session& session) {
     return;
   }
   const StateFlow& flow = session.flow;
-  if (session.runs_steps() && flow.ahead() >= kMostStatesAhead &&
+  if (session.runs_steps() && flow.ahead() >= kMaxStatesAhead &&
       now_ns - flow.sent_ns() >= kRepeatState_ns && session.newest_state != nullptr) {
     send_states(session, *session.newest_state);
     session.flow.repeated(session.newest_state->parts.size(), now_ns);
@@ -332,7 +332,7 @@ bool ProtocolServer::may_step(std::int64_t now_ns) {
   for (const auto& session : implementation_->sessions) {
     if (session->phase != Phase::kOpen) continue;
     const bool runs = session->runs_steps();
-    if (runs && session->flow.ahead() >= kMostStatesAhead) may = false;
+    if (runs && session->flow.ahead() >= kMaxStatesAhead) may = false;
     const wire::Channel& channel = session->channel;
     ItemFlow& items = session->items;
     items.note(channel.unacknowledged(), channel.acknowledged(), now_ns);

@@ -18,10 +18,10 @@
 namespace hapticd {
 
 /// Sessions at once, those that say goodbye included.
-inline constexpr std::size_t kMostSessions = 32;
+inline constexpr std::size_t kMaxSessions = 32;
 /// Of them, places that those who only look cannot hold: somebody may have to say Stop.
 inline constexpr std::size_t kControlPlaces = 8;
-inline constexpr std::size_t kMostLookers = kMostSessions - kControlPlaces;
+inline constexpr std::size_t kMaxLookers = kMaxSessions - kControlPlaces;
 /// Silence after which a session is dropped, ns.
 inline constexpr std::int64_t kDropAfter_ns = 10'000 * wire::kMillisecond_ns;
 /// How long a Bye is repeated, and how long the other side's is acknowledged, ns. While the Items

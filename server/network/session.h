@@ -21,11 +21,11 @@ namespace hapticd {
 
 /// Requests of one session that wait for their turn; the next is answered BUSY. Half of what may be
 /// unacknowledged, so that their Results at once do not end the session.
-inline constexpr std::size_t kMostWaitingRequests = 512;
+inline constexpr std::size_t kMaxWaitingRequests = 512;
 /// Bytes of them: one scene as text, and as much again of all others.
-inline constexpr std::size_t kMostWaitingBytes = 2 * wire::kBlobBytes;
+inline constexpr std::size_t kMaxWaitingBytes = 2 * wire::kBlobBytes;
 /// Stops and Run{STOP}s of one session that the host has not answered; the next is answered BUSY.
-inline constexpr std::size_t kMostOvertaking = 64;
+inline constexpr std::size_t kMaxOvertaking = 64;
 
 /// Shortest time between two requests of one session that look at files (Cost::kDear), ns.
 inline constexpr std::int64_t kDearPeriod_ns = 10 * wire::kMillisecond_ns;

@@ -15,7 +15,7 @@ namespace hapticd {
 inline constexpr std::int64_t kSlowAfter_ns = 3000 * wire::kMillisecond_ns;
 inline constexpr std::int64_t kSlowPeriod_ns = 100 * wire::kMillisecond_ns;
 /// States a Run of steps may be ahead of what its session has told to have received.
-inline constexpr std::uint64_t kMostStatesAhead = 64;
+inline constexpr std::uint64_t kMaxStatesAhead = 64;
 /// Loss is judged over this time at least, ns, and over so many States.
 inline constexpr std::int64_t kLossPeriod_ns = 1000 * wire::kMillisecond_ns;
 inline constexpr std::uint64_t kLossStates = 10;
@@ -23,7 +23,7 @@ inline constexpr std::uint64_t kLossStates = 10;
 inline constexpr double kMuchLoss = 0.10;
 inline constexpr double kLittleLoss = 0.01;
 /// The divisor is doubled so often at most: a subscriber of every tick still gets one in 1024.
-inline constexpr std::uint32_t kMostDoublings = 10;
+inline constexpr std::uint32_t kMaxDoublings = 10;
 
 /// The flow of States to one session.
 class StateFlow {
@@ -103,7 +103,7 @@ class StateFlow {
     if (now_ns - judged_ns_ < kLossPeriod_ns || left < kLossStates || seen < judged_seen_) return;
     const auto arrived = static_cast<double>(seen - judged_seen_);
     const double loss = 1.0 - arrived / static_cast<double>(left);
-    if (loss > kMuchLoss && doublings_ < kMostDoublings) ++doublings_;
+    if (loss > kMuchLoss && doublings_ < kMaxDoublings) ++doublings_;
     if (loss < kLittleLoss && doublings_ > 0) --doublings_;
     judged_ns_ = now_ns;
     judged_seen_ = seen;

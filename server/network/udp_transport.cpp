@@ -24,7 +24,7 @@ using asio::ip::udp;
 constexpr std::chrono::microseconds kPollPeriod{500};
 /// Datagrams taken from the socket before the server is polled, so that a flood cannot keep it from
 /// sending.
-constexpr int kMostPerTurn = 256;
+constexpr int kMaxPerTurn = 256;
 /// Longer than any datagram of the protocol, so that one too long is seen to be.
 constexpr std::size_t kBufferBytes = 2048;
 /// The system's buffer for what arrives between two polls, bytes; it may grant less.
@@ -83,7 +83,7 @@ struct UdpTransport::Implementation {
   std::array<std::uint8_t, kBufferBytes> buffer{};
 
   void drain(ProtocolServer& server) {
-    for (int i = 0; i < kMostPerTurn; ++i) {
+    for (int i = 0; i < kMaxPerTurn; ++i) {
       std::error_code error;
       udp::endpoint from;
       const std::size_t bytes = socket.receive_from(asio::buffer(buffer), from, 0, error);

@@ -124,9 +124,9 @@ std::string first_difference(const StateImage& recorded, const StateImage& repla
 }
 
 void put_settings(const SceneSettings& settings, v1::ParameterRecord& record) {
-  constexpr std::size_t kMostPerPiece = 32;
-  constexpr std::size_t kMostPerTool = 128;
-  const std::size_t room = kMostPerTool + kMostPerPiece * settings.pieces.size();
+  constexpr std::size_t kMaxPerPiece = 32;
+  constexpr std::size_t kMaxPerTool = 128;
+  const std::size_t room = kMaxPerTool + kMaxPerPiece * settings.pieces.size();
   std::vector<double> reals(room);
   std::vector<std::int64_t> integers(room);
   for (std::size_t k = 0; k < settings.tools.size(); ++k) {

@@ -18,8 +18,7 @@ bool differ(const std::array<double, N>& a, const std::array<double, N>& b) {
 /// What differs first; the wrench that the hand felt before all else.
 std::string_view output_difference(const ToolTrace& a, const ToolTrace& b) {
   if (differ(a.f_H_W, b.f_H_W) || differ(a.t_H_W, b.t_H_W)) return "wrench_h_w";
-  if (differ(a.f_unlimited_H_W, b.f_unlimited_H_W) ||
-      differ(a.t_unlimited_H_W, b.t_unlimited_H_W)) {
+  if (differ(a.f_computed_H_W, b.f_computed_H_W) || differ(a.t_computed_H_W, b.t_computed_H_W)) {
     return "wrench_unlimited_h_w";
   }
   if (differ(a.p_WG, b.p_WG) || differ(a.q_WG, b.q_WG)) return "pose_wg";

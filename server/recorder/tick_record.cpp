@@ -68,9 +68,9 @@ void set_input(const ToolTrace& tool, v1::ToolInput& input) {
   if (!std::isnan(tool.measured_delay_s)) input.set_measured_delay_s(tool.measured_delay_s);
 }
 
-/// Whether the loop can reckon with it: see kFurthest_ns.
-bool is_instant(std::int64_t t_ns) { return t_ns > -kFurthest_ns && t_ns < kFurthest_ns; }
-bool is_instant(std::uint64_t t_ns) { return t_ns < std::uint64_t{kFurthest_ns}; }
+/// Whether the loop can reckon with it: see kMax_ns.
+bool is_instant(std::int64_t t_ns) { return t_ns > -kMax_ns && t_ns < kMax_ns; }
+bool is_instant(std::uint64_t t_ns) { return t_ns < std::uint64_t{kMax_ns}; }
 
 bool get_input(const v1::ToolInput& input, ToolTrace& tool) {
   tool.tool_id = input.tool_id();
@@ -108,7 +108,7 @@ bool get_input(const v1::ToolInput& input, ToolTrace& tool) {
 void set_output(const ToolTrace& tool, v1::ToolOutput& output) {
   output.set_tool_id(tool.tool_id);
   set_pose(tool.p_WG, tool.q_WG, *output.mutable_pose_wg());
-  set_wrench(tool.f_unlimited_H_W, tool.t_unlimited_H_W, *output.mutable_wrench_unlimited_h_w());
+  set_wrench(tool.f_computed_H_W, tool.t_computed_H_W, *output.mutable_wrench_unlimited_h_w());
   set_wrench(tool.f_H_W, tool.t_H_W, *output.mutable_wrench_h_w());
   for (int bit = 0; bit < 16; ++bit) {
     if (((tool.flags >> static_cast<unsigned>(bit)) & 1U) == 0) continue;
@@ -118,7 +118,7 @@ void set_output(const ToolTrace& tool, v1::ToolOutput& output) {
 
 bool get_output(const v1::ToolOutput& output, ToolTrace& tool) {
   if (output.tool_id() != tool.tool_id || !get_pose(output.pose_wg(), tool.p_WG, tool.q_WG) ||
-      !get_wrench(output.wrench_unlimited_h_w(), tool.f_unlimited_H_W, tool.t_unlimited_H_W) ||
+      !get_wrench(output.wrench_unlimited_h_w(), tool.f_computed_H_W, tool.t_computed_H_W) ||
       !get_wrench(output.wrench_h_w(), tool.f_H_W, tool.t_H_W)) {
     return false;
   }

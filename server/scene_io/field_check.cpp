@@ -14,7 +14,7 @@ namespace pb = google::protobuf;
 using Kind = pb::FieldDescriptor::CppType;
 
 /// Most faults reported: a generated scene may have a million.
-constexpr std::size_t kMostFaults = 100;
+constexpr std::size_t kMaxFaults = 100;
 
 /// A field of a message, where it is.
 struct Place {
@@ -69,7 +69,7 @@ class Check {
   [[nodiscard]] SceneProblems take() && { return std::move(problems_); }
 
  private:
-  [[nodiscard]] bool full() const { return problems_.size() >= kMostFaults; }
+  [[nodiscard]] bool full() const { return problems_.size() >= kMaxFaults; }
 
   void fault(const std::string& path, std::string message, std::string remedy) {
     if (!full())

@@ -14,8 +14,8 @@ namespace hapticd {
 namespace {
 
 /// Squared norms of quaternions that can be normalised.
-constexpr double kLeastSquare = 0.25;
-constexpr double kMostSquare = 4.0;
+constexpr double kMinSquare = 0.25;
+constexpr double kMaxSquare = 4.0;
 
 bool is_name(const std::string& name) {
   return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
@@ -53,7 +53,7 @@ class Check {
   void quaternion(const Numbers& q, int first, const std::string& path) {
     double square = 0.0;
     for (int k = first; k < first + 4 && k < q.size(); ++k) square += q.Get(k) * q.Get(k);
-    if (q.empty() || (square >= kLeastSquare && square <= kMostSquare)) return;
+    if (q.empty() || (square >= kMinSquare && square <= kMaxSquare)) return;
     fault(path, "a quaternion of norm " + std::to_string(std::sqrt(square)),
           "Give a norm in [0.5, 2].");
   }
@@ -154,11 +154,11 @@ std::vector<std::string> list_gestures(const GestureFolders& folders) {
 }
 
 GestureResult load_installed_gesture(const std::string& name, const GestureFolders& folders) {
-  return load_named(read_installed(name, folders, "gesture", kLongestText));
+  return load_named(read_installed(name, folders, "gesture", kMaxText));
 }
 
 GestureResult load_gesture(const std::string& source, const GestureFolders& folders) {
-  return load_named(read_named(source, folders, "gesture", kLongestText));
+  return load_named(read_named(source, folders, "gesture", kMaxText));
 }
 
 GestureResult load_gesture_text(std::string_view text) { return load_text(text, "inline"); }

@@ -110,9 +110,9 @@ class Resolver {
     }
     const bool linear = waypoint.interpolation() == v1::INTERPOLATION_LINEAR;
     const double seconds = (linear ? 1.0 : kMinimumJerkPeak) * way / waypoint.speed_m_per_s();
-    if (!(seconds <= kLongestMotion)) {
+    if (!(seconds <= kMaxMotion)) {
       problems_.push_back({false, "", 0, 0, path + ".speed_m_per_s",
-                           "the way takes longer than " + std::to_string(kLongestMotion) + " s",
+                           "the way takes longer than " + std::to_string(kMaxMotion) + " s",
                            "Give a higher speed."});
       return 0;
     }
@@ -120,7 +120,7 @@ class Resolver {
   }
 
   /// As that of duration_s, s.
-  static constexpr double kLongestMotion = 3600.0;
+  static constexpr double kMaxMotion = 3600.0;
 
   const SceneDescription& scene_;
   const PoseToDevice& to_device_;

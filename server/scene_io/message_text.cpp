@@ -14,7 +14,7 @@ namespace pb = google::protobuf;
 /// Deepest nesting of messages accepted; a scene has six levels.
 constexpr int kDeepestNesting = 32;
 /// Most errors of one text that are reported.
-constexpr std::size_t kMostErrors = 20;
+constexpr std::size_t kMaxErrors = 20;
 
 class Collector : public pb::io::ErrorCollector {
  public:
@@ -28,7 +28,7 @@ class Collector : public pb::io::ErrorCollector {
 
  private:
   void add(int line, int column, const std::string& message, bool doubt) {
-    if (problems_.size() >= kMostErrors) return;
+    if (problems_.size() >= kMaxErrors) return;
     problems_.push_back({doubt, file_, line + 1, column + 1, "", message, ""});
   }
 
@@ -60,10 +60,10 @@ PathStep take_step(std::string_view& path) {
 MessageText::MessageText(std::string_view text, std::string file, std::string_view what,
                          pb::Message& message)
     : file_(std::move(file)), type_(message.GetDescriptor()) {
-  if (text.size() > kLongestText) {
+  if (text.size() > kMaxText) {
     problems_.push_back({false, file_, 0, 0, "",
                          "the text of " + std::to_string(text.size()) + " bytes is longer than " +
-                             std::to_string(kLongestText),
+                             std::to_string(kMaxText),
                          what == "scene" ? "Put spheres into tree files." : ""});
     return;
   }

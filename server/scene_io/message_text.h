@@ -13,7 +13,7 @@
 namespace hapticd {
 
 /// Longest text, bytes: what fits into one blob of the protocol.
-inline constexpr std::size_t kLongestText = 4'194'000;
+inline constexpr std::size_t kMaxText = 4'194'000;
 
 /// Where the fields of a text stand.
 class MessageText {

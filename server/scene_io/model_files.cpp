@@ -13,11 +13,11 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Longest name of a file, bytes.
-constexpr std::size_t kLongestName = 256;
+constexpr std::size_t kMaxName = 256;
 
 /// Whether people can be shown the name: short enough, without control characters.
 bool can_be_shown(const std::string& name) {
-  return name.size() <= kLongestName && std::none_of(name.begin(), name.end(), [](char c) {
+  return name.size() <= kMaxName && std::none_of(name.begin(), name.end(), [](char c) {
            return static_cast<unsigned char>(c) < 0x20U || c == '\x7f';
          });
 }
@@ -74,7 +74,7 @@ std::vector<std::uint8_t> ModelFiles::read(const std::string& name) const {
     const fs::path path = folder / name;
     if (!fs::exists(path, ignored)) continue;
     try {
-      return read_file(path, kLargestModelFile);
+      return read_file(path, kMaxModelFile);
     } catch (const std::runtime_error& fault) {
       throw std::runtime_error("'" + name + "' " + fault.what());
     }

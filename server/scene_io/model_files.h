@@ -30,7 +30,7 @@ struct SceneAsset {
 };
 
 /// Largest file read, bytes: 2^22 spheres and their tree. Larger ones are refused.
-inline constexpr std::uintmax_t kLargestModelFile = std::uintmax_t{1} << 28U;
+inline constexpr std::uintmax_t kMaxModelFile = std::uintmax_t{1} << 28U;
 
 /// All of a regular file; throws std::runtime_error that says why not.
 [[nodiscard]] std::vector<std::uint8_t> read_file(const std::filesystem::path& path,

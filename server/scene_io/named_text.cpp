@@ -54,9 +54,9 @@ NamedText read_text(const fs::path& path, std::uintmax_t longest) {
 
 std::string fault_of_name(std::string_view name) {
   if (name.empty()) return "is empty";
-  if (name.size() > kLongestInstalledName) {
+  if (name.size() > kMaxInstalledName) {
     return "has " + std::to_string(name.size()) + " bytes, more than " +
-           std::to_string(kLongestInstalledName);
+           std::to_string(kMaxInstalledName);
   }
   if (name.find('/') != std::string_view::npos) return "has '/' in it";
   if (name.front() == '.') return "begins with '.'";

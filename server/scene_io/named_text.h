@@ -20,7 +20,7 @@ struct NamedText {
 };
 
 /// Longest name of an installed file, bytes.
-inline constexpr std::size_t kLongestInstalledName = 256;
+inline constexpr std::size_t kMaxInstalledName = 256;
 
 /// Why `name` can be no installed file's, to follow "its name"; empty: it can. A name has 1 to 256
 /// bytes, no '/' and no control characters, and does not begin with '.'.

@@ -208,7 +208,7 @@ std::vector<std::string> list_profiles(const ProfileFolders& folders) {
 }
 
 ProfileResult load_profile(const std::string& source, const ProfileFolders& folders) {
-  const NamedText named = read_named(source, folders, "device profile", kLongestText);
+  const NamedText named = read_named(source, folders, "device profile", kMaxText);
   if (named.problem) return {std::nullopt, {*named.problem}};
   return load_text(named.text, named.path.string());
 }

@@ -66,8 +66,8 @@ void fill_string(const v1::Scene& scene, StringPreset preset, v1::String& string
   set_absent(string, &S::has_touch_decay_s, &S::set_touch_decay_s,
              preset == StringPreset::kPaper ? string.decay_s() : usual.touch_decay);
   if (string.model() == v1::STRING_MODEL_UNSPECIFIED) {
-    string.set_model(usual.model == StringModel::kRigid ? v1::STRING_MODEL_RIGID
-                                                        : v1::STRING_MODEL_DEFLECTING);
+    string.set_model(usual.model == StringContact::kStraight ? v1::STRING_MODEL_RIGID
+                                                             : v1::STRING_MODEL_DEFLECTING);
   }
   if (string.displacement_scale_case() == S::DISPLACEMENT_SCALE_NOT_SET) string.set_k_s(usual.k_s);
   if (string.has_k_s_from_device()) {

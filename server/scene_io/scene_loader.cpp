@@ -145,12 +145,11 @@ v1::SceneInfo describe_scene(const LoadedScene& loaded) {
 }
 
 LoadResult load_installed_scene(const std::string& name, const LoadOptions& options) {
-  return load_named(read_installed(name, options.paths.scenes, "scene", kLongestSceneText),
-                    options);
+  return load_named(read_installed(name, options.paths.scenes, "scene", kMaxSceneText), options);
 }
 
 LoadResult load_scene(const std::string& source, const LoadOptions& options) {
-  return load_named(read_named(source, options.paths.scenes, "scene", kLongestSceneText), options);
+  return load_named(read_named(source, options.paths.scenes, "scene", kMaxSceneText), options);
 }
 
 LoadResult load_scene_text(std::string_view text, const LoadOptions& options) {

@@ -20,7 +20,7 @@ namespace hapticd {
 
 /// Longest SceneInfo of a scene that is loaded, bytes: a blob of the protocol, and 1 KiB less for
 /// what the daemon adds.
-inline constexpr std::size_t kLongestSceneInfo = (std::size_t{4} << 20U) - 1024;
+inline constexpr std::size_t kMaxSceneInfo = (std::size_t{4} << 20U) - 1024;
 
 struct LoadOptions {
   ScenePaths paths;
@@ -31,7 +31,7 @@ struct LoadOptions {
   double device_stiffness = 1000.0;
   QualityWish quality;
   /// Longest SceneInfo of the scene, bytes: a longer one cannot be told to clients.
-  std::size_t longest_info = kLongestSceneInfo;
+  std::size_t longest_info = kMaxSceneInfo;
 };
 
 /// A scene, ready to play.

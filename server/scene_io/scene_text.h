@@ -12,7 +12,7 @@
 namespace hapticd {
 
 /// Longest text of a scene, bytes: what fits into one blob of the protocol.
-inline constexpr std::size_t kLongestSceneText = kLongestText;
+inline constexpr std::size_t kMaxSceneText = kMaxText;
 
 class SceneText {
  public:

@@ -10,8 +10,8 @@ namespace hapticd {
 namespace {
 
 /// Largest deviation of a quaternion's norm from 1, as a factor, that is taken for carelessness.
-constexpr double kLeastNorm = 0.5;
-constexpr double kMostNorm = 2.0;
+constexpr double kMinNorm = 0.5;
+constexpr double kMaxNorm = 2.0;
 
 std::string indexed(const std::string& field, int i) {
   return field + "[" + std::to_string(i) + "]";
@@ -48,7 +48,7 @@ class Translation {
 Pose Translation::pose(const v1::Pose& pose, const std::string& path) {
   Quaternion q(pose.q(0), pose.q(1), pose.q(2), pose.q(3));
   const double norm = q.norm();
-  if (!(norm >= kLeastNorm && norm <= kMostNorm)) {
+  if (!(norm >= kMinNorm && norm <= kMaxNorm)) {
     fault(path + ".q", "its norm is " + std::to_string(norm) + ", not in [0.5, 2]",
           "Give a unit quaternion, w first.");
     q = Quaternion::Identity();
@@ -177,12 +177,12 @@ StringDescription Translation::string(const v1::Scene& scene, const v1::String& 
   p.frequency = string.frequency_hz();
   p.decay = string.decay_s();
   p.touch_decay = string.touch_decay_s();
-  p.model =
-      string.model() == v1::STRING_MODEL_RIGID ? StringModel::kRigid : StringModel::kDeflecting;
+  p.model = string.model() == v1::STRING_MODEL_RIGID ? StringContact::kStraight
+                                                     : StringContact::kYielding;
   p.contact_stiffness = string.contact_stiffness_n_per_m();
   p.inharmonicity = string.inharmonicity();
   p.friction_coefficient = string.friction_coefficient();
-  p.max_level = static_cast<StringLevel>(string.max_level() - v1::STRING_LEVEL_RIGID);
+  p.max_level = static_cast<StringDetail>(string.max_level() - v1::STRING_LEVEL_RIGID);
   if (string.has_k_s_from_device()) {
     const v1::DisplacementScaleFromDevice& from = string.k_s_from_device();
     const double length = (to_vector(p.p_WB) - to_vector(p.p_WA)).norm();

@@ -27,10 +27,10 @@ namespace hapticd {
 [[nodiscard]] ContentHash content_hash(std::span<const std::uint8_t> bytes);
 
 /// Longest MeasuredTree::source_name, bytes.
-inline constexpr std::size_t kLongestSourceName = 255;
+inline constexpr std::size_t kMaxSourceName = 255;
 /// Largest coordinate, radius or bound in a file, m: anything a hand moves is far below, and
 /// squares stay far from overflow. Larger ones are refused.
-inline constexpr double kLargestFileLength = 1e3;
+inline constexpr double kMaxFileLength = 1e3;
 
 /// The same tree gives the same bytes on every machine. Throws std::invalid_argument when
 /// decode_sphere_tree would refuse the result.

@@ -28,10 +28,10 @@ void require(bool condition, const char* what) {
 
 std::string at(std::size_t index) { return " " + std::to_string(index); }
 
-bool is_length(double value) { return value >= 0.0 && value <= kLargestFileLength; }
+bool is_length(double value) { return value >= 0.0 && value <= kMaxFileLength; }
 
 bool is_sphere(const Sphere& sphere) {
-  return (sphere.p.array().abs() <= kLargestFileLength).all() && is_length(sphere.r);
+  return (sphere.p.array().abs() <= kMaxFileLength).all() && is_length(sphere.r);
 }
 
 /// Takes numbers off the front of bytes.
@@ -91,7 +91,7 @@ Counts read_counts(ByteReader& reader) {
   require(counts.leaves >= 1, "it has no leaves");
   require(counts.nodes >= 1, "it has no nodes");
   require(counts.levels >= 1 && counts.levels <= kMaxTreeDepth, "number of levels out of range");
-  require(counts.name <= kLongestSourceName, "the name of the source is too long");
+  require(counts.name <= kMaxSourceName, "the name of the source is too long");
   const std::size_t least = counts.leaves * kTreeFileLeafBytes +
                             counts.nodes * kTreeFileLeastNodeBytes +
                             counts.levels * kTreeFileLevelBytes + counts.name;
@@ -135,8 +135,8 @@ void fill_slot(SphereTreeNode& node, std::size_t slot, const Sphere& bound, std:
 /// Whether `leaf` lies in `bound`; when true, then in exact arithmetic too.
 bool contains(const Sphere& bound, const Sphere& leaf) {
   if (bound.p == leaf.p) return bound.r >= leaf.r;
-  // kSmallestLength covers distances whose squares vanish.
-  return (length(leaf.p - bound.p) + leaf.r) * kRoundUp + kSmallestLength <= bound.r;
+  // kMinLength covers distances whose squares vanish.
+  return (length(leaf.p - bound.p) + leaf.r) * kRoundUp + kMinLength <= bound.r;
 }
 
 /// Reads nodes one by one and checks each against those above it.

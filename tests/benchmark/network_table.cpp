@@ -65,7 +65,7 @@ std::unique_ptr<Snapshot> snapshot_of(const Case& c) {
   tool.p_WG = {0.33, 5.3e-3, 0.022};
   tool.q_WH = tool.q_WG = {0.8, 0.36, 0.48, 0.0};
   tool.F_H_W.f = {0.1, 1.7, 0.3};
-  tool.F_unlimited_H_W = tool.F_H_W;
+  tool.F_computed_H_W = tool.F_H_W;
   tool.contacts = c.contacts;
   snapshot->tools.push_back(tool);
   for (int k = 0; k < c.contacts; ++k) {
@@ -81,7 +81,7 @@ std::unique_ptr<Snapshot> snapshot_of(const Case& c) {
   }
   snapshot->contacts.total = c.contacts;
   for (int k = 0; k < c.strings; ++k) {
-    snapshot->strings.push_back({k, StringPhase::kPressed, 0.3, 1e-3, {1e-4, -1e-3, 2e-4}});
+    snapshot->strings.push_back({k, ShownPhase::kPressed, 0.3, 1e-3, {1e-4, -1e-3, 2e-4}});
     snapshot->string_forces.push_back({0, k, {0.0, 1.1, 0.2}});
   }
   return snapshot;

@@ -27,7 +27,7 @@ struct Play {
 struct Strings {
   const char* name;
   int count;
-  StringModel model;
+  StringContact model;
   bool friction;
   int modes;
 };
@@ -36,13 +36,13 @@ constexpr Play kPlays[] = {{"far", -50e-3, 1e-3, false},   {"near", -2e-3, 1e-3,
                            {"held", 2e-3, 0.0, false},     {"moving", 2e-3, 0.5e-3, false},
                            {"ringing", -50e-3, 0.0, true}, {"ringing_touched", 0.5e-3, 0.0, true}};
 
-constexpr Strings kStrings[] = {{"rigid_1", 1, StringModel::kRigid, false, 0},
-                                {"yielding_1", 1, StringModel::kDeflecting, false, 0},
-                                {"yielding_7", 7, StringModel::kDeflecting, false, 0},
-                                {"yielding_107", 107, StringModel::kDeflecting, false, 0},
-                                {"friction_1", 1, StringModel::kDeflecting, true, 0},
-                                {"modes16_1", 1, StringModel::kDeflecting, false, 16},
-                                {"modes32_1", 1, StringModel::kDeflecting, false, 32}};
+constexpr Strings kStrings[] = {{"rigid_1", 1, StringContact::kStraight, false, 0},
+                                {"yielding_1", 1, StringContact::kYielding, false, 0},
+                                {"yielding_7", 7, StringContact::kYielding, false, 0},
+                                {"yielding_107", 107, StringContact::kYielding, false, 0},
+                                {"friction_1", 1, StringContact::kYielding, true, 0},
+                                {"modes16_1", 1, StringContact::kYielding, false, 16},
+                                {"modes32_1", 1, StringContact::kYielding, false, 32}};
 
 Instrument make_instrument(const Strings& strings) {
   StringParameters prototype;

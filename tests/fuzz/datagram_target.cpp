@@ -14,7 +14,7 @@ namespace {
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::uint32_t kSession = 0x1234abcd;
 /// Datagrams in one input: more only cost time.
-constexpr int kMostDatagrams = 64;
+constexpr int kMaxDatagrams = 64;
 
 void require(bool condition) {
   if (!condition) throw std::logic_error("the server did what it must not");
@@ -139,7 +139,7 @@ class FuzzedServer {
 
 bool check_datagram_bytes(std::span<const std::uint8_t> bytes) {
   FuzzedServer server;
-  for (int n = 0; n < kMostDatagrams && bytes.size() >= 2; ++n) {
+  for (int n = 0; n < kMaxDatagrams && bytes.size() >= 2; ++n) {
     const unsigned head = bytes[0] | static_cast<unsigned>(bytes[1]) << 8U;
     bytes = bytes.subspan(2);
     const auto datagram = bytes.first(std::min<std::size_t>(head & 0x7ffU, bytes.size()));

@@ -36,13 +36,13 @@ bool check_report(View bytes, Decode decode) {
 }
 
 bool check_descriptor(View bytes) {
-  constexpr std::uint64_t kLongest = 16384 + 1;
+  constexpr std::uint64_t kMax = 16384 + 1;
   const hid::DescriptorFacts facts = hid::read_descriptor(bytes);
   bool affine = false;
   const bool profile = hid::is_profile_v1(facts, &affine);
   require(facts.is_haptic || !profile);
   require(profile || !affine);
-  for (const hid::ReportSize& report : facts.reports) require(hid::bytes_of(report) <= kLongest);
+  for (const hid::ReportSize& report : facts.reports) require(hid::bytes_of(report) <= kMax);
   if (facts.flaw == DescriptorFlaw::kNone) return true;
   require(!facts.is_haptic && facts.reports.empty());
   return false;

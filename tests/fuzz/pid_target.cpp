@@ -21,9 +21,9 @@ void require(bool condition) {
 
 void check_descriptor(std::span<const std::uint8_t> bytes) {
   const pid::Descriptor descriptor = pid::read_fields(bytes);
-  require(descriptor.fields.size() <= pid::kMostFields);
-  require(descriptor.reports.size() <= kMostReports);
-  require(descriptor.collections.size() <= pid::kMostCollections);
+  require(descriptor.fields.size() <= pid::kMaxFields);
+  require(descriptor.reports.size() <= kMaxReports);
+  require(descriptor.collections.size() <= pid::kMaxCollections);
   if (descriptor.flaw != DescriptorFlaw::kNone) require(descriptor.reports.empty());
   for (const pid::Field& field : descriptor.fields) {
     require(field.bits >= 1 && field.bits <= 32 && field.minimum <= field.maximum);
@@ -41,7 +41,7 @@ void check_field(const BitField& field, const pid::ReportForm& report) {
 }
 
 void check_report(const OutputReport& report, const pid::ReportForm& form) {
-  require(report.length == form.bytes && report.length <= kLongestReport);
+  require(report.length == form.bytes && report.length <= kMaxReport);
   require(report.bytes[0] == form.id && form.id != 0);
 }
 

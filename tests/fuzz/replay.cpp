@@ -16,7 +16,7 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 /// Longest run of bytes that one mutation moves.
-constexpr std::uint64_t kLongestRun = 64;
+constexpr std::uint64_t kMaxRun = 64;
 
 std::vector<Bytes> read_corpus(const std::string& name) {
   std::vector<std::filesystem::path> paths;
@@ -42,7 +42,7 @@ std::ptrdiff_t place(SplitMix64& random, const Bytes& bytes) {
 Bytes run(SplitMix64& random, const Bytes& bytes) {
   const std::ptrdiff_t begin = place(random, bytes);
   const auto most = static_cast<std::uint64_t>(std::ssize(bytes) - begin);
-  const auto length = static_cast<std::ptrdiff_t>(random.below(std::min(most, kLongestRun) + 1));
+  const auto length = static_cast<std::ptrdiff_t>(random.below(std::min(most, kMaxRun) + 1));
   return {bytes.begin() + begin, bytes.begin() + begin + length};
 }
 

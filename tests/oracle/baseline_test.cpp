@@ -28,7 +28,7 @@ SceneDescription finger_and_string() {
   StringParameters& string = scene.strings[0].parameters;
   string.radius = kRadius;
   string.frequency = 100.0;
-  string.model = StringModel::kRigid;
+  string.model = StringContact::kStraight;
   return scene;
 }
 

@@ -24,7 +24,7 @@ constexpr double kAllowance = 1.2;
 /// More quality may have so much more error: the tool comes to another place.
 constexpr double kMoreError = 1.05;
 /// Relative errors below are rounding of the truth.
-constexpr double kLeastError = 1e-7;
+constexpr double kMinError = 1e-7;
 constexpr double kDeepest_m = 1e-6;
 
 struct Level {
@@ -34,7 +34,7 @@ struct Level {
   double deepest_gap = 1.0;
 
   [[nodiscard]] double error() const {
-    return std::max(kLeastError, std::sqrt(error_square / truth_square));
+    return std::max(kMinError, std::sqrt(error_square / truth_square));
   }
 };
 using Levels = std::array<Level, kQualityLevels>;

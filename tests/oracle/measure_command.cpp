@@ -116,8 +116,8 @@ class Measurement {
   const std::vector<StudyTick>& string_truth() {
     if (!strings_) {
       StudySetting setting = truth_setting(kUsualRate);
-      setting.string_model = StringModel::kDeflecting;
-      setting.string_level = StringLevel::kModes;
+      setting.string_model = StringContact::kYielding;
+      setting.string_level = StringDetail::kModes;
       setting.modes = kTruthModes;
       setting.modal_steps = kTruthModalSteps;
       const Scene exact(with_strings(scene().description(), setting));

@@ -14,7 +14,7 @@ namespace {
 /// Steps of the path, in s. Larger: a way just beside the axis may be taken for one around it.
 constexpr double kStep = 1.0 / 16.0;
 /// Steps of one tick, at most: of a teleport.
-constexpr double kMostSteps = 1e5;
+constexpr double kMaxSteps = 1e5;
 /// C nearer than this share of s did not go around.
 constexpr double kAround = 0.70710678118654752440;
 
@@ -67,7 +67,7 @@ std::vector<bool> PopThroughWatch::go(const Pose& X_WF, const Pose& X_WT) {
   const ToolStep way = coupling_error(X_WF, X_WT, Vector3::Zero());
   const double bound = displacement_bound(way, reach_);
   const double wanted = std::ceil(bound / (kStep * std::max(thinnest_, 1e-6)));
-  const auto steps = static_cast<std::size_t>(std::clamp(wanted, 1.0, kMostSteps));
+  const auto steps = static_cast<std::size_t>(std::clamp(wanted, 1.0, kMaxSteps));
   std::vector<Pose> path{X_WF};
   for (std::size_t k = 1; k < steps; ++k) {
     const double share = static_cast<double>(k) / static_cast<double>(steps);

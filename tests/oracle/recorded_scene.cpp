@@ -11,7 +11,7 @@
 
 #include "device/attach/device_factory.h"
 #include "server/haptic_loop/device_limits.h"
-#include "server/haptic_loop/loop_tool.h"
+#include "server/haptic_loop/tool_loop.h"
 #include "server/recorder/state_record.h"
 #include "server/scene_io/profile_loader.h"
 #include "tests/oracle/table.h"

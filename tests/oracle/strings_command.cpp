@@ -33,19 +33,19 @@ constexpr double kPlucks[] = {0.1, 0.5};
 /// A setting of a string, and the count its cost goes with.
 struct StringSetting {
   std::string name;
-  StringLevel level = StringLevel::kModes;
+  StringDetail level = StringDetail::kModes;
   InstrumentOptions options;
 
   /// Modes moved in a tick under a finger.
   [[nodiscard]] double mode_steps() const {
-    if (level != StringLevel::kModes) return 0.0;
+    if (level != StringDetail::kModes) return 0.0;
     return static_cast<double>(options.modes) * options.modal_steps;
   }
 };
 
 std::vector<StringSetting> all_settings() {
-  std::vector<StringSetting> settings{{"static", StringLevel::kStatic, {}},
-                                      {"fundamental", StringLevel::kFundamental, {}}};
+  std::vector<StringSetting> settings{{"static", StringDetail::kStatic, {}},
+                                      {"fundamental", StringDetail::kFundamental, {}}};
   for (const int steps : {4, 16, 64, 256}) {
     for (const int modes : {1, 2, 4, 8, 16, 32, 64}) {
       StringSetting& setting = settings.emplace_back();
@@ -94,8 +94,8 @@ struct TouchError {
 
 /// The model alone, whatever work it does.
 PressRun play_model(const StringSetting& setting, const PressCase& press_case) {
-  if (setting.level != StringLevel::kModes) {
-    return play_printed(press_case, setting.level == StringLevel::kFundamental);
+  if (setting.level != StringDetail::kModes) {
+    return play_printed(press_case, setting.level == StringDetail::kFundamental);
   }
   return play_modal(press_case, setting.options.modes, setting.options.modal_steps);
 }

@@ -20,13 +20,13 @@ constexpr double kClearance = 2e-3;
 constexpr double kComing = 0.25;
 constexpr double kGoing = 0.8;
 /// Depths, m: from a touch to the deepest press of a hand.
-constexpr double kLeastDepth = 0.5e-3;
-constexpr double kMostDepth = 6e-3;
+constexpr double kMinDepth = 0.5e-3;
+constexpr double kMaxDepth = 6e-3;
 /// Slides go to and fro so often, Hz.
 constexpr double kSlowest_hz = 1.5;
 constexpr double kFastest_hz = 4.0;
 /// Largest rotation, rad, and the lever that makes a speed of it, m.
-constexpr double kLargestTurn = 0.3;
+constexpr double kMaxTurn = 0.3;
 constexpr double kTurnLever = 0.05;
 /// The tool is turned out of its first orientation by at most this, rad.
 constexpr double kTilt = 0.2;
@@ -141,7 +141,7 @@ std::optional<Pose> touch(PathJudge& judge, const Quaternion& q, const Vector3& 
 
 void draw_motion(double speed, const Vector3& axis_W, Numbers& numbers, StudyGesture& gesture) {
   const double share = numbers.uniform();
-  gesture.depth = kLeastDepth * exponential(share * logarithm(kMostDepth / kLeastDepth));
+  gesture.depth = kMinDepth * exponential(share * logarithm(kMaxDepth / kMinDepth));
   gesture.slide_hz = numbers.between(kSlowest_hz, kFastest_hz);
   gesture.cross_hz = numbers.between(0.5, 1.0) * kSlowest_hz;
   gesture.turn_hz = numbers.between(kSlowest_hz, kFastest_hz);
@@ -153,7 +153,7 @@ void draw_motion(double speed, const Vector3& axis_W, Numbers& numbers, StudyGes
   gesture.cross_W =
       (line ? kStray : 0.3) * speed / (2.0 * kPi * gesture.cross_hz) * gesture.n_W.cross(along);
   const double turn = speed / kTurnLever / (2.0 * kPi * gesture.turn_hz);
-  gesture.turn_W = std::min(turn, kLargestTurn) * numbers.direction();
+  gesture.turn_W = std::min(turn, kMaxTurn) * numbers.direction();
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kLeastValue = 1e-3;
+constexpr double kMinValue = 1e-3;
 
 double shape_error(const ShapeDescription& shape, int level) {
   if (shape.exact) return 0.0;
@@ -60,7 +60,7 @@ Counts counts_of(const std::vector<StudyTick>& run) {
 }  // namespace
 
 void count_value(double value, Histogram& histogram) {
-  const double octaves = std::log2(std::max(value, kLeastValue));
+  const double octaves = std::log2(std::max(value, kMinValue));
   ++histogram[static_cast<int>(std::floor(kBinsPerOctave * octaves))];
 }
 

@@ -59,9 +59,9 @@ std::vector<StudyTick> play_study(const Scene& scene, std::size_t tool, const St
     const double after = processor_time();
     const ToolTick& tick = output->tools[0];
     StudyTick& kept = ticks.emplace_back();
-    kept.felt_W = tick.F_unlimited_H_W.f;
+    kept.felt_W = tick.F_computed_H_W.f;
     kept.contact_W = tick.optimiser.F_H_W.f;
-    kept.torque_W = tick.F_unlimited_H_W.t;
+    kept.torque_W = tick.F_computed_H_W.t;
     kept.X_WG = tick.X_WG;
     kept.touches = tick.optimiser.active_count > 0;
     kept.counts = tick.optimiser;

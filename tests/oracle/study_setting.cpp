@@ -18,11 +18,11 @@ namespace {
 
 /// Names of choices.
 const std::map<std::string, bool> kAnswers{{"yes", true}, {"no", false}};
-const std::map<std::string, StringModel> kModels{{"rigid", StringModel::kRigid},
-                                                 {"deflecting", StringModel::kDeflecting}};
-const std::map<std::string, StringLevel> kLevels{{"static", StringLevel::kStatic},
-                                                 {"fundamental", StringLevel::kFundamental},
-                                                 {"modes", StringLevel::kModes}};
+const std::map<std::string, StringContact> kModels{{"rigid", StringContact::kStraight},
+                                                   {"deflecting", StringContact::kYielding}};
+const std::map<std::string, StringDetail> kLevels{{"static", StringDetail::kStatic},
+                                                  {"fundamental", StringDetail::kFundamental},
+                                                  {"modes", StringDetail::kModes}};
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
   throw std::invalid_argument("--setting " + text + ": " + why);

@@ -16,8 +16,8 @@ struct StudySetting {
   bool judged = true;       ///< its way is searched, unless nothing is judged
   OptimiserOptions options;
   // Of the strings; as the scene has it where nothing is said.
-  std::optional<StringModel> string_model;
-  std::optional<StringLevel> string_level;
+  std::optional<StringContact> string_model;
+  std::optional<StringDetail> string_level;
   std::optional<int> modes;
   std::optional<int> modal_steps;
 

@@ -54,7 +54,7 @@ StringSession::StringSession(Play play) : capsules_(seven_strings()) {
     string.p_WB = to_array(capsules_[i].p_B);
     string.radius = capsules_[i].r;
     string.frequency = kTuning[i % std::size(kTuning)];
-    string.model = play == Play::kPaper ? StringModel::kRigid : StringModel::kDeflecting;
+    string.model = play == Play::kPaper ? StringContact::kStraight : StringContact::kYielding;
     string.friction_coefficient = 0.3;
     string.inharmonicity = 1e-4;
     strings_.push_back(derive_string(string));

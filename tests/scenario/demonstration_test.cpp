@@ -22,7 +22,7 @@ constexpr std::int64_t kTick_ns = 1'000'000;
 /// The law: the tool never sinks into anything, m.
 constexpr double kDeepest = -1e-6;
 /// Longest play of one gesture, ticks.
-constexpr std::int64_t kLongestPlay = 60'000;
+constexpr std::int64_t kMaxPlay = 60'000;
 
 DeviceProfile shipped_profile(const std::string& name) {
   const ProfileResult result = load_profile(name, {HAPTICD_SOURCE_DIR "/deploy/devices"});
@@ -46,7 +46,7 @@ Played play(const Scene& scene, const GestureMotion& motion, const DeviceProfile
   OwnedSimulation tool = scene.simulate(0);
   const auto output = std::make_unique<TickOutput>();
   Played played;
-  for (std::int64_t tick = 0; tick < kLongestPlay; ++tick) {
+  for (std::int64_t tick = 0; tick < kMaxPlay; ++tick) {
     DeviceSample sample;
     device.read(tick * kTick_ns, sample);
     if (tick > 0 && !device.gesture().playing) break;

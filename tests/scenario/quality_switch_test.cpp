@@ -69,8 +69,8 @@ Felt play_switched(const Scene& scene, const std::string& gesture, std::uint64_t
     const Wrench& F_H_W = output->tools[0].F_H_W;
     device.write(tick * kTick_ns,
                  {.f_H_D = to_array(F_H_W.f), .t_H_D = to_array(F_H_W.t), .enable = true});
-    const Vector3 f_now = output->tools[0].F_unlimited_H_W.f;
-    const Vector3 f_steady_now = steady_output->tools[0].F_unlimited_H_W.f;
+    const Vector3 f_now = output->tools[0].F_computed_H_W.f;
+    const Vector3 f_steady_now = steady_output->tools[0].F_computed_H_W.f;
     const double way = tick == 0 ? 0.0 : (to_vector(sample.p_DH) - p).norm();
     const double kt = tool.simulation->scene(0).stiffness.kt;
     const double allowed = std::max(kFreeChange, kExcess * kt * way);

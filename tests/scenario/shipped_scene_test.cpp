@@ -140,7 +140,7 @@ TEST_CASE("the hand reaches through the cabin and back, pushed about by ten obje
   CHECK(d.lines.size() >= 20);
   int sagging = 0;
   for (const StringDescription& cable : d.strings) {
-    if (cable.sag > 0.0 && cable.parameters.model == StringModel::kDeflecting) ++sagging;
+    if (cable.sag > 0.0 && cable.parameters.model == StringContact::kYielding) ++sagging;
   }
   CHECK(sagging >= 10);
   for (const LineDescription& pipe : d.lines) CHECK(pipe.points_W.size() >= 3);

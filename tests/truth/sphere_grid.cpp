@@ -12,9 +12,9 @@ namespace {
 /// more memory.
 constexpr double kLarge = 16.0;
 /// Cells of a grid, at most.
-constexpr double kMostCells = 4e6;
+constexpr double kMaxCells = 4e6;
 /// Smallest side of a cell, m.
-constexpr double kSmallestSide = 1e-6;
+constexpr double kMinSide = 1e-6;
 /// Widens a query, so that rounding hides no sphere, in sides of a cell.
 constexpr double kRounding = 1e-6;
 
@@ -37,7 +37,7 @@ SphereGrid::SphereGrid(std::vector<Sphere> spheres) : spheres_(std::move(spheres
 
 void SphereGrid::choose_cells() {
   const double median = median_radius(spheres_);
-  side_ = std::max(2.0 * median, kSmallestSide);
+  side_ = std::max(2.0 * median, kMinSide);
   Vector3 upper = Vector3::Constant(-1e300);
   lower_ = -upper;
   for (std::size_t i = 0; i < spheres_.size(); ++i) {
@@ -52,7 +52,7 @@ void SphereGrid::choose_cells() {
   if (large_.size() == spheres_.size()) return;
   const Vector3 extent = upper - lower_;
   const auto count = [&](double side) { return (extent / side + Vector3::Ones()).prod(); };
-  while (count(side_) > kMostCells) side_ *= 2.0;
+  while (count(side_) > kMaxCells) side_ *= 2.0;
   for (std::size_t k = 0; k < 3; ++k) {
     cells_[k] = 1 + static_cast<std::int64_t>(extent[static_cast<Eigen::Index>(k)] / side_);
   }

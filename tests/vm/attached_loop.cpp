@@ -18,7 +18,7 @@ namespace {
 constexpr std::int64_t kTick_ns = 1'000'000;
 
 /// The longest a run waits for a sample to begin after.
-constexpr std::int64_t kLongestFrame_ns = 2'000'000;
+constexpr std::int64_t kMaxFrame_ns = 2'000'000;
 constexpr std::int64_t kLook_ns = 20'000;
 
 std::int64_t now() noexcept { return monotonic_now_ns(); }
@@ -110,7 +110,7 @@ ReadOutcome AttachedLoop::tick(double force, bool enable) {
 int AttachedLoop::run(int ticks, double force, bool enable) {
   int count = 0;
   std::int64_t due_ns = monotonic_now_ns();
-  for (const std::int64_t end_ns = due_ns + kLongestFrame_ns; due_ns < end_ns;) {
+  for (const std::int64_t end_ns = due_ns + kMaxFrame_ns; due_ns < end_ns;) {
     const bool heard = device->read(due_ns, sample) == ReadOutcome::kFresh;
     due_ns = monotonic_now_ns() + (heard ? kTick_ns / 2 : 0);
     if (heard) break;

@@ -98,7 +98,7 @@ TEST_CASE(
   LibusbHandle handle;
   AttachedLoop loop(handle.channel());
   plugged.stall_feature(kHapConfigId);
-  std::uint8_t bytes[kLongestReport] = {kHapConfigId};
+  std::uint8_t bytes[kMaxReport] = {kHapConfigId};
   CHECK(handle.channel().get_feature(handle.channel().output, bytes, sizeof(bytes)) == -1);
   loop.run(100, 0.5, true);
   REQUIRE(loop.written);

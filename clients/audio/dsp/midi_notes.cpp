@@ -13,7 +13,7 @@ constexpr std::uint8_t kNoteOff = 0x80;
 
 bool MidiNotes::write(MidiEvents& out, std::int32_t frame, std::uint8_t status,
                       const MidiNote& note, std::uint8_t velocity, std::size_t spare) noexcept {
-  if (out.count + spare >= MidiEvents::kMost) return false;
+  if (out.count + spare >= MidiEvents::kMax) return false;
   const auto first = static_cast<std::uint8_t>(status | note.channel);
   out.events[out.count++] = {frame, {first, note.number, velocity}};
   return true;

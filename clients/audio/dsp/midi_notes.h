@@ -18,8 +18,8 @@ struct MidiEvent {
 
 /// Those of one block, in their order; what does not fit is left out, ends of notes never.
 struct MidiEvents {
-  static constexpr std::size_t kMost = 128;
-  std::array<MidiEvent, kMost> events{};
+  static constexpr std::size_t kMax = 128;
+  std::array<MidiEvent, kMax> events{};
   std::size_t count = 0;
 };
 

@@ -12,13 +12,13 @@
 namespace hapticd::audio {
 
 /// Partials that a plucked string begins with.
-inline constexpr int kMostPartials = 64;
+inline constexpr int kMaxPartials = 64;
 /// Allpass sections of the dispersion.
-inline constexpr int kMostSections = 8;
+inline constexpr int kMaxSections = 8;
 /// Longest period of a string, frames: 6 Hz at 48 kHz, 24 Hz at 192 kHz.
-inline constexpr double kLongestPeriod = 8000.0;
+inline constexpr double kMaxPeriod = 8000.0;
 /// Shortest way through the delay line itself, frames: the interpolation needs as many.
-inline constexpr double kShortestDelay = 5.0;
+inline constexpr double kMinDelay = 5.0;
 
 /// The loop of a waveguide string: y = x + loss(dispersion(y, `period` - filters later)).
 struct StringLoop {
@@ -34,7 +34,7 @@ struct StringLoop {
 
 /// What a string is plucked with: one period of a sum of sines.
 struct Excitation {
-  std::array<float, kMostPartials> amplitude{};  ///< of partial n + 1
+  std::array<float, kMaxPartials> amplitude{};  ///< of partial n + 1
   int partials = 0;
   double cosine = 1.0;  ///< of 2 pi over the period at the onset
   double sine = 0.0;    ///< of the same

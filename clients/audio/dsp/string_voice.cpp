@@ -9,7 +9,7 @@ namespace hapticd::audio {
 void StringVoice::start(const Strike& strike) noexcept {
   loop_ = strike.loop;
   glide_ = strike.glide;
-  const auto longest = static_cast<std::uint32_t>(std::min(loop_.period, kLongestPeriod)) + kTaps;
+  const auto longest = static_cast<std::uint32_t>(std::min(loop_.period, kMaxPeriod)) + kTaps;
   mask_ = std::bit_ceil(longest) - 1;
   std::fill_n(line_.begin(), mask_ + 1, 0.0);
   section_in_.fill(0.0);
@@ -37,7 +37,7 @@ void StringVoice::start(const Strike& strike) noexcept {
 }
 
 double StringVoice::delay_of(double ratio) const noexcept {
-  return std::max(loop_.period / ratio - loop_.filter_delay, kShortestDelay);
+  return std::max(loop_.period / ratio - loop_.filter_delay, kMinDelay);
 }
 
 void StringVoice::set_delay(double delay) noexcept {

@@ -18,15 +18,15 @@ namespace hapticd::audio {
 /// State of one string. About 70 kB.
 class StringVoice {
  public:
-  /// Begins anew. Precondition: period at the onset less its filters >= kShortestDelay, period <=
-  /// kLongestPeriod.
+  /// Begins anew. Precondition: period at the onset less its filters >= kMinDelay, period <=
+  /// kMaxPeriod.
   void start(const Strike& strike) noexcept;
   /// The next frame.
   [[nodiscard]] double next() noexcept;
 
  private:
   static constexpr std::uint32_t kLine = 8192;
-  static_assert(kLine >= kLongestPeriod + kTaps, "the longest period fits");
+  static_assert(kLine >= kMaxPeriod + kTaps, "the longest period fits");
 
   [[nodiscard]] double excite() noexcept;
   [[nodiscard]] double delayed() const noexcept;
@@ -44,14 +44,14 @@ class StringVoice {
   std::uint32_t whole_ = 0;
   std::array<double, kTaps> weights_{};
   double loss_ = 0.0;
-  std::array<double, kMostSections> section_in_{};
-  std::array<double, kMostSections> section_out_{};
+  std::array<double, kMaxSections> section_in_{};
+  std::array<double, kMaxSections> section_out_{};
 
   std::uint32_t excitation_frames_ = 0;
   int partials_ = 0;
-  std::array<double, kMostPartials> sine_{};    ///< amplitude sin(n theta k)
-  std::array<double, kMostPartials> before_{};  ///< the same at k - 1
-  std::array<double, kMostPartials> turn_{};    ///< 2 cos(n theta)
+  std::array<double, kMaxPartials> sine_{};    ///< amplitude sin(n theta k)
+  std::array<double, kMaxPartials> before_{};  ///< the same at k - 1
+  std::array<double, kMaxPartials> turn_{};    ///< 2 cos(n theta)
 };
 
 }  // namespace hapticd::audio

@@ -19,7 +19,7 @@ constexpr std::int64_t kLookAgain_ns = 1'000'000'000;
 bool is_asset(const fs::directory_entry& entry) {
   std::error_code unknown;
   return entry.is_regular_file(unknown) && !entry.is_symlink(unknown) &&
-         entry.file_size(unknown) <= kMostAssetBytes;
+         entry.file_size(unknown) <= kMaxAssetBytes;
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ std::string hash_of(std::string_view bytes) {
 std::optional<std::string> read_whole(const fs::path& file) {
   std::error_code unknown;
   const std::uintmax_t size = fs::file_size(file, unknown);
-  if (unknown || size > kMostAssetBytes) return std::nullopt;
+  if (unknown || size > kMaxAssetBytes) return std::nullopt;
   std::ifstream stream(file, std::ios::binary);
   std::string bytes(static_cast<std::size_t>(size), '\0');
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(size))) return std::nullopt;

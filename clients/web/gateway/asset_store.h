@@ -14,7 +14,7 @@
 namespace hapticd::web {
 
 /// Longest file that is served, bytes.
-inline constexpr std::uintmax_t kMostAssetBytes = 64U << 20U;
+inline constexpr std::uintmax_t kMaxAssetBytes = 64U << 20U;
 
 /// BLAKE2b-256 of `bytes` in hexadecimal, as in an address of the gateway.
 [[nodiscard]] std::string hash_of(std::string_view bytes);
@@ -41,7 +41,7 @@ class AssetStore {
   std::int64_t looked_ns_ = 0;
 };
 
-/// The bytes of `file`; nothing when it cannot be read or is longer than kMostAssetBytes.
+/// The bytes of `file`; nothing when it cannot be read or is longer than kMaxAssetBytes.
 [[nodiscard]] std::optional<std::string> read_whole(const std::filesystem::path& file);
 
 }  // namespace hapticd::web

@@ -24,14 +24,14 @@ using boost::system::error_code;
 using Udp = asio::ip::udp;
 
 /// Longest wait between two looks at what is due.
-constexpr std::int64_t kLongestWait_ns = 10'000'000;
+constexpr std::int64_t kMaxWait_ns = 10'000'000;
 /// Time until a socket that could not be opened is tried again.
 constexpr std::chrono::seconds kOpenAgain{1};
 /// Silence after which another socket is opened, ns.
 constexpr std::int64_t kOtherSocket_ns = 12'000'000'000;
 constexpr std::size_t kBufferBytes = 2048;
 constexpr int kSocketBytes = 1 << 20;
-constexpr std::uint32_t kMostContacts = 64;
+constexpr std::uint32_t kMaxContacts = 64;
 
 std::uint32_t random_number() {
   std::uint32_t number = 0;
@@ -49,7 +49,7 @@ v1::Item subscription(double state_rate_hz, double tick_rate_hz) {
   for (int section = v1::SECTION_TOOLS; section <= v1::SECTION_REPLAY; ++section) {
     subscribe.add_sections(static_cast<v1::Section>(section));
   }
-  subscribe.set_max_contacts(kMostContacts);
+  subscribe.set_max_contacts(kMaxContacts);
   return item;
 }
 
@@ -227,7 +227,7 @@ void DaemonLink::Implementation::poll() {
 void DaemonLink::Implementation::wait() {
   const std::int64_t until_due = core->due_ns() - client::monotonic_now_ns();
   timer.expires_after(
-      std::chrono::nanoseconds(std::clamp<std::int64_t>(until_due, 0, kLongestWait_ns)));
+      std::chrono::nanoseconds(std::clamp<std::int64_t>(until_due, 0, kMaxWait_ns)));
   timer.async_wait([self = shared_from_this()](const error_code& cancelled) {
     if (!cancelled) self->poll();
   });

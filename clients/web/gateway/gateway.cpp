@@ -14,7 +14,7 @@
 #include "clients/library/client.h"
 #include "clients/web/gateway/access.h"
 #include "clients/web/gateway/asset_store.h"
-#include "clients/web/gateway/experiment_desk.h"
+#include "clients/web/gateway/experiment_link.h"
 #include "clients/web/gateway/metrics.h"
 #include "clients/web/gateway/recording_source.h"
 
@@ -50,7 +50,7 @@ struct Gateway::Implementation {
   v1::PageLink last_link;
   int looks = 0;
   std::shared_ptr<DaemonLink> link;
-  std::unique_ptr<ExperimentDesk> experiments;
+  std::unique_ptr<ExperimentLink> experiments;
   // Whoever is still connected at the end refers to the hub from inside the context.
   Hub hub;
   asio::io_context context{1};
@@ -74,7 +74,7 @@ Gateway::Implementation::Implementation(WebOptions given)
         // With a daemon the metrics are its own.
         if (link == nullptr) newest = state;
       }) {
-  experiments = std::make_unique<ExperimentDesk>(
+  experiments = std::make_unique<ExperimentLink>(
       context, options.experiments, [this](const v1::ExperimentScreen& screen, ViewerId owner) {
         hub.experiment(screen, owner);
       });

@@ -28,7 +28,7 @@ namespace {
 
 /// Time for a TLS handshake, a request, an answer.
 constexpr std::chrono::seconds kPatience{10};
-constexpr std::uint32_t kMostHeadBytes = 8192;
+constexpr std::uint32_t kMaxHeadBytes = 8192;
 constexpr std::string_view kAssetPath = "/asset/";
 
 std::string_view view_of(boost::beast::string_view text) { return {text.data(), text.size()}; }
@@ -77,7 +77,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
 void Connection::read() {
   parser_.emplace();
-  parser_->header_limit(kMostHeadBytes);
+  parser_->header_limit(kMaxHeadBytes);
   parser_->body_limit(std::uint64_t{0});
   stream_->next_layer().expires_after(kPatience);
   http::async_read(*stream_, buffer_, *parser_,

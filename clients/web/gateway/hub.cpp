@@ -298,7 +298,7 @@ void Hub::show(ViewerId id, const Viewer& viewer, std::uint64_t request_id,
 
 void Hub::call(ViewerId id, Viewer& viewer, std::uint64_t request_id, const v1::Item& item) {
   auto refused = desk_.refuse(id, viewer.control, item);
-  if (!refused.has_value() && viewer.under_way >= kMostUnderWay) {
+  if (!refused.has_value() && viewer.under_way >= kMaxUnderWay) {
     refused = made_result(v1::RESULT_CODE_BUSY, "too many requests of this page are under way");
   }
   if (refused.has_value()) {

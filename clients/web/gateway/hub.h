@@ -11,14 +11,14 @@
 #include <string_view>
 
 #include "clients/library/client_core.h"
-#include "clients/web/gateway/lease_desk.h"
+#include "clients/web/gateway/page_lease.h"
 #include "clients/web/gateway/viewer_queue.h"
 #include "hapticd/v1/gateway.pb.h"
 
 namespace hapticd::web {
 
 /// Requests of a viewer that may be under way.
-inline constexpr std::size_t kMostUnderWay = 64;
+inline constexpr std::size_t kMaxUnderWay = 64;
 
 /// Why a viewer is closed.
 enum class CloseReason : std::uint8_t {
@@ -148,7 +148,7 @@ class Hub {
   HubOptions options_;
   std::map<ViewerId, Viewer> viewers_;
   ViewerId last_id_ = 0;
-  LeaseDesk desk_;
+  PageLease desk_;
   HubCounters counters_;
   v1::PageShown shown_ = daemon_shown();
   Newest daemon_;

@@ -10,7 +10,7 @@ namespace hapticd::web {
 namespace {
 
 /// States shown in one step of advance() at most.
-constexpr std::size_t kMostStates = 3;
+constexpr std::size_t kMaxStates = 3;
 
 template <typename Message>
 Message parsed(const client::RecordedMessage& from) {
@@ -126,7 +126,7 @@ void Playback::advance(double elapsed_s) {
                                                 }) -
                                ticks_.begin());
   const std::size_t count = last > tick ? last - tick : 0;
-  const std::size_t stride = (count + kMostStates - 1) / kMostStates;
+  const std::size_t stride = (count + kMaxStates - 1) / kMaxStates;
   for (; tick < last; ++tick) {
     for (; next_ <= ticks_[tick].message; ++next_) take(next_, true);
     if ((last - 1 - tick) % stride == 0) show(tick);
@@ -137,7 +137,7 @@ void Playback::steer(const v1::PagePlayback& wanted) {
   const bool played = playing_;
   playing_ = wanted.playing();
   if (std::isfinite(wanted.rate()) && wanted.rate() > 0.0) {
-    rate_ = std::min(wanted.rate(), kMostRate);
+    rate_ = std::min(wanted.rate(), kMaxRate);
   }
   if (!std::isfinite(wanted.position_s())) return;
   const double distance_s = std::fabs(wanted.position_s() - position_s_);

@@ -16,7 +16,7 @@
 namespace hapticd::web {
 
 /// Fastest rate.
-inline constexpr double kMostRate = 100.0;
+inline constexpr double kMaxRate = 100.0;
 /// While it plays, a wanted position this near to its own is what a page sees of now, s: no jump.
 inline constexpr double kSamePlace_s = 0.25;
 /// How far before a place events are looked at, s: what sounds there began no earlier, nor did what

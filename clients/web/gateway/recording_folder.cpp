@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kEnding = ".mcap";
 /// Of Listing.names.
-constexpr std::size_t kMostNames = 4096;
+constexpr std::size_t kMaxNames = 4096;
 
 v1::Result result_of(v1::ResultCode code, std::string message) {
   v1::Result result;
@@ -58,7 +58,7 @@ v1::Listing RecordingFolder::list() const {
   }
   std::sort(found.begin(), found.end());
   // The newest, where there are more than a listing holds.
-  const std::size_t first = found.size() - std::min(found.size(), kMostNames);
+  const std::size_t first = found.size() - std::min(found.size(), kMaxNames);
   v1::Listing listing;
   for (std::size_t i = first; i < found.size(); ++i) listing.add_names(std::move(found[i].second));
   return listing;

@@ -65,7 +65,7 @@ void Viewer::accept(Request request, const std::string& subprotocol) {
       response.set(boost::beast::http::field::sec_websocket_protocol, subprotocol);
     }
   }));
-  socket_.read_message_max(kMostMessageBytes);
+  socket_.read_message_max(kMaxMessageBytes);
   socket_.binary(true);
   // One event, one frame: nothing that has to come in between is worth the many writes.
   socket_.auto_fragment(false);

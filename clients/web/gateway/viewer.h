@@ -15,7 +15,7 @@
 namespace hapticd::web {
 
 /// Longest message a page may send, bytes; a scene in LoadScene is the longest there is.
-inline constexpr std::size_t kMostMessageBytes = 1U << 20U;
+inline constexpr std::size_t kMaxMessageBytes = 1U << 20U;
 
 class Viewer : public std::enable_shared_from_this<Viewer> {
  public:

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "clients/web/gateway/daemon_link.h"
-#include "clients/web/gateway/experiment_desk.h"
+#include "clients/web/gateway/experiment_link.h"
 #include "clients/web/gateway/http_server.h"
 #include "clients/web/gateway/recording_folder.h"
 

@@ -20,7 +20,7 @@ constexpr std::int64_t kBallChunk = 8;
 /// fails more often, less goes slowly.
 constexpr double kFirstStep = 0.2;
 /// Share of the scale by which a step must make the growth smaller.
-constexpr double kLeastGain = 1e-3;
+constexpr double kMinGain = 1e-3;
 /// Length of the shortest combination of gradients below which the step is halved: the growth
 /// cannot shrink by more than this share of the step.
 constexpr double kFlat = 0.05;
@@ -71,7 +71,7 @@ class Bundle {
 class Mover {
  public:
   Mover(const MeshDistance& distance, std::span<const Vector3> points, double scale)
-      : distance_(distance), points_(points), least_gain_(kLeastGain * scale) {}
+      : distance_(distance), points_(points), least_gain_(kMinGain * scale) {}
 
   void run(Sphere& ball, int trials) {
     start_at(ball);

@@ -11,8 +11,8 @@ namespace {
 constexpr int kSteps = 40;
 /// Least and largest share of the radius that a step keeps: it always shrinks, but not to nothing
 /// by the rounding of one point near `p`.
-constexpr double kLeastKept = 0.05;
-constexpr double kMostKept = 0.95;
+constexpr double kMinKept = 0.05;
+constexpr double kMaxKept = 0.95;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ Sphere inner_ball(const MeshDistance& distance, const Vector3& p, const Vector3&
     const double along = chord.dot(normal);
     const double through = along > 0.0 ? chord.squaredNorm() / (2.0 * along) : r;
     too_large = r;
-    r = std::clamp(through, kLeastKept * r, kMostKept * r);
+    r = std::clamp(through, kMinKept * r, kMaxKept * r);
   }
   for (int step = 0; step < refine && too_large > r; ++step) {
     const double middle = 0.5 * (r + too_large);

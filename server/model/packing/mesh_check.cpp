@@ -121,7 +121,7 @@ void check_whole(const TriangleMesh& mesh, bool closed, MeshReport& report) {
     report.findings.push_back({MeshFault::kInsideOut, FaultSeverity::kError,
                                static_cast<std::int64_t>(mesh.triangles.size()), 0, p});
   }
-  if (!(report.diagonal >= kSmallestDiagonal && report.diagonal <= kLargestDiagonal)) {
+  if (!(report.diagonal >= kMinDiagonal && report.diagonal <= kMaxDiagonal)) {
     report.findings.push_back(
         {MeshFault::kUnits, FaultSeverity::kWarning, 1, -1, Vector3{report.diagonal, 0.0, 0.0}});
   }
@@ -134,7 +134,7 @@ void check_whole(const TriangleMesh& mesh, bool closed, MeshReport& report) {
                                static_cast<std::int32_t>(t),
                                corner(mesh, mesh.triangles[static_cast<std::size_t>(t)], 0)});
   }
-  if (mesh.triangles.size() > kMostTrianglesForCrossings) return;
+  if (mesh.triangles.size() > kMaxTrianglesForCrossings) return;
   const MeshCrossings crossings = find_crossings(mesh);
   if (crossings.count > 0) {
     report.findings.push_back({MeshFault::kCrossing, FaultSeverity::kWarning, crossings.count,

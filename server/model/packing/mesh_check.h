@@ -41,10 +41,10 @@ struct MeshFinding {
 
 /// Bounding box diagonals outside are taken for a wrong unit, m. Normal values 1 mm and 10 m; a
 /// wider range lets metres for millimetres pass.
-inline constexpr double kSmallestDiagonal = 1e-3;
-inline constexpr double kLargestDiagonal = 10.0;
+inline constexpr double kMinDiagonal = 1e-3;
+inline constexpr double kMaxDiagonal = 10.0;
 /// Triangles above which crossings are not looked for: the search takes seconds there.
-inline constexpr std::size_t kMostTrianglesForCrossings = 500'000;
+inline constexpr std::size_t kMaxTrianglesForCrossings = 500'000;
 
 struct MeshReport {
   std::vector<MeshFinding> findings;  ///< in the order of MeshFault, one per kind

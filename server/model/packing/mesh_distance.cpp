@@ -19,7 +19,7 @@ constexpr std::int32_t kLeafTriangles = 4;
 /// Depth of the stack of a search: the tree is halved by count, so at most 31 levels.
 constexpr int kStack = 64;
 /// Largest coordinate accepted, m: fourth powers stay finite.
-constexpr double kLargestCoordinate = 1e70;
+constexpr double kMaxCoordinate = 1e70;
 /// Square of the sine of the angle below which a triangle counts as a segment. Normal value 1e-24
 /// (heights below 1e-12 of the sides are lost in the rounding of coordinates anyway).
 constexpr double kFlatSquared = 1e-24;
@@ -45,7 +45,7 @@ double squared_distance_to_box(const Vector3& low, const Vector3& high, const Ve
 void check(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) throw std::invalid_argument("mesh distance: no triangles");
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    if (!(mesh.vertices[i].array().abs() <= kLargestCoordinate).all()) {
+    if (!(mesh.vertices[i].array().abs() <= kMaxCoordinate).all()) {
       throw std::invalid_argument("mesh distance: vertex " + std::to_string(i) + " is not finite");
     }
   }

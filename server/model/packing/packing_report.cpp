@@ -17,7 +17,7 @@ namespace {
 constexpr std::int64_t kChunk = 4096;
 /// Most trials per wanted sample of the union. Normal value 64: where less than 1/64 of the
 /// spheres' surface is visible the report has fewer samples; more costs time.
-constexpr std::int64_t kMostTrials = 64;
+constexpr std::int64_t kMaxTrials = 64;
 /// A point this share of its sphere's radius inside another sphere is not on the union's surface.
 /// Normal value 1e-9; 0 would drop by rounding points of two equal spheres.
 constexpr double kDepth = 1e-9;
@@ -134,7 +134,7 @@ void report_outside(const MeshDistance& distance, std::span<const Sphere> sphere
   for (const Sphere& s : spheres) areas.push_back(s.r * s.r);
   const std::vector<double> sums = cumulated(areas);
   std::vector<double> outside;
-  for (std::int64_t round = 0; round < kMostTrials && report.sphere_samples < options.samples;
+  for (std::int64_t round = 0; round < kMaxTrials && report.sphere_samples < options.samples;
        ++round) {
     std::vector<std::vector<double>> found(
         static_cast<std::size_t>(chunk_count(options.samples, kChunk)));

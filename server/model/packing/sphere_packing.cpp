@@ -16,7 +16,7 @@ namespace hapticd {
 namespace {
 
 /// Most spheres of a tree.
-constexpr double kMostSpheres = 16777216.0;
+constexpr double kMaxSpheres = 16777216.0;
 /// Rounding margin of radii, as a share of the extent of the mesh. Normal value 1e-14 (coordinates
 /// are rounded to 1e-16 of it, distances to a few times that).
 constexpr double kMargin = 1e-14;
@@ -45,8 +45,8 @@ constexpr std::size_t kPatchesPerBall = 3000;
 constexpr std::size_t kPatchesAtLeast = 300'000;
 /// Balls moved about to make a number of balls better: rounds times balls, within limits.
 constexpr int kSwapWork = 6000;
-constexpr int kLeastSwapRounds = 8;
-constexpr int kMostSwapRounds = 80;
+constexpr int kMinSwapRounds = 8;
+constexpr int kMaxSwapRounds = 80;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Task {
@@ -63,7 +63,7 @@ void check(const PackingOptions& options) {
   if (options.leaves ? *options.leaves < 1 : !(options.outer > 0.0 && options.outer < 1e70)) {
     refuse(options.leaves ? "at least one leaf is needed" : "the bound must be positive");
   }
-  if (options.leaves && *options.leaves > static_cast<int>(kMostSpheres)) {
+  if (options.leaves && *options.leaves > static_cast<int>(kMaxSpheres)) {
     refuse("a tree has at most 16777216 leaves");
   }
   if (!(options.inner >= 0.0 && options.inner < 1e70)) refuse("inner must not be negative");
@@ -204,7 +204,7 @@ BallSet pack_to_count(const Task& task, std::size_t count) {
   SurfacePatches surface;
   const double bound = cover_by_count(task, count, surface, set);
   const int rounds =
-      std::clamp(kSwapWork / static_cast<int>(count), kLeastSwapRounds, kMostSwapRounds);
+      std::clamp(kSwapWork / static_cast<int>(count), kMinSwapRounds, kMaxSwapRounds);
   BallSet best;
   for (int round = 0; round < rounds || best.balls.empty(); ++round) {
     settle(task, surface, bound, 2, set);
@@ -243,7 +243,7 @@ Packing pack_spheres(const TriangleMesh& mesh, const MeshDistance& distance,
     // What rounding and its margins take.
     const double goal = bound - 4.0 * kMargin * task.extent;
     if (!(goal > 0.0)) throw std::runtime_error("sphere packing: the bound is lost in rounding");
-    if (estimated_balls(mesh, distance, bound) > kMostSpheres) {
+    if (estimated_balls(mesh, distance, bound) > kMaxSpheres) {
       throw std::runtime_error("sphere packing: the bound would take more than 16777216 spheres");
     }
     const SurfacePatches surface =

@@ -99,7 +99,7 @@ void Divider::divide(const Piece& whole, std::atomic<std::int64_t>& total,
     if (longest <= wanted) {
       const double area = 0.5 * length((piece.b - piece.a).cross(piece.c - piece.a));
       found.push_back({piece.a, piece.b, piece.c, normal, area, piece.reach});
-      if (++total > kMostPatches) {
+      if (++total > kMaxPatches) {
         throw std::runtime_error("sphere packing: the bound is too small for this mesh");
       }
       continue;

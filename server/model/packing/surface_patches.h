@@ -44,12 +44,12 @@ struct PatchOptions {
                                      double bound);
 
 /// Triangles without area are left out: they lie on the sides of others. Throws std::runtime_error
-/// when the number of patches would be beyond kMostPatches.
+/// when the number of patches would be beyond kMaxPatches.
 [[nodiscard]] SurfacePatches divide_surface(const TriangleMesh& mesh, const MeshDistance& distance,
                                             const PatchOptions& options);
 
 /// Most patches made. Normal value 2^26 (10 GB); more would take the memory of a machine.
-inline constexpr std::int64_t kMostPatches = std::int64_t{1} << 26U;
+inline constexpr std::int64_t kMaxPatches = std::int64_t{1} << 26U;
 
 /// Largest side of the box of the vertices, m.
 [[nodiscard]] double mesh_extent(const TriangleMesh& mesh);

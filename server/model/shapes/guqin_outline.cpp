@@ -24,9 +24,9 @@ constexpr double kTaper = 0.2;
 /// Strings keep at least so much wood beside them, m.
 constexpr double kBesideStrings = 0.012;
 /// Least height of the body's sides between the rounded edges, m.
-constexpr double kLeastSide = 0.002;
+constexpr double kMinSide = 0.002;
 /// Least length of the body behind the gum, m.
-constexpr double kLeastTail = 0.015;
+constexpr double kMinTail = 0.015;
 
 double bump(const std::array<double, 4>& shares, double share) {
   return smooth_step((share - shares[0]) / (shares[1] - shares[0])) -
@@ -104,7 +104,7 @@ std::array<OutlineBend, 4> outline_bends(const GuqinParameters& parameters) {
 void check_guqin(const GuqinParameters& parameters) {
   const GuqinParameters& p = parameters;
   check_parameters("guqin", kGuqinFields, p);
-  require(p.head + p.string_length + kLeastTail <= p.length,
+  require(p.head + p.string_length + kMinTail <= p.length,
           "guqin: length must be at least head + string_length + 0.015 m");
   require(p.shoulder_width >= p.head_width && p.shoulder_width >= p.tail_width,
           "guqin: shoulder_width must be at least head_width and tail_width");
@@ -122,7 +122,7 @@ void check_guqin(const GuqinParameters& parameters) {
     const double side =
         crown_height(p, s) - arch_fall(1.0 / p.crown_radius, half_width) - lower_edge_height(p, s);
     require(half_width > 2.0 * p.edge + p.hollow, "guqin: edge or hollow too large for the width");
-    require(side >= 2.0 * p.edge + kLeastSide,
+    require(side >= 2.0 * p.edge + kMinSide,
             "guqin: crown_radius or thickness too small for the width");
   }
 }

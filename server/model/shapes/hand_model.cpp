@@ -17,7 +17,7 @@ namespace {
 constexpr double kSkeletonLength = 0.18;
 /// Cells along the hand: with fewer the gaps between the fingers are too narrow for the lattice and
 /// the mesh touches itself there (seen from 26 down).
-constexpr double kLeastCells = 30.0;
+constexpr double kMinCells = 30.0;
 /// How wide seams are filled, m, of the skeleton: within the palm, between palm and fingers, within
 /// a finger, and between fingers, which stay apart.
 constexpr double kPalmBlend = 0.014;
@@ -34,7 +34,7 @@ HandParameters checked(const HandParameters& parameters) {
   if (parameters.left != 0.0 && parameters.left != 1.0) {
     throw std::invalid_argument("hand: left must be 0 or 1");
   }
-  if (parameters.cell > parameters.length / kLeastCells) {
+  if (parameters.cell > parameters.length / kMinCells) {
     throw std::invalid_argument("hand: cell must be at most a thirtieth of length");
   }
   return parameters;

@@ -16,7 +16,7 @@ namespace {
 constexpr double kSnapLong = 0.24999;
 constexpr double kSnapShort = 0.41189;
 /// Most cubes of a lattice: about 1 GB.
-constexpr double kMostCells = 1 << 24;
+constexpr double kMaxCells = 1 << 24;
 /// Newton steps to the level, and the step of its difference quotients as a share of the cell.
 /// Five steps leave nothing but rounding where the function is smooth.
 constexpr int kNewtonSteps = 5;
@@ -72,7 +72,7 @@ Lattice make_lattice(const ImplicitFunction& function, const ImplicitMeshOptions
     const auto a = static_cast<Eigen::Index>(axis);
     const double count = std::ceil((options.high[a] - options.low[a]) / options.cell);
     cells *= count;
-    if (!(count >= 3.0) || !(cells <= kMostCells)) {
+    if (!(count >= 3.0) || !(cells <= kMaxCells)) {
       throw std::invalid_argument("mesh_implicit: cell too large or too small for the box");
     }
     lattice.cubes[axis] = static_cast<std::int32_t>(count);

@@ -19,7 +19,7 @@ constexpr double kFrictionError = 0.01;
 /// What the trapezoid rule may add to the work of a loop, as a share of all that moved.
 constexpr double kTrapezoidError = 2e-5;
 
-StringParameters rough_string(double mu, StringModel model) {
+StringParameters rough_string(double mu, StringContact model) {
   StringParameters string = string_at();
   string.friction_coefficient = mu;
   string.model = model;
@@ -39,7 +39,7 @@ struct Split {
   double tangential;
 };
 
-Split split(const StringContact& contact) {
+Split split(const PressedString& contact) {
   const double normal = contact.F_W.dot(contact.nhat_W);
   return {normal, (contact.F_W - normal * contact.nhat_W).norm()};
 }
@@ -70,7 +70,7 @@ struct Loop {
 Loop random_loop(std::uint64_t seed) {
   SplitMix64 random(seed);
   Loop loop;
-  loop.string.model = random.chance(0.5) ? StringModel::kRigid : StringModel::kDeflecting;
+  loop.string.model = random.chance(0.5) ? StringContact::kStraight : StringContact::kYielding;
   loop.string.tension = 5.0 * std::pow(60.0, random.uniform());
   loop.string.youngs_modulus = random.chance(0.3) ? 0.0 : 1.9e11;
   loop.string.contact_stiffness = random.chance(0.5) ? 1000.0 : 400.0;
@@ -112,7 +112,7 @@ HandWork play(const Loop& loop, std::int64_t& ticks) {
     const int count = 1 + static_cast<int>((to - from).norm() / kStep);
     glide(run, from, to, count, [&](const Vector3& p_WH) {
       const StringTick tick = rendered(run, pose_at(p_WH));
-      for (const StringContact& contact : tick.strings) CHECK(split(contact).normal >= 0.0);
+      for (const PressedString& contact : tick.strings) CHECK(split(contact).normal >= 0.0);
       work.add(tick.F_H_W.f, p_WH);
       ++ticks;
     });
@@ -178,7 +178,7 @@ HandWork play_laps(StringParameters string, double x, const Vector3& aside) {
 }  // namespace
 
 TEST_CASE("friction sticks up to mu N and slips with mu N, along the string and across it") {
-  for (const StringModel model : {StringModel::kDeflecting, StringModel::kRigid}) {
+  for (const StringContact model : {StringContact::kYielding, StringContact::kStraight}) {
     for (const double mu : {0.1, 0.3, 1.0}) {
       for (const double anchor : {300.0, 1000.0, 1e4}) {
         CAPTURE(static_cast<int>(model));
@@ -195,7 +195,7 @@ TEST_CASE("friction sticks up to mu N and slips with mu N, along the string and 
 }
 
 TEST_CASE("what breaks a finger away along a string is mu N, approached and not exceeded") {
-  for (const StringModel model : {StringModel::kDeflecting, StringModel::kRigid}) {
+  for (const StringContact model : {StringContact::kYielding, StringContact::kStraight}) {
     for (const double mu : {0.05, 0.2, 0.5}) {
       CAPTURE(static_cast<int>(model));
       CAPTURE(mu);
@@ -218,7 +218,7 @@ TEST_CASE("what breaks a finger away along a string is mu N, approached and not 
 TEST_CASE(
     "with friction a finger holds a string at newtons where without it slips off at half one") {
   const auto greatest_force = [](bool friction, double mu) {
-    RenderingScene scene = rough_scene(rough_string(mu, StringModel::kDeflecting), 1000.0);
+    RenderingScene scene = rough_scene(rough_string(mu, StringContact::kYielding), 1000.0);
     scene.instrument.friction = friction;
     ToolRun run(scene, pose_at({0.55, 0.02, 0.5e-3}));
     const double s = rest_distance(run, 0.34e-3);
@@ -237,7 +237,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a friction coefficient of zero gives the forces of no friction") {
-  for (const StringModel model : {StringModel::kDeflecting, StringModel::kRigid}) {
+  for (const StringContact model : {StringContact::kYielding, StringContact::kStraight}) {
     const RenderingScene with = rough_scene(rough_string(0.0, model), 1000.0);
     RenderingScene without = rough_scene(rough_string(0.7, model), 1000.0);
     without.instrument.friction = false;
@@ -254,7 +254,7 @@ TEST_CASE("a friction coefficient of zero gives the forces of no friction") {
       const Vector3 f_b = rendered(b, X_WH).F_H_W.f;
       largest = std::max(largest, f_a.norm());
       difference = std::max(difference, (f_a - f_b).norm());
-      if (model == StringModel::kRigid) CHECK(b.state.holds.empty());
+      if (model == StringContact::kStraight) CHECK(b.state.holds.empty());
     }
     CHECK(largest > 0.1);
     CHECK(difference <= 1e-12 * largest);
@@ -262,7 +262,7 @@ TEST_CASE("a friction coefficient of zero gives the forces of no friction") {
 }
 
 TEST_CASE("friction vanishes with the contact and starts anew with the next") {
-  for (const StringModel model : {StringModel::kDeflecting, StringModel::kRigid}) {
+  for (const StringContact model : {StringContact::kYielding, StringContact::kStraight}) {
     const RenderingScene scene = rough_scene(rough_string(0.8, model), 1000.0);
     ToolRun run(scene, pose_at({0.4, 0.02, 0.0}));
     const double s = rest_distance(run, 0.34e-3);
@@ -298,7 +298,7 @@ TEST_CASE("no closed motion of the hand over rough strings gains energy") {
 }
 
 TEST_CASE("stretching the anchor at a light press and relaxing it at a firm one gains nothing") {
-  for (const StringModel model : {StringModel::kDeflecting, StringModel::kRigid}) {
+  for (const StringContact model : {StringContact::kYielding, StringContact::kStraight}) {
     for (const double x : {0.15, 0.55}) {
       for (const double mu : {0.3, 1.0}) {
         for (const double across : {0.0, 1.0}) {

@@ -82,7 +82,7 @@ TEST_CASE("the lateral force is the balance of the two halves of the deflected s
             static_cast<double>(law_lateral(law_string(string), bend.lambda, bend.u_W.norm()));
         // What the tool gets beyond its contact force is the lateral force, and the coupling bears
         // both.
-        const StringContact& contact = tick.strings[0];
+        const PressedString& contact = tick.strings[0];
         const double lateral = (contact.F_W - contact.force * contact.nhat_W).x();
         CHECK(std::abs(lateral - truth) <= 1e-9 * contact.force + 2e-9 * std::abs(truth));
         if (lambda < 0.5) CHECK(truth > 0.0);
@@ -97,7 +97,7 @@ TEST_CASE("the lateral force is the balance of the two halves of the deflected s
 TEST_CASE("the lateral force of a rigid string is that of its deflection") {
   for (const double lambda : kLambdas) {
     StringParameters string = string_at();
-    string.model = StringModel::kRigid;
+    string.model = StringContact::kStraight;
     string.k_s = 2.0;
     const RenderingScene scene = lateral_scene(string, true);
     ToolRun run(scene, pose_at({1.1 * lambda, 0.02, 0.0}));
@@ -138,7 +138,7 @@ TEST_CASE("gliding along a string without friction is all but free") {
 }
 
 TEST_CASE("with the lateral force a glide along a string gains no energy, without it does") {
-  for (const StringModel model : {StringModel::kDeflecting, StringModel::kRigid}) {
+  for (const StringContact model : {StringContact::kYielding, StringContact::kStraight}) {
     CAPTURE(static_cast<int>(model));
     StringParameters string = string_at();
     string.model = model;

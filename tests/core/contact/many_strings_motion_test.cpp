@@ -22,7 +22,7 @@ RenderingScene random_scene(SplitMix64& random, int count) {
     StringParameters string = string_at(random.uniform(-1e-3, 1e-3), z);
     string.tension = random.uniform(5.0, 100.0);
     string.youngs_modulus = random.chance(0.3) ? 0.0 : 2e11;
-    if (random.chance(0.15)) string.model = StringModel::kRigid;
+    if (random.chance(0.15)) string.model = StringContact::kStraight;
     if (random.chance(0.5)) string.friction_coefficient = random.uniform(0.1, 1.0);
     strings.push_back(string);
     z += random.uniform(2e-3, 9e-3);

@@ -145,7 +145,7 @@ TEST_CASE(
     CHECK(error <= 0.005);
     CHECK(run.result.strings_refused == 0);
     worst = std::max(worst, error);
-    for (const StringContact& contact : tick.strings) {
+    for (const PressedString& contact : tick.strings) {
       const double force = truth->force[static_cast<std::size_t>(contact.string)];
       worst_string = std::max(worst_string, std::abs(contact.force - force) / pull);
     }

@@ -16,7 +16,7 @@ constexpr double kKt = 1000.0;
 
 StringParameters rigid_string(double y = 0.0, double z = 0.0) {
   StringParameters string = string_at(y, z);
-  string.model = StringModel::kRigid;
+  string.model = StringContact::kStraight;
   return string;
 }
 

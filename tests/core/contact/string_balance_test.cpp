@@ -145,7 +145,7 @@ TEST_CASE("a fingertip wedged between two strings sinks to where both laws toget
         CHECK(std::abs(run.state.X_WG.p.y() - y) < 1e-8);
         const StringTick tick = rendered(run, pose_at(p_WH));
         REQUIRE(tick.strings.size() == 2);
-        for (const StringContact& contact : tick.strings) {
+        for (const PressedString& contact : tick.strings) {
           CHECK(contact.force == doctest::Approx(static_cast<double>(force)).epsilon(1e-5));
         }
         CHECK(tick.F_H_W.f.y() == doctest::Approx(1000.0 * (y - p_WH.y())).epsilon(1e-5));
@@ -184,7 +184,7 @@ TEST_CASE("strings, bodies and the hand balance in every press, each string by i
     ++settled;
     several += tick.strings.size() > 1 ? 1 : 0;
     // What the tick reports of each string is what its law says at its own deflection.
-    for (const StringContact& contact : tick.strings) {
+    for (const PressedString& contact : tick.strings) {
       const double pull = balance.string_pull[static_cast<std::size_t>(contact.string)];
       CHECK(contact.force == doctest::Approx(pull).epsilon(2e-3));
       CHECK(contact.deflection ==

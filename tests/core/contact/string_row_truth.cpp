@@ -11,13 +11,13 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr int kMostSteps = 300;
+constexpr int kMaxSteps = 300;
 constexpr double kDifference = 1e-7;
 /// Unbalanced force that counts as none, as a share of the hand's pull and N.
 constexpr double kBalanced = 1e-9;
 /// Share of the coupling's stiffness that a stable rest keeps against the strings' letting it slip.
 constexpr double kStable = 0.2;
-constexpr double kLeastSlack = 0.1;
+constexpr double kMinSlack = 0.1;
 
 Matrix3 rotation_of(const Vector3& phi) {
   const double angle = phi.norm();
@@ -86,7 +86,7 @@ Vector6 unbalanced(const StringRow& row, const Vector3& p_WH, const Matrix3& R_W
 bool slips(const StringRow& row, const RowRest& rest) {
   const Matrix3 R_WG = rotation_of(rest.phi_WG);
   for (std::size_t k = 0; k < row.strings.size(); ++k) {
-    if (push_of(row, k, rest.p_WG + R_WG * row.tool[k].p).slack < kLeastSlack) return true;
+    if (push_of(row, k, rest.p_WG + R_WG * row.tool[k].p).slack < kMinSlack) return true;
   }
   return false;
 }
@@ -119,7 +119,7 @@ std::optional<RowRest> rest_on_row(const StringRow& row, const Vector3& p_WH,
   pose[1] += 0.02;
   RowRest rest;
   Vector6 g = unbalanced(row, p_WH, R_WH, pose, rest);
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxSteps; ++i) {
     const Matrix6 K = stiffness_at(row, p_WH, R_WH, pose);
     const double pull = row.stiffness.kt * (p_WH - rest.p_WG).norm();
     if (g.norm() <= kBalanced * (pull + 1.0)) {

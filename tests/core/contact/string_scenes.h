@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "core/contact/string_contact.h"
+#include "core/contact/string_forces.h"
 #include "tests/core/contact/rendering_fixture.h"
 
 namespace hapticd::test {
@@ -25,7 +25,7 @@ inline constexpr double kTipRadius = 5e-3;
 /// What the hand gets in a tick, each string by its own law.
 struct StringTick {
   Wrench F_H_W;
-  StringContacts strings;
+  PressedStrings strings;
 };
 
 /// After run.tick or run.tick_along towards X_WH.

@@ -144,7 +144,7 @@ StringParameters random_string(SplitMix64& random, const Capsule& capsule) {
   string.youngs_modulus = random.chance(0.1) ? 0.0 : log_uniform(random, 1e6, 1e12);
   string.contact_stiffness = log_uniform(random, 100.0, 5000.0);
   string.friction_coefficient = random.uniform(0.0, 1.0);
-  string.model = random.chance(0.9) ? StringModel::kDeflecting : StringModel::kRigid;
+  string.model = random.chance(0.9) ? StringContact::kYielding : StringContact::kStraight;
   return string;
 }
 

@@ -181,8 +181,8 @@ TEST_CASE("a segment without length is a point, whatever the centre") {
 
 TEST_CASE("segments around the smallest length turn into points without a bad number") {
   for (const double L :
-       {std::numeric_limits<double>::denorm_min(), 1e-320, 1e-200, 1e-151, 0.999 * kSmallestLength,
-        kSmallestLength, 1.001 * kSmallestLength, 1e-149, 1e-140, 1e-100}) {
+       {std::numeric_limits<double>::denorm_min(), 1e-320, 1e-200, 1e-151, 0.999 * kMinLength,
+        kMinLength, 1.001 * kMinLength, 1e-149, 1e-140, 1e-100}) {
     for (const double x : {-2.0, 0.0, 0.25, 1.0, 3.0}) {
       for (const double d : {0.0, 1.0}) {
         CAPTURE(L);
@@ -198,10 +198,10 @@ TEST_CASE("segments around the smallest length turn into points without a bad nu
         } else {
           CHECK(found.distance <= std::abs(x) * L);
         }
-        if (L > 1.0005 * kSmallestLength) {
+        if (L > 1.0005 * kMinLength) {
           CHECK(found.lambda == doctest::Approx(std::clamp(x, 0.0, 1.0)).epsilon(1e-12));
         }
-        if (L < kSmallestLength) CHECK(found.lambda == 0.0);
+        if (L < kMinLength) CHECK(found.lambda == 0.0);
       }
     }
   }

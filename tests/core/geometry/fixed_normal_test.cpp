@@ -68,7 +68,7 @@ TEST_CASE("strings along the coordinate axes push out upwards, a vertical one al
 }
 
 TEST_CASE("an axis that vanishes has the normal +y") {
-  for (const double L : {0.0, -0.0, 1e-320, -1e-200, 0.5 * kSmallestLength}) {
+  for (const double L : {0.0, -0.0, 1e-320, -1e-200, 0.5 * kMinLength}) {
     CHECK(fixed_normal({L, L, -L}) == Vector3(0, 1, 0));
     CHECK(fixed_normal({0, 0, L}) == Vector3(0, 1, 0));
   }
@@ -76,11 +76,11 @@ TEST_CASE("an axis that vanishes has the normal +y") {
 
 TEST_CASE("an offset gives its own direction down to the smallest length and the fixed one below") {
   const Vector3 axis(0.3, -0.2, 0.9);
-  for (const double d : {kSmallestLength, 1e-149, 1e-9, 1.0, 1e150}) {
+  for (const double d : {kMinLength, 1e-149, 1e-9, 1.0, 1e150}) {
     const Vector3 n = direction_or_fallback({0.6 * d, 0.0, -0.8 * d}, d, axis);
     CHECK((n - Vector3(0.6, 0.0, -0.8)).norm() <= 4e-16);
   }
-  for (const double d : {0.0, 1e-320, 1e-200, 0.999 * kSmallestLength}) {
+  for (const double d : {0.0, 1e-320, 1e-200, 0.999 * kMinLength}) {
     const Vector3 n = direction_or_fallback({0.6 * d, 0.0, -0.8 * d}, d, axis);
     CHECK(same_bits(n, fixed_normal(axis)));
   }

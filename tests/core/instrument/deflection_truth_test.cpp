@@ -20,10 +20,10 @@ constexpr const char* kHeader =
     "length,tension,youngs_modulus,radius,lambda,displacement,stiffness,force,slope,energy,"
     "axial_force,lateral_force,series_delta,series_force";
 /// Lines the file has at least: fewer is a truncated one.
-constexpr std::size_t kLeastLines = 2000;
+constexpr std::size_t kMinLines = 2000;
 
 /// Relative error of every number of Deflection, 1. Reached: 9.7e-16; 1e-9 would do for touch.
-constexpr long double kMostError = 2e-15L;
+constexpr long double kMaxError = 2e-15L;
 
 struct Truth {
   StringConstants string;
@@ -67,7 +67,7 @@ std::vector<Truth> read_truth() {
   REQUIRE(line == kHeader);
   std::vector<Truth> all;
   while (std::getline(file, line)) all.push_back(parse(line));
-  REQUIRE(all.size() >= kLeastLines);
+  REQUIRE(all.size() >= kMinLines);
   return all;
 }
 
@@ -86,7 +86,7 @@ struct Worst {
 void check(const char* column, const Worst& worst) {
   CAPTURE(column);
   CAPTURE(worst.line);
-  CHECK(static_cast<double>(worst.error) <= static_cast<double>(kMostError));
+  CHECK(static_cast<double>(worst.error) <= static_cast<double>(kMaxError));
 }
 
 TEST_CASE("force, slope, energy, axial and lateral force agree with 120 digits") {

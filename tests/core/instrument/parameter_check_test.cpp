@@ -199,11 +199,11 @@ TEST_CASE("modes without vibration are refused") {
 
 TEST_CASE("an enumerator that does not exist is refused") {
   StringParameters parameters = usual_string();
-  parameters.model = static_cast<StringModel>(2);
+  parameters.model = static_cast<StringContact>(2);
   REQUIRE(check_string(parameters).has_value());
   CHECK(std::string(check_string(parameters)->field) == "model");
   parameters = usual_string();
-  parameters.max_level = static_cast<StringLevel>(4);
+  parameters.max_level = static_cast<StringDetail>(4);
   REQUIRE(check_string(parameters).has_value());
   CHECK(std::string(check_string(parameters)->field) == "max_level");
   InstrumentOptions options;

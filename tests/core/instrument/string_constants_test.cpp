@@ -33,8 +33,8 @@ TEST_CASE("everything else is passed on as it is") {
   parameters.contact_stiffness = 800.0;
   parameters.inharmonicity = 1e-3;
   parameters.friction_coefficient = 0.4;
-  parameters.model = StringModel::kDeflecting;
-  parameters.max_level = StringLevel::kFundamental;
+  parameters.model = StringContact::kYielding;
+  parameters.max_level = StringDetail::kFundamental;
   const StringConstants string = derive_string(parameters);
   CHECK(string.decay == 0.7);
   CHECK(string.touch_decay == 0.04);
@@ -42,8 +42,8 @@ TEST_CASE("everything else is passed on as it is") {
   CHECK(string.contact_stiffness == 800.0);
   CHECK(string.inharmonicity == 1e-3);
   CHECK(string.friction_coefficient == 0.4);
-  CHECK(string.model == StringModel::kDeflecting);
-  CHECK(string.max_level == StringLevel::kFundamental);
+  CHECK(string.model == StringContact::kYielding);
+  CHECK(string.max_level == StringDetail::kFundamental);
 }
 
 TEST_CASE("the tuning wins over the density, and without it the density tunes") {
@@ -100,12 +100,12 @@ TEST_CASE("a string from A to A, or to a point it cannot be told from, is a rigi
   for (const double length : {0.0, 1e-320, 1e-200, 0.99e-9}) {
     const StringConstants string = make_string(length, 30.0, 1.9e11, 0.34e-3);
     CHECK(string.length == 0.0);
-    CHECK(string.model == StringModel::kRigid);
-    CHECK(string.max_level == StringLevel::kRigid);
+    CHECK(string.model == StringContact::kStraight);
+    CHECK(string.max_level == StringDetail::kLine);
   }
   const StringConstants shortest = make_string(1.01e-9, 30.0, 1.9e11, 0.34e-3);
   CHECK(shortest.length == 1.01e-9);
-  CHECK(shortest.model == StringModel::kDeflecting);
+  CHECK(shortest.model == StringContact::kYielding);
 }
 
 TEST_CASE("inharmonicity stretches the upper modes and leaves the tuning") {

@@ -174,7 +174,7 @@ TEST_CASE("what the force has given is gone from the vibration") {
     move_to(hand, -3e-3 - 1e-3 * std::sin(kTurn * 98.0 * k * 1e-3));
     if (k == 0) start = hand.state.vibration.energy;
     given += std::max(held * (hand.distance - before), 0.0);
-    if (hand.state.level == StringLevel::kStatic) break;
+    if (hand.state.level == StringPhase::kStatic) break;
     CHECK(std::abs(hand.state.vibration.energy - (start - given)) < 1e-12 * start);
   }
   CHECK(given > 0.5 * start);
@@ -185,12 +185,12 @@ TEST_CASE("the jump of a distance, as the tool slips off, pays nothing into the 
   hand.distance = 5e-3;
   // Lightly, so that it is not armed; until the string swings away from the finger.
   while (hand.response.vibration_force >= 0.0) move_to(hand, -0.2e-3);
-  REQUIRE(hand.state.level == StringLevel::kFundamental);
+  REQUIRE(hand.state.level == StringPhase::kFundamental);
   hand.state.tank.energy *= 0.5;
   const double in_tank = hand.state.tank.energy;
   move_to(hand, 5e-3);
   REQUIRE(count_events(hand, StringEventKind::kLeave) == 1);
-  REQUIRE(hand.state.level == StringLevel::kFundamental);
+  REQUIRE(hand.state.level == StringPhase::kFundamental);
   CHECK(hand.state.tank.energy <= in_tank);
 }
 
@@ -206,7 +206,7 @@ TEST_CASE("left by a finger, the modes have no more energy than the books") {
       move_to(hand, -2e-3 - 2e-3 * std::sin(kTurn * (98.0 * k * 1e-3 + phase)));
     }
     glide_to(hand, 10e-3, 3);
-    if (hand.state.level != StringLevel::kModes) continue;
+    if (hand.state.level != StringPhase::kModes) continue;
     ++still_ringing;
     CHECK(modal_energy(hand.string, hand.modes, hand.string.decay, hand.time.t_ns) <=
           hand.state.vibration.energy * (1.0 + 1e-12));
@@ -220,7 +220,7 @@ TEST_CASE("as a ringing string falls still under a finger, the static force alon
     hand.options.sleep_energy = 1e-12;
     glide_to(hand, -8e-3, 20);
     for (int i = 0; i < 150; ++i) move_to(hand, -8e-3);
-    REQUIRE(hand.state.level != StringLevel::kStatic);
+    REQUIRE(hand.state.level != StringPhase::kStatic);
     REQUIRE(hand.touch.force > 0.5);
     // Five decay times: exp(-5) of what was at most k_v r, half a newton.
     CHECK(std::abs(hand.response.vibration_force) < 5e-3);

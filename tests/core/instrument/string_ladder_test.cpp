@@ -25,7 +25,7 @@ TEST_CASE("a string nobody has touched sleeps and stays asleep") {
   StringHand hand = hand_on(98.0);
   hand.distance = 0.1;
   for (int i = 0; i < 10; ++i) move_to(hand, 0.1);
-  CHECK(hand.state.level == StringLevel::kRigid);
+  CHECK(hand.state.level == StringPhase::kAsleep);
   CHECK_FALSE(awake(hand.state));
   CHECK(hand.log.empty());
   CHECK(hand.response.vibration_force == 0.0);
@@ -36,12 +36,12 @@ TEST_CASE("a string nobody has touched sleeps and stays asleep") {
 TEST_CASE("a touched string is bent, and sleeps again when it is left without a pluck") {
   StringHand hand = hand_on(98.0);
   move_to(hand, -0.2e-3);
-  CHECK(hand.state.level == StringLevel::kStatic);
+  CHECK(hand.state.level == StringPhase::kStatic);
   CHECK(awake(hand.state));
   CHECK(hand.response.radius_growth == hand.touch.deflection);
   CHECK(hand.response.vibration_force == 0.0);
   move_to(hand, 1e-3);
-  CHECK(hand.state.level == StringLevel::kRigid);
+  CHECK(hand.state.level == StringPhase::kAsleep);
   CHECK_FALSE(awake(hand.state));
   CHECK(hand.response.radius_growth == 0.0);
 }
@@ -52,7 +52,7 @@ TEST_CASE("a released string rings with pi^2 T delta^2 / (4 L), and sleeps when 
   glide_to(hand, -delta - deflection_force(hand.string, 0.5, delta) / 1000.0, 100);
   for (int i = 0; i < 600; ++i) move_to(hand, hand.distance);
   move_to(hand, 1e-3);
-  CHECK(hand.state.level == StringLevel::kFundamental);
+  CHECK(hand.state.level == StringPhase::kFundamental);
   const double E0 = kPi2 * kPi2 / 4.0 * 30.0 * delta * delta / (4.0 * 1.1);
   CHECK(hand.state.vibration.released_energy == doctest::Approx(E0).epsilon(1e-6));
   CHECK(hand.state.tank.energy == hand.state.vibration.energy);
@@ -82,7 +82,7 @@ TEST_CASE("with modes a pluck rings with theirs: the closed form's energy, place
     hand.lambda = lambda;
     const double delta = 2e-3;
     pluck(hand, delta);
-    CHECK(hand.state.level == StringLevel::kModes);
+    CHECK(hand.state.level == StringPhase::kModes);
     // Mode n of a plucked ideal string holds T pi^2 n^2 A_n^2 / (4 L),
     // A_n = 2 delta sin(n pi lambda) / (n^2 pi^2 lambda (1 - lambda)).
     double E0 = 0.0;
@@ -122,7 +122,7 @@ TEST_CASE("modes swing as those of a string let go at the instant of the release
 TEST_CASE("the energy is the same before and after every change between fundamental and modes") {
   StringHand hand = hand_on(98.0, 16);
   pluck(hand, 3e-3);
-  REQUIRE(hand.state.level == StringLevel::kModes);
+  REQUIRE(hand.state.level == StringPhase::kModes);
   const auto closed_form = [&hand](std::int64_t t_ns) {
     return energy_at(hand.state.vibration, t_ns);
   };
@@ -131,18 +131,18 @@ TEST_CASE("the energy is the same before and after every change between fundamen
   hand.options.modes = 0;
   double expected = closed_form(hand.time.t_ns + kTick_ns);
   move_to(hand, hand.distance);
-  CHECK(hand.state.level == StringLevel::kFundamental);
+  CHECK(hand.state.level == StringPhase::kFundamental);
   CHECK(hand.state.vibration.energy == doctest::Approx(expected).epsilon(1e-14));
 
   // Up again, with the next touch and not before.
   hand.options.modes = 16;
   move_to(hand, hand.distance);
-  CHECK(hand.state.level == StringLevel::kFundamental);
+  CHECK(hand.state.level == StringPhase::kFundamental);
   move_to(hand, 8e-3);
   expected = closed_form(hand.time.t_ns + kTick_ns);
   hand.distance = 5e-3;
   move_to(hand, 1e-3);
-  CHECK(hand.state.level == StringLevel::kModes);
+  CHECK(hand.state.level == StringPhase::kModes);
   // Touched in the middle of a tick: damped a little more than in air.
   CHECK(hand.state.vibration.energy < expected);
   CHECK(hand.state.vibration.energy > expected * std::exp(-2.0 * 1e-3 / 0.03));
@@ -152,13 +152,13 @@ TEST_CASE("the energy is the same before and after every change between fundamen
 TEST_CASE("promoted to modes, the string goes on where it was") {
   StringHand hand = hand_on(98.0);
   pluck(hand, 3e-3);
-  REQUIRE(hand.state.level == StringLevel::kFundamental);
+  REQUIRE(hand.state.level == StringPhase::kFundamental);
   // A touch at the very end of a tick: nothing has happened since.
   hand.options.modes = 8;
   hand.distance = 5e-3;
   const double reach = envelope(hand.string, hand.state, 0.5, hand.time.t_ns);
   move_to(hand, std::nextafter(reach, 0.0));
-  REQUIRE(hand.state.level == StringLevel::kModes);
+  REQUIRE(hand.state.level == StringPhase::kModes);
   CHECK(modal_energy(hand.string, hand.modes, 0.5, hand.modes.t_ns) ==
         doctest::Approx(hand.state.vibration.energy).epsilon(0.07));
   // Displacement into the string against displacement towards the tool.
@@ -171,7 +171,7 @@ TEST_CASE("a ringing string under a finger falls still and is bent, with all its
     StringHand hand = hand_on(98.0, modes);
     pluck(hand, 3e-3);
     glide_to(hand, -1e-3, 20);
-    const StringLevel ringing = modes > 0 ? StringLevel::kModes : StringLevel::kFundamental;
+    const StringPhase ringing = modes > 0 ? StringPhase::kModes : StringPhase::kFundamental;
     REQUIRE(hand.state.level == ringing);
     const double E0 = hand.state.vibration.released_energy;
     double energy = hand.state.vibration.energy;
@@ -180,7 +180,7 @@ TEST_CASE("a ringing string under a finger falls still and is bent, with all its
       move_to(hand, hand.distance);
       CHECK(hand.state.vibration.energy <= energy);
     }
-    CHECK(hand.state.level == StringLevel::kStatic);
+    CHECK(hand.state.level == StringPhase::kStatic);
     CHECK(energy > 1e-4 * E0);
     CHECK(energy * std::exp(-2.0 * 1e-3 / 0.03) < 1.001e-4 * E0);
     CHECK(hand.response.vibration_force == 0.0);
@@ -189,25 +189,25 @@ TEST_CASE("a ringing string under a finger falls still and is bent, with all its
     CHECK(radius.deflection == hand.touch.deflection);
     glide_to(hand, 2e-3, 200);
     while (awake(hand.state)) move_to(hand, 2e-3);
-    CHECK(hand.state.level == StringLevel::kRigid);
+    CHECK(hand.state.level == StringPhase::kAsleep);
   }
 }
 
 TEST_CASE("no string climbs above its own level, nor above what the scene models") {
   struct Case {
-    StringLevel most;
+    StringDetail most;
     bool vibration;
     int modes;
-    StringLevel touched;
-    StringLevel released;
+    StringPhase touched;
+    StringPhase released;
   };
   const std::array cases = {
-      Case{StringLevel::kRigid, true, 8, StringLevel::kRigid, StringLevel::kRigid},
-      Case{StringLevel::kStatic, true, 8, StringLevel::kStatic, StringLevel::kRigid},
-      Case{StringLevel::kFundamental, true, 8, StringLevel::kStatic, StringLevel::kFundamental},
-      Case{StringLevel::kModes, true, 8, StringLevel::kStatic, StringLevel::kModes},
-      Case{StringLevel::kModes, true, 0, StringLevel::kStatic, StringLevel::kFundamental},
-      Case{StringLevel::kModes, false, 8, StringLevel::kStatic, StringLevel::kRigid},
+      Case{StringDetail::kLine, true, 8, StringPhase::kAsleep, StringPhase::kAsleep},
+      Case{StringDetail::kStatic, true, 8, StringPhase::kStatic, StringPhase::kAsleep},
+      Case{StringDetail::kFundamental, true, 8, StringPhase::kStatic, StringPhase::kFundamental},
+      Case{StringDetail::kModes, true, 8, StringPhase::kStatic, StringPhase::kModes},
+      Case{StringDetail::kModes, true, 0, StringPhase::kStatic, StringPhase::kFundamental},
+      Case{StringDetail::kModes, false, 8, StringPhase::kStatic, StringPhase::kAsleep},
   };
   for (const Case& c : cases) {
     StringHand hand = hand_on(98.0, c.modes);
@@ -218,12 +218,12 @@ TEST_CASE("no string climbs above its own level, nor above what the scene models
     CHECK(awake(hand.state));
     move_to(hand, 2e-3);
     CHECK(hand.state.level == c.released);
-    const bool rings = c.released >= StringLevel::kFundamental;
+    const bool rings = c.released >= StringPhase::kFundamental;
     CHECK(awake(hand.state) == rings);
     CHECK(count_events(hand, StringEventKind::kTone) == (rings ? 1 : 0));
     CHECK(count_events(hand, StringEventKind::kTouch) == 1);
-    CHECK(count_events(hand, StringEventKind::kRelease) == (c.most == StringLevel::kRigid ? 0 : 1));
-    CHECK(count_events(hand, StringEventKind::kLeave) == (c.most == StringLevel::kRigid ? 1 : 0));
+    CHECK(count_events(hand, StringEventKind::kRelease) == (c.most == StringDetail::kLine ? 0 : 1));
+    CHECK(count_events(hand, StringEventKind::kLeave) == (c.most == StringDetail::kLine ? 1 : 0));
   }
 }
 

@@ -8,7 +8,7 @@ namespace hapticd::test {
 TEST_CASE("the preset paper has rigid strings that ring under a finger as in air, level by force") {
   const StringParameters string = default_string(StringPreset::kPaper);
   const InstrumentOptions options = default_options(StringPreset::kPaper);
-  CHECK(string.model == StringModel::kRigid);
+  CHECK(string.model == StringContact::kStraight);
   CHECK(string.k_s == 1.0);
   CHECK(string.touch_decay == string.decay);
   CHECK(options.tones.level == ToneLevel::kForce);
@@ -22,7 +22,7 @@ TEST_CASE(
     "the preset deflecting has strings that yield, damped by the finger, level by amplitude") {
   const StringParameters string = default_string(StringPreset::kDeflecting);
   const InstrumentOptions options = default_options(StringPreset::kDeflecting);
-  CHECK(string.model == StringModel::kDeflecting);
+  CHECK(string.model == StringContact::kYielding);
   CHECK(string.touch_decay == 0.03);
   CHECK(options.tones.level == ToneLevel::kAmplitude);
   CHECK_FALSE(options.friction);

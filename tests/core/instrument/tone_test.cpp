@@ -195,7 +195,7 @@ TEST_CASE("events beyond the capacity of a tick are counted, not written") {
   hand.response = respond(hand.string, hand.options, 0, hand.touch, {2 * kTick_ns, kTick_ns},
                           hand.state, nullptr, full);
   CHECK(full.overflow() == 3);
-  CHECK(hand.state.level == StringLevel::kFundamental);
+  CHECK(hand.state.level == StringPhase::kFundamental);
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ TEST_CASE("free decay keeps the energy within 1e-12 of the closed form over a mi
   hand.distance = 1.0;
   hand.options.sleep_energy = 1e-6;
   start_vibration(hand.string, 1e-3, 0.3, 1000.0, 0, hand.state.vibration);
-  hand.state.level = StringLevel::kFundamental;
+  hand.state.level = StringPhase::kFundamental;
   Real worst = 0;
   const std::int64_t ticks = scaled(1'000'000);
   for (std::int64_t k = 1; k <= ticks; ++k) {
@@ -70,7 +70,7 @@ TEST_CASE("free decay keeps the energy within 1e-12 of the closed form over a mi
     worst = std::fmax(worst, relative_error(hand.state.vibration.energy, truth));
   }
   CHECK(worst < 1e-12L);
-  CHECK(hand.state.level == StringLevel::kFundamental);
+  CHECK(hand.state.level == StringPhase::kFundamental);
   CHECK(hand.events.empty());
 }
 

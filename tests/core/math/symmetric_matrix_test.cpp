@@ -121,7 +121,7 @@ TEST_CASE(
 
 TEST_CASE("an indefinite matrix gets the basis of its documented positive replacement") {
   SplitMix64 random(5);
-  constexpr double kLeast = 0.02;
+  constexpr double kMin = 0.02;
   for (std::int64_t i = 0; i < scaled(50'000); ++i) {
     const Eigen::Index size = random_size(random);
     LongVector values(size);
@@ -131,10 +131,10 @@ TEST_CASE("an indefinite matrix gets the basis of its documented positive replac
     LongVector replaced(size);
     for (Eigen::Index k = 0; k < size; ++k) {
       const long double magnitude = values[k] < 0 ? -values[k] / 2 : values[k];
-      replaced[k] = std::max(magnitude, static_cast<long double>(kLeast));
+      replaced[k] = std::max(magnitude, static_cast<long double>(kMin));
     }
     SquareMatrix B;
-    inverse_square_root(rounded(with_spectrum(Q, values)), kLeast, B);
+    inverse_square_root(rounded(with_spectrum(Q, values)), kMin, B);
     REQUIRE(distance_from_identity(B, with_spectrum(Q, replaced)) < 1e-8L);
   }
 }

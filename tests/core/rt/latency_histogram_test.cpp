@@ -82,11 +82,11 @@ TEST_CASE(
 TEST_CASE(
     "a single duration is known to 1.6 percent: all up to 2 us and around every bucket edge") {
   // The longer companion keeps the exactly known maximum out of the answer.
-  constexpr std::int64_t kLongest = 10'000'000'000;
+  constexpr std::int64_t kMax = 10'000'000'000;
   const auto reported = [](std::int64_t duration) {
     LatencyHistogram histogram;
     record(histogram, duration);
-    record(histogram, kLongest);
+    record(histogram, kMax);
     return quantile_ns(histogram, 1, 2);
   };
   bool close = true;
@@ -95,11 +95,11 @@ TEST_CASE(
     close = close && is_close(reported(duration), duration);
     if (duration < 128) exact_when_short = exact_when_short && reported(duration) == duration;
   }
-  for (std::int64_t octave = 128; octave < kLongest; octave *= 2) {
+  for (std::int64_t octave = 128; octave < kMax; octave *= 2) {
     for (std::int64_t part = 64; part < 128; ++part) {
       for (const std::int64_t offset : {-1, 0, 1}) {
         const std::int64_t duration = octave / 64 * part + offset;
-        if (duration < kLongest) close = close && is_close(reported(duration), duration);
+        if (duration < kMax) close = close && is_close(reported(duration), duration);
       }
     }
   }

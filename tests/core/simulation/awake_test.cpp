@@ -23,7 +23,7 @@ TEST_CASE("a hundred strings that nobody touches stay asleep") {
       CHECK(output.events.empty());
     });
     for (int string = 0; string < 100; ++string) {
-      CHECK(guqin.state(string).level == StringLevel::kRigid);
+      CHECK(guqin.state(string).level == StringPhase::kAsleep);
     }
   }
 }
@@ -42,14 +42,14 @@ TEST_CASE("readings are of the strings touched or ringing, in ascending order, u
     });
     CHECK(guqin.output().strings.size() == 5);
     for (const StringReading& reading : guqin.output().strings) {
-      CHECK(reading.level >= StringLevel::kFundamental);
+      CHECK(reading.level >= StringPhase::kFundamental);
       CHECK_FALSE(reading.touched);
       CHECK(reading.radius_growth > 0.0);
     }
     for (int k = 0; k < 5000 && !guqin.output().strings.empty(); ++k) guqin.tick(guqin.p_WH);
     CHECK(guqin.output().strings.empty());
     for (int string = 0; string < 100; ++string) {
-      CHECK(guqin.state(string).level == StringLevel::kRigid);
+      CHECK(guqin.state(string).level == StringPhase::kAsleep);
     }
   }
 }
@@ -57,7 +57,7 @@ TEST_CASE("readings are of the strings touched or ringing, in ascending order, u
 TEST_CASE("one finger across three strings presses, arms and plucks each of them") {
   for (const Preset& preset : all_presets()) {
     // A line under the middle of a rigid tool takes all its weight: only strings that yield share.
-    if (preset.string.model == StringModel::kRigid) continue;
+    if (preset.string.model == StringContact::kStraight) continue;
     CAPTURE(std::string(preset.name));
     // A flat tool of three spheres 20 mm apart.
     Instrument guqin(3, preset.string, preset.options,

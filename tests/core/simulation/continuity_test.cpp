@@ -35,17 +35,17 @@ class ForceWatch {
   /// string is lost.
   double look() {
     const TickOutput& output = guqin_.output();
-    const Vector3& f = output.tools[0].F_unlimited_H_W.f;
+    const Vector3& f = output.tools[0].F_computed_H_W.f;
     const double way = (guqin_.p_WH - p_).norm();
     double swing = 0.0;
     for (const StringReading& reading : output.strings) {
       const auto s = static_cast<std::size_t>(reading.string);
       const StringConstants& string = guqin_.strings[s];
       const StringState& state = guqin_.state(reading.string);
-      if (state.level < StringLevel::kFundamental || !reading.touched) continue;
+      if (state.level < StringPhase::kFundamental || !reading.touched) continue;
       const double r = state.vibration.amplitude * state.vibration.reach;
       // Modes meet the finger itself, the fundamental alone is a force on what presses the string.
-      const double k_v = state.level == StringLevel::kModes
+      const double k_v = state.level == StringPhase::kModes
                              ? string.contact_stiffness
                              : vibration_stiffness(string, reading.lambda);
       swing += k_v * r * 2.0 * kPi * string.frequency;
@@ -53,10 +53,10 @@ class ForceWatch {
     bool lost = false;
     for (const std::int32_t string : pressed_) {
       lost = lost || std::none_of(output.tools[0].strings.begin(), output.tools[0].strings.end(),
-                                  [&](const StringContact& c) { return c.string == string; });
+                                  [&](const PressedString& c) { return c.string == string; });
     }
     pressed_.clear();
-    for (const StringContact& contact : output.tools[0].strings) pressed_.push_back(contact.string);
+    for (const PressedString& contact : output.tools[0].strings) pressed_.push_back(contact.string);
     const double allowed = std::max(kFreeChange, kExcess * 1000.0 * way) + kExcess * swing * kTick;
     const double ratio = lost ? 0.0 : (f - f_).norm() / allowed;
     f_ = f;

@@ -173,7 +173,7 @@ TEST_CASE("a tone's amplitude is what the course of the deflection leaves at its
         // Small deflections: k0 at 0.3 of the string against kc = 1 kN/m.
         const long double k0 = 30.0L / (1.1L * 0.3L * 0.7L);
         const long double share =
-            preset.string.model == StringModel::kRigid ? 1.0L : 1000.0L / (1000.0L + k0);
+            preset.string.model == StringContact::kStraight ? 1.0L : 1000.0L / (1000.0L + k0);
         // A string that is driven swings no further than it was drawn aside.
         const double deepest = static_cast<double>(share) * (felt_distance(guqin) - passing.below);
         const double truth =
@@ -200,7 +200,8 @@ TEST_CASE("a release reports the speed of the hand against the string that follo
         const double sine = 3e-3 / s;
         const double along = std::sqrt(1.0 - sine * sine) * speed;
         const double k0 = 30.0 / (1.1 * 0.3 * 0.7);
-        const double left = preset.string.model == StringModel::kRigid ? 1.0 : k0 / (k0 + 1000.0);
+        const double left =
+            preset.string.model == StringContact::kStraight ? 1.0 : k0 / (k0 + 1000.0);
         const double error = std::max(std::abs(releases[0].normal_speed + along * left),
                                       std::abs(releases[0].tangential_speed - sine * speed));
         worst = std::max(worst, error / speed);
@@ -238,7 +239,7 @@ TEST_CASE("a tone carries what the string is, where and how it was let go, and i
     };
     const long double force =
         (30.0L + extra(0.3L)) * (a / std::hypot(0.3L * L, a) + a / std::hypot(0.7L * L, a));
-    const bool paper = preset.string.model == StringModel::kRigid;
+    const bool paper = preset.string.model == StringContact::kStraight;
     const long double level = paper ? force / 10.0L : a / 5e-3L;
     CHECK(tone.level == doctest::Approx(static_cast<double>(level)).epsilon(1e-6));
     const long double pi = 3.14159265358979323846L;

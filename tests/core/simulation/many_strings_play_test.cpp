@@ -27,7 +27,7 @@ double pluck(Instrument& guqin) {
   double largest = 0.0;
   const auto watch = [&largest](const TickOutput& output) {
     CHECK(output.tools[0].optimiser.strings_refused == 0);
-    largest = std::max(largest, output.tools[0].F_unlimited_H_W.f.norm());
+    largest = std::max(largest, output.tools[0].F_computed_H_W.f.norm());
   };
   guqin.p_WH = {kPlace, 0.02, -8e-3};
   guqin.tick(guqin.p_WH);

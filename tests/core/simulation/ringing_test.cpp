@@ -89,7 +89,7 @@ TEST_CASE("a ringing string that is touched, pressed and let go again sounds aga
     Instrument guqin = below_the_string(preset);
     CAPTURE(std::string(preset.name));
     cross(guqin, 0.5);
-    CHECK(guqin.state(0).level >= StringLevel::kFundamental);
+    CHECK(guqin.state(0).level >= StringPhase::kFundamental);
     cross(guqin, 0.5);
     const auto touches = of_kind(guqin.events, StringEventKind::kTouch);
     REQUIRE(touches.size() == 2);

@@ -13,7 +13,7 @@ namespace hapticd::test {
 namespace {
 
 /// The bound that is promised, m.
-constexpr long double kMostPenetration = 1e-6L;
+constexpr long double kMaxPenetration = 1e-6L;
 
 /// Where hands wander.
 struct Region {
@@ -90,7 +90,7 @@ TEST_CASE("five tools that wander over seven strings and a body never come to be
       Ensemble ensemble(5, options);
       const int ticks = static_cast<int>(scaled(20000));
       const Outcome outcome = wander(ensemble, region, ticks, random);
-      CHECK(outcome.worst >= -kMostPenetration);
+      CHECK(outcome.worst >= -kMaxPenetration);
       CHECK(outcome.recovering == 0);
       shared += outcome.shared;
     }

@@ -65,8 +65,8 @@ Drawn draw(SplitMix64& random) {
     const TickOutput& output = ensemble.tick(p);
     for (std::size_t k = 0; k < 3; ++k) {
       drawn.given += held[k].dot(p[k] - before[k]);
-      held[k] = output.tools[k].F_unlimited_H_W.f;
-      for (const StringContact& contact : output.tools[k].strings) held[k] -= contact.F_W;
+      held[k] = output.tools[k].F_computed_H_W.f;
+      for (const PressedString& contact : output.tools[k].strings) held[k] -= contact.F_W;
     }
     for (const StringEvent& event : output.events) {
       if (event.kind != StringEventKind::kTone) continue;
@@ -133,7 +133,7 @@ TEST_CASE("fingers apart on a string: each bears what the tension pulls at its v
     Vector3 sum = Vector3::Zero();
     std::size_t vertex = 1;
     for (std::size_t k = 0; k < 5; ++k) {
-      const Vector3 F = ensemble.output().tools[k].F_unlimited_H_W.f;
+      const Vector3 F = ensemble.output().tools[k].F_computed_H_W.f;
       CAPTURE(k);
       // Who does not reach the string is none of its vertices, and bears nothing.
       const bool holds =
@@ -175,16 +175,16 @@ TEST_CASE("two tools squeeze a string: both stay on their side, and who is left 
       REQUIRE(ensemble.minimum_gap() >= 0.0L);
       const auto& tools = ensemble.output().tools;
       on_their_sides = on_their_sides && tools[0].X_WG.p.y() > tools[1].X_WG.p.y();
-      most = std::max(most, tools[1].F_unlimited_H_W.f.norm());
+      most = std::max(most, tools[1].F_computed_H_W.f.norm());
     }
     CHECK(on_their_sides);
     const ToolTick& left = ensemble.output().tools[1];
     const ToolTick& expected = alone.output().tools[0];
-    CHECK(expected.F_unlimited_H_W.f.norm() > 0.2);
-    CHECK(most > 1.5 * expected.F_unlimited_H_W.f.norm());
-    CHECK((left.F_unlimited_H_W.f - expected.F_unlimited_H_W.f).norm() < 1e-4);
+    CHECK(expected.F_computed_H_W.f.norm() > 0.2);
+    CHECK(most > 1.5 * expected.F_computed_H_W.f.norm());
+    CHECK((left.F_computed_H_W.f - expected.F_computed_H_W.f).norm() < 1e-4);
     CHECK((left.X_WG.p - expected.X_WG.p).norm() < 1e-6);
-    CHECK(ensemble.output().tools[0].F_unlimited_H_W.f.norm() == 0.0);
+    CHECK(ensemble.output().tools[0].F_computed_H_W.f.norm() == 0.0);
   }
 }
 
@@ -202,8 +202,8 @@ TEST_CASE("a tool that is gone in one tick leaves the string to the other, and n
       alone.tick({stays});
       REQUIRE(ensemble.minimum_gap() >= 0.0L);
     }
-    const Vector3 F = ensemble.output().tools[first_goes ? 1 : 0].F_unlimited_H_W.f;
-    CHECK((F - alone.output().tools[0].F_unlimited_H_W.f).norm() < 1e-4);
+    const Vector3 F = ensemble.output().tools[first_goes ? 1 : 0].F_computed_H_W.f;
+    CHECK((F - alone.output().tools[0].F_computed_H_W.f).norm() < 1e-4);
     CHECK(ensemble.shape(0).size() == 3);
   }
 }

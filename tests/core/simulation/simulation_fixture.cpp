@@ -54,7 +54,7 @@ const StringReading* Instrument::reading(int string) const {
 double Instrument::normal_force(int string) const {
   const StringReading* vibrating = reading(string);
   double force = vibrating != nullptr ? vibrating->vibration_force : 0.0;
-  for (const StringContact& contact : output_->tools[0].strings) {
+  for (const PressedString& contact : output_->tools[0].strings) {
     if (contact.string == string) force += contact.force;
   }
   return force;
@@ -74,7 +74,7 @@ std::vector<StringEvent> of_kind(const std::vector<StringEvent>& events, StringE
 
 Preset paper_preset() {
   Preset preset{"paper", {}, {}};
-  preset.string.model = StringModel::kRigid;
+  preset.string.model = StringContact::kStraight;
   preset.string.touch_decay = preset.string.decay;
   preset.options.tones.level = ToneLevel::kForce;
   return preset;
@@ -85,7 +85,7 @@ Preset deflecting_preset() { return {"deflecting", {}, {}}; }
 std::vector<Preset> all_presets() {
   std::vector<Preset> presets;
   for (Preset preset : {paper_preset(), deflecting_preset()}) {
-    const bool paper = preset.string.model == StringModel::kRigid;
+    const bool paper = preset.string.model == StringContact::kStraight;
     presets.push_back(preset);
     preset.options.modes = 16;
     preset.name = paper ? "paper, 16 modes" : "deflecting, 16 modes";

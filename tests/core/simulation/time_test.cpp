@@ -118,8 +118,8 @@ TEST_CASE("what a hand does while no time passes is work of the next tick") {
     const TickOutput& output = guqin.tick_sample({guqin.t_ns, to_array(p), {1.0, 0.0, 0.0, 0.0}});
     given += held.dot(p - before);
     before = p;
-    held = output.tools[0].F_unlimited_H_W.f;
-    for (const StringContact& contact : output.tools[0].strings) held -= contact.F_W;
+    held = output.tools[0].F_computed_H_W.f;
+    for (const PressedString& contact : output.tools[0].strings) held -= contact.F_W;
   }
   MESSAGE("drawn: " << given / released);
   CHECK(given <= 1.001 * released);

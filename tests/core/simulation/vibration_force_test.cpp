@@ -93,7 +93,7 @@ TEST_CASE("the wrench of a single string points away from it in every tick of ra
           lambda = hold.bend.lambda;
         }
         const Vector3 n = true_normal(guqin, 0, output.tools[0].X_WG.p, u_W, lambda);
-        worst = std::min(worst, output.tools[0].F_unlimited_H_W.f.dot(n));
+        worst = std::min(worst, output.tools[0].F_computed_H_W.f.dot(n));
       });
     }
     CHECK(worst >= -kForceRounding);
@@ -166,8 +166,8 @@ double energy_ratio(const Preset& preset, const Adversary& adversary) {
     released = std::max(released, guqin.state(0).vibration.released_energy);
     before = p;
     // F_v is what the wrench has beyond the contact's own.
-    held = output.tools[0].F_unlimited_H_W.f;
-    for (const StringContact& contact : output.tools[0].strings) held -= contact.F_W;
+    held = output.tools[0].F_computed_H_W.f;
+    for (const PressedString& contact : output.tools[0].strings) held -= contact.F_W;
   }
   return most;
 }

@@ -14,7 +14,7 @@ namespace hapticd::test {
 namespace {
 
 /// The bound that is promised, m.
-constexpr long double kMostPenetration = 1e-6L;
+constexpr long double kMaxPenetration = 1e-6L;
 
 /// The last tick of two tools, of which one goes through the strings while the other hovers.
 TickOutput through_strings(bool first, std::int64_t work_budget) {
@@ -62,7 +62,7 @@ TEST_CASE("whatever work several tools are allowed, none comes to be in a string
     deepest = std::min(deepest, tools.minimum_gap());
   }
   MESSAGE("deepest " << static_cast<double>(deepest) << " m, " << cut << " ticks cut short");
-  CHECK(deepest >= -kMostPenetration);
+  CHECK(deepest >= -kMaxPenetration);
   CHECK(cut > scaled(5'000));
 }
 

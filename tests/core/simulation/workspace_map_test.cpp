@@ -90,7 +90,7 @@ TEST_CASE("there and back is where one was, at every scale, wherever the hand wa
     WorkspaceInput recentre;
     recentre.X_DH = random_pose(random, 0.3);
     recentre.recentre = random.chance(0.5);
-    (void)follow(map, random_pose(random, 1.0), recentre, state);
+    (void)place(map, random_pose(random, 1.0), recentre, state);
     const Pose X_DH = random_pose(random, 0.3);
     REQUIRE(distance(to_device(map, state, to_world(map, state, X_DH)), X_DH) <=
             1e-14 * (1.0 + 8.0 / map.scale));
@@ -127,15 +127,15 @@ TEST_CASE("the clutch lets the device go on while the tool stands still, without
     input.dt_s = 1e-3;
     input.X_DH = random_pose(random, 0.2);
     input.V_DH_D = random_twist(random);
-    const Pose before = follow(map, {}, input, state).X_WH;
+    const Pose before = place(map, {}, input, state).X_WH;
     const bool by_button = random.chance(0.5);
     input.buttons = by_button
                         ? static_cast<std::uint16_t>(1U << static_cast<unsigned>(map.clutch_button))
                         : std::uint16_t{0};
     input.clutch_open = !by_button;
-    WorkspaceOutput out;
+    PlacedHand out;
     for (int k = 0; k < 5; ++k) {
-      out = follow(map, {}, input, state);
+      out = place(map, {}, input, state);
       REQUIRE(out.open);
       REQUIRE(distance(out.X_WH, before) <= 1e-13);
       REQUIRE(out.V_WH_W.v == Vector3::Zero());
@@ -144,13 +144,13 @@ TEST_CASE("the clutch lets the device go on while the tool stands still, without
     }
     input.buttons = 0;
     input.clutch_open = false;
-    out = follow(map, {}, input, state);
+    out = place(map, {}, input, state);
     REQUIRE(distance(out.X_WH, before) <= 1e-12 * (1.0 + map.scale));
     REQUIRE(out.wrench_share == 0.0);
     // From there on it follows: moves and turns of the device are those of the equations.
     const Pose X_DH = input.X_DH;
     input.X_DH.p += Vector3(1e-3, 2e-3, -1e-3);
-    const Vector3 moved = follow(map, {}, input, state).X_WH.p - out.X_WH.p;
+    const Vector3 moved = place(map, {}, input, state).X_WH.p - out.X_WH.p;
     const Vector3 expected = to_world(map, Twist{input.X_DH.p - X_DH.p, {0, 0, 0}}).v;
     REQUIRE((moved - expected).norm() <= 1e-12 * (1.0 + map.scale));
   }
@@ -165,12 +165,12 @@ TEST_CASE("turning the device after recentring turns the tool about the same axi
     input.X_DH = random_pose(random, 0.2);
     input.recentre = true;
     const Pose home = random_pose(random, 1.0);
-    const Pose first = follow(map, home, input, state).X_WH;
+    const Pose first = place(map, home, input, state).X_WH;
     REQUIRE(distance(first, home) <= 1e-12 * (1.0 + map.scale));
     input.recentre = false;
     const Vector3 turn = to_vector(random.direction()) * 0.1;
     input.X_DH.q = renormalised(exp_rotation(turn) * input.X_DH.q);
-    const Pose second = follow(map, home, input, state).X_WH;
+    const Pose second = place(map, home, input, state).X_WH;
     const Vector3 turned = log_rotation(renormalised(second.q * first.q.conjugate()));
     REQUIRE((turned - to_world(map, Twist{{0, 0, 0}, turn}).w).norm() <= 1e-12);
   }
@@ -185,13 +185,13 @@ TEST_CASE("the recentre button acts when pressed, once, and not when held from t
   input.dt_s = 1e-3;
   input.X_DH.p = {0.1, 0, 0};
   input.buttons = 8;
-  CHECK(follow(map, home, input, state).X_WH.p == Vector3(0.1, 0, 0));
+  CHECK(place(map, home, input, state).X_WH.p == Vector3(0.1, 0, 0));
   input.buttons = 0;
-  CHECK(follow(map, home, input, state).X_WH.p == Vector3(0.1, 0, 0));
+  CHECK(place(map, home, input, state).X_WH.p == Vector3(0.1, 0, 0));
   input.buttons = 8;
-  CHECK(follow(map, home, input, state).X_WH.p == Vector3(0, 1, 0));
+  CHECK(place(map, home, input, state).X_WH.p == Vector3(0, 1, 0));
   input.X_DH.p = {0.2, 0, 0};
-  CHECK((follow(map, home, input, state).X_WH.p - Vector3(0.1, 1, 0)).norm() <= 1e-15);
+  CHECK((place(map, home, input, state).X_WH.p - Vector3(0.1, 1, 0)).norm() <= 1e-15);
 }
 
 TEST_CASE(
@@ -202,14 +202,14 @@ TEST_CASE(
   WorkspaceInput input;
   input.X_DH.p = {0.1, 0, 0};
   input.clutch_open = true;
-  (void)follow(map, home, input, state);
+  (void)place(map, home, input, state);
   input.recentre = true;
-  CHECK(follow(map, home, input, state).X_WH.p == home.p);
+  CHECK(place(map, home, input, state).X_WH.p == home.p);
   input.recentre = false;
   input.X_DH.p = {-0.3, 0.2, 0};
-  CHECK(follow(map, home, input, state).X_WH.p == home.p);
+  CHECK(place(map, home, input, state).X_WH.p == home.p);
   input.clutch_open = false;
-  CHECK((follow(map, home, input, state).X_WH.p - home.p).norm() <= 1e-15);
+  CHECK((place(map, home, input, state).X_WH.p - home.p).norm() <= 1e-15);
 }
 
 TEST_CASE("the wrench comes back in 200 ms as a straight line, and a pause is no jump") {
@@ -217,17 +217,17 @@ TEST_CASE("the wrench comes back in 200 ms as a straight line, and a pause is no
   WorkspaceState state;
   WorkspaceInput input;
   input.dt_s = 1e-3;
-  CHECK(follow(map, {}, input, state).wrench_share == 1.0);
+  CHECK(place(map, {}, input, state).wrench_share == 1.0);
   input.recentre = true;
-  CHECK(follow(map, {}, input, state).wrench_share == 0.0);
+  CHECK(place(map, {}, input, state).wrench_share == 0.0);
   input.recentre = false;
   for (int k = 1; k <= 100; ++k) {
-    CHECK(follow(map, {}, input, state).wrench_share == doctest::Approx(k / 200.0));
+    CHECK(place(map, {}, input, state).wrench_share == doctest::Approx(k / 200.0));
   }
   input.dt_s = 10.0;
-  CHECK(follow(map, {}, input, state).wrench_share == doctest::Approx(0.525));
+  CHECK(place(map, {}, input, state).wrench_share == doctest::Approx(0.525));
   input.dt_s = std::nan("");
-  CHECK(follow(map, {}, input, state).wrench_share == doctest::Approx(0.525));
+  CHECK(place(map, {}, input, state).wrench_share == doctest::Approx(0.525));
 }
 
 }  // namespace hapticd::test

@@ -17,9 +17,9 @@ namespace hapticd::test {
 namespace {
 
 /// The promise of the solver, scaled.
-constexpr long double kMostResidual = 1e-9L;
+constexpr long double kMaxResidual = 1e-9L;
 /// What its correction of the multipliers reaches even in sharp wedges (measured: 3e-14).
-constexpr long double kMostImbalance = 1e-12L;
+constexpr long double kMaxImbalance = 1e-12L;
 
 struct Worst {
   long double residual = 0.0L;
@@ -77,9 +77,9 @@ void check_family(std::uint64_t seed, std::int64_t full_count, Make make) {
   CAPTURE(worst.not_optimal_trial);
   CHECK(worst.not_optimal == 0);
   CHECK(worst.too_many_iterations == 0);
-  CHECK(worst.residual <= kMostResidual);
-  CHECK(worst.imbalance <= kMostImbalance);
-  CHECK(worst.reported_residual <= static_cast<double>(kMostResidual));
+  CHECK(worst.residual <= kMaxResidual);
+  CHECK(worst.imbalance <= kMaxImbalance);
+  CHECK(worst.reported_residual <= static_cast<double>(kMaxResidual));
 }
 
 }  // namespace

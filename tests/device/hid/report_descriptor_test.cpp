@@ -151,8 +151,8 @@ TEST_CASE("a descriptor cut off anywhere is not taken for a whole one") {
 }
 
 TEST_CASE("every flaw of a descriptor has its name, and tells nothing else") {
-  CHECK(flaw_of(Bytes(kLongestDescriptor + 1, 0x00)) == DescriptorFlaw::kTooLong);
-  CHECK(flaw_of(Bytes(kLongestDescriptor, 0x00)) == DescriptorFlaw::kNone);
+  CHECK(flaw_of(Bytes(kMaxDescriptor + 1, 0x00)) == DescriptorFlaw::kTooLong);
+  CHECK(flaw_of(Bytes(kMaxDescriptor, 0x00)) == DescriptorFlaw::kNone);
   CHECK(flaw_of({0x06, 0x48}) == DescriptorFlaw::kCutOff);
   CHECK(flaw_of({0xC0}) == DescriptorFlaw::kUnbalanced);
   CHECK(flaw_of({0xA1, 0x01}) == DescriptorFlaw::kUnbalanced);
@@ -168,7 +168,7 @@ TEST_CASE("every flaw of a descriptor has its name, and tells nothing else") {
 
 TEST_CASE("more reports than anybody needs are refused") {
   Bytes descriptor{0x75, 0x08, 0x95, 0x01};
-  for (std::uint8_t id = 1; id <= kMostReports; ++id) {
+  for (std::uint8_t id = 1; id <= kMaxReports; ++id) {
     descriptor.insert(descriptor.end(), {0x85, id, 0x81, 0x02});
   }
   CHECK(flaw_of(descriptor) == DescriptorFlaw::kNone);

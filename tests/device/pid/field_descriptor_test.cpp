@@ -87,7 +87,7 @@ TEST_CASE("as many usages as one item may have are kept, however many are announ
   const Descriptor descriptor =
       read_fields(Bytes{0x05, 0x09, 0x1B, 0,    0,    0,    0,    0x2B, 0xFF, 0xFF,
                         0xFF, 0xFF, 0x25, 0x01, 0x75, 0x01, 0x95, 0xC8, 0x81, 0x02});
-  CHECK(descriptor.fields.size() == pid::kMostUsages);
+  CHECK(descriptor.fields.size() == pid::kMaxUsages);
 }
 
 }  // namespace hapticd::test

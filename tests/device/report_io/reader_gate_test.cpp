@@ -78,21 +78,21 @@ TEST_CASE("on one processor a gate closes although its reader is nearly always i
     MESSAGE("SKIPPED: no thread may be pinned here");
     return;
   }
-  constexpr int kMostVisits = 20'000;
+  constexpr int kMaxVisits = 20'000;
   ReaderGate gate;
   gate.open();
   REQUIRE(gate.enter());
   std::thread closer([&] { gate.close(); });
   std::atomic<int> work{0};
   int visits = 0;
-  for (; visits < kMostVisits; ++visits) {
+  for (; visits < kMaxVisits; ++visits) {
     // Long enough for the other thread to have its turn in here, not between leave and enter.
     for (int k = 0; k < 50'000; ++k) work.fetch_add(k, std::memory_order_relaxed);
     gate.leave(false);
     if (!gate.enter()) break;
   }
-  CHECK(visits < kMostVisits);
-  if (visits == kMostVisits) gate.leave(false);
+  CHECK(visits < kMaxVisits);
+  if (visits == kMaxVisits) gate.leave(false);
   closer.join();
   CHECK_FALSE(gate.enter());
 }

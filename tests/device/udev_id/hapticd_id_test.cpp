@@ -80,7 +80,7 @@ TEST_CASE("of another device it says nothing, and that is no error") {
   std::vector<std::uint8_t> cut = bytes(hid::kPlainDescriptor);
   cut.pop_back();
   std::vector<std::uint8_t> too_long = bytes(hid::kPlainDescriptor);
-  too_long.resize(kLongestDescriptor + 100);
+  too_long.resize(kMaxDescriptor + 100);
   for (const auto& descriptor : {bytes(kMouse), cut, too_long}) {
     const test::ShellOutcome said = ask(descriptor);
     CHECK(said.code == 0);

@@ -21,7 +21,7 @@ constexpr double kAllowedDepth = 1e-6;
 bool finite(const TickOutput& output) {
   const ToolTick& tick = output.tools[0];
   bool all = tick.F_H_W.f.allFinite() && tick.F_H_W.t.allFinite() &&
-             tick.F_unlimited_H_W.f.allFinite() && tick.X_WG.p.allFinite() &&
+             tick.F_computed_H_W.f.allFinite() && tick.X_WG.p.allFinite() &&
              tick.X_WG.q.coeffs().allFinite();
   for (const StringReading& reading : output.strings) {
     all = all && std::isfinite(reading.radius_growth) && std::isfinite(reading.vibration_force) &&

@@ -43,9 +43,9 @@ TEST_CASE("at every quality sixty spheres at one place give the force of one") {
     for (int tick = 0; tick < 600; ++tick) {
       play_one.simulation->step(input_of(playing(tick)), a);
       play_many.simulation->step(input_of(playing(tick)), b);
-      difference = std::max(difference,
-                            (a.tools[0].F_unlimited_H_W.f - b.tools[0].F_unlimited_H_W.f).norm());
-      largest = std::max(largest, a.tools[0].F_unlimited_H_W.f.norm());
+      difference =
+          std::max(difference, (a.tools[0].F_computed_H_W.f - b.tools[0].F_computed_H_W.f).norm());
+      largest = std::max(largest, a.tools[0].F_computed_H_W.f.norm());
       const OptimiserResult& work = b.tools[0].optimiser;
       iterations = std::max(iterations, work.qp_iterations / std::max(1, work.sub_steps));
     }
@@ -123,12 +123,12 @@ TEST_CASE("at every quality a switch of contacts changes the force as the motion
       return sample_at(tick, {0.055 * std::cos(3.0 * t), y, 1e-4}, {0, 0.05 * std::sin(2 * t), 0});
     };
     play.simulation->step(input_of(sample(0)), output);
-    Vector3 before = output.tools[0].F_unlimited_H_W.f;
+    Vector3 before = output.tools[0].F_computed_H_W.f;
     double worst = 0.0;
     double largest = 0.0;
     for (int tick = 1; tick < 4000; ++tick) {
       play.simulation->step(input_of(sample(tick)), output);
-      const Vector3 now = output.tools[0].F_unlimited_H_W.f;
+      const Vector3 now = output.tools[0].F_computed_H_W.f;
       const double way = (to_vector(sample(tick).p_WH) - to_vector(sample(tick - 1).p_WH)).norm();
       worst = std::max(worst, (now - before).norm() / std::max(0.15, 1.1 * kt * way));
       largest = std::max(largest, now.norm());
@@ -189,9 +189,9 @@ TEST_CASE("at every quality q and -q, and a scene a kilometre away, give the sam
       other = sample;
       other.p_WH = to_array(Vector3(to_vector(sample.p_WH) + far));
       away.simulation->step(input_of(other), c);
-      const Vector3 f = a.tools[0].F_unlimited_H_W.f;
-      of_sign = std::max(of_sign, (b.tools[0].F_unlimited_H_W.f - f).norm());
-      of_place = std::max(of_place, (c.tools[0].F_unlimited_H_W.f - f).norm());
+      const Vector3 f = a.tools[0].F_computed_H_W.f;
+      of_sign = std::max(of_sign, (b.tools[0].F_computed_H_W.f - f).norm());
+      of_place = std::max(of_place, (c.tools[0].F_computed_H_W.f - f).norm());
     }
     CHECK(of_sign <= 1e-12);
     CHECK(of_place <= 1e-6);

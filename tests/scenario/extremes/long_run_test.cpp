@@ -40,8 +40,8 @@ Course play_long(const Scene& scene, const std::vector<Pose>& cycle) {
                             output);
     }
     const ToolTick& now = output.tools[0];
-    if (period == 1) course.first_f = now.F_unlimited_H_W.f;
-    course.last_f = now.F_unlimited_H_W.f;
+    if (period == 1) course.first_f = now.F_computed_H_W.f;
+    course.last_f = now.F_computed_H_W.f;
     course.worst_norm = std::max(course.worst_norm, std::abs(now.X_WG.q.norm() - 1.0));
   }
   course.ticks = tick;

@@ -12,7 +12,7 @@
 #include "core/contact/tick_work.h"
 #include "core/scene/quality.h"
 #include "server/daemon/quality_governor.h"
-#include "server/daemon/work_price.h"
+#include "server/daemon/work_cost.h"
 #include "tests/core/contact/rendering_fixture.h"
 #include "tests/core/contact/session_run.h"
 #include "tests/support/random.h"

@@ -88,7 +88,7 @@ Playing play(const LoadedProfile& profile, const char* scene_text, const char* g
       const ToolReading& tool = snapshot->tools[0];
       playing.force = to_vector(tool.F_H_W.f).norm();
       playing.largest = std::max(playing.largest, playing.force);
-      playing.computed = std::max(playing.computed, to_vector(tool.F_unlimited_H_W.f).norm());
+      playing.computed = std::max(playing.computed, to_vector(tool.F_computed_H_W.f).norm());
       playing.bound = tool.stiffness_bound;
       playing.scale = tool.stiffness_scale;
       channels->snapshots.release();

@@ -49,14 +49,14 @@ std::unique_ptr<Snapshot> small_snapshot() {
   tool.flags = kSlewLimited | kClutched;
   tool.p_WH = {1e6, 0.1, -0.2};
   tool.F_H_W.f = {1.0, 2.0, 3.0};
-  tool.F_unlimited_H_W.f = {1.0, 2.0, 4.0};
+  tool.F_computed_H_W.f = {1.0, 2.0, 4.0};
   tool.device.grip_m = std::numeric_limits<float>::quiet_NaN();
   tool.device.flags = 0b101;
   tool.contacts = 3;
   snapshot->tools.push_back(tool);
-  snapshot->strings.push_back({0, StringPhase::kPressed, 0.25, 1e-3, {0.0, -1e-3, 0.0}});
-  snapshot->strings.push_back({1, StringPhase::kRinging, 0.5, 1e-4, {}});
-  snapshot->strings.push_back({2, StringPhase::kRinging, 0.5, 3e-4, {}});
+  snapshot->strings.push_back({0, ShownPhase::kPressed, 0.25, 1e-3, {0.0, -1e-3, 0.0}});
+  snapshot->strings.push_back({1, ShownPhase::kRinging, 0.5, 1e-4, {}});
+  snapshot->strings.push_back({2, ShownPhase::kRinging, 0.5, 3e-4, {}});
   snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 4, -2e-9, 1.5));
   snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kCapsule, 3, 1.5e-9, 0.5));
   snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 4, 20e-6, 0.25));

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "core/math/rotation.h"
-#include "server/haptic_loop/loop_tool.h"
+#include "server/haptic_loop/tool_loop.h"
 #include "tests/server/haptic_loop/loop_run.h"
 #include "tests/support/random.h"
 

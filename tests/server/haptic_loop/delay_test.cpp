@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "server/haptic_loop/loop_tool.h"
+#include "server/haptic_loop/tool_loop.h"
 #include "tests/server/haptic_loop/loop_run.h"
 
 namespace hapticd::test {

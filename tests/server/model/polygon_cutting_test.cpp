@@ -245,7 +245,7 @@ TEST_CASE("holes joined by a bridge, spikes and corners that touch are cut") {
 }
 
 TEST_CASE("a spiral of as many corners as there may be is cut") {
-  const std::vector<Vector3> corners = round_spiral(kMostCorners);
+  const std::vector<Vector3> corners = round_spiral(kMaxCorners);
   const CutPolygon cut = cut_polygon(corners);
   REQUIRE(cut.fault.empty());
   REQUIRE(cut.triangles.size() == corners.size() - 2);

@@ -141,7 +141,7 @@ TEST_CASE("Chunks that hold no Item are INVALID under the id of the last one") {
 TEST_CASE("requests beyond those that may wait are BUSY, and no other is") {
   Controlled session;
   session.peer.send(load_item());
-  for (std::size_t i = 0; i < kMostWaitingRequests; ++i) session.peer.send(ping_item());
+  for (std::size_t i = 0; i < kMaxWaitingRequests; ++i) session.peer.send(ping_item());
   const std::uint64_t beyond = session.peer.next_id();
   session.peer.send(ping_item());
   session.bench.pass(1);
@@ -167,12 +167,12 @@ TEST_CASE("a host that answers at once is not called from inside its own answer"
 
 TEST_CASE("Stops that the host does not answer are BUSY beyond their limit") {
   Controlled session;
-  for (std::size_t i = 0; i < kMostOvertaking; ++i) session.peer.send(stop_item());
+  for (std::size_t i = 0; i < kMaxOvertaking; ++i) session.peer.send(stop_item());
   const std::uint64_t beyond = session.peer.next_id();
   session.peer.send(stop_item());
   session.bench.pass(1);
   CHECK(session.peer.code(beyond) == v1::RESULT_CODE_BUSY);
-  CHECK(session.bench.host.asked.size() == kMostOvertaking);
+  CHECK(session.bench.host.asked.size() == kMaxOvertaking);
 }
 
 TEST_CASE("the host hears when the session of a request has ended; its answer is ignored") {

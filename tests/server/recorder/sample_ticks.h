@@ -24,7 +24,7 @@ inline double any_double(SplitMix64& random) {
 inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
   TickTrace trace;
   trace.tick = tick;
-  trace.t_ns = tick * 1'000'000 % std::uint64_t{kFurthest_ns};
+  trace.t_ns = tick * 1'000'000 % std::uint64_t{kMax_ns};
   trace.dt_ns = 1'000'000;
   trace.state_hash = random.next();
   trace.sphere_tests = random.below(1000);
@@ -55,7 +55,7 @@ inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
     tool.clutch_open = random.chance(0.5);
     tool.push = static_cast<PushAxis>(random.below(kPushAxes + 1));
     tool.device_flags = static_cast<std::uint16_t>(random.next());
-    // Instants within kFurthest_ns, others are refused.
+    // Instants within kMax_ns, others are refused.
     tool.sample_t_ns = static_cast<std::int64_t>(random.next()) / 2;
     tool.sample_counter = random.next();
     tool.age_ns = random.next() / 4;
@@ -63,7 +63,7 @@ inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
     if (random.chance(0.5)) tool.measured_delay_s = random.uniform();
     for (Array3* a :
          {&tool.p_DH, &tool.v_DH_D, &tool.w_DH_D, &tool.p_WH, &tool.v_WH_W, &tool.w_WH_W,
-          &tool.p_WG, &tool.f_unlimited_H_W, &tool.t_unlimited_H_W, &tool.f_H_W, &tool.t_H_W}) {
+          &tool.p_WG, &tool.f_computed_H_W, &tool.t_computed_H_W, &tool.f_H_W, &tool.t_H_W}) {
       for (double& x : *a) x = any_double(random);
     }
     for (Array4* a : {&tool.q_DH, &tool.q_WH, &tool.q_WG}) {

@@ -31,9 +31,9 @@ bool same(const ToolTrace& a, const ToolTrace& b) {
          same(a.w_DH_D, b.w_DH_D) && a.stiffness_scale == b.stiffness_scale &&
          same(a.p_DH, b.p_DH) && same(a.q_DH, b.q_DH) && same(a.p_WH, b.p_WH) &&
          same(a.q_WH, b.q_WH) && same(a.v_WH_W, b.v_WH_W) && same(a.w_WH_W, b.w_WH_W) &&
-         same(a.p_WG, b.p_WG) && same(a.q_WG, b.q_WG) &&
-         same(a.f_unlimited_H_W, b.f_unlimited_H_W) && same(a.t_unlimited_H_W, b.t_unlimited_H_W) &&
-         same(a.f_H_W, b.f_H_W) && same(a.t_H_W, b.t_H_W);
+         same(a.p_WG, b.p_WG) && same(a.q_WG, b.q_WG) && same(a.f_computed_H_W, b.f_computed_H_W) &&
+         same(a.t_computed_H_W, b.t_computed_H_W) && same(a.f_H_W, b.f_H_W) &&
+         same(a.t_H_W, b.t_H_W);
 }
 
 bool same(const TickTrace& a, const TickTrace& b) {

@@ -117,7 +117,7 @@ TEST_CASE("text that is no scene is refused with the place where it ends to be o
 }
 
 TEST_CASE("texts that are too long, too deep or full of zeros are refused") {
-  CHECK(load_inline(std::string(kLongestSceneText + 1, ' ')).loaded == nullptr);
+  CHECK(load_inline(std::string(kMaxSceneText + 1, ' ')).loaded == nullptr);
   CHECK(load_inline(std::string(1000, '\0')).loaded == nullptr);
   CHECK(load_inline("").loaded == nullptr);
   std::string deep = "name: \"x\" [a/b] ";

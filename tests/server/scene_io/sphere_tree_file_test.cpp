@@ -168,7 +168,7 @@ TEST_CASE("a tree comes back from its file with the same bits, whatever its shap
       // "all sizes" and its like reach lengths that no object has.
       const bool fits =
           std::all_of(family.spheres.begin(), family.spheres.end(),
-                      [](const Sphere& s) { return s.p.norm() + s.r < 0.4 * kLargestFileLength; });
+                      [](const Sphere& s) { return s.p.norm() + s.r < 0.4 * kMaxFileLength; });
       if (!fits) continue;
       CAPTURE(family.name);
       const MeasuredTree file = file_of(family.spheres);
@@ -299,7 +299,7 @@ TEST_CASE("what is no sphere is not written") {
 
 TEST_CASE("a name that would disturb a terminal or is too long is refused") {
   MeasuredTree file = random_file(3, 9);
-  file.source_name = std::string(kLongestSourceName, 'x');
+  file.source_name = std::string(kMaxSourceName, 'x');
   CHECK_NOTHROW(static_cast<void>(encode_sphere_tree(file)));
   file.source_name += 'x';
   CHECK_THROWS_AS(static_cast<void>(encode_sphere_tree(file)), std::invalid_argument);

@@ -32,7 +32,7 @@ using hapticd::client::monotonic_now_ns;
 /// Datagrams handed to the system at once.
 constexpr std::size_t kBatch = 50;
 /// Longest datagram of the protocol, bytes.
-constexpr std::size_t kLongest = 1200;
+constexpr std::size_t kMax = 1200;
 
 double processor_seconds() {
   rusage usage{};
@@ -44,14 +44,14 @@ double processor_seconds() {
 }
 
 /// A datagram that nobody can want: noise, or a header that promises something and noise behind it.
-std::size_t write_junk(std::mt19937_64& random, std::array<std::uint8_t, kLongest>& out) {
+std::size_t write_junk(std::mt19937_64& random, std::array<std::uint8_t, kMax>& out) {
   const std::uint64_t choice = random();
   const bool with_header = (choice & 7U) != 0;
   // Mostly short, as floods are; the longest now and then.
-  const std::size_t length = (choice >> 3U & 15U) == 0 ? kLongest : 1 + (choice >> 8U) % 96;
+  const std::size_t length = (choice >> 3U & 15U) == 0 ? kMax : 1 + (choice >> 8U) % 96;
   for (std::size_t k = 0; k < length; k += 8) {
     const std::uint64_t noise = random();
-    std::memcpy(out.data() + k, &noise, std::min<std::size_t>(8, kLongest - k));
+    std::memcpy(out.data() + k, &noise, std::min<std::size_t>(8, kMax - k));
   }
   if (with_header) {
     out[0] = 'H';
@@ -72,7 +72,7 @@ int flood(const char* host, int port, double rate, double seconds, std::uint64_t
     return 1;
   }
   std::mt19937_64 random(seed);
-  std::array<std::array<std::uint8_t, kLongest>, kBatch> bytes{};
+  std::array<std::array<std::uint8_t, kMax>, kBatch> bytes{};
   std::array<iovec, kBatch> vectors{};
   std::array<mmsghdr, kBatch> messages{};
   std::uint64_t sent = 0;

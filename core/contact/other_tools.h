@@ -16,7 +16,7 @@ namespace hapticd {
 inline constexpr double kBystanderClearance = 1e-6;
 
 /// Another tool where it stands. Views must outlive it.
-struct Bystander {
+struct OtherTool {
   SphereTreeView tool;
   Pose X_WG;
   ToolParts parts;
@@ -24,14 +24,14 @@ struct Bystander {
 };
 
 /// All others, and memory to look at them with; none: nothing is shared.
-struct Bystanders {
-  std::span<const Bystander> tools{};
+struct OtherTools {
+  std::span<const OtherTool> tools{};
   ContactSet* scratch = nullptr;  ///< never null with tools
 };
 
 /// True when the string `bend`, of which `straight_W` is the capsule, meets none of the others on
 /// its way through `motion`, to within a quarter of a micrometre between places looked at.
-[[nodiscard]] HD_REALTIME bool clear_of_bystanders(const Bystanders& others,
+[[nodiscard]] HD_REALTIME bool clear_of_bystanders(const OtherTools& others,
                                                    const Capsule& straight_W,
                                                    const StringBend& bend,
                                                    const StringMotion& motion) noexcept;

@@ -1,5 +1,5 @@
-// See bystanders.h. RT: yes.
-#include "core/contact/bystanders.h"
+// See other_tools.h. RT: yes.
+#include "core/contact/other_tools.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ constexpr double kHidden = 0.25e-6;
 constexpr double kMaxPlaces = 256.0;
 
 /// False when no point of the string, going no further than `way`, can reach the tool.
-bool may_meet(const Bystander& other, const Capsule& straight_W, const StringBend& bend,
+bool may_meet(const OtherTool& other, const Capsule& straight_W, const StringBend& bend,
               double way) noexcept {
   const double room = reach(other.tool) + greatest_displacement(*other.soft) + straight_W.r + way;
   for (const std::int32_t leg : {0, 1}) {
@@ -30,7 +30,7 @@ bool may_meet(const Bystander& other, const Capsule& straight_W, const StringBen
 
 /// Places to look at so that no more than kHidden hides between two: a point that goes straight
 /// comes nearer to a centre at distance d by (way / n)^2 / (8 d) at most.
-double places_of(const Bystander& other, const ContactSet& pairs, double radius,
+double places_of(const OtherTool& other, const ContactSet& pairs, double radius,
                  double way) noexcept {
   double d = std::numeric_limits<double>::infinity();
   for (const Contact& pair : pairs.contacts) {
@@ -39,7 +39,7 @@ double places_of(const Bystander& other, const ContactSet& pairs, double radius,
   return std::ceil(way / std::sqrt(8.0 * d * kHidden));
 }
 
-bool clear_of(const Bystander& other, ContactSet& pairs, const Capsule& straight_W,
+bool clear_of(const OtherTool& other, ContactSet& pairs, const Capsule& straight_W,
               const StringBend& bend, const StringMotion& motion, double way) noexcept {
   if (!may_meet(other, straight_W, bend, way)) return true;
   const double margin = way + kBystanderClearance;
@@ -69,13 +69,13 @@ bool clear_of(const Bystander& other, ContactSet& pairs, const Capsule& straight
 
 }  // namespace
 
-bool clear_of_bystanders(const Bystanders& others, const Capsule& straight_W,
+bool clear_of_bystanders(const OtherTools& others, const Capsule& straight_W,
                          const StringBend& bend, const StringMotion& motion) noexcept {
   if (others.tools.empty()) return true;
   const double length = (straight_W.p_B - straight_W.p_A).norm();
   const double way = displacement_bound(motion, length);
   if (!(way > 0.0)) return true;
-  for (const Bystander& other : others.tools) {
+  for (const OtherTool& other : others.tools) {
     if (!clear_of(other, *others.scratch, straight_W, bend, motion, way)) return false;
   }
   return true;

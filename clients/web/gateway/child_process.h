@@ -23,9 +23,9 @@ struct LineHandlers {
   std::function<void(int exit_code)> ended;  ///< the last word; 128 + signal where one ended it
 };
 
-class LineProgram : public std::enable_shared_from_this<LineProgram> {
+class ChildProcess : public std::enable_shared_from_this<ChildProcess> {
  public:
-  LineProgram(boost::asio::io_context& context, LineHandlers handlers);
+  ChildProcess(boost::asio::io_context& context, LineHandlers handlers);
 
   /// Starts words[0], searched in PATH where it has no slash. Throws std::system_error.
   void start(std::vector<std::string> words);

@@ -1,5 +1,5 @@
-// See check_push.h. RT: yes.
-#include "server/haptic_loop/check_push.h"
+// See guided_push.h. RT: yes.
+#include "server/haptic_loop/guided_push.h"
 
 #include <algorithm>
 
@@ -20,7 +20,7 @@ double ramp(double since_edge_s) noexcept {
 
 }  // namespace
 
-bool follow_push(PushAxis asked, LoopState state, double dt_s, CheckPush& push) noexcept {
+bool follow_push(PushAxis asked, LoopState state, double dt_s, GuidedPush& push) noexcept {
   if (state == LoopState::kReleasing) return false;
   if (state != LoopState::kEngaged) {
     push = {};
@@ -39,7 +39,7 @@ bool follow_push(PushAxis asked, LoopState state, double dt_s, CheckPush& push) 
   return over;
 }
 
-Wrench with_push(const CheckPush& push, const Wrench& rendered) noexcept {
+Wrench with_push(const GuidedPush& push, const Wrench& rendered) noexcept {
   if (push.axis == 0) return rendered;
   const double share = ramp(push.t_s - kPush_s);
   const double size = kPushForce * ramp(std::min(push.t_s, kPush_s - push.t_s));

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
-#include "clients/web/gateway/lease_desk.h"
-#include "clients/web/gateway/line_program.h"
+#include "clients/web/gateway/child_process.h"
+#include "clients/web/gateway/page_lease.h"
 #include "hapticd/v1/gateway.pb.h"
 
 namespace hapticd::web {
@@ -28,13 +28,13 @@ struct ExperimentOptions {
 /// Takes a screen and the page that may answer it.
 using ScreenHandler = std::function<void(const v1::ExperimentScreen&, ViewerId owner)>;
 
-class ExperimentDesk {
+class ExperimentLink {
  public:
   /// `shown` and `context` outlive it.
-  ExperimentDesk(boost::asio::io_context& context, ExperimentOptions options, ScreenHandler shown);
-  ~ExperimentDesk();
-  ExperimentDesk(const ExperimentDesk&) = delete;
-  ExperimentDesk& operator=(const ExperimentDesk&) = delete;
+  ExperimentLink(boost::asio::io_context& context, ExperimentOptions options, ScreenHandler shown);
+  ~ExperimentLink();
+  ExperimentLink(const ExperimentLink&) = delete;
+  ExperimentLink& operator=(const ExperimentLink&) = delete;
 
   /// What `viewer` asks, with its answer.
   [[nodiscard]] v1::Result take(ViewerId viewer, bool control, const v1::PageExperiment& asked);
@@ -53,8 +53,8 @@ class ExperimentDesk {
   boost::asio::io_context& context_;
   ExperimentOptions options_;
   ScreenHandler shown_;
-  std::shared_ptr<LineProgram> program_;  ///< empty: none runs
-  v1::ExperimentScreen screen_;           ///< newest of what runs
+  std::shared_ptr<ChildProcess> program_;  ///< empty: none runs
+  v1::ExperimentScreen screen_;            ///< newest of what runs
   ViewerId owner_ = 0;
 };
 

@@ -18,7 +18,7 @@ namespace hapticd {
 inline constexpr int kMaxPressedStrings = 64;
 
 /// One string that presses the tool.
-struct StringContact {
+struct PressedString {
   std::int32_t string = 0;
   Vector3 F_W;         ///< on the tool, friction and lateral force included, N
   Vector3 nhat_W;      ///< direction of the contact force alone, from string to tool, unit
@@ -48,13 +48,13 @@ struct StringLoad {
                                                  const StringHold* hold, std::int32_t number,
                                                  double lambda, const Vector3& F_W) noexcept;
 
-using StringContacts = FixedVector<StringContact, kMaxPressedStrings>;
+using PressedStrings = FixedVector<PressedString, kMaxPressedStrings>;
 
 /// The strings that press the tool after the tick `result`, in ascending order. `F_H_W` becomes the
 /// wrench of the tick with the forces of strings that do not yield replaced by their law.
 HD_REALTIME void find_string_contacts(const OptimiserInput& input, const OptimiserState& state,
                                       const OptimiserWorkspace& workspace,
-                                      const OptimiserResult& result, StringContacts& contacts,
+                                      const OptimiserResult& result, PressedStrings& contacts,
                                       Wrench& F_H_W) noexcept;
 
 /// The tool near a string that does not press it.

@@ -1,6 +1,6 @@
 // The push of the guided check: how the force of a tool runs while it is pushed, and what ends it.
 // Truth: the trapezoid in closed form, from the times in its definition.
-#include "server/haptic_loop/check_push.h"
+#include "server/haptic_loop/guided_push.h"
 
 #include <doctest/doctest.h>
 
@@ -236,7 +236,7 @@ TEST_CASE("a handle that is let go is given 4 mJ by a push, no more") {
 }
 
 TEST_CASE("a pause of the loop makes no jump of a push") {
-  CheckPush push;
+  GuidedPush push;
   CHECK(follow_push(1, LoopState::kEngaged, 0.001, push));
   CHECK(push.t_s == 0.0);
   CHECK_FALSE(follow_push(0, LoopState::kEngaged, 0.7, push));

@@ -1,5 +1,5 @@
-// See experiment_desk.h.
-#include "clients/web/gateway/experiment_desk.h"
+// See experiment_link.h.
+#include "clients/web/gateway/experiment_link.h"
 
 #include <google/protobuf/util/json_util.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 namespace json = google::protobuf::util;
 
-constexpr std::size_t kMostNameBytes = 64;
+constexpr std::size_t kMaxNameBytes = 64;
 
 v1::Result result_of(v1::ResultCode code, std::string message) {
   v1::Result result;
@@ -26,7 +26,7 @@ v1::Result result_of(v1::ResultCode code, std::string message) {
 bool is_name(std::string_view name) {
   constexpr std::string_view kLetters =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
-  return !name.empty() && name.size() <= kMostNameBytes && name.front() != '-' &&
+  return !name.empty() && name.size() <= kMaxNameBytes && name.front() != '-' &&
          name.find_first_not_of(kLetters) == std::string_view::npos;
 }
 
@@ -37,13 +37,13 @@ bool is_last(const v1::ExperimentScreen& screen) {
 
 }  // namespace
 
-ExperimentDesk::ExperimentDesk(boost::asio::io_context& context, ExperimentOptions options,
+ExperimentLink::ExperimentLink(boost::asio::io_context& context, ExperimentOptions options,
                                ScreenHandler shown)
     : context_(context), options_(std::move(options)), shown_(std::move(shown)) {}
 
-ExperimentDesk::~ExperimentDesk() = default;
+ExperimentLink::~ExperimentLink() = default;
 
-v1::Result ExperimentDesk::take(ViewerId viewer, bool control, const v1::PageExperiment& asked) {
+v1::Result ExperimentLink::take(ViewerId viewer, bool control, const v1::PageExperiment& asked) {
   if (!control) {
     return result_of(v1::RESULT_CODE_NOT_PERMITTED,
                      "this page only looks. Open the address with the token that haptic-web "
@@ -57,7 +57,7 @@ v1::Result ExperimentDesk::take(ViewerId viewer, bool control, const v1::PageExp
   return result_of(v1::RESULT_CODE_OK, "");
 }
 
-v1::Result ExperimentDesk::begin(ViewerId viewer, const v1::ExperimentBegin& wanted) {
+v1::Result ExperimentLink::begin(ViewerId viewer, const v1::ExperimentBegin& wanted) {
   if (program_ != nullptr) {
     return result_of(v1::RESULT_CODE_BUSY,
                      "the experiment of " + screen_.participant() + " runs. End it first");
@@ -72,7 +72,7 @@ v1::Result ExperimentDesk::begin(ViewerId viewer, const v1::ExperimentBegin& wan
   LineHandlers handlers;
   handlers.line = [this](const std::string& line) { said(line); };
   handlers.ended = [this](int exit_code) { ended(exit_code); };
-  auto program = std::make_shared<LineProgram>(context_, std::move(handlers));
+  auto program = std::make_shared<ChildProcess>(context_, std::move(handlers));
   try {
     program->start(words(wanted));
   } catch (const std::system_error& error) {
@@ -87,7 +87,7 @@ v1::Result ExperimentDesk::begin(ViewerId viewer, const v1::ExperimentBegin& wan
   return result_of(v1::RESULT_CODE_OK, "");
 }
 
-std::vector<std::string> ExperimentDesk::words(const v1::ExperimentBegin& wanted) const {
+std::vector<std::string> ExperimentLink::words(const v1::ExperimentBegin& wanted) const {
   const std::string& name = wanted.participant();
   std::vector<std::string> all{
       options_.program.empty() ? program_beside("hapticd-lab") : options_.program.string(),
@@ -104,7 +104,7 @@ std::vector<std::string> ExperimentDesk::words(const v1::ExperimentBegin& wanted
   return all;
 }
 
-v1::Result ExperimentDesk::answer(ViewerId viewer, const v1::ExperimentAnswer& answer) {
+v1::Result ExperimentLink::answer(ViewerId viewer, const v1::ExperimentAnswer& answer) {
   if (viewer != owner_) {
     return result_of(v1::RESULT_CODE_NOT_OWNER, "another page began this experiment");
   }
@@ -116,15 +116,15 @@ v1::Result ExperimentDesk::answer(ViewerId viewer, const v1::ExperimentAnswer& a
   return result_of(v1::RESULT_CODE_OK, "");
 }
 
-void ExperimentDesk::gone(ViewerId viewer) {
+void ExperimentLink::gone(ViewerId viewer) {
   if (viewer == owner_) stop();
 }
 
-void ExperimentDesk::stop() {
+void ExperimentLink::stop() {
   if (program_ != nullptr) program_->finish();
 }
 
-void ExperimentDesk::said(const std::string& line) {
+void ExperimentLink::said(const std::string& line) {
   json::JsonParseOptions options;
   options.ignore_unknown_fields = true;
   v1::ExperimentScreen screen;
@@ -133,7 +133,7 @@ void ExperimentDesk::said(const std::string& line) {
   shown_(screen_, owner_);
 }
 
-void ExperimentDesk::ended(int exit_code) {
+void ExperimentLink::ended(int exit_code) {
   program_.reset();
   if (!is_last(screen_)) {
     screen_.set_number(screen_.number() + 1);

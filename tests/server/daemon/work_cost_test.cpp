@@ -1,7 +1,7 @@
 // What work is allowed to cost, against machines that are made up: a tick takes a known time
 // without contact, a known one per unit of work, and noise. Truth: what fits is known, since the
 // prices are ours.
-#include "server/daemon/work_price.h"
+#include "server/daemon/work_cost.h"
 
 #include <doctest/doctest.h>
 
@@ -28,7 +28,7 @@ struct Machine {
   double budget_ns = kBudget_ns;
   double most_work = 4.0;  ///< asked for, of what fits
   SplitMix64 random{5};
-  WorkPrice price;
+  WorkCost price;
   std::int64_t allowed = 0;
   std::int64_t tick = 0;
   std::vector<double> costs{};      ///< ns
@@ -105,7 +105,7 @@ TEST_CASE("a level is judged by the time of its ticks less what the machine adds
   CHECK(judged(3e6) == doctest::Approx(own_ns + 2.9e6).epsilon(1e-2));
   CHECK(judged_cost({0, 10'000}, machine.price) == 0);
   // Nothing learnt: all is taken at its time.
-  CHECK(judged_cost({3'000'000, 10'000}, WorkPrice{}) == 3'000'000);
+  CHECK(judged_cost({3'000'000, 10'000}, WorkCost{}) == 3'000'000);
 }
 
 TEST_CASE(
@@ -148,7 +148,7 @@ TEST_CASE("what the machine adds to ticks in the air, too, is no price of work")
 }
 
 TEST_CASE("after a contact that lasted the first ticks in the air say what a tick costs without") {
-  WorkPrice price;
+  WorkCost price;
   for (int k = 0; k < 10'000; ++k) learn({300'000, 50'000}, price);
   // Dearer than the budget: its share is what fits.
   const auto pressed = static_cast<double>(affordable_work(kBudget_ns, price));
@@ -159,14 +159,14 @@ TEST_CASE("after a contact that lasted the first ticks in the air say what a tic
 }
 
 TEST_CASE("before anything is known it allows what a machine four times slower can do") {
-  WorkPrice price;
+  WorkCost price;
   const auto first = static_cast<double>(affordable_work(kBudget_ns, price));
   CHECK(first * 4.0 * kNominalWork_ns <= kBudget_ns);
   CHECK(first * 4.0 * kNominalWork_ns >= 0.9 * kBudget_ns);
 }
 
 TEST_CASE("without measured times nothing is learnt, and the nominal price needs none") {
-  WorkPrice price;
+  WorkCost price;
   const std::int64_t first = affordable_work(kBudget_ns, price);
   for (int k = 0; k < 1000; ++k) learn({0, 50'000}, price);
   CHECK(affordable_work(kBudget_ns, price) == first);

@@ -20,12 +20,12 @@ inline constexpr double kPushRamp_s = 0.2;
 inline constexpr double kPush_s = 1.0;
 
 /// Kept from tick to tick.
-struct CheckPush {
+struct GuidedPush {
   PushAxis axis = 0;  ///< 0: no push is under way
   double t_s = 0.0;   ///< since it began, [0, kPush_s + kPushRamp_s)
 };
 
-template <FieldsOf<CheckPush> State, typename Visit>
+template <FieldsOf<GuidedPush> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [axis, t_s] = state;
   visit.bounded(axis, 0, kPushAxes);
@@ -38,9 +38,9 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 /// energy at the port starts anew there, since a hand that gives way is never given back what a
 /// push spends on it, and would feel the next ones less and less.
 [[nodiscard]] HD_REALTIME bool follow_push(PushAxis asked, LoopState state, double dt_s,
-                                           CheckPush& push) noexcept;
+                                           GuidedPush& push) noexcept;
 
 /// What takes the place of `rendered`.
-[[nodiscard]] HD_REALTIME Wrench with_push(const CheckPush& push, const Wrench& rendered) noexcept;
+[[nodiscard]] HD_REALTIME Wrench with_push(const GuidedPush& push, const Wrench& rendered) noexcept;
 
 }  // namespace hapticd

@@ -1,5 +1,5 @@
-// See lease_desk.h.
-#include "clients/web/gateway/lease_desk.h"
+// See page_lease.h.
+#include "clients/web/gateway/page_lease.h"
 
 namespace hapticd::web {
 namespace {
@@ -51,7 +51,7 @@ RequestNeed need_of(const v1::Item& request) {
   }
 }
 
-std::optional<v1::Result> LeaseDesk::refuse(ViewerId viewer, bool control,
+std::optional<v1::Result> PageLease::refuse(ViewerId viewer, bool control,
                                             const v1::Item& request) const {
   const RequestNeed need = need_of(request);
   if (need == RequestNeed::kUnsupported) {
@@ -71,18 +71,18 @@ std::optional<v1::Result> LeaseDesk::refuse(ViewerId viewer, bool control,
   return std::nullopt;
 }
 
-std::optional<v1::Result> LeaseDesk::refuse_show(ViewerId viewer, bool control) const {
+std::optional<v1::Result> PageLease::refuse_show(ViewerId viewer, bool control) const {
   if (!control) return only_looks();
   // A recording may also be seen where no daemon is, which would give the lease.
   if (holder_ == 0 || holder_ == viewer) return std::nullopt;
   return refusal(v1::RESULT_CODE_NOT_OWNER, "another page has control");
 }
 
-void LeaseDesk::asked(ViewerId viewer, const v1::Item& request) {
+void PageLease::asked(ViewerId viewer, const v1::Item& request) {
   if (request.has_acquire()) asking_ = viewer;
 }
 
-void LeaseDesk::answered(ViewerId viewer, const v1::Item& request, const v1::Result* result) {
+void PageLease::answered(ViewerId viewer, const v1::Item& request, const v1::Result* result) {
   const bool good = result != nullptr && result->code() == v1::RESULT_CODE_OK;
   if (request.has_acquire()) {
     asking_ = 0;
@@ -91,7 +91,7 @@ void LeaseDesk::answered(ViewerId viewer, const v1::Item& request, const v1::Res
   if (request.has_release() && good && holder_ == viewer) holder_ = 0;
 }
 
-v1::LeaseInfo LeaseDesk::seen_by(ViewerId viewer, const v1::LeaseInfo& told) const {
+v1::LeaseInfo PageLease::seen_by(ViewerId viewer, const v1::LeaseInfo& told) const {
   v1::LeaseInfo seen = told;
   seen.set_yours(told.yours() && holder_ == viewer);
   return seen;

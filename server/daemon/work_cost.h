@@ -55,7 +55,7 @@ struct DearTicks {
 };
 
 /// Kept between ticks; begin anew with each scene.
-struct WorkPrice {
+struct WorkCost {
   DearTicks work;        ///< of all ticks, units
   double idle_ns = 0.0;  ///< means of idle ticks; 0: none seen
   double idle_work = 0.0;
@@ -70,15 +70,15 @@ struct WorkPrice {
 };
 
 /// Takes note of a tick. Cost: some ns.
-void learn(const PricedTick& tick, WorkPrice& price) noexcept;
+void learn(const PricedTick& tick, WorkCost& price) noexcept;
 
 /// What `tick` says of the level it was computed at, ns: its time less what the machine adds to one
 /// tick in a thousand in the air, but no less than what its work costs at the price that was
 /// learnt, nor more than its time. 0: not known.
-[[nodiscard]] std::int64_t judged_cost(const PricedTick& tick, const WorkPrice& price) noexcept;
+[[nodiscard]] std::int64_t judged_cost(const PricedTick& tick, const WorkCost& price) noexcept;
 
 /// Work that a tick of `budget_ns` > 0 can do, >= 1, at the price that was learnt.
-[[nodiscard]] std::int64_t affordable_work(double budget_ns, WorkPrice& price) noexcept;
+[[nodiscard]] std::int64_t affordable_work(double budget_ns, WorkCost& price) noexcept;
 
 /// The same of kNominalShare at kNominalWork_ns a unit, whatever the machine: under the virtual
 /// clock.

@@ -1,5 +1,5 @@
-// See string_view.h. RT: yes.
-#include "core/simulation/string_view.h"
+// See string_segments.h. RT: yes.
+#include "core/simulation/string_segments.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@ namespace hapticd {
 namespace {
 
 /// Largest inharmonicity, as scenes may have it.
-constexpr double kMostInharmonicity = 0.1;
+constexpr double kMaxInharmonicity = 0.1;
 
 const Capsule& whole(const StringTool& tool, std::int32_t string) noexcept {
   return tool.scene->obstacles.capsules_W[static_cast<std::size_t>(string)];
@@ -64,7 +64,7 @@ std::size_t nearest_part(const StringTool& tool, const StringPoints& points,
 
 /// False when others do not hold the string, or the tool can meet it neither bent nor straight on
 /// its way to p_WH, or to where it was to go last if that pose is useless.
-bool concerns(std::span<const StringTool> tools, const AllHolders& all, const StringHolders& held,
+bool concerns(std::span<const StringTool> tools, const StringSharing& all, const SharedString& held,
               std::int32_t tool, const Vector3& p_WH) noexcept {
   const bool holds = std::find(held.tools.begin(), held.tools.end(), tool) != held.tools.end();
   if (holds) return held.tools.size() > 1;
@@ -95,7 +95,8 @@ void rebase(const Capsule& before, const Capsule& after, StringHold& hold) noexc
 }
 
 /// Takes what carried force on rigid parts out of the state: their numbers change.
-void part_with_rigid_pairs(std::size_t capsules, OptimiserState& state, StringView& view) noexcept {
+void part_with_rigid_pairs(std::size_t capsules, OptimiserState& state,
+                           StringSegments& view) noexcept {
   view.rigid_active.clear();
   if (view.rigid.empty()) return;
   int kept = 0;
@@ -112,8 +113,8 @@ void part_with_rigid_pairs(std::size_t capsules, OptimiserState& state, StringVi
 }
 
 /// The part of a string that the tool may bend, and the rigid rest.
-void take_part(std::span<const StringTool> tools, const AllHolders& all,
-               const StringHolders& holders, std::int32_t tool, StringView& view,
+void take_part(std::span<const StringTool> tools, const StringSharing& all,
+               const SharedString& holders, std::int32_t tool, StringSegments& view,
                FixedVector<StringConstants, kMaxHeldStrings>& constants,
                FixedVector<Capsule, kMaxRigidParts>& rigid_W) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
@@ -146,12 +147,12 @@ double lambda_of(const Capsule& string, const Vector3& p_W) noexcept {
   return squared > 0.0 ? std::clamp((p_W - string.p_A).dot(axis) / squared, 0.0, 1.0) : 0.5;
 }
 
-void string_points(std::span<const StringTool> tools, const AllHolders& holders,
+void string_points(std::span<const StringTool> tools, const StringSharing& holders,
                    std::int32_t string, std::int32_t without, StringPoints& points) noexcept {
   points.clear();
   const Capsule& line = whole(tools.front(), string);
   points.push_back(line.p_A);
-  for (const StringHolders& held : holders) {
+  for (const SharedString& held : holders) {
     if (held.string != string) continue;
     for (const std::int32_t holder : held.tools) {
       const StringTool& tool = tools[static_cast<std::size_t>(holder)];
@@ -170,10 +171,10 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
     polyline += (points[k + 1] - points[k]).norm();
   }
   out.length = (points[part + 1] - points[part]).norm();
-  if (out.length < kShortestString || !(whole.length > 0.0)) {
+  if (out.length < kMinString || !(whole.length > 0.0)) {
     out.length = 0.0;
-    out.model = StringModel::kRigid;
-    out.max_level = StringLevel::kRigid;
+    out.model = StringContact::kStraight;
+    out.max_level = StringDetail::kLine;
     out.frequency = 0.0;
     out.modal_mass = 0.0;
     return out;
@@ -186,22 +187,22 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
     out.frequency *= std::sqrt(tighter) / share;
     out.modal_mass *= share;
     out.inharmonicity =
-        std::min(whole.inharmonicity / (share * share * tighter), kMostInharmonicity);
+        std::min(whole.inharmonicity / (share * share * tighter), kMaxInharmonicity);
   }
   return out;
 }
 
-ToolScene view_strings(std::span<const StringTool> tools, const AllHolders& holders,
-                       std::int32_t tool, const Vector3& p_WH) noexcept {
+ToolScene segment_strings(std::span<const StringTool> tools, const StringSharing& holders,
+                          std::int32_t tool, const Vector3& p_WH) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
-  StringView& view = *self.view;
+  StringSegments& view = *self.view;
   ToolScene seen = *self.scene;
   FixedVector<std::size_t, kMaxHeldStrings> near;
   for (std::size_t k = 0; k < holders.size(); ++k) {
     if (concerns(tools, holders, holders[k], tool, p_WH)) near.push_back(k);
   }
   if (view.parts.empty() && near.empty()) return seen;
-  StringView next;
+  StringSegments next;
   FixedVector<StringConstants, kMaxHeldStrings> constants;
   FixedVector<Capsule, kMaxRigidParts> rigid_W;
   for (const std::size_t k : near) {
@@ -253,8 +254,8 @@ ToolScene view_strings(std::span<const StringTool> tools, const AllHolders& hold
   return seen;
 }
 
-void update_holders(std::span<const StringTool> tools, std::int32_t tool,
-                    AllHolders& holders) noexcept {
+void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
+                    StringSharing& holders) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
   part_with_rigid_pairs(self.scene->obstacles.capsules_W.size(), self.state->optimiser, *self.view);
   std::size_t kept = 0;
@@ -273,7 +274,7 @@ void update_holders(std::span<const StringTool> tools, std::int32_t tool,
     if (!hold.yields) continue;
     const std::int32_t string = hold.bend.capsule;
     auto* held = std::find_if(holders.begin(), holders.end(),
-                              [&](const StringHolders& other) { return other.string == string; });
+                              [&](const SharedString& other) { return other.string == string; });
     if (held == holders.end()) {
       held = holders.append();
       HD_ASSERT(held != nullptr);

@@ -24,7 +24,7 @@ enum class RequestNeed : std::uint8_t {
 [[nodiscard]] RequestNeed need_of(const v1::Item& request);
 
 /// Keeps the lease among the viewers.
-class LeaseDesk {
+class PageLease {
  public:
   /// Why `viewer` gets no further with `request`; nothing: the daemon shall decide.
   [[nodiscard]] std::optional<v1::Result> refuse(ViewerId viewer, bool control,

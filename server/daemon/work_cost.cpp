@@ -1,5 +1,5 @@
-// See work_price.h.
-#include "server/daemon/work_price.h"
+// See work_cost.h.
+#include "server/daemon/work_cost.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,11 +40,11 @@ double least(const DearTicks& ticks) noexcept {
   return ticks.last.ticks > 0 ? std::min(ticks.block.least, ticks.last.least) : ticks.block.least;
 }
 
-bool is_idle(std::int64_t work, const WorkPrice& price) noexcept {
+bool is_idle(std::int64_t work, const WorkCost& price) noexcept {
   return work <= kIdleWork || static_cast<double>(work) <= 2.0 * least(price.work);
 }
 
-double unit_price(const WorkPrice& price) noexcept {
+double unit_price(const WorkCost& price) noexcept {
   if (price.touching_ticks < kKnownTicks || price.touching_work <= 0.0) {
     return kGuessed * kNominalWork_ns;
   }
@@ -56,11 +56,11 @@ double unit_price(const WorkPrice& price) noexcept {
 }
 
 /// What the machine adds to one idle tick in a thousand.
-double added_ns(const WorkPrice& price) noexcept {
+double added_ns(const WorkCost& price) noexcept {
   return std::max(dearest(price.idle) - price.idle_ns, 0.0);
 }
 
-void learn_idle(double cpu_ns, double work, WorkPrice& price) noexcept {
+void learn_idle(double cpu_ns, double work, WorkCost& price) noexcept {
   // Idle until now was a contact that lasted.
   if (2.0 * work < price.idle_work) {
     price.idle = {};
@@ -74,7 +74,7 @@ void learn_idle(double cpu_ns, double work, WorkPrice& price) noexcept {
   follow(work, 1.0 / price.idle_ticks, price.idle_work);
 }
 
-void learn_touching(double beyond_ns, double work, WorkPrice& price) noexcept {
+void learn_touching(double beyond_ns, double work, WorkCost& price) noexcept {
   const bool known = price.touching_ticks >= kKnownTicks;
   price.touching_ticks = std::min(price.touching_ticks + 1, kMeanTicks);
   const double usual_ns =
@@ -83,7 +83,7 @@ void learn_touching(double beyond_ns, double work, WorkPrice& price) noexcept {
   follow(work, 1.0 / price.touching_ticks, price.touching_work);
 }
 
-void learn_large(double unit_ns, WorkPrice& price) noexcept {
+void learn_large(double unit_ns, WorkCost& price) noexcept {
   // Of two foreign ticks in a row the cheaper counts.
   const bool foreign = unit_ns > kForeign * unit_price(price);
   if (!foreign) {
@@ -101,7 +101,7 @@ double fitting_work(double time_ns, double unit_ns) noexcept {
 
 }  // namespace
 
-void learn(const PricedTick& tick, WorkPrice& price) noexcept {
+void learn(const PricedTick& tick, WorkCost& price) noexcept {
   if (tick.cpu_ns <= 0) return;
   const auto cpu_ns = static_cast<double>(tick.cpu_ns);
   const auto work = static_cast<double>(tick.work);
@@ -117,14 +117,14 @@ void learn(const PricedTick& tick, WorkPrice& price) noexcept {
   learn_large(std::max(cpu_ns - price.idle_ns - added_ns(price), 0.0) / beyond, price);
 }
 
-std::int64_t judged_cost(const PricedTick& tick, const WorkPrice& price) noexcept {
+std::int64_t judged_cost(const PricedTick& tick, const WorkCost& price) noexcept {
   const double beyond = std::max(static_cast<double>(tick.work) - price.idle_work, 0.0);
   const double own_ns = price.idle_ns + beyond * unit_price(price);
   const double spared_ns = static_cast<double>(tick.cpu_ns) - added_ns(price);
   return std::min(tick.cpu_ns, static_cast<std::int64_t>(std::max(own_ns, spared_ns)));
 }
 
-std::int64_t affordable_work(double budget_ns, WorkPrice& price) noexcept {
+std::int64_t affordable_work(double budget_ns, WorkCost& price) noexcept {
   const double added = added_ns(price);
   const double base_ns = price.idle_ns + (added <= kKeptBack * budget_ns ? added : 0.0);
   const double spent_ns = kSpentShare * budget_ns;
@@ -142,7 +142,7 @@ std::int64_t nominal_work(double budget_ns) noexcept {
 
 std::int64_t first_work(double budget_ns, bool virtual_time) noexcept {
   if (!(budget_ns > 0.0)) return 0;
-  WorkPrice unknown;
+  WorkCost unknown;
   return virtual_time ? nominal_work(budget_ns) : affordable_work(budget_ns, unknown);
 }
 

@@ -1,5 +1,5 @@
-// See line_program.h.
-#include "clients/web/gateway/line_program.h"
+// See child_process.h.
+#include "clients/web/gateway/child_process.h"
 
 #include <spawn.h>
 #include <sys/socket.h>
@@ -26,7 +26,7 @@ using boost::system::error_code;
 namespace {
 
 /// Longest line it may say, bytes; with a longer one it is ended.
-constexpr std::size_t kMostLineBytes = 1U << 16U;
+constexpr std::size_t kMaxLineBytes = 1U << 16U;
 /// Time that it gets to end after its input has ended: it writes what it has, and says Bye.
 constexpr std::chrono::seconds kPatience{10};
 
@@ -56,10 +56,10 @@ pid_t spawn(std::vector<std::string>& words, int end) {
 
 }  // namespace
 
-LineProgram::LineProgram(asio::io_context& context, LineHandlers handlers)
+ChildProcess::ChildProcess(asio::io_context& context, LineHandlers handlers)
     : handlers_(std::move(handlers)), socket_(context), process_(context), patience_(context) {}
 
-void LineProgram::start(std::vector<std::string> words) {
+void ChildProcess::start(std::vector<std::string> words) {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
     fail(errno, "socketpair");
@@ -80,8 +80,8 @@ void LineProgram::start(std::vector<std::string> words) {
   read();
 }
 
-void LineProgram::read() {
-  asio::async_read_until(socket_, asio::dynamic_buffer(incoming_, kMostLineBytes), '\n',
+void ChildProcess::read() {
+  asio::async_read_until(socket_, asio::dynamic_buffer(incoming_, kMaxLineBytes), '\n',
                          [self = shared_from_this()](const error_code& error, std::size_t bytes) {
                            if (error) return self->reap();
                            const std::string line = self->incoming_.substr(0, bytes - 1);
@@ -91,13 +91,13 @@ void LineProgram::read() {
                          });
 }
 
-void LineProgram::say(std::string_view line) {
+void ChildProcess::say(std::string_view line) {
   const std::string text = std::string(line) + "\n";
   error_code error;
   if (socket_.send(asio::buffer(text), 0, error) != text.size()) finish();
 }
 
-void LineProgram::finish() {
+void ChildProcess::finish() {
   error_code gone;
   socket_.shutdown(asio::local::stream_protocol::socket::shutdown_send, gone);
   patience_.expires_after(kPatience);
@@ -106,7 +106,7 @@ void LineProgram::finish() {
   });
 }
 
-void LineProgram::reap() {
+void ChildProcess::reap() {
   // It says no more, or too much at once.
   finish();
   process_.async_wait(asio::posix::stream_descriptor::wait_read,
@@ -115,7 +115,7 @@ void LineProgram::reap() {
                       });
 }
 
-void LineProgram::tell_end() {
+void ChildProcess::tell_end() {
   int status = 0;
   waitpid(pid_, &status, 0);
   pid_ = -1;

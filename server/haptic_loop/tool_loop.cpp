@@ -1,5 +1,5 @@
-// See loop_tool.h. RT: yes.
-#include "server/haptic_loop/loop_tool.h"
+// See tool_loop.h. RT: yes.
+#include "server/haptic_loop/tool_loop.h"
 
 #include <utility>
 
@@ -14,7 +14,7 @@ constexpr std::int64_t kStuckAfter_ns = 250'000'000;
 }  // namespace
 
 void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
-               LoopTool& tool) noexcept {
+               ToolLoop& tool) noexcept {
   PlayedDevice& device = played.device;
   if (device.scripted != nullptr) device.scripted->set_tick(time.tick);
   DeviceSample& sample = tool.sample;
@@ -41,16 +41,16 @@ void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
   limits.stuck_after_ns = watched ? kStuckAfter_ns : 0;
   tool.watched = watch(seen, to_vector(tool.safety.f_H_D).norm(), limits, tool.input_watch);
   if (!tool.input_watch.has_pose) return;
-  tool.placed = follow(played.map, played.X_WG_home,
-                       {tool.watched.X_DH, tool.watched.V_DH_D, sample.buttons, tool.clutch_open,
-                        tool.recentre, time.dt_s},
-                       tool.workspace);
+  tool.placed = place(played.map, played.X_WG_home,
+                      {tool.watched.X_DH, tool.watched.V_DH_D, sample.buttons, tool.clutch_open,
+                       tool.recentre, time.dt_s},
+                      tool.workspace);
   tool.recentre = false;
 }
 
 bool learn_delay(const DeviceSample& sample, PlayedTool& played) noexcept {
   const double delay_s = sample.measured_delay_s;
-  const bool sensible = delay_s >= 0.0 && delay_s <= kLongestDelay_s;
+  const bool sensible = delay_s >= 0.0 && delay_s <= kMaxDelay_s;
   if (!sensible || delay_s == played.stiffness_limits.delay_s) return false;
   played.stiffness_limits.delay_s = delay_s;
   return true;
@@ -74,7 +74,7 @@ DeviceSpring spring_at_device(const WorkspaceMap& map, const ContactStiffness& s
 }
 
 void limit_tool(const PlayedTool& played, const LoopTime& time, double budget, double gain,
-                bool force, LoopTool& tool) noexcept {
+                bool force, ToolLoop& tool) noexcept {
   SafetyInput input;
   input.now_ns = time.t_ns;
   input.dt_s = time.dt_s;
@@ -96,7 +96,7 @@ void limit_tool(const PlayedTool& played, const LoopTime& time, double budget, d
                                            played.limits.peak, profile.stiffness_max});
 }
 
-void write_tool(PlayedTool& played, const LoopTime& time, LoopTool& tool) noexcept {
+void write_tool(PlayedTool& played, const LoopTime& time, ToolLoop& tool) noexcept {
   DeviceCommand command;
   command.f_H_D = tool.written.f_H_D;
   command.t_H_D = tool.written.t_H_D;
@@ -110,7 +110,7 @@ void write_tool(PlayedTool& played, const LoopTime& time, LoopTool& tool) noexce
 
 // A watchdog fires when ticks come late, and as with late ticks: where nobody can be pushed, a
 // machine that stood still for a moment is no reason to stop playing.
-Cause fault_of(const LoopTool& tool, bool pushes, bool guards_armed) noexcept {
+Cause fault_of(const ToolLoop& tool, bool pushes, bool guards_armed) noexcept {
   const bool cut_off = (tool.sample.flags & kDeviceWatchdogFired) != 0;
   const std::pair<bool, Cause> wrong[] = {
       {tool.watched.fault != Cause::kNone, tool.watched.fault},

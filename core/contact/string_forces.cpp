@@ -1,5 +1,5 @@
-// Sums of multipliers per string, and the law of rigid ones. See string_contact.h. RT: yes.
-#include "core/contact/string_contact.h"
+// Sums of multipliers per string, and the law of rigid ones. See string_forces.h. RT: yes.
+#include "core/contact/string_forces.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,13 +10,13 @@ namespace hapticd {
 namespace {
 
 /// The contact of a string, appended in ascending order when it is new; null when there is no room.
-StringContact* contact_of(std::int32_t string, StringContacts& contacts) noexcept {
-  for (StringContact& contact : contacts) {
+PressedString* contact_of(std::int32_t string, PressedStrings& contacts) noexcept {
+  for (PressedString& contact : contacts) {
     if (contact.string == string) return &contact;
   }
-  StringContact* added = contacts.append();
+  PressedString* added = contacts.append();
   if (added == nullptr) return nullptr;
-  *added = StringContact{string, Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};
+  *added = PressedString{string, Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};
   while (added != contacts.begin() && added->string < (added - 1)->string) {
     std::swap(*added, *(added - 1));
     --added;
@@ -26,7 +26,7 @@ StringContact* contact_of(std::int32_t string, StringContacts& contacts) noexcep
 
 /// Sums force, and place and lambda weighted with it.
 void add_pair(const Contact& contact, double multiplier, const Vector3& direction,
-              double part_compliance, StringContact& sum) noexcept {
+              double part_compliance, PressedString& sum) noexcept {
   sum.F_W += multiplier * direction;
   sum.p_WC += multiplier * contact.p_WC;
   sum.lambda += multiplier * contact.lambda;
@@ -48,7 +48,8 @@ double part_compliance(const OptimiserInput& input, const OptimiserState& state,
 bool has_no_room(const OptimiserInput& input, const OptimiserState& state, std::int32_t string) {
   const StringConstants& constants = input.strings[static_cast<std::size_t>(string)];
   return state.holds.size() == static_cast<std::size_t>(kMaxDeflectingStrings) &&
-         constants.model == StringModel::kDeflecting && constants.max_level >= StringLevel::kStatic;
+         constants.model == StringContact::kYielding &&
+         constants.max_level >= StringDetail::kStatic;
 }
 
 /// A line that does not yield gives the hand what the program presses on it, no stiffer than kc.
@@ -59,7 +60,7 @@ StringLoad line_load(double pressed, double kt, double kc) noexcept {
 
 /// Turns the sums of a string into its law's force; returns what that changes of the tool's wrench.
 Wrench settle(const OptimiserInput& input, const OptimiserState& state,
-              StringContact& contact) noexcept {
+              PressedString& contact) noexcept {
   contact.p_WC /= contact.force;
   contact.lambda /= contact.force;
   contact.part_compliance /= contact.force;
@@ -100,7 +101,7 @@ StringLoad string_load(const OptimiserInput& input, const StringHold* hold, std:
   if (!(pressed > 0.0)) return load;
   const bool yields = hold != nullptr && hold->yields;
   const bool on_end = lambda <= 0.0 || lambda >= 1.0;
-  if (yields || (on_end && string.model == StringModel::kDeflecting)) {
+  if (yields || (on_end && string.model == StringContact::kYielding)) {
     // Next to an end, which does not yield, the program's contact is as stiff as kt.
     if (yields) {
       load.deflection = hold->bend.u_W.norm();
@@ -111,7 +112,7 @@ StringLoad string_load(const OptimiserInput& input, const StringHold* hold, std:
     load.force = std::min(pressed, kc * load.displacement);
     return load;
   }
-  if (string.max_level < StringLevel::kStatic || !(string.length > 0.0)) return load;
+  if (string.max_level < StringDetail::kStatic || !(string.length > 0.0)) return load;
   load.deflection = load.displacement / string.k_s;
   const Deflection law = deflect(string, lambda, load.deflection);
   load.force = std::min(law.force, kc * load.displacement);
@@ -122,7 +123,7 @@ StringLoad string_load(const OptimiserInput& input, const StringHold* hold, std:
 
 void find_string_contacts(const OptimiserInput& input, const OptimiserState& state,
                           const OptimiserWorkspace& w, const OptimiserResult& result,
-                          StringContacts& contacts, Wrench& F_H_W) noexcept {
+                          PressedStrings& contacts, Wrench& F_H_W) noexcept {
   contacts.clear();
   F_H_W = result.F_H_W;
   for (int k = 0; k < result.active_count; ++k) {
@@ -132,7 +133,7 @@ void find_string_contacts(const OptimiserInput& input, const OptimiserState& sta
         static_cast<std::size_t>(contact.key.obstacle) >= input.strings.size()) {
       continue;
     }
-    StringContact* sum = contact_of(contact.key.obstacle, contacts);
+    PressedString* sum = contact_of(contact.key.obstacle, contacts);
     if (sum == nullptr) continue;
     add_pair(contact, active.multiplier, gap_gradient(state, w.models, contact).linear,
              part_compliance(input, state, contact.key.tool_sphere), *sum);
@@ -141,7 +142,7 @@ void find_string_contacts(const OptimiserInput& input, const OptimiserState& sta
       sum->part = input.parts.part_of(contact.key.tool_sphere);
     }
   }
-  for (StringContact& contact : contacts) {
+  for (PressedString& contact : contacts) {
     const Wrench change = settle(input, state, contact);
     F_H_W.f += change.f;
     F_H_W.t += change.t;

@@ -28,11 +28,11 @@ inline constexpr double kSharedRounding = 1e-12;
 using StringPoints = FixedVector<Vector3, kMaxTools + 3>;
 
 /// The tools that hold a string, from end A to end B.
-struct StringHolders {
+struct SharedString {
   std::int32_t string = 0;
   FixedVector<std::int32_t, kMaxTools> tools;
 };
-using AllHolders = FixedVector<StringHolders, kMaxHeldStrings>;
+using StringSharing = FixedVector<SharedString, kMaxHeldStrings>;
 
 /// The part of a string that a tool may bend.
 struct StringPart {
@@ -53,7 +53,7 @@ struct RigidPart {
 /// What a tool sees instead of the scene's strings while others hold some. The spans are as large
 /// as the scene's, and kMaxRigidParts capsules and their groups larger; empty where there is one
 /// tool.
-struct StringView {
+struct StringSegments {
   std::span<Capsule> capsules_W;
   std::span<CapsuleGroup> groups;
   std::span<StringConstants> strings;
@@ -67,7 +67,7 @@ struct StringView {
 struct StringTool {
   ToolScene* scene;
   ToolState* state;
-  StringView* view;
+  StringSegments* view;
   ContactSet* scratch;
 };
 
@@ -77,21 +77,21 @@ struct StringTool {
 }
 
 /// Ends and vertices of a string, from A to B, without that of tool `without` (-1: with all).
-HD_REALTIME void string_points(std::span<const StringTool> tools, const AllHolders& holders,
+HD_REALTIME void string_points(std::span<const StringTool> tools, const StringSharing& holders,
                                std::int32_t string, std::int32_t without,
                                StringPoints& points) noexcept;
 
 /// Makes the view of tool number `tool`, which is to go to p_WH in this tick, and puts its holds
 /// into the terms of it, which moves nothing. Strings it cannot come near in the tick are left as
 /// they are in the scene. Returns the scene it is to be rendered in; views it and the tool's view.
-[[nodiscard]] HD_REALTIME ToolScene view_strings(std::span<const StringTool> tools,
-                                                 const AllHolders& holders, std::int32_t tool,
-                                                 const Vector3& p_WH) noexcept;
+[[nodiscard]] HD_REALTIME ToolScene segment_strings(std::span<const StringTool> tools,
+                                                    const StringSharing& holders, std::int32_t tool,
+                                                    const Vector3& p_WH) noexcept;
 
 /// Takes over which strings the tool holds after it was rendered, and takes pairs with rigid parts
 /// out of its state.
-HD_REALTIME void update_holders(std::span<const StringTool> tools, std::int32_t tool,
-                                AllHolders& holders) noexcept;
+HD_REALTIME void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
+                                StringSharing& holders) noexcept;
 
 /// The constants of the part between two points of the polyline `points` (without the tool that
 /// bends it) as a string of its own.
@@ -103,7 +103,7 @@ HD_REALTIME void update_holders(std::span<const StringTool> tools, std::int32_t 
 [[nodiscard]] HD_REALTIME double lambda_of(const Capsule& string, const Vector3& p_W) noexcept;
 
 /// The part of `string` in a tool's view; null: all of it.
-[[nodiscard]] inline const StringPart* part_of(const StringView& view,
+[[nodiscard]] inline const StringPart* part_of(const StringSegments& view,
                                                std::int32_t string) noexcept {
   for (const StringPart& part : view.parts) {
     if (part.string == string) return &part;

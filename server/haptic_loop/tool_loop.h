@@ -8,17 +8,17 @@
 #include "core/safety/input_watch.h"
 #include "core/safety/output_stage.h"
 #include "core/simulation/touch_detector.h"
-#include "server/haptic_loop/check_push.h"
+#include "server/haptic_loop/guided_push.h"
 #include "server/haptic_loop/played_scene.h"
 
 namespace hapticd {
 
 /// A tool as the loop knows it.
-struct LoopTool {
+struct ToolLoop {
   // Of the tick under way.
   DeviceSample sample;
   WatchedInput watched;
-  WorkspaceOutput placed;
+  PlacedHand placed;
   Wrench F_H_D;         ///< rendered, for the safety stage
   DeviceSpring wanted;  ///< likewise, for a device that renders it by itself
   SafetyOutput written;
@@ -37,7 +37,7 @@ struct LoopTool {
   bool clear_faults = false;  ///< its device is to forget what it has latched
   bool clutch_open = false;
   bool recentre = false;
-  CheckPush push;
+  GuidedPush push;
   TouchDetector touches;
   ContactReport contacts;
 };
@@ -54,10 +54,10 @@ struct LoopTime {
 /// Reads the device of `played` and finds where H is. `guards_armed`: as if the device could push a
 /// person.
 HD_REALTIME void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
-                           LoopTool& tool) noexcept;
+                           ToolLoop& tool) noexcept;
 
 /// Measured delays beyond this are no delays, s.
-inline constexpr double kLongestDelay_s = 1.0;
+inline constexpr double kMaxDelay_s = 1.0;
 
 /// Lets the stiffness clamp of `played` reckon with the delay that `sample` brings; true when that
 /// is another than before, and settings are to be applied anew. Delays that make no sense, and NaN,
@@ -72,13 +72,13 @@ HD_REALTIME bool learn_delay(const DeviceSample& sample, PlayedTool& played) noe
 /// Passes tool.F_H_D through the safety stage, faded by `gain`, and grants tool.wanted; zero unless
 /// `force`. `budget`: what strings may still give to the hand, J.
 HD_REALTIME void limit_tool(const PlayedTool& played, const LoopTime& time, double budget,
-                            double gain, bool force, LoopTool& tool) noexcept;
+                            double gain, bool force, ToolLoop& tool) noexcept;
 
 /// Writes what the safety stage has passed.
-HD_REALTIME void write_tool(PlayedTool& played, const LoopTime& time, LoopTool& tool) noexcept;
+HD_REALTIME void write_tool(PlayedTool& played, const LoopTime& time, ToolLoop& tool) noexcept;
 
 /// What of the last read and write of the tool is wrong; kNone when nothing is.
-[[nodiscard]] HD_REALTIME Cause fault_of(const LoopTool& tool, bool pushes,
+[[nodiscard]] HD_REALTIME Cause fault_of(const ToolLoop& tool, bool pushes,
                                          bool guards_armed) noexcept;
 
 }  // namespace hapticd
