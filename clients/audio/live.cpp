@@ -256,8 +256,8 @@ std::string Live::report() const {
   if (!playing_) return "no sound card";
   const PlayedTones counts = playing_->counts();
   const client::ClientCore& core = client_->core();
-  const client::ClockRelation clock =
-      core.clock().known() ? core.clock().at(client::monotonic_now_ns()) : client::ClockRelation{};
+  const wire::ClockRelation clock =
+      core.clock().known() ? core.clock().at(client::monotonic_now_ns()) : wire::ClockRelation{};
   const auto number = [](std::uint64_t count) { return static_cast<unsigned long long>(count); };
   std::snprintf(
       text, sizeof text,
@@ -274,7 +274,7 @@ std::string Live::report() const {
 
 }  // namespace
 
-std::int64_t due_ns(std::uint64_t t_ns, const client::ClockEstimate& clock, bool real_clock,
+std::int64_t due_ns(std::uint64_t t_ns, const wire::ClockEstimate& clock, bool real_clock,
                     std::int64_t now_ns, std::int64_t delay_ns) {
   if (!real_clock || !clock.known() || t_ns > kMaxInstant_ns) return now_ns + delay_ns;
   return static_cast<std::int64_t>(t_ns) - clock.at(now_ns).offset_ns + delay_ns;
