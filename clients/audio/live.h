@@ -2,7 +2,6 @@
 // both. Either may go and come again. One thread beside JACK's. Not RT.
 #pragma once
 
-#include <csignal>
 #include <cstdint>
 
 #include "clients/audio/options.h"
@@ -16,8 +15,8 @@ namespace hapticd::audio {
 [[nodiscard]] std::int64_t due_ns(std::uint64_t t_ns, const wire::ClockEstimate& clock,
                                   bool real_clock, std::int64_t now_ns, std::int64_t delay_ns);
 
-/// Plays until `stop` is set; the exit code.
-int play_live(const Options& options, const volatile std::sig_atomic_t& stop);
+/// Plays until SIGINT or SIGTERM; the exit code.
+int play_live(const Options& options);
 
 /// Writes where sound can go to stdout; throws NoJackServer.
 void list_ports();
