@@ -88,8 +88,6 @@ class ClientCore {
   [[nodiscard]] std::uint32_t boot_id() const noexcept { return boot_id_; }
   /// The server's clock, learned from this session.
   [[nodiscard]] const wire::ClockEstimate& clock() const noexcept { return clock_; }
-  /// States that arrived in this session.
-  [[nodiscard]] std::uint64_t states_seen() const noexcept { return states_.seen(); }
   /// The server's last Bye.
   [[nodiscard]] const v1::Bye& bye() const noexcept { return bye_; }
 
