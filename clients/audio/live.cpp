@@ -12,8 +12,7 @@
 
 #include "clients/audio/jack_output.h"
 #include "clients/audio/playing.h"
-#include "clients/library/client.h"
-#include "clients/library/named_key.h"
+#include "clients/library/program.h"
 
 namespace hapticd::audio {
 namespace {
@@ -65,7 +64,7 @@ class Live {
       missed_ = missed_ || heard_;
       heard_ = false;
     };
-    client_.emplace(options_.host, options_.port, handlers, client::named_key(options_.key_file));
+    client_ = client::open_client(options_.daemon, handlers);
     opened_ns_ = client::monotonic_now_ns();
     say("listens to hapticd at " + client_->server());
   }
@@ -220,9 +219,7 @@ class Live {
   void miss_daemon(std::int64_t now_ns) {
     if (heard_ || missed_ || now_ns - opened_ns_ < kPatience_ns) return;
     missed_ = true;
-    say("no daemon answers at " + client_->server() +
-        " yet. Start hapticd, or name where it listens with --server; if it has keys, give one of "
-        "its own with --key");
+    say(client::unanswered(client_->server()));
   }
 
   void try_output() {
@@ -239,7 +236,7 @@ class Live {
   double judged_ms_ = 0.0;  ///< the delay that was needed when it was last judged
   bool short_ = false;      ///< that the delay given is too short has been said
   std::unique_ptr<Playing> playing_;
-  std::optional<client::Client> client_;
+  std::unique_ptr<client::Client> client_;
   bool heard_ = false;
   bool missed_ = false;  ///< that it is has been said
   std::int64_t opened_ns_ = 0;
@@ -256,8 +253,8 @@ std::string Live::report() const {
   if (!playing_) return "no sound card";
   const PlayedTones counts = playing_->counts();
   const client::ClientCore& core = client_->core();
-  const client::ClockRelation clock =
-      core.clock().known() ? core.clock().at(client::monotonic_now_ns()) : client::ClockRelation{};
+  const wire::ClockRelation clock =
+      core.clock().known() ? core.clock().at(client::monotonic_now_ns()) : wire::ClockRelation{};
   const auto number = [](std::uint64_t count) { return static_cast<unsigned long long>(count); };
   std::snprintf(
       text, sizeof text,
@@ -274,7 +271,7 @@ std::string Live::report() const {
 
 }  // namespace
 
-std::int64_t due_ns(std::uint64_t t_ns, const client::ClockEstimate& clock, bool real_clock,
+std::int64_t due_ns(std::uint64_t t_ns, const wire::ClockEstimate& clock, bool real_clock,
                     std::int64_t now_ns, std::int64_t delay_ns) {
   if (!real_clock || !clock.known() || t_ns > kMaxInstant_ns) return now_ns + delay_ns;
   return static_cast<std::int64_t>(t_ns) - clock.at(now_ns).offset_ns + delay_ns;
@@ -292,7 +289,8 @@ std::string tones_folder(const Options& options) {
   return std::filesystem::is_directory(shipped, ignored) ? shipped.string() : std::string();
 }
 
-int play_live(const Options& options, const volatile std::sig_atomic_t& stop) {
+int play_live(const Options& options) {
+  client::end_on_signals();
   Live live(options);
   try {
     live.open_output();
@@ -302,7 +300,7 @@ int play_live(const Options& options, const volatile std::sig_atomic_t& stop) {
     say("waits for a JACK server");
   }
   live.open_daemon();
-  while (stop == 0) live.run();
+  while (!client::has_ended()) live.run();
   say(live.report());
   return 0;
 }

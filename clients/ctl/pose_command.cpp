@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "clients/ctl/commands.h"
 #include "clients/ctl/text.h"
@@ -93,8 +94,10 @@ void pose(const GlobalOptions& options, const PoseOptions& choice) {
   stream(choice.file == "-" ? std::cin : file, choice, options, *client, *streamed);
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   if (options.json) {
-    std::printf("{\"rows\":%llu,\"refused_batches\":%llu,\"held_inputs\":%llu}\n",
-                count(streamed->rows), count(streamed->refused), count(streamed->held));
+    const nlohmann::ordered_json json = {{"rows", streamed->rows},
+                                         {"refused_batches", streamed->refused},
+                                         {"held_inputs", streamed->held}};
+    std::printf("%s\n", json.dump().c_str());
   } else {
     std::printf("%llu poses sent, %llu ticks without one\n", count(streamed->rows),
                 count(streamed->held));

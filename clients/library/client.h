@@ -70,7 +70,7 @@ class Client {
   /// Who controls.
   [[nodiscard]] const v1::LeaseInfo& lease() const noexcept { return lease_; }
   /// The server's clock: t_ns of its events minus the offset at now is the own clock.
-  [[nodiscard]] const ClockEstimate& clock() const noexcept { return core_->clock(); }
+  [[nodiscard]] const wire::ClockEstimate& clock() const noexcept { return core_->clock(); }
   /// The protocol below.
   [[nodiscard]] const ClientCore& core() const noexcept { return *core_; }
   /// Where the server is meant to be, as given.

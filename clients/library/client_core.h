@@ -15,11 +15,11 @@
 #include <span>
 #include <string>
 
-#include "clients/library/clock_estimate.h"
 #include "clients/library/key_handshake.h"
 #include "clients/library/state_assembly.h"
 #include "hapticd/v1/stream.pb.h"
 #include "proto/wire/channel.h"
+#include "proto/wire/clock_estimate.h"
 
 namespace hapticd::client {
 
@@ -87,9 +87,7 @@ class ClientCore {
   [[nodiscard]] std::uint32_t session() const noexcept { return channel_->session(); }
   [[nodiscard]] std::uint32_t boot_id() const noexcept { return boot_id_; }
   /// The server's clock, learned from this session.
-  [[nodiscard]] const ClockEstimate& clock() const noexcept { return clock_; }
-  /// States that arrived in this session.
-  [[nodiscard]] std::uint64_t states_seen() const noexcept { return states_.seen(); }
+  [[nodiscard]] const wire::ClockEstimate& clock() const noexcept { return clock_; }
   /// The server's last Bye.
   [[nodiscard]] const v1::Bye& bye() const noexcept { return bye_; }
 
@@ -123,7 +121,7 @@ class ClientCore {
   std::uint32_t boot_id_ = 0;
   StateAssembly states_;
   std::uint64_t told_seen_ = 0;  ///< Packet.seen as sent last
-  ClockEstimate clock_;
+  wire::ClockEstimate clock_;
   std::int64_t clock_sent_ns_ = 0;
   std::size_t clocks_sent_ = 0;
   std::map<std::uint64_t, ResultHandler> pending_;

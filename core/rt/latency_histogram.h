@@ -42,9 +42,6 @@ struct LatencySummary {
 /// Counts one duration. Negative ones count as 0.
 void record(LatencyHistogram& histogram, std::int64_t duration_ns) noexcept;
 
-/// Adds the counts of `other`.
-void merge(LatencyHistogram& histogram, const LatencyHistogram& other) noexcept;
-
 /// The smallest recorded duration that at least numerator/denominator of all recorded ones do not
 /// exceed, rounded up to the end of its bucket: never too short, at most 1/64 too long (exact below
 /// 128 ns and for the longest). 0 when nothing is recorded. 1 <= numerator <= denominator <= 1e6;

@@ -145,11 +145,4 @@ LoopOutput advance(const LoopInput& input, LoopMachine& m) noexcept {
   return output;
 }
 
-void release_at_once(LoopMachine& machine) noexcept {
-  if (!bears_force(machine.state)) return;
-  machine.gain = 0.0;
-  machine.state = LoopState::kReady;
-  machine.cause = machine.wanted ? Cause::kNone : machine.cause;
-}
-
 }  // namespace hapticd

@@ -122,21 +122,6 @@ void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::
   play.way.input = optimiser_input(seen, tick.X_WH, tick.dt);
 }
 
-void Simulation::string_shape(std::int32_t string, StringPoints& points) const noexcept {
-  StringTools tools;
-  string_points(string_tools(tools), holders_, string, -1, points);
-  if (memory_.tools.size() > 1) return;
-  // One tool holds what it holds.
-  const ToolPlay& play = memory_.tools.front();
-  const Capsule& line = play.scene.obstacles.capsules_W[static_cast<std::size_t>(string)];
-  for (const StringHold& hold : play.state.optimiser.holds) {
-    if (hold.bend.capsule != string || !hold.yields) continue;
-    points.truncate(1);
-    points.push_back(leg_of(line, hold.bend, 0).capsule_W.p_B);
-    points.push_back(line.p_B);
-  }
-}
-
 void Simulation::respond_strings(TickOutput& output) noexcept {
   bool any = false;
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {

@@ -34,17 +34,6 @@ double held_for(std::int64_t from_ns, std::int64_t to_ns, std::int64_t until_ns)
 
 }  // namespace
 
-AxisMapping family_axes(double full_speed, double full_turn) noexcept {
-  const double position = full_speed / kFullDeflection;
-  const double rotation = full_turn / kFullDeflection;
-  AxisMapping axes;
-  axes.raw_axis = {0, 2, 1};
-  axes.sign = {1.0, -1.0, 1.0};
-  axes.position_scale = {position, position, position};
-  axes.rotation_scale = {rotation, rotation, rotation};
-  return axes;
-}
-
 SpacemouseDevice::SpacemouseDevice(const DeviceProfile& profile, const SpacemouseSettings& settings)
     : profile_(profile), settings_(settings) {
   for (int i = 0; i < 3; ++i) {

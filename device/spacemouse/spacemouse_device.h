@@ -33,10 +33,6 @@ struct SpacemouseSettings {
   std::array<std::uint8_t, 16> button{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 };
 
-/// The axes of the whole family at the speeds given at full deflection, m/s and rad/s: x of D is
-/// raw x, y is up and so raw -z, z is raw y.
-[[nodiscard]] AxisMapping family_axes(double full_speed, double full_turn) noexcept;
-
 /// What went on, since the construction. Any thread.
 struct SpacemouseCounters {
   std::uint64_t reports = 0;    ///< read, malformed ones not included

@@ -68,7 +68,6 @@ class StateFlow {
   }
   /// When the newest State left last; 0 = none did.
   [[nodiscard]] std::int64_t sent_ns() const noexcept { return sent_ns_; }
-  [[nodiscard]] bool any_sent() const noexcept { return any_sent_; }
 
   /// What a Packet of the client says about States. `thin`: loss counts, so not in lockstep.
   void told(std::uint64_t seen, std::uint64_t newest, bool thin, std::int64_t now_ns) noexcept {

@@ -149,10 +149,6 @@ GestureFolders installed_gestures() {
   return {installed_paths().scenes.front().parent_path() / "gestures"};
 }
 
-std::vector<std::string> list_gestures(const GestureFolders& folders) {
-  return list_names(folders);
-}
-
 GestureResult load_installed_gesture(const std::string& name, const GestureFolders& folders) {
   return load_named(read_installed(name, folders, "gesture", kMaxText));
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from dataclasses import dataclass, field
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Union
 
@@ -110,8 +111,8 @@ class Session:
         return self._connection.states_dropped
 
     def clock(self) -> Optional[ClockEstimate]:
-        """How the server's clock stands to time.monotonic_ns() here; None before the first exchange."""
-        return self._connection.link.clock.estimate()
+        """How the server's clock stands to time.monotonic_ns() here and now; None before the first exchange."""
+        return self._connection.link.clock.estimate(time.monotonic_ns())
 
     # Streams.
 

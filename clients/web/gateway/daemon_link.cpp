@@ -281,9 +281,9 @@ v1::PageLink DaemonLink::report() {
   v1::PageLink link;
   link.set_state(verdict.state);
   link.set_message(verdict.message);
-  const client::ClockEstimate& clock = implementation_->core->clock();
+  const wire::ClockEstimate& clock = implementation_->core->clock();
   if (clock.known()) {
-    const client::ClockRelation relation = clock.at(now_ns);
+    const wire::ClockRelation relation = clock.at(now_ns);
     link.set_clock_offset_s(static_cast<double>(relation.offset_ns) * 1e-9);
     link.set_clock_error_s(static_cast<double>(relation.uncertainty_ns) * 1e-9);
     link.set_round_trip_s(static_cast<double>(clock.round_trip_ns()) * 1e-9);
@@ -295,7 +295,7 @@ v1::PageLink DaemonLink::report() {
 }
 
 std::int64_t DaemonLink::daemon_now_ns() const {
-  const client::ClockEstimate& clock = implementation_->core->clock();
+  const wire::ClockEstimate& clock = implementation_->core->clock();
   if (!clock.known()) return 0;
   const std::int64_t now_ns = client::monotonic_now_ns();
   return now_ns + clock.at(now_ns).offset_ns;

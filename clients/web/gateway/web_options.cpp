@@ -8,6 +8,7 @@
 
 #include "clients/library/endpoint.h"
 #include "clients/library/named_key.h"
+#include "clients/library/program.h"
 
 namespace hapticd::web {
 namespace {
@@ -16,10 +17,8 @@ namespace fs = std::filesystem;
 
 /// What is given as text, until it is looked at as a whole.
 struct Texts {
-  std::string server = "127.0.0.1:47800";
+  client::DaemonChoice daemon;
   std::string listen = "127.0.0.1:8080";
-  std::string key_file;
-  std::string role;
 };
 
 /// Where the installed files are: HAPTICD_DATA, else ../share/hapticd from the program.
@@ -49,12 +48,7 @@ std::string address_of(const client::Endpoint& place) {
 
 void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
   app.set_version_flag("--version", "haptic-web " HAPTICD_VERSION);
-  app.add_option("--server", texts.server, "where hapticd listens, HOST:PORT")
-      ->capture_default_str();
-  app.add_option("--key", texts.key_file, "key of a hapticd that has keys")->type_name("FILE");
-  app.add_option("--role", texts.role, "whose key it is (control, unless it is called view.key)")
-      ->check(CLI::IsMember({"view", "control"}))
-      ->type_name("view|control");
+  client::add_daemon_options(app, texts.daemon);
   app.add_option("--listen", texts.listen, "where browsers connect, ADDR:PORT; port 0: any")
       ->capture_default_str();
   auto* certificate = app.add_option("--cert", options.server.certificate,
@@ -97,11 +91,11 @@ void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
 
 void finish(const Texts& texts, WebOptions& options) {
   const client::Endpoint server =
-      endpoint_of("--server", texts.server, {options.link.host, options.link.port}, false);
+      endpoint_of("--server", texts.daemon.server, {options.link.host, options.link.port}, false);
   options.link.host = server.host;
   options.link.port = server.port;
   options.experiments.address = address_of(server);
-  options.experiments.key = texts.key_file;
+  options.experiments.key = texts.daemon.key_file;
   const client::Endpoint listen =
       endpoint_of("--listen", texts.listen, {options.server.address, options.server.port}, true);
   options.server.address = listen.host;
@@ -109,7 +103,7 @@ void finish(const Texts& texts, WebOptions& options) {
   if (options.server.page.empty()) options.server.page = data_folder() / "web";
   options.assets.push_back(data_folder() / "models");
   options.server.most_connections = options.server.most_viewers + 192;
-  options.link.key = client::named_key(texts.key_file, texts.role);
+  options.link.key = client::named_key(texts.daemon.key_file, texts.daemon.role);
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ struct Person {
 
 ctl::GlobalOptions options_of(const DeviceServer& server) {
   ctl::GlobalOptions options;
-  options.server = server.address();
+  options.daemon.server = server.address();
   return options;
 }
 

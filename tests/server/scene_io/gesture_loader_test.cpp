@@ -107,7 +107,7 @@ TEST_CASE("a gesture that is not there is answered with those that are") {
 
 TEST_CASE("every shipped gesture loads without a doubt, under its own name") {
   const GestureFolders folders{HAPTICD_SOURCE_DIR "/deploy/gestures"};
-  const std::vector<std::string> names = list_gestures(folders);
+  const std::vector<std::string> names = list_names(folders);
   CHECK(names == std::vector<std::string>{"bunny_line_and_pillar",
                                           "bunny_single_region",
                                           "bunny_two_lines",

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "device/spacemouse/spacemouse_device.h"
+#include "tests/support/spacemouse_axes.h"
 
 namespace hapticd::test {
 namespace {
@@ -181,7 +182,7 @@ TEST_CASE("the profile of the SpaceMouse family names the devices the driver kno
     CHECK(spacemouse::is_spacemouse(static_cast<std::uint16_t>(match.vendor_id()),
                                     static_cast<std::uint16_t>(match.product_id())));
   }
-  const AxisMapping family = spacemouse::family_axes(1.0, 1.0);
+  const AxisMapping family = test::family_axes(1.0, 1.0);
   CHECK(mouse.axes.raw_axis == family.raw_axis);
   CHECK(mouse.axes.sign == family.sign);
   CHECK(mouse.profile.actuated_axes == 0);

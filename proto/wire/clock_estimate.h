@@ -10,7 +10,7 @@
 
 #include "proto/wire/clock_exchange.h"
 
-namespace hapticd::client {
+namespace hapticd::wire {
 
 /// Exchanges among which the one with the smallest round trip is believed.
 inline constexpr std::size_t kClockSamples = 8;
@@ -32,7 +32,7 @@ struct ClockRelation {
 class ClockEstimate {
  public:
   /// One answered exchange, in the order of arrival.
-  void add(const wire::ClockSample& sample);
+  void add(const ClockSample& sample);
   /// Any exchange has been answered.
   [[nodiscard]] bool known() const noexcept { return count_ > 0; }
   /// The relation at `now_ns` of the own clock; only when known().
@@ -46,13 +46,13 @@ class ClockEstimate {
     double slope_error = kMaxSkew;  ///< three standard errors
   };
 
-  [[nodiscard]] const wire::ClockSample& best() const noexcept;
+  [[nodiscard]] const ClockSample& best() const noexcept;
   void fit();
 
-  std::array<wire::ClockSample, kClockSamples> recent_{};
+  std::array<ClockSample, kClockSamples> recent_{};
   std::size_t count_ = 0;
-  std::deque<wire::ClockSample> chosen_;  ///< the best of eight, as they changed, over 30 s
+  std::deque<ClockSample> chosen_;  ///< the best of eight, as they changed, over 30 s
   Line line_;
 };
 
-}  // namespace hapticd::client
+}  // namespace hapticd::wire
