@@ -28,7 +28,7 @@ struct GestureResult {
 /// Names of the gestures in `folders`, in alphabetical order.
 [[nodiscard]] std::vector<std::string> list_gestures(const GestureFolders& folders);
 
-/// `name` is that of an installed gesture, whoever gives it.
+/// `name` is that of an installed gesture.
 [[nodiscard]] GestureResult load_installed_gesture(const std::string& name,
                                                    const GestureFolders& folders);
 

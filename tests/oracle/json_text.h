@@ -1,5 +1,5 @@
-// JSON put together from pieces of text: numbers with all their bits, null for what is no number.
-// Not RT.
+// JSON put together from pieces of text: numbers with all their bits, null for what is not a
+// number. Not RT.
 #pragma once
 
 #include <initializer_list>
