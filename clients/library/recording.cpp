@@ -96,7 +96,7 @@ Recording::Recording(const std::filesystem::path& file) : bytes_(mapped(file)) {
   throw std::runtime_error(
       file.string() + (good ? ": recorded in format " + std::to_string(format) + " by hapticd " +
                                   header_.server_version() + ". Use the version that recorded it"
-                            : ": no recording of hapticd. Name a file that hapticd recorded"));
+                            : ": not a recording of hapticd. Name a file that hapticd recorded"));
 }
 
 Recording::~Recording() { ::munmap(const_cast<char*>(bytes_.data()), bytes_.size()); }

@@ -35,11 +35,12 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option("--to", options.to, "where OSC goes, HOST:PORT; sclang has port 57120")
       ->capture_default_str();
-  app.add_option("--key", options.key_file, "key of a hapticd that has keys")->type_name("FILE");
-  app.add_option("--role", options.role, "whose key it is (control, unless it is called view.key)")
+  app.add_option("--key", options.key_file, "key file, if hapticd has keys")->type_name("FILE");
+  app.add_option("--role", options.role,
+                 "role of the key (control, unless the file is called view.key)")
       ->check(CLI::IsMember({"view", "control"}))
       ->type_name("view|control");
-  app.add_option("--rate", options.rate_hz, "poses a second; 0: none")
+  app.add_option("--rate", options.rate_hz, "poses per second; 0: none")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   app.add_option("--delay", options.delay_s,
@@ -80,7 +81,7 @@ int run(const Options& options) {
   };
   handlers.state = [&](const v1::State& state) { bridge.state(state, clocks()); };
   handlers.ended = [](hapticd::client::SessionEnd) {
-    std::printf("the session ended; it begins anew when hapticd is there\n");
+    std::printf("the session ended; it starts again when hapticd is back\n");
     std::fflush(stdout);
   };
   Client client(server.host, server.port, handlers,
