@@ -56,7 +56,7 @@ CheckAnswer DeviceCheck::confirm(PushAxis felt) {
   const PushAxis pushed = std::exchange(pushed_, PushAxis{0});
   if (pushed == 0) {
     return {CheckVerdict::kNoPush,
-            "There is no push to confirm: each one can be confirmed once, when it was not "
+            "There is no push to confirm. Each push can be confirmed once, unless it was "
             "cut short. Push first."};
   }
   if (felt != pushed) return begin_anew(pushed, felt);

@@ -149,7 +149,7 @@ class Link:
             return NOTHING
         self._window.mark(datagram.counter)
         if self.boot_id not in (0, packet.boot_id):
-            raise SessionLost("the server was started anew")
+            raise SessionLost("the server was restarted")
         self.boot_id = packet.boot_id
         self.heard_ns = now_ns
         return self._apply(packet, datagram.counter, now_ns)

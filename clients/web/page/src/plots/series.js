@@ -65,7 +65,7 @@ export class TimeSeries {
     this.#next = this.#count = 0;
   }
 
-  /** Appends one row; a step back in time begins anew. `place` tells missing rows: the number of its tick, exact where instants are not. */
+  /** Appends one row; a step back in time starts again. `place` tells missing rows: the number of its tick, exact where instants are not. */
   add(timeS, values, place = timeS) {
     if (this.#count > 0 && timeS < this.newestS) this.clear();
     this.#times[this.#next] = timeS;
