@@ -20,13 +20,13 @@ namespace {
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 /// How often latency and clock of the sound card are looked at, and a server is looked for.
 constexpr std::int64_t kLook_ns = kSecond_ns;
-/// A daemon that is there has told its scene long before.
+/// A daemon that is there has sent its scene long before.
 constexpr std::int64_t kPatience_ns = 3 * kSecond_ns;
 /// From an event to its order, on a good network.
 constexpr double kNetwork_ms = 1.0;
 /// Changes of the delay that is needed below this are none.
 constexpr double kSameDelay_ms = 0.5;
-/// How often --verbose speaks, and tones that are late are told of at most.
+/// How often --verbose reports, and late tones are reported at most.
 constexpr std::int64_t kSpeak_ns = 10 * kSecond_ns;
 /// Instants beyond this are no instants: 146 years.
 constexpr std::uint64_t kMaxInstant_ns = std::uint64_t{1} << 62U;
@@ -118,7 +118,7 @@ class Live {
   }
 
   /// Whether the delay suffices for the sound card as it is now, said where that changes. A delay
-  /// that nobody has given grows to what suffices: tones that are all later by as much keep their
+  /// that nobody has given grows to what suffices: tones that are all equally later keep their
   /// rhythm, tones that are late by chance do not.
   void judge_delay() {
     const double needed = needed_ms();
@@ -147,12 +147,12 @@ class Live {
     char text[320];
     if (wanted_ms > kDelay_ms) {
       std::snprintf(text, sizeof text,
-                    "blocks of %u need a delay of %.0f ms: tones are heard so long after they "
-                    "happen from here on, where %.0f are usual. For the page to agree start "
+                    "blocks of %u need a delay of %.0f ms: from now on tones are heard that long "
+                    "after they happen; %.0f ms are usual. To keep the page in step, start "
                     "haptic-web with --delay %.3f; or start JACK with smaller blocks",
                     block, wanted_ms, kDelay_ms, wanted_ms * 1e-3);
     } else {
-      std::snprintf(text, sizeof text, "tones are heard %.0f ms after they happen from here on",
+      std::snprintf(text, sizeof text, "from now on tones are heard %.0f ms after they happen",
                     wanted_ms);
     }
     say(text);
@@ -198,16 +198,18 @@ class Live {
     char text[200];
     const bool late = counts.late > late_said_;
     if (late) {
-      std::snprintf(text, sizeof text, "%llu of %llu tones were late until now, %.1f ms at most",
+      std::snprintf(text, sizeof text,
+                    "%llu of %llu tones have been late so far, by %.1f ms at most",
                     static_cast<unsigned long long>(counts.late),
                     static_cast<unsigned long long>(counts.played), counts.latest_ms);
       say(text);
     }
     const bool overrun = overruns > overruns_said_;
     if (overrun) {
-      std::snprintf(text, sizeof text,
-                    "JACK counts %llu overruns until now: this machine is too busy for its blocks",
-                    static_cast<unsigned long long>(overruns));
+      std::snprintf(
+          text, sizeof text,
+          "JACK has counted %llu overruns so far: this machine is too busy for its blocks",
+          static_cast<unsigned long long>(overruns));
       say(text);
     }
     late_said_ = counts.late;
@@ -215,11 +217,17 @@ class Live {
     return late || overrun;
   }
 
-  /// A daemon with keys does not answer who has none of its own.
+  /// A daemon with keys does not answer a client without one.
   void miss_daemon(std::int64_t now_ns) {
     if (heard_ || missed_ || now_ns - opened_ns_ < kPatience_ns) return;
     missed_ = true;
+<<<<<<< HEAD
     say(client::unanswered(client_->server()));
+=======
+    say("no daemon answers at " + client_->server() +
+        " yet. Start hapticd, or name where it listens with --server; if it has keys, give one of "
+        "them with --key");
+>>>>>>> front
   }
 
   void try_output() {

@@ -9,7 +9,7 @@
 
 namespace hapticd::audio {
 
-/// When an event of the server's t_ns is heard, on the own clock: D later. While the clocks'
+/// When an event of the server's t_ns is heard, on this clock: D later. While the clocks'
 /// relation is not known, D after it came, at now_ns; likewise under the virtual clock, whose t_ns
 /// has no relation to ours.
 [[nodiscard]] std::int64_t due_ns(std::uint64_t t_ns, const wire::ClockEstimate& clock,

@@ -6,8 +6,14 @@
 namespace hapticd::audio {
 namespace {
 
+<<<<<<< HEAD
 void add_playing(CLI::App& app, Options& options) {
   client::add_daemon_options(app, options.daemon);
+=======
+void add_playing(CLI::App& app, Options& options, std::string& server) {
+  app.add_option("--server", server, "where hapticd listens, HOST:PORT")->capture_default_str();
+  app.add_option("--key", options.key_file, "key file, if hapticd has keys")->type_name("FILE");
+>>>>>>> front
   app.add_option("--delay-ms", options.delay_ms,
                  "from an event to its sound (default: 8, or what the sound card needs)")
       ->check(CLI::Range(0.0, 1000.0));
@@ -20,7 +26,7 @@ void add_playing(CLI::App& app, Options& options) {
           ->type_name("DIR");
   app.add_flag("--synth", options.synth, "compute the strings, play no recordings")
       ->excludes(tones);
-  app.add_flag("--list", options.list, "name where sound can go, and end");
+  app.add_flag("--list", options.list, "list where sound can go, and exit");
   app.add_option("--connect", options.connect, "port of JACK to play to (default: the sound card)")
       ->type_name("PORT");
   app.add_flag("--no-connect", options.no_connect, "leave the port unconnected");

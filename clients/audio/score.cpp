@@ -75,13 +75,13 @@ Score recorded_score(const std::string& path, std::string& problem) {
     const std::optional<std::uint64_t> instant = event ? instant_of(event->item()) : std::nullopt;
     if (!instant) continue;
     const auto t_ns = static_cast<std::int64_t>(std::min<std::uint64_t>(*instant, INT64_MAX));
-    // Events of one tick may stand in another order; further back is another scene's time.
+    // Events of one tick may be in another order; further back is another scene's time.
     if (!begin || t_ns - *begin < last - kSecond_ns) begin = t_ns - last;
     const std::int64_t at = std::max<std::int64_t>(t_ns - *begin, 0);
     last = std::max(last, at);
     score.push_back({at, event->item()});
   }
-  if (!whole) problem = "it is not whole: cut off, damaged or compressed. The rest of it is played";
+  if (!whole) problem = "it is not whole: cut off, damaged or compressed. The rest is played";
   return score;
 }
 

@@ -39,7 +39,7 @@ struct GlobalOptions {
 /// Where the daemon is; throws Failure(kUsageBad) when --server says no host and port.
 [[nodiscard]] client::Endpoint server_of(const GlobalOptions& options);
 
-/// The timeout as the library wants it.
+/// The timeout as the library takes it.
 [[nodiscard]] std::chrono::nanoseconds timeout_of(const GlobalOptions& options);
 
 /// A session that has been answered; throws Failure(kUnreachable) that says what to do when there

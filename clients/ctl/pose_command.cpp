@@ -113,7 +113,7 @@ void pose(const GlobalOptions& options, const PoseOptions& choice) {
 void add_pose_command(CLI::App& app, const GlobalOptions& options) {
   const auto choice = std::make_shared<PoseOptions>();
   CLI::App& command = *app.add_subcommand(
-      "pose", "Moves the scripted device: rows x,y,z[,qw,qx,qy,qz] in metres, one a tick");
+      "pose", "Moves the scripted device: rows x,y,z[,qw,qx,qy,qz] in metres, one per tick");
   command.add_option("FILE", choice->file, "table of poses, - for stdin")->capture_default_str();
   command.add_option("--tool", choice->tool, "id of the tool")->capture_default_str();
   command.callback([&options, choice] { pose(options, *choice); });

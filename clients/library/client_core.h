@@ -1,6 +1,6 @@
 // The client's side of the protocol (proto/PROTOCOL.md) as a pure state machine: datagrams and the
 // time come in, datagrams go out through a callback. It opens a session, keeps it alive, repeats
-// what is not acknowledged, and begins anew when the server has forgotten it or was restarted. No
+// what is not acknowledged, and starts again when the server has forgotten it or was restarted. No
 // socket, no clock, no thread; `Client` in client.h adds those. One thread calls everything;
 // handlers are called from inside receive() and may call request(). Times are ns of one monotonic
 // clock, above 0 and never going back. Not RT.
@@ -35,9 +35,9 @@ enum class SessionEnd : std::uint8_t {
   kLeft,           ///< leave() is done
 };
 
-/// What the owner wants to hear. All may be empty.
+/// What the owner is told. All may be empty.
 struct ClientHandlers {
-  /// An Item of the server that is no Result: events, SceneInfo, LeaseInfo, RecordInfo. Exactly
+  /// An Item of the server that is not a Result: events, SceneInfo, LeaseInfo, RecordInfo. Exactly
   /// once and in order within a session.
   std::function<void(const v1::Item&)> item;
   /// A State newer than all before it, its parts put together.

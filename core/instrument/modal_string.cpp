@@ -20,7 +20,7 @@ constexpr std::uint64_t kHalfTurn = std::uint64_t{1} << 63U;
 /// sin(pi h) / (pi h).
 double sinc_half_turns(double h) noexcept { return h == 0.0 ? 1.0 : sin_half_turns(h) / (kPi * h); }
 
-/// Sum of m omega_n^2 A_n^2 / 2 with the amplitudes as they stand.
+/// Sum of m omega_n^2 A_n^2 / 2 with the current amplitudes.
 double anchored_energy(const StringConstants& string, const ModalString& modes) noexcept {
   const ModeSeries series = mode_series(string);
   double energy = 0.0;

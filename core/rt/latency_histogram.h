@@ -15,7 +15,7 @@ namespace hapticd {
 /// the memory.
 inline constexpr int kLatencyBucketsPerOctave = 64;
 
-/// First duration that has no bucket of its own, 2^34 ns = 17 s (10 s must fit). Longer ones count
+/// First duration without its own bucket, 2^34 ns = 17 s (10 s must fit). Longer ones count
 /// in the last bucket.
 inline constexpr std::int64_t kLatencyRangeNs = std::int64_t{1} << 34;
 

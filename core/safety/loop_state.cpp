@@ -79,7 +79,7 @@ void stay_engaged(const LoopInput& input, double dt_s, LoopMachine& m) noexcept 
     return;
   }
   m.state = LoopState::kReleasing;
-  m.cause = Cause::kNone;  // an exchange of the scene is no reason
+  m.cause = Cause::kNone;  // an exchange of the scene is not a reason
   if (hindered != Cause::kNone) {
     m.cause = hindered;
     m.wanted = m.wanted && input.engages_itself;

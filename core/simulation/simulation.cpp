@@ -100,7 +100,7 @@ std::span<const StringTool> Simulation::string_tools(StringTools& tools) const n
   return std::span(tools).first(memory_.tools.size());
 }
 
-// Among the others, who stand where their last turn has left them.
+// Among the others, which are where their last turn has left them.
 void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::int64_t work_budget,
                                ToolTick& tick) noexcept {
   ToolPlay& play = memory_.tools[tool];

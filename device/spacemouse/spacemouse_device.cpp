@@ -1,4 +1,4 @@
-// See spacemouse_device.h. RT: yes, but for construction, attach and detach.
+// See spacemouse_device.h. RT: yes, except construction, attach and detach.
 #include "device/spacemouse/spacemouse_device.h"
 
 #include <algorithm>
@@ -63,7 +63,7 @@ void SpacemouseDevice::begin_anew(std::int64_t now_ns) noexcept {
 ReadOutcome SpacemouseDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept {
   if (!gate_.enter()) return ReadOutcome::kLost;
   if (attachment_ != gate_.attachment()) begin_anew(now_ns);
-  // What was held until now first: a report tells of the deflection from here on.
+  // What was held until now first: a report gives the deflection from here on.
   advance(now_ns);
   const bool alive = drain(now_ns);
   gate_.leave(!alive);
@@ -96,7 +96,7 @@ bool SpacemouseDevice::drain(std::int64_t now_ns) noexcept {
   const Drained drained = drain_queue(
       channel_, [&](std::span<const std::uint8_t> bytes) { take(decode(bytes), now_ns); });
   if (drained == Drained::kOverflow) {
-    // The newest were dropped: where the cap is now nobody knows.
+    // The newest were dropped: where the cap is now is unknown.
     counts_[kOverflows].fetch_add(1, std::memory_order_relaxed);
     v_ = w_ = {};
   }

@@ -1,8 +1,8 @@
 // A SpaceMouse as a device without force: its deflection is a velocity, which is integrated to the
 // pose of the handle H, a proxy tool. Position stays within the workspace of the profile;
 // orientation has no bounds. Between reports the last deflection holds; a device that falls silent
-// while displaced stands still. At rest it sends nothing, and every read gives the pose as it
-// stands: a rate device at rest is not stale. Rotation is about the axes of D. Frames:
+// while displaced is at rest. At rest it sends nothing, and every read gives the last
+// pose: a rate device at rest is not stale. Rotation is about the axes of D. Frames:
 // device_sample.h. RT: the functions of HapticDevice.
 #pragma once
 
@@ -19,9 +19,9 @@
 
 namespace hapticd::spacemouse {
 
-/// A deflection without a report for so long is over, ns: six reports of a wireless device, twelve
-/// of one with a cable. Less: the tool stutters with the radio; more: it moves on that much longer
-/// after the device hung.
+/// A deflection without a report for this long is over, ns: six reports of a wireless device,
+/// twelve of one with a cable. Less: the tool stutters with the radio; more: it moves on that much
+/// longer after the device hung.
 inline constexpr std::int64_t kSilence_ns = 100'000'000;
 /// No button, in SpacemouseSettings::button.
 inline constexpr std::uint8_t kNoButton = 0xFF;
@@ -52,7 +52,7 @@ class SpacemouseDevice final : public HapticDevice {
   HD_REALTIME bool write(std::int64_t now_ns, const DeviceCommand& command) noexcept override;
   HD_REALTIME void write_zero(std::int64_t now_ns) noexcept override;
 
-  /// Goes on with this channel, from the pose where it stands. Not RT; one thread attaches and
+  /// Goes on with this channel, from the pose where it is. Not RT; one thread attaches and
   /// detaches.
   void attach(const ReportChannel& channel);
   /// Ends the use of the channel: returns when the loop is not in it. Not RT.

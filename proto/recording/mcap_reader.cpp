@@ -149,7 +149,7 @@ void McapReader::take(McapOpcode opcode, std::string_view content, std::uint64_t
       stop(McapEnd::kBroken);
       break;  // without an end of data
     default:
-      // Attachments, metadata and what later versions add are skipped; 0 is no record.
+      // Attachments, metadata and what later versions add are skipped; 0 is not a record.
       if (static_cast<std::uint8_t>(opcode) == 0) stop(McapEnd::kBroken);
   }
 }

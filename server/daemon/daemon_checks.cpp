@@ -66,7 +66,7 @@ void Daemon::calibrate(const RequestId& id, const v1::Calibrate& calibrate) {
     result = outside == nullptr ? wrong_state("This device needs no calibration.")
                                 : begin_calibration(id, *outside, step);
   } else if (outside == nullptr || outside->check == nullptr) {
-    result = wrong_state("This device needs no check: it pushes nobody.");
+    result = wrong_state("This device needs no check: it cannot push anyone.");
   } else if (step == v1::CALIBRATE_STEP_CONFIRM && is_direction(calibrate.axis())) {
     // Felt along an axis that it cannot push along, it is wrong like any other.
     result = to_result(outside->check->confirm(push_axis(calibrate.axis())));
@@ -119,7 +119,7 @@ v1::Result Daemon::begin_calibration(const RequestId& id, const OutsideDevice& o
   }
   if (!calibration->ask(operation_of(step))) {
     return result_of(v1::RESULT_CODE_BUSY, kStep,
-                     "The device has not yet answered the step before.");
+                     "The device has not answered the previous step yet.");
   }
   calibrations_.push_back({id, calibration});
   return {};
@@ -132,7 +132,7 @@ void Daemon::finish_calibrations() {
     server_->answer(asked.request,
                     error->empty() ? result_of(v1::RESULT_CODE_OK)
                                    : result_of(v1::RESULT_CODE_FAILED, kStep,
-                                               "The device does not do that now: " + *error + "."));
+                                               "The device cannot do that now: " + *error + "."));
     return true;
   });
 }

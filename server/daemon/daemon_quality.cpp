@@ -126,8 +126,8 @@ void Daemon::explain_quality(const Snapshot& snapshot, v1::State& state) const {
 void Daemon::report_budget() const {
   if (player_.budget_us != 0.0) return;
   spdlog::warn(
-      "--budget-us 0: no bound on the work of a tick, and a fast or deep one may be late; leave it "
-      "out for half the tick");
+      "--budget-us 0: the work of a tick has no bound, so fast or deep contact may make it late; "
+      "leave the option out to bound it to half the tick");
 }
 
 }  // namespace hapticd

@@ -54,7 +54,7 @@ void Daemon::reload() {
     }
   }
   options_.gesture_given = read.gesture_given;
-  if (!later.empty()) spdlog::warn("reload: only the next start changes: {}", later);
+  if (!later.empty()) spdlog::warn("reload: takes effect at the next start only: {}", later);
   follow_config(options_.config, player_);
   report_budget();
   if (recording_differs && options_.config.record().empty()) recording_->stop();

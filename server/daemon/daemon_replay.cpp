@@ -64,9 +64,9 @@ PlayerOptions recorded_player(const v1::RecordHeader& header) {
     const v1::RecordedDevice& device = header.devices(k);
     ProfileResult profile = check_profile(device.profile());
     if (!profile.loaded || k >= config.device_size()) {
-      throw StartError(kExitInput,
-                       "the recording's device profile does not hold in this version: " +
-                           faults_text(profile.problems) + ". Use the version that recorded it.");
+      throw StartError(kExitInput, "the recording's device profile is not valid in this version: " +
+                                       faults_text(profile.problems) +
+                                       ". Use the version that recorded it.");
     }
     ToolDevice tool{device.tool_id(), std::move(*profile.loaded), "replay"};
     tool.recorded = recorded_driver(config.device(k).source(), tool.profile.profile);
@@ -208,7 +208,7 @@ void Daemon::answer_replay(const RequestId& id, const v1::Replay& replay) {
     return server_->answer(id, result_of(v1::RESULT_CODE_OK));
   }
   const char* why =
-      "Devices play. A replay has a daemon of its own: hapticctl replay, or hapticd --device "
+      "Devices are playing. A replay needs its own daemon: hapticctl replay, or hapticd --device "
       "replay:FILE.";
   if (replay_) {
     why = "Another recording is being replayed. End it first, with an empty name.";

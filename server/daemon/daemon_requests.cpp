@@ -183,7 +183,7 @@ std::optional<v1::Result> Daemon::fault_of_pose(const v1::PoseSample& sample,
   }
   if (sample.buttons() > kMaxButtons) {
     return result_of(v1::RESULT_CODE_OUT_OF_RANGE, path + ".buttons",
-                     "There are 16: at most 65535.");
+                     "There are 16 buttons: at most 65535.");
   }
   return std::nullopt;
 }
@@ -246,7 +246,7 @@ void Daemon::play_gesture(const RequestId& id, const v1::PlayGesture& play) {
   }
   if (play.repeat() > kMaxRepeats) {
     server_->answer(id, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "play_gesture.repeat",
-                                  "At most 1000000; 0 plays on until told otherwise."));
+                                  "At most 1000000; 0 repeats until told otherwise."));
     return;
   }
   auto plan = std::make_unique<GesturePlan>();

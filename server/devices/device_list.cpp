@@ -83,7 +83,7 @@ std::string list_text(std::span<const ListedDevice> devices) {
   if (list_exit_code(devices) == kListForbidden) {
     text +=
         "To be permitted, install deploy/udev/70-hapticd.rules, join its group with 'sudo usermod "
-        "-aG hapticd $USER', and log in anew.\n";
+        "-aG hapticd $USER', and log in again.\n";
   }
   return text;
 }

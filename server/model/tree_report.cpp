@@ -96,7 +96,7 @@ double time_exhaustive(const TriangleMesh& mesh, const MeshDistance& distance,
   double sum = 0.0;
   std::int64_t points = 0;
   for (std::size_t i = 0; i < mesh.vertices.size(); i += stride, ++points) {
-    // Off the surface, and used: a sum that nobody reads would be computed by nobody.
+    // Off the surface, and used: the compiler would drop a sum that is not read.
     sum += distance.nearest_by_exhaustion(1.01 * mesh.vertices[i]).distance;
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();

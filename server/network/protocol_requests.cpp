@@ -66,7 +66,8 @@ void Implementation::apply(Session& session, wire::ReceivedItem& received) {
   } else if (session.waiting.size() >= kMaxWaitingRequests ||
              session.waiting_bytes + received.bytes > kMaxWaitingBytes) {
     tell_result(session, received.id,
-                result_of(v1::RESULT_CODE_BUSY, {}, "too many requests wait: await Results first"));
+                result_of(v1::RESULT_CODE_BUSY, {},
+                          "too many requests are pending: wait for Results first"));
   } else {
     session.waiting_bytes += received.bytes;
     session.waiting.push_back({received.id, received.bytes, std::move(received.item)});
@@ -270,7 +271,7 @@ std::optional<v1::Result> Implementation::refusal(const Session& session,
     return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "acquire the lease first");
   }
   if (item.fence() != 0 && item.fence() != lease.fence) {
-    return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "the lease of this fence is over");
+    return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "the lease with this fence is over");
   }
   return std::nullopt;
 }

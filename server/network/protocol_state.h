@@ -25,7 +25,7 @@ inline constexpr std::size_t kMaxLookers = kMaxSessions - kControlPlaces;
 /// Silence after which a session is dropped, ns.
 inline constexpr std::int64_t kDropAfter_ns = 10'000 * wire::kMillisecond_ns;
 /// How long a Bye is repeated, and how long the other side's is acknowledged, ns. While the Items
-/// before a Bye are still being acknowledged its time begins anew, but ends after kLongFarewell_ns.
+/// before a Bye are still being acknowledged its time restarts, but ends after kLongFarewell_ns.
 inline constexpr std::int64_t kFarewell_ns = 1000 * wire::kMillisecond_ns;
 inline constexpr std::int64_t kLongFarewell_ns = 10'000 * wire::kMillisecond_ns;
 /// Silence of its holder after which the lease ends, ns and ms.

@@ -113,7 +113,7 @@ int run_doctor(int argc, const char* const* argv) {
   bool json = false;
   CLI::App app(
       "Measures this machine with a bare timer loop of the daemon's own policy and names what "
-      "makes ticks late, each cause with the command that mends it. Needs no privilege and no "
+      "makes ticks late, each cause with the command that fixes it. Needs no privilege and no "
       "running daemon.",
       "hapticd doctor");
   app.add_option("--seconds", timer.seconds, "how long to measure; 0: only look (10)")

@@ -1,5 +1,5 @@
 // Which spheres of a tool overlap what, at one pose: the detection of the methods we compare with.
-// Every pair is looked at, but for what a grid leaves out. Frame W. SI. Not RT.
+// Every pair is looked at, except what a grid leaves out. Frame W. SI. Not RT.
 #pragma once
 
 #include <memory>

@@ -36,7 +36,7 @@ class Keyed(unittest.TestCase):
                     jack_rig.Program(HAPTIC_AUDIO, "--server", played.address, "--synth", "--name", "right", "--key", str(keys / "view.key")) as right:
                 right.wait_for("hears hapticd")
                 for deaf in (without, wrong):
-                    deaf.wait_for("give one of its own with --key")
+                    deaf.wait_for("give one of them with --key")
                 with hapticd.Session(played.address, key=(keys / "control.key").read_bytes()) as session:
                     self.pluck(session)
                 time.sleep(1.0)

@@ -14,7 +14,7 @@
 
 namespace hapticd {
 
-/// Gaps beyond this are not told apart, m.
+/// Gaps beyond this are not distinguished, m.
 inline constexpr double kFarthestGap = 1e-3;
 
 /// Gaps at a pose, in the order of the obstacles, at most kFarthestGap.

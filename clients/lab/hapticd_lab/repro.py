@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
     if options.output is None:
         return _refuse("say where everything goes: --output DIR")
     if options.jobs < 1:
-        return _refuse("--jobs wants a number above 0")
+        return _refuse("--jobs needs a number above 0")
     try:
         named = selection.chosen(offered, names)
         to_film = selection.chosen(offered, options.video)
@@ -92,5 +92,5 @@ def _say(made: worker.Made, output: pathlib.Path, ids: List[str]) -> None:
     if made.interrupted:
         finished = {outcome.id for outcome in made.outcomes}
         missing = ", ".join(each for each in ids if each not in finished)
-        print(f"hapticd-lab: interrupted; {len(finished)} of {len(ids)} figures are finished, the report has them. Missing: {missing}",
+        print(f"hapticd-lab: interrupted; the report has the {len(finished)} of {len(ids)} figures that are finished. Missing: {missing}",
               file=sys.stderr)

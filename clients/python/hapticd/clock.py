@@ -1,4 +1,4 @@
-"""How the server's clock stands to ours: PROTOCOL.md section 7. All times in ns; offset = server's clock minus ours."""
+"""The server's clock relative to ours: PROTOCOL.md section 7. All times in ns; offset = server's clock minus ours."""
 from __future__ import annotations
 
 import math
@@ -6,9 +6,9 @@ from collections import deque
 from typing import Deque, NamedTuple, Optional, Tuple
 
 EXCHANGES = 8
-"""The offset is that of the shortest round trip among so many."""
+"""The offset is that of the shortest round trip among this many."""
 SKEW_SPAN_NS = 30_000_000_000
-"""The skew is fitted over so long a time."""
+"""The skew is fitted over this long a time."""
 SHORTEST_SPAN_NS = 5_000_000_000
 """Over a shorter time the skew drowns in the error of the offsets, and is taken to be 0."""
 FEWEST_POINTS = 8

@@ -67,7 +67,7 @@ class Session:
         """Says Bye; the lease, if held, ends with it. Harmless when repeated."""
         self._connection.close()
 
-    # What the server has told.
+    # What the server has sent.
 
     def _told(self, kind: str) -> Any:
         with self._connection.changed:
@@ -102,7 +102,7 @@ class Session:
 
     @property
     def epoch(self) -> int:
-        """Counts the sessions with the server: it grows when the server was restarted and joined anew."""
+        """Counts the sessions with the server: it grows when the server was restarted and joined again."""
         return self._connection.epoch
 
     @property
@@ -111,8 +111,13 @@ class Session:
         return self._connection.states_dropped
 
     def clock(self) -> Optional[ClockEstimate]:
+<<<<<<< HEAD
         """How the server's clock stands to time.monotonic_ns() here and now; None before the first exchange."""
         return self._connection.link.clock.estimate(time.monotonic_ns())
+=======
+        """The server's clock relative to time.monotonic_ns() here; None before the first exchange."""
+        return self._connection.link.clock.estimate()
+>>>>>>> front
 
     # Streams.
 

@@ -36,7 +36,7 @@ constexpr std::uint32_t kMaxContacts = 64;
 std::uint32_t random_number() {
   std::uint32_t number = 0;
   if (getrandom(&number, sizeof number, 0) != static_cast<ssize_t>(sizeof number)) {
-    throw std::runtime_error("the system gives no random numbers");
+    throw std::runtime_error("the system provides no random numbers");
   }
   return number;
 }
@@ -147,7 +147,7 @@ void DaemonLink::Implementation::connect(const Udp::resolver::results_type& foun
     if (!error) break;
   }
   if (error) return open_again(error);
-  error_code ignored;  // Less is no fault: what does not fit is repeated.
+  error_code ignored;  // Less is not a fault: what does not fit is repeated.
   socket.set_option(Udp::socket::receive_buffer_size(kSocketBytes), ignored);
   socket.non_blocking(true, ignored);
   receive();
@@ -243,7 +243,7 @@ DaemonLink::~DaemonLink() {
   try {
     stop();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "haptic-web: no goodbye to the daemon: %s\n", error.what());
+    std::fprintf(stderr, "haptic-web: could not say goodbye to the daemon: %s\n", error.what());
   }
 }
 

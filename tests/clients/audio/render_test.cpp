@@ -157,7 +157,7 @@ TEST_CASE("a recording cut off anywhere gives what is whole of it, and damaged b
     CHECK(entries(damaged) <= 15);
   }
   CHECK_EQ(entries("no recording"), 0);
-  CHECK(problem.find("no recording of hapticd") != std::string::npos);
+  CHECK(problem.find("not a recording of hapticd") != std::string::npos);
   CHECK_THROWS_WITH_AS((void)recorded_score("/no/such/file.mcap", problem),
                        doctest::Contains("/no/such/file.mcap: No such file"), std::runtime_error);
 }

@@ -107,7 +107,7 @@ class VideoTest(unittest.TestCase):
         bad = self.folder / "text.mcap"
         bad.write_text("no recording at all")
         self.addCleanup(bad.unlink)
-        with self.assertRaisesRegex(video.VideoError, r"text\.mcap: no recording of hapticd"):
+        with self.assertRaisesRegex(video.VideoError, r"text\.mcap: not a recording of hapticd"):
             video.write_video(bad, self.folder / "none.webm", haptic_web=HAPTIC_WEB)
         self.assertFalse((self.folder / "none.webm").exists())
 
