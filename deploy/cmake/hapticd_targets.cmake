@@ -9,8 +9,12 @@
 #   hapticd_installed(TARGET ...)
 #       -> the target `installed` builds these too. It makes all that is installed out of the build tree: deploy/play builds it, and
 #          `cmake --install` works after it.
-#   hapticd_test(core/math SOURCES pose_test.cpp DEPENDS core/math tests/support [LABELS unit])
+#   hapticd_test(core/math SOURCES pose_test.cpp DEPENDS core/math tests/support [LABELS unit] [REQUIRES broker])
 #       -> test_core_math; every TEST_CASE is an entry of ctest. LABELS defaults to unit.
+#   hapticd_command_test("tests/system/viewer: what it shows" LABELS system [REQUIRES page lab] COMMAND node live_test.js)
+#       -> an entry of ctest that runs a command.
+#       REQUIRES names groups of deploy/packages: where one is missing, the test is skipped and says how to get it. Any test is skipped
+#       that ends with 77 and has printed "SKIPPED: reason".
 #   hapticd_benchmark(core/solver SOURCES qp_benchmark.cpp DEPENDS core/solver)
 #       -> benchmark_core_solver, only with HAPTICD_BENCHMARKS
 #   hapticd_fuzzer(proto SOURCES decode_fuzzer.cpp DEPENDS proto)
@@ -106,8 +110,24 @@ function(hapticd_proto folder)
   target_link_libraries(${target} PUBLIC protobuf::libprotobuf)
 endfunction()
 
+# The words before a test's command, where it requires groups of packages.
+function(hapticd_with_groups out)
+  set(${out} "" PARENT_SCOPE)
+  if(ARGN)
+    list(JOIN ARGN "," groups)
+    set(${out} "${CMAKE_SOURCE_DIR}/deploy/cmake/with_groups" ${groups} PARENT_SCOPE)
+  endif()
+endfunction()
+
+function(hapticd_command_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LABELS;REQUIRES;COMMAND")
+  hapticd_with_groups(with_groups ${arg_REQUIRES})
+  add_test(NAME "${name}" COMMAND ${with_groups} ${arg_COMMAND})
+  set_tests_properties("${name}" PROPERTIES LABELS "${arg_LABELS}" SKIP_RETURN_CODE 77)
+endfunction()
+
 function(hapticd_test folder)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPENDS;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPENDS;LABELS;REQUIRES")
   if(NOT arg_LABELS)
     set(arg_LABELS unit)
   endif()
@@ -117,10 +137,11 @@ function(hapticd_test folder)
   target_link_libraries(${target} PRIVATE hapticd_warnings ${depends} hapticd_doctest_main)
 
   # The executable lists its own cases after each build; ctest includes the list.
+  hapticd_with_groups(with_groups ${arg_REQUIRES})
   set(list_file "${CMAKE_CURRENT_BINARY_DIR}/${target}_cases.cmake")
   add_custom_command(TARGET ${target} POST_BUILD BYPRODUCTS "${list_file}" VERBATIM
     COMMAND "${HAPTICD_PYTHON}" "${CMAKE_SOURCE_DIR}/deploy/cmake/list_test_cases.py"
-      $<TARGET_FILE:${target}> ${folder} "${arg_LABELS}" "${list_file}")
+      $<TARGET_FILE:${target}> ${folder} "${arg_LABELS}" "${list_file}" ${with_groups})
   set(include_file "${CMAKE_CURRENT_BINARY_DIR}/${target}_include.cmake")
   file(WRITE "${include_file}"
     "if(EXISTS \"${list_file}\")\n  include(\"${list_file}\")\nelse()\n  add_test(\"${folder}: not built\" not_built)\nendif()\n")
