@@ -40,7 +40,8 @@ class Places:
     def class_of(self, path, function):
         """(path, name) of the class that a function defined outside of it in a .cpp belongs to, or None."""
         written = function.name[len(function.scope):-1]
-        written = self.aliases[path].get(written[0], written[:1]) + written[1:]
+        if written[0] in self.aliases[path]:
+            written = cpp_outline.Reader.qualified(self.aliases[path][written[0]]) + written[1:]
         for depth in range(len(function.scope), -1, -1):
             name = function.scope[:depth] + written
             if (path, name) in self.of_sources:

@@ -1,10 +1,15 @@
 #!/usr/bin/python3
 """The check of classes and parameters finds what it is there for, and the outline it stands on reads C++ as the compiler does."""
+import sys
 import unittest
 
 import check_classes
 import count_parameters
 import cpp_outline
+from source_tree import ROOT
+
+sys.path.insert(0, f"{ROOT}/deploy/cmake")
+import unity_groups  # noqa: E402
 
 HEADER = """// What it is.
 #pragma once
@@ -141,6 +146,38 @@ extern "C" { void c_function(void) { } }
 """
         found = {"::".join(each.name): each.parameters for each in cpp_outline.read(text).functions}
         self.assertEqual({"a::b::plain": 2, "a::b::A::A": 1, "a::b::A::~A": 0, "a::b::A::Inner::operator+": 2, "a::b::c_function": 0}, found)
+
+    def test_names_of_a_file_alone_are_those_in_anonymous_namespaces(self):
+        text = """namespace a {
+namespace {
+constexpr int kOne = 1, kTwo = 2; enum class E { kX }; struct S { int member; void f(); }; using L = long; int f(int x) { return x; }
+}
+int g() { return 0; }
+namespace b { constexpr int kThree = 3; }
+}
+"""
+        self.assertEqual({"kOne", "kTwo", "E", "S", "L", "f"}, cpp_outline.read(text).own)
+
+
+class UnityGroupsTest(unittest.TestCase):
+    def groups(self, *texts):
+        sources = [unity_groups.Source(str(number), text) for number, text in enumerate(texts)]
+        return [[int(source.path) for source in members] for members in unity_groups.group(sources)]
+
+    def test_what_shares_no_name_is_compiled_together_up_to_a_number(self):
+        self.assertEqual([list(range(8)), [8, 9]], self.groups(*(f"namespace {{ int f{number}() {{ return 0; }} }}" for number in range(10))))
+
+    def test_a_name_of_one_file_alone_stands_in_no_other_of_the_group(self):
+        own = "namespace { int place() { return 0; } }"
+        for other in (own, "int call() { return place(); }", "namespace { const int place = 0; }", "namespace { struct place {}; }"):
+            self.assertEqual([[0], [1]], self.groups(own, other), other)
+        self.assertEqual([[0, 1]], self.groups(own, "// place\nint call() { return a.place(); }"))
+        self.assertEqual([[0], [1]], self.groups("#define SIZE 3\n", "int a[SIZE];"))
+
+    def test_an_alias_that_means_the_same_may_be_in_both(self):
+        alias = "namespace { using Long = std::array<long, 3>; Long %s; }"
+        self.assertEqual([[0, 1]], self.groups(alias % "one", alias % "two"))
+        self.assertEqual([[0], [1]], self.groups(alias % "one", "namespace { using Long = std::array<long, 4>; Long two; }"))
 
 
 class CountParametersTest(unittest.TestCase):

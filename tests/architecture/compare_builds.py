@@ -30,6 +30,8 @@ FOLDERS = ("core/math core/tick core/geometry core/solver core/safety core/instr
            " tests/server/model/shapes tests/realtime")
 PROBES = {"determinism_probe_core_math": "tests/core/math", "determinism_probe_core_modeling": "tests/server/model/shapes",
           "determinism_probe_contact_tick": "tests/realtime"}
+ONE_BY_ONE = "gcc-O2"
+"""The build whose sources are compiled one by one, as users do; those of the others together, which must not change a bit either."""
 SLOW_PROBE = "determinism_probe_core_modeling"
 """Makes models; takes minutes where nothing is optimised, so it runs there with --builds alone."""
 
@@ -37,6 +39,7 @@ SLOW_PROBE = "determinism_probe_core_modeling"
 def build(folder: pathlib.Path, compiler: str, flags: str, probes: list, jobs: int) -> None:
     subprocess.run(["cmake", "-S", str(ROOT), "-B", str(folder), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None",
                     f"-DCMAKE_CXX_COMPILER={compiler}", f"-DCMAKE_CXX_FLAGS={flags}", "-DHAPTICD_CHECK_HEADERS=OFF",
+                    f"-DHAPTICD_UNITY={'OFF' if folder.name == ONE_BY_ONE else 'ON'}",
                     f"-DHAPTICD_FOLDERS={FOLDERS.replace(' ', ';')}"], check=True, capture_output=True, text=True)
     subprocess.run(["cmake", "--build", str(folder), "--parallel", str(jobs), "--target", *probes],
                    check=True, capture_output=True, text=True)

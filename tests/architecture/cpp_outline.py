@@ -40,7 +40,8 @@ class Function(NamedTuple):
 class Outline(NamedTuple):
     classes: list
     functions: list  # those defined here, `= default` included
-    aliases: dict  # of other scopes: {name: name}
+    aliases: dict  # {name: tokens of what it means}
+    own: set  # names that stand in anonymous namespaces, without scopes
 
 
 def without_text(source: str) -> str:
@@ -62,7 +63,8 @@ class Reader:
             last = match.start()
             self.tokens.append(re.sub(r"\s", "", match.group()))
             self.lines.append(line)
-        self.outline = Outline([], [], {})
+        self.outline = Outline([], [], {}, set())
+        self.anonymous = 0  # how many of the open namespaces are
         self.first_access = ""
 
     def closing(self, start: int) -> int:
@@ -169,7 +171,13 @@ class Reader:
     def read_inner(self, place: int, inner: tuple, head: list) -> int:
         keyword, name = inner
         if keyword == "namespace":
-            return self.read_scope(place, name, None)
+            is_anonymous = head == ["namespace"]
+            self.anonymous += is_anonymous
+            place = self.read_scope(place, name, None)
+            self.anonymous -= is_anonymous
+            return place
+        if self.anonymous:
+            self.outline.own.add(name[-1])
         found = Class(name, keyword, self.lines[place - 1], [])
         self.outline.classes.append(found)
         self.first_access = "private" if keyword == "class" else "public"
@@ -180,8 +188,12 @@ class Reader:
 
     def record(self, head: list, start: int, scope: tuple, members, access: str, braced: bool) -> None:
         head = self.without_template(head)
+        if self.anonymous and head[:1] == ["enum"]:
+            self.outline.own.add(head[2 if head[1] == "class" else 1])
         if head[:1] == ["using"] and head[2:3] == ["="]:
-            self.outline.aliases[head[1]] = self.qualified(head)
+            self.outline.aliases[head[1]] = head[3:]
+            if self.anonymous and members is None:
+                self.outline.own.add(head[1])
         if not head or head[0] in NO_MEMBER or head[0] in ("class", "struct", "union", "namespace") and self.bracket(head) is None:
             return
         opening = self.bracket(head)
@@ -191,6 +203,8 @@ class Reader:
             for name in self.declared(head):
                 members.append(Member(name, access, False, False))
         else:
+            if self.anonymous:
+                self.outline.own.update(self.declared(head))
             name = self.qualified(head[:self.end_of_name(head)])
             if len(name) > 1:  # a static member
                 self.outline.functions.append(Function(scope + name, scope, 0, self.lines[start], False))
@@ -204,6 +218,8 @@ class Reader:
         if members is not None:
             own = name[-1] == scope[-1] or name[-1] == "~" + scope[-1] or name[-1] == "operator="
             members.append(Member(name[-1], access, True, own))
+        if self.anonymous and members is None and len(name) == 1:
+            self.outline.own.add(name[-1])
         if is_defined:
             count = self.count_parameters(head[opening + 1:closed])
             self.outline.functions.append(Function(scope + name, scope, count, self.lines[start], members is not None))
