@@ -3,7 +3,6 @@ daemon's, it hears nothing and says what it
 may want."""
 import os
 import pathlib
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -56,7 +55,4 @@ class Keyed(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    if any(shutil.which(program) is None for program in jack_rig.PROGRAMS):
-        print("SKIPPED: jackd2 is not installed")
-        sys.exit(0)
     sys.exit(unittest.main(verbosity=2))

@@ -5,9 +5,9 @@ import { copyFileSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import test, { after, before } from 'node:test';
-import { banner, hapticctl, Namespaces, playing, Program, requireOrSkip, startBrowser, startDaemon, startGateway } from './programs.js';
+import { banner, hapticctl, Namespaces, playing, Program, skipWithoutNamespaces, startBrowser, startDaemon, startGateway } from './programs.js';
 
-requireOrSkip({ namespaces: true });
+skipWithoutNamespaces();
 
 const DAEMON = '10.77.0.1:47800';
 const folder = mkdtempSync(join(tmpdir(), 'hapticd-remote-'));
