@@ -221,13 +221,7 @@ class Live {
   void miss_daemon(std::int64_t now_ns) {
     if (heard_ || missed_ || now_ns - opened_ns_ < kPatience_ns) return;
     missed_ = true;
-<<<<<<< HEAD
     say(client::unanswered(client_->server()));
-=======
-    say("no daemon answers at " + client_->server() +
-        " yet. Start hapticd, or name where it listens with --server; if it has keys, give one of "
-        "them with --key");
->>>>>>> front
   }
 
   void try_output() {

@@ -6,14 +6,8 @@
 namespace hapticd::audio {
 namespace {
 
-<<<<<<< HEAD
 void add_playing(CLI::App& app, Options& options) {
   client::add_daemon_options(app, options.daemon);
-=======
-void add_playing(CLI::App& app, Options& options, std::string& server) {
-  app.add_option("--server", server, "where hapticd listens, HOST:PORT")->capture_default_str();
-  app.add_option("--key", options.key_file, "key file, if hapticd has keys")->type_name("FILE");
->>>>>>> front
   app.add_option("--delay-ms", options.delay_ms,
                  "from an event to its sound (default: 8, or what the sound card needs)")
       ->check(CLI::Range(0.0, 1000.0));

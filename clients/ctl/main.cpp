@@ -37,17 +37,7 @@ int run(int argc, char** argv) {
   CLI::App app("Watches and controls a running hapticd.", "hapticctl");
   GlobalOptions options;
   app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION);
-<<<<<<< HEAD
   hapticd::client::add_daemon_options(app, options.daemon);
-=======
-  app.add_option("--server", options.server, "where hapticd listens, HOST:PORT")
-      ->capture_default_str();
-  app.add_option("--key", options.key_file, "key file, if hapticd has keys")->type_name("FILE");
-  app.add_option("--role", options.role,
-                 "role of the key (control, unless the file is called view.key)")
-      ->check(CLI::IsMember({"view", "control"}))
-      ->type_name("view|control");
->>>>>>> front
   app.add_option("--timeout", options.timeout_s, "longest wait for an answer, s")
       ->check(CLI::Range(0.01, 3600.0))
       ->capture_default_str();

@@ -69,13 +69,8 @@ class Client {
   [[nodiscard]] const std::optional<v1::SceneInfo>& scene() const noexcept { return scene_; }
   /// Who controls.
   [[nodiscard]] const v1::LeaseInfo& lease() const noexcept { return lease_; }
-<<<<<<< HEAD
-  /// The server's clock: t_ns of its events minus the offset at now is the own clock.
-  [[nodiscard]] const wire::ClockEstimate& clock() const noexcept { return core_->clock(); }
-=======
   /// The server's clock: t_ns of its events minus the offset at now is this side's clock.
-  [[nodiscard]] const ClockEstimate& clock() const noexcept { return core_->clock(); }
->>>>>>> front
+  [[nodiscard]] const wire::ClockEstimate& clock() const noexcept { return core_->clock(); }
   /// The protocol below.
   [[nodiscard]] const ClientCore& core() const noexcept { return *core_; }
   /// Where the server is meant to be, as given.

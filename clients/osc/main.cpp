@@ -30,16 +30,7 @@ void add_options(CLI::App& app, Options& options) {
   hapticd::client::add_daemon_options(app, options.daemon);
   app.add_option("--to", options.to, "where OSC goes, HOST:PORT; sclang has port 57120")
       ->capture_default_str();
-<<<<<<< HEAD
-  app.add_option("--rate", options.rate_hz, "poses a second; 0: none")
-=======
-  app.add_option("--key", options.key_file, "key file, if hapticd has keys")->type_name("FILE");
-  app.add_option("--role", options.role,
-                 "role of the key (control, unless the file is called view.key)")
-      ->check(CLI::IsMember({"view", "control"}))
-      ->type_name("view|control");
   app.add_option("--rate", options.rate_hz, "poses per second; 0: none")
->>>>>>> front
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   app.add_option("--delay", options.delay_s,

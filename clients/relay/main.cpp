@@ -32,17 +32,7 @@ struct Options {
 
 void add_options(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "haptic-relay " HAPTICD_VERSION);
-<<<<<<< HEAD
   hapticd::client::add_daemon_options(app, options.daemon);
-=======
-  app.add_option("--server", options.server, "where hapticd listens, HOST:PORT")
-      ->capture_default_str();
-  app.add_option("--key", options.key_file, "key file, if hapticd has keys")->type_name("FILE");
-  app.add_option("--role", options.role,
-                 "role of the key (control, unless the file is called view.key)")
-      ->check(CLI::IsMember({"view", "control"}))
-      ->type_name("view|control");
->>>>>>> front
   app.add_option("--broker", options.broker, "where the MQTT broker listens, HOST:PORT")
       ->capture_default_str();
   app.add_option("--user", options.at.user, "user name at the broker");

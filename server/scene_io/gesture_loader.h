@@ -25,14 +25,7 @@ struct GestureResult {
   bool missing = false;  ///< there is no such gesture: nothing could be read
 };
 
-<<<<<<< HEAD
 /// `name` is that of an installed gesture, whoever gives it.
-=======
-/// Names of the gestures in `folders`, in alphabetical order.
-[[nodiscard]] std::vector<std::string> list_gestures(const GestureFolders& folders);
-
-/// `name` is that of an installed gesture.
->>>>>>> front
 [[nodiscard]] GestureResult load_installed_gesture(const std::string& name,
                                                    const GestureFolders& folders);
 

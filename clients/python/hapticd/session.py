@@ -111,13 +111,8 @@ class Session:
         return self._connection.states_dropped
 
     def clock(self) -> Optional[ClockEstimate]:
-<<<<<<< HEAD
-        """How the server's clock stands to time.monotonic_ns() here and now; None before the first exchange."""
+        """The server's clock relative to time.monotonic_ns(), here and now; None before the first exchange."""
         return self._connection.link.clock.estimate(time.monotonic_ns())
-=======
-        """The server's clock relative to time.monotonic_ns() here; None before the first exchange."""
-        return self._connection.link.clock.estimate()
->>>>>>> front
 
     # Streams.
 

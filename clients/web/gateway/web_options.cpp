@@ -48,17 +48,7 @@ std::string address_of(const client::Endpoint& place) {
 
 void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
   app.set_version_flag("--version", "haptic-web " HAPTICD_VERSION);
-<<<<<<< HEAD
   client::add_daemon_options(app, texts.daemon);
-=======
-  app.add_option("--server", texts.server, "where hapticd listens, HOST:PORT")
-      ->capture_default_str();
-  app.add_option("--key", texts.key_file, "key file, if hapticd has keys")->type_name("FILE");
-  app.add_option("--role", texts.role,
-                 "role of the key (control, unless the file is called view.key)")
-      ->check(CLI::IsMember({"view", "control"}))
-      ->type_name("view|control");
->>>>>>> front
   app.add_option("--listen", texts.listen, "where browsers connect, ADDR:PORT; port 0: any")
       ->capture_default_str();
   auto* certificate = app.add_option("--cert", options.server.certificate,
