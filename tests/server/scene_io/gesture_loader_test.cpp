@@ -1,6 +1,7 @@
 // Gestures: what is refused, with its place and remedy; where way-points at strings lie, from the
 // definition of the string's frame; how long a way at a speed takes.
 #include "server/scene_io/gesture_loader.h"
+#include "server/scene_io/named_text.h"
 
 #include <doctest/doctest.h>
 
