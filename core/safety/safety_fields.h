@@ -3,10 +3,10 @@
 #pragma once
 
 #include "core/math/state_fields.h"
-#include "core/safety/input_watch.h"
 #include "core/safety/loop_state.h"
 #include "core/safety/output_stage.h"
 #include "core/safety/overrun_watch.h"
+#include "core/safety/pose_guard.h"
 
 namespace hapticd {
 
@@ -29,7 +29,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(f_H_D, t_H_D, port, force_load, torque_load);
 }
 
-template <FieldsOf<InputWatch> State, typename Visit>
+template <FieldsOf<PoseGuard> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [X_DH, V_DH_D, t_ns, counter, has_pose, missed_ticks, bad_ticks, still_since_ns, bad_total,
          fast_total, held_total] = state;

@@ -71,22 +71,20 @@ void Simulation::end_string(std::int32_t string) noexcept {
 }
 
 // The contact problem of a tool.
-void Simulation::render(std::size_t tool, const PoseSample& sample, std::int64_t work_budget,
-                        TickOutput& output) noexcept {
+void Simulation::render(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
+                        ToolTick& tick) noexcept {
   ToolPlay& play = memory_.tools[tool];
-  ToolTick& tick = output.tools[tool];
   ToolWay& way = play.way;
   way.X_WG_before = play.state.optimiser.X_WG;
-  const std::int64_t t_before = play.state.guard.t_ns;
-  const bool first = !play.state.guard.has_pose;
+  const std::int64_t t_before = play.state.hand.t_ns;
+  const bool first = !play.state.hand.has_pose;
   if (memory_.tools.size() > 1) {
-    render_shared(tool, sample, work_budget, tick);
+    render_shared(tool, hand, work_budget, tick);
   } else {
-    render_contact(play.scene, sample, play.state, play.workspace, tick, work_budget);
+    render_contact(play.scene, hand, play.state, play.workspace, tick, work_budget);
     way.input = optimiser_input(play.scene, tick.X_WH, tick.dt);
   }
-  if (tick.pose == PoseVerdict::kFault) return;
-  const std::int64_t t_ns = play.state.guard.t_ns;
+  const std::int64_t t_ns = play.state.hand.t_ns;
   way.time = {t_ns, first ? 0 : t_ns - t_before};
   way.X_WH_before = first ? tick.X_WH : play.X_WH;
   if (first || way.time.dt_ns > 0) play.X_WH = tick.X_WH;
@@ -101,13 +99,13 @@ std::span<const StringTool> Simulation::string_tools(StringTools& tools) const n
 }
 
 // Among the others, which are where their last turn has left them.
-void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::int64_t work_budget,
+void Simulation::render_shared(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
                                ToolTick& tick) noexcept {
   ToolPlay& play = memory_.tools[tool];
   StringTools tools;
   const std::span<const StringTool> all = string_tools(tools);
   const auto number = static_cast<std::int32_t>(tool);
-  ToolScene seen = segment_strings(all, holders_, number, to_vector(sample.p_WH));
+  ToolScene seen = segment_strings(all, holders_, number, to_vector(hand.p_WH));
   FixedVector<OtherTool, kMaxTools - 1> others;
   for (std::size_t k = 0; k < memory_.tools.size(); ++k) {
     const ToolPlay& other = memory_.tools[k];
@@ -116,26 +114,14 @@ void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::
     others.push_back({other.scene.tool, state.X_WG, other.scene.parts, &state.parts});
   }
   seen.others = {{others.begin(), others.size()}, memory_.scratch};
-  render_contact(seen, sample, play.state, play.workspace, tick, work_budget);
+  render_contact(seen, hand, play.state, play.workspace, tick, work_budget);
   update_sharing(all, number, holders_);
   seen.others = {};
   play.way.input = optimiser_input(seen, tick.X_WH, tick.dt);
 }
 
 void Simulation::respond_strings(TickOutput& output) noexcept {
-  bool any = false;
-  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
-    if (output.tools[tool].pose == PoseVerdict::kFault) continue;
-    any = true;
-    find_ringing(tool);
-  }
-  if (!any) {
-    // Nothing was rendered, so nothing has done work.
-    for (const std::int32_t string : awake_) {
-      memory_.tracks[static_cast<std::size_t>(string)].state.tank.held_force = 0.0;
-    }
-    return;
-  }
+  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) find_ringing(tool);
   for (const ToolTick& tick : output.tools) merge_touched(tick.strings);
   for (std::size_t tool = 0; !awake_.empty() && tool < memory_.tools.size(); ++tool) {
     ToolWay& way = memory_.tools[tool].way;
@@ -163,15 +149,15 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
     if (output.tools.append() == nullptr) return;
     const auto sharers = static_cast<std::int64_t>(memory_.tools.size() - tool);
     const bool bounded = input.work_budget > 0;
-    render(tool, input.samples[tool], bounded ? std::max<std::int64_t>(work_left / sharers, 1) : 0,
-           output);
+    render(tool, input.hands[tool], bounded ? std::max<std::int64_t>(work_left / sharers, 1) : 0,
+           output.tools[tool]);
     work_left -= tick_work(output.tools[tool].optimiser);
   }
   respond_strings(output);
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
     ToolTick& tick = output.tools[tool];
     ToolPlay& play = memory_.tools[tool];
-    if (tick.pose != PoseVerdict::kFault) damp_coupling(play, tick);
+    damp_coupling(play, tick);
     limit_wrench(play.scene, play.state, tick);
   }
 }

@@ -1,4 +1,4 @@
-// The tick: a pose sample of each tool in; graphic tools, wrenches, strings and events out. The
+// The tick: a pose of each tool's hand in; graphic tools, wrenches, strings and events out. The
 // contact problem of each tool in turn (rendering), then the response of every string that is
 // touched or rings (instrument), whose vibration adds to the wrench of the tool that plays it, then
 // the limits. `step` is a pure function of state and input: no clock, device or random source; the
@@ -19,19 +19,19 @@ namespace hapticd {
 /// Strings of a scene, at most.
 inline constexpr int kMaxStrings = 1024;
 
-/// What one tick is computed from: a sample per tool, in the order of the tools; further ones are
-/// not looked at.
+/// What one tick is computed from: a pose per tool, in the order of the tools; further ones are not
+/// looked at.
 struct TickInput {
-  std::array<PoseSample, kMaxTools> samples;
+  std::array<HandPose, kMaxTools> hands;
   /// Work of all tools together (core/contact/tick_work.h), chosen before the tick, >= 0; what a
   /// tool leaves of its share is for those after it. 0: no bound.
   std::int64_t work_budget = 0;
 };
 
 /// The input of a simulation of one tool.
-[[nodiscard]] inline TickInput input_of(const PoseSample& sample) noexcept {
+[[nodiscard]] inline TickInput input_of(const HandPose& hand) noexcept {
   TickInput input;
-  input.samples[0] = sample;
+  input.hands[0] = hand;
   return input;
 }
 
@@ -89,9 +89,6 @@ class Simulation {
   /// The same of all strings, J.
   [[nodiscard]] HD_REALTIME double tank_energy() const noexcept;
 
-  /// Clears a latched pose fault; the next good sample is accepted again.
-  void clear_fault(std::size_t tool) noexcept { hapticd::clear_fault(memory_.tools[tool].state); }
-
   [[nodiscard]] std::size_t tool_count() const noexcept { return memory_.tools.size(); }
   /// The scene of a tool, to change what may change between ticks. Strings and instrument are to be
   /// changed alike for all tools.
@@ -118,9 +115,9 @@ class Simulation {
  private:
   struct Sounding;
   using StringTools = std::array<StringTool, kMaxTools>;
-  void render(std::size_t tool, const PoseSample& sample, std::int64_t work_budget,
-              TickOutput& output) noexcept;
-  void render_shared(std::size_t tool, const PoseSample& sample, std::int64_t work_budget,
+  void render(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
+              ToolTick& tick) noexcept;
+  void render_shared(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
                      ToolTick& tick) noexcept;
   [[nodiscard]] std::span<const StringTool> string_tools(StringTools& tools) const noexcept;
   [[nodiscard]] Sounding sounding_part(std::int32_t string) const noexcept;
@@ -132,8 +129,7 @@ class Simulation {
   void watch_others(std::int32_t string, std::span<const StringApproach> near,
                     TickOutput& output) noexcept;
   [[nodiscard]] std::int32_t choose_player(std::int32_t string,
-                                           std::span<const StringApproach> near,
-                                           const TickOutput& output) const noexcept;
+                                           std::span<const StringApproach> near) const noexcept;
   void hand_over(std::int32_t string, std::int32_t player, const StringApproach& near) noexcept;
   [[nodiscard]] bool is_awake(std::int32_t string) const noexcept;
   void end_string(std::int32_t string) noexcept;

@@ -31,10 +31,6 @@ void drop_radius_events(std::size_t first, StringEvents& events) noexcept {
   events.truncate(kept);
 }
 
-bool is_good(const TickOutput& output, std::int32_t tool) noexcept {
-  return output.tools[static_cast<std::size_t>(tool)].pose != PoseVerdict::kFault;
-}
-
 /// Along the whole string of what a tool found along its part.
 double whole_lambda(const ToolPlay& play, std::int32_t string, double lambda) noexcept {
   const StringPart* part = part_of(play.view, string);
@@ -140,7 +136,7 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringApproac
   const auto s = static_cast<std::size_t>(string);
   for (std::size_t tool = 0; tool < near.size(); ++tool) {
     const auto number = static_cast<std::int32_t>(tool);
-    if (number == memory_.tracks[s].player || !is_good(output, number)) continue;
+    if (number == memory_.tracks[s].player) continue;
     const ToolPlay& play = memory_.tools[tool];
     const TickTime& time = play.way.time;
     ToolStringState& seen = visit(tool, string);
@@ -173,8 +169,8 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringApproac
 // One that lets go of what it has bent comes first: that plucks. Then whoever plays it goes on
 // while it touches. A string that is let go of belongs to who touches it anew, and one that is
 // silent to who holds it; what rings over a finger that has been there before goes on ringing.
-std::int32_t Simulation::choose_player(std::int32_t string, std::span<const StringApproach> near,
-                                       const TickOutput& output) const noexcept {
+std::int32_t Simulation::choose_player(std::int32_t string,
+                                       std::span<const StringApproach> near) const noexcept {
   const auto s = static_cast<std::size_t>(string);
   const PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
@@ -184,7 +180,7 @@ std::int32_t Simulation::choose_player(std::int32_t string, std::span<const Stri
   double nearest = kNotNear;
   for (std::size_t tool = 0; tool < near.size(); ++tool) {
     const auto number = static_cast<std::int32_t>(tool);
-    if (number == track.player || !is_good(output, number)) continue;
+    if (number == track.player) continue;
     const ReleaseDetector& detector = visit(tool, string).detector;
     const StringTouch& touch = near[tool].touch;
     if (detector.armed && touch.distance >= 0.0 && !lets_go) return number;
@@ -195,13 +191,6 @@ std::int32_t Simulation::choose_player(std::int32_t string, std::span<const Stri
     if (!(rings ? anew : anew || detector.touching) || touch.distance >= nearest) continue;
     nearest = touch.distance;
     chosen = number;
-  }
-  if (chosen != track.player || is_good(output, chosen) || track.state.detector.touching) {
-    return chosen;
-  }
-  // Time goes on for what rings, whatever becomes of the tool that rang it.
-  for (std::size_t tool = 0; tool < near.size(); ++tool) {
-    if (is_good(output, static_cast<std::int32_t>(tool))) return static_cast<std::int32_t>(tool);
   }
   return chosen;
 }
@@ -234,20 +223,15 @@ void Simulation::respond_string(std::int32_t string, TickOutput& output) noexcep
   }
   std::array<StringApproach, kMaxTools> near;
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
-    if (!is_good(output, static_cast<std::int32_t>(tool))) continue;
     near[tool] =
         approach_string(memory_.tools[tool], output.tools[tool], visit(tool, string), string);
   }
   const std::span<const StringApproach> all(near.data(), memory_.tools.size());
-  const std::int32_t player = choose_player(string, all, output);
+  const std::int32_t player = choose_player(string, all);
   if (player != track.player) {
     hand_over(string, player, near[static_cast<std::size_t>(track.player)]);
   }
-  if (is_good(output, track.player)) {
-    play_string(string, near[static_cast<std::size_t>(track.player)], output);
-  } else {
-    track.state.tank.held_force = 0.0;
-  }
+  play_string(string, near[static_cast<std::size_t>(track.player)], output);
   watch_others(string, all, output);
 }
 

@@ -71,7 +71,7 @@ bool concerns(std::span<const StringTool> tools, const StringSharing& all, const
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
   const OptimiserState& state = self.state->optimiser;
   const Vector3& p_WG = state.X_WG.p;
-  const double way = std::max((p_WH - p_WG).norm(), (self.state->guard.X_WH.p - p_WG).norm());
+  const double way = std::max((p_WH - p_WG).norm(), (self.state->hand.X_WH.p - p_WG).norm());
   // Wherever it turns to.
   const double room = 2.0 * (reach(self.scene->tool) + greatest_displacement(state.parts)) + way +
                       2.0 * self.scene->options.margin + whole(self, held.string).r;

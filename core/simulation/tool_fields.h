@@ -9,10 +9,10 @@
 
 namespace hapticd {
 
-template <FieldsOf<PoseGuard> State, typename Visit>
+template <FieldsOf<HandMotion> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [X_WH, V_WH, t_ns, bad_in_a_row, has_pose, fault, bad_total] = state;
-  visit(X_WH, V_WH, t_ns, bad_in_a_row, has_pose, fault, bad_total);
+  auto& [X_WH, V_WH, t_ns, has_pose] = state;
+  visit(X_WH, V_WH, t_ns, has_pose);
 }
 
 template <FieldsOf<ContactKey> State, typename Visit>
@@ -62,8 +62,8 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 
 template <FieldsOf<ToolState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [guard, optimiser, placed, force_bound] = state;
-  visit(guard, optimiser, placed, force_bound);
+  auto& [hand, optimiser, placed, force_bound] = state;
+  visit(hand, optimiser, placed, force_bound);
 }
 
 template <FieldsOf<WorkspaceState> State, typename Visit>

@@ -24,7 +24,7 @@ struct ToolPlay {
   ToolScene scene;
   ToolState state;
   Pose X_WH;    ///< of the last tick in which time passed
-  ToolWay way;  ///< of this tick; means nothing while the pose is faulty
+  ToolWay way;  ///< of this tick
   StringSegments view;
   ContactSet swung;          ///< pairs with strings alone, as far as these swing (reach_out)
   bool reached_out = false;  ///< in this tick: `swung` counts

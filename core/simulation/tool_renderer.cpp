@@ -1,4 +1,4 @@
-// Chains guard, optimiser, force bound and limit. See tool_renderer.h. RT: yes.
+// Chains the hand's motion, optimiser, force bound and limit. See tool_renderer.h. RT: yes.
 #include "core/simulation/tool_renderer.h"
 
 #include <algorithm>
@@ -39,20 +39,14 @@ OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH, double 
           scene.strings, scene.instrument, scene.parts, scene.others,    scene.rounding, 0};
 }
 
-void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& state,
                     OptimiserWorkspace& workspace, ToolTick& tick,
                     std::int64_t work_budget) noexcept {
-  tick.pose = accept_pose(sample, state.guard, tick.dt);
-  tick.X_WH = state.guard.X_WH;
-  tick.V_WH = state.guard.V_WH;
+  tick.dt = follow(hand, state.hand);
+  tick.X_WH = state.hand.X_WH;
+  tick.V_WH = state.hand.V_WH;
   tick.strings.clear();
   tick.stiffness = ContactStiffness{};
-  if (tick.pose == PoseVerdict::kFault) {
-    tick.X_WG = state.optimiser.X_WG;
-    tick.F_computed_H_W = Wrench{};
-    tick.optimiser = OptimiserResult{};
-    return;
-  }
   if (!state.placed) {
     state.optimiser.X_WG = tick.X_WH;
     state.placed = true;
@@ -67,26 +61,11 @@ void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState&
 }
 
 void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept {
-  if (tick.pose == PoseVerdict::kFault) {
-    tick.F_H_W = Wrench{};
-    return;
-  }
   const double force = tick.F_computed_H_W.f.norm();
   state.force_bound = next_force_bound(state.force_bound, tick.optimiser.status, force, tick.dt);
   const double factor = force > state.force_bound ? state.force_bound / force : 1.0;
   tick.F_H_W =
       limited({tick.F_computed_H_W.f * factor, tick.F_computed_H_W.t * factor}, scene.limits);
-}
-
-void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& state,
-                 OptimiserWorkspace& workspace, ToolTick& tick) noexcept {
-  render_contact(scene, sample, state, workspace, tick);
-  limit_wrench(scene, state, tick);
-}
-
-void clear_fault(ToolState& state) noexcept {
-  state.guard.fault = false;
-  state.guard.bad_in_a_row = 0;
 }
 
 }  // namespace hapticd

@@ -1,14 +1,14 @@
-// One tool, one tick: pose sample in, graphic tool and wrench out. Guard -> configuration optimiser
-// -> force of each string -> (what vibrating strings add, by the caller) -> ramped in after a
-// recovery
-// -> limit. A pure function of state and input: no clock, device or random source. RT: yes.
+// One tool, one tick: pose of the hand in, graphic tool and wrench out. Motion of the hand ->
+// configuration optimiser -> force of each string -> (what vibrating strings add, by the caller) ->
+// ramped in after a recovery -> limit. A pure function of state and input: no clock, device or
+// random source. RT: yes.
 #pragma once
 
 #include "core/contact/configuration_optimiser.h"
 #include "core/contact/contact_stiffness.h"
 #include "core/contact/string_forces.h"
 #include "core/safety/wrench_limit.h"
-#include "core/simulation/pose_guard.h"
+#include "core/simulation/hand_motion.h"
 
 namespace hapticd {
 
@@ -38,7 +38,7 @@ struct ToolScene {
 
 /// State of one tool. Copy it to take a snapshot.
 struct ToolState {
-  PoseGuard guard;
+  HandMotion hand;
   OptimiserState optimiser;
   bool placed = false;  ///< G has been put where H first was
   /// Bound on |f| after a recovery, N; infinite in normal operation.
@@ -46,8 +46,7 @@ struct ToolState {
 };
 
 struct ToolTick {
-  PoseVerdict pose = PoseVerdict::kFault;
-  double dt = 0.0;  ///< since the last good sample, s; 0 without a new one
+  double dt = 0.0;  ///< since the last sample, s; 0 without a new one
   Pose X_WH;
   Twist V_WH;
   Pose X_WG;
@@ -64,20 +63,12 @@ struct ToolTick {
 [[nodiscard]] HD_REALTIME OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH,
                                                          double dt) noexcept;
 
-/// Everything of a tick up to F_computed_H_W. On a latched pose fault the wrench is zero and G
-/// stays. `work_budget` as in OptimiserInput.
-HD_REALTIME void render_contact(const ToolScene& scene, const PoseSample& sample, ToolState& state,
+/// Everything of a tick up to F_computed_H_W. `work_budget` as in OptimiserInput.
+HD_REALTIME void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& state,
                                 OptimiserWorkspace& workspace, ToolTick& tick,
                                 std::int64_t work_budget = 0) noexcept;
 
 /// The rest: F_H_W from F_computed_H_W, ramped and limited. Once per tick.
 HD_REALTIME void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept;
-
-/// Renders one tick of one tool among strings that do not vibrate: both of the above.
-HD_REALTIME void render_tool(const ToolScene& scene, const PoseSample& sample, ToolState& state,
-                             OptimiserWorkspace& workspace, ToolTick& tick) noexcept;
-
-/// Clears a latched pose fault; the next good sample is accepted again.
-void clear_fault(ToolState& state) noexcept;
 
 }  // namespace hapticd

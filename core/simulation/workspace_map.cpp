@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/safety/pose_guard.h"
+
 namespace hapticd {
 namespace {
 
@@ -53,7 +55,21 @@ Pose held(const WorkspaceState& state) noexcept {
   return {to_quaternion(state.q_held), to_vector(state.p_held_W)};
 }
 
+bool is_unit(const Array4& q) noexcept {
+  constexpr double kRounding = 1e-6;
+  return std::abs(to_quaternion(q).norm() - 1.0) <= kRounding;
+}
+
 }  // namespace
+
+double reach_of(const WorkspaceMap& map, const WorkspaceState& state) noexcept {
+  return (kMaxPosition - map.X_WD.p.norm() - to_vector(state.c_W).norm()) / map.scale;
+}
+
+bool usable(const WorkspaceState& state) noexcept {
+  return to_vector(state.c_W).allFinite() && to_vector(state.p_held_W).allFinite() &&
+         is_unit(state.q_off) && is_unit(state.q_held) && std::isfinite(state.wrench_share);
+}
 
 Pose to_world(const WorkspaceMap& map, const WorkspaceState& state, const Pose& X_DH) noexcept {
   const Pose base = base_pose(map, X_DH);

@@ -74,6 +74,14 @@ struct PlacedHand {
                                            const WorkspaceInput& input,
                                            WorkspaceState& state) noexcept;
 
+/// Largest |p_DH|, m, for which the tool is surely within kMaxPosition of the origin of W; <= 0
+/// where it never is.
+[[nodiscard]] HD_REALTIME double reach_of(const WorkspaceMap& map,
+                                          const WorkspaceState& state) noexcept;
+
+/// True when a state, which may come from a file, is finite and its quaternions are unit.
+[[nodiscard]] bool usable(const WorkspaceState& state) noexcept;
+
 /// X_WH of the device pose `X_DH`, the clutch being closed.
 [[nodiscard]] HD_REALTIME Pose to_world(const WorkspaceMap& map, const WorkspaceState& state,
                                         const Pose& X_DH) noexcept;

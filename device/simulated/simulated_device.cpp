@@ -6,7 +6,7 @@
 
 #include "core/math/elementary.h"
 #include "core/math/rotation.h"
-#include "core/safety/input_watch.h"
+#include "core/safety/pose_guard.h"
 #include "core/safety/wrench_limit.h"
 #include "device/api/command_check.h"
 #include "device/api/sample_difference.h"
@@ -126,7 +126,7 @@ bool SimulatedDevice::sound() const noexcept {
     return std::all_of(six.begin(), six.end(), [](double x) { return std::isfinite(x); });
   };
   const auto near = [](const Pose& X) {
-    return X.p.cwiseAbs().maxCoeff() <= kMaxSamplePosition && X.q.coeffs().allFinite();
+    return X.p.cwiseAbs().maxCoeff() <= kMaxPosition && X.q.coeffs().allFinite();
   };
   return p_DH_.allFinite() && near({q_DH_, p_DH_}) && X_DH_target_.p.allFinite() &&
          near(X_DH_target_) && finite(moved_) && finite(v_) && finite(y_) && finite(v_target_) &&

@@ -33,6 +33,7 @@ Message ReplayRun::parse(const RecordedMessage& message) const {
 
 void ReplayRun::find_start() {
   RecordedMessage message;
+  bool old_state = false;
   while (reader_.next(message)) {
     if (message.kind == RecordKind::kScene) {
       scene_ = parse<v1::SceneRecord>(message);
@@ -47,8 +48,10 @@ void ReplayRun::find_start() {
       const auto snapshot = parse<v1::Snapshot>(message);
       has_image_ = snapshot.scene_id() == scene_.scene_id() && to_image(snapshot, *image_);
       if (has_image_) return;
+      old_state = old_state || is_of_older_layout(snapshot);
     }
   }
+  if (old_state) fail("begins with a state of hapticd 0.1; play it with that version");
   fail(
       "it has neither the first tick of a daemon nor a Snapshot, so there is nothing to start "
       "from. Record for at least a second.");

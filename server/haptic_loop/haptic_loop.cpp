@@ -26,17 +26,12 @@ bool pushes_a_person(const PlayedTool& tool) noexcept {
   return can_push_a_person(tool.device.device->profile().driver);
 }
 
-/// Nothing touches and nothing pushes the tool, as far as its last tick knew.
-bool contact_free(const ToolTick& tool) noexcept {
+/// Nothing touches and nothing pushes the tool.
+bool is_contact_free(const ToolTick& tool) noexcept {
   const Wrench& F = tool.F_computed_H_W;
-  return tool.pose != PoseVerdict::kFault && tool.optimiser.active_count == 0 &&
+  return tool.optimiser.active_count == 0 &&
          tool.optimiser.status != OptimiserStatus::kRecovering && F.f.isZero(0.0) &&
          F.t.isZero(0.0);
-}
-
-bool contact_free(const TickOutput& output) noexcept {
-  return std::all_of(output.tools.begin(), output.tools.end(),
-                     [](const ToolTick& tool) { return contact_free(tool); });
 }
 
 /// The order that a command is, for those that the state machine hears.
@@ -101,7 +96,7 @@ std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const n
   const bool fault = machine_.state == LoopState::kFault;
   if (std::holds_alternative<EngageCommand>(what)) {
     if (fault) return machine_.cause;
-    if (machine_.state == LoopState::kReady && !contact_free(output_)) return Cause::kOverlap;
+    if (machine_.state == LoopState::kReady && !contact_free()) return Cause::kOverlap;
   }
   if (std::holds_alternative<PushCommand>(what) && machine_.state != LoopState::kEngaged) {
     return machine_.cause == Cause::kNone ? Cause::kReleased : machine_.cause;
@@ -168,7 +163,12 @@ void HapticLoop::read_devices() noexcept {
 
 bool HapticLoop::all_have_poses() const noexcept {
   return std::all_of(tools_.begin(), tools_.begin() + static_cast<std::ptrdiff_t>(tool_count()),
-                     [](const ToolLoop& tool) { return tool.input_watch.has_pose; });
+                     [](const ToolLoop& tool) { return tool.guard.has_pose; });
+}
+
+bool HapticLoop::contact_free() const noexcept {
+  return std::all_of(tools_.begin(), tools_.begin() + static_cast<std::ptrdiff_t>(tool_count()),
+                     [](const ToolLoop& tool) { return tool.contact_free; });
 }
 
 void HapticLoop::blame(Cause cause, std::size_t tool) noexcept {
@@ -209,7 +209,7 @@ void HapticLoop::advance_state() noexcept {
     }
     if ((tool.sample.flags & kDeviceDeadManOpen) != 0) input.block = Cause::kDeadMan;
   }
-  input.contact_free = contact_free(output_);
+  input.contact_free = contact_free();
   input.lease_lost = has(kOrderLeaseLost);
   input.scene_waits = has(kOrderSceneWaits);
   input.engage = has(kOrderEngage);
@@ -244,12 +244,16 @@ void HapticLoop::render() noexcept {
     tool.F_H_D = Wrench{};
     tool.wanted = DeviceSpring{};
   }
-  if (!all_have_poses()) return;
+  if (!all_have_poses()) {
+    // Of a pose that was forgotten nothing is told any more.
+    for (ToolTick& tick : output_.tools) tick = ToolTick{};
+    return;
+  }
   TickInput input;
   input.work_budget = work_budget_;
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const Pose& X_WH = tools_[k].placed.X_WH;
-    input.samples[k] = {tools_[k].input_watch.t_ns, to_array(X_WH.p), to_array(X_WH.q)};
+    input.hands[k] = {tools_[k].judged.t_ns, to_array(X_WH.p), to_array(X_WH.q)};
   }
   Simulation& simulation = *scene_->play.simulation;
   simulation.step(input, output_);
@@ -259,6 +263,7 @@ void HapticLoop::render() noexcept {
     if (options_.contacts_reported) simulation.report_contacts(k, tool.contacts);
     const double gain = played.force_gain * tool.placed.wrench_share;
     const Wrench& F_H_W = output_.tools[k].F_H_W;
+    tool.contact_free = is_contact_free(output_.tools[k]);
     tool.F_H_D =
         with_push(tool.push, to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain}));
     const bool wanted = simulation.scene(k).stiffness_wanted && tool.push.axis == 0;

@@ -154,6 +154,8 @@ class HapticLoop {
   [[nodiscard]] std::size_t tool_count() const noexcept { return scene_->tools.size(); }
   [[nodiscard]] std::span<ToolLoop> tools() noexcept { return {tools_.data(), tool_count()}; }
   [[nodiscard]] bool all_have_poses() const noexcept;
+  /// Nothing touched or pushed a tool in the last tick rendered.
+  [[nodiscard]] bool contact_free() const noexcept;
 
   /// Before every instant: an image is due at once.
   static constexpr std::int64_t kNow = std::numeric_limits<std::int64_t>::min();

@@ -25,23 +25,6 @@ namespace {
 /// Time between two images, ns. Longer: a replay of the last minute begins later in it.
 constexpr std::int64_t kImageEvery_ns = 1'000'000'000;
 
-/// What the loop's state machine wants to know of the tick before.
-struct LastTick {
-  PoseVerdict pose = PoseVerdict::kFault;
-  OptimiserStatus status = OptimiserStatus::kFree;
-  int active_count = 0;
-  Wrench F_computed_H_W;
-};
-
-template <FieldsOf<LastTick> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [pose, status, active_count, F_computed_H_W] = state;
-  visit.bounded(pose, 0, static_cast<int>(PoseVerdict::kFault));
-  visit.bounded(status, 0, static_cast<int>(OptimiserStatus::kRecovering));
-  visit.bounded(active_count, 0, kMaxQpUnknowns);
-  visit(F_computed_H_W);
-}
-
 /// Awake strings, as the block of the simulation has them.
 using AwakeStrings = FixedVector<std::int32_t, kMaxStrings>;
 
@@ -155,13 +138,10 @@ bool HapticLoop::fill_image(StateImage& image) const noexcept {
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const ToolPlay& play = scene.play.tools[k];
     const ToolLoop& tool = tools_[k];
-    const ToolTick& tick = output_.tools[k];
-    const LastTick last{tick.pose, tick.optimiser.status, tick.optimiser.active_count,
-                        tick.F_computed_H_W};
-    write.add(StateKind::kTool, tool_number(k), play.state, play.X_WH, play.view, last);
-    write.add(StateKind::kToolLoop, tool_number(k), tool.sample, tool.input_watch, tool.safety,
+    write.add(StateKind::kTool, tool_number(k), play.state, play.X_WH, play.view);
+    write.add(StateKind::kToolLoop, tool_number(k), tool.sample, tool.guard, tool.safety,
               tool.workspace, tool.touches, tool.write_failed, tool.wrench_not_finite,
-              scene.tools[k].stiffness_limits.delay_s);
+              tool.contact_free, scene.tools[k].stiffness_limits.delay_s);
     if (pushes) write.add(StateKind::kPush, tool_number(k), tool.push);
   }
   const OwnedSimulation& own = scene.play;
@@ -220,24 +200,18 @@ bool HapticLoop::restore(const StateImage& image) {
 void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
   ToolPlay& play = scene_->play.tools[k];
   ToolLoop& tool = tools_[k];
-  LastTick last;
   double& delay_s = scene_->tools[k].stiffness_limits.delay_s;
-  read.take(StateKind::kTool, static_cast<std::uint32_t>(k), play.state, play.X_WH, play.view,
-            last);
-  read.take(StateKind::kToolLoop, static_cast<std::uint32_t>(k), tool.sample, tool.input_watch,
+  read.take(StateKind::kTool, static_cast<std::uint32_t>(k), play.state, play.X_WH, play.view);
+  read.take(StateKind::kToolLoop, static_cast<std::uint32_t>(k), tool.sample, tool.guard,
             tool.safety, tool.workspace, tool.touches, tool.write_failed, tool.wrench_not_finite,
-            delay_s);
+            tool.contact_free, delay_s);
+  read.require(usable(tool.guard) && usable(tool.workspace));
   const bool pushes = read.find(StateKind::kPush, static_cast<std::uint32_t>(k)) != nullptr;
   if (pushes) read.take(StateKind::kPush, static_cast<std::uint32_t>(k), tool.push);
   read.require(tool.push.t_s >= 0.0);
   read.require(delay_s >= 0.0 && delay_s <= kMaxDelay_s);
   read.require(fits_scene(play.state, play.scene) && names_parts(play.view));
   read.require(names_things(tool.touches, scene_->scene->description(), k, play.scene));
-  ToolTick& tick = output_.tools[k];
-  tick.pose = last.pose;
-  tick.optimiser.status = last.status;
-  tick.optimiser.active_count = last.active_count;
-  tick.F_computed_H_W = last.F_computed_H_W;
 }
 
 void HapticLoop::restore_strings(ImageReader& read) {

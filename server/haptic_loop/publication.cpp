@@ -31,7 +31,7 @@ std::uint16_t flags_of(const ToolTick& tick, const ToolLoop& tool) noexcept {
   set(tick.optimiser.status == OptimiserStatus::kLagging, kLagging);
   set(tick.optimiser.rows_exchanged > 0, kRowsMerged);
   set(tick.optimiser.strings_refused > 0, kStringHeldRigid);
-  set(tool.watched.held, kInputHeld);
+  set(tool.judged.held, kInputHeld);
   set(tool.placed.open, kClutched);
   set(!is_none(tool.spring), kDeviceSpring);
   return static_cast<std::uint16_t>(flags);
@@ -211,7 +211,7 @@ void HapticLoop::fill_trace(std::size_t k, ToolTrace& trace) const noexcept {
   trace.w_DH_D = tool.sample.w_DH_D;
   trace.flags = flags_of(tick, tool);
   trace.sample_came = tool.sample_came;
-  trace.held = tool.watched.held;
+  trace.held = tool.judged.held;
   trace.age_ns =
       static_cast<std::uint64_t>(std::max<std::int64_t>(time_.t_ns - tool.sample.t_ns, 0));
   trace.stiffness_scale = played.grant.scale;

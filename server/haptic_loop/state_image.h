@@ -25,13 +25,13 @@ enum class StateKind : std::uint8_t {
   kRampTo,      ///< and leads to
   kSimulation,  ///< what all tools share: which strings are awake
   kTool,        ///< of the simulation
-  kToolLoop,    ///< of the loop: input watch, safety stage, workspace, touches
+  kToolLoop,    ///< of the loop: pose guard, safety stage, workspace, touches
   kString,      ///< its vibration and touch, as every tool sees it
   kPush,        ///< of a tool: its push of the guided check; left out while no tool has one
 };
 
 /// Layout of every block; grows with any change of what is visited.
-inline constexpr std::uint32_t kStateLayout = 2;
+inline constexpr std::uint32_t kStateLayout = 3;
 
 /// Numbers of each sort, at most: those of 1024 strings with 64 modes, and five tools.
 inline constexpr std::size_t kMaxStateNumbers = 393'216;

@@ -8,7 +8,7 @@
 namespace hapticd {
 namespace {
 
-/// A pose that repeats to the bit for so long under force is a stuck sensor, ns (InputLimits).
+/// A pose that repeats to the bit for so long under force is a stuck sensor, ns (GuardLimits).
 constexpr std::int64_t kStuckAfter_ns = 250'000'000;
 
 }  // namespace
@@ -21,28 +21,24 @@ void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
   const ReadOutcome outcome = device.device->read(time.t_ns, sample);
   tool.device_lost = outcome == ReadOutcome::kLost;
   tool.sample_came = outcome == ReadOutcome::kFresh;
-  WatchedSample seen;
-  seen.fresh = tool.sample_came;
-  seen.t_ns = sample.t_ns;
-  seen.counter = sample.counter;
-  seen.p_DH = sample.p_DH;
-  seen.q_DH = sample.q_DH;
-  seen.has_velocity = sample.has_velocity;
-  seen.v_DH_D = sample.v_DH_D;
-  seen.w_DH_D = sample.w_DH_D;
   const DeviceProfile& profile = device.device->profile();
-  InputLimits limits;
+  GuardLimits limits;
+  limits.reach = reach_of(played.map, tool.workspace);
   limits.velocity_trip = profile.velocity_trip;
   limits.loses_unseen = has_no_clock(profile.driver);
   limits.report_interval_ns = limits.loses_unseen ? report_interval_ns(profile) : 0;
   limits.stale_ticks =
       bridged_ticks(profile.report_rate, 1e9 / static_cast<double>(time.period_ns));
-  const bool watched = can_push_a_person(profile.driver) || guards_armed;
-  limits.stuck_after_ns = watched ? kStuckAfter_ns : 0;
-  tool.watched = watch(seen, to_vector(tool.safety.f_H_D).norm(), limits, tool.input_watch);
-  if (!tool.input_watch.has_pose) return;
+  const bool has_sensors = can_push_a_person(profile.driver) || guards_armed;
+  limits.stuck_after_ns = has_sensors ? kStuckAfter_ns : 0;
+  tool.judged = judge(tool.sample_came ? &sample : nullptr, to_vector(tool.safety.f_H_D).norm(),
+                      limits, tool.guard);
+  if (!tool.guard.has_pose) {
+    tool.placed = {};
+    return;
+  }
   tool.placed = place(played.map, played.X_WG_home,
-                      {tool.watched.X_DH, tool.watched.V_DH_D, sample.buttons, tool.clutch_open,
+                      {tool.judged.X_DH, tool.judged.V_DH_D, sample.buttons, tool.clutch_open,
                        tool.recentre, time.dt_s},
                       tool.workspace);
   tool.recentre = false;
@@ -79,11 +75,11 @@ void limit_tool(const PlayedTool& played, const LoopTime& time, double budget, d
   input.now_ns = time.t_ns;
   input.dt_s = time.dt_s;
   input.hold_s = 1e-9 * static_cast<double>(time.period_ns);
-  input.enable = tool.watched.usable && force;
+  input.enable = tool.judged.usable && force;
   input.gain = gain;
   input.F_H_D = tool.F_H_D;
-  input.V_DH_D = tool.watched.V_DH_D;
-  input.displacement_D = tool.watched.displacement_D;
+  input.V_DH_D = tool.judged.V_DH_D;
+  input.displacement_D = tool.judged.displacement_D;
   input.budget = budget / played.map.scale;
   tool.written = limit(input, played.limits, tool.safety);
   tool.wrench_not_finite = (tool.written.flags & kSafetyNotFinite) != 0;
@@ -113,7 +109,7 @@ void write_tool(PlayedTool& played, const LoopTime& time, ToolLoop& tool) noexce
 Cause fault_of(const ToolLoop& tool, bool pushes, bool guards_armed) noexcept {
   const bool cut_off = (tool.sample.flags & kDeviceWatchdogFired) != 0;
   const std::pair<bool, Cause> wrong[] = {
-      {tool.watched.fault != Cause::kNone, tool.watched.fault},
+      {tool.judged.fault != Cause::kNone, tool.judged.fault},
       {tool.wrench_not_finite, Cause::kNotFinite},
       {tool.write_failed, Cause::kDeviceWrite},
       {(tool.sample.flags & kDeviceEmergencyStop) != 0, Cause::kEmergencyStop},

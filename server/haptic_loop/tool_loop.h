@@ -1,12 +1,12 @@
-// One tool's part of a tick: its device read and watched, the map to the world, and the wrench
+// One tool's part of a tick: its device read and judged, the map to the world, and the wrench
 // passed through the safety stage and written. Frames: D of the tool's device, W. RT: yes, about
 // 0.5 us a tool.
 #pragma once
 
 #include <cstdint>
 
-#include "core/safety/input_watch.h"
 #include "core/safety/output_stage.h"
+#include "core/safety/pose_guard.h"
 #include "core/simulation/touch_detector.h"
 #include "server/haptic_loop/guided_push.h"
 #include "server/haptic_loop/played_scene.h"
@@ -17,7 +17,7 @@ namespace hapticd {
 struct ToolLoop {
   // Of the tick under way.
   DeviceSample sample;
-  WatchedInput watched;
+  JudgedPose judged;
   PlacedHand placed;
   Wrench F_H_D;         ///< rendered, for the safety stage
   DeviceSpring wanted;  ///< likewise, for a device that renders it by itself
@@ -31,7 +31,7 @@ struct ToolLoop {
   PushAxis push_asked = 0;      ///< 0: none
 
   // From tick to tick.
-  InputWatch input_watch;
+  PoseGuard guard;
   SafetyState safety;
   WorkspaceState workspace;
   bool clear_faults = false;  ///< its device is to forget what it has latched
@@ -40,6 +40,7 @@ struct ToolLoop {
   GuidedPush push;
   TouchDetector touches;
   ContactReport contacts;
+  bool contact_free = false;  ///< nothing touched or pushed the tool in the last tick rendered
 };
 
 /// When a tick is.

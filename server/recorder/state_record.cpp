@@ -17,6 +17,9 @@ constexpr std::array<std::string_view, 9> kBlockNames{"loop",      "settings",  
                                                       "ramp.to",   "simulation", "tool",
                                                       "tool.loop", "string",     "push"};
 
+/// Oldest layout whose settings are those of today.
+constexpr std::uint32_t kSettingsLayout = 2;
+
 /// Blocks of each kind so far.
 using BlocksSeen = std::array<std::uint32_t, kBlockNames.size()>;
 
@@ -78,6 +81,11 @@ void to_record(const StateImage& image, v1::Snapshot& record) {
     block.mutable_integers()->Add(integers.begin(), integers.end());
   }
   record.set_state_hash(hash_of(image));
+}
+
+bool is_of_older_layout(const v1::Snapshot& record) {
+  return std::any_of(record.blocks().begin(), record.blocks().end(),
+                     [](const v1::StateBlock& block) { return block.version() < kStateLayout; });
 }
 
 bool to_image(const v1::Snapshot& record, StateImage& image) {
@@ -147,7 +155,7 @@ bool get_settings(const v1::ParameterRecord& record, SceneSettings& settings) {
   if (static_cast<std::size_t>(record.settings_size()) != settings.tools.size()) return false;
   for (std::size_t k = 0; k < settings.tools.size(); ++k) {
     const v1::StateBlock& block = record.settings(static_cast<int>(k));
-    if (block.version() != kStateLayout) return false;
+    if (block.version() < kSettingsLayout || block.version() > kStateLayout) return false;
     StateReader read({block.reals().data(), static_cast<std::size_t>(block.reals_size())},
                      {block.integers().data(), static_cast<std::size_t>(block.integers_size())});
     visit_settings(settings, k, read);

@@ -21,6 +21,9 @@ void to_record(const StateImage& image, v1::Snapshot& record);
 /// `image` is of no use then.
 [[nodiscard]] bool to_image(const v1::Snapshot& record, StateImage& image);
 
+/// True when the state is one of an older version, which had another layout.
+[[nodiscard]] bool is_of_older_layout(const v1::Snapshot& record);
+
 /// The first block in which the two differ, such as "string 3"; empty when all bits are equal.
 [[nodiscard]] std::string first_difference(const StateImage& recorded, const StateImage& replayed);
 

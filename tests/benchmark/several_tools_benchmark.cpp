@@ -68,7 +68,7 @@ void run(benchmark::State& state, const Play& play, std::size_t count) {
   for (auto _ : state) {
     for (TickInput& input : inputs) {
       t_ns += 1'000'000;
-      for (PoseSample& sample : input.samples) sample.t_ns = t_ns;
+      for (HandPose& sample : input.hands) sample.t_ns = t_ns;
       ensemble.simulation().step(input, *output);
       for (const ToolTick& tool : output->tools) sub_steps += tool.optimiser.sub_steps;
     }

@@ -5,6 +5,7 @@
 
 #include "core/math/elementary.h"
 #include "tests/support/contact_scenes.h"
+#include "tests/support/guarded_step.h"
 
 namespace hapticd::test {
 namespace {
@@ -107,9 +108,9 @@ const ToolTick& TickScene::tick() {
 
 void TickScene::render(const Pose& X_WH) {
   t_ns_ += 1'000'000;
-  const PoseSample sample{t_ns_,
-                          {X_WH.p.x(), X_WH.p.y(), X_WH.p.z()},
-                          {X_WH.q.w(), X_WH.q.x(), X_WH.q.y(), X_WH.q.z()}};
+  const HandPose sample{t_ns_,
+                        {X_WH.p.x(), X_WH.p.y(), X_WH.p.z()},
+                        {X_WH.q.w(), X_WH.q.x(), X_WH.q.y(), X_WH.q.z()}};
   render_tool(tool_, sample, state_, *workspace_, tick_);
 }
 

@@ -29,7 +29,7 @@ bool check_scene_bytes(std::span<const std::uint8_t> bytes) {
   const Pose& start = scene.description().tools[0].X_WG;
   const auto output = std::make_unique<TickOutput>();
   for (int tick = 0; tick < 5; ++tick) {
-    PoseSample sample{std::int64_t{1'000'000} * tick, to_array(start.p), to_array(start.q)};
+    HandPose sample{std::int64_t{1'000'000} * tick, to_array(start.p), to_array(start.q)};
     sample.p_WH[1] -= 2e-3 * tick;
     play.simulation->step(input_of(sample), *output);
     const Wrench& F = output->tools[0].F_H_W;

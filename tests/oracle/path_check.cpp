@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/simulation/pose_guard.h"
+#include "core/simulation/hand_motion.h"
 #include "proto/recording/recording_reader.h"
 #include "server/recorder/tick_record.h"
 #include "tests/oracle/recorded_scene.h"
@@ -77,7 +77,7 @@ class Check {
     begin(objects_);
   }
 
-  /// Time since the last good sample, as the loop's pose guard has it.
+  /// Time since the last good sample, as the simulation has it.
   double elapsed(const ToolTrace& tool) {
     const std::int64_t before_ns = sample_t_ns_;
     if (!tool.held) sample_t_ns_ = std::max(sample_t_ns_, tool.sample_t_ns);

@@ -38,14 +38,14 @@ ContactSession::ContactSession(Tool tool) : strings_(seven_strings()) {
   scene_ = {tool_.view(), {strings_, bodies_}, {}, {}, {}};
 }
 
-PoseSample ContactSession::sample() const noexcept {
+HandPose ContactSession::sample() const noexcept {
   const double t = 1e-3 * static_cast<double>(tick_);
   // Mostly pressed on strings, sometimes down on the body, sometimes lifted off.
   const double height =
       touch_height_ - 17e-3 + 7e-3 * wave(0.9 * t) + 16e-3 * std::max(0.0, wave(0.11 * t));
   const Quaternion q =
       exp_rotation({0.10 * wave(0.7 * t), 0.3 * wave(0.13 * t), 0.12 * wave(0.5 * t)});
-  PoseSample out{
+  HandPose out{
       1'000'000 * tick_, {0.2 * wave(0.21 * t), height, 0.05 * wave(0.8 * t)}, to_array(q)};
   if (tick_ % kGlitchPeriod < 3) out.p_WH[1] = std::numeric_limits<double>::quiet_NaN();
   return out;
@@ -77,10 +77,9 @@ void ContactSession::run(std::int64_t ticks) noexcept {
     } else if (tick_ % kOverlapPeriod == 40 && tick_ > kOverlapPeriod) {
       strings_[3] = rest_;
     }
-    render_tool(scene_, sample(), state_, *workspace_, tick);
-    if (tick.pose == PoseVerdict::kFault) {
+    if (guarded_render(sample(), hand_, scene_, state_, *workspace_, tick) == PoseVerdict::kFault) {
       ++faults_;
-      if (tick_ % kGlitchPeriod > 3) clear_fault(state_);
+      if (tick_ % kGlitchPeriod > 3) hand_.clear();
     }
     if (tick.optimiser.status == OptimiserStatus::kRecovering) ++recoveries_;
     if (tick.F_H_W.f.norm() > 0.0) ++contact_ticks_;

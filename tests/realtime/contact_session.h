@@ -9,6 +9,7 @@
 
 #include "core/simulation/tool_renderer.h"
 #include "core/tree/sphere_tree.h"
+#include "tests/support/guarded_step.h"
 
 namespace hapticd::test {
 
@@ -31,7 +32,7 @@ class ContactSession {
   [[nodiscard]] std::int64_t recoveries() const noexcept { return recoveries_; }
 
  private:
-  [[nodiscard]] PoseSample sample() const noexcept;
+  [[nodiscard]] HandPose sample() const noexcept;
   void add_to_hash(const ToolTick& tick) noexcept;
 
   SphereTree tool_;
@@ -42,6 +43,7 @@ class ContactSession {
   double touch_height_;
   ToolScene scene_;
   ToolState state_;
+  GuardedHand hand_;
   std::unique_ptr<OptimiserWorkspace> workspace_ = std::make_unique<OptimiserWorkspace>();
   std::int64_t tick_ = 0;
   std::uint64_t hash_ = 0xcbf29ce484222325U;

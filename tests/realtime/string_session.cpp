@@ -67,7 +67,7 @@ StringSession::StringSession(Play play) : capsules_(seven_strings()) {
   play_ = own_simulation({&scene, 1});
 }
 
-PoseSample StringSession::sample() noexcept {
+HandPose StringSession::sample() noexcept {
   // Mostly even ticks; now and then a repeated, a late and a long one.
   const std::int64_t turn = tick_ % 211;
   t_ns_ += turn == 50 ? 0 : turn == 51 ? -500'000 : turn == 52 ? 6'500'000 : 1'000'000;
@@ -76,7 +76,7 @@ PoseSample StringSession::sample() noexcept {
   const double height = touch_height_ - 1e-3 + 3e-3 * wave(1.7 * t) + 4e-3 * wave(0.31 * t);
   const Quaternion q =
       exp_rotation({0.1 * wave(0.7 * t), 0.2 * wave(0.13 * t), 0.1 * wave(0.5 * t)});
-  PoseSample out{t_ns_, {0.3 * wave(0.21 * t), height, 0.07 * wave(0.8 * t)}, to_array(q)};
+  HandPose out{t_ns_, {0.3 * wave(0.21 * t), height, 0.07 * wave(0.8 * t)}, to_array(q)};
   if (tick_ % kGlitchPeriod < 3) out.p_WH[1] = std::numeric_limits<double>::quiet_NaN();
   return out;
 }
@@ -119,10 +119,9 @@ void StringSession::add_to_hash(const TickOutput& output) noexcept {
 void StringSession::run(std::int64_t ticks) noexcept {
   for (std::int64_t i = 0; i < ticks; ++i) {
     ++tick_;
-    play_.simulation->step(input_of(sample()), *output_);
-    if (output_->tools[0].pose == PoseVerdict::kFault) {
+    if (guarded_step(sample(), hand_, *play_.simulation, *output_) == PoseVerdict::kFault) {
       ++faults_;
-      if (tick_ % kGlitchPeriod > 3) play_.simulation->clear_fault(0);
+      if (tick_ % kGlitchPeriod > 3) hand_.clear();
     }
     if (output_->tools[0].F_H_W.f.norm() > 0.0) ++contact_ticks_;
     bool struck = false;

@@ -9,6 +9,7 @@
 
 #include "core/scene/owned_simulation.h"
 #include "core/tree/sphere_tree.h"
+#include "tests/support/guarded_step.h"
 
 namespace hapticd::test {
 
@@ -36,7 +37,7 @@ class StringSession {
   [[nodiscard]] std::int64_t faults() const noexcept { return faults_; }
 
  private:
-  [[nodiscard]] PoseSample sample() noexcept;
+  [[nodiscard]] HandPose sample() noexcept;
   void add_to_hash(const TickOutput& output) noexcept;
   void add(double number) noexcept;
 
@@ -44,6 +45,7 @@ class StringSession {
   std::vector<Capsule> capsules_;
   std::vector<StringConstants> strings_;
   OwnedSimulation play_;
+  GuardedHand hand_;
   std::unique_ptr<TickOutput> output_ = std::make_unique<TickOutput>();
   double touch_height_;
   std::int64_t tick_ = 0;

@@ -63,9 +63,9 @@ Felt play_switched(const Scene& scene, const std::string& gesture, std::uint64_t
     }
     DeviceSample sample;
     device.read(tick * kTick_ns, sample);
-    input.samples[0] = {sample.t_ns, sample.p_DH, sample.q_DH};
+    input.hands[0] = {sample.t_ns, sample.p_DH, sample.q_DH};
     tool.simulation->step(input, *output);
-    steady.simulation->step(input_of(input.samples[0]), *steady_output);
+    steady.simulation->step(input_of(input.hands[0]), *steady_output);
     const Wrench& F_H_W = output->tools[0].F_H_W;
     device.write(tick * kTick_ns,
                  {.f_H_D = to_array(F_H_W.f), .t_H_D = to_array(F_H_W.t), .enable = true});

@@ -323,8 +323,8 @@ TEST_CASE("five tools together share the bound, and enter nothing") {
       input.work_budget = kBound;
       for (std::size_t k = 0; k < tools; ++k) {
         const Pose& X_WH = hands[k][tick];
-        input.samples[k] = {static_cast<std::int64_t>(tick + 1) * 1'000'000, to_array(X_WH.p),
-                            to_array(X_WH.q)};
+        input.hands[k] = {static_cast<std::int64_t>(tick + 1) * 1'000'000, to_array(X_WH.p),
+                          to_array(X_WH.q)};
       }
       play.simulation->step(input, *output);
       double share = 0.0;

@@ -9,6 +9,7 @@
 #include "core/math/rotation.h"
 #include "core/simulation/tool_renderer.h"
 #include "tests/core/contact/rendering_fixture.h"
+#include "tests/support/guarded_step.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 

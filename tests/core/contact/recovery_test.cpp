@@ -8,6 +8,7 @@
 
 #include "core/simulation/tool_renderer.h"
 #include "tests/core/contact/rendering_fixture.h"
+#include "tests/support/guarded_step.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {

@@ -10,6 +10,7 @@
 #include "core/simulation/tool_renderer.h"
 #include "tests/core/contact/string_scenes.h"
 #include "tests/core/contact/strokes.h"
+#include "tests/support/guarded_step.h"
 #include "tests/support/scale.h"
 
 namespace hapticd::test {
@@ -165,11 +166,13 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
   ToolState state;
   ToolTick tick;
   const auto workspace = std::make_unique<OptimiserWorkspace>();
-  PoseSample sample;
+  HandPose sample;
+  GuardedHand hand;
+  PoseVerdict verdict = PoseVerdict::kGood;
   const auto render = [&](double y) {
     sample.t_ns += 1'000'000;
     sample.p_WH = {0.5, y, 0.0};
-    render_tool(scene, sample, state, *workspace, tick);
+    verdict = guarded_render(sample, hand, scene, state, *workspace, tick);
   };
   for (int i = 0; i < 60; ++i) render(0.008 - 1e-4 * i);
   const double bad[] = {std::numeric_limits<double>::quiet_NaN(),
@@ -183,11 +186,11 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
       CHECK(tick.F_H_W.f.norm() == doctest::Approx(pressed).epsilon(1e-3));
     }
     render(y);
-    CHECK(tick.pose == PoseVerdict::kFault);
+    CHECK(verdict == PoseVerdict::kFault);
     CHECK(tick.F_H_W.f.norm() == 0.0);
     CHECK(state.optimiser.holds.size() == 1);
     CHECK(state.optimiser.holds[0].bend.u_W.allFinite());
-    clear_fault(state);
+    hand.clear();
     for (int i = 0; i < 3; ++i) render(0.002);
     CHECK(tick.F_H_W.f.norm() == doctest::Approx(pressed).epsilon(1e-3));
   }
@@ -199,7 +202,7 @@ TEST_CASE("a scene edited onto a tool that bends a string pushes it out slowly a
   ToolState state;
   ToolTick tick;
   const auto workspace = std::make_unique<OptimiserWorkspace>();
-  PoseSample sample;
+  HandPose sample;
   const auto render = [&](double y) {
     sample.t_ns += 1'000'000;
     sample.p_WH = {0.5, y, 0.3e-3};

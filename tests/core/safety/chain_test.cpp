@@ -1,13 +1,13 @@
-// The guards in a row, as the loop runs them: samples and requests of every kind through input
-// watch, loop states and output stage. Truth: the law itself: no force in the tick of a fault nor
+// The guards in a row, as the loop runs them: samples and requests of every kind through pose
+// guard, loop states and output stage. Truth: the law itself: no force in the tick of a fault nor
 // after it until Clear, and none from the third tick without a good sample.
 #include <doctest/doctest.h>
 
 #include <cmath>
 
-#include "core/safety/input_watch.h"
 #include "core/safety/loop_state.h"
 #include "core/safety/output_stage.h"
+#include "core/safety/pose_guard.h"
 #include "tests/core/safety/hostile.h"
 #include "tests/support/scale.h"
 
@@ -15,15 +15,16 @@ namespace hapticd::test {
 namespace {
 
 struct Chain {
-  InputLimits input_limits;
-  InputWatch watch;
+  GuardLimits guard_limits;
+  PoseGuard guard;
   LoopMachine machine;
   SafetyLimits limits;
   SafetyState state;
 };
 
 struct ChainTick {
-  WatchedSample sample;
+  DeviceSample sample;
+  bool came = true;
   LoopInput requests;
   Vector3 f_D;
   std::int64_t now_ns = 0;
@@ -31,10 +32,11 @@ struct ChainTick {
 
 SafetyOutput run(const ChainTick& tick, Chain& chain) {
   const double written = to_vector(chain.state.f_H_D).norm();
-  const WatchedInput seen = watch(tick.sample, written, chain.input_limits, chain.watch);
+  const JudgedPose seen =
+      judge(tick.came ? &tick.sample : nullptr, written, chain.guard_limits, chain.guard);
   LoopInput in = tick.requests;
   if (in.fault == Cause::kNone && latches(seen.fault, true, false)) in.fault = seen.fault;
-  in.calibrated = in.calibrated && chain.watch.has_pose;
+  in.calibrated = in.calibrated && chain.guard.has_pose;
   const LoopOutput loop = advance(in, chain.machine);
   SafetyInput safety;
   safety.now_ns = tick.now_ns;
@@ -63,7 +65,6 @@ TEST_CASE("no force in the tick of a fault nor after it until Clear, whatever ha
     p += to_vector(random.direction()) * 1e-4;
     ChainTick tick;
     tick.now_ns = i * 1'000'000;
-    tick.sample.fresh = true;
     tick.sample.counter = static_cast<std::uint64_t>(i) + 1;
     tick.sample.t_ns = tick.now_ns;
     tick.sample.p_DH = to_array(p);
@@ -105,13 +106,12 @@ TEST_CASE("under a steady force, the third tick without a good sample is the fir
     tick.requests.engages_itself = true;
     tick.requests.dt_s = 1e-3;
     tick.f_D = {1, 0, 0};
-    tick.sample.fresh = true;
     for (int k = 0; k < 300; ++k) {
       ++tick.sample.counter;
       tick.sample.t_ns += 1'000'000;
       (void)run(tick, chain);
     }
-    if (silence) tick.sample.fresh = false;
+    if (silence) tick.came = false;
     if (!silence) tick.sample.q_DH = {};
     CHECK(run(tick, chain).f_H_D[0] == doctest::Approx(1.0));
     CHECK(run(tick, chain).f_H_D[0] == doctest::Approx(1.0));

@@ -24,7 +24,7 @@ std::vector<double> press(Simulation& simulation) {
   std::vector<double> heights;
   const auto output = std::make_unique<TickOutput>();
   for (int tick = 1; tick <= 200; ++tick) {
-    const PoseSample sample{
+    const HandPose sample{
         std::int64_t{1'000'000} * tick, {0.0, 0.01 - 1e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}};
     simulation.step(input_of(sample), *output);
     heights.push_back(output->tools[0].X_WG.p.y());

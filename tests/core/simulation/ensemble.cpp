@@ -44,7 +44,7 @@ TickInput Ensemble::input(const std::vector<Vector3>& p_WH) const {
   TickInput input;
   input.work_budget = work_budget;
   for (std::size_t k = 0; k < p_WH.size(); ++k) {
-    input.samples[k] = {t_ns_ + 1'000'000, to_array(p_WH[k]), {1.0, 0.0, 0.0, 0.0}};
+    input.hands[k] = {t_ns_ + 1'000'000, to_array(p_WH[k]), {1.0, 0.0, 0.0, 0.0}};
   }
   return input;
 }

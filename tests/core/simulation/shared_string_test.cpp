@@ -278,9 +278,9 @@ TEST_CASE("five tools in one tick leave the heap alone") {
   const auto output = std::make_unique<TickOutput>();
   for (int tick = 1; tick <= 300; ++tick) {
     for (std::size_t k = 0; k < 5; ++k) {
-      input.samples[k] = {std::int64_t{1'000'000} * tick,
-                          {0.3 + 0.05 * static_cast<double>(k), press(tick, 4e-3), 0.0},
-                          {1.0, 0.0, 0.0, 0.0}};
+      input.hands[k] = {std::int64_t{1'000'000} * tick,
+                        {0.3 + 0.05 * static_cast<double>(k), press(tick, 4e-3), 0.0},
+                        {1.0, 0.0, 0.0, 0.0}};
     }
     const NoHeapScope scope;
     ensemble.simulation().step(input, *output);

@@ -35,11 +35,11 @@ Instrument::Instrument(int count, const StringParameters& prototype,
 const TickOutput& Instrument::tick(const Pose& X_WH) {
   t_ns += dt_ns;
   p_WH = X_WH.p;
-  return tick_sample(PoseSample{t_ns, to_array(X_WH.p), to_array(X_WH.q)});
+  return tick_sample(HandPose{t_ns, to_array(X_WH.p), to_array(X_WH.q)});
 }
 
-const TickOutput& Instrument::tick_sample(const PoseSample& sample) {
-  simulation().step(input_of(sample), *output_);
+const TickOutput& Instrument::tick_sample(const HandPose& sample) {
+  verdict_ = guarded_step(sample, hand_, simulation(), *output_);
   events.insert(events.end(), output_->events.begin(), output_->events.end());
   return *output_;
 }

@@ -8,6 +8,7 @@
 
 #include "core/scene/owned_simulation.h"
 #include "core/tree/sphere_tree.h"
+#include "tests/support/guarded_step.h"
 
 namespace hapticd::test {
 
@@ -28,8 +29,8 @@ class Instrument {
 
   /// One tick at 1 kHz later with the tool at `X_WH`.
   const TickOutput& tick(const Pose& X_WH);
-  /// One tick with any sample.
-  const TickOutput& tick_sample(const PoseSample& sample);
+  /// One tick with any sample, sound or not.
+  const TickOutput& tick_sample(const HandPose& sample);
   /// The same at position `p` without rotation.
   const TickOutput& tick(const Vector3& p) { return tick(Pose{{1, 0, 0, 0}, p}); }
   /// Ticks along a straight way at `speed` (m/s), from where the last tick ended; calls `each`
@@ -55,6 +56,10 @@ class Instrument {
   /// vibration included, N.
   [[nodiscard]] double normal_force(int string) const;
   [[nodiscard]] const TickOutput& output() const { return *output_; }
+  /// What the guard made of the last sample.
+  [[nodiscard]] PoseVerdict verdict() const { return verdict_; }
+  /// Ends a fault.
+  void clear() { hand_.clear(); }
   /// Events so far, in order.
   std::vector<StringEvent> events;
   /// Time stamp of the last sample, ns; tick() adds dt_ns first.
@@ -68,6 +73,8 @@ class Instrument {
 
  private:
   SphereTree tree_;
+  GuardedHand hand_;
+  PoseVerdict verdict_ = PoseVerdict::kGood;
   OwnedSimulation simulation_;
   std::unique_ptr<TickOutput> output_ = std::make_unique<TickOutput>();
 };

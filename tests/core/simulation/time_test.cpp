@@ -43,8 +43,8 @@ bool all_finite(const TickOutput& output) {
   return finite;
 }
 
-PoseSample bad_sample(std::int64_t t_ns) {
-  PoseSample sample{t_ns, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}};
+HandPose bad_sample(std::int64_t t_ns) {
+  HandPose sample{t_ns, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}};
   sample.p_WH[1] = std::numeric_limits<double>::quiet_NaN();
   return sample;
 }
@@ -80,7 +80,7 @@ TEST_CASE("a sample without new time changes nothing of a vibration, and no even
     const auto down = [&](Instrument& guqin, bool repeat) {
       guqin.glide({kPlace, 2e-3, 0.0}, 0.3, [&](const TickOutput&) {
         if (!repeat) return;
-        const PoseSample same{guqin.t_ns, to_array(guqin.p_WH), {1.0, 0.0, 0.0, 0.0}};
+        const HandPose same{guqin.t_ns, to_array(guqin.p_WH), {1.0, 0.0, 0.0, 0.0}};
         guqin.tick_sample(same);
         // Late samples are worth no more than repeated ones.
         guqin.tick_sample({guqin.t_ns - 5'000'000, same.p_WH, same.q_WH});
@@ -170,14 +170,14 @@ TEST_CASE("bad samples hold the string for two ticks, then fault") {
     const double before = energy(guqin);
     for (std::int64_t k = 1; k <= 10; ++k) {
       guqin.tick_sample(bad_sample(guqin.t_ns + k * 1'000'000));
-      CHECK(guqin.output().tools[0].pose == (k <= 2 ? PoseVerdict::kHeld : PoseVerdict::kFault));
+      CHECK(guqin.verdict() == (k <= 2 ? PoseVerdict::kHeld : PoseVerdict::kFault));
       CHECK((guqin.output().tools[0].F_H_W.f.norm() > 0.0) == (k <= 2));
     }
     CHECK(guqin.events.size() == events);
     CHECK(energy(guqin) == before);
-    guqin.simulation().clear_fault(0);
+    guqin.clear();
     guqin.tick(guqin.p_WH);
-    CHECK(guqin.output().tools[0].pose == PoseVerdict::kGood);
+    CHECK(guqin.verdict() == PoseVerdict::kGood);
     CHECK(guqin.events.size() == events);
   }
 }
@@ -196,7 +196,7 @@ TEST_CASE("after a fault a string has decayed by the time that has passed, and b
         for (std::int64_t k = 1; k <= 10; ++k) {
           guqin.tick_sample(bad_sample(guqin.t_ns + k * 1'000'000));
         }
-        guqin.simulation().clear_fault(0);
+        guqin.clear();
         guqin.dt_ns = 15'000'000;
         guqin.tick(Vector3(guqin.p_WH + Vector3(0.0, gone, 0.0)));
         const double keep = std::exp(-0.03 / preset.string.touch_decay);

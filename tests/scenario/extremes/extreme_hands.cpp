@@ -42,7 +42,7 @@ class Writer {
   void hold(int ticks) {
     for (int i = 0; i < ticks; ++i) at(p_, q_);
   }
-  PoseSample& last() { return hand_.samples.back(); }
+  HandPose& last() { return hand_.samples.back(); }
   [[nodiscard]] Vector3 place() const { return p_; }
   [[nodiscard]] Quaternion turned() const { return q_; }
   ExtremeHand done() { return std::move(hand_); }

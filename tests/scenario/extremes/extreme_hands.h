@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "core/simulation/pose_guard.h"
+#include "core/simulation/hand_motion.h"
 
 namespace hapticd::test {
 
 struct ExtremeHand {
   std::string name;
-  std::vector<PoseSample> samples;
+  std::vector<HandPose> samples;
 };
 
 /// All of them, each from the open: ends of strings, hovering at depth 0, numbers that are none,

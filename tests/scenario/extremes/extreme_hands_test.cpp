@@ -9,6 +9,7 @@
 #include "core/scene/quality.h"
 #include "tests/scenario/extremes/extreme_hands.h"
 #include "tests/scenario/extremes/extreme_scene.h"
+#include "tests/support/guarded_step.h"
 #include "tests/support/scale.h"
 #include "tests/truth/path_run.h"
 
@@ -44,13 +45,14 @@ TEST_CASE("whatever a device sends, at every quality the wrench is finite, limit
       CAPTURE(hand.name);
       OwnedSimulation play = scene.simulate();
       const ToolScene& settings = play.simulation->scene(0);
+      GuardedHand guarded;
       TickOutput output;
       double largest = 0.0;
-      for (const PoseSample& sample : hand.samples) {
-        play.simulation->step(input_of(sample), output);
+      for (const HandPose& sample : hand.samples) {
+        const PoseVerdict verdict = guarded_step(sample, guarded, *play.simulation, output);
         REQUIRE(finite(output));
         const ToolTick& tick = output.tools[0];
-        const bool faulty = tick.pose == PoseVerdict::kFault;
+        const bool faulty = verdict == PoseVerdict::kFault;
         REQUIRE((!faulty || (tick.F_H_W.f.norm() == 0.0 && tick.F_H_W.t.norm() == 0.0)));
         largest = std::max({largest, tick.F_H_W.f.norm() / settings.limits.force,
                             tick.F_H_W.t.norm() / settings.limits.torque});
@@ -71,12 +73,13 @@ TEST_CASE("whatever a device sends, at every quality the tool's path enters noth
       CAPTURE(hand.name);
       PathRun run(scene);
       run.place({{1, 0, 0, 0}, to_vector(hand.samples.front().p_WH)});
-      PoseGuard guard;
+      GuardedHand guarded;
+      HandMotion motion;
       double smallest = kFarthestGap;
-      for (const PoseSample& sample : hand.samples) {
-        double dt = 0.0;
-        if (accept_pose(sample, guard, dt) == PoseVerdict::kFault) break;
-        smallest = std::min(smallest, run.judged_tick(guard.X_WH, dt));
+      for (const HandPose& sample : hand.samples) {
+        if (guarded.take(sample) == PoseVerdict::kFault) break;
+        const double dt_s = follow(guarded.hand(), motion);
+        smallest = std::min(smallest, run.judged_tick(motion.X_WH, dt_s));
       }
       CHECK(smallest >= -kAllowedDepth);
     }

@@ -15,12 +15,12 @@
 namespace hapticd::test {
 namespace {
 
-PoseSample sample_at(int tick, const Vector3& p, const Vector3& phi = Vector3::Zero()) {
+HandPose sample_at(int tick, const Vector3& p, const Vector3& phi = Vector3::Zero()) {
   return {(tick + 1) * std::int64_t{1'000'000}, to_array(p), to_array(exp_rotation(phi))};
 }
 
 /// Presses and slides on a string at z = 0, with some turning.
-PoseSample playing(int tick) {
+HandPose playing(int tick) {
   const double t = 1e-3 * tick;
   return sample_at(tick, {0.3 + 0.1 * t, 8e-3 - 6e-3 * std::min(1.0, 4.0 * t), 3e-4 * t},
                    {1e-2 * t, 0.0, 0.0});
@@ -181,9 +181,9 @@ TEST_CASE("at every quality q and -q, and a scene a kilometre away, give the sam
     double of_sign = 0.0;
     double of_place = 0.0;
     for (int tick = 0; tick < 600; ++tick) {
-      const PoseSample sample = playing(tick);
+      const HandPose sample = playing(tick);
       plain.simulation->step(input_of(sample), a);
-      PoseSample other = sample;
+      HandPose other = sample;
       for (double& part : other.q_WH) part = -part;
       negated.simulation->step(input_of(other), b);
       other = sample;

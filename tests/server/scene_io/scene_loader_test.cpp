@@ -70,7 +70,7 @@ std::vector<double> play(Simulation& simulation, std::int64_t& tick, int ticks) 
   auto output = std::make_unique<TickOutput>();
   for (int i = 0; i < ticks; ++i, ++tick) {
     const double t = 1e-3 * static_cast<double>(tick);
-    const PoseSample sample{tick * 1'000'000, {0.0, 0.02 - 0.05 * t, 0.0}, {1.0, 0.0, 0.0, 0.0}};
+    const HandPose sample{tick * 1'000'000, {0.0, 0.02 - 0.05 * t, 0.0}, {1.0, 0.0, 0.0, 0.0}};
     simulation.step(input_of(sample), *output);
     for (const double number : to_array(output->tools[0].F_H_W.f)) bits.push_back(number);
     for (const double number : to_array(output->tools[0].X_WG.p)) bits.push_back(number);

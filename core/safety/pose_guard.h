@@ -1,9 +1,11 @@
-// Looks at every sample of a device before anything computes with it: finite, a usable quaternion,
-// new, alive, not too fast. A bad or missing sample is bridged with the last good pose for at most
-// two ticks. Poses X_DH and twists V_DH_D in the device's base D. Also the displacement the
-// passivity observer integrates over: nothing is lost while a pose is held, the next good sample
-// has all of it. Samples that carry the time of their reading are set apart by at least the time in
-// which the device makes them. RT: yes, about 30 ns.
+// The one guard before anything computes with a pose: judges every sample of a device. It must be
+// finite, within reach, with a usable quaternion, new, alive and not too fast. A bad or missing
+// sample is bridged with the last good pose for at most two ticks. What is wrong is a cause of this
+// tick; that a fault latches is for the loop's state machine to see to (loop_state.h). Poses X_DH
+// and twists V_DH_D in the device's base D. Also the displacement the passivity observer integrates
+// over: nothing is lost while a pose is held, the next good sample has all of it. Samples that
+// carry the time of their reading are set apart by at least the time in which the device makes
+// them. RT: yes, about 30 ns.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +14,7 @@
 #include "core/math/realtime.h"
 #include "core/math/wrench.h"
 #include "core/tick/cause.h"
+#include "core/tick/device_sample.h"
 
 namespace hapticd {
 
@@ -21,23 +24,14 @@ inline constexpr int kHeldTicks = 2;
 /// |q| of a usable sample lies between these; it is then normalised.
 inline constexpr double kMinSampleQuaternionNorm = 0.5;
 inline constexpr double kMaxSampleQuaternionNorm = 2.0;
-/// Positions beyond this are garbage, not motion, m.
-inline constexpr double kMaxSamplePosition = 1e7;
-
-/// One sample as the device gave it, unchecked.
-struct WatchedSample {
-  bool fresh = false;         ///< a sample came; false: all else is ignored
-  std::int64_t t_ns = 0;      ///< time of the sample, or of its reading
-  std::uint64_t counter = 0;  ///< the device's own, must grow
-  Array3 p_DH{};
-  Array4 q_DH{1.0, 0.0, 0.0, 0.0};
-  bool has_velocity = false;  ///< the device measures its twist itself
-  Array3 v_DH_D{};
-  Array3 w_DH_D{};
-};
+/// Positions of a tool further than this from the origin of W are garbage, not motion, m.
+inline constexpr double kMaxPosition = 1e7;
 
 /// What to look for.
-struct InputLimits {
+struct GuardLimits {
+  /// Largest |p_DH| of a good sample, m: that for which the tool stays within kMaxPosition
+  /// (reach_of() of the workspace map).
+  double reach = kMaxPosition;
   double velocity_trip = 3.0;  ///< m/s; the profile's
   /// From one report of the device to the next, ns, where samples carry the time of their reading:
   /// a late tick and the next read two of them 0.1 ms apart that were made a whole report apart. 0:
@@ -59,15 +53,15 @@ struct InputLimits {
   double stuck_force = 0.2;  ///< N
 };
 
-/// For InputLimits::stale_ticks: a device that may be silent for ever.
+/// For GuardLimits::stale_ticks: a device that may be silent for ever.
 inline constexpr int kAnyTicks = 1 << 30;
 
 /// Two ticks, or as many as pass while two samples are missed by a device slower than the loop.
 /// Rates in Hz, > 0 and finite; a rate that is not counts as equal.
 [[nodiscard]] HD_REALTIME int bridged_ticks(double device_rate, double tick_rate) noexcept;
 
-/// Kept between ticks.
-struct InputWatch {
+/// Kept from tick to tick.
+struct PoseGuard {
   Pose X_DH;              ///< last good pose, unit quaternion
   Twist V_DH_D;           ///< its velocity; kept while a pose is held
   std::int64_t t_ns = 0;  ///< when it was made, at most two report intervals after it was read
@@ -81,8 +75,12 @@ struct InputWatch {
   std::uint64_t held_total = 0;     ///< ticks bridged
 };
 
+/// True when the pose of a state, which may come from a file, is one that judge() could have kept.
+[[nodiscard]] bool usable(const PoseGuard& guard) noexcept;
+
 /// What the tick works with.
-struct WatchedInput {
+struct JudgedPose {
+  std::int64_t t_ns = 0;       ///< when it was made: PoseGuard::t_ns
   Pose X_DH;                   ///< good or held
   Twist V_DH_D;                ///< m/s, rad/s; by the device, else by difference of samples
   Twist displacement_D;        ///< since the tick before, m and rad (a rotation vector); zero while
@@ -94,8 +92,10 @@ struct WatchedInput {
                                ///< in this tick; see latches()
 };
 
-/// Judges `sample` of one tick. `force_written` is |f| of the last wrench written, N.
-[[nodiscard]] HD_REALTIME WatchedInput watch(const WatchedSample& sample, double force_written,
-                                             const InputLimits& limits, InputWatch& state) noexcept;
+/// Judges the sample of one tick, where it is; null when none came. `force_written` is |f| of the
+/// last wrench written, N. A pose that is held and has gone out of reach, because the map has
+/// changed, is forgotten: kNotFinite, and none is usable until a good sample comes.
+[[nodiscard]] HD_REALTIME JudgedPose judge(const DeviceSample* sample, double force_written,
+                                           const GuardLimits& limits, PoseGuard& guard) noexcept;
 
 }  // namespace hapticd
