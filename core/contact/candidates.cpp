@@ -25,8 +25,8 @@ constexpr double kNearSkins = 8.0;
 /// Where the work that is left would not do for a linearisation with all pairs, leaves out the
 /// farthest, as a query does that finds more than its capacity: the step gets shorter, no force
 /// changes.
-void leave_out_far(const OptimiserInput& input, const OptimiserState& state,
-                   const OptimiserResult& result, OptimiserWorkspace& w) noexcept {
+void leave_out_far(const ContactInput& input, const ContactState& state,
+                   const ContactResult& result, OptimiserWorkspace& w) noexcept {
   auto& contacts = w.contacts.contacts;
   const auto count = static_cast<std::int64_t>(contacts.size());
   const std::int64_t left = input.work_budget - tick_work(result) - kSubStepWork -
@@ -50,10 +50,10 @@ void leave_out_far(const OptimiserInput& input, const OptimiserState& state,
 /// How far the next query looks: at first in a tick as far as the tool may soon come; one that
 /// comes to the edge of that slips, and looks at all. What is farther bears no force yet, and no
 /// step goes there before it has been looked at.
-double margin_for(const OptimiserInput& input, const OptimiserState& state,
+double margin_for(const ContactInput& input, const ContactState& state,
                   const OptimiserWorkspace& w) noexcept {
   const double most = input.options.margin;
-  if (state.way > 0.0) return most;
+  if (state.travel > 0.0) return most;
   const double least = std::max(kMinMarginShare * most, kNearSkins * input.options.skin);
   return std::min(std::max(kMarginWays * w.pace, least), most);
 }
@@ -69,13 +69,13 @@ bool must_look_anew(const OptimiserWorkspace& w) noexcept {
 
 }  // namespace
 
-void find_candidates(const OptimiserInput& input, const OptimiserState& state, double reach_wanted,
-                     OptimiserWorkspace& w, OptimiserResult& result) noexcept {
+void find_candidates(const ContactInput& input, const ContactState& state, double reach_wanted,
+                     OptimiserWorkspace& w, ContactResult& result) noexcept {
   const QueryOptions options{.margin = margin_for(input, state, w),
                              .horizon = input.options.margin + reach_wanted,
                              .tool_level = w.leaves ? kLeafLevel : state.tool_level,
                              .body_level = w.leaves ? kLeafLevel : state.body_level};
-  const BentObstacles bent(input.obstacles, state.holds);
+  const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
   find_contacts(input.tool, state.X_WG, bent.view(), options, w.contacts, shape.view());
   ++result.queries;
@@ -87,15 +87,14 @@ void find_candidates(const OptimiserInput& input, const OptimiserState& state, d
   w.full_step = false;
 }
 
-void refresh_candidates(const OptimiserInput& input, const OptimiserState& state,
-                        double reach_wanted, OptimiserWorkspace& w,
-                        OptimiserResult& result) noexcept {
+void refresh_candidates(const ContactInput& input, const ContactState& state, double reach_wanted,
+                        OptimiserWorkspace& w, ContactResult& result) noexcept {
   if (!w.stale) return;
   if (must_look_anew(w)) {
     find_candidates(input, state, reach_wanted, w, result);
     return;
   }
-  const BentObstacles bent(input.obstacles, state.holds);
+  const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
   evaluate_contacts(input.tool, state.X_WG, bent.view(), w.contacts, shape.view());
   w.contacts.minimum_gap = std::min(w.contacts.minimum_gap, room_left(w));

@@ -3,7 +3,7 @@
 // farther bears no force yet, and no step goes there before it has been looked at. RT: yes.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 #include "core/math/realtime.h"
 
 namespace hapticd {
@@ -11,15 +11,15 @@ namespace hapticd {
 /// Fills `workspace.contacts` with the pairs around `state.X_WG`, with the bounds of coarse levels
 /// unless `workspace.leaves`; `reach_wanted` (m): how far the tool would go if nothing was in its
 /// way. A short work budget leaves the farthest out.
-HD_REALTIME void find_candidates(const OptimiserInput& input, const OptimiserState& state,
+HD_REALTIME void find_candidates(const ContactInput& input, const ContactState& state,
                                  double reach_wanted, OptimiserWorkspace& workspace,
-                                 OptimiserResult& result) noexcept;
+                                 ContactResult& result) noexcept;
 
 /// The contacts at the pose just committed: the same pairs afresh, or a new traversal once the tool
 /// has moved out of their range; nothing where they are of this pose.
-HD_REALTIME void refresh_candidates(const OptimiserInput& input, const OptimiserState& state,
+HD_REALTIME void refresh_candidates(const ContactInput& input, const ContactState& state,
                                     double reach_wanted, OptimiserWorkspace& workspace,
-                                    OptimiserResult& result) noexcept;
+                                    ContactResult& result) noexcept;
 
 /// Tests that the next linearisation begins with, as many as the last traversal took, where it has
 /// to look around anew; otherwise 0.

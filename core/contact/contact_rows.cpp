@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "core/collision/primitive_gap.h"
-#include "core/contact/hold_model.h"
 #include "core/contact/local_model.h"
 #include "core/contact/model_coordinates.h"
 #include "core/contact/step_admission.h"
+#include "core/contact/string_block.h"
 #include "core/contact/string_rows.h"
 #include "core/contact/tick_work.h"
 
@@ -32,8 +32,8 @@ constexpr double kCentringShare = 0.25;
 
 /// What the rows of one linearisation are made from.
 struct RowContext {
-  const OptimiserInput& input;
-  const OptimiserState& state;
+  const ContactInput& input;
+  const ContactState& state;
   const OptimiserWorkspace& w;
   double centring_room;  ///< see string_motion, m
   bool regain;           ///< rows ask back what their gaps lack of the skin
@@ -41,7 +41,7 @@ struct RowContext {
 
 /// True where no held string and no soft part has a share in the contact: the tool alone moves it.
 bool tool_alone(const RowContext& context, const Contact& contact) noexcept {
-  return context.state.parts.empty() && find_hold(context.state.holds, contact.key) < 0;
+  return context.state.parts.empty() && find_touched(context.state.touched, contact.key) < 0;
 }
 
 /// What a row asks of the tool, and its right-hand side.
@@ -225,7 +225,7 @@ double violation(const ContactRow& row, const std::array<double, kMaxQpUnknowns>
 /// The step of the configuration that the unknowns mean.
 ConfigurationStep step_of(const RowContext& context,
                           const std::array<double, kMaxQpUnknowns>& y) noexcept {
-  const OptimiserState& state = context.state;
+  const ContactState& state = context.state;
   ConfigurationStep step;
   step.tool = {{y[0], y[1], y[2]}, {y[3], y[4], y[5]}};
   if (!state.parts.empty()) {
@@ -239,23 +239,23 @@ ConfigurationStep step_of(const RowContext& context,
       step.parts[k] = {dv_W, rotate(R_GW, dv_W)};
     }
   }
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const HoldModel& hold = context.w.models[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const StringBlock& hold = context.w.models[k];
     if (hold.unknown < 0) {
       step.strings[k] = {Vector3::Zero(), 0.0, 0.0};
       continue;
     }
     const auto u = static_cast<std::size_t>(hold.unknown);
     const Vector3 du_W = y[u] * hold.radial_W + y[u + 1] * hold.tangential_W;
-    step.strings[k] = string_motion(hold, state.holds[k].bend, step, du_W, context.centring_room);
+    step.strings[k] = string_motion(hold, state.touched[k].bend, step, du_W, context.centring_room);
   }
   return step;
 }
 
 /// Rows that may still come in, one at least. Where the strings are eliminated each costs an
 /// iteration, and those are dear: no more than the budget has left beside the next program.
-std::size_t affordable_rows(const OptimiserInput& input, const OptimiserWorkspace& w,
-                            const OptimiserResult& result) noexcept {
+std::size_t affordable_rows(const ContactInput& input, const OptimiserWorkspace& w,
+                            const ContactResult& result) noexcept {
   const auto strings = static_cast<std::int64_t>(w.model.eliminated().size());
   if (input.work_budget <= 0 || strings == 0) return kMaxQpRows;
   const std::int64_t program = kStringPairWork * strings * strings;
@@ -268,10 +268,10 @@ std::size_t affordable_rows(const OptimiserInput& input, const OptimiserWorkspac
 /// of the step that all hold. Keeping the active rows makes the optimum grow with every exchange,
 /// so the rounds cannot cycle.
 double exchange_rows(const RowContext& context, const std::array<double, kMaxQpUnknowns>& y,
-                     OptimiserWorkspace& w, OptimiserResult& result) noexcept {
-  const OptimiserInput& input = context.input;
+                     OptimiserWorkspace& w, ContactResult& result) noexcept {
+  const ContactInput& input = context.input;
   const double tolerance = kRowTolerancePerMargin * input.options.margin;
-  const ToolStep& tool = w.step.tool;
+  const ToolMotion& tool = w.step.tool;
   // A contact's point goes no farther than the bound, nor does what its string slides and yields.
   const double far = input.options.skin + 2.0 * step_bound(input, context.state, w.step);
   double fraction = 1.0;
@@ -311,7 +311,7 @@ double exchange_rows(const RowContext& context, const std::array<double, kMaxQpU
 /// Solves the program with few rows, exchanging them until all contacts hold. Returns the fraction
 /// of the step that all hold.
 double solve_rows(const RowContext& context, OptimiserWorkspace& w,
-                  OptimiserResult& result) noexcept {
+                  ContactResult& result) noexcept {
   const LocalModel& model = w.model;
   QpWarmStart warm = first_rows(choose_rows(context, w));
   fill_rows(context, model, w.problem);
@@ -349,7 +349,7 @@ double solve_rows(const RowContext& context, OptimiserWorkspace& w,
 
 }  // namespace
 
-ContactRow contact_row(const OptimiserInput& input, const OptimiserState& state,
+ContactRow contact_row(const ContactInput& input, const ContactState& state,
                        const OptimiserWorkspace& w, const Contact& contact) noexcept {
   const GapGradient gradient = gap_gradient(state, w.models, contact);
   ContactRow row;
@@ -357,9 +357,9 @@ ContactRow contact_row(const OptimiserInput& input, const OptimiserState& state,
   row.angular = gradient.angular;
   row.bound = input.options.skin - contact.gap;
   if (gradient.hold >= 0) {
-    const HoldModel& hold = w.models[static_cast<std::size_t>(gradient.hold)];
+    const StringBlock& hold = w.models[static_cast<std::size_t>(gradient.hold)];
     if (hold.unknown >= 0) {
-      const StringBend& bend = state.holds[static_cast<std::size_t>(gradient.hold)].bend;
+      const StringBend& bend = state.touched[static_cast<std::size_t>(gradient.hold)].bend;
       const double share = deflection_share(bend, contact.lambda);
       row.unknown = hold.unknown;
       row.radial = -share * contact.nhat_OG_W.dot(hold.radial_W);
@@ -377,16 +377,17 @@ ContactRow contact_row(const OptimiserInput& input, const OptimiserState& state,
   return row;
 }
 
-double solve_linearisation(const OptimiserInput& input, const OptimiserState& state,
-                           const ToolStep& e, OptimiserWorkspace& w,
-                           OptimiserResult& result) noexcept {
+double solve_linearisation(const ContactInput& input, const ContactState& state,
+                           const PoseError& error_GH, OptimiserWorkspace& w,
+                           ContactResult& result) noexcept {
   int unknowns = kToolDof;
   if (!state.parts.empty()) {
     unknowns = model_parts(input.parts, rotation_matrix(state.X_WG.q), input.stiffness.kt, input.dt,
                            state.parts, unknowns, w.parts);
   }
-  if (!state.holds.empty()) unknowns = model_holds(input, w.contacts, state, unknowns, w.models);
-  build_local_model(input, state, e, w.models, w.parts, unknowns, w.model);
+  if (!state.touched.empty())
+    unknowns = model_strings(input, w.contacts, state, unknowns, w.models);
+  build_local_model(input, state, error_GH, w.models, w.parts, unknowns, w.model);
   set_objective(w.model, w.problem);
   // Once a tick: where the centre is depends on what the tool does next.
   const double centring_room = result.sub_steps == 1 ? kCentringShare * input.options.skin : 0.0;

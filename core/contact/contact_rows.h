@@ -6,7 +6,7 @@
 // rows are exchanged until no pair left out is violated. RT: yes.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 
 namespace hapticd {
 
@@ -30,8 +30,8 @@ struct ContactRow {
 };
 
 /// The row of `contact`, whose strings and soft parts are modelled in the workspace.
-[[nodiscard]] HD_REALTIME ContactRow contact_row(const OptimiserInput& input,
-                                                 const OptimiserState& state,
+[[nodiscard]] HD_REALTIME ContactRow contact_row(const ContactInput& input,
+                                                 const ContactState& state,
                                                  const OptimiserWorkspace& workspace,
                                                  const Contact& contact) noexcept;
 
@@ -42,9 +42,10 @@ inline constexpr int kMaxExchangeRounds = 8;
 /// the workspace; the solution's rows are named by workspace.contact_of_row. Returns the fraction
 /// of the solution that satisfies every row, those left out included (1 normally; 0 when the solver
 /// failed).
-[[nodiscard]] HD_REALTIME double solve_linearisation(const OptimiserInput& input,
-                                                     const OptimiserState& state, const ToolStep& e,
+[[nodiscard]] HD_REALTIME double solve_linearisation(const ContactInput& input,
+                                                     const ContactState& state,
+                                                     const PoseError& error_GH,
                                                      OptimiserWorkspace& workspace,
-                                                     OptimiserResult& result) noexcept;
+                                                     ContactResult& result) noexcept;
 
 }  // namespace hapticd

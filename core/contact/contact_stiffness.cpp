@@ -16,7 +16,7 @@ using Unknowns = std::array<double, kMaxQpUnknowns>;
 constexpr double kDependent = 1e-6;
 
 /// W^-1/2 of all unknowns.
-Unknowns inverse_roots(const OptimiserInput& input, const OptimiserState& state,
+Unknowns inverse_roots(const ContactInput& input, const ContactState& state,
                        const OptimiserWorkspace& w) noexcept {
   Unknowns root{};
   const double along = 1.0 / std::sqrt(input.stiffness.kt);
@@ -25,15 +25,15 @@ Unknowns inverse_roots(const OptimiserInput& input, const OptimiserState& state,
     root[i] = along;
     root[i + 3] = about;
   }
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const HoldModel& model = w.models[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const StringBlock& model = w.models[k];
     if (model.unknown < 0) continue;
     const auto u = static_cast<std::size_t>(model.unknown);
     root[u] = 1.0 / std::sqrt(model.radial_stiffness);
     root[u + 1] = 1.0 / std::sqrt(model.tangential_stiffness);
   }
   for (std::size_t k = 0; k < state.parts.size(); ++k) {
-    const PartModel& model = w.parts[k];
+    const PartBlock& model = w.parts[k];
     if (model.unknown < 0) continue;
     const auto v = static_cast<std::size_t>(model.unknown);
     root[v] = root[v + 1] = root[v + 2] = 1.0 / std::sqrt(model.stiffness);
@@ -91,9 +91,9 @@ struct Span {
 
 }  // namespace
 
-ContactStiffness contact_stiffness(const OptimiserInput& input, const OptimiserState& state,
+ContactStiffness contact_stiffness(const ContactInput& input, const ContactState& state,
                                    const OptimiserWorkspace& w,
-                                   const OptimiserResult& result) noexcept {
+                                   const ContactResult& result) noexcept {
   ContactStiffness stiffness;
   if (result.active_count == 0) return stiffness;
   const auto unknowns = static_cast<std::size_t>(w.problem.unknowns);

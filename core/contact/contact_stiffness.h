@@ -6,7 +6,7 @@
 // friction is left out. Frames: W; about the origin of G. RT: yes, about 0.1 us per pair.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 
 namespace hapticd {
 
@@ -18,8 +18,9 @@ struct ContactStiffness {
 };
 
 /// K of the tick just done; zero where nothing bears force.
-[[nodiscard]] HD_REALTIME ContactStiffness
-contact_stiffness(const OptimiserInput& input, const OptimiserState& state,
-                  const OptimiserWorkspace& workspace, const OptimiserResult& result) noexcept;
+[[nodiscard]] HD_REALTIME ContactStiffness contact_stiffness(const ContactInput& input,
+                                                             const ContactState& state,
+                                                             const OptimiserWorkspace& workspace,
+                                                             const ContactResult& result) noexcept;
 
 }  // namespace hapticd

@@ -12,8 +12,8 @@ namespace {
 
 /// What the present linearisation knows of strings and soft parts.
 struct Models {
-  const HoldModels& holds;
-  const PartModels& parts;
+  const StringBlocks& holds;
+  const PartBlocks& parts;
 };
 
 /// How a point of the tool moves against a string or body: columns of the Jacobian of [dp; dtheta;
@@ -27,7 +27,7 @@ struct PointJacobian {
 };
 
 /// Lets the part move the point by `share` of its motion; parts in order, before strings.
-void add_part(const PartModel& part, double share, PointJacobian& J) noexcept {
+void add_part(const PartBlock& part, double share, PointJacobian& J) noexcept {
   if (part.unknown < 0 || share == 0.0) return;
   for (std::size_t k = 0; k < 3; ++k) {
     J.column[J.count] = Vector3::Zero();
@@ -38,7 +38,7 @@ void add_part(const PartModel& part, double share, PointJacobian& J) noexcept {
 }
 
 /// Lets the string move against the point by `share` of its deflection.
-void add_string(const HoldModel& hold, double share, PointJacobian& J) noexcept {
+void add_string(const StringBlock& hold, double share, PointJacobian& J) noexcept {
   if (hold.unknown < 0) return;
   const auto first = static_cast<std::size_t>(hold.unknown);
   J.column[J.count] = -share * hold.radial_W;
@@ -76,7 +76,7 @@ struct RoundContact {
   Matrix3 round;
 };
 
-RoundContact round_contact(const OptimiserInput& input, const ObstaclesView& obstacles,
+RoundContact round_contact(const ContactInput& input, const ObstaclesView& obstacles,
                            const ContactKey& key, const Contact& contact, double r) noexcept {
   RoundContact out;
   const Vector3& n = contact.nhat_OG_W;
@@ -97,7 +97,7 @@ RoundContact round_contact(const OptimiserInput& input, const ObstaclesView& obs
 }
 
 /// A soft part turns with the tool: H -= the Hessian of f . dtheta x dv.
-void subtract_turning(const PartModel& part, const Vector3& f, ArrowMatrix& H) noexcept {
+void subtract_turning(const PartBlock& part, const Vector3& f, ArrowMatrix& H) noexcept {
   const auto v = static_cast<std::size_t>(part.unknown);
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
@@ -108,8 +108,8 @@ void subtract_turning(const PartModel& part, const Vector3& f, ArrowMatrix& H) n
 }
 
 /// H -= multiplier times the Hessian of the signed distance of one pair.
-void subtract_curvature(const OptimiserInput& input, const ObstaclesView& obstacles,
-                        const OptimiserState& state, const Models& models, const ToolShape& shape,
+void subtract_curvature(const ContactInput& input, const ObstaclesView& obstacles,
+                        const ContactState& state, const Models& models, const ToolShape& shape,
                         const ActivePair& pair, ArrowMatrix& H) noexcept {
   const Contact contact =
       evaluate_contact(pair.key, input.tool, state.X_WG, obstacles, shape.view());
@@ -120,11 +120,11 @@ void subtract_curvature(const OptimiserInput& input, const ObstaclesView& obstac
   const Vector3 a = contact.p_WC + r * n - state.X_WG.p;
   PointJacobian J = point_jacobian(a);
   const int p = find_part(input.parts, state.parts, pair.key.tool_sphere);
-  const PartModel* part = p >= 0 ? &models.parts[static_cast<std::size_t>(p)] : nullptr;
+  const PartBlock* part = p >= 0 ? &models.parts[static_cast<std::size_t>(p)] : nullptr;
   if (part != nullptr) add_part(*part, 1.0, J);
-  if (const int h = find_hold(state.holds, pair.key); h >= 0) {
+  if (const int h = find_touched(state.touched, pair.key); h >= 0) {
     const auto k = static_cast<std::size_t>(h);
-    add_string(models.holds[k], deflection_share(state.holds[k].bend, contact.lambda), J);
+    add_string(models.holds[k], deflection_share(state.touched[k].bend, contact.lambda), J);
   }
   // The centre moves by dp - [a] dtheta + dv - share du; where the obstacle is round that costs
   // |v|^2 / (2 distance).
@@ -153,17 +153,17 @@ Matrix3 rotation_hessian(const Vector3& phi) noexcept {
 }
 
 /// Downhill gradient, stiffness and friction of the held strings.
-void add_holds(const OptimiserState& state, const Models& models, ArrowMatrix& H,
+void add_holds(const ContactState& state, const Models& models, ArrowMatrix& H,
                std::array<double, kMaxQpUnknowns>& downhill) noexcept {
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const HoldModel& hold = models.holds[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const StringBlock& hold = models.holds[k];
     if (hold.unknown >= 0) {
       const auto first = static_cast<std::size_t>(hold.unknown);
       downhill[first] = -hold.force;
       downhill[first + 1] = 0.0;
     }
     if (hold.lateral_force == 0.0 && hold.slip_stiffness == 0.0) continue;
-    const StringBend& bend = state.holds[k].bend;
+    const StringBend& bend = state.touched[k].bend;
     const double share = hold.unknown < 0 ? 0.0 : deflection_share(bend, hold.lambda);
     PointJacobian J = point_jacobian(hold.p_GC_W);
     for (std::size_t p = 0; p < hold.parts; ++p) add_part(models.parts[p], hold.part_share[p], J);
@@ -181,16 +181,16 @@ void add_holds(const OptimiserState& state, const Models& models, ArrowMatrix& H
 
 /// Units in which G and K are the identity, and the downhill gradient of what lies along one
 /// unknown alone: of the coupling and of the soft parts.
-void measure(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
+void measure(const ContactInput& input, const ContactState& state, const PoseError& error_GH,
              const Models& models, std::array<double, kMaxQpUnknowns>& inverse_root,
              std::array<double, kMaxQpUnknowns>& downhill) noexcept {
   for (std::size_t k = 0; k < 3; ++k) {
     inverse_root[k] = 1.0 / std::sqrt(input.stiffness.kt);
     inverse_root[k + 3] = 1.0 / std::sqrt(input.stiffness.kr());
-    downhill[k] = input.stiffness.kt * e.dp[static_cast<Eigen::Index>(k)];
-    downhill[k + 3] = input.stiffness.kr() * e.dtheta[static_cast<Eigen::Index>(k)];
+    downhill[k] = input.stiffness.kt * error_GH.dp[static_cast<Eigen::Index>(k)];
+    downhill[k + 3] = input.stiffness.kr() * error_GH.dtheta[static_cast<Eigen::Index>(k)];
   }
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
     if (models.holds[k].unknown < 0) continue;
     const auto first = static_cast<std::size_t>(models.holds[k].unknown);
     inverse_root[first] = 1.0 / std::sqrt(models.holds[k].radial_stiffness);
@@ -207,9 +207,9 @@ void measure(const OptimiserInput& input, const OptimiserState& state, const Too
 }
 
 /// Unknowns that stay in one matrix: all, or where too many strings yield those before theirs.
-std::size_t core_unknowns(const OptimiserState& state, std::size_t unknowns) noexcept {
+std::size_t core_unknowns(const ContactState& state, std::size_t unknowns) noexcept {
   std::size_t yielding = 0;
-  for (const StringHold& hold : state.holds) yielding += hold.yields ? 1 : 0;
+  for (const TouchedString& hold : state.touched) yielding += hold.yields ? 1 : 0;
   return yielding > kMaxDenseStrings ? unknowns - 2 * yielding : unknowns;
 }
 
@@ -238,24 +238,24 @@ void find_target(std::array<double, kMaxQpUnknowns>& downhill, LocalModel& model
 
 }  // namespace
 
-void build_local_model(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
-                       const HoldModels& models, const PartModels& parts, int unknowns,
-                       LocalModel& model) noexcept {
+void build_local_model(const ContactInput& input, const ContactState& state,
+                       const PoseError& error_GH, const StringBlocks& models,
+                       const PartBlocks& parts, int unknowns, LocalModel& model) noexcept {
   const auto n = static_cast<std::size_t>(unknowns);
   std::array<double, kMaxQpUnknowns> inverse_root;
   std::array<double, kMaxQpUnknowns> downhill;
-  measure(input, state, e, {models, parts}, inverse_root, downhill);
+  measure(input, state, error_GH, {models, parts}, inverse_root, downhill);
 
   ArrowMatrix H(core_unknowns(state, n), n);
   const Models yielding{models, parts};
-  const BentObstacles bent(input.obstacles, state.holds);
+  const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
   for (int k = 0; k < state.active_count; ++k) {
     subtract_curvature(input, bent.view(), state, yielding, shape,
                        state.active[static_cast<std::size_t>(k)], H);
   }
   add_holds(state, yielding, H, downhill);
-  const Matrix3 rotation = rotation_hessian(e.dtheta);
+  const Matrix3 rotation = rotation_hessian(error_GH.dtheta);
   H.scale(inverse_root);
   for (std::size_t i = 0; i < H.core.size; ++i) H(i, i) += i >= 3 && i < 6 ? 0.0 : 1.0;
   for (Eigen::Index i = 0; i < 3; ++i) {

@@ -10,7 +10,7 @@
 // steps [dp; dtheta] about the origin of G. RT: yes, about 0.3 us with contacts.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 
 namespace hapticd {
 
@@ -21,9 +21,9 @@ inline constexpr double kMinStiffnessShare = 0.02;
 /// Model at `state` with error `e`, the pairs in state.active and their multipliers, and the
 /// strings held as `models` of `unknowns` say, the soft parts as `parts`. The contacts of the
 /// workspace must be up to date.
-HD_REALTIME void build_local_model(const OptimiserInput& input, const OptimiserState& state,
-                                   const ToolStep& e, const HoldModels& models,
-                                   const PartModels& parts, int unknowns,
+HD_REALTIME void build_local_model(const ContactInput& input, const ContactState& state,
+                                   const PoseError& error_GH, const StringBlocks& models,
+                                   const PartBlocks& parts, int unknowns,
                                    LocalModel& model) noexcept;
 
 }  // namespace hapticd

@@ -2,7 +2,7 @@
 // back: the rows and the solution of the program. RT: yes.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 
 namespace hapticd {
 

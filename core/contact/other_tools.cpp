@@ -22,7 +22,7 @@ bool may_meet(const OtherTool& other, const Capsule& straight_W, const StringBen
   for (const std::int32_t leg : {0, 1}) {
     const Capsule axis = leg_of(straight_W, bend, leg).capsule_W;
     if (closest_point_on_segment(axis.p_A, axis.p_B, other.X_WG.p).distance <=
-        room + kBystanderClearance)
+        room + kOtherToolClearance)
       return true;
   }
   return false;
@@ -42,7 +42,7 @@ double places_of(const OtherTool& other, const ContactSet& pairs, double radius,
 bool clear_of(const OtherTool& other, ContactSet& pairs, const Capsule& straight_W,
               const StringBend& bend, const StringMotion& motion, double way) noexcept {
   if (!may_meet(other, straight_W, bend, way)) return true;
-  const double margin = way + kBystanderClearance;
+  const double margin = way + kOtherToolClearance;
   StringBend alone = bend;
   alone.capsule = 0;
   const std::span<const Capsule> capsules(&straight_W, 1);
@@ -61,7 +61,7 @@ bool clear_of(const OtherTool& other, ContactSet& pairs, const Capsule& straight
       const double gap = evaluate_contact(pair.key, other.tool, other.X_WG,
                                           {capsules, {}, {&there, 1}}, shape.view())
                              .gap;
-      if (gap < std::min(pair.gap, kBystanderClearance)) return false;
+      if (gap < std::min(pair.gap, kOtherToolClearance)) return false;
     }
   }
   return true;
@@ -69,8 +69,8 @@ bool clear_of(const OtherTool& other, ContactSet& pairs, const Capsule& straight
 
 }  // namespace
 
-bool clear_of_bystanders(const OtherTools& others, const Capsule& straight_W,
-                         const StringBend& bend, const StringMotion& motion) noexcept {
+bool clear_of_other_tools(const OtherTools& others, const Capsule& straight_W,
+                          const StringBend& bend, const StringMotion& motion) noexcept {
   if (others.tools.empty()) return true;
   const double length = (straight_W.p_B - straight_W.p_A).norm();
   const double way = displacement_bound(motion, length);

@@ -20,7 +20,7 @@ constexpr double kMinPush = 1e-9;
 
 /// Shortest translation that clears every penetrated pair to first order and keeps the others;
 /// false when there is none.
-bool program_direction(const OptimiserInput& input, OptimiserWorkspace& w, Vector3& dp) noexcept {
+bool program_direction(const ContactInput& input, OptimiserWorkspace& w, Vector3& dp) noexcept {
   w.problem.unknowns = 3;
   w.problem.rows = 0;
   w.problem.weight.fill(1.0);
@@ -72,17 +72,17 @@ double open_length(const ContactSet& set, const Vector3& way, double limit, doub
 
 /// Commits the translation, cut to the recovery speed and to open gaps, when it enlarges the
 /// minimum gap.
-bool push(const OptimiserInput& input, const Vector3& dp, OptimiserState& state,
-          OptimiserWorkspace& w, OptimiserResult& result) noexcept {
+bool push(const ContactInput& input, const Vector3& dp, ContactState& state, OptimiserWorkspace& w,
+          ContactResult& result) noexcept {
   const double wanted = dp.norm();
   if (!(wanted > 0.0)) return false;
   const Vector3 way = dp / wanted;
   const double limit = std::min(wanted, input.options.recovery_speed * input.dt);
   const double length = open_length(w.contacts, way, limit, input.options.skin);
   if (length < kMinPush) return false;
-  const ToolStep step{way * length, Vector3::Zero()};
+  const ToolMotion step{way * length, Vector3::Zero()};
   const Pose X_new = moved(state.X_WG, step);
-  const BentObstacles bent(input.obstacles, state.holds);
+  const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
   const double gap = minimum_gap_of(w.contacts, input.tool, X_new, bent.view(), shape.view());
   if (!(gap > w.contacts.minimum_gap)) return false;
@@ -93,9 +93,9 @@ bool push(const OptimiserInput& input, const Vector3& dp, OptimiserState& state,
 
 }  // namespace
 
-void recover(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
-             OptimiserResult& result) noexcept {
-  result.status = OptimiserStatus::kRecovering;
+void recover(const ContactInput& input, ContactState& state, OptimiserWorkspace& w,
+             ContactResult& result) noexcept {
+  result.status = ContactStatus::kRecovering;
   result.sub_steps = 1;
   const double skin = input.options.skin;
   Vector3 dp;
@@ -106,10 +106,10 @@ void recover(const OptimiserInput& input, OptimiserState& state, OptimiserWorksp
       !push(input, deepest_direction(w.contacts, false, skin), state, w, result)) {
     static_cast<void>(push(input, deepest_direction(w.contacts, true, skin), state, w, result));
   }
-  const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
-  state.phi_GH_W = e.dtheta;
+  const PoseError error_GH = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
+  state.phi_GH_W = error_GH.dtheta;
   state.active_count = 0;
-  state.F_H_W = {input.stiffness.kt * -e.dp, input.stiffness.kr() * -e.dtheta};
+  state.F_H_W = {input.stiffness.kt * -error_GH.dp, input.stiffness.kr() * -error_GH.dtheta};
   result.F_H_W = state.F_H_W;
 }
 

@@ -90,11 +90,11 @@ void update_parts(const ToolParts& tool, const ContactSet& contacts, double near
 }
 
 int model_parts(const ToolParts& tool, const Matrix3& R_WG, double kt, double dt,
-                const SoftParts& soft, int unknowns, PartModels& models) noexcept {
+                const SoftParts& soft, int unknowns, PartBlocks& models) noexcept {
   for (std::size_t k = 0; k < soft.size(); ++k) {
-    PartModel& model = models[k];
+    PartBlock& model = models[k];
     const PartLaw law = part_law(tool, dt, soft[k]);
-    model = PartModel{};
+    model = PartBlock{};
     if (!(law.stiffness <= kImmovable * kt)) continue;
     model.unknown = unknowns;
     unknowns += 3;

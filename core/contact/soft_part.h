@@ -67,14 +67,14 @@ using SoftParts = FixedVector<SoftPart, kMaxSoftParts>;
 inline constexpr double kVanishing = 1e-9;
 
 /// A soft part in the program of one linearisation.
-struct PartModel {
+struct PartBlock {
   int unknown = -1;               ///< of the first of three, in the axes of W; -1: does not move
   double stiffness = 0.0;         ///< K, N/m
   Vector3 off_G{0.0, 0.0, 0.0};   ///< v - v*, m
   Vector3 pull_W{0.0, 0.0, 0.0};  ///< on the part, from spring and damper: -K (v - v*), N
 };
 
-using PartModels = std::array<PartModel, kMaxSoftParts>;
+using PartBlocks = std::array<PartBlock, kMaxSoftParts>;
 
 /// A part's motion in a step, in the axes of W and of G, m.
 struct PartMotion {
@@ -110,7 +110,7 @@ HD_REALTIME void update_parts(const ToolParts& tool, const ContactSet& contacts,
 /// first unknown is number `unknowns`. Returns that of the next.
 [[nodiscard]] HD_REALTIME int model_parts(const ToolParts& tool, const Matrix3& R_WG, double kt,
                                           double dt, const SoftParts& soft, int unknowns,
-                                          PartModels& models) noexcept;
+                                          PartBlocks& models) noexcept;
 
 /// Where part number `k` of `soft` goes when nothing touches it: to v*, or to rest when that is
 /// vanishingly near.
@@ -118,7 +118,7 @@ HD_REALTIME void update_parts(const ToolParts& tool, const ContactSet& contacts,
                                                     const SoftPart& soft) noexcept;
 
 /// What U gains over `motion`, J.
-[[nodiscard]] inline double part_energy_gain(const PartModel& model,
+[[nodiscard]] inline double part_energy_gain(const PartBlock& model,
                                              const PartMotion& motion) noexcept {
   return model.stiffness * motion.dv_G.dot(model.off_G + 0.5 * motion.dv_G);
 }

@@ -5,14 +5,14 @@
 #include <cmath>
 
 #include "core/collision/primitive_gap.h"
-#include "core/contact/hold_model.h"
+#include "core/contact/string_block.h"
 
 namespace hapticd {
 namespace {
 
 /// True where friction or lateral force may act on the tool.
-bool pulled_aside(const OptimiserInput& input, const OptimiserState& state) noexcept {
-  for (const StringHold& hold : state.holds) {
+bool pulled_aside(const ContactInput& input, const ContactState& state) noexcept {
+  for (const TouchedString& hold : state.touched) {
     const auto string = static_cast<std::size_t>(hold.bend.capsule);
     if (input.instrument.lateral_force && hold.yields) return true;
     if (input.instrument.friction && input.strings[string].friction_coefficient > 0.0) return true;
@@ -22,8 +22,8 @@ bool pulled_aside(const OptimiserInput& input, const OptimiserState& state) noex
 
 }  // namespace
 
-bool is_stationary(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
-                   OptimiserWorkspace& w, const OptimiserResult& result, Wrench& F_H_W) noexcept {
+bool is_stationary(const ContactInput& input, const ContactState& state, const PoseError& error_GH,
+                   OptimiserWorkspace& w, const ContactResult& result, Wrench& F_H_W) noexcept {
   if (result.active_count == 0 || pulled_aside(input, state)) return false;
   const double tolerance = kSettledShare * input.options.stop_tolerance;
   int unknowns = kToolDof;
@@ -31,12 +31,12 @@ bool is_stationary(const OptimiserInput& input, const OptimiserState& state, con
     unknowns = model_parts(input.parts, rotation_matrix(state.X_WG.q), input.stiffness.kt, input.dt,
                            state.parts, unknowns, w.parts);
   }
-  if (!state.holds.empty()) {
-    static_cast<void>(model_holds(input, w.contacts, state, unknowns, w.models));
+  if (!state.touched.empty()) {
+    static_cast<void>(model_strings(input, w.contacts, state, unknowns, w.models));
   }
   F_H_W = Wrench{};
   std::array<Vector3, kMaxDeflectingStrings> pulled;
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
     pulled[k] = -w.models[k].force * w.models[k].radial_W;
   }
   std::array<Vector3, kMaxSoftParts> pushed;
@@ -58,18 +58,18 @@ bool is_stationary(const OptimiserInput& input, const OptimiserState& state, con
     }
     if (gradient.hold < 0) continue;
     const auto s = static_cast<std::size_t>(gradient.hold);
-    const StringBend& bend = state.holds[s].bend;
+    const StringBend& bend = state.touched[s].bend;
     pulled[s] -= (active.multiplier * deflection_share(bend, contact.lambda)) * contact.nhat_OG_W;
   }
-  const ToolStep wanted{e.dp + F_H_W.f / input.stiffness.kt,
-                        e.dtheta + F_H_W.t / input.stiffness.kr()};
-  if (displacement_bound(wanted, tool_reach(input, state)) > tolerance) return false;
+  const ToolMotion wanted{error_GH.dp + F_H_W.f / input.stiffness.kt,
+                          error_GH.dtheta + F_H_W.t / input.stiffness.kr()};
+  if (displacement_bound(wanted, tool_reach(input.tool, state)) > tolerance) return false;
   for (std::size_t k = 0; k < state.parts.size(); ++k) {
-    const PartModel& part = w.parts[k];
+    const PartBlock& part = w.parts[k];
     if (part.unknown >= 0 && pushed[k].norm() > tolerance * part.stiffness) return false;
   }
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const HoldModel& hold = w.models[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const StringBlock& hold = w.models[k];
     if (hold.unknown < 0) continue;
     const double radial = std::abs(pulled[k].dot(hold.radial_W)) / hold.radial_stiffness;
     const double tangential =

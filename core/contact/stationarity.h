@@ -4,7 +4,7 @@
 // 0.3 us.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 
 namespace hapticd {
 
@@ -17,9 +17,8 @@ inline constexpr double kSettledShare = 0.1;
 /// the pose reached: `F_H_W` then is their wrench there. `e` is the error there; the contacts of
 /// `w` must have been evaluated there, in the order of the last program. Never with friction or
 /// lateral force.
-[[nodiscard]] HD_REALTIME bool is_stationary(const OptimiserInput& input,
-                                             const OptimiserState& state, const ToolStep& e,
-                                             OptimiserWorkspace& w, const OptimiserResult& result,
-                                             Wrench& F_H_W) noexcept;
+[[nodiscard]] HD_REALTIME bool is_stationary(const ContactInput& input, const ContactState& state,
+                                             const PoseError& error_GH, OptimiserWorkspace& w,
+                                             const ContactResult& result, Wrench& F_H_W) noexcept;
 
 }  // namespace hapticd

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "core/contact/hold_model.h"
+#include "core/contact/string_block.h"
 
 namespace hapticd {
 namespace {
@@ -31,7 +31,7 @@ constexpr double kRelativeRounding = 1e-12;
 constexpr double kMaxLegTurn = 2.0;
 
 /// Greatest motion of a soft part against the rigid tool in `step`, m.
-double greatest_motion(const OptimiserState& state, const ConfigurationStep& step) noexcept {
+double greatest_motion(const ContactState& state, const ConfigurationStep& step) noexcept {
   double greatest = 0.0;
   for (std::size_t k = 0; k < state.parts.size(); ++k) {
     greatest = std::max(greatest, step.parts[k].dv_G.norm());
@@ -41,7 +41,7 @@ double greatest_motion(const OptimiserState& state, const ConfigurationStep& ste
 
 /// Largest fraction of the full step that keeps the linearisation valid: no tool point moves
 /// further than the pairs not in the program allow.
-double step_fraction(const OptimiserInput& input, const OptimiserState& state,
+double step_fraction(const ContactInput& input, const ContactState& state,
                      const OptimiserWorkspace& w) noexcept {
   const double displacement = step_bound(input, state, w.step);
   const bool nothing_near = w.contacts.contacts.empty();
@@ -56,7 +56,7 @@ double step_fraction(const OptimiserInput& input, const OptimiserState& state,
 }
 
 /// Smallest distance from a string's axis to the centre of a tool sphere that touches it, m.
-double smallest_distance(const OptimiserInput& input, const ContactSet& contacts,
+double smallest_distance(const ContactInput& input, const ContactSet& contacts,
                          std::int32_t capsule) noexcept {
   double smallest = std::numeric_limits<double>::infinity();
   const double R = input.obstacles.capsules_W[static_cast<std::size_t>(capsule)].r;
@@ -84,15 +84,15 @@ double unseen_approach(double from, double to, double turned, double way, double
 /// How many places of the step have to be looked at so that no more than kPathError hides between
 /// them: n places leave the sagitta (way / n)^2 / (8 d) of a way past a point, and that of
 /// rotation.
-double path_samples(const OptimiserInput& input, const OptimiserState& state,
+double path_samples(const ContactInput& input, const ContactState& state,
                     const OptimiserWorkspace& w, const ConfigurationStep& step) noexcept {
-  const double reach_of_tool = tool_reach(input, state);
+  const double reach_of_tool = tool_reach(input.tool, state);
   const double parts = greatest_motion(state, step);
   const double angle = step.tool.dtheta.norm();
   double error = 0.125 * step.tool.dtheta.squaredNorm() * (reach_of_tool + parts);
   error += 0.25 * angle * parts;
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const StringHold& hold = state.holds[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const TouchedString& hold = state.touched[k];
     const StringMotion& motion = step.strings[k];
     const double length = input.strings[static_cast<std::size_t>(hold.bend.capsule)].length;
     const double turned = displacement_bound(motion, length);
@@ -115,8 +115,8 @@ double path_samples(const OptimiserInput& input, const OptimiserState& state,
 
 /// What a step does to gaps at most, to see without evaluating them which pairs it cannot close.
 struct GapBound {
-  const OptimiserInput& input;
-  const OptimiserState& state;
+  const ContactInput& input;
+  const ContactState& state;
   const ConfigurationStep& step;
   double displacement;  ///< of any point, m
   double turning;       ///< by which rotation leaves its tangent, m
@@ -129,8 +129,8 @@ struct GapBound {
   [[nodiscard]] bool may_close(const Contact& contact) const noexcept {
     if (contact.gap > displacement) return false;
     if (!state.parts.empty()) return true;
-    if (const int hold = find_hold(state.holds, contact.key);
-        hold >= 0 && state.holds[static_cast<std::size_t>(hold)].yields) {
+    if (const int hold = find_touched(state.touched, contact.key);
+        hold >= 0 && state.touched[static_cast<std::size_t>(hold)].yields) {
       return true;
     }
     const Vector3 a = contact.p_WC - state.X_WG.p;
@@ -139,9 +139,9 @@ struct GapBound {
   }
 };
 
-GapBound gap_bound(const OptimiserInput& input, const OptimiserState& state,
+GapBound gap_bound(const ContactInput& input, const ContactState& state,
                    const ConfigurationStep& step) noexcept {
-  const double reach_of_tool = tool_reach(input, state);
+  const double reach_of_tool = tool_reach(input.tool, state);
   return {input,
           state,
           step,
@@ -152,9 +152,9 @@ GapBound gap_bound(const OptimiserInput& input, const OptimiserState& state,
 
 /// Exact gaps of every pair that the step could close, at its end and at `samples` - 1 places
 /// before.
-bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
+bool clear_of_contacts(const ContactInput& input, const ContactState& state,
                        const OptimiserWorkspace& w, const ConfigurationStep& step, int samples,
-                       OptimiserResult& result) noexcept {
+                       ContactResult& result) noexcept {
   const GapBound bound = gap_bound(input, state, step);
   std::array<std::int32_t, kMaxCandidates> critical;
   std::size_t count = 0;
@@ -164,7 +164,7 @@ bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
   for (int k = samples; k > 0; --k) {
     const double part = static_cast<double>(k) / samples;
     const Pose X = moved(state.X_WG, scaled(step.tool, part));
-    const BentObstacles bent(input.obstacles, state.holds, step, part);
+    const BentObstacles bent(input.obstacles, state.touched, step, part);
     const ToolShape shape(input.parts, state.parts, step.parts, part);
     result.tests += static_cast<std::int64_t>(count);
     result.evaluations += static_cast<std::int64_t>(count);
@@ -177,15 +177,15 @@ bool clear_of_contacts(const OptimiserInput& input, const OptimiserState& state,
 }
 
 /// No string is moved into another tool.
-bool clear_of_others(const OptimiserInput& input, const OptimiserState& state,
+bool clear_of_others(const ContactInput& input, const ContactState& state,
                      const ConfigurationStep& step) noexcept {
   if (input.others.tools.empty()) return true;
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const StringHold& hold = state.holds[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const TouchedString& hold = state.touched[k];
     if (!hold.yields) continue;
     const auto index = static_cast<std::size_t>(hold.bend.capsule);
-    if (!clear_of_bystanders(input.others, input.obstacles.capsules_W[index], hold.bend,
-                             step.strings[k])) {
+    if (!clear_of_other_tools(input.others, input.obstacles.capsules_W[index], hold.bend,
+                              step.strings[k])) {
       return false;
     }
   }
@@ -203,8 +203,8 @@ struct Configuration {
 /// multiplier times what each touched gap has gained over its linear prediction (without it every
 /// long step along a curved obstacle would look like a climb: the Maratos effect), and what it
 /// costs to win skin back.
-double energy_credit(const OptimiserInput& input, const OptimiserWorkspace& w,
-                     const OptimiserResult& result, const Configuration& end,
+double energy_credit(const ContactInput& input, const OptimiserWorkspace& w,
+                     const ContactResult& result, const Configuration& end,
                      double fraction) noexcept {
   double credit = 0.0;
   for (int k = 0; k < result.active_count; ++k) {
@@ -225,12 +225,12 @@ double energy_credit(const OptimiserInput& input, const OptimiserWorkspace& w,
 /// What the held strings gain in energy over `step`: elastic at the new place of the vertex (a
 /// string gives no force along its axis unless asked to, so what sliding changes is no work), and
 /// friction.
-double string_energy_gain(const OptimiserInput& input, const OptimiserState& state,
-                          const HoldModels& models, const ConfigurationStep& step) noexcept {
+double string_energy_gain(const ContactInput& input, const ContactState& state,
+                          const StringBlocks& models, const ConfigurationStep& step) noexcept {
   double gain = 0.0;
   const StringContext context = string_context(input);
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const StringHold& hold = state.holds[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const TouchedString& hold = state.touched[k];
     const StringMotion& motion = step.strings[k];
     if (hold.yields) {
       const StringBend end = moved(hold.bend, motion);
@@ -257,15 +257,15 @@ double string_energy_gain(const OptimiserInput& input, const OptimiserState& sta
   return gain;
 }
 
-void commit(const OptimiserInput& input, const ConfigurationStep& step, const Pose& X_new,
-            OptimiserState& state, OptimiserWorkspace& w) noexcept {
+void commit(const ContactInput& input, const ConfigurationStep& step, const Pose& X_new,
+            ContactState& state, OptimiserWorkspace& w) noexcept {
   const double way = step_bound(input, state, step);
   w.travelled += way;
-  state.way += way;
+  state.travel += way;
   w.stale = true;
   state.X_WG = X_new;
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    StringHold& hold = state.holds[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    TouchedString& hold = state.touched[k];
     if (input.instrument.friction && w.models[k].touched) {
       hold.slip_W =
           w.models[k].slip_W + slip_motion(w.models[k], hold.bend, step, step.strings[k].du_W);
@@ -276,7 +276,7 @@ void commit(const OptimiserInput& input, const ConfigurationStep& step, const Po
 }
 
 /// What the soft parts gain in energy over `step`.
-double part_energy_gain(const OptimiserState& state, const PartModels& models,
+double part_energy_gain(const ContactState& state, const PartBlocks& models,
                         const ConfigurationStep& step) noexcept {
   double gain = 0.0;
   for (std::size_t k = 0; k < state.parts.size(); ++k) {
@@ -286,11 +286,11 @@ double part_energy_gain(const OptimiserState& state, const PartModels& models,
 }
 
 /// `fraction` of the full step of a linearisation.
-ConfigurationStep scaled(const OptimiserState& state, const ConfigurationStep& full,
+ConfigurationStep scaled(const ContactState& state, const ConfigurationStep& full,
                          double fraction) noexcept {
   ConfigurationStep step;
   step.tool = scaled(full.tool, fraction);
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
     step.strings[k] = scaled(full.strings[k], fraction);
   }
   for (std::size_t k = 0; k < state.parts.size(); ++k) {
@@ -315,23 +315,23 @@ bool drop_centring(std::size_t holds, ConfigurationStep& full) noexcept {
 
 }  // namespace
 
-double step_bound(const OptimiserInput& input, const OptimiserState& state,
+double step_bound(const ContactInput& input, const ContactState& state,
                   const ConfigurationStep& step) noexcept {
   double strings = 0.0;
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const auto index = static_cast<std::size_t>(state.holds[k].bend.capsule);
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const auto index = static_cast<std::size_t>(state.touched[k].bend.capsule);
     strings = std::max(strings, displacement_bound(step.strings[k], input.strings[index].length));
   }
   const double parts = greatest_motion(state, step);
-  return displacement_bound(step.tool, tool_reach(input, state) + parts) + strings + parts;
+  return displacement_bound(step.tool, tool_reach(input.tool, state) + parts) + strings + parts;
 }
 
-bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double holds, bool last,
-                       OptimiserState& state, OptimiserWorkspace& w,
-                       OptimiserResult& result) noexcept {
+bool commit_admissible(const ContactInput& input, const PoseError& error_GH, double holds,
+                       bool last, ContactState& state, OptimiserWorkspace& w,
+                       ContactResult& result) noexcept {
   double fraction = std::min(holds, step_fraction(input, state, w));
-  const double energy = coupling_energy(input.stiffness, e);
-  double rounding = state.holds.empty() && state.parts.empty() ? 0.0 : kEnergyRounding * energy;
+  const double energy = coupling_energy(input.stiffness, error_GH);
+  double rounding = state.touched.empty() && state.parts.empty() ? 0.0 : kEnergyRounding * energy;
   for (std::size_t k = 0; k < state.parts.size(); ++k) {
     rounding += kEnergyRounding * w.parts[k].stiffness * w.parts[k].off_G.squaredNorm();
   }
@@ -343,24 +343,24 @@ bool commit_admissible(const OptimiserInput& input, const ToolStep& e, double ho
   for (int halving = 0; halving <= halvings; ++halving) {
     const ConfigurationStep step = scaled(state, w.step, fraction);
     const Pose X_new = moved(state.X_WG, step.tool);
-    const ToolStep e_new = coupling_error(X_new, input.X_WH, e.dtheta);
-    const BentObstacles bent(input.obstacles, state.holds, step, 1.0);
+    const PoseError error_new = coupling_error(X_new, input.X_WH, error_GH.dtheta);
+    const BentObstacles bent(input.obstacles, state.touched, step, 1.0);
     const ToolShape shape(input.parts, state.parts, step.parts, 1.0);
     const double credit =
         energy_credit(input, w, result, {X_new, bent.view(), shape.view()}, fraction);
     const double gain =
         string_energy_gain(input, state, w.models, step) + part_energy_gain(state, w.parts, step);
     const int samples = 2 + static_cast<int>(fraction * samples_of_full_step);
-    if (coupling_energy(input.stiffness, e_new) + gain - credit <= energy + rounding &&
+    if (coupling_energy(input.stiffness, error_new) + gain - credit <= energy + rounding &&
         clear_of_contacts(input, state, w, step, samples, result) &&
         clear_of_others(input, state, step)) {
       commit(input, step, X_new, state, w);
       w.full_step = fraction == 1.0;
-      state.phi_GH_W = e_new.dtheta;
+      state.phi_GH_W = error_new.dtheta;
       return true;
     }
     ++result.halvings;
-    if (!drop_centring(state.holds.size(), w.step)) fraction *= 0.5;
+    if (!drop_centring(state.touched.size(), w.step)) fraction *= 0.5;
   }
   return false;
 }

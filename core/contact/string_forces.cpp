@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/contact/hold_model.h"
+#include "core/contact/string_block.h"
 
 namespace hapticd {
 namespace {
@@ -35,7 +35,7 @@ void add_pair(const Contact& contact, double multiplier, const Vector3& directio
 }
 
 /// What the spring of the part yields that a sphere of the tool belongs to, m/N.
-double part_compliance(const OptimiserInput& input, const OptimiserState& state,
+double part_compliance(const ContactInput& input, const ContactState& state,
                        TreeSphereId sphere) noexcept {
   const int k = find_part(input.parts, state.parts, sphere);
   if (k < 0) return 0.0;
@@ -45,9 +45,9 @@ double part_compliance(const OptimiserInput& input, const OptimiserState& state,
 
 /// True where the string would yield, but as many do as there is room for: it is a rigid line of
 /// the program, which bears what is pressed on it.
-bool has_no_room(const OptimiserInput& input, const OptimiserState& state, std::int32_t string) {
+bool has_no_room(const ContactInput& input, const ContactState& state, std::int32_t string) {
   const StringConstants& constants = input.strings[static_cast<std::size_t>(string)];
-  return state.holds.size() == static_cast<std::size_t>(kMaxDeflectingStrings) &&
+  return state.touched.size() == static_cast<std::size_t>(kMaxDeflectingStrings) &&
          constants.model == StringContact::kYielding &&
          constants.max_level >= StringDetail::kStatic;
 }
@@ -59,14 +59,14 @@ StringLoad line_load(double pressed, double kt, double kc) noexcept {
 }
 
 /// Turns the sums of a string into its law's force; returns what that changes of the tool's wrench.
-Wrench settle(const OptimiserInput& input, const OptimiserState& state,
+Wrench settle(const ContactInput& input, const ContactState& state,
               PressedString& contact) noexcept {
   contact.p_WC /= contact.force;
   contact.lambda /= contact.force;
   contact.part_compliance /= contact.force;
   const double pressed = contact.F_W.norm();
-  const int h = find_hold(state.holds, {ObstacleKind::kCapsule, contact.string, 0, 0});
-  const StringHold* hold = h >= 0 ? &state.holds[static_cast<std::size_t>(h)] : nullptr;
+  const int h = find_touched(state.touched, {ObstacleKind::kCapsule, contact.string, 0, 0});
+  const TouchedString* hold = h >= 0 ? &state.touched[static_cast<std::size_t>(h)] : nullptr;
   const StringConstants& string = input.strings[static_cast<std::size_t>(contact.string)];
   const double kt = input.stiffness.kt;
   const StringLoad load =
@@ -91,7 +91,7 @@ Wrench settle(const OptimiserInput& input, const OptimiserState& state,
 
 }  // namespace
 
-StringLoad string_load(const OptimiserInput& input, const StringHold* hold, std::int32_t number,
+StringLoad string_load(const ContactInput& input, const TouchedString* hold, std::int32_t number,
                        double lambda, const Vector3& F_W) noexcept {
   const StringConstants& string = input.strings[static_cast<std::size_t>(number)];
   const double kt = input.stiffness.kt;
@@ -121,8 +121,8 @@ StringLoad string_load(const OptimiserInput& input, const StringHold* hold, std:
   return load;
 }
 
-void find_string_contacts(const OptimiserInput& input, const OptimiserState& state,
-                          const OptimiserWorkspace& w, const OptimiserResult& result,
+void find_string_contacts(const ContactInput& input, const ContactState& state,
+                          const OptimiserWorkspace& w, const ContactResult& result,
                           PressedStrings& contacts, Wrench& F_H_W) noexcept {
   contacts.clear();
   F_H_W = result.F_H_W;
@@ -149,11 +149,11 @@ void find_string_contacts(const OptimiserInput& input, const OptimiserState& sta
   }
 }
 
-StringNearness nearest_to_string(const OptimiserInput& input, const OptimiserState& state,
-                                 const ContactSet& contacts, std::int32_t string,
-                                 double nothing) noexcept {
-  StringNearness nearest{nothing, 0.5, Vector3::Zero(), Vector3::Zero()};
-  const BentObstacles bent(input.obstacles, state.holds);
+NearestPair nearest_to_string(const ContactInput& input, const ContactState& state,
+                              const ContactSet& contacts, std::int32_t string,
+                              double nothing) noexcept {
+  NearestPair nearest{nothing, 0.5, Vector3::Zero(), Vector3::Zero()};
+  const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
   for (const Contact& listed : contacts.contacts) {
     if (listed.key.kind != ObstacleKind::kCapsule || listed.key.obstacle != string) continue;

@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 #include "core/math/fixed_vector.h"
 
 namespace hapticd {
@@ -44,21 +44,21 @@ struct StringLoad {
 /// The law of string `number`, pressed at lambda with `F_W` (the program's contact force on the
 /// tool, N) and held as `hold` says (null: not held). A string that yields has its law in the
 /// program; it gives no more than kc D either.
-[[nodiscard]] HD_REALTIME StringLoad string_load(const OptimiserInput& input,
-                                                 const StringHold* hold, std::int32_t number,
+[[nodiscard]] HD_REALTIME StringLoad string_load(const ContactInput& input,
+                                                 const TouchedString* hold, std::int32_t number,
                                                  double lambda, const Vector3& F_W) noexcept;
 
 using PressedStrings = FixedVector<PressedString, kMaxPressedStrings>;
 
 /// The strings that press the tool after the tick `result`, in ascending order. `F_H_W` becomes the
 /// wrench of the tick with the forces of strings that do not yield replaced by their law.
-HD_REALTIME void find_string_contacts(const OptimiserInput& input, const OptimiserState& state,
+HD_REALTIME void find_string_contacts(const ContactInput& input, const ContactState& state,
                                       const OptimiserWorkspace& workspace,
-                                      const OptimiserResult& result, PressedStrings& contacts,
+                                      const ContactResult& result, PressedStrings& contacts,
                                       Wrench& F_H_W) noexcept;
 
 /// The tool near a string that does not press it.
-struct StringNearness {
+struct NearestPair {
   double gap;  ///< m; `nothing` when no pair is in the contact set
   double lambda = 0.5;
   Vector3 nhat_W;
@@ -67,10 +67,10 @@ struct StringNearness {
 };
 
 /// The nearest pair of `contacts` between the tool, as it stands now, and string number `string`.
-[[nodiscard]] HD_REALTIME StringNearness nearest_to_string(const OptimiserInput& input,
-                                                           const OptimiserState& state,
-                                                           const ContactSet& contacts,
-                                                           std::int32_t string,
-                                                           double nothing) noexcept;
+[[nodiscard]] HD_REALTIME NearestPair nearest_to_string(const ContactInput& input,
+                                                        const ContactState& state,
+                                                        const ContactSet& contacts,
+                                                        std::int32_t string,
+                                                        double nothing) noexcept;
 
 }  // namespace hapticd

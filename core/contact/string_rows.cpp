@@ -28,10 +28,10 @@ void sort_by_string(std::size_t pressed, OptimiserWorkspace& w) noexcept {
             });
 }
 
-std::size_t keep_worst_of_strings(const OptimiserState& state, double skin, std::size_t violated,
+std::size_t keep_worst_of_strings(const ContactState& state, double skin, std::size_t violated,
                                   OptimiserWorkspace& w) noexcept {
   const auto hold_of = [&state, &w](std::int32_t c) {
-    return find_hold(state.holds, w.contacts.contacts[static_cast<std::size_t>(c)].key);
+    return find_touched(state.touched, w.contacts.contacts[static_cast<std::size_t>(c)].key);
   };
   std::array<bool, kMaxDeflectingStrings> held_off;
   held_off.fill(false);

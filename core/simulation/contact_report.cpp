@@ -53,10 +53,10 @@ void Simulation::report_contacts(std::size_t tool, ContactReport& report) const 
   report.contacts.clear();
   report.total = 0;
   const ToolPlay& play = memory_.tools[tool];
-  const OptimiserInput& scene = play.way.input;
+  const ContactInput& scene = play.way.input;
   const std::size_t capsules = play.scene.obstacles.capsules_W.size();
-  const OptimiserState& state = play.state.optimiser;
-  const BentObstacles bent(scene.obstacles, state.holds);
+  const ContactState& state = play.state.optimiser;
+  const BentObstacles bent(scene.obstacles, state.touched);
   const ToolShape shape(scene.parts, state.parts);
   const auto reading_of = [&](const ContactKey& key, double force) {
     const Contact contact =

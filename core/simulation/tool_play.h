@@ -10,10 +10,10 @@ namespace hapticd {
 
 /// What a tool was asked to do in a tick, and from where.
 struct ToolWay {
-  OptimiserInput input;
+  ContactInput input;
   Pose X_WG_before;
   Pose X_WH_before;
-  ToolStep hand;  ///< from X_WH_before on
+  ToolMotion hand;  ///< from X_WH_before on
   TickTime time;
 };
 

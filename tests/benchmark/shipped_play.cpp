@@ -177,7 +177,7 @@ void ShippedPlay::restart() {
 }
 
 PlayWork ShippedPlay::work() const {
-  const OptimiserResult& result = output_->tools[0].optimiser;
+  const ContactResult& result = output_->tools[0].optimiser;
   const auto& contacts = play_.tools[0].workspace.contacts.contacts;
   return {result.tests, result.sub_steps, static_cast<int>(contacts.size()), result.active_count};
 }

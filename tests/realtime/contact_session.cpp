@@ -81,7 +81,7 @@ void ContactSession::run(std::int64_t ticks) noexcept {
       ++faults_;
       if (tick_ % kGlitchPeriod > 3) hand_.clear();
     }
-    if (tick.optimiser.status == OptimiserStatus::kRecovering) ++recoveries_;
+    if (tick.optimiser.status == ContactStatus::kRecovering) ++recoveries_;
     if (tick.F_H_W.f.norm() > 0.0) ++contact_ticks_;
     add_to_hash(tick);
   }

@@ -57,7 +57,7 @@ inline void skip_tool(const GuardedHand& hand, ToolState& state, ToolTick& tick)
   tick.X_WH = state.hand.X_WH;
   tick.X_WG = state.optimiser.X_WG;
   tick.F_H_W = tick.F_computed_H_W = Wrench{};
-  tick.optimiser = OptimiserResult{};
+  tick.optimiser = ContactResult{};
   tick.strings.clear();
 }
 

@@ -35,8 +35,8 @@ void PathRun::note_touched() {
   }
 }
 
-OptimiserInput PathRun::tick_input(const Pose& X_WH, double dt) const noexcept {
-  OptimiserInput input = optimiser_input(view_, X_WH, dt);
+ContactInput PathRun::tick_input(const Pose& X_WH, double dt) const noexcept {
+  ContactInput input = contact_input(view_, X_WH, dt);
   input.work_budget = work_budget_;
   return input;
 }
@@ -47,7 +47,7 @@ void PathRun::tick(const Pose& X_WH, double dt) {
 }
 
 double PathRun::judged_tick(const Pose& X_WH, double dt) {
-  const OptimiserInput input = tick_input(X_WH, dt);
+  const ContactInput input = tick_input(X_WH, dt);
   path_.assign(1, state_);
   start_tick(input, state_, *workspace_, result_);
   if (workspace_->contacts.minimum_gap < -input.rounding) {

@@ -109,7 +109,7 @@ TEST_CASE(
     run.hold(pose_at(p_WH), 50);
     const double force = run.state.F_H_W.f.norm();
     const bool light = force > 1e-3 && force < 0.1;
-    if (!light || run.result.status != OptimiserStatus::kConverged) continue;
+    if (!light || run.result.status != ContactStatus::kConverged) continue;
     const ContactStiffness K = stiffness_of(run, pose_at(p_WH));
     CHECK(least_eigenvalue(K.K_W) >= -1e-9 * kKt);
     CHECK(greatest_eigenvalue(K.K_W) <= kKt * (1.0 + 1e-9));

@@ -34,10 +34,10 @@ TEST_CASE("no linearisation lets the coupling energy climb beyond what pressing 
     ToolRun run(stroke.scene, stroke.X_WH.front());
     run.options.sub_steps = 1;
     for (const Pose& X_WH : stroke.X_WH) {
-      const ToolStep e = coupling_error(run.state.X_WG, X_WH, run.state.phi_GH_W);
-      const double before = coupling_energy(run.stiffness, e);
+      const PoseError error_GH = coupling_error(run.state.X_WG, X_WH, run.state.phi_GH_W);
+      const double before = coupling_energy(run.stiffness, error_GH);
       run.tick(X_WH);
-      const ToolStep e_after = coupling_error(run.state.X_WG, X_WH, e.dtheta);
+      const PoseError e_after = coupling_error(run.state.X_WG, X_WH, error_GH.dtheta);
       const double after = coupling_energy(run.stiffness, e_after);
       REQUIRE(after - released_by_pressing_back(run) <= before * (1 + 1e-12));
     }

@@ -70,7 +70,7 @@ TEST_CASE(
     CAPTURE(c.length);
     RenderingScene scene(kTool);
     scene.capsules_W = {{{-0.5 * c.length, 0, 0}, {0.5 * c.length, 0, 0}, c.r}};
-    const double s = kTip + c.r + OptimiserOptions{}.skin;
+    const double s = kTip + c.r + ContactOptions{}.skin;
     const Vector3 p_WH(0, s - 1e-3, 0.2e-3);
     ToolRun run(scene, pose_at({0, s + 2e-3, 0.2e-3}));
     run.hold(pose_at(p_WH), 60);
@@ -254,8 +254,8 @@ TEST_CASE(
     CHECK((run.state.X_WG.p - X_rest.p).norm() < 1e-6);
     run.hold(X_WH, 100);
     CHECK((run.state.X_WG.p - X_rest.p).norm() < 1e-5);
-    CHECK((run.result.status == OptimiserStatus::kConverged ||
-           run.result.status == OptimiserStatus::kFree));
+    CHECK((run.result.status == ContactStatus::kConverged ||
+           run.result.status == ContactStatus::kFree));
   }
 }
 

@@ -82,7 +82,7 @@ Loop random_loop(std::uint64_t seed) {
                                          ? 1.5 * std::pow(500.0, -random.uniform())
                                          : random.uniform(0.1, 1.5);
   loop.instrument.anchor_stiffness = 300.0 * std::pow(30.0, random.uniform());
-  const double s = kTipRadius + loop.string.radius + OptimiserOptions{}.skin;
+  const double s = kTipRadius + loop.string.radius + ContactOptions{}.skin;
   const double x = random.uniform(0.1, 1.0);
   const double depth = random.uniform(0.5e-3, 4e-3);
   const double width = random.uniform(1e-3, 20e-3);
@@ -254,7 +254,7 @@ TEST_CASE("a friction coefficient of zero gives the forces of no friction") {
       const Vector3 f_b = rendered(b, X_WH).F_H_W.f;
       largest = std::max(largest, f_a.norm());
       difference = std::max(difference, (f_a - f_b).norm());
-      if (model == StringContact::kStraight) CHECK(b.state.holds.empty());
+      if (model == StringContact::kStraight) CHECK(b.state.touched.empty());
     }
     CHECK(largest > 0.1);
     CHECK(difference <= 1e-12 * largest);
@@ -275,7 +275,7 @@ TEST_CASE("friction vanishes with the contact and starts anew with the next") {
       CHECK(run.result.F_H_W.f.x() < -0.02);
       glide(run, {x + 1e-3, s - 2e-3, 0.0}, {x + 1e-3, s + 1e-3, 0.0}, 60);
       CHECK(run.result.F_H_W.f.norm() == 0.0);
-      CHECK(run.state.holds.empty());
+      CHECK(run.state.touched.empty());
     }
   }
 }

@@ -76,8 +76,8 @@ TEST_CASE("the lateral force is the balance of the two halves of the deflected s
         CAPTURE(tension);
         CAPTURE(depth);
         REQUIRE(tick.strings.size() == 1);
-        REQUIRE(run.state.holds.size() == 1);
-        const StringBend& bend = run.state.holds[0].bend;
+        REQUIRE(run.state.touched.size() == 1);
+        const StringBend& bend = run.state.touched[0].bend;
         const auto truth =
             static_cast<double>(law_lateral(law_string(string), bend.lambda, bend.u_W.norm()));
         // What the tool gets beyond its contact force is the lateral force, and the coupling bears

@@ -67,7 +67,7 @@ TEST_CASE("a tool that looks no farther than it goes feels what one feels that l
     double sum = 0.0;
     for (int tick = 1; tick < 500; ++tick) {
       run.tick(pose(tick));
-      all.state.way = kMargin;
+      all.state.travel = kMargin;
       all.tick(pose(tick));
       REQUIRE(looked(all) == kMargin);
       const double apart = (run.result.F_H_W.f - all.result.F_H_W.f).norm();

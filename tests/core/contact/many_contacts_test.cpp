@@ -93,7 +93,7 @@ TEST_CASE("when the program cannot be solved the graphic tool stays and the forc
   // A vanishing stiffness makes the scaled program non-finite, which the solver refuses.
   run.stiffness.kt = 0.0;
   run.tick(X_WH);
-  CHECK(run.result.status == OptimiserStatus::kQpFailed);
+  CHECK(run.result.status == ContactStatus::kQpFailed);
   CHECK(run.state.X_WG.p == p_before);
   CHECK(run.result.F_H_W.f.norm() <= before);
   run.stiffness.kt = 1000.0;

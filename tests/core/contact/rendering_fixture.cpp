@@ -17,8 +17,8 @@ double smallest_radius(const std::vector<Sphere>& spheres) {
       ->r;
 }
 
-const StringBend* find_bend(const OptimiserState& state, std::size_t capsule) {
-  for (const StringHold& hold : state.holds) {
+const StringBend* find_bend(const ContactState& state, std::size_t capsule) {
+  for (const TouchedString& hold : state.touched) {
     if (hold.yields && static_cast<std::size_t>(hold.bend.capsule) == capsule) return &hold.bend;
   }
   return nullptr;
@@ -51,8 +51,7 @@ long double RenderingScene::true_path_gap(const Pose& X_WF, const Pose& X_WT) co
   return path_minimum_gap(tool_spheres, X_WF, X_WT, truth(), oracle_spacing());
 }
 
-long double RenderingScene::true_path_gap(const OptimiserState& from,
-                                          const OptimiserState& to) const {
+long double RenderingScene::true_path_gap(const ContactState& from, const ContactState& to) const {
   std::vector<Capsule> straight;
   std::vector<OracleBentString> bent;
   for (std::size_t i = 0; i < capsules_W.size(); ++i) {
@@ -75,7 +74,7 @@ long double RenderingScene::true_path_gap(const OptimiserState& from,
                           {straight, oracle_bodies_, bent}, oracle_spacing());
 }
 
-std::vector<Sphere> RenderingScene::displaced_spheres(const OptimiserState& state) const {
+std::vector<Sphere> RenderingScene::displaced_spheres(const ContactState& state) const {
   std::vector<Sphere> spheres = tool_spheres;
   for (const SoftPart& soft : state.parts) {
     for (std::size_t i = 0; i < spheres.size(); ++i) {
@@ -86,14 +85,14 @@ std::vector<Sphere> RenderingScene::displaced_spheres(const OptimiserState& stat
   return spheres;
 }
 
-const OptimiserResult& ToolRun::tick(const Pose& X_WH) {
+const ContactResult& ToolRun::tick(const Pose& X_WH) {
   optimise_configuration(input(X_WH), state, *workspace, result);
   return result;
 }
 
 long double ToolRun::tick_along(const Pose& X_WH) {
-  const OptimiserInput in = input(X_WH);
-  OptimiserState before = state;
+  const ContactInput in = input(X_WH);
+  ContactState before = state;
   start_tick(in, state, *workspace, result);
   if (workspace->contacts.minimum_gap < 0.0) {
     recover(in, state, *workspace, result);
@@ -111,13 +110,13 @@ long double ToolRun::tick_along(const Pose& X_WH) {
   return smallest;
 }
 
-const OptimiserResult& ToolRun::hold(const Pose& X_WH, int ticks) {
+const ContactResult& ToolRun::hold(const Pose& X_WH, int ticks) {
   for (int i = 0; i < ticks; ++i) tick(X_WH);
   return result;
 }
 
-OptimiserOptions reference_options() {
-  OptimiserOptions options;
+ContactOptions reference_options() {
+  ContactOptions options;
   options.sub_steps = 400;
   options.rotation_step = 4e-3;
   options.stop_tolerance = 1e-10;

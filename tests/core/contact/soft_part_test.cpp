@@ -28,7 +28,7 @@ RenderingScene floor_scene(std::vector<Sphere> tool) {
 }
 
 /// Height of the tip's centre at which it touches the floor.
-double touch_height() { return kTip + OptimiserOptions{}.skin; }
+double touch_height() { return kTip + ContactOptions{}.skin; }
 
 StringParameters string_parameters(const Capsule& capsule) {
   StringParameters string;
@@ -106,8 +106,8 @@ TEST_CASE("a soft part on a string that yields is one more spring in the series"
         const auto truth = static_cast<double>(felt(low));
         CHECK(run.result.F_H_W.f.y() == doctest::Approx(truth).epsilon(1e-5));
         CHECK(part_displacement(run.state, 0).y() == doctest::Approx(truth / k).epsilon(1e-5));
-        REQUIRE(run.state.holds.size() == 1);
-        CHECK(run.state.holds[0].bend.u_W.norm() ==
+        REQUIRE(run.state.touched.size() == 1);
+        CHECK(run.state.touched[0].bend.u_W.norm() ==
               doctest::Approx(static_cast<double>(vertex(low))).epsilon(1e-5));
       }
     }

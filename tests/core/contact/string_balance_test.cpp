@@ -176,7 +176,7 @@ TEST_CASE("strings, bodies and the hand balance in every press, each string by i
     glide(run, {0.55, 0.03, z}, {0.55, 0.015 - depth, z}, 200);
     const Pose X_WH = pose_at({0.55, 0.015 - depth, z}, {random.uniform(-0.1, 0.1), 0.0, 0.0});
     run.hold(X_WH, 60);
-    if (run.result.status == OptimiserStatus::kFree) continue;
+    if (run.result.status == ContactStatus::kFree) continue;
     const Balance balance = balance_of(judged, run, X_WH);
     const StringTick tick = rendered(run, X_WH);
     CAPTURE(i);

@@ -24,7 +24,7 @@ constexpr double kStoredForce = 0.2;
 bool finite(const ToolRun& run) {
   bool all = run.result.F_H_W.f.allFinite() && run.result.F_H_W.t.allFinite() &&
              run.state.X_WG.p.allFinite() && run.state.X_WG.q.coeffs().allFinite();
-  for (const StringHold& hold : run.state.holds) {
+  for (const TouchedString& hold : run.state.touched) {
     all = all && hold.bend.u_W.allFinite() && std::isfinite(hold.bend.lambda) &&
           hold.slip_W.allFinite() && std::isfinite(hold.normal_force);
   }
@@ -188,8 +188,8 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
     render(y);
     CHECK(verdict == PoseVerdict::kFault);
     CHECK(tick.F_H_W.f.norm() == 0.0);
-    CHECK(state.optimiser.holds.size() == 1);
-    CHECK(state.optimiser.holds[0].bend.u_W.allFinite());
+    CHECK(state.optimiser.touched.size() == 1);
+    CHECK(state.optimiser.touched[0].bend.u_W.allFinite());
     hand.clear();
     for (int i = 0; i < 3; ++i) render(0.002);
     CHECK(tick.F_H_W.f.norm() == doctest::Approx(pressed).epsilon(1e-3));
@@ -211,7 +211,7 @@ TEST_CASE("a scene edited onto a tool that bends a string pushes it out slowly a
   for (const double onto : {0.004, 0.003, 0.0, -0.002}) {
     for (int i = 0; i < 60; ++i) render(0.02 - 3e-4 * i);
     for (int i = 0; i < 60; ++i) render(0.002);
-    REQUIRE(state.optimiser.holds.size() == 1);
+    REQUIRE(state.optimiser.touched.size() == 1);
     const Capsule before = owner.capsules_W[1];
     owner.capsules_W[1].p_A.y() = owner.capsules_W[1].p_B.y() = onto;
     int recovering = 0;
@@ -220,7 +220,7 @@ TEST_CASE("a scene edited onto a tool that bends a string pushes it out slowly a
       render(0.002);
       REQUIRE(tick.F_H_W.f.allFinite());
       REQUIRE(tick.X_WG.p.allFinite());
-      if (tick.optimiser.status == OptimiserStatus::kRecovering) {
+      if (tick.optimiser.status == ContactStatus::kRecovering) {
         ++recovering;
         CHECK((tick.X_WG.p - p_before).norm() <= 2e-3 + 1e-9);
         CHECK(tick.F_H_W.f.norm() <= kRecoveryForce + 1e-9);

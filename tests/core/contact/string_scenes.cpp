@@ -33,7 +33,7 @@ StringTick rendered(const ToolRun& run, const Pose& X_WH) {
 }
 
 Vector3 deflection_of(const ToolRun& run, int string) {
-  for (const StringHold& hold : run.state.holds) {
+  for (const TouchedString& hold : run.state.touched) {
     if (hold.bend.capsule == string) return hold.bend.u_W;
   }
   return Vector3::Zero();

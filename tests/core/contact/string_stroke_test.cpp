@@ -117,9 +117,9 @@ struct Placed {
   bool held = false;
 };
 
-Placed placed(const OptimiserState& state) {
+Placed placed(const ContactState& state) {
   Placed out{state.X_WG.p, {}};
-  for (const StringHold& hold : state.holds) {
+  for (const TouchedString& hold : state.touched) {
     if (hold.bend.capsule != 0 || !hold.yields) continue;
     out.bend = hold.bend;
     out.held = true;
@@ -180,7 +180,7 @@ Winding wind(const AcrossStroke& across) {
     winding.past_end = winding.past_end || x < line.p_A.x() || x > line.p_B.x();
   };
   for (const Pose& X_WH : across.stroke.X_WH) {
-    const OptimiserInput in = run.input(X_WH);
+    const ContactInput in = run.input(X_WH);
     start_tick(in, run.state, *run.workspace, run.result);
     for (bool more = true; more && run.result.sub_steps < run.options.sub_steps;) {
       prepare_sub_step(in, run.state, *run.workspace, run.result);

@@ -1,16 +1,16 @@
 // The loop of one tick: query, linearise, solve, step, exact re-check, commit. See
-// configuration_optimiser.h. RT: yes.
-#include "core/contact/configuration_optimiser.h"
+// contact_problem.h. RT: yes.
+#include "core/contact/contact_problem.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/contact/candidates.h"
 #include "core/contact/contact_rows.h"
-#include "core/contact/hold_model.h"
 #include "core/contact/recovery.h"
 #include "core/contact/stationarity.h"
 #include "core/contact/step_admission.h"
+#include "core/contact/string_block.h"
 #include "core/contact/string_forces.h"
 #include "core/contact/tick_work.h"
 
@@ -28,28 +28,28 @@ constexpr std::int64_t kDearerNext = 8;
 constexpr int kStraighteningHalvings = 8;
 
 /// The way of any point of the tool relative to any of a string when nothing holds either back, m.
-double free_way(const OptimiserInput& input, const ToolStep& e,
-                const OptimiserState& state) noexcept {
+double free_way(const ContactInput& input, const PoseError& error_GH,
+                const ContactState& state) noexcept {
   double parts = 0.0;
   for (const SoftPart& soft : state.parts) {
     const Vector3 v_G = free_displacement(input.parts, input.dt, soft);
     parts = std::max(parts, (v_G - soft.v_G).norm());
   }
-  return displacement_bound(e, tool_reach(input, state) + parts) + parts +
-         greatest_deflection(state.holds);
+  return displacement_bound(closing(error_GH), tool_reach(input.tool, state) + parts) + parts +
+         greatest_deflection(state.touched);
 }
 
 /// Lets all strings go to rest, or as far towards it as other tools let them; those stay held.
-void straighten(const OptimiserInput& input, StringHolds& holds) noexcept {
+void straighten(const ContactInput& input, TouchedStrings& holds) noexcept {
   std::size_t kept = 0;
   for (std::size_t k = 0; !input.others.tools.empty() && k < holds.size(); ++k) {
-    StringHold hold = holds[k];
+    TouchedString hold = holds[k];
     if (!hold.yields) continue;
     StringMotion motion{-hold.bend.u_W, 0.0, 0.0};
     const Capsule& line = input.obstacles.capsules_W[static_cast<std::size_t>(hold.bend.capsule)];
     int halving = 0;
     while (halving <= kStraighteningHalvings &&
-           !clear_of_bystanders(input.others, line, hold.bend, motion)) {
+           !clear_of_other_tools(input.others, line, hold.bend, motion)) {
       motion = scaled(motion, 0.5);
       ++halving;
     }
@@ -69,13 +69,13 @@ void straighten(const OptimiserInput& input, StringHolds& holds) noexcept {
 
 /// The free way: G reaches H, all strings are at rest, soft parts go there as their dampers let
 /// them.
-void commit_free(const OptimiserInput& input, double way, OptimiserState& state,
-                 OptimiserWorkspace& w, OptimiserResult& result) noexcept {
+void commit_free(const ContactInput& input, double way, ContactState& state, OptimiserWorkspace& w,
+                 ContactResult& result) noexcept {
   w.travelled += way;
-  state.way += way;
+  state.travel += way;
   w.stale = true;
   state.X_WG = input.X_WH;
-  straighten(input, state.holds);
+  straighten(input, state.touched);
   std::size_t kept = 0;
   for (std::size_t k = 0; k < state.parts.size(); ++k) {
     SoftPart soft = state.parts[k];
@@ -88,16 +88,16 @@ void commit_free(const OptimiserInput& input, double way, OptimiserState& state,
   state.active_count = 0;
   result.F_H_W = Wrench{};
   result.active_count = 0;
-  result.status = OptimiserStatus::kFree;
+  result.status = ContactStatus::kFree;
 }
 
 /// Adds what friction and strings that pull along their axis do to the tool at the end of the full
 /// step, friction within mu N.
-void add_hold_forces(const OptimiserInput& input, const OptimiserWorkspace& w,
-                     OptimiserState& state, Wrench& F_H_W) noexcept {
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const HoldModel& model = w.models[k];
-    StringHold& hold = state.holds[k];
+void add_hold_forces(const ContactInput& input, const OptimiserWorkspace& w, ContactState& state,
+                     Wrench& F_H_W) noexcept {
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const StringBlock& model = w.models[k];
+    TouchedString& hold = state.touched[k];
     hold.tangential_W = Vector3::Zero();
     if (!model.touched) continue;
     Vector3 f = model.lateral_force * model.axis_W;
@@ -119,15 +119,15 @@ void add_hold_forces(const OptimiserInput& input, const OptimiserWorkspace& w,
 /// Shrinks forces that all springs together cannot give: none may press the tool harder than
 /// letting all their energy go into the coupling. At rest forces are what the coupling's is and far
 /// below; the multipliers of a program far from rest, on tightly turning contacts, know no bound.
-void bound_forces(const OptimiserInput& input, const ToolStep& e, const OptimiserWorkspace& w,
-                  OptimiserState& state, OptimiserResult& result, Wrench& F_H_W) noexcept {
+void bound_forces(const ContactInput& input, const PoseError& error_GH, const OptimiserWorkspace& w,
+                  ContactState& state, ContactResult& result, Wrench& F_H_W) noexcept {
   const double given = 0.5 * (F_H_W.f.squaredNorm() / input.stiffness.kt +
                               F_H_W.t.squaredNorm() / input.stiffness.kr());
-  double stored = coupling_energy(input.stiffness, e);
+  double stored = coupling_energy(input.stiffness, error_GH);
   if (given <= (1.0 + kEnergySlack) * stored) return;
   const StringContext context = string_context(input);
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const StringHold& hold = state.holds[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const TouchedString& hold = state.touched[k];
     if (hold.yields) stored += string_law(context, hold.bend, hold.bend.u_W.norm()).energy;
     stored += 0.5 * w.models[k].slip_stiffness * w.models[k].slip_W.squaredNorm();
   }
@@ -141,7 +141,7 @@ void bound_forces(const OptimiserInput& input, const ToolStep& e, const Optimise
     result.active[static_cast<std::size_t>(k)].multiplier *= factor;
     state.active[static_cast<std::size_t>(k)].multiplier *= factor;
   }
-  for (StringHold& hold : state.holds) {
+  for (TouchedString& hold : state.touched) {
     hold.normal_force *= factor;
     hold.tangential_W *= factor;
   }
@@ -149,15 +149,15 @@ void bound_forces(const OptimiserInput& input, const ToolStep& e, const Optimise
 
 /// Force and active pairs from the multipliers of the full-target program. Zero when the tool only
 /// lags in free space, where the spring between G and H would render a phantom.
-void take_force(const OptimiserInput& input, const ToolStep& e, OptimiserState& state,
-                const OptimiserWorkspace& w, OptimiserResult& result) noexcept {
+void take_force(const ContactInput& input, const PoseError& error_GH, ContactState& state,
+                const OptimiserWorkspace& w, ContactResult& result) noexcept {
   Wrench F_H_W;
   result.active_count = 0;
   state.active_count = 0;
   std::array<Vector3, kMaxDeflectingStrings> hold_force;
   std::array<double, kMaxDeflectingStrings> hold_lambda;
   std::array<double, kMaxDeflectingStrings> hold_weight;
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
     hold_force[k] = Vector3::Zero();
     hold_lambda[k] = hold_weight[k] = 0.0;
   }
@@ -179,57 +179,58 @@ void take_force(const OptimiserInput& input, const ToolStep& e, OptimiserState& 
     hold_weight[hold] += multiplier;
   }
   // Friction is held by what the string gives, not by what the program presses on it.
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    StringHold& hold = state.holds[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    TouchedString& hold = state.touched[k];
     hold.normal_force = 0.0;
     if (!input.instrument.friction || !(hold_weight[k] > 0.0)) continue;
     const double lambda = hold_lambda[k] / hold_weight[k];
     hold.normal_force = string_load(input, &hold, hold.bend.capsule, lambda, hold_force[k]).force;
   }
   add_hold_forces(input, w, state, F_H_W);
-  bound_forces(input, e, w, state, result, F_H_W);
+  bound_forces(input, error_GH, w, state, result, F_H_W);
   state.F_H_W = F_H_W;
   result.F_H_W = F_H_W;
 }
 
 /// The solver's iterates are infeasible until the last, so without an optimum G stays and the force
 /// may only shrink.
-void keep_after_failure(const OptimiserInput& input, const ToolStep& e, OptimiserState& state,
-                        OptimiserResult& result) noexcept {
-  const double limit = input.stiffness.kt * e.dp.norm();
+void keep_after_failure(const ContactInput& input, const PoseError& error_GH, ContactState& state,
+                        ContactResult& result) noexcept {
+  const double limit = input.stiffness.kt * error_GH.dp.norm();
   const double before = state.F_H_W.f.norm();
   const double factor = before > limit ? limit / before : 1.0;
   state.F_H_W = {state.F_H_W.f * factor, state.F_H_W.t * factor};
   result.F_H_W = state.F_H_W;
   result.active_count = 0;
-  result.status = OptimiserStatus::kQpFailed;
+  result.status = ContactStatus::kQpFailed;
 }
 
 /// Takes up and lets go of soft parts and strings, which moves nothing.
-void update_touched(const OptimiserInput& input, double wanted, OptimiserState& state,
-                    OptimiserWorkspace& w, OptimiserResult& result) noexcept {
+void update_touched(const ContactInput& input, double wanted, ContactState& state,
+                    OptimiserWorkspace& w, ContactResult& result) noexcept {
   if (!input.parts.parts.empty()) {
-    update_parts(input.parts, w.contacts, kHoldSkins * input.options.skin, state.parts,
+    update_parts(input.parts, w.contacts, kTouchSkins * input.options.skin, state.parts,
                  result.parts_refused);
   }
-  if (!input.strings.empty() && update_holds(string_context(input), w.contacts, input.options.skin,
-                                             state.holds, result.strings_refused)) {
+  if (!input.strings.empty() &&
+      update_touched_strings(string_context(input), w.contacts, input.options.skin, state.touched,
+                             result.strings_refused)) {
     find_candidates(input, state, wanted, w, result);
   }
 }
 
 }  // namespace
 
-void start_tick(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
-                OptimiserResult& result) noexcept {
-  result = OptimiserResult{};
+void start_tick(const ContactInput& input, ContactState& state, OptimiserWorkspace& w,
+                ContactResult& result) noexcept {
+  result = ContactResult{};
   start_parts(input.parts, state.parts);
-  const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
-  const double wanted = displacement_bound(e, tool_reach(input, state));
-  const ToolStep hand = coupling_error(state.X_WH, input.X_WH, Vector3::Zero());
-  w.pace = std::max(state.way, displacement_bound(hand, tool_reach(input, state)));
+  const PoseError error_GH = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
+  const double wanted = displacement_bound(closing(error_GH), tool_reach(input.tool, state));
+  const ToolMotion hand = motion_between(state.X_WH, input.X_WH);
+  w.pace = std::max(state.travel, displacement_bound(hand, tool_reach(input.tool, state)));
   state.X_WH = input.X_WH;
-  state.way = 0.0;
+  state.travel = 0.0;
   if (state.active_count == 0) {
     state.tool_level = input.options.tool_level;
     state.body_level = input.options.body_level;
@@ -247,51 +248,51 @@ void start_tick(const OptimiserInput& input, OptimiserState& state, OptimiserWor
   w.linearised = linearisation_work(result);
 }
 
-ToolStep prepare_sub_step(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
-                          OptimiserResult& result) noexcept {
-  ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
-  const double wanted = displacement_bound(e, tool_reach(input, state));
+PoseError prepare_sub_step(const ContactInput& input, ContactState& state, OptimiserWorkspace& w,
+                           ContactResult& result) noexcept {
+  const PoseError error_GH = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
+  const double wanted = displacement_bound(closing(error_GH), tool_reach(input.tool, state));
   refresh_candidates(input, state, wanted, w, result);
   update_touched(input, wanted, state, w, result);
-  return e;
+  return error_GH;
 }
 
-bool advance_sub_step(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
-                      OptimiserResult& result) noexcept {
+bool advance_sub_step(const ContactInput& input, ContactState& state, OptimiserWorkspace& w,
+                      ContactResult& result) noexcept {
   ++result.sub_steps;
   Wrench settled_F_H_W;
-  const ToolStep e = prepare_sub_step(input, state, w, result);
-  state.phi_GH_W = e.dtheta;
-  const double way = free_way(input, e, state);
+  const PoseError error_GH = prepare_sub_step(input, state, w, result);
+  state.phi_GH_W = error_GH.dtheta;
+  const double way = free_way(input, error_GH, state);
   if (way <= w.contacts.minimum_gap - input.options.skin) {
     commit_free(input, way, state, w, result);
     return false;
   }
-  if (w.full_step && is_stationary(input, state, e, w, result, settled_F_H_W)) {
+  if (w.full_step && is_stationary(input, state, error_GH, w, result, settled_F_H_W)) {
     --result.sub_steps;
     state.F_H_W = settled_F_H_W;
     result.F_H_W = settled_F_H_W;
-    result.status = OptimiserStatus::kConverged;
+    result.status = ContactStatus::kConverged;
     return false;
   }
 
   result.pressed += state.active_count;
-  const double holds = solve_linearisation(input, state, e, w, result);
+  const double holds = solve_linearisation(input, state, error_GH, w, result);
   if (w.solution.status != QpStatus::kOptimal) {
-    keep_after_failure(input, e, state, result);
+    keep_after_failure(input, error_GH, state, result);
     return false;
   }
-  take_force(input, e, state, w, result);
+  take_force(input, error_GH, state, w, result);
   const bool last = step_bound(input, state, w.step) < input.options.stop_tolerance;
-  const bool moved_on = commit_admissible(input, e, holds, last, state, w, result);
+  const bool moved_on = commit_admissible(input, error_GH, holds, last, state, w, result);
   const bool converged = last || step_bound(input, state, w.step) < input.options.stop_tolerance;
-  result.status = converged  ? OptimiserStatus::kConverged
-                  : moved_on ? OptimiserStatus::kLagging
-                             : OptimiserStatus::kRefused;
+  result.status = converged  ? ContactStatus::kConverged
+                  : moved_on ? ContactStatus::kLagging
+                             : ContactStatus::kRefused;
   return !converged && moved_on;
 }
 
-bool work_used_up(const OptimiserInput& input, const OptimiserResult& result,
+bool work_used_up(const ContactInput& input, const ContactResult& result,
                   OptimiserWorkspace& w) noexcept {
   if (input.work_budget <= 0) return false;
   const std::int64_t last = linearisation_work(result) - w.linearised;
@@ -299,9 +300,9 @@ bool work_used_up(const OptimiserInput& input, const OptimiserResult& result,
   return tick_work(result) + last + last / kDearerNext + tests_of_next_look(w) > input.work_budget;
 }
 
-void finish_tick(const OptimiserInput& input, OptimiserState& state) noexcept {
+void finish_tick(const ContactInput& input, ContactState& state) noexcept {
   if (!input.instrument.friction) return;
-  for (StringHold& hold : state.holds) {
+  for (TouchedString& hold : state.touched) {
     const auto index = static_cast<std::size_t>(hold.bend.capsule);
     const double longest = input.strings[index].friction_coefficient * hold.normal_force /
                            input.instrument.anchor_stiffness;
@@ -310,8 +311,8 @@ void finish_tick(const OptimiserInput& input, OptimiserState& state) noexcept {
   }
 }
 
-void optimise_configuration(const OptimiserInput& input, OptimiserState& state,
-                            OptimiserWorkspace& w, OptimiserResult& result) noexcept {
+void optimise_configuration(const ContactInput& input, ContactState& state, OptimiserWorkspace& w,
+                            ContactResult& result) noexcept {
   start_tick(input, state, w, result);
   if (w.contacts.minimum_gap < -input.rounding) {
     recover(input, state, w, result);

@@ -1,5 +1,5 @@
-// Directions, stiffnesses and contact centres of held strings. See hold_model.h. RT: yes.
-#include "core/contact/hold_model.h"
+// Directions, stiffnesses and contact centres of held strings. See string_block.h. RT: yes.
+#include "core/contact/string_block.h"
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +43,7 @@ struct TouchContext {
   const ToolParts& parts;
   const Capsule& string_W;
   std::span<const Contact* const> contacts;  ///< those with strings
-  const OptimiserState& state;
+  const ContactState& state;
 };
 
 double lambda_of_sphere(const TouchContext& touch, const Contact& contact) noexcept {
@@ -80,7 +80,8 @@ ContactCentre find_centre(const TouchContext& touch, std::int32_t capsule,
   return centre;
 }
 
-void model_law(const StringContext& context, const StringHold& hold, HoldModel& model) noexcept {
+void model_law(const StringContext& context, const TouchedString& hold,
+               StringBlock& model) noexcept {
   const double u = hold.bend.u_W.norm();
   if (u > kDirectionless) {
     model.radial_W = hold.bend.u_W / u;
@@ -103,7 +104,7 @@ void model_law(const StringContext& context, const StringHold& hold, HoldModel& 
 }
 
 /// Stiffness of the friction spring: its own while it sticks, what leads to mu N while it slips.
-double slip_stiffness(const StringContext& context, const StringHold& hold,
+double slip_stiffness(const StringContext& context, const TouchedString& hold,
                       const Vector3& slip_W) noexcept {
   const auto index = static_cast<std::size_t>(hold.bend.capsule);
   const double limit = context.strings[index].friction_coefficient * hold.normal_force;
@@ -121,23 +122,23 @@ double centring_limit(const StringBend& bend, double off_centre, double room) no
 
 }  // namespace
 
-int model_holds(const OptimiserInput& input, const ContactSet& contacts,
-                const OptimiserState& state, int unknowns, HoldModels& models) noexcept {
+int model_strings(const ContactInput& input, const ContactSet& contacts, const ContactState& state,
+                  int unknowns, StringBlocks& models) noexcept {
   const StringContext context = string_context(input);
   FixedVector<const Contact*, kMaxCandidates> with_strings;
   for (const Contact& contact : contacts.contacts) {
     if (contact.key.kind == ObstacleKind::kCapsule) with_strings.push_back(&contact);
   }
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const StringHold& hold = state.holds[k];
-    HoldModel& model = models[k];
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    const TouchedString& hold = state.touched[k];
+    StringBlock& model = models[k];
     const auto index = static_cast<std::size_t>(hold.bend.capsule);
     const Capsule& capsule = context.obstacles.capsules_W[index];
     model.length = context.strings[index].length;
     model.axis_W = (capsule.p_B - capsule.p_A) / model.length;
     const ContactCentre centre = find_centre(
         {input.tool, input.parts, capsule, {with_strings.begin(), with_strings.size()}, state},
-        hold.bend.capsule, 2.0 * kHoldSkins * input.options.skin);
+        hold.bend.capsule, 2.0 * kTouchSkins * input.options.skin);
     model.touched = centre.weight > 0.0;
     model.p_GC_W = Vector3::Zero();
     model.nhat_W = Vector3::Zero();
@@ -172,14 +173,14 @@ int model_holds(const OptimiserInput& input, const ContactSet& contacts,
 
 // On a leg the normal leans along the axis by n_ax. When the centre of the contact slides by dx the
 // vertex goes along; the leg's place at the contact then moves by -n_ax share dx along the normal.
-GapGradient gap_gradient(const OptimiserState& state, const HoldModels& models,
+GapGradient gap_gradient(const ContactState& state, const StringBlocks& models,
                          const Contact& contact) noexcept {
   const Vector3& n = contact.nhat_OG_W;
   GapGradient gradient{n, (contact.p_WC - state.X_WG.p).cross(n),
-                       find_hold(state.holds, contact.key)};
+                       find_touched(state.touched, contact.key)};
   if (gradient.hold < 0) return gradient;
-  const HoldModel& model = models[static_cast<std::size_t>(gradient.hold)];
-  const StringBend& bend = state.holds[static_cast<std::size_t>(gradient.hold)].bend;
+  const StringBlock& model = models[static_cast<std::size_t>(gradient.hold)];
+  const StringBend& bend = state.touched[static_cast<std::size_t>(gradient.hold)].bend;
   const bool on_cap = contact.lambda <= 0.0 || contact.lambda >= 1.0;
   const bool at_end = bend.lambda <= 0.0 || bend.lambda >= 1.0;
   if (model.unknown < 0 || !model.touched || on_cap || at_end) return gradient;
@@ -189,16 +190,16 @@ GapGradient gap_gradient(const OptimiserState& state, const HoldModels& models,
   return gradient;
 }
 
-Vector3 part_gradient(const HoldModels& models, const Contact& contact, const GapGradient& gradient,
-                      std::size_t part, bool own) noexcept {
+Vector3 part_gradient(const StringBlocks& models, const Contact& contact,
+                      const GapGradient& gradient, std::size_t part, bool own) noexcept {
   Vector3 out = own ? contact.nhat_OG_W : Vector3(0.0, 0.0, 0.0);
   if (gradient.slid == 0.0) return out;
-  const HoldModel& model = models[static_cast<std::size_t>(gradient.hold)];
+  const StringBlock& model = models[static_cast<std::size_t>(gradient.hold)];
   out -= (gradient.slid * model.part_share[part]) * model.axis_W;
   return out;
 }
 
-Vector3 contact_motion(const HoldModel& model, const ConfigurationStep& step) noexcept {
+Vector3 contact_motion(const StringBlock& model, const ConfigurationStep& step) noexcept {
   Vector3 motion = step.tool.dp + step.tool.dtheta.cross(model.p_GC_W);
   for (std::size_t k = 0; k < model.parts; ++k) {
     motion += model.part_share[k] * step.parts[k].dv_W;
@@ -206,7 +207,7 @@ Vector3 contact_motion(const HoldModel& model, const ConfigurationStep& step) no
   return motion;
 }
 
-StringMotion string_motion(const HoldModel& model, const StringBend& bend,
+StringMotion string_motion(const StringBlock& model, const StringBend& bend,
                            const ConfigurationStep& step, const Vector3& du_W,
                            double room) noexcept {
   if (model.unknown < 0 || !model.touched) return {du_W, 0.0, 0.0};
@@ -219,7 +220,7 @@ StringMotion string_motion(const HoldModel& model, const StringBend& bend,
   return {du_W, dlambda, dlambda - slid};
 }
 
-Vector3 slip_motion(const HoldModel& model, const StringBend& bend, const ConfigurationStep& step,
+Vector3 slip_motion(const StringBlock& model, const StringBend& bend, const ConfigurationStep& step,
                     const Vector3& du_W) noexcept {
   const double share = model.unknown < 0 ? 0.0 : deflection_share(bend, model.lambda);
   return across(contact_motion(model, step) - share * du_W, model.nhat_W);

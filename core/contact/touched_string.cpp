@@ -1,5 +1,5 @@
-// Which strings are held, and their law. See string_hold.h. RT: yes.
-#include "core/contact/string_hold.h"
+// Which strings are held, and their law. See touched_string.h. RT: yes.
+#include "core/contact/touched_string.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,7 @@ bool too_stiff(const StringConstants& string, double lambda, double kt) noexcept
 }
 
 /// Inserts in the order of capsules; false when full.
-bool insert(const StringHold& hold, StringHolds& holds) noexcept {
+bool insert(const TouchedString& hold, TouchedStrings& holds) noexcept {
   if (!holds.push_back(hold)) return false;
   for (std::size_t k = holds.size() - 1; k > 0 && holds[k].bend.capsule < holds[k - 1].bend.capsule;
        --k) {
@@ -52,12 +52,12 @@ double nearest_gap(const ContactSet& contacts, std::int32_t capsule) noexcept {
 }
 
 /// Lets go of strings that are at rest and out of reach; true when one of them yielded.
-bool release_holds(const ContactSet& contacts, double skin, StringHolds& holds) noexcept {
+bool release_holds(const ContactSet& contacts, double skin, TouchedStrings& holds) noexcept {
   bool changed = false;
   std::size_t kept = 0;
   for (std::size_t k = 0; k < holds.size(); ++k) {
-    const StringHold& hold = holds[k];
-    const bool far = nearest_gap(contacts, hold.bend.capsule) > 2.0 * kHoldSkins * skin + kAtRest;
+    const TouchedString& hold = holds[k];
+    const bool far = nearest_gap(contacts, hold.bend.capsule) > 2.0 * kTouchSkins * skin + kAtRest;
     if (far && hold.bend.u_W.norm() <= kAtRest) {
       changed = changed || hold.yields;
     } else {
@@ -89,16 +89,16 @@ Deflection string_law(const StringContext& context, const StringBend& bend,
   return law;
 }
 
-bool update_holds(const StringContext& context, const ContactSet& contacts, double skin,
-                  StringHolds& holds, int& refused) noexcept {
+bool update_touched_strings(const StringContext& context, const ContactSet& contacts, double skin,
+                            TouchedStrings& holds, int& refused) noexcept {
   bool changed = release_holds(contacts, skin, holds);
   for (const Contact& contact : contacts.contacts) {
-    if (contact.gap > kHoldSkins * skin || find_hold(holds, contact.key) >= 0 ||
+    if (contact.gap > kTouchSkins * skin || find_touched(holds, contact.key) >= 0 ||
         !may_be_held(context, contact)) {
       continue;
     }
     const auto index = static_cast<std::size_t>(contact.key.obstacle);
-    StringHold hold;
+    TouchedString hold;
     hold.bend = {contact.key.obstacle, contact.lambda, Vector3::Zero()};
     hold.yields = context.strings[index].model == StringContact::kYielding;
     if (insert(hold, holds)) {

@@ -23,7 +23,7 @@
 namespace hapticd {
 
 /// A touched string, from tick to tick.
-struct StringHold {
+struct TouchedString {
   StringBend bend;      ///< u = 0 for a string that does not yield
   bool yields = false;  ///< StringContact::kYielding: u is an unknown
   /// Of the string on the tool after the last program, N; 0 without friction.
@@ -33,18 +33,18 @@ struct StringHold {
 };
 
 /// Ordered by capsule.
-using StringHolds = FixedVector<StringHold, kMaxDeflectingStrings>;
+using TouchedStrings = FixedVector<TouchedString, kMaxDeflectingStrings>;
 
 /// A string within this many skins may be held; it is let go beyond twice as many. Fewer: a touch
 /// begins a linearisation later; more: unknowns for strings that are not touched.
-inline constexpr double kHoldSkins = 2.0;
+inline constexpr double kTouchSkins = 2.0;
 /// Stiffnesses of a string in the program stay within these shares of kt: a slack string keeps the
 /// program solvable, one touched at its end is as good as rigid.
 inline constexpr double kMinStringStiffness = 1e-6;
 inline constexpr double kMaxStringStiffness = 1e5;
 
 /// A held string around its present deflection: what the program of a linearisation needs.
-struct HoldModel {
+struct StringBlock {
   int unknown = -1;      ///< of the radial deflection; the tangential one follows; -1: none
   bool touched = false;  ///< the vertex slides with the contact
   Vector3 axis_W;        ///< unit, A to B
@@ -65,7 +65,7 @@ struct HoldModel {
   std::size_t parts = 0;  ///< soft parts that there are
 };
 
-using HoldModels = std::array<HoldModel, kMaxDeflectingStrings>;
+using StringBlocks = std::array<StringBlock, kMaxDeflectingStrings>;
 
 /// Parts of a string's motion in a step: of its vertex across the axis (m) and along it.
 struct StringMotion {
@@ -77,7 +77,7 @@ struct StringMotion {
 /// A step of the whole configuration. Strings in the order of the holds, parts in that of the soft
 /// ones; entries beyond them mean nothing.
 struct ConfigurationStep {
-  ToolStep tool;
+  ToolMotion tool;
   std::array<StringMotion, kMaxDeflectingStrings> strings;
   PartMotions parts;
 };
@@ -107,21 +107,21 @@ struct StringContext {
 /// Takes up strings that contacts have come near and lets go of those that are far and at rest.
 /// Returns true when a string that yields was taken up or let go: the contacts are then to be
 /// queried afresh. Strings beyond the capacity stay rigid and are counted in `refused`.
-[[nodiscard]] HD_REALTIME bool update_holds(const StringContext& context,
-                                            const ContactSet& contacts, double skin,
-                                            StringHolds& holds, int& refused) noexcept;
+[[nodiscard]] HD_REALTIME bool update_touched_strings(const StringContext& context,
+                                                      const ContactSet& contacts, double skin,
+                                                      TouchedStrings& holds, int& refused) noexcept;
 
 /// The obstacles with the strings bent as they are held, after `fraction` of `step` where one is
 /// given. Views the obstacles it is made from.
 class BentObstacles {
  public:
-  BentObstacles(const ObstaclesView& straight, const StringHolds& holds) noexcept
+  BentObstacles(const ObstaclesView& straight, const TouchedStrings& holds) noexcept
       : straight_(straight) {
-    for (const StringHold& hold : holds) {
+    for (const TouchedString& hold : holds) {
       if (hold.yields) add(hold.bend);
     }
   }
-  BentObstacles(const ObstaclesView& straight, const StringHolds& holds,
+  BentObstacles(const ObstaclesView& straight, const TouchedStrings& holds,
                 const ConfigurationStep& step, double fraction) noexcept
       : straight_(straight) {
     for (std::size_t k = 0; k < holds.size(); ++k) {
@@ -149,7 +149,7 @@ class BentObstacles {
 };
 
 /// Index of the hold of a capsule, or -1.
-[[nodiscard]] inline int find_hold(const StringHolds& holds, const ContactKey& key) noexcept {
+[[nodiscard]] inline int find_touched(const TouchedStrings& holds, const ContactKey& key) noexcept {
   if (key.kind != ObstacleKind::kCapsule) return -1;
   for (std::size_t k = 0; k < holds.size(); ++k) {
     if (holds[k].bend.capsule == key.obstacle) return static_cast<int>(k);
@@ -158,9 +158,9 @@ class BentObstacles {
 }
 
 /// Greatest distance any string moves when all go back to rest, m.
-[[nodiscard]] inline double greatest_deflection(const StringHolds& holds) noexcept {
+[[nodiscard]] inline double greatest_deflection(const TouchedStrings& holds) noexcept {
   double greatest = 0.0;
-  for (const StringHold& hold : holds) greatest = std::max(greatest, hold.bend.u_W.norm());
+  for (const TouchedString& hold : holds) greatest = std::max(greatest, hold.bend.u_W.norm());
   return greatest;
 }
 
