@@ -8,8 +8,8 @@
 #include "core/contact/contact_options.h"
 #include "core/contact/other_tools.h"
 #include "core/contact/soft_part.h"
-#include "core/contact/touched_string.h"
 #include "core/contact/virtual_coupling.h"
+#include "core/instrument/deflection.h"
 #include "core/instrument/instrument_options.h"
 
 namespace hapticd {
@@ -35,10 +35,5 @@ struct ContactInput {
   /// tool lags more.
   std::int64_t work_budget = 0;
 };
-
-/// The strings of a tick as touched_string.h wants them.
-[[nodiscard]] inline StringContext string_context(const ContactInput& input) noexcept {
-  return {input.obstacles, input.strings, input.instrument, input.stiffness.kt};
-}
 
 }  // namespace hapticd

@@ -3,15 +3,12 @@
 #include "core/contact/contact_problem.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "core/contact/candidates.h"
-#include "core/contact/contact_rows.h"
 #include "core/contact/recovery.h"
 #include "core/contact/stationarity.h"
 #include "core/contact/step_admission.h"
-#include "core/contact/string_block.h"
-#include "core/contact/string_forces.h"
 #include "core/contact/tick_work.h"
 
 namespace hapticd {
@@ -24,306 +21,267 @@ constexpr double kEnergySlack = 0.01;
 /// ticks go beyond their work budget.
 constexpr std::int64_t kDearerNext = 8;
 
-/// How often the way of a string back to rest is halved where another tool is in it.
-constexpr int kStraighteningHalvings = 8;
-
-/// The way of any point of the tool relative to any of a string when nothing holds either back, m.
-double free_way(const ContactInput& input, const PoseError& error_GH,
-                const ContactState& state) noexcept {
-  double parts = 0.0;
-  for (const SoftPart& soft : state.parts) {
-    const Vector3 v_G = free_displacement(input.parts, input.dt, soft);
-    parts = std::max(parts, (v_G - soft.v_G).norm());
-  }
-  return displacement_bound(closing(error_GH), tool_reach(input.tool, state) + parts) + parts +
-         greatest_deflection(state.touched);
-}
-
-/// Lets all strings go to rest, or as far towards it as other tools let them; those stay held.
-void straighten(const ContactInput& input, TouchedStrings& holds) noexcept {
-  std::size_t kept = 0;
-  for (std::size_t k = 0; !input.others.tools.empty() && k < holds.size(); ++k) {
-    TouchedString hold = holds[k];
-    if (!hold.yields) continue;
-    StringMotion motion{-hold.bend.u_W, 0.0, 0.0};
-    const Capsule& line = input.obstacles.capsules_W[static_cast<std::size_t>(hold.bend.capsule)];
-    int halving = 0;
-    while (halving <= kStraighteningHalvings &&
-           !clear_of_other_tools(input.others, line, hold.bend, motion)) {
-      motion = scaled(motion, 0.5);
-      ++halving;
-    }
-    if (halving == 0) continue;
-    if (halving <= kStraighteningHalvings) hold.bend = moved(hold.bend, motion);
-    hold.normal_force = 0.0;
-    hold.tangential_W = Vector3::Zero();
-    hold.slip_W = Vector3::Zero();
-    holds[kept++] = hold;
-  }
-  if (kept == 0) {
-    holds.clear();
-  } else {
-    holds.truncate(kept);
-  }
-}
-
-/// The free way: G reaches H, all strings are at rest, soft parts go there as their dampers let
-/// them.
-void commit_free(const ContactInput& input, double way, ContactState& state, OptimiserWorkspace& w,
-                 ContactResult& result) noexcept {
-  w.travelled += way;
-  state.travel += way;
-  w.stale = true;
-  state.X_WG = input.X_WH;
-  straighten(input, state.touched);
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < state.parts.size(); ++k) {
-    SoftPart soft = state.parts[k];
-    soft.v_G = free_displacement(input.parts, input.dt, soft);
-    if (soft.v_G.squaredNorm() > 0.0) state.parts[kept++] = soft;
-  }
-  state.parts.truncate(kept);
-  state.phi_GH_W = Vector3::Zero();
-  state.F_H_W = Wrench{};
-  state.active_count = 0;
-  result.F_H_W = Wrench{};
-  result.active_count = 0;
-  result.status = ContactStatus::kFree;
-}
-
-/// Adds what friction and strings that pull along their axis do to the tool at the end of the full
-/// step, friction within mu N.
-void add_hold_forces(const ContactInput& input, const OptimiserWorkspace& w, ContactState& state,
-                     Wrench& F_H_W) noexcept {
-  for (std::size_t k = 0; k < state.touched.size(); ++k) {
-    const StringBlock& model = w.models[k];
-    TouchedString& hold = state.touched[k];
-    hold.tangential_W = Vector3::Zero();
-    if (!model.touched) continue;
-    Vector3 f = model.lateral_force * model.axis_W;
-    const auto index = static_cast<std::size_t>(hold.bend.capsule);
-    const double limit = input.strings[index].friction_coefficient * hold.normal_force;
-    if (input.instrument.friction && limit > 0.0) {
-      const ConfigurationStep& step = w.step;
-      const Vector3 slip = model.slip_W + slip_motion(model, hold.bend, step, step.strings[k].du_W);
-      const double length = slip.norm();
-      const double stiffness = input.instrument.anchor_stiffness;
-      f -= (stiffness * length > limit ? limit / length : stiffness) * slip;
-    }
-    hold.tangential_W = f;
-    F_H_W.f += f;
-    F_H_W.t += model.p_GC_W.cross(f);
-  }
-}
-
-/// Shrinks forces that all springs together cannot give: none may press the tool harder than
-/// letting all their energy go into the coupling. At rest forces are what the coupling's is and far
-/// below; the multipliers of a program far from rest, on tightly turning contacts, know no bound.
-void bound_forces(const ContactInput& input, const PoseError& error_GH, const OptimiserWorkspace& w,
-                  ContactState& state, ContactResult& result, Wrench& F_H_W) noexcept {
-  const double given = 0.5 * (F_H_W.f.squaredNorm() / input.stiffness.kt +
-                              F_H_W.t.squaredNorm() / input.stiffness.kr());
-  double stored = coupling_energy(input.stiffness, error_GH);
-  if (given <= (1.0 + kEnergySlack) * stored) return;
-  const StringContext context = string_context(input);
-  for (std::size_t k = 0; k < state.touched.size(); ++k) {
-    const TouchedString& hold = state.touched[k];
-    if (hold.yields) stored += string_law(context, hold.bend, hold.bend.u_W.norm()).energy;
-    stored += 0.5 * w.models[k].slip_stiffness * w.models[k].slip_W.squaredNorm();
-  }
-  for (std::size_t k = 0; k < state.parts.size(); ++k) {
-    stored += 0.5 * w.parts[k].stiffness * w.parts[k].off_G.squaredNorm();
-  }
-  if (given <= (1.0 + kEnergySlack) * stored) return;
-  const double factor = std::sqrt(stored / given);
-  F_H_W = {F_H_W.f * factor, F_H_W.t * factor};
-  for (int k = 0; k < result.active_count; ++k) {
-    result.active[static_cast<std::size_t>(k)].multiplier *= factor;
-    state.active[static_cast<std::size_t>(k)].multiplier *= factor;
-  }
-  for (TouchedString& hold : state.touched) {
-    hold.normal_force *= factor;
-    hold.tangential_W *= factor;
-  }
-}
-
-/// Force and active pairs from the multipliers of the full-target program. Zero when the tool only
-/// lags in free space, where the spring between G and H would render a phantom.
-void take_force(const ContactInput& input, const PoseError& error_GH, ContactState& state,
-                const OptimiserWorkspace& w, ContactResult& result) noexcept {
-  Wrench F_H_W;
-  result.active_count = 0;
-  state.active_count = 0;
-  std::array<Vector3, kMaxDeflectingStrings> hold_force;
-  std::array<double, kMaxDeflectingStrings> hold_lambda;
-  std::array<double, kMaxDeflectingStrings> hold_weight;
-  for (std::size_t k = 0; k < state.touched.size(); ++k) {
-    hold_force[k] = Vector3::Zero();
-    hold_lambda[k] = hold_weight[k] = 0.0;
-  }
-  for (int k = 0; k < w.solution.active_count; ++k) {
-    const auto s = static_cast<std::size_t>(k);
-    const std::int32_t c = w.contact_of_row[static_cast<std::size_t>(w.solution.active[s])];
-    const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(c)];
-    const double multiplier = w.solution.multiplier[s];
-    const GapGradient gradient = gap_gradient(state, w.models, contact);
-    const Vector3 f = multiplier * gradient.linear;
-    F_H_W.f += f;
-    F_H_W.t += multiplier * gradient.angular;
-    result.active[static_cast<std::size_t>(result.active_count++)] = {c, multiplier};
-    state.active[static_cast<std::size_t>(state.active_count++)] = {contact.key, multiplier};
-    if (gradient.hold < 0) continue;
-    const auto hold = static_cast<std::size_t>(gradient.hold);
-    hold_force[hold] += f;
-    hold_lambda[hold] += multiplier * contact.lambda;
-    hold_weight[hold] += multiplier;
-  }
-  // Friction is held by what the string gives, not by what the program presses on it.
-  for (std::size_t k = 0; k < state.touched.size(); ++k) {
-    TouchedString& hold = state.touched[k];
-    hold.normal_force = 0.0;
-    if (!input.instrument.friction || !(hold_weight[k] > 0.0)) continue;
-    const double lambda = hold_lambda[k] / hold_weight[k];
-    hold.normal_force = string_load(input, &hold, hold.bend.capsule, lambda, hold_force[k]).force;
-  }
-  add_hold_forces(input, w, state, F_H_W);
-  bound_forces(input, error_GH, w, state, result, F_H_W);
-  state.F_H_W = F_H_W;
-  result.F_H_W = F_H_W;
-}
-
-/// The solver's iterates are infeasible until the last, so without an optimum G stays and the force
-/// may only shrink.
-void keep_after_failure(const ContactInput& input, const PoseError& error_GH, ContactState& state,
-                        ContactResult& result) noexcept {
-  const double limit = input.stiffness.kt * error_GH.dp.norm();
-  const double before = state.F_H_W.f.norm();
-  const double factor = before > limit ? limit / before : 1.0;
-  state.F_H_W = {state.F_H_W.f * factor, state.F_H_W.t * factor};
-  result.F_H_W = state.F_H_W;
-  result.active_count = 0;
-  result.status = ContactStatus::kQpFailed;
-}
-
-/// Takes up and lets go of soft parts and strings, which moves nothing.
-void update_touched(const ContactInput& input, double wanted, ContactState& state,
-                    OptimiserWorkspace& w, ContactResult& result) noexcept {
-  if (!input.parts.parts.empty()) {
-    update_parts(input.parts, w.contacts, kTouchSkins * input.options.skin, state.parts,
-                 result.parts_refused);
-  }
-  if (!input.strings.empty() &&
-      update_touched_strings(string_context(input), w.contacts, input.options.skin, state.touched,
-                             result.strings_refused)) {
-    find_candidates(input, state, wanted, w, result);
-  }
+/// How far any point of the tool goes relative to any of a string when nothing holds either back,
+/// m.
+double free_travel(const Configuration& at, const PoseError& error_GH) noexcept {
+  const double parts = SoftParts::free_travel(at);
+  return displacement_bound(closing(error_GH), tool_reach(at) + parts) + parts +
+         greatest_deflection(at.state.touched);
 }
 
 }  // namespace
 
-void start_tick(const ContactInput& input, ContactState& state, OptimiserWorkspace& w,
-                ContactResult& result) noexcept {
+// The free way: G reaches H, all strings are at rest, soft parts go there as their dampers let
+// them.
+void ContactProblem::commit_free(double travel) noexcept {
+  ContactState& state = *state_;
+  candidates_.moved(travel);
+  state.travel += travel;
+  state.X_WG = input_->X_WH;
+  YieldingStrings::relax(*input_, state.touched);
+  SoftParts::relax(*input_, state.parts);
+  state.phi_GH_W = Vector3::Zero();
+  state.F_H_W = Wrench{};
+  state.active_count = 0;
+  result_->F_H_W = Wrench{};
+  result_->active_count = 0;
+  result_->status = ContactStatus::kFree;
+}
+
+// Shrinks forces that all springs together cannot give: none may press the tool harder than letting
+// all their energy go into the coupling. At rest forces are what the coupling's is and far below;
+// the multipliers of a program far from rest, on tightly turning contacts, know no bound.
+void ContactProblem::bound_force(const PoseError& error_GH) noexcept {
+  ContactState& state = *state_;
+  const CouplingStiffness& stiffness = input_->stiffness;
+  Wrench& F_H_W = state.F_H_W;
+  const double given =
+      0.5 * (F_H_W.f.squaredNorm() / stiffness.kt + F_H_W.t.squaredNorm() / stiffness.kr());
+  double stored = coupling_energy(stiffness, error_GH);
+  if (given <= (1.0 + kEnergySlack) * stored) return;
+  strings_.add_stored_energy(at(), stored);
+  parts_.add_stored_energy(at(), stored);
+  if (given <= (1.0 + kEnergySlack) * stored) return;
+  const double factor = std::sqrt(stored / given);
+  F_H_W = {F_H_W.f * factor, F_H_W.t * factor};
+  for (int k = 0; k < result_->active_count; ++k) {
+    result_->active[static_cast<std::size_t>(k)].multiplier *= factor;
+    state.active[static_cast<std::size_t>(k)].multiplier *= factor;
+  }
+  for (TouchedString& string : state.touched) {
+    string.normal_force *= factor;
+    string.tangential_W *= factor;
+  }
+}
+
+// Force and active pairs from the multipliers of the full-target program. Zero when the tool only
+// lags in free space, where the spring between G and H would render a phantom.
+void ContactProblem::take_force(const PoseError& error_GH) noexcept {
+  ContactState& state = *state_;
+  ContactResult& result = *result_;
+  state.F_H_W = Wrench{};
+  result.active_count = 0;
+  state.active_count = 0;
+  std::array<StringSum, kMaxDeflectingStrings> sums;
+  for (std::size_t k = 0; k < state.touched.size(); ++k) sums[k] = {Vector3::Zero(), 0.0, 0.0};
+  for (int k = 0; k < program_.active_count(); ++k) {
+    const ActiveContact active = program_.active(k);
+    const double multiplier = active.multiplier;
+    const Contact& contact =
+        candidates_.contacts().contacts[static_cast<std::size_t>(active.contact)];
+    const GapGradient gradient = strings_.gradient(state, contact);
+    const Vector3 f = multiplier * gradient.linear;
+    state.F_H_W.f += f;
+    state.F_H_W.t += multiplier * gradient.angular;
+    result.active[static_cast<std::size_t>(result.active_count++)] = active;
+    state.active[static_cast<std::size_t>(state.active_count++)] = {contact.key, multiplier};
+    if (gradient.string < 0) continue;
+    StringSum& sum = sums[static_cast<std::size_t>(gradient.string)];
+    sum.f_W += f;
+    sum.lambda += multiplier * contact.lambda;
+    sum.multiplier += multiplier;
+  }
+  strings_.settle(*input_, sums, program_.step(), state);
+  bound_force(error_GH);
+  result.F_H_W = state.F_H_W;
+}
+
+// The solver's iterates are infeasible until the last, so without an optimum G stays and the force
+// may only shrink.
+void ContactProblem::keep_after_failure(const PoseError& error_GH) noexcept {
+  ContactState& state = *state_;
+  const double limit = input_->stiffness.kt * error_GH.dp.norm();
+  const double before = state.F_H_W.f.norm();
+  const double factor = before > limit ? limit / before : 1.0;
+  state.F_H_W = {state.F_H_W.f * factor, state.F_H_W.t * factor};
+  result_->F_H_W = state.F_H_W;
+  result_->active_count = 0;
+  result_->status = ContactStatus::kQpFailed;
+}
+
+// Takes up and lets go of soft parts and strings, which moves nothing.
+void ContactProblem::touch(double wanted) noexcept {
+  const ContactSet& contacts = candidates_.contacts();
+  if (!input_->parts.parts.empty()) {
+    SoftParts::touch(*input_, contacts, state_->parts, result_->parts_refused);
+  }
+  if (!input_->strings.empty() &&
+      YieldingStrings::touch(*input_, contacts, state_->touched, result_->strings_refused)) {
+    candidates_.query(at(), wanted, *result_);
+  }
+}
+
+void ContactProblem::begin(const ContactInput& input, ContactState& state,
+                           ContactResult& result) noexcept {
+  input_ = &input;
+  state_ = &state;
+  result_ = &result;
   result = ContactResult{};
-  start_parts(input.parts, state.parts);
+  SoftParts::begin(input, state.parts);
   const PoseError error_GH = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
-  const double wanted = displacement_bound(closing(error_GH), tool_reach(input.tool, state));
+  const double wanted = displacement_bound(closing(error_GH), tool_reach(at()));
   const ToolMotion hand = motion_between(state.X_WH, input.X_WH);
-  w.pace = std::max(state.travel, displacement_bound(hand, tool_reach(input.tool, state)));
+  const double pace = std::max(state.travel, displacement_bound(hand, tool_reach(at())));
   state.X_WH = input.X_WH;
   state.travel = 0.0;
   if (state.active_count == 0) {
     state.tool_level = input.options.tool_level;
     state.body_level = input.options.body_level;
   }
-  w.leaves =
+  const bool leaves =
       (state.tool_level == kLeafLevel && state.body_level == kLeafLevel) || any_soft(input.parts);
-  find_candidates(input, state, wanted, w, result);
-  if (w.contacts.minimum_gap < -input.rounding) {
+  full_step_ = false;
+  candidates_.begin(pace, leaves);
+  candidates_.query(at(), wanted, result);
+  if (overlaps()) {
     // An overlap of bounds is none of the tool; to push it out of them could push a leaf in. What
     // is pushed out looks at all.
-    w.leaves = true;
-    w.pace = input.options.margin;
-    find_candidates(input, state, wanted, w, result);
+    candidates_.begin(input.options.margin, true);
+    candidates_.query(at(), wanted, result);
   }
-  w.linearised = linearisation_work(result);
+  linearised_ = linearisation_work(result);
 }
 
-PoseError prepare_sub_step(const ContactInput& input, ContactState& state, OptimiserWorkspace& w,
-                           ContactResult& result) noexcept {
-  const PoseError error_GH = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
-  const double wanted = displacement_bound(closing(error_GH), tool_reach(input.tool, state));
-  refresh_candidates(input, state, wanted, w, result);
-  update_touched(input, wanted, state, w, result);
+PoseError ContactProblem::prepare() noexcept {
+  const PoseError error_GH = coupling_error(state_->X_WG, input_->X_WH, state_->phi_GH_W);
+  const double wanted = displacement_bound(closing(error_GH), tool_reach(at()));
+  candidates_.refresh(at(), wanted, *result_);
+  touch(wanted);
   return error_GH;
 }
 
-bool advance_sub_step(const ContactInput& input, ContactState& state, OptimiserWorkspace& w,
-                      ContactResult& result) noexcept {
-  ++result.sub_steps;
-  Wrench settled_F_H_W;
-  const PoseError error_GH = prepare_sub_step(input, state, w, result);
+// Saves the linearisation that would only confirm the last one.
+bool ContactProblem::settled(const PoseError& error_GH) noexcept {
+  if (!full_step_ || result_->queries != queries_ || result_->active_count == 0 ||
+      YieldingStrings::pull_aside(at())) {
+    return false;
+  }
+  const std::optional<Wrench> F_H_W = balanced_wrench(view(), error_GH);
+  if (!F_H_W) return false;
+  --result_->sub_steps;
+  state_->F_H_W = *F_H_W;
+  result_->F_H_W = *F_H_W;
+  result_->status = ContactStatus::kConverged;
+  return true;
+}
+
+// Commits what of the full step is admissible; true while another linearisation may help.
+bool ContactProblem::step_on(const PoseError& error_GH) noexcept {
+  const double tolerance = input_->options.stop_tolerance;
+  const bool last = step_bound(at(), program_.step()) < tolerance;
+  Admission admission;
+  admissible_fraction(view(), {program_, error_GH, candidates_.room_left(), last}, admission,
+                      *result_);
+  if (!admission.centred) program_.drop_centring(state_->touched.size());
+  if (admission.admitted) {
+    const double travel = step_bound(at(), admission.step);
+    candidates_.moved(travel);
+    state_->travel += travel;
+    state_->X_WG = admission.X_WG;
+    strings_.commit(*input_, admission.step, *state_);
+    SoftParts::commit(*input_, admission.step, *state_);
+    state_->phi_GH_W = admission.phi_GH_W;
+    full_step_ = admission.fraction == 1.0;
+    queries_ = result_->queries;
+  }
+  const bool converged = last || step_bound(at(), program_.step()) < tolerance;
+  result_->status = converged            ? ContactStatus::kConverged
+                    : admission.admitted ? ContactStatus::kLagging
+                                         : ContactStatus::kRefused;
+  return !converged && admission.admitted;
+}
+
+bool ContactProblem::advance() noexcept {
+  ++result_->sub_steps;
+  const PoseError error_GH = prepare();
+  state_->phi_GH_W = error_GH.dtheta;
+  const double travel = free_travel(at(), error_GH);
+  if (travel <= candidates_.contacts().minimum_gap - input_->options.skin) {
+    commit_free(travel);
+    return false;
+  }
+  int unknowns = parts_.build(at(), candidates_.contacts(), kToolDof);
+  unknowns = strings_.build(at(), candidates_.contacts(), unknowns);
+  if (settled(error_GH)) return false;
+
+  result_->pressed += state_->active_count;
+  linearisation_.build(view(), error_GH, unknowns);
+  program_.solve(view(), linearisation_, *result_);
+  if (!program_.optimal()) {
+    keep_after_failure(error_GH);
+    return false;
+  }
+  take_force(error_GH);
+  return step_on(error_GH);
+}
+
+bool ContactProblem::work_used_up() noexcept {
+  if (input_->work_budget <= 0) return false;
+  const std::int64_t last = linearisation_work(*result_) - linearised_;
+  linearised_ += last;
+  return tick_work(*result_) + last + last / kDearerNext + candidates_.tests_of_next_look() >
+         input_->work_budget;
+}
+
+void ContactProblem::finish() noexcept { YieldingStrings::finish(*input_, state_->touched); }
+
+void ContactProblem::recover() noexcept {
+  ContactResult& result = *result_;
+  ContactState& state = *state_;
+  const ContactSet& contacts = candidates_.contacts();
+  result.status = ContactStatus::kRecovering;
+  result.sub_steps = 1;
+  const double skin = input_->options.skin;
+  Vector3 dp_W;
+  const bool planned = program_.find_way_out(at(), contacts, dp_W, result);
+  std::optional<Push> push;
+  if (planned) push = push_out(at(), contacts, dp_W);
+  if (!push) push = push_out(at(), contacts, deepest_direction(contacts, false, skin));
+  if (!push) push = push_out(at(), contacts, deepest_direction(contacts, true, skin));
+  if (push) {
+    state.X_WG = push->X_WG;
+    result.minimum_gap = push->minimum_gap;
+  }
+  const PoseError error_GH = coupling_error(state.X_WG, input_->X_WH, state.phi_GH_W);
   state.phi_GH_W = error_GH.dtheta;
-  const double way = free_way(input, error_GH, state);
-  if (way <= w.contacts.minimum_gap - input.options.skin) {
-    commit_free(input, way, state, w, result);
-    return false;
-  }
-  if (w.full_step && is_stationary(input, state, error_GH, w, result, settled_F_H_W)) {
-    --result.sub_steps;
-    state.F_H_W = settled_F_H_W;
-    result.F_H_W = settled_F_H_W;
-    result.status = ContactStatus::kConverged;
-    return false;
-  }
-
-  result.pressed += state.active_count;
-  const double holds = solve_linearisation(input, state, error_GH, w, result);
-  if (w.solution.status != QpStatus::kOptimal) {
-    keep_after_failure(input, error_GH, state, result);
-    return false;
-  }
-  take_force(input, error_GH, state, w, result);
-  const bool last = step_bound(input, state, w.step) < input.options.stop_tolerance;
-  const bool moved_on = commit_admissible(input, error_GH, holds, last, state, w, result);
-  const bool converged = last || step_bound(input, state, w.step) < input.options.stop_tolerance;
-  result.status = converged  ? ContactStatus::kConverged
-                  : moved_on ? ContactStatus::kLagging
-                             : ContactStatus::kRefused;
-  return !converged && moved_on;
+  state.active_count = 0;
+  state.F_H_W = {input_->stiffness.kt * -error_GH.dp, input_->stiffness.kr() * -error_GH.dtheta};
+  result.F_H_W = state.F_H_W;
 }
 
-bool work_used_up(const ContactInput& input, const ContactResult& result,
-                  OptimiserWorkspace& w) noexcept {
-  if (input.work_budget <= 0) return false;
-  const std::int64_t last = linearisation_work(result) - w.linearised;
-  w.linearised += last;
-  return tick_work(result) + last + last / kDearerNext + tests_of_next_look(w) > input.work_budget;
-}
-
-void finish_tick(const ContactInput& input, ContactState& state) noexcept {
-  if (!input.instrument.friction) return;
-  for (TouchedString& hold : state.touched) {
-    const auto index = static_cast<std::size_t>(hold.bend.capsule);
-    const double longest = input.strings[index].friction_coefficient * hold.normal_force /
-                           input.instrument.anchor_stiffness;
-    const double slip = hold.slip_W.norm();
-    if (slip > longest) hold.slip_W *= longest / slip;
-  }
-}
-
-void optimise_configuration(const ContactInput& input, ContactState& state, OptimiserWorkspace& w,
-                            ContactResult& result) noexcept {
-  start_tick(input, state, w, result);
-  if (w.contacts.minimum_gap < -input.rounding) {
-    recover(input, state, w, result);
+void ContactProblem::solve(const ContactInput& input, ContactState& state,
+                           ContactResult& result) noexcept {
+  begin(input, state, result);
+  if (overlaps()) {
+    recover();
     return;
   }
   bool more = true;
   while (more && result.sub_steps < input.options.sub_steps && !result.cut_short) {
-    more = advance_sub_step(input, state, w, result);
-    result.cut_short = more && work_used_up(input, result, w);
+    more = advance();
+    result.cut_short = more && work_used_up();
   }
-  finish_tick(input, state);
+  finish();
 }
 
 }  // namespace hapticd

@@ -27,7 +27,7 @@ struct ContactState {
   int active_count = 0;             ///< pairs that carried force last: warm start and curvature
   std::array<ActivePair, kMaxQpUnknowns> active;
   TouchedStrings touched;  ///< strings touched: how they are bent and what sticks to them
-  SoftParts parts;         ///< soft parts that are touched or displaced
+  TouchedParts parts;      ///< soft parts that are touched or displaced
   /// Levels of the options at the last tick that began without force: bounds are another shape, and
   /// what is pressed keeps its own until it is let go of.
   int tool_level = kLeafLevel;
@@ -35,11 +35,5 @@ struct ContactState {
   Pose X_WH;            ///< of the last tick
   double travel = 0.0;  ///< of any point of the tool in the last tick, at most, m
 };
-
-/// No point of the tool with its soft parts is farther from its origin, m.
-[[nodiscard]] inline double tool_reach(const SphereTreeView& tool,
-                                       const ContactState& state) noexcept {
-  return reach(tool) + greatest_displacement(state.parts);
-}
 
 }  // namespace hapticd

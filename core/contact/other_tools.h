@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/collision/query.h"
+#include "core/contact/soft_part.h"
 #include "core/contact/touched_string.h"
 
 namespace hapticd {
@@ -20,7 +21,7 @@ struct OtherTool {
   SphereTreeView tool;
   Pose X_WG;
   ToolParts parts;
-  const SoftParts* soft = nullptr;  ///< never null where it is looked at
+  const TouchedParts* soft = nullptr;  ///< never null where it is looked at
 };
 
 /// All others, and memory to look at them with; none: nothing is shared.

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-#include "core/contact/contact_problem.h"
+#include "core/contact/contact_result.h"
 
 namespace hapticd {
 

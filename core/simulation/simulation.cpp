@@ -81,7 +81,7 @@ void Simulation::render(std::size_t tool, const HandPose& hand, std::int64_t wor
   if (memory_.tools.size() > 1) {
     render_shared(tool, hand, work_budget, tick);
   } else {
-    render_contact(play.scene, hand, play.state, play.workspace, tick, work_budget);
+    render_contact(play.scene, hand, play.state, play.problem, tick, work_budget);
     way.input = contact_input(play.scene, tick.X_WH, tick.dt);
   }
   const std::int64_t t_ns = play.state.hand.t_ns;
@@ -114,7 +114,7 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand, std::int6
     others.push_back({other.scene.tool, state.X_WG, other.scene.parts, &state.parts});
   }
   seen.others = {{others.begin(), others.size()}, memory_.scratch};
-  render_contact(seen, hand, play.state, play.workspace, tick, work_budget);
+  render_contact(seen, hand, play.state, play.problem, tick, work_budget);
   update_sharing(all, number, holders_);
   seen.others = {};
   play.way.input = contact_input(seen, tick.X_WH, tick.dt);

@@ -25,7 +25,7 @@ const Contact* nearest_pair(const ToolPlay& play, std::int32_t string, const Pos
   const Contact* nearest = nullptr;
   double gap = std::numeric_limits<double>::infinity();
   for (const Contact& listed : string_pairs(play).contacts) {
-    if (listed.key.kind != ObstacleKind::kCapsule || listed.key.obstacle != string) continue;
+    if (!is_string(listed.key) || listed.key.obstacle != string) continue;
     const double listed_gap = evaluate_contact(listed.key, input.tool, X_WT, input.obstacles).gap;
     if (nearest != nullptr && listed_gap >= gap) continue;
     nearest = &listed;
@@ -131,13 +131,16 @@ StringProximity proximity_to(const ToolPlay& play, const ToolTick& tick,
     near.p_WC = pressed->p_WC;
     near.part = pressed->part;
   } else {
-    const NearestPair nearest =
-        nearest_to_string(input, state, string_pairs(play), string, kNotNear);
-    touch.distance = felt_distance(nearest.gap, input);
-    touch.lambda = nearest.lambda;
-    near.nhat_W = nearest.nhat_W;
-    near.p_WC = nearest.p_WC;
-    near.part = nearest.part;
+    touch.distance = kNotNear;
+    touch.lambda = 0.5;
+    const auto nearest = nearest_to_string({input, state}, string_pairs(play), string);
+    if (nearest && nearest->gap < kNotNear) {
+      touch.distance = felt_distance(nearest->gap, input);
+      touch.lambda = nearest->lambda;
+      near.nhat_W = nearest->nhat_W;
+      near.p_WC = nearest->p_WC;
+      near.part = nearest->part;
+    }
   }
   touch.distance_before = visit.distance;
   if (touch.distance_before >= kNotNear) {
@@ -165,9 +168,8 @@ void reach_out(double swing, ToolPlay& play) noexcept {
   const ContactState& state = play.state.optimiser;
   const double range = swing + options.skin + input.instrument.release.release_gap;
   const ToolMotion moved = motion_between(play.way.X_WG_before, state.X_WG);
-  const double way_gone =
-      std::max(play.workspace.travelled, displacement_bound(moved, tool_reach(input.tool, state)));
-  play.reached_out = !(range <= play.workspace.contacts.covered_margin - way_gone);
+  const double travel = displacement_bound(moved, tool_reach({input, state}));
+  play.reached_out = !play.problem.candidates().sees(range, travel);
   if (!play.reached_out) return;
   const double margin = std::max(options.margin, range);
   const BentObstacles bent(input.obstacles, state.touched);

@@ -102,8 +102,7 @@ void part_with_rigid_pairs(std::size_t capsules, ContactState& state,
   int kept = 0;
   for (int k = 0; k < state.active_count; ++k) {
     const ActivePair& pair = state.active[static_cast<std::size_t>(k)];
-    if (pair.key.kind == ObstacleKind::kCapsule &&
-        static_cast<std::size_t>(pair.key.obstacle) >= capsules) {
+    if (is_string(pair.key) && static_cast<std::size_t>(pair.key.obstacle) >= capsules) {
       view.rigid_active.push_back(pair);
     } else {
       state.active[static_cast<std::size_t>(kept++)] = pair;

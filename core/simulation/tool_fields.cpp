@@ -13,7 +13,7 @@ bool names_sphere(const SphereTreeView& tree, TreeSphereId id) noexcept {
 bool names_pair(const ContactKey& key, const ToolScene& scene) noexcept {
   if (key.obstacle < 0 || !names_sphere(scene.tool, key.tool_sphere)) return false;
   const auto obstacle = static_cast<std::size_t>(key.obstacle);
-  if (key.kind == ObstacleKind::kCapsule) {
+  if (is_string(key)) {
     return obstacle < scene.obstacles.capsules_W.size() && key.obstacle_sphere >= 0 &&
            key.obstacle_sphere <= 1;
   }

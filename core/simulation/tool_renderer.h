@@ -65,7 +65,7 @@ struct ToolTick {
 
 /// Everything of a tick up to F_computed_H_W. `work_budget` as in ContactInput.
 HD_REALTIME void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& state,
-                                OptimiserWorkspace& workspace, ToolTick& tick,
+                                ContactProblem& problem, ToolTick& tick,
                                 std::int64_t work_budget = 0) noexcept;
 
 /// The rest: F_H_W from F_computed_H_W, ramped and limited. Once per tick.

@@ -50,7 +50,7 @@ class PathRun {
   std::int64_t work_budget_ = 0;
   ContactState state_;
   ContactResult result_;
-  std::unique_ptr<OptimiserWorkspace> workspace_ = std::make_unique<OptimiserWorkspace>();
+  std::unique_ptr<ContactProblem> problem_ = std::make_unique<ContactProblem>();
   std::vector<ContactState> path_;  ///< of the tick
   std::set<std::string> touched_;
 };

@@ -17,7 +17,7 @@ double released_by_pressing_back(const ToolRun& run) {
   for (int k = 0; k < run.result.active_count; ++k) {
     const ActiveContact& active = run.result.active[static_cast<std::size_t>(k)];
     const ContactKey& key =
-        run.workspace->contacts.contacts[static_cast<std::size_t>(active.contact)].key;
+        run.problem->candidates().contacts().contacts[static_cast<std::size_t>(active.contact)].key;
     const Contact now =
         evaluate_contact(key, run.scene.tool(), run.state.X_WG, run.scene.obstacles());
     energy += active.multiplier * std::max(0.0, now.gap);

@@ -49,7 +49,7 @@ TEST_CASE(
     for (int tick = 0; tick < 1000; ++tick) {
       expected.tick(rocking(tick));
       run.tick(rocking(tick));
-      most = std::max(most, run.workspace->contacts.contacts.size());
+      most = std::max(most, run.problem->candidates().contacts().contacts.size());
       largest = std::max(largest, expected.result.F_H_W.f.norm());
       REQUIRE((run.result.F_H_W.f - expected.result.F_H_W.f).norm() < 0.02);
       REQUIRE((run.result.F_H_W.t - expected.result.F_H_W.t).norm() < 0.02 * kHalfWidth);

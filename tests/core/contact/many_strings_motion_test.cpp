@@ -128,7 +128,7 @@ TEST_CASE("many strings come and go under a rocking tool without a jump of the w
       const double y = meeting(scene, run) + 1e-3 - 5e-3 * std::min(t, 1.0);
       const Pose X_WH = pose_at({0.4, y, 0.0}, {tilt, 0.0, 0.0});
       run.tick(X_WH);
-      const StringTick now = rendered(run, X_WH);
+      const StringTick now = rendered(run);
       const ToolMotion moved_by = motion_between(X_before, X_WH);
       const double way = way_length(run.stiffness, moved_by.dp, moved_by.dtheta);
       const double change = wrench_length(run.stiffness, now.F_H_W, before.F_H_W);
@@ -161,18 +161,18 @@ TEST_CASE("many strings held still stay still, and a slow press and its return g
       const double s = tick <= 200 ? tick / 200.0 : 2.0 - tick / 200.0;
       const Pose X_WH = pose_at({0.4, top - depth * s, 0.0}, {0.0, 0.0, 0.0});
       run.tick(X_WH);
-      const StringTick now = rendered(run, X_WH);
+      const StringTick now = rendered(run);
       const double down = (tick <= 200 ? -1.0 : 1.0) * depth / 200.0;
       work += 0.5 * (now.F_H_W.f.y() + before.F_H_W.f.y()) * down;
       if (tick == 200) stored = -work;
       before = now;
       if (tick != 200) continue;
       run.hold(X_WH, 100);
-      const Wrench held = rendered(run, X_WH).F_H_W;
+      const Wrench held = rendered(run).F_H_W;
       double drift = 0.0;
       for (int still = 0; still < 2000; ++still) {
         run.tick(X_WH);
-        drift = std::max(drift, (rendered(run, X_WH).F_H_W.f - held.f).norm());
+        drift = std::max(drift, (rendered(run).F_H_W.f - held.f).norm());
       }
       CHECK(drift <= 1e-6);
     }
@@ -209,7 +209,7 @@ TEST_CASE("beyond the capacity the force is that of a rigid line, not of one str
     run.tick(pose_at({0.5, top + 5e-3 * (1.0 - 0.02 * tick), 0.0}));
   }
   const double pressed = 1e3 * 5e-3;
-  const StringTick tick = rendered(run, pose_at({0.5, top - 5e-3, 0.0}));
+  const StringTick tick = rendered(run);
   CHECK(run.result.strings_refused > 0);
   CHECK(tick.F_H_W.f.norm() >= 0.8 * pressed);
   CHECK(tick.F_H_W.f.norm() <= 1.01 * pressed);

@@ -126,12 +126,12 @@ TEST_CASE(
   scene.capsules_W = {{{-0.5, 0, 0}, {0.5, 0, 0}, kString}};
   const ToolScene tool_scene{scene.tool(), scene.obstacles(), {}, {}, {}};
   ToolState state;
-  auto workspace = std::make_unique<OptimiserWorkspace>();
+  auto problem = std::make_unique<ContactProblem>();
   ToolTick tick;
   double before = 0.0;
   for (int i = 0; i < 400; ++i) {
     render_tool(tool_scene, {std::int64_t{1'000'000} * (i + 1), {0, 1e-3, 0}, {1, 0, 0, 0}}, state,
-                *workspace, tick);
+                *problem, tick);
     const double force = tick.F_H_W.f.norm();
     CHECK(force <= before + kRecoveryForceRate * 1e-3 + 1e-12);
     if (tick.optimiser.status == ContactStatus::kRecovering) CHECK(force <= kRecoveryForce);

@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/contact/recovery.h"
 #include "core/math/rotation.h"
 
 namespace hapticd::test {
@@ -85,28 +84,29 @@ std::vector<Sphere> RenderingScene::displaced_spheres(const ContactState& state)
   return spheres;
 }
 
-const ContactResult& ToolRun::tick(const Pose& X_WH) {
-  optimise_configuration(input(X_WH), state, *workspace, result);
+const ContactResult& ToolRun::tick(const Pose& X_WH, double dt) {
+  asked = input(X_WH, dt);
+  problem->solve(asked, state, result);
   return result;
 }
 
 long double ToolRun::tick_along(const Pose& X_WH) {
-  const ContactInput in = input(X_WH);
+  asked = input(X_WH);
   ContactState before = state;
-  start_tick(in, state, *workspace, result);
-  if (workspace->contacts.minimum_gap < 0.0) {
-    recover(in, state, *workspace, result);
+  problem->begin(asked, state, result);
+  if (problem->overlaps()) {
+    problem->recover();
     return scene.true_path_gap(before, state);
   }
   long double smallest = std::numeric_limits<long double>::infinity();
   for (bool more = true; more && result.sub_steps < options.sub_steps;) {
-    prepare_sub_step(in, state, *workspace, result);
+    problem->prepare();
     before = state;
-    more = advance_sub_step(in, state, *workspace, result);
+    more = problem->advance();
     smallest = std::min(smallest, scene.true_path_gap(before, state));
-    more = more && !work_used_up(in, result, *workspace);
+    more = more && !problem->work_used_up();
   }
-  finish_tick(in, state);
+  problem->finish();
   return smallest;
 }
 

@@ -61,7 +61,8 @@ struct ToolRun {
   ContactOptions options;
   std::int64_t work_budget = 0;
   ContactResult result;
-  std::unique_ptr<OptimiserWorkspace> workspace = std::make_unique<OptimiserWorkspace>();
+  ContactInput asked;  ///< in the last tick
+  std::unique_ptr<ContactProblem> problem = std::make_unique<ContactProblem>();
 
   ToolRun(const RenderingScene& owner, const Pose& X_WG) : scene(owner) { state.X_WG = X_WG; }
 
@@ -72,8 +73,8 @@ struct ToolRun {
     in.work_budget = work_budget;
     return in;
   }
-  /// One tick towards X_WH.
-  const ContactResult& tick(const Pose& X_WH);
+  /// One tick of `dt` s towards X_WH.
+  const ContactResult& tick(const Pose& X_WH, double dt = 1e-3);
   /// The same, and returns the smallest gap on the whole committed path by exhaustion, m.
   long double tick_along(const Pose& X_WH);
   /// `ticks` ticks at the same pose.

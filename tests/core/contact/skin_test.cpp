@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "core/contact/string_block.h"
 #include "tests/core/contact/string_scenes.h"
 #include "tests/support/random.h"
 
@@ -54,7 +53,7 @@ ConfigurationStep step_of(const ToolRun& run, const StringBlock& model, const To
                           const Vector3& du_W) {
   ConfigurationStep step;
   step.tool = tool;
-  step.strings[0] = string_motion(model, run.state.touched[0].bend, step, du_W, 0.0);
+  step.strings[0] = string_motion(model, run.state.touched[0].bend, du_W, step);
   return step;
 }
 
@@ -113,16 +112,16 @@ TEST_CASE("the gradient of a gap is what the gap does when the tool steps and th
     ToolRun run(scene, pose_at({x, 0.02, 0.0}));
     glide(run, {x, 0.007, 0.0}, {x + 1e-3, random.uniform(-0.02, 0.0), 0.0}, 30);
     const ContactInput input = run.input(run.state.X_WG);
-    OptimiserWorkspace& w = *run.workspace;
-    start_tick(input, run.state, w, run.result);
+    run.problem->begin(input, run.state, run.result);
+    const ContactSet& contacts = run.problem->candidates().contacts();
     if (run.state.touched.size() != 1 || !run.state.touched[0].yields) continue;
-    const int unknowns = model_strings(input, w.contacts, run.state, kToolDof, w.models);
-    REQUIRE(unknowns == kToolDof + 2);
-    const StringBlock& model = w.models[0];
+    YieldingStrings strings;
+    REQUIRE(strings.build({input, run.state}, contacts, kToolDof) == kToolDof + 2);
+    const StringBlock& model = strings.block(0);
     if (!model.touched) continue;
-    for (const Contact& contact : w.contacts.contacts) {
+    for (const Contact& contact : contacts.contacts) {
       if (contact.lambda <= 0.0 || contact.lambda >= 1.0) continue;
-      const GapGradient gradient = gap_gradient(run.state, w.models, contact);
+      const GapGradient gradient = strings.gradient(run.state, contact);
       const double share = deflection_share(run.state.touched[0].bend, contact.lambda);
       constexpr double kStep = 1e-6;
       const Vector3 dp = kStep * to_vector(random.direction());

@@ -43,7 +43,7 @@ void check_way(ToolRun& run, const std::vector<Vector3>& places, int ticks) {
       CHECK(gap >= -kAllowedDepth);
       const double pulled =
           run.stiffness.kt * std::max(pulled_before, (p_WH - run.state.X_WG.p).norm());
-      const Vector3 f = rendered(run, pose_at(p_WH)).F_H_W.f;
+      const Vector3 f = rendered(run).F_H_W.f;
       REQUIRE(f.allFinite());
       CHECK(f.norm() <= 1.01 * pulled + kStoredForce);
     }
@@ -93,7 +93,7 @@ TEST_CASE("a slack string without stiffness gives no force and does not stop the
   ToolRun run(scene, pose_at({0.5, 0.02, 0.0}));
   const double s = rest_distance(run, string.radius);
   glide(run, {0.5, s + 1e-3, 0.0}, {0.5, s - 5e-3, 0.0}, 100,
-        [&](const Vector3& p_WH) { CHECK(rendered(run, pose_at(p_WH)).F_H_W.f.norm() < 1e-6); });
+        [&](const Vector3& p_WH) { CHECK(rendered(run).F_H_W.f.norm() < 1e-6); });
   CHECK((run.state.X_WG.p - Vector3(0.5, s - 5e-3, 0.0)).norm() < 30e-6);
 }
 
@@ -165,14 +165,14 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
   ToolScene scene{owner.tool(), owner.obstacles(), {}, {}, {}, owner.strings};
   ToolState state;
   ToolTick tick;
-  const auto workspace = std::make_unique<OptimiserWorkspace>();
+  const auto problem = std::make_unique<ContactProblem>();
   HandPose sample;
   GuardedHand hand;
   PoseVerdict verdict = PoseVerdict::kGood;
   const auto render = [&](double y) {
     sample.t_ns += 1'000'000;
     sample.p_WH = {0.5, y, 0.0};
-    verdict = guarded_render(sample, hand, scene, state, *workspace, tick);
+    verdict = guarded_render(sample, hand, scene, state, *problem, tick);
   };
   for (int i = 0; i < 60; ++i) render(0.008 - 1e-4 * i);
   const double bad[] = {std::numeric_limits<double>::quiet_NaN(),
@@ -201,12 +201,12 @@ TEST_CASE("a scene edited onto a tool that bends a string pushes it out slowly a
   ToolScene scene{owner.tool(), owner.obstacles(), {}, {}, {}, owner.strings};
   ToolState state;
   ToolTick tick;
-  const auto workspace = std::make_unique<OptimiserWorkspace>();
+  const auto problem = std::make_unique<ContactProblem>();
   HandPose sample;
   const auto render = [&](double y) {
     sample.t_ns += 1'000'000;
     sample.p_WH = {0.5, y, 0.3e-3};
-    render_tool(scene, sample, state, *workspace, tick);
+    render_tool(scene, sample, state, *problem, tick);
   };
   for (const double onto : {0.004, 0.003, 0.0, -0.002}) {
     for (int i = 0; i < 60; ++i) render(0.02 - 3e-4 * i);

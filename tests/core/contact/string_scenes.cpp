@@ -25,10 +25,9 @@ double rest_distance(const ToolRun& run, double radius) {
   return kTipRadius + radius + run.options.skin;
 }
 
-StringTick rendered(const ToolRun& run, const Pose& X_WH) {
+StringTick rendered(const ToolRun& run) {
   StringTick tick;
-  find_string_contacts(run.input(X_WH), run.state, *run.workspace, run.result, tick.strings,
-                       tick.F_H_W);
+  find_string_contacts(run.problem->view(), tick.strings, tick.F_H_W);
   return tick;
 }
 

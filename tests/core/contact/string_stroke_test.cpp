@@ -69,7 +69,7 @@ std::optional<long double> naive_gap(Stroke& stroke) {
     for (int i = 0; i < run.result.active_count; ++i) {
       const ActiveContact& active = run.result.active[static_cast<std::size_t>(i)];
       const Contact& contact =
-          run.workspace->contacts.contacts[static_cast<std::size_t>(active.contact)];
+          run.problem->candidates().contacts().contacts[static_cast<std::size_t>(active.contact)];
       if (contact.key.kind != ObstacleKind::kCapsule) continue;
       const auto k = static_cast<std::size_t>(contact.key.obstacle) / 2;
       forces[k] += active.multiplier * contact.nhat_OG_W;
@@ -181,14 +181,14 @@ Winding wind(const AcrossStroke& across) {
   };
   for (const Pose& X_WH : across.stroke.X_WH) {
     const ContactInput in = run.input(X_WH);
-    start_tick(in, run.state, *run.workspace, run.result);
+    run.problem->begin(in, run.state, run.result);
     for (bool more = true; more && run.result.sub_steps < run.options.sub_steps;) {
-      prepare_sub_step(in, run.state, *run.workspace, run.result);
+      run.problem->prepare();
       const Placed from = placed(run.state);
-      more = advance_sub_step(in, run.state, *run.workspace, run.result);
+      more = run.problem->advance();
       follow(from, placed(run.state));
     }
-    finish_tick(in, run.state);
+    run.problem->finish();
   }
   winding.crossed = before.y() * y_start < 0.0;
   return winding;

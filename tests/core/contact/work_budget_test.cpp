@@ -212,7 +212,8 @@ TEST_CASE("a tool in a crowd leaves out what is far, and comes to the same force
     run.tick(X_WH);
     free_work += tick_work(free.result);
     work += tick_work(run.result);
-    CHECK(run.workspace->contacts.contacts.size() <= free.workspace->contacts.contacts.size());
+    CHECK(run.problem->candidates().contacts().contacts.size() <=
+          free.problem->candidates().contacts().contacts.size());
   }
   CHECK(free.result.F_H_W.f.norm() > 1.0);
   CHECK((free.result.F_H_W.f - run.result.F_H_W.f).norm() < 0.01 * free.result.F_H_W.f.norm());

@@ -1,6 +1,6 @@
 // Second derivatives of the signed distances, of the rotation energy and of the strings. See
-// local_model.h. RT: yes.
-#include "core/contact/local_model.h"
+// linearisation.h. RT: yes.
+#include "core/contact/linearisation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,12 +9,6 @@
 
 namespace hapticd {
 namespace {
-
-/// What the present linearisation knows of strings and soft parts.
-struct Models {
-  const StringBlocks& holds;
-  const PartBlocks& parts;
-};
 
 /// How a point of the tool moves against a string or body: columns of the Jacobian of [dp; dtheta;
 /// dv; du] that are not zero, in the order of the unknowns.
@@ -38,12 +32,12 @@ void add_part(const PartBlock& part, double share, PointJacobian& J) noexcept {
 }
 
 /// Lets the string move against the point by `share` of its deflection.
-void add_string(const StringBlock& hold, double share, PointJacobian& J) noexcept {
-  if (hold.unknown < 0) return;
-  const auto first = static_cast<std::size_t>(hold.unknown);
-  J.column[J.count] = -share * hold.radial_W;
+void add_string(const StringBlock& block, double share, PointJacobian& J) noexcept {
+  if (block.unknown < 0) return;
+  const auto first = static_cast<std::size_t>(block.unknown);
+  J.column[J.count] = -share * block.radial_W;
   J.unknown[J.count++] = first;
-  J.column[J.count] = -share * hold.tangential_W;
+  J.column[J.count] = -share * block.tangential_W;
   J.unknown[J.count++] = first + 1;
 }
 
@@ -77,11 +71,12 @@ struct RoundContact {
 };
 
 RoundContact round_contact(const ContactInput& input, const ObstaclesView& obstacles,
-                           const ContactKey& key, const Contact& contact, double r) noexcept {
+                           const ContactKey& key, const Contact& contact) noexcept {
   RoundContact out;
+  const double r = tree_sphere(input.tool, key.tool_sphere).r;
   const Vector3& n = contact.nhat_OG_W;
   out.round = Matrix3::Identity() - n * n.transpose();
-  if (key.kind == ObstacleKind::kBody) {
+  if (is_body(key)) {
     const auto o = static_cast<std::size_t>(key.obstacle);
     out.distance =
         contact.gap + r + tree_sphere(input.obstacles.bodies[o].tree, key.obstacle_sphere).r;
@@ -107,24 +102,30 @@ void subtract_turning(const PartBlock& part, const Vector3& f, ArrowMatrix& H) n
   }
 }
 
+/// What the pairs that bear force are evaluated against.
+struct Shapes {
+  const ObstaclesView& obstacles;
+  const DisplacedParts& displaced;
+};
+
 /// H -= multiplier times the Hessian of the signed distance of one pair.
-void subtract_curvature(const ContactInput& input, const ObstaclesView& obstacles,
-                        const ContactState& state, const Models& models, const ToolShape& shape,
-                        const ActivePair& pair, ArrowMatrix& H) noexcept {
+void subtract_curvature(const ContactView& view, const Shapes& shapes, const ActivePair& pair,
+                        ArrowMatrix& H) noexcept {
+  const auto& [input, state] = view.at();
   const Contact contact =
-      evaluate_contact(pair.key, input.tool, state.X_WG, obstacles, shape.view());
+      evaluate_contact(pair.key, input.tool, state.X_WG, shapes.obstacles, shapes.displaced);
   const double r = tree_sphere(input.tool, pair.key.tool_sphere).r;
-  const RoundContact geometry = round_contact(input, obstacles, pair.key, contact, r);
+  const RoundContact geometry = round_contact(input, shapes.obstacles, pair.key, contact);
   if (!(geometry.distance > 0.0)) return;
   const Vector3& n = contact.nhat_OG_W;
   const Vector3 a = contact.p_WC + r * n - state.X_WG.p;
   PointJacobian J = point_jacobian(a);
   const int p = find_part(input.parts, state.parts, pair.key.tool_sphere);
-  const PartBlock* part = p >= 0 ? &models.parts[static_cast<std::size_t>(p)] : nullptr;
+  const PartBlock* part = p >= 0 ? &view.parts.block(static_cast<std::size_t>(p)) : nullptr;
   if (part != nullptr) add_part(*part, 1.0, J);
-  if (const int h = find_touched(state.touched, pair.key); h >= 0) {
-    const auto k = static_cast<std::size_t>(h);
-    add_string(models.holds[k], deflection_share(state.touched[k].bend, contact.lambda), J);
+  if (const int s = find_touched(state.touched, pair.key); s >= 0) {
+    const auto k = static_cast<std::size_t>(s);
+    add_string(view.strings.block(k), deflection_share(state.touched[k].bend, contact.lambda), J);
   }
   // The centre moves by dp - [a] dtheta + dv - share du; where the obstacle is round that costs
   // |v|^2 / (2 distance).
@@ -152,76 +153,60 @@ Matrix3 rotation_hessian(const Vector3& phi) noexcept {
   return across * Matrix3::Identity() + (1.0 - across) * axis * axis.transpose();
 }
 
-/// Downhill gradient, stiffness and friction of the held strings.
-void add_holds(const ContactState& state, const Models& models, ArrowMatrix& H,
-               std::array<double, kMaxQpUnknowns>& downhill) noexcept {
-  for (std::size_t k = 0; k < state.touched.size(); ++k) {
-    const StringBlock& hold = models.holds[k];
-    if (hold.unknown >= 0) {
-      const auto first = static_cast<std::size_t>(hold.unknown);
-      downhill[first] = -hold.force;
-      downhill[first + 1] = 0.0;
+/// Friction and lateral force of the touched strings: their downhill gradient and stiffness.
+void add_friction(const ContactView& view, ArrowMatrix& H, Unknowns& downhill) noexcept {
+  for (std::size_t k = 0; k < view.state.touched.size(); ++k) {
+    const StringBlock& block = view.strings.block(k);
+    if (block.lateral_force == 0.0 && block.slip_stiffness == 0.0) continue;
+    const StringBend& bend = view.state.touched[k].bend;
+    const double share = block.unknown < 0 ? 0.0 : deflection_share(bend, block.lambda);
+    PointJacobian J = point_jacobian(block.p_GC_W);
+    for (std::size_t p = 0; p < block.parts; ++p) {
+      add_part(view.parts.block(p), block.part_share[p], J);
     }
-    if (hold.lateral_force == 0.0 && hold.slip_stiffness == 0.0) continue;
-    const StringBend& bend = state.touched[k].bend;
-    const double share = hold.unknown < 0 ? 0.0 : deflection_share(bend, hold.lambda);
-    PointJacobian J = point_jacobian(hold.p_GC_W);
-    for (std::size_t p = 0; p < hold.parts; ++p) add_part(models.parts[p], hold.part_share[p], J);
-    add_string(hold, share, J);
-    const Vector3& n = hold.nhat_W;
-    const Vector3 friction = -hold.slip_stiffness * hold.slip_W;
-    const Vector3 lateral = hold.lateral_force * hold.axis_W;
+    add_string(block, share, J);
+    const Vector3& n = block.nhat_W;
+    const Vector3 friction = -block.slip_stiffness * block.slip_W;
+    const Vector3 lateral = block.lateral_force * block.axis_W;
     // The string's ends hold it along its axis: there only the tool gains.
     for (std::size_t i = 0; i < J.count; ++i) {
       downhill[J.unknown[i]] += J.column[i].dot(i < J.of_tool ? friction + lateral : friction);
     }
-    add_quadratic(J, hold.slip_stiffness * (Matrix3::Identity() - n * n.transpose()), H);
+    add_quadratic(J, block.slip_stiffness * (Matrix3::Identity() - n * n.transpose()), H);
   }
 }
 
 /// Units in which G and K are the identity, and the downhill gradient of what lies along one
-/// unknown alone: of the coupling and of the soft parts.
-void measure(const ContactInput& input, const ContactState& state, const PoseError& error_GH,
-             const Models& models, std::array<double, kMaxQpUnknowns>& inverse_root,
-             std::array<double, kMaxQpUnknowns>& downhill) noexcept {
+/// unknown alone.
+void measure(const ContactView& view, const PoseError& error_GH, UnknownScale& scale) noexcept {
+  const CouplingStiffness& stiffness = view.input.stiffness;
   for (std::size_t k = 0; k < 3; ++k) {
-    inverse_root[k] = 1.0 / std::sqrt(input.stiffness.kt);
-    inverse_root[k + 3] = 1.0 / std::sqrt(input.stiffness.kr());
-    downhill[k] = input.stiffness.kt * error_GH.dp[static_cast<Eigen::Index>(k)];
-    downhill[k + 3] = input.stiffness.kr() * error_GH.dtheta[static_cast<Eigen::Index>(k)];
+    scale.inverse_root[k] = 1.0 / std::sqrt(stiffness.kt);
+    scale.inverse_root[k + 3] = 1.0 / std::sqrt(stiffness.kr());
+    scale.downhill[k] = stiffness.kt * error_GH.dp[static_cast<Eigen::Index>(k)];
+    scale.downhill[k + 3] = stiffness.kr() * error_GH.dtheta[static_cast<Eigen::Index>(k)];
   }
-  for (std::size_t k = 0; k < state.touched.size(); ++k) {
-    if (models.holds[k].unknown < 0) continue;
-    const auto first = static_cast<std::size_t>(models.holds[k].unknown);
-    inverse_root[first] = 1.0 / std::sqrt(models.holds[k].radial_stiffness);
-    inverse_root[first + 1] = 1.0 / std::sqrt(models.holds[k].tangential_stiffness);
-  }
-  for (std::size_t k = 0; k < state.parts.size(); ++k) {
-    if (models.parts[k].unknown < 0) continue;
-    const auto first = static_cast<std::size_t>(models.parts[k].unknown);
-    for (std::size_t i = 0; i < 3; ++i) {
-      inverse_root[first + i] = 1.0 / std::sqrt(models.parts[k].stiffness);
-      downhill[first + i] = models.parts[k].pull_W[static_cast<Eigen::Index>(i)];
-    }
-  }
+  view.strings.measure(view.state, scale);
+  view.parts.measure(view.state, scale);
 }
 
 /// Unknowns that stay in one matrix: all, or where too many strings yield those before theirs.
 std::size_t core_unknowns(const ContactState& state, std::size_t unknowns) noexcept {
   std::size_t yielding = 0;
-  for (const TouchedString& hold : state.touched) yielding += hold.yields ? 1 : 0;
+  for (const TouchedString& string : state.touched) yielding += string.yields ? 1 : 0;
   return yielding > kMaxDenseStrings ? unknowns - 2 * yielding : unknowns;
 }
 
-/// The unconstrained minimiser, from the downhill gradient.
-void find_target(std::array<double, kMaxQpUnknowns>& downhill, LocalModel& model) noexcept {
-  const std::size_t core = model.basis.size;
-  const std::span<const EliminatedString> strings = model.eliminated();
+}  // namespace
+
+void Linearisation::find_target(Unknowns& downhill) noexcept {
+  const std::size_t core = basis_.size;
+  const std::span<const EliminatedString> strings = eliminated();
   for (std::size_t k = 0; k < strings.size(); ++k) {
     const EliminatedString& string = strings[k];
     const std::size_t first = core + 2 * k;
     for (std::size_t b = 0; b < 2; ++b) {
-      model.target_z[first + b] =
+      target_z_[first + b] =
           string.root[0][b] * downhill[first] + string.root[1][b] * downhill[first + 1];
     }
     for (std::size_t j = 0; j < core; ++j) {
@@ -231,32 +216,29 @@ void find_target(std::array<double, kMaxQpUnknowns>& downhill, LocalModel& model
   }
   for (std::size_t j = 0; j < core; ++j) {
     double sum = 0.0;
-    for (std::size_t i = 0; i < core; ++i) sum += model.basis(i, j) * downhill[i];
-    model.target_z[j] = sum;
+    for (std::size_t i = 0; i < core; ++i) sum += basis_(i, j) * downhill[i];
+    target_z_[j] = sum;
   }
 }
 
-}  // namespace
-
-void build_local_model(const ContactInput& input, const ContactState& state,
-                       const PoseError& error_GH, const StringBlocks& models,
-                       const PartBlocks& parts, int unknowns, LocalModel& model) noexcept {
+void Linearisation::build(const ContactView& view, const PoseError& error_GH,
+                          int unknowns) noexcept {
   const auto n = static_cast<std::size_t>(unknowns);
-  std::array<double, kMaxQpUnknowns> inverse_root;
-  std::array<double, kMaxQpUnknowns> downhill;
-  measure(input, state, error_GH, {models, parts}, inverse_root, downhill);
+  UnknownScale scale;
+  measure(view, error_GH, scale);
 
-  ArrowMatrix H(core_unknowns(state, n), n);
-  const Models yielding{models, parts};
-  const BentObstacles bent(input.obstacles, state.touched);
-  const ToolShape shape(input.parts, state.parts);
-  for (int k = 0; k < state.active_count; ++k) {
-    subtract_curvature(input, bent.view(), state, yielding, shape,
-                       state.active[static_cast<std::size_t>(k)], H);
+  ArrowMatrix H(core_unknowns(view.state, n), n);
+  const BentObstacles bent(view.input.obstacles, view.state.touched);
+  const ToolShape shape(view.input.parts, view.state.parts);
+  const ObstaclesView obstacles = bent.view();
+  const DisplacedParts displaced = shape.view();
+  for (int k = 0; k < view.state.active_count; ++k) {
+    subtract_curvature(view, {obstacles, displaced}, view.state.active[static_cast<std::size_t>(k)],
+                       H);
   }
-  add_holds(state, yielding, H, downhill);
+  add_friction(view, H, scale.downhill);
   const Matrix3 rotation = rotation_hessian(error_GH.dtheta);
-  H.scale(inverse_root);
+  H.scale(scale.inverse_root);
   for (std::size_t i = 0; i < H.core.size; ++i) H(i, i) += i >= 3 && i < 6 ? 0.0 : 1.0;
   for (Eigen::Index i = 0; i < 3; ++i) {
     for (Eigen::Index j = 0; j <= i; ++j) {
@@ -264,14 +246,70 @@ void build_local_model(const ContactInput& input, const ContactState& state,
     }
   }
 
-  model.unknowns = n;
-  H.eliminate(kMinStiffnessShare, model.strings);
-  inverse_square_root(H.core, kMinStiffnessShare, model.basis);
-  for (std::size_t i = 0; i < model.basis.size; ++i) {
-    for (std::size_t j = 0; j < model.basis.size; ++j) model.basis(i, j) *= inverse_root[i];
+  unknowns_ = n;
+  H.eliminate(kMinStiffnessShare, strings_);
+  inverse_square_root(H.core, kMinStiffnessShare, basis_);
+  for (std::size_t i = 0; i < basis_.size; ++i) {
+    for (std::size_t j = 0; j < basis_.size; ++j) basis_(i, j) *= scale.inverse_root[i];
   }
-  unscale(inverse_root, model.basis.size, std::span(model.strings).first(H.strings()));
-  find_target(downhill, model);
+  unscale(scale.inverse_root, basis_.size, std::span(strings_).first(H.strings()));
+  find_target(scale.downhill);
+}
+
+// A string that is eliminated: its own motion, and with what the core does to it.
+void Linearisation::add_eliminated(const StringTerm& term, QpProblem& problem) const noexcept {
+  const std::size_t first = term.unknown;
+  const EliminatedString& string = eliminated()[(first - basis_.size) / 2];
+  for (std::size_t b = 0; b < 2; ++b) {
+    problem.row[first + b][term.row] =
+        string.root[0][b] * term.radial + string.root[1][b] * term.tangential;
+  }
+  std::array<double, kMaxCoreUnknowns> follow;
+  for (std::size_t j = 0; j < basis_.size; ++j) {
+    follow[j] = string.follow[0][j] * term.radial + string.follow[1][j] * term.tangential;
+  }
+  for (std::size_t k = 0; k < basis_.size; ++k) {
+    double sum = problem.row[k][term.row];
+    for (std::size_t j = 0; j < basis_.size; ++j) sum += basis_(j, k) * follow[j];
+    problem.row[k][term.row] = sum;
+  }
+}
+
+void Linearisation::add_string(const StringTerm& term, QpProblem& problem) const noexcept {
+  if (term.unknown >= basis_.size) {
+    add_eliminated(term, problem);
+    return;
+  }
+  for (std::size_t k = 0; k < basis_.size; ++k) {
+    problem.row[k][term.row] +=
+        basis_(term.unknown, k) * term.radial + basis_(term.unknown + 1, k) * term.tangential;
+  }
+}
+
+void Linearisation::set_objective(QpProblem& problem) const noexcept {
+  problem.unknowns = static_cast<int>(unknowns_);
+  for (std::size_t k = 0; k < unknowns_; ++k) {
+    problem.weight[k] = 1.0;
+    problem.target[k] = target_z_[k];
+  }
+}
+
+void Linearisation::find_unknowns(const QpSolution& solution, Unknowns& y) const noexcept {
+  for (std::size_t i = 0; i < basis_.size; ++i) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < basis_.size; ++k) sum += basis_(i, k) * solution.x[k];
+    y[i] = sum;
+  }
+  const std::span<const EliminatedString> strings = eliminated();
+  for (std::size_t s = 0; s < strings.size(); ++s) {
+    const std::size_t first = basis_.size + 2 * s;
+    for (std::size_t a = 0; a < 2; ++a) {
+      double sum =
+          strings[s].root[a][0] * solution.x[first] + strings[s].root[a][1] * solution.x[first + 1];
+      for (std::size_t j = 0; j < basis_.size; ++j) sum += strings[s].follow[a][j] * y[j];
+      y[first + a] = sum;
+    }
+  }
 }
 
 }  // namespace hapticd
