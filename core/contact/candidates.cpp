@@ -12,10 +12,10 @@ namespace {
 /// A new traversal is due when less than this share of the margin is left to move in. Less: steps
 /// that end where the look did, and more force error where a tool slips off something.
 constexpr double kRefreshShare = 0.5;
-/// A query looks as far as the way of hand or tool in a tick times this, at least this share of the
+/// A query looks as far as hand or tool travel in a tick times this, at least this share of the
 /// margin, at most all of it. Less: more queries where a tool begins to move. More: pairs that come
 /// to nothing: a finger slid along the Guqin takes twice the time where all of it is looked at.
-constexpr double kMarginWays = 2.0;
+constexpr double kMarginTravels = 2.0;
 constexpr double kMinMarginShare = 0.125;
 
 /// Pairs that a short budget always leaves, and the gap up to which it leaves all, in skins. Fewer
@@ -57,7 +57,7 @@ double Candidates::margin_for(const Configuration& at) const noexcept {
   const double most = at.input.options.margin;
   if (at.state.travel > 0.0) return most;
   const double least = std::max(kMinMarginShare * most, kNearSkins * at.input.options.skin);
-  return std::min(std::max(kMarginWays * pace_, least), most);
+  return std::min(std::max(kMarginTravels * pace_, least), most);
 }
 
 bool Candidates::must_look_anew() const noexcept {

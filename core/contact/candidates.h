@@ -38,7 +38,7 @@ class Candidates {
   }
 
   /// True when every pair up to `distance` (m) is among them, wherever the tool has gone since;
-  /// `travel` (m): a second bound of that way.
+  /// `travel` (m): another bound of how far.
   [[nodiscard]] bool sees(double distance, double travel = 0.0) const noexcept {
     return distance <= contacts_.covered_margin - std::max(travelled_, travel);
   }

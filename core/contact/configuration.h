@@ -18,7 +18,7 @@ struct ConfigurationStep {
   ToolMotion tool;
   StringMotions strings;
   PartMotions parts;
-  /// By this much may the way of a string's vertex to the centre of its contact change a gap, m.
+  /// How much a string's vertex may change a gap as it goes to the centre of its contact, m.
   double centring_room = 0.0;
 };
 

@@ -3,7 +3,7 @@
 // and the multipliers of those constraints are the force. Detection is around G, never around H;
 // the signed distance is constrained, not its square (convex, so the linearised half-space is
 // conservative for translation along the whole step).
-// Safe at any time: a step is committed only after an exact look at its way, so stopping early
+// Safe at any time: a step is committed only after an exact look along its path, so stopping early
 // means that the tool lags, never that it penetrates. Frames: W; wrench and steps about the origin
 // of G. RT: yes; work bounded by sub_steps and the capacities.
 #pragma once
@@ -19,8 +19,8 @@ namespace hapticd {
 
 /// One tick of one tool, and the memory it is solved in, 1 MB, whose contents mean nothing between
 /// ticks but for candidates(). What goes from tick to tick is the caller's ContactState. Invariant:
-/// the committed configuration is admissible, the candidates are of it or known to be stale, and
-/// the force is that of the last program.
+/// the committed configuration is admissible, the candidates are of it or known to be stale (but
+/// after a recovery, which ends the tick), and the force is that of the last program.
 class ContactProblem {
  public:
   /// The whole tick: begin, then up to `sub_steps` linearisations as far as the work budget goes,

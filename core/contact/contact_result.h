@@ -33,7 +33,7 @@ struct ContactResult {
   Wrench F_H_W;
   int active_count = 0;
   std::array<ActiveContact, kMaxQpUnknowns> active;
-  int strings_refused = 0;  ///< strings that stayed rigid because kMaxDeflectingStrings are held
+  int strings_refused = 0;  ///< strings that stayed rigid because kMaxDeflectingStrings are touched
   int parts_refused = 0;    ///< soft parts that stayed rigid because kMaxSoftParts yield
   int sub_steps = 0;        ///< linearisations used
   int qp_iterations = 0;

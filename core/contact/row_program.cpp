@@ -22,7 +22,7 @@ constexpr std::size_t kFirstRows = 8;
 /// Iterations of a program of many strings that cost what its first rows do.
 constexpr std::int64_t kIterationsPerFactor = 8;
 
-/// Share of the skin that the way of a string's vertex to the centre of its contact may take.
+/// Share of the skin that a string's vertex may take on its way to the centre of its contact.
 constexpr double kCentringShare = 0.25;
 
 /// A string that a pair already holds off may come nearer at another one by this share of the skin:

@@ -61,7 +61,7 @@ double smallest_distance(const ContactView& view, std::int32_t capsule) noexcept
 struct LegMotion {
   double from;    ///< its length, m
   double to;      ///< after the step
-  double turned;  ///< way of its vertex, m
+  double turned;  ///< travel of its vertex, m
 };
 
 /// How near a tool may come to a point of the string's leg on its way, unseen by the rows, m: they

@@ -1,13 +1,13 @@
 // Which part of the full step of a linearisation may be committed: as far as the pairs known reach,
-// and halved until the exact gaps on the way of tool and strings are not negative and the energy
-// does not climb. RT: yes; about 50 ns per pair the step could close.
+// and halved until the exact gaps along the path of tool and strings are not negative and the
+// energy does not climb. RT: yes; about 50 ns per pair the step could close.
 #pragma once
 
 #include "core/contact/row_program.h"
 
 namespace hapticd {
 
-/// Upper bound of the way of any point of the tool relative to any of a string in `step`, m.
+/// Upper bound of the travel of any point of the tool relative to any of a string in `step`, m.
 [[nodiscard]] HD_REALTIME double step_bound(const Configuration& at,
                                             const ConfigurationStep& step) noexcept;
 

@@ -37,8 +37,8 @@ struct StringLoad {
   double lateral;       ///< along the axis, of one that does not yield, N; 0 unless asked for
 };
 
-/// The law of a string that is pressed, and held as `touched` says (null: not held). A string that
-/// yields has its law in the program; it gives no more than kc D either.
+/// The law of a string that is pressed, and bent as `touched` says (null: not touched). A string
+/// that yields has its law in the program; it gives no more than kc D either.
 [[nodiscard]] HD_REALTIME StringLoad string_load(const ContactInput& input,
                                                  const TouchedString* touched,
                                                  const StringPress& press) noexcept;

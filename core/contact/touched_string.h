@@ -29,7 +29,7 @@ struct TouchedString {
 /// Ordered by capsule.
 using TouchedStrings = FixedVector<TouchedString, kMaxDeflectingStrings>;
 
-/// A string within this many skins may be held; it is let go beyond twice as many. Fewer: a touch
+/// A string within this many skins is touched; it is let go beyond twice as many. Fewer: a touch
 /// begins a linearisation later; more: unknowns for strings that are not touched.
 inline constexpr double kTouchSkins = 2.0;
 
@@ -52,7 +52,7 @@ using StringMotions = std::array<StringMotion, kMaxDeflectingStrings>;
 [[nodiscard]] HD_REALTIME StringBend moved(const StringBend& bend,
                                            const StringMotion& motion) noexcept;
 
-/// The obstacles with the strings bent as they are held, after `fraction` of their motions where
+/// The obstacles with the touched strings bent as they are, after `fraction` of their motions where
 /// those are given. Views the obstacles it is made from.
 class BentObstacles {
  public:
@@ -106,8 +106,8 @@ class BentObstacles {
   return greatest;
 }
 
-/// Upper bound of the way of any point of a leg of a string `length` long in `motion`, m: that of
-/// the vertex, along the axis included, for what slides past it changes legs.
+/// Upper bound of the travel of any point of a leg of a string `length` long in `motion`, m: that
+/// of the vertex, along the axis included, for what slides past it changes legs.
 [[nodiscard]] inline double displacement_bound(const StringMotion& motion, double length) noexcept {
   return motion.du_W.norm() + std::abs(motion.dlambda) * length;
 }

@@ -12,7 +12,7 @@ namespace {
 
 /// A deflection this small is rest, m: far below the rounding of any contact.
 constexpr double kAtRest = 1e-13;
-/// How often the way of a string back to rest is halved where another tool is in it.
+/// How often the return of a string to rest is halved where another tool blocks it.
 constexpr int kStraighteningHalvings = 8;
 /// Deflections below this have no direction of their own, m: the contact's normal gives it.
 constexpr double kDirectionless = 1e-9;
@@ -167,7 +167,7 @@ Vector3 slip_motion(const StringBlock& block, const StringBend& bend, const Conf
   return across(contact_motion(block, step) - share * du_W, block.nhat_W);
 }
 
-bool may_be_held(const ContactInput& input, const Contact& contact) noexcept {
+bool may_be_touched(const ContactInput& input, const Contact& contact) noexcept {
   if (!is_string(contact.key)) return false;
   const auto index = static_cast<std::size_t>(contact.key.obstacle);
   if (index >= input.strings.size()) return false;
@@ -238,7 +238,7 @@ bool YieldingStrings::touch(const ContactInput& input, const ContactSet& contact
   bool changed = let_go(contacts, skin, strings);
   for (const Contact& contact : contacts.contacts) {
     if (contact.gap > kTouchSkins * skin || find_touched(strings, contact.key) >= 0 ||
-        !may_be_held(input, contact)) {
+        !may_be_touched(input, contact)) {
       continue;
     }
     const auto index = static_cast<std::size_t>(contact.key.obstacle);

@@ -72,7 +72,7 @@ class YieldingStrings {
   [[nodiscard]] HD_REALTIME static bool touch(const ContactInput& input, const ContactSet& contacts,
                                               TouchedStrings& strings, int& refused) noexcept;
 
-  /// Lets all go to rest, or as far towards it as other tools let them; those stay held.
+  /// Lets all go to rest, or as far towards it as other tools let them; those stay touched.
   HD_REALTIME static void relax(const ContactInput& input, TouchedStrings& strings) noexcept;
 
   /// Ends a tick: where friction slips its anchor follows, and what its spring exceeds mu N by is
