@@ -5,40 +5,24 @@
 
 #include <cmath>
 
-#include "core/contact/contact_rows.h"
-
 namespace hapticd {
 namespace {
-
-using Unknowns = std::array<double, kMaxQpUnknowns>;
 
 /// A row whose part across the rows before it is a smaller share than this says nothing new.
 constexpr double kDependent = 1e-6;
 
 /// W^-1/2 of all unknowns.
-Unknowns inverse_roots(const OptimiserInput& input, const OptimiserState& state,
-                       const OptimiserWorkspace& w) noexcept {
-  Unknowns root{};
-  const double along = 1.0 / std::sqrt(input.stiffness.kt);
-  const double about = 1.0 / std::sqrt(input.stiffness.kr());
+Unknowns inverse_roots(const ContactView& view) noexcept {
+  UnknownScale scale{};
+  const double along = 1.0 / std::sqrt(view.input.stiffness.kt);
+  const double about = 1.0 / std::sqrt(view.input.stiffness.kr());
   for (std::size_t i = 0; i < 3; ++i) {
-    root[i] = along;
-    root[i + 3] = about;
+    scale.inverse_root[i] = along;
+    scale.inverse_root[i + 3] = about;
   }
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const HoldModel& model = w.models[k];
-    if (model.unknown < 0) continue;
-    const auto u = static_cast<std::size_t>(model.unknown);
-    root[u] = 1.0 / std::sqrt(model.radial_stiffness);
-    root[u + 1] = 1.0 / std::sqrt(model.tangential_stiffness);
-  }
-  for (std::size_t k = 0; k < state.parts.size(); ++k) {
-    const PartModel& model = w.parts[k];
-    if (model.unknown < 0) continue;
-    const auto v = static_cast<std::size_t>(model.unknown);
-    root[v] = root[v + 1] = root[v + 2] = 1.0 / std::sqrt(model.stiffness);
-  }
-  return root;
+  view.strings.measure(view.state, scale);
+  view.parts.measure(view.state, scale);
+  return scale.inverse_root;
 }
 
 /// The row in z.
@@ -91,26 +75,23 @@ struct Span {
 
 }  // namespace
 
-ContactStiffness contact_stiffness(const OptimiserInput& input, const OptimiserState& state,
-                                   const OptimiserWorkspace& w,
-                                   const OptimiserResult& result) noexcept {
+ContactStiffness contact_stiffness(const ContactView& view, std::size_t unknowns) noexcept {
   ContactStiffness stiffness;
-  if (result.active_count == 0) return stiffness;
-  const auto unknowns = static_cast<std::size_t>(w.problem.unknowns);
-  const Unknowns root = inverse_roots(input, state, w);
+  if (view.result.active_count == 0) return stiffness;
+  const Unknowns root = inverse_roots(view);
   Span span;
-  for (int k = 0; k < result.active_count; ++k) {
-    const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
+  for (int k = 0; k < view.result.active_count; ++k) {
+    const ActiveContact& active = view.result.active[static_cast<std::size_t>(k)];
     if (!(active.multiplier > 0.0)) continue;
-    const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(active.contact)];
-    span.add(scaled_row(contact_row(input, state, w, contact), root), unknowns);
+    span.add(scaled_row(contact_row(view, view.contact_of(active)), root), unknowns);
   }
+  const CouplingStiffness& coupling = view.input.stiffness;
   for (std::size_t j = 0; j < span.count; ++j) {
     const Unknowns& q = span.q[j];
     const Vector3 along(q[0], q[1], q[2]);
     const Vector3 about(q[3], q[4], q[5]);
-    stiffness.K_W += input.stiffness.kt * along * along.transpose();
-    stiffness.Kr_W += input.stiffness.kr() * about * about.transpose();
+    stiffness.K_W += coupling.kt * along * along.transpose();
+    stiffness.Kr_W += coupling.kr() * about * about.transpose();
   }
   return stiffness;
 }

@@ -6,7 +6,7 @@
 // friction is left out. Frames: W; about the origin of G. RT: yes, about 0.1 us per pair.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_view.h"
 
 namespace hapticd {
 
@@ -17,9 +17,9 @@ struct ContactStiffness {
   Matrix3 Kr_W = Matrix3::Zero();  ///< N m/rad
 };
 
-/// K of the tick just done; zero where nothing bears force.
-[[nodiscard]] HD_REALTIME ContactStiffness
-contact_stiffness(const OptimiserInput& input, const OptimiserState& state,
-                  const OptimiserWorkspace& workspace, const OptimiserResult& result) noexcept;
+/// K of the tick just done, whose last program had so many `unknowns`; zero where nothing bears
+/// force.
+[[nodiscard]] HD_REALTIME ContactStiffness contact_stiffness(const ContactView& view,
+                                                             std::size_t unknowns) noexcept;
 
 }  // namespace hapticd

@@ -18,99 +18,53 @@ constexpr double kGrazing = 1e-15;
 /// A push shorter than this is blocked, m.
 constexpr double kMinPush = 1e-9;
 
-/// Shortest translation that clears every penetrated pair to first order and keeps the others;
-/// false when there is none.
-bool program_direction(const OptimiserInput& input, OptimiserWorkspace& w, Vector3& dp) noexcept {
-  w.problem.unknowns = 3;
-  w.problem.rows = 0;
-  w.problem.weight.fill(1.0);
-  w.problem.target.fill(0.0);
-  for (const Contact& contact : w.contacts.contacts) {
-    if (w.problem.rows == input.options.max_rows) break;
-    const auto i = static_cast<std::size_t>(w.problem.rows++);
-    for (std::size_t k = 0; k < 3; ++k) {
-      w.problem.row[k][i] = contact.nhat_OG_W[static_cast<Eigen::Index>(k)];
-    }
-    w.problem.bound[i] = contact.gap < 0.0 ? input.options.skin - contact.gap
-                                           : std::min(0.0, input.options.skin - contact.gap);
-  }
-  solve_qp(w.problem, QpWarmStart{}, w.qp, w.solution);
-  dp = {w.solution.x[0], w.solution.x[1], w.solution.x[2]};
-  return w.solution.status == QpStatus::kOptimal;
-}
-
-/// Sum of the normals of the deepest contacts, scaled to the greatest depth; or the deepest normal
-/// alone.
-Vector3 deepest_direction(const ContactSet& set, bool only_deepest, double skin) noexcept {
-  Vector3 sum = Vector3::Zero();
-  HD_ASSERT(!set.contacts.empty());
-  const Contact* deepest = set.contacts.begin();
-  for (const Contact& contact : set.contacts) {
-    if (contact.gap < deepest->gap) deepest = &contact;
-    if (contact.gap <= (1.0 - kEquallyDeep) * set.minimum_gap) sum += contact.nhat_OG_W;
-  }
-  const double depth = skin - set.minimum_gap;
-  const double length = sum.norm();
-  if (only_deepest || !(length > 0.0)) return deepest->nhat_OG_W * depth;
-  return sum * (depth / length);
-}
-
-/// Largest length up to `limit` along the unit vector `way` that leaves open gaps at the skin or as
-/// they are: the distance to a convex obstacle never falls below its tangent, and what the query
-/// left out is farther than its margin.
-double open_length(const ContactSet& set, const Vector3& way, double limit, double skin) noexcept {
+/// Largest length up to `limit` along the unit vector `direction` that leaves open gaps at the skin
+/// or as they are: the distance to a convex obstacle never falls below its tangent, and what the
+/// query left out is farther than its margin.
+double open_length(const ContactSet& set, const Vector3& direction, double limit,
+                   double skin) noexcept {
   double length = limit;
   if (set.covered_margin > 0.0) length = std::min(length, set.covered_margin);
   for (const Contact& contact : set.contacts) {
     if (contact.gap < -kTouching) continue;
-    const double approach = -contact.nhat_OG_W.dot(way);
+    const double approach = -contact.nhat_OG_W.dot(direction);
     const double room = std::max(contact.gap - skin, kGrazing);
     if (approach * length > room) length = room / approach;
   }
   return length;
 }
 
-/// Commits the translation, cut to the recovery speed and to open gaps, when it enlarges the
-/// minimum gap.
-bool push(const OptimiserInput& input, const Vector3& dp, OptimiserState& state,
-          OptimiserWorkspace& w, OptimiserResult& result) noexcept {
-  const double wanted = dp.norm();
-  if (!(wanted > 0.0)) return false;
-  const Vector3 way = dp / wanted;
-  const double limit = std::min(wanted, input.options.recovery_speed * input.dt);
-  const double length = open_length(w.contacts, way, limit, input.options.skin);
-  if (length < kMinPush) return false;
-  const ToolStep step{way * length, Vector3::Zero()};
-  const Pose X_new = moved(state.X_WG, step);
-  const BentObstacles bent(input.obstacles, state.holds);
-  const ToolShape shape(input.parts, state.parts);
-  const double gap = minimum_gap_of(w.contacts, input.tool, X_new, bent.view(), shape.view());
-  if (!(gap > w.contacts.minimum_gap)) return false;
-  state.X_WG = X_new;
-  result.minimum_gap = gap;
-  return true;
-}
-
 }  // namespace
 
-void recover(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
-             OptimiserResult& result) noexcept {
-  result.status = OptimiserStatus::kRecovering;
-  result.sub_steps = 1;
-  const double skin = input.options.skin;
-  Vector3 dp;
-  const bool planned = program_direction(input, w, dp);
-  result.qp_iterations += w.solution.iterations;
-  result.rows += w.problem.rows;
-  if (!(planned && push(input, dp, state, w, result)) &&
-      !push(input, deepest_direction(w.contacts, false, skin), state, w, result)) {
-    static_cast<void>(push(input, deepest_direction(w.contacts, true, skin), state, w, result));
+Vector3 deepest_direction(const ContactSet& contacts, bool only_deepest, double skin) noexcept {
+  Vector3 sum = Vector3::Zero();
+  HD_ASSERT(!contacts.contacts.empty());
+  const Contact* deepest = contacts.contacts.begin();
+  for (const Contact& contact : contacts.contacts) {
+    if (contact.gap < deepest->gap) deepest = &contact;
+    if (contact.gap <= (1.0 - kEquallyDeep) * contacts.minimum_gap) sum += contact.nhat_OG_W;
   }
-  const ToolStep e = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
-  state.phi_GH_W = e.dtheta;
-  state.active_count = 0;
-  state.F_H_W = {input.stiffness.kt * -e.dp, input.stiffness.kr() * -e.dtheta};
-  result.F_H_W = state.F_H_W;
+  const double depth = skin - contacts.minimum_gap;
+  const double length = sum.norm();
+  if (only_deepest || !(length > 0.0)) return deepest->nhat_OG_W * depth;
+  return sum * (depth / length);
+}
+
+std::optional<Push> push_out(const Configuration& at, const ContactSet& contacts,
+                             const Vector3& dp_W) noexcept {
+  const auto& [input, state] = at;
+  const double wanted = dp_W.norm();
+  if (!(wanted > 0.0)) return std::nullopt;
+  const Vector3 direction = dp_W / wanted;
+  const double limit = std::min(wanted, input.options.recovery_speed * input.dt);
+  const double length = open_length(contacts, direction, limit, input.options.skin);
+  if (length < kMinPush) return std::nullopt;
+  const Pose X_WG = moved(state.X_WG, {direction * length, Vector3::Zero()});
+  const BentObstacles bent(input.obstacles, state.touched);
+  const ToolShape shape(input.parts, state.parts);
+  const double gap = minimum_gap_of(contacts, input.tool, X_WG, bent.view(), shape.view());
+  if (!(gap > contacts.minimum_gap)) return std::nullopt;
+  return Push{X_WG, gap};
 }
 
 }  // namespace hapticd

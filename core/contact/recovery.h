@@ -1,17 +1,30 @@
-// Recovery from a penetrated start (a scene edited onto the tool, a start inside an obstacle):
-// pushes G out by translation along the normals of the deepest contacts, never faster than
-// OptimiserOptions::recovery_speed, accepting only steps that enlarge the minimum gap and close
-// none that is open. RT: yes.
+// Recovery from a penetrated start (a scene edited onto the tool, a start inside an obstacle): the
+// way out is a translation along the normals of the deepest contacts, never faster than
+// ContactOptions::recovery_speed, accepted only where it enlarges the minimum gap and closes none
+// that is open. RT: yes.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include <optional>
+
+#include "core/contact/configuration.h"
 
 namespace hapticd {
 
-/// One push-out step over input.dt. Precondition: start_tick found a negative minimum gap. Leaves G
-/// where it is when no direction enlarges the gap. The force of the tick is the coupling's spring
-/// force; the caller limits it.
-HD_REALTIME void recover(const OptimiserInput& input, OptimiserState& state,
-                         OptimiserWorkspace& workspace, OptimiserResult& result) noexcept;
+/// Where one push along `dp_W` (m) takes G, and the minimum gap there, m.
+struct Push {
+  Pose X_WG;
+  double minimum_gap;
+};
+
+/// The push along dp_W, cut to the recovery speed and to open gaps; none when it does not enlarge
+/// the minimum gap.
+[[nodiscard]] HD_REALTIME std::optional<Push> push_out(const Configuration& at,
+                                                       const ContactSet& contacts,
+                                                       const Vector3& dp_W) noexcept;
+
+/// Sum of the normals of the deepest contacts, scaled to the greatest depth with the `skin` (m); or
+/// the deepest normal alone. There must be a contact.
+[[nodiscard]] HD_REALTIME Vector3 deepest_direction(const ContactSet& contacts, bool only_deepest,
+                                                    double skin) noexcept;
 
 }  // namespace hapticd

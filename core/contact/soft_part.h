@@ -1,11 +1,6 @@
 // Soft parts of a tool: a fingertip that yields. A part may stand aside of where the rigid tool has
-// it by v, held by a spring k and a damper c side by side (Kelvin-Voigt), and so in series with
-// every contact of the part: surfaces never overlap, it is the part as drawn that moves. Over a
-// tick, by implicit Euler,
-//   U(v) = 1/2 k |v|^2 + c/(2 dt) |v - v_before|^2 = 1/2 K |v - v*|^2 + const,
-//   K = k + c/dt,  v* = (c/dt) v_before / K,
-// which never gives more energy than it was given. A part adds three unknowns to the program of the
-// tick while it is touched or displaced. v turns with the tool: it has the axes of G. RT: yes.
+// it; surfaces never overlap, it is the part as drawn that moves. The displacement turns with the
+// tool: it has the axes of G. SI. RT: yes.
 #pragma once
 
 #include <algorithm>
@@ -60,21 +55,7 @@ struct SoftPart {
 };
 
 /// In the order in which they were touched.
-using SoftParts = FixedVector<SoftPart, kMaxSoftParts>;
-
-/// Displacements up to this vanish when the way is free, m: far below the skin, so that no gap
-/// closes by it. Smaller: a damped part keeps its unknowns longer.
-inline constexpr double kVanishing = 1e-9;
-
-/// A soft part in the program of one linearisation.
-struct PartModel {
-  int unknown = -1;               ///< of the first of three, in the axes of W; -1: does not move
-  double stiffness = 0.0;         ///< K, N/m
-  Vector3 off_G{0.0, 0.0, 0.0};   ///< v - v*, m
-  Vector3 pull_W{0.0, 0.0, 0.0};  ///< on the part, from spring and damper: -K (v - v*), N
-};
-
-using PartModels = std::array<PartModel, kMaxSoftParts>;
+using TouchedParts = FixedVector<SoftPart, kMaxSoftParts>;
 
 /// A part's motion in a step, in the axes of W and of G, m.
 struct PartMotion {
@@ -86,7 +67,7 @@ struct PartMotion {
 using PartMotions = std::array<PartMotion, kMaxSoftParts>;
 
 /// Index among `soft` of the part that the leaf `sphere` belongs to, or -1.
-[[nodiscard]] inline int find_part(const ToolParts& tool, const SoftParts& soft,
+[[nodiscard]] inline int find_part(const ToolParts& tool, const TouchedParts& soft,
                                    TreeSphereId sphere) noexcept {
   if (soft.empty()) return -1;
   const std::int32_t part = tool.part_of(sphere);
@@ -96,35 +77,8 @@ using PartMotions = std::array<PartMotion, kMaxSoftParts>;
   return -1;
 }
 
-/// Begins a tick: where the parts stand is where they stood before. Parts that are no longer soft
-/// are forgotten.
-HD_REALTIME void start_parts(const ToolParts& tool, SoftParts& soft) noexcept;
-
-/// Takes up soft parts that contacts have come within `near` of (m) and lets go of those at rest
-/// that none is within twice of; neither moves anything. Parts beyond the capacity stay rigid and
-/// are counted in `refused`.
-HD_REALTIME void update_parts(const ToolParts& tool, const ContactSet& contacts, double near,
-                              SoftParts& soft, int& refused) noexcept;
-
-/// Models of `soft` for a tool that has kt N/m, its axes turned by `R_WG`, in a tick of `dt` s; the
-/// first unknown is number `unknowns`. Returns that of the next.
-[[nodiscard]] HD_REALTIME int model_parts(const ToolParts& tool, const Matrix3& R_WG, double kt,
-                                          double dt, const SoftParts& soft, int unknowns,
-                                          PartModels& models) noexcept;
-
-/// Where part number `k` of `soft` goes when nothing touches it: to v*, or to rest when that is
-/// vanishingly near.
-[[nodiscard]] HD_REALTIME Vector3 free_displacement(const ToolParts& tool, double dt,
-                                                    const SoftPart& soft) noexcept;
-
-/// What U gains over `motion`, J.
-[[nodiscard]] inline double part_energy_gain(const PartModel& model,
-                                             const PartMotion& motion) noexcept {
-  return model.stiffness * motion.dv_G.dot(model.off_G + 0.5 * motion.dv_G);
-}
-
 /// Greatest displacement of the parts, m: so much further than its tree does the tool reach.
-[[nodiscard]] inline double greatest_displacement(const SoftParts& soft) noexcept {
+[[nodiscard]] inline double greatest_displacement(const TouchedParts& soft) noexcept {
   double greatest = 0.0;
   for (const SoftPart& part : soft) greatest = std::max(greatest, part.v_G.norm());
   return greatest;
@@ -134,11 +88,11 @@ HD_REALTIME void update_parts(const ToolParts& tool, const ContactSet& contacts,
 /// one is given. Views what it is made from.
 class ToolShape {
  public:
-  ToolShape(const ToolParts& tool, const SoftParts& soft) noexcept
+  ToolShape(const ToolParts& tool, const TouchedParts& soft) noexcept
       : part_of_sphere_(tool.part_of_sphere) {
     for (const SoftPart& part : soft) add(part.part, part.v_G);
   }
-  ToolShape(const ToolParts& tool, const SoftParts& soft, const PartMotions& motions,
+  ToolShape(const ToolParts& tool, const TouchedParts& soft, const PartMotions& motions,
             double fraction) noexcept
       : part_of_sphere_(tool.part_of_sphere) {
     for (std::size_t k = 0; k < soft.size(); ++k) {

@@ -2,81 +2,82 @@
 #include "core/contact/stationarity.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-
-#include "core/collision/primitive_gap.h"
-#include "core/contact/hold_model.h"
 
 namespace hapticd {
 namespace {
 
-/// True where friction or lateral force may act on the tool.
-bool pulled_aside(const OptimiserInput& input, const OptimiserState& state) noexcept {
-  for (const StringHold& hold : state.holds) {
-    const auto string = static_cast<std::size_t>(hold.bend.capsule);
-    if (input.instrument.lateral_force && hold.yields) return true;
-    if (input.instrument.friction && input.strings[string].friction_coefficient > 0.0) return true;
+/// What acts on the unknowns of strings and soft parts, N.
+struct Pulls {
+  std::array<Vector3, kMaxDeflectingStrings> string;
+  std::array<Vector3, kMaxSoftParts> part;
+};
+
+/// Adds what a pair presses on tool, soft parts and string.
+void add_pair(const ContactView& view, const ActiveContact& active, Wrench& F_H_W,
+              Pulls& pulls) noexcept {
+  const ContactState& state = view.state;
+  const Contact& contact = view.contact_of(active);
+  const GapGradient gradient = view.strings.gradient(state, contact);
+  F_H_W.f += active.multiplier * gradient.linear;
+  F_H_W.t += active.multiplier * gradient.angular;
+  const int own = find_part(view.input.parts, state.parts, contact.key.tool_sphere);
+  for (std::size_t p = 0; p < state.parts.size(); ++p) {
+    pulls.part[p] += active.multiplier *
+                     view.strings.part_gradient(contact, gradient, p, own == static_cast<int>(p));
   }
-  return false;
+  if (gradient.string < 0) return;
+  const auto s = static_cast<std::size_t>(gradient.string);
+  const double share = deflection_share(state.touched[s].bend, contact.lambda);
+  pulls.string[s] -= (active.multiplier * share) * contact.nhat_OG_W;
+}
+
+bool balanced(const ContactView& view, const Pulls& pulls, double tolerance) noexcept {
+  for (std::size_t k = 0; k < view.state.parts.size(); ++k) {
+    const PartBlock& part = view.parts.block(k);
+    if (part.unknown >= 0 && pulls.part[k].norm() > tolerance * part.stiffness) return false;
+  }
+  for (std::size_t k = 0; k < view.state.touched.size(); ++k) {
+    const StringBlock& block = view.strings.block(k);
+    if (block.unknown < 0) continue;
+    const double radial = std::abs(pulls.string[k].dot(block.radial_W)) / block.radial_stiffness;
+    const double tangential =
+        std::abs(pulls.string[k].dot(block.tangential_W)) / block.tangential_stiffness;
+    if (std::max(radial, tangential) > tolerance) return false;
+  }
+  return true;
 }
 
 }  // namespace
 
-bool is_stationary(const OptimiserInput& input, const OptimiserState& state, const ToolStep& e,
-                   OptimiserWorkspace& w, const OptimiserResult& result, Wrench& F_H_W) noexcept {
-  if (result.active_count == 0 || pulled_aside(input, state)) return false;
-  const double tolerance = kSettledShare * input.options.stop_tolerance;
-  int unknowns = kToolDof;
-  if (!state.parts.empty()) {
-    unknowns = model_parts(input.parts, rotation_matrix(state.X_WG.q), input.stiffness.kt, input.dt,
-                           state.parts, unknowns, w.parts);
+std::optional<Wrench> balanced_wrench(const ContactView& view, const PoseError& error_GH) noexcept {
+  const ContactOptions& options = view.input.options;
+  const double tolerance = kSettledShare * options.stop_tolerance;
+  Wrench F_H_W;
+  Pulls pulls;
+  for (std::size_t k = 0; k < view.state.touched.size(); ++k) {
+    const StringBlock& block = view.strings.block(k);
+    pulls.string[k] = -block.force * block.radial_W;
   }
-  if (!state.holds.empty()) {
-    static_cast<void>(model_holds(input, w.contacts, state, unknowns, w.models));
+  for (std::size_t k = 0; k < view.state.parts.size(); ++k) {
+    pulls.part[k] = view.parts.block(k).pull_W;
   }
-  F_H_W = Wrench{};
-  std::array<Vector3, kMaxDeflectingStrings> pulled;
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    pulled[k] = -w.models[k].force * w.models[k].radial_W;
-  }
-  std::array<Vector3, kMaxSoftParts> pushed;
-  for (std::size_t k = 0; k < state.parts.size(); ++k) pushed[k] = w.parts[k].pull_W;
-  for (int k = 0; k < result.active_count; ++k) {
-    const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
-    const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(active.contact)];
+  for (int k = 0; k < view.result.active_count; ++k) {
+    const ActiveContact& active = view.result.active[static_cast<std::size_t>(k)];
     // A row that bears force would take its gap to the skin.
-    if (active.multiplier > 0.0 && std::abs(contact.gap - input.options.skin) > tolerance) {
-      return false;
+    if (active.multiplier > 0.0 &&
+        std::abs(view.contact_of(active).gap - options.skin) > tolerance) {
+      return std::nullopt;
     }
-    const GapGradient gradient = gap_gradient(state, w.models, contact);
-    F_H_W.f += active.multiplier * gradient.linear;
-    F_H_W.t += active.multiplier * gradient.angular;
-    const int own = find_part(input.parts, state.parts, contact.key.tool_sphere);
-    for (std::size_t p = 0; p < state.parts.size(); ++p) {
-      pushed[p] += active.multiplier *
-                   part_gradient(w.models, contact, gradient, p, own == static_cast<int>(p));
-    }
-    if (gradient.hold < 0) continue;
-    const auto s = static_cast<std::size_t>(gradient.hold);
-    const StringBend& bend = state.holds[s].bend;
-    pulled[s] -= (active.multiplier * deflection_share(bend, contact.lambda)) * contact.nhat_OG_W;
+    add_pair(view, active, F_H_W, pulls);
   }
-  const ToolStep wanted{e.dp + F_H_W.f / input.stiffness.kt,
-                        e.dtheta + F_H_W.t / input.stiffness.kr()};
-  if (displacement_bound(wanted, tool_reach(input, state)) > tolerance) return false;
-  for (std::size_t k = 0; k < state.parts.size(); ++k) {
-    const PartModel& part = w.parts[k];
-    if (part.unknown >= 0 && pushed[k].norm() > tolerance * part.stiffness) return false;
-  }
-  for (std::size_t k = 0; k < state.holds.size(); ++k) {
-    const HoldModel& hold = w.models[k];
-    if (hold.unknown < 0) continue;
-    const double radial = std::abs(pulled[k].dot(hold.radial_W)) / hold.radial_stiffness;
-    const double tangential =
-        std::abs(pulled[k].dot(hold.tangential_W)) / hold.tangential_stiffness;
-    if (std::max(radial, tangential) > tolerance) return false;
-  }
-  return true;
+  const CouplingStiffness& stiffness = view.input.stiffness;
+  const ToolMotion wanted{error_GH.dp + F_H_W.f / stiffness.kt,
+                          error_GH.dtheta + F_H_W.t / stiffness.kr()};
+  if (displacement_bound(wanted, tool_reach(view.at())) > tolerance) return std::nullopt;
+  if (!balanced(view, pulls, tolerance)) return std::nullopt;
+  return F_H_W;
 }
 
 }  // namespace hapticd

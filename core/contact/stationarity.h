@@ -4,7 +4,9 @@
 // 0.3 us.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include <optional>
+
+#include "core/contact/contact_view.h"
 
 namespace hapticd {
 
@@ -13,13 +15,11 @@ namespace hapticd {
 /// Smaller: more linearisations; larger: less exact forces, by kt times the tolerance at most.
 inline constexpr double kSettledShare = 0.1;
 
-/// True when the forces of the last program, which state.active names, balance tool and strings at
-/// the pose reached: `F_H_W` then is their wrench there. `e` is the error there; the contacts of
-/// `w` must have been evaluated there, in the order of the last program. Never with friction or
-/// lateral force.
-[[nodiscard]] HD_REALTIME bool is_stationary(const OptimiserInput& input,
-                                             const OptimiserState& state, const ToolStep& e,
-                                             OptimiserWorkspace& w, const OptimiserResult& result,
-                                             Wrench& F_H_W) noexcept;
+/// The wrench of the forces of the last program, which view.result names, at the pose reached, if
+/// it balances tool and strings there; none else, and never with friction or lateral force. `view`
+/// is of that pose, strings and soft parts are built there, and its contacts are in the order of
+/// the last program; `error_GH` is the error there.
+[[nodiscard]] HD_REALTIME std::optional<Wrench> balanced_wrench(const ContactView& view,
+                                                                const PoseError& error_GH) noexcept;
 
 }  // namespace hapticd

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/contact/hold_model.h"
-
 namespace hapticd {
 namespace {
 
@@ -24,30 +22,35 @@ PressedString* contact_of(std::int32_t string, PressedStrings& contacts) noexcep
   return added;
 }
 
+/// What a pair that bears force adds to its string.
+struct PairShare {
+  double multiplier;  ///< N
+  Vector3 direction;  ///< of its force on the tool
+  double part_compliance;
+};
+
 /// Sums force, and place and lambda weighted with it.
-void add_pair(const Contact& contact, double multiplier, const Vector3& direction,
-              double part_compliance, PressedString& sum) noexcept {
-  sum.F_W += multiplier * direction;
-  sum.p_WC += multiplier * contact.p_WC;
-  sum.lambda += multiplier * contact.lambda;
-  sum.force += multiplier;
-  sum.part_compliance += multiplier * part_compliance;
+void add_pair(const Contact& contact, const PairShare& pair, PressedString& sum) noexcept {
+  sum.F_W += pair.multiplier * pair.direction;
+  sum.p_WC += pair.multiplier * contact.p_WC;
+  sum.lambda += pair.multiplier * contact.lambda;
+  sum.force += pair.multiplier;
+  sum.part_compliance += pair.multiplier * pair.part_compliance;
 }
 
 /// What the spring of the part yields that a sphere of the tool belongs to, m/N.
-double part_compliance(const OptimiserInput& input, const OptimiserState& state,
-                       TreeSphereId sphere) noexcept {
-  const int k = find_part(input.parts, state.parts, sphere);
+double part_compliance(const Configuration& at, TreeSphereId sphere) noexcept {
+  const int k = find_part(at.input.parts, at.state.parts, sphere);
   if (k < 0) return 0.0;
-  const auto part = static_cast<std::size_t>(state.parts[static_cast<std::size_t>(k)].part);
-  return 1.0 / input.parts.parts[part].stiffness;
+  const auto part = static_cast<std::size_t>(at.state.parts[static_cast<std::size_t>(k)].part);
+  return 1.0 / at.input.parts.parts[part].stiffness;
 }
 
 /// True where the string would yield, but as many do as there is room for: it is a rigid line of
 /// the program, which bears what is pressed on it.
-bool has_no_room(const OptimiserInput& input, const OptimiserState& state, std::int32_t string) {
-  const StringConstants& constants = input.strings[static_cast<std::size_t>(string)];
-  return state.holds.size() == static_cast<std::size_t>(kMaxDeflectingStrings) &&
+bool has_no_room(const Configuration& at, std::int32_t string) noexcept {
+  const StringConstants& constants = at.input.strings[static_cast<std::size_t>(string)];
+  return at.state.touched.size() == static_cast<std::size_t>(kMaxDeflectingStrings) &&
          constants.model == StringContact::kYielding &&
          constants.max_level >= StringDetail::kStatic;
 }
@@ -59,20 +62,20 @@ StringLoad line_load(double pressed, double kt, double kc) noexcept {
 }
 
 /// Turns the sums of a string into its law's force; returns what that changes of the tool's wrench.
-Wrench settle(const OptimiserInput& input, const OptimiserState& state,
-              PressedString& contact) noexcept {
+Wrench settle(const Configuration& at, PressedString& contact) noexcept {
+  const auto& [input, state] = at;
   contact.p_WC /= contact.force;
   contact.lambda /= contact.force;
   contact.part_compliance /= contact.force;
   const double pressed = contact.F_W.norm();
-  const int h = find_hold(state.holds, {ObstacleKind::kCapsule, contact.string, 0, 0});
-  const StringHold* hold = h >= 0 ? &state.holds[static_cast<std::size_t>(h)] : nullptr;
+  const int k = find_touched(state.touched, {ObstacleKind::kCapsule, contact.string, 0, 0});
+  const TouchedString* touched = k >= 0 ? &state.touched[static_cast<std::size_t>(k)] : nullptr;
   const StringConstants& string = input.strings[static_cast<std::size_t>(contact.string)];
   const double kt = input.stiffness.kt;
   const StringLoad load =
-      hold == nullptr && has_no_room(input, state, contact.string)
+      touched == nullptr && has_no_room(at, contact.string)
           ? line_load(pressed, kt, std::min(string.contact_stiffness, kt))
-          : string_load(input, hold, contact.string, contact.lambda, contact.F_W);
+          : string_load(input, touched, {contact.string, contact.lambda, contact.F_W});
   contact.force = load.force;
   contact.deflection = load.deflection;
   contact.displacement = load.displacement;
@@ -84,84 +87,55 @@ Wrench settle(const OptimiserInput& input, const OptimiserState& state,
     change += load.lateral * (line.p_B - line.p_A).normalized();
   }
   contact.F_W += change;
-  if (hold != nullptr) contact.F_W += hold->tangential_W;
+  if (touched != nullptr) contact.F_W += touched->tangential_W;
   contact.displacement += contact.part_compliance * contact.force;
   return {change, (contact.p_WC - state.X_WG.p).cross(change)};
 }
 
 }  // namespace
 
-StringLoad string_load(const OptimiserInput& input, const StringHold* hold, std::int32_t number,
-                       double lambda, const Vector3& F_W) noexcept {
-  const StringConstants& string = input.strings[static_cast<std::size_t>(number)];
-  const double kt = input.stiffness.kt;
-  const double kc = std::min(string.contact_stiffness, kt);
-  const double pressed = F_W.norm();
-  StringLoad load{pressed, 0.0, pressed / kt, 0.0};
-  if (!(pressed > 0.0)) return load;
-  const bool yields = hold != nullptr && hold->yields;
-  const bool on_end = lambda <= 0.0 || lambda >= 1.0;
-  if (yields || (on_end && string.model == StringContact::kYielding)) {
-    // Next to an end, which does not yield, the program's contact is as stiff as kt.
-    if (yields) {
-      load.deflection = hold->bend.u_W.norm();
-      // Along the normal: a string that slips aside is not pressed.
-      load.displacement +=
-          deflection_share(hold->bend, lambda) * std::max(0.0, -hold->bend.u_W.dot(F_W) / pressed);
-    }
-    load.force = std::min(pressed, kc * load.displacement);
-    return load;
-  }
-  if (string.max_level < StringDetail::kStatic || !(string.length > 0.0)) return load;
-  load.deflection = load.displacement / string.k_s;
-  const Deflection law = deflect(string, lambda, load.deflection);
-  load.force = std::min(law.force, kc * load.displacement);
-  // Where kc bounds the force, the string's shape no longer gives it.
-  if (input.instrument.lateral_force && load.force == law.force) load.lateral = law.lateral_force;
-  return load;
-}
-
-void find_string_contacts(const OptimiserInput& input, const OptimiserState& state,
-                          const OptimiserWorkspace& w, const OptimiserResult& result,
-                          PressedStrings& contacts, Wrench& F_H_W) noexcept {
+void find_string_contacts(const ContactView& view, PressedStrings& contacts,
+                          Wrench& F_H_W) noexcept {
   contacts.clear();
-  F_H_W = result.F_H_W;
-  for (int k = 0; k < result.active_count; ++k) {
-    const ActiveContact& active = result.active[static_cast<std::size_t>(k)];
-    const Contact& contact = w.contacts.contacts[static_cast<std::size_t>(active.contact)];
-    if (contact.key.kind != ObstacleKind::kCapsule || !(active.multiplier > 0.0) ||
-        static_cast<std::size_t>(contact.key.obstacle) >= input.strings.size()) {
+  F_H_W = view.result.F_H_W;
+  for (int k = 0; k < view.result.active_count; ++k) {
+    const ActiveContact& active = view.result.active[static_cast<std::size_t>(k)];
+    const Contact& contact = view.contact_of(active);
+    if (!is_string(contact.key) || !(active.multiplier > 0.0) ||
+        static_cast<std::size_t>(contact.key.obstacle) >= view.input.strings.size()) {
       continue;
     }
     PressedString* sum = contact_of(contact.key.obstacle, contacts);
     if (sum == nullptr) continue;
-    add_pair(contact, active.multiplier, gap_gradient(state, w.models, contact).linear,
-             part_compliance(input, state, contact.key.tool_sphere), *sum);
+    add_pair(contact,
+             {active.multiplier, view.strings.gradient(view.state, contact).linear,
+              part_compliance(view.at(), contact.key.tool_sphere)},
+             *sum);
     if (active.multiplier > sum->part_force) {
       sum->part_force = active.multiplier;
-      sum->part = input.parts.part_of(contact.key.tool_sphere);
+      sum->part = view.input.parts.part_of(contact.key.tool_sphere);
     }
   }
   for (PressedString& contact : contacts) {
-    const Wrench change = settle(input, state, contact);
+    const Wrench change = settle(view.at(), contact);
     F_H_W.f += change.f;
     F_H_W.t += change.t;
   }
 }
 
-StringNearness nearest_to_string(const OptimiserInput& input, const OptimiserState& state,
-                                 const ContactSet& contacts, std::int32_t string,
-                                 double nothing) noexcept {
-  StringNearness nearest{nothing, 0.5, Vector3::Zero(), Vector3::Zero()};
-  const BentObstacles bent(input.obstacles, state.holds);
+std::optional<NearestPair> nearest_to_string(const Configuration& at, const ContactSet& contacts,
+                                             std::int32_t string) noexcept {
+  const auto& [input, state] = at;
+  std::optional<NearestPair> nearest;
+  const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
   for (const Contact& listed : contacts.contacts) {
-    if (listed.key.kind != ObstacleKind::kCapsule || listed.key.obstacle != string) continue;
+    if (!is_string(listed.key) || listed.key.obstacle != string) continue;
     const Contact contact =
         evaluate_contact(listed.key, input.tool, state.X_WG, bent.view(), shape.view());
-    if (contact.gap < nearest.gap) {
-      nearest = {contact.gap, contact.lambda, contact.nhat_OG_W, contact.p_WC,
-                 input.parts.part_of(listed.key.tool_sphere)};
+    if (!nearest || contact.gap < nearest->gap) {
+      nearest = NearestPair{contact.gap, contact.lambda, contact.nhat_OG_W, contact.p_WC,
+                            input.parts.part_of(listed.key.tool_sphere)};
     }
   }
   return nearest;

@@ -1,14 +1,12 @@
-// What each string does to the tool after the optimiser is done: its force, where it acts, how far
-// the string yields. Strings that do not yield get their force here (Eq. 10-13): with F the net
-// contact force of the string, the hand has pressed D = |F| / kt into it, the string counts as
-// deflected by delta = D / k_s, and |F_r| = F(delta), no more than kc D; its torque shrinks alike.
-// Deviation: the bound by kc; without it the ends are stiffer than any loop can render. Frames: W.
-// RT: yes, about 0.1 us per string.
+// What each string does to the tool after the contact problem is done: its force, where it acts,
+// how far the string yields (string_law.h); its torque shrinks as its force does. Frames: W. RT:
+// yes, about 0.1 us per string.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_view.h"
 #include "core/math/fixed_vector.h"
 
 namespace hapticd {
@@ -33,44 +31,25 @@ struct PressedString {
   double part_force = 0.0;       ///< what that pair bears, N
 };
 
-/// What a string gives the hand for what the program presses on it.
-struct StringLoad {
-  double force;         ///< |F_r|, N
-  double deflection;    ///< delta, m
-  double displacement;  ///< D, m
-  double lateral;       ///< along the axis, of one that does not yield, N; 0 unless asked for
-};
-
-/// The law of string `number`, pressed at lambda with `F_W` (the program's contact force on the
-/// tool, N) and held as `hold` says (null: not held). A string that yields has its law in the
-/// program; it gives no more than kc D either.
-[[nodiscard]] HD_REALTIME StringLoad string_load(const OptimiserInput& input,
-                                                 const StringHold* hold, std::int32_t number,
-                                                 double lambda, const Vector3& F_W) noexcept;
-
 using PressedStrings = FixedVector<PressedString, kMaxPressedStrings>;
 
-/// The strings that press the tool after the tick `result`, in ascending order. `F_H_W` becomes the
-/// wrench of the tick with the forces of strings that do not yield replaced by their law.
-HD_REALTIME void find_string_contacts(const OptimiserInput& input, const OptimiserState& state,
-                                      const OptimiserWorkspace& workspace,
-                                      const OptimiserResult& result, PressedStrings& contacts,
+/// The strings that press the tool after the tick of `view`, in ascending order. `F_H_W` becomes
+/// the wrench of the tick with the forces of strings that do not yield replaced by their law.
+HD_REALTIME void find_string_contacts(const ContactView& view, PressedStrings& contacts,
                                       Wrench& F_H_W) noexcept;
 
-/// The tool near a string that does not press it.
-struct StringNearness {
-  double gap;  ///< m; `nothing` when no pair is in the contact set
+/// The pair of a tool and a string that are near each other.
+struct NearestPair {
+  double gap;  ///< m
   double lambda = 0.5;
   Vector3 nhat_W;
   Vector3 p_WC;
-  std::int32_t part = -1;  ///< of the tool; -1: no pair
+  std::int32_t part = -1;  ///< of the tool
 };
 
-/// The nearest pair of `contacts` between the tool, as it stands now, and string number `string`.
-[[nodiscard]] HD_REALTIME StringNearness nearest_to_string(const OptimiserInput& input,
-                                                           const OptimiserState& state,
-                                                           const ContactSet& contacts,
-                                                           std::int32_t string,
-                                                           double nothing) noexcept;
+/// The nearest of the pairs `contacts` between the tool, as it stands now, and string number
+/// `string`; none when there is no such pair.
+[[nodiscard]] HD_REALTIME std::optional<NearestPair> nearest_to_string(
+    const Configuration& at, const ContactSet& contacts, std::int32_t string) noexcept;
 
 }  // namespace hapticd

@@ -22,37 +22,53 @@ struct CouplingStiffness {
 
 /// A small motion [dp; dtheta] of the graphic tool: translation of its origin (m) and rotation
 /// vector (rad), both in W.
-struct ToolStep {
+struct ToolMotion {
   Vector3 dp{0.0, 0.0, 0.0};
   Vector3 dtheta{0.0, 0.0, 0.0};
 };
+
+/// Error of the graphic tool's pose to the haptic tool's: how far G would have to move [m; rad],
+/// about the origin of G, in W.
+struct PoseError {
+  Vector3 dp{0.0, 0.0, 0.0};
+  Vector3 dtheta{0.0, 0.0, 0.0};
+};
+
+/// The motion that makes the error vanish.
+[[nodiscard]] inline ToolMotion closing(const PoseError& error_GH) noexcept {
+  return {error_GH.dp, error_GH.dtheta};
+}
 
 /// Angle up to which the rotation error stays on the branch it was on before it turns over to the
 /// short way round, rad. Larger: the torque holds its direction longer past pi; below pi there
 /// would be no latch at all.
 inline constexpr double kBranchLatchAngle = 1.5 * 3.14159265358979323846;
 
-/// Error e of `X_WG` to the target `X_WH`; its rotation lies on the branch nearest to
+/// Error of `X_WG` to the target `X_WH`; its rotation lies on the branch nearest to
 /// `phi_reference` (the previous error).
-[[nodiscard]] HD_REALTIME ToolStep coupling_error(const Pose& X_WG, const Pose& X_WH,
-                                                  const Vector3& phi_reference) noexcept;
+[[nodiscard]] HD_REALTIME PoseError coupling_error(const Pose& X_WG, const Pose& X_WH,
+                                                   const Vector3& phi_reference) noexcept;
+
+/// The motion that takes `X_from` to `X_to`, the short way round.
+[[nodiscard]] HD_REALTIME ToolMotion motion_between(const Pose& X_from, const Pose& X_to) noexcept;
 
 /// 1/2 |e|_G^2, J.
 [[nodiscard]] inline double coupling_energy(const CouplingStiffness& stiffness,
-                                            const ToolStep& e) noexcept {
-  return 0.5 * (stiffness.kt * e.dp.squaredNorm() + stiffness.kr() * e.dtheta.squaredNorm());
+                                            const PoseError& error_GH) noexcept {
+  return 0.5 * (stiffness.kt * error_GH.dp.squaredNorm() +
+                stiffness.kr() * error_GH.dtheta.squaredNorm());
 }
 
 /// Pose after `step`: translation added, rotation composed on the left, quaternion renormalised.
-[[nodiscard]] HD_REALTIME Pose moved(const Pose& X_WG, const ToolStep& step) noexcept;
+[[nodiscard]] HD_REALTIME Pose moved(const Pose& X_WG, const ToolMotion& step) noexcept;
 
 /// Upper bound of the displacement of any tool point within `reach` (m) of the tool's origin, m.
-[[nodiscard]] inline double displacement_bound(const ToolStep& step, double reach) noexcept {
+[[nodiscard]] inline double displacement_bound(const ToolMotion& step, double reach) noexcept {
   return step.dp.norm() + step.dtheta.norm() * reach;
 }
 
 /// `step` times `factor`.
-[[nodiscard]] inline ToolStep scaled(const ToolStep& step, double factor) noexcept {
+[[nodiscard]] inline ToolMotion scaled(const ToolMotion& step, double factor) noexcept {
   return {step.dp * factor, step.dtheta * factor};
 }
 

@@ -3,7 +3,7 @@
 // Offline; plain data.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 #include "core/simulation/live_settings.h"
 
 namespace hapticd {
@@ -13,7 +13,7 @@ inline constexpr int kQualityLevels = 5;
 inline constexpr int kDefaultQuality = 3;
 
 struct Quality {
-  OptimiserOptions options;
+  ContactOptions options;
   /// Bound of the error of the force, rms over rms, against 400 linearisations per tick: in the
   /// worst of the study's scenes, over many gestures; other ones stay within 1.2 times.
   double force_error = 0.0;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 #include "core/instrument/instrument_options.h"
 #include "core/instrument/string_parameters.h"
 #include "core/math/pose.h"
@@ -71,7 +71,7 @@ struct SceneDescription {
   InstrumentOptions instrument;
   bool tones = false;   ///< tone events are wanted
   bool torque = false;  ///< off: forces alone are rendered
-  OptimiserOptions optimiser;
+  ContactOptions optimiser;
   std::uint32_t quality_level = 0;  ///< that filled in what the scene leaves open of `optimiser`
   bool quality_automatic = false;   ///< the level is where it begins, and follows a budget
 };

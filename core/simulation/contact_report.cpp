@@ -35,7 +35,7 @@ void add(const ContactReading& reading, ContactReport& report) noexcept {
 /// Position along the string of a place on a part of it; `key` becomes that of the string.
 double whole_lambda(const StringSegments& view, std::size_t capsules, double lambda,
                     ContactKey& key) noexcept {
-  if (key.kind != ObstacleKind::kCapsule || view.parts.empty()) return lambda;
+  if (!is_string(key) || view.parts.empty()) return lambda;
   const auto index = static_cast<std::size_t>(key.obstacle);
   if (index >= capsules) {
     const RigidPart& part = view.rigid[index - capsules];
@@ -53,10 +53,10 @@ void Simulation::report_contacts(std::size_t tool, ContactReport& report) const 
   report.contacts.clear();
   report.total = 0;
   const ToolPlay& play = memory_.tools[tool];
-  const OptimiserInput& scene = play.way.input;
+  const ContactInput& scene = play.way.input;
   const std::size_t capsules = play.scene.obstacles.capsules_W.size();
-  const OptimiserState& state = play.state.optimiser;
-  const BentObstacles bent(scene.obstacles, state.holds);
+  const ContactState& state = play.state.optimiser;
+  const BentObstacles bent(scene.obstacles, state.touched);
   const ToolShape shape(scene.parts, state.parts);
   const auto reading_of = [&](const ContactKey& key, double force) {
     const Contact contact =
@@ -77,8 +77,8 @@ void Simulation::report_contacts(std::size_t tool, ContactReport& report) const 
     add(reading_of(pair.key, pair.multiplier), report);
   }
   const double near = kNearSkins * scene.options.skin;
-  for (const Contact& contact : play.workspace.contacts.contacts) {
-    if (contact.gap - play.workspace.travelled > near) continue;
+  for (const Contact& contact : play.problem.candidates().contacts().contacts) {
+    if (!play.problem.candidates().may_be_within(contact, near)) continue;
     const auto same = [&](const ActivePair& pair) { return pair.key == contact.key; };
     if (std::any_of(active.begin(), active.end(), same)) continue;
     if (std::any_of(play.view.rigid_active.begin(), play.view.rigid_active.end(), same)) continue;

@@ -3,7 +3,7 @@
 // once. SI. RT: yes, about 10 ns per string.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 #include "core/instrument/instrument_options.h"
 #include "core/instrument/string_parameters.h"
 #include "core/math/pose.h"
@@ -21,7 +21,7 @@ struct LiveSettings {
   double force_gain = 1.0;
   double scale = 1.0;  ///< of the workspace
   Pose X_WD;
-  OptimiserOptions optimiser;
+  ContactOptions optimiser;
   InstrumentOptions instrument;
   std::uint32_t quality_level = 0;
   bool quality_automatic = false;  ///< the level follows a budget

@@ -81,8 +81,8 @@ void Simulation::render(std::size_t tool, const HandPose& hand, std::int64_t wor
   if (memory_.tools.size() > 1) {
     render_shared(tool, hand, work_budget, tick);
   } else {
-    render_contact(play.scene, hand, play.state, play.workspace, tick, work_budget);
-    way.input = optimiser_input(play.scene, tick.X_WH, tick.dt);
+    render_contact(play.scene, hand, play.state, play.problem, tick, work_budget);
+    way.input = contact_input(play.scene, tick.X_WH, tick.dt);
   }
   const std::int64_t t_ns = play.state.hand.t_ns;
   way.time = {t_ns, first ? 0 : t_ns - t_before};
@@ -110,14 +110,14 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand, std::int6
   for (std::size_t k = 0; k < memory_.tools.size(); ++k) {
     const ToolPlay& other = memory_.tools[k];
     if (k == tool || !other.state.placed) continue;
-    const OptimiserState& state = other.state.optimiser;
+    const ContactState& state = other.state.optimiser;
     others.push_back({other.scene.tool, state.X_WG, other.scene.parts, &state.parts});
   }
   seen.others = {{others.begin(), others.size()}, memory_.scratch};
-  render_contact(seen, hand, play.state, play.workspace, tick, work_budget);
+  render_contact(seen, hand, play.state, play.problem, tick, work_budget);
   update_sharing(all, number, holders_);
   seen.others = {};
-  play.way.input = optimiser_input(seen, tick.X_WH, tick.dt);
+  play.way.input = contact_input(seen, tick.X_WH, tick.dt);
 }
 
 void Simulation::respond_strings(TickOutput& output) noexcept {
@@ -125,7 +125,7 @@ void Simulation::respond_strings(TickOutput& output) noexcept {
   for (const ToolTick& tick : output.tools) merge_touched(tick.strings);
   for (std::size_t tool = 0; !awake_.empty() && tool < memory_.tools.size(); ++tool) {
     ToolWay& way = memory_.tools[tool].way;
-    way.hand = coupling_error(way.X_WH_before, output.tools[tool].X_WH, Vector3::Zero());
+    way.hand = motion_between(way.X_WH_before, output.tools[tool].X_WH);
   }
   std::size_t kept = 0;
   for (std::size_t k = 0; k < awake_.size(); ++k) {

@@ -10,7 +10,7 @@
 #include <span>
 
 #include "core/simulation/contact_report.h"
-#include "core/simulation/string_approach.h"
+#include "core/simulation/string_proximity.h"
 #include "core/simulation/string_segments.h"
 #include "core/simulation/tool_play.h"
 
@@ -125,12 +125,12 @@ class Simulation {
   void merge_touched(const PressedStrings& touched) noexcept;
   void respond_strings(TickOutput& output) noexcept;
   void respond_string(std::int32_t string, TickOutput& output) noexcept;
-  void play_string(std::int32_t string, const StringApproach& near, TickOutput& output) noexcept;
-  void watch_others(std::int32_t string, std::span<const StringApproach> near,
+  void play_string(std::int32_t string, const StringProximity& near, TickOutput& output) noexcept;
+  void watch_others(std::int32_t string, std::span<const StringProximity> near,
                     TickOutput& output) noexcept;
   [[nodiscard]] std::int32_t choose_player(std::int32_t string,
-                                           std::span<const StringApproach> near) const noexcept;
-  void hand_over(std::int32_t string, std::int32_t player, const StringApproach& near) noexcept;
+                                           std::span<const StringProximity> near) const noexcept;
+  void hand_over(std::int32_t string, std::int32_t player, const StringProximity& near) noexcept;
   [[nodiscard]] bool is_awake(std::int32_t string) const noexcept;
   void end_string(std::int32_t string) noexcept;
   [[nodiscard]] ToolStringState& visit(std::size_t tool, std::int32_t string) const noexcept {

@@ -74,7 +74,7 @@ Simulation::Sounding Simulation::sounding_part(std::int32_t string) const noexce
   return sounding;
 }
 
-void Simulation::play_string(std::int32_t string, const StringApproach& near,
+void Simulation::play_string(std::int32_t string, const StringProximity& near,
                              TickOutput& output) noexcept {
   const auto s = static_cast<std::size_t>(string);
   PlayedString& track = memory_.tracks[s];
@@ -131,7 +131,7 @@ void Simulation::play_string(std::int32_t string, const StringApproach& near,
 }
 
 // The touch of a tool that does not play the string: as of one that cannot sound.
-void Simulation::watch_others(std::int32_t string, std::span<const StringApproach> near,
+void Simulation::watch_others(std::int32_t string, std::span<const StringProximity> near,
                               TickOutput& output) noexcept {
   const auto s = static_cast<std::size_t>(string);
   for (std::size_t tool = 0; tool < near.size(); ++tool) {
@@ -170,7 +170,7 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringApproac
 // while it touches. A string that is let go of belongs to who touches it anew, and one that is
 // silent to who holds it; what rings over a finger that has been there before goes on ringing.
 std::int32_t Simulation::choose_player(std::int32_t string,
-                                       std::span<const StringApproach> near) const noexcept {
+                                       std::span<const StringProximity> near) const noexcept {
   const auto s = static_cast<std::size_t>(string);
   const PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
@@ -196,7 +196,7 @@ std::int32_t Simulation::choose_player(std::int32_t string,
 }
 
 void Simulation::hand_over(std::int32_t string, std::int32_t player,
-                           const StringApproach& near) noexcept {
+                           const StringProximity& near) noexcept {
   const auto s = static_cast<std::size_t>(string);
   PlayedString& track = memory_.tracks[s];
   book_held_force(memory_.tools[static_cast<std::size_t>(track.player)].scene.strings[s],
@@ -216,17 +216,15 @@ void Simulation::hand_over(std::int32_t string, std::int32_t player,
 void Simulation::respond_string(std::int32_t string, TickOutput& output) noexcept {
   PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
   if (memory_.tools.size() == 1) {
-    play_string(string,
-                approach_string(memory_.tools[0], output.tools[0], visit(0, string), string),
+    play_string(string, proximity_to(memory_.tools[0], output.tools[0], visit(0, string), string),
                 output);
     return;
   }
-  std::array<StringApproach, kMaxTools> near;
+  std::array<StringProximity, kMaxTools> near;
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
-    near[tool] =
-        approach_string(memory_.tools[tool], output.tools[tool], visit(tool, string), string);
+    near[tool] = proximity_to(memory_.tools[tool], output.tools[tool], visit(tool, string), string);
   }
-  const std::span<const StringApproach> all(near.data(), memory_.tools.size());
+  const std::span<const StringProximity> all(near.data(), memory_.tools.size());
   const std::int32_t player = choose_player(string, all);
   if (player != track.player) {
     hand_over(string, player, near[static_cast<std::size_t>(track.player)]);

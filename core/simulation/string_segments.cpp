@@ -17,15 +17,15 @@ const Capsule& whole(const StringTool& tool, std::int32_t string) noexcept {
   return tool.scene->obstacles.capsules_W[static_cast<std::size_t>(string)];
 }
 
-const StringHold* yielding_hold(const StringTool& tool, std::int32_t string) noexcept {
-  for (const StringHold& hold : tool.state->optimiser.holds) {
+const TouchedString* yielding_hold(const StringTool& tool, std::int32_t string) noexcept {
+  for (const TouchedString& hold : tool.state->optimiser.touched) {
     if (hold.bend.capsule == string && hold.yields) return &hold;
   }
   return nullptr;
 }
 
 /// Where a tool's hold takes the string to.
-Vector3 vertex_of(const StringTool& tool, const StringHold& hold) noexcept {
+Vector3 vertex_of(const StringTool& tool, const TouchedString& hold) noexcept {
   const StringPart* part = part_of(*tool.view, hold.bend.capsule);
   const Capsule& line = part != nullptr ? part->part_W : whole(tool, hold.bend.capsule);
   return leg_of(line, hold.bend, 0).capsule_W.p_B;
@@ -36,7 +36,7 @@ bool same(const Capsule& a, const Capsule& b) noexcept { return a.p_A == b.p_A &
 /// The part of a string that the tool is nearest to.
 std::size_t nearest_part(const StringTool& tool, const StringPoints& points,
                          double radius) noexcept {
-  const OptimiserState& state = tool.state->optimiser;
+  const ContactState& state = tool.state->optimiser;
   FixedVector<Capsule, kMaxTools + 1> parts_W;
   for (std::size_t k = 0; k + 1 < points.size(); ++k) {
     parts_W.push_back({points[k], points[k + 1], radius});
@@ -69,7 +69,7 @@ bool concerns(std::span<const StringTool> tools, const StringSharing& all, const
   const bool holds = std::find(held.tools.begin(), held.tools.end(), tool) != held.tools.end();
   if (holds) return held.tools.size() > 1;
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
-  const OptimiserState& state = self.state->optimiser;
+  const ContactState& state = self.state->optimiser;
   const Vector3& p_WG = state.X_WG.p;
   const double way = std::max((p_WH - p_WG).norm(), (self.state->hand.X_WH.p - p_WG).norm());
   // Wherever it turns to.
@@ -87,7 +87,7 @@ bool concerns(std::span<const StringTool> tools, const StringSharing& all, const
 }
 
 /// The same vertex between other ends.
-void rebase(const Capsule& before, const Capsule& after, StringHold& hold) noexcept {
+void rebase(const Capsule& before, const Capsule& after, TouchedString& hold) noexcept {
   if (same(before, after)) return;
   const Vector3 p_P = leg_of(before, hold.bend, 0).capsule_W.p_B;
   hold.bend.lambda = lambda_of(after, p_P);
@@ -95,15 +95,14 @@ void rebase(const Capsule& before, const Capsule& after, StringHold& hold) noexc
 }
 
 /// Takes what carried force on rigid parts out of the state: their numbers change.
-void part_with_rigid_pairs(std::size_t capsules, OptimiserState& state,
+void part_with_rigid_pairs(std::size_t capsules, ContactState& state,
                            StringSegments& view) noexcept {
   view.rigid_active.clear();
   if (view.rigid.empty()) return;
   int kept = 0;
   for (int k = 0; k < state.active_count; ++k) {
     const ActivePair& pair = state.active[static_cast<std::size_t>(k)];
-    if (pair.key.kind == ObstacleKind::kCapsule &&
-        static_cast<std::size_t>(pair.key.obstacle) >= capsules) {
+    if (is_string(pair.key) && static_cast<std::size_t>(pair.key.obstacle) >= capsules) {
       view.rigid_active.push_back(pair);
     } else {
       state.active[static_cast<std::size_t>(kept++)] = pair;
@@ -156,7 +155,7 @@ void string_points(std::span<const StringTool> tools, const StringSharing& holde
     if (held.string != string) continue;
     for (const std::int32_t holder : held.tools) {
       const StringTool& tool = tools[static_cast<std::size_t>(holder)];
-      const StringHold* hold = yielding_hold(tool, string);
+      const TouchedString* hold = yielding_hold(tool, string);
       if (holder != without && hold != nullptr) points.push_back(vertex_of(tool, *hold));
     }
   }
@@ -208,7 +207,7 @@ ToolScene segment_strings(std::span<const StringTool> tools, const StringSharing
   for (const std::size_t k : near) {
     take_part(tools, holders, holders[k], tool, next, constants, rigid_W);
   }
-  for (StringHold& hold : self.state->optimiser.holds) {
+  for (TouchedString& hold : self.state->optimiser.touched) {
     if (!hold.yields) continue;
     const std::int32_t string = hold.bend.capsule;
     const StringPart* before = part_of(view, string);
@@ -270,7 +269,7 @@ void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
     ++kept;
   }
   holders.truncate(kept);
-  for (const StringHold& hold : self.state->optimiser.holds) {
+  for (const TouchedString& hold : self.state->optimiser.touched) {
     if (!hold.yields) continue;
     const std::int32_t string = hold.bend.capsule;
     auto* held = std::find_if(holders.begin(), holders.end(),

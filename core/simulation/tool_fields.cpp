@@ -13,7 +13,7 @@ bool names_sphere(const SphereTreeView& tree, TreeSphereId id) noexcept {
 bool names_pair(const ContactKey& key, const ToolScene& scene) noexcept {
   if (key.obstacle < 0 || !names_sphere(scene.tool, key.tool_sphere)) return false;
   const auto obstacle = static_cast<std::size_t>(key.obstacle);
-  if (key.kind == ObstacleKind::kCapsule) {
+  if (is_string(key)) {
     return obstacle < scene.obstacles.capsules_W.size() && key.obstacle_sphere >= 0 &&
            key.obstacle_sphere <= 1;
   }
@@ -24,12 +24,12 @@ bool names_pair(const ContactKey& key, const ToolScene& scene) noexcept {
 }  // namespace
 
 bool fits_scene(const ToolState& state, const ToolScene& scene) noexcept {
-  const OptimiserState& optimiser = state.optimiser;
+  const ContactState& optimiser = state.optimiser;
   for (int k = 0; k < optimiser.active_count; ++k) {
     if (!names_pair(optimiser.active[static_cast<std::size_t>(k)].key, scene)) return false;
   }
   std::int32_t before = -1;
-  for (const StringHold& hold : optimiser.holds) {
+  for (const TouchedString& hold : optimiser.touched) {
     const StringBend& bend = hold.bend;
     if (bend.capsule <= before || static_cast<std::size_t>(bend.capsule) >= scene.strings.size() ||
         !(bend.lambda >= 0.0 && bend.lambda <= 1.0)) {

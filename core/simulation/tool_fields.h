@@ -1,6 +1,6 @@
-// The fields of what a tool keeps from tick to tick, and of the optimiser's knobs, for snapshots
-// and replay (core/math/state_fields.h). Indices that are read back must also fit the scene:
-// fits_scene(). RT: yes.
+// The fields of what a tool keeps from tick to tick, for snapshots and replay
+// (core/math/state_fields.h). Indices that are read back must also fit the scene: fits_scene(). RT:
+// yes.
 #pragma once
 
 #include "core/math/state_fields.h"
@@ -34,7 +34,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(capsule, lambda, u_W);
 }
 
-template <FieldsOf<StringHold> State, typename Visit>
+template <FieldsOf<TouchedString> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [bend, yields, normal_force, tangential_W, slip_W] = state;
   visit(bend, yields, normal_force, tangential_W, slip_W);
@@ -47,17 +47,17 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 }
 
 // Pairs beyond the count mean nothing.
-template <FieldsOf<OptimiserState> State, typename Visit>
+template <FieldsOf<ContactState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [X_WG, phi_GH_W, F_H_W, active_count, active, holds, parts, tool_level, body_level, X_WH,
-         way] = state;
+  auto& [X_WG, phi_GH_W, F_H_W, active_count, active, touched, parts, tool_level, body_level, X_WH,
+         travel] = state;
   visit(X_WG, phi_GH_W, F_H_W);
   visit.bounded(active_count, 0, kMaxQpUnknowns);
   visit.first(active, active_count);
-  visit(holds, parts);
+  visit(touched, parts);
   visit.bounded(tool_level, 0, std::numeric_limits<int>::max());
   visit.bounded(body_level, 0, std::numeric_limits<int>::max());
-  visit(X_WH, way);
+  visit(X_WH, travel);
 }
 
 template <FieldsOf<ToolState> State, typename Visit>
@@ -76,18 +76,6 @@ template <FieldsOf<CouplingStiffness> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [kt, length] = state;
   visit(kt, length);
-}
-
-template <FieldsOf<OptimiserOptions> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [sub_steps, margin, skin, rotation_step, stop_tolerance, tool_level, body_level, max_rows,
-         recovery_speed] = state;
-  visit.bounded(sub_steps, 1, std::numeric_limits<int>::max());
-  visit(margin, skin, rotation_step, stop_tolerance);
-  visit.bounded(tool_level, 0, std::numeric_limits<int>::max());
-  visit.bounded(body_level, 0, std::numeric_limits<int>::max());
-  visit.bounded(max_rows, 1, kMaxQpRows);
-  visit(recovery_speed);
 }
 
 /// Every index in `state` names something of `scene`, in the order it is kept in. For states that

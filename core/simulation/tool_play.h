@@ -10,17 +10,17 @@ namespace hapticd {
 
 /// What a tool was asked to do in a tick, and from where.
 struct ToolWay {
-  OptimiserInput input;
+  ContactInput input;
   Pose X_WG_before;
   Pose X_WH_before;
-  ToolStep hand;  ///< from X_WH_before on
+  ToolMotion hand;  ///< from X_WH_before on
   TickTime time;
 };
 
 /// One tool of a simulation. Set `scene`; the rest begins as it is. Strings, obstacles and
 /// instrument are the same for all tools of a simulation.
 struct ToolPlay {
-  OptimiserWorkspace workspace;  ///< first, for it is aligned
+  ContactProblem problem;  ///< first, for it is aligned
   ToolScene scene;
   ToolState state;
   Pose X_WH;    ///< of the last tick in which time passed
@@ -32,7 +32,7 @@ struct ToolPlay {
 
 /// Pairs of the tool and the strings it may meet in this tick, each way it may.
 [[nodiscard]] inline const ContactSet& string_pairs(const ToolPlay& play) noexcept {
-  return play.reached_out ? play.swung : play.workspace.contacts;
+  return play.reached_out ? play.swung : play.problem.candidates().contacts();
 }
 
 /// A tool's view of a string, from tick to tick.

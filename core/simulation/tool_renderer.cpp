@@ -8,8 +8,8 @@ namespace {
 
 /// Force bound of this tick: clamped while recovering, then growing until the contact force fits
 /// under it.
-double next_force_bound(double bound, OptimiserStatus status, double force, double dt) noexcept {
-  if (status == OptimiserStatus::kRecovering) {
+double next_force_bound(double bound, ContactStatus status, double force, double dt) noexcept {
+  if (status == ContactStatus::kRecovering) {
     const double start = std::isfinite(bound) ? bound : 0.0;
     return std::min(start + kRecoveryForceRate * dt, kRecoveryForce);
   }
@@ -19,10 +19,8 @@ double next_force_bound(double bound, OptimiserStatus status, double force, doub
 
 /// The stiffness of the program, and of strings that give less than the program presses on them
 /// that much less.
-ContactStiffness felt_stiffness(const OptimiserInput& input, const ToolState& state,
-                                const OptimiserWorkspace& workspace,
-                                const ToolTick& tick) noexcept {
-  ContactStiffness stiffness = contact_stiffness(input, state.optimiser, workspace, tick.optimiser);
+ContactStiffness felt_stiffness(const ContactProblem& problem, const ToolTick& tick) noexcept {
+  ContactStiffness stiffness = contact_stiffness(problem.view(), problem.unknowns());
   const double pressed = tick.optimiser.F_H_W.f.norm();
   const double felt = tick.F_computed_H_W.f.norm();
   if (felt < pressed) {
@@ -34,14 +32,13 @@ ContactStiffness felt_stiffness(const OptimiserInput& input, const ToolState& st
 
 }  // namespace
 
-OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH, double dt) noexcept {
+ContactInput contact_input(const ToolScene& scene, const Pose& X_WH, double dt) noexcept {
   return {scene.tool,    scene.obstacles,  X_WH,        scene.stiffness, scene.options,  dt,
           scene.strings, scene.instrument, scene.parts, scene.others,    scene.rounding, 0};
 }
 
 void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& state,
-                    OptimiserWorkspace& workspace, ToolTick& tick,
-                    std::int64_t work_budget) noexcept {
+                    ContactProblem& problem, ToolTick& tick, std::int64_t work_budget) noexcept {
   tick.dt = follow(hand, state.hand);
   tick.X_WH = state.hand.X_WH;
   tick.V_WH = state.hand.V_WH;
@@ -51,13 +48,12 @@ void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& sta
     state.optimiser.X_WG = tick.X_WH;
     state.placed = true;
   }
-  OptimiserInput input = optimiser_input(scene, tick.X_WH, tick.dt);
+  ContactInput input = contact_input(scene, tick.X_WH, tick.dt);
   input.work_budget = work_budget;
-  optimise_configuration(input, state.optimiser, workspace, tick.optimiser);
+  problem.solve(input, state.optimiser, tick.optimiser);
   tick.X_WG = state.optimiser.X_WG;
-  find_string_contacts(input, state.optimiser, workspace, tick.optimiser, tick.strings,
-                       tick.F_computed_H_W);
-  if (scene.stiffness_wanted) tick.stiffness = felt_stiffness(input, state, workspace, tick);
+  find_string_contacts(problem.view(), tick.strings, tick.F_computed_H_W);
+  if (scene.stiffness_wanted) tick.stiffness = felt_stiffness(problem, tick);
 }
 
 void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept {

@@ -4,7 +4,7 @@
 // random source. RT: yes.
 #pragma once
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 #include "core/contact/contact_stiffness.h"
 #include "core/contact/string_forces.h"
 #include "core/safety/wrench_limit.h"
@@ -23,7 +23,7 @@ struct ToolScene {
   SphereTreeView tool;
   ObstaclesView obstacles;
   CouplingStiffness stiffness;
-  OptimiserOptions options;
+  ContactOptions options;
   WrenchLimits limits;
   /// Strings that are more than rigid lines: the first capsules of the obstacles, in their order.
   std::span<const StringConstants> strings{};
@@ -31,7 +31,7 @@ struct ToolScene {
   ToolParts parts{};  ///< what of the tool is soft
   /// B of the coupling between hand and tool, N s/m, >= 0; acts on the hand's velocity against G's.
   double coupling_damping = 0.0;
-  OtherTools others{};            ///< see OptimiserInput
+  OtherTools others{};            ///< see ContactInput
   double rounding = 0.0;          ///< likewise
   bool stiffness_wanted = false;  ///< ticks tell ToolTick::stiffness
 };
@@ -39,7 +39,7 @@ struct ToolScene {
 /// State of one tool. Copy it to take a snapshot.
 struct ToolState {
   HandMotion hand;
-  OptimiserState optimiser;
+  ContactState optimiser;
   bool placed = false;  ///< G has been put where H first was
   /// Bound on |f| after a recovery, N; infinite in normal operation.
   double force_bound = std::numeric_limits<double>::infinity();
@@ -52,7 +52,7 @@ struct ToolTick {
   Pose X_WG;
   Wrench F_H_W;           ///< for the device: ramped and limited, about the origin of G, N and N m
   Wrench F_computed_H_W;  ///< before ramp and limit
-  OptimiserResult optimiser;
+  ContactResult optimiser;
   PressedStrings strings;  ///< that press the tool
   /// Of F_computed_H_W less what vibrates; strings that do not yield count by the share of their
   /// force in the program's. Zero unless wanted.
@@ -60,12 +60,12 @@ struct ToolTick {
 };
 
 /// What the optimiser is asked in a tick of this scene.
-[[nodiscard]] HD_REALTIME OptimiserInput optimiser_input(const ToolScene& scene, const Pose& X_WH,
-                                                         double dt) noexcept;
+[[nodiscard]] HD_REALTIME ContactInput contact_input(const ToolScene& scene, const Pose& X_WH,
+                                                     double dt) noexcept;
 
-/// Everything of a tick up to F_computed_H_W. `work_budget` as in OptimiserInput.
+/// Everything of a tick up to F_computed_H_W. `work_budget` as in ContactInput.
 HD_REALTIME void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& state,
-                                OptimiserWorkspace& workspace, ToolTick& tick,
+                                ContactProblem& problem, ToolTick& tick,
                                 std::int64_t work_budget = 0) noexcept;
 
 /// The rest: F_H_W from F_computed_H_W, ramped and limited. Once per tick.

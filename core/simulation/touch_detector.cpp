@@ -36,7 +36,7 @@ TouchEvent touch_of(const ContactReading& contact, const TouchTick& tick) noexce
 void gather(const ContactReport& report, const TouchTick& tick, Touches& now) noexcept {
   for (const ContactReading& contact : report.contacts) {
     const ContactKey& key = contact.key;
-    if (key.kind == ObstacleKind::kCapsule && key.obstacle < tick.strings) continue;
+    if (is_string(key) && key.obstacle < tick.strings) continue;
     TouchEvent* touch = find(now, contact.part, key.kind, key.obstacle);
     if (touch == nullptr) {
       if (!now.push_back(touch_of(contact, tick))) continue;

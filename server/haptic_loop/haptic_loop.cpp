@@ -29,9 +29,8 @@ bool pushes_a_person(const PlayedTool& tool) noexcept {
 /// Nothing touches and nothing pushes the tool.
 bool is_contact_free(const ToolTick& tool) noexcept {
   const Wrench& F = tool.F_computed_H_W;
-  return tool.optimiser.active_count == 0 &&
-         tool.optimiser.status != OptimiserStatus::kRecovering && F.f.isZero(0.0) &&
-         F.t.isZero(0.0);
+  return tool.optimiser.active_count == 0 && tool.optimiser.status != ContactStatus::kRecovering &&
+         F.f.isZero(0.0) && F.t.isZero(0.0);
 }
 
 /// The order that a command is, for those that the state machine hears.

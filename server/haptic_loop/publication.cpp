@@ -27,8 +27,8 @@ std::uint16_t flags_of(const ToolTick& tick, const ToolLoop& tool) noexcept {
   set((limited & kSafetySaturated) != 0, kSaturated);
   set((limited & kSafetyThermal) != 0, kThermalLimited);
   set((limited & kSafetyPassivity) != 0, kPassivityLimited);
-  set(tick.optimiser.status == OptimiserStatus::kRecovering, kRecovering);
-  set(tick.optimiser.status == OptimiserStatus::kLagging, kLagging);
+  set(tick.optimiser.status == ContactStatus::kRecovering, kRecovering);
+  set(tick.optimiser.status == ContactStatus::kLagging, kLagging);
   set(tick.optimiser.rows_exchanged > 0, kRowsMerged);
   set(tick.optimiser.strings_refused > 0, kStringHeldRigid);
   set(tool.judged.held, kInputHeld);

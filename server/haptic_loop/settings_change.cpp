@@ -77,9 +77,8 @@ bool usable(const SceneSettings& settings) noexcept {
   const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
   const auto fine = [&](const LiveSettings& live) {
     return positive(live.coupling.kt) && positive(live.coupling.length) && positive(live.scale) &&
-           positive(live.optimiser.margin) && positive(live.optimiser.recovery_speed) &&
-           std::isfinite(live.force_gain) && std::isfinite(live.coupling_damping) &&
-           !check_options(live.instrument);
+           usable(live.optimiser) && std::isfinite(live.force_gain) &&
+           std::isfinite(live.coupling_damping) && !check_options(live.instrument);
   };
   return std::all_of(settings.tools.begin(), settings.tools.end(), fine) &&
          std::none_of(

@@ -150,7 +150,7 @@ void print_features(std::ostream& out, const SceneDescription& d) {
 }
 
 void print_accuracy(std::ostream& out, const LoadedScene& loaded) {
-  const OptimiserOptions& o = loaded.scene->description().optimiser;
+  const ContactOptions& o = loaded.scene->description().optimiser;
   const v1::Quality& quality = loaded.message.quality();
   out << "accuracy beside the shapes\n  surfaces feel fatter by the skin, " << in_um(o.skin)
       << "; nothing is ever entered\n";

@@ -121,7 +121,7 @@ void fill_features(StringPreset preset, v1::Scene& scene) {
 }
 
 void fill_solver(v1::Scene& scene) {
-  const OptimiserOptions usual = quality_of(quality_level(scene.quality())).options;
+  const ContactOptions usual = quality_of(quality_level(scene.quality())).options;
   using S = v1::Solver;
   S& solver = *scene.mutable_solver();
   set_absent(solver, &S::has_margin_m, &S::set_margin_m, usual.margin);
@@ -166,7 +166,7 @@ void fill_quality(v1::Quality& quality) {
 }
 
 void fill_knobs(const v1::Quality& quality, v1::Solver& solver) {
-  const OptimiserOptions usual = quality_of(quality_level(quality)).options;
+  const ContactOptions usual = quality_of(quality_level(quality)).options;
   using S = v1::Solver;
   if (!solver.has_max_substeps()) solver.set_max_substeps(static_cast<unsigned>(usual.sub_steps));
   set_absent(solver, &S::has_stop_step_m, &S::set_stop_step_m, usual.stop_tolerance);

@@ -226,8 +226,8 @@ InstrumentOptions instrument_of(const v1::Scene& scene) {
   return options;
 }
 
-OptimiserOptions optimiser_of(const v1::Solver& solver) {
-  OptimiserOptions options;
+ContactOptions optimiser_of(const v1::Solver& solver) {
+  ContactOptions options;
   options.sub_steps = static_cast<int>(solver.max_substeps());
   options.stop_tolerance = solver.stop_step_m();
   options.margin = solver.margin_m();

@@ -28,7 +28,7 @@ struct Judged {
 };
 
 Judged judge(ContactSession session) {
-  OptimiserOptions thin = reference_options();
+  ContactOptions thin = reference_options();
   thin.skin = 1e-6;
   return {session, play(session, reference_options(), kRate).f_H_W,
           play(session, thin, kRate).f_H_W, play(session, reference_options(), kFineRate).f_H_W};
@@ -74,7 +74,7 @@ class Row {
 using Reference = std::vector<Vector3> Judged::*;
 
 void print_row(const std::vector<Judged>& sessions, const std::string& name,
-               const OptimiserOptions& options, Reference reference = &Judged::reference) {
+               const ContactOptions& options, Reference reference = &Judged::reference) {
   Row row(name);
   for (const Judged& judged : sessions) {
     const SessionRun run = play(judged.session, options, kRate);
@@ -86,10 +86,10 @@ void print_row(const std::vector<Judged>& sessions, const std::string& name,
 /// Rows of one option; `values` in multiples of `per_unit`.
 template <typename Value>
 void print_rows(const std::vector<Judged>& sessions, const char* name, const char* unit,
-                Value per_unit, Value OptimiserOptions::*option,
-                std::initializer_list<Value> values, Reference reference = &Judged::reference) {
+                Value per_unit, Value ContactOptions::*option, std::initializer_list<Value> values,
+                Reference reference = &Judged::reference) {
   for (const Value value : values) {
-    OptimiserOptions options;
+    ContactOptions options;
     options.*option = value * per_unit;
     char cell[80];
     std::snprintf(cell, sizeof cell, "%s %g%s", name, static_cast<double>(value), unit);
@@ -103,7 +103,7 @@ void print_rate(const std::vector<Judged>& sessions, int rate, bool held) {
   Row row("rate " + std::to_string(rate) + " Hz, " + (held ? "held to the next tick" : "at ticks"));
   const auto step = static_cast<std::size_t>(kFineRate / rate);
   for (const Judged& judged : sessions) {
-    const SessionRun run = play(judged.session, OptimiserOptions{}, rate);
+    const SessionRun run = play(judged.session, ContactOptions{}, rate);
     std::vector<Vector3> force;
     std::vector<Vector3> reference;
     for (std::size_t k = 0; k < judged.reference_fine.size(); k += held ? 1 : step) {
@@ -122,7 +122,7 @@ void print_table(const std::vector<Judged>& sessions) {
   for (std::size_t k = 0; k < sessions.size(); ++k) std::printf("---|");
   std::printf("---|---|\n");
 
-  using Options = OptimiserOptions;
+  using Options = ContactOptions;
   print_row(sessions, "**defaults**", Options{});
   print_rows(sessions, "sub-steps", "", 1, &Options::sub_steps, {1, 2, 4, 8, 16, 24, 32});
   print_rows(sessions, "stop tolerance", " um", 1e-6, &Options::stop_tolerance,

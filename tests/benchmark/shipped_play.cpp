@@ -177,8 +177,8 @@ void ShippedPlay::restart() {
 }
 
 PlayWork ShippedPlay::work() const {
-  const OptimiserResult& result = output_->tools[0].optimiser;
-  const auto& contacts = play_.tools[0].workspace.contacts.contacts;
+  const ContactResult& result = output_->tools[0].optimiser;
+  const auto& contacts = play_.tools[0].problem.candidates().contacts().contacts;
   return {result.tests, result.sub_steps, static_cast<int>(contacts.size()), result.active_count};
 }
 

@@ -111,7 +111,7 @@ void TickScene::render(const Pose& X_WH) {
   const HandPose sample{t_ns_,
                         {X_WH.p.x(), X_WH.p.y(), X_WH.p.z()},
                         {X_WH.q.w(), X_WH.q.x(), X_WH.q.y(), X_WH.q.z()}};
-  render_tool(tool_, sample, state_, *workspace_, tick_);
+  render_tool(tool_, sample, state_, *problem_, tick_);
 }
 
 }  // namespace hapticd::test

@@ -62,7 +62,7 @@ class TickScene {
   [[nodiscard]] const RenderingScene& scene() const { return scene_; }
   [[nodiscard]] const std::vector<Pose>& X_WH() const { return X_WH_; }
   [[nodiscard]] int contacts() const {
-    return static_cast<int>(workspace_->contacts.contacts.size());
+    return static_cast<int>(problem_->candidates().contacts().contacts.size());
   }
 
  private:
@@ -73,7 +73,7 @@ class TickScene {
   ToolScene tool_;
   ToolState state_;
   ToolTick tick_;
-  std::unique_ptr<OptimiserWorkspace> workspace_ = std::make_unique<OptimiserWorkspace>();
+  std::unique_ptr<ContactProblem> problem_ = std::make_unique<ContactProblem>();
   std::size_t next_ = 0;
   std::int64_t t_ns_ = 0;
 };

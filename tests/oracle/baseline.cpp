@@ -103,13 +103,13 @@ class Baseline::Method {
     QpProblem& problem = *problem_;
     problem.unknowns = kToolDof;
     problem.rows = static_cast<int>(pairs.size());
-    const ToolStep e = coupling_error(X_WG_, X_WH, Vector3::Zero());
+    const PoseError error_GH = coupling_error(X_WG_, X_WH, Vector3::Zero());
     for (std::size_t k = 0; k < 3; ++k) {
       const auto axis = static_cast<Eigen::Index>(k);
       problem.weight[k] = stiffness.kt;
       problem.weight[k + 3] = stiffness.kr();
-      problem.target[k] = e.dp[axis];
-      problem.target[k + 3] = e.dtheta[axis];
+      problem.target[k] = error_GH.dp[axis];
+      problem.target[k + 3] = error_GH.dtheta[axis];
     }
     for (std::size_t i = 0; i < pairs.size(); ++i) fill_row(pairs[i], i);
     solve_qp(problem, {}, *workspace_, *solution_);
@@ -138,9 +138,9 @@ class Baseline::Method {
   /// Spring, string and vibration, Eq. 8-13.
   void render(const ToolScene& scene, const std::vector<OverlappingPair>& pairs, const Pose& X_WH,
               double dt_s, BaselineTick& tick) {
-    const ToolStep e = coupling_error(X_WG_, X_WH, Vector3::Zero());
-    const double stretch = e.dp.norm();
-    const Vector3 nhat_W = stretch > 0.0 ? Vector3(-e.dp / stretch) : Vector3(0.0, 0.0, 0.0);
+    const PoseError error_GH = coupling_error(X_WG_, X_WH, Vector3::Zero());
+    const double stretch = error_GH.dp.norm();
+    const Vector3 nhat_W = stretch > 0.0 ? Vector3(-error_GH.dp / stretch) : Vector3(0.0, 0.0, 0.0);
     const std::size_t strings = scene.strings.size();
     const OverlappingPair* string = deepest(pairs, strings, true);
     tick.repulsion = pairs.empty() ? 0.0 : scene.stiffness.kt * stretch;
@@ -153,7 +153,7 @@ class Baseline::Method {
     }
     tick.vibration = vibrate(scene, pairs, stretch, nhat_W.dot(X_WH.p - X_WH_.p), dt_s);
     tick.F_H_W.f = (tick.repulsion + tick.vibration) * nhat_W;
-    if (!pairs.empty()) tick.F_H_W.t = -scene.stiffness.kr() * e.dtheta;
+    if (!pairs.empty()) tick.F_H_W.t = -scene.stiffness.kr() * error_GH.dtheta;
   }
 
   /// Steps every string, and returns F_v of the touched ones.

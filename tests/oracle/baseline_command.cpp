@@ -54,7 +54,7 @@ class Measurement {
       X_WH_ = pose.X_WH;
     }
     // The wrench of the last tick has acted until now.
-    const ToolStep way = coupling_error(X_WH_, pose.X_WH, Vector3::Zero());
+    const ToolMotion way = motion_between(X_WH_, pose.X_WH);
     given_j_ += before_->F_H_W.f.dot(way.dp) + before_->F_H_W.t.dot(way.dtheta);
     path_[0].X_WG = before_->X_WG;
     path_[1].X_WG = now.X_WG;
@@ -102,7 +102,7 @@ class Measurement {
   PopThroughWatch watch_;
   Table table_;
   std::optional<BaselineTick> before_;
-  std::array<OptimiserState, 2> path_;
+  std::array<ContactState, 2> path_;
   Pose X_WH_;
   double given_j_ = 0.0;  ///< to the hand so far
 };

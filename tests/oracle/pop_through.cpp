@@ -65,7 +65,7 @@ bool PopThroughWatch::follow_sphere(std::size_t capsule, std::size_t sphere,
 std::vector<bool> PopThroughWatch::go(const Pose& X_WF, const Pose& X_WT) {
   std::vector<bool> popped(capsules_.size(), false);
   if (capsules_.empty()) return popped;
-  const ToolStep way = coupling_error(X_WF, X_WT, Vector3::Zero());
+  const ToolMotion way = motion_between(X_WF, X_WT);
   const double bound = displacement_bound(way, reach_);
   const double wanted = std::ceil(bound / (kStep * std::max(thinnest_, 1e-6)));
   const auto steps = static_cast<std::size_t>(std::clamp(wanted, 1.0, kMaxSteps));

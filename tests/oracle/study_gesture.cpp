@@ -127,7 +127,7 @@ double smallest(const ObstacleGaps& gaps) {
 /// Leads the tool along -n until it touches; none when it begins inside something, or never does.
 std::optional<Pose> touch(PathJudge& judge, const Quaternion& q, const Vector3& p_end,
                           const Vector3& n_W) {
-  OptimiserState state;
+  ContactState state;
   state.X_WG.q = q;
   for (double left = kApproach; left > -kApproach;) {
     state.X_WG.p = p_end + left * n_W;
@@ -187,7 +187,7 @@ StudyGesture choose_study_gesture(const Scene& scene, std::size_t tool, PathJudg
     const std::optional<Pose> touched = touch(judge, q, place.p_W - front, place.n_W);
     if (!touched) continue;
     gesture.X_WH_touch = *touched;
-    OptimiserState begin;
+    ContactState begin;
     begin.X_WG = gesture.at(0.0);
     if (smallest(judge.gaps(begin)) > kTouch) return gesture;
   }

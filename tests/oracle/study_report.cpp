@@ -42,7 +42,7 @@ Counts counts_of(const std::vector<StudyTick>& run) {
   for (const StudyTick& tick : run) {
     if (!tick.touches) continue;
     ++c.touching;
-    c.lagging += tick.counts.status == OptimiserStatus::kLagging ? 1 : 0;
+    c.lagging += tick.counts.status == ContactStatus::kLagging ? 1 : 0;
     const auto work = static_cast<double>(tick_work(tick.counts));
     c.work += work;
     c.work_max = std::max(c.work_max, work);
@@ -144,7 +144,7 @@ std::string study_line(const std::string& name, const std::vector<StudyTick>& ru
 }
 
 double surface_error(const SceneDescription& scene, std::size_t tool,
-                     const OptimiserOptions& options) {
+                     const ContactOptions& options) {
   double of_tool = 0.0;
   double of_bodies = 0.0;
   for (const PartDescription& part : scene.tools[tool].parts) {

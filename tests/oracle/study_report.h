@@ -46,6 +46,6 @@ struct StudyErrors {
 /// No point of what is touched with `options` lies further outside its mesh, m; 0 where shapes are
 /// exact.
 [[nodiscard]] double surface_error(const SceneDescription& scene, std::size_t tool,
-                                   const OptimiserOptions& options);
+                                   const ContactOptions& options);
 
 }  // namespace hapticd

@@ -66,7 +66,7 @@ std::vector<StudyTick> play_study(const Scene& scene, std::size_t tool, const St
     kept.touches = tick.optimiser.active_count > 0;
     kept.counts = tick.optimiser;
     kept.cpu_us = after - before;
-    out = out || tick.optimiser.status != OptimiserStatus::kRecovering;
+    out = out || tick.optimiser.status != ContactStatus::kRecovering;
     if (judge != nullptr) {
       const double gap = judge_tick(*judge, play.simulation->scene(0), tick, k == 0);
       if (out) kept.path_gap_m = gap;
@@ -94,7 +94,7 @@ std::vector<StudyTick> play_baseline(const Scene& scene, std::size_t tool, Basel
     kept.X_WG = tick.X_WG;
     kept.touches = tick.pairs > 0;
     kept.cpu_us = after - before;
-    OptimiserState state;
+    ContactState state;
     state.X_WG = tick.X_WG;
     kept.path_gap_m = smallest(judge.gaps(state));
   }

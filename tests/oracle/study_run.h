@@ -21,7 +21,7 @@ struct StudyTick {
   Vector3 torque_W{0.0, 0.0, 0.0};   ///< N m
   Pose X_WG;
   bool touches = false;
-  OptimiserResult counts;
+  ContactResult counts;
   double cpu_us = 0.0;  ///< processor time of this thread
   /// Smallest on the committed way; no number where it was not judged, nor while a tool that began
   /// inside of something, as in a scene of fatter spheres, has not been out yet.

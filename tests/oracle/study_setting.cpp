@@ -63,7 +63,7 @@ void take_level(int level, const SceneDescription& scene, StudySetting& setting)
 /// Puts KEY=VALUE into the setting. Ranges are those of scene.proto.
 void assign(const std::string& text, const std::string& key, const std::string& value,
             const SceneDescription& scene, StudySetting& setting) {
-  OptimiserOptions& o = setting.options;
+  ContactOptions& o = setting.options;
   const auto real = [&](double& into, double least, double most) {
     return [&, least, most] { into = number(text, value, least, most); };
   };
@@ -127,8 +127,8 @@ std::string scene_of_setting(const std::string& text) {
   return "";
 }
 
-OptimiserOptions truth_options(const SceneDescription& scene) {
-  OptimiserOptions options = scene.optimiser;
+ContactOptions truth_options(const SceneDescription& scene) {
+  ContactOptions options = scene.optimiser;
   options.sub_steps = 400;
   options.rotation_step = 4e-3;
   options.stop_tolerance = 1e-10;

@@ -14,7 +14,7 @@ struct StudySetting {
   std::string scene;        ///< played instead, as one with coarser leaves; empty: none
   double rate_hz = 1000.0;  ///< of the loop
   bool judged = true;       ///< its way is searched, unless nothing is judged
-  OptimiserOptions options;
+  ContactOptions options;
   // Of the strings; as the scene has it where nothing is said.
   std::optional<StringContact> string_model;
   std::optional<StringDetail> string_level;
@@ -35,7 +35,7 @@ struct StudySetting {
 
 /// What `setting` is held against: its strings and its scene, 400 sub-steps, 4 mrad, 1e-10 m, the
 /// leaves, all rows.
-[[nodiscard]] OptimiserOptions truth_options(const SceneDescription& scene);
+[[nodiscard]] ContactOptions truth_options(const SceneDescription& scene);
 
 /// `scene` with the strings that `setting` says.
 [[nodiscard]] SceneDescription with_strings(SceneDescription scene, const StudySetting& setting);

@@ -77,11 +77,11 @@ void ContactSession::run(std::int64_t ticks) noexcept {
     } else if (tick_ % kOverlapPeriod == 40 && tick_ > kOverlapPeriod) {
       strings_[3] = rest_;
     }
-    if (guarded_render(sample(), hand_, scene_, state_, *workspace_, tick) == PoseVerdict::kFault) {
+    if (guarded_render(sample(), hand_, scene_, state_, *problem_, tick) == PoseVerdict::kFault) {
       ++faults_;
       if (tick_ % kGlitchPeriod > 3) hand_.clear();
     }
-    if (tick.optimiser.status == OptimiserStatus::kRecovering) ++recoveries_;
+    if (tick.optimiser.status == ContactStatus::kRecovering) ++recoveries_;
     if (tick.F_H_W.f.norm() > 0.0) ++contact_ticks_;
     add_to_hash(tick);
   }

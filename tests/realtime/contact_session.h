@@ -44,7 +44,7 @@ class ContactSession {
   ToolScene scene_;
   ToolState state_;
   GuardedHand hand_;
-  std::unique_ptr<OptimiserWorkspace> workspace_ = std::make_unique<OptimiserWorkspace>();
+  std::unique_ptr<ContactProblem> problem_ = std::make_unique<ContactProblem>();
   std::int64_t tick_ = 0;
   std::uint64_t hash_ = 0xcbf29ce484222325U;
   std::int64_t contact_ticks_ = 0;

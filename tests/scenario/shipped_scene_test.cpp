@@ -127,7 +127,7 @@ TEST_CASE(
         const double share = std::min(1.0, static_cast<double>(tick) / approach);
         const double aside = 1e-4 * std::max(0, tick - approach);
         run.tick(moved_to(start, start.p + share * (goal - start.p) + Vector3(aside, 0.0, aside)));
-        stuck = run.result().status == OptimiserStatus::kRefused ? stuck + 1 : 0;
+        stuck = run.result().status == ContactStatus::kRefused ? stuck + 1 : 0;
         longest = std::max(longest, stuck);
       }
       CHECK(longest <= 2);

@@ -114,13 +114,13 @@ std::vector<Sphere> leaves_of(const SphereTreeView& tree) {
 void play_at(const Scene& scene, int level, PathRun& run) {
   run.restart();
   ToolScene settings = scene.tool_scene(0);
-  const OptimiserOptions options = quality_of(level).options;
+  const ContactOptions options = quality_of(level).options;
   settings.options.sub_steps = options.sub_steps;
   settings.options.stop_tolerance = options.stop_tolerance;
   run.follow(settings);
 }
 
-double work_share(const OptimiserResult& result) {
+double work_share(const ContactResult& result) {
   return static_cast<double>(tick_work(result)) / static_cast<double>(kBound);
 }
 
@@ -188,7 +188,7 @@ TEST_CASE(
     ticks += static_cast<std::int64_t>(hand.size());
     double hardest = -1.0;
     for (std::size_t k = 0; k < hand.size(); ++k) {
-      const OptimiserState& state = run.state();
+      const ContactState& state = run.state();
       const double stored =
           coupling_energy(stiffness, coupling_error(state.X_WG, hand[k], state.phi_GH_W));
       run.tick(hand[k]);

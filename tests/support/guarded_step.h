@@ -46,8 +46,8 @@ class GuardedHand {
 
 /// One tick of one tool among strings that do not vibrate.
 inline void render_tool(const ToolScene& scene, const HandPose& hand, ToolState& state,
-                        OptimiserWorkspace& workspace, ToolTick& tick) noexcept {
-  render_contact(scene, hand, state, workspace, tick);
+                        ContactProblem& problem, ToolTick& tick) noexcept {
+  render_contact(scene, hand, state, problem, tick);
   limit_wrench(scene, state, tick);
 }
 
@@ -57,18 +57,18 @@ inline void skip_tool(const GuardedHand& hand, ToolState& state, ToolTick& tick)
   tick.X_WH = state.hand.X_WH;
   tick.X_WG = state.optimiser.X_WG;
   tick.F_H_W = tick.F_computed_H_W = Wrench{};
-  tick.optimiser = OptimiserResult{};
+  tick.optimiser = ContactResult{};
   tick.strings.clear();
 }
 
 /// render_tool() behind the guard.
 inline PoseVerdict guarded_render(const HandPose& sent, GuardedHand& hand, const ToolScene& scene,
-                                  ToolState& state, OptimiserWorkspace& workspace, ToolTick& tick) {
+                                  ToolState& state, ContactProblem& problem, ToolTick& tick) {
   const PoseVerdict verdict = hand.take(sent);
   if (verdict == PoseVerdict::kFault) {
     skip_tool(hand, state, tick);
   } else {
-    render_tool(scene, hand.hand(), state, workspace, tick);
+    render_tool(scene, hand.hand(), state, problem, tick);
   }
   return verdict;
 }

@@ -3,12 +3,12 @@
 
 #include <cstdint>
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 
 namespace hapticd::test {
 
 /// Where part number `part` is drawn from its place in the rigid tool at X_WG, in W, m.
-[[nodiscard]] inline Vector3 part_displacement(const OptimiserState& state, std::int32_t part) {
+[[nodiscard]] inline Vector3 part_displacement(const ContactState& state, std::int32_t part) {
   for (const SoftPart& soft : state.parts) {
     if (soft.part == part) return state.X_WG.q * soft.v_G;
   }

@@ -21,25 +21,25 @@ double distance_to(const Vector3& p, const Capsule& capsule) {
   return (p - capsule.p_A - lambda * axis).norm();
 }
 
-const StringHold* find_hold_of(const OptimiserState& state, std::size_t capsule) {
-  for (const StringHold& hold : state.holds) {
+const TouchedString* find_string_of(const ContactState& state, std::size_t capsule) {
+  for (const TouchedString& hold : state.touched) {
     if (hold.yields && static_cast<std::size_t>(hold.bend.capsule) == capsule) return &hold;
   }
   return nullptr;
 }
 
-double part_motion(const OptimiserState& state) { return greatest_displacement(state.parts); }
+double part_motion(const ContactState& state) { return greatest_displacement(state.parts); }
 
 /// Upper bound of how far any point of the tool moves from `a` to `b`, m.
-double tool_motion(const OptimiserState& a, const OptimiserState& b, double reach) {
+double tool_motion(const ContactState& a, const ContactState& b, double reach) {
   const Vector3 phi = log_rotation(b.X_WG.q * a.X_WG.q.conjugate());
   return (b.X_WG.p - a.X_WG.p).norm() + phi.norm() * reach + part_motion(a) + part_motion(b);
 }
 
 /// Upper bound of how far any point of a held string is from its straight line, m.
-double string_deflection(const OptimiserState& state) {
+double string_deflection(const ContactState& state) {
   double most = 0.0;
-  for (const StringHold& hold : state.holds) {
+  for (const TouchedString& hold : state.touched) {
     if (hold.yields) most = std::max(most, hold.bend.u_W.norm());
   }
   return most;
@@ -47,10 +47,10 @@ double string_deflection(const OptimiserState& state) {
 
 /// A string on its way from one state to the other; one that is not held is straight, so that its
 /// vertex may stand anywhere on its axis.
-OracleBentString bent_string(const Capsule& string, std::size_t index, const OptimiserState& from,
-                             const OptimiserState& to) {
-  const StringHold* a = find_hold_of(from, index);
-  const StringHold* b = find_hold_of(to, index);
+OracleBentString bent_string(const Capsule& string, std::size_t index, const ContactState& from,
+                             const ContactState& to) {
+  const TouchedString* a = find_string_of(from, index);
+  const TouchedString* b = find_string_of(to, index);
   const double lambda_a = a != nullptr ? a->bend.lambda : b != nullptr ? b->bend.lambda : 0.5;
   const double lambda_b = b != nullptr ? b->bend.lambda : lambda_a;
   const Vector3 axis = string.p_B - string.p_A;
@@ -61,9 +61,8 @@ OracleBentString bent_string(const Capsule& string, std::size_t index, const Opt
 }
 
 /// The capsule, or its two legs where it is bent.
-std::vector<Capsule> legs_of(const Capsule& string, std::size_t index,
-                             const OptimiserState& state) {
-  const StringHold* hold = find_hold_of(state, index);
+std::vector<Capsule> legs_of(const Capsule& string, std::size_t index, const ContactState& state) {
+  const TouchedString* hold = find_string_of(state, index);
   if (hold == nullptr) return {string};
   const Vector3 p_WP = string.p_A + hold->bend.lambda * (string.p_B - string.p_A) + hold->bend.u_W;
   return {{string.p_A, p_WP, string.r}, {p_WP, string.p_B, string.r}};
@@ -97,11 +96,11 @@ PathJudge::PathJudge(const ToolScene& scene)
   spacing_ = (smallest + thinnest) / 4.0;
 }
 
-double PathJudge::reach(const OptimiserState& state) const {
+double PathJudge::reach(const ContactState& state) const {
   return rigid_reach_ + part_motion(state);
 }
 
-PathJudge::Displaced PathJudge::displaced_spheres(const OptimiserState& state) const {
+PathJudge::Displaced PathJudge::displaced_spheres(const ContactState& state) const {
   std::vector<Sphere> spheres = tool_spheres_;
   if (state.parts.empty()) return {std::move(spheres), tool_groups_};
   for (const SoftPart& soft : state.parts) {
@@ -127,17 +126,17 @@ bool PathJudge::meets_nothing(const Vicinity& near, const Sphere& ball_W, double
          });
 }
 
-PathJudge::Vicinity PathJudge::vicinity(std::span<const OptimiserState> path) {
+PathJudge::Vicinity PathJudge::vicinity(std::span<const ContactState> path) {
   double far = kFarthestGap;
   double bent = 0.0;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     far += tool_motion(path[i], path[i + 1], reach(path[i]));
   }
-  for (const OptimiserState& state : path) bent = std::max(bent, string_deflection(state));
+  for (const ContactState& state : path) bent = std::max(bent, string_deflection(state));
   const Pose& X_WG = path.front().X_WG;
   Vicinity near;
   for (std::size_t i = 0; i < capsules_.size(); ++i) {
-    const auto holds = [&](const OptimiserState& s) { return find_hold_of(s, i) != nullptr; };
+    const auto holds = [&](const ContactState& s) { return find_string_of(s, i) != nullptr; };
     if (std::any_of(path.begin(), path.end(), holds)) {
       near.held.push_back(i);
     } else if (distance_to(X_WG.p, capsules_[i]) - capsules_[i].r <= reach(path.front()) + far) {
@@ -169,11 +168,11 @@ PathJudge::Vicinity PathJudge::vicinity(std::span<const OptimiserState> path) {
   return near;
 }
 
-double PathJudge::smallest_gap(std::span<const OptimiserState> path) {
+double PathJudge::smallest_gap(std::span<const ContactState> path) {
   const Vicinity near = vicinity(path);
   if (near.tool.empty()) return kFarthestGap;
   const std::array<OracleBody, 1> bodies{{{near.bodies, Pose{}}}};
-  const auto some = [&](const OptimiserState& state) {
+  const auto some = [&](const ContactState& state) {
     const std::vector<Sphere> all = displaced_spheres(state).spheres;
     std::vector<Sphere> chosen;
     chosen.reserve(near.tool.size());
@@ -182,8 +181,8 @@ double PathJudge::smallest_gap(std::span<const OptimiserState> path) {
   };
   long double smallest = kFarthestGap;
   for (std::size_t step = 0; step + 1 < path.size(); ++step) {
-    const OptimiserState& from = path[step];
-    const OptimiserState& to = path[step + 1];
+    const ContactState& from = path[step];
+    const ContactState& to = path[step + 1];
     std::vector<OracleBentString> bent;
     bent.reserve(near.held.size());
     for (const std::size_t k : near.held) bent.push_back(bent_string(capsules_[k], k, from, to));
@@ -238,12 +237,12 @@ double PathJudge::gap_to_body(std::size_t body, const Displaced& tool_G, const P
   return static_cast<double>(std::min<long double>(gap, kFarthestGap));
 }
 
-ObstacleGaps PathJudge::gaps(const OptimiserState& state) {
+ObstacleGaps PathJudge::gaps(const ContactState& state) {
   const Displaced tool_G = displaced_spheres(state);
   const double near = reach(state) + kFarthestGap;
   ObstacleGaps gaps;
   for (std::size_t i = 0; i < capsules_.size(); ++i) {
-    const bool held = find_hold_of(state, i) != nullptr;
+    const bool held = find_string_of(state, i) != nullptr;
     const bool far = !held && distance_to(state.X_WG.p, capsules_[i]) - capsules_[i].r > near;
     gaps.capsules.push_back(
         far ? kFarthestGap : gap_to_capsule(legs_of(capsules_[i], i, state), tool_G, state.X_WG));

@@ -32,10 +32,10 @@ class PathJudge {
   /// Smallest gap on the way along `path`, whose states follow each other along screw motions; at
   /// most kFarthestGap. One that is greater than 0 may be that of an end of the way: what cannot
   /// touch any more is not followed.
-  [[nodiscard]] double smallest_gap(std::span<const OptimiserState> path);
+  [[nodiscard]] double smallest_gap(std::span<const ContactState> path);
 
   /// Gaps of the tool in one state to every obstacle.
-  [[nodiscard]] ObstacleGaps gaps(const OptimiserState& state);
+  [[nodiscard]] ObstacleGaps gaps(const ContactState& state);
 
   /// Number of tool spheres.
   [[nodiscard]] std::size_t tool_spheres() const noexcept { return tool_spheres_.size(); }
@@ -48,13 +48,13 @@ class PathJudge {
     std::vector<std::size_t> held;  ///< capsules that are strings held on the way
     std::vector<Sphere> bodies;     ///< in W
   };
-  [[nodiscard]] Vicinity vicinity(std::span<const OptimiserState> path);
+  [[nodiscard]] Vicinity vicinity(std::span<const ContactState> path);
   /// The tool's spheres in G, and where they are together.
   struct Displaced {
     std::vector<Sphere> spheres;
     std::vector<SphereGroup> groups;
   };
-  [[nodiscard]] Displaced displaced_spheres(const OptimiserState& state) const;
+  [[nodiscard]] Displaced displaced_spheres(const ContactState& state) const;
   /// Of the whole group at once, whose ball is in W: none of its spheres meets anything.
   [[nodiscard]] bool meets_nothing(const Vicinity& near, const Sphere& ball_W, double far,
                                    double bent) const;
@@ -63,7 +63,7 @@ class PathJudge {
   [[nodiscard]] double gap_to_capsule(std::span<const Capsule> legs, const Displaced& tool_G,
                                       const Pose& X_WG) const;
   /// Bound of the distance of any point of the tool from G, m.
-  [[nodiscard]] double reach(const OptimiserState& state) const;
+  [[nodiscard]] double reach(const ContactState& state) const;
 
   std::span<const Capsule> capsules_;
   ToolParts parts_;

@@ -31,8 +31,8 @@ SceneDescription string_and_ball() {
   return scene;
 }
 
-OptimiserState at(const Vector3& p) {
-  OptimiserState state;
+ContactState at(const Vector3& p) {
+  ContactState state;
   state.X_WG.p = p;
   return state;
 }
@@ -72,7 +72,7 @@ TEST_CASE("the depth of a path into a line is that of its nearest point") {
     const double z = random.uniform(-8e-3, 8e-3);
     const double y_to = y + length * std::cos(angle);
     const double z_to = std::min(z + length * std::sin(angle), 0.06);
-    const std::vector<OptimiserState> path{at({0.1, y, z}), at({0.1, y_to, z_to})};
+    const std::vector<ContactState> path{at({0.1, y, z}), at({0.1, y_to, z_to})};
     const double truth = distance_to_way(y, z, y_to, z_to) - kFinger - kString;
     const double found = judge.smallest_gap(path);
     // Sphere tracing stops a quarter of the smallest thing short at most.
@@ -93,7 +93,7 @@ TEST_CASE("a path that tunnels through a string within one step is seen") {
   const Scene scene(string_and_ball());
   PathJudge judge(scene.tool_scene(0));
   // Both ends are free, and 0.2 m apart: as at 200 m/s.
-  const std::vector<OptimiserState> path{at({0.1, 0.1, 0.0}), at({0.1, -0.1, 0.0})};
+  const std::vector<ContactState> path{at({0.1, 0.1, 0.0}), at({0.1, -0.1, 0.0})};
   CHECK(judge.gaps(path.front()).capsules[0] == kFarthestGap);
   CHECK(judge.gaps(path.back()).capsules[0] == kFarthestGap);
   CHECK(judge.smallest_gap(path) < -0.7 * (kFinger + kString));
@@ -102,17 +102,17 @@ TEST_CASE("a path that tunnels through a string within one step is seen") {
 TEST_CASE("a string that is held bent is where its legs are") {
   const Scene scene(string_and_ball());
   PathJudge judge(scene.tool_scene(0));
-  OptimiserState state = at({0.0, -5e-3 + kFinger + kString + 1e-4, 0.0});
-  StringHold hold;
+  ContactState state = at({0.0, -5e-3 + kFinger + kString + 1e-4, 0.0});
+  TouchedString hold;
   hold.yields = true;
   hold.bend.lambda = 0.5;
   hold.bend.u_W = {0.0, -5e-3, 0.0};
-  REQUIRE(state.holds.push_back(hold));
+  REQUIRE(state.touched.push_back(hold));
   // Above the vertex of two legs the nearest point is the vertex or on a leg, 5 mm in 0.5 m.
   const double h = kFinger + kString + 1e-4;
   const double truth = h * std::cos(std::atan(5e-3 / 0.5)) - kFinger - kString;
   CHECK(judge.gaps(state).capsules[0] == doctest::Approx(truth).epsilon(1e-9));
-  const std::vector<OptimiserState> resting{state, state};
+  const std::vector<ContactState> resting{state, state};
   CHECK(judge.smallest_gap(resting) == doctest::Approx(truth).epsilon(1e-9));
 }
 

@@ -1,8 +1,6 @@
 // See path_run.h.
 #include "tests/truth/path_run.h"
 
-#include "core/contact/recovery.h"
-
 namespace hapticd {
 
 PathRun::PathRun(const Scene& scene, std::size_t tool)
@@ -25,7 +23,7 @@ void PathRun::note_touched() {
     const ActivePair& pair = state_.active[static_cast<std::size_t>(k)];
     if (!(pair.multiplier > 0.0)) continue;
     const auto index = static_cast<std::size_t>(pair.key.obstacle);
-    if (pair.key.kind != ObstacleKind::kCapsule) {
+    if (!is_string(pair.key)) {
       touched_.insert(d.bodies[index].name);
       continue;
     }
@@ -35,34 +33,33 @@ void PathRun::note_touched() {
   }
 }
 
-OptimiserInput PathRun::tick_input(const Pose& X_WH, double dt) const noexcept {
-  OptimiserInput input = optimiser_input(view_, X_WH, dt);
+ContactInput PathRun::tick_input(const Pose& X_WH, double dt) const noexcept {
+  ContactInput input = contact_input(view_, X_WH, dt);
   input.work_budget = work_budget_;
   return input;
 }
 
 void PathRun::tick(const Pose& X_WH, double dt) {
-  optimise_configuration(tick_input(X_WH, dt), state_, *workspace_, result_);
+  problem_->solve(tick_input(X_WH, dt), state_, result_);
   note_touched();
 }
 
 double PathRun::judged_tick(const Pose& X_WH, double dt) {
-  const OptimiserInput input = tick_input(X_WH, dt);
+  const ContactInput input = tick_input(X_WH, dt);
   path_.assign(1, state_);
-  start_tick(input, state_, *workspace_, result_);
-  if (workspace_->contacts.minimum_gap < -input.rounding) {
-    recover(input, state_, *workspace_, result_);
+  problem_->begin(input, state_, result_);
+  if (problem_->overlaps()) {
+    problem_->recover();
     path_.push_back(state_);
     return judge_.smallest_gap(path_);
   }
   for (bool more = true; more && result_.sub_steps < input.options.sub_steps;) {
-    prepare_sub_step(input, state_, *workspace_, result_);
+    problem_->prepare();
     path_.push_back(state_);
-    more = advance_sub_step(input, state_, *workspace_, result_) &&
-           !work_used_up(input, result_, *workspace_);
+    more = problem_->advance() && !problem_->work_used_up();
     path_.push_back(state_);
   }
-  finish_tick(input, state_);
+  problem_->finish();
   note_touched();
   return judge_.smallest_gap(path_);
 }

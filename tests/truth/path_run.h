@@ -24,7 +24,7 @@ class PathRun {
   void place(const Pose& X_WG) { state_.X_WG = X_WG; }
   /// Stiffness, options, strings and instrument from now on are those of `settings`.
   void follow(const ToolScene& settings) { view_ = settings; }
-  /// Work that a tick may take from now on, as OptimiserInput's; 0: no bound, as at the beginning.
+  /// Work that a tick may take from now on, as ContactInput's; 0: no bound, as at the beginning.
   void allow(std::int64_t work_budget) { work_budget_ = work_budget; }
 
   /// One tick towards X_WH, not judged; dt in s.
@@ -33,14 +33,14 @@ class PathRun {
   double judged_tick(const Pose& X_WH, double dt = 1e-3);
 
   [[nodiscard]] const Pose& X_WG() const noexcept { return state_.X_WG; }
-  [[nodiscard]] const OptimiserState& state() const noexcept { return state_; }
-  [[nodiscard]] const OptimiserResult& result() const noexcept { return result_; }
+  [[nodiscard]] const ContactState& state() const noexcept { return state_; }
+  [[nodiscard]] const ContactResult& result() const noexcept { return result_; }
   [[nodiscard]] PathJudge& judge() noexcept { return judge_; }
   /// Names of all objects that have carried force so far.
   [[nodiscard]] const std::set<std::string>& touched() const noexcept { return touched_; }
 
  private:
-  [[nodiscard]] OptimiserInput tick_input(const Pose& X_WH, double dt) const noexcept;
+  [[nodiscard]] ContactInput tick_input(const Pose& X_WH, double dt) const noexcept;
   void note_touched();
 
   const Scene& scene_;
@@ -48,10 +48,10 @@ class PathRun {
   ToolScene view_;
   PathJudge judge_;
   std::int64_t work_budget_ = 0;
-  OptimiserState state_;
-  OptimiserResult result_;
-  std::unique_ptr<OptimiserWorkspace> workspace_ = std::make_unique<OptimiserWorkspace>();
-  std::vector<OptimiserState> path_;  ///< of the tick
+  ContactState state_;
+  ContactResult result_;
+  std::unique_ptr<ContactProblem> problem_ = std::make_unique<ContactProblem>();
+  std::vector<ContactState> path_;  ///< of the tick
   std::set<std::string> touched_;
 };
 

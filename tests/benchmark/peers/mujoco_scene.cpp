@@ -144,13 +144,13 @@ Pose MujocoScene::X_WG() const {
 
 void MujocoScene::pull(const Pose& X_WH, const Twist& V_WH) {
   const Pose X = X_WG();
-  const ToolStep e = coupling_error(X, X_WH, Vector3::Zero());
+  const PoseError error_GH = coupling_error(X, X_WH, Vector3::Zero());
   // A free joint's angular velocity is in G.
   const Vector3 v = vector(data_->qvel);
   const Vector3 w = X.q * vector(data_->qvel + 3);
-  f_H_W_ = -(stiffness_.kt * e.dp + 2.0 * std::sqrt(stiffness_.kt * kMass) * (V_WH.v - v));
-  const Vector3 torque =
-      stiffness_.kr() * e.dtheta + 2.0 * std::sqrt(stiffness_.kr() * kInertia) * (V_WH.w - w);
+  f_H_W_ = -(stiffness_.kt * error_GH.dp + 2.0 * std::sqrt(stiffness_.kt * kMass) * (V_WH.v - v));
+  const Vector3 torque = stiffness_.kr() * error_GH.dtheta +
+                         2.0 * std::sqrt(stiffness_.kr() * kInertia) * (V_WH.w - w);
   mjtNum* applied = data_->xfrc_applied + 6 * tool_;
   for (int k = 0; k < 3; ++k) {
     applied[k] = -f_H_W_[k];
@@ -159,7 +159,7 @@ void MujocoScene::pull(const Pose& X_WH, const Twist& V_WH) {
 }
 
 void MujocoScene::tick(const Pose& X_WH) {
-  const ToolStep way = coupling_error(X_WH_before_, X_WH, Vector3::Zero());
+  const ToolMotion way = motion_between(X_WH_before_, X_WH);
   const Twist V_WH{way.dp / kTick, way.dtheta / kTick};
   for (int step = 1; step <= steps_per_tick_; ++step) {
     const Pose X_now =

@@ -18,7 +18,7 @@ constexpr int kTicks = 20;
 Capsule string_along_x(double y, double z) { return {{-0.55, y, z}, {0.55, y, z}, kString}; }
 
 /// Distance of the two centres at contact, skin included.
-double contact_distance() { return kTip + kString + OptimiserOptions{}.skin; }
+double contact_distance() { return kTip + kString + ContactOptions{}.skin; }
 
 }  // namespace
 

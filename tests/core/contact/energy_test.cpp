@@ -17,7 +17,7 @@ double released_by_pressing_back(const ToolRun& run) {
   for (int k = 0; k < run.result.active_count; ++k) {
     const ActiveContact& active = run.result.active[static_cast<std::size_t>(k)];
     const ContactKey& key =
-        run.workspace->contacts.contacts[static_cast<std::size_t>(active.contact)].key;
+        run.problem->candidates().contacts().contacts[static_cast<std::size_t>(active.contact)].key;
     const Contact now =
         evaluate_contact(key, run.scene.tool(), run.state.X_WG, run.scene.obstacles());
     energy += active.multiplier * std::max(0.0, now.gap);
@@ -34,10 +34,10 @@ TEST_CASE("no linearisation lets the coupling energy climb beyond what pressing 
     ToolRun run(stroke.scene, stroke.X_WH.front());
     run.options.sub_steps = 1;
     for (const Pose& X_WH : stroke.X_WH) {
-      const ToolStep e = coupling_error(run.state.X_WG, X_WH, run.state.phi_GH_W);
-      const double before = coupling_energy(run.stiffness, e);
+      const PoseError error_GH = coupling_error(run.state.X_WG, X_WH, run.state.phi_GH_W);
+      const double before = coupling_energy(run.stiffness, error_GH);
       run.tick(X_WH);
-      const ToolStep e_after = coupling_error(run.state.X_WG, X_WH, e.dtheta);
+      const PoseError e_after = coupling_error(run.state.X_WG, X_WH, error_GH.dtheta);
       const double after = coupling_energy(run.stiffness, e_after);
       REQUIRE(after - released_by_pressing_back(run) <= before * (1 + 1e-12));
     }

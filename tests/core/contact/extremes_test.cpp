@@ -70,7 +70,7 @@ TEST_CASE(
     CAPTURE(c.length);
     RenderingScene scene(kTool);
     scene.capsules_W = {{{-0.5 * c.length, 0, 0}, {0.5 * c.length, 0, 0}, c.r}};
-    const double s = kTip + c.r + OptimiserOptions{}.skin;
+    const double s = kTip + c.r + ContactOptions{}.skin;
     const Vector3 p_WH(0, s - 1e-3, 0.2e-3);
     ToolRun run(scene, pose_at({0, s + 2e-3, 0.2e-3}));
     run.hold(pose_at(p_WH), 60);
@@ -151,7 +151,7 @@ TEST_CASE(
     "device limit") {
   const RenderingScene scene = string_scene();
   const ToolScene tool_scene{scene.tool(), scene.obstacles(), {}, {}, {}};
-  auto workspace = std::make_unique<OptimiserWorkspace>();
+  auto problem = std::make_unique<ContactProblem>();
   SplitMix64 random(11);
   for (const double distance : {0.2, 10.0, 1e6}) {
     CAPTURE(distance);
@@ -166,7 +166,7 @@ TEST_CASE(
       for (int k = 0; k < 12; ++k) {
         const Vector3 p = (k / 3) % 2 == 0 ? from : Vector3(from + distance * way);
         render_tool(tool_scene, {std::int64_t{1'000'000} * (k + 1), to_array(p), {1, 0, 0, 0}},
-                    state, *workspace, tick);
+                    state, *problem, tick);
         REQUIRE(tick.F_H_W.f.norm() <= tool_scene.limits.force * (1 + 1e-12));
         REQUIRE(tick.F_H_W.t.norm() <= tool_scene.limits.torque * (1 + 1e-12));
         REQUIRE(judged.tick_along(pose_at(p)) > -1e-7L);
@@ -214,7 +214,7 @@ TEST_CASE("q and -q are the same pose and give the same force") {
   RenderingScene scene(jack());
   scene.capsules_W = {{{-0.55, 0, 0}, {0.55, 0, 0}, kString}};
   const ToolScene tool_scene{scene.tool(), scene.obstacles(), {}, {}, {}};
-  auto workspace = std::make_unique<OptimiserWorkspace>();
+  auto problem = std::make_unique<ContactProblem>();
   ToolState plain;
   ToolState mixed;
   ToolTick a;
@@ -224,12 +224,12 @@ TEST_CASE("q and -q are the same pose and give the same force") {
     const double sign = i % 2 == 0 ? 1.0 : -1.0;
     const Array3 p{0.0, 0.03 - 1e-4 * i, 0.001};
     render_tool(tool_scene, {std::int64_t{1'000'000} * (i + 1), p, {q.w(), q.x(), q.y(), q.z()}},
-                plain, *workspace, a);
+                plain, *problem, a);
     render_tool(tool_scene,
                 {std::int64_t{1'000'000} * (i + 1),
                  p,
                  {sign * q.w(), sign * q.x(), sign * q.y(), sign * q.z()}},
-                mixed, *workspace, b);
+                mixed, *problem, b);
     CHECK((a.F_H_W.f - b.F_H_W.f).norm() < 1e-12);
     CHECK((a.F_H_W.t - b.F_H_W.t).norm() < 1e-12);
     CHECK((a.V_WH.w - b.V_WH.w).norm() < 1e-9);
@@ -254,8 +254,8 @@ TEST_CASE(
     CHECK((run.state.X_WG.p - X_rest.p).norm() < 1e-6);
     run.hold(X_WH, 100);
     CHECK((run.state.X_WG.p - X_rest.p).norm() < 1e-5);
-    CHECK((run.result.status == OptimiserStatus::kConverged ||
-           run.result.status == OptimiserStatus::kFree));
+    CHECK((run.result.status == ContactStatus::kConverged ||
+           run.result.status == ContactStatus::kFree));
   }
 }
 

@@ -82,7 +82,7 @@ Loop random_loop(std::uint64_t seed) {
                                          ? 1.5 * std::pow(500.0, -random.uniform())
                                          : random.uniform(0.1, 1.5);
   loop.instrument.anchor_stiffness = 300.0 * std::pow(30.0, random.uniform());
-  const double s = kTipRadius + loop.string.radius + OptimiserOptions{}.skin;
+  const double s = kTipRadius + loop.string.radius + ContactOptions{}.skin;
   const double x = random.uniform(0.1, 1.0);
   const double depth = random.uniform(0.5e-3, 4e-3);
   const double width = random.uniform(1e-3, 20e-3);
@@ -111,7 +111,7 @@ HandWork play(const Loop& loop, std::int64_t& ticks) {
     const Vector3& to = loop.corners_W[k];
     const int count = 1 + static_cast<int>((to - from).norm() / kStep);
     glide(run, from, to, count, [&](const Vector3& p_WH) {
-      const StringTick tick = rendered(run, pose_at(p_WH));
+      const StringTick tick = rendered(run);
       for (const PressedString& contact : tick.strings) CHECK(split(contact).normal >= 0.0);
       work.add(tick.F_H_W.f, p_WH);
       ++ticks;
@@ -136,7 +136,7 @@ Slide slide(const RenderingScene& scene, double mu, const Vector3& way) {
   Slide slide;
   double x_before = run.state.X_WG.p.x();
   glide(run, pressed, pressed + way, 600, [&](const Vector3& p_WH) {
-    const StringTick tick = rendered(run, pose_at(p_WH));
+    const StringTick tick = rendered(run);
     if (tick.strings.empty()) return;
     const Split force = split(tick.strings[0]);
     const double limit = mu * force.normal;
@@ -164,11 +164,11 @@ HandWork play_laps(StringParameters string, double x, const Vector3& aside) {
   glide(run, {x, s + 1e-3, 0.0}, light, 100);
   HandWork work;
   work.p_before = light;
-  work.f_before = rendered(run, pose_at(light)).F_H_W.f;
+  work.f_before = rendered(run).F_H_W.f;
   for (int lap = 0; lap < 6; ++lap) {
     for (std::size_t k = 1; k < corners.size(); ++k) {
       glide(run, corners[k - 1], corners[k], 150,
-            [&](const Vector3& p_WH) { work.add(rendered(run, pose_at(p_WH)).F_H_W.f, p_WH); });
+            [&](const Vector3& p_WH) { work.add(rendered(run).F_H_W.f, p_WH); });
     }
     if (lap == 0) work.gained = work.moved = 0.0;
   }
@@ -206,7 +206,7 @@ TEST_CASE("what breaks a finger away along a string is mu N, approached and not 
       double greatest = 0.0;
       double normal = 0.0;
       glide(run, {0.4, s - 3e-3, 0.0}, {0.402, s - 3e-3, 0.0}, 400, [&](const Vector3& p_WH) {
-        const Vector3 f = rendered(run, pose_at(p_WH)).F_H_W.f;
+        const Vector3 f = rendered(run).F_H_W.f;
         greatest = std::max(greatest, -f.x());
         normal = f.y();
       });
@@ -250,11 +250,11 @@ TEST_CASE("a friction coefficient of zero gives the forces of no friction") {
       const Pose X_WH = pose_at({0.4 + 0.05 * t, 0.008 - 0.02 * t, 0.002 * std::sin(20 * t)});
       a.tick(X_WH);
       b.tick(X_WH);
-      const Vector3 f_a = rendered(a, X_WH).F_H_W.f;
-      const Vector3 f_b = rendered(b, X_WH).F_H_W.f;
+      const Vector3 f_a = rendered(a).F_H_W.f;
+      const Vector3 f_b = rendered(b).F_H_W.f;
       largest = std::max(largest, f_a.norm());
       difference = std::max(difference, (f_a - f_b).norm());
-      if (model == StringContact::kStraight) CHECK(b.state.holds.empty());
+      if (model == StringContact::kStraight) CHECK(b.state.touched.empty());
     }
     CHECK(largest > 0.1);
     CHECK(difference <= 1e-12 * largest);
@@ -275,7 +275,7 @@ TEST_CASE("friction vanishes with the contact and starts anew with the next") {
       CHECK(run.result.F_H_W.f.x() < -0.02);
       glide(run, {x + 1e-3, s - 2e-3, 0.0}, {x + 1e-3, s + 1e-3, 0.0}, 60);
       CHECK(run.result.F_H_W.f.norm() == 0.0);
-      CHECK(run.state.holds.empty());
+      CHECK(run.state.touched.empty());
     }
   }
 }

@@ -25,7 +25,7 @@ StringTick press(ToolRun& run, double lambda, double depth) {
   glide(run, {x, s + 1e-3, 0.0}, {x, s - depth, 0.0}, 200);
   const Pose X_WH = pose_at({x, s - depth, 0.0});
   run.hold(X_WH, 200);
-  return rendered(run, X_WH);
+  return rendered(run);
 }
 
 RenderingScene lateral_scene(const StringParameters& string, bool on) {
@@ -50,7 +50,7 @@ double gain_of_loop(const RenderingScene& scene) {
   Vector3 p_before = way[0];
   for (int k = 0; k < 4; ++k) {
     glide(run, way[k], way[k + 1], 2000, [&](const Vector3& p_WH) {
-      const Vector3 f = rendered(run, pose_at(p_WH)).F_H_W.f;
+      const Vector3 f = rendered(run).F_H_W.f;
       const double work = 0.5 * (f + f_before).dot(p_WH - p_before);
       gained += work;
       moved += std::abs(work);
@@ -76,8 +76,8 @@ TEST_CASE("the lateral force is the balance of the two halves of the deflected s
         CAPTURE(tension);
         CAPTURE(depth);
         REQUIRE(tick.strings.size() == 1);
-        REQUIRE(run.state.holds.size() == 1);
-        const StringBend& bend = run.state.holds[0].bend;
+        REQUIRE(run.state.touched.size() == 1);
+        const StringBend& bend = run.state.touched[0].bend;
         const auto truth =
             static_cast<double>(law_lateral(law_string(string), bend.lambda, bend.u_W.norm()));
         // What the tool gets beyond its contact force is the lateral force, and the coupling bears

@@ -25,7 +25,7 @@ RenderingScene bed() {
   return scene;
 }
 
-double looked(const ToolRun& run) { return run.workspace->contacts.covered_margin; }
+double looked(const ToolRun& run) { return run.problem->candidates().contacts().covered_margin; }
 
 }  // namespace
 
@@ -37,10 +37,10 @@ TEST_CASE(
   run.hold(pose_at({0, 6e-3, 0}), 500);
   REQUIRE(run.result.F_H_W.f.norm() > 0.5);
   CHECK(looked(run) == kMargin / 8);
-  const std::size_t at_rest = run.workspace->contacts.contacts.size();
+  const std::size_t at_rest = run.problem->candidates().contacts().contacts.size();
   run.tick(pose_at({1e-3, 6e-3, 0}));
   CHECK(looked(run) >= 1e-3);
-  CHECK(run.workspace->contacts.contacts.size() > at_rest);
+  CHECK(run.problem->candidates().contacts().contacts.size() > at_rest);
   run.tick(pose_at({10e-3, 6e-3, 0}));
   CHECK(looked(run) == kMargin);
 }
@@ -67,7 +67,7 @@ TEST_CASE("a tool that looks no farther than it goes feels what one feels that l
     double sum = 0.0;
     for (int tick = 1; tick < 500; ++tick) {
       run.tick(pose(tick));
-      all.state.way = kMargin;
+      all.state.travel = kMargin;
       all.tick(pose(tick));
       REQUIRE(looked(all) == kMargin);
       const double apart = (run.result.F_H_W.f - all.result.F_H_W.f).norm();

@@ -49,7 +49,7 @@ TEST_CASE(
     for (int tick = 0; tick < 1000; ++tick) {
       expected.tick(rocking(tick));
       run.tick(rocking(tick));
-      most = std::max(most, run.workspace->contacts.contacts.size());
+      most = std::max(most, run.problem->candidates().contacts().contacts.size());
       largest = std::max(largest, expected.result.F_H_W.f.norm());
       REQUIRE((run.result.F_H_W.f - expected.result.F_H_W.f).norm() < 0.02);
       REQUIRE((run.result.F_H_W.t - expected.result.F_H_W.t).norm() < 0.02 * kHalfWidth);
@@ -93,7 +93,7 @@ TEST_CASE("when the program cannot be solved the graphic tool stays and the forc
   // A vanishing stiffness makes the scaled program non-finite, which the solver refuses.
   run.stiffness.kt = 0.0;
   run.tick(X_WH);
-  CHECK(run.result.status == OptimiserStatus::kQpFailed);
+  CHECK(run.result.status == ContactStatus::kQpFailed);
   CHECK(run.state.X_WG.p == p_before);
   CHECK(run.result.F_H_W.f.norm() <= before);
   run.stiffness.kt = 1000.0;

@@ -94,7 +94,7 @@ StringTick pressed(const RandomPress& press, ToolRun& run) {
     run.tick(pose_at(press.p_WH + Vector3(0.0, above, 0.0), press.phi_WH));
   }
   run.hold(pose_at(press.p_WH, press.phi_WH), 50);
-  return rendered(run, pose_at(press.p_WH, press.phi_WH));
+  return rendered(run);
 }
 
 }  // namespace
@@ -108,7 +108,7 @@ TEST_CASE("strings alike under one tool share its one spring, however many they 
       const double touch = 0.04 + row.strings[0].radius + run.options.skin;
       glide(run, {0.4, touch + 1e-3, 0.0}, {0.4, touch - depth, 0.0}, 100);
       run.hold(pose_at({0.4, touch - depth, 0.0}), 30);
-      const StringTick tick = rendered(run, pose_at({0.4, touch - depth, 0.0}));
+      const StringTick tick = rendered(run);
       const double truth = shared_force(row.strings[0], count, run.stiffness.kt, 0.4 / 1.1, depth);
       CAPTURE(count);
       CAPTURE(depth);

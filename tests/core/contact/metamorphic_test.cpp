@@ -47,7 +47,7 @@ World make_world() {
   return world;
 }
 
-std::vector<Wrench> render(const World& world, const OptimiserOptions& options = {},
+std::vector<Wrench> render(const World& world, const ContactOptions& options = {},
                            const CouplingStiffness& stiffness = {}) {
   RenderingScene scene(world.tool);
   scene.capsules_W = world.capsules_W;
@@ -137,7 +137,7 @@ TEST_CASE("millimetres instead of metres give the same force") {
     capsule = {capsule.p_A * kUnit, capsule.p_B * kUnit, capsule.r * kUnit};
   in_mm.X_WB.p *= kUnit;
   for (Pose& X : in_mm.X_WH) X.p *= kUnit;
-  OptimiserOptions options;
+  ContactOptions options;
   options.margin *= kUnit;
   options.skin *= kUnit;
   options.stop_tolerance *= kUnit;

@@ -41,13 +41,13 @@ TEST_CASE(
     ToolRun run(scene, pose_at({0.1, 0, 0}));
     for (int tick = 0; tick < 3; ++tick) {
       run.tick(pose_at({0.1, 0, 0}));
-      CHECK(run.result.status == OptimiserStatus::kRecovering);
+      CHECK(run.result.status == ContactStatus::kRecovering);
     }
     CHECK(scene.true_gap(run.state.X_WG) >= 0.0L);
     if (repeat == 0) first_way = run.state.X_WG.p;
     CHECK(run.state.X_WG.p == first_way);
     run.tick(pose_at({0.1, 0, 0}));
-    CHECK(run.result.status != OptimiserStatus::kRecovering);
+    CHECK(run.result.status != ContactStatus::kRecovering);
   }
 }
 
@@ -111,7 +111,7 @@ TEST_CASE(
   long double depth = scene.true_gap(run.state.X_WG);
   for (int tick = 0; tick < 100; ++tick) {
     run.tick(pose_at({0.01, 0, 0}));
-    CHECK(run.result.status == OptimiserStatus::kRecovering);
+    CHECK(run.result.status == ContactStatus::kRecovering);
     CHECK(run.result.F_H_W.f.allFinite());
     const long double now = scene.true_gap(run.state.X_WG);
     CHECK(now >= depth);
@@ -126,15 +126,15 @@ TEST_CASE(
   scene.capsules_W = {{{-0.5, 0, 0}, {0.5, 0, 0}, kString}};
   const ToolScene tool_scene{scene.tool(), scene.obstacles(), {}, {}, {}};
   ToolState state;
-  auto workspace = std::make_unique<OptimiserWorkspace>();
+  auto problem = std::make_unique<ContactProblem>();
   ToolTick tick;
   double before = 0.0;
   for (int i = 0; i < 400; ++i) {
     render_tool(tool_scene, {std::int64_t{1'000'000} * (i + 1), {0, 1e-3, 0}, {1, 0, 0, 0}}, state,
-                *workspace, tick);
+                *problem, tick);
     const double force = tick.F_H_W.f.norm();
     CHECK(force <= before + kRecoveryForceRate * 1e-3 + 1e-12);
-    if (tick.optimiser.status == OptimiserStatus::kRecovering) CHECK(force <= kRecoveryForce);
+    if (tick.optimiser.status == ContactStatus::kRecovering) CHECK(force <= kRecoveryForce);
     before = force;
   }
   CHECK(tick.F_H_W.f.norm() == doctest::Approx(1000.0 * (kTip + kString - 1e-3)).epsilon(0.01));

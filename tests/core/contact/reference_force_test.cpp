@@ -15,7 +15,7 @@ constexpr double kRate = 1000.0;
 void check(const ContactSession& session) {
   const SessionRun reference = play(session, reference_options(), kRate);
   const ForceError error =
-      force_error(play(session, OptimiserOptions{}, kRate).f_H_W, reference.f_H_W);
+      force_error(play(session, ContactOptions{}, kRate).f_H_W, reference.f_H_W);
   MESSAGE("rms " << error.rms_percent << " %, max " << 1e3 * error.max_newton
                  << " mN, largest force " << error.largest_force << " N");
   CHECK(error.largest_force > 1.0);

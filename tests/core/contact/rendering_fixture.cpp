@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/contact/recovery.h"
 #include "core/math/rotation.h"
 
 namespace hapticd::test {
@@ -17,8 +16,8 @@ double smallest_radius(const std::vector<Sphere>& spheres) {
       ->r;
 }
 
-const StringBend* find_bend(const OptimiserState& state, std::size_t capsule) {
-  for (const StringHold& hold : state.holds) {
+const StringBend* find_bend(const ContactState& state, std::size_t capsule) {
+  for (const TouchedString& hold : state.touched) {
     if (hold.yields && static_cast<std::size_t>(hold.bend.capsule) == capsule) return &hold.bend;
   }
   return nullptr;
@@ -51,8 +50,7 @@ long double RenderingScene::true_path_gap(const Pose& X_WF, const Pose& X_WT) co
   return path_minimum_gap(tool_spheres, X_WF, X_WT, truth(), oracle_spacing());
 }
 
-long double RenderingScene::true_path_gap(const OptimiserState& from,
-                                          const OptimiserState& to) const {
+long double RenderingScene::true_path_gap(const ContactState& from, const ContactState& to) const {
   std::vector<Capsule> straight;
   std::vector<OracleBentString> bent;
   for (std::size_t i = 0; i < capsules_W.size(); ++i) {
@@ -75,7 +73,7 @@ long double RenderingScene::true_path_gap(const OptimiserState& from,
                           {straight, oracle_bodies_, bent}, oracle_spacing());
 }
 
-std::vector<Sphere> RenderingScene::displaced_spheres(const OptimiserState& state) const {
+std::vector<Sphere> RenderingScene::displaced_spheres(const ContactState& state) const {
   std::vector<Sphere> spheres = tool_spheres;
   for (const SoftPart& soft : state.parts) {
     for (std::size_t i = 0; i < spheres.size(); ++i) {
@@ -86,38 +84,39 @@ std::vector<Sphere> RenderingScene::displaced_spheres(const OptimiserState& stat
   return spheres;
 }
 
-const OptimiserResult& ToolRun::tick(const Pose& X_WH) {
-  optimise_configuration(input(X_WH), state, *workspace, result);
+const ContactResult& ToolRun::tick(const Pose& X_WH, double dt) {
+  asked = input(X_WH, dt);
+  problem->solve(asked, state, result);
   return result;
 }
 
 long double ToolRun::tick_along(const Pose& X_WH) {
-  const OptimiserInput in = input(X_WH);
-  OptimiserState before = state;
-  start_tick(in, state, *workspace, result);
-  if (workspace->contacts.minimum_gap < 0.0) {
-    recover(in, state, *workspace, result);
+  asked = input(X_WH);
+  ContactState before = state;
+  problem->begin(asked, state, result);
+  if (problem->overlaps()) {
+    problem->recover();
     return scene.true_path_gap(before, state);
   }
   long double smallest = std::numeric_limits<long double>::infinity();
   for (bool more = true; more && result.sub_steps < options.sub_steps;) {
-    prepare_sub_step(in, state, *workspace, result);
+    problem->prepare();
     before = state;
-    more = advance_sub_step(in, state, *workspace, result);
+    more = problem->advance();
     smallest = std::min(smallest, scene.true_path_gap(before, state));
-    more = more && !work_used_up(in, result, *workspace);
+    more = more && !problem->work_used_up();
   }
-  finish_tick(in, state);
+  problem->finish();
   return smallest;
 }
 
-const OptimiserResult& ToolRun::hold(const Pose& X_WH, int ticks) {
+const ContactResult& ToolRun::hold(const Pose& X_WH, int ticks) {
   for (int i = 0; i < ticks; ++i) tick(X_WH);
   return result;
 }
 
-OptimiserOptions reference_options() {
-  OptimiserOptions options;
+ContactOptions reference_options() {
+  ContactOptions options;
   options.sub_steps = 400;
   options.rotation_step = 4e-3;
   options.stop_tolerance = 1e-10;

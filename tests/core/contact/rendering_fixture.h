@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 #include "core/tree/sphere_tree.h"
 #include "tests/truth/contact_oracle.h"
 
@@ -27,8 +27,7 @@ class RenderingScene {
   [[nodiscard]] long double true_path_gap(const Pose& X_WF, const Pose& X_WT) const;
   /// The same while the strings held before or after move from one bend to the other, and soft
   /// parts from one displacement to the other.
-  [[nodiscard]] long double true_path_gap(const OptimiserState& from,
-                                          const OptimiserState& to) const;
+  [[nodiscard]] long double true_path_gap(const ContactState& from, const ContactState& to) const;
 
   std::vector<Capsule> capsules_W;
   std::vector<Sphere> tool_spheres;
@@ -40,7 +39,7 @@ class RenderingScene {
   std::vector<std::uint8_t> part_of_sphere;
   [[nodiscard]] ToolParts tool_parts() const { return {parts, part_of_sphere}; }
   /// The tool's spheres in G where its soft parts have them.
-  [[nodiscard]] std::vector<Sphere> displaced_spheres(const OptimiserState& state) const;
+  [[nodiscard]] std::vector<Sphere> displaced_spheres(const ContactState& state) const;
 
  private:
   [[nodiscard]] OracleObstacles truth() const { return {capsules_W, oracle_bodies_}; }
@@ -57,32 +56,33 @@ class RenderingScene {
 /// A tool in a scene with the state it carries from tick to tick.
 struct ToolRun {
   const RenderingScene& scene;
-  OptimiserState state;
+  ContactState state;
   CouplingStiffness stiffness;
-  OptimiserOptions options;
+  ContactOptions options;
   std::int64_t work_budget = 0;
-  OptimiserResult result;
-  std::unique_ptr<OptimiserWorkspace> workspace = std::make_unique<OptimiserWorkspace>();
+  ContactResult result;
+  ContactInput asked;  ///< in the last tick
+  std::unique_ptr<ContactProblem> problem = std::make_unique<ContactProblem>();
 
   ToolRun(const RenderingScene& owner, const Pose& X_WG) : scene(owner) { state.X_WG = X_WG; }
 
-  [[nodiscard]] OptimiserInput input(const Pose& X_WH, double dt = 1e-3) const {
-    OptimiserInput in{scene.tool(),  scene.obstacles(), X_WH,
-                      stiffness,     options,           dt,
-                      scene.strings, scene.instrument,  scene.tool_parts()};
+  [[nodiscard]] ContactInput input(const Pose& X_WH, double dt = 1e-3) const {
+    ContactInput in{scene.tool(),  scene.obstacles(), X_WH,
+                    stiffness,     options,           dt,
+                    scene.strings, scene.instrument,  scene.tool_parts()};
     in.work_budget = work_budget;
     return in;
   }
-  /// One tick towards X_WH.
-  const OptimiserResult& tick(const Pose& X_WH);
+  /// One tick of `dt` s towards X_WH.
+  const ContactResult& tick(const Pose& X_WH, double dt = 1e-3);
   /// The same, and returns the smallest gap on the whole committed path by exhaustion, m.
   long double tick_along(const Pose& X_WH);
   /// `ticks` ticks at the same pose.
-  const OptimiserResult& hold(const Pose& X_WH, int ticks);
+  const ContactResult& hold(const Pose& X_WH, int ticks);
 };
 
 /// Options of the reference: 400 linearisations per tick, 4 mrad, tolerance 1e-10 m.
-[[nodiscard]] OptimiserOptions reference_options();
+[[nodiscard]] ContactOptions reference_options();
 
 /// Pose at `p`, rotated by the rotation vector `phi`.
 [[nodiscard]] Pose pose_at(const Vector3& p, const Vector3& phi = Vector3::Zero());

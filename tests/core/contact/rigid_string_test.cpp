@@ -34,7 +34,7 @@ StringTick press(ToolRun& run, const Vector3& p_WH) {
   run.options.stop_tolerance = 1e-11;
   glide(run, p_WH + Vector3(0, 0.01, 0), p_WH, 100);
   run.hold(pose_at(p_WH), 20);
-  return rendered(run, pose_at(p_WH));
+  return rendered(run);
 }
 
 }  // namespace

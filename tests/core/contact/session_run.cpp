@@ -10,7 +10,7 @@
 
 namespace hapticd::test {
 
-SessionRun play(const ContactSession& session, const OptimiserOptions& options, double rate_hz,
+SessionRun play(const ContactSession& session, const ContactOptions& options, double rate_hz,
                 const SessionStrings* lines, std::int64_t work_budget) {
   using Clock = std::chrono::steady_clock;
   RenderingScene scene(session.tool_G);

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/contact/configuration_optimiser.h"
+#include "core/contact/contact_problem.h"
 #include "core/instrument/string_parameters.h"
 #include "tests/support/contact_sessions.h"
 
@@ -28,7 +28,7 @@ struct SessionRun {
 /// Plays `session` at `rate_hz` ticks per second, starting where G and H coincide.
 /// `work_budget` is that of every tick, 0: none. With `lines` the session's lines are strings of
 /// these parameters, their ends and radius aside.
-[[nodiscard]] SessionRun play(const ContactSession& session, const OptimiserOptions& options,
+[[nodiscard]] SessionRun play(const ContactSession& session, const ContactOptions& options,
                               double rate_hz, const SessionStrings* lines = nullptr,
                               std::int64_t work_budget = 0);
 

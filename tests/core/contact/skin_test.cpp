@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "core/contact/hold_model.h"
 #include "tests/core/contact/string_scenes.h"
 #include "tests/support/random.h"
 
@@ -50,18 +49,18 @@ RenderingScene bar_on_string() {
 
 /// A step of the tool and of the only string, its vertex across the axis by du_W and along it with
 /// the contact.
-ConfigurationStep step_of(const ToolRun& run, const HoldModel& model, const ToolStep& tool,
+ConfigurationStep step_of(const ToolRun& run, const StringBlock& model, const ToolMotion& tool,
                           const Vector3& du_W) {
   ConfigurationStep step;
   step.tool = tool;
-  step.strings[0] = string_motion(model, run.state.holds[0].bend, step, du_W, 0.0);
+  step.strings[0] = string_motion(model, run.state.touched[0].bend, du_W, step);
   return step;
 }
 
 /// Gap of a contact with the only string after `step`, from the definition, m.
 long double gap_after(const ToolRun& run, const Contact& contact, const ConfigurationStep& step) {
   const Capsule& string = run.scene.capsules_W[0];
-  const StringBend bend = moved(run.state.holds[0].bend, step.strings[0]);
+  const StringBend bend = moved(run.state.touched[0].bend, step.strings[0]);
   const Vector3 vertex = string.p_A + bend.lambda * (string.p_B - string.p_A) + bend.u_W;
   const Sphere& sphere = run.scene.tool_spheres[static_cast<std::size_t>(contact.key.tool_sphere)];
   const Vector3 p_WC = transform(moved(run.state.X_WG, step.tool), sphere.p);
@@ -100,7 +99,7 @@ TEST_CASE("between lines that leave no room for the skin the tool slides on, and
     const long double gap = run.tick_along(pose_at({x, -2e-3, 0.0}, {0.0, 0.0, 1e-3 * tick}));
     CHECK(gap >= 0.0L);
     CHECK(std::abs(run.state.X_WG.p.x() - x) <= 1e-6);
-    CHECK(run.result.status != OptimiserStatus::kRefused);
+    CHECK(run.result.status != ContactStatus::kRefused);
   }
 }
 
@@ -112,18 +111,18 @@ TEST_CASE("the gradient of a gap is what the gap does when the tool steps and th
     const double x = random.uniform(0.1, 1.0);
     ToolRun run(scene, pose_at({x, 0.02, 0.0}));
     glide(run, {x, 0.007, 0.0}, {x + 1e-3, random.uniform(-0.02, 0.0), 0.0}, 30);
-    const OptimiserInput input = run.input(run.state.X_WG);
-    OptimiserWorkspace& w = *run.workspace;
-    start_tick(input, run.state, w, run.result);
-    if (run.state.holds.size() != 1 || !run.state.holds[0].yields) continue;
-    const int unknowns = model_holds(input, w.contacts, run.state, kToolDof, w.models);
-    REQUIRE(unknowns == kToolDof + 2);
-    const HoldModel& model = w.models[0];
+    const ContactInput input = run.input(run.state.X_WG);
+    run.problem->begin(input, run.state, run.result);
+    const ContactSet& contacts = run.problem->candidates().contacts();
+    if (run.state.touched.size() != 1 || !run.state.touched[0].yields) continue;
+    YieldingStrings strings;
+    REQUIRE(strings.build({input, run.state}, contacts, kToolDof) == kToolDof + 2);
+    const StringBlock& model = strings.block(0);
     if (!model.touched) continue;
-    for (const Contact& contact : w.contacts.contacts) {
+    for (const Contact& contact : contacts.contacts) {
       if (contact.lambda <= 0.0 || contact.lambda >= 1.0) continue;
-      const GapGradient gradient = gap_gradient(run.state, w.models, contact);
-      const double share = deflection_share(run.state.holds[0].bend, contact.lambda);
+      const GapGradient gradient = strings.gradient(run.state, contact);
+      const double share = deflection_share(run.state.touched[0].bend, contact.lambda);
       constexpr double kStep = 1e-6;
       const Vector3 dp = kStep * to_vector(random.direction());
       const Vector3 dtheta = 50.0 * kStep * to_vector(random.direction());
@@ -158,7 +157,7 @@ TEST_CASE("a wide tool held still on a string that yields comes to rest, its for
     ++pressed;
     for (int tick = 0; tick < 20; ++tick) {
       run.tick(X_WH);
-      const ToolStep moved = coupling_error(rest, run.state.X_WG, Vector3::Zero());
+      const ToolMotion moved = motion_between(rest, run.state.X_WG);
       shaking = std::max(shaking, displacement_bound(moved, reach(scene.tool())));
     }
   }

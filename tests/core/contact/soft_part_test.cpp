@@ -28,7 +28,7 @@ RenderingScene floor_scene(std::vector<Sphere> tool) {
 }
 
 /// Height of the tip's centre at which it touches the floor.
-double touch_height() { return kTip + OptimiserOptions{}.skin; }
+double touch_height() { return kTip + ContactOptions{}.skin; }
 
 StringParameters string_parameters(const Capsule& capsule) {
   StringParameters string;
@@ -106,8 +106,8 @@ TEST_CASE("a soft part on a string that yields is one more spring in the series"
         const auto truth = static_cast<double>(felt(low));
         CHECK(run.result.F_H_W.f.y() == doctest::Approx(truth).epsilon(1e-5));
         CHECK(part_displacement(run.state, 0).y() == doctest::Approx(truth / k).epsilon(1e-5));
-        REQUIRE(run.state.holds.size() == 1);
-        CHECK(run.state.holds[0].bend.u_W.norm() ==
+        REQUIRE(run.state.touched.size() == 1);
+        CHECK(run.state.touched[0].bend.u_W.norm() ==
               doctest::Approx(static_cast<double>(vertex(low))).epsilon(1e-5));
       }
     }
@@ -194,8 +194,7 @@ TEST_CASE("a damped part answers a step by the implicit Euler recursion of sprin
         for (int tick = 0; tick < 60; ++tick) {
           // kt (D - v') = k v' + c (v' - v) / dt
           v = (kt * static_cast<long double>(D) + c * v / dt) / (kt + k + c / dt);
-          optimise_configuration(run.input(pose_at({0, touch_height() - D, 0}), dt), run.state,
-                                 *run.workspace, run.result);
+          run.tick(pose_at({0, touch_height() - D, 0}), dt);
           REQUIRE(part_displacement(run.state, 0).y() ==
                   doctest::Approx(static_cast<double>(v)).epsilon(1e-6));
           REQUIRE(run.result.F_H_W.f.y() ==
@@ -219,8 +218,7 @@ TEST_CASE("as ticks grow short a damped part follows spring and damper in contin
     const double kt = run.stiffness.kt;
     const double dt = t_end / ticks;
     for (int i = 0; i < ticks; ++i) {
-      optimise_configuration(run.input(pose_at({0, touch_height() - D, 0}), dt), run.state,
-                             *run.workspace, run.result);
+      run.tick(pose_at({0, touch_height() - D, 0}), dt);
     }
     const double v = kt * D / (kt + k) * (1.0 - std::exp(-(kt + k) / c * t_end));
     const double error = std::abs(part_displacement(run.state, 0).y() - v);
@@ -262,8 +260,7 @@ TEST_CASE("a tick of no time moves a part without a damper alone") {
     run.hold(pose_at({0, touch_height() - 1e-3, 0}), 5);
     const double before = part_displacement(run.state, 0).y();
     for (int i = 0; i < 5; ++i) {
-      optimise_configuration(run.input(pose_at({0, touch_height() - 3e-3, 0}), 0.0), run.state,
-                             *run.workspace, run.result);
+      run.tick(pose_at({0, touch_height() - 3e-3, 0}), 0.0);
     }
     const double after = part_displacement(run.state, 0).y();
     if (c > 0.0) {
@@ -300,7 +297,7 @@ TEST_CASE("whatever the hand does, it never gets more work out of soft parts tha
       const Vector3 motion = next - p_WH;
       p_WH = next;
       const double dt = random.chance(0.1) ? random.uniform(0.0, 5e-3) : 1e-3;
-      optimise_configuration(run.input(pose_at(p_WH), dt), run.state, *run.workspace, run.result);
+      run.tick(pose_at(p_WH), dt);
       work -= run.result.F_H_W.f.dot(motion);
       double stored = 0.5 * run.stiffness.kt * (p_WH - run.state.X_WG.p).squaredNorm();
       for (const SoftPart& soft : run.state.parts) {

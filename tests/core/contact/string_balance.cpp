@@ -43,7 +43,7 @@ void push_of_string(const Placed& placed, std::size_t k, std::vector<Forces>& pu
   const ToolRun& run = placed.run;
   const Capsule& line = run.scene.capsules_W[k];
   double lambda = 0.5;
-  for (const StringHold& hold : run.state.holds) {
+  for (const TouchedString& hold : run.state.touched) {
     if (hold.bend.capsule == static_cast<int>(k)) lambda = hold.bend.lambda;
   }
   const Vector3 p_WP =
@@ -107,7 +107,7 @@ Balance balance_of(const BalanceScene& scene, const ToolRun& run, const Pose& X_
   for (std::size_t k = 0; k < scene.strings.size(); ++k) {
     const Vector3 u = deflection_of(run, static_cast<int>(k));
     double lambda = 0.5;
-    for (const StringHold& hold : run.state.holds) {
+    for (const TouchedString& hold : run.state.touched) {
       if (hold.bend.capsule == static_cast<int>(k)) lambda = hold.bend.lambda;
     }
     const auto f = static_cast<double>(

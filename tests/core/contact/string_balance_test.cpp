@@ -82,7 +82,7 @@ std::vector<StringTick> play(const World& world) {
   std::vector<StringTick> out;
   for (const Pose& X_WH : world.X_WH) {
     run.tick(X_WH);
-    out.push_back(rendered(run, X_WH));
+    out.push_back(rendered(run));
   }
   return out;
 }
@@ -144,7 +144,7 @@ TEST_CASE("a fingertip wedged between two strings sinks to where both laws toget
         }
         const double y = static_cast<double>((low + high) / 2);
         CHECK(std::abs(run.state.X_WG.p.y() - y) < 1e-8);
-        const StringTick tick = rendered(run, pose_at(p_WH));
+        const StringTick tick = rendered(run);
         REQUIRE(tick.strings.size() == 2);
         for (const PressedString& contact : tick.strings) {
           CHECK(contact.force == doctest::Approx(static_cast<double>(force)).epsilon(1e-5));
@@ -176,9 +176,9 @@ TEST_CASE("strings, bodies and the hand balance in every press, each string by i
     glide(run, {0.55, 0.03, z}, {0.55, 0.015 - depth, z}, 200);
     const Pose X_WH = pose_at({0.55, 0.015 - depth, z}, {random.uniform(-0.1, 0.1), 0.0, 0.0});
     run.hold(X_WH, 60);
-    if (run.result.status == OptimiserStatus::kFree) continue;
+    if (run.result.status == ContactStatus::kFree) continue;
     const Balance balance = balance_of(judged, run, X_WH);
-    const StringTick tick = rendered(run, X_WH);
+    const StringTick tick = rendered(run);
     CAPTURE(i);
     CHECK(balance.residual <= 1e-3);
     worst = std::max(worst, balance.residual);

@@ -24,7 +24,7 @@ constexpr double kStoredForce = 0.2;
 bool finite(const ToolRun& run) {
   bool all = run.result.F_H_W.f.allFinite() && run.result.F_H_W.t.allFinite() &&
              run.state.X_WG.p.allFinite() && run.state.X_WG.q.coeffs().allFinite();
-  for (const StringHold& hold : run.state.holds) {
+  for (const TouchedString& hold : run.state.touched) {
     all = all && hold.bend.u_W.allFinite() && std::isfinite(hold.bend.lambda) &&
           hold.slip_W.allFinite() && std::isfinite(hold.normal_force);
   }
@@ -43,7 +43,7 @@ void check_way(ToolRun& run, const std::vector<Vector3>& places, int ticks) {
       CHECK(gap >= -kAllowedDepth);
       const double pulled =
           run.stiffness.kt * std::max(pulled_before, (p_WH - run.state.X_WG.p).norm());
-      const Vector3 f = rendered(run, pose_at(p_WH)).F_H_W.f;
+      const Vector3 f = rendered(run).F_H_W.f;
       REQUIRE(f.allFinite());
       CHECK(f.norm() <= 1.01 * pulled + kStoredForce);
     }
@@ -93,7 +93,7 @@ TEST_CASE("a slack string without stiffness gives no force and does not stop the
   ToolRun run(scene, pose_at({0.5, 0.02, 0.0}));
   const double s = rest_distance(run, string.radius);
   glide(run, {0.5, s + 1e-3, 0.0}, {0.5, s - 5e-3, 0.0}, 100,
-        [&](const Vector3& p_WH) { CHECK(rendered(run, pose_at(p_WH)).F_H_W.f.norm() < 1e-6); });
+        [&](const Vector3& p_WH) { CHECK(rendered(run).F_H_W.f.norm() < 1e-6); });
   CHECK((run.state.X_WG.p - Vector3(0.5, s - 5e-3, 0.0)).norm() < 30e-6);
 }
 
@@ -165,14 +165,14 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
   ToolScene scene{owner.tool(), owner.obstacles(), {}, {}, {}, owner.strings};
   ToolState state;
   ToolTick tick;
-  const auto workspace = std::make_unique<OptimiserWorkspace>();
+  const auto problem = std::make_unique<ContactProblem>();
   HandPose sample;
   GuardedHand hand;
   PoseVerdict verdict = PoseVerdict::kGood;
   const auto render = [&](double y) {
     sample.t_ns += 1'000'000;
     sample.p_WH = {0.5, y, 0.0};
-    verdict = guarded_render(sample, hand, scene, state, *workspace, tick);
+    verdict = guarded_render(sample, hand, scene, state, *problem, tick);
   };
   for (int i = 0; i < 60; ++i) render(0.008 - 1e-4 * i);
   const double bad[] = {std::numeric_limits<double>::quiet_NaN(),
@@ -188,8 +188,8 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
     render(y);
     CHECK(verdict == PoseVerdict::kFault);
     CHECK(tick.F_H_W.f.norm() == 0.0);
-    CHECK(state.optimiser.holds.size() == 1);
-    CHECK(state.optimiser.holds[0].bend.u_W.allFinite());
+    CHECK(state.optimiser.touched.size() == 1);
+    CHECK(state.optimiser.touched[0].bend.u_W.allFinite());
     hand.clear();
     for (int i = 0; i < 3; ++i) render(0.002);
     CHECK(tick.F_H_W.f.norm() == doctest::Approx(pressed).epsilon(1e-3));
@@ -201,17 +201,17 @@ TEST_CASE("a scene edited onto a tool that bends a string pushes it out slowly a
   ToolScene scene{owner.tool(), owner.obstacles(), {}, {}, {}, owner.strings};
   ToolState state;
   ToolTick tick;
-  const auto workspace = std::make_unique<OptimiserWorkspace>();
+  const auto problem = std::make_unique<ContactProblem>();
   HandPose sample;
   const auto render = [&](double y) {
     sample.t_ns += 1'000'000;
     sample.p_WH = {0.5, y, 0.3e-3};
-    render_tool(scene, sample, state, *workspace, tick);
+    render_tool(scene, sample, state, *problem, tick);
   };
   for (const double onto : {0.004, 0.003, 0.0, -0.002}) {
     for (int i = 0; i < 60; ++i) render(0.02 - 3e-4 * i);
     for (int i = 0; i < 60; ++i) render(0.002);
-    REQUIRE(state.optimiser.holds.size() == 1);
+    REQUIRE(state.optimiser.touched.size() == 1);
     const Capsule before = owner.capsules_W[1];
     owner.capsules_W[1].p_A.y() = owner.capsules_W[1].p_B.y() = onto;
     int recovering = 0;
@@ -220,7 +220,7 @@ TEST_CASE("a scene edited onto a tool that bends a string pushes it out slowly a
       render(0.002);
       REQUIRE(tick.F_H_W.f.allFinite());
       REQUIRE(tick.X_WG.p.allFinite());
-      if (tick.optimiser.status == OptimiserStatus::kRecovering) {
+      if (tick.optimiser.status == ContactStatus::kRecovering) {
         ++recovering;
         CHECK((tick.X_WG.p - p_before).norm() <= 2e-3 + 1e-9);
         CHECK(tick.F_H_W.f.norm() <= kRecoveryForce + 1e-9);

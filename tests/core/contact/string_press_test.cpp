@@ -72,10 +72,10 @@ double check_glide(const RenderingScene& scene, const Vector3& from, const Vecto
   const double s = rest_distance(run, 0.34e-3);
   const Vector3 low(0, s - depth, 0);
   glide(run, from + Vector3(0, s + 1e-3, 0), from + low, 100);
-  Vector3 before = rendered(run, pose_at(from + low)).F_H_W.f;
+  Vector3 before = rendered(run).F_H_W.f;
   const int ticks = static_cast<int>((to - from).norm() / (kSpeed * 1e-3));
   glide(run, from + low, to + low, ticks, [&](const Vector3& p_WH) {
-    const Vector3 now = rendered(run, pose_at(p_WH)).F_H_W.f;
+    const Vector3 now = rendered(run).F_H_W.f;
     CAPTURE(p_WH.x());
     CHECK((now - before).norm() <= 1.5 * run.stiffness.kt * kSpeed * 1e-3);
     before = now;
@@ -139,7 +139,7 @@ TEST_CASE(
           glide(run, {x, s + 1e-3, offset}, {x, s - 4e-3, offset}, 100, [&](const Vector3& p_WH) {
             const Vector3 nearest(std::clamp(x, 0.0, 1.1), 0.0, 0.0);
             const double D = std::max(0.0, s - (p_WH - nearest).norm());
-            const Vector3 f = rendered(run, pose_at(p_WH)).F_H_W.f;
+            const Vector3 f = rendered(run).F_H_W.f;
             REQUIRE(f.allFinite());
             CHECK(f.norm() <=
                   std::min(contact_stiffness, 1000.0) * D * (1.0 + 1e-3) + kForceRounding);

@@ -18,7 +18,7 @@ constexpr double kRate = 1000.0;
 void check_sessions(const SessionStrings& strings) {
   for (const ContactSession& session : contact_sessions()) {
     const SessionRun reference = play(session, reference_options(), kRate, &strings);
-    const SessionRun run = play(session, OptimiserOptions{}, kRate, &strings);
+    const SessionRun run = play(session, ContactOptions{}, kRate, &strings);
     const ForceError error = force_error(run.f_H_W, reference.f_H_W);
     MESSAGE(std::string(session.name)
             << ": rms " << error.rms_percent << " %, max " << 1e3 * error.max_newton

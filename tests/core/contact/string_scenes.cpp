@@ -25,15 +25,14 @@ double rest_distance(const ToolRun& run, double radius) {
   return kTipRadius + radius + run.options.skin;
 }
 
-StringTick rendered(const ToolRun& run, const Pose& X_WH) {
+StringTick rendered(const ToolRun& run) {
   StringTick tick;
-  find_string_contacts(run.input(X_WH), run.state, *run.workspace, run.result, tick.strings,
-                       tick.F_H_W);
+  find_string_contacts(run.problem->view(), tick.strings, tick.F_H_W);
   return tick;
 }
 
 Vector3 deflection_of(const ToolRun& run, int string) {
-  for (const StringHold& hold : run.state.holds) {
+  for (const TouchedString& hold : run.state.touched) {
     if (hold.bend.capsule == string) return hold.bend.u_W;
   }
   return Vector3::Zero();

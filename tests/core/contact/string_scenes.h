@@ -29,7 +29,7 @@ struct StringTick {
 };
 
 /// After run.tick or run.tick_along towards X_WH.
-[[nodiscard]] StringTick rendered(const ToolRun& run, const Pose& X_WH);
+[[nodiscard]] StringTick rendered(const ToolRun& run);
 
 /// Moves the hand on a straight way from `from` to `to` in `ticks` ticks, the first one step behind
 /// `from`; `each(p_WH)` after every tick.

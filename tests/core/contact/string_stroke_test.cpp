@@ -69,7 +69,7 @@ std::optional<long double> naive_gap(Stroke& stroke) {
     for (int i = 0; i < run.result.active_count; ++i) {
       const ActiveContact& active = run.result.active[static_cast<std::size_t>(i)];
       const Contact& contact =
-          run.workspace->contacts.contacts[static_cast<std::size_t>(active.contact)];
+          run.problem->candidates().contacts().contacts[static_cast<std::size_t>(active.contact)];
       if (contact.key.kind != ObstacleKind::kCapsule) continue;
       const auto k = static_cast<std::size_t>(contact.key.obstacle) / 2;
       forces[k] += active.multiplier * contact.nhat_OG_W;
@@ -117,9 +117,9 @@ struct Placed {
   bool held = false;
 };
 
-Placed placed(const OptimiserState& state) {
+Placed placed(const ContactState& state) {
   Placed out{state.X_WG.p, {}};
-  for (const StringHold& hold : state.holds) {
+  for (const TouchedString& hold : state.touched) {
     if (hold.bend.capsule != 0 || !hold.yields) continue;
     out.bend = hold.bend;
     out.held = true;
@@ -180,15 +180,15 @@ Winding wind(const AcrossStroke& across) {
     winding.past_end = winding.past_end || x < line.p_A.x() || x > line.p_B.x();
   };
   for (const Pose& X_WH : across.stroke.X_WH) {
-    const OptimiserInput in = run.input(X_WH);
-    start_tick(in, run.state, *run.workspace, run.result);
+    const ContactInput in = run.input(X_WH);
+    run.problem->begin(in, run.state, run.result);
     for (bool more = true; more && run.result.sub_steps < run.options.sub_steps;) {
-      prepare_sub_step(in, run.state, *run.workspace, run.result);
+      run.problem->prepare();
       const Placed from = placed(run.state);
-      more = advance_sub_step(in, run.state, *run.workspace, run.result);
+      more = run.problem->advance();
       follow(from, placed(run.state));
     }
-    finish_tick(in, run.state);
+    run.problem->finish();
   }
   winding.crossed = before.y() * y_start < 0.0;
   return winding;

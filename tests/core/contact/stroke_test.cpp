@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "tests/core/contact/strokes.h"
 #include "tests/support/scale.h"
@@ -16,7 +17,7 @@ namespace {
 constexpr long double kAllowedDepth = 1e-6L;
 
 /// Deepest point of the whole committed path of a stroke (m, negative = penetration).
-long double path_gap(const Stroke& stroke, const OptimiserOptions& options) {
+long double path_gap(const Stroke& stroke, const ContactOptions& options) {
   ToolRun run(stroke.scene, stroke.X_WH.front());
   run.options = options;
   long double deepest = 1.0L;
@@ -28,36 +29,40 @@ long double path_gap(const Stroke& stroke, const OptimiserOptions& options) {
 /// tick.
 long double path_gap_detecting_at_h(const Stroke& stroke) {
   ToolRun run(stroke.scene, stroke.X_WH.front());
-  auto& w = *run.workspace;
+  const auto contacts = std::make_unique<ContactSet>();
+  const auto qp = std::make_unique<QpWorkspace>();
+  const auto problem = std::make_unique<QpProblem>();
+  QpSolution solution;
   long double deepest = 1.0L;
   for (const Pose& X_WH : stroke.X_WH) {
-    const OptimiserInput input = run.input(X_WH);
-    find_contacts(input.tool, X_WH, input.obstacles, {}, w.contacts);
-    const ToolStep e = coupling_error(run.state.X_WG, X_WH, Vector3::Zero());
-    w.problem.rows = 0;
-    w.problem.unknowns = kToolDof;
+    const ContactInput input = run.input(X_WH);
+    find_contacts(input.tool, X_WH, input.obstacles, {}, *contacts);
+    const PoseError error_GH = coupling_error(run.state.X_WG, X_WH, Vector3::Zero());
+    problem->rows = 0;
+    problem->unknowns = kToolDof;
     for (std::size_t k = 0; k < 3; ++k) {
-      w.problem.weight[k] = run.stiffness.kt;
-      w.problem.weight[k + 3] = run.stiffness.kr();
-      w.problem.target[k] = e.dp[static_cast<Eigen::Index>(k)];
-      w.problem.target[k + 3] = e.dtheta[static_cast<Eigen::Index>(k)];
+      problem->weight[k] = run.stiffness.kt;
+      problem->weight[k + 3] = run.stiffness.kr();
+      problem->target[k] = error_GH.dp[static_cast<Eigen::Index>(k)];
+      problem->target[k + 3] = error_GH.dtheta[static_cast<Eigen::Index>(k)];
     }
-    for (const Contact& contact : w.contacts.contacts) {
-      if (w.problem.rows == kMaxQpRows) break;
-      const auto i = static_cast<std::size_t>(w.problem.rows++);
+    for (const Contact& contact : contacts->contacts) {
+      if (problem->rows == kMaxQpRows) break;
+      const auto i = static_cast<std::size_t>(problem->rows++);
       const Vector3 angular = (contact.p_WC - X_WH.p).cross(contact.nhat_OG_W);
       for (std::size_t k = 0; k < 3; ++k) {
-        w.problem.row[k][i] = contact.nhat_OG_W[static_cast<Eigen::Index>(k)];
-        w.problem.row[k + 3][i] = angular[static_cast<Eigen::Index>(k)];
+        problem->row[k][i] = contact.nhat_OG_W[static_cast<Eigen::Index>(k)];
+        problem->row[k + 3][i] = angular[static_cast<Eigen::Index>(k)];
       }
       // Linearised at h: gap(h) + row . (x - e) >= 0.
-      w.problem.bound[i] = contact.nhat_OG_W.dot(e.dp) + angular.dot(e.dtheta) - contact.gap;
+      problem->bound[i] =
+          contact.nhat_OG_W.dot(error_GH.dp) + angular.dot(error_GH.dtheta) - contact.gap;
     }
-    solve_qp(w.problem, QpWarmStart{}, w.qp, w.solution);
-    if (w.solution.status != QpStatus::kOptimal) continue;
+    solve_qp(*problem, QpWarmStart{}, *qp, solution);
+    if (solution.status != QpStatus::kOptimal) continue;
     const Pose X_before = run.state.X_WG;
-    run.state.X_WG = moved(X_before, {{w.solution.x[0], w.solution.x[1], w.solution.x[2]},
-                                      {w.solution.x[3], w.solution.x[4], w.solution.x[5]}});
+    run.state.X_WG = moved(X_before, {{solution.x[0], solution.x[1], solution.x[2]},
+                                      {solution.x[3], solution.x[4], solution.x[5]}});
     deepest = std::min(deepest, stroke.scene.true_path_gap(X_before, run.state.X_WG));
   }
   return deepest;
@@ -72,7 +77,7 @@ TEST_CASE(
   long double deepest = 1.0L;
   for (std::int64_t i = 0; i < strokes; ++i) {
     const Stroke stroke = make_stroke(static_cast<std::uint64_t>(i));
-    const long double gap = path_gap(stroke, OptimiserOptions{});
+    const long double gap = path_gap(stroke, ContactOptions{});
     deepest = std::min(deepest, gap);
     if (gap < -kAllowedDepth)
       FAIL_CHECK("stroke " << i << ": " << static_cast<double>(gap) << " m, " << stroke.describe());
@@ -104,7 +109,7 @@ TEST_CASE(
 
 TEST_CASE("every number of sub-steps is safe, one included") {
   for (const int sub_steps : {1, 2, 4, 16, 64}) {
-    OptimiserOptions options;
+    ContactOptions options;
     options.sub_steps = sub_steps;
     for (std::int64_t i = 0; i < scaled(2'000); ++i) {
       const Stroke stroke = make_stroke(static_cast<std::uint64_t>(1'000'000 + i));
@@ -117,7 +122,7 @@ TEST_CASE("every number of sub-steps is safe, one included") {
 
 TEST_CASE("coarser levels of the trees may feel fatter but never sink in") {
   for (const int level : {1, 2}) {
-    OptimiserOptions options;
+    ContactOptions options;
     options.tool_level = level;
     options.body_level = level;
     for (std::int64_t i = 0; i < scaled(5'000); ++i) {

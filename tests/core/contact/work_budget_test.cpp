@@ -63,7 +63,7 @@ long double deepest_point(const Stroke& stroke, std::uint64_t seed, std::int64_t
   for (const Pose& X_WH : stroke.X_WH) {
     run.work_budget = random_budget(random);
     deepest = std::min(deepest, run.tick_along(X_WH));
-    if (run.result.status == OptimiserStatus::kLagging) ++cut;
+    if (run.result.status == ContactStatus::kLagging) ++cut;
   }
   return deepest;
 }
@@ -111,7 +111,7 @@ TEST_CASE("the work of a tick ends within its budget and one linearisation") {
       run.tick(played.X_WH(tick));
       if (run.result.cut_short) {
         ++cut;
-        CHECK(run.result.status == OptimiserStatus::kLagging);
+        CHECK(run.result.status == ContactStatus::kLagging);
       }
       if (run.result.sub_steps < 2) continue;
       less.options.sub_steps = run.result.sub_steps - 1;
@@ -144,7 +144,7 @@ TEST_CASE("the error of the force falls as the budget grows, to five percent, an
     double before = 1e9;
     double smallest = 1e9;
     for (const std::int64_t budget : {1L, 3'000L, 6'000L, 12'000L, 25'000L, 50'000L, 0L}) {
-      const SessionRun run = play(session, OptimiserOptions{}, kRate, nullptr, budget);
+      const SessionRun run = play(session, ContactOptions{}, kRate, nullptr, budget);
       const double error = force_error(run.f_H_W, reference.f_H_W).rms_percent;
       MESSAGE(std::string(session.name) << " " << budget << ": " << error << " %, most work "
                                         << *std::max_element(run.work.begin(), run.work.end()));
@@ -173,8 +173,7 @@ TEST_CASE(
     ticks += played.ticks();
     for (int tick = 0; tick < played.ticks(); ++tick) {
       const Pose X_WH = played.X_WH(tick);
-      const ToolStep hand =
-          coupling_error(played.X_WH(std::max(tick - 1, 0)), X_WH, Vector3::Zero());
+      const ToolMotion hand = motion_between(played.X_WH(std::max(tick - 1, 0)), X_WH);
       const double way = displacement_bound(hand, reach(played.scene.tool()));
       const double allowed = std::max(kFreeChange, kExcess * run.stiffness.kt * way);
       if (tick % 7 == 0) run.work_budget = random_budget(random);
@@ -213,7 +212,8 @@ TEST_CASE("a tool in a crowd leaves out what is far, and comes to the same force
     run.tick(X_WH);
     free_work += tick_work(free.result);
     work += tick_work(run.result);
-    CHECK(run.workspace->contacts.contacts.size() <= free.workspace->contacts.contacts.size());
+    CHECK(run.problem->candidates().contacts().contacts.size() <=
+          free.problem->candidates().contacts().contacts.size());
   }
   CHECK(free.result.F_H_W.f.norm() > 1.0);
   CHECK((free.result.F_H_W.f - run.result.F_H_W.f).norm() < 0.01 * free.result.F_H_W.f.norm());

@@ -26,8 +26,8 @@ TEST_CASE("an error that no level promises is known to be none") {
 }
 
 TEST_CASE("the default level is the optimiser's own default") {
-  const OptimiserOptions usual;
-  const OptimiserOptions level = quality_of(kDefaultQuality).options;
+  const ContactOptions usual;
+  const ContactOptions level = quality_of(kDefaultQuality).options;
   CHECK(level.sub_steps == usual.sub_steps);
   CHECK(level.stop_tolerance == usual.stop_tolerance);
   CHECK(level.rotation_step == usual.rotation_step);

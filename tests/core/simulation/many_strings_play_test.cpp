@@ -68,8 +68,8 @@ TEST_CASE("the same rake stroke twice gives the same bits") {
   const double largest = pluck(a);
   CHECK(largest > 0.1);
   CHECK(pluck(b) == largest);
-  const OptimiserState& one = a.simulation().tool(0).optimiser;
-  const OptimiserState& other = b.simulation().tool(0).optimiser;
+  const ContactState& one = a.simulation().tool(0).optimiser;
+  const ContactState& other = b.simulation().tool(0).optimiser;
   CHECK(one.X_WG.p == other.X_WG.p);
   CHECK(a.events.size() == b.events.size());
 }

@@ -35,12 +35,12 @@ void tune(StringConstants& string, double frequency) {
   string.modal_mass = 0.5 * mu * string.length;
 }
 
-bool same_bits(const OptimiserState& a, const OptimiserState& b) {
+bool same_bits(const ContactState& a, const ContactState& b) {
   bool same = a.X_WG.p == b.X_WG.p && a.X_WG.q.coeffs() == b.X_WG.q.coeffs() &&
-              a.holds.size() == b.holds.size() && a.F_H_W.f == b.F_H_W.f;
-  for (std::size_t k = 0; same && k < a.holds.size(); ++k) {
-    same = a.holds[k].bend.u_W == b.holds[k].bend.u_W &&
-           a.holds[k].bend.lambda == b.holds[k].bend.lambda;
+              a.touched.size() == b.touched.size() && a.F_H_W.f == b.F_H_W.f;
+  for (std::size_t k = 0; same && k < a.touched.size(); ++k) {
+    same = a.touched[k].bend.u_W == b.touched[k].bend.u_W &&
+           a.touched[k].bend.lambda == b.touched[k].bend.lambda;
   }
   return same;
 }
@@ -52,7 +52,7 @@ StrokeReport play(Stroke& stroke, int modes) {
   // Faster than usual, so that the string rings for many of the few ticks.
   stroke.scene.instrument.release.arm_deflection = 0.05e-3;
   ToolRun run(stroke.scene, stroke.X_WH.front());
-  const OptimiserInput input = run.input(stroke.X_WH.front());
+  const ContactInput input = run.input(stroke.X_WH.front());
   ToolScene scene;
   scene.tool = input.tool;
   scene.obstacles = input.obstacles;

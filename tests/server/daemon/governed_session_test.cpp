@@ -157,8 +157,7 @@ TEST_CASE(
     int slip = 0;
     for (std::size_t tick = 1; tick < f_H_W.size(); ++tick) {
       const int now = static_cast<int>(tick);
-      const ToolStep moved_by =
-          coupling_error(hand(session, now - 1), hand(session, now), Vector3::Zero());
+      const ToolMotion moved_by = motion_between(hand(session, now - 1), hand(session, now));
       const double allowed =
           std::max(kFreeChange, kExcess * CouplingStiffness{}.kt *
                                     displacement_bound(moved_by, reach(scene.tool())));

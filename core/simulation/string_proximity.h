@@ -11,7 +11,7 @@ namespace hapticd {
 inline constexpr double kNotNear = 1.0;
 
 /// A string relative to a tool.
-struct StringApproach {
+struct StringProximity {
   StringTouch touch;
   Vector3 nhat_W{0.0, 0.0, 0.0};  ///< from string to tool
   Vector3 p_WC{0.0, 0.0, 0.0};
@@ -21,9 +21,9 @@ struct StringApproach {
 
 /// The tool of `play` relative to string number `string`; `tick` is what its contact problem
 /// gave, `visit` what is known from the tick before.
-[[nodiscard]] HD_REALTIME StringApproach approach_string(const ToolPlay& play, const ToolTick& tick,
-                                                         const ToolStringState& visit,
-                                                         std::int32_t string) noexcept;
+[[nodiscard]] HD_REALTIME StringProximity proximity_to(const ToolPlay& play, const ToolTick& tick,
+                                                       const ToolStringState& visit,
+                                                       std::int32_t string) noexcept;
 
 /// Looks again for pairs with strings when one may swing by `swing` (m) further than those of the
 /// contact problem reach, or than the tool has moved since they were found.

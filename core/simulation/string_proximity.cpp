@@ -1,5 +1,5 @@
-// See string_approach.h. RT: yes.
-#include "core/simulation/string_approach.h"
+// See string_proximity.h. RT: yes.
+#include "core/simulation/string_proximity.h"
 
 #include <algorithm>
 #include <limits>
@@ -21,11 +21,11 @@ struct Passage {
 /// The nearest listed pair of the tool, as if it stood at X_WT, and the string at rest; null when
 /// none is listed.
 const Contact* nearest_pair(const ToolPlay& play, std::int32_t string, const Pose& X_WT) noexcept {
-  const OptimiserInput& input = play.way.input;
+  const ContactInput& input = play.way.input;
   const Contact* nearest = nullptr;
   double gap = std::numeric_limits<double>::infinity();
   for (const Contact& listed : string_pairs(play).contacts) {
-    if (listed.key.kind != ObstacleKind::kCapsule || listed.key.obstacle != string) continue;
+    if (!is_string(listed.key) || listed.key.obstacle != string) continue;
     const double listed_gap = evaluate_contact(listed.key, input.tool, X_WT, input.obstacles).gap;
     if (nearest != nullptr && listed_gap >= gap) continue;
     nearest = &listed;
@@ -46,7 +46,7 @@ Vector3 whole_deflection(const ToolPlay& play, const StringBend& bend) noexcept 
 
 /// From the felt surface, which is a skin above the string's, m: where a press begins from, so that
 /// the distance is continuous there.
-double felt_distance(double gap, const OptimiserInput& input) noexcept {
+double felt_distance(double gap, const ContactInput& input) noexcept {
   return gap < kNotNear ? std::max(gap - input.options.skin, 0.0) : kNotNear;
 }
 
@@ -88,7 +88,7 @@ void find_passage(const ToolPlay& play, std::int32_t string, double guess,
 /// is at rest; before a loss it follows the hand by its share of the displacement, or, where it
 /// slips off, moves as it did until then.
 void find_speeds(const ToolPlay& play, const ToolTick& tick, const ToolStringState& visit,
-                 std::int32_t string, StringApproach& near) noexcept {
+                 std::int32_t string, StringProximity& near) noexcept {
   StringTouch& touch = near.touch;
   Passage passage{-1.0, near.nhat_W, near.p_WC - tick.X_WG.p};
   if ((touch.distance_before < 0.0) != (touch.distance < 0.0)) {
@@ -109,11 +109,11 @@ void find_speeds(const ToolPlay& play, const ToolTick& tick, const ToolStringSta
 
 }  // namespace
 
-StringApproach approach_string(const ToolPlay& play, const ToolTick& tick,
-                               const ToolStringState& visit, std::int32_t string) noexcept {
-  const OptimiserInput& input = play.way.input;
-  const OptimiserState& state = play.state.optimiser;
-  StringApproach near;
+StringProximity proximity_to(const ToolPlay& play, const ToolTick& tick,
+                             const ToolStringState& visit, std::int32_t string) noexcept {
+  const ContactInput& input = play.way.input;
+  const ContactState& state = play.state.optimiser;
+  StringProximity near;
   StringTouch& touch = near.touch;
   touch.stiffness = std::min(input.stiffness.kt,
                              input.strings[static_cast<std::size_t>(string)].contact_stiffness);
@@ -131,13 +131,16 @@ StringApproach approach_string(const ToolPlay& play, const ToolTick& tick,
     near.p_WC = pressed->p_WC;
     near.part = pressed->part;
   } else {
-    const StringNearness nearest =
-        nearest_to_string(input, state, string_pairs(play), string, kNotNear);
-    touch.distance = felt_distance(nearest.gap, input);
-    touch.lambda = nearest.lambda;
-    near.nhat_W = nearest.nhat_W;
-    near.p_WC = nearest.p_WC;
-    near.part = nearest.part;
+    touch.distance = kNotNear;
+    touch.lambda = 0.5;
+    const auto nearest = nearest_to_string({input, state}, string_pairs(play), string);
+    if (nearest && nearest->gap < kNotNear) {
+      touch.distance = felt_distance(nearest->gap, input);
+      touch.lambda = nearest->lambda;
+      near.nhat_W = nearest->nhat_W;
+      near.p_WC = nearest->p_WC;
+      near.part = nearest->part;
+    }
   }
   touch.distance_before = visit.distance;
   if (touch.distance_before >= kNotNear) {
@@ -148,7 +151,7 @@ StringApproach approach_string(const ToolPlay& play, const ToolTick& tick,
           input);
     }
   }
-  for (const StringHold& hold : state.holds) {
+  for (const TouchedString& hold : state.touched) {
     if (hold.bend.capsule == string) near.u_W = whole_deflection(play, hold.bend);
   }
 
@@ -160,17 +163,16 @@ StringApproach approach_string(const ToolPlay& play, const ToolTick& tick,
 
 // A query of its own, for the contact problem must not depend on what rings; bodies do not ring.
 void reach_out(double swing, ToolPlay& play) noexcept {
-  const OptimiserInput& input = play.way.input;
-  const OptimiserOptions& options = input.options;
-  const OptimiserState& state = play.state.optimiser;
+  const ContactInput& input = play.way.input;
+  const ContactOptions& options = input.options;
+  const ContactState& state = play.state.optimiser;
   const double range = swing + options.skin + input.instrument.release.release_gap;
-  const ToolStep moved = coupling_error(play.way.X_WG_before, state.X_WG, Vector3::Zero());
-  const double way_gone =
-      std::max(play.workspace.travelled, displacement_bound(moved, tool_reach(input, state)));
-  play.reached_out = !(range <= play.workspace.contacts.covered_margin - way_gone);
+  const ToolMotion moved = motion_between(play.way.X_WG_before, state.X_WG);
+  const double travel = displacement_bound(moved, tool_reach({input, state}));
+  play.reached_out = !play.problem.candidates().sees(range, travel);
   if (!play.reached_out) return;
   const double margin = std::max(options.margin, range);
-  const BentObstacles bent(input.obstacles, state.holds);
+  const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
   ObstaclesView strings = bent.view();
   strings.bodies = {};

@@ -1,0 +1,39 @@
+// What the contact problem of one tool is asked in a tick. Frames: W. SI. RT: yes, plain data.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/collision/query.h"
+#include "core/contact/contact_options.h"
+#include "core/contact/other_tools.h"
+#include "core/contact/soft_part.h"
+#include "core/contact/virtual_coupling.h"
+#include "core/instrument/deflection.h"
+#include "core/instrument/instrument_options.h"
+
+namespace hapticd {
+
+/// What one tool asks of its contact problem in one tick. Views must outlive the call.
+struct ContactInput {
+  SphereTreeView tool;  ///< in G
+  ObstaclesView obstacles;
+  Pose X_WH;  ///< sanitised pose of the haptic tool
+  CouplingStiffness stiffness;
+  ContactOptions options;
+  double dt = 1e-3;  ///< time since the last tick, s, >= 0; limits only the recovery speed
+  /// Strings that are more than rigid lines: the first capsules of the obstacles, in their order.
+  std::span<const StringConstants> strings{};
+  InstrumentOptions instrument{};  ///< friction and lateral force are the problem's
+  ToolParts parts{};               ///< what of the tool is soft
+  OtherTools others{};             ///< that no string may be moved into
+  /// Overlaps up to this count as touching, m; 0 but where strings are shared, whose shapes are
+  /// rounded as they pass from tool to tool.
+  double rounding = 0.0;
+  /// The tick ends before a linearisation that would take its work (tick_work.h) beyond this, as
+  /// the last one and the last traversal went; the first is always made. 0: no bound. Less: the
+  /// tool lags more.
+  std::int64_t work_budget = 0;
+};
+
+}  // namespace hapticd

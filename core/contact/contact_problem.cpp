@@ -1,0 +1,287 @@
+// The loop of one tick: query, linearise, solve, step, exact re-check, commit. See
+// contact_problem.h. RT: yes.
+#include "core/contact/contact_problem.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/contact/recovery.h"
+#include "core/contact/stationarity.h"
+#include "core/contact/step_admission.h"
+#include "core/contact/tick_work.h"
+
+namespace hapticd {
+namespace {
+
+/// Share by which the energy of a force may exceed all that is stored before the force is shrunk: a
+/// tool at rest comes within rounding of it. Larger: a spike of half of it passes.
+constexpr double kEnergySlack = 0.01;
+/// By what share of the last one, 1 in so many, the next linearisation may be dearer. Larger: more
+/// ticks go beyond their work budget.
+constexpr std::int64_t kDearerNext = 8;
+
+/// How far any point of the tool goes relative to any of a string when nothing holds either back,
+/// m.
+double free_travel(const Configuration& at, const PoseError& error_GH) noexcept {
+  const double parts = SoftParts::free_travel(at);
+  return displacement_bound(closing(error_GH), tool_reach(at) + parts) + parts +
+         greatest_deflection(at.state.touched);
+}
+
+}  // namespace
+
+// The free way: G reaches H, all strings are at rest, soft parts go there as their dampers let
+// them.
+void ContactProblem::commit_free(double travel) noexcept {
+  ContactState& state = *state_;
+  candidates_.moved(travel);
+  state.travel += travel;
+  state.X_WG = input_->X_WH;
+  YieldingStrings::relax(*input_, state.touched);
+  SoftParts::relax(*input_, state.parts);
+  state.phi_GH_W = Vector3::Zero();
+  state.F_H_W = Wrench{};
+  state.active_count = 0;
+  result_->F_H_W = Wrench{};
+  result_->active_count = 0;
+  result_->status = ContactStatus::kFree;
+}
+
+// Shrinks forces that all springs together cannot give: none may press the tool harder than letting
+// all their energy go into the coupling. At rest forces are what the coupling's is and far below;
+// the multipliers of a program far from rest, on tightly turning contacts, know no bound.
+void ContactProblem::bound_force(const PoseError& error_GH) noexcept {
+  ContactState& state = *state_;
+  const CouplingStiffness& stiffness = input_->stiffness;
+  Wrench& F_H_W = state.F_H_W;
+  const double given =
+      0.5 * (F_H_W.f.squaredNorm() / stiffness.kt + F_H_W.t.squaredNorm() / stiffness.kr());
+  double stored = coupling_energy(stiffness, error_GH);
+  if (given <= (1.0 + kEnergySlack) * stored) return;
+  strings_.add_stored_energy(at(), stored);
+  parts_.add_stored_energy(at(), stored);
+  if (given <= (1.0 + kEnergySlack) * stored) return;
+  const double factor = std::sqrt(stored / given);
+  F_H_W = {F_H_W.f * factor, F_H_W.t * factor};
+  for (int k = 0; k < result_->active_count; ++k) {
+    result_->active[static_cast<std::size_t>(k)].multiplier *= factor;
+    state.active[static_cast<std::size_t>(k)].multiplier *= factor;
+  }
+  for (TouchedString& string : state.touched) {
+    string.normal_force *= factor;
+    string.tangential_W *= factor;
+  }
+}
+
+// Force and active pairs from the multipliers of the full-target program. Zero when the tool only
+// lags in free space, where the spring between G and H would render a phantom.
+void ContactProblem::take_force(const PoseError& error_GH) noexcept {
+  ContactState& state = *state_;
+  ContactResult& result = *result_;
+  state.F_H_W = Wrench{};
+  result.active_count = 0;
+  state.active_count = 0;
+  std::array<StringSum, kMaxDeflectingStrings> sums;
+  for (std::size_t k = 0; k < state.touched.size(); ++k) sums[k] = {Vector3::Zero(), 0.0, 0.0};
+  for (int k = 0; k < program_.active_count(); ++k) {
+    const ActiveContact active = program_.active(k);
+    const double multiplier = active.multiplier;
+    const Contact& contact =
+        candidates_.contacts().contacts[static_cast<std::size_t>(active.contact)];
+    const GapGradient gradient = strings_.gradient(state, contact);
+    const Vector3 f = multiplier * gradient.linear;
+    state.F_H_W.f += f;
+    state.F_H_W.t += multiplier * gradient.angular;
+    result.active[static_cast<std::size_t>(result.active_count++)] = active;
+    state.active[static_cast<std::size_t>(state.active_count++)] = {contact.key, multiplier};
+    if (gradient.string < 0) continue;
+    StringSum& sum = sums[static_cast<std::size_t>(gradient.string)];
+    sum.f_W += f;
+    sum.lambda += multiplier * contact.lambda;
+    sum.multiplier += multiplier;
+  }
+  strings_.settle(*input_, sums, program_.step(), state);
+  bound_force(error_GH);
+  result.F_H_W = state.F_H_W;
+}
+
+// The solver's iterates are infeasible until the last, so without an optimum G stays and the force
+// may only shrink.
+void ContactProblem::keep_after_failure(const PoseError& error_GH) noexcept {
+  ContactState& state = *state_;
+  const double limit = input_->stiffness.kt * error_GH.dp.norm();
+  const double before = state.F_H_W.f.norm();
+  const double factor = before > limit ? limit / before : 1.0;
+  state.F_H_W = {state.F_H_W.f * factor, state.F_H_W.t * factor};
+  result_->F_H_W = state.F_H_W;
+  result_->active_count = 0;
+  result_->status = ContactStatus::kQpFailed;
+}
+
+// Takes up and lets go of soft parts and strings, which moves nothing.
+void ContactProblem::touch(double wanted) noexcept {
+  const ContactSet& contacts = candidates_.contacts();
+  if (!input_->parts.parts.empty()) {
+    SoftParts::touch(*input_, contacts, state_->parts, result_->parts_refused);
+  }
+  if (!input_->strings.empty() &&
+      YieldingStrings::touch(*input_, contacts, state_->touched, result_->strings_refused)) {
+    candidates_.query(at(), wanted, *result_);
+  }
+}
+
+void ContactProblem::begin(const ContactInput& input, ContactState& state,
+                           ContactResult& result) noexcept {
+  input_ = &input;
+  state_ = &state;
+  result_ = &result;
+  result = ContactResult{};
+  SoftParts::begin(input, state.parts);
+  const PoseError error_GH = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
+  const double wanted = displacement_bound(closing(error_GH), tool_reach(at()));
+  const ToolMotion hand = motion_between(state.X_WH, input.X_WH);
+  const double pace = std::max(state.travel, displacement_bound(hand, tool_reach(at())));
+  state.X_WH = input.X_WH;
+  state.travel = 0.0;
+  if (state.active_count == 0) {
+    state.tool_level = input.options.tool_level;
+    state.body_level = input.options.body_level;
+  }
+  const bool leaves =
+      (state.tool_level == kLeafLevel && state.body_level == kLeafLevel) || any_soft(input.parts);
+  full_step_ = false;
+  candidates_.begin(pace, leaves);
+  candidates_.query(at(), wanted, result);
+  if (overlaps()) {
+    // An overlap of bounds is none of the tool; to push it out of them could push a leaf in. What
+    // is pushed out looks at all.
+    candidates_.begin(input.options.margin, true);
+    candidates_.query(at(), wanted, result);
+  }
+  linearised_ = linearisation_work(result);
+}
+
+PoseError ContactProblem::prepare() noexcept {
+  const PoseError error_GH = coupling_error(state_->X_WG, input_->X_WH, state_->phi_GH_W);
+  const double wanted = displacement_bound(closing(error_GH), tool_reach(at()));
+  candidates_.refresh(at(), wanted, *result_);
+  touch(wanted);
+  return error_GH;
+}
+
+// Saves the linearisation that would only confirm the last one.
+bool ContactProblem::settled(const PoseError& error_GH) noexcept {
+  if (!full_step_ || result_->queries != queries_ || result_->active_count == 0 ||
+      YieldingStrings::pull_aside(at())) {
+    return false;
+  }
+  const std::optional<Wrench> F_H_W = balanced_wrench(view(), error_GH);
+  if (!F_H_W) return false;
+  --result_->sub_steps;
+  state_->F_H_W = *F_H_W;
+  result_->F_H_W = *F_H_W;
+  result_->status = ContactStatus::kConverged;
+  return true;
+}
+
+// Commits what of the full step is admissible; true while another linearisation may help.
+bool ContactProblem::step_on(const PoseError& error_GH) noexcept {
+  const double tolerance = input_->options.stop_tolerance;
+  const bool last = step_bound(at(), program_.step()) < tolerance;
+  Admission admission;
+  admissible_fraction(view(), {program_, error_GH, candidates_.room_left(), last}, admission,
+                      *result_);
+  if (!admission.centred) program_.drop_centring(state_->touched.size());
+  if (admission.admitted) {
+    const double travel = step_bound(at(), admission.step);
+    candidates_.moved(travel);
+    state_->travel += travel;
+    state_->X_WG = admission.X_WG;
+    strings_.commit(*input_, admission.step, *state_);
+    SoftParts::commit(*input_, admission.step, *state_);
+    state_->phi_GH_W = admission.phi_GH_W;
+    full_step_ = admission.fraction == 1.0;
+    queries_ = result_->queries;
+  }
+  const bool converged = last || step_bound(at(), program_.step()) < tolerance;
+  result_->status = converged            ? ContactStatus::kConverged
+                    : admission.admitted ? ContactStatus::kLagging
+                                         : ContactStatus::kRefused;
+  return !converged && admission.admitted;
+}
+
+bool ContactProblem::advance() noexcept {
+  ++result_->sub_steps;
+  const PoseError error_GH = prepare();
+  state_->phi_GH_W = error_GH.dtheta;
+  const double travel = free_travel(at(), error_GH);
+  if (travel <= candidates_.contacts().minimum_gap - input_->options.skin) {
+    commit_free(travel);
+    return false;
+  }
+  int unknowns = parts_.build(at(), candidates_.contacts(), kToolDof);
+  unknowns = strings_.build(at(), candidates_.contacts(), unknowns);
+  if (settled(error_GH)) return false;
+
+  result_->pressed += state_->active_count;
+  linearisation_.build(view(), error_GH, unknowns);
+  program_.solve(view(), linearisation_, *result_);
+  if (!program_.optimal()) {
+    keep_after_failure(error_GH);
+    return false;
+  }
+  take_force(error_GH);
+  return step_on(error_GH);
+}
+
+bool ContactProblem::work_used_up() noexcept {
+  if (input_->work_budget <= 0) return false;
+  const std::int64_t last = linearisation_work(*result_) - linearised_;
+  linearised_ += last;
+  return tick_work(*result_) + last + last / kDearerNext + candidates_.tests_of_next_look() >
+         input_->work_budget;
+}
+
+void ContactProblem::finish() noexcept { YieldingStrings::finish(*input_, state_->touched); }
+
+void ContactProblem::recover() noexcept {
+  ContactResult& result = *result_;
+  ContactState& state = *state_;
+  const ContactSet& contacts = candidates_.contacts();
+  result.status = ContactStatus::kRecovering;
+  result.sub_steps = 1;
+  const double skin = input_->options.skin;
+  Vector3 dp_W;
+  const bool planned = program_.find_way_out(at(), contacts, dp_W, result);
+  std::optional<Push> push;
+  if (planned) push = push_out(at(), contacts, dp_W);
+  if (!push) push = push_out(at(), contacts, deepest_direction(contacts, false, skin));
+  if (!push) push = push_out(at(), contacts, deepest_direction(contacts, true, skin));
+  if (push) {
+    state.X_WG = push->X_WG;
+    result.minimum_gap = push->minimum_gap;
+  }
+  const PoseError error_GH = coupling_error(state.X_WG, input_->X_WH, state.phi_GH_W);
+  state.phi_GH_W = error_GH.dtheta;
+  state.active_count = 0;
+  state.F_H_W = {input_->stiffness.kt * -error_GH.dp, input_->stiffness.kr() * -error_GH.dtheta};
+  result.F_H_W = state.F_H_W;
+}
+
+void ContactProblem::solve(const ContactInput& input, ContactState& state,
+                           ContactResult& result) noexcept {
+  begin(input, state, result);
+  if (overlaps()) {
+    recover();
+    return;
+  }
+  bool more = true;
+  while (more && result.sub_steps < input.options.sub_steps && !result.cut_short) {
+    more = advance();
+    result.cut_short = more && work_used_up();
+  }
+  finish();
+}
+
+}  // namespace hapticd

@@ -1,0 +1,315 @@
+// Second derivatives of the signed distances, of the rotation energy and of the strings. See
+// linearisation.h. RT: yes.
+#include "core/contact/linearisation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/elementary.h"
+
+namespace hapticd {
+namespace {
+
+/// How a point of the tool moves against a string or body: columns of the Jacobian of [dp; dtheta;
+/// dv; du] that are not zero, in the order of the unknowns.
+struct PointJacobian {
+  static constexpr std::size_t kColumns = kToolDof + 2 + 3 * kMaxSoftParts;
+  std::array<Vector3, kColumns> column;
+  std::array<std::size_t, kColumns> unknown;
+  std::size_t of_tool = kToolDof;  ///< columns that move the tool; those of the string follow
+  std::size_t count = kToolDof;
+};
+
+/// Lets the part move the point by `share` of its motion; parts in order, before strings.
+void add_part(const PartBlock& part, double share, PointJacobian& J) noexcept {
+  if (part.unknown < 0 || share == 0.0) return;
+  for (std::size_t k = 0; k < 3; ++k) {
+    J.column[J.count] = Vector3::Zero();
+    J.column[J.count][static_cast<Eigen::Index>(k)] = share;
+    J.unknown[J.count++] = static_cast<std::size_t>(part.unknown) + k;
+  }
+  J.of_tool = J.count;
+}
+
+/// Lets the string move against the point by `share` of its deflection.
+void add_string(const StringBlock& block, double share, PointJacobian& J) noexcept {
+  if (block.unknown < 0) return;
+  const auto first = static_cast<std::size_t>(block.unknown);
+  J.column[J.count] = -share * block.radial_W;
+  J.unknown[J.count++] = first;
+  J.column[J.count] = -share * block.tangential_W;
+  J.unknown[J.count++] = first + 1;
+}
+
+PointJacobian point_jacobian(const Vector3& p_GC_W) noexcept {
+  PointJacobian out;
+  for (std::size_t k = 0; k < 3; ++k) {
+    Vector3 unit = Vector3::Zero();
+    unit[static_cast<Eigen::Index>(k)] = 1.0;
+    out.column[k] = unit;
+    out.column[k + 3] = unit.cross(p_GC_W);
+    out.unknown[k] = k;
+    out.unknown[k + 3] = k + 3;
+  }
+  return out;
+}
+
+/// H += J' A J, lower triangle.
+void add_quadratic(const PointJacobian& J, const Matrix3& A, ArrowMatrix& H) noexcept {
+  for (std::size_t i = 0; i < J.count; ++i) {
+    const Vector3 Aj = A * J.column[i];
+    for (std::size_t j = 0; j <= i; ++j) H(J.unknown[i], J.unknown[j]) += J.column[j].dot(Aj);
+  }
+}
+
+/// Distance from the obstacle's axis or centre to the tool sphere's centre, and the directions in
+/// which the obstacle is round: all but the normal, and but the axis along a capsule's straight
+/// part.
+struct RoundContact {
+  double distance;
+  Matrix3 round;
+};
+
+RoundContact round_contact(const ContactInput& input, const ObstaclesView& obstacles,
+                           const ContactKey& key, const Contact& contact) noexcept {
+  RoundContact out;
+  const double r = tree_sphere(input.tool, key.tool_sphere).r;
+  const Vector3& n = contact.nhat_OG_W;
+  out.round = Matrix3::Identity() - n * n.transpose();
+  if (is_body(key)) {
+    const auto o = static_cast<std::size_t>(key.obstacle);
+    out.distance =
+        contact.gap + r + tree_sphere(input.obstacles.bodies[o].tree, key.obstacle_sphere).r;
+    return out;
+  }
+  const Capsule capsule = segment_of(obstacles, key.obstacle, key.obstacle_sphere).capsule_W;
+  out.distance = contact.gap + r + capsule.r;
+  if (contact.lambda > 0.0 && contact.lambda < 1.0) {
+    const Vector3 axis = (capsule.p_B - capsule.p_A).normalized();
+    out.round -= axis * axis.transpose();
+  }
+  return out;
+}
+
+/// A soft part turns with the tool: H -= the Hessian of f . dtheta x dv.
+void subtract_turning(const PartBlock& part, const Vector3& f, ArrowMatrix& H) noexcept {
+  const auto v = static_cast<std::size_t>(part.unknown);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const double component = f[static_cast<Eigen::Index>((i + 2) % 3)];
+    H(v + j, i + 3) -= component;
+    H(v + i, j + 3) += component;
+  }
+}
+
+/// What the pairs that bear force are evaluated against.
+struct Shapes {
+  const ObstaclesView& obstacles;
+  const DisplacedParts& displaced;
+};
+
+/// H -= multiplier times the Hessian of the signed distance of one pair.
+void subtract_curvature(const ContactView& view, const Shapes& shapes, const ActivePair& pair,
+                        ArrowMatrix& H) noexcept {
+  const auto& [input, state] = view.at();
+  const Contact contact =
+      evaluate_contact(pair.key, input.tool, state.X_WG, shapes.obstacles, shapes.displaced);
+  const double r = tree_sphere(input.tool, pair.key.tool_sphere).r;
+  const RoundContact geometry = round_contact(input, shapes.obstacles, pair.key, contact);
+  if (!(geometry.distance > 0.0)) return;
+  const Vector3& n = contact.nhat_OG_W;
+  const Vector3 a = contact.p_WC + r * n - state.X_WG.p;
+  PointJacobian J = point_jacobian(a);
+  const int p = find_part(input.parts, state.parts, pair.key.tool_sphere);
+  const PartBlock* part = p >= 0 ? &view.parts.block(static_cast<std::size_t>(p)) : nullptr;
+  if (part != nullptr) add_part(*part, 1.0, J);
+  if (const int s = find_touched(state.touched, pair.key); s >= 0) {
+    const auto k = static_cast<std::size_t>(s);
+    add_string(view.strings.block(k), deflection_share(state.touched[k].bend, contact.lambda), J);
+  }
+  // The centre moves by dp - [a] dtheta + dv - share du; where the obstacle is round that costs
+  // |v|^2 / (2 distance).
+  add_quadratic(J, (-pair.multiplier / geometry.distance) * geometry.round, H);
+  if (part != nullptr && part->unknown >= 0) subtract_turning(*part, pair.multiplier * n, H);
+  // Second order of the rotation itself: n . dtheta x (dtheta x a).
+  const double along = n.dot(a);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const double second = 0.5 * (n[i] * a[j] + n[j] * a[i]) - (i == j ? along : 0.0);
+      H(static_cast<std::size_t>(i + 3), static_cast<std::size_t>(j + 3)) -=
+          pair.multiplier * second;
+    }
+  }
+}
+
+/// Hessian of 1/2 |log R|^2: 1 along the rotation axis, (phi/2) cot(phi/2) across it; kept positive
+/// past pi.
+Matrix3 rotation_hessian(const Vector3& phi) noexcept {
+  const double angle = phi.norm();
+  if (!(angle > 1e-4)) return Matrix3::Identity();
+  const Vector3 axis = phi / angle;
+  const SinCos half = sin_cos(0.5 * angle);
+  const double across = std::max(kMinStiffnessShare, 0.5 * angle * half.cos / half.sin);
+  return across * Matrix3::Identity() + (1.0 - across) * axis * axis.transpose();
+}
+
+/// Friction and lateral force of the touched strings: their downhill gradient and stiffness.
+void add_friction(const ContactView& view, ArrowMatrix& H, Unknowns& downhill) noexcept {
+  for (std::size_t k = 0; k < view.state.touched.size(); ++k) {
+    const StringBlock& block = view.strings.block(k);
+    if (block.lateral_force == 0.0 && block.slip_stiffness == 0.0) continue;
+    const StringBend& bend = view.state.touched[k].bend;
+    const double share = block.unknown < 0 ? 0.0 : deflection_share(bend, block.lambda);
+    PointJacobian J = point_jacobian(block.p_GC_W);
+    for (std::size_t p = 0; p < block.parts; ++p) {
+      add_part(view.parts.block(p), block.part_share[p], J);
+    }
+    add_string(block, share, J);
+    const Vector3& n = block.nhat_W;
+    const Vector3 friction = -block.slip_stiffness * block.slip_W;
+    const Vector3 lateral = block.lateral_force * block.axis_W;
+    // The string's ends hold it along its axis: there only the tool gains.
+    for (std::size_t i = 0; i < J.count; ++i) {
+      downhill[J.unknown[i]] += J.column[i].dot(i < J.of_tool ? friction + lateral : friction);
+    }
+    add_quadratic(J, block.slip_stiffness * (Matrix3::Identity() - n * n.transpose()), H);
+  }
+}
+
+/// Units in which G and K are the identity, and the downhill gradient of what lies along one
+/// unknown alone.
+void measure(const ContactView& view, const PoseError& error_GH, UnknownScale& scale) noexcept {
+  const CouplingStiffness& stiffness = view.input.stiffness;
+  for (std::size_t k = 0; k < 3; ++k) {
+    scale.inverse_root[k] = 1.0 / std::sqrt(stiffness.kt);
+    scale.inverse_root[k + 3] = 1.0 / std::sqrt(stiffness.kr());
+    scale.downhill[k] = stiffness.kt * error_GH.dp[static_cast<Eigen::Index>(k)];
+    scale.downhill[k + 3] = stiffness.kr() * error_GH.dtheta[static_cast<Eigen::Index>(k)];
+  }
+  view.strings.measure(view.state, scale);
+  view.parts.measure(view.state, scale);
+}
+
+/// Unknowns that stay in one matrix: all, or where too many strings yield those before theirs.
+std::size_t core_unknowns(const ContactState& state, std::size_t unknowns) noexcept {
+  std::size_t yielding = 0;
+  for (const TouchedString& string : state.touched) yielding += string.yields ? 1 : 0;
+  return yielding > kMaxDenseStrings ? unknowns - 2 * yielding : unknowns;
+}
+
+}  // namespace
+
+void Linearisation::find_target(Unknowns& downhill) noexcept {
+  const std::size_t core = basis_.size;
+  const std::span<const EliminatedString> strings = eliminated();
+  for (std::size_t k = 0; k < strings.size(); ++k) {
+    const EliminatedString& string = strings[k];
+    const std::size_t first = core + 2 * k;
+    for (std::size_t b = 0; b < 2; ++b) {
+      target_z_[first + b] =
+          string.root[0][b] * downhill[first] + string.root[1][b] * downhill[first + 1];
+    }
+    for (std::size_t j = 0; j < core; ++j) {
+      downhill[j] +=
+          string.follow[0][j] * downhill[first] + string.follow[1][j] * downhill[first + 1];
+    }
+  }
+  for (std::size_t j = 0; j < core; ++j) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < core; ++i) sum += basis_(i, j) * downhill[i];
+    target_z_[j] = sum;
+  }
+}
+
+void Linearisation::build(const ContactView& view, const PoseError& error_GH,
+                          int unknowns) noexcept {
+  const auto n = static_cast<std::size_t>(unknowns);
+  UnknownScale scale;
+  measure(view, error_GH, scale);
+
+  ArrowMatrix H(core_unknowns(view.state, n), n);
+  const BentObstacles bent(view.input.obstacles, view.state.touched);
+  const ToolShape shape(view.input.parts, view.state.parts);
+  const ObstaclesView obstacles = bent.view();
+  const DisplacedParts displaced = shape.view();
+  for (int k = 0; k < view.state.active_count; ++k) {
+    subtract_curvature(view, {obstacles, displaced}, view.state.active[static_cast<std::size_t>(k)],
+                       H);
+  }
+  add_friction(view, H, scale.downhill);
+  const Matrix3 rotation = rotation_hessian(error_GH.dtheta);
+  H.scale(scale.inverse_root);
+  for (std::size_t i = 0; i < H.core.size; ++i) H(i, i) += i >= 3 && i < 6 ? 0.0 : 1.0;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      H(static_cast<std::size_t>(i + 3), static_cast<std::size_t>(j + 3)) += rotation(i, j);
+    }
+  }
+
+  unknowns_ = n;
+  H.eliminate(kMinStiffnessShare, strings_);
+  inverse_square_root(H.core, kMinStiffnessShare, basis_);
+  for (std::size_t i = 0; i < basis_.size; ++i) {
+    for (std::size_t j = 0; j < basis_.size; ++j) basis_(i, j) *= scale.inverse_root[i];
+  }
+  unscale(scale.inverse_root, basis_.size, std::span(strings_).first(H.strings()));
+  find_target(scale.downhill);
+}
+
+// A string that is eliminated: its own motion, and with what the core does to it.
+void Linearisation::add_eliminated(const StringTerm& term, QpProblem& problem) const noexcept {
+  const std::size_t first = term.unknown;
+  const EliminatedString& string = eliminated()[(first - basis_.size) / 2];
+  for (std::size_t b = 0; b < 2; ++b) {
+    problem.row[first + b][term.row] =
+        string.root[0][b] * term.radial + string.root[1][b] * term.tangential;
+  }
+  std::array<double, kMaxCoreUnknowns> follow;
+  for (std::size_t j = 0; j < basis_.size; ++j) {
+    follow[j] = string.follow[0][j] * term.radial + string.follow[1][j] * term.tangential;
+  }
+  for (std::size_t k = 0; k < basis_.size; ++k) {
+    double sum = problem.row[k][term.row];
+    for (std::size_t j = 0; j < basis_.size; ++j) sum += basis_(j, k) * follow[j];
+    problem.row[k][term.row] = sum;
+  }
+}
+
+void Linearisation::add_string(const StringTerm& term, QpProblem& problem) const noexcept {
+  if (term.unknown >= basis_.size) {
+    add_eliminated(term, problem);
+    return;
+  }
+  for (std::size_t k = 0; k < basis_.size; ++k) {
+    problem.row[k][term.row] +=
+        basis_(term.unknown, k) * term.radial + basis_(term.unknown + 1, k) * term.tangential;
+  }
+}
+
+void Linearisation::set_objective(QpProblem& problem) const noexcept {
+  problem.unknowns = static_cast<int>(unknowns_);
+  for (std::size_t k = 0; k < unknowns_; ++k) {
+    problem.weight[k] = 1.0;
+    problem.target[k] = target_z_[k];
+  }
+}
+
+void Linearisation::find_unknowns(const QpSolution& solution, Unknowns& y) const noexcept {
+  for (std::size_t i = 0; i < basis_.size; ++i) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < basis_.size; ++k) sum += basis_(i, k) * solution.x[k];
+    y[i] = sum;
+  }
+  const std::span<const EliminatedString> strings = eliminated();
+  for (std::size_t s = 0; s < strings.size(); ++s) {
+    const std::size_t first = basis_.size + 2 * s;
+    for (std::size_t a = 0; a < 2; ++a) {
+      double sum =
+          strings[s].root[a][0] * solution.x[first] + strings[s].root[a][1] * solution.x[first + 1];
+      for (std::size_t j = 0; j < basis_.size; ++j) sum += strings[s].follow[a][j] * y[j];
+      y[first + a] = sum;
+    }
+  }
+}
+
+}  // namespace hapticd
