@@ -3,8 +3,8 @@
 #include <string>
 #include <utility>
 
+#include "proto/wire/request_rule.h"
 #include "server/network/protocol_state.h"
-#include "server/network/request_rules.h"
 
 namespace hapticd {
 namespace {
@@ -25,17 +25,39 @@ v1::Result result_of(v1::ResultCode code, std::string path = {}, std::string mes
   return result;
 }
 
+/// Looks at files for a session that may need no lease for it, so that many can ask: of each one in
+/// kDearPeriod_ns. What is built for the holder of the lease is built by another thread.
+bool is_dear(const v1::Item& item) {
+  const v1::RequestRule* rule = wire::rule_of(item);
+  return rule != nullptr && rule->cost() == v1::REQUEST_COST_BUILD && !wire::needs_lease(item);
+}
+
+/// Keeps this thread from hearing a Stop: one at a time between two looks at the socket.
+bool is_costly(const v1::Item& item) {
+  const v1::RequestRule* rule = wire::rule_of(item);
+  return is_dear(item) || (rule != nullptr && rule->cost() == v1::REQUEST_COST_SCENE);
+}
+
+/// Ticks are advanced until it is answered.
+bool is_run_of_steps(const v1::Item& item) {
+  return item.has_run() && item.run().mode() == v1::RUN_MODE_STEP;
+}
+
+bool is_run_stop(const v1::Item& item) {
+  return item.has_run() && item.run().mode() == v1::RUN_MODE_STOP;
+}
+
 }  // namespace
 
 void Implementation::apply(Session& session, wire::ReceivedItem& received) {
   const v1::Item& item = received.item;
-  session.asked_control = session.asked_control || needs_control(item);
+  session.asked_control = session.asked_control || wire::needs_control(item);
   if (item.has_bye()) {
     end(session, Phase::kLeft);
   } else if (received.undecodable) {
     tell_result(session, received.id,
                 result_of(v1::RESULT_CODE_INVALID, {}, "the Chunks hold no Item"));
-  } else if (!is_request(item)) {
+  } else if (wire::rule_of(item) == nullptr) {
     tell_result(
         session, received.id,
         result_of(v1::RESULT_CODE_UNSUPPORTED, {}, "this server does not know the request"));
@@ -74,7 +96,7 @@ void Implementation::pump(Session& session) {
          !session.waiting.empty() && !costs_too_much_now(session)) {
     const WaitingRequest request = std::move(session.waiting.front());
     session.waiting.pop_front();
-    if (cost_of(request.body) != Cost::kLittle) session.may_cost = false;
+    if (is_costly(request.body)) session.may_cost = false;
     session.waiting_bytes -= request.bytes;
     session.current =
         CurrentRequest{request.item, request.body.has_pose_batch(), is_run_of_steps(request.body)};
@@ -86,7 +108,7 @@ void Implementation::pump(Session& session) {
 // What is refused costs nothing: it is not held up.
 bool Implementation::costs_too_much_now(const Session& session) const {
   const v1::Item& next = session.waiting.front().body;
-  return cost_of(next) != Cost::kLittle && !session.may_cost && !refusal(session, next).has_value();
+  return is_costly(next) && !session.may_cost && !refusal(session, next).has_value();
 }
 
 // One request that costs much, of one session, each time: what came before it, a Stop above all,
@@ -97,7 +119,7 @@ void Implementation::serve_costly() {
     if (session.phase != Phase::kOpen || session.current.has_value() || session.waiting.empty()) {
       return false;
     }
-    return cost_of(session.waiting.front().body) != Cost::kDear || session.dear_due_ns <= now_ns;
+    return !is_dear(session.waiting.front().body) || session.dear_due_ns <= now_ns;
   };
   Session* next = nullptr;
   for (const auto& session : sessions) {  // In the order of their serial numbers.
@@ -109,7 +131,7 @@ void Implementation::serve_costly() {
   }
   if (next == nullptr) return;
   served_last = next->serial;
-  if (cost_of(next->waiting.front().body) == Cost::kDear) {
+  if (is_dear(next->waiting.front().body)) {
     next->dear_due_ns = now_ns + kDearPeriod_ns;
   }
   next->may_cost = true;
@@ -239,11 +261,11 @@ void Implementation::acquire(Session& session, const v1::Acquire& request) {
 
 std::optional<v1::Result> Implementation::refusal(const Session& session,
                                                   const v1::Item& item) const {
-  if (session.role == wire::Role::kView && needs_control(item)) {
+  if (session.role == wire::Role::kView && wire::needs_control(item)) {
     return result_of(v1::RESULT_CODE_NOT_PERMITTED, {},
                      "the view key may look and listen; connect with the control key");
   }
-  if (!needs_lease(item)) return std::nullopt;
+  if (!wire::needs_lease(item)) return std::nullopt;
   if (!holds_lease(session)) {
     return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "acquire the lease first");
   }

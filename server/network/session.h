@@ -27,7 +27,7 @@ inline constexpr std::size_t kMaxWaitingBytes = 2 * wire::kBlobBytes;
 /// Stops and Run{STOP}s of one session that the host has not answered; the next is answered BUSY.
 inline constexpr std::size_t kMaxOvertaking = 64;
 
-/// Shortest time between two requests of one session that look at files (Cost::kDear), ns.
+/// Shortest time between two requests of one session that look at files, ns.
 inline constexpr std::int64_t kDearPeriod_ns = 10 * wire::kMillisecond_ns;
 
 /// A request that waits for its turn.

@@ -1,6 +1,8 @@
 // See page_lease.h.
 #include "clients/web/gateway/page_lease.h"
 
+#include "proto/wire/request_rule.h"
+
 namespace hapticd::web {
 namespace {
 
@@ -19,52 +21,20 @@ v1::Result only_looks() {
 
 }  // namespace
 
-RequestNeed need_of(const v1::Item& request) {
-  switch (request.body_case()) {
-    case v1::Item::kGetParameters:
-    case v1::Item::kListScenes:
-    case v1::Item::kListGestures:
-    case v1::Item::kListRecordings:
-    case v1::Item::kGetDeviceInfo:
-    case v1::Item::kPing:
-      return RequestNeed::kNothing;
-    case v1::Item::kAcquire:
-    case v1::Item::kStop:
-      return RequestNeed::kControl;
-    case v1::Item::kRelease:
-    case v1::Item::kEngage:
-    case v1::Item::kDisengage:
-    case v1::Item::kClear:
-    case v1::Item::kLoadScene:
-    case v1::Item::kSetParameter:
-    case v1::Item::kRun:
-    case v1::Item::kPlayGesture:
-    case v1::Item::kReplay:
-    case v1::Item::kRecord:
-    case v1::Item::kCalibrate:
-    case v1::Item::kRecentre:
-    case v1::Item::kClutch:
-      return RequestNeed::kLease;
-    default:
-      // Subscribe and Bye would be everyone's, a PoseBatch has no answer when it is taken.
-      return RequestNeed::kUnsupported;
-  }
-}
-
 std::optional<v1::Result> PageLease::refuse(ViewerId viewer, bool control,
                                             const v1::Item& request) const {
-  const RequestNeed need = need_of(request);
-  if (need == RequestNeed::kUnsupported) {
+  // A Subscribe would be everyone's, a PoseBatch has no answer when it is taken.
+  if (wire::rule_of(request) == nullptr || request.has_subscribe() || request.has_pose_batch()) {
     return refusal(v1::RESULT_CODE_UNSUPPORTED, "not from a page");
   }
-  if (need == RequestNeed::kNothing) return std::nullopt;
+  if (!wire::needs_control(request)) return std::nullopt;
   if (!control) return only_looks();
   if (request.has_acquire()) {
     const bool taken = (holder_ != 0 && holder_ != viewer) || (asking_ != 0 && asking_ != viewer);
     if (taken) return refusal(v1::RESULT_CODE_BUSY, "another page has control");
     return std::nullopt;
   }
-  if (need == RequestNeed::kLease && holder_ != viewer) {
+  if (wire::needs_lease(request) && holder_ != viewer) {
     return refusal(v1::RESULT_CODE_NOT_OWNER,
                    holder_ != 0 ? "another page has control" : "take control first");
   }

@@ -13,16 +13,6 @@ namespace hapticd::web {
 /// Number of a viewer, from 1.
 using ViewerId = std::uint64_t;
 
-/// What a request needs: the table of PROTOCOL.md, section 8.
-enum class RequestNeed : std::uint8_t {
-  kNothing,
-  kControl,
-  kLease,
-  kUnsupported,  ///< not from a page
-};
-
-[[nodiscard]] RequestNeed need_of(const v1::Item& request);
-
 /// Keeps the lease among the viewers.
 class PageLease {
  public:

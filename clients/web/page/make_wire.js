@@ -2,17 +2,25 @@
 // everyone else's. Static code, because code made at run time would need 'unsafe-eval' in the page's Content-Security-Policy.
 // usage: node make_wire.js [FOLDER OF hapticd/v1]      default: proto of this repository
 import { execFileSync } from 'node:child_process';
-import { mkdirSync } from 'node:fs';
+import { mkdirSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import protobuf from 'protobufjs';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const protos = process.argv[2] ?? process.env.HAPTICD_PROTO ?? join(here, '../../../proto');
 const out = join(here, 'src/generated');
 
+// The rules of requests are for servers, and all of descriptor.proto would come with them.
+const root = new protobuf.Root();
+root.resolvePath = (origin, target) => (target.endsWith('/request.proto') ? null : join(protos, target));
+root.loadSync('hapticd/v1/gateway.proto', { keepCase: true });
 mkdirSync(out, { recursive: true });
+const schema = join(out, 'schema.json');
+writeFileSync(schema, JSON.stringify(root));
 execFileSync(process.execPath, [
   join(here, 'node_modules/protobufjs-cli/bin/pbjs'),
   ...'--target static-module --wrap es6 --keep-case --no-create --no-verify --no-convert --no-delimited --no-typeurl --no-comments'.split(' '),
-  '--path', protos, '--out', join(out, 'wire.js'), join(protos, 'hapticd/v1/gateway.proto'),
+  '--out', join(out, 'wire.js'), schema,
 ], { stdio: 'inherit' });
+rmSync(schema);

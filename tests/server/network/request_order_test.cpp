@@ -1,7 +1,6 @@
 // One request at a time, what overtakes, what is refused. PROTOCOL.md, section 8.
 #include <doctest/doctest.h>
 
-#include "server/network/request_rules.h"
 #include "server/network/session.h"
 #include "tests/server/network/raw_peer.h"
 
