@@ -1,11 +1,13 @@
 // The guided check of devices that can push a person, and their own calibration. See daemon.h.
 #include <algorithm>
 
+#include "proto/wire/request_result.h"
 #include "server/daemon/daemon.h"
-#include "server/encoding/request_result.h"
 
 namespace hapticd {
 namespace {
+
+using wire::result_of;
 
 constexpr const char* kStep = "calibrate.step";
 

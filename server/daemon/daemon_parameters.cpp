@@ -2,14 +2,16 @@
 // the lease before its tick. See daemon.h.
 #include <algorithm>
 
+#include "proto/wire/request_result.h"
 #include "server/daemon/daemon.h"
-#include "server/encoding/request_result.h"
 #include "server/scene_io/scene_assignment.h"
 #include "server/scene_io/scene_parameters.h"
 #include "server/scene_io/told_scene.h"
 
 namespace hapticd {
 namespace {
+
+using wire::result_of;
 
 /// Paths of one GetParameters.
 constexpr int kMaxPaths = 64;

@@ -5,13 +5,15 @@
 #include <chrono>
 #include <ctime>
 
+#include "proto/wire/request_result.h"
 #include "server/daemon/daemon.h"
 #include "server/daemon/record_info.h"
-#include "server/encoding/request_result.h"
 #include "server/recorder/state_record.h"
 
 namespace hapticd {
 namespace {
+
+using wire::result_of;
 
 /// Dumps written by themselves in one run, at most: a fault that comes again and again must not
 /// fill the disk.

@@ -7,11 +7,13 @@
 #include <filesystem>
 #include <limits>
 
+#include "proto/wire/request_result.h"
 #include "server/daemon/daemon.h"
-#include "server/encoding/request_result.h"
 
 namespace hapticd {
 namespace {
+
+using wire::result_of;
 
 /// Ticks between two looks at the socket.
 constexpr int kTicksPerLook = 64;

@@ -1,13 +1,15 @@
 // What clients ask for, beyond sessions and lease. See daemon.h.
 #include <algorithm>
 
+#include "proto/wire/request_result.h"
 #include "server/daemon/daemon.h"
-#include "server/encoding/request_result.h"
 #include "server/scene_io/choice_check.h"
 #include "server/scene_io/gesture_loader.h"
 
 namespace hapticd {
 namespace {
+
+using wire::result_of;
 
 Array3 three(const google::protobuf::RepeatedField<double>& numbers) {
   Array3 out{};

@@ -5,12 +5,14 @@
 #include <chrono>
 
 #include "core/math/assert.h"
+#include "proto/wire/request_result.h"
 #include "server/daemon/daemon.h"
-#include "server/encoding/request_result.h"
 #include "server/scene_io/gesture_loader.h"
 
 namespace hapticd {
 namespace {
+
+using wire::result_of;
 
 /// What a scene is refused for.
 struct Faults {

@@ -2,11 +2,13 @@
 // daemon.h.
 #include <utility>
 
+#include "proto/wire/request_result.h"
 #include "server/daemon/daemon.h"
-#include "server/encoding/request_result.h"
 
 namespace hapticd {
 namespace {
+
+using wire::result_of;
 
 /// Ticks between two looks at the socket. More: Stop and Run{STOP} come later; fewer: slower.
 constexpr int kStepsPerLook = 16;
