@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "proto/recording/schema_set.h"
-#include "server/daemon/daemon.h"
+#include "server/daemon/daemon_plan.h"
 #include "server/haptic_loop/settings_change.h"
 #include "server/recorder/recording.h"
 #include "server/recorder/state_record.h"
