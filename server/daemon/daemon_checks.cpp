@@ -1,11 +1,13 @@
 // The guided check of devices that can push a person, and their own calibration. See daemon.h.
 #include <algorithm>
 
+#include "proto/wire/request_result.h"
 #include "server/daemon/daemon.h"
-#include "server/encoding/request_result.h"
 
 namespace hapticd {
 namespace {
+
+using wire::result_of;
 
 constexpr const char* kStep = "calibrate.step";
 
@@ -49,55 +51,55 @@ v1::Result to_result(const CheckAnswer& answer) {
 
 }  // namespace
 
-void Daemon::calibrate(const RequestId& id, const v1::Calibrate& calibrate) {
-  const std::vector<std::uint32_t>& tools = scenes_.back().index.tool_ids;
+Answer Daemon::calibrate(const RequestId& id, const v1::Calibrate& calibrate) {
+  const std::vector<std::uint32_t>& tools = scenes_.newest().index.tool_ids;
   const std::uint32_t tool_id = calibrate.tool_id();
   if (std::find(tools.begin(), tools.end(), tool_id) == tools.end()) {
-    return server_->answer(id, result_of(v1::RESULT_CODE_NOT_FOUND, "calibrate.tool_id",
-                                         "The scene has no such tool."));
+    return result_of(v1::RESULT_CODE_NOT_FOUND, "calibrate.tool_id", "The scene has no such tool.");
   }
   const v1::CalibrateStep step = calibrate.step();
   if (step == v1::CALIBRATE_STEP_UNSPECIFIED || !v1::CalibrateStep_IsValid(step)) {
-    return server_->answer(id, result_of(v1::RESULT_CODE_INVALID, kStep, "Say what to do."));
+    return result_of(v1::RESULT_CODE_INVALID, kStep, "Say what to do.");
   }
   const OutsideDevice* outside = outside_of(tool_id);
-  v1::Result result;
   if (operation_of(step) != hid::CalibrationOp::kNone) {
-    result = outside == nullptr ? wrong_state("This device needs no calibration.")
-                                : begin_calibration(id, *outside, step);
-  } else if (outside == nullptr || outside->check == nullptr) {
-    result = wrong_state("This device needs no check: it cannot push anyone.");
-  } else if (step == v1::CALIBRATE_STEP_CONFIRM && is_direction(calibrate.axis())) {
-    // Felt along an axis that it cannot push along, it is wrong like any other.
-    result = to_result(outside->check->confirm(push_axis(calibrate.axis())));
-  } else if (!is_direction(calibrate.axis()) || !outside->check->has(push_axis(calibrate.axis()))) {
-    result = result_of(v1::RESULT_CODE_INVALID, "calibrate.axis",
-                       "Give one of the directions that the device can push in.");
-  } else {
-    return push(id, calibrate, *outside);
+    return outside == nullptr ? wrong_state("This device needs no calibration.")
+                              : begin_calibration(id, *outside, step);
   }
-  // Without a code it is answered once the device has.
-  if (result.code() != v1::RESULT_CODE_UNSPECIFIED) server_->answer(id, result);
+  if (outside == nullptr || outside->check == nullptr) {
+    return wrong_state("This device needs no check: it cannot push anyone.");
+  }
+  if (step == v1::CALIBRATE_STEP_CONFIRM && is_direction(calibrate.axis())) {
+    // Felt along an axis that it cannot push along, it is wrong like any other.
+    return to_result(outside->check->confirm(push_axis(calibrate.axis())));
+  }
+  if (!is_direction(calibrate.axis()) || !outside->check->has(push_axis(calibrate.axis()))) {
+    return result_of(v1::RESULT_CODE_INVALID, "calibrate.axis",
+                     "Give one of the directions that the device can push in.");
+  }
+  return push(id, calibrate, *outside);
 }
 
-void Daemon::push(const RequestId& id, const v1::Calibrate& calibrate,
-                  const OutsideDevice& outside) {
+Answer Daemon::push(const RequestId& id, const v1::Calibrate& calibrate,
+                    const OutsideDevice& outside) {
   // Of a fault the loop says why.
-  if (newest_state_ != LoopState::kEngaged && newest_state_ != LoopState::kFault) {
-    return server_->answer(
-        id, wrong_state("Engage first, with nothing near the tool: hapticctl engage."));
+  if (loop_.state() != LoopState::kEngaged && loop_.state() != LoopState::kFault) {
+    return wrong_state("Engage first, with nothing near the tool: hapticctl engage.");
   }
-  const std::vector<std::uint32_t>& tools = scenes_.back().index.tool_ids;
+  const std::vector<std::uint32_t>& tools = scenes_.newest().index.tool_ids;
   const auto found = std::find(tools.begin(), tools.end(), calibrate.tool_id());
   const PushCommand what{static_cast<std::uint32_t>(found - tools.begin()),
                          push_axis(calibrate.axis())};
-  const AskedPush asked{last_command_ + 1, outside.check.get(), what.axis};
-  if (command(id, what)) push_ = asked;
+  const AskedPush asked{loop_.next_number(), outside.check.get(), what.axis};
+  Answer refused = loop_.command(id, what);
+  if (!refused) push_ = asked;
+  return refused;
 }
 
-void Daemon::note_push(std::uint64_t number, std::int64_t t_ns) {
-  if (!push_ || push_->number != number) return;
-  push_->check->note_push(push_->axis, t_ns);
+void Daemon::note_push(const LoopEvent& event) {
+  const auto* done = std::get_if<CommandDone>(&event.what);
+  if (done == nullptr || !push_ || push_->number != done->number) return;
+  push_->check->note_push(push_->axis, event.t_ns);
   push_.reset();
 }
 
@@ -108,13 +110,13 @@ void Daemon::note_no_force(const Snapshot& snapshot) {
   }
 }
 
-v1::Result Daemon::begin_calibration(const RequestId& id, const OutsideDevice& outside,
-                                     v1::CalibrateStep step) {
+Answer Daemon::begin_calibration(const RequestId& id, const OutsideDevice& outside,
+                                 v1::CalibrateStep step) {
   DeviceCalibration* calibration = outside.calibration.get();
   if (calibration == nullptr || !calibration->needed()) {
     return wrong_state("This device needs no calibration.");
   }
-  if (newest_state_ == LoopState::kEngaged || newest_state_ == LoopState::kReleasing) {
+  if (loop_.state() == LoopState::kEngaged || loop_.state() == LoopState::kReleasing) {
     return wrong_state("Not while there may be force: hapticctl disengage, then try again.");
   }
   if (!calibration->ask(operation_of(step))) {
@@ -122,14 +124,14 @@ v1::Result Daemon::begin_calibration(const RequestId& id, const OutsideDevice& o
                      "The device has not answered the previous step yet.");
   }
   calibrations_.push_back({id, calibration});
-  return {};
+  return std::nullopt;
 }
 
 void Daemon::finish_calibrations() {
   std::erase_if(calibrations_, [this](const AskedCalibration& asked) {
     const std::optional<std::string> error = asked.calibration->take_answer();
     if (!error) return false;
-    server_->answer(asked.request,
+    clients_.answer(asked.request,
                     error->empty() ? result_of(v1::RESULT_CODE_OK)
                                    : result_of(v1::RESULT_CODE_FAILED, kStep,
                                                "The device cannot do that now: " + *error + "."));

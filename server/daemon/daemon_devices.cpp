@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "proto/wire/request_result.h"
+
 namespace hapticd {
 namespace {
 
@@ -29,11 +31,12 @@ v1::CalibrationState state_of(CalibrationPhase phase) {
 
 void Daemon::attach_devices() {
   const std::filesystem::path checks = recordings_folder().parent_path() / "devices";
-  for (ToolDevice& device : player_.devices) {
+  for (ToolDevice& device : plan_.player.devices) {
     const std::optional<OutsideSource> source = outside_source(device.source);
     if (!source) continue;
     try {
-      outside_.push_back(attach_device(*source, device.profile.message, player_.max_force, checks));
+      outside_.push_back(
+          attach_device(*source, device.profile.message, plan_.player.max_force, checks));
     } catch (const std::runtime_error& error) {
       throw StartError(kExitInput, std::string("--device: ") + error.what());
     }
@@ -43,7 +46,7 @@ void Daemon::attach_devices() {
 }
 
 const OutsideDevice* Daemon::outside_of(std::uint32_t tool_id) const {
-  const HapticDevice* device = device_of(player_, tool_id).attached;
+  const HapticDevice* device = device_of(plan_.player, tool_id).attached;
   const auto found =
       std::find_if(outside_.begin(), outside_.end(),
                    [&](const OutsideDevice& outside) { return outside.device.get() == device; });
@@ -52,20 +55,20 @@ const OutsideDevice* Daemon::outside_of(std::uint32_t tool_id) const {
 
 PaceSource Daemon::pace_source() const {
   const auto first =
-      std::min_element(player_.devices.begin(), player_.devices.end(),
+      std::min_element(plan_.player.devices.begin(), plan_.player.devices.end(),
                        [](const auto& a, const auto& b) { return a.tool_id < b.tool_id; });
   const OutsideDevice* outside = outside_of(first->tool_id);
   return outside == nullptr ? PaceSource{} : outside->pace;
 }
 
 v1::DeviceInfo Daemon::device_info(std::size_t k) const {
-  const std::uint32_t tool_id = scenes_.back().index.tool_ids[k];
-  const ToolDevice& tool = device_of(player_, tool_id);
+  const std::uint32_t tool_id = scenes_.newest().index.tool_ids[k];
+  const ToolDevice& tool = device_of(plan_.player, tool_id);
   v1::DeviceInfo info;
   info.set_tool_id(tool_id);
   *info.mutable_profile() = tool.profile.message;
   info.set_stiffness_bound_n_per_m(stiffness_bounds_[k]);
-  info.set_force_limit_n(std::min(tool.profile.profile.peak_force, player_.max_force));
+  info.set_force_limit_n(std::min(tool.profile.profile.peak_force, plan_.player.max_force));
   if (measured_delays_[k] > 0.0) info.set_measured_delay_s(measured_delays_[k]);
   const OutsideDevice* outside = outside_of(tool_id);
   if (outside == nullptr) {
@@ -93,15 +96,24 @@ v1::DeviceInfo Daemon::device_info(std::size_t k) const {
   return info;
 }
 
+Answer Daemon::describe_devices() const {
+  v1::Result result = wire::result_of(v1::RESULT_CODE_OK);
+  const std::vector<std::uint32_t>& tool_ids = scenes_.newest().index.tool_ids;
+  for (std::size_t k = 0; k < tool_ids.size(); ++k) {
+    *result.mutable_devices()->add_devices() = device_info(k);
+  }
+  return result;
+}
+
 // A replay feels nothing.
 void Daemon::watch_forces(const Snapshot& snapshot) {
-  if (replay_) return;
+  if (replays()) return;
   for (std::size_t k = 0; k < snapshot.tools.size(); ++k) {
     const ToolReading& tool = snapshot.tools[k];
-    const auto line =
-        force_watch_.look(snapshot.scene_id, k,
-                          {tool.tool_id, tool.stiffness_scale, tool.stiffness_bound, tool.delay},
-                          device_of(player_, tool.tool_id).profile.profile, player_.max_force);
+    const auto line = force_watch_.look(
+        snapshot.scene_id, k,
+        {tool.tool_id, tool.stiffness_scale, tool.stiffness_bound, tool.delay},
+        device_of(plan_.player, tool.tool_id).profile.profile, plan_.player.max_force);
     if (line) spdlog::warn("{}", *line);
   }
 }

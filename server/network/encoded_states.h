@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "server/network/protocol_server.h"
+#include "server/network/server_host.h"
 
 namespace hapticd {
 

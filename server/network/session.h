@@ -1,5 +1,5 @@
-// One client's session as the server keeps it. Plain data; what happens to it is in
-// protocol_server.cpp and protocol_requests.cpp. Not RT.
+// One client's session as the server keeps it. Plain data; what happens to it is in sessions.h and
+// request_queue.h. Not RT.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +12,10 @@
 
 #include "proto/wire/channel.h"
 #include "proto/wire/hello.h"
+#include "server/network/address.h"
 #include "server/network/encoded_states.h"
 #include "server/network/item_flow.h"
-#include "server/network/protocol_server.h"
+#include "server/network/server_host.h"
 #include "server/network/state_flow.h"
 
 namespace hapticd {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "proto/wire/item_outbox.h"
-#include "server/network/protocol_server.h"
+#include "server/network/server_host.h"
 
 namespace hapticd {
 

@@ -1,4 +1,4 @@
-// The answer to a request: a code, the field it is about, and what to do, for people.
+// The answer to a request: a code, the field it is about, and what to do, for people. Not RT.
 #pragma once
 
 #include <string>
@@ -6,16 +6,16 @@
 #include "hapticd/v1/answer.pb.h"
 #include "proto/wire/whole_characters.h"
 
-namespace hapticd {
+namespace hapticd::wire {
 
 /// A Result with path and message as long as they may be, and text whatever they are.
 [[nodiscard]] inline v1::Result result_of(v1::ResultCode code, const std::string& path = "",
                                           const std::string& message = "") {
   v1::Result result;
   result.set_code(code);
-  result.set_path(wire::whole_characters(path, wire::kPathBytes));
-  result.set_message(wire::whole_characters(message, wire::kMessageBytes));
+  result.set_path(whole_characters(path, kPathBytes));
+  result.set_message(whole_characters(message, kMessageBytes));
   return result;
 }
 
-}  // namespace hapticd
+}  // namespace hapticd::wire

@@ -1,17 +1,21 @@
-// Recording: who asked for what, and what everyone is told. See daemon.h.
+// See record_desk.h.
+#include "server/daemon/record_desk.h"
+
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <ctime>
+#include <filesystem>
+#include <utility>
 
-#include "server/daemon/daemon.h"
-#include "server/daemon/record_info.h"
-#include "server/encoding/request_result.h"
-#include "server/recorder/state_record.h"
+#include "proto/wire/request_result.h"
 
 namespace hapticd {
 namespace {
+
+using wire::result_of;
 
 /// Dumps written by themselves in one run, at most: a fault that comes again and again must not
 /// fill the disk.
@@ -34,14 +38,7 @@ bool plain_name(const std::string& name) {
          name.find("..") == std::string::npos;
 }
 
-std::string host_name() {
-  std::array<char, 256> name{};
-  gethostname(name.data(), name.size() - 1);
-  return name.data();
-}
-
-}  // namespace
-
+/// `status` on the wire.
 v1::RecordInfo record_info(const RecordStatus& status) {
   v1::RecordInfo info;
   info.set_state(status.recording        ? v1::RECORD_STATE_RECORDING
@@ -56,7 +53,15 @@ v1::RecordInfo record_info(const RecordStatus& status) {
   return info;
 }
 
-v1::RecordHeader Daemon::record_header() const {
+std::string host_name() {
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+}  // namespace
+
+v1::RecordHeader record_header(const DaemonPlan& plan) {
   v1::RecordHeader header;
   header.set_format_version(kRecordFormat);
   header.set_server_version(HAPTICD_VERSION);
@@ -64,53 +69,26 @@ v1::RecordHeader Daemon::record_header() const {
   header.set_host(host_name());
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   header.set_began_unix_s(std::chrono::duration<double>(now).count());
-  *header.mutable_config() = options_.config;
-  for (const ToolDevice& device : player_.devices) {
+  *header.mutable_config() = plan.options.config;
+  for (const ToolDevice& device : plan.player.devices) {
     v1::RecordedDevice& recorded = *header.add_devices();
     recorded.set_tool_id(device.tool_id);
     *recorded.mutable_profile() = device.profile.message;
   }
-  header.set_period_ns(static_cast<std::uint64_t>(player_.period_ns));
+  header.set_period_ns(static_cast<std::uint64_t>(plan.player.period_ns));
   return header;
 }
 
-void Daemon::begin_recording() {
-  if (!recording_ || options_.config.record().empty()) return;
-  const std::string error = recording_->start(options_.config.record()).get();
+void RecordDesk::begin(const std::string& file) {
+  if (recording_ == nullptr || file.empty()) return;
+  const std::string error = recording_->start(file).get();
   if (error.empty()) return;
   throw StartError(kExitRecord, "--record: " + error +
                                     ". Give the name of a new file, in a folder you may "
                                     "write to, on a disk with room.");
 }
 
-void Daemon::take_back_recording() {
-  if (!recording_ || options_.config.record().empty()) return;
-  recording_.reset();
-  std::error_code ignored;
-  std::filesystem::remove(options_.config.record(), ignored);
-}
-
-void Daemon::announce_scene(const LiveScene& scene) {
-  if (!recording_) return;
-  v1::SceneRecord record;
-  record.set_scene_id(scene.id);
-  *record.mutable_scene() = scene.loaded->message;
-  record.set_hash(scene.info.hash());
-  *record.mutable_assets() = scene.info.assets();
-  if (player_.max_force < kUnlimited) record.set_max_force_n(player_.max_force);
-  recording_->announce(std::move(record));
-}
-
-// Before the loop hears of the change, whose number is the next.
-void Daemon::announce_change(const SceneSettings& settings, const v1::SetParameter* set) {
-  v1::ParameterRecord record;
-  record.set_number(last_command_ + 1);
-  if (set != nullptr) *record.mutable_assignments() = set->assignments();
-  put_settings(settings, record);
-  recording_->announce_change(std::move(record));
-}
-
-void Daemon::record(const RequestId& id, const v1::Record& record) {
+Answer RecordDesk::record(const v1::Record& record) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
   const RecordStatus status = recording_->status();
   if (!plain_name(record.file())) {
@@ -132,11 +110,11 @@ void Daemon::record(const RequestId& id, const v1::Record& record) {
   } else {
     result = result_of(v1::RESULT_CODE_INVALID, "record.mode", "Say START, STOP or DUMP.");
   }
-  server_->answer(id, result);
+  return result;
 }
 
-void Daemon::record_event(const LoopEvent& event, const v1::Item& item) {
-  if (!recording_) return;
+void RecordDesk::note(const LoopEvent& event, const v1::Item& item) {
+  if (recording_ == nullptr) return;
   v1::EventRecord record;
   record.set_tick(event.tick);
   *record.mutable_item() = item;
@@ -147,12 +125,16 @@ void Daemon::record_event(const LoopEvent& event, const v1::Item& item) {
   recording_->dump(recordings_folder() / name_of_now("fault"));
 }
 
-void Daemon::report_recording() {
-  const auto tell = [&](const v1::RecordInfo& info) {
-    v1::Item item;
-    *item.mutable_record_info() = info;
-    server_->broadcast(item);
-  };
+v1::RecordInfo RecordDesk::told() const { return record_info(told_); }
+
+void RecordDesk::tell(const RecordStatus& status) {
+  v1::Item item;
+  *item.mutable_record_info() = record_info(status);
+  clients_.tell(item);
+}
+
+void RecordDesk::report() {
+  if (recording_ == nullptr) return;
   for (const DumpResult& dump : recording_->take_dumps()) {
     RecordStatus status;
     status.file = dump.file;
@@ -162,15 +144,15 @@ void Daemon::report_recording() {
     } else {
       spdlog::error("the last 60 s could not be written: {}", dump.error);
     }
-    tell(record_info(status));
+    tell(status);
   }
   const RecordStatus status = recording_->status();
-  const bool same = status.recording == told_record_.recording &&
-                    status.file == told_record_.file && status.error == told_record_.error;
+  const bool same = status.recording == told_.recording && status.file == told_.file &&
+                    status.error == told_.error;
   if (same) return;
-  told_record_ = status;
+  told_ = status;
   if (!status.error.empty()) spdlog::error("recording: {}", status.error);
-  tell(record_info(status));
+  tell(status);
 }
 
 }  // namespace hapticd

@@ -1,28 +1,43 @@
-// See protocol_server.h: Items, the order of requests, the lease.
+// See request_queue.h.
+#include "server/network/request_queue.h"
+
 #include <algorithm>
 #include <string>
 #include <utility>
 
+#include "proto/wire/request_result.h"
 #include "proto/wire/request_rule.h"
-#include "server/network/protocol_state.h"
 
 namespace hapticd {
 namespace {
 
-using Implementation = ProtocolServer::Implementation;
+using wire::result_of;
 
-constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::uint32_t kMaxDivisor = 1'000'000;
 constexpr std::uint32_t kMaxContacts = 256;
 constexpr std::uint32_t kUsualContacts = 16;
 constexpr int kMaxSections = 32;
 
-v1::Result result_of(v1::ResultCode code, std::string path = {}, std::string message = {}) {
-  v1::Result result;
-  result.set_code(code);
-  result.set_path(std::move(path));
-  result.set_message(std::move(message));
-  return result;
+/// Looks at files for a session that may need no lease for it, so that many can ask: of each one in
+/// kDearPeriod_ns. What is built for the holder of the lease is built by another thread.
+bool is_dear(const v1::Item& item) {
+  const v1::RequestRule* rule = wire::rule_of(item);
+  return rule != nullptr && rule->cost() == v1::REQUEST_COST_BUILD && !wire::needs_lease(item);
+}
+
+/// Keeps this thread from hearing a Stop: one at a time between two looks at the socket.
+bool is_costly(const v1::Item& item) {
+  const v1::RequestRule* rule = wire::rule_of(item);
+  return is_dear(item) || (rule != nullptr && rule->cost() == v1::REQUEST_COST_SCENE);
+}
+
+/// Ticks are advanced until it is answered.
+bool is_run_of_steps(const v1::Item& item) {
+  return item.has_run() && item.run().mode() == v1::RUN_MODE_STEP;
+}
+
+bool is_run_stop(const v1::Item& item) {
+  return item.has_run() && item.run().mode() == v1::RUN_MODE_STOP;
 }
 
 /// Looks at files for a session that may need no lease for it, so that many can ask: of each one in
@@ -49,11 +64,11 @@ bool is_run_stop(const v1::Item& item) {
 
 }  // namespace
 
-void Implementation::apply(Session& session, wire::ReceivedItem& received) {
+void RequestQueue::take(Session& session, wire::ReceivedItem& received) {
   const v1::Item& item = received.item;
   session.asked_control = session.asked_control || wire::needs_control(item);
   if (item.has_bye()) {
-    end(session, Phase::kLeft);
+    sessions_.end(session, Phase::kLeft);
   } else if (received.undecodable) {
     tell_result(session, received.id,
                 result_of(v1::RESULT_CODE_INVALID, {}, "the Chunks hold no Item"));
@@ -75,8 +90,8 @@ void Implementation::apply(Session& session, wire::ReceivedItem& received) {
   }
 }
 
-void Implementation::overtake(Session& session, const wire::ReceivedItem& received) {
-  if (std::optional<v1::Result> refused = refusal(session, received.item)) {
+void RequestQueue::overtake(Session& session, const wire::ReceivedItem& received) {
+  if (std::optional<v1::Result> refused = lease_.refusal(session, received.item)) {
     tell_result(session, received.id, std::move(*refused));
     return;
   }
@@ -86,10 +101,10 @@ void Implementation::overtake(Session& session, const wire::ReceivedItem& receiv
     return;
   }
   session.overtaking.push_back(received.id);
-  host.request({session.serial, received.id}, received.item);
+  host_.request({session.serial, received.id}, received.item);
 }
 
-void Implementation::pump(Session& session) {
+void RequestQueue::pump(Session& session) {
   // A host that answers at once would call itself once per waiting request otherwise.
   if (session.pumping) return;
   session.pumping = true;
@@ -107,41 +122,41 @@ void Implementation::pump(Session& session) {
 }
 
 // What is refused costs nothing: it is not held up.
-bool Implementation::costs_too_much_now(const Session& session) const {
+bool RequestQueue::costs_too_much_now(const Session& session) const {
   const v1::Item& next = session.waiting.front().body;
-  return is_costly(next) && !session.may_cost && !refusal(session, next).has_value();
+  return is_costly(next) && !session.may_cost && !lease_.refusal(session, next).has_value();
 }
 
 // One request that costs much, of one session, each time: what came before it, a Stop above all,
 // has been heard by now, and what comes while it is carried out waits for no other. The sessions
 // take turns.
-void Implementation::serve_costly() {
+void RequestQueue::serve_costly() {
   const auto ready = [this](const Session& session) {
     if (session.phase != Phase::kOpen || session.current.has_value() || session.waiting.empty()) {
       return false;
     }
-    return !is_dear(session.waiting.front().body) || session.dear_due_ns <= now_ns;
+    return !is_dear(session.waiting.front().body) || session.dear_due_ns <= sessions_.now_ns();
   };
   Session* next = nullptr;
-  for (const auto& session : sessions) {  // In the order of their serial numbers.
+  for (const auto& session : sessions_.all()) {  // In the order of their serial numbers.
     if (!ready(*session)) continue;
     if (next == nullptr) next = session.get();
-    if (session->serial <= served_last) continue;
+    if (session->serial <= served_last_) continue;
     next = session.get();
     break;
   }
   if (next == nullptr) return;
-  served_last = next->serial;
+  served_last_ = next->serial;
   if (is_dear(next->waiting.front().body)) {
-    next->dear_due_ns = now_ns + kDearPeriod_ns;
+    next->dear_due_ns = sessions_.now_ns() + kDearPeriod_ns;
   }
   next->may_cost = true;
   pump(*next);
   next->may_cost = false;
 }
 
-void Implementation::carry_out(Session& session, const v1::Item& item) {
-  if (std::optional<v1::Result> refused = refusal(session, item)) {
+void RequestQueue::carry_out(Session& session, const v1::Item& item) {
+  if (std::optional<v1::Result> refused = lease_.refusal(session, item)) {
     finish(session, std::move(*refused));
     return;
   }
@@ -157,19 +172,19 @@ void Implementation::carry_out(Session& session, const v1::Item& item) {
       break;
     case v1::Item::kRelease:
       finish(session, result_of(v1::RESULT_CODE_OK));
-      if (holds_lease(session)) end_lease(LeaseEnd::kReleased);
+      lease_.give_up(session, LeaseEnd::kReleased);
       break;
     default:
       session.current->at_host = true;
-      host.request({session.serial, session.current->item}, item);
+      host_.request({session.serial, session.current->item}, item);
       break;
   }
 }
 
-void Implementation::finish(Session& session, v1::Result result) {
+void RequestQueue::finish(Session& session, v1::Result result) {
   const CurrentRequest request = *session.current;
   session.current.reset();
-  if (request.is_run_of_steps && holds_lease(session)) lease.renewed_ns = now_ns;
+  if (request.is_run_of_steps) lease_.renew(session);
   if (!request.is_pose_batch || result.code() != v1::RESULT_CODE_OK) {
     tell_result(session, request.item, std::move(result));
   }
@@ -178,15 +193,15 @@ void Implementation::finish(Session& session, v1::Result result) {
   }
 }
 
-void Implementation::tell_result(Session& session, std::uint64_t item, v1::Result result) {
+void RequestQueue::tell_result(Session& session, std::uint64_t item, v1::Result result) {
   result.set_item_id(item);
   v1::Item answer_item;
   *answer_item.mutable_result() = std::move(result);
-  tell(session, answer_item);
+  sessions_.tell(session, answer_item);
 }
 
-void Implementation::answer(const RequestId& id, v1::Result result) {
-  Session* session = find(id.session);
+void RequestQueue::answer(const RequestId& id, v1::Result result) {
+  Session* session = sessions_.find(id.session);
   if (session == nullptr || session->phase != Phase::kOpen) return;
   if (session->current.has_value() && session->current->at_host &&
       session->current->item == id.item) {
@@ -205,7 +220,7 @@ void Implementation::answer(const RequestId& id, v1::Result result) {
   }
 }
 
-void Implementation::subscribe(Session& session, const v1::Subscribe& request) {
+void RequestQueue::subscribe(Session& session, const v1::Subscribe& request) {
   if (request.divisor() > kMaxDivisor) {
     finish(session,
            result_of(v1::RESULT_CODE_OUT_OF_RANGE, "subscribe.divisor", "at most 1000000"));
@@ -239,82 +254,21 @@ void Implementation::subscribe(Session& session, const v1::Subscribe& request) {
   finish(session, result_of(v1::RESULT_CODE_OK));
 }
 
-void Implementation::acquire(Session& session, const v1::Acquire& request) {
-  if (request.holder().size() > kMaxNameBytes) {
-    finish(session, result_of(v1::RESULT_CODE_OUT_OF_RANGE, "acquire.holder", "at most 64 bytes"));
-    return;
-  }
-  if (lease.session != 0 && !holds_lease(session)) {
-    finish(session, result_of(v1::RESULT_CODE_BUSY, {},
-                              "the lease is held by '" + lease.holder + "': wait for LeaseInfo"));
-    return;
-  }
-  const bool changed = !holds_lease(session) || lease.holder != request.holder();
-  if (!holds_lease(session)) ++lease.fence;
-  lease.session = session.serial;
-  lease.holder = request.holder();
-  lease.renewed_ns = now_ns;
-  v1::Result result = result_of(v1::RESULT_CODE_OK);
-  *result.mutable_lease() = lease_info(session);
-  finish(session, std::move(result));
-  if (changed) tell_lease();
+void RequestQueue::acquire(Session& session, const v1::Acquire& request) {
+  Lease::Granted granted = lease_.acquire(session, request);
+  finish(session, std::move(granted.result));
+  if (granted.changed) lease_.tell();
 }
 
-std::optional<v1::Result> Implementation::refusal(const Session& session,
-                                                  const v1::Item& item) const {
-  if (session.role == wire::Role::kView && wire::needs_control(item)) {
-    return result_of(v1::RESULT_CODE_NOT_PERMITTED, {},
-                     "the view key may look and listen; connect with the control key");
-  }
-  if (!wire::needs_lease(item)) return std::nullopt;
-  if (!holds_lease(session)) {
-    return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "acquire the lease first");
-  }
-  if (item.fence() != 0 && item.fence() != lease.fence) {
-    return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "the lease with this fence is over");
-  }
-  return std::nullopt;
-}
-
-v1::LeaseInfo Implementation::lease_info(const Session& session) const {
-  v1::LeaseInfo info;
-  info.set_ttl_ms(kLease_ms);
-  if (lease.session == 0) return info;
-  info.set_fence(lease.fence);
-  info.set_holder(lease.holder);
-  info.set_yours(holds_lease(session));
-  return info;
-}
-
-void Implementation::tell_lease() {
-  for (const auto& session : sessions) {
-    v1::Item item;
-    *item.mutable_lease_info() = lease_info(*session);
-    tell(*session, item);
-  }
-}
-
-void Implementation::end_lease(LeaseEnd how) {
-  lease.session = 0;
-  lease.holder.clear();
-  tell_lease();
-  host.lease_lost(how);
-}
-
-void Implementation::expire_lease() {
-  if (lease.session == 0 || now_ns - lease.renewed_ns <= kLease_ns) return;
-  const Session* holder = find(lease.session);
-  if (holder != nullptr && holder->runs_steps()) return;
-  end_lease(LeaseEnd::kExpired);
-}
-
-void Implementation::abandon_requests(Session& session) {
+void RequestQueue::abandon(Session& session) {
+  session.waiting.clear();
+  session.waiting_bytes = 0;
   const auto current = std::exchange(session.current, std::nullopt);
   session.held_results.clear();
   for (const std::uint64_t item : std::exchange(session.overtaking, {})) {
-    host.abandoned({session.serial, item});
+    host_.abandoned({session.serial, item});
   }
-  if (current.has_value() && current->at_host) host.abandoned({session.serial, current->item});
+  if (current.has_value() && current->at_host) host_.abandoned({session.serial, current->item});
 }
 
 }  // namespace hapticd

@@ -1,0 +1,44 @@
+// Recording of the session: who asked for what, and what everyone is told. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "server/daemon/daemon_plan.h"
+#include "server/daemon/served_clients.h"
+#include "server/haptic_loop/loop_event.h"
+#include "server/recorder/recording.h"
+
+namespace hapticd {
+
+/// What every recording of this run begins with.
+[[nodiscard]] v1::RecordHeader record_header(const DaemonPlan& plan);
+
+class RecordDesk {
+ public:
+  /// Both outlive this; `recording` is null where a replay plays, which is not recorded.
+  RecordDesk(Recording* recording, ServedClients& clients)
+      : recording_(recording), clients_(clients) {}
+
+  /// Begins what --record asks for, if anything: before the first tick, which a replay begins with.
+  /// Throws StartError.
+  void begin(const std::string& file);
+
+  [[nodiscard]] Answer record(const v1::Record& record);
+  /// `item` is what clients are told of `event`. A latched fault has the last 60 s written.
+  void note(const LoopEvent& event, const v1::Item& item);
+  /// Tells everyone what has changed, and of dumps that are written.
+  void report();
+  /// What clients were told last.
+  [[nodiscard]] v1::RecordInfo told() const;
+
+ private:
+  void tell(const RecordStatus& status);
+
+  Recording* recording_;
+  ServedClients& clients_;
+  RecordStatus told_;
+  std::uint64_t fault_dumps_ = 0;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,64 @@
+// The lease: which session controls, under which fencing number, until when. PROTOCOL.md,
+// section 9. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "server/network/server_host.h"
+#include "server/network/sessions.h"
+
+namespace hapticd {
+
+class Lease {
+ public:
+  /// An answer to Acquire, and whether others have to hear of it.
+  struct Granted {
+    v1::Result result;
+    bool changed = false;
+  };
+
+  /// Both must outlive this.
+  Lease(Sessions& sessions, const ServerHost& host) : sessions_(sessions), host_(host) {}
+
+  [[nodiscard]] bool held_by(const Session& session) const noexcept {
+    return session_ == session.serial;
+  }
+  /// Why the session may not make this request; nothing: it may.
+  [[nodiscard]] std::optional<v1::Result> refusal(const Session& session,
+                                                  const v1::Item& item) const;
+
+  /// Gives the lease to `session`, unless another one holds it. tell() after it was answered.
+  [[nodiscard]] Granted acquire(const Session& session, const v1::Acquire& request);
+  /// `session` lives: its lease goes on, if it has it.
+  void renew(const Session& session) noexcept;
+  /// Ends it if `session` holds it. The host hears of it.
+  void give_up(const Session& session, LeaseEnd how);
+  /// Ends it when its holder has been silent for 2 s, unless a Run of steps of the holder's is
+  /// under way. The host hears of it.
+  void expire();
+
+  /// What `session` is told.
+  [[nodiscard]] v1::LeaseInfo info(const Session& session) const;
+  /// Tells everyone.
+  void tell();
+
+  /// Name of the holder; empty when nobody holds it or gave no name.
+  [[nodiscard]] const std::string& holder() const noexcept { return holder_; }
+  /// Fencing number; 0 when nobody holds it.
+  [[nodiscard]] std::uint64_t fence() const noexcept { return session_ == 0 ? 0 : fence_; }
+
+ private:
+  void end(LeaseEnd how);
+
+  Sessions& sessions_;
+  const ServerHost& host_;
+  std::uint64_t session_ = 0;  ///< serial number of the holder; 0 = nobody
+  std::uint64_t fence_ = 0;    ///< of the last grant
+  std::string holder_;
+  std::int64_t renewed_ns_ = 0;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,91 @@
+// What server and daemon say to each other: requests and their names, subscriptions, how a lease
+// ends, and what the server counts. Not RT.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "hapticd/v1/stream.pb.h"
+#include "proto/noise/key_file.h"
+
+namespace hapticd {
+
+/// Names one request of one session for as long as the server runs.
+struct RequestId {
+  std::uint64_t session = 0;  ///< serial number of the session, from 1, never used again
+  std::uint64_t item = 0;     ///< id of the request's Item, or of its last Chunk
+
+  friend bool operator==(const RequestId&, const RequestId&) = default;
+};
+
+/// What States a session asked for.
+struct Subscription {
+  std::uint32_t divisor = 0;       ///< every this many ticks; 0 = none
+  std::uint32_t sections = 0;      ///< bit s set: v1::Section s
+  std::uint32_t max_contacts = 0;  ///< [0, 256]
+
+  /// Whether `section` was asked for.
+  [[nodiscard]] constexpr bool has(v1::Section section) const noexcept {
+    return (sections >> static_cast<unsigned>(section) & 1U) != 0;
+  }
+  friend bool operator==(const Subscription&, const Subscription&) = default;
+};
+
+/// How a lease ended.
+enum class LeaseEnd : std::uint8_t { kReleased, kSessionEnded, kExpired };
+
+/// What the server asks of the daemon. Every function must be set.
+struct ServerHost {
+  /// SceneInfo and RecordInfo for a session that begins, in this order; the server puts LeaseInfo
+  /// between them. Also asked nowhere else: changes come through broadcast().
+  std::function<std::vector<v1::Item>()> greeting;
+  /// A request that is not the server's own, when its turn has come and lease and fence permit it.
+  /// The host calls ProtocolServer::answer() once for it, at once or later. PoseBatch too is
+  /// answered always; the server swallows its OK. Stop may come while an earlier request of the
+  /// session is unanswered, and so may Run{STOP} during a Run of steps: the host then ends that Run
+  /// at the next tick. A Replay of the same session waits for its turn as every other.
+  std::function<void(const RequestId&, const v1::Item&)> request;
+  /// The session of a request that was passed on and not answered has ended. A Run of steps ends at
+  /// the next tick; anything else may be finished. Its answer is not wanted any more, and ignored.
+  std::function<void(const RequestId&)> abandoned;
+  /// Fills in the sections of the tick offered last; at most subscription.max_contacts contacts,
+  /// deepest first, contacts_total set when there were more. Called only inside offer_tick(), once
+  /// for equal subscriptions: what it fills in may depend on nothing else.
+  std::function<void(const Subscription&, v1::State&)> fill_state;
+  /// Nobody holds the lease any more: scripted poses end, the force ramps to zero.
+  std::function<void(LeaseEnd)> lease_lost;
+};
+
+/// Fixed at construction.
+struct ServerOptions {
+  std::uint32_t boot_id = 1;   ///< random number of this run of the daemon, not 0
+  bool virtual_clock = false;  ///< lockstep: no State is left out because of loss
+  /// Only keyed sessions are served; nothing: only PLAIN ones.
+  std::optional<noise::KeyPair> keys = std::nullopt;
+  /// Fills bytes with random ones, fit for secrets; empty: those of the system. For keyed sessions.
+  std::function<void(std::span<std::uint8_t>)> random = nullptr;
+};
+
+/// What was received and not used, and why. Junk costs nothing else.
+struct ServerCounters {
+  std::uint64_t received = 0;
+  std::uint64_t bad_header = 0;       ///< length, magic, major or kind (steps 1 and 2)
+  std::uint64_t unknown_session = 0;  ///< step 3
+  std::uint64_t repeated = 0;         ///< counter seen before or too old (step 4)
+  std::uint64_t unreadable = 0;       ///< does not parse, first = 0, more than 16 Items (step 5)
+  std::uint64_t forged = 0;           ///< the tag of a DATA does not verify (step 5)
+  std::uint64_t hellos = 0;           ///< HELLOs received
+  std::uint64_t hellos_dropped = 0;   ///< of them not answered: too many, of no key, malformed
+  std::uint64_t protocol_errors = 0;  ///< sessions ended for breaking the rules
+  std::uint64_t untold = 0;           ///< Items that were too long, and a notice took their place
+  std::uint64_t backlogs = 0;         ///< sessions ended with 1024 Items unacknowledged
+  std::uint64_t silences = 0;         ///< sessions dropped after 10 s
+  std::uint64_t resets = 0;           ///< Resets sent
+  std::uint64_t sent = 0;             ///< datagrams sent
+  std::uint64_t unfit_states = 0;     ///< States of one tool that no datagram holds: not sent
+};
+
+}  // namespace hapticd

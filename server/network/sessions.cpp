@@ -1,0 +1,342 @@
+// See sessions.h.
+#include "server/network/sessions.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/network/untold_item.h"
+
+namespace hapticd {
+namespace {
+
+/// Sessions at once, those that say goodbye included.
+constexpr std::size_t kMaxSessions = 32;
+/// Of them, places that those who only look cannot hold: somebody may have to say Stop.
+constexpr std::size_t kControlPlaces = 8;
+constexpr std::size_t kMaxLookers = kMaxSessions - kControlPlaces;
+/// Silence after which a session is dropped, ns.
+constexpr std::int64_t kDropAfter_ns = 10'000 * wire::kMillisecond_ns;
+/// How long a Bye is repeated, and how long the other side's is acknowledged, ns. While the Items
+/// before a Bye are still being acknowledged its time restarts, but ends after kLongFarewell_ns.
+constexpr std::int64_t kFarewell_ns = 1000 * wire::kMillisecond_ns;
+constexpr std::int64_t kLongFarewell_ns = 10'000 * wire::kMillisecond_ns;
+/// A Run of steps that waits repeats the newest State so often, ns.
+constexpr std::int64_t kRepeatState_ns = 50 * wire::kMillisecond_ns;
+
+}  // namespace
+
+Sessions::Sessions(const ServerOptions& options, Send send, SessionHandlers handlers)
+    : boot_id_(options.boot_id), send_(std::move(send)), handlers_(std::move(handlers)) {
+  if (options.keys.has_value()) {
+    handshakes_ = std::make_unique<Handshakes>(*options.keys, options.random);
+  }
+}
+
+Session* Sessions::find(const Address& address, std::uint32_t number) const {
+  for (const auto& session : sessions_) {
+    if (session->phase != Phase::kGone && session->channel.session() == number &&
+        session->address == address) {
+      return session.get();
+    }
+  }
+  return nullptr;
+}
+
+Session* Sessions::find(std::uint64_t serial) const {
+  for (const auto& session : sessions_) {
+    if (session->serial == serial) return session.get();
+  }
+  return nullptr;
+}
+
+// Of those who may only look, and in the clear of those who have never asked for more, the first
+// one beyond the places they can hold; null: there is none.
+Session* Sessions::surplus_looker() const {
+  std::size_t lookers = 0;
+  for (const auto& session : sessions_) {
+    const bool looks =
+        handshakes_ == nullptr ? !session->asked_control : session->role == wire::Role::kView;
+    if (session->phase == Phase::kOpen && looks && ++lookers > kMaxLookers) return session.get();
+  }
+  return nullptr;
+}
+
+// Room for one more session of this role.
+bool Sessions::make_room(wire::Role role) {
+  if (role == wire::Role::kView) {
+    const auto views = std::count_if(sessions_.begin(), sessions_.end(), [](const auto& session) {
+      return session->phase == Phase::kOpen && session->role == wire::Role::kView;
+    });
+    if (static_cast<std::size_t>(views) >= kMaxLookers) return false;
+  }
+  if (sessions_.size() < kMaxSessions) return true;
+  // Of those that say goodbye the one that began first gives way.
+  auto giving =
+      std::min_element(sessions_.begin(), sessions_.end(), [](const auto& a, const auto& b) {
+        return (a->phase == Phase::kOpen ? wire::kNever_ns : a->phase_until_ns) <
+               (b->phase == Phase::kOpen ? wire::kNever_ns : b->phase_until_ns);
+      });
+  if ((*giving)->phase == Phase::kOpen) {
+    const Session* surplus = surplus_looker();
+    if (surplus == nullptr) return false;
+    giving = std::find_if(sessions_.begin(), sessions_.end(),
+                          [&](const auto& session) { return session.get() == surplus; });
+    end(**giving, Phase::kGone);
+    refuse((*giving)->address, (*giving)->channel.session(), v1::RESET_REASON_FULL);
+  }
+  if (handshakes_ != nullptr) handshakes_->forget((*giving)->channel.session());
+  sessions_.erase(giving);
+  return true;
+}
+
+Session* Sessions::open(const Address& from, std::uint32_t number, wire::Role role) {
+  if (!make_room(role)) return nullptr;
+  sessions_.push_back(std::make_unique<Session>(++opened_, from, number));
+  Session& session = *sessions_.back();
+  session.heard_ns = now_ns_;
+  session.role = role;
+  handlers_.opened(session);
+  return &session;
+}
+
+void Sessions::send_datagram(const Address& to) {
+  ++counters_.sent;
+  send_(to, {reinterpret_cast<const std::uint8_t*>(datagram_.data()), datagram_.size()});
+}
+
+void Sessions::refuse(const Address& to, std::uint32_t number, v1::ResetReason reason) {
+  if (!reset_limiter_.allow(to, now_ns_)) return;
+  v1::Packet packet;
+  packet.set_first(1);
+  packet.set_boot_id(boot_id_);
+  packet.mutable_reset()->set_reason(reason);
+  const auto header = wire::encode_header({wire::DatagramKind::kPlain, number, 0});
+  datagram_.assign(header.begin(), header.end());
+  packet.AppendToString(&datagram_);
+  ++counters_.resets;
+  send_datagram(to);
+}
+
+// The only DATA of a session that there is no room for.
+void Sessions::refuse_full(const HalfOpen& half) {
+  wire::Channel channel(wire::Side::kServer, half.session);
+  channel.secure(half.session, half.transport);
+  v1::Packet packet;
+  packet.set_boot_id(boot_id_);
+  packet.mutable_reset()->set_reason(v1::RESET_REASON_FULL);
+  if (!channel.write(packet, now_ns_, datagram_)) return;
+  ++counters_.resets;
+  send_datagram(half.address);
+}
+
+Session* Sessions::session_for(const Address& from, const wire::DatagramHeader& header,
+                               std::span<const std::uint8_t> body) {
+  Session* session = find(from, header.session);
+  if (session != nullptr) return session;
+  ++counters_.unknown_session;
+  v1::Packet packet;
+  if (header.session == 0 || shutting_down_ || !wire::parse_packet(body, packet)) return nullptr;
+  if (packet.first() != 1 || packet.ack() != 0) {
+    refuse(from, header.session, v1::RESET_REASON_UNKNOWN_SESSION);
+    return nullptr;
+  }
+  session = open(from, header.session, wire::Role::kControl);
+  if (session == nullptr) {
+    refuse(from, header.session, v1::RESET_REASON_FULL);
+  } else {
+    --counters_.unknown_session;
+  }
+  return session;
+}
+
+// PROTOCOL.md, section 12.
+Session* Sessions::keyed_session_for(const Address& from, const wire::DatagramHeader& header,
+                                     std::span<const std::uint8_t> body) {
+  Session* session = find(from, header.session);
+  if (session != nullptr) return session;
+  const HalfOpen* half = shutting_down_ ? nullptr : handshakes_->find(from, header.session);
+  if (half == nullptr) {
+    ++counters_.unknown_session;
+    return nullptr;
+  }
+  return open_keyed(HalfOpen(*half), header, body);
+}
+
+void Sessions::receive_hello(const Address& from, std::span<const std::uint8_t> received) {
+  ++counters_.hellos;
+  const noise::Bytes answer =
+      shutting_down_ ? noise::Bytes{} : handshakes_->receive(from, received, now_ns_);
+  if (answer.empty()) {
+    ++counters_.hellos_dropped;
+    return;
+  }
+  ++counters_.sent;
+  send_(from, answer);
+}
+
+// The session of a handshake, when `body` is a DATA of it that opens: the client is there, and not
+// only somebody who sends what it sent before.
+Session* Sessions::open_keyed(const HalfOpen& half, const wire::DatagramHeader& header,
+                              std::span<const std::uint8_t> body) {
+  const auto plain = half.transport.receive.open(header.counter, wire::encode_header(header), body);
+  if (!plain.has_value()) {
+    ++counters_.forged;
+    return nullptr;
+  }
+  v1::Packet packet;
+  if (!wire::parse_packet(*plain, packet)) {
+    ++counters_.unreadable;
+    return nullptr;
+  }
+  Session* session = open(half.address, half.session, half.role);
+  if (session == nullptr) {
+    refuse_full(half);
+    handshakes_->forget(half.session);
+    return nullptr;
+  }
+  session->channel.secure(half.session, half.transport);
+  handshakes_->establish(half.session);
+  return session;
+}
+
+bool Sessions::count_verdict(wire::Verdict verdict) {
+  switch (verdict) {
+    case wire::Verdict::kRepeated:
+      ++counters_.repeated;
+      break;
+    case wire::Verdict::kUnreadable:
+      ++counters_.unreadable;
+      break;
+    case wire::Verdict::kForged:
+      ++counters_.forged;
+      break;
+    case wire::Verdict::kTaken:
+      return true;
+  }
+  return false;
+}
+
+std::optional<ArrivedPacket> Sessions::receive(const Address& from,
+                                               std::span<const std::uint8_t> datagram) {
+  ++counters_.received;
+  const auto header = wire::decode_header(datagram);
+  const bool keyed = handshakes_ != nullptr;
+  if (header.has_value() && keyed && header->kind == wire::DatagramKind::kHello) {
+    receive_hello(from, datagram);
+    return std::nullopt;
+  }
+  const auto kind = keyed ? wire::DatagramKind::kData : wire::DatagramKind::kPlain;
+  if (!header.has_value() || header->kind != kind) {
+    ++counters_.bad_header;
+    return std::nullopt;
+  }
+  const std::span<const std::uint8_t> body = datagram.subspan(wire::kHeaderBytes);
+  Session* session =
+      keyed ? keyed_session_for(from, *header, body) : session_for(from, *header, body);
+  if (session == nullptr) return std::nullopt;
+  ArrivedPacket arrived{session, session->channel.receive(*header, body, now_ns_)};
+  if (!count_verdict(arrived.incoming.verdict)) return std::nullopt;
+  session->heard_ns = now_ns_;
+  if (session->phase == Phase::kLeaving && arrived.incoming.progress) {
+    session->phase_until_ns =
+        std::min(now_ns_ + kFarewell_ns, session->phase_since_ns + kLongFarewell_ns);
+  }
+  return arrived;
+}
+
+void Sessions::transmit(Session& session, v1::Packet& rest, std::optional<std::string_view> state) {
+  rest.set_boot_id(boot_id_);
+  session.clock.fill(rest, now_ns_);
+  if (session.channel.write(rest, now_ns_, datagram_, state)) send_datagram(session.address);
+}
+
+std::size_t Sessions::state_bytes(const Session& session) const {
+  v1::Packet frame;  // As long as the Packet gets without the State.
+  frame.set_boot_id(boot_id_);
+  wire::ClockEcho(session.clock).fill(frame, now_ns_);
+  return session.channel.state_bytes(frame);
+}
+
+void Sessions::send_states(Session& session, const EncodedState& state) {
+  for (const std::string& part : state.parts) {
+    v1::Packet packet;
+    transmit(session, packet, part);
+  }
+}
+
+void Sessions::poll_session(Session& session) {
+  if (session.phase == Phase::kOpen && now_ns_ - session.heard_ns > kDropAfter_ns) {
+    ++counters_.silences;
+    close(session, v1::BYE_REASON_SILENCE, "nothing was heard for 10 s");
+    session.phase_until_ns = now_ns_;  // One Bye, in case somebody is still there.
+  }
+  // A session is remembered while datagrams of it may be under way: a late duplicate of its first
+  // one would open it again, and its requests would be carried out twice.
+  const bool over =
+      session.phase != Phase::kOpen &&
+      (now_ns_ > session.phase_until_ns || (shutting_down_ && session.channel.all_acknowledged()));
+  if (over) {
+    session.phase = Phase::kGone;
+    return;
+  }
+  const StateFlow& flow = session.flow;
+  if (session.runs_steps() && flow.ahead() >= kMaxStatesAhead &&
+      now_ns_ - flow.sent_ns() >= kRepeatState_ns && session.newest_state != nullptr) {
+    send_states(session, *session.newest_state);
+    session.flow.repeated(session.newest_state->parts.size(), now_ns_);
+  }
+  if (session.channel.due_ns() <= now_ns_) {
+    v1::Packet packet;
+    transmit(session, packet);
+  }
+}
+
+void Sessions::poll() {
+  for (const auto& session : sessions_) poll_session(*session);
+  if (handshakes_ != nullptr) {
+    handshakes_->expire(now_ns_);
+    for (const auto& session : sessions_) {
+      if (session->phase == Phase::kGone) handshakes_->forget(session->channel.session());
+    }
+  }
+  std::erase_if(sessions_, [](const auto& session) { return session->phase == Phase::kGone; });
+}
+
+void Sessions::tell(Session& session, const v1::Item& item) {
+  if (session.phase != Phase::kOpen || session.channel.send(item).has_value()) return;
+  const std::optional<v1::Item> notice = notice_for(item);
+  if (notice.has_value() && session.channel.send(*notice).has_value()) {
+    ++counters_.untold;
+    return;
+  }
+  ++counters_.backlogs;
+  close(session, v1::BYE_REASON_BACKLOG, "more Items than were acknowledged in time");
+}
+
+void Sessions::tell_all(const v1::Item& item) {
+  for (const auto& session : sessions_) tell(*session, item);
+}
+
+void Sessions::close(Session& session, v1::ByeReason reason, const std::string& message) {
+  if (session.phase != Phase::kOpen) return;
+  v1::Item item;
+  item.mutable_bye()->set_reason(reason);
+  item.mutable_bye()->set_message(message);
+  session.channel.send_last(item);
+  end(session, Phase::kLeaving);
+}
+
+void Sessions::shut_down(v1::ByeReason reason, const std::string& message) {
+  shutting_down_ = true;
+  for (const auto& session : sessions_) close(*session, reason, message);
+}
+
+void Sessions::end(Session& session, Phase phase) {
+  session.phase = phase;
+  session.phase_since_ns = now_ns_;
+  session.phase_until_ns = now_ns_ + kFarewell_ns;
+  session.flow.subscribe({});
+  handlers_.ended(session);
+}
+
+}  // namespace hapticd
