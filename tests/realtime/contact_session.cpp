@@ -77,7 +77,7 @@ void ContactSession::run(std::int64_t ticks) noexcept {
     } else if (tick_ % kOverlapPeriod == 40 && tick_ > kOverlapPeriod) {
       strings_[3] = rest_;
     }
-    if (guarded_render(sample(), hand_, scene_, state_, *problem_, tick) == PoseVerdict::kFault) {
+    if (guarded_render(sample(), hand_, {scene_, state_, *problem_}, tick) == PoseVerdict::kFault) {
       ++faults_;
       if (tick_ % kGlitchPeriod > 3) hand_.clear();
     }

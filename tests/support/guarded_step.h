@@ -61,14 +61,21 @@ inline void skip_tool(const GuardedHand& hand, ToolState& state, ToolTick& tick)
   tick.strings.clear();
 }
 
+/// What one tool is rendered with.
+struct SingleTool {
+  const ToolScene& scene;
+  ToolState& state;
+  ContactProblem& problem;
+};
+
 /// render_tool() behind the guard.
-inline PoseVerdict guarded_render(const HandPose& sent, GuardedHand& hand, const ToolScene& scene,
-                                  ToolState& state, ContactProblem& problem, ToolTick& tick) {
+inline PoseVerdict guarded_render(const HandPose& sent, GuardedHand& hand, const SingleTool& tool,
+                                  ToolTick& tick) {
   const PoseVerdict verdict = hand.take(sent);
   if (verdict == PoseVerdict::kFault) {
-    skip_tool(hand, state, tick);
+    skip_tool(hand, tool.state, tick);
   } else {
-    render_tool(scene, hand.hand(), state, problem, tick);
+    render_tool(tool.scene, hand.hand(), tool.state, tool.problem, tick);
   }
   return verdict;
 }

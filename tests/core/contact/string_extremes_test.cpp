@@ -172,7 +172,7 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
   const auto render = [&](double y) {
     sample.t_ns += 1'000'000;
     sample.p_WH = {0.5, y, 0.0};
-    verdict = guarded_render(sample, hand, scene, state, *problem, tick);
+    verdict = guarded_render(sample, hand, {scene, state, *problem}, tick);
   };
   for (int i = 0; i < 60; ++i) render(0.008 - 1e-4 * i);
   const double bad[] = {std::numeric_limits<double>::quiet_NaN(),
