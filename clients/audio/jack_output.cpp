@@ -29,10 +29,10 @@ std::string reason(jack_status_t status) {
            "runs the server";
   }
   if ((status & JackVersionError) != 0) {
-    return "the JACK server is of another version than libjack. Update both";
+    return "the JACK server and libjack have different versions. Update both";
   }
   return "the JACK server refuses a client (status " + std::to_string(status) +
-         "). It may have stopped; start it anew";
+         "). It may have stopped; restart it";
 }
 
 }  // namespace
@@ -171,7 +171,7 @@ void JackOutput::write_notes(jack_nframes_t frames, bool other_engine) noexcept 
   void* const midi = jack_port_get_buffer(midi_, frames);
   jack_midi_clear_buffer(midi);
   if (other_engine) {
-    // What an engine before this one has begun is ended by nobody else.
+    // Nothing else ends what an engine before this one has begun.
     for (std::uint8_t channel = 0; channel < kMidiChannels; ++channel) {
       const std::array<std::uint8_t, 3> all_off{static_cast<std::uint8_t>(0xB0U | channel), 123, 0};
       jack_midi_event_write(midi, 0, all_off.data(), all_off.size());

@@ -2,7 +2,7 @@
 // clock of what is heard. The callback renders out of the engine and does nothing else; while the
 // server runs at another sample rate than the engine it is silent, so that no pitch is ever wrong.
 // Servers come and go: a JackOutput lives as long as one server, and another is made for the next.
-// It never starts a server. Not RT but for the callback.
+// It never starts a server. Not RT, except the callback.
 #pragma once
 
 #include <jack/jack.h>
@@ -55,7 +55,7 @@ class JackOutput {
   /// Connects the audio port to each of `names`; without any, to the first two of the hardware.
   /// What failed, for people, one line each.
   std::vector<std::string> connect(const std::vector<std::string>& names);
-  /// Looks anew at latency and clock; now and then, from the thread that made this.
+  /// Updates latency and clock; now and then, from the thread that made this.
   void refresh();
 
   /// Sample rate or blocks have changed since this was asked last.

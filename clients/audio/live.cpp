@@ -12,8 +12,7 @@
 
 #include "clients/audio/jack_output.h"
 #include "clients/audio/playing.h"
-#include "clients/library/client.h"
-#include "clients/library/named_key.h"
+#include "clients/library/program.h"
 
 namespace hapticd::audio {
 namespace {
@@ -21,13 +20,13 @@ namespace {
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 /// How often latency and clock of the sound card are looked at, and a server is looked for.
 constexpr std::int64_t kLook_ns = kSecond_ns;
-/// A daemon that is there has told its scene long before.
+/// A daemon that is there has sent its scene long before.
 constexpr std::int64_t kPatience_ns = 3 * kSecond_ns;
 /// From an event to its order, on a good network.
 constexpr double kNetwork_ms = 1.0;
 /// Changes of the delay that is needed below this are none.
 constexpr double kSameDelay_ms = 0.5;
-/// How often --verbose speaks, and tones that are late are told of at most.
+/// How often --verbose reports, and late tones are reported at most.
 constexpr std::int64_t kSpeak_ns = 10 * kSecond_ns;
 /// Instants beyond this are no instants: 146 years.
 constexpr std::uint64_t kMaxInstant_ns = std::uint64_t{1} << 62U;
@@ -65,7 +64,7 @@ class Live {
       missed_ = missed_ || heard_;
       heard_ = false;
     };
-    client_.emplace(options_.host, options_.port, handlers, client::named_key(options_.key_file));
+    client_ = client::open_client(options_.daemon, handlers);
     opened_ns_ = client::monotonic_now_ns();
     say("listens to hapticd at " + client_->server());
   }
@@ -119,7 +118,7 @@ class Live {
   }
 
   /// Whether the delay suffices for the sound card as it is now, said where that changes. A delay
-  /// that nobody has given grows to what suffices: tones that are all later by as much keep their
+  /// that nobody has given grows to what suffices: tones that are all equally later keep their
   /// rhythm, tones that are late by chance do not.
   void judge_delay() {
     const double needed = needed_ms();
@@ -148,12 +147,12 @@ class Live {
     char text[320];
     if (wanted_ms > kDelay_ms) {
       std::snprintf(text, sizeof text,
-                    "blocks of %u need a delay of %.0f ms: tones are heard so long after they "
-                    "happen from here on, where %.0f are usual. For the page to agree start "
+                    "blocks of %u need a delay of %.0f ms: from now on tones are heard that long "
+                    "after they happen; %.0f ms are usual. To keep the page in step, start "
                     "haptic-web with --delay %.3f; or start JACK with smaller blocks",
                     block, wanted_ms, kDelay_ms, wanted_ms * 1e-3);
     } else {
-      std::snprintf(text, sizeof text, "tones are heard %.0f ms after they happen from here on",
+      std::snprintf(text, sizeof text, "from now on tones are heard %.0f ms after they happen",
                     wanted_ms);
     }
     say(text);
@@ -199,16 +198,18 @@ class Live {
     char text[200];
     const bool late = counts.late > late_said_;
     if (late) {
-      std::snprintf(text, sizeof text, "%llu of %llu tones were late until now, %.1f ms at most",
+      std::snprintf(text, sizeof text,
+                    "%llu of %llu tones have been late so far, by %.1f ms at most",
                     static_cast<unsigned long long>(counts.late),
                     static_cast<unsigned long long>(counts.played), counts.latest_ms);
       say(text);
     }
     const bool overrun = overruns > overruns_said_;
     if (overrun) {
-      std::snprintf(text, sizeof text,
-                    "JACK counts %llu overruns until now: this machine is too busy for its blocks",
-                    static_cast<unsigned long long>(overruns));
+      std::snprintf(
+          text, sizeof text,
+          "JACK has counted %llu overruns so far: this machine is too busy for its blocks",
+          static_cast<unsigned long long>(overruns));
       say(text);
     }
     late_said_ = counts.late;
@@ -216,13 +217,11 @@ class Live {
     return late || overrun;
   }
 
-  /// A daemon with keys does not answer who has none of its own.
+  /// A daemon with keys does not answer a client without one.
   void miss_daemon(std::int64_t now_ns) {
     if (heard_ || missed_ || now_ns - opened_ns_ < kPatience_ns) return;
     missed_ = true;
-    say("no daemon answers at " + client_->server() +
-        " yet. Start hapticd, or name where it listens with --server; if it has keys, give one of "
-        "its own with --key");
+    say(client::unanswered(client_->server()));
   }
 
   void try_output() {
@@ -239,7 +238,7 @@ class Live {
   double judged_ms_ = 0.0;  ///< the delay that was needed when it was last judged
   bool short_ = false;      ///< that the delay given is too short has been said
   std::unique_ptr<Playing> playing_;
-  std::optional<client::Client> client_;
+  std::unique_ptr<client::Client> client_;
   bool heard_ = false;
   bool missed_ = false;  ///< that it is has been said
   std::int64_t opened_ns_ = 0;
@@ -256,8 +255,8 @@ std::string Live::report() const {
   if (!playing_) return "no sound card";
   const PlayedTones counts = playing_->counts();
   const client::ClientCore& core = client_->core();
-  const client::ClockRelation clock =
-      core.clock().known() ? core.clock().at(client::monotonic_now_ns()) : client::ClockRelation{};
+  const wire::ClockRelation clock =
+      core.clock().known() ? core.clock().at(client::monotonic_now_ns()) : wire::ClockRelation{};
   const auto number = [](std::uint64_t count) { return static_cast<unsigned long long>(count); };
   std::snprintf(
       text, sizeof text,
@@ -274,7 +273,7 @@ std::string Live::report() const {
 
 }  // namespace
 
-std::int64_t due_ns(std::uint64_t t_ns, const client::ClockEstimate& clock, bool real_clock,
+std::int64_t due_ns(std::uint64_t t_ns, const wire::ClockEstimate& clock, bool real_clock,
                     std::int64_t now_ns, std::int64_t delay_ns) {
   if (!real_clock || !clock.known() || t_ns > kMaxInstant_ns) return now_ns + delay_ns;
   return static_cast<std::int64_t>(t_ns) - clock.at(now_ns).offset_ns + delay_ns;
@@ -292,7 +291,8 @@ std::string tones_folder(const Options& options) {
   return std::filesystem::is_directory(shipped, ignored) ? shipped.string() : std::string();
 }
 
-int play_live(const Options& options, const volatile std::sig_atomic_t& stop) {
+int play_live(const Options& options) {
+  client::end_on_signals();
   Live live(options);
   try {
     live.open_output();
@@ -302,7 +302,7 @@ int play_live(const Options& options, const volatile std::sig_atomic_t& stop) {
     say("waits for a JACK server");
   }
   live.open_daemon();
-  while (stop == 0) live.run();
+  while (!client::has_ended()) live.run();
   say(live.report());
   return 0;
 }

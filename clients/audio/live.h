@@ -2,22 +2,21 @@
 // both. Either may go and come again. One thread beside JACK's. Not RT.
 #pragma once
 
-#include <csignal>
 #include <cstdint>
 
 #include "clients/audio/options.h"
-#include "clients/library/clock_estimate.h"
+#include "proto/wire/clock_estimate.h"
 
 namespace hapticd::audio {
 
-/// When an event of the server's t_ns is heard, on the own clock: D later. While the clocks'
+/// When an event of the server's t_ns is heard, on this clock: D later. While the clocks'
 /// relation is not known, D after it came, at now_ns; likewise under the virtual clock, whose t_ns
 /// has no relation to ours.
-[[nodiscard]] std::int64_t due_ns(std::uint64_t t_ns, const client::ClockEstimate& clock,
+[[nodiscard]] std::int64_t due_ns(std::uint64_t t_ns, const wire::ClockEstimate& clock,
                                   bool real_clock, std::int64_t now_ns, std::int64_t delay_ns);
 
-/// Plays until `stop` is set; the exit code.
-int play_live(const Options& options, const volatile std::sig_atomic_t& stop);
+/// Plays until SIGINT or SIGTERM; the exit code.
+int play_live(const Options& options);
 
 /// Writes where sound can go to stdout; throws NoJackServer.
 void list_ports();

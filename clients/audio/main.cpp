@@ -1,11 +1,9 @@
 // haptic-audio: makes the sound of a running hapticd by JACK, or renders it to a file. Exit codes:
 // 0 good, 1 a file is bad, 2 the command line makes no sense, 3 there is no JACK server.
-#include <csignal>
+#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "clients/audio/body_design.h"
 #include "clients/audio/jack_output.h"
@@ -17,8 +15,6 @@
 namespace {
 
 using namespace hapticd::audio;
-
-volatile std::sig_atomic_t stopped = 0;
 
 /// --render.
 int render_file(const Options& options) {
@@ -49,9 +45,7 @@ int render_file(const Options& options) {
   return 0;
 }
 
-int run(int argc, char** argv) {
-  Options options;
-  if (const std::optional<int> code = read_options(argc, argv, options)) return *code;
+int run(const Options& options) {
   if (options.tones && !std::filesystem::is_directory(*options.tones)) {
     std::fprintf(stderr, "haptic-audio: --tones: there is no folder %s\n", options.tones->c_str());
     return kFileBad;
@@ -65,22 +59,21 @@ int run(int argc, char** argv) {
     list_ports();
     return 0;
   }
-  const auto stop = [](int) { stopped = 1; };
-  std::signal(SIGINT, stop);
-  std::signal(SIGTERM, stop);
-  return play_live(options, stopped);
+  return play_live(options);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return run(argc, argv);
-  } catch (const NoJackServer& problem) {
-    std::fprintf(stderr, "haptic-audio: %s\n", problem.what());
-    return kNoServer;
-  } catch (const std::exception& problem) {
-    std::fprintf(stderr, "haptic-audio: %s\n", problem.what());
-    return kFileBad;
-  }
+  CLI::App app("Makes the sound of a running hapticd, by JACK.", "haptic-audio");
+  Options options;
+  add_options(app, options);
+  return hapticd::client::run_program(app, argc, argv, [&] {
+    try {
+      return run(options);
+    } catch (const NoJackServer& problem) {
+      std::fprintf(stderr, "haptic-audio: %s\n", problem.what());
+      return kNoServer;
+    }
+  });
 }

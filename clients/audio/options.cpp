@@ -2,16 +2,12 @@
 #include "clients/audio/options.h"
 
 #include <CLI/CLI.hpp>
-#include <stdexcept>
-
-#include "clients/library/endpoint.h"
 
 namespace hapticd::audio {
 namespace {
 
-void add_playing(CLI::App& app, Options& options, std::string& server) {
-  app.add_option("--server", server, "where hapticd listens, HOST:PORT")->capture_default_str();
-  app.add_option("--key", options.key_file, "key of a hapticd that has keys")->type_name("FILE");
+void add_playing(CLI::App& app, Options& options) {
+  client::add_daemon_options(app, options.daemon);
   app.add_option("--delay-ms", options.delay_ms,
                  "from an event to its sound (default: 8, or what the sound card needs)")
       ->check(CLI::Range(0.0, 1000.0));
@@ -24,7 +20,7 @@ void add_playing(CLI::App& app, Options& options, std::string& server) {
           ->type_name("DIR");
   app.add_flag("--synth", options.synth, "compute the strings, play no recordings")
       ->excludes(tones);
-  app.add_flag("--list", options.list, "name where sound can go, and end");
+  app.add_flag("--list", options.list, "list where sound can go, and exit");
   app.add_option("--connect", options.connect, "port of JACK to play to (default: the sound card)")
       ->type_name("PORT");
   app.add_flag("--no-connect", options.no_connect, "leave the port unconnected");
@@ -50,23 +46,10 @@ void add_rendering(CLI::App& app, Options& options) {
 
 }  // namespace
 
-std::optional<int> read_options(int argc, char** argv, Options& options) {
-  CLI::App app("Makes the sound of a running hapticd, by JACK.", "haptic-audio");
-  std::string server = "127.0.0.1:47800";
+void add_options(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "haptic-audio " HAPTICD_VERSION);
-  add_playing(app, options, server);
+  add_playing(app, options);
   add_rendering(app, options);
-  try {
-    app.parse(argc, argv);
-    const client::Endpoint where = client::parse_endpoint(server);
-    options.host = where.host;
-    options.port = where.port;
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kUsageBad;
-  } catch (const std::invalid_argument& error) {
-    return app.exit(CLI::ValidationError("--server", error.what())) == 0 ? 0 : kUsageBad;
-  }
-  return std::nullopt;
 }
 
 }  // namespace hapticd::audio

@@ -1,6 +1,6 @@
 // A sound card and what plays on it, for as long as one JACK server lives. When the server's sample
 // rate changes, everything that was worked out for the old one (strings, body, recordings) is made
-// anew for the new one, and events that were not due yet are ordered again. Not RT.
+// again for the new one, and events that were not due yet are ordered again. Not RT.
 #pragma once
 
 #include <cstdint>
@@ -67,7 +67,7 @@ class Playing {
   /// recordings take to be read: until then there is silence.
   bool follow_rate(std::int64_t now_ns);
 
-  /// What is to be said of recordings and has not been yet, one line each.
+  /// Remarks about recordings that have not been printed yet, one line each.
   [[nodiscard]] std::vector<std::string> remarks();
   [[nodiscard]] PlayedTones counts() const;
 

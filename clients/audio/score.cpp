@@ -18,7 +18,7 @@ std::optional<std::uint64_t> instant_of(const v1::Item& item) {
 }
 
 template <typename Message>
-std::optional<Message> parsed(const client::RecordedMessage& from) {
+std::optional<Message> parsed(const RecordedMessage& from) {
   std::optional<Message> message(std::in_place);
   if (!message->ParseFromArray(from.data.data(), static_cast<int>(from.data.size()))) return {};
   return message;
@@ -61,27 +61,27 @@ Score recorded_score(const std::string& path, std::string& problem) {
   std::int64_t last = 0;
   bool whole = recording.whole();
   for (std::size_t i = 0; i < recording.size(); ++i) {
-    const client::RecordedMessage& message = recording[i];
-    if (message.kind == client::RecordKind::kScene) {
+    const RecordedMessage& message = recording[i];
+    if (message.kind == RecordKind::kScene) {
       const auto scene = parsed<v1::SceneRecord>(message);
       whole = whole && scene.has_value();
       if (!scene) continue;
       score.push_back({last, {}});
       *score.back().item.mutable_scene_info()->mutable_scene() = scene->scene();
     }
-    if (message.kind != client::RecordKind::kEvent) continue;
+    if (message.kind != RecordKind::kEvent) continue;
     const auto event = parsed<v1::EventRecord>(message);
     whole = whole && event.has_value();
     const std::optional<std::uint64_t> instant = event ? instant_of(event->item()) : std::nullopt;
     if (!instant) continue;
     const auto t_ns = static_cast<std::int64_t>(std::min<std::uint64_t>(*instant, INT64_MAX));
-    // Events of one tick may stand in another order; further back is another scene's time.
+    // Events of one tick may be in another order; further back is another scene's time.
     if (!begin || t_ns - *begin < last - kSecond_ns) begin = t_ns - last;
     const std::int64_t at = std::max<std::int64_t>(t_ns - *begin, 0);
     last = std::max(last, at);
     score.push_back({at, event->item()});
   }
-  if (!whole) problem = "it is not whole: cut off, damaged or compressed. The rest of it is played";
+  if (!whole) problem = "it is not whole: cut off, damaged or compressed. The rest is played";
   return score;
 }
 

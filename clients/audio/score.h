@@ -31,7 +31,7 @@ inline constexpr OpenString kZhengDiao[] = {{"C2", 65.4}, {"D2", 73.4},  {"F2", 
 [[nodiscard]] Score open_strings();
 
 /// The score of a recording; `problem` says what is wrong with it, empty when nothing is. Time that
-/// begins anew with a scene, as the virtual clock's does, goes on where it was.
+/// restarts with a scene, as the virtual clock's does, goes on where it was.
 [[nodiscard]] Score recorded_score(const std::string& path, std::string& problem);
 
 }  // namespace hapticd::audio

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kNepersPerCent = std::numbers::ln2 / 1200.0;
-/// Decay of an older tone when its string is plucked anew. Shorter clicks, longer blurs.
+/// Decay of an older tone when its string is plucked again. Shorter clicks, longer blurs.
 constexpr double kChoke_s = 0.004;
 /// Nearer to an end a pluck has nothing but its highest partials.
 constexpr double kNearestToEnd = 0.01;
@@ -111,7 +111,7 @@ double expected_rms(const Strike& strike, const Sound& sound) {
     const double amplitude =
         static_cast<double>(strike.excitation.amplitude[static_cast<std::size_t>(n - 1)]) *
         body_gain(sound.body, kTurn * frequency_hz / sound.rate_hz);
-    // Within a round trip nothing is lost; of those there are so many in the window.
+    // Within a round trip nothing is lost; the window has this many of them.
     const double period_s = strike.loop.period / sound.rate_hz;
     const double losses = 2.0 * period_s / loop_decay_s(strike.loop, frequency_hz, sound.rate_hz);
     const double rounds = kLevelWindow_s / period_s;
@@ -121,7 +121,7 @@ double expected_rms(const Strike& strike, const Sound& sound) {
   return std::sqrt(power);
 }
 
-/// Amplitudes relative to each other: what is beyond this, either way, is no tone.
+/// Amplitudes relative to each other: what is beyond this, either way, is not a tone.
 constexpr double kMaxPartial = 1e12;
 
 bool in_range(const ToneSound& tone) {

@@ -1,4 +1,4 @@
-// From a tone as the daemon tells it to a strike with every coefficient: the waveguide of a string
+// From a tone as the daemon sends it to a strike with every coefficient: the waveguide of a string
 // after Penttinen, Pakarinen, Valimaki et al., "Model-based sound synthesis of the guqin", JASA 120
 // (2006). SI. Not RT: here are the sines and exponentials that the audio callback does without.
 // What is ours, since the event does not say it: how much faster high partials die away, the width

@@ -26,7 +26,7 @@ constexpr int kMinRate_hz = 4000;
 constexpr int kMaxRate_hz = 768000;
 /// Sound is scaled to 1, or to an integer of 32 bits.
 constexpr double kMaxSample = 4.0e9;
-/// A sample so many times the sound around it, without the time next to it, is a mistake. A pluck
+/// A sample this many times the sound around it, leaving out its neighbours, is an error. A pluck
 /// with a hard click has 30.
 constexpr double kStrayRatio = 200.0;
 constexpr double kStrayWidth_s = 1e-3;
@@ -139,8 +139,8 @@ std::size_t cut_silence(std::vector<float>& samples, double rate_hz) {
 /// What is wrong with the samples of a file, empty when nothing is.
 std::string fault_of(const std::vector<float>& samples, double rate_hz) {
   if (const auto wrong = wrong_sample(samples)) {
-    return "has a sample that is no sound, " + written(samples[*wrong]) + " at " +
-           at_time(*wrong, rate_hz) + ". Write the file anew, or repair it in an editor";
+    return "has a sample that is not sound, " + written(samples[*wrong]) + " at " +
+           at_time(*wrong, rate_hz) + ". Write the file again, or repair it in an editor";
   }
   if (samples.empty() || std::abs(samples[largest_of(samples)]) == 0.0F) return "is silent";
   if (const auto stray = stray_sample(samples, rate_hz)) {

@@ -2,7 +2,7 @@
 // scene. A file is played at its own pitch when the string sounds as it was tuned, else faster or
 // slower. Its level is measured, so that recordings and computed strings of the same event are
 // equally loud. A file of another sample rate is resampled, silence before the tone is cut off, and
-// one with samples that are no sound is refused. Samples are kept until the end of the program:
+// one with samples that are not sound is refused. Samples are kept until the end of the program:
 // voices read them. Not RT.
 #pragma once
 

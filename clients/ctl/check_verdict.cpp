@@ -36,7 +36,7 @@ char first_letter(const std::string& answer) {
   return 0;
 }
 
-/// Fills the one place that no movement told of with the axis that is left over.
+/// Fills the one place that no movement determined with the remaining axis.
 bool complete(std::array<v1::Axis, 3>& came) {
   std::array<int, 3> uses{};
   int untried = -1;
@@ -152,7 +152,7 @@ std::string axes_line(const std::array<v1::Axis, 3>& axes) {
 
 std::string push_advice(const v1::DeviceProfile& profile, v1::Axis asked, v1::Axis felt) {
   if (index_of(asked) != index_of(felt)) {
-    return "Its motors push along other axes than it senses: that is the firmware's to mend.";
+    return "Its motors push along other axes than it senses: the firmware has to be fixed.";
   }
   std::array<int, 3> signs{1, 1, 1};
   const v1::Quantity& present = profile.axis_map().force_sign();

@@ -1,6 +1,6 @@
 // What the guided check of a device makes of a movement and of an answer: directions in the base
-// frame D (x right, y up, z toward the user), and the lines of a profile that mend what lies wrong.
-// Pure. Not RT.
+// frame D (x right, y up, z toward the user), and the lines of a profile that correct what is
+// wrong. Pure. Not RT.
 #pragma once
 
 #include <array>
@@ -13,9 +13,9 @@
 
 namespace hapticd::ctl {
 
-/// A displacement of the handle that is less is no movement, m.
+/// A smaller displacement of the handle is not a movement, m.
 inline constexpr double kMinMovement = 0.01;
-/// The largest component must be so many times the second one. 1.5 lets a hand be 33 degrees off.
+/// The largest component must be this many times the second one. 1.5 lets a hand be 33 degrees off.
 inline constexpr double kClearestRatio = 1.5;
 
 /// Place of a direction's axis in x, y, z.
@@ -34,7 +34,7 @@ inline constexpr double kClearestRatio = 1.5;
 /// first raw axes become.
 [[nodiscard]] std::array<bool, 3> axes_of(const v1::DeviceProfile& profile,
                                           const v1::Quantity& count);
-/// Axes along which it is told to push.
+/// Axes along which it is asked to push.
 [[nodiscard]] std::array<bool, 3> pushed_axes(const v1::DeviceProfile& profile);
 /// Axes along which the handle can be led.
 [[nodiscard]] std::array<bool, 3> sensed_axes(const v1::DeviceProfile& profile);
@@ -54,9 +54,9 @@ struct MovementVerdict {
 /// `displacement`: p_DH after the movement less that before it, m.
 [[nodiscard]] MovementVerdict judge_movement(const std::array<double, 3>& displacement);
 
-/// The raw directions that should become x, y and z of D, where `came[i]` is what the device told
-/// of a movement along +x, +y, +z, and AXIS_UNSPECIFIED of an axis that was not tried. None: the
-/// movements contradict each other.
+/// The raw directions that should become x, y and z of D, where `came[i]` is what the device
+/// reported of a movement along +x, +y, +z, and AXIS_UNSPECIFIED of an axis that was not tried.
+/// None: the movements contradict each other.
 [[nodiscard]] std::optional<std::array<v1::Axis, 3>> mended_axes(
     const v1::DeviceProfile& profile, const std::array<v1::Axis, 3>& came);
 

@@ -20,7 +20,7 @@ std::string unreachable(const std::string& server, bool keyed) {
 
 std::optional<client::ClientKey> key_of(const GlobalOptions& options) {
   try {
-    return client::named_key(options.key_file, options.role);
+    return client::named_key(options.daemon.key_file, options.daemon.role);
   } catch (const std::runtime_error& error) {
     throw Failure(kRefused, std::string("--key: ") + error.what());
   }
@@ -30,7 +30,7 @@ std::optional<client::ClientKey> key_of(const GlobalOptions& options) {
 
 client::Endpoint server_of(const GlobalOptions& options) {
   try {
-    return client::parse_endpoint(options.server);
+    return client::parse_endpoint(options.daemon.server);
   } catch (const std::invalid_argument& error) {
     throw Failure(kUsageBad, std::string("--server: ") + error.what());
   }

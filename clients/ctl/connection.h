@@ -9,6 +9,7 @@
 #include "clients/library/client.h"
 #include "clients/library/controller.h"
 #include "clients/library/endpoint.h"
+#include "clients/library/program.h"
 
 namespace hapticd::ctl {
 
@@ -30,9 +31,7 @@ class Failure : public std::runtime_error {
 
 /// What every command knows.
 struct GlobalOptions {
-  std::string server = "127.0.0.1:47800";
-  std::string key_file;  ///< empty: the daemon has no keys
-  std::string role;      ///< view or control; empty: by the name of the file
+  client::DaemonChoice daemon;
   double timeout_s = 5.0;
   bool json = false;
 };
@@ -40,7 +39,7 @@ struct GlobalOptions {
 /// Where the daemon is; throws Failure(kUsageBad) when --server says no host and port.
 [[nodiscard]] client::Endpoint server_of(const GlobalOptions& options);
 
-/// The timeout as the library wants it.
+/// The timeout as the library takes it.
 [[nodiscard]] std::chrono::nanoseconds timeout_of(const GlobalOptions& options);
 
 /// A session that has been answered; throws Failure(kUnreachable) that says what to do when there

@@ -9,7 +9,7 @@
 namespace hapticd::ctl {
 namespace {
 
-/// Building a large scene may take so long, s.
+/// Building a large scene may take this long, s.
 constexpr double kSceneTimeout = 120.0;
 
 using Strings = std::shared_ptr<std::vector<std::string>>;
@@ -40,7 +40,7 @@ void add_listing(CLI::App& app, const GlobalOptions& options, const char* help,
     const v1::Listing& listing = result.listing();
     for (int i = 0; i < listing.names_size(); ++i) {
       const bool described = i < listing.descriptions_size();
-      std::printf("%-20s%s\n", listing.names(i).c_str(),
+      std::printf("%-26s%s\n", listing.names(i).c_str(),
                   described ? listing.descriptions(i).c_str() : "");
     }
   });
@@ -123,7 +123,7 @@ void record(const GlobalOptions& options, v1::RecordMode mode, const std::string
   v1::Item item;
   item.mutable_record()->set_mode(mode);
   item.mutable_record()->set_file(file);
-  // The session's first RecordInfo tells the state before; the next one that of this request.
+  // The session's first RecordInfo has the state before; the next one that of this request.
   auto told = std::make_shared<std::vector<v1::RecordInfo>>();
   client::ClientHandlers handlers;
   handlers.item = [told](const v1::Item& heard) {
@@ -134,7 +134,7 @@ void record(const GlobalOptions& options, v1::RecordMode mode, const std::string
   const std::size_t before = told->size();
   control(*client, item, options);
   client->poll_until([&] { return told->size() > before; }, timeout_of(options));
-  if (told->empty()) throw Failure(kUnreachable, "the daemon tells nothing of its recorder");
+  if (told->empty()) throw Failure(kUnreachable, "the daemon says nothing about its recorder");
   const v1::RecordInfo& info = told->back();
   if (options.json) {
     std::printf("%s\n", to_json(info).c_str());
@@ -172,8 +172,8 @@ void add_tool_commands(CLI::App& app, const GlobalOptions& options) {
     print_done(options, control(*client, item, options), "done");
   });
   const auto what = std::make_shared<std::string>();
-  CLI::App& clutch =
-      *app.add_subcommand("clutch", "Lets go of the tool while the device moves on (open), or not");
+  CLI::App& clutch = *app.add_subcommand(
+      "clutch", "Lets the device move without the tool (open), or with it again");
   clutch.add_option("STATE", *what, "open or close")
       ->required()
       ->check(CLI::IsMember({"open", "close"}));
@@ -195,9 +195,9 @@ void add_scene_commands(CLI::App& app, const GlobalOptions& options) {
   scene.fallthrough();
   v1::Item item;
   item.mutable_list_scenes();
-  add_listing(scene, options, "Names the installed scenes", item);
-  add_load(scene, options, "load", "Replaces the scene that plays", false);
-  add_load(scene, options, "check", "Has the daemon check a scene and load nothing", true);
+  add_listing(scene, options, "Lists the installed scenes", item);
+  add_load(scene, options, "load", "Replaces the scene being played", false);
+  add_load(scene, options, "check", "Has the daemon check a scene without loading it", true);
 }
 
 void add_parameter_commands(CLI::App& app, const GlobalOptions& options) {
@@ -237,7 +237,7 @@ void add_record_commands(CLI::App& app, const GlobalOptions& options) {
   add_record(group, options, "dump", "Writes the last 60 s", v1::RECORD_MODE_DUMP);
   v1::Item item;
   item.mutable_list_recordings();
-  add_listing(group, options, "Names the recordings", item);
+  add_listing(group, options, "Lists the recordings", item);
 }
 
 void add_run_commands(CLI::App& app, const GlobalOptions& options) {

@@ -82,7 +82,7 @@ bool live_until(client::Client& client, const Conversation& person,
     const std::int64_t heard_ns = client.core().heard_ns();
     if (since(heard_ns != 0 ? heard_ns : began_ns) > kSilence) {
       throw Failure(kUnreachable,
-                    "hapticd does not answer any more. It takes its force away 2 s "
+                    "hapticd no longer answers. It takes its force away 2 s "
                     "after it has lost this session");
     }
   }

@@ -11,7 +11,7 @@
 
 namespace hapticd::ctl {
 
-/// Whom a command talks with; in tests, whoever plays the person.
+/// The person a command talks with; in tests, a stand-in.
 struct Conversation {
   std::function<void(const std::string&)> say;
   /// A line that was answered, without its end; none yet. Throws Failure when none can come.

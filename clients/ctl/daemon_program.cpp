@@ -13,7 +13,7 @@
 namespace hapticd::ctl {
 namespace {
 
-/// How to come by a program that is not beside hapticctl, which stands in `folder`.
+/// How to get a program that is not beside hapticctl, which is in `folder`.
 std::string remedy(const std::string& name, const std::filesystem::path& folder) {
   std::error_code unknown;
   const std::filesystem::path tree = folder.parent_path();

@@ -109,7 +109,7 @@ void add_calibrate(CLI::App& device, const GlobalOptions& options) {
     bool zero = false;
   };
   CLI::App& command =
-      *device.add_subcommand("calibrate", "The device's own calibration, to its end and kept");
+      *device.add_subcommand("calibrate", "Runs the device's own calibration and keeps the result");
   const auto choice = std::make_shared<Choice>();
   command.add_option("--tool", choice->tool, "id of the tool")->capture_default_str();
   command.add_flag("--zero", choice->zero, "take the present pose as zero instead");

@@ -176,9 +176,9 @@ std::vector<std::string> info_lines(const v1::DeviceInfo& info) {
                   (info.has_measured_delay_s()
                        ? format("%.3f ms measured", 1e3 * info.measured_delay_s())
                        : "not measured, the declared one counts"));
-  lines.push_back(format("  stiffness     %.0f N/m at the most", info.stiffness_bound_n_per_m()));
+  lines.push_back(format("  stiffness     %.0f N/m at most", info.stiffness_bound_n_per_m()));
   if (info.driver() == v1::DRIVER_PID) {
-    lines.emplace_back("  watchdog      NONE: it pushes on when hapticd dies, so 1 N at the most");
+    lines.emplace_back("  watchdog      NONE: it keeps pushing if hapticd dies, so 1 N at most");
   }
   if (profile.affine()) {
     lines.emplace_back("  affine        it renders the stiffness of contacts by itself");
@@ -192,7 +192,7 @@ std::vector<std::string> info_lines(const v1::DeviceInfo& info) {
 
 std::string unchecked_text(const v1::DeviceInfo& info) {
   if (info.checked()) return {};
-  return format("device of tool %u: %g N at the most until its axes and signs are checked: ",
+  return format("device of tool %u: %g N at most until its axes and signs are checked: ",
                 info.tool_id(), info.force_limit_n()) +
          "hapticctl device check" +
          (info.tool_id() == 0 ? std::string() : " --tool " + std::to_string(info.tool_id()));
@@ -202,7 +202,7 @@ std::string no_force_text(const v1::DeviceInfo& info) {
   const v1::Quantity& actuated = info.profile().actuated_axes();
   const bool has_motors = actuated.value().empty() || actuated.value(0) > 0.0;
   if (info.force_limit_n() > 0.0 || !has_motors) return {};
-  return format("device of tool %u: no force: the least of peak_force_n and --max-force is 0 N",
+  return format("device of tool %u: no force: the smaller of peak_force_n and --max-force is 0 N",
                 info.tool_id());
 }
 
@@ -248,7 +248,7 @@ std::string unready_text(const v1::State& state, std::uint32_t tool_id) {
     return "the device's zero is not known. hapticctl device calibrate";
   }
   if (has(*device, v1::DEVICE_FLAG_FAULT)) {
-    return "the device reports a fault of its own. See its manual, then hapticctl clear";
+    return "the device reports a fault. See its manual, then hapticctl clear";
   }
   if (state.loop_state() == v1::LOOP_STATE_FAULT) {
     return "a fault is latched (" + cause_of(state) + "). hapticctl clear";

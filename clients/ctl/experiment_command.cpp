@@ -19,9 +19,9 @@ void add_experiment_command(CLI::App& app, const GlobalOptions& options) {
       });
     };
     // Also where one that was begun with --live is resumed.
-    if (!has("--address")) words.insert(words.end(), {"--address", options.server});
-    if (!options.key_file.empty() && !has("--key")) {
-      words.insert(words.end(), {"--key", options.key_file});
+    if (!has("--address")) words.insert(words.end(), {"--address", options.daemon.server});
+    if (!options.daemon.key_file.empty() && !has("--key")) {
+      words.insert(words.end(), {"--key", options.daemon.key_file});
     }
     words.insert(words.begin(), "experiment");
     become_program("hapticd-lab", words);

@@ -53,7 +53,7 @@ void list(const GlobalOptions& options) {
   }
   for (int i = 0; i < listing.names_size(); ++i) {
     const bool described = i < listing.descriptions_size();
-    std::printf("%-20s%s\n", listing.names(i).c_str(),
+    std::printf("%-26s%s\n", listing.names(i).c_str(),
                 described ? listing.descriptions(i).c_str() : "");
   }
 }
@@ -64,7 +64,7 @@ void add_gesture_commands(CLI::App& app, const GlobalOptions& options) {
   CLI::App& group = *app.add_subcommand("gesture", "The simulated hand: list, play, end");
   group.require_subcommand(1);
   group.fallthrough();
-  group.add_subcommand("list", "Names the installed gestures")->callback([&options] {
+  group.add_subcommand("list", "Lists the installed gestures")->callback([&options] {
     list(options);
   });
   const auto choice = std::make_shared<PlayOptions>();
@@ -76,10 +76,10 @@ void add_gesture_commands(CLI::App& app, const GlobalOptions& options) {
       ->check(CLI::IsMember({"off", "light", "firm", "adversarial"}));
   player.add_option("--seed", choice->seed, "of the tremor (default: the daemon's)")
       ->each([choice](const std::string&) { choice->has_seed = true; });
-  player.add_option("--repeat", choice->repeat, "how often; 0 = until told otherwise")
+  player.add_option("--repeat", choice->repeat, "how many times; 0: until told otherwise")
       ->capture_default_str();
   player.callback([&options, choice] { play(options, *choice); });
-  group.add_subcommand("end", "Ends the gesture that plays")->callback([&options] {
+  group.add_subcommand("end", "Ends the gesture being played")->callback([&options] {
     v1::Item item;
     item.mutable_play_gesture();
     finish(options, item, "ended");

@@ -21,7 +21,7 @@ constexpr int kTries = 3;
 constexpr double kEngageWait = 20.0;
 /// How long a push may take to be done, s.
 constexpr double kPushWait = 5.0;
-/// What is asked at the end may take so long, ms; after that the end of the lease does it.
+/// Requests at the end may take this long, ms; after that the end of the lease does it.
 constexpr std::chrono::milliseconds kEndWait{1500};
 
 std::string mm(double metres) {
@@ -90,12 +90,12 @@ class GuidedCheck {
     lead();
     const std::vector<v1::Axis> order = push_order(pushed_axes(info_.profile()), choice_.seed);
     if (order.empty()) {
-      person_.say("It has no motors: its axes lie right, and that is all.");
+      person_.say("It has no motors: its axes are right, and there is nothing else to check.");
       return;
     }
     engage();
     person_.say("Hold the handle loosely, away from its stops. The device pushes " +
-                std::to_string(order.size()) + " times, for a second, with 0.3 N.");
+                std::to_string(order.size()) + " times, for one second each, with 0.3 N.");
     for (const v1::Axis asked : order) feel(asked);
     conclude();
   }
@@ -110,7 +110,7 @@ class GuidedCheck {
       return client_.state() && device_of(*client_.state(), choice_.tool_id) != nullptr;
     };
     if (!live_until(client_, person_, heard, options_.timeout_s)) {
-      throw Failure(kRefused, "no readings come of the device of tool " +
+      throw Failure(kRefused, "no readings come from the device of tool " +
                                   std::to_string(choice_.tool_id) +
                                   ". Under the virtual clock there are none until it runs");
     }
@@ -138,7 +138,7 @@ class GuidedCheck {
         client_, person_, [&] { return client_.state()->tick() != tick; }, options_.timeout_s));
   }
 
-  /// What the device told of a movement along `direction`.
+  /// What the device reported of a movement along `direction`.
   v1::Axis led(v1::Axis direction) {
     std::string ask = std::string("Move the handle 3 cm or more ") +
                       (direction == v1::AXIS_POSITIVE_X ? "to the " : "") + name_of(direction) +
@@ -159,11 +159,11 @@ class GuidedCheck {
         return verdict.came;
       }
       person_.say(verdict.movement == Movement::kTooShort
-                      ? "  that was " + mm(verdict.length) + " only. From here, once more."
-                      : "  that was along two axes at once. From here, once more, straight.");
+                      ? "  that was " + mm(verdict.length) + " only. Once more from here."
+                      : "  that was along two axes at once. Once more from here, straight.");
     }
     throw Failure(kRefused, std::string("no clear movement ") + name_of(direction) +
-                                " was seen. Is it this device that is moved? See hapticctl device "
+                                " was seen. Is this the device you moved? See hapticctl device "
                                 "monitor");
   }
 
@@ -181,10 +181,10 @@ class GuidedCheck {
     if (right) return;
     const auto mended = mended_axes(info_.profile(), came);
     if (!mended) {
-      throw Failure(kRefused, "two movements came along one axis. Begin again, and move straight");
+      throw Failure(kRefused, "two movements were along one axis. Start again, and move straight");
     }
     throw Failure(kRefused,
-                  "the axes do not lie as its profile has them. Nothing was pushed. Write "
+                  "the axes are not as its profile says. The device has not pushed. Write "
                   "into the profile: " +
                       axes_line(*mended) + "; start hapticd with it, and check again");
   }
@@ -219,7 +219,7 @@ class GuidedCheck {
     require(result);
   }
 
-  /// Pushes until something was felt; the person is not told what was asked for.
+  /// Pushes until something was felt; the person is not told which push it was.
   v1::Axis felt_of(v1::Axis asked) {
     for (int k = 0; k < kTries; ++k) {
       push(asked);
@@ -260,7 +260,7 @@ class GuidedCheck {
     const v1::DeviceInfo after = device_info(client_, options_, choice_.tool_id);
     if (!after.checked()) {
       throw Failure(kRefused,
-                    "all directions were felt as told, yet hapticd does not count the "
+                    "all directions were right, yet hapticd does not count the "
                     "device as checked. Check again");
     }
     std::array<char, 64> text{};
@@ -325,8 +325,8 @@ void run_calibration(client::Client& client, const GlobalOptions& options, std::
     step(v1::CALIBRATE_STEP_START);
     end.ask(calibrate_item(tool_id, v1::CALIBRATE_STEP_ABORT));
     person.say(
-        "Its motors are free. Lead the handle to its stops, as its manual says. Ctrl-C "
-        "breaks off.");
+        "Its motors are free. Move the handle to its stops, as its manual says. Ctrl-C "
+        "cancels.");
     v1::DeviceInfo info = device_info(client, options, tool_id);
     int told = -1;
     while (info.calibration() == v1::CALIBRATION_STATE_RUNNING) {

@@ -1,6 +1,6 @@
 // The guided first check of a device: a person leads the handle along each axis, then says where
-// each small push went. Axes and signs that lie wrong are told with the line of the profile that
-// mends them. And the device's own calibration, followed to its end. Not RT.
+// each small push went. Wrong axes and signs are reported with the line of the profile that
+// corrects them. Also the device's own calibration, followed to its end. Not RT.
 #pragma once
 
 #include <cstdint>

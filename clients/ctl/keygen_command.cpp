@@ -1,4 +1,4 @@
-// keygen: makes the two keys of a daemon. It speaks to nobody. Not RT.
+// keygen: makes the two keys of a daemon, without a daemon. Not RT.
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -11,7 +11,7 @@ namespace hapticd::ctl {
 void add_keygen_command(CLI::App& app, const GlobalOptions& /*options*/) {
   CLI::App& command = *app.add_subcommand("keygen", "Makes a folder with view.key and control.key");
   const auto folder = std::make_shared<std::string>();
-  command.add_option("DIR", *folder, "folder of the keys; made if need be")->required();
+  command.add_option("DIR", *folder, "folder of the keys; created if needed")->required();
   command.callback([folder] {
     try {
       noise::make_key_folder(*folder);
@@ -20,7 +20,7 @@ void add_keygen_command(CLI::App& app, const GlobalOptions& /*options*/) {
     }
     std::printf(
         "%s: view.key may look, control.key may control. Start hapticd --keys %s, and bring each "
-        "client its key by a safe way.\n",
+        "client its key over a safe channel.\n",
         folder->c_str(), folder->c_str());
   });
 }

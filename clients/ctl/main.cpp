@@ -1,4 +1,4 @@
-// hapticctl: looks at a running hapticd and tells it what to do. Exit codes: 0 good, 1 the daemon
+// hapticctl: watches and controls a running hapticd. Exit codes: 0 good, 1 the daemon
 // refused or a file is bad, 2 the command line makes no sense, 3 no daemon answers.
 #include <array>
 #include <cstdio>
@@ -34,15 +34,10 @@ std::string explain(const CLI::App* app, const CLI::Error& error) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Looks at a running hapticd and tells it what to do.", "hapticctl");
+  CLI::App app("Watches and controls a running hapticd.", "hapticctl");
   GlobalOptions options;
   app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION);
-  app.add_option("--server", options.server, "where hapticd listens, HOST:PORT")
-      ->capture_default_str();
-  app.add_option("--key", options.key_file, "key of a hapticd that has keys")->type_name("FILE");
-  app.add_option("--role", options.role, "whose key it is (control, unless it is called view.key)")
-      ->check(CLI::IsMember({"view", "control"}))
-      ->type_name("view|control");
+  hapticd::client::add_daemon_options(app, options.daemon);
   app.add_option("--timeout", options.timeout_s, "longest wait for an answer, s")
       ->check(CLI::Range(0.01, 3600.0))
       ->capture_default_str();

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "clients/ctl/commands.h"
 #include "clients/ctl/text.h"
@@ -93,8 +94,10 @@ void pose(const GlobalOptions& options, const PoseOptions& choice) {
   stream(choice.file == "-" ? std::cin : file, choice, options, *client, *streamed);
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   if (options.json) {
-    std::printf("{\"rows\":%llu,\"refused_batches\":%llu,\"held_inputs\":%llu}\n",
-                count(streamed->rows), count(streamed->refused), count(streamed->held));
+    const nlohmann::ordered_json json = {{"rows", streamed->rows},
+                                         {"refused_batches", streamed->refused},
+                                         {"held_inputs", streamed->held}};
+    std::printf("%s\n", json.dump().c_str());
   } else {
     std::printf("%llu poses sent, %llu ticks without one\n", count(streamed->rows),
                 count(streamed->held));
@@ -110,7 +113,7 @@ void pose(const GlobalOptions& options, const PoseOptions& choice) {
 void add_pose_command(CLI::App& app, const GlobalOptions& options) {
   const auto choice = std::make_shared<PoseOptions>();
   CLI::App& command = *app.add_subcommand(
-      "pose", "Moves the scripted device: rows x,y,z[,qw,qx,qy,qz] in metres, one a tick");
+      "pose", "Moves the scripted device: rows x,y,z[,qw,qx,qy,qz] in metres, one per tick");
   command.add_option("FILE", choice->file, "table of poses, - for stdin")->capture_default_str();
   command.add_option("--tool", choice->tool, "id of the tool")->capture_default_str();
   command.callback([&options, choice] { pose(options, *choice); });

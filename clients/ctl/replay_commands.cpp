@@ -26,11 +26,13 @@ struct ExportOptions {
 
 void add_replay_commands(CLI::App& app, const GlobalOptions& /*options*/) {
   CLI::App* replay = app.add_subcommand(
-      "replay", "plays a recording again (hapticd --device replay:FILE); 5 when it differs");
+      "replay",
+      "plays a recording again (hapticd --device replay:FILE); exit code 5 if it differs");
   const auto played = std::make_shared<ReplayOptions>();
   replay->add_option("FILE", played->file, "recording")->required();
   replay->add_flag("--verify", played->verify, "compare every wrench with the recorded one");
-  replay->add_flag("--paced", played->paced, "as fast as it was, not as fast as can be");
+  replay->add_flag("--paced", played->paced,
+                   "at the speed of the recording, not as fast as possible");
   replay->add_option("--listen", played->listen, "where clients may watch (any free port)")
       ->type_name("ADDR:PORT");
   replay->callback([played] {

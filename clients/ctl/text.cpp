@@ -124,7 +124,7 @@ std::optional<v1::Pose> parse_pose(std::string_view line, int line_number) {
   const auto numbers = numbers_of(line);
   if (!numbers || (numbers->size() != 3 && numbers->size() != 7)) {
     throw Failure(kRefused, "line " + std::to_string(line_number) +
-                                " is no pose: give x, y, z in metres, and qw, qx, qy, qz if it "
+                                " is not a pose: give x, y, z in metres, and qw, qx, qy, qz if it "
                                 "turns");
   }
   v1::Pose pose;

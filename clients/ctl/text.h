@@ -1,5 +1,5 @@
 // Texts that hapticctl reads and writes: values of parameters, lines of poses, protobuf messages as
-// JSON or from text format, names of enum values for people. Pure but for read_file. Not RT.
+// JSON or from text format, names of enum values for people. Pure, except read_file. Not RT.
 #pragma once
 
 #include <google/protobuf/message.h>

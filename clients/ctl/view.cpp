@@ -152,7 +152,7 @@ void add_rest(const View& view, std::vector<std::string>& lines) {
                            100.0 * static_cast<double>(stiffness.scale()),
                            static_cast<double>(stiffness.bound_n_per_m()),
                            stiffness.scale() < kHardlyFelt
-                               ? "; hardly a force is felt, the log of hapticd says why"
+                               ? "; hardly any force is felt, the log of hapticd says why"
                                : ""));
   }
   add_quality(state, lines);

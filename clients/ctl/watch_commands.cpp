@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "clients/ctl/commands.h"
 #include "clients/ctl/device_text.h"
@@ -14,6 +15,8 @@
 
 namespace hapticd::ctl {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 /// How long status waits for a State: with the virtual clock at rest none may come.
 constexpr std::chrono::milliseconds kStateWait{500};
@@ -65,12 +68,13 @@ void status(const GlobalOptions& options) {
     print_unchecked(*client, options);
     return;
   }
-  std::printf(
-      "{\"server\":\"%s\",\"server_version\":\"%s\",\"scene\":\"%s\",\"rate_hz\":%g,"
-      "\"lease\":%s,\"state\":%s}\n",
-      view.server.c_str(), view.scene.server_version().c_str(), view.scene.scene().name().c_str(),
-      view.scene.rate_hz(), to_json(view.lease).c_str(),
-      view.has_state ? to_json(view.state).c_str() : "null");
+  const Json json = {{"server", view.server},
+                     {"server_version", view.scene.server_version()},
+                     {"scene", view.scene.scene().name()},
+                     {"rate_hz", view.scene.rate_hz()},
+                     {"lease", Json::parse(to_json(view.lease))},
+                     {"state", view.has_state ? Json::parse(to_json(view.state)) : Json()}};
+  std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
 void watch(const GlobalOptions& options) {

@@ -28,7 +28,7 @@ constexpr int kSocketBytes = 1 << 20;
 std::uint32_t random_number() {
   std::uint32_t number = 0;
   if (getrandom(&number, sizeof number, 0) != static_cast<ssize_t>(sizeof number)) {
-    throw std::runtime_error("the system gives no random numbers");
+    throw std::runtime_error("the system provides no random numbers");
   }
   return number;
 }
@@ -47,7 +47,7 @@ int connected_socket(const std::string& host, std::uint16_t port) {
     const int fd = ::socket(each->ai_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (fd < 0) continue;
     if (::connect(fd, each->ai_addr, each->ai_addrlen) == 0) {
-      // Less is no fault: what does not fit is repeated.
+      // Less is not a fault: what does not fit is repeated.
       setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &kSocketBytes, sizeof kSocketBytes);
       return fd;
     }
@@ -119,7 +119,7 @@ void Client::poll(std::chrono::nanoseconds wait) {
     std::array<std::uint8_t, kBufferBytes> buffer{};
     for (int i = 0; i < kMaxPerTurn; ++i) {
       const ssize_t bytes = ::recv(socket_, buffer.data(), buffer.size(), 0);
-      if (bytes < 0) break;  // Empty, or nobody listens there yet.
+      if (bytes < 0) break;  // Empty, or nothing listens there yet.
       core_->receive({buffer.data(), static_cast<std::size_t>(bytes)}, monotonic_now_ns());
     }
   }

@@ -22,7 +22,7 @@ inline constexpr std::chrono::milliseconds kDefaultTimeout{5000};
 /// The own clock of every instant here: CLOCK_MONOTONIC, ns.
 [[nodiscard]] std::int64_t monotonic_now_ns();
 
-/// A session with one server, begun anew whenever the server forgets it.
+/// A session with one server, started again whenever the server forgets it.
 class Client {
  public:
   /// Opens a socket to `host` (name or address) and `port`; a server need not be there yet. The
@@ -65,12 +65,12 @@ class Client {
 
   /// The newest State; empty before the first.
   [[nodiscard]] const std::optional<v1::State>& state() const noexcept { return state_; }
-  /// The scene that plays; empty before the server has told.
+  /// The scene being played; empty before the server has sent it.
   [[nodiscard]] const std::optional<v1::SceneInfo>& scene() const noexcept { return scene_; }
   /// Who controls.
   [[nodiscard]] const v1::LeaseInfo& lease() const noexcept { return lease_; }
-  /// The server's clock: t_ns of its events minus the offset at now is the own clock.
-  [[nodiscard]] const ClockEstimate& clock() const noexcept { return core_->clock(); }
+  /// The server's clock: t_ns of its events minus the offset at now is this side's clock.
+  [[nodiscard]] const wire::ClockEstimate& clock() const noexcept { return core_->clock(); }
   /// The protocol below.
   [[nodiscard]] const ClientCore& core() const noexcept { return *core_; }
   /// Where the server is meant to be, as given.

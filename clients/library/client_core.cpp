@@ -16,7 +16,7 @@ constexpr std::int64_t kKeyedSilence_ns = 3000 * wire::kMillisecond_ns;
 /// The server's clock is asked for with every Packet at first, then so often, ns.
 constexpr std::size_t kFirstClocks = 8;
 constexpr std::int64_t kClockPeriod_ns = 250 * wire::kMillisecond_ns;
-/// States after which a Packet tells of them: a Run of steps waits when 64 are not told of.
+/// States after which a Packet reports them: a Run of steps waits when 64 are unreported.
 constexpr std::uint64_t kTellAfterStates = 16;
 
 }  // namespace
@@ -94,7 +94,7 @@ bool ClientCore::session_is_over(const v1::Packet& packet) {
     return true;
   }
   begin();
-  if (phase == Phase::kDismissed) return true;  // Its end has been told.
+  if (phase == Phase::kDismissed) return true;  // Its end has been reported.
   const SessionEnd by_reset = full ? SessionEnd::kFull : SessionEnd::kForgotten;
   end(packet.has_reset() ? by_reset : SessionEnd::kRestarted);
   return true;

@@ -1,6 +1,6 @@
 // The client's side of the protocol (proto/PROTOCOL.md) as a pure state machine: datagrams and the
 // time come in, datagrams go out through a callback. It opens a session, keeps it alive, repeats
-// what is not acknowledged, and begins anew when the server has forgotten it or was restarted. No
+// what is not acknowledged, and starts again when the server has forgotten it or was restarted. No
 // socket, no clock, no thread; `Client` in client.h adds those. One thread calls everything;
 // handlers are called from inside receive() and may call request(). Times are ns of one monotonic
 // clock, above 0 and never going back. Not RT.
@@ -15,11 +15,11 @@
 #include <span>
 #include <string>
 
-#include "clients/library/clock_estimate.h"
 #include "clients/library/key_handshake.h"
 #include "clients/library/state_assembly.h"
 #include "hapticd/v1/stream.pb.h"
 #include "proto/wire/channel.h"
+#include "proto/wire/clock_estimate.h"
 
 namespace hapticd::client {
 
@@ -35,9 +35,9 @@ enum class SessionEnd : std::uint8_t {
   kLeft,           ///< leave() is done
 };
 
-/// What the owner wants to hear. All may be empty.
+/// What the owner is told. All may be empty.
 struct ClientHandlers {
-  /// An Item of the server that is no Result: events, SceneInfo, LeaseInfo, RecordInfo. Exactly
+  /// An Item of the server that is not a Result: events, SceneInfo, LeaseInfo, RecordInfo. Exactly
   /// once and in order within a session.
   std::function<void(const v1::Item&)> item;
   /// A State newer than all before it, its parts put together.
@@ -87,9 +87,7 @@ class ClientCore {
   [[nodiscard]] std::uint32_t session() const noexcept { return channel_->session(); }
   [[nodiscard]] std::uint32_t boot_id() const noexcept { return boot_id_; }
   /// The server's clock, learned from this session.
-  [[nodiscard]] const ClockEstimate& clock() const noexcept { return clock_; }
-  /// States that arrived in this session.
-  [[nodiscard]] std::uint64_t states_seen() const noexcept { return states_.seen(); }
+  [[nodiscard]] const wire::ClockEstimate& clock() const noexcept { return clock_; }
   /// The server's last Bye.
   [[nodiscard]] const v1::Bye& bye() const noexcept { return bye_; }
 
@@ -123,7 +121,7 @@ class ClientCore {
   std::uint32_t boot_id_ = 0;
   StateAssembly states_;
   std::uint64_t told_seen_ = 0;  ///< Packet.seen as sent last
-  ClockEstimate clock_;
+  wire::ClockEstimate clock_;
   std::int64_t clock_sent_ns_ = 0;
   std::size_t clocks_sent_ = 0;
   std::map<std::uint64_t, ResultHandler> pending_;

@@ -11,7 +11,7 @@
 
 namespace hapticd::client {
 
-/// What a client tells about the States it got, and the State it is putting together.
+/// What a client reports about the States it got, and the State it is putting together.
 class StateAssembly {
  public:
   /// Packet.seen and Packet.newest.

@@ -25,7 +25,7 @@ void Bridge::send(const OscMessage& message, const Clocks& clocks) {
   if (when.late) ++counters_.late;
 }
 
-Clocks clocks_now(const client::ClockEstimate& estimate, bool virtual_clock) {
+Clocks clocks_now(const wire::ClockEstimate& estimate, bool virtual_clock) {
   Clocks clocks;
   timespec day{};
   clock_gettime(CLOCK_REALTIME, &day);

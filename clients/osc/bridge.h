@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <functional>
 
-#include "clients/library/clock_estimate.h"
 #include "clients/osc/osc_message.h"
 #include "clients/osc/osc_time.h"
+#include "proto/wire/clock_estimate.h"
 
 namespace hapticd::osc {
 
@@ -38,6 +38,6 @@ class Bridge {
 
 /// The clocks of this machine now, and the daemon's as `estimate` knows it. Under the virtual clock
 /// the daemon's is none of time: `virtual_clock` leaves it out.
-[[nodiscard]] Clocks clocks_now(const client::ClockEstimate& estimate, bool virtual_clock);
+[[nodiscard]] Clocks clocks_now(const wire::ClockEstimate& estimate, bool virtual_clock);
 
 }  // namespace hapticd::osc

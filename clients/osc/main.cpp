@@ -2,12 +2,12 @@
 // by a signal, 1 a key or address is bad, 2 the command line makes no sense.
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
+#include <memory>
 
 #include "clients/library/client.h"
 #include "clients/library/endpoint.h"
-#include "clients/library/named_key.h"
+#include "clients/library/program.h"
 #include "clients/osc/bridge.h"
 #include "clients/osc/osc_sender.h"
 
@@ -17,29 +17,20 @@ using hapticd::client::Client;
 using hapticd::client::ClientHandlers;
 namespace v1 = hapticd::v1;
 
-volatile std::sig_atomic_t ended = 0;
-
 /// The command line.
 struct Options {
-  std::string server = "127.0.0.1:47800";
+  hapticd::client::DaemonChoice daemon;
   std::string to = "127.0.0.1:57120";
-  std::string key_file;
-  std::string role;
   double rate_hz = 60.0;
   double delay_s = 0.008;
 };
 
 void add_options(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "haptic-osc " HAPTICD_VERSION);
-  app.add_option("--server", options.server, "where hapticd listens, HOST:PORT")
-      ->capture_default_str();
+  hapticd::client::add_daemon_options(app, options.daemon);
   app.add_option("--to", options.to, "where OSC goes, HOST:PORT; sclang has port 57120")
       ->capture_default_str();
-  app.add_option("--key", options.key_file, "key of a hapticd that has keys")->type_name("FILE");
-  app.add_option("--role", options.role, "whose key it is (control, unless it is called view.key)")
-      ->check(CLI::IsMember({"view", "control"}))
-      ->type_name("view|control");
-  app.add_option("--rate", options.rate_hz, "poses a second; 0: none")
+  app.add_option("--rate", options.rate_hz, "poses per second; 0: none")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   app.add_option("--delay", options.delay_s,
@@ -50,16 +41,13 @@ void add_options(CLI::App& app, Options& options) {
 
 void subscribe(Client& client, double tick_rate_hz, double rate_hz) {
   v1::Item item;
-  if (rate_hz > 0.0) {
-    const double divisor = std::max(1.0, std::round(tick_rate_hz / rate_hz));
-    item.mutable_subscribe()->set_divisor(static_cast<std::uint32_t>(divisor));
-  }
+  hapticd::client::set_rate(tick_rate_hz, rate_hz, *item.mutable_subscribe());
   item.mutable_subscribe()->add_sections(v1::SECTION_TOOLS);
   client.request(item);
 }
 
 int run(const Options& options) {
-  const auto server = hapticd::client::parse_endpoint(options.server);
+  hapticd::client::end_on_signals();
   const auto to = hapticd::client::parse_endpoint(options.to, {"127.0.0.1", 57120});
   hapticd::osc::OscSender sender(to.host, to.port);
   hapticd::osc::Bridge bridge(
@@ -80,19 +68,16 @@ int run(const Options& options) {
   };
   handlers.state = [&](const v1::State& state) { bridge.state(state, clocks()); };
   handlers.ended = [](hapticd::client::SessionEnd) {
-    std::printf("the session ended; it begins anew when hapticd is there\n");
+    std::printf("the session ended; it starts again when hapticd is back\n");
     std::fflush(stdout);
   };
-  Client client(server.host, server.port, handlers,
-                hapticd::client::named_key(options.key_file, options.role));
-  session = &client;
-  if (!client.connect(std::chrono::seconds(2))) {
-    std::fprintf(stderr,
-                 "haptic-osc: no daemon answers at %s yet. Start hapticd, or name where it listens "
-                 "with --server; if it has keys, give one of them with --key\n",
-                 client.server().c_str());
+  const std::unique_ptr<Client> client = hapticd::client::open_client(options.daemon, handlers);
+  session = client.get();
+  if (!client->connect(std::chrono::seconds(2))) {
+    const std::string text = hapticd::client::unanswered(client->server());
+    std::fprintf(stderr, "haptic-osc: %s\n", text.c_str());
   }
-  while (ended == 0) client.poll(std::chrono::milliseconds(10));
+  while (!hapticd::client::has_ended()) client->poll(std::chrono::milliseconds(10));
   const auto& counters = bridge.counters();
   std::printf("%llu messages sent, %llu of them late; %llu not sent\n",
               static_cast<unsigned long long>(counters.sent),
@@ -104,23 +89,8 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    CLI::App app("Sends what a running hapticd plays as OSC.", "haptic-osc");
-    Options options;
-    add_options(app, options);
-    try {
-      app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-      return app.exit(error) == 0 ? 0 : 2;
-    }
-    std::signal(SIGINT, [](int) { ended = 1; });
-    std::signal(SIGTERM, [](int) { ended = 1; });
-    return run(options);
-  } catch (const std::invalid_argument& error) {
-    std::fprintf(stderr, "haptic-osc: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "haptic-osc: %s\n", error.what());
-    return 1;
-  }
+  CLI::App app("Sends what a running hapticd plays as OSC.", "haptic-osc");
+  Options options;
+  add_options(app, options);
+  return hapticd::client::run_program(app, argc, argv, [&] { return run(options); });
 }

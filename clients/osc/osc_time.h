@@ -1,4 +1,4 @@
-// When an OSC message shall take effect: the daemon's clock, by way of the own monotonic one, as
+// When an OSC message should take effect: the daemon's clock, by way of this machine's, as
 // the time of day that OSC's time tags count from 1900. Pure. Not RT.
 #pragma once
 
@@ -21,12 +21,12 @@ inline constexpr TimeTag kImmediately{0, 1};
 /// The tag of an instant of the time of day, ns since 1970.
 [[nodiscard]] TimeTag tag_of(std::int64_t unix_ns);
 
-/// How the clocks stand at one instant.
+/// The clocks at one instant.
 struct Clocks {
   std::int64_t monotonic_ns = 0;  ///< own clock
   std::int64_t unix_ns = 0;       ///< time of day at the same instant
   std::optional<std::int64_t>
-      daemon_minus_ns;  ///< the daemon's clock minus the own; nothing: unknown
+      daemon_minus_ns;  ///< the daemon's clock minus this one; nothing: unknown
 };
 
 /// What became of an instant.
@@ -35,7 +35,7 @@ struct Schedule {
   bool late = false;  ///< its time had passed
 };
 
-/// When what happened at `t_ns` of the daemon's clock shall be heard, `delay_ns` after it. A delay
+/// When what happened at `t_ns` of the daemon's clock is to be heard, `delay_ns` after it. A delay
 /// of 0 asks for no schedule; neither has one what has no instant, or a clock that is not known.
 [[nodiscard]] Schedule schedule(std::uint64_t t_ns, std::int64_t delay_ns, const Clocks& clocks);
 

@@ -60,8 +60,8 @@ Broker::Broker(const BrokerOptions& options) {
                              will.payload.data(), will.qos, will.retained),
           "--prefix");
   require(mosquitto_threaded_set(client, true), "threads");
-  // A broker that is not there is no error: the thread tries again, which the library's own does
-  // not where the very first attempt fails.
+  // A broker that is not there is not an error: the thread tries again, which the library's own
+  // does not where the very first attempt fails.
   (void)mosquitto_connect_async(client, options.host.c_str(), options.port, kKeepAlive_s);
   thread_ = std::thread([this] { serve(); });
 }

@@ -1,5 +1,5 @@
 // A connection to an MQTT broker, made again by itself when it breaks. libmosquitto behind it, with
-// a thread of its own. Not RT.
+// a separate thread. Not RT.
 #pragma once
 
 #include <atomic>
@@ -17,9 +17,9 @@ namespace hapticd::relay {
 struct BrokerOptions {
   std::string host = "127.0.0.1";
   std::uint16_t port = 1883;
-  std::string user;                    ///< empty: nobody
+  std::string user;                    ///< empty: no user
   std::string password;                ///< of the user
-  std::filesystem::path certificates;  ///< of who vouches for the broker, PEM; empty: no TLS
+  std::filesystem::path certificates;  ///< that vouch for the broker, PEM; empty: no TLS
   Publication will;                    ///< what the broker says when this connection breaks
 };
 

@@ -1,5 +1,5 @@
 // From a session with the daemon to the topics of an MQTT broker: what is published where, and what
-// the broker keeps for who comes later. clients/relay/README.md has the table. Pure. Not RT.
+// the broker keeps for later subscribers. clients/relay/README.md has the table. Pure. Not RT.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace hapticd::relay {
 struct Publication {
   std::string topic;
   std::string payload;
-  bool retained = false;  ///< the broker gives it to who comes later
+  bool retained = false;  ///< the broker gives it to later subscribers
   int qos = 0;            ///< 1: until the broker has it
 };
 
@@ -45,7 +45,7 @@ class Relay {
   void state(const v1::State& state);
   /// Whether the daemon is there: PREFIX/link, `live` or `gone`.
   void link(bool live);
-  /// The broker is there, for the first time or anew: gets what it has to keep.
+  /// The broker is there, for the first time or again: gets what it has to keep.
   void connected();
   [[nodiscard]] const RelayCounters& counters() const noexcept { return counters_; }
 

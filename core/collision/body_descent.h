@@ -10,7 +10,7 @@
 namespace hapticd {
 
 /// Of two nodes a body's is opened alone where its children are this much larger than the tool's.
-/// Normal value 8. Costs only time: less opens bodies where their boxes told as much, more compares
+/// Normal value 8. Costs only time: less opens bodies where their boxes say as much, more compares
 /// many small spheres of the tool with a large one.
 inline constexpr double kBodyFirst = 8.0;
 /// A tool's node is opened alone where its children are larger than this share of the body's, else

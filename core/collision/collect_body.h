@@ -19,7 +19,7 @@ class BodyContacts {
         obstacle_(obstacle),
         collector_(collector) {}
 
-  /// Pairs that are certainly farther need not be told, m.
+  /// Pairs that are certainly farther need not be reported, m.
   [[nodiscard]] double radius() const noexcept { return collector_.margin(); }
   void count_tests(int tests) noexcept { collector_.count_tests(tests); }
 

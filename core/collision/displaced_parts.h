@@ -1,6 +1,6 @@
-// Parts of a tool that stand aside of where the rigid tool has them: soft fingertips under load.
-// All spheres of a part are displaced alike; the tree stays as it was built. Frame: the tool's, G.
-// RT: yes.
+// Parts of a tool that are displaced from where the rigid tool has them: soft fingertips under
+// load. All spheres of a part are displaced alike; the tree stays as it was built. Frame: the
+// tool's, G. RT: yes.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace hapticd {
 
-/// Where a part stands.
+/// Where a part is.
 struct PartDisplacement {
   std::int32_t part;
   Vector3 v_G;  ///< m

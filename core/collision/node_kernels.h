@@ -27,7 +27,7 @@ struct alignas(32) PointLanes {
   [[nodiscard]] Vector3 operator[](std::size_t k) const noexcept { return {x[k], y[k], z[k]}; }
 };
 
-/// Eight spheres that stand in someone else's memory.
+/// Eight spheres in someone else's memory.
 struct SphereLanes {
   const Lanes& x;
   const Lanes& y;

@@ -12,7 +12,7 @@
 
 namespace hapticd {
 
-/// A rigid body of the scene: its tree and where it stands.
+/// A rigid body of the scene: its tree and where it is.
 struct BodyView {
   SphereTreeView tree;
   Pose X_WB;
@@ -34,7 +34,7 @@ struct ObstaclesView {
   /// Capsules that are bent, in ascending order, each once.
   std::span<const StringBend> bends{};
   /// Bounds of the capsules (group_capsules), so that far ones are passed over a group at a time;
-  /// empty: each is looked at. To be made anew when capsules change.
+  /// empty: each is looked at. To be rebuilt when capsules change.
   std::span<const CapsuleGroup> groups{};
   /// Bounds of all groups (box_of), where there are some: a tool far from every string looks at no
   /// more than this.
@@ -102,8 +102,8 @@ struct Neighbourhood {
   return outside > 0.0 ? outside * outside : 0.0;
 }
 
-/// False when the box is certainly outside `near`. Strings lie side by side, so that one axis tells
-/// most of them apart: where it is too far by itself, so is the sum. 5 to 15 operations.
+/// False when the box is certainly outside `near`. Strings lie side by side, so that one axis
+/// separates most of them: where it is too far by itself, so is the sum. 5 to 15 operations.
 [[nodiscard]] inline bool may_touch(const CapsuleGroup& box, const Neighbourhood& near) noexcept {
   const double most = near.radius * near.radius;
   const double z = squared_outside(box.lower.z(), box.upper.z(), near.p_W.z());

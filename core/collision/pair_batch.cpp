@@ -1,4 +1,4 @@
-// The loops over pairs: without branches, on numbers of their own that no result can change, so
+// The loops over pairs: without branches, on their own numbers that no result can change, so
 // that they become vectors. See pair_batch.h. RT: yes.
 #include "core/collision/pair_batch.h"
 

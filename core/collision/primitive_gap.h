@@ -32,7 +32,7 @@ namespace hapticd {
   return {row(0), row(1), row(2)};
 }
 
-/// Where the tool stands.
+/// Where the tool is.
 struct ToolPlacement {
   Matrix3 R_WG;
   Vector3 p_WG;

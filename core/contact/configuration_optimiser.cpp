@@ -220,13 +220,6 @@ void update_touched(const OptimiserInput& input, double wanted, OptimiserState& 
 
 }  // namespace
 
-Vector3 part_displacement(const OptimiserState& state, std::int32_t part) noexcept {
-  for (const SoftPart& soft : state.parts) {
-    if (soft.part == part) return state.X_WG.q * soft.v_G;
-  }
-  return {0.0, 0.0, 0.0};
-}
-
 void start_tick(const OptimiserInput& input, OptimiserState& state, OptimiserWorkspace& w,
                 OptimiserResult& result) noexcept {
   result = OptimiserResult{};

@@ -106,10 +106,6 @@ struct OptimiserState {
   return reach(input.tool) + greatest_displacement(state.parts);
 }
 
-/// Where part number `part` is drawn from its place in the rigid tool at X_WG, in W, m.
-[[nodiscard]] HD_REALTIME Vector3 part_displacement(const OptimiserState& state,
-                                                    std::int32_t part) noexcept;
-
 /// One pair that carries force. The pair's contact force on the tool is multiplier * nhat_OG_W at
 /// p_WC.
 struct ActiveContact {

@@ -20,7 +20,7 @@ constexpr std::uint64_t kHalfTurn = std::uint64_t{1} << 63U;
 /// sin(pi h) / (pi h).
 double sinc_half_turns(double h) noexcept { return h == 0.0 ? 1.0 : sin_half_turns(h) / (kPi * h); }
 
-/// Sum of m omega_n^2 A_n^2 / 2 with the amplitudes as they stand.
+/// Sum of m omega_n^2 A_n^2 / 2 with the current amplitudes.
 double anchored_energy(const StringConstants& string, const ModalString& modes) noexcept {
   const ModeSeries series = mode_series(string);
   double energy = 0.0;
@@ -69,31 +69,10 @@ void set_fundamental(const Fundamental& fundamental, int count, std::int64_t t_n
   modes.phase[0] = fundamental.phase;
 }
 
-Fundamental fundamental_of(const StringConstants& string, const ModalString& modes) noexcept {
-  const double stiffness = modal_stiffness(string, string.frequency);
-  if (modes.count == 0 || !(stiffness > 0.0)) return {0.0, 0U};
-  return {std::sqrt(2.0 * anchored_energy(string, modes) / stiffness), modes.phase[0]};
-}
-
-void mirror_modes(ModalString& modes) noexcept {
-  for (std::uint64_t& phase : modes.phase) phase += kHalfTurn;
-}
-
 double modal_energy(const StringConstants& string, const ModalString& modes, double decay,
                     std::int64_t t_ns) noexcept {
   const double factor = decay_over(t_ns - modes.t_ns, decay);
   return anchored_energy(string, modes) * (factor * factor);
-}
-
-double modal_displacement(const ModalString& modes, double lambda, double decay,
-                          std::int64_t t_ns) noexcept {
-  double w = 0.0;
-  for (int n = 1; n <= modes.count; ++n) {
-    const auto k = static_cast<std::size_t>(n - 1);
-    const double cosine = sin_cos(2.0 * kPi * turns_of_phase(modes.phase[k])).cos;
-    w += mode_shape(n, lambda) * (modes.amplitude[k] * cosine);
-  }
-  return w * decay_over(t_ns - modes.t_ns, decay);
 }
 
 int relative_partials(const ModalString& modes, std::array<float, kMaxModes>& partials) noexcept {

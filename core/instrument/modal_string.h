@@ -69,21 +69,10 @@ HD_REALTIME void pluck_modes(const StringConstants& string, double lambda, doubl
 HD_REALTIME void set_fundamental(const Fundamental& fundamental, int count, std::int64_t t_ns,
                                  ModalString& modes) noexcept;
 
-/// The fundamental with the energy of all modes, at modes.t_ns, and the phase of the first.
-[[nodiscard]] HD_REALTIME Fundamental fundamental_of(const StringConstants& string,
-                                                     const ModalString& modes) noexcept;
-
-/// Turns the direction of w round: for a finger that comes from the other side.
-HD_REALTIME void mirror_modes(ModalString& modes) noexcept;
-
 /// Energy of the modes at time t_ns >= modes.t_ns, J: sum of m omega_n^2 A_n^2 / 2.
 [[nodiscard]] HD_REALTIME double modal_energy(const StringConstants& string,
                                               const ModalString& modes, double decay,
                                               std::int64_t t_ns) noexcept;
-
-/// w at lambda now, which is t_ns, m.
-[[nodiscard]] HD_REALTIME double modal_displacement(const ModalString& modes, double lambda,
-                                                    double decay, std::int64_t t_ns) noexcept;
 
 /// Amplitudes of the modes relative to the largest, in [0, 1], 0 beyond the count. Returns the
 /// count, 0 for a string at rest.

@@ -21,8 +21,7 @@ inline constexpr double kToInteger = 0x1.8p52;
   return (x + kToInteger) - kToInteger;
 }
 
-/// f_n = n base sqrt(1 + B n^2), with base = f_1 / sqrt(1 + B): as mode_frequency, to rounding,
-/// without a division per mode.
+/// f_n = n base sqrt(1 + B n^2), with base = f_1 / sqrt(1 + B), so that no mode costs a division.
 struct ModeSeries {
   double base;           ///< Hz
   double inharmonicity;  ///< B

@@ -65,7 +65,7 @@ struct TouchReport {
 struct TouchLimits {
   double envelope = 0.0;            ///< reach of the vibration at the place of the touch, m, >= 0
   bool can_arm = true;              ///< false: the string does not yield
-  double max_acceleration = 500.0;  ///< of the hand, m/s^2: tells a slip from a withdrawal
+  double max_acceleration = 500.0;  ///< of the hand, m/s^2: a slip or a withdrawal
 };
 
 /// One tick. dt_ns > 0.

@@ -192,10 +192,4 @@ double k_s_from_device(double length, double reference_tension, double lambda,
   return reference_tension / (length * lambda * (1.0 - lambda)) / device_stiffness;
 }
 
-double mode_frequency(double f_1, double inharmonicity, int n) noexcept {
-  const double order = n;
-  const double stretch = (1.0 + inharmonicity * (order * order)) / (1.0 + inharmonicity);
-  return order * f_1 * std::sqrt(stretch);
-}
-
 }  // namespace hapticd

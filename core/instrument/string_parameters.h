@@ -96,7 +96,4 @@ derive_string(const StringParameters& parameters) noexcept;
 [[nodiscard]] HD_REALTIME double k_s_from_device(double length, double reference_tension,
                                                  double lambda, double device_stiffness) noexcept;
 
-/// Frequency of mode n >= 1 of a string with fundamental f_1 (Hz) and inharmonicity B, Hz.
-[[nodiscard]] HD_REALTIME double mode_frequency(double f_1, double inharmonicity, int n) noexcept;
-
 }  // namespace hapticd

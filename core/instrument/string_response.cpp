@@ -99,7 +99,7 @@ void book_work(const Tick& tick, bool slipped) noexcept {
   EnergyTank& tank = tick.state.tank;
   if (!rings(tick.state) || tank.held_force == 0.0) return;
   double moved = motion(tick);
-  // A distance that jumped as the string slipped off is no motion of the hand: it may cost, but it
+  // A distance that jumped as the string slipped off is not motion of the hand: it may cost, but it
   // must not pay.
   if (slipped && !tick.touch.way && tank.held_force * moved < 0.0) moved = 0.0;
   book(tick.string, moved, tick.time.t_ns, tick.state);
@@ -186,7 +186,7 @@ double drawn_of_late(const Tick& tick) noexcept {
   return state.detector.slipped || since > tick.string.decay ? 0.0 : state.drawn;
 }
 
-/// The string rings anew from the loss on, up to the end of the tick.
+/// The string rings again from the loss on, up to the end of the tick.
 void start_ringing(const Tick& tick, const Pluck& pluck, const ModalString& plucked) noexcept {
   StringState& state = tick.state;
   const ReleaseDetector& detector = state.detector;

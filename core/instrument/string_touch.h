@@ -1,4 +1,4 @@
-// What the contact stage tells a string about one tick, and the time of that tick. RT: plain data.
+// What the contact stage gives a string about one tick, and the time of that tick. RT: plain data.
 #pragma once
 
 #include <cstdint>

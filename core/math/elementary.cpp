@@ -45,7 +45,7 @@ constexpr double kLog2Low = 0x1.ef35793c76730p-45;
 constexpr double kOneOverLog2 = 0x1.71547652b82fep+0;
 constexpr double kSqrt2 = 0x1.6a09e667f3bcdp+0;
 
-/// Above the first the exponential is no finite double, below the second it rounds to 0.
+/// Above the first the exponential is not a finite double, below the second it rounds to 0.
 constexpr double kMaxExponent = 0x1.62e42fefa39efp+9;
 constexpr double kMinExponent = -0x1.74910d52d3052p+9;
 

@@ -26,11 +26,6 @@ struct Pose {
   return {q_BA, -(q_BA * X_AB.p)};
 }
 
-/// X_AC = X_AB X_BC; not renormalised.
-[[nodiscard]] inline Pose compose(const Pose& X_AB, const Pose& X_BC) noexcept {
-  return {X_AB.q * X_BC.q, transform(X_AB, X_BC.p)};
-}
-
 /// The same rotation with |q| = 1. Precondition: |q| finite and not 0.
 [[nodiscard]] inline Quaternion renormalised(const Quaternion& q) noexcept {
   const double norm = std::sqrt((q.w() * q.w() + q.x() * q.x()) + (q.y() * q.y() + q.z() * q.z()));

@@ -13,7 +13,7 @@ namespace hapticd {
 using Vector3 = Eigen::Vector3d;
 /// Rotation or other linear map of 3-vectors.
 using Matrix3 = Eigen::Matrix3d;
-/// Orientation; unit where it stands for one.
+/// Orientation; of unit norm where it is one.
 using Quaternion = Eigen::Quaterniond;
 /// [linear; angular].
 using Vector6 = Eigen::Matrix<double, 6, 1>;

@@ -34,12 +34,6 @@ void record(LatencyHistogram& histogram, std::int64_t duration_ns) noexcept {
   histogram.max_ns = std::max(histogram.max_ns, duration);
 }
 
-void merge(LatencyHistogram& histogram, const LatencyHistogram& other) noexcept {
-  for (std::size_t i = 0; i < kLatencyBucketCount; ++i) histogram.counts[i] += other.counts[i];
-  histogram.total += other.total;
-  histogram.max_ns = std::max(histogram.max_ns, other.max_ns);
-}
-
 std::int64_t quantile_ns(const LatencyHistogram& histogram, std::uint64_t numerator,
                          std::uint64_t denominator) noexcept {
   if (histogram.total == 0) return 0;

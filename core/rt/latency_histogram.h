@@ -15,7 +15,7 @@ namespace hapticd {
 /// the memory.
 inline constexpr int kLatencyBucketsPerOctave = 64;
 
-/// First duration that has no bucket of its own, 2^34 ns = 17 s (10 s must fit). Longer ones count
+/// First duration without its own bucket, 2^34 ns = 17 s (10 s must fit). Longer ones count
 /// in the last bucket.
 inline constexpr std::int64_t kLatencyRangeNs = std::int64_t{1} << 34;
 
@@ -41,9 +41,6 @@ struct LatencySummary {
 
 /// Counts one duration. Negative ones count as 0.
 void record(LatencyHistogram& histogram, std::int64_t duration_ns) noexcept;
-
-/// Adds the counts of `other`.
-void merge(LatencyHistogram& histogram, const LatencyHistogram& other) noexcept;
 
 /// The smallest recorded duration that at least numerator/denominator of all recorded ones do not
 /// exceed, rounded up to the end of its bucket: never too short, at most 1/64 too long (exact below

@@ -28,7 +28,7 @@ enum class LogCode : std::uint16_t {
 
 enum class LogLevel : std::uint8_t { kInfo, kWarning, kError };
 
-/// Text and level of a code. Each {} stands for one argument of the record, in order.
+/// Text and level of a code. Each {} takes one argument of the record, in order.
 struct LogMessage {
   LogCode code;
   LogLevel level;

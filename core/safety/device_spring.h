@@ -1,10 +1,10 @@
 // The spring a device renders by itself while it holds a command, where it offers to (affine
 // command): f = f0 + K (p_ref - p), t = t0 + Kr e about the pose the command was computed from, at
-// the rate of its own servo. What the loop renders then neither ages by the delay nor stands still
-// between two ticks. Granted only for a wrench that nothing has limited, and so softly that until
-// the next command it can neither turn the force round nor take it past a limit. The observer of
-// the port goes by f0: K is symmetric and positive semidefinite, and gives nothing over a cycle.
-// Frames: D. RT: yes, about 10 ns.
+// the rate of its own servo. What the loop renders then neither ages by the delay nor stays
+// constant between two ticks. Granted only for a wrench that nothing has limited, and so softly
+// that until the next command it can neither turn the force round nor take it past a limit. The
+// observer of the port goes by f0: K is symmetric and positive semidefinite, and gives nothing over
+// a cycle. Frames: D. RT: yes, about 10 ns.
 #pragma once
 
 #include <array>

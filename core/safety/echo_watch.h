@@ -13,11 +13,11 @@
 
 namespace hapticd {
 
-/// Samples whose instants are remembered: delays of up to so many samples are measured. Normal
+/// Samples whose instants are remembered: delays of up to this many samples are measured. Normal
 /// value half a second at 1 kHz; a device with a longer delay bears no stiffness worth the name.
 inline constexpr std::size_t kEchoMemory = 512;
 
-/// Begin anew at attach.
+/// Start again at attach.
 struct EchoWatch {
   struct Instant {
     std::uint64_t counter = 0;  ///< of the sample; 0: none
@@ -32,7 +32,7 @@ struct EchoWatch {
 HD_REALTIME void note_sample(std::uint64_t counter, std::int64_t t_ns, EchoWatch& watch) noexcept;
 
 /// Takes in that the command computed from sample `counter` took effect at `t_ns`. Only the first
-/// echo of a command counts, and one of a sample that is no longer remembered tells nothing. True
+/// echo of a command counts, and one of a sample that is no longer remembered says nothing. True
 /// when the estimate changed.
 HD_REALTIME bool note_echo(std::uint64_t counter, std::int64_t t_ns, EchoWatch& watch) noexcept;
 

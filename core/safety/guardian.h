@@ -1,5 +1,5 @@
-// What the guardian decides, who looks at the loop's heartbeat from a thread of its own: a loop
-// that stands still leaves a force frozen, and a frozen force turns active (a spring of 1 kN/m
+// What the guardian decides, which checks the loop's heartbeat from a separate thread: a loop
+// that is stuck leaves a force frozen, and a frozen force turns active (a spring of 1 kN/m
 // after 12.6 ms). It writes zero once and remembers. Pure; the thread belongs to the haptic loop.
 // RT: yes.
 #pragma once

@@ -50,7 +50,7 @@ struct InputLimits {
   /// Ticks without a new sample that are bridged, see bridged_ticks(). A scripted device under the
   /// virtual clock may stand still for as long as it likes: kAnyTicks.
   int stale_ticks = kHeldTicks;
-  /// A pose that repeats to the bit for so long, by the device's clock, while a force of at least
+  /// A pose that repeats to the bit for this long, by the device's clock, while a force of at least
   /// stuck_force is on, is a stuck sensor: a hand trembles by 0.1 mm at 8 to 12 Hz, several times
   /// any encoder's step, so two periods of that cannot pass without a change. Without force a
   /// handle may lie still for hours, and a stuck sensor harms nobody. 0: not looked for, as fits

@@ -79,7 +79,7 @@ void stay_engaged(const LoopInput& input, double dt_s, LoopMachine& m) noexcept 
     return;
   }
   m.state = LoopState::kReleasing;
-  m.cause = Cause::kNone;  // an exchange of the scene is no reason
+  m.cause = Cause::kNone;  // an exchange of the scene is not a reason
   if (hindered != Cause::kNone) {
     m.cause = hindered;
     m.wanted = m.wanted && input.engages_itself;
@@ -143,13 +143,6 @@ LoopOutput advance(const LoopInput& input, LoopMachine& m) noexcept {
   output.gain = m.gain;
   output.scene_allowed = !bears_force(m.state) && m.state != LoopState::kOver;
   return output;
-}
-
-void release_at_once(LoopMachine& machine) noexcept {
-  if (!bears_force(machine.state)) return;
-  machine.gain = 0.0;
-  machine.state = LoopState::kReady;
-  machine.cause = machine.wanted ? Cause::kNone : machine.cause;
 }
 
 }  // namespace hapticd

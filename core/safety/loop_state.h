@@ -85,9 +85,4 @@ struct LoopOutput {
 /// - lease_lost and block, while engaged, release; they hold a ready loop back.
 [[nodiscard]] HD_REALTIME LoopOutput advance(const LoopInput& input, LoopMachine& machine) noexcept;
 
-/// Takes the force away at once, in no tick: for an exchange of the scene while virtual time stands
-/// still. An engaged or releasing loop is kReady afterwards and engages again like after any
-/// exchange; other states stay.
-HD_REALTIME void release_at_once(LoopMachine& machine) noexcept;
-
 }  // namespace hapticd

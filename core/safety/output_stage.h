@@ -35,7 +35,7 @@ struct SafetyLimits {
   double continuous_torque = std::numeric_limits<double>::infinity();
   double thermal_window_s = 10.0;
   PassivityLimits passivity;
-  std::int64_t time_to_live_ns = 5'000'000;  ///< a command older than this is no command
+  std::int64_t time_to_live_ns = 5'000'000;  ///< an older command is not obeyed
 };
 
 /// One tick.
@@ -85,7 +85,7 @@ static_assert(std::is_trivially_copyable_v<SafetyOutput>);
 
 /// Limits the wrench of one tick. Whatever the input, the output is finite, within the peak, has
 /// grown no faster than the slew, and is zero unless enabled and every input is finite. Without
-/// enable the energy at the port starts anew.
+/// enable the energy at the port restarts.
 [[nodiscard]] HD_REALTIME SafetyOutput limit(const SafetyInput& input, const SafetyLimits& limits,
                                              SafetyState& state) noexcept;
 

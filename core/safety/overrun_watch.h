@@ -1,4 +1,4 @@
-// Counts late ticks: more than 20 within a second is no realtime any more. RT: yes, about 2 ns.
+// Counts late ticks: more than 20 within a second is no longer realtime. RT: yes, about 2 ns.
 #pragma once
 
 #include <array>

@@ -20,7 +20,7 @@ inline constexpr double kStiffnessShare = 0.5;
 /// damped handles. Larger: such a device may ring; smaller: it gives no force to speak of.
 inline constexpr double kMinDamping = 0.1;
 
-/// What the device can bear; profile data but for the delay and the period.
+/// What the device can bear; profile data, except the delay and the period.
 struct StiffnessLimits {
   double damping = 1.0;                 ///< b of the device, N s/m; 0: unknown
   double rotational_damping = 1e-3;     ///< of the device, N m s/rad; 0: no limit to rotation
@@ -63,7 +63,7 @@ inline constexpr int kDelaySamples = 256;
 /// about the 99th percentile. A single late answer says nothing about the loop, a common one does.
 inline constexpr int kDelayRank = 3;
 
-/// Delay from sample to force as measured. Starts anew at attach.
+/// Delay from sample to force as measured. Starts again at attach.
 struct DelayEstimator {
   std::array<std::int64_t, kDelayRank> longest_ns{};  ///< of the present block, longest first
   int count = 0;                                      ///< samples of the present block

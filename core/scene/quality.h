@@ -32,7 +32,7 @@ struct Quality {
 [[nodiscard]] bool quality_offers(double force_error) noexcept;
 
 /// Takes `live` to `level` in [0, kQualityLevels): what its present level had decided of the
-/// optimiser is decided anew, what the scene gave itself stands.
+/// optimiser is decided again; what the scene itself gave is kept.
 void set_level(int level, LiveSettings& live) noexcept;
 
 }  // namespace hapticd

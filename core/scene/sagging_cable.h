@@ -10,7 +10,7 @@
 
 namespace hapticd {
 
-/// Sag up to which three pieces stand for a cable, m: they stray from it by 0.25 mm at most.
+/// Sag up to which three pieces represent a cable, m: they stray from it by 0.25 mm at most.
 /// Larger: fewer pieces for more cables, which stray further.
 inline constexpr double kSlightSag = 2.25e-3;
 /// Pieces of a cable, at most. Odd, so that the middle, where a cable is mostly pushed aside, is no

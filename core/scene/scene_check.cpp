@@ -53,7 +53,7 @@ void check_tools(const SceneDescription& scene, Findings& findings) {
     const std::string path = indexed("tools", i);
     if (!ids.insert(tool.tool_id).second) {
       findings.fault(path + ".tool_id", std::to_string(tool.tool_id) + " is taken by another tool",
-                     "Give every tool an id of its own.");
+                     "Give every tool its own id.");
     }
     std::size_t spheres = 0;
     std::size_t soft = 0;
@@ -122,7 +122,7 @@ void check_start(const SceneDescription& description, Findings& findings) {
     if (contacts.minimum_gap >= 0.0) continue;
     std::ostringstream message;
     message << "the tool begins " << -1e3 * contacts.minimum_gap << " mm inside something";
-    findings.doubt(indexed("tools", i) + ".pose_wg", message.str(), "Let it begin in the open.");
+    findings.doubt(indexed("tools", i) + ".pose_wg", message.str(), "Start it in the open.");
   }
 }
 
@@ -144,7 +144,7 @@ std::vector<SceneFinding> check_scene(const SceneDescription& scene) {
     findings.fault("strings",
                    std::to_string(pieces) + " strings and pieces of sagging cables are more than " +
                        std::to_string(kMaxStrings),
-                   "Leave some out, or let less of them sag.");
+                   "Leave some out, or let fewer of them sag.");
   }
   findings.range("", check_options(scene.instrument), false);
   if (!findings.any_fault()) check_start(scene, findings);

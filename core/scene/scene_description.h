@@ -16,7 +16,7 @@
 
 namespace hapticd {
 
-/// What is touched, and what is known of how well it stands for what is drawn.
+/// What is touched, and what is known of how well it represents what is drawn.
 struct ShapeDescription {
   std::shared_ptr<const MeasuredTree> tree;  ///< never null in a description that is complete
   bool exact = false;                        ///< spheres written out: they are the shape

@@ -1,4 +1,4 @@
-// The contacts of a tick, for those who look: every pair that bears force, and those nearer than
+// The contacts of a tick, for clients that look: every pair that bears force, and those nearer than
 // twice the skin. Frames: W. SI. RT: yes, plain data.
 #pragma once
 

@@ -100,7 +100,7 @@ std::span<const StringTool> Simulation::string_tools(StringTools& tools) const n
   return std::span(tools).first(memory_.tools.size());
 }
 
-// Among the others, who stand where their last turn has left them.
+// Among the others, which are where their last turn has left them.
 void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::int64_t work_budget,
                                ToolTick& tick) noexcept {
   ToolPlay& play = memory_.tools[tool];
@@ -120,21 +120,6 @@ void Simulation::render_shared(std::size_t tool, const PoseSample& sample, std::
   update_sharing(all, number, holders_);
   seen.others = {};
   play.way.input = optimiser_input(seen, tick.X_WH, tick.dt);
-}
-
-void Simulation::string_shape(std::int32_t string, StringPoints& points) const noexcept {
-  StringTools tools;
-  string_points(string_tools(tools), holders_, string, -1, points);
-  if (memory_.tools.size() > 1) return;
-  // One tool holds what it holds.
-  const ToolPlay& play = memory_.tools.front();
-  const Capsule& line = play.scene.obstacles.capsules_W[static_cast<std::size_t>(string)];
-  for (const StringHold& hold : play.state.optimiser.holds) {
-    if (hold.bend.capsule != string || !hold.yields) continue;
-    points.truncate(1);
-    points.push_back(leg_of(line, hold.bend, 0).capsule_W.p_B);
-    points.push_back(line.p_B);
-  }
 }
 
 void Simulation::respond_strings(TickOutput& output) noexcept {

@@ -115,9 +115,6 @@ class Simulation {
   [[nodiscard]] const StringSharing& holders() const noexcept { return holders_; }
   void set_holders(const StringSharing& holders) noexcept { holders_ = holders; }
 
-  /// Where a string is after step(): its ends and the vertices that tools bend it to, from A to B.
-  HD_REALTIME void string_shape(std::int32_t string, StringPoints& points) const noexcept;
-
  private:
   struct Sounding;
   using StringTools = std::array<StringTool, kMaxTools>;

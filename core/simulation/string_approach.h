@@ -1,5 +1,5 @@
-// How a tool stands to a string after the contact problem of its tick: distance, force and speeds,
-// as the string's response wants them (core/instrument). Frames: W. SI. RT: yes, about 0.1 us per
+// A tool relative to a string after the contact problem of its tick: distance, force and speeds,
+// as the string's response takes them (core/instrument). Frames: W. SI. RT: yes, about 0.1 us per
 // string.
 #pragma once
 
@@ -7,10 +7,10 @@
 
 namespace hapticd {
 
-/// Distance that stands for "not near", m.
+/// Distance that means "not near", m.
 inline constexpr double kNotNear = 1.0;
 
-/// A string as a tool stands to it.
+/// A string relative to a tool.
 struct StringApproach {
   StringTouch touch;
   Vector3 nhat_W{0.0, 0.0, 0.0};  ///< from string to tool
@@ -19,7 +19,7 @@ struct StringApproach {
   std::int32_t part = -1;      ///< of the tool, that is nearest; -1: none near
 };
 
-/// How the tool of `play` stands to string number `string`; `tick` is what its contact problem
+/// The tool of `play` relative to string number `string`; `tick` is what its contact problem
 /// gave, `visit` what is known from the tick before.
 [[nodiscard]] HD_REALTIME StringApproach approach_string(const ToolPlay& play, const ToolTick& tick,
                                                          const ToolStringState& visit,

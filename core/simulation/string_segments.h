@@ -1,6 +1,6 @@
 // A string that several tools hold, as each of them sees it. The string is a polyline through the
 // vertices of all tools that hold it. A tool bends the part between its neighbours' vertices (or
-// the string's ends), which is a string of its own: it has the tension of the whole,
+// the string's ends), which acts as a separate string: it has the tension of the whole,
 //   T + E A ext / L  (ext: of the polyline without this tool), E A L' / L, f L / L' sqrt(T' / T),
 // so that the energy of all vertices together is that of the whole string, and what one tool does
 // is felt by the others through the shape. The other parts are rigid lines to it. Tools are
@@ -94,7 +94,7 @@ HD_REALTIME void update_sharing(std::span<const StringTool> tools, std::int32_t 
                                 StringSharing& holders) noexcept;
 
 /// The constants of the part between two points of the polyline `points` (without the tool that
-/// bends it) as a string of its own.
+/// bends it) as a separate string.
 [[nodiscard]] HD_REALTIME StringConstants part_constants(const StringConstants& whole,
                                                          const StringPoints& points,
                                                          std::size_t part) noexcept;

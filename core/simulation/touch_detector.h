@@ -1,6 +1,6 @@
 // Begin and end of touches between a part of the tool and a body or rigid line, with hysteresis: a
-// touch begins with force and ends when the part is further than twice the skin. Strings have a
-// detector of their own (core/instrument). Frames: W. SI. RT: yes, about 20 ns per contact.
+// touch begins with force and ends when the part is further than twice the skin. Strings have
+// their own detector (core/instrument). Frames: W. SI. RT: yes, about 20 ns per contact.
 #pragma once
 
 #include "core/math/realtime.h"

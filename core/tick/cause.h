@@ -19,7 +19,7 @@ enum class Cause : std::uint8_t {
   kGuardian = 7,         ///< the loop stalled and the guardian wrote zero
   kLeaseLost = 8,        ///< the lease of a scripted device's controller ran out
   kDeviceLost = 9,       ///< unplugged, or never there
-  kDeviceFault = 10,     ///< the device reports a fault of its own
+  kDeviceFault = 10,     ///< the device itself reports a fault
   kDeviceWrite = 11,     ///< forces do not reach the device
   kDeviceWatchdog = 12,  ///< the device's own watchdog has fired
   kEmergencyStop = 13,   ///< its emergency stop is pressed

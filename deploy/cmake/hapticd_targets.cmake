@@ -9,8 +9,12 @@
 #   hapticd_installed(TARGET ...)
 #       -> the target `installed` builds these too. It makes all that is installed out of the build tree: deploy/play builds it, and
 #          `cmake --install` works after it.
-#   hapticd_test(core/math SOURCES pose_test.cpp DEPENDS core/math tests/support [LABELS unit])
+#   hapticd_test(core/math SOURCES pose_test.cpp DEPENDS core/math tests/support [LABELS unit] [REQUIRES broker])
 #       -> test_core_math; every TEST_CASE is an entry of ctest. LABELS defaults to unit.
+#   hapticd_command_test("tests/system/viewer: what it shows" LABELS system [REQUIRES page lab] COMMAND node live_test.js)
+#       -> an entry of ctest that runs a command.
+#       REQUIRES names groups of deploy/packages: where one is missing, the test is skipped and says how to get it. Any test is skipped
+#       that ends with 77 and has printed "SKIPPED: reason".
 #   hapticd_benchmark(core/solver SOURCES qp_benchmark.cpp DEPENDS core/solver)
 #       -> benchmark_core_solver, only with HAPTICD_BENCHMARKS
 #   hapticd_fuzzer(proto SOURCES decode_fuzzer.cpp DEPENDS proto)
@@ -69,12 +73,34 @@ function(hapticd_check_headers target folder)
   target_compile_options(${target}_headers PRIVATE -O0 -g0)
 endfunction()
 
+# Compiles the sources of a target in groups, with HAPTICD_UNITY. hapticd_group_sources, after all targets, says which.
+function(hapticd_unity target)
+  if(HAPTICD_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+    string(REPLACE ";" "\\;" line "${target};${CMAKE_CURRENT_SOURCE_DIR};${ARGN}")
+    set_property(GLOBAL APPEND PROPERTY HAPTICD_UNITY_LINES "${line}")
+  endif()
+endfunction()
+
+function(hapticd_group_sources)
+  get_property(lines GLOBAL PROPERTY HAPTICD_UNITY_LINES)
+  if(NOT lines)
+    return()
+  endif()
+  list(JOIN lines "\n" text)
+  file(WRITE "${CMAKE_BINARY_DIR}/unity_sources.txt" "${text}\n")
+  execute_process(COMMAND "${HAPTICD_PYTHON}" -B "${CMAKE_SOURCE_DIR}/deploy/cmake/unity_groups.py" "${CMAKE_BINARY_DIR}/unity_groups.cmake"
+    INPUT_FILE "${CMAKE_BINARY_DIR}/unity_sources.txt" COMMAND_ERROR_IS_FATAL ANY)
+  include("${CMAKE_BINARY_DIR}/unity_groups.cmake")
+endfunction()
+
 function(hapticd_library folder)
   cmake_parse_arguments(PARSE_ARGV 1 arg "REALTIME" "" "HEADERS;SOURCES;DEPENDS")
   string(REPLACE "/" "_" target "hapticd_${folder}")
   hapticd_resolve_depends(depends ${arg_DEPENDS})
   if(arg_SOURCES)
     add_library(${target} STATIC ${arg_SOURCES})
+    hapticd_unity(${target} ${arg_SOURCES})
     target_link_libraries(${target} PUBLIC hapticd_language ${depends} PRIVATE hapticd_warnings)
     if(arg_REALTIME)
       target_compile_options(${target} PRIVATE -fno-exceptions)
@@ -106,21 +132,39 @@ function(hapticd_proto folder)
   target_link_libraries(${target} PUBLIC protobuf::libprotobuf)
 endfunction()
 
+# The words before a test's command, where it requires groups of packages.
+function(hapticd_with_groups out)
+  set(${out} "" PARENT_SCOPE)
+  if(ARGN)
+    list(JOIN ARGN "," groups)
+    set(${out} "${CMAKE_SOURCE_DIR}/deploy/cmake/with_groups" ${groups} PARENT_SCOPE)
+  endif()
+endfunction()
+
+function(hapticd_command_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LABELS;REQUIRES;COMMAND")
+  hapticd_with_groups(with_groups ${arg_REQUIRES})
+  add_test(NAME "${name}" COMMAND ${with_groups} ${arg_COMMAND})
+  set_tests_properties("${name}" PROPERTIES LABELS "${arg_LABELS}" SKIP_RETURN_CODE 77)
+endfunction()
+
 function(hapticd_test folder)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPENDS;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPENDS;LABELS;REQUIRES")
   if(NOT arg_LABELS)
     set(arg_LABELS unit)
   endif()
   string(REPLACE "/" "_" target "test_${folder}")
   hapticd_resolve_depends(depends ${arg_DEPENDS} tests/support)
   add_executable(${target} ${arg_SOURCES})
+  hapticd_unity(${target} ${arg_SOURCES})
   target_link_libraries(${target} PRIVATE hapticd_warnings ${depends} hapticd_doctest_main)
 
   # The executable lists its own cases after each build; ctest includes the list.
+  hapticd_with_groups(with_groups ${arg_REQUIRES})
   set(list_file "${CMAKE_CURRENT_BINARY_DIR}/${target}_cases.cmake")
   add_custom_command(TARGET ${target} POST_BUILD BYPRODUCTS "${list_file}" VERBATIM
     COMMAND "${HAPTICD_PYTHON}" "${CMAKE_SOURCE_DIR}/deploy/cmake/list_test_cases.py"
-      $<TARGET_FILE:${target}> ${folder} "${arg_LABELS}" "${list_file}")
+      $<TARGET_FILE:${target}> ${folder} "${arg_LABELS}" "${list_file}" ${with_groups})
   set(include_file "${CMAKE_CURRENT_BINARY_DIR}/${target}_include.cmake")
   file(WRITE "${include_file}"
     "if(EXISTS \"${list_file}\")\n  include(\"${list_file}\")\nelse()\n  add_test(\"${folder}: not built\" not_built)\nendif()\n")

@@ -4,6 +4,7 @@
 #   HAPTICD_SANITIZE    value of -fsanitize=, e.g. "address,undefined"; empty = none
 #   HAPTICD_COVERAGE    instrument for gcov
 #   HAPTICD_WERROR      warnings are errors
+#   HAPTICD_UNITY       compile sources together (deploy/cmake/unity_groups.py): half the work where nothing was compiled before
 #   HAPTICD_TEST_SCALE  default of the environment variable of that name in tests (tests/support/scale.h)
 #   HAPTICD_BENCHMARKS  build tests/benchmark
 #   HAPTICD_VM_TESTS    the tests in tests/vm, which boot a kernel
@@ -17,6 +18,7 @@ option(HAPTICD_VM_TESTS "the tests in tests/vm" OFF)
 option(HAPTICD_COVERAGE "instrument for gcov" OFF)
 option(HAPTICD_WERROR "warnings are errors" OFF)
 option(HAPTICD_BENCHMARKS "build the benchmarks (needs google-benchmark)" OFF)
+option(HAPTICD_UNITY "compile the sources of a target together, as far as their names allow" OFF)
 option(HAPTICD_CHECK_HEADERS "compile every header on its own" ON)
 
 # Debian's own: a development machine may hide it behind another one.

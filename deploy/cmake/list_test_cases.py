@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 """Writes the file ctest includes: one add_test per TEST_CASE of a doctest executable.
 
-usage: list_test_cases.py EXECUTABLE FOLDER LABELS OUTPUT
+usage: list_test_cases.py EXECUTABLE FOLDER LABELS OUTPUT [BEFORE]...
 
 The name of an entry is "FOLDER: name of the case". Names may hold any character: they are bracket-quoted for CMake and
-escaped for doctest, whose filter takes a comma as a separator. A case that cannot run on this machine prints
-"SKIPPED: reason" and returns; ctest then counts it as skipped.
+escaped for doctest, whose filter takes a comma as a separator. BEFORE are the words that go before the command of each. A case
+that cannot run on this machine ends with 77 (tests/support/skip.h); ctest then counts it as skipped.
 """
 import subprocess
 import sys
@@ -21,7 +21,7 @@ def bracket(text):
 
 
 def main():
-    executable, folder, labels, output = sys.argv[1:]
+    executable, folder, labels, output, *before = sys.argv[1:]
     listing = subprocess.run([executable, "--list-test-cases", "--reporters=xml", "--no-skip=true"],
                              check=True, capture_output=True, text=True).stdout
     names = [case.get("name") for case in xml.fromstring(listing).iter("TestCase")]
@@ -35,9 +35,9 @@ def main():
     for name in names:
         entry = bracket(f"{folder}: {name}")
         pattern = name.replace("\\", "\\\\").replace(",", "\\,")
-        lines.append(f"add_test({entry} {bracket(executable)} {bracket('--test-case=' + pattern)})")
-        lines.append(f"set_tests_properties({entry} PROPERTIES LABELS {bracket(labels)} "
-                     f"SKIP_REGULAR_EXPRESSION [=[SKIPPED: ]=])")
+        command = " ".join(bracket(word) for word in [*before, executable, f"--test-case={pattern}"])
+        lines.append(f"add_test({entry} {command})")
+        lines.append(f"set_tests_properties({entry} PROPERTIES LABELS {bracket(labels)} SKIP_RETURN_CODE 77)")
     with open(output, "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
 

@@ -19,7 +19,7 @@ struct AxisMapping {
   Array3 position_scale{1.0, 1.0, 1.0};  ///< m per raw unit, rate devices m/s; per axis of D
   Array3 rotation_scale{1.0, 1.0, 1.0};  ///< rad per raw unit, rate devices rad/s; per axis of D
   Array3 force_scale{1.0, 1.0, 1.0};     ///< N per raw unit of force; per axis of D
-  Array3 force_sign{1.0, 1.0, 1.0};      ///< of the force felt when told +1 N; 1 or -1, axes of D
+  Array3 force_sign{1.0, 1.0, 1.0};      ///< of the force felt at +1 N; 1 or -1, axes of D
   double dead_zone = 0.0;                ///< readings of at most this count as zero, raw units
 };
 static_assert(std::is_trivially_copyable_v<AxisMapping>);
@@ -54,7 +54,7 @@ static_assert(std::is_trivially_copyable_v<AxisMapping>);
           mirror * map.rotation_scale[2] * turned[2]};
 }
 
-/// What to tell the device, in its raw axes and units, so that the hand feels `f_D`, N.
+/// What to send to the device, in its raw axes and units, so that the hand feels `f_D`, N.
 [[nodiscard]] HD_REALTIME inline Array3 raw_force(const AxisMapping& map,
                                                   const Array3& f_D) noexcept {
   Array3 raw{};

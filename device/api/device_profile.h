@@ -53,7 +53,7 @@ struct DeviceProfile {
   double stiffness_max = kUnlimited;  ///< promised by the maker, N/m; unlimited = by b and delay
   double delay = 0.0;                 ///< declared, from sample to force, s
   double report_rate = 1000.0;        ///< samples per second the host sees, Hz
-  double watchdog = kUnlimited;       ///< no new command for so long, no force, s; unlimited = none
+  double watchdog = kUnlimited;       ///< no force this long after a command, s; unlimited = none
 
   Array3 mass{0.15, 0.15, 0.15};                ///< apparent at the handle, kg
   Array3 inertia{1e-4, 1e-4, 1e-4};             ///< apparent at the handle, kg m^2
@@ -73,12 +73,12 @@ static_assert(std::is_trivially_copyable_v<DeviceProfile>);
   return {profile.name.data()};
 }
 
-/// True for devices with motors that can hurt: they engage only when told to, and guards latch.
+/// True for devices with motors that can hurt: they engage only on request, and guards latch.
 [[nodiscard]] constexpr bool can_push_a_person(DeviceDriver driver) noexcept {
   return driver == DeviceDriver::kHid || driver == DeviceDriver::kPid;
 }
 
-/// True for devices that do not tell when a sample was made, nor that one was lost.
+/// True for devices that say neither when a sample was made nor that one was lost.
 [[nodiscard]] constexpr bool has_no_clock(DeviceDriver driver) noexcept {
   return driver == DeviceDriver::kPid;
 }

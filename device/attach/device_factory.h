@@ -18,7 +18,7 @@ struct ReplayOptions {
 /// What drives a device: the alternative chosen is the driver.
 using DeviceOptions = std::variant<SimulatedOptions, ScriptedOptions, ReplayOptions>;
 
-/// The device of `profile`'s numbers with the driver that `options` stands for, whatever the
+/// The device of `profile`'s numbers with the driver that `options` names, whatever the
 /// profile names: a scripted session may have the limits of any device.
 [[nodiscard]] std::unique_ptr<HapticDevice> make_device(const DeviceProfile& profile,
                                                         const DeviceOptions& options);

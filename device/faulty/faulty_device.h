@@ -1,7 +1,7 @@
 // A device with a fault put in front of it, to see what happens: samples are spoiled, withheld or
 // delayed, commands do not arrive, or the loop that reads is held up. Quiet for a while, then a
 // fault for a while, over and over; when and how long follows from a seed, so that the same seed
-// and the same clock give the same faults. RT: yes but for construction and for the two kinds that
+// and the same clock give the same faults. RT: yes, except construction and for the two kinds that
 // hold the loop up on purpose.
 #pragma once
 

@@ -18,9 +18,9 @@ namespace hapticd::hid {
 /// Pose and velocities of `sample`, measured in R, become those in D.
 HD_REALTIME void into_base(const AxisMapping& map, DeviceSample& sample) noexcept;
 
-/// Force, torque and spring of `command`, in D, become what to tell the device, in R. No spring is
-/// left where scales differ from axis to axis, so that no symmetric K_R does the same, or where a
-/// force is felt against its sign, which would make the device's own spring push away.
+/// Force, torque and spring of `command`, in D, become what to send to the device, in R. No spring
+/// is left where scales differ from axis to axis, so that no symmetric K_R does the same, or where
+/// a force is felt against its sign, which would make the device's own spring push away.
 HD_REALTIME void from_base(const AxisMapping& map, DeviceCommand& command) noexcept;
 
 }  // namespace hapticd::hid

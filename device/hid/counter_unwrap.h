@@ -11,7 +11,7 @@
 
 namespace hapticd::hid {
 
-/// One counter of type `Raw`. Begin anew at attach.
+/// One counter of type `Raw`. Start again at attach.
 template <typename Raw>
 struct CounterUnwrap {
   static_assert(std::is_same_v<Raw, std::uint16_t> || std::is_same_v<Raw, std::uint32_t>);

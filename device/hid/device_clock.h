@@ -15,7 +15,7 @@ namespace hapticd::hid {
 /// ms per second, shows as age; shorter: a busy second shows as freshness.
 inline constexpr std::int64_t kClockWindow_ns = 500'000'000;
 
-/// Begin anew at attach.
+/// Start again at attach.
 struct ClockMatch {
   /// Least arrival less sample of the present window, and of the one before.
   std::array<std::int64_t, 2> least_ns{std::numeric_limits<std::int64_t>::max(),

@@ -1,4 +1,4 @@
-// What host and device tell each other beside the stream: capabilities, limits of the session,
+// What host and device exchange beside the stream: capabilities, limits of the session,
 // calibration. Each call may wait for seconds: never in the loop's thread. Not RT.
 #pragma once
 

@@ -1,4 +1,4 @@
-// See hid_device.h. RT: yes, but for construction, attach and detach.
+// See hid_device.h. RT: yes, except construction, attach and detach.
 #include "device/hid/hid_device.h"
 
 #include <algorithm>
@@ -116,7 +116,7 @@ PaceSource HidDevice::pace() noexcept {
   return source;
 }
 
-// What is there already is put aside first: only the next report tells when.
+// What is there already is put aside first: only the next report says when.
 Waited HidDevice::wait(std::int64_t until_ns) noexcept {
   if (!gate_.enter()) return Waited::kGone;
   if (attachment_ != gate_.attachment()) begin_anew();

@@ -1,6 +1,6 @@
 // A device of HID profile v1 as the loop sees it. Reading: everything that waits is drained and the
-// newest sample kept; what the system had queued while nobody read is thrown away whole, since such
-// a queue keeps its oldest reports. Writing: the command goes to a thread of its own
+// newest sample kept; what the system queued while nothing was read is thrown away whole, since
+// such a queue keeps its oldest reports. Writing: the command goes to a separate thread
 // (report_writer.h); ENABLE is asked for as the profile demands, and dropped when the device drops
 // it. Outlives unplugging: detached it is lost, attached again it goes on. Frames: device_sample.h.
 // RT: the functions of HapticDevice.
@@ -119,7 +119,7 @@ class HidDevice final : public HapticDevice {
   std::uint64_t counter_ = 0;   ///< of the newest sample
   std::uint64_t seq_base_ = 0;  ///< unwrapped seq less counter
   std::int64_t t_ns_ = 0;       ///< of the newest sample
-  bool echoed_ = false;         ///< the device has told of a command of ours
+  bool echoed_ = false;         ///< the device has reported a command of ours
   Enabling enabling_ = Enabling::kOff;
 
   std::array<std::atomic<std::uint64_t>, 6> counts_{};  ///< as HidCounters

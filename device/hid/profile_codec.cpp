@@ -1,4 +1,4 @@
-// See profile_codec.h. Fields stand in the order of the tables of PROFILE.md.
+// See profile_codec.h. Fields are in the order of the tables of PROFILE.md.
 #include "device/hid/profile_codec.h"
 
 #include "device/hid/report_bytes.h"

@@ -30,7 +30,7 @@ enum class Decoded : std::uint8_t {
 /// in devices that do not normalise, and a wrong layout that looks like one.
 inline constexpr double kOrientationTolerance = 1e-3;
 
-/// Input 0x01. `state` is untouched unless kOk; kOutOfRange: the orientation is no unit quaternion.
+/// Input 0x01. `state` is untouched unless kOk; kOutOfRange: the quaternion is not a unit one.
 [[nodiscard]] HD_REALTIME Decoded decode_state(std::span<const std::uint8_t> bytes,
                                                StateReport& state) noexcept;
 /// Output 0x02, for devices inside the process and tests. `command` is untouched unless kOk.

@@ -1,6 +1,6 @@
 // The reports of HID profile v1 as plain structs, in the raw units of the wire; PROFILE.md is the
 // specification. Bytes to structs: profile_codec.h; raw units to SI: profile_units.h. Units that
-// are not SI stand in the names (un = uN, unm = uN m, npm = N/m). Frames: device base D, handle H.
+// are not SI are in the names (un = uN, unm = uN m, npm = N/m). Frames: device base D, handle H.
 // Plain data. RT: yes.
 #pragma once
 

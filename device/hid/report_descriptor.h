@@ -1,4 +1,4 @@
-// HID report descriptors: the one of profile v1, and a reader that tells of any descriptor whether
+// HID report descriptors: the one of profile v1, and a reader that says of any descriptor whether
 // it is one of this profile, whoever made the device (Device Class Definition for HID 1.11, section
 // 6.2.2). Bytes come from a stranger's USB plug: every length is checked, everything is bounded.
 // RT: no, but it allocates nothing.
@@ -43,11 +43,11 @@ struct DescriptorFacts {
   FixedVector<ReportSize, kMaxReports> reports;  ///< of all collections, in order of appearance
 };
 
-/// Reads a descriptor; with a flaw, nothing else is told. O(bytes).
+/// Reads a descriptor; with a flaw, nothing else is returned. O(bytes).
 [[nodiscard]] DescriptorFacts read_descriptor(std::span<const std::uint8_t> descriptor) noexcept;
 
 /// A descriptor without flaw that has the collection of profile v1 and its reports in their exact
-/// sizes; `affine`, if not null, tells whether report 0x03 is among them. Other reports and
+/// sizes; `affine`, if not null, says whether report 0x03 is among them. Other reports and
 /// collections do not matter.
 [[nodiscard]] bool is_profile_v1(const DescriptorFacts& facts, bool* affine = nullptr) noexcept;
 

@@ -116,7 +116,7 @@ class Reader {
     return DescriptorFlaw::kNone;
   }
 
-  /// Variables that have a usage of their own; the others nobody can look for.
+  /// Variables that have their own usage; the others cannot be looked for.
   DescriptorFlaw add_variables(Field& field) {
     const std::size_t count = std::min<std::size_t>(globals_->report_count, usages_.size());
     for (std::size_t i = 0; i < count; ++i) {

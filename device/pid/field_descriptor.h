@@ -1,7 +1,7 @@
 // HID report descriptors field by field: where each usage lies in which report (Device Class
-// Definition for HID 1.11, section 6.2.2), for devices whose reports only their descriptor tells.
-// Bytes come from a stranger's USB plug: every length is checked, everything is bounded. Bits count
-// from the first byte of a report, its ID included. Allocates; not RT.
+// Definition for HID 1.11, section 6.2.2), for devices whose reports only their descriptor
+// describes. Bytes come from a stranger's USB plug: every length is checked, everything is bounded.
+// Bits count from the first byte of a report, its ID included. Allocates; not RT.
 #pragma once
 
 #include <cstddef>
@@ -54,7 +54,7 @@ struct Descriptor {
   std::vector<ReportSize> reports;
 };
 
-/// Reads a descriptor; with a flaw, nothing else is told. O(bytes), and the fields it has.
+/// Reads a descriptor; with a flaw, nothing else is returned. O(bytes), and the fields it has.
 [[nodiscard]] Descriptor read_fields(std::span<const std::uint8_t> descriptor);
 
 /// True when the collection, or one around it, has this usage.

@@ -1,4 +1,4 @@
-// See pid_device.h. RT: yes, but for construction, attach and detach.
+// See pid_device.h. RT: yes, except construction, attach and detach.
 #include "device/pid/pid_device.h"
 
 #include <algorithm>

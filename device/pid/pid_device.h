@@ -1,9 +1,9 @@
 // A two-axis force device of the HID PID class (OpenFFBoard, VPforce Rhino and others that their
-// descriptor tells), as the loop sees it. Experimental: no such device was tried. The class knows
+// descriptor says), as the loop sees it. Experimental: no such device was tried. The class has
 // no watchdog: when this process dies while a force is on, the device keeps pushing. Therefore no
 // force beyond the peak of the profile leaves here, whatever is asked for, and detach() and every
-// end of the loop send zero. It tells neither time nor which command it obeys: when a sample was
-// made is found from when it was read (report_time.h), and there is no measured delay. Frames:
+// end of the loop send zero. It reports neither time nor which command it obeys: when a sample was
+// made is derived from when it was read (report_time.h), and there is no measured delay. Frames:
 // device_sample.h; the axes by AxisMapping, raw z does not exist and stays 0. RT: the functions of
 // HapticDevice.
 #pragma once

@@ -94,7 +94,7 @@ class Finder {
     return {};
   }
 
-  /// What says this: an array's entry, or a flag of its own.
+  /// What says this: an array's entry, or a separate flag.
   [[nodiscard]] Choice choice(std::uint32_t usage) const {
     for (const Field& field : descriptor_.fields) {
       if (!is_fixed(field)) continue;

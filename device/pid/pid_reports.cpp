@@ -36,14 +36,14 @@ bool load_effect(const PidLayout& layout, const ReportChannel& channel, std::uin
     OutputReport load = blank(layout.load.report);
     const int length = channel.get_feature(channel.output, load.bytes.data(), load.length);
     if (length < 0) {
-      problem = "it does not tell whether an effect was created";
+      problem = "it does not say whether an effect was created";
       return false;
     }
     const std::span<const std::uint8_t> answer(
         load.bytes.data(), std::min<std::size_t>(static_cast<std::size_t>(length), load.length));
     const std::int64_t loaded = get(layout.load.block, answer);
     const Choice& success = layout.load.success;
-    // 0 is no block, and what is beyond a byte no device of the class has.
+    // 0 is not a block, and no device of the class has one beyond a byte.
     if (get(success.field, answer) == success.value && loaded > 0 && loaded <= 0xFF) {
       block = static_cast<std::uint8_t>(loaded);
       return true;

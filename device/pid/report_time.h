@@ -13,7 +13,7 @@
 
 namespace hapticd::pid {
 
-/// Begin anew at attach.
+/// Start again at attach.
 struct ReportTime {
   std::int64_t made_ns = 0;  ///< of the newest report
   bool any = false;

@@ -1,5 +1,5 @@
 // A device that was: what each read of a recording found and what became of each command, queued
-// tick by tick by whoever reads the recording. Force is accepted and goes nowhere. With nothing
+// tick by tick by the reader of the recording. Force is accepted and goes nowhere. With nothing
 // queued it is lost. RT: yes, O(1) per call.
 #pragma once
 

@@ -1,5 +1,5 @@
-// All that waits for a reader, oldest first, in one go. The system holds so many reports and drops
-// newer ones then: a queue that was full is old, and its newest report nobody knows. RT as far as
+// All that waits for a reader, oldest first, in one go. The system holds this many reports and then
+// drops newer ones: a queue that was full is old, and the newest report is not in it. RT as far as
 // the channel's read is.
 #pragma once
 

@@ -19,7 +19,7 @@
 namespace hapticd {
 namespace {
 
-constexpr const char* kPlugAgain = "Unplug it, plug it in again, and start anew.";
+constexpr const char* kPlugAgain = "Unplug it, plug it in again, and restart.";
 
 hid_device* handle_of(void* pointer) noexcept { return static_cast<hid_device*>(pointer); }
 
@@ -57,7 +57,7 @@ int open_locked(const HidrawNode& node) {
   if (file < 0 && (errno == EACCES || errno == EPERM)) {
     throw DeviceError(node, "no permission to read and write it",
                       "Install deploy/udev/70-hapticd.rules, join its group with 'sudo usermod -aG "
-                      "hapticd $USER', and log in anew.");
+                      "hapticd $USER', and log in again.");
   }
   if (file < 0) throw DeviceError(node, std::generic_category().message(errno), kPlugAgain);
   if (flock(file, LOCK_EX | LOCK_NB) != 0) {
@@ -67,7 +67,7 @@ int open_locked(const HidrawNode& node) {
   return file;
 }
 
-/// USB devices fall asleep when nobody reads; the switch for that is that of the nearest parent
+/// USB devices fall asleep when nothing reads; the switch for that is that of the nearest parent
 /// which is a USB device. Most users may not, and most devices do not need it.
 void keep_awake(const HidrawNode& node) {
   namespace fs = std::filesystem;

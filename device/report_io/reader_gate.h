@@ -1,7 +1,7 @@
 // Who may read from a channel: the loop, while the channel is attached and has not failed. One
 // word, so that the loop never waits for the thread that opens and closes devices; that thread
 // waits for the loop, which is in the channel for microseconds, or for a tick where it waits for a
-// report there. A gate that is to be closed lets nobody in again, so that it closes although the
+// report there. A gate that is to be closed lets no reader in again, so that it closes although the
 // reader comes back at once. RT: enter, leave and attachment.
 #pragma once
 

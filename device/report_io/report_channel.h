@@ -1,4 +1,4 @@
-// An open HID device as calls on bytes: reports in, reports out, features. hidraw and hidapi stand
+// An open HID device as calls on bytes: reports in, reports out, features. hidraw and hidapi are
 // behind it in production (hidraw_handles.h), a device inside the process in tests. Plain data.
 #pragma once
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr unsigned kNumberBits = 16;
 constexpr unsigned kByteBits = 8;
-/// Tag of a number that no command has gone out with, or only what stands for one.
+/// Tag of a number with which no command, or only a stand-in for one, has gone out.
 constexpr std::uint64_t kNoTag = ~std::uint64_t{0} >> kNumberBits;
 
 }  // namespace
@@ -77,7 +77,7 @@ std::optional<std::uint64_t> ReportWriter::sent(std::uint16_t number) const noex
   return entry >> kNumberBits;
 }
 
-/// Puts the next number into `reports`, and remembers it before the device can tell of it.
+/// Puts the next number into `reports`, and remembers it before the device can report it.
 void ReportWriter::number(const PostedCommand& command, bool instead, OutputReports& reports) {
   const std::uint16_t number = next_number_++;
   for (OutputReport& report : reports) {

@@ -1,9 +1,9 @@
 // The thread that sends commands to a device, so that the loop never waits for USB: a slot that
 // holds the newest command, and an eventfd that says there is one. A device that takes no reports
-// blocks this thread for seconds and nobody else. A command that is no longer true when its turn
+// blocks this thread for seconds and no other. A command that is no longer true when its turn
 // comes is replaced by what it names instead. Where a device counts its commands, the number is put
 // in when one goes out: those that were overtaken in the slot leave no gap, and a zero that takes
-// force back later has a number of its own. RT: post, revoke, stuck and sent; the thread is not.
+// force back later has its own number. RT: post, revoke, stuck and sent; the thread is not.
 #pragma once
 
 #include <array>
@@ -21,14 +21,14 @@
 
 namespace hapticd {
 
-/// A command not taken for so long means that forces no longer reach the device, ns.
+/// If a command is not taken for this long, forces no longer reach the device, ns.
 inline constexpr std::int64_t kStuckAfter_ns = 5'000'000;
 /// Before every instant.
 inline constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::min();
 /// Output reports that make one command, at most: one for each axis of a device of the PID class.
 inline constexpr std::size_t kMaxReportsPerCommand = 3;
 
-/// Commands whose number is remembered: a device's echo is at most so many commands old.
+/// Commands whose number is remembered: a device's echo is at most this many commands old.
 inline constexpr std::size_t kNumberedCommands = 256;
 
 /// One output report, ID first.
@@ -47,7 +47,7 @@ struct PostedCommand {
   std::uint32_t attachment = 0;  ///< it was made for, as the reader's gate counts them
   /// Place in every report of the command's number, 16 bits, least first; 0: there is none.
   std::uint8_t number_at = 0;
-  std::uint64_t tag = 0;  ///< what sent() tells of it, below 2^48 - 1
+  std::uint64_t tag = 0;  ///< what sent() says of it, below 2^48 - 1
 };
 
 class ReportWriter {

@@ -33,7 +33,7 @@ enum class ScriptedPush : std::uint8_t {
 };
 
 struct ScriptedOptions {
-  Array3 p_DH{};  ///< where it stands before the first pose
+  Array3 p_DH{};  ///< where it is before the first pose
   Array4 q_DH{1.0, 0.0, 0.0, 0.0};
   /// A tick without a pose repeats the last one at rest, as a fresh sample (virtual clock); else it
   /// brings no sample (real clock).
@@ -52,7 +52,7 @@ class ScriptedDevice final : public HapticDevice {
   HD_REALTIME bool write(std::int64_t now_ns, const DeviceCommand& command) noexcept override;
   HD_REALTIME void write_zero(std::int64_t now_ns) noexcept override;
 
-  /// The tick of the next read, when ticks were skipped. A smaller one than before begins anew:
+  /// The tick of the next read, when ticks were skipped. A smaller one than before starts again:
   /// queue and counts are emptied. Loop's thread, as all that follows.
   HD_REALTIME void set_tick(std::uint64_t tick) noexcept;
 
@@ -64,7 +64,7 @@ class ScriptedDevice final : public HapticDevice {
 
   /// The tick right after the last one queued; that of the next read when nothing is.
   [[nodiscard]] std::uint64_t next_tick() const noexcept { return next_tick_; }
-  /// Ticks read without a pose of their own since the start or the last set_tick back.
+  /// Ticks read without their own pose since the start or the last set_tick back.
   [[nodiscard]] std::uint64_t held() const noexcept { return held_; }
   /// Poses dropped because their tick had run.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }

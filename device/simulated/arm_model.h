@@ -35,7 +35,7 @@ struct ArmModel {
 using ArmModels = std::array<ArmModel, kArmKinds>;
 [[nodiscard]] const ArmModels& usual_arms() noexcept;
 
-/// `kind`, or kOff where it is a number that no kind has: nobody holds the handle then.
+/// `kind`, or kOff where it is a number that no kind has: then nobody holds the handle.
 [[nodiscard]] constexpr ArmKind known_arm(ArmKind kind) noexcept {
   return kind >= ArmKind::kOff && kind <= ArmKind::kAdversarial ? kind : ArmKind::kOff;
 }

@@ -70,7 +70,7 @@ AxisStep advance_axis(const AxisResponse& response, const AxisState& state, doub
   const double w = state.v - state.v_target;
   const double v_free =
       state.v_target + (response.w_y * state.y + response.w_w * w + response.w_f * driving);
-  // The friction that would bring it to rest, as far as there is so much.
+  // The friction that would bring it to rest, as far as there is enough.
   const double stopping = -v_free / response.w_f;
   const bool sticks = stopping >= -response.coulomb && stopping <= response.coulomb;
   const double friction = std::clamp(stopping, -response.coulomb, response.coulomb);

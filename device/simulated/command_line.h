@@ -1,6 +1,6 @@
 // The way of commands to the simulated device: each takes effect after the declared delay, holds
 // until the next one, and ends when it expires. A zero written past the loop travels the same way.
-// RT: yes but for construction, O(1) per call and command.
+// RT: yes, except construction, O(1) per call and command.
 #pragma once
 
 #include <atomic>

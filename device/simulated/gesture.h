@@ -14,7 +14,7 @@
 
 namespace hapticd {
 
-/// Where the tool shall be: X_DH.
+/// Where the tool should be: X_DH.
 struct GesturePoint {
   Array3 p_DH{};                    ///< m
   Array4 q_DH{1.0, 0.0, 0.0, 0.0};  ///< unit
@@ -71,7 +71,7 @@ class GesturePlayer {
   explicit GesturePlayer(const Pose& X_DH) noexcept : target_(X_DH) {}
 
   /// Begins `track`, whose memory must stay until the next play, or until progress() says it is
-  /// over. `repeat` = 0: until told otherwise. An empty track ends what plays.
+  /// over. `repeat` = 0: until told otherwise. An empty track ends the current one.
   HD_REALTIME void play(const GestureTrack& track, std::uint32_t repeat) noexcept;
 
   /// Ends what plays; the target rests where it is.

@@ -174,7 +174,7 @@ void SimulatedDevice::begin_target_step() noexcept {
     y_ = v_target_ = {};
     return;
   }
-  // The ring holds just so many steps that the oldest is the one to react to.
+  // The ring holds exactly as many steps that the oldest is the one to react to.
   if (arm_ == ArmKind::kAdversarial) reaction_ = felt_[felt_next_];
   X_DH_target_ = {asked.q, asked.p + tremor_.next()};
   set_part(y_, 0, X_DH.p - from.p);

@@ -2,7 +2,7 @@
 // viscous damping, Coulomb friction, encoders, motor lag, delay, saturation) coupled to a human arm
 // that follows a gesture. Six axes, each apart, in the device base D; mechanical stops and
 // gyroscopic terms are left out. Time is injected: read() advances to `now_ns` in fixed sub-steps,
-// so the same calls give the same bits everywhere. SI. RT: yes but for construction, about 2 us per
+// so the same calls give the same bits everywhere. SI. RT: yes, except construction, about 2 us per
 // millisecond of its time.
 #pragma once
 
@@ -35,7 +35,7 @@ struct SimulatedOptions {
   ArmModels arms = usual_arms();
 };
 
-/// What the encoders do not tell.
+/// What the encoders do not show.
 struct PlantState {
   std::int64_t t_ns = 0;
   Pose X_DH;
@@ -66,7 +66,7 @@ class SimulatedDevice final : public HapticDevice {
   HD_REALTIME void set_arm(ArmKind kind) noexcept;
   [[nodiscard]] ArmKind arm() const noexcept { return arm_; }
 
-  /// Begins the tremor anew.
+  /// Restarts the tremor.
   HD_REALTIME void set_seed(std::uint64_t seed) noexcept;
 
   /// Puts handle and target somewhere, at rest, and ends the gesture; commands on their way stay.
@@ -103,7 +103,7 @@ class SimulatedDevice final : public HapticDevice {
   std::uint64_t seed_;
   Pose X_DH_begin_;  ///< where the handle began
   CommandInForce in_force_;
-  EchoWatch echo_;  ///< the device tells which command it obeys
+  EchoWatch echo_;  ///< the device says which command it obeys
 
   // Plant: position and velocity per axis; rotation gone since the target step began.
   Quaternion q_DH_{1.0, 0.0, 0.0, 0.0};

@@ -1,4 +1,4 @@
-// See spacemouse_device.h. RT: yes, but for construction, attach and detach.
+// See spacemouse_device.h. RT: yes, except construction, attach and detach.
 #include "device/spacemouse/spacemouse_device.h"
 
 #include <algorithm>
@@ -34,17 +34,6 @@ double held_for(std::int64_t from_ns, std::int64_t to_ns, std::int64_t until_ns)
 
 }  // namespace
 
-AxisMapping family_axes(double full_speed, double full_turn) noexcept {
-  const double position = full_speed / kFullDeflection;
-  const double rotation = full_turn / kFullDeflection;
-  AxisMapping axes;
-  axes.raw_axis = {0, 2, 1};
-  axes.sign = {1.0, -1.0, 1.0};
-  axes.position_scale = {position, position, position};
-  axes.rotation_scale = {rotation, rotation, rotation};
-  return axes;
-}
-
 SpacemouseDevice::SpacemouseDevice(const DeviceProfile& profile, const SpacemouseSettings& settings)
     : profile_(profile), settings_(settings) {
   for (int i = 0; i < 3; ++i) {
@@ -74,7 +63,7 @@ void SpacemouseDevice::begin_anew(std::int64_t now_ns) noexcept {
 ReadOutcome SpacemouseDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept {
   if (!gate_.enter()) return ReadOutcome::kLost;
   if (attachment_ != gate_.attachment()) begin_anew(now_ns);
-  // What was held until now first: a report tells of the deflection from here on.
+  // What was held until now first: a report gives the deflection from here on.
   advance(now_ns);
   const bool alive = drain(now_ns);
   gate_.leave(!alive);
@@ -107,7 +96,7 @@ bool SpacemouseDevice::drain(std::int64_t now_ns) noexcept {
   const Drained drained = drain_queue(
       channel_, [&](std::span<const std::uint8_t> bytes) { take(decode(bytes), now_ns); });
   if (drained == Drained::kOverflow) {
-    // The newest were dropped: where the cap is now nobody knows.
+    // The newest were dropped: where the cap is now is unknown.
     counts_[kOverflows].fetch_add(1, std::memory_order_relaxed);
     v_ = w_ = {};
   }

@@ -1,8 +1,8 @@
 // A SpaceMouse as a device without force: its deflection is a velocity, which is integrated to the
 // pose of the handle H, a proxy tool. Position stays within the workspace of the profile;
 // orientation has no bounds. Between reports the last deflection holds; a device that falls silent
-// while displaced stands still. At rest it sends nothing, and every read gives the pose as it
-// stands: a rate device at rest is not stale. Rotation is about the axes of D. Frames:
+// while displaced is at rest. At rest it sends nothing, and every read gives the last
+// pose: a rate device at rest is not stale. Rotation is about the axes of D. Frames:
 // device_sample.h. RT: the functions of HapticDevice.
 #pragma once
 
@@ -19,9 +19,9 @@
 
 namespace hapticd::spacemouse {
 
-/// A deflection without a report for so long is over, ns: six reports of a wireless device, twelve
-/// of one with a cable. Less: the tool stutters with the radio; more: it moves on that much longer
-/// after the device hung.
+/// A deflection without a report for this long is over, ns: six reports of a wireless device,
+/// twelve of one with a cable. Less: the tool stutters with the radio; more: it moves on that much
+/// longer after the device hung.
 inline constexpr std::int64_t kSilence_ns = 100'000'000;
 /// No button, in SpacemouseSettings::button.
 inline constexpr std::uint8_t kNoButton = 0xFF;
@@ -32,10 +32,6 @@ struct SpacemouseSettings {
   /// Button i of the sample is this one of the device, 0..31, or kNoButton.
   std::array<std::uint8_t, 16> button{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 };
-
-/// The axes of the whole family at the speeds given at full deflection, m/s and rad/s: x of D is
-/// raw x, y is up and so raw -z, z is raw y.
-[[nodiscard]] AxisMapping family_axes(double full_speed, double full_turn) noexcept;
 
 /// What went on, since the construction. Any thread.
 struct SpacemouseCounters {
@@ -56,7 +52,7 @@ class SpacemouseDevice final : public HapticDevice {
   HD_REALTIME bool write(std::int64_t now_ns, const DeviceCommand& command) noexcept override;
   HD_REALTIME void write_zero(std::int64_t now_ns) noexcept override;
 
-  /// Goes on with this channel, from the pose where it stands. Not RT; one thread attaches and
+  /// Goes on with this channel, from the pose where it is. Not RT; one thread attaches and
   /// detaches.
   void attach(const ReportChannel& channel);
   /// Ends the use of the channel: returns when the loop is not in it. Not RT.

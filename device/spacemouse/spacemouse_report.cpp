@@ -15,7 +15,7 @@ constexpr std::uint16_t k3Dconnexion = 0x256F;
 constexpr std::array<std::uint16_t, 12> kOfLogitech{0xC603, 0xC605, 0xC606, 0xC621, 0xC623, 0xC625,
                                                     0xC626, 0xC627, 0xC628, 0xC629, 0xC62B, 0xC640};
 /// SpaceMouse Wireless, Pro Wireless, Enterprise, Compact, Module, by cable and through a receiver
-/// of their own. Receivers for several devices are none: a mouse may be behind them.
+/// of their own. Receivers for several devices are not included: a mouse may be behind them.
 constexpr std::array<std::uint16_t, 9> kOf3Dconnexion{0xC62E, 0xC62F, 0xC631, 0xC632, 0xC633,
                                                       0xC635, 0xC636, 0xC638, 0xC63A};
 

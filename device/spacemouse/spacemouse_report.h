@@ -1,6 +1,6 @@
 // Input reports of 3Dconnexion's SpaceMouse family: six axes of deflection, not of position, and
 // buttons. Sources: spacenavd src/dev.c (which devices), PySpaceMouse and FreePIE (layouts).
-// Reports are told by ID and length: 1 and 2 with three axes each, 1 with all six of newer devices,
+// Reports are known by ID and length: 1 and 2 with three axes each, 1 with all six (newer devices),
 // 3 buttons; battery and the rest are of no consequence. Raw axes: x right, y toward the user, z
 // down, rotations right-handed about them. Units: raw, about 350 at full deflection. RT: yes.
 #pragma once
@@ -21,7 +21,7 @@ inline constexpr int kMaxReading = 512;
 /// receivers of the same maker.
 [[nodiscard]] bool is_spacemouse(std::uint16_t vendor_id, std::uint16_t product_id) noexcept;
 
-/// What a report tells.
+/// The content of a report.
 enum class Content : std::uint8_t {
   kTranslation,  ///< `translation` alone
   kRotation,     ///< `rotation` alone

@@ -1,4 +1,4 @@
-// hapticd_id: tells udev whether a hidraw device speaks the HID profile of hapticd, whoever made
+// hapticd_id: says to udev whether a hidraw device speaks the HID profile of hapticd, whoever made
 // it, or is a force device of the PID class that hapticd can drive: run by
 // deploy/udev/70-hapticd.rules with the device's folder in sysfs, it prints ID_HAPTICD=1,
 // ID_HAPTICD=pid or nothing. Reads the report descriptor alone: the device is not opened.

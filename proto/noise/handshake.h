@@ -2,7 +2,7 @@
 // keyed sessions and the ciphers it ends with. PROTOCOL.md, section 12. Pattern:
 //   -> psk, e
 //   <- e, ee
-// On primitives of libsodium. Pure: who makes a Handshake brings its randomness. Not RT.
+// On primitives of libsodium. Pure: the maker of a Handshake brings its randomness. Not RT.
 #pragma once
 
 #include <array>

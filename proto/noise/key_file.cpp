@@ -42,7 +42,7 @@ void write_key(const std::filesystem::path& file) {
   Key key;
   randombytes_buf(key.data(), key.size());
   const Descriptor made(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kOwnerOnly));
-  if (made.get() < 0) refuse(file, reason() + ". Give a folder that may be written.");
+  if (made.get() < 0) refuse(file, reason() + ". Give a folder you may write to.");
   const bool written =
       ::fchmod(made.get(), kOwnerOnly) == 0 &&
       ::write(made.get(), key.data(), key.size()) == static_cast<ssize_t>(key.size()) &&
@@ -61,10 +61,10 @@ Key read_key_file(const std::filesystem::path& file) {
   struct stat status {};
   if (::fstat(opened.get(), &status) != 0) refuse(file, reason());
   if (!S_ISREG(status.st_mode) || status.st_size != static_cast<off_t>(kKeyBytes)) {
-    refuse(file, "no key: a key is a file of 32 bytes. Make keys with 'hapticctl keygen DIR'.");
+    refuse(file, "not a key: a key is a file of 32 bytes. Make keys with 'hapticctl keygen DIR'.");
   }
   if ((status.st_mode & kOthers) != 0) {
-    refuse(file, "others may touch it. Run 'chmod 600 " + file.string() +
+    refuse(file, "others may access it. Run 'chmod 600 " + file.string() +
                      "', and make new keys if they may have read it.");
   }
   Key key;
@@ -87,7 +87,7 @@ KeyPair read_key_folder(const std::filesystem::path& folder) {
 void make_key_folder(const std::filesystem::path& named) {
   if (sodium_init() < 0) throw std::runtime_error("libsodium does not start");
   std::error_code error;
-  // keys/ is keys: what is behind the last slash is no folder of its own.
+  // keys/ is keys: what follows the last slash is not a separate folder.
   const std::filesystem::path folder = named.has_filename() ? named : named.parent_path();
   if (!std::filesystem::is_directory(folder, error)) {
     if (folder.has_parent_path()) std::filesystem::create_directories(folder.parent_path(), error);
@@ -96,7 +96,7 @@ void make_key_folder(const std::filesystem::path& named) {
   for (const char* name : {kViewKeyName, kControlKeyName}) {
     if (std::filesystem::exists(std::filesystem::symlink_status(folder / name, error))) {
       refuse(folder / name,
-             "is there already, and clients may have it. Remove both keys first, or give another "
+             "exists already, and clients may have it. Remove both keys first, or give another "
              "folder.");
     }
   }

@@ -22,7 +22,7 @@ struct KeyPair {
 [[nodiscard]] Key read_key_file(const std::filesystem::path& file);
 
 /// Both keys in `folder`. Throws std::runtime_error as read_key_file() does, and when the keys are
-/// equal: who may look could control.
+/// equal: otherwise who may look could control.
 [[nodiscard]] KeyPair read_key_folder(const std::filesystem::path& folder);
 
 /// Makes `folder` if need be, and two random keys in it. Throws std::runtime_error with the reason

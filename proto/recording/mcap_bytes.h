@@ -3,6 +3,8 @@
 // that never reads past its end. Not RT.
 #pragma once
 
+#include <zlib.h>
+
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -51,6 +53,16 @@ inline void put_record(std::string& out, McapOpcode opcode, std::string_view con
   out.push_back(static_cast<char>(opcode));
   put(out, static_cast<std::uint64_t>(content.size()));
   out.append(content);
+}
+
+/// CRC-32 (ISO 3309, zlib's) of the bytes so far, whose CRC is `crc` (0 at the start), followed by
+/// `bytes`. About 1 ns a byte.
+[[nodiscard]] inline std::uint32_t mcap_crc(std::string_view bytes,
+                                            std::uint32_t crc = 0) noexcept {
+  // zlib starts anew where there is no buffer at all.
+  if (bytes.empty()) return crc;
+  const auto* data = reinterpret_cast<const Bytef*>(bytes.data());
+  return static_cast<std::uint32_t>(crc32_z(crc, data, bytes.size()));
 }
 
 /// Takes values from the front of bytes; once something is missing it has failed, gives zeros and

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "proto/recording/crc32.h"
 #include "proto/recording/mcap_bytes.h"
 
 namespace hapticd {
@@ -137,7 +136,7 @@ std::string summary_bytes(const McapLayout& layout, std::uint64_t data_end,
   put(tail, std::uint64_t{20});
   put(tail, summary_start);
   put(tail, offsets_start);
-  put(tail, crc32(tail));
+  put(tail, mcap_crc(tail));
   return out + tail + std::string(kMcapMagic);
 }
 

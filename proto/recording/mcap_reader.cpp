@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <system_error>
 
-#include "proto/recording/crc32.h"
 #include "proto/recording/mapped_file.h"
 
 namespace hapticd {
@@ -150,7 +149,7 @@ void McapReader::take(McapOpcode opcode, std::string_view content, std::uint64_t
       stop(McapEnd::kBroken);
       break;  // without an end of data
     default:
-      // Attachments, metadata and what later versions add are skipped; 0 is no record.
+      // Attachments, metadata and what later versions add are skipped; 0 is not a record.
       if (static_cast<std::uint8_t>(opcode) == 0) stop(McapEnd::kBroken);
   }
 }
@@ -167,7 +166,7 @@ void McapReader::take_chunk(std::string_view content, std::uint64_t offset) {
   if (cursor.failed()) return stop(McapEnd::kBroken);
   if (!compression.empty()) return stop(McapEnd::kForeign);
   // A CRC of 0 says that there is none.
-  if (records.size() != chunk.size || (crc != 0 && crc != crc32(records))) {
+  if (records.size() != chunk.size || (crc != 0 && crc != mcap_crc(records))) {
     return stop(McapEnd::kBroken);
   }
   chunk.offset = offset;
@@ -273,7 +272,7 @@ McapRepair plan_repair(std::string_view bytes) {
   }
   repair.possible = repair.needed = true;
   repair.keep = whole.size();
-  repair.tail = summary_bytes(again.layout(), whole.size(), crc32(whole));
+  repair.tail = summary_bytes(again.layout(), whole.size(), mcap_crc(whole));
   return repair;
 }
 

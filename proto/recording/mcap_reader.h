@@ -1,4 +1,4 @@
-// Reads MCAP files (mcap.dev), whoever wrote them, from the front to the back, chunked or not (but
+// Reads MCAP files (mcap.dev) of any writer, from the front to the back, chunked or not (but
 // not both), uncompressed: what replay, export and repair need. Bytes are not trusted: lengths are
 // checked, CRCs too, and a file that ends anywhere, as a killed process leaves it, gives all its
 // whole records. Not RT.
@@ -27,7 +27,7 @@ enum class McapEnd : std::uint8_t {
   kMore,       ///< it has not
   kComplete,   ///< end of data, then the footer and the magic at the very end
   kTruncated,  ///< the bytes end in the middle, or before the summary
-  kBroken,     ///< a CRC or a length is wrong, or it is no MCAP file
+  kBroken,     ///< a CRC or a length is wrong, or it is not an MCAP file
   kForeign,    ///< compressed: not ours
 };
 

@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <system_error>
 
-#include "proto/recording/crc32.h"
 #include "proto/recording/mcap_bytes.h"
 
 namespace hapticd {
@@ -41,7 +40,7 @@ bool McapWriter::append(std::string_view bytes) {
     rest.remove_prefix(static_cast<std::size_t>(written));
   }
   length_ += bytes.size();
-  crc_ = crc32(bytes, crc_);
+  crc_ = mcap_crc(bytes, crc_);
   return true;
 }
 
@@ -104,7 +103,7 @@ void McapWriter::flush() {
   put(content, start_time_);
   put(content, end_time_);
   put(content, static_cast<std::uint64_t>(chunk_.size()));
-  put(content, crc32(chunk_));
+  put(content, mcap_crc(chunk_));
   put_text(content, "");  // not compressed
   put(content, static_cast<std::uint64_t>(chunk_.size()));
   content.append(chunk_);

@@ -32,7 +32,7 @@ void RecordingReader::rewind() {
   RecordedMessage message;
   if (!next(message) || message.kind != RecordKind::kHeader ||
       !header_.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) {
-    throw RecordingError(path_ + ": no recording of hapticd (" + reader_->describe_end() +
+    throw RecordingError(path_ + ": not a recording of hapticd (" + reader_->describe_end() +
                          "). Name a file that hapticd recorded.");
   }
   if (header_.format_version() != kRecordFormat) {

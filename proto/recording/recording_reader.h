@@ -45,7 +45,7 @@ class RecordingReader {
 
   /// The next message after the header; false at the end.
   bool next(RecordedMessage& message);
-  /// Begins anew after the header.
+  /// Starts again after the header.
   void rewind();
   /// How the reading ended, once next() has given false.
   [[nodiscard]] std::string describe_end() const { return reader_->describe_end(); }
@@ -61,7 +61,7 @@ class RecordingReader {
   v1::RecordHeader header_;
 };
 
-/// Looks through the whole file of `reader`, which begins anew afterwards. About 1 s per GB.
+/// Looks through the whole file of `reader`, which starts again afterwards. About 1 s per GB.
 [[nodiscard]] RecordingSummary summarise(RecordingReader& reader);
 
 }  // namespace hapticd

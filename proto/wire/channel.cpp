@@ -29,7 +29,7 @@ std::string front_of_state(std::size_t bytes) {
 }  // namespace
 
 bool parse_packet(std::span<const std::uint8_t> body, v1::Packet& packet) {
-  // protobuf writes a line about text that is no UTF-8; junk must not fill anybody's log.
+  // protobuf logs a line about text that is not UTF-8; junk must not fill the log.
   const google::protobuf::LogSilencer silence;
   return packet.ParseFromArray(body.data(), static_cast<int>(body.size())) && packet.first() >= 1 &&
          packet.items_size() <= static_cast<int>(kMaxItems);

@@ -89,7 +89,7 @@ class Channel {
   [[nodiscard]] bool all_acknowledged() const noexcept { return outbox_.empty(); }
   /// Id the next Item sent will get, or its first Chunk.
   [[nodiscard]] std::uint64_t next_id() const noexcept { return outbox_.next_id(); }
-  /// Packet.ack as it stands.
+  /// The current Packet.ack.
   [[nodiscard]] std::uint64_t applied() const noexcept { return inbox_.applied(); }
 
   /// When the next Packet must leave: for Items, acknowledgement or keep-alive. 0 = at once.

@@ -40,12 +40,12 @@ class ClockEcho {
 /// What one answered Clock says.
 struct ClockSample {
   std::int64_t at_ns = 0;          ///< own clock, middle of the exchange
-  std::int64_t offset_ns = 0;      ///< the peer's clock minus the own
+  std::int64_t offset_ns = 0;      ///< the peer's clock minus this one
   std::int64_t round_trip_ns = 0;  ///< >= 0; |error of the offset| <= half of it
 };
 
-/// The sample in `clock`, received at now_ns of the own clock; nothing when it answers nothing or
-/// its times contradict each other.
+/// The sample in `clock`, received at now_ns of this side's clock; nothing when it answers nothing
+/// or its times contradict each other.
 [[nodiscard]] inline std::optional<ClockSample> clock_sample(const v1::Clock& clock,
                                                              std::int64_t now_ns) {
   /// Instants beyond 2^61 ns (73 years) are refused, so that no sum overflows.

@@ -16,7 +16,7 @@ struct ReceivedItem {
   std::uint64_t id = 0;  ///< its own, or that of the last Chunk it came in
   v1::Item item;
   std::size_t bytes = 0;     ///< of its encoding
-  bool undecodable = false;  ///< a blob that is no Item: to be answered INVALID
+  bool undecodable = false;  ///< a blob that is not an Item: to be answered INVALID
 };
 
 struct ReceivedItems {

@@ -67,7 +67,7 @@ Answer Daemon::calibrate(const RequestId& id, const v1::Calibrate& calibrate) {
                               : begin_calibration(id, *outside, step);
   }
   if (outside == nullptr || outside->check == nullptr) {
-    return wrong_state("This device needs no check: it pushes nobody.");
+    return wrong_state("This device needs no check: it cannot push anyone.");
   }
   if (step == v1::CALIBRATE_STEP_CONFIRM && is_direction(calibrate.axis())) {
     // Felt along an axis that it cannot push along, it is wrong like any other.
@@ -121,7 +121,7 @@ Answer Daemon::begin_calibration(const RequestId& id, const OutsideDevice& outsi
   }
   if (!calibration->ask(operation_of(step))) {
     return result_of(v1::RESULT_CODE_BUSY, kStep,
-                     "The device has not yet answered the step before.");
+                     "The device has not answered the previous step yet.");
   }
   calibrations_.push_back({id, calibration});
   return std::nullopt;
@@ -134,7 +134,7 @@ void Daemon::finish_calibrations() {
     clients_.answer(asked.request,
                     error->empty() ? result_of(v1::RESULT_CODE_OK)
                                    : result_of(v1::RESULT_CODE_FAILED, kStep,
-                                               "The device does not do that now: " + *error + "."));
+                                               "The device cannot do that now: " + *error + "."));
     return true;
   });
 }

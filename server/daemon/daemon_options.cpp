@@ -165,7 +165,7 @@ void check_record(const std::string& file) {
     return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
   });
   if (control || !google::protobuf::internal::IsStructurallyValidUTF8(file)) {
-    refuse("--record: the name is no plain UTF-8 text. Give another one.");
+    refuse("--record: the name is not plain UTF-8 text. Give another.");
   }
 }
 
@@ -190,7 +190,7 @@ void check_devices(const v1::Config& config) {
       refuse("--device: a real device needs the real clock. Leave --clock out.");
     }
     if (replay && (config.device_size() > 1 || !config.record().empty())) {
-      refuse("--device: a replay is all there is: leave other devices and --record out.");
+      refuse("--device: a replay plays alone: leave other devices and --record out.");
     }
     if (config.verify() && !replay) {
       refuse("--verify: there is nothing to compare. Give --device replay:FILE.");
@@ -293,7 +293,7 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
       "the devices that are plugged in.\n"
       "Exit codes: 0 good, 1 bad scene, gesture, profile or configuration, 2 bad command line,\n"
       "3 address not available, 4 realtime required and refused, 5 a verified replay differs,\n"
-      "7 the recording asked for cannot be begun.");
+      "7 the requested recording cannot be started.");
   add_options(app, options.given, options);
   try {
     app.parse(argc, argv);

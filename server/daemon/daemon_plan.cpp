@@ -75,9 +75,9 @@ PlayerOptions recorded_player(const v1::RecordHeader& header) {
     const v1::RecordedDevice& device = header.devices(k);
     ProfileResult profile = check_profile(device.profile());
     if (!profile.loaded || k >= config.device_size()) {
-      throw StartError(kExitInput,
-                       "the recording's device profile does not hold in this version: " +
-                           faults_text(profile.problems) + ". Use the version that recorded it.");
+      throw StartError(kExitInput, "the recording's device profile is not valid in this version: " +
+                                       faults_text(profile.problems) +
+                                       ". Use the version that recorded it.");
     }
     ToolDevice tool{device.tool_id(), std::move(*profile.loaded), "replay"};
     tool.recorded = recorded_driver(config.device(k).source(), tool.profile.profile);
@@ -112,8 +112,8 @@ bool simulates(const PlayerOptions& player) {
 void warn_of_no_bound(const PlayerOptions& player) {
   if (player.budget_us != 0.0) return;
   spdlog::warn(
-      "--budget-us 0: no bound on the work of a tick, and a fast or deep one may be late; leave it "
-      "out for half the tick");
+      "--budget-us 0: the work of a tick has no bound, so fast or deep contact may make it late; "
+      "leave the option out to bound it to half the tick");
 }
 
 Reread reread(DaemonPlan& plan) {
@@ -143,7 +143,7 @@ Reread reread(DaemonPlan& plan) {
     }
   }
   plan.options.gesture_given = read.gesture_given;
-  if (!later.empty()) spdlog::warn("reload: only the next start changes: {}", later);
+  if (!later.empty()) spdlog::warn("reload: takes effect at the next start only: {}", later);
   follow_config(config, plan.player);
   warn_of_no_bound(plan.player);
   return {true, recording_differs};

@@ -55,7 +55,7 @@ std::optional<std::string> ForceWatch::look(std::uint32_t scene_id, std::size_t 
   told.share = borne.share;
   return fmt::format(
       "tool {}: {} bears {:.3g} N/m at a delay of {:.3g} ms, {:.2g} % of the scene's stiffness: "
-      "hardly a force is felt. {}",
+      "hardly any force is felt. {}",
       borne.tool_id, device_name(profile), borne.bound, 1e3 * borne.delay, 100.0 * borne.share,
       remedy_of(profile));
 }

@@ -63,7 +63,7 @@ Answer PlayDesk::fault_of(const v1::PoseSample& sample, const std::string& path)
   }
   if (sample.buttons() > kMaxButtons) {
     return result_of(v1::RESULT_CODE_OUT_OF_RANGE, path + ".buttons",
-                     "There are 16: at most 65535.");
+                     "There are 16 buttons: at most 65535.");
   }
   return std::nullopt;
 }
@@ -120,7 +120,7 @@ Answer PlayDesk::play_gesture(const RequestId& id, const v1::PlayGesture& play) 
   }
   if (play.repeat() > kMaxRepeats) {
     return result_of(v1::RESULT_CODE_OUT_OF_RANGE, "play_gesture.repeat",
-                     "At most 1000000; 0 plays on until told otherwise.");
+                     "At most 1000000; 0 repeats until told otherwise.");
   }
   auto plan = std::make_unique<GesturePlan>();
   if (play.source_case() != v1::PlayGesture::SOURCE_NOT_SET) {

@@ -84,8 +84,8 @@ void RecordDesk::begin(const std::string& file) {
   const std::string error = recording_->start(file).get();
   if (error.empty()) return;
   throw StartError(kExitRecord, "--record: " + error +
-                                    ". Give the name of a new file, in a folder that may be "
-                                    "written to and on a disk with room.");
+                                    ". Give the name of a new file, in a folder you may "
+                                    "write to, on a disk with room.");
 }
 
 Answer RecordDesk::record(const v1::Record& record) {
@@ -95,7 +95,8 @@ Answer RecordDesk::record(const v1::Record& record) {
     result = result_of(v1::RESULT_CODE_INVALID, "record.file",
                        "Use a-z A-Z 0-9 _ - . and at most 64 of them.");
   } else if (record.mode() == v1::RECORD_MODE_START && status.recording) {
-    result = result_of(v1::RESULT_CODE_BUSY, "record", "A recording runs already. Stop it first.");
+    result =
+        result_of(v1::RESULT_CODE_BUSY, "record", "A recording is already running. Stop it first.");
   } else if (record.mode() == v1::RECORD_MODE_START) {
     const std::string name = record.file().empty() ? name_of_now("session") : record.file();
     recording_->start(recordings_folder() / name);

@@ -51,7 +51,7 @@ void ReplayRun::find_start() {
   }
   fail(
       "it has neither the first tick of a daemon nor a Snapshot, so there is nothing to start "
-      "from. Record for a second at least.");
+      "from. Record for at least a second.");
 }
 
 void ReplayRun::begin(HapticLoop& loop, LoopChannels& channels, MakeScene make_scene, bool verify) {

@@ -61,7 +61,7 @@ Answer replay(Desks& desks, const RequestId& /*id*/, const v1::Item& item) {
     return result_of(v1::RESULT_CODE_OK);
   }
   const char* why =
-      "Devices play. A replay has a daemon of its own: hapticctl replay, or hapticd --device "
+      "Devices are playing. A replay needs its own daemon: hapticctl replay, or hapticd --device "
       "replay:FILE.";
   if (time != nullptr) {
     why = "Another recording is being replayed. End it first, with an empty name.";

@@ -65,7 +65,7 @@ std::optional<v1::Result> refusal_of_change(const v1::SetParameter& set, std::ui
                                             std::size_t waiting) {
   constexpr const char* kPath = "set_parameter.at_tick";
   if (set.has_at_tick() && set.at_tick() < next) {
-    return result_of(v1::RESULT_CODE_OUT_OF_RANGE, kPath, "That tick has begun.");
+    return result_of(v1::RESULT_CODE_OUT_OF_RANGE, kPath, "That tick has already begun.");
   }
   if (set.has_at_tick() && set.at_tick() - next > kMaxTicksToWait) {
     return result_of(v1::RESULT_CODE_OUT_OF_RANGE, kPath,

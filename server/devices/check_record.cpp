@@ -110,7 +110,7 @@ std::string reason() { return std::generic_category().message(errno); }
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& why) {
   throw std::runtime_error(file.string() + ": " + why +
-                           ". Give hapticd a folder that it may write, then check anew.");
+                           ". Give hapticd a folder it may write to, then check again.");
 }
 
 /// The start of the file, or why it cannot be read.
@@ -173,7 +173,7 @@ bool is_remembered(const fs::path& folder, const CheckedDevice& device) {
                 : "not a record of hapticd";
   }
   spdlog::warn(
-      "{}: {}; the device counts as not checked. Check it anew: hapticctl device "
+      "{}: {}; the device counts as not checked. Check it again: hapticctl device "
       "check.",
       file.string(), wrong);
   return false;

@@ -56,7 +56,7 @@ CheckAnswer DeviceCheck::confirm(PushAxis felt) {
   const PushAxis pushed = std::exchange(pushed_, PushAxis{0});
   if (pushed == 0) {
     return {CheckVerdict::kNoPush,
-            "There is no push to confirm: each one can be confirmed once, when it was not "
+            "There is no push to confirm. Each push can be confirmed once, unless it was "
             "cut short. Push first."};
   }
   if (felt != pushed) return begin_anew(pushed, felt);
@@ -79,12 +79,13 @@ CheckAnswer DeviceCheck::finish() {
   try {
     remember_check(folder_, subject_.device);
   } catch (const std::runtime_error& error) {
-    return {CheckVerdict::kNotKept,
-            std::string("All directions are right, but that cannot be kept: ") + error.what()};
+    return {
+        CheckVerdict::kNotKept,
+        std::string("All directions are right, but the result cannot be saved: ") + error.what()};
   }
   passed_ = true;
   return {CheckVerdict::kRight, passed_before_
-                                    ? "Checked anew: full force as before."
+                                    ? "Checked again: full force as before."
                                     : "Checked: full force from the next start of hapticd on."};
 }
 
@@ -92,7 +93,7 @@ CheckAnswer DeviceCheck::finish() {
 CheckAnswer DeviceCheck::begin_anew(PushAxis pushed, PushAxis felt) {
   confirmed_.clear();
   std::string message = "Pushed along " + name_of(pushed) + ", felt along " + name_of(felt) +
-                        ": the check begins anew. " + remedy(pushed, felt);
+                        ": the check starts again. " + remedy(pushed, felt);
   if (passed_) {
     passed_ = false;
     try {
@@ -108,8 +109,7 @@ std::string DeviceCheck::remedy(PushAxis pushed, PushAxis felt) const {
   if (index_of(pushed) != index_of(felt)) {
     return "In the profile " + subject_.profile.name +
            ", correct the order of axis_map { axes: ... }, which positions follow too; if those "
-           "are "
-           "right, it is the device that mixes up its motors.";
+           "are right, the device mixes up its motors.";
   }
   Array3 sign = subject_.profile.axes.force_sign;
   sign[index_of(pushed)] = -sign[index_of(pushed)];
@@ -117,7 +117,7 @@ std::string DeviceCheck::remedy(PushAxis pushed, PushAxis felt) const {
   for (const double one : sign)
     values += (values.empty() ? "" : ", ") + std::string(one < 0.0 ? "-1" : "1");
   return "In the profile " + subject_.profile.name + ", set axis_map { force_sign { value: [" +
-         values + "] source: \"guided check\" } }, and start hapticd anew.";
+         values + "] source: \"guided check\" } }, and restart hapticd.";
 }
 
 }  // namespace hapticd

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "device/hid/report_descriptor.h"
 #include "device/spacemouse/spacemouse_device.h"
@@ -12,6 +13,8 @@
 
 namespace hapticd {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 const char* word_of(DeviceDriver driver) {
   if (driver == DeviceDriver::kPid) return "pid";
@@ -37,24 +40,16 @@ std::string ids(const HidrawNode& node) {
   return text.data();
 }
 
-/// Names of devices are printable ASCII already.
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + "\"";
-}
-
-std::string json_of(const ListedDevice& device) {
+Json json_of(const ListedDevice& device) {
   const HidrawNode& node = device.node;
-  return std::string("{\"driver\":\"") + word_of(device.driver) +
-         "\",\"product\":" + quoted(node.product) + ",\"maker\":" + quoted(node.maker) +
-         ",\"serial\":" + quoted(node.serial) + ",\"ids\":\"" + ids(node) +
-         "\",\"node\":" + quoted(node.path) +
-         ",\"permitted\":" + (node.permitted ? "true" : "false") +
-         ",\"device\":" + quoted(device.choice) + "}";
+  return {{"driver", word_of(device.driver)},
+          {"product", node.product},
+          {"maker", node.maker},
+          {"serial", node.serial},
+          {"ids", ids(node)},
+          {"node", node.path},
+          {"permitted", node.permitted},
+          {"device", device.choice}};
 }
 
 }  // namespace
@@ -88,15 +83,16 @@ std::string list_text(std::span<const ListedDevice> devices) {
   if (list_exit_code(devices) == kListForbidden) {
     text +=
         "To be permitted, install deploy/udev/70-hapticd.rules, join its group with 'sudo usermod "
-        "-aG hapticd $USER', and log in anew.\n";
+        "-aG hapticd $USER', and log in again.\n";
   }
   return text;
 }
 
 std::string list_json(std::span<const ListedDevice> devices) {
-  std::string text;
-  for (const ListedDevice& device : devices) text += (text.empty() ? "" : ",") + json_of(device);
-  return "{\"devices\":[" + text + "]}\n";
+  Json listed = Json::array();
+  for (const ListedDevice& device : devices) listed.push_back(json_of(device));
+  const Json json = {{"devices", listed}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 int list_exit_code(std::span<const ListedDevice> devices) {

@@ -23,7 +23,7 @@ HidrawMonitor::HidrawMonitor() : udev_(udev_new()) {
   if (monitor_ == nullptr ||
       udev_monitor_filter_add_match_subsystem_devtype(monitor_.get(), "hidraw", nullptr) < 0 ||
       udev_monitor_enable_receiving(monitor_.get()) < 0) {
-    throw std::runtime_error("the system tells nothing of devices that are plugged in");
+    throw std::runtime_error("the system does not report devices that are plugged in");
   }
 }
 

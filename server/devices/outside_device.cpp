@@ -52,8 +52,8 @@ KeptDriver kept(hid::HidDevice& device, DeviceCalibration& calibration,
     hid::Capabilities capabilities;
     if (!get_capabilities(channel, capabilities, error)) throw DeviceError(node, error, kAgain);
     if (!(capabilities == known)) {
-      throw DeviceError(node, "it is another device than before, with the same serial",
-                        "Start hapticd anew to use it.");
+      throw DeviceError(node, "it is a different device with the same serial as before",
+                        "Restart hapticd to use it.");
     }
     hid::SessionLimits limits;
     limits.force = force;

@@ -74,7 +74,7 @@ std::string what_to_write(const HidrawNode& node, const pid::PidLayout& layout) 
          hex_id(node.vendor_id) + " product_id: " + hex_id(node.product_id) +
          " }, as position_scale the metres that its handle moves along x divided by " +
          std::to_string(x.maximum - x.minimum) +
-         ", and as force_scale the newtons that it gives at the most divided by " +
+         ", and as force_scale the newtons that it gives at most divided by " +
          std::to_string(layout.constant.magnitude.maximum) +
          "; then name the file as the profile of the device in --config";
 }
@@ -95,8 +95,8 @@ KeptDriver kept(pid::PidDevice& device, const HidrawNode& known, const pid::PidL
   driver.attach = [&device, descriptor = known.descriptor, layout](const HidrawNode& node,
                                                                    const ReportChannel& channel) {
     if (node.descriptor != descriptor) {
-      throw DeviceError(node, "it is another device than before, with the same serial",
-                        "Start hapticd anew to use it.");
+      throw DeviceError(node, "it is a different device with the same serial as before",
+                        "Restart hapticd to use it.");
     }
     const pid::StartResult started = start(layout, channel);
     if (!started.problem.empty()) throw DeviceError(node, started.problem, "Plug it in again.");
@@ -135,7 +135,7 @@ v1::DeviceProfile pid_profile(const HidrawNode& node, const pid::PidLayout& layo
                               const v1::DeviceProfile& base) {
   const v1::AxisMap& axes = base.axis_map();
   if (axes.force_scale().value_size() == 0 || axes.position_scale().value_size() == 0) {
-    throw DeviceError(node, "no profile tells what a unit of its position and force is",
+    throw DeviceError(node, "no profile says what a unit of its position and force is",
                       what_to_write(node, layout) + ".");
   }
   v1::DeviceProfile profile = base;

@@ -40,7 +40,7 @@ CheckedProfile profile_to_check(const v1::DeviceProfile& profile) {
 LoadedProfile checked(const v1::DeviceProfile& profile) {
   ProfileResult result = check_profile(profile);
   if (result.loaded) return std::move(*result.loaded);
-  throw std::runtime_error("the device's word makes no profile: " +
+  throw std::runtime_error("what the device states of itself is not a valid profile: " +
                            to_text(result.problems.front()));
 }
 

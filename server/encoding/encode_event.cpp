@@ -144,17 +144,17 @@ std::string_view explain(Cause cause) noexcept {
       "A client asked for Stop. Clear to go on.",
       "A pose, velocity or wrench was not a finite number, or a quaternion could not be "
       "normalised. "
-      "Check what gives the poses, then Clear.",
+      "Check the source of the poses, then Clear.",
       "No new sample came from the device for more than two ticks. Check cable and driver, then "
       "Clear.",
       "The device repeats one pose while its counter advances: a sensor is stuck. Check it, then "
       "Clear.",
       "The handle moved faster than the profile allows. Hold it, then Clear.",
-      "More than 20 ticks of a second came late. hapticd doctor tells why; then Clear.",
-      "The loop stood still and the guardian wrote zero. hapticd doctor tells why; then Clear.",
+      "More than 20 ticks in one second were late. hapticd doctor says why; then Clear.",
+      "The loop stood still and the guardian wrote zero. hapticd doctor says why; then Clear.",
       "The lease of the controller that gave the poses ran out. Acquire it again, then Clear.",
       "The device is gone. Plug it in.",
-      "The device reports a fault of its own. See its manual, then Clear.",
+      "The device reports a fault. See its manual, then Clear.",
       "Forces do not reach the device. Check the cable, then Clear.",
       "The device's own watchdog has fired. Clear to go on.",
       "The emergency stop is pressed. Release it, then Clear.",
@@ -163,7 +163,7 @@ std::string_view explain(Cause cause) noexcept {
       "The device has not passed its guided first check, so it is not engaged.",
       "The tool touches or overlaps the scene. Move it away: force comes on by itself, or on "
       "Engage.",
-      "More events than their ring holds were lost. The network thread is too slow: hapticd "
+      "Events were lost because their ring was full. The network thread is too slow: hapticd "
       "doctor.",
       "The replay differs from its recording.",
       "A fault was injected, as asked for with --inject.",

@@ -19,7 +19,7 @@ struct EventPlace {
   std::uint32_t tool_id = 0;
 };
 
-/// The Item of a string's event; none for what clients are not told.
+/// The Item of a string's event; none for what clients are not sent.
 [[nodiscard]] std::optional<v1::Item> encode_event(const StringEvent& event,
                                                    const EventPlace& place,
                                                    const SceneIndex& index);

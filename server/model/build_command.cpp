@@ -93,7 +93,7 @@ void add_build_command(CLI::App& app) {
       ->required();
   command->add_option("-o,--output", options->tree, "tree file to write")->required();
   CLI::Option* leaves =
-      command->add_option("--leaves", options->leaves, "at most so many leaf spheres")
+      command->add_option("--leaves", options->leaves, "at most this many leaf spheres")
           ->check(CLI::Range(1, 1 << 24));
   command
       ->add_option("--error", options->error,
@@ -105,7 +105,7 @@ void add_build_command(CLI::App& app) {
   command->add_option("--seed", options->seed, "of the random choices (default 1)");
   command
       ->add_option("--threads", options->threads,
-                   "default: as many as processors; the result is the same")
+                   "default: one per processor; the result does not depend on it")
       ->check(CLI::Range(1, 256));
   command->add_option("--mesh-out", options->mesh_out,
                       "also write the mesh in metres (.ply or .obj)");

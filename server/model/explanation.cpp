@@ -173,7 +173,7 @@ void print_accuracy(std::ostream& out, const LoadedScene& loaded) {
 void print_times(std::ostream& out, const char* what, const TickTimes& times) {
   out << "  " << what << ": ";
   if (times.ticks == 0) {
-    out << "never on this way\n";
+    out << "never on this path\n";
     return;
   }
   out << std::setprecision(2) << std::fixed << times.median << " us, 99 % below " << times.p99
@@ -188,7 +188,7 @@ void print_bound(std::ostream& out, const BoundedTicks& bounded, bool automatic)
               ? "the budget of automatic quality\n"
               : "half of a tick at 1 kHz;\n    hapticd --budget-us N bounds it otherwise, 0 not at "
                 "all\n")
-      << std::setprecision(2) << std::fixed << "  the most on this way: " << bounded.most_us
+      << std::setprecision(2) << std::fixed << "  the most on this path: " << bounded.most_us
       << " us here; " << std::defaultfloat;
   if (bounded.beyond == 0) {
     out << "no tick of " << bounded.ticks << " would be cut short\n";

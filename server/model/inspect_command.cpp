@@ -56,7 +56,7 @@ void inspect(InspectOptions options) {
 }  // namespace
 
 void add_inspect_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("inspect", "tell what a tree file holds");
+  CLI::App* command = app.add_subcommand("inspect", "say what a tree file holds");
   const auto options = std::make_shared<InspectOptions>();
   command->add_option("TREE", options->tree, "tree file")->required();
   command->add_option("--mesh", options->source.mesh,

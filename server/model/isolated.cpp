@@ -47,7 +47,7 @@ class SharedBytes {
     while (done < bytes.size()) {
       const ssize_t got =
           pread(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
-      if (got <= 0) throw std::runtime_error("the result of the reader got lost");
+      if (got <= 0) throw std::runtime_error("the result of the reader was lost");
       done += static_cast<std::size_t>(got);
     }
     return bytes;

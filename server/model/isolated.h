@@ -1,4 +1,4 @@
-// Runs code that is not ours, on bytes that are not ours, in a process of its own: it may crash or
+// Runs code that is not ours, on bytes that are not ours, in a separate process: it may crash or
 // never end, and the caller only gets an error. For programs of one thread. Not RT.
 #pragma once
 

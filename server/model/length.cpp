@@ -25,14 +25,15 @@ double unit_in_metres(std::string_view unit) {
     if (known.name == unit) return known.metres;
   }
   throw std::invalid_argument("'" + std::string(unit) +
-                              "' is no unit of length: um, mm, cm, m, in");
+                              "' is not a unit of length: um, mm, cm, m, in");
 }
 
 double parse_length(std::string_view text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || !std::isfinite(value)) {
-    throw std::invalid_argument("'" + std::string(text) + "' is no length: write 250um or 0.25mm");
+    throw std::invalid_argument("'" + std::string(text) +
+                                "' is not a length: write 250um or 0.25mm");
   }
   const std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
   return unit.empty() ? value : value * unit_in_metres(unit);

@@ -25,8 +25,8 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Processor time that reading may take: so much, s, and one more second per so many bytes. Damaged
-/// files make some readers of assimp loop for ever; whole ones take a tenth of this.
+/// Processor time that reading may take: this much, s, and one more second per this many bytes.
+/// Damaged files make some readers of assimp loop for ever; whole ones take a tenth of this.
 constexpr unsigned kReadSeconds = 1;
 constexpr std::uint64_t kReadBytesPerSecond = 1'000'000;
 
@@ -275,7 +275,7 @@ SourceMesh read_mesh(const std::string& path, double metres_per_unit) {
   const std::string kind = ending(path);
   if (std::find(kEndings.begin(), kEndings.end(), kind) == kEndings.end()) {
     fail(path,
-         "'" + kind + "' is no mesh file known here. Export it as .obj .stl .ply .gltf or .glb");
+         "'" + kind + "' is not a mesh file known here. Export it as .obj .stl .ply .gltf or .glb");
   }
   SourceMesh source;
   const Bytes bytes = read_bytes(path, kMaxMeshFile);

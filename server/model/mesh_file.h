@@ -1,5 +1,5 @@
 // Mesh files: OBJ, STL, PLY, glTF in (through assimp, so coordinates carry the 24 bits of a float),
-// PLY and OBJ out. Readers run in a process of their own, since damaged files make some of them
+// PLY and OBJ out. Readers run in a separate process, since damaged files make some of them
 // crash or loop. Not RT.
 #pragma once
 

@@ -239,7 +239,7 @@ std::vector<std::uint8_t> encode_png(const Picture& picture) {
                                      nullptr) != 0;
     bytes.resize(size);
   }
-  if (!good) throw std::runtime_error(std::string("no PNG made: ") + image.message);
+  if (!good) throw std::runtime_error(std::string("no PNG written: ") + image.message);
   return bytes;
 }
 

@@ -153,14 +153,14 @@ bool cut_ears(const FlatPolygon& flat, std::vector<FlatTriangle>& triangles) {
   return true;
 }
 
-/// Triangles as the test for overlap wants them.
+/// Triangles as the test for overlap takes them.
 struct Piece {
   std::array<Plane2, 3> p;
   std::array<double, 3> edge;  ///< length of the one from each corner
   Plane2 least, most;          ///< bounds
 };
 
-/// Whether an edge of `a` has all of `b` outside, but for the rounding of both.
+/// Whether an edge of `a` has all of `b` outside, except for the rounding of both.
 bool edge_parts(const Piece& a, const Piece& b, double rounding) {
   for (std::size_t k = 0; k < 3; ++k) {
     const double slack = 2.0 * rounding * a.edge[k];
@@ -193,7 +193,7 @@ bool any_overlap(const FlatPolygon& flat, const std::vector<FlatTriangle>& trian
       std::tie(piece.least[k], piece.most[k]) = std::minmax({a[k], b[k], c[k]});
     }
     const double longest = *std::max_element(piece.edge.begin(), piece.edge.end());
-    // What is no wider than the slack overlaps nothing.
+    // What is not wider than the slack overlaps nothing.
     if (turn(a, b, c) <= 2.0 * flat.rounding * longest) continue;
     for (const Piece& other : pieces) {
       if (overlap(piece, other, flat.rounding)) return true;
@@ -283,7 +283,7 @@ CutPolygon cut_polygon(std::span<const Vector3> corners) {
   const double cut_area = area_of(corners, cut.triangles);
   if (!(cut_area <= (1.0 + kMaxExcessArea) * area + rounding)) {
     return {{},
-            "is not plane: triangles on its corners have " +
+            "is not flat: triangles on its corners have " +
                 std::to_string(static_cast<int>(100.0 * (cut_area / area - 1.0))) +
                 " % more area than it has"};
   }

@@ -1,5 +1,5 @@
 // Cuts a polygon of a mesh file into triangles by its ears (Meisters, "Polygons have ears", Amer.
-// Math. Monthly 82, 1975), or says why triangles cannot stand for it. A hole may be joined to the
+// Math. Monthly 82, 1975), or says why triangles cannot represent it. A hole may be joined to the
 // rim by an edge there and back. Offline.
 #pragma once
 
@@ -24,9 +24,9 @@ inline constexpr double kMaxExcessArea = 0.02;
 struct CutPolygon {
   /// Places in the list of corners, turning as the polygon does.
   std::vector<Triangle> triangles;
-  /// Empty: the polygon's winding number is 0 or 1 everywhere but for rounding, and as many
-  /// triangles cover a place. Edges there and back and corners that touch are no fault. Otherwise a
-  /// clause about it for people, such as "crosses itself"; then there are no triangles.
+  /// Empty: the polygon's winding number is 0 or 1 everywhere up to rounding, and as many
+  /// triangles cover a place. Edges there and back and corners that touch are not a fault.
+  /// Otherwise a clause about it for people, such as "crosses itself"; then there are no triangles.
   std::string fault;
 };
 

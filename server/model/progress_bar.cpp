@@ -14,7 +14,7 @@ using Seconds = std::chrono::duration<double>;
 
 /// Time between two drawings of the bar: faster is only flicker.
 constexpr std::chrono::milliseconds kRedraw{100};
-/// Off a terminal a line is printed every so much of the work.
+/// Off a terminal a line is printed after this share of the work.
 constexpr double kLineEvery = 0.25;
 constexpr int kBarWidth = 30;
 

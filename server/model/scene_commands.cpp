@@ -36,7 +36,7 @@ void explain_each(const SceneOptions& options) {
 }  // namespace
 
 void add_check_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("check", "tell whether scenes can be played");
+  CLI::App* command = app.add_subcommand("check", "say whether scenes can be played");
   const auto options = std::make_shared<SceneOptions>();
   add_scene_options(*command, *options);
   command->callback([options] { check(*options); });
@@ -44,7 +44,7 @@ void add_check_command(CLI::App& app) {
 
 void add_explain_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "explain", "tell what of scenes is modelled, what is not, its error, and what a tick costs");
+      "explain", "say what scenes model and what they do not, its error, and what a tick costs");
   const auto options = std::make_shared<SceneOptions>();
   add_scene_options(*command, *options);
   add_quality_option(*command, *options);

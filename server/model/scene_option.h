@@ -1,5 +1,5 @@
-// What the commands on scenes share: where scenes and models are, and how problems are told. Not
-// RT.
+// What the commands on scenes share: where scenes and models are, and how problems are reported.
+// Not RT.
 #pragma once
 
 #include <CLI/CLI.hpp>

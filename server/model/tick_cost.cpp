@@ -47,7 +47,7 @@ std::vector<Vector3> places(const Scene& scene, std::size_t tool) {
   return list;
 }
 
-/// Processor time of this thread, us: what else the machine does is no cost of a tick.
+/// Processor time of this thread, us: what else the machine does is not a cost of a tick.
 double processor_time() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -17,7 +17,7 @@ struct TickTimes {
 };
 
 /// Work of ticks against a budget, at the mean price of work in contact here: what else takes time
-/// now and then is no work.
+/// now and then is not work.
 struct BoundedTicks {
   double budget_us = 0.0;
   double most_us = 0.0;  ///< of the tick with the most work

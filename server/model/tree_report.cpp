@@ -6,11 +6,14 @@
 #include <chrono>
 #include <cstdarg>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "server/model/length.h"
 
 namespace hapticd {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 /// Points that time_exhaustive looks at: a second for 10^5 triangles.
 constexpr std::size_t kTimedPoints = 500;
@@ -39,20 +42,8 @@ std::string statistics(const DistanceStatistics& d, double diagonal) {
          ", p99 " + with_share(d.p99, diagonal);
 }
 
-/// Text between quotes; names hold no control characters.
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
-}
-
-std::string number(const char* name, double value) { return print("\"%s\":%.9g", name, value); }
-
-std::string json(const char* name, const DistanceStatistics& d) {
-  return print("\"%s\":{\"max\":%.9g,\"mean\":%.9g,\"p99\":%.9g}", name, d.max, d.mean, d.p99);
+Json json_of(const DistanceStatistics& d) {
+  return {{"max", d.max}, {"mean", d.mean}, {"p99", d.p99}};
 }
 
 }  // namespace
@@ -105,7 +96,7 @@ double time_exhaustive(const TriangleMesh& mesh, const MeshDistance& distance,
   double sum = 0.0;
   std::int64_t points = 0;
   for (std::size_t i = 0; i < mesh.vertices.size(); i += stride, ++points) {
-    // Off the surface, and used: a sum that nobody reads would be computed by nobody.
+    // Off the surface, and used: the compiler would drop a sum that is not read.
     sum += distance.nearest_by_exhaustion(1.01 * mesh.vertices[i]).distance;
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
@@ -159,28 +150,31 @@ std::string to_markdown(const TreeReport& report) {
 
 std::string to_json(const TreeReport& report) {
   const MeasuredTree& file = *report.file;
-  std::string text = "{\"name\":" + quoted(report.name) + ",\"source\":" + quoted(file.source_name);
-  text += print(",\"spheres\":%zu,\"triangles\":%zu", file.tree.leaf_r.size(), report.triangles);
-  text += "," + number("outer", file.outer) + "," + number("inner", file.inner);
+  Json json = {{"name", report.name},
+               {"source", file.source_name},
+               {"spheres", file.tree.leaf_r.size()},
+               {"triangles", report.triangles},
+               {"outer", file.outer},
+               {"inner", file.inner}};
   if (report.has_packing) {
-    text += "," + number("diagonal", report.packing.diagonal);
-    text += "," + json("outside", report.packing.outside);
-    text += "," + json("inside_gap", report.packing.inside);
-    text += "," + number("uncovered", report.packing.uncovered);
-    text += "," + number("scallop", report.packing.scallop);
+    json["diagonal"] = report.packing.diagonal;
+    json["outside"] = json_of(report.packing.outside);
+    json["inside_gap"] = json_of(report.packing.inside);
+    json["uncovered"] = report.packing.uncovered;
+    json["scallop"] = report.packing.scallop;
   }
   if (report.seconds >= 0.0) {
-    text += "," + number("seconds", report.seconds) + print(",\"threads\":%d", report.threads);
-    text += "," + number("exhaustive_seconds", report.exhaustive_seconds);
+    json["seconds"] = report.seconds;
+    json["threads"] = report.threads;
+    json["exhaustive_seconds"] = report.exhaustive_seconds;
   }
-  text += print(",\"memory_bytes\":%zu,\"file_bytes\":%zu", memory_of(file.tree), report.bytes);
-  text += ",\"levels\":[";
-  for (std::size_t k = 0; k < file.levels.size(); ++k) {
-    const TreeLevel& level = file.levels[k];
-    text += print("%s{\"spheres\":%d,\"outer\":%.9g,\"mean\":%.9g}", k > 0 ? "," : "",
-                  level.spheres, level.outer, level.mean);
+  json["memory_bytes"] = memory_of(file.tree);
+  json["file_bytes"] = report.bytes;
+  Json& levels = json["levels"] = Json::array();
+  for (const TreeLevel& level : file.levels) {
+    levels.push_back({{"spheres", level.spheres}, {"outer", level.outer}, {"mean", level.mean}});
   }
-  return text + "]}\n";
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace hapticd

@@ -11,7 +11,7 @@
 
 namespace hapticd {
 
-/// The spheres that stand for the surface when a query stops at `level` (1 = the root's children,
+/// The spheres that represent the surface when a query stops at `level` (1 = the root's children,
 /// tree.depth = the leaves): the bounds of that level and the leaves above it.
 [[nodiscard]] std::vector<Sphere> level_spheres(const SphereTree& tree, int level);
 

@@ -9,7 +9,7 @@
 
 namespace hapticd {
 
-/// IP address and UDP port. IPv4 addresses stand in their IPv6-mapped form ::ffff:a.b.c.d.
+/// IP address and UDP port. IPv4 addresses are in their IPv6-mapped form ::ffff:a.b.c.d.
 struct Address {
   std::array<std::uint8_t, 16> ip{};
   std::uint16_t port = 0;  ///< host byte order

@@ -14,7 +14,7 @@ namespace hapticd {
 /// most.
 inline constexpr std::size_t kMaxItemsAhead = wire::kMaxUnacknowledged / 4;
 inline constexpr std::size_t kCaughtUpItems = kMaxItemsAhead / 2;
-/// A session that does not run time itself is waited for while it acknowledges so many Items, a
+/// A session that does not run time itself is waited for while it acknowledges this many Items, a
 /// Packet's worth, in such a time, ns. Longer: one that hangs holds the others up; shorter: one
 /// that was merely late for once loses its session.
 inline constexpr std::uint64_t kMinProgress = wire::kMaxItems;

@@ -26,7 +26,7 @@ std::optional<v1::Result> Lease::refusal(const Session& session, const v1::Item&
     return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "acquire the lease first");
   }
   if (item.fence() != 0 && item.fence() != fence_) {
-    return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "the lease of this fence is over");
+    return result_of(v1::RESULT_CODE_NOT_OWNER, {}, "the lease with this fence is over");
   }
   return std::nullopt;
 }

@@ -49,9 +49,9 @@ class ProtocolServer {
   /// in order; skipped ones only where the loop skipped or the network thread was late.
   void offer_tick(std::uint64_t tick, std::uint32_t scene_id, std::int64_t now_ns);
   /// Whether virtual time may take its next tick as far as the sessions are concerned. False while
-  /// the session of a Run of steps is 64 States behind what it has told to have received, or has
+  /// the session of a Run of steps is 64 States behind what it has reported as received, or has
   /// more than 256 Items to acknowledge; and while another session has, and still acknowledges
-  /// (item_flow.h). For ticks that follow no clock: a clock waits for nobody.
+  /// (item_flow.h). For ticks that follow no clock: a clock waits for no session.
   [[nodiscard]] bool may_step(std::int64_t now_ns);
 
   /// The last Item of every session is Bye from now on; new sessions are ignored. Keep calling

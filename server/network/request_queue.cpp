@@ -59,7 +59,8 @@ void RequestQueue::take(Session& session, wire::ReceivedItem& received) {
   } else if (session.waiting.size() >= kMaxWaitingRequests ||
              session.waiting_bytes + received.bytes > kMaxWaitingBytes) {
     tell_result(session, received.id,
-                result_of(v1::RESULT_CODE_BUSY, {}, "too many requests wait: await Results first"));
+                result_of(v1::RESULT_CODE_BUSY, {},
+                          "too many requests are pending: wait for Results first"));
   } else {
     session.waiting_bytes += received.bytes;
     session.waiting.push_back({received.id, received.bytes, std::move(received.item)});

@@ -23,7 +23,7 @@ struct RequestId {
 
 /// What States a session asked for.
 struct Subscription {
-  std::uint32_t divisor = 0;       ///< every so many ticks; 0 = none
+  std::uint32_t divisor = 0;       ///< every this many ticks; 0 = none
   std::uint32_t sections = 0;      ///< bit s set: v1::Section s
   std::uint32_t max_contacts = 0;  ///< [0, 256]
 

@@ -17,7 +17,7 @@ constexpr std::size_t kMaxLookers = kMaxSessions - kControlPlaces;
 /// Silence after which a session is dropped, ns.
 constexpr std::int64_t kDropAfter_ns = 10'000 * wire::kMillisecond_ns;
 /// How long a Bye is repeated, and how long the other side's is acknowledged, ns. While the Items
-/// before a Bye are still being acknowledged its time begins anew, but ends after kLongFarewell_ns.
+/// before a Bye are still being acknowledged its time restarts, but ends after kLongFarewell_ns.
 constexpr std::int64_t kFarewell_ns = 1000 * wire::kMillisecond_ns;
 constexpr std::int64_t kLongFarewell_ns = 10'000 * wire::kMillisecond_ns;
 /// A Run of steps that waits repeats the newest State so often, ns.

@@ -14,9 +14,9 @@ namespace hapticd {
 /// A session that was silent this long gets one State per kSlowPeriod_ns, ns.
 inline constexpr std::int64_t kSlowAfter_ns = 3000 * wire::kMillisecond_ns;
 inline constexpr std::int64_t kSlowPeriod_ns = 100 * wire::kMillisecond_ns;
-/// States a Run of steps may be ahead of what its session has told to have received.
+/// States a Run of steps may be ahead of what its session has reported as received.
 inline constexpr std::uint64_t kMaxStatesAhead = 64;
-/// Loss is judged over this time at least, ns, and over so many States.
+/// Loss is judged over this time at least, ns, and over this many States.
 inline constexpr std::int64_t kLossPeriod_ns = 1000 * wire::kMillisecond_ns;
 inline constexpr std::uint64_t kLossStates = 10;
 /// Share of States lost that doubles the divisor, and below which it is halved again.
@@ -61,14 +61,13 @@ class StateFlow {
     count_ += datagrams;
     sent_ns_ = now_ns;
   }
-  /// The newest State leaves once more, in so many datagrams.
+  /// The newest State leaves once more, in this many datagrams.
   void repeated(std::uint64_t datagrams, std::int64_t now_ns) noexcept {
     count_ += datagrams;
     sent_ns_ = now_ns;
   }
   /// When the newest State left last; 0 = none did.
   [[nodiscard]] std::int64_t sent_ns() const noexcept { return sent_ns_; }
-  [[nodiscard]] bool any_sent() const noexcept { return any_sent_; }
 
   /// What a Packet of the client says about States. `thin`: loss counts, so not in lockstep.
   void told(std::uint64_t seen, std::uint64_t newest, bool thin, std::int64_t now_ns) noexcept {
@@ -82,7 +81,7 @@ class StateFlow {
     seen_at_first_ = any_sent_ ? seen_at_first_ : std::max(seen_at_first_, seen);
   }
 
-  /// States that left and are newer than what the client has told of. Counted in steps of the
+  /// States that left and are newer than what the client has reported. Counted in steps of the
   /// subscribed divisor.
   [[nodiscard]] std::uint64_t ahead() const noexcept {
     if (!any_sent_ || subscription_.divisor == 0) return 0;

@@ -44,12 +44,12 @@ udp::endpoint endpoint_of(const std::string& listen) {
   }
   std::error_code error;
   const asio::ip::address address = asio::ip::make_address(host, error);
-  if (error) refuse(listen, "'" + host + "' is no address" + form);
+  if (error) refuse(listen, "'" + host + "' is not an address" + form);
   std::uint16_t port = 0;
   const char* const end = listen.data() + listen.size();
   const auto parsed = std::from_chars(listen.data() + colon + 1, end, port);
   if (parsed.ec != std::errc{} || parsed.ptr != end) {
-    refuse(listen, "'" + listen.substr(colon + 1) + "' is no port" + form);
+    refuse(listen, "'" + listen.substr(colon + 1) + "' is not a port" + form);
   }
   return {address, port};
 }
@@ -123,7 +123,7 @@ UdpTransport::UdpTransport(const std::string& listen, bool keyed)
                        "; if another hapticd runs, end it or choose another port with --listen");
   }
   self.socket.non_blocking(true);
-  // Less is no fault: what does not fit is repeated.
+  // Less is not a fault: what does not fit is repeated.
   self.socket.set_option(asio::socket_base::receive_buffer_size(kSocketBytes), error);
   self.socket.set_option(asio::socket_base::send_buffer_size(kSocketBytes), error);
 }

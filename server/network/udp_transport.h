@@ -17,7 +17,7 @@ class UdpTransport {
  public:
   /// What the daemon does between two polls: takes events and ticks from the loop and hands them to
   /// the server. Returns true to be called again at once (after the socket was looked at), as a Run
-  /// of steps wants; false to be called again after 500 us or when a datagram came.
+  /// of steps needs; false to be called again after 500 us or when a datagram came.
   using Work = std::function<bool(std::int64_t now_ns)>;
 
   /// Binds `listen`, ADDR:PORT or [ADDR]:PORT with a numeric address; port 0 lets the system

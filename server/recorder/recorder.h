@@ -2,7 +2,7 @@
 // last 60 s (the flight recorder), and into a file when a whole session is asked for. Messages are
 // those of recording.proto, one channel each, times those of the loop's clock plus an offset. The
 // order of calls: begin() once, then scene(), snapshot(), tick() and so on as things happen, poll()
-// at least every 50 ms. Nothing here throws or stops the loop: what goes wrong stands in status().
+// at least every 50 ms. Nothing here throws or stops the loop: what goes wrong is in status().
 // Not RT.
 #pragma once
 
@@ -61,7 +61,7 @@ class Recorder {
   bool start(const std::string& path);
   /// Ends it, with its summary.
   void stop();
-  /// Writes the ring to a file of its own: header, scene in force, then from the oldest Snapshot it
+  /// Writes the ring to a separate file: header, scene in force, then from the oldest Snapshot it
   /// holds on. False with `error`. Takes about 0.1 s for 60 s.
   bool dump(const std::string& path, std::string& error) const;
 

@@ -10,7 +10,7 @@ namespace pb = google::protobuf;
 using Kind = pb::FieldDescriptor::CppType;
 
 std::string in_words(int number, const pb::EnumDescriptor& type) {
-  std::string text = std::to_string(number) + " is no value of " + type.name() + ". Choose ";
+  std::string text = std::to_string(number) + " is not a value of " + type.name() + ". Choose ";
   for (int i = 0; i < type.value_count(); ++i) {
     if (type.value(i)->number() == 0) continue;
     text += type.value(i)->name() + (i + 1 < type.value_count() ? ", " : ".");

@@ -9,7 +9,7 @@
 
 namespace hapticd {
 
-/// A number that is no value of its enum.
+/// A number that is not a value of its enum.
 struct UnknownChoice {
   std::string path;     ///< of the field, below the message
   std::string message;  ///< which number, and what there is instead

@@ -98,7 +98,7 @@ class Check {
     }
   }
 
-  // Text format writes any byte; a Packet with a string that is no text is refused by whoever gets
+  // Text format writes any byte; a Packet with a string that is not text is refused by whoever gets
   // it.
   void check_text(const Place& place) {
     const pb::Reflection& r = place.reflection();
@@ -107,7 +107,7 @@ class Check {
                                    ? r.GetRepeatedString(place.message, &place.field, i)
                                    : r.GetString(place.message, &place.field);
       if (pb::internal::IsStructurallyValidUTF8(text)) continue;
-      fault(place.at(i), "is no UTF-8 text", "Write it in UTF-8.");
+      fault(place.at(i), "is not UTF-8 text", "Write it in UTF-8.");
     }
   }
 
@@ -142,7 +142,7 @@ class Check {
                             : r.GetEnumValue(place.message, &place.field);
       if (place.field.enum_type()->FindValueByNumber(value) != nullptr) continue;
       fault(place.at(i),
-            std::to_string(value) + " is no value of " + place.field.enum_type()->name(), "");
+            std::to_string(value) + " is not a value of " + place.field.enum_type()->name(), "");
     }
   }
 

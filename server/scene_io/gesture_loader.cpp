@@ -28,7 +28,7 @@ class Check {
  public:
   void gesture(const v1::Gesture& gesture) {
     if (!is_name(gesture.name())) {
-      fault("name", "'" + gesture.name() + "' is no name of a gesture",
+      fault("name", "'" + gesture.name() + "' is not a name for a gesture",
             "Use a to z, 0 to 9 and _ alone.");
     }
     std::set<std::uint32_t> tools;
@@ -93,8 +93,7 @@ class Check {
             "Leave out duration_s and speed_m_per_s.");
     }
     if (!first && !paced) {
-      fault(path, "how long the way to here takes is not said",
-            "Give duration_s or speed_m_per_s.");
+      fault(path, "the time to get here is missing", "Give duration_s or speed_m_per_s.");
     }
     quaternion(waypoint.pose_wh().q(), 0, path + ".pose_wh.q");
     quaternion(waypoint.at_string().q_wh(), 0, path + ".at_string.q_wh");
@@ -147,10 +146,6 @@ GestureResult load_named(const NamedText& named) {
 
 GestureFolders installed_gestures() {
   return {installed_paths().scenes.front().parent_path() / "gestures"};
-}
-
-std::vector<std::string> list_gestures(const GestureFolders& folders) {
-  return list_names(folders);
 }
 
 GestureResult load_installed_gesture(const std::string& name, const GestureFolders& folders) {

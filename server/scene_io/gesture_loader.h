@@ -25,9 +25,6 @@ struct GestureResult {
   bool missing = false;  ///< there is no such gesture: nothing could be read
 };
 
-/// Names of the gestures in `folders`, in alphabetical order.
-[[nodiscard]] std::vector<std::string> list_gestures(const GestureFolders& folders);
-
 /// `name` is that of an installed gesture, whoever gives it.
 [[nodiscard]] GestureResult load_installed_gesture(const std::string& name,
                                                    const GestureFolders& folders);

@@ -9,7 +9,7 @@
 namespace hapticd {
 namespace {
 
-/// A string whose direction is nearer to the vertical than this sine stands upright.
+/// A string whose direction is nearer to the vertical than this sine is upright.
 constexpr double kUpright = 1e-6;
 /// A way shorter than this takes no time at any speed, m.
 constexpr double kNoWay = 1e-12;
@@ -105,14 +105,14 @@ class Resolver {
     const double way = (to.p - from.p).norm();
     if (way <= kNoWay && log_rotation(to.q * from.q.conjugate()).norm() > kNoTurn) {
       problems_.push_back({false, "", 0, 0, path + ".speed_m_per_s",
-                           "the tool turns here without moving, which no speed gives a time to",
+                           "the tool turns here without moving, so a speed gives it no duration",
                            "Give duration_s."});
     }
     const bool linear = waypoint.interpolation() == v1::INTERPOLATION_LINEAR;
     const double seconds = (linear ? 1.0 : kMinimumJerkPeak) * way / waypoint.speed_m_per_s();
     if (!(seconds <= kMaxMotion)) {
       problems_.push_back({false, "", 0, 0, path + ".speed_m_per_s",
-                           "the way takes longer than " + std::to_string(kMaxMotion) + " s",
+                           "the path takes longer than " + std::to_string(kMaxMotion) + " s",
                            "Give a higher speed."});
       return 0;
     }

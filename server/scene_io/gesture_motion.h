@@ -29,7 +29,7 @@ struct MotionResult {
                                            const PoseToDevice& to_device);
 
 /// Axes of the frame at a string, as columns: x from A to B, y the world's up (its y) made normal
-/// to x, z = x cross y. At a string that stands upright y is the world's -z made so.
+/// to x, z = x cross y. At an upright string y is the world's -z made so.
 [[nodiscard]] Matrix3 string_frame(const Vector3& p_WA, const Vector3& p_WB);
 
 }  // namespace hapticd

@@ -75,7 +75,7 @@ MessageText::MessageText(std::string_view text, std::string file, std::string_vi
   pb::io::ArrayInputStream stream(text.data(), static_cast<int>(text.size()));
   if (!parser.Parse(&stream, &message) && problems_.empty()) {
     problems_.push_back({false, file_, 0, 0, "",
-                         "this is no " + std::string(what) + " in protobuf text format", ""});
+                         "this is not a " + std::string(what) + " in protobuf text format", ""});
   }
 }
 

@@ -15,10 +15,10 @@ namespace hapticd {
 /// Longest text, bytes: what fits into one blob of the protocol.
 inline constexpr std::size_t kMaxText = 4'194'000;
 
-/// Where the fields of a text stand.
+/// Where the fields of a text are.
 class MessageText {
  public:
-  /// Parses `text`, which came from `file`, into `message`. What is no such message is in
+  /// Parses `text`, which came from `file`, into `message`. What is not such a message is in
   /// problems(), where `what` says what was wanted: "scene".
   MessageText(std::string_view text, std::string file, std::string_view what,
               google::protobuf::Message& message);

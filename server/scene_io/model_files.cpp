@@ -47,7 +47,7 @@ ScenePaths installed_paths() {
 
 std::vector<std::uint8_t> read_file(const fs::path& path, std::uintmax_t largest) {
   std::error_code error;
-  if (!fs::is_regular_file(path, error)) throw std::runtime_error("is no file");
+  if (!fs::is_regular_file(path, error)) throw std::runtime_error("is not a file");
   const std::uintmax_t size = fs::file_size(path, error);
   if (error) throw std::runtime_error(error.message());
   if (size > largest) {
@@ -66,7 +66,7 @@ std::vector<std::uint8_t> read_file(const fs::path& path, std::uintmax_t largest
 std::vector<std::uint8_t> ModelFiles::read(const std::string& name) const {
   if (!stays_below(name)) {
     throw std::runtime_error((can_be_shown(name) ? "'" + name + "'" : std::string("this")) +
-                             " is no name of a file below the folders of models (" +
+                             " does not name a file below the folders of models (" +
                              folder_names() + ")");
   }
   for (const fs::path& folder : folders_) {
@@ -102,7 +102,7 @@ std::shared_ptr<const MeasuredTree> ModelFiles::tree(const std::string& name) {
     trees_.emplace(name, tree);
     return tree;
   } catch (const std::runtime_error& fault) {
-    throw std::runtime_error("'" + name + "' is no sphere-tree: " + fault.what());
+    throw std::runtime_error("'" + name + "' is not a sphere-tree: " + fault.what());
   }
 }
 

@@ -21,7 +21,7 @@ bool is_file(const std::string& source) {
   return source.find('/') != std::string::npos || source.ends_with(kExtension);
 }
 
-/// Whether a file of a folder is listed: it can be read by its name, and the name can be told.
+/// Whether a file of a folder is listed: it can be read by its name, and the name can be sent.
 bool can_be_listed(const fs::directory_entry& entry) {
   std::error_code ignored;
   if (entry.path().extension() != kExtension || !entry.is_regular_file(ignored)) return false;

@@ -84,14 +84,14 @@ void check_axis_map(const v1::AxisMap& map, SceneProblems& problems) {
   }
   for (const double sign : map.force_sign().value()) {
     if (sign == 1.0 || sign == -1.0) continue;
-    fault(problems, "axis_map.force_sign", in_words(sign) + " is no sign", "Give -1 or 1.");
+    fault(problems, "axis_map.force_sign", in_words(sign) + " is not a sign", "Give -1 or 1.");
   }
   check_quantities(map, "axis_map.", problems);
 }
 
 void check_required(const P& profile, SceneProblems& problems) {
   if (!is_name(profile.name())) {
-    fault(problems, "name", "'" + profile.name() + "' is no name of a profile",
+    fault(problems, "name", "'" + profile.name() + "' is not a name for a profile",
           "Use a to z, 0 to 9 and _ alone.");
   }
   if (profile.driver() == v1::DRIVER_UNSPECIFIED) {

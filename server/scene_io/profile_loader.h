@@ -1,6 +1,6 @@
 // Loads a device profile from a name, a file, inline text or a message: parsed, checked against the
 // comments of device_profile.proto, and translated for the devices; or refused with every fault in
-// it. Matches stay in the message, for who looks for devices. Offline.
+// it. Matches stay in the message, for the search for devices. Offline.
 #pragma once
 
 #include <filesystem>

@@ -95,7 +95,7 @@ void set_enum(const Target& target, const v1::Assignment& assignment) {
       value = type.FindValueByNumber(static_cast<int>(number));
     }
   }
-  // 0 stands for a choice that was not made.
+  // 0 means a choice that was not made.
   if (value == nullptr || value->number() == 0) throw wrong_kind("one of the names of its choices");
   target.message->GetReflection()->SetEnum(target.message, target.field, value);
 }
@@ -128,7 +128,7 @@ void set_number(const Target& target, const v1::Assignment& assignment) {
   r.SetUInt32(target.message, target.field, static_cast<std::uint32_t>(number));
 }
 
-/// The choice that `assignment` stands for.
+/// The choice that `assignment` makes.
 v1::Quality quality_choice(const v1::Assignment& assignment, const v1::Quality& before,
                            double usual_budget_us) {
   v1::Quality quality;

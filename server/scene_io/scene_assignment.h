@@ -20,7 +20,7 @@ struct AssignmentResult {
   SceneSettings settings;  ///< of tool 0; only when OK
 };
 
-/// `scene`, defaults filled in but for the knobs that quality decides (told_scene.h), after
+/// `scene`, defaults filled in except the settings that quality decides (told_scene.h), after
 /// `change`. `device_stiffness` as in LoadOptions, `usual_budget_us` as in QualityWish. Automatic
 /// quality is at the level it begins with.
 [[nodiscard]] AssignmentResult assign_parameters(const v1::Scene& scene,

@@ -15,10 +15,10 @@ inline constexpr double kUsualBudget_us = 500.0;
 struct QualityWish {
   std::optional<v1::Quality> quality;        ///< replaces the scene's
   std::optional<double> budget_us;           ///< of automatic quality; replaces the scene's
-  double usual_budget_us = kUsualBudget_us;  ///< where nobody gives one: half the tick
+  double usual_budget_us = kUsualBudget_us;  ///< where none is given: half the tick
 };
 
-/// Puts `wish` into `scene`; knobs of the solver that the scene gives stand. Before fill_defaults.
+/// Puts `wish` into `scene`; solver settings that the scene gives are kept. Before fill_defaults.
 void choose_quality(const QualityWish& wish, v1::Scene& scene);
 
 /// Sets every absent number, choice and pose of `scene` to its default. `preset`, where given,

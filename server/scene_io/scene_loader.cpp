@@ -47,7 +47,7 @@ void doubt_quality(const v1::Quality& quality, SceneProblems& problems) {
 
 std::string bytes_of(const ContentHash& hash) { return {hash.begin(), hash.end()}; }
 
-/// The fault of a scene that cannot be told to clients; empty: it can.
+/// The fault of a scene that cannot be sent to clients; empty: it can.
 SceneProblems too_long_to_tell(const LoadedScene& loaded, std::size_t longest) {
   const std::size_t bytes = describe_scene(loaded).ByteSizeLong();
   if (bytes <= longest) return {};

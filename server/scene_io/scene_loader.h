@@ -30,7 +30,7 @@ struct LoadOptions {
   /// value 1000, that of the common desktop devices.
   double device_stiffness = 1000.0;
   QualityWish quality;
-  /// Longest SceneInfo of the scene, bytes: a longer one cannot be told to clients.
+  /// Longest SceneInfo of the scene, bytes: a longer one cannot be sent to clients.
   std::size_t longest_info = kMaxSceneInfo;
 };
 
@@ -52,10 +52,10 @@ struct LoadResult {
 /// Names of the scenes in the folders of `paths`, in alphabetical order.
 [[nodiscard]] std::vector<std::string> list_scenes(const ScenePaths& paths);
 
-/// What clients are told of the scene: message, hash, assets and live parameters.
+/// What clients are sent of the scene: message, hash, assets and live parameters.
 [[nodiscard]] v1::SceneInfo describe_scene(const LoadedScene& loaded);
 
-/// `name` is that of an installed scene, whoever gives it.
+/// `name` is that of an installed scene.
 [[nodiscard]] LoadResult load_installed_scene(const std::string& name, const LoadOptions& options);
 
 /// `source` is the name of an installed scene, or a file: with '/' or ".textproto" in it. Models

@@ -15,7 +15,7 @@ namespace {
 namespace pb = google::protobuf;
 using Kind = pb::FieldDescriptor::CppType;
 
-/// The path `quality` stands for the choice.
+/// The path `quality` means the choice.
 constexpr const char* kQuality = "quality";
 
 using Visit = std::function<void(const pb::Message&, const pb::FieldDescriptor&, const FieldRow&,
@@ -71,7 +71,7 @@ void put_value(const pb::Message& message, const pb::FieldDescriptor& field, v1:
   }
 }
 
-/// The choice of quality, which has a path of its own.
+/// The choice of quality, which has its own path.
 v1::Assignment quality_value(const v1::Scene& scene) {
   v1::Assignment value;
   value.set_path(kQuality);

@@ -21,10 +21,10 @@ using SceneProblems = std::vector<SceneProblem>;
 /// "file:12:3: error: strings[0].tension_n: -1 is not in [0, 1e6]. Give the tension in newtons."
 [[nodiscard]] std::string to_text(const SceneProblem& problem);
 
-/// True when one of them is no mere doubt.
+/// True when one of them is more than a doubt.
 [[nodiscard]] bool any_fault(const SceneProblems& problems) noexcept;
 
-/// All that are no mere doubts, as to_text() has them, a line each, without the end of the last.
+/// All that are more than doubts, as to_text() has them, a line each, without the end of the last.
 [[nodiscard]] std::string faults_text(const SceneProblems& problems);
 
 }  // namespace hapticd

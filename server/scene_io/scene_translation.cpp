@@ -197,7 +197,7 @@ StringDescription Translation::string(const v1::Scene& scene, const v1::String& 
   if ((rings && !scene.has_vibration()) || (modes && !scene.has_modes())) {
     fault(path + ".max_level",
           "it needs " + std::string(modes && !scene.has_modes() ? "modes" : "vibration") +
-              ", which the scene has not",
+              ", which the scene does not have",
           "Leave it out: a string climbs as high as the scene allows.");
   }
   return result;
@@ -245,7 +245,8 @@ SceneDescription Translation::translate(const v1::Scene& scene) {
   result.name = scene.name();
   if (scene.name().find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") !=
       std::string::npos) {
-    fault("name", "'" + scene.name() + "' has other letters than a-z 0-9 _", "Choose such a name.");
+    fault("name", "'" + scene.name() + "' has characters other than a-z 0-9 _",
+          "Choose such a name.");
   }
   for (int i = 0; i < scene.tools_size(); ++i) {
     result.tools.push_back(tool(scene.tools(i), indexed("tools", i)));
@@ -269,7 +270,7 @@ SceneDescription Translation::translate(const v1::Scene& scene) {
   result.quality_level = static_cast<std::uint32_t>(quality_level(scene.quality()));
   result.quality_automatic = scene.quality().has_automatic();
   if (scene.has_modes() && !scene.has_vibration()) {
-    fault("modes", "they need vibration, which the scene has not",
+    fault("modes", "they need vibration, which the scene does not have",
           "Add vibration, or leave them out.");
   }
   return result;

@@ -10,7 +10,7 @@ namespace hapticd {
 
 /// Translates `scene`, whose defaults are filled in and whose fields are in range. What cannot be
 /// (files that are missing, shapes without spheres, features that others need) is added to
-/// `problems` with its path. `device_stiffness` (N/m) stands in where k_s_from_device gives none.
+/// `problems` with its path. `device_stiffness` (N/m) is used where k_s_from_device gives none.
 [[nodiscard]] SceneDescription translate_scene(const v1::Scene& scene, double device_stiffness,
                                                ModelFiles& files, SceneProblems& problems);
 

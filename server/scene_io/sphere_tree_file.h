@@ -3,7 +3,7 @@
 // bytes are, a tree that is read is sound: links go down, every leaf is reached once, every bound
 // contains the leaves below it. Offline.
 //
-// Layout (u: unsigned integer of so many bits, f64: IEEE double; nothing is padded):
+// Layout (u: unsigned integer of that many bits, f64: IEEE double; nothing is padded):
 //   magic "HDTREE\r\n", u32 version, u32 leaves, u32 nodes, u32 levels, u32 bytes of the name
 //   32 bytes hash of the source, f64 outer, f64 inner, 4 f64 bound of all (x y z r)
 //   per level: u32 spheres, f64 outer, f64 mean; the name

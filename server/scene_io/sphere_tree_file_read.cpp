@@ -116,7 +116,7 @@ void read_leaves(ByteReader& reader, std::size_t count, SphereTree& tree) {
   }
   for (std::size_t i = 0; i < count; ++i) {
     const Sphere leaf = reader.sphere();
-    if (!is_sphere(leaf)) refuse("leaf" + at(i) + " is no sphere within 1000 m");
+    if (!is_sphere(leaf)) refuse("leaf" + at(i) + " is not a sphere within 1000 m");
     tree.leaf_x.push_back(leaf.p.x());
     tree.leaf_y.push_back(leaf.p.y());
     tree.leaf_z.push_back(leaf.p.z());
@@ -149,7 +149,7 @@ class NodeReader {
     above_.push_back({tree.bound, 0, 1});
     for (std::size_t n = 0; n < counts.nodes; ++n) read_node(n, counts.nodes);
     require(above_.size() == counts.nodes, "fewer links than nodes");
-    require(leaves_ == counts.leaves, "a leaf hangs on no node");
+    require(leaves_ == counts.leaves, "a leaf belongs to no node");
   }
 
  private:
@@ -161,7 +161,7 @@ class NodeReader {
   };
 
   void read_node(std::size_t n, std::size_t count) {
-    if (n >= above_.size()) refuse("node" + at(n) + " hangs on no other");
+    if (n >= above_.size()) refuse("node" + at(n) + " has no parent");
     tree_.depth = std::max(tree_.depth, above_[n].level);
     require(tree_.depth <= kMaxTreeDepth, "it is too deep");
     SphereTreeNode node{};
@@ -182,7 +182,7 @@ class NodeReader {
 
   void read_inner(SphereTreeNode& node, std::size_t slot, std::size_t n, std::size_t count) {
     const Sphere bound = reader_.sphere();
-    if (!is_sphere(bound)) refuse("a bound in node" + at(n) + " is no sphere within 1000 m");
+    if (!is_sphere(bound)) refuse("a bound in node" + at(n) + " is not a sphere within 1000 m");
     require(above_.size() < count, "more links than nodes");
     fill_slot(node, slot, bound, static_cast<std::int32_t>(above_.size()));
     above_.push_back({bound, n, above_[n].level + 1});
@@ -225,7 +225,7 @@ void check_levels(const MeasuredTree& file) {
 MeasuredTree decode_sphere_tree(std::span<const std::uint8_t> bytes) {
   ByteReader reader(bytes);
   const Counts counts = read_counts(reader);
-  // Damage is told from a wrong tree first: nothing else explains itself as well.
+  // Damage is distinguished from a wrong tree first: it explains the failure best.
   ContentHash stored{};
   require(reader.left() >= stored.size(), "it ends too early");
   const std::span<const std::uint8_t> tail = bytes.last(stored.size());
@@ -241,7 +241,7 @@ MeasuredTree decode_sphere_tree(std::span<const std::uint8_t> bytes) {
   file.inner = reader.f64();
   require(is_length(file.outer) && is_length(file.inner), "its outer or inner bound");
   file.tree.bound = reader.sphere();
-  require(is_sphere(file.tree.bound), "its bound is no sphere within 1000 m");
+  require(is_sphere(file.tree.bound), "its bound is not a sphere within 1000 m");
   read_levels(reader, counts.levels, file);
   const std::span<const std::uint8_t> name = reader.take(counts.name);
   file.source_name.assign(name.begin(), name.end());

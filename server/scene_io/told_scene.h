@@ -1,6 +1,6 @@
-// A scene as clients are told it, so that they can change it and send it back: every default filled
-// in but what another choice decides. That is the quality, whose level has knobs of its own and
-// which hapticd may have been started with. What it comes to stands apart. Offline.
+// A scene as clients are sent it, so that they can change it and send it back: every default filled
+// in except what another choice decides. That is the quality, whose level has its own settings and
+// which hapticd may have been started with. Its effect is given separately. Offline.
 #pragma once
 
 #include "core/simulation/live_settings.h"

@@ -71,10 +71,10 @@ void Diagnosis::look_at_timer() {
     cause("timer",
           times + "; " + std::to_string(timer.skipped) + " of " +
               std::to_string(timer.ticks + timer.skipped) + " ticks were lost",
-          "mend the causes named below, then 'top -H -d 1' for what else runs");
+          "fix the causes named below, then run 'top -H -d 1' to see what else runs");
   } else if (late.p99_9_ns > timer.period_ns / 2) {
     cause("timer", times + ": more than half a period",
-          "mend the causes named below, then 'top -H -d 1' for what else runs");
+          "fix the causes named below, then run 'top -H -d 1' to see what else runs");
   } else {
     good("timer", times);
   }
@@ -111,7 +111,7 @@ void Diagnosis::look_at_rights() {
             "SCHED_FIFO is permitted up to priority " + std::to_string(priority) + ", " +
                 std::to_string(kPriorityNeeded) + " is needed: anything that runs delays the loop",
             "sudo prlimit --pid $$ --rtprio=90:90    (for good: echo \"$USER - rtprio 90\" | sudo "
-            "tee /etc/security/limits.d/90-hapticd-rtprio.conf, and log in anew; in a service: "
+            "tee /etc/security/limits.d/90-hapticd-rtprio.conf, and log in again; in a service: "
             "LimitRTPRIO=90)");
     }
   }
@@ -126,7 +126,7 @@ void Diagnosis::look_at_rights() {
       "only " + std::to_string(bytes / 1024) + " KiB of memory can be locked, " +
           std::to_string(kLockedBytes / 1024) + " are needed: a page fault stops the loop",
       "sudo prlimit --pid $$ --memlock=unlimited:unlimited    (for good: echo \"$USER - memlock "
-      "unlimited\" | sudo tee /etc/security/limits.d/90-hapticd-memlock.conf, and log in anew; in "
+      "unlimited\" | sudo tee /etc/security/limits.d/90-hapticd-memlock.conf, and log in again; in "
       "a service: LimitMEMLOCK=infinity)");
 }
 
@@ -139,18 +139,18 @@ void Diagnosis::look_at_kernel() {
     if (runtime < 0) {
       good("rt_throttling", "realtime threads are not throttled");
     } else if (2 * runtime < period) {
-      cause("rt_throttling", "realtime threads may run for " + share + ", then they stand still",
+      cause("rt_throttling", "realtime threads may run for " + share + ", then they are stopped",
             fix);
     } else {
       hint("rt_throttling",
-           "realtime threads may run for " + share + ": no matter while ticks stay within it", fix);
+           "realtime threads may run for " + share + ": harmless while ticks stay within it", fix);
     }
   }
   if (facts_.kernel.empty()) return;
   if (facts_.realtime_kernel) {
     good("kernel", facts_.kernel + ", PREEMPT_RT");
   } else {
-    hint("kernel", facts_.kernel + " is no PREEMPT_RT kernel: single ticks may be late by a ms",
+    hint("kernel", facts_.kernel + " is not a PREEMPT_RT kernel: single ticks may be late by a ms",
          "sudo apt-get install linux-image-rt-amd64    (and boot it)");
   }
 }
@@ -190,7 +190,7 @@ void Diagnosis::look_at_processors() {
     return;
   }
   const bool tsc = std::count(facts_.clock_sources.begin(), facts_.clock_sources.end(), "tsc") > 0;
-  cause("clocksource", "the clock is " + clock + ": each look at it enters the kernel",
+  cause("clocksource", "the clock is " + clock + ": each reading of it enters the kernel",
         tsc ? "echo tsc | sudo tee "
               "/sys/devices/system/clocksource/clocksource0/current_clocksource"
             : "boot with tsc=reliable (in /etc/default/grub, then sudo update-grub)");

@@ -1,5 +1,5 @@
 // From what a machine is and how it kept time to what is wrong with it: each cause with the command
-// that mends it. A pure function of facts, so that every verdict can be tested. Not RT.
+// that fixes it. A pure function of facts, so that every verdict can be tested. Not RT.
 #pragma once
 
 #include <optional>

@@ -5,9 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 namespace hapticd {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 const char* word_of(Verdict verdict) {
   switch (verdict) {
@@ -33,23 +36,6 @@ std::string format_number(double number) {
   return text.data();
 }
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      std::array<char, 8> code{};
-      std::snprintf(code.data(), code.size(), "\\u%04x", static_cast<unsigned>(c));
-      out += code.data();
-    } else {
-      out += c;
-    }
-  }
-  return out + "\"";
-}
-
 std::string machine_of(const HostFacts& facts) {
   std::string text = facts.processor.empty() ? "unknown processor" : facts.processor;
   if (!facts.processors.empty()) text += " x " + std::to_string(facts.processors.size());
@@ -58,12 +44,14 @@ std::string machine_of(const HostFacts& facts) {
   return text;
 }
 
-/// As a JSON object, us.
-std::string quantiles(const LatencyHistogram& histogram) {
+/// In us, to a tenth.
+Json json_of(const LatencyHistogram& histogram) {
   const LatencySummary summary = summarise(histogram);
-  return "{\"p50\": " + format_us(summary.p50_ns) + ", \"p99\": " + format_us(summary.p99_ns) +
-         ", \"p99.9\": " + format_us(summary.p99_9_ns) + ", \"max\": " + format_us(summary.max_ns) +
-         "}";
+  const auto us = [](std::int64_t ns) { return std::round(1e-2 * static_cast<double>(ns)) / 10.0; };
+  return {{"p50", us(summary.p50_ns)},
+          {"p99", us(summary.p99_ns)},
+          {"p99.9", us(summary.p99_9_ns)},
+          {"max", us(summary.max_ns)}};
 }
 
 double rate_of(const HostReport& report) {
@@ -95,26 +83,26 @@ std::string doctor_text(const HostReport& report, const std::vector<Finding>& fi
 
 std::string doctor_json(const HostReport& report, const std::vector<Finding>& findings) {
   const TimerMeasurement& timer = report.timer;
-  std::string text = "{\"fit\": " + std::string(fit(findings) ? "true" : "false");
-  text += ", \"machine\": " + quoted(machine_of(report.facts));
-  text += ", \"seconds\": " + format_number(report.seconds);
-  text += ", \"rate_hz\": " + format_number(rate_of(report));
-  text += ", \"fifo\": " + std::string(timer.fifo ? "true" : "false");
-  text += ", \"locked\": " + std::string(timer.locked ? "true" : "false");
-  text += ", \"refused\": " + quoted(timer.refused);
-  text += ", \"ticks\": " + std::to_string(timer.ticks);
-  text += ", \"lost\": " + std::to_string(timer.skipped);
-  text += ", \"held_up\": " + std::to_string(timer.held_up);
-  text += ", \"late_us\": " + quantiles(timer.late);
-  text += ", \"work_us\": " + quantiles(timer.work);
-  text += ", \"findings\": [";
+  Json json = {{"fit", fit(findings)},
+               {"machine", machine_of(report.facts)},
+               {"seconds", report.seconds},
+               {"rate_hz", rate_of(report)},
+               {"fifo", timer.fifo},
+               {"locked", timer.locked},
+               {"refused", timer.refused},
+               {"ticks", timer.ticks},
+               {"lost", timer.skipped},
+               {"held_up", timer.held_up},
+               {"late_us", json_of(timer.late)},
+               {"work_us", json_of(timer.work)},
+               {"findings", Json::array()}};
   for (const Finding& finding : findings) {
-    text += std::string(&finding == findings.data() ? "" : ", ") +
-            "{\"verdict\": " + quoted(word_of(finding.verdict)) +
-            ", \"name\": " + quoted(finding.name) + ", \"what\": " + quoted(finding.what) +
-            ", \"fix\": " + quoted(finding.fix) + "}";
+    json["findings"].push_back({{"verdict", word_of(finding.verdict)},
+                                {"name", finding.name},
+                                {"what", finding.what},
+                                {"fix", finding.fix}});
   }
-  return text + "]}\n";
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 int run_doctor(int argc, const char* const* argv) {
@@ -125,7 +113,7 @@ int run_doctor(int argc, const char* const* argv) {
   bool json = false;
   CLI::App app(
       "Measures this machine with a bare timer loop of the daemon's own policy and names what "
-      "makes ticks late, each cause with the command that mends it. Needs no privilege and no "
+      "makes ticks late, each cause with the command that fixes it. Needs no privilege and no "
       "running daemon.",
       "hapticd doctor");
   app.add_option("--seconds", timer.seconds, "how long to measure; 0: only look (10)")

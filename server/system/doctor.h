@@ -1,4 +1,4 @@
-// hapticd doctor: measures the host for some seconds and says what is wrong with it and how to mend
+// hapticd doctor: measures the host for some seconds and says what is wrong with it and how to fix
 // it. Needs no privilege and no running daemon. Not RT.
 #pragma once
 

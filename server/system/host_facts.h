@@ -1,4 +1,4 @@
-// What /proc, /sys and /dev tell about a machine's fitness for a loop of 1 kHz: read, not judged.
+// What /proc, /sys and /dev say about a machine's fitness for a loop of 1 kHz: read, not judged.
 // What is not there stays unknown; nothing needs a privilege. Linux. Not RT.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace hapticd {
 
-/// Where to look, so that tests can give a tree of their own.
+/// Where to look, so that tests can give their own tree.
 struct ProbeRoot {
   std::filesystem::path root = "/";
   /// Whether this process may read and write a file; empty: ask the kernel.
@@ -33,7 +33,7 @@ struct HidrawAccess {
   bool usable = false;
 };
 
-/// As it stands. Absent or empty: not known.
+/// The present state. Absent or empty: not known.
 struct HostFacts {
   std::string processor;                    ///< model
   std::vector<int> processors;              ///< online
@@ -55,7 +55,7 @@ struct HostFacts {
 /// HostFacts::lockable_bytes without a limit.
 inline constexpr std::int64_t kNoLimit = INT64_MAX;
 
-/// Counters that grow; two readings tell what happened between them.
+/// Counters that grow; two readings show what happened between them.
 struct HostCounters {
   std::int64_t steal = 0;  ///< clock ticks of all processors, taken by the hypervisor
   std::int64_t idle = 0;   ///< clock ticks of all processors
@@ -64,7 +64,7 @@ struct HostCounters {
   std::map<std::string, std::int64_t> interrupts;
 };
 
-/// Reads what stands still.
+/// Reads what does not change.
 [[nodiscard]] HostFacts read_facts(const ProbeRoot& root);
 
 /// Reads what counts; interrupts of processor `cpu`, none where absent.

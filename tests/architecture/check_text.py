@@ -17,8 +17,8 @@ LEFTOVERS = {
     "a tab": re.compile(r"\t"),
     "a space at the end of a line": re.compile(r" $", re.MULTILINE),
 }
-CODE = (".h", ".cpp", ".proto", ".py", ".cmake", ".sh")
-OPENING_COMMENT = {".h": "//", ".cpp": "//", ".proto": "//", ".py": ('"""', "#"), ".cmake": "#", ".sh": "#"}
+CODE = (".h", ".cpp", ".proto", ".py", ".js", ".cmake", ".sh")
+OPENING_COMMENT = {".h": "//", ".cpp": "//", ".proto": "//", ".py": ('"""', "#"), ".js": ("//", "/*"), ".cmake": "#", ".sh": "#"}
 
 
 def opening(text):

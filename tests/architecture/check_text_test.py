@@ -19,10 +19,12 @@ class CheckTextTest(unittest.TestCase):
     def test_long_files_are_refused(self):
         self.assertEqual([], check_text.violations("core/math/a.h", GOOD + "\n" * 597))
         self.assert_refused("core/math/a.h", GOOD + "\n" * 598, "600 lines")
+        self.assert_refused("clients/web/page/src/a.js", "//" + "\n" * 600, "600 lines")
 
     def test_files_without_an_opening_comment_are_refused(self):
         self.assert_refused("core/math/a.h", "\n#pragma once\n", "does not start with a comment")
         self.assert_refused("core/math/a.cpp", "#include <array>\n", "does not start with a comment")
+        self.assert_refused("clients/web/page/src/a.js", "import './b.js';\n", "does not start with a comment")
         self.assert_refused("tests/x.py", "#!/usr/bin/python3\nimport sys\n", "does not start with a comment")
 
     def test_headers_without_a_guard_are_refused(self):

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 """Builds the determinism probes with several compilers and flags and compares their output: equal bits are promised.
 
-usage: compare_builds.py BUILD_FOLDER [--all] [--jobs N] [--sessions PROBE...]
-Prints one line per build, each of which runs twice; exit code 1 when a build fails or any run differs from the first. --all: gcc and clang
-at -O0, -O2 and -O3, each plain and under every sanitizer, beside what is always built. The recorded_session_probe of builds that exist: the
-first records a session, and all replay it to the bit.
+usage: compare_builds.py BUILD_FOLDER [--builds NAME...] [--jobs N] [--sessions PROBE...]
+Prints one line per build, each of which runs twice; exit code 1 when a build fails or any run differs from the first. --builds: these of
+ALL_BUILDS, which are gcc and clang at -O0, -O2 and -O3, plain and under every sanitizer, beside what is built in CI; all probes run in
+each, those too that CI has no time for. The recorded_session_probe of builds that exist: the first records a session, and all replay it to
+the bit.
 """
 import argparse
 import concurrent.futures
@@ -29,13 +30,16 @@ FOLDERS = ("core/math core/tick core/geometry core/solver core/safety core/instr
            " tests/server/model/shapes tests/realtime")
 PROBES = {"determinism_probe_core_math": "tests/core/math", "determinism_probe_core_modeling": "tests/server/model/shapes",
           "determinism_probe_contact_tick": "tests/realtime"}
+ONE_BY_ONE = "gcc-O2"
+"""The build whose sources are compiled one by one, as users do; those of the others together, which must not change a bit either."""
 SLOW_PROBE = "determinism_probe_core_modeling"
-"""Makes models; takes minutes where nothing is optimised, so it runs there with --all alone."""
+"""Makes models; takes minutes where nothing is optimised, so it runs there with --builds alone."""
 
 
 def build(folder: pathlib.Path, compiler: str, flags: str, probes: list, jobs: int) -> None:
     subprocess.run(["cmake", "-S", str(ROOT), "-B", str(folder), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None",
                     f"-DCMAKE_CXX_COMPILER={compiler}", f"-DCMAKE_CXX_FLAGS={flags}", "-DHAPTICD_CHECK_HEADERS=OFF",
+                    f"-DHAPTICD_UNITY={'OFF' if folder.name == ONE_BY_ONE else 'ON'}",
                     f"-DHAPTICD_FOLDERS={FOLDERS.replace(' ', ';')}"], check=True, capture_output=True, text=True)
     subprocess.run(["cmake", "--build", str(folder), "--parallel", str(jobs), "--target", *probes],
                    check=True, capture_output=True, text=True)
@@ -67,15 +71,16 @@ def compare_sessions(probes: list, recordings: pathlib.Path) -> bool:
 def main() -> int:
     parser = argparse.ArgumentParser()
     parser.add_argument("build_folder", type=pathlib.Path)
-    parser.add_argument("--all", action="store_true")
+    parser.add_argument("--builds", nargs="+", choices=ALL_BUILDS, default=[])
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--sessions", nargs="*", default=[])
     options = parser.parse_args()
     expected: dict = {}
     same = True
-    for name, (compiler, flags) in (ALL_BUILDS if options.all else BUILDS).items():
+    for name in options.builds or BUILDS:
+        compiler, flags = ALL_BUILDS[name]
         folder = options.build_folder / name
-        probes = [probe for probe in PROBES if options.all or probe != SLOW_PROBE or ("-O0" not in flags and "sanitize" not in flags)]
+        probes = [probe for probe in PROBES if options.builds or probe != SLOW_PROBE or ("-O0" not in flags and "sanitize" not in flags)]
         try:
             build(folder, compiler, flags, probes, options.jobs)
             outputs = outputs_of(folder, probes, options.jobs)

@@ -1,5 +1,6 @@
 // See avx2_brute_force.h.
 #include "tests/benchmark/avx2_brute_force.h"
+#include "tests/support/pose_composition.h"
 
 #include <immintrin.h>
 

@@ -1,5 +1,6 @@
 // See plain_brute_force.h.
 #include "tests/benchmark/plain_brute_force.h"
+#include "tests/support/pose_composition.h"
 
 #include <algorithm>
 #include <cmath>

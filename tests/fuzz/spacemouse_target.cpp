@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "device/spacemouse/spacemouse_device.h"
+#include "tests/support/spacemouse_axes.h"
 
 namespace hapticd::test {
 namespace {
@@ -39,7 +40,7 @@ bool check_spacemouse_bytes(std::span<const std::uint8_t> bytes) {
   profile.workspace_lower = {-0.1, -0.2, 0.05};
   profile.workspace_upper = {0.1, 0.2, 0.3};
   spacemouse::SpacemouseSettings settings;
-  settings.axes = spacemouse::family_axes(0.15, 30.0);
+  settings.axes = test::family_axes(0.15, 30.0);
   spacemouse::SpacemouseDevice device(profile, settings);
   Sender sender{bytes};
   ReportChannel channel;

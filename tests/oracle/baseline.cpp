@@ -12,7 +12,7 @@
 namespace hapticd {
 namespace {
 
-/// Offsets shorter than this have no direction, m: a fixed normal stands in.
+/// Offsets shorter than this have no direction, m: a fixed normal is used.
 constexpr double kNoDirection = 1e-12;
 
 /// The deepest pair with a string, or with anything else.
@@ -123,7 +123,7 @@ class Baseline::Method {
     const Vector3 p_W = transform(X_WG_, search_.tool_sphere(pair.tool_sphere).p);
     Vector3 offset_W = offset(pair, p_W, true);
     const double square = offset_W.squaredNorm();
-    // On the axis the gradient vanishes: a fixed direction stands in.
+    // On the axis the gradient vanishes: a fixed direction is used.
     if (!(square > kNoDirection * kNoDirection)) offset_W = pair.radii * normal(pair, p_W, true);
     const Vector3 linear = 2.0 * offset_W;
     const Vector3 angular = (p_W - X_WG_.p).cross(linear);

@@ -8,7 +8,7 @@
 #include "core/collision/query.h"
 #include "tests/oracle/commands.h"
 #include "tests/oracle/descent.h"
-#include "tests/oracle/json_text.h"
+#include "tests/oracle/json.h"
 #include "tests/oracle/scene_objects.h"
 #include "tests/oracle/scene_option.h"
 #include "tests/oracle/table.h"
@@ -56,18 +56,17 @@ void compare(const Descent& descent, const ContactSet& found) {
   }
 }
 
-std::string level_json(const std::vector<DescentSphere>& level) {
-  std::vector<std::string> spheres;
+Json level_json(const std::vector<DescentSphere>& level) {
+  Json spheres = Json::array();
   std::size_t kept = 0;
   for (const DescentSphere& sphere : level) {
     kept += sphere.kept ? 1 : 0;
-    spheres.push_back(json_object({{"p_w_m", json(sphere.sphere_W.p)},
-                                   {"r_m", json(sphere.sphere_W.r)},
-                                   {"leaf", json(sphere.leaf)},
-                                   {"kept", json(sphere.kept)}}));
+    spheres.push_back({{"p_w_m", json_of(sphere.sphere_W.p)},
+                       {"r_m", sphere.sphere_W.r},
+                       {"leaf", sphere.leaf},
+                       {"kept", sphere.kept}});
   }
-  return json_object(
-      {{"tested", json(level.size())}, {"kept", json(kept)}, {"spheres", json_array(spheres)}});
+  return {{"tested", level.size()}, {"kept", kept}, {"spheres", spheres}};
 }
 
 void write_descent(const DescentOptions& options) {
@@ -88,25 +87,24 @@ void write_descent(const DescentOptions& options) {
   query.margin = std::max(options.margin, 1e-12);
   find_contacts(view.tool, X_WG, {{&capsule, 1}, {}}, query, *found);
   compare(descent, *found);
-  std::vector<std::string> levels;
+  Json levels = Json::array();
   for (const auto& level : descent) levels.push_back(level_json(level));
   const SceneObjects objects = scene_objects(scene);
   const Quaternion& q = X_WG.q;
-  write_output(
-      options.output,
-      json_object({{"scene", json(scene.description().name)},
-                   {"object", json(objects.names[objects.of_capsule[index]])},
-                   {"p_wa_m", json(capsule.p_A)},
-                   {"p_wb_m", json(capsule.p_B)},
-                   {"radius_m", json(capsule.r)},
-                   {"depth_m", json(options.depth)},
-                   {"margin_m", json(options.margin)},
-                   {"p_wg_m", json(X_WG.p)},
-                   {"q_wg", json_array({json(q.w()), json(q.x()), json(q.y()), json(q.z())})},
-                   {"leaves", json(view.tool.leaf_r.size())},
-                   {"tests_of_the_loop", json(static_cast<std::size_t>(found->tests))},
-                   {"levels", json_array(levels)}}) +
-          "\n");
+  write_output(options.output,
+               text_of({{"scene", scene.description().name},
+                        {"object", objects.names[objects.of_capsule[index]]},
+                        {"p_wa_m", json_of(capsule.p_A)},
+                        {"p_wb_m", json_of(capsule.p_B)},
+                        {"radius_m", capsule.r},
+                        {"depth_m", options.depth},
+                        {"margin_m", options.margin},
+                        {"p_wg_m", json_of(X_WG.p)},
+                        {"q_wg", Json::array({q.w(), q.x(), q.y(), q.z()})},
+                        {"leaves", view.tool.leaf_r.size()},
+                        {"tests_of_the_loop", static_cast<std::size_t>(found->tests)},
+                        {"levels", levels}}) +
+                   "\n");
 }
 
 }  // namespace

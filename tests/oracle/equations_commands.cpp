@@ -8,7 +8,7 @@
 #include "core/instrument/deflection.h"
 #include "core/tree/sphere_tree.h"
 #include "tests/oracle/commands.h"
-#include "tests/oracle/json_text.h"
+#include "tests/oracle/json.h"
 #include "tests/oracle/pair_search.h"
 #include "tests/oracle/printed_string.h"
 #include "tests/oracle/table.h"
@@ -23,7 +23,7 @@ constexpr double kFinger = 5e-3;
 constexpr double kMargin = 0.005;
 
 /// A sphere at `p`, by the loop's query, and by Eq. 1-4.
-std::string sphere_json(const Capsule& capsule, const Vector3& p) {
+Json sphere_json(const Capsule& capsule, const Vector3& p) {
   const std::array<Sphere, 1> finger{{{{0.0, 0.0, 0.0}, kFinger}}};
   const SphereTree tree = build_sphere_tree(finger);
   const auto found = std::make_unique<ContactSet>();
@@ -37,69 +37,70 @@ std::string sphere_json(const Capsule& capsule, const Vector3& p) {
   const bool near = d <= kFinger + capsule.r;
   const bool beside = line.lambda >= 0.0 && line.lambda <= 1.0;
   const bool margin = line.lambda >= -kMargin && line.lambda <= 1.0 + kMargin;
-  return json_object(
-      {{"p_m", json(p)},
-       {"ours", json_object({{"lambda", json(contact.lambda)},
-                             {"distance_m", json(contact.gap + kFinger + capsule.r)},
-                             {"gap_m", json(contact.gap)},
-                             {"nhat", json(contact.nhat_OG_W)},
-                             {"hit", json(contact.gap <= 0.0)}})},
-       {"printed", json_object({{"lambda", json(line.lambda)},
-                                {"eq2_without_division_m4", json(d * d * length * length)},
-                                {"d_m", json(d)},
-                                {"eq1", json(near)},
-                                {"eq4", json(near && beside)},
-                                {"eq4_with_margin", json(near && margin)}})}});
+  return {{"p_m", json_of(p)},
+          {"ours",
+           {{"lambda", contact.lambda},
+            {"distance_m", contact.gap + kFinger + capsule.r},
+            {"gap_m", contact.gap},
+            {"nhat", json_of(contact.nhat_OG_W)},
+            {"hit", contact.gap <= 0.0}}},
+          {"printed",
+           {{"lambda", line.lambda},
+            {"eq2_without_division_m4", d * d * length * length},
+            {"d_m", d},
+            {"eq1", near},
+            {"eq4", near && beside},
+            {"eq4_with_margin", near && margin}}}};
 }
 
-std::string cases_json() {
+Json cases_json() {
   const Capsule capsule{{0.0, 0.0, 0.0}, {kLength, 0.0, 0.0}, kRadius};
   const double touch = kFinger + kRadius;
-  std::vector<std::string> sweep;
+  Json sweep = Json::array();
   for (int k = -40; k <= 40; ++k) {
     sweep.push_back(sphere_json(capsule, {kLength + 2.5e-4 * k, touch - 1e-3, 0.0}));
   }
-  return json_object({{"p_a_m", json(capsule.p_A)},
-                      {"p_b_m", json(capsule.p_B)},
-                      {"r_c_m", json(capsule.r)},
-                      {"r_t_m", json(kFinger)},
-                      {"margin_of_lambda", json(kMargin)},
-                      {"beside", sphere_json(capsule, {0.4 * kLength, touch - 1e-3, 0.0})},
-                      {"beyond_the_end", sphere_json(capsule, {kLength + 3e-3, touch - 2e-3, 0.0})},
-                      {"across_the_end", json_array(sweep)}});
+  return {{"p_a_m", json_of(capsule.p_A)},
+          {"p_b_m", json_of(capsule.p_B)},
+          {"r_c_m", capsule.r},
+          {"r_t_m", kFinger},
+          {"margin_of_lambda", kMargin},
+          {"beside", sphere_json(capsule, {0.4 * kLength, touch - 1e-3, 0.0})},
+          {"beyond_the_end", sphere_json(capsule, {kLength + 3e-3, touch - 2e-3, 0.0})},
+          {"across_the_end", sweep}};
 }
 
-std::string triangle_row(const StringConstants& string, double lambda, double delta) {
+Json triangle_row(const StringConstants& string, double lambda, double delta) {
   const Deflection ours = deflect(string, lambda, delta);
   const PrintedDeflection printed = printed_deflection(string, lambda, delta);
-  return json_object(
-      {{"lambda", json(lambda)},
-       {"delta_m", json(delta)},
-       {"l1_m", json(printed.L1)},
-       {"l2_m", json(printed.L2)},
-       {"theta_1_rad", json(printed.theta_1)},
-       {"theta_2_rad", json(printed.theta_2)},
-       {"ours", json_object({{"f_i_n", json(ours.axial_force)},
-                             {"t_plus_f_i_n", json(string.tension + ours.axial_force)},
-                             {"f_n", json(ours.force)},
-                             {"lateral_n", json(ours.lateral_force)},
-                             {"k0_n_per_m", json(small_deflection_stiffness(string, lambda))}})},
-       {"printed", json_object({{"f_i_n", json(printed.F_i)}, {"f_n", json(printed.force)}})}});
+  return {{"lambda", lambda},
+          {"delta_m", delta},
+          {"l1_m", printed.L1},
+          {"l2_m", printed.L2},
+          {"theta_1_rad", printed.theta_1},
+          {"theta_2_rad", printed.theta_2},
+          {"ours",
+           {{"f_i_n", ours.axial_force},
+            {"t_plus_f_i_n", string.tension + ours.axial_force},
+            {"f_n", ours.force},
+            {"lateral_n", ours.lateral_force},
+            {"k0_n_per_m", small_deflection_stiffness(string, lambda)}}},
+          {"printed", {{"f_i_n", printed.F_i}, {"f_n", printed.force}}}};
 }
 
-std::string triangle_json(const StringParameters& parameters) {
+Json triangle_json(const StringParameters& parameters) {
   const StringConstants string = derive_string(parameters);
-  std::vector<std::string> rows;
+  Json rows = Json::array();
   for (const double lambda : {0.5, 0.25, 0.1, 0.0}) {
     for (const double delta : {0.0, 1e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2}) {
       rows.push_back(triangle_row(string, lambda, delta));
     }
   }
-  return json_object({{"length_m", json(string.length)},
-                      {"tension_n", json(string.tension)},
-                      {"youngs_modulus_pa", json(parameters.youngs_modulus)},
-                      {"radius_m", json(parameters.radius)},
-                      {"rows", json_array(rows)}});
+  return {{"length_m", string.length},
+          {"tension_n", string.tension},
+          {"youngs_modulus_pa", parameters.youngs_modulus},
+          {"radius_m", parameters.radius},
+          {"rows", rows}};
 }
 
 struct TriangleOptions {
@@ -115,7 +116,7 @@ void add_cases_command(CLI::App& app) {
       "cases", "a sphere beside a string and beyond its end: ours and Eq. 1-4, as JSON");
   const auto output = std::make_shared<std::string>();
   add_output_option(*command, *output);
-  command->callback([output] { write_output(*output, cases_json() + "\n"); });
+  command->callback([output] { write_output(*output, text_of(cases_json()) + "\n"); });
 }
 
 void add_triangle_command(CLI::App& app) {
@@ -139,7 +140,7 @@ void add_triangle_command(CLI::App& app) {
           "the string is out of range: length up to 1e7 m, tension up to 1e6 N, Young's modulus up "
           "to 1e13 Pa, radius up to 1 m");
     }
-    write_output(options->output, triangle_json(options->string) + "\n");
+    write_output(options->output, text_of(triangle_json(options->string)) + "\n");
   });
 }
 

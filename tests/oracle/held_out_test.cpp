@@ -13,6 +13,7 @@
 #include "server/scene_io/scene_loader.h"
 #include "tests/oracle/study_report.h"
 #include "tests/support/scale.h"
+#include "tests/support/skip.h"
 
 namespace hapticd::test {
 namespace {
@@ -91,7 +92,7 @@ TEST_CASE("on gestures held out, levels keep their stated errors to 1.2 times, a
     CAPTURE(name);
     const auto loaded = shipped(name);
     if (loaded == nullptr) {
-      MESSAGE("SKIPPED: the models of the scene are not made here");
+      skip("the models of the scene are not made here");
       return;
     }
     const Levels levels = play_levels(*loaded->scene, static_cast<int>(scaled(20)));

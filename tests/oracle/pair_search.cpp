@@ -19,6 +19,7 @@ PairSearch::PairSearch(const ToolScene& scene) : capsules_(scene.obstacles.capsu
   for (std::size_t i = 0; i < scene.tool.leaf_r.size(); ++i) {
     tool_spheres_.push_back(scene.tool.leaf(static_cast<std::int32_t>(i)));
   }
+  tool_groups_ = group_spheres(tool_spheres_);
   for (const BodyView& body : scene.obstacles.bodies) {
     std::vector<Sphere> spheres_W;
     for (std::size_t i = 0; i < body.tree.leaf_r.size(); ++i) {
@@ -32,7 +33,15 @@ PairSearch::PairSearch(const ToolScene& scene) : capsules_(scene.obstacles.capsu
 std::vector<OverlappingPair> PairSearch::find(const Pose& X, const CapsuleEnds& ends,
                                               std::span<const double> growth) {
   std::vector<OverlappingPair> pairs;
-  for (std::size_t i = 0; i < tool_spheres_.size(); ++i) {
+  const auto is_far = [&](const Sphere& ball_W) {
+    for (std::size_t k = 0; k < capsules_.size(); ++k) {
+      const AxisOffset axis = axis_offset(capsules_[k], ball_W.p, ends.flat);
+      if (axis.offset_W.norm() <= ball_W.r + capsules_[k].r + growth[k]) return false;
+    }
+    return std::all_of(bodies_.begin(), bodies_.end(),
+                       [&](const auto& body) { return body->nothing_near(ball_W.p, ball_W.r); });
+  };
+  visit_spheres(tool_groups_, X, is_far, [&](std::size_t i) {
     const Vector3 p_W = transform(X, tool_spheres_[i].p);
     const double r = tool_spheres_[i].r;
     for (std::size_t k = 0; k < capsules_.size(); ++k) {
@@ -58,7 +67,7 @@ std::vector<OverlappingPair> PairSearch::find(const Pose& X, const CapsuleEnds& 
             {ObstacleKind::kBody, body, i, j, 0.0, radii, radii - (p_W - spheres[j].p).norm()});
       }
     }
-  }
+  });
   return pairs;
 }
 

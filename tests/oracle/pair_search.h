@@ -1,5 +1,5 @@
 // Which spheres of a tool overlap what, at one pose: the detection of the methods we compare with.
-// Every pair is looked at, but for what a grid leaves out. Frame W. SI. Not RT.
+// Every pair is looked at, except what a grid leaves out. Frame W. SI. Not RT.
 #pragma once
 
 #include <memory>
@@ -9,6 +9,7 @@
 #include "core/collision/contact.h"
 #include "core/simulation/tool_renderer.h"
 #include "tests/truth/sphere_grid.h"
+#include "tests/truth/sphere_groups.h"
 
 namespace hapticd {
 
@@ -52,6 +53,7 @@ class PairSearch {
  private:
   std::span<const Capsule> capsules_;
   std::vector<Sphere> tool_spheres_;                 ///< in G
+  std::vector<SphereGroup> tool_groups_;             ///< of these
   std::vector<std::unique_ptr<SphereGrid>> bodies_;  ///< in W
 };
 

@@ -17,7 +17,7 @@
 namespace hapticd {
 namespace {
 
-/// The same bits of a number that is no NaN; -0 is not 0.
+/// The same bits of a number that is not NaN; -0 is not 0.
 template <std::size_t N>
 bool same_bits(const std::array<double, N>& a, const std::array<double, N>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {

@@ -112,7 +112,7 @@ TEST_CASE("a stiffness that was another is refused, and so is what is no recordi
   });
   CHECK(says(judge(folder.path("b.mcap")).refused, "the stiffness was scaled by 0.5"));
   const std::string text = folder.write("text.mcap", "no recording");
-  CHECK(says(judge(text).refused, "text.mcap: no recording of hapticd"));
+  CHECK(says(judge(text).refused, "text.mcap: not a recording of hapticd"));
   CHECK(says(judge(folder.path("none.mcap")).refused, "none.mcap"));
 }
 

@@ -33,6 +33,7 @@ PopThroughWatch::PopThroughWatch(const ToolScene& scene)
     reach_ = std::max(reach_, leaf.p.norm() + leaf.r);
     for (const Capsule& capsule : capsules_) thinnest_ = std::min(thinnest_, leaf.r + capsule.r);
   }
+  tool_groups_ = group_spheres(tool_spheres_);
 }
 
 bool PopThroughWatch::follow_sphere(std::size_t capsule, std::size_t sphere,
@@ -77,14 +78,18 @@ std::vector<bool> PopThroughWatch::go(const Pose& X_WF, const Pose& X_WT) {
   for (std::size_t c = 0; c < capsules_.size(); ++c) {
     const double from_G = axis_offset(capsules_[c], X_WF.p, false).offset_W.norm();
     if (from_G > reach_ + bound + capsules_[c].r && overlaps_.empty()) continue;
-    for (std::size_t i = 0; i < tool_spheres_.size(); ++i) {
+    const auto is_far = [&](const Sphere& ball_W) {
+      const double distance = axis_offset(capsules_[c], ball_W.p, false).offset_W.norm();
+      return overlaps_.empty() && distance > ball_W.r + capsules_[c].r + bound;
+    };
+    visit_spheres(tool_groups_, X_WF, is_far, [&](std::size_t i) {
       const Vector3 p_W = transform(X_WF, tool_spheres_[i].p);
       const double distance = axis_offset(capsules_[c], p_W, false).offset_W.norm();
       const bool near = distance <= tool_spheres_[i].r + capsules_[c].r + bound;
       if (near || overlaps_.count({c, i}) > 0) {
         popped[c] = follow_sphere(c, i, path) || popped[c];
       }
-    }
+    });
   }
   return popped;
 }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/simulation/tool_renderer.h"
+#include "tests/truth/sphere_groups.h"
 
 namespace hapticd {
 
@@ -40,6 +41,7 @@ class PopThroughWatch {
 
   std::span<const Capsule> capsules_;
   std::vector<Sphere> tool_spheres_;
+  std::vector<SphereGroup> tool_groups_;                             ///< of these
   double reach_ = 0.0;                                               ///< m
   double thinnest_ = 0.0;                                            ///< smallest s, m
   std::map<std::pair<std::size_t, std::size_t>, Overlap> overlaps_;  ///< by capsule and sphere

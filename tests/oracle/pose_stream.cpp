@@ -40,7 +40,7 @@ Message parse(const RecordedMessage& message, const std::string& path) {
   return parsed;
 }
 
-/// False where the message is no tick.
+/// False where the message is not a tick.
 bool read_tick(const RecordedMessage& message, const std::string& path, TickTrace& tick) {
   return message.kind == RecordKind::kTick && to_trace(parse<v1::TickRecord>(message, path), tick);
 }
@@ -70,7 +70,7 @@ std::vector<TabledPose> read_poses(const std::string& file) {
     std::array<double, 8> n{};
     const std::string where = file + ":" + std::to_string(number);
     if (!parse_row(line, n)) {
-      throw std::runtime_error(where + ": not eight finite numbers. Mend the line");
+      throw std::runtime_error(where + ": not eight finite numbers. Correct the line");
     }
     const Quaternion q(n[4], n[5], n[6], n[7]);
     if (!(q.norm() >= 0.5 && q.norm() <= 2.0)) {
@@ -78,7 +78,7 @@ std::vector<TabledPose> read_poses(const std::string& file) {
                                ". Give one in [0.5, 2]");
     }
     if (!poses.empty() && !(n[0] > poses.back().t_s)) {
-      throw std::runtime_error(where + ": time stands still or goes back. Mend the line");
+      throw std::runtime_error(where + ": time stands still or goes back. Correct the line");
     }
     poses.push_back({n[0], {renormalised(q), {n[1], n[2], n[3]}}});
   }

@@ -1,4 +1,4 @@
-// hapticd-oracle poses: what a scripted device is to be told so that it follows a gesture. Not RT.
+// hapticd-oracle poses: what to send to a scripted device so that it follows a gesture. Not RT.
 #include <cmath>
 #include <memory>
 

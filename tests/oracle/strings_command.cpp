@@ -9,7 +9,7 @@
 
 #include "core/math/elementary.h"
 #include "tests/oracle/commands.h"
-#include "tests/oracle/json_text.h"
+#include "tests/oracle/json.h"
 #include "tests/oracle/press_models.h"
 #include "tests/oracle/table.h"
 #include "tests/truth/pitch_truth.h"
@@ -107,14 +107,14 @@ std::string touch_line(const StringSetting& setting, std::vector<PressCase> case
     model.add(play_model(setting, press_case), press_case);
     played.add(play_ladder(press_case, setting.options), press_case);
   }
-  return json_object({{"measured", json(std::string("touch"))},
-                      {"name", json(setting.name)},
-                      {"mode_steps", json(setting.mode_steps())},
-                      {"model_error", json(model.share())},
-                      {"model_max_n", json(model.largest)},
-                      {"played_error", json(played.share())},
-                      {"played_max_n", json(played.largest)},
-                      {"timing", json_object({{"median_ns", json(played.median_ns())}})}});
+  return text_of({{"measured", "touch"},
+                  {"name", setting.name},
+                  {"mode_steps", setting.mode_steps()},
+                  {"model_error", model.share()},
+                  {"model_max_n", model.largest},
+                  {"played_error", played.share()},
+                  {"played_max_n", played.largest},
+                  {"timing", {{"median_ns", played.median_ns()}}}});
 }
 
 double cents(double frequency, double other) { return 1200.0 * std::log2(frequency / other); }
@@ -134,22 +134,22 @@ std::string pitch_line(double frequency, double pluck_lambda, double deflection)
   const double plain = ladder_frequency(press_case, options, kHeard);
   options.pitch_glide = true;
   const double gliding = ladder_frequency(press_case, options, kHeard);
-  return json_object({{"measured", json(std::string("pitch"))},
-                      {"frequency_hz", json(frequency)},
-                      {"pluck_lambda", json(pluck_lambda)},
-                      {"deflection_m", json(deflection)},
-                      {"truth_cents", json(cents(truth, frequency))},
-                      {"error_cents", json(cents(plain, truth))},
-                      {"error_with_glide_cents", json(cents(gliding, truth))}});
+  return text_of({{"measured", "pitch"},
+                  {"frequency_hz", frequency},
+                  {"pluck_lambda", pluck_lambda},
+                  {"deflection_m", deflection},
+                  {"truth_cents", cents(truth, frequency)},
+                  {"error_cents", cents(plain, truth)},
+                  {"error_with_glide_cents", cents(gliding, truth)}});
 }
 
 std::string press_line(const PressModel& model) {
-  return json_object({{"measured", json(std::string("press"))},
-                      {"strings", json(static_cast<std::size_t>(model.strings))},
-                      {"solved", json(std::string(model.coupled ? "coupled" : "series"))},
-                      {"error", json(model.error)},
-                      {"max_n", json(model.max_newton)},
-                      {"timing", json_object({{"median_ns", json(model.median_ns)}})}});
+  return text_of({{"measured", "press"},
+                  {"strings", static_cast<std::size_t>(model.strings)},
+                  {"solved", model.coupled ? "coupled" : "series"},
+                  {"error", model.error},
+                  {"max_n", model.max_newton},
+                  {"timing", {{"median_ns", model.median_ns}}}});
 }
 
 std::string all_lines() {

@@ -6,7 +6,7 @@
 
 #include "core/contact/tick_work.h"
 #include "core/math/rotation.h"
-#include "tests/oracle/json_text.h"
+#include "tests/oracle/json.h"
 
 namespace hapticd {
 namespace {
@@ -20,12 +20,12 @@ double shape_error(const ShapeDescription& shape, int level) {
   return level != kLeafLevel && coarse < levels.size() ? levels[coarse].outer : shape.tree->outer;
 }
 
-std::string bins_text(const Histogram& histogram) {
-  std::vector<std::string> bins;
+Json bins_json(const Histogram& histogram) {
+  Json bins = Json::array();
   for (const auto& [bin, count] : histogram) {
-    bins.push_back(json_array({std::to_string(bin), std::to_string(count)}));
+    bins.push_back(Json::array({bin, count}));
   }
-  return json_array(bins);
+  return bins;
 }
 
 /// Means of what was counted, per tick that touches.
@@ -110,36 +110,37 @@ std::string study_line(const std::string& name, const std::vector<StudyTick>& ru
   double gap = run.front().path_gap_m;
   for (const StudyTick& tick : run) gap = std::fmin(gap, tick.path_gap_m);
   const double n = std::max<double>(1.0, static_cast<double>(c.touching));
-  return json_object({{"name", json(name)},
-                      {"ticks", json(e.ticks)},
-                      {"touching", json(c.touching)},
-                      {"lagging", json(c.lagging)},
-                      {"felt_square", json(e.felt_square)},
-                      {"truth_square", json(e.truth_square)},
-                      {"felt_max_n", json(e.felt_max)},
-                      {"contact_square", json(e.contact_square)},
-                      {"contact_truth_square", json(e.contact_truth_square)},
-                      {"contact_max_n", json(e.contact_max)},
-                      {"torque_square", json(e.torque_square)},
-                      {"torque_truth_square", json(e.torque_truth_square)},
-                      {"pose_square", json(e.pose_square)},
-                      {"pose_max_m", json(e.pose_max)},
-                      {"turn_max_rad", json(e.turn_max)},
-                      {"path_gap_m", json(gap)},
-                      {"surface_m", json(surface_m)},
-                      {"work_mean", json(c.work / n)},
-                      {"work_p50", json(quantile(c.work_bins, 0.5))},
-                      {"work_p99", json(quantile(c.work_bins, 0.99))},
-                      {"work_max", json(c.work_max)},
-                      {"tests_mean", json(c.tests / n)},
-                      {"iterations_mean", json(c.iterations / n)},
-                      {"sub_steps_mean", json(c.sub_steps / n)},
-                      {"work_bins", bins_text(c.work_bins)},
-                      {"timing", json_object({{"mean_us", json(c.time / n)},
-                                              {"p50_us", json(quantile(c.time_bins, 0.5))},
-                                              {"p99_us", json(quantile(c.time_bins, 0.99))},
-                                              {"max_us", json(c.time_max)},
-                                              {"bins", bins_text(c.time_bins)}})}});
+  return text_of({{"name", name},
+                  {"ticks", e.ticks},
+                  {"touching", c.touching},
+                  {"lagging", c.lagging},
+                  {"felt_square", e.felt_square},
+                  {"truth_square", e.truth_square},
+                  {"felt_max_n", e.felt_max},
+                  {"contact_square", e.contact_square},
+                  {"contact_truth_square", e.contact_truth_square},
+                  {"contact_max_n", e.contact_max},
+                  {"torque_square", e.torque_square},
+                  {"torque_truth_square", e.torque_truth_square},
+                  {"pose_square", e.pose_square},
+                  {"pose_max_m", e.pose_max},
+                  {"turn_max_rad", e.turn_max},
+                  {"path_gap_m", gap},
+                  {"surface_m", surface_m},
+                  {"work_mean", c.work / n},
+                  {"work_p50", quantile(c.work_bins, 0.5)},
+                  {"work_p99", quantile(c.work_bins, 0.99)},
+                  {"work_max", c.work_max},
+                  {"tests_mean", c.tests / n},
+                  {"iterations_mean", c.iterations / n},
+                  {"sub_steps_mean", c.sub_steps / n},
+                  {"work_bins", bins_json(c.work_bins)},
+                  {"timing",
+                   {{"mean_us", c.time / n},
+                    {"p50_us", quantile(c.time_bins, 0.5)},
+                    {"p99_us", quantile(c.time_bins, 0.99)},
+                    {"max_us", c.time_max},
+                    {"bins", bins_json(c.time_bins)}}}});
 }
 
 double surface_error(const SceneDescription& scene, std::size_t tool,

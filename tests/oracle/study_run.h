@@ -12,7 +12,7 @@
 
 namespace hapticd {
 
-/// Processor time of this thread, us: what else the machine does is no cost of a tick.
+/// Processor time of this thread, us: what else the machine does is not a cost of a tick.
 [[nodiscard]] double processor_time();
 
 struct StudyTick {

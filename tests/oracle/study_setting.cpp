@@ -34,7 +34,7 @@ double number(const std::string& text, const std::string& value, double least, d
   const double x = std::strtod(value.c_str(), &end);
   if (end == value.c_str() || *end != '\0' || !(x >= least && x <= most)) {
     std::ostringstream why;
-    why << value << " is no number from " << least << " to " << most;
+    why << value << " is not a number from " << least << " to " << most;
     refuse(text, why.str());
   }
   return x;
@@ -104,13 +104,13 @@ StudySetting parse_setting(const std::string& text, const SceneDescription& scen
   setting.name = text.substr(0, colon);
   if (setting.name.empty()) refuse(text, "give it a name, as in few:sub_steps=2");
   if (colon == std::string::npos) return setting;
-  // The level first, wherever it stands: the others change what it decides.
+  // The level first, wherever it is: the others change what it decides.
   for (const bool levels : {true, false}) {
     std::istringstream rest(text.substr(colon + 1));
     std::string each;
     while (std::getline(rest, each, ',')) {
       const std::size_t equals = each.find('=');
-      if (equals == std::string::npos) refuse(text, each + " is no KEY=VALUE");
+      if (equals == std::string::npos) refuse(text, each + " is not KEY=VALUE");
       const std::string key = each.substr(0, equals);
       if ((key == "level") == levels) assign(text, key, each.substr(equals + 1), scene, setting);
     }

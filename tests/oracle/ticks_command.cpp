@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tests/oracle/commands.h"
-#include "tests/oracle/json_text.h"
+#include "tests/oracle/json.h"
 #include "tests/oracle/scene_option.h"
 #include "tests/oracle/study_run.h"
 #include "tests/oracle/table.h"
@@ -31,7 +31,7 @@ void play_ticks(const TicksOptions& options) {
   for (const std::string& each : options.settings) {
     const StudySetting setting = parse_setting(each, scene.description());
     const std::vector<StudyTick> run = play_study(scene, tool, setting, gesture, nullptr);
-    text += json_object({{"name", json(setting.name)}, {"ticks", json(run.size())}}) + "\n";
+    text += text_of({{"name", setting.name}, {"ticks", run.size()}}) + "\n";
   }
   write_output(options.output, text);
 }

@@ -58,7 +58,7 @@ struct RealisticPacket {
     tool.set_minimum_gap_m(2e-5F);
   }
 
-  void add_string(std::uint32_t index, ShownPhase phase) {
+  void add_string(std::uint32_t index, StringPhase phase) {
     StringState& string = *packet.mutable_state()->add_strings();
     string.set_string_index(index);
     string.set_phase(phase);

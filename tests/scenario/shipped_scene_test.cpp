@@ -10,6 +10,7 @@
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/skip.h"
 #include "tests/truth/path_run.h"
 
 namespace hapticd::test {
@@ -67,7 +68,7 @@ TEST_CASE("every scene that is shipped is known, loads without a doubt and begin
 
 TEST_CASE("the finest Guqin loads where its models were made") {
   if (!fine_models_exist()) {
-    MESSAGE("SKIPPED: the models of guqin_fine are made by the target assets_fine");
+    skip("the models of guqin_fine are made by the target assets_fine");
     return;
   }
   CHECK(load_shipped("guqin_fine")->scene->body_spheres() > 17'000);

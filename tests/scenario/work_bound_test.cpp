@@ -16,6 +16,7 @@
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/string_shape.h"
 #include "tests/truth/contact_oracle.h"
 #include "tests/truth/path_run.h"
 
@@ -135,8 +136,7 @@ long double smallest_gap(const Scene& scene, const Simulation& simulation,
   const ToolScene view = scene.tool_scene(0);
   std::vector<Capsule> legs;
   for (std::size_t s = 0; s < view.strings.size(); ++s) {
-    StringPoints points;
-    simulation.string_shape(static_cast<std::int32_t>(s), points);
+    const StringPoints points = string_shape(simulation, static_cast<std::int32_t>(s));
     for (std::size_t k = 0; k + 1 < points.size(); ++k) {
       legs.push_back({points[k], points[k + 1], view.obstacles.capsules_W[s].r});
     }

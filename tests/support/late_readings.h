@@ -1,6 +1,6 @@
 // Reports of a device without a clock as a loop reads them: the device makes one per interval, some
 // are lost, some wait in the system, the device pauses; ticks come late and all that waits is read
-// at once. Truth for who guesses from the readings when a report was made.
+// at once. Truth for estimates, from the readings, of when a report was made.
 #pragma once
 
 #include <cstdint>

@@ -3,7 +3,6 @@ daemon's, it hears nothing and says what it
 may want."""
 import os
 import pathlib
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -36,7 +35,7 @@ class Keyed(unittest.TestCase):
                     jack_rig.Program(HAPTIC_AUDIO, "--server", played.address, "--synth", "--name", "right", "--key", str(keys / "view.key")) as right:
                 right.wait_for("hears hapticd")
                 for deaf in (without, wrong):
-                    deaf.wait_for("give one of its own with --key")
+                    deaf.wait_for("give one of them with --key")
                 with hapticd.Session(played.address, key=(keys / "control.key").read_bytes()) as session:
                     self.pluck(session)
                 time.sleep(1.0)
@@ -56,7 +55,4 @@ class Keyed(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    if any(shutil.which(program) is None for program in jack_rig.PROGRAMS):
-        print("SKIPPED: jackd2 is not installed")
-        sys.exit(0)
     sys.exit(unittest.main(verbosity=2))

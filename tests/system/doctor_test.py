@@ -6,6 +6,9 @@ import subprocess
 import sys
 import unittest
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import skipping  # noqa: E402
+
 HAPTICD = os.environ["HAPTICD"]
 HAPTICCTL = str(pathlib.Path(HAPTICD).parent / "hapticctl")
 NOBODY = 65534
@@ -31,7 +34,7 @@ class Doctor(unittest.TestCase):
     def test_hapticctl_runs_it_without_a_daemon(self):
         self.check(*examined(HAPTICCTL, "doctor"))
 
-    @unittest.skipIf(os.getuid() != 0, "SKIPPED: only root can become somebody without rights")
+    @unittest.skipIf(os.getuid() != 0, "only root can become somebody without rights")
     def test_somebody_without_rights_is_told_which_are_missing_and_how_to_get_them(self):
         def give_up_rights():
             import resource
@@ -59,4 +62,4 @@ class Doctor(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    sys.exit(unittest.main(verbosity=2))
+    skipping.main()

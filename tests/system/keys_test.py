@@ -100,7 +100,7 @@ class Keys(unittest.TestCase):
             self.assertEqual(daemon.run("--config", str(config), "--check")[0], 0)
             code, said = control("keygen", str(bad))
             self.assertEqual(code, 1, said)
-            self.assertIn("is there already", said)
+            self.assertIn("exists already", said)
 
 
 if __name__ == "__main__":

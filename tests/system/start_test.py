@@ -120,7 +120,7 @@ class Start(unittest.TestCase):
                     list(session.states(1))
                 self.assertEqual(played.end(), 0, played.log)
             # The command line has the rate; the processor is the file's, and of the start.
-            self.assertIn("only the next start changes: cpu\n", played.log)
+            self.assertIn("takes effect at the next start only: cpu\n", played.log)
             magic = b"\x89MCAP0\r\n"
             recorded = recording.read_bytes()
             self.assertTrue(recorded.startswith(magic) and recorded.endswith(magic))

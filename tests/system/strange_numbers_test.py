@@ -114,7 +114,7 @@ class Enums(unittest.TestCase):
                     code, text = daemon.run("--config", str(path), "--check")
                     self.assertEqual(code, 1, text)
                     self.assertIn(f"{path}:3:", text)
-                    self.assertIn(f"{field}: {number} is no value of ", text)
+                    self.assertIn(f"{field}: {number} is not a value of ", text)
             path.write_text('scene: "single_string"\ndevice { tool_id: 32 source: "simulated" }\n')
             self.assertEqual(daemon.run("--config", str(path), "--check")[0], 2)
 

@@ -14,7 +14,7 @@
 
 namespace hapticd {
 
-/// A body: its leaf spheres in B and where it stands.
+/// A body: its leaf spheres in B and where it is.
 struct OracleBody {
   std::span<const Sphere> spheres_B;
   Pose X_WB;

@@ -80,6 +80,7 @@ PathJudge::PathJudge(const ToolScene& scene)
     smallest = std::min(smallest, leaf.r);
     rigid_reach_ = std::max(rigid_reach_, leaf.p.norm() + leaf.r);
   }
+  tool_groups_ = group_spheres(tool_spheres_);
   double thinnest = 1.0;
   for (const BodyView& body : scene.obstacles.bodies) {
     std::vector<Sphere> spheres_W;
@@ -100,14 +101,30 @@ double PathJudge::reach(const OptimiserState& state) const {
   return rigid_reach_ + part_motion(state);
 }
 
-std::vector<Sphere> PathJudge::displaced_spheres(const OptimiserState& state) const {
+PathJudge::Displaced PathJudge::displaced_spheres(const OptimiserState& state) const {
   std::vector<Sphere> spheres = tool_spheres_;
+  if (state.parts.empty()) return {std::move(spheres), tool_groups_};
   for (const SoftPart& soft : state.parts) {
     for (std::size_t i = 0; i < spheres.size(); ++i) {
       if (parts_.part_of(static_cast<TreeSphereId>(i)) == soft.part) spheres[i].p += soft.v_G;
     }
   }
-  return spheres;
+  std::vector<SphereGroup> groups = group_spheres(spheres);
+  return {std::move(spheres), std::move(groups)};
+}
+
+bool PathJudge::meets_nothing(const Vicinity& near, const Sphere& ball_W, double far,
+                              double bent) const {
+  const auto meets = [&](const Capsule& capsule, double beyond) {
+    return distance_to(ball_W.p, capsule) <= far + beyond + ball_W.r + capsule.r;
+  };
+  return std::none_of(near.straight.begin(), near.straight.end(),
+                      [&](const Capsule& capsule) { return meets(capsule, 0.0); }) &&
+         std::none_of(near.held.begin(), near.held.end(),
+                      [&](std::size_t k) { return meets(capsules_[k], bent); }) &&
+         std::all_of(bodies_.begin(), bodies_.end(), [&](const auto& body) {
+           return body->nothing_near(ball_W.p, far + ball_W.r);
+         });
 }
 
 PathJudge::Vicinity PathJudge::vicinity(std::span<const OptimiserState> path) {
@@ -128,8 +145,9 @@ PathJudge::Vicinity PathJudge::vicinity(std::span<const OptimiserState> path) {
     }
   }
   ++looks_;
-  const std::vector<Sphere> spheres = displaced_spheres(path.front());
-  for (std::size_t i = 0; i < spheres.size(); ++i) {
+  const auto [spheres, groups] = displaced_spheres(path.front());
+  const auto is_far = [&](const Sphere& ball_W) { return meets_nothing(near, ball_W, far, bent); };
+  visit_spheres(groups, X_WG, is_far, [&](std::size_t i) {
     const Sphere sphere_W{transform(X_WG, spheres[i].p), spheres[i].r};
     const auto meets = [&](const Capsule& capsule, double beyond) {
       return distance_to(sphere_W.p, capsule) <= far + beyond + sphere_W.r + capsule.r;
@@ -147,7 +165,7 @@ PathJudge::Vicinity PathJudge::vicinity(std::span<const OptimiserState> path) {
       });
     }
     if (meets_any) near.tool.push_back(i);
-  }
+  });
   return near;
 }
 
@@ -156,7 +174,7 @@ double PathJudge::smallest_gap(std::span<const OptimiserState> path) {
   if (near.tool.empty()) return kFarthestGap;
   const std::array<OracleBody, 1> bodies{{{near.bodies, Pose{}}}};
   const auto some = [&](const OptimiserState& state) {
-    const std::vector<Sphere> all = displaced_spheres(state);
+    const std::vector<Sphere> all = displaced_spheres(state).spheres;
     std::vector<Sphere> chosen;
     chosen.reserve(near.tool.size());
     for (const std::size_t i : near.tool) chosen.push_back(all[i]);
@@ -175,27 +193,32 @@ double PathJudge::smallest_gap(std::span<const OptimiserState> path) {
   return static_cast<double>(smallest);
 }
 
-double PathJudge::gap_to_capsule(std::span<const Capsule> legs, const std::vector<Sphere>& tool_G,
+double PathJudge::gap_to_capsule(std::span<const Capsule> legs, const Displaced& tool_G,
                                  const Pose& X_WG) const {
   long double smallest = kFarthestGap;
   std::vector<Sphere> near;
-  for (const Sphere& sphere : tool_G) {
-    const Vector3 p_W = transform(X_WG, sphere.p);
-    const bool meets = std::any_of(legs.begin(), legs.end(), [&](const Capsule& leg) {
-      return distance_to(p_W, leg) <= 2.0 * kFarthestGap + sphere.r + leg.r;
+  const auto is_far = [&](const Sphere& ball_W) {
+    return std::none_of(legs.begin(), legs.end(), [&](const Capsule& leg) {
+      return distance_to(ball_W.p, leg) <= 2.0 * kFarthestGap + ball_W.r + leg.r;
     });
-    if (meets) near.push_back(sphere);
-  }
+  };
+  visit_spheres(tool_G.groups, X_WG, is_far, [&](std::size_t i) {
+    const Sphere& sphere = tool_G.spheres[i];
+    if (!is_far({transform(X_WG, sphere.p), sphere.r})) near.push_back(sphere);
+  });
   if (!near.empty()) smallest = std::min(smallest, exhaustive_minimum_gap(near, X_WG, {legs, {}}));
   return static_cast<double>(smallest);
 }
 
-double PathJudge::gap_to_body(std::size_t body, const std::vector<Sphere>& tool_G,
-                              const Pose& X_WG) const {
+double PathJudge::gap_to_body(std::size_t body, const Displaced& tool_G, const Pose& X_WG) const {
   const SphereGrid& grid = *bodies_[body];
   std::vector<Sphere> near_tool;
   std::vector<std::size_t> near_body;
-  for (const Sphere& sphere : tool_G) {
+  const auto is_far = [&](const Sphere& ball_W) {
+    return grid.nothing_near(ball_W.p, ball_W.r + 2.0 * kFarthestGap);
+  };
+  visit_spheres(tool_G.groups, X_WG, is_far, [&](std::size_t i) {
+    const Sphere& sphere = tool_G.spheres[i];
     const Vector3 p_W = transform(X_WG, sphere.p);
     const std::size_t before = near_body.size();
     grid.visit_near(p_W, sphere.r + 2.0 * kFarthestGap, [&](std::size_t k) {
@@ -203,7 +226,7 @@ double PathJudge::gap_to_body(std::size_t body, const std::vector<Sphere>& tool_
       if ((p_W - grid.spheres()[k].p).squaredNorm() <= limit * limit) near_body.push_back(k);
     });
     if (near_body.size() > before) near_tool.push_back(sphere);
-  }
+  });
   if (near_tool.empty()) return kFarthestGap;
   std::sort(near_body.begin(), near_body.end());
   near_body.erase(std::unique(near_body.begin(), near_body.end()), near_body.end());
@@ -216,7 +239,7 @@ double PathJudge::gap_to_body(std::size_t body, const std::vector<Sphere>& tool_
 }
 
 ObstacleGaps PathJudge::gaps(const OptimiserState& state) {
-  const std::vector<Sphere> tool_G = displaced_spheres(state);
+  const Displaced tool_G = displaced_spheres(state);
   const double near = reach(state) + kFarthestGap;
   ObstacleGaps gaps;
   for (std::size_t i = 0; i < capsules_.size(); ++i) {

@@ -11,10 +11,11 @@
 #include "core/simulation/tool_renderer.h"
 #include "tests/truth/contact_oracle.h"
 #include "tests/truth/sphere_grid.h"
+#include "tests/truth/sphere_groups.h"
 
 namespace hapticd {
 
-/// Gaps beyond this are not told apart, m.
+/// Gaps beyond this are not distinguished, m.
 inline constexpr double kFarthestGap = 1e-3;
 
 /// Gaps at a pose, in the order of the obstacles, at most kFarthestGap.
@@ -48,17 +49,26 @@ class PathJudge {
     std::vector<Sphere> bodies;     ///< in W
   };
   [[nodiscard]] Vicinity vicinity(std::span<const OptimiserState> path);
-  [[nodiscard]] std::vector<Sphere> displaced_spheres(const OptimiserState& state) const;
-  [[nodiscard]] double gap_to_body(std::size_t body, const std::vector<Sphere>& tool_G,
+  /// The tool's spheres in G, and where they are together.
+  struct Displaced {
+    std::vector<Sphere> spheres;
+    std::vector<SphereGroup> groups;
+  };
+  [[nodiscard]] Displaced displaced_spheres(const OptimiserState& state) const;
+  /// Of the whole group at once, whose ball is in W: none of its spheres meets anything.
+  [[nodiscard]] bool meets_nothing(const Vicinity& near, const Sphere& ball_W, double far,
+                                   double bent) const;
+  [[nodiscard]] double gap_to_body(std::size_t body, const Displaced& tool_G,
                                    const Pose& X_WG) const;
-  [[nodiscard]] double gap_to_capsule(std::span<const Capsule> legs,
-                                      const std::vector<Sphere>& tool_G, const Pose& X_WG) const;
+  [[nodiscard]] double gap_to_capsule(std::span<const Capsule> legs, const Displaced& tool_G,
+                                      const Pose& X_WG) const;
   /// Bound of the distance of any point of the tool from G, m.
   [[nodiscard]] double reach(const OptimiserState& state) const;
 
   std::span<const Capsule> capsules_;
   ToolParts parts_;
   std::vector<Sphere> tool_spheres_;  ///< in G
+  std::vector<SphereGroup> tool_groups_;
   double rigid_reach_ = 0.0;
   std::vector<std::unique_ptr<SphereGrid>> bodies_;  ///< in W
   /// Per body and sphere, the last look that has found it near.

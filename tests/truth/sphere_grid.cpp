@@ -87,6 +87,24 @@ void SphereGrid::fill() {
   });
 }
 
+bool SphereGrid::nothing_near(const Vector3& p, double radius) const {
+  for (const std::uint32_t i : large_) {
+    const double near = radius + spheres_[i].r + kRounding * side_;
+    if ((spheres_[i].p - p).squaredNorm() <= near * near) return false;
+  }
+  const Block block = block_of(p, radius);
+  for (std::int64_t x = block.lower[0]; x <= block.upper[0]; ++x) {
+    for (std::int64_t y = block.lower[1]; y <= block.upper[1]; ++y) {
+      const std::size_t row = row_of(x, y);
+      if (begin_[row + static_cast<std::size_t>(block.lower[2])] !=
+          begin_[row + static_cast<std::size_t>(block.upper[2]) + 1]) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
 SphereGrid::Block SphereGrid::block_of(const Vector3& p, double radius) const {
   Block block;
   const double half = radius + kRounding * side_;

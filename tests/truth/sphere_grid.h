@@ -35,6 +35,10 @@ class SphereGrid {
     }
   }
 
+  /// True: no sphere's surface is nearer to `p` than `radius`, and none contains it. False says
+  /// nothing.
+  [[nodiscard]] bool nothing_near(const Vector3& p, double radius) const;
+
  private:
   /// Cells that a cube around a place meets; none when an upper one is below its lower one.
   struct Block {

@@ -34,8 +34,11 @@ TEST_CASE("a look into the grid misses no sphere that is near enough, whatever t
       const double radius = extent * std::pow(10.0, random.uniform(-5.0, 0.5));
       std::set<std::size_t> seen;
       grid.visit_near(p, radius, [&](std::size_t i) { seen.insert(i); });
+      const bool nothing_near = grid.nothing_near(p, radius);
       for (std::size_t i = 0; i < spheres.size(); ++i) {
-        if ((spheres[i].p - p).norm() - spheres[i].r < radius) REQUIRE(seen.count(i) == 1);
+        if ((spheres[i].p - p).norm() - spheres[i].r >= radius) continue;
+        REQUIRE(seen.count(i) == 1);
+        REQUIRE_FALSE(nothing_near);
       }
     }
   }
@@ -49,6 +52,7 @@ TEST_CASE("a look into the grid leaves out most of what is far") {
   std::set<std::size_t> seen;
   grid.visit_near({5.0, 0.0, 0.0}, 0.01, [&](std::size_t i) { seen.insert(i); });
   CHECK(seen.size() <= 8);
+  CHECK(grid.nothing_near({5.0, 0.1, 0.0}, 0.05));
 }
 
 TEST_CASE("a grid of nothing has nothing") {

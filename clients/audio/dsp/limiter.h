@@ -24,7 +24,7 @@ inline constexpr double kAbsurd = 1e6;
 
 class Limiter {
  public:
-  /// The frame that leaves for one that comes; 0 for one that is no sound.
+  /// The frame that leaves for one that comes; 0 for one that is not sound.
   [[nodiscard]] float next(double in) noexcept;
   /// Frames that were made softer.
   [[nodiscard]] std::uint64_t limited() const noexcept { return limited_; }

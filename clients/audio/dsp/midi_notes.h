@@ -1,5 +1,5 @@
 // The same tones as MIDI notes, for instruments that speak it: a note begins with its tone and ends
-// when the string is damped, plucked anew, or has died away. RT: yes.
+// when the string is damped, plucked again, or has died away. RT: yes.
 #pragma once
 
 #include <array>

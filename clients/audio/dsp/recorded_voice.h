@@ -11,7 +11,7 @@ namespace hapticd::audio {
 
 class RecordedVoice {
  public:
-  /// Begins anew. strike.recorded.samples is not null.
+  /// Starts again. strike.recorded.samples is not null.
   void start(const Strike& strike) noexcept;
   /// The next frame; 0 beyond the end.
   [[nodiscard]] double next() noexcept;

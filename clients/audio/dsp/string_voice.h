@@ -18,7 +18,7 @@ namespace hapticd::audio {
 /// State of one string. About 70 kB.
 class StringVoice {
  public:
-  /// Begins anew. Precondition: period at the onset less its filters >= kMinDelay, period <=
+  /// Starts again. Precondition: period at the onset less its filters >= kMinDelay, period <=
   /// kMaxPeriod.
   void start(const Strike& strike) noexcept;
   /// The next frame.

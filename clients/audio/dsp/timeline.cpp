@@ -23,7 +23,7 @@ std::int64_t frame_at(const FrameClock& clock, std::int64_t due_ns) noexcept {
 void Timeline::add(const Order& order) noexcept {
   const auto place = freed_ > 0 ? free_[--freed_] : static_cast<std::uint16_t>(used_++);
   orders_[place] = order;
-  // Insertion from the end, where what is due first stands: an order seldom overtakes many.
+  // Insertion from the end, where what is due first is: an order seldom overtakes many.
   std::size_t at = waiting_++;
   std::size_t begin = 0;
   while (begin < at && orders_[queue_[begin]].due_ns > order.due_ns) ++begin;

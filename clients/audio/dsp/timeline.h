@@ -25,7 +25,7 @@ struct Order {
   Strike strike;    ///< kStrike
 };
 
-/// How the frames of the output stand to the clock of due_ns.
+/// The relation of the output's frames to the clock of due_ns.
 struct FrameClock {
   std::int64_t frame = 0;     ///< some frame of the output, counted from its start
   std::int64_t heard_ns = 0;  ///< when it is heard

@@ -72,7 +72,7 @@ def _settings(options: argparse.Namespace) -> Dict[str, Any]:
             found = json.loads(path.read_text(encoding="utf-8"))
             settings = {name: found[name] for name in SETTINGS}
         except (ValueError, KeyError, TypeError) as error:
-            raise Refused(f"{path}: {error!r}; restore the file, or begin anew in another folder") from error
+            raise Refused(f"{path}: {error!r}; restore the file, or start again in another folder") from error
         if options.page and settings["observer"] != "person":
             raise Refused(f"{options.output} is of a simulated observer: choose another name")
         return settings
@@ -82,9 +82,9 @@ def _settings(options: argparse.Namespace) -> Dict[str, Any]:
     if observer != "person":
         observer_seed(observer)
     if options.seed < 0 or not 1 <= options.repetitions <= 1000:
-        raise Refused("--seed wants 0 or more, --repetitions 1 to 1000")
+        raise Refused("--seed must be 0 or more, --repetitions 1 to 1000")
     if not (options.sigma > 0.0 and options.criterion >= 0.0):
-        raise Refused("--sigma wants more than 0, --criterion 0 or more")
+        raise Refused("--sigma must be above 0, --criterion 0 or more")
     return {"seed": options.seed, "repetitions": options.repetitions, "participant": options.participant, "observer": observer,
             "sigma": options.sigma, "criterion": options.criterion, "scene": options.scene}
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pathlib
 import tempfile
-from typing import Any, Callable, Optional
+from typing import Any, Callable, List, Optional, Sequence, TypeVar
 
 import numpy
 from google.protobuf import text_format
@@ -15,6 +15,7 @@ from hapticd_lab.judgement import Judgement, judge
 from hapticd_lab.player import Hand, Setup
 from hapticd_lab.trace import Trace
 
+T = TypeVar("T")
 FRICTION = 0.3
 """Coefficient of the finger on every string in the second column of all figures: dry skin on metal, stated once."""
 MODES = 32
@@ -44,10 +45,12 @@ def beyond(scene: str) -> Setup:
 
 
 class Lab:
-    """What a figure is made with. `folder` is the figure's own; recordings that nobody asked for are kept in it only while it is made."""
+    """What a figure is made with. `folder` is the figure's own; recordings that nobody asked for are kept in it only while it is made.
+    `variations`: how many of each kind it goes through; None: all."""
 
-    def __init__(self, folder: pathlib.Path) -> None:
+    def __init__(self, folder: pathlib.Path, variations: Optional[int] = None) -> None:
         self.folder = folder
+        self.variations = variations
         self._scratch = tempfile.TemporaryDirectory(prefix="hapticd-lab-")
 
     def __enter__(self) -> "Lab":
@@ -55,6 +58,11 @@ class Lab:
 
     def __exit__(self, *_: object) -> None:
         self._scratch.cleanup()
+
+    def some(self, kind: Sequence[T]) -> List[T]:
+        """Of the motions, speeds or hands that a figure goes through, as many as asked for: the first, the last, and others between."""
+        count = len(kind) if self.variations is None else min(self.variations, len(kind))
+        return [kind[place * (len(kind) - 1) // max(count - 1, 1)] for place in range(count)]
 
     def recording(self, name: str) -> pathlib.Path:
         """Where a recording lies until the figure is made."""

@@ -70,7 +70,7 @@ def _number(path: pathlib.Path, line: int, name: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise _refuse(path, line, f"{name} is {text!r}, which is no finite number", "correct it, or leave the line out")
+        raise _refuse(path, line, f"{name} is {text!r}, which is not a finite number", "correct it, or leave the line out")
     return value
 
 
@@ -125,7 +125,7 @@ def read(path: pathlib.Path) -> Measured:
                 else:
                     reader.take(rows.line_num, cells)
         except (UnicodeDecodeError, csv.Error) as error:
-            raise _refuse(path, rows.line_num + 1, f"this is no CSV text ({error})", "save it as CSV in UTF-8") from error
+            raise _refuse(path, rows.line_num + 1, f"this is not CSV text ({error})", "save it as CSV in UTF-8") from error
     if reader is None:
         raise _refuse(path, 1, "the file has no heading", f"begin it with {','.join(REQUIRED)}")
     return reader.measured()

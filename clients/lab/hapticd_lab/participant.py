@@ -100,7 +100,7 @@ def trial_scene(plain: scene_pb2.Scene, string: StringValues) -> str:
 
 
 class LostControl(Exception):
-    """Somebody else has control of the daemon, or it was started anew: what is felt is not the plan's any more."""
+    """Somebody else has control of the daemon, or it was restarted: what is felt is not the plan's any more."""
 
 
 class Person:

@@ -11,7 +11,7 @@ import argparse
 import os
 import pathlib
 import sys
-from typing import Any, List
+from typing import Any, List, Optional
 
 from hapticd_lab import filming, machine, report, selection, worker
 from hapticd_lab.figure import DEVIATES, Spec
@@ -28,6 +28,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--list", action="store_true", help="list the figures and what must be seen in each")
     parser.add_argument("--output", type=pathlib.Path, metavar="DIR", help="where everything goes; made if it is not there")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="figures at once (default: the number of cores)")
+    parser.add_argument("--variations", type=int, metavar="N", help="of the motions, speeds, hands and delays that a figure goes through so many "
+                        "of each kind, spread evenly (default: all)")
     parser.add_argument("--video", nargs="+", default=[], metavar="ID", help="also write WebM videos of these figures, which are made too")
 
 
@@ -51,9 +53,11 @@ def exit_code(outcomes: List[Outcome], interrupted: bool) -> int:
     return 3 if any(outcome.verdict == DEVIATES for outcome in outcomes) else 0
 
 
-def _open_lab(spec: Spec, folder: pathlib.Path) -> Any:
-    from hapticd_lab.lab import Lab  # what starts hapticd is needed by the processes that make figures alone
-    return Lab(folder)
+def _lab_opener(variations: Optional[int]) -> worker.LabMaker:
+    def open_lab(_: Spec, folder: pathlib.Path) -> Any:
+        from hapticd_lab.lab import Lab  # what starts hapticd is needed by the processes that make figures alone
+        return Lab(folder, variations)
+    return open_lab
 
 
 def run(options: argparse.Namespace) -> int:
@@ -67,7 +71,9 @@ def run(options: argparse.Namespace) -> int:
     if options.output is None:
         return _refuse("say where everything goes: --output DIR")
     if options.jobs < 1:
-        return _refuse("--jobs wants a number above 0")
+        return _refuse("--jobs needs a number above 0")
+    if options.variations is not None and options.variations < 1:
+        return _refuse("--variations needs a number above 0")
     try:
         named = selection.chosen(offered, names)
         to_film = selection.chosen(offered, options.video)
@@ -77,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
     options.output.mkdir(parents=True, exist_ok=True)
     facts = machine.facts()
     machine.write(facts, options.output / "machine.txt")
-    made = worker.make_all(specs, options.output, options.jobs, _open_lab, Progress({spec.id: spec.cost_s for spec in specs}, options.jobs))
+    made = worker.make_all(specs, options.output, options.jobs, _lab_opener(options.variations), Progress({spec.id: spec.cost_s for spec in specs}, options.jobs))
     write_claims(options.output / "claims.csv", made.outcomes)
     report.write(made.outcomes, facts, options.output, [spec.id for spec in specs])
     _say(made, options.output, [spec.id for spec in specs])
@@ -92,5 +98,5 @@ def _say(made: worker.Made, output: pathlib.Path, ids: List[str]) -> None:
     if made.interrupted:
         finished = {outcome.id for outcome in made.outcomes}
         missing = ", ".join(each for each in ids if each not in finished)
-        print(f"hapticd-lab: interrupted; {len(finished)} of {len(ids)} figures are finished, the report has them. Missing: {missing}",
+        print(f"hapticd-lab: interrupted; the report has the {len(finished)} of {len(ids)} figures that are finished. Missing: {missing}",
               file=sys.stderr)

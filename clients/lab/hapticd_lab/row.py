@@ -150,18 +150,18 @@ def add_hand_claims(lab: Lab, figure: Figure, row: Row) -> None:
     table = [["arm", "delay, ms", "stiffness granted", "lasting vibration at rest, mN", "sliding, mN", "energy to the hand, mJ", "allowed, mJ",
               "energy taken out in, ticks", "largest force, N"]]
     all_found = []
-    for arm in ARMS:
-        for delay_s in DELAYS_S:
-            trace = lab.play_hand(Setup(row.scene, "PAPER"), lab.gesture(row.gesture), Hand(arm, delayed_profile(lab, delay_s)))
-            found = stability.measure(trace, string_energy_j(trace))
-            all_found.append(found)
-            table.append([arm.lower(), f"{delay_s * 1e3:.0f}", f"{trace.stiffness_scale.min():.2f}", f"{found.resting_n * 1e3:.2f}",
-                          f"{found.sliding_n * 1e3:.2f}", f"{found.energy_j * 1e3:.3f}", f"{found.allowed_j * 1e3:.3f}", str(found.limited),
-                          f"{numpy.linalg.norm(trace.force_n, axis=1).max():.2f}"])
-            if arm == "LIGHT" and delay_s == 0.0:
-                figure.runs["by a simulated hand"] = trace
+    played = lab.some([(arm, delay_s) for arm in ARMS for delay_s in DELAYS_S])
+    for arm, delay_s in played:
+        trace = lab.play_hand(Setup(row.scene, "PAPER"), lab.gesture(row.gesture), Hand(arm, delayed_profile(lab, delay_s)))
+        found = stability.measure(trace, string_energy_j(trace))
+        all_found.append(found)
+        table.append([arm.lower(), f"{delay_s * 1e3:.0f}", f"{trace.stiffness_scale.min():.2f}", f"{found.resting_n * 1e3:.2f}",
+                      f"{found.sliding_n * 1e3:.2f}", f"{found.energy_j * 1e3:.3f}", f"{found.allowed_j * 1e3:.3f}", str(found.limited),
+                      f"{numpy.linalg.norm(trace.force_n, axis=1).max():.2f}"])
+        if arm == "LIGHT" and delay_s == 0.0:
+            figure.runs["by a simulated hand"] = trace
     figure.tables["By simulated hands on a simulated device"] = table
-    hands = "light and firm arm, delays of 0, 1 and 2 ms"
+    hands = "; ".join(f"{arm.lower()} arm, delay of {delay_s * 1e3:.0f} ms" for arm, delay_s in played)
     figure.claims.append(at_most("By a hand, stable: lasting vibration of the contact force between 20 and 400 Hz while the hand rests",
                                  max(found.resting_n for found in all_found) * 1e3, stability.MOST_N * 1e3, "mN", hands))
     figure.claims.append(at_most("The same while it slides, where surfaces of spheres have a texture", max(found.sliding_n for found in all_found) * 1e3,

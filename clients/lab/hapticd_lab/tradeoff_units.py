@@ -28,7 +28,7 @@ def shard_of(units: Sequence[Unit], shard: str) -> List[Unit]:
     try:
         number, count = (int(part) for part in shard.split("/"))
     except ValueError as error:
-        raise BadStudy(f"--shard wants K/N, such as 1/4, not {shard}") from error
+        raise BadStudy(f"--shard needs K/N, such as 1/4, not {shard}") from error
     if not 1 <= number <= count:
         raise BadStudy(f"--shard {shard}: K is from 1 to N")
     return list(units)[number - 1::count]
@@ -101,7 +101,7 @@ def plan_of_shards(shards: Sequence[pathlib.Path]) -> Plan:
         try:
             plans.append(read_plan((shard / "plan.json").read_text(encoding="utf-8")))
         except OSError as error:
-            raise BadStudy(f"{shard} is no output of hapticd-lab tradeoff") from error
+            raise BadStudy(f"{shard} is not an output of hapticd-lab tradeoff") from error
         except ValueError as error:
             raise BadStudy(f"{shard}: {error}") from error
         if plans[-1].key() != plans[0].key():

@@ -123,7 +123,7 @@ class TrialLog:
         try:
             lines = list(csv.reader(data[:self._whole_bytes].decode("utf-8").splitlines()))
         except UnicodeDecodeError as error:
-            raise BadTrials(f"{path}: {error}; restore the file, or begin anew in another folder") from error
+            raise BadTrials(f"{path}: {error}; restore the file, or start again in another folder") from error
         if lines and tuple(lines[0]) != COLUMNS:
             raise BadTrials(f"{path}:1: the heading is not {','.join(COLUMNS)}; name another folder")
         for number, line in enumerate(lines[1:], 2):
@@ -132,15 +132,15 @@ class TrialLog:
     def _row(self, number: int, line: Sequence[str], planned: Sequence[Trial]) -> Row:
         where = f"{self.path}:{number}"
         if len(line) != len(COLUMNS) or len(self.rows) >= len(planned):
-            raise BadTrials(f"{where}: no line of this experiment; restore the file, or begin anew in another folder")
+            raise BadTrials(f"{where}: not a line of this experiment; restore the file, or start again in another folder")
         trial, cells = planned[len(self.rows)], dict(zip(COLUMNS, line))
         expected = (str(trial.trial), trial.parameter, f"{trial.increment:g}", str(trial.repetition), trial.stiffer)
         if tuple(line[:5]) != expected:
-            raise BadTrials(f"{where}: trial {','.join(line[:5])} where the plan has {','.join(expected)}; restore the file, or begin anew in another folder")
+            raise BadTrials(f"{where}: trial {','.join(line[:5])} where the plan has {','.join(expected)}; restore the file, or start again in another folder")
         try:
             return Row(**{each.name: {"int": int, "float": float, "str": str}[str(each.type)](cells[each.name]) for each in fields(Row)})
         except ValueError as error:
-            raise BadTrials(f"{where}: {error}; restore the file, or begin anew in another folder") from error
+            raise BadTrials(f"{where}: {error}; restore the file, or start again in another folder") from error
 
     def _append(self, cells: Sequence[Any]) -> None:
         """One line, on the disk; the first brings the heading with it."""

@@ -21,9 +21,9 @@ from hapticd.v1 import answer_pb2, control_pb2, state_pb2, stream_pb2
 
 DEFAULT_PORT = 47800
 SILENCE_NS = 3_000_000_000
-"""A server that says nothing for so long, though it must every 100 ms, is not there."""
+"""A server that is silent this long, though it must speak every 100 ms, is not there."""
 ANEW_NS = 10_000_000_000
-"""After so long a silence the session is over on the server's side too, and begins anew."""
+"""After this long a silence the session is over on the server's side too, and starts again."""
 RECEIVE_BUFFER_BYTES = 1 << 20
 MOST_EVENTS = 1 << 16
 MOST_WAITING = 256
@@ -226,7 +226,7 @@ class Connection:
             self._lost(SessionLost(f"nothing heard for {patience_ns // 10**9} s"))
 
     def _lost(self, error: Exception) -> None:
-        """The server does not know us: begin anew, unless that is pointless or not wanted."""
+        """The server does not know us: start again, unless that is pointless or not wanted."""
         if not self.reconnect or isinstance(error, ServerFull) or self._stopping:
             self.over = self.over or error
             self._stopping = True

@@ -45,7 +45,7 @@ class ServerFull(ConnectionError):
 
 
 class SessionLost(ConnectionError):
-    """The server does not know the session any more, or was started anew: unanswered requests are lost."""
+    """The server does not know the session any more, or was restarted: unanswered requests are lost."""
 
 
 class SessionEnded(ConnectionError):

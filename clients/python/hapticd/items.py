@@ -65,7 +65,7 @@ class Outbox:
         return self.add_last(item)
 
     def add_last(self, item: stream_pb2.Item) -> int:
-        """Takes a Bye, for which there is always room: it stands in the place of the Item that was one too many."""
+        """Takes a Bye, for which there is always room: it takes the place of the Item that was one too many."""
         self._waiting.append(_Waiting(item, _size_in_packet(item)))
         return self.last
 

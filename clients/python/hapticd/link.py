@@ -20,7 +20,7 @@ ACK_SPACING_NS = 1_000_000
 CLOCK_EVERY_NS = 200_000_000
 """A Packet asks for the server's time this often."""
 BYE_PATIENCE_NS = 1_000_000_000
-"""A Bye is repeated for so long."""
+"""A Bye is repeated for this long."""
 _FIXED_FIELDS_BYTES = 80
 """All of a Packet but its Items, at most: ack, first, clock, seen, newest."""
 _TAG_BYTES = 16
@@ -99,7 +99,7 @@ class Link:
 
     @property
     def finished(self) -> bool:
-        """Nothing is left to say: all is acknowledged, both ways, or nobody ever answered."""
+        """Nothing is left to say: all is acknowledged, both ways, or no server ever answered."""
         return self.boot_id == 0 or (len(self._outbox) == 0 and not self._to_acknowledge)
 
     def due_ns(self) -> int:
@@ -131,7 +131,7 @@ class Link:
     # Receiving.
 
     def receive(self, data: bytes, now_ns: int) -> Arrived:
-        """Takes a datagram. SessionLost or ServerFull: forget this link and begin anew with another number."""
+        """Takes a datagram. SessionLost or ServerFull: forget this link and start again with another number."""
         datagram = self._road.receive(data)
         if datagram is None:
             return NOTHING
@@ -149,7 +149,7 @@ class Link:
             return NOTHING
         self._window.mark(datagram.counter)
         if self.boot_id not in (0, packet.boot_id):
-            raise SessionLost("the server was started anew")
+            raise SessionLost("the server was restarted")
         self.boot_id = packet.boot_id
         self.heard_ns = now_ns
         return self._apply(packet, datagram.counter, now_ns)

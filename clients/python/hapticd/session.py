@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from dataclasses import dataclass, field
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Union
 
@@ -66,7 +67,7 @@ class Session:
         """Says Bye; the lease, if held, ends with it. Harmless when repeated."""
         self._connection.close()
 
-    # What the server has told.
+    # What the server has sent.
 
     def _told(self, kind: str) -> Any:
         with self._connection.changed:
@@ -101,7 +102,7 @@ class Session:
 
     @property
     def epoch(self) -> int:
-        """Counts the sessions with the server: it grows when the server was restarted and joined anew."""
+        """Counts the sessions with the server: it grows when the server was restarted and joined again."""
         return self._connection.epoch
 
     @property
@@ -110,8 +111,8 @@ class Session:
         return self._connection.states_dropped
 
     def clock(self) -> Optional[ClockEstimate]:
-        """How the server's clock stands to time.monotonic_ns() here; None before the first exchange."""
-        return self._connection.link.clock.estimate()
+        """The server's clock relative to time.monotonic_ns(), here and now; None before the first exchange."""
+        return self._connection.link.clock.estimate(time.monotonic_ns())
 
     # Streams.
 

@@ -41,7 +41,7 @@ bool is_address(const std::string& name) {
 std::string make_token() {
   std::array<std::uint8_t, 16> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
-    throw std::runtime_error("the system gives no random numbers");
+    throw std::runtime_error("the system provides no random numbers");
   }
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string token;

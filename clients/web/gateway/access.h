@@ -21,7 +21,7 @@ inline constexpr std::string_view kSubprotocol = "hapticd.v1";
 /// else can give it: an IP address, localhost, or one of `names`.
 [[nodiscard]] bool is_own_host(std::string_view host, const std::vector<std::string>& names);
 
-/// Whether a page of `origin` may open a WebSocket at `host`. Who is no browser has no origin.
+/// Whether a page of `origin` may open a WebSocket at `host`. What is not a browser has no origin.
 [[nodiscard]] bool may_look(std::string_view origin, std::string_view host, bool tls,
                             const std::vector<std::string>& names);
 

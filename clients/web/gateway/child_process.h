@@ -29,7 +29,7 @@ class ChildProcess : public std::enable_shared_from_this<ChildProcess> {
 
   /// Starts words[0], searched in PATH where it has no slash. Throws std::system_error.
   void start(std::vector<std::string> words);
-  /// Sends a line; what does not fit into the socket is not sent, and the program told to end.
+  /// Sends a line; what does not fit into the socket is not sent, and the program is ended.
   void say(std::string_view line);
   /// Its input ends. Who does not end then is ended.
   void finish();

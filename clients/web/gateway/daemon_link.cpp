@@ -36,7 +36,7 @@ constexpr std::uint32_t kMaxContacts = 64;
 std::uint32_t random_number() {
   std::uint32_t number = 0;
   if (getrandom(&number, sizeof number, 0) != static_cast<ssize_t>(sizeof number)) {
-    throw std::runtime_error("the system gives no random numbers");
+    throw std::runtime_error("the system provides no random numbers");
   }
   return number;
 }
@@ -147,7 +147,7 @@ void DaemonLink::Implementation::connect(const Udp::resolver::results_type& foun
     if (!error) break;
   }
   if (error) return open_again(error);
-  error_code ignored;  // Less is no fault: what does not fit is repeated.
+  error_code ignored;  // Less is not a fault: what does not fit is repeated.
   socket.set_option(Udp::socket::receive_buffer_size(kSocketBytes), ignored);
   socket.non_blocking(true, ignored);
   receive();
@@ -243,7 +243,7 @@ DaemonLink::~DaemonLink() {
   try {
     stop();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "haptic-web: no goodbye to the daemon: %s\n", error.what());
+    std::fprintf(stderr, "haptic-web: could not say goodbye to the daemon: %s\n", error.what());
   }
 }
 
@@ -281,9 +281,9 @@ v1::PageLink DaemonLink::report() {
   v1::PageLink link;
   link.set_state(verdict.state);
   link.set_message(verdict.message);
-  const client::ClockEstimate& clock = implementation_->core->clock();
+  const wire::ClockEstimate& clock = implementation_->core->clock();
   if (clock.known()) {
-    const client::ClockRelation relation = clock.at(now_ns);
+    const wire::ClockRelation relation = clock.at(now_ns);
     link.set_clock_offset_s(static_cast<double>(relation.offset_ns) * 1e-9);
     link.set_clock_error_s(static_cast<double>(relation.uncertainty_ns) * 1e-9);
     link.set_round_trip_s(static_cast<double>(clock.round_trip_ns()) * 1e-9);
@@ -295,7 +295,7 @@ v1::PageLink DaemonLink::report() {
 }
 
 std::int64_t DaemonLink::daemon_now_ns() const {
-  const client::ClockEstimate& clock = implementation_->core->clock();
+  const wire::ClockEstimate& clock = implementation_->core->clock();
   if (!clock.known()) return 0;
   const std::int64_t now_ns = client::monotonic_now_ns();
   return now_ns + clock.at(now_ns).offset_ns;

@@ -1,7 +1,7 @@
 // The gateway's session with one daemon, inside an io_context: ClientCore of the client library
-// with a socket whose errors are listened to, since they tell a missing daemon from a missing
-// route. It opens another socket when nothing comes for long, so that it finds a daemon whose
-// address changed, or its own. One thread. Not RT.
+// with a socket whose errors are listened to, since they distinguish a missing daemon from a
+// missing route. It opens another socket when nothing comes for long, so that it finds a daemon
+// whose address changed, or its own. One thread. Not RT.
 #pragma once
 
 #include <cstdint>
@@ -49,9 +49,10 @@ class DaemonLink {
   /// Sends a request while the daemon is there; `done` is called with its Result, or null.
   bool request(const v1::Item& item, client::ResultHandler done);
 
-  /// How it stands.
+  /// Its state.
   [[nodiscard]] LinkVerdict verdict() const;
-  /// The same with all its numbers; counts loss and bytes anew, so once a second.
+  /// The same with all its numbers; restarts the counts of loss and bytes, so call it once a
+  /// second.
   [[nodiscard]] v1::PageLink report();
   /// The daemon's clock now, ns; 0 = not known.
   [[nodiscard]] std::int64_t daemon_now_ns() const;

@@ -46,7 +46,7 @@ ExperimentLink::~ExperimentLink() = default;
 v1::Result ExperimentLink::take(ViewerId viewer, bool control, const v1::PageExperiment& asked) {
   if (!control) {
     return result_of(v1::RESULT_CODE_NOT_PERMITTED,
-                     "this page only looks. Open the address with the token that haptic-web "
+                     "this page may only look. Open the address with the token that haptic-web "
                      "printed, on its machine or by https");
   }
   if (asked.has_begin()) return begin(viewer, asked.begin());
@@ -60,12 +60,12 @@ v1::Result ExperimentLink::take(ViewerId viewer, bool control, const v1::PageExp
 v1::Result ExperimentLink::begin(ViewerId viewer, const v1::ExperimentBegin& wanted) {
   if (program_ != nullptr) {
     return result_of(v1::RESULT_CODE_BUSY,
-                     "the experiment of " + screen_.participant() + " runs. End it first");
+                     "the experiment of " + screen_.participant() + " is running. End it first");
   }
   if (!is_name(wanted.participant())) {
     v1::Result refused =
         result_of(v1::RESULT_CODE_INVALID,
-                  "a participant is called by letters, digits, - and _, 64 at most, such as P1");
+                  "a participant's name has letters, digits, - and _, 64 at most, such as P1");
     refused.set_path("experiment.begin.participant");
     return refused;
   }
@@ -110,7 +110,7 @@ v1::Result ExperimentLink::answer(ViewerId viewer, const v1::ExperimentAnswer& a
   }
   std::string line;
   if (!json::MessageToJsonString(answer, &line).ok()) {
-    return result_of(v1::RESULT_CODE_INVALID, "this is no answer");
+    return result_of(v1::RESULT_CODE_INVALID, "this is not an answer");
   }
   program_->say(line);
   return result_of(v1::RESULT_CODE_OK, "");
@@ -139,7 +139,7 @@ void ExperimentLink::ended(int exit_code) {
     screen_.set_number(screen_.number() + 1);
     screen_.set_stage(v1::EXPERIMENT_STAGE_STOPPED);
     screen_.set_text("hapticd-lab ended with exit code " + std::to_string(exit_code) +
-                     "; what it said stands where haptic-web prints. What was answered is kept");
+                     "; its messages are in the output of haptic-web. All answers are kept");
     shown_(screen_, owner_);
   }
   owner_ = 0;

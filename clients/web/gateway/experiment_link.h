@@ -1,7 +1,7 @@
-// The experiment of the paper's Table 1 in a page: hapticd-lab runs it, with a session of its own
+// The experiment of the paper's Table 1 in a page: hapticd-lab runs it, with its own session
 // at the daemon, and writes its files; the desk starts it for one page at a time, hands its screens
 // to all and the answers of that page to it. When that page goes, the experiment ends, what was
-// answered is kept, and begun anew it goes on. One thread. Not RT.
+// answered is kept, and begun again it goes on. One thread. Not RT.
 #pragma once
 
 #include <boost/asio/io_context.hpp>

@@ -93,7 +93,7 @@ void Connection::handle() {
   if (!is_own_host(view_of(request[http::field::host]), shared_->options.names)) {
     ++shared_->counters.refused_origin;
     return send(made(http::status::misdirected_request, "text/plain",
-                     "haptic-web does not know itself by this name. Start it with --name, or use "
+                     "haptic-web does not go by this name. Start it with --name, or use "
                      "its address.\n"));
   }
   if (boost::beast::websocket::is_upgrade(request)) {
@@ -114,7 +114,7 @@ Connection::Answer Connection::made(http::status status, const std::string& type
   answer.set("X-Content-Type-Options", "nosniff");
   answer.set("X-Frame-Options", "DENY");
   answer.set("Cross-Origin-Resource-Policy", "same-origin");
-  // The token stands behind the # of the address: browsers never send that, nor shall the rest go.
+  // The token is behind the # of the address: browsers never send that, nor may the rest go.
   answer.set("Referrer-Policy", "no-referrer");
   answer.body() = std::move(body);
   answer.keep_alive(parser_->get().keep_alive());
@@ -134,7 +134,7 @@ Connection::Answer Connection::answer_to(std::string_view target) const {
       return lasting(made(http::status::ok, "application/octet-stream", std::move(*bytes)));
     }
     return made(http::status::not_found, "text/plain",
-                "no file of this hash. Name the folder of the scene's models with --assets\n");
+                "no file has this hash. Name the folder of the scene's models with --assets\n");
   }
   if (target == "/metrics" && shared_->options.metrics) {
     return made(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
@@ -183,12 +183,12 @@ void Connection::handshake() {
   if (!may_look(view_of(request[http::field::origin]), view_of(request[http::field::host]), tls,
                 shared_->options.names)) {
     ++shared_->counters.refused_origin;
-    return send(made(http::status::forbidden, "text/plain", "not for pages of elsewhere\n"));
+    return send(made(http::status::forbidden, "text/plain", "not for pages from elsewhere\n"));
   }
   if (shared_->viewers >= shared_->options.most_viewers) {
     ++shared_->counters.refused_full;
     return send(made(http::status::service_unavailable, "text/plain",
-                     "as many viewers as --viewers permits are here\n"));
+                     "no place is left: --viewers limits their number\n"));
   }
   const std::string subprotocol =
       own_subprotocol(view_of(request[http::field::sec_websocket_protocol]));

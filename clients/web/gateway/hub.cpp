@@ -203,7 +203,7 @@ void Hub::item(const v1::Item& item) {
 
 void Hub::recorded_item(const v1::Item& item) {
   ++counters_.items;
-  // Lease and recorder of then are nobody's now.
+  // Lease and recorder of that time belong to nobody now.
   if (item.has_lease_info() || item.has_record_info()) return;
   remember(item, recording_);
   if (shows_recording() && !viewers_.empty()) put_all(item_body(item));
@@ -299,7 +299,7 @@ void Hub::show(ViewerId id, const Viewer& viewer, std::uint64_t request_id,
 void Hub::call(ViewerId id, Viewer& viewer, std::uint64_t request_id, const v1::Item& item) {
   auto refused = desk_.refuse(id, viewer.control, item);
   if (!refused.has_value() && viewer.under_way >= kMaxUnderWay) {
-    refused = made_result(v1::RESULT_CODE_BUSY, "too many requests of this page are under way");
+    refused = made_result(v1::RESULT_CODE_BUSY, "this page has too many requests under way");
   }
   if (refused.has_value()) {
     ++counters_.refused;

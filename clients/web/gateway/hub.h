@@ -23,7 +23,7 @@ inline constexpr std::size_t kMaxUnderWay = 64;
 /// Why a viewer is closed.
 enum class CloseReason : std::uint8_t {
   kTooSlow,  ///< it does not keep up with what must not be lost
-  kGarbage,  ///< it sent what is no PageRequest
+  kGarbage,  ///< it sent something that is not a PageRequest
   kEnd,      ///< the gateway ends
 };
 

@@ -18,11 +18,10 @@ bool is_recent(std::int64_t then_ns, std::int64_t now_ns, std::int64_t span_ns) 
 LinkVerdict no_route(const LinkFacts& facts) {
   if (facts.unknown_name) {
     return {v1::PAGE_LINK_STATE_NO_ROUTE, "there is no machine called " + facts.server + " (" +
-                                              facts.trouble_text + "). Look at --server"};
+                                              facts.trouble_text + "). Check --server"};
   }
-  return {v1::PAGE_LINK_STATE_NO_ROUTE,
-          "no way to " + facts.server + " (" + facts.trouble_text +
-              "). Look at the network of this machine, and at --server"};
+  return {v1::PAGE_LINK_STATE_NO_ROUTE, "no route to " + facts.server + " (" + facts.trouble_text +
+                                            "). Check the network of this machine, and --server"};
 }
 
 LinkVerdict gone(const LinkFacts& facts) {
@@ -48,7 +47,7 @@ LinkVerdict silent(const LinkFacts& facts, std::int64_t now_ns) {
   const std::int64_t seconds = (now_ns - facts.heard_ns) / 1'000'000'000;
   return {v1::PAGE_LINK_STATE_SILENT,
           "nothing has come from " + facts.server + " for " + std::to_string(seconds) +
-              " s. Look at the network between, and whether hapticd stands still"};
+              " s. Check the network in between, and whether hapticd is stuck"};
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// What the way to the daemon is like, said so that a person can mend it: from what was heard, and
-// from what the system said about what was sent. A daemon does not answer who has no key of it, and
+// The state of the link to the daemon, worded so that a person can fix it: from what was heard, and
+// from what the system said about what was sent. A daemon does not answer without its key, and
 // ignores other wire majors, so some of it is inferred: a machine where nothing listens says so
 // (ICMP), one that stays quiet has something that listens and does not answer. Pure. Not RT.
 #pragma once
@@ -43,7 +43,7 @@ struct LinkVerdict {
   friend bool operator==(const LinkVerdict&, const LinkVerdict&) = default;
 };
 
-/// How a link with these facts stands at `now_ns`.
+/// The state of a link with these facts at `now_ns`.
 [[nodiscard]] LinkVerdict judge(const LinkFacts& facts, std::int64_t now_ns);
 
 }  // namespace hapticd::web

@@ -49,8 +49,8 @@ void add_viewers(Text& text, const Metrics& of) {
   text.counter("haptic_web_page_requests_refused_total", "Requests refused by the gateway.",
                of.hub.refused);
   text.counter("haptic_web_http_requests_total", "HTTP requests.", of.server.requests);
-  text.counter("haptic_web_origin_refused_total", "Requests by a name or page of elsewhere.",
-               of.server.refused_origin);
+  text.counter("haptic_web_origin_refused_total",
+               "Requests under a foreign name or from a foreign page.", of.server.refused_origin);
   text.counter("haptic_web_full_refused_total", "Connections and viewers that found no place.",
                of.server.refused_full);
   text.counter("haptic_web_bad_tokens_total", "Handshakes with a wrong token.",

@@ -11,7 +11,7 @@
 
 namespace hapticd::web {
 
-/// What /metrics tells.
+/// The contents of /metrics.
 struct Metrics {
   std::string version;
   std::size_t viewers = 0;

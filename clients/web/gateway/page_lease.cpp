@@ -14,9 +14,10 @@ v1::Result refusal(v1::ResultCode code, const char* message) {
 }
 
 v1::Result only_looks() {
-  return refusal(v1::RESULT_CODE_NOT_PERMITTED,
-                 "this page only looks. Open the address with the token that haptic-web printed, "
-                 "on its machine or by https");
+  return refusal(
+      v1::RESULT_CODE_NOT_PERMITTED,
+      "this page may only look. Open the address with the token that haptic-web printed, "
+      "on its machine or by https");
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ using ViewerId = std::uint64_t;
 /// Keeps the lease among the viewers.
 class PageLease {
  public:
-  /// Why `viewer` gets no further with `request`; nothing: the daemon shall decide.
+  /// Why `viewer` gets no further with `request`; nothing: the daemon decides.
   [[nodiscard]] std::optional<v1::Result> refuse(ViewerId viewer, bool control,
                                                  const v1::Item& request) const;
   /// Why `viewer` may not choose what all pages see; nothing: it may.
@@ -25,7 +25,7 @@ class PageLease {
   void asked(ViewerId viewer, const v1::Item& request);
   /// The daemon's answer to it, or null when the session ended.
   void answered(ViewerId viewer, const v1::Item& request, const v1::Result* result);
-  /// What the daemon told about the lease, as `viewer` sees it.
+  /// What the daemon said about the lease, as `viewer` sees it.
   [[nodiscard]] v1::LeaseInfo seen_by(ViewerId viewer, const v1::LeaseInfo& told) const;
   /// The session does not have the lease any more.
   void lost() noexcept { holder_ = 0; }

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kMaxStates = 3;
 
 template <typename Message>
-Message parsed(const client::RecordedMessage& from) {
+Message parsed(const RecordedMessage& from) {
   Message message;
   // Half a message is shown as far as it goes: nothing is computed from it.
   (void)message.ParsePartialFromArray(from.data.data(), static_cast<int>(from.data.size()));
@@ -25,9 +25,9 @@ Message parsed(const client::RecordedMessage& from) {
 Playback::Playback(const std::filesystem::path& file, PlaybackHandlers handlers)
     : recording_(file), handlers_(std::move(handlers)) {
   for (std::size_t i = 0; i < recording_.size(); ++i) {
-    const client::RecordedMessage& message = recording_[i];
-    if (message.kind == client::RecordKind::kScene) scenes_.push_back(i);
-    if (message.kind != client::RecordKind::kTick) continue;
+    const RecordedMessage& message = recording_[i];
+    if (message.kind == RecordKind::kScene) scenes_.push_back(i);
+    if (message.kind != RecordKind::kTick) continue;
     // Time that goes back, as no recorder writes it, would break the search.
     const std::uint64_t earlier_ns = ticks_.empty() ? 0 : ticks_.back().time_ns;
     ticks_.push_back({std::max(earlier_ns, message.time_ns), i});
@@ -68,10 +68,10 @@ void Playback::take_scene(std::size_t message, bool tell) {
 }
 
 void Playback::take(std::size_t message, bool tell) {
-  const client::RecordedMessage& taken = recording_[message];
-  if (taken.kind == client::RecordKind::kTick) last_tick_ = message;
-  if (taken.kind == client::RecordKind::kScene) take_scene(message, tell);
-  if (taken.kind != client::RecordKind::kEvent) return;
+  const RecordedMessage& taken = recording_[message];
+  if (taken.kind == RecordKind::kTick) last_tick_ = message;
+  if (taken.kind == RecordKind::kScene) take_scene(message, tell);
+  if (taken.kind != RecordKind::kEvent) return;
   const auto event = parsed<v1::EventRecord>(taken);
   std::optional<v1::TickRecord> tick;
   if (event.item().has_contact() && last_tick_.has_value()) {

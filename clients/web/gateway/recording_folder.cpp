@@ -66,16 +66,17 @@ v1::Listing RecordingFolder::list() const {
 
 v1::Result RecordingFolder::find(std::string_view name, fs::path& file) const {
   if (!is_name(name)) {
-    return result_of(v1::RESULT_CODE_INVALID,
-                     "a recording is a name that ends in .mcap, without a folder. Choose one of "
-                     "those that are listed");
+    return result_of(
+        v1::RESULT_CODE_INVALID,
+        "a recording is a file name that ends in .mcap, without a folder. Choose one of "
+        "those listed");
   }
   const fs::path place = folder_ / name;
   if (!is_plain_file(place)) {
     return result_of(v1::RESULT_CODE_NOT_FOUND,
                      std::string(name) + ": no such file in " + folder_.string() +
                          " of haptic-web's machine. Copy it there, or start haptic-web with "
-                         "--recordings and the folder it lies in");
+                         "--recordings and its folder");
   }
   file = place;
   return result_of(v1::RESULT_CODE_OK, "");

@@ -11,7 +11,7 @@
 namespace hapticd::web {
 namespace {
 
-/// Step of a recording that plays; told of every tenth.
+/// Step of a recording that plays; every tenth is reported.
 constexpr std::chrono::milliseconds kPlaybackStep{10};
 constexpr int kStepsPerPlayback = 10;
 

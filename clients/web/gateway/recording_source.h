@@ -1,6 +1,6 @@
 // Shows recordings to the viewers of a hub, in place of the daemon and as long as they are wanted.
 // A recording is opened beside the loop: a long one takes seconds, in which the session with the
-// daemon must go on, or its lease would end. One thread, but for the opening. Not RT.
+// daemon must go on, or its lease would end. One thread, except for opening. Not RT.
 #pragma once
 
 #include <boost/asio/io_context.hpp>

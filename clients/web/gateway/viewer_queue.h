@@ -17,7 +17,7 @@ struct QueueLimits {
   /// States. At 250 a second 32 are an eighth of one: what a viewer on a bad link lags behind at
   /// most, beside what its socket holds. More smooth a stutter, and show the past for longer.
   std::size_t states = 32;
-  /// Events that are no States: some seconds of the fastest play. A viewer that is further behind
+  /// Events that are not States: some seconds of the fastest play. A viewer that is further behind
   /// does not come back by itself.
   std::size_t kept = 1024;
   /// Bytes of them together; one alone may be longer (a large scene).

@@ -8,6 +8,7 @@
 
 #include "clients/library/endpoint.h"
 #include "clients/library/named_key.h"
+#include "clients/library/program.h"
 
 namespace hapticd::web {
 namespace {
@@ -16,10 +17,8 @@ namespace fs = std::filesystem;
 
 /// What is given as text, until it is looked at as a whole.
 struct Texts {
-  std::string server = "127.0.0.1:47800";
+  client::DaemonChoice daemon;
   std::string listen = "127.0.0.1:8080";
-  std::string key_file;
-  std::string role;
 };
 
 /// Where the installed files are: HAPTICD_DATA, else ../share/hapticd from the program.
@@ -31,7 +30,7 @@ fs::path data_folder() {
          "hapticd";
 }
 
-/// What stands after `option`; what is left out is that of `otherwise`.
+/// What follows `option`; what is left out is that of `otherwise`.
 client::Endpoint endpoint_of(const std::string& option, const std::string& text,
                              const client::Endpoint& otherwise, bool zero_port) {
   try {
@@ -49,16 +48,11 @@ std::string address_of(const client::Endpoint& place) {
 
 void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
   app.set_version_flag("--version", "haptic-web " HAPTICD_VERSION);
-  app.add_option("--server", texts.server, "where hapticd listens, HOST:PORT")
-      ->capture_default_str();
-  app.add_option("--key", texts.key_file, "key of a hapticd that has keys")->type_name("FILE");
-  app.add_option("--role", texts.role, "whose key it is (control, unless it is called view.key)")
-      ->check(CLI::IsMember({"view", "control"}))
-      ->type_name("view|control");
+  client::add_daemon_options(app, texts.daemon);
   app.add_option("--listen", texts.listen, "where browsers connect, ADDR:PORT; port 0: any")
       ->capture_default_str();
   auto* certificate = app.add_option("--cert", options.server.certificate,
-                                     "certificate in PEM form; browsers connect by https then")
+                                     "certificate in PEM form; browsers then connect by https")
                           ->type_name("FILE");
   auto* private_key =
       app.add_option("--key-file", options.server.private_key, "key of the certificate")
@@ -71,37 +65,37 @@ void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
   app.add_option("--page", options.server.page, "folder of the page (default: the installed one)")
       ->type_name("DIR");
   app.add_option("--assets", options.assets,
-                 "folder of meshes and trees, beside the installed ones; repeatable")
+                 "folder of meshes and trees, in addition to the installed ones; repeatable")
       ->type_name("DIR");
   app.add_option("--replay", options.recording, "plays this recording instead of a daemon")
       ->type_name("FILE");
   app.add_option("--recordings", options.recordings,
-                 "folder of recordings that a page with control may show meanwhile (default: where "
-                 "hapticd of this user writes them)")
+                 "folder of recordings that a page with control may show instead (default: where "
+                 "this user's hapticd writes them)")
       ->type_name("DIR");
   app.add_option("--experiments", options.experiments.folder,
-                 "folder of the experiments that pages begin, a folder in it for each participant "
-                 "(default: experiments beside the recordings of this user)")
+                 "folder for experiments begun in pages, with one folder per participant "
+                 "(default: experiments, beside this user's recordings)")
       ->type_name("DIR");
-  app.add_option("--rate", options.link.state_rate_hz, "States asked for, 1/s")
+  app.add_option("--rate", options.link.state_rate_hz, "States requested per second")
       ->check(CLI::Range(1.0, 1000.0))
       ->capture_default_str();
   app.add_option("--delay", options.presentation_delay_s,
                  "delay at which pages present what happened, s")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  app.add_option("--viewers", options.server.most_viewers, "most viewers at once")
+  app.add_option("--viewers", options.server.most_viewers, "maximum number of viewers at once")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
 }
 
 void finish(const Texts& texts, WebOptions& options) {
   const client::Endpoint server =
-      endpoint_of("--server", texts.server, {options.link.host, options.link.port}, false);
+      endpoint_of("--server", texts.daemon.server, {options.link.host, options.link.port}, false);
   options.link.host = server.host;
   options.link.port = server.port;
   options.experiments.address = address_of(server);
-  options.experiments.key = texts.key_file;
+  options.experiments.key = texts.daemon.key_file;
   const client::Endpoint listen =
       endpoint_of("--listen", texts.listen, {options.server.address, options.server.port}, true);
   options.server.address = listen.host;
@@ -109,7 +103,7 @@ void finish(const Texts& texts, WebOptions& options) {
   if (options.server.page.empty()) options.server.page = data_folder() / "web";
   options.assets.push_back(data_folder() / "models");
   options.server.most_connections = options.server.most_viewers + 192;
-  options.link.key = client::named_key(texts.key_file, texts.role);
+  options.link.key = client::named_key(texts.daemon.key_file, texts.daemon.role);
 }
 
 }  // namespace

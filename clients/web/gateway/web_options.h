@@ -27,7 +27,7 @@ struct WebOptions {
   double presentation_delay_s = 0.008;
 };
 
-/// What the program shall do: run with options, or end with this exit code, its words printed.
+/// What the program is to do: run with options, or end with this exit code, its words printed.
 struct ParsedOptions {
   WebOptions options;
   std::optional<int> exit_code;  ///< 0 after --help, 1 for a key that cannot be read, 2 bad usage

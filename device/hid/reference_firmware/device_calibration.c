@@ -1,5 +1,5 @@
 // Calibration of the reference core; see hapticd_device.h. Forces are off while it runs; what the
-// sensors need is the maker's, who learns by hap_take_calibration what the host wants.
+// sensors need is the maker's, who learns from hap_take_calibration what the host wants.
 #include <string.h>
 
 #include "hapticd_device.h"

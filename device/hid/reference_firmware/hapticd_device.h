@@ -3,7 +3,7 @@
 // heap, no floating point, of the C library only memcpy and memset. Little-endian controllers.
 // Copy this folder into a firmware, call hap_servo from the servo loop and the rest from the USB
 // callbacks. Not reentrant: all calls from one context, or with the servo interrupt masked.
-// Units are those of the reports and stand in the names: un = uN, unm = uN m, npm = N/m.
+// Units are those of the reports and are in the names: un = uN, unm = uN m, npm = N/m.
 #pragma once
 
 #include <stdbool.h>
@@ -191,7 +191,7 @@ typedef struct HapDevice {
   HapSettings settings;
   HapConfig config;
   HapMeasurement now;  ///< newest
-  HapAffine command;   ///< last accepted; base.id tells which kind, the gains of 0x02 are zero
+  HapAffine command;   ///< last accepted; base.id says which kind, the gains of 0x02 are zero
   uint32_t command_us;
   bool command_seen;  ///< one was accepted since the bus was reset
   bool command_old;   ///< cmd_age is saturated
@@ -218,7 +218,7 @@ const uint8_t* hap_report_descriptor(bool affine, uint16_t* length);
 /// capabilities contradict the profile.
 bool hap_init(HapDevice* device, const HapSettings* settings);
 
-/// The bus was reset or configured anew: disabled, Config as by default, no command seen.
+/// The bus was reset or reconfigured: disabled, Config as by default, no command seen.
 void hap_bus_reset(HapDevice* device);
 
 /// Once per servo cycle, whether there is a bus or not: takes the measurement, trips what must
@@ -233,7 +233,7 @@ void hap_sample(HapDevice* device);
 bool hap_take_report(HapDevice* device, HapState* report);
 
 /// Any report from the host, by OUT endpoint or SET_REPORT; byte 0 is its ID. False when it was
-/// refused (BAD_CMD); a repeated seq is no mistake.
+/// refused (BAD_CMD); a repeated seq is not an error.
 bool hap_receive(HapDevice* device, uint32_t now_us, const uint8_t* report, uint32_t length);
 
 /// The same for a stack that takes the ID off some reports: `id` 0 when it is still in front.

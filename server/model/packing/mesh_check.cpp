@@ -152,7 +152,7 @@ Wording wording(MeshFault fault) {
     case MeshFault::kNoTriangles:
       return {"the mesh has no triangles", "Export the surface as triangles or polygons."};
     case MeshFault::kNotFinite:
-      return {"corner(s) with coordinates that are no finite numbers", "Export the mesh again."};
+      return {"corner(s) with coordinates that are not finite", "Export the mesh again."};
     case MeshFault::kIndexOutOfRange:
       return {"corner(s) name a vertex that does not exist", "Export the mesh again."};
     case MeshFault::kCollapsed:
@@ -165,20 +165,20 @@ Wording wording(MeshFault fault) {
               "Close the holes in the program that made the mesh."};
     case MeshFault::kCrowdedEdge:
       return {"edge(s) belong to three or more triangles",
-              "Separate the parts that touch there, or unite them to one surface."};
+              "Separate the parts that touch there, or unite them into one surface."};
     case MeshFault::kTurned:
       return {"edge(s) between triangles with opposite orientation",
-              "--repair turns them one way."};
+              "--repair turns them all the same way."};
     case MeshFault::kInsideOut:
       return {"triangle(s), all of them, face inwards", "--repair turns them round."};
     case MeshFault::kUnits:
-      return {"the bounding box is no size a hand plays with",
+      return {"the bounding box is not of a size that a hand can play with",
               "If the file is in another unit, say so: --unit mm, --unit cm or --unit in."};
     case MeshFault::kPieces:
       return {"separate pieces", "That is right for a body of several parts."};
     case MeshFault::kCrossing:
       return {"triangle(s) pass through others, so the sign of distances may be wrong there",
-              "Unite the overlapping parts to one surface, and look at the report."};
+              "Unite the overlapping parts into one surface, and look at the report."};
   }
   return {"", ""};
 }

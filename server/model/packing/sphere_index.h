@@ -1,5 +1,5 @@
 // Which spheres reach a point: a tree of boxes over the centres with the largest radius below each.
-// Offline; queries allocate nothing of their own and may run in many threads at once.
+// Offline; queries allocate nothing themselves and may run in many threads at once.
 #pragma once
 
 #include <cstdint>

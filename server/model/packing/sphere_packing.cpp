@@ -39,8 +39,8 @@ constexpr int kAddRounds = 400;
 constexpr int kSearchRounds = 7;
 constexpr double kSearchLow = 0.95;
 constexpr double kSearchHigh = 1.1;
-/// A bound that takes so many patches per wanted ball (and so many at all) is not made smaller: the
-/// mesh is its own limit, as that of a divided sphere.
+/// A bound that takes this many patches per wanted ball (and this many at all) is not made smaller:
+/// the mesh is its own limit, as that of a divided sphere.
 constexpr std::size_t kPatchesPerBall = 3000;
 constexpr std::size_t kPatchesAtLeast = 300'000;
 /// Balls moved about to make a number of balls better: rounds times balls, within limits.

@@ -17,9 +17,9 @@ struct PackingOptions {
   /// Bound: no point of a sphere is further outside the solid, m, > 0. Ignored when `leaves` is
   /// given.
   double outer = 250e-6;
-  /// Instead: at most so many spheres, with the smallest bound found, >= 1.
+  /// Instead: at most this many spheres, with the smallest bound found, >= 1.
   std::optional<int> leaves;
-  /// The surface may stick out of the spheres by so much, m, >= 0. 0: covered all over.
+  /// The surface may stick out of the spheres by this much, m, >= 0. 0: covered all over.
   double inner = 0.0;
   std::uint64_t seed = 1;
   int threads = 1;  ///< >= 1

@@ -23,7 +23,7 @@ constexpr std::int32_t kLeafPatches = 16;
 constexpr std::int64_t kChunk = 64;
 /// Share of the bound that balls may stick out where the reach is measured.
 constexpr double kSlack = 0.5;
-/// A piece up to so many times the wanted size is not measured again when it is divided. Normal
+/// A piece up to this many times the wanted size is not measured again when it is divided. Normal
 /// value 4; less takes longer, more misses changes of the reach.
 constexpr double kInherit = 4.0;
 /// Corners are measured this share of the way to the centroid, off the edges of the mesh.

@@ -19,9 +19,9 @@ constexpr double kPlanCorner = 0.014;
 /// How far the crown falls from bridge to head's end and from gum to tail's end, m.
 constexpr double kHeadFall = 0.005;
 constexpr double kTailFall = 0.003;
-/// Over so much of the length the underside rises towards each end.
+/// Over this much of the length the underside rises towards each end.
 constexpr double kTaper = 0.2;
-/// Strings keep at least so much wood beside them, m.
+/// Strings keep at least this much wood beside them, m.
 constexpr double kBesideStrings = 0.012;
 /// Least height of the body's sides between the rounded edges, m.
 constexpr double kMinSide = 0.002;

@@ -142,7 +142,7 @@ TriangleMesh make_guqin_feet(const GuqinParameters& parameters) {
 TriangleMesh make_guqin_hui(const GuqinParameters& parameters) {
   check_guqin(parameters);
   const GuqinParameters& p = parameters;
-  constexpr double kAbove = 0.0003;  // the discs stand out of the top by so much
+  constexpr double kAbove = 0.0003;  // the discs stand out of the top by this much
   constexpr double kBelow = 0.0009;
   constexpr double kRim = 0.00025;
   TriangleMesh mesh;

@@ -1,6 +1,6 @@
 // A hand in the pose that plucks a Guqin: palm down, index finger stretched out and inclined, the
 // others bent and held above it. One mesh for palm and fingers, and for each finger a pad and a
-// nail of their own, so that contact can be finer there.
+// separate nail, so that contact can be finer there.
 //
 // Frame G of the tool: y up, the fingers point along -z, the palm faces -y, the thumb of a right
 // hand lies at x < 0. Origin: straight above the lowest point of the index finger's pad, at the
@@ -27,7 +27,7 @@ inline constexpr std::array<ParameterField<HandParameters>, 6> kHandFields{{
     {{"length", "m", 0.1, 0.3, "of the hand; all of it is scaled"}, &HandParameters::length},
     {{"left", "1", 0.0, 1.0, "1: a left hand, the mirror image"}, &HandParameters::left},
     {{"cell", "m", 1.5e-3, 0.01, "about the size of the hand's triangles"}, &HandParameters::cell},
-    {{"tip_deviation", "m", 5e-6, 1e-3, "facets of the pads lie at most so far inside"},
+    {{"tip_deviation", "m", 5e-6, 1e-3, "how far the facets of the pads may lie inside"},
      &HandParameters::tip_deviation},
     {{"nail_thickness", "m", 3e-4, 2e-3, "thickness of the nails"},
      &HandParameters::nail_thickness},

@@ -22,7 +22,7 @@ inline constexpr std::array<ParameterField<PillarParameters>, 4> kPillarFields{{
     {{"radius", "m", 1e-3, 1.0, "radius of the pillar"}, &PillarParameters::radius},
     {{"height", "m", 2e-3, 10.0, "from base to top"}, &PillarParameters::height},
     {{"rim", "m", 1e-5, 1.0, "radius of the rounded rims"}, &PillarParameters::rim},
-    {{"deviation", "m", 1e-6, 1e-2, "facets lie at most so far inside the surface"},
+    {{"deviation", "m", 1e-6, 1e-2, "how far facets may lie inside the surface"},
      &PillarParameters::deviation},
 }};
 /// A cylinder about the y axis with rounded rims, standing on y = 0.
@@ -40,7 +40,7 @@ inline constexpr std::array<ParameterField<PlateParameters>, 5> kPlateFields{{
     {{"thickness", "m", 1e-3, 10.0, "size along y"}, &PlateParameters::thickness},
     {{"depth", "m", 1e-3, 10.0, "size along z"}, &PlateParameters::depth},
     {{"edge", "m", 1e-5, 1.0, "radius of the rounded edges"}, &PlateParameters::edge},
-    {{"deviation", "m", 1e-6, 1e-2, "facets lie at most so far inside the surface"},
+    {{"deviation", "m", 1e-6, 1e-2, "how far facets may lie inside the surface"},
      &PlateParameters::deviation},
 }};
 /// A box with rounded edges and corners, centred at the origin.
@@ -54,7 +54,7 @@ struct BarParameters {
 inline constexpr std::array<ParameterField<BarParameters>, 3> kBarFields{{
     {{"length", "m", 2e-3, 10.0, "over all"}, &BarParameters::length},
     {{"radius", "m", 1e-4, 1.0, "radius of the bar"}, &BarParameters::radius},
-    {{"deviation", "m", 1e-6, 1e-2, "facets lie at most so far inside the surface"},
+    {{"deviation", "m", 1e-6, 1e-2, "how far facets may lie inside the surface"},
      &BarParameters::deviation},
 }};
 /// A bar along x with hemispheres for ends, centred at the origin.
@@ -70,7 +70,7 @@ inline constexpr std::array<ParameterField<EllipsoidParameters>, 4> kEllipsoidFi
     {{"semi_x", "m", 1e-4, 10.0, "half of the size along x"}, &EllipsoidParameters::semi_x},
     {{"semi_y", "m", 1e-4, 10.0, "half of the size along y"}, &EllipsoidParameters::semi_y},
     {{"semi_z", "m", 1e-4, 10.0, "half of the size along z"}, &EllipsoidParameters::semi_z},
-    {{"deviation", "m", 1e-6, 1e-2, "facets lie at most so far inside the surface"},
+    {{"deviation", "m", 1e-6, 1e-2, "how far facets may lie inside the surface"},
      &EllipsoidParameters::deviation},
 }};
 /// An ellipsoid centred at the origin; a sphere when all are equal.
@@ -94,7 +94,7 @@ inline constexpr std::array<ParameterField<BracketParameters>, 8> kBracketFields
     {{"edge", "m", 1e-5, 1.0, "radius of the rounded edges"}, &BracketParameters::edge},
     {{"fillet", "m", 1e-4, 1.0, "radius of the inner corner"}, &BracketParameters::fillet},
     {{"legs", "1", 1.0, 2.0, "1: an L, 2: a U"}, &BracketParameters::legs},
-    {{"deviation", "m", 1e-6, 1e-2, "facets lie at most so far inside the surface"},
+    {{"deviation", "m", 1e-6, 1e-2, "how far facets may lie inside the surface"},
      &BracketParameters::deviation},
 }};
 /// A bracket bent from plate: base on y = 0 along x, a leg upwards at the lower end of x, a second

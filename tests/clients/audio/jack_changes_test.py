@@ -165,7 +165,7 @@ class Changes(unittest.TestCase):
                 player.damp(3)
                 time.sleep(0.25)
             player.order("block 64")
-            player.wait_for("tones are heard 8 ms after they happen from here on")
+            player.wait_for("from now on tones are heard 8 ms after they happen")
         blocks = [block for block in player.blocks if len(block[2]) == 1024]
         samples = numpy.concatenate([block[2] for block in blocks])
         onsets_s = []
@@ -187,7 +187,7 @@ class Changes(unittest.TestCase):
             player.wait_for("JACK counts 3 overruns")
         with Scripted("--synth", "--delay-ms", "0") as player:
             player.tone(3, 1.0)
-            player.wait_for("1 of 1 tones were late")
+            player.wait_for("1 of 1 tones have been late")
 
 
 if __name__ == "__main__":

@@ -31,7 +31,6 @@ def server_name():
 
 SERVER_NAME, SERVER_LOCK = server_name()
 ENVIRONMENT = dict(os.environ, JACK_DEFAULT_SERVER=SERVER_NAME, JACK_NO_AUDIO_RESERVATION="1", JACK_NO_START_SERVER="1")
-PROGRAMS = ("jackd", "jack_wait")
 
 
 def may_be_realtime():

@@ -4,7 +4,6 @@ not there. usage: jack_test.py HAPTIC_AUDIO
 
 A tone that does not decay as told has been broken by a busy machine and is played again. A wrong pitch stays wrong."""
 import os
-import shutil
 import sys
 import tempfile
 import time
@@ -13,7 +12,7 @@ import unittest
 import numpy
 
 from jack_player import DECAY_S, HAPTIC_AUDIO, NAMES, TUNING, Player
-from jack_rig import PROGRAMS, Capture, Jack, Program, command, line_through
+from jack_rig import Capture, Jack, Program, command, line_through
 
 RINGS_S, SPACING_S = 0.45, 0.65  # then a finger damps the string
 FULL = float(os.environ.get("HAPTICD_TEST_SCALE", "0.1")) >= 1
@@ -141,7 +140,4 @@ class WithServer(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    if any(shutil.which(program) is None for program in PROGRAMS):
-        print("SKIPPED: jackd2 is not installed")
-        sys.exit(0)
     unittest.main()

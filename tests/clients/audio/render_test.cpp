@@ -13,6 +13,7 @@
 
 #include "hapticd/v1/recording.pb.h"
 #include "proto/recording/mcap_writer.h"
+#include "proto/recording/recording_format.h"
 #include "proto/recording/schema_set.h"
 #include "tests/clients/audio/played.h"
 #include "tests/clients/audio/temporary_folder.h"
@@ -47,7 +48,9 @@ void record(const std::string& path, const Score& score, std::uint64_t t0) {
   const std::uint16_t scenes = add("/hapticd/scene", *v1::SceneRecord::descriptor());
   const std::uint16_t ticks = add("/hapticd/tick", *v1::TickRecord::descriptor());
   const std::uint16_t events = add("/hapticd/event", *v1::EventRecord::descriptor());
-  writer.write(headers, t0, v1::RecordHeader().SerializeAsString());
+  v1::RecordHeader header;
+  header.set_format_version(kRecordFormat);
+  writer.write(headers, t0, header.SerializeAsString());
   for (const ScoreEntry& entry : score) {
     const std::uint64_t t_ns = t0 + static_cast<std::uint64_t>(entry.t_ns);
     writer.write(ticks, t_ns, v1::TickRecord().SerializeAsString());
@@ -154,7 +157,7 @@ TEST_CASE("a recording cut off anywhere gives what is whole of it, and damaged b
     CHECK(entries(damaged) <= 15);
   }
   CHECK_EQ(entries("no recording"), 0);
-  CHECK(problem.find("no recording of hapticd") != std::string::npos);
+  CHECK(problem.find("not a recording of hapticd") != std::string::npos);
   CHECK_THROWS_WITH_AS((void)recorded_score("/no/such/file.mcap", problem),
                        doctest::Contains("/no/such/file.mcap: No such file"), std::runtime_error);
 }

@@ -11,7 +11,7 @@
 #include "clients/audio/audio_engine.h"
 #include "clients/audio/event_player.h"
 #include "clients/audio/live.h"
-#include "clients/library/clock_estimate.h"
+#include "proto/wire/clock_estimate.h"
 #include "tests/support/random.h"
 
 namespace hapticd::audio {
@@ -158,7 +158,7 @@ class Run {
   test::SplitMix64 random_;
   std::vector<Event> events_;
   std::vector<float> frames_;
-  client::ClockEstimate clock_;
+  wire::ClockEstimate clock_;
   std::unique_ptr<AudioEngine> engine_ = std::make_unique<AudioEngine>(BodyFilter{});
   EventPlayer player_{
       {kRate_hz, 1.0, {}}, nullptr, [this](const Order& order) { return engine_->submit(order); }};
@@ -227,9 +227,9 @@ TEST_CASE(
 
 TEST_CASE(
     "before the clocks are known, and under a virtual clock, a tone is heard D after it came") {
-  client::ClockEstimate unknown;
+  wire::ClockEstimate unknown;
   CHECK_EQ(due_ns(5, unknown, true, 1'000, 8'000), 9'000);
-  client::ClockEstimate known;
+  wire::ClockEstimate known;
   known.add({.at_ns = 900, .offset_ns = 500, .round_trip_ns = 10});
   CHECK_EQ(due_ns(1'450, known, true, 1'000, 8'000), 8'950);
   CHECK_EQ(due_ns(1'450, known, false, 1'000, 8'000), 9'000);

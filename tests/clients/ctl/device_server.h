@@ -62,7 +62,7 @@ class DeviceServer {
   std::vector<v1::CalibrateStep> steps;  ///< asked for
   std::vector<v1::Axis> pushed;
   std::vector<v1::Axis> confirmed;
-  std::string refusal = "The check begins anew.";  ///< of what was felt elsewhere
+  std::string refusal = "The check starts again.";  ///< of what was felt elsewhere
   int engaged = 0, disengaged = 0;
   /// What GetDeviceInfo tells one after the other; the last one for ever.
   std::vector<v1::CalibrationState> calibration;

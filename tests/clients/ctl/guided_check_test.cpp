@@ -65,7 +65,7 @@ struct Person {
 
 ctl::GlobalOptions options_of(const DeviceServer& server) {
   ctl::GlobalOptions options;
-  options.server = server.address();
+  options.daemon.server = server.address();
   return options;
 }
 
@@ -132,7 +132,7 @@ TEST_CASE(
   DeviceServer server;
   Person person(server);
   person.feels = [](v1::Axis axis) { return std::string(1, "?lrduat"[static_cast<int>(axis)]); };
-  CHECK(contains(check(person), "begins anew"));
+  CHECK(contains(check(person), "starts again"));
   CHECK(server.pushed.size() == 1);
   CHECK(server.confirmed.size() == 1);
   CHECK(server.confirmed != server.pushed);
@@ -187,7 +187,7 @@ TEST_CASE("a handle that is not moved is asked for three times, then said to be 
   DeviceServer server;
   Person person(server);
   person.reading = [](const Vector&) { return Vector{}; };
-  CHECK(contains(check(person), "Is it this device"));
+  CHECK(contains(check(person), "Is this the device"));
   CHECK(person.was_told("0 mm only"));
   CHECK(server.engaged == 0);
 }

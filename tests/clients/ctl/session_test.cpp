@@ -14,7 +14,7 @@ namespace {
 int run(const std::vector<std::string>& words, std::string& said) {
   ctl::GlobalOptions options;
   CLI::App app("test", "hapticctl");
-  app.add_option("--server", options.server);
+  app.add_option("--server", options.daemon.server);
   app.add_option("--timeout", options.timeout_s);
   app.add_flag("--json", options.json);
   app.fallthrough();

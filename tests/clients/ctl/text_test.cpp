@@ -27,7 +27,7 @@ int failure_of(const Action& action) {
 /// What hapticctl --server `text` asks for.
 GlobalOptions asking(const char* text) {
   GlobalOptions options;
-  options.server = text;
+  options.daemon.server = text;
   return options;
 }
 

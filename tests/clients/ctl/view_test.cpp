@@ -115,8 +115,9 @@ TEST_CASE("a clamp of the stiffness is shown, and said to be hardly felt below a
   CHECK_FALSE(says(shown(1.0F, 1000.0F), "clamped"));
   CHECK(says(shown(0.25F, 250.0F), "clamped to 25 %: the device bears 250 N/m"));
   CHECK_FALSE(says(shown(0.051F, 51.0F), "hardly"));
-  CHECK(says(shown(0.034F, 71.4F), "clamped to 3.4 %: the device bears 71.4 N/m; hardly a force"));
-  CHECK(says(shown(1e-9F, 0.0F), "clamped to 1e-07 %: the device bears 0 N/m; hardly a force"));
+  CHECK(
+      says(shown(0.034F, 71.4F), "clamped to 3.4 %: the device bears 71.4 N/m; hardly any force"));
+  CHECK(says(shown(1e-9F, 0.0F), "clamped to 1e-07 %: the device bears 0 N/m; hardly any force"));
 }
 
 TEST_CASE("what a server does not say about its quality is not made up") {

@@ -1,5 +1,6 @@
 """hapticd-lab makes every figure, and its verdicts are those expected: what deviates stands in expected_deviations.txt with a reason.
-usage: repro_test.py HAPTICD_LAB [ID...]     default --all; writes into $HAPTICD_REPRO_OUTPUT, else a folder that is removed"""
+usage: repro_test.py HAPTICD_LAB [ID...]     default --all; writes into $HAPTICD_REPRO_OUTPUT, else a folder that is removed
+Each figure goes through three of its motions, speeds and hands; with HAPTICD_TEST_SCALE=1 through all."""
 import os
 import pathlib
 import subprocess
@@ -20,7 +21,8 @@ class Repro(unittest.TestCase):
     def setUpClass(cls):
         cls.scratch = tempfile.TemporaryDirectory()
         cls.output = pathlib.Path(KEPT or cls.scratch.name)
-        command = [PROGRAM, "repro", *(IDS or ["--all"]), "--output", str(cls.output)]
+        variations = [] if float(os.environ.get("HAPTICD_TEST_SCALE", "0.1")) >= 1.0 else ["--variations", "3"]
+        command = [PROGRAM, "repro", *(IDS or ["--all"]), *variations, "--output", str(cls.output)]
         cls.done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
         cls.claims = expectations.read_claims(cls.output / "claims.csv")
 

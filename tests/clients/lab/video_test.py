@@ -2,7 +2,6 @@
 first; the rest runs where chromium, ffmpeg and the page are."""
 import os
 import pathlib
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -13,9 +12,7 @@ import numpy
 import sample_recording
 from hapticd_lab import chromium, video
 
-HAPTIC_WEB = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 and os.path.exists(sys.argv[1]) else ""
-PAGE = pathlib.Path(HAPTIC_WEB).parent.parent / "share/hapticd/web/index.html"
-MISSING = [name for name in ("chromium", "ffmpeg", "ffprobe") if shutil.which(name) is None] + ([] if HAPTIC_WEB and PAGE.exists() else ["the page"])
+HAPTIC_WEB = os.path.abspath(sys.argv.pop(1))
 SIZE = (640, 360)
 FRAMES_PER_S = 10
 LENGTH_S = 2.0
@@ -62,7 +59,6 @@ class MissingTest(unittest.TestCase):
             video.write_video(pathlib.Path("/nowhere.mcap"), pathlib.Path("/nowhere.webm"), size=(641, 360))
 
 
-@unittest.skipIf(MISSING, f"no {', '.join(MISSING)}")
 class VideoTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -107,7 +103,7 @@ class VideoTest(unittest.TestCase):
         bad = self.folder / "text.mcap"
         bad.write_text("no recording at all")
         self.addCleanup(bad.unlink)
-        with self.assertRaisesRegex(video.VideoError, r"text\.mcap: no recording of hapticd"):
+        with self.assertRaisesRegex(video.VideoError, r"text\.mcap: not a recording of hapticd"):
             video.write_video(bad, self.folder / "none.webm", haptic_web=HAPTIC_WEB)
         self.assertFalse((self.folder / "none.webm").exists())
 
@@ -121,7 +117,6 @@ class VideoTest(unittest.TestCase):
         self.assertEqual(list(self.folder.glob("*half*")), [])
 
 
-@unittest.skipIf(MISSING, f"no {', '.join(MISSING)}")
 class ChromiumTest(unittest.TestCase):
     def test_what_the_page_throws_comes_back_in_its_words_and_the_browser_goes_on(self):
         with chromium.Chromium(SIZE) as browser:

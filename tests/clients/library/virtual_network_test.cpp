@@ -74,7 +74,7 @@ TEST_CASE("Items arrive exactly once and in order, both ways, whatever the netwo
     CHECK(network.server->counters().protocol_errors == 0);
     if (!mine.core->clock().known()) continue;  // Its first exchanges were lost.
     const std::int64_t own_ns = mine.own_ns(network.now_ns);
-    const client::ClockRelation relation = mine.core->clock().at(own_ns);
+    const wire::ClockRelation relation = mine.core->clock().at(own_ns);
     CHECK(std::abs(relation.offset_ns - (network.now_ns - own_ns)) <= relation.uncertainty_ns);
   }
 }

@@ -1,4 +1,7 @@
-"""The offset between two clocks against clocks made up here, whose offset and skew are therefore known."""
+"""The offset between two clocks against clocks made up here and in tests/protocol/data/clock_cases.json, whose offset and skew are therefore
+known."""
+import json
+import pathlib
 import random
 import unittest
 
@@ -6,6 +9,7 @@ import support
 from hapticd.clock import OffsetEstimator
 
 SECOND = 1_000_000_000
+CASES = pathlib.Path(__file__).resolve().parents[2] / "protocol/data/clock_cases.json"
 
 
 def server_clock(ours_ns, offset_ns, skew):
@@ -39,6 +43,20 @@ class Offset(unittest.TestCase):
             estimator = OffsetEstimator()
             self.exchanges(estimator, 1, 5 * SECOND, skew)
             self.assertLess(abs(estimator.estimate().skew - skew), 2e-6)
+
+    def test_is_that_of_every_case_that_the_clients_share(self):
+        cases = json.loads(CASES.read_text())
+        self.assertGreater(len(cases), 8)
+        for case in cases:
+            with self.subTest(case["behaviour"]):
+                estimator = OffsetEstimator()
+                for exchange in case["exchanges"]:
+                    estimator.add(*exchange)
+                estimate = estimator.estimate(case["now_ns"])
+                self.assertEqual(estimate is not None, "offset_ns" in case)
+                if estimate is not None:
+                    self.assertLessEqual(abs(estimate.offset_ns - case["offset_ns"]), case["offset_error_ns"])
+                    self.assertLessEqual(abs(estimate.skew - case["skew"]), case["skew_error"])
 
     def test_nothing_is_known_before_the_first_exchange(self):
         self.assertIsNone(OffsetEstimator().estimate())

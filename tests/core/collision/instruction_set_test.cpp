@@ -9,6 +9,7 @@
 #include "tests/core/collision/scene_check.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"
+#include "tests/support/skip.h"
 
 namespace hapticd::test {
 namespace {
@@ -43,7 +44,7 @@ bool agree(const CheckedScene& scene, const Pose& X_WG, const QueryOptions& opti
 
 bool skipped() {
   if (avx2_available()) return false;
-  MESSAGE("SKIPPED: this processor has no AVX2");
+  skip("this processor has no AVX2");
   return true;
 }
 

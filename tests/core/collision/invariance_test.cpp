@@ -11,6 +11,7 @@
 #include "core/math/rotation.h"
 #include "tests/core/collision/scene_check.h"
 #include "tests/support/contact_scenes.h"
+#include "tests/support/pose_composition.h"
 #include "tests/support/scale.h"
 
 namespace hapticd::test {

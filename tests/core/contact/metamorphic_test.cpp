@@ -8,6 +8,7 @@
 
 #include "core/math/rotation.h"
 #include "tests/core/contact/rendering_fixture.h"
+#include "tests/support/pose_composition.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {

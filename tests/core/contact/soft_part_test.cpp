@@ -10,6 +10,7 @@
 
 #include "core/math/rotation.h"
 #include "tests/core/contact/strokes.h"
+#include "tests/support/part_displacement.h"
 #include "tests/support/scale.h"
 
 namespace hapticd::test {

@@ -7,6 +7,7 @@
 
 #include "core/math/rotation.h"
 #include "tests/core/contact/string_balance.h"
+#include "tests/support/pose_composition.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 

@@ -11,6 +11,7 @@
 
 #include "core/instrument/modal_string.h"
 #include "core/instrument/string_parameters.h"
+#include "tests/support/modal_displacement.h"
 #include "tests/support/no_heap.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"

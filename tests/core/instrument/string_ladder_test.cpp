@@ -8,6 +8,7 @@
 
 #include "core/instrument/modal_string.h"
 #include "tests/core/instrument/string_hand.h"
+#include "tests/support/modal_displacement.h"
 
 namespace hapticd::test {
 namespace {

@@ -9,6 +9,7 @@
 #include "core/math/elementary.h"
 #include "core/math/pose.h"
 #include "core/math/rotation.h"
+#include "tests/support/pose_composition.h"
 #include "tests/support/random.h"
 
 namespace {

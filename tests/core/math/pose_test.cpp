@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "tests/core/math/reference_rotation.h"
+#include "tests/support/pose_composition.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 

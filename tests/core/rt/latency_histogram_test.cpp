@@ -140,25 +140,6 @@ TEST_CASE(
   CHECK(quantile_ns(histogram, 1, 1) == std::numeric_limits<std::int64_t>::max());
 }
 
-TEST_CASE("merged histograms are the histogram of all durations, in any order") {
-  SplitMix64 random(802);
-  const std::vector<std::int64_t> first = random_durations(random, 1000);
-  const std::vector<std::int64_t> second = random_durations(random, 300);
-  std::vector<std::int64_t> all = first;
-  all.insert(all.end(), second.begin(), second.end());
-  const LatencyHistogram truth = histogram_of(all);
-
-  LatencyHistogram forward = histogram_of(first);
-  merge(forward, histogram_of(second));
-  LatencyHistogram backward = histogram_of(second);
-  merge(backward, histogram_of(first));
-  CHECK(equal(forward, truth));
-  CHECK(equal(backward, truth));
-
-  std::reverse(all.begin(), all.end());
-  CHECK(equal(histogram_of(all), truth));
-}
-
 TEST_CASE("recording does not touch the heap") {
   LatencyHistogram histogram;
   const hapticd::test::NoHeapScope scope;

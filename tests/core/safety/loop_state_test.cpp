@@ -328,21 +328,6 @@ TEST_CASE("the end fades the force and is final; without force it is at once") {
   CHECK(advance(in, idle).state == LoopState::kOver);
 }
 
-TEST_CASE("while time stands still force can be taken away for a new scene, and returns after it") {
-  const LoopInput in = ready_input(true);
-  LoopMachine machine = engaged_machine(in);
-  release_at_once(machine);
-  CHECK(machine.gain == 0.0);
-  CHECK(machine.state == LoopState::kReady);
-  CHECK(advance(in, machine).state == LoopState::kEngaged);
-  LoopMachine fault = engaged_machine(in);
-  LoopInput stop = in;
-  stop.stop = true;
-  (void)advance(stop, fault);
-  release_at_once(fault);
-  CHECK(fault.state == LoopState::kFault);
-}
-
 TEST_CASE("late loops and fast hands are faults only where a person can be pushed, or when armed") {
   for (int i = 0; i <= kMaxCause; ++i) {
     const auto cause = static_cast<Cause>(i);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "tests/support/string_shape.h"
 #include "tests/truth/contact_oracle.h"
 
 namespace hapticd::test {
@@ -56,9 +57,7 @@ const TickOutput& Ensemble::tick(const std::vector<Vector3>& p_WH) {
 }
 
 StringPoints Ensemble::shape(std::int32_t string) const {
-  StringPoints points;
-  play_.simulation->string_shape(string, points);
-  return points;
+  return string_shape(*play_.simulation, string);
 }
 
 long double Ensemble::minimum_gap() const {

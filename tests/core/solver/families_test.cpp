@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "core/solver/active_set.h"
-#include "core/solver/kkt_residual.h"
+#include "tests/core/solver/kkt_residual.h"
 #include "tests/core/solver/qp_truth.h"
 #include "tests/support/qp_degenerate_families.h"
 #include "tests/support/qp_families.h"

@@ -1,6 +1,6 @@
 // The residual on a problem whose solution and multipliers are known by hand, and on the same
 // solution spoilt in each way it can be: every kind must be seen, at its size.
-#include "core/solver/kkt_residual.h"
+#include "tests/core/solver/kkt_residual.h"
 
 #include <doctest/doctest.h>
 

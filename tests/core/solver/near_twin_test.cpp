@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/solver/active_set.h"
-#include "core/solver/kkt_residual.h"
+#include "tests/core/solver/kkt_residual.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 

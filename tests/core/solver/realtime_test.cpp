@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "core/solver/active_set.h"
-#include "core/solver/kkt_residual.h"
+#include "tests/core/solver/kkt_residual.h"
 #include "tests/support/no_heap.h"
 #include "tests/support/qp_families.h"
 #include "tests/support/scale.h"

@@ -5,6 +5,8 @@
 #include <pthread.h>
 #include <sched.h>
 
+#include "tests/support/skip.h"
+
 namespace hapticd::test {
 namespace {
 
@@ -75,7 +77,7 @@ TEST_CASE("closing returns when the reader is out, and it is never in afterwards
 TEST_CASE("on one processor a gate closes although its reader is nearly always in") {
   const Pinned pinned;
   if (!pinned.worked) {
-    MESSAGE("SKIPPED: no thread may be pinned here");
+    skip("no thread may be pinned here");
     return;
   }
   constexpr int kMaxVisits = 20'000;

@@ -7,6 +7,7 @@
 
 #include "tests/device/api/device_contract.h"
 #include "tests/device/spacemouse/report_queue.h"
+#include "tests/support/spacemouse_axes.h"
 
 namespace hapticd::test {
 namespace {
@@ -28,7 +29,7 @@ DeviceProfile mouse_profile() {
 
 SpacemouseSettings settings() {
   SpacemouseSettings made;
-  made.axes = spacemouse::family_axes(0.35, 0.35);
+  made.axes = test::family_axes(0.35, 0.35);
   made.axes.dead_zone = 4.0;
   return made;
 }

@@ -69,7 +69,7 @@ TEST_CASE("keygen makes two different keys that only their owner may touch") {
 TEST_CASE("keygen overwrites no key, and makes none beside one") {
   const Folder folder;
   write(folder.path() / kControlKeyName, std::string(32, 'c'));
-  CHECK(says(complaint([&] { make_key_folder(folder.path()); }), "is there already"));
+  CHECK(says(complaint([&] { make_key_folder(folder.path()); }), "exists already"));
   CHECK(!fs::exists(folder.path() / kViewKeyName));
   CHECK(read_key_file(folder.path() / kControlKeyName)[0] == 'c');
 }

@@ -72,7 +72,7 @@ TEST_CASE("what is no recording, or of another format, is refused by name with t
   };
   CHECK(refusal("missing.mcap").find("missing.mcap") != std::string::npos);
   std::ofstream(folder.file("text.mcap")) << "no recording at all";
-  CHECK(refusal("text.mcap").find("no recording of hapticd") != std::string::npos);
+  CHECK(refusal("text.mcap").find("not a recording of hapticd") != std::string::npos);
   v1::RecordHeader header = sample_header();
   header.set_format_version(kRecordFormat + 1);
   McapWriter writer;

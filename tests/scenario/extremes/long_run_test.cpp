@@ -1,4 +1,4 @@
-// Long runs in virtual time (tests/EXTREMES.md): 1e8 ticks by tests/run_nightly, a hundredth in the
+// Long runs in virtual time (tests/EXTREMES.md): 1e8 ticks by tests/long, a hundredth in the
 // usual build. Truth: a force that is the same in every period, and unit quaternions.
 #include <doctest/doctest.h>
 

@@ -109,7 +109,7 @@ TEST_CASE("a folder that cannot be written is named with what to do, and nothing
   fs::create_directories(folder.path().parent_path());
   set_text(folder.path(), "a file where the folder should be");
   CHECK_THROWS_WITH_AS(remember_check(folder.path(), checked_pen()),
-                       doctest::Contains("Give hapticd a folder that it may write"),
+                       doctest::Contains("Give hapticd a folder it may write to"),
                        std::runtime_error);
   CHECK_FALSE(is_remembered(folder.path(), checked_pen()));
 }

@@ -141,7 +141,7 @@ TEST_CASE("a device whose newtons nobody knows is refused with the profile to wr
                          DeviceError);
   };
   refused("matches { vendor_id: 0x1209 product_id: 0xffb0 }");
-  refused("force_scale the newtons that it gives at the most divided by 32767");
+  refused("force_scale the newtons that it gives at most divided by 32767");
   refused("divided by 65534");
 }
 

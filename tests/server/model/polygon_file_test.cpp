@@ -273,7 +273,7 @@ TEST_CASE(
     const std::string said = folded(degrees);
     CAPTURE(said);
     CHECK(said.find("face 1") != std::string::npos);
-    CHECK(said.find("not plane") != std::string::npos);
+    CHECK(said.find("not flat") != std::string::npos);
   }
 }
 

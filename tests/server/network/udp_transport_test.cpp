@@ -25,11 +25,11 @@ std::string refusal(const std::string& listen) {
 
 TEST_CASE("addresses that are none are refused with what is wrong") {
   CHECK(refusal("127.0.0.1").find("no port") != std::string::npos);
-  CHECK(refusal("localhost:47800").find("'localhost' is no address") != std::string::npos);
-  CHECK(refusal("127.0.0.1:port").find("'port' is no port") != std::string::npos);
-  CHECK(refusal("127.0.0.1:65536").find("is no port") != std::string::npos);
-  CHECK(refusal("127.0.0.1:").find("is no port") != std::string::npos);
-  CHECK(refusal("127.0.0.1:1x").find("is no port") != std::string::npos);
+  CHECK(refusal("localhost:47800").find("'localhost' is not an address") != std::string::npos);
+  CHECK(refusal("127.0.0.1:port").find("'port' is not a port") != std::string::npos);
+  CHECK(refusal("127.0.0.1:65536").find("is not a port") != std::string::npos);
+  CHECK(refusal("127.0.0.1:").find("is not a port") != std::string::npos);
+  CHECK(refusal("127.0.0.1:1x").find("is not a port") != std::string::npos);
 }
 
 TEST_CASE("every address but loopback is refused, with the remedy") {

@@ -14,8 +14,8 @@
 #include <map>
 #include <sstream>
 
-#include "proto/recording/crc32.h"
 #include "proto/recording/mapped_file.h"
+#include "proto/recording/mcap_bytes.h"
 #include "proto/recording/mcap_reader.h"
 #include "server/recorder/tick_record.h"
 #include "tests/server/recorder/sample_ticks.h"
@@ -63,7 +63,7 @@ Contents contents_of(const std::string& path) {
     types[channel.topic] = reader.layout().schemas.at(channel.schema_id - 1U).name;
     ++row.count;
     row.bytes += message.data.size();
-    row.crc = crc32(message.data, row.crc);
+    row.crc = mcap_crc(message.data, row.crc);
     if (read++ < 3) contents.first_topics += channel.topic + " ";
     const std::string data(message.data);
     if (channel.topic == kTickTopic) {

@@ -50,7 +50,7 @@ int count_unknown(pb::Message& root, int number) {
     const auto unknown = unknown_choice(root);
     REQUIRE(unknown.has_value());
     CHECK(unknown->path == path);
-    CHECK(unknown->message.find(std::to_string(number) + " is no value of ") == 0);
+    CHECK(unknown->message.find(std::to_string(number) + " is not a value of ") == 0);
     ++count;
   });
   return count;
@@ -85,7 +85,7 @@ TEST_CASE("the numbers that an enum has, and none at all, are known") {
   item.mutable_play_gesture()->set_arm(static_cast<v1::Arm>(5));
   REQUIRE(unknown_choice(item).has_value());
   CHECK(unknown_choice(item)->message ==
-        "5 is no value of Arm. Choose ARM_OFF, ARM_LIGHT, ARM_FIRM, ARM_ADVERSARIAL.");
+        "5 is not a value of Arm. Choose ARM_OFF, ARM_LIGHT, ARM_FIRM, ARM_ADVERSARIAL.");
 }
 
 }  // namespace hapticd::test

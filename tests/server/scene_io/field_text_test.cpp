@@ -66,7 +66,7 @@ TEST_CASE("no text of a scene is taken that is no UTF-8, and the refusal itself 
       CHECK(result.loaded == nullptr);
       const SceneProblem* fault = find_fault(result.problems, text.path);
       REQUIRE(fault != nullptr);
-      CHECK(fault->message == "is no UTF-8 text");
+      CHECK(fault->message == "is not UTF-8 text");
       CHECK(fault->line > 0);
       CHECK_FALSE(fault->remedy.empty());
       CHECK(is_text(list(result.problems)));
@@ -85,7 +85,7 @@ TEST_CASE("no text of a gesture or a profile is taken that is no UTF-8") {
     CHECK_FALSE(result.gesture);
     const SceneProblem* fault = find_fault(result.problems, field);
     REQUIRE(fault != nullptr);
-    CHECK(fault->message == "is no UTF-8 text");
+    CHECK(fault->message == "is not UTF-8 text");
     CHECK(is_text(list(result.problems)));
   }
   const ProfileResult profile = load_profile_text(
@@ -94,7 +94,7 @@ TEST_CASE("no text of a gesture or a profile is taken that is no UTF-8") {
   CHECK_FALSE(profile.loaded);
   const SceneProblem* fault = find_fault(profile.problems, "peak_force_n.source");
   REQUIRE(fault != nullptr);
-  CHECK(fault->message == "is no UTF-8 text");
+  CHECK(fault->message == "is not UTF-8 text");
 }
 
 }  // namespace hapticd::test

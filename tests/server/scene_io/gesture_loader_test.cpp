@@ -54,7 +54,7 @@ MotionResult resolve(const std::string& text, const PoseToDevice& to_device = un
 TEST_CASE("a fault in a gesture names line, column, field and remedy") {
   const std::string text =
       faults(track("  waypoints { pose_wh {} }\n  waypoints { pose_wh {} }\n"));
-  CHECK(text.find("inline:4:3: error: tracks[0].waypoints[1]: how long the way to here takes") !=
+  CHECK(text.find("inline:4:3: error: tracks[0].waypoints[1]: the time to get here is missing") !=
         std::string::npos);
   CHECK(text.find("Give duration_s or speed_m_per_s.") != std::string::npos);
 }
@@ -63,7 +63,7 @@ TEST_CASE("gestures that break what the comments of gesture.proto promise are re
   const std::string begin = "waypoints { pose_wh {} } ";
   const std::pair<std::string, std::string> cases[] = {
       {"tracks { waypoints { pose_wh {} } }", "name"},
-      {"name: \"A b\" tracks { waypoints { pose_wh {} } }", "no name of a gesture"},
+      {"name: \"A b\" tracks { waypoints { pose_wh {} } }", "not a name for a gesture"},
       {"name: \"g\"", "tracks"},
       {track(""), "neither way-points nor a path"},
       {track(begin + "path { rate_hz: 10 p_wh_m: [0,0,0,1,1,1] }"), "both"},
@@ -107,7 +107,7 @@ TEST_CASE("a gesture that is not there is answered with those that are") {
 
 TEST_CASE("every shipped gesture loads without a doubt, under its own name") {
   const GestureFolders folders{HAPTICD_SOURCE_DIR "/deploy/gestures"};
-  const std::vector<std::string> names = list_gestures(folders);
+  const std::vector<std::string> names = list_names(folders);
   CHECK(names == std::vector<std::string>{"bunny_line_and_pillar",
                                           "bunny_single_region",
                                           "bunny_two_lines",

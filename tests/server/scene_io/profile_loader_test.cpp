@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "device/spacemouse/spacemouse_device.h"
+#include "tests/support/spacemouse_axes.h"
 
 namespace hapticd::test {
 namespace {
@@ -86,7 +87,7 @@ TEST_CASE("one number stands for all axes, three for one each") {
 TEST_CASE("profiles that break what the comments of device_profile.proto promise are refused") {
   const std::pair<std::string, std::string> cases[] = {
       {"driver: DRIVER_HID " + kPeaks, "name"},
-      {"name: \"X\" driver: DRIVER_HID " + kPeaks, "no name of a profile"},
+      {"name: \"X\" driver: DRIVER_HID " + kPeaks, "not a name for a profile"},
       {"name: \"p\" " + kPeaks, "no driver"},
       {kHead, "peak_force_n"},
       {kHead + "peak_force_n { value: 5 source: \"s\" }", "peak_torque_n_m"},
@@ -160,7 +161,7 @@ TEST_CASE("an axis map becomes the mapping of the drivers, and none leaves readi
 
 TEST_CASE("a force sign that is no sign is refused") {
   CHECK(faults(kHead + kPeaks + "axis_map { force_sign { value: [1, 0.5, 1] source: \"s\" } }")
-            .find("0.5 is no sign") != std::string::npos);
+            .find("0.5 is not a sign") != std::string::npos);
 }
 
 TEST_CASE("the profile of the SpaceMouse family names the devices the driver knows, at its axes") {
@@ -181,7 +182,7 @@ TEST_CASE("the profile of the SpaceMouse family names the devices the driver kno
     CHECK(spacemouse::is_spacemouse(static_cast<std::uint16_t>(match.vendor_id()),
                                     static_cast<std::uint16_t>(match.product_id())));
   }
-  const AxisMapping family = spacemouse::family_axes(1.0, 1.0);
+  const AxisMapping family = test::family_axes(1.0, 1.0);
   CHECK(mouse.axes.raw_axis == family.raw_axis);
   CHECK(mouse.axes.sign == family.sign);
   CHECK(mouse.profile.actuated_axes == 0);

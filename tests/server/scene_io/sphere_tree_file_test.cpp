@@ -207,7 +207,7 @@ TEST_CASE("a bound that lets a leaf out is refused, even by less than a rounding
   CHECK(complaint(two_leaves_by_hand(1.0)).find("sticks out") != std::string::npos);
 }
 
-TEST_CASE("a leaf that hangs on no node is refused, and so is a level table of another tree") {
+TEST_CASE("a leaf that belongs to no node is refused, and so is a level table of another tree") {
   const auto with = [](std::uint32_t leaves, std::uint32_t in_table) {
     ByteWriter file = header_by_hand(leaves, 1, 1);
     file.sphere(0, 0, 0, 2).u32(in_table).f64(0.5).f64(0.125).raw("abc");
@@ -217,7 +217,7 @@ TEST_CASE("a leaf that hangs on no node is refused, and so is a level table of a
     return complaint(rehashed(file.bytes));
   };
   CHECK(with(2, 2).empty());
-  CHECK(with(3, 2).find("hangs on no node") != std::string::npos);
+  CHECK(with(3, 2).find("belongs to no node") != std::string::npos);
   CHECK(with(2, 3).find("level table") != std::string::npos);
 }
 

@@ -43,11 +43,11 @@ TEST_CASE("the text says for each cause what it is and what to do, and the verdi
 TEST_CASE("the JSON escapes what JSON must not contain and says whether the machine is fit") {
   const HostReport report = some_report();
   const std::string text = doctor_json(report, {{Verdict::kCause, "idle", "a\nb", "c"}});
-  CHECK(has(text, R"("machine": "A \"quoted\\\" processor\u0009 x 2")"));
-  CHECK(has(text, R"("fit": false)"));
-  CHECK(has(text, R"("late_us": {"p50": 0.1,)"));
-  CHECK(has(text, R"({"verdict": "cause", "name": "idle", "what": "a\u000ab", "fix": "c"})"));
-  CHECK(has(doctor_json(report, {}), R"("fit": true)"));
+  CHECK(has(text, R"("machine":"A \"quoted\\\" processor\t x 2")"));
+  CHECK(has(text, R"("fit":false)"));
+  CHECK(has(text, R"("late_us":{"p50":0.1,)"));
+  CHECK(has(text, R"({"verdict":"cause","name":"idle","what":"a\nb","fix":"c"})"));
+  CHECK(has(doctor_json(report, {}), R"("fit":true)"));
 }
 
 TEST_CASE("a measurement runs one tick a period and counts every one") {

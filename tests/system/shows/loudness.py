@@ -5,7 +5,6 @@ the force on the hand in the tick before the release. The force is the daemon's 
 client, synthesis and sound card.
 usage: loudness.py [--write], with HAPTIC_AUDIO in the environment"""
 import os
-import shutil
 import sys
 import time
 
@@ -94,9 +93,6 @@ def measured(session):
 
 
 def main():
-    if any(shutil.which(program) is None for program in jack_rig.PROGRAMS):
-        print("SKIPPED: jackd2 is not installed")
-        return 0
     with daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "single_string") as played, jack_rig.Jack(), \
             jack_rig.Program(os.environ["HAPTIC_AUDIO"], "--server", played.address, "--synth", "--delay-ms", str(DELAY_S * 1e3)) as audio:
         audio.wait_for("hears hapticd")

@@ -5,7 +5,7 @@ usage: shipped_clients.py [--seconds S] [--write]
 Under the virtual clock the States of a session, by their chained hash, are compared with those of a run that nobody listens to, while the
 client is stopped by SIGSTOP in the middle of it, or killed. Under the real clock, S seconds each, CPU time of the ticks is told with the client,
 with it stopped and after it was killed, and the bytes of the datagrams (UDP payload) it exchanged. haptic-audio needs jackd, haptic-relay
-mosquitto: without them they are left out by name. Asserts that hashes are equal and that no fault is latched. --write puts the report into
+mosquitto. Asserts that hashes are equal and that no fault is latched. --write puts the report into
 tests/results."""
 import argparse
 import contextlib
@@ -28,7 +28,6 @@ import jack_rig  # noqa: E402
 
 BIN = pathlib.Path(os.environ["HAPTICCTL"]).parent
 MOSQUITTO = shutil.which("mosquitto", path="/usr/sbin:/usr/bin:/usr/local/sbin:/usr/local/bin")
-JACKD = shutil.which("jackd")
 
 
 def tcp_port():
@@ -49,19 +48,11 @@ def broker():
 
 
 def clients(port):
-    """(name, command that lacks the server's address) of each client that can run here, and why others cannot."""
-    able = [("haptic-web", [BIN / "haptic-web", "--listen", "127.0.0.1:0", "--server"]),
-            ("haptic-osc", [BIN / "haptic-osc", "--to", "127.0.0.1:9", "--server"]), ("listen (the example)", [os.environ["HAPTICD_LISTEN"]])]
-    missing = []
-    if MOSQUITTO:
-        able.append(("haptic-relay", [BIN / "haptic-relay", "--broker", f"127.0.0.1:{port}", "--server"]))
-    else:
-        missing.append("haptic-relay (there is no mosquitto)")
-    if JACKD:
-        able.append(("haptic-audio", [BIN / "haptic-audio", "--wait", "--no-connect", "--delay-ms", "17", "--server"]))
-    else:
-        missing.append("haptic-audio (there is no jackd)")
-    return able, missing
+    """(name, command that lacks the server's address) of each client."""
+    return [("haptic-web", [BIN / "haptic-web", "--listen", "127.0.0.1:0", "--server"]),
+            ("haptic-osc", [BIN / "haptic-osc", "--to", "127.0.0.1:9", "--server"]), ("listen (the example)", [os.environ["HAPTICD_LISTEN"]]),
+            ("haptic-relay", [BIN / "haptic-relay", "--broker", f"127.0.0.1:{port}", "--server"]),
+            ("haptic-audio", [BIN / "haptic-audio", "--wait", "--no-connect", "--delay-ms", "17", "--server"])]
 
 
 def start(arguments, address):
@@ -141,9 +132,8 @@ def main():
     options = parser.parse_args()
     failures, late = [], []
     with contextlib.ExitStack() as stack:
-        if JACKD:
-            stack.enter_context(jack_rig.Jack(256, patient=False))
-        able, missing = clients(stack.enter_context(broker()) if MOSQUITTO else 0)
+        stack.enter_context(jack_rig.Jack(256, patient=False))
+        able = clients(stack.enter_context(broker()))
         lines = [lockstep(able, failures), ""]
         path = f"{stack.enter_context(show.folder())}/session.mcap"
         with show.daemon.Daemon("--record", path) as played, hapticd.Session(played.address) as session:
@@ -163,7 +153,7 @@ def main():
     lines += ["", "CPU time of the haptic thread per tick:", "", *show.TABLE]
     lines += [show.row(name, [tick.cpu_ns for tick in records.ticks if begin <= tick.t_ns < finish]) for name, (begin, finish) in real.spans.items()]
     own, held_up, explained = show.over_period([tick for tick in records.ticks if tick.cpu_ns], 1_000_000)
-    lines += ["", *explained, *(["", "Left out: " + ", ".join(missing) + "."] if missing else [])]
+    lines += ["", *explained]
     if own:
         late.append(f"{len(own)} ticks took longer than the period by their own work")
     if code != 0 or any(tick.state == 6 for tick in records.ticks):

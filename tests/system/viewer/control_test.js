@@ -5,9 +5,7 @@ import { mkdtempSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import test, { after, before } from 'node:test';
-import { freePort, hapticctl, playing, requireOrSkip, startBrowser, startDaemon, startGateway } from './programs.js';
-
-requireOrSkip();
+import { freePort, hapticctl, playing, startBrowser, startDaemon, startGateway } from './programs.js';
 
 const RINGING = 3; // STRING_PHASE_RINGING
 const folder = mkdtempSync(join(tmpdir(), 'hapticd-control-'));

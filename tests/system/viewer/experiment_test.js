@@ -7,9 +7,7 @@ import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import test, { after, before } from 'node:test';
-import { banner, freePort, playing, requireOrSkip, startBrowser, startDaemon, startGateway } from './programs.js';
-
-requireOrSkip();
+import { banner, freePort, playing, startBrowser, startDaemon, startGateway } from './programs.js';
 
 const TRIALS = 27;
 const SEED = 7;

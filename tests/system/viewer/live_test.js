@@ -5,9 +5,7 @@ import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, readli
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import test, { after, before } from 'node:test';
-import { banner, freePort, hapticctl, playing, requireOrSkip, startBrowser, startDaemon, startGateway } from './programs.js';
-
-requireOrSkip();
+import { banner, freePort, hapticctl, playing, startBrowser, startDaemon, startGateway } from './programs.js';
 
 const folder = mkdtempSync(join(tmpdir(), 'hapticd-live-'));
 // What is installed beside hapticd, and so what haptic-web has by itself.

@@ -3,7 +3,7 @@
 import { execFileSync, spawn } from 'node:child_process';
 import { randomBytes } from 'node:crypto';
 import { createSocket } from 'node:dgram';
-import { chmodSync, existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { chmodSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -12,18 +12,14 @@ const CHROMIUM = '/usr/bin/chromium';
 const FLAGS = ['--no-sandbox', '--disable-background-networking', '--disable-quic', '--no-first-run', '--disable-sync'];
 const WITH_3D = ['--use-gl=angle', '--use-angle=gl-egl', '--ignore-gpu-blocklist'];
 const WITHOUT_3D = ['--disable-gpu', '--disable-3d-apis'];
-const SKIPPED = 77; // SKIP_RETURN_CODE of ctest
+const SKIPPED = 77; // SKIP_RETURN_CODE of every test
 const START_MS = 60_000;
 const END_MS = 20_000;
 
-/** Ends this test as skipped, by name, where what it needs is missing. */
-export function requireOrSkip({ namespaces = false } = {}) {
-  const missing = [];
-  if (!existsSync(CHROMIUM)) missing.push('no chromium (package chromium)');
-  if (namespaces && process.getuid() !== 0) missing.push('not root, so no network namespaces');
-  else if (namespaces && !canMakeNamespaces()) missing.push('this system makes no network namespaces (ip netns)');
-  if (missing.length === 0) return;
-  console.log(`skipped: ${missing.join('; ')}`);
+/** Ends this test as skipped, with the reason, where this system makes no network namespaces. */
+export function skipWithoutNamespaces() {
+  if (canMakeNamespaces()) return;
+  console.log(`SKIPPED: ${process.getuid() === 0 ? 'this system makes no network namespaces (ip netns)' : 'only root can make network namespaces'}`);
   process.exit(SKIPPED);
 }
 

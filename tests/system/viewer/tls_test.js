@@ -6,9 +6,9 @@ import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import test, { after, before } from 'node:test';
-import { Namespaces, playing, requireOrSkip, startBrowser, startDaemon, startGateway } from './programs.js';
+import { Namespaces, playing, skipWithoutNamespaces, startBrowser, startDaemon, startGateway } from './programs.js';
 
-requireOrSkip({ namespaces: true });
+skipWithoutNamespaces();
 
 const PERMITTED = 1; // RESULT_CODE_OK
 const folder = mkdtempSync(join(tmpdir(), 'hapticd-tls-'));

@@ -2,9 +2,7 @@
 // it, by hapticctl's word; what the link, the plots and the control of the page say is what the daemon does.
 import assert from 'node:assert/strict';
 import test, { after, before } from 'node:test';
-import { banner, freePort, hapticctl, requireOrSkip, startBrowser, startDaemon, startGateway } from './programs.js';
-
-requireOrSkip();
+import { banner, freePort, hapticctl, startBrowser, startDaemon, startGateway } from './programs.js';
 
 let at, daemon, gateway, browser, page;
 

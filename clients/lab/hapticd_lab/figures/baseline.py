@@ -82,16 +82,17 @@ def _tank_table(lab: Lab, figure: Figure) -> None:
 def compare(lab: Lab, figure: Figure) -> None:
     """The motions of F11 to F18, and sweep and tap at several speeds."""
     table, depths = [HEADING], []
-    for scene, gesture in MOTIONS:
+    for scene, gesture in lab.some(MOTIONS):
         found = _compare(lab, scene, gesture.replace("_", " "), lab.poses(gesture, scene)[:LONGEST_TICKS])
         table += found["rows"]
         depths.append(found["depth_m"]["hapticd"])
-    for speed in SWEEP_SPEEDS:
+    for speed in lab.some(SWEEP_SPEEDS):
         found = _compare(lab, "guqin", f"sweep at {speed:g} m/s", lab.poses(at_speed(lab, "sweep", speed), "guqin"))
         table += found["rows"]
         depths.append(found["depth_m"]["hapticd"])
     by_speed: Dict[str, List[float]] = {name: [] for name in ("hapticd", *METHODS)}
-    for speed in TAP_SPEEDS:
+    tap_speeds = lab.some(TAP_SPEEDS)
+    for speed in tap_speeds:
         found = _compare(lab, "guqin", f"tap at {speed:g} m/s", lab.poses(at_speed(lab, "tap", speed), "guqin"))
         table += found["rows"]
         for name, depth in found["depth_m"].items():
@@ -100,7 +101,7 @@ def compare(lab: Lab, figure: Figure) -> None:
     figure.claims.append(at_most("hapticd's tool never enters anything, in any of the motions and at any speed",
                                  max(depths + by_speed["hapticd"]) * 1e6, DEEPEST_M * 1e6, "um", source=OURS))
     plots.lines("M1: how deep the path is in the string, by speed of the tap", [plots.Panel(
-        "speed, m/s", "deepest path, um", [plots.Line(name, TAP_SPEEDS, [max(depth * 1e6, 1e-3) for depth in column], "o-") for name, column in by_speed.items()],
+        "speed, m/s", "deepest path, um", [plots.Line(name, tap_speeds, [max(depth * 1e6, 1e-3) for depth in column], "o-") for name, column in by_speed.items()],
         log_x=True, log_y=True)]).save(lab.folder / "depth")
     figure.pictures["depth.svg"] = "Deepest place of the path in anything, by speed of the tap; 0.001 um stands for none"
     _tank_table(lab, figure)

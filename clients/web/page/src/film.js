@@ -1,4 +1,4 @@
-// A film of a recording: who makes one (hapticd-lab) has instant after instant drawn and takes a picture of each. Drawing follows these
+// A film of a recording: its maker (hapticd-lab) has instant after instant drawn and takes a picture of each. Drawing follows these
 // instants and no clock, so that a film is the same on a slow machine. The page shows the picture, force and torque, and a caption then.
 
 export class Film {
@@ -39,7 +39,7 @@ export class Film {
 
   /** A PagePlayback came: the State of its position has come before it. */
   heard({ position_s, playing }) {
-    // To and fro over the wire a double stays what it is; the end of a recording may be told by one tick less.
+    // To and fro over the wire a double stays what it is; the end of a recording may be given as one tick less.
     if (!this.#arrived || playing || Math.abs(position_s - this.#arrived.wantedS) > 1e-6) return;
     const { resolve } = this.#arrived;
     this.#arrived = null;

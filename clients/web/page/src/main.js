@@ -21,7 +21,7 @@ import { nameOf, v1 } from './wire.js';
 const TEXT_MS = 125;
 const RATE_COUNTS = 5; // looks, a second apart, that rates are taken over
 const FOLLOW_S = 0.27; // in a film the camera goes after the tool within this time, as it does at 60 frames/s
-const SHOWN_STATES_S = 2; // without a State for so long the picture says that it stands still
+const SHOWN_STATES_S = 2; // without a State for this long the picture says that nothing moves
 const find = (id) => document.getElementById(id);
 const pageS = () => performance.now() / 1000;
 
@@ -79,7 +79,7 @@ function tellNoPicture(why, error) {
 }
 
 function tellFailure(part, error) {
-  banners.set(`part ${part}`, { title: `This page is not whole: ${part}`, text: `${error?.message ?? error}. Everything else works, Stop too. Load the page again, or use another browser.`, warn: true });
+  banners.set(`part ${part}`, { title: `This page is incomplete: ${part}`, text: `${error?.message ?? error}. Everything else works, Stop too. Load the page again, or use another browser.`, warn: true });
 }
 
 function setScene(scene) {
@@ -231,7 +231,7 @@ function showKeys() {
 document.querySelectorAll('[role=tab]').forEach((tab) => { tab.onclick = () => chooseTab(tab.dataset.tab); });
 find('side-toggle').onclick = toggleSide;
 listen({ ...looks?.keys(), p: toggleSide, '?': showKeys, ' ': () => playbackBar?.shown && playbackBar.toggle() });
-// The address of a gateway that was started anew differs in its token alone, for which a browser does not load the page again.
+// The address of a restarted gateway differs in its token alone, for which a browser does not load the page again.
 window.addEventListener('hashchange', () => location.reload());
 setInterval(showTexts, TEXT_MS);
 setInterval(() => parts.run('rates', countRates), 1000);

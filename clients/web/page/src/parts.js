@@ -1,4 +1,4 @@
-// The parts of the page, each by itself: what one of them throws, when it is made or later, is told and stops none of the others.
+// The parts of the page, each by itself: what one of them throws, when it is made or later, is reported and stops none of the others.
 
 export class Parts {
   #failed = new Map(); // what each part threw last

@@ -28,7 +28,7 @@ export class Picture {
     Object.assign(this.controls, { enableDamping: true, dampingFactor: 0.12, minDistance: 0.03, zoomSpeed: 0.8 });
     this.controls.addEventListener('start', () => { this.viewName = ''; });
     this.flight = new CameraFlight(this.stage.camera, this.controls);
-    // three.js asks for it back, and sends everything anew.
+    // three.js asks for it back, and sends everything again.
     canvas.addEventListener('webglcontextlost', () => lost(this.isLost = true));
     canvas.addEventListener('webglcontextrestored', () => {
       this.stage.restore();

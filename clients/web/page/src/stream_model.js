@@ -75,7 +75,7 @@ export class StreamModel {
   #takeLink(link) {
     const Live = v1.PageLinkState.PAGE_LINK_STATE_LIVE;
     if (link.state !== Live && this.link?.state === Live && !this.recorded) {
-      // Another run of the daemon has another clock, and its ticks begin anew.
+      // Another run of the daemon has another clock, and its ticks start again.
       this.clock.forget();
       this.states.clear();
       this.motion.clear();

@@ -306,7 +306,7 @@ TEST_CASE("a recording of a later format, or a compressed one, is refused") {
   compressed.message(1, 1, header_bytes());
   compressed.close_chunk("lz4");
   compressed.save(place.path);
-  CHECK_THROWS_WITH(Show(place.path), doctest::Contains("no recording"));
+  CHECK_THROWS_WITH(Show(place.path), doctest::Contains("not a recording"));
 }
 
 }  // namespace

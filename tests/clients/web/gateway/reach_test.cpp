@@ -126,7 +126,7 @@ TEST_CASE("an address that the system has no way to is told as such") {
   RunningGateway gateway(options);
   Browser page(gateway.port());
   const auto told = page.wait_for(in_state(v1::PAGE_LINK_STATE_NO_ROUTE));
-  CHECK(told.link().message().find("no way to 255.255.255.255") != std::string::npos);
+  CHECK(told.link().message().find("no route to 255.255.255.255") != std::string::npos);
 }
 
 TEST_CASE("a daemon of another wire major is told apart") {

@@ -1,8 +1,8 @@
 // Readers of meshes and sphere-trees against files put together byte by byte, whole and broken; and the budget of triangles.
 import assert from 'node:assert/strict';
 import test from 'node:test';
+import { readPly } from '../../../../clients/web/page/src/drawing/ply.js';
 import { shareTriangles, vertexNormals } from '../../../../clients/web/page/src/model/mesh_budget.js';
-import { readPly } from '../../../../clients/web/page/src/model/ply.js';
 import { levelWithin, readSphereTree } from '../../../../clients/web/page/src/model/sphere_tree.js';
 
 const bytes = (text) => new TextEncoder().encode(text);
@@ -31,6 +31,18 @@ test('a mesh that is cut off, or names vertices it has not, is refused', () => {
   const wrong = Uint8Array.from(whole);
   wrong[wrong.length - 4] = 200;
   assert.throws(() => readPly(wrong), /not there/);
+});
+
+test('a face of five corners is refused, not left out; doubles and faces with colours are read', () => {
+  const ascii = HEAD.replace('FORMAT', 'ascii');
+  assert.throws(() => readPly(bytes(`${ascii}0 0 0\n2 0 0\n2 1 0\n0 1 0\n5 0 1 2 3 0\n`)), /corners/);
+  const body = '0 0 0\n2 0 0\n2 1 0\n0 1 0\n';
+  const doubles = readPly(bytes(`${ascii.replaceAll('float', 'double')}${body}3 0 1 2\n`));
+  assert.deepEqual([doubles.positions.length, ...doubles.indices], [12, 0, 1, 2]);
+  assert.ok(doubles.positions instanceof Float32Array);
+  const rgb = ['red', 'green', 'blue'].map((name) => `property uchar ${name}\n`).join('');
+  const coloured = readPly(bytes(`${ascii.replace('end_header', `${rgb}end_header`)}${body}3 0 1 2 255 0 0\n`));
+  assert.deepEqual([coloured.positions.length, ...coloured.indices], [12, 0, 1, 2]);
 });
 
 /** A tree of 3 leaves below 2 nodes: the root has leaf 0 and a bound, below which are leaves 1 and 2. */

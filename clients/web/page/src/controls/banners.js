@@ -27,9 +27,9 @@ export class Banners {
 }
 
 const REMEDIES = {
-  overrun: 'Ticks came late too often. hapticctl doctor says what makes them late on this machine.',
+  overrun: 'Ticks were late too often. hapticctl doctor says what makes them late on this machine.',
   'device lost': 'Plug the device in again, then clear the fault.',
-  overlap: 'The tool stands inside something of this scene. Move it out, then engage.',
+  overlap: 'The tool is inside something in this scene. Move it out, then engage.',
   'not checked': 'Run hapticctl device check once with this device.',
   stopped: 'Somebody pressed Stop.',
   'emergency stop': 'Release the emergency stop, then clear the fault.',
@@ -51,10 +51,10 @@ export function loopBanner(state, fault, clear) {
 /** Banner of a fault that the daemon latches while a recording is shown, or null: `back` is the action of who may show the daemon. */
 export function daemonBanner(shown, back) {
   if (!shown?.daemon_fault) return null;
-  return { title: 'The daemon, which is not shown now, is in a fault', text: shown.daemon_fault, action: back && ['Back to live', back] };
+  return { title: 'The daemon, which is not shown now, has a fault', text: shown.daemon_fault, action: back && ['Back to live', back] };
 }
 
-const LINKS = ['', 'Connecting to the daemon', '', 'The daemon is silent', 'No way to the daemon', 'The key is refused', 'The daemon speaks another version', 'The daemon is gone'];
+const LINKS = ['', 'Connecting to the daemon', '', 'The daemon is silent', 'No route to the daemon', 'The key is refused', 'The daemon speaks another version', 'The daemon is gone'];
 
 /** Banner of the connection, or null while all is well. */
 export function linkBanner(link) {

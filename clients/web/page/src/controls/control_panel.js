@@ -118,7 +118,7 @@ export class ControlPanel {
 }
 
 export function leaseText(mayControl, lease) {
-  if (!mayControl) return 'This page only looks. Who may control opens the address that haptic-web prints, token included; the token changes with each start.';
+  if (!mayControl) return 'This page may only look. To control, open the address that haptic-web prints, token included; the token changes with each start.';
   if (lease?.yours) return 'This page controls.';
   return lease?.fence ? `Held by ${lease.holder || 'another client'}.` : 'Nobody controls.';
 }

@@ -1,5 +1,5 @@
-// The experiment's side: who takes part, and where it stands. hapticd-lab runs it and keeps its files, so that a page that was closed, or a
-// gateway that was started anew, loses nothing: the same participant goes on.
+// The experiment's side: who takes part, and how far it is. hapticd-lab runs it and keeps its files, so that a page that was closed, or a
+// gateway that was restarted, loses nothing: the same participant goes on.
 import { button, make, row } from './dom.js';
 import { ExperimentScreen } from './experiment_screen.js';
 import { isRunning, stageOf } from './experiment_stage.js';
@@ -84,7 +84,7 @@ export class ExperimentPanel {
   #banner(screen) {
     const participant = this.#remembered();
     if (!participant || this.running || stageOf(screen) === 'done' || !this.#session.connected) return null;
-    const why = stageOf(screen) === 'stopped' && screen.participant === participant ? screen.text : 'What was answered is kept.';
+    const why = stageOf(screen) === 'stopped' && screen.participant === participant ? screen.text : 'All answers are kept.';
     const may = this.#session.mayControl;
     const goOn = () => {
       this.#fields.participant = participant;
@@ -96,7 +96,7 @@ export class ExperimentPanel {
   #status(screen) {
     const where = `${screen.participant}: ${screen.kept} of ${screen.trials} trials are answered (${stageOf(screen)} ${screen.object}).`;
     return [make('progress', { max: screen.trials || 1, value: screen.kept, style: 'width:100%' }), make('p', { id: 'experiment-status' }, where),
-      row(button('End it', () => this.#session.experiment({ end: {} }), { class: 'stop', disabled: !this.#session.mayControl }))];
+      row(button('End the experiment', () => this.#session.experiment({ end: {} }), { class: 'stop', disabled: !this.#session.mayControl }))];
   }
 
   #field(name, properties) {
@@ -114,7 +114,7 @@ export class ExperimentPanel {
     const last = stageOf(screen) === 'stopped' ? [make('p', { class: 'note', id: 'experiment-last' }, `${screen.participant}: ${screen.text}`)] : [];
     return [make('p', { class: 'note' }, 'Psychophysics of the paper, Table 1: one of two strings has T, E or R raised by 30, 40 or 50 %, three pairs of each, 27 in all; a wall and a sphere before, five sliders after them.'),
       row(make('label', { class: 'note' }, 'Participant ', participant), make('label', { class: 'note' }, 'Order ', seed)), row(begin),
-      make('p', { class: 'note' }, 'A participant whose experiment was interrupted goes on where it ended, in the order it began with.'), ...last,
-      make('p', { class: 'note' }, this.#session.mayControl ? '' : 'This page only looks.')];
+      make('p', { class: 'note' }, 'A participant whose experiment was interrupted goes on where it stopped, in the same order.'), ...last,
+      make('p', { class: 'note' }, this.#session.mayControl ? '' : 'This page may only look.')];
   }
 }

@@ -104,7 +104,7 @@ export class ExperimentScreen {
       made.append(make('kbd', {}, key));
       return made;
     };
-    // No answer has the focus: Enter would give one that nobody chose.
+    // No answer has the focus: Enter would give one that was not chosen.
     return [make('h2', { tabIndex: -1, 'data-focus': '' }, 'Which one was stiffer?'), row(choice('FIRST', 'String A', 'A'), choice('EQUAL', 'Equal', 'E'), choice('SECOND', 'String B', 'B')),
       row(button('Feel both once more (R)', () => this.#answer('AGAIN'), { 'data-reply': 'AGAIN' }))];
   }
@@ -113,7 +113,7 @@ export class ExperimentScreen {
     const said = make('output', {}, '–');
     const keep = button('Keep', () => this.#answer('SCORE', Number(slider.value)), { class: 'go large', 'data-reply': 'SCORE', disabled: true });
     const slider = make('input', { type: 'range', min: 0, max: 100, step: 1, value: 50, 'aria-label': screen.object, 'data-focus': '' });
-    // Where it stands at first is nobody's answer.
+    // Its first position is not an answer.
     slider.oninput = slider.onpointerup = slider.onkeyup = () => {
       said.textContent = slider.value;
       keep.disabled = this.#answered;
@@ -126,7 +126,7 @@ export class ExperimentScreen {
     const end = button('End here', () => {
       if (end.dataset.sure) return this.#actions.end();
       end.dataset.sure = 'yes';
-      end.textContent = 'Really end? What was answered is kept';
+      end.textContent = 'Really end? All answers are kept';
       setTimeout(() => {
         delete end.dataset.sure;
         end.textContent = 'End here';

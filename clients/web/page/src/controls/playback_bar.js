@@ -1,4 +1,4 @@
-// A recording that is shown: its name, slider, pause, speed, and the way back to the daemon for who may. While the slider is held it
+// A recording that is shown: its name, slider, pause, speed, and the way back to the daemon for those who may. While the slider is held it
 // belongs to the hand.
 import { shownText } from './connection_panel.js';
 

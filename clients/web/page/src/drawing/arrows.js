@@ -1,4 +1,4 @@
-// Many arrows, rings and dots in a few draw calls: contacts, forces, torques. Set anew each frame; what is not set is not drawn.
+// Many arrows, rings and dots in a few draw calls: contacts, forces, torques. Set again each frame; what is not set is not drawn.
 import * as THREE from 'three';
 
 const UP = new THREE.Vector3(0, 1, 0);

@@ -1,4 +1,4 @@
-// Where the eye stands: presets for every scene, computed from its box, and flights from one to the next. Pure but for the flight.
+// Where the eye is: presets for every scene, computed from its box, and flights from one to the next. Pure, except the flight.
 import * as THREE from 'three';
 import { add, mix } from '../model/vector.js';
 

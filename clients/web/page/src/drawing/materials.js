@@ -1,5 +1,5 @@
 // What things are made of, by their names: lacquer, mother-of-pearl, rosewood, jade, skin. One table for all scenes; whatever has no entry
-// gets a plain colour of its own.
+// gets its own plain colour.
 import * as THREE from 'three';
 
 /** First match wins. gloss 0..1; coat: a clear layer above, drawn as such with ?lod=high. */

@@ -3,10 +3,10 @@
 import { MeshoptSimplifier } from 'meshoptimizer/simplifier';
 import * as THREE from 'three';
 import { DEFAULT_BUDGET, shareTriangles, vertexNormals } from '../model/mesh_budget.js';
-import { readPly } from '../model/ply.js';
 import { flatPart, isLarge } from '../model/scene_model.js';
 import { levelWithin, readSphereTree } from '../model/sphere_tree.js';
 import { transform } from '../model/vector.js';
+import { readPly } from './ply.js';
 
 const STRINGS_AND_MARKS = 1500; // of the budget, for what is not a mesh
 const SPHERE_TRIANGLES = 20;

@@ -1,5 +1,5 @@
 // The plots beside the picture: force, torque, penetration margin, ticks, energy. Rows come with every State; canvases are redrawn eight
-// times a second, which is all an eye reads. Where States were lost a line has a hole, and what stands between two holes is a dot.
+// times a second, which is all an eye reads. Where States were lost a line has a hole, and what is alone between two holes is a dot.
 import 'uplot/dist/uPlot.min.css';
 import { LogHistogram, loneRows, sinceFirst, TimeSeries } from './series.js';
 

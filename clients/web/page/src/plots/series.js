@@ -1,10 +1,10 @@
 // What plots are drawn from: the last seconds of several numbers over time, and a histogram of the times of ticks. Rings of fixed size.
 
-const AROUND = 4; // steps on each side of a gap that tell the stream's period there
+const AROUND = 4; // steps on each side of a gap that show the stream's period there
 const LOST_PERIODS = 1.5; // rows farther apart have lost one: instants of ticks, and the pace of a replay, vary by less
 
 /**
- * Where a row is missing: for each of the rows at `places`, whether there is a hole before it. The period of the stream is not told, and it
+ * Where a row is missing: for each of the rows at `places`, whether there is a hole before it. The period of the stream is not known, and it
  * changes: a daemon sends fewer States where the network loses them. So it is read off the neighbours: a step is a hole where it is longer
  * than those before it or than those after it. A lost State is; where the stream slows down, the steps after are as long, and it is none. A
  * place that goes back is another run.
@@ -65,7 +65,7 @@ export class TimeSeries {
     this.#next = this.#count = 0;
   }
 
-  /** Appends one row; a step back in time begins anew. `place` tells missing rows: the number of its tick, exact where instants are not. */
+  /** Appends one row; a step back in time starts again. `place` tells missing rows: the number of its tick, exact where instants are not. */
   add(timeS, values, place = timeS) {
     if (this.#count > 0 && timeS < this.newestS) this.clear();
     this.#times[this.#next] = timeS;
@@ -81,7 +81,7 @@ export class TimeSeries {
 
   /**
    * [times relative to the newest, column, column, ...] of the last `seconds`, oldest first, as uPlot takes them. Where rows are missing there is
-   * one of null in the middle: what was then is not known, and no line goes across. So is a value that is no number.
+   * one of null in the middle: what was then is not known, and no line goes across. So is a value that is not a number.
    */
   window(seconds) {
     const capacity = this.#times.length;

@@ -1,9 +1,7 @@
 // How far a QpSolution is from the optimum: the largest scaled violation of the Karush-Kuhn-Tucker
-// conditions. Used by tests and by the diagnostics of the daemon; independent of the solver's own
-// factors. RT: yes, one pass over all rows.
+// conditions. Independent of the solver's own factors. One pass over all rows, no heap.
 #pragma once
 
-#include "core/math/realtime.h"
 #include "core/solver/qp_problem.h"
 
 namespace hapticd {
@@ -17,7 +15,6 @@ namespace hapticd {
 ///   complementarity  min(multiplier_i, slack_i) / s
 /// The sum of multipliers counts because rows that nearly oppose each other need huge ones, and no
 /// x in double precision balances them better.
-[[nodiscard]] HD_REALTIME double kkt_residual(const QpProblem& problem,
-                                              const QpSolution& solution) noexcept;
+[[nodiscard]] double kkt_residual(const QpProblem& problem, const QpSolution& solution) noexcept;
 
 }  // namespace hapticd

@@ -1,4 +1,4 @@
-// How the server's clock stands to the own: PROTOCOL.md, section 7. The offset of the smallest
+// The server's clock relative to this one: PROTOCOL.md, section 7. The offset of the smallest
 // round trip of the last eight exchanges, carried on with the skew that least squares over 30 s
 // give. Pure; times are ns. Not RT.
 #pragma once
@@ -10,7 +10,7 @@
 
 #include "proto/wire/clock_exchange.h"
 
-namespace hapticd::client {
+namespace hapticd::wire {
 
 /// Exchanges among which the one with the smallest round trip is believed.
 inline constexpr std::size_t kClockSamples = 8;
@@ -24,7 +24,7 @@ inline constexpr double kMaxSkew = 500e-6;
 /// The relation at one instant.
 struct ClockRelation {
   std::int64_t offset_ns = 0;       ///< server's clock minus own clock, at the instant asked for
-  double skew = 0.0;                ///< its growth per time of the own clock; 1e-6 = 1 ppm
+  double skew = 0.0;                ///< its growth per time of this clock; 1e-6 = 1 ppm
   std::int64_t uncertainty_ns = 0;  ///< of the offset
 };
 
@@ -32,10 +32,10 @@ struct ClockRelation {
 class ClockEstimate {
  public:
   /// One answered exchange, in the order of arrival.
-  void add(const wire::ClockSample& sample);
+  void add(const ClockSample& sample);
   /// Any exchange has been answered.
   [[nodiscard]] bool known() const noexcept { return count_ > 0; }
-  /// The relation at `now_ns` of the own clock; only when known().
+  /// The relation at `now_ns` of this clock; only when known().
   [[nodiscard]] ClockRelation at(std::int64_t now_ns) const;
   /// The smallest round trip of the last eight exchanges, ns; only when known().
   [[nodiscard]] std::int64_t round_trip_ns() const { return best().round_trip_ns; }
@@ -46,13 +46,13 @@ class ClockEstimate {
     double slope_error = kMaxSkew;  ///< three standard errors
   };
 
-  [[nodiscard]] const wire::ClockSample& best() const noexcept;
+  [[nodiscard]] const ClockSample& best() const noexcept;
   void fit();
 
-  std::array<wire::ClockSample, kClockSamples> recent_{};
+  std::array<ClockSample, kClockSamples> recent_{};
   std::size_t count_ = 0;
-  std::deque<wire::ClockSample> chosen_;  ///< the best of eight, as they changed, over 30 s
+  std::deque<ClockSample> chosen_;  ///< the best of eight, as they changed, over 30 s
   Line line_;
 };
 
-}  // namespace hapticd::client
+}  // namespace hapticd::wire

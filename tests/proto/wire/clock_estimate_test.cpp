@@ -1,14 +1,17 @@
 // The clock estimate against clocks whose offset and skew are known. PROTOCOL.md, section 7.
-#include "clients/library/clock_estimate.h"
+#include "proto/wire/clock_estimate.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
 
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 
-namespace hapticd::client {
+namespace hapticd::wire {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -25,13 +28,13 @@ struct Clocks {
     return server(own_ns) - own_ns;
   }
   /// An exchange that begins at own_ns; the server keeps the Clock 500 us.
-  [[nodiscard]] wire::ClockSample exchange(std::int64_t own_ns, std::int64_t out_ns,
-                                           std::int64_t back_ns) const {
+  [[nodiscard]] ClockSample exchange(std::int64_t own_ns, std::int64_t out_ns,
+                                     std::int64_t back_ns) const {
     v1::Clock clock;
     clock.set_echoed_ns(static_cast<std::uint64_t>(own_ns));
     clock.set_received_ns(static_cast<std::uint64_t>(server(own_ns + out_ns)));
     clock.set_sent_ns(static_cast<std::uint64_t>(server(own_ns + out_ns + 500'000)));
-    const auto sample = wire::clock_sample(clock, own_ns + out_ns + 500'000 + back_ns);
+    const auto sample = clock_sample(clock, own_ns + out_ns + 500'000 + back_ns);
     REQUIRE(sample.has_value());
     return *sample;
   }
@@ -87,5 +90,29 @@ TEST_CASE("no skew is claimed before five seconds have been seen") {
   CHECK(estimate.at(3 * kSecond_ns).skew == 0.0);
 }
 
+TEST_CASE("the estimate is that of every case that the clients share") {
+  std::ifstream file(HAPTICD_SOURCE_DIR "/tests/protocol/data/clock_cases.json");
+  const nlohmann::json cases = nlohmann::json::parse(file);
+  CHECK(cases.size() > 8);
+  for (const nlohmann::json& each : cases) {
+    CAPTURE(each["behaviour"].get<std::string>());
+    ClockEstimate estimate;
+    for (const nlohmann::json& exchange : each["exchanges"]) {
+      v1::Clock clock;
+      clock.set_echoed_ns(exchange[0]);
+      clock.set_received_ns(exchange[1]);
+      clock.set_sent_ns(exchange[2]);
+      if (const auto sample = clock_sample(clock, exchange[3])) estimate.add(*sample);
+    }
+    CHECK(estimate.known() == each.contains("offset_ns"));
+    if (!estimate.known()) continue;
+    const ClockRelation relation = estimate.at(each["now_ns"]);
+    CHECK(std::abs(relation.offset_ns - each["offset_ns"].get<std::int64_t>()) <=
+          each["offset_error_ns"].get<std::int64_t>());
+    CHECK(std::fabs(relation.skew - each["skew"].get<double>()) <=
+          each["skew_error"].get<double>());
+  }
+}
+
 }  // namespace
-}  // namespace hapticd::client
+}  // namespace hapticd::wire

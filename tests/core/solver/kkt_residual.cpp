@@ -1,5 +1,5 @@
 // Plain sums over the problem as given; shares nothing with the solver.
-#include "core/solver/kkt_residual.h"
+#include "tests/core/solver/kkt_residual.h"
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,86 @@
+// See program.h.
+#include "clients/library/program.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+#include "clients/library/endpoint.h"
+#include "clients/library/named_key.h"
+
+namespace hapticd::client {
+namespace {
+
+volatile std::sig_atomic_t ended = 0;
+
+/// What is wrong with the address; nothing: it is one.
+std::string address_problem(const std::string& text) {
+  try {
+    (void)parse_endpoint(text);
+    return {};
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+void add_daemon_options(CLI::App& app, DaemonChoice& daemon) {
+  app.add_option("--server", daemon.server, "where hapticd listens, HOST:PORT")
+      ->check(CLI::Validator([](std::string& text) { return address_problem(text); }, ""))
+      ->capture_default_str();
+  app.add_option("--key", daemon.key_file, "key file, if hapticd has keys")->type_name("FILE");
+  app.add_option("--role", daemon.role,
+                 "role of the key (control, unless the file is called view.key)")
+      ->check(CLI::IsMember({"view", "control"}))
+      ->type_name("view|control");
+}
+
+std::unique_ptr<Client> open_client(const DaemonChoice& daemon, ClientHandlers handlers) {
+  const Endpoint server = parse_endpoint(daemon.server);
+  return std::make_unique<Client>(server.host, server.port, std::move(handlers),
+                                  named_key(daemon.key_file, daemon.role));
+}
+
+std::string unanswered(const std::string& server) {
+  return "no daemon answers at " + server +
+         " yet. Start hapticd, or name where it listens with --server; if it has keys, give one of "
+         "them with --key";
+}
+
+void set_rate(double tick_rate_hz, double rate_hz, v1::Subscribe& subscribe) {
+  if (!(rate_hz > 0.0)) return;
+  const double divisor = std::max(1.0, std::round(tick_rate_hz / rate_hz));
+  subscribe.set_divisor(static_cast<std::uint32_t>(divisor));
+}
+
+void end_on_signals() {
+  std::signal(SIGINT, [](int) { ended = 1; });
+  std::signal(SIGTERM, [](int) { ended = 1; });
+}
+
+bool has_ended() noexcept { return ended != 0; }
+
+int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
+  const std::string name = app.get_name();
+  try {
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : kProgramUsage;
+    }
+    return run();
+  } catch (const std::invalid_argument& error) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), error.what());
+    return kProgramUsage;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), error.what());
+    return kProgramFailed;
+  }
+}
+
+}  // namespace hapticd::client

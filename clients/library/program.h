@@ -1,0 +1,51 @@
+// What programs that follow a daemon have in common: where it is, on the command line; the client
+// of it; the end by a signal; exit codes. Not RT.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "clients/library/client.h"
+
+namespace CLI {
+class App;
+}
+
+namespace hapticd::client {
+
+/// Exit codes beside 0.
+inline constexpr int kProgramFailed = 1;  ///< a key, an address or a file is bad
+inline constexpr int kProgramUsage = 2;   ///< the command line makes no sense
+
+/// The daemon that a command line names.
+struct DaemonChoice {
+  std::string server = "127.0.0.1:47800";  ///< HOST:PORT, as parse_endpoint() reads it
+  std::string key_file;                    ///< empty: the daemon has no keys
+  std::string role;                        ///< view or control; empty: by the name of the file
+};
+
+/// Adds --server, --key and --role. `daemon` must outlive the parsing.
+void add_daemon_options(CLI::App& app, DaemonChoice& daemon);
+
+/// A client of that daemon, which need not be there yet. Throws std::invalid_argument where an
+/// option makes no sense, and as Client's constructor and read_client_key() do.
+[[nodiscard]] std::unique_ptr<Client> open_client(const DaemonChoice& daemon,
+                                                  ClientHandlers handlers);
+
+/// What to say to a person when nobody answers at `server`.
+[[nodiscard]] std::string unanswered(const std::string& server);
+
+/// Asks for `rate_hz` States a second, as nearly as whole ticks allow, where a second has
+/// `tick_rate_hz` ticks; for none where it is 0.
+void set_rate(double tick_rate_hz, double rate_hz, v1::Subscribe& subscribe);
+
+/// SIGINT and SIGTERM do not end the program from now on, but make has_ended() true.
+void end_on_signals();
+[[nodiscard]] bool has_ended() noexcept;
+
+/// Reads the command line into what `app` was given, then calls `run`. Returns run's exit code, or
+/// that of what went wrong, which is said on stderr.
+int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& run);
+
+}  // namespace hapticd::client

@@ -1,0 +1,37 @@
+// Where the strings of a simulation are, for judges that need the line itself.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/simulation/simulation.h"
+
+namespace hapticd::test {
+
+/// A string after step(): its ends and the vertices that tools bend it to, from A to B, in W, m.
+[[nodiscard]] inline StringPoints string_shape(const Simulation& simulation, std::int32_t string) {
+  const SimulationMemory& memory = simulation.memory();
+  std::array<StringTool, kMaxTools> tools;
+  for (std::size_t k = 0; k < memory.tools.size(); ++k) {
+    ToolPlay& play = memory.tools[k];
+    tools[k] = {&play.scene, &play.state, &play.view, memory.scratch};
+  }
+  StringPoints points;
+  string_points(std::span(tools).first(memory.tools.size()), simulation.holders(), string, -1,
+                points);
+  if (memory.tools.size() > 1) return points;
+  // One tool holds what it holds.
+  const ToolPlay& play = memory.tools.front();
+  const Capsule& line = play.scene.obstacles.capsules_W[static_cast<std::size_t>(string)];
+  for (const StringHold& hold : play.state.optimiser.holds) {
+    if (hold.bend.capsule != string || !hold.yields) continue;
+    points.truncate(1);
+    points.push_back(leg_of(line, hold.bend, 0).capsule_W.p_B);
+    points.push_back(line.p_B);
+  }
+  return points;
+}
+
+}  // namespace hapticd::test
