@@ -13,7 +13,22 @@ namespace {
 
 using wire::result_of;
 
-v1::Result no_room() { return result_of(v1::RESULT_CODE_BUSY, "", "Too many commands at once."); }
+/// Lends `thing`, which is not obeyed before its command comes. False when there is no room.
+template <typename Thing, std::size_t Capacity>
+bool lend_through(Lending<Thing, Capacity>& channel, std::size_t& lent,
+                  std::unique_ptr<Thing>& thing) noexcept {
+  if (lent == Capacity || !channel.lent.push(thing)) return false;
+  ++lent;
+  return true;
+}
+
+/// Frees what has been given back. What a replay gave to the loop was not lent here.
+template <typename Thing, std::size_t Capacity>
+void take_back_through(Lending<Thing, Capacity>& channel, std::size_t& lent) noexcept {
+  while (channel.back.pop() != nullptr) {
+    if (lent > 0) --lent;
+  }
+}
 
 }  // namespace
 
@@ -30,34 +45,40 @@ bool LoopDesk::post(const LoopCommandBody& what) {
   return channels_->commands.push({++last_number_, what});
 }
 
+bool LoopDesk::has_room() const noexcept {
+  return channels_->commands.size() < channels_->commands.capacity();
+}
+
+// Its number is not used again.
+Answer LoopDesk::refuse() noexcept {
+  ++last_number_;
+  return result_of(v1::RESULT_CODE_BUSY, "", "Too many commands at once.");
+}
+
 Answer LoopDesk::command(const RequestId& id, const LoopCommandBody& what) {
-  if (!post(what)) return no_room();
+  if (!has_room()) return refuse();
+  post(what);
   waiting_.emplace_back(last_number_, id);
   follow();
   return std::nullopt;
 }
 
 Answer LoopDesk::lend(const RequestId& id, std::unique_ptr<GesturePlan> plan) {
-  if (!post(PlayGestureCommand{plan.get()})) return no_room();
-  static_cast<void>(plan.release());
-  waiting_.emplace_back(last_number_, id);
-  follow();
-  return std::nullopt;
+  if (!has_room() || !lend_through(channels_->gestures, gestures_lent_, plan)) return refuse();
+  return command(id, PlayGestureCommand{});
 }
 
 Answer LoopDesk::lend(const std::optional<RequestId>& id, std::unique_ptr<SettingsChange> change) {
-  if (!post(ChangeSettingsCommand{change.get()})) return no_room();
-  static_cast<void>(change.release());
-  if (!id) return std::nullopt;
-  waiting_.emplace_back(last_number_, *id);
-  follow();
+  if (!has_room() || !lend_through(channels_->changes, changes_lent_, change)) return refuse();
+  if (id) return command(*id, ChangeSettingsCommand{});
+  post(ChangeSettingsCommand{});
   return std::nullopt;
 }
 
 Answer LoopDesk::lend(const std::optional<RequestId>& id, std::unique_ptr<PlayedScene> scene) {
-  if (!post(SwapSceneCommand{scene.get()})) return no_room();
-  static_cast<void>(scene.release());
-  if (id) waiting_.emplace_back(last_number_, *id);
+  if (!has_room() || !lend_through(channels_->scenes, scenes_lent_, scene)) return refuse();
+  if (id) return command(*id, SwapSceneCommand{});
+  post(SwapSceneCommand{});
   follow();
   return std::nullopt;
 }
@@ -77,6 +98,7 @@ void LoopDesk::take_events() {
     on_event_(event);
     settle(event);
   }
+  take_back();
   LogRecord record;
   while (channels_->log.pop(record)) write_log(record);
 }
@@ -87,13 +109,13 @@ void LoopDesk::settle(const LoopEvent& event) {
   } else if (const auto* refused = std::get_if<CommandRefused>(&event.what)) {
     finish(refused->number,
            result_of(v1::RESULT_CODE_WRONG_STATE, "", std::string(explain(refused->cause))));
-  } else if (const auto* swapped = std::get_if<SceneSwapped>(&event.what)) {
-    delete swapped->retired;
-  } else if (const auto* retired = std::get_if<GestureRetired>(&event.what)) {
-    delete retired->plan;
-  } else if (const auto* settled = std::get_if<SettingsRetired>(&event.what)) {
-    delete settled->change;
   }
+}
+
+void LoopDesk::take_back() noexcept {
+  take_back_through(channels_->scenes, scenes_lent_);
+  take_back_through(channels_->gestures, gestures_lent_);
+  take_back_through(channels_->changes, changes_lent_);
 }
 
 void LoopDesk::finish(std::uint64_t number, const v1::Result& result) {

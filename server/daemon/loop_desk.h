@@ -66,9 +66,12 @@ class LoopDesk {
   [[nodiscard]] std::uint64_t next_tick() const noexcept;
 
  private:
+  [[nodiscard]] bool has_room() const noexcept;
+  [[nodiscard]] Answer refuse() noexcept;
   void finish(std::uint64_t number, const v1::Result& result);
   void follow();
   void settle(const LoopEvent& event);
+  void take_back() noexcept;
 
   ServedClients& clients_;
   bool stepped_here_;
@@ -77,6 +80,10 @@ class LoopDesk {
   std::function<void(const LoopEvent&)> on_event_;
   std::deque<std::pair<std::uint64_t, RequestId>> waiting_;  ///< not yet obeyed, by number
   std::uint64_t last_number_ = 0;
+  // With the loop, or on their way there or back.
+  std::size_t scenes_lent_ = 1;  ///< the first one
+  std::size_t gestures_lent_ = 0;
+  std::size_t changes_lent_ = 0;
   std::uint64_t lease_ends_ = 0;
   std::uint64_t told_lease_ends_ = 0;
   std::uint64_t lease_end_number_ = 0;  ///< of the command not obeyed yet that told; 0: none

@@ -281,7 +281,7 @@ void SceneDesk::take(const LoopEvent& event) {
   if (const auto* swapped = std::get_if<SceneSwapped>(&event.what)) {
     finish_swap(swapped->scene_id);
   } else if (const auto* settled = std::get_if<SettingsRetired>(&event.what)) {
-    settle_change(settled->change->number, settled->dropped);
+    settle_change(settled->number, settled->dropped);
   }
 }
 

@@ -1,5 +1,5 @@
-// A gesture ready to be played by the simulated hands: made outside the loop, lent to it by
-// pointer, given back in a LoopEvent. RT: plain data for the loop.
+// A gesture ready to be played by the simulated hands: made outside the loop and lent to it
+// (LoopChannels). RT: plain data for the loop.
 #pragma once
 
 #include <array>

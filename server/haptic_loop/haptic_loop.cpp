@@ -58,21 +58,19 @@ HapticLoop::HapticLoop(const LoopOptions& options, std::unique_ptr<PlayedScene> 
   begin_scene();
 }
 
-HapticLoop::~HapticLoop() {
-  for (SettingsChange* change : changes_) delete change;
-}
+HapticLoop::~HapticLoop() = default;
 
 void HapticLoop::obey(const LoopCommand& command) noexcept {
-  if (const auto* swap = std::get_if<SwapSceneCommand>(&command.what)) {
-    take_scene(swap->scene, command.number);
+  if (std::holds_alternative<SwapSceneCommand>(command.what)) {
+    take_scene(channels_.scenes.lent.pop(), command.number);
     return;
   }
-  if (const auto* play = std::get_if<PlayGestureCommand>(&command.what)) {
-    play_gesture(play->plan, command.number);
+  if (std::holds_alternative<PlayGestureCommand>(command.what)) {
+    play_gesture(channels_.gestures.lent.pop(), command.number);
     return;
   }
-  if (const auto* change = std::get_if<ChangeSettingsCommand>(&command.what)) {
-    take_change(change->change, command.number);
+  if (std::holds_alternative<ChangeSettingsCommand>(command.what)) {
+    take_change(channels_.changes.lent.pop(), command.number);
     return;
   }
   if (std::holds_alternative<ClearCommand>(command.what)) mend_devices();

@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 
+#include "core/rt/owner_ring.h"
 #include "core/rt/rt_log.h"
 #include "core/rt/spsc_ring.h"
 #include "core/safety/guardian.h"
@@ -49,8 +50,19 @@ struct TickPose {
 /// Ticks on their way to the recorder: 2 s at 1 kHz.
 using TraceRing = SpscRing<TickTrace, 2048>;
 
+/// What is lent to the loop and given back: two rings. No more than `Capacity` things may be with
+/// the loop at a time, or on their way.
+template <typename T, std::size_t Capacity>
+struct Lending {
+  OwnerRing<std::unique_ptr<T>, Capacity> lent;  ///< to the loop; each before its command
+  OwnerRing<std::unique_ptr<T>, Capacity> back;  ///< not touched any more, to be freed
+};
+
 /// What the loop exchanges with the network thread. One writer and one reader each.
 struct LoopChannels {
+  Lending<PlayedScene, 4> scenes;
+  Lending<GesturePlan, 512> gestures;
+  Lending<SettingsChange, 512> changes;
   SpscRing<LoopCommand, 256> commands;  ///< to the loop
   SpscRing<TickPose, kScriptedQueue> poses;
   SpscRing<LoopEvent, 4096> events;  ///< lossless; an overflow is a fault
@@ -122,13 +134,14 @@ class HapticLoop {
   void clear_devices() noexcept;
   void gather_orders() noexcept;
   void pass(std::int64_t now_ns, std::uint64_t skipped) noexcept;
-  void take_scene(PlayedScene* scene, std::uint64_t number) noexcept;
+  void take_scene(std::unique_ptr<PlayedScene> scene, std::uint64_t number) noexcept;
   void swap_scene() noexcept;
   void begin_scene() noexcept;
   void give_back_scene() noexcept;
   [[nodiscard]] bool begin_gesture(const GesturePlan& plan) noexcept;
-  void play_gesture(GesturePlan* plan, std::uint64_t number) noexcept;
-  void take_change(SettingsChange* change, std::uint64_t number) noexcept;
+  void play_gesture(std::unique_ptr<GesturePlan> plan, std::uint64_t number) noexcept;
+  void take_change(std::unique_ptr<SettingsChange> change, std::uint64_t number) noexcept;
+  void retire(std::unique_ptr<SettingsChange> change, bool dropped = false) noexcept;
   void follow_changes() noexcept;
   void report_late(std::uint64_t skipped) noexcept;
   void read_devices() noexcept;
@@ -166,7 +179,9 @@ class HapticLoop {
   std::uint64_t waiting_number_ = 0;
   std::unique_ptr<SettingsChange> change_;  ///< its ramp is under way
   double change_share_ = 0.0;
-  FixedVector<SettingsChange*, kWaitingChanges> changes_;  ///< owned; for later ticks
+  /// For later ticks, as they came; the first `waiting_changes_`.
+  std::array<std::unique_ptr<SettingsChange>, kWaitingChanges> changes_;
+  std::size_t waiting_changes_ = 0;
   std::array<std::atomic<HapticDevice*>, kMaxTools> guarded_{};
   std::atomic<std::int64_t> heartbeat_ns_{0};
   std::atomic<bool> guarding_{false};  ///< the guardian is writing to one of guarded_

@@ -1,6 +1,6 @@
 // What the loop is told by the other threads: a few plain commands per tick, obeyed at its edge.
-// What they point to is prepared before and belongs to the loop until it is given back in a
-// LoopEvent. RT: yes, plain data.
+// Scenes, gestures and changes of settings are prepared before, and go to the loop through a ring
+// of their own, each before its command (LoopChannels). RT: yes, plain data.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,6 @@
 #include "server/haptic_loop/guided_push.h"
 
 namespace hapticd {
-
-struct PlayedScene;
-struct GesturePlan;
-struct SettingsChange;
 
 /// Force on: from a contact-free start.
 struct EngageCommand {};
@@ -31,10 +27,8 @@ struct LeaseLostCommand {
 };
 /// The daemon ends: force ramps to zero, then the loop stays over.
 struct EndCommand {};
-/// Another scene takes the place of the one that plays, once the force is zero.
-struct SwapSceneCommand {
-  PlayedScene* scene = nullptr;
-};
+/// The next scene lent takes the place of the one that plays, once the force is zero.
+struct SwapSceneCommand {};
 /// The device's present pose becomes the tool's home.
 struct RecentreCommand {
   std::uint32_t tool = 0;  ///< in the scene's order
@@ -51,16 +45,11 @@ struct PushCommand {
   PushAxis axis = 0;       ///< [1, kPushAxes]
 };
 
-/// The simulated hands play a gesture; refused when no device is one. Belongs to the loop from here
-/// on.
-struct PlayGestureCommand {
-  GesturePlan* plan = nullptr;
-};
+/// The simulated hands play the next gesture lent; refused when no device is one.
+struct PlayGestureCommand {};
 
-/// Live settings change. Belongs to the loop from here on.
-struct ChangeSettingsCommand {
-  SettingsChange* change = nullptr;
-};
+/// Live settings change as the next change lent says.
+struct ChangeSettingsCommand {};
 
 /// Work that every tick from the next on is allowed, as TickInput's.
 struct WorkBudgetCommand {

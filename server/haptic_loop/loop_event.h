@@ -1,5 +1,5 @@
 // What the loop tells the other threads, each thing exactly once: what was heard and touched,
-// faults, and the ends of what it was lent. Plain data through one ring. RT: yes.
+// faults, and the ends of what it was told to do. Plain data through one ring. RT: yes.
 #pragma once
 
 #include <cstdint>
@@ -12,32 +12,21 @@
 
 namespace hapticd {
 
-struct PlayedScene;
-struct GesturePlan;
-struct SettingsChange;
-
 /// A fault was latched or cleared.
 struct FaultNotice {
   Cause cause = Cause::kNone;
   bool latched = false;
 };
 
-/// From this tick on `scene_id` plays. `retired` is not touched any more and may be freed; null at
-/// the first scene.
+/// From this tick on `scene_id` plays.
 struct SceneSwapped {
   std::uint32_t scene_id = 0;
-  PlayedScene* retired = nullptr;
 };
 
-/// A gesture that is not played any more and may be freed.
-struct GestureRetired {
-  GesturePlan* plan = nullptr;
-};
-
-/// A change of settings that is over, or overtaken, and may be freed.
+/// A change of settings is over, or overtaken.
 struct SettingsRetired {
-  SettingsChange* change = nullptr;
-  bool dropped = false;  ///< it never began
+  std::uint64_t number = 0;  ///< of its LoopCommand
+  bool dropped = false;      ///< it never began
 };
 
 /// A command that could not be obeyed in the state the loop is in.
@@ -56,8 +45,8 @@ struct LoopEvent {
   std::int64_t t_ns = 0;  ///< of the tick; what is inside may have an instant of its own
   std::uint32_t scene_id = 0;
   std::uint32_t tool_id = 0;
-  std::variant<std::monostate, StringEvent, TouchEvent, FaultNotice, SceneSwapped, GestureRetired,
-               SettingsRetired, CommandRefused, CommandDone>
+  std::variant<std::monostate, StringEvent, TouchEvent, FaultNotice, SceneSwapped, SettingsRetired,
+               CommandRefused, CommandDone>
       what;
 };
 static_assert(std::is_trivially_copyable_v<LoopEvent>);

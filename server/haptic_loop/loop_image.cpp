@@ -301,10 +301,10 @@ void HapticLoop::replay_once(const TickTrace& recorded) noexcept {
 bool HapticLoop::replay_change(std::unique_ptr<SettingsChange> change) noexcept {
   if (change->to.pieces.size() != scene_->settings.pieces.size() ||
       change->to.tools.size() != scene_->settings.tools.size() ||
-      !changes_.push_back(change.get())) {
+      waiting_changes_ == changes_.size()) {
     return false;
   }
-  static_cast<void>(change.release());  // the loop's from here on
+  changes_[waiting_changes_++] = std::move(change);
   return true;
 }
 

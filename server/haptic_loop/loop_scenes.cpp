@@ -6,6 +6,17 @@
 #include "server/haptic_loop/haptic_loop.h"
 
 namespace hapticd {
+namespace {
+
+/// Gives back what is not touched any more; there is room, since whoever lends counts.
+template <typename Ring, typename Owner>
+void give_back(Owner owner, Ring& ring) noexcept {
+  if (owner == nullptr) return;
+  const bool has_room = ring.push(owner);
+  HD_ASSERT(has_room);
+}
+
+}  // namespace
 
 void HapticLoop::begin_scene() noexcept {
   HD_ASSERT(tool_count() >= 1 && tool_count() <= kMaxTools);
@@ -34,9 +45,9 @@ void HapticLoop::begin_scene() noexcept {
 // hear of it before that is over.
 void HapticLoop::swap_scene() noexcept {
   for (auto& device : guarded_) device.store(nullptr, std::memory_order_seq_cst);
-  if (change_ != nullptr) tell(SettingsRetired{change_.release()});
-  for (SettingsChange* change : changes_) tell(SettingsRetired{change});
-  changes_.clear();
+  retire(std::move(change_));
+  for (std::size_t k = 0; k < waiting_changes_; ++k) retire(std::move(changes_[k]));
+  waiting_changes_ = 0;
   retired_ = std::exchange(scene_, std::move(waiting_));
   const bool latched = machine_.state == LoopState::kFault || machine_.ending;
   if (options_.virtual_time && !latched) machine_ = LoopMachine{};
@@ -53,16 +64,14 @@ void HapticLoop::replace_scene(std::unique_ptr<PlayedScene> scene) noexcept {
 
 void HapticLoop::give_back_scene() noexcept {
   if (retired_ == nullptr || guarding_.load(std::memory_order_seq_cst)) return;
-  tell(SceneSwapped{scene_->scene_id, retired_.release()});
+  give_back(std::move(retired_), channels_.scenes.back);
+  tell(SceneSwapped{scene_->scene_id});
 }
 
-void HapticLoop::take_scene(PlayedScene* scene, std::uint64_t number) noexcept {
-  if (waiting_ != nullptr || retired_ != nullptr) {
-    // One after the other is the sender's rule; here nothing may be lost.
-    HD_ASSERT(false);
-    return;
-  }
-  waiting_.reset(scene);
+void HapticLoop::take_scene(std::unique_ptr<PlayedScene> scene, std::uint64_t number) noexcept {
+  // One after the other is the sender's rule.
+  HD_ASSERT(scene != nullptr && waiting_ == nullptr && retired_ == nullptr);
+  waiting_ = std::move(scene);
   waiting_number_ = number;
   if (options_.virtual_time) {
     swap_scene();
@@ -88,26 +97,36 @@ bool HapticLoop::begin_gesture(const GesturePlan& plan) noexcept {
   return any;
 }
 
-void HapticLoop::play_gesture(GesturePlan* plan, std::uint64_t number) noexcept {
+void HapticLoop::play_gesture(std::unique_ptr<GesturePlan> plan, std::uint64_t number) noexcept {
+  HD_ASSERT(plan != nullptr);
   if (!begin_gesture(*plan)) {
-    tell(GestureRetired{plan});
+    give_back(std::move(plan), channels_.gestures.back);
     tell(CommandRefused{number, Cause::kNone});
     return;
   }
-  tell(GestureRetired{scene_->gesture.release()});
-  scene_->gesture.reset(plan);
+  give_back(std::exchange(scene_->gesture, std::move(plan)), channels_.gestures.back);
   tell(CommandDone{number});
 }
 
-void HapticLoop::take_change(SettingsChange* change, std::uint64_t number) noexcept {
-  // One for the scene before this one has come too late.
+void HapticLoop::retire(std::unique_ptr<SettingsChange> change, bool dropped) noexcept {
+  if (change == nullptr) return;
+  tell(SettingsRetired{change->number, dropped});
+  give_back(std::move(change), channels_.changes.back);
+}
+
+void HapticLoop::take_change(std::unique_ptr<SettingsChange> change,
+                             std::uint64_t number) noexcept {
+  HD_ASSERT(change != nullptr);
   change->number = number;
+  // One for the scene before this one has come too late.
   if (change->to.pieces.size() != scene_->settings.pieces.size() ||
-      change->to.tools.size() != scene_->settings.tools.size() || !changes_.push_back(change)) {
-    tell(SettingsRetired{change, true});
+      change->to.tools.size() != scene_->settings.tools.size() ||
+      waiting_changes_ == changes_.size()) {
+    retire(std::move(change), true);
     tell(CommandRefused{number, Cause::kNone});
     return;
   }
+  changes_[waiting_changes_++] = std::move(change);
   tell(CommandDone{number});
 }
 
@@ -115,23 +134,23 @@ void HapticLoop::take_change(SettingsChange* change, std::uint64_t number) noexc
 void HapticLoop::follow_changes() noexcept {
   begun_change_ = 0;
   std::size_t kept = 0;
-  for (std::size_t k = 0; k < changes_.size(); ++k) {
-    SettingsChange* change = changes_[k];
+  for (std::size_t k = 0; k < waiting_changes_; ++k) {
+    std::unique_ptr<SettingsChange> change = std::move(changes_[k]);
     if (change->at_tick > time_.tick) {
-      changes_[kept++] = change;
+      changes_[kept++] = std::move(change);
       continue;
     }
-    if (change_ != nullptr) tell(SettingsRetired{change_.release()});
-    change_.reset(change);
+    retire(std::move(change_));
+    change_ = std::move(change);
     begin_change(*scene_, *change_);
     change_share_ = 0.0;
     begun_change_ = change_->number;
   }
-  changes_.truncate(kept);
+  waiting_changes_ = kept;
   if (change_ == nullptr) return;
   change_share_ = std::min(change_share_ + time_.dt_s / kSettingsRamp_s, 1.0);
   follow_change(*change_, change_share_, *scene_);
-  if (change_share_ >= 1.0) tell(SettingsRetired{change_.release()});
+  if (change_share_ >= 1.0) retire(std::move(change_));
 }
 
 // A computed hand whose numbers have gone would be the cause for ever.
@@ -147,14 +166,15 @@ void HapticLoop::mend_devices() noexcept {
 void HapticLoop::lose_lease(const LeaseLostCommand& lost) noexcept {
   leases_ended_ = lost.ended;
   std::size_t kept = 0;
-  for (SettingsChange* change : changes_) {
+  for (std::size_t k = 0; k < waiting_changes_; ++k) {
+    std::unique_ptr<SettingsChange> change = std::move(changes_[k]);
     if (change->at_tick > time_.tick) {
-      tell(SettingsRetired{change, true});
+      retire(std::move(change), true);
     } else {
-      changes_[kept++] = change;
+      changes_[kept++] = std::move(change);
     }
   }
-  changes_.truncate(kept);
+  waiting_changes_ = kept;
   for (PlayedTool& tool : scene_->tools) {
     if (tool.device.scripted == nullptr) continue;
     tool.device.scripted->clear();

@@ -61,7 +61,6 @@ void HapticLoop::tell(const What& what, std::size_t tool) noexcept {
 
 template void HapticLoop::tell(const FaultNotice&, std::size_t) noexcept;
 template void HapticLoop::tell(const SceneSwapped&, std::size_t) noexcept;
-template void HapticLoop::tell(const GestureRetired&, std::size_t) noexcept;
 template void HapticLoop::tell(const SettingsRetired&, std::size_t) noexcept;
 template void HapticLoop::tell(const CommandRefused&, std::size_t) noexcept;
 template void HapticLoop::tell(const CommandDone&, std::size_t) noexcept;

@@ -1,5 +1,5 @@
 // Live settings of a played scene: put in force, and changed along a ramp. A change is prepared
-// outside the loop, lent to it by pointer, and given back in a LoopEvent. RT: yes.
+// outside the loop and lent to it (LoopChannels). RT: yes.
 #pragma once
 
 #include <cstdint>

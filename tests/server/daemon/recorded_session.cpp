@@ -83,6 +83,16 @@ Vector3 hand_at(int tick, std::uint32_t scene) {
   return {0.05 * std::sin(t), tick < 260 ? 0.02 : y, 0.01 + 0.012 * std::sin(2.3 * t)};
 }
 
+/// Takes all that the loop has told and given back.
+void empty(LoopChannels& channels) {
+  LoopEvent event;
+  while (channels.events.pop(event)) {
+  }
+  while (channels.scenes.back.pop() != nullptr || channels.changes.back.pop() != nullptr) {
+  }
+  while (channels.snapshots.front() != nullptr) channels.snapshots.release();
+}
+
 class Session {
  public:
   Session(const std::string& path, bool virtual_time)
@@ -117,7 +127,8 @@ class Session {
     record.set_number(commands_ + 1);
     put_settings(change->to, record);
     recording_->announce_change(std::move(record));
-    send(ChangeSettingsCommand{change.release()});
+    REQUIRE(channels_->changes.lent.push(change));
+    send(ChangeSettingsCommand{});
   }
 
   void act(int tick) {
@@ -139,7 +150,9 @@ class Session {
     if (tick != 2100) return;
     const v1::SceneRecord second = scene_record(kWallScene, 2);
     recording_->announce(second);
-    send(SwapSceneCommand{make_scene(second, player_).release()});
+    std::unique_ptr<PlayedScene> scene = make_scene(second, player_);
+    REQUIRE(channels_->scenes.lent.push(scene));
+    send(SwapSceneCommand{});
   }
 
   void tick(int k) {
@@ -157,12 +170,7 @@ class Session {
         static_cast<std::int64_t>(1'000'000 * (1 + skipped) + random_.below(60'000)) - 30'000;
     loop_->tick_once(now_ns_, skipped);
     recording_->make_room();
-    LoopEvent event;
-    while (channels_->events.pop(event)) {
-      if (const auto* swapped = std::get_if<SceneSwapped>(&event.what)) delete swapped->retired;
-      if (const auto* retired = std::get_if<SettingsRetired>(&event.what)) delete retired->change;
-    }
-    while (channels_->snapshots.front() != nullptr) channels_->snapshots.release();
+    empty(*channels_);
   }
 
   bool virtual_time_;
@@ -229,12 +237,7 @@ ReplayReport verify(const std::string& path) {
       [&](const v1::SceneRecord& record) { return replayed_scene(record, run.header()); }, true);
   while (run.fetch()) {
     run.play();
-    LoopEvent event;
-    while (channels->events.pop(event)) {
-      if (const auto* swapped = std::get_if<SceneSwapped>(&event.what)) delete swapped->retired;
-      if (const auto* retired = std::get_if<SettingsRetired>(&event.what)) delete retired->change;
-    }
-    while (channels->snapshots.front() != nullptr) channels->snapshots.release();
+    empty(*channels);
   }
   return run.report();
 }

@@ -122,7 +122,7 @@ TEST_CASE("stiffness that changes in flight moves the force without a step") {
   change->to = run.loop().scene().settings;
   change->from = change->to;
   change->to.tools[0].coupling.kt = 2000.0;
-  run.send(ChangeSettingsCommand{change.release()});
+  run.change(std::move(change));
   double last = before;
   double largest_step = 0.0;
   int retired = 0;
@@ -148,7 +148,7 @@ TEST_CASE("a change for a later tick waits for it") {
   change->to = run.loop().scene().settings;
   change->from = change->to;
   change->to.tools[0].coupling.kt = 2000.0;
-  run.send(ChangeSettingsCommand{change.release()});
+  run.change(std::move(change));
   for (int k = 0; k < 30; ++k) {
     CHECK(force(run.tick(pressed(0.001))).z() == doctest::Approx(1.02).epsilon(1e-3));
   }
@@ -159,7 +159,7 @@ TEST_CASE(
     "another scene is taken at once while virtual time stands still, and counts from tick 0") {
   LoopRun run(kWallScene);
   run.engage(kHome);
-  run.send(SwapSceneCommand{played_scene(kStringScene, 2).release()});
+  run.swap_to(played_scene(kStringScene, 2));
   const ToldTick& told = run.tick(Vector3(0.0, 0.02, 0.0));
   CHECK(count<SceneSwapped>(told) == 1);
   CHECK(told.snapshot.scene_id == 2);
@@ -176,7 +176,7 @@ TEST_CASE(
   for (int k = 0; k < 20; ++k) run.tick(pressed(0.004));
   double last = force(run.tick(pressed(0.004))).z();
   REQUIRE(last > 3.0);
-  run.send(SwapSceneCommand{played_scene(kWallScene, 2, setting).release()});
+  run.swap_to(played_scene(kWallScene, 2, setting));
   int swapped = 0;
   for (int k = 0; k < 60 && swapped == 0; ++k) {
     const ToldTick& told = run.tick(pressed(0.004));

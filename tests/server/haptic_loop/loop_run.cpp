@@ -91,10 +91,10 @@ const ToldTick& LoopRun::tick() {
   told_.events.clear();
   LoopEvent event;
   while (channels_->events.pop(event)) {
-    if (const auto* swapped = std::get_if<SceneSwapped>(&event.what)) delete swapped->retired;
-    if (const auto* retired = std::get_if<SettingsRetired>(&event.what)) delete retired->change;
-    if (const auto* retired = std::get_if<GestureRetired>(&event.what)) delete retired->plan;
     told_.events.push_back(event);
+  }
+  while (channels_->scenes.back.pop() != nullptr || channels_->gestures.back.pop() != nullptr ||
+         channels_->changes.back.pop() != nullptr) {
   }
   while (channels_->snapshots.pop(told_.snapshot)) {
   }
@@ -103,6 +103,21 @@ const ToldTick& LoopRun::tick() {
 
 void LoopRun::send(const LoopCommandBody& what) {
   REQUIRE(channels_->commands.push({++commands_, what}));
+}
+
+void LoopRun::swap_to(std::unique_ptr<PlayedScene> scene) {
+  REQUIRE(channels_->scenes.lent.push(scene));
+  send(SwapSceneCommand{});
+}
+
+void LoopRun::play(std::unique_ptr<GesturePlan> plan) {
+  REQUIRE(channels_->gestures.lent.push(plan));
+  send(PlayGestureCommand{});
+}
+
+void LoopRun::change(std::unique_ptr<SettingsChange> change) {
+  REQUIRE(channels_->changes.lent.push(change));
+  send(ChangeSettingsCommand{});
 }
 
 void LoopRun::engage(const Vector3& p_WH) {

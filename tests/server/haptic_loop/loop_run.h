@@ -54,6 +54,10 @@ class LoopRun {
   void stand_still(std::int64_t t_ns) noexcept { now_ns_ += t_ns; }
   /// Sends a command; it is obeyed in the next tick.
   void send(const LoopCommandBody& what);
+  /// Lends what a command needs, and sends it.
+  void swap_to(std::unique_ptr<PlayedScene> scene);
+  void play(std::unique_ptr<GesturePlan> plan);
+  void change(std::unique_ptr<SettingsChange> change);
   /// Ticks at `p_WH` until the loop is engaged at full gain.
   void engage(const Vector3& p_WH);
 

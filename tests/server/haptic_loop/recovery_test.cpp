@@ -30,7 +30,7 @@ TEST_CASE("Clear mends a simulated hand whose numbers have gone, and force comes
     gone.motions.resize(1);
     gone.motions[0].legs.resize(2);
     gone.motions[0].legs[1].point.p_DH = {nan, 0.0, 0.0};
-    run.send(PlayGestureCommand{std::make_unique<GesturePlan>(gone).release()});
+    run.play(std::make_unique<GesturePlan>(gone));
     for (int k = 0; k < 2000 && run.tick().snapshot.loop_state != LoopState::kFault; ++k) {
     }
     REQUIRE(run.tick().snapshot.cause == Cause::kNotFinite);
@@ -38,7 +38,7 @@ TEST_CASE("Clear mends a simulated hand whose numbers have gone, and force comes
     if (gesture_first) {
       auto rest = std::make_unique<GesturePlan>();
       rest->arm = ArmKind::kLight;
-      run.send(PlayGestureCommand{rest.release()});
+      run.play(std::move(rest));
       CHECK(run.tick().snapshot.loop_state == LoopState::kFault);
     }
     run.send(ClearCommand{});
@@ -87,7 +87,7 @@ TEST_CASE("a lost lease takes the changes with it that wait for their tick, and 
     change->to = run.loop().scene().settings;
     change->from = change->to;
     change->to.tools[0].coupling.kt = kt;
-    run.send(ChangeSettingsCommand{change.release()});
+    run.change(std::move(change));
   };
   send_change(0, 500.0);
   send_change(20, 2000.0);

@@ -20,7 +20,7 @@ TEST_CASE("with nothing said no tick is without a bound, from the first of a sce
   LoopRun run(kStringScene);
   CHECK(run.tick(kAbove).snapshot.work.work_budget == kHalfTick);
   CHECK(run.tick(kBeneath).snapshot.work.work_budget == kHalfTick);
-  run.send(SwapSceneCommand{played_scene(kWallScene, 2).release()});
+  run.swap_to(played_scene(kWallScene, 2));
   CHECK(run.tick(kAbove).snapshot.work.work_budget == kHalfTick);
 }
 
@@ -81,7 +81,7 @@ TEST_CASE("a budget below zero is none, and a new scene begins with the one it w
   CHECK(run.tick(kAbove).snapshot.work.work_budget == 700);
   LoopSetting setting;
   setting.budget_us = 70.0;
-  run.send(SwapSceneCommand{played_scene(kWallScene, 2, setting).release()});
+  run.swap_to(played_scene(kWallScene, 2, setting));
   CHECK(run.tick(kAbove).snapshot.work.work_budget == 51'000);
 }
 
