@@ -39,10 +39,6 @@ LatencyHistogram histogram_of(const std::vector<std::int64_t>& durations) {
   return histogram;
 }
 
-bool equal(const LatencyHistogram& a, const LatencyHistogram& b) {
-  return a.counts == b.counts && a.total == b.total && a.max_ns == b.max_ns;
-}
-
 std::vector<std::int64_t> random_durations(SplitMix64& random, std::int64_t count) {
   std::vector<std::int64_t> durations;
   durations.reserve(static_cast<std::size_t>(count));
