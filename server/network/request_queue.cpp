@@ -40,28 +40,6 @@ bool is_run_stop(const v1::Item& item) {
   return item.has_run() && item.run().mode() == v1::RUN_MODE_STOP;
 }
 
-/// Looks at files for a session that may need no lease for it, so that many can ask: of each one in
-/// kDearPeriod_ns. What is built for the holder of the lease is built by another thread.
-bool is_dear(const v1::Item& item) {
-  const v1::RequestRule* rule = wire::rule_of(item);
-  return rule != nullptr && rule->cost() == v1::REQUEST_COST_BUILD && !wire::needs_lease(item);
-}
-
-/// Keeps this thread from hearing a Stop: one at a time between two looks at the socket.
-bool is_costly(const v1::Item& item) {
-  const v1::RequestRule* rule = wire::rule_of(item);
-  return is_dear(item) || (rule != nullptr && rule->cost() == v1::REQUEST_COST_SCENE);
-}
-
-/// Ticks are advanced until it is answered.
-bool is_run_of_steps(const v1::Item& item) {
-  return item.has_run() && item.run().mode() == v1::RUN_MODE_STEP;
-}
-
-bool is_run_stop(const v1::Item& item) {
-  return item.has_run() && item.run().mode() == v1::RUN_MODE_STOP;
-}
-
 }  // namespace
 
 void RequestQueue::take(Session& session, wire::ReceivedItem& received) {

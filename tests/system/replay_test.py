@@ -63,6 +63,19 @@ class Replay(unittest.TestCase):
         self.assertEqual(code, EXIT_INPUT, said)
         self.assertIn("begins with a state of hapticd 0.1; play it with that version", said)
 
+    def test_quality_that_followed_its_budget_is_replayed_to_the_bit(self):
+        file = self.path / "automatic.mcap"
+        with daemon.Daemon("--scene", "guqin_coarse", "--quality", "auto", "--budget-us", "2", "--clock", "virtual", "--record", str(file),
+                           state=str(self.path)) as played:
+            with hapticd.Session(played.address) as session:
+                session.acquire("test")
+                session.run(steps=1500)
+            played.end()
+        self.assertIn("for a budget of 2 us", played.log)
+        code, said = replay(file, "--verify")
+        self.assertEqual(code, 0, said)
+        self.assertIn("identical: every wrench to the bit", said)
+
     def test_a_replay_tells_clients_where_it_is_and_lets_nobody_in(self):
         with daemon.Daemon("--device", f"replay:{self.real}", "--clock", "realtime") as played:
             with hapticd.Session(played.address) as session:
