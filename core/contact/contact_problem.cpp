@@ -136,7 +136,7 @@ void ContactProblem::begin(const ContactInput& input, ContactState& state,
   input_ = &input;
   state_ = &state;
   result_ = &result;
-  result = ContactResult{};
+  static_cast<ContactSummary&>(result) = ContactSummary{};
   SoftParts::begin(input, state.parts);
   const PoseError error_GH = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
   const double wanted = displacement_bound(closing(error_GH), tool_reach(at()));

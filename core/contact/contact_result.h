@@ -25,14 +25,13 @@ enum class ContactStatus : std::uint8_t {
   kRecovering,  ///< a gap was negative at the start: being pushed out
 };
 
-/// What the tick did.
-struct ContactResult {
+/// What the tick did, in numbers.
+struct ContactSummary {
   ContactStatus status = ContactStatus::kFree;
   /// On the hand, about the origin of G, before any limit: of the contacts, of friction and of
   /// strings that pull along their axis; N, N m.
   Wrench F_H_W;
-  int active_count = 0;
-  std::array<ActiveContact, kMaxQpUnknowns> active;
+  int active_count = 0;     ///< pairs that carry force
   int strings_refused = 0;  ///< strings that stayed rigid because kMaxDeflectingStrings are touched
   int parts_refused = 0;    ///< soft parts that stayed rigid because kMaxSoftParts yield
   int sub_steps = 0;        ///< linearisations used
@@ -47,6 +46,11 @@ struct ContactResult {
   std::int64_t string_pairs = 0;  ///< of strings that were eliminated, of all programs
   bool cut_short = false;         ///< the work budget ended the tick
   double minimum_gap = 0.0;       ///< at the last evaluated pose, m
+};
+
+/// The same with the pairs that carry force; those beyond active_count mean nothing.
+struct ContactResult : ContactSummary {
+  std::array<ActiveContact, kMaxQpUnknowns> active;
 };
 
 }  // namespace hapticd

@@ -29,14 +29,14 @@ inline constexpr std::int64_t kEvaluationWork = 15;
 inline constexpr double kNominalWork_ns = 1.4;
 
 /// Work of a tick, or of the part of it that is done; >= 0.
-[[nodiscard]] inline std::int64_t tick_work(const ContactResult& result) noexcept {
+[[nodiscard]] inline std::int64_t tick_work(const ContactSummary& result) noexcept {
   return result.tests + kEvaluationWork * result.evaluations + kRowWork * result.rows +
          kIterationWork * result.qp_iterations + kPressedWork * result.pressed +
          kSubStepWork * result.sub_steps + kStringPairWork * result.string_pairs;
 }
 
 /// The same without the traversals.
-[[nodiscard]] inline std::int64_t linearisation_work(const ContactResult& result) noexcept {
+[[nodiscard]] inline std::int64_t linearisation_work(const ContactSummary& result) noexcept {
   return tick_work(result) - (result.tests - result.evaluations);
 }
 

@@ -135,7 +135,7 @@ Slide slide(const RenderingScene& scene, double mu, const Vector3& way) {
   run.hold(pose_at(pressed), 20);
   Slide slide;
   double x_before = run.state.X_WG.p.x();
-  glide(run, pressed, pressed + way, 600, [&](const Vector3& p_WH) {
+  glide(run, pressed, pressed + way, 600, [&](const Vector3& /*p_WH*/) {
     const StringTick tick = rendered(run);
     if (tick.strings.empty()) return;
     const Split force = split(tick.strings[0]);
@@ -205,7 +205,7 @@ TEST_CASE("what breaks a finger away along a string is mu N, approached and not 
       glide(run, {0.4, s + 1e-3, 0.0}, {0.4, s - 3e-3, 0.0}, 100);
       double greatest = 0.0;
       double normal = 0.0;
-      glide(run, {0.4, s - 3e-3, 0.0}, {0.402, s - 3e-3, 0.0}, 400, [&](const Vector3& p_WH) {
+      glide(run, {0.4, s - 3e-3, 0.0}, {0.402, s - 3e-3, 0.0}, 400, [&](const Vector3& /*p_WH*/) {
         const Vector3 f = rendered(run).F_H_W.f;
         greatest = std::max(greatest, -f.x());
         normal = f.y();

@@ -93,7 +93,7 @@ TEST_CASE("a slack string without stiffness gives no force and does not stop the
   ToolRun run(scene, pose_at({0.5, 0.02, 0.0}));
   const double s = rest_distance(run, string.radius);
   glide(run, {0.5, s + 1e-3, 0.0}, {0.5, s - 5e-3, 0.0}, 100,
-        [&](const Vector3& p_WH) { CHECK(rendered(run).F_H_W.f.norm() < 1e-6); });
+        [&](const Vector3& /*p_WH*/) { CHECK(rendered(run).F_H_W.f.norm() < 1e-6); });
   CHECK((run.state.X_WG.p - Vector3(0.5, s - 5e-3, 0.0)).norm() < 30e-6);
 }
 
