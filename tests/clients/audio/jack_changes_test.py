@@ -184,7 +184,7 @@ class Changes(unittest.TestCase):
         with Scripted("--synth", "--delay-ms", "0") as player:
             for _ in range(3):
                 player.order("xrun")
-            player.wait_for("JACK counts 3 overruns")
+            player.wait_for("JACK has counted 3 overruns")
         with Scripted("--synth", "--delay-ms", "0") as player:
             player.tone(3, 1.0)
             player.wait_for("1 of 1 tones have been late")
