@@ -4,8 +4,8 @@
 
 #include <string>
 
+#include "device/api/report_channel.h"
 #include "device/hid/profile_v1.h"
-#include "device/report_io/report_channel.h"
 
 namespace hapticd::hid {
 

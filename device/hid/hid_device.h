@@ -15,12 +15,12 @@
 #include "device/api/axis_mapping.h"
 #include "device/api/haptic_device.h"
 #include "device/api/pace_source.h"
+#include "device/api/report_channel.h"
 #include "device/hid/counter_unwrap.h"
 #include "device/hid/device_clock.h"
 #include "device/hid/profile_v1.h"
 #include "device/report_io/drained_queue.h"
 #include "device/report_io/reader_gate.h"
-#include "device/report_io/report_channel.h"
 #include "device/report_io/report_writer.h"
 
 namespace hapticd::hid {

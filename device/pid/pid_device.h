@@ -14,11 +14,11 @@
 
 #include "device/api/axis_mapping.h"
 #include "device/api/haptic_device.h"
+#include "device/api/report_channel.h"
 #include "device/pid/pid_layout.h"
 #include "device/pid/pid_reports.h"
 #include "device/pid/report_time.h"
 #include "device/report_io/reader_gate.h"
-#include "device/report_io/report_channel.h"
 #include "device/report_io/report_writer.h"
 
 namespace hapticd::pid {

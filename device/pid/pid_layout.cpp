@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "device/report_io/report_channel.h"
+#include "device/api/report_channel.h"
 
 namespace hapticd::pid {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "core/math/realtime.h"
+#include "device/api/report_channel.h"
 #include "device/pid/pid_layout.h"
-#include "device/report_io/report_channel.h"
 #include "device/report_io/report_writer.h"
 
 namespace hapticd::pid {

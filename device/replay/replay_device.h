@@ -3,21 +3,15 @@
 // queued it is lost. RT: yes, O(1) per call.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
-#include "core/math/fixed_vector.h"
 #include "device/api/haptic_device.h"
+#include "device/api/sample_source.h"
 
 namespace hapticd {
 
-/// One tick of a device.
-struct ReplayedSample {
-  ReadOutcome outcome = ReadOutcome::kFresh;
-  DeviceSample sample;     ///< where fresh; all numbers kept to the bit
-  bool write_good = true;  ///< the command of this tick reached the device
-};
-
-class ReplayDevice final : public HapticDevice {
+class ReplayDevice final : public HapticDevice, public SampleSource {
  public:
   /// Ticks that may be queued.
   static constexpr std::size_t kQueue = 64;
@@ -30,8 +24,7 @@ class ReplayDevice final : public HapticDevice {
   HD_REALTIME bool write(std::int64_t now_ns, const DeviceCommand& command) noexcept override;
   HD_REALTIME void write_zero(std::int64_t now_ns) noexcept override;
 
-  /// Queues the next tick; false when the queue is full. Loop's thread.
-  HD_REALTIME bool put(const ReplayedSample& tick) noexcept;
+  HD_REALTIME bool put(const ReplayedSample& tick) noexcept override;
 
  private:
   DeviceProfile profile_;

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "core/math/realtime.h"
-#include "device/report_io/report_channel.h"
+#include "device/api/report_channel.h"
 
 namespace hapticd {
 

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "device/api/report_channel.h"
 #include "device/report_io/hidraw_nodes.h"
-#include "device/report_io/report_channel.h"
 
 struct hid_device_;
 

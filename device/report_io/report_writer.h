@@ -17,7 +17,7 @@
 #include "core/math/fixed_vector.h"
 #include "core/math/realtime.h"
 #include "core/rt/triple_buffer.h"
-#include "device/report_io/report_channel.h"
+#include "device/api/report_channel.h"
 
 namespace hapticd {
 

@@ -9,7 +9,7 @@
 namespace hapticd {
 
 ScriptedDevice::ScriptedDevice(const DeviceProfile& profile, const ScriptedOptions& options)
-    : profile_(profile), ring_(kScriptedQueue), hold_(options.hold) {
+    : profile_(profile), ring_(kPoseQueue), hold_(options.hold) {
   last_.p_DH = options.p_DH;
   last_.q_DH = options.q_DH;
   last_.flags = kDeviceAttached | kDeviceCalibrated | kDeviceEnabled;
@@ -31,15 +31,15 @@ void ScriptedDevice::set_tick(std::uint64_t tick) noexcept {
   next_tick_ = std::max(next_tick_, tick);
 }
 
-ScriptedPush ScriptedDevice::push(std::uint64_t tick, const ScriptedPose& pose) noexcept {
+PosePush ScriptedDevice::push(std::uint64_t tick, const QueuedPose& pose) noexcept {
   if (tick < tick_) {
     ++dropped_;
-    return ScriptedPush::kDropped;
+    return PosePush::kDropped;
   }
-  if (tick - tick_ >= kScriptedQueue) return ScriptedPush::kFull;
+  if (tick - tick_ >= kPoseQueue) return PosePush::kFull;
   slot(tick) = {tick, true, pose};
   next_tick_ = std::max(next_tick_, tick + 1);
-  return ScriptedPush::kQueued;
+  return PosePush::kQueued;
 }
 
 ReadOutcome ScriptedDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept {

@@ -7,30 +7,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/math/wrench.h"
 #include "device/api/haptic_device.h"
+#include "device/api/pose_queue.h"
 
 namespace hapticd {
-
-/// Ticks ahead that poses are kept for.
-inline constexpr std::size_t kScriptedQueue = 4096;
-
-/// One pose of the handle in D.
-struct ScriptedPose {
-  Array3 p_DH{};
-  Array4 q_DH{1.0, 0.0, 0.0, 0.0};
-  Array3 v_DH_D{};  ///< where has_velocity
-  Array3 w_DH_D{};
-  bool has_velocity = false;  ///< else the difference of successive poses
-  std::uint16_t buttons = 0;
-};
-
-/// What became of a pose.
-enum class ScriptedPush : std::uint8_t {
-  kQueued,
-  kDropped,  ///< its tick has run
-  kFull,     ///< its tick is kScriptedQueue or more ahead
-};
 
 struct ScriptedOptions {
   Array3 p_DH{};  ///< where it is before the first pose
@@ -40,7 +20,7 @@ struct ScriptedOptions {
   bool hold = true;
 };
 
-class ScriptedDevice final : public HapticDevice {
+class ScriptedDevice final : public HapticDevice, public PoseQueue {
  public:
   /// Allocates.
   ScriptedDevice(const DeviceProfile& profile, const ScriptedOptions& options);
@@ -52,20 +32,14 @@ class ScriptedDevice final : public HapticDevice {
   HD_REALTIME bool write(std::int64_t now_ns, const DeviceCommand& command) noexcept override;
   HD_REALTIME void write_zero(std::int64_t now_ns) noexcept override;
 
-  /// The tick of the next read, when ticks were skipped. A smaller one than before starts again:
-  /// queue and counts are emptied. Loop's thread, as all that follows.
-  HD_REALTIME void set_tick(std::uint64_t tick) noexcept;
+  HD_REALTIME void set_tick(std::uint64_t tick) noexcept override;
+  HD_REALTIME PosePush push(std::uint64_t tick, const QueuedPose& pose) noexcept override;
+  HD_REALTIME void clear() noexcept override;
+  [[nodiscard]] std::uint64_t held() const noexcept override { return held_; }
 
-  /// Queues the pose of a tick; one queued for the same tick is replaced.
-  HD_REALTIME ScriptedPush push(std::uint64_t tick, const ScriptedPose& pose) noexcept;
-
-  /// Forgets what is queued: the controller is gone. The handle rests where it is.
-  HD_REALTIME void clear() noexcept;
-
+  // Loop's thread.
   /// The tick right after the last one queued; that of the next read when nothing is.
   [[nodiscard]] std::uint64_t next_tick() const noexcept { return next_tick_; }
-  /// Ticks read without their own pose since the start or the last set_tick back.
-  [[nodiscard]] std::uint64_t held() const noexcept { return held_; }
   /// Poses dropped because their tick had run.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
   /// Whether any pose is queued for the present tick or a later one.
@@ -75,9 +49,9 @@ class ScriptedDevice final : public HapticDevice {
   struct Slot {
     std::uint64_t tick = 0;
     bool filled = false;
-    ScriptedPose pose;
+    QueuedPose pose;
   };
-  [[nodiscard]] Slot& slot(std::uint64_t tick) noexcept { return ring_[tick % kScriptedQueue]; }
+  [[nodiscard]] Slot& slot(std::uint64_t tick) noexcept { return ring_[tick % kPoseQueue]; }
 
   DeviceProfile profile_;
   std::vector<Slot> ring_;

@@ -4,17 +4,12 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <cstddef>
+
+#include "device/api/gesture_hand.h"
 
 namespace hapticd {
 
-/// How the arm holds the device; the numbers are those of proto Arm.
-enum class ArmKind : std::uint8_t {
-  kOff = 1,          ///< nobody holds it: the plant alone
-  kLight = 2,        ///< a relaxed hand
-  kFirm = 3,         ///< a stiff grip
-  kAdversarial = 4,  ///< pushes along with the force it felt
-};
 inline constexpr std::size_t kArmKinds = 4;
 
 /// Equal in all axes.

@@ -1,50 +1,17 @@
-// Gestures in the device's frame D, decoded, and the player that walks along one: what the arm is
-// asked to do, pose by pose. Way-points are joined by minimum-jerk motions (Flash and Hogan, "The
-// coordination of arm movements", Journal of Neuroscience 5, 1985: s = 10 t^3 - 15 t^4 + 6 t^5) or
-// at constant speed; rotations go about one axis. A gesture begins with such a motion from wherever
-// the target is. SI, times in ns. RT: the player, yes.
+// The player that walks along a gesture: what the arm is asked to do, pose by pose. Way-points are
+// joined by minimum-jerk motions (Flash and Hogan, "The coordination of arm movements", Journal of
+// Neuroscience 5, 1985: s = 10 t^3 - 15 t^4 + 6 t^5) or at constant speed; rotations go about one
+// axis. A gesture begins with such a motion from wherever the target is. SI, times in ns. RT: the
+// player, yes.
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <vector>
 
 #include "core/math/pose.h"
 #include "core/math/realtime.h"
+#include "device/api/gesture_hand.h"
 
 namespace hapticd {
-
-/// Where the tool should be: X_DH.
-struct GesturePoint {
-  Array3 p_DH{};                    ///< m
-  Array4 q_DH{1.0, 0.0, 0.0, 0.0};  ///< unit
-};
-
-/// A motion to a point and a rest there.
-struct GestureLeg {
-  GesturePoint point;
-  std::int64_t duration_ns = 0;  ///< of the motion, >= 0; of the first leg ignored
-  std::int64_t hold_ns = 0;      ///< of the rest, >= 0
-  bool linear = false;           ///< at constant speed, else minimum jerk
-};
-
-/// What one tool does: legs, or samples at a fixed rate. Views memory of its owner.
-struct GestureTrack {
-  std::span<const GestureLeg> legs;
-  std::span<const GesturePoint> samples;
-  double rate = 0.0;  ///< of the samples, Hz
-
-  [[nodiscard]] bool empty() const noexcept { return legs.empty() && samples.empty(); }
-};
-
-/// Owner of a track.
-struct GestureMotion {
-  std::vector<GestureLeg> legs;
-  std::vector<GesturePoint> samples;
-  double rate = 0.0;  ///< Hz
-
-  [[nodiscard]] GestureTrack track() const noexcept { return {legs, samples, rate}; }
-};
 
 /// Length of one repetition without the way to its beginning, ns.
 [[nodiscard]] std::int64_t duration_ns(const GestureTrack& track) noexcept;
@@ -56,13 +23,6 @@ inline constexpr double kApproachTurn = 2.0;
 inline constexpr std::int64_t kMinApproach_ns = 300'000'000;
 /// Peak over mean speed of a minimum-jerk motion.
 inline constexpr double kMinimumJerkPeak = 1.875;
-
-/// How far a gesture is.
-struct GestureProgress {
-  bool playing = false;
-  float fraction = 0.0F;       ///< of this repetition, 0 on the way to its beginning
-  std::uint32_t finished = 0;  ///< repetitions
-};
 
 /// Walks along a track.
 class GesturePlayer {

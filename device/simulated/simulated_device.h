@@ -11,6 +11,7 @@
 
 #include "core/math/wrench.h"
 #include "core/safety/echo_watch.h"
+#include "device/api/gesture_hand.h"
 #include "device/api/haptic_device.h"
 #include "device/simulated/arm_model.h"
 #include "device/simulated/axis_response.h"
@@ -45,7 +46,7 @@ struct PlantState {
   double energy = 0.0;  ///< kinetic, of handle and hand, J
 };
 
-class SimulatedDevice final : public HapticDevice {
+class SimulatedDevice final : public HapticDevice, public GestureHand {
  public:
   /// Allocates. `profile`: any; its driver is kept as it is.
   SimulatedDevice(const DeviceProfile& profile, const SimulatedOptions& options);
@@ -55,27 +56,19 @@ class SimulatedDevice final : public HapticDevice {
   HD_REALTIME bool write(std::int64_t now_ns, const DeviceCommand& command) noexcept override;
   HD_REALTIME void write_zero(std::int64_t now_ns) noexcept override;
 
-  /// The arm follows `track` (GesturePlayer::play); with the arm off the handle stays free. Loop's
-  /// thread, as all that follows.
-  HD_REALTIME void play(const GestureTrack& track, std::uint32_t repeat) noexcept;
-  /// The arm rests where it is.
-  HD_REALTIME void stop_gesture() noexcept { player_.stop(); }
-  [[nodiscard]] GestureProgress gesture() const noexcept { return player_.progress(); }
+  HD_REALTIME void play(const GestureTrack& track, std::uint32_t repeat) noexcept override;
+  HD_REALTIME void stop_gesture() noexcept override { player_.stop(); }
+  [[nodiscard]] HD_REALTIME GestureProgress gesture() const noexcept override {
+    return player_.progress();
+  }
+  HD_REALTIME void set_arm(ArmKind kind) noexcept override;
+  HD_REALTIME void set_seed(std::uint64_t seed) noexcept override;
+  HD_REALTIME bool recover() noexcept override;
 
-  /// Another arm, known_arm() of it, takes the handle where it is.
-  HD_REALTIME void set_arm(ArmKind kind) noexcept;
+  // Loop's thread.
   [[nodiscard]] ArmKind arm() const noexcept { return arm_; }
-
-  /// Restarts the tremor.
-  HD_REALTIME void set_seed(std::uint64_t seed) noexcept;
-
   /// Puts handle and target somewhere, at rest, and ends the gesture; commands on their way stay.
   HD_REALTIME void place(const Pose& X_DH) noexcept;
-
-  /// Where a number of the plant is not finite, or the handle farther away than any sample may be
-  /// (kMaxSamplePosition), puts all of it back to the beginning: the handle at rest where it began,
-  /// no gesture, motors without force. False, and nothing done, where all is sound.
-  HD_REALTIME bool recover() noexcept;
 
   [[nodiscard]] PlantState plant() const noexcept;
 

@@ -13,8 +13,8 @@
 #include "core/math/pose.h"
 #include "device/api/axis_mapping.h"
 #include "device/api/haptic_device.h"
+#include "device/api/report_channel.h"
 #include "device/report_io/reader_gate.h"
-#include "device/report_io/report_channel.h"
 #include "device/spacemouse/spacemouse_report.h"
 
 namespace hapticd::spacemouse {

@@ -44,6 +44,7 @@ Daemon::Daemon(DaemonOptions options) : Daemon(open(std::move(options))) {}
 Daemon::Daemon(Opened opened)
     : plan_(std::move(opened.plan)),
       stepped_here_(plan_.player.virtual_time || opened.replay != nullptr),
+      devices_(plan_.player, scenes_, loop_, clients_),
       loop_(clients_, stepped_here_),
       recording_(opened.replay == nullptr ? make_recording() : nullptr),
       scenes_(plan_, loop_, clients_, recording_.get()),
@@ -62,7 +63,7 @@ Daemon::Daemon(Opened opened)
 Daemon::~Daemon() = default;
 
 std::unique_ptr<Recording> Daemon::make_recording() {
-  if (!plan_.options.check_only) attach_devices();
+  if (!plan_.options.check_only) devices_.attach();
   return std::make_unique<Recording>(loop_.channels(), record_header(plan_));
 }
 
@@ -102,7 +103,7 @@ void Daemon::begin_time(std::unique_ptr<ReplayRun> replay) {
   } else {
     RealtimeOptions realtime;
     realtime.period_ns = plan_.player.period_ns;
-    if (config.pace() == v1::PACE_DEVICE) realtime.pace = pace_source();
+    if (config.pace() == v1::PACE_DEVICE) realtime.pace = devices_.pace();
     realtime.required = config.realtime() == v1::REALTIME_POLICY_REQUIRE;
     if (config.has_cpu()) realtime.cpu = config.cpu();
     time_.emplace(std::in_place_type<RealTime>, loop_.loop(), realtime);
@@ -121,10 +122,8 @@ void Daemon::begin_serving() {
   } catch (const std::runtime_error& error) {
     throw StartError(kExitAddress, std::string("--listen: ") + error.what());
   }
-  const auto devices = [this](const RequestId& id, const v1::Item& item) {
-    return item.has_calibrate() ? calibrate(id, item.calibrate()) : describe_devices();
-  };
-  requests_.emplace(Desks{loop_, scenes_, play_, records_, catalogues_, *time_, devices}, clients_);
+  requests_.emplace(Desks{loop_, scenes_, play_, records_, devices_, catalogues_, *time_},
+                    clients_);
   server_ = std::make_unique<ProtocolServer>(
       options, make_host(), [this](const Address& to, std::span<const std::uint8_t> datagram) {
         transport_->send(to, datagram);
@@ -220,7 +219,7 @@ bool Daemon::work(std::int64_t now_ns) {
   loop_.take_events();
   scenes_.carry_out_held();
   take_snapshots(now_ns);
-  finish_calibrations();
+  devices_.work();
   records_.report();
   if (ending_since_ns_ >= 0) {
     const bool over = std::visit([](const auto& time) { return time.over(); }, *time_);
@@ -232,7 +231,7 @@ bool Daemon::work(std::int64_t now_ns) {
 }
 
 void Daemon::take_event(const LoopEvent& event) {
-  note_push(event);
+  devices_.take(event);
   scenes_.take(event);
   if (std::holds_alternative<SceneSwapped>(event.what)) {
     play_.forget_poses();
@@ -261,12 +260,9 @@ void Daemon::take_snapshots(std::int64_t now_ns) {
   while (const Snapshot* snapshot = snapshots.front()) {
     states_.take(*snapshot);
     loop_.note(*snapshot);
-    for (std::size_t k = 0; k < snapshot->tools.size(); ++k) {
-      stiffness_bounds_[k] = snapshot->tools[k].stiffness_bound;
-      measured_delays_[k] = snapshot->tools[k].measured_delay;
-    }
-    note_no_force(*snapshot);
-    watch_forces(*snapshot);
+    devices_.take(*snapshot);
+    // A replay feels nothing.
+    if (!replays()) devices_.watch_forces(*snapshot);
     quality_.follow(*snapshot);
     if (stepped_here_) states_.add_to_hash();
     server_->offer_tick(snapshot->tick, snapshot->scene_id, now_ns);

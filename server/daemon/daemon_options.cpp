@@ -13,8 +13,8 @@
 #include <set>
 #include <sstream>
 
+#include "device/attach/drivers.h"
 #include "device/faulty/faulty_device.h"
-#include "server/devices/outside_device.h"
 #include "server/scene_io/choice_check.h"
 
 namespace hapticd {
@@ -64,6 +64,32 @@ std::string kinds_of_fault() {
   return names;
 }
 
+/// How the sources of a driver look, for the help.
+std::string form_of(const DriverEntry& driver) {
+  const std::string kind(driver.kind);
+  if (driver.argument == SourceArgument::kFile) return kind + ":FILE";
+  return driver.argument == SourceArgument::kSerial ? kind + "[:SERIAL]" : kind;
+}
+
+/// All sources of devices, for the help.
+std::string forms_of_sources() {
+  std::string forms;
+  for (const DriverEntry& driver : drivers()) forms += (forms.empty() ? "" : "|") + form_of(driver);
+  return forms;
+}
+
+/// The same in a sentence, serials left out.
+std::string sources_in_words() {
+  std::string words;
+  for (const DriverEntry& driver : drivers()) {
+    const bool last = driver.kind == drivers().back().kind;
+    words += words.empty() ? "" : last ? " or " : ", ";
+    words += driver.kind;
+    if (driver.argument == SourceArgument::kFile) words += ":FILE";
+  }
+  return words;
+}
+
 /// Adds --name VALUE for a Config field.
 template <typename Value, typename Set>
 void add(CLI::App& app, const std::string& name, const std::string& value_name,
@@ -87,9 +113,7 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
                    [&](const std::string& v) { options.config_file = v; });
   add<std::string>(app, "--scene", "NAME|FILE", "scene to play (guqin)",
                    [&](const std::string& v) { given.set_scene(v); });
-  add<std::string>(app, "--device",
-                   "simulated|scripted|replay:FILE|hid[:SERIAL]|pid[:SERIAL]|spacemouse[:SERIAL]",
-                   "device of every tool (simulated)",
+  add<std::string>(app, "--device", forms_of_sources(), "device of every tool (simulated)",
                    [&](const std::string& v) { given.add_device()->set_source(v); });
   add_choice(app, "--clock", kClocks, "what drives time (realtime)",
              [&](v1::ClockMode v) { given.set_clock(v); });
@@ -142,9 +166,9 @@ void fill_defaults(v1::Config& config) {
   if (config.device_size() == 0) config.add_device();
   for (v1::DeviceChoice& device : *config.mutable_device()) {
     if (device.source().empty()) device.set_source("simulated");
-    const std::optional<OutsideSource> outside = outside_source(device.source());
-    if (device.profile().empty()) {
-      device.set_profile(outside ? outside->profile : "premium_3_0_6dof");
+    const std::optional<DeviceSource> source = parse_source(device.source());
+    if (source && device.profile().empty()) {
+      device.set_profile(std::string(source->driver->profile));
     }
   }
   if (config.clock() == v1::CLOCK_MODE_UNSPECIFIED) config.set_clock(v1::CLOCK_MODE_REALTIME);
@@ -179,14 +203,13 @@ void check_devices(const v1::Config& config) {
     if (!tools.insert(device.tool_id()).second) {
       refuse("device: tool " + std::to_string(device.tool_id()) + " has two. Give each tool one.");
     }
-    const std::string& source = device.source();
-    const bool replay = source.rfind(kReplaySource, 0) == 0;
-    const bool outside = outside_source(source).has_value();
-    if (source != "simulated" && source != "scripted" && !replay && !outside) {
-      refuse("--device: '" + source +
-             "' is not known. Choose simulated, scripted, replay:FILE, hid, pid or spacemouse.");
+    const std::optional<DeviceSource> source = parse_source(device.source());
+    if (!source) {
+      refuse("--device: '" + device.source() + "' is not known. Choose " + sources_in_words() +
+             ".");
     }
-    if (outside && config.clock() == v1::CLOCK_MODE_VIRTUAL) {
+    const bool replay = source->driver->driver == DeviceDriver::kReplay;
+    if (source->driver->open != nullptr && config.clock() == v1::CLOCK_MODE_VIRTUAL) {
       refuse("--device: a real device needs the real clock. Leave --clock out.");
     }
     if (replay && (config.device_size() > 1 || !config.record().empty())) {
@@ -206,8 +229,7 @@ void check_pace(const v1::Config& config) {
   const auto first =
       std::min_element(config.device().begin(), config.device().end(),
                        [](const auto& a, const auto& b) { return a.tool_id() < b.tool_id(); });
-  const std::optional<OutsideSource> outside = outside_source(first->source());
-  if (outside && outside->driver == DeviceDriver::kHid) return;
+  if (parse_source(first->source())->driver->on_time) return;
   refuse("--pace device: '" + first->source() +
          "' of the first tool sends no report on time. Give it --device hid, or leave --pace out.");
 }

@@ -3,7 +3,6 @@
 
 #include <stdexcept>
 #include <string>
-#include <string_view>
 
 #include "hapticd/v1/config.pb.h"
 
@@ -28,9 +27,6 @@ class StartError : public std::runtime_error {
  private:
   int exit_code_;
 };
-
-/// What a device's source begins with when it is a recording.
-inline constexpr std::string_view kReplaySource = "replay:";
 
 struct DaemonOptions {
   v1::Config config;           ///< every default filled in

@@ -8,15 +8,10 @@
 #include <cmath>
 #include <string_view>
 
+#include "server/scene_io/profile_loader.h"
+
 namespace hapticd {
 namespace {
-
-/// The driver that was behind a recorded device.
-DeviceDriver recorded_driver(const std::string& source, const DeviceProfile& profile) {
-  if (source == "simulated") return DeviceDriver::kSimulated;
-  if (source == "scripted") return DeviceDriver::kScripted;
-  return profile.driver;
-}
 
 /// Fields that take effect with the scene, which is loaded anew.
 constexpr std::array<std::string_view, 7> kOfScenes{"scene", "quality", "budget_us", "gesture",
@@ -59,7 +54,8 @@ PlayerOptions player_options(const v1::Config& config) {
       for (const SceneProblem& problem : profile.problems) text += to_text(problem) + "\n";
       throw StartError(kExitInput, text.substr(0, text.size() - 1));
     }
-    player.devices.push_back({device.tool_id(), std::move(*profile.loaded), device.source()});
+    player.devices.push_back(
+        {device.tool_id(), std::move(*profile.loaded), *parse_source(device.source())});
   }
   player.period_ns = std::llround(1e9 / config.rate());
   player.virtual_time = config.clock() == v1::CLOCK_MODE_VIRTUAL;
@@ -79,8 +75,9 @@ PlayerOptions recorded_player(const v1::RecordHeader& header) {
                                        faults_text(profile.problems) +
                                        ". Use the version that recorded it.");
     }
-    ToolDevice tool{device.tool_id(), std::move(*profile.loaded), "replay"};
-    tool.recorded = recorded_driver(config.device(k).source(), tool.profile.profile);
+    ToolDevice tool{
+        device.tool_id(), std::move(*profile.loaded), {&driver_entry(DeviceDriver::kReplay), ""}};
+    tool.recorded = recorded_driver(config.device(k).source(), tool.sheet.profile);
     player.devices.push_back(std::move(tool));
   }
   if (player.devices.empty()) {
@@ -97,7 +94,7 @@ LoadOptions load_options(const DaemonPlan& plan) {
   load.paths = installed_paths();
   double most = kUnlimited;
   for (const ToolDevice& device : plan.player.devices) {
-    most = std::min(most, device.profile.profile.stiffness_max);
+    most = std::min(most, device.sheet.profile.stiffness_max);
   }
   if (most < kUnlimited) load.device_stiffness = most;
   load.quality = quality_wish(plan);
@@ -106,7 +103,7 @@ LoadOptions load_options(const DaemonPlan& plan) {
 
 bool simulates(const PlayerOptions& player) {
   return std::any_of(player.devices.begin(), player.devices.end(),
-                     [](const ToolDevice& device) { return device.source == "simulated"; });
+                     [](const ToolDevice& device) { return device.source.driver->plays_gestures; });
 }
 
 void warn_of_no_bound(const PlayerOptions& player) {

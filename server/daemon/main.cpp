@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "server/daemon/daemon.h"
+#include "server/daemon/device_command.h"
 #include "server/daemon/export_command.h"
-#include "server/devices/device_list.h"
 #include "server/system/doctor.h"
 
 namespace {
@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
       return hapticd::run_export(argc - 1, argv + 1);
     }
     if (argc > 1 && std::string_view(argv[1]) == "device") {
-      return hapticd::run_device_list(argc - 1, argv + 1);
+      return hapticd::run_device(argc - 1, argv + 1);
     }
     hapticd::DaemonOptions options;
     if (!hapticd::read_options(argc, argv, options)) return hapticd::kExitGood;

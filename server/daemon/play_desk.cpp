@@ -20,8 +20,8 @@ Array3 three(const google::protobuf::RepeatedField<double>& numbers) {
 }
 
 /// The pose as it came; numbers that make no sense are the loop's to judge.
-ScriptedPose scripted_pose(const v1::PoseSample& sample) {
-  ScriptedPose pose;
+QueuedPose queued_pose(const v1::PoseSample& sample) {
+  QueuedPose pose;
   pose.p_DH = three(sample.pose_dh().p_m());
   if (sample.pose_dh().q_size() == 4) {
     for (int k = 0; k < 4; ++k) pose.q_DH[static_cast<std::size_t>(k)] = sample.pose_dh().q(k);
@@ -53,7 +53,7 @@ Answer PlayDesk::fault_of(const v1::PoseSample& sample, const std::string& path)
   if (tool_of(sample.tool_id(), scenes_.newest().index) == kNoTool) {
     return result_of(v1::RESULT_CODE_NOT_FOUND, path + ".tool_id", kNoSuchTool);
   }
-  if (device_of(player_, sample.tool_id()).source != "scripted") {
+  if (!device_of(player_, sample.tool_id()).source.driver->takes_poses) {
     return result_of(v1::RESULT_CODE_WRONG_STATE, path + ".tool_id",
                      "Its device is not scripted: start hapticd with --device scripted.");
   }
@@ -85,7 +85,7 @@ Answer PlayDesk::queue_poses(const v1::PoseBatch& batch) {
   }
   // Any tick may have been asked for: nothing is added to it before it is known to be near.
   const auto queue_ends = [&](std::uint64_t tick) {
-    return tick >= next && tick - next >= kScriptedQueue;
+    return tick >= next && tick - next >= kPoseQueue;
   };
   auto after = ticks;
   for (const v1::PoseSample& sample : batch.poses()) {
@@ -93,7 +93,7 @@ Answer PlayDesk::queue_poses(const v1::PoseBatch& batch) {
     if (queue_ends(tick)) {
       return result_of(v1::RESULT_CODE_BUSY, "pose_batch.first_tick",
                        "The queue holds the next 4096 ticks, " + std::to_string(next) + " to " +
-                           std::to_string(next + kScriptedQueue - 1) +
+                           std::to_string(next + kPoseQueue - 1) +
                            ". Run or wait, or name a nearer first_tick.");
     }
     ++tick;
@@ -105,7 +105,7 @@ Answer PlayDesk::queue_poses(const v1::PoseBatch& batch) {
   }
   for (const v1::PoseSample& sample : batch.poses()) {
     const std::uint32_t tool = tool_of(sample.tool_id(), index);
-    poses.push({ticks[tool], tool, loop_.lease_ends(), scripted_pose(sample)});
+    poses.push({ticks[tool], tool, loop_.lease_ends(), queued_pose(sample)});
     ++ticks[tool];
     next_ticks_[tool] = std::max(next_ticks_[tool], ticks[tool]);
   }

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "proto/wire/request_result.h"
+#include "server/scene_io/sheet_translation.h"
 
 namespace hapticd {
 namespace {
@@ -73,7 +74,7 @@ v1::RecordHeader record_header(const DaemonPlan& plan) {
   for (const ToolDevice& device : plan.player.devices) {
     v1::RecordedDevice& recorded = *header.add_devices();
     recorded.set_tool_id(device.tool_id);
-    *recorded.mutable_profile() = device.profile.message;
+    *recorded.mutable_profile() = to_profile(device.sheet);
   }
   header.set_period_ns(static_cast<std::uint64_t>(plan.player.period_ns));
   return header;

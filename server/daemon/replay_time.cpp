@@ -15,10 +15,10 @@ constexpr int kTicksPerLook = 64;
 }  // namespace
 
 std::unique_ptr<ReplayRun> open_replay(DaemonOptions& options) {
-  const std::string& source = options.config.device(0).source();
-  if (source.rfind(kReplaySource, 0) != 0) return nullptr;
+  const std::optional<DeviceSource> source = parse_source(options.config.device(0).source());
+  if (source->driver->driver != DeviceDriver::kReplay) return nullptr;
   try {
-    auto replay = std::make_unique<ReplayRun>(source.substr(kReplaySource.size()));
+    auto replay = std::make_unique<ReplayRun>(source->argument);
     v1::Config config = replay->header().config();
     config.set_clock(options.config.clock());
     config.set_listen(options.config.listen());

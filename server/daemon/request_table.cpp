@@ -127,10 +127,12 @@ constexpr std::array kRows{
         [](Desks& desks, const RequestId&, const v1::Item&) {
           return Answer(listing(desks.catalogues.recordings()));
         }},
-    Row{v1::Item::kGetDeviceInfo, [](Desks& desks, const RequestId& id,
-                                     const v1::Item& item) { return desks.devices(id, item); }},
-    Row{v1::Item::kCalibrate, [](Desks& desks, const RequestId& id,
-                                 const v1::Item& item) { return desks.devices(id, item); }},
+    Row{v1::Item::kGetDeviceInfo,
+        [](Desks& desks, const RequestId&, const v1::Item&) { return desks.devices.describe(); }},
+    Row{v1::Item::kCalibrate,
+        [](Desks& desks, const RequestId& id, const v1::Item& item) {
+          return desks.devices.calibrate(id, item.calibrate());
+        }},
 };
 
 }  // namespace

@@ -1,10 +1,9 @@
 // Which desk carries out which request, and what is refused whatever the desk. Not RT.
 #pragma once
 
-#include <functional>
-
 #include "server/daemon/catalogues.h"
 #include "server/daemon/daemon_time.h"
+#include "server/daemon/device_desk.h"
 #include "server/daemon/play_desk.h"
 #include "server/daemon/record_desk.h"
 
@@ -16,10 +15,9 @@ struct Desks {
   SceneDesk& scenes;
   PlayDesk& play;
   RecordDesk& records;
+  DeviceDesk& devices;
   Catalogues& catalogues;
   DaemonTime& time;
-  /// GetDeviceInfo and Calibrate.
-  std::function<Answer(const RequestId&, const v1::Item&)> devices;
 };
 
 class RequestTable {

@@ -5,7 +5,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "device/attach/device_factory.h"
 #include "server/daemon/work_cost.h"
 #include "server/haptic_loop/device_limits.h"
 #include "server/haptic_loop/settings_change.h"
@@ -35,24 +34,19 @@ PlayedDevice make_played_device(const ToolDevice& device, const Pose& X_DH,
     played.device = device.attached;
     return played;
   }
-  if (device.source == "scripted") {
-    ScriptedOptions scripted;
-    scripted.p_DH = to_array(X_DH.p);
-    scripted.q_DH = to_array(X_DH.q);
-    scripted.hold = options.virtual_time;
-    played.owned = make_device(device.profile.profile, scripted);
-    played.scripted = dynamic_cast<ScriptedDevice*>(played.owned.get());
-  } else if (device.source == "replay") {
-    played.owned = make_device(device.profile.profile, ReplayOptions{device.recorded});
-    played.replayed = dynamic_cast<ReplayDevice*>(played.owned.get());
-  } else {
-    SimulatedOptions simulated;
-    simulated.X_DH = X_DH;
-    simulated.arm = options.arm;
-    simulated.seed = options.seed + k;
-    played.owned = make_device(device.profile.profile, simulated);
-    played.simulated = dynamic_cast<SimulatedDevice*>(played.owned.get());
-  }
+  InsideOptions inside;
+  inside.X_DH = X_DH;
+  inside.virtual_time = options.virtual_time;
+  inside.arm = options.arm;
+  inside.seed = options.seed + k;
+  inside.recorded = device.recorded;
+  // Where options are only checked, what is plugged in is not opened.
+  const bool is_inside = device.source.driver->make != nullptr;
+  const DriverEntry& driver =
+      is_inside ? *device.source.driver : driver_entry(DeviceDriver::kSimulated);
+  OpenDevice made = driver.make(device.sheet, inside);
+  played.owned = std::move(made.device);
+  played.facets = made.facets;
   if (options.injection && k == 0) {
     Injection injection = *options.injection;
     injection.period_ns = options.period_ns;
@@ -78,7 +72,7 @@ PlayedTool make_played_tool(const ToolDescription& tool, std::size_t k, const Ge
     throw std::runtime_error("tool " + std::to_string(tool.tool_id) +
                              " has no device. Name one for it in the configuration.");
   }
-  const DeviceProfile& profile = device.profile.profile;
+  const DeviceProfile& profile = device.sheet.profile;
   PlayedTool played;
   played.tool_id = tool.tool_id;
   played.map = tool.workspace;

@@ -5,14 +5,13 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "device/attach/drivers.h"
 #include "device/faulty/faulty_device.h"
 #include "hapticd/v1/config.pb.h"
 #include "hapticd/v1/gesture.pb.h"
 #include "server/haptic_loop/played_scene.h"
-#include "server/scene_io/profile_loader.h"
 #include "server/scene_io/scene_loader.h"
 
 namespace hapticd {
@@ -20,8 +19,8 @@ namespace hapticd {
 /// What is behind a tool.
 struct ToolDevice {
   std::uint32_t tool_id = 0;
-  LoadedProfile profile;
-  std::string source;                             ///< simulated, scripted, replay or hid
+  DeviceSheet sheet;
+  DeviceSource source;
   DeviceDriver recorded = DeviceDriver::kReplay;  ///< of a replay: what was there
   HapticDevice* attached = nullptr;               ///< one outside the process; outlives the scenes
 };

@@ -18,7 +18,7 @@ constexpr std::uint64_t kMaxSteps = 1'000'000'000;
 std::uint64_t held_inputs(const PlayedScene& scene) {
   std::uint64_t held = 0;
   for (const PlayedTool& tool : scene.tools) {
-    if (tool.device.scripted != nullptr) held += tool.device.scripted->held();
+    if (tool.device.facets.poses != nullptr) held += tool.device.facets.poses->held();
   }
   return held;
 }

@@ -17,8 +17,8 @@ StiffnessLimits stiffness_limits_of(const DeviceProfile& profile, double period_
     limits.stiffness_max = profile.stiffness_max;
   }
   limits.period_s = period_s;
-  const bool stated = profile.delay > 0.0 || profile.driver != DeviceDriver::kPid;
-  limits.delay_s = stated ? profile.delay : kUsualPidDelay_s;
+  const bool known = profile.delay > 0.0 || !has_no_clock(profile.driver);
+  limits.delay_s = known ? profile.delay : kUnmeasuredDelay_s;
   return limits;
 }
 

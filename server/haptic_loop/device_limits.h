@@ -6,9 +6,9 @@
 
 namespace hapticd {
 
-/// Delay of a device of the PID class whose profile states none, s: a frame in, a frame for each
-/// axis out. Nothing ever measures it, and none would make it bear several times the stiffness.
-inline constexpr double kUsualPidDelay_s = 3e-3;
+/// Delay of a device without a clock whose profile states none, s: a frame in, a frame for each of
+/// two axes out. Nothing ever measures it, and none would make it bear several times the stiffness.
+inline constexpr double kUnmeasuredDelay_s = 3e-3;
 
 /// In a loop of this period. The coupling's damping is that of the settings.
 [[nodiscard]] StiffnessLimits stiffness_limits_of(const DeviceProfile& profile, double period_s);

@@ -7,8 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "device/simulated/arm_model.h"
-#include "device/simulated/gesture.h"
+#include "device/api/gesture_hand.h"
 
 namespace hapticd {
 

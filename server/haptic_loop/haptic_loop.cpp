@@ -115,10 +115,10 @@ void HapticLoop::take_commands() noexcept {
   for (int k = 0; k < kCommandsPerTick && channels_.commands.pop(command); ++k) obey(command);
   TickPose pose;
   for (int k = 0; k < kPosesPerTick && channels_.poses.pop(pose); ++k) {
-    ScriptedDevice* device =
-        pose.tool < tool_count() ? scene_->tools[pose.tool].device.scripted : nullptr;
-    if (device == nullptr || pose.lease < leases_ended_) continue;
-    device->push(pose.tick, pose.pose);
+    PoseQueue* poses =
+        pose.tool < tool_count() ? scene_->tools[pose.tool].device.facets.poses : nullptr;
+    if (poses == nullptr || pose.lease < leases_ended_) continue;
+    poses->push(pose.tick, pose.pose);
     lease_lost_ = false;
   }
 }

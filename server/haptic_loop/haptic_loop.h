@@ -39,12 +39,12 @@ inline constexpr std::size_t kWaitingChanges = 64;
 /// Poses taken over in one tick, at most; a sender of one per tick is never waited for.
 inline constexpr int kPosesPerTick = 64;
 
-/// A pose of a scripted device for a tick.
+/// A pose for a tick, of a device that follows poses.
 struct TickPose {
   std::uint64_t tick = 0;
   std::uint32_t tool = 0;   ///< in the scene's order
   std::uint64_t lease = 0;  ///< how many leases had ended when it was given
-  ScriptedPose pose;
+  QueuedPose pose;
 };
 
 /// Ticks on their way to the recorder: 2 s at 1 kHz.
@@ -64,7 +64,7 @@ struct LoopChannels {
   Lending<GesturePlan, 512> gestures;
   Lending<SettingsChange, 512> changes;
   SpscRing<LoopCommand, 256> commands;  ///< to the loop
-  SpscRing<TickPose, kScriptedQueue> poses;
+  SpscRing<TickPose, kPoseQueue> poses;
   SpscRing<LoopEvent, 4096> events;  ///< lossless; an overflow is a fault
   ImageRing images;                  ///< to the telemetry thread, once a second
   SpscRing<Snapshot, 64> snapshots;  ///< every tick; those that find no place are left out

@@ -247,8 +247,8 @@ void HapticLoop::replay_once(const TickTrace& recorded) noexcept {
     tool.recentre = tool.recentre_asked = from.recentre;
     tool.clutch_open = from.clutch_open;
     tool.push_asked = from.push;
-    ReplayDevice* device = scene_->tools[k].device.replayed;
-    if (device == nullptr) continue;
+    SampleSource* source = scene_->tools[k].device.facets.samples;
+    if (source == nullptr) continue;
     ReplayedSample sample;
     sample.outcome = from.lost          ? ReadOutcome::kLost
                      : from.sample_came ? ReadOutcome::kFresh
@@ -264,7 +264,7 @@ void HapticLoop::replay_once(const TickTrace& recorded) noexcept {
     sample.sample.flags = from.device_flags;
     sample.sample.has_velocity = from.has_velocity;
     sample.sample.measured_delay_s = from.measured_delay_s;
-    device->put(sample);
+    source->put(sample);
   }
   orders_ = recorded.orders;
   work_budget_ = static_cast<std::int64_t>(recorded.work_budget);

@@ -82,16 +82,16 @@ void HapticLoop::take_scene(std::unique_ptr<PlayedScene> scene, std::uint64_t nu
 bool HapticLoop::begin_gesture(const GesturePlan& plan) noexcept {
   bool any = false;
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    SimulatedDevice* device = scene_->tools[k].device.simulated;
-    if (device == nullptr) continue;
+    GestureHand* hand = scene_->tools[k].device.facets.hand;
+    if (hand == nullptr) continue;
     any = true;
-    static_cast<void>(device->recover());
-    if (plan.arm) device->set_arm(*plan.arm);
-    if (plan.seed) device->set_seed(*plan.seed + k);
+    static_cast<void>(hand->recover());
+    if (plan.arm) hand->set_arm(*plan.arm);
+    if (plan.seed) hand->set_seed(*plan.seed + k);
     if (k >= plan.motions.size() || plan.motions[k].track().empty()) {
-      device->stop_gesture();
+      hand->stop_gesture();
     } else {
-      device->play(plan.motions[k].track(), plan.repeat);
+      hand->play(plan.motions[k].track(), plan.repeat);
     }
   }
   return any;
@@ -158,7 +158,8 @@ void HapticLoop::mend_devices() noexcept {
   if (machine_.state != LoopState::kFault) return;
   bool any = false;
   for (PlayedTool& tool : scene_->tools) {
-    if (tool.device.simulated != nullptr) any = tool.device.simulated->recover() || any;
+    GestureHand* hand = tool.device.facets.hand;
+    if (hand != nullptr) any = hand->recover() || any;
   }
   if (any && standing_fault_ == Cause::kNotFinite) standing_fault_ = Cause::kNone;
 }
@@ -176,8 +177,9 @@ void HapticLoop::lose_lease(const LeaseLostCommand& lost) noexcept {
   }
   waiting_changes_ = kept;
   for (PlayedTool& tool : scene_->tools) {
-    if (tool.device.scripted == nullptr) continue;
-    tool.device.scripted->clear();
+    PoseQueue* poses = tool.device.facets.poses;
+    if (poses == nullptr) continue;
+    poses->clear();
     lease_lost_ = true;
   }
 }

@@ -12,21 +12,16 @@
 #include "core/scene/scene.h"
 #include "core/scene/scene_settings.h"
 #include "core/simulation/workspace_map.h"
+#include "device/api/device_facets.h"
 #include "device/api/haptic_device.h"
-#include "device/replay/replay_device.h"
-#include "device/scripted/scripted_device.h"
-#include "device/simulated/simulated_device.h"
 #include "server/haptic_loop/gesture_plan.h"
 
 namespace hapticd {
 
-/// The device of a tool; at most one of `simulated`, `scripted` and `replayed` is set, and is
-/// `device` then.
+/// The device of a tool.
 struct PlayedDevice {
   HapticDevice* device = nullptr;
-  SimulatedDevice* simulated = nullptr;
-  ScriptedDevice* scripted = nullptr;
-  ReplayDevice* replayed = nullptr;
+  DeviceFacets facets;
   std::unique_ptr<HapticDevice> owned;  ///< null for a device that outlives scenes
 };
 

@@ -111,9 +111,9 @@ void HapticLoop::fill_tool(std::size_t k, ToolReading& reading) const noexcept {
 }
 
 void HapticLoop::fill_gesture(std::size_t k, ToolReading& reading) const noexcept {
-  const SimulatedDevice* device = scene_->tools[k].device.simulated;
-  if (device == nullptr || scene_->gesture == nullptr) return;
-  const GestureProgress progress = device->gesture();
+  const GestureHand* hand = scene_->tools[k].device.facets.hand;
+  if (hand == nullptr || scene_->gesture == nullptr) return;
+  const GestureProgress progress = hand->gesture();
   reading.plays_gesture = progress.playing;
   reading.gesture_progress = progress.fraction;
   reading.gesture_repeats = progress.finished;

@@ -16,7 +16,7 @@ constexpr std::int64_t kStuckAfter_ns = 250'000'000;
 void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
                ToolLoop& tool) noexcept {
   PlayedDevice& device = played.device;
-  if (device.scripted != nullptr) device.scripted->set_tick(time.tick);
+  if (device.facets.poses != nullptr) device.facets.poses->set_tick(time.tick);
   DeviceSample& sample = tool.sample;
   const ReadOutcome outcome = device.device->read(time.t_ns, sample);
   tool.device_lost = outcome == ReadOutcome::kLost;

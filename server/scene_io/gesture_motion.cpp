@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/math/rotation.h"
+#include "device/simulated/gesture.h"
 
 namespace hapticd {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "core/scene/scene_description.h"
-#include "device/simulated/gesture.h"
+#include "device/api/gesture_hand.h"
 #include "hapticd/v1/gesture.pb.h"
 #include "server/scene_io/scene_problem.h"
 

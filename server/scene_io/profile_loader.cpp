@@ -10,6 +10,7 @@
 #include "server/scene_io/message_text.h"
 #include "server/scene_io/model_files.h"
 #include "server/scene_io/named_text.h"
+#include "server/scene_io/sheet_translation.h"
 
 namespace hapticd {
 namespace {
@@ -118,71 +119,6 @@ void check_required(const P& profile, SceneProblems& problems) {
   }
 }
 
-void take(const v1::Quantity& quantity, double& number) {
-  if (!quantity.value().empty()) number = quantity.value(0);
-}
-
-void take(const v1::Quantity& quantity, int& number) {
-  if (!quantity.value().empty()) number = static_cast<int>(quantity.value(0));
-}
-
-void take(const v1::Quantity& quantity, Array3& axes) {
-  for (int i = 0; i < 3 && !quantity.value().empty(); ++i) {
-    axes[static_cast<std::size_t>(i)] = quantity.value(quantity.value_size() == 3 ? i : 0);
-  }
-}
-
-DeviceProfile translate(const P& from) {
-  DeviceProfile to;
-  std::copy_n(from.name().begin(), std::min(from.name().size(), kDeviceNameCapacity),
-              to.name.begin());
-  to.driver = static_cast<DeviceDriver>(from.driver());
-  take(from.sensed_axes(), to.sensed_axes);
-  take(from.actuated_axes(), to.actuated_axes);
-  take(from.workspace_lower_m(), to.workspace_lower);
-  take(from.workspace_upper_m(), to.workspace_upper);
-  take(from.rotation_range_rad(), to.rotation_range);
-  take(from.peak_force_n(), to.peak_force);
-  take(from.peak_torque_n_m(), to.peak_torque);
-  take(from.continuous_force_n(), to.continuous_force);
-  take(from.continuous_torque_n_m(), to.continuous_torque);
-  take(from.thermal_window_s(), to.thermal_window);
-  take(from.velocity_trip_m_per_s(), to.velocity_trip);
-  take(from.acceleration_max_m_per_s2(), to.acceleration_max);
-  take(from.damping_n_s_per_m(), to.damping);
-  take(from.stiffness_max_n_per_m(), to.stiffness_max);
-  take(from.delay_s(), to.delay);
-  take(from.report_rate_hz(), to.report_rate);
-  take(from.watchdog_s(), to.watchdog);
-  take(from.mass_kg(), to.mass);
-  take(from.inertia_kg_m2(), to.inertia);
-  take(from.rotational_damping_n_m_s_per_rad(), to.rotational_damping);
-  take(from.coulomb_friction_n(), to.coulomb_friction);
-  take(from.coulomb_friction_n_m(), to.coulomb_torque);
-  take(from.position_resolution_m(), to.position_resolution);
-  take(from.rotation_resolution_rad(), to.rotation_resolution);
-  take(from.motor_lag_s(), to.motor_lag);
-  to.affine = from.affine();
-  return to;
-}
-
-AxisMapping translate(const v1::AxisMap& from) {
-  AxisMapping to;
-  for (int i = 0; i < from.axes_size(); ++i) {
-    // Odd ones are positive; each direction has two.
-    const int place = from.axes(i) - v1::AXIS_POSITIVE_X;
-    const auto axis = static_cast<std::size_t>(i);
-    to.raw_axis[axis] = static_cast<std::uint8_t>(place / 2);
-    to.sign[axis] = place % 2 == 0 ? 1.0 : -1.0;
-  }
-  take(from.position_scale(), to.position_scale);
-  take(from.rotation_scale(), to.rotation_scale);
-  take(from.force_scale(), to.force_scale);
-  take(from.force_sign(), to.force_sign);
-  take(from.dead_zone(), to.dead_zone);
-  return to;
-}
-
 ProfileResult load_text(std::string_view text, const std::string& file) {
   P profile;
   const MessageText parsed(text, file, "device profile", profile);
@@ -201,6 +137,16 @@ ProfileResult load_text(std::string_view text, const std::string& file) {
 
 ProfileFolders installed_profiles() {
   return {installed_paths().scenes.front().parent_path() / "devices"};
+}
+
+std::vector<DeviceSheet> load_installed_profiles() {
+  std::vector<DeviceSheet> sheets;
+  const ProfileFolders folders = installed_profiles();
+  for (const std::string& name : list_profiles(folders)) {
+    ProfileResult result = load_profile(name, folders);
+    if (result.loaded) sheets.push_back(std::move(*result.loaded));
+  }
+  return sheets;
 }
 
 std::vector<std::string> list_profiles(const ProfileFolders& folders) {
@@ -223,7 +169,7 @@ ProfileResult check_profile(const P& profile) {
   // What follows looks at values that are there.
   if (!any_fault(result.problems)) check_required(profile, result.problems);
   if (any_fault(result.problems)) return result;
-  result.loaded = LoadedProfile{profile, translate(profile), translate(profile.axis_map())};
+  result.loaded = to_sheet(profile);
   return result;
 }
 

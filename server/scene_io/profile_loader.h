@@ -1,6 +1,6 @@
 // Loads a device profile from a name, a file, inline text or a message: parsed, checked against the
-// comments of device_profile.proto, and translated for the devices; or refused with every fault in
-// it. Matches stay in the message, for the search for devices. Offline.
+// comments of device_profile.proto, and translated for the drivers; or refused with every fault in
+// it. Offline.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "device/api/axis_mapping.h"
-#include "device/api/device_profile.h"
+#include "device/api/device_sheet.h"
 #include "hapticd/v1/device_profile.pb.h"
 #include "server/scene_io/scene_problem.h"
 
@@ -22,16 +21,13 @@ using ProfileFolders = std::vector<std::filesystem::path>;
 /// The folder `devices` of the installation (installed_paths of model_files.h says where that is).
 [[nodiscard]] ProfileFolders installed_profiles();
 
-struct LoadedProfile {
-  v1::DeviceProfile message;  ///< as written, sources included
-  DeviceProfile profile;      ///< defaults filled in
-  AxisMapping axes;           ///< of axis_map, defaults filled in; for drivers of raw frames
-};
-
 struct ProfileResult {
-  std::optional<LoadedProfile> loaded;  ///< none when there is a fault
+  std::optional<DeviceSheet> loaded;  ///< none when there is a fault
   SceneProblems problems;
 };
+
+/// All profiles of the installation that load.
+[[nodiscard]] std::vector<DeviceSheet> load_installed_profiles();
 
 /// Names of the profiles in `folders`, in alphabetical order.
 [[nodiscard]] std::vector<std::string> list_profiles(const ProfileFolders& folders);

@@ -21,6 +21,7 @@
 #include "server/haptic_loop/haptic_loop.h"
 #include "server/network/protocol_server.h"
 #include "server/recorder/recorder.h"
+#include "server/scene_io/profile_loader.h"
 
 namespace hapticd::test {
 namespace {
@@ -69,7 +70,7 @@ std::unique_ptr<PlayedScene> played(std::shared_ptr<const LoadedScene> scene) {
       load_profile(HAPTICD_SOURCE_DIR "/deploy/devices/ideal.textproto", ProfileFolders{});
   if (!profile.loaded.has_value()) throw std::runtime_error("the profile is refused");
   PlayerOptions options;
-  options.devices.push_back({0, *profile.loaded, "scripted"});
+  options.devices.push_back({0, *profile.loaded, *parse_source("scripted")});
   options.virtual_time = true;
   return make_played_scene(std::move(scene), 1, nullptr, options);
 }

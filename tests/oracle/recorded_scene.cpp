@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "device/attach/device_factory.h"
+#include "device/attach/drivers.h"
 #include "server/haptic_loop/device_limits.h"
 #include "server/haptic_loop/tool_loop.h"
 #include "server/recorder/state_record.h"
@@ -21,11 +21,8 @@ namespace {
 
 /// The driver that was behind device number k.
 DeviceDriver driver_of(const v1::RecordHeader& header, int k, const DeviceProfile& profile) {
-  const std::string source =
-      k < header.config().device_size() ? header.config().device(k).source() : std::string();
-  if (source == "simulated") return DeviceDriver::kSimulated;
-  if (source == "scripted") return DeviceDriver::kScripted;
-  return profile.driver;
+  return recorded_driver(
+      k < header.config().device_size() ? header.config().device(k).source() : "", profile);
 }
 
 /// Number of the device of a tool in the header: its own, or the first.
@@ -98,8 +95,10 @@ void RecordedScene::play(const v1::RecordHeader& header) {
     tool.map = description.tools[k].workspace;
     tool.stiffness_limits = stiffness_limits_of(profile.loaded->profile,
                                                 1e-9 * static_cast<double>(header.period_ns()));
-    const DeviceDriver driver = driver_of(header, device, profile.loaded->profile);
-    tool.device.owned = make_device(profile.loaded->profile, ReplayOptions{driver});
+    InsideOptions inside;
+    inside.recorded = driver_of(header, device, profile.loaded->profile);
+    OpenDevice made = driver_entry(DeviceDriver::kReplay).make(*profile.loaded, inside);
+    tool.device.owned = std::move(made.device);
     tool.device.device = tool.device.owned.get();
     played_->tools.push_back(std::move(tool));
     played_->play.simulation->scene(k).strings = played_->strings;

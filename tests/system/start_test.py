@@ -52,6 +52,11 @@ class Start(unittest.TestCase):
             code, text = daemon.run("--config", str(path), "--scene", "sphere", "--check")
             self.assertEqual(code, 0, text)
 
+    def test_a_check_opens_no_device(self):
+        for source in ("hid", "pid:S1", "spacemouse"):
+            code, text = daemon.run("--scene", "sphere", "--device", source, "--check")
+            self.assertEqual(code, 0, text)
+
     def test_an_address_in_use_or_beyond_loopback_is_refused(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
             other.bind(("127.0.0.1", 0))

@@ -1,4 +1,4 @@
-// Devices that follow data, and the factory. Truth: the data.
+// Devices that follow data. Truth: the data.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "core/math/rotation.h"
-#include "device/attach/device_factory.h"
+#include "device/replay/replay_device.h"
+#include "device/scripted/scripted_device.h"
 #include "tests/device/api/device_contract.h"
 
 namespace hapticd::test {
@@ -21,7 +22,7 @@ DeviceProfile named() {
   return profile;
 }
 
-ScriptedPose at(double x) { return {.p_DH = {x, 0.0, 0.0}}; }
+QueuedPose at(double x) { return {.p_DH = {x, 0.0, 0.0}}; }
 
 std::vector<DeviceSample> recording(int count) {
   std::vector<DeviceSample> samples;
@@ -52,7 +53,7 @@ TEST_CASE(
     "a scripted device gives each tick its pose to the bit, with velocity from the difference") {
   ScriptedDevice device(named(), {});
   for (std::uint64_t i = 0; i < 3; ++i) {
-    CHECK(device.push(i, at(0.1 * static_cast<double>(i * i))) == ScriptedPush::kQueued);
+    CHECK(device.push(i, at(0.1 * static_cast<double>(i * i))) == PosePush::kQueued);
   }
   CHECK(device.next_tick() == 3);
   DeviceSample sample;
@@ -62,7 +63,7 @@ TEST_CASE(
   }
   CHECK(std::abs(sample.v_DH_D[0] - 300.0) < 1e-9);
   CHECK(!sample.has_velocity);
-  ScriptedPose pose = at(0.0);
+  QueuedPose pose = at(0.0);
   pose.has_velocity = true;
   pose.v_DH_D = {7.0, 8.0, 9.0};
   pose.w_DH_D = {1.0, 2.0, 3.0};
@@ -95,15 +96,15 @@ TEST_CASE("poses for ticks already run are dropped, those too far ahead refused"
   DeviceSample sample;
   device.read(0, sample);
   device.read(kMs, sample);
-  CHECK(device.push(1, at(9.0)) == ScriptedPush::kDropped);
+  CHECK(device.push(1, at(9.0)) == PosePush::kDropped);
   CHECK(device.dropped() == 1);
-  CHECK(device.push(2 + kScriptedQueue, at(9.0)) == ScriptedPush::kFull);
-  CHECK(device.push(1 + kScriptedQueue, at(8.0)) == ScriptedPush::kQueued);
-  CHECK(device.push(2, at(3.0)) == ScriptedPush::kQueued);
+  CHECK(device.push(2 + kPoseQueue, at(9.0)) == PosePush::kFull);
+  CHECK(device.push(1 + kPoseQueue, at(8.0)) == PosePush::kQueued);
+  CHECK(device.push(2, at(3.0)) == PosePush::kQueued);
   device.read(2 * kMs, sample);
   CHECK(sample.p_DH[0] == 3.0);
-  CHECK(device.next_tick() == 2 + kScriptedQueue);
-  for (std::uint64_t i = 3; i < 1 + kScriptedQueue; ++i) device.read(kMs, sample);
+  CHECK(device.next_tick() == 2 + kPoseQueue);
+  for (std::uint64_t i = 3; i < 1 + kPoseQueue; ++i) device.read(kMs, sample);
   CHECK(sample.p_DH[0] == 3.0);
   device.read(kMs, sample);
   CHECK(sample.p_DH[0] == 8.0);
@@ -129,7 +130,7 @@ TEST_CASE("skipped ticks skip their poses, and going back begins anew") {
 TEST_CASE("a pose that was skipped over is not taken for a tick a whole queue later") {
   ScriptedDevice device(named(), {});
   device.push(5, at(1.0));
-  device.set_tick(5 + kScriptedQueue);
+  device.set_tick(5 + kPoseQueue);
   DeviceSample sample;
   device.read(0, sample);
   CHECK(sample.p_DH[0] == 0.0);
@@ -194,21 +195,6 @@ TEST_CASE("a replay holds as many ticks as it says, and refuses more") {
   DeviceSample sample;
   device.read(0, sample);
   CHECK(device.put({}));
-}
-
-TEST_CASE("the factory makes the driver its options stand for, with the profile's numbers") {
-  const DeviceOptions choices[] = {SimulatedOptions{}, ScriptedOptions{},
-                                   ReplayOptions{DeviceDriver::kHid}};
-  const DeviceDriver drivers[] = {DeviceDriver::kSimulated, DeviceDriver::kScripted,
-                                  DeviceDriver::kHid};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto device = make_device(named(), choices[i]);
-    CHECK(device->profile().driver == drivers[i]);
-    CHECK(device->profile().peak_force == 22.0);
-    DeviceSample sample;
-    // Nothing has been queued for the replay.
-    CHECK(device->read(0, sample) == (i < 2 ? ReadOutcome::kFresh : ReadOutcome::kLost));
-  }
 }
 
 }  // namespace hapticd::test

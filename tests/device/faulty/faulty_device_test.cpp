@@ -7,7 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "device/attach/device_factory.h"
+#include "device/replay/replay_device.h"
+#include "device/simulated/simulated_device.h"
 #include "tests/device/api/device_contract.h"
 
 namespace hapticd::test {
@@ -162,7 +163,7 @@ TEST_CASE("delayed samples are the true ones of 30 reads before, after 30 reads 
 TEST_CASE("in quiet it keeps the contract of devices") {
   DeviceProfile profile;
   profile.name = {'f'};
-  FaultyDevice device(make_device(profile, SimulatedOptions{}), {});
+  FaultyDevice device(std::make_unique<SimulatedDevice>(profile, SimulatedOptions{}), {});
   check_device_contract(device, virtual_ticks(kMs), 200);
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/math/realtime.h"
-#include "device/report_io/report_channel.h"
+#include "device/api/report_channel.h"
 #include "tests/device/hid/firmware_bench.h"
 
 namespace hapticd::test {

@@ -10,7 +10,7 @@
 #include <mutex>
 #include <vector>
 
-#include "device/report_io/report_channel.h"
+#include "device/api/report_channel.h"
 
 namespace hapticd::test {
 

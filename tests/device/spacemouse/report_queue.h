@@ -6,7 +6,7 @@
 #include <deque>
 #include <vector>
 
-#include "device/report_io/report_channel.h"
+#include "device/api/report_channel.h"
 
 namespace hapticd::test {
 

@@ -14,6 +14,8 @@
 #include "server/haptic_loop/settings_change.h"
 #include "server/recorder/recording.h"
 #include "server/recorder/state_record.h"
+#include "server/scene_io/profile_loader.h"
+#include "server/scene_io/sheet_translation.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {
@@ -70,7 +72,7 @@ v1::RecordHeader header_of(bool virtual_time) {
   const ProfileResult profile =
       load_profile(HAPTICD_SOURCE_DIR "/deploy/devices/ideal.textproto", ProfileFolders{});
   REQUIRE(profile.loaded.has_value());
-  *header.add_devices()->mutable_profile() = profile.loaded->message;
+  *header.add_devices()->mutable_profile() = to_profile(*profile.loaded);
   return header;
 }
 
@@ -98,7 +100,7 @@ class Session {
   Session(const std::string& path, bool virtual_time)
       : virtual_time_(virtual_time), header_(header_of(virtual_time)) {
     player_ = recorded_player(header_);
-    for (ToolDevice& device : player_.devices) device.source = "scripted";
+    for (ToolDevice& device : player_.devices) device.source = *parse_source("scripted");
     recording_ = std::make_unique<Recording>(*channels_, header_);
     const v1::SceneRecord first = scene_record(kStrings, 1);
     recording_->announce(first);

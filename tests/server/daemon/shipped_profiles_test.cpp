@@ -12,6 +12,8 @@
 
 #include "server/daemon/scene_player.h"
 #include "server/haptic_loop/haptic_loop.h"
+#include "server/scene_io/profile_loader.h"
+#include "server/scene_io/sheet_translation.h"
 #include "tests/server/daemon/recorded_session.h"
 
 namespace hapticd::test {
@@ -58,7 +60,7 @@ struct Playing {
   double scale = 1.0;
 };
 
-Playing play(const LoadedProfile& profile, const char* scene_text, const char* gesture_text,
+Playing play(const DeviceSheet& profile, const char* scene_text, const char* gesture_text,
              int ticks, double delay_s = -1.0) {
   LoadResult result = load_scene_text(scene_text, {});
   REQUIRE(result.loaded != nullptr);
@@ -66,7 +68,7 @@ Playing play(const LoadedProfile& profile, const char* scene_text, const char* g
   v1::Gesture gesture;
   REQUIRE(google::protobuf::TextFormat::ParseFromString(gesture_text, &gesture));
   PlayerOptions options;
-  options.devices.push_back({0, profile, "simulated"});
+  options.devices.push_back({0, profile, *parse_source("simulated")});
   options.virtual_time = true;
   auto channels = std::make_unique<LoopChannels>();
   LoopOptions loop_options;
@@ -118,7 +120,7 @@ double borne(const v1::DeviceProfile& profile) {
   return std::min(0.5 * (b > 0.0 ? b : 0.1) / (0.5e-3 + delay), promise);
 }
 
-LoadedProfile profile_from(const std::string& file) {
+DeviceSheet profile_from(const std::string& file) {
   ProfileResult result = load_profile(file, ProfileFolders{});
   for (const SceneProblem& problem : result.problems) FAIL_CHECK(to_text(problem));
   REQUIRE(result.loaded.has_value());
@@ -135,7 +137,7 @@ TEST_CASE("every shipped device pushes on a wall with what its numbers bear, and
   CHECK(files.size() >= 7);
   for (const std::string& file : files) {
     CAPTURE(file);
-    const LoadedProfile profile = profile_from(file);
+    const DeviceSheet profile = profile_from(file);
     const Playing wall = play(profile, kWallScene, kPush, 3000);
     const Playing string = play(profile, kString, kPluck, 1300);
     CHECK(string.tones > 0);
@@ -146,8 +148,8 @@ TEST_CASE("every shipped device pushes on a wall with what its numbers bear, and
       CHECK(wall.computed > 0.1);
       continue;
     }
-    const double stiffness = std::min(kCoupling, borne(profile.message));
-    CHECK(wall.bound == doctest::Approx(borne(profile.message)));
+    const double stiffness = std::min(kCoupling, borne(to_profile(profile)));
+    CHECK(wall.bound == doctest::Approx(borne(to_profile(profile))));
     const double balance = kDepth / (1.0 / kArm + 1.0 / stiffness);
     // Friction of the device holds a part; tremor of the arm and the skin of contacts add some.
     CHECK(wall.force >= 0.85 * balance - profile.profile.coulomb_friction[2]);
@@ -157,10 +159,10 @@ TEST_CASE("every shipped device pushes on a wall with what its numbers bear, and
 }
 
 TEST_CASE("a stiffness left out is that of a very large one, whatever else is left out too") {
-  const LoadedProfile ideal = profile_from(HAPTICD_SOURCE_DIR "/deploy/devices/ideal.textproto");
+  const DeviceSheet ideal = profile_from(HAPTICD_SOURCE_DIR "/deploy/devices/ideal.textproto");
   for (const bool damping : {true, false}) {
     for (const bool delay : {true, false}) {
-      v1::DeviceProfile open = ideal.message;
+      v1::DeviceProfile open = to_profile(ideal);
       if (!damping) open.clear_damping_n_s_per_m();
       if (delay) {
         open.mutable_delay_s()->add_value(2e-3);
@@ -183,8 +185,8 @@ TEST_CASE("a stiffness left out is that of a very large one, whatever else is le
 }
 
 TEST_CASE("a PID device whose profile states no delay is taken for one of 3 ms") {
-  LoadedProfile profile = profile_from(HAPTICD_SOURCE_DIR "/deploy/devices/pid.textproto");
-  v1::DeviceProfile silent = profile.message;
+  DeviceSheet profile = profile_from(HAPTICD_SOURCE_DIR "/deploy/devices/pid.textproto");
+  v1::DeviceProfile silent = to_profile(profile);
   silent.clear_delay_s();
   ProfileResult result = check_profile(silent);
   REQUIRE(result.loaded.has_value());

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/math/rotation.h"
+#include "device/simulated/simulated_device.h"
 #include "server/haptic_loop/tool_loop.h"
 #include "tests/server/haptic_loop/loop_run.h"
 #include "tests/support/random.h"
@@ -42,7 +43,8 @@ struct Flight {
     auto made = std::make_unique<SimulatedDevice>(late_handle(affine), options);
     handle = made.get();
     PlayedDevice& place = played->tools[0].device;
-    place.device = place.simulated = handle;
+    place.device = handle;
+    place.facets = {.hand = handle};
     place.owned = std::move(made);
     loop.emplace(LoopOptions{}, std::move(played), *channels);
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "device/simulated/simulated_device.h"
 #include "server/haptic_loop/tool_loop.h"
 #include "tests/server/haptic_loop/loop_run.h"
 
@@ -28,7 +29,8 @@ TEST_CASE("a longer delay than declared is found out, and the stiffness falls to
   const DeviceProfile profile = slower(*played, 3e-3);
   auto device = std::make_unique<SimulatedDevice>(profile, SimulatedOptions{});
   PlayedDevice& place = played->tools[0].device;
-  place.device = place.simulated = device.get();
+  place.device = device.get();
+  place.facets = {.hand = device.get()};
   place.owned = std::move(device);
   const double damping = profile.damping + played->settings.tools[0].coupling_damping;
   const double scale = played->tools[0].grant.scale;

@@ -56,7 +56,7 @@ class CheckRun {
     PlayedDevice& place = played->tools[0].device;
     auto device = std::make_unique<HeldDevice>(place.device->profile());
     held = device.get();
-    place.scripted = nullptr;
+    place.facets = {};
     place.device = device.get();
     place.owned = std::move(device);
     // Nothing that a port gives comes back by itself, as with a device of the HID profile.

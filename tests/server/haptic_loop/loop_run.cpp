@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include "server/scene_io/profile_loader.h"
+
 namespace hapticd::test {
 
 const char* const kWallScene = R"(
@@ -59,7 +61,7 @@ std::unique_ptr<PlayedScene> played_scene(const std::string& text, std::uint32_t
   const ProfileResult profile = load_profile(
       HAPTICD_SOURCE_DIR "/deploy/devices/" + setting.profile + ".textproto", ProfileFolders{});
   REQUIRE(profile.loaded.has_value());
-  options.devices.push_back({0, *profile.loaded, setting.source});
+  options.devices.push_back({0, *profile.loaded, *parse_source(setting.source)});
   options.virtual_time = !setting.real_time;
   options.budget_us = setting.budget_us;
   return make_played_scene(std::move(result.loaded), scene_id, nullptr, options);

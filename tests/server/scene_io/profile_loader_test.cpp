@@ -166,7 +166,7 @@ TEST_CASE("a force sign that is no sign is refused") {
 
 TEST_CASE("the profile of the SpaceMouse family names the devices the driver knows, at its axes") {
   const ProfileFolders folders{HAPTICD_SOURCE_DIR "/deploy/devices"};
-  const LoadedProfile mouse = *load_profile("spacemouse", folders).loaded;
+  const DeviceSheet mouse = *load_profile("spacemouse", folders).loaded;
   int known = 0;
   for (std::uint32_t vendor : {0x046DU, 0x256FU}) {
     for (std::uint32_t product = 0; product < 0x10000; ++product) {
@@ -176,11 +176,11 @@ TEST_CASE("the profile of the SpaceMouse family names the devices the driver kno
                    : 0;
     }
   }
-  CHECK(mouse.message.matches_size() == known);
-  for (const v1::DeviceMatch& match : mouse.message.matches()) {
-    CAPTURE(match.product_id());
-    CHECK(spacemouse::is_spacemouse(static_cast<std::uint16_t>(match.vendor_id()),
-                                    static_cast<std::uint16_t>(match.product_id())));
+  CHECK(mouse.matches.size() == static_cast<std::size_t>(known));
+  for (const DeviceMatch& match : mouse.matches) {
+    CAPTURE(match.product_id.value());
+    CHECK(spacemouse::is_spacemouse(static_cast<std::uint16_t>(match.vendor_id.value()),
+                                    static_cast<std::uint16_t>(match.product_id.value())));
   }
   const AxisMapping family = test::family_axes(1.0, 1.0);
   CHECK(mouse.axes.raw_axis == family.raw_axis);
@@ -192,7 +192,7 @@ TEST_CASE("the profiles of devices without a watchdog give no more than 1 N") {
   const ProfileFolders folders{HAPTICD_SOURCE_DIR "/deploy/devices"};
   for (const char* name : {"openffboard", "vpforce_rhino"}) {
     CAPTURE(name);
-    const LoadedProfile stick = *load_profile(name, folders).loaded;
+    const DeviceSheet stick = *load_profile(name, folders).loaded;
     CHECK(stick.profile.driver == DeviceDriver::kPid);
     CHECK(stick.profile.watchdog == kUnlimited);
     CHECK(stick.profile.peak_force <= 1.0);
