@@ -11,11 +11,9 @@
 
 #include "server/daemon/replay_run.h"
 #include "server/daemon/scene_player.h"
+#include "tests/server/haptic_loop/wall_scene.h"
 
 namespace hapticd::test {
-
-/// A finger 25 mm above a wall.
-extern const char* const kWallScene;
 
 /// Ticks of the session.
 inline constexpr int kSessionTicks = 3600;

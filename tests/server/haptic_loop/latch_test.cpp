@@ -259,7 +259,7 @@ TEST_CASE(
   change->to = run.loop().scene().settings;
   change->from = change->to;
   change->to.tools[0].scale = 1.0;
-  run.send(ChangeSettingsCommand{change.release()});
+  run.change(std::move(change));
   const Vector3 home(0.0, 0.0, kHome);
   for (int k = 0; k < 100; ++k) run.tick(home);
   CHECK(run.tick(home).snapshot.loop_state == LoopState::kFault);

@@ -7,16 +7,6 @@
 
 namespace hapticd::test {
 
-const char* const kWallScene = R"(
-name: "wall"
-tools {
-  name: "finger"
-  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
-  pose_wg { p_m: [0, 0, 0.025] }
-}
-bodies { name: "wall" shape { spheres { centre_m: [0, 0, -1000] radius_m: 1000 } } }
-)";
-
 const char* const kStringScene = R"(
 name: "string"
 tools {

@@ -9,11 +9,10 @@
 
 #include "server/daemon/scene_player.h"
 #include "server/haptic_loop/haptic_loop.h"
+#include "tests/server/haptic_loop/wall_scene.h"
 
 namespace hapticd::test {
 
-/// A finger of 5 mm before a wall that fills z < 0; home is 25 mm before it.
-extern const char* const kWallScene;
 /// The same finger above a string along x that rings; home is 10 mm above it.
 extern const char* const kStringScene;
 
