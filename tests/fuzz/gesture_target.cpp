@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "device/simulated/gesture.h"
 #include "server/scene_io/gesture_loader.h"
 #include "server/scene_io/gesture_motion.h"
 
