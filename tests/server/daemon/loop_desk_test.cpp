@@ -13,6 +13,7 @@ namespace hapticd::test {
 namespace {
 
 constexpr const char* kScene = R"(
+name: "wall"
 tools {
   name: "finger"
   parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
