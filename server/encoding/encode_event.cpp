@@ -144,7 +144,7 @@ std::string_view explain(Cause cause) noexcept {
       "A client asked for Stop. Clear to go on.",
       "A pose, velocity or wrench was not a finite number, or a quaternion could not be "
       "normalised. "
-      "Check the source of the poses, then Clear.",
+      "Check what gives the poses, then Clear.",
       "No new sample came from the device for more than two ticks. Check cable and driver, then "
       "Clear.",
       "The device repeats one pose while its counter advances: a sensor is stuck. Check it, then "
