@@ -17,10 +17,10 @@
 
 namespace hapticd {
 
-/// One tick of one tool, and the memory it is solved in, 1 MB, whose contents mean nothing between
-/// ticks but for candidates(). What goes from tick to tick is the caller's ContactState. Invariant:
-/// the committed configuration is admissible, the candidates are of it or known to be stale (but
-/// after a recovery, which ends the tick), and the force is that of the last program.
+/// One tick of one tool, and the memory it is solved in, 1.2 MB, whose contents mean nothing
+/// between ticks but for candidates(). What goes from tick to tick is the caller's ContactState.
+/// Invariant: the committed configuration is admissible, the candidates are of it or known to be
+/// stale (but after a recovery, which ends the tick), and the force is that of the last program.
 class ContactProblem {
  public:
   /// The whole tick: begin, then up to `sub_steps` linearisations as far as the work budget goes,

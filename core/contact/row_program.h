@@ -4,7 +4,7 @@
 // obstacles leave no room for the skin; a string that yields takes its share of the deflections
 // with it, - share n . du, and its vertex slides along with the centre of its contact. A program
 // begins with few rows, those of the pairs that bore force last and of the nearest, and rows are
-// exchanged until no pair left out is violated. RT: yes; 0.4 MB, whose contents mean nothing
+// exchanged until no pair left out is violated. RT: yes; 0.9 MB, whose contents mean nothing
 // between ticks.
 #pragma once
 
