@@ -51,8 +51,8 @@ TEST_CASE("what candidates see is listed, however far the tool has gone") {
   int dismissed = 0;
   for (int round = 0; round < 60; ++round) {
     const RenderingScene scene = comb(random);
-    ToolRun run(scene, pose_at({0, 0.02, 0}));
-    run.asked = run.input(pose_at({0, 0.02, 0}));
+    ToolRun run(scene, pose_at({0, 7e-3, 0}));
+    run.asked = run.input(pose_at({0, 7e-3, 0}));
     ContactResult result;
     Candidates candidates;
     candidates.begin(run.asked.options.margin, true);
