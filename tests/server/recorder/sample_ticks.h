@@ -24,7 +24,7 @@ inline double any_double(SplitMix64& random) {
 inline Tick any_tick(SplitMix64& random, std::uint64_t number, int tools) {
   Tick tick;
   tick.tick = number;
-  tick.t_ns = static_cast<std::int64_t>(number * 1'000'000 % std::uint64_t{kMax_ns});
+  tick.t_ns = static_cast<std::int64_t>(number * 1'000'000 % std::uint64_t{kMax_ns / 2});
   tick.dt_ns = 1'000'000;
   tick.work.sphere_tests = random.below(1000);
   tick.work.qp_iterations = static_cast<std::uint32_t>(random.below(100));
@@ -55,7 +55,7 @@ inline Tick any_tick(SplitMix64& random, std::uint64_t number, int tools) {
                   static_cast<PushAxis>(random.below(kPushAxes + 1))};
     sample.flags = static_cast<std::uint16_t>(random.next());
     // Instants within kMax_ns, others are refused; so is the age that follows from them.
-    sample.t_ns = static_cast<std::int64_t>(random.next()) / 4;
+    sample.t_ns = static_cast<std::int64_t>(random.next()) / 8;
     sample.counter = random.next();
     tool.stiffness.scale = random.uniform();
     if (random.chance(0.5)) sample.measured_delay_s = random.uniform();
