@@ -25,9 +25,10 @@ struct ExportOptions {
 }  // namespace
 
 void add_replay_commands(CLI::App& app, const GlobalOptions& /*options*/) {
-  CLI::App* replay = app.add_subcommand(
-      "replay",
-      "plays a recording again (hapticd --device replay:FILE); exit code 5 if it differs");
+  CLI::App* replay = app.add_subcommand("replay",
+                                        "plays a recording again (hapticd --device replay:FILE); "
+                                        "exit code 5 if it differs, 8 if only "
+                                        "its poses could be compared");
   const auto played = std::make_shared<ReplayOptions>();
   replay->add_option("FILE", played->file, "recording")->required();
   replay->add_flag("--verify", played->verify, "compare every wrench with the recorded one");

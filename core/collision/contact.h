@@ -11,21 +11,9 @@
 #include "core/geometry/sphere_tree_view.h"
 #include "core/math/fixed_vector.h"
 #include "core/math/limits.h"
+#include "core/tick/contact_tick.h"
 
 namespace hapticd {
-
-enum class ObstacleKind : std::uint8_t { kCapsule, kBody };
-
-/// Which pair of primitives touches; equal keys in two ticks are the same physical pair.
-struct ContactKey {
-  ObstacleKind kind = ObstacleKind::kCapsule;
-  std::int32_t obstacle = 0;     ///< index among the capsules, or among the bodies
-  TreeSphereId tool_sphere = 0;  ///< in the tool's tree
-  /// In the body's tree; of a capsule its leg (string_bend.h), 0 when straight.
-  TreeSphereId obstacle_sphere = 0;
-
-  friend bool operator==(const ContactKey&, const ContactKey&) = default;
-};
 
 /// True where the obstacle of the pair is a capsule: a string, or a line that does not sound.
 [[nodiscard]] constexpr bool is_string(const ContactKey& key) noexcept {

@@ -19,16 +19,9 @@
 #include "core/instrument/string_touch.h"
 #include "core/instrument/vibration.h"
 #include "core/tick/string_event.h"
+#include "core/tick/string_tick.h"
 
 namespace hapticd {
-
-/// Where on the ladder of models a string is.
-enum class StringPhase : std::uint8_t {
-  kAsleep,       ///< at rest; it costs nothing
-  kStatic,       ///< bent by a finger
-  kFundamental,  ///< the fundamental rings
-  kModes,        ///< and further modes
-};
 
 /// State of one string from tick to tick.
 struct StringState {

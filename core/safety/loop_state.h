@@ -12,19 +12,9 @@
 
 #include "core/math/realtime.h"
 #include "core/tick/cause.h"
+#include "core/tick/loop_state.h"
 
 namespace hapticd {
-
-/// Same numbers as hapticd::v1::LoopState.
-enum class LoopState : std::uint8_t {
-  kDetached = 1,
-  kZeroing,
-  kReady,
-  kEngaged,
-  kReleasing,
-  kFault,
-  kOver,
-};
 
 /// Time of the ramp from no force to all of it, s. Shorter: a start that can be felt as a blow.
 inline constexpr double kEngageRamp_s = 0.200;

@@ -37,7 +37,7 @@ class Scene {
   /// One tool alone.
   [[nodiscard]] OwnedSimulation simulate(std::size_t tool) const;
 
-  /// Owners of the capsules that ContactKey::obstacle and StringReading::string number.
+  /// Owners of the capsules that ContactKey::obstacle and StringTick::string number.
   [[nodiscard]] std::span<const CapsuleOwner> capsule_owners() const noexcept { return owners_; }
 
   /// Capsules that are strings or pieces of them; the first ones.

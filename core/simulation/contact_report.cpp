@@ -9,7 +9,7 @@ namespace hapticd {
 namespace {
 
 /// Deepest first; equal gaps in the order of their pairs, so that the list is the same everywhere.
-bool deeper(const ContactReading& a, const ContactReading& b) noexcept {
+bool deeper(const ContactTick& a, const ContactTick& b) noexcept {
   if (a.gap != b.gap) return a.gap < b.gap;
   if (a.key.kind != b.key.kind) return a.key.kind < b.key.kind;
   if (a.key.obstacle != b.key.obstacle) return a.key.obstacle < b.key.obstacle;
@@ -18,7 +18,7 @@ bool deeper(const ContactReading& a, const ContactReading& b) noexcept {
 }
 
 /// Adds to a heap whose top is the shallowest, which makes place when it is full.
-void add(const ContactReading& reading, ContactReport& report) noexcept {
+void add(const ContactTick& reading, ContactReport& report) noexcept {
   ++report.total;
   auto& kept = report.contacts;
   if (!kept.full()) {
@@ -63,13 +63,13 @@ void Simulation::report_contacts(std::size_t tool, ContactReport& report) const 
         evaluate_contact(key, scene.tool, state.X_WG, bent.view(), shape.view());
     ContactKey owner = key;
     const double lambda = whole_lambda(play.view, capsules, contact.lambda, owner);
-    return ContactReading{owner,
-                          scene.parts.part_of(key.tool_sphere),
-                          to_array(contact.p_WC),
-                          to_array(contact.nhat_OG_W),
-                          lambda,
-                          contact.gap,
-                          force};
+    return ContactTick{owner,
+                       scene.parts.part_of(key.tool_sphere),
+                       to_array(contact.p_WC),
+                       to_array(contact.nhat_OG_W),
+                       lambda,
+                       contact.gap,
+                       force};
   };
   const auto active = std::span(state.active).first(static_cast<std::size_t>(state.active_count));
   for (const ActivePair& pair : active) add(reading_of(pair.key, pair.multiplier), report);
@@ -82,7 +82,7 @@ void Simulation::report_contacts(std::size_t tool, ContactReport& report) const 
     const auto same = [&](const ActivePair& pair) { return pair.key == contact.key; };
     if (std::any_of(active.begin(), active.end(), same)) continue;
     if (std::any_of(play.view.rigid_active.begin(), play.view.rigid_active.end(), same)) continue;
-    const ContactReading reading = reading_of(contact.key, 0.0);
+    const ContactTick reading = reading_of(contact.key, 0.0);
     if (reading.gap <= near) add(reading, report);
   }
   std::sort_heap(report.contacts.begin(), report.contacts.end(), deeper);

@@ -10,7 +10,7 @@ namespace hapticd {
 namespace {
 
 /// Only the translation: what turns the hand is small beside it.
-void damp_coupling(const ToolPlay& play, ToolTick& tick) noexcept {
+void damp_coupling(const ToolPlay& play, RenderedTool& tick) noexcept {
   if (!(play.scene.coupling_damping > 0.0 && tick.dt > 0.0)) return;
   const Vector3 v_WG = (tick.X_WG.p - play.way.X_WG_before.p) / tick.dt;
   tick.F_computed_H_W.f -= play.scene.coupling_damping * (tick.V_WH.v - v_WG);
@@ -72,7 +72,7 @@ void Simulation::end_string(std::int32_t string) noexcept {
 
 // The contact problem of a tool.
 void Simulation::render(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
-                        ToolTick& tick) noexcept {
+                        RenderedTool& tick) noexcept {
   ToolPlay& play = memory_.tools[tool];
   ToolWay& way = play.way;
   way.X_WG_before = play.state.optimiser.X_WG;
@@ -100,7 +100,7 @@ std::span<const StringTool> Simulation::string_tools(StringTools& tools) const n
 
 // Among the others, which are where their last turn has left them.
 void Simulation::render_shared(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
-                               ToolTick& tick) noexcept {
+                               RenderedTool& tick) noexcept {
   ToolPlay& play = memory_.tools[tool];
   StringTools tools;
   const std::span<const StringTool> all = string_tools(tools);
@@ -122,7 +122,7 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand, std::int6
 
 void Simulation::respond_strings(TickOutput& output) noexcept {
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) find_ringing(tool);
-  for (const ToolTick& tick : output.tools) merge_touched(tick.strings);
+  for (const RenderedTool& tick : output.tools) merge_touched(tick.strings);
   for (std::size_t tool = 0; !awake_.empty() && tool < memory_.tools.size(); ++tool) {
     ToolWay& way = memory_.tools[tool].way;
     way.hand = motion_between(way.X_WH_before, output.tools[tool].X_WH);
@@ -155,7 +155,7 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
   }
   respond_strings(output);
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
-    ToolTick& tick = output.tools[tool];
+    RenderedTool& tick = output.tools[tool];
     ToolPlay& play = memory_.tools[tool];
     damp_coupling(play, tick);
     limit_wrench(play.scene, play.state, tick);

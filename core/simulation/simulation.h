@@ -13,11 +13,9 @@
 #include "core/simulation/string_proximity.h"
 #include "core/simulation/string_segments.h"
 #include "core/simulation/tool_play.h"
+#include "core/tick/string_tick.h"
 
 namespace hapticd {
-
-/// Strings of a scene, at most.
-inline constexpr int kMaxStrings = 1024;
 
 /// What one tick is computed from: a pose per tool, in the order of the tools; further ones are not
 /// looked at.
@@ -35,24 +33,11 @@ struct TickInput {
   return input;
 }
 
-/// A string that is not asleep after the tick.
-struct StringReading {
-  std::int32_t string = 0;
-  StringPhase level = StringPhase::kAsleep;
-  bool touched = false;
-  bool armed = false;            ///< letting go plucks it
-  double lambda = 0.5;           ///< of the touch, or of the release
-  double radius_growth = 0.0;    ///< to draw beyond R: delta while touched, the envelope after, m
-  double vibration_force = 0.0;  ///< F_v along the touch normal, N
-  Vector3 deflection_W;          ///< of its vertex, m
-  std::int32_t tool = 0;         ///< that plays it: all of the above is this tool's
-};
-
 /// What one tick gives.
 struct TickOutput {
-  FixedVector<ToolTick, kMaxTools> tools;
+  FixedVector<RenderedTool, kMaxTools> tools;
   StringEvents events;
-  FixedVector<StringReading, kMaxStrings> strings;
+  FixedVector<StringTick, kMaxStrings> strings;
 };
 
 /// What the simulation keeps of each string between ticks.
@@ -116,9 +101,9 @@ class Simulation {
   struct Sounding;
   using StringTools = std::array<StringTool, kMaxTools>;
   void render(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
-              ToolTick& tick) noexcept;
+              RenderedTool& tick) noexcept;
   void render_shared(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
-                     ToolTick& tick) noexcept;
+                     RenderedTool& tick) noexcept;
   [[nodiscard]] std::span<const StringTool> string_tools(StringTools& tools) const noexcept;
   [[nodiscard]] Sounding sounding_part(std::int32_t string) const noexcept;
   void find_ringing(std::size_t tool) noexcept;

@@ -80,7 +80,7 @@ void Simulation::play_string(std::int32_t string, const StringProximity& near,
   PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
   const ToolPlay& play = memory_.tools[player];
-  ToolTick& tick = output.tools[player];
+  RenderedTool& tick = output.tools[player];
   const TickTime& time = play.way.time;
   ModalString* modes = memory_.modes.empty() ? nullptr : &memory_.modes[s];
   const std::size_t first = output.events.size();
@@ -117,15 +117,16 @@ void Simulation::play_string(std::int32_t string, const StringProximity& near,
 
   const StringState& state = track.state;
   if (!awake(state)) return;
-  StringReading reading;
+  StringTick reading;
   reading.string = string;
-  reading.level = state.level;
+  reading.phase = state.level;
   reading.touched = state.detector.touching;
   reading.armed = state.detector.armed;
   reading.lambda = reading.touched ? place : sounding.along_string(state.vibration.lambda);
   reading.radius_growth = response.radius_growth;
   reading.vibration_force = vibration_force;
-  reading.deflection_W = near.u_W;
+  reading.deflection_W = to_array(near.u_W);
+  reading.energy = state.vibration.energy;
   reading.tool = track.player;
   output.strings.push_back(reading);
 }

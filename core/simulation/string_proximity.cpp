@@ -87,7 +87,7 @@ void find_passage(const ToolPlay& play, std::int32_t string, double guess,
 /// Where the hand passes the string's surface, if it does in this tick. Before a touch the string
 /// is at rest; before a loss it follows the hand by its share of the displacement, or, where it
 /// slips off, moves as it did until then.
-void find_speeds(const ToolPlay& play, const ToolTick& tick, const ToolStringState& visit,
+void find_speeds(const ToolPlay& play, const RenderedTool& tick, const ToolStringState& visit,
                  std::int32_t string, StringProximity& near) noexcept {
   StringTouch& touch = near.touch;
   Passage passage{-1.0, near.nhat_W, near.p_WC - tick.X_WG.p};
@@ -109,7 +109,7 @@ void find_speeds(const ToolPlay& play, const ToolTick& tick, const ToolStringSta
 
 }  // namespace
 
-StringProximity proximity_to(const ToolPlay& play, const ToolTick& tick,
+StringProximity proximity_to(const ToolPlay& play, const RenderedTool& tick,
                              const ToolStringState& visit, std::int32_t string) noexcept {
   const ContactInput& input = play.way.input;
   const ContactState& state = play.state.optimiser;

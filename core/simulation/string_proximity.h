@@ -21,7 +21,8 @@ struct StringProximity {
 
 /// The tool of `play` relative to string number `string`; `tick` is what its contact problem
 /// gave, `visit` what is known from the tick before.
-[[nodiscard]] HD_REALTIME StringProximity proximity_to(const ToolPlay& play, const ToolTick& tick,
+[[nodiscard]] HD_REALTIME StringProximity proximity_to(const ToolPlay& play,
+                                                       const RenderedTool& tick,
                                                        const ToolStringState& visit,
                                                        std::int32_t string) noexcept;
 

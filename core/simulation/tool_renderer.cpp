@@ -19,7 +19,7 @@ double next_force_bound(double bound, ContactStatus status, double force, double
 
 /// The stiffness of the program, and of strings that give less than the program presses on them
 /// that much less.
-ContactStiffness felt_stiffness(const ContactProblem& problem, const ToolTick& tick) noexcept {
+ContactStiffness felt_stiffness(const ContactProblem& problem, const RenderedTool& tick) noexcept {
   ContactStiffness stiffness = contact_stiffness(problem.view(), problem.unknowns());
   const double pressed = tick.optimiser.F_H_W.f.norm();
   const double felt = tick.F_computed_H_W.f.norm();
@@ -38,7 +38,8 @@ ContactInput contact_input(const ToolScene& scene, const Pose& X_WH, double dt) 
 }
 
 void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& state,
-                    ContactProblem& problem, ToolTick& tick, std::int64_t work_budget) noexcept {
+                    ContactProblem& problem, RenderedTool& tick,
+                    std::int64_t work_budget) noexcept {
   tick.dt = follow(hand, state.hand);
   tick.X_WH = state.hand.X_WH;
   tick.V_WH = state.hand.V_WH;
@@ -56,7 +57,7 @@ void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& sta
   if (scene.stiffness_wanted) tick.stiffness = felt_stiffness(problem, tick);
 }
 
-void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept {
+void limit_wrench(const ToolScene& scene, ToolState& state, RenderedTool& tick) noexcept {
   const double force = tick.F_computed_H_W.f.norm();
   state.force_bound = next_force_bound(state.force_bound, tick.optimiser.status, force, tick.dt);
   const double factor = force > state.force_bound ? state.force_bound / force : 1.0;

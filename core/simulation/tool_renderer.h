@@ -33,7 +33,7 @@ struct ToolScene {
   double coupling_damping = 0.0;
   OtherTools others{};            ///< see ContactInput
   double rounding = 0.0;          ///< likewise
-  bool stiffness_wanted = false;  ///< ticks tell ToolTick::stiffness
+  bool stiffness_wanted = false;  ///< ticks tell RenderedTool::stiffness
 };
 
 /// State of one tool. Copy it to take a snapshot.
@@ -45,7 +45,7 @@ struct ToolState {
   double force_bound = std::numeric_limits<double>::infinity();
 };
 
-struct ToolTick {
+struct RenderedTool {
   double dt = 0.0;  ///< since the last sample, s; 0 without a new one
   Pose X_WH;
   Twist V_WH;
@@ -65,10 +65,11 @@ struct ToolTick {
 
 /// Everything of a tick up to F_computed_H_W. `work_budget` as in ContactInput.
 HD_REALTIME void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& state,
-                                ContactProblem& problem, ToolTick& tick,
+                                ContactProblem& problem, RenderedTool& tick,
                                 std::int64_t work_budget = 0) noexcept;
 
 /// The rest: F_H_W from F_computed_H_W, ramped and limited. Once per tick.
-HD_REALTIME void limit_wrench(const ToolScene& scene, ToolState& state, ToolTick& tick) noexcept;
+HD_REALTIME void limit_wrench(const ToolScene& scene, ToolState& state,
+                              RenderedTool& tick) noexcept;
 
 }  // namespace hapticd

@@ -17,7 +17,7 @@ TouchEvent* find(Touches& touches, std::int32_t part, ObstacleKind kind,
 }
 
 /// The touch whose deepest contact this is, its force still to be summed.
-TouchEvent touch_of(const ContactReading& contact, const TouchTick& tick) noexcept {
+TouchEvent touch_of(const ContactTick& contact, const TouchTick& tick) noexcept {
   const Vector3 nhat = to_vector(contact.nhat_OG_W);
   const Vector3 v = point_velocity(tick.V_WH, to_vector(contact.p_WC) - tick.p_WG);
   TouchEvent touch;
@@ -34,7 +34,7 @@ TouchEvent touch_of(const ContactReading& contact, const TouchTick& tick) noexce
 
 /// The pairs of this tick, with the sum of their forces.
 void gather(const ContactReport& report, const TouchTick& tick, Touches& now) noexcept {
-  for (const ContactReading& contact : report.contacts) {
+  for (const ContactTick& contact : report.contacts) {
     const ContactKey& key = contact.key;
     if (is_string(key) && key.obstacle < tick.strings) continue;
     TouchEvent* touch = find(now, contact.part, key.kind, key.obstacle);

@@ -6,9 +6,11 @@
 
 namespace hapticd {
 
-/// Layout of our recordings, as in RecordHeader.format_version; readers refuse a larger one. 1 had
-/// not all that a replay needs.
-inline constexpr std::uint32_t kRecordFormat = 2;
+/// Layout of our recordings, as in RecordHeader.format_version; readers refuse a larger one. 3
+/// shows of each tick what clients were shown.
+inline constexpr std::uint32_t kRecordFormat = 3;
+/// Oldest layout that is read. 1 had not all that a replay needs.
+inline constexpr std::uint32_t kOldestRecordFormat = 2;
 
 /// Topic of each message of recording.proto.
 inline constexpr std::string_view kHeaderTopic = "/hapticd/header";

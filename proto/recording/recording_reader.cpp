@@ -35,10 +35,11 @@ void RecordingReader::rewind() {
     throw RecordingError(path_ + ": not a recording of hapticd (" + reader_->describe_end() +
                          "). Name a file that hapticd recorded.");
   }
-  if (header_.format_version() != kRecordFormat) {
+  if (header_.format_version() < kOldestRecordFormat || header_.format_version() > kRecordFormat) {
     throw RecordingError(path_ + ": recorded in format " +
                          std::to_string(header_.format_version()) + " by hapticd " +
-                         header_.server_version() + "; this one reads format " +
+                         header_.server_version() + "; this one reads formats " +
+                         std::to_string(kOldestRecordFormat) + " to " +
                          std::to_string(kRecordFormat) + ". Use the version that recorded it.");
   }
 }

@@ -51,9 +51,8 @@ Daemon::Daemon(Opened opened)
       play_(plan_.player, scenes_, loop_),
       records_(recording_.get(), clients_),
       quality_(plan_.player, scenes_, loop_, stepped_here_),
-      states_(scenes_, [this](const Snapshot& snapshot, v1::State& state) {
-        quality_.explain(snapshot, state);
-      }) {
+      states_(scenes_,
+              [this](const Tick& tick, v1::State& state) { quality_.explain(tick, state); }) {
   if (replays()) quality_.leave_work_alone();
   begin_loop(opened.replay.get());
   begin_time(std::move(opened.replay));
@@ -74,7 +73,7 @@ void Daemon::begin_loop(const ReplayRun* replay) {
   options.virtual_time = player.virtual_time;
   options.guards_armed =
       player.injection.has_value() || (replay != nullptr && !plan_.options.config.inject().empty());
-  options.images = replay == nullptr;
+  options.snapshots = replay == nullptr;
   try {
     std::unique_ptr<PlayedScene> first =
         replay == nullptr ? scenes_.first_scene()
@@ -91,7 +90,7 @@ void Daemon::begin_time(std::unique_ptr<ReplayRun> replay) {
   const v1::Config& config = plan_.options.config;
   const auto hand_on = [this](std::int64_t now_ns) {
     loop_.take_events();
-    take_snapshots(now_ns);
+    take_ticks(now_ns);
   };
   if (replay != nullptr) {
     time_.emplace(std::in_place_type<ReplayTime>,
@@ -218,7 +217,7 @@ bool Daemon::work(std::int64_t now_ns) {
   }
   loop_.take_events();
   scenes_.carry_out_held();
-  take_snapshots(now_ns);
+  take_ticks(now_ns);
   devices_.work();
   records_.report();
   if (ending_since_ns_ >= 0) {
@@ -255,21 +254,18 @@ void Daemon::tell_clients(const LoopEvent& event) {
   clients_.tell(*item);
 }
 
-void Daemon::take_snapshots(std::int64_t now_ns) {
-  auto& snapshots = loop_.channels().snapshots;
-  while (const Snapshot* snapshot = snapshots.front()) {
-    states_.take(*snapshot);
-    loop_.note(*snapshot);
-    devices_.take(*snapshot);
+void Daemon::take_ticks(std::int64_t now_ns) {
+  while (states_.take(loop_.channels().ticks)) {
+    const Tick& tick = states_.newest();
+    loop_.note(tick);
+    devices_.take(tick);
     // A replay feels nothing.
-    if (!replays()) devices_.watch_forces(*snapshot);
-    quality_.follow(*snapshot);
+    if (!replays()) devices_.watch_forces(tick);
+    quality_.follow(tick);
     if (stepped_here_) states_.add_to_hash();
-    server_->offer_tick(snapshot->tick, snapshot->scene_id, now_ns);
-    // Events overtake snapshots: only now nothing more is told of the scene before.
-    scenes_.forget_before(snapshot->scene_id);
-    states_.release();
-    snapshots.release();
+    server_->offer_tick(tick.tick, tick.scene_id, now_ns);
+    // Events overtake ticks: only now nothing more is told of the scene before.
+    scenes_.forget_before(tick.scene_id);
   }
 }
 

@@ -64,7 +64,7 @@ class Daemon {
   void end(const char* why, std::int64_t now_ns);
   void take_event(const LoopEvent& event);
   void tell_clients(const LoopEvent& event);
-  void take_snapshots(std::int64_t now_ns);
+  void take_ticks(std::int64_t now_ns);
   void start_time();
   void report_start() const;
   [[nodiscard]] bool replays() const { return recording_ == nullptr; }

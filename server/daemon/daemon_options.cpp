@@ -130,7 +130,8 @@ void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
                    [&](const std::string& v) { given.set_keys(v); });
   app.add_flag_callback(
       "--verify", [&] { given.set_verify(true); },
-      "compare a replay with its recording, bit for bit");
+      "compare a replay with its recording, bit for bit; ends with 5 when it differs, 8 when the "
+      "recording is of other physics, so that only its poses are compared");
   add<std::string>(app, "--record", "FILE", "record the whole session to an MCAP file",
                    [&](const std::string& v) {
                      if (v.empty()) refuse("--record: the name is empty. Give a file.");

@@ -16,6 +16,7 @@ inline constexpr int kExitAddress = 3;   ///< the address cannot be listened on
 inline constexpr int kExitRealtime = 4;  ///< --realtime require, and a privilege is missing
 inline constexpr int kExitReplay = 5;    ///< --verify, and a wrench differed
 inline constexpr int kExitRecord = 7;    ///< --record, and the file cannot be begun; 6 is doctor's
+inline constexpr int kExitPhysics = 8;   ///< --verify, and only the poses could be compared
 
 /// The start failed; the text names option or file:line, and the remedy.
 class StartError : public std::runtime_error {

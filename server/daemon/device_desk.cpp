@@ -232,24 +232,24 @@ void DeviceDesk::take(const LoopEvent& event) {
   push_.reset();
 }
 
-void DeviceDesk::take(const Snapshot& snapshot) {
-  for (std::size_t k = 0; k < snapshot.tools.size(); ++k) {
-    stiffness_bounds_[k] = snapshot.tools[k].stiffness_bound;
-    measured_delays_[k] = snapshot.tools[k].measured_delay;
+void DeviceDesk::take(const Tick& tick) {
+  for (std::size_t k = 0; k < tick.tools.size(); ++k) {
+    stiffness_bounds_[k] = tick.tools[k].stiffness.bound;
+    measured_delays_[k] = tick.tools[k].sample.measured_delay_s;
   }
-  if (snapshot.loop_state == LoopState::kEngaged) return;
+  if (tick.state == LoopState::kEngaged) return;
   for (const AttachedDevice& attached : attached_) {
-    if (attached.check != nullptr) attached.check->note_no_force(snapshot.t_ns);
+    if (attached.check != nullptr) attached.check->note_no_force(tick.t_ns);
   }
 }
 
-void DeviceDesk::watch_forces(const Snapshot& snapshot) {
-  for (std::size_t k = 0; k < snapshot.tools.size(); ++k) {
-    const ToolReading& tool = snapshot.tools[k];
-    const auto line =
-        force_watch_.look(snapshot.scene_id, k,
-                          {tool.tool_id, tool.stiffness_scale, tool.stiffness_bound, tool.delay},
-                          device_of(player_, tool.tool_id).sheet.profile, player_.max_force);
+void DeviceDesk::watch_forces(const Tick& tick) {
+  for (std::size_t k = 0; k < tick.tools.size(); ++k) {
+    const ToolTick& tool = tick.tools[k];
+    const StiffnessTick& stiffness = tool.stiffness;
+    const auto line = force_watch_.look(
+        tick.scene_id, k, {tool.tool_id, stiffness.scale, stiffness.bound, stiffness.delay},
+        device_of(player_, tool.tool_id).sheet.profile, player_.max_force);
     if (line) spdlog::warn("{}", *line);
   }
 }

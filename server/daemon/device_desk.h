@@ -33,9 +33,9 @@ class DeviceDesk {
   /// The loop may have begun a push.
   void take(const LoopEvent& event);
   /// A tick is over.
-  void take(const Snapshot& snapshot);
+  void take(const Tick& tick);
   /// Says in the log what device gives far less stiffness than the scene asks for.
-  void watch_forces(const Snapshot& snapshot);
+  void watch_forces(const Tick& tick);
   /// Answers what devices have answered.
   void work();
 

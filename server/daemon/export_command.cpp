@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
@@ -45,40 +46,42 @@ class RowMaker {
   Row& row_;
 };
 
-void add_tool(const ToolTrace& tool, std::size_t k, RowMaker& row) {
+void add_tool(const ToolTick& tool, std::int64_t t_ns, std::size_t k, RowMaker& row) {
   const std::string of = "tool" + std::to_string(k) + "_";
   row.whole(of + "id", std::int64_t{tool.tool_id});
-  row.reals(of + "wh_", "xyz", "_m", tool.p_WH);
-  row.reals(of + "wh_q_", "wxyz", "", tool.q_WH);
-  row.reals(of + "wh_v_", "xyz", "_m_per_s", tool.v_WH_W);
-  row.reals(of + "wh_w_", "xyz", "_rad_per_s", tool.w_WH_W);
-  row.reals(of + "wg_", "xyz", "_m", tool.p_WG);
-  row.reals(of + "wg_q_", "wxyz", "", tool.q_WG);
-  row.reals(of + "f", "xyz", "_n", tool.f_H_W);
-  row.reals(of + "t", "xyz", "_n_m", tool.t_H_W);
-  row.reals(of + "f_unlimited_", "xyz", "_n", tool.f_computed_H_W);
-  row.reals(of + "t_unlimited_", "xyz", "_n_m", tool.t_computed_H_W);
-  row.real(of + "stiffness_scale", tool.stiffness_scale);
-  row.whole(of + "age_ns", tool.age_ns);
-  row.whole(of + "buttons", std::int64_t{tool.buttons});
+  row.reals(of + "wh_", "xyz", "_m", tool.X_WH.p);
+  row.reals(of + "wh_q_", "wxyz", "", tool.X_WH.q);
+  row.reals(of + "wh_v_", "xyz", "_m_per_s", tool.V_WH.v);
+  row.reals(of + "wh_w_", "xyz", "_rad_per_s", tool.V_WH.w);
+  row.reals(of + "wg_", "xyz", "_m", tool.X_WG.p);
+  row.reals(of + "wg_q_", "wxyz", "", tool.X_WG.q);
+  row.reals(of + "f", "xyz", "_n", tool.F_written_H_W.f);
+  row.reals(of + "t", "xyz", "_n_m", tool.F_written_H_W.t);
+  row.reals(of + "f_unlimited_", "xyz", "_n", tool.F_computed_H_W.f);
+  row.reals(of + "t_unlimited_", "xyz", "_n_m", tool.F_computed_H_W.t);
+  row.real(of + "stiffness_scale", tool.stiffness.scale);
+  row.whole(of + "age_ns", std::max<std::int64_t>(t_ns - tool.sample.t_ns, 0));
+  row.whole(of + "buttons", std::int64_t{tool.sample.buttons});
   row.whole(of + "flags", std::int64_t{tool.flags});
 }
 
-void tick_row(const TickTrace& tick, std::size_t tools, Row& columns) {
+void tick_row(const Tick& tick, std::size_t tools, Row& columns) {
   RowMaker row(columns);
   row.whole("scene_id", std::int64_t{tick.scene_id});
   row.whole("tick", tick.tick);
   row.whole("t_ns", tick.t_ns);
   row.whole("dt_ns", tick.dt_ns);
-  row.whole("loop_state", std::int64_t{static_cast<int>(tick.loop_state)});
+  row.whole("loop_state", std::int64_t{static_cast<int>(tick.state)});
   row.whole("cause", std::int64_t{static_cast<int>(tick.cause)});
   row.whole("skipped_ticks", tick.skipped);
-  row.whole("level", std::int64_t{tick.level});
-  row.whole("substeps", std::int64_t{tick.substeps});
-  row.whole("qp_iterations", tick.qp_iterations);
-  row.whole("sphere_tests", tick.sphere_tests);
-  row.whole("cpu_ns", std::int64_t{tick.cpu_ns});
-  for (std::size_t k = 0; k < tools; ++k) add_tool(tick.tools[k], k, row);
+  row.whole("level", std::int64_t{tick.budget.level});
+  row.whole("substeps", std::int64_t{tick.work.sub_steps});
+  row.whole("qp_iterations", std::int64_t{tick.work.qp_iterations});
+  row.whole("sphere_tests", tick.work.sphere_tests);
+  row.whole("cpu_ns", std::int64_t{tick.times.cpu_ns});
+  for (std::size_t k = 0; k < tools; ++k) {
+    add_tool(k < tick.tools.size() ? tick.tools[k] : ToolTick{}, tick.t_ns, k, row);
+  }
 }
 
 void event_row(const v1::EventRecord& event, Row& columns) {
@@ -121,7 +124,7 @@ class Rows {
     Row row;
     while (next(row, kMaxTools)) {
       ++count_;
-      if (ticks_) tools_ = std::max(tools_, static_cast<std::size_t>(trace_.tool_count));
+      if (ticks_) tools_ = std::max(tools_, tick_->tools.size());
     }
     reader_.rewind();
   }
@@ -135,10 +138,10 @@ class Rows {
       const auto size = static_cast<int>(message.data.size());
       if (ticks_ && message.kind == RecordKind::kTick) {
         v1::TickRecord record;
-        if (!record.ParseFromArray(message.data.data(), size) || !to_trace(record, trace_)) {
+        if (!record.ParseFromArray(message.data.data(), size) || !to_tick(record, *tick_)) {
           throw RecordingError(reader_.path() + ": a tick is damaged. Export another recording.");
         }
-        tick_row(trace_, tools, row);
+        tick_row(*tick_, tools, row);
         return true;
       }
       v1::EventRecord event;
@@ -156,7 +159,7 @@ class Rows {
   bool ticks_;
   std::uint64_t count_ = 0;
   std::size_t tools_ = 1;
-  TickTrace trace_;
+  std::unique_ptr<Tick> tick_ = std::make_unique<Tick>();
 };
 
 void write_csv(Rows& rows, std::ostream& out) {

@@ -26,7 +26,7 @@ struct BorneStiffness {
   double delay = 0.0;  ///< reckoned with, s
 };
 
-/// Kept from snapshot to snapshot.
+/// Kept from tick to tick.
 class ForceWatch {
  public:
   /// The line to be logged of tool number `k`, below kMaxTools, in this scene; none when there is
@@ -39,7 +39,7 @@ class ForceWatch {
   struct Told {
     std::uint32_t scene_id = 0;  ///< 0: none yet
     double share = 1.0;          ///< said last; 1: nothing was
-    double seen = -1.0;          ///< of the snapshot before; -1: none
+    double seen = -1.0;          ///< of the tick before; -1: none
   };
   std::array<Told, kMaxTools> told_{};
 };

@@ -152,9 +152,9 @@ void LoopDesk::end() {
   channels_->commands.push({0, EndCommand{}});
 }
 
-void LoopDesk::note(const Snapshot& snapshot) noexcept {
-  state_ = snapshot.loop_state;
-  newest_tick_ = snapshot.tick;
+void LoopDesk::note(const Tick& tick) noexcept {
+  state_ = tick.state;
+  newest_tick_ = tick.tick;
 }
 
 std::uint64_t LoopDesk::next_tick() const noexcept {

@@ -59,7 +59,7 @@ class LoopDesk {
   void end();
 
   /// A tick is over.
-  void note(const Snapshot& snapshot) noexcept;
+  void note(const Tick& tick) noexcept;
   /// As of the newest tick known here.
   [[nodiscard]] LoopState state() const noexcept { return state_; }
   /// The tick that runs next; of a loop with a thread of its own the one after the newest known.

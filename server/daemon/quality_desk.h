@@ -26,22 +26,22 @@ class QualityDesk {
 
   /// A tick is over: bounds the work of those that follow, and lets automatic quality change its
   /// level.
-  void follow(const Snapshot& snapshot);
-  /// Adds the budget and why the level is what it is to a State of `snapshot`.
-  void explain(const Snapshot& snapshot, v1::State& state) const;
+  void follow(const Tick& tick);
+  /// Adds the budget and why the level is what it is to a State of `tick`.
+  void explain(const Tick& tick, v1::State& state) const;
 
  private:
-  /// The tick before the newest snapshot: its time is told with the next.
+  /// The tick before the newest one: its time is told with the next.
   struct TickBefore {
     std::uint64_t next_tick = 0;
     std::uint64_t overruns = 0;
     std::uint64_t work = 0;
   };
 
-  [[nodiscard]] PricedTick tick_before(const Snapshot& snapshot);
+  [[nodiscard]] PricedTick tick_before(const Tick& tick);
   void forget_prices();
   void allow(std::int64_t work);
-  void follow_level(const Snapshot& snapshot, std::int64_t cost_ns, double budget_us);
+  void follow_level(const Tick& tick, std::int64_t cost_ns, double budget_us);
 
   const PlayerOptions& player_;
   SceneDesk& scenes_;

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/simulation/physics.h"
 #include "proto/wire/request_result.h"
 #include "server/scene_io/sheet_translation.h"
 
@@ -77,6 +78,7 @@ v1::RecordHeader record_header(const DaemonPlan& plan) {
     *recorded.mutable_profile() = to_profile(device.sheet);
   }
   header.set_period_ns(static_cast<std::uint64_t>(plan.player.period_ns));
+  header.set_physics(kPhysics);
   return header;
 }
 

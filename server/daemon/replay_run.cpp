@@ -3,19 +3,25 @@
 
 #include <utility>
 
+#include "core/simulation/physics.h"
 #include "server/recorder/state_record.h"
-#include "server/recorder/tick_difference.h"
 #include "server/recorder/tick_record.h"
 
 namespace hapticd {
 
 ReplayRun::ReplayRun(const std::string& path)
     : reader_(path),
-      image_(std::make_unique<StateImage>()),
-      replayed_(std::make_unique<StateImage>()),
-      tick_(std::make_unique<TickTrace>()) {
+      snapshot_(std::make_unique<Snapshot>()),
+      replayed_(std::make_unique<Snapshot>()),
+      tick_(std::make_unique<Tick>()),
+      again_(std::make_unique<Tick>()) {
   summary_ = summarise(reader_);
   find_start();
+}
+
+Compared ReplayRun::compared() const noexcept {
+  const std::uint32_t physics = header().has_physics() ? header().physics() : 1;
+  return physics == kPhysics ? Compared::kAll : Compared::kPoses;
 }
 
 void ReplayRun::fail(const std::string& what) const {
@@ -40,14 +46,14 @@ void ReplayRun::find_start() {
     } else if (message.kind == RecordKind::kParameters) {
       change_ = parse<v1::ParameterRecord>(message);
     } else if (message.kind == RecordKind::kTick) {
-      has_tick_ = to_trace(parse<v1::TickRecord>(message), *tick_) && tick_->first &&
+      has_tick_ = to_tick(parse<v1::TickRecord>(message), *tick_) && tick_->first &&
                   tick_->scene_id == scene_.scene_id();
       if (has_tick_) return;
       ++report_.skipped_ticks;
     } else if (message.kind == RecordKind::kSnapshot) {
       const auto snapshot = parse<v1::Snapshot>(message);
-      has_image_ = snapshot.scene_id() == scene_.scene_id() && to_image(snapshot, *image_);
-      if (has_image_) return;
+      has_snapshot_ = snapshot.scene_id() == scene_.scene_id() && to_snapshot(snapshot, *snapshot_);
+      if (has_snapshot_) return;
       old_state = old_state || is_of_older_layout(snapshot);
     }
   }
@@ -63,12 +69,12 @@ void ReplayRun::begin(HapticLoop& loop, LoopChannels& channels, MakeScene make_s
   make_scene_ = std::move(make_scene);
   verify_ = verify;
   in_step_ = true;
-  if (has_image_) restore(*image_);
+  if (has_snapshot_) restore(*snapshot_);
 }
 
-void ReplayRun::restore(const StateImage& image) {
-  if (!loop_->restore(image)) {
-    fail("the Snapshot before tick " + std::to_string(image.next_tick) +
+void ReplayRun::restore(const Snapshot& snapshot) {
+  if (!loop_->restore(snapshot)) {
+    fail("the Snapshot before tick " + std::to_string(snapshot.next_tick) +
          " does not fit its scene. Use the version that recorded it.");
   }
   in_step_ = true;
@@ -82,17 +88,17 @@ void ReplayRun::take_scene(const RecordedMessage& message) {
 void ReplayRun::take_snapshot(const RecordedMessage& message) {
   if (in_step_ && !verify_) return;
   const auto snapshot = parse<v1::Snapshot>(message);
-  if (!to_image(snapshot, *image_) || image_->scene_id != loop_->scene().scene_id) return;
+  if (!to_snapshot(snapshot, *snapshot_) || snapshot_->scene_id != loop_->scene().scene_id) return;
   if (!in_step_) {
-    restore(*image_);
-  } else if (image_->next_tick == loop_->next_tick()) {
-    compare_state(*image_);
+    restore(*snapshot_);
+  } else if (snapshot_->next_tick == loop_->next_tick()) {
+    compare_state(*snapshot_);
   }
 }
 
 // Ticks that are missing beyond those the loop passed over were lost by the recorder.
 bool ReplayRun::take_tick(const RecordedMessage& message) {
-  if (!to_trace(parse<v1::TickRecord>(message), *tick_)) {
+  if (!to_tick(parse<v1::TickRecord>(message), *tick_)) {
     fail("a tick is damaged. Replay another recording.");
   }
   const bool follows = tick_->scene_id == loop_->scene().scene_id &&
@@ -141,7 +147,7 @@ void ReplayRun::begin_change() {
 
 void ReplayRun::play() {
   has_tick_ = false;
-  if (static_cast<std::size_t>(tick_->tool_count) != loop_->scene().tools.size()) {
+  if (tick_->tools.size() != loop_->scene().tools.size()) {
     fail("tick " + std::to_string(tick_->tick) + " has other tools than its scene.");
   }
   if (tick_->change != 0) begin_change();
@@ -151,21 +157,19 @@ void ReplayRun::play() {
 }
 
 void ReplayRun::compare_tick() {
-  while (const TickTrace* replayed = channels_->traces.front()) {
-    if (verify_) {
-      const std::string what = tick_difference(*tick_, *replayed);
-      if (!what.empty()) {
-        ++report_.different_ticks;
-        note(tick_->tick, tick_->scene_id, what);
-      }
-    }
-    channels_->traces.release();
+  while (channels_->recorded.pop(*again_)) {
+    if (!verify_) continue;
+    const std::string what = tick_difference(*tick_, *again_, compared());
+    if (what.empty()) continue;
+    ++report_.different_ticks;
+    note(tick_->tick, tick_->scene_id, what);
   }
 }
 
-void ReplayRun::compare_state(const StateImage& recorded) {
+void ReplayRun::compare_state(const Snapshot& recorded) {
+  if (compared() != Compared::kAll) return;
   ++report_.states;
-  if (!loop_->fill_image(*replayed_)) return;
+  if (!loop_->fill_snapshot(*replayed_)) return;
   const std::string what = first_difference(recorded, *replayed_);
   if (what.empty()) return;
   ++report_.different_states;

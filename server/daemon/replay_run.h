@@ -12,6 +12,7 @@
 
 #include "proto/recording/recording_reader.h"
 #include "server/haptic_loop/haptic_loop.h"
+#include "server/recorder/tick_difference.h"
 
 namespace hapticd {
 
@@ -38,6 +39,8 @@ class ReplayRun {
   [[nodiscard]] const v1::RecordHeader& header() const noexcept { return reader_.header(); }
   [[nodiscard]] const RecordingSummary& summary() const noexcept { return summary_; }
   [[nodiscard]] const std::string& path() const noexcept { return reader_.path(); }
+  /// What of its ticks can be compared: poses alone where the recording is of other physics.
+  [[nodiscard]] Compared compared() const noexcept;
   /// The scene it starts with.
   [[nodiscard]] const v1::SceneRecord& first_scene() const noexcept { return scene_; }
 
@@ -49,8 +52,8 @@ class ReplayRun {
   /// Finds the next tick; false at the end. Throws RecordingError, or what `make_scene` does.
   bool fetch();
   /// The tick that fetch() found.
-  [[nodiscard]] const TickTrace& tick() const noexcept { return *tick_; }
-  /// Plays it. Events and snapshots are in the loop's channels.
+  [[nodiscard]] const Tick& tick() const noexcept { return *tick_; }
+  /// Plays it. Events and ticks are in the loop's channels.
   void play();
 
   [[nodiscard]] const ReplayReport& report() const noexcept { return report_; }
@@ -60,10 +63,10 @@ class ReplayRun {
   void take_scene(const RecordedMessage& message);
   void take_snapshot(const RecordedMessage& message);
   bool take_tick(const RecordedMessage& message);
-  void restore(const StateImage& image);
+  void restore(const Snapshot& snapshot);
   void begin_change();
   void compare_tick();
-  void compare_state(const StateImage& recorded);
+  void compare_state(const Snapshot& recorded);
   void note(std::uint64_t tick, std::uint32_t scene_id, const std::string& what);
   [[noreturn]] void fail(const std::string& what) const;
   template <typename Message>
@@ -78,11 +81,12 @@ class ReplayRun {
   bool verify_ = false;
   bool in_step_ = false;  ///< the loop is where the recording is
   std::optional<v1::ParameterRecord> change_;
-  std::unique_ptr<StateImage> image_;     ///< to start from, or the last one read
-  std::unique_ptr<StateImage> replayed_;  ///< the loop's own
-  std::unique_ptr<TickTrace> tick_;
-  bool has_tick_ = false;   ///< tick_ waits to be played
-  bool has_image_ = false;  ///< image_ is what to start from
+  std::unique_ptr<Snapshot> snapshot_;  ///< to start from, or the last one read
+  std::unique_ptr<Snapshot> replayed_;  ///< the loop's own
+  std::unique_ptr<Tick> tick_;
+  std::unique_ptr<Tick> again_;  ///< as it was played
+  bool has_tick_ = false;        ///< tick_ waits to be played
+  bool has_snapshot_ = false;    ///< snapshot_ is what to start from
   ReplayReport report_;
 };
 

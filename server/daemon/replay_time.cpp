@@ -84,7 +84,11 @@ void ReplayTime::end() {
   if (!summary.complete) spdlog::warn("the recording was not closed: {}", summary.end);
   if (verify_) {
     const bool same = report.different_ticks == 0 && report.different_states == 0;
-    if (same) {
+    if (same && run_->compared() == Compared::kPoses) {
+      spdlog::warn("recorded with physics {}; compared: poses, not forces",
+                   run_->header().physics());
+      if (exit_code_ == kExitGood) exit_code_ = kExitPhysics;
+    } else if (same) {
       spdlog::info("identical: every wrench to the bit, and {} states", report.states);
     } else {
       spdlog::error("different: {} of {} ticks and {} of {} states; the first is {}",

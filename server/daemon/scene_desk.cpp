@@ -429,7 +429,7 @@ void SceneDesk::announce(const LiveScene& scene) {
   record.set_hash(scene.info.hash());
   *record.mutable_assets() = scene.info.assets();
   if (plan_.player.max_force < kUnlimited) record.set_max_force_n(plan_.player.max_force);
-  recording_->announce(std::move(record));
+  recording_->announce(std::move(record), scene.index);
 }
 
 // Before the loop hears of the change, whose number is the next.

@@ -33,9 +33,9 @@ class SceneDesk {
   [[nodiscard]] const LiveScene& newest() const { return scenes_.back(); }
   /// The one that clients know of.
   [[nodiscard]] const LiveScene& told() const { return playing(playing_id_); }
-  /// That of a snapshot or an event.
+  /// That of a tick or an event.
   [[nodiscard]] const LiveScene& playing(std::uint32_t scene_id) const;
-  /// No snapshot of a scene before this one comes any more.
+  /// No tick of a scene before this one comes any more.
   void forget_before(std::uint32_t scene_id);
 
   [[nodiscard]] Answer load(const RequestId& id, const v1::LoadScene& load);
@@ -90,7 +90,7 @@ class SceneDesk {
   LoopDesk& loop_;
   ServedClients& clients_;
   Recording* recording_;
-  /// The one that plays; before it the last one, until its snapshots are all taken; after it the
+  /// The one that plays; before it the last one, until its ticks are all taken; after it the
   /// next one, until it plays.
   std::deque<LiveScene> scenes_;
   std::uint32_t playing_id_ = 0;  ///< of the one that clients know of; 0: none yet

@@ -3,24 +3,25 @@
 
 namespace hapticd {
 
-void StateDesk::take(const Snapshot& snapshot) {
-  snapshot_ = &snapshot;
-  statistics_.add(snapshot);
+bool StateDesk::take(NetworkTicks& ticks) {
+  if (!ticks.pop(*newest_)) return false;
+  statistics_.add(*newest_);
+  return true;
 }
 
 void StateDesk::add_to_hash() {
-  const auto complete = [this](v1::State& state) { complete_(*snapshot_, state); };
-  add_state(*snapshot_, scenes_.playing(snapshot_->scene_id).index, complete, hash_);
+  const auto complete = [this](v1::State& state) { complete_(*newest_, state); };
+  add_state(*newest_, scenes_.playing(newest_->scene_id).index, complete, hash_);
 }
 
 void StateDesk::fill(const Subscription& subscription, v1::State& state) {
-  encode_state(*snapshot_, scenes_.playing(snapshot_->scene_id).index,
+  encode_state(*newest_, scenes_.playing(newest_->scene_id).index,
                {subscription.sections, subscription.max_contacts}, state);
   const bool stages = subscription.has(v1::SECTION_STAGES);
   if (stages || subscription.has(v1::SECTION_TIMING)) {
-    statistics_.fill(*snapshot_, stages, *state.mutable_timing());
+    statistics_.fill(*newest_, stages, *state.mutable_timing());
   }
-  complete_(*snapshot_, state);
+  complete_(*newest_, state);
 }
 
 }  // namespace hapticd

@@ -4,32 +4,32 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 
 #include "server/daemon/scene_desk.h"
 #include "server/daemon/tick_statistics.h"
 #include "server/encoding/state_hash.h"
+#include "server/haptic_loop/haptic_loop.h"
 #include "server/network/server_host.h"
 
 namespace hapticd {
 
 class StateDesk {
  public:
-  /// What clients are told of a tick and no snapshot knows.
-  using Complete = std::function<void(const Snapshot&, v1::State&)>;
+  /// What clients are told of a tick and its record does not know.
+  using Complete = std::function<void(const Tick&, v1::State&)>;
 
   /// `scenes` outlives this.
   StateDesk(const SceneDesk& scenes, Complete complete)
       : scenes_(scenes), complete_(std::move(complete)) {}
 
-  /// A tick is over; `snapshot` lives until release().
-  void take(const Snapshot& snapshot);
+  /// Takes the oldest tick out of `ticks`; false when there is none.
+  bool take(NetworkTicks& ticks);
   /// Takes the State of the tick into the hash.
   void add_to_hash();
-  /// Nothing of the tick is asked for any more.
-  void release() noexcept { snapshot_ = nullptr; }
-  [[nodiscard]] const Snapshot& newest() const noexcept { return *snapshot_; }
+  [[nodiscard]] const Tick& newest() const noexcept { return *newest_; }
 
-  /// Fills in the State of the newest tick, between take() and release().
+  /// Fills in the State of the newest tick.
   void fill(const Subscription& subscription, v1::State& state);
 
   /// Of all ticks of the scene that was begun last.
@@ -39,7 +39,7 @@ class StateDesk {
  private:
   const SceneDesk& scenes_;
   Complete complete_;
-  const Snapshot* snapshot_ = nullptr;
+  std::unique_ptr<Tick> newest_ = std::make_unique<Tick>();
   TickStatistics statistics_;
   StateHash hash_;
 };

@@ -9,15 +9,14 @@ constexpr std::uint64_t kRenewal = 64;
 
 }  // namespace
 
-void TickStatistics::add(const Snapshot& snapshot) {
-  if (snapshot.scene_id != scene_id_) {
+void TickStatistics::add(const Tick& tick) {
+  if (tick.scene_id != scene_id_) {
     *this = TickStatistics{};
-    scene_id_ = snapshot.scene_id;
+    scene_id_ = tick.scene_id;
   }
-  const TickTiming& timing = snapshot.timing;
-  const std::array<std::uint32_t, kParts> spans{timing.cpu_ns,        timing.read_ns,
-                                                timing.simulation_ns, timing.safety_ns,
-                                                timing.write_ns,      timing.publish_ns};
+  const TimesTick& times = tick.times;
+  const std::array<std::uint32_t, kParts> spans{times.cpu_ns,   times.read_ns,  times.simulate_ns,
+                                                times.limit_ns, times.write_ns, times.publish_ns};
   for (std::size_t k = 0; k < kParts; ++k) {
     parts_[k].last_ns = spans[k];
     // The first tick knows nothing of a tick before it.
@@ -26,7 +25,7 @@ void TickStatistics::add(const Snapshot& snapshot) {
   ++count_;
 }
 
-void TickStatistics::fill(const Snapshot& snapshot, bool stages, v1::Timing& timing) {
+void TickStatistics::fill(const Tick& tick, bool stages, v1::Timing& timing) {
   if (count_ >= summarised_ + kRenewal || summarised_ == 0) {
     for (Part& part : parts_) part.summary = summarise(part.histogram);
     summarised_ = count_;
@@ -38,9 +37,11 @@ void TickStatistics::fill(const Snapshot& snapshot, bool stages, v1::Timing& tim
   timing.set_p99_ns(narrow(all.summary.p99_ns));
   timing.set_p999_ns(narrow(all.summary.p99_9_ns));
   timing.set_max_ns(narrow(all.summary.max_ns));
-  timing.set_overruns(snapshot.timing.overruns);
+  timing.set_overruns(tick.times.overruns);
   std::int64_t oldest_ns = 0;
-  for (const ToolReading& tool : snapshot.tools) oldest_ns = std::max(oldest_ns, tool.input_age_ns);
+  for (const ToolTick& tool : tick.tools) {
+    oldest_ns = std::max(oldest_ns, tick.t_ns - tool.sample.t_ns);
+  }
   timing.set_input_age_ns(narrow(oldest_ns));
   for (std::size_t k = 1; stages && k < kParts; ++k) {
     v1::StageTiming& stage = *timing.add_stages();

@@ -1,9 +1,9 @@
-// How long ticks took, gathered from snapshots on the network thread: percentiles for State, since
+// How long ticks took, gathered on the network thread: percentiles for State, since
 // the scene was loaded. Not RT.
 #pragma once
 
 #include "core/rt/latency_histogram.h"
-#include "core/simulation/snapshot.h"
+#include "core/tick/tick.h"
 #include "hapticd/v1/state.pb.h"
 
 namespace hapticd {
@@ -11,10 +11,10 @@ namespace hapticd {
 class TickStatistics {
  public:
   /// Takes a tick's times in; those of another scene begin anew.
-  void add(const Snapshot& snapshot);
+  void add(const Tick& tick);
   /// Fills in SECTION_TIMING, with stages where asked for. Cost: microseconds; percentiles are
   /// renewed every 64 ticks.
-  void fill(const Snapshot& snapshot, bool stages, v1::Timing& timing);
+  void fill(const Tick& tick, bool stages, v1::Timing& timing);
 
  private:
   struct Part {

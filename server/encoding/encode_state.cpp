@@ -37,21 +37,21 @@ void add_floats(const std::array<double, Size>& numbers,
   for (const double number : numbers) out->Add(static_cast<float>(number));
 }
 
-void add_wrench(const WrenchReading& wrench, google::protobuf::RepeatedField<float>* out) {
+void add_wrench(const PlainWrench& wrench, google::protobuf::RepeatedField<float>* out) {
   add_floats(wrench.f, out);
   add_floats(wrench.t, out);
 }
 
-bool equal(const WrenchReading& a, const WrenchReading& b) { return a.f == b.f && a.t == b.t; }
+bool equal(const PlainWrench& a, const PlainWrench& b) { return a.f == b.f && a.t == b.t; }
 
-void encode_tool(const ToolReading& tool, v1::ToolState& out) {
+void encode_tool(const ToolTick& tool, v1::ToolState& out) {
   out.set_tool_id(tool.tool_id);
-  add_doubles(tool.p_WH, out.mutable_p_wh_m());
-  add_floats(tool.q_WH, out.mutable_q_wh());
-  add_doubles(tool.p_WG, out.mutable_p_wg_m());
-  add_floats(tool.q_WG, out.mutable_q_wg());
-  add_wrench(tool.F_H_W, out.mutable_wrench_h_w());
-  if (!equal(tool.F_H_W, tool.F_computed_H_W)) {
+  add_doubles(tool.X_WH.p, out.mutable_p_wh_m());
+  add_floats(tool.X_WH.q, out.mutable_q_wh());
+  add_doubles(tool.X_WG.p, out.mutable_p_wg_m());
+  add_floats(tool.X_WG.q, out.mutable_q_wg());
+  add_wrench(tool.F_written_H_W, out.mutable_wrench_h_w());
+  if (!equal(tool.F_written_H_W, tool.F_computed_H_W)) {
     add_wrench(tool.F_computed_H_W, out.mutable_wrench_unlimited_h_w());
   }
   out.set_minimum_gap_m(static_cast<float>(std::clamp(tool.minimum_gap, -1.0, 1.0)));
@@ -60,8 +60,8 @@ void encode_tool(const ToolReading& tool, v1::ToolState& out) {
   }
 }
 
-void encode_device(const ToolReading& tool, v1::DeviceState& out) {
-  const DeviceReading& device = tool.device;
+void encode_device(const ToolTick& tool, v1::DeviceState& out) {
+  const DeviceSample& device = tool.sample;
   out.set_tool_id(tool.tool_id);
   add_doubles(device.p_DH, out.mutable_p_dh_m());
   add_floats(device.q_DH, out.mutable_q_dh());
@@ -73,24 +73,31 @@ void encode_device(const ToolReading& tool, v1::DeviceState& out) {
   }
 }
 
-void encode_string(const StringRow& row, const PieceOwner& piece, v1::StringState& out) {
+v1::StringPhase phase_of(const StringTick& string) {
+  if (!string.touched) return v1::STRING_PHASE_RINGING;
+  if (string.armed) return v1::STRING_PHASE_PRESSED;
+  return string.phase >= StringPhase::kFundamental ? v1::STRING_PHASE_DAMPED
+                                                   : v1::STRING_PHASE_TOUCHED;
+}
+
+void encode_string(const StringTick& row, const PieceOwner& piece, v1::StringState& out) {
   out.set_string_index(piece.index);
-  out.set_phase(static_cast<v1::StringPhase>(row.phase));
+  out.set_phase(phase_of(row));
   add_floats(row.deflection_W, out.mutable_deflection_w_m());
   out.set_lambda(static_cast<float>(whole_lambda(piece, row.lambda)));
   out.set_radius_m(static_cast<float>(piece.radius + row.radius_growth));
 }
 
 /// One row per string: of a cable in several pieces the one that moves most.
-void encode_strings(const Snapshot& snapshot, const SceneIndex& index, v1::State& state) {
-  const StringRow* best = nullptr;
-  const auto piece_of = [&](const StringRow& row) -> const PieceOwner& {
-    return index.pieces[static_cast<std::size_t>(row.piece)];
+void encode_strings(const Tick& tick, const SceneIndex& index, v1::State& state) {
+  const StringTick* best = nullptr;
+  const auto piece_of = [&](const StringTick& row) -> const PieceOwner& {
+    return index.pieces[static_cast<std::size_t>(row.string)];
   };
   const auto write = [&] {
     if (best != nullptr) encode_string(*best, piece_of(*best), *state.add_strings());
   };
-  for (const StringRow& row : snapshot.strings) {
+  for (const StringTick& row : tick.strings) {
     if (best == nullptr || piece_of(*best).index != piece_of(row).index) {
       write();
       best = &row;
@@ -161,7 +168,7 @@ void add_force(const Array3& F_W, v1::ContactPatch& patch) {
   }
 }
 
-void encode_contact(const ContactReading& contact, v1::ContactPatch& patch) {
+void encode_contact(const ContactTick& contact, v1::ContactPatch& patch) {
   patch.add_tool_sphere(contact.key.tool_sphere);
   for (const double p : contact.p_WC) patch.add_p_wc_um(rounded<std::int64_t>(p, 1e6));
   for (const double n : contact.nhat_OG_W) patch.add_nhat_og_w_e4(rounded<std::int32_t>(n, 1e4));
@@ -170,9 +177,9 @@ void encode_contact(const ContactReading& contact, v1::ContactPatch& patch) {
 }
 
 /// Whether each contact is among the `most` with the smallest gaps.
-std::array<bool, kMaxReportedContacts> deepest_of(const ContactReport& report, std::uint32_t most) {
+std::array<bool, kMaxReportedContacts> deepest_of(const Tick& tick, std::uint32_t most) {
   std::array<bool, kMaxReportedContacts> chosen{};
-  const std::size_t count = report.contacts.size();
+  const std::size_t count = tick.contacts.size();
   if (most >= count) {
     std::fill_n(chosen.begin(), count, true);
     return chosen;
@@ -182,22 +189,22 @@ std::array<bool, kMaxReportedContacts> deepest_of(const ContactReport& report, s
   std::iota(order.begin(), order.begin() + count, 0);
   // Of equal gaps the first: std::stable_sort would ask the heap for room.
   std::sort(order.begin(), order.begin() + count, [&](std::size_t a, std::size_t b) {
-    const double gap_a = report.contacts[a].gap;
-    const double gap_b = report.contacts[b].gap;
+    const double gap_a = tick.contacts[a].gap;
+    const double gap_b = tick.contacts[b].gap;
     return gap_a != gap_b ? gap_a < gap_b : a < b;
   });
   for (std::size_t k = 0; k < most; ++k) chosen[order[k]] = true;
   return chosen;
 }
 
-void encode_contacts(const Snapshot& snapshot, const SceneIndex& index, std::uint32_t most,
+void encode_contacts(const Tick& tick, const SceneIndex& index, std::uint32_t most,
                      v1::State& state) {
-  const auto listed = deepest_of(snapshot.contacts, most);
+  const auto listed = deepest_of(tick, most);
   std::size_t next = 0;
-  for (const ToolReading& tool : snapshot.tools) {
+  for (const ToolTick& tool : tick.tools) {
     const std::size_t end = next + static_cast<std::size_t>(tool.contacts);
     for (; next < end; ++next) {
-      const ContactReading& contact = snapshot.contacts.contacts[next];
+      const ContactTick& contact = tick.contacts[next];
       const ObjectKey object = object_of(contact.key, index);
       v1::ContactPatch& patch = patch_for(object, tool.tool_id, state);
       if (object.kind != v1::ContactPatch::kStringIndex) {
@@ -207,76 +214,76 @@ void encode_contacts(const Snapshot& snapshot, const SceneIndex& index, std::uin
       if (listed[next]) encode_contact(contact, patch);
     }
   }
-  for (const StringForce& string : snapshot.string_forces) {
-    const PieceOwner& piece = index.pieces[static_cast<std::size_t>(string.piece)];
-    const std::uint32_t tool_id = snapshot.tools[static_cast<std::size_t>(string.tool)].tool_id;
+  for (const StringForceTick& string : tick.string_forces) {
+    const PieceOwner& piece = index.pieces[static_cast<std::size_t>(string.string)];
+    const std::uint32_t tool_id = tick.tools[static_cast<std::size_t>(string.tool)].tool_id;
     add_force(string.F_W, patch_for({v1::ContactPatch::kStringIndex, piece.index}, tool_id, state));
   }
-  const auto total = static_cast<std::uint32_t>(snapshot.contacts.total);
-  if (std::min<std::size_t>(most, snapshot.contacts.contacts.size()) < total) {
+  const auto total = static_cast<std::uint32_t>(tick.contacts_total);
+  if (std::min<std::size_t>(most, tick.contacts.size()) < total) {
     state.set_contacts_total(total);
   }
 }
 
-void encode_energy(const Snapshot& snapshot, v1::Energy& out) {
-  out.set_strings_j(static_cast<float>(snapshot.string_energy));
-  out.set_tanks_j(static_cast<float>(snapshot.tank_energy));
-  for (const ToolReading& tool : snapshot.tools) {
+void encode_energy(const Tick& tick, v1::Energy& out) {
+  out.set_strings_j(static_cast<float>(tick.string_energy));
+  out.set_tanks_j(static_cast<float>(tick.tank_energy));
+  for (const ToolTick& tool : tick.tools) {
     v1::ToolEnergy& energy = *out.add_tools();
     energy.set_tool_id(tool.tool_id);
-    energy.set_port_j(static_cast<float>(tool.port_energy));
-    energy.set_removed_j(static_cast<float>(tool.removed_energy));
+    energy.set_port_j(static_cast<float>(tool.port.given));
+    energy.set_removed_j(static_cast<float>(tool.port.removed));
   }
 }
 
-void encode_quality(const Snapshot& snapshot, v1::QualityState& out) {
-  out.set_level(snapshot.quality_level);
-  out.set_automatic(snapshot.quality_automatic);
+void encode_quality(const Tick& tick, v1::QualityState& out) {
+  out.set_level(tick.budget.level);
+  out.set_automatic(tick.budget.automatic);
   out.set_reason(v1::QUALITY_REASON_CHOSEN);
-  out.set_substeps(snapshot.work.sub_steps);
-  out.set_sphere_tests(snapshot.work.sphere_tests);
-  out.set_qp_iterations(snapshot.work.qp_iterations);
-  out.set_work(snapshot.work.work);
-  out.set_work_budget(snapshot.work.work_budget);
-  out.set_cut_short(snapshot.work.cut_short);
+  out.set_substeps(tick.work.sub_steps);
+  out.set_sphere_tests(tick.work.sphere_tests);
+  out.set_qp_iterations(tick.work.qp_iterations);
+  out.set_work(tick.work.work);
+  out.set_work_budget(tick.budget.work);
+  out.set_cut_short(tick.work.cut_short);
 }
 
-void encode_tool_sections(const ToolReading& tool, const StateRequest& request, v1::State& state) {
+void encode_tool_sections(const ToolTick& tool, const StateRequest& request, v1::State& state) {
   if (wants(request, v1::SECTION_TOOLS)) encode_tool(tool, *state.add_tools());
   if (wants(request, v1::SECTION_DEVICES)) encode_device(tool, *state.add_devices());
   if (wants(request, v1::SECTION_STIFFNESS)) {
     v1::StiffnessState& stiffness = *state.add_stiffness();
     stiffness.set_tool_id(tool.tool_id);
-    stiffness.set_scale(static_cast<float>(tool.stiffness_scale));
-    stiffness.set_bound_n_per_m(static_cast<float>(tool.stiffness_bound));
-    stiffness.set_delay_s(static_cast<float>(tool.delay));
+    stiffness.set_scale(static_cast<float>(tool.stiffness.scale));
+    stiffness.set_bound_n_per_m(static_cast<float>(tool.stiffness.bound));
+    stiffness.set_delay_s(static_cast<float>(tool.stiffness.delay));
   }
-  if (wants(request, v1::SECTION_GESTURES) && tool.plays_gesture) {
+  if (wants(request, v1::SECTION_GESTURES) && tool.gesture.plays) {
     v1::GestureState& gesture = *state.add_gestures();
     gesture.set_tool_id(tool.tool_id);
-    gesture.set_name(tool.gesture_name.data());
-    gesture.set_progress(static_cast<float>(tool.gesture_progress));
-    gesture.set_repeated_count(tool.gesture_repeats);
+    gesture.set_name(tool.gesture.name.data());
+    gesture.set_progress(static_cast<float>(tool.gesture.progress));
+    gesture.set_repeated_count(tool.gesture.repeats);
   }
 }
 
 }  // namespace
 
-void encode_state(const Snapshot& snapshot, const SceneIndex& index, const StateRequest& request,
+void encode_state(const Tick& tick, const SceneIndex& index, const StateRequest& request,
                   v1::State& state) {
   state.Clear();
-  state.set_tick(snapshot.tick);
-  state.set_t_ns(static_cast<std::uint64_t>(std::max<std::int64_t>(snapshot.t_ns, 0)));
-  state.set_loop_state(static_cast<v1::LoopState>(snapshot.loop_state));
-  state.set_cause(static_cast<v1::Cause>(snapshot.cause));
-  state.set_scene_id(snapshot.scene_id);
-  for (const ToolReading& tool : snapshot.tools) encode_tool_sections(tool, request, state);
-  if (wants(request, v1::SECTION_STRINGS)) encode_strings(snapshot, index, state);
+  state.set_tick(tick.tick);
+  state.set_t_ns(static_cast<std::uint64_t>(std::max<std::int64_t>(tick.t_ns, 0)));
+  state.set_loop_state(static_cast<v1::LoopState>(tick.state));
+  state.set_cause(static_cast<v1::Cause>(tick.cause));
+  state.set_scene_id(tick.scene_id);
+  for (const ToolTick& tool : tick.tools) encode_tool_sections(tool, request, state);
+  if (wants(request, v1::SECTION_STRINGS)) encode_strings(tick, index, state);
   if (wants(request, v1::SECTION_CONTACTS)) {
-    encode_contacts(snapshot, index, request.max_contacts, state);
+    encode_contacts(tick, index, request.max_contacts, state);
   }
-  if (wants(request, v1::SECTION_ENERGY)) encode_energy(snapshot, *state.mutable_energy());
-  if (wants(request, v1::SECTION_QUALITY)) encode_quality(snapshot, *state.mutable_quality());
+  if (wants(request, v1::SECTION_ENERGY)) encode_energy(tick, *state.mutable_energy());
+  if (wants(request, v1::SECTION_QUALITY)) encode_quality(tick, *state.mutable_quality());
 }
 
 }  // namespace hapticd

@@ -1,9 +1,9 @@
-// Snapshots of the loop as States of the wire. Not RT.
+// Ticks as States of the wire. Not RT.
 #pragma once
 
 #include <cstdint>
 
-#include "core/simulation/snapshot.h"
+#include "core/tick/tick.h"
 #include "hapticd/v1/control.pb.h"
 #include "hapticd/v1/state.pb.h"
 #include "server/encoding/scene_index.h"
@@ -23,9 +23,9 @@ struct StateRequest {
   std::uint32_t max_contacts = 256;
 };
 
-/// Fills `state`, which is cleared first, with the sections of `request` that a snapshot has:
+/// Fills `state`, which is cleared first, with the sections of `request` that a tick has:
 /// all but TIMING and STAGES, which need more than one tick.
-void encode_state(const Snapshot& snapshot, const SceneIndex& index, const StateRequest& request,
+void encode_state(const Tick& tick, const SceneIndex& index, const StateRequest& request,
                   v1::State& state);
 
 }  // namespace hapticd

@@ -7,9 +7,9 @@
 
 namespace hapticd {
 
-void add_state(const Snapshot& snapshot, const SceneIndex& index,
+void add_state(const Tick& tick, const SceneIndex& index,
                const std::function<void(v1::State&)>& complete, StateHash& chain) {
-  encode_state(snapshot, index, {kCanonicalSections, kMaxReportedContacts}, chain.state);
+  encode_state(tick, index, {kCanonicalSections, kMaxReportedContacts}, chain.state);
   complete(chain.state);
   chain.state.clear_scene_id();
   chain.state.clear_contacts_total();

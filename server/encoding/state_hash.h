@@ -20,8 +20,8 @@ struct StateHash {
 };
 
 /// Takes the next tick into the chain; `complete` adds to its State what clients are told and no
-/// snapshot knows.
-void add_state(const Snapshot& snapshot, const SceneIndex& index,
+/// tick knows.
+void add_state(const Tick& tick, const SceneIndex& index,
                const std::function<void(v1::State&)>& complete, StateHash& chain);
 
 }  // namespace hapticd

@@ -27,7 +27,7 @@ bool pushes_a_person(const PlayedTool& tool) noexcept {
 }
 
 /// Nothing touches and nothing pushes the tool.
-bool is_contact_free(const ToolTick& tool) noexcept {
+bool is_contact_free(const RenderedTool& tool) noexcept {
   const Wrench& F = tool.F_computed_H_W;
   return tool.optimiser.active_count == 0 && tool.optimiser.status != ContactStatus::kRecovering &&
          F.f.isZero(0.0) && F.t.isZero(0.0);
@@ -243,7 +243,8 @@ void HapticLoop::render() noexcept {
   }
   if (!all_have_poses()) {
     // Of a pose that was forgotten nothing is told any more.
-    for (ToolTick& tick : output_.tools) tick = ToolTick{};
+    for (RenderedTool& tool : output_.tools) tool = RenderedTool{};
+    output_.strings.clear();
     return;
   }
   TickInput input;
@@ -314,7 +315,7 @@ void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
   time_.dt_ns = first_tick_ ? 0 : time_.t_ns - before_ns;
   time_.dt_s = 1e-9 * static_cast<double>(time_.dt_ns);
   first_tick_ = false;
-  timing_.overruns += skipped;
+  times_.overruns += skipped;
   late_ = watch_overrun(skipped > 0, time_.t_ns, overrun_watch_);
   report_late(skipped);
 
@@ -329,23 +330,22 @@ void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
   const std::int64_t limited_ns = clock();
   write_devices();
   const std::int64_t written_ns = clock();
-  timing_.read_ns = span_ns(began_ns, read_ns);
-  timing_.simulation_ns = span_ns(read_ns, rendered_ns);
-  timing_.safety_ns = span_ns(rendered_ns, limited_ns);
-  timing_.write_ns = span_ns(limited_ns, written_ns);
+  times_.read_ns = span_ns(began_ns, read_ns);
+  times_.simulate_ns = span_ns(read_ns, rendered_ns);
+  times_.limit_ns = span_ns(rendered_ns, limited_ns);
+  times_.write_ns = span_ns(limited_ns, written_ns);
   report_events();
+  publish_tick();
   publish_snapshot();
-  publish_image();
-  publish_trace();
   for (ToolLoop& tool : tools()) tool.push_asked = 0;
   ever_ticked_ = true;
   ++time_.tick;
   // The zero wrench of this tick was the last that the old scene's device gets.
   if (loop_output_.scene_allowed && waiting_ != nullptr) swap_scene();
   if (options_.virtual_time) return;
-  timing_.publish_ns = span_ns(written_ns, clock());
+  times_.publish_ns = span_ns(written_ns, clock());
   const std::int64_t cpu_ns = thread_cpu_ns();
-  timing_.cpu_ns = cpu_before_ns_ == 0 ? 0 : span_ns(cpu_before_ns_, cpu_ns);
+  times_.cpu_ns = cpu_before_ns_ == 0 ? 0 : span_ns(cpu_before_ns_, cpu_ns);
   cpu_before_ns_ = cpu_ns;
 }
 

@@ -18,13 +18,13 @@
 #include "core/rt/spsc_ring.h"
 #include "core/safety/guardian.h"
 #include "core/safety/overrun_watch.h"
-#include "core/simulation/snapshot.h"
+#include "core/simulation/simulation.h"
+#include "core/tick/tick_ring.h"
 #include "server/haptic_loop/loop_command.h"
 #include "server/haptic_loop/loop_event.h"
 #include "server/haptic_loop/played_scene.h"
 #include "server/haptic_loop/settings_change.h"
-#include "server/haptic_loop/state_image.h"
-#include "server/haptic_loop/tick_trace.h"
+#include "server/haptic_loop/snapshot.h"
 #include "server/haptic_loop/tool_loop.h"
 
 namespace hapticd {
@@ -47,8 +47,10 @@ struct TickPose {
   QueuedPose pose;
 };
 
-/// Ticks on their way to the recorder: 2 s at 1 kHz.
-using TraceRing = SpscRing<TickTrace, 2048>;
+/// Ticks on their way to the network: half a second of usual ones at 1 kHz, 13 of the fullest.
+using NetworkTicks = TickRing<3U << 19U>;
+/// Ticks on their way to the recorder: 4 s of usual ones, 70 of the fullest.
+using RecorderTicks = TickRing<8U << 20U>;
 
 /// What is lent to the loop and given back: two rings. No more than `Capacity` things may be with
 /// the loop at a time, or on their way.
@@ -66,9 +68,9 @@ struct LoopChannels {
   SpscRing<LoopCommand, 256> commands;  ///< to the loop
   SpscRing<TickPose, kPoseQueue> poses;
   SpscRing<LoopEvent, 4096> events;  ///< lossless; an overflow is a fault
-  ImageRing images;                  ///< to the telemetry thread, once a second
-  SpscRing<Snapshot, 64> snapshots;  ///< every tick; those that find no place are left out
-  TraceRing traces;  ///< to the telemetry thread; what does not fit is lost, and counted
+  SnapshotRing snapshots;            ///< to the telemetry thread, once a second
+  NetworkTicks ticks;                ///< those that find no place are left out
+  RecorderTicks recorded;  ///< to the telemetry thread; what does not fit is lost, and counted
   LogRing log;
 };
 
@@ -77,8 +79,8 @@ struct LoopOptions {
   std::int64_t period_ns = 1'000'000;  ///< [1e5, 4e6]
   bool virtual_time = false;           ///< time is tick * period, from 0 with every scene
   bool guards_armed = false;      ///< late ticks, fast hands, stuck sensors latch for any device
-  bool contacts_reported = true;  ///< snapshots list contacts
-  bool images = true;             ///< an image of all state goes out once a second
+  bool contacts_reported = true;  ///< ticks list contacts
+  bool snapshots = true;          ///< a snapshot of all state goes out once a second
 };
 
 class HapticLoop {
@@ -100,18 +102,18 @@ class HapticLoop {
 
   /// The tick that `recorded` was, with devices that are all replayed ones: their samples, commands
   /// and time as recorded, whatever waits in the channels. Give scenes and changes before.
-  void replay_once(const TickTrace& recorded) noexcept;
+  void replay_once(const Tick& recorded) noexcept;
   /// The scene of the next tick of a replay.
   void replace_scene(std::unique_ptr<PlayedScene> scene) noexcept;
   /// Its ramp begins with the next tick of a replay. False when it is for another scene.
   bool replay_change(std::unique_ptr<SettingsChange> change) noexcept;
 
-  /// All that goes from tick to tick, between two ticks; false when it is too much for an image.
+  /// All that goes from tick to tick, between two ticks; false when it is too much for a snapshot.
   /// Cost: a copy of each number.
-  [[nodiscard]] HD_REALTIME bool fill_image(StateImage& image) const noexcept;
-  /// Goes on from `image`, which may come from a file, in the scene that plays. False when it does
-  /// not fit; the loop is of no use then.
-  [[nodiscard]] bool restore(const StateImage& image);
+  [[nodiscard]] HD_REALTIME bool fill_snapshot(Snapshot& snapshot) const noexcept;
+  /// Goes on from `snapshot`, which may come from a file, in the scene that plays. False when it
+  /// does not fit; the loop is of no use then.
+  [[nodiscard]] bool restore(const Snapshot& snapshot);
 
   /// The guardian's look at the loop, from its own thread: writes zero to the devices of a loop
   /// that stands still.
@@ -153,15 +155,13 @@ class HapticLoop {
   void write_devices() noexcept;
   void report_events() noexcept;
   void publish_snapshot() noexcept;
-  void publish_image() noexcept;
-  void restore_tool(std::size_t k, ImageReader& read);
-  void restore_strings(ImageReader& read);
-  void publish_trace() noexcept;
-  void fill_tool(std::size_t k, ToolReading& reading) const noexcept;
-  void fill_gesture(std::size_t k, ToolReading& reading) const noexcept;
-  void fill_contacts(Snapshot& snapshot) const noexcept;
-  void fill_strings(Snapshot& snapshot) const noexcept;
-  void fill_trace(std::size_t k, ToolTrace& trace) const noexcept;
+  void restore_tool(std::size_t k, SnapshotReader& read);
+  void restore_strings(SnapshotReader& read);
+  void publish_tick() noexcept;
+  void fill_head() noexcept;
+  void fill_tool(std::size_t k, ToolTick& told) const noexcept;
+  void fill_contacts() noexcept;
+  void fill_strings() noexcept;
   template <typename What>
   void tell(const What& what, std::size_t tool = 0) noexcept;
   [[nodiscard]] std::size_t tool_count() const noexcept { return scene_->tools.size(); }
@@ -170,7 +170,7 @@ class HapticLoop {
   /// Nothing touched or pushed a tool in the last tick rendered.
   [[nodiscard]] bool contact_free() const noexcept;
 
-  /// Before every instant: an image is due at once.
+  /// Before every instant: a snapshot is due at once.
   static constexpr std::int64_t kNow = std::numeric_limits<std::int64_t>::min();
 
   LoopOptions options_;
@@ -206,14 +206,14 @@ class HapticLoop {
   OverrunWatch overrun_watch_;
   std::array<ToolLoop, kMaxTools> tools_;  ///< the first tool_count()
   Cause standing_fault_ = Cause::kNone;    ///< in the last tick
-  TickTiming timing_;
+  TimesTick times_;
   std::uint64_t late_skipped_ = 0;  ///< periods, not yet logged
   std::int64_t late_told_ns_ = 0;
   std::int64_t cpu_before_ns_ = 0;
   std::int64_t work_budget_ = 0;  ///< of a tick; 0: no bound
   std::uint64_t leases_ended_ = 0;
   unsigned asked_ = 0;  ///< OrderBit, by commands since the last tick
-  std::int64_t image_due_ns_ = kNow;
+  std::int64_t snapshot_due_ns_ = kNow;
   std::int64_t clear_until_ns_ = kNow;  ///< a Clear waits for a device to forget its fault
   bool first_tick_ = true;
   bool ever_ticked_ = false;
@@ -221,6 +221,7 @@ class HapticLoop {
   bool late_ = false;  ///< more late ticks of late than are put up with
   std::uint64_t events_overflow_ = 0;
   TickOutput output_;
+  Tick tick_;  ///< as it is told
   TouchEvents touch_events_;
 };
 

@@ -23,7 +23,7 @@ void HapticLoop::begin_scene() noexcept {
   time_.tick = 0;
   time_.period_ns = options_.period_ns;
   first_tick_ = true;
-  image_due_ns_ = kNow;
+  snapshot_due_ns_ = kNow;
   work_budget_ = scene_->work_budget;
   standing_fault_ = Cause::kNone;
   output_.tools.clear();
@@ -31,7 +31,7 @@ void HapticLoop::begin_scene() noexcept {
   output_.strings.clear();
   for (std::size_t k = 0; k < tool_count(); ++k) {
     tools_[k] = ToolLoop{};
-    if (ToolTick* tick = output_.tools.append()) *tick = ToolTick{};
+    if (RenderedTool* tick = output_.tools.append()) *tick = RenderedTool{};
     HD_ASSERT(scene_->tools[k].device.device != nullptr);
     HapticDevice* device = scene_->tools[k].device.device;
     scene_->play.simulation->scene(k).stiffness_wanted = device->profile().affine;

@@ -82,11 +82,11 @@ void Recorder::parameters(std::uint64_t t_ns, const v1::ParameterRecord& record)
   add(Kind::kParameters, t_ns, record.SerializeAsString());
 }
 
-void Recorder::tick(const TickTrace& trace) {
-  v1::TickRecord record;
-  to_record(trace, record);
+void Recorder::tick(const Tick& tick, const SceneIndex* index) {
+  to_record(tick, tick_);
+  if (index != nullptr) add_shown(tick, *index, tick_);
   if (session_) ++session_->ticks;
-  add(Kind::kTick, trace.t_ns, record.SerializeAsString());
+  add(Kind::kTick, static_cast<std::uint64_t>(tick.t_ns), tick_.SerializeAsString());
 }
 
 void Recorder::event(std::uint64_t t_ns, const v1::EventRecord& record) {

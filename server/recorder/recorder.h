@@ -13,17 +13,18 @@
 #include <string>
 #include <string_view>
 
+#include "core/tick/tick.h"
 #include "hapticd/v1/recording.pb.h"
 #include "proto/recording/mcap_writer.h"
 #include "proto/recording/recording_format.h"
-#include "server/haptic_loop/tick_trace.h"
+#include "server/encoding/scene_index.h"
 
 namespace hapticd {
 
 struct RecorderOptions {
   std::uint64_t flight_ns = 60'000'000'000;  ///< kept in memory
   /// Most memory of the ring, bytes; reached, it keeps less than flight_ns. A tick of one tool has
-  /// about 0.6 kB: 36 MB for 60 s at 1 kHz.
+  /// about 0.7 kB, 1 kB in touch: 40 to 60 MB for 60 s at 1 kHz.
   std::size_t flight_bytes = 256U << 20U;
   std::uint64_t flush_ns = 50'000'000;  ///< age at which what is written goes to the file
   std::int64_t time_offset_ns = 0;      ///< from the loop's clock to the time in the file
@@ -48,7 +49,8 @@ class Recorder {
   /// As things happen, in the order of the loop; `t_ns` on the loop's clock.
   void scene(std::uint64_t t_ns, const v1::SceneRecord& record);
   void parameters(std::uint64_t t_ns, const v1::ParameterRecord& record);
-  void tick(const TickTrace& trace);
+  /// `index` is that of the tick's scene; null: not known, and what clients are shown is left out.
+  void tick(const Tick& tick, const SceneIndex* index);
   void event(std::uint64_t t_ns, const v1::EventRecord& record);
   void snapshot(std::uint64_t t_ns, const v1::Snapshot& record);
   /// Ticks that came too fast for the ring to this thread: counted as lost.
@@ -106,6 +108,7 @@ class Recorder {
   std::deque<Entry> flight_;
   std::deque<std::uint64_t> snapshots_;  ///< times of those in the ring
   std::size_t flight_bytes_ = 0;
+  v1::TickRecord tick_;  ///< memory of the last one
   std::unique_ptr<Session> session_;
   RecordStatus last_;  ///< of the session that ran last
 };

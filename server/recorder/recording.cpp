@@ -70,7 +70,7 @@ std::vector<std::string> list_recordings(const fs::path& folder) {
 }
 
 Recording::Recording(LoopChannels& channels, const v1::RecordHeader& header)
-    : traces_(channels.traces), images_(channels.images), recorder_(recorder_options()) {
+    : ticks_(channels.recorded), snapshots_(channels.snapshots), recorder_(recorder_options()) {
   recorder_.begin(header);
   thread_ = std::thread([this] { run(); });
 }
@@ -92,9 +92,10 @@ void Recording::post(Task task) {
   }
 }
 
-void Recording::announce(v1::SceneRecord record) {
+void Recording::announce(v1::SceneRecord record, SceneIndex index) {
   const std::lock_guard lock(mutex_);
-  scenes_[record.scene_id()] = std::move(record);
+  const std::uint32_t scene_id = record.scene_id();
+  scenes_[scene_id] = {std::move(record), std::move(index)};
 }
 
 void Recording::announce_change(v1::ParameterRecord record) {
@@ -125,7 +126,7 @@ std::future<std::string> Recording::start(fs::path path) {
 
 void Recording::stop() {
   post([this] {
-    take_traces();
+    take_ticks();
     recorder_.stop();
   });
   wake_.notify_one();
@@ -133,7 +134,7 @@ void Recording::stop() {
 
 void Recording::dump(fs::path path) {
   post([this, path = std::move(path)] {
-    take_traces();
+    take_ticks();
     DumpResult result{path.string(), ""};
     recorder_.dump(path.string(), result.error);
     const std::lock_guard lock(mutex_);
@@ -153,66 +154,66 @@ std::vector<DumpResult> Recording::take_dumps() {
 }
 
 void Recording::make_room() {
-  while (traces_.size() > TraceRing::capacity() / 2) {
+  while (ticks_.size() > RecorderTicks::capacity() / 2) {
     wake_.notify_one();
     std::this_thread::sleep_for(kWaitForRoom);
   }
 }
 
-// An image stands right behind the tick it was made after; that of a tick that was lost stands
+// A snapshot stands right behind the tick it was made after; that of a tick that was lost stands
 // before the next one.
-void Recording::take_images(const TickTrace& trace, bool after) {
-  while (const StateImage* image = images_.front()) {
-    const bool passed = image->scene_id < trace.scene_id ||
-                        (image->scene_id == trace.scene_id && image->next_tick <= trace.tick);
-    const bool fits = image->scene_id == trace.scene_id && image->next_tick == trace.tick + 1;
+void Recording::take_snapshots(const Tick& tick, bool after) {
+  while (const Snapshot* snapshot = snapshots_.front()) {
+    const bool passed = snapshot->scene_id < tick.scene_id ||
+                        (snapshot->scene_id == tick.scene_id && snapshot->next_tick <= tick.tick);
+    const bool fits = snapshot->scene_id == tick.scene_id && snapshot->next_tick == tick.tick + 1;
     if (!passed && !(after && fits)) return;
     v1::Snapshot record;
-    to_record(*image, record);
-    images_.release();
+    to_record(*snapshot, record);
+    snapshots_.release();
     for (const auto& [path, assignment] : parameters_) *record.add_parameters() = assignment;
-    recorder_.snapshot(trace.t_ns, record);
+    recorder_.snapshot(static_cast<std::uint64_t>(tick.t_ns), record);
   }
 }
 
-void Recording::take_change(const TickTrace& trace) {
+void Recording::take_change(const Tick& tick) {
   v1::ParameterRecord record;
   {
     const std::lock_guard lock(mutex_);
-    auto announced = changes_.extract(trace.change);
+    auto announced = changes_.extract(tick.change);
     if (announced.empty()) return;
     record = std::move(announced.mapped());
   }
-  record.set_tick(trace.tick);
+  record.set_tick(tick.tick);
   for (const v1::Assignment& assignment : record.assignments()) {
     parameters_[assignment.path()] = assignment;
   }
-  recorder_.parameters(trace.t_ns, record);
+  recorder_.parameters(static_cast<std::uint64_t>(tick.t_ns), record);
 }
 
-void Recording::take_trace(const TickTrace& trace) {
-  take_images(trace, false);
-  if (trace.scene_id != scene_id_) {
-    scene_id_ = trace.scene_id;
-    parameters_.clear();
-    const std::lock_guard lock(mutex_);
-    const auto announced = scenes_.find(scene_id_);
-    if (announced != scenes_.end()) {
-      recorder_.scene(trace.t_ns, announced->second);
-      scenes_.erase(scenes_.begin(), std::next(announced));
-    }
-  }
-  if (trace.change != 0) take_change(trace);
-  recorder_.tick(trace);
-  take_images(trace, true);
+void Recording::take_scene(const Tick& tick) {
+  scene_id_ = tick.scene_id;
+  parameters_.clear();
+  index_.reset();
+  const std::lock_guard lock(mutex_);
+  const auto announced = scenes_.find(scene_id_);
+  if (announced == scenes_.end()) return;
+  recorder_.scene(static_cast<std::uint64_t>(tick.t_ns), announced->second.record);
+  index_ = std::move(announced->second.index);
+  scenes_.erase(scenes_.begin(), std::next(announced));
 }
 
-void Recording::take_traces() {
-  while (const TickTrace* trace = traces_.front()) {
-    take_trace(*trace);
-    traces_.release();
-  }
-  const std::uint64_t lost = traces_.overflow();
+void Recording::take_tick(const Tick& tick) {
+  take_snapshots(tick, false);
+  if (tick.scene_id != scene_id_) take_scene(tick);
+  if (tick.change != 0) take_change(tick);
+  recorder_.tick(tick, index_ ? &*index_ : nullptr);
+  take_snapshots(tick, true);
+}
+
+void Recording::take_ticks() {
+  while (ticks_.pop(*tick_)) take_tick(*tick_);
+  const std::uint64_t lost = ticks_.overflow();
   if (lost != lost_) recorder_.lost_ticks(lost - lost_);
   lost_ = lost;
 }
@@ -224,7 +225,7 @@ void Recording::round() {
     tasks.swap(tasks_);
   }
   for (const Task& task : tasks) task();
-  take_traces();
+  take_ticks();
   recorder_.poll(static_cast<std::uint64_t>(monotonic_now_ns()));
   RecordStatus status = recorder_.status();
   const std::lock_guard lock(mutex_);

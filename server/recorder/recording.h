@@ -1,4 +1,4 @@
-// The telemetry thread: takes the loop's traces to the recorder, writes session files and dumps of
+// The telemetry thread: takes the loop's ticks to the recorder, writes session files and dumps of
 // the last 60 s. Asked by the network thread; nothing here waits for the disk but its own thread.
 // Not RT.
 #pragma once
@@ -10,6 +10,7 @@
 #include <functional>
 #include <future>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -43,8 +44,9 @@ class Recording {
   /// Closes the session file.
   ~Recording();
 
-  /// `record` is for the ticks whose scene_id is its own; before their first one.
-  void announce(v1::SceneRecord record);
+  /// `record` is for the ticks whose scene_id is its own, and so is `index`; before their first
+  /// one.
+  void announce(v1::SceneRecord record, SceneIndex index);
   /// `record` is of the change of this number; before the loop is told of it. Its tick follows.
   void announce_change(v1::ParameterRecord record);
   /// The change of this number never begins.
@@ -72,22 +74,31 @@ class Recording {
   void post(Task task);
   void run();
   void round();
-  void take_traces();
-  void take_trace(const TickTrace& trace);
-  void take_images(const TickTrace& trace, bool after);
-  void take_change(const TickTrace& trace);
+  void take_ticks();
+  void take_tick(const Tick& tick);
+  void take_scene(const Tick& tick);
+  void take_snapshots(const Tick& tick, bool after);
+  void take_change(const Tick& tick);
 
-  TraceRing& traces_;
-  ImageRing& images_;
+  /// A scene as it is recorded, and the numbers of its strings and lines.
+  struct AnnouncedScene {
+    v1::SceneRecord record;
+    SceneIndex index;
+  };
+
+  RecorderTicks& ticks_;
+  SnapshotRing& snapshots_;
+  std::unique_ptr<Tick> tick_ = std::make_unique<Tick>();  ///< the newest taken
   Recorder recorder_;
   std::map<std::string, v1::Assignment> parameters_;  ///< set since the scene was loaded
   std::uint32_t scene_id_ = 0;
+  std::optional<SceneIndex> index_;  ///< of that scene
   std::uint64_t lost_ = 0;
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Task> tasks_;
-  std::map<std::uint32_t, v1::SceneRecord> scenes_;       ///< announced, not begun
+  std::map<std::uint32_t, AnnouncedScene> scenes_;        ///< announced, not begun
   std::map<std::uint64_t, v1::ParameterRecord> changes_;  ///< announced, not begun, by number
   RecordStatus status_;
   std::vector<DumpResult> dumps_;

@@ -64,23 +64,23 @@ std::string_view block_name(StateKind kind) noexcept {
   return kBlockNames[static_cast<std::size_t>(kind)];
 }
 
-void to_record(const StateImage& image, v1::Snapshot& record) {
+void to_record(const Snapshot& snapshot, v1::Snapshot& record) {
   record.Clear();
-  record.set_next_tick(image.next_tick);
-  record.set_scene_id(image.scene_id);
-  record.set_loop_state(static_cast<v1::LoopState>(image.loop_state));
-  for (const StateSpan& span : image.blocks) {
+  record.set_next_tick(snapshot.next_tick);
+  record.set_scene_id(snapshot.scene_id);
+  record.set_loop_state(static_cast<v1::LoopState>(snapshot.loop_state));
+  for (const StateSpan& span : snapshot.blocks) {
     v1::StateBlock& block = *record.add_blocks();
     block.set_name(std::string(block_name(span.kind)));
     block.set_version(kStateLayout);
-    if (of_tool(span.kind)) block.set_tool_id(image.tool_ids[span.index]);
+    if (of_tool(span.kind)) block.set_tool_id(snapshot.tool_ids[span.index]);
     if (span.kind == StateKind::kString) block.set_string_index(span.index);
-    const auto reals = image.reals_of(span);
-    const auto integers = image.integers_of(span);
+    const auto reals = snapshot.reals_of(span);
+    const auto integers = snapshot.integers_of(span);
     block.mutable_reals()->Add(reals.begin(), reals.end());
     block.mutable_integers()->Add(integers.begin(), integers.end());
   }
-  record.set_state_hash(hash_of(image));
+  record.set_state_hash(hash_of(snapshot));
 }
 
 bool is_of_older_layout(const v1::Snapshot& record) {
@@ -88,11 +88,11 @@ bool is_of_older_layout(const v1::Snapshot& record) {
                      [](const v1::StateBlock& block) { return block.version() < kStateLayout; });
 }
 
-bool to_image(const v1::Snapshot& record, StateImage& image) {
-  image.blocks.clear();
-  image.next_tick = record.next_tick();
-  image.scene_id = record.scene_id();
-  image.loop_state = static_cast<LoopState>(record.loop_state());
+bool to_snapshot(const v1::Snapshot& record, Snapshot& snapshot) {
+  snapshot.blocks.clear();
+  snapshot.next_tick = record.next_tick();
+  snapshot.scene_id = record.scene_id();
+  snapshot.loop_state = static_cast<LoopState>(record.loop_state());
   std::size_t reals = 0;
   std::size_t integers = 0;
   BlocksSeen seen{};
@@ -102,20 +102,20 @@ bool to_image(const v1::Snapshot& record, StateImage& image) {
     block.first_integer = static_cast<std::uint32_t>(integers);
     block.reals = static_cast<std::uint32_t>(from.reals_size());
     block.integers = static_cast<std::uint32_t>(from.integers_size());
-    if (!name_block(from, seen, block) || reals + block.reals > image.reals.size() ||
-        integers + block.integers > image.integers.size() || !image.blocks.push_back(block)) {
+    if (!name_block(from, seen, block) || reals + block.reals > snapshot.reals.size() ||
+        integers + block.integers > snapshot.integers.size() || !snapshot.blocks.push_back(block)) {
       return false;
     }
-    std::copy(from.reals().begin(), from.reals().end(), image.reals.begin() + block.first_real);
+    std::copy(from.reals().begin(), from.reals().end(), snapshot.reals.begin() + block.first_real);
     std::copy(from.integers().begin(), from.integers().end(),
-              image.integers.begin() + block.first_integer);
+              snapshot.integers.begin() + block.first_integer);
     reals += block.reals;
     integers += block.integers;
   }
   return true;
 }
 
-std::string first_difference(const StateImage& recorded, const StateImage& replayed) {
+std::string first_difference(const Snapshot& recorded, const Snapshot& replayed) {
   const std::size_t common = std::min(recorded.blocks.size(), replayed.blocks.size());
   for (std::size_t k = 0; k < common; ++k) {
     const StateSpan& a = recorded.blocks[k];

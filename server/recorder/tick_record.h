@@ -1,17 +1,26 @@
-// A tick as the loop leaves it (TickTrace) in the form it is recorded in (TickRecord), and back:
-// every double keeps its bits. Not RT.
+// A tick as the loop leaves it in the form it is recorded in (TickRecord), and back: every double
+// that a replay needs keeps its bits. Not RT.
 #pragma once
 
+#include "core/tick/tick.h"
 #include "hapticd/v1/recording.pb.h"
-#include "server/haptic_loop/tick_trace.h"
+#include "server/encoding/encode_state.h"
 
 namespace hapticd {
 
-/// Fills `record`, whose storage is used again.
-void to_record(const TickTrace& trace, v1::TickRecord& record);
+/// Contacts that a recording shows of a tick, at most: the deepest. More: larger recordings.
+inline constexpr std::uint32_t kShownContacts = 64;
 
-/// False when `record` cannot be a tick of ours: more tools than a trace holds, inputs and outputs
-/// that do not match, or numbers missing.
-[[nodiscard]] bool to_trace(const v1::TickRecord& record, TickTrace& trace);
+/// Fills `record`, whose storage is used again, with what went in and came out: all that a replay
+/// needs and compares.
+void to_record(const Tick& tick, v1::TickRecord& record);
+
+/// Adds what clients were shown of the tick beside tools and devices: strings, contacts, energy,
+/// quality, stiffness and gestures (TickRecord.shown).
+void add_shown(const Tick& tick, const SceneIndex& index, v1::TickRecord& record);
+
+/// What to_record() told. False when `record` cannot be a tick of ours: more tools than there may
+/// be, inputs and outputs that do not match, or numbers missing.
+[[nodiscard]] bool to_tick(const v1::TickRecord& record, Tick& tick);
 
 }  // namespace hapticd

@@ -54,7 +54,7 @@ void count_work(benchmark::State& state, TickScene& scene) {
   double force = 0.0;
   int most_sub_steps = 0;
   for (int k = 0; k < kPeriodTicks; ++k) {
-    const ToolTick& tick = scene.tick();
+    const RenderedTool& tick = scene.tick();
     sub_steps += tick.optimiser.sub_steps;
     most_sub_steps = std::max(most_sub_steps, tick.optimiser.sub_steps);
     tests += static_cast<double>(tick.optimiser.tests);

@@ -56,20 +56,20 @@ constexpr Case kCases[] = {
     {"16 contacts, 7 strings", 16, 7, kUsual},
 };
 
-std::unique_ptr<Snapshot> snapshot_of(const Case& c) {
-  auto snapshot = std::make_unique<Snapshot>();
-  snapshot->scene_id = 1;
-  snapshot->loop_state = LoopState::kEngaged;
-  ToolReading tool;
-  tool.p_WH = {0.33, 3.1e-3, 0.021};
-  tool.p_WG = {0.33, 5.3e-3, 0.022};
-  tool.q_WH = tool.q_WG = {0.8, 0.36, 0.48, 0.0};
-  tool.F_H_W.f = {0.1, 1.7, 0.3};
-  tool.F_computed_H_W = tool.F_H_W;
+std::unique_ptr<Tick> tick_of(const Case& c) {
+  auto tick = std::make_unique<Tick>();
+  tick->scene_id = 1;
+  tick->state = LoopState::kEngaged;
+  ToolTick tool;
+  tool.X_WH.p = {0.33, 3.1e-3, 0.021};
+  tool.X_WG.p = {0.33, 5.3e-3, 0.022};
+  tool.X_WH.q = tool.X_WG.q = {0.8, 0.36, 0.48, 0.0};
+  tool.F_written_H_W.f = {0.1, 1.7, 0.3};
+  tool.F_computed_H_W = tool.F_written_H_W;
   tool.contacts = c.contacts;
-  snapshot->tools.push_back(tool);
+  tick->tools.push_back(tool);
   for (int k = 0; k < c.contacts; ++k) {
-    ContactReading contact;
+    ContactTick contact;
     contact.key.kind = c.strings > 0 && k % 2 == 0 ? ObstacleKind::kCapsule : ObstacleKind::kBody;
     contact.key.obstacle = contact.key.kind == ObstacleKind::kBody ? 0 : k / 2 % c.strings;
     contact.key.tool_sphere = 20 * k;
@@ -77,14 +77,15 @@ std::unique_ptr<Snapshot> snapshot_of(const Case& c) {
     contact.nhat_OG_W = {0.1, 0.98, 0.17};
     contact.gap = -5e-7 * k;
     contact.force = 0.1 * k;
-    snapshot->contacts.contacts.push_back(contact);
+    tick->contacts.push_back(contact);
   }
-  snapshot->contacts.total = c.contacts;
+  tick->contacts_total = c.contacts;
   for (int k = 0; k < c.strings; ++k) {
-    snapshot->strings.push_back({k, ShownPhase::kPressed, 0.3, 1e-3, {1e-4, -1e-3, 2e-4}});
-    snapshot->string_forces.push_back({0, k, {0.0, 1.1, 0.2}});
+    tick->strings.push_back(
+        {k, 0, StringPhase::kStatic, true, true, 0.3, 1e-3, {1e-4, -1e-3, 2e-4}});
+    tick->string_forces.push_back({0, k, {0.0, 1.1, 0.2}});
   }
-  return snapshot;
+  return tick;
 }
 
 SceneIndex index_of(const Case& c) {
@@ -156,7 +157,7 @@ struct Times {
 /// One server and one client that gets every tick, and what the rounds took.
 class Rounds {
  public:
-  explicit Rounds(const Case& c) : case_(c), snapshot_(snapshot_of(c)), index_(index_of(c)) {
+  explicit Rounds(const Case& c) : case_(c), tick_(tick_of(c)), index_(index_of(c)) {
     v1::Item item;
     item.mutable_subscribe()->set_divisor(1);
     for (int section = 1; section < 32; ++section) {
@@ -198,7 +199,7 @@ class Rounds {
   void encode() {
     const NoHeapScope scope;
     const std::int64_t before_ns = monotonic_now_ns();
-    encoded_.begin(snapshot_->tick, 1);
+    encoded_.begin(tick_->tick, 1);
     const auto state = encoded_.get({1, case_.sections, 256}, kRoom, fill_, {});
     encode_ns_ = monotonic_now_ns() - before_ns;
     encode_calls_ = scope.count();
@@ -210,17 +211,17 @@ class Rounds {
   bool pass(bool measured) {
     publish_.emplace();
     const std::int64_t before_ns = monotonic_now_ns();
-    server_.offer_tick(snapshot_->tick, 1, before_ns);
+    server_.offer_tick(tick_->tick, 1, before_ns);
     publish_.reset();
-    while (seen_ != snapshot_->tick && socket_.read(client_, measured)) {
+    while (seen_ != tick_->tick && socket_.read(client_, measured)) {
     }
     whole_ns_ = monotonic_now_ns() - before_ns;
-    return seen_ == snapshot_->tick;
+    return seen_ == tick_->tick;
   }
 
   bool round(std::int64_t now_ns) {
     client_.poll(now_ns);
-    ++snapshot_->tick;
+    ++tick_->tick;
     const bool measured = done_ >= kWarmUp;
     encode();
     if (!pass(measured) && measured) throw std::runtime_error("a State did not arrive");
@@ -236,10 +237,10 @@ class Rounds {
   }
 
   Case case_;
-  std::unique_ptr<Snapshot> snapshot_;
+  std::unique_ptr<Tick> tick_;
   SceneIndex index_;
   EncodedStates::Fill fill_ = [this](const Subscription& wanted, v1::State& state) {
-    encode_state(*snapshot_, index_, {wanted.sections, wanted.max_contacts}, state);
+    encode_state(*tick_, index_, {wanted.sections, wanted.max_contacts}, state);
   };
   EncodedStates encoded_;
   UdpTransport transport_{"127.0.0.1:0"};

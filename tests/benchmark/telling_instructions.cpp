@@ -138,16 +138,10 @@ struct Telling {
     LoopEvent event;
     while (channels->events.pop(event)) {
     }
-    snapshot = channels->snapshots.front();
-    trace = channels->traces.front();
-    return snapshot != nullptr && trace != nullptr;
+    return channels->ticks.pop(*told) && channels->recorded.pop(*recorded);
   }
-  void offer() { server.offer_tick(snapshot->tick, 1, kNow_ns); }
-  void record() { recorder.tick(*trace); }
-  void release() {
-    channels->snapshots.release();
-    channels->traces.release();
-  }
+  void offer() { server.offer_tick(told->tick, 1, kNow_ns); }
+  void record() { recorder.tick(*recorded, &index); }
 
   ServerHost host() {
     ServerHost host;
@@ -155,7 +149,7 @@ struct Telling {
     host.request = [](const RequestId&, const v1::Item&) {};
     host.abandoned = [](const RequestId&) {};
     host.fill_state = [this](const Subscription& wanted, v1::State& state) {
-      encode_state(*snapshot, index, {wanted.sections, wanted.max_contacts}, state);
+      encode_state(*told, index, {wanted.sections, wanted.max_contacts}, state);
     };
     host.lease_lost = [](LeaseEnd) {};
     return host;
@@ -164,10 +158,10 @@ struct Telling {
   std::shared_ptr<const LoadedScene> scene = loaded_scene();
   SceneIndex index;
   std::unique_ptr<LoopChannels> channels = std::make_unique<LoopChannels>();
-  HapticLoop loop{{.virtual_time = true, .images = false}, played(scene), *channels};
+  HapticLoop loop{{.virtual_time = true, .snapshots = false}, played(scene), *channels};
   std::uint64_t datagrams = 0;
-  const Snapshot* snapshot = nullptr;
-  const TickTrace* trace = nullptr;
+  std::unique_ptr<Tick> told = std::make_unique<Tick>();
+  std::unique_ptr<Tick> recorded = std::make_unique<Tick>();
   ProtocolServer server{{.boot_id = 3},
                         host(),
                         [this](const Address&, std::span<const std::uint8_t>) { ++datagrams; }};
@@ -193,10 +187,9 @@ bool pass(const Case& c, Telling& telling, int tick) {
   telling.move(counted ? low : 0.01534);
   counted ? haptic_part(telling) : telling.tick();
   if (!telling.has_told()) return false;
-  const bool pressing = !telling.snapshot->string_forces.empty();
+  const bool pressing = !telling.told->string_forces.empty();
   if (c.clients >= 0) counted ? network_part(telling) : telling.offer();
   if (c.recorder) counted ? recorder_part(telling) : telling.record();
-  telling.release();
   return pressing;
 }
 

@@ -100,7 +100,7 @@ TickScene::TickScene(const TickParts& parts, Motion motion, const CouplingStiffn
   for (int k = 0; k < kPeriodTicks; ++k) tick();
 }
 
-const ToolTick& TickScene::tick() {
+const RenderedTool& TickScene::tick() {
   render(X_WH_[next_]);
   next_ = (next_ + 1) % X_WH_.size();
   return tick_;

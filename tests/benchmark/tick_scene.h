@@ -57,7 +57,7 @@ class TickScene {
   TickScene(const TickParts& parts, Motion motion, const CouplingStiffness& stiffness = {});
 
   /// The next tick of the motion.
-  const ToolTick& tick();
+  const RenderedTool& tick();
 
   [[nodiscard]] const RenderingScene& scene() const { return scene_; }
   [[nodiscard]] const std::vector<Pose>& X_WH() const { return X_WH_; }
@@ -72,7 +72,7 @@ class TickScene {
   std::vector<Pose> X_WH_;
   ToolScene tool_;
   ToolState state_;
-  ToolTick tick_;
+  RenderedTool tick_;
   std::unique_ptr<ContactProblem> problem_ = std::make_unique<ContactProblem>();
   std::size_t next_ = 0;
   std::int64_t t_ns_ = 0;

@@ -1,11 +1,13 @@
 // See recording_target.h.
 #include "tests/fuzz/recording_target.h"
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "proto/recording/mcap_reader.h"
+#include "proto/recording/recorded_state.h"
 #include "server/recorder/recorder.h"
 #include "server/recorder/tick_record.h"
 
@@ -14,14 +16,15 @@ namespace {
 
 std::vector<std::string_view> read_all(McapReader& reader) {
   std::vector<std::string_view> found;
+  const auto tick = std::make_unique<Tick>();
   McapMessage message;
   while (reader.next(message)) {
     found.push_back(message.data);
     if (message.channel != reader.channel_of(kTickTopic)) continue;
     v1::TickRecord record;
-    TickTrace trace;
     if (record.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) {
-      (void)to_trace(record, trace);
+      (void)to_tick(record, *tick);
+      (void)state_of(record);
     }
   }
   return found;

@@ -38,12 +38,11 @@ class Check {
       } else if (message.kind == RecordKind::kParameters) {
         change_ = parse<v1::ParameterRecord>(message);
       } else if (message.kind == RecordKind::kTick) {
-        TickTrace tick;
-        if (!to_trace(parse<v1::TickRecord>(message), tick)) {
+        if (!to_tick(parse<v1::TickRecord>(message), *tick_)) {
           fail("a tick is damaged. Name another recording");
         }
-        if (scene_ == nullptr) take_scene(tick.scene_id, begin);
-        if (scene_ != nullptr && tick.scene_id == scene_->scene_id()) take_tick(tick, visit);
+        if (scene_ == nullptr) take_scene(tick_->scene_id, begin);
+        if (scene_ != nullptr && tick_->scene_id == scene_->scene_id()) take_tick(*tick_, visit);
       }
     }
     if (next_tick_ == 0) fail("it holds no tick of that scene. Name another one");
@@ -78,14 +77,14 @@ class Check {
   }
 
   /// Time since the last good sample, as the simulation has it.
-  double elapsed(const ToolTrace& tool) {
+  double elapsed(const ToolTick& tool) {
     const std::int64_t before_ns = sample_t_ns_;
-    if (!tool.held) sample_t_ns_ = std::max(sample_t_ns_, tool.sample_t_ns);
+    if (!tool.held) sample_t_ns_ = std::max(sample_t_ns_, tool.sample.t_ns);
     if (!placed_ || sample_t_ns_ <= before_ns) return 0.0;
     return std::min(1e-9 * static_cast<double>(sample_t_ns_ - before_ns), kMaxElapsed);
   }
 
-  void take_tick(const TickTrace& tick, const std::function<void(const JudgedTick&)>& visit) {
+  void take_tick(const Tick& tick, const std::function<void(const JudgedTick&)>& visit) {
     if (next_tick_ == 0 && tick.tick - tick.skipped != 0) {
       fail("its first tick of the scene is number " + std::to_string(tick.tick) +
            ", and where the tool was before is not known. Record from the daemon's start, with "
@@ -98,30 +97,30 @@ class Check {
     next_tick_ = tick.tick + 1;
     if (tick.change != 0 && change_) scene_->announce(*change_);
     scene_->begin_tick(tick);
-    const ToolTrace& tool = tick.tools[0];
-    if (!placed_ && (!tool.sample_came || tool.held)) return;
+    const ToolTick& tool = tick.tools[0];
+    if (!placed_ && (!tool.came || tool.held)) return;
     judge(tick, tool, visit);
   }
 
-  void judge(const TickTrace& tick, const ToolTrace& tool,
+  void judge(const Tick& tick, const ToolTick& tool,
              const std::function<void(const JudgedTick&)>& visit) {
-    const Pose X_WH{to_quaternion(tool.q_WH), to_vector(tool.p_WH)};
+    const Pose X_WH{to_quaternion(tool.X_WH.q), to_vector(tool.X_WH.p)};
     if (!placed_) {
       run_->place(X_WH);
-      sample_t_ns_ = tool.sample_t_ns;
+      sample_t_ns_ = tool.sample.t_ns;
     }
     const double dt_s = elapsed(tool);
     placed_ = true;
     run_->follow(scene_->tool_scene(0));
-    run_->allow(static_cast<std::int64_t>(tick.work_budget));
+    run_->allow(static_cast<std::int64_t>(tick.budget.work));
     JudgedTick judged;
     judged.tick = tick.tick;
     judged.path_gap = run_->judged_tick(X_WH, dt_s);
     const Pose& X_WG = run_->X_WG();
-    if (!same_bits(to_array(X_WG.p), tool.p_WG) || !same_bits(to_array(X_WG.q), tool.q_WG)) {
+    if (!same_bits(to_array(X_WG.p), tool.X_WG.p) || !same_bits(to_array(X_WG.q), tool.X_WG.q)) {
       fail("at tick " + std::to_string(tick.tick) +
            " the graphic tool comes to another place than was recorded, " +
-           exact_text((X_WG.p - to_vector(tool.p_WG)).norm()) +
+           exact_text((X_WG.p - to_vector(tool.X_WG.p)).norm()) +
            " m away. Use the version that recorded it");
     }
     judged.gap_of_object = object_gaps(objects_, run_->judge().gaps(run_->state()));
@@ -133,6 +132,7 @@ class Check {
 
   const PathCheck& check_;
   RecordingReader reader_;
+  std::unique_ptr<Tick> tick_ = std::make_unique<Tick>();
   v1::SceneRecord record_;                     ///< of the ticks that come
   std::optional<v1::ParameterRecord> change_;  ///< that was announced last
   std::unique_ptr<RecordedScene> scene_;

@@ -41,8 +41,8 @@ Message parse(const RecordedMessage& message, const std::string& path) {
 }
 
 /// False where the message is not a tick.
-bool read_tick(const RecordedMessage& message, const std::string& path, TickTrace& tick) {
-  return message.kind == RecordKind::kTick && to_trace(parse<v1::TickRecord>(message, path), tick);
+bool read_tick(const RecordedMessage& message, const std::string& path, Tick& tick) {
+  return message.kind == RecordKind::kTick && to_tick(parse<v1::TickRecord>(message, path), tick);
 }
 
 std::size_t tool_index(const RecordedStream& stream, const SceneDescription& scene) {
@@ -109,15 +109,16 @@ void stream_recording(const RecordedStream& stream, const StreamVisitor& visitor
   std::optional<v1::ParameterRecord> change;
   std::unique_ptr<RecordedScene> scene;
   std::size_t tool = 0;
-  std::uint64_t first_ns = 0;
+  std::int64_t first_ns = 0;
   bool placed = false;
   RecordedMessage message;
+  const auto kept = std::make_unique<Tick>();
+  Tick& tick = *kept;
   while (reader.next(message)) {
     if (message.kind == RecordKind::kScene) record = parse<v1::SceneRecord>(message, reader.path());
     if (message.kind == RecordKind::kParameters) {
       change = parse<v1::ParameterRecord>(message, reader.path());
     }
-    TickTrace tick;
     if (!read_tick(message, reader.path(), tick)) continue;
     const bool wanted = tick.scene_id == stream.scene_id.value_or(tick.scene_id);
     if (scene == nullptr && wanted && record.scene_id() == tick.scene_id) {
@@ -128,15 +129,15 @@ void stream_recording(const RecordedStream& stream, const StreamVisitor& visitor
     if (scene == nullptr || tick.scene_id != scene->scene_id()) continue;
     if (tick.change != 0 && change) scene->announce(*change);
     scene->begin_tick(tick);
-    const ToolTrace& trace = tick.tools[tool];
-    if (!placed && (!trace.sample_came || trace.held)) continue;
+    const ToolTick& told = tick.tools[tool];
+    if (!placed && (!told.came || told.held)) continue;
     if (!placed) first_ns = tick.t_ns;
     const double dt_s = placed ? 1e-9 * static_cast<double>(tick.dt_ns) : 0.0;
     placed = true;
     visitor.tick(scene->tool_scene(tool), {tick.tick,
                                            1e-9 * static_cast<double>(tick.t_ns - first_ns),
                                            dt_s,
-                                           {to_quaternion(trace.q_WH), to_vector(trace.p_WH)}});
+                                           {to_quaternion(told.X_WH.q), to_vector(told.X_WH.p)}});
   }
   if (!placed) {
     throw std::runtime_error(stream.recording +

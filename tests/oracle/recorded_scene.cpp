@@ -122,19 +122,17 @@ void RecordedScene::begin_change(std::uint64_t number, std::uint64_t tick) {
   change_share_ = 0.0;
 }
 
-void RecordedScene::learn_delays(const TickTrace& tick) {
+void RecordedScene::learn_delays(const Tick& tick) {
   bool learned = false;
   for (std::size_t k = 0; k < played_->tools.size(); ++k) {
-    DeviceSample sample;
-    sample.measured_delay_s = tick.tools[k].measured_delay_s;
-    learned = learn_delay(sample, played_->tools[k]) || learned;
+    learned = learn_delay(tick.tools[k].sample, played_->tools[k]) || learned;
   }
   if (learned) apply_settings(*played_);
 }
 
 // In the order of the loop: HapticLoop::follow_changes, read_devices.
-void RecordedScene::begin_tick(const TickTrace& tick) {
-  if (static_cast<std::size_t>(tick.tool_count) != played_->tools.size()) {
+void RecordedScene::begin_tick(const Tick& tick) {
+  if (tick.tools.size() != played_->tools.size()) {
     fail("tick " + std::to_string(tick.tick) +
          " has other tools than its scene. The file is "
          "damaged: name another recording");

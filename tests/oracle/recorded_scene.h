@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
+#include "core/tick/tick.h"
 #include "hapticd/v1/recording.pb.h"
 #include "server/haptic_loop/settings_change.h"
-#include "server/haptic_loop/tick_trace.h"
 #include "server/scene_io/scene_loader.h"
 
 namespace hapticd {
@@ -25,7 +25,7 @@ class RecordedScene {
   void announce(const v1::ParameterRecord& change) { announced_ = change; }
   /// Puts the settings of a tick in force; ticks one after the other. Throws std::runtime_error
   /// when they are not those that were recorded.
-  void begin_tick(const TickTrace& tick);
+  void begin_tick(const Tick& tick);
 
   [[nodiscard]] const Scene& scene() const noexcept { return *loaded_->scene; }
   [[nodiscard]] std::uint32_t scene_id() const noexcept { return played_->scene_id; }
@@ -37,7 +37,7 @@ class RecordedScene {
  private:
   void play(const v1::RecordHeader& header);
   void begin_change(std::uint64_t number, std::uint64_t tick);
-  void learn_delays(const TickTrace& tick);
+  void learn_delays(const Tick& tick);
   [[noreturn]] void fail(const std::string& what) const;
 
   std::string path_;

@@ -22,7 +22,7 @@ double smallest(const ObstacleGaps& gaps) {
 }
 
 /// Leads a second tool along the way of `tick`; smallest gap on it.
-double judge_tick(PathRun& run, const ToolScene& view, const ToolTick& tick, bool first) {
+double judge_tick(PathRun& run, const ToolScene& view, const RenderedTool& tick, bool first) {
   if (first) run.place(tick.X_WH);
   run.follow(view);
   const double gap = run.judged_tick(tick.X_WH, tick.dt);
@@ -57,7 +57,7 @@ std::vector<StudyTick> play_study(const Scene& scene, std::size_t tool, const St
     const double before = processor_time();
     play.simulation->step(input, *output);
     const double after = processor_time();
-    const ToolTick& tick = output->tools[0];
+    const RenderedTool& tick = output->tools[0];
     StudyTick& kept = ticks.emplace_back();
     kept.felt_W = tick.F_computed_H_W.f;
     kept.contact_W = tick.optimiser.F_H_W.f;

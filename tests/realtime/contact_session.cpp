@@ -51,7 +51,7 @@ HandPose ContactSession::sample() const noexcept {
   return out;
 }
 
-void ContactSession::add_to_hash(const ToolTick& tick) noexcept {
+void ContactSession::add_to_hash(const RenderedTool& tick) noexcept {
   const auto add = [this](double number) {
     const auto bits = std::bit_cast<std::uint64_t>(number);
     for (unsigned shift = 0; shift < 64; shift += 8) {
@@ -65,7 +65,7 @@ void ContactSession::add_to_hash(const ToolTick& tick) noexcept {
 }
 
 void ContactSession::run(std::int64_t ticks) noexcept {
-  ToolTick tick;
+  RenderedTool tick;
   for (std::int64_t i = 0; i < ticks; ++i) {
     ++tick_;
     if (tick_ % kOverlapPeriod == 0) {

@@ -33,7 +33,7 @@ class ContactSession {
 
  private:
   [[nodiscard]] HandPose sample() const noexcept;
-  void add_to_hash(const ToolTick& tick) noexcept;
+  void add_to_hash(const RenderedTool& tick) noexcept;
 
   SphereTree tool_;
   SphereTree body_;

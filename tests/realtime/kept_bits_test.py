@@ -30,7 +30,7 @@ from hapticd.v1 import recording_pb2, stream_pb2
 
 KEPT = HERE / "kept_bits.txt"
 # Fields that came later, and those that no promise is about: a time, and the hash of a layout that is the program's own.
-LEFT_OUT = {"hapticd.v1.TickRecord.cpu_ns", "hapticd.v1.TickRecord.state_hash"}
+LEFT_OUT = {"hapticd.v1.TickRecord.cpu_ns", "hapticd.v1.TickRecord.state_hash", "hapticd.v1.TickRecord.shown"}
 FINGER = 'tools { name: "finger" parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } %s } pose_wg { p_m: [0, 0.0155, 0] } %s }\n'
 STRINGS = "".join(f'strings {{ name: "s{k}" p_wa_m: [-0.55, {0.002 * (k % 2)}, {0.006 * k}] p_wb_m: [0.55, 0, {0.006 * k}] frequency_hz: {65.4 + 20 * k} }}\n' for k in range(5))
 

@@ -93,13 +93,13 @@ void StringSession::add_to_hash(const TickOutput& output) noexcept {
   for (const double number : to_array(output.tools[0].F_H_W.t)) add(number);
   for (const double number : to_array(output.tools[0].X_WG.p)) add(number);
   for (const double number : to_array(output.tools[0].X_WG.q)) add(number);
-  for (const StringReading& reading : output.strings) {
+  for (const StringTick& reading : output.strings) {
     add(reading.string);
-    add(static_cast<double>(reading.level));
+    add(static_cast<double>(reading.phase));
     add(reading.lambda);
     add(reading.radius_growth);
     add(reading.vibration_force);
-    for (const double number : to_array(reading.deflection_W)) add(number);
+    for (const double number : reading.deflection_W) add(number);
   }
   for (const StringEvent& event : output.events) {
     add(static_cast<double>(event.t_ns));
@@ -125,7 +125,7 @@ void StringSession::run(std::int64_t ticks) noexcept {
     }
     if (output_->tools[0].F_H_W.f.norm() > 0.0) ++contact_ticks_;
     bool struck = false;
-    for (const StringReading& reading : output_->strings) {
+    for (const StringTick& reading : output_->strings) {
       struck = struck || reading.vibration_force != 0.0;
     }
     if (struck) ++struck_ticks_;

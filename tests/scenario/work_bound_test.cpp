@@ -329,7 +329,7 @@ TEST_CASE("five tools together share the bound, and enter nothing") {
       play.simulation->step(input, *output);
       double share = 0.0;
       bool any = false;
-      for (const ToolTick& tool : output->tools) {
+      for (const RenderedTool& tool : output->tools) {
         share += work_share(tool.optimiser);
         any = any || tool.optimiser.cut_short;
       }

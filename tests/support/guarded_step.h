@@ -28,31 +28,35 @@ class GuardedHand {
     const JudgedPose judged = judge(&sample, 0.0, limits, guard_);
     if (!judged.held) hand_ = sent;
     latched_ = latched_ || !judged.usable;
-    if (latched_) return PoseVerdict::kFault;
-    return judged.held ? PoseVerdict::kHeld : PoseVerdict::kGood;
+    verdict_ = judged.held ? PoseVerdict::kHeld : PoseVerdict::kGood;
+    if (latched_) verdict_ = PoseVerdict::kFault;
+    return verdict_;
   }
+  /// Of what was sent last.
+  [[nodiscard]] PoseVerdict verdict() const noexcept { return verdict_; }
   /// Force may come back, once the numbers are good again.
   void clear() { latched_ = false; }
   /// The last good pose, as it was sent.
-  [[nodiscard]] const HandPose& hand() const { return hand_; }
-  [[nodiscard]] bool has_pose() const { return guard_.has_pose; }
+  [[nodiscard]] const HandPose& hand() const noexcept { return hand_; }
+  [[nodiscard]] bool has_pose() const noexcept { return guard_.has_pose; }
 
  private:
   PoseGuard guard_;
   HandPose hand_;
   std::uint64_t count_ = 0;
   bool latched_ = false;
+  PoseVerdict verdict_ = PoseVerdict::kFault;
 };
 
 /// One tick of one tool among strings that do not vibrate.
 inline void render_tool(const ToolScene& scene, const HandPose& hand, ToolState& state,
-                        ContactProblem& problem, ToolTick& tick) noexcept {
+                        ContactProblem& problem, RenderedTool& tick) noexcept {
   render_contact(scene, hand, state, problem, tick);
   limit_wrench(scene, state, tick);
 }
 
 /// What a tick tells in which nothing is rendered: the hand moves on, G stays.
-inline void skip_tool(const GuardedHand& hand, ToolState& state, ToolTick& tick) noexcept {
+inline void skip_tool(const GuardedHand& hand, ToolState& state, RenderedTool& tick) noexcept {
   if (hand.has_pose()) tick.dt = follow(hand.hand(), state.hand);
   tick.X_WH = state.hand.X_WH;
   tick.X_WG = state.optimiser.X_WG;
@@ -70,14 +74,14 @@ struct SingleTool {
 
 /// render_tool() behind the guard.
 inline PoseVerdict guarded_render(const HandPose& sent, GuardedHand& hand, const SingleTool& tool,
-                                  ToolTick& tick) {
+                                  RenderedTool& tick) {
   const PoseVerdict verdict = hand.take(sent);
   if (verdict == PoseVerdict::kFault) {
     skip_tool(hand, tool.state, tick);
   } else {
     render_tool(tool.scene, hand.hand(), tool.state, tool.problem, tick);
   }
-  return verdict;
+  return hand.verdict();
 }
 
 /// Simulation::step() behind the guard. What was held while nothing is rendered has done no work.

@@ -2,6 +2,7 @@
 import csv
 import os
 import pathlib
+import sys
 import tempfile
 import time
 import unittest
@@ -9,14 +10,30 @@ import unittest
 import daemon
 import hapticd
 import numpy
+from hapticd.v1 import recording_pb2
+
+sys.path.append(str(pathlib.Path(__file__).parent.parent / "server/recorder"))
+import read_recording
 
 EXIT_INPUT = 1
 EXIT_DIFFERS = 5
+EXIT_PHYSICS = 8
+SHOWN = ("STRINGS", "CONTACTS", "ENERGY", "STIFFNESS")
 KEPT = pathlib.Path(__file__).parent.parent / "server/daemon/kept"
 
 
 def replay(file, *options):
     return daemon.run("--device", f"replay:{file}", "--clock", "virtual", "--listen", f"127.0.0.1:{daemon.free_port()}", *options, timeout=300)
+
+
+def messages_of(file, topic):
+    """The messages of a topic, in the order of the file."""
+    reader = read_recording.Recording()
+    for _, opcode, content in read_recording.records(file.read_bytes(), 8):
+        if opcode == 0x0F:
+            break
+        reader.take(opcode, content)
+    return [content for channel, _, content in reader.messages if reader.channels[channel][0] == topic]
 
 
 class Replay(unittest.TestCase):
@@ -40,7 +57,8 @@ class Replay(unittest.TestCase):
                            state=str(cls.path)) as played:
             with hapticd.Session(played.address) as session:
                 session.acquire("test")
-                session.run(poses=[(0.0, 0.0046, -0.02 + 0.0001 * max(0, tick - 220)) for tick in range(1500)])
+                session.subscribe(sections=SHOWN)
+                cls.states = session.run(poses=[(0.0, 0.0046, -0.02 + 0.0001 * max(0, tick - 220)) for tick in range(1500)]).states
             played.end()
 
     @classmethod
@@ -75,6 +93,36 @@ class Replay(unittest.TestCase):
         code, said = replay(file, "--verify")
         self.assertEqual(code, 0, said)
         self.assertIn("identical: every wrench to the bit", said)
+
+    def test_a_recording_shows_of_every_tick_what_clients_were_shown(self):
+        ticks = [recording_pb2.TickRecord.FromString(content) for content in messages_of(self.virtual, "/hapticd/tick")]
+        self.assertEqual(len(ticks), len(self.states))
+        for tick, state in zip(ticks, self.states):
+            self.assertEqual(tick.tick, state.tick)
+            for field in ("strings", "contacts", "stiffness"):
+                self.assertEqual(list(getattr(tick.shown, field)), list(getattr(state, field)), (field, tick.tick))
+            self.assertEqual(tick.shown.energy, state.energy)
+        self.assertTrue(any(tick.shown.strings and tick.shown.contacts for tick in ticks))
+
+    def test_of_a_recording_with_other_physics_poses_are_compared_and_it_is_said(self):
+        data = self.virtual.read_bytes()
+        header = messages_of(self.virtual, "/hapticd/header")[0]
+        self.assertEqual(recording_pb2.RecordHeader.FromString(header).physics, 1)
+        # Its last field: the same length with another number.
+        self.assertEqual(header[-2:], b"\x50\x01")
+        data = bytearray(data.replace(header, header[:-1] + b"\x02"))
+        for place, opcode, _ in read_recording.records(bytes(data), 8):
+            # CRCs of chunks and of all data: 0 says that there is none.
+            if opcode == 0x06:
+                data[place + 33:place + 37] = bytes(4)
+            if opcode == 0x0F:
+                data[place + 9:place + 13] = bytes(4)
+                break
+        other = self.path / "other_physics.mcap"
+        other.write_bytes(data)
+        code, said = replay(other, "--verify")
+        self.assertEqual(code, EXIT_PHYSICS, said)
+        self.assertIn("recorded with physics 2; compared: poses, not forces", said)
 
     def test_a_replay_tells_clients_where_it_is_and_lets_nobody_in(self):
         with daemon.Daemon("--device", f"replay:{self.real}", "--clock", "realtime") as played:

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "proto/recording/recorded_state.h"
+
 namespace hapticd::web {
 namespace {
 
@@ -18,6 +20,23 @@ Message parsed(const RecordedMessage& from) {
   // Half a message is shown as far as it goes: nothing is computed from it.
   (void)message.ParsePartialFromArray(from.data.data(), static_cast<int>(from.data.size()));
   return message;
+}
+
+/// First format whose ticks hold what clients were shown.
+constexpr std::uint32_t kShownFormat = 3;
+
+v1::SceneInfo scene_info_of(const v1::SceneRecord& record, const v1::RecordHeader& header) {
+  v1::SceneInfo info;
+  info.set_scene_id(record.scene_id());
+  *info.mutable_scene() = record.scene();
+  *info.mutable_quality_in_force() = record.scene().quality();
+  *info.mutable_solver_in_force() = record.scene().solver();
+  info.set_hash(record.hash());
+  *info.mutable_assets() = record.assets();
+  if (header.period_ns() > 0) info.set_rate_hz(1e9 / static_cast<double>(header.period_ns()));
+  info.set_clock(header.config().clock());
+  info.set_server_version(header.server_version());
+  return info;
 }
 
 }  // namespace
@@ -35,6 +54,10 @@ Playback::Playback(const std::filesystem::path& file, PlaybackHandlers handlers)
   if (ticks_.empty()) {
     throw std::runtime_error(file.string() + ": it has no tick. Record longer");
   }
+}
+
+bool Playback::tools_only() const noexcept {
+  return recording_.header().format_version() < kShownFormat;
 }
 
 double Playback::length_s() const {
@@ -57,54 +80,35 @@ void Playback::begin() {
   playing_ = true;
 }
 
-void Playback::take_scene(std::size_t message, bool tell) {
-  const auto record = parsed<v1::SceneRecord>(recording_[message]);
-  strings_and_contacts_.take_scene(record);
-  if (!tell || shown_scene_ == message) return;
+void Playback::tell_scene(std::size_t message) {
+  if (shown_scene_ == message) return;
   shown_scene_ = message;
   v1::Item item;
-  *item.mutable_scene_info() = scene_info_of(record, recording_.header());
+  *item.mutable_scene_info() =
+      scene_info_of(parsed<v1::SceneRecord>(recording_[message]), recording_.header());
   if (handlers_.item) handlers_.item(item);
 }
 
-void Playback::take(std::size_t message, bool tell) {
-  const RecordedMessage& taken = recording_[message];
-  if (taken.kind == RecordKind::kTick) last_tick_ = message;
-  if (taken.kind == RecordKind::kScene) take_scene(message, tell);
-  if (taken.kind != RecordKind::kEvent) return;
-  const auto event = parsed<v1::EventRecord>(taken);
-  std::optional<v1::TickRecord> tick;
-  if (event.item().has_contact() && last_tick_.has_value()) {
-    tick = parsed<v1::TickRecord>(recording_[*last_tick_]);
-  }
-  strings_and_contacts_.take_event(event.item(), tick.has_value() ? &*tick : nullptr);
-  if (tell && handlers_.item) handlers_.item(event.item());
+void Playback::tell(std::size_t message) {
+  const RecordedMessage& told = recording_[message];
+  if (told.kind == RecordKind::kScene) tell_scene(message);
+  if (told.kind != RecordKind::kEvent || !handlers_.item) return;
+  handlers_.item(parsed<v1::EventRecord>(told).item());
 }
 
 void Playback::show(std::size_t tick) {
   const auto record = parsed<v1::TickRecord>(recording_[ticks_[tick].message]);
   shown_tick_time_ns_ = ticks_[tick].time_ns;
   shown_tick_t_ns_ = record.t_ns();
-  if (handlers_.state) handlers_.state(strings_and_contacts_.state_of(record));
+  if (handlers_.state) handlers_.state(state_of(record));
 }
 
 void Playback::seek(double position_s) {
   position_s_ = std::clamp(position_s, 0.0, length_s());
-  const std::uint64_t time_ns = time_at(position_s_);
-  const std::size_t target = std::max<std::size_t>(ticks_until(time_ns), 1) - 1;
+  const std::size_t target = std::max<std::size_t>(ticks_until(time_at(position_s_)), 1) - 1;
   const std::size_t end = ticks_[target].message + 1;
-  const std::uint64_t early_ns = time_at(std::max(0.0, position_s_ - kLookBack_s));
-  const std::size_t from = ticks_until(early_ns);
-  std::size_t begin = ticks_[from == 0 ? 0 : from - 1].message;
-  strings_and_contacts_.clear();
-  last_tick_.reset();
-  const auto after = std::upper_bound(scenes_.begin(), scenes_.end(), end);
-  if (after != scenes_.begin()) {
-    const std::size_t scene = *std::prev(after);
-    take_scene(scene, true);
-    begin = std::max(begin, scene + 1);
-  }
-  for (std::size_t i = begin; i < end; ++i) take(i, false);
+  const auto after = std::lower_bound(scenes_.begin(), scenes_.end(), end);
+  if (after != scenes_.begin()) tell_scene(*std::prev(after));
   next_ = end;
   show(target);
 }
@@ -128,7 +132,7 @@ void Playback::advance(double elapsed_s) {
   const std::size_t count = last > tick ? last - tick : 0;
   const std::size_t stride = (count + kMaxStates - 1) / kMaxStates;
   for (; tick < last; ++tick) {
-    for (; next_ <= ticks_[tick].message; ++next_) take(next_, true);
+    for (; next_ <= ticks_[tick].message; ++next_) tell(next_);
     if ((last - 1 - tick) % stride == 0) show(tick);
   }
 }

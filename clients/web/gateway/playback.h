@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "clients/library/recording.h"
-#include "clients/web/gateway/recorded_state.h"
 #include "hapticd/v1/gateway.pb.h"
 
 namespace hapticd::web {
@@ -19,9 +18,6 @@ namespace hapticd::web {
 inline constexpr double kMaxRate = 100.0;
 /// While it plays, a wanted position this near to its own is what a page sees of now, s: no jump.
 inline constexpr double kSamePlace_s = 0.25;
-/// How far before a place events are looked at, s: what sounds there began no earlier, nor did what
-/// is touched, for more than an eye would notice.
-inline constexpr double kLookBack_s = 10.0;
 
 struct PlaybackHandlers {
   std::function<void(const v1::State&)> state;
@@ -43,6 +39,8 @@ class Playback {
   [[nodiscard]] v1::PagePlayback position() const;
   /// Nothing of the file is missing, client::Recording::whole().
   [[nodiscard]] bool whole() const noexcept { return recording_.whole(); }
+  /// Its ticks hold tools and devices alone: it is of a format before strings and contacts.
+  [[nodiscard]] bool tools_only() const noexcept;
   /// The daemon's clock at the position, ns.
   [[nodiscard]] std::int64_t shown_t_ns() const;
 
@@ -53,9 +51,9 @@ class Playback {
   };
 
   void seek(double position_s);
-  /// Takes the messages up to `end`, ticks excepted, telling of them or not.
-  void take(std::size_t message, bool tell);
-  void take_scene(std::size_t message, bool tell);
+  /// Tells of a scene or an event.
+  void tell(std::size_t message);
+  void tell_scene(std::size_t message);
   void show(std::size_t tick);
   [[nodiscard]] double length_s() const;
   [[nodiscard]] std::uint64_t time_at(double position_s) const;
@@ -65,11 +63,9 @@ class Playback {
   client::Recording recording_;
   PlaybackHandlers handlers_;
   std::vector<Tick> ticks_;
-  std::vector<std::size_t> scenes_;  ///< messages
-  RecordedState strings_and_contacts_;
+  std::vector<std::size_t> scenes_;         ///< messages
   std::size_t next_ = 0;                    ///< message that was not taken yet
   std::optional<std::size_t> shown_scene_;  ///< message
-  std::optional<std::size_t> last_tick_;    ///< message, the newest taken
   std::uint64_t shown_tick_time_ns_ = 0;
   std::uint64_t shown_tick_t_ns_ = 0;
   double position_s_ = 0.0;

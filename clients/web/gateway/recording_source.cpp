@@ -96,6 +96,7 @@ void RecordingSource::begin(const std::string& name, std::unique_ptr<Playback> p
   shown.set_source(v1::PAGE_SOURCE_RECORDING);
   shown.set_recording(name);
   shown.set_cut_off(!playback_->whole());
+  shown.set_tools_only(playback_->tools_only());
   hub_.show(shown);
   playback_->begin();
   hub_.playback(playback_->position());

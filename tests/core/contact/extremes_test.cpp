@@ -157,7 +157,7 @@ TEST_CASE(
     CAPTURE(distance);
     for (std::int64_t i = 0; i < scaled(2'000); ++i) {
       ToolState state;
-      ToolTick tick;
+      RenderedTool tick;
       const Vector3 from(random.uniform(-0.4, 0.4), 0.02, random.uniform(-0.01, 0.01));
       // Half of them straight at the string.
       const Vector3 way = i % 2 == 0 ? Vector3(0, -1, -from.z() / 0.02).normalized()
@@ -217,8 +217,8 @@ TEST_CASE("q and -q are the same pose and give the same force") {
   auto problem = std::make_unique<ContactProblem>();
   ToolState plain;
   ToolState mixed;
-  ToolTick a;
-  ToolTick b;
+  RenderedTool a;
+  RenderedTool b;
   for (int i = 0; i < 300; ++i) {
     const Quaternion q = exp_rotation({0.01 * i, 0.3 * std::sin(0.02 * i), 0.1});
     const double sign = i % 2 == 0 ? 1.0 : -1.0;

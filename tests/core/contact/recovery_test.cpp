@@ -127,7 +127,7 @@ TEST_CASE(
   const ToolScene tool_scene{scene.tool(), scene.obstacles(), {}, {}, {}};
   ToolState state;
   auto problem = std::make_unique<ContactProblem>();
-  ToolTick tick;
+  RenderedTool tick;
   double before = 0.0;
   for (int i = 0; i < 400; ++i) {
     render_tool(tool_scene, {std::int64_t{1'000'000} * (i + 1), {0, 1e-3, 0}, {1, 0, 0, 0}}, state,

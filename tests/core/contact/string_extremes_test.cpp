@@ -164,7 +164,7 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
   const RenderingScene owner = scene_of({string_at()});
   ToolScene scene{owner.tool(), owner.obstacles(), {}, {}, {}, owner.strings};
   ToolState state;
-  ToolTick tick;
+  RenderedTool tick;
   const auto problem = std::make_unique<ContactProblem>();
   HandPose sample;
   GuardedHand hand;
@@ -200,7 +200,7 @@ TEST_CASE("a scene edited onto a tool that bends a string pushes it out slowly a
   RenderingScene owner = scene_of({string_at(), string_at(-0.05, 0.0)});
   ToolScene scene{owner.tool(), owner.obstacles(), {}, {}, {}, owner.strings};
   ToolState state;
-  ToolTick tick;
+  RenderedTool tick;
   const auto problem = std::make_unique<ContactProblem>();
   HandPose sample;
   const auto render = [&](double y) {

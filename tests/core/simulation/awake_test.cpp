@@ -41,8 +41,8 @@ TEST_CASE("readings are of the strings touched or ringing, in ascending order, u
       }
     });
     CHECK(guqin.output().strings.size() == 5);
-    for (const StringReading& reading : guqin.output().strings) {
-      CHECK(reading.level >= StringPhase::kFundamental);
+    for (const StringTick& reading : guqin.output().strings) {
+      CHECK(reading.phase >= StringPhase::kFundamental);
       CHECK_FALSE(reading.touched);
       CHECK(reading.radius_growth > 0.0);
     }

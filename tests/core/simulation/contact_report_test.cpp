@@ -36,7 +36,7 @@ TEST_CASE("every pair that bears force is reported where it is, and the forces a
   CHECK(report.total == static_cast<std::int32_t>(report.contacts.size()));
   Vector3 sum(0.0, 0.0, 0.0);
   double last_gap = -1.0;
-  for (const ContactReading& contact : report.contacts) {
+  for (const ContactTick& contact : report.contacts) {
     CHECK(contact.gap >= last_gap);
     last_gap = contact.gap;
     const Vector3 n = to_vector(contact.nhat_OG_W);

@@ -38,7 +38,7 @@ class ForceWatch {
     const Vector3& f = output.tools[0].F_computed_H_W.f;
     const double way = (guqin_.p_WH - p_).norm();
     double swing = 0.0;
-    for (const StringReading& reading : output.strings) {
+    for (const StringTick& reading : output.strings) {
       const auto s = static_cast<std::size_t>(reading.string);
       const StringConstants& string = guqin_.strings[s];
       const StringState& state = guqin_.state(reading.string);

@@ -70,7 +70,7 @@ long double Ensemble::minimum_gap() const {
   }
   const OracleBody body{body_spheres_, {}};
   long double gap = std::numeric_limits<long double>::infinity();
-  for (const ToolTick& tool : output_->tools) {
+  for (const RenderedTool& tool : output_->tools) {
     gap = std::min(gap, exhaustive_minimum_gap(options_.tool, tool.X_WG, {legs, {&body, 1}}));
   }
   return gap;

@@ -80,8 +80,8 @@ StrokeReport play(Stroke& stroke, int modes) {
     report.finite = report.finite && F.f.norm() <= scene.limits.force * (1.0 + 1e-12) &&
                     F.t.norm() <= scene.limits.torque * (1.0 + 1e-12) &&
                     output->tools[0].F_computed_H_W.f.allFinite();
-    for (const StringReading& reading : output->strings) {
-      if (reading.level >= StringPhase::kFundamental) ++report.ringing;
+    for (const StringTick& reading : output->strings) {
+      if (reading.phase >= StringPhase::kFundamental) ++report.ringing;
       if (reading.vibration_force != 0.0) ++report.struck;
     }
     for (const StringEvent& event : output->events) {

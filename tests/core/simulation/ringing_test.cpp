@@ -178,11 +178,11 @@ TEST_CASE("a finger in the envelope is struck and never drawn, and damps as touc
       int damped_ticks = 0;
       const double keep = std::exp(-1e-3 / preset.string.touch_decay);
       while (guqin.reading(0) != nullptr && guqin.reading(0)->touched && damped_ticks < 20) {
-        const StringReading last = *guqin.reading(0);
+        const StringTick last = *guqin.reading(0);
         guqin.tick(guqin.p_WH);
         if (guqin.reading(0) == nullptr || !guqin.reading(0)->touched) break;
         ++damped_ticks;
-        const StringReading& now = *guqin.reading(0);
+        const StringTick& now = *guqin.reading(0);
         CHECK(now.vibration_force >= 0.0);
         CHECK(now.radius_growth == doctest::Approx(last.radius_growth * keep).epsilon(1e-9));
         strongest = std::max(strongest, now.vibration_force);

@@ -27,7 +27,7 @@ const StringEvent* tone_of(const Ensemble& ensemble) {
   return nullptr;
 }
 
-bool same_bits(const ToolTick& a, const ToolTick& b) {
+bool same_bits(const RenderedTool& a, const RenderedTool& b) {
   return a.X_WG.p == b.X_WG.p && a.F_H_W.f == b.F_H_W.f && a.F_H_W.t == b.F_H_W.t &&
          a.optimiser.sub_steps == b.optimiser.sub_steps;
 }
@@ -92,7 +92,7 @@ TEST_CASE("a tool among others gives the bits it gives alone while they are at o
         const auto string = static_cast<std::int32_t>(k < 3 ? k : k + 1);
         all.push_back(k == place ? p : plucking(tick + 77 * string, string, 0.4));
       }
-      const ToolTick& expected = alone.tick({p}).tools[0];
+      const RenderedTool& expected = alone.tick({p}).tools[0];
       same = same && same_bits(among.tick(all).tools[place], expected);
       pressed = pressed || expected.F_H_W.f.norm() > 0.1;
     }
@@ -178,8 +178,8 @@ TEST_CASE("two tools squeeze a string: both stay on their side, and who is left 
       most = std::max(most, tools[1].F_computed_H_W.f.norm());
     }
     CHECK(on_their_sides);
-    const ToolTick& left = ensemble.output().tools[1];
-    const ToolTick& expected = alone.output().tools[0];
+    const RenderedTool& left = ensemble.output().tools[1];
+    const RenderedTool& expected = alone.output().tools[0];
     CHECK(expected.F_computed_H_W.f.norm() > 0.2);
     CHECK(most > 1.5 * expected.F_computed_H_W.f.norm());
     CHECK((left.F_computed_H_W.f - expected.F_computed_H_W.f).norm() < 1e-4);

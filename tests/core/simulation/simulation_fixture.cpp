@@ -44,15 +44,15 @@ const TickOutput& Instrument::tick_sample(const HandPose& sample) {
   return *output_;
 }
 
-const StringReading* Instrument::reading(int string) const {
-  for (const StringReading& reading : output_->strings) {
+const StringTick* Instrument::reading(int string) const {
+  for (const StringTick& reading : output_->strings) {
     if (reading.string == string) return &reading;
   }
   return nullptr;
 }
 
 double Instrument::normal_force(int string) const {
-  const StringReading* vibrating = reading(string);
+  const StringTick* vibrating = reading(string);
   double force = vibrating != nullptr ? vibrating->vibration_force : 0.0;
   for (const PressedString& contact : output_->tools[0].strings) {
     if (contact.string == string) force += contact.force;

@@ -51,7 +51,7 @@ class Instrument {
     return simulation_.tracks[static_cast<std::size_t>(string)].state;
   }
   /// Of string number `string` in the last tick, null when it is asleep.
-  [[nodiscard]] const StringReading* reading(int string) const;
+  [[nodiscard]] const StringTick* reading(int string) const;
   /// Force of string number `string` on the tool along the touch normal in the last tick, its
   /// vibration included, N.
   [[nodiscard]] double normal_force(int string) const;

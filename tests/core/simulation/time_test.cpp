@@ -32,9 +32,9 @@ double energy(const Instrument& guqin) { return guqin.state(0).vibration.energy;
 bool all_finite(const TickOutput& output) {
   bool finite = output.tools[0].F_H_W.f.allFinite() && output.tools[0].F_H_W.t.allFinite() &&
                 output.tools[0].X_WG.p.allFinite();
-  for (const StringReading& reading : output.strings) {
+  for (const StringTick& reading : output.strings) {
     finite = finite && std::isfinite(reading.vibration_force) &&
-             std::isfinite(reading.radius_growth) && reading.deflection_W.allFinite();
+             std::isfinite(reading.radius_growth) && to_vector(reading.deflection_W).allFinite();
   }
   for (const StringEvent& event : output.events) {
     finite = finite && std::isfinite(event.amplitude) && std::isfinite(event.level) &&

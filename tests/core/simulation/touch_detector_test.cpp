@@ -6,9 +6,8 @@
 namespace hapticd::test {
 namespace {
 
-ContactReading contact_of(std::int32_t part, ObstacleKind kind, std::int32_t obstacle,
-                          double force) {
-  ContactReading contact;
+ContactTick contact_of(std::int32_t part, ObstacleKind kind, std::int32_t obstacle, double force) {
+  ContactTick contact;
   contact.part = part;
   contact.key.kind = kind;
   contact.key.obstacle = obstacle;
@@ -17,10 +16,10 @@ ContactReading contact_of(std::int32_t part, ObstacleKind kind, std::int32_t obs
   return contact;
 }
 
-ContactReport report_of(std::initializer_list<ContactReading> contacts) {
+ContactReport report_of(std::initializer_list<ContactTick> contacts) {
   ContactReport report;
   report.contacts.clear();
-  for (const ContactReading& contact : contacts) report.contacts.push_back(contact);
+  for (const ContactTick& contact : contacts) report.contacts.push_back(contact);
   report.total = static_cast<std::int32_t>(contacts.size());
   return report;
 }

@@ -59,7 +59,7 @@ TEST_CASE("in random play no string ever attracts the finger") {
     for (int move = 0; move < 40; ++move) {
       const double speed = random_speed(random);
       guqin.glide(random_place(random, strings), speed, [&](const TickOutput& output) {
-        for (const StringReading& reading : output.strings) {
+        for (const StringTick& reading : output.strings) {
           attracts = attracts || guqin.normal_force(reading.string) < -kForceRounding ||
                      (!reading.touched && reading.vibration_force != 0.0);
           if (reading.vibration_force != 0.0) ++vibrating_ticks;

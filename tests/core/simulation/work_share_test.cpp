@@ -37,7 +37,7 @@ TEST_CASE("what a tool leaves of its share of the work is for those after it") {
   const std::int64_t budget = 3 * work / 2;
   CHECK_FALSE(through_strings(false, budget).tools[1].optimiser.cut_short);
   CHECK(through_strings(true, budget).tools[0].optimiser.cut_short);
-  for (const ToolTick& tool : through_strings(true, 1).tools) {
+  for (const RenderedTool& tool : through_strings(true, 1).tools) {
     CHECK(tool.optimiser.sub_steps <= 1);
   }
 }
@@ -58,7 +58,7 @@ TEST_CASE("whatever work several tools are allowed, none comes to be in a string
       p[k] += (goal[k] - p[k]) * std::min(1.0, 1e-3 / (goal[k] - p[k]).norm());
     }
     tools.work_budget = std::int64_t{1} << random.below(17);
-    for (const ToolTick& tool : tools.tick(p).tools) cut += tool.optimiser.cut_short ? 1 : 0;
+    for (const RenderedTool& tool : tools.tick(p).tools) cut += tool.optimiser.cut_short ? 1 : 0;
     deepest = std::min(deepest, tools.minimum_gap());
   }
   MESSAGE("deepest " << static_cast<double>(deepest) << " m, " << cut << " ticks cut short");

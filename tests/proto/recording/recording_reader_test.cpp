@@ -22,7 +22,7 @@ void write_session(const std::string& path, int ticks, bool killed) {
   recorder.scene(0, sample_scene(1));
   REQUIRE(recorder.start(path));
   for (int k = 0; k < ticks; ++k) {
-    recorder.tick(any_tick(random, static_cast<std::uint64_t>(k), 1));
+    recorder.tick(any_tick(random, static_cast<std::uint64_t>(k), 1), nullptr);
   }
   if (killed) {
     recorder.poll(1'000'000'000);
@@ -87,15 +87,19 @@ TEST_CASE("a tick differs from itself in nothing, and from one with any bit flip
   SplitMix64 random(11);
   const auto runs = scaled(3000);
   for (std::int64_t k = 0; k < runs; ++k) {
-    const TickTrace tick = any_tick(random, 5, 2);
+    const Tick tick = any_tick(random, 5, 2);
     CHECK(tick_difference(tick, tick).empty());
-    TickTrace flipped = tick;
-    Array3& force = flipped.tools[1].f_H_W;
+    Tick flipped = tick;
+    Array3& force = flipped.tools[1].F_written_H_W.f;
     double& number = force[random.below(3)];
     number =
         std::bit_cast<double>(std::bit_cast<std::uint64_t>(number) ^ (1ULL << random.below(64)));
     CHECK(tick_difference(tick, flipped) ==
           "wrench_h_w of tool " + std::to_string(tick.tools[1].tool_id));
+    CHECK(tick_difference(tick, flipped, Compared::kPoses).empty());
+    flipped.tools[0].X_WH.q[2] = tick.tools[0].X_WH.q[2] == 0.25 ? 0.5 : 0.25;
+    CHECK(tick_difference(tick, flipped, Compared::kPoses) ==
+          "pose_wh of tool " + std::to_string(tick.tools[0].tool_id));
   }
 }
 

@@ -20,13 +20,13 @@ namespace {
 constexpr double kAllowedDepth = 1e-6;
 
 bool finite(const TickOutput& output) {
-  const ToolTick& tick = output.tools[0];
+  const RenderedTool& tick = output.tools[0];
   bool all = tick.F_H_W.f.allFinite() && tick.F_H_W.t.allFinite() &&
              tick.F_computed_H_W.f.allFinite() && tick.X_WG.p.allFinite() &&
              tick.X_WG.q.coeffs().allFinite();
-  for (const StringReading& reading : output.strings) {
+  for (const StringTick& reading : output.strings) {
     all = all && std::isfinite(reading.radius_growth) && std::isfinite(reading.vibration_force) &&
-          reading.deflection_W.allFinite();
+          to_vector(reading.deflection_W).allFinite();
   }
   for (const StringEvent& event : output.events) {
     all = all && std::isfinite(event.amplitude) && std::isfinite(event.level);
@@ -51,7 +51,7 @@ TEST_CASE("whatever a device sends, at every quality the wrench is finite, limit
       for (const HandPose& sample : hand.samples) {
         const PoseVerdict verdict = guarded_step(sample, guarded, *play.simulation, output);
         REQUIRE(finite(output));
-        const ToolTick& tick = output.tools[0];
+        const RenderedTool& tick = output.tools[0];
         const bool faulty = verdict == PoseVerdict::kFault;
         REQUIRE((!faulty || (tick.F_H_W.f.norm() == 0.0 && tick.F_H_W.t.norm() == 0.0)));
         largest = std::max({largest, tick.F_H_W.f.norm() / settings.limits.force,

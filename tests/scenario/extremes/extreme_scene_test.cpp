@@ -92,7 +92,7 @@ TEST_CASE("at every quality a tool that begins inside comes out gently, and stay
       bool recovered = false;
       for (int tick = 0; tick < 100; ++tick) {
         play.simulation->step(input_of(sample_at(tick, p)), output);
-        const ToolTick& now = output.tools[0];
+        const RenderedTool& now = output.tools[0];
         REQUIRE(now.F_H_W.f.allFinite());
         const bool recovering = now.optimiser.status == ContactStatus::kRecovering;
         recovered = recovered || recovering;

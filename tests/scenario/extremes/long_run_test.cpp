@@ -39,7 +39,7 @@ Course play_long(const Scene& scene, const std::vector<Pose>& cycle) {
       play.simulation->step(input_of({tick * 1'000'000, to_array(X_WH.p), to_array(X_WH.q)}),
                             output);
     }
-    const ToolTick& now = output.tools[0];
+    const RenderedTool& now = output.tools[0];
     if (period == 1) course.first_f = now.F_computed_H_W.f;
     course.last_f = now.F_computed_H_W.f;
     course.worst_norm = std::max(course.worst_norm, std::abs(now.X_WG.q.norm() - 1.0));

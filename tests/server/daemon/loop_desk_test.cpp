@@ -36,8 +36,8 @@ struct Bench {
   void tick() {
     desk.loop().tick_once(now_ns += 1'000'000);
     desk.take_events();
-    auto& snapshots = desk.channels().snapshots;
-    while (snapshots.front() != nullptr) snapshots.release();
+    while (desk.channels().ticks.pop(*tick_told)) {
+    }
   }
   [[nodiscard]] std::unique_ptr<SettingsChange> change() {
     const SceneSettings& now = desk.loop().scene().settings;
@@ -47,6 +47,7 @@ struct Bench {
   ServedClients clients;
   LoopDesk desk;
   std::vector<LoopEvent> told;
+  std::unique_ptr<Tick> tick_told = std::make_unique<Tick>();
   std::int64_t now_ns = 1'000'000'000;
 };
 

@@ -82,7 +82,9 @@ void empty(LoopChannels& channels) {
   }
   while (channels.scenes.back.pop() != nullptr || channels.changes.back.pop() != nullptr) {
   }
-  while (channels.snapshots.front() != nullptr) channels.snapshots.release();
+  const auto told = std::make_unique<Tick>();
+  while (channels.ticks.pop(*told)) {
+  }
 }
 
 class Session {
@@ -93,11 +95,12 @@ class Session {
     for (ToolDevice& device : player_.devices) device.source = *parse_source("scripted");
     recording_ = std::make_unique<Recording>(*channels_, header_);
     const v1::SceneRecord first = scene_record(kStrings, 1);
-    recording_->announce(first);
+    std::unique_ptr<PlayedScene> played = make_scene(first, player_);
+    recording_->announce(first, index_scene(*played->scene));
     recording_->start(path);
     LoopOptions options;
     options.virtual_time = virtual_time;
-    loop_ = std::make_unique<HapticLoop>(options, make_scene(first, player_), *channels_);
+    loop_ = std::make_unique<HapticLoop>(options, std::move(played), *channels_);
   }
 
   void run() {
@@ -141,8 +144,8 @@ class Session {
     if (tick == 1980) change(900.0, 31.0);
     if (tick != 2100) return;
     const v1::SceneRecord second = scene_record(kWallScene, 2);
-    recording_->announce(second);
     std::unique_ptr<PlayedScene> scene = make_scene(second, player_);
+    recording_->announce(second, index_scene(*scene->scene));
     REQUIRE(channels_->scenes.lent.push(scene));
     send(SwapSceneCommand{});
   }
@@ -222,7 +225,7 @@ ReplayReport verify(const std::string& path) {
   const auto channels = std::make_unique<LoopChannels>();
   LoopOptions options;
   options.virtual_time = run.header().config().clock() == v1::CLOCK_MODE_VIRTUAL;
-  options.images = false;
+  options.snapshots = false;
   HapticLoop loop(options, replayed_scene(run.first_scene(), run.header()), *channels);
   run.begin(
       loop, *channels,

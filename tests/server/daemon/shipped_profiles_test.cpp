@@ -77,6 +77,7 @@ Playing play(const DeviceSheet& profile, const char* scene_text, const char* ges
       make_played_scene(loaded, 1, plan_gesture(gesture, *loaded), options);
   if (delay_s >= 0.0) CHECK(played->tools[0].stiffness_limits.delay_s == delay_s);
   HapticLoop loop(loop_options, std::move(played), *channels);
+  const auto told = std::make_unique<Tick>();
   Playing playing;
   for (int tick = 0; tick < ticks; ++tick) {
     loop.tick_once(0);
@@ -86,14 +87,13 @@ Playing play(const DeviceSheet& profile, const char* scene_text, const char* ges
         playing.tones += string->kind == StringEventKind::kTone ? 1 : 0;
       }
     }
-    while (const Snapshot* snapshot = channels->snapshots.front()) {
-      const ToolReading& tool = snapshot->tools[0];
-      playing.force = to_vector(tool.F_H_W.f).norm();
+    while (channels->ticks.pop(*told)) {
+      const ToolTick& tool = told->tools[0];
+      playing.force = to_vector(tool.F_written_H_W.f).norm();
       playing.largest = std::max(playing.largest, playing.force);
       playing.computed = std::max(playing.computed, to_vector(tool.F_computed_H_W.f).norm());
-      playing.bound = tool.stiffness_bound;
-      playing.scale = tool.stiffness_scale;
-      channels->snapshots.release();
+      playing.bound = tool.stiffness.bound;
+      playing.scale = tool.stiffness.scale;
     }
   }
   return playing;

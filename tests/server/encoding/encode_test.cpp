@@ -1,4 +1,4 @@
-// Snapshots and events on the wire, against the words of the .proto files.
+// Ticks and events on the wire, against the words of the .proto files.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -26,8 +26,8 @@ SceneIndex small_index() {
   return index;
 }
 
-ContactReading contact_at(ObstacleKind kind, std::int32_t obstacle, double gap, double force) {
-  ContactReading contact;
+ContactTick contact_at(ObstacleKind kind, std::int32_t obstacle, double gap, double force) {
+  ContactTick contact;
   contact.key.kind = kind;
   contact.key.obstacle = obstacle;
   contact.key.tool_sphere = 17;
@@ -38,36 +38,36 @@ ContactReading contact_at(ObstacleKind kind, std::int32_t obstacle, double gap, 
   return contact;
 }
 
-std::unique_ptr<Snapshot> small_snapshot() {
-  auto snapshot = std::make_unique<Snapshot>();
-  snapshot->tick = 7;
-  snapshot->t_ns = 7'000'000;
-  snapshot->scene_id = 3;
-  snapshot->loop_state = LoopState::kEngaged;
-  ToolReading tool;
+std::unique_ptr<Tick> small_tick() {
+  auto tick = std::make_unique<Tick>();
+  tick->tick = 7;
+  tick->t_ns = 7'000'000;
+  tick->scene_id = 3;
+  tick->state = LoopState::kEngaged;
+  ToolTick tool;
   tool.tool_id = 5;
   tool.flags = kSlewLimited | kClutched;
-  tool.p_WH = {1e6, 0.1, -0.2};
-  tool.F_H_W.f = {1.0, 2.0, 3.0};
+  tool.X_WH.p = {1e6, 0.1, -0.2};
+  tool.F_written_H_W.f = {1.0, 2.0, 3.0};
   tool.F_computed_H_W.f = {1.0, 2.0, 4.0};
-  tool.device.grip_m = std::numeric_limits<float>::quiet_NaN();
-  tool.device.flags = 0b101;
+  tool.sample.grip_m = std::numeric_limits<float>::quiet_NaN();
+  tool.sample.flags = 0b101;
   tool.contacts = 3;
-  snapshot->tools.push_back(tool);
-  snapshot->strings.push_back({0, ShownPhase::kPressed, 0.25, 1e-3, {0.0, -1e-3, 0.0}});
-  snapshot->strings.push_back({1, ShownPhase::kRinging, 0.5, 1e-4, {}});
-  snapshot->strings.push_back({2, ShownPhase::kRinging, 0.5, 3e-4, {}});
-  snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 4, -2e-9, 1.5));
-  snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kCapsule, 3, 1.5e-9, 0.5));
-  snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 4, 20e-6, 0.25));
-  snapshot->contacts.total = 3;
-  snapshot->string_forces.push_back({0, 0, {0.0, 7.0, 0.0}});
-  return snapshot;
+  tick->tools.push_back(tool);
+  tick->strings.push_back({0, 0, StringPhase::kStatic, true, true, 0.25, 1e-3, {0.0, -1e-3, 0.0}});
+  tick->strings.push_back({1, 0, StringPhase::kFundamental, false, false, 0.5, 1e-4, {}});
+  tick->strings.push_back({2, 0, StringPhase::kFundamental, false, false, 0.5, 3e-4, {}});
+  tick->contacts.push_back(contact_at(ObstacleKind::kBody, 4, -2e-9, 1.5));
+  tick->contacts.push_back(contact_at(ObstacleKind::kCapsule, 3, 1.5e-9, 0.5));
+  tick->contacts.push_back(contact_at(ObstacleKind::kBody, 4, 20e-6, 0.25));
+  tick->contacts_total = 3;
+  tick->string_forces.push_back({0, 0, {0.0, 7.0, 0.0}});
+  return tick;
 }
 
 v1::State encoded(std::uint32_t sections, std::uint32_t max_contacts = 256) {
   v1::State state;
-  encode_state(*small_snapshot(), small_index(), {sections, max_contacts}, state);
+  encode_state(*small_tick(), small_index(), {sections, max_contacts}, state);
   return state;
 }
 
@@ -86,12 +86,12 @@ TEST_CASE("a State has the sections that were asked for and no others") {
 }
 
 TEST_CASE("a State that is filled and written once more leaves the heap alone") {
-  const auto snapshot = small_snapshot();
+  const auto tick = small_tick();
   const SceneIndex index = small_index();
   v1::State state;
   std::array<std::uint8_t, 4096> datagram;
   const auto write = [&] {
-    encode_state(*snapshot, index, {kAll, 256}, state);
+    encode_state(*tick, index, {kAll, 256}, state);
     return state.SerializeToArray(datagram.data(), static_cast<int>(datagram.size()));
   };
   REQUIRE(write());
@@ -135,6 +135,17 @@ TEST_CASE(
   CHECK(state.strings(1).radius_m() == doctest::Approx(2.3e-3));
 }
 
+TEST_CASE("a string's phase is that of its touch, and of what rings under it") {
+  auto tick = small_tick();
+  tick->strings.clear();
+  tick->strings.push_back({0, 0, StringPhase::kStatic, true, false, 0.5, 0.0, {}});
+  tick->strings.push_back({1, 0, StringPhase::kModes, true, false, 0.5, 0.0, {}});
+  v1::State state;
+  encode_state(*tick, small_index(), {kAll, 256}, state);
+  CHECK(state.strings(0).phase() == v1::STRING_PHASE_TOUCHED);
+  CHECK(state.strings(1).phase() == v1::STRING_PHASE_DAMPED);
+}
+
 TEST_CASE(
     "contacts are patches per object, in whole units, ties to even, and forces are complete") {
   const v1::State state = encoded(kAll);
@@ -169,17 +180,17 @@ TEST_CASE("of more contacts than asked for the deepest are listed and all are co
 }
 
 TEST_CASE("tools that touch one object have a patch each, and the deepest of all are listed") {
-  auto snapshot = small_snapshot();
-  ToolReading second;
+  auto tick = small_tick();
+  ToolTick second;
   second.tool_id = 9;
   second.contacts = 2;
-  snapshot->tools.push_back(second);
-  snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 4, -5e-9, 4.0));
-  snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 4, 30e-6, 0.5));
-  snapshot->contacts.total = 5;
-  snapshot->string_forces.push_back({1, 0, {0.0, -2.0, 0.0}});
+  tick->tools.push_back(second);
+  tick->contacts.push_back(contact_at(ObstacleKind::kBody, 4, -5e-9, 4.0));
+  tick->contacts.push_back(contact_at(ObstacleKind::kBody, 4, 30e-6, 0.5));
+  tick->contacts_total = 5;
+  tick->string_forces.push_back({1, 0, {0.0, -2.0, 0.0}});
   v1::State state;
-  encode_state(*snapshot, small_index(), {kAll, 2}, state);
+  encode_state(*tick, small_index(), {kAll, 2}, state);
   int listed_of_first = 0;
   double force_of_second = 0.0;
   double string_of_second = 0.0;
@@ -200,12 +211,12 @@ TEST_CASE("tools that touch one object have a patch each, and the deepest of all
 }
 
 TEST_CASE("units saturate instead of turning over") {
-  auto snapshot = small_snapshot();
-  snapshot->contacts.contacts.clear();
-  snapshot->contacts.contacts.push_back(contact_at(ObstacleKind::kBody, 0, 5.0, 1e9));
-  snapshot->tools[0].contacts = 1;
+  auto tick = small_tick();
+  tick->contacts.clear();
+  tick->contacts.push_back(contact_at(ObstacleKind::kBody, 0, 5.0, 1e9));
+  tick->tools[0].contacts = 1;
   v1::State state;
-  encode_state(*snapshot, small_index(), {kAll, 256}, state);
+  encode_state(*tick, small_index(), {kAll, 256}, state);
   CHECK(state.contacts(0).gap_nanometres(0) == std::numeric_limits<std::int32_t>::max());
   CHECK(state.contacts(0).force_mn(0) == std::numeric_limits<std::uint32_t>::max());
 }

@@ -52,8 +52,7 @@ struct Flight {
   void tick() {
     now_ns += 1'000'000;
     loop->tick_once(now_ns);
-    Snapshot snapshot;
-    while (channels->snapshots.pop(snapshot)) tool = snapshot.tools[0];
+    while (channels->ticks.pop(*told)) tool = told->tools[0];
     const bool spring = (tool.flags & kDeviceSpring) != 0;
     springs += spring ? 1 : 0;
     free_springs += spring && handle->plant().X_DH.p.z() > kTip + 2e-3 ? 1 : 0;
@@ -80,7 +79,8 @@ struct Flight {
   std::optional<HapticLoop> loop;
   SimulatedDevice* handle = nullptr;
   std::int64_t now_ns = 1'000'000'000;
-  ToolReading tool;
+  std::unique_ptr<Tick> told = std::make_unique<Tick>();
+  ToolTick tool;
   double depth = 0.0;    ///< where the hand let go, m
   int springs = 0;       ///< ticks in which the device had a spring
   int free_springs = 0;  ///< of these well outside the wall

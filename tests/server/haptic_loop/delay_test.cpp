@@ -35,30 +35,30 @@ TEST_CASE("a longer delay than declared is found out, and the stiffness falls to
   const double damping = profile.damping + played->settings.tools[0].coupling_damping;
   const double scale = played->tools[0].grant.scale;
   HapticLoop loop({}, std::move(played), *channels);
-  ToolReading tool;
+  const auto told = std::make_unique<Tick>();
+  ToolTick tool;
   for (int tick = 0; tick < 600; ++tick) {
     loop.tick_once(1'000'000'000 + tick * 1'000'000);
-    while (const Snapshot* snapshot = channels->snapshots.front()) {
-      tool = snapshot->tools[0];
-      channels->snapshots.release();
-    }
-    if (tick < 200) CHECK(tool.delay == declared);
+    while (channels->ticks.pop(*told)) tool = told->tools[0];
+    if (tick < 200) CHECK(tool.stiffness.delay == declared);
   }
   // Both acts of the plant are rounded to its sub-steps.
-  CHECK(std::abs(tool.delay - profile.delay) <= 2e-9 * static_cast<double>(kPlantStep_ns));
-  CHECK(tool.measured_delay == tool.delay);
-  const double bound = std::min(0.5 * damping / (0.5e-3 + tool.delay), profile.stiffness_max);
-  CHECK(tool.stiffness_bound == doctest::Approx(bound).epsilon(1e-12));
-  CHECK(tool.stiffness_scale < scale);
+  CHECK(std::abs(tool.stiffness.delay - profile.delay) <=
+        2e-9 * static_cast<double>(kPlantStep_ns));
+  CHECK(tool.sample.measured_delay_s == tool.stiffness.delay);
+  const double bound =
+      std::min(0.5 * damping / (0.5e-3 + tool.stiffness.delay), profile.stiffness_max);
+  CHECK(tool.stiffness.bound == doctest::Approx(bound).epsilon(1e-12));
+  CHECK(tool.stiffness.scale < scale);
 }
 
 TEST_CASE("a device that echoes nothing keeps the delay that was declared") {
   LoopRun run(kWallScene, {"scripted", "premium_3_0_6dof", false, true});
   const double declared = run.loop().scene().tools[0].device.device->profile().delay;
   for (int tick = 0; tick < 600; ++tick) run.tick({0.0, 0.0, 0.025});
-  const ToolReading& tool = run.tick().snapshot.tools[0];
-  CHECK(tool.delay == declared);
-  CHECK(std::isnan(tool.measured_delay));
+  const ToolTick& tool = run.tick().tick.tools[0];
+  CHECK(tool.stiffness.delay == declared);
+  CHECK(std::isnan(tool.sample.measured_delay_s));
 }
 
 TEST_CASE("a delay that makes no sense changes nothing") {

@@ -78,7 +78,7 @@ class CheckRun {
     while (channels_->events.pop(event)) {
       if (std::holds_alternative<CommandRefused>(event.what)) ++refused;
     }
-    while (channels_->snapshots.pop(snapshot_)) {
+    while (channels_->ticks.pop(*told_)) {
     }
     return to_vector(held->written.f_H_D);
   }
@@ -86,7 +86,7 @@ class CheckRun {
     for (int k = 0; k < ticks; ++k) tick();
   }
   void send(const LoopCommandBody& what) { REQUIRE(channels_->commands.push({++commands_, what})); }
-  [[nodiscard]] LoopState state() const { return snapshot_.loop_state; }
+  [[nodiscard]] LoopState state() const { return told_->state; }
 
   HeldDevice* held = nullptr;
   int refused = 0;
@@ -94,7 +94,7 @@ class CheckRun {
  private:
   std::unique_ptr<LoopChannels> channels_ = std::make_unique<LoopChannels>();
   std::unique_ptr<HapticLoop> loop_;
-  Snapshot snapshot_;
+  std::unique_ptr<Tick> told_ = std::make_unique<Tick>();
   std::uint64_t commands_ = 0;
 };
 

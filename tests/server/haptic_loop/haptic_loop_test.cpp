@@ -33,8 +33,8 @@ TEST_CASE("a finger pressed into a wall is pushed back by stiffness times depth"
 
 TEST_CASE("force climbs to all of it in 200 ms after a start, and is zero in the first tick") {
   LoopRun run(kWallScene);
-  CHECK(run.tick(kHome).snapshot.loop_state == LoopState::kReady);
-  CHECK(run.tick(kHome).snapshot.loop_state == LoopState::kEngaged);
+  CHECK(run.tick(kHome).tick.state == LoopState::kReady);
+  CHECK(run.tick(kHome).tick.state == LoopState::kEngaged);
   double last = 0.0;
   for (int k = 1; k <= 100; ++k) {
     const ToldTick& told = run.tick(pressed(0.002));
@@ -50,7 +50,7 @@ TEST_CASE("a tool that starts in contact gets no force, and the reason is told")
   for (int k = 0; k < 50; ++k) {
     const ToldTick& told = run.tick(pressed(0.003));
     CHECK(force(told).isZero(0.0));
-    if (k > 2) CHECK(told.snapshot.cause == Cause::kOverlap);
+    if (k > 2) CHECK(told.tick.cause == Cause::kOverlap);
   }
 }
 
@@ -62,13 +62,13 @@ TEST_CASE("Stop takes all force away in the tick that hears it, until Clear") {
   run.send(StopCommand{});
   const ToldTick& stopped = run.tick(pressed(0.004));
   CHECK(force(stopped).isZero(0.0));
-  CHECK(stopped.snapshot.loop_state == LoopState::kFault);
+  CHECK(stopped.tick.state == LoopState::kFault);
   CHECK(count<FaultNotice>(stopped) == 1);
   for (int k = 0; k < 300; ++k) CHECK(force(run.tick(kHome)).isZero(0.0));
   run.send(ClearCommand{});
   run.tick(kHome);
   for (int k = 0; k < 250; ++k) run.tick(kHome);
-  CHECK(run.tick(kHome).snapshot.loop_state == LoopState::kEngaged);
+  CHECK(run.tick(kHome).tick.state == LoopState::kEngaged);
 }
 
 TEST_CASE("a pose that is no number takes all force away within two ticks and latches a fault") {
@@ -82,8 +82,8 @@ TEST_CASE("a pose that is no number takes all force away within two ticks and la
   }
   CHECK(with_force <= 2);
   const ToldTick& told = run.tick(pressed(0.004));
-  CHECK(told.snapshot.loop_state == LoopState::kFault);
-  CHECK(told.snapshot.cause == Cause::kNotFinite);
+  CHECK(told.tick.state == LoopState::kFault);
+  CHECK(told.tick.cause == Cause::kNotFinite);
   CHECK(force(told).isZero(0.0));
 }
 
@@ -108,9 +108,9 @@ TEST_CASE("a lost lease fades the force of a scripted device and the next pose b
   run.send(LeaseLostCommand{});
   for (int k = 0; k < 52; ++k) run.tick();
   CHECK(force(run.tick()).isZero(0.0));
-  CHECK(run.tick().snapshot.cause == Cause::kLeaseLost);
+  CHECK(run.tick().tick.cause == Cause::kLeaseLost);
   for (int k = 0; k < 250; ++k) run.tick(kHome);
-  CHECK(run.tick(kHome).snapshot.loop_state == LoopState::kEngaged);
+  CHECK(run.tick(kHome).tick.state == LoopState::kEngaged);
 }
 
 TEST_CASE("stiffness that changes in flight moves the force without a step") {
@@ -162,9 +162,9 @@ TEST_CASE(
   run.swap_to(played_scene(kStringScene, 2));
   const ToldTick& told = run.tick(Vector3(0.0, 0.02, 0.0));
   CHECK(count<SceneSwapped>(told) == 1);
-  CHECK(told.snapshot.scene_id == 2);
-  CHECK(told.snapshot.tick == 0);
-  CHECK(told.snapshot.t_ns == 0);
+  CHECK(told.tick.scene_id == 2);
+  CHECK(told.tick.tick == 0);
+  CHECK(told.tick.t_ns == 0);
 }
 
 TEST_CASE(
@@ -181,15 +181,15 @@ TEST_CASE(
   for (int k = 0; k < 60 && swapped == 0; ++k) {
     const ToldTick& told = run.tick(pressed(0.004));
     swapped = count<SceneSwapped>(told);
-    if (told.snapshot.scene_id != 1) break;
+    if (told.tick.scene_id != 1) break;
     CHECK(force(told).z() <= last);
     last = force(told).z();
   }
   CHECK(last == 0.0);
   for (int k = 0; k < 300; ++k) swapped += count<SceneSwapped>(run.tick(kHome));
   CHECK(swapped == 1);
-  CHECK(run.tick(kHome).snapshot.scene_id == 2);
-  CHECK(run.tick(kHome).snapshot.loop_state == LoopState::kEngaged);
+  CHECK(run.tick(kHome).tick.scene_id == 2);
+  CHECK(run.tick(kHome).tick.state == LoopState::kEngaged);
 }
 
 TEST_CASE(
@@ -203,12 +203,12 @@ TEST_CASE(
     run.engage(kHome);
     for (int k = 0; k < 60; ++k) run.tick(pressed(0.004 * k / 59.0 - 0.02 * (59 - k) / 59.0));
     run.loop().guard(run.now_ns() + 4'900'000);
-    CHECK(run.tick(pressed(0.004)).snapshot.loop_state == LoopState::kEngaged);
+    CHECK(run.tick(pressed(0.004)).tick.state == LoopState::kEngaged);
     run.loop().guard(run.now_ns() + 5'100'000);
     const ToldTick& told = run.tick(pressed(0.004));
     // Where nobody can be pushed a stall is counted, not latched.
-    CHECK(told.snapshot.loop_state == (armed ? LoopState::kFault : LoopState::kEngaged));
-    if (armed) CHECK(told.snapshot.cause == Cause::kGuardian);
+    CHECK(told.tick.state == (armed ? LoopState::kFault : LoopState::kEngaged));
+    if (armed) CHECK(told.tick.cause == Cause::kGuardian);
   }
 }
 
@@ -218,17 +218,17 @@ TEST_CASE(
     CAPTURE(armed);
     LoopRun run(kWallScene, {"simulated", "premium_3_0_6dof", armed, true});
     for (int k = 0; k < 400; ++k) run.tick();
-    REQUIRE(run.tick().snapshot.loop_state == LoopState::kEngaged);
+    REQUIRE(run.tick().tick.state == LoopState::kEngaged);
     run.stand_still(100'000'000);
     bool fired = false;
     for (int k = 0; k < 10; ++k) {
-      fired = fired || (run.tick().snapshot.tools[0].device.flags & kDeviceWatchdogFired) != 0;
+      fired = fired || (run.tick().tick.tools[0].sample.flags & kDeviceWatchdogFired) != 0;
     }
     CHECK(fired);
-    const Snapshot& after = run.tick().snapshot;
+    const Tick& after = run.tick().tick;
     CHECK(after.loop_state == (armed ? LoopState::kFault : LoopState::kEngaged));
     if (armed) CHECK(after.cause == Cause::kDeviceWatchdog);
-    CHECK((after.tools[0].device.flags & kDeviceWatchdogFired) == 0);
+    CHECK((after.tools[0].sample.flags & kDeviceWatchdogFired) == 0);
   }
 }
 
@@ -242,8 +242,8 @@ TEST_CASE("a drag over a string sounds once, at an instant within the last two t
       const auto* string = std::get_if<StringEvent>(&event.what);
       if (string == nullptr || string->kind != StringEventKind::kTone) continue;
       ++tones;
-      CHECK(string->t_ns <= told.snapshot.t_ns);
-      CHECK(string->t_ns > told.snapshot.t_ns - 2'000'000);
+      CHECK(string->t_ns <= told.tick.t_ns);
+      CHECK(string->t_ns > told.tick.t_ns - 2'000'000);
     }
   }
   CHECK(tones == 1);
@@ -277,8 +277,8 @@ TEST_CASE("the same poses give the same bits") {
     for (int k = 0; k < 600; ++k) {
       const ToldTick& told =
           run.tick(Vector3(0.01 * std::sin(0.01 * k), 0.0046, -0.02 + 0.0001 * k));
-      for (const double f : told.snapshot.tools[0].F_H_W.f) numbers.push_back(f);
-      for (const double p : told.snapshot.tools[0].p_WG) numbers.push_back(p);
+      for (const double f : told.tick.tools[0].F_written_H_W.f) numbers.push_back(f);
+      for (const double p : told.tick.tools[0].X_WG.p) numbers.push_back(p);
     }
     return numbers;
   };
@@ -303,8 +303,8 @@ TEST_CASE("a tick leaves the heap alone, whatever it is told") {
     LoopEvent event;
     while (run.channels().events.pop(event)) {
     }
-    Snapshot snapshot;
-    while (run.channels().snapshots.pop(snapshot)) {
+    const auto told = std::make_unique<Tick>();
+    while (run.channels().ticks.pop(*told)) {
     }
   }
   CHECK(touched == 0);

@@ -81,7 +81,7 @@ class Bench {
   void tick(std::uint64_t skipped = 0) {
     now_ns_ += 1'000'000 * (1 + static_cast<std::int64_t>(skipped));
     loop_->tick_once(now_ns_, skipped);
-    while (channels_->snapshots.pop(*told_)) {
+    while (channels_->ticks.pop(*told_)) {
     }
     if (!events_wait) take_events();
   }
@@ -105,8 +105,8 @@ class Bench {
     run(20);
   }
   void stall() { loop_->guard(now_ns_ + kStall_ns + 1'000'000); }
-  [[nodiscard]] double force() const { return to_vector(told_->tools[0].F_H_W.f).norm(); }
-  [[nodiscard]] LoopState state() const { return told_->loop_state; }
+  [[nodiscard]] double force() const { return to_vector(told_->tools[0].F_written_H_W.f).norm(); }
+  [[nodiscard]] LoopState state() const { return told_->state; }
   [[nodiscard]] Cause cause() const { return told_->cause; }
 
   TestHandle* handle = nullptr;
@@ -115,7 +115,7 @@ class Bench {
  private:
   std::unique_ptr<LoopChannels> channels_ = std::make_unique<LoopChannels>();
   std::optional<HapticLoop> loop_;
-  std::unique_ptr<Snapshot> told_ = std::make_unique<Snapshot>();
+  std::unique_ptr<Tick> told_ = std::make_unique<Tick>();
   std::int64_t now_ns_ = 1'000'000'000;
 };
 
@@ -253,8 +253,8 @@ TEST_CASE(
   LoopRun run(scaled_wall);
   const auto far_away = [&] { return run.tick(Vector3(2e5, 0.0, 0.0)); };
   for (int k = 0; k < 10; ++k) far_away();
-  CHECK(far_away().snapshot.loop_state == LoopState::kFault);
-  CHECK(run.tick().snapshot.cause == Cause::kNotFinite);
+  CHECK(far_away().tick.state == LoopState::kFault);
+  CHECK(run.tick().tick.cause == Cause::kNotFinite);
   auto change = std::make_unique<SettingsChange>();
   change->to = run.loop().scene().settings;
   change->from = change->to;
@@ -262,10 +262,10 @@ TEST_CASE(
   run.change(std::move(change));
   const Vector3 home(0.0, 0.0, kHome);
   for (int k = 0; k < 100; ++k) run.tick(home);
-  CHECK(run.tick(home).snapshot.loop_state == LoopState::kFault);
+  CHECK(run.tick(home).tick.state == LoopState::kFault);
   run.send(ClearCommand{});
   for (int k = 0; k < 300; ++k) run.tick(home);
-  CHECK(run.tick(home).snapshot.loop_state == LoopState::kEngaged);
+  CHECK(run.tick(home).tick.state == LoopState::kEngaged);
   const Vector3 pressed(0.0, 0.0, kTouch - kDepth);
   for (int k = 0; k < 50; ++k) run.tick(pressed);
   CHECK(force(run.tick(pressed)).z() > kFelt);

@@ -88,7 +88,7 @@ const ToldTick& LoopRun::tick() {
   while (channels_->scenes.back.pop() != nullptr || channels_->gestures.back.pop() != nullptr ||
          channels_->changes.back.pop() != nullptr) {
   }
-  while (channels_->snapshots.pop(told_.snapshot)) {
+  while (channels_->ticks.pop(told_.tick)) {
   }
   return told_;
 }
@@ -114,7 +114,7 @@ void LoopRun::change(std::unique_ptr<SettingsChange> change) {
 
 void LoopRun::engage(const Vector3& p_WH) {
   for (int k = 0; k < 250; ++k) tick(p_WH);
-  REQUIRE(told_.snapshot.loop_state == LoopState::kEngaged);
+  REQUIRE(told_.tick.state == LoopState::kEngaged);
 }
 
 }  // namespace hapticd::test

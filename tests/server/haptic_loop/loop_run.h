@@ -21,7 +21,7 @@ extern const char* const kThreeFingerScene;
 
 /// Everything one tick told.
 struct ToldTick {
-  Snapshot snapshot;
+  Tick tick;
   std::vector<LoopEvent> events;
 };
 
@@ -75,7 +75,7 @@ class LoopRun {
 
 /// The force written in a tick, in W.
 inline Vector3 force(const ToldTick& told, std::size_t tool = 0) {
-  return to_vector(told.snapshot.tools[tool].F_H_W.f);
+  return to_vector(told.tick.tools[tool].F_written_H_W.f);
 }
 
 /// How many of the events of a tick are a `What`.

@@ -25,28 +25,28 @@ TEST_CASE("Clear mends a simulated hand whose numbers have gone, and force comes
   for (const bool gesture_first : {false, true}) {
     LoopRun run(kWallScene, setting);
     for (int k = 0; k < 250; ++k) run.tick();
-    REQUIRE(run.tick().snapshot.loop_state == LoopState::kEngaged);
+    REQUIRE(run.tick().tick.state == LoopState::kEngaged);
     GesturePlan gone;
     gone.motions.resize(1);
     gone.motions[0].legs.resize(2);
     gone.motions[0].legs[1].point.p_DH = {nan, 0.0, 0.0};
     run.play(std::make_unique<GesturePlan>(gone));
-    for (int k = 0; k < 2000 && run.tick().snapshot.loop_state != LoopState::kFault; ++k) {
+    for (int k = 0; k < 2000 && run.tick().tick.state != LoopState::kFault; ++k) {
     }
-    REQUIRE(run.tick().snapshot.cause == Cause::kNotFinite);
+    REQUIRE(run.tick().tick.cause == Cause::kNotFinite);
     for (int k = 0; k < 50; ++k) CHECK(force(run.tick()).isZero(0.0));
     if (gesture_first) {
       auto rest = std::make_unique<GesturePlan>();
       rest->arm = ArmKind::kLight;
       run.play(std::move(rest));
-      CHECK(run.tick().snapshot.loop_state == LoopState::kFault);
+      CHECK(run.tick().tick.state == LoopState::kFault);
     }
     run.send(ClearCommand{});
     const ToldTick& cleared = run.tick();
     CHECK(count<CommandDone>(cleared) == 1);
-    CHECK(cleared.snapshot.loop_state != LoopState::kFault);
+    CHECK(cleared.tick.state != LoopState::kFault);
     for (int k = 0; k < 250; ++k) run.tick();
-    CHECK(run.tick().snapshot.loop_state == LoopState::kEngaged);
+    CHECK(run.tick().tick.state == LoopState::kEngaged);
   }
 }
 
@@ -72,9 +72,9 @@ TEST_CASE("poses that were under way when the lease was lost are not followed") 
   // More than one tick takes over, so that most are still under way when the lease is lost.
   for (std::uint64_t k = 1; k <= 200; ++k) give(k, 0, pressed(0.004));
   run.send(LeaseLostCommand{1});
-  for (int k = 0; k < 300; ++k) CHECK(run.tick().snapshot.tools[0].p_WH == to_array(kHome));
+  for (int k = 0; k < 300; ++k) CHECK(run.tick().tick.tools[0].X_WH.p == to_array(kHome));
   give(0, 1, pressed(0.004));
-  CHECK(run.tick().snapshot.tools[0].p_WH == to_array(pressed(0.004)));
+  CHECK(run.tick().tick.tools[0].X_WH.p == to_array(pressed(0.004)));
 }
 
 TEST_CASE("a lost lease takes the changes with it that wait for their tick, and those alone") {

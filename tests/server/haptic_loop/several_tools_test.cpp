@@ -26,7 +26,7 @@ const double kFree = -0.02;
 
 void engage(LoopRun& run) {
   for (int k = 0; k < 250; ++k) run.tick_all(at_depths(kFree, kFree, kFree));
-  REQUIRE(run.tick_all(at_depths(kFree, kFree, kFree)).snapshot.loop_state == LoopState::kEngaged);
+  REQUIRE(run.tick_all(at_depths(kFree, kFree, kFree)).tick.state == LoopState::kEngaged);
 }
 
 /// Until the wrench has followed.
@@ -41,19 +41,19 @@ TEST_CASE("each of several tools feels its own contact, with its own stiffness")
   LoopRun run(kThreeFingerScene);
   engage(run);
   const ToldTick& told = hold(run, at_depths(0.001, 0.002, kFree));
-  REQUIRE(told.snapshot.tools.size() == kTools);
-  CHECK(told.snapshot.tools[0].tool_id == 7);
-  CHECK(told.snapshot.tools[1].tool_id == 2);
-  CHECK(told.snapshot.tools[2].tool_id == 30);
+  REQUIRE(told.tick.tools.size() == kTools);
+  CHECK(told.tick.tools[0].tool_id == 7);
+  CHECK(told.tick.tools[1].tool_id == 2);
+  CHECK(told.tick.tools[2].tool_id == 30);
   // Stiffness times depth below the skin of 20 um: 1000 N/m, 500 N/m, and nothing. The wall, a ball
   // of 1 km, falls off by x^2 / 2 r = 5 um at the first.
   CHECK(force(told, 0).z() == doctest::Approx(1.015).epsilon(1e-4));
   CHECK(force(told, 1).z() == doctest::Approx(1.01).epsilon(1e-4));
   CHECK(force(told, 2).isZero(0.0));
-  CHECK(told.snapshot.tools[0].contacts == 1);
-  CHECK(told.snapshot.tools[1].contacts == 1);
-  CHECK(told.snapshot.tools[2].contacts == 0);
-  CHECK(told.snapshot.contacts.total == 2);
+  CHECK(told.tick.tools[0].contacts == 1);
+  CHECK(told.tick.tools[1].contacts == 1);
+  CHECK(told.tick.tools[2].contacts == 0);
+  CHECK(told.tick.contacts_total == 2);
 }
 
 TEST_CASE(
@@ -71,7 +71,7 @@ TEST_CASE(
   }
   CHECK(blamed == std::vector<std::uint32_t>{2});
   const ToldTick& told = run.tick_all(at_depths(0.002, 0.002, 0.002));
-  CHECK(told.snapshot.cause == Cause::kNotFinite);
+  CHECK(told.tick.cause == Cause::kNotFinite);
   for (std::size_t k = 0; k < kTools; ++k) CHECK(force(told, k).isZero(0.0));
 }
 
@@ -80,7 +80,7 @@ TEST_CASE("no tool gets force before all of them are free") {
   for (int k = 0; k < 20; ++k) {
     const ToldTick& told = run.tick_all(at_depths(kFree, kFree, 0.001));
     for (std::size_t tool = 0; tool < kTools; ++tool) CHECK(force(told, tool).isZero(0.0));
-    if (k > 2) CHECK(told.snapshot.cause == Cause::kOverlap);
+    if (k > 2) CHECK(told.tick.cause == Cause::kOverlap);
   }
   engage(run);
 }
@@ -93,16 +93,16 @@ TEST_CASE("Recentre and Clutch are for the tool they name") {
   run.tick_all(handles);
   for (Vector3& p_WH : handles) p_WH.y() += 0.01;
   const ToldTick& told = hold(run, handles);
-  CHECK(told.snapshot.tools[0].p_WH[1] == doctest::Approx(0.01));
-  CHECK(told.snapshot.tools[1].p_WH[1] == 0.0);
-  CHECK(told.snapshot.tools[2].p_WH[1] == doctest::Approx(0.01));
-  CHECK((told.snapshot.tools[1].flags & kClutched) != 0);
-  CHECK((told.snapshot.tools[0].flags & kClutched) == 0);
+  CHECK(told.tick.tools[0].X_WH.p[1] == doctest::Approx(0.01));
+  CHECK(told.tick.tools[1].X_WH.p[1] == 0.0);
+  CHECK(told.tick.tools[2].X_WH.p[1] == doctest::Approx(0.01));
+  CHECK((told.tick.tools[1].flags & kClutched) != 0);
+  CHECK((told.tick.tools[0].flags & kClutched) == 0);
   run.send(ClutchCommand{1, false});
   run.send(RecentreCommand{2});
   const ToldTick& recentred = hold(run, handles);
-  CHECK(recentred.snapshot.tools[0].p_WH[1] == doctest::Approx(0.01));
-  CHECK(std::abs(recentred.snapshot.tools[2].p_WH[1]) < 1e-12);
+  CHECK(recentred.tick.tools[0].X_WH.p[1] == doctest::Approx(0.01));
+  CHECK(std::abs(recentred.tick.tools[2].X_WH.p[1]) < 1e-12);
 }
 
 TEST_CASE("each scripted tool holds its own last pose when its poses end") {
@@ -112,25 +112,25 @@ TEST_CASE("each scripted tool holds its own last pose when its poses end") {
   const Vector3 first(-0.1, 0.05, 0.025);
   for (int k = 0; k < 5; ++k) run.tick_all({&first, 1});
   const ToldTick& told = run.tick_all({&first, 1});
-  CHECK(told.snapshot.tools[0].p_WH[1] == 0.05);
-  CHECK(told.snapshot.tools[1].p_WH[0] == 0.0);
-  CHECK(told.snapshot.tools[2].p_WH[0] == 0.1);
+  CHECK(told.tick.tools[0].X_WH.p[1] == 0.05);
+  CHECK(told.tick.tools[1].X_WH.p[0] == 0.0);
+  CHECK(told.tick.tools[2].X_WH.p[0] == 0.1);
 }
 
-TEST_CASE("what a trace says of several tools is what the snapshot says") {
+TEST_CASE("what the recorder is told of several tools is what the network is told") {
   LoopRun run(kThreeFingerScene);
   engage(run);
   const ToldTick& told = hold(run, at_depths(0.001, kFree, 0.003));
-  auto trace = std::make_unique<TickTrace>();
-  while (run.channels().traces.pop(*trace)) {
+  auto trace = std::make_unique<Tick>();
+  while (run.channels().recorded.pop(*trace)) {
   }
   // The ring holds 2048 ticks, all of this run.
-  REQUIRE(trace->tick == told.snapshot.tick);
+  REQUIRE(trace->tick == told.tick.tick);
   REQUIRE(trace->tool_count == kTools);
   for (std::size_t k = 0; k < kTools; ++k) {
-    CHECK(trace->tools[k].tool_id == told.snapshot.tools[k].tool_id);
-    CHECK(trace->tools[k].f_H_W == told.snapshot.tools[k].F_H_W.f);
-    CHECK(trace->tools[k].p_WG == told.snapshot.tools[k].p_WG);
+    CHECK(trace->tools[k].tool_id == told.tick.tools[k].tool_id);
+    CHECK(trace->tools[k].F_written_H_W.f == told.tick.tools[k].F_written_H_W.f);
+    CHECK(trace->tools[k].X_WG.p == told.tick.tools[k].X_WG.p);
   }
 }
 

@@ -18,24 +18,24 @@ constexpr std::uint64_t kHalfTick = 364'285;
 
 TEST_CASE("with nothing said no tick is without a bound, from the first of a scene on") {
   LoopRun run(kStringScene);
-  CHECK(run.tick(kAbove).snapshot.work.work_budget == kHalfTick);
-  CHECK(run.tick(kBeneath).snapshot.work.work_budget == kHalfTick);
+  CHECK(run.tick(kAbove).tick.budget.work == kHalfTick);
+  CHECK(run.tick(kBeneath).tick.budget.work == kHalfTick);
   run.swap_to(played_scene(kWallScene, 2));
-  CHECK(run.tick(kAbove).snapshot.work.work_budget == kHalfTick);
+  CHECK(run.tick(kAbove).tick.budget.work == kHalfTick);
 }
 
 TEST_CASE("under the real clock the first ticks get what fits at the guessed price, and no more") {
   LoopSetting setting;
   setting.real_time = true;
   LoopRun usual(kStringScene, setting);
-  const std::uint64_t work = usual.tick(kAbove).snapshot.work.work_budget;
+  const std::uint64_t work = usual.tick(kAbove).tick.budget.work;
   CHECK(work > 0);
   // Even where a unit costs thrice what it did where the weights are from.
   CHECK(3.0 * 1.4 * static_cast<double>(work) <= 500e3);
   setting.budget_us = 1e6;
-  CHECK(LoopRun(kStringScene, setting).tick(kAbove).snapshot.work.work_budget > 1000 * work);
+  CHECK(LoopRun(kStringScene, setting).tick(kAbove).tick.budget.work > 1000 * work);
   setting.budget_us = 0.0;
-  CHECK(LoopRun(kStringScene, setting).tick(kAbove).snapshot.work.work_budget == 0);
+  CHECK(LoopRun(kStringScene, setting).tick(kAbove).tick.budget.work == 0);
 }
 
 TEST_CASE("a scene with automatic quality begins with the bound of its own budget") {
@@ -43,7 +43,7 @@ TEST_CASE("a scene with automatic quality begins with the bound of its own budge
   LoopSetting setting;
   for (const double budget_us : {0.0, 500.0, 1e6}) {
     setting.budget_us = budget_us;
-    CHECK(LoopRun(scene, setting).tick(kAbove).snapshot.work.work_budget == 51'000);
+    CHECK(LoopRun(scene, setting).tick(kAbove).tick.budget.work == 51'000);
   }
 }
 
@@ -53,7 +53,7 @@ TEST_CASE(
   setting.budget_us = 0.0;
   LoopRun run(kStringScene, setting);
   run.engage(kAbove);
-  const TickWork free = run.tick(kBeneath).snapshot.work;
+  const WorkTick free = run.tick(kBeneath).tick.work;
   CHECK(free.work_budget == 0);
   CHECK_FALSE(free.cut_short);
   REQUIRE(free.sub_steps > 3);
@@ -61,7 +61,7 @@ TEST_CASE(
 
   run.tick(kAbove);
   run.send(WorkBudgetCommand{1});
-  const TickWork least = run.tick(kBeneath).snapshot.work;
+  const WorkTick least = run.tick(kBeneath).tick.work;
   CHECK(least.work_budget == 1);
   CHECK(least.cut_short);
   CHECK(least.sub_steps == 1);
@@ -69,20 +69,20 @@ TEST_CASE(
 
   run.tick(kAbove);
   run.send(WorkBudgetCommand{0});
-  CHECK(run.tick(kBeneath).snapshot.work.work_budget == 0);
+  CHECK(run.tick(kBeneath).tick.budget.work == 0);
 }
 
 TEST_CASE("a budget below zero is none, and a new scene begins with the one it was made with") {
   LoopRun run(kStringScene);
   run.engage(kAbove);
   run.send(WorkBudgetCommand{-5});
-  CHECK(run.tick(kAbove).snapshot.work.work_budget == 0);
+  CHECK(run.tick(kAbove).tick.budget.work == 0);
   run.send(WorkBudgetCommand{700});
-  CHECK(run.tick(kAbove).snapshot.work.work_budget == 700);
+  CHECK(run.tick(kAbove).tick.budget.work == 700);
   LoopSetting setting;
   setting.budget_us = 70.0;
   run.swap_to(played_scene(kWallScene, 2, setting));
-  CHECK(run.tick(kAbove).snapshot.work.work_budget == 51'000);
+  CHECK(run.tick(kAbove).tick.budget.work == 51'000);
 }
 
 }  // namespace hapticd::test

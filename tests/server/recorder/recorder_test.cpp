@@ -55,6 +55,7 @@ Contents contents_of(const std::string& path) {
   };
   std::map<std::string, Row> rows;
   std::map<std::string, std::string> types;
+  const auto tick = std::make_unique<Tick>();
   McapMessage message;
   int read = 0;
   while (reader.next(message)) {
@@ -68,10 +69,9 @@ Contents contents_of(const std::string& path) {
     const std::string data(message.data);
     if (channel.topic == kTickTopic) {
       v1::TickRecord record;
-      TickTrace trace;
       REQUIRE(record.ParseFromString(data));
-      REQUIRE(to_trace(record, trace));
-      contents.ticks.push_back(trace.tick);
+      REQUIRE(to_tick(record, *tick));
+      contents.ticks.push_back(tick->tick);
     }
     if (channel.topic == kSnapshotTopic) {
       v1::Snapshot snapshot;
@@ -98,7 +98,7 @@ void feed(Recorder& recorder, std::uint64_t first, std::uint64_t count,
   SplitMix64 random(first + 1);
   for (std::uint64_t tick = first; tick < first + count; ++tick) {
     if (tick % per_snapshot == 0) recorder.snapshot(tick * 1'000'000, sample_snapshot(tick));
-    recorder.tick(any_tick(random, tick, tools));
+    recorder.tick(any_tick(random, tick, tools), nullptr);
     recorder.poll(tick * 1'000'000);
   }
 }
@@ -156,10 +156,10 @@ TEST_CASE("@mcap/core and a reader from the specification find in a session what
   CHECK(python.find("ticks 0 2999\n") != std::string::npos);
   // The bits of the last wrench, by Python's protobuf and the schema in the file.
   SplitMix64 random(2001);
-  TickTrace last;
+  Tick last;
   for (std::uint64_t tick = 2000; tick < 3000; ++tick) last = any_tick(random, tick, 1);
   std::string wrench = "wrench";
-  for (const double x : last.tools[0].f_H_W) {
+  for (const double x : last.tools[0].F_written_H_W.f) {
     std::array<char, 18> hex{};
     std::snprintf(hex.data(), hex.size(), " %016llx",
                   static_cast<unsigned long long>(std::bit_cast<std::uint64_t>(x)));

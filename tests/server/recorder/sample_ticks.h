@@ -7,8 +7,8 @@
 #include <string>
 
 #include "core/math/state_fields.h"
+#include "core/tick/tick.h"
 #include "hapticd/v1/recording.pb.h"
-#include "server/haptic_loop/tick_trace.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {
@@ -21,61 +21,59 @@ inline double any_double(SplitMix64& random) {
 }
 
 /// A tick of `tools` tools with arbitrary numbers in it.
-inline TickTrace any_tick(SplitMix64& random, std::uint64_t tick, int tools) {
-  TickTrace trace;
-  trace.tick = tick;
-  trace.t_ns = tick * 1'000'000 % std::uint64_t{kMax_ns};
-  trace.dt_ns = 1'000'000;
-  trace.state_hash = random.next();
-  trace.sphere_tests = random.below(1000);
-  trace.qp_iterations = random.below(100);
-  trace.work_budget = random.below(100000);
-  trace.substeps = static_cast<std::uint32_t>(random.below(9));
-  trace.level = static_cast<std::uint32_t>(random.below(5));
-  trace.scene_id = 1;
-  trace.cpu_ns = static_cast<std::uint32_t>(random.next());
-  trace.skipped = random.below(10);
-  trace.change = random.below(10);
-  trace.orders = static_cast<std::uint16_t>(random.below(1U << static_cast<unsigned>(kOrderBits)));
-  trace.first = random.chance(0.5);
-  trace.loop_state = static_cast<LoopState>(1 + random.below(7));
-  trace.cause = static_cast<Cause>(random.below(kMaxCause + 1));
-  trace.tool_count = tools;
+inline Tick any_tick(SplitMix64& random, std::uint64_t number, int tools) {
+  Tick tick;
+  tick.tick = number;
+  tick.t_ns = static_cast<std::int64_t>(number * 1'000'000 % std::uint64_t{kMax_ns / 2});
+  tick.dt_ns = 1'000'000;
+  tick.work.sphere_tests = random.below(1000);
+  tick.work.qp_iterations = static_cast<std::uint32_t>(random.below(100));
+  tick.budget.work = random.below(100000);
+  tick.work.sub_steps = static_cast<std::uint32_t>(random.below(9));
+  tick.budget.level = static_cast<std::uint32_t>(random.below(5));
+  tick.scene_id = 1;
+  tick.times.cpu_ns = static_cast<std::uint32_t>(random.next());
+  tick.skipped = random.below(10);
+  tick.change = random.below(10);
+  tick.orders = static_cast<std::uint16_t>(random.below(1U << static_cast<unsigned>(kOrderBits)));
+  tick.first = random.chance(0.5);
+  tick.state = static_cast<LoopState>(1 + random.below(7));
+  tick.cause = static_cast<Cause>(random.below(kMaxCause + 1));
   for (int k = 0; k < tools; ++k) {
-    ToolTrace& tool = trace.tools[static_cast<std::size_t>(k)];
+    ToolTick& tool = *tick.tools.append();
+    tool = {};
+    DeviceSample& sample = tool.sample;
     tool.tool_id = static_cast<std::uint32_t>(random.below(32));
-    tool.buttons = static_cast<std::uint16_t>(random.next());
+    sample.buttons = static_cast<std::uint16_t>(random.next());
     tool.flags = static_cast<std::uint16_t>(random.next());
-    tool.sample_came = random.chance(0.5);
+    tool.came = random.chance(0.5);
     tool.held = random.chance(0.5);
-    tool.has_velocity = random.chance(0.5);
+    sample.has_velocity = random.chance(0.5);
     tool.lost = random.chance(0.5);
     tool.write_failed = random.chance(0.5);
-    tool.recentre = random.chance(0.5);
-    tool.clutch_open = random.chance(0.5);
-    tool.push = static_cast<PushAxis>(random.below(kPushAxes + 1));
-    tool.device_flags = static_cast<std::uint16_t>(random.next());
-    // Instants within kMax_ns, others are refused.
-    tool.sample_t_ns = static_cast<std::int64_t>(random.next()) / 2;
-    tool.sample_counter = random.next();
-    tool.age_ns = random.next() / 4;
-    tool.stiffness_scale = random.uniform();
-    if (random.chance(0.5)) tool.measured_delay_s = random.uniform();
-    for (Array3* a :
-         {&tool.p_DH, &tool.v_DH_D, &tool.w_DH_D, &tool.p_WH, &tool.v_WH_W, &tool.w_WH_W,
-          &tool.p_WG, &tool.f_computed_H_W, &tool.t_computed_H_W, &tool.f_H_W, &tool.t_H_W}) {
+    tool.asked = {random.chance(0.5), random.chance(0.5),
+                  static_cast<PushAxis>(random.below(kPushAxes + 1))};
+    sample.flags = static_cast<std::uint16_t>(random.next());
+    // Instants within kMax_ns, others are refused; so is the age that follows from them.
+    sample.t_ns = static_cast<std::int64_t>(random.next()) / 8;
+    sample.counter = random.next();
+    tool.stiffness.scale = random.uniform();
+    if (random.chance(0.5)) sample.measured_delay_s = random.uniform();
+    for (Array3* a : {&sample.p_DH, &sample.v_DH_D, &sample.w_DH_D, &tool.X_WH.p, &tool.V_WH.v,
+                      &tool.V_WH.w, &tool.X_WG.p, &tool.F_computed_H_W.f, &tool.F_computed_H_W.t,
+                      &tool.F_written_H_W.f, &tool.F_written_H_W.t}) {
       for (double& x : *a) x = any_double(random);
     }
-    for (Array4* a : {&tool.q_DH, &tool.q_WH, &tool.q_WG}) {
+    for (Array4* a : {&sample.q_DH, &tool.X_WH.q, &tool.X_WG.q}) {
       for (double& x : *a) x = any_double(random);
     }
-    if (!tool.has_velocity) tool.v_DH_D = tool.w_DH_D = {};
-    if (!tool.sample_came) {
-      tool.p_DH = {};
-      tool.q_DH = {1.0, 0.0, 0.0, 0.0};
+    if (!sample.has_velocity) sample.v_DH_D = sample.w_DH_D = {};
+    if (!tool.came) {
+      sample.p_DH = {};
+      sample.q_DH = {1.0, 0.0, 0.0, 0.0};
     }
   }
-  return trace;
+  return tick;
 }
 
 inline v1::RecordHeader sample_header() {

@@ -1,10 +1,11 @@
-// Truth: the bytes of the trace itself, after serialising and parsing.
+// Truth: the bytes of the tick itself, after serialising and parsing.
 #include "server/recorder/tick_record.h"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <bit>
+#include <memory>
 
 #include "tests/server/recorder/sample_ticks.h"
 #include "tests/support/scale.h"
@@ -20,30 +21,36 @@ bool same(const std::array<double, N>& a, const std::array<double, N>& b) {
   });
 }
 
-bool same(const ToolTrace& a, const ToolTrace& b) {
-  return a.tool_id == b.tool_id && a.buttons == b.buttons && a.flags == b.flags &&
-         a.sample_came == b.sample_came && a.held == b.held && a.age_ns == b.age_ns &&
-         a.has_velocity == b.has_velocity && a.lost == b.lost && a.write_failed == b.write_failed &&
-         a.recentre == b.recentre && a.clutch_open == b.clutch_open && a.push == b.push &&
-         a.device_flags == b.device_flags && a.sample_t_ns == b.sample_t_ns &&
-         a.sample_counter == b.sample_counter && same(a.v_DH_D, b.v_DH_D) &&
+bool same(const PlainPose& a, const PlainPose& b) { return same(a.p, b.p) && same(a.q, b.q); }
+bool same(const PlainTwist& a, const PlainTwist& b) { return same(a.v, b.v) && same(a.w, b.w); }
+bool same(const PlainWrench& a, const PlainWrench& b) { return same(a.f, b.f) && same(a.t, b.t); }
+
+bool same(const DeviceSample& a, const DeviceSample& b) {
+  return a.t_ns == b.t_ns && a.counter == b.counter && same(a.p_DH, b.p_DH) &&
+         same(a.q_DH, b.q_DH) && same(a.v_DH_D, b.v_DH_D) && same(a.w_DH_D, b.w_DH_D) &&
          same(std::array{a.measured_delay_s}, std::array{b.measured_delay_s}) &&
-         same(a.w_DH_D, b.w_DH_D) && a.stiffness_scale == b.stiffness_scale &&
-         same(a.p_DH, b.p_DH) && same(a.q_DH, b.q_DH) && same(a.p_WH, b.p_WH) &&
-         same(a.q_WH, b.q_WH) && same(a.v_WH_W, b.v_WH_W) && same(a.w_WH_W, b.w_WH_W) &&
-         same(a.p_WG, b.p_WG) && same(a.q_WG, b.q_WG) && same(a.f_computed_H_W, b.f_computed_H_W) &&
-         same(a.t_computed_H_W, b.t_computed_H_W) && same(a.f_H_W, b.f_H_W) &&
-         same(a.t_H_W, b.t_H_W);
+         a.buttons == b.buttons && a.flags == b.flags && a.has_velocity == b.has_velocity;
 }
 
-bool same(const TickTrace& a, const TickTrace& b) {
+bool same(const ToolTick& a, const ToolTick& b) {
+  return a.tool_id == b.tool_id && a.flags == b.flags && same(a.sample, b.sample) &&
+         a.came == b.came && a.held == b.held && a.lost == b.lost &&
+         a.write_failed == b.write_failed && a.asked.recentre == b.asked.recentre &&
+         a.asked.clutch_open == b.asked.clutch_open && a.asked.push == b.asked.push &&
+         a.stiffness.scale == b.stiffness.scale && same(a.X_WH, b.X_WH) && same(a.V_WH, b.V_WH) &&
+         same(a.X_WG, b.X_WG) && same(a.F_computed_H_W, b.F_computed_H_W) &&
+         same(a.F_written_H_W, b.F_written_H_W);
+}
+
+bool same(const Tick& a, const Tick& b) {
   bool all = a.tick == b.tick && a.t_ns == b.t_ns && a.dt_ns == b.dt_ns &&
-             a.state_hash == b.state_hash && a.sphere_tests == b.sphere_tests &&
-             a.qp_iterations == b.qp_iterations && a.work_budget == b.work_budget &&
-             a.substeps == b.substeps && a.level == b.level && a.scene_id == b.scene_id &&
-             a.cpu_ns == b.cpu_ns && a.loop_state == b.loop_state && a.cause == b.cause &&
-             a.tool_count == b.tool_count;
-  for (std::size_t k = 0; k < a.tools.size(); ++k) all = all && same(a.tools[k], b.tools[k]);
+             a.work.sphere_tests == b.work.sphere_tests &&
+             a.work.qp_iterations == b.work.qp_iterations && a.budget.work == b.budget.work &&
+             a.work.sub_steps == b.work.sub_steps && a.budget.level == b.budget.level &&
+             a.scene_id == b.scene_id && a.times.cpu_ns == b.times.cpu_ns && a.state == b.state &&
+             a.cause == b.cause && a.skipped == b.skipped && a.change == b.change &&
+             a.orders == b.orders && a.first == b.first && a.tools.size() == b.tools.size();
+  for (std::size_t k = 0; all && k < a.tools.size(); ++k) all = same(a.tools[k], b.tools[k]);
   return all;
 }
 
@@ -52,15 +59,15 @@ bool same(const TickTrace& a, const TickTrace& b) {
 TEST_CASE("a recorded tick comes back with every bit, NaN payloads and -0 included") {
   SplitMix64 random(91);
   v1::TickRecord record;
+  const auto back = std::make_unique<Tick>();
   for (std::int64_t i = 0; i < scaled(100'000); ++i) {
-    const TickTrace trace =
+    const Tick tick =
         any_tick(random, random.next(), static_cast<int>(random.below(kMaxTools + 1)));
-    to_record(trace, record);
+    to_record(tick, record);
     v1::TickRecord parsed;
     REQUIRE(parsed.ParseFromString(record.SerializeAsString()));
-    TickTrace back;
-    REQUIRE(to_trace(parsed, back));
-    REQUIRE(same(back, trace));
+    REQUIRE(to_tick(parsed, *back));
+    REQUIRE(same(*back, tick));
   }
 }
 
@@ -68,33 +75,33 @@ TEST_CASE("a record that is no tick of ours is refused") {
   SplitMix64 random(92);
   v1::TickRecord good;
   to_record(any_tick(random, 1, 2), good);
-  TickTrace trace;
-  CHECK(to_trace(good, trace));
+  const auto tick = std::make_unique<Tick>();
+  CHECK(to_tick(good, *tick));
   v1::TickRecord bad = good;
   bad.mutable_inputs(0)->mutable_pose_wh()->mutable_q()->RemoveLast();
-  CHECK_FALSE(to_trace(bad, trace));
+  CHECK_FALSE(to_tick(bad, *tick));
   bad = good;
   bad.mutable_outputs()->RemoveLast();
-  CHECK_FALSE(to_trace(bad, trace));
+  CHECK_FALSE(to_tick(bad, *tick));
   bad = good;
   bad.set_loop_state(static_cast<v1::LoopState>(8));
-  CHECK_FALSE(to_trace(bad, trace));
+  CHECK_FALSE(to_tick(bad, *tick));
   bad = good;
   bad.set_cause(static_cast<v1::Cause>(kMaxCause + 1));
-  CHECK_FALSE(to_trace(bad, trace));
+  CHECK_FALSE(to_tick(bad, *tick));
   bad = good;
   bad.mutable_inputs(1)->clear_stiffness_scale();
-  CHECK_FALSE(to_trace(bad, trace));
+  CHECK_FALSE(to_tick(bad, *tick));
   bad = good;
   for (std::size_t k = 0; k < kMaxTools; ++k) *bad.add_inputs() = good.inputs(0);
   for (std::size_t k = 0; k < kMaxTools; ++k) *bad.add_outputs() = good.outputs(0);
-  CHECK_FALSE(to_trace(bad, trace));
+  CHECK_FALSE(to_tick(bad, *tick));
   bad = good;
   bad.mutable_inputs(0)->set_push(static_cast<v1::Axis>(kPushAxes + 1));
-  CHECK_FALSE(to_trace(bad, trace));
+  CHECK_FALSE(to_tick(bad, *tick));
   bad = good;
   bad.mutable_outputs(0)->add_flags(static_cast<v1::ToolFlag>(17));
-  CHECK_FALSE(to_trace(bad, trace));
+  CHECK_FALSE(to_tick(bad, *tick));
 }
 
 }  // namespace hapticd::test

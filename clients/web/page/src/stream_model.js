@@ -66,7 +66,7 @@ export class StreamModel {
 
   #takeWelcome(welcome) {
     this.welcome = welcome;
-    this.shown = { source: welcome.source, recording: '', cut_off: false, daemon_fault: '' };
+    this.shown = { source: welcome.source, recording: '', cut_off: false, daemon_fault: '', tools_only: false };
     this.session.recorded = this.recorded;
     this.session.connected = true;
     this.#tell('mayControl', welcome.control);

@@ -1,5 +1,5 @@
 // A recording as a source: ten seconds of a tool that moves 1 mm each tick along x, with a pluck at
-// 2 s whose envelope is a closed form, a touch from 4 to 5 s, and another scene at 8 s.
+// 2 s, a touch from 4 to 5 s that its ticks show, and another scene at 8 s.
 #include "clients/web/gateway/playback.h"
 
 #include <doctest/doctest.h>
@@ -21,11 +21,10 @@ constexpr std::uint64_t kTick_ns = 1'000'000;
 constexpr std::uint64_t kTicks = 10'001;
 /// t_ns of a tick: the daemon's clock had begun earlier.
 constexpr std::uint64_t kClock_ns = 77'000'000'000;
-constexpr double kRadius_m = 0.0005;
 
-std::string header_bytes() {
+std::string header_bytes(std::uint32_t format = 3) {
   v1::RecordHeader header;
-  header.set_format_version(2);
+  header.set_format_version(format);
   header.set_server_version("0.1.0");
   header.set_period_ns(kTick_ns);
   return header.SerializeAsString();
@@ -35,8 +34,19 @@ std::string scene_bytes(std::uint32_t id) {
   v1::SceneRecord scene;
   scene.set_scene_id(id);
   scene.set_hash(std::string(32, static_cast<char>('0' + id)));
-  for (int i = 0; i < 7; ++i) scene.mutable_scene()->add_strings()->set_radius_m(kRadius_m);
+  for (int i = 0; i < 7; ++i) scene.mutable_scene()->add_strings()->set_radius_m(0.0005);
   return scene.SerializeAsString();
+}
+
+void show_touch(std::uint64_t tick, v1::State& shown) {
+  v1::ContactPatch& patch = *shown.add_contacts();
+  patch.set_string_index(5);
+  patch.add_p_wc_um(static_cast<std::int64_t>(1000 * tick));
+  patch.add_force_mn(2000);
+  v1::StringState& string = *shown.add_strings();
+  string.set_string_index(5);
+  string.set_phase(v1::STRING_PHASE_PRESSED);
+  string.set_radius_m(0.002F);
 }
 
 std::string tick_bytes(std::uint64_t tick) {
@@ -53,6 +63,7 @@ std::string tick_bytes(std::uint64_t tick) {
   }
   for (const double f : {0.0, 2.0, 0.0}) output.mutable_wrench_h_w()->add_f_n(f);
   for (int i = 0; i < 3; ++i) output.mutable_wrench_h_w()->add_t_n_m(0.0);
+  if (tick >= 4000 && tick <= 5000) show_touch(tick, *record.mutable_shown());
   return record.SerializeAsString();
 }
 
@@ -87,10 +98,10 @@ v1::Item touch(v1::ContactPhase phase) {
 
 /// The recording in a file of its own.
 struct Sample {
-  explicit Sample(bool finished = true) {
+  explicit Sample(bool finished = true, std::uint32_t format = 3) {
     const auto time_ns = [](std::uint64_t tick) { return kEpoch_ns + tick * kTick_ns; };
     SampleRecording recording;
-    recording.message(1, kEpoch_ns, header_bytes());
+    recording.message(1, kEpoch_ns, header_bytes(format));
     recording.message(2, kEpoch_ns, scene_bytes(1));
     for (std::uint64_t tick = 0; tick < kTicks; ++tick) {
       if (tick == 8000) recording.message(2, time_ns(tick), scene_bytes(2));
@@ -178,42 +189,36 @@ TEST_CASE("the State of any place is that of its tick, forward and back") {
   }
 }
 
-TEST_CASE("a string rings on by its law, also where nobody saw the pluck") {
+TEST_CASE("strings and contacts are those that the tick shows, wherever one jumps to") {
   const Sample sample;
   Show show(sample.path);
   show.playback.begin();
-  for (const double after_s : {0.001, 0.25, 1.0, 3.0}) {
-    CAPTURE(after_s);
-    show.go_to(2.0 + after_s);
+  CHECK_FALSE(show.playback.tools_only());
+  for (const double place_s : {4.0, 4.6, 5.0, 4.321}) {
+    CAPTURE(place_s);
+    show.go_to(place_s);
     const v1::State& state = show.states.back();
+    REQUIRE(state.contacts_size() == 1);
+    CHECK(state.contacts(0).p_wc_um(0) == std::llround(place_s * 1e6));
+    CHECK(state.contacts(0).force_mn(0) == 2000);
     REQUIRE(state.strings_size() == 1);
-    CHECK(state.strings(0).string_index() == 3);
-    CHECK(state.strings(0).phase() == v1::STRING_PHASE_RINGING);
-    const double expected_m = kRadius_m + 0.004 * std::exp(-after_s / 0.5);
-    CHECK(static_cast<double>(state.strings(0).radius_m()) == doctest::Approx(expected_m));
+    CHECK(state.strings(0).string_index() == 5);
+    CHECK(state.strings(0).radius_m() == 0.002F);
   }
-  // 4 mm exp(-5 s / 0.5 s) is 0.2 um.
-  show.go_to(7.0);
-  CHECK(show.states.back().strings_size() == 0);
-  show.go_to(1.0);
-  CHECK(show.states.back().strings_size() == 0);
+  for (const double place_s : {3.999, 5.001, 2.5}) {
+    show.go_to(place_s);
+    CHECK(show.states.back().strings_size() == 0);
+    CHECK(show.states.back().contacts_size() == 0);
+  }
 }
 
-TEST_CASE("a touch is there from its beginning to its end, carried along by the tool") {
-  const Sample sample;
+TEST_CASE("a recording of format 2 shows tools, and says that it shows no more") {
+  const Sample sample(true, 2);
   Show show(sample.path);
   show.playback.begin();
-  show.go_to(4.6);
-  const v1::State& state = show.states.back();
-  REQUIRE(state.contacts_size() == 1);
-  CHECK(state.contacts(0).string_index() == 5);
-  // 600 ticks of 1 mm after it began at x = 4 m.
-  CHECK(state.contacts(0).p_wc_um(0) == 4'600'000);
-  CHECK(state.contacts(0).p_wc_um(1) == 250'000);
-  CHECK(state.contacts(0).nhat_og_w_e4(1) == 10'000);
-  CHECK(state.contacts(0).force_mn(0) == 2000);
-  show.go_to(5.5);
-  CHECK(show.states.back().contacts_size() == 0);
+  CHECK(show.playback.tools_only());
+  show.go_to(9.5);
+  CHECK(show.states.back().tools(0).p_wg_m(0) == doctest::Approx(9.5));
 }
 
 TEST_CASE("a jump into another scene tells of it, within the same one it does not") {
@@ -298,10 +303,10 @@ TEST_CASE("a recording of a later format, or a compressed one, is refused") {
   const Sample place;
   SampleRecording later;
   v1::RecordHeader header;
-  header.set_format_version(3);
+  header.set_format_version(4);
   later.message(1, 1, header.SerializeAsString());
   later.save(place.path);
-  CHECK_THROWS_WITH(Show(place.path), doctest::Contains("format 3"));
+  CHECK_THROWS_WITH(Show(place.path), doctest::Contains("format 4"));
   SampleRecording compressed;
   compressed.message(1, 1, header_bytes());
   compressed.close_chunk("lz4");

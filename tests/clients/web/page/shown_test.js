@@ -85,6 +85,8 @@ test('who comes while a recording is shown, and who lost the gateway, know what 
   assert.equal(shownText(model.shown), 'a recording');
   take(recording({ cut_off: true }));
   assert.equal(shownText(model.shown), 'a.mcap, cut off');
+  take(recording({ tools_only: true }));
+  assert.match(shownText(model.shown), /^a.mcap, .*strings and contacts are in newer recordings$/);
   assert.equal(shownText({ source: LIVE }), 'live');
 });
 

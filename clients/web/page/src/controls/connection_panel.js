@@ -7,7 +7,7 @@ const ms = (seconds) => (seconds > 0 ? `${(seconds * 1e3).toFixed(2)} ms` : '–
 /** What is shown, for people. */
 export function shownText(shown) {
   if (shown?.source !== v1.PageSource.PAGE_SOURCE_RECORDING) return 'live';
-  return `${shown.recording || 'a recording'}${shown.cut_off ? ', cut off' : ''}`;
+  return `${shown.recording || 'a recording'}${shown.cut_off ? ', cut off' : ''}${shown.tools_only ? ', tools alone: strings and contacts are in newer recordings' : ''}`;
 }
 
 /** [name, value] rows from what is known. */

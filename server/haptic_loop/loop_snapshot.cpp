@@ -22,13 +22,13 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 
 namespace {
 
-/// Time between two images, ns. Longer: a replay of the last minute begins later in it.
-constexpr std::int64_t kImageEvery_ns = 1'000'000'000;
+/// Time between two snapshots, ns. Longer: a replay of the last minute begins later in it.
+constexpr std::int64_t kSnapshotEvery_ns = 1'000'000'000;
 
 /// Awake strings, as the block of the simulation has them.
 using AwakeStrings = FixedVector<std::int32_t, kMaxStrings>;
 
-/// The part of the image that settings are; the strings' are with the first tool.
+/// The part of the snapshot that settings are; the strings' are with the first tool.
 struct SettingsView {
   const SceneSettings& settings;
   std::size_t tool;
@@ -111,18 +111,18 @@ bool names_parts(const StringSegments& view) {
 
 }  // namespace
 
-bool HapticLoop::fill_image(StateImage& image) const noexcept {
+bool HapticLoop::fill_snapshot(Snapshot& snapshot) const noexcept {
   const PlayedScene& scene = *scene_;
-  image.next_tick = time_.tick;
-  image.scene_id = scene.scene_id;
-  image.loop_state = machine_.state;
+  snapshot.next_tick = time_.tick;
+  snapshot.scene_id = scene.scene_id;
+  snapshot.loop_state = machine_.state;
   const auto tool_number = [](std::size_t k) { return static_cast<std::uint32_t>(k); };
-  ImageWriter write(image);
+  SnapshotWriter write(snapshot);
   const bool ramps = change_ != nullptr;
   write.add(StateKind::kLoop, 0, time_.t_ns, first_tick_, machine_, overrun_watch_, ramps,
             change_share_);
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    image.tool_ids[k] = scene.tools[k].tool_id;
+    snapshot.tool_ids[k] = scene.tools[k].tool_id;
     write.add(StateKind::kSettings, tool_number(k), SettingsView{scene.settings, k});
     if (!ramps) continue;
     write.add(StateKind::kRampFrom, tool_number(k), SettingsView{change_->from, k});
@@ -157,15 +157,15 @@ bool HapticLoop::fill_image(StateImage& image) const noexcept {
   return write.good();
 }
 
-bool HapticLoop::restore(const StateImage& image) {
+bool HapticLoop::restore(const Snapshot& snapshot) {
   PlayedScene& scene = *scene_;
   const auto tool_number = [](std::size_t k) { return static_cast<std::uint32_t>(k); };
-  ImageReader read(image);
-  read.require(image.scene_id == scene.scene_id);
+  SnapshotReader read(snapshot);
+  read.require(snapshot.scene_id == scene.scene_id);
   bool ramps = false;
   read.take(StateKind::kLoop, 0, time_.t_ns, first_tick_, machine_, overrun_watch_, ramps,
             change_share_);
-  time_.tick = image.next_tick;
+  time_.tick = snapshot.next_tick;
   ever_ticked_ = true;
   change_ =
       ramps ? std::make_unique<SettingsChange>(SettingsChange{0, 0, scene.settings, scene.settings})
@@ -197,7 +197,7 @@ bool HapticLoop::restore(const StateImage& image) {
   return read.good();
 }
 
-void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
+void HapticLoop::restore_tool(std::size_t k, SnapshotReader& read) {
   ToolPlay& play = scene_->play.tools[k];
   ToolLoop& tool = tools_[k];
   double& delay_s = scene_->tools[k].stiffness_limits.delay_s;
@@ -214,7 +214,7 @@ void HapticLoop::restore_tool(std::size_t k, ImageReader& read) {
   read.require(names_things(tool.touches, scene_->scene->description(), k, play.scene));
 }
 
-void HapticLoop::restore_strings(ImageReader& read) {
+void HapticLoop::restore_strings(SnapshotReader& read) {
   OwnedSimulation& own = scene_->play;
   for (std::size_t s = 0; s < own.tracks.size() && read.good(); ++s) {
     WholeString<PlayedString, std::vector<ToolStringState>> whole{
@@ -229,47 +229,38 @@ void HapticLoop::restore_strings(ImageReader& read) {
   }
 }
 
-// After the tick, but before its number grows: the image is of what the next tick starts from.
-void HapticLoop::publish_image() noexcept {
-  if (!options_.images || time_.t_ns < image_due_ns_) return;
-  StateImage* image = channels_.images.writable();
-  if (image == nullptr) return;
-  image_due_ns_ = time_.t_ns + kImageEvery_ns;
-  if (!fill_image(*image)) return;
-  ++image->next_tick;
-  channels_.images.publish();
+// After the tick, but before its number grows: the snapshot is of what the next tick starts from.
+void HapticLoop::publish_snapshot() noexcept {
+  if (!options_.snapshots || time_.t_ns < snapshot_due_ns_) return;
+  Snapshot* snapshot = channels_.snapshots.writable();
+  if (snapshot == nullptr) return;
+  snapshot_due_ns_ = time_.t_ns + kSnapshotEvery_ns;
+  if (!fill_snapshot(*snapshot)) return;
+  ++snapshot->next_tick;
+  channels_.snapshots.publish();
 }
 
-void HapticLoop::replay_once(const TickTrace& recorded) noexcept {
+void HapticLoop::replay_once(const Tick& recorded) noexcept {
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    const ToolTrace& from = recorded.tools[k];
+    const ToolTick& from = recorded.tools[k];
     ToolLoop& tool = tools_[k];
-    tool.recentre = tool.recentre_asked = from.recentre;
-    tool.clutch_open = from.clutch_open;
-    tool.push_asked = from.push;
+    tool.recentre = tool.recentre_asked = from.asked.recentre;
+    tool.clutch_open = from.asked.clutch_open;
+    tool.push_asked = from.asked.push;
     SampleSource* source = scene_->tools[k].device.facets.samples;
     if (source == nullptr) continue;
     ReplayedSample sample;
-    sample.outcome = from.lost          ? ReadOutcome::kLost
-                     : from.sample_came ? ReadOutcome::kFresh
-                                        : ReadOutcome::kNothing;
+    sample.outcome = from.lost   ? ReadOutcome::kLost
+                     : from.came ? ReadOutcome::kFresh
+                                 : ReadOutcome::kNothing;
     sample.write_good = !from.write_failed;
-    sample.sample.t_ns = from.sample_t_ns;
-    sample.sample.counter = from.sample_counter;
-    sample.sample.p_DH = from.p_DH;
-    sample.sample.q_DH = from.q_DH;
-    sample.sample.v_DH_D = from.v_DH_D;
-    sample.sample.w_DH_D = from.w_DH_D;
-    sample.sample.buttons = from.buttons;
-    sample.sample.flags = from.device_flags;
-    sample.sample.has_velocity = from.has_velocity;
-    sample.sample.measured_delay_s = from.measured_delay_s;
+    sample.sample = from.sample;
     source->put(sample);
   }
   orders_ = recorded.orders;
-  work_budget_ = static_cast<std::int64_t>(recorded.work_budget);
+  work_budget_ = static_cast<std::int64_t>(recorded.budget.work);
   give_back_scene();
-  pass(static_cast<std::int64_t>(recorded.t_ns), recorded.skipped);
+  pass(recorded.t_ns, recorded.skipped);
 }
 
 bool HapticLoop::replay_change(std::unique_ptr<SettingsChange> change) noexcept {

@@ -1,7 +1,7 @@
 // Everything the loop keeps between two ticks, as plain numbers on their way from the haptic thread
 // to the telemetry thread, block by block: it becomes a v1::Snapshot, and a replay starts from it.
-// Filled in place once a second (loop_image.cpp). RT: yes, plain data; 6 MB, of which a scene uses
-// what its strings need.
+// Filled in place once a second (loop_snapshot.cpp). RT: yes, plain data; 6 MB, of which a scene
+// uses what its strings need.
 #pragma once
 
 #include <array>
@@ -48,7 +48,7 @@ struct StateSpan {
   std::uint32_t integers = 0;
 };
 
-struct StateImage {
+struct Snapshot {
   std::uint64_t next_tick = 0;
   std::uint32_t scene_id = 0;
   LoopState loop_state = LoopState::kDetached;
@@ -64,46 +64,48 @@ struct StateImage {
     return {integers.data() + block.first_integer, block.integers};
   }
 };
-static_assert(std::is_trivially_copyable_v<StateImage>);
+static_assert(std::is_trivially_copyable_v<Snapshot>);
 
-/// Images on their way to the recorder.
-using ImageRing = SpscRing<StateImage, 2>;
+/// Snapshots on their way to the recorder.
+using SnapshotRing = SpscRing<Snapshot, 2>;
 
-/// Appends blocks to an image.
-class ImageWriter {
+/// Appends blocks to a snapshot.
+class SnapshotWriter {
  public:
-  explicit ImageWriter(StateImage& image) noexcept : image_(image) { image_.blocks.clear(); }
+  explicit SnapshotWriter(Snapshot& snapshot) noexcept : snapshot_(snapshot) {
+    snapshot_.blocks.clear();
+  }
 
   /// The fields of `parts`, in order, as one block.
   template <typename... Parts>
   HD_REALTIME void add(StateKind kind, std::uint32_t index, const Parts&... parts) noexcept {
-    StateWriter write(
-        {std::span(image_.reals).subspan(reals_), std::span(image_.integers).subspan(integers_)});
+    StateWriter write({std::span(snapshot_.reals).subspan(reals_),
+                       std::span(snapshot_.integers).subspan(integers_)});
     write(parts...);
     good_ = good_ && write.good() &&
-            image_.blocks.push_back({kind, index, static_cast<std::uint32_t>(reals_),
-                                     static_cast<std::uint32_t>(write.reals()),
-                                     static_cast<std::uint32_t>(integers_),
-                                     static_cast<std::uint32_t>(write.integers())});
+            snapshot_.blocks.push_back({kind, index, static_cast<std::uint32_t>(reals_),
+                                        static_cast<std::uint32_t>(write.reals()),
+                                        static_cast<std::uint32_t>(integers_),
+                                        static_cast<std::uint32_t>(write.integers())});
     if (!good_) return;
     reals_ += write.reals();
     integers_ += write.integers();
   }
 
-  /// False when something did not fit: the image is of no use.
+  /// False when something did not fit: the snapshot is of no use.
   [[nodiscard]] bool good() const noexcept { return good_; }
 
  private:
-  StateImage& image_;
+  Snapshot& snapshot_;
   std::size_t reals_ = 0;
   std::size_t integers_ = 0;
   bool good_ = true;
 };
 
-/// Takes blocks of an image back.
-class ImageReader {
+/// Takes blocks of a snapshot back.
+class SnapshotReader {
  public:
-  explicit ImageReader(const StateImage& image) noexcept : image_(image) {}
+  explicit SnapshotReader(const Snapshot& snapshot) noexcept : snapshot_(snapshot) {}
 
   /// The fields of `parts`, in order, from the block of this kind and index. What is missing, too
   /// long, too short or out of range makes good() false.
@@ -114,13 +116,13 @@ class ImageReader {
       good_ = false;
       return;
     }
-    StateReader read(image_.reals_of(*block), image_.integers_of(*block));
+    StateReader read(snapshot_.reals_of(*block), snapshot_.integers_of(*block));
     read(parts...);
     good_ = good_ && read.complete();
   }
   /// Null: there is none.
   [[nodiscard]] const StateSpan* find(StateKind kind, std::uint32_t index) const noexcept {
-    for (const StateSpan& block : image_.blocks) {
+    for (const StateSpan& block : snapshot_.blocks) {
       if (block.kind == kind && block.index == index) return &block;
     }
     return nullptr;
@@ -129,15 +131,15 @@ class ImageReader {
   [[nodiscard]] bool good() const noexcept { return good_; }
 
  private:
-  const StateImage& image_;
+  const Snapshot& snapshot_;
   bool good_ = true;
 };
 
 /// Hash of all blocks in their order, as Snapshot.state_hash.
-[[nodiscard]] inline std::uint64_t hash_of(const StateImage& image) noexcept {
+[[nodiscard]] inline std::uint64_t hash_of(const Snapshot& snapshot) noexcept {
   std::uint64_t hash = kStateHashStart;
-  for (const StateSpan& block : image.blocks) {
-    hash = hash_numbers(hash, image.reals_of(block), image.integers_of(block));
+  for (const StateSpan& block : snapshot.blocks) {
+    hash = hash_numbers(hash, snapshot.reals_of(block), snapshot.integers_of(block));
   }
   return hash;
 }
