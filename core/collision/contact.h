@@ -15,15 +15,6 @@
 
 namespace hapticd {
 
-/// True where the obstacle of the pair is a capsule: a string, or a line that does not sound.
-[[nodiscard]] constexpr bool is_string(const ContactKey& key) noexcept {
-  return key.kind == ObstacleKind::kCapsule;
-}
-/// True where it is a body.
-[[nodiscard]] constexpr bool is_body(const ContactKey& key) noexcept {
-  return key.kind == ObstacleKind::kBody;
-}
-
 struct Contact {
   ContactKey key;
   Vector3 nhat_OG_W;  ///< unit, from the obstacle to the tool

@@ -22,6 +22,15 @@ struct ContactKey {
   friend bool operator==(const ContactKey&, const ContactKey&) = default;
 };
 
+/// True where the obstacle of the pair is a capsule: a string, or a line that does not sound.
+[[nodiscard]] constexpr bool is_string(const ContactKey& key) noexcept {
+  return key.kind == ObstacleKind::kCapsule;
+}
+/// True where it is a body.
+[[nodiscard]] constexpr bool is_body(const ContactKey& key) noexcept {
+  return key.kind == ObstacleKind::kBody;
+}
+
 /// Contacts reported of a tick, at most: the deepest.
 inline constexpr std::size_t kMaxReportedContacts = 256;
 
