@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "device/api/sample_difference.h"
+#include "core/tick/sample_difference.h"
 #include "device/report_io/drained_queue.h"
 
 namespace hapticd::pid {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "core/tick/sample_difference.h"
 #include "device/api/command_check.h"
-#include "device/api/sample_difference.h"
 
 namespace hapticd {
 

@@ -8,8 +8,8 @@
 #include "core/math/rotation.h"
 #include "core/safety/pose_guard.h"
 #include "core/safety/wrench_limit.h"
+#include "core/tick/sample_difference.h"
 #include "device/api/command_check.h"
-#include "device/api/sample_difference.h"
 
 namespace hapticd {
 namespace {

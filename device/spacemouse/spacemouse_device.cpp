@@ -6,7 +6,7 @@
 #include <span>
 
 #include "core/math/rotation.h"
-#include "device/api/sample_difference.h"
+#include "core/tick/sample_difference.h"
 #include "device/report_io/drained_queue.h"
 
 namespace hapticd::spacemouse {

@@ -67,8 +67,7 @@ TEST_CASE("more modes bring a string's force to the truth, and glide its pitch n
   CHECK(error("8 modes, 64 steps") < 0.2 * error("1 mode, 64 steps"));
   CHECK(error("32 modes, 64 steps") < 2e-3);
   // Half the energy's stretch, EA E / (2 L T^2), decaying; the truth adds what swings with it.
-  const std::string pluck =
-      "\"pluck_lambda\":0.10000000000000001,\"deflection_m\":0.0050000000000000001";
+  const std::string pluck = "\"pluck_lambda\":0.1,\"deflection_m\":0.005";
   const double cents = number(outcome.text, pluck, "truth_cents");
   CHECK(cents > 80.0);
   CHECK(cents < 120.0);

@@ -164,11 +164,11 @@ TEST_CASE(
   test::SplitMix64 random(30);
   const float infinity = std::numeric_limits<float>::infinity();
   const std::pair<float, const char*> values[] = {
-      {std::numeric_limits<float>::quiet_NaN(), "no sound, nan"},
-      {infinity, "no sound, inf"},
-      {-infinity, "no sound, -inf"},
-      {1e30F, "no sound, 1e+30"},
-      {-3e38F, "no sound, -3e+38"},
+      {std::numeric_limits<float>::quiet_NaN(), "not sound, nan"},
+      {infinity, "not sound, inf"},
+      {-infinity, "not sound, -inf"},
+      {1e30F, "not sound, 1e+30"},
+      {-3e38F, "not sound, -3e+38"},
       {1e9F, "stray sample"},
       {300.0F, "stray sample"}};
   int number = 0;

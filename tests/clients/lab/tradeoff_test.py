@@ -52,7 +52,7 @@ class PlanAndShards(unittest.TestCase):
             self.assertEqual(tradeoff_units.plan_of_shards([one, two]).key(), PLAN.key())
             with self.assertRaisesRegex(tradeoff_units.BadStudy, "other holds another study than .*one"):
                 tradeoff_units.plan_of_shards([one, other])
-            with self.assertRaisesRegex(tradeoff_units.BadStudy, "none is no output"):
+            with self.assertRaisesRegex(tradeoff_units.BadStudy, "none is not an output"):
                 tradeoff_units.plan_of_shards([one, none])
             self.assertFalse(none.exists())
             (two / "plan.json").write_text('{"key": "0", "moons": 3}', encoding="utf-8")

@@ -215,7 +215,7 @@ TEST_CASE("what cannot be shown is named with a remedy, and what is shown goes o
   CHECK(missing.message().find("--recordings") != std::string::npos);
   const v1::Result damaged = page.ask(show("text.mcap"));
   CHECK(damaged.code() == v1::RESULT_CODE_FAILED);
-  CHECK(damaged.message().find("text.mcap: no recording") != std::string::npos);
+  CHECK(damaged.message().find("text.mcap: not a recording") != std::string::npos);
   CHECK(damaged.message().find(". Name a file") != std::string::npos);
   check_states(page, false);
   CHECK(page.ask(show("session.mcap")).code() == v1::RESULT_CODE_OK);

@@ -1,5 +1,5 @@
 // See sample_difference.h.
-#include "device/api/sample_difference.h"
+#include "core/tick/sample_difference.h"
 
 #include <cmath>
 
