@@ -62,18 +62,22 @@ int run(const Options& options) {
   return play_live(options);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app("Makes the sound of a running hapticd, by JACK.", "haptic-audio");
-  Options options;
-  add_options(app, options);
-  return hapticd::client::run_program(app, argc, argv, [&] {
+std::function<int()> prepare(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  add_options(app, *options);
+  return [options] {
     try {
-      return run(options);
+      return run(*options);
     } catch (const NoJackServer& problem) {
       std::fprintf(stderr, "haptic-audio: %s\n", problem.what());
       return kNoServer;
     }
-  });
+  };
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return hapticd::client::run_program(
+      {"haptic-audio", "Makes the sound of a running hapticd, by JACK.", prepare}, argc, argv);
 }

@@ -65,9 +65,10 @@ void end_on_signals() {
 
 bool has_ended() noexcept { return ended != 0; }
 
-int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
-  const std::string name = app.get_name();
+int run_program(const Program& program, int argc, char** argv) noexcept {
   try {
+    CLI::App app(program.purpose, program.name);
+    const std::function<int()> run = program.prepare(app);
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
@@ -75,10 +76,10 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>
     }
     return run();
   } catch (const std::invalid_argument& error) {
-    std::fprintf(stderr, "%s: %s\n", name.c_str(), error.what());
+    std::fprintf(stderr, "%s: %s\n", program.name, error.what());
     return kProgramUsage;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", name.c_str(), error.what());
+    std::fprintf(stderr, "%s: %s\n", program.name, error.what());
     return kProgramFailed;
   }
 }

@@ -2,15 +2,12 @@
 // of it; the end by a signal; exit codes. Not RT.
 #pragma once
 
+#include <CLI/App.hpp>
 #include <functional>
 #include <memory>
 #include <string>
 
 #include "clients/library/client.h"
-
-namespace CLI {
-class App;
-}
 
 namespace hapticd::client {
 
@@ -44,8 +41,16 @@ void set_rate(double tick_rate_hz, double rate_hz, v1::Subscribe& subscribe);
 void end_on_signals();
 [[nodiscard]] bool has_ended() noexcept;
 
-/// Reads the command line into what `app` was given, then calls `run`. Returns run's exit code, or
-/// that of what went wrong, which is said on stderr.
-int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& run);
+/// A program that follows a daemon.
+struct Program {
+  const char* name;
+  const char* purpose;  ///< a sentence, for its --help
+  /// Adds its options to the command line, and returns what runs once they are read.
+  std::function<int()> (*prepare)(CLI::App& app);
+};
+
+/// Reads the command line and runs the program. Returns its exit code, or that of what went wrong,
+/// which is said on stderr.
+[[nodiscard]] int run_program(const Program& program, int argc, char** argv) noexcept;
 
 }  // namespace hapticd::client

@@ -110,11 +110,16 @@ int run(const Options& options) {
   return 0;
 }
 
+std::function<int()> prepare(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  add_options(app, *options);
+  return [options] { return run(*options); };
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Publishes what a running hapticd plays to an MQTT broker.", "haptic-relay");
-  Options options;
-  add_options(app, options);
-  return hapticd::client::run_program(app, argc, argv, [&] { return run(options); });
+  return hapticd::client::run_program(
+      {"haptic-relay", "Publishes what a running hapticd plays to an MQTT broker.", prepare}, argc,
+      argv);
 }

@@ -1,10 +1,12 @@
 #!/usr/bin/python3
-"""Says which sources of each target can be compiled as one: no name that is one file's own stands in another of the group.
+"""Says which sources of each target can be compiled as one: no name that is one file's own stands in another of the group or in a header
+that another includes.
 
 usage: unity_groups.py OUTPUT < LINES      each line: TARGET;FOLDER;SOURCE;SOURCE...
 Writes a CMake file that gives every such source its group. A file's own names are those of its anonymous namespaces and its macros; an
 alias that means the same in two files may be in both.
 """
+import functools
 import os
 import re
 import sys
@@ -15,7 +17,25 @@ import cpp_outline  # noqa: E402
 MOST_FILES = 8
 """Of a group. More: less to compile in all; fewer: less to compile anew when one file changes."""
 MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", re.MULTILINE)
+INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+DECLARED = re.compile(r"^(?:using|class|struct|enum class|(?:inline )?(?:constexpr|const) [\w:<>, ]*?)[ ]?(\w+)(?: =| \{|\{|\[|;)", re.MULTILINE)
+"""A type, an alias or a constant of a namespace, as a header that is laid out as all here are begins it."""
 WORD = re.compile(r"(?<![\w.>])(?<!\bcore/)[A-Za-z_]\w*")
+
+
+@functools.cache
+def read(path):
+    with open(path, encoding="utf-8") as file:
+        return file.read()
+
+
+@functools.cache
+def header_names(path):
+    """Names that a header of the project declares, with those that it includes."""
+    if not os.path.exists(path):
+        return frozenset()
+    text = read(path)
+    return frozenset(DECLARED.findall(text)).union(*(header_names(other) for other in INCLUDE.findall(text)))
 
 
 class Source:
@@ -24,7 +44,7 @@ class Source:
         self.path = path
         self.aliases = outline.aliases
         self.own = outline.own | set(MACRO.findall(text))
-        self.words = set(WORD.findall(cpp_outline.without_text(text)))
+        self.words = set(WORD.findall(cpp_outline.without_text(text))).union(*(header_names(name) for name in INCLUDE.findall(text)))
 
     def clashes(self, other):
         """Whether the two cannot be compiled as one."""
@@ -53,8 +73,7 @@ def main():
         for name in names:
             path = os.path.normpath(os.path.join(folder, name))
             if name.endswith(".cpp") and os.path.exists(path):
-                with open(path, encoding="utf-8") as file:
-                    sources.append(Source(path, file.read()))
+                sources.append(Source(path, read(path)))
         for number, members in enumerate(group(sources)):
             for source in members if len(members) > 1 else ():
                 lines.append(f'set_source_files_properties("{source.path}" TARGET_DIRECTORY {target} PROPERTIES UNITY_GROUP {number})')

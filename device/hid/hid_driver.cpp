@@ -47,7 +47,7 @@ struct Agreed {
 class HidPlug final : public Plug {
  public:
   HidPlug(HidDevice& device, DeviceCalibration& calibration, Agreed agreed)
-      : device_(device), calibration_(calibration), agreed_(std::move(agreed)) {}
+      : device_(device), calibration_(calibration), agreed_(agreed) {}
 
   [[nodiscard]] std::string attach(const HidrawNode& node, const ReportChannel& channel) override {
     constexpr const char* kAgain = "Plug it in again.";

@@ -22,7 +22,7 @@ struct Desks {
 
 class RequestTable {
  public:
-  RequestTable(Desks desks, ServedClients& clients) : desks_(std::move(desks)), clients_(clients) {}
+  RequestTable(const Desks& desks, ServedClients& clients) : desks_(desks), clients_(clients) {}
 
   /// Carries out a request that rights and lease permit, and answers it, now or later.
   void carry_out(const RequestId& id, const v1::Item& item);

@@ -356,9 +356,7 @@ Answer SceneDesk::get_parameters(const v1::GetParameters& get) const {
 Answer SceneDesk::set_parameters(const RequestId& id, const v1::SetParameter& set) {
   LiveScene& scene = scenes_.back();
   const std::uint64_t next = loop_.next_tick();
-  if (const auto refused = refusal_of_change(set, next, scene.changes.size())) {
-    return *refused;
-  }
+  if (auto refused = refusal_of_change(set, next, scene.changes.size())) return refused;
   const LoadOptions load = load_options(plan_);
   const QualityWish& wish = load.quality;
   AssignmentResult assigned = assign_parameters(scene.live, set, load.device_stiffness,

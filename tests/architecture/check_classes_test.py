@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """The check of classes and parameters finds what it is there for, and the outline it stands on reads C++ as the compiler does."""
+import os
 import sys
+import tempfile
 import unittest
 
 import check_classes
@@ -173,6 +175,17 @@ class UnityGroupsTest(unittest.TestCase):
             self.assertEqual([[0], [1]], self.groups(own, other), other)
         self.assertEqual([[0, 1]], self.groups(own, "// place\nint call() { return a.place(); }"))
         self.assertEqual([[0], [1]], self.groups("#define SIZE 3\n", "int a[SIZE];"))
+
+    def test_a_name_of_one_file_alone_is_none_of_a_header_that_another_includes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            inner, outer = os.path.join(folder, "inner.h"), os.path.join(folder, "outer.h")
+            with open(inner, "w", encoding="utf-8") as file:
+                file.write("using Bytes = int;\ninline constexpr std::int64_t kTick_ns = 1;\nclass Spring {\n};\nint move(int way);\n")
+            with open(outer, "w", encoding="utf-8") as file:
+                file.write(f'#include "{inner}"\n')
+            for own, groups in (("using Bytes = char;", [[0], [1]]), ("const int kTick_ns = 3;", [[0], [1]]), ("int Spring = 0;", [[0], [1]]),
+                                ("int way = 0;", [[0, 1]])):
+                self.assertEqual(groups, self.groups(f"namespace {{ {own} }}", f'#include "{outer}"\n'), own)
 
     def test_an_alias_that_means_the_same_may_be_in_both(self):
         alias = "namespace { using Long = std::array<long, 3>; Long %s; }"

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
 
 #include "core/geometry/closest_point.h"
 #include "core/solver/active_set.h"
@@ -96,8 +97,10 @@ class Baseline::Method {
       return true;
     }
     if (pairs.size() > static_cast<std::size_t>(kMaxQpRows)) {
-      std::stable_sort(pairs.begin(), pairs.end(),
-                       [](const auto& a, const auto& b) { return a.depth > b.depth; });
+      std::sort(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) {
+        return std::tie(b.depth, a.kind, a.obstacle, a.tool_sphere, a.body_sphere) <
+               std::tie(a.depth, b.kind, b.obstacle, b.tool_sphere, b.body_sphere);
+      });
       pairs.resize(kMaxQpRows);
     }
     QpProblem& problem = *problem_;

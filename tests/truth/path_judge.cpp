@@ -144,10 +144,10 @@ PathJudge::Vicinity PathJudge::vicinity(std::span<const ContactState> path) {
     }
   }
   ++looks_;
-  const auto [spheres, groups] = displaced_spheres(path.front());
+  const Displaced tool_G = displaced_spheres(path.front());
   const auto is_far = [&](const Sphere& ball_W) { return meets_nothing(near, ball_W, far, bent); };
-  visit_spheres(groups, X_WG, is_far, [&](std::size_t i) {
-    const Sphere sphere_W{transform(X_WG, spheres[i].p), spheres[i].r};
+  visit_spheres(tool_G.groups, X_WG, is_far, [&](std::size_t i) {
+    const Sphere sphere_W{transform(X_WG, tool_G.spheres[i].p), tool_G.spheres[i].r};
     const auto meets = [&](const Capsule& capsule, double beyond) {
       return distance_to(sphere_W.p, capsule) <= far + beyond + sphere_W.r + capsule.r;
     };

@@ -12,16 +12,23 @@
 namespace hapticd::client {
 namespace {
 
+using Run = int (*)();
+
 /// The exit code of a program that is called with these words and does `run`.
-int exit_code(std::vector<std::string> words, const std::function<int()>& run) {
-  CLI::App app("does nothing", "nothing");
-  DaemonChoice daemon;
-  add_daemon_options(app, daemon);
+int exit_code(std::vector<std::string> words, Run run) {
+  static Run runs;
+  runs = run;
+  const auto prepare = [](CLI::App& app) -> std::function<int()> {
+    const auto daemon = std::make_shared<DaemonChoice>();
+    add_daemon_options(app, *daemon);
+    return [daemon] { return runs(); };
+  };
   words.insert(words.begin(), "nothing");
   std::vector<char*> argv;
   argv.reserve(words.size());
   for (std::string& word : words) argv.push_back(word.data());
-  return run_program(app, static_cast<int>(argv.size()), argv.data(), run);
+  return run_program({"nothing", "Does nothing.", prepare}, static_cast<int>(argv.size()),
+                     argv.data());
 }
 
 TEST_CASE(

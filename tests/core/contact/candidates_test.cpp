@@ -42,6 +42,17 @@ bool lists(const Candidates& candidates, const ContactKey& key) {
                      [&](const Contact& contact) { return contact.key == key; });
 }
 
+bool lists_all_within(double distance, const Candidates& candidates, const RenderingScene& scene,
+                      const Pose& X_WG) {
+  for (std::int32_t line = 0; line < kLines; ++line) {
+    for (const TreeSphereId sphere : {0, 1}) {
+      const ContactKey key{ObstacleKind::kCapsule, line, sphere, 0};
+      if (true_gap(scene, X_WG, key) < distance && !lists(candidates, key)) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 TEST_CASE("what candidates see is listed, however far the tool has gone") {
@@ -64,13 +75,7 @@ TEST_CASE("what candidates see is listed, however far the tool has gone") {
       const double distance = random.uniform(0.0, 6e-3);
       const bool sees = candidates.sees(distance);
       (sees ? seen : unseen) += 1;
-      for (std::int32_t line = 0; line < kLines; ++line) {
-        for (const TreeSphereId sphere : {0, 1}) {
-          const ContactKey key{ObstacleKind::kCapsule, line, sphere, 0};
-          const double gap = true_gap(scene, run.state.X_WG, key);
-          if (sees && gap < distance) REQUIRE(lists(candidates, key));
-        }
-      }
+      if (sees) REQUIRE(lists_all_within(distance, candidates, scene, run.state.X_WG));
       for (const Contact& contact : candidates.contacts().contacts) {
         if (candidates.may_be_within(contact, distance)) continue;
         ++dismissed;

@@ -138,6 +138,36 @@ void lose_events(Bench& bench) {
   bench.tick();
 }
 
+void stop(Bench& bench) {
+  bench.send(StopCommand{});
+  bench.tick();
+}
+
+void spoil(Bench& bench) {
+  bench.handle->no_number = kNan;
+  bench.tick();
+}
+
+void freeze(Bench& bench) {
+  bench.handle->frozen = true;
+  bench.tick();
+}
+
+void stall(Bench& bench) {
+  bench.stall();
+  bench.tick();
+}
+
+void refuse(Bench& bench) {
+  bench.handle->writes = false;
+  bench.tick();
+}
+
+void lose_zero(Bench& bench) {
+  bench.handle->flags &= static_cast<std::uint16_t>(~kDeviceCalibrated);
+  bench.tick();
+}
+
 /// Those that make a fault; the rest of the table is empty.
 std::array<std::optional<Case>, kMaxCause + 1> latching_cases() {
   std::array<std::optional<Case>, kMaxCause + 1> cases;
@@ -160,30 +190,6 @@ std::array<std::optional<Case>, kMaxCause + 1> latching_cases() {
     };
   };
   const Action read_again = [](Bench& bench) { bench.handle->outcome = ReadOutcome::kFresh; };
-  const auto stop = [](Bench& bench) {
-    bench.send(StopCommand{});
-    bench.tick();
-  };
-  const auto spoil = [](Bench& bench) {
-    bench.handle->no_number = kNan;
-    bench.tick();
-  };
-  const auto freeze = [](Bench& bench) {
-    bench.handle->frozen = true;
-    bench.tick();
-  };
-  const auto stall = [](Bench& bench) {
-    bench.stall();
-    bench.tick();
-  };
-  const auto refuse = [](Bench& bench) {
-    bench.handle->writes = false;
-    bench.tick();
-  };
-  const auto lose_zero = [](Bench& bench) {
-    bench.handle->flags &= static_cast<std::uint16_t>(~kDeviceCalibrated);
-    bench.tick();
-  };
   set(Cause::kStopped, {stop});
   set(Cause::kNotFinite, {spoil, [](Bench& bench) { bench.handle->no_number = 0.0; }});
   set(Cause::kInputStale, {read_as(ReadOutcome::kNothing), read_again});

@@ -53,16 +53,18 @@ TEST_CASE(
   setting.budget_us = 0.0;
   LoopRun run(kStringScene, setting);
   run.engage(kAbove);
-  const WorkTick free = run.tick(kBeneath).tick.work;
-  CHECK(free.work_budget == 0);
+  const TickHead unbound = run.tick(kBeneath).tick;
+  const WorkTick& free = unbound.work;
+  CHECK(unbound.budget.work == 0);
   CHECK_FALSE(free.cut_short);
   REQUIRE(free.sub_steps > 3);
   REQUIRE(free.work > 3000);
 
   run.tick(kAbove);
   run.send(WorkBudgetCommand{1});
-  const WorkTick least = run.tick(kBeneath).tick.work;
-  CHECK(least.work_budget == 1);
+  const TickHead bound = run.tick(kBeneath).tick;
+  const WorkTick& least = bound.work;
+  CHECK(bound.budget.work == 1);
   CHECK(least.cut_short);
   CHECK(least.sub_steps == 1);
   CHECK(2 * least.work < free.work);
