@@ -25,7 +25,7 @@ BUILDS = MATRIX | {"gcc-O3-x86-64-v3": ("g++", "-O3 -march=x86-64-v3"), "clang-O
 ALL_BUILDS = BUILDS | {f"{name}-{sanitizer}": (compiler, f"{level} {flags}")
                        for name, (compiler, level) in MATRIX.items() for sanitizer, flags in SANITIZERS.items()}
 RUNS = 2
-FOLDERS = ("core/math core/tick core/geometry core/solver core/safety core/instrument core/collision core/tree"
+FOLDERS = ("core/math core/rt core/tick core/geometry core/solver core/safety core/instrument core/collision core/tree"
            " core/contact core/simulation core/scene server/model/packing server/model/shapes tests/support tests/core/math"
            " tests/server/model/shapes tests/realtime")
 PROBES = {"determinism_probe_core_math": "tests/core/math", "determinism_probe_core_modeling": "tests/server/model/shapes",
