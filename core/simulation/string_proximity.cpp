@@ -115,6 +115,7 @@ StringProximity proximity_to(const ToolPlay& play, const RenderedTool& tick,
   const ContactState& state = play.state.optimiser;
   StringProximity near;
   StringTouch& touch = near.touch;
+  touch.time = play.way.time;
   touch.stiffness = std::min(input.stiffness.kt,
                              input.strings[static_cast<std::size_t>(string)].contact_stiffness);
   const PressedString* pressed = nullptr;
