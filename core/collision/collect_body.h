@@ -60,11 +60,6 @@ class BodyContacts {
     Numbers x, y, z;
   };
 
-  /// One component of rotate(), summed in its order.
-  static double row_times(const Matrix3& R, int row, double x, double y, double z) noexcept {
-    return (R(row, 0) * x + R(row, 1) * y) + R(row, 2) * z;
-  }
-
   // Without branches, and not inlined, so that it becomes vectors.
   [[gnu::noinline]] void compute() noexcept {
     const Matrix3 R_WB = trees_.placement.R_WB;
@@ -79,18 +74,17 @@ class BodyContacts {
       const double inverse = 1.0 / distance;
       distance_[j] = distance;
       gap_[j] = distance - radii_[j];
-      const double nx = row_times(R_WB, 0, x * inverse, y * inverse, z * inverse);
-      const double ny = row_times(R_WB, 1, x * inverse, y * inverse, z * inverse);
-      const double nz = row_times(R_WB, 2, x * inverse, y * inverse, z * inverse);
+      const Components n{x * inverse, y * inverse, z * inverse};
+      const double nx = row_times(R_WB, 0, n);
+      const double ny = row_times(R_WB, 1, n);
+      const double nz = row_times(R_WB, 2, n);
       nhat_OG_W_.x[j] = nx;
       nhat_OG_W_.y[j] = ny;
       nhat_OG_W_.z[j] = nz;
-      const double cx = row_times(R_WG, 0, p_GC_.x[j], p_GC_.y[j], p_GC_.z[j]);
-      const double cy = row_times(R_WG, 1, p_GC_.x[j], p_GC_.y[j], p_GC_.z[j]);
-      const double cz = row_times(R_WG, 2, p_GC_.x[j], p_GC_.y[j], p_GC_.z[j]);
-      p_WC_.x[j] = (cx - r_tool_[j] * nx) + p_WG.x();
-      p_WC_.y[j] = (cy - r_tool_[j] * ny) + p_WG.y();
-      p_WC_.z[j] = (cz - r_tool_[j] * nz) + p_WG.z();
+      const Components c{p_GC_.x[j], p_GC_.y[j], p_GC_.z[j]};
+      p_WC_.x[j] = (row_times(R_WG, 0, c) - r_tool_[j] * nx) + p_WG.x();
+      p_WC_.y[j] = (row_times(R_WG, 1, c) - r_tool_[j] * ny) + p_WG.y();
+      p_WC_.z[j] = (row_times(R_WG, 2, c) - r_tool_[j] * nz) + p_WG.z();
     }
   }
 

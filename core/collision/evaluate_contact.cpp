@@ -10,12 +10,12 @@ namespace {
 
 /// Between what pairs are evaluated.
 struct Sides {
-  const SphereTreeView& tool;
+  const ToolView& tool;
   const ObstaclesView& obstacles;
-  const DisplacedParts& displaced;
 
   [[nodiscard]] Sphere tool_sphere(const ContactKey& key) const noexcept {
-    Sphere sphere_G = tree_sphere(tool, key.tool_sphere);
+    const DisplacedParts& displaced = tool.displaced;
+    Sphere sphere_G = tree_sphere(tool.tree, key.tool_sphere);
     if (displaced.parts.empty()) return sphere_G;
     const int k = displaced.find(key.tool_sphere);
     if (k >= 0) sphere_G.p += displaced.parts[static_cast<std::size_t>(k)].v_G;
@@ -29,12 +29,12 @@ struct Sides {
 /// True when a pair is with the same body or leg of a string as `other`.
 bool same_obstacle(const ContactKey& key, const ContactKey& other) noexcept {
   return key.kind == other.kind && key.obstacle == other.obstacle &&
-         (key.kind == ObstacleKind::kBody || key.obstacle_sphere == other.obstacle_sphere);
+         (is_body(key) || key.obstacle_sphere == other.obstacle_sphere);
 }
 
 /// Begins with the pair `key` is of.
 void begin(const Sides& sides, const ContactKey& key, PairBatch& batch) noexcept {
-  if (key.kind == ObstacleKind::kBody) {
+  if (is_body(key)) {
     batch.begin(sides.body(key).X_WB);
   } else {
     batch.begin(segment_of(sides.obstacles, key.obstacle, key.obstacle_sphere));
@@ -42,7 +42,7 @@ void begin(const Sides& sides, const ContactKey& key, PairBatch& batch) noexcept
 }
 
 void add(const Sides& sides, const ContactKey& key, PairBatch& batch) noexcept {
-  if (key.kind == ObstacleKind::kBody) {
+  if (is_body(key)) {
     batch.add(sides.tool_sphere(key), tree_sphere(sides.body(key).tree, key.obstacle_sphere));
   } else {
     batch.add(sides.tool_sphere(key));
@@ -52,9 +52,9 @@ void add(const Sides& sides, const ContactKey& key, PairBatch& batch) noexcept {
 /// Finds the gaps of `count` pairs, those in a row with one obstacle together: go_on(batch, k) sees
 /// those from pair `k` on, and says whether to go on.
 template <typename KeyOf, typename GoOn>
-void find_gaps(const Sides& sides, const Pose& X_WG, std::size_t count, const KeyOf& key_of,
+void find_gaps(const Sides& sides, std::size_t count, const KeyOf& key_of,
                const GoOn& go_on) noexcept {
-  PairBatch batch(place_tool(X_WG));
+  PairBatch batch(place_tool(sides.tool.X_WG));
   std::size_t next = 0;
   while (next < count) {
     const std::size_t first = next;
@@ -77,13 +77,13 @@ double minimum_gap(const PairBatch& batch, double minimum) noexcept {
 
 }  // namespace
 
-Contact evaluate_contact(const ContactKey& key, const SphereTreeView& tool, const Pose& X_WG,
-                         const ObstaclesView& obstacles, const DisplacedParts& displaced) noexcept {
-  const Sides sides{tool, obstacles, displaced};
-  const ToolPlacement placement = place_tool(X_WG);
+Contact evaluate_contact(const ContactKey& key, const ToolView& tool,
+                         const ObstaclesView& obstacles) noexcept {
+  const Sides sides{tool, obstacles};
+  const ToolPlacement placement = place_tool(tool.X_WG);
   const Sphere sphere_G = sides.tool_sphere(key);
   const PlacedSphere placed{rotate(placement.R_WG, sphere_G.p), sphere_G.r, placement.p_WG};
-  if (key.kind == ObstacleKind::kBody) {
+  if (is_body(key)) {
     const BodyView& view = sides.body(key);
     const PlacedBody body = place_body(view.X_WB, placement);
     const PrimitiveGap pair = gap_to_body_sphere(to_body(body, sphere_G.p), sphere_G.r,
@@ -98,12 +98,12 @@ Contact evaluate_contact(const ContactKey& key, const SphereTreeView& tool, cons
   return make_contact(key, pair, capsule_normal(pair, capsule.p_B - capsule.p_A), placed);
 }
 
-void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG, const ObstaclesView& obstacles,
-                       ContactSet& contacts, const DisplacedParts& displaced) noexcept {
+void evaluate_contacts(const ToolView& tool, const ObstaclesView& obstacles,
+                       ContactSet& contacts) noexcept {
   auto& all = contacts.contacts;
   double minimum = std::numeric_limits<double>::infinity();
   find_gaps(
-      {tool, obstacles, displaced}, X_WG, all.size(),
+      {tool, obstacles}, all.size(),
       [&all](std::size_t k) -> const ContactKey& { return all[k].key; },
       [&](PairBatch& batch, std::size_t first) {
         batch.find_contacts();
@@ -114,14 +114,13 @@ void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG, const Obsta
   contacts.minimum_gap = minimum;
 }
 
-bool any_gap_below(double least, std::span<const std::int32_t> which, const ContactSet& contacts,
-                   const SphereTreeView& tool, const Pose& X_WG, const ObstaclesView& obstacles,
-                   const DisplacedParts& displaced) noexcept {
+bool any_gap_below(double least, const ContactSubset& contacts, const ToolView& tool,
+                   const ObstaclesView& obstacles) noexcept {
   bool below = false;
   find_gaps(
-      {tool, obstacles, displaced}, X_WG, which.size(),
+      {tool, obstacles}, contacts.which.size(),
       [&](std::size_t k) -> const ContactKey& {
-        return contacts.contacts[static_cast<std::size_t>(which[k])].key;
+        return contacts.set.contacts[static_cast<std::size_t>(contacts.which[k])].key;
       },
       [&](const PairBatch& batch, std::size_t) {
         below = minimum_gap(batch, least) < least;
@@ -130,11 +129,11 @@ bool any_gap_below(double least, std::span<const std::int32_t> which, const Cont
   return below;
 }
 
-double minimum_gap_of(const ContactSet& contacts, const SphereTreeView& tool, const Pose& X_WG,
-                      const ObstaclesView& obstacles, const DisplacedParts& displaced) noexcept {
+double minimum_gap_of(const ContactSet& contacts, const ToolView& tool,
+                      const ObstaclesView& obstacles) noexcept {
   double minimum = std::numeric_limits<double>::infinity();
   find_gaps(
-      {tool, obstacles, displaced}, X_WG, contacts.contacts.size(),
+      {tool, obstacles}, contacts.contacts.size(),
       [&contacts](std::size_t k) -> const ContactKey& { return contacts.contacts[k].key; },
       [&minimum](const PairBatch& batch, std::size_t) {
         minimum = minimum_gap(batch, minimum);

@@ -6,15 +6,6 @@
 #include <limits>
 
 namespace hapticd {
-namespace {
-
-/// One component of rotate(), summed in its order.
-double row_times(const Matrix3& R, int row, double x, double y, double z) noexcept {
-  return (R(row, 0) * x + R(row, 1) * y) + R(row, 2) * z;
-}
-
-}  // namespace
-
 void PairBatch::find_gaps() noexcept {
   for (std::size_t j = count_; j < whole_lanes(); ++j) repeat(count_ - 1, j);
   if (of_body_) {
@@ -30,13 +21,11 @@ void PairBatch::find_contacts() noexcept {
   const Vector3 p_WG = tool_.p_WG;
   const std::size_t count = whole_lanes();
   for (std::size_t j = 0; j < count; ++j) {
-    const double cx = p_GC_.x[j];
-    const double cy = p_GC_.y[j];
-    const double cz = p_GC_.z[j];
+    const Components c{p_GC_.x[j], p_GC_.y[j], p_GC_.z[j]};
     const double r = r_tool_[j];
-    p_WC_.x[j] = (row_times(R_WG, 0, cx, cy, cz) - r * nhat_.x[j]) + p_WG.x();
-    p_WC_.y[j] = (row_times(R_WG, 1, cx, cy, cz) - r * nhat_.y[j]) + p_WG.y();
-    p_WC_.z[j] = (row_times(R_WG, 2, cx, cy, cz) - r * nhat_.z[j]) + p_WG.z();
+    p_WC_.x[j] = (row_times(R_WG, 0, c) - r * nhat_.x[j]) + p_WG.x();
+    p_WC_.y[j] = (row_times(R_WG, 1, c) - r * nhat_.y[j]) + p_WG.y();
+    p_WC_.z[j] = (row_times(R_WG, 2, c) - r * nhat_.z[j]) + p_WG.z();
   }
 }
 
@@ -45,12 +34,10 @@ void PairBatch::find_body_gaps() noexcept {
   const Vector3 p_BG = body_.p_BG;
   const std::size_t count = whole_lanes();
   for (std::size_t j = 0; j < count; ++j) {
-    const double cx = p_GC_.x[j];
-    const double cy = p_GC_.y[j];
-    const double cz = p_GC_.z[j];
-    const double x = (row_times(R_BG, 0, cx, cy, cz) + p_BG.x()) - p_B_.x[j];
-    const double y = (row_times(R_BG, 1, cx, cy, cz) + p_BG.y()) - p_B_.y[j];
-    const double z = (row_times(R_BG, 2, cx, cy, cz) + p_BG.z()) - p_B_.z[j];
+    const Components c{p_GC_.x[j], p_GC_.y[j], p_GC_.z[j]};
+    const double x = (row_times(R_BG, 0, c) + p_BG.x()) - p_B_.x[j];
+    const double y = (row_times(R_BG, 1, c) + p_BG.y()) - p_B_.y[j];
+    const double z = (row_times(R_BG, 2, c) + p_BG.z()) - p_B_.z[j];
     const double distance = std::sqrt((x * x + y * y) + z * z);
     offset_.x[j] = x;
     offset_.y[j] = y;
@@ -65,12 +52,10 @@ void PairBatch::turn_to_world() noexcept {
   const std::size_t count = whole_lanes();
   for (std::size_t j = 0; j < count; ++j) {
     const double inverse = 1.0 / distance_[j];
-    const double x = offset_.x[j] * inverse;
-    const double y = offset_.y[j] * inverse;
-    const double z = offset_.z[j] * inverse;
-    nhat_.x[j] = row_times(R_WB, 0, x, y, z);
-    nhat_.y[j] = row_times(R_WB, 1, x, y, z);
-    nhat_.z[j] = row_times(R_WB, 2, x, y, z);
+    const Components n{offset_.x[j] * inverse, offset_.y[j] * inverse, offset_.z[j] * inverse};
+    nhat_.x[j] = row_times(R_WB, 0, n);
+    nhat_.y[j] = row_times(R_WB, 1, n);
+    nhat_.z[j] = row_times(R_WB, 2, n);
     lambda_[j] = 0.0;
   }
 }
@@ -88,12 +73,10 @@ void PairBatch::find_capsule_gaps() noexcept {
   const Matrix3 R_WG = tool_.R_WG;
   const std::size_t count = whole_lanes();
   for (std::size_t j = 0; j < count; ++j) {
-    const double cx = p_GC_.x[j];
-    const double cy = p_GC_.y[j];
-    const double cz = p_GC_.z[j];
-    const double acx = row_times(R_WG, 0, cx, cy, cz) - a.x();
-    const double acy = row_times(R_WG, 1, cx, cy, cz) - a.y();
-    const double acz = row_times(R_WG, 2, cx, cy, cz) - a.z();
+    const Components c{p_GC_.x[j], p_GC_.y[j], p_GC_.z[j]};
+    const double acx = row_times(R_WG, 0, c) - a.x();
+    const double acy = row_times(R_WG, 1, c) - a.y();
+    const double acz = row_times(R_WG, 2, c) - a.z();
     double lambda = ((acx * ab.x() + acy * ab.y()) + acz * ab.z()) / divisor;
     lambda = lambda > 0.0 ? lambda : 0.0;
     lambda = lambda < 1.0 ? lambda : 1.0;

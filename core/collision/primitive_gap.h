@@ -26,10 +26,20 @@ namespace hapticd {
   return R;
 }
 
-/// R v, summed in a fixed order.
+/// Numbers of a vector, for loops that are to become lanes.
+struct Components {
+  double x, y, z;
+};
+
+/// Component `row` of R v, summed in a fixed order.
+[[nodiscard]] inline double row_times(const Matrix3& R, int row, const Components& v) noexcept {
+  return (R(row, 0) * v.x + R(row, 1) * v.y) + R(row, 2) * v.z;
+}
+
+/// R v.
 [[nodiscard]] inline Vector3 rotate(const Matrix3& R, const Vector3& v) noexcept {
-  const auto row = [&](int k) { return (R(k, 0) * v.x() + R(k, 1) * v.y()) + R(k, 2) * v.z(); };
-  return {row(0), row(1), row(2)};
+  const Components c{v.x(), v.y(), v.z()};
+  return {row_times(R, 0, c), row_times(R, 1, c), row_times(R, 2, c)};
 }
 
 /// Where the tool is.

@@ -135,15 +135,15 @@ void find(const Query& query, const DisplacedParts& displaced, ContactSet& out) 
 
 }  // namespace
 
-void find_contacts(const SphereTreeView& tool, const Pose& X_WG, const ObstaclesView& obstacles,
-                   const QueryOptions& options, ContactSet& out,
-                   const DisplacedParts& displaced) noexcept {
-  HD_ASSERT(displaced.parts.empty() || options.tool_level == kLeafLevel);
-  const Query query{levelled(tool, options.tool_level), place_tool(X_WG), obstacles, options};
+void find_contacts(const ToolView& tool, const ObstaclesView& obstacles,
+                   const QueryOptions& options, ContactSet& out) noexcept {
+  HD_ASSERT(tool.displaced.parts.empty() || options.tool_level == kLeafLevel);
+  const Query query{levelled(tool.tree, options.tool_level), place_tool(tool.X_WG), obstacles,
+                    options};
   if (avx2_available()) {
-    find<Avx2Kernels>(query, displaced, out);
+    find<Avx2Kernels>(query, tool.displaced, out);
   } else {
-    find<PortableKernels>(query, displaced, out);
+    find<PortableKernels>(query, tool.displaced, out);
   }
 }
 

@@ -29,38 +29,44 @@ struct QueryOptions {
   int body_level = kLeafLevel;
 };
 
-/// Fills `out` with all pairs of `tool` at `X_WG` against `obstacles`. Gaps are exact (double
+/// A tool where it stands. Views what it is made from.
+struct ToolView {
+  const SphereTreeView& tree;  ///< in G
+  const Pose& X_WG;
+  DisplacedParts displaced{};
+};
+
+/// Fills `out` with all pairs of `tool` against `obstacles`. Gaps are exact (double
 /// precision primitives), to rounding. Displaced parts cost one more traversal each, and take
 /// kLeafLevel of the tool; with them the minimum gap beyond the margin is a lower bound.
-HD_REALTIME void find_contacts(const SphereTreeView& tool, const Pose& X_WG,
-                               const ObstaclesView& obstacles, const QueryOptions& options,
-                               ContactSet& out, const DisplacedParts& displaced = {}) noexcept;
+HD_REALTIME void find_contacts(const ToolView& tool, const ObstaclesView& obstacles,
+                               const QueryOptions& options, ContactSet& out) noexcept;
 
-/// The same pair of primitives at another pose of the tool: gap, normal, point and lambda afresh.
-/// About 30 ns.
-[[nodiscard]] HD_REALTIME Contact evaluate_contact(const ContactKey& key,
-                                                   const SphereTreeView& tool, const Pose& X_WG,
-                                                   const ObstaclesView& obstacles,
-                                                   const DisplacedParts& displaced = {}) noexcept;
+/// The same pair of primitives where the tool is now: gap, normal, point and lambda afresh. About
+/// 30 ns.
+[[nodiscard]] HD_REALTIME Contact evaluate_contact(const ContactKey& key, const ToolView& tool,
+                                                   const ObstaclesView& obstacles) noexcept;
 
 /// The same for all of `contacts`, in place; minimum_gap becomes the smallest of their gaps, m, or
 /// +infinity when there are none. About 10 ns per contact.
-HD_REALTIME void evaluate_contacts(const SphereTreeView& tool, const Pose& X_WG,
-                                   const ObstaclesView& obstacles, ContactSet& contacts,
-                                   const DisplacedParts& displaced = {}) noexcept;
+HD_REALTIME void evaluate_contacts(const ToolView& tool, const ObstaclesView& obstacles,
+                                   ContactSet& contacts) noexcept;
 
-/// True when one of the pairs `which` of `contacts` has a gap below `least` (m) at another pose of
-/// the tool. About 15 ns per pair.
-[[nodiscard]] HD_REALTIME bool any_gap_below(double least, std::span<const std::int32_t> which,
-                                             const ContactSet& contacts, const SphereTreeView& tool,
-                                             const Pose& X_WG, const ObstaclesView& obstacles,
-                                             const DisplacedParts& displaced = {}) noexcept;
+/// Smallest gap over the pairs already in `contacts`, where the tool is now, m; +infinity when
+/// there are none.
+[[nodiscard]] HD_REALTIME double minimum_gap_of(const ContactSet& contacts, const ToolView& tool,
+                                                const ObstaclesView& obstacles) noexcept;
 
-/// Smallest gap over the pairs already in `contacts`, at another pose of the tool, m; +infinity
-/// when there are none.
-[[nodiscard]] HD_REALTIME double minimum_gap_of(const ContactSet& contacts,
-                                                const SphereTreeView& tool, const Pose& X_WG,
-                                                const ObstaclesView& obstacles,
-                                                const DisplacedParts& displaced = {}) noexcept;
+/// Some of the contacts of a set, by their places in it.
+struct ContactSubset {
+  const ContactSet& set;
+  std::span<const std::int32_t> which;
+};
+
+/// True when one of these pairs has a gap below `least` (m) where the tool is now. About 15 ns per
+/// pair.
+[[nodiscard]] HD_REALTIME bool any_gap_below(double least, const ContactSubset& contacts,
+                                             const ToolView& tool,
+                                             const ObstaclesView& obstacles) noexcept;
 
 }  // namespace hapticd

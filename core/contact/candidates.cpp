@@ -72,7 +72,7 @@ void Candidates::query(const Configuration& at, double wanted, ContactResult& re
                              .body_level = leaves_ ? kLeafLevel : state.body_level};
   const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
-  find_contacts(input.tool, state.X_WG, bent.view(), options, contacts_, shape.view());
+  find_contacts({input.tool, state.X_WG, shape.view()}, bent.view(), options, contacts_);
   ++result.queries;
   result.tests += contacts_.tests;
   result.minimum_gap = contacts_.minimum_gap;
@@ -90,7 +90,7 @@ void Candidates::refresh(const Configuration& at, double wanted, ContactResult& 
   const auto& [input, state] = at;
   const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
-  evaluate_contacts(input.tool, state.X_WG, bent.view(), contacts_, shape.view());
+  evaluate_contacts({input.tool, state.X_WG, shape.view()}, bent.view(), contacts_);
   contacts_.minimum_gap = std::min(contacts_.minimum_gap, room_left());
   result.tests += static_cast<std::int64_t>(contacts_.contacts.size());
   result.evaluations += static_cast<std::int64_t>(contacts_.contacts.size());

@@ -113,7 +113,7 @@ void subtract_curvature(const ContactView& view, const Shapes& shapes, const Act
                         ArrowMatrix& H) noexcept {
   const auto& [input, state] = view.at();
   const Contact contact =
-      evaluate_contact(pair.key, input.tool, state.X_WG, shapes.obstacles, shapes.displaced);
+      evaluate_contact(pair.key, {input.tool, state.X_WG, shapes.displaced}, shapes.obstacles);
   const double r = tree_sphere(input.tool, pair.key.tool_sphere).r;
   const RoundContact geometry = round_contact(input, shapes.obstacles, pair.key, contact);
   if (!(geometry.distance > 0.0)) return;

@@ -54,8 +54,8 @@ bool clear_of(const OtherTool& other, ContactSet& pairs, const StringTravel& str
   alone.capsule = 0;
   const std::span<const Capsule> capsules(&string.straight_W, 1);
   const ToolShape shape(other.parts, *other.soft);
-  find_contacts(other.tool, other.X_WG, {capsules, {}, {&alone, 1}}, {margin, margin}, pairs,
-                shape.view());
+  find_contacts({other.tool, other.X_WG, shape.view()}, {capsules, {}, {&alone, 1}},
+                {margin, margin}, pairs);
   if (pairs.contacts.empty()) return true;
   if (pairs.covered_margin < margin) return false;
   const double wanted = places_of(other, pairs, string);
@@ -66,8 +66,8 @@ bool clear_of(const OtherTool& other, ContactSet& pairs, const StringTravel& str
         moved(string.bend, scaled(string.motion, static_cast<double>(place) / places));
     there.capsule = 0;
     for (const Contact& pair : pairs.contacts) {
-      const double gap = evaluate_contact(pair.key, other.tool, other.X_WG,
-                                          {capsules, {}, {&there, 1}}, shape.view())
+      const double gap = evaluate_contact(pair.key, {other.tool, other.X_WG, shape.view()},
+                                          {capsules, {}, {&there, 1}})
                              .gap;
       if (gap < std::min(pair.gap, kOtherToolClearance)) return false;
     }

@@ -62,7 +62,7 @@ std::optional<Push> push_out(const Configuration& at, const ContactSet& contacts
   const Pose X_WG = moved(state.X_WG, {direction * length, Vector3::Zero()});
   const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
-  const double gap = minimum_gap_of(contacts, input.tool, X_WG, bent.view(), shape.view());
+  const double gap = minimum_gap_of(contacts, {input.tool, X_WG, shape.view()}, bent.view());
   if (!(gap > contacts.minimum_gap)) return std::nullopt;
   return Push{X_WG, gap};
 }

@@ -162,8 +162,8 @@ bool clear_of_contacts(const ContactView& view, const ConfigurationStep& step, i
     const ToolShape shape(input.parts, state.parts, step.parts, part);
     result.tests += static_cast<std::int64_t>(count);
     result.evaluations += static_cast<std::int64_t>(count);
-    if (any_gap_below(-input.rounding, std::span(critical).first(count), view.contacts, input.tool,
-                      X, bent.view(), shape.view())) {
+    if (any_gap_below(-input.rounding, {view.contacts, std::span(critical).first(count)},
+                      {input.tool, X, shape.view()}, bent.view())) {
       return false;
     }
   }
@@ -186,7 +186,8 @@ double energy_credit(const ContactView& view, const RowProgram& program,
     const ActiveContact& active = view.result.active[static_cast<std::size_t>(k)];
     const Contact& contact = view.contact_of(active);
     const double wanted = end.fraction * program.wanted_gain(k);
-    const Contact there = evaluate_contact(contact.key, input.tool, end.X_WG, obstacles, displaced);
+    const Contact there =
+        evaluate_contact(contact.key, {input.tool, end.X_WG, displaced}, obstacles);
     credit += active.multiplier * (there.gap - (contact.gap + wanted));
     // Not the multiplier that bound_force left: the program's own is what the way out costs.
     credit += program.active(k).multiplier * std::max(0.0, wanted);

@@ -132,7 +132,7 @@ std::optional<NearestPair> nearest_to_string(const Configuration& at, const Cont
   for (const Contact& listed : contacts.contacts) {
     if (!is_string(listed.key) || listed.key.obstacle != string) continue;
     const Contact contact =
-        evaluate_contact(listed.key, input.tool, state.X_WG, bent.view(), shape.view());
+        evaluate_contact(listed.key, {input.tool, state.X_WG, shape.view()}, bent.view());
     if (!nearest || contact.gap < nearest->gap) {
       nearest = NearestPair{contact.gap, contact.lambda, contact.nhat_OG_W, contact.p_WC,
                             input.parts.part_of(listed.key.tool_sphere)};

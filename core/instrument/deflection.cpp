@@ -52,50 +52,55 @@ double hypotenuse(double run, double delta) noexcept {
   return large * std::sqrt(1.0 + ratio * ratio);
 }
 
-/// The triangle A-P-B of a deflected string.
+/// The triangle A-P-B of a string of some length, deflected by delta > 0.
 struct Triangle {
-  double run_1;     ///< lambda L
-  double run_2;     ///< (1 - lambda) L
-  double length_1;  ///< |AP| = L_1
-  double length_2;  ///< |PB| = L_2
-  double sine_1;    ///< delta / L_1
-  double sine_2;    ///< delta / L_2
-  double stretch;   ///< ext = L_1 + L_2 - L
+  Triangle(const StringConstants& of, double at, double by) noexcept
+      : string(of),
+        lambda(at),
+        delta(by),
+        run_1(lambda * string.length),
+        run_2((1.0 - lambda) * string.length),
+        length_1(hypotenuse(run_1, delta)),
+        length_2(hypotenuse(run_2, delta)),
+        sine_1(delta / length_1),
+        sine_2(delta / length_2),
+        stretch(delta * (delta / (length_1 + run_1) + delta / (length_2 + run_2))),
+        axial_force(string.axial_stiffness * (stretch / string.length)),
+        tension(string.tension + axial_force) {}
+
+  [[nodiscard]] double cosine_1() const noexcept { return run_1 / length_1; }
+  [[nodiscard]] double cosine_2() const noexcept { return run_2 / length_2; }
+  [[nodiscard]] double force() const noexcept { return tension * (sine_1 + sine_2); }
+  /// dF/ddelta: the growing F_i, and the sines' d(delta/L_i)/ddelta = cos^2 / L_i.
+  [[nodiscard]] double slope() const noexcept {
+    const double sines = sine_1 + sine_2;
+    const double elastic = string.axial_stiffness / string.length * (sines * sines);
+    return elastic + (tension * (cosine_1() * cosine_1()) / length_1 +
+                      tension * (cosine_2() * cosine_2()) / length_2);
+  }
+  /// tension (cos theta_2 - cos theta_1) with the difference of the cosines from that of their
+  /// squares, (delta L / (L_1 L_2))^2 (1 - 2 lambda).
+  [[nodiscard]] double lateral_force() const noexcept {
+    const bool first_is_short = length_1 < length_2;
+    const double shorter = first_is_short ? length_1 : length_2;
+    const double longer = first_is_short ? length_2 : length_1;
+    const double ratio = (delta / shorter) * (string.length / longer);
+    return tension * (ratio * ratio * (1.0 - 2.0 * lambda) / (cosine_1() + cosine_2()));
+  }
+
+  const StringConstants& string;
+  double lambda;
+  double delta;
+  double run_1;        ///< lambda L
+  double run_2;        ///< (1 - lambda) L
+  double length_1;     ///< |AP| = L_1
+  double length_2;     ///< |PB| = L_2
+  double sine_1;       ///< delta / L_1
+  double sine_2;       ///< delta / L_2
+  double stretch;      ///< ext = L_1 + L_2 - L
+  double axial_force;  ///< F_i
+  double tension;      ///< T + F_i
 };
-
-/// delta > 0, string.length > 0.
-Triangle bend(const StringConstants& string, double lambda, double delta) noexcept {
-  Triangle bent;
-  bent.run_1 = lambda * string.length;
-  bent.run_2 = (1.0 - lambda) * string.length;
-  bent.length_1 = hypotenuse(bent.run_1, delta);
-  bent.length_2 = hypotenuse(bent.run_2, delta);
-  bent.sine_1 = delta / bent.length_1;
-  bent.sine_2 = delta / bent.length_2;
-  bent.stretch =
-      delta * (delta / (bent.length_1 + bent.run_1) + delta / (bent.length_2 + bent.run_2));
-  return bent;
-}
-
-/// dF/ddelta of a bent string: the growing F_i, and the sines' d(delta/L_i)/ddelta = cos^2 / L_i.
-double slope_of(const StringConstants& string, const Triangle& bent, double tension,
-                double cosine_1, double cosine_2) noexcept {
-  const double sines = bent.sine_1 + bent.sine_2;
-  const double elastic = string.axial_stiffness / string.length * (sines * sines);
-  return elastic + (tension * (cosine_1 * cosine_1) / bent.length_1 +
-                    tension * (cosine_2 * cosine_2) / bent.length_2);
-}
-
-/// F_lateral = tension (cos theta_2 - cos theta_1) with the difference of the cosines from that of
-/// their squares, (delta L / (L_1 L_2))^2 (1 - 2 lambda).
-double lateral_of(const StringConstants& string, const Triangle& bent, double lambda, double delta,
-                  double tension, double cosines) noexcept {
-  const bool first_is_short = bent.length_1 < bent.length_2;
-  const double shorter = first_is_short ? bent.length_1 : bent.length_2;
-  const double longer = first_is_short ? bent.length_2 : bent.length_1;
-  const double ratio = (delta / shorter) * (string.length / longer);
-  return tension * (ratio * ratio * (1.0 - 2.0 * lambda) / cosines);
-}
 
 struct ForceAndSlope {
   double force;
@@ -104,10 +109,8 @@ struct ForceAndSlope {
 
 /// F and dF/ddelta alone, as deflect() gives them.
 ForceAndSlope force_and_slope(const StringConstants& string, double lambda, double delta) noexcept {
-  const Triangle bent = bend(string, lambda, delta);
-  const double tension = string.tension + string.axial_stiffness * (bent.stretch / string.length);
-  return {tension * (bent.sine_1 + bent.sine_2),
-          slope_of(string, bent, tension, bent.run_1 / bent.length_1, bent.run_2 / bent.length_2)};
+  const Triangle bent(string, lambda, delta);
+  return {bent.force(), bent.slope()};
 }
 
 /// Cube root of a positive normal number within 6 %: a third of the exponent, and of the mantissa
@@ -199,26 +202,20 @@ Deflection deflect(const StringConstants& string, double lambda, double delta) n
     const double stiffness = small_deflection_stiffness(string, lambda);
     return {0.0, stiffness, stiffness, 0.0, 0.0, 0.0};
   }
-  const Triangle bent = bend(string, lambda, delta);
-  const double cosine_1 = bent.run_1 / bent.length_1;
-  const double cosine_2 = bent.run_2 / bent.length_2;
-  const double axial_force = string.axial_stiffness * (bent.stretch / string.length);
-  const double tension = string.tension + axial_force;
+  const Triangle bent(string, lambda, delta);
   Deflection result;
-  result.force = tension * (bent.sine_1 + bent.sine_2);
-  result.slope = slope_of(string, bent, tension, cosine_1, cosine_2);
-  result.secant = tension / bent.length_1 + tension / bent.length_2;
-  result.energy = (string.tension + 0.5 * axial_force) * bent.stretch;
-  result.axial_force = axial_force;
-  result.lateral_force = lateral_of(string, bent, lambda, delta, tension, cosine_1 + cosine_2);
+  result.force = bent.force();
+  result.slope = bent.slope();
+  result.secant = bent.tension / bent.length_1 + bent.tension / bent.length_2;
+  result.energy = (string.tension + 0.5 * bent.axial_force) * bent.stretch;
+  result.axial_force = bent.axial_force;
+  result.lateral_force = bent.lateral_force();
   return result;
 }
 
 double deflection_force(const StringConstants& string, double lambda, double delta) noexcept {
   if (string.length <= 0.0 || !(delta > 0.0)) return 0.0;
-  const Triangle bent = bend(string, lambda, delta);
-  const double axial_force = string.axial_stiffness * (bent.stretch / string.length);
-  return (string.tension + axial_force) * (bent.sine_1 + bent.sine_2);
+  return Triangle(string, lambda, delta).force();
 }
 
 double small_deflection_stiffness(const StringConstants& string, double lambda) noexcept {
@@ -266,10 +263,9 @@ SeriesDeflection deflect_in_series(const StringConstants& string, double lambda,
 
 double pitch_factor(const StringConstants& string, double lambda, double delta) noexcept {
   if (string.length <= 0.0 || string.tension <= 0.0 || !(delta > 0.0)) return 1.0;
-  const Triangle bent = bend(string, lambda, delta);
-  const double axial_force = string.axial_stiffness * (bent.stretch / string.length);
+  const Triangle bent(string, lambda, delta);
   const double weight = 0.5 + 0.25 * fundamental_share(lambda);
-  return std::sqrt(1.0 + weight * (axial_force / string.tension));
+  return std::sqrt(1.0 + weight * (bent.axial_force / string.tension));
 }
 
 }  // namespace hapticd

@@ -14,10 +14,11 @@ double settle_tank(double moved, double ceiling, EnergyTank& tank) noexcept {
   return given;
 }
 
-double draw_from_tank(double force, double speed, double max_acceleration, double dt,
-                      EnergyTank& tank) noexcept {
-  // The furthest the tool can move while the force is held.
-  const double reach = (std::abs(speed) + max_acceleration * dt) * dt;
+double hand_reach(double speed, double max_acceleration, double dt) noexcept {
+  return (std::abs(speed) + max_acceleration * dt) * dt;
+}
+
+double draw_from_tank(double force, double reach, EnergyTank& tank) noexcept {
   const double size = std::abs(force);
   if (size * reach > tank.energy) force *= tank.energy / (size * reach);
   tank.held_force = force;

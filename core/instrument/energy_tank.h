@@ -18,10 +18,14 @@ struct EnergyTank {
 /// `ceiling` (J). Returns the work given, J.
 HD_REALTIME double settle_tank(double moved, double ceiling, EnergyTank& tank) noexcept;
 
-/// `force` (N, either sign) shortened so that holding it for dt (s) cannot draw more than the tank
-/// holds, if the tool's speed along the normal is `speed` (m/s) now and changes by no more than
-/// max_acceleration (m/s^2): |F| <= E / ((|v| + a_max dt) dt). Keeps it as held_force.
-[[nodiscard]] HD_REALTIME double draw_from_tank(double force, double speed, double max_acceleration,
-                                                double dt, EnergyTank& tank) noexcept;
+/// How far a tool with `speed` (m/s, either sign) moves in dt (s) at most, m, if its speed changes
+/// by no more than max_acceleration (m/s^2): (|v| + a_max dt) dt.
+[[nodiscard]] HD_REALTIME double hand_reach(double speed, double max_acceleration,
+                                            double dt) noexcept;
+
+/// `force` (N, either sign) shortened so that holding it cannot draw more than the tank holds while
+/// the tool moves by no more than `reach` (m) along the normal. Keeps it as held_force.
+[[nodiscard]] HD_REALTIME double draw_from_tank(double force, double reach,
+                                                EnergyTank& tank) noexcept;
 
 }  // namespace hapticd

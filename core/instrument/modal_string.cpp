@@ -40,19 +40,19 @@ double pluck_amplitude(double lambda, double delta, int n) noexcept {
          (number * number * (kPi * kPi));
 }
 
-void pluck_modes(const StringConstants& string, double lambda, double delta, int count,
-                 double unload_time, std::int64_t t_ns, ModalString& modes) noexcept {
+void pluck_modes(const StringConstants& string, const Pluck& pluck, int count,
+                 ModalString& modes) noexcept {
   modes = ModalString{};
-  modes.t_ns = t_ns;
+  modes.t_ns = pluck.t_ns;
   if (!(string.frequency > 0.0)) return;
   modes.count = std::clamp(count, 0, kMaxModes);
   const ModeSeries series = mode_series(string);
   for (int n = 1; n <= modes.count; ++n) {
     const double frequency = series.frequency(n);
     const double ideal = n * string.frequency / frequency;
-    const double turns = frequency * unload_time;
-    const double amplitude =
-        pluck_amplitude(lambda, delta, n) * (ideal * ideal) * sinc_half_turns(turns);
+    const double turns = frequency * pluck.unload_time;
+    const double amplitude = pluck_amplitude(pluck.lambda, pluck.deflection, n) * (ideal * ideal) *
+                             sinc_half_turns(turns);
     const auto k = static_cast<std::size_t>(n - 1);
     modes.amplitude[k] = std::abs(amplitude);
     modes.phase[k] = phase_of_turns(0.5 * turns) + (amplitude < 0.0 ? kHalfTurn : 0U);

@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "core/instrument/string_parameters.h"
+#include "core/instrument/string_touch.h"
 #include "core/math/limits.h"
 #include "core/math/realtime.h"
 
@@ -26,6 +27,25 @@ struct ModalString {
   /// Now, in units of 2^-64 turn: addition wraps, so nothing drifts.
   std::array<std::uint64_t, kMaxModes> phase{};
   std::int64_t t_ns = 0;
+};
+
+/// A string that was drawn aside and let go.
+struct Pluck {
+  double lambda = 0.5;
+  double deflection = 0.0;   ///< m, either sign
+  double unload_time = 0.0;  ///< s, >= 0: it was let go evenly over that time, ending at t_ns
+  std::int64_t t_ns = 0;
+};
+
+/// A finger at lambda over a tick, pressing through a one-sided spring. Its far end (the hand)
+/// moves evenly from displacement `D_before` to `D_after`: m, in the direction of w; negative:
+/// clear of the resting string.
+struct Finger {
+  double lambda = 0.5;
+  double D_before = 0.0;
+  double D_after = 0.0;
+  double stiffness = 1000.0;  ///< N/m, > 0
+  int steps = 1;              ///< contact steps the tick is cut into, clamped to [1, 4096]
 };
 
 /// What a finger felt over a tick. Passive: the energy of the modes and `stored` together grow by
@@ -57,13 +77,12 @@ struct Fundamental {
 [[nodiscard]] HD_REALTIME double residual_compliance(const StringConstants& string, double lambda,
                                                      int count) noexcept;
 
-/// Sets the modes to what `count` of them do after a string, drawn aside by `delta` (m, either
-/// sign) at lambda, was let go evenly over the unload_time (s, >= 0) that ended at t_ns: amplitude
-/// |pluck_amplitude sin(x)/x|, x = pi f_n unload_time, phase as of a release at its middle. What
-/// rang before is gone: the string was held. A stiff string's partials are smaller by (n f_1 /
-/// f_n)^2, as the same force bends it. 30 ns per mode.
-HD_REALTIME void pluck_modes(const StringConstants& string, double lambda, double delta, int count,
-                             double unload_time, std::int64_t t_ns, ModalString& modes) noexcept;
+/// Sets the modes to what `count` of them do after `pluck`: amplitude |pluck_amplitude sin(x)/x|,
+/// x = pi f_n unload_time, phase as of a release at its middle. What rang before is gone: the
+/// string was held. A stiff string's partials are smaller by (n f_1 / f_n)^2, as the same force
+/// bends it. 30 ns per mode.
+HD_REALTIME void pluck_modes(const StringConstants& string, const Pluck& pluck, int count,
+                             ModalString& modes) noexcept;
 
 /// Sets `count` modes of which only the fundamental moves: same displacement and energy.
 HD_REALTIME void set_fundamental(const Fundamental& fundamental, int count, std::int64_t t_ns,
@@ -84,15 +103,11 @@ HD_REALTIME int relative_partials(const ModalString& modes,
 HD_REALTIME void advance_free_modes(const StringConstants& string, double pitch, std::int64_t dt_ns,
                                     ModalString& modes) noexcept;
 
-/// The tick of dt_ns (as above; 0: nothing moves) that ends at t_ns, under a finger whose far end
-/// (the hand) moves evenly from displacement `D_before` to `D_after` (m, in the direction of w;
-/// negative: clear of the resting string) at lambda and presses through a one-sided spring
-/// `stiffness` (N/m, > 0). `steps` contact steps per tick, clamped to [1, 4096]. Up to the start of
-/// the tick the modes decay with string.decay, in it with string.touch_decay; modes.t_ns becomes
-/// t_ns. Modes with a node at lambda do not feel the finger. A string that lost its tuning loses
-/// its modes. tests/benchmark/string_table measures cost and accuracy.
-HD_REALTIME ModalTouch touch_modes(const StringConstants& string, double lambda, double D_before,
-                                   double D_after, double stiffness, int steps, std::int64_t t_ns,
-                                   std::int64_t dt_ns, ModalString& modes) noexcept;
+/// The tick `time` (dt_ns as above; 0: nothing moves) under a finger. Up to the start of the tick
+/// the modes decay with string.decay, in it with string.touch_decay; modes.t_ns becomes t_ns. Modes
+/// with a node at lambda do not feel the finger. A string that lost its tuning loses its modes.
+/// tests/benchmark/string_table measures cost and accuracy.
+HD_REALTIME ModalTouch touch_modes(const StringConstants& string, const Finger& finger,
+                                   const TickTime& time, ModalString& modes) noexcept;
 
 }  // namespace hapticd

@@ -83,22 +83,6 @@ DampedTurn damped_turn(double frequency, const Damping& damping) noexcept {
   return {c + ratio * s, s, c - ratio * s};
 }
 
-/// The modes at the finger: x = phi_n q_n, y = phi_n v_n, and what a step does to them:
-///   x <- xx x + xy y + F push_x,   y <- yy y - xy x + F push_y.
-/// A step's push is only added when the next one turns it (turned_x, turned_y), in one pass.
-struct TouchedModes {
-  std::size_t groups;
-  LaneArray x;  ///< m
-  LaneArray y;
-  LaneArray xx;
-  LaneArray xy;
-  LaneArray yy;
-  LaneArray push_x;  ///< m/N
-  LaneArray push_y;
-  LaneArray turned_x;
-  LaneArray turned_y;
-};
-
 /// What the solution of a contact step needs to know.
 struct Contact {
   double stiffness;   ///< of the finger in series with what the modes leave out, N/m
@@ -139,111 +123,132 @@ struct Compliance {
   double of_step = 0.0;  ///< at the end of a step with that force
 };
 
-/// Sets mode k, of `frequency` and `shape` at the finger, and adds its compliance.
-void begin_mode(const StringConstants& string, const ModalString& modes, double frequency,
-                double shape, const Damping& damping, std::size_t k, TouchedModes& touched,
-                Compliance& sum) noexcept {
-  const SinCos now = sin_cos(2.0 * kPi * turns_of_phase(modes.phase[k]));
-  const DampedTurn turn = damped_turn(frequency, damping);
-  const double compliance = shape * shape / modal_stiffness(string, frequency);
-  const double push_x = compliance * (1.0 - turn.qq);
-  const double push_y = compliance * turn.qv;
-  touched.x.set(k, shape * (modes.amplitude[k] * now.cos));
-  touched.y.set(k, -(shape * (modes.amplitude[k] * now.sin)));
-  touched.xx.set(k, turn.qq);
-  touched.xy.set(k, turn.qv);
-  touched.yy.set(k, turn.vv);
-  touched.push_x.set(k, push_x);
-  touched.push_y.set(k, push_y);
-  touched.turned_x.set(k, turn.qq * push_x + turn.qv * push_y);
-  touched.turned_y.set(k, turn.vv * push_y - turn.qv * push_x);
-  sum.at_rest += compliance;
-  sum.of_step += push_x;
-}
-
-/// Adds the push of the last step's force, turns all modes through one step, and returns their
-/// displacement at the finger without the force of this step, m.
-double turn_modes(double last_force, TouchedModes& touched) noexcept {
-  Lanes sum{{0.0, 0.0, 0.0, 0.0}};
-  for (std::size_t g = 0; g < touched.groups; ++g) {
-    Lanes& x = touched.x.group[g];
-    Lanes& y = touched.y.group[g];
-    const Lanes::Vector old_x = x.value;
-    x.value = (touched.xx.group[g].value * old_x + touched.xy.group[g].value * y.value) +
-              last_force * touched.turned_x.group[g].value;
-    y.value = (touched.yy.group[g].value * y.value - touched.xy.group[g].value * old_x) +
-              last_force * touched.turned_y.group[g].value;
-    sum.value += x.value;
-  }
-  return (sum.value[0] + sum.value[2]) + (sum.value[1] + sum.value[3]);
-}
-
 void set_mode(double q, double v, std::size_t k, ModalString& modes) noexcept {
   modes.amplitude[k] = std::sqrt(q * q + v * v);
   modes.phase[k] = phase_of_turns(arctangent2(-v, q) / (2.0 * kPi));
 }
 
-/// A mode that does not feel the finger, through the whole tick.
-void pass_mode(double frequency, const Damping& damping, std::size_t k,
-               ModalString& modes) noexcept {
-  const SinCos now = sin_cos(2.0 * kPi * turns_of_phase(modes.phase[k]));
-  const DampedTurn turn = damped_turn(frequency, damping);
-  const double q = modes.amplitude[k] * now.cos;
-  const double v = -(modes.amplitude[k] * now.sin);
-  set_mode(turn.qq * q + turn.qv * v, turn.vv * v - turn.qv * q, k, modes);
-}
-
-using Shapes = std::array<double, kMaxModes>;
-
-bool feels(double shape) noexcept { return std::abs(shape) >= kNode; }
-
-/// Amplitudes as of the start of the tick, shapes at the finger; returns how far the string can
-/// reach there, m.
-double prepare(const StringConstants& string, double lambda, std::int64_t start_ns,
-               ModalString& modes, Shapes& shapes) noexcept {
-  const double decay = decay_over(start_ns - modes.t_ns, string.decay);
-  modes.t_ns = start_ns;
-  double reach = 0.0;
-  for (int n = 1; n <= modes.count; ++n) {
-    const auto k = static_cast<std::size_t>(n - 1);
-    modes.amplitude[k] *= decay;
-    shapes[k] = mode_shape(n, lambda);
-    reach += std::abs(shapes[k]) * modes.amplitude[k];
-  }
-  return reach;
-}
-
-/// Sets `touched` for steps of `step` seconds.
-Compliance begin_touch(const StringConstants& string, const ModalString& modes,
-                       const Shapes& shapes, double step, TouchedModes& touched) noexcept {
-  touched = TouchedModes{};
-  touched.groups = (static_cast<std::size_t>(modes.count) + kLanes - 1) / kLanes;
-  const ModeSeries series = mode_series(string);
-  const Damping damping = damping_over(step, string.touch_decay);
-  Compliance sum;
-  for (int n = 1; n <= modes.count; ++n) {
-    const auto k = static_cast<std::size_t>(n - 1);
-    if (!feels(shapes[k])) continue;
-    begin_mode(string, modes, series.frequency(n), shapes[k], damping, k, touched, sum);
-  }
-  return sum;
-}
-
-/// Back to amplitudes and phases, with the push of the last step.
-void end_touch(const StringConstants& string, const TouchedModes& touched, const Shapes& shapes,
-               double last_force, double time, ModalString& modes) noexcept {
-  const ModeSeries series = mode_series(string);
-  const Damping damping = damping_over(time, string.touch_decay);
-  for (int n = 1; n <= modes.count; ++n) {
-    const auto k = static_cast<std::size_t>(n - 1);
-    if (feels(shapes[k])) {
-      set_mode((touched.x[k] + last_force * touched.push_x[k]) / shapes[k],
-               (touched.y[k] + last_force * touched.push_y[k]) / shapes[k], k, modes);
-    } else {
-      pass_mode(series.frequency(n), damping, k, modes);
+/// The modes at the finger over a tick: x = phi_n q_n, y = phi_n v_n, and what a step does to them:
+///   x <- xx x + xy y + F push_x,   y <- yy y - xy x + F push_y.
+/// A step's push is only added when the next one turns it (turned_x, turned_y), in one pass. First
+/// begin(), then turn() for each step, then end().
+class TouchedModes {
+ public:
+  /// Of a finger at lambda, from start_ns on: up to there the amplitudes decay freely.
+  TouchedModes(const StringConstants& string, double lambda, std::int64_t start_ns,
+               ModalString& modes) noexcept
+      : string_(string), series_(mode_series(string)), modes_(modes) {
+    const double decay = decay_over(start_ns - modes.t_ns, string.decay);
+    modes.t_ns = start_ns;
+    for (int n = 1; n <= modes.count; ++n) {
+      const auto k = static_cast<std::size_t>(n - 1);
+      modes.amplitude[k] *= decay;
+      shape_[k] = mode_shape(n, lambda);
+      reach_ += std::abs(shape_[k]) * modes.amplitude[k];
     }
   }
-}
+
+  /// How far the string can reach at the finger, m.
+  [[nodiscard]] double reach() const noexcept { return reach_; }
+  /// At the finger, m.
+  [[nodiscard]] double displacement() const noexcept {
+    double w = 0.0;
+    for (std::size_t k = 0; k < groups_ * kLanes; ++k) w += x_[k];
+    return w;
+  }
+
+  /// Gets ready for steps of `step` seconds.
+  Compliance begin(double step) noexcept {
+    groups_ = (static_cast<std::size_t>(modes_.count) + kLanes - 1) / kLanes;
+    const Damping damping = damping_over(step, string_.touch_decay);
+    Compliance sum;
+    for (int n = 1; n <= modes_.count; ++n) {
+      const auto k = static_cast<std::size_t>(n - 1);
+      if (!feels(k)) continue;
+      const double frequency = series_.frequency(n);
+      const double compliance = shape_[k] * shape_[k] / modal_stiffness(string_, frequency);
+      const DampedTurn turn = damped_turn(frequency, damping);
+      sum.at_rest += compliance;
+      sum.of_step += begin_mode(k, turn, compliance);
+    }
+    return sum;
+  }
+
+  /// Adds the push of the last step's force, turns all modes through one step, and returns their
+  /// displacement at the finger without the force of this step, m.
+  double turn(double last_force) noexcept {
+    Lanes sum{{0.0, 0.0, 0.0, 0.0}};
+    for (std::size_t g = 0; g < groups_; ++g) {
+      Lanes& x = x_.group[g];
+      Lanes& y = y_.group[g];
+      const Lanes::Vector old_x = x.value;
+      x.value = (xx_.group[g].value * old_x + xy_.group[g].value * y.value) +
+                last_force * turned_x_.group[g].value;
+      y.value = (yy_.group[g].value * y.value - xy_.group[g].value * old_x) +
+                last_force * turned_y_.group[g].value;
+      sum.value += x.value;
+    }
+    return (sum.value[0] + sum.value[2]) + (sum.value[1] + sum.value[3]);
+  }
+
+  /// Back to amplitudes and phases after a tick of `time` seconds, with the push of the last step.
+  void end(double last_force, double time) noexcept {
+    const Damping damping = damping_over(time, string_.touch_decay);
+    for (int n = 1; n <= modes_.count; ++n) {
+      const auto k = static_cast<std::size_t>(n - 1);
+      if (feels(k)) {
+        set_mode((x_[k] + last_force * push_x_[k]) / shape_[k],
+                 (y_[k] + last_force * push_y_[k]) / shape_[k], k, modes_);
+      } else {
+        pass_mode(k, damped_turn(series_.frequency(n), damping));
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] bool feels(std::size_t k) const noexcept { return std::abs(shape_[k]) >= kNode; }
+
+  /// Sets mode k, of `compliance` at the finger; returns how far a step's force pushes it, m/N.
+  double begin_mode(std::size_t k, const DampedTurn& turn, double compliance) noexcept {
+    const SinCos now = sin_cos(2.0 * kPi * turns_of_phase(modes_.phase[k]));
+    const double push_x = compliance * (1.0 - turn.qq);
+    const double push_y = compliance * turn.qv;
+    x_.set(k, shape_[k] * (modes_.amplitude[k] * now.cos));
+    y_.set(k, -(shape_[k] * (modes_.amplitude[k] * now.sin)));
+    xx_.set(k, turn.qq);
+    xy_.set(k, turn.qv);
+    yy_.set(k, turn.vv);
+    push_x_.set(k, push_x);
+    push_y_.set(k, push_y);
+    turned_x_.set(k, turn.qq * push_x + turn.qv * push_y);
+    turned_y_.set(k, turn.vv * push_y - turn.qv * push_x);
+    return push_x;
+  }
+
+  /// A mode that does not feel the finger, through the whole tick.
+  void pass_mode(std::size_t k, const DampedTurn& turn) noexcept {
+    const SinCos now = sin_cos(2.0 * kPi * turns_of_phase(modes_.phase[k]));
+    const double q = modes_.amplitude[k] * now.cos;
+    const double v = -(modes_.amplitude[k] * now.sin);
+    set_mode(turn.qq * q + turn.qv * v, turn.vv * v - turn.qv * q, k, modes_);
+  }
+
+  const StringConstants& string_;
+  const ModeSeries series_;
+  ModalString& modes_;
+  double reach_ = 0.0;
+  std::size_t groups_ = 0;
+  std::array<double, kMaxModes> shape_;  ///< phi_n
+  LaneArray x_{};                        ///< m
+  LaneArray y_{};
+  LaneArray xx_{};
+  LaneArray xy_{};
+  LaneArray yy_{};
+  LaneArray push_x_{};  ///< m/N
+  LaneArray push_y_{};
+  LaneArray turned_x_{};
+  LaneArray turned_y_{};
+};
 
 /// Compliance at lambda of which the modes have `modal`, m/N.
 double left_out(const StringConstants& string, double lambda, double modal) noexcept {
@@ -265,12 +270,6 @@ Contact contact_of(const StringConstants& string, double lambda, double stiffnes
   return contact;
 }
 
-double displacement(const TouchedModes& touched) noexcept {
-  double w = 0.0;
-  for (std::size_t k = 0; k < touched.groups * kLanes; ++k) w += touched.x[k];
-  return w;
-}
-
 }  // namespace
 
 double residual_compliance(const StringConstants& string, double lambda, int count) noexcept {
@@ -284,38 +283,35 @@ double residual_compliance(const StringConstants& string, double lambda, int cou
   return left_out(string, lambda, modal);
 }
 
-ModalTouch touch_modes(const StringConstants& string, double lambda, double D_before,
-                       double D_after, double stiffness, int steps, std::int64_t t_ns,
-                       std::int64_t dt_ns, ModalString& modes) noexcept {
+ModalTouch touch_modes(const StringConstants& string, const Finger& finger, const TickTime& time,
+                       ModalString& modes) noexcept {
   if (!(string.frequency > 0.0)) modes.count = 0;
-  Shapes shapes;
-  const double reach = prepare(string, lambda, t_ns - dt_ns, modes, shapes);
+  TouchedModes touched(string, finger.lambda, time.t_ns - time.dt_ns, modes);
   // A finger out of reach has nothing to step for.
-  const bool reached = std::max(D_before, D_after) > -reach;
-  const int count = reached ? std::clamp(steps, 1, kMaxSteps) : 1;
+  const bool reached = std::max(finger.D_before, finger.D_after) > -touched.reach();
+  const int count = reached ? std::clamp(finger.steps, 1, kMaxSteps) : 1;
   const double share = 1.0 / count;
-  const double time = static_cast<double>(dt_ns) * kSecondsPerNanosecond;
-  TouchedModes touched;
-  const Compliance compliance = begin_touch(string, modes, shapes, time * share, touched);
-  const Contact contact = contact_of(string, lambda, stiffness, compliance);
+  const double dt = static_cast<double>(time.dt_ns) * kSecondsPerNanosecond;
+  const Compliance compliance = touched.begin(dt * share);
+  const Contact contact = contact_of(string, finger.lambda, finger.stiffness, compliance);
 
-  double compression = D_before - displacement(touched);
+  double compression = finger.D_before - touched.displacement();
   const double stored_before = spring_energy(contact.stiffness, compression);
+  const double pressed = finger.D_after - finger.D_before;
   double force = 0.0;
   double sum = 0.0;
   for (int i = 1; i <= count; ++i) {
-    const double D = D_before + (D_after - D_before) * (i * share);
-    const double free_compression = D - turn_modes(force, touched);
+    const double D = finger.D_before + pressed * (i * share);
+    const double free_compression = D - touched.turn(force);
     force = step_force(contact, compression, free_compression);
     compression = free_compression - contact.compliance * force;
     sum += force;
   }
 
-  end_touch(string, touched, shapes, force, time, modes);
-  modes.t_ns = t_ns;
+  touched.end(force, dt);
+  modes.t_ns = time.t_ns;
   const double mean = sum * share;
-  return {mean, mean * (D_after - D_before), stored_before,
-          spring_energy(contact.stiffness, compression)};
+  return {mean, mean * pressed, stored_before, spring_energy(contact.stiffness, compression)};
 }
 
 }  // namespace hapticd

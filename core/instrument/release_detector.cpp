@@ -32,18 +32,24 @@ std::int64_t instant(const TickTime& time, double fraction) noexcept {
   return a * b - c * d;
 }
 
+/// What the residual is of.
+struct Oscillation {
+  double frequency;  ///< Hz
+  double decay;      ///< T_d, s
+};
+
 /// Turns the residual by `span` (s) and adds a deflection that changes evenly by `change` (m) over
 /// it.
-void turn_residual(double frequency, double decay, double span, double change,
+void turn_residual(const Oscillation& oscillation, double span, double change,
                    ReleaseDetector& detector) noexcept {
   if (span <= 0.0 && change == 0.0) return;
   // Of half the span, whose square is the whole: the even change acts as one in its middle, times
   // sin(x) / x.
-  const double x = kPi * frequency * span;
-  const double half_turns = frequency * span;
+  const double x = kPi * oscillation.frequency * span;
+  const double half_turns = oscillation.frequency * span;
   const double s = sin_half_turns(half_turns);
   const double c = sin_half_turns(half_turns + 0.5);
-  const double keep = exponential(-0.5 * span / decay);
+  const double keep = exponential(-0.5 * span / oscillation.decay);
 
   const double cos = keep * keep * (c * c - s * s);
   const double sin = keep * keep * (2.0 * c * s);
@@ -74,11 +80,10 @@ bool slips(const TouchLimits& limits, const StringTouch& touch, double dt,
 
 /// Follows contact and deflection through the tick, up to the residual.
 Course follow_contact(const StringConstants& string, const TouchLimits& limits,
-                      const StringTouch& touch, const TickTime& time,
-                      ReleaseDetector& detector) noexcept {
+                      const StringTouch& touch, ReleaseDetector& detector) noexcept {
   const bool contact = touch.distance < 0.0;
   const double deflection = contact && limits.can_arm ? touch.deflection : 0.0;
-  const double dt = static_cast<double>(time.dt_ns) * kSecondsPerNanosecond;
+  const double dt = static_cast<double>(touch.time.dt_ns) * kSecondsPerNanosecond;
   const bool lost = detector.contact && !contact;
 
   Course course{0.0, contact ? 1.0 : 0.0, deflection - detector.deflection};
@@ -92,48 +97,44 @@ Course follow_contact(const StringConstants& string, const TouchLimits& limits,
   if (string.frequency > 0.0) {
     const double f = string.frequency;
     const double before = detector.contact ? string.touch_decay : string.decay;
-    turn_residual(f, before, course.from * dt, 0.0, detector);
-    turn_residual(f, string.touch_decay, (course.to - course.from) * dt, course.change, detector);
+    turn_residual({f, before}, course.from * dt, 0.0, detector);
+    turn_residual({f, string.touch_decay}, (course.to - course.from) * dt, course.change, detector);
     if (lost) {
       const double size = std::sqrt(detector.residual_re * detector.residual_re +
                                     detector.residual_im * detector.residual_im);
       detector.lost_amplitude = std::min(size, detector.largest_deflection);
     }
-    turn_residual(f, string.decay, (1.0 - course.to) * dt, 0.0, detector);
+    turn_residual({f, string.decay}, (1.0 - course.to) * dt, 0.0, detector);
   }
 
   if (lost) {
     detector.lost_deflection = detector.deflection;
     if (detector.slipped) {
       detector.unload_deflection = detector.deflection;
-      detector.unload_ns = instant(time, course.to);
+      detector.unload_ns = instant(touch.time, course.to);
     }
   } else if (contact && course.change >= 0.0) {
     detector.unload_deflection = deflection;
-    detector.unload_ns = time.t_ns;
+    detector.unload_ns = touch.time.t_ns;
   }
   detector.contact = contact;
   detector.deflection = deflection;
   return course;
 }
 
-/// Arms when the deflection passes the threshold; `rise` is its course in this tick.
-void arm(const ReleaseOptions& options, const Course& rise, const TickTime& time,
-         ReleaseDetector& detector, TouchReport& report) noexcept {
-  if (detector.armed || !(detector.deflection > options.arm_deflection)) return;
-  detector.armed = true;
-  report.armed = true;
-  const double missing = detector.deflection - options.arm_deflection;
+/// Share of the tick at which the deflection passed `threshold`, to end at `deflection`.
+double arming(const Course& rise, double deflection, double threshold) noexcept {
+  const double missing = deflection - threshold;
   const double share = rise.change > missing ? 1.0 - missing / rise.change : 0.0;
-  report.armed_ns = instant(time, rise.from + share * (rise.to - rise.from));
+  return rise.from + share * (rise.to - rise.from);
 }
 
 }  // namespace
 
-TouchReport watch_touch(const StringConstants& string, const ReleaseOptions& options,
-                        const TouchLimits& limits, const StringTouch& touch, const TickTime& time,
-                        ReleaseDetector& detector) noexcept {
+TouchReport watch_touch(const StringConstants& string, const TouchLimits& limits,
+                        const StringTouch& touch, ReleaseDetector& detector) noexcept {
   TouchReport report;
+  const TickTime& time = touch.time;
   // What the tool touches: the string, or the envelope it vibrates in once the tool has been out of
   // it. An armed touch ends where it leaves the string, however that rings.
   const bool reaches = detector.touching ? !detector.armed : detector.outside;
@@ -156,13 +157,17 @@ TouchReport watch_touch(const StringConstants& string, const ReleaseOptions& opt
     report.began_ns = instant(time, crossing(touch, boundary));
   }
 
-  const Course course = follow_contact(string, limits, touch, time, detector);
+  const Course course = follow_contact(string, limits, touch, detector);
   if (detector.contact) {
     detector.force = touch.force;
     detector.largest_force = std::max(detector.largest_force, touch.force);
     detector.largest_deflection = std::max(detector.largest_deflection, detector.deflection);
   }
-  if (limits.can_arm) arm(options, course, time, detector, report);
+  const double threshold = limits.release.arm_deflection;
+  if (limits.can_arm && !detector.armed && detector.deflection > threshold) {
+    detector.armed = report.armed = true;
+    report.armed_ns = instant(time, arming(course, detector.deflection, threshold));
+  }
 
   if (inside) {
     detector.lambda = touch.lambda;
@@ -175,7 +180,7 @@ TouchReport watch_touch(const StringConstants& string, const ReleaseOptions& opt
   detector.withdrawal = (touch.distance - touch.distance_before) /
                         (static_cast<double>(time.dt_ns) * kSecondsPerNanosecond);
 
-  if (!inside && touch.distance > boundary + options.release_gap) {
+  if (!inside && touch.distance > boundary + limits.release.release_gap) {
     report.ended = true;
     report.released = detector.armed;
     report.ended_ns = detector.lost_ns;

@@ -63,15 +63,15 @@ struct TouchReport {
 
 /// How a touch is recognised.
 struct TouchLimits {
+  ReleaseOptions release;
   double envelope = 0.0;            ///< reach of the vibration at the place of the touch, m, >= 0
   bool can_arm = true;              ///< false: the string does not yield
   double max_acceleration = 500.0;  ///< of the hand, m/s^2: a slip or a withdrawal
 };
 
-/// One tick. dt_ns > 0.
-HD_REALTIME TouchReport watch_touch(const StringConstants& string, const ReleaseOptions& options,
-                                    const TouchLimits& limits, const StringTouch& touch,
-                                    const TickTime& time, ReleaseDetector& detector) noexcept;
+/// One tick. touch.time.dt_ns > 0.
+HD_REALTIME TouchReport watch_touch(const StringConstants& string, const TouchLimits& limits,
+                                    const StringTouch& touch, ReleaseDetector& detector) noexcept;
 
 /// True if a release at t_ns comes too soon after one that sounded to sound again.
 [[nodiscard]] HD_REALTIME bool refractory(const ReleaseOptions& options,

@@ -21,7 +21,7 @@ StringEvent* append(const StringReport& report, StringEventKind kind, std::int64
   if (event == nullptr) return nullptr;
   *event = StringEvent{};
   event->t_ns = t_ns;
-  event->string = report.index;
+  event->string = report.sounding.index;
   event->kind = kind;
   return event;
 }
@@ -56,10 +56,10 @@ void report_armed(const StringReport& report, const StringTouch& touch, double d
   event->deflection = deflection;
 }
 
-void report_end(const StringReport& report, const ReleaseDetector& detector, StringEventKind kind,
-                std::int64_t t_ns) noexcept {
+void report_end(const StringReport& report, StringEventKind kind, std::int64_t t_ns) noexcept {
   StringEvent* const event = append(report, kind, t_ns);
   if (event == nullptr) return;
+  const ReleaseDetector& detector = report.sounding.state.detector;
   event->lambda = detector.lambda;
   event->normal_speed = detector.normal_speed;
   event->tangential_speed = detector.tangential_speed;
@@ -67,29 +67,30 @@ void report_end(const StringReport& report, const ReleaseDetector& detector, Str
   if (kind == StringEventKind::kRelease) event->deflection = detector.lost_deflection;
 }
 
-void report_tone(const StringReport& report, const InstrumentOptions& options,
-                 const ReleaseDetector& detector, const Vibration& vibration, double amplitude,
-                 const ModalString* modes) noexcept {
+void report_tone(const StringReport& report, double amplitude) noexcept {
+  const auto& [index, string, options, state, modes] = report.sounding;
+  const ReleaseDetector& detector = state.detector;
   StringEvent* const event = append(report, StringEventKind::kTone, detector.lost_ns);
   if (event == nullptr) return;
   event->lambda = detector.lambda;
   event->normal_speed = detector.normal_speed;
   event->tangential_speed = detector.tangential_speed;
   event->amplitude = amplitude;
-  event->level = tone_level(report.string, options.tones, detector.lambda, amplitude);
-  event->frequency = report.string.frequency;
-  event->decay = report.string.decay;
+  event->level = tone_level(string, options.tones, detector.lambda, amplitude);
+  event->frequency = string.frequency;
+  event->decay = string.decay;
   if (options.pitch_glide) {
+    const Vibration& vibration = state.vibration;
     const double onset =
-        fundamental_amplitude(report.string, energy_at(vibration, detector.lost_ns)) *
-        vibration.reach;
-    const double cents =
-        kCentsPerNeper * logarithm(pitch_factor(report.string, vibration.lambda, onset));
+        fundamental_amplitude(string, energy_at(vibration, detector.lost_ns)) * vibration.reach;
+    const double cents = kCentsPerNeper * logarithm(pitch_factor(string, vibration.lambda, onset));
     event->glide_cents = std::clamp(cents, 0.0, kMaxGlide);
     // The extension, and with it the cents, goes with the square of the amplitude.
-    event->glide_decay = 0.5 * report.string.decay;
+    event->glide_decay = 0.5 * string.decay;
   }
-  if (modes != nullptr) event->partial_count = relative_partials(*modes, event->partials);
+  if (state.level == StringPhase::kModes) {
+    event->partial_count = relative_partials(*modes, event->partials);
+  }
 }
 
 void report_press_radius(const StringReport& report, double deflection,
@@ -100,14 +101,14 @@ void report_press_radius(const StringReport& report, double deflection,
   event->deflection = deflection;
 }
 
-void report_ringing_radius(const StringReport& report, RadiusPhase phase, double amplitude,
-                           double decay, std::int64_t t_ns) noexcept {
-  StringEvent* const event = append(report, StringEventKind::kRadius, t_ns);
+void report_ringing_radius(const StringReport& report, RadiusPhase phase,
+                           const Envelope& envelope) noexcept {
+  StringEvent* const event = append(report, StringEventKind::kRadius, envelope.t_ns);
   if (event == nullptr) return;
   event->radius_phase = phase;
-  event->amplitude = amplitude;
-  event->decay = decay;
-  if (amplitude > 0.0) event->frequency = report.string.frequency;
+  event->amplitude = envelope.amplitude;
+  event->decay = envelope.decay;
+  if (envelope.amplitude > 0.0) event->frequency = report.sounding.string.frequency;
 }
 
 }  // namespace hapticd

@@ -1,23 +1,23 @@
-// Writes the events of one string. Internal to the folder. RT: yes.
+// Writes the events of a sounding string. Internal to the folder. RT: yes.
 #pragma once
 
 #include <cstdint>
 
-#include "core/instrument/instrument_options.h"
-#include "core/instrument/modal_string.h"
-#include "core/instrument/release_detector.h"
-#include "core/instrument/string_parameters.h"
-#include "core/instrument/string_touch.h"
-#include "core/instrument/vibration.h"
-#include "core/tick/string_event.h"
+#include "core/instrument/string_response.h"
 
 namespace hapticd {
 
-/// Where the events of one string go. What does not fit is counted there.
+/// Where the events of a string go. What does not fit is counted there.
 struct StringReport {
-  const StringConstants& string;
-  std::int32_t index;
+  const SoundingString& sounding;
   StringEvents& events;
+};
+
+/// What rings: an amplitude (m) at an instant, decaying with `decay` (s) from there; 0, 0: nothing.
+struct Envelope {
+  double amplitude;
+  double decay;
+  std::int64_t t_ns;
 };
 
 /// kTouch at t_ns.
@@ -29,21 +29,18 @@ HD_REALTIME void report_armed(const StringReport& report, const StringTouch& tou
                               double deflection, std::int64_t t_ns) noexcept;
 
 /// kLeave or kRelease of the touch that the detector has just seen end.
-HD_REALTIME void report_end(const StringReport& report, const ReleaseDetector& detector,
-                            StringEventKind kind, std::int64_t t_ns) noexcept;
+HD_REALTIME void report_end(const StringReport& report, StringEventKind kind,
+                            std::int64_t t_ns) noexcept;
 
-/// kTone of that release, of `amplitude` (m) where it was released; `modes` null where there are
-/// none.
-HD_REALTIME void report_tone(const StringReport& report, const InstrumentOptions& options,
-                             const ReleaseDetector& detector, const Vibration& vibration,
-                             double amplitude, const ModalString* modes) noexcept;
+/// kTone of that release, of `amplitude` (m) where it was released.
+HD_REALTIME void report_tone(const StringReport& report, double amplitude) noexcept;
 
 /// kRadius: the string is bent by `deflection` (m) from t_ns on.
 HD_REALTIME void report_press_radius(const StringReport& report, double deflection,
                                      std::int64_t t_ns) noexcept;
 
-/// kRadius: it rings with `amplitude` (m) at t_ns, decaying with `decay` (s); 0, 0: it is still.
+/// kRadius: it rings, or is still, from envelope.t_ns on.
 HD_REALTIME void report_ringing_radius(const StringReport& report, RadiusPhase phase,
-                                       double amplitude, double decay, std::int64_t t_ns) noexcept;
+                                       const Envelope& envelope) noexcept;
 
 }  // namespace hapticd

@@ -21,7 +21,6 @@ struct Tick {
   const StringConstants& string;
   const InstrumentOptions& options;
   const StringTouch& touch;
-  const TickTime& time;
   StringState& state;
   ModalString* modes;
   const StringReport& report;
@@ -102,13 +101,14 @@ void book_work(const Tick& tick, bool slipped) noexcept {
   // A distance that jumped as the string slipped off is not motion of the hand: it may cost, but it
   // must not pay.
   if (slipped && !tick.touch.way && tank.held_force * moved < 0.0) moved = 0.0;
-  book(tick.string, moved, tick.time.t_ns, tick.state);
+  book(tick.string, moved, tick.touch.time.t_ns, tick.state);
 }
 
 /// After a touch the modes have no more energy than the touch has left in the books: what the hand
 /// did to them without feeling it is no energy of its own.
 void reconcile_modes(const Tick& tick) noexcept {
-  const double energy = modal_energy(tick.string, *tick.modes, tick.string.decay, tick.time.t_ns);
+  const double energy =
+      modal_energy(tick.string, *tick.modes, tick.string.decay, tick.touch.time.t_ns);
   const double booked = tick.state.vibration.energy;
   if (energy <= booked) {
     set_view_energy(tick, energy);
@@ -138,41 +138,43 @@ void begin_touch(const Tick& tick, std::int64_t t_ns) noexcept {
     state.level = StringPhase::kModes;
   }
   report_touch(tick.report, tick.touch, true, t_ns);
-  report_ringing_radius(tick.report, RadiusPhase::kDamp, ringing_amplitude(state),
-                        tick.string.touch_decay, t_ns);
+  report_ringing_radius(tick.report, RadiusPhase::kDamp,
+                        {ringing_amplitude(state), tick.string.touch_decay, t_ns});
 }
 
 /// A touch that was not armed leaves the string as it is.
 void leave(const Tick& tick, std::int64_t t_ns) noexcept {
   StringState& state = tick.state;
-  report_end(tick.report, state.detector, StringEventKind::kLeave, t_ns);
+  report_end(tick.report, StringEventKind::kLeave, t_ns);
   if (!rings(state)) {
     const bool bent = state.level == StringPhase::kStatic;
     state.level = StringPhase::kAsleep;
-    if (bent) report_ringing_radius(tick.report, RadiusPhase::kRelease, 0.0, 0.0, t_ns);
+    if (bent) report_ringing_radius(tick.report, RadiusPhase::kRelease, {0.0, 0.0, t_ns});
     return;
   }
   // Damped up to the loss, or to where the books are if that was in an earlier tick.
   advance_view(tick, t_ns);
   set_decay(tick.string.decay, state.vibration);
-  report_ringing_radius(tick.report, RadiusPhase::kRelease, ringing_amplitude(state),
-                        tick.string.decay, state.vibration.t_ns);
+  report_ringing_radius(tick.report, RadiusPhase::kRelease,
+                        {ringing_amplitude(state), tick.string.decay, state.vibration.t_ns});
 }
 
 /// What a release alone would leave ringing, at the instant of the loss.
-struct Pluck {
+struct Ringing {
   double energy;     ///< J
   double amplitude;  ///< at the place of the release, m
 };
 
-Pluck pluck_string(const Tick& tick, ModalString& plucked) noexcept {
+Ringing pluck_string(const Tick& tick, ModalString& plucked) noexcept {
   const ReleaseDetector& detector = tick.state.detector;
   const double amplitude = detector.lost_amplitude;
   if (!may_use_modes(tick)) return {fundamental_energy(tick.string, amplitude), amplitude};
   const double unload_time =
       static_cast<double>(detector.lost_ns - detector.unload_ns) * kSecondsPerNanosecond;
-  pluck_modes(tick.string, detector.lambda, detector.unload_deflection, tick.options.modes,
-              std::max(unload_time, 0.0), detector.lost_ns, plucked);
+  pluck_modes(
+      tick.string,
+      {detector.lambda, detector.unload_deflection, std::max(unload_time, 0.0), detector.lost_ns},
+      tick.options.modes, plucked);
   return {modal_energy(tick.string, plucked, tick.string.decay, detector.lost_ns), amplitude};
 }
 
@@ -182,27 +184,27 @@ Pluck pluck_string(const Tick& tick, ModalString& plucked) noexcept {
 /// given twice, and who keeps time with the string would be driven, were it not for this.
 double drawn_of_late(const Tick& tick) noexcept {
   const StringState& state = tick.state;
-  const double since = static_cast<double>(tick.time.t_ns - state.drawn_ns) * kSecondsPerNanosecond;
+  const double since =
+      static_cast<double>(tick.touch.time.t_ns - state.drawn_ns) * kSecondsPerNanosecond;
   return state.detector.slipped || since > tick.string.decay ? 0.0 : state.drawn;
 }
 
 /// The string rings again from the loss on, up to the end of the tick.
-void start_ringing(const Tick& tick, const Pluck& pluck, const ModalString& plucked) noexcept {
+void start_ringing(const Tick& tick, const Ringing& ringing, const ModalString& plucked) noexcept {
   StringState& state = tick.state;
   const ReleaseDetector& detector = state.detector;
   Vibration& vibration = state.vibration;
   const double in_tank = state.tank.energy;
-  start_vibration(tick.string, pluck.energy, detector.lambda, tick.string.decay, detector.lost_ns,
-                  vibration);
+  vibration = start_vibration(tick.string, ringing.energy, detector.lambda, detector.lost_ns);
   state.level = StringPhase::kFundamental;
   if (may_use_modes(tick)) {
-    vibration.reach = pluck.amplitude / vibration.amplitude;
+    vibration.reach = ringing.amplitude / vibration.amplitude;
     *tick.modes = plucked;
     state.level = StringPhase::kModes;
   }
-  const double pitch = advance_view(tick, tick.time.t_ns);
+  const double pitch = advance_view(tick, tick.touch.time.t_ns);
   if (state.level == StringPhase::kModes) {
-    advance_free_modes(tick.string, pitch, tick.time.t_ns - detector.lost_ns, *tick.modes);
+    advance_free_modes(tick.string, pitch, tick.touch.time.t_ns - detector.lost_ns, *tick.modes);
   }
   state.drawn = drawn_of_late(tick);
   state.tank.energy = std::max(std::min(in_tank, vibration.energy), vibration.energy - state.drawn);
@@ -213,14 +215,15 @@ void release(const Tick& tick) noexcept {
   StringState& state = tick.state;
   ReleaseDetector& detector = state.detector;
   const std::int64_t t_ns = detector.lost_ns;
-  report_end(tick.report, detector, StringEventKind::kRelease, t_ns);
+  report_end(tick.report, StringEventKind::kRelease, t_ns);
 
   if (may_ring(tick)) {
     ModalString plucked;
-    const Pluck pluck = pluck_string(tick, plucked);
-    const double left = pluck.energy * decay_over(tick.time.t_ns - t_ns, 0.5 * tick.string.decay);
+    const Ringing ringing = pluck_string(tick, plucked);
+    const double left =
+        ringing.energy * decay_over(tick.touch.time.t_ns - t_ns, 0.5 * tick.string.decay);
     if (left > state.vibration.energy) {
-      start_ringing(tick, pluck, plucked);
+      start_ringing(tick, ringing, plucked);
     } else if (rings(state)) {
       if (state.level == StringPhase::kModes) reconcile_modes(tick);
       state.vibration.released_energy = state.vibration.energy;
@@ -229,17 +232,16 @@ void release(const Tick& tick) noexcept {
   if (!rings(state)) state.level = StringPhase::kAsleep;
 
   // At the instant of the release, from which the decay is counted.
-  const double since = decay_over(tick.time.t_ns - t_ns, tick.string.decay);
+  const double since = decay_over(tick.touch.time.t_ns - t_ns, tick.string.decay);
   const double amplitude = since > 0.0 ? ringing_amplitude(state) / since : 0.0;
   detector.outside = false;
   if (amplitude > 0.0 && tick.options.tones.enabled &&
       !refractory(tick.options.release, detector, t_ns)) {
     detector.sounded = true;
     detector.sounded_ns = t_ns;
-    report_tone(tick.report, tick.options, detector, state.vibration, amplitude,
-                state.level == StringPhase::kModes ? tick.modes : nullptr);
+    report_tone(tick.report, amplitude);
   }
-  report_ringing_radius(tick.report, RadiusPhase::kRelease, amplitude, tick.string.decay, t_ns);
+  report_ringing_radius(tick.report, RadiusPhase::kRelease, {amplitude, tick.string.decay, t_ns});
 }
 
 /// What this scene permits now: options and parameters may change while a string rings.
@@ -251,7 +253,7 @@ void fit_level(const Tick& tick) noexcept {
   }
   if (!may_ring(tick)) {
     fall_silent(tick);
-    report_ringing_radius(tick.report, RadiusPhase::kRelease, 0.0, 0.0, tick.time.t_ns);
+    report_ringing_radius(tick.report, RadiusPhase::kRelease, {0.0, 0.0, tick.touch.time.t_ns});
     return;
   }
   if (state.level == StringPhase::kModes && !may_use_modes(tick)) {
@@ -278,17 +280,17 @@ double linear_static_force(const Tick& tick) noexcept {
 /// modes or finger.
 double ring_on(const Tick& tick, bool under_finger) noexcept {
   if (!rings(tick.state)) return 0.0;
-  const std::int64_t elapsed_ns = tick.time.t_ns - tick.state.vibration.t_ns;
-  const double pitch = advance_view(tick, tick.time.t_ns);
+  const std::int64_t elapsed_ns = tick.touch.time.t_ns - tick.state.vibration.t_ns;
+  const double pitch = advance_view(tick, tick.touch.time.t_ns);
   if (tick.state.level != StringPhase::kModes) return 0.0;
   if (!under_finger) {
     advance_free_modes(tick.string, pitch, std::max<std::int64_t>(elapsed_ns, 0), *tick.modes);
     return 0.0;
   }
   const StringTouch& touch = tick.touch;
-  const ModalTouch felt = touch_modes(tick.string, touch.lambda, -touch.distance_before,
-                                      -touch.distance, touch.stiffness, tick.options.modal_steps,
-                                      tick.time.t_ns, tick.time.dt_ns, *tick.modes);
+  const Finger finger{touch.lambda, -touch.distance_before, -touch.distance, touch.stiffness,
+                      tick.options.modal_steps};
+  const ModalTouch felt = touch_modes(tick.string, finger, touch.time, *tick.modes);
   return felt.force - linear_static_force(tick);
 }
 
@@ -299,7 +301,7 @@ void sleep_when_quiet(const Tick& tick) noexcept {
   if (vibration.energy > tick.options.sleep_energy * vibration.released_energy) return;
   fall_silent(tick);
   if (tick.state.level == StringPhase::kStatic) {
-    report_press_radius(tick.report, tick.state.detector.deflection, tick.time.t_ns);
+    report_press_radius(tick.report, tick.state.detector.deflection, tick.touch.time.t_ns);
   }
 }
 
@@ -322,11 +324,11 @@ double vibration_force(const Tick& tick, double modal_force) noexcept {
   }
   double force = state.level == StringPhase::kModes ? modal_force : fundamental_force(tick);
   force = std::max(force, -std::max(tick.touch.force, 0.0));
-  const double dt = static_cast<double>(tick.time.dt_ns) * kSecondsPerNanosecond;
+  const double dt = static_cast<double>(tick.touch.time.dt_ns) * kSecondsPerNanosecond;
   const double speed = std::max({std::abs(tick.touch.normal_speed), std::abs(tick.touch.hand_speed),
                                  std::abs(motion(tick)) / dt});
-  return draw_from_tank(force, speed, tick.options.max_acceleration, std::max(dt, kMinHold),
-                        state.tank);
+  const double reach = hand_reach(speed, tick.options.max_acceleration, std::max(dt, kMinHold));
+  return draw_from_tank(force, reach, state.tank);
 }
 
 double radius_growth(const StringState& state) noexcept {
@@ -337,6 +339,7 @@ double radius_growth(const StringState& state) noexcept {
 /// How the touch of this tick is recognised; call before anything moves.
 TouchLimits touch_limits(const Tick& tick) noexcept {
   TouchLimits limits;
+  limits.release = tick.options.release;
   limits.envelope = ringing_amplitude(tick.state);
   // The shape only makes it smaller: a tool beyond all of it need not know.
   if (tick.state.detector.touching || tick.touch.distance < limits.envelope) {
@@ -366,20 +369,19 @@ void book_held_force(const StringConstants& string, double way, std::int64_t t_n
   state.tank.held_force = 0.0;
 }
 
-StringResponse respond(const StringConstants& string, const InstrumentOptions& options,
-                       std::int32_t index, const StringTouch& touch, const TickTime& time,
-                       StringState& state, ModalString* modes, StringEvents& events) noexcept {
+StringResponse respond(const SoundingString& sounding, const StringTouch& touch,
+                       StringEvents& events) noexcept {
+  StringState& state = sounding.state;
   // Without a new sample all is held; what has happened meanwhile the next tick makes up for.
-  if (time.dt_ns <= 0) return {state.tank.held_force, radius_growth(state)};
+  if (touch.time.dt_ns <= 0) return {state.tank.held_force, radius_growth(state)};
 
-  const StringReport report{string, index, events};
-  const Tick tick{string, options, touch, time, state, modes, report};
+  const StringReport report{sounding, events};
+  const Tick tick{sounding.string, sounding.options, touch, state, sounding.modes, report};
   fit_level(tick);
 
   const TouchLimits limits = touch_limits(tick);
   const bool was_pressed = state.detector.contact;
-  const TouchReport change =
-      watch_touch(string, options.release, limits, touch, time, state.detector);
+  const TouchReport change = watch_touch(sounding.string, limits, touch, state.detector);
   book_work(tick, was_pressed && !state.detector.contact && state.detector.slipped);
 
   const bool left = change.ended && !change.released;

@@ -33,6 +33,15 @@ struct StringState {
   std::int64_t drawn_ns = 0;  ///< when it last did
 };
 
+/// A string with all it takes to sound.
+struct SoundingString {
+  std::int32_t index;  ///< its number, for its events
+  const StringConstants& string;
+  const InstrumentOptions& options;
+  StringState& state;
+  ModalString* modes;  ///< null where options.modes == 0
+};
+
 /// What the string adds to the tick.
 struct StringResponse {
   /// F_v along the touch normal on the tool, N; touch.force + vibration_force >= 0.
@@ -51,14 +60,11 @@ struct StringResponse {
 [[nodiscard]] HD_REALTIME double envelope(const StringConstants& string, const StringState& state,
                                           double lambda, std::int64_t t_ns) noexcept;
 
-/// One tick of string number `index`. `modes` is its modal state, null where options.modes == 0.
-/// time.dt_ns == 0: nothing changes, the last force is held. Options and constants may change from
-/// tick to tick; a string that may no longer ring is still at once.
-[[nodiscard]] HD_REALTIME StringResponse respond(const StringConstants& string,
-                                                 const InstrumentOptions& options,
-                                                 std::int32_t index, const StringTouch& touch,
-                                                 const TickTime& time, StringState& state,
-                                                 ModalString* modes, StringEvents& events) noexcept;
+/// One tick. touch.time.dt_ns == 0: nothing changes, the last force is held. Options and constants
+/// may change from tick to tick; a string that may no longer ring is still at once.
+[[nodiscard]] HD_REALTIME StringResponse respond(const SoundingString& sounding,
+                                                 const StringTouch& touch,
+                                                 StringEvents& events) noexcept;
 
 /// Books what the force held so far has done over `way` (m, of the hand along the normal) and holds
 /// none any more: before another tool plays the string.

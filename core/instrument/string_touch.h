@@ -6,8 +6,15 @@
 
 namespace hapticd {
 
+/// The tick that ends at t_ns and lasted dt_ns >= 0 (0: no new sample; nothing moves).
+struct TickTime {
+  std::int64_t t_ns = 0;
+  std::int64_t dt_ns = 0;
+};
+
 /// Signed distances are positive outside. One per string and tick, for the tool nearest to it.
 struct StringTouch {
+  TickTime time;
   /// Distance of the tool's surface to the resting string's surface at the start and end of the
   /// tick, m: the gap where there is no contact, and minus the displacement D of the hand into the
   /// string (deflection plus what the coupling yields, force / kc) where there is. Their zero
@@ -33,12 +40,6 @@ struct StringTouch {
   std::optional<double> way;
   /// Speed of the hand along the normal at the end of the tick, either sign, m/s.
   double hand_speed = 0.0;
-};
-
-/// The tick that ends at t_ns and lasted dt_ns >= 0 (0: no new sample; nothing moves).
-struct TickTime {
-  std::int64_t t_ns = 0;
-  std::int64_t dt_ns = 0;
 };
 
 }  // namespace hapticd

@@ -20,14 +20,15 @@ double fundamental_amplitude(const StringConstants& string, double energy) noexc
   return std::sqrt(energy * (4.0 * string.length / (kPi * kPi * string.tension)));
 }
 
-void start_vibration(const StringConstants& string, double energy, double lambda, double decay,
-                     std::int64_t t_ns, Vibration& vibration) noexcept {
-  vibration = Vibration{};
+Vibration start_vibration(const StringConstants& string, double energy, double lambda,
+                          std::int64_t t_ns) noexcept {
+  Vibration vibration;
   vibration.released_energy = energy;
   vibration.lambda = lambda;
-  vibration.decay = decay;
+  vibration.decay = string.decay;
   vibration.t_ns = t_ns;
   set_energy(string, energy, vibration);
+  return vibration;
 }
 
 double energy_at(const Vibration& vibration, std::int64_t t_ns) noexcept {

@@ -37,9 +37,9 @@ struct Vibration {
 [[nodiscard]] HD_REALTIME double fundamental_amplitude(const StringConstants& string,
                                                        double energy) noexcept;
 
-/// Starts the vibration with `energy` at t_ns, at lambda; `decay` is T_d (s, > 0).
-HD_REALTIME void start_vibration(const StringConstants& string, double energy, double lambda,
-                                 double decay, std::int64_t t_ns, Vibration& vibration) noexcept;
+/// The vibration with `energy` (J) of a string released at lambda and t_ns, with its free decay.
+[[nodiscard]] HD_REALTIME Vibration start_vibration(const StringConstants& string, double energy,
+                                                    double lambda, std::int64_t t_ns) noexcept;
 
 /// E at t_ns, J: closed form, relative error <= 1e-15 (1 + 2 (t_ns - anchor_ns) / T_d). Before the
 /// anchor: E there.

@@ -144,9 +144,11 @@ void reduce(SquareMatrix& A, Tridiagonal& out) noexcept {
   for (std::size_t k = 0; k < n; ++k) out.diagonal[k] = A(k, k);
 }
 
-/// Rows a and b, n long, turned by an angle.
-void turn(double c, double s, std::size_t n, double* __restrict a, double* __restrict b) noexcept {
-  for (std::size_t k = 0; k < n; ++k) {
+/// Rows i and i + 1 turned by an angle.
+void turn_rows(double c, double s, std::size_t i, SquareMatrix& A) noexcept {
+  double* __restrict a = A.entry[i].data();
+  double* __restrict b = A.entry[i + 1].data();
+  for (std::size_t k = 0; k < A.size; ++k) {
     const double before = a[k];
     a[k] = c * before - s * b[k];
     b[k] = s * before + c * b[k];
@@ -181,7 +183,7 @@ void sweep_up(std::size_t first, std::size_t last, Tridiagonal& T) noexcept {
     p = s * change;
     d[i + 1] = g + p;
     g = c * change - b;
-    turn(c, s, T.transposed.size, T.transposed.entry[i].data(), T.transposed.entry[i + 1].data());
+    turn_rows(c, s, i, T.transposed);
   }
   d[first] -= p;
   e[first] = g;

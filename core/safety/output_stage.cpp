@@ -28,38 +28,55 @@ Twist bounded(const Twist& V) noexcept {
           V.w.cwiseMax(-kMaxMotion).cwiseMin(kMaxMotion)};
 }
 
-Vector3 thermally_limited(const Vector3& F, double continuous, double window_s,
-                          const ThermalLoad& load, std::uint32_t& flags) noexcept {
+/// All but the wrench.
+SafetyInput bounded(const SafetyInput& input) noexcept {
+  SafetyInput kept = input;
+  kept.dt_s = std::clamp(input.dt_s, 0.0, kMaxDt_s);
+  kept.hold_s = std::clamp(input.hold_s, 0.0, kMaxDt_s);
+  kept.gain = std::clamp(input.gain, 0.0, 1.0);
+  kept.V_DH_D = bounded(input.V_DH_D);
+  kept.displacement_D = bounded(input.displacement_D);
+  kept.budget = std::clamp(input.budget, 0.0, kMaxBudget);
+  return kept;
+}
+
+ThermalRating force_rating(const SafetyLimits& limits) noexcept {
+  return {limits.continuous_force, limits.thermal_window_s};
+}
+
+ThermalRating torque_rating(const SafetyLimits& limits) noexcept {
+  return {limits.continuous_torque, limits.thermal_window_s};
+}
+
+Vector3 thermally_limited(const Vector3& F, const ThermalRating& rating, const ThermalLoad& load,
+                          std::uint32_t& flags) noexcept {
   const double size = F.norm();
-  const double allowed = allowed_size(continuous, window_s, load);
+  const double allowed = allowed_size(rating, load);
   if (size <= allowed) return F;
   flags |= kSafetyThermal;
   return F * (allowed / size);
 }
 
-/// The enabled wrench of a tick whose input is finite.
-Wrench shaped(const SafetyInput& input, const SafetyLimits& limits, const Twist& V, double budget,
-              SafetyState& state, std::uint32_t& flags) noexcept {
+/// The enabled wrench of a tick whose input is finite and bounded.
+Wrench shaped(const SafetyInput& input, const SafetyLimits& limits, SafetyState& state,
+              std::uint32_t& flags) noexcept {
   const Wrench computed = limited(input.F_H_D, {kMaxComputedWrench, kMaxComputedWrench});
-  const double gain = std::clamp(input.gain, 0.0, 1.0);
-  const double hold_s = std::clamp(input.hold_s, 0.0, kMaxDt_s);
   const double removed = state.port.removed;
-  Wrench F = damped({computed.f * gain, computed.t * gain}, V, hold_s, budget, limits.passivity,
-                    state.port);
+  PassivityControl control(limits.passivity, input.budget, state.port);
+  Wrench F = control.damped({computed.f * input.gain, computed.t * input.gain}, input.V_DH_D,
+                            input.hold_s);
   if (state.port.removed > removed) flags |= kSafetyPassivity;
-  const double growth_s = std::clamp(input.dt_s, 0.0, kMaxSlewStep_s);
+  const double growth_s = std::min(input.dt_s, kMaxSlewStep_s);
   bool slew_limited = false;
   F = {slewed(F.f, to_vector(state.f_H_D), kForceSlew * growth_s, slew_limited),
        slewed(F.t, to_vector(state.t_H_D), kTorqueSlew * growth_s, slew_limited)};
   if (slew_limited) flags |= kSafetySlew;
   // After the slew, which may turn a wrench: the bound must hold for what is written.
-  const double share = energy_share(F, V, hold_s, budget, limits.passivity, state.port);
+  const double share = control.energy_share(F, input.V_DH_D, input.hold_s);
   if (share < 1.0) flags |= kSafetyPassivity;
   F = {F.f * share, F.t * share};
-  F.f = thermally_limited(F.f, limits.continuous_force, limits.thermal_window_s, state.force_load,
-                          flags);
-  F.t = thermally_limited(F.t, limits.continuous_torque, limits.thermal_window_s, state.torque_load,
-                          flags);
+  F.f = thermally_limited(F.f, force_rating(limits), state.force_load, flags);
+  F.t = thermally_limited(F.t, torque_rating(limits), state.torque_load, flags);
   if (F.f.norm() > limits.peak.force || F.t.norm() > limits.peak.torque) flags |= kSafetySaturated;
   return limited(F, limits.peak);
 }
@@ -88,20 +105,18 @@ SafetyOutput limit(const SafetyInput& input, const SafetyLimits& limits,
     output.flags = kSafetyNotFinite;
     return output;
   }
-  const double dt_s = std::clamp(input.dt_s, 0.0, kMaxDt_s);
-  const double budget = std::clamp(input.budget, 0.0, kMaxBudget);
-  observe(F_prev, bounded(input.displacement_D), dt_s, budget, limits.passivity, state.port);
-  add_load(F_prev.f.norm(), dt_s, limits.continuous_force, limits.thermal_window_s,
-           state.force_load);
-  add_load(F_prev.t.norm(), dt_s, limits.continuous_torque, limits.thermal_window_s,
-           state.torque_load);
+  const SafetyInput tick = bounded(input);
+  PassivityControl(limits.passivity, tick.budget, state.port)
+      .observe(F_prev, tick.displacement_D, tick.dt_s);
+  add_load(F_prev.f.norm(), tick.dt_s, force_rating(limits), state.force_load);
+  add_load(F_prev.t.norm(), tick.dt_s, torque_rating(limits), state.torque_load);
   if (!input.enable) {
     state.port = {};
     return output;
   }
   state.f_H_D = to_array(F_prev.f);
   state.t_H_D = to_array(F_prev.t);
-  const Wrench F = shaped(input, limits, bounded(input.V_DH_D), budget, state, output.flags);
+  const Wrench F = shaped(tick, limits, state, output.flags);
   state.f_H_D = output.f_H_D = to_array(F.f);
   state.t_H_D = output.t_H_D = to_array(F.t);
   output.enable = true;

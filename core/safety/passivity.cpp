@@ -17,38 +17,37 @@ Vector3 without(const Vector3& F, const Vector3& V, double share) noexcept {
 
 }  // namespace
 
-void observe(const Wrench& F_prev, const Twist& displacement, double dt_s, double budget,
-             const PassivityLimits& limits, PortEnergy& port) noexcept {
-  double given = port.given + power(F_prev, displacement);
+void PassivityControl::observe(const Wrench& F_prev, const Twist& displacement,
+                               double dt_s) noexcept {
+  double given = port_.given + power(F_prev, displacement);
   if (given > 0.0 && dt_s > 0.0) {
     // The damping took b times the integral of v^2, which is at least b dx^2 / dt.
-    const double damped = limits.damping * displacement.v.squaredNorm() +
-                          limits.rotational_damping * displacement.w.squaredNorm();
-    given = std::max(0.0, given - damped / dt_s);
+    const double repaid = limits_.damping * displacement.v.squaredNorm() +
+                          limits_.rotational_damping * displacement.w.squaredNorm();
+    given = std::max(0.0, given - repaid / dt_s);
   }
   // Above the bound come motions no hand makes, and what a string gave out of its tank: forgotten.
-  port.given = std::clamp(given, -limits.credit, limits.allowance + budget);
+  port_.given = std::clamp(given, -limits_.credit, limits_.allowance + budget_);
 }
 
-Wrench damped(const Wrench& F, const Twist& V, double hold_s, double budget,
-              const PassivityLimits& limits, PortEnergy& port) noexcept {
+Wrench PassivityControl::damped(const Wrench& F, const Twist& V, double hold_s) noexcept {
   const double along = F.f.dot(V.v) * hold_s;
   const double about = F.t.dot(V.w) * hold_s;
   const double excess =
-      port.given + along + about - (limits.soft_share * limits.allowance + budget);
+      port_.given + along + about - (limits_.soft_share * limits_.allowance + budget_);
   const double gives = std::max(0.0, along) + std::max(0.0, about);
   if (!(excess > 0.0) || !(gives > 0.0)) return F;
   const double share = std::min(1.0, excess / gives);
-  port.removed += share * gives;
+  port_.removed += share * gives;
   return {along > 0.0 ? without(F.f, V.v, share) : F.f,
           about > 0.0 ? without(F.t, V.w, share) : F.t};
 }
 
-double energy_share(const Wrench& F, const Twist& V, double hold_s, double budget,
-                    const PassivityLimits& limits, const PortEnergy& port) noexcept {
-  const double left = limits.allowance + budget - port.given;
-  const double jerk = limits.acceleration * hold_s * hold_s;
-  const double twist = limits.angular_acceleration * hold_s * hold_s;
+double PassivityControl::energy_share(const Wrench& F, const Twist& V,
+                                      double hold_s) const noexcept {
+  const double left = limits_.allowance + budget_ - port_.given;
+  const double jerk = limits_.acceleration * hold_s * hold_s;
+  const double twist = limits_.angular_acceleration * hold_s * hold_s;
   const double worst = std::max(0.0, F.f.dot(V.v)) * hold_s + F.f.norm() * jerk +
                        std::max(0.0, F.t.dot(V.w)) * hold_s + F.t.norm() * twist;
   if (worst <= left) return 1.0;

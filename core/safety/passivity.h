@@ -50,18 +50,27 @@ struct PortEnergy {
   double removed = 0.0;  ///< kept back by the controller since the start, J (as predicted)
 };
 
-/// The observer: `F_prev` was held while the handle moved by `displacement` (m, rad) in `dt_s`.
-HD_REALTIME void observe(const Wrench& F_prev, const Twist& displacement, double dt_s,
-                         double budget, const PassivityLimits& limits, PortEnergy& port) noexcept;
+/// Observer and controller of a port in one tick.
+class PassivityControl {
+ public:
+  /// `budget` (J, >= 0) may be given beyond the allowance. Limits and port must outlive this.
+  PassivityControl(const PassivityLimits& limits, double budget, PortEnergy& port) noexcept
+      : limits_(limits), budget_(budget), port_(port) {}
 
-/// The soft step: `F` less what it would give too much along `V` in the next `hold_s`.
-[[nodiscard]] HD_REALTIME Wrench damped(const Wrench& F, const Twist& V, double hold_s,
-                                        double budget, const PassivityLimits& limits,
-                                        PortEnergy& port) noexcept;
+  /// The observer: `F_prev` was held while the handle moved by `displacement` (m, rad) in `dt_s`.
+  HD_REALTIME void observe(const Wrench& F_prev, const Twist& displacement, double dt_s) noexcept;
 
-/// The hard step: factor in [0, 1] on `F` that keeps the bound whatever the hand does next.
-[[nodiscard]] HD_REALTIME double energy_share(const Wrench& F, const Twist& V, double hold_s,
-                                              double budget, const PassivityLimits& limits,
-                                              const PortEnergy& port) noexcept;
+  /// The soft step: `F` less what it would give too much along `V` in the next `hold_s`.
+  [[nodiscard]] HD_REALTIME Wrench damped(const Wrench& F, const Twist& V, double hold_s) noexcept;
+
+  /// The hard step: factor in [0, 1] on `F` that keeps the bound whatever the hand does next.
+  [[nodiscard]] HD_REALTIME double energy_share(const Wrench& F, const Twist& V,
+                                                double hold_s) const noexcept;
+
+ private:
+  const PassivityLimits& limits_;
+  double budget_;
+  PortEnergy& port_;
+};
 
 }  // namespace hapticd

@@ -107,16 +107,18 @@ bool is_too_fast(const DeviceSample& sample, const GuardLimits& limits, const Po
          !(guard.V_DH_D.v.norm() <= limits.velocity_trip);
 }
 
-/// True when the pose has repeated for too long under force.
-bool is_stuck(const DeviceSample& sample, const Pose& X_DH, double force_written,
-              const GuardLimits& limits, PoseGuard& guard) noexcept {
-  const bool repeats =
-      guard.has_pose && X_DH.p == guard.X_DH.p && X_DH.q.coeffs() == guard.X_DH.q.coeffs();
-  if (!repeats || !(force_written >= limits.stuck_force)) {
-    guard.still_since_ns = sample.t_ns;
+/// True when the pose is the last one.
+bool repeats(const Pose& X_DH, const PoseGuard& guard) noexcept {
+  return guard.has_pose && X_DH.p == guard.X_DH.p && X_DH.q.coeffs() == guard.X_DH.q.coeffs();
+}
+
+/// True when a hand under force has been `still` for too long.
+bool is_stuck(bool still, std::int64_t t_ns, const GuardLimits& limits, PoseGuard& guard) noexcept {
+  if (!still) {
+    guard.still_since_ns = t_ns;
     return false;
   }
-  return limits.stuck_after_ns > 0 && sample.t_ns - guard.still_since_ns > limits.stuck_after_ns;
+  return limits.stuck_after_ns > 0 && t_ns - guard.still_since_ns > limits.stuck_after_ns;
 }
 
 }  // namespace
@@ -148,7 +150,8 @@ JudgedPose judge(const DeviceSample* sample, double force_written, const GuardLi
     result.fault = Cause::kVelocityTrip;
   }
   if (sample->has_velocity) result.V_DH_D = {to_vector(sample->v_DH_D), to_vector(sample->w_DH_D)};
-  if (is_stuck(*sample, result.X_DH, force_written, limits, guard)) {
+  const bool still = force_written >= limits.stuck_force && repeats(result.X_DH, guard);
+  if (is_stuck(still, sample->t_ns, limits, guard)) {
     result.fault = Cause::kInputStuck;
   }
   guard.X_DH = result.X_DH;

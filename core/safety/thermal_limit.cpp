@@ -6,9 +6,8 @@
 
 namespace hapticd {
 
-void add_load(double size, double dt_s, double continuous, double window_s,
-              ThermalLoad& load) noexcept {
-  const double block_s = window_s / kThermalBlocks;
+void add_load(double size, double dt_s, const ThermalRating& rating, ThermalLoad& load) noexcept {
+  const double block_s = rating.window_s / kThermalBlocks;
   load.current_s += dt_s;
   for (int passed = 0; load.current_s >= block_s && passed <= kThermalBlocks; ++passed) {
     load.blocks[static_cast<std::size_t>(load.oldest)] = load.current;
@@ -19,15 +18,15 @@ void add_load(double size, double dt_s, double continuous, double window_s,
   // After a pause of more than a window nothing older is left anyway.
   load.current_s = std::min(load.current_s, block_s);
   // A tick across the edge of two blocks counts in the later one: it is never forgotten too early.
-  const double floor = kThermalFloor * continuous * continuous;
+  const double floor = kThermalFloor * rating.continuous * rating.continuous;
   load.current += std::max(0.0, size * size - floor) * dt_s;
 }
 
-double allowed_size(double continuous, double window_s, const ThermalLoad& load) noexcept {
+double allowed_size(const ThermalRating& rating, const ThermalLoad& load) noexcept {
   double held = load.current;
   for (const double block : load.blocks) held += block;
-  const double square = continuous * continuous;
-  const double left = (1.0 - kThermalFloor) * square * window_s - held;
+  const double square = rating.continuous * rating.continuous;
+  const double left = (1.0 - kThermalFloor) * square * rating.window_s - held;
   return std::sqrt(kThermalFloor * square + std::max(0.0, left) / kThermalHorizon_s);
 }
 

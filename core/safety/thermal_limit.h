@@ -21,6 +21,12 @@ inline constexpr double kThermalFloor = 0.5;
 /// the continuous one (by 0.1 % at 0.05 s of 10 s); shorter than a few ticks: a cut.
 inline constexpr double kThermalHorizon_s = 0.05;
 
+/// What a device holds for ever.
+struct ThermalRating {
+  double continuous;  ///< root mean square over the window, N or N m, >= 0; infinite: no limit
+  double window_s;    ///< > 0
+};
+
 /// Excess over the floor, N^2 s or (N m)^2 s.
 struct ThermalLoad {
   std::array<double, kThermalBlocks> blocks{};  ///< complete blocks, a ring
@@ -29,13 +35,12 @@ struct ThermalLoad {
   int oldest = 0;                               ///< in blocks
 };
 
-/// Adds `size` = |F| (>= 0) held for `dt_s` (>= 0) and forgets what left the window of `window_s`.
-HD_REALTIME void add_load(double size, double dt_s, double continuous, double window_s,
+/// Adds `size` = |F| (>= 0) held for `dt_s` (>= 0) and forgets what left the window.
+HD_REALTIME void add_load(double size, double dt_s, const ThermalRating& rating,
                           ThermalLoad& load) noexcept;
 
-/// Largest |F| for now, so that the root mean square over any window stays at most `continuous`
-/// (>= 0, infinite: no limit) while no tick is longer than kThermalHorizon_s.
-[[nodiscard]] HD_REALTIME double allowed_size(double continuous, double window_s,
+/// Largest |F| for now, so that the rating is kept while no tick is longer than kThermalHorizon_s.
+[[nodiscard]] HD_REALTIME double allowed_size(const ThermalRating& rating,
                                               const ThermalLoad& load) noexcept;
 
 }  // namespace hapticd

@@ -117,7 +117,7 @@ void check_start(const SceneDescription& description, Findings& findings) {
   ContactSet contacts;
   for (std::size_t i = 0; i < description.tools.size(); ++i) {
     const ToolScene tool = scene.tool_scene(i);
-    find_contacts(tool.tool, description.tools[i].X_WG, tool.obstacles,
+    find_contacts({tool.tool, description.tools[i].X_WG}, tool.obstacles,
                   {.margin = tool.options.margin}, contacts);
     if (contacts.minimum_gap >= 0.0) continue;
     std::ostringstream message;

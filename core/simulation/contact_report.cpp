@@ -60,7 +60,7 @@ void Simulation::report_contacts(std::size_t tool, ContactReport& report) const 
   const ToolShape shape(scene.parts, state.parts);
   const auto reading_of = [&](const ContactKey& key, double force) {
     const Contact contact =
-        evaluate_contact(key, scene.tool, state.X_WG, bent.view(), shape.view());
+        evaluate_contact(key, {scene.tool, state.X_WG, shape.view()}, bent.view());
     ContactKey owner = key;
     const double lambda = whole_lambda(play.view, capsules, contact.lambda, owner);
     return ContactTick{owner,

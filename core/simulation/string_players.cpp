@@ -81,7 +81,7 @@ void Simulation::play_string(std::int32_t string, const StringProximity& near,
   const auto player = static_cast<std::size_t>(track.player);
   const ToolPlay& play = memory_.tools[player];
   RenderedTool& tick = output.tools[player];
-  const TickTime& time = play.way.time;
+  const TickTime& time = near.touch.time;
   ModalString* modes = memory_.modes.empty() ? nullptr : &memory_.modes[s];
   const std::size_t first = output.events.size();
   StringTouch touch = near.touch;
@@ -91,8 +91,8 @@ void Simulation::play_string(std::int32_t string, const StringProximity& near,
   if (!sounding.all() || part_of(play.view, string) != nullptr) {
     touch.lambda = sounding.along_part(place);
   }
-  const StringResponse response = respond(sounding.string, play.scene.instrument, string, touch,
-                                          time, track.state, modes, output.events);
+  const StringResponse response = respond(
+      {string, sounding.string, play.scene.instrument, track.state, modes}, touch, output.events);
   for (std::size_t k = first; k < output.events.size() && !sounding.all(); ++k) {
     StringEvent& event = output.events[k];
     if (event.kind != StringEventKind::kRadius) event.lambda = sounding.along_string(event.lambda);
@@ -139,9 +139,9 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringProximi
     const auto number = static_cast<std::int32_t>(tool);
     if (number == memory_.tracks[s].player) continue;
     const ToolPlay& play = memory_.tools[tool];
-    const TickTime& time = play.way.time;
     ToolStringState& seen = visit(tool, string);
     const StringTouch& touch = near[tool].touch;
+    const TickTime& time = touch.time;
     if (time.dt_ns <= 0) continue;
     if (seen.detector.touching || touch.distance < 0.0) {
       InstrumentOptions silent = play.scene.instrument;
@@ -149,8 +149,8 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringProximi
       StringState state;
       state.detector = seen.detector;
       const std::size_t first = output.events.size();
-      static_cast<void>(respond(play.way.input.strings[s], silent, string, touch, time, state,
-                                nullptr, output.events));
+      static_cast<void>(respond({string, play.way.input.strings[s], silent, state, nullptr}, touch,
+                                output.events));
       drop_radius_events(first, output.events);
       for (std::size_t k = first; k < output.events.size(); ++k) {
         output.events[k].lambda = whole_lambda(play, string, output.events[k].lambda);

@@ -26,7 +26,7 @@ const Contact* nearest_pair(const ToolPlay& play, std::int32_t string, const Pos
   double gap = std::numeric_limits<double>::infinity();
   for (const Contact& listed : string_pairs(play).contacts) {
     if (!is_string(listed.key) || listed.key.obstacle != string) continue;
-    const double listed_gap = evaluate_contact(listed.key, input.tool, X_WT, input.obstacles).gap;
+    const double listed_gap = evaluate_contact(listed.key, {input.tool, X_WT}, input.obstacles).gap;
     if (nearest != nullptr && listed_gap >= gap) continue;
     nearest = &listed;
     gap = listed_gap;
@@ -59,7 +59,7 @@ void find_passage(const ToolPlay& play, std::int32_t string, double guess,
   const Contact* pair = nearest_pair(play, string, hand(guess));
   if (pair == nullptr) return;
   const auto contact_at = [&](double share) {
-    return evaluate_contact(pair->key, way.input.tool, hand(share), way.input.obstacles);
+    return evaluate_contact(pair->key, {way.input.tool, hand(share)}, way.input.obstacles);
   };
   const auto gap_at = [&](double share) { return contact_at(share).gap - way.input.options.skin; };
   double from = 0.0;
@@ -115,6 +115,7 @@ StringProximity proximity_to(const ToolPlay& play, const RenderedTool& tick,
   const ContactState& state = play.state.optimiser;
   StringProximity near;
   StringTouch& touch = near.touch;
+  touch.time = play.way.time;
   touch.stiffness = std::min(input.stiffness.kt,
                              input.strings[static_cast<std::size_t>(string)].contact_stiffness);
   const PressedString* pressed = nullptr;
@@ -147,7 +148,7 @@ StringProximity proximity_to(const ToolPlay& play, const RenderedTool& tick,
     const Contact* pair = nearest_pair(play, string, play.way.X_WG_before);
     if (pair != nullptr) {
       touch.distance_before = felt_distance(
-          evaluate_contact(pair->key, input.tool, play.way.X_WG_before, input.obstacles).gap,
+          evaluate_contact(pair->key, {input.tool, play.way.X_WG_before}, input.obstacles).gap,
           input);
     }
   }
@@ -176,7 +177,7 @@ void reach_out(double swing, ToolPlay& play) noexcept {
   const ToolShape shape(input.parts, state.parts);
   ObstaclesView strings = bent.view();
   strings.bodies = {};
-  find_contacts(input.tool, state.X_WG, strings, {margin, margin}, play.swung, shape.view());
+  find_contacts({input.tool, state.X_WG, shape.view()}, strings, {margin, margin}, play.swung);
 }
 
 }  // namespace hapticd

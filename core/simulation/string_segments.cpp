@@ -52,8 +52,8 @@ std::size_t nearest_part(const StringTool& tool, const StringPoints& points,
   }
   if (distance - radius > room) return nearest;
   const ToolShape shape(tool.scene->parts, state.parts);
-  find_contacts(tool.scene->tool, state.X_WG, {{parts_W.begin(), parts_W.size()}, {}},
-                {margin, margin}, *tool.scratch, shape.view());
+  find_contacts({tool.scene->tool, state.X_WG, shape.view()},
+                {{parts_W.begin(), parts_W.size()}, {}}, {margin, margin}, *tool.scratch);
   double gap = std::numeric_limits<double>::infinity();
   for (const Contact& contact : tool.scratch->contacts) {
     if (contact.gap < gap) nearest = static_cast<std::size_t>(contact.key.obstacle);

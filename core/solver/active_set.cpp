@@ -115,6 +115,11 @@ double size_of(const QpWorkspace& workspace) noexcept {
   return workspace.target_size + size;
 }
 
+/// What rows may lack by rounding alone does not count.
+RowMeasure rounding_measure(const QpWorkspace& workspace) noexcept {
+  return {workspace.inverse_length, kQpRounding * size_of(workspace)};
+}
+
 /// What the split row, a combination of active ones, may lack by their rounding alone.
 double amplified_rounding(const QpWorkspace& workspace) noexcept {
   const double amplification = std::sqrt(workspace.split.amplification_squared);
@@ -212,16 +217,17 @@ void leave(QpWorkspace& workspace, const Blocking& blocking) noexcept {
 }
 
 /// Makes the candidate, violated by `violation` > 0, active.
-template <std::size_t P>
-Outcome add_candidate(QpWorkspace& workspace, std::size_t unknowns, double violation, int limit,
+template <std::size_t N, std::size_t P>
+Outcome add_candidate(const QpProblem& problem, QpWorkspace& workspace, double violation,
                       int& iterations) noexcept {
   ActiveFactor& factor = workspace.factor;
   SplitRow& split = workspace.split;
   copy<P>(factor.multiplier, workspace.multiplier);
+  const int limit = limit_of(problem);
   while (iterations < limit) {
     ++iterations;
     split_row<P>(factor, workspace.candidate.normal, split);
-    const bool dependent = factor.count == unknowns || is_dependent(split);
+    const bool dependent = factor.count == unknowns_of<N>(problem) || is_dependent(split);
     if (dependent && violation <= amplified_rounding(workspace)) {
       ignore_row(workspace, workspace.candidate.index);
       return Outcome::kContinue;
@@ -246,8 +252,8 @@ bool find_violated(const QpProblem& problem, const QpSolution& solution, QpWorks
   const ActiveFactor& factor = workspace.factor;
   RowValues& violation = workspace.violation;
   if (workspace.lengths_known) {
-    index = evaluate_most_violated(problem, solution.x.data(), workspace.inverse_length,
-                                   kQpRounding * size_of(workspace), violation);
+    index =
+        evaluate_most_violated(problem, solution.x.data(), rounding_measure(workspace), violation);
   } else {
     RowSurvey survey = evaluate_violations(problem, solution.x.data(), violation);
     if (!survey.finite) return false;
@@ -259,8 +265,7 @@ bool find_violated(const QpProblem& problem, const QpSolution& solution, QpWorks
     const double* scale = workspace.inverse_root_weight.data();
     if (!inverse_row_lengths(problem, scale, workspace.inverse_length)) return false;
     workspace.lengths_known = true;
-    index = most_violated(violation, workspace.inverse_length, rows_of(problem),
-                          kQpRounding * size_of(workspace));
+    index = most_violated(violation, rounding_measure(workspace), rows_of(problem));
   }
   return true;
 }
@@ -287,8 +292,7 @@ bool drop_pulling_row(QpWorkspace& workspace) noexcept {
 /// ignored rows lacked.
 template <std::size_t N, std::size_t P>
 Outcome finish(const QpProblem& problem, QpWorkspace& workspace, QpSolution& solution) noexcept {
-  refine_point<P>(problem, unknowns_of<N>(problem), workspace.violation,
-                  workspace.inverse_root_weight, workspace.factor, solution.x);
+  refine_point<P>(problem, unknowns_of<N>(problem), workspace, solution.x);
   if (workspace.factor.sharpness > kQpSharpWedge && solution.iterations < limit_of(problem) &&
       drop_pulling_row<P>(workspace)) {
     ++solution.iterations;
@@ -299,7 +303,7 @@ Outcome finish(const QpProblem& problem, QpWorkspace& workspace, QpSolution& sol
   if (!inverse_row_lengths(problem, scale, workspace.inverse_length)) return Outcome::kInvalid;
   const double tolerance = kContradiction * size_of(workspace);
   const RowIndex index = evaluate_most_violated(
-      problem, solution.x.data(), workspace.inverse_length, tolerance, workspace.violation);
+      problem, solution.x.data(), {workspace.inverse_length, tolerance}, workspace.violation);
   if (index == kMaxQpRows) return Outcome::kOptimal;
   solution.infeasible_row = static_cast<int>(index);
   return Outcome::kInfeasible;
@@ -318,8 +322,7 @@ Outcome improve(const QpProblem& problem, QpWorkspace& workspace, QpSolution& so
     return Outcome::kInfeasible;
   }
   const double violation = candidate.offset - dot<P>(candidate.normal, workspace.factor.step);
-  const Outcome outcome = add_candidate<P>(workspace, unknowns_of<N>(problem), violation,
-                                           limit_of(problem), solution.iterations);
+  const Outcome outcome = add_candidate<N, P>(problem, workspace, violation, solution.iterations);
   if (outcome == Outcome::kInfeasible) solution.infeasible_row = static_cast<int>(index);
   return outcome;
 }

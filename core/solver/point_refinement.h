@@ -9,9 +9,7 @@
 #include <array>
 #include <cstddef>
 
-#include "core/solver/active_factor.h"
-#include "core/solver/qp_problem.h"
-#include "core/solver/row_scan.h"
+#include "core/solver/active_set.h"
 
 namespace hapticd {
 
@@ -61,17 +59,18 @@ inline void refine_multipliers(ActiveFactor& factor) noexcept {
 }
 
 /// Moves x, and the multipliers with it, onto the active planes as exactly as x can be stored.
-/// `violation` holds the violations at x.
+/// workspace.violation holds the violations at x.
 template <std::size_t P>
-inline void refine_point(const QpProblem& problem, std::size_t unknowns, const RowValues& violation,
-                         const std::array<double, kMaxQpUnknowns>& inverse_root_weight,
-                         ActiveFactor& factor, std::array<double, kMaxQpUnknowns>& x) noexcept {
+inline void refine_point(const QpProblem& problem, std::size_t unknowns, QpWorkspace& workspace,
+                         std::array<double, kMaxQpUnknowns>& x) noexcept {
+  ActiveFactor& factor = workspace.factor;
   const bool sharp = factor.sharpness > kQpSharpWedge;
   LaneVector lacking;
   set_zero<P>(lacking);
   for (std::size_t j = 0; j < factor.count; ++j) {
     const std::size_t row = factor.row[j].index;
-    const double lack = sharp ? exact_violation(problem, unknowns, row, x) : violation.value[row];
+    const double lack =
+        sharp ? exact_violation(problem, unknowns, row, x) : workspace.violation.value[row];
     lacking.set(j, lack * factor.row[j].scale);
   }
   LaneVector correction;
@@ -81,7 +80,8 @@ inline void refine_point(const QpProblem& problem, std::size_t unknowns, const R
     add_scaled<P>(correction, coordinate, factor.q[j]);
     add_scaled<P>(factor.multiplier, coordinate, factor.inverse[j]);
   }
-  for (std::size_t k = 0; k < unknowns; ++k) x[k] += correction[k] * inverse_root_weight[k];
+  for (std::size_t k = 0; k < unknowns; ++k)
+    x[k] += correction[k] * workspace.inverse_root_weight[k];
   if (sharp) {
     add_scaled<P>(factor.step, 1.0, correction);
     refine_multipliers<P>(factor);

@@ -98,9 +98,10 @@ template <typename Start, typename Combine, typename Finish>
 }
 
 [[gnu::always_inline]] inline RowIndex evaluate_most_body(const QpProblem& problem, const double* x,
-                                                          const double* inverse_length,
-                                                          double threshold,
+                                                          const RowMeasure& measure,
                                                           double* violation) noexcept {
+  const double* inverse_length = measure.inverse_length.value.data();
+  const double threshold = measure.threshold;
   Key best = 0;
   const auto start = [&](std::size_t i) { return problem.bound[i]; };
   const auto combine = [](double value, double product) { return value - product; };
@@ -113,15 +114,15 @@ template <typename Start, typename Combine, typename Finish>
   return row_above(best, threshold);
 }
 
-[[gnu::always_inline]] inline RowIndex most_body(const double* violation,
-                                                 const double* inverse_length, std::size_t rows,
-                                                 double threshold) noexcept {
+[[gnu::always_inline]] inline RowIndex most_body(const double* violation, const RowMeasure& measure,
+                                                 std::size_t rows) noexcept {
+  const double* inverse_length = measure.inverse_length.value.data();
   Key best = 0;
   for (std::size_t i = 0; i < rows; ++i) {
     const Key key = key_of(violation[i] * inverse_length[i], i);
     best = key > best ? key : best;
   }
-  return row_above(best, threshold);
+  return row_above(best, measure.threshold);
 }
 
 /// 1 / sqrt(value) within 4 %, by halving the exponent: no division, no square root (Lomont, "Fast
@@ -150,14 +151,14 @@ template <typename Start, typename Combine, typename Finish>
 }
 
 [[gnu::target("avx2")]] RowIndex evaluate_most_avx2(const QpProblem& problem, const double* x,
-                                                    const double* inverse_length, double threshold,
+                                                    const RowMeasure& measure,
                                                     double* violation) noexcept {
-  return evaluate_most_body(problem, x, inverse_length, threshold, violation);
+  return evaluate_most_body(problem, x, measure, violation);
 }
 
-[[gnu::target("avx2")]] RowIndex most_avx2(const double* violation, const double* inverse_length,
-                                           std::size_t rows, double threshold) noexcept {
-  return most_body(violation, inverse_length, rows, threshold);
+[[gnu::target("avx2")]] RowIndex most_avx2(const double* violation, const RowMeasure& measure,
+                                           std::size_t rows) noexcept {
+  return most_body(violation, measure, rows);
 }
 
 [[gnu::target("avx2")]] bool inverse_lengths_avx2(const QpProblem& problem, const double* scale,
@@ -179,21 +180,18 @@ bool inverse_row_lengths(const QpProblem& problem, const double* scale,
   return inverse_lengths_body(problem, scale, inverse_length.value.data());
 }
 
-RowIndex most_violated(const RowValues& violation, const RowValues& inverse_length,
-                       std::size_t rows, double threshold) noexcept {
+RowIndex most_violated(const RowValues& violation, const RowMeasure& measure,
+                       std::size_t rows) noexcept {
   const double* v = violation.value.data();
-  const double* inverse = inverse_length.value.data();
-  if (avx2_available()) return most_avx2(v, inverse, rows, threshold);
-  return most_body(v, inverse, rows, threshold);
+  if (avx2_available()) return most_avx2(v, measure, rows);
+  return most_body(v, measure, rows);
 }
 
 RowIndex evaluate_most_violated(const QpProblem& problem, const double* x,
-                                const RowValues& inverse_length, double threshold,
-                                RowValues& violation) noexcept {
+                                const RowMeasure& measure, RowValues& violation) noexcept {
   double* v = violation.value.data();
-  const double* inverse = inverse_length.value.data();
-  if (avx2_available()) return evaluate_most_avx2(problem, x, inverse, threshold, v);
-  return evaluate_most_body(problem, x, inverse, threshold, v);
+  if (avx2_available()) return evaluate_most_avx2(problem, x, measure, v);
+  return evaluate_most_body(problem, x, measure, v);
 }
 
 }  // namespace hapticd

@@ -23,8 +23,7 @@ struct RowSurvey {
   int positive;  ///< how many are > 0
 };
 
-/// The most violated row: the largest violation * inverse_length above `threshold`, where values
-/// that agree in all but their last eight bits are equal and the lowest row wins. kMaxQpRows: none.
+/// A row, or kMaxQpRows: none.
 using RowIndex = std::size_t;
 
 /// violation = bound - row . x of every row, and what they are like.
@@ -36,16 +35,21 @@ HD_REALTIME RowSurvey evaluate_violations(const QpProblem& problem, const double
 [[nodiscard]] HD_REALTIME bool inverse_row_lengths(const QpProblem& problem, const double* scale,
                                                    RowValues& inverse_length) noexcept;
 
-/// The row of the largest violation * inverse_length above `threshold` >= 0. Values that agree in
-/// all but their last eight bits are equal, and the lowest row wins.
+/// How violations are compared: by violation * inverse_length, those above `threshold` >= 0.
+struct RowMeasure {
+  const RowValues& inverse_length;
+  double threshold;
+};
+
+/// The most violated row, or kMaxQpRows: none. Measures that agree in all but their last eight bits
+/// are equal, and the lowest row wins.
 [[nodiscard]] HD_REALTIME RowIndex most_violated(const RowValues& violation,
-                                                 const RowValues& inverse_length, std::size_t rows,
-                                                 double threshold) noexcept;
+                                                 const RowMeasure& measure,
+                                                 std::size_t rows) noexcept;
 
 /// evaluate_violations without counts, and most_violated, in one pass.
 [[nodiscard]] HD_REALTIME RowIndex evaluate_most_violated(const QpProblem& problem, const double* x,
-                                                          const RowValues& inverse_length,
-                                                          double threshold,
+                                                          const RowMeasure& measure,
                                                           RowValues& violation) noexcept;
 
 }  // namespace hapticd

@@ -13,7 +13,7 @@ Avx2BruteForce::Avx2BruteForce(const SphereTreeView& tool) : tool_(tool) {}
 
 void Avx2BruteForce::add(const ContactKey& key, const Pose& X_WG, const ObstaclesView& obstacles,
                          double margin, ContactSet& out) {
-  const Contact contact = evaluate_contact(key, tool_, X_WG, obstacles);
+  const Contact contact = evaluate_contact(key, {tool_, X_WG}, obstacles);
   out.minimum_gap = std::min(out.minimum_gap, contact.gap);
   if (contact.gap < margin) out.contacts.push_back(contact);
 }

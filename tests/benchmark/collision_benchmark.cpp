@@ -52,7 +52,7 @@ void find_poses(QueryScene& scene, double gap) {
     double high = 1.0;
     for (int k = 0; k < 60; ++k) {
       X_WG.p.y() = 0.5 * (low + high);
-      find_contacts(scene.tool.view(), X_WG, scene.obstacles(), {}, *set);
+      find_contacts({scene.tool.view(), X_WG}, scene.obstacles(), {}, *set);
       (set->minimum_gap > gap ? high : low) = X_WG.p.y();
     }
     scene.poses.push_back(X_WG);
@@ -111,7 +111,7 @@ void run(benchmark::State& state, const QueryScene& scene, int timed_calls, cons
 
 void run_tree(benchmark::State& state, const QueryScene& scene) {
   run(state, scene, 20000, [&](const Pose& X_WG, ContactSet& set) {
-    find_contacts(scene.tool.view(), X_WG, scene.obstacles(), {}, set);
+    find_contacts({scene.tool.view(), X_WG}, scene.obstacles(), {}, set);
   });
 }
 
@@ -134,7 +134,7 @@ void check_same_results(const QueryScene& scene, Brute& brute) {
   const auto ours = std::make_unique<ContactSet>();
   const auto theirs = std::make_unique<ContactSet>();
   for (std::size_t k = 0; k < kChecked; ++k) {
-    find_contacts(scene.tool.view(), scene.poses[k], scene.obstacles(), {}, *ours);
+    find_contacts({scene.tool.view(), scene.poses[k]}, scene.obstacles(), {}, *ours);
     brute.find(scene.poses[k], scene.obstacles(), {}, *theirs);
     const bool same_gap = std::abs(ours->minimum_gap - theirs->minimum_gap) <= 1e-14;
     const bool same_pairs =

@@ -60,7 +60,7 @@ namespace {
 
 void PlainBruteForce::take(const ContactKey& key, const Pose& X_WG, const ObstaclesView& obstacles,
                            ContactSet& out) {
-  const Contact contact = evaluate_contact(key, tool_, X_WG, obstacles);
+  const Contact contact = evaluate_contact(key, {tool_, X_WG}, obstacles);
   out.minimum_gap = std::min(out.minimum_gap, contact.gap);
   if (contact.gap < out.covered_margin) out.contacts.push_back(contact);
 }

@@ -104,7 +104,7 @@ double touching_height(const ToolScene& scene, Pose X_WG) {
   const auto contacts = std::make_unique<ContactSet>();
   X_WG.p.y() = 0.5;
   for (;;) {
-    find_contacts(scene.tool, X_WG, scene.obstacles, {}, *contacts);
+    find_contacts({scene.tool, X_WG}, scene.obstacles, {}, *contacts);
     if (contacts->minimum_gap < kTolerance) return X_WG.p.y();
     X_WG.p.y() -= contacts->minimum_gap;
   }

@@ -61,7 +61,7 @@ double contact_height(const RenderingScene& scene, Pose X_WG, double gap) {
   const auto contacts = std::make_unique<ContactSet>();
   X_WG.p.y() = 0.5;
   while (X_WG.p.y() > -0.5) {
-    find_contacts(scene.tool(), X_WG, scene.obstacles(), {}, *contacts);
+    find_contacts({scene.tool(), X_WG}, scene.obstacles(), {}, *contacts);
     const double way = contacts->minimum_gap - gap;
     if (way < kTolerance) break;
     X_WG.p.y() -= way;

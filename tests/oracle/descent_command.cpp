@@ -85,7 +85,7 @@ void write_descent(const DescentOptions& options) {
   const auto found = std::make_unique<ContactSet>();
   QueryOptions query;
   query.margin = std::max(options.margin, 1e-12);
-  find_contacts(view.tool, X_WG, {{&capsule, 1}, {}}, query, *found);
+  find_contacts({view.tool, X_WG}, {{&capsule, 1}, {}}, query, *found);
   compare(descent, *found);
   Json levels = Json::array();
   for (const auto& level : descent) levels.push_back(level_json(level));

@@ -29,7 +29,7 @@ Json sphere_json(const Capsule& capsule, const Vector3& p) {
   const auto found = std::make_unique<ContactSet>();
   QueryOptions query;
   query.margin = 1.0;
-  find_contacts(tree.view(), {{1.0, 0.0, 0.0, 0.0}, p}, {{&capsule, 1}, {}}, query, *found);
+  find_contacts({tree.view(), {{1.0, 0.0, 0.0, 0.0}, p}}, {{&capsule, 1}, {}}, query, *found);
   const Contact& contact = found->contacts[0];
   const AxisOffset line = axis_offset(capsule, p, true);
   const double length = (capsule.p_B - capsule.p_A).norm();

@@ -107,13 +107,20 @@ struct Sum {
   }
 };
 
-/// The force of `strings` equal strings pressed at once by `displacement` (m) of a coupling of
-/// `stiffness` (N/m), N: bisection in long double.
-double force_of_strings(const StringConstants& string, double lambda, double displacement,
-                        double stiffness, int strings) {
+/// Equal strings, pressed at once by a coupling.
+struct EqualStrings {
+  const StringConstants& string;
+  double lambda;
+  double stiffness;  ///< of the coupling, N/m
+  int count;
+};
+
+/// Their force on a coupling displaced by `displacement` (m), N: bisection in long double.
+double force_of_strings(const EqualStrings& pressed, double displacement) {
   if (!(displacement > 0.0)) return 0.0;
+  const StringConstants& string = pressed.string;
   const long double L = string.length;
-  const long double share = lambda;
+  const long double share = pressed.lambda;
   const auto force = [&](long double delta) {
     const long double L1 = std::hypot(share * L, delta);
     const long double L2 = std::hypot((1.0L - share) * L, delta);
@@ -124,10 +131,10 @@ double force_of_strings(const StringConstants& string, double lambda, double dis
   long double high = displacement;
   for (int k = 0; k < 80; ++k) {
     const long double delta = 0.5L * (low + high);
-    const bool deeper = strings * force(delta) < stiffness * (displacement - delta);
+    const bool deeper = pressed.count * force(delta) < pressed.stiffness * (displacement - delta);
     (deeper ? low : high) = delta;
   }
-  return static_cast<double>(stiffness * (displacement - low));
+  return static_cast<double>(pressed.stiffness * (displacement - low));
 }
 
 /// Adds what the tool with its strings does, tick by tick.
@@ -143,13 +150,14 @@ void play_coupled(const SceneDescription& description, const Scene& scene,
 }
 
 /// Adds what each string does by itself, pressed so deep in every tick.
-void play_series(const StringConstants& string, double lambda, double stiffness, int strings,
-                 const std::vector<double>& depths, const std::vector<double>& truth, Sum& sum) {
+void play_series(const EqualStrings& pressed, const std::vector<double>& depths,
+                 const std::vector<double>& truth, Sum& sum) {
   for (std::size_t k = 0; k < depths.size(); ++k) {
     double force = 0.0;
     const double before = processor_time();
-    for (int call = 0; call < kCalls * strings; ++call) {
-      force += deflect_in_series(string, lambda, depths[k], stiffness).force;
+    for (int call = 0; call < kCalls * pressed.count; ++call) {
+      force +=
+          deflect_in_series(pressed.string, pressed.lambda, depths[k], pressed.stiffness).force;
     }
     if (depths[k] > 0.0) sum.nanoseconds.push_back(1e3 * (processor_time() - before) / kCalls);
     sum.add(force / kCalls, truth[k]);
@@ -168,15 +176,16 @@ std::vector<PressModel> compare_press_models() {
     Sum series, coupled;
     for (const double lambda : kLambdas) {
       for (const double depth : kDepths) {
+        const EqualStrings pressed{string, lambda, kt, strings};
         const StudyGesture gesture = press_at(description, lambda, depth);
         std::vector<double> depths, truth;
         for (int tick = 0; tick < kTicks; ++tick) {
           // The tool stays clear of the string by the skin.
           depths.push_back(height(description, description.optimiser.skin) -
                            gesture.at(1e-3 * tick).p.y());
-          truth.push_back(force_of_strings(string, lambda, depths.back(), kt, strings));
+          truth.push_back(force_of_strings(pressed, depths.back()));
         }
-        play_series(string, lambda, kt, strings, depths, truth, series);
+        play_series(pressed, depths, truth, series);
         play_coupled(description, scene, gesture, truth, coupled);
       }
     }

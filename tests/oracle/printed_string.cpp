@@ -69,7 +69,7 @@ double PrintedVibration::force(const StringConstants& string,
   const double wanted = k_v_ * radius(string) * std::sin(omega * since_s_);
   if (!options.tank || !(dt_s > 0.0)) return wanted;
   settle_tank(moved, energy(string), tank_);
-  return draw_from_tank(wanted, moved / dt_s, kMaxAcceleration, dt_s, tank_);
+  return draw_from_tank(wanted, hand_reach(moved / dt_s, kMaxAcceleration, dt_s), tank_);
 }
 
 }  // namespace hapticd

@@ -106,17 +106,35 @@ double extent(const std::vector<FlatSphere>& spheres) {
 /// epsilon); larger only sends more pairs to the long double evaluation.
 constexpr double kFastPassError = 1e-13;
 
-/// Smallest gap of the tool (centres relative to `origin`) to one capsule, if below `best`.
-Real minimum_to_capsule(std::span<const Sphere> tool_G, const OraclePose& X_WG,
-                        const std::vector<FlatSphere>& tool, double tool_extent,
-                        const Capsule& capsule, Real best) {
+/// The tool for the fast pass: centres relative to its origin.
+struct FlatTool {
+  FlatTool(std::span<const Sphere> tool_G, const OraclePose& X)
+      : spheres_G(tool_G),
+        X_WG(X),
+        flat(placed_spheres(tool_G, X, X.p)),
+        largest(hapticd::extent(flat)) {}
+
+  [[nodiscard]] Real3 centre_W(std::size_t i) const {
+    return X_WG.R * to_real(spheres_G[i].p) + X_WG.p;
+  }
+
+  std::span<const Sphere> spheres_G;
+  const OraclePose& X_WG;
+  std::vector<FlatSphere> flat;
+  double largest;  ///< coordinate, m
+};
+
+/// Smallest gap of the tool to one capsule, if below `best`.
+Real minimum_to_capsule(const FlatTool& placed, const Capsule& capsule, Real best) {
+  const OraclePose& X_WG = placed.X_WG;
+  const std::vector<FlatSphere>& tool = placed.flat;
   const Vector3 a =
       capsule.p_A - Vector3(static_cast<double>(X_WG.p[0]), static_cast<double>(X_WG.p[1]),
                             static_cast<double>(X_WG.p[2]));
   const Vector3 e = capsule.p_B - capsule.p_A;
   const double square = e.squaredNorm();
   const Vector3 u = square > 0.0 ? Vector3(e / square) : Vector3(0.0, 0.0, 0.0);
-  const double error = kFastPassError * (tool_extent + a.cwiseAbs().maxCoeff() +
+  const double error = kFastPassError * (placed.largest + a.cwiseAbs().maxCoeff() +
                                          e.cwiseAbs().maxCoeff() + capsule.r);
   for (std::size_t i = 0; i < tool.size(); ++i) {
     const double dx = tool[i].x - a.x();
@@ -128,20 +146,19 @@ Real minimum_to_capsule(std::span<const Sphere> tool_G, const OraclePose& X_WG,
     const double oz = dz - lambda * e.z();
     const double gap = std::sqrt(ox * ox + oy * oy + oz * oz) - tool[i].r - capsule.r;
     if (gap > static_cast<double>(best) + error) continue;
-    const Real3 C = X_WG.R * to_real(tool_G[i].p) + X_WG.p;
-    const PointDistance nearest = to_segment(to_real(capsule.p_A), to_real(capsule.p_B), C);
-    best = std::min(best, nearest.distance - tool_G[i].r - capsule.r);
+    const PointDistance nearest =
+        to_segment(to_real(capsule.p_A), to_real(capsule.p_B), placed.centre_W(i));
+    best = std::min(best, nearest.distance - tool[i].r - capsule.r);
   }
   return best;
 }
 
 /// Smallest gap of the tool to one body, if below `best`.
-Real minimum_to_body(std::span<const Sphere> tool_G, const OraclePose& X_WG,
-                     const std::vector<FlatSphere>& tool, double tool_extent,
-                     const OracleBody& body, Real best) {
+Real minimum_to_body(const FlatTool& placed, const OracleBody& body, Real best) {
+  const std::vector<FlatSphere>& tool = placed.flat;
   const OraclePose X_WB = real_pose(body.X_WB);
-  const std::vector<FlatSphere> spheres = placed_spheres(body.spheres_B, X_WB, X_WG.p);
-  const double error = kFastPassError * (tool_extent + extent(spheres));
+  const std::vector<FlatSphere> spheres = placed_spheres(body.spheres_B, X_WB, placed.X_WG.p);
+  const double error = kFastPassError * (placed.largest + extent(spheres));
   for (std::size_t i = 0; i < tool.size(); ++i) {
     for (std::size_t j = 0; j < spheres.size(); ++j) {
       const double dx = tool[i].x - spheres[j].x;
@@ -150,9 +167,9 @@ Real minimum_to_body(std::span<const Sphere> tool_G, const OraclePose& X_WG,
       const double near =
           std::max(0.0, static_cast<double>(best) + error + tool[i].r + spheres[j].r);
       if (dx * dx + dy * dy + dz * dz > near * near) continue;
-      const Real3 C = X_WG.R * to_real(tool_G[i].p) + X_WG.p;
       const Real3 P = X_WB.R * to_real(body.spheres_B[j].p) + X_WB.p;
-      best = std::min(best, to_point(P, C).distance - tool_G[i].r - body.spheres_B[j].r);
+      best = std::min(best,
+                      to_point(P, placed.centre_W(i)).distance - tool[i].r - body.spheres_B[j].r);
     }
   }
   return best;
@@ -160,14 +177,13 @@ Real minimum_to_body(std::span<const Sphere> tool_G, const OraclePose& X_WG,
 
 Real minimum_gap(std::span<const Sphere> tool_G, const OraclePose& X_WG,
                  const OracleObstacles& obstacles) {
-  const std::vector<FlatSphere> tool = placed_spheres(tool_G, X_WG, X_WG.p);
-  const double tool_extent = extent(tool);
+  const FlatTool tool(tool_G, X_WG);
   Real best = kInfinity;
   for (const Capsule& capsule : obstacles.capsules_W) {
-    best = minimum_to_capsule(tool_G, X_WG, tool, tool_extent, capsule, best);
+    best = minimum_to_capsule(tool, capsule, best);
   }
   for (const OracleBody& body : obstacles.bodies) {
-    best = minimum_to_body(tool_G, X_WG, tool, tool_extent, body, best);
+    best = minimum_to_body(tool, body, best);
   }
   return best;
 }
@@ -273,14 +289,12 @@ long double exhaustive_minimum_gap(std::span<const Sphere> tool_G, const Pose& X
   return minimum_gap(tool_G, real_pose(X_WG), obstacles);
 }
 
-long double path_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WF, const Pose& X_WT,
+long double path_minimum_gap(const OracleTool& begin, const OracleTool& end,
                              const OracleObstacles& obstacles, long double spacing) {
-  return path_minimum_gap(tool_G, tool_G, X_WF, X_WT, obstacles, spacing);
-}
-
-long double path_minimum_gap(std::span<const Sphere> from_G, std::span<const Sphere> to_G,
-                             const Pose& X_WF, const Pose& X_WT, const OracleObstacles& obstacles,
-                             long double spacing) {
+  const std::span<const Sphere> from_G = begin.spheres_G;
+  const std::span<const Sphere> to_G = end.spheres_G;
+  const Pose& X_WF = begin.X_WG;
+  const Pose& X_WT = end.X_WG;
   const RealQuaternion from = normalised(X_WF.q);
   const RealQuaternion to = normalised(X_WT.q);
   RealQuaternion turn = multiply(to, {from.w, Real{-1} * from.v});

@@ -58,21 +58,20 @@ struct OracleResult {
 [[nodiscard]] long double exhaustive_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WG,
                                                  const OracleObstacles& obstacles);
 
-/// The smallest gap along the motion from X_WF to X_WT: translation linear in s, rotation
-/// exp(s phi) R_WF with phi the rotation vector from R_WF to R_WT. By sphere tracing: between two
-/// places where the gap is taken no point moves further than the gap at the first, or `spacing`
-/// (m, > 0) where that is more, or an eighth of the way; the rest of the way is left out where it
-/// is shorter than the gap. So nothing is missed but what two places `spacing` apart can hide. Bent
-/// strings move meanwhile; their motion counts as way.
-[[nodiscard]] long double path_minimum_gap(std::span<const Sphere> tool_G, const Pose& X_WF,
-                                           const Pose& X_WT, const OracleObstacles& obstacles,
-                                           long double spacing);
+/// The spheres of a tool where it stands.
+struct OracleTool {
+  std::span<const Sphere> spheres_G;
+  const Pose& X_WG;
+};
 
-/// The same for a tool whose spheres go straight from `from_G` to `to_G` meanwhile, in its frame;
-/// sphere by sphere, with equal radii.
-[[nodiscard]] long double path_minimum_gap(std::span<const Sphere> from_G,
-                                           std::span<const Sphere> to_G, const Pose& X_WF,
-                                           const Pose& X_WT, const OracleObstacles& obstacles,
-                                           long double spacing);
+/// The smallest gap along the motion of a tool: translation linear in s, rotation exp(s phi)
+/// R_begin with phi the rotation vector from the first to the last, its spheres straight in its
+/// frame, sphere by sphere, with equal radii. By sphere tracing: between two places where the gap
+/// is taken no point moves further than the gap at the first, or `spacing` (m, > 0) where that is
+/// more, or an eighth of the way; the rest of the way is left out where it is shorter than the gap.
+/// So nothing is missed but what two places `spacing` apart can hide. Bent strings move meanwhile;
+/// their motion counts as way.
+[[nodiscard]] long double path_minimum_gap(const OracleTool& begin, const OracleTool& end,
+                                           const OracleObstacles& obstacles, long double spacing);
 
 }  // namespace hapticd

@@ -186,7 +186,9 @@ double PathJudge::smallest_gap(std::span<const ContactState> path) {
     std::vector<OracleBentString> bent;
     bent.reserve(near.held.size());
     for (const std::size_t k : near.held) bent.push_back(bent_string(capsules_[k], k, from, to));
-    smallest = std::min(smallest, path_minimum_gap(some(from), some(to), from.X_WG, to.X_WG,
+    const std::vector<Sphere> first = some(from);
+    const std::vector<Sphere> last = some(to);
+    smallest = std::min(smallest, path_minimum_gap({first, from.X_WG}, {last, to.X_WG},
                                                    {near.straight, bodies, bent}, spacing_));
   }
   return static_cast<double>(smallest);

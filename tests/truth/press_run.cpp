@@ -61,9 +61,10 @@ class Ladder {
     distance_ = distance;
     t_ns_ += kTick_ns;
     events_.clear();
-    return bent.force + respond(string_, options_, 0, touch, {t_ns_, kTick_ns}, state_,
-                                options_.modes > 0 ? &modes_ : nullptr, events_)
-                            .vibration_force;
+    touch.time = {t_ns_, kTick_ns};
+    ModalString* const modes = options_.modes > 0 ? &modes_ : nullptr;
+    return bent.force +
+           respond({0, string_, options_, state_, modes}, touch, events_).vibration_force;
   }
 
   /// Draws the string aside to `deflection`, waits until that is forgotten, and slips off it at the
@@ -131,7 +132,7 @@ PressRun play_modal(const PressCase& press_case, int modes, int steps) {
   const TruthPress& press = press_case.press;
   PressRun run;
   ModalString state;
-  pluck_modes(string, press.pluck_lambda, press.pluck_delta, modes, 0.0, 0, state);
+  pluck_modes(string, {press.pluck_lambda, press.pluck_delta}, modes, state);
   const std::int64_t touch_ns = std::llround(press.free_time * 1e9);
   for (std::int64_t t_ns = 0; t_ns < touch_ns; t_ns += kTick_ns) {
     advance_free_modes(string, 1.0, kTick_ns, state);
@@ -139,8 +140,8 @@ PressRun play_modal(const PressCase& press_case, int modes, int steps) {
   for (int i = 0; i < press.ticks; ++i) {
     const std::int64_t t_ns = touch_ns + (i + 1) * kTick_ns;
     const auto force_of = [&](double D_before, double D_after) {
-      return touch_modes(string, press.lambda, D_before, D_after, press.stiffness, steps, t_ns,
-                         kTick_ns, state)
+      return touch_modes(string, {press.lambda, D_before, D_after, press.stiffness, steps},
+                         {t_ns, kTick_ns}, state)
           .force;
     };
     play_tick(press, i, force_of, run);

@@ -69,7 +69,7 @@ void run(benchmark::State& state, const CountPairs& count) {
 void run_ours_within(benchmark::State& state, const QueryTask& task, double horizon) {
   const auto contacts = std::make_unique<ContactSet>();
   run(state, [&](std::size_t k) {
-    find_contacts(task.scene->tool(), task.X_WG[k], task.scene->obstacles(),
+    find_contacts({task.scene->tool(), task.X_WG[k]}, task.scene->obstacles(),
                   {.margin = kMargin, .horizon = horizon}, *contacts);
     return static_cast<int>(contacts->contacts.size());
   });

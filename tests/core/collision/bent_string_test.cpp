@@ -75,7 +75,7 @@ TEST_CASE("a bent string is found as its two legs, with the position along the w
     QueryOptions options;
     options.margin = random.uniform(1e-3, 0.03);
     ContactSet set;
-    find_contacts(scene.tree.view(), scene.X_WG, scene.obstacles(), options, set);
+    find_contacts({scene.tree.view(), scene.X_WG}, scene.obstacles(), options, set);
     OracleResult truth = exhaustive_contacts(scene.tool_G, scene.X_WG, {scene.segments_W, {}},
                                              static_cast<long double>(options.margin) + 1e-12L);
     // The oracle's names become the product's.
@@ -92,7 +92,7 @@ TEST_CASE("a bent string is found as its two legs, with the position along the w
       REQUIRE(at != truth.contacts.end());
       REQUIRE(std::abs(static_cast<double>(at->lambda) - found.lambda) < 1e-9);
       const Contact again =
-          evaluate_contact(found.key, scene.tree.view(), scene.X_WG, scene.obstacles());
+          evaluate_contact(found.key, {scene.tree.view(), scene.X_WG}, scene.obstacles());
       REQUIRE(same_bits(again, found));
       if (scene.names.size() > scene.capsules_W.size() && found.key.obstacle_sphere == 1) {
         ++bent_contacts;
@@ -116,8 +116,8 @@ TEST_CASE(
     const Pose X_WG{scene.X_WG.q, scene.X_WG.p * random.uniform(0.0, 10.0)};
     ContactSet with;
     ContactSet without;
-    find_contacts(scene.tree.view(), X_WG, scene.obstacles(), options, with);
-    find_contacts(scene.tree.view(), X_WG, plain, options, without);
+    find_contacts({scene.tree.view(), X_WG}, scene.obstacles(), options, with);
+    find_contacts({scene.tree.view(), X_WG}, plain, options, without);
     REQUIRE(with.minimum_gap == without.minimum_gap);
     REQUIRE(with.contacts.size() == without.contacts.size());
     REQUIRE(with.tests == without.tests);

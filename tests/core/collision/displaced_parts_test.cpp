@@ -73,8 +73,8 @@ TEST_CASE("parts that stand aside are found where they stand, and nowhere else")
   for (std::int64_t trial = 0; trial < scaled(20'000); ++trial) {
     const PartedScene scene(random);
     const double margin = random.uniform(1e-3, 0.03);
-    find_contacts(scene.tree.view(), scene.X_WG, scene.obstacles(),
-                  {.margin = margin, .horizon = 10.0}, *set, scene.displaced());
+    find_contacts({scene.tree.view(), scene.X_WG, scene.displaced()}, scene.obstacles(),
+                  {.margin = margin, .horizon = 10.0}, *set);
     OracleResult truth = scene.truth(margin);
     REQUIRE(set->covered_margin == margin);
     REQUIRE(set->contacts.size() == truth.contacts.size());
@@ -110,23 +110,23 @@ TEST_CASE("a pair evaluated anew is where its part stands, alone or among others
   const auto set = std::make_unique<ContactSet>();
   for (std::int64_t trial = 0; trial < scaled(5'000); ++trial) {
     const PartedScene scene(random);
-    find_contacts(scene.tree.view(), scene.X_WG, scene.obstacles(),
-                  {.margin = 0.02, .horizon = 0.02}, *set, scene.displaced());
+    find_contacts({scene.tree.view(), scene.X_WG, scene.displaced()}, scene.obstacles(),
+                  {.margin = 0.02, .horizon = 0.02}, *set);
     const auto found = std::make_unique<ContactSet>(*set);
-    evaluate_contacts(scene.tree.view(), scene.X_WG, scene.obstacles(), *set, scene.displaced());
+    evaluate_contacts({scene.tree.view(), scene.X_WG, scene.displaced()}, scene.obstacles(), *set);
     double smallest = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < set->contacts.size(); ++i) {
       const Contact& contact = set->contacts[i];
-      const Contact alone = evaluate_contact(contact.key, scene.tree.view(), scene.X_WG,
-                                             scene.obstacles(), scene.displaced());
+      const Contact alone = evaluate_contact(
+          contact.key, {scene.tree.view(), scene.X_WG, scene.displaced()}, scene.obstacles());
       REQUIRE(contact.gap == alone.gap);
       REQUIRE(contact.gap == doctest::Approx(found->contacts[i].gap).epsilon(1e-12));
       REQUIRE((contact.nhat_OG_W - found->contacts[i].nhat_OG_W).norm() < 1e-9);
       smallest = std::min(smallest, contact.gap);
     }
     REQUIRE(set->minimum_gap == smallest);
-    REQUIRE(minimum_gap_of(*set, scene.tree.view(), scene.X_WG, scene.obstacles(),
-                           scene.displaced()) == smallest);
+    REQUIRE(minimum_gap_of(*set, {scene.tree.view(), scene.X_WG, scene.displaced()},
+                           scene.obstacles()) == smallest);
   }
 }
 

@@ -36,12 +36,12 @@ TEST_CASE("every contact found has the same bits when it is evaluated again at t
     bool same = true;
     for (const Contact& contact : set->contacts) {
       const Contact again =
-          evaluate_contact(contact.key, scene.tool(), parts.X_WG, scene.obstacles());
+          evaluate_contact(contact.key, {scene.tool(), parts.X_WG}, scene.obstacles());
       same = same && same_bits(contact, again);
     }
     REQUIRE(same);
     if (!set->contacts.empty())
-      REQUIRE(minimum_gap_of(*set, scene.tool(), parts.X_WG, scene.obstacles()) ==
+      REQUIRE(minimum_gap_of(*set, {scene.tool(), parts.X_WG}, scene.obstacles()) ==
               set->minimum_gap);
   }
 }
@@ -54,11 +54,12 @@ TEST_CASE("all contacts at once have the bits that each has alone, at any pose")
     const auto set = found_contacts(scene, parts.X_WG, {0.05});
     const Pose X_WG{random_rotation(random), random_vector(random, 0.3)};
     const std::vector<Contact> before(set->contacts.begin(), set->contacts.end());
-    evaluate_contacts(scene.tool(), X_WG, scene.obstacles(), *set);
+    evaluate_contacts({scene.tool(), X_WG}, scene.obstacles(), *set);
     double smallest = std::numeric_limits<double>::infinity();
     bool same = set->contacts.size() == before.size();
     for (std::size_t k = 0; same && k < before.size(); ++k) {
-      const Contact alone = evaluate_contact(before[k].key, scene.tool(), X_WG, scene.obstacles());
+      const Contact alone =
+          evaluate_contact(before[k].key, {scene.tool(), X_WG}, scene.obstacles());
       same = same_bits(set->contacts[k], alone);
       smallest = std::min(smallest, alone.gap);
     }
@@ -83,10 +84,10 @@ TEST_CASE("pairs without direction or length have the same bits all at once and 
   REQUIRE(set->contacts.size() == heap.size() * 7);
   for (const Pose& X_WG : {Pose{}, Pose{{0, 1, 0, 0}, {0, 0, 0}}, Pose{{1, 0, 0, 0}, {-0.0, -1, 0}},
                            Pose{random_rotation(random), random_vector(random, 1e-15)}}) {
-    evaluate_contacts(scene.tool(), X_WG, scene.obstacles(), *set);
+    evaluate_contacts({scene.tool(), X_WG}, scene.obstacles(), *set);
     for (const Contact& contact : set->contacts) {
-      REQUIRE(
-          same_bits(contact, evaluate_contact(contact.key, scene.tool(), X_WG, scene.obstacles())));
+      REQUIRE(same_bits(contact,
+                        evaluate_contact(contact.key, {scene.tool(), X_WG}, scene.obstacles())));
     }
   }
 }
@@ -105,12 +106,12 @@ TEST_CASE("at another pose a pair has the oracle's gap, normal, point and lambda
     for (const Contact& contact : set->contacts) {
       const OracleContact& truth = pair_of(all, contact.key);
       smallest = std::min(smallest, truth.gap);
-      const Contact now = evaluate_contact(contact.key, scene.tool(), X_WG, scene.obstacles());
+      const Contact now = evaluate_contact(contact.key, {scene.tool(), X_WG}, scene.obstacles());
       CHECK(now.key == contact.key);
       const auto i = static_cast<std::size_t>(contact.key.tool_sphere);
       check_contact(now, truth, scene.tool_spheres()[i], X_WG, scene.obstacles(), tolerance);
     }
-    const double minimum = minimum_gap_of(*set, scene.tool(), X_WG, scene.obstacles());
+    const double minimum = minimum_gap_of(*set, {scene.tool(), X_WG}, scene.obstacles());
     if (set->contacts.empty()) {
       CHECK(std::isinf(minimum));
     } else {
@@ -128,7 +129,7 @@ TEST_CASE("a set evaluated at another pose has the oracle's gaps, normals, point
     const std::vector<Contact> before(set->contacts.begin(), set->contacts.end());
     const Pose X_WG{random_rotation(random), random_vector(random, 0.1)};
     const double tolerance = kRoundingTolerance * scene.extent(X_WG);
-    evaluate_contacts(scene.tool(), X_WG, scene.obstacles(), *set);
+    evaluate_contacts({scene.tool(), X_WG}, scene.obstacles(), *set);
     REQUIRE(set->contacts.size() == before.size());
     const OracleResult all = exhaustive_contacts(
         scene.tool_spheres(), X_WG, scene.oracle_obstacles(), std::numeric_limits<double>::max());
@@ -169,7 +170,7 @@ TEST_CASE("one pair below a gap is found among those that are asked for, and onl
     }
     const double least = random.uniform(-0.05, 0.1);
     if (std::abs(least - smallest) < 1e-9L) continue;
-    const bool below = any_gap_below(least, which, *set, scene.tool(), X_WG, scene.obstacles());
+    const bool below = any_gap_below(least, {*set, which}, {scene.tool(), X_WG}, scene.obstacles());
     REQUIRE(below == (smallest < least));
     ++(below ? found : none);
   }
@@ -183,7 +184,7 @@ TEST_CASE("without contacts the smallest gap of the pairs is infinite") {
   scene.capsules = {{{5, 0, 0}, {6, 0, 0}, 1e-3}};
   const auto set = found_contacts(scene, {}, {});
   CHECK(set->contacts.empty());
-  CHECK(minimum_gap_of(*set, scene.tool(), {}, scene.obstacles()) ==
+  CHECK(minimum_gap_of(*set, {scene.tool(), {}}, scene.obstacles()) ==
         std::numeric_limits<double>::infinity());
 }
 
@@ -202,7 +203,7 @@ TEST_CASE("the smallest gap is found whichever order bodies and strings come in"
     const Pose X_WG{random_rotation(random), random_vector(random, 0.05)};
     const long double truth =
         exhaustive_minimum_gap(scene.tool_spheres(), X_WG, scene.oracle_obstacles());
-    const double found = minimum_gap_of(*set, scene.tool(), X_WG, scene.obstacles());
+    const double found = minimum_gap_of(*set, {scene.tool(), X_WG}, scene.obstacles());
     REQUIRE(std::abs(found - static_cast<double>(truth)) <= 1e-14);
   }
 }

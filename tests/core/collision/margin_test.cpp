@@ -116,7 +116,7 @@ TEST_CASE("a result used before does not shine through") {
     const Pose X_WG{random_rotation(random), random_vector(random, trial % 3 == 0 ? 2.0 : 0.1)};
     const QueryOptions options{random.uniform(1e-4, 1e-2)};
     const auto fresh = found_contacts(scene, X_WG, options);
-    find_contacts(scene.tool(), X_WG, scene.obstacles(), options, *used);
+    find_contacts({scene.tool(), X_WG}, scene.obstacles(), options, *used);
     REQUIRE(used->contacts.size() == fresh->contacts.size());
     CHECK(used->covered_margin == fresh->covered_margin);
     CHECK(used->minimum_gap == fresh->minimum_gap);
@@ -141,12 +141,12 @@ TEST_CASE("queries near, far, full and coarse leave the heap alone") {
     QueryOptions options;
     if (i % 3 == 0) options.margin = 1.0;
     if (i % 5 == 0) options.tool_level = options.body_level = 1;
-    find_contacts(tool, X_WG, obstacles, options, *set);
+    find_contacts({tool, X_WG}, obstacles, options, *set);
     most = std::max(most, set->contacts.size());
-    const double gap = minimum_gap_of(*set, tool, X_WG, obstacles);
+    const double gap = minimum_gap_of(*set, {tool, X_WG}, obstacles);
     if (std::isfinite(gap)) checksum += gap;
     if (!set->contacts.empty())
-      checksum += evaluate_contact(set->contacts[0].key, tool, X_WG, obstacles).gap;
+      checksum += evaluate_contact(set->contacts[0].key, {tool, X_WG}, obstacles).gap;
   }
   const std::int64_t touched = scope.count();
   CHECK(touched == 0);

@@ -17,7 +17,7 @@ std::unique_ptr<ContactSet> query(const SphereTree& tool, const Pose& X_WG, cons
   BodyView view{body.view(), X_WB};
   if (!boxes) view.tree.boxes = {};
   auto out = std::make_unique<ContactSet>();
-  find_contacts(tool.view(), X_WG, {{}, {&view, 1}}, options, *out);
+  find_contacts({tool.view(), X_WG}, {{}, {&view, 1}}, options, *out);
   return out;
 }
 

@@ -76,7 +76,7 @@ double CheckedScene::extent(const Pose& X_WG) const {
 std::unique_ptr<ContactSet> found_contacts(const CheckedScene& scene, const Pose& X_WG,
                                            const QueryOptions& options) {
   auto set = std::make_unique<ContactSet>();
-  find_contacts(scene.tool(), X_WG, scene.obstacles(), options, *set);
+  find_contacts({scene.tool(), X_WG}, scene.obstacles(), options, *set);
   return set;
 }
 

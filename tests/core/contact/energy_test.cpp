@@ -19,7 +19,7 @@ double released_by_pressing_back(const ToolRun& run) {
     const ContactKey& key =
         run.problem->candidates().contacts().contacts[static_cast<std::size_t>(active.contact)].key;
     const Contact now =
-        evaluate_contact(key, run.scene.tool(), run.state.X_WG, run.scene.obstacles());
+        evaluate_contact(key, {run.scene.tool(), run.state.X_WG}, run.scene.obstacles());
     energy += active.multiplier * std::max(0.0, now.gap);
   }
   return energy;

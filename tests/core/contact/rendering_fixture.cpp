@@ -47,7 +47,7 @@ double RenderingScene::oracle_spacing() const {
 }
 
 long double RenderingScene::true_path_gap(const Pose& X_WF, const Pose& X_WT) const {
-  return path_minimum_gap(tool_spheres, X_WF, X_WT, truth(), oracle_spacing());
+  return path_minimum_gap({tool_spheres, X_WF}, {tool_spheres, X_WT}, truth(), oracle_spacing());
 }
 
 long double RenderingScene::true_path_gap(const ContactState& from, const ContactState& to) const {
@@ -69,8 +69,10 @@ long double RenderingScene::true_path_gap(const ContactState& from, const Contac
     if (before != nullptr) bent.back().p_WP_from += before->u_W;
     if (after != nullptr) bent.back().p_WP_to += after->u_W;
   }
-  return path_minimum_gap(displaced_spheres(from), displaced_spheres(to), from.X_WG, to.X_WG,
-                          {straight, oracle_bodies_, bent}, oracle_spacing());
+  const std::vector<Sphere> first = displaced_spheres(from);
+  const std::vector<Sphere> last = displaced_spheres(to);
+  return path_minimum_gap({first, from.X_WG}, {last, to.X_WG}, {straight, oracle_bodies_, bent},
+                          oracle_spacing());
 }
 
 std::vector<Sphere> RenderingScene::displaced_spheres(const ContactState& state) const {

@@ -36,7 +36,7 @@ long double path_gap_detecting_at_h(const Stroke& stroke) {
   long double deepest = 1.0L;
   for (const Pose& X_WH : stroke.X_WH) {
     const ContactInput input = run.input(X_WH);
-    find_contacts(input.tool, X_WH, input.obstacles, {}, *contacts);
+    find_contacts({input.tool, X_WH}, input.obstacles, {}, *contacts);
     const PoseError error_GH = coupling_error(run.state.X_WG, X_WH, Vector3::Zero());
     problem->rows = 0;
     problem->unknowns = kToolDof;

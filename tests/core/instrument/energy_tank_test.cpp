@@ -15,9 +15,9 @@ namespace {
 
 TEST_CASE("a force within the tank's means is left as it is and held") {
   EnergyTank tank{1.0, 0.0};
-  CHECK(draw_from_tank(2.0, 0.1, 500.0, 1e-3, tank) == 2.0);
+  CHECK(draw_from_tank(2.0, hand_reach(0.1, 500.0, 1e-3), tank) == 2.0);
   CHECK(tank.held_force == 2.0);
-  CHECK(draw_from_tank(-3.0, -0.1, 500.0, 1e-3, tank) == -3.0);
+  CHECK(draw_from_tank(-3.0, hand_reach(-0.1, 500.0, 1e-3), tank) == -3.0);
   CHECK(tank.held_force == -3.0);
   CHECK(tank.energy == 1.0);
 }
@@ -27,7 +27,7 @@ TEST_CASE("a force beyond the tank's means becomes E / ((|v| + a dt) dt), with i
     for (const double speed : {0.3, -0.3}) {
       EnergyTank tank{1e-4, 0.0};
       const double bound = 1e-4 / ((0.3 + 500.0 * 1e-3) * 1e-3);
-      const double force = draw_from_tank(sign * 50.0, speed, 500.0, 1e-3, tank);
+      const double force = draw_from_tank(sign * 50.0, hand_reach(speed, 500.0, 1e-3), tank);
       CHECK(force == doctest::Approx(sign * bound).epsilon(1e-14));
       CHECK(tank.held_force == force);
     }
@@ -36,8 +36,8 @@ TEST_CASE("a force beyond the tank's means becomes E / ((|v| + a dt) dt), with i
 
 TEST_CASE("an empty tank gives no force, however slow the hand") {
   EnergyTank tank;
-  CHECK(draw_from_tank(1.0, 0.0, 500.0, 1e-3, tank) == 0.0);
-  CHECK(draw_from_tank(-1.0, 10.0, 500.0, 1e-3, tank) == 0.0);
+  CHECK(draw_from_tank(1.0, hand_reach(0.0, 500.0, 1e-3), tank) == 0.0);
+  CHECK(draw_from_tank(-1.0, hand_reach(10.0, 500.0, 1e-3), tank) == 0.0);
 }
 
 TEST_CASE("work given leaves the tank, work of the hand comes back up to the ceiling") {
@@ -64,7 +64,8 @@ TEST_CASE("no hand of bounded acceleration gets more out of a tank than was in i
     for (int k = 0; k < 100; ++k) {
       const double dt = random.uniform(0.25e-3, 5e-3);
       const double wanted = random.chance(0.5) ? 1e4 : -1e4;
-      const double force = draw_from_tank(wanted * random.uniform(), speed, limit, dt, tank);
+      const double force =
+          draw_from_tank(wanted * random.uniform(), hand_reach(speed, limit, dt), tank);
       // The hand follows the force as hard as it can.
       const double acceleration = force > 0.0 ? limit : -limit;
       const double moved = speed * dt + 0.5 * acceleration * dt * dt;

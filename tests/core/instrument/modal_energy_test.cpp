@@ -37,7 +37,7 @@ ModalString random_pluck(const StringConstants& string, int count, SplitMix64& r
   const double lambda = random.uniform();
   const double delta = random.uniform(1e-5, 0.02);
   ModalString modes;
-  pluck_modes(string, lambda, delta, count, 0.0, 0, modes);
+  pluck_modes(string, {lambda, delta}, count, modes);
   return modes;
 }
 
@@ -63,7 +63,7 @@ TEST_CASE("no finger makes the energy grow by more than its work") {
       const double before = modal_energy(string, modes, string.decay, t_ns);
       t_ns += dt_ns;
       const ModalTouch touch =
-          touch_modes(string, lambda, D, D_after, stiffness, steps, t_ns, dt_ns, modes);
+          touch_modes(string, {lambda, D, D_after, stiffness, steps}, {t_ns, dt_ns}, modes);
       const double after = modal_energy(string, modes, string.decay, t_ns);
       const double scale = before + touch.stored_before + std::abs(touch.work);
       REQUIRE(touch.force >= 0.0);
@@ -90,8 +90,8 @@ TEST_CASE("without damping the energy grows by exactly the finger's work") {
     double largest = energy;
     for (int i = 1; i <= 30; ++i) {
       const double D_after = std::min(3e-3, D + random.uniform(0.0, 1e-3));
-      const ModalTouch touch =
-          touch_modes(string, lambda, D, D_after, stiffness, steps, i * kTick_ns, kTick_ns, modes);
+      const ModalTouch touch = touch_modes(string, {lambda, D, D_after, stiffness, steps},
+                                           {i * kTick_ns, kTick_ns}, modes);
       energy += touch.work;
       largest = std::max(largest, energy);
       const double now = modal_energy(string, modes, 1.0, i * kTick_ns) + touch.stored;
@@ -106,7 +106,7 @@ TEST_CASE("without damping the energy grows by exactly the finger's work") {
 double gain(const StringConstants& string, int count, int steps, double amplitude, double offset,
             double turn) {
   ModalString modes;
-  pluck_modes(string, 0.5, 5e-3, count, 0.0, 0, modes);
+  pluck_modes(string, {0.5, 5e-3}, count, modes);
   const double plucked = modal_energy(string, modes, string.decay, 0);
   const auto hand = [&](double t) {
     return offset + amplitude * std::cos(2.0 * std::numbers::pi * (string.frequency * t + turn));
@@ -118,7 +118,7 @@ double gain(const StringConstants& string, int count, int steps, double amplitud
   for (int i = 1; i <= 200; ++i) {
     const double D_after = hand(i * 1e-3);
     const ModalTouch touch =
-        touch_modes(string, 0.5, D, D_after, 1000.0, steps, i * kTick_ns, kTick_ns, modes);
+        touch_modes(string, {0.5, D, D_after, 1000.0, steps}, {i * kTick_ns, kTick_ns}, modes);
     given -= touch.work;
     most = std::max(most, given - touch.stored_before);
     D = D_after;
@@ -163,7 +163,7 @@ TEST_CASE("a touch that comes and goes never feeds the string") {
       if (random.chance(0.5)) {
         advance_free_modes(string, 1.0, kTick_ns, modes);
       } else {
-        (void)touch_modes(string, 0.3, -1.0, -1.0, 1000.0, 4, i * kTick_ns, kTick_ns, modes);
+        (void)touch_modes(string, {0.3, -1.0, -1.0, 1000.0, 4}, {i * kTick_ns, kTick_ns}, modes);
       }
       const double now = modal_energy(string, modes, string.decay, i * kTick_ns);
       REQUIRE(now <= last * (1.0 + kRounding));

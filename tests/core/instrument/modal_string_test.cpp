@@ -87,7 +87,7 @@ TEST_CASE("a plucked string moves as the reflected waves of its triangle") {
   SplitMix64 random(1);
   for (const double pluck_lambda : {0.1, 0.5}) {
     ModalString modes;
-    pluck_modes(string, pluck_lambda, 5e-3, kMaxModes, 0.0, 0, modes);
+    pluck_modes(string, {pluck_lambda, 5e-3}, kMaxModes, modes);
     // The modes above 64 together.
     const double left_out =
         2.0 * 5e-3 /
@@ -111,7 +111,7 @@ TEST_CASE("a pluck stores the work of drawing the string aside, but for the mode
   for (const double lambda : kSomeLambdas) {
     for (const int count : {1, 7, 32, 64}) {
       ModalString modes;
-      pluck_modes(string, lambda, 3e-3, count, 0.0, 0, modes);
+      pluck_modes(string, {lambda, 3e-3}, count, modes);
       long double exact = 0.0L;
       for (int n = 1; n <= count; ++n) {
         const long double shape = std::sin(n * kPiL * static_cast<long double>(lambda));
@@ -132,7 +132,7 @@ TEST_CASE("a mid-string pluck has 81 % of its energy in the fundamental, one at 
   const StringConstants string = make_string(65.4);
   for (const double lambda : {0.5, 0.1}) {
     ModalString modes;
-    pluck_modes(string, lambda, 5e-3, 1, 0.0, 0, modes);
+    pluck_modes(string, {lambda, 5e-3}, 1, modes);
     const double share = modal_energy(string, modes, 0.5, 0) /
                          (0.5 * 30.0 * 25e-6 / (1.1 * lambda * (1.0 - lambda)));
     CHECK(share == doctest::Approx(lambda == 0.5 ? 0.8106 : 0.2150).epsilon(1e-3));
@@ -144,7 +144,7 @@ TEST_CASE("a slow release leaves of each mode what the moving rest position leav
     const StringConstants string = make_string(110.0, inharmonicity);
     for (const double unload_time : {1e-4, 1e-3, 4.1e-3, 30e-3}) {
       ModalString modes;
-      pluck_modes(string, 0.2, 4e-3, 40, unload_time, 77, modes);
+      pluck_modes(string, {0.2, 4e-3, unload_time, 77}, 40, modes);
       REQUIRE(modes.count == 40);
       CHECK(modes.t_ns == 77);
       for (int n = 1; n <= 40; ++n) {
@@ -180,7 +180,7 @@ TEST_CASE("a million free ticks decay and turn in closed form") {
   for (const double decay : {1.0, 1000.0}) {
     const StringConstants string = make_string(146.8, 1e-4, decay);
     ModalString modes;
-    pluck_modes(string, 0.13, 5e-3, 16, 0.0, 0, modes);
+    pluck_modes(string, {0.13, 5e-3}, 16, modes);
     const double before = modal_energy(string, modes, decay, 0);
     const ModalString plucked = modes;
     std::int64_t t_ns = 0;
@@ -222,7 +222,7 @@ TEST_CASE("partials are where inharmonicity and glide put them") {
     for (const double pitch : {1.0, 1.047}) {
       const StringConstants string = make_string(130.8, inharmonicity);
       ModalString modes;
-      pluck_modes(string, 0.3, 1e-3, kMaxModes, 0.0, 0, modes);
+      pluck_modes(string, {0.3, 1e-3}, kMaxModes, modes);
       const ModalString before = modes;
       advance_free_modes(string, pitch, 3'000'000, modes);
       for (int n = 1; n <= kMaxModes; ++n) {
@@ -257,9 +257,9 @@ TEST_CASE("partials are relative to the strongest, and none where nothing rings"
   partials.fill(7.0F);
   ModalString modes;
   CHECK(relative_partials(modes, partials) == 0);
-  pluck_modes(string, 0.5, 0.0, 8, 0.0, 0, modes);
+  pluck_modes(string, {0.5}, 8, modes);
   CHECK(relative_partials(modes, partials) == 0);
-  pluck_modes(string, 0.5, 3e-3, 8, 0.0, 0, modes);
+  pluck_modes(string, {0.5, 3e-3}, 8, modes);
   CHECK(relative_partials(modes, partials) == 8);
   for (int n = 1; n <= kMaxModes; ++n) {
     const double expected = n > 8 || n % 2 == 0 ? 0.0 : 1.0 / (n * n);
@@ -276,7 +276,7 @@ TEST_CASE("a string without tuning, slack or without length has no modes and sta
     if (i == 1) parameters.tension = 0.0;
     const StringConstants string = derive_string(parameters);
     ModalString modes;
-    pluck_modes(string, 0.3, 5e-3, 16, 1e-3, 9, modes);
+    pluck_modes(string, {0.3, 5e-3, 1e-3, 9}, 16, modes);
     CHECK(modes.count == 0);
     advance_free_modes(string, 1.0, 1'000'000, modes);
     CHECK(modal_energy(string, modes, 0.5, 1'000'000) == 0.0);

@@ -67,8 +67,8 @@ TEST_CASE("a slow press feels the whole string's static stiffness, however few t
           double D = -1e-3;
           for (int i = 1; i <= 900; ++i) {
             const double D_after = std::min(4e-3, D + 5e-5);
-            touch = touch_modes(string, lambda, D, D_after, 1000.0, steps, i * kTick_ns, kTick_ns,
-                                modes);
+            touch = touch_modes(string, {lambda, D, D_after, 1000.0, steps},
+                                {i * kTick_ns, kTick_ns}, modes);
             D = D_after;
           }
           const double k0 = 30.0 / (1.1 * lambda * (1.0 - lambda));
@@ -91,8 +91,8 @@ TEST_CASE("a finger that starts to press sends a wave out, whose force is known 
     for (int i = 0; i < 7; ++i) {
       const double from = i * 1e-3;
       const double to = from + 1e-3;
-      const ModalTouch touch = touch_modes(string, 0.5, speed * from, speed * to, stiffness, 64,
-                                           (i + 1) * kTick_ns, kTick_ns, modes);
+      const ModalTouch touch = touch_modes(string, {0.5, speed * from, speed * to, stiffness, 64},
+                                           {(i + 1) * kTick_ns, kTick_ns}, modes);
       // F = 2 Z v (1 - exp(-k t / (2 Z))), its mean over the tick; touch damping bends it a little.
       const double mean =
           2.0 * impedance * speed *
@@ -106,12 +106,12 @@ TEST_CASE("a finger that stays clear leaves the string to its friction") {
   const StringConstants string = make_string(65.4, 1e-4);
   for (const int steps : {1, 64}) {
     ModalString modes;
-    pluck_modes(string, 0.2, 3e-3, 24, 2e-3, 0, modes);
+    pluck_modes(string, {0.2, 3e-3, 2e-3}, 24, modes);
     const ModalString plucked = modes;
     for (int i = 1; i <= 25; ++i) {
       // At the edge of what it can reach, so that some ticks are stepped and some are not.
       const ModalTouch touch =
-          touch_modes(string, 0.3, -4e-3, -4e-3, 1000.0, steps, i * kTick_ns, kTick_ns, modes);
+          touch_modes(string, {0.3, -4e-3, -4e-3, 1000.0, steps}, {i * kTick_ns, kTick_ns}, modes);
       CHECK(touch.force == 0.0);
       CHECK(touch.work == 0.0);
     }
@@ -137,11 +137,11 @@ TEST_CASE("a finger that stays clear leaves the string to its friction") {
 TEST_CASE("before the touch the string decays as a free one") {
   const StringConstants string = make_string(65.4);
   ModalString modes;
-  pluck_modes(string, 0.2, 3e-3, 8, 0.0, 0, modes);
+  pluck_modes(string, {0.2, 3e-3}, 8, modes);
   const double before = modal_energy(string, modes, string.decay, 99 * kTick_ns);
   ModalString touched = modes;
   const ModalTouch touch =
-      touch_modes(string, 0.3, -1.0, -1.0, 1000.0, 4, 99 * kTick_ns, 0, touched);
+      touch_modes(string, {0.3, -1.0, -1.0, 1000.0, 4}, {99 * kTick_ns, 0}, touched);
   CHECK(touch.force == 0.0);
   CHECK(modal_energy(string, touched, string.touch_decay, 99 * kTick_ns) ==
         doctest::Approx(before).epsilon(1e-13));
@@ -150,13 +150,13 @@ TEST_CASE("before the touch the string decays as a free one") {
 TEST_CASE("modes with a node under the finger do not feel it") {
   const StringConstants string = make_string(110.0);
   ModalString pressed;
-  pluck_modes(string, 0.2, 3e-3, 12, 0.0, 0, pressed);
+  pluck_modes(string, {0.2, 3e-3}, 12, pressed);
   ModalString clear = pressed;
   for (int i = 1; i <= 20; ++i) {
     const ModalTouch touch =
-        touch_modes(string, 0.5, 2e-3, 2e-3, 1000.0, 16, i * kTick_ns, kTick_ns, pressed);
+        touch_modes(string, {0.5, 2e-3, 2e-3, 1000.0, 16}, {i * kTick_ns, kTick_ns}, pressed);
     CHECK(touch.force >= 0.0);
-    (void)touch_modes(string, 0.3, -1.0, -1.0, 1000.0, 16, i * kTick_ns, kTick_ns, clear);
+    (void)touch_modes(string, {0.3, -1.0, -1.0, 1000.0, 16}, {i * kTick_ns, kTick_ns}, clear);
   }
   for (std::size_t k = 0; k < 12; ++k) {
     if (k % 2 == 1) {
@@ -173,9 +173,9 @@ TEST_CASE("on an end the finger presses itself alone") {
   const StringConstants string = make_string(65.4);
   for (const double lambda : {0.0, 1.0}) {
     ModalString modes;
-    pluck_modes(string, 0.2, 3e-3, 16, 0.0, 0, modes);
+    pluck_modes(string, {0.2, 3e-3}, 16, modes);
     const ModalTouch touch =
-        touch_modes(string, lambda, 1e-3, 3e-3, 500.0, 64, kTick_ns, kTick_ns, modes);
+        touch_modes(string, {lambda, 1e-3, 3e-3, 500.0, 64}, {kTick_ns, kTick_ns}, modes);
     CHECK(touch.force == doctest::Approx(1.0).epsilon(1e-12));
   }
 }
@@ -183,10 +183,10 @@ TEST_CASE("on an end the finger presses itself alone") {
 TEST_CASE("in a tick without duration nothing moves") {
   const StringConstants string = make_string(65.4);
   ModalString modes;
-  pluck_modes(string, 0.2, 3e-3, 16, 0.0, kTick_ns, modes);
+  pluck_modes(string, {0.2, 3e-3, 0.0, kTick_ns}, 16, modes);
   const double w = modal_displacement(modes, 0.4, string.decay, kTick_ns);
   const double energy = modal_energy(string, modes, string.decay, kTick_ns);
-  const ModalTouch touch = touch_modes(string, 0.4, 5e-3, 5e-3, 800.0, 8, kTick_ns, 0, modes);
+  const ModalTouch touch = touch_modes(string, {0.4, 5e-3, 5e-3, 800.0, 8}, {kTick_ns, 0}, modes);
   const double spring = 1.0 / (1.0 / 800.0 + residual_compliance(string, 0.4, 16));
   CHECK(touch.force == doctest::Approx(spring * (5e-3 - w)).epsilon(1e-12));
   CHECK(modal_energy(string, modes, string.decay, kTick_ns) ==
@@ -200,24 +200,24 @@ TEST_CASE("a slack string gives way, one without tuning is a static spring") {
   parameters.tension = 0.0;
   parameters.frequency = 65.4;
   ModalString modes = at_rest(16);
-  CHECK(
-      touch_modes(derive_string(parameters), 0.3, 1e-3, 2e-3, 1000.0, 8, kTick_ns, kTick_ns, modes)
-          .force == 0.0);
+  CHECK(touch_modes(derive_string(parameters), {0.3, 1e-3, 2e-3, 1000.0, 8}, {kTick_ns, kTick_ns},
+                    modes)
+            .force == 0.0);
   parameters.tension = 30.0;
   parameters.frequency = 0.0;
   modes = at_rest(0);
   const double k0 = 30.0 / (1.1 * 0.3 * 0.7);
-  CHECK(
-      touch_modes(derive_string(parameters), 0.3, 2e-3, 2e-3, 1000.0, 8, kTick_ns, kTick_ns, modes)
-          .force == doctest::Approx(2e-3 / (1.0 / k0 + 1e-3)).epsilon(1e-12));
+  CHECK(touch_modes(derive_string(parameters), {0.3, 2e-3, 2e-3, 1000.0, 8}, {kTick_ns, kTick_ns},
+                    modes)
+            .force == doctest::Approx(2e-3 / (1.0 / k0 + 1e-3)).epsilon(1e-12));
 }
 
 TEST_CASE("a touch leaves the heap alone") {
   const StringConstants string = make_string(65.4);
   ModalString modes;
-  pluck_modes(string, 0.2, 3e-3, 64, 0.0, 0, modes);
+  pluck_modes(string, {0.2, 3e-3}, 64, modes);
   const NoHeapScope no_heap;
-  (void)touch_modes(string, 0.3, 1e-3, 2e-3, 1000.0, 64, kTick_ns, kTick_ns, modes);
+  (void)touch_modes(string, {0.3, 1e-3, 2e-3, 1000.0, 64}, {kTick_ns, kTick_ns}, modes);
 }
 
 }  // namespace

@@ -20,7 +20,6 @@ constexpr double kPi2 = 2.0 * 3.14159265358979323846;
 /// A tool that presses a string whose deflection is its displacement.
 struct Finger {
   StringConstants string = sounding_string(98.0);
-  ReleaseOptions options;
   TouchLimits limits;
   ReleaseDetector detector;
   double distance = 1e-3;
@@ -53,8 +52,8 @@ void move(Finger& finger, double distance, std::int64_t dt_ns = kTick_ns) {
   touch.tangential_speed = 0.25;
   finger.distance = distance;
   finger.t_ns += dt_ns;
-  finger.last = watch_touch(finger.string, finger.options, finger.limits, touch,
-                            {finger.t_ns, dt_ns}, finger.detector);
+  touch.time = {finger.t_ns, dt_ns};
+  finger.last = watch_touch(finger.string, finger.limits, touch, finger.detector);
   finger.touches += finger.last.began ? 1 : 0;
   finger.arms += finger.last.armed ? 1 : 0;
   finger.leaves += finger.last.ended && !finger.last.released ? 1 : 0;
@@ -130,7 +129,7 @@ TEST_CASE("the residual is the integral over the whole course, with contact lost
     Finger finger = finger_that_remembers(random.uniform(20.0, 500.0));
     // Any motion is one of the hand, and any gap within the hysteresis.
     finger.limits.max_acceleration = 1e9;
-    finger.options.release_gap = 0.02;
+    finger.limits.release.release_gap = 0.02;
     const long double omega =
         static_cast<long double>(kPi2) * static_cast<long double>(finger.string.frequency);
     std::complex<long double> integral = 0.0L;

@@ -208,7 +208,7 @@ TEST_CASE("left by a finger, the modes have no more energy than the books") {
     glide_to(hand, 10e-3, 3);
     if (hand.state.level != StringPhase::kModes) continue;
     ++still_ringing;
-    CHECK(modal_energy(hand.string, hand.modes, hand.string.decay, hand.time.t_ns) <=
+    CHECK(modal_energy(hand.string, hand.modes, hand.string.decay, hand.touch.time.t_ns) <=
           hand.state.vibration.energy * (1.0 + 1e-12));
   }
   CHECK(still_ringing > 0);

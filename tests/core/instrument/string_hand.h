@@ -24,7 +24,6 @@ struct StringHand {
   std::vector<StringEvent> log;  ///< of all ticks
   StringTouch touch;             ///< of the last tick
   StringResponse response;
-  TickTime time;
   double distance = 1e-3;  ///< of the tool from the string, m
   double lambda = 0.5;
   double tangential_speed = 0.0;
@@ -42,7 +41,9 @@ inline void move_to(StringHand& hand, double distance, std::int64_t dt_ns = kTic
   const double pressed = std::fmax(-distance, 0.0);
   const SeriesDeflection bent =
       deflect_in_series(hand.string, hand.lambda, pressed, hand.string.contact_stiffness);
+  const std::int64_t t_ns = hand.touch.time.t_ns + dt_ns;
   hand.touch = StringTouch{};
+  hand.touch.time = {t_ns, dt_ns};
   hand.touch.distance_before = hand.distance;
   hand.touch.distance = distance;
   hand.touch.force = bent.force;
@@ -53,11 +54,11 @@ inline void move_to(StringHand& hand, double distance, std::int64_t dt_ns = kTic
     hand.touch.normal_speed = (hand.distance - distance) / (static_cast<double>(dt_ns) * 1e-9);
   }
   hand.touch.tangential_speed = hand.tangential_speed;
-  hand.time = {hand.time.t_ns + dt_ns, dt_ns};
   hand.distance = distance;
   hand.events.clear();
-  hand.response = respond(hand.string, hand.options, 7, hand.touch, hand.time, hand.state,
-                          hand.options.modes > 0 ? &hand.modes : nullptr, hand.events);
+  hand.response = respond(
+      {7, hand.string, hand.options, hand.state, hand.options.modes > 0 ? &hand.modes : nullptr},
+      hand.touch, hand.events);
   hand.log.insert(hand.log.end(), hand.events.begin(), hand.events.end());
 }
 

@@ -57,7 +57,7 @@ TEST_CASE("a released string rings with pi^2 T delta^2 / (4 L), and sleeps when 
   const double E0 = kPi2 * kPi2 / 4.0 * 30.0 * delta * delta / (4.0 * 1.1);
   CHECK(hand.state.vibration.released_energy == doctest::Approx(E0).epsilon(1e-6));
   CHECK(hand.state.tank.energy == hand.state.vibration.energy);
-  CHECK(envelope(hand.string, hand.state, 0.5, hand.time.t_ns) ==
+  CHECK(envelope(hand.string, hand.state, 0.5, hand.touch.time.t_ns) ==
         doctest::Approx(delta).epsilon(1e-3));
   glide_to(hand, 0.1, 50);
 
@@ -70,7 +70,7 @@ TEST_CASE("a released string rings with pi^2 T delta^2 / (4 L), and sleeps when 
     energy = hand.state.vibration.energy;
     move_to(hand, hand.distance);
   }
-  const double rang_s = static_cast<double>(hand.time.t_ns - released_ns) * 1e-9;
+  const double rang_s = static_cast<double>(hand.touch.time.t_ns - released_ns) * 1e-9;
   CHECK(rang_s == doctest::Approx(asleep_s).epsilon(2e-3));
   CHECK(energy < 1.01e-4 * E0);
   CHECK(hand.state.vibration.energy == 0.0);
@@ -94,7 +94,7 @@ TEST_CASE("with modes a pluck rings with theirs: the closed form's energy, place
       E0 += 30.0 * pi * pi * n * n * amplitude * amplitude / (4.0 * 1.1);
     }
     CHECK(hand.state.vibration.released_energy == doctest::Approx(E0).epsilon(1e-9));
-    CHECK(modal_energy(hand.string, hand.modes, hand.string.decay, hand.time.t_ns) ==
+    CHECK(modal_energy(hand.string, hand.modes, hand.string.decay, hand.touch.time.t_ns) ==
           doctest::Approx(hand.state.vibration.energy).epsilon(1e-12));
     // What is drawn where it was plucked is what was drawn aside.
     CHECK(last_event(hand, StringEventKind::kTone).amplitude ==
@@ -109,14 +109,15 @@ TEST_CASE("modes swing as those of a string let go at the instant of the release
   const std::int64_t released_ns = last_event(hand, StringEventKind::kTone).t_ns;
   const double pi = 0.5 * kPi2;
   for (const double lambda : {0.2, 0.3, 0.7}) {
-    const double t = static_cast<double>(hand.time.t_ns - released_ns) * 1e-9;
+    const double t = static_cast<double>(hand.touch.time.t_ns - released_ns) * 1e-9;
     double truth = 0.0;
     for (int n = 1; n <= 24; ++n) {
       const double amplitude = 2.0 * 2e-3 * std::sin(n * pi * 0.3) / (n * n * pi * pi * 0.3 * 0.7);
       truth += amplitude * std::cos(kPi2 * 98.0 * n * t) * std::sin(n * pi * lambda);
     }
     truth *= std::exp(-t / 0.5);
-    CHECK(std::abs(modal_displacement(hand.modes, lambda, 0.5, hand.time.t_ns) - truth) < 1e-10);
+    CHECK(std::abs(modal_displacement(hand.modes, lambda, 0.5, hand.touch.time.t_ns) - truth) <
+          1e-10);
   }
 }
 
@@ -130,7 +131,7 @@ TEST_CASE("the energy is the same before and after every change between fundamen
 
   // Down: the scene no longer asks for modes.
   hand.options.modes = 0;
-  double expected = closed_form(hand.time.t_ns + kTick_ns);
+  double expected = closed_form(hand.touch.time.t_ns + kTick_ns);
   move_to(hand, hand.distance);
   CHECK(hand.state.level == StringPhase::kFundamental);
   CHECK(hand.state.vibration.energy == doctest::Approx(expected).epsilon(1e-14));
@@ -140,14 +141,14 @@ TEST_CASE("the energy is the same before and after every change between fundamen
   move_to(hand, hand.distance);
   CHECK(hand.state.level == StringPhase::kFundamental);
   move_to(hand, 8e-3);
-  expected = closed_form(hand.time.t_ns + kTick_ns);
+  expected = closed_form(hand.touch.time.t_ns + kTick_ns);
   hand.distance = 5e-3;
   move_to(hand, 1e-3);
   CHECK(hand.state.level == StringPhase::kModes);
   // Touched in the middle of a tick: damped a little more than in air.
   CHECK(hand.state.vibration.energy < expected);
   CHECK(hand.state.vibration.energy > expected * std::exp(-2.0 * 1e-3 / 0.03));
-  CHECK(modal_energy(hand.string, hand.modes, 0.03, hand.time.t_ns) < expected);
+  CHECK(modal_energy(hand.string, hand.modes, 0.03, hand.touch.time.t_ns) < expected);
 }
 
 TEST_CASE("promoted to modes, the string goes on where it was") {
@@ -157,7 +158,7 @@ TEST_CASE("promoted to modes, the string goes on where it was") {
   // A touch at the very end of a tick: nothing has happened since.
   hand.options.modes = 8;
   hand.distance = 5e-3;
-  const double reach = envelope(hand.string, hand.state, 0.5, hand.time.t_ns);
+  const double reach = envelope(hand.string, hand.state, 0.5, hand.touch.time.t_ns);
   move_to(hand, std::nextafter(reach, 0.0));
   REQUIRE(hand.state.level == StringPhase::kModes);
   CHECK(modal_energy(hand.string, hand.modes, 0.5, hand.modes.t_ns) ==
@@ -247,17 +248,17 @@ TEST_CASE("a free string with modes decays in closed form, whatever the ticks") 
                                    std::int64_t{0}, std::int64_t{294'999'999}}) {
     move_to(odd, odd.distance, dt_ns);
   }
-  CHECK(odd.time.t_ns == even.time.t_ns);
+  CHECK(odd.touch.time.t_ns == even.touch.time.t_ns);
   CHECK(odd.state.vibration.energy == even.state.vibration.energy);
   const double truth =
       even.state.vibration.anchor_energy *
-      std::exp(-2.0 / 0.5 * static_cast<double>(even.time.t_ns - even.state.vibration.anchor_ns) *
-               1e-9);
+      std::exp(-2.0 / 0.5 *
+               static_cast<double>(even.touch.time.t_ns - even.state.vibration.anchor_ns) * 1e-9);
   CHECK(even.state.vibration.energy == doctest::Approx(truth).epsilon(1e-13));
   for (const double lambda : {0.1, 0.35, 0.5}) {
-    CHECK(
-        modal_displacement(odd.modes, lambda, 0.5, odd.time.t_ns) ==
-        doctest::Approx(modal_displacement(even.modes, lambda, 0.5, even.time.t_ns)).epsilon(1e-9));
+    CHECK(modal_displacement(odd.modes, lambda, 0.5, odd.touch.time.t_ns) ==
+          doctest::Approx(modal_displacement(even.modes, lambda, 0.5, even.touch.time.t_ns))
+              .epsilon(1e-9));
   }
 }
 

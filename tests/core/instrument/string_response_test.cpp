@@ -42,7 +42,7 @@ TEST_CASE("under a resting finger the force is k_v r exp(-t / T_d) sin(omega t) 
   Real largest = 0;
   for (int i = 0; i < 200; ++i) {
     move_to(hand, -0.02);
-    const Real t = static_cast<Real>(hand.time.t_ns - t0) * 1e-9L;
+    const Real t = static_cast<Real>(hand.touch.time.t_ns - t0) * 1e-9L;
     const Real truth = static_cast<Real>(k_v) * static_cast<Real>(r) * std::exp(-t / 0.5L) *
                        std::sin(2 * kPiLong * 98.0L * t) * phi;
     worst = std::fmax(worst, std::fabs(static_cast<Real>(hand.response.vibration_force) - truth));
@@ -65,7 +65,7 @@ TEST_CASE("a finger that only comes near is struck by what swings out further th
   int apart = 0;
   for (int i = 0; i < 100; ++i) {
     move_to(hand, 2e-3);
-    const double t = static_cast<double>(hand.time.t_ns - tone.t_ns) * 1e-9;
+    const double t = static_cast<double>(hand.touch.time.t_ns - tone.t_ns) * 1e-9;
     const double a = tone.amplitude * std::exp(-t / 0.5) *
                      std::sin(2.0 * static_cast<double>(kPiLong) * 98.0 * t);
     const double truth = 4.0 * 30.0 / 1.1 * std::fmax(a - 2e-3, 0.0);
@@ -84,8 +84,8 @@ TEST_CASE("entering the envelope at 0.2 to 0.9 of its radius is a touch, and dam
     hand.log.clear();
     // Steadily down to the given share of the envelope, from outside it.
     hand.distance = 8e-3;
-    const double reach = envelope(hand.string, hand.state, 0.5, hand.time.t_ns);
-    const std::int64_t start_ns = hand.time.t_ns;
+    const double reach = envelope(hand.string, hand.state, 0.5, hand.touch.time.t_ns);
+    const std::int64_t start_ns = hand.touch.time.t_ns;
     const double speed = 0.5;
     while (hand.distance > share * reach) move_to(hand, hand.distance - speed * 1e-3);
     REQUIRE(count_events(hand, StringEventKind::kTouch) == 1);
@@ -118,7 +118,7 @@ TEST_CASE("outside the envelope nothing is touched") {
   StringHand hand = hand_on(98.0);
   pluck(hand, 5e-3);
   hand.log.clear();
-  const double reach = envelope(hand.string, hand.state, 0.5, hand.time.t_ns);
+  const double reach = envelope(hand.string, hand.state, 0.5, hand.touch.time.t_ns);
   hand.distance = 8e-3;
   for (int i = 0; i < 50; ++i) move_to(hand, 1.01 * reach);
   CHECK(hand.log.empty());

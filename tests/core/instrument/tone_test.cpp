@@ -192,8 +192,8 @@ TEST_CASE("events beyond the capacity of a tick are counted, not written") {
   while (!full.full()) full.push_back(StringEvent{});
   hand.touch.distance_before = -3e-3;
   hand.touch.distance = 1e-3;
-  hand.response = respond(hand.string, hand.options, 0, hand.touch, {2 * kTick_ns, kTick_ns},
-                          hand.state, nullptr, full);
+  hand.touch.time = {2 * kTick_ns, kTick_ns};
+  hand.response = respond({0, hand.string, hand.options, hand.state, nullptr}, hand.touch, full);
   CHECK(full.overflow() == 3);
   CHECK(hand.state.level == StringPhase::kFundamental);
 }

@@ -22,8 +22,7 @@ constexpr Real kPiLong = 3.14159265358979323846264338327950288L;
 TEST_CASE("the vibration is r exp(-t / T_d) sin(2 pi f t), sampled for ten seconds") {
   for (const double frequency : {65.4, 98.0, 146.8, 1234.5}) {
     const StringConstants string = sounding_string(frequency);
-    Vibration vibration;
-    start_vibration(string, fundamental_energy(string, 3e-3), 0.3, 0.5, 500, vibration);
+    Vibration vibration = start_vibration(string, fundamental_energy(string, 3e-3), 0.3, 500);
     Real worst = 0;
     const std::int64_t ticks = scaled(10'000);
     for (std::int64_t k = 1; k <= ticks; ++k) {
@@ -57,15 +56,15 @@ TEST_CASE("free decay keeps the energy within 1e-12 of the closed form over a mi
   hand.string.decay = 1000.0;
   hand.distance = 1.0;
   hand.options.sleep_energy = 1e-6;
-  start_vibration(hand.string, 1e-3, 0.3, 1000.0, 0, hand.state.vibration);
+  hand.state.vibration = start_vibration(hand.string, 1e-3, 0.3, 0);
   hand.state.level = StringPhase::kFundamental;
   Real worst = 0;
   const std::int64_t ticks = scaled(1'000'000);
   for (std::int64_t k = 1; k <= ticks; ++k) {
     hand.touch.distance = hand.touch.distance_before = 1.0;
-    hand.time = {k * kTick_ns, kTick_ns};
-    hand.response = respond(hand.string, hand.options, 0, hand.touch, hand.time, hand.state,
-                            nullptr, hand.events);
+    hand.touch.time = {k * kTick_ns, kTick_ns};
+    hand.response =
+        respond({0, hand.string, hand.options, hand.state, nullptr}, hand.touch, hand.events);
     const Real truth = 1e-3L * std::exp(-2.0L * static_cast<Real>(k) * 1e-3L / 1000.0L);
     worst = std::fmax(worst, relative_error(hand.state.vibration.energy, truth));
   }
@@ -78,8 +77,7 @@ TEST_CASE("energy and phase do not depend on how time is cut into ticks") {
   SplitMix64 random(12);
   const StringConstants string = sounding_string(110.0);
   for (int i = 0; i < 100; ++i) {
-    Vibration whole;
-    start_vibration(string, 1e-3, 0.5, 0.5, 0, whole);
+    Vibration whole = start_vibration(string, 1e-3, 0.5, 0);
     Vibration parts = whole;
     const auto end = static_cast<std::int64_t>(random.uniform(1e3, 2e9));
     advance_vibration(string, false, end, whole);
@@ -95,8 +93,7 @@ TEST_CASE("energy and phase do not depend on how time is cut into ticks") {
 
 TEST_CASE("a time that stands still or steps back changes nothing") {
   const StringConstants string = sounding_string(98.0);
-  Vibration vibration;
-  start_vibration(string, 1e-3, 0.5, 0.5, 1000, vibration);
+  Vibration vibration = start_vibration(string, 1e-3, 0.5, 1000);
   advance_vibration(string, true, 5'001'000, vibration);
   const Vibration before = vibration;
   CHECK(advance_vibration(string, true, 5'001'000, vibration) == 1.0);
@@ -108,8 +105,7 @@ TEST_CASE("a time that stands still or steps back changes nothing") {
 
 TEST_CASE("a change of the decay time bends the decay and nothing else") {
   const StringConstants string = sounding_string(98.0);
-  Vibration vibration;
-  start_vibration(string, 1e-3, 0.5, 0.5, 0, vibration);
+  Vibration vibration = start_vibration(string, 1e-3, 0.5, 0);
   advance_vibration(string, false, 100'000'000, vibration);
   const double energy = vibration.energy;
   set_decay(0.03, vibration);
@@ -122,8 +118,7 @@ TEST_CASE("a change of the decay time bends the decay and nothing else") {
 
 TEST_CASE("with glide the phase is the integral of f_1 sqrt(1 + F_i / (2 T) (1 + s / 2))") {
   const StringConstants string = sounding_string(98.0);
-  Vibration vibration;
-  start_vibration(string, fundamental_energy(string, 8e-3), 0.5, 0.5, 0, vibration);
+  Vibration vibration = start_vibration(string, fundamental_energy(string, 8e-3), 0.5, 0);
   // Simpson's rule on a grid a hundred times finer than the ticks.
   const auto pitch = [&](Real t) {
     const Real r = 8e-3L * std::exp(-t / 0.5L);
@@ -158,8 +153,7 @@ TEST_CASE("a slack string, one without tuning and one of no length are silent") 
     if (kind == 0) string.tension = 0.0;
     if (kind == 1) string.frequency = 0.0;
     if (kind == 2) string.length = 0.0;
-    Vibration vibration;
-    start_vibration(string, fundamental_energy(string, 1e-3), 0.5, 0.5, 0, vibration);
+    Vibration vibration = start_vibration(string, fundamental_energy(string, 1e-3), 0.5, 0);
     advance_vibration(string, true, kTick_ns, vibration);
     if (kind != 1) CHECK(vibration.amplitude == 0.0);
     CHECK(displacement(vibration) == 0.0);

@@ -204,7 +204,8 @@ TEST_CASE("the soft step takes only what points along the motion") {
   PortEnergy port;
   port.given = 0.6 * limits.allowance;  // beyond the soft share
   const Wrench F{{3, 4, 0}, {0, 0, 0.1}};
-  const Wrench out = damped(F, {{0.2, 0, 0}, {0, 0, -1}}, kTick_s, 0.0, limits, port);
+  const Wrench out =
+      PassivityControl(limits, 0.0, port).damped(F, {{0.2, 0, 0}, {0, 0, -1}}, kTick_s);
   CHECK(out.f.x() == doctest::Approx(0.0));
   CHECK(out.f.y() == 4.0);
   CHECK(out.t.z() == 0.1);  // it works against the turn
@@ -215,12 +216,13 @@ TEST_CASE("a motion no hand makes leaves a debt of one allowance, and damping re
   PassivityLimits limits;
   PortEnergy port;
   limits.damping = 0.0;
-  observe({{22, 0, 0}, {0, 0, 0}}, {{1e6, 0, 0}, {0, 0, 0}}, kTick_s, 0.0, limits, port);
+  PassivityControl(limits, 0.0, port)
+      .observe({{22, 0, 0}, {0, 0, 0}}, {{1e6, 0, 0}, {0, 0, 0}}, kTick_s);
   CHECK(port.given == limits.allowance);
   limits.damping = 1.0;
   // 0.2 m/s against 1 N s/m: 40 mW, 4 mJ in 0.1 s, and never credit.
   for (int i = 1; i <= 200; ++i) {
-    observe({}, {{2e-4, 0, 0}, {0, 0, 0}}, kTick_s, 0.0, limits, port);
+    PassivityControl(limits, 0.0, port).observe({}, {{2e-4, 0, 0}, {0, 0, 0}}, kTick_s);
     const double left = limits.allowance * std::max(0.0, 1.0 - i / 100.0);
     REQUIRE(std::abs(port.given - left) <= 1e-12);
     REQUIRE(port.given >= 0.0);
@@ -231,16 +233,18 @@ TEST_CASE("what a string gave out of its tank is forgotten as the tank empties")
   PassivityLimits limits;
   limits.damping = 0.0;
   PortEnergy port;
-  observe({{1, 0, 0}, {0, 0, 0}}, {{1, 0, 0}, {0, 0, 0}}, kTick_s, 5e-3, limits, port);
+  PassivityControl(limits, 5e-3, port)
+      .observe({{1, 0, 0}, {0, 0, 0}}, {{1, 0, 0}, {0, 0, 0}}, kTick_s);
   CHECK(port.given == doctest::Approx(limits.allowance + 5e-3));
-  observe({}, {}, kTick_s, 2e-3, limits, port);
+  PassivityControl(limits, 2e-3, port).observe({}, {}, kTick_s);
   CHECK(port.given == doctest::Approx(limits.allowance + 2e-3));
 }
 
 TEST_CASE("credit is remembered up to what springs can store") {
   PassivityLimits limits;
   PortEnergy port;
-  observe({{-10, 0, 0}, {0, 0, 0}}, {{10, 0, 0}, {0, 0, 0}}, kTick_s, 0.0, limits, port);
+  PassivityControl(limits, 0.0, port)
+      .observe({{-10, 0, 0}, {0, 0, 0}}, {{10, 0, 0}, {0, 0, 0}}, kTick_s);
   CHECK(port.given == -limits.credit);
 }
 

@@ -85,11 +85,11 @@ TEST_CASE(
 
 TEST_CASE("the window forgets: after its length without force everything is allowed again") {
   ThermalLoad load;
-  for (int k = 0; k < 3000; ++k) add_load(22.0, 1e-3, 6.0, 10.0, load);
-  const double tired = allowed_size(6.0, 10.0, load);
-  add_load(0.0, 10.2, 6.0, 10.0, load);
+  for (int k = 0; k < 3000; ++k) add_load(22.0, 1e-3, {6.0, 10.0}, load);
+  const double tired = allowed_size({6.0, 10.0}, load);
+  add_load(0.0, 10.2, {6.0, 10.0}, load);
   CHECK(tired < 22.0);
-  CHECK(allowed_size(6.0, 10.0, load) ==
+  CHECK(allowed_size({6.0, 10.0}, load) ==
         doctest::Approx(6.0 * std::sqrt(0.5 + 5.0 / kThermalHorizon_s)));
 }
 
@@ -103,7 +103,7 @@ TEST_CASE("uneven ticks, pauses and blocks of any length are never counted too l
   for (std::int64_t i = 0; i < count; ++i) {
     const double dt_s = random.chance(0.01) ? random.uniform(0.0, 0.5) : random.uniform(0.0, 0.004);
     const double size = random.uniform(0.0, 20.0);
-    add_load(size, dt_s, 5.0, window_s, load);
+    add_load(size, dt_s, {5.0, window_s}, load);
     now_s += dt_s;
     held.push_back({now_s, dt_s, std::max(0.0, size * size - 12.5)});
     long double truth = 0.0L;

@@ -41,9 +41,9 @@ void scan(const QpProblem& problem, const Point& x, const Point& factor, Scan& r
   std::memset(static_cast<void*>(&result), 0, sizeof(Scan));
   result.survey = evaluate_violations(problem, x.data(), result.violation);
   result.finite = inverse_row_lengths(problem, factor.data(), result.inverse_length);
-  result.most = most_violated(result.violation, result.inverse_length, rows_of(problem), 1e-12);
-  result.most_in_one_pass =
-      evaluate_most_violated(problem, x.data(), result.inverse_length, 1e-12, result.violation);
+  const RowMeasure measure{result.inverse_length, 1e-12};
+  result.most = most_violated(result.violation, measure, rows_of(problem));
+  result.most_in_one_pass = evaluate_most_violated(problem, x.data(), measure, result.violation);
 }
 
 bool same_bits(const RowValues& a, const RowValues& b) {
