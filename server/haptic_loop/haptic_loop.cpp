@@ -4,15 +4,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/rt/monotonic_clock.h"
 #include "server/haptic_loop/thread_policy.h"
 
 namespace hapticd {
 namespace {
-
-std::uint32_t span_ns(std::int64_t from_ns, std::int64_t to_ns) noexcept {
-  return static_cast<std::uint32_t>(to_ns - from_ns);
-}
 
 /// How long a Clear waits for a device to forget its fault, ns: many of its frames.
 constexpr std::int64_t kClearWait_ns = 100'000'000;
@@ -258,7 +253,6 @@ void HapticLoop::render() noexcept {
   for (std::size_t k = 0; k < tool_count(); ++k) {
     ToolLoop& tool = tools_[k];
     const PlayedTool& played = scene_->tools[k];
-    if (options_.contacts_reported) simulation.report_contacts(k, tool.contacts);
     const double gain = played.force_gain * tool.placed.wrench_share;
     const Wrench& F_H_W = output_.tools[k].F_H_W;
     tool.contact_free = is_contact_free(output_.tools[k]);
@@ -306,7 +300,6 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
 }
 
 void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
-  const std::int64_t began_ns = options_.virtual_time ? 0 : now_ns;
   skipped_ = skipped;
   time_.tick += skipped;
   const std::int64_t before_ns = time_.t_ns;
@@ -319,21 +312,20 @@ void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
   late_ = watch_overrun(skipped > 0, time_.t_ns, overrun_watch_);
   report_late(skipped);
 
+  StageClock* const clock = stage_clock();
+  const std::uint32_t published_ns = clock_.times()[static_cast<std::size_t>(Stage::kPublish)];
+  clock_.start(now_ns);
   follow_changes();
-  const auto clock = [&] { return options_.virtual_time ? 0 : monotonic_now_ns(); };
   read_devices();
-  const std::int64_t read_ns = clock();
   advance_state();
+  lap(clock, Stage::kRead);
   render();
-  const std::int64_t rendered_ns = clock();
   limit_wrenches();
-  const std::int64_t limited_ns = clock();
+  lap(clock, Stage::kSafety);
   write_devices();
-  const std::int64_t written_ns = clock();
-  times_.read_ns = span_ns(began_ns, read_ns);
-  times_.simulate_ns = span_ns(read_ns, rendered_ns);
-  times_.limit_ns = span_ns(rendered_ns, limited_ns);
-  times_.write_ns = span_ns(limited_ns, written_ns);
+  lap(clock, Stage::kWrite);
+  times_.stages = clock_.times();
+  times_.stages[static_cast<std::size_t>(Stage::kPublish)] = published_ns;
   report_events();
   publish_tick();
   publish_snapshot();
@@ -343,9 +335,9 @@ void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
   // The zero wrench of this tick was the last that the old scene's device gets.
   if (loop_output_.scene_allowed && waiting_ != nullptr) swap_scene();
   if (options_.virtual_time) return;
-  times_.publish_ns = span_ns(written_ns, clock());
+  clock_.lap(Stage::kPublish);
   const std::int64_t cpu_ns = thread_cpu_ns();
-  times_.cpu_ns = cpu_before_ns_ == 0 ? 0 : span_ns(cpu_before_ns_, cpu_ns);
+  times_.cpu_ns = cpu_before_ns_ == 0 ? 0 : static_cast<std::uint32_t>(cpu_ns - cpu_before_ns_);
   cpu_before_ns_ = cpu_ns;
 }
 

@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 
+#include "core/rt/monotonic_clock.h"
 #include "core/rt/owner_ring.h"
 #include "core/rt/rt_log.h"
 #include "core/rt/spsc_ring.h"
@@ -68,9 +69,9 @@ struct LoopChannels {
   SpscRing<LoopCommand, 256> commands;  ///< to the loop
   SpscRing<TickPose, kPoseQueue> poses;
   SpscRing<LoopEvent, 4096> events;  ///< lossless; an overflow is a fault
-  SnapshotRing snapshots;            ///< to the telemetry thread, once a second
+  SnapshotRing snapshots;            ///< to the recorder's thread, once a second
   NetworkTicks ticks;                ///< those that find no place are left out
-  RecorderTicks recorded;  ///< to the telemetry thread; what does not fit is lost, and counted
+  RecorderTicks recorded;  ///< to the recorder's thread; what does not fit is lost, and counted
   LogRing log;
 };
 
@@ -167,6 +168,10 @@ class HapticLoop {
   [[nodiscard]] std::size_t tool_count() const noexcept { return scene_->tools.size(); }
   [[nodiscard]] std::span<ToolLoop> tools() noexcept { return {tools_.data(), tool_count()}; }
   [[nodiscard]] bool all_have_poses() const noexcept;
+  /// Null in virtual time, in which nothing is told of times.
+  [[nodiscard]] StageClock* stage_clock() noexcept {
+    return options_.virtual_time ? nullptr : &clock_;
+  }
   /// Nothing touched or pushed a tool in the last tick rendered.
   [[nodiscard]] bool contact_free() const noexcept;
 
@@ -207,6 +212,7 @@ class HapticLoop {
   std::array<ToolLoop, kMaxTools> tools_;  ///< the first tool_count()
   Cause standing_fault_ = Cause::kNone;    ///< in the last tick
   TimesTick times_;
+  StageClock clock_{monotonic_now_ns};
   std::uint64_t late_skipped_ = 0;  ///< periods, not yet logged
   std::int64_t late_told_ns_ = 0;
   std::int64_t cpu_before_ns_ = 0;

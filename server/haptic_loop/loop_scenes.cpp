@@ -34,7 +34,9 @@ void HapticLoop::begin_scene() noexcept {
     if (RenderedTool* tick = output_.tools.append()) *tick = RenderedTool{};
     HD_ASSERT(scene_->tools[k].device.device != nullptr);
     HapticDevice* device = scene_->tools[k].device.device;
-    scene_->play.simulation->scene(k).stiffness_wanted = device->profile().affine;
+    ToolScene& scene = scene_->play.simulation->scene(k);
+    scene.stiffness_wanted = device->profile().affine;
+    scene.clock = stage_clock();
     guarded_[k].store(device, std::memory_order_seq_cst);
   }
   const GesturePlan* gesture = scene_->gesture.get();

@@ -65,6 +65,7 @@ void HapticLoop::report_events() noexcept {
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const RenderedTool& tick = output_.tools[k];
     const ToolScene& scene = scene_->play.simulation->scene(k);
+    scene_->play.simulation->report_contacts(k, tools_[k].contacts);
     touch_events_.clear();
     detect_touches(tools_[k].contacts,
                    {time_.t_ns, time_.dt_ns, tick.X_WG.p, tick.V_WH, scene.stiffness.kt,
