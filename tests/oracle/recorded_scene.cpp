@@ -147,9 +147,9 @@ void RecordedScene::begin_tick(const Tick& tick) {
   learn_delays(tick);
   for (std::size_t k = 0; k < played_->tools.size(); ++k) {
     const double scale = played_->tools[k].grant.scale;
-    if (scale == tick.tools[k].stiffness_scale) continue;
+    if (scale == tick.tools[k].stiffness.scale) continue;
     fail("tick " + std::to_string(tick.tick) + ": the stiffness was scaled by " +
-         exact_text(tick.tools[k].stiffness_scale) + ", which would be " + exact_text(scale) +
+         exact_text(tick.tools[k].stiffness.scale) + ", which would be " + exact_text(scale) +
          " here. Use the version that recorded it");
   }
 }

@@ -106,7 +106,7 @@ double fastest_by_the_law(double k, double depth) {
 TEST_CASE("let go in a wall, the handle flies out as from a spring if the device renders it") {
   Flight affine(true);
   const double fastest = affine.fly();
-  const double k = 1000.0 * affine.tool.stiffness_scale;
+  const double k = 1000.0 * affine.tool.stiffness.scale;
   const double truth = fastest_by_the_law(k, affine.depth);
   CAPTURE(affine.depth);
   CAPTURE(k);
@@ -115,7 +115,7 @@ TEST_CASE("let go in a wall, the handle flies out as from a spring if the device
   Flight plain(false);
   const double late = plain.fly();
   CHECK(plain.springs == 0);
-  const double late_truth = fastest_by_the_law(1000.0 * plain.tool.stiffness_scale, plain.depth);
+  const double late_truth = fastest_by_the_law(1000.0 * plain.tool.stiffness.scale, plain.depth);
   MESSAGE("speed over the law's: ", fastest / truth, " by the device, ", late / late_truth,
           " by the loop");
   CHECK(std::abs(fastest / truth - 1.0) < 0.01);

@@ -227,7 +227,7 @@ TEST_CASE(
     }
     CHECK(fired);
     const Tick& after = run.tick().tick;
-    CHECK(after.loop_state == (armed ? LoopState::kFault : LoopState::kEngaged));
+    CHECK(after.state == (armed ? LoopState::kFault : LoopState::kEngaged));
     if (armed) CHECK(after.cause == Cause::kDeviceWatchdog);
     CHECK((after.tools[0].sample.flags & kDeviceWatchdogFired) == 0);
   }
