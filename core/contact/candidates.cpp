@@ -66,6 +66,7 @@ bool Candidates::must_look_anew() const noexcept {
 
 void Candidates::query(const Configuration& at, double wanted, ContactResult& result) noexcept {
   const auto& [input, state] = at;
+  lap(input.clock, Stage::kOptimisation);
   const QueryOptions options{.margin = margin_for(at),
                              .horizon = input.options.margin + wanted,
                              .tool_level = leaves_ ? kLeafLevel : state.tool_level,
@@ -79,6 +80,7 @@ void Candidates::query(const Configuration& at, double wanted, ContactResult& re
   leave_out_far(at, result);
   travelled_ = 0.0;
   stale_ = false;
+  lap(input.clock, Stage::kCollision);
 }
 
 void Candidates::refresh(const Configuration& at, double wanted, ContactResult& result) noexcept {

@@ -11,6 +11,7 @@
 #include "core/contact/virtual_coupling.h"
 #include "core/instrument/deflection.h"
 #include "core/instrument/instrument_options.h"
+#include "core/tick/stage_clock.h"
 
 namespace hapticd {
 
@@ -34,6 +35,7 @@ struct ContactInput {
   /// the last one and the last traversal went; the first is always made. 0: no bound. Less: the
   /// tool lags more.
   std::int64_t work_budget = 0;
+  StageClock* clock = nullptr;  ///< lent; null: no time is taken
 };
 
 }  // namespace hapticd

@@ -1,5 +1,5 @@
 // Log of the realtime path: the haptic thread pushes a plain record, a code and up to four numbers,
-// into a ring; the telemetry thread pops it, looks up the text and formats. Nothing is formatted,
+// into a ring; another thread pops it, looks up the text and formats. Nothing is formatted,
 // written or allocated on the haptic thread. A new message is an enumerator and a row of
 // kLogMessages. RT: make_log_record and the push yes; the table is plain data.
 #pragma once
@@ -90,7 +90,7 @@ template <LogCode Code, typename... Numbers>
   return {t_ns, Code, {to_log_argument(numbers)...}};
 }
 
-/// Records on their way to the telemetry thread: 1 s of one per tick.
+/// Records on their way out of the haptic thread: 1 s of one per tick.
 using LogRing = SpscRing<LogRecord, 1024>;
 
 static_assert(

@@ -153,7 +153,10 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
            output.tools[tool]);
     work_left -= tick_work(output.tools[tool].optimiser);
   }
+  StageClock* const clock = memory_.tools.front().scene.clock;
+  lap(clock, Stage::kOptimisation);
   respond_strings(output);
+  lap(clock, Stage::kStrings);
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
     RenderedTool& tick = output.tools[tool];
     ToolPlay& play = memory_.tools[tool];

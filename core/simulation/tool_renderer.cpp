@@ -34,7 +34,8 @@ ContactStiffness felt_stiffness(const ContactProblem& problem, const RenderedToo
 
 ContactInput contact_input(const ToolScene& scene, const Pose& X_WH, double dt) noexcept {
   return {scene.tool,    scene.obstacles,  X_WH,        scene.stiffness, scene.options,  dt,
-          scene.strings, scene.instrument, scene.parts, scene.others,    scene.rounding, 0};
+          scene.strings, scene.instrument, scene.parts, scene.others,    scene.rounding, 0,
+          scene.clock};
 }
 
 void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& state,

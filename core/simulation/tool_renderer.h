@@ -34,6 +34,7 @@ struct ToolScene {
   OtherTools others{};            ///< see ContactInput
   double rounding = 0.0;          ///< likewise
   bool stiffness_wanted = false;  ///< ticks tell RenderedTool::stiffness
+  StageClock* clock = nullptr;    ///< lent, the same to all tools; null: no time is taken
 };
 
 /// State of one tool. Copy it to take a snapshot.

@@ -16,6 +16,7 @@
 #include "core/tick/device_sample.h"
 #include "core/tick/loop_state.h"
 #include "core/tick/push_axis.h"
+#include "core/tick/stage_clock.h"
 #include "core/tick/string_tick.h"
 
 namespace hapticd {
@@ -131,13 +132,9 @@ struct WorkTick {
 /// Time that each part of the tick took, ns. Written by the loop; never part of what is
 /// bit-identical.
 struct TimesTick {
-  std::uint32_t read_ns = 0;
-  std::uint32_t simulate_ns = 0;
-  std::uint32_t limit_ns = 0;
-  std::uint32_t write_ns = 0;
-  std::uint32_t publish_ns = 0;  ///< of the tick before
-  std::uint32_t cpu_ns = 0;      ///< thread's CPU time of the whole tick before
-  std::uint64_t overruns = 0;    ///< ticks skipped so far
+  StageTimes stages{};         ///< that of kPublish is of the tick before; 0 in virtual time
+  std::uint32_t cpu_ns = 0;    ///< thread's CPU time of the whole tick before
+  std::uint64_t overruns = 0;  ///< ticks skipped so far
 };
 
 /// All of a tick that is no column.

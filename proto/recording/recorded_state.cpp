@@ -55,6 +55,7 @@ v1::State state_of(const v1::TickRecord& tick) {
   state.set_loop_state(tick.loop_state());
   state.set_cause(tick.cause());
   state.set_scene_id(tick.scene_id());
+  if (tick.cpu_ns() > 0) state.mutable_timing()->set_last_ns(tick.cpu_ns());
   for (int k = 0; k < std::min(tick.inputs_size(), tick.outputs_size()); ++k) {
     put_tool(tick.inputs(k), tick.outputs(k), *state.add_tools());
     if (tick.inputs(k).has_pose_dh()) put_device(tick.inputs(k), *state.add_devices());

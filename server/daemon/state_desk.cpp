@@ -17,9 +17,8 @@ void StateDesk::add_to_hash() {
 void StateDesk::fill(const Subscription& subscription, v1::State& state) {
   encode_state(*newest_, scenes_.playing(newest_->scene_id).index,
                {subscription.sections, subscription.max_contacts}, state);
-  const bool stages = subscription.has(v1::SECTION_STAGES);
-  if (stages || subscription.has(v1::SECTION_TIMING)) {
-    statistics_.fill(*newest_, stages, *state.mutable_timing());
+  if (subscription.has(v1::SECTION_STAGES) || subscription.has(v1::SECTION_TIMING)) {
+    statistics_.fill(*newest_, *state.mutable_timing());
   }
   complete_(*newest_, state);
 }

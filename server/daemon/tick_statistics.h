@@ -12,21 +12,16 @@ class TickStatistics {
  public:
   /// Takes a tick's times in; those of another scene begin anew.
   void add(const Tick& tick);
-  /// Fills in SECTION_TIMING, with stages where asked for. Cost: microseconds; percentiles are
-  /// renewed every 64 ticks.
-  void fill(const Tick& tick, bool stages, v1::Timing& timing);
+  /// Fills in SECTION_TIMING, and the percentiles of the stages that `timing` has. Cost:
+  /// microseconds; percentiles are renewed every 64 ticks.
+  void fill(const Tick& tick, v1::Timing& timing);
 
  private:
   struct Part {
     LatencyHistogram histogram;
     LatencySummary summary;
-    std::uint32_t last_ns = 0;
   };
-  static constexpr std::size_t kParts = 6;
-  static constexpr std::array<v1::Stage, kParts> kStages{v1::STAGE_UNSPECIFIED, v1::STAGE_READ,
-                                                         v1::STAGE_SIMULATION,  v1::STAGE_SAFETY,
-                                                         v1::STAGE_WRITE,       v1::STAGE_PUBLISH};
-  std::array<Part, kParts> parts_{};  ///< [0]: the whole tick
+  std::array<Part, v1::Stage_ARRAYSIZE> parts_{};  ///< by v1::Stage; [0]: the whole tick
   std::uint32_t scene_id_ = 0;
   std::uint64_t count_ = 0;
   std::uint64_t summarised_ = 0;

@@ -248,6 +248,16 @@ void encode_quality(const Tick& tick, v1::QualityState& out) {
   out.set_cut_short(tick.work.cut_short);
 }
 
+void encode_stages(const StageTimes& times, v1::Timing& out) {
+  const auto add = [&](v1::Stage stage, std::uint32_t time_ns) {
+    v1::StageTiming& timing = *out.add_stages();
+    timing.set_stage(stage);
+    timing.set_last_ns(time_ns);
+  };
+  for (std::size_t k = 0; k < kStages; ++k) add(static_cast<v1::Stage>(k + 1), times[k]);
+  add(v1::STAGE_SIMULATION, simulation_ns(times));
+}
+
 void encode_tool_sections(const ToolTick& tool, const StateRequest& request, v1::State& state) {
   if (wants(request, v1::SECTION_TOOLS)) encode_tool(tool, *state.add_tools());
   if (wants(request, v1::SECTION_DEVICES)) encode_device(tool, *state.add_devices());
@@ -284,6 +294,9 @@ void encode_state(const Tick& tick, const SceneIndex& index, const StateRequest&
   }
   if (wants(request, v1::SECTION_ENERGY)) encode_energy(tick, *state.mutable_energy());
   if (wants(request, v1::SECTION_QUALITY)) encode_quality(tick, *state.mutable_quality());
+  if (wants(request, v1::SECTION_STAGES)) {
+    encode_stages(tick.times.stages, *state.mutable_timing());
+  }
 }
 
 }  // namespace hapticd

@@ -24,7 +24,7 @@ struct StateRequest {
 };
 
 /// Fills `state`, which is cleared first, with the sections of `request` that a tick has:
-/// all but TIMING and STAGES, which need more than one tick.
+/// all but TIMING, which needs more than one tick; STAGES has the times of this one alone.
 void encode_state(const Tick& tick, const SceneIndex& index, const StateRequest& request,
                   v1::State& state);
 

@@ -1,21 +1,16 @@
-// The order of a tick, commands and scenes. See haptic_loop.h. RT: yes.
+// The order of a tick. See haptic_loop.h. RT: yes.
 #include "server/haptic_loop/haptic_loop.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "core/rt/monotonic_clock.h"
 #include "server/haptic_loop/thread_policy.h"
 
 namespace hapticd {
 namespace {
 
-std::uint32_t span_ns(std::int64_t from_ns, std::int64_t to_ns) noexcept {
-  return static_cast<std::uint32_t>(to_ns - from_ns);
-}
-
-/// How long a Clear waits for a device to forget its fault, ns: many of its frames.
-constexpr std::int64_t kClearWait_ns = 100'000'000;
+/// Time between two snapshots, ns. Longer: a replay of the last minute begins later in it.
+constexpr std::int64_t kSnapshotEvery_ns = 1'000'000'000;
 
 /// Faults that a device latches itself.
 bool latched_by_device(Cause cause) noexcept {
@@ -26,33 +21,45 @@ bool pushes_a_person(const PlayedTool& tool) noexcept {
   return can_push_a_person(tool.device.device->profile().driver);
 }
 
-/// Nothing touches and nothing pushes the tool.
-bool is_contact_free(const RenderedTool& tool) noexcept {
-  const Wrench& F = tool.F_computed_H_W;
-  return tool.optimiser.active_count == 0 && tool.optimiser.status != ContactStatus::kRecovering &&
-         F.f.isZero(0.0) && F.t.isZero(0.0);
-}
-
-/// The order that a command is, for those that the state machine hears.
-std::uint16_t order_of(const LoopCommandBody& what) noexcept {
-  if (std::holds_alternative<EngageCommand>(what)) return kOrderEngage;
-  if (std::holds_alternative<DisengageCommand>(what)) return kOrderDisengage;
-  if (std::holds_alternative<StopCommand>(what)) return kOrderStop;
-  if (std::holds_alternative<ClearCommand>(what)) return kOrderClear;
-  if (std::holds_alternative<EndCommand>(what)) return kOrderEnd;
-  return 0;
+/// The simulated hands play `plan`; false when there is none.
+bool begin_gesture(const GesturePlan& plan, PlayedScene& scene) noexcept {
+  bool any = false;
+  for (std::size_t k = 0; k < scene.tools.size(); ++k) {
+    GestureHand* hand = scene.tools[k].device.facets.hand;
+    if (hand == nullptr) continue;
+    any = true;
+    static_cast<void>(hand->recover());
+    if (plan.arm) hand->set_arm(*plan.arm);
+    if (plan.seed) hand->set_seed(*plan.seed + k);
+    if (k >= plan.motions.size() || plan.motions[k].track().empty()) {
+      hand->stop_gesture();
+    } else {
+      hand->play(plan.motions[k].track(), plan.repeat);
+    }
+  }
+  return any;
 }
 
 }  // namespace
 
 HapticLoop::HapticLoop(const LoopOptions& options, std::unique_ptr<PlayedScene> first,
                        LoopChannels& channels)
-    : options_(options), channels_(channels), scene_(std::move(first)) {
-  HD_ASSERT(scene_ != nullptr);
+    : options_(options), channels_(channels), scenes_(std::move(first)) {
+  tick_.first = true;
   begin_scene();
 }
 
-HapticLoop::~HapticLoop() = default;
+void HapticLoop::take_commands() noexcept {
+  LoopCommand command;
+  for (int k = 0; k < kCommandsPerTick && channels_.commands.pop(command); ++k) obey(command);
+  TickPose pose;
+  for (int k = 0; k < kPosesPerTick && channels_.poses.pop(pose); ++k) {
+    PoseQueue* poses =
+        pose.tool < tool_count() ? scene().tools[pose.tool].device.facets.poses : nullptr;
+    if (poses == nullptr || !orders_.take_pose(pose.lease)) continue;
+    poses->push(pose.tick, pose.pose);
+  }
+}
 
 void HapticLoop::obey(const LoopCommand& command) noexcept {
   if (std::holds_alternative<SwapSceneCommand>(command.what)) {
@@ -69,40 +76,48 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
   }
   if (std::holds_alternative<ClearCommand>(command.what)) mend_devices();
   if (const std::optional<Cause> refused = refusal_of(command.what)) {
-    tell(CommandRefused{command.number, *refused});
+    publisher_.tell(CommandRefused{command.number, *refused});
     return;
   }
-  if (const auto* recentre = std::get_if<RecentreCommand>(&command.what)) {
-    if (recentre->tool < tool_count()) tools_[recentre->tool].recentre = true;
-  } else if (const auto* clutch = std::get_if<ClutchCommand>(&command.what)) {
-    if (clutch->tool < tool_count()) tools_[clutch->tool].clutch_open = clutch->open;
-  } else if (const auto* push = std::get_if<PushCommand>(&command.what)) {
-    if (push->tool < tool_count()) tools_[push->tool].push_asked = push->axis;
-  } else if (const auto* budget = std::get_if<WorkBudgetCommand>(&command.what)) {
-    work_budget_ = std::max<std::int64_t>(budget->work, 0);
+  if (const auto* budget = std::get_if<WorkBudgetCommand>(&command.what)) {
+    tick_.budget.work = static_cast<std::uint64_t>(std::max<std::int64_t>(budget->work, 0));
   } else if (const auto* lost = std::get_if<LeaseLostCommand>(&command.what)) {
     lose_lease(*lost);
   } else {
-    asked_ |= order_of(command.what);
-    if ((asked_ & kOrderClear) != 0) clear_until_ns_ = time_.t_ns + kClearWait_ns;
+    obey_tool(command.what);
+    orders_.ask(command.what, kept_.time.t_ns);
   }
-  tell(CommandDone{command.number});
+  publisher_.tell(CommandDone{command.number});
+}
+
+void HapticLoop::obey_tool(const LoopCommandBody& what) noexcept {
+  const auto of = [this](std::uint32_t tool) {
+    return tool < tool_count() ? &kept_.tools[tool] : nullptr;
+  };
+  if (const auto* recentre = std::get_if<RecentreCommand>(&what)) {
+    if (ToolLoop* tool = of(recentre->tool)) tool->recentre = true;
+  } else if (const auto* clutch = std::get_if<ClutchCommand>(&what)) {
+    if (ToolLoop* tool = of(clutch->tool)) tool->clutch_open = clutch->open;
+  } else if (const auto* push = std::get_if<PushCommand>(&what)) {
+    if (ToolLoop* tool = of(push->tool)) tool->push_asked = push->axis;
+  }
 }
 
 std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const noexcept {
-  const bool fault = machine_.state == LoopState::kFault;
+  const LoopMachine& machine = kept_.machine;
+  const bool fault = machine.state == LoopState::kFault;
   if (std::holds_alternative<EngageCommand>(what)) {
-    if (fault) return machine_.cause;
-    if (machine_.state == LoopState::kReady && !contact_free()) return Cause::kOverlap;
+    if (fault) return machine.cause;
+    if (machine.state == LoopState::kReady && !contact_free()) return Cause::kOverlap;
   }
-  if (std::holds_alternative<PushCommand>(what) && machine_.state != LoopState::kEngaged) {
-    return machine_.cause == Cause::kNone ? Cause::kReleased : machine_.cause;
+  if (std::holds_alternative<PushCommand>(what) && machine.state != LoopState::kEngaged) {
+    return machine.cause == Cause::kNone ? Cause::kReleased : machine.cause;
   }
   if (std::holds_alternative<ClearCommand>(what) && fault) {
-    const auto used = std::span(tools_).first(tool_count());
+    const auto used = tools();
     const bool lost = std::any_of(used.begin(), used.end(),
                                   [](const ToolLoop& tool) { return tool.device_lost; });
-    if (lost && machine_.cause == Cause::kDeviceLost) return Cause::kDeviceLost;
+    if (lost && machine.cause == Cause::kDeviceLost) return Cause::kDeviceLost;
     if (standing_fault_ != Cause::kNone && !latched_by_device(standing_fault_)) {
       return standing_fault_;
     }
@@ -110,100 +125,268 @@ std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const n
   return std::nullopt;
 }
 
-void HapticLoop::take_commands() noexcept {
-  LoopCommand command;
-  for (int k = 0; k < kCommandsPerTick && channels_.commands.pop(command); ++k) obey(command);
-  TickPose pose;
-  for (int k = 0; k < kPosesPerTick && channels_.poses.pop(pose); ++k) {
-    PoseQueue* poses =
-        pose.tool < tool_count() ? scene_->tools[pose.tool].device.facets.poses : nullptr;
-    if (poses == nullptr || pose.lease < leases_ended_) continue;
-    poses->push(pose.tick, pose.pose);
-    lease_lost_ = false;
+// A computed hand whose numbers have gone would be the cause for ever.
+void HapticLoop::mend_devices() noexcept {
+  if (kept_.machine.state != LoopState::kFault) return;
+  bool any = false;
+  for (PlayedTool& tool : scene().tools) {
+    GestureHand* hand = tool.device.facets.hand;
+    if (hand != nullptr) any = hand->recover() || any;
   }
+  if (any && standing_fault_ == Cause::kNotFinite) standing_fault_ = Cause::kNone;
+}
+
+void HapticLoop::lose_lease(const LeaseLostCommand& lost) noexcept {
+  kept_.ramp.drop_later(kept_.time.tick, publisher_);
+  bool follows = false;
+  for (PlayedTool& tool : scene().tools) {
+    PoseQueue* poses = tool.device.facets.poses;
+    if (poses == nullptr) continue;
+    poses->clear();
+    follows = true;
+  }
+  orders_.lose_lease(lost.ended, follows);
+}
+
+void HapticLoop::play_gesture(std::unique_ptr<GesturePlan> plan, std::uint64_t number) noexcept {
+  HD_ASSERT(plan != nullptr);
+  if (!begin_gesture(*plan, scene())) {
+    channels_.gestures.give_back(std::move(plan));
+    publisher_.tell(CommandRefused{number, Cause::kNone});
+    return;
+  }
+  channels_.gestures.give_back(std::exchange(scene().gesture, std::move(plan)));
+  publisher_.tell(CommandDone{number});
+}
+
+void HapticLoop::take_change(std::unique_ptr<SettingsChange> change,
+                             std::uint64_t number) noexcept {
+  HD_ASSERT(change != nullptr);
+  change->number = number;
+  if (kept_.ramp.take(change, scene())) {
+    publisher_.tell(CommandDone{number});
+    return;
+  }
+  publisher_.retire(std::move(change), true);
+  publisher_.tell(CommandRefused{number, Cause::kNone});
+}
+
+void HapticLoop::begin_scene() noexcept {
+  HD_ASSERT(tool_count() >= 1 && tool_count() <= kMaxTools);
+  kept_.time.tick = 0;
+  kept_.time.period_ns = options_.period_ns;
+  kept_.first_tick = true;
+  snapshot_due_ns_ = kNow;
+  tick_.budget.work = static_cast<std::uint64_t>(scene().work_budget);
+  standing_fault_ = Cause::kNone;
+  output_.tools.clear();
+  output_.events.clear();
+  output_.strings.clear();
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    kept_.tools[k] = ToolLoop{};
+    if (RenderedTool* tick = output_.tools.append()) *tick = RenderedTool{};
+    HapticDevice* device = scene().tools[k].device.device;
+    HD_ASSERT(device != nullptr);
+    ToolScene& tool = scene().play.simulation->scene(k);
+    tool.stiffness_wanted = device->profile().affine;
+    tool.clock = stage_clock();
+    guard_.watch(k, device);
+  }
+  const GesturePlan* gesture = scene().gesture.get();
+  if (gesture != nullptr) static_cast<void>(begin_gesture(*gesture, scene()));
+}
+
+void HapticLoop::swap_scene() noexcept {
+  guard_.forget_devices();
+  kept_.ramp.end(publisher_);
+  const std::uint64_t number = scenes_.swap();
+  const bool latched = kept_.machine.state == LoopState::kFault || kept_.machine.ending;
+  if (options_.virtual_time && !latched) kept_.machine = LoopMachine{};
+  begin_scene();
+  if (number != 0) publisher_.tell(CommandDone{number});
+}
+
+void HapticLoop::replace_scene(std::unique_ptr<PlayedScene> scene) noexcept {
+  scenes_.wait(std::move(scene), 0);
+  swap_scene();
+  give_back_scene();
+}
+
+// The guardian may be writing to the old scene's device at this moment.
+void HapticLoop::give_back_scene() noexcept {
+  if (!scenes_.has_retired() || guard_.busy()) return;
+  channels_.scenes.give_back(scenes_.take_retired());
+  publisher_.tell(SceneSwapped{scene().scene_id});
+}
+
+void HapticLoop::take_scene(std::unique_ptr<PlayedScene> scene, std::uint64_t number) noexcept {
+  scenes_.wait(std::move(scene), number);
+  if (options_.virtual_time) {
+    swap_scene();
+    give_back_scene();
+  }
+}
+
+void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept {
+  guard_.beat(options_.virtual_time ? 0 : now_ns);
+  take_commands();
+  give_back_scene();
+  gather_orders();
+  pass(now_ns, skipped);
 }
 
 // All that comes from outside beside samples, in one place: what is noted here is recorded, and
-// given back by a replay.
+// given back by a replay. A device forgets only when it is told to, and says so a tick or two
+// later; Clear waits for that.
 void HapticLoop::gather_orders() noexcept {
-  const std::uint64_t stalls = stalls_.load(std::memory_order_relaxed);
+  const std::int64_t t_ns = kept_.time.t_ns;
   const std::uint64_t lost = channels_.events.overflow();
-  unsigned orders = std::exchange(asked_, 0U);
-  if (lease_lost_) orders |= kOrderLeaseLost;
-  if (waiting_ != nullptr) orders |= kOrderSceneWaits;
-  if (std::exchange(stalls_seen_, stalls) != stalls) orders |= kOrderStalled;
+  unsigned orders = orders_.gather(t_ns, kept_.machine.state == LoopState::kFault);
+  if (scenes_.waits()) orders |= kOrderSceneWaits;
+  if (guard_.stalled()) orders |= kOrderStalled;
   if (std::exchange(events_overflow_, lost) != lost) orders |= kOrderEventLost;
-  clear_devices();
-  if (clear_until_ns_ > time_.t_ns) orders |= kOrderClear;
-  orders_ = static_cast<std::uint16_t>(orders);
-  for (ToolLoop& tool : tools()) tool.recentre_asked = tool.recentre;
-}
-
-// A device forgets only when it is told to, and says so a tick or two later; Clear waits for that.
-void HapticLoop::clear_devices() noexcept {
-  const bool fault = machine_.state == LoopState::kFault;
-  if (!fault) clear_until_ns_ = kNow;
+  tick_.orders = static_cast<std::uint16_t>(orders);
   for (ToolLoop& tool : tools()) {
     constexpr unsigned kLatched = kDeviceReportsFault | kDeviceWatchdogFired;
-    tool.clear_faults = clear_until_ns_ > time_.t_ns && (tool.sample.flags & kLatched) != 0;
+    tool.clear_faults = orders_.clears(t_ns) && (tool.sample.flags & kLatched) != 0;
+    tool.recentre_asked = tool.recentre;
   }
+}
+
+void HapticLoop::replay_once(const Tick& recorded) noexcept {
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    const ToolTick& from = recorded.tools[k];
+    ToolLoop& tool = kept_.tools[k];
+    tool.recentre = tool.recentre_asked = from.asked.recentre;
+    tool.clutch_open = from.asked.clutch_open;
+    tool.push_asked = from.asked.push;
+    SampleSource* source = scene().tools[k].device.facets.samples;
+    if (source == nullptr) continue;
+    ReplayedSample sample;
+    sample.outcome = from.lost   ? ReadOutcome::kLost
+                     : from.came ? ReadOutcome::kFresh
+                                 : ReadOutcome::kNothing;
+    sample.write_good = !from.write_failed;
+    sample.sample = from.sample;
+    source->put(sample);
+  }
+  tick_.orders = recorded.orders;
+  tick_.budget.work = recorded.budget.work;
+  give_back_scene();
+  pass(recorded.t_ns, recorded.skipped);
+}
+
+bool HapticLoop::replay_change(std::unique_ptr<SettingsChange> change) noexcept {
+  return kept_.ramp.take(change, scene());
+}
+
+void HapticLoop::begin_time(std::int64_t now_ns, std::uint64_t skipped) noexcept {
+  LoopTime& time = kept_.time;
+  time.tick += skipped;
+  const std::int64_t before_ns = time.t_ns;
+  time.t_ns =
+      options_.virtual_time ? static_cast<std::int64_t>(time.tick) * options_.period_ns : now_ns;
+  time.dt_ns = kept_.first_tick ? 0 : time.t_ns - before_ns;
+  time.dt_s = 1e-9 * static_cast<double>(time.dt_ns);
+  kept_.first_tick = false;
+  tick_.skipped = skipped;
+  tick_.times.overruns += skipped;
+  late_ = watch_overrun(skipped > 0, time.t_ns, kept_.overruns);
+  report_late(skipped);
+}
+
+// One line a second says as much as one per tick.
+void HapticLoop::report_late(std::uint64_t skipped) noexcept {
+  const LoopTime& time = kept_.time;
+  late_skipped_ += skipped;
+  if (late_skipped_ == 0 || time.t_ns - late_told_ns_ < kLateWindow_ns) return;
+  channels_.log.push(make_log_record<LogCode::kTickLate>(
+      time.t_ns, time.tick, static_cast<std::int64_t>(late_skipped_) * options_.period_ns,
+      late_skipped_));
+  late_skipped_ = 0;
+  late_told_ns_ = time.t_ns;
+}
+
+void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
+  StageClock* const clock = stage_clock();
+  const std::uint32_t published_ns = clock_.times()[static_cast<std::size_t>(Stage::kPublish)];
+  clock_.start(now_ns);
+  begin_time(now_ns, skipped);
+  tick_.change = kept_.ramp.follow(kept_.time, scene(), publisher_);
+  read_devices();
+  advance_state();
+  lap(clock, Stage::kRead);
+  render();
+  limit_wrenches();
+  lap(clock, Stage::kSafety);
+  write_devices();
+  lap(clock, Stage::kWrite);
+  tick_.times.stages = clock_.times();
+  tick_.times.stages[static_cast<std::size_t>(Stage::kPublish)] = published_ns;
+  tell();
+  ++kept_.time.tick;
+  // The zero wrench of this tick was the last that the old scene's device gets.
+  if (loop_output_.scene_allowed && scenes_.waits()) swap_scene();
+  if (options_.virtual_time) return;
+  clock_.lap(Stage::kPublish);
+  const std::int64_t before_ns = std::exchange(cpu_before_ns_, thread_cpu_ns());
+  const std::int64_t cpu_ns = before_ns == 0 ? 0 : cpu_before_ns_ - before_ns;
+  tick_.times.cpu_ns = static_cast<std::uint32_t>(cpu_ns);
 }
 
 void HapticLoop::read_devices() noexcept {
   bool learned = false;
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    read_tool(scene_->tools[k], time_, options_.guards_armed, tools_[k]);
-    learned = learn_delay(tools_[k].sample, scene_->tools[k]) || learned;
+    PlayedTool& played = scene().tools[k];
+    read_tool(played, kept_.time, options_.guards_armed, kept_.tools[k]);
+    learned = learn_delay(kept_.tools[k].sample, played) || learned;
   }
-  if (learned) apply_settings(*scene_);
+  if (learned) apply_settings(scene());
 }
 
 bool HapticLoop::all_have_poses() const noexcept {
-  return std::all_of(tools_.begin(), tools_.begin() + static_cast<std::ptrdiff_t>(tool_count()),
+  const auto used = tools();
+  return std::all_of(used.begin(), used.end(),
                      [](const ToolLoop& tool) { return tool.guard.has_pose; });
 }
 
 bool HapticLoop::contact_free() const noexcept {
-  return std::all_of(tools_.begin(), tools_.begin() + static_cast<std::ptrdiff_t>(tool_count()),
+  const auto used = tools();
+  return std::all_of(used.begin(), used.end(),
                      [](const ToolLoop& tool) { return tool.contact_free; });
 }
 
-void HapticLoop::blame(Cause cause, std::size_t tool) noexcept {
-  if (cause == Cause::kNone || loop_input_.fault != Cause::kNone) return;
-  loop_input_.fault = cause;
-  blamed_ = tool;
-}
-
 // What a stall makes of the devices, such as a watchdog that fires, is not its cause.
-void HapticLoop::find_faults() noexcept {
-  const bool any_pushes = std::any_of(scene_->tools.begin(), scene_->tools.end(), pushes_a_person);
-  const auto of_the_loop = [&](bool wrong, Cause cause) {
-    if (wrong && latches(cause, any_pushes, options_.guards_armed)) blame(cause, 0);
+HapticLoop::Fault HapticLoop::find_fault() const noexcept {
+  const std::vector<PlayedTool>& played = scenes_.playing().tools;
+  const bool any_pushes = std::any_of(played.begin(), played.end(), pushes_a_person);
+  const auto latching = [&](bool wrong, Cause cause) {
+    return wrong && latches(cause, any_pushes, options_.guards_armed);
   };
-  of_the_loop((orders_ & kOrderStalled) != 0, Cause::kGuardian);
+  if (latching((tick_.orders & kOrderStalled) != 0, Cause::kGuardian)) return {Cause::kGuardian, 0};
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    blame(fault_of(tools_[k], pushes_a_person(scene_->tools[k]), options_.guards_armed), k);
+    const Cause cause = fault_of(kept_.tools[k], pushes_a_person(played[k]), options_.guards_armed);
+    if (cause != Cause::kNone) return {cause, k};
   }
-  of_the_loop((orders_ & kOrderEventLost) != 0, Cause::kEventOverflow);
-  of_the_loop(late_, Cause::kOverrun);
-  standing_fault_ = loop_input_.fault;
+  if (latching((tick_.orders & kOrderEventLost) != 0, Cause::kEventOverflow)) {
+    return {Cause::kEventOverflow, 0};
+  }
+  if (latching(late_, Cause::kOverrun)) return {Cause::kOverrun, 0};
+  return {};
 }
 
 void HapticLoop::advance_state() noexcept {
-  LoopInput& input = loop_input_;
-  input = LoopInput{};
-  const auto has = [this](OrderBit order) { return (orders_ & order) != 0; };
-  input.dt_s = time_.dt_s;
+  LoopInput input;
+  const auto has = [this](OrderBit order) { return (tick_.orders & order) != 0; };
+  input.dt_s = kept_.time.dt_s;
   input.attached = true;
   input.calibrated = true;
   input.engages_itself = true;
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    const ToolLoop& tool = tools_[k];
+    const ToolLoop& tool = kept_.tools[k];
     if (tool.device_lost || (tool.sample.flags & kDeviceAttached) == 0) input.attached = false;
     if ((tool.sample.flags & kDeviceCalibrated) == 0) input.calibrated = false;
-    if (can_push_a_person(scene_->tools[k].device.device->profile().driver)) {
-      input.engages_itself = false;
-    }
+    if (pushes_a_person(scene().tools[k])) input.engages_itself = false;
     if ((tool.sample.flags & kDeviceDeadManOpen) != 0) input.block = Cause::kDeadMan;
   }
   input.contact_free = contact_free();
@@ -214,153 +397,100 @@ void HapticLoop::advance_state() noexcept {
   input.stop = has(kOrderStop);
   input.clear = has(kOrderClear);
   input.end = has(kOrderEnd);
-  find_faults();
-  const LoopState before = machine_.state;
-  loop_output_ = advance(input, machine_);
-  if (machine_.state != before) {
+  const Fault fault = find_fault();
+  input.fault = standing_fault_ = fault.cause;
+  const LoopState before = kept_.machine.state;
+  const LoopTime& time = kept_.time;
+  loop_output_ = advance(input, kept_.machine);
+  tick_.state = loop_output_.state;
+  tick_.cause = loop_output_.cause;
+  if (tick_.state != before) {
     channels_.log.push(make_log_record<LogCode::kLoopStateChanged>(
-        time_.t_ns, static_cast<int>(before), static_cast<int>(machine_.state)));
+        time.t_ns, static_cast<int>(before), static_cast<int>(tick_.state)));
   }
   for (ToolLoop& tool : tools()) {
-    if (follow_push(tool.push_asked, machine_.state, time_.dt_s, tool.push)) tool.safety.port = {};
+    if (follow_push(tool.push_asked, tick_.state, time.dt_s, tool.push)) tool.safety.port = {};
   }
   if (loop_output_.latched || loop_output_.cleared) {
-    tell(FaultNotice{loop_output_.cause, loop_output_.latched}, blamed_);
+    publisher_.tell(FaultNotice{tick_.cause, loop_output_.latched}, fault.tool);
   }
   if (loop_output_.latched) {
     channels_.log.push(make_log_record<LogCode::kFaultLatched>(
-        time_.t_ns, static_cast<int>(loop_output_.cause), time_.tick));
+        time.t_ns, static_cast<int>(tick_.cause), time.tick));
   }
-  blamed_ = 0;
 }
 
 // What cannot be used is not computed with: the last good pose again, at its own time, lets the
 // simulation stand still.
 void HapticLoop::render() noexcept {
-  for (ToolLoop& tool : tools()) {
-    tool.F_H_D = Wrench{};
-    tool.wanted = DeviceSpring{};
-  }
   if (!all_have_poses()) {
     // Of a pose that was forgotten nothing is told any more.
     for (RenderedTool& tool : output_.tools) tool = RenderedTool{};
     output_.strings.clear();
+    for (ToolLoop& tool : tools()) {
+      tool.F_H_D = Wrench{};
+      tool.wanted = DeviceSpring{};
+    }
     return;
   }
   TickInput input;
-  input.work_budget = work_budget_;
+  input.work_budget = static_cast<std::int64_t>(tick_.budget.work);
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    const Pose& X_WH = tools_[k].placed.X_WH;
-    input.hands[k] = {tools_[k].judged.t_ns, to_array(X_WH.p), to_array(X_WH.q)};
+    const Pose& X_WH = kept_.tools[k].placed.X_WH;
+    input.hands[k] = {kept_.tools[k].judged.t_ns, to_array(X_WH.p), to_array(X_WH.q)};
   }
-  Simulation& simulation = *scene_->play.simulation;
-  simulation.step(input, output_);
+  scene().play.simulation->step(input, output_);
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    ToolLoop& tool = tools_[k];
-    const PlayedTool& played = scene_->tools[k];
-    if (options_.contacts_reported) simulation.report_contacts(k, tool.contacts);
-    const double gain = played.force_gain * tool.placed.wrench_share;
-    const Wrench& F_H_W = output_.tools[k].F_H_W;
-    tool.contact_free = is_contact_free(output_.tools[k]);
-    tool.F_H_D =
-        with_push(tool.push, to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain}));
-    const bool wanted = simulation.scene(k).stiffness_wanted && tool.push.axis == 0;
-    if (wanted) tool.wanted = spring_at_device(played.map, output_.tools[k].stiffness, gain);
+    take_rendered(scene().tools[k], output_.tools[k], kept_.tools[k]);
   }
 }
 
 void HapticLoop::limit_wrenches() noexcept {
-  const bool force =
-      machine_.state == LoopState::kEngaged || machine_.state == LoopState::kReleasing;
-  const Simulation& simulation = *scene_->play.simulation;
+  const Simulation& simulation = *scene().play.simulation;
   bool enabled = false;
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    limit_tool(scene_->tools[k], time_, simulation.tank_energy(k), loop_output_.gain, force,
-               tools_[k]);
-    enabled = enabled || tools_[k].written.enable;
+    ToolLoop& tool = kept_.tools[k];
+    limit_tool(scene().tools[k], kept_.time, loop_output_, simulation.tank_energy(k), tool);
+    enabled = enabled || tool.written.enable;
   }
-  force_on_.store(enabled && !options_.virtual_time, std::memory_order_relaxed);
+  guard_.arm(enabled && !options_.virtual_time);
 }
 
 void HapticLoop::write_devices() noexcept {
-  for (std::size_t k = 0; k < tool_count(); ++k) write_tool(scene_->tools[k], time_, tools_[k]);
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    write_tool(scene().tools[k], kept_.time, kept_.tools[k]);
+  }
 }
 
-// One line a second says as much as one per tick.
-void HapticLoop::report_late(std::uint64_t skipped) noexcept {
-  late_skipped_ += skipped;
-  if (late_skipped_ == 0 || time_.t_ns - late_told_ns_ < kLateWindow_ns) return;
-  channels_.log.push(make_log_record<LogCode::kTickLate>(
-      time_.t_ns, time_.tick, static_cast<std::int64_t>(late_skipped_) * options_.period_ns,
-      late_skipped_));
-  late_skipped_ = 0;
-  late_told_ns_ = time_.t_ns;
-}
-
-void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept {
-  heartbeat_ns_.store(options_.virtual_time ? 0 : now_ns, std::memory_order_relaxed);
-  take_commands();
-  give_back_scene();
-  gather_orders();
-  pass(now_ns, skipped);
-}
-
-void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
-  const std::int64_t began_ns = options_.virtual_time ? 0 : now_ns;
-  skipped_ = skipped;
-  time_.tick += skipped;
-  const std::int64_t before_ns = time_.t_ns;
-  time_.t_ns =
-      options_.virtual_time ? static_cast<std::int64_t>(time_.tick) * options_.period_ns : now_ns;
-  time_.dt_ns = first_tick_ ? 0 : time_.t_ns - before_ns;
-  time_.dt_s = 1e-9 * static_cast<double>(time_.dt_ns);
-  first_tick_ = false;
-  times_.overruns += skipped;
-  late_ = watch_overrun(skipped > 0, time_.t_ns, overrun_watch_);
-  report_late(skipped);
-
-  follow_changes();
-  const auto clock = [&] { return options_.virtual_time ? 0 : monotonic_now_ns(); };
-  read_devices();
-  const std::int64_t read_ns = clock();
-  advance_state();
-  render();
-  const std::int64_t rendered_ns = clock();
-  limit_wrenches();
-  const std::int64_t limited_ns = clock();
-  write_devices();
-  const std::int64_t written_ns = clock();
-  times_.read_ns = span_ns(began_ns, read_ns);
-  times_.simulate_ns = span_ns(read_ns, rendered_ns);
-  times_.limit_ns = span_ns(rendered_ns, limited_ns);
-  times_.write_ns = span_ns(limited_ns, written_ns);
-  report_events();
-  publish_tick();
+void HapticLoop::tell() noexcept {
+  if (all_have_poses()) {
+    publisher_.tell_strings(output_.events);
+    if (options_.contacts_reported) publisher_.tell_touches(output_, tools());
+  }
+  publisher_.publish(output_, tools(), tick_);
+  tick_.first = false;
   publish_snapshot();
   for (ToolLoop& tool : tools()) tool.push_asked = 0;
-  ever_ticked_ = true;
-  ++time_.tick;
-  // The zero wrench of this tick was the last that the old scene's device gets.
-  if (loop_output_.scene_allowed && waiting_ != nullptr) swap_scene();
-  if (options_.virtual_time) return;
-  times_.publish_ns = span_ns(written_ns, clock());
-  const std::int64_t cpu_ns = thread_cpu_ns();
-  times_.cpu_ns = cpu_before_ns_ == 0 ? 0 : span_ns(cpu_before_ns_, cpu_ns);
-  cpu_before_ns_ = cpu_ns;
 }
 
-void HapticLoop::guard(std::int64_t now_ns) noexcept {
-  const bool armed = force_on_.load(std::memory_order_relaxed);
-  if (!must_write_zero(heartbeat_ns_.load(std::memory_order_relaxed), now_ns, armed, guardian_)) {
-    return;
-  }
-  guarding_.store(true, std::memory_order_seq_cst);
-  for (auto& guarded : guarded_) {
-    HapticDevice* device = guarded.load(std::memory_order_seq_cst);
-    if (device != nullptr) device->write_zero(now_ns);
-  }
-  guarding_.store(false, std::memory_order_seq_cst);
-  stalls_.fetch_add(1, std::memory_order_relaxed);
+// After the tick, but before its number grows: the snapshot is of what the next tick starts from.
+void HapticLoop::publish_snapshot() noexcept {
+  if (!options_.snapshots || kept_.time.t_ns < snapshot_due_ns_) return;
+  Snapshot* snapshot = channels_.snapshots.writable();
+  if (snapshot == nullptr) return;
+  snapshot_due_ns_ = kept_.time.t_ns + kSnapshotEvery_ns;
+  if (!fill_snapshot(*snapshot)) return;
+  ++snapshot->next_tick;
+  channels_.snapshots.publish();
+}
+
+bool HapticLoop::fill_snapshot(Snapshot& snapshot) const noexcept {
+  return hapticd::fill_snapshot(kept_, scenes_.playing(), snapshot);
+}
+
+bool HapticLoop::restore(const Snapshot& snapshot) {
+  tick_.first = false;
+  return hapticd::restore(snapshot, scene(), kept_);
 }
 
 }  // namespace hapticd

@@ -1,11 +1,12 @@
-// All that the loop keeps from tick to tick, written down and taken back, and the ticks of a
-// replay. See haptic_loop.h. RT: yes, but for restore().
+// See loop_snapshot.h.
+#include "server/haptic_loop/loop_snapshot.h"
+
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "core/safety/safety_fields.h"
 #include "core/simulation/simulation_fields.h"
-#include "server/haptic_loop/haptic_loop.h"
 
 namespace hapticd {
 
@@ -21,9 +22,6 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 }
 
 namespace {
-
-/// Time between two snapshots, ns. Longer: a replay of the last minute begins later in it.
-constexpr std::int64_t kSnapshotEvery_ns = 1'000'000'000;
 
 /// Awake strings, as the block of the simulation has them.
 using AwakeStrings = FixedVector<std::int32_t, kMaxStrings>;
@@ -109,168 +107,123 @@ bool names_parts(const StringSegments& view) {
   return true;
 }
 
+/// Of a tool or string, as blocks have it.
+std::uint32_t number(std::size_t k) noexcept { return static_cast<std::uint32_t>(k); }
+
+void restore_tool(std::size_t k, PlayedScene& scene, ToolLoop& tool, SnapshotReader& read) {
+  ToolPlay& play = scene.play.tools[k];
+  double& delay_s = scene.tools[k].stiffness_limits.delay_s;
+  read.take(StateKind::kTool, number(k), play.state, play.X_WH, play.view);
+  read.take(StateKind::kToolLoop, number(k), tool.sample, tool.guard, tool.safety, tool.workspace,
+            tool.touches, tool.write_failed, tool.wrench_not_finite, tool.contact_free, delay_s);
+  read.require(usable(tool.guard) && usable(tool.workspace));
+  const bool pushes = read.find(StateKind::kPush, number(k)) != nullptr;
+  if (pushes) read.take(StateKind::kPush, number(k), tool.push);
+  read.require(tool.push.t_s >= 0.0);
+  read.require(delay_s >= 0.0 && delay_s <= kMaxDelay_s);
+  read.require(fits_scene(play.state, play.scene) && names_parts(play.view));
+  read.require(names_things(tool.touches, scene.scene->description(), k, play.scene));
+}
+
+void restore_strings(PlayedScene& scene, SnapshotReader& read) {
+  OwnedSimulation& own = scene.play;
+  for (std::size_t s = 0; s < own.tracks.size() && read.good(); ++s) {
+    WholeString<PlayedString, std::vector<ToolStringState>> whole{
+        own.tracks[s], own.visits, own.tracks.size(), s, scene.tools.size()};
+    if (own.modes.empty()) {
+      read.take(StateKind::kString, number(s), whole);
+    } else {
+      read.take(StateKind::kString, number(s), whole, own.modes[s]);
+    }
+    const std::int32_t player = own.tracks[s].player;
+    read.require(player >= 0 && static_cast<std::size_t>(player) < scene.tools.size());
+  }
+}
+
 }  // namespace
 
-bool HapticLoop::fill_snapshot(Snapshot& snapshot) const noexcept {
-  const PlayedScene& scene = *scene_;
-  snapshot.next_tick = time_.tick;
+bool fill_snapshot(const LoopMemory& loop, const PlayedScene& scene, Snapshot& snapshot) noexcept {
+  snapshot.next_tick = loop.time.tick;
   snapshot.scene_id = scene.scene_id;
-  snapshot.loop_state = machine_.state;
-  const auto tool_number = [](std::size_t k) { return static_cast<std::uint32_t>(k); };
+  snapshot.loop_state = loop.machine.state;
   SnapshotWriter write(snapshot);
-  const bool ramps = change_ != nullptr;
-  write.add(StateKind::kLoop, 0, time_.t_ns, first_tick_, machine_, overrun_watch_, ramps,
-            change_share_);
-  for (std::size_t k = 0; k < tool_count(); ++k) {
+  const SettingsChange* const change = loop.ramp.change();
+  const bool ramps = change != nullptr;
+  write.add(StateKind::kLoop, 0, loop.time.t_ns, loop.first_tick, loop.machine, loop.overruns,
+            ramps, loop.ramp.share());
+  for (std::size_t k = 0; k < scene.tools.size(); ++k) {
     snapshot.tool_ids[k] = scene.tools[k].tool_id;
-    write.add(StateKind::kSettings, tool_number(k), SettingsView{scene.settings, k});
+    write.add(StateKind::kSettings, number(k), SettingsView{scene.settings, k});
     if (!ramps) continue;
-    write.add(StateKind::kRampFrom, tool_number(k), SettingsView{change_->from, k});
-    write.add(StateKind::kRampTo, tool_number(k), SettingsView{change_->to, k});
+    write.add(StateKind::kRampFrom, number(k), SettingsView{change->from, k});
+    write.add(StateKind::kRampTo, number(k), SettingsView{change->to, k});
   }
   const Simulation& simulation = *scene.play.simulation;
   AwakeStrings awake;
   for (const std::int32_t string : simulation.awake_strings()) awake.push_back(string);
   write.add(StateKind::kSimulation, 0, awake, simulation.holders());
   // Of all tools or of none: blocks are numbered by their order.
-  const bool pushes = std::any_of(tools_.begin(), tools_.begin() + tool_number(tool_count()),
-                                  [](const ToolLoop& tool) { return tool.push.axis != 0; });
-  for (std::size_t k = 0; k < tool_count(); ++k) {
+  const bool pushes =
+      std::any_of(loop.tools.begin(), loop.tools.begin() + number(scene.tools.size()),
+                  [](const ToolLoop& tool) { return tool.push.axis != 0; });
+  for (std::size_t k = 0; k < scene.tools.size(); ++k) {
     const ToolPlay& play = scene.play.tools[k];
-    const ToolLoop& tool = tools_[k];
-    write.add(StateKind::kTool, tool_number(k), play.state, play.X_WH, play.view);
-    write.add(StateKind::kToolLoop, tool_number(k), tool.sample, tool.guard, tool.safety,
-              tool.workspace, tool.touches, tool.write_failed, tool.wrench_not_finite,
-              tool.contact_free, scene.tools[k].stiffness_limits.delay_s);
-    if (pushes) write.add(StateKind::kPush, tool_number(k), tool.push);
+    const ToolLoop& tool = loop.tools[k];
+    write.add(StateKind::kTool, number(k), play.state, play.X_WH, play.view);
+    write.add(StateKind::kToolLoop, number(k), tool.sample, tool.guard, tool.safety, tool.workspace,
+              tool.touches, tool.write_failed, tool.wrench_not_finite, tool.contact_free,
+              scene.tools[k].stiffness_limits.delay_s);
+    if (pushes) write.add(StateKind::kPush, number(k), tool.push);
   }
   const OwnedSimulation& own = scene.play;
   for (std::size_t s = 0; s < own.tracks.size(); ++s) {
     const WholeString<const PlayedString, const std::vector<ToolStringState>> whole{
-        own.tracks[s], own.visits, own.tracks.size(), s, tool_count()};
+        own.tracks[s], own.visits, own.tracks.size(), s, scene.tools.size()};
     if (own.modes.empty()) {
-      write.add(StateKind::kString, tool_number(s), whole);
+      write.add(StateKind::kString, number(s), whole);
     } else {
-      write.add(StateKind::kString, tool_number(s), whole, own.modes[s]);
+      write.add(StateKind::kString, number(s), whole, own.modes[s]);
     }
   }
   return write.good();
 }
 
-bool HapticLoop::restore(const Snapshot& snapshot) {
-  PlayedScene& scene = *scene_;
-  const auto tool_number = [](std::size_t k) { return static_cast<std::uint32_t>(k); };
+bool restore(const Snapshot& snapshot, PlayedScene& scene, LoopMemory& loop) {
   SnapshotReader read(snapshot);
   read.require(snapshot.scene_id == scene.scene_id);
   bool ramps = false;
-  read.take(StateKind::kLoop, 0, time_.t_ns, first_tick_, machine_, overrun_watch_, ramps,
-            change_share_);
-  time_.tick = snapshot.next_tick;
-  ever_ticked_ = true;
-  change_ =
+  double share = 0.0;
+  read.take(StateKind::kLoop, 0, loop.time.t_ns, loop.first_tick, loop.machine, loop.overruns,
+            ramps, share);
+  loop.time.tick = snapshot.next_tick;
+  auto change =
       ramps ? std::make_unique<SettingsChange>(SettingsChange{0, 0, scene.settings, scene.settings})
             : nullptr;
-  for (std::size_t k = 0; k < tool_count(); ++k) {
+  for (std::size_t k = 0; k < scene.tools.size(); ++k) {
     SettingsPlace now{scene.settings, k};
-    read.take(StateKind::kSettings, tool_number(k), now);
+    read.take(StateKind::kSettings, number(k), now);
     if (!ramps) continue;
-    SettingsPlace from{change_->from, k};
-    read.take(StateKind::kRampFrom, tool_number(k), from);
-    SettingsPlace to{change_->to, k};
-    read.take(StateKind::kRampTo, tool_number(k), to);
+    SettingsPlace from{change->from, k};
+    read.take(StateKind::kRampFrom, number(k), from);
+    SettingsPlace to{change->to, k};
+    read.take(StateKind::kRampTo, number(k), to);
   }
   read.require(usable(scene.settings));
   if (ramps) {
-    read.require(usable(change_->from) && usable(change_->to) && change_share_ >= 0.0 &&
-                 change_share_ <= 1.0);
+    read.require(usable(change->from) && usable(change->to) && share >= 0.0 && share <= 1.0);
   }
   AwakeStrings awake;
   StringSharing holders;
   read.take(StateKind::kSimulation, 0, awake, holders);
   read.require(scene.play.simulation->set_awake({awake.begin(), awake.size()}));
-  read.require(names_holders(holders, scene.play.tracks.size(), tool_count()));
+  read.require(names_holders(holders, scene.play.tracks.size(), scene.tools.size()));
   if (read.good()) scene.play.simulation->set_holders(holders);
-  for (std::size_t k = 0; k < tool_count(); ++k) restore_tool(k, read);
+  for (std::size_t k = 0; k < scene.tools.size(); ++k) restore_tool(k, scene, loop.tools[k], read);
+  loop.ramp.resume(std::move(change), share);
   if (!read.good()) return false;
   apply_settings(scene);
-  restore_strings(read);
+  restore_strings(scene, read);
   return read.good();
-}
-
-void HapticLoop::restore_tool(std::size_t k, SnapshotReader& read) {
-  ToolPlay& play = scene_->play.tools[k];
-  ToolLoop& tool = tools_[k];
-  double& delay_s = scene_->tools[k].stiffness_limits.delay_s;
-  read.take(StateKind::kTool, static_cast<std::uint32_t>(k), play.state, play.X_WH, play.view);
-  read.take(StateKind::kToolLoop, static_cast<std::uint32_t>(k), tool.sample, tool.guard,
-            tool.safety, tool.workspace, tool.touches, tool.write_failed, tool.wrench_not_finite,
-            tool.contact_free, delay_s);
-  read.require(usable(tool.guard) && usable(tool.workspace));
-  const bool pushes = read.find(StateKind::kPush, static_cast<std::uint32_t>(k)) != nullptr;
-  if (pushes) read.take(StateKind::kPush, static_cast<std::uint32_t>(k), tool.push);
-  read.require(tool.push.t_s >= 0.0);
-  read.require(delay_s >= 0.0 && delay_s <= kMaxDelay_s);
-  read.require(fits_scene(play.state, play.scene) && names_parts(play.view));
-  read.require(names_things(tool.touches, scene_->scene->description(), k, play.scene));
-}
-
-void HapticLoop::restore_strings(SnapshotReader& read) {
-  OwnedSimulation& own = scene_->play;
-  for (std::size_t s = 0; s < own.tracks.size() && read.good(); ++s) {
-    WholeString<PlayedString, std::vector<ToolStringState>> whole{
-        own.tracks[s], own.visits, own.tracks.size(), s, tool_count()};
-    if (own.modes.empty()) {
-      read.take(StateKind::kString, static_cast<std::uint32_t>(s), whole);
-    } else {
-      read.take(StateKind::kString, static_cast<std::uint32_t>(s), whole, own.modes[s]);
-    }
-    const std::int32_t player = own.tracks[s].player;
-    read.require(player >= 0 && static_cast<std::size_t>(player) < tool_count());
-  }
-}
-
-// After the tick, but before its number grows: the snapshot is of what the next tick starts from.
-void HapticLoop::publish_snapshot() noexcept {
-  if (!options_.snapshots || time_.t_ns < snapshot_due_ns_) return;
-  Snapshot* snapshot = channels_.snapshots.writable();
-  if (snapshot == nullptr) return;
-  snapshot_due_ns_ = time_.t_ns + kSnapshotEvery_ns;
-  if (!fill_snapshot(*snapshot)) return;
-  ++snapshot->next_tick;
-  channels_.snapshots.publish();
-}
-
-void HapticLoop::replay_once(const Tick& recorded) noexcept {
-  for (std::size_t k = 0; k < tool_count(); ++k) {
-    const ToolTick& from = recorded.tools[k];
-    ToolLoop& tool = tools_[k];
-    tool.recentre = tool.recentre_asked = from.asked.recentre;
-    tool.clutch_open = from.asked.clutch_open;
-    tool.push_asked = from.asked.push;
-    SampleSource* source = scene_->tools[k].device.facets.samples;
-    if (source == nullptr) continue;
-    ReplayedSample sample;
-    sample.outcome = from.lost   ? ReadOutcome::kLost
-                     : from.came ? ReadOutcome::kFresh
-                                 : ReadOutcome::kNothing;
-    sample.write_good = !from.write_failed;
-    sample.sample = from.sample;
-    source->put(sample);
-  }
-  orders_ = recorded.orders;
-  work_budget_ = static_cast<std::int64_t>(recorded.budget.work);
-  give_back_scene();
-  pass(recorded.t_ns, recorded.skipped);
-}
-
-bool HapticLoop::replay_change(std::unique_ptr<SettingsChange> change) noexcept {
-  if (change->to.pieces.size() != scene_->settings.pieces.size() ||
-      change->to.tools.size() != scene_->settings.tools.size() ||
-      waiting_changes_ == changes_.size()) {
-    return false;
-  }
-  changes_[waiting_changes_++] = std::move(change);
-  return true;
 }
 
 }  // namespace hapticd

@@ -1,5 +1,5 @@
 // Everything the loop keeps between two ticks, as plain numbers on their way from the haptic thread
-// to the telemetry thread, block by block: it becomes a v1::Snapshot, and a replay starts from it.
+// to the recorder's thread, block by block: it becomes a v1::Snapshot, and a replay starts from it.
 // Filled in place once a second (loop_snapshot.cpp). RT: yes, plain data; 6 MB, of which a scene
 // uses what its strings need.
 #pragma once

@@ -69,14 +69,28 @@ DeviceSpring spring_at_device(const WorkspaceMap& map, const ContactStiffness& s
           {Kr_D(0, 0), Kr_D(1, 1), Kr_D(2, 2)}};
 }
 
-void limit_tool(const PlayedTool& played, const LoopTime& time, double budget, double gain,
-                bool force, ToolLoop& tool) noexcept {
+void take_rendered(const PlayedTool& played, const RenderedTool& rendered,
+                   ToolLoop& tool) noexcept {
+  const Wrench& computed = rendered.F_computed_H_W;
+  tool.contact_free = rendered.optimiser.active_count == 0 &&
+                      rendered.optimiser.status != ContactStatus::kRecovering &&
+                      computed.f.isZero(0.0) && computed.t.isZero(0.0);
+  const double gain = played.force_gain * tool.placed.wrench_share;
+  const Wrench& F_H_W = rendered.F_H_W;
+  tool.F_H_D = with_push(tool.push, to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain}));
+  const bool wanted = played.device.device->profile().affine && tool.push.axis == 0;
+  tool.wanted = wanted ? spring_at_device(played.map, rendered.stiffness, gain) : DeviceSpring{};
+}
+
+void limit_tool(const PlayedTool& played, const LoopTime& time, const LoopOutput& loop,
+                double budget, ToolLoop& tool) noexcept {
   SafetyInput input;
   input.now_ns = time.t_ns;
   input.dt_s = time.dt_s;
   input.hold_s = 1e-9 * static_cast<double>(time.period_ns);
+  const bool force = loop.state == LoopState::kEngaged || loop.state == LoopState::kReleasing;
   input.enable = tool.judged.usable && force;
-  input.gain = gain;
+  input.gain = loop.gain;
   input.F_H_D = tool.F_H_D;
   input.V_DH_D = tool.judged.V_DH_D;
   input.displacement_D = tool.judged.displacement_D;
@@ -88,7 +102,7 @@ void limit_tool(const PlayedTool& played, const LoopTime& time, double budget, d
   if (!profile.affine) return;
   // A command holds until the next but one, should that be lost.
   const double horizon_s = played.stiffness_limits.delay_s + 2.0 * input.hold_s;
-  tool.spring = grant_spring(tool.wanted, {tool.written, gain, input.V_DH_D, horizon_s,
+  tool.spring = grant_spring(tool.wanted, {tool.written, loop.gain, input.V_DH_D, horizon_s,
                                            played.limits.peak, profile.stiffness_max});
 }
 

@@ -70,10 +70,15 @@ HD_REALTIME bool learn_delay(const DeviceSample& sample, PlayedTool& played) noe
                                                         const ContactStiffness& stiffness,
                                                         double gain) noexcept;
 
-/// Passes tool.F_H_D through the safety stage, faded by `gain`, and grants tool.wanted; zero unless
-/// `force`. `budget`: what strings may still give to the hand, J.
-HD_REALTIME void limit_tool(const PlayedTool& played, const LoopTime& time, double budget,
-                            double gain, bool force, ToolLoop& tool) noexcept;
+/// Brings what was rendered to the device: tool.F_H_D, with what is pushed instead, and
+/// tool.wanted.
+HD_REALTIME void take_rendered(const PlayedTool& played, const RenderedTool& rendered,
+                               ToolLoop& tool) noexcept;
+
+/// Passes tool.F_H_D through the safety stage, faded as `loop` says, and grants tool.wanted; zero
+/// where the state bears no force. `budget`: what strings may still give to the hand, J.
+HD_REALTIME void limit_tool(const PlayedTool& played, const LoopTime& time, const LoopOutput& loop,
+                            double budget, ToolLoop& tool) noexcept;
 
 /// Writes what the safety stage has passed.
 HD_REALTIME void write_tool(PlayedTool& played, const LoopTime& time, ToolLoop& tool) noexcept;

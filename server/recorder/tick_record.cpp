@@ -160,12 +160,12 @@ void to_record(const Tick& tick, v1::TickRecord& record) {
 }
 
 void add_shown(const Tick& tick, const SceneIndex& index, v1::TickRecord& record) {
-  constexpr StateRequest kShown{1U << v1::SECTION_STRINGS | 1U << v1::SECTION_CONTACTS |
-                                    1U << v1::SECTION_ENERGY | 1U << v1::SECTION_QUALITY |
-                                    1U << v1::SECTION_STIFFNESS | 1U << v1::SECTION_GESTURES,
-                                kShownContacts};
+  std::uint32_t sections = 1U << v1::SECTION_STRINGS | 1U << v1::SECTION_CONTACTS |
+                           1U << v1::SECTION_ENERGY | 1U << v1::SECTION_QUALITY |
+                           1U << v1::SECTION_STIFFNESS | 1U << v1::SECTION_GESTURES;
+  if (tick.times.stages != StageTimes{}) sections |= 1U << v1::SECTION_STAGES;
   v1::State& shown = *record.mutable_shown();
-  encode_state(tick, index, kShown, shown);
+  encode_state(tick, index, {sections, kShownContacts}, shown);
   // These stand in the record itself.
   shown.clear_tick();
   shown.clear_t_ns();

@@ -16,7 +16,7 @@ inline constexpr std::uint32_t kShownContacts = 64;
 void to_record(const Tick& tick, v1::TickRecord& record);
 
 /// Adds what clients were shown of the tick beside tools and devices: strings, contacts, energy,
-/// quality, stiffness and gestures (TickRecord.shown).
+/// quality, stiffness, gestures and, on a real clock, the times of its stages (TickRecord.shown).
 void add_shown(const Tick& tick, const SceneIndex& index, v1::TickRecord& record);
 
 /// What to_record() told. False when `record` cannot be a tick of ours: more tools than there may

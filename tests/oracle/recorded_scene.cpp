@@ -130,7 +130,7 @@ void RecordedScene::learn_delays(const Tick& tick) {
   if (learned) apply_settings(*played_);
 }
 
-// In the order of the loop: HapticLoop::follow_changes, read_devices.
+// In the order of the loop: SettingsRamp::follow, HapticLoop::read_devices.
 void RecordedScene::begin_tick(const Tick& tick) {
   if (tick.tools.size() != played_->tools.size()) {
     fail("tick " + std::to_string(tick.tick) +

@@ -85,6 +85,20 @@ TEST_CASE("a State has the sections that were asked for and no others") {
   CHECK(encoded(1U << v1::SECTION_TOOLS).devices_size() == 0);
 }
 
+TEST_CASE("the stages of a State are those of the tick, and the simulation as a whole") {
+  const auto tick = small_tick();
+  tick->times.stages = {1, 20, 300, 4000, 5, 6, 7};
+  v1::State state;
+  encode_state(*tick, small_index(), {1U << v1::SECTION_STAGES, 256}, state);
+  std::uint32_t sum_ns = 0;
+  for (const v1::StageTiming& stage : state.timing().stages()) {
+    if (stage.stage() == v1::STAGE_STRINGS) CHECK(stage.last_ns() == 4000);
+    if (stage.stage() == v1::STAGE_SIMULATION) CHECK(stage.last_ns() == 4320);
+    sum_ns += stage.last_ns();
+  }
+  CHECK(sum_ns == 4339 + 4320);
+}
+
 TEST_CASE("a State that is filled and written once more leaves the heap alone") {
   const auto tick = small_tick();
   const SceneIndex index = small_index();

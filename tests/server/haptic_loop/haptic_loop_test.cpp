@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -229,6 +230,21 @@ TEST_CASE(
     CHECK(after.state == (armed ? LoopState::kFault : LoopState::kEngaged));
     if (armed) CHECK(after.cause == Cause::kDeviceWatchdog);
     CHECK((after.tools[0].sample.flags & kDeviceWatchdogFired) == 0);
+  }
+}
+
+TEST_CASE("each stage of a tick has its time under the real clock, and none in virtual time") {
+  for (const bool real_time : {false, true}) {
+    CAPTURE(real_time);
+    LoopSetting setting;
+    setting.real_time = real_time;
+    LoopRun run(kWallScene, setting);
+    run.engage(kHome);
+    const StageTimes stages = run.tick(pressed(0.004)).tick.times.stages;
+    const bool any = stages != StageTimes{};
+    const bool all = std::all_of(stages.begin(), stages.end(), [](auto ns) { return ns > 0; });
+    CHECK(any == real_time);
+    CHECK(all == real_time);
   }
 }
 

@@ -71,6 +71,19 @@ TEST_CASE("a recorded tick comes back with every bit, NaN payloads and -0 includ
   }
 }
 
+TEST_CASE(
+    "a recording shows the times of the stages, but for those of virtual time, which has none") {
+  const auto tick = std::make_unique<Tick>();
+  v1::TickRecord record;
+  add_shown(*tick, {}, record);
+  CHECK_FALSE(record.shown().has_timing());
+  tick->times.stages[static_cast<std::size_t>(Stage::kCollision)] = 1234;
+  add_shown(*tick, {}, record);
+  REQUIRE(record.shown().timing().stages_size() > 1);
+  CHECK(record.shown().timing().stages(1).stage() == v1::STAGE_COLLISION);
+  CHECK(record.shown().timing().stages(1).last_ns() == 1234);
+}
+
 TEST_CASE("a record that is no tick of ours is refused") {
   SplitMix64 random(92);
   v1::TickRecord good;

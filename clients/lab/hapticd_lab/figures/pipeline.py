@@ -15,19 +15,23 @@ from hapticd_lab.player import Daemon
 SECONDS = 6
 SETTLING_S = 1.0
 """Of the beginning, left out: force comes on, memory is touched for the first time."""
-STAGES = ("READ", "SIMULATION", "SAFETY", "WRITE", "PUBLISH")
-"""Those that the daemon measures, in the order of a tick."""
+STAGES = ("READ", "COLLISION", "SOLVER", "STRINGS", "SAFETY", "WRITE", "PUBLISH")
+"""Those that the daemon measures, in the order of a tick; collision and solver take turns."""
 STAGE_TEXT = {
     "READ": "read the device, map its pose to the scene (q_h)",
-    "SIMULATION": "collision search on both branches, configuration optimisation (q_g), force and torque, strings' response",
+    "COLLISION": "collision search on both branches: pairs near the tool",
+    "SOLVER": "configuration optimisation (q_g), force and torque",
+    "STRINGS": "strings' response, touches and releases",
     "SAFETY": "limits of growth and size, passivity",
     "WRITE": "write the wrench to the device",
     "PUBLISH": "events, State, record",
 }
-STAGE_COLORS = dict(zip(STAGES, ("#56b4e9", "#e69f00", "#cc79a7", "#009e73", "#999999")))
+STAGE_COLORS = dict(zip(STAGES, ("#56b4e9", "#d55e00", "#e69f00", "#f0e442", "#cc79a7", "#009e73", "#999999")))
 IN_PAPER = {
     "READ": "configuration of the haptic tool",
-    "SIMULATION": "collision detection (two branches), optimisation, force model, response of the string",
+    "COLLISION": "collision detection (two branches)",
+    "SOLVER": "optimisation, force model",
+    "STRINGS": "response of the string",
     "SAFETY": "not in the paper",
     "WRITE": "feedback force and torque",
     "PUBLISH": "graphic display, sound: here in other processes",
@@ -150,10 +154,7 @@ def make(lab: Any, figure: Figure) -> None:
             NUMBER,
         ),
     ]
-    figure.notes.append(
-        "Collision search, optimisation and strings are one stage of the measurement: no clock is read inside the simulation, so that the same input "
-        "gives the same bits. How often each of them runs is counted instead, in the second table."
-    )
+    figure.notes.append("Collision is searched anew where a step leaves what was looked at: the second table says how often. Nothing is computed from times.")
 
 
 SPECS = [

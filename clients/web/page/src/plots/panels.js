@@ -99,7 +99,7 @@ export class Panels {
     if (tool) this.#say('margin', `${(tool.minimum_gap_m * 1e6).toFixed(0)} µm`);
     if (state.energy) this.#say('energy', `${(state.energy.strings_j * 1e3).toFixed(2)} mJ in strings`);
     const timing = state.timing;
-    if (timing) {
+    if (timing?.p50_ns) { // percentiles are not recorded
       const us = (ns) => (ns / 1000).toFixed(0);
       this.#say('ticks', `p50 ${us(timing.p50_ns)} · p99 ${us(timing.p99_ns)} · late ${timing.overruns}`);
     }
