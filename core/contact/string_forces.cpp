@@ -51,8 +51,7 @@ double part_compliance(const Configuration& at, TreeSphereId sphere) noexcept {
 bool has_no_room(const Configuration& at, std::int32_t string) noexcept {
   const StringConstants& constants = at.input.strings[static_cast<std::size_t>(string)];
   return at.state.touched.size() == static_cast<std::size_t>(kMaxDeflectingStrings) &&
-         constants.model == StringContact::kYielding &&
-         constants.max_level >= StringDetail::kStatic;
+         yields(constants) && bends(constants);
 }
 
 /// A line that does not yield gives the hand what the program presses on it, no stiffer than kc.
