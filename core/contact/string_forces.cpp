@@ -67,7 +67,7 @@ Wrench settle(const Configuration& at, PressedString& contact) noexcept {
   contact.lambda /= contact.force;
   contact.part_compliance /= contact.force;
   const double pressed = contact.F_W.norm();
-  const int k = find_touched(state.touched, {ObstacleKind::kCapsule, contact.string, 0, 0});
+  const int k = find_touched(state.touched, contact.string);
   const TouchedString* touched = k >= 0 ? &state.touched[static_cast<std::size_t>(k)] : nullptr;
   const StringConstants& string = input.strings[static_cast<std::size_t>(contact.string)];
   const double kt = input.stiffness.kt;
