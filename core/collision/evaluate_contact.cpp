@@ -2,67 +2,29 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/collision/pair_batch.h"
-#include "core/collision/query.h"
+#include "core/collision/primitives.h"
 
 namespace hapticd {
 namespace {
 
-/// Between what pairs are evaluated.
-struct Sides {
-  const ToolView& tool;
-  const ObstaclesView& obstacles;
-
-  [[nodiscard]] Sphere tool_sphere(const ContactKey& key) const noexcept {
-    const DisplacedParts& displaced = tool.displaced;
-    Sphere sphere_G = tree_sphere(tool.tree, key.tool_sphere);
-    if (displaced.parts.empty()) return sphere_G;
-    const int k = displaced.find(key.tool_sphere);
-    if (k >= 0) sphere_G.p += displaced.parts[static_cast<std::size_t>(k)].v_G;
-    return sphere_G;
-  }
-  [[nodiscard]] const BodyView& body(const ContactKey& key) const noexcept {
-    return obstacles.bodies[static_cast<std::size_t>(key.obstacle)];
-  }
-};
-
-/// True when a pair is with the same body or leg of a string as `other`.
-bool same_obstacle(const ContactKey& key, const ContactKey& other) noexcept {
-  return key.kind == other.kind && key.obstacle == other.obstacle &&
-         (is_body(key) || key.obstacle_sphere == other.obstacle_sphere);
-}
-
-/// Begins with the pair `key` is of.
-void begin(const Sides& sides, const ContactKey& key, PairBatch& batch) noexcept {
-  if (is_body(key)) {
-    batch.begin(sides.body(key).X_WB);
-  } else {
-    batch.begin(segment_of(sides.obstacles, key.obstacle, key.obstacle_sphere));
-  }
-}
-
-void add(const Sides& sides, const ContactKey& key, PairBatch& batch) noexcept {
-  if (is_body(key)) {
-    batch.add(sides.tool_sphere(key), tree_sphere(sides.body(key).tree, key.obstacle_sphere));
-  } else {
-    batch.add(sides.tool_sphere(key));
-  }
-}
-
 /// Finds the gaps of `count` pairs, those in a row with one obstacle together: go_on(batch, k) sees
 /// those from pair `k` on, and says whether to go on.
 template <typename KeyOf, typename GoOn>
-void find_gaps(const Sides& sides, std::size_t count, const KeyOf& key_of,
+void find_gaps(const PairSides& sides, std::size_t count, const KeyOf& key_of,
                const GoOn& go_on) noexcept {
   PairBatch batch(place_tool(sides.tool.X_WG));
   std::size_t next = 0;
   while (next < count) {
     const std::size_t first = next;
     const ContactKey& key = key_of(first);
-    begin(sides, key, batch);
-    for (; next < count && !batch.full() && same_obstacle(key_of(next), key); ++next) {
-      add(sides, key_of(next), batch);
-    }
+    ask_primitive(key, [&](auto primitive) {
+      primitive.begin(sides, key, batch);
+      for (; next < count && !batch.full() && key_of(next).kind == key.kind &&
+             primitive.same_obstacle(key_of(next), key);
+           ++next) {
+        primitive.add(sides, key_of(next), batch);
+      }
+    });
     batch.find_gaps();
     if (!go_on(batch, first)) return;
   }
@@ -79,23 +41,8 @@ double minimum_gap(const PairBatch& batch, double minimum) noexcept {
 
 Contact evaluate_contact(const ContactKey& key, const ToolView& tool,
                          const ObstaclesView& obstacles) noexcept {
-  const Sides sides{tool, obstacles};
-  const ToolPlacement placement = place_tool(tool.X_WG);
-  const Sphere sphere_G = sides.tool_sphere(key);
-  const PlacedSphere placed{rotate(placement.R_WG, sphere_G.p), sphere_G.r, placement.p_WG};
-  if (is_body(key)) {
-    const BodyView& view = sides.body(key);
-    const PlacedBody body = place_body(view.X_WB, placement);
-    const PrimitiveGap pair = gap_to_body_sphere(to_body(body, sphere_G.p), sphere_G.r,
-                                                 tree_sphere(view.tree, key.obstacle_sphere));
-    return make_contact(key, pair, body_normal(pair, body.R_WB), placed);
-  }
-  const AxisSegment segment = segment_of(obstacles, key.obstacle, key.obstacle_sphere);
-  const Capsule& capsule = segment.capsule_W;
-  PrimitiveGap pair =
-      gap_to_capsule(placed.p_GC_W, placed.r, place_capsule(capsule, placement.p_WG));
-  pair.lambda = string_lambda(segment, pair.lambda);
-  return make_contact(key, pair, capsule_normal(pair, capsule.p_B - capsule.p_A), placed);
+  const PairSides sides{tool, obstacles};
+  return ask_primitive(key, [&](auto primitive) { return primitive.evaluate(sides, key); });
 }
 
 void evaluate_contacts(const ToolView& tool, const ObstaclesView& obstacles,

@@ -51,8 +51,7 @@ double part_compliance(const Configuration& at, TreeSphereId sphere) noexcept {
 bool has_no_room(const Configuration& at, std::int32_t string) noexcept {
   const StringConstants& constants = at.input.strings[static_cast<std::size_t>(string)];
   return at.state.touched.size() == static_cast<std::size_t>(kMaxDeflectingStrings) &&
-         constants.model == StringContact::kYielding &&
-         constants.max_level >= StringDetail::kStatic;
+         yields(constants) && bends(constants);
 }
 
 /// A line that does not yield gives the hand what the program presses on it, no stiffer than kc.
@@ -68,7 +67,7 @@ Wrench settle(const Configuration& at, PressedString& contact) noexcept {
   contact.lambda /= contact.force;
   contact.part_compliance /= contact.force;
   const double pressed = contact.F_W.norm();
-  const int k = find_touched(state.touched, {ObstacleKind::kCapsule, contact.string, 0, 0});
+  const int k = find_touched(state.touched, contact.string);
   const TouchedString* touched = k >= 0 ? &state.touched[static_cast<std::size_t>(k)] : nullptr;
   const StringConstants& string = input.strings[static_cast<std::size_t>(contact.string)];
   const double kt = input.stiffness.kt;

@@ -6,12 +6,18 @@
 namespace hapticd {
 namespace {
 
-/// True next to an end and for short strings, where the law may be stiffer than the program and its
-/// rounding bear.
-bool too_stiff(const StringConstants& string, double lambda, double kt) noexcept {
-  const double run = std::min(lambda, 1.0 - lambda) * string.length;
-  const double greatest = kMaxStringStiffness * kt;
-  return string.tension > greatest * run || 4.0 * string.axial_stiffness > greatest * string.length;
+/// Of a string's model in series with `compliance` (m/N).
+template <IsStringModel Model>
+Deflection law_in_series(const Model& model, const StringBend& bend, double deflection,
+                         double compliance) noexcept {
+  if (!(compliance > 0.0)) return model.law(bend.lambda, deflection);
+  const SeriesDeflection series = model.law_in_series(bend.lambda, deflection, 1.0 / compliance);
+  Deflection law = model.law(bend.lambda, series.delta);
+  law.energy += 0.5 * compliance * series.force * series.force;
+  law.force = series.force;
+  law.slope = 1.0 / (1.0 / law.slope + compliance);
+  law.secant = deflection > 0.0 ? series.force / deflection : law.slope;
+  return law;
 }
 
 }  // namespace
@@ -20,17 +26,13 @@ Deflection string_law(const ContactInput& input, const StringBend& bend,
                       double deflection) noexcept {
   const StringConstants& string = input.strings[static_cast<std::size_t>(bend.capsule)];
   const double kt = input.stiffness.kt;
-  double compliance = std::max(0.0, 1.0 / string.contact_stiffness - 1.0 / kt);
-  if (too_stiff(string, bend.lambda, kt)) compliance += 1.0 / (kMaxStringStiffness * kt);
-  if (!(compliance > 0.0)) return deflect(string, bend.lambda, deflection);
-  const SeriesDeflection series =
-      deflect_in_series(string, bend.lambda, deflection, 1.0 / compliance);
-  Deflection law = deflect(string, bend.lambda, series.delta);
-  law.energy += 0.5 * compliance * series.force * series.force;
-  law.force = series.force;
-  law.slope = 1.0 / (1.0 / law.slope + compliance);
-  law.secant = deflection > 0.0 ? series.force / deflection : law.slope;
-  return law;
+  return ask_model(string, [&](const auto& model) {
+    double compliance = std::max(0.0, 1.0 / string.contact_stiffness - 1.0 / kt);
+    // What is stiffer than the program and its rounding bear.
+    const double greatest = kMaxStringStiffness * kt;
+    if (model.may_exceed(greatest, bend.lambda)) compliance += 1.0 / greatest;
+    return law_in_series(model, bend, deflection, compliance);
+  });
 }
 
 StringLoad string_load(const ContactInput& input, const TouchedString* touched,
@@ -43,7 +45,7 @@ StringLoad string_load(const ContactInput& input, const TouchedString* touched,
   if (!(pressed > 0.0)) return load;
   const bool yields = touched != nullptr && touched->yields;
   const bool on_end = press.lambda <= 0.0 || press.lambda >= 1.0;
-  if (yields || (on_end && string.model == StringContact::kYielding)) {
+  if (yields || (on_end && hapticd::yields(string))) {
     // Next to an end, which does not yield, the program's contact is as stiff as kt.
     if (yields) {
       const Vector3& u_W = touched->bend.u_W;
@@ -55,9 +57,10 @@ StringLoad string_load(const ContactInput& input, const TouchedString* touched,
     load.force = std::min(pressed, kc * load.displacement);
     return load;
   }
-  if (string.max_level < StringDetail::kStatic || !(string.length > 0.0)) return load;
+  if (!bends(string) || !(string.length > 0.0)) return load;
   load.deflection = load.displacement / string.k_s;
-  const Deflection law = deflect(string, press.lambda, load.deflection);
+  const Deflection law = ask_model(
+      string, [&](const auto& model) { return model.law(press.lambda, load.deflection); });
   load.force = std::min(law.force, kc * load.displacement);
   // Where kc bounds the force, the string's shape no longer gives it.
   if (input.instrument.lateral_force && load.force == law.force) load.lateral = law.lateral_force;

@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "core/contact/contact_input.h"
-#include "core/instrument/deflection.h"
+#include "core/instrument/string_model.h"
 
 namespace hapticd {
 

@@ -89,14 +89,19 @@ class BentObstacles {
   std::size_t count_ = 0;
 };
 
-/// Index of the touched string that a capsule is, or -1.
+/// Index of the touched string that is capsule number `capsule`, or -1.
 [[nodiscard]] inline int find_touched(const TouchedStrings& strings,
-                                      const ContactKey& key) noexcept {
-  if (key.kind != ObstacleKind::kCapsule) return -1;
+                                      std::int32_t capsule) noexcept {
   for (std::size_t k = 0; k < strings.size(); ++k) {
-    if (strings[k].bend.capsule == key.obstacle) return static_cast<int>(k);
+    if (strings[k].bend.capsule == capsule) return static_cast<int>(k);
   }
   return -1;
+}
+
+/// Index of the touched string that a pair is with, or -1.
+[[nodiscard]] inline int find_touched(const TouchedStrings& strings,
+                                      const ContactKey& key) noexcept {
+  return is_string(key) ? find_touched(strings, key.obstacle) : -1;
 }
 
 /// Greatest distance any string moves when all go back to rest, m.

@@ -173,10 +173,8 @@ bool may_be_touched(const ContactInput& input, const Contact& contact) noexcept 
   if (index >= input.strings.size()) return false;
   const StringConstants& string = input.strings[index];
   if (!(string.length > 0.0)) return false;
-  return string.model == StringContact::kYielding
-             ? string.max_level >= StringDetail::kStatic && contact.lambda > 0.0 &&
-                   contact.lambda < 1.0
-             : input.instrument.friction && string.friction_coefficient > 0.0;
+  return yields(string) ? bends(string) && contact.lambda > 0.0 && contact.lambda < 1.0
+                        : input.instrument.friction && string.friction_coefficient > 0.0;
 }
 
 /// Inserts in the order of capsules; false when full.
@@ -244,7 +242,7 @@ bool YieldingStrings::touch(const ContactInput& input, const ContactSet& contact
     const auto index = static_cast<std::size_t>(contact.key.obstacle);
     TouchedString string;
     string.bend = {contact.key.obstacle, contact.lambda, Vector3::Zero()};
-    string.yields = input.strings[index].model == StringContact::kYielding;
+    string.yields = yields(input.strings[index]);
     if (insert(string, strings)) {
       changed = changed || string.yields;
     } else {

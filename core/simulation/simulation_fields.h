@@ -58,7 +58,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [t_ns, begins, part, kind, obstacle, lambda, p_WC, nhat_OG_W, normal_speed,
          tangential_speed, force] = state;
   visit(t_ns, begins, part);
-  visit.bounded(kind, 0, static_cast<int>(ObstacleKind::kBody));
+  visit.bounded(kind, 0, kMaxObstacleKind);
   visit(obstacle, lambda, p_WC, nhat_OG_W, normal_speed, tangential_speed, force);
 }
 

@@ -18,7 +18,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 template <FieldsOf<ContactKey> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [kind, obstacle, tool_sphere, obstacle_sphere] = state;
-  visit.bounded(kind, 0, static_cast<int>(ObstacleKind::kBody));
+  visit.bounded(kind, 0, kMaxObstacleKind);
   visit(obstacle, tool_sphere, obstacle_sphere);
 }
 

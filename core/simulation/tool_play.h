@@ -2,7 +2,7 @@
 // SI. RT: yes, plain data; 0.7 MB per tool, most of it scratch.
 #pragma once
 
-#include "core/instrument/string_response.h"
+#include "core/instrument/string_model.h"
 #include "core/simulation/string_segments.h"
 #include "core/simulation/tool_renderer.h"
 

@@ -10,6 +10,16 @@
 namespace hapticd {
 
 enum class ObstacleKind : std::uint8_t { kCapsule, kBody };
+inline constexpr int kMaxObstacleKind = static_cast<int>(ObstacleKind::kBody);
+
+/// True of a capsule: a string, or a line that does not sound.
+[[nodiscard]] constexpr bool is_string(ObstacleKind kind) noexcept {
+  return kind == ObstacleKind::kCapsule;
+}
+/// True of a body.
+[[nodiscard]] constexpr bool is_body(ObstacleKind kind) noexcept {
+  return kind == ObstacleKind::kBody;
+}
 
 /// Which pair of primitives touches; equal keys in two ticks are the same physical pair.
 struct ContactKey {
@@ -22,14 +32,11 @@ struct ContactKey {
   friend bool operator==(const ContactKey&, const ContactKey&) = default;
 };
 
-/// True where the obstacle of the pair is a capsule: a string, or a line that does not sound.
+/// Of the obstacle of the pair.
 [[nodiscard]] constexpr bool is_string(const ContactKey& key) noexcept {
-  return key.kind == ObstacleKind::kCapsule;
+  return is_string(key.kind);
 }
-/// True where it is a body.
-[[nodiscard]] constexpr bool is_body(const ContactKey& key) noexcept {
-  return key.kind == ObstacleKind::kBody;
-}
+[[nodiscard]] constexpr bool is_body(const ContactKey& key) noexcept { return is_body(key.kind); }
 
 /// Contacts reported of a tick, at most: the deepest.
 inline constexpr std::size_t kMaxReportedContacts = 256;

@@ -115,7 +115,7 @@ struct ObjectKey {
 };
 
 ObjectKey object_of(const ContactKey& key, const SceneIndex& index) {
-  if (key.kind == ObstacleKind::kBody) {
+  if (is_body(key)) {
     return {v1::ContactPatch::kBodyIndex, static_cast<std::uint32_t>(key.obstacle)};
   }
   const PieceOwner& piece = index.pieces[static_cast<std::size_t>(key.obstacle)];

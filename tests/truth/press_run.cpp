@@ -9,7 +9,7 @@
 
 #include "core/instrument/deflection.h"
 #include "core/instrument/modal_string.h"
-#include "core/instrument/string_response.h"
+#include "core/instrument/string_model.h"
 #include "core/math/elementary.h"
 
 namespace hapticd {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/instrument/deflection.h"
-#include "core/instrument/string_response.h"
+#include "core/instrument/string_model.h"
 #include "tests/core/instrument/strings.h"
 
 namespace hapticd::test {

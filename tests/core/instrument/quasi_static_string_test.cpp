@@ -1,5 +1,5 @@
 // What respond() does in time: force of Eq. 9, envelope, repeated releases, odd ticks.
-#include "core/instrument/string_response.h"
+#include "core/instrument/quasi_static_string.h"
 
 #include <doctest/doctest.h>
 

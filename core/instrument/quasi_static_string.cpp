@@ -1,7 +1,7 @@
-// The ladder of one string: what it does after the contact stage has pressed or left it. What a
-// tick does, in this order: book the work of the force held so far; see what the touch did; let the
+// The ladder of one string: what it does after the contact stage has pressed or left it. A tick, in
+// this order: book the work of the force held so far; see what the touch did; let the
 // string ring to the end of the tick; climb or descend; draw the next force from the tank. RT: yes.
-#include "core/instrument/string_response.h"
+#include "core/instrument/quasi_static_string.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +18,7 @@ constexpr double kMinHold = 0.25e-3;
 
 /// All that one call works on.
 struct Tick {
+  const QuasiStaticString& model;
   const StringConstants& string;
   const InstrumentOptions& options;
   const StringTouch& touch;
@@ -33,19 +34,16 @@ double motion(const Tick& tick) noexcept {
 
 bool rings(const StringState& state) noexcept { return state.level >= StringPhase::kFundamental; }
 
-bool may_ring(const Tick& tick) noexcept {
-  return tick.options.vibration && tick.string.max_level >= StringDetail::kFundamental &&
-         tick.string.frequency > 0.0;
-}
+bool may_ring(const Tick& tick) noexcept { return tick.options.vibration && tick.model.rings(); }
 
 bool may_use_modes(const Tick& tick) noexcept {
   return may_ring(tick) && tick.modes != nullptr && tick.options.modes > 0 &&
-         tick.string.max_level == StringDetail::kModes;
+         tick.model.has_modes();
 }
 
 /// What the string can do without ringing: under a finger it is bent, else it sleeps.
 StringPhase silent_level(const Tick& tick) noexcept {
-  const bool bent = tick.state.detector.touching && tick.string.max_level >= StringDetail::kStatic;
+  const bool bent = tick.state.detector.touching && tick.model.bends();
   return bent ? StringPhase::kStatic : StringPhase::kAsleep;
 }
 
@@ -345,7 +343,7 @@ TouchLimits touch_limits(const Tick& tick) noexcept {
   if (tick.state.detector.touching || tick.touch.distance < limits.envelope) {
     limits.envelope *= shape_factor(tick.state.vibration, tick.touch.lambda);
   }
-  limits.can_arm = tick.string.max_level >= StringDetail::kStatic;
+  limits.can_arm = tick.model.bends();
   limits.max_acceleration = tick.options.max_acceleration;
   return limits;
 }
@@ -356,10 +354,10 @@ bool awake(const StringState& state) noexcept {
   return state.level != StringPhase::kAsleep || state.detector.touching;
 }
 
-double envelope(const StringConstants& string, const StringState& state, double lambda,
-                std::int64_t t_ns) noexcept {
-  if (!rings(state)) return 0.0;
-  const double amplitude = fundamental_amplitude(string, energy_at(state.vibration, t_ns));
+double QuasiStaticString::reach(const StringState& state, double lambda,
+                                std::int64_t t_ns) const noexcept {
+  if (!hapticd::rings(state)) return 0.0;
+  const double amplitude = fundamental_amplitude(string_, energy_at(state.vibration, t_ns));
   return amplitude * state.vibration.reach * shape_factor(state.vibration, lambda);
 }
 
@@ -369,19 +367,19 @@ void book_held_force(const StringConstants& string, double way, std::int64_t t_n
   state.tank.held_force = 0.0;
 }
 
-StringResponse respond(const SoundingString& sounding, const StringTouch& touch,
-                       StringEvents& events) noexcept {
+StringResponse QuasiStaticString::advance(const SoundingString& sounding, const StringTouch& touch,
+                                          StringEvents& events) const noexcept {
   StringState& state = sounding.state;
   // Without a new sample all is held; what has happened meanwhile the next tick makes up for.
   if (touch.time.dt_ns <= 0) return {state.tank.held_force, radius_growth(state)};
 
   const StringReport report{sounding, events};
-  const Tick tick{sounding.string, sounding.options, touch, state, sounding.modes, report};
+  const Tick tick{*this, string_, sounding.options, touch, state, sounding.modes, report};
   fit_level(tick);
 
   const TouchLimits limits = touch_limits(tick);
   const bool was_pressed = state.detector.contact;
-  const TouchReport change = watch_touch(sounding.string, limits, touch, state.detector);
+  const TouchReport change = watch_touch(string_, limits, touch, state.detector);
   book_work(tick, was_pressed && !state.detector.contact && state.detector.slipped);
 
   const bool left = change.ended && !change.released;
