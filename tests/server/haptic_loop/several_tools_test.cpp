@@ -124,9 +124,9 @@ TEST_CASE("what the recorder is told of several tools is what the network is tol
   auto trace = std::make_unique<Tick>();
   while (run.channels().recorded.pop(*trace)) {
   }
-  // The ring holds 2048 ticks, all of this run.
+  // The ring holds all of this run.
   REQUIRE(trace->tick == told.tick.tick);
-  REQUIRE(trace->tool_count == kTools);
+  REQUIRE(trace->tools.size() == kTools);
   for (std::size_t k = 0; k < kTools; ++k) {
     CHECK(trace->tools[k].tool_id == told.tick.tools[k].tool_id);
     CHECK(trace->tools[k].F_written_H_W.f == told.tick.tools[k].F_written_H_W.f);

@@ -53,16 +53,18 @@ TEST_CASE(
   setting.budget_us = 0.0;
   LoopRun run(kStringScene, setting);
   run.engage(kAbove);
-  const WorkTick free = run.tick(kBeneath).tick.work;
-  CHECK(free.work_budget == 0);
+  const Tick& unbounded = run.tick(kBeneath).tick;
+  CHECK(unbounded.budget.work == 0);
+  const WorkTick free = unbounded.work;
   CHECK_FALSE(free.cut_short);
   REQUIRE(free.sub_steps > 3);
   REQUIRE(free.work > 3000);
 
   run.tick(kAbove);
   run.send(WorkBudgetCommand{1});
-  const WorkTick least = run.tick(kBeneath).tick.work;
-  CHECK(least.work_budget == 1);
+  const Tick& bounded = run.tick(kBeneath).tick;
+  CHECK(bounded.budget.work == 1);
+  const WorkTick least = bounded.work;
   CHECK(least.cut_short);
   CHECK(least.sub_steps == 1);
   CHECK(2 * least.work < free.work);
