@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "core/simulation/simulation.h"
+#include "core/simulation/tool_play.h"
 
 namespace hapticd {
 namespace {
@@ -49,10 +49,9 @@ double whole_lambda(const StringSegments& view, std::size_t capsules, double lam
 
 }  // namespace
 
-void Simulation::report_contacts(std::size_t tool, ContactReport& report) const noexcept {
+void report_contacts(const ToolPlay& play, ContactReport& report) noexcept {
   report.contacts.clear();
   report.total = 0;
-  const ToolPlay& play = memory_.tools[tool];
   const ContactInput& scene = play.way.input;
   const std::size_t capsules = play.scene.obstacles.capsules_W.size();
   const ContactState& state = play.state.optimiser;

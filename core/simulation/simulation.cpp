@@ -18,55 +18,14 @@ void damp_coupling(const ToolPlay& play, RenderedTool& tick) noexcept {
 
 }  // namespace
 
-Simulation::Simulation(const SimulationMemory& memory) noexcept : memory_(memory) {
+Simulation::Simulation(const SimulationMemory& memory) noexcept
+    : memory_(memory), strings_(memory) {
   HD_ASSERT(!memory.tools.empty() && memory.tools.size() <= kMaxTools);
   HD_ASSERT(memory.tracks.size() <= static_cast<std::size_t>(kMaxStrings));
   HD_ASSERT(memory.visits.size() == memory.tools.size() * memory.tracks.size());
   for (const ToolPlay& play : memory.tools) {
     HD_ASSERT(play.scene.strings.size() == memory.tracks.size());
     HD_ASSERT(play.scene.instrument.modes == 0 || memory.modes.size() == memory.tracks.size());
-  }
-}
-
-// A string that swings further than the pairs of the contact problem reach, or that the tool has
-// come to since they were found, has to be seen all the same.
-void Simulation::find_ringing(std::size_t tool) noexcept {
-  ToolPlay& play = memory_.tools[tool];
-  double swing = 0.0;
-  for (const std::int32_t string : awake_) {
-    const auto s = static_cast<std::size_t>(string);
-    const StringState& state = memory_.tracks[s].state;
-    swing = std::max(
-        swing, envelope(play.scene.strings[s], state, state.vibration.lambda, play.way.time.t_ns));
-  }
-  play.reached_out = false;
-  if (swing > 0.0) reach_out(swing, play);
-}
-
-void Simulation::merge_touched(const PressedStrings& touched) noexcept {
-  for (const PressedString& contact : touched) {
-    const auto* const at = std::lower_bound(awake_.begin(), awake_.end(), contact.string);
-    if (at != awake_.end() && *at == contact.string) continue;
-    const auto index = static_cast<std::size_t>(at - awake_.begin());
-    if (!awake_.push_back(contact.string)) return;
-    std::rotate(awake_.begin() + index, awake_.end() - 1, awake_.end());
-  }
-}
-
-bool Simulation::is_awake(std::int32_t string) const noexcept {
-  if (awake(memory_.tracks[static_cast<std::size_t>(string)].state)) return true;
-  for (std::size_t tool = 0; memory_.tools.size() > 1 && tool < memory_.tools.size(); ++tool) {
-    if (visit(tool, string).detector.touching) return true;
-  }
-  return false;
-}
-
-void Simulation::end_string(std::int32_t string) noexcept {
-  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
-    ToolStringState& seen = visit(tool, string);
-    seen.distance = kNotNear;
-    seen.u_W = Vector3::Zero();
-    seen.v_W = Vector3::Zero();
   }
 }
 
@@ -90,22 +49,14 @@ void Simulation::render(std::size_t tool, const HandPose& hand, std::int64_t wor
   if (first || way.time.dt_ns > 0) play.X_WH = tick.X_WH;
 }
 
-std::span<const StringTool> Simulation::string_tools(StringTools& tools) const noexcept {
-  for (std::size_t k = 0; k < memory_.tools.size(); ++k) {
-    ToolPlay& play = memory_.tools[k];
-    tools[k] = {&play.scene, &play.state, &play.view, memory_.scratch};
-  }
-  return std::span(tools).first(memory_.tools.size());
-}
-
 // Among the others, which are where their last turn has left them.
 void Simulation::render_shared(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
                                RenderedTool& tick) noexcept {
   ToolPlay& play = memory_.tools[tool];
   StringTools tools;
-  const std::span<const StringTool> all = string_tools(tools);
+  const std::span<const StringTool> all = string_tools(memory_, tools);
   const auto number = static_cast<std::int32_t>(tool);
-  ToolScene seen = segment_strings(all, holders_, number, to_vector(hand.p_WH));
+  ToolScene seen = segment_strings(all, strings_.sharing(), number, to_vector(hand.p_WH));
   FixedVector<OtherTool, kMaxTools - 1> others;
   for (std::size_t k = 0; k < memory_.tools.size(); ++k) {
     const ToolPlay& other = memory_.tools[k];
@@ -115,29 +66,9 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand, std::int6
   }
   seen.others = {{others.begin(), others.size()}, memory_.scratch};
   render_contact(seen, hand, play.state, play.problem, tick, work_budget);
-  update_sharing(all, number, holders_);
+  update_sharing(all, number, strings_.sharing());
   seen.others = {};
   play.way.input = contact_input(seen, tick.X_WH, tick.dt);
-}
-
-void Simulation::respond_strings(TickOutput& output) noexcept {
-  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) find_ringing(tool);
-  for (const RenderedTool& tick : output.tools) merge_touched(tick.strings);
-  for (std::size_t tool = 0; !awake_.empty() && tool < memory_.tools.size(); ++tool) {
-    ToolWay& way = memory_.tools[tool].way;
-    way.hand = motion_between(way.X_WH_before, output.tools[tool].X_WH);
-  }
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < awake_.size(); ++k) {
-    const std::int32_t string = awake_[k];
-    respond_string(string, output);
-    if (is_awake(string)) {
-      awake_[kept++] = string;
-    } else {
-      end_string(string);
-    }
-  }
-  awake_.truncate(kept);
 }
 
 void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
@@ -155,7 +86,7 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
   }
   StageClock* const clock = memory_.tools.front().scene.clock;
   lap(clock, Stage::kOptimisation);
-  respond_strings(output);
+  strings_.play(output);
   lap(clock, Stage::kStrings);
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
     RenderedTool& tick = output.tools[tool];
@@ -163,34 +94,6 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
     damp_coupling(play, tick);
     limit_wrench(play.scene, play.state, tick);
   }
-}
-
-double Simulation::tank_energy(std::size_t tool) const noexcept {
-  double energy = 0.0;
-  for (const std::int32_t string : awake_) {
-    const PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
-    if (track.player == static_cast<std::int32_t>(tool)) energy += track.state.tank.energy;
-  }
-  return energy;
-}
-
-double Simulation::tank_energy() const noexcept {
-  double energy = 0.0;
-  for (const std::int32_t string : awake_) {
-    energy += memory_.tracks[static_cast<std::size_t>(string)].state.tank.energy;
-  }
-  return energy;
-}
-
-bool Simulation::set_awake(std::span<const std::int32_t> strings) noexcept {
-  std::int32_t before = -1;
-  for (const std::int32_t string : strings) {
-    if (string <= before || static_cast<std::size_t>(string) >= memory_.tracks.size()) return false;
-    before = string;
-  }
-  awake_.clear();
-  for (const std::int32_t string : strings) awake_.push_back(string);
-  return true;
 }
 
 }  // namespace hapticd

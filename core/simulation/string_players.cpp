@@ -1,12 +1,7 @@
-// Which tool plays a string, and what the others that touch it do. A string vibrates once, however
-// many tools touch it: its energy, tank and detector go with the tool that plays it, and the force
-// of its vibration goes to that tool alone. A tool that comes to a string which another one touches
-// is watched beside it; when it lets go while it has bent the string, it plays: so a finger may
-// stop a string and another pluck it, in whatever order they come. RT: yes, one tool pays for none
-// of it.
-#include <algorithm>
+// See string_players.h. RT: yes.
+#include "core/simulation/string_players.h"
 
-#include "core/simulation/simulation.h"
+#include <algorithm>
 
 namespace hapticd {
 namespace {
@@ -41,7 +36,7 @@ double whole_lambda(const ToolPlay& play, std::int32_t string, double lambda) no
 }  // namespace
 
 /// What of a string vibrates: the part that is played, between the tools that hold it.
-struct Simulation::Sounding {
+struct StringPlayers::Sounding {
   StringConstants string;
   double from = 0.0;  ///< along the string
   double to = 1.0;
@@ -55,15 +50,15 @@ struct Simulation::Sounding {
   }
 };
 
-Simulation::Sounding Simulation::sounding_part(std::int32_t string) const noexcept {
+StringPlayers::Sounding StringPlayers::sounding_part(std::int32_t string) const noexcept {
   const auto s = static_cast<std::size_t>(string);
   const PlayedString& track = memory_.tracks[s];
   const ToolPlay& play = memory_.tools[static_cast<std::size_t>(track.player)];
   Sounding sounding{play.scene.strings[s]};
-  if (holders_.empty()) return sounding;
+  if (sharing_.empty()) return sounding;
   StringTools tools;
   StringPoints points;
-  string_points(string_tools(tools), holders_, string, track.player, points);
+  string_points(string_tools(memory_, tools), sharing_, string, track.player, points);
   if (points.size() == 2) return sounding;
   const Capsule& line = play.scene.obstacles.capsules_W[s];
   std::size_t part = 0;
@@ -74,8 +69,8 @@ Simulation::Sounding Simulation::sounding_part(std::int32_t string) const noexce
   return sounding;
 }
 
-void Simulation::play_string(std::int32_t string, const StringProximity& near,
-                             TickOutput& output) noexcept {
+void StringPlayers::play_string(std::int32_t string, const StringProximity& near,
+                                TickOutput& output) noexcept {
   const auto s = static_cast<std::size_t>(string);
   PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
@@ -132,8 +127,8 @@ void Simulation::play_string(std::int32_t string, const StringProximity& near,
 }
 
 // The touch of a tool that does not play the string: as of one that cannot sound.
-void Simulation::watch_others(std::int32_t string, std::span<const StringProximity> near,
-                              TickOutput& output) noexcept {
+void StringPlayers::watch_others(std::int32_t string, std::span<const StringProximity> near,
+                                 TickOutput& output) noexcept {
   const auto s = static_cast<std::size_t>(string);
   for (std::size_t tool = 0; tool < near.size(); ++tool) {
     const auto number = static_cast<std::int32_t>(tool);
@@ -170,8 +165,8 @@ void Simulation::watch_others(std::int32_t string, std::span<const StringProximi
 // One that lets go of what it has bent comes first: that plucks. Then whoever plays it goes on
 // while it touches. A string that is let go of belongs to who touches it anew, and one that is
 // silent to who holds it; what rings over a finger that has been there before goes on ringing.
-std::int32_t Simulation::choose_player(std::int32_t string,
-                                       std::span<const StringProximity> near) const noexcept {
+std::int32_t StringPlayers::choose_player(std::int32_t string,
+                                          std::span<const StringProximity> near) const noexcept {
   const auto s = static_cast<std::size_t>(string);
   const PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
@@ -196,8 +191,8 @@ std::int32_t Simulation::choose_player(std::int32_t string,
   return chosen;
 }
 
-void Simulation::hand_over(std::int32_t string, std::int32_t player,
-                           const StringProximity& near) noexcept {
+void StringPlayers::hand_over(std::int32_t string, std::int32_t player,
+                              const StringProximity& near) noexcept {
   const auto s = static_cast<std::size_t>(string);
   PlayedString& track = memory_.tracks[s];
   book_held_force(memory_.tools[static_cast<std::size_t>(track.player)].scene.strings[s],
@@ -214,7 +209,7 @@ void Simulation::hand_over(std::int32_t string, std::int32_t player,
   track.player = player;
 }
 
-void Simulation::respond_string(std::int32_t string, TickOutput& output) noexcept {
+void StringPlayers::respond_string(std::int32_t string, TickOutput& output) noexcept {
   PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
   if (memory_.tools.size() == 1) {
     play_string(string, proximity_to(memory_.tools[0], output.tools[0], visit(0, string), string),
@@ -232,6 +227,96 @@ void Simulation::respond_string(std::int32_t string, TickOutput& output) noexcep
   }
   play_string(string, near[static_cast<std::size_t>(track.player)], output);
   watch_others(string, all, output);
+}
+
+// A string that swings further than the pairs of the contact problem reach, or that the tool has
+// come to since they were found, has to be seen all the same.
+void StringPlayers::find_ringing(std::size_t tool) noexcept {
+  ToolPlay& play = memory_.tools[tool];
+  double swing = 0.0;
+  for (const std::int32_t string : awake_) {
+    const auto s = static_cast<std::size_t>(string);
+    const StringState& state = memory_.tracks[s].state;
+    swing = std::max(
+        swing, envelope(play.scene.strings[s], state, state.vibration.lambda, play.way.time.t_ns));
+  }
+  play.reached_out = false;
+  if (swing > 0.0) reach_out(swing, play);
+}
+
+void StringPlayers::merge_touched(const PressedStrings& touched) noexcept {
+  for (const PressedString& contact : touched) {
+    const auto* const at = std::lower_bound(awake_.begin(), awake_.end(), contact.string);
+    if (at != awake_.end() && *at == contact.string) continue;
+    const auto index = static_cast<std::size_t>(at - awake_.begin());
+    if (!awake_.push_back(contact.string)) return;
+    std::rotate(awake_.begin() + index, awake_.end() - 1, awake_.end());
+  }
+}
+
+bool StringPlayers::is_awake(std::int32_t string) const noexcept {
+  if (awake(memory_.tracks[static_cast<std::size_t>(string)].state)) return true;
+  for (std::size_t tool = 0; memory_.tools.size() > 1 && tool < memory_.tools.size(); ++tool) {
+    if (visit(tool, string).detector.touching) return true;
+  }
+  return false;
+}
+
+void StringPlayers::end_string(std::int32_t string) noexcept {
+  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
+    ToolStringState& seen = visit(tool, string);
+    seen.distance = kNotNear;
+    seen.u_W = Vector3::Zero();
+    seen.v_W = Vector3::Zero();
+  }
+}
+
+void StringPlayers::play(TickOutput& output) noexcept {
+  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) find_ringing(tool);
+  for (const RenderedTool& tick : output.tools) merge_touched(tick.strings);
+  for (std::size_t tool = 0; !awake_.empty() && tool < memory_.tools.size(); ++tool) {
+    ToolWay& way = memory_.tools[tool].way;
+    way.hand = motion_between(way.X_WH_before, output.tools[tool].X_WH);
+  }
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < awake_.size(); ++k) {
+    const std::int32_t string = awake_[k];
+    respond_string(string, output);
+    if (is_awake(string)) {
+      awake_[kept++] = string;
+    } else {
+      end_string(string);
+    }
+  }
+  awake_.truncate(kept);
+}
+
+double StringPlayers::tank_energy(std::size_t tool) const noexcept {
+  double energy = 0.0;
+  for (const std::int32_t string : awake_) {
+    const PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
+    if (track.player == static_cast<std::int32_t>(tool)) energy += track.state.tank.energy;
+  }
+  return energy;
+}
+
+double StringPlayers::tank_energy() const noexcept {
+  double energy = 0.0;
+  for (const std::int32_t string : awake_) {
+    energy += memory_.tracks[static_cast<std::size_t>(string)].state.tank.energy;
+  }
+  return energy;
+}
+
+bool StringPlayers::set_awake(std::span<const std::int32_t> strings) noexcept {
+  std::int32_t before = -1;
+  for (const std::int32_t string : strings) {
+    if (string <= before || static_cast<std::size_t>(string) >= memory_.tracks.size()) return false;
+    before = string;
+  }
+  awake_.clear();
+  for (const std::int32_t string : strings) awake_.push_back(string);
+  return true;
 }
 
 }  // namespace hapticd

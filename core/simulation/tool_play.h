@@ -2,6 +2,9 @@
 // SI. RT: yes, plain data; 0.7 MB per tool, most of it scratch.
 #pragma once
 
+#include <array>
+#include <span>
+
 #include "core/instrument/string_model.h"
 #include "core/simulation/string_segments.h"
 #include "core/simulation/tool_renderer.h"
@@ -47,5 +50,33 @@ struct ToolStringState {
   /// The touch, while another tool plays the string (PlayedString::player).
   ReleaseDetector detector;
 };
+
+/// What the simulation keeps of each string between ticks.
+struct PlayedString {
+  StringState state;        ///< its detector is that of the tool that plays it
+  std::int32_t player = 0;  ///< the tool whose touch makes it sound or dampens it
+  double place = 0.5;       ///< of that tool's last touch, along the string
+};
+
+/// Where a simulation keeps what it knows. Views must outlive it.
+struct SimulationMemory {
+  std::span<ToolPlay> tools;          ///< 1 to kMaxTools, their scenes set
+  std::span<PlayedString> tracks;     ///< one per string, at most kMaxStrings
+  std::span<ToolStringState> visits;  ///< one per string, of the first tool, then of the second...
+  std::span<ModalString> modes{};     ///< one per string, or none when no modes are modelled
+  ContactSet* scratch = nullptr;      ///< null only with one tool
+};
+
+using StringTools = std::array<StringTool, kMaxTools>;
+
+/// The tools of `memory` as the views of their strings are made from them; in `tools`.
+[[nodiscard]] inline std::span<const StringTool> string_tools(const SimulationMemory& memory,
+                                                              StringTools& tools) noexcept {
+  for (std::size_t k = 0; k < memory.tools.size(); ++k) {
+    ToolPlay& play = memory.tools[k];
+    tools[k] = {&play.scene, &play.state, &play.view, memory.scratch};
+  }
+  return std::span(tools).first(memory.tools.size());
+}
 
 }  // namespace hapticd

@@ -446,11 +446,11 @@ void HapticLoop::render() noexcept {
 }
 
 void HapticLoop::limit_wrenches() noexcept {
-  const Simulation& simulation = *scene().play.simulation;
+  const StringPlayers& strings = scene().play.simulation->strings();
   bool enabled = false;
   for (std::size_t k = 0; k < tool_count(); ++k) {
     ToolLoop& tool = kept_.tools[k];
-    limit_tool(scene().tools[k], kept_.time, loop_output_, simulation.tank_energy(k), tool);
+    limit_tool(scene().tools[k], kept_.time, loop_output_, strings.tank_energy(k), tool);
     enabled = enabled || tool.written.enable;
   }
   guard_.arm(enabled && !options_.virtual_time);

@@ -157,10 +157,10 @@ bool fill_snapshot(const LoopMemory& loop, const PlayedScene& scene, Snapshot& s
     write.add(StateKind::kRampFrom, number(k), SettingsView{change->from, k});
     write.add(StateKind::kRampTo, number(k), SettingsView{change->to, k});
   }
-  const Simulation& simulation = *scene.play.simulation;
+  const StringPlayers& strings = scene.play.simulation->strings();
   AwakeStrings awake;
-  for (const std::int32_t string : simulation.awake_strings()) awake.push_back(string);
-  write.add(StateKind::kSimulation, 0, awake, simulation.holders());
+  for (const std::int32_t string : strings.awake_strings()) awake.push_back(string);
+  write.add(StateKind::kSimulation, 0, awake, strings.sharing());
   // Of all tools or of none: blocks are numbered by their order.
   const bool pushes =
       std::any_of(loop.tools.begin(), loop.tools.begin() + number(scene.tools.size()),
@@ -212,11 +212,12 @@ bool restore(const Snapshot& snapshot, PlayedScene& scene, LoopMemory& loop) {
     read.require(usable(change->from) && usable(change->to) && share >= 0.0 && share <= 1.0);
   }
   AwakeStrings awake;
-  StringSharing holders;
-  read.take(StateKind::kSimulation, 0, awake, holders);
-  read.require(scene.play.simulation->set_awake({awake.begin(), awake.size()}));
-  read.require(names_holders(holders, scene.play.tracks.size(), scene.tools.size()));
-  if (read.good()) scene.play.simulation->set_holders(holders);
+  StringSharing sharing;
+  StringPlayers& strings = scene.play.simulation->strings();
+  read.take(StateKind::kSimulation, 0, awake, sharing);
+  read.require(strings.set_awake({awake.begin(), awake.size()}));
+  read.require(names_holders(sharing, scene.play.tracks.size(), scene.tools.size()));
+  if (read.good()) strings.sharing() = sharing;
   for (std::size_t k = 0; k < scene.tools.size(); ++k) restore_tool(k, scene, loop.tools[k], read);
   loop.ramp.resume(std::move(change), share);
   if (!read.good()) return false;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/contact/tick_work.h"
+#include "core/simulation/contact_report.h"
 
 namespace hapticd {
 namespace {
@@ -134,7 +135,7 @@ void Publisher::tell_touches(const TickOutput& output, std::span<ToolLoop> tools
   for (std::size_t k = 0; k < tools.size(); ++k) {
     const RenderedTool& tick = output.tools[k];
     const ToolScene& scene = simulation.scene(k);
-    simulation.report_contacts(k, tools[k].contacts);
+    report_contacts(simulation.memory().tools[k], tools[k].contacts);
     touch_events_.clear();
     detect_touches(tools[k].contacts,
                    {time_.t_ns, time_.dt_ns, tick.X_WG.p, tick.V_WH, scene.stiffness.kt,
@@ -154,7 +155,7 @@ void Publisher::publish(const TickOutput& output, std::span<const ToolLoop> tool
   tick.budget.level = scene.quality_level;
   tick.budget.automatic = scene.settings.tools.front().quality_automatic;
   tick.work = work_of(output);
-  tick.tank_energy = scene.play.simulation->tank_energy();
+  tick.tank_energy = scene.play.simulation->strings().tank_energy();
   tick.tools.clear();
   for (std::size_t k = 0; k < tools.size(); ++k) {
     ToolTick* told = tick.tools.append();

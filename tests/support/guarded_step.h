@@ -96,7 +96,7 @@ inline PoseVerdict guarded_step(const HandPose& sent, GuardedHand& hand, Simulat
   output.strings.clear();
   output.tools.clear();
   skip_tool(hand, simulation.memory().tools[0].state, *output.tools.append());
-  for (const std::int32_t string : simulation.awake_strings()) {
+  for (const std::int32_t string : simulation.strings().awake_strings()) {
     simulation.memory().tracks[static_cast<std::size_t>(string)].state.tank.held_force = 0.0;
   }
   return verdict;

@@ -1,7 +1,6 @@
 // Where the strings of a simulation are, for judges that need the line itself.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -13,14 +12,9 @@ namespace hapticd::test {
 /// A string after step(): its ends and the vertices that tools bend it to, from A to B, in W, m.
 [[nodiscard]] inline StringPoints string_shape(const Simulation& simulation, std::int32_t string) {
   const SimulationMemory& memory = simulation.memory();
-  std::array<StringTool, kMaxTools> tools;
-  for (std::size_t k = 0; k < memory.tools.size(); ++k) {
-    ToolPlay& play = memory.tools[k];
-    tools[k] = {&play.scene, &play.state, &play.view, memory.scratch};
-  }
+  StringTools tools;
   StringPoints points;
-  string_points(std::span(tools).first(memory.tools.size()), simulation.holders(), string, -1,
-                points);
+  string_points(string_tools(memory, tools), simulation.strings().sharing(), string, -1, points);
   if (memory.tools.size() > 1) return points;
   // One tool holds what it holds.
   const ToolPlay& play = memory.tools.front();

@@ -124,6 +124,7 @@ TEST_CASE("what the recorder is told of several tools is what the network is tol
   auto trace = std::make_unique<Tick>();
   while (run.channels().recorded.pop(*trace)) {
   }
+  // The ring holds all of this run.
   REQUIRE(trace->tick == told.tick.tick);
   REQUIRE(trace->tools.size() == kTools);
   for (std::size_t k = 0; k < kTools; ++k) {
