@@ -1,9 +1,12 @@
 // The primitives that a tool can touch, one a line; each is a class of static functions in its
 // NAME_gap.h, over the obstacles of its kind:
-//   same_obstacle  whether two pairs are with the same obstacle, so that they are evaluated
-//   together evaluate       one pair: gap, normal, contact point begin, add     the same of many
-//   pairs with one obstacle collect        all pairs below the margin, by bounds find_nearest   the
-//   smallest gap, by bounds
+//
+// - same_obstacle: whether two pairs are with one obstacle, to be evaluated together
+// - evaluate: gap, normal and contact point of one pair
+// - begin, add: the same of many pairs with one obstacle
+// - collect: all pairs below the margin, by bounds
+// - find_nearest: the smallest gap, by bounds
+//
 // Internal to the folder: outside of it is_string(key) and is_body(key) tell them apart. RT: yes.
 #pragma once
 
