@@ -141,14 +141,14 @@ TEST_CASE("no row is most violated when none is beyond the threshold") {
   RowValues inverse_length;
   violation.value.fill(1e-3);
   inverse_length.value.fill(1.0);
-  CHECK(most_violated(violation, inverse_length, 256, 1e-3) == kMaxQpRows);
-  CHECK(most_violated(violation, inverse_length, 256, 0.999e-3) == 0);
-  CHECK(most_violated(violation, inverse_length, 0, 0.0) == kMaxQpRows);
+  CHECK(most_violated(violation, {inverse_length, 1e-3}, 256) == kMaxQpRows);
+  CHECK(most_violated(violation, {inverse_length, 0.999e-3}, 256) == 0);
+  CHECK(most_violated(violation, {inverse_length, 0.0}, 0) == kMaxQpRows);
   violation.value.fill(-1.0);
-  CHECK(most_violated(violation, inverse_length, 256, 0.0) == kMaxQpRows);
+  CHECK(most_violated(violation, {inverse_length, 0.0}, 256) == kMaxQpRows);
   violation.value[255] = std::numeric_limits<double>::infinity();
-  CHECK(most_violated(violation, inverse_length, 256, 0.0) == 255);
-  CHECK(most_violated(violation, inverse_length, 255, 0.0) == kMaxQpRows);
+  CHECK(most_violated(violation, {inverse_length, 0.0}, 256) == 255);
+  CHECK(most_violated(violation, {inverse_length, 0.0}, 255) == kMaxQpRows);
 }
 
 TEST_CASE("a row that is not finite is told") {
