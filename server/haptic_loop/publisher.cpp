@@ -68,7 +68,8 @@ void fill_gesture(const PlayedScene& scene, const PlayedTool& played, GestureTic
   const GestureHand* hand = played.device.facets.hand;
   if (hand == nullptr || scene.gesture == nullptr) return;
   const GestureProgress progress = hand->gesture();
-  told = {progress.playing, progress.fraction, progress.finished, scene.gesture->name};
+  told = {progress.playing, static_cast<double>(progress.fraction), progress.finished,
+          scene.gesture->name};
 }
 
 // Where they are too many each tool gets the same share, and what the ones with few leave.
