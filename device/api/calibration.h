@@ -1,5 +1,5 @@
-// A device's own calibration, for who must not wait: one request at a time is handed over, and its
-// answer looked for later. Not RT.
+// A device's own calibration, for callers that must not wait: one request at a time is handed over,
+// and its answer is looked for later. Not RT.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,15 @@
 
 namespace hapticd {
 
-/// What a device can be asked to do.
+/// What a device can be asked to do; the same numbers as hapticd::v1::CalibrateStep.
 enum class CalibrationStep : std::uint8_t {
-  kStart,  ///< begin: the device moves, or is to be moved
-  kZero,   ///< take the present pose as its zero
-  kAbort,
-  kStore,  ///< keep what was found beyond a loss of power
+  kStart = 1,  ///< begin: the device moves, or is to be moved
+  kZero = 2,   ///< take the present pose as its zero
+  kAbort = 3,
+  kStore = 4,  ///< keep what was found beyond a loss of power
 };
 
+/// How far a calibration is; the same numbers as hapticd::v1::CalibrationState.
 enum class CalibrationPhase : std::uint8_t {
   kUnknown,  ///< the device does not say
   kNeeded,   ///< its zero is not known: no force until it is calibrated

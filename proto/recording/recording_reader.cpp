@@ -1,23 +1,7 @@
 // See recording_reader.h.
 #include "proto/recording/recording_reader.h"
 
-#include <array>
-#include <utility>
-
-#include "proto/recording/recording_format.h"
-
 namespace hapticd {
-namespace {
-
-constexpr std::array<std::pair<std::string_view, RecordKind>, 6> kTopics{
-    {{kHeaderTopic, RecordKind::kHeader},
-     {kSceneTopic, RecordKind::kScene},
-     {kParameterTopic, RecordKind::kParameters},
-     {kTickTopic, RecordKind::kTick},
-     {kEventTopic, RecordKind::kEvent},
-     {kSnapshotTopic, RecordKind::kSnapshot}}};
-
-}  // namespace
 
 RecordingReader::RecordingReader(const std::string& path) : path_(path) {
   std::string error;
@@ -47,9 +31,9 @@ void RecordingReader::rewind() {
 bool RecordingReader::next(RecordedMessage& message) {
   McapMessage found;
   while (reader_->next(found)) {
-    for (const auto& [topic, kind] : kTopics) {
-      if (found.channel == 0 || found.channel != reader_->channel_of(topic)) continue;
-      message = {kind, found.time_ns, found.data};
+    for (std::size_t k = 0; k < kRecordTopics.size(); ++k) {
+      if (found.channel == 0 || found.channel != reader_->channel_of(kRecordTopics[k])) continue;
+      message = {static_cast<RecordKind>(k), found.time_ns, found.data};
       return true;
     }
   }

@@ -11,11 +11,9 @@
 #include "hapticd/v1/recording.pb.h"
 #include "proto/recording/mapped_file.h"
 #include "proto/recording/mcap_reader.h"
+#include "proto/recording/recording_format.h"
 
 namespace hapticd {
-
-/// What a message is.
-enum class RecordKind : std::uint8_t { kHeader, kScene, kParameters, kTick, kEvent, kSnapshot };
 
 /// A message; `data` is valid as long as the reader.
 struct RecordedMessage {

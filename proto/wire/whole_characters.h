@@ -13,7 +13,7 @@ namespace hapticd::wire {
 inline constexpr std::size_t kPathBytes = 256;
 inline constexpr std::size_t kMessageBytes = 400;
 
-/// Bytes of the character of UTF-8 that begins at text[at]; 0: none does. Overlong forms,
+/// Bytes of the character of UTF-8 that begins at text[at]; 0: none begins there. Overlong forms,
 /// surrogates and what is beyond U+10FFFF are none (RFC 3629, section 4).
 [[nodiscard]] inline std::size_t character_bytes(const std::string& text, std::size_t at) {
   const auto byte = [&](std::size_t k) -> unsigned {

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <utility>
 
-#include "server/recorder/recording.h"
+#include "server/recorder/recorder_thread.h"
 #include "server/scene_io/gesture_loader.h"
 #include "server/scene_io/model_files.h"
 #include "server/scene_io/named_text.h"

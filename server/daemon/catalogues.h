@@ -1,5 +1,5 @@
-// What the List requests answer, kept from one to the next: any session may ask for it at any time,
-// and nobody's Stop waits for files that have been read before. Not RT.
+// What the List requests answer, kept from one to the next: any session may ask at any time, and a
+// Stop must not wait for files that have been read before. Not RT.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ struct ListedName {
   std::string description;  ///< may be empty
 };
 
-/// When files were changed, as the system tells.
+/// What tells that a file has changed.
 struct FileIdentity {
   std::uint64_t device = 0;
   std::uint64_t inode = 0;
@@ -45,9 +45,9 @@ struct CatalogueSources {
 /// The folders of the installation, the folder of recordings, the system's clock.
 [[nodiscard]] CatalogueSources installed_catalogues();
 
-/// Lists of names. Folders are read anew when something has come, gone or been renamed in them, a
-/// gesture's file when it has been changed. Of recordings, which are ordered by their age, every
-/// second. Valid until the next call.
+/// Lists of names. A folder is read again when something in it was added, removed or renamed, a
+/// gesture's file when it has changed, the folder of recordings, which are ordered by age, every
+/// second. What is returned is valid until the next call.
 class Catalogues {
  public:
   explicit Catalogues(CatalogueSources sources = installed_catalogues());
@@ -70,7 +70,7 @@ class Catalogues {
   /// A gesture's file as it was read.
   struct Described {
     FileIdentity file;
-    bool settled = false;  ///< whoever changes it again is seen
+    bool settled = false;  ///< a further change would be noticed
     std::string description;
   };
 

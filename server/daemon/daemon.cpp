@@ -46,10 +46,10 @@ Daemon::Daemon(Opened opened)
       stepped_here_(plan_.player.virtual_time || opened.replay != nullptr),
       devices_(plan_.player, scenes_, loop_, clients_),
       loop_(clients_, stepped_here_),
-      recording_(opened.replay == nullptr ? make_recording() : nullptr),
-      scenes_(plan_, loop_, clients_, recording_.get()),
+      recorder_(opened.replay == nullptr ? make_recorder() : nullptr),
+      scenes_(plan_, loop_, clients_, recorder_.get()),
       play_(plan_.player, scenes_, loop_),
-      records_(recording_.get(), clients_),
+      records_(recorder_.get(), clients_),
       quality_(plan_.player, scenes_, loop_, stepped_here_),
       states_(scenes_,
               [this](const Tick& tick, v1::State& state) { quality_.explain(tick, state); }) {
@@ -61,9 +61,9 @@ Daemon::Daemon(Opened opened)
 
 Daemon::~Daemon() = default;
 
-std::unique_ptr<Recording> Daemon::make_recording() {
+std::unique_ptr<RecorderThread> Daemon::make_recorder() {
   if (!plan_.options.check_only) devices_.attach();
-  return std::make_unique<Recording>(loop_.channels(), record_header(plan_));
+  return std::make_unique<RecorderThread>(loop_.channels(), record_header(plan_));
 }
 
 void Daemon::begin_loop(const ReplayRun* replay) {
@@ -97,7 +97,7 @@ void Daemon::begin_time(std::unique_ptr<ReplayRun> replay) {
                   ReplayTime::Parts{loop_, scenes_, clients_, hand_on}, std::move(replay), config);
   } else if (stepped_here_) {
     time_.emplace(std::in_place_type<VirtualTime>,
-                  VirtualTime::Parts{loop_, clients_, *recording_, states_.hash(), hand_on},
+                  VirtualTime::Parts{loop_, clients_, *recorder_, states_.hash(), hand_on},
                   plan_.player.period_ns);
   } else {
     RealtimeOptions realtime;
@@ -168,7 +168,7 @@ void Daemon::start_time() {
   } catch (const std::runtime_error& error) {
     if (!file.empty()) {
       // hapticd does not start after all.
-      recording_.reset();
+      recorder_.reset();
       std::error_code ignored;
       std::filesystem::remove(file, ignored);
     }

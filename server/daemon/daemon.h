@@ -22,11 +22,11 @@
 #include "server/daemon/state_desk.h"
 #include "server/network/protocol_server.h"
 #include "server/network/udp_transport.h"
-#include "server/recorder/recording.h"
+#include "server/recorder/recorder_thread.h"
 
 namespace hapticd {
 
-/// What signals ask for; set by handlers, looked at by Daemon.
+/// What signals ask for: set by their handlers, read by Daemon.
 struct SignalRequests {
   std::atomic<bool> end{false};     ///< SIGTERM, SIGINT
   std::atomic<bool> reload{false};  ///< SIGHUP
@@ -53,7 +53,7 @@ class Daemon {
 
   explicit Daemon(Opened opened);
   [[nodiscard]] static Opened open(DaemonOptions options);
-  [[nodiscard]] std::unique_ptr<Recording> make_recording();
+  [[nodiscard]] std::unique_ptr<RecorderThread> make_recorder();
   void begin_loop(const ReplayRun* replay);
   void begin_time(std::unique_ptr<ReplayRun> replay);
   void begin_serving();
@@ -67,14 +67,14 @@ class Daemon {
   void take_ticks(std::int64_t now_ns);
   void start_time();
   void report_start() const;
-  [[nodiscard]] bool replays() const { return recording_ == nullptr; }
+  [[nodiscard]] bool replays() const { return recorder_ == nullptr; }
 
   DaemonPlan plan_;
   bool stepped_here_;  ///< the loop has no thread of its own
   ServedClients clients_;
   DeviceDesk devices_;  ///< they outlive the loop
   LoopDesk loop_;
-  std::unique_ptr<Recording> recording_;  ///< null: a replay is not recorded
+  std::unique_ptr<RecorderThread> recorder_;  ///< null: a replay is not recorded
   SceneDesk scenes_;
   PlayDesk play_;
   RecordDesk records_;

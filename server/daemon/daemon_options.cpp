@@ -1,59 +1,29 @@
 // See daemon_options.h.
 #include "server/daemon/daemon_options.h"
 
-#include <google/protobuf/io/tokenizer.h>
-#include <google/protobuf/text_format.h>
+#include <google/protobuf/stubs/common.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
+#include <cctype>
 #include <fstream>
-#include <iostream>
+#include <functional>
 #include <map>
 #include <set>
 #include <sstream>
 
 #include "device/attach/drivers.h"
 #include "device/faulty/faulty_device.h"
-#include "server/scene_io/choice_check.h"
+#include "proto/wire/choice_check.h"
+#include "server/scene_io/message_text.h"
 
 namespace hapticd {
 namespace {
 
+namespace pb = google::protobuf;
+
 /// Of the ids of tools (config.proto).
 constexpr std::uint32_t kMaxToolId = 31;
-
-/// Remembers the first error, with its place.
-class FirstError : public google::protobuf::io::ErrorCollector {
- public:
-  void AddError(int line, int column, const std::string& message) override {
-    if (!text_.empty()) return;
-    text_ = std::to_string(line + 1) + ":" + std::to_string(column + 1) + ": error: " + message;
-  }
-  [[nodiscard]] const std::string& text() const noexcept { return text_; }
-
- private:
-  std::string text_;
-};
-
-const std::map<std::string, v1::ClockMode> kClocks{{"realtime", v1::CLOCK_MODE_REALTIME},
-                                                   {"virtual", v1::CLOCK_MODE_VIRTUAL}};
-const std::map<std::string, v1::Pace> kPaces{{"timer", v1::PACE_TIMER},
-                                             {"device", v1::PACE_DEVICE}};
-const std::map<std::string, v1::RealtimePolicy> kPolicies{
-    {"require", v1::REALTIME_POLICY_REQUIRE}, {"best_effort", v1::REALTIME_POLICY_BEST_EFFORT}};
-const std::map<std::string, v1::Arm> kArms{{"off", v1::ARM_OFF},
-                                           {"light", v1::ARM_LIGHT},
-                                           {"firm", v1::ARM_FIRM},
-                                           {"adversarial", v1::ARM_ADVERSARIAL}};
-
-/// Names of the choices, for the help.
-template <typename Choices>
-std::string names_of(const Choices& choices) {
-  std::string names;
-  for (const auto& choice : choices) names += (names.empty() ? "" : "|") + choice.first;
-  return names;
-}
 
 /// What --inject knows.
 std::string kinds_of_fault() {
@@ -90,75 +60,108 @@ std::string sources_in_words() {
   return words;
 }
 
-/// Adds --name VALUE for a Config field.
-template <typename Value, typename Set>
-void add(CLI::App& app, const std::string& name, const std::string& value_name,
-         const std::string& help, Set set) {
-  app.add_option_function<Value>(name, set, help)->type_name(value_name);
-}
-
-template <typename Enum, typename Set>
-void add_choice(CLI::App& app, const std::string& name, const std::map<std::string, Enum>& choices,
-                const std::string& help, Set set) {
-  app.add_option_function<std::string>(
-         name, [&choices, set](const std::string& text) { set(choices.at(text)); }, help)
-      ->check(CLI::Validator(CLI::IsMember(choices)).description(""))
-      ->type_name(names_of(choices));
-}
-
 [[noreturn]] void refuse(const std::string& text) { throw StartError(kExitUsage, text); }
 
-void add_options(CLI::App& app, v1::Config& given, DaemonOptions& options) {
-  add<std::string>(app, "--config", "FILE", "configuration in protobuf text format, same names",
-                   [&](const std::string& v) { options.config_file = v; });
-  add<std::string>(app, "--scene", "NAME|FILE", "scene to play (guqin)",
-                   [&](const std::string& v) { given.set_scene(v); });
-  add<std::string>(app, "--device", forms_of_sources(), "device of every tool (simulated)",
-                   [&](const std::string& v) { given.add_device()->set_source(v); });
-  add_choice(app, "--clock", kClocks, "what drives time (realtime)",
-             [&](v1::ClockMode v) { given.set_clock(v); });
-  add<double>(app, "--rate", "HZ", "ticks per second, 250 to 10000 (1000)",
-              [&](double v) { given.set_rate(v); });
-  add_choice(app, "--pace", kPaces,
-             "what ticks wait for: the timer, or the reports of the first tool's device (timer)",
-             [&](v1::Pace v) { given.set_pace(v); });
-  add<std::string>(app, "--listen", "ADDR:PORT", "address and UDP port (127.0.0.1:47800)",
-                   [&](const std::string& v) { given.set_listen(v); });
-  add<std::string>(app, "--keys", "DIR",
-                   "folder with view.key and control.key, made by 'hapticctl keygen' (none: "
-                   "everyone on loopback)",
-                   [&](const std::string& v) { given.set_keys(v); });
+/// An option that is a field of Config, named like it with '-' for '_'.
+struct FieldOption {
+  const char* name;
+  const char* value;  ///< what is to be given; of an enum: null, since its choices say it
+  const char* help;
+};
+
+constexpr FieldOption kFieldOptions[] = {
+    {"--scene", "NAME|FILE", "scene to play (guqin)"},
+    {"--clock", nullptr, "what drives time (realtime)"},
+    {"--rate", "HZ", "ticks per second, 250 to 10000 (1000)"},
+    {"--pace", nullptr,
+     "what ticks wait for: the timer, or the reports of the first tool's device (timer)"},
+    {"--listen", "ADDR:PORT", "address and UDP port (127.0.0.1:47800)"},
+    {"--keys", "DIR",
+     "folder with view.key and control.key, made by 'hapticctl keygen' (none: everyone on "
+     "loopback)"},
+    {"--record", "FILE", "record the whole session to an MCAP file"},
+    {"--quality", "0..4|auto", "quality of every scene (the scene's own)"},
+    {"--budget-us", "N",
+     "CPU time that bounds the work of a tick, and that quality auto follows; 0: no bound (half "
+     "the tick)"},
+    {"--gesture", "NAME", "gesture of the simulated hands (demonstration)"},
+    {"--arm", nullptr, "arm behind each simulated hand (light)"},
+    {"--seed", "N", "seed of everything random (1)"},
+    {"--realtime", nullptr, "what to do without realtime privileges (best_effort)"},
+    {"--cpu", "N", "processor of the haptic thread (any)"},
+    {"--max-force", "N", "largest force, newtons (the device's own)"},
+};
+
+/// Numbers of the enum's values by what options call them: CLOCK_MODE_VIRTUAL is virtual.
+std::map<std::string, int> choices_of(const pb::EnumDescriptor& type) {
+  std::map<std::string, int> choices;
+  const std::size_t prefix = type.value(0)->name().size() - std::string_view("UNSPECIFIED").size();
+  for (int i = 1; i < type.value_count(); ++i) {
+    std::string name = type.value(i)->name().substr(prefix);
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    choices[name] = type.value(i)->number();
+  }
+  return choices;
+}
+
+/// Adds the option, which sets its field of `given`.
+void add_option(CLI::App& app, const FieldOption& option, v1::Config& given) {
+  std::string name(option.name + 2);
+  std::replace(name.begin(), name.end(), '-', '_');
+  const pb::FieldDescriptor* field = v1::Config::descriptor()->FindFieldByName(name);
+  const pb::Reflection* r = given.GetReflection();
+  const auto add = [&](auto kind, auto set) {
+    using Value = decltype(kind);
+    return app.add_option_function<Value>(
+        option.name, [=, &given](const Value& v) { set(r, &given, field, v); }, option.help);
+  };
+  switch (field->cpp_type()) {
+    case pb::FieldDescriptor::CPPTYPE_DOUBLE:
+      add(double{}, std::mem_fn(&pb::Reflection::SetDouble))->type_name(option.value);
+      break;
+    case pb::FieldDescriptor::CPPTYPE_UINT32:
+      add(std::uint32_t{}, std::mem_fn(&pb::Reflection::SetUInt32))->type_name(option.value);
+      break;
+    case pb::FieldDescriptor::CPPTYPE_UINT64:
+      add(std::uint64_t{}, std::mem_fn(&pb::Reflection::SetUInt64))->type_name(option.value);
+      break;
+    case pb::FieldDescriptor::CPPTYPE_ENUM: {
+      const std::map<std::string, int> choices = choices_of(*field->enum_type());
+      std::string names;
+      for (const auto& choice : choices) names += (names.empty() ? "" : "|") + choice.first;
+      add(std::string(),
+          [choices](auto* of, auto* config, auto* which, const std::string& v) {
+            of->SetEnumValue(config, which, choices.at(v));
+          })
+          ->check(CLI::Validator(CLI::IsMember(choices)).description(""))
+          ->type_name(names);
+      break;
+    }
+    default:
+      add(std::string(), std::mem_fn(&pb::Reflection::SetString))->type_name(option.value);
+      break;
+  }
+}
+
+void add_options(CLI::App& app, DaemonOptions& options) {
+  v1::Config& given = options.given;
+  app.add_option("--config", options.config_file,
+                 "configuration in protobuf text format, same names")
+      ->type_name("FILE");
+  for (const FieldOption& option : kFieldOptions) add_option(app, option, given);
+  app.add_option_function<std::string>(
+         "--device", [&given](const std::string& v) { given.add_device()->set_source(v); },
+         "device of every tool (simulated)")
+      ->type_name(forms_of_sources());
   app.add_flag_callback(
-      "--verify", [&] { given.set_verify(true); },
+      "--verify", [&given] { given.set_verify(true); },
       "compare a replay with its recording, bit for bit; ends with 5 when it differs, 8 when the "
       "recording is of other physics, so that only its poses are compared");
-  add<std::string>(app, "--record", "FILE", "record the whole session to an MCAP file",
-                   [&](const std::string& v) {
-                     if (v.empty()) refuse("--record: the name is empty. Give a file.");
-                     given.set_record(v);
-                   });
-  add<std::string>(app, "--quality", "0..4|auto", "quality of every scene (the scene's own)",
-                   [&](const std::string& v) { given.set_quality(v); });
-  add<double>(app, "--budget-us", "N",
-              "CPU time that bounds the work of a tick, and that quality auto follows; 0: no bound "
-              "(half the tick)",
-              [&](double v) { given.set_budget_us(v); });
-  add<std::string>(app, "--gesture", "NAME", "gesture of the simulated hands (demonstration)",
-                   [&](const std::string& v) { given.set_gesture(v); });
-  add_choice(app, "--arm", kArms, "arm behind each simulated hand (light)",
-             [&](v1::Arm v) { given.set_arm(v); });
-  add<std::uint64_t>(app, "--seed", "N", "seed of everything random (1)",
-                     [&](std::uint64_t v) { given.set_seed(v); });
-  add_choice(app, "--realtime", kPolicies, "what to do without realtime privileges (best_effort)",
-             [&](v1::RealtimePolicy v) { given.set_realtime(v); });
-  add<std::uint32_t>(app, "--cpu", "N", "processor of the haptic thread (any)",
-                     [&](std::uint32_t v) { given.set_cpu(v); });
-  add<double>(app, "--max-force", "N", "largest force, newtons (the device's own)",
-              [&](double v) { given.set_max_force(v); });
-  add<std::string>(
-      app, "--inject", "WHAT:SEED",
-      "put a fault before the device and arm every guard, to see what happens: " + kinds_of_fault(),
-      [&](const std::string& v) { given.set_inject(v); });
+  app.add_option_function<std::string>(
+         "--inject", [&given](const std::string& v) { given.set_inject(v); },
+         "put a fault before the device and arm every guard, to see what happens: " +
+             kinds_of_fault())
+      ->type_name("WHAT:SEED");
   app.add_flag("--check", options.check_only, "check options, scene and gesture, play nothing");
 }
 
@@ -189,7 +192,7 @@ void check_record(const std::string& file) {
   const bool control = std::any_of(file.begin(), file.end(), [](char c) {
     return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
   });
-  if (control || !google::protobuf::internal::IsStructurallyValidUTF8(file)) {
+  if (control || !pb::internal::IsStructurallyValidUTF8(file)) {
     refuse("--record: the name is not plain UTF-8 text. Give another.");
   }
 }
@@ -244,21 +247,17 @@ void read_config_file(const std::string& file, v1::Config& config) {
   }
   std::stringstream text;
   text << stream.rdbuf();
-  google::protobuf::TextFormat::Parser parser;
-  FirstError error;
-  parser.RecordErrorsTo(&error);
-  google::protobuf::TextFormat::ParseInfoTree places;
-  parser.WriteLocationsTo(&places);
-  if (!parser.ParseFromString(text.str(), &config)) {
-    throw StartError(kExitInput, file + ":" + error.text() +
-                                     ". Fields are those of the options, '-' written '_'.");
+  const MessageText parsed(text.str(), file, "configuration", config);
+  if (any_fault(parsed.problems())) {
+    SceneProblem first = parsed.problems().front();
+    first.remedy = "Fields are those of the options, '-' written '_'.";
+    throw StartError(kExitInput, to_text(first));
   }
-  if (const std::optional<UnknownChoice> unknown = unknown_choice(config)) {
-    const auto* field = v1::Config::descriptor()->FindFieldByName(unknown->path);
-    const auto place = places.GetLocation(field, -1);
-    throw StartError(kExitInput, file + ":" + std::to_string(place.line + 1) + ":" +
-                                     std::to_string(place.column + 1) +
-                                     ": error: " + unknown->path + ": " + unknown->message);
+  if (const std::optional<wire::UnknownChoice> unknown = wire::unknown_choice(config)) {
+    SceneProblem problem;
+    problem.field = unknown->path;
+    problem.message = unknown->message;
+    throw StartError(kExitInput, to_text(parsed.located(problem)));
   }
 }
 
@@ -307,8 +306,7 @@ void settle_config(DaemonOptions& options) {
 bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
   CLI::App app(
       "hapticd: a daemon for 6-DoF haptic rendering. Started with nothing, it plays the Guqin with "
-      "a "
-      "simulated device and a demonstration gesture, and serves clients on 127.0.0.1:47800.",
+      "a simulated device and a demonstration gesture, and serves clients on 127.0.0.1:47800.",
       "hapticd");
   app.set_version_flag("--version", "hapticd " HAPTICD_VERSION);
   app.footer(
@@ -317,7 +315,7 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
       "Exit codes: 0 good, 1 bad scene, gesture, profile or configuration, 2 bad command line,\n"
       "3 address not available, 4 realtime required and refused, 5 a verified replay differs,\n"
       "7 the requested recording cannot be started.");
-  add_options(app, options.given, options);
+  add_options(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -325,6 +323,9 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
     return false;
   } catch (const CLI::ParseError& error) {
     refuse(std::string(error.what()) + ". See hapticd --help.");
+  }
+  if (app.count("--record") > 0 && options.given.record().empty()) {
+    refuse("--record: the name is empty. Give a file.");
   }
   settle_config(options);
   return true;

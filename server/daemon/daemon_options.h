@@ -41,8 +41,8 @@ struct DaemonOptions {
 /// that was asked for.
 [[nodiscard]] bool read_options(int argc, const char* const* argv, DaemonOptions& options);
 
-/// What is in force: the file of `options`, read now, below what the command line gave, above the
-/// defaults; checked. Throws StartError.
+/// Fills in options.config: the defaults, overridden by the configuration file, which is read now,
+/// and that by the command line; checked. Throws StartError.
 void settle_config(DaemonOptions& options);
 
 /// Reads `file` in protobuf text format into `config`. Throws StartError with file:line.

@@ -1,5 +1,5 @@
 // What this run of the daemon is to do: its options, and how they have scenes played. A SIGHUP
-// changes what of it may change while a scene plays. Not RT.
+// changes the parts that may change while a scene plays. Not RT.
 #pragma once
 
 #include "hapticd/v1/recording.pb.h"
@@ -23,7 +23,7 @@ struct DaemonPlan {
 /// Whether any tool's hand is a simulated one.
 [[nodiscard]] bool simulates(const PlayerOptions& player);
 
-/// How scenes are loaded that are to be played so.
+/// How to load scenes that are to be played that way.
 [[nodiscard]] LoadOptions load_options(const DaemonPlan& plan);
 
 /// Says in the log that the work of a tick has no bound, if so.

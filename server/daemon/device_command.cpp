@@ -1,12 +1,11 @@
-// See device_command.h.
-#include "server/daemon/device_command.h"
-
+// See commands.h.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <vector>
 
 #include "device/attach/device_list.h"
 #include "device/report_io/hidraw_nodes.h"
+#include "server/daemon/commands.h"
 #include "server/daemon/daemon_options.h"
 
 namespace hapticd {

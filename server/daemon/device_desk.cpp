@@ -10,7 +10,7 @@
 #include "proto/wire/request_result.h"
 #include "server/daemon/daemon_options.h"
 #include "server/daemon/scene_tool.h"
-#include "server/recorder/recording.h"
+#include "server/recorder/recorder_thread.h"
 #include "server/scene_io/profile_loader.h"
 #include "server/scene_io/sheet_translation.h"
 
@@ -23,38 +23,6 @@ constexpr const char* kStep = "calibrate.step";
 
 v1::Result wrong_state(const std::string& message) {
   return result_of(v1::RESULT_CODE_WRONG_STATE, kStep, message);
-}
-
-/// What the device is to do; nothing: the step is one of the guided check.
-std::optional<CalibrationStep> calibration_step(v1::CalibrateStep step) {
-  switch (step) {
-    case v1::CALIBRATE_STEP_START:
-      return CalibrationStep::kStart;
-    case v1::CALIBRATE_STEP_ZERO:
-      return CalibrationStep::kZero;
-    case v1::CALIBRATE_STEP_ABORT:
-      return CalibrationStep::kAbort;
-    case v1::CALIBRATE_STEP_STORE:
-      return CalibrationStep::kStore;
-    default:
-      return std::nullopt;
-  }
-}
-
-v1::CalibrationState state_of(CalibrationPhase phase) {
-  switch (phase) {
-    case CalibrationPhase::kNeeded:
-      return v1::CALIBRATION_STATE_NEEDED;
-    case CalibrationPhase::kRunning:
-      return v1::CALIBRATION_STATE_RUNNING;
-    case CalibrationPhase::kDone:
-      return v1::CALIBRATION_STATE_DONE;
-    case CalibrationPhase::kFailed:
-      return v1::CALIBRATION_STATE_FAILED;
-    case CalibrationPhase::kUnknown:
-      break;
-  }
-  return v1::CALIBRATION_STATE_UNSPECIFIED;
 }
 
 bool is_direction(v1::Axis axis) { return v1::Axis_IsValid(axis) && axis != v1::AXIS_UNSPECIFIED; }
@@ -93,7 +61,7 @@ void tell_attached(const AttachedDevice& attached, v1::DeviceInfo& info) {
   }
   if (attached.open.calibration == nullptr) return;
   const CalibrationStatus status = attached.open.calibration->status();
-  info.set_calibration(state_of(status.phase));
+  info.set_calibration(static_cast<v1::CalibrationState>(status.phase));
   info.set_calibration_progress(status.progress);
 }
 
@@ -163,16 +131,18 @@ Answer DeviceDesk::describe() const {
 Answer DeviceDesk::calibrate(const RequestId& id, const v1::Calibrate& calibrate) {
   const std::uint32_t tool_id = calibrate.tool_id();
   if (tool_of(tool_id, scenes_.newest().index) == kNoTool) {
-    return result_of(v1::RESULT_CODE_NOT_FOUND, "calibrate.tool_id", kNoSuchTool);
+    return no_such_tool("calibrate.tool_id");
   }
   const v1::CalibrateStep step = calibrate.step();
   if (step == v1::CALIBRATE_STEP_UNSPECIFIED || !v1::CalibrateStep_IsValid(step)) {
     return result_of(v1::RESULT_CODE_INVALID, kStep, "Say what to do.");
   }
   const AttachedDevice* attached = attached_of(tool_id);
-  if (const std::optional<CalibrationStep> asked = calibration_step(step)) {
-    return attached == nullptr ? wrong_state("This device needs no calibration.")
-                               : begin_calibration(id, *attached, *asked);
+  // Those up to STORE are the device's own.
+  if (step <= v1::CALIBRATE_STEP_STORE) {
+    return attached == nullptr
+               ? wrong_state("This device needs no calibration.")
+               : begin_calibration(id, *attached, static_cast<CalibrationStep>(step));
   }
   if (attached == nullptr || attached->check == nullptr) {
     return wrong_state("This device needs no check: it cannot push anyone.");

@@ -1,5 +1,5 @@
 // The devices of the tools: those that are plugged in are attached at the start and kept so; what
-// is told of each; their guided check and their own calibration. Not RT.
+// clients are told of each; their guided check and their own calibration. Not RT.
 #pragma once
 
 #include <array>
@@ -34,9 +34,9 @@ class DeviceDesk {
   void take(const LoopEvent& event);
   /// A tick is over.
   void take(const Tick& tick);
-  /// Says in the log what device gives far less stiffness than the scene asks for.
+  /// Warns in the log of a device that gives far less stiffness than the scene asks for.
   void watch_forces(const Tick& tick);
-  /// Answers what devices have answered.
+  /// Answers the requests that devices have answered.
   void work();
 
  private:

@@ -3,6 +3,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <array>
 #include <string>
 
 #include "hapticd/v1/state.pb.h"
@@ -30,28 +31,13 @@ std::string text_of(LogCode code, std::size_t place, const LogArgument& argument
 
 void write_log(const LogRecord& record) {
   const LogMessage& message = message_of(record.code);
-  std::string line;
-  std::size_t argument = 0;
-  for (std::size_t i = 0; i < message.text.size(); ++i) {
-    if (message.text[i] == '{' && i + 1 < message.text.size() && message.text[i + 1] == '}') {
-      line += text_of(record.code, argument, record.arguments[argument]);
-      ++argument;
-      ++i;
-    } else {
-      line += message.text[i];
-    }
-  }
-  switch (message.level) {
-    case LogLevel::kInfo:
-      spdlog::info("{}", line);
-      break;
-    case LogLevel::kWarning:
-      spdlog::warn("{}", line);
-      break;
-    case LogLevel::kError:
-      spdlog::error("{}", line);
-      break;
-  }
+  std::array<std::string, kMaxLogArguments> a;
+  for (std::size_t k = 0; k < a.size(); ++k) a[k] = text_of(record.code, k, record.arguments[k]);
+  const spdlog::level::level_enum level = message.level == LogLevel::kInfo ? spdlog::level::info
+                                          : message.level == LogLevel::kWarning
+                                              ? spdlog::level::warn
+                                              : spdlog::level::err;
+  spdlog::log(level, "{}", fmt::format(fmt::runtime(message.text), a[0], a[1], a[2], a[3]));
 }
 
 }  // namespace hapticd

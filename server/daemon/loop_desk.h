@@ -32,10 +32,10 @@ class LoopDesk {
   [[nodiscard]] std::uint64_t next_number() const noexcept { return last_number_ + 1; }
   /// The loop is to do this for a request, which is answered when it has; or at once, BUSY.
   [[nodiscard]] Answer command(const RequestId& id, const LoopCommandBody& what);
-  /// The same for nobody's request; false when it has no room.
+  /// The same without a request; false when the loop has no room.
   bool post(const LoopCommandBody& what);
-  /// Lends a gesture, a change of settings, the next scene, for a request or for nobody's; BUSY
-  /// when the loop has no room.
+  /// Lends a gesture, a change of settings, the next scene, for a request or for none; BUSY when
+  /// the loop has no room.
   [[nodiscard]] Answer lend(const RequestId& id, std::unique_ptr<GesturePlan> plan);
   [[nodiscard]] Answer lend(const std::optional<RequestId>& id,
                             std::unique_ptr<SettingsChange> change);
@@ -55,7 +55,7 @@ class LoopDesk {
   [[nodiscard]] std::uint64_t lease_ends() const noexcept { return lease_ends_; }
   /// The loop has heard of them all, or never will.
   [[nodiscard]] bool knows_lease_ends() const noexcept;
-  /// The loop is to ramp its force out and stay over.
+  /// The loop is to ramp its force down and to do nothing more after that.
   void end();
 
   /// A tick is over.

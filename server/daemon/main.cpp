@@ -6,9 +6,8 @@
 #include <exception>
 #include <string_view>
 
+#include "server/daemon/commands.h"
 #include "server/daemon/daemon.h"
-#include "server/daemon/device_command.h"
-#include "server/daemon/export_command.h"
 #include "server/system/doctor.h"
 
 namespace {
@@ -32,15 +31,10 @@ int complain(const char* what, int code) {
 
 int main(int argc, char** argv) {
   try {
-    if (argc > 1 && std::string_view(argv[1]) == "doctor") {
-      return hapticd::run_doctor(argc - 1, argv + 1);
-    }
-    if (argc > 1 && std::string_view(argv[1]) == "export") {
-      return hapticd::run_export(argc - 1, argv + 1);
-    }
-    if (argc > 1 && std::string_view(argv[1]) == "device") {
-      return hapticd::run_device(argc - 1, argv + 1);
-    }
+    const std::string_view word = argc > 1 ? argv[1] : "";
+    if (word == "doctor") return hapticd::run_doctor(argc - 1, argv + 1);
+    if (word == "export") return hapticd::run_export(argc - 1, argv + 1);
+    if (word == "device") return hapticd::run_device(argc - 1, argv + 1);
     hapticd::DaemonOptions options;
     if (!hapticd::read_options(argc, argv, options)) return hapticd::kExitGood;
     const bool check_only = options.check_only;

@@ -51,7 +51,7 @@ constexpr std::uint32_t kMaxButtons = 0xffff;
 
 Answer PlayDesk::fault_of(const v1::PoseSample& sample, const std::string& path) const {
   if (tool_of(sample.tool_id(), scenes_.newest().index) == kNoTool) {
-    return result_of(v1::RESULT_CODE_NOT_FOUND, path + ".tool_id", kNoSuchTool);
+    return no_such_tool(path + ".tool_id");
   }
   if (!device_of(player_, sample.tool_id()).source.driver->takes_poses) {
     return result_of(v1::RESULT_CODE_WRONG_STATE, path + ".tool_id",

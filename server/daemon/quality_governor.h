@@ -1,5 +1,5 @@
 // Chooses the level of automatic quality from what ticks cost: down at once when they go beyond the
-// budget, up only after a calm time and one level at a time, and the longer not again the more
+// budget, up only after a calm time and one level at a time, and after the longer a wait the more
 // often that level was too much. Ticks that the work budget cuts short stay within the budget and
 // ask for no lower level, whose geometry costs more accuracy than linearisations, but for no higher
 // one either. A pure function of measured numbers: no clock is read. Not RT.

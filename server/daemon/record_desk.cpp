@@ -83,8 +83,8 @@ v1::RecordHeader record_header(const DaemonPlan& plan) {
 }
 
 void RecordDesk::begin(const std::string& file) {
-  if (recording_ == nullptr || file.empty()) return;
-  const std::string error = recording_->start(file).get();
+  if (recorder_ == nullptr || file.empty()) return;
+  const std::string error = recorder_->start(file).get();
   if (error.empty()) return;
   throw StartError(kExitRecord, "--record: " + error +
                                     ". Give the name of a new file, in a folder you may "
@@ -93,7 +93,7 @@ void RecordDesk::begin(const std::string& file) {
 
 Answer RecordDesk::record(const v1::Record& record) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
-  const RecordStatus status = recording_->status();
+  const RecordStatus status = recorder_->status();
   if (!plain_name(record.file())) {
     result = result_of(v1::RESULT_CODE_INVALID, "record.file",
                        "Use a-z A-Z 0-9 _ - . and at most 64 of them.");
@@ -102,14 +102,14 @@ Answer RecordDesk::record(const v1::Record& record) {
         result_of(v1::RESULT_CODE_BUSY, "record", "A recording is already running. Stop it first.");
   } else if (record.mode() == v1::RECORD_MODE_START) {
     const std::string name = record.file().empty() ? name_of_now("session") : record.file();
-    recording_->start(recordings_folder() / name);
+    recorder_->start(recordings_folder() / name);
   } else if (record.mode() == v1::RECORD_MODE_STOP && !status.recording) {
     result = result_of(v1::RESULT_CODE_WRONG_STATE, "record", "Nothing is being recorded.");
   } else if (record.mode() == v1::RECORD_MODE_STOP) {
-    recording_->stop();
+    recorder_->stop();
   } else if (record.mode() == v1::RECORD_MODE_DUMP) {
     const std::string name = record.file().empty() ? name_of_now("dump") : record.file();
-    recording_->dump(recordings_folder() / name);
+    recorder_->dump(recordings_folder() / name);
   } else {
     result = result_of(v1::RESULT_CODE_INVALID, "record.mode", "Say START, STOP or DUMP.");
   }
@@ -117,15 +117,15 @@ Answer RecordDesk::record(const v1::Record& record) {
 }
 
 void RecordDesk::note(const LoopEvent& event, const v1::Item& item) {
-  if (recording_ == nullptr) return;
+  if (recorder_ == nullptr) return;
   v1::EventRecord record;
   record.set_tick(event.tick);
   *record.mutable_item() = item;
-  recording_->event(event.t_ns, std::move(record));
+  recorder_->event(event.t_ns, std::move(record));
   const auto* fault = std::get_if<FaultNotice>(&event.what);
   if (fault == nullptr || !fault->latched || fault_dumps_ >= kMaxFaultDumps) return;
   ++fault_dumps_;
-  recording_->dump(recordings_folder() / name_of_now("fault"));
+  recorder_->dump(recordings_folder() / name_of_now("fault"));
 }
 
 v1::RecordInfo RecordDesk::told() const { return record_info(told_); }
@@ -137,8 +137,8 @@ void RecordDesk::tell(const RecordStatus& status) {
 }
 
 void RecordDesk::report() {
-  if (recording_ == nullptr) return;
-  for (const DumpResult& dump : recording_->take_dumps()) {
+  if (recorder_ == nullptr) return;
+  for (const DumpResult& dump : recorder_->take_dumps()) {
     RecordStatus status;
     status.file = dump.file;
     status.error = dump.error;
@@ -149,7 +149,7 @@ void RecordDesk::report() {
     }
     tell(status);
   }
-  const RecordStatus status = recording_->status();
+  const RecordStatus status = recorder_->status();
   const bool same = status.recording == told_.recording && status.file == told_.file &&
                     status.error == told_.error;
   if (same) return;

@@ -7,7 +7,7 @@
 #include "server/daemon/daemon_plan.h"
 #include "server/daemon/served_clients.h"
 #include "server/haptic_loop/loop_event.h"
-#include "server/recorder/recording.h"
+#include "server/recorder/recorder_thread.h"
 
 namespace hapticd {
 
@@ -16,9 +16,9 @@ namespace hapticd {
 
 class RecordDesk {
  public:
-  /// Both outlive this; `recording` is null where a replay plays, which is not recorded.
-  RecordDesk(Recording* recording, ServedClients& clients)
-      : recording_(recording), clients_(clients) {}
+  /// Both outlive this; `recorder` is null where a replay plays, which is not recorded.
+  RecordDesk(RecorderThread* recorder, ServedClients& clients)
+      : recorder_(recorder), clients_(clients) {}
 
   /// Begins what --record asks for, if anything: before the first tick, which a replay begins with.
   /// Throws StartError.
@@ -35,7 +35,7 @@ class RecordDesk {
  private:
   void tell(const RecordStatus& status);
 
-  Recording* recording_;
+  RecorderThread* recorder_;
   ServedClients& clients_;
   RecordStatus told_;
   std::uint64_t fault_dumps_ = 0;

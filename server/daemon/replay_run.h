@@ -1,6 +1,6 @@
 // A recording played again: its ticks, scenes and changes given to a loop whose devices are
 // replayed ones, and what comes of them compared with what was recorded, bit for bit. The loop is
-// stepped by whoever calls. Begins with the first tick of a daemon's life or at the first Snapshot,
+// stepped by the caller. Begins with the first tick of a daemon's life or at the first Snapshot,
 // and goes on at the next Snapshot behind ticks that were lost. Not RT.
 #pragma once
 

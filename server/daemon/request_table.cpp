@@ -4,17 +4,19 @@
 #include <algorithm>
 #include <array>
 
+#include "proto/wire/choice_check.h"
 #include "proto/wire/request_result.h"
 #include "proto/wire/request_rule.h"
 #include "server/daemon/scene_tool.h"
-#include "server/scene_io/choice_check.h"
 
 namespace hapticd {
 namespace {
 
 using wire::result_of;
+using Id = const RequestId&;
+using Item = const v1::Item&;
 
-v1::Result listing(const std::vector<ListedName>& names) {
+Answer listing(const std::vector<ListedName>& names) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
   v1::Listing& listing = *result.mutable_listing();
   for (const ListedName& each : names) {
@@ -24,28 +26,24 @@ v1::Result listing(const std::vector<ListedName>& names) {
   return result;
 }
 
-Answer stop(Desks& desks, const RequestId& id, const v1::Item& /*item*/) {
+Answer stop(Desks& desks, Id id, Item /*item*/) {
   if (auto* time = std::get_if<VirtualTime>(&desks.time)) time->hurry();
   return desks.loop.command(id, StopCommand{});
 }
 
-Answer recentre(Desks& desks, const RequestId& id, const v1::Item& item) {
+Answer recentre(Desks& desks, Id id, Item item) {
   const std::uint32_t tool = tool_of(item.recentre().tool_id(), desks.scenes.newest().index);
-  if (tool == kNoTool) {
-    return result_of(v1::RESULT_CODE_NOT_FOUND, "recentre.tool_id", kNoSuchTool);
-  }
+  if (tool == kNoTool) return no_such_tool("recentre.tool_id");
   return desks.loop.command(id, RecentreCommand{tool});
 }
 
-Answer clutch(Desks& desks, const RequestId& id, const v1::Item& item) {
+Answer clutch(Desks& desks, Id id, Item item) {
   const std::uint32_t tool = tool_of(item.clutch().tool_id(), desks.scenes.newest().index);
-  if (tool == kNoTool) {
-    return result_of(v1::RESULT_CODE_NOT_FOUND, "clutch.tool_id", kNoSuchTool);
-  }
+  if (tool == kNoTool) return no_such_tool("clutch.tool_id");
   return desks.loop.command(id, ClutchCommand{tool, item.clutch().open()});
 }
 
-Answer run(Desks& desks, const RequestId& id, const v1::Item& item) {
+Answer run(Desks& desks, Id id, Item item) {
   if (item.run().mode() == v1::RUN_MODE_UNSPECIFIED) {
     return result_of(v1::RESULT_CODE_INVALID, "run.mode", "Say LIVE, STOP or STEP.");
   }
@@ -53,7 +51,7 @@ Answer run(Desks& desks, const RequestId& id, const v1::Item& item) {
   return time == nullptr ? RealTime::run(item.run()) : time->run(id, item.run());
 }
 
-Answer replay(Desks& desks, const RequestId& /*id*/, const v1::Item& item) {
+Answer replay(Desks& desks, Id /*id*/, Item item) {
   auto* time = std::get_if<ReplayTime>(&desks.time);
   const bool end = item.replay().file().empty();
   if (end && time != nullptr) {
@@ -72,14 +70,14 @@ Answer replay(Desks& desks, const RequestId& /*id*/, const v1::Item& item) {
 }
 
 template <typename Command>
-Answer command(Desks& desks, const RequestId& id, const v1::Item& /*item*/) {
+Answer command(Desks& desks, Id id, Item /*item*/) {
   return desks.loop.command(id, Command{});
 }
 
 /// A kind of request.
 struct Row {
   v1::Item::BodyCase kind;
-  Answer (*carry_out)(Desks& desks, const RequestId& id, const v1::Item& item);
+  Answer (*carry_out)(Desks& desks, Id id, Item item);
 };
 
 constexpr std::array kRows{
@@ -92,45 +90,28 @@ constexpr std::array kRows{
     Row{v1::Item::kRun, run},
     Row{v1::Item::kReplay, replay},
     Row{v1::Item::kPoseBatch,
-        [](Desks& desks, const RequestId&, const v1::Item& item) {
-          return desks.play.queue_poses(item.pose_batch());
-        }},
+        [](Desks& desks, Id, Item item) { return desks.play.queue_poses(item.pose_batch()); }},
     Row{v1::Item::kPlayGesture,
-        [](Desks& desks, const RequestId& id, const v1::Item& item) {
+        [](Desks& desks, Id id, Item item) {
           return desks.play.play_gesture(id, item.play_gesture());
         }},
     Row{v1::Item::kLoadScene,
-        [](Desks& desks, const RequestId& id, const v1::Item& item) {
-          return desks.scenes.load(id, item.load_scene());
-        }},
+        [](Desks& desks, Id id, Item item) { return desks.scenes.load(id, item.load_scene()); }},
     Row{v1::Item::kGetParameters,
-        [](Desks& desks, const RequestId& id, const v1::Item& item) {
-          return desks.scenes.parameters(id, item);
-        }},
+        [](Desks& desks, Id id, Item item) { return desks.scenes.parameters(id, item); }},
     Row{v1::Item::kSetParameter,
-        [](Desks& desks, const RequestId& id, const v1::Item& item) {
-          return desks.scenes.parameters(id, item);
-        }},
+        [](Desks& desks, Id id, Item item) { return desks.scenes.parameters(id, item); }},
     Row{v1::Item::kRecord,
-        [](Desks& desks, const RequestId&, const v1::Item& item) {
-          return desks.records.record(item.record());
-        }},
+        [](Desks& desks, Id, Item item) { return desks.records.record(item.record()); }},
     Row{v1::Item::kListScenes,
-        [](Desks& desks, const RequestId&, const v1::Item&) {
-          return Answer(listing(desks.catalogues.scenes()));
-        }},
+        [](Desks& desks, Id, Item) { return listing(desks.catalogues.scenes()); }},
     Row{v1::Item::kListGestures,
-        [](Desks& desks, const RequestId&, const v1::Item&) {
-          return Answer(listing(desks.catalogues.gestures()));
-        }},
+        [](Desks& desks, Id, Item) { return listing(desks.catalogues.gestures()); }},
     Row{v1::Item::kListRecordings,
-        [](Desks& desks, const RequestId&, const v1::Item&) {
-          return Answer(listing(desks.catalogues.recordings()));
-        }},
-    Row{v1::Item::kGetDeviceInfo,
-        [](Desks& desks, const RequestId&, const v1::Item&) { return desks.devices.describe(); }},
+        [](Desks& desks, Id, Item) { return listing(desks.catalogues.recordings()); }},
+    Row{v1::Item::kGetDeviceInfo, [](Desks& desks, Id, Item) { return desks.devices.describe(); }},
     Row{v1::Item::kCalibrate,
-        [](Desks& desks, const RequestId& id, const v1::Item& item) {
+        [](Desks& desks, Id id, Item item) {
           return desks.devices.calibrate(id, item.calibrate());
         }},
 };
@@ -145,7 +126,7 @@ Answer RequestTable::answer_to(const RequestId& id, const v1::Item& item) {
   }
   // Nothing that has happened is still to be told: no thread but this one makes it happen.
   if (!std::holds_alternative<RealTime>(desks_.time)) desks_.loop.take_events();
-  if (const std::optional<UnknownChoice> unknown = unknown_choice(item)) {
+  if (const std::optional<wire::UnknownChoice> unknown = wire::unknown_choice(item)) {
     return result_of(v1::RESULT_CODE_INVALID, unknown->path, unknown->message);
   }
   const auto row = std::find_if(kRows.begin(), kRows.end(),

@@ -82,8 +82,9 @@ std::optional<v1::Result> refusal_of_change(const v1::SetParameter& set, std::ui
 
 }  // namespace
 
-SceneDesk::SceneDesk(DaemonPlan& plan, LoopDesk& loop, ServedClients& clients, Recording* recording)
-    : plan_(plan), loop_(loop), clients_(clients), recording_(recording) {}
+SceneDesk::SceneDesk(DaemonPlan& plan, LoopDesk& loop, ServedClients& clients,
+                     RecorderThread* recorder)
+    : plan_(plan), loop_(loop), clients_(clients), recorder_(recorder) {}
 
 std::unique_ptr<PlayedScene> SceneDesk::first_scene() {
   LoadResult result = load_scene(plan_.options.config.scene(), load_options(plan_));
@@ -300,8 +301,8 @@ void SceneDesk::reload() {
   if (!read.good) return;
   const v1::Config& config = plan_.options.config;
   if (read.recording_differs) {
-    recording_->stop();
-    if (!config.record().empty()) recording_->start(config.record());
+    recorder_->stop();
+    if (!config.record().empty()) recorder_->start(config.record());
   }
   spdlog::info("reload: scene {}", config.scene());
   reload_waits_ = true;
@@ -407,7 +408,7 @@ bool SceneDesk::set_level(int level, std::uint64_t tick) {
 }
 
 void SceneDesk::settle_change(std::uint64_t number, bool dropped) {
-  if (dropped && recording_ != nullptr) recording_->forget_change(number);
+  if (dropped && recorder_ != nullptr) recorder_->forget_change(number);
   for (LiveScene& scene : scenes_) {
     if (!scene.settle(number, dropped)) continue;
     if (!dropped) return;
@@ -420,24 +421,24 @@ void SceneDesk::settle_change(std::uint64_t number, bool dropped) {
 }
 
 void SceneDesk::announce(const LiveScene& scene) {
-  if (recording_ == nullptr) return;
+  if (recorder_ == nullptr) return;
   v1::SceneRecord record;
   record.set_scene_id(scene.id);
   *record.mutable_scene() = scene.loaded->message;
   record.set_hash(scene.info.hash());
   *record.mutable_assets() = scene.info.assets();
   if (plan_.player.max_force < kUnlimited) record.set_max_force_n(plan_.player.max_force);
-  recording_->announce(std::move(record), scene.index);
+  recorder_->announce(std::move(record), scene.index);
 }
 
 // Before the loop hears of the change, whose number is the next.
 void SceneDesk::announce_change(const SceneSettings& settings, const v1::SetParameter* set) {
-  if (recording_ == nullptr) return;
+  if (recorder_ == nullptr) return;
   v1::ParameterRecord record;
   record.set_number(loop_.next_number());
   if (set != nullptr) *record.mutable_assignments() = set->assignments();
   put_settings(settings, record);
-  recording_->announce_change(std::move(record));
+  recorder_->announce_change(std::move(record));
 }
 
 }  // namespace hapticd

@@ -13,14 +13,14 @@
 #include "server/daemon/daemon_plan.h"
 #include "server/daemon/live_scene.h"
 #include "server/daemon/loop_desk.h"
-#include "server/recorder/recording.h"
+#include "server/recorder/recorder_thread.h"
 
 namespace hapticd {
 
 class SceneDesk {
  public:
-  /// All outlive this; `recording` may be null.
-  SceneDesk(DaemonPlan& plan, LoopDesk& loop, ServedClients& clients, Recording* recording);
+  /// All outlive this; `recorder` may be null.
+  SceneDesk(DaemonPlan& plan, LoopDesk& loop, ServedClients& clients, RecorderThread* recorder);
 
   /// What plays first: the configured scene. Throws StartError, or std::runtime_error.
   [[nodiscard]] std::unique_ptr<PlayedScene> first_scene();
@@ -89,7 +89,7 @@ class SceneDesk {
   DaemonPlan& plan_;
   LoopDesk& loop_;
   ServedClients& clients_;
-  Recording* recording_;
+  RecorderThread* recorder_;
   /// The one that plays; before it the last one, until its ticks are all taken; after it the
   /// next one, until it plays.
   std::deque<LiveScene> scenes_;

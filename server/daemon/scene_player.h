@@ -40,8 +40,8 @@ struct PlayerOptions {
 /// The device of a tool.
 [[nodiscard]] const ToolDevice& device_of(const PlayerOptions& options, std::uint32_t tool_id);
 
-/// Takes over what of the configuration may differ from scene to scene: arm, seed, largest force,
-/// budget.
+/// Takes over the part of the configuration that may differ from scene to scene: arm, seed, largest
+/// force, budget.
 void follow_config(const v1::Config& config, PlayerOptions& options);
 
 /// Half the tick, us.

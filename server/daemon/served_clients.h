@@ -1,5 +1,5 @@
-// Those whom the daemon serves, as its desks see them: what is answered later than it was asked
-// for, and what everyone is told. Desks are made before anybody is served. Not RT.
+// The clients as the daemon's desks see them: what is answered later than it was asked for, and
+// what everyone is told. Desks are made before anybody is served. Not RT.
 #pragma once
 
 #include <optional>

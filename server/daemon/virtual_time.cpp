@@ -58,7 +58,7 @@ void VirtualTime::end_steps() {
 }
 
 void VirtualTime::step(std::int64_t now_ns) {
-  parts_.recording.make_room();
+  parts_.recorder.make_room();
   parts_.loop.loop().tick_once(now_ns);
   parts_.hand_on(now_ns);
 }

@@ -7,7 +7,7 @@
 
 #include "server/daemon/loop_desk.h"
 #include "server/encoding/state_hash.h"
-#include "server/recorder/recording.h"
+#include "server/recorder/recorder_thread.h"
 
 namespace hapticd {
 
@@ -17,7 +17,7 @@ class VirtualTime {
   struct Parts {
     LoopDesk& loop;
     ServedClients& clients;
-    Recording& recording;
+    RecorderThread& recorder;
     const StateHash& hash;                      ///< of the ticks of the scene
     std::function<void(std::int64_t)> hand_on;  ///< a tick is over: takes what it told
   };

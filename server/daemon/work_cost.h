@@ -16,12 +16,12 @@ namespace hapticd {
 inline constexpr std::int64_t kIdleWork = 1000;
 /// Ticks are judged in blocks of so many. More: slower to see that they have become cheaper.
 inline constexpr int kPriceBlock = 2048;
-/// That one of a block's prices counts which so many less one exceed: 1 tick in 1000 of the two
-/// blocks that are looked at. More: the budget is exceeded more often.
+/// Rank of the price that counts among a block's: the third dearest, which 1 tick in 1000 of the
+/// two blocks looked at exceeds. More: the budget is exceeded more often.
 inline constexpr std::size_t kDearRank = 3;
 /// Share of the budget that is spent: prices beyond all that was seen. Nearer to 1: less room.
 inline constexpr double kSpentShare = 0.95;
-/// Counts know no noise: under the virtual clock a little more than the budget is allowed, as much
+/// Counts have no noise: under the virtual clock a little more than the budget is allowed, as much
 /// as a tick keeps back of it for a linearisation dearer than the last. More: ticks exceed the
 /// budget.
 inline constexpr double kNominalShare = 1.02;

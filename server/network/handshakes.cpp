@@ -88,8 +88,8 @@ noise::Bytes Handshakes::receive(const Address& from, std::span<const std::uint8
 noise::Bytes Handshakes::welcome(const Address& from, const wire::Hello& hello,
                                  noise::Handshake& handshake, std::int64_t now_ns) {
   expire(now_ns);
-  if (half_open() >= kMaxHalfOpen) return {};
-  if (hello.role == wire::Role::kView && half_open_views() >= kMaxHalfOpenViews) return {};
+  if (half_open(false) >= kMaxHalfOpen) return {};
+  if (hello.role == wire::Role::kView && half_open(true) >= kMaxHalfOpenViews) return {};
   const auto message = handshake.write();
   if (!message.has_value()) return {};
   std::uint32_t session = 0;
@@ -134,15 +134,11 @@ void Handshakes::expire(std::int64_t now_ns) {
   });
 }
 
-std::size_t Handshakes::half_open() const {
-  return static_cast<std::size_t>(std::count_if(
-      all_.begin(), all_.end(), [](const HalfOpen& half) { return !half.established; }));
-}
-
-std::size_t Handshakes::half_open_views() const {
-  return static_cast<std::size_t>(std::count_if(all_.begin(), all_.end(), [](const HalfOpen& half) {
-    return !half.established && half.role == wire::Role::kView;
-  }));
+std::size_t Handshakes::half_open(bool views) const {
+  return static_cast<std::size_t>(
+      std::count_if(all_.begin(), all_.end(), [views](const HalfOpen& half) {
+        return !half.established && (!views || half.role == wire::Role::kView);
+      }));
 }
 
 }  // namespace hapticd

@@ -62,11 +62,10 @@ class Handshakes {
   void forget(std::uint32_t session);
   /// Forgets the handshakes that have waited too long.
   void expire(std::int64_t now_ns);
-  /// Handshakes that wait.
-  [[nodiscard]] std::size_t half_open() const;
+  /// Handshakes that wait; `views`: those of the view key alone.
+  [[nodiscard]] std::size_t half_open(bool views = false) const;
 
  private:
-  [[nodiscard]] std::size_t half_open_views() const;
   static constexpr std::size_t kCookieBytes = 32;
   using Secret = std::array<std::uint8_t, 32>;
   using Cookie = std::array<std::uint8_t, kCookieBytes>;

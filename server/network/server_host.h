@@ -40,13 +40,13 @@ enum class LeaseEnd : std::uint8_t { kReleased, kSessionEnded, kExpired };
 /// What the server asks of the daemon. Every function must be set.
 struct ServerHost {
   /// SceneInfo and RecordInfo for a session that begins, in this order; the server puts LeaseInfo
-  /// between them. Also asked nowhere else: changes come through broadcast().
+  /// between them. Called for nothing else: changes come through broadcast().
   std::function<std::vector<v1::Item>()> greeting;
   /// A request that is not the server's own, when its turn has come and lease and fence permit it.
-  /// The host calls ProtocolServer::answer() once for it, at once or later. PoseBatch too is
-  /// answered always; the server swallows its OK. Stop may come while an earlier request of the
+  /// The host calls ProtocolServer::answer() once for it, at once or later. PoseBatch, too, is
+  /// always answered; the server swallows its OK. Stop may come while an earlier request of the
   /// session is unanswered, and so may Run{STOP} during a Run of steps: the host then ends that Run
-  /// at the next tick. A Replay of the same session waits for its turn as every other.
+  /// at the next tick. A Replay of the same session waits for its turn like every other request.
   std::function<void(const RequestId&, const v1::Item&)> request;
   /// The session of a request that was passed on and not answered has ended. A Run of steps ends at
   /// the next tick; anything else may be finished. Its answer is not wanted any more, and ignored.

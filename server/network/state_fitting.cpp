@@ -153,26 +153,21 @@ std::set<std::uint32_t> tools_of(const v1::State& state) {
   return ids;
 }
 
-/// Copies the entries of tool `id`, its contacts only if asked for.
-void copy_tool(const v1::State& from, std::uint32_t id, bool contacts, v1::State& to) {
-  for (const auto& entry : from.tools()) {
-    if (entry.tool_id() == id) *to.add_tools() = entry;
+template <typename Entries>
+void copy_entries(const Entries& from, std::uint32_t id, Entries& to) {
+  for (const auto& entry : from) {
+    if (entry.tool_id() == id) *to.Add() = entry;
   }
-  for (const auto& entry : from.devices()) {
-    if (entry.tool_id() == id) *to.add_devices() = entry;
-  }
-  for (const auto& entry : from.energy().tools()) {
-    if (entry.tool_id() == id) *to.mutable_energy()->add_tools() = entry;
-  }
-  for (const auto& entry : from.stiffness()) {
-    if (entry.tool_id() == id) *to.add_stiffness() = entry;
-  }
-  for (const auto& entry : from.gestures()) {
-    if (entry.tool_id() == id) *to.add_gestures() = entry;
-  }
-  for (const auto& entry : from.contacts()) {
-    if (contacts && entry.tool_id() == id) *to.add_contacts() = entry;
-  }
+}
+
+/// Copies the entries of tool `id` but its contacts.
+void copy_tool(const v1::State& from, std::uint32_t id, v1::State& to) {
+  copy_entries(from.tools(), id, *to.mutable_tools());
+  copy_entries(from.devices(), id, *to.mutable_devices());
+  copy_entries(from.stiffness(), id, *to.mutable_stiffness());
+  copy_entries(from.gestures(), id, *to.mutable_gestures());
+  if (from.energy().tools_size() == 0) return;
+  copy_entries(from.energy().tools(), id, *to.mutable_energy()->mutable_tools());
 }
 
 /// What every part has.
@@ -230,12 +225,12 @@ std::vector<v1::State> split(const v1::State& whole, std::size_t bytes,
   std::vector<std::vector<std::uint32_t>> members(1);
   for (const std::uint32_t id : tools_of(whole)) {
     v1::State longer = bare.back();
-    copy_tool(whole, id, false, longer);
+    copy_tool(whole, id, longer);
     if (longer.ByteSizeLong() > bytes && (!members.back().empty() || bare.size() == 1)) {
       bare.push_back(part_of(whole));
       members.emplace_back();
       longer = bare.back();
-      copy_tool(whole, id, false, longer);
+      copy_tool(whole, id, longer);
     }
     bare.back() = std::move(longer);
     members.back().push_back(id);

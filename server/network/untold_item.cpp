@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "proto/wire/request_result.h"
 #include "proto/wire/whole_characters.h"
 
 namespace hapticd {
@@ -23,11 +24,8 @@ v1::SceneInfo notice_for(const v1::SceneInfo& info) {
 }
 
 v1::Result notice_for(const v1::Result& result) {
-  v1::Result notice;
+  v1::Result notice = wire::result_of(result.code(), result.path(), result.message());
   notice.set_item_id(result.item_id());
-  notice.set_code(result.code());
-  notice.set_path(wire::whole_characters(result.path(), wire::kPathBytes));
-  notice.set_message(wire::whole_characters(result.message(), wire::kMessageBytes));
   if (result.code() != v1::RESULT_CODE_OK) return notice;
   notice.set_code(v1::RESULT_CODE_FAILED);
   notice.set_message(

@@ -19,19 +19,11 @@ constexpr std::size_t kEntryBytes = 64;
 /// Without Snapshots (a loop that makes none) the ring still ends: this much later.
 constexpr std::uint64_t kGrace_ns = 5'000'000'000;
 
-struct ChannelType {
-  std::string_view topic;
-  const google::protobuf::Descriptor* type;
-};
-
-/// In the order of Recorder::Kind.
-std::array<ChannelType, 6> channel_types() {
-  return {{{kHeaderTopic, v1::RecordHeader::descriptor()},
-           {kSceneTopic, v1::SceneRecord::descriptor()},
-           {kParameterTopic, v1::ParameterRecord::descriptor()},
-           {kTickTopic, v1::TickRecord::descriptor()},
-           {kEventTopic, v1::EventRecord::descriptor()},
-           {kSnapshotTopic, v1::Snapshot::descriptor()}}};
+/// In the order of RecordKind.
+std::array<const google::protobuf::Descriptor*, kRecordTopics.size()> record_types() {
+  return {v1::RecordHeader::descriptor(),    v1::SceneRecord::descriptor(),
+          v1::ParameterRecord::descriptor(), v1::TickRecord::descriptor(),
+          v1::EventRecord::descriptor(),     v1::Snapshot::descriptor()};
 }
 
 /// The folders a file is in, made where they are missing; unless kept, those are removed again.
@@ -74,44 +66,32 @@ void Recorder::begin(const v1::RecordHeader& header) {
   header_ = versioned.SerializeAsString();
 }
 
-void Recorder::scene(std::uint64_t t_ns, const v1::SceneRecord& record) {
-  add(Kind::kScene, t_ns, record.SerializeAsString());
-}
-
-void Recorder::parameters(std::uint64_t t_ns, const v1::ParameterRecord& record) {
-  add(Kind::kParameters, t_ns, record.SerializeAsString());
+void Recorder::add(RecordKind kind, std::uint64_t t_ns, const google::protobuf::Message& record) {
+  add(kind, t_ns, record.SerializeAsString());
 }
 
 void Recorder::tick(const Tick& tick, const SceneIndex* index) {
   to_record(tick, tick_);
   if (index != nullptr) add_shown(tick, *index, tick_);
   if (session_) ++session_->ticks;
-  add(Kind::kTick, static_cast<std::uint64_t>(tick.t_ns), tick_.SerializeAsString());
-}
-
-void Recorder::event(std::uint64_t t_ns, const v1::EventRecord& record) {
-  add(Kind::kEvent, t_ns, record.SerializeAsString());
-}
-
-void Recorder::snapshot(std::uint64_t t_ns, const v1::Snapshot& record) {
-  add(Kind::kSnapshot, t_ns, record.SerializeAsString());
+  add(RecordKind::kTick, static_cast<std::uint64_t>(tick.t_ns), tick_.SerializeAsString());
 }
 
 void Recorder::lost_ticks(std::uint64_t count) {
   if (session_) session_->lost += count;
 }
 
-void Recorder::write(McapWriter& writer, Kind kind, std::uint64_t t_ns,
+void Recorder::write(McapWriter& writer, RecordKind kind, std::uint64_t t_ns,
                      std::string_view bytes) const {
   writer.write(static_cast<std::uint16_t>(static_cast<int>(kind) + 1),
                t_ns + static_cast<std::uint64_t>(options_.time_offset_ns), bytes);
 }
 
-void Recorder::add(Kind kind, std::uint64_t t_ns, std::string bytes) {
+void Recorder::add(RecordKind kind, std::uint64_t t_ns, std::string bytes) {
   if (header_.empty()) return;
   if (session_) write(session_->writer, kind, t_ns, bytes);
-  if (kind == Kind::kScene) scene_ = bytes;
-  if (kind == Kind::kSnapshot) snapshots_.push_back(t_ns);
+  if (kind == RecordKind::kScene) scene_ = bytes;
+  if (kind == RecordKind::kSnapshot) snapshots_.push_back(t_ns);
   flight_bytes_ += bytes.size() + kEntryBytes;
   flight_.push_back({kind, t_ns, std::move(bytes)});
   forget_old();
@@ -120,8 +100,8 @@ void Recorder::add(Kind kind, std::uint64_t t_ns, std::string bytes) {
 void Recorder::drop_oldest() {
   Entry& oldest = flight_.front();
   flight_bytes_ -= oldest.bytes.size() + kEntryBytes;
-  if (oldest.kind == Kind::kScene) flight_scene_ = std::move(oldest.bytes);
-  if (oldest.kind == Kind::kSnapshot) snapshots_.pop_front();
+  if (oldest.kind == RecordKind::kScene) flight_scene_ = std::move(oldest.bytes);
+  if (oldest.kind == RecordKind::kSnapshot) snapshots_.pop_front();
   flight_.pop_front();
 }
 
@@ -131,7 +111,7 @@ void Recorder::forget_old() {
     return t_ns < now_ns && now_ns - t_ns >= age_ns;
   };
   // The ring begins with the youngest Snapshot that is old enough: there a replay can start.
-  const auto front_is_snapshot = [this] { return flight_.front().kind == Kind::kSnapshot; };
+  const auto front_is_snapshot = [this] { return flight_.front().kind == RecordKind::kSnapshot; };
   for (;;) {
     const std::size_t next = front_is_snapshot() ? 1 : 0;
     if (snapshots_.size() <= next || !older(snapshots_[next], options_.flight_ns)) break;
@@ -149,11 +129,12 @@ std::string Recorder::begin_file(McapWriter& writer, const std::string& path, st
   MadeFolders folders(path);
   if (!folders.error().empty()) return folders.error();
   if (writer.open(path, kLibrary)) {
-    for (const ChannelType& channel : channel_types()) {
-      writer.add_channel(channel.topic, channel.type->full_name(), schema_set(*channel.type));
+    const auto types = record_types();
+    for (std::size_t k = 0; k < types.size(); ++k) {
+      writer.add_channel(kRecordTopics[k], types[k]->full_name(), schema_set(*types[k]));
     }
-    write(writer, Kind::kHeader, t_ns, header_);
-    if (!scene.empty()) write(writer, Kind::kScene, t_ns, scene);
+    write(writer, RecordKind::kHeader, t_ns, header_);
+    if (!scene.empty()) write(writer, RecordKind::kScene, t_ns, scene);
     writer.flush();
   }
   const std::string error = writer.error();

@@ -1,9 +1,8 @@
-// Records what the haptic loop did, on the telemetry thread: always into a ring in memory of the
+// Records what the haptic loop did, on the recorder's thread: always into a ring in memory of the
 // last 60 s (the flight recorder), and into a file when a whole session is asked for. Messages are
 // those of recording.proto, one channel each, times those of the loop's clock plus an offset. The
-// order of calls: begin() once, then scene(), snapshot(), tick() and so on as things happen, poll()
-// at least every 50 ms. Nothing here throws or stops the loop: what goes wrong is in status().
-// Not RT.
+// order of calls: begin() once, then add() and tick() as things happen, poll() at least every 50
+// ms. Nothing here throws or stops the loop: what goes wrong is in status(). Not RT.
 #pragma once
 
 #include <array>
@@ -46,13 +45,10 @@ class Recorder {
   /// What every file begins with. A recorder that was not begun records nothing.
   void begin(const v1::RecordHeader& header);
 
-  /// As things happen, in the order of the loop; `t_ns` on the loop's clock.
-  void scene(std::uint64_t t_ns, const v1::SceneRecord& record);
-  void parameters(std::uint64_t t_ns, const v1::ParameterRecord& record);
+  /// A message of this kind, all but ticks, in the order of the loop; `t_ns` on the loop's clock.
+  void add(RecordKind kind, std::uint64_t t_ns, const google::protobuf::Message& record);
   /// `index` is that of the tick's scene; null: not known, and what clients are shown is left out.
   void tick(const Tick& tick, const SceneIndex* index);
-  void event(std::uint64_t t_ns, const v1::EventRecord& record);
-  void snapshot(std::uint64_t t_ns, const v1::Snapshot& record);
   /// Ticks that came too fast for the ring to this thread: counted as lost.
   void lost_ticks(std::uint64_t count);
 
@@ -76,9 +72,8 @@ class Recorder {
   [[nodiscard]] std::size_t flight_bytes() const noexcept { return flight_bytes_; }
 
  private:
-  enum class Kind : std::uint8_t { kHeader, kScene, kParameters, kTick, kEvent, kSnapshot };
   struct Entry {
-    Kind kind;
+    RecordKind kind;
     std::uint64_t t_ns;
     std::string bytes;
   };
@@ -91,10 +86,10 @@ class Recorder {
     std::uint64_t flushed_ns = 0;
   };
 
-  void add(Kind kind, std::uint64_t t_ns, std::string bytes);
+  void add(RecordKind kind, std::uint64_t t_ns, std::string bytes);
   void drop_oldest();
   void forget_old();
-  void write(McapWriter& writer, Kind kind, std::uint64_t t_ns, std::string_view bytes) const;
+  void write(McapWriter& writer, RecordKind kind, std::uint64_t t_ns, std::string_view bytes) const;
   /// Creates the file, and the folders it is in, and writes what every file begins with. Returns
   /// what went wrong, and leaves nothing then; empty: nothing.
   std::string begin_file(McapWriter& writer, const std::string& path, std::uint64_t t_ns,

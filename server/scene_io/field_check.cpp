@@ -5,7 +5,7 @@
 
 #include <sstream>
 
-#include "server/scene_io/field_table.h"
+#include "proto/wire/field_table.h"
 
 namespace hapticd {
 namespace {
@@ -79,8 +79,8 @@ class Check {
   // NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which does not contain itself
   void check(const Place& place) {
     if (place.field.type() == pb::FieldDescriptor::TYPE_STRING) check_text(place);
-    const FieldRow* row =
-        find_row(place.field.containing_type()->name() + "." + place.field.name());
+    const wire::FieldRow* row =
+        wire::find_row(place.field.containing_type()->name() + "." + place.field.name());
     if (row == nullptr) return;
     if (is_number(place.field)) {
       check_numbers(place, *row);
@@ -111,8 +111,8 @@ class Check {
     }
   }
 
-  void check_numbers(const Place& place, const FieldRow& row) {
-    const auto range = parse_interval(row.range);
+  void check_numbers(const Place& place, const wire::FieldRow& row) {
+    const auto range = wire::parse_interval(row.range);
     for (int i = 0; i < place.count() && range && !full(); ++i) {
       const double value = number_at(place, i);
       if (range->contains(value)) continue;
@@ -121,7 +121,7 @@ class Check {
       fault(place.at(i), message, "");
     }
     if (!place.field.is_repeated()) return;
-    const auto counted = parse_interval(row.shape);
+    const auto counted = wire::parse_interval(row.shape);
     const int wanted = row.shape.starts_with("4") ? 4 : 3;
     const bool any_multiple = row.shape.find(" n") == 1;
     const bool fits = counted        ? counted->contains(place.count())
@@ -146,11 +146,11 @@ class Check {
     }
   }
 
-  void check_length(const Place& place, const FieldRow& row) {
+  void check_length(const Place& place, const wire::FieldRow& row) {
     // The range of a single message is that of the numbers in it, which its reader knows.
     const bool message = place.field.cpp_type() == Kind::CPPTYPE_MESSAGE;
     if (message && !place.field.is_repeated()) return;
-    const auto range = parse_interval(row.range);
+    const auto range = wire::parse_interval(row.range);
     if (!range || (row.may_be_absent && place.field.is_repeated() && place.count() == 0)) return;
     const bool text = place.field.cpp_type() == Kind::CPPTYPE_STRING;
     const double length =

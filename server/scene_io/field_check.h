@@ -1,6 +1,6 @@
-// Checks every field of a message against what its comment promises (field_table.h): ranges of
-// numbers, shapes of lists, lengths of texts and lists, unknown enum values; and that texts are
-// UTF-8. Offline.
+// Checks every field of a message against what its comment promises (proto/wire/field_table.h):
+// ranges of numbers, shapes of lists, lengths of texts and lists, unknown enum values; and that
+// texts are UTF-8. Offline.
 #pragma once
 
 #include <google/protobuf/message.h>

@@ -9,6 +9,7 @@
 #include "server/scene_io/message_text.h"
 #include "server/scene_io/model_files.h"
 #include "server/scene_io/named_text.h"
+#include "server/scene_io/scene_defaults.h"
 
 namespace hapticd {
 namespace {
@@ -102,13 +103,6 @@ class Check {
   SceneProblems problems_;
 };
 
-void fill_pose(v1::Pose& pose) {
-  if (pose.p_m().empty()) pose.mutable_p_m()->Resize(3, 0.0);
-  if (!pose.q().empty()) return;
-  pose.mutable_q()->Resize(4, 0.0);
-  pose.set_q(0, 1.0);
-}
-
 void fill_defaults(v1::Gesture& gesture) {
   for (v1::GestureTrack& track : *gesture.mutable_tracks()) {
     for (v1::Waypoint& waypoint : *track.mutable_waypoints()) {
@@ -123,23 +117,9 @@ void fill_defaults(v1::Gesture& gesture) {
   }
 }
 
-GestureResult load_text(std::string_view text, const std::string& file) {
-  v1::Gesture gesture;
-  const MessageText parsed(text, file, "gesture", gesture);
-  GestureResult result;
-  result.problems = parsed.problems();
-  if (any_fault(result.problems)) return result;
-  GestureResult checked = check_gesture(gesture);
-  for (SceneProblem& problem : checked.problems) {
-    result.problems.push_back(parsed.located(std::move(problem)));
-  }
-  result.gesture = std::move(checked.gesture);
-  return result;
-}
-
 GestureResult load_named(const NamedText& named) {
   if (named.problem) return {std::nullopt, {*named.problem}, true};
-  return load_text(named.text, named.path.string());
+  return check_text(named.text, named.path.string(), "gesture", check_gesture);
 }
 
 }  // namespace
@@ -155,8 +135,6 @@ GestureResult load_installed_gesture(const std::string& name, const GestureFolde
 GestureResult load_gesture(const std::string& source, const GestureFolders& folders) {
   return load_named(read_named(source, folders, "gesture", kMaxText));
 }
-
-GestureResult load_gesture_text(std::string_view text) { return load_text(text, "inline"); }
 
 GestureResult check_gesture(const v1::Gesture& gesture) {
   GestureResult result;

@@ -1,11 +1,10 @@
-// Loads a gesture from a name, a file, inline text or a message: parsed, checked and filled in, or
-// refused with every fault in it. Where its way-points lie is for gesture_motion.h. Offline.
+// Loads a gesture from a name, a file or a message: parsed, checked and filled in, or refused with
+// every fault in it. gesture_motion.h says where its way-points lie. Offline.
 #pragma once
 
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "hapticd/v1/gesture.pb.h"
@@ -32,9 +31,6 @@ struct GestureResult {
 /// `source` is the name of an installed gesture, or a file: with '/' or ".textproto" in it. For the
 /// owner of the machine, not for peers.
 [[nodiscard]] GestureResult load_gesture(const std::string& source, const GestureFolders& folders);
-
-/// From text that has no file; problems name it "inline".
-[[nodiscard]] GestureResult load_gesture_text(std::string_view text);
 
 /// From a message; problems have the paths of its fields, and no file or line.
 [[nodiscard]] GestureResult check_gesture(const v1::Gesture& gesture);

@@ -7,6 +7,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "server/scene_io/scene_problem.h"
 
@@ -37,5 +38,19 @@ class MessageText {
   google::protobuf::TextFormat::ParseInfoTree places_;
   SceneProblems problems_;
 };
+
+/// What `check` finds in the message that `text` is, its problems with their places.
+template <typename Result, typename Message>
+[[nodiscard]] Result check_text(std::string_view text, const std::string& file,
+                                std::string_view what, Result (*check)(const Message&)) {
+  Message message;
+  const MessageText parsed(text, file, what, message);
+  Result result;
+  if (!any_fault(parsed.problems())) result = check(message);
+  for (SceneProblem& problem : result.problems) problem = parsed.located(std::move(problem));
+  result.problems.insert(result.problems.begin(), parsed.problems().begin(),
+                         parsed.problems().end());
+  return result;
+}
 
 }  // namespace hapticd

@@ -1,5 +1,5 @@
-// Texts that people name: of an installed file, by its name without folder and ending, or of any
-// file by its path. Who names it over the network names an installed one. Offline.
+// Texts that people name: an installed file by its name without folder and ending, or any file by
+// its path. Over the network only installed ones can be named. Offline.
 #pragma once
 
 #include <filesystem>
@@ -22,12 +22,12 @@ struct NamedText {
 /// Longest name of an installed file, bytes.
 inline constexpr std::size_t kMaxInstalledName = 256;
 
-/// Why `name` can be no installed file's, to follow "its name"; empty: it can. A name has 1 to 256
-/// bytes, no '/' and no control characters, and does not begin with '.'.
+/// Why no installed file can have this name, in words that follow "its name"; empty: one can. A
+/// name has 1 to 256 bytes, no '/' and no control characters, and does not begin with '.'.
 [[nodiscard]] std::string fault_of_name(std::string_view name);
 
 /// The file of an installed name, in the first of `folders` that has it; empty: there is none, or
-/// the name can be none.
+/// no file can have the name.
 [[nodiscard]] std::filesystem::path installed_file(
     const std::string& name, const std::vector<std::filesystem::path>& folders);
 
@@ -42,7 +42,7 @@ inline constexpr std::size_t kMaxInstalledName = 256;
                                        const std::vector<std::filesystem::path>& folders,
                                        std::string_view what, std::uintmax_t longest);
 
-/// As that, and where `source` has '/' or ".textproto" in it the text of that file, whichever it
+/// The same; but where `source` has '/' or ".textproto" in it, the text of that file, wherever it
 /// is: for the owner of the machine, not for peers.
 [[nodiscard]] NamedText read_named(const std::string& source,
                                    const std::vector<std::filesystem::path>& folders,

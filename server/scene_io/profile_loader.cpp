@@ -5,8 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "proto/wire/field_table.h"
 #include "server/scene_io/field_check.h"
-#include "server/scene_io/field_table.h"
 #include "server/scene_io/message_text.h"
 #include "server/scene_io/model_files.h"
 #include "server/scene_io/named_text.h"
@@ -36,8 +36,8 @@ std::string in_words(double value) {
 }
 
 /// Shape, range and source of one Quantity, which the comment of the field that holds it gives.
-void check_quantity(const v1::Quantity& quantity, const FieldRow& row, const std::string& path,
-                    SceneProblems& problems) {
+void check_quantity(const v1::Quantity& quantity, const wire::FieldRow& row,
+                    const std::string& path, SceneProblems& problems) {
   if (quantity.source().empty()) {
     fault(problems, path + ".source", "a number without a source",
           "Say where it comes from, or why this guess.");
@@ -49,7 +49,7 @@ void check_quantity(const v1::Quantity& quantity, const FieldRow& row, const std
     fault(problems, path + ".value", std::to_string(count) + " numbers",
           "Give " + std::string(row.shape) + ".");
   }
-  const auto range = parse_interval(row.range);
+  const auto range = wire::parse_interval(row.range);
   for (int i = 0; i < count && range; ++i) {
     if (range->contains(quantity.value(i))) continue;
     fault(problems, path + ".value[" + std::to_string(i) + "]",
@@ -67,7 +67,7 @@ void check_quantities(const pb::Message& message, const std::string& prefix,
     const pb::FieldDescriptor& field = *type.field(i);
     if (field.message_type() != v1::Quantity::descriptor()) continue;
     const pb::Reflection& reflection = *message.GetReflection();
-    const FieldRow* row = find_row(type.name() + "." + field.name());
+    const wire::FieldRow* row = wire::find_row(type.name() + "." + field.name());
     if (row == nullptr || !reflection.HasField(message, &field)) continue;
     const auto& quantity =
         dynamic_cast<const v1::Quantity&>(reflection.GetMessage(message, &field));
@@ -119,20 +119,6 @@ void check_required(const P& profile, SceneProblems& problems) {
   }
 }
 
-ProfileResult load_text(std::string_view text, const std::string& file) {
-  P profile;
-  const MessageText parsed(text, file, "device profile", profile);
-  ProfileResult result;
-  result.problems = parsed.problems();
-  if (any_fault(result.problems)) return result;
-  ProfileResult checked = check_profile(profile);
-  for (SceneProblem& problem : checked.problems) {
-    result.problems.push_back(parsed.located(std::move(problem)));
-  }
-  result.loaded = std::move(checked.loaded);
-  return result;
-}
-
 }  // namespace
 
 ProfileFolders installed_profiles() {
@@ -142,24 +128,18 @@ ProfileFolders installed_profiles() {
 std::vector<DeviceSheet> load_installed_profiles() {
   std::vector<DeviceSheet> sheets;
   const ProfileFolders folders = installed_profiles();
-  for (const std::string& name : list_profiles(folders)) {
+  for (const std::string& name : list_names(folders)) {
     ProfileResult result = load_profile(name, folders);
     if (result.loaded) sheets.push_back(std::move(*result.loaded));
   }
   return sheets;
 }
 
-std::vector<std::string> list_profiles(const ProfileFolders& folders) {
-  return list_names(folders);
-}
-
 ProfileResult load_profile(const std::string& source, const ProfileFolders& folders) {
   const NamedText named = read_named(source, folders, "device profile", kMaxText);
   if (named.problem) return {std::nullopt, {*named.problem}};
-  return load_text(named.text, named.path.string());
+  return check_text(named.text, named.path.string(), "device profile", check_profile);
 }
-
-ProfileResult load_profile_text(std::string_view text) { return load_text(text, "inline"); }
 
 ProfileResult check_profile(const P& profile) {
   ProfileResult result;

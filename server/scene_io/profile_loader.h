@@ -1,12 +1,10 @@
-// Loads a device profile from a name, a file, inline text or a message: parsed, checked against the
-// comments of device_profile.proto, and translated for the drivers; or refused with every fault in
-// it. Offline.
+// Loads a device profile from a name, a file or a message: parsed, checked against the comments of
+// device_profile.proto, and translated for the drivers; or refused with every fault in it. Offline.
 #pragma once
 
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "device/api/device_sheet.h"
@@ -29,14 +27,8 @@ struct ProfileResult {
 /// All profiles of the installation that load.
 [[nodiscard]] std::vector<DeviceSheet> load_installed_profiles();
 
-/// Names of the profiles in `folders`, in alphabetical order.
-[[nodiscard]] std::vector<std::string> list_profiles(const ProfileFolders& folders);
-
 /// `source` is the name of an installed profile, or a file: with '/' or ".textproto" in it.
 [[nodiscard]] ProfileResult load_profile(const std::string& source, const ProfileFolders& folders);
-
-/// From text that has no file; problems name it "inline".
-[[nodiscard]] ProfileResult load_profile_text(std::string_view text);
 
 /// From a message, such as that of a recording; problems have the paths of its fields, and no file
 /// or line.

@@ -9,8 +9,8 @@
 
 #include "core/scene/quality.h"
 #include "core/scene/scene_check.h"
+#include "proto/wire/field_table.h"
 #include "server/scene_io/field_check.h"
-#include "server/scene_io/field_table.h"
 #include "server/scene_io/scene_defaults.h"
 #include "server/scene_io/scene_translation.h"
 
@@ -52,7 +52,7 @@ Step read_step(std::string_view text) {
 struct Target {
   pb::Message* message = nullptr;
   const pb::FieldDescriptor* field = nullptr;
-  const FieldRow* row = nullptr;
+  const wire::FieldRow* row = nullptr;
 };
 
 Target find_target(v1::Scene& scene, std::string_view path) {
@@ -63,7 +63,8 @@ Target find_target(v1::Scene& scene, std::string_view path) {
     const pb::FieldDescriptor* field = message->GetDescriptor()->FindFieldByName(step.name);
     if (field == nullptr || field->is_repeated() != step.index.has_value()) throw no_such_path();
     const pb::Reflection& r = *message->GetReflection();
-    const FieldRow* row = find_row(message->GetDescriptor()->name() + "." + field->name());
+    const wire::FieldRow* row =
+        wire::find_row(message->GetDescriptor()->name() + "." + field->name());
     if (dot == std::string_view::npos) {
       if (row == nullptr || !row->live) {
         throw Refusal{v1::RESULT_CODE_INVALID, "It is not live. Change it with LoadScene."};
@@ -115,7 +116,7 @@ void set_number(const Target& target, const v1::Assignment& assignment) {
   if (!assignment.has_number()) throw wrong_kind("a number");
   const double number = assignment.number();
   const pb::Reflection& r = *target.message->GetReflection();
-  const auto range = parse_interval(target.row->range);
+  const auto range = wire::parse_interval(target.row->range);
   if (!std::isfinite(number) || (range && !range->contains(number))) {
     throw Refusal{v1::RESULT_CODE_OUT_OF_RANGE,
                   "It is not in " + std::string(target.row->range) + "."};

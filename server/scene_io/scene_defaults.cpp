@@ -13,13 +13,6 @@ namespace {
 /// Modes of a scene that asks for modes without saying how many.
 constexpr unsigned kUsualModes = 32;
 
-void fill_pose(v1::Pose& pose) {
-  if (pose.p_m().empty()) pose.mutable_p_m()->Resize(3, 0.0);
-  if (!pose.q().empty()) return;
-  pose.mutable_q()->Resize(4, 0.0);
-  pose.set_q(0, 1.0);
-}
-
 /// Sets field `NAME` of a message that is a reference named `m`, unless it is set.
 template <typename Message, typename Value>
 void set_absent(Message& message, bool (Message::*has)() const, void (Message::*set)(Value),
@@ -143,6 +136,13 @@ void forget_preset_fields(v1::Scene& scene) {
 }
 
 }  // namespace
+
+void fill_pose(v1::Pose& pose) {
+  if (pose.p_m().empty()) pose.mutable_p_m()->Resize(3, 0.0);
+  if (!pose.q().empty()) return;
+  pose.mutable_q()->Resize(4, 0.0);
+  pose.set_q(0, 1.0);
+}
 
 void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene) {
   if (preset) {

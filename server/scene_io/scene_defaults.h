@@ -25,6 +25,9 @@ void choose_quality(const QualityWish& wish, v1::Scene& scene);
 /// replaces the scene's and every field a preset decides, set or not.
 void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene);
 
+/// Sets an absent position to 0 and an absent orientation to the identity.
+void fill_pose(v1::Pose& pose);
+
 /// The usual level, where `quality` has no choice.
 void fill_quality(v1::Quality& quality);
 

@@ -7,10 +7,10 @@
 #include "core/scene/quality.h"
 #include "core/scene/scene_check.h"
 #include "server/scene_io/field_check.h"
+#include "server/scene_io/message_text.h"
 #include "server/scene_io/named_text.h"
 #include "server/scene_io/scene_defaults.h"
 #include "server/scene_io/scene_parameters.h"
-#include "server/scene_io/scene_text.h"
 #include "server/scene_io/scene_translation.h"
 
 namespace hapticd {
@@ -59,18 +59,19 @@ SceneProblems too_long_to_tell(const LoadedScene& loaded, std::size_t longest) {
 
 LoadResult load(const Source& source, const LoadOptions& options) {
   LoadResult result;
-  const SceneText text(source.text, source.file);
+  v1::Scene written;
+  const MessageText text(source.text, source.file, "scene", written);
   result.problems = text.problems();
   if (any_fault(result.problems)) return result;
   const auto add = [&](SceneProblem problem) {
     result.problems.push_back(text.located(std::move(problem)));
   };
-  for (SceneProblem& problem : check_fields(text.scene())) add(std::move(problem));
+  for (SceneProblem& problem : check_fields(written)) add(std::move(problem));
   if (any_fault(result.problems)) return result;
 
   auto loaded = std::make_unique<LoadedScene>();
-  loaded->message = text.scene();
-  loaded->given = given_quality(text.scene());
+  loaded->message = written;
+  loaded->given = given_quality(written);
   choose_quality(options.quality, loaded->message);
   fill_defaults(options.preset, loaded->message);
   ModelFiles files(source.models);
@@ -126,8 +127,6 @@ LoadResult load_named(const NamedText& named, const LoadOptions& options) {
 
 }  // namespace
 
-std::vector<std::string> list_scenes(const ScenePaths& paths) { return list_names(paths.scenes); }
-
 v1::SceneInfo describe_scene(const LoadedScene& loaded) {
   v1::SceneInfo info;
   *info.mutable_scene() = loaded.message;
@@ -145,11 +144,11 @@ v1::SceneInfo describe_scene(const LoadedScene& loaded) {
 }
 
 LoadResult load_installed_scene(const std::string& name, const LoadOptions& options) {
-  return load_named(read_installed(name, options.paths.scenes, "scene", kMaxSceneText), options);
+  return load_named(read_installed(name, options.paths.scenes, "scene", kMaxText), options);
 }
 
 LoadResult load_scene(const std::string& source, const LoadOptions& options) {
-  return load_named(read_named(source, options.paths.scenes, "scene", kMaxSceneText), options);
+  return load_named(read_named(source, options.paths.scenes, "scene", kMaxText), options);
 }
 
 LoadResult load_scene_text(std::string_view text, const LoadOptions& options) {

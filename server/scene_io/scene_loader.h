@@ -49,9 +49,6 @@ struct LoadResult {
   bool missing = false;                 ///< there is no such scene: nothing could be read
 };
 
-/// Names of the scenes in the folders of `paths`, in alphabetical order.
-[[nodiscard]] std::vector<std::string> list_scenes(const ScenePaths& paths);
-
 /// What clients are sent of the scene: message, hash, assets and live parameters.
 [[nodiscard]] v1::SceneInfo describe_scene(const LoadedScene& loaded);
 

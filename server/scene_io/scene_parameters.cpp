@@ -6,7 +6,7 @@
 #include <functional>
 #include <map>
 
-#include "server/scene_io/field_table.h"
+#include "proto/wire/field_table.h"
 #include "server/scene_io/scene_defaults.h"
 
 namespace hapticd {
@@ -18,8 +18,8 @@ using Kind = pb::FieldDescriptor::CppType;
 /// The path `quality` means the choice.
 constexpr const char* kQuality = "quality";
 
-using Visit = std::function<void(const pb::Message&, const pb::FieldDescriptor&, const FieldRow&,
-                                 const std::string& path)>;
+using Visit = std::function<void(const pb::Message&, const pb::FieldDescriptor&,
+                                 const wire::FieldRow&, const std::string& path)>;
 
 /// Calls `visit` for every live field that is there.
 // NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which does not contain itself
@@ -30,7 +30,7 @@ void walk(const pb::Message& message, const std::string& path, const Visit& visi
     const pb::FieldDescriptor& field = *type.field(i);
     if (field.has_presence() && !r.HasField(message, &field)) continue;
     const std::string here = path.empty() ? field.name() : path + "." + field.name();
-    const FieldRow* row = find_row(type.name() + "." + field.name());
+    const wire::FieldRow* row = wire::find_row(type.name() + "." + field.name());
     if (row != nullptr && row->live) {
       visit(message, field, *row, here);
     } else if (field.cpp_type() == Kind::CPPTYPE_MESSAGE && field.is_repeated()) {
@@ -88,7 +88,7 @@ v1::Assignment quality_value(const v1::Scene& scene) {
 std::vector<v1::ParameterInfo> live_parameters(const v1::Scene& scene) {
   std::vector<v1::ParameterInfo> parameters;
   walk(scene, "",
-       [&](const pb::Message&, const pb::FieldDescriptor&, const FieldRow& row,
+       [&](const pb::Message&, const pb::FieldDescriptor&, const wire::FieldRow& row,
            const std::string& path) {
          const std::string any = any_index(path);
          const auto same = [&](const v1::ParameterInfo& p) { return p.path() == any; };
@@ -96,7 +96,7 @@ std::vector<v1::ParameterInfo> live_parameters(const v1::Scene& scene) {
          v1::ParameterInfo& info = parameters.emplace_back();
          info.set_path(any);
          info.set_unit(std::string(row.unit));
-         const auto range = parse_interval(row.range);
+         const auto range = wire::parse_interval(row.range);
          if (!range) return;
          if (std::isfinite(range->low)) info.set_minimum(range->low);
          if (std::isfinite(range->high)) info.set_maximum(range->high);
@@ -112,7 +112,7 @@ std::vector<v1::ParameterInfo> live_parameters(const v1::Scene& scene) {
 ParameterReading parameter_values(const v1::Scene& scene, const std::vector<std::string>& paths) {
   std::vector<v1::Assignment> all;
   walk(scene, "",
-       [&](const pb::Message& message, const pb::FieldDescriptor& field, const FieldRow&,
+       [&](const pb::Message& message, const pb::FieldDescriptor& field, const wire::FieldRow&,
            const std::string& path) {
          v1::Assignment& value = all.emplace_back();
          value.set_path(path);

@@ -92,7 +92,7 @@ struct Telling {
     recorder.begin(header);
     v1::SceneRecord record;
     record.set_scene_id(1);
-    recorder.scene(0, record);
+    recorder.add(RecordKind::kScene, 0, record);
     if (c.file && !recorder.start(file)) throw std::runtime_error("no file to record into");
   }
   Telling(const Telling&) = delete;

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "device/simulated/gesture.h"
-#include "server/scene_io/gesture_loader.h"
 #include "server/scene_io/gesture_motion.h"
+#include "tests/server/scene_io/inline_text.h"
 
 namespace hapticd::test {
 namespace {

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <set>
 
-#include "server/model/shapes/hand_model.h"
 #include "tests/scenario/shipped_scene.h"
+#include "tests/server/model/shapes/index_reach.h"
 
 namespace hapticd::test {
 namespace {

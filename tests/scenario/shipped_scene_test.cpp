@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/model/shapes/guqin_model.h"
 #include "server/model/shapes/hand_model.h"
+#include "server/scene_io/named_text.h"
 #include "tests/scenario/shipped_scene.h"
+#include "tests/server/model/shapes/guqin_strings.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 #include "tests/support/skip.h"
@@ -56,7 +57,7 @@ Vector3 middle_of(const ToolScene& view, std::size_t k) {
 }  // namespace
 
 TEST_CASE("every scene that is shipped is known, loads without a doubt and begins in the open") {
-  CHECK(list_scenes(shipped().paths) == kScenes);
+  CHECK(list_names(shipped().paths.scenes) == kScenes);
   for (const std::string& name : kScenes) {
     if (!can_load(name)) continue;
     CAPTURE(name);

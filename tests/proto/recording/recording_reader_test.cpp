@@ -19,7 +19,7 @@ void write_session(const std::string& path, int ticks, bool killed) {
   SplitMix64 random(7);
   Recorder recorder;
   recorder.begin(sample_header());
-  recorder.scene(0, sample_scene(1));
+  recorder.add(RecordKind::kScene, 0, sample_scene(1));
   REQUIRE(recorder.start(path));
   for (int k = 0; k < ticks; ++k) {
     recorder.tick(any_tick(random, static_cast<std::uint64_t>(k), 1), nullptr);

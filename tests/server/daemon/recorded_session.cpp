@@ -12,7 +12,7 @@
 #include "proto/recording/schema_set.h"
 #include "server/daemon/daemon_plan.h"
 #include "server/haptic_loop/settings_change.h"
-#include "server/recorder/recording.h"
+#include "server/recorder/recorder_thread.h"
 #include "server/recorder/state_record.h"
 #include "server/scene_io/profile_loader.h"
 #include "server/scene_io/sheet_translation.h"
@@ -93,11 +93,11 @@ class Session {
       : virtual_time_(virtual_time), header_(header_of(virtual_time)) {
     player_ = recorded_player(header_);
     for (ToolDevice& device : player_.devices) device.source = *parse_source("scripted");
-    recording_ = std::make_unique<Recording>(*channels_, header_);
+    recorder_ = std::make_unique<RecorderThread>(*channels_, header_);
     const v1::SceneRecord first = scene_record(kStrings, 1);
     std::unique_ptr<PlayedScene> played = make_scene(first, player_);
-    recording_->announce(first, index_scene(*played->scene));
-    recording_->start(path);
+    recorder_->announce(first, index_scene(*played->scene));
+    recorder_->start(path);
     LoopOptions options;
     options.virtual_time = virtual_time;
     loop_ = std::make_unique<HapticLoop>(options, std::move(played), *channels_);
@@ -121,7 +121,7 @@ class Session {
     v1::ParameterRecord record;
     record.set_number(commands_ + 1);
     put_settings(change->to, record);
-    recording_->announce_change(std::move(record));
+    recorder_->announce_change(std::move(record));
     REQUIRE(channels_->changes.lent.push(change));
     send(ChangeSettingsCommand{});
   }
@@ -145,7 +145,7 @@ class Session {
     if (tick != 2100) return;
     const v1::SceneRecord second = scene_record(kWallScene, 2);
     std::unique_ptr<PlayedScene> scene = make_scene(second, player_);
-    recording_->announce(second, index_scene(*scene->scene));
+    recorder_->announce(second, index_scene(*scene->scene));
     REQUIRE(channels_->scenes.lent.push(scene));
     send(SwapSceneCommand{});
   }
@@ -164,7 +164,7 @@ class Session {
     now_ns_ +=
         static_cast<std::int64_t>(1'000'000 * (1 + skipped) + random_.below(60'000)) - 30'000;
     loop_->tick_once(now_ns_, skipped);
-    recording_->make_room();
+    recorder_->make_room();
     empty(*channels_);
   }
 
@@ -173,7 +173,7 @@ class Session {
   PlayerOptions player_;
   std::unique_ptr<LoopChannels> channels_ = std::make_unique<LoopChannels>();
   std::unique_ptr<HapticLoop> loop_;
-  std::unique_ptr<Recording> recording_;
+  std::unique_ptr<RecorderThread> recorder_;
   SplitMix64 random_{5};
   std::int64_t now_ns_ = 77'000'000'000;
   std::uint64_t commands_ = 0;

@@ -97,7 +97,8 @@ void feed(Recorder& recorder, std::uint64_t first, std::uint64_t count,
           std::uint64_t per_snapshot = 1000, int tools = 1) {
   SplitMix64 random(first + 1);
   for (std::uint64_t tick = first; tick < first + count; ++tick) {
-    if (tick % per_snapshot == 0) recorder.snapshot(tick * 1'000'000, sample_snapshot(tick));
+    if (tick % per_snapshot == 0)
+      recorder.add(RecordKind::kSnapshot, tick * 1'000'000, sample_snapshot(tick));
     recorder.tick(any_tick(random, tick, tools), nullptr);
     recorder.poll(tick * 1'000'000);
   }
@@ -107,17 +108,17 @@ void feed(Recorder& recorder, std::uint64_t first, std::uint64_t count,
 std::string whole_session(const TemporaryFolder& folder, const std::string& name) {
   Recorder recorder;
   recorder.begin(sample_header());
-  recorder.scene(0, sample_scene(1));
+  recorder.add(RecordKind::kScene, 0, sample_scene(1));
   REQUIRE(recorder.start(folder.file(name)));
   feed(recorder, 0, 2000);
   v1::ParameterRecord parameters;
   parameters.set_tick(2000);
   parameters.add_assignments()->set_path("strings[3].tension_n");
-  recorder.parameters(2'000'000'000, parameters);
+  recorder.add(RecordKind::kParameters, 2'000'000'000, parameters);
   v1::EventRecord event;
   event.set_tick(2001);
   event.mutable_item()->mutable_tone()->set_string_index(3);
-  recorder.event(2'001'000'000, event);
+  recorder.add(RecordKind::kEvent, 2'001'000'000, event);
   feed(recorder, 2000, 1000);
   recorder.stop();
   CHECK(recorder.status().error.empty());
@@ -181,7 +182,7 @@ TEST_CASE("a killed process loses at most 100 ms, and what it left opens in @mca
       // One tick after the other for ever; each is told before it is recorded.
       Recorder recorder;
       recorder.begin(sample_header());
-      recorder.scene(0, sample_scene(1));
+      recorder.add(RecordKind::kScene, 0, sample_scene(1));
       bool good = recorder.start(path);
       for (std::uint64_t tick = 0; good; ++tick) {
         feed(recorder, tick, 1);
@@ -221,7 +222,7 @@ TEST_CASE(
   const std::string path = folder.file("full.mcap");
   Recorder recorder;
   recorder.begin(sample_header());
-  recorder.scene(0, sample_scene(1));
+  recorder.add(RecordKind::kScene, 0, sample_scene(1));
   REQUIRE(recorder.start(path));
   feed(recorder, 0, 500);
   // No file may grow beyond this, as if the disk were full.
@@ -259,7 +260,7 @@ TEST_CASE(
   options.flight_ns = 6'000'000'000;  // a minute in little
   Recorder recorder(options);
   recorder.begin(sample_header());
-  recorder.scene(0, sample_scene(1));
+  recorder.add(RecordKind::kScene, 0, sample_scene(1));
   feed(recorder, 0, 12'345, 1000, 0);
   CHECK(recorder.flight_span_ns() >= 6'000'000'000);
   CHECK(recorder.flight_span_ns() < 7'000'000'000);
@@ -280,9 +281,9 @@ TEST_CASE(
   const TemporaryFolder folder;
   Recorder recorder;
   recorder.begin(sample_header());
-  recorder.scene(0, sample_scene(1));
+  recorder.add(RecordKind::kScene, 0, sample_scene(1));
   feed(recorder, 0, 100);
-  recorder.scene(100'000'000, sample_scene(2));
+  recorder.add(RecordKind::kScene, 100'000'000, sample_scene(2));
   feed(recorder, 100, 100);
   std::string error;
   REQUIRE(recorder.dump(folder.file("dump.mcap"), error));

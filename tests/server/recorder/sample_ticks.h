@@ -101,7 +101,7 @@ class TemporaryFolder {
  public:
   TemporaryFolder() {
     std::string name =
-        (std::filesystem::temp_directory_path() / "hapticd-telemetry-XXXXXX").string();
+        (std::filesystem::temp_directory_path() / "hapticd-recorder-XXXXXX").string();
     path_ = ::mkdtemp(name.data());
   }
   ~TemporaryFolder() { std::filesystem::remove_all(path_); }

@@ -8,7 +8,7 @@
 #include <limits>
 #include <regex>
 
-#include "server/scene_io/field_table.h"
+#include "proto/wire/field_table.h"
 #include "tests/protocol/field_comment.h"
 #include "tests/server/scene_io/full_scene.h"
 
@@ -101,7 +101,7 @@ TEST_CASE("the full scene loads, and uses every message that a scene can have") 
   for_each_number(scene, "",
                   [&](const NumberField& number) { seen.push_back(number.field.full_name()); });
   const CommentedSchema schema;
-  for (const FieldRow& row : field_table()) {
+  for (const wire::FieldRow& row : wire::field_table()) {
     const bool number = row.range.starts_with("[") || row.range.starts_with("(");
     const std::string_view message = row.field.substr(0, row.field.find('.'));
     if (!number || message == "Twist" || message == "AutomaticQuality") continue;

@@ -6,9 +6,8 @@
 
 #include <functional>
 
-#include "server/scene_io/gesture_loader.h"
-#include "server/scene_io/profile_loader.h"
 #include "tests/server/scene_io/full_scene.h"
+#include "tests/server/scene_io/inline_text.h"
 
 namespace hapticd::test {
 namespace {

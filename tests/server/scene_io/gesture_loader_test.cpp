@@ -9,6 +9,7 @@
 
 #include "core/math/rotation.h"
 #include "server/scene_io/gesture_motion.h"
+#include "tests/server/scene_io/inline_text.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "device/spacemouse/spacemouse_device.h"
+#include "server/scene_io/named_text.h"
+#include "tests/server/scene_io/inline_text.h"
 #include "tests/support/spacemouse_axes.h"
 
 namespace hapticd::test {
@@ -31,10 +33,10 @@ std::string quantity(const std::string& field, const std::string& value) {
 
 TEST_CASE("the shipped profiles load without a doubt, with a source for every number") {
   const ProfileFolders folders{HAPTICD_SOURCE_DIR "/deploy/devices"};
-  CHECK(list_profiles(folders) == std::vector<std::string>{"hid_v1", "ideal", "openffboard", "pid",
-                                                           "premium_3_0_6dof", "spacemouse",
-                                                           "vpforce_rhino"});
-  for (const std::string& name : list_profiles(folders)) {
+  CHECK(list_names(folders) == std::vector<std::string>{"hid_v1", "ideal", "openffboard", "pid",
+                                                        "premium_3_0_6dof", "spacemouse",
+                                                        "vpforce_rhino"});
+  for (const std::string& name : list_names(folders)) {
     const ProfileResult result = load_profile(name, folders);
     CAPTURE(name);
     REQUIRE(result.loaded.has_value());

@@ -8,8 +8,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "server/scene_io/message_text.h"
+#include "server/scene_io/named_text.h"
 #include "server/scene_io/scene_parameters.h"
-#include "server/scene_io/scene_text.h"
 #include "tests/server/scene_io/full_scene.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
@@ -117,7 +118,7 @@ TEST_CASE("text that is no scene is refused with the place where it ends to be o
 }
 
 TEST_CASE("texts that are too long, too deep or full of zeros are refused") {
-  CHECK(load_inline(std::string(kMaxSceneText + 1, ' ')).loaded == nullptr);
+  CHECK(load_inline(std::string(kMaxText + 1, ' ')).loaded == nullptr);
   CHECK(load_inline(std::string(1000, '\0')).loaded == nullptr);
   CHECK(load_inline("").loaded == nullptr);
   std::string deep = "name: \"x\" [a/b] ";
@@ -140,7 +141,7 @@ TEST_CASE("models are found beside the scene first, then in the folders of model
   REQUIRE(beside.loaded != nullptr);
   CHECK(beside.loaded->scene->body_spheres() == 2);
   CHECK(beside.loaded->hash != installed.loaded->hash);
-  CHECK(list_scenes(options.paths) == std::vector<std::string>{"x"});
+  CHECK(list_names(options.paths.scenes) == std::vector<std::string>{"x"});
 }
 
 TEST_CASE("no name leads out of the folders, and what is no tree is refused") {

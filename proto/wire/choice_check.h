@@ -1,5 +1,5 @@
 // Finds enum numbers that this version has no value for: proto3 lets any number through. For what
-// comes from a peer or a configuration; fields of scenes are check_fields()'s. Offline.
+// comes from a peer or a configuration. Not RT.
 #pragma once
 
 #include <google/protobuf/message.h>
@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace hapticd {
+namespace hapticd::wire {
 
 /// A number that is not a value of its enum.
 struct UnknownChoice {
@@ -18,4 +18,4 @@ struct UnknownChoice {
 /// The first in `message` and in all messages below it; nothing: every number is known. O(fields).
 [[nodiscard]] std::optional<UnknownChoice> unknown_choice(const google::protobuf::Message& message);
 
-}  // namespace hapticd
+}  // namespace hapticd::wire

@@ -1,5 +1,5 @@
 // Enum numbers that no value has, put into every field of every request by reflection.
-#include "server/scene_io/choice_check.h"
+#include "proto/wire/choice_check.h"
 
 #include <doctest/doctest.h>
 
@@ -47,7 +47,7 @@ void for_each_choice(pb::Message& root, pb::Message& message, int number, const 
 int count_unknown(pb::Message& root, int number) {
   int count = 0;
   for_each_choice(root, root, number, "", [&](const std::string& path) {
-    const auto unknown = unknown_choice(root);
+    const auto unknown = wire::unknown_choice(root);
     REQUIRE(unknown.has_value());
     CHECK(unknown->path == path);
     CHECK(unknown->message.find(std::to_string(number) + " is not a value of ") == 0);
@@ -77,14 +77,14 @@ TEST_CASE("a number that no enum has is found in every field of a configuration"
 
 TEST_CASE("the numbers that an enum has, and none at all, are known") {
   v1::Item item;
-  CHECK_FALSE(unknown_choice(item).has_value());
+  CHECK_FALSE(wire::unknown_choice(item).has_value());
   for (int number = 0; number <= 4; ++number) {
     item.mutable_play_gesture()->set_arm(static_cast<v1::Arm>(number));
-    CHECK_FALSE(unknown_choice(item).has_value());
+    CHECK_FALSE(wire::unknown_choice(item).has_value());
   }
   item.mutable_play_gesture()->set_arm(static_cast<v1::Arm>(5));
-  REQUIRE(unknown_choice(item).has_value());
-  CHECK(unknown_choice(item)->message ==
+  REQUIRE(wire::unknown_choice(item).has_value());
+  CHECK(wire::unknown_choice(item)->message ==
         "5 is not a value of Arm. Choose ARM_OFF, ARM_LIGHT, ARM_FIRM, ARM_ADVERSARIAL.");
 }
 

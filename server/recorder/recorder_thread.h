@@ -1,6 +1,5 @@
-// The telemetry thread: takes the loop's ticks to the recorder, writes session files and dumps of
-// the last 60 s. Asked by the network thread; nothing here waits for the disk but its own thread.
-// Not RT.
+// The recorder's thread: takes the loop's ticks to the recorder, writes session files and dumps of
+// the last 60 s. Asked by the network thread; only its own thread waits for the disk. Not RT.
 #pragma once
 
 #include <condition_variable>
@@ -35,14 +34,14 @@ struct DumpResult {
   std::string error;  ///< empty: written
 };
 
-class Recording {
+class RecorderThread {
  public:
   /// Starts the thread. `channels` must outlive this.
-  Recording(LoopChannels& channels, const v1::RecordHeader& header);
-  Recording(const Recording&) = delete;
-  Recording& operator=(const Recording&) = delete;
+  RecorderThread(LoopChannels& channels, const v1::RecordHeader& header);
+  RecorderThread(const RecorderThread&) = delete;
+  RecorderThread& operator=(const RecorderThread&) = delete;
   /// Closes the session file.
-  ~Recording();
+  ~RecorderThread();
 
   /// `record` is for the ticks whose scene_id is its own, and so is `index`; before their first
   /// one.

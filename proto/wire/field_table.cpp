@@ -1,18 +1,18 @@
 // See field_table.h.
-#include "server/scene_io/field_table.h"
+#include "proto/wire/field_table.h"
 
 #include <array>
 #include <charconv>
 
-namespace hapticd {
+namespace hapticd::wire {
 namespace {
 
 constexpr std::array kTable{
-#include "server/scene_io/field_table.inc"
+#include "proto/wire/field_table.inc"
 };
 
 constexpr std::array kMotionTable{
-#include "server/scene_io/motion_table.inc"
+#include "proto/wire/motion_table.inc"
 };
 
 /// Reads a number off the front of `text`.
@@ -69,4 +69,4 @@ std::optional<Interval> parse_interval(std::string_view range) noexcept {
   return interval;
 }
 
-}  // namespace hapticd
+}  // namespace hapticd::wire

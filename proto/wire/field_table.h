@@ -1,5 +1,5 @@
 // What the comments of scene.proto, gesture.proto and device_profile.proto promise of each field:
-// unit, shape, range, whether it is live. Made from the .proto files when the server is built
+// unit, shape, range, whether it is live. Made from the .proto files during the build
 // (make_field_table.py), so that what is checked is what is written there. Offline.
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-namespace hapticd {
+namespace hapticd::wire {
 
 struct FieldRow {
   std::string_view field;      ///< "Message.field"
@@ -40,4 +40,4 @@ struct Interval {
 /// "[0, 1)" or "1..64", with words behind it or not; nothing for other texts.
 [[nodiscard]] std::optional<Interval> parse_interval(std::string_view range) noexcept;
 
-}  // namespace hapticd
+}  // namespace hapticd::wire

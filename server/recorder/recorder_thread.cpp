@@ -1,5 +1,5 @@
-// See recording.h.
-#include "server/recorder/recording.h"
+// See recorder_thread.h.
+#include "server/recorder/recorder_thread.h"
 
 #include <google/protobuf/stubs/common.h>
 
@@ -69,13 +69,13 @@ std::vector<std::string> list_recordings(const fs::path& folder) {
   return names;
 }
 
-Recording::Recording(LoopChannels& channels, const v1::RecordHeader& header)
+RecorderThread::RecorderThread(LoopChannels& channels, const v1::RecordHeader& header)
     : ticks_(channels.recorded), snapshots_(channels.snapshots), recorder_(recorder_options()) {
   recorder_.begin(header);
   thread_ = std::thread([this] { run(); });
 }
 
-Recording::~Recording() {
+RecorderThread::~RecorderThread() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
@@ -85,36 +85,36 @@ Recording::~Recording() {
   recorder_.stop();
 }
 
-void Recording::post(Task task) {
+void RecorderThread::post(Task task) {
   {
     const std::lock_guard lock(mutex_);
     tasks_.push_back(std::move(task));
   }
 }
 
-void Recording::announce(v1::SceneRecord record, SceneIndex index) {
+void RecorderThread::announce(v1::SceneRecord record, SceneIndex index) {
   const std::lock_guard lock(mutex_);
   const std::uint32_t scene_id = record.scene_id();
   scenes_[scene_id] = {std::move(record), std::move(index)};
 }
 
-void Recording::announce_change(v1::ParameterRecord record) {
+void RecorderThread::announce_change(v1::ParameterRecord record) {
   const std::lock_guard lock(mutex_);
   changes_[record.number()] = std::move(record);
 }
 
-void Recording::forget_change(std::uint64_t number) {
+void RecorderThread::forget_change(std::uint64_t number) {
   const std::lock_guard lock(mutex_);
   changes_.erase(number);
 }
 
-void Recording::event(std::int64_t t_ns, v1::EventRecord record) {
+void RecorderThread::event(std::int64_t t_ns, v1::EventRecord record) {
   post([this, t_ns, record = std::move(record)] {
-    recorder_.event(static_cast<std::uint64_t>(t_ns), record);
+    recorder_.add(RecordKind::kEvent, static_cast<std::uint64_t>(t_ns), record);
   });
 }
 
-std::future<std::string> Recording::start(fs::path path) {
+std::future<std::string> RecorderThread::start(fs::path path) {
   auto error = std::make_shared<std::promise<std::string>>();
   std::future<std::string> told = error->get_future();
   post([this, path = std::move(path), error = std::move(error)] {
@@ -124,7 +124,7 @@ std::future<std::string> Recording::start(fs::path path) {
   return told;
 }
 
-void Recording::stop() {
+void RecorderThread::stop() {
   post([this] {
     take_ticks();
     recorder_.stop();
@@ -132,7 +132,7 @@ void Recording::stop() {
   wake_.notify_one();
 }
 
-void Recording::dump(fs::path path) {
+void RecorderThread::dump(fs::path path) {
   post([this, path = std::move(path)] {
     take_ticks();
     DumpResult result{path.string(), ""};
@@ -143,17 +143,17 @@ void Recording::dump(fs::path path) {
   wake_.notify_one();
 }
 
-RecordStatus Recording::status() const {
+RecordStatus RecorderThread::status() const {
   const std::lock_guard lock(mutex_);
   return status_;
 }
 
-std::vector<DumpResult> Recording::take_dumps() {
+std::vector<DumpResult> RecorderThread::take_dumps() {
   const std::lock_guard lock(mutex_);
   return std::exchange(dumps_, {});
 }
 
-void Recording::make_room() {
+void RecorderThread::make_room() {
   while (ticks_.size() > RecorderTicks::capacity() / 2) {
     wake_.notify_one();
     std::this_thread::sleep_for(kWaitForRoom);
@@ -162,7 +162,7 @@ void Recording::make_room() {
 
 // A snapshot stands right behind the tick it was made after; that of a tick that was lost stands
 // before the next one.
-void Recording::take_snapshots(const Tick& tick, bool after) {
+void RecorderThread::take_snapshots(const Tick& tick, bool after) {
   while (const Snapshot* snapshot = snapshots_.front()) {
     const bool passed = snapshot->scene_id < tick.scene_id ||
                         (snapshot->scene_id == tick.scene_id && snapshot->next_tick <= tick.tick);
@@ -172,11 +172,11 @@ void Recording::take_snapshots(const Tick& tick, bool after) {
     to_record(*snapshot, record);
     snapshots_.release();
     for (const auto& [path, assignment] : parameters_) *record.add_parameters() = assignment;
-    recorder_.snapshot(static_cast<std::uint64_t>(tick.t_ns), record);
+    recorder_.add(RecordKind::kSnapshot, static_cast<std::uint64_t>(tick.t_ns), record);
   }
 }
 
-void Recording::take_change(const Tick& tick) {
+void RecorderThread::take_change(const Tick& tick) {
   v1::ParameterRecord record;
   {
     const std::lock_guard lock(mutex_);
@@ -188,22 +188,23 @@ void Recording::take_change(const Tick& tick) {
   for (const v1::Assignment& assignment : record.assignments()) {
     parameters_[assignment.path()] = assignment;
   }
-  recorder_.parameters(static_cast<std::uint64_t>(tick.t_ns), record);
+  recorder_.add(RecordKind::kParameters, static_cast<std::uint64_t>(tick.t_ns), record);
 }
 
-void Recording::take_scene(const Tick& tick) {
+void RecorderThread::take_scene(const Tick& tick) {
   scene_id_ = tick.scene_id;
   parameters_.clear();
   index_.reset();
   const std::lock_guard lock(mutex_);
   const auto announced = scenes_.find(scene_id_);
   if (announced == scenes_.end()) return;
-  recorder_.scene(static_cast<std::uint64_t>(tick.t_ns), announced->second.record);
+  recorder_.add(RecordKind::kScene, static_cast<std::uint64_t>(tick.t_ns),
+                announced->second.record);
   index_ = std::move(announced->second.index);
   scenes_.erase(scenes_.begin(), std::next(announced));
 }
 
-void Recording::take_tick(const Tick& tick) {
+void RecorderThread::take_tick(const Tick& tick) {
   take_snapshots(tick, false);
   if (tick.scene_id != scene_id_) take_scene(tick);
   if (tick.change != 0) take_change(tick);
@@ -211,14 +212,14 @@ void Recording::take_tick(const Tick& tick) {
   take_snapshots(tick, true);
 }
 
-void Recording::take_ticks() {
+void RecorderThread::take_ticks() {
   while (ticks_.pop(*tick_)) take_tick(*tick_);
   const std::uint64_t lost = ticks_.overflow();
   if (lost != lost_) recorder_.lost_ticks(lost - lost_);
   lost_ = lost;
 }
 
-void Recording::round() {
+void RecorderThread::round() {
   std::deque<Task> tasks;
   {
     const std::lock_guard lock(mutex_);
@@ -232,7 +233,7 @@ void Recording::round() {
   status_ = std::move(status);
 }
 
-void Recording::run() {
+void RecorderThread::run() {
   name_thread("recorder");
   while (true) {
     round();
