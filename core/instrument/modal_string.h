@@ -40,7 +40,7 @@ struct Pluck {
 /// A finger at lambda over a tick, pressing through a one-sided spring. Its far end (the hand)
 /// moves evenly from displacement `D_before` to `D_after`: m, in the direction of w; negative:
 /// clear of the resting string.
-struct Finger {
+struct PressingFinger {
   double lambda = 0.5;
   double D_before = 0.0;
   double D_after = 0.0;
@@ -107,7 +107,7 @@ HD_REALTIME void advance_free_modes(const StringConstants& string, double pitch,
 /// the modes decay with string.decay, in it with string.touch_decay; modes.t_ns becomes t_ns. Modes
 /// with a node at lambda do not feel the finger. A string that lost its tuning loses its modes.
 /// tests/benchmark/string_table measures cost and accuracy.
-HD_REALTIME ModalTouch touch_modes(const StringConstants& string, const Finger& finger,
+HD_REALTIME ModalTouch touch_modes(const StringConstants& string, const PressingFinger& finger,
                                    const TickTime& time, ModalString& modes) noexcept;
 
 }  // namespace hapticd

@@ -283,8 +283,8 @@ double residual_compliance(const StringConstants& string, double lambda, int cou
   return left_out(string, lambda, modal);
 }
 
-ModalTouch touch_modes(const StringConstants& string, const Finger& finger, const TickTime& time,
-                       ModalString& modes) noexcept {
+ModalTouch touch_modes(const StringConstants& string, const PressingFinger& finger,
+                       const TickTime& time, ModalString& modes) noexcept {
   if (!(string.frequency > 0.0)) modes.count = 0;
   TouchedModes touched(string, finger.lambda, time.t_ns - time.dt_ns, modes);
   // A finger out of reach has nothing to step for.

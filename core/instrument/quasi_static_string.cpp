@@ -286,8 +286,8 @@ double ring_on(const Tick& tick, bool under_finger) noexcept {
     return 0.0;
   }
   const StringTouch& touch = tick.touch;
-  const Finger finger{touch.lambda, -touch.distance_before, -touch.distance, touch.stiffness,
-                      tick.options.modal_steps};
+  const PressingFinger finger{touch.lambda, -touch.distance_before, -touch.distance,
+                              touch.stiffness, tick.options.modal_steps};
   const ModalTouch felt = touch_modes(tick.string, finger, touch.time, *tick.modes);
   return felt.force - linear_static_force(tick);
 }
