@@ -1,5 +1,5 @@
 // haptic-audio at work: a session with the daemon, a sound card by JACK, and what is said about
-// both. Either may go and come again. One thread beside JACK's. Not RT.
+// both. Either may go away and come back. One thread beside JACK's. Not RT.
 #pragma once
 
 #include <cstdint>

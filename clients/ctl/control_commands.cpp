@@ -18,10 +18,17 @@ void print_done(const GlobalOptions& options, const v1::Result& result, const ch
   std::printf("%s\n", options.json ? to_json(result).c_str() : text);
 }
 
+/// What is said of a subcommand.
+struct Wording {
+  const char* name;
+  const char* help;
+  const char* done;  ///< once it has been obeyed
+};
+
 /// A subcommand that makes one request under the lease.
-void add_control(CLI::App& app, const GlobalOptions& options, const char* name, const char* help,
-                 const char* done, const v1::Item& item) {
-  app.add_subcommand(name, help)->callback([&options, item, done] {
+void add_control(CLI::App& app, const GlobalOptions& options, const Wording& words,
+                 const v1::Item& item) {
+  app.add_subcommand(words.name, words.help)->callback([&options, item, done = words.done] {
     const auto client = connect(options);
     print_done(options, control(*client, item, options), done);
   });
@@ -214,11 +221,12 @@ void add_parameter_commands(CLI::App& app, const GlobalOptions& options) {
 void add_force_commands(CLI::App& app, const GlobalOptions& options) {
   v1::Item item;
   item.mutable_engage();
-  add_control(app, options, "engage", "Switches the force on, within 200 ms", "engaged", item);
+  add_control(app, options, {"engage", "Switches the force on, within 200 ms", "engaged"}, item);
   item.mutable_disengage();
-  add_control(app, options, "disengage", "Switches the force off, within 50 ms", "released", item);
+  add_control(app, options, {"disengage", "Switches the force off, within 50 ms", "released"},
+              item);
   item.mutable_clear();
-  add_control(app, options, "clear", "Clears a latched fault", "cleared", item);
+  add_control(app, options, {"clear", "Clears a latched fault", "cleared"}, item);
   add_tool_commands(app, options);
   app.add_subcommand("stop", "Zero force at once, latched; needs no lease")->callback([&options] {
     const auto client = connect(options);
@@ -244,9 +252,9 @@ void add_run_commands(CLI::App& app, const GlobalOptions& options) {
   CLI::App& group = *app.add_subcommand("run", "Time: step (virtual clock), live, stop");
   group.require_subcommand(1);
   group.fallthrough();
-  add_control(group, options, "live", "Ticks follow the clock", "live",
+  add_control(group, options, {"live", "Ticks follow the clock", "live"},
               run_item(v1::RUN_MODE_LIVE));
-  add_control(group, options, "stop", "No ticks", "stopped", run_item(v1::RUN_MODE_STOP));
+  add_control(group, options, {"stop", "No ticks", "stopped"}, run_item(v1::RUN_MODE_STOP));
   const auto steps = std::make_shared<std::uint64_t>(1);
   CLI::App& stepper = *group.add_subcommand("step", "Advances the virtual clock");
   stepper.add_option("TICKS", *steps, "how far")

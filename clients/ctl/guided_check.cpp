@@ -77,15 +77,16 @@ class AtEnd {
 class GuidedCheck {
  public:
   GuidedCheck(client::Client& client, client::Controller& controller, const GlobalOptions& options,
-              const CheckChoice& choice, const Conversation& person, v1::DeviceInfo info)
+              const CheckChoice& choice, const Conversation& person)
       : client_(client),
         controller_(controller),
         options_(options),
         choice_(choice),
-        person_(person),
-        info_(std::move(info)) {}
+        person_(person) {}
 
-  void run() {
+  /// Of the device that `info` describes.
+  void run(v1::DeviceInfo info) {
+    info_ = std::move(info);
     look();
     lead();
     const std::vector<v1::Axis> order = push_order(pushed_axes(info_.profile()), choice_.seed);
@@ -307,7 +308,7 @@ void run_check(client::Client& client, const GlobalOptions& options, const Check
   acquire(controller, client);
   AtEnd end(controller);
   end.ask(disengage_item());
-  GuidedCheck(client, controller, options, choice, person, std::move(info)).run();
+  GuidedCheck(client, controller, options, choice, person).run(std::move(info));
 }
 
 void run_calibration(client::Client& client, const GlobalOptions& options, std::uint32_t tool_id,

@@ -27,7 +27,7 @@ class Client {
  public:
   /// Opens a socket to `host` (name or address) and `port`; a server need not be there yet. The
   /// handlers are called from inside the functions below. Throws std::runtime_error when the
-  /// address cannot be resolved or no socket be had. `key`, from read_client_key(): for a server
+  /// address cannot be resolved or no socket opened. `key`, from read_client_key(): for a server
   /// with keys.
   explicit Client(const std::string& host = "127.0.0.1", std::uint16_t port = kDefaultPort,
                   ClientHandlers handlers = {}, std::optional<ClientKey> key = std::nullopt);

@@ -19,8 +19,8 @@ struct ClientKey {
 };
 
 /// The key in `file`: the view key when the file is called view.key, else the control key, unless
-/// `role` says which. Throws std::runtime_error with the remedy when it cannot be read, or others
-/// than its owner may touch it.
+/// `role` says which. Throws std::runtime_error with the remedy when it cannot be read, or users
+/// other than its owner may access it.
 [[nodiscard]] ClientKey read_client_key(const std::filesystem::path& file,
                                         std::optional<wire::Role> role = std::nullopt);
 

@@ -1,6 +1,6 @@
 // A recording (MCAP, as hapticd writes it) as a list of its messages, for clients that show or
 // sound it: which message, when, and its bytes. Also one that a killed daemon left, up to its last
-// whole record; whole() says whether that is all. To run a session again, hapticd has more. Not RT.
+// whole record; whole() says whether that is all. To run a session again is for hapticd. Not RT.
 #pragma once
 
 #include <cstddef>

@@ -36,8 +36,8 @@ class Bridge {
   BridgeCounters counters_;
 };
 
-/// The clocks of this machine now, and the daemon's as `estimate` knows it. Under the virtual clock
-/// the daemon's is none of time: `virtual_clock` leaves it out.
+/// The clocks of this machine now, and the daemon's as `estimate` knows it. A virtual clock does
+/// not follow time: with `virtual_clock` the daemon's is left out.
 [[nodiscard]] Clocks clocks_now(const wire::ClockEstimate& estimate, bool virtual_clock);
 
 }  // namespace hapticd::osc

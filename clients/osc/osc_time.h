@@ -35,8 +35,8 @@ struct Schedule {
   bool late = false;  ///< its time had passed
 };
 
-/// When what happened at `t_ns` of the daemon's clock is to be heard, `delay_ns` after it. A delay
-/// of 0 asks for no schedule; neither has one what has no instant, or a clock that is not known.
+/// When what happened at `t_ns` of the daemon's clock is to be heard, `delay_ns` after it. At once
+/// where the delay is 0, where it has no instant, and where the clock is not known.
 [[nodiscard]] Schedule schedule(std::uint64_t t_ns, std::int64_t delay_ns, const Clocks& clocks);
 
 }  // namespace hapticd::osc

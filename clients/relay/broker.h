@@ -26,7 +26,7 @@ struct BrokerOptions {
 class Broker {
  public:
   /// Begins to connect; the broker need not be there. Throws std::runtime_error for options that
-  /// cannot be.
+  /// make no sense.
   explicit Broker(const BrokerOptions& options);
   /// Says goodbye. What was handed over has been written, or is lost with the connection.
   ~Broker();

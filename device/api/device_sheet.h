@@ -62,7 +62,7 @@ inline constexpr std::array kSheetRows{
     SheetRow{&AxisMapping::dead_zone, "axis_map.dead_zone"},
 };
 
-/// Whence a number is.
+/// Where a number comes from.
 struct NumberSource {
   std::size_t values = 0;  ///< stated: 1, or 3 of one for each axis; 0: open, the default holds
   std::string text;        ///< data sheet, measurement, or why this guess

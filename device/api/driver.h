@@ -22,7 +22,7 @@
 
 namespace hapticd {
 
-/// A device that may be unplugged and plugged in again, as who keeps it attached sees it. All but
+/// A device that may be unplugged and plugged in again, as seen by what keeps it attached. All but
 /// failed() are called by one thread at a time.
 class Plug {
  public:

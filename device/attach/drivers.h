@@ -10,7 +10,7 @@
 
 namespace hapticd {
 
-/// All of them. Of two that can drive the same device the first does.
+/// All of them. Where two can drive the same device, the first does.
 [[nodiscard]] std::span<const DriverEntry> drivers() noexcept;
 
 [[nodiscard]] const DriverEntry& driver_entry(DeviceDriver driver) noexcept;

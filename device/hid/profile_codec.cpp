@@ -22,15 +22,6 @@ bool is_orientation(const std::array<std::int32_t, 4>& quat_q30) noexcept {
   return square >= 1.0 - kOrientationTolerance && square <= 1.0 + kOrientationTolerance;
 }
 
-void take_command(FieldReader& reader, CommandReport& command) noexcept {
-  reader.take(command.flags);
-  reader.take(command.seq);
-  reader.take(command.force_un);
-  reader.take(command.torque_unm);
-  reader.take(command.grip_mn);
-  reader.take(command.ref_seq);
-}
-
 void put_command(FieldWriter& writer, const CommandReport& command) noexcept {
   writer.put(command.flags);
   writer.put(command.seq);
@@ -91,33 +82,6 @@ Decoded decode_state(Bytes bytes, StateReport& state) noexcept {
   reader.take(next.load);
   if (!is_orientation(next.quat_q30)) return Decoded::kOutOfRange;
   state = next;
-  return Decoded::kOk;
-}
-
-Decoded decode_command(Bytes bytes, CommandReport& command) noexcept {
-  if (const Decoded found = check(bytes, kCommandBytes, kCommandId); found != Decoded::kOk) {
-    return found;
-  }
-  FieldReader reader(bytes.subspan(1));
-  take_command(reader, command);
-  return Decoded::kOk;
-}
-
-Decoded decode_affine(Bytes bytes, AffineReport& affine) noexcept {
-  if (const Decoded found = check(bytes, kAffineBytes, kAffineId); found != Decoded::kOk) {
-    return found;
-  }
-  AffineReport next;
-  FieldReader reader(bytes.subspan(1));
-  take_command(reader, next.base);
-  reader.take(next.k_npm);
-  reader.take(next.b_mnspm);
-  reader.take(next.kr_mnmprad);
-  reader.take(next.br_10unmsprad);
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (next.k_npm[i] < 0) return Decoded::kOutOfRange;
-  }
-  affine = next;
   return Decoded::kOk;
 }
 

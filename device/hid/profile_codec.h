@@ -33,13 +33,6 @@ inline constexpr double kOrientationTolerance = 1e-3;
 /// Input 0x01. `state` is untouched unless kOk; kOutOfRange: the quaternion is not a unit one.
 [[nodiscard]] HD_REALTIME Decoded decode_state(std::span<const std::uint8_t> bytes,
                                                StateReport& state) noexcept;
-/// Output 0x02, for devices inside the process and tests. `command` is untouched unless kOk.
-[[nodiscard]] HD_REALTIME Decoded decode_command(std::span<const std::uint8_t> bytes,
-                                                 CommandReport& command) noexcept;
-/// Output 0x03. `affine` is untouched unless kOk; kOutOfRange: a stiffness along an axis is
-/// negative.
-[[nodiscard]] HD_REALTIME Decoded decode_affine(std::span<const std::uint8_t> bytes,
-                                                AffineReport& affine) noexcept;
 /// Feature 0x10. Untouched unless kOk; kOutOfRange: see section 5 of PROFILE.md.
 [[nodiscard]] Decoded decode_capabilities(std::span<const std::uint8_t> bytes,
                                           Capabilities& capabilities) noexcept;

@@ -12,7 +12,7 @@
 
 namespace hapticd::pid {
 
-/// Force of a device that pushes on when nobody tells it anything any more, N.
+/// Most force for a device that keeps pushing when nobody commands it any more, N.
 inline constexpr double kUnwatchedForce = 1.0;
 
 /// Its reports carry what the driver needs.

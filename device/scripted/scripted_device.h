@@ -1,7 +1,7 @@
 // A device that follows poses to the letter: a client's, tick by tick. Force is accepted and goes
-// nowhere. Poses are passed on as they came, not finite ones too: what to make of those is the
-// loop's business. A pose for a tick already run is dropped; a tick without a pose is counted. RT:
-// yes but for construction, O(1) per call.
+// nowhere. Poses are passed on as they came, even those that are not finite: what to make of them
+// is the loop's business. A pose for a tick already run is dropped; a tick without a pose is
+// counted. RT: yes but for construction, O(1) per call.
 #pragma once
 
 #include <cstdint>

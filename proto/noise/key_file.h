@@ -18,11 +18,11 @@ struct KeyPair {
 };
 
 /// The key in `file`. Throws std::runtime_error with the file and the remedy: it cannot be read, is
-/// no file of 32 bytes, or others than its owner may touch it.
+/// no file of 32 bytes, or users other than its owner may access it.
 [[nodiscard]] Key read_key_file(const std::filesystem::path& file);
 
 /// Both keys in `folder`. Throws std::runtime_error as read_key_file() does, and when the keys are
-/// equal: otherwise who may look could control.
+/// equal: whoever may look could then control.
 [[nodiscard]] KeyPair read_key_folder(const std::filesystem::path& folder);
 
 /// Makes `folder` if need be, and two random keys in it. Throws std::runtime_error with the reason

@@ -17,7 +17,7 @@ void add_list_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);
 /// check: whether scenes can be played.
 void add_check_command(CLI::App& app);
-/// explain: what of scenes is modelled, what is not, its error, and what a tick costs.
+/// explain: what scenes model and what they do not, its error, and what a tick costs.
 void add_explain_command(CLI::App& app);
 
 }  // namespace hapticd

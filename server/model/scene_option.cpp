@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "core/scene/quality.h"
+#include "server/scene_io/named_text.h"
 
 namespace hapticd {
 
@@ -31,7 +32,7 @@ void for_each_scene(const SceneOptions& options,
       options.data.empty() ? installed_paths() : ScenePaths{{data / "scenes"}, {data / "models"}};
   if (options.quality) load.quality.quality.emplace().set_level(*options.quality);
   const std::vector<std::string> scenes =
-      options.scenes.empty() ? list_scenes(load.paths) : options.scenes;
+      options.scenes.empty() ? list_names(load.paths.scenes) : options.scenes;
   if (scenes.empty()) {
     throw std::runtime_error("no scene is installed in " + load.paths.scenes.front().string() +
                              ". Name a file, or the folder with --data");

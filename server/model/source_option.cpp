@@ -17,9 +17,6 @@ namespace {
 
 constexpr std::string_view kModelPrefix = "model:";
 
-/// A number alone, or a length with its unit.
-double parse_value(const std::string& text) { return parse_length(text); }
-
 std::vector<ParameterValue> parse_parameters(const std::vector<std::string>& set) {
   std::vector<ParameterValue> values;
   for (const std::string& text : set) {
@@ -27,7 +24,7 @@ std::vector<ParameterValue> parse_parameters(const std::vector<std::string>& set
     if (equals == std::string::npos) {
       throw std::invalid_argument("--set " + text + ": write name=value, as in radius=5mm");
     }
-    values.emplace_back(text.substr(0, equals), parse_value(text.substr(equals + 1)));
+    values.emplace_back(text.substr(0, equals), parse_length(text.substr(equals + 1)));
   }
   return values;
 }

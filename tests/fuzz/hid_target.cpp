@@ -10,6 +10,7 @@
 #include "device/hid/profile_units.h"
 #include "device/hid/reference_firmware/hapticd_device.h"
 #include "device/hid/report_descriptor.h"
+#include "tests/device/hid/sent_reports.h"
 
 namespace hapticd::test {
 namespace {
@@ -125,8 +126,8 @@ void check_firmware(View bytes) {
 
 bool check_hid_bytes(View bytes) {
   bool taken = check_report<hid::StateReport>(bytes, hid::decode_state);
-  taken |= check_report<hid::CommandReport>(bytes, hid::decode_command);
-  taken |= check_report<hid::AffineReport>(bytes, hid::decode_affine);
+  taken |= check_report<hid::CommandReport>(bytes, decode_command);
+  taken |= check_report<hid::AffineReport>(bytes, decode_affine);
   taken |= check_report<hid::Capabilities>(bytes, hid::decode_capabilities);
   taken |= check_report<hid::Config>(bytes, hid::decode_config);
   taken |= check_report<hid::Calibration>(bytes, hid::decode_calibration);

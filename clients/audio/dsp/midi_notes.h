@@ -16,7 +16,7 @@ struct MidiEvent {
   std::array<std::uint8_t, 3> bytes{};
 };
 
-/// Those of one block, in their order; what does not fit is left out, ends of notes never.
+/// Those of one block, in order; what does not fit is left out, but never the end of a note.
 struct MidiEvents {
   static constexpr std::size_t kMax = 128;
   std::array<MidiEvent, kMax> events{};
@@ -41,8 +41,6 @@ class MidiNotes {
     MidiNote note;
     std::int64_t left = 0;  ///< frames
   };
-  static bool write(MidiEvents& out, std::int32_t frame, std::uint8_t status, const MidiNote& note,
-                    std::uint8_t velocity, std::size_t spare) noexcept;
 
   std::array<Note, kNotes> notes_{};
 };

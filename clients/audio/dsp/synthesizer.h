@@ -1,7 +1,7 @@
 // All tones that sound: a fixed number of voices, each a computed string or a recording, the body,
-// and the limiter behind them. A voice that gives no number any more is ended. The result does not
-// depend on how the frames are divided into calls. RT: yes; no heap, the object itself is 2 MB and
-// belongs on the heap of its owner.
+// and the limiter behind them. A voice whose output is no longer a number is ended. The result does
+// not depend on how the frames are divided into calls. RT: yes; no heap, the object itself is 2 MB
+// and belongs on the heap of its owner.
 #pragma once
 
 #include <array>

@@ -30,7 +30,7 @@ inline constexpr std::string_view kSubprotocol = "hapticd.v1";
 [[nodiscard]] std::string own_subprotocol(std::string_view offered);
 
 /// Whether `subprotocol` carries `token`; takes as long for every one of its length. An empty token
-/// is nobody's.
+/// is carried by none.
 [[nodiscard]] bool carries_token(std::string_view subprotocol, std::string_view token);
 
 }  // namespace hapticd::web

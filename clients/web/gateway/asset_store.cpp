@@ -29,12 +29,9 @@ std::string hash_of(std::string_view bytes) {
   crypto_generichash_blake2b(hash.data(), hash.size(),
                              reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(),
                              nullptr, 0);
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const unsigned char byte : hash) {
-    text += kDigits[byte >> 4U];
-    text += kDigits[byte & 15U];
-  }
+  std::string text(2 * hash.size() + 1, '\0');
+  sodium_bin2hex(text.data(), text.size(), hash.data(), hash.size());
+  text.pop_back();
   return text;
 }
 

@@ -24,9 +24,9 @@ class AssetStore {
   /// Looks through `folders` and what is below them; links to elsewhere are not followed.
   explicit AssetStore(std::vector<std::filesystem::path> folders);
 
-  /// The file of this hash, 64 small hexadecimal digits. A file that has changed since it was
-  /// looked at is none. Folders are looked through again for a hash that is not known, each second
-  /// at most.
+  /// The file of this hash, 64 lower-case hexadecimal digits. One that has changed since it was
+  /// looked at is not served. Folders are looked through again for a hash that is not known, each
+  /// second at most.
   [[nodiscard]] std::optional<std::string> find(const std::string& hash, std::int64_t now_ns);
   /// Files known.
   [[nodiscard]] std::size_t size() const noexcept { return files_.size(); }

@@ -31,7 +31,7 @@ class ChildProcess : public std::enable_shared_from_this<ChildProcess> {
   void start(std::vector<std::string> words);
   /// Sends a line; what does not fit into the socket is not sent, and the program is ended.
   void say(std::string_view line);
-  /// Its input ends. Who does not end then is ended.
+  /// Ends its input, and ends the program if it does not end by itself then.
   void finish();
 
  private:

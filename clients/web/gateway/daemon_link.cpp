@@ -55,16 +55,21 @@ v1::Item subscription(double state_rate_hz, double tick_rate_hz) {
 
 }  // namespace
 
-struct DaemonLink::Implementation : std::enable_shared_from_this<Implementation> {
+/// All of a link, as long as one of its handlers waits.
+class DaemonLink::Implementation : public std::enable_shared_from_this<Implementation> {
+ public:
   Implementation(asio::io_context& context, LinkOptions given, LinkHandlers told)
-      : options(std::move(given)),
-        handlers(std::move(told)),
-        resolver(context),
-        socket(context),
-        timer(context) {
-    facts.server = options.host + ":" + std::to_string(options.port);
-    facts.keyed = options.key.has_value();
+      : options_(std::move(given)),
+        handlers_(std::move(told)),
+        resolver_(context),
+        socket_(context),
+        timer_(context) {
+    facts_.server = options_.host + ":" + std::to_string(options_.port);
+    facts_.keyed = options_.key.has_value();
   }
+
+ private:
+  friend DaemonLink;
 
   void make_core();
   void open();
@@ -79,156 +84,156 @@ struct DaemonLink::Implementation : std::enable_shared_from_this<Implementation>
   void ended(client::SessionEnd how);
   void heard_item(const v1::Item& item);
 
-  LinkOptions options;
-  LinkHandlers handlers;
-  Udp::resolver resolver;
-  Udp::socket socket;
-  asio::steady_timer timer;
-  std::array<std::uint8_t, kBufferBytes> buffer{};
-  std::unique_ptr<client::ClientCore> core;
-  LinkFacts facts;
-  LinkMeter meter;
-  double tick_rate_hz = 1000.0;
-  std::int64_t opened_ns = 0;
-  std::uint64_t sessions_ended = 0;
-  bool stopped = false;
+  LinkOptions options_;
+  LinkHandlers handlers_;
+  Udp::resolver resolver_;
+  Udp::socket socket_;
+  asio::steady_timer timer_;
+  std::array<std::uint8_t, kBufferBytes> buffer_{};
+  std::unique_ptr<client::ClientCore> core_;
+  LinkFacts facts_;
+  LinkMeter meter_;
+  double tick_rate_hz_ = 1000.0;
+  std::int64_t opened_ns_ = 0;
+  std::uint64_t sessions_ended_ = 0;
+  bool stopped_ = false;
 };
 
 void DaemonLink::Implementation::make_core() {
   client::ClientHandlers told;
   told.item = [this](const v1::Item& item) { heard_item(item); };
-  told.state = handlers.state;
+  told.state = handlers_.state;
   told.ended = [this](client::SessionEnd how) { ended(how); };
-  core = std::make_unique<client::ClientCore>(
+  core_ = std::make_unique<client::ClientCore>(
       [this](std::span<const std::uint8_t> datagram) { send(datagram); }, random_number,
-      std::move(told), options.key);
-  core->request(subscription(options.state_rate_hz, tick_rate_hz));
+      std::move(told), options_.key);
+  core_->request(subscription(options_.state_rate_hz, tick_rate_hz_));
 }
 
 void DaemonLink::Implementation::heard_item(const v1::Item& item) {
   if (item.has_scene_info()) {
     const double rate_hz = item.scene_info().rate_hz();
-    if (rate_hz > 0.0 && rate_hz != tick_rate_hz) {
-      tick_rate_hz = rate_hz;
-      core->request(subscription(options.state_rate_hz, tick_rate_hz));
+    if (rate_hz > 0.0 && rate_hz != tick_rate_hz_) {
+      tick_rate_hz_ = rate_hz;
+      core_->request(subscription(options_.state_rate_hz, tick_rate_hz_));
     }
   }
-  if (handlers.item) handlers.item(item);
+  if (handlers_.item) handlers_.item(item);
 }
 
 void DaemonLink::Implementation::ended(client::SessionEnd how) {
-  ++sessions_ended;
-  facts.full = how == client::SessionEnd::kFull;
-  facts.said_bye = how == client::SessionEnd::kBye;
-  facts.bye_message = facts.said_bye ? core->bye().message() : "";
-  if (handlers.ended) handlers.ended();
+  ++sessions_ended_;
+  facts_.full = how == client::SessionEnd::kFull;
+  facts_.said_bye = how == client::SessionEnd::kBye;
+  facts_.bye_message = facts_.said_bye ? core_->bye().message() : "";
+  if (handlers_.ended) handlers_.ended();
 }
 
 void DaemonLink::Implementation::open() {
-  if (stopped) return;
-  opened_ns = client::monotonic_now_ns();
-  if (facts.began_ns == 0) facts.began_ns = opened_ns;
-  resolver.async_resolve(options.host, std::to_string(options.port),
-                         [self = shared_from_this()](const error_code& error, const auto& found) {
-                           self->facts.unknown_name = static_cast<bool>(error);
-                           if (error) return self->open_again(error);
-                           self->connect(found);
-                         });
+  if (stopped_) return;
+  opened_ns_ = client::monotonic_now_ns();
+  if (facts_.began_ns == 0) facts_.began_ns = opened_ns_;
+  resolver_.async_resolve(options_.host, std::to_string(options_.port),
+                          [self = shared_from_this()](const error_code& error, const auto& found) {
+                            self->facts_.unknown_name = static_cast<bool>(error);
+                            if (error) return self->open_again(error);
+                            self->connect(found);
+                          });
 }
 
 void DaemonLink::Implementation::connect(const Udp::resolver::results_type& found) {
-  if (stopped) return;
+  if (stopped_) return;
   error_code error;
   for (const auto& each : found) {
     error_code ignored;
-    socket.close(ignored);
-    socket.open(each.endpoint().protocol(), error);
-    if (!error) socket.connect(each.endpoint(), error);
+    socket_.close(ignored);
+    socket_.open(each.endpoint().protocol(), error);
+    if (!error) socket_.connect(each.endpoint(), error);
     if (!error) break;
   }
   if (error) return open_again(error);
   error_code ignored;  // Less is not a fault: what does not fit is repeated.
-  socket.set_option(Udp::socket::receive_buffer_size(kSocketBytes), ignored);
-  socket.non_blocking(true, ignored);
+  socket_.set_option(Udp::socket::receive_buffer_size(kSocketBytes), ignored);
+  socket_.non_blocking(true, ignored);
   receive();
   poll();
 }
 
 void DaemonLink::Implementation::open_again(const error_code& error) {
   trouble(error);
-  timer.expires_after(kOpenAgain);
-  timer.async_wait([self = shared_from_this()](const error_code& cancelled) {
+  timer_.expires_after(kOpenAgain);
+  timer_.async_wait([self = shared_from_this()](const error_code& cancelled) {
     if (!cancelled) self->open();
   });
 }
 
 void DaemonLink::Implementation::trouble(const error_code& error) {
   if (error == asio::error::operation_aborted || error == asio::error::would_block) return;
-  facts.trouble = error.value();
-  facts.trouble_text = error.message();
-  facts.trouble_ns = client::monotonic_now_ns();
+  facts_.trouble = error.value();
+  facts_.trouble_text = error.message();
+  facts_.trouble_ns = client::monotonic_now_ns();
 }
 
 void DaemonLink::Implementation::send(std::span<const std::uint8_t> datagram) {
   error_code error;
-  socket.send(asio::buffer(datagram.data(), datagram.size()), 0, error);
+  socket_.send(asio::buffer(datagram.data(), datagram.size()), 0, error);
   if (error) trouble(error);
 }
 
 void DaemonLink::Implementation::receive() {
-  socket.async_receive(asio::buffer(buffer),
-                       [self = shared_from_this()](const error_code& error, std::size_t bytes) {
-                         if (error == asio::error::operation_aborted || self->stopped) return;
-                         if (error) {
-                           self->trouble(error);
-                         } else {
-                           self->received(bytes);
-                         }
-                         self->receive();
-                         self->poll();
-                       });
+  socket_.async_receive(asio::buffer(buffer_),
+                        [self = shared_from_this()](const error_code& error, std::size_t bytes) {
+                          if (error == asio::error::operation_aborted || self->stopped_) return;
+                          if (error) {
+                            self->trouble(error);
+                          } else {
+                            self->received(bytes);
+                          }
+                          self->receive();
+                          self->poll();
+                        });
 }
 
 void DaemonLink::Implementation::received(std::size_t bytes) {
   const std::int64_t now_ns = client::monotonic_now_ns();
-  const std::span<const std::uint8_t> datagram(buffer.data(), bytes);
+  const std::span<const std::uint8_t> datagram(buffer_.data(), bytes);
   if (bytes >= wire::kHeaderBytes && datagram[0] == 'H' && datagram[1] != wire::kWireMajor) {
-    facts.other_major = datagram[1];
-    facts.other_major_ns = now_ns;
+    facts_.other_major = datagram[1];
+    facts_.other_major_ns = now_ns;
   }
   const auto header = wire::decode_header(datagram);
-  const std::int64_t heard_ns = core->heard_ns();
-  const std::uint64_t ended_before = sessions_ended;
-  core->receive(datagram, now_ns);
-  const bool valid = core->heard_ns() == now_ns && heard_ns != now_ns;
+  const std::int64_t heard_ns = core_->heard_ns();
+  const std::uint64_t ended_before = sessions_ended_;
+  core_->receive(datagram, now_ns);
+  const bool valid = core_->heard_ns() == now_ns && heard_ns != now_ns;
   if (valid) {
-    facts.heard_ns = now_ns;
-    if (sessions_ended == ended_before) facts.full = facts.said_bye = false;
-  } else if (sessions_ended != ended_before) {
-    facts.heard_ns = now_ns;  // A Reset or another boot_id is a word of the daemon too.
+    facts_.heard_ns = now_ns;
+    if (sessions_ended_ == ended_before) facts_.full = facts_.said_bye = false;
+  } else if (sessions_ended_ != ended_before) {
+    facts_.heard_ns = now_ns;  // A Reset or another boot_id is a word of the daemon too.
   }
-  meter.take(valid ? &*header : nullptr, bytes);
+  meter_.take(valid ? &*header : nullptr, bytes);
 }
 
 void DaemonLink::Implementation::poll() {
-  if (stopped) return;
+  if (stopped_) return;
   const std::int64_t now_ns = client::monotonic_now_ns();
-  const std::int64_t heard_ns = std::max(opened_ns, facts.heard_ns);
+  const std::int64_t heard_ns = std::max(opened_ns_, facts_.heard_ns);
   if (now_ns - heard_ns > kOtherSocket_ns) {
     error_code ignored;
-    socket.close(ignored);
+    socket_.close(ignored);
     open();
     return;
   }
-  core->poll(now_ns);
+  core_->poll(now_ns);
   wait();
 }
 
 void DaemonLink::Implementation::wait() {
-  const std::int64_t until_due = core->due_ns() - client::monotonic_now_ns();
-  timer.expires_after(
+  const std::int64_t until_due = core_->due_ns() - client::monotonic_now_ns();
+  timer_.expires_after(
       std::chrono::nanoseconds(std::clamp<std::int64_t>(until_due, 0, kMaxWait_ns)));
-  timer.async_wait([self = shared_from_this()](const error_code& cancelled) {
+  timer_.async_wait([self = shared_from_this()](const error_code& cancelled) {
     if (!cancelled) self->poll();
   });
 }
@@ -251,63 +256,58 @@ void DaemonLink::start() { implementation_->open(); }
 
 void DaemonLink::stop() {
   Implementation& mine = *implementation_;
-  if (mine.stopped) return;
-  mine.stopped = true;
-  mine.handlers = {};
-  if (mine.socket.is_open()) {
-    mine.core->leave(client::monotonic_now_ns());
-    mine.core->poll(client::monotonic_now_ns());
+  if (mine.stopped_) return;
+  mine.stopped_ = true;
+  mine.handlers_ = {};
+  if (mine.socket_.is_open()) {
+    mine.core_->leave(client::monotonic_now_ns());
+    mine.core_->poll(client::monotonic_now_ns());
   }
   error_code ignored;
-  mine.socket.close(ignored);
-  mine.resolver.cancel();
-  mine.timer.cancel();
+  mine.socket_.close(ignored);
+  mine.resolver_.cancel();
+  mine.timer_.cancel();
 }
 
 bool DaemonLink::request(const v1::Item& item, client::ResultHandler done) {
   if (verdict().state != v1::PAGE_LINK_STATE_LIVE) return false;
-  if (implementation_->core->request(item, std::move(done)) == 0) return false;
+  if (implementation_->core_->request(item, std::move(done)) == 0) return false;
   implementation_->poll();
   return true;
 }
 
 LinkVerdict DaemonLink::verdict() const {
-  return judge(implementation_->facts, client::monotonic_now_ns());
+  return judge(implementation_->facts_, client::monotonic_now_ns());
 }
 
 v1::PageLink DaemonLink::report() {
   const std::int64_t now_ns = client::monotonic_now_ns();
-  const LinkVerdict verdict = judge(implementation_->facts, now_ns);
+  const LinkVerdict verdict = judge(implementation_->facts_, now_ns);
   v1::PageLink link;
   link.set_state(verdict.state);
   link.set_message(verdict.message);
-  const wire::ClockEstimate& clock = implementation_->core->clock();
+  const wire::ClockEstimate& clock = implementation_->core_->clock();
   if (clock.known()) {
     const wire::ClockRelation relation = clock.at(now_ns);
     link.set_clock_offset_s(static_cast<double>(relation.offset_ns) * 1e-9);
     link.set_clock_error_s(static_cast<double>(relation.uncertainty_ns) * 1e-9);
     link.set_round_trip_s(static_cast<double>(clock.round_trip_ns()) * 1e-9);
   }
-  const LinkQuality quality = implementation_->meter.roll(now_ns);
+  const LinkQuality quality = implementation_->meter_.roll(now_ns);
   link.set_loss(quality.loss);
   link.set_bytes_per_s(quality.bytes_per_s);
   return link;
 }
 
 std::int64_t DaemonLink::daemon_now_ns() const {
-  const wire::ClockEstimate& clock = implementation_->core->clock();
+  const wire::ClockEstimate& clock = implementation_->core_->clock();
   if (!clock.known()) return 0;
   const std::int64_t now_ns = client::monotonic_now_ns();
   return now_ns + clock.at(now_ns).offset_ns;
 }
 
-bool DaemonLink::may_control() const {
-  const auto& key = implementation_->options.key;
-  return !key.has_value() || key->role == wire::Role::kControl;
-}
+std::uint64_t DaemonLink::received_bytes() const { return implementation_->meter_.total_bytes(); }
 
-std::uint64_t DaemonLink::received_bytes() const { return implementation_->meter.total_bytes(); }
-
-std::uint64_t DaemonLink::sessions_ended() const { return implementation_->sessions_ended; }
+std::uint64_t DaemonLink::sessions_ended() const { return implementation_->sessions_ended_; }
 
 }  // namespace hapticd::web

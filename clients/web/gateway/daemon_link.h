@@ -56,15 +56,13 @@ class DaemonLink {
   [[nodiscard]] v1::PageLink report();
   /// The daemon's clock now, ns; 0 = not known.
   [[nodiscard]] std::int64_t daemon_now_ns() const;
-  /// Whether its key, or the lack of keys, lets it control.
-  [[nodiscard]] bool may_control() const;
   /// Bytes that came so far.
   [[nodiscard]] std::uint64_t received_bytes() const;
   /// Sessions that ended so far.
   [[nodiscard]] std::uint64_t sessions_ended() const;
 
  private:
-  struct Implementation;
+  class Implementation;
   std::shared_ptr<Implementation> implementation_;
 };
 

@@ -7,20 +7,15 @@
 #include <utility>
 
 #include "clients/web/gateway/recording_folder.h"
+#include "proto/wire/request_result.h"
 
 namespace hapticd::web {
 namespace {
 
 namespace json = google::protobuf::util;
+using wire::result_of;
 
 constexpr std::size_t kMaxNameBytes = 64;
-
-v1::Result result_of(v1::ResultCode code, std::string message) {
-  v1::Result result;
-  result.set_code(code);
-  result.set_message(std::move(message));
-  return result;
-}
 
 /// A name that is a folder, and no option, and leads nowhere.
 bool is_name(std::string_view name) {
@@ -45,29 +40,26 @@ ExperimentLink::~ExperimentLink() = default;
 
 v1::Result ExperimentLink::take(ViewerId viewer, bool control, const v1::PageExperiment& asked) {
   if (!control) {
-    return result_of(v1::RESULT_CODE_NOT_PERMITTED,
+    return result_of(v1::RESULT_CODE_NOT_PERMITTED, "",
                      "this page may only look. Open the address with the token that haptic-web "
                      "printed, on its machine or by https");
   }
   if (asked.has_begin()) return begin(viewer, asked.begin());
-  if (program_ == nullptr) return result_of(v1::RESULT_CODE_WRONG_STATE, "no experiment runs");
+  if (program_ == nullptr) return result_of(v1::RESULT_CODE_WRONG_STATE, "", "no experiment runs");
   if (asked.has_answer()) return answer(viewer, asked.answer());
   // Who may control ends what another page began, too: that page may lie in another room.
   if (asked.has_end()) stop();
-  return result_of(v1::RESULT_CODE_OK, "");
+  return result_of(v1::RESULT_CODE_OK);
 }
 
 v1::Result ExperimentLink::begin(ViewerId viewer, const v1::ExperimentBegin& wanted) {
   if (program_ != nullptr) {
-    return result_of(v1::RESULT_CODE_BUSY,
+    return result_of(v1::RESULT_CODE_BUSY, "",
                      "the experiment of " + screen_.participant() + " is running. End it first");
   }
   if (!is_name(wanted.participant())) {
-    v1::Result refused =
-        result_of(v1::RESULT_CODE_INVALID,
-                  "a participant's name has letters, digits, - and _, 64 at most, such as P1");
-    refused.set_path("experiment.begin.participant");
-    return refused;
+    return result_of(v1::RESULT_CODE_INVALID, "experiment.begin.participant",
+                     "a participant's name has letters, digits, - and _, 64 at most, such as P1");
   }
   LineHandlers handlers;
   handlers.line = [this](const std::string& line) { said(line); };
@@ -76,7 +68,7 @@ v1::Result ExperimentLink::begin(ViewerId viewer, const v1::ExperimentBegin& wan
   try {
     program->start(words(wanted));
   } catch (const std::system_error& error) {
-    return result_of(v1::RESULT_CODE_FAILED,
+    return result_of(v1::RESULT_CODE_FAILED, "",
                      std::string("hapticd-lab does not start: ") + error.what() +
                          ". Install it beside haptic-web, or add its folder to PATH");
   }
@@ -84,7 +76,7 @@ v1::Result ExperimentLink::begin(ViewerId viewer, const v1::ExperimentBegin& wan
   owner_ = viewer;
   screen_.Clear();
   screen_.set_participant(wanted.participant());
-  return result_of(v1::RESULT_CODE_OK, "");
+  return result_of(v1::RESULT_CODE_OK);
 }
 
 std::vector<std::string> ExperimentLink::words(const v1::ExperimentBegin& wanted) const {
@@ -106,14 +98,14 @@ std::vector<std::string> ExperimentLink::words(const v1::ExperimentBegin& wanted
 
 v1::Result ExperimentLink::answer(ViewerId viewer, const v1::ExperimentAnswer& answer) {
   if (viewer != owner_) {
-    return result_of(v1::RESULT_CODE_NOT_OWNER, "another page began this experiment");
+    return result_of(v1::RESULT_CODE_NOT_OWNER, "", "another page began this experiment");
   }
   std::string line;
   if (!json::MessageToJsonString(answer, &line).ok()) {
-    return result_of(v1::RESULT_CODE_INVALID, "this is not an answer");
+    return result_of(v1::RESULT_CODE_INVALID, "", "this is not an answer");
   }
   program_->say(line);
-  return result_of(v1::RESULT_CODE_OK, "");
+  return result_of(v1::RESULT_CODE_OK);
 }
 
 void ExperimentLink::gone(ViewerId viewer) {

@@ -32,85 +32,91 @@ constexpr std::chrono::milliseconds kFarewell{300};
 
 }  // namespace
 
-struct Gateway::Implementation {
+/// The parts, in the order in which they are made.
+class Gateway::Implementation {
+ public:
   explicit Implementation(WebOptions given);
+
+ private:
+  friend Gateway;
 
   HubOptions hub_options();
   ServerOptions server_options();
-  void open_source(const WebOptions& options);
+  void open_source(const WebOptions& given);
   void look();
-  void report(const v1::PageLink& link);
+  void report(const v1::PageLink& now);
   std::string metrics();
   void say_goodbye();
 
-  WebOptions options;
-  std::string token;
-  AssetStore assets;
-  std::optional<v1::State> newest;
-  v1::PageLink last_link;
-  int looks = 0;
-  std::shared_ptr<DaemonLink> link;
-  std::unique_ptr<ExperimentLink> experiments;
+  WebOptions options_;
+  std::string token_;
+  AssetStore assets_;
+  std::optional<v1::State> newest_;
+  v1::PageLink last_link_;
+  int looks_ = 0;
+  std::shared_ptr<DaemonLink> link_;
+  std::unique_ptr<ExperimentLink> experiments_;
   // Whoever is still connected at the end refers to the hub from inside the context.
-  Hub hub;
-  asio::io_context context{1};
-  asio::steady_timer link_timer{context};
-  asio::steady_timer farewell_timer{context};
-  asio::signal_set signals{context};
-  HttpServer server;
-  RecordingSource recordings;
+  Hub hub_;
+  asio::io_context context_{1};
+  asio::steady_timer link_timer_{context_};
+  asio::steady_timer farewell_timer_{context_};
+  asio::signal_set signals_{context_};
+  HttpServer server_;
+  RecordingSource recordings_;
 };
 
 Gateway::Implementation::Implementation(WebOptions given)
-    : options(std::move(given)),
-      token(options.recording.empty() && (!options.link.key.has_value() ||
-                                          options.link.key->role == wire::Role::kControl)
-                ? make_token()
-                : ""),
-      assets(options.assets),
-      hub(hub_options()),
-      server(context, server_options(), hub),
-      recordings(context, hub, RecordingFolder(options.recordings), [this](const v1::State& state) {
-        // With a daemon the metrics are its own.
-        if (link == nullptr) newest = state;
-      }) {
-  experiments = std::make_unique<ExperimentLink>(
-      context, options.experiments, [this](const v1::ExperimentScreen& screen, ViewerId owner) {
-        hub.experiment(screen, owner);
+    : options_(std::move(given)),
+      token_(options_.recording.empty() && (!options_.link.key.has_value() ||
+                                            options_.link.key->role == wire::Role::kControl)
+                 ? make_token()
+                 : ""),
+      assets_(options_.assets),
+      hub_(hub_options()),
+      server_(context_, server_options(), hub_),
+      recordings_(context_, hub_, RecordingFolder(options_.recordings),
+                  [this](const v1::State& state) {
+                    // With a daemon the metrics are its own.
+                    if (link_ == nullptr) newest_ = state;
+                  }) {
+  experiments_ = std::make_unique<ExperimentLink>(
+      context_, options_.experiments, [this](const v1::ExperimentScreen& screen, ViewerId owner) {
+        hub_.experiment(screen, owner);
       });
-  open_source(options);
+  open_source(options_);
 }
 
 HubOptions Gateway::Implementation::hub_options() {
   HubOptions made;
   made.version = HAPTICD_VERSION;
-  made.presentation_delay_s = options.presentation_delay_s;
+  made.presentation_delay_s = options_.presentation_delay_s;
   made.call = [this](const v1::Item& item, client::ResultHandler done) {
-    return link != nullptr && link->request(item, std::move(done));
+    return link_ != nullptr && link_->request(item, std::move(done));
   };
-  made.steer = [this](const v1::PagePlayback& wanted) { recordings.steer(wanted); };
+  made.steer = [this](const v1::PagePlayback& wanted) { recordings_.steer(wanted); };
   made.show = [this](const std::string& name, Answer done) {
-    recordings.show(name, std::move(done));
+    recordings_.show(name, std::move(done));
   };
-  made.recordings = [this] { return recordings.list(); };
+  made.recordings = [this] { return recordings_.list(); };
   made.experiment = [this](ViewerId viewer, bool control, const v1::PageExperiment& asked) {
-    return experiments->take(viewer, control, asked);
+    return experiments_->take(viewer, control, asked);
   };
   made.gone = [this](ViewerId viewer) {
-    if (experiments != nullptr) experiments->gone(viewer);
+    if (experiments_ != nullptr) experiments_->gone(viewer);
   };
   made.daemon_now_ns = [this]() -> std::int64_t {
-    if (const auto shown_ns = recordings.shown_t_ns()) return *shown_ns;
-    return link != nullptr ? link->daemon_now_ns() : 0;
+    if (const auto shown_ns = recordings_.shown_t_ns()) return *shown_ns;
+    return link_ != nullptr ? link_->daemon_now_ns() : 0;
   };
   return made;
 }
 
 ServerOptions Gateway::Implementation::server_options() {
-  ServerOptions made = options.server;
-  made.token = token;
+  ServerOptions made = options_.server;
+  made.token = token_;
   made.asset = [this](const std::string& hash) {
-    return assets.find(hash, client::monotonic_now_ns());
+    return assets_.find(hash, client::monotonic_now_ns());
   };
   made.metrics = [this] { return metrics(); };
   return made;
@@ -118,70 +124,70 @@ ServerOptions Gateway::Implementation::server_options() {
 
 void Gateway::Implementation::open_source(const WebOptions& given) {
   if (!given.recording.empty()) {
-    recordings.open(given.recording);
+    recordings_.open(given.recording);
     return;
   }
   LinkHandlers told;
   told.state = [this](const v1::State& state) {
-    newest = state;
-    hub.state(state);
+    newest_ = state;
+    hub_.state(state);
   };
-  told.item = [this](const v1::Item& item) { hub.item(item); };
+  told.item = [this](const v1::Item& item) { hub_.item(item); };
   told.ended = [this] {
-    newest.reset();
-    hub.session_ended();
+    newest_.reset();
+    hub_.session_ended();
   };
-  link = std::make_shared<DaemonLink>(context, given.link, std::move(told));
+  link_ = std::make_shared<DaemonLink>(context_, given.link, std::move(told));
 }
 
 void Gateway::Implementation::look() {
-  ++looks;
-  if (looks >= kLooksPerReport) {
-    looks = 0;
-    report(link->report());
-  } else if (link->verdict().state != last_link.state()) {
-    v1::PageLink changed = last_link;
-    const LinkVerdict verdict = link->verdict();
+  ++looks_;
+  if (looks_ >= kLooksPerReport) {
+    looks_ = 0;
+    report(link_->report());
+  } else if (link_->verdict().state != last_link_.state()) {
+    v1::PageLink changed = last_link_;
+    const LinkVerdict verdict = link_->verdict();
     changed.set_state(verdict.state);
     changed.set_message(verdict.message);
     report(changed);
   }
-  link_timer.expires_after(kLook);
-  link_timer.async_wait([this](const error_code& cancelled) {
+  link_timer_.expires_after(kLook);
+  link_timer_.async_wait([this](const error_code& cancelled) {
     if (!cancelled) look();
   });
 }
 
 void Gateway::Implementation::report(const v1::PageLink& now) {
-  last_link = now;
-  hub.link(now);
+  last_link_ = now;
+  hub_.link(now);
 }
 
 std::string Gateway::Implementation::metrics() {
   Metrics told;
   told.version = HAPTICD_VERSION;
-  told.viewers = hub.viewers();
-  told.hub = hub.counters();
-  told.dropped_states = hub.total_dropped();
-  told.server = server.counters();
-  told.link = last_link;
-  if (link != nullptr) {
-    told.received_bytes = link->received_bytes();
-    told.sessions_ended = link->sessions_ended();
+  told.viewers = hub_.viewers();
+  told.hub = hub_.counters();
+  told.dropped_states = hub_.total_dropped();
+  told.server = server_.counters();
+  told.link = last_link_;
+  if (link_ != nullptr) {
+    told.received_bytes = link_->received_bytes();
+    told.sessions_ended = link_->sessions_ended();
   }
-  told.state = newest;
+  told.state = newest_;
   return metrics_text(told);
 }
 
 void Gateway::Implementation::say_goodbye() {
-  server.stop();
-  hub.close_all();
-  if (link != nullptr) link->stop();
-  link_timer.cancel();
-  recordings.stop();
-  experiments->stop();
-  farewell_timer.expires_after(kFarewell);
-  farewell_timer.async_wait([this](const error_code&) { context.stop(); });
+  server_.stop();
+  hub_.close_all();
+  if (link_ != nullptr) link_->stop();
+  link_timer_.cancel();
+  recordings_.stop();
+  experiments_->stop();
+  farewell_timer_.expires_after(kFarewell);
+  farewell_timer_.async_wait([this](const error_code&) { context_.stop(); });
 }
 
 Gateway::Gateway(WebOptions options)
@@ -189,41 +195,41 @@ Gateway::Gateway(WebOptions options)
 
 Gateway::~Gateway() {
   // Viewers that are still there give back the lease while they go.
-  if (implementation_->link != nullptr) implementation_->link->stop();
-  implementation_->link.reset();
+  if (implementation_->link_ != nullptr) implementation_->link_->stop();
+  implementation_->link_.reset();
   // What it runs ends with its input.
-  implementation_->experiments.reset();
+  implementation_->experiments_.reset();
 }
 
 void Gateway::run() {
   Implementation& mine = *implementation_;
-  mine.server.start();
-  if (mine.link != nullptr) {
-    mine.link->start();
-    mine.looks = kLooksPerReport;
+  mine.server_.start();
+  if (mine.link_ != nullptr) {
+    mine.link_->start();
+    mine.looks_ = kLooksPerReport;
     mine.look();
   }
-  mine.context.run();
+  mine.context_.run();
 }
 
 void Gateway::stop() {
-  asio::post(implementation_->context, [this] { implementation_->say_goodbye(); });
+  asio::post(implementation_->context_, [this] { implementation_->say_goodbye(); });
 }
 
 void Gateway::stop_on_signals() {
-  implementation_->signals.add(SIGINT);
-  implementation_->signals.add(SIGTERM);
-  implementation_->signals.async_wait([this](const error_code& cancelled, int) {
+  implementation_->signals_.add(SIGINT);
+  implementation_->signals_.add(SIGTERM);
+  implementation_->signals_.async_wait([this](const error_code& cancelled, int) {
     if (!cancelled) implementation_->say_goodbye();
   });
 }
 
-std::uint16_t Gateway::port() const { return implementation_->server.port(); }
+std::uint16_t Gateway::port() const { return implementation_->server_.port(); }
 
-const std::string& Gateway::token() const { return implementation_->token; }
+const std::string& Gateway::token() const { return implementation_->token_; }
 
 std::string Gateway::invitation() const {
-  const ServerOptions& server = implementation_->options.server;
+  const ServerOptions& server = implementation_->options_.server;
   const bool tls = !server.certificate.empty();
   const std::string scheme = tls ? "https://" : "http://";
   const std::string end = ":" + std::to_string(port()) + "/";

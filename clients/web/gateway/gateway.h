@@ -33,7 +33,7 @@ class Gateway {
   [[nodiscard]] std::string invitation() const;
 
  private:
-  struct Implementation;
+  class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 

@@ -3,15 +3,12 @@
 
 #include <utility>
 
+#include "proto/wire/request_result.h"
+
 namespace hapticd::web {
 namespace {
 
-v1::Result made_result(v1::ResultCode code, const std::string& message) {
-  v1::Result result;
-  result.set_code(code);
-  result.set_message(message);
-  return result;
-}
+using wire::result_of;
 
 SharedBody link_body(const v1::PageLink& link, std::uint64_t dropped_states) {
   v1::PageEvent event;
@@ -276,7 +273,7 @@ void Hub::take(ViewerId id, std::string_view message) {
   } else if (request.has_show()) {
     show(id, viewer, request.id(), request.show());
   } else if (request.has_list_recordings()) {
-    v1::Result result = made_result(v1::RESULT_CODE_OK, "");
+    v1::Result result = result_of(v1::RESULT_CODE_OK);
     if (options_.recordings) *result.mutable_listing() = options_.recordings();
     answer(id, request.id(), std::move(result));
   } else if (request.has_experiment() && options_.experiment) {
@@ -299,7 +296,7 @@ void Hub::show(ViewerId id, const Viewer& viewer, std::uint64_t request_id,
 void Hub::call(ViewerId id, Viewer& viewer, std::uint64_t request_id, const v1::Item& item) {
   auto refused = desk_.refuse(id, viewer.control, item);
   if (!refused.has_value() && viewer.under_way >= kMaxUnderWay) {
-    refused = made_result(v1::RESULT_CODE_BUSY, "this page has too many requests under way");
+    refused = result_of(v1::RESULT_CODE_BUSY, "", "this page has too many requests under way");
   }
   if (refused.has_value()) {
     ++counters_.refused;
@@ -319,14 +316,14 @@ void Hub::call(ViewerId id, Viewer& viewer, std::uint64_t request_id, const v1::
     --asker->second.under_way;
     answer(id, request_id,
            result != nullptr ? *result
-                             : made_result(v1::RESULT_CODE_FAILED,
-                                           "the session with the daemon ended before its answer"));
+                             : result_of(v1::RESULT_CODE_FAILED, "",
+                                         "the session with the daemon ended before its answer"));
   };
   if (options_.call && options_.call(item, done)) return;
   --viewer.under_way;
   desk_.answered(id, item, nullptr);
   ++counters_.refused;
-  answer(id, request_id, made_result(v1::RESULT_CODE_FAILED, "no daemon answers now"));
+  answer(id, request_id, result_of(v1::RESULT_CODE_FAILED, "", "no daemon answers now"));
 }
 
 void Hub::answer(ViewerId id, std::uint64_t request_id, v1::Result result) {

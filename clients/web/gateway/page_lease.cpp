@@ -1,21 +1,15 @@
 // See page_lease.h.
 #include "clients/web/gateway/page_lease.h"
 
+#include "proto/wire/request_result.h"
 #include "proto/wire/request_rule.h"
 
 namespace hapticd::web {
 namespace {
 
-v1::Result refusal(v1::ResultCode code, const char* message) {
-  v1::Result result;
-  result.set_code(code);
-  result.set_message(message);
-  return result;
-}
-
 v1::Result only_looks() {
-  return refusal(
-      v1::RESULT_CODE_NOT_PERMITTED,
+  return wire::result_of(
+      v1::RESULT_CODE_NOT_PERMITTED, "",
       "this page may only look. Open the address with the token that haptic-web printed, "
       "on its machine or by https");
 }
@@ -26,18 +20,18 @@ std::optional<v1::Result> PageLease::refuse(ViewerId viewer, bool control,
                                             const v1::Item& request) const {
   // A Subscribe would be everyone's, a PoseBatch has no answer when it is taken.
   if (wire::rule_of(request) == nullptr || request.has_subscribe() || request.has_pose_batch()) {
-    return refusal(v1::RESULT_CODE_UNSUPPORTED, "not from a page");
+    return wire::result_of(v1::RESULT_CODE_UNSUPPORTED, "", "not from a page");
   }
   if (!wire::needs_control(request)) return std::nullopt;
   if (!control) return only_looks();
   if (request.has_acquire()) {
     const bool taken = (holder_ != 0 && holder_ != viewer) || (asking_ != 0 && asking_ != viewer);
-    if (taken) return refusal(v1::RESULT_CODE_BUSY, "another page has control");
+    if (taken) return wire::result_of(v1::RESULT_CODE_BUSY, "", "another page has control");
     return std::nullopt;
   }
   if (wire::needs_lease(request) && holder_ != viewer) {
-    return refusal(v1::RESULT_CODE_NOT_OWNER,
-                   holder_ != 0 ? "another page has control" : "take control first");
+    return wire::result_of(v1::RESULT_CODE_NOT_OWNER, "",
+                           holder_ != 0 ? "another page has control" : "take control first");
   }
   return std::nullopt;
 }
@@ -46,7 +40,7 @@ std::optional<v1::Result> PageLease::refuse_show(ViewerId viewer, bool control) 
   if (!control) return only_looks();
   // A recording may also be seen where no daemon is, which would give the lease.
   if (holder_ == 0 || holder_ == viewer) return std::nullopt;
-  return refusal(v1::RESULT_CODE_NOT_OWNER, "another page has control");
+  return wire::result_of(v1::RESULT_CODE_NOT_OWNER, "", "another page has control");
 }
 
 void PageLease::asked(ViewerId viewer, const v1::Item& request) {

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "proto/wire/request_result.h"
+
 namespace hapticd::web {
 namespace {
 
@@ -15,14 +17,6 @@ namespace fs = std::filesystem;
 constexpr std::string_view kEnding = ".mcap";
 /// Of Listing.names.
 constexpr std::size_t kMaxNames = 4096;
-
-v1::Result result_of(v1::ResultCode code, std::string message) {
-  v1::Result result;
-  result.set_code(code);
-  if (code != v1::RESULT_CODE_OK) result.set_path("show.recording");
-  result.set_message(std::move(message));
-  return result;
-}
 
 bool is_name(std::string_view name) {
   const bool plain = name.find('/') == name.npos && name.find('\0') == name.npos;
@@ -66,20 +60,20 @@ v1::Listing RecordingFolder::list() const {
 
 v1::Result RecordingFolder::find(std::string_view name, fs::path& file) const {
   if (!is_name(name)) {
-    return result_of(
-        v1::RESULT_CODE_INVALID,
+    return wire::result_of(
+        v1::RESULT_CODE_INVALID, "show.recording",
         "a recording is a file name that ends in .mcap, without a folder. Choose one of "
         "those listed");
   }
   const fs::path place = folder_ / name;
   if (!is_plain_file(place)) {
-    return result_of(v1::RESULT_CODE_NOT_FOUND,
-                     std::string(name) + ": no such file in " + folder_.string() +
-                         " of haptic-web's machine. Copy it there, or start haptic-web with "
-                         "--recordings and its folder");
+    return wire::result_of(v1::RESULT_CODE_NOT_FOUND, "show.recording",
+                           std::string(name) + ": no such file in " + folder_.string() +
+                               " of haptic-web's machine. Copy it there, or start haptic-web with "
+                               "--recordings and its folder");
   }
   file = place;
-  return result_of(v1::RESULT_CODE_OK, "");
+  return wire::result_of(v1::RESULT_CODE_OK);
 }
 
 }  // namespace hapticd::web

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "clients/library/client.h"
+#include "proto/wire/request_result.h"
 
 namespace hapticd::web {
 namespace {
@@ -14,13 +15,6 @@ namespace {
 /// Step of a recording that plays; every tenth is reported.
 constexpr std::chrono::milliseconds kPlaybackStep{10};
 constexpr int kStepsPerPlayback = 10;
-
-v1::Result result_of(v1::ResultCode code, std::string message) {
-  v1::Result result;
-  result.set_code(code);
-  result.set_message(std::move(message));
-  return result;
-}
 
 }  // namespace
 
@@ -52,14 +46,14 @@ void RecordingSource::open(const std::filesystem::path& file) {
 
 void RecordingSource::show(const std::string& name, Answer done) {
   if (opener_.joinable()) {
-    done(result_of(v1::RESULT_CODE_BUSY, "another recording is being opened. Try again"));
+    done(wire::result_of(v1::RESULT_CODE_BUSY, "", "another recording is being opened. Try again"));
     return;
   }
   if (name.empty()) {
     stop();
     playback_.reset();
     hub_.show(daemon_shown());
-    done(result_of(v1::RESULT_CODE_OK, ""));
+    done(wire::result_of(v1::RESULT_CODE_OK));
     return;
   }
   auto opening = std::make_shared<Opening>();
@@ -82,11 +76,11 @@ void RecordingSource::show(const std::string& name, Answer done) {
 void RecordingSource::opened(Opening& opening) {
   opener_.join();
   if (opening.playback == nullptr) {
-    opening.done(result_of(v1::RESULT_CODE_FAILED, opening.failure));
+    opening.done(wire::result_of(v1::RESULT_CODE_FAILED, "", opening.failure));
     return;
   }
   begin(opening.file.filename().string(), std::move(opening.playback));
-  opening.done(result_of(v1::RESULT_CODE_OK, ""));
+  opening.done(wire::result_of(v1::RESULT_CODE_OK));
 }
 
 void RecordingSource::begin(const std::string& name, std::unique_ptr<Playback> playback) {

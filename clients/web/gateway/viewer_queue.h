@@ -15,7 +15,8 @@ namespace hapticd::web {
 /// How much may wait.
 struct QueueLimits {
   /// States. At 250 a second 32 are an eighth of one: what a viewer on a bad link lags behind at
-  /// most, beside what its socket holds. More smooth a stutter, and show the past for longer.
+  /// most, beside what its socket holds. More: a stutter is smoothed, and the past shown for
+  /// longer.
   std::size_t states = 32;
   /// Events that are not States: some seconds of the fastest play. A viewer that is further behind
   /// does not come back by itself.

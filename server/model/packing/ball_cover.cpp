@@ -27,7 +27,7 @@ Vector3 centroid(const Patch& patch) { return (patch.a + patch.b + patch.c) / 3.
 
 /// The ball at the patch's centroid, with the depth of its centre for radius.
 Sphere candidate_at(const Patch& patch, const MeshDistance& distance, double slack, double extent) {
-  const Sphere ball = inner_ball(distance, centroid(patch), patch.normal, slack, extent, kRefine);
+  const Sphere ball = inner_ball(distance, centroid(patch), patch.normal, {slack, extent, kRefine});
   return {ball.p, -distance.signed_distance(ball.p)};
 }
 

@@ -28,11 +28,6 @@ constexpr double kFlat = 0.05;
 constexpr std::size_t kBundle = 10;
 constexpr int kCombineSteps = 30;
 
-Vector3 unit_or_zero(const Vector3& v) {
-  const double size = length(v);
-  return size > 0.0 ? Vector3(v / size) : Vector3(0.0, 0.0, 0.0);
-}
-
 /// Gradients of the growth that matter near the centre.
 class Bundle {
  public:

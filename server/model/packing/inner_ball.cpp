@@ -17,13 +17,13 @@ constexpr double kMaxKept = 0.95;
 }  // namespace
 
 Sphere inner_ball(const MeshDistance& distance, const Vector3& p, const Vector3& normal,
-                  double slack, double largest, int refine) {
-  double r = largest;
-  double too_large = largest;
+                  const BallBounds& bounds) {
+  double r = bounds.largest;
+  double too_large = r;
   for (int step = 0; step < kSteps; ++step) {
     NearestPoint nearest;
     // Signed: behind the far wall of a thin solid the surface may be far again.
-    if (-distance.signed_distance(p - r * normal, nearest) >= r - slack) break;
+    if (-distance.signed_distance(p - r * normal, nearest) >= r - bounds.slack) break;
     // The ball through the nearest point that touches at p.
     const Vector3 chord = p - nearest.p;
     const double along = chord.dot(normal);
@@ -31,9 +31,9 @@ Sphere inner_ball(const MeshDistance& distance, const Vector3& p, const Vector3&
     too_large = r;
     r = std::clamp(through, kMinKept * r, kMaxKept * r);
   }
-  for (int step = 0; step < refine && too_large > r; ++step) {
+  for (int step = 0; step < bounds.refine && too_large > r; ++step) {
     const double middle = 0.5 * (r + too_large);
-    const bool fits = -distance.signed_distance(p - middle * normal) >= middle - slack;
+    const bool fits = -distance.signed_distance(p - middle * normal) >= middle - bounds.slack;
     (fits ? r : too_large) = middle;
   }
   return {p - r * normal, r};

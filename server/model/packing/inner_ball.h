@@ -9,11 +9,15 @@
 
 namespace hapticd {
 
-/// About the largest ball that touches the surface at `p` from inside (`normal` outward, unit) and
-/// sticks out of the solid nowhere more than `slack` (> 0, m); `largest` bounds its radius, m. The
-/// radius of the result is the distance from `p`. `refine` more halvings make it larger. About 10
-/// us.
+struct BallBounds {
+  double slack;    ///< > 0, m: how far the ball may stick out of the solid
+  double largest;  ///< m, radius
+  int refine = 0;  ///< more halvings make the ball larger
+};
+
+/// About the largest ball within `bounds` that touches the surface at `p` from inside (`normal`
+/// outward, unit). The radius of the result is the distance from `p`. About 10 us.
 [[nodiscard]] Sphere inner_ball(const MeshDistance& distance, const Vector3& p,
-                                const Vector3& normal, double slack, double largest, int refine);
+                                const Vector3& normal, const BallBounds& bounds);
 
 }  // namespace hapticd

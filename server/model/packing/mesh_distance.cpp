@@ -24,15 +24,6 @@ constexpr double kMaxCoordinate = 1e70;
 /// (heights below 1e-12 of the sides are lost in the rounding of coordinates anyway).
 constexpr double kFlatSquared = 1e-24;
 
-double dot(const Vector3& a, const Vector3& b) noexcept {
-  return (a.x() * b.x() + a.y() * b.y()) + a.z() * b.z();
-}
-
-Vector3 unit_or_zero(const Vector3& v) noexcept {
-  const double size = length(v);
-  return size > 0.0 ? Vector3(v / size) : Vector3(0.0, 0.0, 0.0);
-}
-
 double squared_distance_to_box(const Vector3& low, const Vector3& high, const Vector3& p) noexcept {
   double sum = 0.0;
   for (int k = 0; k < 3; ++k) {

@@ -144,7 +144,7 @@ void add_at_worst(const Task& task, std::size_t count, double limit, BallSet& se
     const double twice = length(across);
     if (!(twice > 0.0)) continue;
     const Sphere fresh =
-        inner_ball(task.distance, *far, across / twice, 0.5 * limit, task.extent, 4);
+        inner_ball(task.distance, *far, across / twice, {0.5 * limit, task.extent, 4});
     set.balls.push_back({fresh.p, -task.distance.signed_distance(fresh.p)});
   }
 }

@@ -47,7 +47,7 @@ struct Divider {
   double extent;
 
   double reach_at(const Vector3& p, const Vector3& normal) const {
-    const Sphere ball = inner_ball(distance, p, normal, kSlack * options.bound, extent, 0);
+    const Sphere ball = inner_ball(distance, p, normal, {kSlack * options.bound, extent});
     return disc_radius(ball.r, options.bound);
   }
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/math/vector.h"
+#include "core/geometry/closest_point.h"
 
 namespace hapticd {
 
@@ -25,6 +25,17 @@ inline std::array<Vector3, 3> corners(const TriangleMesh& mesh, const Triangle& 
   return {mesh.vertices[static_cast<std::size_t>(t[0])],
           mesh.vertices[static_cast<std::size_t>(t[1])],
           mesh.vertices[static_cast<std::size_t>(t[2])]};
+}
+
+/// Dot product, summed in a fixed order.
+[[nodiscard]] inline double dot(const Vector3& a, const Vector3& b) noexcept {
+  return (a.x() * b.x() + a.y() * b.y()) + a.z() * b.z();
+}
+
+/// `v` over its length; zero where it has none.
+[[nodiscard]] inline Vector3 unit_or_zero(const Vector3& v) noexcept {
+  const double size = length(v);
+  return size > 0.0 ? Vector3(v / size) : Vector3(0.0, 0.0, 0.0);
 }
 
 }  // namespace hapticd

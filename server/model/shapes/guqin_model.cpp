@@ -107,7 +107,7 @@ TriangleMesh make_guqin_body(const GuqinParameters& parameters) {
   };
   std::vector<Station> stations;
   std::vector<CurvePoint> rounding;
-  add_quarter(rounding, 0.0, 0.0, end_edge, 0, kEdgeSegments);
+  add_quarter(rounding, {0.0, 0.0, end_edge, 0}, kEdgeSegments);
   for (std::size_t k = rounding.size() - 1; k > 0; --k) {
     stations.push_back({end_edge - rounding[k].v, end_edge - rounding[k].u});
   }

@@ -36,7 +36,7 @@ struct GuqinParameters {
   double gum_height = 0.0025;    ///< of the gum's crest above the top, [0.001, 0.02]
   double bridge_spacing = 0.02;  ///< of the strings at the bridge, across, [0.01, 0.04]
   double gum_spacing = 0.014;    ///< at the gum, [0.008, 0.04]
-  double string_radius = 0.00034;  ///< of string 7; the others: see guqin_strings, [1e-4, 1e-3]
+  double string_radius = 0.00034;  ///< of string 7, the thinnest, [1e-4, 1e-3]
   double rest_gap = 0.00005;       ///< between a string and the crests it rests on, [0, 1e-3]
   double station = 0.018;          ///< distance of the body's cross-sections, [0.004, 0.05]
 };
@@ -73,26 +73,10 @@ inline constexpr std::array<ParameterField<GuqinParameters>, 20> kGuqinFields{{
      &GuqinParameters::station},
 }};
 
-/// Frequencies of the strings, 1 to 7, Hz.
-inline constexpr std::array<double, kGuqinStrings> kGuqinTuning{65.4,  73.4,  87.3, 98.0,
-                                                                110.0, 130.8, 146.8};
 /// Places of the markers, 1 to 13, as lambda.
 inline constexpr std::array<double, kGuqinMarkers> kGuqinMarkerPlaces{
     1.0 / 8, 1.0 / 6, 1.0 / 5, 1.0 / 4, 1.0 / 3, 2.0 / 5, 1.0 / 2,
     3.0 / 5, 2.0 / 3, 3.0 / 4, 4.0 / 5, 5.0 / 6, 7.0 / 8};
-
-/// One string at rest.
-struct GuqinString {
-  Vector3 p_WA{0.0, 0.0, 0.0};  ///< axis above the bridge's crest, m
-  Vector3 p_WB{0.0, 0.0, 0.0};  ///< axis above the gum's crest, m
-  double radius = 0.0;          ///< m
-  double frequency = 0.0;       ///< Hz
-};
-
-/// Strings 1 to 7. Equal tension and material are assumed: the radius goes as 1 / frequency. They
-/// keep `rest_gap` from bridge and gum, so that nothing touches at the start.
-[[nodiscard]] std::array<GuqinString, kGuqinStrings> guqin_strings(
-    const GuqinParameters& parameters);
 
 /// Height y of the top above W's origin at (x, z), m; |z| at most half the width there less the
 /// rounded edge, x on the body.

@@ -1,4 +1,4 @@
-// Strings and the small solids: bridge, gum, pegs, feet, markers. See guqin_model.h.
+// The small solids: bridge, gum, pegs, feet, markers. See guqin_model.h.
 #include <algorithm>
 #include <cmath>
 
@@ -28,10 +28,10 @@ TriangleMesh make_ridge(const GuqinParameters& p, double x, double thickness, do
   const double foot = 0.25 * thickness;
   std::vector<CurvePoint> profile;
   // Halves face each other across x: from the crest down one side, up the other.
-  add_quarter(profile, 0.0, height - crest, crest, 1, kQuarter);
-  add_quarter(profile, foot - crest, bottom + foot, foot, 2, kQuarter);
-  add_quarter(profile, crest - foot, bottom + foot, foot, 3, kQuarter);
-  add_quarter(profile, 0.0, height - crest, crest, 0, kQuarter);
+  add_quarter(profile, {0.0, height - crest, crest, 1}, kQuarter);
+  add_quarter(profile, {foot - crest, bottom + foot, foot, 2}, kQuarter);
+  add_quarter(profile, {crest - foot, bottom + foot, foot, 3}, kQuarter);
+  add_quarter(profile, {0.0, height - crest, crest, 0}, kQuarter);
   TriangleMesh mesh = extrude(profile, 2.0 * half_length, 0.5 * foot, 3, 24);
   for (Vector3& q : mesh.vertices) q = {x + q.x(), q.y() + guqin_top(p, x, q.z()), q.z()};
   return mesh;
@@ -54,30 +54,7 @@ double underside(const GuqinParameters& p, double x, double z) {
   return lower_edge_height(p, s) + p.hollow - arch_fall(curvature, z);
 }
 
-Matrix3 identity() { return Matrix3::Identity(); }
-
 }  // namespace
-
-std::array<GuqinString, kGuqinStrings> guqin_strings(const GuqinParameters& parameters) {
-  check_guqin(parameters);
-  const GuqinParameters& p = parameters;
-  const auto rest = [&](double x, double z, double crest, double radius) {
-    // The crest is inclined by the arch: the distance to it is measured along its normal.
-    const double t = z / p.crown_radius;
-    const double up = (radius + p.rest_gap) / std::sqrt(1.0 - t * t);
-    return Vector3{x, guqin_top(p, x, z) + crest + up, z};
-  };
-  std::array<GuqinString, kGuqinStrings> strings;
-  for (int i = 0; i < kGuqinStrings; ++i) {
-    GuqinString& string = strings[static_cast<std::size_t>(i)];
-    string.frequency = kGuqinTuning[static_cast<std::size_t>(i)];
-    string.radius = p.string_radius * kGuqinTuning.back() / string.frequency;
-    const double half_length = 0.5 * p.string_length;
-    string.p_WA = rest(half_length, (i - 3) * p.bridge_spacing, p.bridge_height, string.radius);
-    string.p_WB = rest(-half_length, (i - 3) * p.gum_spacing, p.gum_height, string.radius);
-  }
-  return strings;
-}
 
 TriangleMesh make_guqin_bridge(const GuqinParameters& parameters) {
   check_guqin(parameters);
@@ -97,7 +74,7 @@ TriangleMesh make_guqin_pegs(const GuqinParameters& parameters) {
   constexpr double kRim = 0.0015;
   // A waisted spindle, wider at its foot, which the player turns.
   std::vector<CurvePoint> side;
-  add_quarter(side, 0.0062 - kRim, kRim - kLength, kRim, 3, 3);
+  add_quarter(side, {0.0062 - kRim, kRim - kLength, kRim, 3}, 3);
   side.push_back({0.0062, -0.024, 1.0, 0.0});
   side.push_back({0.0054, -0.017, 1.0, 0.0});
   side.push_back({0.004, -0.011, 1.0, 0.0});
@@ -109,7 +86,7 @@ TriangleMesh make_guqin_pegs(const GuqinParameters& parameters) {
   for (int i = 0; i < kGuqinStrings; ++i) {
     const double z = (i - 3) * std::min(0.018, parameters.bridge_spacing);
     TriangleMesh part = peg;
-    move(part, identity(), {x, underside(parameters, x, z), z});
+    move(part, Matrix3::Identity(), {x, underside(parameters, x, z), z});
     append(mesh, part);
   }
   return mesh;
@@ -121,7 +98,7 @@ TriangleMesh make_guqin_feet(const GuqinParameters& parameters) {
   constexpr double kRim = 0.003;
   constexpr double kPlace = 0.68;  // lambda: between markers 9 and 10
   std::vector<CurvePoint> side;
-  add_quarter(side, 0.0135 - kRim, kRim - kHeight, kRim, 3, kQuarter);
+  add_quarter(side, {0.0135 - kRim, kRim - kHeight, kRim, 3}, kQuarter);
   side.push_back({0.0125, -0.02, 1.0, 0.0});
   side.push_back({0.013, -0.012, 1.0, 0.0});
   side.push_back({0.0165, -0.004, 1.0, 0.0});
@@ -133,7 +110,7 @@ TriangleMesh make_guqin_feet(const GuqinParameters& parameters) {
   TriangleMesh mesh;
   for (const double side_z : {-z, z}) {
     TriangleMesh part = foot;
-    move(part, identity(), {x, underside(parameters, x, side_z), side_z});
+    move(part, Matrix3::Identity(), {x, underside(parameters, x, side_z), side_z});
     append(mesh, part);
   }
   return mesh;
@@ -155,8 +132,8 @@ TriangleMesh make_guqin_hui(const GuqinParameters& parameters) {
     // The one in the middle is the largest.
     const double radius = 0.0055 - 0.004 * std::fabs(lambda - 0.5);
     std::vector<CurvePoint> side;
-    add_quarter(side, radius - kRim, kRim - kBelow, kRim, 3, 1);
-    add_quarter(side, radius - kRim, kAbove - kRim, kRim, 0, 1);
+    add_quarter(side, {radius - kRim, kRim - kBelow, kRim, 3}, 1);
+    add_quarter(side, {radius - kRim, kAbove - kRim, kRim, 0}, 1);
     TriangleMesh disc = revolve(turned(-kBelow, side, kAbove), kAround);
     // y to the normal of the arch.
     const double t = z / p.crown_radius;

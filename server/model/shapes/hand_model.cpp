@@ -40,13 +40,8 @@ HandParameters checked(const HandParameters& parameters) {
   return parameters;
 }
 
-/// Half the height of an ellipsoid, and its lowest point relative to the centre.
-struct Lowest {
-  double depth;
-  Vector3 offset;
-};
-
-Lowest lowest_point(const FingerPad& pad) {
+/// Lowest point of an ellipsoid relative to its centre.
+Vector3 lowest_point(const FingerPad& pad) {
   // Of the ellipsoid R diag(semi_axes) u, |u| = 1, the lowest has u along -(row y of the matrix).
   Vector3 u{0.0, 0.0, 0.0};
   double square = 0.0;
@@ -57,14 +52,14 @@ Lowest lowest_point(const FingerPad& pad) {
   const double depth = std::sqrt(square);
   Vector3 offset{0.0, 0.0, 0.0};
   for (int i = 0; i < 3; ++i) offset += pad.R_G.col(i) * (pad.semi_axes[i] * (u[i] / depth));
-  return {depth, offset};
+  return offset;
 }
 
 /// Origin of G in the skeleton's frame.
 Vector3 grip(const HandBones& hand) {
   const FingerPad& index = hand.fingers[1].pad;
-  const Lowest lowest = lowest_point(index);
-  return {index.p_G.x() + lowest.offset.x(), index.p_G.y(), index.p_G.z() + lowest.offset.z()};
+  const Vector3 lowest = lowest_point(index);
+  return {index.p_G.x() + lowest.x(), index.p_G.y(), index.p_G.z() + lowest.z()};
 }
 
 /// From the skeleton's frame to G.
@@ -154,10 +149,6 @@ FingerPad finger_pad(const HandParameters& parameters, Finger finger) {
   return pad;
 }
 
-double index_reach(const HandParameters& parameters) {
-  return lowest_point(finger_pad(parameters, Finger::kIndex)).depth;
-}
-
 TriangleMesh make_hand(const HandParameters& parameters) {
   const HandParameters p = checked(parameters);
   const HandBones hand = hand_bones();
@@ -210,9 +201,9 @@ TriangleMesh make_finger_nail(const HandParameters& parameters, Finger finger) {
     loops.push_back(nail_ring(bed, half_thickness, 1.0 * k / kNailRings, -half_thickness));
   }
   std::vector<CurvePoint> rim;
-  add_quarter(rim, -half_thickness, 0.0, half_thickness, 3, kNailRim);
+  add_quarter(rim, {-half_thickness, 0.0, half_thickness, 3}, kNailRim);
   rim.pop_back();
-  add_quarter(rim, -half_thickness, 0.0, half_thickness, 0, kNailRim);
+  add_quarter(rim, {-half_thickness, 0.0, half_thickness, 0}, kNailRim);
   for (const CurvePoint& point : rim) loops.push_back(nail_ring(bed, -point.u, 1.0, point.v));
   for (int k = kNailRings - 1; k >= 0; --k) {
     loops.push_back(nail_ring(bed, half_thickness, 1.0 * k / kNailRings, half_thickness));

@@ -47,9 +47,6 @@ struct FingerPad {
 };
 [[nodiscard]] FingerPad finger_pad(const HandParameters& parameters, Finger finger);
 
-/// Depth of the lowest point of the index finger's pad below G's origin, m.
-[[nodiscard]] double index_reach(const HandParameters& parameters);
-
 /// Palm and fingers without pads and nails.
 [[nodiscard]] TriangleMesh make_hand(const HandParameters& parameters);
 /// Pad at the end of a finger; overlaps the finger.

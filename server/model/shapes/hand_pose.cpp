@@ -67,22 +67,11 @@ constexpr double kBoneInsidePad = 1.1;
 
 Vector3 mm(const std::array<double, 3>& a) { return {a[0] * kMm, a[1] * kMm, a[2] * kMm}; }
 
-double dot(const Vector3& a, const Vector3& b) {
-  return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
-}
-
-Vector3 unit(const Vector3& a) { return a / std::sqrt(dot(a, a)); }
-
-Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(),
-          a.x() * b.y() - a.y() * b.x()};
-}
-
 FingerBones bones(const FingerPose& pose) {
   FingerBones finger;
-  Vector3 along = unit(to_vector(pose.forward));
+  Vector3 along = unit_or_zero(to_vector(pose.forward));
   Vector3 back = to_vector(pose.back);
-  back = unit(back - dot(back, along) * along);
+  back = unit_or_zero(back - dot(back, along) * along);
   Vector3 p = mm(pose.knuckle);
   for (std::size_t i = 0; i < 3; ++i) {
     const SinCos bend = sin_cos(pose.bends[i] * kDegree);
@@ -102,7 +91,7 @@ FingerBones bones(const FingerPose& pose) {
     }
     finger.cones.push_back(cone);
   }
-  finger.pad.R_G.col(0) = cross(back, along);
+  finger.pad.R_G.col(0) = back.cross(along);
   finger.pad.R_G.col(1) = back;
   finger.pad.R_G.col(2) = along;
   return finger;

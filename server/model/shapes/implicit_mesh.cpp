@@ -26,15 +26,6 @@ constexpr double kEvening = 0.5;
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
 
-double dot(const Vector3& a, const Vector3& b) {
-  return a.x() * b.x() + a.y() * b.y() + a.z() * b.z();
-}
-
-Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(),
-          a.x() * b.y() - a.y() * b.x()};
-}
-
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Corners of the cubes, then their centres.
@@ -262,7 +253,7 @@ class Surface {
       if (lattice_.value[at(corners[k].second)] == 0.0) corners[k].first = corners[k].second;
     }
     if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) return;
-    const Vector3 normal = cross(middle[1] - middle[0], middle[2] - middle[0]);
+    const Vector3 normal = (middle[1] - middle[0]).cross(middle[2] - middle[0]);
     if (dot(normal, outward) < 0.0) std::swap(corners[1], corners[2]);
     triangles_.push_back(corners);
   }

@@ -2,7 +2,7 @@
 // inside, m. No libm but sqrt. Offline, though nothing here allocates.
 #pragma once
 
-#include "core/math/vector.h"
+#include "server/model/packing/triangle_mesh.h"
 
 namespace hapticd {
 

@@ -99,11 +99,11 @@ TriangleMesh extrude(std::span<const CurvePoint> profile, double length, double 
   // How far each loop lies inside the profile (-u) and where (v).
   std::vector<CurvePoint> ends;
   const double half_length = 0.5 * length - edge;
-  add_quarter(ends, -edge, -half_length, edge, 3, segments);
+  add_quarter(ends, {-edge, -half_length, edge, 3}, segments);
   for (int k = 1; k < pieces; ++k) {
     ends.push_back({0.0, half_length * (2.0 * k / pieces - 1.0), 1.0, 0.0});
   }
-  add_quarter(ends, -edge, half_length, edge, 0, segments);
+  add_quarter(ends, {-edge, half_length, edge, 0}, segments);
   std::vector<Loop> loops;
   for (const CurvePoint& end : ends) {
     Loop loop;
@@ -167,19 +167,18 @@ TriangleMesh mirrored(const TriangleMesh& mesh) {
   return result;
 }
 
-void add_quarter(std::vector<CurvePoint>& curve, double u, double v, double radius, int quarter,
-                 int segments) {
+void add_quarter(std::vector<CurvePoint>& curve, const QuarterCircle& arc, int segments) {
   for (int k = 0; k <= segments; ++k) {
     SinCos turn = sin_cos(0.5 * kPi * k / segments);
     if (k == segments) turn = {1.0, 0.0};
     double nu = turn.cos;
     double nv = turn.sin;
-    for (int q = 0; q < quarter % 4; ++q) {
+    for (int q = 0; q < arc.quarter % 4; ++q) {
       const double old = nu;
       nu = -nv;
       nv = old;
     }
-    curve.push_back({u + radius * nu, v + radius * nv, nu, nv});
+    curve.push_back({arc.u + arc.radius * nu, arc.v + arc.radius * nv, nu, nv});
   }
 }
 

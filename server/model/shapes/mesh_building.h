@@ -50,9 +50,15 @@ void move(TriangleMesh& mesh, const Matrix3& R, const Vector3& p_offset);
 /// Mirror image in the plane x = 0, still oriented outwards.
 [[nodiscard]] TriangleMesh mirrored(const TriangleMesh& mesh);
 
-/// Points on a quarter of a circle about (u, v): from the normal (1, 0) to (0, 1), both ends
-/// exact, `segments` >= 1 chords. Turned by `quarter` quarters counter-clockwise, without rounding.
-void add_quarter(std::vector<CurvePoint>& curve, double u, double v, double radius, int quarter,
-                 int segments);
+/// A quarter of a circle about (u, v): from the normal (1, 0) to (0, 1), turned by `quarter`
+/// quarters counter-clockwise, without rounding.
+struct QuarterCircle {
+  double u, v;
+  double radius;
+  int quarter;
+};
+
+/// Appends its points, both ends exact, with `segments` >= 1 chords.
+void add_quarter(std::vector<CurvePoint>& curve, const QuarterCircle& arc, int segments);
 
 }  // namespace hapticd

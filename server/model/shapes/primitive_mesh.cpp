@@ -18,10 +18,10 @@ void require(bool holds, const char* what) {
 
 /// The corner of a fillet: as add_quarter, but on the solid's inner side and the other way round,
 /// so that the normals point to the centre.
-void add_fillet(std::vector<CurvePoint>& curve, double u, double v, double radius, int quarter,
-                int segments) {
+void add_fillet(std::vector<CurvePoint>& curve, QuarterCircle inner, int segments) {
   const std::size_t begin = curve.size();
-  add_quarter(curve, u, v, -radius, quarter, segments);
+  inner.radius = -inner.radius;
+  add_quarter(curve, inner, segments);
   std::reverse(curve.begin() + static_cast<std::ptrdiff_t>(begin), curve.end());
 }
 
@@ -29,45 +29,33 @@ void add_fillet(std::vector<CurvePoint>& curve, double u, double v, double radiu
 /// y.
 Loop rounded_rectangle(double hx, double hz, double r, double y, int segments) {
   std::vector<CurvePoint> curve;
-  add_quarter(curve, hx, hz, r, 0, segments);
-  add_quarter(curve, -hx, hz, r, 1, segments);
-  add_quarter(curve, -hx, -hz, r, 2, segments);
-  add_quarter(curve, hx, -hz, r, 3, segments);
+  add_quarter(curve, {hx, hz, r, 0}, segments);
+  add_quarter(curve, {-hx, hz, r, 1}, segments);
+  add_quarter(curve, {-hx, -hz, r, 2}, segments);
+  add_quarter(curve, {hx, -hz, r, 3}, segments);
   Loop loop;
   for (const CurvePoint& point : curve) loop.emplace_back(point.u, y, -point.v);
   return loop;
 }
 
-/// Profile of the L (see make_bracket), from the leg's top round the outside and back.
-std::vector<CurvePoint> l_profile(const BracketParameters& p, int edge, int fillet) {
+/// Profile of the L or U (see make_bracket), from the first leg's top round the outside and back.
+std::vector<CurvePoint> bracket_profile(const BracketParameters& p, int edge, int fillet) {
   const double r = p.edge;
   const double left = -0.5 * p.width;
   const double right = 0.5 * p.width;
   const double t = p.thickness;
+  const bool is_u = p.legs == 2.0;
   std::vector<CurvePoint> curve;
-  add_quarter(curve, left + r, p.height - r, r, 1, edge);
-  add_quarter(curve, left + r, r, r, 2, fillet);
-  add_quarter(curve, right - r, r, r, 3, edge);
-  add_quarter(curve, right - r, t - r, r, 0, edge);
-  add_fillet(curve, left + t + p.fillet, t + p.fillet, p.fillet, 0, fillet);
-  add_quarter(curve, left + t - r, p.height - r, r, 0, edge);
-  return curve;
-}
-
-std::vector<CurvePoint> u_profile(const BracketParameters& p, int edge, int fillet) {
-  const double r = p.edge;
-  const double left = -0.5 * p.width;
-  const double right = 0.5 * p.width;
-  const double t = p.thickness;
-  std::vector<CurvePoint> curve;
-  add_quarter(curve, left + r, p.height - r, r, 1, edge);
-  add_quarter(curve, left + r, r, r, 2, fillet);
-  add_quarter(curve, right - r, r, r, 3, fillet);
-  add_quarter(curve, right - r, p.height - r, r, 0, edge);
-  add_quarter(curve, right - t + r, p.height - r, r, 1, edge);
-  add_fillet(curve, right - t - p.fillet, t + p.fillet, p.fillet, 1, fillet);
-  add_fillet(curve, left + t + p.fillet, t + p.fillet, p.fillet, 0, fillet);
-  add_quarter(curve, left + t - r, p.height - r, r, 0, edge);
+  add_quarter(curve, {left + r, p.height - r, r, 1}, edge);
+  add_quarter(curve, {left + r, r, r, 2}, fillet);
+  add_quarter(curve, {right - r, r, r, 3}, is_u ? fillet : edge);
+  add_quarter(curve, {right - r, (is_u ? p.height : t) - r, r, 0}, edge);
+  if (is_u) {
+    add_quarter(curve, {right - t + r, p.height - r, r, 1}, edge);
+    add_fillet(curve, {right - t - p.fillet, t + p.fillet, p.fillet, 1}, fillet);
+  }
+  add_fillet(curve, {left + t + p.fillet, t + p.fillet, p.fillet, 0}, fillet);
+  add_quarter(curve, {left + t - r, p.height - r, r, 0}, edge);
   return curve;
 }
 
@@ -87,8 +75,8 @@ TriangleMesh make_pillar(const PillarParameters& parameters) {
   const int around = std::max(8, arc_segments(p.radius, 2.0 * kPi, 0.5 * p.deviation));
   const int rim = arc_segments(p.rim, 0.5 * kPi, 0.5 * p.deviation);
   std::vector<CurvePoint> profile{{0.0, 0.0, 0.0, -1.0}};
-  add_quarter(profile, p.radius - p.rim, p.rim, p.rim, 3, rim);
-  add_quarter(profile, p.radius - p.rim, p.height - p.rim, p.rim, 0, rim);
+  add_quarter(profile, {p.radius - p.rim, p.rim, p.rim, 3}, rim);
+  add_quarter(profile, {p.radius - p.rim, p.height - p.rim, p.rim, 0}, rim);
   profile.push_back({0.0, p.height, 0.0, 1.0});
   return revolve(profile, around);
 }
@@ -102,8 +90,8 @@ TriangleMesh make_plate(const PlateParameters& parameters) {
   const double half_height = 0.5 * p.thickness - p.edge;
   // Radius of the corners and height of each loop, as a quarter of a circle below and above.
   std::vector<CurvePoint> profile;
-  add_quarter(profile, 0.0, -half_height, p.edge, 3, segments);
-  add_quarter(profile, 0.0, half_height, p.edge, 0, segments);
+  add_quarter(profile, {0.0, -half_height, p.edge, 3}, segments);
+  add_quarter(profile, {0.0, half_height, p.edge, 0}, segments);
   std::vector<Loop> loops;
   loops.reserve(profile.size());
   for (const CurvePoint& point : profile) {
@@ -120,8 +108,8 @@ TriangleMesh make_bar(const BarParameters& parameters) {
   const int quarter = std::max(2, arc_segments(p.radius, 0.5 * kPi, 0.5 * p.deviation));
   const double half_length = 0.5 * p.length - p.radius;
   std::vector<CurvePoint> profile;
-  add_quarter(profile, 0.0, -half_length, p.radius, 3, quarter);
-  add_quarter(profile, 0.0, half_length, p.radius, 0, quarter);
+  add_quarter(profile, {0.0, -half_length, p.radius, 3}, quarter);
+  add_quarter(profile, {0.0, half_length, p.radius, 0}, quarter);
   TriangleMesh mesh = revolve(profile, 4 * quarter);
   Matrix3 R_xy = Matrix3::Zero();  // y to x, x to -y
   R_xy(0, 1) = 1.0;
@@ -155,8 +143,7 @@ TriangleMesh make_bracket(const BracketParameters& parameters) {
           "bracket: thickness and fillet too large for width and height");
   const int edge = arc_segments(p.edge, 0.5 * kPi, 0.5 * p.deviation);
   const int fillet = arc_segments(p.fillet, 0.5 * kPi, 0.5 * p.deviation);
-  const std::vector<CurvePoint> profile =
-      p.legs == 1.0 ? l_profile(p, edge, fillet) : u_profile(p, edge, fillet);
+  const std::vector<CurvePoint> profile = bracket_profile(p, edge, fillet);
   // Only half of the edge at the ends, so that the profile's corners keep a radius there.
   return extrude(profile, p.length, 0.5 * p.edge, edge, 1);
 }

@@ -30,12 +30,15 @@ namespace {
 
 constexpr double kRate_hz = 48000.0;
 
-void write_sine(const std::filesystem::path& path, double frequency_hz, double amplitude,
-                double length_s, int rate_hz = 48000, int channels = 1) {
+/// G2.
+constexpr double kSine_hz = 98.0;
+
+void write_sine(const std::filesystem::path& path, double amplitude, double length_s,
+                int rate_hz = 48000, int channels = 1) {
   const auto frames = static_cast<std::size_t>(length_s * rate_hz);
   std::vector<float> samples;
   for (std::size_t i = 0; i < frames; ++i) {
-    const double angle = 2.0 * std::numbers::pi * frequency_hz * static_cast<double>(i) / rate_hz;
+    const double angle = 2.0 * std::numbers::pi * kSine_hz * static_cast<double>(i) / rate_hz;
     for (int c = 0; c < channels; ++c)
       samples.push_back(static_cast<float>(amplitude * std::sin(angle)));
   }
@@ -79,7 +82,7 @@ TEST_CASE(
     "a recording sounds as it is at the string's own pitch, and at another pitch when that "
     "sounds") {
   const test::TemporaryFolder folder;
-  write_sine(folder.path() / "G2.wav", 98.0, 0.3, 3.0);
+  write_sine(folder.path() / "G2.wav", 0.3, 3.0);
   ToneFiles files(folder.path(), kRate_hz);
   const v1::Scene scene = scene_with("G2", 98.0);
   for (const float frequency_hz : {98.0F, 49.0F, 110.0F, 196.0F}) {
@@ -100,8 +103,8 @@ TEST_CASE(
 
 TEST_CASE("recordings of any level and the computed string are equally loud at the same event") {
   const test::TemporaryFolder folder;
-  write_sine(folder.path() / "soft.wav", 98.0, 0.01, 1.0);
-  write_sine(folder.path() / "loud.wav", 98.0, 0.9, 1.0);
+  write_sine(folder.path() / "soft.wav", 0.01, 1.0);
+  write_sine(folder.path() / "loud.wav", 0.9, 1.0);
   ToneFiles files(folder.path(), kRate_hz);
   for (const float level : {0.1F, 0.5F, 1.0F}) {
     const double expected = static_cast<double>(level) * kLevelRms;
@@ -118,7 +121,7 @@ TEST_CASE(
   const test::TemporaryFolder folder;
   const int rates[] = {44100, 22050, 48000, 96000, 44101};
   for (const int rate_hz : rates) {
-    write_sine(folder.path() / ("r" + std::to_string(rate_hz) + ".wav"), 98.0, 0.3, 1.5, rate_hz);
+    write_sine(folder.path() / ("r" + std::to_string(rate_hz) + ".wav"), 0.3, 1.5, rate_hz);
   }
   for (const double output_hz : {48000.0, 44100.0}) {
     ToneFiles files(folder.path(), output_hz);
@@ -224,9 +227,9 @@ TEST_CASE("silence before a tone is cut off and said; a tone that begins at once
 
 TEST_CASE("missing, short, silent and unreadable files are named with the remedy") {
   const test::TemporaryFolder folder;
-  write_sine(folder.path() / "short.wav", 98.0, 0.3, 0.4);
-  write_sine(folder.path() / "rate.wav", 98.0, 0.3, 1000.0, 100);
-  write_sine(folder.path() / "silent.wav", 98.0, 0.0, 1.0);
+  write_sine(folder.path() / "short.wav", 0.3, 0.4);
+  write_sine(folder.path() / "rate.wav", 0.3, 1000.0, 100);
+  write_sine(folder.path() / "silent.wav", 0.0, 1.0);
   std::ofstream(folder.path() / "junk.wav") << "no sound at all";
   ToneFiles files(folder.path(), kRate_hz);
   const auto problem_of = [&](const std::string& name) {
@@ -251,7 +254,7 @@ TEST_CASE("missing, short, silent and unreadable files are named with the remedy
 
 TEST_CASE("a recording in stereo is mixed, and its end is silence") {
   const test::TemporaryFolder folder;
-  write_sine(folder.path() / "G2.wav", 98.0, 0.3, 0.6, 48000, 2);
+  write_sine(folder.path() / "G2.wav", 0.3, 0.6, 48000, 2);
   ToneFiles files(folder.path(), kRate_hz);
   const ToneFile* const file = files.find("G2");
   REQUIRE(file != nullptr);

@@ -12,6 +12,7 @@
 #include "core/math/realtime.h"
 #include "device/api/report_channel.h"
 #include "tests/device/hid/firmware_bench.h"
+#include "tests/device/hid/sent_reports.h"
 
 namespace hapticd::test {
 
@@ -77,9 +78,9 @@ class PluggedBench {
     if (!self.plugged_) return -1;
     hid::CommandReport command;
     hid::AffineReport affine;
-    if (hid::decode_command({bytes, length}, command) == hid::Decoded::kOk) {
+    if (decode_command({bytes, length}, command) == hid::Decoded::kOk) {
       self.commands_.push_back(command);
-    } else if (hid::decode_affine({bytes, length}, affine) == hid::Decoded::kOk) {
+    } else if (decode_affine({bytes, length}, affine) == hid::Decoded::kOk) {
       self.commands_.push_back(affine.base);
     }
     hap_receive(&self.bench.device, self.bench.now_us, bytes, static_cast<std::uint32_t>(length));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "device/hid/reference_firmware/hapticd_device.h"
+#include "tests/device/hid/sent_reports.h"
 #include "tests/device/hid/worked_reports.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
@@ -64,11 +65,11 @@ TEST_CASE("a state report is read and written as specified, byte for byte") {
 }
 
 TEST_CASE("a command is read and written as specified, byte for byte") {
-  check_worked(kCommandBytes, kCommand, hid::decode_command);
+  check_worked(kCommandBytes, kCommand, decode_command);
 }
 
 TEST_CASE("an affine command is read and written as specified, byte for byte") {
-  check_worked(kAffineBytes, kAffine, hid::decode_affine);
+  check_worked(kAffineBytes, kAffine, decode_affine);
 }
 
 TEST_CASE("capabilities are read and written as specified, byte for byte") {
@@ -148,7 +149,7 @@ TEST_CASE("an affine command that pushes away along an axis is refused") {
     hid::AffineReport affine = kAffine;
     affine.k_npm[i] = -1;
     hid::AffineReport out;
-    const Decoded found = hid::decode_affine(hid::encode(affine), out);
+    const Decoded found = decode_affine(hid::encode(affine), out);
     CHECK(found == (i < 3 ? Decoded::kOutOfRange : Decoded::kOk));
   }
 }
@@ -242,16 +243,14 @@ TEST_CASE("the host reads what the firmware's structs say, and writes what they 
     for (std::size_t i = 0; i < 3; ++i)
       affine.k_npm[i] = static_cast<std::int16_t>(random.below(32'768));
     hid::AffineReport gains;
-    wrong +=
-        hid::decode_affine(bytes_of(affine), gains) == Decoded::kOk && same(affine, gains) ? 0 : 1;
+    wrong += decode_affine(bytes_of(affine), gains) == Decoded::kOk && same(affine, gains) ? 0 : 1;
     affine.reserved = 0;
     wrong += hid::encode(gains) == bytes_of(affine) ? 0 : 1;
 
     const HapCommand command = random_struct<HapCommand>(random, kHapCommandId);
     hid::CommandReport wrench;
-    wrong += hid::decode_command(bytes_of(command), wrench) == Decoded::kOk && same(command, wrench)
-                 ? 0
-                 : 1;
+    wrong +=
+        decode_command(bytes_of(command), wrench) == Decoded::kOk && same(command, wrench) ? 0 : 1;
     wrong += hid::encode(wrench) == bytes_of(command) ? 0 : 1;
   }
   CHECK(wrong == 0);

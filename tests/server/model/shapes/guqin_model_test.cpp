@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "tests/server/model/packing/test_meshes.h"
+#include "tests/server/model/shapes/guqin_strings.h"
 #include "tests/server/model/shapes/mesh_measures.h"
 #include "tests/server/model/shapes/relative.h"
 #include "tests/support/random.h"

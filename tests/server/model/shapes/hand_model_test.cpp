@@ -8,9 +8,10 @@
 #include <cmath>
 #include <string>
 
-#include "server/model/shapes/guqin_model.h"
 #include "server/model/shapes/mesh_building.h"
 #include "tests/server/model/packing/test_meshes.h"
+#include "tests/server/model/shapes/guqin_strings.h"
+#include "tests/server/model/shapes/index_reach.h"
 #include "tests/server/model/shapes/mesh_measures.h"
 #include "tests/server/model/shapes/relative.h"
 

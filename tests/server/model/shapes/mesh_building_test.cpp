@@ -69,7 +69,7 @@ TEST_CASE("a geodesic sphere has 20 f^2 triangles of about the same size on the 
 
 TEST_CASE("quarters of a circle join without a gap in any bit") {
   std::vector<CurvePoint> circle;
-  for (int quarter = 0; quarter < 4; ++quarter) add_quarter(circle, 0.3, -0.7, 0.11, quarter, 5);
+  for (int quarter = 0; quarter < 4; ++quarter) add_quarter(circle, {0.3, -0.7, 0.11, quarter}, 5);
   for (std::size_t i = 5; i < circle.size(); i += 6) {
     const CurvePoint& end = circle[i];
     const CurvePoint& begin = circle[(i + 1) % circle.size()];
