@@ -162,7 +162,8 @@ struct CapsuleGap {
   }
 
   template <typename Kernels>
-  static void collect(const PlacedQuery& query, ContactCollector& collector) noexcept {
+  [[gnu::always_inline]] static void collect(const PlacedQuery& query,
+                                             ContactCollector& collector) noexcept {
     for_each_segment(query.obstacles, neighbourhood(query, query.options.margin),
                      [&](std::int32_t capsule, const AxisSegment& segment) {
                        collect_capsule<Kernels>(query, segment, capsule, collector);
@@ -170,7 +171,8 @@ struct CapsuleGap {
   }
 
   template <typename Kernels>
-  static void find_nearest(const PlacedQuery& query, NearestGap& nearest) noexcept {
+  [[gnu::always_inline]] static void find_nearest(const PlacedQuery& query,
+                                                  NearestGap& nearest) noexcept {
     for_each_segment(query.obstacles, neighbourhood(query, nearest.gap),
                      [&](std::int32_t, const AxisSegment& segment) {
                        nearest_on_capsule<Kernels>(query, segment.capsule_W, nearest);

@@ -136,8 +136,9 @@ struct Neighbourhood {
 /// Calls visit(capsule index, AxisSegment) for every straight capsule that may touch `near`, and
 /// for every leg of a bent one.
 template <typename Visit>
-void for_each_segment(const ObstaclesView& obstacles, const Neighbourhood& near,
-                      const Visit& visit) noexcept {
+[[gnu::always_inline]] inline void for_each_segment(const ObstaclesView& obstacles,
+                                                    const Neighbourhood& near,
+                                                    const Visit& visit) noexcept {
   const bool grouped = !obstacles.groups.empty();
   if (grouped && obstacles.bends.empty() && !may_touch(obstacles.all, near)) return;
   const auto capsules = static_cast<std::int32_t>(obstacles.capsules_W.size());
