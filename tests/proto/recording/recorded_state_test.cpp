@@ -26,6 +26,9 @@ constexpr int kStrings = 40;
 /// A tick with strings, contacts and all else that is shown.
 std::unique_ptr<Tick> shown_tick(SplitMix64& random) {
   auto tick = std::make_unique<Tick>(any_tick(random, random.below(1'000'000), 3));
+  for (std::uint32_t& time_ns : tick->times.stages) {
+    time_ns = 1 + static_cast<std::uint32_t>(random.below(1'000'000));
+  }
   std::int32_t id = 0;
   for (ToolTick& tool : tick->tools) {
     tool.tool_id = static_cast<std::uint32_t>(++id);
@@ -75,10 +78,13 @@ TEST_CASE("a recorded tick shows what was shown live, strings and contacts inclu
     v1::TickRecord read;
     REQUIRE(read.ParseFromString(record.SerializeAsString()));
     v1::State live;
-    encode_state(*tick, index, {kCanonicalSections, kShownContacts}, live);
+    constexpr std::uint32_t kSections = kCanonicalSections | 1U << v1::SECTION_STAGES;
+    encode_state(*tick, index, {kSections, kShownContacts}, live);
+    live.mutable_timing()->set_last_ns(tick->times.cpu_ns);
     // What no recording holds.
     for (v1::ToolState& tool : *live.mutable_tools()) tool.clear_minimum_gap_m();
-    CHECK(state_of(read).SerializeAsString() == live.SerializeAsString());
+    const bool same = state_of(read).SerializeAsString() == live.SerializeAsString();
+    CHECK(same);
     CHECK(live.strings_size() > 0);
     CHECK(live.contacts_size() > 0);
   }
