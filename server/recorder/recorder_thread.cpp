@@ -154,7 +154,7 @@ std::vector<DumpResult> RecorderThread::take_dumps() {
 }
 
 void RecorderThread::make_room() {
-  while (ticks_.size() > RecorderTicks::capacity() / 2) {
+  while (ticks_.size() > RecorderTicks::capacity() / 2 || snapshots_.size() > 1) {
     wake_.notify_one();
     std::this_thread::sleep_for(kWaitForRoom);
   }

@@ -59,8 +59,8 @@ class RecorderThread {
   /// Writes the last 60 s.
   void dump(std::filesystem::path path);
 
-  /// Waits until the rings of the loop are at most half full. Under virtual time, where ticks may
-  /// come faster than they are written.
+  /// Waits until the rings of the loop, of ticks and of snapshots, are at most half full. Under
+  /// virtual time, where ticks may come faster than they are written.
   void make_room();
 
   /// As of the last round of the thread.
