@@ -82,11 +82,12 @@ def main():
 
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         units = choose(list(pool.map(Unit, entries)))
-        results = list(pool.map(check, units))
-    for result in results:
-        if result and not result[0]:
-            print(result[1])
-    checked = [result for result in results if result]
+        checked = []
+        for result in pool.map(check, units):
+            if result:
+                checked.append(result)
+                if not result[0]:
+                    print(result[1], flush=True)
     failed = sum(not clean for clean, _ in checked)
     print(f"clang-tidy: {len(units)} units, {len(checked)} checked, {failed} with findings")
     return 1 if failed else 0
