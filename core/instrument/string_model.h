@@ -36,7 +36,7 @@ using StringModel = OneOf<QuasiStaticString>;
 }
 
 /// ask(model) of the model that a string follows.
-template <typename Ask>
+template <typename Ask>  // NOLINTNEXTLINE(bugprone-exception-escape): the variant has a value
 [[nodiscard]] auto ask_model(const StringConstants& string, const Ask& ask) noexcept {
   return std::visit(ask, model_of(string));
 }
