@@ -90,7 +90,7 @@ function(hapticd_group_sources)
   list(JOIN lines "\n" text)
   file(WRITE "${CMAKE_BINARY_DIR}/unity_sources.txt" "${text}\n")
   execute_process(COMMAND "${HAPTICD_PYTHON}" -B "${CMAKE_SOURCE_DIR}/deploy/cmake/unity_groups.py" "${CMAKE_BINARY_DIR}/unity_groups.cmake"
-    INPUT_FILE "${CMAKE_BINARY_DIR}/unity_sources.txt" COMMAND_ERROR_IS_FATAL ANY)
+    INPUT_FILE "${CMAKE_BINARY_DIR}/unity_sources.txt" WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}" COMMAND_ERROR_IS_FATAL ANY)
   include("${CMAKE_BINARY_DIR}/unity_groups.cmake")
 endfunction()
 
