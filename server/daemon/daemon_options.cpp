@@ -11,6 +11,7 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <type_traits>
 
 #include "device/attach/drivers.h"
 #include "device/faulty/faulty_device.h"
@@ -110,8 +111,8 @@ void add_option(CLI::App& app, const FieldOption& option, v1::Config& given) {
   std::replace(name.begin(), name.end(), '-', '_');
   const pb::FieldDescriptor* field = v1::Config::descriptor()->FindFieldByName(name);
   const pb::Reflection* r = given.GetReflection();
-  const auto add = [&](auto kind, auto set) {
-    using Value = decltype(kind);
+  const auto add = [&](const auto& kind, const auto& set) {
+    using Value = std::decay_t<decltype(kind)>;
     return app.add_option_function<Value>(
         option.name, [=, &given](const Value& v) { set(r, &given, field, v); }, option.help);
   };
