@@ -15,9 +15,6 @@ namespace {
 /// Places of SpacemouseCounters.
 enum Count : std::uint8_t { kReports, kMalformed, kOverflows };
 
-/// Raw units at full deflection.
-constexpr double kFullDeflection = 350.0;
-
 Array3 without_dead_zone(const Array3& raw, double dead_zone) noexcept {
   Array3 moved = raw;
   for (double& value : moved) {
