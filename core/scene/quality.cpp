@@ -45,7 +45,7 @@ bool quality_offers(double force_error) noexcept {
 void set_level(int level, LiveSettings& live) noexcept {
   const ContactOptions before = quality_of(static_cast<int>(live.quality_level)).options;
   const ContactOptions after = quality_of(level).options;
-  ContactOptions& options = live.optimiser;
+  ContactOptions& options = live.contact;
   if (options.sub_steps == before.sub_steps) options.sub_steps = after.sub_steps;
   if (options.stop_tolerance == before.stop_tolerance) {
     options.stop_tolerance = after.stop_tolerance;

@@ -1,4 +1,4 @@
-// The ladder of quality: five settings of the optimiser, chosen and measured by hapticd-lab
+// The ladder of quality: five settings of the contact problem, chosen and measured by hapticd-lab
 // tradeoff, which writes quality_levels.inc: each is on the front, where less error costs more.
 // Offline; plain data.
 #pragma once
@@ -32,7 +32,7 @@ struct Quality {
 [[nodiscard]] bool quality_offers(double force_error) noexcept;
 
 /// Takes `live` to `level` in [0, kQualityLevels): what its present level had decided of the
-/// optimiser is decided again; what the scene itself gave is kept.
+/// contact problem is decided again; what the scene itself gave is kept.
 void set_level(int level, LiveSettings& live) noexcept;
 
 }  // namespace hapticd

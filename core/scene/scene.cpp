@@ -84,7 +84,7 @@ ToolScene Scene::tool_scene(std::size_t tool) const noexcept {
   scene.tool = merged.tree.view();
   scene.obstacles = {capsules_W_, bodies_, {}, groups_, box_of(groups_)};
   scene.stiffness = description_.tools[tool].coupling;
-  scene.options = description_.optimiser;
+  scene.options = description_.contact;
   if (!description_.torque) scene.limits.torque = 0.0;
   scene.strings = strings_;
   scene.instrument = description_.instrument;

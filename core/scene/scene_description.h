@@ -71,8 +71,8 @@ struct SceneDescription {
   InstrumentOptions instrument;
   bool tones = false;   ///< tone events are wanted
   bool torque = false;  ///< off: forces alone are rendered
-  ContactOptions optimiser;
-  std::uint32_t quality_level = 0;  ///< that filled in what the scene leaves open of `optimiser`
+  ContactOptions contact;
+  std::uint32_t quality_level = 0;  ///< that filled in what the scene leaves open of `contact`
   bool quality_automatic = false;   ///< the level is where it begins, and follows a budget
 };
 

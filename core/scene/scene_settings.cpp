@@ -10,7 +10,7 @@ SceneSettings scene_settings(const SceneDescription& description) {
   settings.tools.reserve(description.tools.size());
   for (const ToolDescription& tool : description.tools) {
     settings.tools.push_back({tool.coupling, tool.coupling_damping, tool.force_gain,
-                              tool.workspace.scale, tool.workspace.X_WD, description.optimiser,
+                              tool.workspace.scale, tool.workspace.X_WD, description.contact,
                               description.instrument, description.quality_level,
                               description.quality_automatic});
   }

@@ -54,7 +54,7 @@ void report_contacts(const ToolPlay& play, ContactReport& report) noexcept {
   report.total = 0;
   const ContactInput& scene = play.way.input;
   const std::size_t capsules = play.scene.obstacles.capsules_W.size();
-  const ContactState& state = play.state.optimiser;
+  const ContactState& state = play.state.contact;
   const BentObstacles bent(scene.obstacles, state.touched);
   const ToolShape shape(scene.parts, state.parts);
   const auto reading_of = [&](const ContactKey& key, double force) {

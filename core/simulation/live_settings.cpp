@@ -29,8 +29,8 @@ LiveSettings blend(const LiveSettings& from, const LiveSettings& to, double shar
   go(&LiveSettings::scale);
   now.X_WD.p = share >= 1.0 ? to.X_WD.p : Vector3(from.X_WD.p + share * (to.X_WD.p - from.X_WD.p));
   now.X_WD.q = between(from.X_WD.q, to.X_WD.q, share);
-  now.optimiser.margin = between(from.optimiser.margin, to.optimiser.margin, share);
-  now.optimiser.skin = between(from.optimiser.skin, to.optimiser.skin, share);
+  now.contact.margin = between(from.contact.margin, to.contact.margin, share);
+  now.contact.skin = between(from.contact.skin, to.contact.skin, share);
   return now;
 }
 

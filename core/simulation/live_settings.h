@@ -21,7 +21,7 @@ struct LiveSettings {
   double force_gain = 1.0;
   double scale = 1.0;  ///< of the workspace
   Pose X_WD;
-  ContactOptions optimiser;
+  ContactOptions contact;
   InstrumentOptions instrument;
   std::uint32_t quality_level = 0;
   bool quality_automatic = false;  ///< the level follows a budget

@@ -34,7 +34,7 @@ void Simulation::render(std::size_t tool, const HandPose& hand, std::int64_t wor
                         RenderedTool& tick) noexcept {
   ToolPlay& play = memory_.tools[tool];
   ToolWay& way = play.way;
-  way.X_WG_before = play.state.optimiser.X_WG;
+  way.X_WG_before = play.state.contact.X_WG;
   const std::int64_t t_before = play.state.hand.t_ns;
   const bool first = !play.state.hand.has_pose;
   if (memory_.tools.size() > 1) {
@@ -61,7 +61,7 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand, std::int6
   for (std::size_t k = 0; k < memory_.tools.size(); ++k) {
     const ToolPlay& other = memory_.tools[k];
     if (k == tool || !other.state.placed) continue;
-    const ContactState& state = other.state.optimiser;
+    const ContactState& state = other.state.contact;
     others.push_back({other.scene.tool, state.X_WG, other.scene.parts, &state.parts});
   }
   seen.others = {{others.begin(), others.size()}, memory_.scratch};
@@ -82,7 +82,7 @@ void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
     const bool bounded = input.work_budget > 0;
     render(tool, input.hands[tool], bounded ? std::max<std::int64_t>(work_left / sharers, 1) : 0,
            output.tools[tool]);
-    work_left -= tick_work(output.tools[tool].optimiser);
+    work_left -= tick_work(output.tools[tool].contact);
   }
   StageClock* const clock = memory_.tools.front().scene.clock;
   lap(clock, Stage::kOptimisation);

@@ -70,9 +70,9 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 
 template <FieldsOf<LiveSettings> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [coupling, coupling_damping, force_gain, scale, X_WD, optimiser, instrument, quality_level,
+  auto& [coupling, coupling_damping, force_gain, scale, X_WD, contact, instrument, quality_level,
          quality_automatic] = state;
-  visit(coupling, coupling_damping, force_gain, scale, X_WD, optimiser, instrument, quality_level,
+  visit(coupling, coupling_damping, force_gain, scale, X_WD, contact, instrument, quality_level,
         quality_automatic);
 }
 

@@ -112,7 +112,7 @@ void find_speeds(const ToolPlay& play, const RenderedTool& tick, const ToolStrin
 StringProximity proximity_to(const ToolPlay& play, const RenderedTool& tick,
                              const ToolStringState& visit, std::int32_t string) noexcept {
   const ContactInput& input = play.way.input;
-  const ContactState& state = play.state.optimiser;
+  const ContactState& state = play.state.contact;
   StringProximity near;
   StringTouch& touch = near.touch;
   touch.time = play.way.time;
@@ -166,7 +166,7 @@ StringProximity proximity_to(const ToolPlay& play, const RenderedTool& tick,
 void reach_out(double swing, ToolPlay& play) noexcept {
   const ContactInput& input = play.way.input;
   const ContactOptions& options = input.options;
-  const ContactState& state = play.state.optimiser;
+  const ContactState& state = play.state.contact;
   const double range = swing + options.skin + input.instrument.release.release_gap;
   const ToolMotion moved = motion_between(play.way.X_WG_before, state.X_WG);
   const double travel = displacement_bound(moved, tool_reach({input, state}));

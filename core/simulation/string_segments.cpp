@@ -18,7 +18,7 @@ const Capsule& whole(const StringTool& tool, std::int32_t string) noexcept {
 }
 
 const TouchedString* yielding_hold(const StringTool& tool, std::int32_t string) noexcept {
-  for (const TouchedString& hold : tool.state->optimiser.touched) {
+  for (const TouchedString& hold : tool.state->contact.touched) {
     if (hold.bend.capsule == string && hold.yields) return &hold;
   }
   return nullptr;
@@ -36,7 +36,7 @@ bool same(const Capsule& a, const Capsule& b) noexcept { return a.p_A == b.p_A &
 /// The part of a string that the tool is nearest to.
 std::size_t nearest_part(const StringTool& tool, const StringPoints& points,
                          double radius) noexcept {
-  const ContactState& state = tool.state->optimiser;
+  const ContactState& state = tool.state->contact;
   FixedVector<Capsule, kMaxTools + 1> parts_W;
   for (std::size_t k = 0; k + 1 < points.size(); ++k) {
     parts_W.push_back({points[k], points[k + 1], radius});
@@ -69,7 +69,7 @@ bool concerns(std::span<const StringTool> tools, const StringSharing& all, const
   const bool holds = std::find(held.tools.begin(), held.tools.end(), tool) != held.tools.end();
   if (holds) return held.tools.size() > 1;
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
-  const ContactState& state = self.state->optimiser;
+  const ContactState& state = self.state->contact;
   const Vector3& p_WG = state.X_WG.p;
   const double way = std::max((p_WH - p_WG).norm(), (self.state->hand.X_WH.p - p_WG).norm());
   // Wherever it turns to.
@@ -207,7 +207,7 @@ ToolScene segment_strings(std::span<const StringTool> tools, const StringSharing
   for (const std::size_t k : near) {
     take_part(tools, holders, holders[k], tool, next, constants, rigid_W);
   }
-  for (TouchedString& hold : self.state->optimiser.touched) {
+  for (TouchedString& hold : self.state->contact.touched) {
     if (!hold.yields) continue;
     const std::int32_t string = hold.bend.capsule;
     const StringPart* before = part_of(view, string);
@@ -256,7 +256,7 @@ ToolScene segment_strings(std::span<const StringTool> tools, const StringSharing
 void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
                     StringSharing& holders) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
-  part_with_rigid_pairs(self.scene->obstacles.capsules_W.size(), self.state->optimiser, *self.view);
+  part_with_rigid_pairs(self.scene->obstacles.capsules_W.size(), self.state->contact, *self.view);
   std::size_t kept = 0;
   for (std::size_t k = 0; k < holders.size(); ++k) {
     auto& held = holders[k].tools;
@@ -269,7 +269,7 @@ void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
     ++kept;
   }
   holders.truncate(kept);
-  for (const TouchedString& hold : self.state->optimiser.touched) {
+  for (const TouchedString& hold : self.state->contact.touched) {
     if (!hold.yields) continue;
     const std::int32_t string = hold.bend.capsule;
     auto* held = std::find_if(holders.begin(), holders.end(),

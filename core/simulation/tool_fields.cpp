@@ -24,12 +24,12 @@ bool names_pair(const ContactKey& key, const ToolScene& scene) noexcept {
 }  // namespace
 
 bool fits_scene(const ToolState& state, const ToolScene& scene) noexcept {
-  const ContactState& optimiser = state.optimiser;
-  for (int k = 0; k < optimiser.active_count; ++k) {
-    if (!names_pair(optimiser.active[static_cast<std::size_t>(k)].key, scene)) return false;
+  const ContactState& contact = state.contact;
+  for (int k = 0; k < contact.active_count; ++k) {
+    if (!names_pair(contact.active[static_cast<std::size_t>(k)].key, scene)) return false;
   }
   std::int32_t before = -1;
-  for (const TouchedString& hold : optimiser.touched) {
+  for (const TouchedString& hold : contact.touched) {
     const StringBend& bend = hold.bend;
     if (bend.capsule <= before || static_cast<std::size_t>(bend.capsule) >= scene.strings.size() ||
         !(bend.lambda >= 0.0 && bend.lambda <= 1.0)) {
@@ -37,7 +37,7 @@ bool fits_scene(const ToolState& state, const ToolScene& scene) noexcept {
     }
     before = bend.capsule;
   }
-  for (const SoftPart& part : optimiser.parts) {
+  for (const SoftPart& part : contact.parts) {
     if (part.part < 0 || static_cast<std::size_t>(part.part) >= scene.parts.parts.size()) {
       return false;
     }

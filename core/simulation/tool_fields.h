@@ -62,8 +62,8 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 
 template <FieldsOf<ToolState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [hand, optimiser, placed, force_bound] = state;
-  visit(hand, optimiser, placed, force_bound);
+  auto& [hand, contact, placed, force_bound] = state;
+  visit(hand, contact, placed, force_bound);
 }
 
 template <FieldsOf<WorkspaceState> State, typename Visit>

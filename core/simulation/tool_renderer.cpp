@@ -1,4 +1,4 @@
-// Chains the hand's motion, optimiser, force bound and limit. See tool_renderer.h. RT: yes.
+// Chains the hand's motion, contact problem, force bound and limit. See tool_renderer.h. RT: yes.
 #include "core/simulation/tool_renderer.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ double next_force_bound(double bound, ContactStatus status, double force, double
 /// that much less.
 ContactStiffness felt_stiffness(const ContactProblem& problem, const RenderedTool& tick) noexcept {
   ContactStiffness stiffness = contact_stiffness(problem.view(), problem.unknowns());
-  const double pressed = tick.optimiser.F_H_W.f.norm();
+  const double pressed = tick.contact.F_H_W.f.norm();
   const double felt = tick.F_computed_H_W.f.norm();
   if (felt < pressed) {
     stiffness.K_W *= felt / pressed;
@@ -47,20 +47,20 @@ void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& sta
   tick.strings.clear();
   tick.stiffness = ContactStiffness{};
   if (!state.placed) {
-    state.optimiser.X_WG = tick.X_WH;
+    state.contact.X_WG = tick.X_WH;
     state.placed = true;
   }
   ContactInput input = contact_input(scene, tick.X_WH, tick.dt);
   input.work_budget = work_budget;
-  problem.solve(input, state.optimiser, tick.optimiser);
-  tick.X_WG = state.optimiser.X_WG;
+  problem.solve(input, state.contact, tick.contact);
+  tick.X_WG = state.contact.X_WG;
   find_string_contacts(problem.view(), tick.strings, tick.F_computed_H_W);
   if (scene.stiffness_wanted) tick.stiffness = felt_stiffness(problem, tick);
 }
 
 void limit_wrench(const ToolScene& scene, ToolState& state, RenderedTool& tick) noexcept {
   const double force = tick.F_computed_H_W.f.norm();
-  state.force_bound = next_force_bound(state.force_bound, tick.optimiser.status, force, tick.dt);
+  state.force_bound = next_force_bound(state.force_bound, tick.contact.status, force, tick.dt);
   const double factor = force > state.force_bound ? state.force_bound / force : 1.0;
   tick.F_H_W =
       limited({tick.F_computed_H_W.f * factor, tick.F_computed_H_W.t * factor}, scene.limits);

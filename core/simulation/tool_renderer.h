@@ -1,5 +1,5 @@
 // One tool, one tick: pose of the hand in, graphic tool and wrench out. Motion of the hand ->
-// configuration optimiser -> force of each string -> (what vibrating strings add, by the caller) ->
+// contact problem -> force of each string -> (what vibrating strings add, by the caller) ->
 // ramped in after a recovery -> limit. A pure function of state and input: no clock, device or
 // random source. RT: yes.
 #pragma once
@@ -40,7 +40,7 @@ struct ToolScene {
 /// State of one tool. Copy it to take a snapshot.
 struct ToolState {
   HandMotion hand;
-  ContactState optimiser;
+  ContactState contact;
   bool placed = false;  ///< G has been put where H first was
   /// Bound on |f| after a recovery, N; infinite in normal operation.
   double force_bound = std::numeric_limits<double>::infinity();
@@ -53,14 +53,14 @@ struct RenderedTool {
   Pose X_WG;
   Wrench F_H_W;           ///< for the device: ramped and limited, about the origin of G, N and N m
   Wrench F_computed_H_W;  ///< before ramp and limit
-  ContactResult optimiser;
+  ContactResult contact;
   PressedStrings strings;  ///< that press the tool
   /// Of F_computed_H_W less what vibrates; strings that do not yield count by the share of their
   /// force in the program's. Zero unless wanted.
   ContactStiffness stiffness;
 };
 
-/// What the optimiser is asked in a tick of this scene.
+/// What the contact problem is asked in a tick of this scene.
 [[nodiscard]] HD_REALTIME ContactInput contact_input(const ToolScene& scene, const Pose& X_WH,
                                                      double dt) noexcept;
 

@@ -19,10 +19,10 @@ std::uint16_t flags_of(const RenderedTool& tick, const ToolLoop& tool) noexcept 
   set((limited & kSafetySaturated) != 0, kSaturated);
   set((limited & kSafetyThermal) != 0, kThermalLimited);
   set((limited & kSafetyPassivity) != 0, kPassivityLimited);
-  set(tick.optimiser.status == ContactStatus::kRecovering, kRecovering);
-  set(tick.optimiser.status == ContactStatus::kLagging, kLagging);
-  set(tick.optimiser.rows_exchanged > 0, kRowsMerged);
-  set(tick.optimiser.strings_refused > 0, kStringHeldRigid);
+  set(tick.contact.status == ContactStatus::kRecovering, kRecovering);
+  set(tick.contact.status == ContactStatus::kLagging, kLagging);
+  set(tick.contact.rows_exchanged > 0, kRowsMerged);
+  set(tick.contact.strings_refused > 0, kStringHeldRigid);
   set(tool.judged.held, kInputHeld);
   set(tool.placed.open, kClutched);
   set(!is_none(tool.spring), kDeviceSpring);
@@ -33,11 +33,11 @@ std::uint16_t flags_of(const RenderedTool& tick, const ToolLoop& tool) noexcept 
 WorkTick work_of(const TickOutput& output) noexcept {
   WorkTick work;
   for (const RenderedTool& tool : output.tools) {
-    work.sub_steps += static_cast<std::uint32_t>(tool.optimiser.sub_steps);
-    work.qp_iterations += static_cast<std::uint32_t>(tool.optimiser.qp_iterations);
-    work.sphere_tests += static_cast<std::uint64_t>(tool.optimiser.tests);
-    work.work += static_cast<std::uint64_t>(tick_work(tool.optimiser));
-    work.cut_short = work.cut_short || tool.optimiser.cut_short;
+    work.sub_steps += static_cast<std::uint32_t>(tool.contact.sub_steps);
+    work.qp_iterations += static_cast<std::uint32_t>(tool.contact.qp_iterations);
+    work.sphere_tests += static_cast<std::uint64_t>(tool.contact.tests);
+    work.work += static_cast<std::uint64_t>(tick_work(tool.contact));
+    work.cut_short = work.cut_short || tool.contact.cut_short;
   }
   return work;
 }
@@ -55,7 +55,7 @@ void fill_tool(const RenderedTool& rendered, const PlayedTool& played, const Too
   told.X_WH = to_plain(rendered.X_WH);
   told.V_WH = to_plain(rendered.V_WH);
   told.X_WG = to_plain(rendered.X_WG);
-  told.minimum_gap = rendered.optimiser.minimum_gap;
+  told.minimum_gap = rendered.contact.minimum_gap;
   told.F_computed_H_W = to_plain(rendered.F_computed_H_W);
   told.F_written_H_W = to_plain(
       to_world(played.map, Wrench{to_vector(tool.written.f_H_D), to_vector(tool.written.t_H_D)}));

@@ -31,7 +31,7 @@ void apply_to_tool(const LiveSettings& live, const std::vector<StringParameters>
   if (follows_data(played.device.device->profile().driver)) played.grant.scale = 1.0;
   tool.stiffness = {live.coupling.kt * played.grant.scale, live.coupling.length};
   tool.coupling_damping = live.coupling_damping;
-  tool.options = live.optimiser;
+  tool.options = live.contact;
   tool.instrument = live.instrument;
   played.map.scale = live.scale;
   played.map.X_WD = live.X_WD;
@@ -77,7 +77,7 @@ bool usable(const SceneSettings& settings) noexcept {
   const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
   const auto fine = [&](const LiveSettings& live) {
     return positive(live.coupling.kt) && positive(live.coupling.length) && positive(live.scale) &&
-           usable(live.optimiser) && std::isfinite(live.force_gain) &&
+           usable(live.contact) && std::isfinite(live.force_gain) &&
            std::isfinite(live.coupling_damping) && !check_options(live.instrument);
   };
   return std::all_of(settings.tools.begin(), settings.tools.end(), fine) &&

@@ -72,8 +72,8 @@ DeviceSpring spring_at_device(const WorkspaceMap& map, const ContactStiffness& s
 void take_rendered(const PlayedTool& played, const RenderedTool& rendered,
                    ToolLoop& tool) noexcept {
   const Wrench& computed = rendered.F_computed_H_W;
-  tool.contact_free = rendered.optimiser.active_count == 0 &&
-                      rendered.optimiser.status != ContactStatus::kRecovering &&
+  tool.contact_free = rendered.contact.active_count == 0 &&
+                      rendered.contact.status != ContactStatus::kRecovering &&
                       computed.f.isZero(0.0) && computed.t.isZero(0.0);
   const double gain = played.force_gain * tool.placed.wrench_share;
   const Wrench& F_H_W = rendered.F_H_W;

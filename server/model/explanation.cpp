@@ -54,12 +54,12 @@ void print_objects(std::ostream& out, const Scene& scene) {
     for (const PartDescription& part : d.tools[i].parts) {
       const bool soft = part.softness.stiffness > 0.0;
       print_shape(out, part.name + (soft ? " (soft)" : ""), part.shape,
-                  level_or_leaves(d.optimiser.tool_level));
+                  level_or_leaves(d.contact.tool_level));
     }
   }
   if (!d.bodies.empty()) out << "bodies: " << spheres(scene.body_spheres()) << "\n";
   for (const BodyDescription& body : d.bodies) {
-    print_shape(out, body.name, body.shape, level_or_leaves(d.optimiser.body_level));
+    print_shape(out, body.name, body.shape, level_or_leaves(d.contact.body_level));
   }
   const std::size_t capsules = scene.capsule_owners().size() - scene.string_pieces();
   if (!d.lines.empty()) {
@@ -150,7 +150,7 @@ void print_features(std::ostream& out, const SceneDescription& d) {
 }
 
 void print_accuracy(std::ostream& out, const LoadedScene& loaded) {
-  const ContactOptions& o = loaded.scene->description().optimiser;
+  const ContactOptions& o = loaded.scene->description().contact;
   const v1::Quality& quality = loaded.message.quality();
   out << "accuracy beside the shapes\n  surfaces feel fatter by the skin, " << in_um(o.skin)
       << "; nothing is ever entered\n";

@@ -96,8 +96,8 @@ void visit(const Scene& scene, std::size_t tool, const Vector3& place, Samples& 
     play.simulation->step(
         input_of({std::int64_t{1'000'000} * (tick + 1), to_array(p), to_array(start.q)}), *output);
     const double us = processor_time() - before;
-    const bool contact = output->tools[0].optimiser.active_count > 0;
-    const auto work = static_cast<double>(tick_work(output->tools[0].optimiser));
+    const bool contact = output->tools[0].contact.active_count > 0;
+    const auto work = static_cast<double>(tick_work(output->tools[0].contact));
     (contact ? samples.contact : samples.free).push_back(us);
     samples.work.push_back(work);
     if (contact) samples.contact_work += work;

@@ -226,7 +226,7 @@ InstrumentOptions instrument_of(const v1::Scene& scene) {
   return options;
 }
 
-ContactOptions optimiser_of(const v1::Solver& solver) {
+ContactOptions contact_options_of(const v1::Solver& solver) {
   ContactOptions options;
   options.sub_steps = static_cast<int>(solver.max_substeps());
   options.stop_tolerance = solver.stop_step_m();
@@ -266,7 +266,7 @@ SceneDescription Translation::translate(const v1::Scene& scene) {
   result.instrument = instrument_of(scene);
   result.tones = scene.has_tones();
   result.torque = scene.has_torque();
-  result.optimiser = optimiser_of(scene.solver());
+  result.contact = contact_options_of(scene.solver());
   result.quality_level = static_cast<std::uint32_t>(quality_level(scene.quality()));
   result.quality_automatic = scene.quality().has_automatic();
   if (scene.has_modes() && !scene.has_vibration()) {

@@ -46,8 +46,8 @@ void tell_scene(const v1::Scene& scene, const v1::Quality& choice, v1::SceneInfo
 
 void take_to_level(int level, const v1::Solver& given, LiveSettings& live) {
   set_level(level, live);
-  if (given.has_max_substeps()) live.optimiser.sub_steps = static_cast<int>(given.max_substeps());
-  if (given.has_stop_step_m()) live.optimiser.stop_tolerance = given.stop_step_m();
+  if (given.has_max_substeps()) live.contact.sub_steps = static_cast<int>(given.max_substeps());
+  if (given.has_stop_step_m()) live.contact.stop_tolerance = given.stop_step_m();
 }
 
 }  // namespace hapticd

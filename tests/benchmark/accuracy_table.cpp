@@ -1,8 +1,8 @@
-// What every option of the optimiser buys: forces over five contact sessions against a reference of
-// 400 sub-steps, 4 mrad, tolerance 1e-10 m. Prints a markdown table: per session the rms error in
-// percent of the rms force and the greatest error in mN; over all sessions the median time of a
-// tick and the most sub-steps one took. One option at a time is changed, the others keep their
-// default. --quick plays the first session only.
+// What every option of the contact problem buys: forces over five contact sessions against a
+// reference of 400 sub-steps, 4 mrad, tolerance 1e-10 m. Prints a markdown table: per session the
+// rms error in percent of the rms force and the greatest error in mN; over all sessions the median
+// time of a tick and the most sub-steps one took. One option at a time is changed, the others keep
+// their default. --quick plays the first session only.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>

@@ -55,9 +55,9 @@ void count_work(benchmark::State& state, TickScene& scene) {
   int most_sub_steps = 0;
   for (int k = 0; k < kPeriodTicks; ++k) {
     const RenderedTool& tick = scene.tick();
-    sub_steps += tick.optimiser.sub_steps;
-    most_sub_steps = std::max(most_sub_steps, tick.optimiser.sub_steps);
-    tests += static_cast<double>(tick.optimiser.tests);
+    sub_steps += tick.contact.sub_steps;
+    most_sub_steps = std::max(most_sub_steps, tick.contact.sub_steps);
+    tests += static_cast<double>(tick.contact.tests);
     contacts += scene.contacts();
     force = std::max(force, tick.F_H_W.f.norm());
   }

@@ -122,7 +122,7 @@ int play(const Case& c) {
     counted_tick(run, middle + 0.5e-3 * wave);
   }
   // What the case is named after must have happened.
-  const ContactResult& result = run.output->tools[0].optimiser;
+  const ContactResult& result = run.output->tools[0].contact;
   const bool pressing = result.active_count > 0;
   if (pressing != (c.play == Play::kPress)) return 1;
   const bool awake = !run.output->strings.empty();

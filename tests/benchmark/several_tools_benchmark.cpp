@@ -70,7 +70,7 @@ void run(benchmark::State& state, const Play& play, std::size_t count) {
       t_ns += 1'000'000;
       for (HandPose& sample : input.hands) sample.t_ns = t_ns;
       ensemble.simulation().step(input, *output);
-      for (const RenderedTool& tool : output->tools) sub_steps += tool.optimiser.sub_steps;
+      for (const RenderedTool& tool : output->tools) sub_steps += tool.contact.sub_steps;
     }
   }
   const auto ticks = static_cast<double>(state.iterations() * kPeriodTicks);

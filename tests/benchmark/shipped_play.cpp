@@ -79,7 +79,7 @@ std::shared_ptr<const Scene> hand36_scene(int quality) {
     string.parameters.frequency = kTuning[tuned++];
     scene.strings.push_back(string);
   }
-  scene.optimiser = quality_of(quality).options;
+  scene.contact = quality_of(quality).options;
   scene.torque = true;
   return std::make_shared<const Scene>(std::move(scene));
 }
@@ -177,7 +177,7 @@ void ShippedPlay::restart() {
 }
 
 PlayWork ShippedPlay::work() const {
-  const ContactResult& result = output_->tools[0].optimiser;
+  const ContactResult& result = output_->tools[0].contact;
   const auto& contacts = play_.tools[0].problem.candidates().contacts().contacts;
   return {result.tests, result.sub_steps, static_cast<int>(contacts.size()), result.active_count};
 }

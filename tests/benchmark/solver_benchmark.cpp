@@ -1,6 +1,6 @@
 // Solver of the quadratic program, cold and warm, for 1 to 256 contact rows of a rigid tool.
 // Time of the benchmark: mean per solve over 64 problems, which stay in the second-level cache as
-// the one the optimiser has just written does. Counters: p50_ns and p99.9_ns of single solves
+// the one the contact problem has just written does. Counters: p50_ns and p99.9_ns of single solves
 // (their clock reading included, about 25 ns), iterations and active rows per solve. Instructions
 // per solve: tests/benchmark/count_instructions.
 #include <benchmark/benchmark.h>

@@ -73,7 +73,7 @@ void run(benchmark::State& state, const Play& play, const Strings& strings) {
     for (int k = 0; k < kPeriodTicks; ++k) {
       const double y = play.amplitude * sin_cos(2.0 * kPi * k / 250.0).sin;
       const TickOutput& output = instrument.tick({x, kTouch - play.depth + y, 0.0});
-      sub_steps += output.tools[0].optimiser.sub_steps;
+      sub_steps += output.tools[0].contact.sub_steps;
       force = std::max(force, output.tools[0].F_H_W.f.norm());
     }
     instrument.events.clear();

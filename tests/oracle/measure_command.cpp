@@ -59,7 +59,7 @@ class Measurement {
     const BaselineMethod method =
         name == "paper" ? BaselineMethod::kPaper : BaselineMethod::kPenalty;
     const double surface =
-        surface_error(scene().description(), tool_, scene().description().optimiser);
+        surface_error(scene().description(), tool_, scene().description().contact);
     return report(name, play_baseline(scene(), tool_, method, gesture_, judge_.judge()), truth(),
                   1.0, surface);
   }

@@ -68,7 +68,7 @@ SceneDescription scene_of(int strings) {
     scene.strings.push_back(std::move(string));
   }
   scene.quality_level = kDefaultQuality;
-  scene.optimiser = quality_of(kDefaultQuality).options;
+  scene.contact = quality_of(kDefaultQuality).options;
   return scene;
 }
 
@@ -141,7 +141,7 @@ double force_of_strings(const EqualStrings& pressed, double displacement) {
 void play_coupled(const SceneDescription& description, const Scene& scene,
                   const StudyGesture& gesture, const std::vector<double>& truth, Sum& sum) {
   StudySetting setting;
-  setting.options = description.optimiser;
+  setting.options = description.contact;
   const std::vector<StudyTick> ticks = play_study(scene, 0, setting, gesture, nullptr);
   for (std::size_t k = 0; k < ticks.size(); ++k) {
     sum.add(ticks[k].felt_W.y(), truth[k]);
@@ -181,7 +181,7 @@ std::vector<PressModel> compare_press_models() {
         std::vector<double> depths, truth;
         for (int tick = 0; tick < kTicks; ++tick) {
           // The tool stays clear of the string by the skin.
-          depths.push_back(height(description, description.optimiser.skin) -
+          depths.push_back(height(description, description.contact.skin) -
                            gesture.at(1e-3 * tick).p.y());
           truth.push_back(force_of_strings(pressed, depths.back()));
         }

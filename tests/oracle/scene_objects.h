@@ -1,5 +1,5 @@
 // The objects of a scene by name: strings, then lines, then bodies, and which of them the
-// optimiser's obstacles are pieces of. Not RT.
+// contact problem's obstacles are pieces of. Not RT.
 #pragma once
 
 #include <string>

@@ -60,13 +60,13 @@ std::vector<StudyTick> play_study(const Scene& scene, std::size_t tool, const St
     const RenderedTool& tick = output->tools[0];
     StudyTick& kept = ticks.emplace_back();
     kept.felt_W = tick.F_computed_H_W.f;
-    kept.contact_W = tick.optimiser.F_H_W.f;
+    kept.contact_W = tick.contact.F_H_W.f;
     kept.torque_W = tick.F_computed_H_W.t;
     kept.X_WG = tick.X_WG;
-    kept.touches = tick.optimiser.active_count > 0;
-    kept.counts = tick.optimiser;
+    kept.touches = tick.contact.active_count > 0;
+    kept.counts = tick.contact;
     kept.cpu_us = after - before;
-    out = out || tick.optimiser.status != ContactStatus::kRecovering;
+    out = out || tick.contact.status != ContactStatus::kRecovering;
     if (judge != nullptr) {
       const double gap = judge_tick(*judge, play.simulation->scene(0), tick, k == 0);
       if (out) kept.path_gap_m = gap;

@@ -57,7 +57,7 @@ Value named(const std::string& text, const std::string& value,
 void take_level(int level, const SceneDescription& scene, StudySetting& setting) {
   LiveSettings live = scene_settings(scene).tools.front();
   set_level(level, live);
-  setting.options = live.optimiser;
+  setting.options = live.contact;
 }
 
 /// Puts KEY=VALUE into the setting. Ranges are those of scene.proto.
@@ -99,7 +99,7 @@ void assign(const std::string& text, const std::string& key, const std::string& 
 
 StudySetting parse_setting(const std::string& text, const SceneDescription& scene) {
   StudySetting setting;
-  setting.options = scene.optimiser;
+  setting.options = scene.contact;
   const std::size_t colon = text.find(':');
   setting.name = text.substr(0, colon);
   if (setting.name.empty()) refuse(text, "give it a name, as in few:sub_steps=2");
@@ -128,7 +128,7 @@ std::string scene_of_setting(const std::string& text) {
 }
 
 ContactOptions truth_options(const SceneDescription& scene) {
-  ContactOptions options = scene.optimiser;
+  ContactOptions options = scene.contact;
   options.sub_steps = 400;
   options.rotation_step = 4e-3;
   options.stop_tolerance = 1e-10;

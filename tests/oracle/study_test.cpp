@@ -136,7 +136,7 @@ TEST_CASE("a setting changes what it names and nothing else, a level first") {
   CHECK(few.rate_hz == 500.0);
   CHECK(few.options.sub_steps == 2);
   CHECK(few.options.stop_tolerance == quality_of(4).options.stop_tolerance);
-  CHECK(few.options.skin == scene.optimiser.skin);
+  CHECK(few.options.skin == scene.contact.skin);
   CHECK_FALSE(few.changes_strings());
   CHECK(parse_setting("m:modes=8", scene).changes_strings());
   CHECK(scene_of_setting("coarse:level=1,scene=guqin_coarse") == "guqin_coarse");

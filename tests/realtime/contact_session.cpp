@@ -71,7 +71,7 @@ void ContactSession::run(std::int64_t ticks) noexcept {
     if (tick_ % kOverlapPeriod == 0) {
       // The middle string is edited onto the tool, and back a little later.
       rest_ = strings_[3];
-      const Vector3& p_WG = state_.optimiser.X_WG.p;
+      const Vector3& p_WG = state_.contact.X_WG.p;
       strings_[3].p_A = {rest_.p_A.x(), p_WG.y(), p_WG.z()};
       strings_[3].p_B = {rest_.p_B.x(), p_WG.y(), p_WG.z()};
     } else if (tick_ % kOverlapPeriod == 40 && tick_ > kOverlapPeriod) {
@@ -81,7 +81,7 @@ void ContactSession::run(std::int64_t ticks) noexcept {
       ++faults_;
       if (tick_ % kGlitchPeriod > 3) hand_.clear();
     }
-    if (tick.optimiser.status == ContactStatus::kRecovering) ++recoveries_;
+    if (tick.contact.status == ContactStatus::kRecovering) ++recoveries_;
     if (tick.F_H_W.f.norm() > 0.0) ++contact_ticks_;
     add_to_hash(tick);
   }

@@ -79,7 +79,7 @@ Felt play_switched(const Scene& scene, const std::string& gesture, std::uint64_t
       ++felt.judged;
       felt.worst = std::max(felt.worst, (f_now - f).norm() / allowed);
     }
-    if (output->tools[0].optimiser.cut_short) ++felt.cut_short;
+    if (output->tools[0].contact.cut_short) ++felt.cut_short;
     felt.greatest_force = std::max(felt.greatest_force, f_now.norm());
     f = f_now;
     f_steady = f_steady_now;

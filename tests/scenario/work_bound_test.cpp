@@ -330,8 +330,8 @@ TEST_CASE("five tools together share the bound, and enter nothing") {
       double share = 0.0;
       bool any = false;
       for (const RenderedTool& tool : output->tools) {
-        share += work_share(tool.optimiser);
-        any = any || tool.optimiser.cut_short;
+        share += work_share(tool.contact);
+        any = any || tool.contact.cut_short;
       }
       most = std::max(most, share);
       cut += any ? 1 : 0;

@@ -59,9 +59,9 @@ inline void render_tool(const ToolScene& scene, const HandPose& hand, ToolState&
 inline void skip_tool(const GuardedHand& hand, ToolState& state, RenderedTool& tick) noexcept {
   if (hand.has_pose()) tick.dt = follow(hand.hand(), state.hand);
   tick.X_WH = state.hand.X_WH;
-  tick.X_WG = state.optimiser.X_WG;
+  tick.X_WG = state.contact.X_WG;
   tick.F_H_W = tick.F_computed_H_W = Wrench{};
-  tick.optimiser = ContactResult{};
+  tick.contact = ContactResult{};
   tick.strings.clear();
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 using hapticd::test::NoHeapScope;
 
-// Keeps the optimiser from removing an allocation whose result is not used.
+// Keeps the compiler from removing an allocation whose result is not used.
 void keep(void* block) { asm volatile("" : : "g"(block) : "memory"); }
 
 }  // namespace

@@ -19,7 +19,7 @@ namespace hapticd::test {
   // One tool holds what it holds.
   const ToolPlay& play = memory.tools.front();
   const Capsule& line = play.scene.obstacles.capsules_W[static_cast<std::size_t>(string)];
-  for (const TouchedString& hold : play.state.optimiser.touched) {
+  for (const TouchedString& hold : play.state.contact.touched) {
     if (hold.bend.capsule != string || !hold.yields) continue;
     points.truncate(1);
     points.push_back(leg_of(line, hold.bend, 0).capsule_W.p_B);

@@ -1,7 +1,7 @@
 // What a tool met on its way, by exhaustive search (contact_oracle.h) over all pairs of spheres and
 // capsules that its motion could have brought together: the smallest gap along the committed path
 // of a tick, and the gap to each obstacle where it ends. Soft parts and bent strings move as the
-// optimiser says. Frames: W. SI. Not RT.
+// contact problem says. Frames: W. SI. Not RT.
 #pragma once
 
 #include <memory>

@@ -11,7 +11,7 @@ from hapticd_lab.tradeoff_plan import Plan
 from hapticd_lab.tradeoff_table import Row, front
 
 DEFAULT = "ladder 32/1"
-"""The optimiser's own default is level 3."""
+"""The contact problem's own default is level 3."""
 MOST_ERROR = 0.2
 """A rung whose force may be further off in the worst scene, three times what is felt, is no level, however cheap."""
 LEAST_ERROR = 1e-7

@@ -170,7 +170,7 @@ TEST_CASE(
         REQUIRE(tick.F_H_W.f.norm() <= tool_scene.limits.force * (1 + 1e-12));
         REQUIRE(tick.F_H_W.t.norm() <= tool_scene.limits.torque * (1 + 1e-12));
         REQUIRE(judged.tick_along(pose_at(p)) > -1e-7L);
-        REQUIRE(judged.state.X_WG.p == state.optimiser.X_WG.p);
+        REQUIRE(judged.state.X_WG.p == state.contact.X_WG.p);
       }
     }
   }

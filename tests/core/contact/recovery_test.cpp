@@ -134,7 +134,7 @@ TEST_CASE(
                 *problem, tick);
     const double force = tick.F_H_W.f.norm();
     CHECK(force <= before + kRecoveryForceRate * 1e-3 + 1e-12);
-    if (tick.optimiser.status == ContactStatus::kRecovering) CHECK(force <= kRecoveryForce);
+    if (tick.contact.status == ContactStatus::kRecovering) CHECK(force <= kRecoveryForce);
     before = force;
   }
   CHECK(tick.F_H_W.f.norm() == doctest::Approx(1000.0 * (kTip + kString - 1e-3)).epsilon(0.01));

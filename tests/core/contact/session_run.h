@@ -1,5 +1,5 @@
-// Plays a contact session through the optimiser and compares the forces of two runs. Shared by the
-// test of the default options and the table of what every option buys.
+// Plays a contact session through the contact problem and compares the forces of two runs. Shared
+// by the test of the default options and the table of what every option buys.
 #pragma once
 
 #include <span>

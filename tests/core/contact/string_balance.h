@@ -1,8 +1,8 @@
-// Is a configuration of tool and strings in equilibrium? Judged without the optimiser: the pull of
-// the coupling on the tool and of every string on its vertex, from its law in long double, must be
-// balanced by forces along the normals of what touches, found anew by exhaustion, that only push.
-// Strings along x; motions of the tool in the plane across them and its rotation about x, which
-// slide no contact along a string. SI, frame W. Not RT.
+// Is a configuration of tool and strings in equilibrium? Judged without the contact problem: the
+// pull of the coupling on the tool and of every string on its vertex, from its law in long double,
+// must be balanced by forces along the normals of what touches, found anew by exhaustion, that only
+// push. Strings along x; motions of the tool in the plane across them and its rotation about x,
+// which slide no contact along a string. SI, frame W. Not RT.
 #pragma once
 
 #include <span>

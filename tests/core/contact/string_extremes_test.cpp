@@ -188,8 +188,8 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
     render(y);
     CHECK(verdict == PoseVerdict::kFault);
     CHECK(tick.F_H_W.f.norm() == 0.0);
-    CHECK(state.optimiser.touched.size() == 1);
-    CHECK(state.optimiser.touched[0].bend.u_W.allFinite());
+    CHECK(state.contact.touched.size() == 1);
+    CHECK(state.contact.touched[0].bend.u_W.allFinite());
     hand.clear();
     for (int i = 0; i < 3; ++i) render(0.002);
     CHECK(tick.F_H_W.f.norm() == doctest::Approx(pressed).epsilon(1e-3));
@@ -211,7 +211,7 @@ TEST_CASE("a scene edited onto a tool that bends a string pushes it out slowly a
   for (const double onto : {0.004, 0.003, 0.0, -0.002}) {
     for (int i = 0; i < 60; ++i) render(0.02 - 3e-4 * i);
     for (int i = 0; i < 60; ++i) render(0.002);
-    REQUIRE(state.optimiser.touched.size() == 1);
+    REQUIRE(state.contact.touched.size() == 1);
     const Capsule before = owner.capsules_W[1];
     owner.capsules_W[1].p_A.y() = owner.capsules_W[1].p_B.y() = onto;
     int recovering = 0;
@@ -220,7 +220,7 @@ TEST_CASE("a scene edited onto a tool that bends a string pushes it out slowly a
       render(0.002);
       REQUIRE(tick.F_H_W.f.allFinite());
       REQUIRE(tick.X_WG.p.allFinite());
-      if (tick.optimiser.status == ContactStatus::kRecovering) {
+      if (tick.contact.status == ContactStatus::kRecovering) {
         ++recovering;
         CHECK((tick.X_WG.p - p_before).norm() <= 2e-3 + 1e-9);
         CHECK(tick.F_H_W.f.norm() <= kRecoveryForce + 1e-9);
@@ -230,7 +230,7 @@ TEST_CASE("a scene edited onto a tool that bends a string pushes it out slowly a
     CAPTURE(onto);
     CHECK(recovering >= 1);
     CHECK(recovering < 20);
-    CHECK(owner.true_path_gap(state.optimiser, state.optimiser) >= -kAllowedDepth);
+    CHECK(owner.true_path_gap(state.contact, state.contact) >= -kAllowedDepth);
     owner.capsules_W[1] = before;
     for (int i = 0; i < 100; ++i) render(0.002 + 3e-4 * i);
   }

@@ -1,7 +1,7 @@
 // Where a rigid tool rests on many strings at once, each under a sphere of its own: the balance of
 // the hand's coupling and of every string's law (string_law_truth.h) in six degrees of freedom,
 // solved from the geometry by damped Newton steps with differences for derivatives. Shares no code
-// with the optimiser. Strings along x. SI, frame W. Not RT.
+// with the contact problem. Strings along x. SI, frame W. Not RT.
 #pragma once
 
 #include <optional>

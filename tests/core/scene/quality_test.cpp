@@ -25,7 +25,7 @@ TEST_CASE("an error that no level promises is known to be none") {
   CHECK(quality_offers(1.0));
 }
 
-TEST_CASE("the default level is the optimiser's own default") {
+TEST_CASE("the default level is the contact problem's own default") {
   const ContactOptions usual;
   const ContactOptions level = quality_of(kDefaultQuality).options;
   CHECK(level.sub_steps == usual.sub_steps);
@@ -46,22 +46,22 @@ TEST_CASE(
   for (int from = 0; from < kQualityLevels; ++from) {
     for (int to = 0; to < kQualityLevels; ++to) {
       LiveSettings live;
-      live.optimiser = quality_of(from).options;
+      live.contact = quality_of(from).options;
       live.quality_level = static_cast<std::uint32_t>(from);
       set_level(to, live);
-      CHECK(live.optimiser.sub_steps == quality_of(to).options.sub_steps);
-      CHECK(live.optimiser.stop_tolerance == quality_of(to).options.stop_tolerance);
+      CHECK(live.contact.sub_steps == quality_of(to).options.sub_steps);
+      CHECK(live.contact.stop_tolerance == quality_of(to).options.stop_tolerance);
       CHECK(live.quality_level == static_cast<std::uint32_t>(to));
     }
   }
   LiveSettings own;
   own.quality_level = kDefaultQuality;
-  own.optimiser.sub_steps = 77;
-  own.optimiser.margin = 0.125;
+  own.contact.sub_steps = 77;
+  own.contact.margin = 0.125;
   set_level(0, own);
-  CHECK(own.optimiser.sub_steps == 77);
-  CHECK(own.optimiser.margin == 0.125);
-  CHECK(own.optimiser.stop_tolerance == quality_of(0).options.stop_tolerance);
+  CHECK(own.contact.sub_steps == 77);
+  CHECK(own.contact.margin == 0.125);
+  CHECK(own.contact.stop_tolerance == quality_of(0).options.stop_tolerance);
 }
 
 }  // namespace hapticd::test

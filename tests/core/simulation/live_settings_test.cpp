@@ -14,8 +14,8 @@ LiveSettings old_settings() {
   settings.force_gain = 0.5;
   settings.scale = 1.0;
   settings.X_WD.p = Vector3(1.0, 2.0, 3.0);
-  settings.optimiser.sub_steps = 8;
-  settings.optimiser.skin = 1e-5;
+  settings.contact.sub_steps = 8;
+  settings.contact.skin = 1e-5;
   return settings;
 }
 
@@ -27,8 +27,8 @@ LiveSettings new_settings() {
   settings.scale = 4.0;
   settings.X_WD.p = Vector3(3.0, 2.0, 1.0);
   settings.X_WD.q = {-std::sqrt(0.5), 0.0, 0.0, -std::sqrt(0.5)};
-  settings.optimiser.sub_steps = 24;
-  settings.optimiser.skin = 3e-5;
+  settings.contact.sub_steps = 24;
+  settings.contact.skin = 3e-5;
   return settings;
 }
 
@@ -41,7 +41,7 @@ TEST_CASE("numbers go straight from old to new and arrive exactly") {
   CHECK(half.force_gain == doctest::Approx(0.75));
   CHECK(half.scale == doctest::Approx(2.5));
   CHECK((half.X_WD.p - Vector3(2.0, 2.0, 2.0)).norm() < 1e-12);
-  CHECK(std::abs(half.optimiser.skin - 2e-5) < 1e-18);
+  CHECK(std::abs(half.contact.skin - 2e-5) < 1e-18);
   const LiveSettings end = blend(old_settings(), new_settings(), 1.0);
   CHECK(end.coupling.kt == 3000.0);
   CHECK(end.X_WD.q.coeffs() == new_settings().X_WD.q.coeffs());
@@ -57,7 +57,7 @@ TEST_CASE("orientations go the short way and stay unit") {
 }
 
 TEST_CASE("counts and choices are the new ones at once") {
-  CHECK(blend(old_settings(), new_settings(), 0.01).optimiser.sub_steps == 24);
+  CHECK(blend(old_settings(), new_settings(), 0.01).contact.sub_steps == 24);
 }
 
 TEST_CASE("a string's tension glides, its ends and radius do not") {

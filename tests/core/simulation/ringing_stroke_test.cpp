@@ -75,7 +75,7 @@ StrokeReport play(Stroke& stroke, int modes) {
     } else {
       report.gap = std::min(report.gap, run.tick_along(output->tools[0].X_WH));
     }
-    report.same = report.same && same_bits(run.state, simulation->tool(0).optimiser);
+    report.same = report.same && same_bits(run.state, simulation->tool(0).contact);
     const Wrench& F = output->tools[0].F_H_W;
     report.finite = report.finite && F.f.norm() <= scene.limits.force * (1.0 + 1e-12) &&
                     F.t.norm() <= scene.limits.torque * (1.0 + 1e-12) &&

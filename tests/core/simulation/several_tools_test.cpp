@@ -63,7 +63,7 @@ Outcome wander(Ensemble& ensemble, const Region& region, int ticks, SplitMix64& 
     outcome.worst = std::min(outcome.worst, ensemble.minimum_gap());
     for (std::int32_t s = 0; s < 7; ++s) outcome.shared += ensemble.shape(s).size() > 3 ? 1 : 0;
     for (const RenderedTool& tool : output.tools) {
-      if (tool.optimiser.status == ContactStatus::kRecovering) ++outcome.recovering;
+      if (tool.contact.status == ContactStatus::kRecovering) ++outcome.recovering;
     }
   }
   return outcome;

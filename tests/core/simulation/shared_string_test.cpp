@@ -29,7 +29,7 @@ const StringEvent* tone_of(const Ensemble& ensemble) {
 
 bool same_bits(const RenderedTool& a, const RenderedTool& b) {
   return a.X_WG.p == b.X_WG.p && a.F_H_W.f == b.F_H_W.f && a.F_H_W.t == b.F_H_W.t &&
-         a.optimiser.sub_steps == b.optimiser.sub_steps;
+         a.contact.sub_steps == b.contact.sub_steps;
 }
 
 /// A finger that presses and plucks string `string` at `x`, over and over.

@@ -1,5 +1,5 @@
 // A finger that sweeps over seven strings: each is let go once, in order, where the geometry of the
-// hand's way says, whatever the work the optimiser is given.
+// hand's way says, whatever the work the contact problem is given.
 #include <doctest/doctest.h>
 
 #include <algorithm>

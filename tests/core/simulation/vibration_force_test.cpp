@@ -88,7 +88,7 @@ TEST_CASE("the wrench of a single string points away from it in every tick of ra
       guqin.glide(random_place(random, 1), speed, [&](const TickOutput& output) {
         Vector3 u_W = Vector3::Zero();
         double lambda = 0.5;
-        for (const TouchedString& hold : guqin.simulation().tool(0).optimiser.touched) {
+        for (const TouchedString& hold : guqin.simulation().tool(0).contact.touched) {
           u_W = hold.bend.u_W;
           lambda = hold.bend.lambda;
         }

@@ -31,14 +31,14 @@ TickOutput through_strings(bool first, std::int64_t work_budget) {
 
 TEST_CASE("what a tool leaves of its share of the work is for those after it") {
   const TickOutput all = through_strings(false, 0);
-  const std::int64_t work = tick_work(all.tools[1].optimiser);
-  REQUIRE(all.tools[1].optimiser.sub_steps > 3);
-  REQUIRE(tick_work(all.tools[0].optimiser) < work / 4);
+  const std::int64_t work = tick_work(all.tools[1].contact);
+  REQUIRE(all.tools[1].contact.sub_steps > 3);
+  REQUIRE(tick_work(all.tools[0].contact) < work / 4);
   const std::int64_t budget = 3 * work / 2;
-  CHECK_FALSE(through_strings(false, budget).tools[1].optimiser.cut_short);
-  CHECK(through_strings(true, budget).tools[0].optimiser.cut_short);
+  CHECK_FALSE(through_strings(false, budget).tools[1].contact.cut_short);
+  CHECK(through_strings(true, budget).tools[0].contact.cut_short);
   for (const RenderedTool& tool : through_strings(true, 1).tools) {
-    CHECK(tool.optimiser.sub_steps <= 1);
+    CHECK(tool.contact.sub_steps <= 1);
   }
 }
 
@@ -58,7 +58,7 @@ TEST_CASE("whatever work several tools are allowed, none comes to be in a string
       p[k] += (goal[k] - p[k]) * std::min(1.0, 1e-3 / (goal[k] - p[k]).norm());
     }
     tools.work_budget = std::int64_t{1} << random.below(17);
-    for (const RenderedTool& tool : tools.tick(p).tools) cut += tool.optimiser.cut_short ? 1 : 0;
+    for (const RenderedTool& tool : tools.tick(p).tools) cut += tool.contact.cut_short ? 1 : 0;
     deepest = std::min(deepest, tools.minimum_gap());
   }
   MESSAGE("deepest " << static_cast<double>(deepest) << " m, " << cut << " ticks cut short");

@@ -35,7 +35,7 @@ SceneDescription empty_scene(const Computation& computation, const std::vector<S
   }
   scene.tones = true;
   scene.torque = true;
-  scene.optimiser = quality_of(computation.level).options;
+  scene.contact = quality_of(computation.level).options;
   scene.quality_level = static_cast<std::uint32_t>(computation.level);
   return scene;
 }

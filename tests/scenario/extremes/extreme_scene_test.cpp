@@ -46,7 +46,7 @@ TEST_CASE("at every quality sixty spheres at one place give the force of one") {
       difference =
           std::max(difference, (a.tools[0].F_computed_H_W.f - b.tools[0].F_computed_H_W.f).norm());
       largest = std::max(largest, a.tools[0].F_computed_H_W.f.norm());
-      const ContactResult& work = b.tools[0].optimiser;
+      const ContactResult& work = b.tools[0].contact;
       iterations = std::max(iterations, work.qp_iterations / std::max(1, work.sub_steps));
     }
     CHECK(difference < 1e-9);
@@ -94,7 +94,7 @@ TEST_CASE("at every quality a tool that begins inside comes out gently, and stay
         play.simulation->step(input_of(sample_at(tick, p)), output);
         const RenderedTool& now = output.tools[0];
         REQUIRE(now.F_H_W.f.allFinite());
-        const bool recovering = now.optimiser.status == ContactStatus::kRecovering;
+        const bool recovering = now.contact.status == ContactStatus::kRecovering;
         recovered = recovered || recovering;
         if (recovering) fastest = std::max(fastest, (now.X_WG.p - X_before.p).norm());
         force_growth = std::max(force_growth, now.F_H_W.f.norm() - force_before);
@@ -102,7 +102,7 @@ TEST_CASE("at every quality a tool that begins inside comes out gently, and stay
         X_before = now.X_WG;
       }
       CHECK(recovered);
-      CHECK(output.tools[0].optimiser.status != ContactStatus::kRecovering);
+      CHECK(output.tools[0].contact.status != ContactStatus::kRecovering);
       CHECK(fastest <= 2.1e-3);
       CHECK(force_growth <= kRecoveryForceRate * 1e-3 + 1e-9);
     }

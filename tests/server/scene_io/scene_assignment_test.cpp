@@ -149,17 +149,17 @@ TEST_CASE("a pose is 7 numbers, a choice one of its names") {
 TEST_CASE("a level of quality sets what the scene left open of the solver") {
   const auto result = assigned(set_of({{"quality", 0.0}}));
   REQUIRE(result.code == v1::RESULT_CODE_OK);
-  CHECK(result.settings.tools[0].optimiser.sub_steps < 24);
+  CHECK(result.settings.tools[0].contact.sub_steps < 24);
   CHECK(result.settings.tools[0].quality_level == 0);
   // 32 is what the level in force would have chosen.
   for (const unsigned given : {77U, 32U}) {
     v1::Scene own = filled();
     own.mutable_solver()->set_max_substeps(given);
     const auto kept = assign_parameters(own, set_of({{"quality", 0.0}}), 1000.0);
-    CHECK(kept.settings.tools[0].optimiser.sub_steps == static_cast<int>(given));
+    CHECK(kept.settings.tools[0].contact.sub_steps == static_cast<int>(given));
     LiveSettings live = kept.settings.tools[0];
     take_to_level(4, own.solver(), live);
-    CHECK(live.optimiser.sub_steps == static_cast<int>(given));
+    CHECK(live.contact.sub_steps == static_cast<int>(given));
     CHECK(live.quality_level == 4);
   }
 }

@@ -267,10 +267,10 @@ TEST_CASE("a quality asked for wins over the scene's, its own knobs and no other
   level.quality.emplace().set_level(1);
   CHECK(load(scene, {}).quality_level == 3);
   CHECK(load(scene, level).quality_level == 1);
-  CHECK(load(scene, level).optimiser.sub_steps < load(scene, {}).optimiser.sub_steps);
+  CHECK(load(scene, level).contact.sub_steps < load(scene, {}).contact.sub_steps);
   CHECK(load(scene + "quality { level: 4 }", {}).quality_level == 4);
   CHECK(load(scene + "quality { level: 4 }", level).quality_level == 1);
-  CHECK(load(scene + "solver { max_substeps: 5 }", level).optimiser.sub_steps == 5);
+  CHECK(load(scene + "solver { max_substeps: 5 }", level).contact.sub_steps == 5);
   CHECK_FALSE(load(scene, level).quality_automatic);
   QualityWish automatic;
   automatic.quality.emplace().mutable_automatic();
