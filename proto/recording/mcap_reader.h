@@ -1,5 +1,5 @@
 // Reads MCAP files (mcap.dev) of any writer, from the front to the back, chunked or not (but
-// not both), uncompressed: what replay, export and repair need. Bytes are not trusted: lengths are
+// not both), uncompressed: what replay and export need. Bytes are not trusted: lengths are
 // checked, CRCs too, and a file that ends anywhere, as a killed process leaves it, gives all its
 // whole records. Not RT.
 #pragma once
@@ -42,21 +42,18 @@ class McapReader {
   [[nodiscard]] McapEnd end() const noexcept { return end_; }
   /// For people, once end() is not kMore.
   [[nodiscard]] std::string describe_end() const;
-  /// Schemas, channels and chunks met so far.
-  [[nodiscard]] const McapLayout& layout() const noexcept { return layout_; }
-  /// Bytes up to the last whole record of the data section (chunks together with their indexes as
-  /// far as they are whole). What follows may be cut off.
-  [[nodiscard]] std::uint64_t whole_bytes() const noexcept { return whole_; }
+  /// Schemas and channels met so far.
+  [[nodiscard]] const std::vector<McapSchema>& schemas() const noexcept { return schemas_; }
+  [[nodiscard]] const std::vector<McapChannel>& channels() const noexcept { return channels_; }
   /// Id of the channel of this topic met so far, 0: none.
   [[nodiscard]] std::uint16_t channel_of(std::string_view topic) const noexcept;
 
  private:
   bool next_record();
-  void take(McapOpcode opcode, std::string_view content, std::uint64_t offset);
-  void take_chunk(std::string_view content, std::uint64_t offset);
+  void take(McapOpcode opcode, std::string_view content);
+  void take_chunk(std::string_view content);
   void take_schema(std::string_view content);
   void take_channel(std::string_view content);
-  void take_index(std::string_view content, std::uint64_t offset);
   bool take_message(std::string_view content, McapMessage& message);
   void stop(McapEnd end) noexcept;
 
@@ -64,31 +61,13 @@ class McapReader {
   std::vector<bool> known_schemas_;   ///< by id
   std::vector<bool> known_channels_;  ///< by id
   std::uint64_t place_ = 0;
-  std::uint64_t record_ = 0;  ///< where the last record outside of chunks begins
-  std::uint64_t whole_ = 0;
+  bool chunked_ = false;      ///< there was a chunk
   std::string_view chunk_;    ///< what is left of the present chunk's records
   std::string_view message_;  ///< content of a message outside of chunks
   bool has_message_ = false;
   McapEnd end_ = McapEnd::kMore;
-  McapLayout layout_;
+  std::vector<McapSchema> schemas_;
+  std::vector<McapChannel> channels_;
 };
-
-/// How to make a file complete.
-struct McapRepair {
-  bool possible = false;   ///< it is a recording, whole or not
-  bool needed = false;     ///< it is not complete
-  std::uint64_t keep = 0;  ///< bytes of it that stay
-  std::string tail;        ///< to be appended to them
-  std::string reason;      ///< how its reading ended, for people
-};
-
-/// What finish_recording would do to a file of these bytes. Chunks that are whole stay, but for a
-/// last one whose indexes are missing.
-[[nodiscard]] McapRepair plan_repair(std::string_view bytes);
-
-/// Gives a file that a killed process left its summary: cuts what is not whole, appends the rest.
-/// A complete file stays as it is. False with `error` (for people) when it is no recording or
-/// cannot be written.
-bool finish_recording(const std::string& path, std::string& error);
 
 }  // namespace hapticd

@@ -1,9 +1,8 @@
 // Writes MCAP files (mcap.dev): uncompressed chunks with CRC and index, a summary at the end. The
 // file is only ever appended to, one write per chunk, so that a process killed at any instant loses
-// what was not flushed yet and nothing else: a reader of streams takes the file as it is, and
-// finish_recording (mcap_reader.h) gives it its summary. An error (disk full) never throws: the
-// file is cut back to its last whole chunk, the error is kept and messages are counted as lost. Not
-// RT.
+// what was not flushed yet and nothing else: McapReader takes the file as it is, and so does every
+// reader of streams. An error (disk full) never throws: the file is cut back to its last whole
+// chunk, the error is kept and messages are counted as lost. Not RT.
 #pragma once
 
 #include <cstdint>

@@ -217,8 +217,4 @@ RecordStatus Recorder::status() const {
   return status;
 }
 
-std::uint64_t Recorder::flight_span_ns() const noexcept {
-  return flight_.empty() ? 0 : flight_.back().t_ns - flight_.front().t_ns;
-}
-
 }  // namespace hapticd

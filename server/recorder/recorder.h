@@ -67,9 +67,6 @@ class Recorder {
   void poll(std::uint64_t now_ns);
 
   [[nodiscard]] RecordStatus status() const;
-  /// Time the ring holds now, ns, and its memory, bytes.
-  [[nodiscard]] std::uint64_t flight_span_ns() const noexcept;
-  [[nodiscard]] std::size_t flight_bytes() const noexcept { return flight_bytes_; }
 
  private:
   struct Entry {

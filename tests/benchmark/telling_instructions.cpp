@@ -200,8 +200,11 @@ int play(const Case& c) {
   // What the case is named after must have happened.
   const int datagrams = std::max(c.clients, 0) * (kEngaging + kTicks);
   const bool sent = telling.datagrams == static_cast<std::uint64_t>(datagrams);
+  const std::string dump = telling.file + ".dump";
+  std::string error;
   const bool recorded = telling.recorder.status().recording == c.file &&
-                        (telling.recorder.flight_bytes() > 0) == c.recorder;
+                        telling.recorder.dump(dump, error) == c.recorder;
+  std::filesystem::remove(dump);
   if (pressed != kTicks || !sent || !recorded) return 1;
   std::printf("%d ticks\n", kTicks);
   return 0;

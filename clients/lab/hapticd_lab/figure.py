@@ -9,28 +9,24 @@ from hapticd_lab.trace import Trace
 
 REPRODUCED = "reproduced"
 DEVIATES = "deviates"
-UNCHECKABLE = "cannot be checked"
-"""Of a claim that only the paper's pictures state: the text has no number."""
 
 WORDS = "words"
 """Source of a claim: the paper's text says it in words; the bound in numbers is ours."""
 NUMBER = "number"
 """The paper's text says it with the number."""
-PICTURE = "picture"
-"""Only a picture of the paper shows it."""
 OURS = "ours"
 """The paper does not ask for it."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One sentence with a number. `demanded` says the bound in words, `held` whether it was met; a claim that cannot be checked has
-    held None. `note`: why it deviates, or where the bound comes from. `source`: WORDS, NUMBER, PICTURE or OURS."""
+    """One sentence with a number. `demanded` says the bound in words, `held` whether it was met. `note`: why it deviates, or where the
+    bound comes from. `source`: WORDS, NUMBER or OURS."""
 
     text: str
     measured: str
     demanded: str
-    held: bool | None
+    held: bool
     value: float = math.nan
     unit: str = ""
     note: str = ""
@@ -38,7 +34,7 @@ class Claim:
 
     @property
     def verdict(self) -> str:
-        return UNCHECKABLE if self.held is None else REPRODUCED if self.held else DEVIATES
+        return REPRODUCED if self.held else DEVIATES
 
 
 def at_most(text: str, value: float, bound: float, unit: str, note: str = "", source: str = WORDS) -> Claim:
@@ -54,11 +50,6 @@ def at_least(text: str, value: float, bound: float, unit: str, note: str = "", s
 def is_so(text: str, held: bool, measured: str, demanded: str, note: str = "", source: str = WORDS) -> Claim:
     """What is no number."""
     return Claim(text, measured, demanded, bool(held), note=note, source=source)
-
-
-def cannot_check(text: str, why: str, measured: str = "") -> Claim:
-    """What only a picture of the paper shows; `measured`: what is seen here."""
-    return Claim(text, measured, "", None, note=why, source=PICTURE)
 
 
 @dataclass
@@ -78,11 +69,8 @@ class Figure:
 
     @property
     def verdict(self) -> str:
-        """Reproduced only when every claim that can be checked is."""
-        checked = [claim for claim in self.claims if claim.held is not None]
-        if not checked:
-            return UNCHECKABLE
-        return REPRODUCED if all(claim.held for claim in checked) else DEVIATES
+        """Reproduced only when it has a claim, and every claim holds."""
+        return REPRODUCED if self.claims and all(claim.held for claim in self.claims) else DEVIATES
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ from typing import Any, Dict, List, Sequence
 
 import jinja2
 
-from hapticd_lab.figure import DEVIATES, NUMBER, OURS, PICTURE, REPRODUCED, UNCHECKABLE, WORDS
+from hapticd_lab.figure import DEVIATES, NUMBER, OURS, REPRODUCED, WORDS
 from hapticd_lab.outcome import FAILED, Outcome
 
 TEMPLATES = pathlib.Path(__file__).resolve().parent / "templates"
 LARGEST_SVG = 600_000
 """Bytes beyond which a plot is embedded as PNG: browsers draw a long path anew at each scroll."""
-MARKS = {REPRODUCED: "\N{CHECK MARK}", DEVIATES: "\N{NOT EQUAL TO}", UNCHECKABLE: "\N{EN DASH}", FAILED: "\N{MULTIPLICATION X}"}
-SOURCES = {WORDS: "text", NUMBER: "number", PICTURE: "picture", OURS: "ours"}
+MARKS = {REPRODUCED: "\N{CHECK MARK}", DEVIATES: "\N{NOT EQUAL TO}", FAILED: "\N{MULTIPLICATION X}"}
+SOURCES = {WORDS: "text", NUMBER: "number", OURS: "ours"}
 
 
 def _data_uri(path: pathlib.Path) -> str:
@@ -48,7 +48,7 @@ def _is_number(text: str) -> bool:
 
 def _counts(outcomes: Sequence[Outcome]) -> str:
     found = []
-    for verdict, words in ((REPRODUCED, "reproduced"), (DEVIATES, "deviate"), (UNCHECKABLE, "cannot be checked"), (FAILED, "failed")):
+    for verdict, words in ((REPRODUCED, "reproduced"), (DEVIATES, "deviate"), (FAILED, "failed")):
         number = sum(outcome.verdict == verdict for outcome in outcomes)
         if verdict == DEVIATES and number == 1:
             words = "deviates"
@@ -62,7 +62,7 @@ def environment(escape: bool) -> jinja2.Environment:
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=escape, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
     environment.filters.update(cell=_cell, pretty=_pretty, is_number=_is_number)
-    environment.globals.update(marks=MARKS, sources=SOURCES, REPRODUCED=REPRODUCED, DEVIATES=DEVIATES, UNCHECKABLE=UNCHECKABLE, FAILED=FAILED)
+    environment.globals.update(marks=MARKS, sources=SOURCES, REPRODUCED=REPRODUCED, DEVIATES=DEVIATES, FAILED=FAILED)
     return environment
 
 

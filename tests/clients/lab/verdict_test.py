@@ -1,13 +1,12 @@
-"""Verdicts: of claims with bounds, of what is not a number, of what cannot be checked, and of figures."""
+"""Verdicts: of claims with bounds, of what is not a number, and of figures."""
 import math
 import unittest
 
 import numpy
-from hapticd_lab.figure import DEVIATES, OURS, PICTURE, REPRODUCED, UNCHECKABLE, WORDS, Figure, at_least, at_most, cannot_check, is_so
+from hapticd_lab.figure import DEVIATES, OURS, REPRODUCED, WORDS, Figure, at_least, at_most, is_so
 
 GOOD = at_most("good", 1.0, 2.0, "N")
 BAD = at_most("bad", 3.0, 2.0, "N")
-OPEN = cannot_check("seen", "the figure is an image")
 
 
 class Claims(unittest.TestCase):
@@ -33,9 +32,6 @@ class Claims(unittest.TestCase):
         self.assertEqual(at_most("", 1.0, 2.0, "N", source=OURS).source, OURS)
         self.assertEqual(is_so("", True, "a", "a", source=OURS).source, OURS)
 
-    def test_what_only_a_picture_shows_cannot_be_checked(self):
-        self.assertEqual((OPEN.verdict, OPEN.source, OPEN.note), (UNCHECKABLE, PICTURE, "the figure is an image"))
-
     def test_truth_values_of_numpy_are_truth_values(self):
         self.assertIs(is_so("", numpy.bool_(True), "", "").held, True)
         self.assertIs(at_most("", numpy.float64(1.0), 2.0, "").held, True)
@@ -45,17 +41,12 @@ class Figures(unittest.TestCase):
     def verdict(self, *claims):
         return Figure("F1", "", "", claims=list(claims)).verdict
 
-    def test_every_claim_that_can_be_checked_must_hold(self):
+    def test_every_claim_must_hold(self):
         self.assertEqual(self.verdict(GOOD, GOOD), REPRODUCED)
         self.assertEqual(self.verdict(GOOD, BAD), DEVIATES)
 
-    def test_what_cannot_be_checked_does_not_count(self):
-        self.assertEqual(self.verdict(GOOD, OPEN), REPRODUCED)
-        self.assertEqual(self.verdict(BAD, OPEN), DEVIATES)
-
-    def test_without_a_claim_that_can_be_checked_nothing_is_reproduced(self):
-        self.assertEqual(self.verdict(), UNCHECKABLE)
-        self.assertEqual(self.verdict(OPEN), UNCHECKABLE)
+    def test_without_a_claim_nothing_is_reproduced(self):
+        self.assertEqual(self.verdict(), DEVIATES)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,6 @@
 import * as THREE from 'three';
 import { add, mix } from '../model/vector.js';
 
-export const VIEWS = ['player', 'top', 'close'];
-
 /**
  * {eye, target} of preset `name`. `box` of the scene, `focus` what is played (the tool), m; `aspect` of the picture; `fovDeg` vertical.
  */
