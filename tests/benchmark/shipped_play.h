@@ -46,7 +46,6 @@ class ShippedPlay {
   void step() { output_.step(*play_.simulation, hands_[next_++]); }
   /// Of the last tick.
   [[nodiscard]] PlayWork work() const;
-  [[nodiscard]] const SimulationTick& output() const { return output_; }
   [[nodiscard]] const Scene& scene() const { return *scene_; }
   [[nodiscard]] const std::vector<Pose>& poses() const { return X_WH_; }
 
