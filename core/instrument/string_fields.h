@@ -8,31 +8,13 @@
 
 namespace hapticd {
 
-template <FieldsOf<EnergyTank> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [energy, held_force] = state;
-  visit(energy, held_force);
-}
-
-template <FieldsOf<Vibration> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [energy, amplitude, released_energy, lambda, reach, decay, phase, t_ns, anchor_energy,
-         anchor_ns] = state;
-  visit(energy, amplitude, released_energy, lambda, reach, decay, phase, t_ns, anchor_energy,
-        anchor_ns);
-}
-
-template <FieldsOf<ReleaseDetector> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [touching, inside, contact, armed, outside, slipped, deflection, force, normal_speed,
-         tangential_speed, lambda, withdrawal, largest_force, largest_deflection, lost_deflection,
-         lost_amplitude, unload_deflection, unload_ns, lost_ns, residual_re, residual_im, sounded,
-         sounded_ns] = state;
-  visit(touching, inside, contact, armed, outside, slipped, deflection, force, normal_speed,
-        tangential_speed, lambda, withdrawal, largest_force, largest_deflection, lost_deflection,
-        lost_amplitude, unload_deflection, unload_ns, lost_ns, residual_re, residual_im, sounded,
-        sounded_ns);
-}
+HD_VISIT_FIELDS(EnergyTank, energy, held_force)
+HD_VISIT_FIELDS(Vibration, energy, amplitude, released_energy, lambda, reach, decay, phase, t_ns,
+                anchor_energy, anchor_ns)
+HD_VISIT_FIELDS(ReleaseDetector, touching, inside, contact, armed, outside, slipped, deflection,
+                force, normal_speed, tangential_speed, lambda, withdrawal, largest_force,
+                largest_deflection, lost_deflection, lost_amplitude, unload_deflection, unload_ns,
+                lost_ns, residual_re, residual_im, sounded, sounded_ns)
 
 template <FieldsOf<StringState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
@@ -61,11 +43,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit.bounded(max_level, 0, static_cast<int>(StringDetail::kModes));
 }
 
-template <FieldsOf<ReleaseOptions> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [arm_deflection, release_gap, refractory] = state;
-  visit(arm_deflection, release_gap, refractory);
-}
+HD_VISIT_FIELDS(ReleaseOptions, arm_deflection, release_gap, refractory)
 
 template <FieldsOf<ToneOptions> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
@@ -75,12 +53,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(reference_amplitude, reference_force, gain);
 }
 
-template <FieldsOf<InstrumentOptions> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [vibration, pitch_glide, sleep_energy, modes, modal_steps, friction, anchor_stiffness,
-         lateral_force, max_acceleration, release, tones] = state;
-  visit(vibration, pitch_glide, sleep_energy, modes, modal_steps, friction, anchor_stiffness,
-        lateral_force, max_acceleration, release, tones);
-}
+HD_VISIT_FIELDS(InstrumentOptions, vibration, pitch_glide, sleep_energy, modes, modal_steps,
+                friction, anchor_stiffness, lateral_force, max_acceleration, release, tones)
 
 }  // namespace hapticd

@@ -31,23 +31,17 @@ struct StateNumbers {
   std::span<std::int64_t> integers;
 };
 
-template <FieldsOf<Pose> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [q, p] = state;
-  visit(q, p);
-}
+/// visit_fields() of a struct of which every field is visited as it is: all of them, in order.
+#define HD_VISIT_FIELDS(Type, ...)                                     \
+  template <FieldsOf<Type> State, typename Visit>                      \
+  HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept { \
+    auto& [__VA_ARGS__] = state;                                       \
+    visit(__VA_ARGS__);                                                \
+  }
 
-template <FieldsOf<Twist> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [v, w] = state;
-  visit(v, w);
-}
-
-template <FieldsOf<Wrench> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [f, t] = state;
-  visit(f, t);
-}
+HD_VISIT_FIELDS(Pose, q, p)
+HD_VISIT_FIELDS(Twist, v, w)
+HD_VISIT_FIELDS(Wrench, f, t)
 
 /// Writes what it visits into `room`, as long as it fits.
 class StateWriter {

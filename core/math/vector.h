@@ -15,10 +15,6 @@ using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
 /// Orientation; of unit norm where it is one.
 using Quaternion = Eigen::Quaterniond;
-/// [linear; angular].
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-/// Linear map of [linear; angular] vectors.
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// Plain storage of a 3-vector, (x, y, z).
 using Array3 = std::array<double, 3>;

@@ -10,11 +10,7 @@
 
 namespace hapticd {
 
-template <FieldsOf<PortEnergy> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [given, removed] = state;
-  visit(given, removed);
-}
+HD_VISIT_FIELDS(PortEnergy, given, removed)
 
 template <FieldsOf<ThermalLoad> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
@@ -23,25 +19,10 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit.bounded(oldest, 0, kThermalBlocks - 1);
 }
 
-template <FieldsOf<SafetyState> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [f_H_D, t_H_D, port, force_load, torque_load] = state;
-  visit(f_H_D, t_H_D, port, force_load, torque_load);
-}
-
-template <FieldsOf<PoseGuard> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [X_DH, V_DH_D, t_ns, counter, has_pose, missed_ticks, bad_ticks, still_since_ns, bad_total,
-         fast_total, held_total] = state;
-  visit(X_DH, V_DH_D, t_ns, counter, has_pose, missed_ticks, bad_ticks, still_since_ns, bad_total,
-        fast_total, held_total);
-}
-
-template <FieldsOf<OverrunWatch> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [late_ns, total] = state;
-  visit(late_ns, total);
-}
+HD_VISIT_FIELDS(SafetyState, f_H_D, t_H_D, port, force_load, torque_load)
+HD_VISIT_FIELDS(PoseGuard, X_DH, V_DH_D, t_ns, counter, has_pose, missed_ticks, bad_ticks,
+                still_since_ns, bad_total, fast_total, held_total)
+HD_VISIT_FIELDS(OverrunWatch, late_ns, total)
 
 template <FieldsOf<LoopMachine> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {

@@ -10,11 +10,7 @@ namespace {
 
 /// Deepest first; equal gaps in the order of their pairs, so that the list is the same everywhere.
 bool deeper(const ContactTick& a, const ContactTick& b) noexcept {
-  if (a.gap != b.gap) return a.gap < b.gap;
-  if (a.key.kind != b.key.kind) return a.key.kind < b.key.kind;
-  if (a.key.obstacle != b.key.obstacle) return a.key.obstacle < b.key.obstacle;
-  if (a.key.tool_sphere != b.key.tool_sphere) return a.key.tool_sphere < b.key.tool_sphere;
-  return a.key.obstacle_sphere < b.key.obstacle_sphere;
+  return a.gap != b.gap ? a.gap < b.gap : a.key < b.key;
 }
 
 /// Adds to a heap whose top is the shallowest, which makes place when it is full.
@@ -42,9 +38,7 @@ double whole_lambda(const StringSegments& view, std::size_t capsules, double lam
     key.obstacle = part.string;
     return part.lambda_from + lambda * (part.lambda_to - part.lambda_from);
   }
-  const StringPart* part = part_of(view, key.obstacle);
-  if (part == nullptr) return lambda;
-  return part->lambda_from + lambda * (part->lambda_to - part->lambda_from);
+  return whole_lambda(view, key.obstacle, lambda);
 }
 
 }  // namespace

@@ -5,15 +5,33 @@
 #include <cmath>
 
 #include "core/contact/tick_work.h"
+#include "core/math/plain.h"
 
 namespace hapticd {
 namespace {
 
 /// Only the translation: what turns the hand is small beside it.
-void damp_coupling(const ToolPlay& play, RenderedTool& tick) noexcept {
+void damp_coupling(ToolPlay& play) noexcept {
+  RenderedTool& tick = play.rendered;
   if (!(play.scene.coupling_damping > 0.0 && tick.dt > 0.0)) return;
   const Vector3 v_WG = (tick.X_WG.p - play.way.X_WG_before.p) / tick.dt;
   tick.F_computed_H_W.f -= play.scene.coupling_damping * (tick.V_WH.v - v_WG);
+}
+
+void add_work(const ContactSummary& tool, WorkTick& work) noexcept {
+  work.sub_steps += static_cast<std::uint32_t>(tool.sub_steps);
+  work.qp_iterations += static_cast<std::uint32_t>(tool.qp_iterations);
+  work.sphere_tests += static_cast<std::uint64_t>(tool.tests);
+  work.work += static_cast<std::uint64_t>(tick_work(tool));
+  work.cut_short = work.cut_short || tool.cut_short;
+}
+
+void tell(const RenderedTool& rendered, ToolTick& told) noexcept {
+  told.X_WH = to_plain(rendered.X_WH);
+  told.V_WH = to_plain(rendered.V_WH);
+  told.X_WG = to_plain(rendered.X_WG);
+  told.contact = rendered.contact;
+  told.F_computed_H_W = to_plain(rendered.F_computed_H_W);
 }
 
 }  // namespace
@@ -30,28 +48,27 @@ Simulation::Simulation(const SimulationMemory& memory) noexcept
 }
 
 // The contact problem of a tool.
-void Simulation::render(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
-                        RenderedTool& tick) noexcept {
+void Simulation::render(std::size_t tool, const HandPose& hand, std::int64_t work_budget) noexcept {
   ToolPlay& play = memory_.tools[tool];
+  RenderedTool& tick = play.rendered;
   ToolWay& way = play.way;
   way.X_WG_before = play.state.contact.X_WG;
   const std::int64_t t_before = play.state.hand.t_ns;
   const bool first = !play.state.hand.has_pose;
   if (memory_.tools.size() > 1) {
-    render_shared(tool, hand, work_budget, tick);
+    render_shared(tool, hand, work_budget);
   } else {
     render_contact(play.scene, hand, play.state, play.problem, tick, work_budget);
     way.input = contact_input(play.scene, tick.X_WH, tick.dt);
   }
-  const std::int64_t t_ns = play.state.hand.t_ns;
-  way.time = {t_ns, first ? 0 : t_ns - t_before};
+  way.time = {play.state.hand.t_ns, first ? 0 : play.state.hand.t_ns - t_before};
   way.X_WH_before = first ? tick.X_WH : play.X_WH;
   if (first || way.time.dt_ns > 0) play.X_WH = tick.X_WH;
 }
 
 // Among the others, which are where their last turn has left them.
-void Simulation::render_shared(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
-                               RenderedTool& tick) noexcept {
+void Simulation::render_shared(std::size_t tool, const HandPose& hand,
+                               std::int64_t work_budget) noexcept {
   ToolPlay& play = memory_.tools[tool];
   StringTools tools;
   const std::span<const StringTool> all = string_tools(memory_, tools);
@@ -65,34 +82,32 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand, std::int6
     others.push_back({other.scene.tool, state.X_WG, other.scene.parts, &state.parts});
   }
   seen.others = {{others.begin(), others.size()}, memory_.scratch};
-  render_contact(seen, hand, play.state, play.problem, tick, work_budget);
+  render_contact(seen, hand, play.state, play.problem, play.rendered, work_budget);
   update_sharing(all, number, strings_.sharing());
   seen.others = {};
-  play.way.input = contact_input(seen, tick.X_WH, tick.dt);
+  play.way.input = contact_input(seen, play.rendered.X_WH, play.rendered.dt);
 }
 
-void Simulation::step(const TickInput& input, TickOutput& output) noexcept {
-  output.events.clear();
-  output.strings.clear();
-  output.tools.clear();
-  std::int64_t work_left = input.work_budget;
+void Simulation::step(Tick& tick) noexcept {
+  HD_ASSERT(tick.tools.size() == memory_.tools.size());
+  tick.work = {};
+  const auto budget = static_cast<std::int64_t>(tick.budget.work);
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
-    if (output.tools.append() == nullptr) return;
     const auto sharers = static_cast<std::int64_t>(memory_.tools.size() - tool);
-    const bool bounded = input.work_budget > 0;
-    render(tool, input.hands[tool], bounded ? std::max<std::int64_t>(work_left / sharers, 1) : 0,
-           output.tools[tool]);
-    work_left -= tick_work(output.tools[tool].contact);
+    const std::int64_t left = budget - static_cast<std::int64_t>(tick.work.work);
+    render(tool, tick.tools[tool].placed,
+           budget > 0 ? std::max<std::int64_t>(left / sharers, 1) : 0);
+    add_work(memory_.tools[tool].rendered.contact, tick.work);
   }
   StageClock* const clock = memory_.tools.front().scene.clock;
   lap(clock, Stage::kOptimisation);
-  strings_.play(output);
+  strings_.play(tick);
   lap(clock, Stage::kStrings);
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
-    RenderedTool& tick = output.tools[tool];
     ToolPlay& play = memory_.tools[tool];
-    damp_coupling(play, tick);
-    limit_wrench(play.scene, play.state, tick);
+    damp_coupling(play);
+    limit_wrench(play.scene, play.state, play.rendered);
+    tell(play.rendered, tick.tools[tool]);
   }
 }
 

@@ -5,7 +5,6 @@
 // no device, no random source, and a clock only where it is lent one to time stages by. RT: yes.
 #pragma once
 
-#include "core/simulation/simulation_tick.h"
 #include "core/simulation/string_players.h"
 #include "core/simulation/tool_play.h"
 
@@ -17,17 +16,23 @@ class Simulation {
  public:
   explicit Simulation(const SimulationMemory& memory) noexcept;
 
-  /// One tick. Cost per tool: about 0.3 us free, 2 us on a string (tests/benchmark).
-  HD_REALTIME void step(const TickInput& input, TickOutput& output) noexcept;
+  /// One tick. Reads the work that `tick` is allowed and where each hand is placed; `tick.tools`
+  /// has an entry for every tool. Writes what core/tick/tick.h says is the simulation's. What a
+  /// tool leaves of its share of the work is for those after it. Cost per tool: about 0.3 us free,
+  /// 2 us on a string (tests/benchmark).
+  HD_REALTIME void step(Tick& tick) noexcept;
+
+  /// What the last step gave of a tool, for who goes on with it in the same tick.
+  [[nodiscard]] const RenderedTool& rendered(std::size_t tool) const noexcept {
+    return memory_.tools[tool].rendered;
+  }
+  /// What happened to strings in the last step.
+  [[nodiscard]] const StringEvents& events() const noexcept { return strings_.events(); }
 
   [[nodiscard]] std::size_t tool_count() const noexcept { return memory_.tools.size(); }
   /// The scene of a tool, to change what may change between ticks. Strings and instrument are to be
   /// changed alike for all tools.
   [[nodiscard]] ToolScene& scene(std::size_t tool) noexcept { return memory_.tools[tool].scene; }
-  [[nodiscard]] const ToolState& tool(std::size_t tool) const noexcept {
-    return memory_.tools[tool].state;
-  }
-  [[nodiscard]] std::span<const PlayedString> tracks() const noexcept { return memory_.tracks; }
 
   /// All that goes from tick to tick, with what strings() says: for snapshots and replay
   /// (simulation_fields.h). Of a tool: its state, X_WH and view.
@@ -36,10 +41,8 @@ class Simulation {
   [[nodiscard]] StringPlayers& strings() noexcept { return strings_; }
 
  private:
-  void render(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
-              RenderedTool& tick) noexcept;
-  void render_shared(std::size_t tool, const HandPose& hand, std::int64_t work_budget,
-                     RenderedTool& tick) noexcept;
+  void render(std::size_t tool, const HandPose& hand, std::int64_t work_budget) noexcept;
+  void render_shared(std::size_t tool, const HandPose& hand, std::int64_t work_budget) noexcept;
 
   SimulationMemory memory_;
   StringPlayers strings_;

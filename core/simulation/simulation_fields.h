@@ -11,47 +11,19 @@
 
 namespace hapticd {
 
-template <FieldsOf<PlayedString> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [string, player, place] = state;
-  visit(string, player, place);
-}
-
-template <FieldsOf<SharedString> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [string, tools] = state;
-  visit(string, tools);
-}
-
-template <FieldsOf<Capsule> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [p_A, p_B, r] = state;
-  visit(p_A, p_B, r);
-}
-
-template <FieldsOf<StringPart> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [string, slot, part_W, lambda_from, lambda_to] = state;
-  visit(string, slot, part_W, lambda_from, lambda_to);
-}
+HD_VISIT_FIELDS(PlayedString, string, player, place)
+HD_VISIT_FIELDS(SharedString, string, tools)
+HD_VISIT_FIELDS(Capsule, p_A, p_B, r)
+HD_VISIT_FIELDS(StringPart, string, slot, part_W, lambda_from, lambda_to)
 
 /// Only the parts go from tick to tick: the rest is made from them and the scene.
 template <FieldsOf<StringSegments> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [capsules_W, groups, strings, parts, rigid, rigid_active] = state;
-  static_cast<void>(capsules_W);
-  static_cast<void>(groups);
-  static_cast<void>(strings);
-  static_cast<void>(rigid);
-  static_cast<void>(rigid_active);
   visit(parts);
 }
 
-template <FieldsOf<ToolStringState> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [distance, u_W, v_W, nhat_W, p_GC_W, part, detector] = state;
-  visit(distance, u_W, v_W, nhat_W, p_GC_W, part, detector);
-}
+HD_VISIT_FIELDS(ToolStringState, distance, u_W, v_W, nhat_W, p_GC_W, part, detector)
 
 template <FieldsOf<TouchEvent> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
@@ -62,18 +34,8 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(obstacle, lambda, p_WC, nhat_OG_W, normal_speed, tangential_speed, force);
 }
 
-template <FieldsOf<TouchDetector> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [touches] = state;
-  visit(touches);
-}
-
-template <FieldsOf<LiveSettings> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [coupling, coupling_damping, force_gain, scale, X_WD, contact, instrument, quality_level,
-         quality_automatic] = state;
-  visit(coupling, coupling_damping, force_gain, scale, X_WD, contact, instrument, quality_level,
-        quality_automatic);
-}
+HD_VISIT_FIELDS(TouchDetector, touches)
+HD_VISIT_FIELDS(LiveSettings, coupling, coupling_damping, force_gain, scale, X_WD, contact,
+                instrument, quality_level, quality_automatic)
 
 }  // namespace hapticd

@@ -17,20 +17,19 @@ void name_tool(std::size_t first, std::int32_t tool, std::int32_t part,
 
 /// Drops what says how the string is drawn: that is for the tool that plays it to say.
 void drop_radius_events(std::size_t first, StringEvents& events) noexcept {
-  std::size_t kept = first;
-  for (std::size_t k = first; k < events.size(); ++k) {
-    if (events[k].kind == StringEventKind::kRadius) continue;
-    if (kept != k) events[kept] = events[k];
-    ++kept;
-  }
-  events.truncate(kept);
+  const StringEvent* const kept = std::remove_if(
+      events.begin() + first, events.end(),
+      [](const StringEvent& event) { return event.kind == StringEventKind::kRadius; });
+  events.truncate(static_cast<std::size_t>(kept - events.begin()));
 }
 
-/// Along the whole string of what a tool found along its part.
-double whole_lambda(const ToolPlay& play, std::int32_t string, double lambda) noexcept {
-  const StringPart* part = part_of(play.view, string);
-  if (part == nullptr) return lambda;
-  return part->lambda_from + lambda * (part->lambda_to - part->lambda_from);
+/// What the next tick has to know of `near`, where the tool of `play` is now.
+void remember(const ToolPlay& play, const StringProximity& near, ToolStringState& seen) noexcept {
+  seen.v_W = (near.u_W - seen.u_W) / (1e-9 * static_cast<double>(near.touch.time.dt_ns));
+  seen.u_W = near.u_W;
+  seen.distance = near.touch.distance;
+  seen.nhat_W = near.nhat_W;
+  seen.p_GC_W = near.p_WC - play.rendered.X_WG.p;
 }
 
 }  // namespace
@@ -70,45 +69,38 @@ StringPlayers::Sounding StringPlayers::sounding_part(std::int32_t string) const 
 }
 
 void StringPlayers::play_string(std::int32_t string, const StringProximity& near,
-                                TickOutput& output) noexcept {
+                                Tick& tick) noexcept {
   const auto s = static_cast<std::size_t>(string);
   PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
-  const ToolPlay& play = memory_.tools[player];
-  RenderedTool& tick = output.tools[player];
-  const TickTime& time = near.touch.time;
+  ToolPlay& play = memory_.tools[player];
   ModalString* modes = memory_.modes.empty() ? nullptr : &memory_.modes[s];
-  const std::size_t first = output.events.size();
+  const std::size_t first = events_.size();
   StringTouch touch = near.touch;
-  const double place = whole_lambda(play, string, touch.lambda);
+  const double place = whole_lambda(play.view, string, touch.lambda);
   if (track.state.detector.touching || touch.distance < 0.0) track.place = place;
   const Sounding sounding = sounding_part(string);
   if (!sounding.all() || part_of(play.view, string) != nullptr) {
     touch.lambda = sounding.along_part(place);
   }
-  const StringResponse response = respond(
-      {string, sounding.string, play.scene.instrument, track.state, modes}, touch, output.events);
-  for (std::size_t k = first; k < output.events.size() && !sounding.all(); ++k) {
-    StringEvent& event = output.events[k];
+  const StringResponse response =
+      respond({string, sounding.string, play.scene.instrument, track.state, modes}, touch, events_);
+  for (std::size_t k = first; k < events_.size() && !sounding.all(); ++k) {
+    StringEvent& event = events_[k];
     if (event.kind != StringEventKind::kRadius) event.lambda = sounding.along_string(event.lambda);
   }
   ToolStringState& seen = visit(player, string);
   if (near.part >= 0) seen.part = near.part;
-  name_tool(first, track.player, seen.part, output.events);
+  name_tool(first, track.player, seen.part, events_);
   // What moved without time passing counts as motion of the next tick.
-  if (time.dt_ns > 0) {
-    seen.v_W = (near.u_W - seen.u_W) / (1e-9 * static_cast<double>(time.dt_ns));
-    seen.u_W = near.u_W;
-    seen.distance = near.touch.distance;
-    seen.nhat_W = near.nhat_W;
-    seen.p_GC_W = near.p_WC - tick.X_WG.p;
-  }
+  if (near.touch.time.dt_ns > 0) remember(play, near, seen);
 
   // A force held over a tick without a sample may not attract either.
   const double vibration_force = std::max(response.vibration_force, -near.touch.force);
   const Vector3 f = vibration_force * near.nhat_W;
-  tick.F_computed_H_W.f += f;
-  tick.F_computed_H_W.t += (near.p_WC - tick.X_WG.p).cross(f);
+  Wrench& F_H_W = play.rendered.F_computed_H_W;
+  F_H_W.f += f;
+  F_H_W.t += (near.p_WC - play.rendered.X_WG.p).cross(f);
 
   const StringState& state = track.state;
   if (!awake(state)) return;
@@ -123,12 +115,13 @@ void StringPlayers::play_string(std::int32_t string, const StringProximity& near
   reading.deflection_W = to_array(near.u_W);
   reading.energy = state.vibration.energy;
   reading.tool = track.player;
-  output.strings.push_back(reading);
+  tick.strings.push_back(reading);
+  tick.string_energy += reading.energy;
 }
 
 // The touch of a tool that does not play the string: as of one that cannot sound.
-void StringPlayers::watch_others(std::int32_t string, std::span<const StringProximity> near,
-                                 TickOutput& output) noexcept {
+void StringPlayers::watch_others(std::int32_t string,
+                                 std::span<const StringProximity> near) noexcept {
   const auto s = static_cast<std::size_t>(string);
   for (std::size_t tool = 0; tool < near.size(); ++tool) {
     const auto number = static_cast<std::int32_t>(tool);
@@ -136,29 +129,24 @@ void StringPlayers::watch_others(std::int32_t string, std::span<const StringProx
     const ToolPlay& play = memory_.tools[tool];
     ToolStringState& seen = visit(tool, string);
     const StringTouch& touch = near[tool].touch;
-    const TickTime& time = touch.time;
-    if (time.dt_ns <= 0) continue;
+    if (touch.time.dt_ns <= 0) continue;
     if (seen.detector.touching || touch.distance < 0.0) {
       InstrumentOptions silent = play.scene.instrument;
       silent.vibration = false;
       StringState state;
       state.detector = seen.detector;
-      const std::size_t first = output.events.size();
-      static_cast<void>(respond({string, play.way.input.strings[s], silent, state, nullptr}, touch,
-                                output.events));
-      drop_radius_events(first, output.events);
-      for (std::size_t k = first; k < output.events.size(); ++k) {
-        output.events[k].lambda = whole_lambda(play, string, output.events[k].lambda);
+      const std::size_t first = events_.size();
+      static_cast<void>(
+          respond({string, play.way.input.strings[s], silent, state, nullptr}, touch, events_));
+      drop_radius_events(first, events_);
+      for (std::size_t k = first; k < events_.size(); ++k) {
+        events_[k].lambda = whole_lambda(play.view, string, events_[k].lambda);
       }
       if (near[tool].part >= 0) seen.part = near[tool].part;
-      name_tool(first, number, seen.part, output.events);
+      name_tool(first, number, seen.part, events_);
       seen.detector = state.detector;
     }
-    seen.v_W = (near[tool].u_W - seen.u_W) / (1e-9 * static_cast<double>(time.dt_ns));
-    seen.u_W = near[tool].u_W;
-    seen.distance = touch.distance;
-    seen.nhat_W = near[tool].nhat_W;
-    seen.p_GC_W = near[tool].p_WC - output.tools[tool].X_WG.p;
+    remember(play, near[tool], seen);
   }
 }
 
@@ -209,30 +197,28 @@ void StringPlayers::hand_over(std::int32_t string, std::int32_t player,
   track.player = player;
 }
 
-void StringPlayers::respond_string(std::int32_t string, TickOutput& output) noexcept {
+void StringPlayers::respond_string(std::int32_t string, Tick& tick) noexcept {
   PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
   if (memory_.tools.size() == 1) {
-    play_string(string, proximity_to(memory_.tools[0], output.tools[0], visit(0, string), string),
-                output);
+    play_string(string, proximity_to(memory_.tools[0], visit(0, string), string), tick);
     return;
   }
   std::array<StringProximity, kMaxTools> near;
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
-    near[tool] = proximity_to(memory_.tools[tool], output.tools[tool], visit(tool, string), string);
+    near[tool] = proximity_to(memory_.tools[tool], visit(tool, string), string);
   }
   const std::span<const StringProximity> all(near.data(), memory_.tools.size());
   const std::int32_t player = choose_player(string, all);
   if (player != track.player) {
     hand_over(string, player, near[static_cast<std::size_t>(track.player)]);
   }
-  play_string(string, near[static_cast<std::size_t>(track.player)], output);
-  watch_others(string, all, output);
+  play_string(string, near[static_cast<std::size_t>(track.player)], tick);
+  watch_others(string, all);
 }
 
 // A string that swings further than the pairs of the contact problem reach, or that the tool has
 // come to since they were found, has to be seen all the same.
-void StringPlayers::find_ringing(std::size_t tool) noexcept {
-  ToolPlay& play = memory_.tools[tool];
+void StringPlayers::find_ringing(ToolPlay& play) noexcept {
   double swing = 0.0;
   for (const std::int32_t string : awake_) {
     const auto s = static_cast<std::size_t>(string);
@@ -271,17 +257,28 @@ void StringPlayers::end_string(std::int32_t string) noexcept {
   }
 }
 
-void StringPlayers::play(TickOutput& output) noexcept {
-  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) find_ringing(tool);
-  for (const RenderedTool& tick : output.tools) merge_touched(tick.strings);
-  for (std::size_t tool = 0; !awake_.empty() && tool < memory_.tools.size(); ++tool) {
-    ToolWay& way = memory_.tools[tool].way;
-    way.hand = motion_between(way.X_WH_before, output.tools[tool].X_WH);
+void StringPlayers::play(Tick& tick) noexcept {
+  events_.clear();
+  tick.strings.clear();
+  tick.string_forces.clear();
+  tick.string_energy = 0.0;
+  for (ToolPlay& play : memory_.tools) find_ringing(play);
+  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
+    const PressedStrings& pressed = memory_.tools[tool].rendered.strings;
+    merge_touched(pressed);
+    for (const PressedString& contact : pressed) {
+      tick.string_forces.push_back(
+          {static_cast<std::int32_t>(tool), contact.string, to_array(contact.F_W)});
+    }
+  }
+  for (ToolPlay& play : memory_.tools) {
+    if (awake_.empty()) break;
+    play.way.hand = motion_between(play.way.X_WH_before, play.rendered.X_WH);
   }
   std::size_t kept = 0;
   for (std::size_t k = 0; k < awake_.size(); ++k) {
     const std::int32_t string = awake_[k];
-    respond_string(string, output);
+    respond_string(string, tick);
     if (is_awake(string)) {
       awake_[kept++] = string;
     } else {
@@ -289,6 +286,7 @@ void StringPlayers::play(TickOutput& output) noexcept {
     }
   }
   awake_.truncate(kept);
+  tick.tank_energy = tank_energy();
 }
 
 double StringPlayers::tank_energy(std::size_t tool) const noexcept {

@@ -9,9 +9,9 @@
 #include <cstdint>
 #include <span>
 
-#include "core/simulation/simulation_tick.h"
 #include "core/simulation/string_proximity.h"
 #include "core/simulation/tool_play.h"
+#include "core/tick/string_event.h"
 
 namespace hapticd {
 
@@ -22,8 +22,12 @@ class StringPlayers {
   explicit StringPlayers(const SimulationMemory& memory) noexcept : memory_(memory) {}
 
   /// The response of every string that is touched or rings, once the contact problems of all tools
-  /// are solved: its events, its StringTick, and what its vibration adds to the wrench of its tool.
-  HD_REALTIME void play(TickOutput& output) noexcept;
+  /// are solved: its events, and what its vibration adds to the wrench of its tool. Writes columns
+  /// and energies of strings.
+  HD_REALTIME void play(Tick& tick) noexcept;
+
+  /// Of the last play(). Never part of a snapshot.
+  [[nodiscard]] const StringEvents& events() const noexcept { return events_; }
 
   /// What the vibrating strings that `tool` plays may still give to its hand, J.
   [[nodiscard]] HD_REALTIME double tank_energy(std::size_t tool) const noexcept;
@@ -47,12 +51,11 @@ class StringPlayers {
  private:
   struct Sounding;
   [[nodiscard]] Sounding sounding_part(std::int32_t string) const noexcept;
-  void find_ringing(std::size_t tool) noexcept;
+  void find_ringing(ToolPlay& play) noexcept;
   void merge_touched(const PressedStrings& touched) noexcept;
-  void respond_string(std::int32_t string, TickOutput& output) noexcept;
-  void play_string(std::int32_t string, const StringProximity& near, TickOutput& output) noexcept;
-  void watch_others(std::int32_t string, std::span<const StringProximity> near,
-                    TickOutput& output) noexcept;
+  void respond_string(std::int32_t string, Tick& tick) noexcept;
+  void play_string(std::int32_t string, const StringProximity& near, Tick& tick) noexcept;
+  void watch_others(std::int32_t string, std::span<const StringProximity> near) noexcept;
   [[nodiscard]] std::int32_t choose_player(std::int32_t string,
                                            std::span<const StringProximity> near) const noexcept;
   void hand_over(std::int32_t string, std::int32_t player, const StringProximity& near) noexcept;
@@ -66,6 +69,7 @@ class StringPlayers {
   /// Strings to call respond() for, in ascending order.
   FixedVector<std::int32_t, kMaxStrings> awake_;
   StringSharing sharing_;
+  StringEvents events_;
 };
 
 }  // namespace hapticd

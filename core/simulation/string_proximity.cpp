@@ -87,16 +87,16 @@ void find_passage(const ToolPlay& play, std::int32_t string, double guess,
 /// Where the hand passes the string's surface, if it does in this tick. Before a touch the string
 /// is at rest; before a loss it follows the hand by its share of the displacement, or, where it
 /// slips off, moves as it did until then.
-void find_speeds(const ToolPlay& play, const RenderedTool& tick, const ToolStringState& visit,
-                 std::int32_t string, StringProximity& near) noexcept {
+void find_speeds(const ToolPlay& play, const ToolStringState& visit, std::int32_t string,
+                 StringProximity& near) noexcept {
   StringTouch& touch = near.touch;
-  Passage passage{-1.0, near.nhat_W, near.p_WC - tick.X_WG.p};
+  Passage passage{-1.0, near.nhat_W, near.p_WC - play.rendered.X_WG.p};
   if ((touch.distance_before < 0.0) != (touch.distance < 0.0)) {
     const double guess = touch.distance_before / (touch.distance_before - touch.distance);
     find_passage(play, string, guess, passage);
   }
   touch.passing = passage.share;
-  const Vector3 v_WH = point_velocity(tick.V_WH, passage.p_HC_W);
+  const Vector3 v_WH = point_velocity(play.rendered.V_WH, passage.p_HC_W);
   Vector3 v_WS = visit.v_W;
   if (passage.share >= 0.0 && touch.distance_before < 0.0) {
     const double share = std::min(visit.u_W.norm() / -touch.distance_before, 1.0);
@@ -109,10 +109,11 @@ void find_speeds(const ToolPlay& play, const RenderedTool& tick, const ToolStrin
 
 }  // namespace
 
-StringProximity proximity_to(const ToolPlay& play, const RenderedTool& tick,
-                             const ToolStringState& visit, std::int32_t string) noexcept {
+StringProximity proximity_to(const ToolPlay& play, const ToolStringState& visit,
+                             std::int32_t string) noexcept {
   const ContactInput& input = play.way.input;
   const ContactState& state = play.state.contact;
+  const RenderedTool& tick = play.rendered;
   StringProximity near;
   StringTouch& touch = near.touch;
   touch.time = play.way.time;
@@ -158,7 +159,7 @@ StringProximity proximity_to(const ToolPlay& play, const RenderedTool& tick,
 
   touch.way = visit.nhat_W.dot(play.way.hand.dp + play.way.hand.dtheta.cross(visit.p_GC_W));
   touch.hand_speed = near.nhat_W.dot(point_velocity(tick.V_WH, near.p_WC - tick.X_WG.p));
-  find_speeds(play, tick, visit, string, near);
+  find_speeds(play, visit, string, near);
   return near;
 }
 

@@ -19,10 +19,9 @@ struct StringProximity {
   std::int32_t part = -1;      ///< of the tool, that is nearest; -1: none near
 };
 
-/// The tool of `play` relative to string number `string`; `tick` is what its contact problem
-/// gave, `visit` what is known from the tick before.
+/// The tool of `play` relative to string number `string`; `visit` is what is known from the tick
+/// before.
 [[nodiscard]] HD_REALTIME StringProximity proximity_to(const ToolPlay& play,
-                                                       const RenderedTool& tick,
                                                        const ToolStringState& visit,
                                                        std::int32_t string) noexcept;
 

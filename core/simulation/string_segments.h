@@ -111,4 +111,12 @@ HD_REALTIME void update_sharing(std::span<const StringTool> tools, std::int32_t 
   return nullptr;
 }
 
+/// Position along all of `string` of a place on the part of it in a tool's view.
+[[nodiscard]] inline double whole_lambda(const StringSegments& view, std::int32_t string,
+                                         double lambda) noexcept {
+  const StringPart* part = part_of(view, string);
+  if (part == nullptr) return lambda;
+  return part->lambda_from + lambda * (part->lambda_to - part->lambda_from);
+}
+
 }  // namespace hapticd

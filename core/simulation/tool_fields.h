@@ -9,11 +9,7 @@
 
 namespace hapticd {
 
-template <FieldsOf<HandMotion> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [X_WH, V_WH, t_ns, has_pose] = state;
-  visit(X_WH, V_WH, t_ns, has_pose);
-}
+HD_VISIT_FIELDS(HandMotion, X_WH, V_WH, t_ns, has_pose)
 
 template <FieldsOf<ContactKey> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
@@ -22,29 +18,10 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(obstacle, tool_sphere, obstacle_sphere);
 }
 
-template <FieldsOf<ActivePair> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [key, multiplier] = state;
-  visit(key, multiplier);
-}
-
-template <FieldsOf<StringBend> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [capsule, lambda, u_W] = state;
-  visit(capsule, lambda, u_W);
-}
-
-template <FieldsOf<TouchedString> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [bend, yields, normal_force, tangential_W, slip_W] = state;
-  visit(bend, yields, normal_force, tangential_W, slip_W);
-}
-
-template <FieldsOf<SoftPart> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [part, v_G, v_before_G] = state;
-  visit(part, v_G, v_before_G);
-}
+HD_VISIT_FIELDS(ActivePair, key, multiplier)
+HD_VISIT_FIELDS(StringBend, capsule, lambda, u_W)
+HD_VISIT_FIELDS(TouchedString, bend, yields, normal_force, tangential_W, slip_W)
+HD_VISIT_FIELDS(SoftPart, part, v_G, v_before_G)
 
 // Pairs beyond the count mean nothing.
 template <FieldsOf<ContactState> State, typename Visit>
@@ -60,23 +37,9 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(X_WH, travel);
 }
 
-template <FieldsOf<ToolState> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [hand, contact, placed, force_bound] = state;
-  visit(hand, contact, placed, force_bound);
-}
-
-template <FieldsOf<WorkspaceState> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [c_W, q_off, p_held_W, q_held, wrench_share, open, recentre_was_down] = state;
-  visit(c_W, q_off, p_held_W, q_held, wrench_share, open, recentre_was_down);
-}
-
-template <FieldsOf<CouplingStiffness> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [kt, length] = state;
-  visit(kt, length);
-}
+HD_VISIT_FIELDS(ToolState, hand, contact, placed, force_bound)
+HD_VISIT_FIELDS(WorkspaceState, c_W, q_off, p_held_W, q_held, wrench_share, open, recentre_was_down)
+HD_VISIT_FIELDS(CouplingStiffness, kt, length)
 
 /// Every index in `state` names something of `scene`, in the order it is kept in. For states that
 /// come from a file. 0.1 us.

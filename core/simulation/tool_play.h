@@ -26,8 +26,9 @@ struct ToolPlay {
   ContactProblem problem;  ///< first, for it is aligned
   ToolScene scene;
   ToolState state;
-  Pose X_WH;    ///< of the last tick in which time passed
-  ToolWay way;  ///< of this tick
+  Pose X_WH;              ///< of the last tick in which time passed
+  ToolWay way;            ///< of this tick
+  RenderedTool rendered;  ///< likewise
   StringSegments view;
   ContactSet swung;          ///< pairs with strings alone, as far as these swing (reach_out)
   bool reached_out = false;  ///< in this tick: `swung` counts

@@ -8,7 +8,7 @@
 #include "core/contact/contact_stiffness.h"
 #include "core/contact/string_forces.h"
 #include "core/safety/wrench_limit.h"
-#include "core/simulation/hand_motion.h"
+#include "core/tick/tick.h"
 
 namespace hapticd {
 
@@ -17,6 +17,21 @@ namespace hapticd {
 inline constexpr double kRecoveryForce = 2.0;
 /// Growth of the force bound during and after a recovery, N/s: 1 N within 20 ms.
 inline constexpr double kRecoveryForceRate = 50.0;
+
+/// Longest step of time that is integrated over at once, s; a longer pause counts as this much.
+inline constexpr double kMaxElapsed = 5e-3;
+
+/// Kept from tick to tick.
+struct HandMotion {
+  Pose X_WH;   ///< last pose, normalised
+  Twist V_WH;  ///< by difference of poses; kept while no time passes
+  std::int64_t t_ns = 0;
+  bool has_pose = false;
+};
+
+/// The tick of `hand`. Returns the time since the pose before, s: 0 for the first one and for a
+/// repeated or backward time stamp, at most kMaxElapsed.
+[[nodiscard]] HD_REALTIME double follow(const HandPose& hand, HandMotion& motion) noexcept;
 
 /// What stays the same from tick to tick; views must outlive the ticks.
 struct ToolScene {
@@ -46,6 +61,7 @@ struct ToolState {
   double force_bound = std::numeric_limits<double>::infinity();
 };
 
+/// What a tick gave of one tool, for the later stages of the same tick.
 struct RenderedTool {
   double dt = 0.0;  ///< since the last sample, s; 0 without a new one
   Pose X_WH;

@@ -1,13 +1,32 @@
-// A contact of a tick, for those who look, and the name of the pair it is of. Frame: W. SI. Plain
-// data. RT: yes.
+// How a tool's contact problem ended in a tick; a contact of it, for those who look, and the name
+// of the pair it is of. Frame: W. SI. Plain data. RT: yes.
 #pragma once
 
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 
 #include "core/math/vector.h"
 
 namespace hapticd {
+
+enum class ContactStatus : std::uint8_t {
+  kFree,        ///< nothing in the way: G coincides with H
+  kConverged,   ///< the wanted step fell below stop_tolerance
+  kLagging,     ///< sub-steps or work used up before convergence
+  kRefused,     ///< no admissible step found: G kept
+  kQpFailed,    ///< solver gave up: G kept, force not larger than before
+  kRecovering,  ///< a gap was negative at the start: being pushed out
+};
+
+/// The end of a contact problem. Written by it.
+struct ContactOutcome {
+  ContactStatus status = ContactStatus::kFree;
+  int active_count = 0;      ///< pairs that carry force
+  int strings_refused = 0;   ///< stayed rigid because kMaxDeflectingStrings are touched
+  int rows_exchanged = 0;    ///< rows brought in because more pairs than rows mattered
+  double minimum_gap = 0.0;  ///< to anything at the last evaluated pose, up to the margin, m
+};
 
 enum class ObstacleKind : std::uint8_t { kCapsule, kBody };
 inline constexpr int kMaxObstacleKind = static_cast<int>(ObstacleKind::kBody);
@@ -21,7 +40,8 @@ inline constexpr int kMaxObstacleKind = static_cast<int>(ObstacleKind::kBody);
   return kind == ObstacleKind::kBody;
 }
 
-/// Which pair of primitives touches; equal keys in two ticks are the same physical pair.
+/// Which pair of primitives touches; equal keys in two ticks are the same physical pair. Ordered by
+/// obstacle first.
 struct ContactKey {
   ObstacleKind kind = ObstacleKind::kCapsule;
   std::int32_t obstacle = 0;     ///< index among the capsules, or among the bodies
@@ -29,7 +49,7 @@ struct ContactKey {
   /// In the body's tree; of a capsule its leg (string_bend.h), 0 when straight.
   std::int32_t obstacle_sphere = 0;
 
-  friend bool operator==(const ContactKey&, const ContactKey&) = default;
+  friend auto operator<=>(const ContactKey&, const ContactKey&) = default;
 };
 
 /// Of the obstacle of the pair.

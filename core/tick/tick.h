@@ -65,14 +65,14 @@ struct PortTick {
   double removed = 0.0;  ///< by the passivity controller, J
 };
 
-/// What the stiffness clamp grants.
+/// What the stiffness clamp grants. Written by it.
 struct StiffnessTick {
   double scale = 1.0;  ///< on kt, kr, kc, k_v, (0, 1]
   double bound = 0.0;  ///< N/m
   double delay = 0.0;  ///< it was computed with, s
 };
 
-/// The gesture of a simulated hand.
+/// The gesture of a simulated hand. Written by it.
 struct GestureTick {
   bool plays = false;
   double progress = 0.0;  ///< of this repetition, [0, 1]
@@ -80,7 +80,15 @@ struct GestureTick {
   std::array<char, 65> name{};  ///< ends in 0
 };
 
-/// One tool.
+/// Where the hand is in a tick: a judged pose, brought to W. Finite, within kMaxPosition. Written
+/// by who steps the simulation.
+struct HandPose {
+  std::int64_t t_ns = 0;            ///< when the sample was made, monotonic
+  Array3 p_WH{};                    ///< m
+  Array4 q_WH{1.0, 0.0, 0.0, 0.0};  ///< |q| in [0.5, 2]
+};
+
+/// One tool. Written by the loop, but for what is said below to be another stage's.
 struct ToolTick {
   std::uint32_t tool_id = 0;
   std::uint16_t flags = 0;  ///< ToolFlagBit
@@ -94,19 +102,22 @@ struct ToolTick {
   bool write_failed = false;  ///< the command did not reach it
   bool held = false;          ///< X_WH is a held pose
 
-  PlainPose X_WH;
+  HandPose placed;  ///< to be rendered
+
+  // Written by the simulation.
+  PlainPose X_WH;   ///< that of `placed`, normalised
   PlainTwist V_WH;  ///< in W
   PlainPose X_WG;
-  double minimum_gap = 0.0;    ///< to anything, up to the solver's margin, m
+  ContactOutcome contact;
   PlainWrench F_computed_H_W;  ///< before limits and ramps, about the origin of G
-  PlainWrench F_written_H_W;   ///< as the device got it, turned to W
 
+  PlainWrench F_written_H_W;  ///< as the device got it, turned to W
   PortTick port;
   StiffnessTick stiffness;
   GestureTick gesture;
 };
 
-/// Net force of a string on a tool, from its own law.
+/// Net force of a string on a tool, from its own law. Written by the simulation.
 struct StringForceTick {
   std::int32_t tool = 0;    ///< index in Tick::tools
   std::int32_t string = 0;  ///< number among the scene's capsules
@@ -120,7 +131,7 @@ struct BudgetTick {
   std::uint64_t work = 0;   ///< of all tools; 0: no bound
 };
 
-/// Work that it took, all tools together.
+/// Work that it took, all tools together. Written by the simulation.
 struct WorkTick {
   std::uint32_t sub_steps = 0;
   std::uint32_t qp_iterations = 0;
@@ -137,7 +148,7 @@ struct TimesTick {
   std::uint64_t overruns = 0;  ///< ticks skipped so far
 };
 
-/// All of a tick that is no column.
+/// All of a tick that is no column. Written by the loop, but for work and energies.
 struct TickHead {
   std::uint64_t tick = 0;
   std::int64_t t_ns = 0;
@@ -152,12 +163,12 @@ struct TickHead {
   BudgetTick budget;
   WorkTick work;
   TimesTick times;
-  double string_energy = 0.0;       ///< J
-  double tank_energy = 0.0;         ///< J
+  double string_energy = 0.0;       ///< of all that vibrates, J; written by the simulation
+  double tank_energy = 0.0;         ///< that strings may still give to hands, J; likewise
   std::int32_t contacts_total = 0;  ///< with those that found no place
 };
 
-/// One tick.
+/// One tick. The strings' columns are written by the simulation, the contacts by the loop.
 struct Tick : TickHead {
   FixedVector<ToolTick, kMaxTools> tools;
   FixedVector<ContactTick, kMaxReportedContacts> contacts;  ///< tool by tool, deepest first

@@ -2,6 +2,7 @@
 // column, 1 to 3 kB with one tool, through a ring of bytes. RT: yes; push() is a copy.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstring>
 #include <span>
@@ -20,18 +21,20 @@ class TickRing {
 
   /// Writer only. Appends; false, and counted in overflow(), when full.
   bool push(const Tick& tick) noexcept {
-    const Sizes sizes{tick.tools.size(), tick.contacts.size(), tick.strings.size(),
-                      tick.string_forces.size()};
-    const std::span<std::byte> place = ring_.writable(bytes_of(sizes));
+    Sizes sizes{};
+    std::size_t bytes = sizeof(Sizes) + sizeof(TickHead);
+    each_column(tick, sizes, [&](const auto& column, std::size_t& size) {
+      size = column.size();
+      bytes += size * sizeof(*column.begin());
+    });
+    const std::span<std::byte> place = ring_.writable(bytes);
     if (place.empty()) return false;
     std::byte* to = place.data();
     put(&sizes, 1, to);
     const TickHead head = tick;
     put(&head, 1, to);
-    put(tick.tools.begin(), sizes.tools, to);
-    put(tick.contacts.begin(), sizes.contacts, to);
-    put(tick.strings.begin(), sizes.strings, to);
-    put(tick.string_forces.begin(), sizes.string_forces, to);
+    each_column(tick, sizes,
+                [&](const auto& column, std::size_t size) { put(column.begin(), size, to); });
     ring_.publish();
     return true;
   }
@@ -46,10 +49,11 @@ class TickRing {
     TickHead head;
     take(from, 1, &head);
     static_cast<TickHead&>(tick) = head;
-    take_column(from, sizes.tools, tick.tools);
-    take_column(from, sizes.contacts, tick.contacts);
-    take_column(from, sizes.strings, tick.strings);
-    take_column(from, sizes.string_forces, tick.string_forces);
+    each_column(tick, sizes, [&](auto& column, std::size_t size) {
+      column.clear();
+      for (std::size_t k = 0; k < size; ++k) static_cast<void>(column.append());
+      take(from, size, column.begin());
+    });
     ring_.release();
     return true;
   }
@@ -62,17 +66,14 @@ class TickRing {
 
  private:
   /// Used entries of each column.
-  struct Sizes {
-    std::size_t tools = 0;
-    std::size_t contacts = 0;
-    std::size_t strings = 0;
-    std::size_t string_forces = 0;
-  };
+  using Sizes = std::array<std::size_t, 4>;
 
-  [[nodiscard]] static constexpr std::size_t bytes_of(const Sizes& sizes) noexcept {
-    return sizeof(Sizes) + sizeof(TickHead) + sizes.tools * sizeof(ToolTick) +
-           sizes.contacts * sizeof(ContactTick) + sizes.strings * sizeof(StringTick) +
-           sizes.string_forces * sizeof(StringForceTick);
+  template <typename Record, typename S, typename Each>
+  static void each_column(Record& tick, S& sizes, const Each& each) noexcept {
+    each(tick.tools, sizes[0]);
+    each(tick.contacts, sizes[1]);
+    each(tick.strings, sizes[2]);
+    each(tick.string_forces, sizes[3]);
   }
   template <typename T>
   static void put(const T* from, std::size_t count, std::byte*& to) noexcept {
@@ -84,12 +85,6 @@ class TickRing {
   static void take(const std::byte*& from, std::size_t count, T* to) noexcept {
     if (count > 0) std::memcpy(to, from, count * sizeof(T));
     from += count * sizeof(T);
-  }
-  template <typename Column>
-  static void take_column(const std::byte*& from, std::size_t count, Column& column) noexcept {
-    column.clear();
-    for (std::size_t k = 0; k < count; ++k) static_cast<void>(column.append());
-    take(from, count, column.begin());
   }
 
   RecordRing<Bytes> ring_;

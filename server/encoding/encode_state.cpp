@@ -54,7 +54,7 @@ void encode_tool(const ToolTick& tool, v1::ToolState& out) {
   if (!equal(tool.F_written_H_W, tool.F_computed_H_W)) {
     add_wrench(tool.F_computed_H_W, out.mutable_wrench_unlimited_h_w());
   }
-  out.set_minimum_gap_m(static_cast<float>(std::clamp(tool.minimum_gap, -1.0, 1.0)));
+  out.set_minimum_gap_m(static_cast<float>(std::clamp(tool.contact.minimum_gap, -1.0, 1.0)));
   for (int bit = 0; bit < 16; ++bit) {
     if ((tool.flags >> bit & 1) != 0) out.add_flags(static_cast<v1::ToolFlag>(bit + 1));
   }

@@ -95,11 +95,11 @@ void HapticLoop::obey_tool(const LoopCommandBody& what) noexcept {
     return tool < tool_count() ? &kept_.tools[tool] : nullptr;
   };
   if (const auto* recentre = std::get_if<RecentreCommand>(&what)) {
-    if (ToolLoop* tool = of(recentre->tool)) tool->recentre = true;
+    if (ToolLoop* tool = of(recentre->tool)) tool->asked.recentre = true;
   } else if (const auto* clutch = std::get_if<ClutchCommand>(&what)) {
-    if (ToolLoop* tool = of(clutch->tool)) tool->clutch_open = clutch->open;
+    if (ToolLoop* tool = of(clutch->tool)) tool->asked.clutch_open = clutch->open;
   } else if (const auto* push = std::get_if<PushCommand>(&what)) {
-    if (ToolLoop* tool = of(push->tool)) tool->push_asked = push->axis;
+    if (ToolLoop* tool = of(push->tool)) tool->asked.push = push->axis;
   }
 }
 
@@ -179,12 +179,9 @@ void HapticLoop::begin_scene() noexcept {
   snapshot_due_ns_ = kNow;
   tick_.budget.work = static_cast<std::uint64_t>(scene().work_budget);
   standing_fault_ = Cause::kNone;
-  output_.tools.clear();
-  output_.events.clear();
-  output_.strings.clear();
+  forget_rendered();
   for (std::size_t k = 0; k < tool_count(); ++k) {
     kept_.tools[k] = ToolLoop{};
-    if (RenderedTool* tick = output_.tools.append()) *tick = RenderedTool{};
     HapticDevice* device = scene().tools[k].device.device;
     HD_ASSERT(device != nullptr);
     ToolScene& tool = scene().play.simulation->scene(k);
@@ -249,7 +246,6 @@ void HapticLoop::gather_orders() noexcept {
   for (ToolLoop& tool : tools()) {
     constexpr unsigned kLatched = kDeviceReportsFault | kDeviceWatchdogFired;
     tool.clear_faults = orders_.clears(t_ns) && (tool.sample.flags & kLatched) != 0;
-    tool.recentre_asked = tool.recentre;
   }
 }
 
@@ -257,9 +253,7 @@ void HapticLoop::replay_once(const Tick& recorded) noexcept {
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const ToolTick& from = recorded.tools[k];
     ToolLoop& tool = kept_.tools[k];
-    tool.recentre = tool.recentre_asked = from.asked.recentre;
-    tool.clutch_open = from.asked.clutch_open;
-    tool.push_asked = from.asked.push;
+    tool.asked = from.asked;
     SampleSource* source = scene().tools[k].device.facets.samples;
     if (source == nullptr) continue;
     ReplayedSample sample;
@@ -409,7 +403,7 @@ void HapticLoop::advance_state() noexcept {
         time.t_ns, static_cast<int>(before), static_cast<int>(tick_.state)));
   }
   for (ToolLoop& tool : tools()) {
-    if (follow_push(tool.push_asked, tick_.state, time.dt_s, tool.push)) tool.safety.port = {};
+    if (follow_push(tool.asked.push, tick_.state, time.dt_s, tool.push)) tool.safety.port = {};
   }
   if (loop_output_.latched || loop_output_.cleared) {
     publisher_.tell(FaultNotice{tick_.cause, loop_output_.latched}, fault.tool);
@@ -420,28 +414,36 @@ void HapticLoop::advance_state() noexcept {
   }
 }
 
+// Of a pose that was forgotten nothing is told any more.
+void HapticLoop::forget_rendered() noexcept {
+  tick_.tools.clear();
+  while (tick_.tools.size() < tool_count()) tick_.tools.push_back({});
+  tick_.strings.clear();
+  tick_.string_forces.clear();
+  tick_.work = {};
+  tick_.string_energy = 0.0;
+  tick_.tank_energy = scene().play.simulation->strings().tank_energy();
+}
+
 // What cannot be used is not computed with: the last good pose again, at its own time, lets the
 // simulation stand still.
 void HapticLoop::render() noexcept {
   if (!all_have_poses()) {
-    // Of a pose that was forgotten nothing is told any more.
-    for (RenderedTool& tool : output_.tools) tool = RenderedTool{};
-    output_.strings.clear();
+    forget_rendered();
     for (ToolLoop& tool : tools()) {
       tool.F_H_D = Wrench{};
       tool.wanted = DeviceSpring{};
     }
     return;
   }
-  TickInput input;
-  input.work_budget = static_cast<std::int64_t>(tick_.budget.work);
   for (std::size_t k = 0; k < tool_count(); ++k) {
     const Pose& X_WH = kept_.tools[k].placed.X_WH;
-    input.hands[k] = {kept_.tools[k].judged.t_ns, to_array(X_WH.p), to_array(X_WH.q)};
+    tick_.tools[k].placed = {kept_.tools[k].judged.t_ns, to_array(X_WH.p), to_array(X_WH.q)};
   }
-  scene().play.simulation->step(input, output_);
+  Simulation& simulation = *scene().play.simulation;
+  simulation.step(tick_);
   for (std::size_t k = 0; k < tool_count(); ++k) {
-    take_rendered(scene().tools[k], output_.tools[k], kept_.tools[k]);
+    take_rendered(scene().tools[k], simulation.rendered(k), kept_.tools[k]);
   }
 }
 
@@ -464,13 +466,16 @@ void HapticLoop::write_devices() noexcept {
 
 void HapticLoop::tell() noexcept {
   if (all_have_poses()) {
-    publisher_.tell_strings(output_.events);
-    if (options_.contacts_reported) publisher_.tell_touches(output_, tools());
+    publisher_.tell_strings(scene().play.simulation->events());
+    if (options_.contacts_reported) publisher_.tell_touches(tools());
   }
-  publisher_.publish(output_, tools(), tick_);
+  publisher_.publish(tools(), tick_);
   tick_.first = false;
   publish_snapshot();
-  for (ToolLoop& tool : tools()) tool.push_asked = 0;
+  for (ToolLoop& tool : tools()) {
+    tool.asked.push = 0;
+    if (tool.guard.has_pose) tool.asked.recentre = false;
+  }
 }
 
 // After the tick, but before its number grows: the snapshot is of what the next tick starts from.

@@ -107,6 +107,7 @@ class HapticLoop {
   void read_devices() noexcept;
   [[nodiscard]] Fault find_fault() const noexcept;
   void advance_state() noexcept;
+  void forget_rendered() noexcept;
   void render() noexcept;
   void limit_wrenches() noexcept;
   void write_devices() noexcept;
@@ -137,7 +138,6 @@ class HapticLoop {
   Publisher publisher_{channels_, kept_.time, scenes_};
 
   Tick tick_;  ///< under way, as it will be told
-  TickOutput output_;
   LoopOutput loop_output_;
   StageClock clock_{monotonic_now_ns};
   bool late_ = false;  ///< more late ticks of late than are put up with

@@ -51,7 +51,7 @@ struct PlayGestureCommand {};
 /// Live settings change as the next change lent says.
 struct ChangeSettingsCommand {};
 
-/// Work that every tick from the next on is allowed, as TickInput's.
+/// Work that every tick from the next on is allowed, as BudgetTick's.
 struct WorkBudgetCommand {
   std::int64_t work = 0;  ///< 0: no bound
 };

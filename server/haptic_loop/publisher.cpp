@@ -5,13 +5,12 @@
 #include <array>
 #include <utility>
 
-#include "core/contact/tick_work.h"
 #include "core/simulation/contact_report.h"
 
 namespace hapticd {
 namespace {
 
-std::uint16_t flags_of(const RenderedTool& tick, const ToolLoop& tool) noexcept {
+std::uint16_t flags_of(const ContactOutcome& contact, const ToolLoop& tool) noexcept {
   const std::uint32_t limited = tool.written.flags;
   std::uint32_t flags = 0;
   const auto set = [&](bool on, std::uint32_t bit) { flags |= on ? bit : 0U; };
@@ -19,44 +18,25 @@ std::uint16_t flags_of(const RenderedTool& tick, const ToolLoop& tool) noexcept 
   set((limited & kSafetySaturated) != 0, kSaturated);
   set((limited & kSafetyThermal) != 0, kThermalLimited);
   set((limited & kSafetyPassivity) != 0, kPassivityLimited);
-  set(tick.contact.status == ContactStatus::kRecovering, kRecovering);
-  set(tick.contact.status == ContactStatus::kLagging, kLagging);
-  set(tick.contact.rows_exchanged > 0, kRowsMerged);
-  set(tick.contact.strings_refused > 0, kStringHeldRigid);
+  set(contact.status == ContactStatus::kRecovering, kRecovering);
+  set(contact.status == ContactStatus::kLagging, kLagging);
+  set(contact.rows_exchanged > 0, kRowsMerged);
+  set(contact.strings_refused > 0, kStringHeldRigid);
   set(tool.judged.held, kInputHeld);
   set(tool.placed.open, kClutched);
   set(!is_none(tool.spring), kDeviceSpring);
   return static_cast<std::uint16_t>(flags);
 }
 
-/// All tools together.
-WorkTick work_of(const TickOutput& output) noexcept {
-  WorkTick work;
-  for (const RenderedTool& tool : output.tools) {
-    work.sub_steps += static_cast<std::uint32_t>(tool.contact.sub_steps);
-    work.qp_iterations += static_cast<std::uint32_t>(tool.contact.qp_iterations);
-    work.sphere_tests += static_cast<std::uint64_t>(tool.contact.tests);
-    work.work += static_cast<std::uint64_t>(tick_work(tool.contact));
-    work.cut_short = work.cut_short || tool.contact.cut_short;
-  }
-  return work;
-}
-
-void fill_tool(const RenderedTool& rendered, const PlayedTool& played, const ToolLoop& tool,
-               ToolTick& told) noexcept {
+void fill_tool(const PlayedTool& played, const ToolLoop& tool, ToolTick& told) noexcept {
   told.tool_id = played.tool_id;
-  told.flags = flags_of(rendered, tool);
-  told.asked = {tool.recentre_asked, tool.clutch_open, tool.push_asked};
+  told.flags = flags_of(told.contact, tool);
+  told.asked = tool.asked;
   told.sample = tool.sample;
   told.came = tool.sample_came;
   told.lost = tool.device_lost;
   told.write_failed = tool.write_failed;
   told.held = tool.judged.held;
-  told.X_WH = to_plain(rendered.X_WH);
-  told.V_WH = to_plain(rendered.V_WH);
-  told.X_WG = to_plain(rendered.X_WG);
-  told.minimum_gap = rendered.contact.minimum_gap;
-  told.F_computed_H_W = to_plain(rendered.F_computed_H_W);
   told.F_written_H_W = to_plain(
       to_world(played.map, Wrench{to_vector(tool.written.f_H_D), to_vector(tool.written.t_H_D)}));
   told.port = {tool.safety.port.given, tool.safety.port.removed};
@@ -101,22 +81,6 @@ void fill_contacts(std::span<const ToolLoop> tools, Tick& tick) noexcept {
   }
 }
 
-void fill_strings(const TickOutput& output, Tick& tick) noexcept {
-  tick.strings.clear();
-  tick.string_forces.clear();
-  tick.string_energy = 0.0;
-  for (const StringTick& string : output.strings) {
-    tick.strings.push_back(string);
-    tick.string_energy += string.energy;
-  }
-  for (std::size_t k = 0; k < output.tools.size(); ++k) {
-    for (const PressedString& contact : output.tools[k].strings) {
-      tick.string_forces.push_back(
-          {static_cast<std::int32_t>(k), contact.string, to_array(contact.F_W)});
-    }
-  }
-}
-
 }  // namespace
 
 void Publisher::retire(std::unique_ptr<SettingsChange> change, bool dropped) noexcept {
@@ -131,10 +95,10 @@ void Publisher::tell_strings(const StringEvents& events) noexcept {
   }
 }
 
-void Publisher::tell_touches(const TickOutput& output, std::span<ToolLoop> tools) noexcept {
+void Publisher::tell_touches(std::span<ToolLoop> tools) noexcept {
   Simulation& simulation = *scenes_.playing().play.simulation;
   for (std::size_t k = 0; k < tools.size(); ++k) {
-    const RenderedTool& tick = output.tools[k];
+    const RenderedTool& tick = simulation.rendered(k);
     const ToolScene& scene = simulation.scene(k);
     report_contacts(simulation.memory().tools[k], tools[k].contacts);
     touch_events_.clear();
@@ -146,8 +110,7 @@ void Publisher::tell_touches(const TickOutput& output, std::span<ToolLoop> tools
   }
 }
 
-void Publisher::publish(const TickOutput& output, std::span<const ToolLoop> tools,
-                        Tick& tick) noexcept {
+void Publisher::publish(std::span<const ToolLoop> tools, Tick& tick) noexcept {
   const PlayedScene& scene = scenes_.playing();
   tick.tick = time_.tick;
   tick.t_ns = time_.t_ns;
@@ -155,17 +118,11 @@ void Publisher::publish(const TickOutput& output, std::span<const ToolLoop> tool
   tick.scene_id = scene.scene_id;
   tick.budget.level = scene.quality_level;
   tick.budget.automatic = scene.settings.tools.front().quality_automatic;
-  tick.work = work_of(output);
-  tick.tank_energy = scene.play.simulation->strings().tank_energy();
-  tick.tools.clear();
   for (std::size_t k = 0; k < tools.size(); ++k) {
-    ToolTick* told = tick.tools.append();
-    if (told == nullptr) break;
-    fill_tool(output.tools[k], scene.tools[k], tools[k], *told);
-    fill_gesture(scene, scene.tools[k], told->gesture);
+    fill_tool(scene.tools[k], tools[k], tick.tools[k]);
+    fill_gesture(scene, scene.tools[k], tick.tools[k].gesture);
   }
   fill_contacts(tools, tick);
-  fill_strings(output, tick);
   channels_.ticks.push(tick);
   channels_.recorded.push(tick);
 }

@@ -33,10 +33,11 @@ class Publisher {
   /// What sounded in a tick that was rendered. Cost: that of an event each.
   void tell_strings(const StringEvents& events) noexcept;
   /// Finds the contacts of the tools after such a tick, and tells which touches began and ended.
-  void tell_touches(const TickOutput& output, std::span<ToolLoop> tools) noexcept;
+  void tell_touches(std::span<ToolLoop> tools) noexcept;
 
-  /// Completes `tick`, whose state, orders, budget and times are the loop's to set, and sends it.
-  void publish(const TickOutput& output, std::span<const ToolLoop> tools, Tick& tick) noexcept;
+  /// Completes `tick`, whose state, orders, budget and times are the loop's to set, with what is of
+  /// `tools` and their contacts, and sends it.
+  void publish(std::span<const ToolLoop> tools, Tick& tick) noexcept;
 
  private:
   LoopChannels& channels_;

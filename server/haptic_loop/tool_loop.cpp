@@ -38,10 +38,9 @@ void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
     return;
   }
   tool.placed = place(played.map, played.X_WG_home,
-                      {tool.judged.X_DH, tool.judged.V_DH_D, sample.buttons, tool.clutch_open,
-                       tool.recentre, time.dt_s},
+                      {tool.judged.X_DH, tool.judged.V_DH_D, sample.buttons, tool.asked.clutch_open,
+                       tool.asked.recentre, time.dt_s},
                       tool.workspace);
-  tool.recentre = false;
 }
 
 bool learn_delay(const DeviceSample& sample, PlayedTool& played) noexcept {

@@ -27,16 +27,13 @@ struct ToolLoop {
   bool device_lost = false;
   bool write_failed = false;
   bool wrench_not_finite = false;
-  bool recentre_asked = false;  ///< before it was done
-  PushAxis push_asked = 0;      ///< 0: none
 
   // From tick to tick.
+  ToolOrders asked;  ///< recentring until it is done, a push for one tick
   PoseGuard guard;
   SafetyState safety;
   WorkspaceState workspace;
   bool clear_faults = false;  ///< its device is to forget what it has latched
-  bool clutch_open = false;
-  bool recentre = false;
   GuidedPush push;
   TouchDetector touches;
   ContactReport contacts;

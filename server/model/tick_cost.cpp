@@ -83,7 +83,8 @@ Vector3 nearest_leaf(const SphereTreeView& tool, const Pose& X_WG, const Vector3
 /// Leads a tool that begins afresh to `place` and along it.
 void visit(const Scene& scene, std::size_t tool, const Vector3& place, Samples& samples) {
   const OwnedSimulation play = scene.simulate(tool);
-  const auto output = std::make_unique<TickOutput>();
+  const auto told = std::make_unique<Tick>();
+  ToolTick& hand = *told->tools.append();
   const Pose start = scene.description().tools[tool].X_WG;
   const Vector3 way = place - nearest_leaf(scene.tool_scene(tool).tool, start, place) - start.p;
   const double length = way.norm();
@@ -92,12 +93,12 @@ void visit(const Scene& scene, std::size_t tool, const Vector3& place, Samples& 
     const double share = std::min(1.0, static_cast<double>(tick) / approach);
     const double along = std::max(0, tick - approach) * 0.1 * kStep;
     const Vector3 p = start.p + share * way + Vector3(along, 0.0, 0.5 * along);
+    hand.placed = {std::int64_t{1'000'000} * (tick + 1), to_array(p), to_array(start.q)};
     const double before = processor_time();
-    play.simulation->step(
-        input_of({std::int64_t{1'000'000} * (tick + 1), to_array(p), to_array(start.q)}), *output);
+    play.simulation->step(*told);
     const double us = processor_time() - before;
-    const bool contact = output->tools[0].contact.active_count > 0;
-    const auto work = static_cast<double>(tick_work(output->tools[0].contact));
+    const bool contact = hand.contact.active_count > 0;
+    const auto work = static_cast<double>(told->work.work);
     (contact ? samples.contact : samples.free).push_back(us);
     samples.work.push_back(work);
     if (contact) samples.contact_work += work;

@@ -13,6 +13,7 @@
 #include "core/scene/scene.h"
 #include "tests/core/scene/scene_builder.h"
 #include "tests/support/contact_scenes.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 namespace {
@@ -55,7 +56,7 @@ struct Run {
 
   void tick(double height) {
     t_ns += 1'000'000;
-    play.simulation->step(input_of({t_ns, {0.33, height, 0.0}, {1.0, 0.0, 0.0, 0.0}}), *output);
+    output.step(*play.simulation, {t_ns, {0.33, height, 0.0}, {1.0, 0.0, 0.0, 0.0}});
   }
   /// Per tick, ns; the finger goes 0.5 mm up and down.
   double batch() {
@@ -67,7 +68,7 @@ struct Run {
   }
 
   OwnedSimulation play;
-  std::unique_ptr<TickOutput> output = std::make_unique<TickOutput>();
+  SimulationTick output;
   std::int64_t t_ns = 0;
   double y;
 };

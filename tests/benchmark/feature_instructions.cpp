@@ -10,6 +10,7 @@
 #include "core/scene/scene.h"
 #include "tests/core/scene/scene_builder.h"
 #include "tests/support/contact_scenes.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 namespace {
@@ -90,12 +91,12 @@ Scene scene_of(const Case& c) {
 /// A simulation and the time in it.
 struct Run {
   OwnedSimulation play;
-  std::unique_ptr<TickOutput> output = std::make_unique<TickOutput>();
+  SimulationTick output;
   std::int64_t t_ns = 0;
 
   void tick(double y) {
     t_ns += 1'000'000;
-    play.simulation->step(input_of({t_ns, {0.33, y, 0.0}, {1.0, 0.0, 0.0, 0.0}}), *output);
+    output.step(*play.simulation, {t_ns, {0.33, y, 0.0}, {1.0, 0.0, 0.0, 0.0}});
   }
 };
 
@@ -108,7 +109,7 @@ namespace {
 
 int play(const Case& c) {
   const Scene scene = scene_of(c);
-  Run run{scene.simulate(0)};
+  Run run{scene.simulate(0), {}};
   // A palm is thicker than a finger.
   const double palm = c.hand ? 9e-3 : 0.0;
   const double low = kTouch + palm - (c.play == Play::kFar ? -0.05 : 2.5e-3);
@@ -122,10 +123,10 @@ int play(const Case& c) {
     counted_tick(run, middle + 0.5e-3 * wave);
   }
   // What the case is named after must have happened.
-  const ContactResult& result = run.output->tools[0].contact;
+  const ContactResult& result = run.output.tool(0).contact;
   const bool pressing = result.active_count > 0;
   if (pressing != (c.play == Play::kPress)) return 1;
-  const bool awake = !run.output->strings.empty();
+  const bool awake = !run.output.strings().empty();
   if (awake != (c.strings > 0 && (pressing || c.vibration))) return 1;
   std::printf("%d ticks\n", kTicks);
   return 0;

@@ -56,21 +56,21 @@ void run(benchmark::State& state, const Play& play, std::size_t count) {
     for (Vector3& place : p) place.y() += 10e-3 * (1.0 - tick / 100.0);
     ensemble.tick(p);
   }
-  std::vector<TickInput> inputs;
+  std::vector<std::vector<HandPose>> inputs;
   inputs.reserve(kPeriodTicks);
   for (int tick = 0; tick < kPeriodTicks; ++tick) {
-    inputs.push_back(ensemble.input(fingers(play, count, tick)));
+    inputs.push_back(ensemble.hands(fingers(play, count, tick)));
   }
-  const auto output = std::make_unique<TickOutput>();
+  SimulationTick output;
   double sub_steps = 0.0;
   const std::clock_t start = std::clock();
   std::int64_t t_ns = 200'000'000;
   for (auto _ : state) {
-    for (TickInput& input : inputs) {
+    for (std::vector<HandPose>& hands : inputs) {
       t_ns += 1'000'000;
-      for (HandPose& sample : input.hands) sample.t_ns = t_ns;
-      ensemble.simulation().step(input, *output);
-      for (const RenderedTool& tool : output->tools) sub_steps += tool.contact.sub_steps;
+      for (HandPose& hand : hands) hand.t_ns = t_ns;
+      output.step(ensemble.simulation(), hands);
+      for (std::size_t k = 0; k < count; ++k) sub_steps += output.tool(k).contact.sub_steps;
     }
   }
   const auto ticks = static_cast<double>(state.iterations() * kPeriodTicks);

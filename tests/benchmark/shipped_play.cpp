@@ -163,10 +163,10 @@ ShippedPlay::ShippedPlay(const ShippedPlayName& name, int quality)
                  : shipped_scene(part_of_name(name, true), quality)),
       X_WH_(motion_of(name, *scene_)) {
   std::int64_t t_ns = 0;
-  inputs_.reserve(X_WH_.size());
+  hands_.reserve(X_WH_.size());
   for (const Pose& X_WH : X_WH_) {
     t_ns += name.period_ns;
-    inputs_.push_back(input_of({t_ns, to_array(X_WH.p), to_array(X_WH.q)}));
+    hands_.push_back({t_ns, to_array(X_WH.p), to_array(X_WH.q)});
   }
   restart();
 }
@@ -177,7 +177,7 @@ void ShippedPlay::restart() {
 }
 
 PlayWork ShippedPlay::work() const {
-  const ContactResult& result = output_->tools[0].contact;
+  const ContactResult& result = output_.tool(0).contact;
   const auto& contacts = play_.tools[0].problem.candidates().contacts().contacts;
   return {result.tests, result.sub_steps, static_cast<int>(contacts.size()), result.active_count};
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/scene/scene.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 
@@ -38,23 +39,23 @@ class ShippedPlay {
   /// what the scene leaves open; 3 is the default.
   explicit ShippedPlay(const ShippedPlayName& name, int quality = 3);
 
-  [[nodiscard]] std::size_t ticks() const { return inputs_.size(); }
+  [[nodiscard]] std::size_t ticks() const { return hands_.size(); }
   /// Begins anew.
   void restart();
   /// The next tick; restart() first when all are over.
-  void step() { play_.simulation->step(inputs_[next_++], *output_); }
+  void step() { output_.step(*play_.simulation, hands_[next_++]); }
   /// Of the last tick.
   [[nodiscard]] PlayWork work() const;
-  [[nodiscard]] const TickOutput& output() const { return *output_; }
+  [[nodiscard]] const SimulationTick& output() const { return output_; }
   [[nodiscard]] const Scene& scene() const { return *scene_; }
   [[nodiscard]] const std::vector<Pose>& poses() const { return X_WH_; }
 
  private:
   std::shared_ptr<const Scene> scene_;
   std::vector<Pose> X_WH_;
-  std::vector<TickInput> inputs_;
+  std::vector<HandPose> hands_;
   OwnedSimulation play_;
-  std::unique_ptr<TickOutput> output_ = std::make_unique<TickOutput>();
+  SimulationTick output_;
   std::size_t next_ = 0;
 };
 

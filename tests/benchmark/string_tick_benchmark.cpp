@@ -60,7 +60,7 @@ Instrument make_instrument(const Strings& strings) {
 void run(benchmark::State& state, const Play& play, const Strings& strings) {
   Instrument instrument = make_instrument(strings);
   const double x = kLambda * 1.1;
-  const auto ignore = [](const TickOutput&) {};
+  const auto ignore = [](const SimulationTick&) {};
   instrument.tick({x, kTouch + 5e-3, 0.0});
   if (play.pluck) {
     instrument.glide({x, kTouch - 3e-3, 0.0}, 0.2, ignore);
@@ -72,9 +72,9 @@ void run(benchmark::State& state, const Play& play, const Strings& strings) {
   for (auto _ : state) {
     for (int k = 0; k < kPeriodTicks; ++k) {
       const double y = play.amplitude * sin_cos(2.0 * kPi * k / 250.0).sin;
-      const TickOutput& output = instrument.tick({x, kTouch - play.depth + y, 0.0});
-      sub_steps += output.tools[0].contact.sub_steps;
-      force = std::max(force, output.tools[0].F_H_W.f.norm());
+      const SimulationTick& output = instrument.tick({x, kTouch - play.depth + y, 0.0});
+      sub_steps += output.tool(0).contact.sub_steps;
+      force = std::max(force, output.tool(0).F_H_W.f.norm());
     }
     instrument.events.clear();
   }

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "server/scene_io/scene_loader.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 namespace {
@@ -27,12 +28,12 @@ bool check_scene_bytes(std::span<const std::uint8_t> bytes) {
   const OwnedSimulation play = scene.simulate(0);
   const WrenchLimits limits = scene.tool_scene(0).limits;
   const Pose& start = scene.description().tools[0].X_WG;
-  const auto output = std::make_unique<TickOutput>();
+  SimulationTick output;
   for (int tick = 0; tick < 5; ++tick) {
     HandPose sample{std::int64_t{1'000'000} * tick, to_array(start.p), to_array(start.q)};
     sample.p_WH[1] -= 2e-3 * tick;
-    play.simulation->step(input_of(sample), *output);
-    const Wrench& F = output->tools[0].F_H_W;
+    output.step(*play.simulation, sample);
+    const Wrench& F = output.tool(0).F_H_W;
     require(F.f.norm() <= limits.force * (1.0 + 1e-12));
     require(F.t.norm() <= limits.torque * (1.0 + 1e-12));
   }

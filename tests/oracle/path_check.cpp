@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/simulation/hand_motion.h"
+#include "core/simulation/tool_renderer.h"
 #include "proto/recording/recording_reader.h"
 #include "server/recorder/tick_record.h"
 #include "tests/oracle/recorded_scene.h"

@@ -46,18 +46,18 @@ std::vector<StudyTick> play_study(const Scene& scene, std::size_t tool, const St
   const OwnedSimulation play = scene.simulate(tool);
   play.simulation->scene(0).options = setting.options;
   if (judge != nullptr) judge->restart();
-  const auto output = std::make_unique<TickOutput>();
+  const auto told = std::make_unique<Tick>();
+  static_cast<void>(told->tools.append());
   std::vector<StudyTick> ticks;
   bool out = false;
   for (int k = 0; k < tick_count(setting.rate_hz); ++k) {
     const double t = k / setting.rate_hz;
     const Pose X_WH = gesture.at(t);
-    const TickInput input =
-        input_of({std::llround(1e9 * (t + 1.0)), to_array(X_WH.p), to_array(X_WH.q)});
+    told->tools[0].placed = {std::llround(1e9 * (t + 1.0)), to_array(X_WH.p), to_array(X_WH.q)};
     const double before = processor_time();
-    play.simulation->step(input, *output);
+    play.simulation->step(*told);
     const double after = processor_time();
-    const RenderedTool& tick = output->tools[0];
+    const RenderedTool& tick = play.simulation->rendered(0);
     StudyTick& kept = ticks.emplace_back();
     kept.felt_W = tick.F_computed_H_W.f;
     kept.contact_W = tick.contact.F_H_W.f;

@@ -88,12 +88,12 @@ void StringSession::add(double number) noexcept {
   }
 }
 
-void StringSession::add_to_hash(const TickOutput& output) noexcept {
-  for (const double number : to_array(output.tools[0].F_H_W.f)) add(number);
-  for (const double number : to_array(output.tools[0].F_H_W.t)) add(number);
-  for (const double number : to_array(output.tools[0].X_WG.p)) add(number);
-  for (const double number : to_array(output.tools[0].X_WG.q)) add(number);
-  for (const StringTick& reading : output.strings) {
+void StringSession::add_to_hash(const SimulationTick& output) noexcept {
+  for (const double number : to_array(output.tool(0).F_H_W.f)) add(number);
+  for (const double number : to_array(output.tool(0).F_H_W.t)) add(number);
+  for (const double number : to_array(output.tool(0).X_WG.p)) add(number);
+  for (const double number : to_array(output.tool(0).X_WG.q)) add(number);
+  for (const StringTick& reading : output.strings()) {
     add(reading.string);
     add(static_cast<double>(reading.phase));
     add(reading.lambda);
@@ -101,7 +101,7 @@ void StringSession::add_to_hash(const TickOutput& output) noexcept {
     add(reading.vibration_force);
     for (const double number : reading.deflection_W) add(number);
   }
-  for (const StringEvent& event : output.events) {
+  for (const StringEvent& event : output.events()) {
     add(static_cast<double>(event.t_ns));
     add(event.string);
     add(static_cast<double>(event.kind));
@@ -119,20 +119,20 @@ void StringSession::add_to_hash(const TickOutput& output) noexcept {
 void StringSession::run(std::int64_t ticks) noexcept {
   for (std::int64_t i = 0; i < ticks; ++i) {
     ++tick_;
-    if (guarded_step(sample(), hand_, *play_.simulation, *output_) == PoseVerdict::kFault) {
+    if (guarded_step(sample(), hand_, *play_.simulation, output_) == PoseVerdict::kFault) {
       ++faults_;
       if (tick_ % kGlitchPeriod > 3) hand_.clear();
     }
-    if (output_->tools[0].F_H_W.f.norm() > 0.0) ++contact_ticks_;
+    if (output_.tool(0).F_H_W.f.norm() > 0.0) ++contact_ticks_;
     bool struck = false;
-    for (const StringTick& reading : output_->strings) {
+    for (const StringTick& reading : output_.strings()) {
       struck = struck || reading.vibration_force != 0.0;
     }
     if (struck) ++struck_ticks_;
-    for (const StringEvent& event : output_->events) {
+    for (const StringEvent& event : output_.events()) {
       if (event.kind == StringEventKind::kTone) ++tones_;
     }
-    add_to_hash(*output_);
+    add_to_hash(output_);
   }
 }
 

@@ -38,7 +38,7 @@ class StringSession {
 
  private:
   [[nodiscard]] HandPose sample() noexcept;
-  void add_to_hash(const TickOutput& output) noexcept;
+  void add_to_hash(const SimulationTick& output) noexcept;
   void add(double number) noexcept;
 
   SphereTree tool_;
@@ -46,7 +46,7 @@ class StringSession {
   std::vector<StringConstants> strings_;
   OwnedSimulation play_;
   GuardedHand hand_;
-  std::unique_ptr<TickOutput> output_ = std::make_unique<TickOutput>();
+  SimulationTick output_;
   double touch_height_;
   std::int64_t tick_ = 0;
   std::int64_t t_ns_ = 0;

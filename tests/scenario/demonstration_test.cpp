@@ -13,6 +13,7 @@
 #include "tests/scenario/shipped_gesture.h"
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/scale.h"
+#include "tests/support/simulation_tick.h"
 #include "tests/truth/path_run.h"
 
 namespace hapticd::test {
@@ -44,17 +45,17 @@ Played play(const Scene& scene, const GestureMotion& motion, const DeviceProfile
   SimulatedDevice device(profile, {.X_DH = scene.description().tools[0].X_WG, .arm = arm});
   device.play(motion.track(), 1);
   OwnedSimulation tool = scene.simulate(0);
-  const auto output = std::make_unique<TickOutput>();
+  SimulationTick output;
   Played played;
   for (std::int64_t tick = 0; tick < kMaxPlay; ++tick) {
     DeviceSample sample;
     device.read(tick * kTick_ns, sample);
     if (tick > 0 && !device.gesture().playing) break;
-    tool.simulation->step(input_of({sample.t_ns, sample.p_DH, sample.q_DH}), *output);
-    for (const StringEvent& event : output->events) {
+    output.step(*tool.simulation, {sample.t_ns, sample.p_DH, sample.q_DH});
+    for (const StringEvent& event : output.events()) {
       if (event.kind == StringEventKind::kTone) played.tones.push_back(event.string);
     }
-    const Wrench& F_H_W = output->tools[0].F_H_W;
+    const Wrench& F_H_W = output.tool(0).F_H_W;
     played.X_WH.push_back({to_quaternion(sample.q_DH), to_vector(sample.p_DH)});
     played.finite = played.finite && std::isfinite(F_H_W.f.norm() + F_H_W.t.norm());
     played.greatest_force = std::max(played.greatest_force, F_H_W.f.norm());

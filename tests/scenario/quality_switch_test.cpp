@@ -14,6 +14,7 @@
 #include "tests/scenario/shipped_gesture.h"
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/random.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 namespace {
@@ -46,31 +47,31 @@ Felt play_switched(const Scene& scene, const std::string& gesture, std::uint64_t
   device.play(motion.track(), 1);
   OwnedSimulation tool = scene.simulate(0);
   OwnedSimulation steady = scene.simulate(0);
-  const auto output = std::make_unique<TickOutput>();
-  const auto steady_output = std::make_unique<TickOutput>();
+  SimulationTick output;
+  SimulationTick steady_output;
   SplitMix64 random(seed);
   Felt felt;
   Vector3 f{0, 0, 0};
   Vector3 f_steady{0, 0, 0};
   Vector3 p{0, 0, 0};
-  TickInput input;
+  std::int64_t work = 0;
   int slip = 0;
   for (std::int64_t tick = 0; tick < kTicks; ++tick) {
     if (tick % kSwitchEvery == 0) {
       ToolScene& played = tool.simulation->scene(0);
       played.options = quality_of(static_cast<int>(random.below(kQualityLevels))).options;
-      input.work_budget = random.chance(0.5) ? 0 : 1;
+      work = random.chance(0.5) ? 0 : 1;
     }
     DeviceSample sample;
     device.read(tick * kTick_ns, sample);
-    input.hands[0] = {sample.t_ns, sample.p_DH, sample.q_DH};
-    tool.simulation->step(input, *output);
-    steady.simulation->step(input_of(input.hands[0]), *steady_output);
-    const Wrench& F_H_W = output->tools[0].F_H_W;
+    const HandPose hand{sample.t_ns, sample.p_DH, sample.q_DH};
+    output.step(*tool.simulation, {&hand, 1}, work);
+    steady_output.step(*steady.simulation, hand);
+    const Wrench& F_H_W = output.tool(0).F_H_W;
     device.write(tick * kTick_ns,
                  {.f_H_D = to_array(F_H_W.f), .t_H_D = to_array(F_H_W.t), .enable = true});
-    const Vector3 f_now = output->tools[0].F_computed_H_W.f;
-    const Vector3 f_steady_now = steady_output->tools[0].F_computed_H_W.f;
+    const Vector3 f_now = output.tool(0).F_computed_H_W.f;
+    const Vector3 f_steady_now = steady_output.tool(0).F_computed_H_W.f;
     const double way = tick == 0 ? 0.0 : (to_vector(sample.p_DH) - p).norm();
     const double kt = tool.simulation->scene(0).stiffness.kt;
     const double allowed = std::max(kFreeChange, kExcess * kt * way);
@@ -79,7 +80,7 @@ Felt play_switched(const Scene& scene, const std::string& gesture, std::uint64_t
       ++felt.judged;
       felt.worst = std::max(felt.worst, (f_now - f).norm() / allowed);
     }
-    if (output->tools[0].contact.cut_short) ++felt.cut_short;
+    if (output.tool(0).contact.cut_short) ++felt.cut_short;
     felt.greatest_force = std::max(felt.greatest_force, f_now.norm());
     f = f_now;
     f_steady = f_steady_now;

@@ -7,6 +7,7 @@
 
 #include "tests/scenario/shipped_scene.h"
 #include "tests/server/model/shapes/index_reach.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 namespace {
@@ -19,7 +20,7 @@ struct Playing {
   std::int64_t t_ns = 0;
   std::vector<std::int32_t> tones;
   std::size_t most_awake = 0;
-  std::unique_ptr<TickOutput> output = std::make_unique<TickOutput>();
+  SimulationTick output;
 
   explicit Playing(const Scene& scene)
       : play(scene.simulate(0)), X_WH(scene.description().tools[0].X_WG) {}
@@ -30,11 +31,11 @@ struct Playing {
     for (int tick = 1; tick <= ticks; ++tick) {
       X_WH.p = from + (static_cast<double>(tick) / ticks) * (goal - from);
       t_ns += 1'000'000;
-      play.simulation->step(input_of({t_ns, to_array(X_WH.p), to_array(X_WH.q)}), *output);
-      for (const StringEvent& event : output->events) {
+      output.step(*play.simulation, {t_ns, to_array(X_WH.p), to_array(X_WH.q)});
+      for (const StringEvent& event : output.events()) {
         if (event.kind == StringEventKind::kTone) tones.push_back(event.string);
       }
-      most_awake = std::max(most_awake, output->strings.size());
+      most_awake = std::max(most_awake, output.strings().size());
     }
   }
 };
@@ -57,7 +58,7 @@ TEST_CASE(
   playing.go({0.02, 0.3, 0.52}, 0.1);
   playing.go({0.02, 0.5, 0.52}, 0.05);
   CHECK(playing.tones.empty());
-  CHECK(playing.output->strings.empty());
+  CHECK(playing.output.strings().empty());
 }
 
 TEST_CASE("the index finger plucks each string of the Guqin, and rests on its body in between") {

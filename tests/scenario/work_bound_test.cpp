@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <set>
 #include <string>
@@ -16,6 +17,7 @@
 #include "tests/scenario/shipped_scene.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/simulation_tick.h"
 #include "tests/support/string_shape.h"
 #include "tests/truth/contact_oracle.h"
 #include "tests/truth/path_run.h"
@@ -132,7 +134,7 @@ bool same(const PathRun& a, const PathRun& b) {
 
 /// The smallest gap of any tool to the bodies and the strings as they are bent, m.
 long double smallest_gap(const Scene& scene, const Simulation& simulation,
-                         const TickOutput& output) {
+                         const SimulationTick& output) {
   const ToolScene view = scene.tool_scene(0);
   std::vector<Capsule> legs;
   for (std::size_t s = 0; s < view.strings.size(); ++s) {
@@ -149,9 +151,9 @@ long double smallest_gap(const Scene& scene, const Simulation& simulation,
   }
   for (std::size_t k = 0; k < bodies.size(); ++k) bodies[k].spheres_B = spheres[k];
   long double gap = 1.0L;
-  for (std::size_t k = 0; k < output.tools.size(); ++k) {
+  for (std::size_t k = 0; k < simulation.tool_count(); ++k) {
     const std::vector<Sphere> tool = leaves_of(scene.tool_scene(k).tool);
-    gap = std::min(gap, exhaustive_minimum_gap(tool, output.tools[k].X_WG, {legs, bodies}));
+    gap = std::min(gap, exhaustive_minimum_gap(tool, output.tool(k).X_WG, {legs, bodies}));
   }
   return gap;
 }
@@ -313,31 +315,30 @@ TEST_CASE("five tools together share the bound, and enter nothing") {
       for (Pose& X_WH : hands.back()) X_WH.p += off;
     }
     const OwnedSimulation play = scene.simulate();
-    const auto output = std::make_unique<TickOutput>();
+    SimulationTick output;
     double most = 0.0;
     int cut = 0;
     int judged = 0;
     long double deepest = 1.0L;
     for (std::size_t tick = 0; tick < hands[0].size(); ++tick) {
-      TickInput input;
-      input.work_budget = kBound;
+      std::array<HandPose, 5> placed;
       for (std::size_t k = 0; k < tools; ++k) {
         const Pose& X_WH = hands[k][tick];
-        input.hands[k] = {static_cast<std::int64_t>(tick + 1) * 1'000'000, to_array(X_WH.p),
-                          to_array(X_WH.q)};
+        placed[k] = {static_cast<std::int64_t>(tick + 1) * 1'000'000, to_array(X_WH.p),
+                     to_array(X_WH.q)};
       }
-      play.simulation->step(input, *output);
+      output.step(*play.simulation, placed, kBound);
       double share = 0.0;
       bool any = false;
-      for (const RenderedTool& tool : output->tools) {
-        share += work_share(tool.contact);
-        any = any || tool.contact.cut_short;
+      for (std::size_t k = 0; k < tools; ++k) {
+        share += work_share(output.tool(k).contact);
+        any = any || output.tool(k).contact.cut_short;
       }
       most = std::max(most, share);
       cut += any ? 1 : 0;
       if ((any || tick % 500 == 0) && judged < scaled(100)) {
         ++judged;
-        deepest = std::min(deepest, smallest_gap(scene, *play.simulation, *output));
+        deepest = std::min(deepest, smallest_gap(scene, *play.simulation, output));
       }
     }
     MESSAGE("five_fingers, " << speed << " m/s: most work " << most << " of the bound, " << cut

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "core/safety/pose_guard.h"
-#include "core/simulation/simulation.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 
@@ -86,16 +86,15 @@ inline PoseVerdict guarded_render(const HandPose& sent, GuardedHand& hand, const
 
 /// Simulation::step() behind the guard. What was held while nothing is rendered has done no work.
 inline PoseVerdict guarded_step(const HandPose& sent, GuardedHand& hand, Simulation& simulation,
-                                TickOutput& output) {
+                                SimulationTick& output) {
   const PoseVerdict verdict = hand.take(sent);
   if (verdict != PoseVerdict::kFault) {
-    simulation.step(input_of(hand.hand()), output);
+    output.step(simulation, hand.hand());
     return verdict;
   }
-  output.events.clear();
-  output.strings.clear();
-  output.tools.clear();
-  skip_tool(hand, simulation.memory().tools[0].state, *output.tools.append());
+  output.skip(simulation);
+  ToolPlay& play = simulation.memory().tools[0];
+  skip_tool(hand, play.state, play.rendered);
   for (const std::int32_t string : simulation.strings().awake_strings()) {
     simulation.memory().tracks[static_cast<std::size_t>(string)].state.tank.held_force = 0.0;
   }

@@ -29,11 +29,7 @@ struct Outer {
   std::array<double, 3> some{};
 };
 
-template <FieldsOf<Inner> State, typename Visit>
-void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [bits, on, pair] = state;
-  visit(bits, on, pair);
-}
+HD_VISIT_FIELDS(Inner, bits, on, pair)
 
 template <FieldsOf<Outer> State, typename Visit>
 void visit_fields(State& state, Visit& visit) noexcept {

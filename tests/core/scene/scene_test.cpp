@@ -8,6 +8,7 @@
 #include "core/scene/scene_check.h"
 #include "tests/core/scene/scene_builder.h"
 #include "tests/support/random.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 namespace {
@@ -22,13 +23,13 @@ bool has_fault(const SceneDescription& scene, const std::string& path) {
 /// Heights of the tool over some ticks of a press on what is below.
 std::vector<double> press(Simulation& simulation) {
   std::vector<double> heights;
-  const auto output = std::make_unique<TickOutput>();
+  SimulationTick output;
   for (int tick = 1; tick <= 200; ++tick) {
     const HandPose sample{
         std::int64_t{1'000'000} * tick, {0.0, 0.01 - 1e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}};
-    simulation.step(input_of(sample), *output);
-    heights.push_back(output->tools[0].X_WG.p.y());
-    heights.push_back(output->tools[0].F_H_W.f.y());
+    output.step(simulation, sample);
+    heights.push_back(output.tool(0).X_WG.p.y());
+    heights.push_back(output.tool(0).F_H_W.f.y());
   }
   return heights;
 }
@@ -99,15 +100,13 @@ TEST_CASE("without torque the device gets none, with it some") {
     description.torque = torque;
     const Scene scene(description);
     const OwnedSimulation play = scene.simulate(0);
-    const auto output = std::make_unique<TickOutput>();
+    SimulationTick output;
     for (int tick = 1; tick <= 100; ++tick) {
-      play.simulation->step(
-          input_of(
-              {std::int64_t{1'000'000} * tick, {0.0, -2e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}}),
-          *output);
+      output.step(*play.simulation,
+                  {std::int64_t{1'000'000} * tick, {0.0, -2e-4 * tick, 0.0}, {1.0, 0.0, 0.0, 0.0}});
     }
-    CHECK(output->tools[0].F_H_W.f.norm() > 0.5);
-    CHECK((output->tools[0].F_H_W.t.norm() > 0.0) == torque);
+    CHECK(output.tool(0).F_H_W.f.norm() > 0.5);
+    CHECK((output.tool(0).F_H_W.t.norm() > 0.0) == torque);
   }
 }
 

@@ -9,7 +9,7 @@
 namespace hapticd::test {
 namespace {
 
-const auto kNothing = [](const TickOutput&) {};
+const auto kNothing = [](const SimulationTick&) {};
 
 }  // namespace
 
@@ -18,9 +18,9 @@ TEST_CASE("a hundred strings that nobody touches stay asleep") {
     CAPTURE(std::string(preset.name));
     Instrument guqin(100, preset.string, preset.options);
     guqin.tick({0.3, 0.03, 0.0});
-    guqin.glide({0.3, 0.03, 1.98}, 1.0, [](const TickOutput& output) {
-      CHECK(output.strings.empty());
-      CHECK(output.events.empty());
+    guqin.glide({0.3, 0.03, 1.98}, 1.0, [](const SimulationTick& output) {
+      CHECK(output.strings().empty());
+      CHECK(output.events().empty());
     });
     for (int string = 0; string < 100; ++string) {
       CHECK(guqin.state(string).level == StringPhase::kAsleep);
@@ -34,20 +34,20 @@ TEST_CASE("readings are of the strings touched or ringing, in ascending order, u
     Instrument guqin(100, preset.string, preset.options);
     // From the last of five strings to the first.
     guqin.tick({0.3, -3e-3, 0.09});
-    guqin.glide({0.3, -3e-3, -0.01}, 0.5, [&](const TickOutput& output) {
-      for (std::size_t k = 0; k < output.strings.size(); ++k) {
-        CHECK(output.strings[k].string < 5);
-        if (k > 0) CHECK(output.strings[k].string > output.strings[k - 1].string);
+    guqin.glide({0.3, -3e-3, -0.01}, 0.5, [&](const SimulationTick& output) {
+      for (std::size_t k = 0; k < output.strings().size(); ++k) {
+        CHECK(output.strings()[k].string < 5);
+        if (k > 0) CHECK(output.strings()[k].string > output.strings()[k - 1].string);
       }
     });
-    CHECK(guqin.output().strings.size() == 5);
-    for (const StringTick& reading : guqin.output().strings) {
+    CHECK(guqin.output().strings().size() == 5);
+    for (const StringTick& reading : guqin.output().strings()) {
       CHECK(reading.phase >= StringPhase::kFundamental);
       CHECK_FALSE(reading.touched);
       CHECK(reading.radius_growth > 0.0);
     }
-    for (int k = 0; k < 5000 && !guqin.output().strings.empty(); ++k) guqin.tick(guqin.p_WH);
-    CHECK(guqin.output().strings.empty());
+    for (int k = 0; k < 5000 && !guqin.output().strings().empty(); ++k) guqin.tick(guqin.p_WH);
+    CHECK(guqin.output().strings().empty());
     for (int string = 0; string < 100; ++string) {
       CHECK(guqin.state(string).level == StringPhase::kAsleep);
     }
@@ -66,8 +66,8 @@ TEST_CASE("one finger across three strings presses, arms and plucks each of them
                       {{0.0, 0.0, 0.04}, kFingertip}});
     guqin.tick({0.3, -3e-3, -0.009});
     std::size_t most = 0;
-    guqin.glide({0.3, -3e-3, 0.009}, 0.5, [&](const TickOutput& output) {
-      most = std::max(most, output.tools[0].strings.size());
+    guqin.glide({0.3, -3e-3, 0.009}, 0.5, [&](const SimulationTick& output) {
+      most = std::max(most, output.tool(0).strings.size());
     });
     CHECK(most == 3);
     CHECK(count(guqin.events, StringEventKind::kTouch) == 3);

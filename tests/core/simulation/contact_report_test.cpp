@@ -49,7 +49,7 @@ TEST_CASE("every pair that bears force is reported where it is, and the forces a
     CHECK(std::abs(from_axis - play.capsules_W[0].r - contact.gap) < 1e-12);
     CHECK(contact.gap < 2.1 * play.scene().options.skin);
   }
-  CHECK((sum - play.output().tools[0].F_computed_H_W.f).norm() < 1e-6);
+  CHECK((sum - play.output().tool(0).F_computed_H_W.f).norm() < 1e-6);
   CHECK(sum.y() > 1.0);
 }
 

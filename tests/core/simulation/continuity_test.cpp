@@ -24,7 +24,7 @@ constexpr double kFreeChange = 0.15;
 /// Share by which the change may exceed that of the hand's motion and of the string's.
 constexpr double kExcess = 1.1;
 
-const auto kNothing = [](const TickOutput&) {};
+const auto kNothing = [](const SimulationTick&) {};
 
 /// Watches the force from tick to tick.
 class ForceWatch {
@@ -34,11 +34,11 @@ class ForceWatch {
   /// Call after each tick. The change of the force over what is allowed, 0 in a tick in which a
   /// string is lost.
   double look() {
-    const TickOutput& output = guqin_.output();
-    const Vector3& f = output.tools[0].F_computed_H_W.f;
+    const SimulationTick& output = guqin_.output();
+    const Vector3& f = output.tool(0).F_computed_H_W.f;
     const double way = (guqin_.p_WH - p_).norm();
     double swing = 0.0;
-    for (const StringTick& reading : output.strings) {
+    for (const StringTick& reading : output.strings()) {
       const auto s = static_cast<std::size_t>(reading.string);
       const StringConstants& string = guqin_.strings[s];
       const StringState& state = guqin_.state(reading.string);
@@ -52,11 +52,11 @@ class ForceWatch {
     }
     bool lost = false;
     for (const std::int32_t string : pressed_) {
-      lost = lost || std::none_of(output.tools[0].strings.begin(), output.tools[0].strings.end(),
+      lost = lost || std::none_of(output.tool(0).strings.begin(), output.tool(0).strings.end(),
                                   [&](const PressedString& c) { return c.string == string; });
     }
     pressed_.clear();
-    for (const PressedString& contact : output.tools[0].strings) pressed_.push_back(contact.string);
+    for (const PressedString& contact : output.tool(0).strings) pressed_.push_back(contact.string);
     const double allowed = std::max(kFreeChange, kExcess * 1000.0 * way) + kExcess * swing * kTick;
     const double ratio = lost ? 0.0 : (f - f_).norm() / allowed;
     f_ = f;
@@ -115,19 +115,21 @@ Replay touch_while_vibrating(const Preset& preset, int ticks) {
   Replay replay;
   guqin.tick({kPlace, 0.012, 1.5e-3});
   ForceWatch watch(guqin);
-  const auto look = [&](const TickOutput&) { replay.worst = std::max(replay.worst, watch.look()); };
+  const auto look = [&](const SimulationTick&) {
+    replay.worst = std::max(replay.worst, watch.look());
+  };
   guqin.glide({kPlace, 1.5e-3, 1.5e-3}, 0.1, look);
   for (int k = 0; k < 500; ++k) look(guqin.tick(guqin.p_WH));
-  replay.pressed = guqin.output().tools[0].F_H_W.f.norm();
-  guqin.glide({kPlace, 0.02, 1.5e-3}, 1.2, [&](const TickOutput& output) {
+  replay.pressed = guqin.output().tool(0).F_H_W.f.norm();
+  guqin.glide({kPlace, 0.02, 1.5e-3}, 1.2, [&](const SimulationTick& output) {
     look(output);
-    if (output.tools[0].F_H_W.f.norm() > 0.0) ++replay.drop_ticks;
+    if (output.tool(0).F_H_W.f.norm() > 0.0) ++replay.drop_ticks;
   });
   guqin.glide({kPlace, 2e-3, 1.5e-3}, 0.5, look);
   for (int k = 0; k < ticks; ++k) {
     look(guqin.tick(guqin.p_WH));
-    replay.f_y.push_back(guqin.output().tools[0].F_H_W.f.y());
-    replay.f_z.push_back(guqin.output().tools[0].F_H_W.f.z());
+    replay.f_y.push_back(guqin.output().tool(0).F_H_W.f.y());
+    replay.f_z.push_back(guqin.output().tool(0).F_H_W.f.z());
   }
   return replay;
 }
@@ -145,7 +147,7 @@ TEST_CASE("a string at rest is touched, pressed and left smoothly") {
       Instrument guqin(1, preset.string, preset.options);
       guqin.tick({kPlace, 0.01, 1e-3});
       ForceWatch watch(guqin);
-      const auto look = [&](const TickOutput&) { worst = std::max(worst, watch.look()); };
+      const auto look = [&](const SimulationTick&) { worst = std::max(worst, watch.look()); };
       guqin.glide({kPlace, 1.5e-3, 1e-3}, speed, look);
       guqin.glide({kPlace, 0.01, 1e-3}, speed, look);
     }
@@ -166,7 +168,7 @@ TEST_CASE("the force of random play changes as the hand and the strings move, bu
     ForceWatch watch(guqin);
     const auto go = [&](const Vector3& to) {
       guqin.glide(to, 0.05 * std::pow(24.0, random.uniform()),
-                  [&](const TickOutput&) { worst = std::max(worst, watch.look()); });
+                  [&](const SimulationTick&) { worst = std::max(worst, watch.look()); });
     };
     double side = 1.0;
     for (int move = 0; move < 40; ++move) {
@@ -239,13 +241,13 @@ TEST_CASE("a slide along one string keeps its force, without drag") {
       guqin.glide({0.2, felt_distance(guqin) - 2e-3, 0.0}, 0.1, kNothing);
       ForceWatch watch(guqin);
       watch.look();
-      Vector3 before = guqin.output().tools[0].F_H_W.f;
-      guqin.glide({0.9, guqin.p_WH.y(), 0.0}, speed, [&](const TickOutput& output) {
-        const Vector3& f = output.tools[0].F_H_W.f;
+      Vector3 before = guqin.output().tool(0).F_H_W.f;
+      guqin.glide({0.9, guqin.p_WH.y(), 0.0}, speed, [&](const SimulationTick& output) {
+        const Vector3& f = output.tool(0).F_H_W.f;
         drag = std::max(drag, std::abs(f.x()) / f.norm());
         worst = std::max(worst, (f - before).norm());
         before = f;
-        CHECK(output.tools[0].strings.size() == 1);
+        CHECK(output.tool(0).strings.size() == 1);
       });
       CHECK(count(guqin.events, StringEventKind::kTouch) == 1);
       CHECK(count(guqin.events, StringEventKind::kRelease) == 0);

@@ -40,20 +40,19 @@ Ensemble::Ensemble(std::size_t tools, const EnsembleOptions& options)
   play_ = own_simulation(std::vector<ToolScene>(tools, scene));
 }
 
-TickInput Ensemble::input(const std::vector<Vector3>& p_WH) const {
-  TickInput input;
-  input.work_budget = work_budget;
-  for (std::size_t k = 0; k < p_WH.size(); ++k) {
-    input.hands[k] = {t_ns_ + 1'000'000, to_array(p_WH[k]), {1.0, 0.0, 0.0, 0.0}};
+std::vector<HandPose> Ensemble::hands(const std::vector<Vector3>& p_WH) const {
+  std::vector<HandPose> hands;
+  for (const Vector3& p : p_WH) {
+    hands.push_back({t_ns_ + 1'000'000, to_array(p), {1.0, 0.0, 0.0, 0.0}});
   }
-  return input;
+  return hands;
 }
 
-const TickOutput& Ensemble::tick(const std::vector<Vector3>& p_WH) {
-  play_.simulation->step(input(p_WH), *output_);
+const SimulationTick& Ensemble::tick(const std::vector<Vector3>& p_WH) {
+  output_.step(*play_.simulation, hands(p_WH), work_budget);
   t_ns_ += 1'000'000;
-  events.insert(events.end(), output_->events.begin(), output_->events.end());
-  return *output_;
+  events.insert(events.end(), output_.events().begin(), output_.events().end());
+  return output_;
 }
 
 StringPoints Ensemble::shape(std::int32_t string) const {
@@ -70,8 +69,9 @@ long double Ensemble::minimum_gap() const {
   }
   const OracleBody body{body_spheres_, {}};
   long double gap = std::numeric_limits<long double>::infinity();
-  for (const RenderedTool& tool : output_->tools) {
-    gap = std::min(gap, exhaustive_minimum_gap(options_.tool, tool.X_WG, {legs, {&body, 1}}));
+  for (const ToolPlay& tool : play_.tools) {
+    const Pose& X_WG = tool.rendered.X_WG;
+    gap = std::min(gap, exhaustive_minimum_gap(options_.tool, X_WG, {legs, {&body, 1}}));
   }
   return gap;
 }

@@ -7,6 +7,7 @@
 
 #include "core/scene/owned_simulation.h"
 #include "core/tree/sphere_tree.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 
@@ -29,10 +30,10 @@ class Ensemble {
  public:
   Ensemble(std::size_t tools, const EnsembleOptions& options);
 
-  /// The next tick's input with the tools at `p_WH`, not turned.
-  [[nodiscard]] TickInput input(const std::vector<Vector3>& p_WH) const;
+  /// The hands of the next tick with the tools at `p_WH`, not turned.
+  [[nodiscard]] std::vector<HandPose> hands(const std::vector<Vector3>& p_WH) const;
   /// One tick of 1 ms with the tools at `p_WH`, not turned.
-  const TickOutput& tick(const std::vector<Vector3>& p_WH);
+  const SimulationTick& tick(const std::vector<Vector3>& p_WH);
 
   /// The smallest gap of any tool to the strings as they are bent and to the body, m.
   [[nodiscard]] long double minimum_gap() const;
@@ -43,7 +44,7 @@ class Ensemble {
   [[nodiscard]] Vector3 pull(std::int32_t string, std::size_t vertex) const;
 
   [[nodiscard]] Simulation& simulation() { return *play_.simulation; }
-  [[nodiscard]] const TickOutput& output() const { return *output_; }
+  [[nodiscard]] const SimulationTick& output() const { return output_; }
   std::vector<StringEvent> events;
   std::int64_t work_budget = 0;  ///< of every tick
 
@@ -57,7 +58,7 @@ class Ensemble {
   std::vector<StringConstants> strings_;
   std::vector<BodyView> bodies_;
   OwnedSimulation play_;
-  std::unique_ptr<TickOutput> output_ = std::make_unique<TickOutput>();
+  SimulationTick output_;
   std::int64_t t_ns_ = 0;
 };
 

@@ -1,5 +1,5 @@
 // The hand's motion between judged poses. Truth: the differences by hand.
-#include "core/simulation/hand_motion.h"
+#include "core/simulation/tool_renderer.h"
 
 #include <doctest/doctest.h>
 

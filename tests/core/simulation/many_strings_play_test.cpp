@@ -25,9 +25,9 @@ std::vector<Sphere> rake(int strings) {
 /// up again; the largest force on the way, N.
 double pluck(Instrument& guqin) {
   double largest = 0.0;
-  const auto watch = [&largest](const TickOutput& output) {
-    CHECK(output.tools[0].contact.strings_refused == 0);
-    largest = std::max(largest, output.tools[0].F_computed_H_W.f.norm());
+  const auto watch = [&largest](const SimulationTick& output) {
+    CHECK(output.tool(0).contact.strings_refused == 0);
+    largest = std::max(largest, output.tool(0).F_computed_H_W.f.norm());
   };
   guqin.p_WH = {kPlace, 0.02, -8e-3};
   guqin.tick(guqin.p_WH);
@@ -68,8 +68,8 @@ TEST_CASE("the same rake stroke twice gives the same bits") {
   const double largest = pluck(a);
   CHECK(largest > 0.1);
   CHECK(pluck(b) == largest);
-  const ContactState& one = a.simulation().tool(0).contact;
-  const ContactState& other = b.simulation().tool(0).contact;
+  const ContactState& one = a.simulation().memory().tools[0].state.contact;
+  const ContactState& other = b.simulation().memory().tools[0].state.contact;
   CHECK(one.X_WG.p == other.X_WG.p);
   CHECK(a.events.size() == b.events.size());
 }

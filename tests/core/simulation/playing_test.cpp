@@ -50,14 +50,14 @@ class TremblingHand {
 void hover(Instrument& guqin, std::uint64_t seed) {
   TremblingHand hand(seed);
   const Vector3 touching(kPlace, felt_distance(guqin), 0.0);
-  guqin.glide(touching, 0.1, [](const TickOutput&) {});
+  guqin.glide(touching, 0.1, [](const SimulationTick&) {});
   for (int k = 0; k < 10'000; ++k) guqin.tick(hand.at(touching, 1e-3 * k));
 }
 
 /// From above down beside the string, across under its height, and up again.
 void pluck(Instrument& guqin) {
   const double speed = 0.3;
-  const auto nothing = [](const TickOutput&) {};
+  const auto nothing = [](const SimulationTick&) {};
   const double z = guqin.p_WH.z() > 0.0 ? 0.012 : -0.012;
   guqin.glide({kPlace, 0.02, z}, speed, nothing);
   guqin.glide({kPlace, -2e-3, z}, speed, nothing);
@@ -105,7 +105,7 @@ TEST_CASE("a slow lift leaves at most one tone, of two percent of the deflection
     for (const double seconds : {1.0, 3.0}) {
       Instrument guqin(1, preset.string, preset.options);
       const double touching = felt_distance(guqin);
-      const auto nothing = [](const TickOutput&) {};
+      const auto nothing = [](const SimulationTick&) {};
       guqin.tick({kPlace, 0.02, 0.5e-3});
       guqin.glide({kPlace, touching - 4e-3, 0.5e-3}, 0.1, nothing);
       // Until the press itself has died away under the finger.

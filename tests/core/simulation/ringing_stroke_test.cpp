@@ -10,6 +10,7 @@
 #include "core/scene/owned_simulation.h"
 #include "tests/core/contact/strokes.h"
 #include "tests/support/scale.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 namespace {
@@ -60,7 +61,7 @@ StrokeReport play(Stroke& stroke, int modes) {
   scene.instrument = stroke.scene.instrument;
   const OwnedSimulation play = own_simulation({&scene, 1});
   const auto& simulation = play.simulation;
-  const auto output = std::make_unique<TickOutput>();
+  SimulationTick output;
 
   StrokeReport report;
   // The first pass plucks; back in one jump; the second pass is judged.
@@ -68,23 +69,23 @@ StrokeReport play(Stroke& stroke, int modes) {
   std::int64_t t_ns = 0;
   for (std::size_t k = 0; k < 2 * pass; ++k) {
     const Pose& X_WH = stroke.X_WH[k % pass];
-    simulation->step(input_of({t_ns += 1'000'000, to_array(X_WH.p), to_array(X_WH.q)}), *output);
-    if (k == 0) run.state.X_WG = output->tools[0].X_WH;
+    output.step(*simulation, {t_ns += 1'000'000, to_array(X_WH.p), to_array(X_WH.q)});
+    if (k == 0) run.state.X_WG = output.tool(0).X_WH;
     if (k < pass) {
-      run.tick(output->tools[0].X_WH);
+      run.tick(output.tool(0).X_WH);
     } else {
-      report.gap = std::min(report.gap, run.tick_along(output->tools[0].X_WH));
+      report.gap = std::min(report.gap, run.tick_along(output.tool(0).X_WH));
     }
-    report.same = report.same && same_bits(run.state, simulation->tool(0).contact);
-    const Wrench& F = output->tools[0].F_H_W;
+    report.same = report.same && same_bits(run.state, simulation->memory().tools[0].state.contact);
+    const Wrench& F = output.tool(0).F_H_W;
     report.finite = report.finite && F.f.norm() <= scene.limits.force * (1.0 + 1e-12) &&
                     F.t.norm() <= scene.limits.torque * (1.0 + 1e-12) &&
-                    output->tools[0].F_computed_H_W.f.allFinite();
-    for (const StringTick& reading : output->strings) {
+                    output.tool(0).F_computed_H_W.f.allFinite();
+    for (const StringTick& reading : output.strings()) {
       if (reading.phase >= StringPhase::kFundamental) ++report.ringing;
       if (reading.vibration_force != 0.0) ++report.struck;
     }
-    for (const StringEvent& event : output->events) {
+    for (const StringEvent& event : output.events()) {
       report.releases += event.kind == StringEventKind::kRelease ? 1 : 0;
     }
   }

@@ -14,7 +14,7 @@ namespace {
 constexpr double kPlace = 0.33;
 constexpr double kDepth = 2e-3;
 
-const auto kNothing = [](const TickOutput&) {};
+const auto kNothing = [](const SimulationTick&) {};
 
 /// Past the string under its height at `speed`, to 6 mm on the other side: 1.1 mm clear of it.
 void cross(Instrument& guqin, double speed) {

@@ -59,11 +59,12 @@ Outcome wander(Ensemble& ensemble, const Region& region, int ticks, SplitMix64& 
       hand.move(region, random);
       p.push_back(hand.p);
     }
-    const TickOutput& output = ensemble.tick(p);
+    ensemble.tick(p);
     outcome.worst = std::min(outcome.worst, ensemble.minimum_gap());
     for (std::int32_t s = 0; s < 7; ++s) outcome.shared += ensemble.shape(s).size() > 3 ? 1 : 0;
-    for (const RenderedTool& tool : output.tools) {
-      if (tool.contact.status == ContactStatus::kRecovering) ++outcome.recovering;
+    for (std::size_t k = 0; k < hands.size(); ++k) {
+      const ContactStatus status = ensemble.output().tool(k).contact.status;
+      if (status == ContactStatus::kRecovering) ++outcome.recovering;
     }
   }
   return outcome;

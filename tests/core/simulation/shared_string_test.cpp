@@ -62,15 +62,15 @@ Drawn draw(SplitMix64& random) {
       p[k].y() =
           on_top() + 0.02 * (1.0 - down) + down * (1e-3 * wave + random.uniform(-1e-4, 1e-4));
     }
-    const TickOutput& output = ensemble.tick(p);
+    const SimulationTick& output = ensemble.tick(p);
     for (std::size_t k = 0; k < 3; ++k) {
       drawn.given += held[k].dot(p[k] - before[k]);
-      held[k] = output.tools[k].F_computed_H_W.f;
-      for (const PressedString& contact : output.tools[k].strings) held[k] -= contact.F_W;
+      held[k] = output.tool(k).F_computed_H_W.f;
+      for (const PressedString& contact : output.tool(k).strings) held[k] -= contact.F_W;
     }
-    for (const StringEvent& event : output.events) {
+    for (const StringEvent& event : output.events()) {
       if (event.kind != StringEventKind::kTone) continue;
-      drawn.released += ensemble.simulation().tracks()[0].state.vibration.released_energy;
+      drawn.released += ensemble.simulation().memory().tracks[0].state.vibration.released_energy;
     }
   }
   return drawn;
@@ -92,8 +92,8 @@ TEST_CASE("a tool among others gives the bits it gives alone while they are at o
         const auto string = static_cast<std::int32_t>(k < 3 ? k : k + 1);
         all.push_back(k == place ? p : plucking(tick + 77 * string, string, 0.4));
       }
-      const RenderedTool& expected = alone.tick({p}).tools[0];
-      same = same && same_bits(among.tick(all).tools[place], expected);
+      const RenderedTool& expected = alone.tick({p}).tool(0);
+      same = same && same_bits(among.tick(all).tool(place), expected);
       pressed = pressed || expected.F_H_W.f.norm() > 0.1;
     }
     CHECK(same);
@@ -133,7 +133,7 @@ TEST_CASE("fingers apart on a string: each bears what the tension pulls at its v
     Vector3 sum = Vector3::Zero();
     std::size_t vertex = 1;
     for (std::size_t k = 0; k < 5; ++k) {
-      const Vector3 F = ensemble.output().tools[k].F_computed_H_W.f;
+      const Vector3 F = ensemble.output().tool(k).F_computed_H_W.f;
       CAPTURE(k);
       // Who does not reach the string is none of its vertices, and bears nothing.
       const bool holds =
@@ -173,18 +173,18 @@ TEST_CASE("two tools squeeze a string: both stay on their side, and who is left 
       ensemble.tick({above, under});
       alone.tick({under});
       REQUIRE(ensemble.minimum_gap() >= 0.0L);
-      const auto& tools = ensemble.output().tools;
-      on_their_sides = on_their_sides && tools[0].X_WG.p.y() > tools[1].X_WG.p.y();
-      most = std::max(most, tools[1].F_computed_H_W.f.norm());
+      const RenderedTool& lower = ensemble.output().tool(1);
+      on_their_sides = on_their_sides && ensemble.output().tool(0).X_WG.p.y() > lower.X_WG.p.y();
+      most = std::max(most, lower.F_computed_H_W.f.norm());
     }
     CHECK(on_their_sides);
-    const RenderedTool& left = ensemble.output().tools[1];
-    const RenderedTool& expected = alone.output().tools[0];
+    const RenderedTool& left = ensemble.output().tool(1);
+    const RenderedTool& expected = alone.output().tool(0);
     CHECK(expected.F_computed_H_W.f.norm() > 0.2);
     CHECK(most > 1.5 * expected.F_computed_H_W.f.norm());
     CHECK((left.F_computed_H_W.f - expected.F_computed_H_W.f).norm() < 1e-4);
     CHECK((left.X_WG.p - expected.X_WG.p).norm() < 1e-6);
-    CHECK(ensemble.output().tools[0].F_computed_H_W.f.norm() == 0.0);
+    CHECK(ensemble.output().tool(0).F_computed_H_W.f.norm() == 0.0);
   }
 }
 
@@ -202,8 +202,8 @@ TEST_CASE("a tool that is gone in one tick leaves the string to the other, and n
       alone.tick({stays});
       REQUIRE(ensemble.minimum_gap() >= 0.0L);
     }
-    const Vector3 F = ensemble.output().tools[first_goes ? 1 : 0].F_computed_H_W.f;
-    CHECK((F - alone.output().tools[0].F_computed_H_W.f).norm() < 1e-4);
+    const Vector3 F = ensemble.output().tool(first_goes ? 1 : 0).F_computed_H_W.f;
+    CHECK((F - alone.output().tool(0).F_computed_H_W.f).norm() < 1e-4);
     CHECK(ensemble.shape(0).size() == 3);
   }
 }
@@ -254,7 +254,7 @@ TEST_CASE("a finger stops the string and another plucks it: the tone is that of 
     const double f = 65.4 * kEnsembleLength / left * std::sqrt(tension / string.tension);
     CHECK(std::abs(tone->frequency / f - 1.0) < 2e-3);
     // It rings while the first holds it, and that one is not said to have let go.
-    CHECK(ensemble.output().strings.size() == 1);
+    CHECK(ensemble.output().strings().size() == 1);
     for (const StringEvent& event : ensemble.events) {
       CHECK((event.tool == 1 || event.kind != StringEventKind::kRelease));
     }
@@ -274,20 +274,20 @@ TEST_CASE("fingers that touch a ringing string draw no more from it than what it
 TEST_CASE("five tools in one tick leave the heap alone") {
   Ensemble ensemble(5, {});
   std::int64_t touched = 0;
-  TickInput input;
-  const auto output = std::make_unique<TickOutput>();
+  std::array<HandPose, 5> hands;
+  SimulationTick output;
   for (int tick = 1; tick <= 300; ++tick) {
     for (std::size_t k = 0; k < 5; ++k) {
-      input.hands[k] = {std::int64_t{1'000'000} * tick,
-                        {0.3 + 0.05 * static_cast<double>(k), press(tick, 4e-3), 0.0},
-                        {1.0, 0.0, 0.0, 0.0}};
+      hands[k] = {std::int64_t{1'000'000} * tick,
+                  {0.3 + 0.05 * static_cast<double>(k), press(tick, 4e-3), 0.0},
+                  {1.0, 0.0, 0.0, 0.0}};
     }
     const NoHeapScope scope;
-    ensemble.simulation().step(input, *output);
+    output.step(ensemble.simulation(), hands);
     touched += scope.count();
   }
   CHECK(touched == 0);
-  CHECK(output->tools[4].F_H_W.f.norm() > 0.0);
+  CHECK(output.tool(4).F_H_W.f.norm() > 0.0);
 }
 
 }  // namespace hapticd::test

@@ -32,20 +32,20 @@ Instrument::Instrument(int count, const StringParameters& prototype,
   simulation_ = own_simulation({&scene, 1});
 }
 
-const TickOutput& Instrument::tick(const Pose& X_WH) {
+const SimulationTick& Instrument::tick(const Pose& X_WH) {
   t_ns += dt_ns;
   p_WH = X_WH.p;
   return tick_sample(HandPose{t_ns, to_array(X_WH.p), to_array(X_WH.q)});
 }
 
-const TickOutput& Instrument::tick_sample(const HandPose& sample) {
-  verdict_ = guarded_step(sample, hand_, simulation(), *output_);
-  events.insert(events.end(), output_->events.begin(), output_->events.end());
-  return *output_;
+const SimulationTick& Instrument::tick_sample(const HandPose& sample) {
+  verdict_ = guarded_step(sample, hand_, simulation(), output_);
+  events.insert(events.end(), output_.events().begin(), output_.events().end());
+  return output_;
 }
 
 const StringTick* Instrument::reading(int string) const {
-  for (const StringTick& reading : output_->strings) {
+  for (const StringTick& reading : output_.strings()) {
     if (reading.string == string) return &reading;
   }
   return nullptr;
@@ -54,7 +54,7 @@ const StringTick* Instrument::reading(int string) const {
 double Instrument::normal_force(int string) const {
   const StringTick* vibrating = reading(string);
   double force = vibrating != nullptr ? vibrating->vibration_force : 0.0;
-  for (const PressedString& contact : output_->tools[0].strings) {
+  for (const PressedString& contact : output_.tool(0).strings) {
     if (contact.string == string) force += contact.force;
   }
   return force;

@@ -28,11 +28,11 @@ class Instrument {
              std::vector<Sphere> spheres = {{Vector3::Zero(), kFingertip}});
 
   /// One tick at 1 kHz later with the tool at `X_WH`.
-  const TickOutput& tick(const Pose& X_WH);
+  const SimulationTick& tick(const Pose& X_WH);
   /// One tick with any sample, sound or not.
-  const TickOutput& tick_sample(const HandPose& sample);
+  const SimulationTick& tick_sample(const HandPose& sample);
   /// The same at position `p` without rotation.
-  const TickOutput& tick(const Vector3& p) { return tick(Pose{{1, 0, 0, 0}, p}); }
+  const SimulationTick& tick(const Vector3& p) { return tick(Pose{{1, 0, 0, 0}, p}); }
   /// Ticks along a straight way at `speed` (m/s), from where the last tick ended; calls `each`
   /// after each.
   template <typename Each>
@@ -55,7 +55,7 @@ class Instrument {
   /// Force of string number `string` on the tool along the touch normal in the last tick, its
   /// vibration included, N.
   [[nodiscard]] double normal_force(int string) const;
-  [[nodiscard]] const TickOutput& output() const { return *output_; }
+  [[nodiscard]] const SimulationTick& output() const { return output_; }
   /// What the guard made of the last sample.
   [[nodiscard]] PoseVerdict verdict() const { return verdict_; }
   /// Ends a fault.
@@ -76,7 +76,7 @@ class Instrument {
   GuardedHand hand_;
   PoseVerdict verdict_ = PoseVerdict::kGood;
   OwnedSimulation simulation_;
-  std::unique_ptr<TickOutput> output_ = std::make_unique<TickOutput>();
+  SimulationTick output_;
 };
 
 /// How many events of one kind there are.

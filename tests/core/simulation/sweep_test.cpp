@@ -39,7 +39,7 @@ double check_sweep(const Preset& preset, const Sweep& sweep) {
   const double from = sweep.way > 0.0 ? -0.01 : place(kStrings - 1) + 0.01;
   const double to = place(kStrings - 1) - from;
   guqin.tick({0.2, -kDepth, from});
-  guqin.glide({0.2, -kDepth, to}, sweep.speed, [](const TickOutput&) {});
+  guqin.glide({0.2, -kDepth, to}, sweep.speed, [](const SimulationTick&) {});
   CHECK(count(guqin.events, StringEventKind::kTouch) == kStrings);
   CHECK(count(guqin.events, StringEventKind::kTone) == kStrings);
   CHECK(count(guqin.events, StringEventKind::kLeave) == 0);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kPlace = 0.33;
 
-const auto kNothing = [](const TickOutput&) {};
+const auto kNothing = [](const SimulationTick&) {};
 
 /// A string that rings, with the finger clear above it.
 Instrument ringing(const Preset& preset) {
@@ -29,14 +29,14 @@ Instrument ringing(const Preset& preset) {
 
 double energy(const Instrument& guqin) { return guqin.state(0).vibration.energy; }
 
-bool all_finite(const TickOutput& output) {
-  bool finite = output.tools[0].F_H_W.f.allFinite() && output.tools[0].F_H_W.t.allFinite() &&
-                output.tools[0].X_WG.p.allFinite();
-  for (const StringTick& reading : output.strings) {
+bool all_finite(const SimulationTick& output) {
+  bool finite = output.tool(0).F_H_W.f.allFinite() && output.tool(0).F_H_W.t.allFinite() &&
+                output.tool(0).X_WG.p.allFinite();
+  for (const StringTick& reading : output.strings()) {
     finite = finite && std::isfinite(reading.vibration_force) &&
              std::isfinite(reading.radius_growth) && to_vector(reading.deflection_W).allFinite();
   }
-  for (const StringEvent& event : output.events) {
+  for (const StringEvent& event : output.events()) {
     finite = finite && std::isfinite(event.amplitude) && std::isfinite(event.level) &&
              std::isfinite(event.normal_speed) && std::isfinite(event.tangential_speed);
   }
@@ -78,7 +78,7 @@ TEST_CASE("a sample without new time changes nothing of a vibration, and no even
     Instrument once = ringing(preset);
     Instrument twice = ringing(preset);
     const auto down = [&](Instrument& guqin, bool repeat) {
-      guqin.glide({kPlace, 2e-3, 0.0}, 0.3, [&](const TickOutput&) {
+      guqin.glide({kPlace, 2e-3, 0.0}, 0.3, [&](const SimulationTick&) {
         if (!repeat) return;
         const HandPose same{guqin.t_ns, to_array(guqin.p_WH), {1.0, 0.0, 0.0, 0.0}};
         guqin.tick_sample(same);
@@ -115,11 +115,12 @@ TEST_CASE("what a hand does while no time passes is work of the next tick") {
     const Vector3 p(kPlace, y, 0.0);
     const bool timeless = k % 2 == 0;
     if (!timeless) guqin.t_ns += guqin.dt_ns;
-    const TickOutput& output = guqin.tick_sample({guqin.t_ns, to_array(p), {1.0, 0.0, 0.0, 0.0}});
+    const SimulationTick& output =
+        guqin.tick_sample({guqin.t_ns, to_array(p), {1.0, 0.0, 0.0, 0.0}});
     given += held.dot(p - before);
     before = p;
-    held = output.tools[0].F_computed_H_W.f;
-    for (const PressedString& contact : output.tools[0].strings) held -= contact.F_W;
+    held = output.tool(0).F_computed_H_W.f;
+    for (const PressedString& contact : output.tool(0).strings) held -= contact.F_W;
   }
   MESSAGE("drawn: " << given / released);
   CHECK(given <= 1.001 * released);
@@ -137,7 +138,7 @@ TEST_CASE("any dt is survived: 0, 5 ms, 1 s, backwards, at random") {
       const Vector3 p(0.33, random.uniform(-4e-3, 12e-3), random.uniform(-0.01, 0.05));
       finite =
           finite && all_finite(guqin.tick_sample({guqin.t_ns, to_array(p), {1.0, 0.0, 0.0, 0.0}}));
-      CHECK(guqin.output().tools[0].F_H_W.f.norm() <= WrenchLimits{}.force * (1.0 + 1e-12));
+      CHECK(guqin.output().tool(0).F_H_W.f.norm() <= WrenchLimits{}.force * (1.0 + 1e-12));
     }
     CHECK(finite);
   }
@@ -151,7 +152,7 @@ TEST_CASE("a force held over a tick without time does not attract") {
     double weakest = 1.0;
     bool drawn = false;
     for (int k = 0; k < 50; ++k) {
-      const Vector3 p = guqin.tick(guqin.p_WH).tools[0].X_WH.p;
+      const Vector3 p = guqin.tick(guqin.p_WH).tool(0).X_WH.p;
       drawn = drawn || (guqin.reading(0) != nullptr && guqin.reading(0)->vibration_force < 0.0);
       guqin.tick_sample({guqin.t_ns, {p.x(), p.y() + 0.45e-3, p.z()}, {1.0, 0.0, 0.0, 0.0}});
       weakest = std::min(weakest, guqin.normal_force(0));
@@ -171,7 +172,7 @@ TEST_CASE("bad samples hold the string for two ticks, then fault") {
     for (std::int64_t k = 1; k <= 10; ++k) {
       guqin.tick_sample(bad_sample(guqin.t_ns + k * 1'000'000));
       CHECK(guqin.verdict() == (k <= 2 ? PoseVerdict::kHeld : PoseVerdict::kFault));
-      CHECK((guqin.output().tools[0].F_H_W.f.norm() > 0.0) == (k <= 2));
+      CHECK((guqin.output().tool(0).F_H_W.f.norm() > 0.0) == (k <= 2));
     }
     CHECK(guqin.events.size() == events);
     CHECK(energy(guqin) == before);
@@ -224,7 +225,7 @@ TEST_CASE("a jump past no string plays nothing; one across strings stays within 
       const Vector3 to = Vector3(0.5, 0.0, 0.06) + reach * to_vector(random.direction());
       for (int hold = 0; hold < 5; ++hold) {
         finite = finite && all_finite(guqin.tick(to));
-        CHECK(guqin.output().tools[0].F_H_W.f.norm() <= WrenchLimits{}.force * (1.0 + 1e-12));
+        CHECK(guqin.output().tool(0).F_H_W.f.norm() <= WrenchLimits{}.force * (1.0 + 1e-12));
       }
     }
     CHECK(finite);
@@ -244,7 +245,7 @@ TEST_CASE("a slack string is felt no more than it pulls, and plays no tone") {
       guqin.tick({kPlace, -2e-3, -10e-3});
       for (int k = 0; k < 4; ++k) {
         guqin.glide({kPlace, -2e-3, k % 2 == 0 ? 10e-3 : -10e-3}, 0.5,
-                    [&](const TickOutput& output) { finite = finite && all_finite(output); });
+                    [&](const SimulationTick& output) { finite = finite && all_finite(output); });
       }
       CHECK(finite);
       CHECK(count(guqin.events, StringEventKind::kTone) == 0);
@@ -277,10 +278,10 @@ TEST_CASE("parameters may change while a string is pressed or rings") {
     pressed.glide({kPlace, felt_distance(pressed) - 2e-3, 0.0}, 0.1, kNothing);
     for (int k = 0; k < 100; ++k) pressed.tick(pressed.p_WH);
     const auto before = pressed.events.size();
-    const double force = pressed.output().tools[0].F_H_W.f.norm();
+    const double force = pressed.output().tool(0).F_H_W.f.norm();
     pressed.strings[0] = derive_string(tighter);
     for (int k = 0; k < 100; ++k) finite = finite && all_finite(pressed.tick(pressed.p_WH));
-    const double change = pressed.output().tools[0].F_H_W.f.norm() / force;
+    const double change = pressed.output().tool(0).F_H_W.f.norm() / force;
     // 1.5 times as stiff, softened by the coupling in series where the string yields.
     CHECK(change > 1.3);
     CHECK(change < 1.5);

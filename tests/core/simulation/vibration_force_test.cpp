@@ -58,8 +58,8 @@ TEST_CASE("in random play no string ever attracts the finger") {
     bool attracts = false;
     for (int move = 0; move < 40; ++move) {
       const double speed = random_speed(random);
-      guqin.glide(random_place(random, strings), speed, [&](const TickOutput& output) {
-        for (const StringTick& reading : output.strings) {
+      guqin.glide(random_place(random, strings), speed, [&](const SimulationTick& output) {
+        for (const StringTick& reading : output.strings()) {
           attracts = attracts || guqin.normal_force(reading.string) < -kForceRounding ||
                      (!reading.touched && reading.vibration_force != 0.0);
           if (reading.vibration_force != 0.0) ++vibrating_ticks;
@@ -85,15 +85,16 @@ TEST_CASE("the wrench of a single string points away from it in every tick of ra
     double worst = 0.0;
     for (int move = 0; move < 40; ++move) {
       const double speed = random_speed(random);
-      guqin.glide(random_place(random, 1), speed, [&](const TickOutput& output) {
+      guqin.glide(random_place(random, 1), speed, [&](const SimulationTick& output) {
         Vector3 u_W = Vector3::Zero();
         double lambda = 0.5;
-        for (const TouchedString& hold : guqin.simulation().tool(0).contact.touched) {
+        for (const TouchedString& hold :
+             guqin.simulation().memory().tools[0].state.contact.touched) {
           u_W = hold.bend.u_W;
           lambda = hold.bend.lambda;
         }
-        const Vector3 n = true_normal(guqin, 0, output.tools[0].X_WG.p, u_W, lambda);
-        worst = std::min(worst, output.tools[0].F_computed_H_W.f.dot(n));
+        const Vector3 n = true_normal(guqin, 0, output.tool(0).X_WG.p, u_W, lambda);
+        worst = std::min(worst, output.tool(0).F_computed_H_W.f.dot(n));
       });
     }
     CHECK(worst >= -kForceRounding);
@@ -110,9 +111,10 @@ TEST_CASE("every touch ends once, every armed one is a release, and no release s
     CAPTURE(std::string(preset.name));
     guqin.tick({0.5, 0.02, 0.0});
     for (int move = 0; move < 40; ++move) {
-      guqin.glide(random_place(random, strings), random_speed(random), [](const TickOutput&) {});
+      guqin.glide(random_place(random, strings), random_speed(random),
+                  [](const SimulationTick&) {});
     }
-    guqin.glide({0.5, 0.1, 0.0}, 0.5, [](const TickOutput&) {});
+    guqin.glide({0.5, 0.1, 0.0}, 0.5, [](const SimulationTick&) {});
     CHECK(count(guqin.events, StringEventKind::kTouch) > 0);
     CHECK(count(guqin.events, StringEventKind::kTouch) ==
           count(guqin.events, StringEventKind::kLeave) +
@@ -141,7 +143,7 @@ double energy_ratio(const Preset& preset, const Adversary& adversary) {
   Instrument guqin(1, preset.string, preset.options);
   constexpr double kPlace = 0.33;
   guqin.tick({kPlace, -2e-3, -6e-3});
-  const auto nothing = [](const TickOutput&) {};
+  const auto nothing = [](const SimulationTick&) {};
   guqin.glide({kPlace, -2e-3, 20e-3}, adversary.pluck_speed, nothing);
   double released = guqin.state(0).vibration.released_energy;
   const double clear = felt_distance(guqin) + adversary.amplitude + 10e-3;
@@ -160,14 +162,14 @@ double energy_ratio(const Preset& preset, const Adversary& adversary) {
     Vector3 p = adversary.amplitude * wave(preset.string.frequency * t + adversary.turns) *
                 adversary.direction;
     p += Vector3(kPlace, clear + down * (middle - clear), 0.0);
-    const TickOutput& output = guqin.tick(p);
+    const SimulationTick& output = guqin.tick(p);
     given += held.dot(p - before);
     most = std::max(most, given / released);
     released = std::max(released, guqin.state(0).vibration.released_energy);
     before = p;
     // F_v is what the wrench has beyond the contact's own.
-    held = output.tools[0].F_computed_H_W.f;
-    for (const PressedString& contact : output.tools[0].strings) held -= contact.F_W;
+    held = output.tool(0).F_computed_H_W.f;
+    for (const PressedString& contact : output.tool(0).strings) held -= contact.F_W;
   }
   return most;
 }

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "core/contact/tick_work.h"
@@ -16,30 +17,30 @@ namespace {
 /// The bound that is promised, m.
 constexpr long double kMaxPenetration = 1e-6L;
 
-/// The last tick of two tools, of which one goes through the strings while the other hovers.
-TickOutput through_strings(bool first, std::int64_t work_budget) {
+/// What two tools did in their last tick, of which one goes through the strings while the other
+/// hovers.
+std::array<ContactResult, 2> through_strings(bool first, std::int64_t work_budget) {
   const Vector3 hovers{0.5, 0.2, 0.0};
   const Vector3 above{0.5, 0.02, 0.05};
   const Vector3 beneath{0.52, -0.01, 0.06};
   Ensemble tools(2, {});
   tools.tick({first ? above : hovers, first ? hovers : above});
   tools.work_budget = work_budget;
-  return tools.tick({first ? beneath : hovers, first ? hovers : beneath});
+  const SimulationTick& last = tools.tick({first ? beneath : hovers, first ? hovers : beneath});
+  return {last.tool(0).contact, last.tool(1).contact};
 }
 
 }  // namespace
 
 TEST_CASE("what a tool leaves of its share of the work is for those after it") {
-  const TickOutput all = through_strings(false, 0);
-  const std::int64_t work = tick_work(all.tools[1].contact);
-  REQUIRE(all.tools[1].contact.sub_steps > 3);
-  REQUIRE(tick_work(all.tools[0].contact) < work / 4);
+  const std::array<ContactResult, 2> all = through_strings(false, 0);
+  const std::int64_t work = tick_work(all[1]);
+  REQUIRE(all[1].sub_steps > 3);
+  REQUIRE(tick_work(all[0]) < work / 4);
   const std::int64_t budget = 3 * work / 2;
-  CHECK_FALSE(through_strings(false, budget).tools[1].contact.cut_short);
-  CHECK(through_strings(true, budget).tools[0].contact.cut_short);
-  for (const RenderedTool& tool : through_strings(true, 1).tools) {
-    CHECK(tool.contact.sub_steps <= 1);
-  }
+  CHECK_FALSE(through_strings(false, budget)[1].cut_short);
+  CHECK(through_strings(true, budget)[0].cut_short);
+  for (const ContactResult& tool : through_strings(true, 1)) CHECK(tool.sub_steps <= 1);
 }
 
 TEST_CASE("whatever work several tools are allowed, none comes to be in a string or the body") {
@@ -58,7 +59,10 @@ TEST_CASE("whatever work several tools are allowed, none comes to be in a string
       p[k] += (goal[k] - p[k]) * std::min(1.0, 1e-3 / (goal[k] - p[k]).norm());
     }
     tools.work_budget = std::int64_t{1} << random.below(17);
-    for (const RenderedTool& tool : tools.tick(p).tools) cut += tool.contact.cut_short ? 1 : 0;
+    tools.tick(p);
+    for (std::size_t k = 0; k < p.size(); ++k) {
+      cut += tools.output().tool(k).contact.cut_short ? 1 : 0;
+    }
     deepest = std::min(deepest, tools.minimum_gap());
   }
   MESSAGE("deepest " << static_cast<double>(deepest) << " m, " << cut << " ticks cut short");

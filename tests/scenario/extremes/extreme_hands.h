@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/simulation/hand_motion.h"
+#include "core/tick/tick.h"
 
 namespace hapticd::test {
 

@@ -19,16 +19,16 @@ namespace {
 /// Deepest path allowed, m.
 constexpr double kAllowedDepth = 1e-6;
 
-bool finite(const TickOutput& output) {
-  const RenderedTool& tick = output.tools[0];
+bool finite(const SimulationTick& output) {
+  const RenderedTool& tick = output.tool(0);
   bool all = tick.F_H_W.f.allFinite() && tick.F_H_W.t.allFinite() &&
              tick.F_computed_H_W.f.allFinite() && tick.X_WG.p.allFinite() &&
              tick.X_WG.q.coeffs().allFinite();
-  for (const StringTick& reading : output.strings) {
+  for (const StringTick& reading : output.strings()) {
     all = all && std::isfinite(reading.radius_growth) && std::isfinite(reading.vibration_force) &&
           to_vector(reading.deflection_W).allFinite();
   }
-  for (const StringEvent& event : output.events) {
+  for (const StringEvent& event : output.events()) {
     all = all && std::isfinite(event.amplitude) && std::isfinite(event.level);
   }
   return all;
@@ -46,12 +46,12 @@ TEST_CASE("whatever a device sends, at every quality the wrench is finite, limit
       OwnedSimulation play = scene.simulate();
       const ToolScene& settings = play.simulation->scene(0);
       GuardedHand guarded;
-      TickOutput output;
+      SimulationTick output;
       double largest = 0.0;
       for (const HandPose& sample : hand.samples) {
         const PoseVerdict verdict = guarded_step(sample, guarded, *play.simulation, output);
         REQUIRE(finite(output));
-        const RenderedTool& tick = output.tools[0];
+        const RenderedTool& tick = output.tool(0);
         const bool faulty = verdict == PoseVerdict::kFault;
         REQUIRE((!faulty || (tick.F_H_W.f.norm() == 0.0 && tick.F_H_W.t.norm() == 0.0)));
         largest = std::max({largest, tick.F_H_W.f.norm() / settings.limits.force,

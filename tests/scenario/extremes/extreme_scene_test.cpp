@@ -10,6 +10,7 @@
 #include "core/math/rotation.h"
 #include "tests/scenario/extremes/extreme_scene.h"
 #include "tests/support/random.h"
+#include "tests/support/simulation_tick.h"
 #include "tests/truth/path_run.h"
 
 namespace hapticd::test {
@@ -35,18 +36,18 @@ TEST_CASE("at every quality sixty spheres at one place give the force of one") {
     const Scene many(crowded_scene(computation, 60));
     OwnedSimulation play_one = one.simulate();
     OwnedSimulation play_many = many.simulate();
-    TickOutput a;
-    TickOutput b;
+    SimulationTick a;
+    SimulationTick b;
     double largest = 0.0;
     double difference = 0.0;
     int iterations = 0;
     for (int tick = 0; tick < 600; ++tick) {
-      play_one.simulation->step(input_of(playing(tick)), a);
-      play_many.simulation->step(input_of(playing(tick)), b);
+      a.step(*play_one.simulation, playing(tick));
+      b.step(*play_many.simulation, playing(tick));
       difference =
-          std::max(difference, (a.tools[0].F_computed_H_W.f - b.tools[0].F_computed_H_W.f).norm());
-      largest = std::max(largest, a.tools[0].F_computed_H_W.f.norm());
-      const ContactResult& work = b.tools[0].contact;
+          std::max(difference, (a.tool(0).F_computed_H_W.f - b.tool(0).F_computed_H_W.f).norm());
+      largest = std::max(largest, a.tool(0).F_computed_H_W.f.norm());
+      const ContactResult& work = b.tool(0).contact;
       iterations = std::max(iterations, work.qp_iterations / std::max(1, work.sub_steps));
     }
     CHECK(difference < 1e-9);
@@ -61,17 +62,17 @@ TEST_CASE("at every quality the same samples give the same bits") {
     const Scene scene(extreme_scene(computation));
     OwnedSimulation first = scene.simulate();
     OwnedSimulation second = scene.simulate();
-    TickOutput a;
-    TickOutput b;
+    SimulationTick a;
+    SimulationTick b;
     SplitMix64 random(11);
     bool same = true;
     for (int tick = 0; tick < 400; ++tick) {
       const Vector3 p(0.5, random.uniform(-5e-3, 2e-2), random.uniform(-0.09, 0.07));
-      first.simulation->step(input_of(sample_at(tick, p)), a);
-      second.simulation->step(input_of(sample_at(tick, p)), b);
-      same = same && a.tools[0].F_H_W.f == b.tools[0].F_H_W.f &&
-             a.tools[0].F_H_W.t == b.tools[0].F_H_W.t && a.tools[0].X_WG.p == b.tools[0].X_WG.p &&
-             a.strings.size() == b.strings.size() && a.events.size() == b.events.size();
+      a.step(*first.simulation, sample_at(tick, p));
+      b.step(*second.simulation, sample_at(tick, p));
+      same = same && a.tool(0).F_H_W.f == b.tool(0).F_H_W.f &&
+             a.tool(0).F_H_W.t == b.tool(0).F_H_W.t && a.tool(0).X_WG.p == b.tool(0).X_WG.p &&
+             a.strings().size() == b.strings().size() && a.events().size() == b.events().size();
     }
     CHECK(same);
   }
@@ -84,15 +85,15 @@ TEST_CASE("at every quality a tool that begins inside comes out gently, and stay
     for (const Vector3& p : {Vector3(0.8, -0.03, 0.0), Vector3(0.5, 0.0, 0.0),
                              Vector3(0.5, 0.0, -0.06), Vector3(0.5, 1e-3, 0.04)}) {
       OwnedSimulation play = scene.simulate();
-      TickOutput output;
+      SimulationTick output;
       Pose X_before{{1, 0, 0, 0}, p};
       double fastest = 0.0;
       double force_growth = 0.0;
       double force_before = 0.0;
       bool recovered = false;
       for (int tick = 0; tick < 100; ++tick) {
-        play.simulation->step(input_of(sample_at(tick, p)), output);
-        const RenderedTool& now = output.tools[0];
+        output.step(*play.simulation, sample_at(tick, p));
+        const RenderedTool& now = output.tool(0);
         REQUIRE(now.F_H_W.f.allFinite());
         const bool recovering = now.contact.status == ContactStatus::kRecovering;
         recovered = recovered || recovering;
@@ -102,7 +103,7 @@ TEST_CASE("at every quality a tool that begins inside comes out gently, and stay
         X_before = now.X_WG;
       }
       CHECK(recovered);
-      CHECK(output.tools[0].contact.status != ContactStatus::kRecovering);
+      CHECK(output.tool(0).contact.status != ContactStatus::kRecovering);
       CHECK(fastest <= 2.1e-3);
       CHECK(force_growth <= kRecoveryForceRate * 1e-3 + 1e-9);
     }
@@ -115,20 +116,20 @@ TEST_CASE("at every quality a switch of contacts changes the force as the motion
     const Scene scene(switching_scene(computation));
     OwnedSimulation play = scene.simulate();
     const double kt = play.simulation->scene(0).stiffness.kt;
-    TickOutput output;
+    SimulationTick output;
     const auto sample = [](int tick) {
       const double t = 1e-3 * tick;
       const double y =
           0.0145 - 0.0025 * std::min(1.0, 5.0 * t) + 0.02 * std::max(0.0, 1.0 - 5.0 * t);
       return sample_at(tick, {0.055 * std::cos(3.0 * t), y, 1e-4}, {0, 0.05 * std::sin(2 * t), 0});
     };
-    play.simulation->step(input_of(sample(0)), output);
-    Vector3 before = output.tools[0].F_computed_H_W.f;
+    output.step(*play.simulation, sample(0));
+    Vector3 before = output.tool(0).F_computed_H_W.f;
     double worst = 0.0;
     double largest = 0.0;
     for (int tick = 1; tick < 4000; ++tick) {
-      play.simulation->step(input_of(sample(tick)), output);
-      const Vector3 now = output.tools[0].F_computed_H_W.f;
+      output.step(*play.simulation, sample(tick));
+      const Vector3 now = output.tool(0).F_computed_H_W.f;
       const double way = (to_vector(sample(tick).p_WH) - to_vector(sample(tick - 1).p_WH)).norm();
       worst = std::max(worst, (now - before).norm() / std::max(0.15, 1.1 * kt * way));
       largest = std::max(largest, now.norm());
@@ -145,15 +146,15 @@ TEST_CASE("at every quality a trembling hand that hovers for ten seconds plays n
     const Scene scene(crowded_scene(computation, 1));
     OwnedSimulation play = scene.simulate();
     SplitMix64 random(5);
-    TickOutput output;
+    SimulationTick output;
     int tones = 0;
     for (int tick = 0; tick < 10'000; ++tick) {
       const double t = 1e-3 * tick;
       const double tremor = 1e-4 * std::sin(2.0 * kPi * 9.0 * t);
       const double encoder = 20e-6 * std::round(random.uniform(-1.0, 1.0));
       const double y = kTip + kStringRadius + tremor + encoder;
-      play.simulation->step(input_of(sample_at(tick, {0.3, y, 0.0})), output);
-      for (const StringEvent& event : output.events) {
+      output.step(*play.simulation, sample_at(tick, {0.3, y, 0.0}));
+      for (const StringEvent& event : output.events()) {
         if (event.kind == StringEventKind::kTone) ++tones;
       }
     }
@@ -175,23 +176,23 @@ TEST_CASE("at every quality q and -q, and a scene a kilometre away, give the sam
     OwnedSimulation plain = here.simulate();
     OwnedSimulation negated = here.simulate();
     OwnedSimulation away = there.simulate();
-    TickOutput a;
-    TickOutput b;
-    TickOutput c;
+    SimulationTick a;
+    SimulationTick b;
+    SimulationTick c;
     double of_sign = 0.0;
     double of_place = 0.0;
     for (int tick = 0; tick < 600; ++tick) {
       const HandPose sample = playing(tick);
-      plain.simulation->step(input_of(sample), a);
+      a.step(*plain.simulation, sample);
       HandPose other = sample;
       for (double& part : other.q_WH) part = -part;
-      negated.simulation->step(input_of(other), b);
+      b.step(*negated.simulation, other);
       other = sample;
       other.p_WH = to_array(Vector3(to_vector(sample.p_WH) + far));
-      away.simulation->step(input_of(other), c);
-      const Vector3 f = a.tools[0].F_computed_H_W.f;
-      of_sign = std::max(of_sign, (b.tools[0].F_computed_H_W.f - f).norm());
-      of_place = std::max(of_place, (c.tools[0].F_computed_H_W.f - f).norm());
+      c.step(*away.simulation, other);
+      const Vector3 f = a.tool(0).F_computed_H_W.f;
+      of_sign = std::max(of_sign, (b.tool(0).F_computed_H_W.f - f).norm());
+      of_place = std::max(of_place, (c.tool(0).F_computed_H_W.f - f).norm());
     }
     CHECK(of_sign <= 1e-12);
     CHECK(of_place <= 1e-6);

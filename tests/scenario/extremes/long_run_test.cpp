@@ -10,6 +10,7 @@
 #include "core/math/rotation.h"
 #include "tests/scenario/extremes/extreme_scene.h"
 #include "tests/support/scale.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 namespace {
@@ -29,17 +30,16 @@ struct Course {
 /// Plays `cycle` again and again.
 Course play_long(const Scene& scene, const std::vector<Pose>& cycle) {
   OwnedSimulation play = scene.simulate();
-  TickOutput output;
+  SimulationTick output;
   Course course;
   std::int64_t tick = 0;
   const std::int64_t count = periods();
   for (std::int64_t period = 0; period < count; ++period) {
     for (const Pose& X_WH : cycle) {
       ++tick;
-      play.simulation->step(input_of({tick * 1'000'000, to_array(X_WH.p), to_array(X_WH.q)}),
-                            output);
+      output.step(*play.simulation, {tick * 1'000'000, to_array(X_WH.p), to_array(X_WH.q)});
     }
-    const RenderedTool& now = output.tools[0];
+    const RenderedTool& now = output.tool(0);
     if (period == 1) course.first_f = now.F_computed_H_W.f;
     course.last_f = now.F_computed_H_W.f;
     course.worst_norm = std::max(course.worst_norm, std::abs(now.X_WG.q.norm() - 1.0));

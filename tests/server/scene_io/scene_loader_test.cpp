@@ -14,6 +14,7 @@
 #include "tests/server/scene_io/full_scene.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/simulation_tick.h"
 
 namespace hapticd::test {
 namespace {
@@ -68,13 +69,13 @@ LoadOptions looking_in(std::vector<fs::path> scenes, std::vector<fs::path> model
 /// What a few ticks give.
 std::vector<double> play(Simulation& simulation, std::int64_t& tick, int ticks) {
   std::vector<double> bits;
-  auto output = std::make_unique<TickOutput>();
+  SimulationTick output;
   for (int i = 0; i < ticks; ++i, ++tick) {
     const double t = 1e-3 * static_cast<double>(tick);
     const HandPose sample{tick * 1'000'000, {0.0, 0.02 - 0.05 * t, 0.0}, {1.0, 0.0, 0.0, 0.0}};
-    simulation.step(input_of(sample), *output);
-    for (const double number : to_array(output->tools[0].F_H_W.f)) bits.push_back(number);
-    for (const double number : to_array(output->tools[0].X_WG.p)) bits.push_back(number);
+    output.step(simulation, sample);
+    for (const double number : to_array(output.tool(0).F_H_W.f)) bits.push_back(number);
+    for (const double number : to_array(output.tool(0).X_WG.p)) bits.push_back(number);
   }
   return bits;
 }
