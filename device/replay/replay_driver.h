@@ -13,6 +13,7 @@ inline constexpr DriverEntry kReplayDriver{.kind = "replay",
                                            .what = "a recording",
                                            .argument = SourceArgument::kFile,
                                            .profile = "premium_3_0_6dof",
+                                           .traits = {.follows_data = true},
                                            .make = make_replay};
 
 }  // namespace hapticd

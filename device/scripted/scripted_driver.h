@@ -12,6 +12,7 @@ inline constexpr DriverEntry kScriptedDriver{.kind = "scripted",
                                              .driver = DeviceDriver::kScripted,
                                              .what = "poses of a client",
                                              .profile = "premium_3_0_6dof",
+                                             .traits = {.follows_data = true},
                                              .takes_poses = true,
                                              .make = make_scripted};
 
