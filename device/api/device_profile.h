@@ -27,8 +27,9 @@ enum class DeviceDriver : std::uint8_t {
 /// What the loop must know of all devices of a driver, which the driver says of itself
 /// (DriverEntry).
 struct DriverTraits {
-  /// They have motors that can hurt: they engage only on request, and guards latch.
-  bool can_push_a_person = false;
+  /// They have motors that can hurt: they engage only on request, and guards latch. True unless the
+  /// driver denies it.
+  bool can_push_a_person = true;
   /// They say neither when a sample was made nor that one was lost.
   bool has_no_clock = false;
   /// Poses of the handle come from data, and force is only recorded, never felt.

@@ -22,7 +22,6 @@ inline constexpr DriverEntry kDriver{.kind = "hid",
                                      .what = "haptic device",
                                      .argument = SourceArgument::kSerial,
                                      .profile = "hid_v1",
-                                     .traits = {.can_push_a_person = true},
                                      .on_time = true,
                                      .mine = is_mine,
                                      .open = open};
