@@ -4,6 +4,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 
 #include "clients/ctl/connection.h"
 
@@ -37,5 +38,13 @@ void add_device_commands(CLI::App& app, const GlobalOptions& options);
 void add_replay_commands(CLI::App& app, const GlobalOptions& options);
 /// keygen: the two keys of a daemon.
 void add_keygen_command(CLI::App& app, const GlobalOptions& options);
+
+/// All commands, in the order of the help.
+inline constexpr std::array kCommands{
+    add_status_command,  add_watch_command,    add_scene_commands,     add_parameter_commands,
+    add_force_commands,  add_gesture_commands, add_record_commands,    add_run_commands,
+    add_pose_command,    add_doctor_command,   add_experiment_command, add_keygen_command,
+    add_replay_commands, add_device_commands,
+};
 
 }  // namespace hapticd::ctl

@@ -1,6 +1,5 @@
 // hapticctl: watches and controls a running hapticd. Exit codes: 0 good, 1 the daemon
 // refused or a file is bad, 2 the command line makes no sense, 3 no daemon answers.
-#include <array>
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -11,17 +10,6 @@
 namespace {
 
 using hapticd::ctl::GlobalOptions;
-
-/// All commands, in the order of the help.
-constexpr std::array kCommands{
-    hapticd::ctl::add_status_command,     hapticd::ctl::add_watch_command,
-    hapticd::ctl::add_scene_commands,     hapticd::ctl::add_parameter_commands,
-    hapticd::ctl::add_force_commands,     hapticd::ctl::add_gesture_commands,
-    hapticd::ctl::add_record_commands,    hapticd::ctl::add_run_commands,
-    hapticd::ctl::add_pose_command,       hapticd::ctl::add_doctor_command,
-    hapticd::ctl::add_experiment_command, hapticd::ctl::add_keygen_command,
-    hapticd::ctl::add_replay_commands,    hapticd::ctl::add_device_commands,
-};
 
 /// Names the word that is not known, where the parser misses a command instead.
 std::string explain(const CLI::App* app, const CLI::Error& error) {
@@ -45,7 +33,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.failure_message(explain);
   app.fallthrough();
-  for (const auto add : kCommands) add(app, options);
+  for (const auto add : hapticd::ctl::kCommands) add(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -233,11 +233,21 @@ struct BodyGap {
     return key.obstacle == other.obstacle;
   }
 
+  static bool has(const ObstaclesView& obstacles, const ContactKey& key) noexcept {
+    return static_cast<std::size_t>(key.obstacle) < obstacles.bodies.size() &&
+           has_sphere(body_of(obstacles, key).tree, key.obstacle_sphere);
+  }
+
+  static RoundObstacle round(const ObstaclesView& obstacles, const Contact& contact) noexcept {
+    const ContactKey& key = contact.key;
+    return {tree_sphere(body_of(obstacles, key).tree, key.obstacle_sphere).r, Vector3::Zero()};
+  }
+
   static Contact evaluate(const PairSides& sides, const ContactKey& key) noexcept {
     const ToolPlacement placement = place_tool(sides.tool.X_WG);
     const Sphere sphere_G = sides.tool_sphere(key);
     const PlacedSphere placed{rotate(placement.R_WG, sphere_G.p), sphere_G.r, placement.p_WG};
-    const BodyView& view = body_of(sides, key);
+    const BodyView& view = body_of(sides.obstacles, key);
     const PlacedBody body = place_body(view.X_WB, placement);
     const PrimitiveGap pair = gap_to_body_sphere(to_body(body, sphere_G.p), sphere_G.r,
                                                  tree_sphere(view.tree, key.obstacle_sphere));
@@ -245,10 +255,11 @@ struct BodyGap {
   }
 
   static void begin(const PairSides& sides, const ContactKey& key, PairBatch& batch) noexcept {
-    batch.begin(body_of(sides, key).X_WB);
+    batch.begin(body_of(sides.obstacles, key).X_WB);
   }
   static void add(const PairSides& sides, const ContactKey& key, PairBatch& batch) noexcept {
-    batch.add(sides.tool_sphere(key), tree_sphere(body_of(sides, key).tree, key.obstacle_sphere));
+    batch.add(sides.tool_sphere(key),
+              tree_sphere(body_of(sides.obstacles, key).tree, key.obstacle_sphere));
   }
 
   template <typename Kernels>
@@ -277,8 +288,8 @@ struct BodyGap {
   }
 
  private:
-  static const BodyView& body_of(const PairSides& sides, const ContactKey& key) noexcept {
-    return sides.obstacles.bodies[static_cast<std::size_t>(key.obstacle)];
+  static const BodyView& body_of(const ObstaclesView& obstacles, const ContactKey& key) noexcept {
+    return obstacles.bodies[static_cast<std::size_t>(key.obstacle)];
   }
 };
 

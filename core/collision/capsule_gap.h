@@ -142,6 +142,19 @@ struct CapsuleGap {
     return key.obstacle == other.obstacle && key.obstacle_sphere == other.obstacle_sphere;
   }
 
+  static bool has(const ObstaclesView& obstacles, const ContactKey& key) noexcept {
+    return static_cast<std::size_t>(key.obstacle) < obstacles.capsules_W.size() &&
+           (key.obstacle_sphere == 0 || key.obstacle_sphere == 1);
+  }
+
+  /// About its axis along the straight part alone.
+  static RoundObstacle round(const ObstaclesView& obstacles, const Contact& contact) noexcept {
+    const ContactKey& key = contact.key;
+    const Capsule capsule = segment_of(obstacles, key.obstacle, key.obstacle_sphere).capsule_W;
+    if (!(contact.lambda > 0.0 && contact.lambda < 1.0)) return {capsule.r, Vector3::Zero()};
+    return {capsule.r, (capsule.p_B - capsule.p_A).normalized()};
+  }
+
   static Contact evaluate(const PairSides& sides, const ContactKey& key) noexcept {
     const ToolPlacement placement = place_tool(sides.tool.X_WG);
     const Sphere sphere_G = sides.tool_sphere(key);

@@ -45,6 +45,15 @@ Contact evaluate_contact(const ContactKey& key, const ToolView& tool,
   return ask_primitive(key, [&](auto primitive) { return primitive.evaluate(sides, key); });
 }
 
+RoundObstacle round_obstacle(const Contact& contact, const ObstaclesView& obstacles) noexcept {
+  return ask_primitive(contact.key,
+                       [&](auto primitive) { return primitive.round(obstacles, contact); });
+}
+
+bool has_obstacle(const ContactKey& key, const ObstaclesView& obstacles) noexcept {
+  return ask_primitive(key, [&](auto primitive) { return primitive.has(obstacles, key); });
+}
+
 void evaluate_contacts(const ToolView& tool, const ObstaclesView& obstacles,
                        ContactSet& contacts) noexcept {
   auto& all = contacts.contacts;

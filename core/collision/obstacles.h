@@ -1,4 +1,4 @@
-// What the tool can touch, as the collision stage sees it: spans over the scene's memory. RT: yes.
+// What the tool can touch: the kinds there are, and spans over the scene's memory. RT: yes.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,22 @@
 #include "core/geometry/capsule.h"
 #include "core/geometry/sphere_tree_view.h"
 #include "core/math/pose.h"
+#include "core/tick/contact_tick.h"
 
 namespace hapticd {
+
+/// In the order of the primitives (primitives.h).
+enum class ObstacleKind : std::uint8_t { kCapsule, kBody };
+inline constexpr int kMaxObstacleKind = static_cast<int>(ObstacleKind::kBody);
+
+/// True of a pair with a capsule: a string, or a line that does not sound.
+[[nodiscard]] constexpr bool is_string(const ContactKey& key) noexcept {
+  return key.kind == ObstacleKind::kCapsule;
+}
+/// True of a pair with a body.
+[[nodiscard]] constexpr bool is_body(const ContactKey& key) noexcept {
+  return key.kind == ObstacleKind::kBody;
+}
 
 /// A rigid body of the scene: its tree and where it is.
 struct BodyView {
@@ -41,21 +55,14 @@ struct ObstaclesView {
   CapsuleGroup all = {Vector3::Zero(), Vector3::Zero()};
 };
 
-/// The bend of capsule number `capsule`, null when it is straight. Bends are few.
-[[nodiscard]] inline const StringBend* bend_of(const ObstaclesView& obstacles,
-                                               std::int32_t capsule) noexcept {
-  for (const StringBend& bend : obstacles.bends) {
-    if (bend.capsule == capsule) return &bend;
-  }
-  return nullptr;
-}
-
-/// The segment that leg `leg` of a capsule names; all of a straight one.
+/// The segment that leg `leg` of a capsule names; all of a straight one. Bends are few.
 [[nodiscard]] inline AxisSegment segment_of(const ObstaclesView& obstacles, std::int32_t capsule,
                                             std::int32_t leg) noexcept {
   const Capsule& straight = obstacles.capsules_W[static_cast<std::size_t>(capsule)];
-  const StringBend* bend = bend_of(obstacles, capsule);
-  return bend == nullptr ? AxisSegment{straight, 0, 0.0, 1.0} : leg_of(straight, *bend, leg);
+  for (const StringBend& bend : obstacles.bends) {
+    if (bend.capsule == capsule) return leg_of(straight, bend, leg);
+  }
+  return {straight, 0, 0.0, 1.0};
 }
 
 /// A ball: what may be near the tool.

@@ -2,6 +2,8 @@
 // NAME_gap.h, over the obstacles of its kind:
 //
 // - same_obstacle: whether two pairs are with one obstacle, to be evaluated together
+// - has: whether there is what a pair is with
+// - round: how the obstacle is round where it is touched
 // - evaluate: gap, normal and contact point of one pair
 // - begin, add: the same of many pairs with one obstacle
 // - collect: all pairs below the margin, by bounds

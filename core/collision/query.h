@@ -47,6 +47,20 @@ HD_REALTIME void find_contacts(const ToolView& tool, const ObstaclesView& obstac
 [[nodiscard]] HD_REALTIME Contact evaluate_contact(const ContactKey& key, const ToolView& tool,
                                                    const ObstaclesView& obstacles) noexcept;
 
+/// What an obstacle is where it is touched: round about a point, or about an axis.
+struct RoundObstacle {
+  double r;        ///< m; infinite where it is flat
+  Vector3 axis_W;  ///< unit; zero: it is round on all sides
+};
+
+/// The obstacle of a contact that evaluate_contact() has found among the same obstacles.
+[[nodiscard]] HD_REALTIME RoundObstacle round_obstacle(const Contact& contact,
+                                                       const ObstaclesView& obstacles) noexcept;
+
+/// Whether there is the obstacle that `key` names, and what of it.
+[[nodiscard]] HD_REALTIME bool has_obstacle(const ContactKey& key,
+                                            const ObstaclesView& obstacles) noexcept;
+
 /// The same for all of `contacts`, in place; minimum_gap becomes the smallest of their gaps, m, or
 /// +infinity when there are none. About 10 ns per contact.
 HD_REALTIME void evaluate_contacts(const ToolView& tool, const ObstaclesView& obstacles,

@@ -62,35 +62,6 @@ void add_quadratic(const PointJacobian& J, const Matrix3& A, ArrowMatrix& H) noe
   }
 }
 
-/// Distance from the obstacle's axis or centre to the tool sphere's centre, and the directions in
-/// which the obstacle is round: all but the normal, and but the axis along a capsule's straight
-/// part.
-struct RoundContact {
-  double distance;
-  Matrix3 round;
-};
-
-RoundContact round_contact(const ContactInput& input, const ObstaclesView& obstacles,
-                           const ContactKey& key, const Contact& contact) noexcept {
-  RoundContact out;
-  const double r = tree_sphere(input.tool, key.tool_sphere).r;
-  const Vector3& n = contact.nhat_OG_W;
-  out.round = Matrix3::Identity() - n * n.transpose();
-  if (is_body(key)) {
-    const auto o = static_cast<std::size_t>(key.obstacle);
-    out.distance =
-        contact.gap + r + tree_sphere(input.obstacles.bodies[o].tree, key.obstacle_sphere).r;
-    return out;
-  }
-  const Capsule capsule = segment_of(obstacles, key.obstacle, key.obstacle_sphere).capsule_W;
-  out.distance = contact.gap + r + capsule.r;
-  if (contact.lambda > 0.0 && contact.lambda < 1.0) {
-    const Vector3 axis = (capsule.p_B - capsule.p_A).normalized();
-    out.round -= axis * axis.transpose();
-  }
-  return out;
-}
-
 /// A soft part turns with the tool: H -= the Hessian of f . dtheta x dv.
 void subtract_turning(const PartBlock& part, const Vector3& f, ArrowMatrix& H) noexcept {
   const auto v = static_cast<std::size_t>(part.unknown);
@@ -102,22 +73,25 @@ void subtract_turning(const PartBlock& part, const Vector3& f, ArrowMatrix& H) n
   }
 }
 
-/// What the pairs that bear force are evaluated against.
+/// Tool and obstacles between which the pairs that bear force are evaluated.
 struct Shapes {
+  const ToolView& tool;
   const ObstaclesView& obstacles;
-  const DisplacedParts& displaced;
 };
 
 /// H -= multiplier times the Hessian of the signed distance of one pair.
 void subtract_curvature(const ContactView& view, const Shapes& shapes, const ActivePair& pair,
                         ArrowMatrix& H) noexcept {
   const auto& [input, state] = view.at();
-  const Contact contact =
-      evaluate_contact(pair.key, {input.tool, state.X_WG, shapes.displaced}, shapes.obstacles);
+  const Contact contact = evaluate_contact(pair.key, shapes.tool, shapes.obstacles);
   const double r = tree_sphere(input.tool, pair.key.tool_sphere).r;
-  const RoundContact geometry = round_contact(input, shapes.obstacles, pair.key, contact);
-  if (!(geometry.distance > 0.0)) return;
+  const RoundObstacle obstacle = round_obstacle(contact, shapes.obstacles);
+  // From the obstacle's axis or centre to that of the tool's sphere.
+  const double distance = contact.gap + r + obstacle.r;
+  if (!(distance > 0.0)) return;
   const Vector3& n = contact.nhat_OG_W;
+  Matrix3 round = Matrix3::Identity() - n * n.transpose();
+  round -= obstacle.axis_W * obstacle.axis_W.transpose();
   const Vector3 a = contact.p_WC + r * n - state.X_WG.p;
   PointJacobian J = point_jacobian(a);
   const int p = find_part(input.parts, state.parts, pair.key.tool_sphere);
@@ -129,7 +103,7 @@ void subtract_curvature(const ContactView& view, const Shapes& shapes, const Act
   }
   // The centre moves by dp - [a] dtheta + dv - share du; where the obstacle is round that costs
   // |v|^2 / (2 distance).
-  add_quadratic(J, (-pair.multiplier / geometry.distance) * geometry.round, H);
+  add_quadratic(J, (-pair.multiplier / distance) * round, H);
   if (part != nullptr && part->unknown >= 0) subtract_turning(*part, pair.multiplier * n, H);
   // Second order of the rotation itself: n . dtheta x (dtheta x a).
   const double along = n.dot(a);
@@ -231,10 +205,9 @@ void Linearisation::build(const ContactView& view, const PoseError& error_GH,
   const BentObstacles bent(view.input.obstacles, view.state.touched);
   const ToolShape shape(view.input.parts, view.state.parts);
   const ObstaclesView obstacles = bent.view();
-  const DisplacedParts displaced = shape.view();
+  const ToolView tool{view.input.tool, view.state.X_WG, shape.view()};
   for (int k = 0; k < view.state.active_count; ++k) {
-    subtract_curvature(view, {obstacles, displaced}, view.state.active[static_cast<std::size_t>(k)],
-                       H);
+    subtract_curvature(view, {tool, obstacles}, view.state.active[static_cast<std::size_t>(k)], H);
   }
   add_friction(view, H, scale.downhill);
   const Matrix3 rotation = rotation_hessian(error_GH.dtheta);

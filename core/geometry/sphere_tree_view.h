@@ -70,6 +70,12 @@ using TreeSphereId = std::int32_t;
 /// The sphere `id` of `tree`, in the tree's frame.
 [[nodiscard]] Sphere tree_sphere(const SphereTreeView& tree, TreeSphereId id) noexcept;
 
+/// Whether there is one of that id.
+[[nodiscard]] inline bool has_sphere(const SphereTreeView& tree, TreeSphereId id) noexcept {
+  if (id >= 0) return static_cast<std::size_t>(id) < tree.leaf_x.size();
+  return static_cast<std::size_t>(-(id + 1)) / kTreeWidth < tree.nodes.size();
+}
+
 /// Largest distance of any point of the tree's bound from the frame's origin, m: the lever that
 /// turns |dtheta| into displacement.
 [[nodiscard]] inline double reach(const SphereTreeView& tree) noexcept {

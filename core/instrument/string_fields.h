@@ -38,7 +38,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [p_WA, p_WB, radius, tension, youngs_modulus, linear_density, frequency, decay, touch_decay,
          model, k_s, contact_stiffness, inharmonicity, friction_coefficient, max_level] = state;
   visit(p_WA, p_WB, radius, tension, youngs_modulus, linear_density, frequency, decay, touch_decay);
-  visit.bounded(model, 0, static_cast<int>(StringContact::kYielding));
+  visit.bounded(model, 0, static_cast<int>(kMaxStringContact));
   visit(k_s, contact_stiffness, inharmonicity, friction_coefficient);
   visit.bounded(max_level, 0, static_cast<int>(StringDetail::kModes));
 }

@@ -130,8 +130,8 @@ std::optional<ParameterFault> check_string(const StringParameters& parameters) n
       return ParameterFault{entry.field, value, entry.range.text, entry.remedy};
     }
   }
-  if (parameters.model > StringContact::kYielding) {
-    return ParameterFault{"model", static_cast<double>(parameters.model), "rigid or deflecting",
+  if (parameters.model > kMaxStringContact) {
+    return ParameterFault{"model", static_cast<double>(parameters.model), "a model of strings",
                           "Choose what a contact does to the string."};
   }
   if (parameters.max_level > StringDetail::kModes) {

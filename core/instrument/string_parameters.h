@@ -19,6 +19,7 @@ enum class StringContact : std::uint8_t {
   kStraight,  ///< the string stays straight in the contact problem; only its force is a string's
   kYielding,  ///< the string yields: two unknowns of the contact problem while it is touched
 };
+inline constexpr StringContact kMaxStringContact = StringContact::kYielding;
 
 /// How far up the ladder of models a string may climb; StringLevel on the wire.
 enum class StringDetail : std::uint8_t {

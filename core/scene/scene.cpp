@@ -22,7 +22,9 @@ Scene::Scene(SceneDescription description) : description_(std::move(description)
   for (std::size_t group = 0; group * kCapsulesPerGroup < capsules_W_.size(); ++group) {
     groups_.push_back(group_capsules(capsules_W_, group));
   }
-  add_bodies();
+  for (const BodyDescription& body : description_.bodies) {
+    bodies_.push_back({body.shape.tree->tree.view(), body.X_WB});
+  }
   merge_parts();
 }
 
@@ -48,12 +50,6 @@ void Scene::add_lines() {
       add_capsule(line.points_W[k], line.points_W[k + 1], line.radius,
                   {static_cast<std::int32_t>(i), false});
     }
-  }
-}
-
-void Scene::add_bodies() {
-  for (const BodyDescription& body : description_.bodies) {
-    bodies_.push_back({body.shape.tree->tree.view(), body.X_WB});
   }
 }
 

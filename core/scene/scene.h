@@ -60,7 +60,6 @@ class Scene {
   void add_capsule(const Vector3& p_A, const Vector3& p_B, double radius, CapsuleOwner owner);
   void add_strings();
   void add_lines();
-  void add_bodies();
   void merge_parts();
 
   SceneDescription description_;

@@ -176,8 +176,8 @@ void reach_out(double swing, ToolPlay& play) noexcept {
   const double margin = std::max(options.margin, range);
   const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
-  ObstaclesView strings = bent.view();
-  strings.bodies = {};
+  const ObstaclesView all = bent.view();
+  const ObstaclesView strings{all.capsules_W, {}, all.bends, all.groups, all.all};
   find_contacts({input.tool, state.X_WG, shape.view()}, strings, {margin, margin}, play.swung);
 }
 

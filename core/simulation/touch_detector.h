@@ -3,6 +3,7 @@
 // their own detector (core/instrument). Frames: W. SI. RT: yes, about 20 ns per contact.
 #pragma once
 
+#include "core/collision/obstacles.h"
 #include "core/math/realtime.h"
 #include "core/math/wrench.h"
 #include "core/simulation/contact_report.h"

@@ -28,35 +28,20 @@ struct ContactOutcome {
   double minimum_gap = 0.0;  ///< to anything at the last evaluated pose, up to the margin, m
 };
 
-enum class ObstacleKind : std::uint8_t { kCapsule, kBody };
-inline constexpr int kMaxObstacleKind = static_cast<int>(ObstacleKind::kBody);
-
-/// True of a capsule: a string, or a line that does not sound.
-[[nodiscard]] constexpr bool is_string(ObstacleKind kind) noexcept {
-  return kind == ObstacleKind::kCapsule;
-}
-/// True of a body.
-[[nodiscard]] constexpr bool is_body(ObstacleKind kind) noexcept {
-  return kind == ObstacleKind::kBody;
-}
+/// Of which primitive an obstacle is; core/collision/obstacles.h lists them.
+enum class ObstacleKind : std::uint8_t;
 
 /// Which pair of primitives touches; equal keys in two ticks are the same physical pair. Ordered by
 /// obstacle first.
 struct ContactKey {
-  ObstacleKind kind = ObstacleKind::kCapsule;
-  std::int32_t obstacle = 0;     ///< index among the capsules, or among the bodies
+  ObstacleKind kind{};
+  std::int32_t obstacle = 0;     ///< index among those of its kind
   std::int32_t tool_sphere = 0;  ///< in the tool's tree
   /// In the body's tree; of a capsule its leg (string_bend.h), 0 when straight.
   std::int32_t obstacle_sphere = 0;
 
   friend auto operator<=>(const ContactKey&, const ContactKey&) = default;
 };
-
-/// Of the obstacle of the pair.
-[[nodiscard]] constexpr bool is_string(const ContactKey& key) noexcept {
-  return is_string(key.kind);
-}
-[[nodiscard]] constexpr bool is_body(const ContactKey& key) noexcept { return is_body(key.kind); }
 
 /// Contacts reported of a tick, at most: the deepest.
 inline constexpr std::size_t kMaxReportedContacts = 256;

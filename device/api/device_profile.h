@@ -24,6 +24,18 @@ enum class DeviceDriver : std::uint8_t {
   kPid = 6,         ///< two-axis force device of the HID PID class
 };
 
+/// What the loop must know of all devices of a driver, which the driver says of itself
+/// (DriverEntry).
+struct DriverTraits {
+  /// They have motors that can hurt: they engage only on request, and guards latch. True unless the
+  /// driver denies it.
+  bool can_push_a_person = true;
+  /// They say neither when a sample was made nor that one was lost.
+  bool has_no_clock = false;
+  /// Poses of the handle come from data, and force is only recorded, never felt.
+  bool follows_data = false;
+};
+
 /// No limit.
 inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 /// Longest name of a profile.
@@ -73,25 +85,10 @@ static_assert(std::is_trivially_copyable_v<DeviceProfile>);
   return {profile.name.data()};
 }
 
-/// True for devices with motors that can hurt: they engage only on request, and guards latch.
-[[nodiscard]] constexpr bool can_push_a_person(DeviceDriver driver) noexcept {
-  return driver == DeviceDriver::kHid || driver == DeviceDriver::kPid;
-}
-
-/// True for devices that say neither when a sample was made nor that one was lost.
-[[nodiscard]] constexpr bool has_no_clock(DeviceDriver driver) noexcept {
-  return driver == DeviceDriver::kPid;
-}
-
 /// From one report of the device to the next, ns, at least 1.
 [[nodiscard]] constexpr std::int64_t report_interval_ns(const DeviceProfile& profile) noexcept {
   const double interval_ns = 1e9 / profile.report_rate;
   return interval_ns >= 1.0 && interval_ns <= 1e9 ? static_cast<std::int64_t>(interval_ns) : 1;
-}
-
-/// True where poses of the handle come from data and force is only recorded, never felt.
-[[nodiscard]] constexpr bool follows_data(DeviceDriver driver) noexcept {
-  return driver == DeviceDriver::kScripted || driver == DeviceDriver::kReplay;
 }
 
 }  // namespace hapticd

@@ -104,6 +104,7 @@ struct DriverEntry {
   std::string_view what;  ///< such a device is, for people
   SourceArgument argument = SourceArgument::kNone;
   std::string_view profile;     ///< of every such device that no other is for, by name
+  DriverTraits traits{};        ///< of its devices
   bool takes_poses = false;     ///< its devices have DeviceFacets::poses
   bool plays_gestures = false;  ///< its devices have DeviceFacets::hand
   bool on_time = false;         ///< its devices have OpenDevice::pace

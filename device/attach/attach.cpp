@@ -49,7 +49,7 @@ AttachedDevice attach_device(const DeviceSource& source, const DeviceSheet& chos
                             return granted;
                           }};
   attached.open = driver->open(found);
-  if (attached.check == nullptr && can_push_a_person(driver->driver)) {
+  if (attached.check == nullptr && driver->traits.can_push_a_person) {
     throw std::logic_error("the driver " + std::string(driver->kind) + " has asked for no grant");
   }
   for (const std::string& warning : attached.open.warnings) {

@@ -39,6 +39,7 @@ inline constexpr DriverEntry kDriver{.kind = "pid",
                                      .what = "two-axis force device, experimental, no watchdog",
                                      .argument = SourceArgument::kSerial,
                                      .profile = "pid",
+                                     .traits = {.has_no_clock = true},
                                      .mine = is_mine,
                                      .open = open};
 

@@ -12,6 +12,7 @@ inline constexpr DriverEntry kSimulatedDriver{.kind = "simulated",
                                               .driver = DeviceDriver::kSimulated,
                                               .what = "device and hand, computed",
                                               .profile = "premium_3_0_6dof",
+                                              .traits = {.can_push_a_person = false},
                                               .plays_gestures = true,
                                               .make = make_simulated};
 

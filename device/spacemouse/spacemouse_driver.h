@@ -16,6 +16,7 @@ inline constexpr DriverEntry kDriver{.kind = "spacemouse",
                                      .what = "moves a tool, without force",
                                      .argument = SourceArgument::kSerial,
                                      .profile = "spacemouse",
+                                     .traits = {.can_push_a_person = false},
                                      .mine = is_mine,
                                      .open = open};
 

@@ -56,8 +56,11 @@ v1::State state_of(const v1::TickRecord& tick) {
   state.set_cause(tick.cause());
   state.set_scene_id(tick.scene_id());
   if (tick.cpu_ns() > 0) state.mutable_timing()->set_last_ns(tick.cpu_ns());
-  for (int k = 0; k < std::min(tick.inputs_size(), tick.outputs_size()); ++k) {
-    put_tool(tick.inputs(k), tick.outputs(k), *state.add_tools());
+  const int tools = std::min(tick.inputs_size(), tick.outputs_size());
+  while (state.tools_size() > tools) state.mutable_tools()->RemoveLast();
+  for (int k = 0; k < tools; ++k) {
+    v1::ToolState& tool = k < state.tools_size() ? *state.mutable_tools(k) : *state.add_tools();
+    put_tool(tick.inputs(k), tick.outputs(k), tool);
     if (tick.inputs(k).has_pose_dh()) put_device(tick.inputs(k), *state.add_devices());
   }
   return state;

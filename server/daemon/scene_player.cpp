@@ -78,10 +78,11 @@ PlayedTool make_played_tool(const ToolDescription& tool, std::size_t k, const Ge
   played.map = tool.workspace;
   played.X_WG_home = tool.X_WG;
   played.limits = limits_of(profile, options);
-  played.stiffness_limits =
-      stiffness_limits_of(profile, 1e-9 * static_cast<double>(options.period_ns));
+  played.stiffness_limits = stiffness_limits_of(profile, driver_entry(profile.driver).traits,
+                                                1e-9 * static_cast<double>(options.period_ns));
   const Pose home = to_device(played.map, WorkspaceState{}, tool.X_WG);
   played.device = make_played_device(device, begin_of(gesture, k).value_or(home), options, k);
+  played.device.traits = driver_entry(played.device.device->profile().driver).traits;
   return played;
 }
 

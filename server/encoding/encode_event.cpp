@@ -97,7 +97,7 @@ void encode_touch(const EventPlace& place, const TouchEvent& touch, const SceneI
   contact.set_phase(touch.begins ? v1::CONTACT_PHASE_BEGIN : v1::CONTACT_PHASE_END);
   contact.set_tool_id(place.tool_id);
   contact.set_part_index(static_cast<std::uint32_t>(touch.part));
-  if (is_body(touch.kind)) {
+  if (is_body({touch.kind, touch.obstacle})) {
     contact.set_body_index(static_cast<std::uint32_t>(touch.obstacle));
   } else {
     const PieceOwner& piece = piece_of(index, touch.obstacle);

@@ -6,7 +6,8 @@
 
 namespace hapticd {
 
-StiffnessLimits stiffness_limits_of(const DeviceProfile& profile, double period_s) {
+StiffnessLimits stiffness_limits_of(const DeviceProfile& profile, const DriverTraits& driver,
+                                    double period_s) {
   StiffnessLimits limits;
   limits.damping = profile.damping;
   // What gives no torque renders no rotational stiffness, whatever its damping.
@@ -17,7 +18,7 @@ StiffnessLimits stiffness_limits_of(const DeviceProfile& profile, double period_
     limits.stiffness_max = profile.stiffness_max;
   }
   limits.period_s = period_s;
-  const bool known = profile.delay > 0.0 || !has_no_clock(profile.driver);
+  const bool known = profile.delay > 0.0 || !driver.has_no_clock;
   limits.delay_s = known ? profile.delay : kUnmeasuredDelay_s;
   return limits;
 }

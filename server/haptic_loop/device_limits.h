@@ -11,6 +11,7 @@ namespace hapticd {
 inline constexpr double kUnmeasuredDelay_s = 3e-3;
 
 /// In a loop of this period. The coupling's damping is that of the settings.
-[[nodiscard]] StiffnessLimits stiffness_limits_of(const DeviceProfile& profile, double period_s);
+[[nodiscard]] StiffnessLimits stiffness_limits_of(const DeviceProfile& profile,
+                                                  const DriverTraits& driver, double period_s);
 
 }  // namespace hapticd

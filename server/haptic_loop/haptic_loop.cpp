@@ -18,7 +18,7 @@ bool latched_by_device(Cause cause) noexcept {
 }
 
 bool pushes_a_person(const PlayedTool& tool) noexcept {
-  return can_push_a_person(tool.device.device->profile().driver);
+  return tool.device.traits.can_push_a_person;
 }
 
 /// The simulated hands play `plan`; false when there is none.

@@ -71,10 +71,8 @@ HD_REALTIME void visit_fields(const WholeString<Track, Visits>& whole, Visit& vi
 bool names_things(const TouchDetector& detector, const SceneDescription& scene, std::size_t tool,
                   const ToolScene& play) {
   for (const TouchEvent& touch : detector.touches) {
-    const std::size_t things =
-        is_string(touch.kind) ? play.obstacles.capsules_W.size() : play.obstacles.bodies.size();
-    if (touch.obstacle < 0 || static_cast<std::size_t>(touch.obstacle) >= things ||
-        touch.part < 0 || static_cast<std::size_t>(touch.part) >= scene.tools[tool].parts.size()) {
+    if (!has_obstacle({touch.kind, touch.obstacle}, play.obstacles) || touch.part < 0 ||
+        static_cast<std::size_t>(touch.part) >= scene.tools[tool].parts.size()) {
       return false;
     }
   }

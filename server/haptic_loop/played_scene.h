@@ -22,6 +22,7 @@ namespace hapticd {
 struct PlayedDevice {
   HapticDevice* device = nullptr;
   DeviceFacets facets;
+  DriverTraits traits;                  ///< of the driver that its profile names
   std::unique_ptr<HapticDevice> owned;  ///< null for a device that outlives scenes
 };
 

@@ -28,7 +28,7 @@ void apply_to_tool(const LiveSettings& live, const std::vector<StringParameters>
   limits.coupling_damping = live.coupling_damping;
   played.grant = grant_stiffness(wanted_stiffness(live, pieces), limits);
   // Where poses come from data force moves nothing, and no stiffness is too high.
-  if (follows_data(played.device.device->profile().driver)) played.grant.scale = 1.0;
+  if (played.device.traits.follows_data) played.grant.scale = 1.0;
   tool.stiffness = {live.coupling.kt * played.grant.scale, live.coupling.length};
   tool.coupling_damping = live.coupling_damping;
   tool.options = live.contact;

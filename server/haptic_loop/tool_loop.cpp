@@ -25,11 +25,11 @@ void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
   GuardLimits limits;
   limits.reach = reach_of(played.map, tool.workspace);
   limits.velocity_trip = profile.velocity_trip;
-  limits.loses_unseen = has_no_clock(profile.driver);
+  limits.loses_unseen = device.traits.has_no_clock;
   limits.report_interval_ns = limits.loses_unseen ? report_interval_ns(profile) : 0;
   limits.stale_ticks =
       bridged_ticks(profile.report_rate, 1e9 / static_cast<double>(time.period_ns));
-  const bool has_sensors = can_push_a_person(profile.driver) || guards_armed;
+  const bool has_sensors = device.traits.can_push_a_person || guards_armed;
   limits.stuck_after_ns = has_sensors ? kStuckAfter_ns : 0;
   tool.judged = judge(tool.sample_came ? &sample : nullptr, to_vector(tool.safety.f_H_D).norm(),
                       limits, tool.guard);

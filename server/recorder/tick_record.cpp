@@ -160,9 +160,10 @@ void to_record(const Tick& tick, v1::TickRecord& record) {
 }
 
 void add_shown(const Tick& tick, const SceneIndex& index, v1::TickRecord& record) {
-  std::uint32_t sections = 1U << v1::SECTION_STRINGS | 1U << v1::SECTION_CONTACTS |
-                           1U << v1::SECTION_ENERGY | 1U << v1::SECTION_QUALITY |
-                           1U << v1::SECTION_STIFFNESS | 1U << v1::SECTION_GESTURES;
+  std::uint32_t sections = 1U << v1::SECTION_TOOLS | 1U << v1::SECTION_STRINGS |
+                           1U << v1::SECTION_CONTACTS | 1U << v1::SECTION_ENERGY |
+                           1U << v1::SECTION_QUALITY | 1U << v1::SECTION_STIFFNESS |
+                           1U << v1::SECTION_GESTURES;
   if (tick.times.stages != StageTimes{}) sections |= 1U << v1::SECTION_STAGES;
   v1::State& shown = *record.mutable_shown();
   encode_state(tick, index, {sections, kShownContacts}, shown);
@@ -172,6 +173,17 @@ void add_shown(const Tick& tick, const SceneIndex& index, v1::TickRecord& record
   shown.clear_loop_state();
   shown.clear_cause();
   shown.clear_scene_id();
+  // And these in its inputs and outputs.
+  for (v1::ToolState& tool : *shown.mutable_tools()) {
+    tool.clear_tool_id();
+    tool.clear_p_wh_m();
+    tool.clear_q_wh();
+    tool.clear_p_wg_m();
+    tool.clear_q_wg();
+    tool.clear_wrench_h_w();
+    tool.clear_wrench_unlimited_h_w();
+    tool.clear_flags();
+  }
 }
 
 bool to_tick(const v1::TickRecord& record, Tick& tick) {

@@ -15,8 +15,9 @@ inline constexpr std::uint32_t kShownContacts = 64;
 /// needs and compares.
 void to_record(const Tick& tick, v1::TickRecord& record);
 
-/// Adds what clients were shown of the tick beside tools and devices: strings, contacts, energy,
-/// quality, stiffness, gestures and, on a real clock, the times of its stages (TickRecord.shown).
+/// Adds what else clients were shown of the tick (TickRecord.shown): of tools what neither went in
+/// nor came out, strings, contacts, energy, quality, stiffness, gestures and, on a real clock, the
+/// times of its stages.
 void add_shown(const Tick& tick, const SceneIndex& index, v1::TickRecord& record);
 
 /// What to_record() told. False when `record` cannot be a tick of ours: more tools than there may

@@ -6,6 +6,7 @@
 #include "core/contact/virtual_coupling.h"
 #include "core/instrument/string_preset.h"
 #include "core/scene/quality.h"
+#include "server/scene_io/solver_knobs.h"
 
 namespace hapticd {
 namespace {
@@ -113,18 +114,6 @@ void fill_features(StringPreset preset, v1::Scene& scene) {
   set_absent(release, &R::has_refractory_s, &R::set_refractory_s, usual.release.refractory);
 }
 
-void fill_solver(v1::Scene& scene) {
-  const ContactOptions usual = quality_of(quality_level(scene.quality())).options;
-  using S = v1::Solver;
-  S& solver = *scene.mutable_solver();
-  set_absent(solver, &S::has_margin_m, &S::set_margin_m, usual.margin);
-  set_absent(solver, &S::has_skin_m, &S::set_skin_m, usual.skin);
-  set_absent(solver, &S::has_max_rotation_rad, &S::set_max_rotation_rad, usual.rotation_step);
-  if (!solver.has_max_rows()) solver.set_max_rows(static_cast<unsigned>(usual.max_rows));
-  set_absent(solver, &S::has_recovery_speed_m_per_s, &S::set_recovery_speed_m_per_s,
-             usual.recovery_speed);
-}
-
 /// Forgets what a preset decides.
 void forget_preset_fields(v1::Scene& scene) {
   for (v1::String& string : *scene.mutable_strings()) {
@@ -157,7 +146,7 @@ void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene) {
   fill_features(named, scene);
   for (v1::String& string : *scene.mutable_strings()) fill_string(scene, named, string);
   fill_quality(*scene.mutable_quality());
-  fill_solver(scene);
+  fill_open(OpenKnob::kUsual, {}, *scene.mutable_solver());
   fill_knobs(scene.quality(), *scene.mutable_solver());
 }
 
@@ -166,10 +155,7 @@ void fill_quality(v1::Quality& quality) {
 }
 
 void fill_knobs(const v1::Quality& quality, v1::Solver& solver) {
-  const ContactOptions usual = quality_of(quality_level(quality)).options;
-  using S = v1::Solver;
-  if (!solver.has_max_substeps()) solver.set_max_substeps(static_cast<unsigned>(usual.sub_steps));
-  set_absent(solver, &S::has_stop_step_m, &S::set_stop_step_m, usual.stop_tolerance);
+  fill_open(OpenKnob::kByQuality, quality_of(quality_level(quality)).options, solver);
 }
 
 void choose_quality(const QualityWish& wish, v1::Scene& scene) {

@@ -31,7 +31,7 @@ void fill_pose(v1::Pose& pose);
 /// The usual level, where `quality` has no choice.
 void fill_quality(v1::Quality& quality);
 
-/// The knobs that `quality` decides, where `solver` does not give them: max_substeps, stop_step_m.
+/// The knobs that `quality` decides, where `solver` does not give them.
 void fill_knobs(const v1::Quality& quality, v1::Solver& solver);
 
 /// The rung of the ladder of core/scene/quality.h that `quality` asks for; automatic quality begins

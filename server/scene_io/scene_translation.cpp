@@ -5,6 +5,7 @@
 
 #include "core/math/rotation.h"
 #include "server/scene_io/scene_defaults.h"
+#include "server/scene_io/solver_knobs.h"
 
 namespace hapticd {
 namespace {
@@ -223,20 +224,6 @@ InstrumentOptions instrument_of(const v1::Scene& scene) {
         true, tones.level() == v1::TONE_LEVEL_FORCE ? ToneLevel::kForce : ToneLevel::kAmplitude,
         tones.reference_amplitude_m(), tones.reference_force_n(), tones.gain()};
   }
-  return options;
-}
-
-ContactOptions contact_options_of(const v1::Solver& solver) {
-  ContactOptions options;
-  options.sub_steps = static_cast<int>(solver.max_substeps());
-  options.stop_tolerance = solver.stop_step_m();
-  options.margin = solver.margin_m();
-  options.skin = solver.skin_m();
-  options.rotation_step = solver.max_rotation_rad();
-  options.max_rows = static_cast<int>(solver.max_rows());
-  options.recovery_speed = solver.recovery_speed_m_per_s();
-  if (solver.has_tool_level()) options.tool_level = static_cast<int>(solver.tool_level());
-  if (solver.has_body_level()) options.body_level = static_cast<int>(solver.body_level());
   return options;
 }
 

@@ -25,7 +25,7 @@ constexpr std::size_t kLeafBytes = 32;
 /// Bytes of one entry of the level table.
 constexpr std::size_t kLevelBytes = 20;
 /// Fewest bytes of a node: its masks and one slot with a leaf.
-constexpr std::size_t kLeastNodeBytes = 6;
+constexpr std::size_t kMinNodeBytes = 6;
 /// Relative rounding of a computed distance plus radius, at most (enclosing_sphere adds twice as
 /// much): a bound that is larger by this contains its leaf in exact arithmetic. Smaller could let a
 /// leaf stick out by an ulp, larger would refuse what the builder makes.
@@ -146,7 +146,7 @@ Counts read_counts(ByteReader& reader) {
   require(counts.nodes >= 1, "it has no nodes");
   require(counts.levels >= 1 && counts.levels <= kMaxTreeDepth, "number of levels out of range");
   require(counts.name <= kMaxSourceName, "the name of the source is too long");
-  const std::size_t least = counts.leaves * kLeafBytes + counts.nodes * kLeastNodeBytes +
+  const std::size_t least = counts.leaves * kLeafBytes + counts.nodes * kMinNodeBytes +
                             counts.levels * kLevelBytes + counts.name;
   require(least <= reader.left(), "it is too short for its counts");
   return counts;

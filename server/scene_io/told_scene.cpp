@@ -5,19 +5,18 @@
 
 #include "core/scene/quality.h"
 #include "server/scene_io/scene_defaults.h"
+#include "server/scene_io/solver_knobs.h"
 
 namespace hapticd {
 
 GivenQuality given_quality(const v1::Scene& scene) {
-  GivenQuality given{scene.quality(), scene.solver().has_max_substeps(),
-                     scene.solver().has_stop_step_m()};
+  GivenQuality given{scene.quality(), scene.solver()};
   fill_quality(given.choice);
   return given;
 }
 
 void leave_open(const GivenQuality& given, v1::Scene& scene) {
-  if (!given.max_substeps) scene.mutable_solver()->clear_max_substeps();
-  if (!given.stop_step_m) scene.mutable_solver()->clear_stop_step_m();
+  leave_to_quality(given.solver, *scene.mutable_solver());
 }
 
 void follow_choice(const v1::SetParameter& set, v1::Quality& choice) {
@@ -46,8 +45,7 @@ void tell_scene(const v1::Scene& scene, const v1::Quality& choice, v1::SceneInfo
 
 void take_to_level(int level, const v1::Solver& given, LiveSettings& live) {
   set_level(level, live);
-  if (given.has_max_substeps()) live.contact.sub_steps = static_cast<int>(given.max_substeps());
-  if (given.has_stop_step_m()) live.contact.stop_tolerance = given.stop_step_m();
+  keep_from_quality(given, live.contact);
 }
 
 }  // namespace hapticd

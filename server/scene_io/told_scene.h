@@ -13,8 +13,7 @@ namespace hapticd {
 /// What a scene says itself of its quality.
 struct GivenQuality {
   v1::Quality choice;  ///< the usual level where there is none
-  bool max_substeps = false;
-  bool stop_step_m = false;
+  v1::Solver solver;
 };
 
 /// Of `scene` as it is written.

@@ -1,7 +1,9 @@
 """How hapticd starts, refuses to start, and ends."""
 import pathlib
+import re
 import signal
 import socket
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -21,6 +23,14 @@ class Start(unittest.TestCase):
         self.assertEqual(daemon.run("--help")[0], 0)
         code, text = daemon.run("--version")
         self.assertEqual((code, text.split()[0]), (0, "hapticd"))
+
+    def test_the_completion_offers_the_devices_that_the_help_lists(self):
+        script = pathlib.Path(__file__).parents[2] / "deploy/completion/hapticd"
+        bash = f"source {script}; COMP_WORDS=(hapticd --device ''); COMP_CWORD=2; _hapticd {daemon.HAPTICD}; echo ${{COMPREPLY[@]}}"
+        offered = subprocess.run(["bash", "-c", bash], stdout=subprocess.PIPE, text=True, timeout=60, check=True).stdout.split()
+        self.assertIn("replay:", offered)
+        listed = re.search("--device (.*)", daemon.run("--help")[1])[1]
+        self.assertEqual(offered, re.sub(r"FILE|\[:SERIAL\]", "", listed).split("|"))
 
     def test_what_makes_no_sense_is_refused_by_name_and_with_a_remedy(self):
         self.refused(2, ["--rate", "250"], "--rate", "20000")

@@ -6,6 +6,8 @@
 #include <limits>
 #include <tuple>
 
+#include "core/collision/obstacles.h"
+
 namespace hapticd {
 namespace {
 

@@ -18,13 +18,7 @@ int run(const std::vector<std::string>& words, std::string& said) {
   app.add_option("--timeout", options.timeout_s);
   app.add_flag("--json", options.json);
   app.fallthrough();
-  for (const auto add :
-       {ctl::add_status_command, ctl::add_watch_command, ctl::add_scene_commands,
-        ctl::add_parameter_commands, ctl::add_force_commands, ctl::add_gesture_commands,
-        ctl::add_record_commands, ctl::add_run_commands, ctl::add_pose_command,
-        ctl::add_keygen_command, ctl::add_device_commands}) {
-    add(app, options);
-  }
+  for (const auto add : ctl::kCommands) add(app, options);
   // CLI11 takes the words from the back.
   std::vector<std::string> reversed(words.rbegin(), words.rend());
   try {

@@ -188,6 +188,43 @@ TEST_CASE("without contacts the smallest gap of the pairs is infinite") {
         std::numeric_limits<double>::infinity());
 }
 
+TEST_CASE("a capsule is round about its axis but at its ends, a body on all sides") {
+  CheckedScene scene;
+  scene.set_tool({{{0, 0, 0}, 1e-3}});
+  scene.capsules = {{{0, 0, 0}, {0, 2, 0}, 4e-3}};
+  scene.add_body({{{0, 0, 0}, 7e-3}}, {{1, 0, 0, 0}, {9e-3, 1, 0}});
+  const auto touched = [&](const ContactKey& key, const Vector3& p_WC) {
+    const Contact contact =
+        evaluate_contact(key, {scene.tool(), {{1, 0, 0, 0}, p_WC}}, scene.obstacles());
+    return round_obstacle(contact, scene.obstacles());
+  };
+  const ContactKey capsule{ObstacleKind::kCapsule};
+  CHECK(touched(capsule, {0, 1, 5e-3}).r == 4e-3);
+  CHECK(touched(capsule, {0, 1, 5e-3}).axis_W == Vector3(0, 1, 0));
+  CHECK(touched(capsule, {0, 2.005, 0}).axis_W == Vector3(0, 0, 0));
+  CHECK(touched({ObstacleKind::kBody}, {0, 1, 0}).r == 7e-3);
+  CHECK(touched({ObstacleKind::kBody}, {0, 1, 0}).axis_W == Vector3(0, 0, 0));
+}
+
+TEST_CASE("only keys of what is there name an obstacle") {
+  CheckedScene scene;
+  scene.capsules = {{{5, 0, 0}, {6, 0, 0}, 1e-3}, {{7, 0, 0}, {8, 0, 0}, 1e-3}};
+  scene.add_body({{{0, 0, 0}, 0.01}}, {});
+  const auto named = [&](ObstacleKind kind, std::int32_t obstacle, TreeSphereId sphere) {
+    return has_obstacle({kind, obstacle, 0, sphere}, scene.obstacles());
+  };
+  CHECK(named(ObstacleKind::kCapsule, 1, 0));
+  CHECK(named(ObstacleKind::kCapsule, 0, 1));
+  CHECK_FALSE(named(ObstacleKind::kCapsule, 2, 0));
+  CHECK_FALSE(named(ObstacleKind::kCapsule, -1, 0));
+  CHECK_FALSE(named(ObstacleKind::kCapsule, 0, 2));
+  CHECK_FALSE(named(ObstacleKind::kCapsule, 0, -1));
+  CHECK(named(ObstacleKind::kBody, 0, 0));
+  CHECK_FALSE(named(ObstacleKind::kBody, 1, 0));
+  CHECK_FALSE(named(ObstacleKind::kBody, -1, 0));
+  CHECK_FALSE(named(ObstacleKind::kBody, 0, 1));
+}
+
 TEST_CASE("the smallest gap is found whichever order bodies and strings come in") {
   // Pairs of two bodies and a string in turns: what is kept from one pair must not serve the next.
   SplitMix64 random(3);

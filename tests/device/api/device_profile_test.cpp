@@ -1,4 +1,4 @@
-// Truth: the safety rules by driver kind; the contract check itself against a device that keeps it.
+// Truth: the contract check itself against a device that keeps it.
 #include "device/api/device_profile.h"
 
 #include <doctest/doctest.h>
@@ -33,21 +33,6 @@ class StillDevice final : public HapticDevice {
 };
 
 }  // namespace
-
-TEST_CASE("only drivers of hardware with motors count as able to push a person") {
-  CHECK(can_push_a_person(DeviceDriver::kHid));
-  CHECK(can_push_a_person(DeviceDriver::kPid));
-  for (const DeviceDriver driver : {DeviceDriver::kSimulated, DeviceDriver::kScripted,
-                                    DeviceDriver::kReplay, DeviceDriver::kSpacemouse})
-    CHECK(!can_push_a_person(driver));
-}
-
-TEST_CASE("scripted and replayed devices follow data, the simulated one feels force") {
-  CHECK(follows_data(DeviceDriver::kScripted));
-  CHECK(follows_data(DeviceDriver::kReplay));
-  CHECK(!follows_data(DeviceDriver::kSimulated));
-  CHECK(!follows_data(DeviceDriver::kHid));
-}
 
 TEST_CASE("a device that stands still and obeys fulfils the contract of devices") {
   StillDevice device;

@@ -53,6 +53,24 @@ TEST_CASE("kinds and numbers of drivers are each another, and each has its entry
   CHECK(numbers.size() == drivers().size());
 }
 
+TEST_CASE("only drivers of hardware with motors count as able to push a person") {
+  for (const DriverEntry& entry : drivers()) {
+    CAPTURE(entry.kind);
+    const bool motors = entry.driver == DeviceDriver::kHid || entry.driver == DeviceDriver::kPid;
+    CHECK(entry.traits.can_push_a_person == motors);
+  }
+}
+
+TEST_CASE("scripted and replayed devices follow data, the simulated one feels force") {
+  for (const DriverEntry& entry : drivers()) {
+    CAPTURE(entry.kind);
+    const bool data =
+        entry.driver == DeviceDriver::kScripted || entry.driver == DeviceDriver::kReplay;
+    CHECK(entry.traits.follows_data == data);
+    CHECK(entry.traits.has_no_clock == (entry.driver == DeviceDriver::kPid));
+  }
+}
+
 TEST_CASE("a device inside the process has the profile's numbers and what its driver promises") {
   DeviceSheet sheet;
   sheet.profile.peak_force = 22.0;

@@ -17,7 +17,6 @@ namespace {
 class HeldDevice final : public HapticDevice {
  public:
   explicit HeldDevice(const DeviceProfile& profile) : profile_(profile) {
-    profile_.driver = DeviceDriver::kHid;
     sample_.flags = kDeviceAttached | kDeviceCalibrated;
   }
   [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
@@ -57,6 +56,7 @@ class CheckRun {
     auto device = std::make_unique<HeldDevice>(place.device->profile());
     held = device.get();
     place.facets = {};
+    place.traits = {.can_push_a_person = true};
     place.device = device.get();
     place.owned = std::move(device);
     // Nothing that a port gives comes back by itself, as with a device of the HID profile.

@@ -70,6 +70,7 @@ class Bench {
     auto made = std::make_unique<TestHandle>();
     handle = made.get();
     PlayedDevice place;
+    place.traits.can_push_a_person = false;
     place.device = handle;
     place.owned = std::move(made);
     played->tools[0].device = std::move(place);
