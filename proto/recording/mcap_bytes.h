@@ -18,6 +18,7 @@ inline constexpr std::string_view kMcapMagic{"\x89MCAP0\r\n", 8};
 
 /// Kinds of record.
 enum class McapOpcode : std::uint8_t {
+  kNone = 0x00,  ///< no record begins so
   kHeader = 0x01,
   kFooter = 0x02,
   kSchema = 0x03,

@@ -92,12 +92,12 @@ void McapReader::take(McapOpcode opcode, std::string_view content) {
       message_ = content;
       has_message_ = true;
       break;
-    case McapOpcode::kFooter:
+    case McapOpcode::kFooter:  // without an end of data
+    case McapOpcode::kNone:
       stop(McapEnd::kBroken);
-      break;  // without an end of data
-    default:
-      // Indexes, attachments, metadata and what later versions add are skipped; 0 is not a record.
-      if (static_cast<std::uint8_t>(opcode) == 0) stop(McapEnd::kBroken);
+      break;
+    default:  // indexes, attachments, metadata and what later versions add
+      break;
   }
 }
 
