@@ -92,7 +92,7 @@ std::vector<Feature> features_of(const SceneDescription& d) {
   bool yields = false;
   bool rigid = false;
   for (const StringDescription& string : d.strings) {
-    const bool one = string.parameters.model == StringContact::kYielding;
+    const bool one = string.parameters.model != StringContact::kStraight;
     yields = yields || one;
     rigid = rigid || !one;
   }

@@ -178,8 +178,8 @@ StringDescription Translation::string(const v1::Scene& scene, const v1::String& 
   p.frequency = string.frequency_hz();
   p.decay = string.decay_s();
   p.touch_decay = string.touch_decay_s();
-  p.model = string.model() == v1::STRING_MODEL_RIGID ? StringContact::kStraight
-                                                     : StringContact::kYielding;
+  // In the order of the wire.
+  p.model = static_cast<StringContact>(string.model() - v1::STRING_MODEL_RIGID);
   p.contact_stiffness = string.contact_stiffness_n_per_m();
   p.inharmonicity = string.inharmonicity();
   p.friction_coefficient = string.friction_coefficient();
