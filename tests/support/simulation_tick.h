@@ -33,8 +33,8 @@ class SimulationTick {
   [[nodiscard]] std::size_t tool_count() const { return simulation_->tool_count(); }
   [[nodiscard]] const auto& strings() const { return tick_->strings; }
   [[nodiscard]] const StringEvents& events() const {
-    static const StringEvents kNone{};
-    return skipped_ ? kNone : simulation_->events();
+    static const StringEvents none{};
+    return skipped_ ? none : simulation_->events();
   }
 
  private:

@@ -42,6 +42,7 @@ Ensemble::Ensemble(std::size_t tools, const EnsembleOptions& options)
 
 std::vector<HandPose> Ensemble::hands(const std::vector<Vector3>& p_WH) const {
   std::vector<HandPose> hands;
+  hands.reserve(p_WH.size());
   for (const Vector3& p : p_WH) {
     hands.push_back({t_ns_ + 1'000'000, to_array(p), {1.0, 0.0, 0.0, 0.0}});
   }
