@@ -49,12 +49,14 @@ class RecordRing {
 
   /// Reader only. The oldest record, valid until release(); empty when there is none.
   [[nodiscard]] std::span<const std::byte> front() const noexcept {
+    // Looked at once: what is written meanwhile may begin elsewhere.
+    const std::uint64_t written = written_.load(std::memory_order_acquire);
+    if (read_.load(std::memory_order_relaxed) == written) return {};
     const std::uint64_t at = first();
-    if (at == written_.load(std::memory_order_acquire)) return {};
     return {bytes_.data() + place(at) + kHeader, length_at(at)};
   }
 
-  /// Reader only. Gives the place of front() back.
+  /// Reader only. Gives the place of front() back, which was not empty.
   void release() noexcept {
     const std::uint64_t at = first();
     read_.store(at + taken(length_at(at)), std::memory_order_release);
@@ -96,11 +98,10 @@ class RecordRing {
     std::memcpy(&length, bytes_.data() + place(at), sizeof(length));
     return length;
   }
-  /// Where the oldest record begins.
+  /// Reader only. Where the oldest record begins; there must be one.
   [[nodiscard]] std::uint64_t first() const noexcept {
     const std::uint64_t at = read_.load(std::memory_order_relaxed);
-    if (at == written_.load(std::memory_order_acquire) || length_at(at) != kPassed) return at;
-    return at + (Bytes - place(at));
+    return length_at(at) == kPassed ? at + (Bytes - place(at)) : at;
   }
 
   alignas(kCacheLineBytes) std::atomic<std::uint64_t> written_{0};
