@@ -69,7 +69,7 @@ void learn_idle(double cpu_ns, double work, WorkCost& price) noexcept {
   add(cpu_ns, price.idle);
   price.idle_ticks = std::min(price.idle_ticks + 1, kMeanTicks);
   const double usual_ns =
-      price.idle_ticks > 1 ? std::min(cpu_ns, kForeign * price.idle_ns) : cpu_ns;
+      price.idle_ticks > 1 ? std::min(cpu_ns, kForeignFactor * price.idle_ns) : cpu_ns;
   follow(usual_ns, 1.0 / price.idle_ticks, price.idle_ns);
   follow(work, 1.0 / price.idle_ticks, price.idle_work);
 }
@@ -78,14 +78,14 @@ void learn_touching(double beyond_ns, double work, WorkCost& price) noexcept {
   const bool known = price.touching_ticks >= kKnownTicks;
   price.touching_ticks = std::min(price.touching_ticks + 1, kMeanTicks);
   const double usual_ns =
-      known ? std::min(beyond_ns, kForeign * unit_price(price) * work) : beyond_ns;
+      known ? std::min(beyond_ns, kForeignFactor * unit_price(price) * work) : beyond_ns;
   follow(usual_ns, 1.0 / price.touching_ticks, price.touching_ns);
   follow(work, 1.0 / price.touching_ticks, price.touching_work);
 }
 
 void learn_large(double unit_ns, WorkCost& price) noexcept {
   // Of two foreign ticks in a row the cheaper counts.
-  const bool foreign = unit_ns > kForeign * unit_price(price);
+  const bool foreign = unit_ns > kForeignFactor * unit_price(price);
   if (!foreign) {
     add(unit_ns, price.large);
   } else if (price.foreign > 0.0) {

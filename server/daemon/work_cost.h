@@ -35,7 +35,7 @@ inline constexpr double kUnsure = 1.5;
 inline constexpr double kFew = 1.15;
 /// A tick so many times as dear as the dearest counts when another one follows: an interrupt, a
 /// page that was not there and the like are no price of work.
-inline constexpr double kForeign = 2.0;
+inline constexpr double kForeignFactor = 2.0;
 
 /// What a tick took.
 struct PricedTick {

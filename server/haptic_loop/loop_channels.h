@@ -28,8 +28,8 @@ struct TickPose {
 
 /// Ticks on their way to the network: half a second of usual ones at 1 kHz, 13 of the fullest.
 using NetworkTicks = TickRing<3U << 19U>;
-/// Ticks on their way to the recorder: 4 s of usual ones, 70 of the fullest.
-using RecorderTicks = TickRing<8U << 20U>;
+/// Ticks on their way to the recorder: 3.7 s of usual ones, 65 of the fullest.
+using RecorderTicks = TickRing<15U << 19U>;
 
 /// What is lent to the loop and given back: two rings. No more than `Capacity` things may be with
 /// the loop at a time, or on their way.
