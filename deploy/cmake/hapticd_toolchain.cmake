@@ -8,18 +8,25 @@
 #   HAPTICD_TEST_SCALE  default of the environment variable of that name in tests (tests/support/scale.h)
 #   HAPTICD_BENCHMARKS  build tests/benchmark
 #   HAPTICD_VM_TESTS    the tests in tests/vm, which boot a kernel
-#   HAPTICD_FINE_ASSETS make the finest trees too: the scene guqin_fine needs them
-#   HAPTICD_ASSETS_DIR  meshes and trees of the scenes; the build makes them if it is the folder `assets` of this build (default)
+#   HAPTICD_FINE_MODELS   make the finest trees too: the scene guqin_fine needs them
+#   HAPTICD_REMAKE_MODELS make the models of the scenes anew, to be compared with deploy/models
 set(HAPTICD_SANITIZE "" CACHE STRING "value of -fsanitize=")
 set(HAPTICD_TEST_SCALE "0.1" CACHE STRING "default share of the full number of random trials in tests")
-set(HAPTICD_ASSETS_DIR "${CMAKE_BINARY_DIR}/assets" CACHE PATH "meshes and trees of the scenes")
-option(HAPTICD_FINE_ASSETS "make the finest trees too" OFF)
+option(HAPTICD_FINE_MODELS "make the finest trees too" OFF)
+option(HAPTICD_REMAKE_MODELS "make the models of the scenes anew, to compare them" OFF)
 option(HAPTICD_VM_TESTS "the tests in tests/vm" OFF)
 option(HAPTICD_COVERAGE "instrument for gcov" OFF)
 option(HAPTICD_WERROR "warnings are errors" OFF)
 option(HAPTICD_BENCHMARKS "build the benchmarks (needs google-benchmark)" OFF)
 option(HAPTICD_UNITY "compile the sources of a target together, as far as their names allow" OFF)
 option(HAPTICD_CHECK_HEADERS "compile every header on its own" ON)
+
+# Meshes and trees of the scenes.
+set(HAPTICD_SHIPPED_MODELS "${CMAKE_SOURCE_DIR}/deploy/models")
+set(HAPTICD_MODELS_DIR "${HAPTICD_SHIPPED_MODELS}")
+if(HAPTICD_FINE_MODELS)
+  set(HAPTICD_MODELS_DIR "${CMAKE_BINARY_DIR}/models")
+endif()
 
 # Debian's own: a development machine may hide it behind another one.
 set(HAPTICD_PYTHON /usr/bin/python3)

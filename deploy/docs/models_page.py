@@ -38,7 +38,7 @@ HEAD = """| bound asked | spheres | levels | bound reached | outside max | mean 
 |---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|
 """
 
-BUNNY = "build/release/assets/bunny.ply"
+BUNNY = "deploy/models/bunny.ply"
 PICTURE = """
 Mesh and spheres as a picture: `hapticd-model build {mesh} {option} -o {name}.tree --picture {name}.png`.
 """

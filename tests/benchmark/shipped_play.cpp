@@ -54,7 +54,7 @@ std::string part_of_name(const ShippedPlayName& name, bool scene) {
 
 std::shared_ptr<const Scene> shipped_scene(const std::string& name, int quality) {
   LoadOptions options;
-  options.paths = {{HAPTICD_SOURCE_DIR "/deploy/scenes"}, {HAPTICD_ASSETS_DIR}};
+  options.paths = {{HAPTICD_SOURCE_DIR "/deploy/scenes"}, {HAPTICD_MODELS_DIR}};
   options.quality.quality = v1::Quality();
   options.quality.quality->set_level(static_cast<std::uint32_t>(quality));
   LoadResult result = load_scene(name, options);

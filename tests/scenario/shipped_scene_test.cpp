@@ -69,7 +69,7 @@ TEST_CASE("every scene that is shipped is known, loads without a doubt and begin
 
 TEST_CASE("the finest Guqin loads where its models were made") {
   if (!fine_models_exist()) {
-    skip("the models of guqin_fine are made by the target assets_fine");
+    skip("the models of guqin_fine are made with HAPTICD_FINE_MODELS");
     return;
   }
   CHECK(load_shipped("guqin_fine")->scene->body_spheres() > 17'000);
