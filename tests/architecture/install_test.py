@@ -1,0 +1,81 @@
+"""deploy/install_packages asks for no more rights than it needs, and deploy/progress says how far something is."""
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+DEPLOY = pathlib.Path(__file__).resolve().parents[2] / "deploy"
+NOBODY = 65534
+
+
+class InstallPackages(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = pathlib.Path(scratch.name)
+        self.folder.chmod(0o777)
+        for name in ("install_packages", "packages", "progress"):  # nobody may not be able to read the tree
+            shutil.copy(DEPLOY / name, self.folder)
+
+    def stub(self, name, script):
+        """A command of that name in front of the machine's own; what it is called with is noted."""
+        path = self.folder / name
+        path.write_text(f'#!/bin/bash\necho "{name} $*" >> "{self.folder}/called"\n{script}\n', encoding="utf-8")
+        path.chmod(0o755)
+
+    def run_as_nobody(self, *groups):
+        user = {"user": NOBODY, "group": NOBODY, "extra_groups": []} if os.geteuid() == 0 else {}
+        return subprocess.run([self.folder / "install_packages", *groups], capture_output=True, text=True, check=False, cwd="/",
+                              env={"PATH": f"{self.folder}:/usr/bin:/bin"}, **user)
+
+    def called(self):
+        path = self.folder / "called"
+        return path.read_text(encoding="utf-8") if path.exists() else ""
+
+    def test_who_may_not_install_is_told_what_an_administrator_has_to(self):
+        self.stub("dpkg-query", "exit 1")
+        self.stub("apt-get", "exit 99")
+        self.stub("sudo", "exit 1")
+        done = self.run_as_nobody("peers")
+        self.assertEqual((3, ""), (done.returncode, done.stdout), done.stderr)
+        self.assertIn("\n  apt-get install --no-install-recommends libbullet-dev libfcl-dev libmujoco-dev\n", done.stderr)
+        self.assertNotIn("apt-get", self.called())
+
+    def test_where_nothing_is_missing_nobody_is_asked(self):
+        self.stub("dpkg-query", "echo 'install ok installed'")
+        self.stub("sudo", "exit 1")
+        done = self.run_as_nobody("build", "test")
+        self.assertEqual((0, "", ""), (done.returncode, done.stdout, done.stderr))
+        self.assertNotIn("sudo", self.called())
+
+    def test_what_is_missing_is_installed_as_root(self):
+        self.stub("dpkg-query", "exit 1")
+        self.stub("apt-get", "[[ $* == *Status-Fd=1* ]] && echo 'dlstatus:1:50:Retrieving' && echo 'pmstatus:gcovr:100:Installed' || true")
+        self.stub("sudo", '[[ $1 != -* ]] || shift; exec "$@"')
+        done = self.run_as_nobody("coverage")
+        self.assertEqual(0, done.returncode, done.stderr)
+        self.assertIn("gcovr", done.stdout.splitlines()[0])
+        self.assertEqual("packages: 100 %", done.stdout.splitlines()[-1])
+        self.assertRegex(self.called(), r"sudo env DEBIAN_FRONTEND=noninteractive apt-get install .*gcovr")
+
+    def test_building_all_takes_what_playing_needs(self):
+        self.stub("dpkg-query", "exit 1")
+        missing = self.run_as_nobody("--missing", "build").stdout.split()
+        self.assertIn("libassimp-dev", missing)
+        self.assertIn("libeigen3-dev", missing)
+
+
+class Progress(unittest.TestCase):
+    def test_a_line_is_said_every_ten_percent_and_other_lines_are_passed_on(self):
+        lines = [f"@{done} 200 x" for done in range(201)]
+        lines.insert(100, "error: a b")
+        done = subprocess.run([DEPLOY / "progress", "building"], input="\n".join(lines) + "\n", capture_output=True, text=True, check=True)
+        said = done.stdout.splitlines()
+        self.assertEqual([f"building: {10 * k} %" for k in range(11)], [line.split(",")[0] for line in said if line != "error: a b"])
+        self.assertEqual(1, said.count("error: a b"))
+
+
+if __name__ == "__main__":
+    unittest.main()
