@@ -3,23 +3,13 @@
 #include <cstdio>
 #include <exception>
 #include <string>
-#include <vector>
 
 #include "clients/ctl/commands.h"
+#include "proto/hints/command_line_fault.h"
 
 namespace {
 
 using hapticd::ctl::GlobalOptions;
-
-/// Names the word that is not known, where the parser misses a command instead.
-std::string explain(const CLI::App* app, const CLI::Error& error) {
-  const std::vector<std::string> unknown = app->remaining(true);
-  std::string text = CLI::FailureMessage::simple(app, error);
-  if (error.get_name() == "RequiredError" && !unknown.empty()) {
-    text.insert(0, "There is no command or option " + unknown.front() + ". ");
-  }
-  return text;
-}
 
 int run(int argc, char** argv) {
   CLI::App app("Watches and controls a running hapticd.", "hapticctl");
@@ -31,7 +21,7 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--json", options.json, "answers as JSON, for programs");
   app.require_subcommand(1);
-  app.failure_message(explain);
+  app.failure_message(hapticd::hints::failure_message);
   app.fallthrough();
   for (const auto add : hapticd::ctl::kCommands) add(app, options);
   try {

@@ -11,6 +11,7 @@
 
 #include "clients/library/endpoint.h"
 #include "clients/library/named_key.h"
+#include "proto/hints/command_line_fault.h"
 
 namespace hapticd::client {
 namespace {
@@ -68,6 +69,7 @@ bool has_ended() noexcept { return ended != 0; }
 int run_program(const Program& program, int argc, char** argv) noexcept {
   try {
     CLI::App app(program.purpose, program.name);
+    app.failure_message(hints::failure_message);
     const std::function<int()> run = program.prepare(app);
     try {
       app.parse(argc, argv);

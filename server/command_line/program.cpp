@@ -6,7 +6,8 @@
 #include <new>
 #include <stdexcept>
 #include <string>
-#include <vector>
+
+#include "proto/hints/command_line_fault.h"
 
 namespace hapticd {
 namespace {
@@ -14,21 +15,11 @@ namespace {
 constexpr int kInputBad = 1;
 constexpr int kUsageBad = 2;
 
-/// Names the word that is not known, where the parser misses a command instead.
-std::string explain(const CLI::App* app, const CLI::Error& error) {
-  const std::vector<std::string> unknown = app->remaining(true);
-  std::string text = CLI::FailureMessage::simple(app, error);
-  if (error.get_name() == "RequiredError" && !unknown.empty()) {
-    text.insert(0, "There is no command or option " + unknown.front() + ". ");
-  }
-  return text;
-}
-
 int parse_and_run(const Program& program, int argc, const char* const* argv) {
   CLI::App app(program.purpose, program.name);
   app.set_version_flag("--version", std::string(program.name) + " " HAPTICD_VERSION);
   app.require_subcommand(1);
-  app.failure_message(explain);
+  app.failure_message(hints::failure_message);
   for (const AddCommand add : program.commands) add(app);
   try {
     app.parse(argc, argv);

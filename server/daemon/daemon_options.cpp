@@ -15,6 +15,8 @@
 
 #include "device/attach/drivers.h"
 #include "device/faulty/faulty_device.h"
+#include "proto/hints/command_line_fault.h"
+#include "proto/hints/quantity.h"
 #include "proto/wire/choice_check.h"
 #include "server/scene_io/message_text.h"
 
@@ -68,12 +70,13 @@ struct FieldOption {
   const char* name;
   const char* value;  ///< what is to be given; of an enum: null, since its choices say it
   const char* help;
+  const char* unit = "";  ///< of a real number
 };
 
 constexpr FieldOption kFieldOptions[] = {
     {"--scene", "NAME|FILE", "scene to play (guqin)"},
     {"--clock", nullptr, "what drives time (realtime)"},
-    {"--rate", "HZ", "ticks per second, 250 to 10000 (1000)"},
+    {"--rate", "HZ", "ticks per second, 250 to 10000 (1000)", "Hz"},
     {"--pace", nullptr,
      "what ticks wait for: the timer, or the reports of the first tool's device (timer)"},
     {"--listen", "ADDR:PORT", "address and UDP port (127.0.0.1:47800)"},
@@ -84,13 +87,14 @@ constexpr FieldOption kFieldOptions[] = {
     {"--quality", "0..4|auto", "quality of every scene (the scene's own)"},
     {"--budget-us", "N",
      "CPU time that bounds the work of a tick, and that quality auto follows; 0: no bound (half "
-     "the tick)"},
+     "the tick)",
+     "us"},
     {"--gesture", "NAME", "gesture of the simulated hands (demonstration)"},
     {"--arm", nullptr, "arm behind each simulated hand (light)"},
     {"--seed", "N", "seed of everything random (1)"},
     {"--realtime", nullptr, "what to do without realtime privileges (best_effort)"},
     {"--cpu", "N", "processor of the haptic thread (any)"},
-    {"--max-force", "N", "largest force, newtons (the device's own)"},
+    {"--max-force", "N", "largest force, newtons (the device's own)", "N"},
 };
 
 /// Numbers of the enum's values by what options call them: CLOCK_MODE_VIRTUAL is virtual.
@@ -103,6 +107,14 @@ std::map<std::string, int> choices_of(const pb::EnumDescriptor& type) {
     choices[name] = type.value(i)->number();
   }
   return choices;
+}
+
+double number_of(const FieldOption& option, const std::string& text) {
+  const hints::Quantity quantity = hints::parse_quantity(text, option.unit);
+  if (!quantity.fault.empty()) {
+    refuse(std::string(option.name) + ": '" + text + "' cannot be read. " + quantity.fault);
+  }
+  return quantity.value;
 }
 
 /// Adds the option, which sets its field of `given`.
@@ -118,7 +130,9 @@ void add_option(CLI::App& app, const FieldOption& option, v1::Config& given) {
   };
   switch (field->cpp_type()) {
     case pb::FieldDescriptor::CPPTYPE_DOUBLE:
-      add(double{}, std::mem_fn(&pb::Reflection::SetDouble))->type_name(option.value);
+      add(std::string(), [option](auto* of, auto* config, auto* which, const std::string& v) {
+        of->SetDouble(config, which, number_of(option, v));
+      })->type_name(option.value);
       break;
     case pb::FieldDescriptor::CPPTYPE_UINT32:
       add(std::uint32_t{}, std::mem_fn(&pb::Reflection::SetUInt32))->type_name(option.value);
@@ -323,7 +337,7 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
     app.exit(success);
     return false;
   } catch (const CLI::ParseError& error) {
-    refuse(std::string(error.what()) + ". See hapticd --help.");
+    refuse(hints::command_line_fault(app, error) + " See hapticd --help.");
   }
   if (app.count("--record") > 0 && options.given.record().empty()) {
     refuse("--record: the name is empty. Give a file.");

@@ -345,7 +345,7 @@ Answer SceneDesk::get_parameters(const v1::GetParameters& get) const {
   const auto values = parameter_values(newest().live, paths);
   if (!values.unknown.empty()) {
     return result_of(v1::RESULT_CODE_NOT_FOUND, values.unknown,
-                     "No live parameter has this path; SceneInfo lists them.");
+                     unknown_parameter(newest().live, values.unknown));
   }
   for (const v1::Assignment& value : values.values) {
     *result.mutable_parameters()->add_values() = value;

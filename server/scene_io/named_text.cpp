@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "proto/hints/nearest_name.h"
 #include "server/scene_io/model_files.h"
 
 namespace hapticd {
@@ -29,11 +30,14 @@ bool can_be_listed(const fs::directory_entry& entry) {
   return fault_of_name(name).empty() && google::protobuf::internal::IsStructurallyValidUTF8(name);
 }
 
-std::string known(const std::vector<fs::path>& folders, std::string_view what) {
+/// Which ones there are, and which of them may have been meant.
+std::string known(const std::string& name, const std::vector<fs::path>& folders,
+                  std::string_view what) {
+  const std::vector<std::string> names = list_names(folders);
+  if (names.empty()) return "No " + std::string(what) + " is installed.";
   std::string text;
-  for (const std::string& name : list_names(folders)) text += (text.empty() ? "" : ", ") + name;
-  return text.empty() ? "No " + std::string(what) + " is installed."
-                      : "Installed are " + text + ".";
+  for (const std::string& each : names) text += (text.empty() ? "" : ", ") + each;
+  return "Installed are " + text + "." + hints::did_you_mean(name, names);
 }
 
 NamedText refused(const std::string& file, std::string message, std::string remedy) {
@@ -97,7 +101,7 @@ NamedText read_installed(const std::string& name, const std::vector<fs::path>& f
   const fs::path path = installed_file(name, folders);
   if (path.empty()) {
     return refused(name, "there is no " + std::string(what) + " of this name",
-                   known(folders, what));
+                   known(name, folders, what));
   }
   return read_text(path, longest);
 }

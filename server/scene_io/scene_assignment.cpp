@@ -9,9 +9,11 @@
 
 #include "core/scene/quality.h"
 #include "core/scene/scene_check.h"
+#include "proto/hints/quantity.h"
 #include "proto/wire/field_table.h"
 #include "server/scene_io/field_check.h"
 #include "server/scene_io/scene_defaults.h"
+#include "server/scene_io/scene_parameters.h"
 #include "server/scene_io/scene_translation.h"
 
 namespace hapticd {
@@ -23,7 +25,7 @@ using Kind = pb::FieldDescriptor::CppType;
 /// Why an assignment is refused.
 struct Refusal {
   v1::ResultCode code;
-  std::string message;
+  std::string message;  ///< empty: its path names nothing
 };
 
 /// One step of a path: a field, and which element of it.
@@ -32,9 +34,7 @@ struct Step {
   std::optional<int> index;
 };
 
-Refusal no_such_path() {
-  return {v1::RESULT_CODE_NOT_FOUND, "No live parameter has this path; SceneInfo lists them."};
-}
+Refusal no_such_path() { return {v1::RESULT_CODE_NOT_FOUND, ""}; }
 
 Step read_step(std::string_view text) {
   const std::size_t bracket = text.find('[');
@@ -112,9 +112,17 @@ void set_pose(const Target& target, const v1::Assignment& assignment) {
   for (int k = 3; k < 7; ++k) pose.add_q(assignment.numbers().values(k));
 }
 
+/// Of a number, or of a text with one and its unit.
+double number_of(const v1::Assignment& assignment, std::string_view unit) {
+  if (assignment.has_number()) return assignment.number();
+  if (!assignment.has_text()) throw wrong_kind("a number");
+  const hints::Quantity quantity = hints::parse_quantity(assignment.text(), unit);
+  if (!quantity.fault.empty()) throw Refusal{v1::RESULT_CODE_INVALID, quantity.fault};
+  return quantity.value;
+}
+
 void set_number(const Target& target, const v1::Assignment& assignment) {
-  if (!assignment.has_number()) throw wrong_kind("a number");
-  const double number = assignment.number();
+  const double number = number_of(assignment, target.row->unit);
   const pb::Reflection& r = *target.message->GetReflection();
   const auto range = wire::parse_interval(target.row->range);
   if (!std::isfinite(number) || (range && !range->contains(number))) {
@@ -213,7 +221,10 @@ AssignmentResult assign_parameters(const v1::Scene& scene, const v1::SetParamete
   for (const v1::Assignment& assignment : change.assignments()) {
     try {
       assign(assignment, usual_budget_us, result.scene);
-    } catch (const Refusal& refusal) {
+    } catch (Refusal& refusal) {
+      if (refusal.message.empty()) {
+        refusal.message = unknown_parameter(result.scene, assignment.path());
+      }
       return refused(refusal, assignment.path());
     }
   }

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 
+#include "proto/hints/nearest_name.h"
 #include "proto/wire/field_table.h"
 #include "server/scene_io/scene_defaults.h"
 
@@ -54,6 +55,24 @@ std::string any_index(const std::string& path) {
     if (c == '[') inside = true;
   }
   return out;
+}
+
+/// `pattern` with the indices that `path` has, in order; 0 where it has none.
+std::string with_indices_of(const std::string& path, const std::string& pattern) {
+  std::string out;
+  std::size_t from = 0;
+  std::size_t open = 0;
+  for (std::size_t star = pattern.find("[*]"); star != std::string::npos;
+       star = pattern.find("[*]", from)) {
+    open = path.find('[', open);
+    const std::size_t close = open == std::string::npos ? open : path.find(']', open);
+    const bool found = close != std::string::npos;
+    out += pattern.substr(from, star - from);
+    out += found ? path.substr(open, close + 1 - open) : "[0]";
+    open = close;
+    from = star + 3;
+  }
+  return out + pattern.substr(from);
 }
 
 void put_value(const pb::Message& message, const pb::FieldDescriptor& field, v1::Assignment& out) {
@@ -138,6 +157,19 @@ ParameterReading parameter_values(const v1::Scene& scene, const std::vector<std:
     for (const std::size_t k : which) reading.values.push_back(all[k]);
   }
   return reading;
+}
+
+std::string unknown_parameter(const v1::Scene& scene, const std::string& path) {
+  std::vector<std::string> patterns;
+  for (const v1::ParameterInfo& info : live_parameters(scene)) patterns.push_back(info.path());
+  const std::string any = any_index(path);
+  if (std::find(patterns.begin(), patterns.end(), any) != patterns.end()) {
+    return "The scene has none with this index.";
+  }
+  const std::string nearest = hints::nearest_name(any, patterns);
+  std::string text = "No live parameter has this path; SceneInfo lists them.";
+  if (!nearest.empty()) text += " Did you mean " + with_indices_of(path, nearest) + "?";
+  return text;
 }
 
 }  // namespace hapticd

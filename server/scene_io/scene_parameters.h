@@ -23,4 +23,7 @@ struct ParameterReading {
 [[nodiscard]] ParameterReading parameter_values(const v1::Scene& scene,
                                                 const std::vector<std::string>& paths);
 
+/// Why `path` names no live parameter of `scene`, for people: which one may have been meant.
+[[nodiscard]] std::string unknown_parameter(const v1::Scene& scene, const std::string& path);
+
 }  // namespace hapticd

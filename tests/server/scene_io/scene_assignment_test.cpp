@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
 
 #include "server/scene_io/scene_loader.h"
 #include "server/scene_io/scene_parameters.h"
@@ -84,6 +85,38 @@ TEST_CASE("an assignment reaches scene and settings") {
   CHECK(result.settings.tools[0].coupling.kt == 700.0);
   CHECK(result.settings.tools[0].force_gain == 0.25);
   CHECK(result.scene.tools(0).parts_size() == 1);
+}
+
+TEST_CASE("a number may be given as a text with its unit, and another unit is refused") {
+  const auto set_text = [](const char* path, const char* text) {
+    v1::SetParameter set;
+    set.add_assignments()->set_path(path);
+    set.mutable_assignments(0)->set_text(text);
+    return assigned(set);
+  };
+  CHECK(set_text("strings[1].tension_n", "55N").scene.strings(1).tension_n() == 55.0);
+  CHECK(set_text("strings[1].youngs_modulus_pa", "190 GPa").scene.strings(1).youngs_modulus_pa() ==
+        190e9);
+  CHECK(set_text("tools[0].coupling.kt_n_per_m", "0.7N/mm").settings.tools[0].coupling.kt == 700.0);
+  const AssignmentResult comma = set_text("strings[1].tension_n", "45,5");
+  CHECK(comma.code == v1::RESULT_CODE_INVALID);
+  CHECK(comma.message == "Write 45.5, with a point.");
+  CHECK(set_text("strings[1].tension_n", "45m").message == "Give it in N.");
+  CHECK(set_text("strings[1].tension_n", "-1N").code == v1::RESULT_CODE_OUT_OF_RANGE);
+}
+
+TEST_CASE("who mistypes a path is told which one may be meant") {
+  const auto told = [](const char* path) { return assigned(set_of({{path, 1.0}})).message; };
+  const std::string none = "No live parameter has this path; SceneInfo lists them.";
+  CHECK(told("strings[1].tension") == none + " Did you mean strings[1].tension_n?");
+  CHECK(told("tool[0].coupling.kt_n_per_m") ==
+        none + " Did you mean tools[0].coupling.kt_n_per_m?");
+  CHECK(told("strings.tension_n") == none + " Did you mean strings[0].tension_n?");
+  CHECK(told("qualty") == none + " Did you mean quality?");
+  CHECK(told("strings[2].tension_n") == "The scene has none with this index.");
+  CHECK(told("nonsense") == none);
+  CHECK(told("[") == none);
+  CHECK(told("strings[1[2].tension_n").starts_with(none));
 }
 
 TEST_CASE("one bad assignment refuses all, and its path is told") {

@@ -1,0 +1,51 @@
+// See command_line_fault.h.
+#include "proto/hints/command_line_fault.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "proto/hints/nearest_name.h"
+
+namespace hapticd::hints {
+namespace {
+
+/// Commands, or options, of `app` and of the commands that were given.
+// NOLINTNEXTLINE(misc-no-recursion): as deep as commands have commands
+void collect(const CLI::App& app, bool options, std::vector<std::string>& names) {
+  if (options) {
+    for (const CLI::Option* option : app.get_options()) {
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+  } else {
+    for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  }
+  for (const CLI::App* given : app.get_subcommands()) collect(*given, options, names);
+}
+
+}  // namespace
+
+std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
+  const std::string said = error.what();
+  const std::vector<std::string> unknown = app.remaining(true);
+  const auto is = [&](CLI::ExitCodes code) {
+    return error.get_exit_code() == static_cast<int>(code);
+  };
+  const bool misses_command = is(CLI::ExitCodes::RequiredError);
+  if (unknown.empty() || !(misses_command || is(CLI::ExitCodes::ExtrasError))) return said;
+  const auto dashed = std::find_if(unknown.begin(), unknown.end(),
+                                   [](const std::string& word) { return word.starts_with("-"); });
+  const bool is_option = dashed != unknown.end();
+  const std::string& word = is_option ? *dashed : unknown.front();
+  std::vector<std::string> names;
+  collect(app, is_option, names);
+  const std::string hint = did_you_mean(word, names);
+  if (is_option) return "There is no option " + word + "." + hint;
+  if (!misses_command) return said + "." + hint;
+  return "There is no command or option " + word + "." + hint + " " + said;
+}
+
+std::string failure_message(const CLI::App* app, const CLI::Error& error) {
+  return command_line_fault(*app, error) + "\nRun with --help for more information.\n";
+}
+
+}  // namespace hapticd::hints
