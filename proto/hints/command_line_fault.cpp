@@ -25,7 +25,7 @@ void collect(const CLI::App& app, bool options, std::vector<std::string>& names)
 }  // namespace
 
 std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
-  const std::string said = error.what();
+  std::string said = error.what();
   const std::vector<std::string> unknown = app.remaining(true);
   const auto is = [&](CLI::ExitCodes code) {
     return error.get_exit_code() == static_cast<int>(code);

@@ -107,21 +107,13 @@ double shifted(std::string_view number, int exponent) {
 
 Quantity refused(const std::string& fault) { return {0.0, fault}; }
 
-}  // namespace
-
-Quantity parse_quantity(std::string_view text, std::string_view unit) {
-  text = trimmed(text);
-  if (const std::size_t comma = text.find(','); comma != std::string_view::npos) {
-    std::string pointed(text);
-    pointed[comma] = '.';
-    const bool right = parse_quantity(pointed, unit).fault.empty();
-    return refused(right ? "Write " + pointed + ", with a point." : "Give a number.");
-  }
+/// A text without spaces around it.
+Quantity read(std::string_view text, std::string_view unit) {
   const std::string_view number = number_of(text);
   if (number.empty()) return refused("Give a number.");
   const std::string_view given = trimmed(text.substr(number.size()));
-  const std::optional<Unit> wanted = parse_unit(unit);
   if (given.empty()) return {shifted(number, 0), ""};
+  const std::optional<Unit> wanted = parse_unit(unit);
   if (!wanted) return refused("Give a number alone; it has no unit.");
   const std::optional<Unit> found = parse_unit(given);
   if (!found || found->above != wanted->above || found->below != wanted->below) {
@@ -130,6 +122,18 @@ Quantity parse_quantity(std::string_view text, std::string_view unit) {
   const double value =
       shifted(number, found->exponent - wanted->exponent) * (found->factor / wanted->factor);
   return std::isfinite(value) ? Quantity{value, ""} : refused("Give a number.");
+}
+
+}  // namespace
+
+Quantity parse_quantity(std::string_view text, std::string_view unit) {
+  text = trimmed(text);
+  const std::size_t comma = text.find(',');
+  if (comma == std::string_view::npos) return read(text, unit);
+  std::string pointed(text);
+  pointed[comma] = '.';
+  const bool right = read(pointed, unit).fault.empty();
+  return refused(right ? "Write " + pointed + ", with a point." : "Give a number.");
 }
 
 }  // namespace hapticd::hints
