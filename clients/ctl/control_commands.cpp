@@ -1,6 +1,7 @@
 // Commands that are one request each: scenes, parameters, force, recorder, time. Not RT.
 #include <cstdio>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 #include "clients/ctl/commands.h"
@@ -11,6 +12,8 @@ namespace {
 
 /// Building a large scene may take this long, s.
 constexpr double kSceneTimeout = 120.0;
+/// What stands in the daemon's messages before the line of a text that was sent.
+constexpr std::string_view kTextWithoutFile = "inline:";
 
 using Strings = std::shared_ptr<std::vector<std::string>>;
 
@@ -65,8 +68,17 @@ void load(const GlobalOptions& options, const std::string& source, bool check_on
   GlobalOptions patient = options;
   patient.timeout_s = std::max(options.timeout_s, kSceneTimeout);
   const auto client = connect(options);
-  const v1::Result result = control(*client, item, patient);
-  print_done(options, result, check_only ? "good" : "loaded");
+  try {
+    const v1::Result result = control(*client, item, patient);
+    print_done(options, result, check_only ? "good" : "loaded");
+  } catch (const Failure& failure) {
+    // The daemon has read a text, and does not know of what file.
+    std::string text = failure.what();
+    const std::size_t place = text.find(kTextWithoutFile);
+    if (!names_file(source) || place == std::string::npos) throw;
+    text.replace(place, kTextWithoutFile.size(), source + ":");
+    throw Failure(failure.exit_code(), text);
+  }
 }
 
 void add_load(CLI::App& app, const GlobalOptions& options, const char* name, const char* help,

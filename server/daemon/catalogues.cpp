@@ -7,8 +7,10 @@
 #include <chrono>
 #include <utility>
 
+#include "proto/wire/whole_characters.h"
 #include "server/recorder/recorder_thread.h"
 #include "server/scene_io/gesture_loader.h"
+#include "server/scene_io/message_text.h"
 #include "server/scene_io/model_files.h"
 #include "server/scene_io/named_text.h"
 
@@ -45,9 +47,17 @@ std::vector<ListedName> plain(const std::vector<std::string>& names, bool last =
   return listed;
 }
 
-std::string description_of(const fs::path& path) {
+std::string description_of_gesture(const fs::path& path) {
   const GestureResult loaded = load_gesture(path.string(), {});
   return loaded.gesture ? loaded.gesture->description() : "";
+}
+
+/// Of the text alone: no model is read.
+std::string description_of_scene(const fs::path& path) {
+  v1::Scene scene;
+  const NamedText named = read_named(path.string(), {}, "scene", kMaxText);
+  const MessageText parsed(named.text, path.string(), "scene", scene);
+  return any_fault(parsed.problems()) ? "" : scene.description();
 }
 
 std::int64_t wall_clock_ns() {
@@ -59,8 +69,8 @@ std::int64_t wall_clock_ns() {
 }  // namespace
 
 CatalogueSources installed_catalogues() {
-  return {installed_paths().scenes, installed_gestures(), recordings_folder(), description_of,
-          wall_clock_ns};
+  return {installed_paths().scenes, installed_gestures(),   recordings_folder(),
+          description_of_scene,     description_of_gesture, wall_clock_ns};
 }
 
 Catalogues::Catalogues(CatalogueSources sources) : sources_(std::move(sources)) {}
@@ -84,6 +94,7 @@ bool Catalogues::is_stale(Kept& kept, const std::vector<fs::path>& folders) cons
 
 const std::vector<ListedName>& Catalogues::scenes() {
   if (is_stale(scenes_, sources_.scenes)) scenes_.names = plain(list_names(sources_.scenes));
+  describe(scenes_, sources_.scenes, sources_.describe_scene);
   return scenes_.names;
 }
 
@@ -100,21 +111,26 @@ const std::vector<ListedName>& Catalogues::gestures() {
   if (is_stale(gestures_, sources_.gestures)) {
     gestures_.names = plain(list_names(sources_.gestures));
   }
-  std::map<fs::path, Described> described;
-  for (ListedName& each : gestures_.names) {
-    const fs::path path = installed_file(each.name, sources_.gestures);
-    const FileIdentity file = identity_of(path);
-    const auto known = described_.find(path);
-    if (known != described_.end() && known->second.settled && known->second.file == file) {
-      described.insert(described_.extract(known));
-    } else {
-      described[path] = {file, is_settled(file),
-                         path.empty() ? std::string() : sources_.describe_gesture(path)};
-    }
-    each.description = described[path].description;
-  }
-  described_ = std::move(described);
+  describe(gestures_, sources_.gestures, sources_.describe_gesture);
   return gestures_.names;
+}
+
+void Catalogues::describe(Kept& kept, const std::vector<fs::path>& folders,
+                          const std::function<std::string(const fs::path&)>& read) {
+  std::map<fs::path, Described> described;
+  for (ListedName& each : kept.names) {
+    const fs::path path = installed_file(each.name, folders);
+    const FileIdentity file = identity_of(path);
+    const auto known = kept.described.find(path);
+    if (known != kept.described.end() && known->second.settled && known->second.file == file) {
+      described.insert(kept.described.extract(known));
+    } else {
+      described[path] = {file, is_settled(file), path.empty() ? std::string() : read(path)};
+    }
+    const std::string& text = described[path].description;
+    each.description = wire::whole_characters(text.substr(0, text.find('\n')), wire::kMessageBytes);
+  }
+  kept.described = std::move(described);
 }
 
 }  // namespace hapticd

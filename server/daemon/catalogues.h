@@ -18,7 +18,7 @@ inline constexpr std::size_t kMaxListed = 4096;
 /// A name that may be asked for.
 struct ListedName {
   std::string name;
-  std::string description;  ///< may be empty
+  std::string description;  ///< its first line, 400 bytes at most; may be empty
 };
 
 /// What tells that a file has changed.
@@ -37,7 +37,8 @@ struct CatalogueSources {
   std::vector<std::filesystem::path> scenes;
   std::vector<std::filesystem::path> gestures;
   std::filesystem::path recordings;
-  /// Reads a gesture's file; empty where it is none.
+  /// Read a file; empty where it describes nothing.
+  std::function<std::string(const std::filesystem::path&)> describe_scene;
   std::function<std::string(const std::filesystem::path&)> describe_gesture;
   std::function<std::int64_t()> now_ns;  ///< since 1970
 };
@@ -45,44 +46,46 @@ struct CatalogueSources {
 /// The folders of the installation, the folder of recordings, the system's clock.
 [[nodiscard]] CatalogueSources installed_catalogues();
 
-/// Lists of names. A folder is read again when something in it was added, removed or renamed, a
-/// gesture's file when it has changed, the folder of recordings, which are ordered by age, every
-/// second. What is returned is valid until the next call.
+/// Lists of names. A folder is read again when something in it was added, removed or renamed, the
+/// file of a scene or a gesture when it has changed, the folder of recordings, which are ordered by
+/// age, every second. What is returned is valid until the next call.
 class Catalogues {
  public:
   explicit Catalogues(CatalogueSources sources = installed_catalogues());
 
-  /// In alphabetical order, without descriptions.
-  [[nodiscard]] const std::vector<ListedName>& scenes();
   /// In alphabetical order.
+  [[nodiscard]] const std::vector<ListedName>& scenes();
   [[nodiscard]] const std::vector<ListedName>& gestures();
   /// Oldest first, without descriptions; the newest where there are too many.
   [[nodiscard]] const std::vector<ListedName>& recordings();
 
  private:
-  /// A list and the folders it was read from.
-  struct Kept {
-    std::vector<ListedName> names;
-    std::vector<FileIdentity> folders;
-    std::int64_t read_ns = 0;
-    bool read = false;
-  };
-  /// A gesture's file as it was read.
+  /// A file as it was read.
   struct Described {
     FileIdentity file;
     bool settled = false;  ///< a further change would be noticed
     std::string description;
   };
+  /// A list and the folders it was read from.
+  struct Kept {
+    std::vector<ListedName> names;
+    std::vector<FileIdentity> folders;
+    std::map<std::filesystem::path, Described> described;
+    std::int64_t read_ns = 0;
+    bool read = false;
+  };
 
   /// Whether `kept` is to be read again; if so, it is taken to be read now.
   bool is_stale(Kept& kept, const std::vector<std::filesystem::path>& folders) const;
   [[nodiscard]] bool is_settled(const FileIdentity& file) const;
+  /// Describes the names of `kept` by their files in its folders, those that have changed anew.
+  void describe(Kept& kept, const std::vector<std::filesystem::path>& folders,
+                const std::function<std::string(const std::filesystem::path&)>& read);
 
   CatalogueSources sources_;
   Kept scenes_;
   Kept gestures_;
   Kept recordings_;
-  std::map<std::filesystem::path, Described> described_;
 };
 
 }  // namespace hapticd

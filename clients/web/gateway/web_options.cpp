@@ -9,6 +9,7 @@
 #include "clients/library/endpoint.h"
 #include "clients/library/named_key.h"
 #include "clients/library/program.h"
+#include "proto/hints/command_line_fault.h"
 
 namespace hapticd::web {
 namespace {
@@ -63,7 +64,12 @@ void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
                  "name of this machine that browsers may use, beside its addresses; repeatable")
       ->type_name("NAME");
   app.add_option("--page", options.server.page, "folder of the page (default: the installed one)")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check([](const std::string& folder) {
+        std::error_code unknown;
+        const bool there = fs::is_regular_file(fs::path(folder) / "index.html", unknown);
+        return there ? "" : "there is no index.html in " + folder;
+      });
   app.add_option("--assets", options.assets,
                  "folder of meshes and trees, in addition to the installed ones; repeatable")
       ->type_name("DIR");
@@ -110,6 +116,7 @@ void finish(const Texts& texts, WebOptions& options) {
 
 ParsedOptions parse_options(int argc, const char* const* argv) {
   CLI::App app("Shows a running hapticd, or a recording, in browsers.", "haptic-web");
+  app.failure_message(hints::failure_message);
   Texts texts;
   ParsedOptions parsed;
   add_options(app, texts, parsed.options);

@@ -37,13 +37,15 @@ class Shelf {
   Shelf& operator=(const Shelf&) = delete;
 
   [[nodiscard]] Catalogues catalogues() {
+    const auto describe = [this](const fs::path& path) {
+      ++readings;
+      return text_of(path);
+    };
     return Catalogues({{root / "scenes"},
                        {root / "gestures", root / "more"},
                        root / "recordings",
-                       [this](const fs::path& path) {
-                         ++readings;
-                         return text_of(path);
-                       },
+                       describe,
+                       describe,
                        [this] { return now_ns; }});
   }
   void write(const std::string& name, const std::string& text) const {
@@ -85,6 +87,17 @@ TEST_CASE("a gesture's file is read once, however often the list is asked for") 
   Catalogues catalogues = shelf.catalogues();
   for (int i = 0; i < 100; ++i) CHECK(texts(catalogues.gestures()) == Texts{"a=a", "b=b", "c=c"});
   CHECK(shelf.readings == 3);
+}
+
+TEST_CASE("scenes are described as gestures are, in one line of 400 bytes at most") {
+  Shelf shelf;
+  shelf.write("scenes/a.textproto", "A wall.\nTo get used to a device.");
+  shelf.write("scenes/b.textproto", std::string(399, 'x') + "\u00e9 and more");
+  Catalogues catalogues = shelf.catalogues();
+  for (int i = 0; i < 100; ++i) {
+    CHECK(texts(catalogues.scenes()) == Texts{"a=A wall.", "b=" + std::string(399, 'x')});
+  }
+  CHECK(shelf.readings == 2);
 }
 
 TEST_CASE("a file that cannot be described is not read again and again either") {

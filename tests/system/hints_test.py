@@ -1,0 +1,89 @@
+"""Whoever types something wrong is told what is right: following the hint works."""
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+import daemon
+
+HAPTICCTL = os.environ["HAPTICCTL"]
+HAPTIC_WEB = os.environ.get("HAPTIC_WEB")
+
+
+def said(*command):
+    """(exit code, stdout, stderr)"""
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, stdin=subprocess.DEVNULL)
+    return done.returncode, done.stdout, done.stderr
+
+
+def meant(text):
+    """What a message supposes."""
+    return re.search(r"Did you mean (\S+)\?", text).group(1)
+
+
+class Hints(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.played = daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "wall")
+        cls.played.__enter__()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.played.__exit__(None, None, None)
+
+    def ctl(self, *words):
+        return said(HAPTICCTL, "--server", self.played.address, *words)
+
+    def test_every_scene_and_gesture_is_described_in_a_line(self):
+        for kind in ("scene", "gesture"):
+            code, text, _ = self.ctl(kind, "list")
+            self.assertEqual(0, code)
+            for line in text.splitlines():
+                self.assertRegex(line, r"^\w+ +[A-Z].+", kind)
+
+    def test_the_scene_that_was_meant_loads(self):
+        code, _, text = self.ctl("scene", "load", "sinlge_string")
+        self.assertEqual((1, "single_string"), (code, meant(text)))
+        self.assertEqual(0, self.ctl("scene", "load", meant(text))[0])
+
+    def test_the_parameter_that_was_meant_is_set_with_its_unit(self):
+        self.ctl("scene", "load", "guqin")
+        code, _, text = self.ctl("set", "strings[3].tension=45N")
+        self.assertEqual((1, "strings[3].tension_n"), (code, meant(text)))
+        self.assertEqual(0, self.ctl("set", f"{meant(text)}=45N")[0])
+        self.assertEqual("strings[3].tension_n=45\n", self.ctl("get", meant(text))[1])
+        code, _, text = self.ctl("set", "strings[3].tension_n=45,5")
+        self.assertEqual(1, code)
+        self.assertIn("Write 45.5, with a point.", text)
+
+    def test_the_command_and_the_option_that_were_meant_are_named(self):
+        self.assertEqual("status", meant(self.ctl("statsu")[2]))
+        self.assertEqual("--json", meant(self.ctl("status", "--jsno")[2]))
+        code, text = daemon.run("--scen", "wall")
+        self.assertEqual((2, "--scene"), (code, meant(text)))
+        code, text = daemon.run("--rate", "1,5kHz")
+        self.assertEqual(2, code)
+        self.assertIn("Write 1.5kHz, with a point.", text)
+        self.assertEqual(0, daemon.run("--rate", "1.5kHz", "--check")[0])
+
+    def test_a_mistake_in_a_file_is_named_with_the_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene = pathlib.Path(folder, "mine.textproto")
+            scene.write_text('name: "mine"\nstrings { nme: "A" }\n', encoding="utf-8")
+            for command in ("check", "load"):
+                code, _, text = self.ctl("scene", command, str(scene))
+                self.assertEqual(1, code)
+                self.assertIn(f"{scene}:2:", text)
+
+    @unittest.skipUnless(HAPTIC_WEB, "there is no viewer here")
+    def test_a_page_that_is_none_is_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            code, _, text = said(HAPTIC_WEB, "--page", folder, "--listen", "127.0.0.1:0")
+            self.assertEqual(2, code)
+            self.assertIn(f"there is no index.html in {folder}", text)
+
+
+if __name__ == "__main__":
+    unittest.main()
