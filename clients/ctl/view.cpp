@@ -67,7 +67,11 @@ std::string head_line(const View& view) {
                      view.scene.scene().name();
   text += format(", %g Hz", view.scene.rate_hz());
   if (view.scene.clock() == v1::CLOCK_MODE_VIRTUAL) text += " virtual";
-  if (!view.has_state) return text + ", no tick yet";
+  if (!view.has_state) {
+    if (view.scene.next_tick() == 0) return text + ", no tick yet";
+    return text + format(", time stands before tick %llu",
+                         static_cast<unsigned long long>(view.scene.next_tick()));
+  }
   text += ", " + plain_name(v1::LoopState_Name(state.loop_state()), "LOOP_STATE_");
   if (state.cause() != v1::CAUSE_UNSPECIFIED) {
     text += " (" + plain_name(v1::Cause_Name(state.cause()), "CAUSE_") + ")";

@@ -139,6 +139,9 @@ ServerHost Daemon::make_host() {
   host.greeting = [this] {
     std::vector<v1::Item> items(2);
     *items[0].mutable_scene_info() = scenes_.told().info;
+    if (std::holds_alternative<VirtualTime>(*time_)) {
+      items[0].mutable_scene_info()->set_next_tick(loop_.loop().next_tick());
+    }
     *items[1].mutable_record_info() = records_.told();
     return items;
   };

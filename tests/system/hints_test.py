@@ -68,6 +68,14 @@ class Hints(unittest.TestCase):
         self.assertIn("Write 1.5kHz, with a point.", text)
         self.assertEqual(0, daemon.run("--rate", "1.5kHz", "--check")[0])
 
+    def test_status_says_where_virtual_time_stands(self):
+        with daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "wall") as played:
+            def status():
+                return said(HAPTICCTL, "--server", played.address, "status")[1].splitlines()[0]
+            self.assertIn("no tick yet", status())
+            said(HAPTICCTL, "--server", played.address, "run", "step", "7")
+            self.assertIn("time stands before tick 7", status())
+
     def test_a_mistake_in_a_file_is_named_with_the_file(self):
         with tempfile.TemporaryDirectory() as folder:
             scene = pathlib.Path(folder, "mine.textproto")
