@@ -40,6 +40,20 @@ function(hapticd_program target folder)
   hapticd_installed(${target})
 endfunction()
 
+# What a folder installs belongs to one Debian package; hapticd_packages.cmake describes them. The component of install() has its name.
+macro(hapticd_choose_package folder)
+  set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME hapticd)
+  if("${folder}" MATCHES "^(clients/lab|tests/oracle)$")
+    set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME hapticd-lab)
+  elseif("${folder}" STREQUAL "clients/python")
+    set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME python3-hapticd)
+  elseif("${folder}" MATCHES "^clients/(web|audio|osc|relay|play)")
+    set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME hapticd-clients)
+  elseif("${folder}" STREQUAL "deploy/docs")
+    set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME hapticd-doc)
+  endif()
+endmacro()
+
 # core/math -> hapticd_core_math; Eigen3::Eigen and -lm stay as they are.
 function(hapticd_resolve_depends out)
   set(targets "")
