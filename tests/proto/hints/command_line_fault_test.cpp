@@ -1,3 +1,4 @@
+// What is said of a command line that makes no sense, of a program made for it.
 #include "proto/hints/command_line_fault.h"
 
 #include <doctest/doctest.h>

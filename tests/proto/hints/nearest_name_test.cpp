@@ -1,3 +1,4 @@
+// Names that people mistype. Truth: what was done to a name to spoil it.
 #include "proto/hints/nearest_name.h"
 
 #include <doctest/doctest.h>

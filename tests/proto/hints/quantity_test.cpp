@@ -1,3 +1,4 @@
+// Numbers with units, as people write them. Truth: the same numbers as literals in the other unit.
 #include "proto/hints/quantity.h"
 
 #include <doctest/doctest.h>
