@@ -72,6 +72,7 @@ void status(const GlobalOptions& options) {
                      {"server_version", view.scene.server_version()},
                      {"scene", view.scene.scene().name()},
                      {"rate_hz", view.scene.rate_hz()},
+                     {"next_tick", view.scene.next_tick()},
                      {"lease", Json::parse(to_json(view.lease))},
                      {"state", view.has_state ? Json::parse(to_json(view.state)) : Json()}};
   std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());

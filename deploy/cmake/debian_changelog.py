@@ -17,7 +17,7 @@ def entries(text):
     """(version, date or None, points) of each heading, the newest first."""
     for part in re.split(r"^## ", text, flags=re.MULTILINE)[1:]:
         heading, _, body = part.partition("\n")
-        version, date = re.fullmatch(r"\[([^]]+)\](?: - (\d{4}-\d\d-\d\d))?", heading.strip()).groups()
+        version, date = re.match(r"\[([^]]+)\](?: - (\d{4}-\d\d-\d\d))?", heading.strip()).groups()
         points = [" ".join(point.split()) for point in re.findall(r"^- (.*(?:\n  .*)*)", body, re.MULTILINE)]
         if points:
             yield version, date, points

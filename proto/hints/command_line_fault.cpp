@@ -26,7 +26,9 @@ void collect(const CLI::App& app, bool options, std::vector<std::string>& names)
 
 std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
   std::string said = error.what();
-  const std::vector<std::string> unknown = app.remaining(true);
+  if (!said.ends_with('.')) said += '.';
+  std::vector<std::string> unknown = app.remaining(true);
+  std::erase(unknown, "--");
   const auto is = [&](CLI::ExitCodes code) {
     return error.get_exit_code() == static_cast<int>(code);
   };
@@ -35,12 +37,13 @@ std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
   const auto dashed = std::find_if(unknown.begin(), unknown.end(),
                                    [](const std::string& word) { return word.starts_with("-"); });
   const bool is_option = dashed != unknown.end();
-  const std::string& word = is_option ? *dashed : unknown.front();
+  const std::string given = is_option ? *dashed : unknown.front();
+  const std::string word = given.substr(0, is_option ? given.find('=') : std::string::npos);
   std::vector<std::string> names;
   collect(app, is_option, names);
   const std::string hint = did_you_mean(word, names);
   if (is_option) return "There is no option " + word + "." + hint;
-  if (!misses_command) return said + "." + hint;
+  if (!misses_command) return said + hint;
   return "There is no command or option " + word + "." + hint + " " + said;
 }
 

@@ -7,7 +7,8 @@
 namespace hapticd::hints {
 
 /// What the parser of `app` says; where it does not know a command or an option, the word, and
-/// which one may have been meant. One line.
+/// which one may have been meant. Ends with a full stop or a
+/// question mark.
 [[nodiscard]] std::string command_line_fault(const CLI::App& app, const CLI::Error& error);
 
 /// The same with the way to help, for CLI::App::failure_message.

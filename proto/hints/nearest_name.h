@@ -8,9 +8,9 @@
 namespace hapticd::hints {
 
 /// The one of `names` that is most like `name`: it begins with it, or differs in a third of its
-/// letters at most, where a letter may be wrong, missing, too many or exchanged with the next, and
-/// case does not count. Empty: none does, or `name` has more than 64 bytes. Cost: as the product of
-/// the lengths, for each of `names`.
+/// letters at most, of a short name in one, where a letter may be wrong, missing, too many or
+/// exchanged with the next, and case does not count. Empty: none does, or `name` has more than 64
+/// bytes. Cost: as the product of the lengths, for each of `names`.
 [[nodiscard]] std::string nearest_name(std::string_view name, std::span<const std::string> names);
 
 /// " Did you mean NAME?" with the nearest of `names`; empty where there is none.

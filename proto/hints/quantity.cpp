@@ -20,8 +20,17 @@ struct Prefix {
   std::string_view text;
   int exponent;
 };
-constexpr std::array<Prefix, 8> kPrefixes{
-    {{"n", -9}, {"u", -6}, {"µ", -6}, {"m", -3}, {"c", -2}, {"k", 3}, {"M", 6}, {"G", 9}}};
+constexpr std::array<Prefix, 9> kPrefixes{{{"n", -9},
+                                           {"u", -6},
+                                           {"\u00b5", -6},
+                                           {"\u03bc", -6},
+                                           {"m", -3},
+                                           {"c", -2},
+                                           {"k", 3},
+                                           {"M", 6},
+                                           {"G", 9}}};
+/// Beyond it every number but 0 is too large or too small.
+constexpr int kMaxExponent = 10'000;
 
 /// A unit taken apart.
 struct Unit {
@@ -98,6 +107,7 @@ double shifted(std::string_view number, int exponent) {
   if (e != std::string_view::npos) {
     const std::string_view digits = number.substr(e + (number.substr(e + 1, 1) == "+" ? 2 : 1));
     std::from_chars(digits.data(), digits.data() + digits.size(), own);
+    own = std::clamp(own, -kMaxExponent, kMaxExponent);
   }
   const std::string text = std::string(number.substr(0, e)) + "e" + std::to_string(own + exponent);
   double value = 0.0;
@@ -109,6 +119,7 @@ Quantity refused(const std::string& fault) { return {0.0, fault}; }
 
 /// A text without spaces around it.
 Quantity read(std::string_view text, std::string_view unit) {
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   const std::string_view number = number_of(text);
   if (number.empty()) return refused("Give a number.");
   const std::string_view given = trimmed(text.substr(number.size()));
@@ -132,8 +143,10 @@ Quantity parse_quantity(std::string_view text, std::string_view unit) {
   if (comma == std::string_view::npos) return read(text, unit);
   std::string pointed(text);
   pointed[comma] = '.';
-  const bool right = read(pointed, unit).fault.empty();
-  return refused(right ? "Write " + pointed + ", with a point." : "Give a number.");
+  // Three digits may be thousands: what is meant is not known.
+  const std::size_t end = std::min(text.find_first_not_of("0123456789", comma + 1), text.size());
+  const bool right = end - comma != 4 && read(pointed, unit).fault.empty();
+  return refused(right ? "Write " + pointed + ", with a point." : "Give a number without commas.");
 }
 
 }  // namespace hapticd::hints

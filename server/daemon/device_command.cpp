@@ -5,6 +5,7 @@
 
 #include "device/attach/device_list.h"
 #include "device/report_io/hidraw_nodes.h"
+#include "proto/hints/command_line_fault.h"
 #include "server/daemon/commands.h"
 #include "server/daemon/daemon_options.h"
 
@@ -16,6 +17,7 @@ int run_device(int argc, const char* const* argv) {
   CLI::App* list = app.add_subcommand("list", "what is plugged in that hapticd can drive");
   list->add_flag("--json", json, "as JSON, for programs");
   app.require_subcommand(1);
+  app.failure_message(hints::failure_message);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <string>
 
+#include "proto/hints/command_line_fault.h"
 #include "proto/recording/recording_reader.h"
 #include "proto/recording/recording_table.h"
 #include "server/daemon/commands.h"
@@ -24,6 +25,7 @@ int run_export(int argc, const char* const* argv) {
   group->add_option("--csv", csv, "file to write, as text")->type_name("OUT");
   group->add_option("--npy", npy, "file to write, for numpy.load")->type_name("OUT");
   group->require_option(1);
+  app.failure_message(hints::failure_message);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

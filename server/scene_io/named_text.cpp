@@ -37,7 +37,9 @@ std::string known(const std::string& name, const std::vector<fs::path>& folders,
   if (names.empty()) return "No " + std::string(what) + " is installed.";
   std::string text;
   for (const std::string& each : names) text += (text.empty() ? "" : ", ") + each;
-  return "Installed are " + text + "." + hints::did_you_mean(name, names);
+  // The hint first: the daemon cuts what is long.
+  const std::string hint = hints::did_you_mean(name, names);
+  return (hint.empty() ? "" : hint.substr(1) + " ") + "Installed are " + text + ".";
 }
 
 NamedText refused(const std::string& file, std::string message, std::string remedy) {

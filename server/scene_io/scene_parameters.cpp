@@ -163,13 +163,18 @@ std::string unknown_parameter(const v1::Scene& scene, const std::string& path) {
   std::vector<std::string> patterns;
   for (const v1::ParameterInfo& info : live_parameters(scene)) patterns.push_back(info.path());
   const std::string any = any_index(path);
+  if (std::find(patterns.begin(), patterns.end(), path) != patterns.end()) {
+    return "Give an index in place of *.";
+  }
   if (std::find(patterns.begin(), patterns.end(), any) != patterns.end()) {
     return "The scene has none with this index.";
   }
-  const std::string nearest = hints::nearest_name(any, patterns);
   std::string text = "No live parameter has this path; SceneInfo lists them.";
-  if (!nearest.empty()) text += " Did you mean " + with_indices_of(path, nearest) + "?";
-  return text;
+  const std::string nearest = hints::nearest_name(any, patterns);
+  if (nearest.empty()) return text;
+  const std::string meant = with_indices_of(path, nearest);
+  const bool is_there = parameter_values(scene, {meant}).unknown.empty();
+  return text + " Did you mean " + (is_there ? meant : with_indices_of("", nearest)) + "?";
 }
 
 }  // namespace hapticd

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "proto/hints/command_line_fault.h"
+
 namespace hapticd {
 namespace {
 
@@ -126,6 +128,7 @@ int run_doctor(int argc, const char* const* argv) {
   app.add_flag("--json", json, "the report as one JSON object, for programs");
   app.add_option("--root", root.root, "where proc, sys and dev are")->group("");
   app.footer("Exit codes: 0 fit, 2 bad command line, 6 causes were named.");
+  app.failure_message(hints::failure_message);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

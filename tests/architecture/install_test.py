@@ -39,7 +39,7 @@ class InstallPackages(unittest.TestCase):
         self.stub("apt-get", "exit 99")
         self.stub("sudo", "exit 1")
         done = self.run_as_nobody("peers")
-        self.assertEqual((3, ""), (done.returncode, done.stdout), done.stderr)
+        self.assertEqual(3, done.returncode, done.stderr)
         self.assertIn("\n  apt-get install --no-install-recommends libbullet-dev libfcl-dev libmujoco-dev\n", done.stderr)
         self.assertNotIn("apt-get", self.called())
 
@@ -59,6 +59,19 @@ class InstallPackages(unittest.TestCase):
         self.assertIn("gcovr", done.stdout.splitlines()[0])
         self.assertEqual("packages: 100 %", done.stdout.splitlines()[-1])
         self.assertRegex(self.called(), r"sudo env DEBIAN_FRONTEND=noninteractive apt-get install .*gcovr")
+
+    def test_how_far_it_is_is_said_while_it_runs(self):
+        self.stub("dpkg-query", "exit 1")
+        self.stub("apt-get", '[[ $* == *Status-Fd=1* ]] || exit 0\necho dlstatus:1:50:x\nfor ((i = 0; i < 200; ++i)); do\n'
+                             f'  [[ ! -e "{self.folder}/seen" ]] || exit 0\n  sleep 0.05\ndone\nexit 1')
+        self.stub("sudo", '[[ $1 != -* ]] || shift; exec "$@"')
+        user = {"user": NOBODY, "group": NOBODY, "extra_groups": []} if os.geteuid() == 0 else {}
+        with subprocess.Popen([self.folder / "install_packages", "coverage"], stdout=subprocess.PIPE, text=True, cwd="/",
+                              env={"PATH": f"{self.folder}:/usr/bin:/bin"}, **user) as running:
+            for line in running.stdout:
+                if line.startswith("packages: 25 %"):
+                    (self.folder / "seen").touch()
+            self.assertEqual(0, running.wait())
 
     def test_building_all_takes_what_playing_needs(self):
         self.stub("dpkg-query", "exit 1")

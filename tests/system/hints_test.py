@@ -48,6 +48,12 @@ class Hints(unittest.TestCase):
         self.assertEqual((1, "single_string"), (code, meant(text)))
         self.assertEqual(0, self.ctl("scene", "load", meant(text))[0])
 
+    def test_the_gesture_that_was_meant_is_named_however_many_there_are(self):
+        with daemon.Daemon("--clock", "virtual") as played:
+            code, _, text = said(HAPTICCTL, "--server", played.address, "gesture", "play", "strm")
+            self.assertEqual((1, "strum"), (code, meant(text)))
+            self.assertEqual(0, said(HAPTICCTL, "--server", played.address, "gesture", "play", meant(text))[0])
+
     def test_the_parameter_that_was_meant_is_set_with_its_unit(self):
         self.ctl("scene", "load", "guqin")
         code, _, text = self.ctl("set", "strings[3].tension=45N")

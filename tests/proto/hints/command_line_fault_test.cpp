@@ -41,12 +41,16 @@ TEST_CASE("so is an option, of the program or of the command that was given") {
         "There is no option --sever. Did you mean --server?");
   CHECK(fault_of({"status", "--luod"}) == "There is no option --luod. Did you mean --loud?");
   CHECK(fault_of({"watch", "--luod"}) == "There is no option --luod.");
+  CHECK(fault_of({"status", "--sever=x"}) == "There is no option --sever. Did you mean --server?");
 }
 
 TEST_CASE("a good command line has no fault, and other faults are said as the parser says them") {
   CHECK(fault_of({"status", "--loud"}).empty());
   CHECK(fault_of({"--server"}).find("--server") != std::string::npos);
   CHECK(fault_of({"status", "more"}).find("more") != std::string::npos);
+  for (const auto& words : {std::vector<std::string>{"--server"}, {"status", "more"}, {}}) {
+    CHECK(fault_of(words).ends_with('.'));
+  }
 }
 
 }  // namespace hapticd::hints::test

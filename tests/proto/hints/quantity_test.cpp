@@ -28,6 +28,7 @@ TEST_CASE("a number is in the unit that is asked for, with it or without") {
   CHECK(value_of(" -4.5e1 N ", "N") == -45.0);
   CHECK(value_of("7", "count") == 7.0);
   CHECK(value_of("0.1", "") == 0.1);
+  CHECK(value_of("+1000", "Hz") == 1000.0);
   CHECK(value_of("500", "us") == 500.0);
 }
 
@@ -38,7 +39,10 @@ TEST_CASE("a shifted decimal point is exact to the last bit") {
   CHECK(value_of("1.9e2GPa", "Pa") == 190e9);
   CHECK(value_of("0.1ms", "us") == 100.0);
   CHECK(value_of("1.5 kHz", "Hz") == 1500.0);
-  CHECK(value_of("3 µm", "m") == 3e-6);
+  CHECK(value_of("3 \u00b5m", "m") == 3e-6);
+  CHECK(value_of("3 \u03bcm", "m") == 3e-6);
+  CHECK(value_of("0e2147483647km", "m") == 0.0);
+  CHECK(value_of("0e-2147483648mm", "m") == 0.0);
 }
 
 TEST_CASE("products and quotients of units are read in any order") {
@@ -53,11 +57,14 @@ TEST_CASE("products and quotients of units are read in any order") {
 TEST_CASE("a decimal comma is refused with the right form") {
   CHECK(fault_of("45,5", "N") == "Write 45.5, with a point.");
   CHECK(fault_of("0,25mm", "m") == "Write 0.25mm, with a point.");
-  CHECK(fault_of("1,2,3", "m") == "Give a number.");
+  CHECK(fault_of("1,2,3", "m") == "Give a number without commas.");
+  CHECK(fault_of("1,000", "N") == "Give a number without commas.");
+  CHECK(fault_of("1,0000N", "N") == "Write 1.0000N, with a point.");
 }
 
 TEST_CASE("what is no number, or is in another unit, is refused in words") {
-  for (const char* text : {"", " ", "N", "much", "nan", "inf", "1e999", "--4", "0x10", "4 5"}) {
+  for (const char* text :
+       {"", " ", "N", "much", "nan", "inf", "1e999", "--4", "0x10", "4 5", "++4", "+-4"}) {
     CAPTURE(text);
     CHECK(!fault_of(text, "N").empty());
   }

@@ -117,6 +117,9 @@ TEST_CASE("who mistypes a path is told which one may be meant") {
   CHECK(told("nonsense") == none);
   CHECK(told("[") == none);
   CHECK(told("strings[1[2].tension_n").starts_with(none));
+  CHECK(told("strings[*].tension_n") == "Give an index in place of *.");
+  CHECK(told("strings[99].tensoin_n") == none + " Did you mean strings[0].tension_n?");
+  CHECK(told("strings[\x1b].tensoin_n") == none + " Did you mean strings[0].tension_n?");
 }
 
 TEST_CASE("one bad assignment refuses all, and its path is told") {

@@ -1,0 +1,53 @@
+"""hapticd-play starts what is beside it, and ends as the daemon ends."""
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+import daemon
+
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "clients/play/hapticd-play"
+PROGRAMS = pathlib.Path(daemon.HAPTICD).parent
+WAIT_S = 30
+
+
+def play(*words, environment=None):
+    """(exit code, what was said) of the script without viewer and sound."""
+    with tempfile.TemporaryDirectory() as files:
+        done = subprocess.run([SCRIPT, "--programs", PROGRAMS, "--files", files, "--no-viewer", "--no-sound", *words], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, timeout=WAIT_S, check=False, env=environment, stdin=subprocess.DEVNULL)
+        return done.returncode, done.stdout
+
+
+class Play(unittest.TestCase):
+    def test_it_ends_at_once_with_the_code_of_a_daemon_that_refuses(self):
+        code, said = play("--", "--scene", "nosuch")
+        self.assertEqual(1, code, said)
+        self.assertIn("there is no scene of this name", said)
+        self.assertNotIn("It plays", said)
+        self.assertEqual(2, play("--", "--listen")[0])
+
+    def test_another_daemon_at_the_port_is_not_taken_for_its_own(self):
+        with daemon.Daemon("--scene", "wall") as other:
+            code, said = play("--", "--listen", other.address)
+        self.assertEqual(3, code, said)
+        self.assertNotIn("It plays", said)
+
+    def test_the_address_is_understood_in_both_spellings(self):
+        for spelling in ("--listen {}", "--listen={}"):
+            address = f"127.0.0.1:{daemon.free_port()}"
+            code, said = play("--for", "1", "--", "--scene", "wall", *spelling.format(address).split())
+            self.assertEqual(0, code, said)
+            self.assertIn(f"It plays. Clients connect to {address}", said)
+
+    def test_without_a_home_keys_go_nowhere_by_themselves(self):
+        environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_STATE_HOME")}
+        done = subprocess.run([SCRIPT, "--programs", PROGRAMS, "--for", "1"], capture_output=True, text=True, timeout=WAIT_S, check=False,
+                              env=environment)
+        self.assertEqual(2, done.returncode)
+        self.assertIn("--files", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
