@@ -23,6 +23,12 @@ def run(*options, timeout=60):
     return done.returncode, done.stderr + done.stdout
 
 
+def said(*command, **process):
+    """(exit code, stdout, stderr)"""
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, stdin=subprocess.DEVNULL, **process)
+    return done.returncode, done.stdout, done.stderr
+
+
 class Daemon:
     """Context manager: plays until the end of the block; `log` has its lines afterwards."""
 

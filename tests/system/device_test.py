@@ -7,15 +7,9 @@ import sys
 import time
 import unittest
 
-from daemon import HAPTICD, Daemon
+from daemon import HAPTICD, Daemon, said
 
 HAPTICCTL = os.environ["HAPTICCTL"]
-
-
-def said(*command, **process):
-    """(exit code, stdout, stderr)"""
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, stdin=subprocess.DEVNULL, **process)
-    return done.returncode, done.stdout, done.stderr
 
 
 class List(unittest.TestCase):

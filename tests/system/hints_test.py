@@ -2,20 +2,14 @@
 import os
 import pathlib
 import re
-import subprocess
 import tempfile
 import unittest
 
 import daemon
+from daemon import said
 
 HAPTICCTL = os.environ["HAPTICCTL"]
 HAPTIC_WEB = os.environ.get("HAPTIC_WEB")
-
-
-def said(*command):
-    """(exit code, stdout, stderr)"""
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, stdin=subprocess.DEVNULL)
-    return done.returncode, done.stdout, done.stderr
 
 
 def meant(text):
