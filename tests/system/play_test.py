@@ -41,6 +41,9 @@ class Play(unittest.TestCase):
             self.assertEqual(0, code, said)
             self.assertIn(f"It plays. Clients connect to {address}", said)
 
+    def test_its_version_is_that_of_the_daemon_beside_it(self):
+        self.assertEqual((0, daemon.said(daemon.HAPTICD, "--version")[1]), play("--version"))
+
     def test_without_a_home_keys_go_nowhere_by_themselves(self):
         environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_STATE_HOME")}
         done = subprocess.run([SCRIPT, "--programs", PROGRAMS, "--for", "1"], capture_output=True, text=True, timeout=WAIT_S, check=False,

@@ -18,6 +18,7 @@ def parser() -> argparse.ArgumentParser:
         prog="hapticd-lab", description="Sessions with a real hapticd in lockstep, measured: the figures of the paper, reproduced; its experiment; measured "
         "forces, fitted; what accuracy costs.",
         epilog="hapticd-lab COMMAND --help says more. man hapticd-lab")
+    top.add_argument("--version", action="store_true", help="the version of hapticd that it starts")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, module_name in COMMANDS.items():
         module = importlib.import_module(module_name)
@@ -29,6 +30,8 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: Optional[List[str]] = None) -> int:
     """Runs a command; exit code of the process."""
+    if (sys.argv[1:] if arguments is None else arguments) == ["--version"]:
+        os.execvp("hapticd", ["hapticd", "--version"])
     options = parser().parse_args(arguments)
     try:
         code = options.run(options)
