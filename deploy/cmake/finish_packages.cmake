@@ -12,3 +12,13 @@ foreach(package IN LISTS CPACK_COMPONENTS_ALL)
   file(GLOB pages "${usr}/share/man/man*/*.[1-9]")
   execute_process(COMMAND gzip -9n "${doc}/changelog" ${pages} COMMAND_ERROR_IS_FATAL ANY)
 endforeach()
+
+# The site's scripts that Debian has in a package of its own, which hapticd-doc depends on.
+set(scripts /usr/share/javascript/sphinxdoc/1.0)
+set(site "${CPACK_TEMPORARY_INSTALL_DIRECTORY}/hapticd-doc/usr/share/doc/hapticd/html/_static")
+foreach(script jquery.js underscore.js _sphinx_javascript_frameworks_compat.js doctools.js searchtools.js language_data.js sphinx_highlight.js)
+  if(EXISTS "${site}/${script}" AND EXISTS "${scripts}/${script}")
+    file(REMOVE "${site}/${script}")
+    file(CREATE_LINK "../../../../javascript/sphinxdoc/1.0/${script}" "${site}/${script}" SYMBOLIC)
+  endif()
+endforeach()

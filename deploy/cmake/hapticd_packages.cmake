@@ -99,8 +99,10 @@ by tick in virtual time."
 hapticd_package(hapticd-doc "documentation of the haptic daemon hapticd"
 "hapticd computes forces for a haptic device. This package has its pages: how
 it is used and how it works, what has been measured, the protocol with its
-message definitions, and examples of clients."
+message definitions, and examples of clients. All of it is also a site with
+search, for a browser: /usr/share/doc/hapticd/html/index.html."
   ALL
-  SECTION doc)
+  SECTION doc
+  DEPENDS "libjs-sphinxdoc (>= 5.2)")
 
 include(CPack)
