@@ -82,7 +82,7 @@ class Site:
     def copy(self, path, goal):
         file = self.source / goal
         file.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(ROOT / path, file)
+        shutil.copyfile(ROOT / path, file)  # a copy to be read: no program
 
     def rewritten(self, page, text):
         """The text of a page with its links changed, code left alone."""
