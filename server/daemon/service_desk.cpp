@@ -1,0 +1,64 @@
+// See service_desk.h.
+#include "server/daemon/service_desk.h"
+
+#include <fmt/format.h>
+
+#include "hapticd/v1/state.pb.h"
+#include "server/service/journal.h"
+
+namespace hapticd {
+namespace {
+
+/// Of package hapticd.v1.
+constexpr std::uint32_t kProtocol = 1;
+
+}  // namespace
+
+ServiceDesk::ServiceDesk(const DaemonPlan& plan, const SceneDesk& scenes, bool stepped_here)
+    : plan_(plan), scenes_(scenes), stepped_here_(stepped_here) {
+  keep_log_field("HAPTICD_DEVICE", plan.options.config.device(0).source());
+}
+
+void ServiceDesk::announce(const UdpTransport& transport) {
+  if (transport.loopback()) {
+    throw StartError(kExitUsage, "--announce: nobody else reaches " + transport.local_address() +
+                                     ". Listen for the network too: --listen 0.0.0.0:47800.");
+  }
+  announcement_ = std::make_unique<Announcement>(transport.port(), kProtocol);
+}
+
+void ServiceDesk::note(const Tick& tick) noexcept {
+  ++ticks_;
+  state_ = tick.state;
+}
+
+void ServiceDesk::follow(std::int64_t now_ns) {
+  ++passes_;
+  const bool serves = stepped_here_ || ticks_ > 0;
+  if (!serves) return;
+  const std::string& scene = scenes_.told().info.scene().name();
+  if (scene != scene_ || state_ != told_state_) {
+    scene_ = scene;
+    told_state_ = state_;
+    keep_log_field("HAPTICD_SCENE", scene);
+    notifier_.status(status());
+  }
+  if (!scenes_.loading()) notifier_.ready();
+  notifier_.alive(stepped_here_ ? passes_ : ticks_, now_ns);
+}
+
+void ServiceDesk::end() {
+  notifier_.stopping();
+  announcement_.reset();
+}
+
+std::string ServiceDesk::status() const {
+  const v1::Config& config = plan_.options.config;
+  std::string state = v1::LoopState_Name(static_cast<v1::LoopState>(state_));
+  state.erase(0, std::string_view("LOOP_STATE_").size());
+  const std::string time =
+      stepped_here_ ? "in virtual time" : fmt::format("at {} Hz", config.rate());
+  return fmt::format("plays {} {}, device {}, {}", scene_, time, config.device(0).source(), state);
+}
+
+}  // namespace hapticd
