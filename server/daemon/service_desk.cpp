@@ -24,7 +24,8 @@ void ServiceDesk::announce(const UdpTransport& transport) {
     throw StartError(kExitUsage, "--announce: nobody else reaches " + transport.local_address() +
                                      ". Listen for the network too: --listen 0.0.0.0:47800.");
   }
-  announcement_ = std::make_unique<Announcement>(transport.port(), kProtocol);
+  announcement_ =
+      std::make_unique<Announcement>(Announced{transport.port(), kProtocol, transport.ipv4_only()});
 }
 
 void ServiceDesk::note(const Tick& tick) noexcept {

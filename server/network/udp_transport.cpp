@@ -169,6 +169,8 @@ bool UdpTransport::loopback() const {
   return implementation_->socket.local_endpoint().address().is_loopback();
 }
 
+bool UdpTransport::ipv4_only() const noexcept { return implementation_->v4; }
+
 std::uint16_t UdpTransport::port() const { return implementation_->socket.local_endpoint().port(); }
 
 void UdpTransport::send(const Address& to, std::span<const std::uint8_t> datagram) {

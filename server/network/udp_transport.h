@@ -40,6 +40,8 @@ class UdpTransport {
   [[nodiscard]] std::string local_address() const;
   /// Whether only programs of this machine reach it.
   [[nodiscard]] bool loopback() const;
+  /// Whether nobody reaches it by IPv6.
+  [[nodiscard]] bool ipv4_only() const noexcept;
   /// Port bound.
   [[nodiscard]] std::uint16_t port() const;
 

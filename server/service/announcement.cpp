@@ -15,8 +15,7 @@ namespace hapticd {
 
 // All but construction and destruction runs on the thread of `poll`.
 struct Announcement::Implementation {
-  std::uint16_t port = 0;
-  std::string protocol;
+  Announced what;
   std::string name;
   AvahiThreadedPoll* poll = nullptr;
   AvahiClient* client = nullptr;
@@ -28,13 +27,19 @@ struct Announcement::Implementation {
     if (group == nullptr) group = avahi_entry_group_new(with, on_group, this);
     int error = group == nullptr ? avahi_client_errno(with) : AVAHI_ERR_COLLISION;
     while (group != nullptr && error == AVAHI_ERR_COLLISION) {
-      error = avahi_entry_group_add_service(
-          group, AVAHI_IF_UNSPEC, AVAHI_PROTO_UNSPEC, AvahiPublishFlags{}, name.c_str(),
-          kServiceType, nullptr, nullptr, port, protocol.c_str(), "keys=required", nullptr);
+      error = add();
       if (error == AVAHI_ERR_COLLISION) rename();
     }
     if (error == AVAHI_OK) error = avahi_entry_group_commit(group);
     if (error != AVAHI_OK) spdlog::warn("not announced: {}", avahi_strerror(error));
+  }
+
+  int add() const {
+    const AvahiProtocol family = what.ipv4_only ? AVAHI_PROTO_INET : AVAHI_PROTO_UNSPEC;
+    const std::string protocol = "protocol=" + std::to_string(what.protocol);
+    return avahi_entry_group_add_service(group, AVAHI_IF_UNSPEC, family, AvahiPublishFlags{},
+                                         name.c_str(), kServiceType, nullptr, nullptr, what.port,
+                                         protocol.c_str(), "keys=required", nullptr);
   }
 
   void rename() {
@@ -102,11 +107,10 @@ struct Announcement::Implementation {
   }
 };
 
-Announcement::Announcement(std::uint16_t port, std::uint32_t protocol)
+Announcement::Announcement(const Announced& what)
     : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
-  self.port = port;
-  self.protocol = "protocol=" + std::to_string(protocol);
+  self.what = what;
   self.poll = avahi_threaded_poll_new();
   if (self.poll == nullptr) return;
   self.connect();
