@@ -52,6 +52,39 @@ std::string address_text(const AvahiAddress& address, AvahiIfIndex interface) {
   return std::string(text.data()) + "%" + zone.data();
 }
 
+/// A service as avahi-daemon names it.
+struct Named {
+  AvahiIfIndex interface;
+  AvahiProtocol protocol;
+  const char* name;
+  const char* type;
+  const char* domain;
+};
+
+/// What a service has turned out to be.
+struct Resolved {
+  AvahiIfIndex interface;
+  const char* name;
+  const char* host;
+  const AvahiAddress* address;
+  std::uint16_t port;
+  AvahiStringList* txt;
+};
+
+FoundDaemon daemon_of(const Resolved& what) {
+  FoundDaemon daemon;
+  daemon.name = printable(what.name);
+  daemon.host = printable(what.host);
+  daemon.address = address_text(*what.address, what.interface);
+  daemon.port = what.port;
+  daemon.keys = value_of(what.txt, "keys") == "required";
+  const std::string protocol = value_of(what.txt, "protocol");
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  const bool number = protocol.size() < 4 && std::all_of(protocol.begin(), protocol.end(), digit);
+  if (number) daemon.protocol = protocol;
+  return daemon;
+}
+
 /// One question to avahi-daemon.
 class Search {
  public:
@@ -61,12 +94,7 @@ class Search {
     client_.reset(avahi_client_new(
         avahi_simple_poll_get(poll_.get()), AvahiClientFlags{},
         [](AvahiClient*, AvahiClientState, void*) {}, nullptr, &error));
-    if (client_ != nullptr) {
-      browser_.reset(avahi_service_browser_new(client_.get(), AVAHI_IF_UNSPEC, AVAHI_PROTO_UNSPEC,
-                                               kServiceType, nullptr, AvahiLookupFlags{}, on_browse,
-                                               this));
-      if (browser_ == nullptr) error = avahi_client_errno(client_.get());
-    }
+    if (client_ != nullptr && !browse()) error = avahi_client_errno(client_.get());
     if (browser_ != nullptr) return;
     throw Failure(kRefused, std::string("nobody can be asked: ") + avahi_strerror(error) +
                                 ". Install and start avahi-daemon");
@@ -82,43 +110,40 @@ class Search {
   }
 
  private:
-  static void on_browse(AvahiServiceBrowser* /*browser*/, AvahiIfIndex interface,
-                        AvahiProtocol protocol, AvahiBrowserEvent event, const char* name,
-                        const char* type, const char* domain, AvahiLookupResultFlags /*flags*/,
-                        void* search) {
-    auto& self = *static_cast<Search*>(search);
-    if (event == AVAHI_BROWSER_ALL_FOR_NOW || event == AVAHI_BROWSER_FAILURE) self.told_ = true;
-    if (event != AVAHI_BROWSER_NEW || self.asked_ >= kMaxFound) return;
-    ++self.asked_;
-    // By the family it was found with: a daemon that listens on IPv4 alone is found by that alone.
-    if (avahi_service_resolver_new(self.client_.get(), interface, protocol, name, type, domain,
-                                   protocol, AvahiLookupFlags{}, on_resolve, search) != nullptr) {
-      ++self.resolving_;
-    }
+  bool browse() {
+    const auto on_browse = [](AvahiServiceBrowser*, AvahiIfIndex interface, AvahiProtocol protocol,
+                              AvahiBrowserEvent event, const char* name, const char* type,
+                              const char* domain, AvahiLookupResultFlags, void* search) {
+      auto& self = *static_cast<Search*>(search);
+      if (event == AVAHI_BROWSER_ALL_FOR_NOW || event == AVAHI_BROWSER_FAILURE) self.told_ = true;
+      if (event == AVAHI_BROWSER_NEW) self.resolve({interface, protocol, name, type, domain});
+    };
+    browser_.reset(avahi_service_browser_new(client_.get(), AVAHI_IF_UNSPEC, AVAHI_PROTO_UNSPEC,
+                                             kServiceType, nullptr, AvahiLookupFlags{}, on_browse,
+                                             this));
+    return browser_ != nullptr;
   }
 
-  static void on_resolve(AvahiServiceResolver* resolver, AvahiIfIndex interface,
-                         AvahiProtocol /*protocol*/, AvahiResolverEvent event, const char* name,
-                         const char* /*type*/, const char* /*domain*/, const char* host,
-                         const AvahiAddress* address, std::uint16_t port, AvahiStringList* txt,
-                         AvahiLookupResultFlags /*flags*/, void* search) {
-    auto& self = *static_cast<Search*>(search);
-    --self.resolving_;
-    if (event == AVAHI_RESOLVER_FOUND && port != 0) {
-      FoundDaemon daemon;
-      daemon.name = printable(name);
-      daemon.host = printable(host);
-      daemon.address = address_text(*address, interface);
-      daemon.port = port;
-      daemon.keys = value_of(txt, "keys") == "required";
-      const std::string protocol = value_of(txt, "protocol");
-      const auto digit = [](char c) { return c >= '0' && c <= '9'; };
-      if (protocol.size() < 4 && std::all_of(protocol.begin(), protocol.end(), digit)) {
-        daemon.protocol = protocol;
+  void resolve(const Named& of) {
+    const auto on_resolve = [](AvahiServiceResolver* resolver, AvahiIfIndex interface,
+                               AvahiProtocol, AvahiResolverEvent event, const char* name,
+                               const char*, const char*, const char* host,
+                               const AvahiAddress* address, std::uint16_t port,
+                               AvahiStringList* txt, AvahiLookupResultFlags, void* search) {
+      auto& self = *static_cast<Search*>(search);
+      --self.resolving_;
+      if (event == AVAHI_RESOLVER_FOUND && port != 0) {
+        self.found_.insert(daemon_of({interface, name, host, address, port, txt}));
       }
-      self.found_.insert(std::move(daemon));
-    }
-    avahi_service_resolver_free(resolver);
+      avahi_service_resolver_free(resolver);
+    };
+    if (asked_ >= kMaxFound) return;
+    ++asked_;
+    // By the family it was found with: a daemon that listens on IPv4 alone is found by that alone.
+    AvahiServiceResolver* const resolver =
+        avahi_service_resolver_new(client_.get(), of.interface, of.protocol, of.name, of.type,
+                                   of.domain, of.protocol, AvahiLookupFlags{}, on_resolve, this);
+    if (resolver != nullptr) ++resolving_;
   }
 
   template <auto kFree>

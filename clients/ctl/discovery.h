@@ -22,8 +22,7 @@ struct FoundDaemon {
   friend auto operator<=>(const FoundDaemon&, const FoundDaemon&) = default;
 };
 
-/// `text` as a terminal may show it: at most 128 characters, what is not printable ASCII or valid
-/// UTF-8, and what changes the direction of writing, as '?'.
+/// `text` as a terminal may show it: its first 128 bytes, each that is not printable ASCII as '?'.
 [[nodiscard]] std::string printable(std::string_view text);
 
 /// ADDRESS:PORT as --server takes it.

@@ -57,6 +57,7 @@ Daemon::Daemon(Opened opened)
       service_(plan_, scenes_, stepped_here_) {
   if (replays()) quality_.leave_work_alone();
   begin_loop(opened.replay.get());
+  service_.begin();
   begin_time(std::move(opened.replay));
   begin_serving();
 }

@@ -15,8 +15,16 @@ constexpr std::uint32_t kProtocol = 1;
 }  // namespace
 
 ServiceDesk::ServiceDesk(const DaemonPlan& plan, const SceneDesk& scenes, bool stepped_here)
-    : plan_(plan), scenes_(scenes), stepped_here_(stepped_here) {
-  keep_log_field("HAPTICD_DEVICE", plan.options.config.device(0).source());
+    : plan_(plan), scenes_(scenes), stepped_here_(stepped_here) {}
+
+void ServiceDesk::begin() {
+  keep_log_field("HAPTICD_DEVICE", plan_.options.config.device(0).source());
+  keep_scene();
+}
+
+void ServiceDesk::keep_scene() {
+  scene_ = scenes_.told().info.scene().name();
+  keep_log_field("HAPTICD_SCENE", scene_);
 }
 
 void ServiceDesk::announce(const UdpTransport& transport) {
@@ -37,11 +45,10 @@ void ServiceDesk::follow(std::int64_t now_ns) {
   ++passes_;
   const bool serves = stepped_here_ || ticks_ > 0;
   if (!serves) return;
-  const std::string& scene = scenes_.told().info.scene().name();
-  if (scene != scene_ || state_ != told_state_) {
-    scene_ = scene;
+  const bool changed = scenes_.told().info.scene().name() != scene_;
+  if (changed) keep_scene();
+  if (changed || state_ != told_state_) {
     told_state_ = state_;
-    keep_log_field("HAPTICD_SCENE", scene);
     notifier_.status(status());
   }
   if (!scenes_.loading()) notifier_.ready();

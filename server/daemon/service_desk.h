@@ -19,6 +19,8 @@ class ServiceDesk {
   /// `stepped_here`: the loop has no thread of its own. The others outlive this.
   ServiceDesk(const DaemonPlan& plan, const SceneDesk& scenes, bool stepped_here);
 
+  /// The first scene is there.
+  void begin();
   /// Publishes the socket by mDNS. Throws StartError where only this machine reaches it.
   void announce(const UdpTransport& transport);
   /// A tick is over.
@@ -34,6 +36,7 @@ class ServiceDesk {
   void end();
 
  private:
+  void keep_scene();
   [[nodiscard]] std::string status() const;
 
   const DaemonPlan& plan_;
