@@ -10,6 +10,8 @@
 
 namespace hapticd::ctl {
 
+/// --discover: the daemons of the local network, by mDNS. To be added after the options it obeys.
+void add_discover_option(CLI::App& app, const GlobalOptions& options);
 /// status: what the daemon does, once.
 void add_status_command(CLI::App& app, const GlobalOptions& options);
 /// watch: the same, live, until q.

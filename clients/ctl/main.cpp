@@ -20,6 +20,7 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(0.01, 3600.0))
       ->capture_default_str();
   app.add_flag("--json", options.json, "answers as JSON, for programs");
+  hapticd::ctl::add_discover_option(app, options);
   app.require_subcommand(1);
   app.failure_message(hapticd::hints::failure_message);
   app.fallthrough();

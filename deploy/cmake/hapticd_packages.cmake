@@ -58,12 +58,12 @@ subscribe to its stream.
 .
 This package has the daemon, hapticctl to control it from a terminal, and
 hapticd-model to make sphere-trees for scenes of one's own; scenes, gestures
-and device profiles; and the udev rule that gives devices to the group
-hapticd."
+and device profiles; the udev rule that gives devices to the group hapticd;
+and a service for systemd, which is not started unless asked for."
   SCRIPTS hapticd
   DEPENDS "systemd | systemd-standalone-sysusers | systemd-sysusers"
   RECOMMENDS hapticd-clients
-  SUGGESTS hapticd-doc)
+  SUGGESTS avahi-daemon hapticd-doc)
 
 hapticd_package(hapticd-clients "viewer, sound and bridges for the haptic daemon hapticd"
 "hapticd computes forces for a haptic device. These programs subscribe to what
@@ -71,6 +71,7 @@ it plays: haptic-web shows it in a browser, haptic-audio makes it heard by
 JACK or PipeWire, haptic-osc and haptic-relay send it on by OSC and MQTT.
 .
 hapticd-play starts the daemon, the viewer and the sound with one command."
+  SCRIPTS clients
   DEPENDS "hapticd ${same}"
   RECOMMENDS "pipewire-jack | jackd2")
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "server/encoding/encode_event.h"
+#include "server/service/passed_socket.h"
 
 namespace hapticd {
 namespace {
@@ -52,9 +53,11 @@ Daemon::Daemon(Opened opened)
       records_(recorder_.get(), clients_),
       quality_(plan_.player, scenes_, loop_, stepped_here_),
       states_(scenes_,
-              [this](const Tick& tick, v1::State& state) { quality_.explain(tick, state); }) {
+              [this](const Tick& tick, v1::State& state) { quality_.explain(tick, state); }),
+      service_(plan_, scenes_, stepped_here_) {
   if (replays()) quality_.leave_work_alone();
   begin_loop(opened.replay.get());
+  service_.begin();
   begin_time(std::move(opened.replay));
   begin_serving();
 }
@@ -116,11 +119,7 @@ void Daemon::begin_serving() {
   options.virtual_clock = stepped_here_;
   options.keys = keys_of(config);
   if (plan_.options.check_only) return;
-  try {
-    transport_ = std::make_unique<UdpTransport>(config.listen(), options.keys.has_value());
-  } catch (const std::runtime_error& error) {
-    throw StartError(kExitAddress, std::string("--listen: ") + error.what());
-  }
+  bind();
   requests_.emplace(Desks{loop_, scenes_, play_, records_, devices_, catalogues_, *time_},
                     clients_);
   server_ = std::make_unique<ProtocolServer>(
@@ -132,6 +131,21 @@ void Daemon::begin_serving() {
   static_cast<void>(catalogues_.scenes());
   static_cast<void>(catalogues_.gestures());
   static_cast<void>(catalogues_.recordings());
+}
+
+void Daemon::bind() {
+  const std::string& listen = plan_.options.config.listen();
+  const bool keyed = !plan_.options.config.keys().empty();
+  bool passed = false;
+  try {
+    const std::optional<int> bound = passed_socket();
+    passed = bound.has_value();
+    transport_ = passed ? std::make_unique<UdpTransport>(BoundSocket{*bound}, keyed)
+                        : std::make_unique<UdpTransport>(listen, keyed);
+  } catch (const std::runtime_error& error) {
+    throw StartError(kExitAddress, (passed ? "" : "--listen: ") + std::string(error.what()));
+  }
+  if (plan_.options.announce) service_.announce(*transport_);
 }
 
 ServerHost Daemon::make_host() {
@@ -195,7 +209,10 @@ int Daemon::run(SignalRequests& signals) {
 }
 
 void Daemon::follow_signals(SignalRequests& signals, std::int64_t now_ns) {
-  if (signals.reload.exchange(false) && !replays()) scenes_.reload();
+  if (signals.reload.exchange(false) && !replays()) {
+    service_.reload();
+    scenes_.reload();
+  }
   if (ending_since_ns_ >= 0) return;
   if (auto* replay = std::get_if<ReplayTime>(&*time_)) {
     if (signals.end.load() || replay->end_asked()) replay->end();
@@ -207,6 +224,7 @@ void Daemon::follow_signals(SignalRequests& signals, std::int64_t now_ns) {
 
 void Daemon::end(const char* why, std::int64_t now_ns) {
   ending_since_ns_ = now_ns;
+  service_.end();
   server_->shut_down(v1::BYE_REASON_SHUTDOWN, why, now_ns);
 }
 
@@ -223,6 +241,7 @@ bool Daemon::work(std::int64_t now_ns) {
   take_ticks(now_ns);
   devices_.work();
   records_.report();
+  service_.follow(now_ns);
   if (ending_since_ns_ >= 0) {
     const bool over = std::visit([](const auto& time) { return time.over(); }, *time_);
     if ((over && server_->session_count() == 0) || now_ns - ending_since_ns_ > kMaxEnd_ns) {
@@ -261,6 +280,7 @@ void Daemon::take_ticks(std::int64_t now_ns) {
   while (states_.take(loop_.channels().ticks)) {
     const Tick& tick = states_.newest();
     loop_.note(tick);
+    service_.note(tick);
     devices_.take(tick);
     // A replay feels nothing.
     if (!replays()) devices_.watch_forces(tick);

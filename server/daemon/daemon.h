@@ -19,6 +19,7 @@
 #include "server/daemon/request_table.h"
 #include "server/daemon/scene_desk.h"
 #include "server/daemon/served_clients.h"
+#include "server/daemon/service_desk.h"
 #include "server/daemon/state_desk.h"
 #include "server/network/protocol_server.h"
 #include "server/network/udp_transport.h"
@@ -57,6 +58,7 @@ class Daemon {
   void begin_loop(const ReplayRun* replay);
   void begin_time(std::unique_ptr<ReplayRun> replay);
   void begin_serving();
+  void bind();
   [[nodiscard]] ServerHost make_host();
 
   bool work(std::int64_t now_ns);
@@ -80,6 +82,7 @@ class Daemon {
   RecordDesk records_;
   QualityDesk quality_;
   StateDesk states_;
+  ServiceDesk service_;
   Catalogues catalogues_;  ///< of scenes, gestures and recordings
   std::optional<DaemonTime> time_;
   std::optional<RequestTable> requests_;

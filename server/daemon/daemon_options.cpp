@@ -177,6 +177,10 @@ void add_options(CLI::App& app, DaemonOptions& options) {
          "put a fault before the device and arm every guard, to see what happens: " +
              kinds_of_fault())
       ->type_name("WHAT:SEED");
+  app.add_flag(
+      "--announce", options.announce,
+      "announce this hapticd to the local network by mDNS, for hapticctl --discover; needs "
+      "--keys and avahi-daemon");
   app.add_flag("--check", options.check_only, "check options, scene and gesture, play nothing");
 }
 
@@ -315,6 +319,11 @@ void settle_config(DaemonOptions& options) {
   options.gesture_given = !config.gesture().empty();
   fill_defaults(config);
   check_config(config);
+  if (options.announce && config.keys().empty()) {
+    refuse(
+        "--announce: only a hapticd with keys is announced. Make keys with 'hapticctl keygen DIR', "
+        "and give --keys DIR.");
+  }
   options.config = std::move(config);
 }
 

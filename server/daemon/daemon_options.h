@@ -33,6 +33,7 @@ struct DaemonOptions {
   v1::Config config;           ///< every default filled in
   bool gesture_given = false;  ///< asked for, so it has to exist and fit the scene
   bool check_only = false;     ///< check everything, play nothing
+  bool announce = false;       ///< by mDNS
   std::string config_file;     ///< read again at SIGHUP; empty: none
   v1::Config given;            ///< on the command line
 };

@@ -5,11 +5,16 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "hapticd/v1/state.pb.h"
+#include "server/service/journal.h"
 
 namespace hapticd {
 namespace {
+
+/// Of every fault, whatever its cause: `journalctl MESSAGE_ID=...`, sd_journal_send(3).
+constexpr const char* kFaultMessageId = "36f95257ebf74360ab4b340fa32dbed9";
 
 /// Argument number `place`; states and causes by the names that clients see.
 std::string text_of(LogCode code, std::size_t place, const LogArgument& argument) {
@@ -27,6 +32,25 @@ std::string text_of(LogCode code, std::size_t place, const LogArgument& argument
   return "";
 }
 
+/// What happened, in one word, and what the argument at a place is called.
+struct Fields {
+  std::string_view event;
+  std::array<std::string_view, kMaxLogArguments> arguments;
+};
+
+/// Fields by which entries of the journal are found.
+const Fields& fields_of(LogCode code) {
+  static constexpr std::array<Fields, kLogMessages.size()> kFields{{
+      {"loop_state", {"", "HAPTICD_STATE"}},
+      {"late", {"HAPTICD_TICK"}},
+      {"fault", {"HAPTICD_FAULT", "HAPTICD_TICK"}},
+      {"device_read", {"ERRNO"}},
+      {"device_write", {"ERRNO"}},
+      {"ring_full", {}},
+  }};
+  return kFields[static_cast<std::size_t>(code)];
+}
+
 }  // namespace
 
 void write_log(const LogRecord& record) {
@@ -37,7 +61,13 @@ void write_log(const LogRecord& record) {
                                           : message.level == LogLevel::kWarning
                                               ? spdlog::level::warn
                                               : spdlog::level::err;
-  spdlog::log(level, "{}", fmt::format(fmt::runtime(message.text), a[0], a[1], a[2], a[3]));
+  const Fields& named = fields_of(record.code);
+  std::vector<LogField> fields{{"HAPTICD_EVENT", std::string(named.event)}};
+  if (record.code == LogCode::kFaultLatched) fields.push_back({"MESSAGE_ID", kFaultMessageId});
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    if (!named.arguments[k].empty()) fields.push_back({named.arguments[k], a[k]});
+  }
+  log_entry(level, fmt::format(fmt::runtime(message.text), a[0], a[1], a[2], a[3]), fields);
 }
 
 }  // namespace hapticd

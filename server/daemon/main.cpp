@@ -8,6 +8,7 @@
 
 #include "server/daemon/commands.h"
 #include "server/daemon/daemon.h"
+#include "server/service/journal.h"
 #include "server/system/doctor.h"
 
 namespace {
@@ -23,7 +24,11 @@ void on_signal(int signal) {
 }
 
 int complain(const char* what, int code) {
-  std::fprintf(stderr, "hapticd: %s\n", what);
+  if (hapticd::stderr_is_journal()) {
+    hapticd::log_entry(spdlog::level::err, what, {{"HAPTICD_EVENT", "refused"}});
+  } else {
+    std::fprintf(stderr, "hapticd: %s\n", what);
+  }
   return code;
 }
 
@@ -35,6 +40,7 @@ int main(int argc, char** argv) {
     if (word == "doctor") return hapticd::run_doctor(argc - 1, argv + 1);
     if (word == "export") return hapticd::run_export(argc - 1, argv + 1);
     if (word == "device") return hapticd::run_device(argc - 1, argv + 1);
+    if (hapticd::stderr_is_journal()) hapticd::log_to_journal();
     hapticd::DaemonOptions options;
     if (!hapticd::read_options(argc, argv, options)) return hapticd::kExitGood;
     const bool check_only = options.check_only;

@@ -13,6 +13,7 @@
 #include "core/simulation/physics.h"
 #include "proto/wire/request_result.h"
 #include "server/scene_io/sheet_translation.h"
+#include "server/service/journal.h"
 
 namespace hapticd {
 namespace {
@@ -143,7 +144,8 @@ void RecordDesk::report() {
     status.file = dump.file;
     status.error = dump.error;
     if (dump.error.empty()) {
-      spdlog::info("the last 60 s were written to {}", dump.file);
+      log_entry(spdlog::level::info, "the last 60 s were written to " + dump.file,
+                {{"HAPTICD_EVENT", "dump"}, {"HAPTICD_FILE", dump.file}});
     } else {
       spdlog::error("the last 60 s could not be written: {}", dump.error);
     }

@@ -57,6 +57,8 @@ class SceneDesk {
   void take(const LoopEvent& event);
   /// Lends the loop what has been built, and builds what a reload waits for.
   void work();
+  /// A scene is on its way.
+  [[nodiscard]] bool loading() const noexcept { return reload_waits_ || build_ || swapping_; }
   /// Reads the configuration anew; its scene is loaded once no other one is on its way.
   void reload();
 

@@ -1,6 +1,8 @@
 // See udp_transport.h.
 #include "server/network/udp_transport.h"
 
+#include <sys/socket.h>
+
 #include <algorithm>
 #include <array>
 #include <asio/io_context.hpp>
@@ -54,6 +56,14 @@ udp::endpoint endpoint_of(const std::string& listen) {
   return {address, port};
 }
 
+/// Refuses an address that others than this machine reach, without keys.
+void check_reach(const udp::endpoint& endpoint, const std::string& listen, bool keyed) {
+  if (keyed || endpoint.address().is_loopback()) return;
+  refuse(listen,
+         "without keys everyone who reaches it could drive the device; make keys with 'hapticctl "
+         "keygen DIR' and start with --keys DIR, or listen on 127.0.0.1");
+}
+
 Address address_of(const udp::endpoint& endpoint) {
   if (endpoint.address().is_v4()) {
     return ipv4_address(endpoint.address().to_v4().to_bytes(), endpoint.port());
@@ -82,6 +92,14 @@ struct UdpTransport::Implementation {
   std::uint64_t unsent = 0;
   std::array<std::uint8_t, kBufferBytes> buffer{};
 
+  void prepare() {
+    socket.non_blocking(true);
+    // Less is not a fault: what does not fit is repeated.
+    std::error_code error;
+    socket.set_option(asio::socket_base::receive_buffer_size(kSocketBytes), error);
+    socket.set_option(asio::socket_base::send_buffer_size(kSocketBytes), error);
+  }
+
   void drain(ProtocolServer& server) {
     for (int i = 0; i < kMaxPerTurn; ++i) {
       std::error_code error;
@@ -108,11 +126,7 @@ struct UdpTransport::Implementation {
 UdpTransport::UdpTransport(const std::string& listen, bool keyed)
     : implementation_(std::make_unique<Implementation>()) {
   const udp::endpoint endpoint = endpoint_of(listen);
-  if (!keyed && !endpoint.address().is_loopback()) {
-    refuse(listen,
-           "without keys everyone who reaches it could drive the device; make keys with 'hapticctl "
-           "keygen DIR' and start with --keys DIR, or listen on 127.0.0.1");
-  }
+  check_reach(endpoint, listen, keyed);
   Implementation& self = *implementation_;
   self.v4 = endpoint.address().is_v4();
   std::error_code error;
@@ -122,10 +136,25 @@ UdpTransport::UdpTransport(const std::string& listen, bool keyed)
     refuse(listen, error.message() +
                        "; if another hapticd runs, end it or choose another port with --listen");
   }
-  self.socket.non_blocking(true);
-  // Less is not a fault: what does not fit is repeated.
-  self.socket.set_option(asio::socket_base::receive_buffer_size(kSocketBytes), error);
-  self.socket.set_option(asio::socket_base::send_buffer_size(kSocketBytes), error);
+  self.prepare();
+}
+
+UdpTransport::UdpTransport(BoundSocket bound, bool keyed)
+    : implementation_(std::make_unique<Implementation>()) {
+  Implementation& self = *implementation_;
+  sockaddr_storage name{};
+  socklen_t bytes = sizeof(name);
+  const bool named =
+      ::getsockname(bound.descriptor, reinterpret_cast<sockaddr*>(&name), &bytes) == 0;
+  if (!named || (name.ss_family != AF_INET && name.ss_family != AF_INET6)) {
+    refuse("the passed socket", "it is not bound to an IPv4 or IPv6 address");
+  }
+  self.v4 = name.ss_family == AF_INET;
+  std::error_code error;
+  self.socket.assign(self.v4 ? udp::v4() : udp::v6(), bound.descriptor, error);
+  if (error) refuse("the passed socket", error.message());
+  check_reach(self.socket.local_endpoint(), local_address(), keyed);
+  self.prepare();
 }
 
 UdpTransport::~UdpTransport() = default;
@@ -135,6 +164,12 @@ std::string UdpTransport::local_address() const {
   const std::string host = local.address().to_string();
   return (local.address().is_v4() ? host : "[" + host + "]") + ":" + std::to_string(local.port());
 }
+
+bool UdpTransport::loopback() const {
+  return implementation_->socket.local_endpoint().address().is_loopback();
+}
+
+bool UdpTransport::ipv4_only() const noexcept { return implementation_->v4; }
 
 std::uint16_t UdpTransport::port() const { return implementation_->socket.local_endpoint().port(); }
 

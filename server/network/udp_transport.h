@@ -12,6 +12,11 @@
 
 namespace hapticd {
 
+/// A UDP socket that somebody else has bound.
+struct BoundSocket {
+  int descriptor = -1;
+};
+
 /// A bound UDP socket and the loop that serves it.
 class UdpTransport {
  public:
@@ -24,12 +29,19 @@ class UdpTransport {
   /// choose. Unless the server is `keyed` PLAIN is what is spoken, and every address but loopback
   /// is refused. Throws std::runtime_error that says what is wrong and what to do.
   explicit UdpTransport(const std::string& listen, bool keyed = false);
+  /// Serves a socket that is bound to an IPv4 or IPv6 address, and owns it from here on. The same
+  /// refusals.
+  explicit UdpTransport(BoundSocket bound, bool keyed = false);
   ~UdpTransport();
   UdpTransport(const UdpTransport&) = delete;
   UdpTransport& operator=(const UdpTransport&) = delete;
 
   /// Address and port bound, as text for people: 127.0.0.1:47800.
   [[nodiscard]] std::string local_address() const;
+  /// Whether only programs of this machine reach it.
+  [[nodiscard]] bool loopback() const;
+  /// Whether nobody reaches it by IPv6.
+  [[nodiscard]] bool ipv4_only() const noexcept;
   /// Port bound.
   [[nodiscard]] std::uint16_t port() const;
 

@@ -1,0 +1,72 @@
+// See service_desk.h.
+#include "server/daemon/service_desk.h"
+
+#include <fmt/format.h>
+
+#include "hapticd/v1/state.pb.h"
+#include "server/service/journal.h"
+
+namespace hapticd {
+namespace {
+
+/// Of package hapticd.v1.
+constexpr std::uint32_t kProtocol = 1;
+
+}  // namespace
+
+ServiceDesk::ServiceDesk(const DaemonPlan& plan, const SceneDesk& scenes, bool stepped_here)
+    : plan_(plan), scenes_(scenes), stepped_here_(stepped_here) {}
+
+void ServiceDesk::begin() {
+  keep_log_field("HAPTICD_DEVICE", plan_.options.config.device(0).source());
+  keep_scene();
+}
+
+void ServiceDesk::keep_scene() {
+  scene_ = scenes_.told().info.scene().name();
+  keep_log_field("HAPTICD_SCENE", scene_);
+}
+
+void ServiceDesk::announce(const UdpTransport& transport) {
+  if (transport.loopback()) {
+    throw StartError(kExitUsage, "--announce: nobody else reaches " + transport.local_address() +
+                                     ". Listen for the network too: --listen 0.0.0.0:47800.");
+  }
+  announcement_ =
+      std::make_unique<Announcement>(Announced{transport.port(), kProtocol, transport.ipv4_only()});
+}
+
+void ServiceDesk::note(const Tick& tick) noexcept {
+  ++ticks_;
+  state_ = tick.state;
+}
+
+void ServiceDesk::follow(std::int64_t now_ns) {
+  ++passes_;
+  const bool serves = stepped_here_ || ticks_ > 0;
+  if (!serves) return;
+  const bool changed = scenes_.told().info.scene().name() != scene_;
+  if (changed) keep_scene();
+  if (changed || state_ != told_state_) {
+    told_state_ = state_;
+    notifier_.status(status());
+  }
+  if (!scenes_.loading()) notifier_.ready();
+  notifier_.alive(stepped_here_ ? passes_ : ticks_, now_ns);
+}
+
+void ServiceDesk::end() {
+  notifier_.stopping();
+  announcement_.reset();
+}
+
+std::string ServiceDesk::status() const {
+  const v1::Config& config = plan_.options.config;
+  std::string state = v1::LoopState_Name(static_cast<v1::LoopState>(state_));
+  state.erase(0, std::string_view("LOOP_STATE_").size());
+  const std::string time =
+      stepped_here_ ? "in virtual time" : fmt::format("at {} Hz", config.rate());
+  return fmt::format("plays {} {}, device {}, {}", scene_, time, config.device(0).source(), state);
+}
+
+}  // namespace hapticd
