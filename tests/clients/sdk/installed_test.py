@@ -1,0 +1,171 @@
+"""What a user of the installed library does: finds it with CMake or pkg-config, builds the examples, and plays a daemon in virtual time
+with them. What they say is held against closed forms and against the Python client, which shares no code with them."""
+import csv
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import daemon
+import hapticd
+
+SOURCE = pathlib.Path(__file__).resolve().parents[3]
+EXAMPLES = SOURCE / "clients" / "examples"
+CMAKE, CXX = os.environ["CMAKE"], os.environ["CXX"]
+COMPONENTS = ("libhapticd-client0", "libhapticd-client-dev")
+WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Wsign-conversion", "-Werror"]
+SCRIPTED = ("--clock", "virtual", "--device", "scripted", "--scene", "single_string")
+
+
+def checked(*command, **options):
+    """What a command prints; fails with all that it wrote."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=240, check=False, **options)
+    if done.returncode != 0:
+        raise AssertionError(f"{' '.join(map(str, command))} ended with {done.returncode}:\n{done.stdout}")
+    return done.stdout
+
+
+class Installed(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.scratch.name)
+        cls.prefix = cls.folder / "usr"
+        for component in COMPONENTS:
+            checked(CMAKE, "--install", os.environ["HAPTICD_BUILD"], "--component", component, "--prefix", str(cls.prefix))
+        cls.library_folder = next(cls.prefix.rglob("libhapticd-client.so.0")).parent
+        cls.programs = cls.folder / "programs"
+        flags = " ".join(WARNINGS)
+        checked(CMAKE, "-S", EXAMPLES, "-B", cls.programs, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={cls.prefix}", f"-DCMAKE_CXX_COMPILER={CXX}",
+                f"-DCMAKE_CXX_FLAGS=-std=c++17 {flags}", f"-DCMAKE_C_FLAGS={flags}")
+        checked(CMAKE, "--build", cls.programs)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.scratch.cleanup()
+
+    def played(self, example, *arguments, options=SCRIPTED):
+        """What an example prints about a daemon of its own."""
+        with daemon.Daemon(*options, state=str(self.folder / "state")) as played:
+            return checked(self.programs / example, played.address, *arguments, cwd=self.folder)
+
+    def pkg_config(self, *options):
+        environment = dict(os.environ, PKG_CONFIG_PATH=str(self.library_folder / "pkgconfig"))
+        return checked("pkg-config", *options, env=environment).split()
+
+    def test_the_force_is_stiffness_times_displacement(self):
+        lines = re.findall(r"(\d+) N/m: ([\d.]+) N, the finger ([\d.]+) mm", self.played("stiffness"))
+        self.assertEqual([int(kt) for kt, _, _ in lines], [1000, 500, 250])
+        for kt, force, offset in lines:
+            self.assertAlmostEqual(float(force), float(kt) * float(offset) * 1e-3, delta=2e-4)
+        forces = [float(force) for _, force, _ in lines]
+        self.assertEqual(forces, sorted(forces, reverse=True))
+
+    def test_a_scene_of_ones_own_becomes_a_table(self):
+        printed = self.played("own_scene", "own.csv")
+        with open(self.folder / "own.csv", encoding="utf-8", newline="") as file:
+            rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+        self.assertEqual([row["tick"] for row in rows], list(range(500)))
+        for row in rows:
+            self.assertGreaterEqual(row["tool0_wg_y_m"], 0.01)  # the radii of ball and rod together
+        for row in rows[300:]:  # the force is on since 200 ms
+            self.assertAlmostEqual(row["tool0_fy_n"], 800.0 * (row["tool0_wg_y_m"] - row["tool0_wh_y_m"]), delta=0.02)
+        self.assertAlmostEqual(rows[-1]["tool0_wh_y_m"], 0.004, places=12)
+        self.assertAlmostEqual(rows[-1]["tool0_fy_n"], 800.0 * 0.006, delta=0.05)
+        # The path is 10 mm above the axis, where the surfaces meet, at 250 ms.
+        self.assertAlmostEqual(float(re.search(r"after ([\d.]+) ms", printed)[1]), 250.0, delta=2.0)
+
+    def press(self, program):
+        """What the example in C says, and the same poses as the Python client plays them: (printed, result, tones)."""
+        with daemon.Daemon(*SCRIPTED) as played:
+            printed = checked(program, played.address)
+        path = []
+        for tick in range(600):
+            s = tick / 599
+            path.append([0.0, 0.0153 - 0.0113 * min(1.0, 4.0 * min(s, 1.0 - s)), -0.012 + 0.024 * min(1.0, max(0.0, 2.0 * s - 0.5))])
+        with daemon.Daemon(*SCRIPTED) as played, hapticd.Session(played.address) as session:
+            session.acquire("test")
+            session.load_scene("single_string")
+            session.subscribe(divisor=1)
+            result = session.run(poses=path)
+            tones = [event.body for event in session.events(timeout=0) if event.kind == "tone"]
+        return printed, result, tones
+
+    def check_press(self, program):
+        printed, result, tones = self.press(program)
+        largest = max(sum(float(f) ** 2 for f in state.tools[0].wrench_h_w[:3]) ** 0.5 for state in result.states)
+        self.assertGreater(largest, 0.05)
+        self.assertGreater(len(tones), 0)
+        expected = [f"string {tone.string_index} sounds at {tone.frequency_hz:.2f} Hz after {tone.t_ns * 1e-6:.3f} ms" for tone in tones]
+        expected.append(f"600 ticks, largest force {largest:.4f} N, state hash {result.state_hash.hex()}")
+        self.assertEqual(printed.splitlines(), expected)
+
+    def test_c_plays_the_same_bits_as_python(self):
+        self.check_press(self.programs / "press")
+
+    def test_pkg_config_builds_c_and_a_program_that_needs_no_library_of_ours(self):
+        shared = self.folder / "shared_press"
+        checked("cc", "-std=c11", *WARNINGS, EXAMPLES / "press.c", "-o", shared, *self.pkg_config("--cflags", "--libs", "hapticd-client"), "-lm",
+                f"-Wl,-rpath,{self.library_folder}")
+        self.check_press(shared)
+        alone = self.folder / "own_scene_alone"
+        flags = self.pkg_config("--static", "--cflags", "--libs", "hapticd-client")
+        self.assertEqual(flags.count("-lhapticd-client"), 1)
+        flags[flags.index("-lhapticd-client")] = "-l:libhapticd-client.a"
+        checked(CXX, "-std=c++17", *WARNINGS, EXAMPLES / "own_scene.cpp", "-o", alone, *flags)
+        self.assertNotIn("hapticd", checked("ldd", alone))
+        with daemon.Daemon(*SCRIPTED) as played:
+            self.assertIn("500 rows", checked(alone, played.address, self.folder / "alone.csv"))
+
+    def test_a_gesture_is_recorded_and_exported(self):
+        recordings = self.folder / "state" / "hapticd" / "recordings"
+        printed = self.played("record_gesture", "strum", recordings, options=("--clock", "virtual"))
+        ticks, events = map(int, re.search(r"(\d+) ticks, (\d+) events", printed).groups())
+        with open(self.folder / "strum.csv", encoding="utf-8", newline="") as file:
+            numbers = [int(row["tick"]) for row in csv.DictReader(file)]
+        self.assertEqual(numbers, list(range(numbers[0], numbers[0] + ticks)))
+        with open(self.folder / "strum_events.csv", encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(rows), events)
+        strings = [int(row["string_index"]) for row in rows if int(row["kind"]) == 1]
+        self.assertEqual(strings, [0, 1, 2, 3, 4, 5, 6])  # each once, in the order of the stroke
+
+    def test_tones_become_a_tempo(self):
+        with daemon.Daemon("--clock", "virtual") as played, hapticd.Session(played.address) as session:
+            session.acquire("test")
+            follower = subprocess.Popen([self.programs / "metronome", played.address, "5"], stdout=subprocess.PIPE, text=True)
+            self.assertEqual(follower.stdout.readline(), "listening\n")
+            session.play_gesture("strum")
+            session.run(4000)
+            printed = follower.communicate(timeout=60)[0].splitlines()
+            tones = [event.body for event in session.events(timeout=0) if event.kind == "tone"][:5]
+        self.assertEqual(len(tones), 5)
+        expected = [f"{60e9 / (tone.t_ns - before.t_ns):6.1f} bpm {'#' * int(tone.level * 40)}" for before, tone in zip(tones, tones[1:])]
+        self.assertEqual(printed, expected)
+
+    def test_the_version_is_the_projects(self):
+        (version,) = re.findall(r"^project\(hapticd VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8"), re.MULTILINE)
+        self.assertEqual(self.pkg_config("--modversion", "hapticd-client"), [version])
+        project = self.folder / "asks"
+        project.mkdir()
+        text = "cmake_minimum_required(VERSION 3.21)\nproject(asks CXX)\nfind_package(hapticd {} CONFIG REQUIRED)\n"
+        major = int(version.split(".")[0]) + 1
+        for asked, found in ((version, True), (f"{major}.0", False)):
+            (project / "CMakeLists.txt").write_text(text.format(asked), encoding="utf-8")
+            done = subprocess.run([CMAKE, "-S", project, "-B", project / asked, f"-DCMAKE_PREFIX_PATH={self.prefix}"], stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.DEVNULL, check=False)
+            self.assertEqual(done.returncode == 0, found)
+
+    def test_the_wire_format_is_installed_whole(self):
+        protos = self.prefix / "share" / "hapticd" / "proto"
+        files = sorted(str(path.relative_to(protos)) for path in protos.rglob("*.proto"))
+        self.assertEqual(files, sorted(f"hapticd/v1/{path.name}" for path in (SOURCE / "proto" / "hapticd" / "v1").glob("*.proto")))
+        checked("protoc", f"--proto_path={protos}", f"--descriptor_set_out={self.folder / 'all.pb'}", *files)
+        self.assertTrue((protos / "PROTOCOL.md").is_file())
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main(verbosity=2))
