@@ -135,21 +135,25 @@ void SessionStream::load_scene(v1::Item item) {
   const std::uint32_t before = scene().scene_id();
   request_within(std::max<std::chrono::nanoseconds>(kSceneTimeout, options_.timeout),
                  std::move(item));
-  client_.poll_until(
-      [&] { return client_.scene().has_value() && client_.scene()->scene_id() != before; },
-      options_.timeout);
+  const auto plays = [&] {
+    return client_.scene().has_value() && client_.scene()->scene_id() != before;
+  };
+  if (client_.poll_until(plays, options_.timeout)) return;
+  throw Error(v1::RESULT_CODE_UNSPECIFIED, "",
+              "the daemon took the scene and has not told of it since");
 }
 
 std::string SessionStream::record(v1::Item item) {
   recorder_changed_ = false;
   const bool starts = item.record().mode() == v1::RECORD_MODE_START;
   request(std::move(item));
-  client_.poll_until(
-      [&] {
-        return recorder_changed_ && (recorder_.state() == v1::RECORD_STATE_FAILED ||
-                                     starts == (recorder_.state() == v1::RECORD_STATE_RECORDING));
-      },
-      options_.timeout);
+  const auto obeys = [&] {
+    return recorder_changed_ && (recorder_.state() == v1::RECORD_STATE_FAILED ||
+                                 starts == (recorder_.state() == v1::RECORD_STATE_RECORDING));
+  };
+  if (!client_.poll_until(obeys, options_.timeout)) {
+    throw Error(v1::RESULT_CODE_UNSPECIFIED, "", "the recorder has not told of itself since");
+  }
   if (recorder_.state() == v1::RECORD_STATE_FAILED) {
     throw Error(v1::RESULT_CODE_FAILED, "", recorder_.message());
   }

@@ -1,7 +1,7 @@
 # The Debian packages, one for each component of install(), which hapticd_choose_package names. deploy/package builds them with CPack.
 # What only Debian needs is added by finish_packages.cmake when CPack has installed a component: copyright, changelog, pages compressed.
 set(CPACK_GENERATOR DEB)
-set(CPACK_COMPONENTS_ALL hapticd hapticd-clients hapticd-lab python3-hapticd hapticd-doc)
+set(CPACK_COMPONENTS_ALL hapticd hapticd-clients hapticd-lab python3-hapticd hapticd-doc libhapticd-client0 libhapticd-client-dev)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_SET_DESTDIR ON) # the udev rules name their program by its place
@@ -102,5 +102,21 @@ it is used and how it works, what has been measured, the protocol with its
 message definitions, and examples of clients."
   ALL
   SECTION doc)
+
+hapticd_package(libhapticd-client0 "library for clients of the haptic daemon hapticd"
+"hapticd computes forces for a haptic device. Programs that control it, step it
+or follow what it plays use this library, by its C++ or its C interface."
+  SECTION libs
+  SUGGESTS hapticd)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+
+hapticd_package(libhapticd-client-dev "headers to write clients of the haptic daemon hapticd"
+"hapticd computes forces for a haptic device. With this package programs in C++
+and C, and in languages that can call C, are built that control it, step it or
+follow what it plays: headers, the static library, files for CMake and
+pkg-config, the protocol and its message definitions."
+  SECTION libdevel
+  DEPENDS "libhapticd-client0 ${same}" libprotobuf-dev libsodium-dev zlib1g-dev
+  SUGGESTS hapticd hapticd-doc)
 
 include(CPack)

@@ -11,21 +11,10 @@ import unittest
 
 import daemon
 import hapticd
+from installed_library import EXAMPLES, SCRIPTED, SOURCE, check_press, checked, install
 
-SOURCE = pathlib.Path(__file__).resolve().parents[3]
-EXAMPLES = SOURCE / "clients" / "examples"
 CMAKE, CXX = os.environ["CMAKE"], os.environ["CXX"]
-COMPONENTS = ("libhapticd-client0", "libhapticd-client-dev")
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Wsign-conversion", "-Werror"]
-SCRIPTED = ("--clock", "virtual", "--device", "scripted", "--scene", "single_string")
-
-
-def checked(*command, **options):
-    """What a command prints; fails with all that it wrote."""
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=240, check=False, **options)
-    if done.returncode != 0:
-        raise AssertionError(f"{' '.join(map(str, command))} ended with {done.returncode}:\n{done.stdout}")
-    return done.stdout
 
 
 class Installed(unittest.TestCase):
@@ -34,9 +23,7 @@ class Installed(unittest.TestCase):
         cls.scratch = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.scratch.name)
         cls.prefix = cls.folder / "usr"
-        for component in COMPONENTS:
-            checked(CMAKE, "--install", os.environ["HAPTICD_BUILD"], "--component", component, "--prefix", str(cls.prefix))
-        cls.library_folder = next(cls.prefix.rglob("libhapticd-client.so.0")).parent
+        cls.library_folder = install(cls.prefix)
         cls.programs = cls.folder / "programs"
         flags = " ".join(WARNINGS)
         checked(CMAKE, "-S", EXAMPLES, "-B", cls.programs, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={cls.prefix}", f"-DCMAKE_CXX_COMPILER={CXX}",
@@ -78,39 +65,14 @@ class Installed(unittest.TestCase):
         # The path is 10 mm above the axis, where the surfaces meet, at 250 ms.
         self.assertAlmostEqual(float(re.search(r"after ([\d.]+) ms", printed)[1]), 250.0, delta=2.0)
 
-    def press(self, program):
-        """What the example in C says, and the same poses as the Python client plays them: (printed, result, tones)."""
-        with daemon.Daemon(*SCRIPTED) as played:
-            printed = checked(program, played.address)
-        path = []
-        for tick in range(600):
-            s = tick / 599
-            path.append([0.0, 0.0153 - 0.0113 * min(1.0, 4.0 * min(s, 1.0 - s)), -0.012 + 0.024 * min(1.0, max(0.0, 2.0 * s - 0.5))])
-        with daemon.Daemon(*SCRIPTED) as played, hapticd.Session(played.address) as session:
-            session.acquire("test")
-            session.load_scene("single_string")
-            session.subscribe(divisor=1)
-            result = session.run(poses=path)
-            tones = [event.body for event in session.events(timeout=0) if event.kind == "tone"]
-        return printed, result, tones
-
-    def check_press(self, program):
-        printed, result, tones = self.press(program)
-        largest = max(sum(float(f) ** 2 for f in state.tools[0].wrench_h_w[:3]) ** 0.5 for state in result.states)
-        self.assertGreater(largest, 0.05)
-        self.assertGreater(len(tones), 0)
-        expected = [f"string {tone.string_index} sounds at {tone.frequency_hz:.2f} Hz after {tone.t_ns * 1e-6:.3f} ms" for tone in tones]
-        expected.append(f"600 ticks, largest force {largest:.4f} N, state hash {result.state_hash.hex()}")
-        self.assertEqual(printed.splitlines(), expected)
-
     def test_c_plays_the_same_bits_as_python(self):
-        self.check_press(self.programs / "press")
+        check_press(self, self.programs / "press")
 
     def test_pkg_config_builds_c_and_a_program_that_needs_no_library_of_ours(self):
         shared = self.folder / "shared_press"
         checked("cc", "-std=c11", *WARNINGS, EXAMPLES / "press.c", "-o", shared, *self.pkg_config("--cflags", "--libs", "hapticd-client"), "-lm",
                 f"-Wl,-rpath,{self.library_folder}")
-        self.check_press(shared)
+        check_press(self, shared)
         alone = self.folder / "own_scene_alone"
         flags = self.pkg_config("--static", "--cflags", "--libs", "hapticd-client")
         self.assertEqual(flags.count("-lhapticd-client"), 1)
