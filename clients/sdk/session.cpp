@@ -38,6 +38,13 @@ v1::Gesture gesture_of(const std::string& text) {
   throw Error(v1::RESULT_CODE_INVALID, "gesture", "the gesture, " + error.text());
 }
 
+void check_messages(std::uint64_t messages) {
+  if (messages == kMessages) return;
+  throw Error(v1::RESULT_CODE_UNSUPPORTED, "",
+              "this program was compiled with the messages of another version of hapticd than that "
+              "of its library. Build it anew.");
+}
+
 }  // namespace
 
 inline namespace abi_0 {
@@ -50,8 +57,8 @@ Error::~Error() = default;
 v1::ResultCode Error::code() const noexcept { return code_; }
 const std::string& Error::path() const noexcept { return path_; }
 
-Session::Session(const SessionOptions& options)
-    : stream_(std::make_unique<SessionStream>(options)) {}
+Session::Session(const SessionOptions& options, std::uint64_t messages)
+    : stream_((check_messages(messages), std::make_unique<SessionStream>(options))) {}
 Session::~Session() = default;
 Session::Session(Session&& other) noexcept = default;
 Session& Session::operator=(Session&& other) noexcept = default;

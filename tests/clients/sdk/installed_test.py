@@ -1,4 +1,4 @@
-"""What a user of the installed library does: finds it with CMake or pkg-config, builds the examples, and plays a daemon in virtual time
+"""What a user of the installed library does: finds it with CMake or pkg-config, builds the examples and what the README shows, and plays a daemon in virtual time
 with them. What they say is held against closed forms and against the Python client, which shares no code with them."""
 import csv
 import os
@@ -27,7 +27,7 @@ class Installed(unittest.TestCase):
         cls.programs = cls.folder / "programs"
         flags = " ".join(WARNINGS)
         checked(CMAKE, "-S", EXAMPLES, "-B", cls.programs, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={cls.prefix}", f"-DCMAKE_CXX_COMPILER={CXX}",
-                f"-DCMAKE_CXX_FLAGS=-std=c++17 {flags}", f"-DCMAKE_C_FLAGS={flags}")
+                f"-DCMAKE_CXX_FLAGS=-std=c++17 -fvisibility=hidden {flags}", f"-DCMAKE_C_FLAGS={flags}")
         checked(CMAKE, "--build", cls.programs)
 
     @classmethod
@@ -107,6 +107,33 @@ class Installed(unittest.TestCase):
         self.assertEqual(len(tones), 5)
         expected = [f"{60e9 / (tone.t_ns - before.t_ns):6.1f} bpm {'#' * int(tone.level * 40)}" for before, tone in zip(tones, tones[1:])]
         self.assertEqual(printed, expected)
+
+    def test_what_the_readme_shows_is_built_as_it_says_and_runs(self):
+        text = (SOURCE / "clients" / "sdk" / "README.md").read_text(encoding="utf-8")
+        cpp, cmake, c = (re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL) for language in ("cpp", "cmake", "c"))
+        self.assertEqual((len(cpp), len(cmake), len(c)), (1, 1, 1))
+        folder = self.folder / "readme"
+        folder.mkdir()
+        for name, content in (("feel.cpp", cpp[0]), ("watch.c", c[0]), ("CMakeLists.txt", cmake[0])):
+            (folder / name).write_text(content, encoding="utf-8")
+        checked(CMAKE, "-S", folder, "-B", folder / "build", f"-DCMAKE_PREFIX_PATH={self.prefix}", f"-DCMAKE_CXX_COMPILER={CXX}")
+        checked(CMAKE, "--build", folder / "build")
+        environment = dict(os.environ, PKG_CONFIG_PATH=str(self.library_folder / "pkgconfig"), LD_LIBRARY_PATH=str(self.library_folder))
+        for command in re.findall(r"```sh\n(.*?)```", text, re.DOTALL):
+            checked("sh", "-ec", command, cwd=folder, env=environment)
+        for program in (folder / "build" / "feel", folder / "feel"):
+            with daemon.Daemon(*SCRIPTED) as played:
+                printed = checked(program, played.address, env=environment).splitlines()
+            # Surfaces meet 10 mm above the axis; the hand ends at 20 mm - 499 * 0.03 mm.
+            self.assertAlmostEqual(float(printed[0].split()[2]), 10e-3 / 3e-5, delta=2.0)
+            self.assertAlmostEqual(float(printed[1].split()[0]), 500 * (0.01 - (0.02 - 499 * 3e-5)), delta=0.05)
+        with daemon.Daemon("--clock", "virtual") as played, hapticd.Session(played.address) as session:
+            session.acquire("test")
+            watcher = subprocess.Popen([folder / "watch", played.address], stdout=subprocess.PIPE, text=True, env=environment)
+            session.run_live()
+            printed = watcher.communicate(timeout=60)[0].splitlines()
+        self.assertEqual(watcher.returncode, 0)
+        self.assertGreater(len(printed), 50)
 
     def test_the_version_is_the_projects(self):
         (version,) = re.findall(r"^project\(hapticd VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8"), re.MULTILINE)

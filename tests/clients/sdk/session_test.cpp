@@ -96,6 +96,18 @@ TEST_CASE("a daemon that is not there is named in the error") {
   }
 }
 
+TEST_CASE("a program compiled with other messages is told to be built anew") {
+  RealServer server;
+  CHECK_NOTHROW(client::Session(at(server), client::kMessages));
+  try {
+    const client::Session session(at(server), client::kMessages ^ 1U);
+    FAIL("it opened");
+  } catch (const client::Error& error) {
+    CHECK(error.code() == v1::RESULT_CODE_UNSUPPORTED);
+    CHECK(std::string(error.what()).find("Build it anew") != std::string::npos);
+  }
+}
+
 TEST_CASE("values go to the wire and come back as they were") {
   const auto kept = [](const client::Value& value) {
     CHECK(client::value_of(client::assignment("path", value)).data == value.data);

@@ -6,8 +6,9 @@
 #include <stdexcept>
 #include <string>
 
+#pragma GCC visibility push(default)
 namespace hapticd::client {
-inline namespace [[gnu::visibility("default")]] abi_0 {
+inline namespace abi_0 {
 
 /// A request that did not succeed; what() says what is wrong and what to do. It has changed
 /// nothing, except where no answer came: then nobody knows.
@@ -29,5 +30,6 @@ class Error : public std::runtime_error {
   std::string path_;
 };
 
-}  // namespace gnu::visibility("default")]]abi_0
+}  // namespace abi_0
 }  // namespace hapticd::client
+#pragma GCC visibility pop

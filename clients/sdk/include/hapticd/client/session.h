@@ -11,6 +11,7 @@
 #pragma once
 
 #include <hapticd/client/error.h>
+#include <hapticd/client/messages.h>
 #include <hapticd/client/value.h>
 #include <hapticd/v1/stream.pb.h>
 
@@ -24,12 +25,13 @@
 #include <utility>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace hapticd::client {
 
 /// Behind a Session; no part of the interface.
-class [[gnu::visibility("default")]] SessionStream;
+class SessionStream;
 
-inline namespace [[gnu::visibility("default")]] abi_0 {
+inline namespace abi_0 {
 
 /// Version of the library, as in "0.1.0".
 [[nodiscard]] const char* library_version() noexcept;
@@ -75,8 +77,9 @@ class Session {
  public:
   /// Joins the daemon. Throws Error when it does not answer within the time, and
   /// std::invalid_argument or std::runtime_error when an option makes no sense, the address does
-  /// not exist or the key cannot be read.
-  explicit Session(const SessionOptions& options = {});
+  /// not exist or the key cannot be read. `messages` is left as it is: where the library has others
+  /// than the program was compiled with, Error UNSUPPORTED says so.
+  explicit Session(const SessionOptions& options = {}, std::uint64_t messages = kMessages);
   /// Says goodbye, without waiting; the lease ends.
   ~Session();
   Session(const Session&) = delete;
@@ -143,5 +146,6 @@ class Session {
   std::unique_ptr<SessionStream> stream_;
 };
 
-}  // namespace gnu::visibility("default")]]abi_0
+}  // namespace abi_0
 }  // namespace hapticd::client
+#pragma GCC visibility pop

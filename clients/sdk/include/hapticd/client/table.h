@@ -9,8 +9,9 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace hapticd::client {
-inline namespace [[gnu::visibility("default")]] abi_0 {
+inline namespace abi_0 {
 
 /// Writes the States as CSV, a row per State: tick, t_ns, loop_state, cause, and for tool k of
 /// each, toolk_...: id, poses wh and wg, force and torque in W about H, minimum gap. `file` is
@@ -27,5 +28,6 @@ enum class RecordedRows : std::uint8_t { kTicks, kEvents };
 std::uint64_t write_recording(const std::string& recording, RecordedRows rows,
                               const std::string& file);
 
-}  // namespace gnu::visibility("default")]]abi_0
+}  // namespace abi_0
 }  // namespace hapticd::client
+#pragma GCC visibility pop

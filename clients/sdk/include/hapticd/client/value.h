@@ -7,8 +7,9 @@
 #include <variant>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace hapticd::client {
-inline namespace [[gnu::visibility("default")]] abi_0 {
+inline namespace abi_0 {
 
 /// What a parameter is set to, or what it is. A text is the name of an enum's value, or a number
 /// with or without its unit: "FIRM", "45 N", "250um". Seven numbers, p and q, are a pose.
@@ -31,5 +32,6 @@ struct Value {
   std::variant<double, bool, std::string, std::vector<double>> data;
 };
 
-}  // namespace gnu::visibility("default")]]abi_0
+}  // namespace abi_0
 }  // namespace hapticd::client
+#pragma GCC visibility pop
