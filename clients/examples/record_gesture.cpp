@@ -23,6 +23,7 @@ int main(int argc, char** argv) try {
   client::SessionOptions options;
   if (argc > 1) options.server = argv[1];
   const std::string gesture = argc > 2 ? argv[2] : "strum";
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): there is one thread
   const char* home = std::getenv("HOME");
   const std::string folder =
       argc > 3 ? argv[3]

@@ -139,6 +139,7 @@ hapticd_run_result c_result(const client::RunResult& result) {
 }  // namespace
 
 /// A session, and what a run has left to be read before what came later.
+// NOLINTNEXTLINE(readability-identifier-naming): its name in C
 struct hapticd_session {
   client::Session session;
   std::deque<v1::State> states;

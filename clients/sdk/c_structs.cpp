@@ -6,9 +6,9 @@
 namespace hapticd::client {
 namespace {
 
-template <typename Number, typename Numbers, std::size_t kCount>
-void copy(const Numbers& from, Number (&to)[kCount]) {
-  for (std::size_t k = 0; k < kCount && static_cast<int>(k) < from.size(); ++k) {
+template <typename Number, typename Numbers, std::size_t Count>
+void copy(const Numbers& from, Number (&to)[Count]) {
+  for (std::size_t k = 0; k < Count && static_cast<int>(k) < from.size(); ++k) {
     to[k] = from[static_cast<int>(k)];
   }
 }

@@ -15,6 +15,8 @@
 // are a position x y z and a quaternion w x y z.
 #pragma once
 
+// NOLINTBEGIN(readability-identifier-naming): names as C has them
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -199,3 +201,4 @@ int hapticd_order(hapticd_session* session, int order);
 #ifdef __GNUC__
 #pragma GCC visibility pop
 #endif
+// NOLINTEND(readability-identifier-naming)

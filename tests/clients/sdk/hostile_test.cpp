@@ -256,6 +256,7 @@ TEST_CASE("sessions of several threads know nothing of each other") {
   RealServer server;
   std::array<std::uint64_t, 4> sums{};
   std::vector<std::thread> threads;
+  threads.reserve(sums.size());
   for (std::uint64_t& sum : sums) {
     threads.emplace_back([&sum, port = server.port()] {
       const Opened session(port);

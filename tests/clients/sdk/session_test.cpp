@@ -26,6 +26,7 @@ client::SessionOptions at(const RealServer& server) {
 
 std::vector<std::uint64_t> ticks_of(const std::vector<v1::State>& states) {
   std::vector<std::uint64_t> ticks;
+  ticks.reserve(states.size());
   for (const v1::State& state : states) ticks.push_back(state.tick());
   return ticks;
 }
