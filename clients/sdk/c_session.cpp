@@ -144,6 +144,7 @@ struct hapticd_session {
   client::Session session;
   std::deque<v1::State> states;
   std::deque<v1::Item> events;
+  std::uint64_t dropped_events = 0;  ///< as of the last hapticd_poll()
   ErrorText error{};
 
   explicit hapticd_session(const client::SessionOptions& options) : session(options) {}
@@ -209,7 +210,7 @@ const char* hapticd_last_error(const hapticd_session* session) {
 
 int hapticd_poll(hapticd_session* session, uint32_t wait_ms) {
   return with(session, [&](hapticd_session& open) {
-    open.session.poll(std::chrono::milliseconds(wait_ms));
+    open.dropped_events = open.session.poll(std::chrono::milliseconds(wait_ms)).dropped_events;
     return HAPTICD_OK;
   });
 }
@@ -294,7 +295,7 @@ int hapticd_next_event(hapticd_session* session, hapticd_event* event) {
       if (!client::is_c_event(*next)) continue;
       hapticd_event made = client::c_event(*next);
       if (made.t_ns != 0) made.own_ns = open.session.own_time_ns(made.t_ns).value_or(0);
-      made.dropped = open.session.poll(std::chrono::nanoseconds(0)).dropped_events;
+      made.dropped = open.dropped_events;
       client::hand_over(made, event);
       return 1;
     }

@@ -119,7 +119,7 @@ typedef struct hapticd_event {
   int32_t kind;
   uint64_t t_ns;
   int64_t own_ns;    ///< t_ns on this machine's CLOCK_MONOTONIC; 0: not known, or virtual time
-  uint64_t dropped;  ///< events of this session that were not read in time
+  uint64_t dropped;  ///< events that were not read in time, as of the last hapticd_poll()
   uint32_t tool_id;
   uint32_t part_index;
   int32_t string_index;
