@@ -90,8 +90,7 @@ Value Session::get(const std::string& path) {
   std::map<std::string, Value> found = values({path});
   const auto one = found.find(path);
   if (one != found.end()) return std::move(one->second);
-  throw Error(v1::RESULT_CODE_INVALID, path,
-              path + " is not one parameter. Ask values() for several.");
+  throw Error(v1::RESULT_CODE_INVALID, path, path + " is not one parameter, but several.");
 }
 
 std::map<std::string, Value> Session::values(const std::vector<std::string>& paths) {
