@@ -24,7 +24,7 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 # hapticd_package(NAME "synopsis" "description" [SECTION name] [SCRIPTS folder] [ALL] [DEPENDS ...] [RECOMMENDS ...] [SUGGESTS ...])
-#   ALL: the same on every architecture. SCRIPTS: the folder of deploy/debian with its maintainer scripts.
+#   ALL: the same on every architecture. SCRIPTS: the folder of deploy/debian with its maintainer scripts and other control files.
 macro(hapticd_package name synopsis description)
   cmake_parse_arguments(package "ALL" "SECTION;SCRIPTS" "DEPENDS;RECOMMENDS;SUGGESTS" ${ARGN})
   string(TOUPPER "${name}" prefix)
@@ -107,8 +107,8 @@ hapticd_package(libhapticd-client0 "library for clients of the haptic daemon hap
 "hapticd computes forces for a haptic device. Programs that control it, step it
 or follow what it plays use this library, by its C++ or its C interface."
   SECTION libs
+  SCRIPTS libhapticd-client0
   SUGGESTS hapticd)
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 
 hapticd_package(libhapticd-client-dev "headers to write clients of the haptic daemon hapticd"
 "hapticd computes forces for a haptic device. With this package programs in C++
