@@ -1,5 +1,6 @@
 # The Debian packages, one for each component of install(), which hapticd_choose_package names. deploy/package builds them with CPack.
 # What only Debian needs is added by finish_packages.cmake when CPack has installed a component: copyright, changelog, pages compressed.
+# trim_packages.cmake takes out what Debian does not want.
 set(CPACK_GENERATOR DEB)
 set(CPACK_COMPONENTS_ALL hapticd hapticd-clients hapticd-lab python3-hapticd hapticd-doc libhapticd-client0 libhapticd-client-dev)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
@@ -11,6 +12,7 @@ set(CPACK_PACKAGE_VERSION "${PROJECT_VERSION}")
 set(CPACK_PACKAGE_VENDOR hapticd)
 set(CPACK_PACKAGE_DIRECTORY "${CMAKE_BINARY_DIR}/packages")
 set(CPACK_PRE_BUILD_SCRIPTS "${CMAKE_CURRENT_LIST_DIR}/finish_packages.cmake")
+set(CPACK_POST_BUILD_SCRIPTS "${CMAKE_CURRENT_LIST_DIR}/trim_packages.cmake")
 set(CPACK_HAPTICD_SOURCE "${CMAKE_SOURCE_DIR}") # for finish_packages.cmake
 set(CPACK_VERBATIM_VARIABLES ON)
 
