@@ -5,14 +5,14 @@
 
 namespace hapticd::client {
 
-v1::Result Controller::acquire(const std::string& holder) {
+v1::Result Controller::acquire(const std::string& holder, std::chrono::nanoseconds timeout) {
   v1::Item item;
   item.mutable_acquire()->set_holder(holder);
-  v1::Result result = client_.call(item);
+  v1::Result result = client_.call(item, timeout);
   if (result.code() != v1::RESULT_CODE_OK) return result;
   fence_ = result.lease().fence();
   // LeaseInfo follows the Result.
-  client_.poll_until([this] { return client_.lease().fence() >= fence_; });
+  client_.poll_until([this] { return client_.lease().fence() >= fence_; }, timeout);
   return result;
 }
 

@@ -23,7 +23,7 @@ class Controller {
 
   /// Takes the lease, under the name `holder` (64 bytes at most). BUSY when another session holds
   /// it.
-  v1::Result acquire(const std::string& holder);
+  v1::Result acquire(const std::string& holder, std::chrono::nanoseconds timeout = kDefaultTimeout);
   /// Whether the server still says that the lease is the one acquired here.
   [[nodiscard]] bool holds() const;
   /// Fencing number of the lease acquired last; 0 = none.

@@ -1,7 +1,8 @@
 # The Debian packages, one for each component of install(), which hapticd_choose_package names. deploy/package builds them with CPack.
 # What only Debian needs is added by finish_packages.cmake when CPack has installed a component: copyright, changelog, pages compressed.
+# trim_packages.cmake takes out what Debian does not want.
 set(CPACK_GENERATOR DEB)
-set(CPACK_COMPONENTS_ALL hapticd hapticd-clients hapticd-lab python3-hapticd hapticd-doc)
+set(CPACK_COMPONENTS_ALL hapticd hapticd-clients hapticd-lab python3-hapticd hapticd-doc libhapticd-client0 libhapticd-client-dev)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_SET_DESTDIR ON) # the udev rules name their program by its place
@@ -11,6 +12,7 @@ set(CPACK_PACKAGE_VERSION "${PROJECT_VERSION}")
 set(CPACK_PACKAGE_VENDOR hapticd)
 set(CPACK_PACKAGE_DIRECTORY "${CMAKE_BINARY_DIR}/packages")
 set(CPACK_PRE_BUILD_SCRIPTS "${CMAKE_CURRENT_LIST_DIR}/finish_packages.cmake")
+set(CPACK_POST_BUILD_SCRIPTS "${CMAKE_CURRENT_LIST_DIR}/trim_packages.cmake")
 set(CPACK_HAPTICD_SOURCE "${CMAKE_SOURCE_DIR}") # for finish_packages.cmake
 set(CPACK_VERBATIM_VARIABLES ON)
 
@@ -24,7 +26,7 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 # hapticd_package(NAME "synopsis" "description" [SECTION name] [SCRIPTS folder] [ALL] [DEPENDS ...] [RECOMMENDS ...] [SUGGESTS ...])
-#   ALL: the same on every architecture. SCRIPTS: the folder of deploy/debian with its maintainer scripts.
+#   ALL: the same on every architecture. SCRIPTS: the folder of deploy/debian with its maintainer scripts and other control files.
 macro(hapticd_package name synopsis description)
   cmake_parse_arguments(package "ALL" "SECTION;SCRIPTS" "DEPENDS;RECOMMENDS;SUGGESTS" ${ARGN})
   string(TOUPPER "${name}" prefix)
@@ -105,5 +107,21 @@ search, for a browser: /usr/share/doc/hapticd/html/index.html."
   ALL
   SECTION doc
   DEPENDS "libjs-sphinxdoc (>= 5.2)")
+
+hapticd_package(libhapticd-client0 "library for clients of the haptic daemon hapticd"
+"hapticd computes forces for a haptic device. Programs that control it, step it
+or follow what it plays use this library, by its C++ or its C interface."
+  SECTION libs
+  SCRIPTS libhapticd-client0
+  SUGGESTS hapticd)
+
+hapticd_package(libhapticd-client-dev "headers to write clients of the haptic daemon hapticd"
+"hapticd computes forces for a haptic device. With this package programs in C++
+and C, and in languages that can call C, are built that control it, step it or
+follow what it plays: headers, the static library, files for CMake and
+pkg-config, the protocol and its message definitions."
+  SECTION libdevel
+  DEPENDS "libhapticd-client0 ${same}" libprotobuf-dev libsodium-dev zlib1g-dev
+  SUGGESTS hapticd hapticd-doc)
 
 include(CPack)

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""All that `cmake --install` copies out of a build tree is made by the target `installed`, which deploy/play builds.
+"""All that `cmake --install` copies out of a build tree is made by the target `installed`, which deploy/play builds. Files in a folder
+`configured`, and those of install(EXPORT), are there before: CMake writes them.
 
 usage: check_installed.py BUILD-FOLDER NINJA
 """
@@ -8,6 +9,7 @@ import re
 import subprocess
 import sys
 
+WRITTEN_BY_CMAKE = {"configured", "Export"}
 COPIES = re.compile(r'file\(INSTALL .*?\bFILES((?:\s+"[^"]*")+)', re.DOTALL)
 
 
@@ -30,12 +32,19 @@ def made(build, ninja):
             raise LookupError(query.stdout + query.stderr)
         rest = set()
         for name, rule, inputs in re.findall(r"^(\S.*):\n  input: (\S+)\n((?:    .*\n)*)", query.stdout, re.MULTILINE):
-            if rule == "phony":
+            if rule in ("phony", "CMAKE_SYMLINK_LIBRARY"):
                 rest.update(re.sub(r"^\|+ ", "", line.strip()) for line in inputs.splitlines())
             else:
                 files.add(build / name)
         rest = sorted(rest - asked)
     return files
+
+
+def is_there(path, built):
+    """The path, the file it is a link to, or what is in the folder that it is."""
+    if WRITTEN_BY_CMAKE & set(path.parts):
+        return path.exists()
+    return path in built or path.resolve() in built or any(path in one.parents for one in built)
 
 
 def problems_of(build, ninja):
@@ -47,7 +56,7 @@ def problems_of(build, ninja):
     if not paths:
         return ["nothing is installed"]
     return [f"{path.relative_to(build)} is installed, but the target installed does not build it: use hapticd_program or hapticd_installed"
-            for path in sorted(paths) if path not in built and not any(path in one.parents for one in built)]
+            for path in sorted(paths) if not is_there(path, built)]
 
 
 def main():

@@ -47,6 +47,22 @@ class Installed(unittest.TestCase):
             (problem,) = self.problems(built)
             self.assertTrue(problem.startswith(missing + " is installed"), problem)
 
+    def test_what_cmake_writes_and_links_to_libraries_are_let_pass(self):
+        rules = RULES.replace("build installed", "build lib/liba.so.0.1: make a.cpp\nbuild lib/liba.so.0 lib/liba.so: CMAKE_SYMLINK_LIBRARY lib/liba.so.0.1\n"
+                              "build liba: phony lib/liba.so\nbuild installed").replace("rule make", "rule CMAKE_SYMLINK_LIBRARY\n  command = ln $out\nrule make")
+        script = 'file(INSTALL DESTINATION "${{P}}" TYPE FILE FILES "{build}/lib/liba.so.0.1" "{build}/lib/liba.so.0" "{build}/configured/a.pc")\n'
+        for installed, written, problems in (("liba", True, 0), ("liba", False, 1), ("bin/a", True, 2)):
+            with tempfile.TemporaryDirectory() as folder:
+                build = pathlib.Path(folder).resolve()
+                (build / "build.ninja").write_text(rules.format(installed=installed))
+                for name in ("lib", "configured"):
+                    (build / name).mkdir()
+                (build / "lib" / "liba.so.0").symlink_to("liba.so.0.1")
+                if written:
+                    (build / "configured" / "a.pc").touch()
+                (build / "cmake_install.cmake").write_text(script.format(build=build))
+                self.assertEqual(len(check_installed.problems_of(build, NINJA)), problems)
+
     def test_a_build_that_installs_nothing_is_a_problem(self):
         self.assertEqual(self.problems("bin/a", script=""), ["nothing is installed"])
 
