@@ -33,8 +33,8 @@ def pluck(session):
     session.subscribe(divisor=1, sections=["TOOLS", "STRINGS"])
     result = session.run(poses=list(path()))
     print(f"{result.steps} ticks, state hash {result.state_hash.hex()[:16]}")
-    tones = [event.body for event in session.events(timeout=0) if event.kind == "tone"]
-    return hapticd.columns(result.states), tones
+    tones = [event.body for event in result.events if event.kind == "tone"]
+    return result.table(), tones
 
 
 def main():

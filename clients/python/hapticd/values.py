@@ -1,4 +1,4 @@
-"""States as columns of numbers, and numbers as poses. With numpy the columns are arrays, without it lists; the same code reads both.
+"""Numbers out of messages and into them. With numpy columns are arrays, without it lists; the same code reads both.
 Units and frames as in proto/hapticd/v1/state.proto: SI, W the world, quaternions w x y z."""
 from __future__ import annotations
 
@@ -26,20 +26,6 @@ def as_array(values: Sequence[Any]) -> Any:
 def tool_state(state: state_pb2.State, tool_id: int = 0) -> Optional[state_pb2.ToolState]:
     """The tool of that id, or None: ids are names, not indices."""
     return next((tool for tool in state.tools if tool.tool_id == tool_id), None)
-
-
-def columns(states: Iterable[state_pb2.State], tool_id: int = 0) -> Dict[str, Any]:
-    """One column per number of a tool, one row per State that has the tool: tick (n), t_s (n), p_wh_m (n x 3), q_wh (n x 4), p_wg_m,
-    q_wg, wrench_h_w (n x 6, force then torque), minimum_gap_m (n)."""
-    rows = [(state, tool) for state in states for tool in state.tools if tool.tool_id == tool_id]
-    table: Dict[str, List[Any]] = {
-        "tick": [state.tick for state, _ in rows],
-        "t_s": [state.t_ns * 1e-9 for state, _ in rows],
-        "minimum_gap_m": [tool.minimum_gap_m for _, tool in rows],
-    }
-    for name in ("p_wh_m", "q_wh", "p_wg_m", "q_wg", "wrench_h_w"):
-        table[name] = [list(getattr(tool, name)) for _, tool in rows]
-    return {name: as_array(column) for name, column in table.items()}
 
 
 def contacts(patch: state_pb2.ContactPatch) -> Optional[Dict[str, Any]]:
