@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import time
-from typing import Any, Callable, Optional, cast
+from typing import Any, Callable, Optional
 
 from hapticd.conversation import MOST_WAITING, RECEIVE_BUFFER_BYTES, Conversation, Peer, host_and_port
 from hapticd.link import BYE_PATIENCE_NS
@@ -28,7 +28,7 @@ class AsyncConnection(Conversation, asyncio.DatagramProtocol):
     async def open(self) -> None:
         """Begins to talk. OSError where the address has no machine."""
         transport, _ = await self._loop.create_datagram_endpoint(lambda: self, remote_addr=host_and_port(self._peer.address))
-        self._transport = cast(asyncio.DatagramTransport, transport)
+        self._transport = transport
         found = self._transport.get_extra_info("socket")
         found.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
         self._pump()

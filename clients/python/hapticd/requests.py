@@ -168,7 +168,7 @@ def poses(rows: Iterable[Sequence[float]], first_tick: Optional[int], tool_id: i
     return count
 
 
-def run_item(mode: "control_pb2.RunMode.ValueType", steps: int = 0) -> stream_pb2.Item:
+def run_item(mode: control_pb2.RunMode, steps: int = 0) -> stream_pb2.Item:
     """A request about virtual time."""
     item = stream_pb2.Item()
     item.run.mode = mode

@@ -55,7 +55,7 @@ class Session(View):
             try:
                 step = work.send(answer) if error is None else work.throw(error)
             except StopIteration as done:
-                return done.value  # type: ignore[no-any-return]
+                return done.value
             answer, error = None, None
             try:
                 answer = self._carry_out(step)
@@ -81,17 +81,17 @@ class Session(View):
     @property
     def scene(self) -> answer_pb2.SceneInfo:
         """The scene with every default filled in, its live parameters, the rate and the clock."""
-        return self._do(requests.told("scene_info"))  # type: ignore[no-any-return]
+        return self._do(requests.told("scene_info"))
 
     @property
     def lease(self) -> answer_pb2.LeaseInfo:
         """Who controls; `lease.yours` is true while this session does."""
-        return self._do(requests.told("lease_info"))  # type: ignore[no-any-return]
+        return self._do(requests.told("lease_info"))
 
     @property
     def recorder(self) -> answer_pb2.RecordInfo:
         """What the recorder does."""
-        return self._do(requests.told("record_info"))  # type: ignore[no-any-return]
+        return self._do(requests.told("record_info"))
 
     # Streams.
 

@@ -15,8 +15,8 @@ from hapticd.values import as_array
 
 if TYPE_CHECKING:
     import numpy
-    import pandas  # type: ignore[import]
-    import xarray  # type: ignore[import]
+    import pandas
+    import xarray
 
 XYZ = ("x", "y", "z")
 WXYZ = ("w", "x", "y", "z")
@@ -74,7 +74,7 @@ class Table(Mapping[str, Any]):
         made = numpy.empty(self.rows, [(name, column.dtype, column.shape[1:]) for name, column in columns.items()])
         for name, column in columns.items():
             made[name] = column
-        return made  # type: ignore[no-any-return]
+        return made
 
     def to_csv(self, path: Union[str, "os.PathLike[str]"]) -> None:
         """Writes a file with a line of names and units, such as "p_wh_m_x [m]", and a line for each row. Numbers are written so that
