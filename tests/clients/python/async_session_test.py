@@ -147,6 +147,13 @@ class Lockstep(WithServer):
         self.assertEqual([state.tick for state in result.states], list(range(result.steps)))
         self.assertLess(result.steps, 10**6)
 
+    async def test_runs_of_several_tasks_go_one_after_the_other(self):
+        session = await self.session()
+        await session.acquire()
+        await session.subscribe(1)
+        results = await asyncio.gather(*(session.run(poses=[(0, 0.5, 0)] * 70) for _ in range(5)))
+        self.assertEqual([[state.tick for state in result.states] for result in results], [list(range(70 * k, 70 * k + 70)) for k in range(5)])
+
     async def test_a_cancelled_run_stops_time_and_the_next_one_runs(self):
         session = await self.session()
         await session.acquire()
