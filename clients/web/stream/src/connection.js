@@ -39,6 +39,7 @@ export class Connection {
   constructor({ address, token = '', handlers = {}, pageS = monotonicS, makeSocket = (url, protocols) => new WebSocket(url, protocols) }) {
     Object.assign(this, { address, token, handlers, pageS, makeSocket });
     this.skippedEvents = 0;
+    this.damagedEvents = 0;
     this.bytes = 0;
   }
 
@@ -109,7 +110,13 @@ export class Connection {
 
   #receive(bytes) {
     this.bytes += bytes.length;
-    const event = v1.PageEvent.decode(bytes);
+    let event;
+    try {
+      event = v1.PageEvent.decode(bytes);
+    } catch {
+      ++this.damagedEvents;
+      return;
+    }
     if (this.#lastSequence > 0 && event.sequence > this.#lastSequence + 1) {
       this.skippedEvents += event.sequence - this.#lastSequence - 1;
     }

@@ -42,6 +42,8 @@ export class Connection {
   constructor(options: ConnectionOptions);
   /** PageEvents that the gateway left out because this client was too slow. */
   skippedEvents: number;
+  /** What came and was no PageEvent; it is left out. */
+  damagedEvents: number;
   /** Bytes received. */
   bytes: number;
   readonly isOpen: boolean;

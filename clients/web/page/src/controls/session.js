@@ -61,7 +61,8 @@ export class Session extends EventTarget {
   }
 
   #say(request, result) {
-    this.dispatchEvent(new CustomEvent('said', { detail: sentence(request, result) }));
+    // Node 18 has no CustomEvent.
+    this.dispatchEvent(Object.assign(new Event('said'), { detail: sentence(request, result) }));
   }
 
   play(playback) {
