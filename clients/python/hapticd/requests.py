@@ -106,6 +106,7 @@ def load_scene(scene: Path, preset: Optional[str], check_only: bool) -> Work[ans
 
 def set_parameters(path: Union[str, Dict[str, Any]], value: Any, at_tick: Optional[int]) -> Work[None]:
     item = stream_pb2.Item()
+    item.set_parameter.SetInParent()
     for name, each in (path if isinstance(path, dict) else {path: value}).items():
         values.fill_value(item.set_parameter.assignments.add(path=name), each)
     if at_tick is not None:

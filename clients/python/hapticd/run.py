@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import contextlib
+import operator
 import os
 import pathlib
 from dataclasses import dataclass, field
@@ -12,6 +13,7 @@ from hapticd.errors import RequestError, StatesLost
 from hapticd.requests import Ask, Look, Send, Until, Work, poses, run_item, scene_id
 from hapticd.tables import EVENT_KINDS, Table, event_table, table
 from hapticd.v1 import control_pb2, state_pb2
+from hapticd.values import pose_rows
 
 QUEUE_SAMPLES = 4096
 """What the server queues per scripted tool; a longer path is run in pieces."""
@@ -59,8 +61,8 @@ class RunResult:
 
 def run(steps: Optional[int], path: Optional[Sequence[Sequence[float]]], tool_id: int, collect: bool) -> Work[RunResult]:
     """A run of `steps` ticks along a path. No other run of the session may be under way; whoever drives it ends the collecting."""
-    rows = [] if path is None else list(path)
-    left = len(rows) if steps is None else steps
+    rows = [] if path is None else pose_rows(path)  # all of them are judged before the first is sent
+    left = len(rows) if steps is None else operator.index(steps)
     subscribed = yield Look(lambda conversation: conversation.divisor)
     divisor = subscribed if collect else 0
     if divisor and left // divisor > MOST_RUN_STATES:
@@ -81,7 +83,7 @@ def run(steps: Optional[int], path: Optional[Sequence[Sequence[float]]], tool_id
     return result
 
 
-def _advance(rows: List[Sequence[float]], left: int, tool_id: int) -> Work[RunResult]:
+def _advance(rows: List[List[float]], left: int, tool_id: int) -> Work[RunResult]:
     """Runs `left` steps along the rows, in pieces that the server's queue holds. Whoever interrupts it stops time as well."""
     done, held, at = 0, 0, 0
     while True:

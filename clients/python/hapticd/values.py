@@ -49,18 +49,24 @@ def _triples(numbers: Sequence[int], unit: float) -> List[List[float]]:
     return [[number * unit for number in numbers[i:i + 3]] for i in range(0, len(numbers), 3)]
 
 
-def pose_batches(poses: Iterable[Sequence[float]], tool_id: int, first_tick: Optional[int]) -> List[control_pb2.PoseBatch]:
-    """Poses as rows of 3 numbers (position) or 7 (position, then quaternion w x y z), 14 to a batch. `first_tick` None: right after
-    what is queued. ValueError for other rows."""
+def pose_rows(poses: Iterable[Sequence[float]]) -> List[List[float]]:
+    """Poses as rows of 3 numbers (position) or 7 (position, then quaternion w x y z). ValueError or TypeError for others."""
     rows = [[float(number) for number in row] for row in poses]
+    for row in rows:
+        if len(row) not in (3, 7):
+            raise ValueError(f"a pose is 3 or 7 numbers, not {len(row)}")
+    return rows
+
+
+def pose_batches(poses: Iterable[Sequence[float]], tool_id: int, first_tick: Optional[int]) -> List[control_pb2.PoseBatch]:
+    """Poses as for `pose_rows`, 14 to a batch. `first_tick` None: right after what is queued."""
+    rows = pose_rows(poses)
     batches = []
     for start in range(0, len(rows), POSES_IN_BATCH):
         batch = control_pb2.PoseBatch()
         if first_tick is not None:
             batch.first_tick = first_tick + start
         for row in rows[start:start + POSES_IN_BATCH]:
-            if len(row) not in (3, 7):
-                raise ValueError(f"a pose is 3 or 7 numbers, not {len(row)}")
             sample = batch.poses.add(tool_id=tool_id)
             sample.pose_dh.p_m.extend(row[:3])
             sample.pose_dh.q.extend(row[3:] or (1.0, 0.0, 0.0, 0.0))

@@ -64,6 +64,16 @@ class ByHand(unittest.TestCase):
         self.assertEqual((result.steps, result.next_tick, result.held_inputs), (3048, 3048, 2))
         self.assertLessEqual(len(rows), 4096)
 
+    def test_nothing_is_sent_of_a_path_with_a_row_that_is_no_pose(self):
+        for bad, error in (((0, 0), ValueError), ((0, 0, "up"), ValueError), ((0, 0, None), TypeError), (5, TypeError)):
+            sent = []
+            with self.assertRaises(error):
+                self.carry_out(run(None, [(0, 0, 0)] * 5000 + [bad], 0, True), conversation(), sent.append)
+            self.assertEqual(sent, [])
+        for steps in ("many", 1.5, float("nan")):
+            with self.assertRaises(TypeError):
+                self.carry_out(run(steps, None, 0, True), conversation(), self.fail)
+
     def test_states_of_another_scene_or_tick_are_not_its_own(self):
         talk = conversation()
         talk.subscription = requests.stream_pb2.Item(subscribe=dict(divisor=2))
