@@ -9,7 +9,7 @@ from unittest import mock
 
 import daemon
 import hapticd
-from hapticd import connection
+from hapticd import conversation
 
 HAPTICCTL = os.environ["HAPTICCTL"]
 
@@ -73,7 +73,7 @@ class Keys(unittest.TestCase):
             code, said = control("--server", self.address, "--timeout", "0.7", *words, "status")
             self.assertEqual(code, 3, said)
             self.assertIn("--key", said)
-        with mock.patch.object(connection, "SILENCE_NS", 700_000_000):
+        with mock.patch.object(conversation, "SILENCE_NS", 700_000_000):
             for options in ({}, {"key": bytes(32)}, {"key": self.view_key}):
                 with self.assertRaises(hapticd.ServerSilent):
                     hapticd.Session(self.address, **options)

@@ -60,7 +60,7 @@ class Lockstep(daemon.LockstepCase):
         self.session.run(poses=down)
         self.session.set("strings[0].tension_n", 60.0)
         result = self.session.run(poses=[down[-1]] * 100)
-        force = [row[1] for row in hapticd.columns(result.states)["wrench_h_w"]]
+        force = [row[1] for row in result.table()["wrench_h_w"]]
         self.assertGreater(force[-1], 1.2 * force[0])
         self.assertLess(max(b - a for a, b in zip(force, force[1:])), 0.05 * force[-1])
         self.assertEqual(self.session.get("strings[0].tension_n"), 60.0)

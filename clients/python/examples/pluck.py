@@ -5,7 +5,6 @@ to pluck.csv; with matplotlib also a picture, pluck.png. Start the daemon first,
     hapticd --clock virtual --device scripted --scene single_string
 
 usage: pluck.py [HOST:PORT] [FOLDER]"""
-import csv
 import os
 import sys
 
@@ -27,14 +26,14 @@ def path():
 
 
 def pluck(session):
-    """Plays the path; returns the columns of all States and the tones."""
+    """Plays the path; returns the table of all States, and the tones."""
     session.acquire("pluck.py")
     session.load_scene("single_string")
     session.subscribe(divisor=1, sections=["TOOLS", "STRINGS"])
     result = session.run(poses=list(path()))
     print(f"{result.steps} ticks, state hash {result.state_hash.hex()[:16]}")
-    tones = [event.body for event in session.events(timeout=0) if event.kind == "tone"]
-    return hapticd.columns(result.states), tones
+    tones = [event.body for event in result.events if event.kind == "tone"]
+    return result.table(), tones
 
 
 def main():
@@ -47,11 +46,7 @@ def main():
         print(f"string {tone.string_index} sounds at {tone.frequency_hz:.1f} Hz, level {tone.level:.2f}, after {tone.t_ns * 1e-6:.3f} ms")
     print(f"largest force {max(force_n):.3f} N; the tool entered the string nowhere: smallest gap {min(table['minimum_gap_m']) * 1e6:.1f} um")
 
-    with open(os.path.join(folder, "pluck.csv"), "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["t_s", "hand_y_m", "hand_z_m", "finger_y_m", "finger_z_m", "force_n"])
-        for t, hand, finger, force in zip(table["t_s"], table["p_wh_m"], table["p_wg_m"], force_n):
-            writer.writerow([f"{t:.6f}", *(f"{number:.9f}" for number in (*hand[1:], *finger[1:], force))])
+    table.to_csv(os.path.join(folder, "pluck.csv"))
     try:
         import matplotlib
         matplotlib.use("Agg")

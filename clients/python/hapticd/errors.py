@@ -2,10 +2,15 @@
 the connection is a `ConnectionError`."""
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any, List
+
 from hapticd.v1 import answer_pb2, control_pb2
 
+if TYPE_CHECKING:
+    from hapticd.run import RunResult
 
-def enum_name(enum, number: int, prefix: str) -> str:
+
+def enum_name(enum: Any, number: int, prefix: str) -> str:
     """Name of an enum's value without its prefix; a value of a later version stays a number."""
     try:
         return enum.Name(number).removeprefix(prefix)
@@ -17,7 +22,7 @@ class StatesLost(ConnectionError):
     """States of a run did not arrive. The run itself is whole: `result` is its RunResult with the States that came, `missing` the ticks
     of those that did not."""
 
-    def __init__(self, result, missing) -> None:
+    def __init__(self, result: RunResult, missing: List[int]) -> None:
         self.result, self.missing = result, missing
         which = f"tick {missing[0]}" if len(missing) == 1 else f"ticks {missing[0]} to {missing[-1]}"
         super().__init__(f"{len(missing)} of {len(missing) + len(result.states)} States of the run were lost on the way ({which}); all ticks ran, "
@@ -29,7 +34,7 @@ class RequestError(Exception):
     """The server refused a request, and has changed nothing. `code` is a name such as "NOT_OWNER", `path` the field it is about,
     `message` says what is wrong and what to do."""
 
-    def __init__(self, result: "answer_pb2.Result") -> None:
+    def __init__(self, result: answer_pb2.Result) -> None:
         self.code = enum_name(answer_pb2.ResultCode, result.code, "RESULT_CODE_")
         self.path = result.path
         self.message = result.message

@@ -93,7 +93,7 @@ class Outbox:
 
     def fitting(self, room: int) -> List[stream_pb2.Item]:
         """The oldest Items, as many as `room` bytes of a Packet take, 16 at most."""
-        items = []
+        items: List[stream_pb2.Item] = []
         for waiting in self._waiting:
             room -= waiting.size
             if room < 0 or len(items) == MOST_ITEMS_IN_PACKET:

@@ -73,7 +73,7 @@ class Link:
             self.say_bye(control_pb2.BYE_REASON_BACKLOG, str(full))
             raise
 
-    def say_bye(self, reason: int, message: str = "") -> None:
+    def say_bye(self, reason: control_pb2.ByeReason, message: str = "") -> None:
         """The last Item of this side."""
         if self._saying_bye:
             return

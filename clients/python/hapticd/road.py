@@ -54,7 +54,7 @@ class KeyedRoad:
         self._message = self._handshake.write()
         self._cookie = b""
         self._due_ns = now_ns
-        self._ciphers: Optional[tuple] = None
+        self._ciphers: Optional[tuple[noise.Cipher, noise.Cipher]] = None
 
     @property
     def is_open(self) -> bool:

@@ -1,4 +1,4 @@
-"""States as columns of numbers, and numbers as poses. With numpy the columns are arrays, without it lists; the same code reads both.
+"""Numbers out of messages and into them. With numpy columns are arrays, without it lists; the same code reads both.
 Units and frames as in proto/hapticd/v1/state.proto: SI, W the world, quaternions w x y z."""
 from __future__ import annotations
 
@@ -28,20 +28,6 @@ def tool_state(state: state_pb2.State, tool_id: int = 0) -> Optional[state_pb2.T
     return next((tool for tool in state.tools if tool.tool_id == tool_id), None)
 
 
-def columns(states: Iterable[state_pb2.State], tool_id: int = 0) -> Dict[str, Any]:
-    """One column per number of a tool, one row per State that has the tool: tick (n), t_s (n), p_wh_m (n x 3), q_wh (n x 4), p_wg_m,
-    q_wg, wrench_h_w (n x 6, force then torque), minimum_gap_m (n)."""
-    rows = [(state, tool) for state in states for tool in state.tools if tool.tool_id == tool_id]
-    table: Dict[str, List[Any]] = {
-        "tick": [state.tick for state, _ in rows],
-        "t_s": [state.t_ns * 1e-9 for state, _ in rows],
-        "minimum_gap_m": [tool.minimum_gap_m for _, tool in rows],
-    }
-    for name in ("p_wh_m", "q_wh", "p_wg_m", "q_wg", "wrench_h_w"):
-        table[name] = [list(getattr(tool, name)) for _, tool in rows]
-    return {name: as_array(column) for name, column in table.items()}
-
-
 def contacts(patch: state_pb2.ContactPatch) -> Optional[Dict[str, Any]]:
     """A patch in SI: tool_sphere (n), p_wc_m (n x 3), nhat_og_w (n x 3), gap_m (n), force_n (n). None where the patch's columns
     disagree in length: such a patch is to be ignored."""
@@ -63,18 +49,24 @@ def _triples(numbers: Sequence[int], unit: float) -> List[List[float]]:
     return [[number * unit for number in numbers[i:i + 3]] for i in range(0, len(numbers), 3)]
 
 
-def pose_batches(poses: Iterable[Sequence[float]], tool_id: int, first_tick: Optional[int]) -> List[control_pb2.PoseBatch]:
-    """Poses as rows of 3 numbers (position) or 7 (position, then quaternion w x y z), 14 to a batch. `first_tick` None: right after
-    what is queued. ValueError for other rows."""
+def pose_rows(poses: Iterable[Sequence[float]]) -> List[List[float]]:
+    """Poses as rows of 3 numbers (position) or 7 (position, then quaternion w x y z). ValueError or TypeError for others."""
     rows = [[float(number) for number in row] for row in poses]
+    for row in rows:
+        if len(row) not in (3, 7):
+            raise ValueError(f"a pose is 3 or 7 numbers, not {len(row)}")
+    return rows
+
+
+def pose_batches(poses: Iterable[Sequence[float]], tool_id: int, first_tick: Optional[int]) -> List[control_pb2.PoseBatch]:
+    """Poses as for `pose_rows`, 14 to a batch. `first_tick` None: right after what is queued."""
+    rows = pose_rows(poses)
     batches = []
     for start in range(0, len(rows), POSES_IN_BATCH):
         batch = control_pb2.PoseBatch()
         if first_tick is not None:
             batch.first_tick = first_tick + start
         for row in rows[start:start + POSES_IN_BATCH]:
-            if len(row) not in (3, 7):
-                raise ValueError(f"a pose is 3 or 7 numbers, not {len(row)}")
             sample = batch.poses.add(tool_id=tool_id)
             sample.pose_dh.p_m.extend(row[:3])
             sample.pose_dh.q.extend(row[3:] or (1.0, 0.0, 0.0, 0.0))

@@ -6,7 +6,7 @@ from unittest import mock
 
 import support  # noqa: F401
 import hapticd
-from hapticd import connection, noise, road, wire
+from hapticd import conversation, noise, road, wire
 from keyed_gate import KeyedGate
 from model_server import ModelServer
 
@@ -105,12 +105,12 @@ class ThroughTheGate(unittest.TestCase):
 
     def test_both_roles_have_their_own_keys(self):
         self.session(key=bytes(32), role="view").ping()
-        with mock.patch.object(connection, "SILENCE_NS", 300_000_000), self.assertRaises(hapticd.ServerSilent):
+        with mock.patch.object(conversation, "SILENCE_NS", 300_000_000), self.assertRaises(hapticd.ServerSilent):
             hapticd.Session("%s:%d" % self.gate.address, key=PSK, role="view")
 
     def test_after_silence_hello_is_said_again(self):
         session = self.session(key=PSK)
-        with mock.patch.object(connection, "SILENCE_NS", 300_000_000):
+        with mock.patch.object(conversation, "SILENCE_NS", 300_000_000):
             self.gate.sessions[1000] = (("127.0.0.1", 9), *self.gate.sessions[1000][1:])  # nothing reaches the client any more
             end = time.monotonic() + 5
             while session.epoch < 2 and time.monotonic() < end:

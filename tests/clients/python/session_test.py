@@ -12,7 +12,7 @@ import unittest.mock
 
 import support  # noqa: F401
 import hapticd
-from hapticd import connection
+from hapticd import connection, conversation
 from hapticd.v1 import control_pb2
 from model_server import ModelServer
 
@@ -149,7 +149,7 @@ class Lockstep(WithServer):
             hashes.append(result.state_hash)
         self.assertEqual(len(hashes[0]), 32)
         self.assertEqual(hashes[0], hashes[1])
-        table = hapticd.columns(states)
+        table = hapticd.table(states)
         for row in (0, 1000, 1500, 2499):  # the model's wall is at y = 0, 1000 N/m
             depth = max(0.0, 1e-5 * row - 0.01)
             self.assertTrue(math.isclose(table["wrench_h_w"][row][1], 1000 * depth, abs_tol=1e-6))
@@ -166,7 +166,7 @@ class Lockstep(WithServer):
                 if divisor or draw.random() < 0.5:
                     session.subscribe(divisor)
                 else:
-                    divisor = session._divisor()
+                    divisor = session._connection.divisor
                 for state in session.states(draw.randrange(3), timeout=0):
                     self.assertLess(state.tick, tick)
                 result = session.run(steps)
@@ -310,14 +310,14 @@ class Refusals(WithServer):
             self.session()
 
     def test_nobody_there_is_an_error_after_a_while(self):
-        with unittest.mock.patch.object(connection, "SILENCE_NS", 200_000_000), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mute:
+        with unittest.mock.patch.object(conversation, "SILENCE_NS", 200_000_000), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mute:
             mute.bind(("127.0.0.1", 0))
             with self.assertRaises(hapticd.ServerSilent):
                 hapticd.Session(f"127.0.0.1:{mute.getsockname()[1]}")
 
     def test_after_a_long_silence_the_session_begins_anew(self):
         session = self.session()
-        with unittest.mock.patch.object(connection, "ANEW_NS", 300_000_000):
+        with unittest.mock.patch.object(conversation, "ANEW_NS", 300_000_000):
             self.server.remotes.clear()  # and no Reset either: the client must not wait for one
             with unittest.mock.patch.object(self.server, "reset", lambda *_: None):
                 end = time.monotonic() + 5

@@ -1,4 +1,4 @@
-"""States as columns and numbers as poses, with numpy and without: the expected numbers are written out here."""
+"""Contacts and parameters as numbers and numbers as poses, with numpy and without: the expected numbers are written out here."""
 import unittest
 from unittest import mock
 
@@ -17,18 +17,6 @@ class WithAndWithoutNumpy(unittest.TestCase):
         if values.numpy is not None:
             with mock.patch.object(values, "numpy", None):
                 check()
-
-    def test_columns_have_a_row_per_state_with_the_tool(self):
-        def check():
-            states = [state_pb2.State(tick=tick, t_ns=tick * 10**9, tools=[dict(tool_id=3, p_wh_m=[tick, 0.5, -1], wrench_h_w=[0, tick, 0, 0, 0, 0])])
-                      for tick in range(3)]
-            states.append(state_pb2.State(tick=9, tools=[dict(tool_id=1)]))
-            table = values.columns(states, tool_id=3)
-            self.assertEqual(plain(table["tick"]), [0, 1, 2])
-            self.assertEqual(plain(table["t_s"]), [0.0, 1.0, 2.0])
-            self.assertEqual(plain(table["p_wh_m"]), [[0, 0.5, -1], [1, 0.5, -1], [2, 0.5, -1]])
-            self.assertEqual(plain(table["wrench_h_w"])[2], [0, 2, 0, 0, 0, 0])
-        self.both(check)
 
     def test_contacts_come_in_si_and_ill_formed_patches_are_ignored(self):
         def check():

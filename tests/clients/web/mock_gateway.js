@@ -11,8 +11,9 @@ import { scriptedEvents } from './scripted_session.js';
 
 const [port, eventsFile, page, assets] = process.argv.slice(2);
 const source = process.env.HAPTICD_PAGE_SOURCE ?? new URL('../../../clients/web/page/', import.meta.url).pathname;
-const { WebSocketServer } = createRequire(join(source, 'package.json'))('ws');
-const { v1, hex } = await import(pathToFileURL(join(source, 'src/wire.js')));
+const require = createRequire(join(source, 'package.json'));
+const { WebSocketServer } = require('ws');
+const { v1, hex } = await import(pathToFileURL(require.resolve('hapticd-stream')));
 
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css' };
 const POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' ws:";

@@ -1,6 +1,6 @@
 // The page put together: stream in, picture and panels out. Frames follow the screen; texts and plots change eight times a second. Stop is wired
 // first, and each part is made by itself: a browser that lacks what one of them needs has all the others.
-import { Connection } from './connection.js';
+import { Connection, nameOf, StreamModel, v1 } from 'hapticd-stream';
 import { Banners, daemonBanner, linkBanner, loopBanner, lossBanner } from './controls/banners.js';
 import { ConnectionPanel } from './controls/connection_panel.js';
 import { ControlPanel } from './controls/control_panel.js';
@@ -14,9 +14,7 @@ import { NoPicture, noPictureWords } from './no_picture.js';
 import { readAddress } from './page_address.js';
 import { Parts } from './parts.js';
 import { Panels } from './plots/panels.js';
-import { StreamModel } from './stream_model.js';
 import { ViewControls } from './view_controls.js';
-import { nameOf, v1 } from './wire.js';
 
 const TEXT_MS = 125;
 const RATE_COUNTS = 5; // looks, a second apart, that rates are taken over

@@ -3,12 +3,12 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { loopBanner, linkBanner, lossBanner } from '../../../../clients/web/page/src/controls/banners.js';
 import { labelOf, parameterRows, shortNumber, sliderScale } from '../../../../clients/web/page/src/controls/parameter_paths.js';
-import { pauseMs } from '../../../../clients/web/page/src/connection.js';
+import { pauseMs, subprotocols } from '../../../../clients/web/stream/src/connection.js';
 import { viewOf } from '../../../../clients/web/page/src/drawing/camera_views.js';
 import { contactsOf, forceVector } from '../../../../clients/web/page/src/drawing/marks.js';
-import { readAddress, subprotocols } from '../../../../clients/web/page/src/page_address.js';
+import { readAddress } from '../../../../clients/web/page/src/page_address.js';
 import { LogHistogram, TimeSeries } from '../../../../clients/web/page/src/plots/series.js';
-import { exampleOf } from './examples.js';
+import { exampleOf } from '../stream/examples.js';
 
 test('parameters come by string, with unit and range of their pattern', () => {
   const info = exampleOf('scene_event').item.scene_info;

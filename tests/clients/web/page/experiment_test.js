@@ -5,9 +5,9 @@ import test from 'node:test';
 import { Session } from '../../../../clients/web/page/src/controls/session.js';
 import { CHOICE_KEYS, isRunning, stageOf } from '../../../../clients/web/page/src/controls/experiment_stage.js';
 import { summaryBlocks } from '../../../../clients/web/page/src/controls/summary.js';
-import { StreamModel } from '../../../../clients/web/page/src/stream_model.js';
-import { v1 } from '../../../../clients/web/page/src/wire.js';
-import { exampleOf } from './examples.js';
+import { StreamModel } from '../../../../clients/web/stream/src/stream_model.js';
+import { v1 } from '../../../../clients/web/stream/src/wire.js';
+import { exampleOf } from '../stream/examples.js';
 
 test('a screen asks until it is the last one', () => {
   const running = Object.keys(v1.ExperimentStage).filter((name) => isRunning({ stage: v1.ExperimentStage[name] }));

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { readPly } from '../../../../clients/web/page/src/drawing/ply.js';
 import { shareTriangles, vertexNormals } from '../../../../clients/web/page/src/model/mesh_budget.js';
-import { levelWithin, readSphereTree } from '../../../../clients/web/page/src/model/sphere_tree.js';
+import { levelWithin, readSphereTree } from '../../../../clients/web/stream/src/sphere_tree.js';
 
 const bytes = (text) => new TextEncoder().encode(text);
 const HEAD = 'ply\nformat FORMAT 1.0\ncomment metres\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n';

@@ -5,9 +5,9 @@ import { daemonBanner } from '../../../../clients/web/page/src/controls/banners.
 import { shownText } from '../../../../clients/web/page/src/controls/connection_panel.js';
 import { recordingChoices } from '../../../../clients/web/page/src/controls/recordings_panel.js';
 import { Session } from '../../../../clients/web/page/src/controls/session.js';
-import { StreamModel } from '../../../../clients/web/page/src/stream_model.js';
-import { v1 } from '../../../../clients/web/page/src/wire.js';
-import { exampleOf } from './examples.js';
+import { StreamModel } from '../../../../clients/web/stream/src/stream_model.js';
+import { v1 } from '../../../../clients/web/stream/src/wire.js';
+import { exampleOf } from '../stream/examples.js';
 
 const [LIVE, RECORDING] = [1, 2];
 const SECOND = 1e9;

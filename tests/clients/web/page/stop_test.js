@@ -2,7 +2,7 @@
 // browser.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { Connection } from '../../../../clients/web/page/src/connection.js';
+import { Connection } from '../../../../clients/web/stream/src/connection.js';
 import { Session } from '../../../../clients/web/page/src/controls/session.js';
 import { stopBanner, wireStop } from '../../../../clients/web/page/src/controls/stop.js';
 import { NoPicture, noPictureWords } from '../../../../clients/web/page/src/no_picture.js';

@@ -1,5 +1,5 @@
 // What must not be missed: a latched fault with its cause and remedy, a broken connection, lost packets. One banner per kind.
-import { nameOf, v1 } from '../wire.js';
+import { nameOf, v1 } from 'hapticd-stream';
 import { button, make } from './dom.js';
 
 export class Banners {

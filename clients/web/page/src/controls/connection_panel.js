@@ -1,5 +1,5 @@
 // How good the connection is, in numbers: daemon to gateway, gateway to page, and what this page does with it.
-import { nameOf, v1 } from '../wire.js';
+import { nameOf, v1 } from 'hapticd-stream';
 import { make } from './dom.js';
 
 const ms = (seconds) => (seconds > 0 ? `${(seconds * 1e3).toFixed(2)} ms` : '–');

@@ -1,6 +1,6 @@
 // The screens of the experiment, over everything but Stop and banners: what hapticd-lab asks (ExperimentScreen), with large buttons, keys and
 // sliders. While strings are compared nothing of them is drawn: thickness and arrows would give the answer.
-import { v1 } from '../wire.js';
+import { v1 } from 'hapticd-stream';
 import { button, make, row } from './dom.js';
 import { CHOICE_KEYS, stageOf } from './experiment_stage.js';
 import { summaryElements } from './summary.js';

@@ -1,5 +1,5 @@
 // What a screen of the experiment asks for, and the keys that answer it.
-import { v1 } from '../wire.js';
+import { v1 } from 'hapticd-stream';
 
 const PREFIX = 'EXPERIMENT_STAGE_';
 const OVER = ['done', 'stopped', 'unspecified', ''];

@@ -1,6 +1,6 @@
 // Recordings: what the recorder does, what there is, and replay. The gateway shows a recording to all pages in place of the daemon, whose
 // session goes on; to compute one again is a separate program.
-import { v1 } from '../wire.js';
+import { v1 } from 'hapticd-stream';
 import { button, fill, group, make, row } from './dom.js';
 import { isOk } from './session.js';
 

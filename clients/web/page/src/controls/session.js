@@ -1,6 +1,6 @@
 // What this page may do and asks for: whether it may control, who holds the lease, and requests whose refusals are said in words. One
 // request at a time is not needed: the daemon keeps their order.
-import { nameOf, v1 } from '../wire.js';
+import { nameOf, v1 } from 'hapticd-stream';
 
 export class Session extends EventTarget {
   #connection;
@@ -61,7 +61,8 @@ export class Session extends EventTarget {
   }
 
   #say(request, result) {
-    this.dispatchEvent(new CustomEvent('said', { detail: sentence(request, result) }));
+    // Node 18 has no CustomEvent.
+    this.dispatchEvent(Object.assign(new Event('said'), { detail: sentence(request, result) }));
   }
 
   play(playback) {

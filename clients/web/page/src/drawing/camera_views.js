@@ -1,6 +1,6 @@
 // Where the eye is: presets for every scene, computed from its box, and flights from one to the next. Pure, except the flight.
 import * as THREE from 'three';
-import { add, mix } from '../model/vector.js';
+import { add, mix } from 'hapticd-stream/vector';
 
 /**
  * {eye, target} of preset `name`. `box` of the scene, `focus` what is played (the tool), m; `aspect` of the picture; `fovDeg` vertical.

@@ -1,7 +1,7 @@
 // What is not a thing but said about things: contacts with their normals and forces, force and torque at the hand, and the depth cue, a
 // plumb line from the tool to its nearest string with a ring on the string.
-import { scale, subtract } from '../model/vector.js';
-import { triples } from '../model/scene_model.js';
+import { scale, subtract } from 'hapticd-stream/vector';
+import { triples } from 'hapticd-stream';
 
 export const COLOURS = { contact: '#ffd54a', normal: '#8de28a', force: '#ff6b5e', torque: '#b48cff', limited: '#ffa94d', near: '#4fd1ff' };
 

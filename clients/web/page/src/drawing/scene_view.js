@@ -1,11 +1,9 @@
 // The drawn scene: bodies, strings, tools and marks of one SceneInfo, moved each frame to the State that is shown. Knows nothing of where
 // States come from.
 import * as THREE from 'three';
-import { bentAxis, nearestString } from '../model/nearest_string.js';
+import { bentAxis, boxAround, nearestString, stringShape } from 'hapticd-stream';
 import { pixelsPerMetre, stringWidthPx } from '../model/projection.js';
-import { boxAround } from '../model/scene_model.js';
-import { stringShape } from '../model/string_motion.js';
-import { add, normalised, scale, subtract } from '../model/vector.js';
+import { add, normalised, scale, subtract } from 'hapticd-stream/vector';
 import { Arrows } from './arrows.js';
 import { project } from './labels.js';
 import { drawMarks } from './marks.js';

@@ -3,9 +3,8 @@
 import { MeshoptSimplifier } from 'meshoptimizer/simplifier';
 import * as THREE from 'three';
 import { DEFAULT_BUDGET, shareTriangles, vertexNormals } from '../model/mesh_budget.js';
-import { flatPart, isLarge } from '../model/scene_model.js';
-import { levelWithin, readSphereTree } from '../model/sphere_tree.js';
-import { transform } from '../model/vector.js';
+import { flatPart, isLarge, levelWithin, readSphereTree } from 'hapticd-stream';
+import { transform } from 'hapticd-stream/vector';
 import { readPly } from './ply.js';
 
 const STRINGS_AND_MARKS = 1500; // of the budget, for what is not a mesh

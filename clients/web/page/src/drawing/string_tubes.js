@@ -1,7 +1,7 @@
 // All strings and rigid lines of a scene as two meshes: the strings themselves, and around them the envelope of what vibrates. The radius
 // is a number per ring and made a length on the screen in the shader, so that a string of 0.7 mm is neither lost nor thick.
 import * as THREE from 'three';
-import { add, cross, normalised, perpendicular, scale, subtract } from '../model/vector.js';
+import { add, cross, normalised, perpendicular, scale, subtract } from 'hapticd-stream/vector';
 
 const SIDES = 8;
 const LEAST_PX = 1.4;

@@ -1,7 +1,7 @@
 // One tool: solid where contact lets it be (graphic), glass where the hand is (haptic). The glass fades in as the two part; where they are
 // one it would only dim the solid.
 import * as THREE from 'three';
-import { length, subtract, transform } from '../model/vector.js';
+import { length, subtract, transform } from 'hapticd-stream/vector';
 import { makeGhostMaterial, makeMaterial, substanceOf } from './materials.js';
 
 const PARTED_M = 0.001; // distance at which the glass is fully there

@@ -1,7 +1,7 @@
 // The drawn radius R + r(t) of a string against the decay written out.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { StringMotion, stringShape } from '../../../../clients/web/page/src/model/string_motion.js';
+import { StringMotion, stringShape } from '../../../../clients/web/stream/src/string_motion.js';
 
 const PRESS = 1, RELEASE = 2, DAMP = 3;
 const PRESSED = 2, RINGING = 3;

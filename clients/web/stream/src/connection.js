@@ -1,6 +1,5 @@
 // The WebSocket to the gateway: events in, requests out, each answered once. It comes back by itself after the gateway was restarted, ever
 // more slowly up to 5 s; requests without an answer have failed then. What arrives is not interpreted here.
-import { subprotocols } from './page_address.js';
 import { v1 } from './wire.js';
 
 const PING_MS = 1000;
@@ -9,6 +8,23 @@ const LONGEST_PAUSE_MS = 5000;
 /** Pause before attempt `n` (from 0), ms. */
 export const pauseMs = (n) => Math.min(LONGEST_PAUSE_MS, 250 * 2 ** n);
 
+/** {address, token} of the WebSocket to the gateway whose page has this URL; the token is behind #, which a browser sends to nobody. */
+export function streamOf(url) {
+  const { hash, protocol, host, pathname } = new URL(url);
+  const token = new URLSearchParams(hash.slice(1)).get('token') ?? '';
+  return {
+    address: `${protocol === 'https:' ? 'wss:' : 'ws:'}//${host}${pathname.replace(/[^/]*$/, '')}stream`,
+    token: /^[A-Za-z0-9_-]{1,128}$/.test(token) ? token : '',
+  };
+}
+
+/** Subprotocols to offer: without a token one only looks. */
+export function subprotocols(token) {
+  return token ? [`hapticd.v1.${token}`] : ['hapticd.v1'];
+}
+
+export const monotonicS = () => performance.now() / 1000;
+
 export class Connection {
   #socket = null;
   #attempt = 0;
@@ -16,15 +32,20 @@ export class Connection {
   #waiting = new Map();
   #lastSequence = 0;
   #ping = 0;
+  #next = 0;
+  #closing = false;
 
-  /** `handlers`: event(PageEvent), opened(), closed(); `pageS` the page's clock, s. */
-  constructor({ address, token, handlers, pageS, makeSocket = (url, protocols) => new WebSocket(url, protocols) }) {
+  /** `handlers`: event(PageEvent), opened(), closed(), none of which has to be there; `pageS` a clock that never goes back, s. */
+  constructor({ address, token = '', handlers = {}, pageS = monotonicS, makeSocket = (url, protocols) => new WebSocket(url, protocols) }) {
     Object.assign(this, { address, token, handlers, pageS, makeSocket });
     this.skippedEvents = 0;
+    this.damagedEvents = 0;
     this.bytes = 0;
   }
 
+  /** Connects, and again whenever the connection is lost, until close(). */
   open() {
+    this.#closing = false;
     let socket;
     try {
       socket = this.makeSocket(this.address, subprotocols(this.token));
@@ -38,7 +59,7 @@ export class Connection {
       this.#attempt = 0;
       this.#lastSequence = 0;
       this.#ping = setInterval(() => this.#sendPing(), PING_MS);
-      this.handlers.opened();
+      this.handlers.opened?.();
       this.#sendPing();
     };
     socket.onmessage = ({ data }) => this.#receive(new Uint8Array(data));
@@ -89,13 +110,19 @@ export class Connection {
 
   #receive(bytes) {
     this.bytes += bytes.length;
-    const event = v1.PageEvent.decode(bytes);
+    let event;
+    try {
+      event = v1.PageEvent.decode(bytes);
+    } catch {
+      ++this.damagedEvents;
+      return;
+    }
     if (this.#lastSequence > 0 && event.sequence > this.#lastSequence + 1) {
       this.skippedEvents += event.sequence - this.#lastSequence - 1;
     }
     this.#lastSequence = event.sequence;
     if (event.result) this.#answer(event.result);
-    else this.handlers.event(event);
+    else this.handlers.event?.(event);
   }
 
   #answer(result) {
@@ -108,10 +135,17 @@ export class Connection {
     for (const { reject } of this.#waiting.values()) reject(new Error('the connection was lost before the answer'));
     this.#waiting.clear();
     this.#again();
-    this.handlers.closed();
+    this.handlers.closed?.();
+  }
+
+  /** Ends it for good; what waits for an answer fails. */
+  close() {
+    this.#closing = true;
+    clearTimeout(this.#next);
+    this.#socket?.close();
   }
 
   #again() {
-    setTimeout(() => this.open(), pauseMs(this.#attempt++));
+    if (!this.#closing) this.#next = setTimeout(() => this.open(), pauseMs(this.#attempt++));
   }
 }

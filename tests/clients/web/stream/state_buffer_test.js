@@ -1,8 +1,8 @@
 // States between States: straight motion is met exactly, parts become one tick, scenes do not mix.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { v1 } from '../../../../clients/web/page/src/wire.js';
-import { StateBuffer } from '../../../../clients/web/page/src/model/state_buffer.js';
+import { v1 } from '../../../../clients/web/stream/src/wire.js';
+import { StateBuffer } from '../../../../clients/web/stream/src/state_buffer.js';
 
 const MS = 1e6;
 const turn = (angle) => [Math.cos(angle / 2), 0, Math.sin(angle / 2), 0];

@@ -1,7 +1,7 @@
 // The page's readers and writers against bytes that protoc made.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { hex, nameOf, v1 } from '../../../../clients/web/page/src/wire.js';
+import { hex, nameOf, v1 } from '../../../../clients/web/stream/src/wire.js';
 import { bytesOf, exampleOf, names, typeOf } from './examples.js';
 
 test('every example is written as it was read', () => {

@@ -1,7 +1,7 @@
 // The daemon's clock and the instant that is shown, in virtual time.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { DaemonClock, shownNs } from '../../../../clients/web/page/src/model/clock.js';
+import { DaemonClock, shownNs } from '../../../../clients/web/stream/src/clock.js';
 
 /** A link whose way out takes `outS` and whose way back takes `backS`; the daemon's clock is `offsetS` ahead of the page's. */
 function exchange(clock, sentS, { offsetS, outS, backS }) {

@@ -1,6 +1,6 @@
 // How a string looks at an instant: the events StringRadius say from when on it decays how, exactly; States say how it is bent. The radius
 // that is drawn is R + r(t), the paper's cylinder.
-import { v1 } from '../wire.js';
+import { v1 } from './wire.js';
 
 const SLEEP_M = 2e-6; // thinner envelopes than this are not seen; the string is drawn at rest
 

@@ -2,8 +2,8 @@
 // a search.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { bentAxis, nearestString } from '../../../../clients/web/page/src/model/nearest_string.js';
-import { length, subtract, transform } from '../../../../clients/web/page/src/model/vector.js';
+import { bentAxis, nearestString } from '../../../../clients/web/stream/src/nearest_string.js';
+import { length, subtract, transform } from '../../../../clients/web/stream/src/vector.js';
 
 let seed = 20261;
 const random = (low, high) => low + (high - low) * ((seed = (seed * 48271) % 2147483647) / 2147483647);

@@ -2,9 +2,9 @@
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import test from 'node:test';
-import { flatPart, sagging, sceneModel } from '../../../../clients/web/page/src/model/scene_model.js';
-import { textOf } from '../../../../clients/web/page/src/model/text_format.js';
-import { hex, v1 } from '../../../../clients/web/page/src/wire.js';
+import { flatPart, sagging, sceneModel } from '../../../../clients/web/stream/src/scene_model.js';
+import { textOf } from '../../../../clients/web/stream/src/text_format.js';
+import { hex, v1 } from '../../../../clients/web/stream/src/wire.js';
 import { exampleOf } from './examples.js';
 
 const info = () => exampleOf('scene_event').item.scene_info;

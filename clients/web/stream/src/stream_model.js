@@ -1,9 +1,10 @@
-// What has arrived, put where it belongs: scene, States, radii of strings, lease, faults, link. The picture and the panels read it; it knows
-// neither.
-import { DaemonClock, shownNs } from './model/clock.js';
-import { sceneModel } from './model/scene_model.js';
-import { StateBuffer } from './model/state_buffer.js';
-import { StringMotion } from './model/string_motion.js';
+// What has arrived, put where it belongs: scene, States, radii of strings, lease, faults, link. Whoever draws or sounds it reads it; it knows
+// nobody.
+import { monotonicS } from './connection.js';
+import { DaemonClock, shownNs } from './clock.js';
+import { sceneModel } from './scene_model.js';
+import { StateBuffer } from './state_buffer.js';
+import { StringMotion } from './string_motion.js';
 import { v1 } from './wire.js';
 
 const TONES_KEPT = 64;
@@ -21,11 +22,15 @@ export class StreamModel {
   scene = null;
   received = { states: 0 };
 
-  /** `session` keeps lease, recorder and the daemon's scene for the panels; `handlers`: scene(model), state(State), playback(PagePlayback), shown(). */
-  constructor({ session, handlers, pageS }) {
+  /**
+   * `session` keeps lease, recorder and the daemon's scene for who controls, and is told with changed() and lost(); `handlers`: scene(model),
+   * state(State), playback(PagePlayback), shown(), none of which has to be there; `pageS` a clock that never goes back, s.
+   */
+  constructor({ session = { changed() {}, lost() {} }, handlers = {}, pageS = monotonicS } = {}) {
     Object.assign(this, { session, handlers, pageS });
   }
 
+  /** The connection is lost. */
   lost() {
     Object.assign(this, { welcome: null, link: null, shown: null });
     this.#forget();
@@ -45,6 +50,7 @@ export class StreamModel {
     return this.shown?.source === v1.PageSource.PAGE_SOURCE_RECORDING;
   }
 
+  /** Takes a PageEvent. */
   take(event) {
     if (event.state) this.#takeState(event.state);
     else if (event.item) this.#takeItem(event.item);
@@ -61,7 +67,7 @@ export class StreamModel {
     // States of a scene that is not known yet cannot be drawn; its SceneInfo is under way.
     if (!this.scene || state.scene_id !== this.scene.id) return;
     this.states.add(state);
-    this.handlers.state(state);
+    this.handlers.state?.(state);
   }
 
   #takeWelcome(welcome) {
@@ -85,7 +91,7 @@ export class StreamModel {
 
   #takePlayback(playback) {
     this.playback = playback;
-    this.handlers.playback(playback);
+    this.handlers.playback?.(playback);
   }
 
   #takeShown(shown) {
@@ -96,7 +102,7 @@ export class StreamModel {
       this.#forget();
       this.scene = null;
     }
-    this.handlers.shown();
+    this.handlers.shown?.();
   }
 
   #takeItem(item) {
@@ -120,7 +126,7 @@ export class StreamModel {
     this.tones = [];
     // What the panels change is the daemon's scene.
     if (!this.recorded) this.#tell('scene', this.scene);
-    this.handlers.scene(this.scene);
+    this.handlers.scene?.(this.scene);
   }
 
   /** Time of the daemon goes on as ours does: neither virtual nor a recording that pauses or runs at another pace. */

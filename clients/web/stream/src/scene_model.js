@@ -1,5 +1,5 @@
 // A SceneInfo as the page draws it: shapes with the hashes of their files, strings and lines as chains of corners, the box around all.
-import { hex } from '../wire.js';
+import { hex } from './wire.js';
 import { add, length, poseOf, scale, subtract, transform } from './vector.js';
 
 const LARGE_M = 5; // spheres above this are walls and floors; they are drawn flat and do not count for the size of the scene

@@ -3,7 +3,7 @@
 // schedule_test.cpp asserts of the sound.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { DaemonClock, shownNs } from '../../../../clients/web/page/src/model/clock.js';
+import { DaemonClock, shownNs } from '../../../../clients/web/stream/src/clock.js';
 
 const PING_S = 1; // connection.js
 const DELAY_S = 0.008;

@@ -1,7 +1,7 @@
 // Rotations and interpolation against closed forms.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { multiply, rotate, slerp, transform, transformBack } from '../../../../clients/web/page/src/model/vector.js';
+import { multiply, rotate, slerp, transform, transformBack } from '../../../../clients/web/stream/src/vector.js';
 
 const about = (axis, angle) => [Math.cos(angle / 2), ...axis.map((value) => value * Math.sin(angle / 2))];
 const near = (a, b, tolerance = 1e-12) => a.forEach((value, i) => assert.ok(Math.abs(value - b[i]) <= tolerance, `${a} is not ${b}`));

@@ -1,0 +1,39 @@
+"""What both kinds of session know without asking."""
+from __future__ import annotations
+
+import time
+from typing import Optional
+
+from hapticd.clock import ClockEstimate
+from hapticd.conversation import Conversation
+from hapticd.v1 import state_pb2
+
+
+class View:
+    """Of the conversation of a session."""
+
+    _connection: Conversation
+
+    @property
+    def latest(self) -> Optional[state_pb2.State]:
+        """The newest State, or None before the first."""
+        return self._connection.latest
+
+    @property
+    def boot_id(self) -> int:
+        """Random number of this run of the server."""
+        return self._connection.link.boot_id
+
+    @property
+    def epoch(self) -> int:
+        """Counts the sessions with the server: it grows when the server was restarted and joined again."""
+        return self._connection.epoch
+
+    @property
+    def states_dropped(self) -> int:
+        """States that made room for newer ones before `states()` had read them."""
+        return self._connection.states_dropped
+
+    def clock(self) -> Optional[ClockEstimate]:
+        """The server's clock relative to time.monotonic_ns(), here and now; None before the first exchange."""
+        return self._connection.link.clock.estimate(time.monotonic_ns())
