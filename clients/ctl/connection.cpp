@@ -73,6 +73,10 @@ v1::Result ask(client::Client& client, const v1::Item& item, const GlobalOptions
   return result;
 }
 
+void refuse_json(const GlobalOptions& options, const std::string& why) {
+  if (options.json) throw Failure(kUsageBad, "--json has no meaning here: " + why);
+}
+
 void acquire(client::Controller& controller, const client::Client& client) {
   const v1::Result result = controller.acquire(kHolder);
   if (result.code() == v1::RESULT_CODE_BUSY) {

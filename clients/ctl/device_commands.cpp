@@ -114,6 +114,7 @@ void add_calibrate(CLI::App& device, const GlobalOptions& options) {
   command.add_option("--tool", choice->tool, "id of the tool")->capture_default_str();
   command.add_flag("--zero", choice->zero, "take the present pose as zero instead");
   command.callback([&options, choice] {
+    refuse_json(options, "a calibration reports to a person");
     const auto client = connect(options);
     run_calibration(*client, options, choice->tool, choice->zero, with_terminal());
   });
@@ -128,6 +129,7 @@ void add_check(CLI::App& device, const GlobalOptions& options) {
   command.add_option("--seed", *seed, "of the order of the pushes (any)")->type_name("N");
   command.add_flag("--anyway", choice->anyway, "also a device that needs no check");
   command.callback([&options, choice, seed] {
+    refuse_json(options, "a check talks with a person");
     choice->seed = seed->has_value() ? **seed : std::random_device{}();
     const auto client = connect(options);
     run_check(*client, options, *choice, with_terminal());

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "clients/ctl/connection.h"
 
@@ -61,6 +62,10 @@ std::string to_json(const pb::Message& message) {
   std::string text;
   if (!pb::util::MessageToJsonString(message, &text, options).ok()) return "{}";
   return text;
+}
+
+std::string to_json(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 std::string plain_name(std::string_view name, std::string_view prefix) {

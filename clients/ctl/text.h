@@ -4,6 +4,7 @@
 
 #include <google/protobuf/message.h>
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +17,9 @@ namespace hapticd::ctl {
 
 /// One line of JSON with the names of the .proto files, fields that are 0 included.
 [[nodiscard]] std::string to_json(const google::protobuf::Message& message);
+
+/// One line of JSON in valid UTF-8: U+FFFD stands for bytes of a path that are none.
+[[nodiscard]] std::string to_json(const nlohmann::ordered_json& json);
 
 /// "LOOP_STATE_ENGAGED" without what all values of the enum begin with, in small letters:
 /// "engaged".

@@ -326,7 +326,7 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
   app.set_version_flag("--version", "hapticd " HAPTICD_VERSION);
   app.footer(
       "hapticd doctor examines the machine: hapticd doctor --help. hapticd device list names\n"
-      "the devices that are plugged in.\n"
+      "the devices that are plugged in; hapticd export writes a recording as a table.\n"
       "Exit codes: 0 good, 1 bad scene, gesture, profile or configuration, 2 bad command line,\n"
       "3 address not available, 4 realtime required and refused, 5 a verified replay differs,\n"
       "7 the requested recording cannot be started.");
