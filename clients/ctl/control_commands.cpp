@@ -60,7 +60,7 @@ void load(const GlobalOptions& options, const std::string& source, bool check_on
   v1::Item item;
   v1::LoadScene& load_scene = *item.mutable_load_scene();
   if (names_file(source)) {
-    load_scene.set_text(read_file(source));
+    load_scene.set_text(read_text(source));
   } else {
     load_scene.set_name(source);
   }

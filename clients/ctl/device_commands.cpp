@@ -14,6 +14,7 @@
 #include "clients/ctl/guided_check.h"
 #include "clients/ctl/terminal.h"
 #include "clients/ctl/text.h"
+#include "proto/wire/whole_characters.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -75,7 +76,7 @@ void draw_states(const GlobalOptions& options, const MonitorChoice& choice) {
       lines.emplace_back("q quits");
       const TerminalSize size = Terminal::size();
       if (lines.size() > size.rows) lines.resize(size.rows);
-      for (std::string& line : lines) line.resize(std::min(line.size(), size.columns));
+      for (std::string& line : lines) line = wire::whole_characters(line, size.columns);
       Terminal::draw(lines);
     }
     return person.ended() || Terminal::key() == 'q';

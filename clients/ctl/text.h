@@ -36,8 +36,15 @@ namespace hapticd::ctl {
 /// Failure(kRefused) that names the line.
 [[nodiscard]] std::optional<v1::Pose> parse_pose(std::string_view line, int line_number);
 
+/// Throws Failure(kUsageBad) that names the first text of `message`, or of a message in it, that is
+/// not UTF-8: protobuf sends it all the same, and nobody can read it.
+void require_utf8(const google::protobuf::Message& message);
+
 /// All of a file; throws Failure(kRefused) that says why not.
 [[nodiscard]] std::string read_file(const std::string& path);
+
+/// As read_file; throws Failure(kRefused) that names the line where it is not UTF-8.
+[[nodiscard]] std::string read_text(const std::string& path);
 
 /// True for what names a file rather than something installed: '/' or ".textproto" in it.
 [[nodiscard]] bool names_file(const std::string& source);

@@ -29,6 +29,9 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: Optional[List[str]] = None) -> int:
     """Runs a command; exit code of the process."""
+    # Paths are bytes: one that is no text in this locale is printed as it is.
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="surrogateescape")
     options = parser().parse_args(arguments)
     try:
         code = options.run(options)
