@@ -2,31 +2,31 @@
 # runs deploy/play without the packages it needs, then with sudo, then a second time.
 # shellcheck shell=bash disable=SC2154  # variables of fresh_machine
 
-readonly page_port=8191 daemon_port=47911  # a player of this machine may have the usual ones
+readonly home=/srv/player page_port=8191 daemon_port=47911  # a player of this machine may have the usual ones
 
 as_player() {
-  env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/home/player USER=player LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
-    ${NODE_EXTRA_CA_CERTS:+NODE_EXTRA_CA_CERTS=/home/player/certificates.pem} \
+  env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME="$home" USER=player LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
+    ${NODE_EXTRA_CA_CERTS:+NODE_EXTRA_CA_CERTS="$home/certificates.pem"} \
     chroot --userspec=player:player "$root" sh -c 'cd ~/hapticd && exec "$@"' sh "$@"
 }
 
 # A clone as an ordinary user has it. What npm is told to trust here, it is told there.
 make_player() {
-  inside "$root" sh -c 'id player || useradd --create-home --shell /bin/bash player' && rm -rf "$root/home/player/hapticd" &&
-    git -c safe.directory='*' clone --quiet --no-hardlinks "file://$project" "$root/home/player/hapticd" &&
-    if [[ -n ${NODE_EXTRA_CA_CERTS:-} ]]; then cp "$NODE_EXTRA_CA_CERTS" "$root/home/player/certificates.pem"; fi &&
-    inside "$root" chown -R player:player /home/player
+  inside "$root" sh -c 'id player || useradd --create-home --home-dir "$0" --shell /bin/bash player' $home && rm -rf "$root$home/hapticd" &&
+    git -c safe.directory='*' clone --quiet --no-hardlinks "file://$project" "$root$home/hapticd" &&
+    if [[ -n ${NODE_EXTRA_CA_CERTS:-} ]]; then cp "$NODE_EXTRA_CA_CERTS" "$root$home/certificates.pem"; fi &&
+    inside "$root" chown -R player:player $home
 }
 
 # deploy/play where the user may not install: it names what an administrator has to, and apt knows all of it.
 refuse_without_sudo() {
-  local code=0 packages
+  local code=0 needed
   as_player deploy/play --no-sound >"$log" 2>&1 || code=$?
-  ((code == 3)) || { cat "$log" && fail "deploy/play without sudo ended with $code, not 3"; }
-  read -ra packages < <(sed -n 's/^ *apt-get install --no-install-recommends //p' "$log")
-  ((${#packages[@]} > 5)) || { cat "$log" && fail 'deploy/play without sudo names no packages'; }
-  apt_get install -s "${packages[@]}" >/dev/null || fail 'apt does not know the packages that deploy/play names'
-  echo "without sudo: exit 3, and ${#packages[@]} packages named that an administrator has to install"
+  ((code == 3)) || { cat "$log" >&2 && fail "deploy/play without sudo ended with $code, not 3"; }
+  read -ra needed < <(sed -n 's/^ *apt-get install --no-install-recommends //p' "$log")
+  ((${#needed[@]} > 5)) || { cat "$log" >&2 && fail 'deploy/play without sudo names no packages'; }
+  apt_get install -s "${needed[@]}" >/dev/null || fail 'apt does not know the packages that deploy/play names'
+  echo "without sudo: exit 3, and ${#needed[@]} packages named that an administrator has to install"
 }
 
 allow_sudo() {
@@ -40,12 +40,12 @@ play_from_source() {
     while IFS= read -r line; do printf '%.1f %s\n' "$(since "$began")" "$line"; done >"$log" &
   local player=$!
   until fetch_page $page_port >/dev/null 2>&1; do
-    kill -0 "$player" 2>/dev/null || { tail -40 "$log" && fail 'deploy/play'; }
+    kill -0 "$player" 2>/dev/null || { tail -40 "$log" >&2 && fail 'deploy/play'; }
     sleep 0.2
   done
   served=$(since "$began")
-  wait "$player" || { tail -40 "$log" && fail 'deploy/play'; }
-  grep -q ' It plays' "$log" || { tail -40 "$log" && fail 'deploy/play does not say that it plays'; }
+  wait "$player" || { tail -40 "$log" >&2 && fail 'deploy/play'; }
+  grep -q ' It plays' "$log" || { tail -40 "$log" >&2 && fail 'deploy/play does not say that it plays'; }
 }
 
 since() {
