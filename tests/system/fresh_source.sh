@@ -12,6 +12,7 @@ as_player() {
 
 # A clone as an ordinary user has it. What npm is told to trust here, it is told there.
 make_player() {
+  # shellcheck disable=SC2016  # for the shell inside to expand
   inside "$root" sh -c 'id player || useradd --create-home --home-dir "$0" --shell /bin/bash player' $home && rm -rf "$root$home/hapticd" &&
     git -c safe.directory='*' clone --quiet --no-hardlinks "file://$project" "$root$home/hapticd" &&
     if [[ -n ${NODE_EXTRA_CA_CERTS:-} ]]; then cp "$NODE_EXTRA_CA_CERTS" "$root$home/certificates.pem"; fi &&
@@ -79,6 +80,10 @@ $without
 END
 }
 
+# What any machine has, and apt and sudo look for.
+mkdir -p "$root/dev/pts"
+mount -t devpts -o newinstance,ptmxmode=0666,mode=620,gid=5 devpts "$root/dev/pts"
+echo "127.0.0.1 localhost $(uname -n)" >"$root/etc/hosts"
 load=$(cut -d' ' -f1 /proc/loadavg)
 timed 'package lists' apt_get update
 timed 'a clone for an ordinary user' make_player
