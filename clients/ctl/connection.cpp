@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "clients/ctl/text.h"
 #include "clients/library/named_key.h"
 
 namespace hapticd::ctl {
@@ -68,9 +69,14 @@ void require(const v1::Result& result) {
 }
 
 v1::Result ask(client::Client& client, const v1::Item& item, const GlobalOptions& options) {
+  require_utf8(item);
   v1::Result result = client.call(item, timeout_of(options));
   require(result);
   return result;
+}
+
+void refuse_json(const GlobalOptions& options, const std::string& why) {
+  if (options.json) throw Failure(kUsageBad, "--json has no meaning here: " + why);
 }
 
 void acquire(client::Controller& controller, const client::Client& client) {
@@ -86,6 +92,7 @@ void acquire(client::Controller& controller, const client::Client& client) {
 }
 
 v1::Result control(client::Client& client, const v1::Item& item, const GlobalOptions& options) {
+  require_utf8(item);
   client::Controller controller(client);
   acquire(controller, client);
   v1::Result result = controller.call(item, timeout_of(options));

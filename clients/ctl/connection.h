@@ -56,6 +56,10 @@ v1::Result ask(client::Client& client, const v1::Item& item, const GlobalOptions
 /// Takes the lease, makes the request, gives the lease back.
 v1::Result control(client::Client& client, const v1::Item& item, const GlobalOptions& options);
 
+/// Throws Failure(kUsageBad) with --json, for a command that answers people alone; `why` says so,
+/// such as "watch draws on a terminal".
+void refuse_json(const GlobalOptions& options, const std::string& why);
+
 /// Takes the lease; throws Failure that names who has it.
 void acquire(client::Controller& controller, const client::Client& client);
 

@@ -1,17 +1,22 @@
 // Commands that are one request each: scenes, parameters, force, recorder, time. Not RT.
+#include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string_view>
 #include <utility>
 
 #include "clients/ctl/commands.h"
 #include "clients/ctl/text.h"
+#include "clients/library/recording.h"
 
 namespace hapticd::ctl {
 namespace {
 
 /// Building a large scene may take this long, s.
 constexpr double kSceneTimeout = 120.0;
+/// Files are dated by a clock that moves in steps, at most this long.
+constexpr std::chrono::milliseconds kClockGrain{20};
 /// What stands in the daemon's messages before the line of a text that was sent.
 constexpr std::string_view kTextWithoutFile = "inline:";
 
@@ -60,7 +65,7 @@ void load(const GlobalOptions& options, const std::string& source, bool check_on
   v1::Item item;
   v1::LoadScene& load_scene = *item.mutable_load_scene();
   if (names_file(source)) {
-    load_scene.set_text(read_file(source));
+    load_scene.set_text(read_text(source));
   } else {
     load_scene.set_name(source);
   }
@@ -138,6 +143,20 @@ void step(const GlobalOptions& options, std::uint64_t steps) {
   std::printf("\n");
 }
 
+/// The whole path of a recording of a daemon on this machine and of this user, which tells peers
+/// names alone; empty where it is not found as one that changed after `since`.
+std::string whole_path(const client::Client& client, const std::string& name,
+                       std::filesystem::file_time_type since) {
+  const std::string& host = client.server();
+  const bool here = host.starts_with("127.") || host.starts_with("[::1]");
+  if (!here || name.empty() || name.find('/') != std::string::npos) return {};
+  const std::filesystem::path file = client::default_recordings() / name;
+  std::error_code error;
+  const bool plain = std::filesystem::is_regular_file(std::filesystem::symlink_status(file, error));
+  if (!plain || std::filesystem::last_write_time(file, error) < since || error) return {};
+  return file.string();
+}
+
 void record(const GlobalOptions& options, v1::RecordMode mode, const std::string& file) {
   v1::Item item;
   item.mutable_record()->set_mode(mode);
@@ -151,6 +170,7 @@ void record(const GlobalOptions& options, v1::RecordMode mode, const std::string
   const auto client = connect(options, handlers);
   client->poll_until([&] { return !told->empty(); }, timeout_of(options));
   const std::size_t before = told->size();
+  const auto since = std::filesystem::file_time_type::clock::now() - kClockGrain;
   control(*client, item, options);
   client->poll_until([&] { return told->size() > before; }, timeout_of(options));
   if (told->empty()) throw Failure(kUnreachable, "the daemon says nothing about its recorder");
@@ -158,8 +178,13 @@ void record(const GlobalOptions& options, v1::RecordMode mode, const std::string
   if (options.json) {
     std::printf("%s\n", to_json(info).c_str());
   } else {
-    std::printf("%s %s\n", plain_name(v1::RecordState_Name(info.state()), "RECORD_STATE_").c_str(),
-                info.file().c_str());
+    const std::string path = whole_path(*client, info.file(), since);
+    std::printf("%s %s%s\n",
+                plain_name(v1::RecordState_Name(info.state()), "RECORD_STATE_").c_str(),
+                path.empty() ? info.file().c_str() : path.c_str(),
+                path.empty() && info.state() != v1::RECORD_STATE_FAILED
+                    ? ", in the folder that the log of hapticd names"
+                    : "");
   }
   if (info.state() == v1::RECORD_STATE_FAILED) throw Failure(kRefused, info.message());
 }

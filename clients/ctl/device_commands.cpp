@@ -14,6 +14,7 @@
 #include "clients/ctl/guided_check.h"
 #include "clients/ctl/terminal.h"
 #include "clients/ctl/text.h"
+#include "proto/wire/whole_characters.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -75,7 +76,7 @@ void draw_states(const GlobalOptions& options, const MonitorChoice& choice) {
       lines.emplace_back("q quits");
       const TerminalSize size = Terminal::size();
       if (lines.size() > size.rows) lines.resize(size.rows);
-      for (std::string& line : lines) line.resize(std::min(line.size(), size.columns));
+      for (std::string& line : lines) line = wire::whole_characters(line, size.columns);
       Terminal::draw(lines);
     }
     return person.ended() || Terminal::key() == 'q';
@@ -114,6 +115,7 @@ void add_calibrate(CLI::App& device, const GlobalOptions& options) {
   command.add_option("--tool", choice->tool, "id of the tool")->capture_default_str();
   command.add_flag("--zero", choice->zero, "take the present pose as zero instead");
   command.callback([&options, choice] {
+    refuse_json(options, "a calibration reports to a person");
     const auto client = connect(options);
     run_calibration(*client, options, choice->tool, choice->zero, with_terminal());
   });
@@ -128,6 +130,7 @@ void add_check(CLI::App& device, const GlobalOptions& options) {
   command.add_option("--seed", *seed, "of the order of the pushes (any)")->type_name("N");
   command.add_flag("--anyway", choice->anyway, "also a device that needs no check");
   command.callback([&options, choice, seed] {
+    refuse_json(options, "a check talks with a person");
     choice->seed = seed->has_value() ? **seed : std::random_device{}();
     const auto client = connect(options);
     run_check(*client, options, *choice, with_terminal());

@@ -12,6 +12,7 @@ void add_experiment_command(CLI::App& app, const GlobalOptions& options) {
   // Every word is hapticd-lab's, --help too.
   experiment->prefix_command()->fallthrough(false)->set_help_flag();
   experiment->callback([&options, experiment] {
+    refuse_json(options, "an experiment talks with a person; its folder has the answers");
     std::vector<std::string> words = experiment->remaining();
     const auto has = [&words](const std::string& option) {
       return std::any_of(words.begin(), words.end(), [&option](const std::string& word) {

@@ -32,7 +32,7 @@ void play(const GlobalOptions& options, const PlayOptions& choice) {
   v1::Item item;
   v1::PlayGesture& request = *item.mutable_play_gesture();
   if (names_file(choice.source)) {
-    parse_text(read_file(choice.source), choice.source, *request.mutable_gesture());
+    parse_text(read_text(choice.source), choice.source, *request.mutable_gesture());
   } else {
     request.set_name(choice.source);
   }

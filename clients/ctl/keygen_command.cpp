@@ -1,22 +1,33 @@
 // keygen: makes the two keys of a daemon, without a daemon. Not RT.
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "clients/ctl/commands.h"
+#include "clients/ctl/text.h"
 #include "proto/noise/key_file.h"
 
 namespace hapticd::ctl {
 
-void add_keygen_command(CLI::App& app, const GlobalOptions& /*options*/) {
+void add_keygen_command(CLI::App& app, const GlobalOptions& options) {
   CLI::App& command = *app.add_subcommand("keygen", "Makes a folder with view.key and control.key");
   const auto folder = std::make_shared<std::string>();
   command.add_option("DIR", *folder, "folder of the keys; created if needed")->required();
-  command.callback([folder] {
+  command.callback([&options, folder] {
     try {
       noise::make_key_folder(*folder);
     } catch (const std::runtime_error& error) {
       throw Failure(kRefused, error.what());
+    }
+    if (options.json) {
+      const std::filesystem::path made(*folder);
+      const nlohmann::ordered_json json = {
+          {"view_key", (made / noise::kViewKeyName).string()},
+          {"control_key", (made / noise::kControlKeyName).string()}};
+      std::printf("%s\n", to_json(json).c_str());
+      return;
     }
     std::printf(
         "%s: view.key may look, control.key may control. Start hapticd --keys %s, and bring each "

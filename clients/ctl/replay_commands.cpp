@@ -24,7 +24,7 @@ struct ExportOptions {
 
 }  // namespace
 
-void add_replay_commands(CLI::App& app, const GlobalOptions& /*options*/) {
+void add_replay_commands(CLI::App& app, const GlobalOptions& options) {
   CLI::App* replay = app.add_subcommand("replay",
                                         "plays a recording again (hapticd --device replay:FILE); "
                                         "exit code 5 if it differs, 8 if only "
@@ -36,7 +36,8 @@ void add_replay_commands(CLI::App& app, const GlobalOptions& /*options*/) {
                    "at the speed of the recording, not as fast as possible");
   replay->add_option("--listen", played->listen, "where clients may watch (any free port)")
       ->type_name("ADDR:PORT");
-  replay->callback([played] {
+  replay->callback([&options, played] {
+    refuse_json(options, "the exit code of a replay says how it ended");
     std::vector<std::string> arguments{"--device", "replay:" + played->file,
                                        "--clock",  played->paced ? "realtime" : "virtual",
                                        "--listen", played->listen};
@@ -54,10 +55,11 @@ void add_replay_commands(CLI::App& app, const GlobalOptions& /*options*/) {
   table->add_option("--what", asked->what, "ticks or events (ticks)")
       ->check(CLI::IsMember({"ticks", "events"}))
       ->type_name("ticks|events");
-  table->callback([asked] {
+  table->callback([&options, asked] {
     std::vector<std::string> arguments{"export", asked->file, "--what", asked->what};
     if (!asked->csv.empty()) arguments.insert(arguments.end(), {"--csv", asked->csv});
     if (!asked->npy.empty()) arguments.insert(arguments.end(), {"--npy", asked->npy});
+    if (options.json) arguments.emplace_back("--json");
     become_hapticd(arguments);
   });
 }

@@ -9,10 +9,13 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "clients/ctl/connection.h"
+#include "proto/wire/whole_characters.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -42,6 +45,17 @@ std::string in_words(double number) {
   return {std::begin(buffer), end};
 }
 
+/// Bytes of `text` before the first that is not UTF-8; its size where all are.
+std::size_t utf8_bytes(const std::string& text) {
+  std::size_t at = 0;
+  while (at < text.size()) {
+    const std::size_t bytes = wire::character_bytes(text, at);
+    if (bytes == 0) break;
+    at += bytes;
+  }
+  return at;
+}
+
 /// Keeps the first error of a text.
 class FirstError : public pb::io::ErrorCollector {
  public:
@@ -61,6 +75,10 @@ std::string to_json(const pb::Message& message) {
   std::string text;
   if (!pb::util::MessageToJsonString(message, &text, options).ok()) return "{}";
   return text;
+}
+
+std::string to_json(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 std::string plain_name(std::string_view name, std::string_view prefix) {
@@ -135,10 +153,46 @@ std::optional<v1::Pose> parse_pose(std::string_view line, int line_number) {
   return pose;
 }
 
+// NOLINTNEXTLINE(misc-no-recursion): as deep as messages are nested
+void require_utf8(const pb::Message& message) {
+  const pb::Reflection& r = *message.GetReflection();
+  std::vector<const pb::FieldDescriptor*> fields;
+  r.ListFields(message, &fields);
+  for (const pb::FieldDescriptor* field : fields) {
+    const int count = field->is_repeated() ? r.FieldSize(message, field) : 1;
+    for (int i = 0; i < count; ++i) {
+      if (field->cpp_type() == pb::FieldDescriptor::CPPTYPE_MESSAGE) {
+        require_utf8(field->is_repeated() ? r.GetRepeatedMessage(message, field, i)
+                                          : r.GetMessage(message, field));
+      } else if (field->type() == pb::FieldDescriptor::TYPE_STRING) {
+        const std::string text = field->is_repeated() ? r.GetRepeatedString(message, field, i)
+                                                      : r.GetString(message, field);
+        if (utf8_bytes(text) == text.size()) continue;
+        throw Failure(kUsageBad, field->name() + ": '" +
+                                     wire::whole_characters(text, wire::kPathBytes) +
+                                     "' is not text in UTF-8; ? stands for what is none");
+      }
+    }
+  }
+}
+
 std::string read_file(const std::string& path) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(path, unknown)) {
+    throw Failure(kRefused, path + ": is a folder");
+  }
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Failure(kRefused, path + ": cannot be read");
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+std::string read_text(const std::string& path) {
+  std::string text = read_file(path);
+  const std::size_t whole = utf8_bytes(text);
+  if (whole == text.size()) return text;
+  const auto line =
+      std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(whole), '\n');
+  throw Failure(kRefused, path + ":" + std::to_string(line + 1) + ": is not text in UTF-8");
 }
 
 bool names_file(const std::string& source) {

@@ -4,6 +4,7 @@
 
 #include <google/protobuf/message.h>
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +17,9 @@ namespace hapticd::ctl {
 
 /// One line of JSON with the names of the .proto files, fields that are 0 included.
 [[nodiscard]] std::string to_json(const google::protobuf::Message& message);
+
+/// One line of JSON in valid UTF-8: U+FFFD stands for bytes of a path that are none.
+[[nodiscard]] std::string to_json(const nlohmann::ordered_json& json);
 
 /// "LOOP_STATE_ENGAGED" without what all values of the enum begin with, in small letters:
 /// "engaged".
@@ -32,8 +36,15 @@ namespace hapticd::ctl {
 /// Failure(kRefused) that names the line.
 [[nodiscard]] std::optional<v1::Pose> parse_pose(std::string_view line, int line_number);
 
+/// Throws Failure(kUsageBad) that names the first text of `message`, or of a message in it, that is
+/// not UTF-8: protobuf sends it all the same, and nobody can read it.
+void require_utf8(const google::protobuf::Message& message);
+
 /// All of a file; throws Failure(kRefused) that says why not.
 [[nodiscard]] std::string read_file(const std::string& path);
+
+/// As read_file; throws Failure(kRefused) that names the line where it is not UTF-8.
+[[nodiscard]] std::string read_text(const std::string& path);
 
 /// True for what names a file rather than something installed: '/' or ".textproto" in it.
 [[nodiscard]] bool names_file(const std::string& source);

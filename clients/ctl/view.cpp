@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "clients/ctl/text.h"
+#include "proto/wire/whole_characters.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -82,9 +83,10 @@ std::string head_line(const View& view) {
 void add_tool(const View& view, const v1::ToolState& tool, std::vector<std::string>& lines) {
   std::string line =
       format("%-10s p %8.2f %8.2f %8.2f mm   force %6.3f N  torque %6.4f N m   gap %7.3f mm",
-             tool_name(view, tool.tool_id()).substr(0, 10).c_str(), 1e3 * at(tool.p_wh_m(), 0),
-             1e3 * at(tool.p_wh_m(), 1), 1e3 * at(tool.p_wh_m(), 2), length(tool.wrench_h_w(), 0),
-             length(tool.wrench_h_w(), 3), 1e3 * static_cast<double>(tool.minimum_gap_m()));
+             wire::whole_characters(tool_name(view, tool.tool_id()), 10).c_str(),
+             1e3 * at(tool.p_wh_m(), 0), 1e3 * at(tool.p_wh_m(), 1), 1e3 * at(tool.p_wh_m(), 2),
+             length(tool.wrench_h_w(), 0), length(tool.wrench_h_w(), 3),
+             1e3 * static_cast<double>(tool.minimum_gap_m()));
   for (const int flag : tool.flags()) {
     line += "  " + plain_name(v1::ToolFlag_Name(static_cast<v1::ToolFlag>(flag)), "TOOL_FLAG_");
   }
@@ -173,9 +175,10 @@ void add_rest(const View& view, std::vector<std::string>& lines) {
 
 void add_contacts(const View& view, std::vector<std::string>& lines) {
   for (const v1::ContactPatch& contact : view.state.contacts()) {
-    lines.push_back(format(
-        "contact    %-12s %6.3f N   gap %8.1f um", object_name(view, contact).substr(0, 12).c_str(),
-        length(contact.force_w_n(), 0), kMicro * at(contact.gap_nanometres(), 0)));
+    lines.push_back(format("contact    %-12s %6.3f N   gap %8.1f um",
+                           wire::whole_characters(object_name(view, contact), 12).c_str(),
+                           length(contact.force_w_n(), 0),
+                           kMicro * at(contact.gap_nanometres(), 0)));
   }
 }
 
@@ -183,7 +186,7 @@ void add_strings(const View& view, std::vector<std::string>& lines) {
   for (const v1::StringState& string : view.state.strings()) {
     lines.push_back(
         format("string     %-12s %-8s at %.3f   deflected %7.3f mm   drawn %7.3f mm",
-               string_name(view, string.string_index()).substr(0, 12).c_str(),
+               wire::whole_characters(string_name(view, string.string_index()), 12).c_str(),
                plain_name(v1::StringPhase_Name(string.phase()), "STRING_PHASE_").c_str(),
                static_cast<double>(string.lambda()), 1e3 * length(string.deflection_w_m(), 0),
                1e3 * static_cast<double>(string.radius_m())));
@@ -212,10 +215,10 @@ void add_tones(const View& view, std::vector<std::string>& lines) {
     const double age = view.state.t_ns() > tone.t_ns()
                            ? 1e-9 * static_cast<double>(view.state.t_ns() - tone.t_ns())
                            : 0.0;
-    lines.push_back(format("tone       %-12s %8.2f Hz   level %.2f   %6.1f s ago",
-                           string_name(view, tone.string_index()).substr(0, 12).c_str(),
-                           static_cast<double>(tone.frequency_hz()),
-                           static_cast<double>(tone.level()), age));
+    lines.push_back(
+        format("tone       %-12s %8.2f Hz   level %.2f   %6.1f s ago",
+               wire::whole_characters(string_name(view, tone.string_index()), 12).c_str(),
+               static_cast<double>(tone.frequency_hz()), static_cast<double>(tone.level()), age));
   }
 }
 
@@ -249,7 +252,7 @@ std::vector<std::string> screen_lines(const View& view, std::size_t columns, std
   add_histogram(view.ticks, lines);
   if (rows > 0 && lines.size() >= rows) lines.resize(rows - 1);
   lines.emplace_back("q quits");
-  for (std::string& line : lines) line.resize(std::min(line.size(), columns));
+  for (std::string& line : lines) line = wire::whole_characters(line, columns);
   return lines;
 }
 

@@ -75,10 +75,11 @@ void status(const GlobalOptions& options) {
                      {"next_tick", view.scene.next_tick()},
                      {"lease", Json::parse(to_json(view.lease))},
                      {"state", view.has_state ? Json::parse(to_json(view.state)) : Json()}};
-  std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+  std::printf("%s\n", to_json(json).c_str());
 }
 
 void watch(const GlobalOptions& options) {
+  refuse_json(options, "watch draws on a terminal; use status --json in scripts");
   if (isatty(STDOUT_FILENO) == 0) {
     throw Failure(kUsageBad, "watch draws on a terminal; use status --json in scripts");
   }

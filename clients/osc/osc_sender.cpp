@@ -2,6 +2,8 @@
 #include "clients/osc/osc_sender.h"
 
 #include <lo/lo.h>
+#include <netdb.h>
+#include <sys/socket.h>
 
 #include <stdexcept>
 #include <type_traits>
@@ -33,8 +35,14 @@ struct OscSender::Implementation {
 
 OscSender::OscSender(const std::string& host, std::uint16_t port)
     : implementation_(std::make_unique<Implementation>()) {
+  // liblo looks the name up when it sends, and says nothing.
+  addrinfo wanted{};
+  wanted.ai_socktype = SOCK_DGRAM;
+  addrinfo* found = nullptr;
+  const bool known = getaddrinfo(host.c_str(), nullptr, &wanted, &found) == 0;
+  if (known) freeaddrinfo(found);
   implementation_->address.reset(lo_address_new(host.c_str(), std::to_string(port).c_str()));
-  if (implementation_->address == nullptr) {
+  if (!known || implementation_->address == nullptr) {
     throw std::runtime_error("--to: there is no machine called " + host);
   }
 }

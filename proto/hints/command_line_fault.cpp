@@ -2,6 +2,7 @@
 #include "proto/hints/command_line_fault.h"
 
 #include <algorithm>
+#include <regex>
 #include <vector>
 
 #include "proto/hints/nearest_name.h"
@@ -22,6 +23,16 @@ void collect(const CLI::App& app, bool options, std::vector<std::string>& names)
   for (const CLI::App* given : app.get_subcommands()) collect(*given, options, names);
 }
 
+/// What to write for the number with a decimal comma in `said`; empty where there is none.
+std::string comma_hint(const std::string& said) {
+  std::smatch number;
+  if (!std::regex_search(said, number, std::regex("[0-9]+,([0-9]+)"))) return {};
+  if (number.length(1) == 3) return " Give a number without commas.";  // may be thousands
+  std::string pointed = number.str();
+  pointed[pointed.find(',')] = '.';
+  return " Write " + pointed + ", with a point.";
+}
+
 }  // namespace
 
 std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
@@ -32,6 +43,9 @@ std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
   const auto is = [&](CLI::ExitCodes code) {
     return error.get_exit_code() == static_cast<int>(code);
   };
+  if (is(CLI::ExitCodes::ValidationError) || is(CLI::ExitCodes::ConversionError)) {
+    return said + comma_hint(said);
+  }
   const bool misses_command = is(CLI::ExitCodes::RequiredError);
   if (unknown.empty() || !(misses_command || is(CLI::ExitCodes::ExtrasError))) return said;
   const auto dashed = std::find_if(unknown.begin(), unknown.end(),

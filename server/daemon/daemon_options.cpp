@@ -206,13 +206,13 @@ void fill_defaults(v1::Config& config) {
   }
 }
 
-/// The name goes into messages, whose text is UTF-8, and onto terminals.
-void check_record(const std::string& file) {
-  const bool control = std::any_of(file.begin(), file.end(), [](char c) {
+/// Names go into messages, whose text is UTF-8, and onto terminals.
+void check_name(const std::string& option, const std::string& name) {
+  const bool control = std::any_of(name.begin(), name.end(), [](char c) {
     return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
   });
-  if (control || !pb::internal::IsStructurallyValidUTF8(file)) {
-    refuse("--record: the name is not plain UTF-8 text. Give another.");
+  if (control || !pb::internal::IsStructurallyValidUTF8(name)) {
+    refuse(option + ": the name is not plain UTF-8 text. Give another.");
   }
 }
 
@@ -305,7 +305,10 @@ void check_config(const v1::Config& config) {
     refuse("--inject: '" + config.inject() +
            "' is not known. Give WHAT:SEED, such as nan:7; WHAT is " + kinds_of_fault() + ".");
   }
-  check_record(config.record());
+  check_name("--record", config.record());
+  check_name("--scene", config.scene());
+  check_name("--gesture", config.gesture());
+  check_name("--keys", config.keys());
   if (config.has_cpu() && config.cpu() > 1023) refuse("--cpu: not in [0, 1023].");
   check_devices(config);
   check_pace(config);
@@ -335,7 +338,7 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
   app.set_version_flag("--version", "hapticd " HAPTICD_VERSION);
   app.footer(
       "hapticd doctor examines the machine: hapticd doctor --help. hapticd device list names\n"
-      "the devices that are plugged in.\n"
+      "the devices that are plugged in; hapticd export writes a recording as a table.\n"
       "Exit codes: 0 good, 1 bad scene, gesture, profile or configuration, 2 bad command line,\n"
       "3 address not available, 4 realtime required and refused, 5 a verified replay differs,\n"
       "7 the requested recording cannot be started.");

@@ -1,6 +1,7 @@
 // See commands.h.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "proto/hints/command_line_fault.h"
@@ -10,12 +11,18 @@
 #include "server/daemon/daemon_options.h"
 
 namespace hapticd {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+}  // namespace
 
 int run_export(int argc, const char* const* argv) {
   std::string recording;
   std::string what = "ticks";
   std::string csv;
   std::string npy;
+  bool json = false;
   CLI::App app("Writes a recording as a table, one row per tick or per event.", "hapticd export");
   app.add_option("FILE", recording, "recording")->required();
   app.add_option("--what", what, "ticks or events (ticks)")
@@ -25,6 +32,7 @@ int run_export(int argc, const char* const* argv) {
   group->add_option("--csv", csv, "file to write, as text")->type_name("OUT");
   group->add_option("--npy", npy, "file to write, for numpy.load")->type_name("OUT");
   group->require_option(1);
+  app.add_flag("--json", json, "what was written as one JSON object, for programs");
   app.failure_message(hints::failure_message);
   try {
     app.parse(argc, argv);
@@ -36,6 +44,11 @@ int run_export(int argc, const char* const* argv) {
     const std::uint64_t rows =
         write_table(recording, what == "ticks" ? TableRows::kTicks : TableRows::kEvents,
                     csv.empty() ? TableForm::kNpy : TableForm::kCsv, out);
+    if (json) {
+      const Json written = {{"rows", rows}, {"what", what}, {"file", out}};
+      std::printf("%s\n", written.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+      return kExitGood;
+    }
     std::printf("%llu %s in %s\n", static_cast<unsigned long long>(rows), what.c_str(),
                 out.c_str());
   } catch (const RecordingError& error) {

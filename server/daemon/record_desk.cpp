@@ -41,7 +41,7 @@ bool plain_name(const std::string& name) {
          name.find("..") == std::string::npos;
 }
 
-/// `status` on the wire.
+/// `status` on the wire. Peers are not told where the server keeps its files.
 v1::RecordInfo record_info(const RecordStatus& status) {
   v1::RecordInfo info;
   info.set_state(status.recording        ? v1::RECORD_STATE_RECORDING
@@ -52,7 +52,9 @@ v1::RecordInfo record_info(const RecordStatus& status) {
   info.set_ticks(status.ticks);
   info.set_bytes(status.bytes);
   info.set_lost_ticks(status.lost_ticks);
-  info.set_message(status.error);
+  std::string error = status.error;
+  if (error.starts_with(status.file)) error.replace(0, status.file.size(), info.file());
+  info.set_message(error);
   return info;
 }
 
@@ -156,7 +158,11 @@ void RecordDesk::report() {
                     status.error == told_.error;
   if (same) return;
   told_ = status;
-  if (!status.error.empty()) spdlog::error("recording: {}", status.error);
+  if (!status.error.empty()) {
+    spdlog::error("recording: {}", status.error);
+  } else if (!status.file.empty()) {
+    spdlog::info("{} {}", status.recording ? "records to" : "recorded to", status.file);
+  }
   tell(status);
 }
 

@@ -36,6 +36,10 @@ double parse_length(std::string_view text) {
                                 "' is not a length: write 250um or 0.25mm");
   }
   const std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  if (unit.starts_with(',')) {
+    throw std::invalid_argument("'" + std::string(text) +
+                                "' has a comma: write 0.25mm, with a point");
+  }
   return unit.empty() ? value : value * unit_in_metres(unit);
 }
 

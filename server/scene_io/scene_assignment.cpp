@@ -86,6 +86,15 @@ Refusal wrong_kind(const char* wanted) {
   return {v1::RESULT_CODE_INVALID, std::string("Give ") + wanted + "."};
 }
 
+std::string choices_of(const pb::EnumDescriptor& type) {
+  std::string names;
+  for (int i = 0; i < type.value_count(); ++i) {
+    if (type.value(i)->number() == 0) continue;
+    names += (names.empty() ? "" : ", ") + type.value(i)->name();
+  }
+  return "one of " + names;
+}
+
 void set_enum(const Target& target, const v1::Assignment& assignment) {
   const pb::EnumDescriptor& type = *target.field->enum_type();
   const pb::EnumValueDescriptor* value = nullptr;
@@ -97,7 +106,9 @@ void set_enum(const Target& target, const v1::Assignment& assignment) {
     }
   }
   // 0 means a choice that was not made.
-  if (value == nullptr || value->number() == 0) throw wrong_kind("one of the names of its choices");
+  if (value == nullptr || value->number() == 0) {
+    throw wrong_kind(choices_of(type).c_str());
+  }
   target.message->GetReflection()->SetEnum(target.message, target.field, value);
 }
 

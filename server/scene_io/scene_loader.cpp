@@ -7,6 +7,7 @@
 #include "core/scene/quality.h"
 #include "core/scene/scene_check.h"
 #include "server/scene_io/field_check.h"
+#include "server/scene_io/idle_fields.h"
 #include "server/scene_io/message_text.h"
 #include "server/scene_io/named_text.h"
 #include "server/scene_io/scene_defaults.h"
@@ -86,6 +87,8 @@ LoadResult load(const Source& source, const LoadOptions& options) {
          std::move(finding.remedy)});
   }
   if (any_fault(result.problems)) return result;
+
+  for (SceneProblem& problem : idle_fields(written, description)) add(std::move(problem));
 
   loaded->assets = files.assets();
   loaded->hash = hash_of(source.text, loaded->assets);

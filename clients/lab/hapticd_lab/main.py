@@ -30,6 +30,9 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: Optional[List[str]] = None) -> int:
     """Runs a command; exit code of the process."""
+    # Paths are bytes: one that is no text in this locale is printed as it is.
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="surrogateescape")
     if (sys.argv[1:] if arguments is None else arguments) == ["--version"]:
         os.execvp("hapticd", ["hapticd", "--version"])
     options = parser().parse_args(arguments)

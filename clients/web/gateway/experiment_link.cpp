@@ -6,7 +6,7 @@
 #include <system_error>
 #include <utility>
 
-#include "clients/web/gateway/recording_folder.h"
+#include "clients/library/recording.h"
 #include "proto/wire/request_result.h"
 
 namespace hapticd::web {
@@ -138,7 +138,7 @@ void ExperimentLink::ended(int exit_code) {
 }
 
 std::filesystem::path default_experiments() {
-  return default_recordings().parent_path() / "experiments";
+  return client::default_recordings().parent_path() / "experiments";
 }
 
 }  // namespace hapticd::web

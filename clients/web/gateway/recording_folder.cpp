@@ -2,7 +2,6 @@
 #include "clients/web/gateway/recording_folder.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -30,17 +29,6 @@ bool is_plain_file(const fs::path& file) {
 }
 
 }  // namespace
-
-fs::path default_recordings() {
-  // NOLINTBEGIN(concurrency-mt-unsafe): nobody changes the environment
-  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state != '\0') {
-    return fs::path(state) / "hapticd" / "recordings";
-  }
-  const char* home = std::getenv("HOME");
-  // NOLINTEND(concurrency-mt-unsafe)
-  return fs::path(home != nullptr && *home != '\0' ? home : "/tmp") /
-         ".local/state/hapticd/recordings";
-}
 
 v1::Listing RecordingFolder::list() const {
   std::vector<std::pair<fs::file_time_type, std::string>> found;

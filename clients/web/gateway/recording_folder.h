@@ -10,10 +10,6 @@
 
 namespace hapticd::web {
 
-/// Where a hapticd of this user writes its recordings: hapticd/recordings in $XDG_STATE_HOME, or in
-/// ~/.local/state.
-[[nodiscard]] std::filesystem::path default_recordings();
-
 class RecordingFolder {
  public:
   explicit RecordingFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "clients/library/recording.h"
 #include "clients/web/gateway/daemon_link.h"
 #include "clients/web/gateway/experiment_link.h"
 #include "clients/web/gateway/http_server.h"
-#include "clients/web/gateway/recording_folder.h"
 
 namespace hapticd::web {
 
@@ -21,7 +21,7 @@ struct WebOptions {
   std::vector<std::filesystem::path> assets;
   std::filesystem::path recording;  ///< empty: a daemon is the source
   /// Folder of those that pages may have shown meanwhile.
-  std::filesystem::path recordings = default_recordings();
+  std::filesystem::path recordings = client::default_recordings();
   /// How experiments are run; its folder is that of all participants.
   ExperimentOptions experiments{{}, default_experiments(), "127.0.0.1:47800", {}};
   double presentation_delay_s = 0.008;

@@ -1,0 +1,93 @@
+"""What bash offers at the tab key: commands and options that the programs have, names and values of a running daemon, and nothing that a
+daemon with evil names could have the shell run."""
+import os
+import pathlib
+import re
+import shlex
+import stat
+import subprocess
+import tempfile
+import unittest
+
+import daemon
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+SCRIPTS = REPOSITORY / "deploy/completion"
+BIN = pathlib.Path(os.environ["HAPTICCTL"]).parent
+
+
+def offered(line, folder=BIN, cwd="/"):
+    """What is offered at the end of a line, which bash splits at blanks, = and :."""
+    words = [word for part in re.split(r"([=:])| ", line) if (word := part) is not None]
+    words = [word for k, word in enumerate(words) if word or k == len(words) - 1]
+    program = words[0]
+    bash = (f"source {SCRIPTS / program}; COMP_WORDS=({' '.join(map(shlex.quote, words))}); COMP_CWORD={len(words) - 1}; "
+            f"_{program.replace('-', '_')} {program}; printf '%s\\n' \"${{COMPREPLY[@]}}\"")
+    done = subprocess.run(["bash", "-c", bash], capture_output=True, text=True, timeout=60, check=True, cwd=cwd,
+                          env=dict(os.environ, PATH=f"{folder}:{os.environ['PATH']}"))
+    return [each for each in done.stdout.split("\n") if each]
+
+
+class Completion(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.played = daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "single_string")
+        cls.played.__enter__()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.played.__exit__(None, None, None)
+
+    def at(self, words):
+        return offered(f"hapticctl --server {self.played.address} {words}")
+
+    def test_names_of_the_daemon_are_offered(self):
+        self.assertIn("guqin", self.at("scene load "))
+        self.assertEqual(["strum"], self.at("gesture play strum"))
+        self.assertIn("strings[0].tension_n=", self.at("set strings[0].t"))
+        self.assertEqual(["0"], self.at("recentre --tool "))
+
+    def test_values_are_offered_that_the_daemon_takes(self):
+        for path, value in (("strings[0].tension_n", "30"), ("strings[0].youngs_modulus_pa", "1.9e+11"), ("tools[0].coupling.length_m", "0.032")):
+            with self.subTest(path):
+                self.assertEqual([value], self.at(f"set {path}="))
+        for path in ("quality", "tones.level"):
+            values = self.at(f"set {path}=")
+            self.assertGreater(len(values), 1)
+            for value in values:
+                with self.subTest(path, value=value):
+                    code, _, complaint = daemon.said(os.environ["HAPTICCTL"], "--server", self.played.address, "set", f"{path}={value}")
+                    self.assertEqual((0, ""), (code, complaint))
+        self.assertEqual(["auto"], self.at("set quality=a"))
+        self.assertEqual(["30"], self.at("set quality=2 strings[0].tension_n="))
+
+    def test_the_choices_that_are_offered_are_all(self):
+        _, _, complaint = daemon.said(os.environ["HAPTICCTL"], "--server", self.played.address, "set", "tones.level=x")
+        self.assertEqual(set(self.at("set tones.level=")), set(re.findall(r"TONE_LEVEL_\w+", complaint)))
+
+    def test_every_option_and_command_that_is_offered_is_one(self):
+        for script in sorted(SCRIPTS.iterdir()):
+            program = BIN / script.name
+            if not program.exists():
+                continue
+            code, said, _ = daemon.said(str(program), "--help")
+            self.assertEqual(0, code)
+            for word in offered(f"{script.name} --"):
+                with self.subTest(script.name, option=word):
+                    self.assertIn(word, said)
+
+    def test_a_daemon_with_evil_names_runs_nothing(self):
+        for evil in ("$(>ran)", "`>ran`", "a$(>ran)b", "$(touch ran)", "x;>ran"):
+            with tempfile.TemporaryDirectory() as folder:
+                fake = pathlib.Path(folder, "hapticctl")
+                fake.write_text(f"#!/bin/sh\ncat <<'END'\n{evil}\n{evil}={evil}\nquality={evil}\ntool {evil}: 1\nEND\n", encoding="utf-8")
+                fake.chmod(fake.stat().st_mode | stat.S_IXUSR)
+                for line in ("hapticctl scene load ", "hapticctl gesture play ", "hapticctl get ", "hapticctl set ", "hapticctl set quality=",
+                             f"hapticctl set {evil}=", "hapticctl recentre --tool ", "hapticd --scene ", "hapticd --gesture "):
+                    with self.subTest(line, evil=evil):
+                        offered(line, folder, folder)
+                        self.assertEqual(["hapticctl"], os.listdir(folder))
+
+
+if __name__ == "__main__":
+    unittest.main()
