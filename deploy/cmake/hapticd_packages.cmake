@@ -97,7 +97,7 @@ by tick in virtual time."
   SCRIPTS python
   DEPENDS python3 "python3-protobuf (>= 3.21)"
   RECOMMENDS python3-cryptography
-  SUGGESTS hapticd)
+  SUGGESTS hapticd python3-numpy python3-pandas python3-xarray)
 
 hapticd_package(hapticd-doc "documentation of the haptic daemon hapticd"
 "hapticd computes forces for a haptic device. This package has its pages: how
