@@ -5,6 +5,7 @@ gesture is waited for, as a reader would. `watch` gets a terminal and the key q.
 
 usage: commands_test.py PAGE PROGRAMS [--tree PRESET]
   PROGRAMS  folder of the built programs; hapticd-play is that of the source tree
+            the installed /usr/share/hapticd is share/hapticd beside it
   --tree    the page is read in a clone: deploy/play stands for that of the source tree with this preset, build/play/bin for PROGRAMS
 
 A page that says how far it is to a sound of one's own is held to it: "after N commands, N files and N words". The pitch of every .wav that it
@@ -29,7 +30,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 MOST_COMMANDS = 10
 LONGEST_S = 60
-STARTS = re.compile(r"(deploy/play|hapticd-play|hapticd)(?= |$)(?!.*(--check|--version|doctor))")
+STARTS = re.compile(r"(env \w+=\w+ )?(deploy/play|hapticd-play|hapticd)(?= |$)(?!.*(--check|--version|doctor))")
 CENTS = 10  # a tone's pitch, measured in a second of it that decays
 
 
@@ -37,7 +38,7 @@ class Reader:
     """Who follows the page, in a folder of their own."""
 
     def __init__(self, folder, programs, preset):
-        self.folder, self.daemon = folder, None
+        self.folder, self.daemon, self.data = folder, None, programs.parent / "share/hapticd"
         bin_folder = folder / "bin"
         bin_folder.mkdir()
         play = bin_folder / "hapticd-play"
@@ -101,6 +102,7 @@ class Reader:
 
     def type(self, command):
         """Types one line of the page; what is said to it."""
+        command = command.replace("/usr/share/hapticd", str(self.data))
         if STARTS.match(command):
             self.start(command)
             return ""
