@@ -7,8 +7,7 @@ from xml.etree import ElementTree
 import proto_pages
 
 # Folders with headers that programs outside the project may use. Those that are there are documented.
-PUBLIC_HEADERS = ("clients/sdk", "clients/library")
-# What is private, and what only serves the programs of the project.
+PUBLIC_HEADERS = ("clients/sdk/include", "clients/library")
 DOXYFILE = """
 PROJECT_NAME = hapticd
 INPUT = {folders}
@@ -26,6 +25,8 @@ EXTRACT_STATIC = YES
 QUIET = YES
 WARN_IF_UNDOCUMENTED = NO
 """
+# How much of each kind a directive of breathe shows. Classes have an entry of their own, and C has a typedef of each of its structs.
+EXTENT = {"class": "   :members:", "struct": "   :members:", "namespace": "   :content-only:", "file": "   :sections: func enum var define"}
 PROTOCOL = """# Messages
 
 Generated from the comments of the `.proto` files. The rules of the exchange are in [PROTOCOL.md](../proto/PROTOCOL.md).
@@ -60,10 +61,25 @@ def cpp_page(root, work):
     parts = [(kind, name, f"Of `{header}`.") for kind, name, header, _ in compounds(output / "xml", ("class", "struct"))]
     parts += [("namespace", name, "Functions, constants and types of the namespace.")
               for _, name, _, compound in compounds(output / "xml", ("namespace",)) if compound.find("sectiondef") is not None]
+    parts += [("file", name, f"Functions, constants and types of `{path}`, outside of namespaces.")
+              for _, name, path, compound in compounds(output / "xml", ("file",)) if compound.find("sectiondef") is not None]
     for kind, name, where in parts:
-        extent = "   :content-only:" if kind == "namespace" else "   :members:"
-        lines += [f"## {name}", "", where, "", "```{eval-rst}", f".. doxygen{kind}:: {name}", extent, "```", ""]
+        lines += [f"## {name}", "", where, "", "```{eval-rst}", f".. doxygen{kind}:: {name}", EXTENT[kind], "```", ""]
     return "\n".join(lines)
+
+
+def hidden_contents(pages):
+    """A table of contents that only the sidebar shows."""
+    return "\n```{toctree}\n:hidden:\n\n" + "\n".join(pages) + "\n```\n"
+
+
+def protocol_page(protos):
+    """The list of the message files, each with the first sentence of its opening comment."""
+    text = PROTOCOL
+    for path in protos:
+        comment = re.match(r"(?:// .*\n)+", path.read_text(encoding="utf-8")).group().replace("\n// ", " ").removeprefix("// ")
+        text += f"| [{path.name}]({path.stem}.md) | {proto_pages.plain(comment.partition('. ')[0])} |\n"
+    return text + hidden_contents(path.stem for path in protos if path.stem != "scene")  # which has a line of the navigation
 
 
 def write(root, work, write_page):
@@ -71,20 +87,12 @@ def write(root, work, write_page):
     protos = sorted((root / "proto/hapticd/v1").glob("*.proto"))
     names = [str(path.relative_to(root / "proto")) for path in protos]
     texts = {f"reference/{name}": text for name, text in proto_pages.pages("protoc", root / "proto", names).items()}
+    texts["reference/protocol.md"] = protocol_page(protos)
     manuals = {path.stem: path for path in sorted((root / "deploy/man").glob("*.1"))}
     texts.update({f"reference/programs/{name}.md": program_page(name, path) for name, path in manuals.items()})
-
-    rows = ""
-    for path in protos:
-        first = re.match(r"(?:// ?(.*)\n)+?(?=// .*|[^/])", path.read_text(encoding="utf-8"))
-        opening = re.match(r"// ([^.\n]*(?:\n// [^.\n]*)*)\.", path.read_text(encoding="utf-8"))
-        what = (opening or first).group(1).replace("\n// ", " ")
-        rows += f"| [{path.name}]({path.stem}.md) | {proto_pages.plain(what)} |\n"
-    contents = "\n```{toctree}\n:hidden:\n\n" + "\n".join(path.stem for path in protos if path.stem != "scene") + "\n```\n"
-    texts["reference/protocol.md"] = PROTOCOL + rows + contents
     texts["reference/programs.md"] = ("# Programs\n\nThe manual pages, which are installed too: `man hapticd`.\n\n" +
                                       "".join(f"- [{name}](programs/{name}.md)\n" for name in manuals) +
-                                      "\n```{toctree}\n:hidden:\n\n" + "\n".join(f"programs/{name}" for name in manuals) + "\n```\n")
+                                      hidden_contents(f"programs/{name}" for name in manuals))
     texts["reference/cpp.md"] = cpp_page(root, work)
     for path, text in texts.items():
         write_page(path, text)
