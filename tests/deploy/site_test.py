@@ -85,6 +85,14 @@ class Site(unittest.TestCase):
     def test_all_links_hold_and_nothing_comes_from_elsewhere(self):
         self.assertEqual([], problems(self.html))
 
+    def test_no_script_is_a_module(self):
+        """Browsers load modules from servers alone."""
+        front = Page((self.html / "index.html").read_text(encoding="utf-8"))
+        scripts = [link.partition("?")[0] for link in front.shown if ".js" in link]
+        self.assertLess(3, len(scripts))
+        for script in scripts:
+            self.assertFalse(re.search(r"^(import|export) ", (self.html / script).read_text(encoding="utf-8"), re.MULTILINE), script)
+
     def test_every_page_of_the_project_is_in_the_sidebar(self):
         front = Page((self.html / "index.html").read_text(encoding="utf-8"))
         for page in ("README", "CONTRIBUTING", "CHANGELOG", "core/README", "proto/PROTOCOL", "device/hid/PROFILE", "tests/EXTREMES", "using"):

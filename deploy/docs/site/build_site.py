@@ -164,6 +164,9 @@ def main():
     environment = dict(os.environ, HAPTICD_VERSION=version, HAPTICD_DOXYGEN_XML=str(work / "doxygen/xml"), PYTHONDONTWRITEBYTECODE="1", LC_ALL="C.UTF-8")
     subprocess.run(["/usr/bin/sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "-c", HERE, "-d", work / "doctrees", site.source, output],
                    env=environment, check=True)
+    # Debian has the theme's script as a module, which browsers do not load from a file: here a script before it has what it would import.
+    script = output / "_static/scripts/furo.js"
+    script.write_text(re.sub(r"^import .*\n", "", script.read_text(encoding="utf-8"), flags=re.MULTILINE), encoding="utf-8")
     for name in (".buildinfo", "objects.inv"):
         (output / name).unlink(missing_ok=True)
 
