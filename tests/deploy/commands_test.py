@@ -194,14 +194,14 @@ class Page(unittest.TestCase):
     def test_what_it_says_can_be_done(self):
         reader = Reader(self.folder, pathlib.Path(self.PROGRAMS).resolve(), self.PRESET)
         self.addCleanup(reader.end)
-        scene, tensions, count = "", {}, 0
+        scene, tensions, count, took_s = "", {}, 0, 0.0
         for kind, what, content, _ in steps(self.text):
             if kind == "file":
                 (self.folder / what).write_text(content, encoding="utf-8")
                 continue
             began = time.monotonic()
             said = reader.type(what)
-            print(f"({time.monotonic() - began:.2f} s)")
+            took_s += time.monotonic() - began
             count += 1
             if what.startswith("python3 "):  # the page tells what it says
                 for number in re.findall(r": ([\d.]+ (?:N|Hz))\b", said):
@@ -214,6 +214,7 @@ class Page(unittest.TestCase):
                 tensions[int(changed.group(1))] = float(changed.group(2))
             heard = re.search(r"--render (\S+\.wav) --recording", what)
             if heard:
+                print(f"a sound of one's own after {count} commands, which took {took_s:.1f} s")
                 self.judge_sound(self.folder / heard.group(1), tuned(scene, tensions))
         self.assertGreater(count, 0)
 
