@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Builds the site and judges its HTML: whatever a page leads to or shows is there, headings included; nothing comes from another machine; search
-works from files; every field of a scene, option of a program and public class is in the reference.
+works from files; every field of a scene, option of a program and public class is in the reference. CITATION.cff is of its format.
 
 usage: site_test.py FOLDER VERSION
 """
@@ -13,6 +13,8 @@ import subprocess
 import sys
 import unittest
 import urllib.parse
+
+import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WORK, VERSION = pathlib.Path("."), ""
@@ -74,6 +76,19 @@ class Check(unittest.TestCase):
                             ('<link rel="stylesheet" href="//example.org/a.css">', 1), ('<script src="https://example.org/a.js"></script>', 1)):
             (folder / "a.html").write_text(text, encoding="utf-8")
             self.assertEqual(count, len(problems(folder)), text)
+
+
+class Citation(unittest.TestCase):
+    def test_it_has_what_its_format_requires(self):
+        """Citation File Format 1.2.0."""
+        citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+        self.assertEqual(("1.2.0", VERSION, "software"), (citation["cff-version"], citation["version"], citation["type"]))
+        self.assertLessEqual({"message", "title", "authors"}, set(citation))
+        for work in [citation, *citation["references"]]:
+            self.assertLessEqual({"type", "title", "authors"}, set(work))
+            for author in work["authors"]:
+                self.assertTrue(author["name"])
+        self.assertEqual(["10.1109/TOH.2016.2628369"], [work["doi"] for work in citation["references"]])
 
 
 class Site(unittest.TestCase):
