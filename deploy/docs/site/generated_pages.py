@@ -2,6 +2,7 @@
 headers by doxygen."""
 import re
 import subprocess
+import textwrap
 from xml.etree import ElementTree
 
 import proto_pages
@@ -37,9 +38,16 @@ Generated from the comments of the `.proto` files. The rules of the exchange are
 
 
 def program_page(name, path):
-    """A manual page as it is shown in a terminal."""
-    text = subprocess.run(["groff", "-man", "-Tutf8", "-P-cbou", "-rLL=110n", "-Kutf8", path], capture_output=True, check=True).stdout.decode()
-    return f"# {name}\n\n```text\n" + re.sub(r"\n{3,}", "\n\n", text).strip("\n") + "\n```\n"
+    """A manual page, its sections as sections, their text as in a terminal."""
+    source = path.read_text(encoding="utf-8").replace(".SH ", ".ad l\n.nh\n.SH ")
+    text = subprocess.run(["groff", "-man", "-Tutf8", "-P-cbou", "-rLL=88n", "-Kutf8"], input=source.encode(), capture_output=True,
+                          check=True).stdout.decode()
+    body = text.strip("\n").split("\n", 1)[1].rsplit("\n", 1)[0]  # without head and foot
+    page = f"# {name}\n"
+    for section in re.split(r"^(?=\S)", body, flags=re.MULTILINE)[1:]:
+        title, _, lines = section.partition("\n")
+        page += f"\n## {title.capitalize()}\n\n```text\n{textwrap.dedent(lines).rstrip()}\n```\n"
+    return page
 
 
 def compounds(xml, kinds):
