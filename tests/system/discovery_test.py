@@ -104,7 +104,10 @@ class Discovery(unittest.TestCase):
             self.assertEqual(sorted(each["name"] for each in self.found()), ["hapticd on tester", "hapticd on tester #2"])
 
     def test_no_character_of_a_name_reaches_the_terminal_as_a_command(self):
-        neighbour = self.serve("avahi-publish", "-s", HOSTILE, "_hapticd._udp", "4711", "protocol=\x1b[2J", "keys=no")
+        neighbour = subprocess.Popen(["avahi-publish", "-s", HOSTILE, "_hapticd._udp", "4711", "protocol=\x1b[2J", "keys=no"],
+                                     stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(neighbour.wait)
+        self.addCleanup(neighbour.terminate)
         self.wait_until(lambda: self.found() != [])
         code, text, error = discover()
         self.assertEqual(code, 0)
