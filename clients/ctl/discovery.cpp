@@ -146,11 +146,11 @@ class Search {
     if (resolver != nullptr) ++resolving_;
   }
 
-  template <auto kFree>
+  template <auto Free>
   struct Freed {
     template <typename Thing>
     void operator()(Thing* thing) const {
-      kFree(thing);
+      Free(thing);
     }
   };
 

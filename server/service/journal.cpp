@@ -60,12 +60,14 @@ class JournalSink : public spdlog::sinks::base_sink<std::mutex> {
  private:
   void send(spdlog::level::level_enum level, std::string_view text,
             const std::vector<LogField>& fields) const {
-    std::vector<std::string> items{"MESSAGE=" + std::string(text),
-                                   "PRIORITY=" + std::to_string(priority_of(level)),
+    std::vector<std::string> items{fmt::format("MESSAGE={}", text),
+                                   fmt::format("PRIORITY={}", priority_of(level)),
                                    "SYSLOG_IDENTIFIER=hapticd"};
-    for (const auto& [name, value] : kept_) items.push_back(name + "=" + value);
-    for (const LogField& field : fields)
-      items.push_back(std::string(field.name) + "=" + field.value);
+    const auto add = [&](std::string_view name, const std::string& value) {
+      items.push_back(fmt::format("{}={}", name, value));
+    };
+    for (const auto& [name, value] : kept_) add(name, value);
+    for (const LogField& field : fields) add(field.name, field.value);
     std::vector<iovec> parts;
     parts.reserve(items.size());
     for (std::string& item : items) parts.push_back({item.data(), item.size()});
