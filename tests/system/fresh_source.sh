@@ -64,7 +64,7 @@ report() {
   cat <<END
 # From the source on a fresh Debian
 
-$machine, load $load when it began. Commit $(git -C "$project" describe --always --dirty). Written by \`tests/system/fresh_machine --from-source --write\`.
+$machine, load $load when it began. Commit $(git -c safe.directory="*" -C "$root$home/hapticd" rev-parse --short HEAD). Written by \`tests/system/fresh_machine --from-source --write\`.
 
 A minimal Debian, a clone of the repository, an ordinary user, and \`deploy/play\` until a browser gets the page of the viewer.
 
