@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <regex>
+#include <sstream>
 #include <vector>
 
 #include "proto/hints/nearest_name.h"
@@ -33,6 +34,16 @@ std::string comma_hint(const std::string& said) {
   return " Write " + pointed + ", with a point.";
 }
 
+/// The nearest choice where `said` is of the kind "--arm: frm not in {off,light}."
+std::string choice_hint(const std::string& said) {
+  std::smatch parts;
+  if (!std::regex_search(said, parts, std::regex("(\\S+) not in \\{([^}]*)\\}"))) return {};
+  std::vector<std::string> choices;
+  std::stringstream list(parts.str(2));
+  for (std::string choice; std::getline(list, choice, ',');) choices.push_back(choice);
+  return did_you_mean(parts.str(1), choices);
+}
+
 }  // namespace
 
 std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
@@ -44,7 +55,7 @@ std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
     return error.get_exit_code() == static_cast<int>(code);
   };
   if (is(CLI::ExitCodes::ValidationError) || is(CLI::ExitCodes::ConversionError)) {
-    return said + comma_hint(said);
+    return said + choice_hint(said) + comma_hint(said);
   }
   const bool misses_command = is(CLI::ExitCodes::RequiredError);
   if (unknown.empty() || !(misses_command || is(CLI::ExitCodes::ExtrasError))) return said;

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <fstream>
 #include <functional>
@@ -16,6 +17,7 @@
 #include "device/attach/drivers.h"
 #include "device/faulty/faulty_device.h"
 #include "proto/hints/command_line_fault.h"
+#include "proto/hints/nearest_name.h"
 #include "proto/hints/quantity.h"
 #include "proto/wire/choice_check.h"
 #include "server/scene_io/message_text.h"
@@ -24,6 +26,9 @@ namespace hapticd {
 namespace {
 
 namespace pb = google::protobuf;
+
+/// First words that main() obeys before there are options.
+const std::array<std::string, 3> kCommandNames{"doctor", "device", "export"};
 
 /// Of the ids of tools (config.proto).
 constexpr std::uint32_t kMaxToolId = 31;
@@ -349,7 +354,9 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
     app.exit(success);
     return false;
   } catch (const CLI::ParseError& error) {
-    refuse(hints::command_line_fault(app, error) + " See hapticd --help.");
+    const std::vector<std::string> rest = app.remaining();
+    const std::string meant = rest.empty() ? "" : hints::did_you_mean(rest.front(), kCommandNames);
+    refuse(hints::command_line_fault(app, error) + meant + " See hapticd --help.");
   }
   if (app.count("--record") > 0 && options.given.record().empty()) {
     refuse("--record: the name is empty. Give a file.");

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "proto/hints/nearest_name.h"
 #include "server/model/length.h"
 #include "server/model/packing/mesh_check.h"
 #include "server/model/shapes/model_catalogue.h"
@@ -103,9 +104,14 @@ CheckedMesh load_source(const SourceOptions& options, bool quiet) {
 TriangleMesh make_model(const std::string& name, const std::vector<std::string>& set) {
   const NamedModel* model = find_model(name);
   if (model == nullptr) {
-    std::string names;
-    for (const NamedModel& known : model_catalogue()) names.append(" ").append(known.name);
-    throw std::invalid_argument("no model named '" + name + "'; there are" + names);
+    std::string listed;
+    std::vector<std::string> names;
+    for (const NamedModel& known : model_catalogue()) {
+      names.emplace_back(known.name);
+      listed += " " + names.back();
+    }
+    throw std::invalid_argument("no model named '" + name + "'." +
+                                hints::did_you_mean(name, names) + " There are" + listed);
   }
   return model->make(parse_parameters(set));
 }

@@ -1,5 +1,6 @@
-"""Starts hapticd for a test, on a port of its own, and ends it; and what tests in lockstep share."""
+"""Starts hapticd for a test, on a port that it finds free itself, and ends it; and what tests in lockstep share."""
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -12,6 +13,7 @@ START_TIMEOUT_S = 60.0
 
 
 def free_port():
+    """A port that is free now, for a program that cannot tell which one it takes."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
@@ -30,12 +32,12 @@ def said(*command, **process):
 
 
 class Daemon:
-    """Context manager: plays until the end of the block; `log` has its lines afterwards."""
+    """Context manager: plays until the end of the block, at `address`; `log` has its lines afterwards."""
 
     def __init__(self, *options, state=None, host="127.0.0.1", port=None, environment=None):
-        self.address = f"{host}:{port or free_port()}"
+        self.address = ""
         environment = dict(os.environ, XDG_STATE_HOME=state or "/nonexistent", **(environment or {}))
-        self.process = subprocess.Popen([HAPTICD, "--listen", self.address, *options], stdout=subprocess.PIPE,
+        self.process = subprocess.Popen([HAPTICD, "--listen", f"{host}:{port or 0}", *options], stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, text=True, env=environment)
         self.log = ""
 
@@ -44,7 +46,9 @@ class Daemon:
         lines = []
         for line in self.process.stdout:
             lines.append(line)
-            if "listening on" in line:
+            listens = re.search(r"listening on (\S+): ", line)
+            if listens:
+                self.address = listens.group(1)
                 break
             if time.monotonic() > end:
                 raise RuntimeError("hapticd does not start:\n" + "".join(lines))

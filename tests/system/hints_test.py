@@ -68,6 +68,24 @@ class Hints(unittest.TestCase):
         self.assertIn("Write 1.5kHz, with a point.", text)
         self.assertEqual(0, daemon.run("--rate", "1.5kHz", "--check")[0])
 
+    def test_the_choice_that_was_meant_is_named(self):
+        self.assertEqual("firm", meant(self.ctl("gesture", "play", "strum", "--arm", "frm")[2]))
+        for words, name in ((["--clock", "virtul"], "virtual"), (["docter"], "doctor")):
+            code, text = daemon.run(*words)
+            self.assertEqual((2, name), (code, meant(text)))
+        model = pathlib.Path(HAPTICCTL).parent / "hapticd-model"
+        if model.exists():
+            code, _, text = said(str(model), "make", "guqin_bdy", "-o", os.devnull)
+            self.assertEqual((2, "guqin_body"), (code, meant(text)))
+
+    @unittest.skipUnless(HAPTIC_WEB, "there is no viewer here")
+    def test_folders_that_are_none_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for option in ("--assets", "--recordings"):
+                code, _, text = said(HAPTIC_WEB, option, f"{folder}/none", "--listen", "127.0.0.1:0")
+                self.assertEqual(2, code)
+                self.assertIn(f"there is no folder {folder}/none", text)
+
     def test_status_says_where_virtual_time_stands(self):
         with daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "wall") as played:
             def status():

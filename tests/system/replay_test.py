@@ -23,7 +23,7 @@ KEPT = pathlib.Path(__file__).parent.parent / "server/daemon/kept"
 
 
 def replay(file, *options):
-    return daemon.run("--device", f"replay:{file}", "--clock", "virtual", "--listen", f"127.0.0.1:{daemon.free_port()}", *options, timeout=300)
+    return daemon.run("--device", f"replay:{file}", "--clock", "virtual", "--listen", "127.0.0.1:0", *options, timeout=300)
 
 
 def messages_of(file, topic):

@@ -2,19 +2,40 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import importlib
 import os
+import re
 import sys
-from typing import List, Optional
+from typing import List, NoReturn, Optional
 
 COMMANDS = {"repro": "hapticd_lab.repro", "fit": "hapticd_lab.fit", "experiment": "hapticd_lab.experiment",
             "group": "hapticd_lab.group", "tradeoff": "hapticd_lab.tradeoff"}
 """Command to the module that has it: SUMMARY, describe(parser) and run(options) -> exit code."""
 
 
+class Parser(argparse.ArgumentParser):
+    """Names what somebody meant who mistyped an option or a command."""
+
+    def known(self) -> List[str]:
+        """All options and commands."""
+        names: List[str] = []
+        for action in self._actions:
+            names += action.option_strings
+            if isinstance(action, argparse._SubParsersAction):
+                for name, below in action.choices.items():
+                    names += [name, *below.known()]
+        return names
+
+    def error(self, message: str) -> NoReturn:
+        mistyped = re.search(r"unrecognized arguments: (\S+)|invalid choice: '([^']*)'", message)
+        near = difflib.get_close_matches((mistyped.group(1) or mistyped.group(2)).split("=")[0], self.known(), 1) if mistyped else []
+        super().error(message + (f". Did you mean {near[0]}?" if near else ""))
+
+
 def parser() -> argparse.ArgumentParser:
     """All commands with their options."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog="hapticd-lab", description="Sessions with a real hapticd in lockstep, measured: the figures of the paper, reproduced; its experiment; measured "
         "forces, fitted; what accuracy costs.",
         epilog="hapticd-lab COMMAND --help says more. man hapticd-lab")
