@@ -11,10 +11,13 @@ import tempfile
 import time
 import unittest
 
+import jsonschema
+
 import apart
 import daemon
 
 PATIENCE_S = 60.0
+SCHEMA = json.loads((pathlib.Path(__file__).resolve().parents[2] / "deploy/schema/discovery.schema.json").read_text(encoding="utf-8"))
 BUS = """<busconfig>
   <type>system</type>
   <listen>unix:path={folder}/bus</listen>
@@ -76,7 +79,9 @@ class Discovery(unittest.TestCase):
             time.sleep(0.05)
 
     def found(self):
-        return json.loads(discover("--json")[1])["daemons"]
+        said = json.loads(discover("--json")[1])
+        jsonschema.validate(said, SCHEMA)
+        return said["daemons"]
 
     def announced(self):
         return daemon.Daemon("--scene", "sphere", "--announce", "--keys", str(self.folder / "keys"), host="0.0.0.0")
