@@ -81,10 +81,13 @@ class Hints(unittest.TestCase):
     @unittest.skipUnless(HAPTIC_WEB, "there is no viewer here")
     def test_folders_that_are_none_are_refused(self):
         with tempfile.TemporaryDirectory() as folder:
-            for option in ("--assets", "--recordings"):
-                code, _, text = said(HAPTIC_WEB, option, f"{folder}/none", "--listen", "127.0.0.1:0")
+            file = pathlib.Path(folder, "file")
+            file.touch()
+            # Recordings may have no folder yet: hapticd makes it.
+            for option, path, why in (("--assets", f"{folder}/none", f"there is no folder {folder}/none"), ("--recordings", file, f"{file} is no folder")):
+                code, _, text = said(HAPTIC_WEB, option, path, "--listen", "127.0.0.1:0")
                 self.assertEqual(2, code)
-                self.assertIn(f"there is no folder {folder}/none", text)
+                self.assertIn(why, text)
 
     def test_status_says_where_virtual_time_stands(self):
         with daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "wall") as played:

@@ -70,23 +70,25 @@ void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
         const bool there = fs::is_regular_file(fs::path(folder) / "index.html", unknown);
         return there ? "" : "there is no index.html in " + folder;
       });
-  const CLI::Validator folder(
-      [](const std::string& path) {
-        std::error_code unknown;
-        return fs::is_directory(path, unknown) ? "" : "there is no folder " + path;
-      },
-      "");
   app.add_option("--assets", options.assets,
                  "folder of meshes and trees, in addition to the installed ones; repeatable")
       ->type_name("DIR")
-      ->check(folder);
+      ->check([](const std::string& path) {
+        std::error_code unknown;
+        return fs::is_directory(path, unknown) ? "" : "there is no folder " + path;
+      });
   app.add_option("--replay", options.recording, "plays this recording instead of a daemon")
       ->type_name("FILE");
   app.add_option("--recordings", options.recordings,
                  "folder of recordings that a page with control may show instead (default: where "
                  "this user's hapticd writes them)")
       ->type_name("DIR")
-      ->check(folder);
+      ->check([](const std::string& path) {
+        // hapticd makes the folder when it first records.
+        std::error_code unknown;
+        const bool other = fs::exists(path, unknown) && !fs::is_directory(path, unknown);
+        return other ? path + " is no folder" : "";
+      });
   app.add_option("--experiments", options.experiments.folder,
                  "folder for experiments begun in pages, with one folder per participant "
                  "(default: experiments, beside this user's recordings)")
