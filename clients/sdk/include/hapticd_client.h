@@ -119,7 +119,7 @@ typedef struct hapticd_event {
   int32_t kind;
   uint64_t t_ns;
   int64_t own_ns;    ///< t_ns on this machine's CLOCK_MONOTONIC; 0: not known, or virtual time
-  uint64_t dropped;  ///< events that were not read in time, as of the last hapticd_poll()
+  uint64_t dropped;  ///< events that were not read in time, as of the last poll or run
   uint32_t tool_id;
   uint32_t part_index;
   int32_t string_index;
@@ -178,14 +178,16 @@ int hapticd_subscribe(hapticd_session* session, uint32_t divisor);
 /// Lockstep, with a daemon in virtual time: advances it by `steps` ticks, 1 to 1e9, while tool 0
 /// follows the poses, one per tick; without more it holds the last one. Poses may be null where
 /// pose_count is 0, and result where nobody wants it. Its States and events are unread afterwards,
-/// behind those of before, all of them, however many. Waits as long as the daemon is there.
+/// behind those of before, all of them, however many; those of before make room. So it is where
+/// the run fails, with what came until then. Nothing runs after a pose that the daemon refuses.
+/// Waits as long as the daemon is there.
 int hapticd_run(hapticd_session* session, uint64_t steps, const hapticd_pose* poses,
                 size_t pose_count, hapticd_run_result* result);
 /// Takes the oldest unread State. Returns 1, or 0 when there is none. Unread ones are kept, 16384
-/// at most; then the oldest makes room.
+/// at most, or as many as the last run had; then the oldest makes room.
 int hapticd_next_state(hapticd_session* session, hapticd_state* state);
 /// Takes the oldest unread event. Returns 1, or 0 when there is none. Unread ones are kept, 65536
-/// at most; then the oldest makes room.
+/// at most, or as many as the last run had; then the oldest makes room.
 int hapticd_next_event(hapticd_session* session, hapticd_event* event);
 
 /// The simulated hand plays an installed gesture `repeat` times, 0: until told otherwise. Null or
