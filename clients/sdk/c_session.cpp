@@ -30,7 +30,7 @@ using ErrorText = std::array<char, kErrorBytes>;
 thread_local ErrorText open_error{};
 
 void say(const char* text, ErrorText& error) {
-  const std::size_t length = std::min(std::strlen(text), error.size() - 1);
+  const std::size_t length = client::whole_characters(text, error.size() - 1);
   std::memcpy(error.data(), text, length);
   error[length] = '\0';
 }
