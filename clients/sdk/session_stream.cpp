@@ -26,7 +26,7 @@ constexpr std::chrono::milliseconds kStragglers{500};
 /// A run ends when it is done, or when the session ends because the daemon is silent.
 constexpr std::chrono::hours kRunTimeout{24 * 365};
 
-const SessionOptions& checked(const SessionOptions& options) {
+SessionOptions checked(const SessionOptions& options) {
   if (options.keep_states < 1 || options.keep_events < 1) {
     throw std::invalid_argument("keep_states, keep_events: 1 at least");
   }

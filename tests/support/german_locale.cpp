@@ -11,6 +11,8 @@
 
 namespace hapticd::test {
 
+// NOLINTBEGIN(concurrency-mt-unsafe): a test that asks for it has one thread
+
 GermanLocale::GermanLocale() {
   folder_ = (std::filesystem::temp_directory_path() / "hapticd-locale-XXXXXX").string();
   if (::mkdtemp(folder_.data()) == nullptr) return;
@@ -28,5 +30,7 @@ GermanLocale::~GermanLocale() {
 bool GermanLocale::in_force() const {
   return std::string_view(std::localeconv()->decimal_point) == ",";
 }
+
+// NOLINTEND(concurrency-mt-unsafe)
 
 }  // namespace hapticd::test
