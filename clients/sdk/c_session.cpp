@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "clients/sdk/c_structs.h"
+#include "clients/sdk/unread_queue.h"
 
 using namespace hapticd;
 
@@ -29,7 +30,7 @@ using ErrorText = std::array<char, kErrorBytes>;
 thread_local ErrorText open_error{};
 
 void say(const char* text, ErrorText& error) {
-  const std::size_t length = std::min(std::strlen(text), error.size() - 1);
+  const std::size_t length = client::whole_characters(text, error.size() - 1);
   std::memcpy(error.data(), text, length);
   error[length] = '\0';
 }
@@ -144,15 +145,28 @@ struct hapticd_session {
   client::Session session;
   std::deque<v1::State> states;
   std::deque<v1::Item> events;
-  std::uint64_t dropped_events = 0;  ///< as of the last hapticd_poll()
+  std::uint64_t dropped_by_session = 0;  ///< events, as of the last hapticd_poll()
+  std::uint64_t dropped_here = 0;        ///< events
   ErrorText error{};
 
   explicit hapticd_session(const client::SessionOptions& options) : session(options) {}
 
   /// What is unread so far, so that what a run has can be put behind it.
   void set_aside() {
-    while (std::optional<v1::State> state = session.next_state()) states.push_back(*state);
-    while (std::optional<v1::Item> event = session.next_event()) events.push_back(*event);
+    client::RunResult unread;
+    while (std::optional<v1::State> state = session.next_state()) {
+      unread.states.push_back(std::move(*state));
+    }
+    while (std::optional<v1::Item> event = session.next_event()) {
+      unread.events.push_back(std::move(*event));
+    }
+    append(unread);
+  }
+  /// What was unread before makes room for it.
+  void append(client::RunResult& come) {
+    const client::SessionOptions kept;
+    client::append_unread(std::move(come.states), kept.keep_states, states);
+    dropped_here += client::append_unread(std::move(come.events), kept.keep_events, events);
   }
   std::optional<v1::State> next_state() {
     if (states.empty()) return session.next_state();
@@ -181,8 +195,7 @@ int run(hapticd_session& session, std::uint64_t steps, const std::vector<client:
         hapticd_run_result* result) {
   session.set_aside();
   client::RunResult done = session.session.run(steps, poses);
-  std::move(done.states.begin(), done.states.end(), std::back_inserter(session.states));
-  std::move(done.events.begin(), done.events.end(), std::back_inserter(session.events));
+  session.append(done);
   if (result != nullptr) client::hand_over(c_result(done), result);
   if (done.missing.empty()) return HAPTICD_OK;
   say("States of the run were lost on the way. Subscribe with a larger divisor.", session.error);
@@ -210,7 +223,7 @@ const char* hapticd_last_error(const hapticd_session* session) {
 
 int hapticd_poll(hapticd_session* session, uint32_t wait_ms) {
   return with(session, [&](hapticd_session& open) {
-    open.dropped_events = open.session.poll(std::chrono::milliseconds(wait_ms)).dropped_events;
+    open.dropped_by_session = open.session.poll(std::chrono::milliseconds(wait_ms)).dropped_events;
     return HAPTICD_OK;
   });
 }
@@ -295,7 +308,7 @@ int hapticd_next_event(hapticd_session* session, hapticd_event* event) {
       if (!client::is_c_event(*next)) continue;
       hapticd_event made = client::c_event(*next);
       if (made.t_ns != 0) made.own_ns = open.session.own_time_ns(made.t_ns).value_or(0);
-      made.dropped = open.dropped_events;
+      made.dropped = open.dropped_by_session + open.dropped_here;
       client::hand_over(made, event);
       return 1;
     }

@@ -1,8 +1,6 @@
 // See c_structs.h.
 #include "clients/sdk/c_structs.h"
 
-#include <cstddef>
-
 namespace hapticd::client {
 namespace {
 
@@ -14,7 +12,7 @@ void copy(const Numbers& from, Number (&to)[Count]) {
 }
 
 void fill(const v1::ToolState& tool, hapticd_tool& made) {
-  made.tool_id = tool.tool_id();
+  made.tool_id = static_cast<std::int32_t>(tool.tool_id());
   for (const int flag : tool.flags()) {
     if (flag >= 1 && flag <= 32) made.flags |= std::uint32_t{1} << (flag - 1);
   }
@@ -27,7 +25,7 @@ void fill(const v1::ToolState& tool, hapticd_tool& made) {
 }
 
 void fill(const v1::StringState& string, hapticd_string& made) {
-  made.string_index = string.string_index();
+  made.string_index = static_cast<std::int32_t>(string.string_index());
   made.phase = static_cast<std::uint32_t>(string.phase());
   copy(string.deflection_w_m(), made.deflection_w_m);
   made.lambda = string.lambda();
@@ -37,7 +35,7 @@ void fill(const v1::StringState& string, hapticd_string& made) {
 void fill(const v1::Tone& tone, hapticd_event& made) {
   made.kind = HAPTICD_EVENT_TONE;
   made.t_ns = tone.t_ns();
-  made.tool_id = tone.tool_id();
+  made.tool_id = static_cast<std::int32_t>(tone.tool_id());
   made.string_index = static_cast<std::int32_t>(tone.string_index());
   made.frequency_hz = tone.frequency_hz();
   made.amplitude_m = tone.amplitude_m();
@@ -52,7 +50,7 @@ void fill(const v1::Contact& contact, hapticd_event& made) {
   made.kind = HAPTICD_EVENT_CONTACT;
   made.t_ns = contact.t_ns();
   made.phase = contact.phase();
-  made.tool_id = contact.tool_id();
+  made.tool_id = static_cast<std::int32_t>(contact.tool_id());
   made.part_index = contact.part_index();
   if (contact.has_string_index()) made.string_index = static_cast<int>(contact.string_index());
   if (contact.has_body_index()) made.body_index = static_cast<int>(contact.body_index());
@@ -81,11 +79,18 @@ void fill(const v1::Fault& fault, hapticd_event& made) {
   made.t_ns = fault.t_ns();
   made.cause = fault.cause();
   made.latched = fault.latched() ? 1 : 0;
-  made.tool_id = fault.tool_id();
-  fault.message().copy(made.message, sizeof made.message - 1);
+  if (fault.has_tool_id()) made.tool_id = static_cast<std::int32_t>(fault.tool_id());
+  fault.message().copy(made.message, whole_characters(fault.message(), sizeof made.message - 1));
 }
 
 }  // namespace
+
+std::size_t whole_characters(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return text.size();
+  // Bytes in the middle of a character begin with the bits 10.
+  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0U) == 0x80U) --most;
+  return most;
+}
 
 hapticd_state c_state(const v1::State& state) {
   hapticd_state made{};
@@ -98,6 +103,8 @@ hapticd_state c_state(const v1::State& state) {
   const auto strings = static_cast<std::uint32_t>(state.strings_size());
   made.tool_count = static_cast<std::uint32_t>(state.tools_size());
   made.string_count = std::max(strings, state.strings_total());
+  for (hapticd_tool& tool : made.tools) tool.tool_id = -1;
+  for (hapticd_string& string : made.strings) string.string_index = -1;
   for (int k = 0; k < std::min(state.tools_size(), int{HAPTICD_MOST_TOOLS}); ++k) {
     fill(state.tools(k), made.tools[k]);
   }
@@ -115,6 +122,7 @@ bool is_c_event(const v1::Item& item) {
 hapticd_event c_event(const v1::Item& item) {
   hapticd_event made{};
   made.size = sizeof made;
+  made.tool_id = -1;
   made.string_index = -1;
   made.body_index = -1;
   made.line_index = -1;

@@ -6,8 +6,10 @@
 #include <hapticd_client.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <string_view>
 
 namespace hapticd::client {
 
@@ -17,6 +19,9 @@ namespace hapticd::client {
 [[nodiscard]] bool is_c_event(const v1::Item& item);
 /// That event, without own_ns and dropped; size as of this version.
 [[nodiscard]] hapticd_event c_event(const v1::Item& item);
+
+/// How much of a text in UTF-8 goes into `most` bytes with no character cut in two.
+[[nodiscard]] std::size_t whole_characters(std::string_view text, std::size_t most);
 
 /// A caller's struct that is larger was not meant: its size is not set.
 inline constexpr std::uint32_t kMostStruct_bytes = 65536;

@@ -4,16 +4,19 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <stdexcept>
 #include <utility>
 
 #include "clients/library/endpoint.h"
 #include "clients/library/named_key.h"
+#include "clients/sdk/unread_queue.h"
 
 namespace hapticd::client {
 namespace {
 
 /// The daemon queues 4096 poses of a tool; a longer path is run in pieces.
 constexpr std::size_t kPosesPerPiece = 2048;
+constexpr std::uint64_t kMostSteps = 1'000'000'000;
 /// States that one run collects: a kilobyte or more each.
 constexpr std::uint64_t kMostRunStates = 1'000'000;
 /// A large scene is built in this time.
@@ -22,6 +25,13 @@ constexpr std::chrono::seconds kSceneTimeout{60};
 constexpr std::chrono::milliseconds kStragglers{500};
 /// A run ends when it is done, or when the session ends because the daemon is silent.
 constexpr std::chrono::hours kRunTimeout{24 * 365};
+
+SessionOptions checked(const SessionOptions& options) {
+  if (options.keep_states < 1 || options.keep_events < 1) {
+    throw std::invalid_argument("keep_states, keep_events: 1 at least");
+  }
+  return options;
+}
 
 Client open_client(const SessionOptions& options, ClientHandlers handlers) {
   const Endpoint server = parse_endpoint(options.server);
@@ -44,7 +54,10 @@ bool usable(const Pose& pose) {
          norm <= 2.0;
 }
 
-void refuse_bad_poses(const std::vector<Pose>& poses) {
+void refuse_bad_run(std::uint64_t steps, const std::vector<Pose>& poses) {
+  if (steps < 1 || steps > kMostSteps) {
+    throw Error(v1::RESULT_CODE_OUT_OF_RANGE, "steps", "steps: not in [1, 1e9]. Nothing was run.");
+  }
   const auto bad = std::find_if_not(poses.begin(), poses.end(), usable);
   if (bad == poses.end()) return;
   throw Error(
@@ -56,7 +69,7 @@ void refuse_bad_poses(const std::vector<Pose>& poses) {
 }  // namespace
 
 SessionStream::SessionStream(const SessionOptions& options)
-    : options_(options), client_(open_client(options, handlers())), controller_(client_) {
+    : options_(checked(options)), client_(open_client(options, handlers())), controller_(client_) {
   if (client_.connect(options.timeout)) return;
   throw Error(v1::RESULT_CODE_UNSPECIFIED, "",
               "no daemon answers at " + options.server +
@@ -162,7 +175,7 @@ std::string SessionStream::record(v1::Item item) {
 
 RunResult SessionStream::run(std::uint64_t steps, const std::vector<Pose>& poses,
                              std::uint32_t tool_id) {
-  refuse_bad_poses(poses);
+  refuse_bad_run(steps, poses);
   if (divisor_ != 0 && steps / divisor_ > kMostRunStates) {
     throw Error(
         v1::RESULT_CODE_OUT_OF_RANGE, "steps",
@@ -170,9 +183,7 @@ RunResult SessionStream::run(std::uint64_t steps, const std::vector<Pose>& poses
         "divisor.");
   }
   // Found out within the time for an answer; a run itself may take any time.
-  v1::Item ping;
-  ping.mutable_ping();
-  request(std::move(ping));
+  ping();
 
   RunResult result;
   running_ = &result;
@@ -181,10 +192,22 @@ RunResult SessionStream::run(std::uint64_t steps, const std::vector<Pose>& poses
     collect_states(result);
   } catch (...) {
     running_ = nullptr;
+    keep_unread(result);
     throw;
   }
   running_ = nullptr;
   return result;
+}
+
+void SessionStream::keep_unread(RunResult& result) {
+  dropped_states_ += append_unread(std::move(result.states), options_.keep_states, states_);
+  dropped_events_ += append_unread(std::move(result.events), options_.keep_events, events_);
+}
+
+void SessionStream::ping() {
+  v1::Item item;
+  item.mutable_ping();
+  request(std::move(item));
 }
 
 void SessionStream::advance(std::uint64_t steps, const std::vector<Pose>& poses,
@@ -195,24 +218,41 @@ void SessionStream::advance(std::uint64_t steps, const std::vector<Pose>& poses,
     const std::size_t rest = poses.size() - at;
     const std::uint64_t piece = rest > 0 ? std::min<std::uint64_t>(left, kPosesPerPiece) : left;
     const std::size_t end = at + static_cast<std::size_t>(std::min<std::uint64_t>(piece, rest));
-    for (; at < end; ++at) controller_.pose(tool_id, message_of(poses[at]));
-    const v1::Result answer = controller_.run(piece, kRunTimeout);
-    check(answer);
-    result.steps += answer.run().steps();
-    result.held_inputs += answer.run().held_inputs();
-    result.next_tick = answer.run().next_tick();
-    result.state_hash = answer.run().state_hash();
+    if (at < end) {
+      for (; at < end; ++at) controller_.pose(tool_id, message_of(poses[at]));
+      // Answers come in order: what the daemon has against the poses is known before they are run.
+      ping();
+    }
+    const std::uint64_t done = result.steps;
+    take_answer(controller_.run(piece, kRunTimeout), piece, result);
     left -= piece;
-    if (left == 0 || answer.run().steps() < piece) return;
+    if (left == 0 || result.steps - done < piece) return;
   }
 }
 
+void SessionStream::take_answer(const v1::Result& answer, std::uint64_t piece, RunResult& result) {
+  check(answer);
+  const v1::RunResult& run = answer.run();
+  if (run.steps() > piece || run.next_tick() < result.steps + run.steps()) {
+    throw Error(v1::RESULT_CODE_FAILED, "run",
+                "the daemon says that it ran " + std::to_string(run.steps()) + " ticks of " +
+                    std::to_string(piece) + " and that tick " + std::to_string(run.next_tick()) +
+                    " is next, which cannot be. Use a daemon of this version.");
+  }
+  result.steps += run.steps();
+  result.held_inputs += run.held_inputs();
+  result.next_tick = run.next_tick();
+  result.state_hash = run.state_hash();
+}
+
 void SessionStream::collect_states(RunResult& result) {
-  if (divisor_ == 0 || result.steps == 0) return;
-  const std::uint64_t begin = result.next_tick - std::min(result.next_tick, result.steps);
-  const std::uint64_t first = (begin + divisor_ - 1) / divisor_ * divisor_;
-  if (first >= result.next_tick) return;
-  const std::uint64_t last = (result.next_tick - 1) / divisor_ * divisor_;
+  if (divisor_ == 0) return;
+  const std::uint64_t begin = result.next_tick - result.steps;
+  const std::uint64_t before_first = (divisor_ - begin % divisor_) % divisor_;
+  if (before_first >= result.steps) return;
+  const std::uint64_t first = begin + before_first;
+  const std::uint64_t count = (result.steps - before_first - 1) / divisor_ + 1;
+  const std::uint64_t last = first + (count - 1) * divisor_;
   client_.poll_until([&] { return !result.states.empty() && result.states.back().tick() >= last; },
                      kStragglers);
   // Ticks of a State grow; those of before the run, if any, were under way when it began.
@@ -221,7 +261,8 @@ void SessionStream::collect_states(RunResult& result) {
                std::find_if(states.begin(), states.end(),
                             [&](const v1::State& state) { return state.tick() >= first; }));
   std::size_t at = 0;
-  for (std::uint64_t tick = first; tick <= last; tick += divisor_) {
+  for (std::uint64_t k = 0; k < count; ++k) {
+    const std::uint64_t tick = first + k * divisor_;
     while (at < states.size() && states[at].tick() < tick) ++at;
     if (at >= states.size() || states[at].tick() != tick) result.missing.push_back(tick);
   }

@@ -42,9 +42,16 @@ class SessionStream {
   void take_item(const v1::Item& item);
   void take_state(const v1::State& state);
   void check(const v1::Result& result);
+  /// Throws Error unless the daemon answers within the time, and for poses that were refused
+  /// before.
+  void ping();
   /// Advances by `steps` along the poses, in pieces that the daemon's queue holds.
   void advance(std::uint64_t steps, const std::vector<Pose>& poses, std::uint32_t tool_id,
                RunResult& result);
+  /// Adds the answer to a Run of `piece` steps to the result; throws Error when it cannot be true.
+  void take_answer(const v1::Result& answer, std::uint64_t piece, RunResult& result);
+  /// What a run that failed has collected is unread.
+  void keep_unread(RunResult& result);
   /// Waits for States that are still under way, and moves those of the run into its result.
   void collect_states(RunResult& result);
 

@@ -2,7 +2,7 @@
 #include <hapticd/client/table.h>
 
 #include <array>
-#include <cstdio>
+#include <charconv>
 #include <fstream>
 #include <stdexcept>
 
@@ -17,10 +17,13 @@ constexpr std::array<const char*, 22> kToolColumns{
     "wg_x_m", "wg_y_m", "wg_z_m", "wg_q_w", "wg_q_x", "wg_q_y",       "wg_q_z", "fx_n",
     "fy_n",   "fz_n",   "tx_n_m", "ty_n_m", "tz_n_m", "minimum_gap_m"};
 
+/// With a point in every locale.
 std::string text_of(double number) {
   std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.17g", number);
-  return text.data();
+  char* const end =
+      std::to_chars(text.data(), text.data() + text.size(), number, std::chars_format::general, 17)
+          .ptr;
+  return {text.data(), end};
 }
 
 /// As many columns as their names; numbers that are missing stay empty.

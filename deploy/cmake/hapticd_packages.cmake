@@ -26,7 +26,8 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 # hapticd_package(NAME "synopsis" "description" [SECTION name] [SCRIPTS folder] [ALL] [DEPENDS ...] [RECOMMENDS ...] [SUGGESTS ...])
-#   ALL: the same on every architecture. SCRIPTS: the folder of deploy/debian with its maintainer scripts and other control files.
+#   ALL: the same on every architecture. SCRIPTS: the folder of deploy/debian with its maintainer scripts and other control files. Those
+#   that end in .in are configured.
 macro(hapticd_package name synopsis description)
   cmake_parse_arguments(package "ALL" "SECTION;SCRIPTS" "DEPENDS;RECOMMENDS;SUGGESTS" ${ARGN})
   string(TOUPPER "${name}" prefix)
@@ -46,6 +47,13 @@ macro(hapticd_package name synopsis description)
   endforeach()
   if(package_SCRIPTS)
     file(GLOB ${prefix}_PACKAGE_CONTROL_EXTRA "${CMAKE_SOURCE_DIR}/deploy/debian/${package_SCRIPTS}/*")
+    foreach(template IN LISTS ${prefix}_PACKAGE_CONTROL_EXTRA)
+      if(template MATCHES "([^/]+)\\.in$")
+        set(control "${CMAKE_BINARY_DIR}/debian/${name}/${CMAKE_MATCH_1}")
+        configure_file("${template}" "${control}" @ONLY)
+        list(TRANSFORM ${prefix}_PACKAGE_CONTROL_EXTRA REPLACE "^${template}$" "${control}")
+      endif()
+    endforeach()
   endif()
 endmacro()
 

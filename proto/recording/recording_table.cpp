@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstdio>
+#include <charconv>
 #include <fstream>
 #include <string_view>
 #include <utility>
@@ -181,6 +181,13 @@ class Rows {
   v1::EventRecord event_;
 };
 
+char* written(std::int64_t whole, char* begin, char* end) {
+  return std::to_chars(begin, end, whole).ptr;
+}
+char* written(double real, char* begin, char* end) {
+  return std::to_chars(begin, end, real, std::chars_format::general, 17).ptr;
+}
+
 void write_csv(Rows& rows, std::ostream& out) {
   Row row;
   bool named = false;
@@ -190,12 +197,11 @@ void write_csv(Rows& rows, std::ostream& out) {
     const char* comma = "";
     for (const Column& column : row) {
       std::array<char, 40> text{};
-      if (const auto* whole = std::get_if<std::int64_t>(&column.value)) {
-        std::snprintf(text.data(), text.size(), "%lld", static_cast<long long>(*whole));
-      } else {
-        std::snprintf(text.data(), text.size(), "%.17g", std::get<double>(column.value));
-      }
-      out << std::exchange(comma, ",") << text.data();
+      // With a point in every locale.
+      const char* const end = std::visit(
+          [&](auto number) { return written(number, text.data(), text.data() + text.size()); },
+          column.value);
+      out << std::exchange(comma, ",") << std::string_view(text.data(), end);
     }
     out << '\n';
   }

@@ -27,7 +27,8 @@ namespace Hapticd
     [StructLayout(LayoutKind.Sequential)]
     public struct Tool
     {
-        public uint ToolId, Flags;
+        public int ToolId;  // -1: not told
+        public uint Flags;
         [MarshalAs(UnmanagedType.ByValArray, SizeConst = 3)] public double[] HandPosition;  // m
         [MarshalAs(UnmanagedType.ByValArray, SizeConst = 3)] public double[] ToolPosition;  // m
         [MarshalAs(UnmanagedType.ByValArray, SizeConst = 4)] public float[] HandQuaternion;
@@ -40,7 +41,8 @@ namespace Hapticd
     [StructLayout(LayoutKind.Sequential)]
     public struct StringState
     {
-        public uint StringIndex, Phase;
+        public int StringIndex;  // -1: not told
+        public uint Phase;
         [MarshalAs(UnmanagedType.ByValArray, SizeConst = 3)] public float[] Deflection;  // m
         public float Lambda, Radius;
         uint reserved;
@@ -65,7 +67,8 @@ namespace Hapticd
         public ulong TimeNs;
         public long OwnNs;
         public ulong Dropped;
-        public uint ToolId, PartIndex;
+        public int ToolId;
+        public uint PartIndex;
         public int StringIndex, BodyIndex, LineIndex, Phase, Cause, Latched;
         public float Frequency, Amplitude, Level, Lambda, Decay, Delta, Force, NormalSpeed, TangentialSpeed;
         [MarshalAs(UnmanagedType.ByValArray, SizeConst = 3)] public float[] Point;

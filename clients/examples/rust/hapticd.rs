@@ -28,7 +28,7 @@ pub struct RunResult {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Tool {
-    pub tool_id: u32,
+    pub tool_id: i32,
     pub flags: u32,
     pub p_wh_m: [f64; 3],
     pub p_wg_m: [f64; 3],
@@ -42,7 +42,7 @@ pub struct Tool {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct StringState {
-    pub string_index: u32,
+    pub string_index: i32,
     pub phase: u32,
     pub deflection_w_m: [f32; 3],
     pub lambda: f32,
@@ -73,7 +73,7 @@ pub struct Event {
     pub t_ns: u64,
     pub own_ns: i64,
     pub dropped: u64,
-    pub tool_id: u32,
+    pub tool_id: i32,
     pub part_index: u32,
     pub string_index: i32,
     pub body_index: i32,

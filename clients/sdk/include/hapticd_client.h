@@ -71,8 +71,8 @@ typedef struct hapticd_run_result {
 } hapticd_run_result;
 
 typedef struct hapticd_tool {
-  uint32_t tool_id;
-  uint32_t flags;  ///< bit f - 1: ToolFlag f
+  int32_t tool_id;  ///< -1: not told
+  uint32_t flags;   ///< bit f - 1: ToolFlag f
   double p_wh_m[3];
   double p_wg_m[3];
   float q_wh[4];
@@ -83,8 +83,8 @@ typedef struct hapticd_tool {
 } hapticd_tool;
 
 typedef struct hapticd_string {
-  uint32_t string_index;
-  uint32_t phase;  ///< StringPhase
+  int32_t string_index;  ///< -1: not told
+  uint32_t phase;        ///< StringPhase
   float deflection_w_m[3];
   float lambda;
   float radius_m;
@@ -96,10 +96,12 @@ typedef struct hapticd_state {
   uint32_t scene_id;
   uint64_t tick;
   uint64_t t_ns;
-  int32_t loop_state;     ///< LoopState: 4 = engaged, 6 = fault
-  int32_t cause;          ///< Cause
-  uint32_t tool_count;    ///< there are; told are HAPTICD_MOST_TOOLS at most
-  uint32_t string_count;  ///< that are not asleep; told are HAPTICD_MOST_STRINGS at most
+  int32_t loop_state;   ///< LoopState: 4 = engaged, 6 = fault
+  int32_t cause;        ///< Cause
+  uint32_t tool_count;  ///< there are; told are HAPTICD_MOST_TOOLS at most
+  /// That are not asleep. Told are HAPTICD_MOST_STRINGS at most, and fewer than there are where a
+  /// State had no room for them: the first entry with string_index -1 is the end.
+  uint32_t string_count;
   hapticd_tool tools[HAPTICD_MOST_TOOLS];
   hapticd_string strings[HAPTICD_MOST_STRINGS];
 } hapticd_state;
@@ -113,14 +115,14 @@ enum {
   HAPTICD_EVENT_LEASE = 6   ///< the lease has changed hands
 };
 
-/// Members that an event of its kind does not have are 0, an object's index -1.
+/// Members that an event of its kind does not have are 0, an object's index and tool_id -1.
 typedef struct hapticd_event {
   uint32_t size;
   int32_t kind;
   uint64_t t_ns;
   int64_t own_ns;    ///< t_ns on this machine's CLOCK_MONOTONIC; 0: not known, or virtual time
-  uint64_t dropped;  ///< events that were not read in time, as of the last hapticd_poll()
-  uint32_t tool_id;
+  uint64_t dropped;  ///< events that were not read in time, as of the last poll or run
+  int32_t tool_id;
   uint32_t part_index;
   int32_t string_index;
   int32_t body_index;
@@ -139,7 +141,7 @@ typedef struct hapticd_event {
   float tangential_speed_m_per_s;
   float p_wc_m[3];
   float nhat_og_w[3];
-  char message[257];  ///< of a fault, cut off where it is longer
+  char message[257];  ///< of a fault, UTF-8; cut off after a whole character where it is longer
   char reserved[3];   ///< 0
 } hapticd_event;
 
@@ -178,14 +180,16 @@ int hapticd_subscribe(hapticd_session* session, uint32_t divisor);
 /// Lockstep, with a daemon in virtual time: advances it by `steps` ticks, 1 to 1e9, while tool 0
 /// follows the poses, one per tick; without more it holds the last one. Poses may be null where
 /// pose_count is 0, and result where nobody wants it. Its States and events are unread afterwards,
-/// behind those of before, all of them, however many. Waits as long as the daemon is there.
+/// behind those of before, all of them, however many; those of before make room. So it is where
+/// the run fails, with what came until then. Nothing runs after a pose that the daemon refuses.
+/// Waits as long as the daemon is there.
 int hapticd_run(hapticd_session* session, uint64_t steps, const hapticd_pose* poses,
                 size_t pose_count, hapticd_run_result* result);
 /// Takes the oldest unread State. Returns 1, or 0 when there is none. Unread ones are kept, 16384
-/// at most; then the oldest makes room.
+/// at most, or as many as the last run had; then the oldest makes room.
 int hapticd_next_state(hapticd_session* session, hapticd_state* state);
 /// Takes the oldest unread event. Returns 1, or 0 when there is none. Unread ones are kept, 65536
-/// at most; then the oldest makes room.
+/// at most, or as many as the last run had; then the oldest makes room.
 int hapticd_next_event(hapticd_session* session, hapticd_event* event);
 
 /// The simulated hand plays an installed gesture `repeat` times, 0: until told otherwise. Null or

@@ -47,7 +47,14 @@ class RealServer {
 
   [[nodiscard]] std::uint16_t port() const { return transport_.port(); }
   std::atomic<std::uint64_t> poses{0};
+  std::atomic<std::uint64_t> ticks{0};  ///< played
   std::atomic<bool> say_bye{false};
+  std::atomic<std::uint64_t> bye_at_tick{0};  ///< in the middle of a run; 0: never
+  std::atomic<bool> tones{false};             ///< one with every tick
+  std::atomic<bool> refuse_poses{false};      ///< NOT_FOUND
+  /// What Results of runs say instead of the truth; 0: the truth.
+  std::atomic<std::uint64_t> said_steps{0};
+  std::atomic<std::uint64_t> said_next_tick{0};
 
  private:
   struct UnderWay {
@@ -62,9 +69,21 @@ class RealServer {
       return;
     }
     poses += static_cast<std::uint64_t>(item.pose_batch().poses_size());
+    const bool refused = item.has_pose_batch() && refuse_poses;
     v1::Result result;
-    result.set_code(v1::RESULT_CODE_OK);
+    result.set_code(refused ? v1::RESULT_CODE_NOT_FOUND : v1::RESULT_CODE_OK);
+    if (refused) result.set_message("There is no such tool.");
     server_->answer(id, result);
+  }
+
+  void play_tick(std::int64_t now_ns) {
+    if (tones) {
+      v1::Item item;
+      item.mutable_tone()->set_t_ns(1'000'000 * tick_);
+      server_->broadcast(item);
+    }
+    server_->offer_tick(tick_++, 1, now_ns);
+    ++ticks;
   }
 
   bool work(std::int64_t now_ns) {
@@ -72,14 +91,15 @@ class RealServer {
     if (!run_.has_value()) return false;
     for (int burst = 0; burst < 16 && run_->done < run_->steps; ++burst) {
       if (!server_->may_step(now_ns)) return false;
-      server_->offer_tick(tick_++, 1, now_ns);
+      play_tick(now_ns);
       ++run_->done;
+      if (tick_ == bye_at_tick) say_bye = true;
     }
     if (run_->done < run_->steps) return true;
     v1::Result result;
     result.set_code(v1::RESULT_CODE_OK);
-    result.mutable_run()->set_steps(run_->done);
-    result.mutable_run()->set_next_tick(tick_);
+    result.mutable_run()->set_steps(said_steps != 0 ? said_steps.load() : run_->done);
+    result.mutable_run()->set_next_tick(said_next_tick != 0 ? said_next_tick.load() : tick_);
     const RequestId id = run_->id;
     run_.reset();
     server_->answer(id, result);

@@ -12,6 +12,8 @@
 
 #include "clients/sdk/assignment.h"
 #include "tests/clients/library/real_server.h"
+#include "tests/support/german_locale.h"
+#include "tests/support/skip.h"
 
 using namespace hapticd;
 using namespace hapticd::test;
@@ -122,6 +124,18 @@ TEST_CASE("values go to the wire and come back as they were") {
   CHECK(client::Value(true).data == client::Value(true).data);
   CHECK(std::holds_alternative<bool>(client::Value(true).data));
   CHECK(client::assignment("path", 7).has_number());
+}
+
+TEST_CASE("a table of States has decimal points where the locale has commas") {
+  const GermanLocale german;
+  if (!german.in_force()) return skip("no German locale can be made: " + german.said());
+  std::vector<v1::State> states(1);
+  states[0].add_tools()->add_p_wh_m(0.25);
+  const std::filesystem::path file = std::filesystem::temp_directory_path() / "sdk_german.csv";
+  client::write_states(states, file.string());
+  const std::string text = text_of(file);
+  std::filesystem::remove(file);
+  CHECK(text.find("\n0,0,0,0,0,0.25,") != std::string::npos);
 }
 
 TEST_CASE("a table of States keeps every bit and leaves room for tools that are missing") {

@@ -11,7 +11,8 @@ namespace hapticd::client {
 inline namespace abi_0 {
 
 /// A request that did not succeed; what() says what is wrong and what to do. It has changed
-/// nothing, except where no answer came: then nobody knows.
+/// nothing, except where no answer came: then nobody knows, and in Session::run(): ticks before the
+/// failure have run.
 class Error : public std::runtime_error {
  public:
   /// `code`: RESULT_CODE_UNSPECIFIED stands for no answer. `path`: the field it is about, or empty.

@@ -76,9 +76,10 @@ struct Unread {
 class Session {
  public:
   /// Joins the daemon. Throws Error when it does not answer within the time, and
-  /// std::invalid_argument or std::runtime_error when an option makes no sense, the address does
-  /// not exist or the key cannot be read. `messages` is left as it is: where the library has others
-  /// than the program was compiled with, Error UNSUPPORTED says so.
+  /// std::invalid_argument or std::runtime_error when an option makes no sense (keep_states or
+  /// keep_events is 0, say), the address does not exist or the key cannot be read. `messages` is
+  /// left as it is: where the library has others than the program was compiled with, Error
+  /// UNSUPPORTED says so.
   explicit Session(const SessionOptions& options = {}, std::uint64_t messages = kMessages);
   /// Says goodbye, without waiting; the lease ends.
   ~Session();
@@ -107,8 +108,11 @@ class Session {
 
   /// Lockstep, with a daemon in virtual time: advances it by `steps` ticks while the scripted tool
   /// follows `poses`, one per tick from the next tick on; without more poses it holds the last one.
-  /// Poses beyond `steps` are not sent. Needs the lease. Error INVALID, before anything runs, when
-  /// a pose is not finite or its quaternion has a norm outside [0.5, 2].
+  /// Poses beyond `steps` are not sent. Needs the lease. Before anything runs, Error OUT_OF_RANGE
+  /// when `steps` is not in [1, 1e9] or gives more than a million States, and INVALID when a pose
+  /// is not finite or its quaternion has a norm outside [0.5, 2]. Poses go 2048 at a time, and the
+  /// ticks of those that the daemon refuses do not run. The States and events of a run that fails
+  /// are unread afterwards, those that came, all of them.
   RunResult run(std::uint64_t steps, const std::vector<Pose>& poses = {},
                 std::uint32_t tool_id = 0);
   /// Takes what has arrived and sends what is due; waits for a datagram, `wait` or 10 ms at most.
