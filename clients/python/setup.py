@@ -11,7 +11,7 @@ from setuptools.command.build_py import build_py
 from setuptools.command.sdist import sdist
 
 HERE = pathlib.Path(__file__).resolve().parent
-PROJECT = HERE.parents[1]
+PROJECT = HERE.parent.parent
 PROTOS = PROJECT / "proto"
 ARCHIVE_FACTS = HERE / "PKG-INFO"  # only a source archive has it
 

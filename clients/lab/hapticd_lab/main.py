@@ -9,6 +9,8 @@ import re
 import sys
 from typing import List, NoReturn, Optional
 
+from hapticd_lab.oracle import find_program
+
 COMMANDS = {"repro": "hapticd_lab.repro", "fit": "hapticd_lab.fit", "experiment": "hapticd_lab.experiment",
             "group": "hapticd_lab.group", "tradeoff": "hapticd_lab.tradeoff"}
 """Command to the module that has it: SUMMARY, describe(parser) and run(options) -> exit code."""
@@ -49,13 +51,24 @@ def parser() -> argparse.ArgumentParser:
     return top
 
 
+def show_version() -> int:
+    """Becomes `hapticd --version`; returns an exit code only where there is no hapticd."""
+    program = ""
+    try:
+        program = find_program("hapticd")
+        os.execv(program, ["hapticd", "--version"])
+    except OSError as error:
+        print(f"hapticd-lab --version: {f'{program}: {error.strerror}' if program else error}", file=sys.stderr)
+    return 1
+
+
 def main(arguments: Optional[List[str]] = None) -> int:
     """Runs a command; exit code of the process."""
     # Paths are bytes: one that is no text in this locale is printed as it is.
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="surrogateescape")
     if (sys.argv[1:] if arguments is None else arguments) == ["--version"]:
-        os.execvp("hapticd", ["hapticd", "--version"])
+        return show_version()
     options = parser().parse_args(arguments)
     try:
         code = options.run(options)

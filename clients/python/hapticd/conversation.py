@@ -6,6 +6,7 @@ from __future__ import annotations
 import secrets
 import time
 from collections import deque
+from dataclasses import dataclass
 from typing import Any, Deque, Dict, List, NamedTuple, Optional, Set, Union
 
 from google.protobuf.message import Message
@@ -44,15 +45,20 @@ class Collected(NamedTuple):
     events: List[Event]
 
 
-class Peer(NamedTuple):
+@dataclass(frozen=True)
+class Peer:
     """Whom to talk to and how. `role` says whose the key is, "control" or "view"; without a key the session is PLAIN. `keep_states`: unread
-    States that are kept, the newest ones."""
+    States that are kept, the newest ones; ValueError below 1."""
 
     address: str
     reconnect: bool = True
     keep_states: int = 16384
     key: Optional[bytes] = None
     role: str = "control"
+
+    def __post_init__(self) -> None:
+        if self.keep_states < 1:
+            raise ValueError(f"keep_states is {self.keep_states}: at least one State is kept. Without a subscription none comes")
 
 
 def host_and_port(address: str) -> tuple[str, int]:

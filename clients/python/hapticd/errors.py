@@ -63,4 +63,5 @@ class SessionEnded(ConnectionError):
 
 
 class ProtocolError(Exception):
-    """The peer broke a rule of PROTOCOL.md; the session ends with Bye PROTOCOL_ERROR."""
+    """The peer broke a rule of PROTOCOL.md. If it did so in what it sent as packets, the session ends with Bye PROTOCOL_ERROR; if it gave a
+    run an answer that cannot be, only that run has failed."""

@@ -9,15 +9,17 @@ from dataclasses import dataclass, field
 from typing import List, Optional, Sequence
 
 from hapticd.conversation import Collected, Conversation, Event
-from hapticd.errors import RequestError, StatesLost
-from hapticd.requests import Ask, Look, Send, Until, Work, poses, run_item, scene_id
+from hapticd.errors import ProtocolError, RequestError, ServerSilent, StatesLost
+from hapticd.requests import Ask, Look, Send, Until, Work, poses, run_item, scene_id, simple
 from hapticd.tables import EVENT_KINDS, Table, event_table, table
-from hapticd.v1 import control_pb2, state_pb2
+from hapticd.v1 import answer_pb2, control_pb2, state_pb2
 from hapticd.values import pose_rows
 
 QUEUE_SAMPLES = 4096
 """What the server queues per scripted tool; a longer path is run in pieces."""
 RUN_PIECE = QUEUE_SAMPLES // 2
+MOST_RUN_STEPS = 1_000_000_000
+"""As for Run.steps in control.proto."""
 MOST_RUN_STATES = 1_000_000
 """States that one run collects: a kilobyte or more each."""
 STRAGGLERS_S = 0.5
@@ -63,6 +65,8 @@ def run(steps: Optional[int], path: Optional[Sequence[Sequence[float]]], tool_id
     """A run of `steps` ticks along a path. No other run of the session may be under way; whoever drives it ends the collecting."""
     rows = [] if path is None else pose_rows(path)  # all of them are judged before the first is sent
     left = len(rows) if steps is None else operator.index(steps)
+    if not 1 <= left <= MOST_RUN_STEPS:
+        raise ValueError(f"a run has 1 to {MOST_RUN_STEPS} steps, not {left}")
     subscribed = yield Look(lambda conversation: conversation.divisor)
     divisor = subscribed if collect else 0
     if divisor and left // divisor > MOST_RUN_STATES:
@@ -84,22 +88,31 @@ def run(steps: Optional[int], path: Optional[Sequence[Sequence[float]]], tool_id
 
 
 def _advance(rows: List[List[float]], left: int, tool_id: int) -> Work[RunResult]:
-    """Runs `left` steps along the rows, in pieces that the server's queue holds. Whoever interrupts it stops time as well."""
+    """Runs `left` steps along the rows, in pieces that the server's queue holds. Whoever interrupts it stops time as well, and so does a
+    server that falls silent, as soon as it hears of it."""
     done, held, at = 0, 0, 0
     while True:
         yield from poses(rows[at:at + min(left, RUN_PIECE)], None, tool_id)
         piece = min(left, RUN_PIECE) if at < len(rows) else left
+        yield from simple("ping")  # raises what was refused of the poses before any tick runs without them
         try:
             answer = (yield Ask(run_item(control_pb2.RUN_MODE_STEP, piece))).run
-        except (Exception, GeneratorExit):
+        except BaseException as error:
+            interrupted = not isinstance(error, (Exception, GeneratorExit))  # by a key, or as a cancelled task
+            if interrupted or isinstance(error, ServerSilent):
+                with contextlib.suppress(Exception):
+                    yield Send(run_item(control_pb2.RUN_MODE_STOP), at_once=True)
             raise
-        except BaseException:  # a key, or a cancelled task
-            with contextlib.suppress(Exception):
-                yield Send(run_item(control_pb2.RUN_MODE_STOP), at_once=True)
-            raise
+        _check_answer(answer, piece)
         done, held, at, left = done + answer.steps, held + answer.held_inputs, at + piece, left - piece
         if left <= 0 or answer.steps < piece:
             return RunResult(done, answer.next_tick, answer.state_hash, held)
+
+
+def _check_answer(answer: answer_pb2.RunResult, piece: int) -> None:
+    """ProtocolError for what no run of so many steps comes to: it says how much is waited for."""
+    if answer.steps > piece or answer.next_tick < answer.steps:
+        raise ProtocolError(f"the server says that of {piece} steps {answer.steps} were run, up to tick {answer.next_tick}")
 
 
 def _await_states(result: RunResult, divisor: int) -> Work[List[int]]:

@@ -22,9 +22,10 @@ class Session(View):
 
     `reconnect`: join anew when the server was restarted; the subscription is renewed, the lease and unanswered requests are lost.
     `key`: 32 bytes, for a server with keys; `role` says whose key it is, "control" or "view". Without it the session is PLAIN.
-    `keep_states`: how many unread States are kept for `states()`; the oldest make room, and `states_dropped` counts them. The States
-    of a run are all kept, however many.
-    Raises ServerSilent if nobody answers within 3 s, ServerFull if the server has no session left."""
+    `keep_states`: how many unread States are kept for `states()`, at least 1; the oldest make room, and `states_dropped` counts them. The
+    States of a run are all kept, however many.
+    Raises ServerSilent if nobody answers within 3 s, ServerFull if the server has no session left, ValueError if `keep_states` is
+    below 1."""
 
     def __init__(self, address: str = "127.0.0.1:47800", reconnect: bool = True, keep_states: int = 16384, key: Optional[bytes] = None,
                  role: str = "control") -> None:
@@ -202,15 +203,19 @@ class Session(View):
 
     def poses(self, poses: Iterable[Sequence[float]], first_tick: Optional[int] = None, tool_id: int = 0) -> int:
         """Queues poses X_DH for a scripted device, rows of 3 or 7 numbers, one per tick from `first_tick` (None: after those queued).
-        Returns how many. Does not wait: a refusal is raised by the next request. The server queues 4096."""
+        Returns how many. Does not wait: a refusal is raised by the next request. The server queues 4096. ValueError, and nothing is sent,
+        where a number is not finite or a quaternion has a norm outside [0.5, 2]."""
         return self._do(requests.poses(poses, first_tick, tool_id))
 
     def run(self, steps: Optional[int] = None, poses: Optional[Sequence[Sequence[float]]] = None, tool_id: int = 0,
             collect: bool = True) -> RunResult:
         """Lockstep: advances time by `steps` ticks and returns when they are done. With `poses` the tool follows them, one per tick
         from the next tick on (steps None: as many as poses); what it does beyond them is to hold the last one.
-        The result has the States of these ticks that were subscribed to, all of them: StatesLost if one did not arrive, ValueError
-        before anything runs if there would be more than a million. `collect` False: they go to `states()` alone, as under the real clock."""
+        The result has the States of these ticks that were subscribed to, all of them: StatesLost if one did not arrive. `collect` False:
+        they go to `states()` alone, as under the real clock.
+        Before anything runs: ValueError for steps outside [1, 1e9], for more than a million States to collect, and as `poses`; RequestError
+        if the server refuses a pose. A path of more than 2048 poses runs in pieces of as many, and each is judged before it runs.
+        ServerSilent in the middle of it: the server is told to stop time, and does when it hears again."""
         with self._runs:
             try:
                 return self._do(run(steps, poses, tool_id, collect))

@@ -161,7 +161,7 @@ def _number_or_row(message: Any, name: str, kind: Kind) -> Any:
 
 
 def _value(body: Any, field: FieldDescriptor) -> Any:
-    if field.label == FieldDescriptor.LABEL_REPEATED:
+    if _is_repeated(field):
         return _number_or_row(body, field.name, _kind(field))
     if field.has_presence and not body.HasField(field.name):
         return -1
@@ -177,7 +177,12 @@ def _kind(field: FieldDescriptor) -> Kind:
     if field.enum_type is not None or field.type == FieldDescriptor.TYPE_STRING:
         return Kind("")
     unit = next((unit for end, unit in UNITS if field.name.endswith(end)), "1")
-    return Kind(unit, XYZ if field.label == FieldDescriptor.LABEL_REPEATED else ())
+    return Kind(unit, XYZ if _is_repeated(field) else ())
+
+
+def _is_repeated(field: FieldDescriptor) -> bool:
+    """protobuf 7 has no `label`, and Debian's 4.21 no `is_repeated`."""
+    return field.is_repeated if hasattr(field, "is_repeated") else field.label == FieldDescriptor.LABEL_REPEATED
 
 
 def _module(name: str) -> Any:

@@ -2,6 +2,7 @@
 Units and frames as in proto/hapticd/v1/state.proto: SI, W the world, quaternions w x y z."""
 from __future__ import annotations
 
+import math
 from typing import Any, Dict, Iterable, List, Optional, Sequence
 
 from hapticd.v1 import control_pb2, state_pb2
@@ -13,6 +14,8 @@ except ImportError:  # optional
 
 POSES_IN_BATCH = 14
 """16 are allowed, but would need Chunks."""
+LEAST_NORM, MOST_NORM = 0.5, 2.0
+"""Of the quaternion of a pose: PROTOCOL.md section 9."""
 
 
 def as_array(values: Sequence[Any]) -> Any:
@@ -50,11 +53,16 @@ def _triples(numbers: Sequence[int], unit: float) -> List[List[float]]:
 
 
 def pose_rows(poses: Iterable[Sequence[float]]) -> List[List[float]]:
-    """Poses as rows of 3 numbers (position) or 7 (position, then quaternion w x y z). ValueError or TypeError for others."""
+    """Poses as rows of 3 numbers (position) or 7 (position, then quaternion w x y z). TypeError for what is no number; ValueError for
+    another count, for a number that is not finite and for a quaternion of a norm outside [0.5, 2], with the row's number from 0."""
     rows = [[float(number) for number in row] for row in poses]
-    for row in rows:
+    for place, row in enumerate(rows):
         if len(row) not in (3, 7):
-            raise ValueError(f"a pose is 3 or 7 numbers, not {len(row)}")
+            raise ValueError(f"a pose is 3 or 7 numbers, and row {place} has {len(row)}")
+        if not all(map(math.isfinite, row)):
+            raise ValueError(f"a pose is of finite numbers, and row {place} is {row}")
+        if len(row) == 7 and not LEAST_NORM <= math.hypot(*row[3:]) <= MOST_NORM:
+            raise ValueError(f"the quaternion of a pose has a norm in [{LEAST_NORM}, {MOST_NORM}], and that of row {place} is {row[3:]}")
     return rows
 
 

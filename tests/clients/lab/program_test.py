@@ -1,6 +1,7 @@
 """hapticd-lab as a program, where it was built: finds its packages by itself, lists, refuses. usage: program_test.py HAPTICD_LAB"""
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -28,6 +29,24 @@ class Program(unittest.TestCase):
             listing.stdout.close()
             said = listing.stderr.read()
         self.assertEqual((listing.returncode, said), (0, ""))
+
+    def test_its_version_is_that_of_hapticd_and_without_it_this_is_said(self):
+        with tempfile.TemporaryDirectory() as folder:
+            place = pathlib.Path(folder)
+            (place / "clients").symlink_to(pathlib.Path(PROGRAM).resolve().parent.parent / "clients")
+            (place / "bin").mkdir()
+            program, hapticd = place / "bin" / "hapticd-lab", place / "bin" / "hapticd"
+            shutil.copy(PROGRAM, program)
+
+            def version(**environment):
+                done = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=120, check=False,
+                                      env={"PATH": "/nonexistent", **environment})
+                return done.returncode, done.stdout, done.stderr
+            self.assertEqual(version(), (1, "", "hapticd-lab --version: hapticd is not installed: put it on the PATH, or name it in HAPTICD\n"))
+            self.assertEqual(version(HAPTICD=f"{place}/none"), (1, "", f"hapticd-lab --version: {place}/none: No such file or directory\n"))
+            hapticd.write_text("#!/bin/sh\necho hapticd 12.3 $*\n", encoding="utf-8")
+            hapticd.chmod(0o755)
+            self.assertEqual(version(), (0, "hapticd 12.3 --version\n", ""))
 
     def test_hapticctl_knows_the_experiment(self):
         hapticctl = pathlib.Path(PROGRAM).parent / "hapticctl"

@@ -112,6 +112,10 @@ class Pip(InFolder):
         code, said, _ = self.install(alone)
         self.assertNotEqual(code, 0)
         self.assertIn("Install from the folder clients/python of hapticd's sources, or from a source archive", said)
+        below_root = "import pathlib, sys; exec(pathlib.Path(sys.argv[1]).read_text(), {'__file__': '/alone/setup.py'})"
+        code, said = run(sys.executable, "-c", below_root, PACKAGE / "setup.py", cwd=self.folder)
+        self.assertEqual((code, said.count("\n")), (1, 1), said)
+        self.assertIn("Install from the folder clients/python of hapticd's sources, or from a source archive", said)
         code, said = run(*PIP, "install", *OFFLINE, "--no-deps", "--target", self.folder / "editable", "-e", PACKAGE)
         self.assertNotEqual(code, 0)
         self.assertIn("an editable install would have no wire types", said)

@@ -18,9 +18,10 @@ def conversation(rate_hz=3000.0):
 
 
 class ByHand(unittest.TestCase):
-    def carry_out(self, work, talk, answers):
-        """The Items that were sent, and the result; `answers` gives a Result, or raises, for each that is asked."""
-        sent, answer, error = [], None, None
+    def carry_out(self, work, talk, answers, sent=None, ping=lambda: None):
+        """The Items that were sent, and the result; `answers` gives a Result, or raises, for each that is asked, and `ping` raises what was
+        refused before."""
+        sent, answer, error = [] if sent is None else sent, None, None
         while True:
             try:
                 step = work.send(answer) if error is None else work.throw(error)
@@ -35,7 +36,7 @@ class ByHand(unittest.TestCase):
                 sent.append(step.item)
                 if isinstance(step, requests.Ask):
                     try:
-                        answer = answers(step.item)
+                        answer = ping() if step.item.HasField("ping") else answers(step.item)
                     except BaseException as raised:
                         error = raised
 
@@ -74,6 +75,38 @@ class ByHand(unittest.TestCase):
             with self.assertRaises(TypeError):
                 self.carry_out(run(steps, None, 0, True), conversation(), self.fail)
 
+    def test_nothing_is_sent_of_a_run_of_too_few_or_too_many_steps(self):
+        for steps in (0, -3, 10**9 + 1, 2 * 10**9, 10**12):
+            for collect in (True, False):
+                sent = []
+                with self.assertRaisesRegex(ValueError, f"1 to 1000000000 steps, not {steps}"):
+                    self.carry_out(run(steps, [(0, 0, 0)] * 100, 0, collect), conversation(), self.fail, sent)
+                self.assertEqual(sent, [])
+        with self.assertRaises(ValueError):
+            self.carry_out(run(None, [], 0, True), conversation(), self.fail)
+
+    def test_no_tick_runs_without_a_pose_that_was_refused(self):
+        for piece in range(3):
+            pings, sent = [], []
+
+            def ping():
+                pings.append(len(sent))
+                if len(pings) > piece:
+                    raise hapticd.RequestError(answer_pb2.Result(code=answer_pb2.RESULT_CODE_NOT_FOUND))
+
+            def answers(item):
+                return answer_pb2.Result(run=dict(steps=item.run.steps, next_tick=10**6))
+            with self.assertRaises(hapticd.RequestError):
+                self.carry_out(run(None, [(0, 0, 0)] * 5000, 9, True), conversation(), answers, sent, ping)
+            self.assertEqual([item.run.steps for item in sent if item.HasField("run")], [2048] * piece)
+
+    def test_an_answer_that_cannot_be_is_none(self):
+        for steps, next_tick in ((11, 100), (10**12, 10**12), (2**64 - 1, 2**64 - 1), (10, 9), (1, 0)):
+            talk = conversation()
+            talk.subscription = requests.stream_pb2.Item(subscribe=dict(divisor=1))
+            with self.assertRaisesRegex(hapticd.ProtocolError, f"of 10 steps {steps} were run, up to tick {next_tick}"):
+                self.carry_out(run(10, None, 0, True), talk, lambda _: answer_pb2.Result(run=dict(steps=steps, next_tick=next_tick)))
+
     def test_states_of_another_scene_or_tick_are_not_its_own(self):
         talk = conversation()
         talk.subscription = requests.stream_pb2.Item(subscribe=dict(divisor=2))
@@ -86,15 +119,16 @@ class ByHand(unittest.TestCase):
         _, result = self.carry_out(run(4, None, 0, True), talk, answers)
         self.assertEqual([(state.scene_id, state.tick) for state in result.states], [(7, 100), (7, 102)])
 
-    def test_an_interruption_stops_time_even_if_that_fails(self):
-        work = run(10, None, 0, True)
-        step = next(work)
-        while not isinstance(step, requests.Ask):
-            step = work.send(step.action(conversation()) if isinstance(step, requests.Look) else None)
-        stop = work.throw(KeyboardInterrupt())
-        self.assertEqual((stop.item.run.mode, stop.at_once), (control_pb2.RUN_MODE_STOP, True))
-        with self.assertRaises(KeyboardInterrupt):
-            work.throw(hapticd.SessionEnded())
+    def test_an_interruption_and_silence_stop_time_even_if_that_fails(self):
+        for error in (KeyboardInterrupt(), hapticd.ServerSilent()):
+            work = run(10, None, 0, True)
+            step = next(work)
+            while not (isinstance(step, requests.Ask) and step.item.HasField("run")):
+                step = work.send(step.action(conversation()) if isinstance(step, requests.Look) else None)
+            stop = work.throw(error)
+            self.assertEqual((stop.item.run.mode, stop.at_once), (control_pb2.RUN_MODE_STOP, True))
+            with self.assertRaises(type(error)):
+                work.throw(hapticd.SessionEnded())
 
 
 if __name__ == "__main__":

@@ -239,6 +239,15 @@ class Lockstep(WithServer):
         self.assertEqual(caught.exception.code, "NOT_OWNER")
         session.ping()
 
+    def test_a_run_whose_poses_are_refused_does_not_run(self):
+        session = self.session()
+        session.acquire()
+        session.poses([(0, 0.5, 0)] * 4090)
+        for collect in (True, False):  # the queue holds 4096
+            with self.assertRaises(hapticd.RequestError):
+                session.run(poses=[(0, 0.5, 0)] * 28, collect=collect)
+        self.assertEqual(session.run(1).next_tick, 1)
+
     def test_a_run_is_halted_from_another_thread(self):
         session = self.session()
         session.acquire()
@@ -308,6 +317,12 @@ class Refusals(WithServer):
             self.session().stop()  # who only looks may have to give way
         with self.assertRaises(hapticd.ServerFull):
             self.session()
+
+    def test_a_session_keeps_one_state_at_least(self):
+        for keep in (0, -1):
+            for kind in (hapticd.Session, hapticd.AsyncSession):
+                with self.assertRaisesRegex(ValueError, f"keep_states is {keep}"):
+                    kind(address(self.server), keep_states=keep)
 
     def test_nobody_there_is_an_error_after_a_while(self):
         with unittest.mock.patch.object(conversation, "SILENCE_NS", 200_000_000), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mute:

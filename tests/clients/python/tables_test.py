@@ -146,6 +146,31 @@ class WithAndWithoutNumpy(unittest.TestCase):
         self.both(check)
 
 
+class FieldOf7:
+    """A field as protobuf 7 describes it: `is_repeated`, and no `label`."""
+
+    def __init__(self, field):
+        self._field, self.is_repeated = field, field.name in ("p_wc_m", "nhat_og_w")
+
+    def __getattr__(self, name):
+        if name == "label":
+            raise AttributeError(name)
+        return getattr(self._field, name)
+
+
+class Protobuf7(unittest.TestCase):
+    def test_a_table_of_contacts_has_its_vectors(self):
+        described = mock.Mock()
+        fields = [FieldOf7(field) for field in event_pb2.DESCRIPTOR.message_types_by_name["Contact"].fields]
+        described.DESCRIPTOR.message_types_by_name = {"Contact": mock.Mock(fields=fields)}
+        with mock.patch.object(tables, "event_pb2", described):
+            table = hapticd.event_table(events(), "contact")
+        self.assertEqual(plain(table["p_wc_m"])[0], [1, 2, 3])
+        self.assertEqual(plain(table["nhat_og_w"]), [[0, 1, 0], [0, 1, 0]])
+        self.assertEqual(plain(table["force_n"]), [0.25, 0])
+        self.assertEqual(plain(table["string_index"]), [0, -1])
+
+
 class Numpy(unittest.TestCase):
     def test_a_structured_array_has_a_field_per_column(self):
         made = hapticd.table(states(), 3).to_numpy()

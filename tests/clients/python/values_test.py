@@ -1,4 +1,5 @@
 """Contacts and parameters as numbers and numbers as poses, with numpy and without: the expected numbers are written out here."""
+import math
 import unittest
 from unittest import mock
 
@@ -42,7 +43,7 @@ class Poses(unittest.TestCase):
     def test_each_batch_fits_an_item_and_ticks_go_on(self):
         batches = values.pose_batches([(0, 0, number) for number in range(35)], tool_id=2, first_tick=100)
         self.assertEqual([(batch.first_tick, len(batch.poses)) for batch in batches], [(100, 14), (114, 14), (128, 7)])
-        for batch in values.pose_batches([(1e-3,) * 7] * 100, 31, 2**63):
+        for batch in values.pose_batches([(0.3,) * 7] * 100, 31, 2**63):
             self.assertLessEqual(batch.ByteSize() + 4, 1000)
         self.assertEqual(list(batches[1].poses[0].pose_dh.p_m), [0, 0, 14])
         self.assertEqual(list(batches[1].poses[0].pose_dh.q), [1, 0, 0, 0])
@@ -56,6 +57,15 @@ class Poses(unittest.TestCase):
         for row in ((), (1, 2), (1, 2, 3, 4), range(8)):
             with self.assertRaises(ValueError):
                 values.pose_batches([row], 0, None)
+
+    def test_what_is_not_finite_or_no_rotation_is_refused_by_the_number_of_its_row(self):
+        good = (0, 0, 0, 1, 0, 0, 0)
+        for norm in (0.5, 0.75, 1, 2):
+            self.assertEqual(len(values.pose_rows([good, (0, 0, 0, 0, 0, norm, 0)])), 2)
+        for bad in ((0, math.nan, 0), (math.inf, 0, 0), (0, 0, -math.inf, 1, 0, 0, 0), (0, 0, 0, 1, 0, 0, math.nan), (0, 0, 0, 0, 0, 0, 0),
+                    (0, 0, 0, 0, 0.4999, 0, 0), (0, 0, 0, 3, 0, 0, 0), (0, 0, 0, 2, 0, 0, 0.1), (0, 0, 0, 1e200, 0, 0, 0)):
+            with self.assertRaisesRegex(ValueError, r"\brow 2\b"):
+                values.pose_batches([good, good, bad, good], 0, None)
 
 
 class Assignments(unittest.TestCase):

@@ -43,9 +43,12 @@ export class Connection {
     this.bytes = 0;
   }
 
-  /** Connects, and again whenever the connection is lost, until close(). */
+  /** Connects, and again whenever the connection is lost, until close(). One that is connected or connecting stays as it is; one that waits
+   *  to come back does so at once. */
   open() {
     this.#closing = false;
+    if (this.#socket) return;
+    clearTimeout(this.#next);
     let socket;
     try {
       socket = this.makeSocket(this.address, subprotocols(this.token));
@@ -55,15 +58,21 @@ export class Connection {
       return;
     }
     socket.binaryType = 'arraybuffer';
+    // What a socket says after close() is of no account: there may be another one by then.
     socket.onopen = () => {
+      if (socket !== this.#socket) return;
       this.#attempt = 0;
       this.#lastSequence = 0;
       this.#ping = setInterval(() => this.#sendPing(), PING_MS);
       this.handlers.opened?.();
       this.#sendPing();
     };
-    socket.onmessage = ({ data }) => this.#receive(new Uint8Array(data));
-    socket.onclose = () => this.#closed();
+    socket.onmessage = ({ data }) => {
+      if (socket === this.#socket) this.#receive(new Uint8Array(data));
+    };
+    socket.onclose = () => {
+      if (socket === this.#socket) this.#closed();
+    };
     this.#socket = socket;
   }
 
@@ -131,6 +140,7 @@ export class Connection {
   }
 
   #closed() {
+    this.#socket = null;
     clearInterval(this.#ping);
     for (const { reject } of this.#waiting.values()) reject(new Error('the connection was lost before the answer'));
     this.#waiting.clear();
@@ -138,11 +148,14 @@ export class Connection {
     this.handlers.closed?.();
   }
 
-  /** Ends it for good; what waits for an answer fails. */
+  /** Ends it until open(); what waits for an answer fails, and nothing more is heard of the socket. */
   close() {
     this.#closing = true;
     clearTimeout(this.#next);
-    this.#socket?.close();
+    const socket = this.#socket;
+    if (!socket) return;
+    socket.close();
+    if (socket === this.#socket) this.#closed();
   }
 
   #again() {

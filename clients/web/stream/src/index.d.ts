@@ -47,7 +47,9 @@ export class Connection {
   /** Bytes received. */
   bytes: number;
   readonly isOpen: boolean;
+  /** Connects, and again after every loss; nothing changes where it is connected or connecting. */
   open(): void;
+  /** Ends it until open(). What waits for an answer fails, and closed() is called, before it returns. */
   close(): void;
   /** Sends an Item, such as {clear: {}}, to the daemon; its Result, OK or not. */
   call(item: v1.Plain<v1.Item>): Promise<v1.Result>;

@@ -89,18 +89,16 @@ test('a socket that cannot be made is tried again, and a listener that throws do
   console.error = () => {};
   try {
     let made = 0;
+    const socket = { readyState: 1 };
     const connection = new Connection({ address: 'ws://h/stream', token: '', pageS: () => 0, makeSocket: () => {
       ++made;
       if (made < 3) throw new Error('not allowed');
-      return {};
+      return socket;
     }, handlers: { closed: () => { throw new Error('a listener'); } } });
-    const socket = { readyState: 1 };
     connection.open();
     later.shift()();
     later.shift()();
     assert.equal(made, 3);
-    connection.makeSocket = () => socket;
-    connection.open();
     assert.throws(() => socket.onclose(), /a listener/);
     assert.equal(later.length, 1);
   } finally {

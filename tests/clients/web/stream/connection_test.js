@@ -6,23 +6,34 @@ import { Connection, streamOf } from '../../../../clients/web/stream/src/connect
 import { StreamModel } from '../../../../clients/web/stream/src/stream_model.js';
 import { v1 } from '../../../../clients/web/stream/src/wire.js';
 
-/** A connection, and the sockets that it has made. */
+/** A connection, and the sockets that it has made, which close as those of a browser do: later. */
 function opened(options = {}) {
   const sockets = [];
   const makeSocket = (url, protocols) => {
-    const socket = { url, protocols, readyState: 1, sent: [], send: (data) => socket.sent.push(v1.PageRequest.decode(data)) };
+    const socket = { url, protocols, readyState: 0, sent: [], send: (data) => socket.sent.push(v1.PageRequest.decode(data)) };
     socket.close = () => {
-      socket.readyState = 3;
-      socket.onclose();
+      socket.readyState = 2;
+      queueMicrotask(() => {
+        socket.readyState = 3;
+        socket.onclose();
+      });
     };
     sockets.push(socket);
     return socket;
   };
   const connection = new Connection({ address: 'ws://h/stream', makeSocket, ...options });
   connection.open();
-  sockets[0].onopen();
+  connect(sockets[0]);
   return { connection, sockets };
 }
+
+function connect(socket) {
+  socket.readyState = 1;
+  socket.onopen();
+}
+
+/** All sockets have said that they are closed. */
+const settled = () => new Promise((resolve) => setImmediate(resolve));
 
 /** Timers that the test moves, for as long as the test `t` runs; Node 18 has none. */
 function movedTimers(t) {
@@ -73,17 +84,64 @@ test('it comes back after a loss, and requests without an answer have failed', a
   connection.close();
 });
 
-test('once closed it stays closed, whenever that is, until it is opened again', (t) => {
+test('once closed it stays closed, whenever that is, until it is opened again', async (t) => {
   const timers = movedTimers(t);
   const { connection, sockets } = opened();
   connection.close();
+  await settled();
   timers.tick(60_000);
   assert.equal(sockets.length, 1);
   connection.open();
   sockets[1].onclose();
   connection.close(); // while it waits to come back
+  await settled();
   timers.tick(60_000);
   assert.equal(sockets.length, 2);
+});
+
+test('closed and opened at once, it has one socket, and the old one is of no account', async (t) => {
+  const timers = movedTimers(t);
+  const seen = [];
+  const { connection, sockets } = opened({ handlers: { opened: () => seen.push('opened'), closed: () => seen.push('closed'), event: () => seen.push('event') } });
+  const lost = assert.rejects(connection.call({ ping: {} }), /lost before the answer/);
+  connection.close();
+  assert.equal(connection.isOpen, false);
+  await lost;
+  connection.open();
+  sockets[0].onmessage(message({ sequence: 1, link: { state: 1 } }));
+  connect(sockets[1]);
+  const asked = connection.call({ ping: {} });
+  await settled();
+  timers.tick(60_000);
+  assert.deepEqual([sockets.length, connection.isOpen, sockets[0].readyState], [2, true, 3]);
+  sockets[1].onmessage(message({ sequence: 1, result: { item_id: sockets[1].sent.at(-1).id, code: v1.ResultCode.RESULT_CODE_OK } }));
+  assert.equal((await asked).code, v1.ResultCode.RESULT_CODE_OK);
+  assert.deepEqual(seen, ['opened', 'closed', 'opened']);
+  connection.close();
+});
+
+test('a socket that was closed while it connected is of no account', async (t) => {
+  movedTimers(t);
+  const { connection, sockets } = opened();
+  connection.close();
+  connection.open();
+  connection.close();
+  sockets[1].onopen();
+  await settled();
+  assert.deepEqual([sockets.length, connection.isOpen, sockets[1].sent.length], [2, false, 0]);
+});
+
+test('opened twice, it has one socket', (t) => {
+  const timers = movedTimers(t);
+  const { connection, sockets } = opened();
+  connection.open();
+  assert.equal(sockets.length, 1);
+  sockets[0].onclose();
+  connection.open(); // while it waits to come back: at once
+  connection.open(); // while it connects
+  timers.tick(60_000);
+  assert.equal(sockets.length, 2);
+  connection.close();
 });
 
 test('what is no message is counted and left out, and the next one is taken', () => {
