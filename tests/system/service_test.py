@@ -119,6 +119,8 @@ class Notifications(ServiceCase):
                 manager.hear_until("WATCHDOG=1")
             # The haptic thread alone stands still: the main thread, which feeds, goes on.
             with HeldThread(played.process.pid, "haptic"):
+                # What was fed before it was held.
+                manager.drain()
                 manager.heard.clear()
                 end = time.monotonic() + 1.0
                 while time.monotonic() < end:
