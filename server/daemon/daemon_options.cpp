@@ -185,7 +185,7 @@ void add_options(CLI::App& app, DaemonOptions& options) {
   app.add_flag(
       "--announce", options.announce,
       "announce this hapticd to the local network by mDNS, for hapticctl --discover; needs "
-      "--keys and avahi-daemon");
+      "--keys, --listen 0.0.0.0:PORT or [::]:PORT, and avahi-daemon");
   app.add_flag("--check", options.check_only, "check options, scene and gesture, play nothing");
 }
 
