@@ -185,7 +185,7 @@ void add_options(CLI::App& app, DaemonOptions& options) {
   app.add_flag(
       "--announce", options.announce,
       "announce this hapticd to the local network by mDNS, for hapticctl --discover; needs "
-      "--keys and avahi-daemon");
+      "--keys, --listen 0.0.0.0:PORT or [::]:PORT, and avahi-daemon");
   app.add_flag("--check", options.check_only, "check options, scene and gesture, play nothing");
 }
 
@@ -346,7 +346,8 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
       "the devices that are plugged in; hapticd export writes a recording as a table.\n"
       "Exit codes: 0 good, 1 bad scene, gesture, profile or configuration, 2 bad command line,\n"
       "3 address not available, 4 realtime required and refused, 5 a verified replay differs,\n"
-      "7 the requested recording cannot be started.");
+      "6 doctor named a cause, 7 the requested recording cannot be started, 8 a verified replay\n"
+      "is of other physics, and its poses alone are the same.");
   add_options(app, options);
   try {
     app.parse(argc, argv);

@@ -28,9 +28,10 @@ void ServiceDesk::keep_scene() {
 }
 
 void ServiceDesk::announce(const UdpTransport& transport) {
-  if (transport.loopback()) {
-    throw StartError(kExitUsage, "--announce: nobody else reaches " + transport.local_address() +
-                                     ". Listen for the network too: --listen 0.0.0.0:47800.");
+  if (!transport.wildcard()) {
+    throw StartError(kExitUsage, "--announce: that tells of every address of this machine, and " +
+                                     transport.local_address() +
+                                     " is only one. Listen on all: --listen 0.0.0.0:47800.");
   }
   announcement_ =
       std::make_unique<Announcement>(Announced{transport.port(), kProtocol, transport.ipv4_only()});
@@ -57,7 +58,7 @@ void ServiceDesk::follow(std::int64_t now_ns) {
 
 void ServiceDesk::end() {
   notifier_.stopping();
-  announcement_.reset();
+  if (announcement_ != nullptr) announcement_->withdraw();
 }
 
 std::string ServiceDesk::status() const {

@@ -21,7 +21,8 @@ class ServiceDesk {
 
   /// The first scene is there.
   void begin();
-  /// Publishes the socket by mDNS. Throws StartError where only this machine reaches it.
+  /// Publishes the socket by mDNS. Throws StartError where it is bound to one address: mDNS
+  /// tells of all that the machine has.
   void announce(const UdpTransport& transport);
   /// A tick is over.
   void note(const Tick& tick) noexcept;

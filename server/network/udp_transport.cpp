@@ -165,8 +165,8 @@ std::string UdpTransport::local_address() const {
   return (local.address().is_v4() ? host : "[" + host + "]") + ":" + std::to_string(local.port());
 }
 
-bool UdpTransport::loopback() const {
-  return implementation_->socket.local_endpoint().address().is_loopback();
+bool UdpTransport::wildcard() const {
+  return implementation_->socket.local_endpoint().address().is_unspecified();
 }
 
 bool UdpTransport::ipv4_only() const noexcept { return implementation_->v4; }

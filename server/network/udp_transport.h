@@ -38,8 +38,8 @@ class UdpTransport {
 
   /// Address and port bound, as text for people: 127.0.0.1:47800.
   [[nodiscard]] std::string local_address() const;
-  /// Whether only programs of this machine reach it.
-  [[nodiscard]] bool loopback() const;
+  /// Whether every address of this machine reaches it.
+  [[nodiscard]] bool wildcard() const;
   /// Whether nobody reaches it by IPv6.
   [[nodiscard]] bool ipv4_only() const noexcept;
   /// Port bound.

@@ -8,6 +8,8 @@
 namespace hapticd {
 namespace {
 
+constexpr const char* kLeaveOut = "Leave it out, or change what it depends on.";
+
 /// What a string can do in its scene.
 struct Ability {
   bool bends = false;     ///< a press deflects it
@@ -45,10 +47,9 @@ class IdleFields {
   }
 
  private:
-  void add(bool written, std::string path, const std::string& why) {
+  void add(bool written, std::string path, const std::string& why, const char* remedy = kLeaveOut) {
     if (!written) return;
-    found_.push_back({true, "", 0, 0, std::move(path), "this does nothing: " + why,
-                      "Leave it out, or change what it depends on."});
+    found_.push_back({true, "", 0, 0, std::move(path), "this does nothing: " + why, remedy});
   }
 
   bool any(bool Ability::*what) const {
@@ -56,7 +57,15 @@ class IdleFields {
                        [what](const Ability& string) { return string.*what; });
   }
 
+  /// Whether the scene is refused without what `level` needs.
+  [[nodiscard]] bool asked(v1::StringLevel level) const {
+    const auto& strings = written_.strings();
+    return std::any_of(strings.begin(), strings.end(),
+                       [level](const v1::String& each) { return each.max_level() >= level; });
+  }
+
   void features();
+  void ringing();
   void tones();
   void string(int i);
   void solver();
@@ -72,22 +81,34 @@ void IdleFields::features() {
   const bool none = strings_.empty();
   const std::string no_string = "the scene has no string";
   add(none && written_.preset() != v1::PRESET_UNSPECIFIED, "preset", no_string);
-  add(none && written_.has_friction(), "friction", no_string);
-  const std::string no_ring =
-      none ? no_string
-           : "no string can ring; that takes a tuning, tension, length, and max_level FUNDAMENTAL "
-             "or more";
-  add(written_.has_vibration() && !any(&Ability::rings), "vibration", no_ring);
-  add(written_.has_modes() && !any(&Ability::in_modes), "modes",
-      any(&Ability::rings) ? "no string has max_level MODES" : no_ring);
+  ringing();
+  const bool rigid = !any(&Ability::bends);
   const std::string no_bend = none ? no_string : "no string bends";
-  add(written_.has_lateral_force() && !any(&Ability::bends), "lateral_force", no_bend);
-  add(written_.has_release() && !any(&Ability::bends), "release", no_bend);
-  const auto& strings = written_.strings();
-  add(!none && written_.has_friction() &&
-          std::all_of(strings.begin(), strings.end(),
-                      [](const v1::String& each) { return each.has_friction_coefficient(); }),
-      "friction.coefficient", "every string has its own coefficient");
+  add(written_.has_friction() && rigid, "friction", no_bend);
+  add(written_.has_lateral_force() && rigid, "lateral_force", no_bend);
+  // Of a string that does not bend, release_gap_m ends the touch.
+  add(written_.has_release() && none, "release", no_string);
+  add(written_.release().has_arm_deflection_m() && !none && rigid, "release.arm_deflection_m",
+      no_bend);
+}
+
+void IdleFields::ringing() {
+  const char* const tune = "A max_level needs it: tune its string by frequency_hz.";
+  const std::string no_ring =
+      strings_.empty()
+          ? "the scene has no string"
+          : "no string can ring; that takes a tuning, tension, length, and max_level FUNDAMENTAL "
+            "or more";
+  add(written_.has_vibration() && !any(&Ability::rings), "vibration", no_ring,
+      asked(v1::STRING_LEVEL_FUNDAMENTAL) ? tune
+      : written_.has_modes() ? "Leave it out together with modes, or change what it depends on."
+                             : kLeaveOut);
+  const bool needed = asked(v1::STRING_LEVEL_MODES);
+  add(written_.has_modes() && !any(&Ability::in_modes), "modes",
+      !any(&Ability::rings) ? no_ring
+      : needed              ? "no string of max_level MODES can ring"
+                            : "no string has max_level MODES",
+      needed ? tune : kLeaveOut);
 }
 
 void IdleFields::tones() {
@@ -116,6 +137,7 @@ void IdleFields::string(int i) {
   if (!able.bends) {
     const std::string rigid = "the string never bends";
     add(given.has_tension_n(), path + "tension_n", rigid);
+    add(given.has_friction_coefficient(), path + "friction_coefficient", rigid);
     add(given.has_youngs_modulus_pa(), path + "youngs_modulus_pa", rigid);
     add(scaled, path + scale, rigid);
   } else if (able.yields) {

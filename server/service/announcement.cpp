@@ -6,20 +6,66 @@
 #include <avahi-common/alternative.h>
 #include <avahi-common/error.h>
 #include <avahi-common/malloc.h>
-#include <avahi-common/thread-watch.h>
+#include <avahi-common/simple-watch.h>
 #include <spdlog/spdlog.h>
 
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <mutex>
 #include <string>
+#include <thread>
 
 namespace hapticd {
+namespace {
 
-// All but construction and destruction runs on the thread of `poll`.
+/// Longest wait at the end for a farewell to avahi-daemon.
+constexpr std::chrono::milliseconds kFarewell{200};
+
+}  // namespace
+
+// Runs on a thread of its own, since each call of libavahi waits up to 25 s for an avahi-daemon
+// that hangs. All that others touch is `poll` to wake it, `over`, and tell's own.
 struct Announcement::Implementation {
   Announced what;
   std::string name;
-  AvahiThreadedPoll* poll = nullptr;
+  AvahiSimplePoll* poll = nullptr;
   AvahiClient* client = nullptr;
   AvahiEntryGroup* group = nullptr;
+  std::atomic<bool> over{false};
+  std::mutex telling;
+  bool silent = false;  ///< guarded by `telling`
+
+  explicit Implementation(const Announced& announced)
+      : what(announced), poll(avahi_simple_poll_new()) {}
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+  ~Implementation() {
+    if (poll != nullptr) avahi_simple_poll_free(poll);
+  }
+
+  /// Until it is over.
+  void run() {
+    connect();
+    while (!over.load() && avahi_simple_poll_iterate(poll, -1) == 0) {
+    }
+    forget();
+    if (client != nullptr) avahi_client_free(client);
+    client = nullptr;
+  }
+
+  template <typename... Values>
+  void tell(spdlog::level::level_enum level, fmt::format_string<Values...> text,
+            Values&&... values) {
+    const std::lock_guard lock(telling);
+    if (!silent) spdlog::log(level, fmt::format(text, std::forward<Values>(values)...));
+  }
+
+  /// The log may end from now on.
+  void be_silent() {
+    const std::lock_guard lock(telling);
+    silent = true;
+  }
 
   /// Publishes under `name`.
   void publish(AvahiClient* with) {
@@ -31,7 +77,7 @@ struct Announcement::Implementation {
       if (error == AVAHI_ERR_COLLISION) rename();
     }
     if (error == AVAHI_OK) error = avahi_entry_group_commit(group);
-    if (error != AVAHI_OK) spdlog::warn("not announced: {}", avahi_strerror(error));
+    if (error != AVAHI_OK) tell(spdlog::level::warn, "not announced: {}", avahi_strerror(error));
   }
 
   int add() const {
@@ -56,13 +102,13 @@ struct Announcement::Implementation {
   static void on_group(AvahiEntryGroup* group, AvahiEntryGroupState state, void* self_of) {
     auto& self = *static_cast<Implementation*>(self_of);
     if (state == AVAHI_ENTRY_GROUP_ESTABLISHED) {
-      spdlog::info("announced as '{}', {}", self.name, kServiceType);
+      self.tell(spdlog::level::info, "announced as '{}', {}", self.name, kServiceType);
     } else if (state == AVAHI_ENTRY_GROUP_COLLISION) {
       self.rename();
       self.publish(avahi_entry_group_get_client(group));
     } else if (state == AVAHI_ENTRY_GROUP_FAILURE) {
-      spdlog::warn("not announced: {}",
-                   avahi_strerror(avahi_client_errno(avahi_entry_group_get_client(group))));
+      self.tell(spdlog::level::warn, "not announced: {}",
+                avahi_strerror(avahi_client_errno(avahi_entry_group_get_client(group))));
     }
   }
 
@@ -77,8 +123,8 @@ struct Announcement::Implementation {
         if (self.group != nullptr) avahi_entry_group_reset(self.group);
         break;
       case AVAHI_CLIENT_CONNECTING:
-        spdlog::warn(
-            "not announced yet: avahi-daemon does not run. Install or start avahi-daemon.");
+        self.tell(spdlog::level::warn,
+                  "not announced yet: avahi-daemon does not run. Install or start avahi-daemon.");
         break;
       case AVAHI_CLIENT_FAILURE:
         self.lose(client);
@@ -91,7 +137,7 @@ struct Announcement::Implementation {
     const int error = avahi_client_errno(lost);
     forget();
     if (client == nullptr) return;  // it is still being made
-    spdlog::warn("no longer announced: {}", avahi_strerror(error));
+    tell(spdlog::level::warn, "no longer announced: {}", avahi_strerror(error));
     avahi_client_free(client);
     client = nullptr;
     connect();
@@ -99,31 +145,37 @@ struct Announcement::Implementation {
 
   void connect() {
     int error = 0;
-    client = avahi_client_new(avahi_threaded_poll_get(poll), AVAHI_CLIENT_NO_FAIL, on_client, this,
+    client = avahi_client_new(avahi_simple_poll_get(poll), AVAHI_CLIENT_NO_FAIL, on_client, this,
                               &error);
     if (client != nullptr) return;
-    spdlog::warn("not announced: {}. Install avahi-daemon and start hapticd again.",
-                 avahi_strerror(error));
+    tell(spdlog::level::warn, "not announced: {}. Install avahi-daemon and start hapticd again.",
+         avahi_strerror(error));
   }
 };
 
 Announcement::Announcement(const Announced& what)
-    : implementation_(std::make_unique<Implementation>()) {
-  Implementation& self = *implementation_;
-  self.what = what;
-  self.poll = avahi_threaded_poll_new();
-  if (self.poll == nullptr) return;
-  self.connect();
-  avahi_threaded_poll_start(self.poll);
+    : implementation_(std::make_shared<Implementation>(what)) {
+  if (implementation_->poll == nullptr) return;
+  std::packaged_task<void()> task([self = implementation_] { self->run(); });
+  finished_ = task.get_future();
+  thread_ = std::thread(std::move(task));
+}
+
+void Announcement::withdraw() noexcept {
+  if (!thread_.joinable()) return;
+  implementation_->over.store(true);
+  avahi_simple_poll_wakeup(implementation_->poll);
 }
 
 Announcement::~Announcement() {
-  Implementation& self = *implementation_;
-  if (self.poll == nullptr) return;
-  avahi_threaded_poll_stop(self.poll);
-  self.forget();
-  if (self.client != nullptr) avahi_client_free(self.client);
-  avahi_threaded_poll_free(self.poll);
+  if (!thread_.joinable()) return;
+  withdraw();
+  if (finished_.wait_for(kFarewell) == std::future_status::ready) {
+    thread_.join();
+    return;
+  }
+  implementation_->be_silent();
+  thread_.detach();
 }
 
 }  // namespace hapticd

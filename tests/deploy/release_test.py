@@ -107,6 +107,22 @@ class Release(unittest.TestCase):
                 self.commit()
                 self.refused(why)
 
+    def test_a_long_section_is_read_to_its_end(self):
+        # More than a pipe holds: who stops reading early ends the writer by a signal.
+        points = "- A point.\n" * 20000
+        self.write("CHANGELOG.md", f"# Changelog\n\n## [Unreleased]\n\n## [1.2.3] - 2026-01-02\n\n{points}")
+        self.commit()
+        run = self.release("--dry-run")
+        self.assertEqual(0, run.returncode, run.stderr)
+        shutil.rmtree(self.root / "build")
+        self.write("CHANGELOG.md", f"# Changelog\n\n## [Unreleased]\n\n{points}\n## [1.2.3] - 2026-01-02\n\n- A point.\n")
+        self.commit()
+        self.refused("under Unreleased")
+
+    def test_a_folder_that_would_be_a_change_of_the_tree_is_refused_at_once(self):
+        for folder in (self.root / "out", self.root / "deploy/new/out"):
+            self.refused("is in the clone and not ignored", options=("--output", str(folder)))
+
     def test_a_citation_of_another_version_is_refused(self):
         self.write("CITATION.cff", 'version: "1.2.2"\n')
         self.commit()

@@ -1,5 +1,5 @@
 """What bash offers at the tab key: commands and options that the programs have, names and values of a running daemon, and nothing that a
-daemon with evil names could have the shell run."""
+daemon or a program with sound, of evil names, could have the shell run."""
 import os
 import pathlib
 import re
@@ -76,17 +76,29 @@ class Completion(unittest.TestCase):
                 with self.subTest(script.name, option=word):
                     self.assertIn(word, said)
 
-    def test_a_daemon_with_evil_names_runs_nothing(self):
+    @staticmethod
+    def fake(folder, program, said):
+        """A program of this name that says so whatever it is asked."""
+        path = pathlib.Path(folder, program)
+        path.write_text(f"#!/bin/sh\ncat <<'END'\n{said}\nEND\n", encoding="utf-8")
+        path.chmod(path.stat().st_mode | stat.S_IXUSR)
+
+    def test_ports_of_sound_are_offered(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.fake(folder, "haptic-audio", "audio out system:playback_1\nmidi in synth/in:a-b.c")
+            self.assertEqual(["system:playback_1"], offered("haptic-audio --connect ", folder))
+
+    def test_a_daemon_or_a_port_with_an_evil_name_runs_nothing(self):
         for evil in ("$(>ran)", "`>ran`", "a$(>ran)b", "$(touch ran)", "x;>ran"):
             with tempfile.TemporaryDirectory() as folder:
-                fake = pathlib.Path(folder, "hapticctl")
-                fake.write_text(f"#!/bin/sh\ncat <<'END'\n{evil}\n{evil}={evil}\nquality={evil}\ntool {evil}: 1\nEND\n", encoding="utf-8")
-                fake.chmod(fake.stat().st_mode | stat.S_IXUSR)
+                self.fake(folder, "hapticctl", f"{evil}\n{evil}={evil}\nquality={evil}\ntool {evil}: 1")
+                self.fake(folder, "haptic-audio", f"audio out {evil}:playback_FL")
                 for line in ("hapticctl scene load ", "hapticctl gesture play ", "hapticctl get ", "hapticctl set ", "hapticctl set quality=",
-                             f"hapticctl set {evil}=", "hapticctl recentre --tool ", "hapticd --scene ", "hapticd --gesture "):
+                             f"hapticctl set {evil}=", "hapticctl recentre --tool ", "hapticd --scene ", "hapticd --gesture ",
+                             "haptic-audio --connect "):
                     with self.subTest(line, evil=evil):
                         offered(line, folder, folder)
-                        self.assertEqual(["hapticctl"], os.listdir(folder))
+                        self.assertEqual(["haptic-audio", "hapticctl"], sorted(os.listdir(folder)))
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -59,7 +60,7 @@ class Discovery(unittest.TestCase):
         os.environ["DBUS_SYSTEM_BUS_ADDRESS"] = f"unix:path={cls.folder}/bus"
         cls.serve("dbus-daemon", f"--config-file={cls.folder}/bus.conf", "--nofork", "--nopidfile")
         cls.wait_until((cls.folder / "bus").exists)
-        cls.serve("avahi-daemon", "--no-drop-root", "--no-chroot", "--no-rlimits", "--no-proc-title", "-f", str(cls.folder / "avahi.conf"))
+        cls.avahi = cls.serve("avahi-daemon", "--no-drop-root", "--no-chroot", "--no-rlimits", "--no-proc-title", "-f", str(cls.folder / "avahi.conf"))
         cls.wait_until(lambda: "nobody can be asked" not in discover()[2])
         subprocess.run([os.environ["HAPTICCTL"], "keygen", str(cls.folder / "keys")], check=True, stdout=subprocess.DEVNULL)
 
@@ -101,6 +102,23 @@ class Discovery(unittest.TestCase):
             code, text, error = daemon.said(os.environ["HAPTICCTL"], "--server", here["server"], "--key", str(self.folder / "keys/view.key"), "status")
             self.assertEqual(code, 0, text + error)
             self.assertEqual(played.end(signal.SIGTERM), 0, played.log)
+        self.wait_until(lambda: self.found() == [])
+
+    def test_an_avahi_daemon_that_hangs_delays_neither_start_nor_end(self):
+        unit = (pathlib.Path(__file__).resolve().parents[2] / "deploy/systemd/hapticd.service.in").read_text(encoding="utf-8")
+        patience_s = float(re.search("^TimeoutStopSec=([0-9]+)$", unit, re.MULTILINE)[1])
+        self.addCleanup(self.avahi.send_signal, signal.SIGCONT)
+        with self.announced() as played:
+            self.wait_until(lambda: self.found() != [])
+            self.avahi.send_signal(signal.SIGSTOP)
+            played.process.send_signal(signal.SIGTERM)
+            self.assertEqual(played.process.wait(patience_s), 0)
+        with self.announced() as played:
+            played.process.send_signal(signal.SIGTERM)
+            self.assertEqual(played.process.wait(patience_s), 0)
+            # Nobody has waited until D-Bus gave up.
+            self.assertNotIn("not announced", played.log + played.process.stdout.read())
+        self.avahi.send_signal(signal.SIGCONT)
         self.wait_until(lambda: self.found() == [])
 
     def test_two_daemons_of_one_machine_have_two_names(self):

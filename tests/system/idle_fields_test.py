@@ -41,9 +41,10 @@ IDLE = [
     (PLAIN + "\0", "tones {}\n", "", "tones"),
     (FINGER + string(TUNED + " max_level: STRING_LEVEL_FUNDAMENTAL\n") + "vibration {}\n\0", "modes { count: 4 }\n", "", "modes"),
     (FINGER + string(TUNED + " max_level: STRING_LEVEL_RIGID\n") + "\0", "lateral_force {}\n", "", "lateral_force"),
-    (FINGER + string(TUNED + " max_level: STRING_LEVEL_RIGID\n") + "\0", "release { arm_deflection_m: 1e-5 }\n", "", "release"),
-    (FINGER + string(TUNED + " friction_coefficient: 0.3\n") + "\0", "friction {\n coefficient: 0.1\n}\n", "friction { coefficient: 2 }\n",
-     "friction.coefficient"),
+    (FINGER + string(TUNED + " max_level: STRING_LEVEL_RIGID\n") + "\0", "release {\n arm_deflection_m: 1e-5\n}\n", "", "release.arm_deflection_m"),
+    (FINGER + string(TUNED + " max_level: STRING_LEVEL_RIGID\n") + "\0", "friction { coefficient: 0.5 }\n", "", "friction"),
+    (FINGER + string(" max_level: STRING_LEVEL_RIGID\n\0") + "friction { coefficient: 0.5 }\n", " friction_coefficient: 0.9\n", "",
+     "strings[0].friction_coefficient"),
     (PLAIN + "vibration {}\n\0", "tones {\n reference_force_n: 1\n}\n", "tones {}\n", "tones.reference_force_n"),
     (PLAIN + "vibration {}\n\0", "tones { level: TONE_LEVEL_FORCE\n reference_amplitude_m: 1e-4\n}\n", "tones { level: TONE_LEVEL_FORCE }\n",
      "tones.reference_amplitude_m"),
@@ -69,6 +70,16 @@ RICH_STRING = (" tension_n: 30 youngs_modulus_pa: 1.9e11 frequency_hz: 65.4 deca
                " friction_coefficient: 0.2\n")
 RICH = (FINGER + string(RICH_STRING) + string(TUNED, "B", 0.012) + "vibration {}\nmodes { count: 8 }\nfriction { coefficient: 0.3 }\n"
         "tones { level: TONE_LEVEL_AMPLITUDE reference_amplitude_m: 0.03 }\nrelease { arm_deflection_m: 4e-4 }\nlateral_force {}\n")
+RIGID = FINGER + string(" max_level: STRING_LEVEL_RIGID\n") + "release { release_gap_m: 1e-4 }\n"
+UNTUNED = FINGER + string(" max_level: STRING_LEVEL_%s\n")
+# (scene, field that is idle there and that it cannot do without, what in it is changed to obey the warning, and to what).
+NEEDED = [
+    (UNTUNED % "FUNDAMENTAL" + "vibration {}\n", "vibration", " max_level", TUNED + " max_level"),
+    (UNTUNED % "MODES" + "vibration {}\nmodes { count: 4 }\n", "modes", " max_level", TUNED + " max_level"),
+    (FINGER + string(TUNED + " max_level: STRING_LEVEL_FUNDAMENTAL\n") + string(" max_level: STRING_LEVEL_MODES\n", "B", 0.012)
+     + "vibration {}\nmodes { count: 4 }\n", "modes", " max_level: STRING_LEVEL_MODES", TUNED + " max_level: STRING_LEVEL_MODES"),
+    (FINGER + WALL + "vibration {}\nmodes { count: 4 }\n", "vibration", "vibration {}\nmodes { count: 4 }\n", ""),
+]
 STRAIGHT = FINGER + string(" model: STRING_MODEL_RIGID k_s: 1\n") + "preset: PRESET_PAPER\n"
 # (scene, what is in it, what takes its place): what is played differs.
 EFFECTIVE = [
@@ -79,6 +90,7 @@ EFFECTIVE = [
         ("coefficient: 0.3", "coefficient: 0.6"), ("reference_amplitude_m: 0.03", "reference_amplitude_m: 0.02"),
         ("tones { level: TONE_LEVEL_AMPLITUDE reference_amplitude_m: 0.03 }", ""), ("arm_deflection_m: 4e-4", "arm_deflection_m: 2e-3"),
         ("lateral_force {}", ""))),
+    (RIGID, "release_gap_m: 1e-4", "release_gap_m: 0.05"),
     (STRAIGHT, "k_s: 1", "k_s: 2"),
     (FINGER + string(" linear_density_kg_per_m: 1.4e-3\n") + "vibration {}\n", "1.4e-3", "1.5e-3"),
     (FINGER + BUNNY + "solver {\n body_level: 1\n}\n", "body_level: 1", "body_level: 2"),
@@ -100,16 +112,22 @@ def path(seed):
     return rows[:TICKS]
 
 
-def warned(text, name):
-    """{path: line} of what hapticd-model says does nothing in a scene."""
+def checked(text, name):
+    """Exit code and complaints of hapticd-model check, and the path of the scene."""
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder, f"{name}.textproto")
         file.write_text(text, encoding="utf-8")
         done = subprocess.run([BIN / "hapticd-model", "check", file], capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise AssertionError(done.stderr)
-        found = re.findall(rf"^{re.escape(str(file))}:(\d+):\d+: warning: (\S+): this does nothing: ", done.stderr, re.MULTILINE)
-        return {field: int(line) for line, field in found}
+        return done.returncode, done.stderr, str(file)
+
+
+def warned(text, name):
+    """{path: line} of what hapticd-model says does nothing in a scene."""
+    code, complaints, file = checked(text, name)
+    if code:
+        raise AssertionError(complaints)
+    found = re.findall(rf"^{re.escape(file)}:(\d+):\d+: warning: (\S+): this does nothing: ", complaints, re.MULTILINE)
+    return {field: int(line) for line, field in found}
 
 
 def told(event):
@@ -151,6 +169,22 @@ class IdleFields(daemon.LockstepCase):
                 self.assertEqual({}, warned(text, "tried"))
                 changed = text.replace(old, new)
                 self.assertTrue(any(self.all_of(text, poses) != self.all_of(changed, poses) for poses in paths))
+
+
+class Remedies(unittest.TestCase):
+    def test_nobody_is_told_to_leave_out_alone_what_the_scene_needs(self):
+        for text, field, old, new in NEEDED:
+            with self.subTest(field, text=text):
+                self.assertIn(field, warned(text, "tried"))
+                self.assertNotEqual(0, checked(re.sub(rf"{field} .*\n", "", text), "tried")[0])
+                (said,) = (line for line in checked(text, "tried")[1].splitlines() if f"warning: {field}: " in line)
+                self.assertNotIn("Leave it out,", said)
+                self.assertIn("frequency_hz" if new else "together with modes", said)
+                self.assertEqual({}, warned(text.replace(old, new), "tried"))
+
+    def test_the_coefficient_that_a_scene_with_friction_must_have_is_no_doubt(self):
+        text = FINGER + string(" friction_coefficient: 0.3\n") + "friction { coefficient: 0.1 }\n"
+        self.assertEqual({}, warned(text, "tried"))
 
 
 class ShippedScenes(unittest.TestCase):

@@ -24,6 +24,12 @@ class Start(unittest.TestCase):
         code, text = daemon.run("--version")
         self.assertEqual((code, text.split()[0]), (0, "hapticd"))
 
+    def test_the_help_has_every_exit_code_of_the_man_page(self):
+        manual = (pathlib.Path(__file__).resolve().parents[2] / "deploy/man/hapticd.1").read_text(encoding="utf-8")
+        codes = re.findall(r"(?:^|; )(\d) ", re.search(r'\.SH "EXIT STATUS"\n(.*?)\n\.B device', manual, re.DOTALL)[1], re.MULTILINE)
+        self.assertIn("8", codes)
+        self.assertEqual(codes, re.findall(r"(?:: |,\s)(\d) ", daemon.run("--help")[1].split("Exit codes")[1]))
+
     def test_the_completion_offers_the_devices_that_the_help_lists(self):
         script = pathlib.Path(__file__).parents[2] / "deploy/completion/hapticd"
         bash = f"source {script}; COMP_WORDS=(hapticd --device ''); COMP_CWORD=2; _hapticd {daemon.HAPTICD}; echo ${{COMPREPLY[@]}}"

@@ -54,6 +54,24 @@ class Units(unittest.TestCase):
             code, text = self.analyze("verify", "--man=no", str(self.folder / "lib/systemd/system" / unit))
             self.assertEqual((code, text), (0, ""))
 
+    def test_systemd_accepts_each_change_of_a_unit_that_the_page_shows(self):
+        self.install(self.folder)
+        (self.folder / "bin").mkdir()
+        for program in ("hapticd", "haptic-web"):
+            (self.folder / "bin" / program).symlink_to("/bin/true")
+        page = (pathlib.Path(__file__).resolve().parents[2] / "deploy/docs/service.md").read_text(encoding="utf-8")
+        shown = re.findall(r"`sudo systemctl edit (\S+)`\s+with\n\n```\n(.*?)```\n", page, flags=re.DOTALL)
+        self.assertEqual(page.count("systemctl edit"), len(shown))
+        for name, text in shown:
+            with self.subTest(name, text=text):
+                unit = self.folder / "lib/systemd/system" / (name if "." in name else f"{name}.service")
+                changes = unit.with_name(f"{unit.name}.d")
+                changes.mkdir()
+                (changes / "override.conf").write_text(text, encoding="utf-8")
+                self.assertEqual((0, ""), self.analyze("verify", "--man=no", str(unit)))
+                (changes / "override.conf").unlink()
+                changes.rmdir()
+
     def test_a_package_has_its_programs_in_usr_and_its_configuration_in_etc(self):
         self.install("/usr", self.folder)
         text = (self.folder / "usr/lib/systemd/system/hapticd.service").read_text(encoding="utf-8")

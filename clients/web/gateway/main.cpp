@@ -1,5 +1,6 @@
 // haptic-web: shows a running hapticd, or a recording, to browsers. Exit codes: 0 ended by a
-// signal, 1 an address, key, certificate or recording is bad, 2 the command line makes no sense.
+// signal, 1 an address, key, certificate or recording is bad or it failed later, 2 the command line
+// makes no sense.
 #include <cstdio>
 #include <exception>
 
