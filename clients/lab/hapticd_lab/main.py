@@ -4,6 +4,7 @@ from __future__ import annotations
 import argparse
 import difflib
 import importlib
+import io
 import os
 import re
 import sys
@@ -66,7 +67,8 @@ def main(arguments: Optional[List[str]] = None) -> int:
     """Runs a command; exit code of the process."""
     # Paths are bytes: one that is no text in this locale is printed as it is.
     for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors="surrogateescape")
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="surrogateescape")
     if (sys.argv[1:] if arguments is None else arguments) == ["--version"]:
         return show_version()
     options = parser().parse_args(arguments)
