@@ -15,6 +15,8 @@
 #       -> an entry of ctest that runs a command.
 #       REQUIRES names groups of deploy/packages: where one is missing, the test is skipped and says how to get it. Any test is skipped
 #       that ends with 77 and has printed "SKIPPED: reason".
+#   hapticd_copies(copies FROM DIR TO DIR FILES src/a.js ...)
+#       -> commands that copy files of the source tree, and copies, the list of what they make.
 #   hapticd_benchmark(core/solver SOURCES qp_benchmark.cpp DEPENDS core/solver)
 #       -> benchmark_core_solver, only with HAPTICD_BENCHMARKS
 #   hapticd_fuzzer(proto SOURCES decode_fuzzer.cpp DEPENDS proto)
@@ -30,6 +32,17 @@ add_custom_target(installed)
 
 function(hapticd_installed)
   add_dependencies(installed ${ARGN})
+endfunction()
+
+function(hapticd_copies out)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "FROM;TO" "FILES")
+  set(copies "")
+  foreach(file IN LISTS arg_FILES)
+    add_custom_command(OUTPUT "${arg_TO}/${file}" DEPENDS "${arg_FROM}/${file}" VERBATIM
+      COMMAND "${CMAKE_COMMAND}" -E copy "${arg_FROM}/${file}" "${arg_TO}/${file}")
+    list(APPEND copies "${arg_TO}/${file}")
+  endforeach()
+  set(${out} "${copies}" PARENT_SCOPE)
 endfunction()
 
 function(hapticd_program target folder)

@@ -9,7 +9,7 @@ from hapticd import requests
 from hapticd.async_connection import AsyncConnection
 from hapticd.conversation import TOLD, Event, Peer
 from hapticd.errors import SessionEnded, SessionLost
-from hapticd.requests import Ask, Look, Path, Send, Step, Work
+from hapticd.requests import Ask, Course, Look, Path, Send, Step, Work
 from hapticd.run import RunResult, run
 from hapticd.v1 import answer_pb2, control_pb2, gesture_pb2, state_pb2, stream_pb2
 from hapticd.view import View
@@ -62,18 +62,13 @@ class AsyncSession(View):
 
     async def _do(self, work: Work[T]) -> T:
         """Carries out the steps of a request."""
-        answer: Any = None
-        error: Optional[BaseException] = None
-        while True:
+        course = Course(work)
+        while course.forward():
             try:
-                step = work.send(answer) if error is None else work.throw(error)
-            except StopIteration as done:
-                return done.value
-            answer, error = None, None
-            try:
-                answer = await self._carry_out(step)
+                course.answer = await self._carry_out(course.step)
             except BaseException as raised:  # the request may have something to undo
-                error = raised
+                course.error = raised
+        return course.value
 
     async def _carry_out(self, step: Step) -> Any:
         connection = self._connection

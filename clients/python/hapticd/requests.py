@@ -3,7 +3,7 @@ what has to be done next (`Step`) and are given what came of it; `Session` carri
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, Dict, Generator, Iterable, NamedTuple, Optional, Sequence, TypeVar, Union
+from typing import Any, Callable, Dict, Generator, Generic, Iterable, NamedTuple, Optional, Sequence, TypeVar, Union
 
 from google.protobuf import text_format
 
@@ -45,6 +45,28 @@ Step = Union[Send, Ask, Until, Look]
 T = TypeVar("T")
 Work = Generator[Step, Any, T]
 Path = Union[str, "os.PathLike[str]"]
+
+
+class Course(Generic[T]):
+    """The way through a request: after `forward`, `step` is to be carried out and what came of it is told by `answer` or `error`; when
+    `forward` is false, `value` is what the request came to. What `forward` raises is what the request ended with."""
+
+    def __init__(self, work: Work[T]) -> None:
+        self._work = work
+        self.answer: Any = None
+        self.error: Optional[BaseException] = None
+        self.step: Step
+        self.value: T
+
+    def forward(self) -> bool:
+        answer, error = self.answer, self.error
+        self.answer, self.error = None, None
+        try:
+            self.step = self._work.send(answer) if error is None else self._work.throw(error)
+        except StopIteration as done:
+            self.value = done.value
+            return False
+        return True
 
 
 def told(kind: str) -> Work[Any]:

@@ -9,7 +9,7 @@ from hapticd import requests
 from hapticd.connection import Connection
 from hapticd.conversation import TOLD, Event, Peer
 from hapticd.errors import SessionEnded
-from hapticd.requests import Ask, Look, Path, Send, Step, Work
+from hapticd.requests import Ask, Course, Look, Path, Send, Step, Work
 from hapticd.run import RunResult, run
 from hapticd.view import View
 from hapticd.v1 import answer_pb2, control_pb2, gesture_pb2, state_pb2, stream_pb2
@@ -50,18 +50,13 @@ class Session(View):
 
     def _do(self, work: Work[T]) -> T:
         """Carries out the steps of a request."""
-        answer: Any = None
-        error: Optional[BaseException] = None
-        while True:
+        course = Course(work)
+        while course.forward():
             try:
-                step = work.send(answer) if error is None else work.throw(error)
-            except StopIteration as done:
-                return done.value
-            answer, error = None, None
-            try:
-                answer = self._carry_out(step)
+                course.answer = self._carry_out(course.step)
             except BaseException as raised:  # the request may have something to undo
-                error = raised
+                course.error = raised
+        return course.value
 
     def _carry_out(self, step: Step) -> Any:
         connection = self._connection
