@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/contact/clearance.h"
 #include "core/contact/tick_work.h"
 
 namespace hapticd {
@@ -40,7 +41,7 @@ void Candidates::leave_out_far(const Configuration& at, const ContactResult& res
   const auto first = gaps.begin();
   std::nth_element(first, first + room, first + count);
   const double margin =
-      std::max(gaps[static_cast<std::size_t>(room)], kNearSkins * at.input.options.skin);
+      std::max(gaps[static_cast<std::size_t>(room)], kNearSkins * skin_of(at.input.options));
   if (margin >= contacts_.covered_margin) return;
   std::size_t kept = 0;
   for (const Contact& contact : contacts) {
@@ -56,7 +57,7 @@ void Candidates::leave_out_far(const Configuration& at, const ContactResult& res
 double Candidates::margin_for(const Configuration& at) const noexcept {
   const double most = at.input.options.margin;
   if (at.state.travel > 0.0) return most;
-  const double least = std::max(kMinMarginShare * most, kNearSkins * at.input.options.skin);
+  const double least = std::max(kMinMarginShare * most, kNearSkins * skin_of(at.input.options));
   return std::min(std::max(kMarginTravels * pace_, least), most);
 }
 

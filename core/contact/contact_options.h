@@ -19,8 +19,9 @@ struct ContactOptions {
   /// Pairs nearer than this enter the program, and no tool point moves further in one
   /// linearisation, m. At most: a tool that moves slowly looks less far.
   double margin = 5e-3;
-  /// Clearance kept where there is room, m: the reservoir for the second-order error of rotation;
-  /// what a step takes of it later ones win back. Felt as a fatter obstacle.
+  /// Clearance of a tool in motion where there is room, m, at most, and below the margin: the
+  /// reservoir for the second-order error of rotation; what a step takes of it later ones win
+  /// back. Not felt, and gone at rest (clearance.h).
   double skin = 20e-6;
   /// Rotation per linearisation, rad: bounds the second-order error dtheta^2 reach / 2.
   double rotation_step = 0.05;
@@ -51,9 +52,9 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 }
 
 /// True where the lengths and speeds that the problem divides by or looks as far as are positive
-/// and finite.
+/// and finite, and it looks farther than it keeps off.
 [[nodiscard]] inline bool usable(const ContactOptions& options) noexcept {
-  return std::isfinite(options.margin) && options.margin > 0.0 &&
+  return std::isfinite(options.margin) && options.margin > 0.0 && options.skin < options.margin &&
          std::isfinite(options.recovery_speed) && options.recovery_speed > 0.0;
 }
 

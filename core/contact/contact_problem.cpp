@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/contact/clearance.h"
 #include "core/contact/recovery.h"
 #include "core/contact/stationarity.h"
 #include "core/contact/step_admission.h"
@@ -35,6 +36,7 @@ double free_travel(const Configuration& at, const PoseError& error_GH) noexcept 
 // them.
 void ContactProblem::commit_free(double travel) noexcept {
   ContactState& state = *state_;
+  solved_ = Solved::kNothing;
   candidates_.moved(travel);
   state.travel += travel;
   state.X_WG = input_->X_WH;
@@ -141,7 +143,9 @@ void ContactProblem::begin(const ContactInput& input, ContactState& state,
   const PoseError error_GH = coupling_error(state.X_WG, input.X_WH, state.phi_GH_W);
   const double wanted = displacement_bound(closing(error_GH), tool_reach(at()));
   const ToolMotion hand = motion_between(state.X_WH, input.X_WH);
-  const double pace = std::max(state.travel, displacement_bound(hand, tool_reach(at())));
+  const double hand_travel = displacement_bound(hand, tool_reach(at()));
+  const double pace = std::max(state.travel, hand_travel);
+  state.clearance = clearance_for(input.options, state.clearance, hand_travel);
   state.X_WH = input.X_WH;
   state.travel = 0.0;
   if (state.active_count == 0) {
@@ -151,6 +155,7 @@ void ContactProblem::begin(const ContactInput& input, ContactState& state,
   const bool leaves =
       (state.tool_level == kLeafLevel && state.body_level == kLeafLevel) || any_soft(input.parts);
   full_step_ = false;
+  solved_ = Solved::kNothing;
   candidates_.begin(pace, leaves);
   candidates_.query(at(), wanted, result);
   if (overlaps()) {
@@ -179,6 +184,8 @@ bool ContactProblem::settled(const PoseError& error_GH) noexcept {
   const std::optional<Wrench> F_H_W = balanced_wrench(view(), error_GH);
   if (!F_H_W) return false;
   --result_->sub_steps;
+  solved_ = Solved::kArrived;
+  error_GH_ = error_GH;
   state_->F_H_W = *F_H_W;
   result_->F_H_W = *F_H_W;
   result_->status = ContactStatus::kConverged;
@@ -216,7 +223,7 @@ bool ContactProblem::advance() noexcept {
   const PoseError error_GH = prepare();
   state_->phi_GH_W = error_GH.dtheta;
   const double travel = free_travel(at(), error_GH);
-  if (travel <= candidates_.contacts().minimum_gap - input_->options.skin) {
+  if (travel <= candidates_.contacts().minimum_gap - state_->clearance) {
     commit_free(travel);
     return false;
   }
@@ -228,9 +235,12 @@ bool ContactProblem::advance() noexcept {
   linearisation_.build(view(), error_GH, unknowns);
   program_.solve(view(), linearisation_, *result_);
   if (!program_.optimal()) {
+    solved_ = Solved::kNothing;
     keep_after_failure(error_GH);
     return false;
   }
+  solved_ = Solved::kAhead;
+  error_GH_ = error_GH;
   take_force(error_GH);
   return step_on(error_GH);
 }
@@ -243,7 +253,22 @@ bool ContactProblem::work_used_up() noexcept {
          input_->work_budget;
 }
 
-void ContactProblem::finish() noexcept { YieldingStrings::finish(*input_, state_->touched); }
+// What the clearance keeps off is not felt: a program that asks for none of it gives the force.
+void ContactProblem::render_surface() noexcept {
+  if (solved_ == Solved::kNothing || result_->active_count == 0) return;
+  if (program_.solve_surface(view(), linearisation_, solved_ == Solved::kArrived, *result_)) {
+    take_force(error_GH_);
+  }
+}
+
+void ContactProblem::finish() noexcept {
+  render_surface();
+  YieldingStrings::finish(*input_, state_->touched);
+  // What tools share is rounded as it passes between them.
+  state_->clearance = input_->rounding > 0.0
+                          ? skin_of(input_->options)
+                          : clearance_after(input_->options, state_->clearance, result_->status);
+}
 
 void ContactProblem::recover() noexcept {
   ContactResult& result = *result_;
@@ -251,7 +276,7 @@ void ContactProblem::recover() noexcept {
   const ContactSet& contacts = candidates_.contacts();
   result.status = ContactStatus::kRecovering;
   result.sub_steps = 1;
-  const double skin = input_->options.skin;
+  const double skin = skin_of(input_->options);
   Vector3 dp_W;
   const bool planned = program_.find_way_out(at(), contacts, dp_W, result);
   std::optional<Push> push;

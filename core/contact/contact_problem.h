@@ -75,6 +75,7 @@ class ContactProblem {
   void commit_free(double travel) noexcept;
   [[nodiscard]] bool settled(const PoseError& error_GH) noexcept;
   [[nodiscard]] bool step_on(const PoseError& error_GH) noexcept;
+  void render_surface() noexcept;
   void take_force(const PoseError& error_GH) noexcept;
   void bound_force(const PoseError& error_GH) noexcept;
   void keep_after_failure(const PoseError& error_GH) noexcept;
@@ -90,6 +91,11 @@ class ContactProblem {
   /// The last program's full step was taken, after so many queries of the tick.
   bool full_step_ = false;
   int queries_ = 0;
+  /// Where the last program stands against the configuration: the step it asks for has yet to be
+  /// gone, or is gone and found to be the last.
+  enum class Solved : std::uint8_t { kNothing, kAhead, kArrived };
+  Solved solved_ = Solved::kNothing;
+  PoseError error_GH_;  ///< of the last program
   /// Work of the tick before the last linearisation, traversals left out.
   std::int64_t linearised_ = 0;
 };

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 
 #include "core/collision/query.h"
 #include "core/contact/soft_part.h"
@@ -34,6 +35,8 @@ struct ContactState {
   int body_level = kLeafLevel;
   Pose X_WH;            ///< of the last tick
   double travel = 0.0;  ///< of any point of the tool in the last tick, at most, m
+  /// Kept from what is touched, m; no more than the skin counts.
+  double clearance = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace hapticd

@@ -9,7 +9,7 @@ ContactRow contact_row(const ContactView& view, const Contact& contact) noexcept
   ContactRow row;
   row.linear = gradient.linear;
   row.angular = gradient.angular;
-  row.bound = view.input.options.skin - contact.gap;
+  row.bound = -contact.gap;
   if (gradient.string >= 0) {
     const auto s = static_cast<std::size_t>(gradient.string);
     const StringBlock& block = view.strings.block(s);

@@ -43,7 +43,7 @@ struct ContactRow {
   double tangential = 0.0;
   std::array<PartTerm, kMaxSoftParts> part;
   std::size_t parts = 0;
-  double bound;  ///< what the gap lacks of the skin, m
+  double bound;  ///< what the gap lacks of the exact surface, m
 };
 
 /// The row of `contact`, whose strings and soft parts are modelled.

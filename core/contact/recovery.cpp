@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/contact/clearance.h"
+
 namespace hapticd {
 namespace {
 
@@ -57,7 +59,7 @@ std::optional<Push> push_out(const Configuration& at, const ContactSet& contacts
   if (!(wanted > 0.0)) return std::nullopt;
   const Vector3 direction = dp_W / wanted;
   const double limit = std::min(wanted, input.options.recovery_speed * input.dt);
-  const double length = open_length(contacts, direction, limit, input.options.skin);
+  const double length = open_length(contacts, direction, limit, skin_of(input.options));
   if (length < kMinPush) return std::nullopt;
   const Pose X_WG = moved(state.X_WG, {direction * length, Vector3::Zero()});
   const BentObstacles bent(input.obstacles, state.touched);

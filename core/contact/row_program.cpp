@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/contact/clearance.h"
 #include "core/contact/step_admission.h"
 #include "core/contact/tick_work.h"
 
@@ -142,8 +143,13 @@ struct RowProgram::Context {
   const ContactView& view;
   const Linearisation& model;
   double centring_room;  ///< see ConfigurationStep, m
-  bool regain;           ///< rows ask back what their gaps lack of the skin
+  double clearance;      ///< that rows ask for, m
+  bool regain;           ///< they ask back what their gaps lack of it
 
+  /// What a row asks of a gap that lacks so much of the surface, m.
+  [[nodiscard]] double asked(double lacking) const noexcept {
+    return regain ? clearance + lacking : std::min(0.0, clearance + lacking);
+  }
   /// True where no touched string and no soft part has a share in the contact: the tool alone moves
   /// it.
   [[nodiscard]] bool tool_alone(const Contact& contact) const noexcept {
@@ -151,13 +157,12 @@ struct RowProgram::Context {
   }
   /// The row of a pair that the tool alone moves.
   [[nodiscard]] ToolRow tool_row(const Contact& contact) const noexcept {
-    const double lacking = view.input.options.skin - contact.gap;
     return {contact.nhat_OG_W, (contact.p_WC - view.state.X_WG.p).cross(contact.nhat_OG_W),
-            regain ? lacking : std::min(0.0, lacking)};
+            asked(-contact.gap)};
   }
   [[nodiscard]] ContactRow row(const Contact& contact) const noexcept {
     ContactRow row = contact_row(view, contact);
-    if (!regain) row.bound = std::min(0.0, row.bound);
+    row.bound = asked(row.bound);
     return row;
   }
 };
@@ -255,7 +260,7 @@ void RowProgram::fill_rows(const Context& context) noexcept {
 // solution holds off already but for a small share of the skin. Returns how many are left.
 std::size_t RowProgram::keep_worst_of_strings(const ContactView& view,
                                               std::size_t violated) noexcept {
-  const double twin = kTwinShare * view.input.options.skin;
+  const double twin = kTwinShare * skin_of(view.input.options);
   const auto string_of = [&view](std::int32_t c) {
     return find_touched(view.state.touched,
                         view.contacts.contacts[static_cast<std::size_t>(c)].key);
@@ -293,7 +298,7 @@ std::size_t RowProgram::find_violated(const Context& context, const Unknowns& y,
   const double tolerance = kRowTolerancePerMargin * view.input.options.margin;
   const ToolMotion& tool = step_.tool;
   // A contact's point goes no farther than the bound, nor does what its string slides and yields.
-  const double far = view.input.options.skin + 2.0 * step_bound(view.at(), step_);
+  const double far = context.clearance + 2.0 * step_bound(view.at(), step_);
   std::size_t violated = 0;
   for (std::size_t c = 0; c < view.contacts.contacts.size(); ++c) {
     const Contact& contact = view.contacts.contacts[c];
@@ -337,13 +342,11 @@ double RowProgram::exchange_rows(const Context& context, const Unknowns& y,
   return fraction;
 }
 
-// Solves the program with few rows, exchanging them until all contacts hold. Returns the fraction
-// of the step that all hold.
-double RowProgram::solve_rows(const Context& context, ContactResult& result) noexcept {
+// Solves the program with the rows at hand, exchanging them until all contacts hold. Returns the
+// fraction of the step that all hold.
+double RowProgram::solve_rows(const Context& context, QpWarmStart warm,
+                              ContactResult& result) noexcept {
   const ContactView& view = context.view;
-  choose_rows(context);
-  QpWarmStart warm = first_rows(pressed_);
-  fill_rows(context);
   const auto strings = static_cast<std::int64_t>(context.model.eliminated().size());
   const std::int64_t pairs = strings * strings;
   const bool all_fit = view.contacts.contacts.size() == static_cast<std::size_t>(problem_.rows);
@@ -379,24 +382,51 @@ double RowProgram::solve_rows(const Context& context, ContactResult& result) noe
   }
 }
 
+// The same with the first rows of a linearisation.
+double RowProgram::solve_from_first(const Context& context, ContactResult& result) noexcept {
+  choose_rows(context);
+  fill_rows(context);
+  return solve_rows(context, first_rows(pressed_), result);
+}
+
 void RowProgram::solve(const ContactView& view, const Linearisation& model,
                        ContactResult& result) noexcept {
-  const double skin = view.input.options.skin;
+  const double clearance = view.state.clearance;
   model.set_objective(problem_);
   // Once a tick: where the centre is depends on what the tool does next.
-  const double centring_room = result.sub_steps == 1 ? kCentringShare * skin : 0.0;
-  // A skin that is used up lets no step turn the tool. Where the obstacles on all sides leave no
-  // room for it the rows contradict each other, and ask for what there is.
-  if (view.contacts.minimum_gap < skin) {
-    feasible_fraction_ = solve_rows({view, model, centring_room, true}, result);
+  const double centring_room =
+      result.sub_steps == 1 ? kCentringShare * skin_of(view.input.options) : 0.0;
+  // A clearance that is used up lets no step turn the tool. Where the obstacles on all sides leave
+  // no room for it the rows contradict each other, and ask for what there is.
+  if (view.contacts.minimum_gap < clearance) {
+    feasible_fraction_ = solve_from_first({view, model, centring_room, clearance, true}, result);
     if (optimal()) return;
   }
-  feasible_fraction_ = solve_rows({view, model, centring_room, false}, result);
+  feasible_fraction_ = solve_from_first({view, model, centring_room, clearance, false}, result);
+}
+
+bool RowProgram::solve_surface(const ContactView& view, const Linearisation& model, bool arrived,
+                               ContactResult& result) noexcept {
+  const Context context{view, model, 0.0, 0.0, true};
+  const auto rows = static_cast<std::size_t>(problem_.rows);
+  for (std::size_t r = 0; r < rows; ++r) {
+    problem_.bound[r] = -view.contacts.contacts[static_cast<std::size_t>(contact_of_row_[r])].gap;
+  }
+  if (arrived) {
+    for (std::size_t k = 0; k < unknowns(); ++k) problem_.target[k] -= solution_.x[k];
+  }
+  QpWarmStart warm;
+  for (; warm.count < solution_.active_count; ++warm.count) {
+    const auto k = static_cast<std::size_t>(warm.count);
+    warm.active[k] = solution_.active[k];
+  }
+  static_cast<void>(solve_rows(context, warm, result));
+  return optimal();
 }
 
 bool RowProgram::find_way_out(const Configuration& at, const ContactSet& contacts, Vector3& dp_W,
                               ContactResult& result) noexcept {
-  const double skin = at.input.options.skin;
+  const double skin = skin_of(at.input.options);
   problem_.unknowns = 3;
   problem_.rows = 0;
   problem_.weight.fill(1.0);

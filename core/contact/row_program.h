@@ -1,11 +1,11 @@
 // From contacts to rows of the quadratic program, and its solution:
-//   n . dp + (a x n) . dtheta >= skin - gap,
-// a the lever arm from the origin of G to the contact point, or >= min(0, skin - gap) where
-// obstacles leave no room for the skin; a string that yields takes its share of the deflections
-// with it, - share n . du, and its vertex slides along with the centre of its contact. A program
-// begins with few rows, those of the pairs that bore force last and of the nearest, and rows are
-// exchanged until no pair left out is violated. RT: yes; 0.9 MB, whose contents mean nothing
-// between ticks.
+//   n . dp + (a x n) . dtheta >= clearance - gap,
+// a the lever arm from the origin of G to the contact point, or >= min(0, clearance - gap) where
+// obstacles leave no room for the clearance (clearance.h); a string that yields takes its share of
+// the deflections with it, - share n . du, and its vertex slides along with the centre of its
+// contact. A program begins with few rows, those of the pairs that bore force last and of the
+// nearest, and rows are exchanged until no pair left out is violated. RT: yes; 0.9 MB, whose
+// contents mean nothing between ticks.
 #pragma once
 
 #include <array>
@@ -27,6 +27,13 @@ class RowProgram {
   /// `result`, that of the view.
   HD_REALTIME void solve(const ContactView& view, const Linearisation& model,
                          ContactResult& result) noexcept;
+
+  /// Solves the last program anew with the surfaces themselves, gap 0: its multipliers are the
+  /// forces of the exact shapes, to first order in the clearance. `arrived`: the contacts of the
+  /// view are those of the end of the last full step, not of its start. False when the solver found
+  /// no optimum. Cost: about that of the program alone, 1 us.
+  [[nodiscard]] HD_REALTIME bool solve_surface(const ContactView& view, const Linearisation& model,
+                                               bool arrived, ContactResult& result) noexcept;
 
   /// Finds the shortest translation that clears every penetrated pair to first order and keeps the
   /// others. Returns false when there is none.
@@ -72,7 +79,9 @@ class RowProgram {
                                           double& fraction) noexcept;
   [[nodiscard]] double exchange_rows(const Context& context, const Unknowns& y,
                                      ContactResult& result) noexcept;
-  [[nodiscard]] double solve_rows(const Context& context, ContactResult& result) noexcept;
+  [[nodiscard]] double solve_rows(const Context& context, QpWarmStart warm,
+                                  ContactResult& result) noexcept;
+  [[nodiscard]] double solve_from_first(const Context& context, ContactResult& result) noexcept;
 
   QpProblem problem_;
   QpWorkspace qp_;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/collision/primitive_gap.h"
+#include "core/contact/clearance.h"
 
 namespace hapticd {
 namespace {
@@ -51,7 +52,7 @@ void SoftParts::begin(const ContactInput& input, TouchedParts& soft) noexcept {
 
 void SoftParts::touch(const ContactInput& input, const ContactSet& contacts, TouchedParts& soft,
                       int& refused) noexcept {
-  const double near = kTouchSkins * input.options.skin;
+  const double near = kTouchSkins * skin_of(input.options);
   std::array<double, kMaxSoftParts> gap;
   gap.fill(std::numeric_limits<double>::infinity());
   for (const Contact& contact : contacts.contacts) {

@@ -52,8 +52,7 @@ bool balanced(const ContactView& view, const Pulls& pulls, double tolerance) noe
 }  // namespace
 
 std::optional<Wrench> balanced_wrench(const ContactView& view, const PoseError& error_GH) noexcept {
-  const ContactOptions& options = view.input.options;
-  const double tolerance = kSettledShare * options.stop_tolerance;
+  const double tolerance = kSettledShare * view.input.options.stop_tolerance;
   Wrench F_H_W;
   Pulls pulls;
   for (std::size_t k = 0; k < view.state.touched.size(); ++k) {
@@ -65,9 +64,9 @@ std::optional<Wrench> balanced_wrench(const ContactView& view, const PoseError& 
   }
   for (int k = 0; k < view.result.active_count; ++k) {
     const ActiveContact& active = view.result.active[static_cast<std::size_t>(k)];
-    // A row that bears force would take its gap to the skin.
+    // A row that bears force would take its gap to the clearance.
     if (active.multiplier > 0.0 &&
-        std::abs(view.contact_of(active).gap - options.skin) > tolerance) {
+        std::abs(view.contact_of(active).gap - view.state.clearance) > tolerance) {
       return std::nullopt;
     }
     add_pair(view, active, F_H_W, pulls);

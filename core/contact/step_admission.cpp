@@ -37,7 +37,7 @@ double step_fraction(const ContactView& view, const WantedStep& wanted) noexcept
   const double displacement = step_bound(view.at(), step);
   const bool nothing_near = view.contacts.contacts.empty();
   const double cap =
-      nothing_near ? view.contacts.minimum_gap - view.input.options.skin : wanted.room_left;
+      nothing_near ? view.contacts.minimum_gap - view.state.clearance : wanted.room_left;
   double fraction = displacement > cap ? cap / displacement : 1.0;
   const double angle = step.tool.dtheta.norm();
   if (!nothing_near && angle * fraction > view.input.options.rotation_step) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/contact/clearance.h"
 #include "core/geometry/closest_point.h"
 
 namespace hapticd {
@@ -232,7 +233,7 @@ StringMotion string_motion(const StringBlock& block, const StringBend& bend, con
 
 bool YieldingStrings::touch(const ContactInput& input, const ContactSet& contacts,
                             TouchedStrings& strings, int& refused) noexcept {
-  const double skin = input.options.skin;
+  const double skin = skin_of(input.options);
   bool changed = let_go(contacts, skin, strings);
   for (const Contact& contact : contacts.contacts) {
     if (contact.gap > kTouchSkins * skin || find_touched(strings, contact.key) >= 0 ||
@@ -331,7 +332,7 @@ int YieldingStrings::build(const Configuration& at, const ContactSet& contacts,
     block.axis_W = (capsule.p_B - capsule.p_A) / block.length;
     block.lambda = string.bend.lambda;
     place_block(find_centre({at, capsule, {with_strings.begin(), with_strings.size()}},
-                            string.bend.capsule, 2.0 * kTouchSkins * input.options.skin),
+                            string.bend.capsule, 2.0 * kTouchSkins * skin_of(input.options)),
                 state, block);
     block.unknown = -1;
     block.force = 0.0;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/contact/clearance.h"
 #include "core/simulation/tool_play.h"
 
 namespace hapticd {
@@ -69,7 +70,7 @@ void report_contacts(const ToolPlay& play, ContactReport& report) noexcept {
   for (const ActivePair& pair : play.view.rigid_active) {
     add(reading_of(pair.key, pair.multiplier), report);
   }
-  const double near = kNearSkins * scene.options.skin;
+  const double near = kNearSkins * skin_of(scene.options);
   for (const Contact& contact : play.problem.candidates().contacts().contacts) {
     if (!play.problem.candidates().may_be_within(contact, near)) continue;
     const auto same = [&](const ActivePair& pair) { return pair.key == contact.key; };

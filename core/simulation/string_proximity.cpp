@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/contact/clearance.h"
+
 namespace hapticd {
 namespace {
 
@@ -44,10 +46,10 @@ Vector3 whole_deflection(const ToolPlay& play, const StringBend& bend) noexcept 
   return p_P - (line.p_A + lambda_of(line, p_P) * (line.p_B - line.p_A));
 }
 
-/// From the felt surface, which is a skin above the string's, m: where a press begins from, so that
-/// the distance is continuous there.
-double felt_distance(double gap, const ContactInput& input) noexcept {
-  return gap < kNotNear ? std::max(gap - input.options.skin, 0.0) : kNotNear;
+/// Of the hand from the string, which a tool in motion stands off by its clearance, m: a press
+/// begins at 0, so that the distance is continuous there.
+double felt_distance(double gap, const ContactState& state) noexcept {
+  return gap < kNotNear ? std::max(gap - state.clearance, 0.0) : kNotNear;
 }
 
 /// The string is straight at that instant, and the hand goes evenly: a root of the gap of the pair
@@ -61,7 +63,7 @@ void find_passage(const ToolPlay& play, std::int32_t string, double guess,
   const auto contact_at = [&](double share) {
     return evaluate_contact(pair->key, {way.input.tool, hand(share)}, way.input.obstacles);
   };
-  const auto gap_at = [&](double share) { return contact_at(share).gap - way.input.options.skin; };
+  const auto gap_at = [&](double share) { return contact_at(share).gap; };
   double from = 0.0;
   double to = 1.0;
   double gap_from = gap_at(from);
@@ -137,7 +139,7 @@ StringProximity proximity_to(const ToolPlay& play, const ToolStringState& visit,
     touch.lambda = 0.5;
     const auto nearest = nearest_to_string({input, state}, string_pairs(play), string);
     if (nearest && nearest->gap < kNotNear) {
-      touch.distance = felt_distance(nearest->gap, input);
+      touch.distance = felt_distance(nearest->gap, state);
       touch.lambda = nearest->lambda;
       near.nhat_W = nearest->nhat_W;
       near.p_WC = nearest->p_WC;
@@ -150,7 +152,7 @@ StringProximity proximity_to(const ToolPlay& play, const ToolStringState& visit,
     if (pair != nullptr) {
       touch.distance_before = felt_distance(
           evaluate_contact(pair->key, {input.tool, play.way.X_WG_before}, input.obstacles).gap,
-          input);
+          state);
     }
   }
   for (const TouchedString& hold : state.touched) {
@@ -168,7 +170,7 @@ void reach_out(double swing, ToolPlay& play) noexcept {
   const ContactInput& input = play.way.input;
   const ContactOptions& options = input.options;
   const ContactState& state = play.state.contact;
-  const double range = swing + options.skin + input.instrument.release.release_gap;
+  const double range = swing + skin_of(options) + input.instrument.release.release_gap;
   const ToolMotion moved = motion_between(play.way.X_WG_before, state.X_WG);
   const double travel = displacement_bound(moved, tool_reach({input, state}));
   play.reached_out = !play.problem.candidates().sees(range, travel);

@@ -27,14 +27,14 @@ HD_VISIT_FIELDS(SoftPart, part, v_G, v_before_G)
 template <FieldsOf<ContactState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [X_WG, phi_GH_W, F_H_W, active_count, active, touched, parts, tool_level, body_level, X_WH,
-         travel] = state;
+         travel, clearance] = state;
   visit(X_WG, phi_GH_W, F_H_W);
   visit.bounded(active_count, 0, kMaxQpUnknowns);
   visit.first(active, active_count);
   visit(touched, parts);
   visit.bounded(tool_level, 0, std::numeric_limits<int>::max());
   visit.bounded(body_level, 0, std::numeric_limits<int>::max());
-  visit(X_WH, travel);
+  visit(X_WH, travel, clearance);
 }
 
 HD_VISIT_FIELDS(ToolState, hand, contact, placed, force_bound)

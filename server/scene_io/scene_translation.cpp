@@ -1,6 +1,7 @@
 // See scene_translation.h.
 #include "server/scene_io/scene_translation.h"
 
+#include <sstream>
 #include <stdexcept>
 
 #include "core/math/rotation.h"
@@ -254,6 +255,12 @@ SceneDescription Translation::translate(const v1::Scene& scene) {
   result.tones = scene.has_tones();
   result.torque = scene.has_torque();
   result.contact = contact_options_of(scene.solver());
+  if (!(result.contact.margin > result.contact.skin)) {
+    std::ostringstream message;
+    message << result.contact.margin << " is not above skin_m, " << result.contact.skin
+            << ": the tool would keep off what it does not see";
+    fault("solver.margin_m", message.str(), "Give a larger margin_m, or a smaller skin_m.");
+  }
   result.quality_level = static_cast<std::uint32_t>(quality_level(scene.quality()));
   result.quality_automatic = scene.quality().has_automatic();
   if (scene.has_modes() && !scene.has_vibration()) {

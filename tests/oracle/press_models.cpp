@@ -180,9 +180,7 @@ std::vector<PressModel> compare_press_models() {
         const StudyGesture gesture = press_at(description, lambda, depth);
         std::vector<double> depths, truth;
         for (int tick = 0; tick < kTicks; ++tick) {
-          // The tool stays clear of the string by the skin.
-          depths.push_back(height(description, description.contact.skin) -
-                           gesture.at(1e-3 * tick).p.y());
+          depths.push_back(height(description, 0.0) - gesture.at(1e-3 * tick).p.y());
           truth.push_back(force_of_strings(pressed, depths.back()));
         }
         play_series(pressed, depths, truth, series);

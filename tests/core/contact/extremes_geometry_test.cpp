@@ -45,7 +45,7 @@ TEST_CASE(
     // In the middle, at the seam of cylinder and cap to the last bit, or over the cap.
     const double turn = trial % 3 == 2 ? random.uniform(0.0, 0.5 * kPi) : 0.0;
     const Vector3 outwards = sin_cos(turn).cos * n.across + sin_cos(turn).sin * n.along;
-    const double s = kTip + R + ContactOptions{}.skin;
+    const double s = kTip + R;
     const double depth = random.uniform(0.1, 0.9) * (kTip + std::min(R, kTip));
     // The point of the axis that carries the contact is W's origin.
     const double beyond = trial % 3 == 0 ? 0.5 * L : 0.0;

@@ -70,7 +70,7 @@ TEST_CASE(
     CAPTURE(c.length);
     RenderingScene scene(kTool);
     scene.capsules_W = {{{-0.5 * c.length, 0, 0}, {0.5 * c.length, 0, 0}, c.r}};
-    const double s = kTip + c.r + ContactOptions{}.skin;
+    const double s = kTip + c.r;
     const Vector3 p_WH(0, s - 1e-3, 0.2e-3);
     ToolRun run(scene, pose_at({0, s + 2e-3, 0.2e-3}));
     run.hold(pose_at(p_WH), 60);

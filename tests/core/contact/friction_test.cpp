@@ -82,7 +82,7 @@ Loop random_loop(std::uint64_t seed) {
                                          ? 1.5 * std::pow(500.0, -random.uniform())
                                          : random.uniform(0.1, 1.5);
   loop.instrument.anchor_stiffness = 300.0 * std::pow(30.0, random.uniform());
-  const double s = kTipRadius + loop.string.radius + ContactOptions{}.skin;
+  const double s = kTipRadius + loop.string.radius;
   const double x = random.uniform(0.1, 1.0);
   const double depth = random.uniform(0.5e-3, 4e-3);
   const double width = random.uniform(1e-3, 20e-3);

@@ -67,8 +67,8 @@ RenderingScene even_scene(int count) {
 }
 
 /// Where the tool of even_scene() meets all strings.
-double meeting(const RenderingScene& scene, const ToolRun& run) {
-  return 0.04 + scene.capsules_W[0].r + run.options.skin;
+double meeting(const RenderingScene& scene) {
+  return 0.04 + scene.capsules_W[0].r;
 }
 
 /// Length of a change of pose or wrench in the metric of the coupling, N^1/2 m^1/2.
@@ -125,7 +125,7 @@ TEST_CASE("many strings come and go under a rocking tool without a jump of the w
     for (int tick = 0; tick < 1500; ++tick) {
       const double t = 1e-3 * tick;
       const double tilt = 6e-3 / half * std::sin(9.0 * t);
-      const double y = meeting(scene, run) + 1e-3 - 5e-3 * std::min(t, 1.0);
+      const double y = meeting(scene) + 1e-3 - 5e-3 * std::min(t, 1.0);
       const Pose X_WH = pose_at({0.4, y, 0.0}, {tilt, 0.0, 0.0});
       run.tick(X_WH);
       const StringTick now = rendered(run);
@@ -152,7 +152,7 @@ TEST_CASE("many strings held still stay still, and a slow press and its return g
   for (const int strings : {9, 21, 64}) {
     const RenderingScene scene = even_scene(strings);
     ToolRun run(scene, pose_at({0.4, 0.08, 0.0}));
-    const double top = meeting(scene, run) + 0.5e-3;
+    const double top = meeting(scene) + 0.5e-3;
     const double depth = 8e-3;
     double work = 0.0;
     double stored = 0.0;
@@ -190,7 +190,7 @@ TEST_CASE("strings beyond the capacity stay rigid and are counted, and none is e
   long double deepest = 1.0L;
   int refused = 0;
   for (int tick = 0; tick <= 100; ++tick) {
-    const double y = meeting(scene, run) + 1e-3 - 5e-5 * tick;
+    const double y = meeting(scene) + 1e-3 - 5e-5 * tick;
     deepest = std::min(deepest, run.tick_along(pose_at({0.5, y, 0.0}, {1e-6 * tick, 0, 0})));
     refused = std::max(refused, run.result.strings_refused);
   }

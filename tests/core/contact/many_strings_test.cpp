@@ -105,7 +105,7 @@ TEST_CASE("strings alike under one tool share its one spring, however many they 
       const StringRow row = even_row(count, 0.04);
       const RenderingScene scene = scene_of(row.strings, row.tool);
       ToolRun run(scene, pose_at({0.4, 0.06, 0.0}));
-      const double touch = 0.04 + row.strings[0].radius + run.options.skin;
+      const double touch = 0.04 + row.strings[0].radius;
       glide(run, {0.4, touch + 1e-3, 0.0}, {0.4, touch - depth, 0.0}, 100);
       run.hold(pose_at({0.4, touch - depth, 0.0}), 30);
       const StringTick tick = rendered(run);

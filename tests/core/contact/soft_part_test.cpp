@@ -28,7 +28,7 @@ RenderingScene floor_scene(std::vector<Sphere> tool) {
 }
 
 /// Height of the tip's centre at which it touches the floor.
-double touch_height() { return kTip + ContactOptions{}.skin; }
+double touch_height() { return kTip; }
 
 StringParameters string_parameters(const Capsule& capsule) {
   StringParameters string;

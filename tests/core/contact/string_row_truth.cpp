@@ -46,7 +46,7 @@ Push push_of(const StringRow& row, std::size_t k, const Vector3& centre) {
   const double side = o.y() >= 0.0 ? 1.0 : -1.0;
   const double distance = side * o.norm();
   const Vector3 n = o / distance;
-  const auto reach = static_cast<long double>(row.tool[k].r + string.radius + row.skin);
+  const auto reach = static_cast<long double>(row.tool[k].r + string.radius);
   const auto lambda =
       static_cast<long double>((centre.x() - string.p_WA[0]) / (string.p_WB[0] - string.p_WA[0]));
   long double vertex = reach - static_cast<long double>(distance);

@@ -21,8 +21,8 @@ RenderingScene scene_of(const std::vector<StringParameters>& strings, std::vecto
   return scene;
 }
 
-double rest_distance(const ToolRun& run, double radius) {
-  return kTipRadius + radius + run.options.skin;
+double rest_distance(const ToolRun& /*run*/, double radius) {
+  return kTipRadius + radius;
 }
 
 StringTick rendered(const ToolRun& run) {

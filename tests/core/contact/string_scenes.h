@@ -19,7 +19,7 @@ inline constexpr double kTipRadius = 5e-3;
 [[nodiscard]] RenderingScene scene_of(const std::vector<StringParameters>& strings,
                                       std::vector<Sphere> tool = {{Vector3::Zero(), kTipRadius}});
 
-/// Distance of the fingertip's centre from the axis of a string it rests on, skin included, m.
+/// Distance of the fingertip's centre from the axis of a string it rests on, m.
 [[nodiscard]] double rest_distance(const ToolRun& run, double radius);
 
 /// What the hand gets in a tick, each string by its own law.

@@ -102,7 +102,7 @@ std::vector<Preset> all_presets() {
 }
 
 double felt_distance(const Instrument& instrument) {
-  return kFingertip + instrument.capsules_W.front().r + ContactOptions{}.skin;
+  return kFingertip + instrument.capsules_W.front().r;
 }
 
 }  // namespace hapticd::test

@@ -87,6 +87,18 @@ TEST_CASE("an assignment reaches scene and settings") {
   CHECK(result.scene.tools(0).parts_size() == 1);
 }
 
+TEST_CASE("margin and skin may move as long as the margin stays above the skin") {
+  CHECK(assigned(set_of({{"solver.margin_m", 2e-4}})).code == v1::RESULT_CODE_OK);
+  CHECK(assigned(set_of({{"solver.skin_m", 5e-4}, {"solver.margin_m", 6e-4}})).code ==
+        v1::RESULT_CODE_OK);
+  for (const double margin : {2e-5, 1e-5}) {
+    const AssignmentResult low = assigned(set_of({{"solver.margin_m", margin}}));
+    CHECK(low.code == v1::RESULT_CODE_INVALID);
+    CHECK(low.path == "solver.margin_m");
+    CHECK(low.message.find("not above skin_m, 2e-05") != std::string::npos);
+  }
+}
+
 TEST_CASE("a number may be given as a text with its unit, and another unit is refused") {
   const auto set_text = [](const char* path, const char* text) {
     v1::SetParameter set;
