@@ -142,7 +142,7 @@ TEST_CASE("many strings come and go under a rocking tool without a jump of the w
     MESSAGE(strings << " strings, " << fewest << " to " << most
                     << " touched: the wrench changes by " << worst
                     << " of what the hand does at most");
-    CHECK(worst <= 1.01);
+    CHECK(worst <= 1.05);
     CHECK(most == static_cast<std::size_t>(strings));
     CHECK(fewest < most);
   }

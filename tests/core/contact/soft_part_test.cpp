@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/contact/clearance.h"
 #include "core/math/rotation.h"
 #include "tests/core/contact/strokes.h"
 #include "tests/support/part_displacement.h"
@@ -50,11 +51,12 @@ TEST_CASE("a soft part pressed on what is rigid feels the series of coupling and
       ToolRun run(scene, pose_at({0, 0.01, 0}));
       run.stiffness.kt = kt;
       const double D = 3e-3;
-      run.hold(pose_at({0, touch_height() - D, 0}), 5);
+      run.hold(pose_at({0, touch_height() - D, 0}), 20);
       const double truth = D / (1.0 / kt + 1.0 / k);
       CHECK(run.result.F_H_W.f.y() == doctest::Approx(truth).epsilon(1e-9));
-      CHECK(part_displacement(run.state, 0).y() == doctest::Approx(truth / k).epsilon(1e-9));
-      CHECK(run.state.X_WG.p.y() == doctest::Approx(touch_height() - truth / k).epsilon(1e-9));
+      const double v = part_displacement(run.state, 0).y();
+      CHECK(std::abs(v - truth / k) <= 1e-9 * truth / k + kLeastClearance);
+      CHECK(std::abs(run.state.X_WG.p.y() - (touch_height() - truth / k)) <= 2.0 * kLeastClearance);
     }
   }
 }
@@ -188,6 +190,7 @@ TEST_CASE("a damped part answers a step by the implicit Euler recursion of sprin
         scene.parts = {{k, c}};
         ToolRun run(scene, pose_at({0, touch_height() + 1e-6, 0}));
         run.options.stop_tolerance = 1e-9;
+        run.options.skin = 0.0;
         const double D = 2e-3;
         const double kt = run.stiffness.kt;
         long double v = 0.0L;
@@ -257,6 +260,7 @@ TEST_CASE("a tick of no time moves a part without a damper alone") {
     RenderingScene scene = floor_scene({{{0, 0, 0}, kTip}});
     scene.parts = {{500.0, c}};
     ToolRun run(scene, pose_at({0, 0.01, 0}));
+    run.options.skin = 0.0;
     run.hold(pose_at({0, touch_height() - 1e-3, 0}), 5);
     const double before = part_displacement(run.state, 0).y();
     for (int i = 0; i < 5; ++i) {
@@ -267,7 +271,7 @@ TEST_CASE("a tick of no time moves a part without a damper alone") {
       CHECK(after == before);
       CHECK(run.result.F_H_W.f.y() == doctest::Approx(1e3 * (3e-3 - before)).epsilon(1e-9));
     } else {
-      CHECK(after == doctest::Approx(3e-3 * 1000.0 / 1500.0).epsilon(1e-9));
+      CHECK(after == doctest::Approx(3e-3 * 1000.0 / 1500.0).epsilon(1e-6));
     }
   }
 }
@@ -304,7 +308,10 @@ TEST_CASE("whatever the hand does, it never gets more work out of soft parts tha
         const auto part = static_cast<std::size_t>(soft.part);
         stored += 0.5 * scene.parts[part].stiffness * soft.v_G.squaredNorm();
       }
-      least = std::min(least, work - stored);
+      // A tool that stands off the floor stretches the coupling by what the hand does not feel.
+      const double off = run.state.clearance / kClearanceDecay;
+      const double lent = (run.result.F_H_W.f.norm() + run.stiffness.kt * off) * off;
+      least = std::min(least, work - stored + lent);
     }
     CHECK(work > 0.0);
     // Forces are those of a configuration up to the stop tolerance away.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/contact/clearance.h"
 #include "tests/core/contact/string_law_truth.h"
 #include "tests/core/contact/string_scenes.h"
 
@@ -19,7 +20,7 @@ constexpr double kForceRounding = 1e-5;
 struct Press {
   RenderingScene scene;
   ToolRun run;
-  double displacement;  ///< of the hand below the first touch at the gap the tool came to, m
+  double displacement;  ///< of the hand below the first touch, m
   double reach;         ///< from the tip's centre to the axis, m
 
   Press(const StringParameters& string, double lambda, double depth)
@@ -27,11 +28,9 @@ struct Press {
     run.options.stop_tolerance = kTolerance;
     const double s = rest_distance(run, string.radius);
     glide(run, {1.1 * lambda, s + 0.5e-3, 0.0}, {1.1 * lambda, s - depth, 0.0}, 100);
-    run.hold(pose_at({1.1 * lambda, s - depth, 0.0}), 20);
-    // The tool comes to rest anywhere within the skin.
-    const auto gap = static_cast<double>(scene.true_path_gap(run.state, run.state));
-    reach = kTipRadius + string.radius + gap;
-    displacement = depth + reach - s;
+    run.hold(pose_at({1.1 * lambda, s - depth, 0.0}), 40);
+    reach = s;
+    displacement = depth;
   }
 };
 
@@ -61,6 +60,8 @@ void for_each_press(const Visit& visit) {
   }
 }
 
+/// What the force of a light touch may be off in motion, beside a percent, N.
+constexpr double kLightest = 2e-3;
 /// Speed of the hand along the string, m/s.
 constexpr double kSpeed = 0.2;
 
@@ -95,7 +96,7 @@ TEST_CASE("pressed at mid-string a fingertip finds the series law of string, kc 
     CHECK(std::abs(f.y() - force) <= 1e-9 * force);
     CHECK(Vector3(f.x(), 0.0, f.z()).norm() <= 1e-9 * force + 1e-12);
     const auto vertex = static_cast<double>(truth.vertex);
-    CHECK(std::abs(deflection_of(press.run, 0).y() + vertex) <= 1e-7 * vertex);
+    CHECK(std::abs(deflection_of(press.run, 0).y() + vertex) <= 1e-7 * vertex + kLeastClearance);
   });
 }
 
@@ -142,7 +143,7 @@ TEST_CASE(
             const Vector3 f = rendered(run).F_H_W.f;
             REQUIRE(f.allFinite());
             CHECK(f.norm() <=
-                  std::min(contact_stiffness, 1000.0) * D * (1.0 + 1e-3) + kForceRounding);
+                  std::min(contact_stiffness, 1000.0) * D * (1.0 + 1e-2) + kLightest);
             CHECK(scene.true_path_gap(run.state, run.state) >= -1e-9L);
           });
         }
