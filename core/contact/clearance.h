@@ -1,8 +1,8 @@
-// How far a tool keeps off what it touches while it moves. Turning needs room: a step that turns a
-// tool by dtheta leaves its linearisation by dtheta^2 reach / 2, and the leg of a string likewise.
-// What is kept is in proportion to the hand's motion, up to the skin, and halves with every tick
-// that settles, so that a tool at rest stands on the exact surface. It steers the solver alone:
-// the force of every tick is that of the surface itself (RowProgram::solve_surface).
+// How far a tool keeps off what it touches while it moves. Turning needs room: a step by t that
+// turns a length l, of the tool or of a string's leg, leaves its linearisation by t^2 / (2 l). As
+// much is kept for the hand's motion in a tick, up to the skin, and it halves with every tick that
+// settles, so that a tool at rest stands on the exact surface. It steers the solver alone: the
+// force of every tick is that of the surface itself (RowProgram::solve_surface).
 // SI. RT: yes, a few ns.
 #pragma once
 
@@ -16,10 +16,9 @@ namespace hapticd {
 /// The least clearance, m: what a skin of 0 counts as. Far above the rounding of gaps, far below
 /// what is felt. Smaller: steps refused for rounding.
 inline constexpr double kLeastClearance = 1e-9;
-/// Clearance over the hand's travel in a tick. The turn of a tool that goes t needs t^2 / (2 reach)
-/// of it. Smaller: more steps refused where short legs of strings turn; larger: a tool in slow
-/// motion is shown farther from what it touches.
-inline constexpr double kClearancePerTravel = 0.25;
+/// The shortest length that a turn is given room for, m. Larger: more steps refused where short
+/// legs of strings turn; smaller: a tool in slow motion is shown farther from what it touches.
+inline constexpr double kShortestTurned = 1e-3;
 /// What a settled tick leaves of the clearance. Less: steps of the shown tool as it comes to rest.
 inline constexpr double kClearanceDecay = 0.5;
 
@@ -31,7 +30,7 @@ inline constexpr double kClearanceDecay = 0.5;
 /// What a tick keeps whose hand goes `travel` (m) after one that kept `before`.
 [[nodiscard]] inline double clearance_for(const ContactOptions& options, double before,
                                           double travel) noexcept {
-  return std::min(std::max(before, kClearancePerTravel * travel), skin_of(options));
+  return std::min(std::max(before, travel * travel / (2.0 * kShortestTurned)), skin_of(options));
 }
 
 /// What is left of `clearance` after a tick that ended so: all of the skin where it did not settle,

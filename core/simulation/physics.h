@@ -7,6 +7,6 @@ namespace hapticd {
 
 /// Grows with every version that computes another force from the same poses. Recordings carry it: a
 /// replay of another number compares poses alone.
-inline constexpr std::uint32_t kPhysics = 1;
+inline constexpr std::uint32_t kPhysics = 2;
 
 }  // namespace hapticd

@@ -152,8 +152,9 @@ void print_features(std::ostream& out, const SceneDescription& d) {
 void print_accuracy(std::ostream& out, const LoadedScene& loaded) {
   const ContactOptions& o = loaded.scene->description().contact;
   const v1::Quality& quality = loaded.message.quality();
-  out << "accuracy beside the shapes\n  surfaces feel fatter by the skin, " << in_um(o.skin)
-      << "; nothing is ever entered\n";
+  out << "accuracy beside the shapes\n  forces are those of the exact surfaces, of which a tool in "
+         "fast motion keeps clear by "
+      << in_um(o.skin) << ", the skin;\n    nothing is ever entered\n";
   const int level = quality_level(quality);
   const Quality measured = quality_of(level);
   const bool as_level = o.sub_steps == measured.options.sub_steps &&

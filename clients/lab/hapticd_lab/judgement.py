@@ -12,7 +12,7 @@ from hapticd_lab import oracle
 from hapticd_lab.trace import Trace
 
 CONTACT_M = 25e-6
-"""Nearer than this is in contact: the skin of 20 um, and what a step leaves."""
+"""Nearer than this is in contact: the skin of 20 um at most, and what a step leaves."""
 
 
 @dataclass

@@ -17,8 +17,6 @@ from hapticd_lab.trace import Trace
 
 SCENE = "single_string"
 TIP_RADIUS_M = 0.005
-SKIN_M = 2e-5
-"""What the solver keeps clear: the finger's deflection (Eq. 13) counts from there."""
 FREE_M = 0.002
 """Above the string at the beginning and at the end of a press."""
 PRESS_M_PER_S = 0.05
@@ -27,7 +25,7 @@ HOLD_S = 0.2
 
 def press_path(string: StringValues, depth_m: float, place: float, speed_m_per_s: float = PRESS_M_PER_S, hold_s: float = HOLD_S) -> numpy.ndarray:
     """Poses of the finger: down on the string from above at a place lambda, held at the depth, and up the same way; a row each ms."""
-    touch = TIP_RADIUS_M + string.radius_m + SKIN_M
+    touch = TIP_RADIUS_M + string.radius_m
     down = numpy.append(numpy.arange(touch + FREE_M, touch - depth_m, -speed_m_per_s * 1e-3), touch - depth_m)
     y = numpy.concatenate((down, numpy.full(round(hold_s * 1e3), touch - depth_m), down[::-1]))
     poses = numpy.zeros((len(y), 7))

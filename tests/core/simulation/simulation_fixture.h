@@ -98,8 +98,7 @@ struct Preset {
 /// Both, plain, with friction, with 16 modes, and with both.
 [[nodiscard]] std::vector<Preset> all_presets();
 
-/// Distance of its centre from the axis of a string when it begins to press, m: both radii and the
-/// skin, which is felt as a fatter obstacle.
+/// Distance of its centre from the axis of a string when it begins to press, m: both radii.
 [[nodiscard]] double felt_distance(const Instrument& instrument);
 
 }  // namespace hapticd::test

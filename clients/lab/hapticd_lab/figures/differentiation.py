@@ -15,7 +15,7 @@ from hapticd.v1 import event_pb2, scene_pb2
 from hapticd_lab import plots
 from hapticd_lab.figure import NUMBER, OURS, Figure, Spec, at_least, at_most, is_so
 from hapticd_lab.lab import Lab
-from hapticd_lab.stimulus import SKIN_M, TIP_RADIUS_M, Bench
+from hapticd_lab.stimulus import TIP_RADIUS_M, Bench
 from hapticd_lab.string_law import StringValues, force_n
 from hapticd_lab.trace import Trace
 
@@ -70,7 +70,7 @@ def _legs(points: Sequence[Tuple[Sequence[float], float]]) -> numpy.ndarray:
 
 def path(gesture: str, speed: float, place: float, string: StringValues) -> Tuple[numpy.ndarray, int]:
     """(poses, row at which the gesture is over and the finger returns to listen). The deepest place is a pose of its own at every speed."""
-    x, touch = (place - 0.5) * string.length_m, TIP_RADIUS_M + string.radius_m + SKIN_M
+    x, touch = (place - 0.5) * string.length_m, TIP_RADIUS_M + string.radius_m
     above, deep = touch + NEAR_M, touch - DEPTH_M
     legs = {TAP: [((x, above, 0.0), speed), ((x, deep, 0.0), speed), ((x, above, 0.0), speed)],
             ALONG: [((x, above, 0.0), speed), ((x, deep, 0.0), speed), ((x + SLID_M, deep, 0.0), speed), ((x + SLID_M, above, 0.0), speed)],

@@ -20,8 +20,7 @@ SCENE = "single_string"
 TIP_M = 0.005
 RADIUS_M = 3.4e-4
 LENGTH_M = 1.1
-SKIN_M = 2e-5
-TOUCH_M = TIP_M + RADIUS_M + SKIN_M
+TOUCH_M = TIP_M + RADIUS_M
 DEPTH_M = 0.002
 STRETCHED_M = 0.006
 ABOVE_M = 0.012
@@ -79,7 +78,7 @@ def pressed_rows(trace: Trace) -> slice:
 
 
 def distance_um(trace: Trace) -> numpy.ndarray:
-    """Of the finger's middle from the axis, beyond what touch and skin are."""
+    """Of the finger's middle from the axis, beyond what touch is."""
     return (numpy.hypot(trace.p_wg_m[:, 1], trace.p_wg_m[:, 2]) - TOUCH_M)[pressed_rows(trace)] * 1e6
 
 
