@@ -6,6 +6,7 @@
 
 #include "core/collision/query.h"
 #include "core/contact/contact_options.h"
+#include "core/contact/grip.h"
 #include "core/contact/other_tools.h"
 #include "core/contact/soft_part.h"
 #include "core/contact/virtual_coupling.h"
@@ -35,6 +36,8 @@ struct ContactInput {
   /// the last one and the last traversal went; the first is always made. 0: no bound. Less: the
   /// tool lags more.
   std::int64_t work_budget = 0;
+  /// Coulomb coefficients of lines and bodies; felt where the instrument has friction.
+  RigidCoefficients rigid_friction{};
   StageClock* clock = nullptr;  ///< lent; null: no time is taken
 };
 

@@ -41,6 +41,7 @@ void ContactProblem::commit_free(double travel) noexcept {
   state.travel += travel;
   state.X_WG = input_->X_WH;
   YieldingStrings::relax(*input_, state.touched);
+  if (!state.grips.empty()) state.grips.clear();
   SoftParts::relax(*input_, state.parts);
   state.phi_GH_W = Vector3::Zero();
   state.F_H_W = Wrench{};
@@ -63,6 +64,7 @@ void ContactProblem::bound_force(const PoseError& error_GH) noexcept {
   if (given <= (1.0 + kEnergySlack) * stored) return;
   strings_.add_stored_energy(at(), stored);
   parts_.add_stored_energy(at(), stored);
+  friction_.add_stored_energy(at(), stored);
   if (given <= (1.0 + kEnergySlack) * stored) return;
   const double factor = std::sqrt(stored / given);
   F_H_W = {F_H_W.f * factor, F_H_W.t * factor};
@@ -104,6 +106,7 @@ void ContactProblem::take_force(const PoseError& error_GH) noexcept {
     sum.multiplier += multiplier;
   }
   strings_.settle(*input_, sums, program_.step(), state);
+  friction_.settle(*input_, candidates_.contacts(), result, program_.step(), state);
   bound_force(error_GH);
   result.F_H_W = state.F_H_W;
 }
@@ -178,7 +181,7 @@ PoseError ContactProblem::prepare() noexcept {
 // Saves the linearisation that would only confirm the last one.
 bool ContactProblem::settled(const PoseError& error_GH) noexcept {
   if (!full_step_ || result_->queries != queries_ || result_->active_count == 0 ||
-      YieldingStrings::pull_aside(at())) {
+      !state_->grips.empty() || YieldingStrings::pull_aside(at())) {
     return false;
   }
   const std::optional<Wrench> F_H_W = balanced_wrench(view(), error_GH);
@@ -206,6 +209,7 @@ bool ContactProblem::step_on(const PoseError& error_GH) noexcept {
     state_->travel += travel;
     state_->X_WG = admission.X_WG;
     strings_.commit(*input_, admission.step, *state_);
+    friction_.commit(admission.step, *state_);
     SoftParts::commit(*input_, admission.step, *state_);
     state_->phi_GH_W = admission.phi_GH_W;
     full_step_ = admission.fraction == 1.0;
@@ -229,6 +233,7 @@ bool ContactProblem::advance() noexcept {
   }
   int unknowns = parts_.build(at(), candidates_.contacts(), kToolDof);
   unknowns = strings_.build(at(), candidates_.contacts(), unknowns);
+  friction_.build(at(), *state_, candidates_.contacts(), result_->grips_refused);
   if (settled(error_GH)) return false;
 
   result_->pressed += state_->active_count;
@@ -264,6 +269,7 @@ void ContactProblem::render_surface() noexcept {
 void ContactProblem::finish() noexcept {
   render_surface();
   YieldingStrings::finish(*input_, state_->touched);
+  RigidFriction::finish(*input_, state_->grips);
   // What tools share is rounded as it passes between them.
   state_->clearance = input_->rounding > 0.0
                           ? skin_of(input_->options)

@@ -62,7 +62,7 @@ class ContactProblem {
 
   /// The problem as the tick left it, or has come to.
   [[nodiscard]] ContactView view() const noexcept {
-    return {*input_, *state_, candidates_.contacts(), strings_, parts_, *result_};
+    return {*input_, *state_, candidates_.contacts(), strings_, parts_, friction_, *result_};
   }
   /// The pairs near the tool, also between ticks.
   [[nodiscard]] const Candidates& candidates() const noexcept { return candidates_; }
@@ -84,6 +84,7 @@ class ContactProblem {
   Candidates candidates_;
   YieldingStrings strings_;
   SoftParts parts_;
+  RigidFriction friction_;
   Linearisation linearisation_;
   const ContactInput* input_ = nullptr;
   ContactState* state_ = nullptr;

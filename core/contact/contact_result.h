@@ -23,6 +23,7 @@ struct ContactSummary : ContactOutcome {
   /// strings that pull along their axis; N, N m.
   Wrench F_H_W;
   int parts_refused = 0;  ///< soft parts that stayed rigid because kMaxSoftParts yield
+  int grips_refused = 0;  ///< rigid objects that stayed smooth because kMaxGrips are held
   int sub_steps = 0;      ///< linearisations used
   int qp_iterations = 0;
   int queries = 0;   ///< tree traversals

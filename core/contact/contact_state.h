@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/collision/query.h"
+#include "core/contact/grip.h"
 #include "core/contact/soft_part.h"
 #include "core/contact/touched_string.h"
 #include "core/math/limits.h"
@@ -29,6 +30,7 @@ struct ContactState {
   std::array<ActivePair, kMaxQpUnknowns> active;
   TouchedStrings touched;  ///< strings touched: how they are bent and what sticks to them
   TouchedParts parts;      ///< soft parts that are touched or displaced
+  Grips grips;             ///< rigid objects that friction holds the tool on
   /// Levels of the options at the last tick that began without force: bounds are another shape, and
   /// what is pressed keeps its own until it is let go of.
   int tool_level = kLeafLevel;

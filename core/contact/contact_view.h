@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "core/contact/contact_result.h"
+#include "core/contact/rigid_friction.h"
 #include "core/contact/soft_parts.h"
 #include "core/contact/yielding_strings.h"
 
@@ -18,6 +19,7 @@ struct ContactView {
   const ContactSet& contacts;
   const YieldingStrings& strings;
   const SoftParts& parts;
+  const RigidFriction& friction;
   const ContactResult& result;
 
   [[nodiscard]] Configuration at() const noexcept { return {input, state}; }

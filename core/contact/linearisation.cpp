@@ -150,6 +150,22 @@ void add_friction(const ContactView& view, ArrowMatrix& H, Unknowns& downhill) n
   }
 }
 
+/// Stick anchors on rigid objects.
+void add_grips(const ContactView& view, ArrowMatrix& H, Unknowns& downhill) noexcept {
+  for (std::size_t k = 0; k < view.state.grips.size(); ++k) {
+    const GripBlock& block = view.friction.block(k);
+    if (block.slip_stiffness == 0.0) continue;
+    PointJacobian J = point_jacobian(block.p_GC_W);
+    for (std::size_t p = 0; p < block.parts; ++p) {
+      add_part(view.parts.block(p), block.part_share[p], J);
+    }
+    const Vector3& n = block.nhat_W;
+    const Vector3 f = -block.slip_stiffness * block.slip_W;
+    for (std::size_t i = 0; i < J.count; ++i) downhill[J.unknown[i]] += J.column[i].dot(f);
+    add_quadratic(J, block.slip_stiffness * (Matrix3::Identity() - n * n.transpose()), H);
+  }
+}
+
 /// Units in which G and K are the identity, and the downhill gradient of what lies along one
 /// unknown alone.
 void measure(const ContactView& view, const PoseError& error_GH, UnknownScale& scale) noexcept {
@@ -210,6 +226,7 @@ void Linearisation::build(const ContactView& view, const PoseError& error_GH,
     subtract_curvature(view, {tool, obstacles}, view.state.active[static_cast<std::size_t>(k)], H);
   }
   add_friction(view, H, scale.downhill);
+  add_grips(view, H, scale.downhill);
   const Matrix3 rotation = rotation_hessian(error_GH.dtheta);
   H.scale(scale.inverse_root);
   for (std::size_t i = 0; i < H.core.size; ++i) H(i, i) += i >= 3 && i < 6 ? 0.0 : 1.0;

@@ -258,8 +258,9 @@ void admissible_fraction(const ContactView& view, const WantedStep& wanted, Admi
     const PoseError error_GH =
         coupling_error(admission.X_WG, view.input.X_WH, wanted.error_GH.dtheta);
     const double credit = energy_credit(view, wanted.program, admission);
-    const double gain =
-        view.strings.energy_gain(view.at(), step) + view.parts.energy_gain(view.at(), step);
+    const double gain = view.strings.energy_gain(view.at(), step) +
+                        view.parts.energy_gain(view.at(), step) +
+                        view.friction.energy_gain(view.at(), step);
     const int samples = 2 + static_cast<int>(fraction * samples_of_full_step);
     if (coupling_energy(stiffness, error_GH) + gain - credit <= energy + rounding &&
         clear_of_contacts(view, step, samples, result) &&

@@ -20,6 +20,9 @@ bool fits_scene(const ToolState& state, const ToolScene& scene) noexcept {
     }
     before = bend.capsule;
   }
+  for (const Grip& grip : contact.grips) {
+    if (!has_obstacle({grip.kind, grip.obstacle, 0, 0}, scene.obstacles)) return false;
+  }
   for (const SoftPart& part : contact.parts) {
     if (part.part < 0 || static_cast<std::size_t>(part.part) >= scene.parts.parts.size()) {
       return false;

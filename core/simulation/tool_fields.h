@@ -23,15 +23,22 @@ HD_VISIT_FIELDS(StringBend, capsule, lambda, u_W)
 HD_VISIT_FIELDS(TouchedString, bend, yields, normal_force, tangential_W, slip_W)
 HD_VISIT_FIELDS(SoftPart, part, v_G, v_before_G)
 
+template <FieldsOf<Grip> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [kind, obstacle, normal_force, slip_W] = state;
+  visit.bounded(kind, 0, kMaxObstacleKind);
+  visit(obstacle, normal_force, slip_W);
+}
+
 // Pairs beyond the count mean nothing.
 template <FieldsOf<ContactState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [X_WG, phi_GH_W, F_H_W, active_count, active, touched, parts, tool_level, body_level, X_WH,
-         travel, clearance] = state;
+  auto& [X_WG, phi_GH_W, F_H_W, active_count, active, touched, parts, grips, tool_level, body_level,
+         X_WH, travel, clearance] = state;
   visit(X_WG, phi_GH_W, F_H_W);
   visit.bounded(active_count, 0, kMaxQpUnknowns);
   visit.first(active, active_count);
-  visit(touched, parts);
+  visit(touched, parts, grips);
   visit.bounded(tool_level, 0, std::numeric_limits<int>::max());
   visit.bounded(body_level, 0, std::numeric_limits<int>::max());
   visit(X_WH, travel, clearance);

@@ -46,10 +46,11 @@ struct ToolScene {
   ToolParts parts{};  ///< what of the tool is soft
   /// B of the coupling between hand and tool, N s/m, >= 0; acts on the hand's velocity against G's.
   double coupling_damping = 0.0;
-  OtherTools others{};            ///< see ContactInput
-  double rounding = 0.0;          ///< likewise
-  bool stiffness_wanted = false;  ///< ticks tell RenderedTool::stiffness
-  StageClock* clock = nullptr;    ///< lent, the same to all tools; null: no time is taken
+  OtherTools others{};                 ///< see ContactInput
+  double rounding = 0.0;               ///< likewise
+  RigidCoefficients rigid_friction{};  ///< likewise
+  bool stiffness_wanted = false;       ///< ticks tell RenderedTool::stiffness
+  StageClock* clock = nullptr;         ///< lent, the same to all tools; null: no time is taken
 };
 
 /// State of one tool. Copy it to take a snapshot.
