@@ -44,9 +44,9 @@ struct InstrumentOptions {
   /// Contact steps per tick of a touched string with modes, [1, 4096]; cost and accuracy are
   /// measured by tests/benchmark.
   int modal_steps = 64;
-  bool friction = false;             ///< Coulomb friction with a stick anchor per string
-  double anchor_stiffness = 1000.0;  ///< of that anchor, N/m, [1e-3, 1e9]
-  bool lateral_force = false;        ///< axial force from unequal angles of the two halves
+  bool friction = false;          ///< Coulomb friction with a stick anchor per object
+  double anchor_stiffness = 1e5;  ///< of that anchor, N/m, [1e-3, 1e9]
+  bool lateral_force = false;     ///< axial force from unequal angles of the two halves
   /// Largest acceleration of a held tool, m/s^2, (0, 1e6]: bounds how much work the vibration may
   /// do in a tick.
   double max_acceleration = 500.0;

@@ -1,6 +1,7 @@
 // See scene.h.
 #include "core/scene/scene.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/collision/primitive_gap.h"
@@ -25,6 +26,7 @@ Scene::Scene(SceneDescription description) : description_(std::move(description)
   for (const BodyDescription& body : description_.bodies) {
     bodies_.push_back({body.shape.tree->tree.view(), body.X_WB});
   }
+  add_friction();
   merge_parts();
 }
 
@@ -50,6 +52,20 @@ void Scene::add_lines() {
       add_capsule(line.points_W[k], line.points_W[k + 1], line.radius,
                   {static_cast<std::int32_t>(i), false});
     }
+  }
+}
+
+void Scene::add_friction() {
+  for (const BodyDescription& body : description_.bodies) {
+    body_friction_.push_back(body.friction_coefficient);
+  }
+  for (const CapsuleOwner& owner : owners_) {
+    const auto index = static_cast<std::size_t>(owner.index);
+    capsule_friction_.push_back(owner.is_string ? 0.0
+                                                : description_.lines[index].friction_coefficient);
+  }
+  for (std::vector<double>* all : {&body_friction_, &capsule_friction_}) {
+    if (std::all_of(all->begin(), all->end(), [](double mu) { return mu == 0.0; })) all->clear();
   }
 }
 
@@ -85,6 +101,7 @@ ToolScene Scene::tool_scene(std::size_t tool) const noexcept {
   scene.strings = strings_;
   scene.instrument = description_.instrument;
   scene.parts = {merged.parts, merged.part_of_sphere};
+  scene.rigid_friction = {capsule_friction_, body_friction_};
   return scene;
 }
 

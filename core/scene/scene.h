@@ -60,6 +60,7 @@ class Scene {
   void add_capsule(const Vector3& p_A, const Vector3& p_B, double radius, CapsuleOwner owner);
   void add_strings();
   void add_lines();
+  void add_friction();
   void merge_parts();
 
   SceneDescription description_;
@@ -69,6 +70,9 @@ class Scene {
   std::vector<CapsuleGroup> groups_;
   std::vector<StringConstants> strings_;
   std::vector<CapsuleOwner> owners_;
+  /// Coulomb coefficients of capsules and bodies; empty where all are smooth.
+  std::vector<double> capsule_friction_;
+  std::vector<double> body_friction_;
 };
 
 }  // namespace hapticd

@@ -111,6 +111,19 @@ std::size_t check_strings(const SceneDescription& scene, Findings& findings) {
   return pieces;
 }
 
+void check_rough(const SceneDescription& scene, Findings& findings) {
+  if (scene.instrument.friction) return;
+  const auto doubt = [&](const char* field, const auto& objects) {
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      if (objects[i].friction_coefficient == 0.0) continue;
+      findings.doubt(indexed(field, i) + ".friction_coefficient", "the scene models no friction",
+                     "Add friction to the scene, or leave the coefficient out.");
+    }
+  };
+  doubt("bodies", scene.bodies);
+  doubt("lines", scene.lines);
+}
+
 /// A tool that begins inside something is pushed out of it, and the player should know.
 void check_start(const SceneDescription& description, Findings& findings) {
   const Scene scene(description);
@@ -140,6 +153,7 @@ std::vector<SceneFinding> check_scene(const SceneDescription& scene) {
   }
   check_tools(scene, findings);
   const std::size_t pieces = check_strings(scene, findings);
+  check_rough(scene, findings);
   if (pieces > kMaxStrings) {
     findings.fault("strings",
                    std::to_string(pieces) + " strings and pieces of sagging cables are more than " +

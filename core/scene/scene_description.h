@@ -47,6 +47,7 @@ struct BodyDescription {
   std::string name;
   ShapeDescription shape;  ///< in the body's frame B
   Pose X_WB;
+  double friction_coefficient = 0.0;  ///< [0, 10]
 };
 
 /// A rigid line, bar or bent pipe.
@@ -54,6 +55,7 @@ struct LineDescription {
   std::string name;
   std::vector<Vector3> points_W;
   double radius = 0.0;
+  double friction_coefficient = 0.0;  ///< [0, 10]
 };
 
 struct StringDescription {

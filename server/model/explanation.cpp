@@ -2,6 +2,7 @@
 // tests/benchmark/results.
 #include "server/model/explanation.h"
 
+#include <algorithm>
 #include <iomanip>
 #include <sstream>
 #include <vector>
@@ -123,8 +124,17 @@ std::vector<Feature> features_of(const SceneDescription& d) {
                   "middle and 21 % of one at a tenth of the string"});
   list.push_back({o.vibration && o.pitch_glide, "pitch glide with amplitude",
                   "pitch glide: the pitch does not depend on the amplitude"});
-  list.push_back({o.friction, "friction: Coulomb, one stick anchor per string",
-                  "friction: a finger slides along and across strings freely"});
+  list.push_back(
+      {o.friction, "friction: Coulomb, one stick anchor per string",
+       "friction: a finger slides along and across strings freely. Pressed straight down "
+       "on one\n    that bends it stands as on a ridge, and the string slips round it"});
+  const auto rough = [](const auto& object) { return object.friction_coefficient > 0.0; };
+  const auto rough_ones = std::count_if(d.bodies.begin(), d.bodies.end(), rough) +
+                          std::count_if(d.lines.begin(), d.lines.end(), rough);
+  list.push_back({o.friction && rough_ones > 0,
+                  "friction of " + std::to_string(rough_ones) + " of " +
+                      std::to_string(d.bodies.size() + d.lines.size()) + " bodies and lines",
+                  "friction of bodies and lines"});
   list.push_back({o.lateral_force, "lateral force from unequal angles of the two halves",
                   "lateral force: a bent string does not push along its axis"});
   list.push_back({d.tones, "tones at release", "tones: none is sent"});
@@ -133,8 +143,7 @@ std::vector<Feature> features_of(const SceneDescription& d) {
 
 void print_features(std::ostream& out, const SceneDescription& d) {
   const std::vector<Feature> features = features_of(d);
-  out << "modelled\n  contact of all six degrees of freedom, without friction on bodies and "
-         "lines\n";
+  out << "modelled\n  contact of all six degrees of freedom\n";
   for (const Feature& feature : features) {
     if (feature.on) out << "  " << feature.with << "\n";
   }

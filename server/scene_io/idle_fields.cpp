@@ -84,7 +84,10 @@ void IdleFields::features() {
   ringing();
   const bool rigid = !any(&Ability::bends);
   const std::string no_bend = none ? no_string : "no string bends";
-  add(written_.has_friction() && rigid, "friction", no_bend);
+  const auto rough = [](const auto& object) { return object.friction_coefficient() > 0.0; };
+  const bool smooth = std::none_of(written_.bodies().begin(), written_.bodies().end(), rough) &&
+                      std::none_of(written_.lines().begin(), written_.lines().end(), rough);
+  add(written_.has_friction() && rigid && smooth, "friction", no_bend);
   add(written_.has_lateral_force() && rigid, "lateral_force", no_bend);
   // Of a string that does not bend, release_gap_m ends the touch.
   add(written_.has_release() && none, "release", no_string);

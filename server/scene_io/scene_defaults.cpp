@@ -36,6 +36,11 @@ void fill_tool(v1::Tool& tool) {
 }
 
 /// Stiffness of the softest tool: what a string's and an anchor's default follow.
+/// Stiffness of a stick anchor over that of the coupling, and its most, N/m: it slips by a
+/// hundredth of what the coupling gives, and is far above the force over the radius of any finger.
+constexpr double kAnchorPerCoupling = 100.0;
+constexpr double kStiffestAnchor = 1e9;
+
 double softest_coupling(const v1::Scene& scene) {
   double kt = CouplingStiffness{}.kt;
   for (int i = 0; i < scene.tools_size(); ++i) {
@@ -88,7 +93,8 @@ void fill_features(StringPreset preset, v1::Scene& scene) {
   }
   if (scene.has_friction()) {
     set_absent(*scene.mutable_friction(), &v1::Friction::has_anchor_stiffness_n_per_m,
-               &v1::Friction::set_anchor_stiffness_n_per_m, softest_coupling(scene));
+               &v1::Friction::set_anchor_stiffness_n_per_m,
+               std::min(kAnchorPerCoupling * softest_coupling(scene), kStiffestAnchor));
   }
   if (scene.has_modes() && !scene.modes().has_count()) {
     scene.mutable_modes()->set_count(kUsualModes);

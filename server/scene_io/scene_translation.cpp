@@ -149,6 +149,7 @@ LineDescription Translation::line(const v1::Line& line, const std::string& path)
   LineDescription result;
   result.name = line.name();
   result.radius = line.radius_m();
+  result.friction_coefficient = line.friction_coefficient();
   if (line.points_w_m_size() < 6) {
     fault(path + ".points_w_m", "a line needs two points", "Give x, y and z of each corner.");
   }
@@ -243,7 +244,7 @@ SceneDescription Translation::translate(const v1::Scene& scene) {
     const v1::Body& body = scene.bodies(i);
     const std::string path = indexed("bodies", i);
     result.bodies.push_back({body.name(), shape(body.shape(), path + ".shape"),
-                             pose(body.pose_wb(), path + ".pose_wb")});
+                             pose(body.pose_wb(), path + ".pose_wb"), body.friction_coefficient()});
   }
   for (int i = 0; i < scene.lines_size(); ++i) {
     result.lines.push_back(line(scene.lines(i), indexed("lines", i)));

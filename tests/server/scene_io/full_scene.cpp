@@ -36,8 +36,9 @@ bodies {
   name: "ball"
   shape { spheres { centre_m: [0, 0, 0] radius_m: 0.05 } }
   pose_wb { p_m: [0, -0.1, 0] q: [1, 0, 0, 0] }
+  friction_coefficient: 0.4
 }
-lines { name: "bar" points_w_m: [-1, -0.3, 0, 0, -0.3, 0, 1, -0.3, 0.2] radius_m: 0.01 }
+lines { name: "bar" points_w_m: [-1, -0.3, 0, 0, -0.3, 0, 1, -0.3, 0.2] radius_m: 0.01 friction_coefficient: 0.2 }
 strings {
   name: "C2"
   p_wa_m: [-0.5, 0, 0]
