@@ -29,7 +29,7 @@ struct Rub {
   double height;  ///< of the tool's origin where it touches, m
 
   Rub(Ground ground, double mu, double kt, std::vector<Sphere> tool, bool soft)
-      : scene(scene_of(strings_of(ground, mu), std::move(tool))), height(kTipRadius) {
+      : scene(scene_of(strings_of(ground, mu), std::move(tool))), height(scene.tool_spheres[0].r) {
     scene.instrument.friction = true;
     scene.instrument.anchor_stiffness = 100.0 * kt;
     if (ground == Ground::kBody) {
@@ -129,10 +129,10 @@ TEST_CASE("a tool within the cone stays to the bit for ten minutes of ticks") {
   }
 }
 
-TEST_CASE("pressed hard straight down on a string a stiff finger keeps it, with mu 0.5") {
+TEST_CASE("pressed hard straight down on a string the edge of a nail keeps it, with mu 0.5") {
   for (const double kt : {1e3, 3e3, 1e4}) {
     CAPTURE(kt);
-    const Rub rub(Ground::kYieldingString, 0.5, kt, fingertip(), false);
+    const Rub rub(Ground::kYieldingString, 0.5, kt, {{Vector3::Zero(), 0.3e-3}}, false);
     RubRun run(rub, kt, 0.05);
     run.press(0.05, 5e-3);
     for (int k = 0; k < 500; ++k) run.tick({0.05, rub.height - 5e-3, 1e-9});
