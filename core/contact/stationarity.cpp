@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 namespace hapticd {
 namespace {
@@ -31,6 +32,31 @@ void add_pair(const ContactView& view, const ActiveContact& active, Wrench& F_H_
   const auto s = static_cast<std::size_t>(gradient.string);
   const double share = deflection_share(state.touched[s].bend, contact.lambda);
   pulls.string[s] -= (active.multiplier * share) * contact.nhat_OG_W;
+}
+
+/// Adds what an anchor does at `p_GC_W` to tool and soft parts, by their shares.
+void add_anchor(const Vector3& f, const Vector3& p_GC_W, std::span<const double> part_share,
+                Wrench& F_H_W, Pulls& pulls) noexcept {
+  F_H_W.f += f;
+  F_H_W.t += p_GC_W.cross(f);
+  for (std::size_t p = 0; p < part_share.size(); ++p) pulls.part[p] += part_share[p] * f;
+}
+
+/// Adds friction as the stick anchors stand.
+void add_friction(const ContactView& view, Wrench& F_H_W, Pulls& pulls) noexcept {
+  for (std::size_t k = 0; k < view.state.touched.size(); ++k) {
+    const StringBlock& block = view.strings.block(k);
+    if (block.slip_stiffness == 0.0) continue;
+    const Vector3 f = -block.slip_stiffness * block.slip_W;
+    add_anchor(f, block.p_GC_W, std::span(block.part_share).first(block.parts), F_H_W, pulls);
+    if (block.unknown < 0) continue;
+    pulls.string[k] -= deflection_share(view.state.touched[k].bend, block.lambda) * f;
+  }
+  for (std::size_t k = 0; k < view.state.grips.size(); ++k) {
+    const GripBlock& block = view.friction.block(k);
+    add_anchor(-block.slip_stiffness * block.slip_W, block.p_GC_W,
+               std::span(block.part_share).first(block.parts), F_H_W, pulls);
+  }
 }
 
 bool balanced(const ContactView& view, const Pulls& pulls, double tolerance) noexcept {
@@ -71,6 +97,7 @@ std::optional<Wrench> balanced_wrench(const ContactView& view, const PoseError& 
     }
     add_pair(view, active, F_H_W, pulls);
   }
+  add_friction(view, F_H_W, pulls);
   const CouplingStiffness& stiffness = view.input.stiffness;
   const ToolMotion wanted{error_GH.dp + F_H_W.f / stiffness.kt,
                           error_GH.dtheta + F_H_W.t / stiffness.kr()};

@@ -308,9 +308,7 @@ bool YieldingStrings::clear_of_others(const Configuration& at,
 bool YieldingStrings::pull_aside(const Configuration& at) noexcept {
   const auto& [input, state] = at;
   for (const TouchedString& string : state.touched) {
-    const auto index = static_cast<std::size_t>(string.bend.capsule);
     if (input.instrument.lateral_force && string.yields) return true;
-    if (input.instrument.friction && input.strings[index].friction_coefficient > 0.0) return true;
   }
   return false;
 }

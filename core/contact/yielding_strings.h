@@ -83,7 +83,7 @@ class YieldingStrings {
   [[nodiscard]] HD_REALTIME static bool clear_of_others(const Configuration& at,
                                                         const ConfigurationStep& step) noexcept;
 
-  /// True where friction or lateral force may act on the tool.
+  /// True where lateral force may act on the tool.
   [[nodiscard]] HD_REALTIME static bool pull_aside(const Configuration& at) noexcept;
 
   // As UnknownGroup.
