@@ -91,7 +91,9 @@ void rebase(const Capsule& before, const Capsule& after, TouchedString& hold) no
   if (same(before, after)) return;
   const Vector3 p_P = leg_of(before, hold.bend, 0).capsule_W.p_B;
   hold.bend.lambda = lambda_of(after, p_P);
+  const Vector3 u_before_W = hold.bend.u_W;
   hold.bend.u_W = p_P - (after.p_A + hold.bend.lambda * (after.p_B - after.p_A));
+  hold.u_felt_W += hold.bend.u_W - u_before_W;
 }
 
 /// Takes what carried force on rigid parts out of the state: their numbers change.
