@@ -182,6 +182,7 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
   }
   const double share = out.length / whole.length;
   out.tension += whole.axial_stiffness * std::max(0.0, polyline / whole.length - 1.0);
+  out.shared = true;
   out.axial_stiffness *= share;
   if (whole.frequency > 0.0) {
     const double tighter = out.tension / whole.tension;
