@@ -1,9 +1,9 @@
 // How far a tool keeps off what it touches while it moves. Turning needs room: a step by t that
-// turns a length l, of the tool or of a string's leg, leaves its linearisation by t^2 / (2 l). As
-// much is kept for the hand's motion in a tick, up to the skin, and it halves with every tick that
-// settles, so that a tool at rest stands on the exact surface. It steers the solver alone: the
-// force of every tick is that of the surface itself (RowProgram::solve_surface).
-// SI. RT: yes, a few ns.
+// turns a length l, of the tool or of a string's leg, leaves its linearisation by t^2 / (2 l), and
+// legs may be as short as the step. So a share of the hand's motion in a tick is kept, up to the
+// skin; it halves with every tick that settles, so that a tool at rest stands on the exact surface.
+// It steers the solver alone: the force of every tick is that of the surface itself
+// (RowProgram::solve_surface). SI. RT: yes, a few ns.
 #pragma once
 
 #include <algorithm>
@@ -16,9 +16,10 @@ namespace hapticd {
 /// The least clearance, m: what a skin of 0 counts as. Far above the rounding of gaps, far below
 /// what is felt. Smaller: steps refused for rounding.
 inline constexpr double kLeastClearance = 1e-9;
-/// The shortest length that a turn is given room for, m. Larger: more steps refused where short
-/// legs of strings turn; smaller: a tool in slow motion is shown farther from what it touches.
-inline constexpr double kShortestTurned = 1e-3;
+/// Clearance over the hand's travel in a tick. Smaller: slips off strings that come a tick late,
+/// by up to 0.2 N at a sixteenth; larger: a tool in slow motion is shown farther from what it
+/// touches.
+inline constexpr double kClearancePerTravel = 0.25;
 /// What a settled tick leaves of the clearance. Less: steps of the shown tool as it comes to rest.
 inline constexpr double kClearanceDecay = 0.5;
 
@@ -30,7 +31,7 @@ inline constexpr double kClearanceDecay = 0.5;
 /// What a tick keeps whose hand goes `travel` (m) after one that kept `before`.
 [[nodiscard]] inline double clearance_for(const ContactOptions& options, double before,
                                           double travel) noexcept {
-  return std::min(std::max(before, travel * travel / (2.0 * kShortestTurned)), skin_of(options));
+  return std::min(std::max(before, kClearancePerTravel * travel), skin_of(options));
 }
 
 /// What is left of `clearance` after a tick that ended so: all of the skin where it did not settle,

@@ -30,6 +30,20 @@ double free_travel(const Configuration& at, const PoseError& error_GH) noexcept 
          greatest_deflection(at.state.touched);
 }
 
+/// True where the tool touches a string that another one holds.
+bool near_shared_string(const ContactInput& input, const ContactSet& contacts) noexcept {
+  if (input.others.tools.empty()) return false;
+  const double near = kTouchSkins * skin_of(input.options);
+  for (const Contact& contact : contacts.contacts) {
+    const auto index = static_cast<std::size_t>(contact.key.obstacle);
+    if (is_string(contact.key) && contact.gap <= near && index < input.strings.size() &&
+        input.strings[index].shared) {
+      return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 // The free way: G reaches H, all strings are at rest, soft parts go there as their dampers let
@@ -167,6 +181,9 @@ void ContactProblem::begin(const ContactInput& input, ContactState& state,
     candidates_.begin(input.options.margin, true);
     candidates_.query(at(), wanted, result);
   }
+  // A string gives way to another tool by no more than what that one keeps off it.
+  shares_ = near_shared_string(input, candidates_.contacts());
+  if (shares_) state.clearance = skin_of(input.options);
   linearised_ = linearisation_work(result);
 }
 
@@ -260,7 +277,7 @@ bool ContactProblem::work_used_up() noexcept {
 
 // What the clearance keeps off is not felt: a program that asks for none of it gives the force.
 void ContactProblem::render_surface() noexcept {
-  if (solved_ == Solved::kNothing || result_->active_count == 0) return;
+  if (solved_ == Solved::kNothing || result_->active_count == 0 || shares_) return;
   if (program_.solve_surface(view(), linearisation_, solved_ == Solved::kArrived, *result_)) {
     take_force(error_GH_);
   }
@@ -270,10 +287,7 @@ void ContactProblem::finish() noexcept {
   render_surface();
   YieldingStrings::finish(*input_, state_->touched);
   RigidFriction::finish(*input_, state_->grips);
-  // What tools share is rounded as it passes between them.
-  state_->clearance = input_->rounding > 0.0
-                          ? skin_of(input_->options)
-                          : clearance_after(input_->options, state_->clearance, result_->status);
+  state_->clearance = clearance_after(input_->options, state_->clearance, result_->status);
 }
 
 void ContactProblem::recover() noexcept {

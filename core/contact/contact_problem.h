@@ -97,6 +97,9 @@ class ContactProblem {
   enum class Solved : std::uint8_t { kNothing, kAhead, kArrived };
   Solved solved_ = Solved::kNothing;
   PoseError error_GH_;  ///< of the last program
+  /// A string that it touches is held by another tool, too: the tool keeps all of its skin, and
+  /// feels it.
+  bool shares_ = false;
   /// Work of the tick before the last linearisation, traversals left out.
   std::int64_t linearised_ = 0;
 };

@@ -48,7 +48,7 @@ StringLoad string_load(const ContactInput& input, const TouchedString* touched,
   if (yields || (on_end && hapticd::yields(string))) {
     // Next to an end, which does not yield, the program's contact is as stiff as kt.
     if (yields) {
-      const Vector3& u_W = touched->bend.u_W;
+      const Vector3& u_W = touched->u_felt_W;
       load.deflection = u_W.norm();
       // Along the normal: a string that slips aside is not pressed.
       load.displacement += deflection_share(touched->bend, press.lambda) *

@@ -18,7 +18,9 @@ namespace hapticd {
 
 /// A touched string, from tick to tick.
 struct TouchedString {
-  StringBend bend;      ///< u = 0 for a string that does not yield
+  StringBend bend;  ///< u = 0 for a string that does not yield
+  /// u as the hand feels it: bend is that of the tool that keeps its clearance, m.
+  Vector3 u_felt_W{0.0, 0.0, 0.0};
   bool yields = false;  ///< StringContact::kYielding: u is an unknown
   /// Of the string on the tool after the last program, N; 0 without friction.
   double normal_force = 0.0;

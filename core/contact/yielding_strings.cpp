@@ -268,6 +268,7 @@ void YieldingStrings::relax(const ContactInput& input, TouchedStrings& strings) 
     }
     if (halving == 0) continue;
     if (halving <= kStraighteningHalvings) string.bend = moved(string.bend, motion);
+    string.u_felt_W = string.bend.u_W;
     string.normal_force = 0.0;
     string.tangential_W = Vector3::Zero();
     string.slip_W = Vector3::Zero();
@@ -329,6 +330,7 @@ int YieldingStrings::build(const Configuration& at, const ContactSet& contacts,
     block.length = input.strings[index].length;
     block.axis_W = (capsule.p_B - capsule.p_A) / block.length;
     block.lambda = string.bend.lambda;
+    block.u_W = string.bend.u_W;
     place_block(find_centre({at, capsule, {with_strings.begin(), with_strings.size()}},
                             string.bend.capsule, 2.0 * kTouchSkins * skin_of(input.options)),
                 state, block);
@@ -473,6 +475,7 @@ void YieldingStrings::settle(const ContactInput& input, std::span<const StringSu
                              const ConfigurationStep& step, ContactState& state) const noexcept {
   for (std::size_t k = 0; k < state.touched.size(); ++k) {
     TouchedString& string = state.touched[k];
+    if (string.yields) string.u_felt_W = blocks_[k].u_W + step.strings[k].du_W;
     string.normal_force = 0.0;
     if (!input.instrument.friction || !(sums[k].multiplier > 0.0)) continue;
     const double lambda = sums[k].lambda / sums[k].multiplier;

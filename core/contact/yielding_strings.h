@@ -21,6 +21,7 @@ namespace hapticd {
 struct StringBlock {
   int unknown = -1;      ///< of the radial deflection; the tangential one follows; -1: none
   bool touched = false;  ///< the vertex slides with the contact
+  Vector3 u_W;           ///< of the vertex, m
   Vector3 axis_W;        ///< unit, A to B
   double length = 0.0;   ///< m
   Vector3 radial_W;      ///< unit, along u, or where the contact pushes

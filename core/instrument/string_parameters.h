@@ -84,6 +84,7 @@ struct StringConstants {
   double friction_coefficient = 0.0;
   StringContact model = StringContact::kStraight;
   StringDetail max_level = StringDetail::kLine;
+  bool shared = false;  ///< it is the part of a string that another tool holds, too
 };
 
 /// Constants of checked parameters. A == B is a sphere, which cannot yield: its contact becomes

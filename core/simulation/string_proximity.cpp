@@ -156,7 +156,10 @@ StringProximity proximity_to(const ToolPlay& play, const ToolStringState& visit,
     }
   }
   for (const TouchedString& hold : state.touched) {
-    if (hold.bend.capsule == string) near.u_W = whole_deflection(play, hold.bend);
+    if (hold.bend.capsule != string) continue;
+    StringBend felt = hold.bend;
+    felt.u_W = hold.u_felt_W;
+    near.u_W = whole_deflection(play, felt);
   }
 
   touch.way = visit.nhat_W.dot(play.way.hand.dp + play.way.hand.dtheta.cross(visit.p_GC_W));

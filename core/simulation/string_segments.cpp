@@ -91,7 +91,9 @@ void rebase(const Capsule& before, const Capsule& after, TouchedString& hold) no
   if (same(before, after)) return;
   const Vector3 p_P = leg_of(before, hold.bend, 0).capsule_W.p_B;
   hold.bend.lambda = lambda_of(after, p_P);
+  const Vector3 u_before_W = hold.bend.u_W;
   hold.bend.u_W = p_P - (after.p_A + hold.bend.lambda * (after.p_B - after.p_A));
+  hold.u_felt_W += hold.bend.u_W - u_before_W;
 }
 
 /// Takes what carried force on rigid parts out of the state: their numbers change.
@@ -180,6 +182,7 @@ StringConstants part_constants(const StringConstants& whole, const StringPoints&
   }
   const double share = out.length / whole.length;
   out.tension += whole.axial_stiffness * std::max(0.0, polyline / whole.length - 1.0);
+  out.shared = true;
   out.axial_stiffness *= share;
   if (whole.frequency > 0.0) {
     const double tighter = out.tension / whole.tension;

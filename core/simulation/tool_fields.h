@@ -20,7 +20,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 
 HD_VISIT_FIELDS(ActivePair, key, multiplier)
 HD_VISIT_FIELDS(StringBend, capsule, lambda, u_W)
-HD_VISIT_FIELDS(TouchedString, bend, yields, normal_force, tangential_W, slip_W)
+HD_VISIT_FIELDS(TouchedString, bend, u_felt_W, yields, normal_force, tangential_W, slip_W)
 HD_VISIT_FIELDS(SoftPart, part, v_G, v_before_G)
 
 template <FieldsOf<Grip> State, typename Visit>

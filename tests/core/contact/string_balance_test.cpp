@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/contact/clearance.h"
 #include "core/math/rotation.h"
 #include "tests/core/contact/string_balance.h"
 #include "tests/support/pose_composition.h"
@@ -188,8 +189,9 @@ TEST_CASE("strings, bodies and the hand balance in every press, each string by i
     for (const PressedString& contact : tick.strings) {
       const double pull = balance.string_pull[static_cast<std::size_t>(contact.string)];
       CHECK(contact.force == doctest::Approx(pull).epsilon(2e-3));
-      CHECK(contact.deflection ==
-            doctest::Approx(deflection_of(run, contact.string).norm()).epsilon(1e-12));
+      // The string stands off the tool by what is left of the clearance, which is not felt.
+      CHECK(std::abs(contact.deflection - deflection_of(run, contact.string).norm()) <=
+            10.0 * run.state.clearance);
     }
   }
   MESSAGE(settled << " presses, " << several << " on several strings; unbalanced at most "

@@ -17,6 +17,9 @@ namespace {
 constexpr double kInstantError = 5e-6;
 /// Allowed error of a speed, relative.
 constexpr double kSpeedError = 0.02;
+/// The same of a release: of a tick that ends within the clearance of the surface the share that
+/// the string has in the displacement is known to a few percent.
+constexpr double kReleaseError = 0.05;
 
 /// A hand on a straight way at constant speed: p_0 + v t.
 struct Way {
@@ -205,7 +208,7 @@ TEST_CASE("a release reports the speed of the hand against the string that follo
         const double error = std::max(std::abs(releases[0].normal_speed + along * left),
                                       std::abs(releases[0].tangential_speed - sine * speed));
         worst = std::max(worst, error / speed);
-        CHECK(error < kSpeedError * speed);
+        CHECK(error < kReleaseError * speed);
       }
     }
   }

@@ -78,8 +78,8 @@ def pressed_rows(trace: Trace) -> slice:
 
 
 def distance_um(trace: Trace) -> numpy.ndarray:
-    """Of the finger's middle from the axis, beyond what touch is."""
-    return (numpy.hypot(trace.p_wg_m[:, 1], trace.p_wg_m[:, 2]) - TOUCH_M)[pressed_rows(trace)] * 1e6
+    """Of the finger's middle from the axis, beyond what touch is and what a tool in motion keeps clear."""
+    return (numpy.hypot(trace.p_wg_m[:, 1], trace.p_wg_m[:, 2]) - trace.gap_m - TOUCH_M)[pressed_rows(trace)] * 1e6
 
 
 def thinness(trace: Trace) -> float:
@@ -99,7 +99,7 @@ def ripple_percent(trace: Trace) -> float:
 
 def law_error_percent(trace: Trace) -> float:
     """Largest difference of force and deflection from Eq. 10, over 1 mm of deflection."""
-    deflection = numpy.linalg.norm(trace.p_wh_m - trace.p_wg_m, axis=1)
+    deflection = numpy.linalg.norm(trace.p_wh_m - trace.p_wg_m, axis=1) - trace.gap_m
     rows = (numpy.arange(len(trace)) >= pressed_rows(trace).start) & (deflection > 1e-3)
     expected = force_n(StringValues(radius_m=RADIUS_M, length_m=LENGTH_M), deflection[rows], 0.5)
     measured = numpy.linalg.norm(trace.unlimited_force_n[rows], axis=1)
