@@ -266,8 +266,8 @@ void ContactProblem::tell_residual() noexcept {
 
 void ContactProblem::finish() noexcept {
   tell_residual();
-  const bool stopped_short = result_->status == ContactStatus::kLagging ||
-                             result_->status == ContactStatus::kRefused;
+  const bool stopped_short =
+      result_->status == ContactStatus::kLagging || result_->status == ContactStatus::kRefused;
   if (stopped_short) {
     const std::span pressed(pressed_before_.begin(), pressed_before_.size());
     drop_phantoms(view(), {p_program_W_, pressed}, *state_, *result_);

@@ -13,8 +13,7 @@ bool reached(const ContactView& view, const ContactKey& key) noexcept {
   const double touch = kTouchSkins * input.options.skin + input.options.stop_tolerance;
   const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
-  const double gap =
-      evaluate_contact(key, {input.tool, state.X_WG, shape.view()}, bent.view()).gap;
+  const double gap = evaluate_contact(key, {input.tool, state.X_WG, shape.view()}, bent.view()).gap;
   if (gap <= touch) return true;
   return evaluate_contact(key, {input.tool, input.X_WH, shape.view()}, input.obstacles).gap <=
          touch;

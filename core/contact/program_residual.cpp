@@ -23,8 +23,7 @@ double stationarity(const QpProblem& problem, const QpSolution& solution,
     double off = 0.0;
     for (int a = 0; a < solution.active_count; ++a) {
       const auto i = static_cast<std::size_t>(a);
-      off += solution.multiplier[i] *
-             problem.row[k][static_cast<std::size_t>(solution.active[i])];
+      off += solution.multiplier[i] * problem.row[k][static_cast<std::size_t>(solution.active[i])];
     }
     off = solution.x[k] - problem.target[k] - off / problem.weight[k];
     for (std::size_t j = 0; j < way.size(); ++j) way[j] += basis(j, k) * off;

@@ -14,18 +14,31 @@ struct TouchPlace {
   Vector3 nhat_W;
 };
 
-/// Where the touch is, or was when the tool was near last: that place of the tool, where that is
-/// now.
-TouchPlace place_of(const ToolPlay& play, std::int32_t tool, const StringProximity& near,
-                    const ToolStringState& seen) noexcept {
-  if (near.part >= 0) return {tool, near.part, near.p_WC, near.nhat_W};
+/// Whose touch a string's events are.
+struct Toucher {
+  const ToolPlay& play;
+  std::int32_t tool;
+  const ToolStringState& seen;
+};
+
+/// Where the touch of `string` is: where the tool is nearest to it, or, where it is not near any
+/// more, where it was last, at the same place of the tool.
+TouchPlace place_of(const Toucher& toucher, std::int32_t string) noexcept {
+  const auto& [play, tool, seen] = toucher;
+  const Configuration at{play.way.input, play.state.contact};
+  if (const auto nearest = nearest_to_string(at, string_pairs(play), string)) {
+    return {tool, seen.part, nearest->p_WC, nearest->nhat_W};
+  }
   const Pose& X_WG = play.rendered.X_WG;
   const Vector3 p_GC_W = X_WG.q * (play.way.X_WG_before.q.conjugate() * seen.p_GC_W);
   return {tool, seen.part, X_WG.p + p_GC_W, seen.nhat_W};
 }
 
-/// Says of the events from number `first` on whose touch they are and where it is.
-void name_place(std::size_t first, const TouchPlace& place, StringEvents& events) noexcept {
+/// Says of the events of `string` from number `first` on whose touch they are and where it is.
+void name_place(std::size_t first, const Toucher& toucher, std::int32_t string,
+                StringEvents& events) noexcept {
+  if (first == events.size()) return;
+  const TouchPlace place = place_of(toucher, string);
   for (std::size_t k = first; k < events.size(); ++k) {
     StringEvent& event = events[k];
     event.tool = place.tool;
@@ -121,7 +134,7 @@ void StringPlayers::play_string(std::int32_t string, const StringProximity& near
   }
   ToolStringState& seen = visit(player, string);
   if (near_by) seen.part = near.part;
-  name_place(first, place_of(play, track.player, near, seen), events_);
+  name_place(first, {play, track.player, seen}, string, events_);
   // What moved without time passing counts as motion of the next tick.
   if (near.touch.time.dt_ns > 0) remember(play, near, seen);
 
@@ -174,7 +187,7 @@ void StringPlayers::watch_others(std::int32_t string,
         events_[k].lambda = whole_lambda(play.view, string, events_[k].lambda);
       }
       if (near[tool].part >= 0) seen.part = near[tool].part;
-      name_place(first, place_of(play, number, near[tool], seen), events_);
+      name_place(first, {play, number, seen}, string, events_);
       seen.detector = state.detector;
       seen.detector.lambda = whole_lambda(play.view, string, state.detector.lambda);
     }

@@ -42,8 +42,7 @@ void sort_in_last(const StringSharing& sharing, Tick& tick) noexcept {
 
 }  // namespace
 
-void tell_bends(const SimulationMemory& memory, const StringSharing& sharing,
-                Tick& tick) noexcept {
+void tell_bends(const SimulationMemory& memory, const StringSharing& sharing, Tick& tick) noexcept {
   tick.string_bends.clear();
   for (std::size_t k = 0; k < memory.tools.size(); ++k) {
     const ToolPlay& play = memory.tools[k];

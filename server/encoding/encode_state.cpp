@@ -88,8 +88,8 @@ v1::StringPhase phase_of(const StringTick& string) {
 
 double length_of(const Array3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-/// What a tick says of one string of the scene: of a cable in several pieces the row of the one that
-/// moves most, null when all are asleep; and its vertices from A to B.
+/// What a tick says of one string of the scene: of a cable in several pieces the row of the one
+/// that moves most, null when all are asleep; and its vertices from A to B.
 struct ToldString {
   const StringTick* row = nullptr;
   std::span<const StringBendTick> bends;
@@ -123,8 +123,8 @@ void add_further(const ToldString& told, const StringBendTick* own, const SceneI
       add_vertex(piece.lambda_begin, {}, out);
     }
     if (&bend != own) add_vertex(whole_lambda(piece, bend.lambda), bend.deflection_W, out);
-    const bool ends = &bend + 1 == told.bends.data() + told.bends.size() ||
-                      (&bend + 1)->string != bend.string;
+    const bool ends =
+        &bend + 1 == told.bends.data() + told.bends.size() || (&bend + 1)->string != bend.string;
     if (ends && piece.lambda_begin + piece.lambda_share < kLastKnot) {
       add_vertex(piece.lambda_begin + piece.lambda_share, {}, out);
     }
@@ -141,9 +141,9 @@ void encode_string(const ToldString& told, const SceneIndex& index, v1::StringSt
   add_floats(own != nullptr ? own->deflection_W : told.row->deflection_W,
              out.mutable_deflection_w_m());
   const double lambda =
-      own == nullptr ? whole_lambda(piece, told.row->lambda)
-                     : whole_lambda(index.pieces[static_cast<std::size_t>(own->string)],
-                                    own->lambda);
+      own == nullptr
+          ? whole_lambda(piece, told.row->lambda)
+          : whole_lambda(index.pieces[static_cast<std::size_t>(own->string)], own->lambda);
   out.set_lambda(static_cast<float>(lambda));
   const double growth =
       told.row != nullptr ? told.row->radius_growth : length_of(own->deflection_W);
@@ -159,10 +159,10 @@ void encode_strings(const Tick& tick, const SceneIndex& index, v1::State& state)
   const auto* row = tick.strings.begin();
   const auto* bend = tick.string_bends.begin();
   while (row != tick.strings.end() || bend != tick.string_bends.end()) {
-    const std::uint32_t string =
-        bend == tick.string_bends.end()  ? owner(row->string)
-        : row == tick.strings.end()      ? owner(bend->string)
-                                         : std::min(owner(row->string), owner(bend->string));
+    const std::uint32_t string = bend == tick.string_bends.end() ? owner(row->string)
+                                 : row == tick.strings.end()
+                                     ? owner(bend->string)
+                                     : std::min(owner(row->string), owner(bend->string));
     ToldString told;
     for (; row != tick.strings.end() && owner(row->string) == string; ++row) {
       if (told.row == nullptr || row->radius_growth > told.row->radius_growth) told.row = row;

@@ -1,5 +1,5 @@
-// The residual of a program's solution, and what a tick tells of it. Truth: the conditions of Karush,
-// Kuhn and Tucker of a plane before a rigid tool, which one can write down.
+// The residual of a program's solution, and what a tick tells of it. Truth: the conditions of
+// Karush, Kuhn and Tucker of a plane before a rigid tool, which one can write down.
 #include "core/contact/program_residual.h"
 
 #include <doctest/doctest.h>
@@ -64,7 +64,8 @@ TEST_CASE("an optimum has no residual, and bears the coupling's force") {
   }
 }
 
-TEST_CASE("a solution that is moved off is off by that times kt, and its row by what lies along it") {
+TEST_CASE(
+    "a solution that is moved off is off by that times kt, and its row by what lies along it") {
   SplitMix64 random(4);
   for (int k = 0; k < 50; ++k) {
     Plane plane(random.direction());
@@ -128,8 +129,8 @@ TEST_CASE("what begins to bear force in a tick is within reach of the tool, or o
         now[line] = pair.multiplier > 0.0;
         if (!now[line] || pressed[line]) continue;
         ++begun;
-        const double gap = std::min(gap_at(run.state.X_WG.p, pair.key.obstacle),
-                                    gap_at(p, pair.key.obstacle));
+        const double gap =
+            std::min(gap_at(run.state.X_WG.p, pair.key.obstacle), gap_at(p, pair.key.obstacle));
         CHECK(gap < 4.2e-5);
       }
       if (run.result.active_count == 0) CHECK(run.result.F_H_W.f.norm() == 0.0);

@@ -119,7 +119,8 @@ TEST_CASE("a string that is bent is listed with all its vertices, whoever plays 
   CHECK(string.further_deflection_w_m(5) == 2e-3F);
 }
 
-TEST_CASE("a string that is bent without a touch or a sound is listed, and one that is straight is not") {
+TEST_CASE(
+    "a string that is bent without a touch or a sound is listed, and one that is straight is not") {
   const auto tick = small_tick();
   tick->strings.clear();
   tick->string_bends.push_back({0, 1, 0.125, {0.0, 3e-3, -4e-3}});

@@ -267,7 +267,8 @@ TEST_CASE("a simulation whose numbers are lost is a fault, and begins anew with 
   CHECK(bench.force() > kFelt);
 }
 
-TEST_CASE("a clutch that has brought the tool out of reach of every pose is forgotten with a Clear") {
+TEST_CASE(
+    "a clutch that has brought the tool out of reach of every pose is forgotten with a Clear") {
   const std::string scaled_wall = [] {
     std::string text = kWallScene;
     text.insert(text.find("pose_wg"), "workspace { scale: 100 }\n  ");
