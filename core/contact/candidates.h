@@ -48,6 +48,12 @@ class Candidates {
     return !(contact.gap - travelled_ > gap);
   }
 
+  /// True when certainly nothing at all is nearer than `distance` (m), wherever the tool has gone
+  /// since.
+  [[nodiscard]] bool clear_within(double distance) const noexcept {
+    return contacts_.minimum_gap - travelled_ >= distance;
+  }
+
   /// How far points of the tool may still go before they come to what was not looked at, m.
   [[nodiscard]] double room_left() const noexcept { return contacts_.covered_margin - travelled_; }
 

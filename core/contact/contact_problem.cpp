@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/contact/clearance.h"
+#include "core/contact/phantom_contacts.h"
 #include "core/contact/recovery.h"
 #include "core/contact/stationarity.h"
 #include "core/contact/step_admission.h"
@@ -165,6 +166,10 @@ void ContactProblem::begin(const ContactInput& input, ContactState& state,
   state.clearance = clearance_for(input.options, state.clearance, hand_travel);
   state.X_WH = input.X_WH;
   state.travel = 0.0;
+  pressed_before_.clear();
+  for (int k = 0; k < state.active_count; ++k) {
+    pressed_before_.push_back(state.active[static_cast<std::size_t>(k)].key);
+  }
   if (state.active_count == 0) {
     state.tool_level = input.options.tool_level;
     state.body_level = input.options.body_level;
@@ -264,6 +269,7 @@ bool ContactProblem::advance() noexcept {
   solved_ = Solved::kAhead;
   error_GH_ = error_GH;
   take_force(error_GH);
+  p_program_W_ = state_->X_WG.p;
   return step_on(error_GH);
 }
 
@@ -283,8 +289,30 @@ void ContactProblem::render_surface() noexcept {
   }
 }
 
+// Where the last linearisation met nothing, no program has the last word.
+void ContactProblem::tell_residual() noexcept {
+  ContactResult& result = *result_;
+  if (result.status == ContactStatus::kFree) return;
+  if (result.status == ContactStatus::kQpFailed) {
+    const PoseError error_GH = coupling_error(state_->X_WG, input_->X_WH, state_->phi_GH_W);
+    result.residual_force = unbalanced_force(input_->stiffness, error_GH, state_->F_H_W);
+    result.residual_gap = std::max(0.0, -candidates_.contacts().minimum_gap);
+    return;
+  }
+  const ProgramResidual residual = program_.residual(linearisation_, input_->stiffness);
+  result.residual_force = residual.force;
+  result.residual_gap = residual.gap;
+}
+
 void ContactProblem::finish() noexcept {
   render_surface();
+  tell_residual();
+  const bool stopped_short =
+      result_->status == ContactStatus::kLagging || result_->status == ContactStatus::kRefused;
+  if (stopped_short) {
+    const std::span pressed(pressed_before_.begin(), pressed_before_.size());
+    drop_phantoms(view(), {p_program_W_, pressed}, *state_, *result_);
+  }
   YieldingStrings::finish(*input_, state_->touched);
   RigidFriction::finish(*input_, state_->grips);
   state_->clearance = clearance_after(input_->options, state_->clearance, result_->status);
@@ -310,6 +338,7 @@ void ContactProblem::recover() noexcept {
   const PoseError error_GH = coupling_error(state.X_WG, input_->X_WH, state.phi_GH_W);
   state.phi_GH_W = error_GH.dtheta;
   state.active_count = 0;
+  result.residual_gap = std::max(0.0, -result.minimum_gap);
   state.F_H_W = {input_->stiffness.kt * -error_GH.dp, input_->stiffness.kr() * -error_GH.dtheta};
   result.F_H_W = state.F_H_W;
 }

@@ -79,6 +79,7 @@ class ContactProblem {
   void take_force(const PoseError& error_GH) noexcept;
   void bound_force(const PoseError& error_GH) noexcept;
   void keep_after_failure(const PoseError& error_GH) noexcept;
+  void tell_residual() noexcept;
 
   RowProgram program_;  ///< first, for it is aligned
   Candidates candidates_;
@@ -100,6 +101,9 @@ class ContactProblem {
   /// A string that it touches is held by another tool, too: the tool keeps all of its skin, and
   /// feels it.
   bool shares_ = false;
+  /// Pairs that bore force when the tick began.
+  FixedVector<ContactKey, kMaxQpUnknowns> pressed_before_;
+  Vector3 p_program_W_{0.0, 0.0, 0.0};  ///< origin of G where the last program was solved, m
   /// Work of the tick before the last linearisation, traversals left out.
   std::int64_t linearised_ = 0;
 };

@@ -13,6 +13,7 @@
 
 #include "core/contact/contact_view.h"
 #include "core/contact/linearisation.h"
+#include "core/contact/program_residual.h"
 #include "core/solver/active_set.h"
 
 namespace hapticd {
@@ -61,6 +62,12 @@ class RowProgram {
   }
   [[nodiscard]] double wanted_gain(int k) const noexcept {
     return problem_.bound[static_cast<std::size_t>(solution_.active[static_cast<std::size_t>(k)])];
+  }
+
+  /// How far the last solution is from the optimum. `model`: that of solve(); optimal() holds.
+  [[nodiscard]] HD_REALTIME ProgramResidual
+  residual(const Linearisation& model, const CouplingStiffness& stiffness) const noexcept {
+    return program_residual(problem_, solution_, model, stiffness);
   }
 
   /// Leaves out of the step of the first `strings` what only takes vertices to the centres of their

@@ -32,7 +32,7 @@ struct ReleaseDetector {
   double force = 0.0;               ///< the last contact force, N
   double normal_speed = 0.0;        ///< tool against string in the tick of the loss, m/s
   double tangential_speed = 0.0;    ///< likewise
-  double lambda = 0.5;              ///< place of the last contact
+  double lambda = 0.5;              ///< place of the last contact, as the touch has it
   double withdrawal = 0.0;          ///< speed of the distance in the last tick, m/s
   double largest_force = 0.0;       ///< of the touch, N
   double largest_deflection = 0.0;  ///< of the touch, m

@@ -55,7 +55,7 @@ void try_to_engage(const LoopInput& input, LoopMachine& m) noexcept {
     return;
   }
   if (m.cause != Cause::kReleased && m.cause != Cause::kOverlap) m.cause = Cause::kNone;
-  if (!m.wanted || input.scene_waits) return;
+  if (!m.wanted || input.scene_waits || !input.contact_known) return;
   if (!input.contact_free) {
     m.cause = Cause::kOverlap;
     m.wanted = input.engages_itself;

@@ -6,6 +6,8 @@
 
 #include "core/contact/tick_work.h"
 #include "core/math/plain.h"
+#include "core/simulation/told_bends.h"
+#include "core/simulation/told_gap.h"
 
 namespace hapticd {
 namespace {
@@ -100,15 +102,46 @@ void Simulation::step(Tick& tick) noexcept {
     add_work(memory_.tools[tool].rendered.contact, tick.work);
   }
   StageClock* const clock = memory_.tools.front().scene.clock;
+  std::array<double, kMaxTools> gaps;
+  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
+    gaps[tool] = told_gap(memory_, strings_.sharing(), tool);
+  }
   lap(clock, Stage::kOptimisation);
   strings_.play(tick);
+  tell_bends(memory_, strings_.sharing(), tick);
   lap(clock, Stage::kStrings);
   for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
     ToolPlay& play = memory_.tools[tool];
     damp_coupling(play);
     limit_wrench(play.scene, play.state, play.rendered);
     tell(play.rendered, tick.tools[tool]);
+    tick.tools[tool].contact.minimum_gap = gaps[tool];
   }
+}
+
+void Simulation::stand(std::span<const Pose> X_WG_home, Tick& tick) noexcept {
+  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) {
+    const ToolState& state = memory_.tools[tool].state;
+    const Pose& X_WG = state.placed ? state.contact.X_WG : X_WG_home[tool];
+    ToolTick& told = tick.tools[tool];
+    told.X_WG = to_plain(X_WG);
+    told.X_WH = state.hand.has_pose ? to_plain(state.hand.X_WH) : told.X_WG;
+    told.contact.minimum_gap = standing_gap(memory_, strings_.sharing(), tool, X_WG);
+  }
+  tell_bends(memory_, strings_.sharing(), tick);
+}
+
+void Simulation::restart() noexcept {
+  // Of its view a tool knows itself which strings are in parts.
+  for (ToolPlay& play : memory_.tools) {
+    play.state = ToolState{};
+    play.view.rigid_active.clear();
+  }
+  for (PlayedString& track : memory_.tracks) track = PlayedString{};
+  for (ToolStringState& visit : memory_.visits) visit = ToolStringState{};
+  for (ModalString& modes : memory_.modes) modes.count = 0;
+  static_cast<void>(strings_.set_awake({}));
+  strings_.sharing().clear();
 }
 
 }  // namespace hapticd

@@ -5,6 +5,8 @@
 // no device, no random source, and a clock only where it is lent one to time stages by. RT: yes.
 #pragma once
 
+#include <span>
+
 #include "core/simulation/string_players.h"
 #include "core/simulation/tool_play.h"
 
@@ -21,6 +23,14 @@ class Simulation {
   /// tool leaves of its share of the work is for those after it. Cost per tool: about 0.3 us free,
   /// 2 us on a string (tests/benchmark).
   HD_REALTIME void step(Tick& tick) noexcept;
+
+  /// A tick in which no tool can be rendered: tells where they and the strings stand; a tool that
+  /// has not been placed stands at `X_WG_home`, one per tool.
+  HD_REALTIME void stand(std::span<const Pose> X_WG_home, Tick& tick) noexcept;
+
+  /// Begins anew, as after construction: tools go to their hands, strings are at rest and silent.
+  /// Bounded by the strings there are, about 0.2 us each.
+  HD_REALTIME void restart() noexcept;
 
   /// What the last step gave of a tool, for who goes on with it in the same tick.
   [[nodiscard]] const RenderedTool& rendered(std::size_t tool) const noexcept {

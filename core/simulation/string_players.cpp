@@ -6,12 +6,49 @@
 namespace hapticd {
 namespace {
 
-/// Names the tool whose touch the events from number `first` on are.
-void name_tool(std::size_t first, std::int32_t tool, std::int32_t part,
-               StringEvents& events) noexcept {
+/// Whose touch events are, and where it is.
+struct TouchPlace {
+  std::int32_t tool;
+  std::int32_t part;
+  Vector3 p_WC;
+  Vector3 nhat_W;
+};
+
+/// Whose touch a string's events are.
+struct Toucher {
+  const ToolPlay& play;
+  std::int32_t tool;
+  const ToolStringState& seen;
+};
+
+/// Where the touch of `string` is: where the tool is nearest to it, or, where it is not near any
+/// more, where it was last, at the same place of the tool.
+TouchPlace place_of(const Toucher& toucher, std::int32_t string) noexcept {
+  const auto& [play, tool, seen] = toucher;
+  const Configuration at{play.way.input, play.state.contact};
+  if (const auto nearest = nearest_to_string(at, string_pairs(play), string)) {
+    return {tool, seen.part, nearest->p_WC, nearest->nhat_W};
+  }
+  const Pose& X_WG = play.rendered.X_WG;
+  const Vector3 p_GC_W = X_WG.q * (play.way.X_WG_before.q.conjugate() * seen.p_GC_W);
+  return {tool, seen.part, X_WG.p + p_GC_W, seen.nhat_W};
+}
+
+/// Says of the events of `string` from number `first` on whose touch they are and where it is.
+void name_place(std::size_t first, const Toucher& toucher, std::int32_t string,
+                StringEvents& events) noexcept {
+  if (first == events.size()) return;
+  const TouchPlace place = place_of(toucher, string);
   for (std::size_t k = first; k < events.size(); ++k) {
-    events[k].tool = tool;
-    events[k].part = part;
+    StringEvent& event = events[k];
+    event.tool = place.tool;
+    event.part = place.part;
+    const bool is_touch = event.kind == StringEventKind::kTouch ||
+                          event.kind == StringEventKind::kLeave ||
+                          event.kind == StringEventKind::kRelease;
+    if (!is_touch) continue;
+    event.p_WC = to_array(place.p_WC);
+    event.nhat_OG_W = to_array(place.nhat_W);
   }
 }
 
@@ -78,20 +115,26 @@ void StringPlayers::play_string(std::int32_t string, const StringProximity& near
   const std::size_t first = events_.size();
   StringTouch touch = near.touch;
   const double place = whole_lambda(play.view, string, touch.lambda);
-  if (track.state.detector.touching || touch.distance < 0.0) track.place = place;
+  const bool near_by = near.part >= 0;
+  if (near_by && (track.state.detector.touching || touch.distance < 0.0)) track.place = place;
   const Sounding sounding = sounding_part(string);
   if (!sounding.all() || part_of(play.view, string) != nullptr) {
     touch.lambda = sounding.along_part(place);
   }
+  // Kept along the whole string: what part of it sounds may change before the touch ends.
+  ReleaseDetector& detector = track.state.detector;
+  const bool whole = sounding.all();
+  if (!whole) detector.lambda = sounding.along_part(detector.lambda);
   const StringResponse response =
       respond({string, sounding.string, play.scene.instrument, track.state, modes}, touch, events_);
-  for (std::size_t k = first; k < events_.size() && !sounding.all(); ++k) {
+  if (!whole) detector.lambda = sounding.along_string(detector.lambda);
+  for (std::size_t k = first; k < events_.size() && !whole; ++k) {
     StringEvent& event = events_[k];
     if (event.kind != StringEventKind::kRadius) event.lambda = sounding.along_string(event.lambda);
   }
   ToolStringState& seen = visit(player, string);
-  if (near.part >= 0) seen.part = near.part;
-  name_tool(first, track.player, seen.part, events_);
+  if (near_by) seen.part = near.part;
+  name_place(first, {play, track.player, seen}, string, events_);
   // What moved without time passing counts as motion of the next tick.
   if (near.touch.time.dt_ns > 0) remember(play, near, seen);
 
@@ -135,6 +178,7 @@ void StringPlayers::watch_others(std::int32_t string,
       silent.vibration = false;
       StringState state;
       state.detector = seen.detector;
+      state.detector.lambda = part_lambda(play.view, string, state.detector.lambda);
       const std::size_t first = events_.size();
       static_cast<void>(
           respond({string, play.way.input.strings[s], silent, state, nullptr}, touch, events_));
@@ -143,8 +187,9 @@ void StringPlayers::watch_others(std::int32_t string,
         events_[k].lambda = whole_lambda(play.view, string, events_[k].lambda);
       }
       if (near[tool].part >= 0) seen.part = near[tool].part;
-      name_tool(first, number, seen.part, events_);
+      name_place(first, {play, number, seen}, string, events_);
       seen.detector = state.detector;
+      seen.detector.lambda = whole_lambda(play.view, string, state.detector.lambda);
     }
     remember(play, near[tool], seen);
   }
@@ -188,6 +233,7 @@ void StringPlayers::hand_over(std::int32_t string, std::int32_t player,
   ToolStringState& before = visit(static_cast<std::size_t>(track.player), string);
   ToolStringState& after = visit(static_cast<std::size_t>(player), string);
   const ReleaseDetector last = track.state.detector;
+  if (after.detector.touching) track.place = after.detector.lambda;
   before.detector = last;
   track.state.detector = after.detector;
   // When the string sounded last is known of the string.

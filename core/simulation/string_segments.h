@@ -8,6 +8,7 @@
 // Frames: W. SI. RT: yes; nothing where no string is shared, about 1 us per tool and shared string.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 
@@ -117,6 +118,16 @@ HD_REALTIME void update_sharing(std::span<const StringTool> tools, std::int32_t 
   const StringPart* part = part_of(view, string);
   if (part == nullptr) return lambda;
   return part->lambda_from + lambda * (part->lambda_to - part->lambda_from);
+}
+
+/// The opposite: position along the part of `string` in a tool's view of a place on all of it.
+[[nodiscard]] inline double part_lambda(const StringSegments& view, std::int32_t string,
+                                        double lambda) noexcept {
+  const StringPart* part = part_of(view, string);
+  if (part == nullptr) return lambda;
+  const double length = part->lambda_to - part->lambda_from;
+  if (!(length > 0.0)) return 0.5;
+  return std::clamp((lambda - part->lambda_from) / length, 0.0, 1.0);
 }
 
 }  // namespace hapticd

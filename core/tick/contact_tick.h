@@ -25,7 +25,11 @@ struct ContactOutcome {
   int active_count = 0;      ///< pairs that carry force
   int strings_refused = 0;   ///< stayed rigid because kMaxDeflectingStrings are touched
   int rows_exchanged = 0;    ///< rows brought in because more pairs than rows mattered
-  double minimum_gap = 0.0;  ///< to anything at the last evaluated pose, up to the margin, m
+  /// Of the contact problem: to anything at the last evaluated pose. Of a tick: as all stands after
+  /// it, up to the margin. m
+  double minimum_gap = 0.0;
+  double residual_force = 0.0;  ///< KKT residual of the last program: stationarity, N
+  double residual_gap = 0.0;    ///< and its worst row, m
 };
 
 /// Of which primitive an obstacle is; core/collision/obstacles.h lists them.

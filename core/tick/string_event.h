@@ -7,6 +7,7 @@
 
 #include "core/math/fixed_vector.h"
 #include "core/math/limits.h"
+#include "core/math/vector.h"
 
 namespace hapticd {
 
@@ -46,6 +47,8 @@ struct StringEvent {
   /// Whose touch it is; -1: no tool's. Of what rings: of the tool that played it.
   std::int32_t tool = -1;
   std::int32_t part = -1;  ///< of that tool; -1: none was near
+  Array3 p_WC{};           ///< kTouch, kLeave, kRelease: on the tool's surface, m
+  Array3 nhat_OG_W{};      ///< the same kinds: unit, from string to tool
 };
 
 /// Events of one tick, in order of their instants within a string; overflow is counted.

@@ -32,4 +32,15 @@ struct StringTick {
   double energy = 0.0;           ///< of its vibration, J
 };
 
+/// A vertex that a tool bends a string to, beyond kMinToldBend.
+struct StringBendTick {
+  std::int32_t string = 0;  ///< number among the scene's capsules
+  std::int32_t tool = 0;    ///< that holds it
+  double lambda = 0.5;      ///< along the string
+  Array3 deflection_W{};    ///< from the straight string, m
+};
+
+/// Less counts as straight, m: nobody sees it.
+inline constexpr double kMinToldBend = 1e-9;
+
 }  // namespace hapticd

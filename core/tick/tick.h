@@ -158,6 +158,7 @@ struct TickHead {
   std::uint32_t scene_id = 0;
   std::uint16_t orders = 0;  ///< OrderBit
   bool first = false;        ///< of the loop
+  bool settling = false;     ///< a change of settings is under way
   LoopState state = LoopState::kDetached;
   Cause cause = Cause::kNone;
   BudgetTick budget;
@@ -173,6 +174,8 @@ struct Tick : TickHead {
   FixedVector<ToolTick, kMaxTools> tools;
   FixedVector<ContactTick, kMaxReportedContacts> contacts;  ///< tool by tool, deepest first
   FixedVector<StringTick, kMaxStrings> strings;             ///< those not asleep
+  /// Vertices of all strings, from A to B in each.
+  FixedVector<StringBendTick, kMaxDeflectingStrings * kMaxTools> string_bends;
   FixedVector<StringForceTick, kMaxDeflectingStrings * kMaxTools> string_forces;
 };
 static_assert(std::is_trivially_copyable_v<Tick>);

@@ -66,7 +66,7 @@ class TickRing {
 
  private:
   /// Used entries of each column.
-  using Sizes = std::array<std::size_t, 4>;
+  using Sizes = std::array<std::size_t, 5>;
 
   template <typename Record, typename S, typename Each>
   static void each_column(Record& tick, S& sizes, const Each& each) noexcept {
@@ -74,6 +74,7 @@ class TickRing {
     each(tick.contacts, sizes[1]);
     each(tick.strings, sizes[2]);
     each(tick.string_forces, sizes[3]);
+    each(tick.string_bends, sizes[4]);
   }
   template <typename T>
   static void put(const T* from, std::size_t count, std::byte*& to) noexcept {

@@ -55,6 +55,11 @@ void encode_radius(const StringEvent& string, const SceneIndex& index, v1::Strin
   radius.set_frequency_hz(static_cast<float>(string.frequency));
 }
 
+void add_place(const Array3& p_WC, const Array3& nhat_OG_W, v1::Contact& contact) {
+  for (const double p : p_WC) contact.add_p_wc_m(static_cast<float>(p));
+  for (const double n : nhat_OG_W) contact.add_nhat_og_w(static_cast<float>(n));
+}
+
 void encode_string_contact(const EventPlace& place, const StringEvent& string,
                            const SceneIndex& index, v1::Contact& contact) {
   const PieceOwner& piece = piece_of(index, string.string);
@@ -65,6 +70,7 @@ void encode_string_contact(const EventPlace& place, const StringEvent& string,
   contact.set_part_index(static_cast<std::uint32_t>(std::max(string.part, 0)));
   contact.set_string_index(piece.index);
   contact.set_lambda(static_cast<float>(whole_lambda(piece, string.lambda)));
+  add_place(string.p_WC, string.nhat_OG_W, contact);
   contact.set_normal_speed_m_per_s(static_cast<float>(string.normal_speed));
   contact.set_tangential_speed_m_per_s(static_cast<float>(string.tangential_speed));
   contact.set_force_n(static_cast<float>(string.force));
@@ -104,8 +110,7 @@ void encode_touch(const EventPlace& place, const TouchEvent& touch, const SceneI
     contact.set_line_index(piece.index);
     contact.set_lambda(static_cast<float>(whole_lambda(piece, touch.lambda)));
   }
-  for (const double p : touch.p_WC) contact.add_p_wc_m(static_cast<float>(p));
-  for (const double n : touch.nhat_OG_W) contact.add_nhat_og_w(static_cast<float>(n));
+  add_place(touch.p_WC, touch.nhat_OG_W, contact);
   contact.set_normal_speed_m_per_s(static_cast<float>(touch.normal_speed));
   contact.set_tangential_speed_m_per_s(static_cast<float>(touch.tangential_speed));
   contact.set_force_n(static_cast<float>(touch.force));

@@ -6,9 +6,13 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 
 namespace hapticd {
 namespace {
+
+/// Where along a cable its last knot is certainly passed: its shares round.
+constexpr double kLastKnot = 1.0 - 1e-9;
 
 bool wants(const StateRequest& request, v1::Section section) {
   return (request.sections >> static_cast<unsigned>(section) & 1U) != 0;
@@ -55,6 +59,8 @@ void encode_tool(const ToolTick& tool, v1::ToolState& out) {
     add_wrench(tool.F_computed_H_W, out.mutable_wrench_unlimited_h_w());
   }
   out.set_minimum_gap_m(static_cast<float>(std::clamp(tool.contact.minimum_gap, -1.0, 1.0)));
+  out.set_residual_n(static_cast<float>(tool.contact.residual_force));
+  out.set_residual_m(static_cast<float>(tool.contact.residual_gap));
   for (int bit = 0; bit < 16; ++bit) {
     if ((tool.flags >> bit & 1) != 0) out.add_flags(static_cast<v1::ToolFlag>(bit + 1));
   }
@@ -80,32 +86,92 @@ v1::StringPhase phase_of(const StringTick& string) {
                                                    : v1::STRING_PHASE_TOUCHED;
 }
 
-void encode_string(const StringTick& row, const PieceOwner& piece, v1::StringState& out) {
-  out.set_string_index(piece.index);
-  out.set_phase(phase_of(row));
-  add_floats(row.deflection_W, out.mutable_deflection_w_m());
-  out.set_lambda(static_cast<float>(whole_lambda(piece, row.lambda)));
-  out.set_radius_m(static_cast<float>(piece.radius + row.radius_growth));
+double length_of(const Array3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+/// What a tick says of one string of the scene: of a cable in several pieces the row of the one
+/// that moves most, null when all are asleep; and its vertices from A to B.
+struct ToldString {
+  const StringTick* row = nullptr;
+  std::span<const StringBendTick> bends;
+};
+
+/// The vertex that counts as the string's own: that of who plays it, else the one furthest off.
+const StringBendTick* own_bend(const ToldString& told) {
+  const StringBendTick* own = nullptr;
+  for (const StringBendTick& bend : told.bends) {
+    const bool plays =
+        told.row != nullptr && told.row->string == bend.string && told.row->tool == bend.tool;
+    if (plays) return &bend;
+    if (own == nullptr || length_of(bend.deflection_W) > length_of(own->deflection_W)) own = &bend;
+  }
+  return own;
 }
 
-/// One row per string: of a cable in several pieces the one that moves most.
-void encode_strings(const Tick& tick, const SceneIndex& index, v1::State& state) {
-  const StringTick* best = nullptr;
-  const auto piece_of = [&](const StringTick& row) -> const PieceOwner& {
-    return index.pieces[static_cast<std::size_t>(row.string)];
-  };
-  const auto write = [&] {
-    if (best != nullptr) encode_string(*best, piece_of(*best), *state.add_strings());
-  };
-  for (const StringTick& row : tick.strings) {
-    if (best == nullptr || piece_of(*best).index != piece_of(row).index) {
-      write();
-      best = &row;
-    } else if (row.radius_growth > best->radius_growth) {
-      best = &row;
+void add_vertex(double lambda, const Array3& deflection_W, v1::StringState& out) {
+  out.add_further_lambda(static_cast<float>(lambda));
+  add_floats(deflection_W, out.mutable_further_deflection_w_m());
+}
+
+/// All vertices but `own`; of a cable the knots too between which a piece is bent.
+void add_further(const ToldString& told, const StringBendTick* own, const SceneIndex& index,
+                 v1::StringState& out) {
+  std::int32_t last = -1;
+  for (const StringBendTick& bend : told.bends) {
+    const PieceOwner& piece = index.pieces[static_cast<std::size_t>(bend.string)];
+    const bool next = bend.string == last + 1;
+    if (bend.string != last && !next && piece.lambda_begin > 0.0) {
+      add_vertex(piece.lambda_begin, {}, out);
     }
+    if (&bend != own) add_vertex(whole_lambda(piece, bend.lambda), bend.deflection_W, out);
+    const bool ends =
+        &bend + 1 == told.bends.data() + told.bends.size() || (&bend + 1)->string != bend.string;
+    if (ends && piece.lambda_begin + piece.lambda_share < kLastKnot) {
+      add_vertex(piece.lambda_begin + piece.lambda_share, {}, out);
+    }
+    last = bend.string;
   }
-  write();
+}
+
+void encode_string(const ToldString& told, const SceneIndex& index, v1::StringState& out) {
+  const StringBendTick* const own = own_bend(told);
+  const std::int32_t capsule = told.row != nullptr ? told.row->string : own->string;
+  const PieceOwner& piece = index.pieces[static_cast<std::size_t>(capsule)];
+  out.set_string_index(piece.index);
+  out.set_phase(told.row != nullptr ? phase_of(*told.row) : v1::STRING_PHASE_TOUCHED);
+  add_floats(own != nullptr ? own->deflection_W : told.row->deflection_W,
+             out.mutable_deflection_w_m());
+  const double lambda =
+      own == nullptr
+          ? whole_lambda(piece, told.row->lambda)
+          : whole_lambda(index.pieces[static_cast<std::size_t>(own->string)], own->lambda);
+  out.set_lambda(static_cast<float>(lambda));
+  const double growth =
+      told.row != nullptr ? told.row->radius_growth : length_of(own->deflection_W);
+  out.set_radius_m(static_cast<float>(piece.radius + growth));
+  add_further(told, own, index, out);
+}
+
+/// One row per string.
+void encode_strings(const Tick& tick, const SceneIndex& index, v1::State& state) {
+  const auto owner = [&](std::int32_t capsule) {
+    return index.pieces[static_cast<std::size_t>(capsule)].index;
+  };
+  const auto* row = tick.strings.begin();
+  const auto* bend = tick.string_bends.begin();
+  while (row != tick.strings.end() || bend != tick.string_bends.end()) {
+    const std::uint32_t string = bend == tick.string_bends.end() ? owner(row->string)
+                                 : row == tick.strings.end()
+                                     ? owner(bend->string)
+                                     : std::min(owner(row->string), owner(bend->string));
+    ToldString told;
+    for (; row != tick.strings.end() && owner(row->string) == string; ++row) {
+      if (told.row == nullptr || row->radius_growth > told.row->radius_growth) told.row = row;
+    }
+    const auto* const first = bend;
+    while (bend != tick.string_bends.end() && owner(bend->string) == string) ++bend;
+    told.bends = {first, bend};
+    encode_string(told, index, *state.add_strings());
+  }
 }
 
 /// The object of a patch.
@@ -287,6 +353,7 @@ void encode_state(const Tick& tick, const SceneIndex& index, const StateRequest&
   state.set_loop_state(static_cast<v1::LoopState>(tick.state));
   state.set_cause(static_cast<v1::Cause>(tick.cause));
   state.set_scene_id(tick.scene_id);
+  state.set_settling(tick.settling);
   for (const ToolTick& tool : tick.tools) encode_tool_sections(tool, request, state);
   if (wants(request, v1::SECTION_STRINGS)) encode_strings(tick, index, state);
   if (wants(request, v1::SECTION_CONTACTS)) {

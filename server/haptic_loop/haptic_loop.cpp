@@ -108,7 +108,9 @@ std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const n
   const bool fault = machine.state == LoopState::kFault;
   if (std::holds_alternative<EngageCommand>(what)) {
     if (fault) return machine.cause;
-    if (machine.state == LoopState::kReady && !contact_free()) return Cause::kOverlap;
+    if (machine.state == LoopState::kReady && contact_known() && !contact_free()) {
+      return Cause::kOverlap;
+    }
   }
   if (std::holds_alternative<PushCommand>(what) && machine.state != LoopState::kEngaged) {
     return machine.cause == Cause::kNone ? Cause::kReleased : machine.cause;
@@ -125,15 +127,42 @@ std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const n
   return std::nullopt;
 }
 
-// A computed hand whose numbers have gone would be the cause for ever.
+// A computed hand whose numbers have gone would be the cause for ever; so would what
+// start_anew() is going to forget.
 void HapticLoop::mend_devices() noexcept {
   if (kept_.machine.state != LoopState::kFault) return;
-  bool any = false;
+  bool any = numbers_lost() || far_off();
   for (PlayedTool& tool : scene().tools) {
     GestureHand* hand = tool.device.facets.hand;
     if (hand != nullptr) any = hand->recover() || any;
   }
   if (any && standing_fault_ == Cause::kNotFinite) standing_fault_ = Cause::kNone;
+}
+
+bool HapticLoop::numbers_lost() const noexcept {
+  const auto used = tools();
+  return std::any_of(used.begin(), used.end(),
+                     [](const ToolLoop& tool) { return tool.wrench_not_finite; });
+}
+
+bool HapticLoop::far_off() const noexcept {
+  const std::vector<PlayedTool>& played = scenes_.playing().tools;
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    if (lost_its_way(played[k], kept_.tools[k])) return true;
+  }
+  return false;
+}
+
+// What goes from tick to tick and would be the cause of the next fault: numbers of the simulation
+// that are none, and a place that the clutch has brought a tool to from which no pose is in reach.
+void HapticLoop::start_anew() noexcept {
+  if (numbers_lost()) {
+    scene().play.simulation->restart();
+    for (ToolLoop& tool : tools()) tool.wrench_not_finite = false;
+  }
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    if (lost_its_way(scene().tools[k], kept_.tools[k])) kept_.tools[k].workspace = {};
+  }
 }
 
 void HapticLoop::lose_lease(const LeaseLostCommand& lost) noexcept {
@@ -196,11 +225,10 @@ void HapticLoop::begin_scene() noexcept {
 void HapticLoop::swap_scene() noexcept {
   guard_.forget_devices();
   kept_.ramp.end(publisher_);
-  const std::uint64_t number = scenes_.swap();
+  scenes_.swap();
   const bool latched = kept_.machine.state == LoopState::kFault || kept_.machine.ending;
   if (options_.virtual_time && !latched) kept_.machine = LoopMachine{};
   begin_scene();
-  if (number != 0) publisher_.tell(CommandDone{number});
 }
 
 void HapticLoop::replace_scene(std::unique_ptr<PlayedScene> scene) noexcept {
@@ -209,11 +237,15 @@ void HapticLoop::replace_scene(std::unique_ptr<PlayedScene> scene) noexcept {
   give_back_scene();
 }
 
-// The guardian may be writing to the old scene's device at this moment.
+// The guardian may be writing to the old scene's device at this moment. Who asked for the scene
+// hears of it before the answer.
 void HapticLoop::give_back_scene() noexcept {
   if (!scenes_.has_retired() || guard_.busy()) return;
   channels_.scenes.give_back(scenes_.take_retired());
   publisher_.tell(SceneSwapped{scene().scene_id});
+  if (const std::uint64_t number = scenes_.take_number(); number != 0) {
+    publisher_.tell(CommandDone{number});
+  }
 }
 
 void HapticLoop::take_scene(std::unique_ptr<PlayedScene> scene, std::uint64_t number) noexcept {
@@ -307,6 +339,8 @@ void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
   clock_.start(now_ns);
   begin_time(now_ns, skipped);
   tick_.change = kept_.ramp.follow(kept_.time, scene(), publisher_);
+  tick_.settling = kept_.ramp.change() != nullptr;
+  if ((tick_.orders & kOrderClear) != 0 && kept_.machine.state == LoopState::kFault) start_anew();
   read_devices();
   advance_state();
   lap(clock, Stage::kRead);
@@ -350,6 +384,11 @@ bool HapticLoop::contact_free() const noexcept {
                      [](const ToolLoop& tool) { return tool.contact_free; });
 }
 
+bool HapticLoop::contact_known() const noexcept {
+  const auto used = tools();
+  return std::all_of(used.begin(), used.end(), [](const ToolLoop& tool) { return tool.rendered; });
+}
+
 // What a stall makes of the devices, such as a watchdog that fires, is not its cause.
 HapticLoop::Fault HapticLoop::find_fault() const noexcept {
   const std::vector<PlayedTool>& played = scenes_.playing().tools;
@@ -384,6 +423,7 @@ void HapticLoop::advance_state() noexcept {
     if ((tool.sample.flags & kDeviceDeadManOpen) != 0) input.block = Cause::kDeadMan;
   }
   input.contact_free = contact_free();
+  input.contact_known = contact_known();
   input.lease_lost = has(kOrderLeaseLost);
   input.scene_waits = has(kOrderSceneWaits);
   input.engage = has(kOrderEngage);
@@ -414,12 +454,18 @@ void HapticLoop::advance_state() noexcept {
   }
 }
 
-// Of a pose that was forgotten nothing is told any more.
+// Of a pose that was forgotten nothing is told any more: the tools stand where they are, or, before
+// their first pose, where they begin.
 void HapticLoop::forget_rendered() noexcept {
   tick_.tools.clear();
-  while (tick_.tools.size() < tool_count()) tick_.tools.push_back({});
+  std::array<Pose, kMaxTools> X_WG_home;
+  for (std::size_t k = 0; k < tool_count(); ++k) {
+    X_WG_home[k] = scene().tools[k].X_WG_home;
+    tick_.tools.push_back({});
+  }
   tick_.strings.clear();
   tick_.string_forces.clear();
+  scene().play.simulation->stand(X_WG_home, tick_);
   tick_.work = {};
   tick_.string_energy = 0.0;
   tick_.tank_energy = scene().play.simulation->strings().tank_energy();

@@ -93,6 +93,7 @@ class HapticLoop {
   void obey_tool(const LoopCommandBody& what) noexcept;
   [[nodiscard]] std::optional<Cause> refusal_of(const LoopCommandBody& what) const noexcept;
   void mend_devices() noexcept;
+  void start_anew() noexcept;
   void lose_lease(const LeaseLostCommand& lost) noexcept;
   void gather_orders() noexcept;
   void pass(std::int64_t now_ns, std::uint64_t skipped) noexcept;
@@ -121,6 +122,12 @@ class HapticLoop {
   [[nodiscard]] bool all_have_poses() const noexcept;
   /// Nothing touched or pushed a tool in the last tick rendered.
   [[nodiscard]] bool contact_free() const noexcept;
+  /// All tools have been rendered: contact_free() means something.
+  [[nodiscard]] bool contact_known() const noexcept;
+  /// The simulation computed what is no number in the last tick.
+  [[nodiscard]] bool numbers_lost() const noexcept;
+  /// A tool lost its way (tool_loop.h).
+  [[nodiscard]] bool far_off() const noexcept;
   /// Null in virtual time, in which nothing is told of times.
   [[nodiscard]] StageClock* stage_clock() noexcept {
     return options_.virtual_time ? nullptr : &clock_;

@@ -114,6 +114,7 @@ void restore_tool(std::size_t k, PlayedScene& scene, ToolLoop& tool, SnapshotRea
   read.take(StateKind::kToolLoop, number(k), tool.sample, tool.guard, tool.safety, tool.workspace,
             tool.touches, tool.write_failed, tool.wrench_not_finite, tool.contact_free, delay_s);
   read.require(usable(tool.guard) && usable(tool.workspace));
+  tool.rendered = play.state.placed;
   const bool pushes = read.find(StateKind::kPush, number(k)) != nullptr;
   if (pushes) read.take(StateKind::kPush, number(k), tool.push);
   read.require(tool.push.t_s >= 0.0);

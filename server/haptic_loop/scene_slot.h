@@ -29,11 +29,10 @@ class SceneSlot {
   }
   [[nodiscard]] bool waits() const noexcept { return waiting_ != nullptr; }
 
-  /// The one that waits plays from here on. Returns its number.
-  std::uint64_t swap() noexcept {
-    retired_ = std::exchange(playing_, std::move(waiting_));
-    return number_;
-  }
+  /// The one that waits plays from here on.
+  void swap() noexcept { retired_ = std::exchange(playing_, std::move(waiting_)); }
+  /// Of the command that brought the one that plays since the last swap, once; 0: none.
+  [[nodiscard]] std::uint64_t take_number() noexcept { return std::exchange(number_, 0); }
 
   /// True when one has played and is to be given back.
   [[nodiscard]] bool has_retired() const noexcept { return retired_ != nullptr; }
@@ -43,7 +42,7 @@ class SceneSlot {
   std::unique_ptr<PlayedScene> playing_;
   std::unique_ptr<PlayedScene> waiting_;
   std::unique_ptr<PlayedScene> retired_;
-  std::uint64_t number_ = 0;  ///< of waiting_
+  std::uint64_t number_ = 0;  ///< of waiting_, then of what took its place
 };
 
 }  // namespace hapticd

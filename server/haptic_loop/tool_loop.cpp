@@ -74,11 +74,18 @@ void take_rendered(const PlayedTool& played, const RenderedTool& rendered,
   tool.contact_free = rendered.contact.active_count == 0 &&
                       rendered.contact.status != ContactStatus::kRecovering &&
                       computed.f.isZero(0.0) && computed.t.isZero(0.0);
+  tool.rendered = true;
   const double gain = played.force_gain * tool.placed.wrench_share;
   const Wrench& F_H_W = rendered.F_H_W;
   tool.F_H_D = with_push(tool.push, to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain}));
   const bool wanted = played.device.device->profile().affine && tool.push.axis == 0;
   tool.wanted = wanted ? spring_at_device(played.map, rendered.stiffness, gain) : DeviceSpring{};
+}
+
+bool lost_its_way(const PlayedTool& played, const ToolLoop& tool) noexcept {
+  const double far = to_vector(tool.sample.p_DH).norm();
+  return far > reach_of(played.map, tool.workspace) &&
+         far <= reach_of(played.map, WorkspaceState{});
 }
 
 void limit_tool(const PlayedTool& played, const LoopTime& time, const LoopOutput& loop,

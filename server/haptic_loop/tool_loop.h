@@ -38,6 +38,7 @@ struct ToolLoop {
   TouchDetector touches;
   ContactReport contacts;
   bool contact_free = false;  ///< nothing touched or pushed the tool in the last tick rendered
+  bool rendered = false;      ///< there was one
 };
 
 /// When a tick is.
@@ -71,6 +72,11 @@ HD_REALTIME bool learn_delay(const DeviceSample& sample, PlayedTool& played) noe
 /// tool.wanted.
 HD_REALTIME void take_rendered(const PlayedTool& played, const RenderedTool& rendered,
                                ToolLoop& tool) noexcept;
+
+/// True where the clutch has brought the tool so far off that its device's last pose, with which it
+/// could begin, is out of reach.
+[[nodiscard]] HD_REALTIME bool lost_its_way(const PlayedTool& played,
+                                            const ToolLoop& tool) noexcept;
 
 /// Passes tool.F_H_D through the safety stage, faded as `loop` says, and grants tool.wanted; zero
 /// where the state bears no force. `budget`: what strings may still give to the hand, J.

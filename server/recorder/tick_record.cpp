@@ -197,6 +197,7 @@ bool to_tick(const v1::TickRecord& record, Tick& tick) {
   tick.contacts.clear();
   tick.strings.clear();
   tick.string_forces.clear();
+  tick.string_bends.clear();
   tick.tools.clear();
   tick.tick = record.tick();
   tick.t_ns = static_cast<std::int64_t>(record.t_ns());

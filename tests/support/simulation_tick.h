@@ -31,6 +31,8 @@ class SimulationTick {
 
   [[nodiscard]] const RenderedTool& tool(std::size_t k) const { return simulation_->rendered(k); }
   [[nodiscard]] std::size_t tool_count() const { return simulation_->tool_count(); }
+  /// The record as the simulation has written it.
+  [[nodiscard]] const Tick& record() const { return *tick_; }
   [[nodiscard]] const auto& strings() const { return tick_->strings; }
   [[nodiscard]] const StringEvents& events() const {
     static const StringEvents none{};

@@ -45,12 +45,13 @@ void fill(Tick& tick, std::uint64_t number, double share, SplitMix64& random) {
   fill(tick.contacts, upto(tick.contacts.capacity()), random);
   fill(tick.strings, upto(tick.strings.capacity()), random);
   fill(tick.string_forces, upto(tick.string_forces.capacity()), random);
+  fill(tick.string_bends, upto(tick.string_bends.capacity()), random);
 }
 
 bool same(const Tick& a, const Tick& b) {
   return a.tick == b.tick && a.string_energy == b.string_energy && same(a.tools, b.tools) &&
          same(a.contacts, b.contacts) && same(a.strings, b.strings) &&
-         same(a.string_forces, b.string_forces);
+         same(a.string_forces, b.string_forces) && same(a.string_bends, b.string_bends);
 }
 
 }  // namespace

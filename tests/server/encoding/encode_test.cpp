@@ -99,6 +99,59 @@ TEST_CASE("the stages of a State are those of the tick, and the simulation as a 
   CHECK(sum_ns == 4339 + 4320);
 }
 
+TEST_CASE("a string that is bent is listed with all its vertices, whoever plays it") {
+  const auto tick = small_tick();
+  tick->string_bends.push_back({0, 1, 0.125, {0.0, -4e-3, 0.0}});
+  tick->string_bends.push_back({0, 0, 0.25, {0.0, -1e-3, 0.0}});
+  tick->string_bends.push_back({0, 2, 0.75, {0.0, 0.0, 2e-3}});
+  v1::State state;
+  encode_state(*tick, small_index(), {1U << v1::SECTION_STRINGS, 256}, state);
+  REQUIRE(state.strings_size() == 2);
+  const v1::StringState& string = state.strings(0);
+  CHECK(string.phase() == v1::STRING_PHASE_PRESSED);
+  CHECK(string.lambda() == 0.25F);
+  CHECK(string.deflection_w_m(1) == -1e-3F);
+  REQUIRE(string.further_lambda_size() == 2);
+  CHECK(string.further_lambda(0) == 0.125F);
+  CHECK(string.further_lambda(1) == 0.75F);
+  REQUIRE(string.further_deflection_w_m_size() == 6);
+  CHECK(string.further_deflection_w_m(1) == -4e-3F);
+  CHECK(string.further_deflection_w_m(5) == 2e-3F);
+}
+
+TEST_CASE(
+    "a string that is bent without a touch or a sound is listed, and one that is straight is not") {
+  const auto tick = small_tick();
+  tick->strings.clear();
+  tick->string_bends.push_back({0, 1, 0.125, {0.0, 3e-3, -4e-3}});
+  v1::State state;
+  encode_state(*tick, small_index(), {1U << v1::SECTION_STRINGS, 256}, state);
+  REQUIRE(state.strings_size() == 1);
+  CHECK(state.strings(0).string_index() == 0);
+  CHECK(state.strings(0).phase() == v1::STRING_PHASE_TOUCHED);
+  CHECK(state.strings(0).lambda() == 0.125F);
+  CHECK(state.strings(0).radius_m() == doctest::Approx(1e-3 + 5e-3));
+  CHECK(state.strings(0).further_lambda_size() == 0);
+}
+
+TEST_CASE("of a cable the knots beside a bent piece are told as what stays where it is") {
+  const auto tick = small_tick();
+  tick->strings.clear();
+  tick->string_bends.push_back({1, 0, 0.5, {0.0, -1e-3, 0.0}});
+  v1::State state;
+  encode_state(*tick, small_index(), {1U << v1::SECTION_STRINGS, 256}, state);
+  REQUIRE(state.strings_size() == 1);
+  CHECK(state.strings(0).lambda() == 0.25F);
+  REQUIRE(state.strings(0).further_lambda_size() == 1);
+  CHECK(state.strings(0).further_lambda(0) == 0.5F);
+  CHECK(state.strings(0).further_deflection_w_m(1) == 0.0F);
+  tick->string_bends.push_back({2, 1, 0.5, {0.0, -5e-4, 0.0}});
+  encode_state(*tick, small_index(), {1U << v1::SECTION_STRINGS, 256}, state);
+  REQUIRE(state.strings(0).further_lambda_size() == 2);
+  CHECK(state.strings(0).further_lambda(0) == 0.5F);
+  CHECK(state.strings(0).further_lambda(1) == 0.75F);
+}
+
 TEST_CASE("a State that is filled and written once more leaves the heap alone") {
   const auto tick = small_tick();
   const SceneIndex index = small_index();

@@ -105,6 +105,8 @@ class Bench {
     }
     run(20);
   }
+  /// What goes from tick to tick of the tool in the simulation is no number any more.
+  void poison() { loop_->scene().play.tools[0].state.contact.X_WG.p.setConstant(kNan); }
   void stall() { loop_->guard(now_ns_ + kStall_ns + 1'000'000); }
   [[nodiscard]] double force() const { return to_vector(told_->tools[0].F_written_H_W.f).norm(); }
   [[nodiscard]] LoopState state() const { return told_->state; }
@@ -248,6 +250,44 @@ TEST_CASE("every cause that latches ends with itself and a Clear, and force come
     CHECK(bench.state() == LoopState::kEngaged);
     CHECK(bench.force() > kFelt);
   }
+}
+
+TEST_CASE("a simulation whose numbers are lost is a fault, and begins anew with a Clear") {
+  Bench bench;
+  bench.press();
+  REQUIRE(bench.force() > kFelt);
+  bench.poison();
+  bench.run(10);
+  CHECK(bench.state() == LoopState::kFault);
+  CHECK(bench.cause() == Cause::kNotFinite);
+  CHECK(bench.force() == 0.0);
+  bench.send(ClearCommand{});
+  bench.press();
+  CHECK(bench.state() == LoopState::kEngaged);
+  CHECK(bench.force() > kFelt);
+}
+
+TEST_CASE(
+    "a clutch that has brought the tool out of reach of every pose is forgotten with a Clear") {
+  const std::string scaled_wall = [] {
+    std::string text = kWallScene;
+    text.insert(text.find("pose_wg"), "workspace { scale: 100 }\n  ");
+    return text;
+  }();
+  LoopRun run(scaled_wall);
+  run.tick(Vector3(9e4, 0.0, 0.0));
+  run.send(ClutchCommand{0, true});
+  run.tick(Vector3(-9e4, 0.0, 0.0));
+  run.send(ClutchCommand{0, false});
+  const Vector3 home(0.0, 0.0, kHome / 100.0);
+  for (int k = 0; k < 100; ++k) run.tick(home);
+  REQUIRE(run.tick(home).tick.state == LoopState::kFault);
+  run.send(ClearCommand{});
+  for (int k = 0; k < 300; ++k) run.tick(home);
+  CHECK(run.tick(home).tick.state == LoopState::kEngaged);
+  const Vector3 pressed(0.0, 0.0, (kTouch - kDepth) / 100.0);
+  for (int k = 0; k < 50; ++k) run.tick(pressed);
+  CHECK(force(run.tick(pressed)).z() > kFelt);
 }
 
 TEST_CASE(

@@ -1,0 +1,59 @@
+// See told_bends.h. RT: yes.
+#include "core/simulation/told_bends.h"
+
+namespace hapticd {
+namespace {
+
+/// Where a bend is along the whole string, and how far from it.
+StringBendTick bend_of(const ToolPlay& play, std::int32_t tool, const StringBend& bend) noexcept {
+  const StringPart* part = part_of(play.view, bend.capsule);
+  if (part == nullptr) return {bend.capsule, tool, bend.lambda, to_array(bend.u_W)};
+  const auto string = static_cast<std::size_t>(bend.capsule);
+  const Capsule& line = play.scene.obstacles.capsules_W[string];
+  const Vector3 p_P = leg_of(part->part_W, bend, 0).capsule_W.p_B;
+  const double lambda = lambda_of(line, p_P);
+  const Vector3 u_W = p_P - (line.p_A + lambda * (line.p_B - line.p_A));
+  return {bend.capsule, tool, lambda, to_array(u_W)};
+}
+
+/// Vertices of one string go from A to B in the order of the tools that hold it, whatever rounding
+/// makes of places that are nearly the same.
+int place_among(const StringSharing& sharing, const StringBendTick& bend) noexcept {
+  for (const SharedString& held : sharing) {
+    if (held.string != bend.string) continue;
+    for (std::size_t k = 0; k < held.tools.size(); ++k) {
+      if (held.tools[k] == bend.tool) return static_cast<int>(k);
+    }
+  }
+  return 0;
+}
+
+/// Puts the last of the bends where it belongs.
+void sort_in_last(const StringSharing& sharing, Tick& tick) noexcept {
+  auto& bends = tick.string_bends;
+  const auto before = [&](const StringBendTick& a, const StringBendTick& b) {
+    if (a.string != b.string) return a.string < b.string;
+    return place_among(sharing, a) < place_among(sharing, b);
+  };
+  for (std::size_t k = bends.size() - 1; k > 0 && before(bends[k], bends[k - 1]); --k) {
+    std::swap(bends[k], bends[k - 1]);
+  }
+}
+
+}  // namespace
+
+void tell_bends(const SimulationMemory& memory, const StringSharing& sharing, Tick& tick) noexcept {
+  tick.string_bends.clear();
+  for (std::size_t k = 0; k < memory.tools.size(); ++k) {
+    const ToolPlay& play = memory.tools[k];
+    const auto tool = static_cast<std::int32_t>(k);
+    for (const TouchedString& string : play.state.contact.touched) {
+      if (!string.yields) continue;
+      const StringBendTick bend = bend_of(play, tool, string.bend);
+      if (!(to_vector(bend.deflection_W).norm() > kMinToldBend)) continue;
+      if (tick.string_bends.push_back(bend)) sort_in_last(sharing, tick);
+    }
+  }
+}
+
+}  // namespace hapticd

@@ -1,0 +1,149 @@
+// See told_gap.h. RT: yes.
+#include "core/simulation/told_gap.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace hapticd {
+namespace {
+
+/// Of a margin that counts as all of it: what a horizon and a way of the same lengths round by.
+constexpr double kWholeMargin = 1.0 - 1e-9;
+
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+/// A tool as it stands, with its own bends.
+struct StandingTool {
+  explicit StandingTool(const ToolPlay& play) noexcept
+      : input(play.way.input),
+        state(play.state.contact),
+        bent(input.obstacles, state.touched),
+        shape(input.parts, state.parts),
+        obstacles(bent.view()) {}
+  [[nodiscard]] ToolView tool() const noexcept { return {input.tool, state.X_WG, shape.view()}; }
+
+  const ContactInput& input;
+  const ContactState& state;
+  BentObstacles bent;
+  ToolShape shape;
+  ObstaclesView obstacles;
+};
+
+/// True of a pair with a string that others hold, or a part of one: its shape is not this tool's
+/// alone.
+bool is_shared(const ToolPlay& play, const ContactKey& key) noexcept {
+  if (!is_string(key) || play.view.parts.empty()) return false;
+  return static_cast<std::size_t>(key.obstacle) >= play.scene.obstacles.capsules_W.size() ||
+         part_of(play.view, key.obstacle) != nullptr;
+}
+
+/// The smallest gap of the listed pairs, as far as they may be nearer than `most`.
+double nearest_listed(const ToolPlay& play, const StandingTool& at, double most) noexcept {
+  const Candidates& candidates = play.problem.candidates();
+  double nearest = most;
+  for (const Contact& contact : candidates.contacts().contacts) {
+    if (!candidates.may_be_within(contact, nearest) || is_shared(play, contact.key)) continue;
+    nearest = std::min(nearest, evaluate_contact(contact.key, at.tool(), at.obstacles).gap);
+  }
+  return nearest;
+}
+
+/// A traversal of what the tool alone sees; what is shared is left to nearest_shared().
+double search(ToolPlay& play, const StandingTool& at) noexcept {
+  const ContactOptions& options = at.input.options;
+  const bool leaves = any_soft(at.input.parts);
+  find_contacts(at.tool(), at.obstacles,
+                {.margin = options.margin,
+                 .horizon = options.margin,
+                 .tool_level = leaves ? kLeafLevel : at.state.tool_level,
+                 .body_level = leaves ? kLeafLevel : at.state.body_level},
+                play.swung);
+  if (play.view.parts.empty()) return play.swung.minimum_gap;
+  double nearest = options.margin;
+  for (const Contact& contact : play.swung.contacts) {
+    if (!is_shared(play, contact.key)) nearest = std::min(nearest, contact.gap);
+  }
+  return nearest;
+}
+
+/// The smallest gap of a tool to the strings that several tools shape, up to `margin`.
+class SharedStrings {
+ public:
+  SharedStrings(const SimulationMemory& memory, const StringSharing& sharing) noexcept
+      : all_(string_tools(memory, tools_)), sharing_(sharing) {}
+
+  [[nodiscard]] double gap(std::int32_t string, const ToolView& tool, double margin,
+                           ContactSet& found) const noexcept {
+    StringPoints points;
+    string_points(all_, sharing_, string, -1, points);
+    const auto index = static_cast<std::size_t>(string);
+    const double r = all_.front().scene->obstacles.capsules_W[index].r;
+    FixedVector<Capsule, kMaxTools + 2> legs_W;
+    for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+      legs_W.push_back({points[k], points[k + 1], r});
+    }
+    find_contacts(tool, {{legs_W.begin(), legs_W.size()}, {}}, {margin, margin}, found);
+    return found.minimum_gap;
+  }
+  [[nodiscard]] bool has(std::int32_t string) const noexcept {
+    const auto same = [&](const SharedString& held) { return held.string == string; };
+    return std::any_of(sharing_.begin(), sharing_.end(), same);
+  }
+
+ private:
+  StringTools tools_;
+  std::span<const StringTool> all_;
+  const StringSharing& sharing_;
+};
+
+}  // namespace
+
+double told_gap(const SimulationMemory& memory, const StringSharing& sharing,
+                std::size_t tool) noexcept {
+  ToolPlay& play = memory.tools[tool];
+  const StandingTool at(play);
+  const double margin = at.input.options.margin;
+  const Candidates& candidates = play.problem.candidates();
+  const bool recovered = play.rendered.contact.status == ContactStatus::kRecovering;
+  const double seen = recovered ? -kNone : std::min(candidates.room_left(), margin);
+  double nearest = nearest_listed(play, at, margin);
+  if (nearest > seen && (recovered || !candidates.clear_within(kWholeMargin * margin))) {
+    nearest = search(play, at);
+  }
+  if (memory.tools.size() == 1) return nearest;
+  const SharedStrings shared(memory, sharing);
+  const auto look_at = [&](std::int32_t string) {
+    nearest = std::min(nearest, shared.gap(string, at.tool(), margin, play.swung));
+  };
+  for (const SharedString& held : sharing) look_at(held.string);
+  for (const StringPart& part : play.view.parts) {
+    if (!shared.has(part.string)) look_at(part.string);
+  }
+  return nearest;
+}
+
+double standing_gap(const SimulationMemory& memory, const StringSharing& sharing, std::size_t tool,
+                    const Pose& X_WG) noexcept {
+  ToolPlay& play = memory.tools[tool];
+  const ToolScene& scene = play.scene;
+  const ContactState& state = play.state.contact;
+  const double margin = scene.options.margin;
+  const TouchedStrings none;
+  const BentObstacles bent(scene.obstacles, memory.tools.size() == 1 ? state.touched : none);
+  const ToolShape shape(scene.parts, state.parts);
+  const ToolView view{scene.tool, X_WG, shape.view()};
+  find_contacts(view, bent.view(), {margin, margin}, play.swung);
+  if (sharing.empty()) return play.swung.minimum_gap;
+  const SharedStrings shared(memory, sharing);
+  double nearest = margin;
+  for (const Contact& contact : play.swung.contacts) {
+    if (is_string(contact.key) && shared.has(contact.key.obstacle)) continue;
+    nearest = std::min(nearest, contact.gap);
+  }
+  for (const SharedString& held : sharing) {
+    nearest = std::min(nearest, shared.gap(held.string, view, margin, play.swung));
+  }
+  return nearest;
+}
+
+}  // namespace hapticd
