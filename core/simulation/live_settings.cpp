@@ -2,6 +2,7 @@
 #include "core/simulation/live_settings.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/math/elementary.h"
@@ -18,12 +19,11 @@ constexpr double kNoGain = 1e-2;
 /// Haptic displacement per metre below which any string is a wall.
 constexpr double kWall = 1e-9;
 
+/// Force follows a coefficient of friction in this power, at most, where a string slips: it yields the
+/// more the less holds it.
+constexpr double kFrictionPower = 2.0;
 /// Cross section below which stretching a string gives no force, m^2.
 constexpr double kSmallestArea = 1e-18;
-
-/// Where a law has an edge, as friction where a string begins to slip, force follows as a scale does
-/// in this power. Smaller: the part of the way beyond the edge comes too fast.
-constexpr double kPowerAtEdge = 3.0;
 
 double between(double from, double to, double share) noexcept {
   return share >= 1.0 ? to : from + share * (to - from);
@@ -40,6 +40,7 @@ Quaternion between(const Quaternion& from, const Quaternion& to, double share) n
 struct Scale {
   double floor;
   double power;  ///< with which force follows it, at most
+  bool edged = false;  ///< its law has an edge
   double most = std::numeric_limits<double>::infinity();  ///< above it nothing changes
 };
 
@@ -52,13 +53,14 @@ double between(const Scale& scale, double from, double to, double share) noexcep
   return std::clamp(now, std::min(a, b), std::max(a, b));
 }
 
-/// Time that the way takes, s; 0 where there is none.
-double time_of(const Scale& scale, double from, double to) noexcept {
+/// Longer by the way of one scale.
+void lengthen(const Scale& scale, double from, double to, WayLength& length) noexcept {
   const double a = std::min(from, scale.most) + scale.floor;
   const double b = std::min(to, scale.most) + scale.floor;
-  if (a == b) return 0.0;
-  const double logs = logarithm(b) - logarithm(a);
-  return std::max(logs, -logs) * scale.power / kScalePace_per_s;
+  if (a == b) return;
+  const double logs = scale.power * std::abs(logarithm(b) - logarithm(a));
+  length.most = std::max(length.most, logs);
+  if (scale.edged) length.edged = std::max(length.edged, logs);
 }
 
 /// Calls `visit` for each scale that force follows, with its member.
@@ -72,18 +74,17 @@ void visit_scales(Visit&& visit) noexcept {
   visit(Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.instrument.anchor_stiffness; });
 }
 
-/// Likewise of a string.
+/// Likewise of a string. A straight one gives the smallest of what is pressed, what its law gives and
+/// what kc gives; the law follows what is pressed over k_s in the third power.
 template <typename Visit>
 void visit_scales(const StringParameters& string, double stiffest, Visit&& visit) noexcept {
   const bool straight = string.model == StringContact::kStraight;
-  const double area = kPi * string.radius * string.radius;
-  const double no_stretch = kNoForce / std::max(area, kSmallestArea);
-  visit(Scale{kNoForce, 1.0}, &StringParameters::tension);
-  visit(Scale{no_stretch, 1.0}, &StringParameters::youngs_modulus);
-  // A straight string's force is the third power of what is pressed over k_s, and kc bounds it.
-  visit(Scale{kWall, straight ? 3.0 : 0.0}, &StringParameters::k_s);
-  visit(Scale{0.0, straight ? kPowerAtEdge : 1.0, stiffest}, &StringParameters::contact_stiffness);
-  visit(Scale{kNoFriction, kPowerAtEdge}, &StringParameters::friction_coefficient);
+  const double area = std::max(kPi * string.radius * string.radius, kSmallestArea);
+  visit(Scale{kNoForce, 1.0, straight}, &StringParameters::tension);
+  visit(Scale{kNoForce / area, 1.0, straight}, &StringParameters::youngs_modulus);
+  visit(Scale{kWall, straight ? 3.0 : 0.0, straight}, &StringParameters::k_s);
+  visit(Scale{0.0, 1.0, straight, stiffest}, &StringParameters::contact_stiffness);
+  visit(Scale{kNoFriction, kFrictionPower, true}, &StringParameters::friction_coefficient);
   visit(Scale{0.0, 0.0}, &StringParameters::decay);
   visit(Scale{0.0, 0.0}, &StringParameters::touch_decay);
 }
@@ -131,21 +132,23 @@ StringParameters StringBlend::operator()(const StringParameters& from,
   return now;
 }
 
-double ramp_time(const LiveSettings& from, const LiveSettings& to) noexcept {
-  double time_s = kSettingsRamp_s;
-  visit_scales([&](const Scale& scale, auto of) {
-    time_s = std::max(time_s, time_of(scale, of(from), of(to)));
-  });
-  return time_s;
+WayLength way_length(const LiveSettings& from, const LiveSettings& to) noexcept {
+  WayLength length;
+  visit_scales([&](const Scale& scale, auto of) { lengthen(scale, of(from), of(to), length); });
+  return length;
 }
 
-double ramp_time(const StringParameters& from, const StringParameters& to,
-                 double stiffest) noexcept {
-  double time_s = kSettingsRamp_s;
+WayLength way_length(const StringParameters& from, const StringParameters& to,
+                     double stiffest) noexcept {
+  WayLength length;
   visit_scales(to, stiffest, [&](const Scale& scale, double StringParameters::*member) {
-    time_s = std::max(time_s, time_of(scale, from.*member, to.*member));
+    lengthen(scale, from.*member, to.*member, length);
   });
-  return time_s;
+  return length;
+}
+
+double ramp_time(const WayLength& length) noexcept {
+  return std::max(kSettingsRamp_s, length.most / kScalePace_per_s);
 }
 
 }  // namespace hapticd

@@ -66,12 +66,22 @@ class StringBlend {
   std::array<ScaleWay, 8> last_;  ///< of the string before, number by number
 };
 
-/// Time the way takes, s, >= kSettingsRamp_s: so that no scale moves faster than kScalePace_per_s
-/// over the power that force follows it with.
-[[nodiscard]] HD_REALTIME double ramp_time(const LiveSettings& from,
-                                           const LiveSettings& to) noexcept;
-[[nodiscard]] HD_REALTIME double ramp_time(const StringParameters& from, const StringParameters& to,
-                                           double stiffest) noexcept;
+/// How far scales go, as logarithms times the power that force follows each with.
+struct WayLength {
+  double most = 0.0;
+  /// Of those whose law has an edge: on one side of it force does not change at all, as friction
+  /// does not while a string sticks, so that all of its change may fall into a small part of the way.
+  double edged = 0.0;
+};
+
+[[nodiscard]] HD_REALTIME WayLength way_length(const LiveSettings& from,
+                                               const LiveSettings& to) noexcept;
+[[nodiscard]] HD_REALTIME WayLength way_length(const StringParameters& from,
+                                               const StringParameters& to,
+                                               double stiffest) noexcept;
+
+/// Time the way takes, s, >= kSettingsRamp_s: so that no scale goes faster than kScalePace_per_s.
+[[nodiscard]] HD_REALTIME double ramp_time(const WayLength& length) noexcept;
 
 /// from^(1 - share) to^share of two positive numbers; exactly `to` at 1.
 [[nodiscard]] HD_REALTIME double blend_scale(double from, double to, double share) noexcept;

@@ -52,10 +52,16 @@ void apply_to_tool(const LiveSettings& live, const std::vector<StringParameters>
 /// A tool whose coupling gives more is in touch, N. Smaller: rounding holds a map up; larger: a
 /// light touch is pulled at as if there were none.
 constexpr double kTouchingForce = 1e-6;
-/// What a map that moves may change of a tool's force in a tick: this, N, or a share of what it is.
-/// Above 5 mN and 3/50 it is felt as a step; smaller takes longer.
+/// What a tick may change of a tool's force: this, N, or a share of what changes in all. Above 5 mN
+/// and 3/50 it is felt as a step; smaller takes longer.
 constexpr double kLeastStep = 4.5e-3;
-constexpr double kStretchPerStep = 0.055;
+constexpr double kSharePerStep = 0.055;
+
+/// How far the coupling of `tool` is stretched, m; turning counts at its `length`.
+double stretch_of(const PulledTool& tool, double length) noexcept {
+  const Vector3 turned = 2.0 * length * (tool.X_WH.q * tool.X_WG.q.conjugate()).vec();
+  return std::sqrt((tool.X_WH.p - tool.X_WG.p).squaredNorm() + turned.squaredNorm());
+}
 
 /// Above it no contact stiffness of a string has an effect anywhere along `change`, N/m. Among
 /// several tools there is none: each coupling is as stiff as its own device bears, a string as the
@@ -115,19 +121,26 @@ void begin_change(const PlayedScene& scene, SettingsChange& change) noexcept {
   if (in_force < borne) {
     for (StringParameters& piece : change.from.pieces) piece.contact_stiffness *= in_force / borne;
   }
-  set_time(change);
+  measure(change);
 }
 
-void set_time(SettingsChange& change) noexcept {
-  double time_s = kSettingsRamp_s;
-  for (std::size_t k = 0; k < change.to.tools.size(); ++k) {
-    time_s = std::max(time_s, ramp_time(change.from.tools[k], change.to.tools[k]));
-  }
+void measure(SettingsChange& change) noexcept {
+  WayLength length;
+  const auto add = [&](const WayLength& each) {
+    length = {std::max(length.most, each.most), std::max(length.edged, each.edged)};
+  };
   const double stiffest = stiffest_of(change);
+  change.straight = false;
   for (std::size_t k = 0; k < change.to.pieces.size(); ++k) {
-    time_s = std::max(time_s, ramp_time(change.from.pieces[k], change.to.pieces[k], stiffest));
+    add(way_length(change.from.pieces[k], change.to.pieces[k], stiffest));
+    if (change.to.pieces[k].model == StringContact::kStraight) change.straight = true;
   }
-  change.time_s = time_s;
+  for (std::size_t k = 0; k < change.to.tools.size(); ++k) {
+    const WayLength tool = way_length(change.from.tools[k], change.to.tools[k]);
+    add({tool.most, change.straight ? tool.most : tool.edged});
+  }
+  change.time_s = ramp_time(length);
+  change.edged = length.edged;
 }
 
 double next_share(const SettingsChange& change, double share, double dt_s, const PlayedScene& scene,
@@ -136,15 +149,14 @@ double next_share(const SettingsChange& change, double share, double dt_s, const
   for (std::size_t k = 0; k < scene.tools.size(); ++k) {
     const LiveSettings& now = scene.settings.tools[k];
     const double kt = now.coupling.kt * scene.tools[k].grant.scale;
-    const PulledTool& tool = tools[k];
-    const Vector3 turned = 2.0 * (tool.X_WH.q * tool.X_WG.q.conjugate()).vec();
-    const double stretched = std::sqrt((tool.X_WH.p - tool.X_WG.p).squaredNorm() +
-                                       now.coupling.length * now.coupling.length *
-                                           turned.squaredNorm());
+    const double stretched = stretch_of(tools[k], now.coupling.length);
     if (!(kt * stretched > kTouchingForce)) continue;
-    const double room = std::max(kLeastStep / kt, kStretchPerStep * stretched);
-    const double rate = pull_rate(change.from.tools[k], change.to.tools[k], now, tool.p_DH);
-    if (rate * step > room) step = room / rate;
+    const double least = kLeastStep / (kt * stretched);
+    const double edge = std::max(least, kSharePerStep * change.edged * std::min(share, 1.0 - share));
+    step = std::min(step, edge / std::max(change.edged, edge));
+    const double room = stretched * (change.straight ? least : std::max(least, kSharePerStep));
+    const double rate = pull_rate(change.from.tools[k], change.to.tools[k], now, tools[k].p_DH);
+    step = std::min(step, room / std::max(rate, room));
   }
   return std::min(share + step, 1.0);
 }

@@ -16,7 +16,10 @@ struct SettingsChange {
   std::uint64_t at_tick = 0;  ///< its ramp begins with this tick, or the next if that has passed
   SceneSettings to;
   SceneSettings from;  ///< room for what was in force when the ramp began
-  double time_s = 0.0;  ///< that the ramp takes at least; follows from both (set_time)
+  // Follow from both (measure).
+  double time_s = 0.0;  ///< that the ramp takes at least
+  double edged = 0.0;   ///< WayLength::edged of all
+  bool straight = false;  ///< there are straight strings
 };
 
 /// Where a tool and its hand were in the tick before: what a map that moves pulls at.
@@ -36,12 +39,12 @@ HD_REALTIME void apply_settings(PlayedScene& scene) noexcept;
 
 /// Notes what is in force as the beginning of `change`'s ramp, and how long that takes.
 HD_REALTIME void begin_change(const PlayedScene& scene, SettingsChange& change) noexcept;
-/// change.time_s of its two ends.
-HD_REALTIME void set_time(SettingsChange& change) noexcept;
+/// Writes what follows from the two ends of `change`.
+HD_REALTIME void measure(SettingsChange& change) noexcept;
 
-/// The share of `change` after a tick of `dt_s` that began at `share`. A map that moves takes a tool
-/// in touch no further than its coupling is stretched by the step that may be felt, so `tools` has
-/// each tool of `scene`.
+/// The share of `change` after a tick of `dt_s` that began at `share`, each tool of `scene` being as
+/// `tools` says. A map that moves stretches the coupling of a tool in touch by no more than may be
+/// felt; a scale with an edge begins and ends so slowly that the part beyond the edge may be small.
 [[nodiscard]] HD_REALTIME double next_share(const SettingsChange& change, double share, double dt_s,
                                             const PlayedScene& scene,
                                             std::span<const PulledTool> tools) noexcept;

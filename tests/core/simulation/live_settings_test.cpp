@@ -106,24 +106,24 @@ TEST_CASE("a contact stiffness above every coupling's takes no part of the way")
   to.contact_stiffness = 250.0;
   CHECK(StringBlend(1e-9, 1000.0)(from, to).contact_stiffness == doctest::Approx(1000.0));
   CHECK(StringBlend(0.5, 1000.0)(from, to).contact_stiffness == doctest::Approx(500.0));
-  CHECK(ramp_time(from, to, 1000.0) == kSettingsRamp_s);
-  CHECK(ramp_time(from, to, 1e9) == doctest::Approx(std::log(4e6) / kScalePace_per_s));
+  CHECK(ramp_time(way_length(from, to, 1000.0)) == kSettingsRamp_s);
+  CHECK(ramp_time(way_length(from, to, 1e9)) == doctest::Approx(std::log(4e6) / kScalePace_per_s));
 }
 
 TEST_CASE("a way takes as long as its logarithm, and 50 ms at least") {
   LiveSettings from = old_settings();
   LiveSettings to = from;
-  CHECK(ramp_time(from, to) == kSettingsRamp_s);
+  CHECK(ramp_time(way_length(from, to)) == kSettingsRamp_s);
   to.coupling.kt = 1500.0;
-  CHECK(ramp_time(from, to) == kSettingsRamp_s);
+  CHECK(ramp_time(way_length(from, to)) == kSettingsRamp_s);
   from.coupling.kt = 1e9;
   to.coupling.kt = 1e-3;
-  CHECK(ramp_time(from, to) == doctest::Approx(std::log(1e12) / kScalePace_per_s));
+  CHECK(ramp_time(way_length(from, to)) == doctest::Approx(std::log(1e12) / kScalePace_per_s));
   StringParameters tight;
   tight.tension = 1000.0;
   StringParameters slack = tight;
   slack.tension = 0.0;
-  CHECK(ramp_time(tight, slack, 1000.0) == doctest::Approx(std::log(1000001.0) / kScalePace_per_s));
+  CHECK(ramp_time(way_length(tight, slack, 1000.0)) == doctest::Approx(std::log(1000001.0) / kScalePace_per_s));
 }
 
 TEST_CASE("in any network of springs a change of one moves no force by more than 3/50 of its way") {
@@ -142,11 +142,11 @@ TEST_CASE("in any network of springs a change of one moves no force by more than
       for (const double each : c) sum += k / (k + each);
       return sum;
     };
-    const auto ticks = static_cast<int>(std::ceil(1e3 * ramp_time(from, to)));
+    const auto ticks = static_cast<int>(std::ceil(1e3 * ramp_time(way_length(from, to))));
     double last = force(from.coupling.kt);
     double largest = 0.0;
     for (int tick = 1; tick <= ticks; ++tick) {
-      const double share = std::min(1.0, 1e-3 * tick / ramp_time(from, to));
+      const double share = std::min(1.0, 1e-3 * tick / ramp_time(way_length(from, to)));
       const double now = force(blend(from, to, share).coupling.kt);
       largest = std::max(largest, std::abs(now - last));
       last = now;

@@ -71,12 +71,12 @@ quality { automatic { budget_us: 400 } }
 )";
   return {{"yielding string",
            string_scene("STRING_MODEL_DEFLECTING", "friction { coefficient: 0.3 }\n"),
-           Vector3(0.0, 0.003, -0.0199), y},
+           Vector3(0.0, -0.005, -0.0195), y},
           {"smooth string", string_scene("STRING_MODEL_DEFLECTING", "torque {}\n"),
-           Vector3(0.0, 0.003, -0.02), y},
+           Vector3(0.0, -0.005, -0.02), y},
           {"straight string",
            string_scene("STRING_MODEL_RIGID", "friction { coefficient: 0.3 }\n"),
-           Vector3(0.0, 0.003, -0.0199), y},
+           Vector3(0.0, -0.005, -0.0195), y},
           {"wall", wall, Vector3(0.0, 0.0, 0.003), z}};
 }
 
@@ -94,18 +94,21 @@ std::optional<SceneSettings> settings_at(const v1::Scene& scene, const Value& va
   *set.add_assignments() = value;
   AssignmentResult result = assign_parameters(scene, set, 1000.0);
   if (result.code != v1::RESULT_CODE_OK) return std::nullopt;
+  const ContactOptions& contact = result.settings.tools[0].contact;
+  if (contact.margin <= contact.skin) return std::nullopt;
   return std::move(result.settings);
 }
 
-/// The force and torque about G of a tick, as computed.
+/// The force and torque about G of a tick, as it goes to the device before the limits.
 struct Felt {
   Vector3 f{0.0, 0.0, 0.0};
   Vector3 t{0.0, 0.0, 0.0};
 };
 
-Felt felt(const ToldTick& told) {
+Felt felt(LoopRun& run, const ToldTick& told) {
   const PlainWrench& F = told.tick.tools[0].F_computed_H_W;
-  return {to_vector(F.f), to_vector(F.t)};
+  const double gain = run.loop().scene().tools[0].force_gain;
+  return {gain * to_vector(F.f), gain * to_vector(F.t)};
 }
 
 /// Where the device is for the hand to be at p_WH.
@@ -124,11 +127,11 @@ Felt press(LoopRun& run, const SceneSettings& settings, const Touch& touch, cons
   apply_settings(run.loop().scene());
   const Vector3 p_WH = hand_at(settings, p_DH);
   for (int k = 0; k < kDown; ++k) {
-    const double height = 0.012 * (1.0 - static_cast<double>(k) / kDown);
+    const double height = 0.02 * (1.0 - static_cast<double>(k) / kDown);
     run.tick(device_at(settings, p_WH + height * touch.up));
   }
   for (int k = 1; k < kRest; ++k) run.tick(p_DH);
-  return felt(run.tick(p_DH));
+  return felt(run, run.tick(p_DH));
 }
 
 /// A number of `range`, by equal chances for each decade; 0 now and then where that is allowed.
@@ -254,7 +257,7 @@ void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
   for (; !over && ticks < kLongest; ++ticks) {
     const ToldTick& told = run.tick(p_DH);
     over = count<SettingsRetired>(told) > 0;
-    const Felt now = felt(told);
+    const Felt now = felt(run, told);
     if (touches) {
       if ((now.f - last.f).norm() > step_N) at = ticks;
       step_N = std::max(step_N, (now.f - last.f).norm());
