@@ -2,9 +2,28 @@
 #include "core/simulation/live_settings.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/math/elementary.h"
 
 namespace hapticd {
 namespace {
+
+/// Below this a force is nothing, N: a tension or stretch that gives less goes straight to 0.
+/// Smaller: a string takes longer to go slack; larger: its last bit of force comes as a step.
+constexpr double kNoForce = 1e-3;
+/// Likewise of a coefficient of friction, and of a force gain.
+constexpr double kNoFriction = 1e-3;
+constexpr double kNoGain = 1e-2;
+/// Haptic displacement per metre below which any string is a wall.
+constexpr double kWall = 1e-9;
+
+/// Force follows a coefficient of friction in this power, at most, where a string slips: it yields the
+/// more the less holds it.
+constexpr double kFrictionPower = 2.0;
+/// Cross section below which stretching a string gives no force, m^2.
+constexpr double kSmallestArea = 1e-18;
 
 double between(double from, double to, double share) noexcept {
   return share >= 1.0 ? to : from + share * (to - from);
@@ -17,37 +36,119 @@ Quaternion between(const Quaternion& from, const Quaternion& to, double share) n
   return renormalised(Quaternion((1.0 - share) * from.coeffs() + (sign * share) * to.coeffs()));
 }
 
+/// A number >= 0 that goes by equal factors above `floor`, and straight below it.
+struct Scale {
+  double floor;
+  double power;  ///< with which force follows it, at most
+  bool edged = false;  ///< its law has an edge
+  double most = std::numeric_limits<double>::infinity();  ///< above it nothing changes
+};
+
+double between(const Scale& scale, double from, double to, double share) noexcept {
+  if (share >= 1.0 || from == to) return to;
+  const double a = std::min(from, scale.most);
+  const double b = std::min(to, scale.most);
+  if (a == b) return to;
+  const double now = blend_scale(a + scale.floor, b + scale.floor, share) - scale.floor;
+  return std::clamp(now, std::min(a, b), std::max(a, b));
+}
+
+/// Longer by the way of one scale.
+void lengthen(const Scale& scale, double from, double to, WayLength& length) noexcept {
+  const double a = std::min(from, scale.most) + scale.floor;
+  const double b = std::min(to, scale.most) + scale.floor;
+  if (a == b) return;
+  const double logs = scale.power * std::abs(logarithm(b) - logarithm(a));
+  length.most = std::max(length.most, logs);
+  if (scale.edged) length.edged = std::max(length.edged, logs);
+}
+
+/// Calls `visit` for each scale that force follows, with its member.
+template <typename Visit>
+void visit_scales(Visit&& visit) noexcept {
+  visit(Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.coupling.kt; });
+  // kr is its square.
+  visit(Scale{0.0, 2.0}, [](auto& live) -> auto& { return live.coupling.length; });
+  visit(Scale{kNoGain, 1.0}, [](auto& live) -> auto& { return live.force_gain; });
+  visit(Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.scale; });
+  visit(Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.instrument.anchor_stiffness; });
+}
+
+/// Likewise of a string. A straight one gives the smallest of what is pressed, what its law gives and
+/// what kc gives; the law follows what is pressed over k_s in the third power.
+template <typename Visit>
+void visit_scales(const StringParameters& string, double stiffest, Visit&& visit) noexcept {
+  const bool straight = string.model == StringContact::kStraight;
+  const double area = std::max(kPi * string.radius * string.radius, kSmallestArea);
+  visit(Scale{kNoForce, 1.0, straight}, &StringParameters::tension);
+  visit(Scale{kNoForce / area, 1.0, straight}, &StringParameters::youngs_modulus);
+  visit(Scale{kWall, straight ? 3.0 : 0.0, straight}, &StringParameters::k_s);
+  visit(Scale{0.0, 1.0, straight, stiffest}, &StringParameters::contact_stiffness);
+  visit(Scale{kNoFriction, kFrictionPower, true}, &StringParameters::friction_coefficient);
+  visit(Scale{0.0, 0.0}, &StringParameters::decay);
+  visit(Scale{0.0, 0.0}, &StringParameters::touch_decay);
+}
+
 }  // namespace
+
+double blend_scale(double from, double to, double share) noexcept {
+  if (share >= 1.0 || from == to) return to;
+  const double start = logarithm(from);
+  return exponential(start + share * (logarithm(to) - start));
+}
 
 LiveSettings blend(const LiveSettings& from, const LiveSettings& to, double share) noexcept {
   LiveSettings now = to;
-  const auto go = [&](auto member) { now.*member = between(from.*member, to.*member, share); };
-  now.coupling.kt = between(from.coupling.kt, to.coupling.kt, share);
-  now.coupling.length = between(from.coupling.length, to.coupling.length, share);
-  go(&LiveSettings::coupling_damping);
-  go(&LiveSettings::force_gain);
-  go(&LiveSettings::scale);
+  visit_scales([&](const Scale& scale, auto of) {
+    of(now) = between(scale, of(from), of(to), share);
+  });
+  now.coupling_damping = between(from.coupling_damping, to.coupling_damping, share);
   now.X_WD.p = share >= 1.0 ? to.X_WD.p : Vector3(from.X_WD.p + share * (to.X_WD.p - from.X_WD.p));
   now.X_WD.q = between(from.X_WD.q, to.X_WD.q, share);
+  // Straight, both: so the margin stays above the skin.
   now.contact.margin = between(from.contact.margin, to.contact.margin, share);
   now.contact.skin = between(from.contact.skin, to.contact.skin, share);
   return now;
 }
 
-StringParameters blend(const StringParameters& from, const StringParameters& to,
-                       double share) noexcept {
+StringParameters StringBlend::operator()(const StringParameters& from,
+                                         const StringParameters& to) noexcept {
   StringParameters now = to;
-  const auto go = [&](auto member) { now.*member = between(from.*member, to.*member, share); };
-  go(&StringParameters::tension);
-  go(&StringParameters::youngs_modulus);
-  go(&StringParameters::decay);
-  go(&StringParameters::touch_decay);
-  go(&StringParameters::k_s);
-  go(&StringParameters::contact_stiffness);
-  go(&StringParameters::friction_coefficient);
+  std::size_t number = 0;
+  const auto go = [&](const Scale& scale, double StringParameters::*member) {
+    ScaleWay& last = last_[number++];
+    if (from.*member == to.*member) return;
+    if (last.floor != scale.floor || last.from != from.*member || last.to != to.*member) {
+      last = {scale.floor, from.*member, to.*member,
+              between(scale, from.*member, to.*member, share_)};
+    }
+    now.*member = last.now;
+  };
+  visit_scales(to, stiffest_, go);
   // A tuning that comes or goes has nothing to glide from.
-  if (from.frequency > 0.0 && to.frequency > 0.0) go(&StringParameters::frequency);
+  if (from.frequency > 0.0 && to.frequency > 0.0) {
+    go(Scale{0.0, 0.0}, &StringParameters::frequency);
+  }
   return now;
+}
+
+WayLength way_length(const LiveSettings& from, const LiveSettings& to) noexcept {
+  WayLength length;
+  visit_scales([&](const Scale& scale, auto of) { lengthen(scale, of(from), of(to), length); });
+  return length;
+}
+
+WayLength way_length(const StringParameters& from, const StringParameters& to,
+                     double stiffest) noexcept {
+  WayLength length;
+  visit_scales(to, stiffest, [&](const Scale& scale, double StringParameters::*member) {
+    lengthen(scale, from.*member, to.*member, length);
+  });
+  return length;
+}
+
+double ramp_time(const WayLength& length) noexcept {
+  return std::max(kSettingsRamp_s, length.most / kScalePace_per_s);
 }
 
 }  // namespace hapticd

@@ -338,7 +338,7 @@ void HapticLoop::pass(std::int64_t now_ns, std::uint64_t skipped) noexcept {
   const std::uint32_t published_ns = clock_.times()[static_cast<std::size_t>(Stage::kPublish)];
   clock_.start(now_ns);
   begin_time(now_ns, skipped);
-  tick_.change = kept_.ramp.follow(kept_.time, scene(), publisher_);
+  tick_.change = kept_.ramp.follow(kept_.time, tools(), scene(), publisher_);
   tick_.settling = kept_.ramp.change() != nullptr;
   if ((tick_.orders & kOrderClear) != 0 && kept_.machine.state == LoopState::kFault) start_anew();
   read_devices();

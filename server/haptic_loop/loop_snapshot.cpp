@@ -208,6 +208,7 @@ bool restore(const Snapshot& snapshot, PlayedScene& scene, LoopMemory& loop) {
   }
   read.require(usable(scene.settings));
   if (ramps) {
+    measure(*change);
     read.require(usable(change->from) && usable(change->to) && share >= 0.0 && share <= 1.0);
   }
   AwakeStrings awake;

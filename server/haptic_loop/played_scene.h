@@ -35,6 +35,9 @@ struct PlayedTool {
   SafetyLimits limits;
   StiffnessLimits stiffness_limits;  ///< of the device; coupling_damping is that of the settings
   StiffnessGrant grant;              ///< follows from them and the settings
+  /// grant.scale is no larger: while settings move it goes evenly from that of the old ones to that
+  /// of the new ones, not by the edge where the device's bound is met.
+  double most_scale = 1.0;
   PlayedDevice device;
 };
 

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "core/math/elementary.h"
 
 namespace hapticd {
 namespace {
@@ -21,14 +24,22 @@ DeviceStiffness wanted_stiffness(const LiveSettings& live,
   return wanted;
 }
 
+/// What the device of `played` bears of the settings.
+StiffnessGrant grant_of(const LiveSettings& live, const std::vector<StringParameters>& pieces,
+                        const PlayedTool& played) noexcept {
+  StiffnessLimits limits = played.stiffness_limits;
+  limits.coupling_damping = live.coupling_damping;
+  StiffnessGrant grant = grant_stiffness(wanted_stiffness(live, pieces), limits);
+  // Where poses come from data force moves nothing, and no stiffness is too high.
+  if (played.device.traits.follows_data) grant.scale = 1.0;
+  return grant;
+}
+
 /// Puts `live` in force for one tool, all but the strings.
 void apply_to_tool(const LiveSettings& live, const std::vector<StringParameters>& pieces,
                    PlayedTool& played, ToolScene& tool) noexcept {
-  StiffnessLimits limits = played.stiffness_limits;
-  limits.coupling_damping = live.coupling_damping;
-  played.grant = grant_stiffness(wanted_stiffness(live, pieces), limits);
-  // Where poses come from data force moves nothing, and no stiffness is too high.
-  if (played.device.traits.follows_data) played.grant.scale = 1.0;
+  played.grant = grant_of(live, pieces, played);
+  played.grant.scale = std::min(played.grant.scale, played.most_scale);
   tool.stiffness = {live.coupling.kt * played.grant.scale, live.coupling.length};
   tool.coupling_damping = live.coupling_damping;
   tool.options = live.contact;
@@ -36,6 +47,41 @@ void apply_to_tool(const LiveSettings& live, const std::vector<StringParameters>
   played.map.scale = live.scale;
   played.map.X_WD = live.X_WD;
   played.force_gain = live.force_gain;
+}
+
+/// A tool whose coupling gives more is in touch, N. Smaller: rounding holds a map up; larger: a
+/// light touch is pulled at as if there were none.
+constexpr double kTouchingForce = 1e-6;
+/// What a tick may change of a tool's force: this, N, or a share of what changes in all. Above 5 mN
+/// and 3/50 it is felt as a step; smaller takes longer.
+constexpr double kLeastStep = 4.5e-3;
+constexpr double kSharePerStep = 0.055;
+
+/// How far the coupling of `tool` is stretched, m; turning counts at its `length`.
+double stretch_of(const PulledTool& tool, double length) noexcept {
+  const Vector3 turned = 2.0 * length * (tool.X_WH.q * tool.X_WG.q.conjugate()).vec();
+  return std::sqrt((tool.X_WH.p - tool.X_WG.p).squaredNorm() + turned.squaredNorm());
+}
+
+/// Above it no contact stiffness of a string has an effect anywhere along `change`, N/m. Among
+/// several tools there is none: each coupling is as stiff as its own device bears, a string as the
+/// weakest does.
+double stiffest_of(const SettingsChange& change) noexcept {
+  if (change.to.tools.size() > 1) return std::numeric_limits<double>::infinity();
+  return std::max(change.from.tools.front().coupling.kt, change.to.tools.front().coupling.kt);
+}
+
+/// How fast the map of `live` may move a hand at p_DH along a change, m per share; turning counts at
+/// the coupling's length.
+double pull_rate(const LiveSettings& from, const LiveSettings& to, const LiveSettings& live,
+                 const Array3& p_DH) noexcept {
+  const double way = (to.X_WD.p - from.X_WD.p).norm();
+  // A normalised straight line between quaternions is fastest half way.
+  const double cosine = std::min(1.0, std::abs(from.X_WD.q.dot(to.X_WD.q)));
+  const double turn = 4.0 * std::sqrt((1.0 - cosine) / (1.0 + cosine));
+  const double stretch = std::abs(logarithm(to.scale / from.scale));
+  const double reach = live.scale * to_vector(p_DH).norm();
+  return way + reach * (turn + stretch) + live.coupling.length * turn;
 }
 
 }  // namespace
@@ -55,11 +101,64 @@ void apply_settings(PlayedScene& scene) noexcept {
   }
 }
 
+// A scale that a ramp has held below what the device bears is the setting's own from here on.
 void begin_change(const PlayedScene& scene, SettingsChange& change) noexcept {
   HD_ASSERT(change.from.pieces.size() == scene.settings.pieces.size());
   HD_ASSERT(change.from.tools.size() == scene.settings.tools.size());
   std::copy(scene.settings.tools.begin(), scene.settings.tools.end(), change.from.tools.begin());
   std::copy(scene.settings.pieces.begin(), scene.settings.pieces.end(), change.from.pieces.begin());
+  double in_force = 1.0;
+  double borne = 1.0;
+  for (std::size_t k = 0; k < scene.tools.size(); ++k) {
+    const PlayedTool& played = scene.tools[k];
+    LiveSettings& from = change.from.tools[k];
+    if (played.grant.scale < grant_of(from, scene.settings.pieces, played).scale) {
+      from.coupling.kt *= played.grant.scale;
+    }
+    in_force = std::min(in_force, played.grant.scale);
+    borne = std::min(borne, grant_of(from, scene.settings.pieces, played).scale);
+  }
+  if (in_force < borne) {
+    for (StringParameters& piece : change.from.pieces) piece.contact_stiffness *= in_force / borne;
+  }
+  measure(change);
+}
+
+void measure(SettingsChange& change) noexcept {
+  WayLength length;
+  const auto add = [&](const WayLength& each) {
+    length = {std::max(length.most, each.most), std::max(length.edged, each.edged)};
+  };
+  const double stiffest = stiffest_of(change);
+  change.straight = false;
+  for (std::size_t k = 0; k < change.to.pieces.size(); ++k) {
+    add(way_length(change.from.pieces[k], change.to.pieces[k], stiffest));
+    if (change.to.pieces[k].model == StringContact::kStraight) change.straight = true;
+  }
+  for (std::size_t k = 0; k < change.to.tools.size(); ++k) {
+    const WayLength tool = way_length(change.from.tools[k], change.to.tools[k]);
+    add({tool.most, change.straight ? tool.most : tool.edged});
+  }
+  change.time_s = ramp_time(length);
+  change.edged = length.edged;
+}
+
+double next_share(const SettingsChange& change, double share, double dt_s, const PlayedScene& scene,
+                  std::span<const PulledTool> tools) noexcept {
+  double step = dt_s / change.time_s;
+  for (std::size_t k = 0; k < scene.tools.size(); ++k) {
+    const LiveSettings& now = scene.settings.tools[k];
+    const double kt = now.coupling.kt * scene.tools[k].grant.scale;
+    const double stretched = stretch_of(tools[k], now.coupling.length);
+    if (!(kt * stretched > kTouchingForce)) continue;
+    const double least = kLeastStep / (kt * stretched);
+    const double edge = std::max(least, kSharePerStep * change.edged * std::min(share, 1.0 - share));
+    step = std::min(step, edge / std::max(change.edged, edge));
+    const double room = stretched * (change.straight ? least : std::max(least, kSharePerStep));
+    const double rate = pull_rate(change.from.tools[k], change.to.tools[k], now, tools[k].p_DH);
+    step = std::min(step, room / std::max(rate, room));
+  }
+  return std::min(share + step, 1.0);
 }
 
 void follow_change(const SettingsChange& change, double share, PlayedScene& scene) noexcept {
@@ -67,8 +166,15 @@ void follow_change(const SettingsChange& change, double share, PlayedScene& scen
   for (std::size_t k = 0; k < scene.settings.tools.size(); ++k) {
     scene.settings.tools[k] = blend(change.from.tools[k], change.to.tools[k], share);
   }
+  StringBlend blend_string(share, stiffest_of(change));
   for (std::size_t k = 0; k < scene.settings.pieces.size(); ++k) {
-    scene.settings.pieces[k] = blend(change.from.pieces[k], change.to.pieces[k], share);
+    scene.settings.pieces[k] = blend_string(change.from.pieces[k], change.to.pieces[k]);
+  }
+  for (std::size_t k = 0; k < scene.tools.size(); ++k) {
+    PlayedTool& played = scene.tools[k];
+    const double from = grant_of(change.from.tools[k], change.from.pieces, played).scale;
+    const double to = grant_of(change.to.tools[k], change.to.pieces, played).scale;
+    played.most_scale = share >= 1.0 ? 1.0 : blend_scale(from, to, share);
   }
   apply_settings(scene);
 }

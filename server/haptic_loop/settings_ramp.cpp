@@ -5,6 +5,20 @@
 #include <utility>
 
 namespace hapticd {
+namespace {
+
+using PulledTools = FixedVector<PulledTool, kMaxTools>;
+
+PulledTools pulled_tools(std::span<const ToolLoop> tools, const PlayedScene& scene) noexcept {
+  PulledTools pulled;
+  for (std::size_t k = 0; k < tools.size(); ++k) {
+    const ToolPlay& play = scene.play.tools[k];
+    pulled.push_back({tools[k].sample.p_DH, play.X_WH, play.state.contact.X_WG});
+  }
+  return pulled;
+}
+
+}  // namespace
 
 bool SettingsRamp::take(std::unique_ptr<SettingsChange>& change,
                         const PlayedScene& scene) noexcept {
@@ -16,8 +30,8 @@ bool SettingsRamp::take(std::unique_ptr<SettingsChange>& change,
   return true;
 }
 
-std::uint64_t SettingsRamp::follow(const LoopTime& time, PlayedScene& scene,
-                                   Publisher& publisher) noexcept {
+std::uint64_t SettingsRamp::follow(const LoopTime& time, std::span<const ToolLoop> tools,
+                                   PlayedScene& scene, Publisher& publisher) noexcept {
   std::uint64_t begun = 0;
   std::size_t kept = 0;
   for (std::size_t k = 0; k < waiting_count_; ++k) {
@@ -34,7 +48,8 @@ std::uint64_t SettingsRamp::follow(const LoopTime& time, PlayedScene& scene,
   }
   waiting_count_ = kept;
   if (change_ == nullptr) return begun;
-  share_ = std::min(share_ + time.dt_s / kSettingsRamp_s, 1.0);
+  const PulledTools pulled = pulled_tools(tools, scene);
+  share_ = next_share(*change_, share_, time.dt_s, scene, {pulled.begin(), pulled.size()});
   follow_change(*change_, share_, scene);
   if (share_ >= 1.0) publisher.retire(std::move(change_));
   return begun;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "server/haptic_loop/publisher.h"
 #include "server/haptic_loop/settings_change.h"
@@ -23,8 +24,10 @@ class SettingsRamp {
                           const PlayedScene& scene) noexcept;
 
   /// One tick: begins what is due in it, where the change under way has come to, and moves the
-  /// settings of `scene` on. Returns the number of the change that begins; 0: none.
-  std::uint64_t follow(const LoopTime& time, PlayedScene& scene, Publisher& publisher) noexcept;
+  /// settings of `scene` on; `tools` are as the tick before left them. Returns the number of the
+  /// change that begins; 0: none.
+  std::uint64_t follow(const LoopTime& time, std::span<const ToolLoop> tools, PlayedScene& scene,
+                       Publisher& publisher) noexcept;
 
   /// Drops the changes for ticks after `tick`.
   void drop_later(std::uint64_t tick, Publisher& publisher) noexcept;

@@ -105,6 +105,7 @@ void RecordedScene::play(const v1::RecordHeader& header) {
     played_->tools.push_back(std::move(tool));
     played_->play.simulation->scene(k).strings = played_->strings;
   }
+  pulled_.resize(played_->tools.size());
   apply_settings(*played_);
 }
 
@@ -132,7 +133,8 @@ void RecordedScene::learn_delays(const Tick& tick) {
   if (learned) apply_settings(*played_);
 }
 
-// In the order of the loop: SettingsRamp::follow, HapticLoop::read_devices.
+// In the order of the loop: SettingsRamp::follow, HapticLoop::read_devices. What the tick gave is
+// for the next.
 void RecordedScene::begin_tick(const Tick& tick) {
   if (tick.tools.size() != played_->tools.size()) {
     fail("tick " + std::to_string(tick.tick) +
@@ -142,11 +144,17 @@ void RecordedScene::begin_tick(const Tick& tick) {
   if (tick.change != 0) begin_change(tick.change, tick.tick);
   if (change_ != nullptr) {
     const double dt_s = 1e-9 * static_cast<double>(tick.dt_ns);
-    change_share_ = std::min(change_share_ + dt_s / kSettingsRamp_s, 1.0);
+    change_share_ = next_share(*change_, change_share_, dt_s, *played_, pulled_);
     follow_change(*change_, change_share_, *played_);
     if (change_share_ >= 1.0) change_.reset();
   }
   learn_delays(tick);
+  for (std::size_t k = 0; k < pulled_.size(); ++k) {
+    const ToolTick& tool = tick.tools[k];
+    if (tool.came) pulled_[k].p_DH = tool.sample.p_DH;
+    pulled_[k].X_WH = {to_quaternion(tool.X_WH.q), to_vector(tool.X_WH.p)};
+    pulled_[k].X_WG = {to_quaternion(tool.X_WG.q), to_vector(tool.X_WG.p)};
+  }
   for (std::size_t k = 0; k < played_->tools.size(); ++k) {
     const double scale = played_->tools[k].grant.scale;
     if (scale == tick.tools[k].stiffness.scale) continue;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/tick/tick.h"
 #include "hapticd/v1/recording.pb.h"
@@ -46,6 +47,7 @@ class RecordedScene {
   std::optional<v1::ParameterRecord> announced_;
   std::unique_ptr<SettingsChange> change_;
   double change_share_ = 0.0;
+  std::vector<PulledTool> pulled_;  ///< as the tick before left them
 };
 
 }  // namespace hapticd

@@ -1,0 +1,316 @@
+// Every live parameter, changed while a tool is pressed. The truth is the course of the force at
+// rest: scenes that begin with the parameter somewhere on its way, so that no ramp has a part in it.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "proto/wire/field_table.h"
+#include "server/scene_io/scene_assignment.h"
+#include "server/scene_io/scene_loader.h"
+#include "server/scene_io/scene_parameters.h"
+#include "tests/server/haptic_loop/loop_run.h"
+#include "tests/support/random.h"
+#include "tests/support/scale.h"
+
+namespace hapticd::test {
+namespace {
+
+/// Of the largest excursion, and N: more in a tick is felt as a step.
+constexpr double kShare = 3.0 / 50.0;
+constexpr double kFelt_N = 5e-3;
+/// Arm at which a torque counts as a force, m.
+constexpr double kArm_m = 0.032;
+/// Places of the course that are looked at.
+constexpr int kPlaces = 24;
+/// Ticks to come down to the place, and to rest there.
+constexpr int kDown = 100;
+constexpr int kRest = 100;
+/// Ticks that the longest change may take.
+constexpr int kLongest = 50'000;
+
+/// A finger that presses something.
+struct Touch {
+  const char* name;
+  std::string scene;
+  Vector3 p_WH;  ///< pressed
+  Vector3 up;    ///< from where it comes
+};
+
+std::string string_scene(const char* model, const char* rest) {
+  return std::string(R"(name: "course"
+tools {
+  name: "finger"
+  parts { name: "tip" shape { spheres { centre_m: [0, 0, 0.02] radius_m: 0.005 } } }
+  pose_wg { p_m: [0, 0.02, -0.02] }
+}
+strings {
+  name: "C2" p_wa_m: [-0.45, 0, 0] p_wb_m: [0.65, 0, 0] frequency_hz: 65.4
+  model: )") +
+         model + "\n}\nvibration {}\ntones {}\n" + rest;
+}
+
+std::vector<Touch> touches() {
+  const Vector3 y(0.0, 1.0, 0.0);
+  const Vector3 z(0.0, 0.0, 1.0);
+  const char* const wall = R"(name: "course"
+tools {
+  name: "finger"
+  parts { name: "tip" shape { spheres { centre_m: [0, 0.03, 0] radius_m: 0.005 } } }
+  pose_wg { p_m: [0, 0, 0.025] }
+}
+bodies { name: "wall" shape { spheres { centre_m: [0, 0, -1000] radius_m: 1000 } } }
+torque {}
+quality { automatic { budget_us: 400 } }
+)";
+  return {{"yielding string",
+           string_scene("STRING_MODEL_DEFLECTING", "friction { coefficient: 0.3 }\n"),
+           Vector3(0.0, -0.005, -0.0195), y},
+          {"smooth string", string_scene("STRING_MODEL_DEFLECTING", "torque {}\n"),
+           Vector3(0.0, -0.005, -0.02), y},
+          {"straight string",
+           string_scene("STRING_MODEL_RIGID", "friction { coefficient: 0.3 }\n"),
+           Vector3(0.0, -0.005, -0.0195), y},
+          {"wall", wall, Vector3(0.0, 0.0, 0.003), z}};
+}
+
+v1::Scene message_of(const Touch& touch) {
+  const LoadResult result = load_scene_text(touch.scene, {});
+  REQUIRE(result.loaded != nullptr);
+  return result.loaded->message;
+}
+
+/// A value of the parameter, where it may be.
+using Value = v1::Assignment;
+
+std::optional<SceneSettings> settings_at(const v1::Scene& scene, const Value& value) {
+  v1::SetParameter set;
+  *set.add_assignments() = value;
+  AssignmentResult result = assign_parameters(scene, set, 1000.0);
+  if (result.code != v1::RESULT_CODE_OK) return std::nullopt;
+  const ContactOptions& contact = result.settings.tools[0].contact;
+  if (contact.margin <= contact.skin) return std::nullopt;
+  return std::move(result.settings);
+}
+
+/// The force and torque about G of a tick, as it goes to the device before the limits.
+struct Felt {
+  Vector3 f{0.0, 0.0, 0.0};
+  Vector3 t{0.0, 0.0, 0.0};
+};
+
+Felt felt(LoopRun& run, const ToldTick& told) {
+  const PlainWrench& F = told.tick.tools[0].F_computed_H_W;
+  const double gain = run.loop().scene().tools[0].force_gain;
+  return {gain * to_vector(F.f), gain * to_vector(F.t)};
+}
+
+/// Where the device is for the hand to be at p_WH.
+Vector3 device_at(const SceneSettings& settings, const Vector3& p_WH) {
+  const LiveSettings& live = settings.tools[0];
+  return live.X_WD.q.conjugate() * Vector3(p_WH - live.X_WD.p) / live.scale;
+}
+Vector3 hand_at(const SceneSettings& settings, const Vector3& p_DH) {
+  const LiveSettings& live = settings.tools[0];
+  return live.X_WD.p + live.scale * (live.X_WD.q * p_DH);
+}
+
+/// The hand comes down to where the device is at p_DH, in a scene that begins with `settings`.
+Felt press(LoopRun& run, const SceneSettings& settings, const Touch& touch, const Vector3& p_DH) {
+  run.loop().scene().settings = settings;
+  apply_settings(run.loop().scene());
+  const Vector3 p_WH = hand_at(settings, p_DH);
+  for (int k = 0; k < kDown; ++k) {
+    const double height = 0.02 * (1.0 - static_cast<double>(k) / kDown);
+    run.tick(device_at(settings, p_WH + height * touch.up));
+  }
+  for (int k = 1; k < kRest; ++k) run.tick(p_DH);
+  return felt(run, run.tick(p_DH));
+}
+
+/// A number of `range`, by equal chances for each decade; 0 now and then where that is allowed.
+double draw(const wire::Interval& range, SplitMix64& random) {
+  const double high = std::min(range.high, 1e13);
+  const double low = std::max(range.low, high * 1e-12);
+  if (range.low == 0.0 && !range.low_open && random.chance(0.2)) return 0.0;
+  return low * std::pow(high / low, random.uniform());
+}
+
+/// From one value to another: `u` in [0, 1].
+Value value_between(const Value& from, const Value& to, double u) {
+  Value value = from;
+  if (from.has_number()) {
+    const double a = from.number();
+    const double b = to.number();
+    const double least = 1e-9 * std::max(a, b);
+    value.set_number(std::max(a, least) * std::pow(std::max(b, least) / std::max(a, least), u));
+    if (u == 0.0) value.set_number(a);
+    if (u == 1.0) value.set_number(b);
+  } else if (from.has_numbers()) {
+    for (int k = 0; k < 7; ++k) {
+      const double a = from.numbers().values(k);
+      value.mutable_numbers()->set_values(k, a + u * (to.numbers().values(k) - a));
+    }
+  } else if (u > 0.5) {
+    value = to;
+  }
+  return value;
+}
+
+/// A way of the parameter.
+struct Way {
+  Value from;
+  Value to;
+};
+
+Value pose_value(const std::string& path, double size, SplitMix64& random) {
+  Value value;
+  value.set_path(path);
+  const Vector3 p = size * random.uniform() * to_vector(random.direction());
+  const Vector3 axis = to_vector(random.direction());
+  const double angle = 30.0 * size * random.uniform();
+  for (int k = 0; k < 3; ++k) value.mutable_numbers()->add_values(p[k]);
+  value.mutable_numbers()->add_values(std::cos(angle / 2.0));
+  for (int k = 0; k < 3; ++k) {
+    value.mutable_numbers()->add_values(std::sin(angle / 2.0) * axis[k]);
+  }
+  return value;
+}
+
+std::string with_first(std::string path) {
+  for (std::size_t at = path.find('*'); at != std::string::npos; at = path.find('*')) path[at] = '0';
+  return path;
+}
+
+Way draw_way(const v1::Scene& scene, const v1::ParameterInfo& info, SplitMix64& random) {
+  const std::string path = with_first(info.path());
+  const Value now = parameter_values(scene, {path}).values.at(0);
+  if (now.has_numbers()) {
+    const double size = std::pow(10.0, random.uniform(-4.0, -1.0));
+    return {pose_value(path, 1e-3, random), pose_value(path, size, random)};
+  }
+  Way way{now, now};
+  if (path == "quality") {
+    way.from.set_number(static_cast<double>(random.below(5)));
+    way.to.set_number(static_cast<double>(random.below(5)));
+    return way;
+  }
+  if (now.has_text()) {
+    way.from.set_number(1.0);
+    way.to.set_number(2.0);
+    return way;
+  }
+  wire::Interval range{info.minimum(), info.maximum(), false, false};
+  way.from.set_number(draw(range, random));
+  way.to.set_number(draw(range, random));
+  return way;
+}
+
+/// The largest excursion of the force at rest on its way.
+Felt excursion(const Touch& touch, const v1::Scene& scene, const Way& way, const Vector3& p_DH) {
+  Felt most;
+  Felt first;
+  for (int k = 0; k <= kPlaces; ++k) {
+    const auto settings =
+        settings_at(scene, value_between(way.from, way.to, static_cast<double>(k) / kPlaces));
+    if (!settings) continue;
+    LoopRun run(touch.scene);
+    const Felt here = press(run, *settings, touch, p_DH);
+    if (k == 0) first = here;
+    most.f[0] = std::max(most.f[0], (here.f - first.f).norm());
+    most.t[0] = std::max(most.t[0], (here.t - first.t).norm());
+  }
+  return most;
+}
+
+std::string text_of(const Value& value) {
+  if (value.has_number()) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", value.number());
+    return text;
+  }
+  return value.has_text() ? value.text() : value.numbers().ShortDebugString();
+}
+
+/// Plays one way; false where the parameter may not be there.
+void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
+  const auto from = settings_at(scene, way.from);
+  auto to = settings_at(scene, way.to);
+  if (!from || !to) return;
+  const Vector3 p_DH = device_at(*from, touch.p_WH);
+  LoopRun run(touch.scene);
+  Felt last = press(run, *from, touch, p_DH);
+  const Felt first = last;
+  run.change(std::make_unique<SettingsChange>(SettingsChange{0, 0, *to, *to}));
+  double step_N = 0.0;
+  double step_Nm = 0.0;
+  int ticks = 0;
+  int at = 0;
+  bool over = false;
+  bool touches = true;
+  for (; !over && ticks < kLongest; ++ticks) {
+    const ToldTick& told = run.tick(p_DH);
+    over = count<SettingsRetired>(told) > 0;
+    const Felt now = felt(run, told);
+    if (touches) {
+      if ((now.f - last.f).norm() > step_N) at = ticks;
+      step_N = std::max(step_N, (now.f - last.f).norm());
+      step_Nm = std::max(step_Nm, (now.t - last.t).norm());
+    }
+    touches = touches && now.f.norm() > 0.0;
+    last = now;
+  }
+  const Felt most = excursion(touch, scene, way, p_DH);
+  const double bound_N = std::max(kShare * most.f[0], kFelt_N);
+  const double bound_Nm = std::max(kShare * most.t[0], kFelt_N * kArm_m);
+  std::printf("%s%-16s %-40s %10s -> %-10s F %.4f -> %.4f N, %5d ticks, step %.3f of %.3f mN at %d, %.4f of %.4f mNm, lost %d\n",
+              step_N > bound_N || step_Nm > bound_Nm ? "BAD " : "ok  ", touch.name, way.to.path().c_str(), text_of(way.from).c_str(),
+              text_of(way.to).c_str(), first.f.norm(), last.f.norm(), ticks, 1e3 * step_N,
+              1e3 * bound_N, at, 1e3 * step_Nm, 1e3 * bound_Nm, !touches);
+  CHECK(over);
+  CHECK(step_N <= bound_N);
+  CHECK(step_Nm <= bound_Nm);
+}
+
+void check_seed(std::uint64_t seed) {
+  CAPTURE(seed);
+  SplitMix64 random(seed);
+  for (const Touch& touch : touches()) {
+    const v1::Scene scene = message_of(touch);
+    for (const v1::ParameterInfo& info : live_parameters(scene)) {
+      check_way(touch, scene, draw_way(scene, info, random));
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("the touches of this test have every live parameter that a scene can have") {
+  std::set<std::string> leaves;
+  for (const Touch& touch : touches()) {
+    for (const v1::ParameterInfo& info : live_parameters(message_of(touch))) {
+      leaves.insert(info.path().substr(info.path().find_last_of('.') + 1));
+    }
+  }
+  for (const wire::FieldRow& row : wire::field_table()) {
+    if (!row.live || row.field == "Quality.choice") continue;
+    CAPTURE(row.field);
+    CHECK(leaves.count(std::string(row.field.substr(row.field.find('.') + 1))) == 1);
+  }
+}
+
+TEST_CASE("no live change moves the force in touch by a step: 3/50 of its course, or 5 mN") {
+  for (std::int64_t k = 0; k < scaled(40); ++k) check_seed(0x11fe + static_cast<std::uint64_t>(k));
+  std::random_device fresh;
+  const std::uint64_t seed = fresh();
+  std::printf("fresh seed %llu\n", static_cast<unsigned long long>(seed));
+  check_seed(seed);
+}
+
+}  // namespace hapticd::test
