@@ -19,8 +19,8 @@ constexpr double kNoGain = 1e-2;
 /// Haptic displacement per metre below which any string is a wall.
 constexpr double kWall = 1e-9;
 
-/// Force follows a coefficient of friction in this power, at most, where a string slips: it yields the
-/// more the less holds it.
+/// Force follows a coefficient of friction in this power, at most, where a string slips: it yields
+/// the more the less holds it.
 constexpr double kFrictionPower = 2.0;
 /// Cross section below which stretching a string gives no force, m^2.
 constexpr double kSmallestArea = 1e-18;
@@ -39,8 +39,8 @@ Quaternion between(const Quaternion& from, const Quaternion& to, double share) n
 /// A number >= 0 that goes by equal factors above `floor`, and straight below it.
 struct Scale {
   double floor;
-  double power;  ///< with which force follows it, at most
-  bool edged = false;  ///< its law has an edge
+  double power;                                           ///< with which force follows it, at most
+  bool edged = false;                                     ///< its law has an edge
   double most = std::numeric_limits<double>::infinity();  ///< above it nothing changes
 };
 
@@ -66,16 +66,21 @@ void lengthen(const Scale& scale, double from, double to, WayLength& length) noe
 /// Calls `visit` for each scale that force follows, with its member.
 template <typename Visit>
 void visit_scales(Visit&& visit) noexcept {
-  visit(Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.coupling.kt; });
+  visit(
+      Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.coupling.kt; });
   // kr is its square.
-  visit(Scale{0.0, 2.0}, [](auto& live) -> auto& { return live.coupling.length; });
-  visit(Scale{kNoGain, 1.0}, [](auto& live) -> auto& { return live.force_gain; });
-  visit(Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.scale; });
-  visit(Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.instrument.anchor_stiffness; });
+  visit(
+      Scale{0.0, 2.0}, [](auto& live) -> auto& { return live.coupling.length; });
+  visit(
+      Scale{kNoGain, 1.0}, [](auto& live) -> auto& { return live.force_gain; });
+  visit(
+      Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.scale; });
+  visit(
+      Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.instrument.anchor_stiffness; });
 }
 
-/// Likewise of a string. A straight one gives the smallest of what is pressed, what its law gives and
-/// what kc gives; the law follows what is pressed over k_s in the third power.
+/// Likewise of a string. A straight one gives the smallest of what is pressed, what its law gives
+/// and what kc gives; the law follows what is pressed over k_s in the third power.
 template <typename Visit>
 void visit_scales(const StringParameters& string, double stiffest, Visit&& visit) noexcept {
   const bool straight = string.model == StringContact::kStraight;
@@ -99,9 +104,8 @@ double blend_scale(double from, double to, double share) noexcept {
 
 LiveSettings blend(const LiveSettings& from, const LiveSettings& to, double share) noexcept {
   LiveSettings now = to;
-  visit_scales([&](const Scale& scale, auto of) {
-    of(now) = between(scale, of(from), of(to), share);
-  });
+  visit_scales(
+      [&](const Scale& scale, auto of) { of(now) = between(scale, of(from), of(to), share); });
   now.coupling_damping = between(from.coupling_damping, to.coupling_damping, share);
   now.X_WD.p = share >= 1.0 ? to.X_WD.p : Vector3(from.X_WD.p + share * (to.X_WD.p - from.X_WD.p));
   now.X_WD.q = between(from.X_WD.q, to.X_WD.q, share);

@@ -16,13 +16,14 @@
 
 namespace hapticd {
 
-/// Time a change takes, s, at least. Shorter: a force step that can be felt; longer: sluggish knobs.
+/// Time a change takes, s, at least. Shorter: a force step that can be felt; longer: sluggish
+/// knobs.
 inline constexpr double kSettingsRamp_s = 0.05;
 
 /// Largest rate at which a force that is proportional to a scale follows it, 1/s, as a logarithm.
 /// In a network of springs of which one changes from a to b no force moves in 1 ms by more than
-/// (1 - exp(-r)) / (1 - exp(-r N)) of its way, r being this in 1 ms and N the ms it takes: each is a
-/// sum of terms k / (k + c). 55 keeps that below 3/50 for N >= 50; larger: a step that is felt.
+/// (1 - exp(-r)) / (1 - exp(-r N)) of its way, r being this in 1 ms and N the ms it takes: each is
+/// a sum of terms k / (k + c). 55 keeps that below 3/50 for N >= 50; larger: a step that is felt.
 inline constexpr double kScalePace_per_s = 55.0;
 
 /// Settings of a tool and of all strings; those of single strings are StringParameters.
@@ -70,7 +71,8 @@ class StringBlend {
 struct WayLength {
   double most = 0.0;
   /// Of those whose law has an edge: on one side of it force does not change at all, as friction
-  /// does not while a string sticks, so that all of its change may fall into a small part of the way.
+  /// does not while a string sticks, so that all of its change may fall into a small part of the
+  /// way.
   double edged = 0.0;
 };
 

@@ -71,8 +71,8 @@ double stiffest_of(const SettingsChange& change) noexcept {
   return std::max(change.from.tools.front().coupling.kt, change.to.tools.front().coupling.kt);
 }
 
-/// How fast the map of `live` may move a hand at p_DH along a change, m per share; turning counts at
-/// the coupling's length.
+/// How fast the map of `live` may move a hand at p_DH along a change, m per share; turning counts
+/// at the coupling's length.
 double pull_rate(const LiveSettings& from, const LiveSettings& to, const LiveSettings& live,
                  const Array3& p_DH) noexcept {
   const double way = (to.X_WD.p - from.X_WD.p).norm();
@@ -152,7 +152,8 @@ double next_share(const SettingsChange& change, double share, double dt_s, const
     const double stretched = stretch_of(tools[k], now.coupling.length);
     if (!(kt * stretched > kTouchingForce)) continue;
     const double least = kLeastStep / (kt * stretched);
-    const double edge = std::max(least, kSharePerStep * change.edged * std::min(share, 1.0 - share));
+    const double edge =
+        std::max(least, kSharePerStep * change.edged * std::min(share, 1.0 - share));
     step = std::min(step, edge / std::max(change.edged, edge));
     const double room = stretched * (change.straight ? least : std::max(least, kSharePerStep));
     const double rate = pull_rate(change.from.tools[k], change.to.tools[k], now, tools[k].p_DH);

@@ -17,8 +17,8 @@ struct SettingsChange {
   SceneSettings to;
   SceneSettings from;  ///< room for what was in force when the ramp began
   // Follow from both (measure).
-  double time_s = 0.0;  ///< that the ramp takes at least
-  double edged = 0.0;   ///< WayLength::edged of all
+  double time_s = 0.0;    ///< that the ramp takes at least
+  double edged = 0.0;     ///< WayLength::edged of all
   bool straight = false;  ///< there are straight strings
 };
 
@@ -42,9 +42,10 @@ HD_REALTIME void begin_change(const PlayedScene& scene, SettingsChange& change) 
 /// Writes what follows from the two ends of `change`.
 HD_REALTIME void measure(SettingsChange& change) noexcept;
 
-/// The share of `change` after a tick of `dt_s` that began at `share`, each tool of `scene` being as
-/// `tools` says. A map that moves stretches the coupling of a tool in touch by no more than may be
-/// felt; a scale with an edge begins and ends so slowly that the part beyond the edge may be small.
+/// The share of `change` after a tick of `dt_s` that began at `share`, each tool of `scene` being
+/// as `tools` says. A map that moves stretches the coupling of a tool in touch by no more than may
+/// be felt; a scale with an edge begins and ends so slowly that the part beyond the edge may be
+/// small.
 [[nodiscard]] HD_REALTIME double next_share(const SettingsChange& change, double share, double dt_s,
                                             const PlayedScene& scene,
                                             std::span<const PulledTool> tools) noexcept;

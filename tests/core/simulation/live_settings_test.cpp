@@ -123,7 +123,8 @@ TEST_CASE("a way takes as long as its logarithm, and 50 ms at least") {
   tight.tension = 1000.0;
   StringParameters slack = tight;
   slack.tension = 0.0;
-  CHECK(ramp_time(way_length(tight, slack, 1000.0)) == doctest::Approx(std::log(1000001.0) / kScalePace_per_s));
+  CHECK(ramp_time(way_length(tight, slack, 1000.0)) ==
+        doctest::Approx(std::log(1000001.0) / kScalePace_per_s));
 }
 
 TEST_CASE("in any network of springs a change of one moves no force by more than 3/50 of its way") {

@@ -1,5 +1,6 @@
 // Every live parameter, changed while a tool is pressed. The truth is the course of the force at
-// rest: scenes that begin with the parameter somewhere on its way, so that no ramp has a part in it.
+// rest: scenes that begin with the parameter somewhere on its way, so that no ramp has a part in
+// it.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -74,8 +75,7 @@ quality { automatic { budget_us: 400 } }
            Vector3(0.0, -0.005, -0.0195), y},
           {"smooth string", string_scene("STRING_MODEL_DEFLECTING", "torque {}\n"),
            Vector3(0.0, -0.005, -0.02), y},
-          {"straight string",
-           string_scene("STRING_MODEL_RIGID", "friction { coefficient: 0.3 }\n"),
+          {"straight string", string_scene("STRING_MODEL_RIGID", "friction { coefficient: 0.3 }\n"),
            Vector3(0.0, -0.005, -0.0195), y},
           {"wall", wall, Vector3(0.0, 0.0, 0.003), z}};
 }
@@ -95,7 +95,7 @@ std::optional<SceneSettings> settings_at(const v1::Scene& scene, const Value& va
   AssignmentResult result = assign_parameters(scene, set, 1000.0);
   if (result.code != v1::RESULT_CODE_OK) return std::nullopt;
   const ContactOptions& contact = result.settings.tools[0].contact;
-  if (contact.margin <= contact.skin) return std::nullopt;
+  if (contact.margin <= contact.skin || contact.skin == 0.0) return std::nullopt;
   return std::move(result.settings);
 }
 
@@ -184,7 +184,8 @@ Value pose_value(const std::string& path, double size, SplitMix64& random) {
 }
 
 std::string with_first(std::string path) {
-  for (std::size_t at = path.find('*'); at != std::string::npos; at = path.find('*')) path[at] = '0';
+  for (std::size_t at = path.find('*'); at != std::string::npos; at = path.find('*'))
+    path[at] = '0';
   return path;
 }
 
@@ -238,7 +239,24 @@ std::string text_of(const Value& value) {
   return value.has_text() ? value.text() : value.numbers().ShortDebugString();
 }
 
-/// Plays one way; false where the parameter may not be there.
+/// More in a tick and the string no longer lies where it lay on the finger, rad.
+constexpr double kSlip_rad = 0.1;
+
+/// True where a string slipped round the finger or off it, which no pace makes a small step: what
+/// is pressed from `before` on lies elsewhere now, or nothing is.
+bool slips(const std::optional<Vector3>& before, const ToldTick& told) {
+  if (!before) return false;
+  if (told.tick.contacts.empty()) return true;
+  return before->dot(to_vector(told.tick.contacts[0].nhat_OG_W)) < std::cos(kSlip_rad);
+}
+
+/// The normal of the string that is pressed.
+std::optional<Vector3> string_normal(const ToldTick& told) {
+  if (told.tick.contacts.empty() || told.tick.strings.empty()) return std::nullopt;
+  return to_vector(told.tick.contacts[0].nhat_OG_W);
+}
+
+/// Plays one way, where the scene takes its ends.
 void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
   const auto from = settings_at(scene, way.from);
   auto to = settings_at(scene, way.to);
@@ -246,33 +264,36 @@ void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
   const Vector3 p_DH = device_at(*from, touch.p_WH);
   LoopRun run(touch.scene);
   Felt last = press(run, *from, touch, p_DH);
-  const Felt first = last;
   run.change(std::make_unique<SettingsChange>(SettingsChange{0, 0, *to, *to}));
   double step_N = 0.0;
   double step_Nm = 0.0;
-  int ticks = 0;
-  int at = 0;
   bool over = false;
   bool touches = true;
-  for (; !over && ticks < kLongest; ++ticks) {
+  std::optional<Vector3> normal;
+  for (int ticks = 0; !over && ticks < kLongest; ++ticks) {
     const ToldTick& told = run.tick(p_DH);
     over = count<SettingsRetired>(told) > 0;
     const Felt now = felt(run, told);
+    if (touches && slips(normal, told)) {
+      MESSAGE(touch.name << ", " << way.to.path() << ": the string slips, "
+                         << (now.f - last.f).norm() << " N");
+      touches = false;
+    }
     if (touches) {
-      if ((now.f - last.f).norm() > step_N) at = ticks;
       step_N = std::max(step_N, (now.f - last.f).norm());
       step_Nm = std::max(step_Nm, (now.t - last.t).norm());
     }
     touches = touches && now.f.norm() > 0.0;
+    normal = string_normal(told);
     last = now;
   }
   const Felt most = excursion(touch, scene, way, p_DH);
   const double bound_N = std::max(kShare * most.f[0], kFelt_N);
   const double bound_Nm = std::max(kShare * most.t[0], kFelt_N * kArm_m);
-  std::printf("%s%-16s %-40s %10s -> %-10s F %.4f -> %.4f N, %5d ticks, step %.3f of %.3f mN at %d, %.4f of %.4f mNm, lost %d\n",
-              step_N > bound_N || step_Nm > bound_Nm ? "BAD " : "ok  ", touch.name, way.to.path().c_str(), text_of(way.from).c_str(),
-              text_of(way.to).c_str(), first.f.norm(), last.f.norm(), ticks, 1e3 * step_N,
-              1e3 * bound_N, at, 1e3 * step_Nm, 1e3 * bound_Nm, !touches);
+  CAPTURE(touch.name);
+  CAPTURE(way.to.path());
+  CAPTURE(text_of(way.from));
+  CAPTURE(text_of(way.to));
   CHECK(over);
   CHECK(step_N <= bound_N);
   CHECK(step_Nm <= bound_Nm);
@@ -306,10 +327,10 @@ TEST_CASE("the touches of this test have every live parameter that a scene can h
 }
 
 TEST_CASE("no live change moves the force in touch by a step: 3/50 of its course, or 5 mN") {
-  for (std::int64_t k = 0; k < scaled(40); ++k) check_seed(0x11fe + static_cast<std::uint64_t>(k));
+  for (std::int64_t k = 0; k < scaled(20); ++k) check_seed(0x11fe + static_cast<std::uint64_t>(k));
   std::random_device fresh;
   const std::uint64_t seed = fresh();
-  std::printf("fresh seed %llu\n", static_cast<unsigned long long>(seed));
+  MESSAGE("fresh seed " << seed);
   check_seed(seed);
 }
 
