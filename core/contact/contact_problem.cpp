@@ -179,6 +179,7 @@ bool ContactProblem::settled(const PoseError& error_GH) noexcept {
   const std::optional<Wrench> F_H_W = balanced_wrench(view(), error_GH);
   if (!F_H_W) return false;
   --result_->sub_steps;
+  strings_.keep_lateral(*state_);
   state_->F_H_W = *F_H_W;
   result_->F_H_W = *F_H_W;
   result_->status = ContactStatus::kConverged;

@@ -33,6 +33,15 @@ void add_pair(const ContactView& view, const ActiveContact& active, Wrench& F_H_
   pulls.string[s] -= (active.multiplier * share) * contact.nhat_OG_W;
 }
 
+/// Adds what a string pulls tool and soft parts by along its axis.
+void add_lateral(const StringBlock& block, Wrench& F_H_W, Pulls& pulls) noexcept {
+  if (block.lateral_force == 0.0) return;
+  const Vector3 f = block.lateral_force * block.axis_W;
+  F_H_W.f += f;
+  F_H_W.t += block.p_GS_W.cross(f);
+  for (std::size_t p = 0; p < block.parts; ++p) pulls.part[p] += block.part_share[p] * f;
+}
+
 bool balanced(const ContactView& view, const Pulls& pulls, double tolerance) noexcept {
   for (std::size_t k = 0; k < view.state.parts.size(); ++k) {
     const PartBlock& part = view.parts.block(k);
@@ -62,6 +71,9 @@ std::optional<Wrench> balanced_wrench(const ContactView& view, const PoseError& 
   }
   for (std::size_t k = 0; k < view.state.parts.size(); ++k) {
     pulls.part[k] = view.parts.block(k).pull_W;
+  }
+  for (std::size_t k = 0; k < view.state.touched.size(); ++k) {
+    add_lateral(view.strings.block(k), F_H_W, pulls);
   }
   for (int k = 0; k < view.result.active_count; ++k) {
     const ActiveContact& active = view.result.active[static_cast<std::size_t>(k)];
