@@ -202,8 +202,7 @@ PoseError ContactProblem::prepare() noexcept {
 
 // Saves the linearisation that would only confirm the last one.
 bool ContactProblem::settled(const PoseError& error_GH) noexcept {
-  if (!full_step_ || result_->queries != queries_ || result_->active_count == 0 ||
-      YieldingStrings::pull_aside(at())) {
+  if (!full_step_ || result_->queries != queries_ || result_->active_count == 0) {
     return false;
   }
   const std::optional<Wrench> F_H_W = balanced_wrench(view(), error_GH);

@@ -16,7 +16,6 @@ struct PointJacobian {
   static constexpr std::size_t kColumns = kToolDof + 2 + 3 * kMaxSoftParts;
   std::array<Vector3, kColumns> column;
   std::array<std::size_t, kColumns> unknown;
-  std::size_t of_tool = kToolDof;  ///< columns that move the tool; those of the string follow
   std::size_t count = kToolDof;
 };
 
@@ -28,7 +27,6 @@ void add_part(const PartBlock& part, double share, PointJacobian& J) noexcept {
     J.column[J.count][static_cast<Eigen::Index>(k)] = share;
     J.unknown[J.count++] = static_cast<std::size_t>(part.unknown) + k;
   }
-  J.of_tool = J.count;
 }
 
 /// Lets the string move against the point by `share` of its deflection.
@@ -127,24 +125,45 @@ Matrix3 rotation_hessian(const Vector3& phi) noexcept {
   return across * Matrix3::Identity() + (1.0 - across) * axis * axis.transpose();
 }
 
+/// The tool with its soft parts, as they move the place `p_GC_W` of a string's contact.
+PointJacobian contact_jacobian(const ContactView& view, const StringBlock& block,
+                               const Vector3& p_GC_W) noexcept {
+  PointJacobian J = point_jacobian(p_GC_W);
+  for (std::size_t p = 0; p < block.parts; ++p) {
+    add_part(view.parts.block(p), block.part_share[p], J);
+  }
+  return J;
+}
+
+/// The lateral force, and how it changes as the vertex goes along with the tool, and across.
+void add_lateral(const ContactView& view, const StringBlock& block, ArrowMatrix& H,
+                 Unknowns& downhill) noexcept {
+  const PointJacobian J = contact_jacobian(view, block, block.p_GS_W);
+  std::array<double, PointJacobian::kColumns> along;
+  for (std::size_t i = 0; i < J.count; ++i) {
+    along[i] = J.column[i].dot(block.axis_W);
+    downhill[J.unknown[i]] += block.lateral_force * along[i];
+    for (std::size_t j = 0; j <= i; ++j) {
+      H(J.unknown[i], J.unknown[j]) += block.axial_stiffness * along[i] * along[j];
+    }
+    if (block.unknown < 0) continue;
+    H(static_cast<std::size_t>(block.unknown), J.unknown[i]) += block.mixed_stiffness * along[i];
+  }
+}
+
 /// Friction and lateral force of the touched strings: their downhill gradient and stiffness.
-void add_friction(const ContactView& view, ArrowMatrix& H, Unknowns& downhill) noexcept {
+void add_tangential(const ContactView& view, ArrowMatrix& H, Unknowns& downhill) noexcept {
   for (std::size_t k = 0; k < view.state.touched.size(); ++k) {
     const StringBlock& block = view.strings.block(k);
-    if (block.lateral_force == 0.0 && block.slip_stiffness == 0.0) continue;
+    if (block.lateral_force != 0.0) add_lateral(view, block, H, downhill);
+    if (block.slip_stiffness == 0.0) continue;
     const StringBend& bend = view.state.touched[k].bend;
-    const double share = block.unknown < 0 ? 0.0 : deflection_share(bend, block.lambda);
-    PointJacobian J = point_jacobian(block.p_GC_W);
-    for (std::size_t p = 0; p < block.parts; ++p) {
-      add_part(view.parts.block(p), block.part_share[p], J);
-    }
-    add_string(block, share, J);
+    PointJacobian J = contact_jacobian(view, block, block.p_GC_W);
+    add_string(block, block.unknown < 0 ? 0.0 : deflection_share(bend, block.lambda), J);
     const Vector3& n = block.nhat_W;
     const Vector3 friction = -block.slip_stiffness * block.slip_W;
-    const Vector3 lateral = block.lateral_force * block.axis_W;
-    // The string's ends hold it along its axis: there only the tool gains.
     for (std::size_t i = 0; i < J.count; ++i) {
-      downhill[J.unknown[i]] += J.column[i].dot(i < J.of_tool ? friction + lateral : friction);
+      downhill[J.unknown[i]] += J.column[i].dot(friction);
     }
     add_quadratic(J, block.slip_stiffness * (Matrix3::Identity() - n * n.transpose()), H);
   }
@@ -225,7 +244,7 @@ void Linearisation::build(const ContactView& view, const PoseError& error_GH,
   for (int k = 0; k < view.state.active_count; ++k) {
     subtract_curvature(view, {tool, obstacles}, view.state.active[static_cast<std::size_t>(k)], H);
   }
-  add_friction(view, H, scale.downhill);
+  add_tangential(view, H, scale.downhill);
   add_grips(view, H, scale.downhill);
   const Matrix3 rotation = rotation_hessian(error_GH.dtheta);
   H.scale(scale.inverse_root);

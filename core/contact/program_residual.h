@@ -17,9 +17,9 @@ struct ProgramResidual {
 };
 
 /// Of the program that `model` has set and rows have been added to.
-[[nodiscard]] HD_REALTIME ProgramResidual program_residual(
-    const QpProblem& problem, const QpSolution& solution, const Linearisation& model,
-    const CouplingStiffness& stiffness) noexcept;
+[[nodiscard]] HD_REALTIME ProgramResidual
+program_residual(const QpProblem& problem, const QpSolution& solution, const Linearisation& model,
+                 const CouplingStiffness& stiffness) noexcept;
 
 /// Without a program's solution: what coupling and `F_H_W` leave over on the tool, N; of torque at
 /// the coupling's length.

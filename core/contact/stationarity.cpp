@@ -34,6 +34,15 @@ void add_pair(const ContactView& view, const ActiveContact& active, Wrench& F_H_
   pulls.string[s] -= (active.multiplier * share) * contact.nhat_OG_W;
 }
 
+/// Adds what a string pulls tool and soft parts by along its axis.
+void add_lateral(const StringBlock& block, Wrench& F_H_W, Pulls& pulls) noexcept {
+  if (block.lateral_force == 0.0) return;
+  const Vector3 f = block.lateral_force * block.axis_W;
+  F_H_W.f += f;
+  F_H_W.t += block.p_GS_W.cross(f);
+  for (std::size_t p = 0; p < block.parts; ++p) pulls.part[p] += block.part_share[p] * f;
+}
+
 /// Adds what an anchor does at `p_GC_W` to tool and soft parts, by their shares.
 void add_anchor(const Vector3& f, const Vector3& p_GC_W, std::span<const double> part_share,
                 Wrench& F_H_W, Pulls& pulls) noexcept {
@@ -87,6 +96,9 @@ std::optional<Wrench> balanced_wrench(const ContactView& view, const PoseError& 
   }
   for (std::size_t k = 0; k < view.state.parts.size(); ++k) {
     pulls.part[k] = view.parts.block(k).pull_W;
+  }
+  for (std::size_t k = 0; k < view.state.touched.size(); ++k) {
+    add_lateral(view.strings.block(k), F_H_W, pulls);
   }
   for (int k = 0; k < view.result.active_count; ++k) {
     const ActiveContact& active = view.result.active[static_cast<std::size_t>(k)];

@@ -16,7 +16,7 @@ namespace hapticd {
 inline constexpr double kSettledShare = 0.1;
 
 /// The wrench of the forces of the last program, which view.result names, at the pose reached, if
-/// it balances tool and strings there; none else, and never with lateral force. `view`
+/// it balances tool and strings there; none else. `view`
 /// is of that pose, strings and soft parts are built there, and its contacts are in the order of
 /// the last program; `error_GH` is the error there.
 [[nodiscard]] HD_REALTIME std::optional<Wrench> balanced_wrench(const ContactView& view,

@@ -27,6 +27,7 @@ struct PairShare {
   double multiplier;  ///< N
   Vector3 direction;  ///< of its force on the tool
   double part_compliance;
+  double radius;  ///< of the tool's sphere, m
 };
 
 /// Sums force, and place and lambda weighted with it.
@@ -35,6 +36,7 @@ void add_pair(const Contact& contact, const PairShare& pair, PressedString& sum)
   sum.p_WC += pair.multiplier * contact.p_WC;
   sum.lambda += pair.multiplier * contact.lambda;
   sum.force += pair.multiplier;
+  sum.radius += pair.multiplier * pair.radius;
   sum.part_compliance += pair.multiplier * pair.part_compliance;
 }
 
@@ -65,6 +67,7 @@ Wrench settle(const Configuration& at, PressedString& contact) noexcept {
   const auto& [input, state] = at;
   contact.p_WC /= contact.force;
   contact.lambda /= contact.force;
+  contact.radius /= contact.force;
   contact.part_compliance /= contact.force;
   const double pressed = contact.F_W.norm();
   const int k = find_touched(state.touched, contact.string);
@@ -80,15 +83,21 @@ Wrench settle(const Configuration& at, PressedString& contact) noexcept {
   contact.displacement = load.displacement;
   if (!(pressed > 0.0)) return {};
   contact.nhat_W = contact.F_W / pressed;
-  Vector3 change = (load.force - pressed) * contact.nhat_W;
-  if (load.lateral != 0.0) {
-    const Capsule& line = input.obstacles.capsules_W[static_cast<std::size_t>(contact.string)];
-    change += load.lateral * (line.p_B - line.p_A).normalized();
-  }
+  const Vector3 change = (load.force - pressed) * contact.nhat_W;
+  const Vector3 p_GC_W = contact.p_WC - state.X_WG.p;
+  Wrench wrench{change, p_GC_W.cross(change)};
   contact.F_W += change;
+  if (load.lateral != 0.0) {
+    // At the centres of the spheres, which say where along the string it is.
+    const Capsule& line = input.obstacles.capsules_W[static_cast<std::size_t>(contact.string)];
+    const Vector3 f = load.lateral * (line.p_B - line.p_A).normalized();
+    contact.F_W += f;
+    wrench.f += f;
+    wrench.t += (p_GC_W + contact.radius * contact.nhat_W).cross(f);
+  }
   if (touched != nullptr) contact.F_W += touched->tangential_W;
   contact.displacement += contact.part_compliance * contact.force;
-  return {change, (contact.p_WC - state.X_WG.p).cross(change)};
+  return wrench;
 }
 
 }  // namespace
@@ -108,7 +117,8 @@ void find_string_contacts(const ContactView& view, PressedStrings& contacts,
     if (sum == nullptr) continue;
     add_pair(contact,
              {active.multiplier, view.strings.gradient(view.state, contact).linear,
-              part_compliance(view.at(), contact.key.tool_sphere)},
+              part_compliance(view.at(), contact.key.tool_sphere),
+              tree_sphere(view.input.tool, contact.key.tool_sphere).r},
              *sum);
     if (active.multiplier > sum->part_force) {
       sum->part_force = active.multiplier;

@@ -18,10 +18,11 @@ inline constexpr int kMaxPressedStrings = 64;
 /// One string that presses the tool.
 struct PressedString {
   std::int32_t string = 0;
-  Vector3 F_W;         ///< on the tool, friction and lateral force included, N
-  Vector3 nhat_W;      ///< direction of the contact force alone, from string to tool, unit
-  Vector3 p_WC;        ///< mean place of the contact, m
-  double force = 0.0;  ///< |F_r|: of the contact, N, > 0
+  Vector3 F_W;          ///< on the tool, friction and lateral force included, N
+  Vector3 nhat_W;       ///< direction of the contact force alone, from string to tool, unit
+  Vector3 p_WC;         ///< mean place of the contact, m
+  double radius = 0.0;  ///< mean radius of the spheres that touch it, m
+  double force = 0.0;   ///< |F_r|: of the contact, N, > 0
   double lambda = 0.0;
   double deflection = 0.0;  ///< delta, m
   double displacement =

@@ -20,6 +20,43 @@ Deflection law_in_series(const Model& model, const StringBend& bend, double defl
   return law;
 }
 
+/// Halvings of a bracket of deflections: below the rounding of what is looked for.
+constexpr int kHalvings = 50;
+
+/// Where in (0, `deflection`) a string's secant comes to `stiffness`, m; it is on different sides
+/// of it at the two ends.
+template <IsStringModel Model>
+double crossing(const Model& model, double lambda, double deflection, double stiffness) noexcept {
+  double low = 0.0;
+  double high = deflection;
+  const bool rises = model.law(lambda, high).secant > stiffness;
+  for (int k = 0; k < kHalvings; ++k) {
+    const double middle = 0.5 * (low + high);
+    ((model.law(lambda, middle).secant > stiffness) == rises ? high : low) = middle;
+  }
+  return high;
+}
+
+/// Axial force of a string that does not yield and gives min(F(delta), kc D), D = k_s delta: by
+/// that force over D it stores, and this is what that changes along the string, as far as it is the
+/// string's and not kc's.
+template <IsStringModel Model>
+double rigid_lateral(const Model& model, const StringConstants& string, double kc, double lambda,
+                     double deflection) noexcept {
+  const double stiffest = kc * string.k_s;
+  const bool bounded_at_first = model.law(lambda, 0.0).secant > stiffest;
+  const bool bounded = model.law(lambda, deflection).secant > stiffest;
+  double at = deflection;
+  if (bounded == bounded_at_first) {
+    if (bounded) return 0.0;
+    return string.k_s * model.law(lambda, at).lateral_force;
+  }
+  at = crossing(model, lambda, deflection, stiffest);
+  const double there = model.law(lambda, at).lateral_force;
+  if (bounded) return string.k_s * there;
+  return string.k_s * (model.law(lambda, deflection).lateral_force - there);
+}
+
 }  // namespace
 
 Deflection string_law(const ContactInput& input, const StringBend& bend,
@@ -59,11 +96,12 @@ StringLoad string_load(const ContactInput& input, const TouchedString* touched,
   }
   if (!bends(string) || !(string.length > 0.0)) return load;
   load.deflection = load.displacement / string.k_s;
-  const Deflection law = ask_model(
-      string, [&](const auto& model) { return model.law(press.lambda, load.deflection); });
-  load.force = std::min(law.force, kc * load.displacement);
-  // Where kc bounds the force, the string's shape no longer gives it.
-  if (input.instrument.lateral_force && load.force == law.force) load.lateral = law.lateral_force;
+  load.force = ask_model(string, [&](const auto& model) {
+    if (input.instrument.lateral_force) {
+      load.lateral = rigid_lateral(model, string, kc, press.lambda, load.deflection);
+    }
+    return std::min(model.law(press.lambda, load.deflection).force, kc * load.displacement);
+  });
   return load;
 }
 

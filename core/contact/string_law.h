@@ -34,7 +34,9 @@ struct StringLoad {
   double force;         ///< |F_r|, N
   double deflection;    ///< delta, m
   double displacement;  ///< D, m
-  double lateral;       ///< along the axis, of one that does not yield, N; 0 unless asked for
+  /// Along the axis, of one that does not yield, N: with `force` the gradient of one energy of D
+  /// and the place. 0 unless asked for.
+  double lateral;
 };
 
 /// The law of a string that is pressed, and bent as `touched` says (null: not touched). A string

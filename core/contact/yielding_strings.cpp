@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/contact/clearance.h"
+#include "core/contact/stick_anchor.h"
 #include "core/geometry/closest_point.h"
 
 namespace hapticd {
@@ -21,20 +22,27 @@ constexpr double kDirectionless = 1e-9;
 /// Part of `v` across the unit vector `axis`.
 Vector3 across(const Vector3& v, const Vector3& axis) noexcept { return v - axis.dot(v) * axis; }
 
+/// A sphere of the tool that touches a string. `lambda` is of its centre: on a bent string the
+/// nearest points lie beside the vertex, on either leg.
+struct TouchingSphere {
+  Vector3 p_WS;
+  double lambda;
+};
+
 /// Sums over the contacts of one string.
 struct ContactCentre {
   Vector3 p_WC{0.0, 0.0, 0.0};
+  Vector3 p_WS{0.0, 0.0, 0.0};
   Vector3 nhat_W{0.0, 0.0, 0.0};
   double lambda = 0.0;
   double weight = 0.0;
   std::array<double, kMaxSoftParts> part_weight;
 
-  /// `lambda` is that of the tool sphere's centre: on a bent string the nearest points of a sphere
-  /// lie beside its vertex, on either leg.
-  void add(const Contact& contact, double lambda_of_sphere, double share) noexcept {
+  void add(const Contact& contact, const TouchingSphere& sphere, double share) noexcept {
     p_WC += share * contact.p_WC;
+    p_WS += share * sphere.p_WS;
     nhat_W += share * contact.nhat_OG_W;
-    lambda += share * lambda_of_sphere;
+    lambda += share * sphere.lambda;
     weight += share;
   }
   /// Of what is added, the weight of a soft part.
@@ -47,38 +55,37 @@ struct ContactCentre {
 struct TouchSearch {
   const Configuration& at;
   const Capsule& string_W;
+  std::int32_t capsule;
   std::span<const Contact* const> contacts;  ///< those with strings
 };
 
-double lambda_of_sphere(const TouchSearch& search, const Contact& contact) noexcept {
+TouchingSphere touching_sphere(const TouchSearch& search, const Contact& contact) noexcept {
   const double r = tree_sphere(search.at.input.tool, contact.key.tool_sphere).r;
-  return closest_point_on_segment(search.string_W.p_A, search.string_W.p_B,
-                                  contact.p_WC + r * contact.nhat_OG_W)
-      .lambda;
+  const Vector3 p_WS = contact.p_WC + r * contact.nhat_OG_W;
+  return {p_WS, closest_point_on_segment(search.string_W.p_A, search.string_W.p_B, p_WS).lambda};
 }
 
 /// Where the string is touched: the pairs that carried force, by their force; else the nearest
 /// pair, if it is near enough. Weight 0: nowhere.
-ContactCentre find_centre(const TouchSearch& search, std::int32_t capsule,
-                          double near_gap) noexcept {
+ContactCentre find_centre(const TouchSearch& search, double near_gap) noexcept {
   const auto& [input, state] = search.at;
   ContactCentre centre;
   for (std::size_t k = 0; k < state.parts.size(); ++k) centre.part_weight[k] = 0.0;
   const Contact* nearest = nullptr;
   for (const Contact* const place : search.contacts) {
     const Contact& contact = *place;
-    if (contact.key.obstacle != capsule) continue;
+    if (contact.key.obstacle != search.capsule) continue;
     if (nearest == nullptr || contact.gap < nearest->gap) nearest = &contact;
     for (int k = 0; k < state.active_count; ++k) {
       const ActivePair& pair = state.active[static_cast<std::size_t>(k)];
       if (pair.key == contact.key && pair.multiplier > 0.0) {
-        centre.add(contact, lambda_of_sphere(search, contact), pair.multiplier);
+        centre.add(contact, touching_sphere(search, contact), pair.multiplier);
         centre.add_part(find_part(input.parts, state.parts, pair.key.tool_sphere), pair.multiplier);
       }
     }
   }
   if (!(centre.weight > 0.0) && nearest != nullptr && nearest->gap <= near_gap) {
-    centre.add(*nearest, lambda_of_sphere(search, *nearest), 1.0);
+    centre.add(*nearest, touching_sphere(search, *nearest), 1.0);
     centre.add_part(find_part(input.parts, state.parts, nearest->key.tool_sphere), 1.0);
   }
   return centre;
@@ -88,6 +95,7 @@ void place_block(const ContactCentre& centre, const ContactState& state,
                  StringBlock& block) noexcept {
   block.touched = centre.weight > 0.0;
   block.p_GC_W = Vector3::Zero();
+  block.p_GS_W = Vector3::Zero();
   block.nhat_W = Vector3::Zero();
   block.parts = block.touched ? state.parts.size() : 0;
   if (!block.touched) return;
@@ -95,9 +103,47 @@ void place_block(const ContactCentre& centre, const ContactState& state,
     block.part_share[p] = centre.part_weight[p] / centre.weight;
   }
   block.p_GC_W = centre.p_WC / centre.weight - state.X_WG.p;
+  block.p_GS_W = centre.p_WS / centre.weight - state.X_WG.p;
   const double length = centre.nhat_W.norm();
   if (length > 0.0) block.nhat_W = centre.nhat_W / length;
   block.lambda = centre.lambda / centre.weight;
+}
+
+bool is_inside(double lambda) noexcept { return lambda > 0.0 && lambda < 1.0; }
+
+/// True where the vertex goes along the string with the tool: no further than its ends.
+bool slides(const StringBend& bend, const StringBlock& block) noexcept {
+  return block.touched && is_inside(bend.lambda) && is_inside(block.place);
+}
+
+/// How the lateral force changes with place and deflection, kept such that U stays convex. With c
+/// the compliance in series and K the stiffness of both, the string's own part of the deflection is
+/// u - c F, and c takes its share of what changes: 1 - c K of the mixed one.
+void set_axial_stiffness(const ContactInput& input, const StringBend& bend, const Deflection& law,
+                         StringBlock& block) noexcept {
+  block.axial_stiffness = 0.0;
+  block.mixed_stiffness = 0.0;
+  const StringConstants& string = input.strings[static_cast<std::size_t>(bend.capsule)];
+  const double compliance =
+      std::max(0.0, 1.0 / string.contact_stiffness - 1.0 / input.stiffness.kt);
+  const double u = bend.u_W.norm() - compliance * law.force;
+  const double tension = string.tension + law.axial_force;
+  if (!(u > kDirectionless && tension > 0.0) || block.lateral_force == 0.0) return;
+  const double run_1 = bend.lambda * string.length;
+  const double run_2 = (1.0 - bend.lambda) * string.length;
+  const double square_1 = run_1 * run_1 + u * u;
+  const double square_2 = run_2 * run_2 + u * u;
+  const double cube_1 = square_1 * std::sqrt(square_1);
+  const double cube_2 = square_2 * std::sqrt(square_2);
+  const double cosines = -law.lateral_force / tension;
+  const double elastic = string.axial_stiffness / string.length * cosines;
+  const double along = elastic * cosines + tension * u * u * (1.0 / cube_1 + 1.0 / cube_2);
+  const double mixed =
+      elastic * (law.force / tension) - tension * u * (run_1 / cube_1 - run_2 / cube_2);
+  const double rigid = std::max(0.0, 1.0 - compliance * law.slope);
+  block.axial_stiffness = std::max(0.0, along - compliance * rigid * mixed * mixed);
+  const double most = std::sqrt(block.radial_stiffness * block.axial_stiffness);
+  block.mixed_stiffness = std::clamp(rigid * mixed, -most, most);
 }
 
 void set_law(const ContactInput& input, const TouchedString& string, StringBlock& block) noexcept {
@@ -119,30 +165,24 @@ void set_law(const ContactInput& input, const TouchedString& string, StringBlock
   block.radial_stiffness = std::clamp(std::max(law.slope, law.secant), least, greatest);
   block.tangential_stiffness = std::clamp(law.secant, least, greatest);
   block.force = law.force;
-  block.lateral_force = input.instrument.lateral_force && block.touched ? law.lateral_force : 0.0;
+  block.energy = law.energy;
+  block.lateral_force = slides(string.bend, block) ? law.lateral_force : 0.0;
+  set_axial_stiffness(input, string.bend, law, block);
 }
 
-/// What friction bears of a string, N.
-double friction_limit(const ContactInput& input, const TouchedString& string) noexcept {
+/// With what the last program pressed on the string.
+StickAnchor anchor_of(const ContactInput& input, const TouchedString& string) noexcept {
   const auto index = static_cast<std::size_t>(string.bend.capsule);
-  return input.strings[index].friction_coefficient * string.normal_force;
+  return {input.instrument.anchor_stiffness,
+          input.strings[index].friction_coefficient * string.normal_force};
 }
 
-/// Stiffness of the friction spring: its own while it sticks, what leads to mu N while it slips.
-double slip_stiffness(const ContactInput& input, const TouchedString& string,
-                      const Vector3& slip_W) noexcept {
-  const double limit = friction_limit(input, string);
-  const double slip = slip_W.norm();
-  const double stiffness = input.instrument.anchor_stiffness;
-  if (!(limit > 0.0)) return 0.0;
-  return stiffness * slip <= limit ? stiffness : limit / slip;
-}
-
-/// Energy of the friction spring at slip `slip` while it yields at mu N, J: quadratic below, linear
-/// beyond (Huber's function).
-double slip_energy(double stiffness, double limit, double slip) noexcept {
-  const double force = stiffness * slip;
-  return force <= limit ? 0.5 * force * slip : limit * (slip - 0.5 * limit / stiffness);
+/// Along the axis where `step` has gone, N: by the deflection that the hand feels.
+double lateral_force(const ContactInput& input, const StringBlock& block,
+                     const StringMotion& step) noexcept {
+  if (block.lateral_force == 0.0) return 0.0;
+  const StringBend end = moved(block.bend, step);
+  return string_law(input, end, end.u_W.norm()).lateral_force;
 }
 
 /// How far the vertex may go towards the centre without changing a gap by more than `room`.
@@ -151,9 +191,10 @@ double centring_limit(const StringBend& bend, double off_centre, double room) no
   return u > 0.0 ? room * std::min(bend.lambda, 1.0 - bend.lambda) / u : std::abs(off_centre);
 }
 
-/// How far the step takes the tool's material point at the contact's centre, m.
-Vector3 contact_motion(const StringBlock& block, const ConfigurationStep& step) noexcept {
-  Vector3 motion = step.tool.dp + step.tool.dtheta.cross(block.p_GC_W);
+/// How far the step takes the tool's material point at `p_GC_W` of the contact, m.
+Vector3 contact_motion(const StringBlock& block, const Vector3& p_GC_W,
+                       const ConfigurationStep& step) noexcept {
+  Vector3 motion = step.tool.dp + step.tool.dtheta.cross(p_GC_W);
   for (std::size_t k = 0; k < block.parts; ++k) {
     motion += block.part_share[k] * step.parts[k].dv_W;
   }
@@ -165,7 +206,7 @@ Vector3 contact_motion(const StringBlock& block, const ConfigurationStep& step) 
 Vector3 slip_motion(const StringBlock& block, const StringBend& bend, const ConfigurationStep& step,
                     const Vector3& du_W) noexcept {
   const double share = block.unknown < 0 ? 0.0 : deflection_share(bend, block.lambda);
-  return across(contact_motion(block, step) - share * du_W, block.nhat_W);
+  return across(contact_motion(block, block.p_GC_W, step) - share * du_W, block.nhat_W);
 }
 
 bool may_be_touched(const ContactInput& input, const Contact& contact) noexcept {
@@ -222,12 +263,14 @@ bool let_go(const ContactSet& contacts, double skin, TouchedStrings& strings) no
 StringMotion string_motion(const StringBlock& block, const StringBend& bend, const Vector3& du_W,
                            const ConfigurationStep& step) noexcept {
   if (block.unknown < 0 || !block.touched) return {du_W, 0.0, 0.0};
-  const double along = contact_motion(block, step).dot(block.axis_W) / block.length;
+  const double along = contact_motion(block, block.p_GS_W, step).dot(block.axis_W) / block.length;
   const double off_centre = block.lambda - bend.lambda;
   const double limit = centring_limit(bend, off_centre, step.centring_room);
-  const double slid = std::clamp(along, -bend.lambda, 1.0 - bend.lambda);
+  // The tool may leave the vertex behind at an end, and comes back to it there.
+  const double way = std::clamp(block.place + along, 0.0, 1.0) - std::clamp(block.place, 0.0, 1.0);
+  const double slid = std::clamp(way, -bend.lambda, 1.0 - bend.lambda);
   const double dlambda =
-      std::clamp(along + std::clamp(off_centre, -limit, limit), -bend.lambda, 1.0 - bend.lambda);
+      std::clamp(way + std::clamp(off_centre, -limit, limit), -bend.lambda, 1.0 - bend.lambda);
   return {du_W, dlambda, dlambda - slid};
 }
 
@@ -284,9 +327,7 @@ void YieldingStrings::relax(const ContactInput& input, TouchedStrings& strings) 
 void YieldingStrings::finish(const ContactInput& input, TouchedStrings& strings) noexcept {
   if (!input.instrument.friction) return;
   for (TouchedString& string : strings) {
-    const double longest = friction_limit(input, string) / input.instrument.anchor_stiffness;
-    const double slip = string.slip_W.norm();
-    if (slip > longest) string.slip_W *= longest / slip;
+    string.slip_W = anchor_of(input, string).left_of(string.slip_W);
   }
 }
 
@@ -306,14 +347,6 @@ bool YieldingStrings::clear_of_others(const Configuration& at,
   return true;
 }
 
-bool YieldingStrings::pull_aside(const Configuration& at) noexcept {
-  const auto& [input, state] = at;
-  for (const TouchedString& string : state.touched) {
-    if (input.instrument.lateral_force && string.yields) return true;
-  }
-  return false;
-}
-
 int YieldingStrings::build(const Configuration& at, const ContactSet& contacts,
                            int unknowns) noexcept {
   const auto& [input, state] = at;
@@ -330,13 +363,15 @@ int YieldingStrings::build(const Configuration& at, const ContactSet& contacts,
     block.length = input.strings[index].length;
     block.axis_W = (capsule.p_B - capsule.p_A) / block.length;
     block.lambda = string.bend.lambda;
-    block.u_W = string.bend.u_W;
-    place_block(find_centre({at, capsule, {with_strings.begin(), with_strings.size()}},
-                            string.bend.capsule, 2.0 * kTouchSkins * skin_of(input.options)),
-                state, block);
+    block.bend = string.bend;
+    place_block(
+        find_centre({at, capsule, string.bend.capsule, {with_strings.begin(), with_strings.size()}},
+                    2.0 * kTouchSkins * skin_of(input.options)),
+        state, block);
     block.unknown = -1;
     block.force = 0.0;
     block.lateral_force = 0.0;
+    block.place = (state.X_WG.p + block.p_GS_W - capsule.p_A).dot(block.axis_W) / block.length;
     if (string.yields) {
       block.unknown = unknowns;
       unknowns += 2;
@@ -346,7 +381,7 @@ int YieldingStrings::build(const Configuration& at, const ContactSet& contacts,
     // energy.
     block.slip_W = across(string.slip_W, block.nhat_W);
     block.slip_stiffness = input.instrument.friction && block.touched
-                               ? slip_stiffness(input, string, block.slip_W)
+                               ? anchor_of(input, string).stiffness_at(block.slip_W.norm())
                                : 0.0;
   }
   return unknowns;
@@ -386,8 +421,7 @@ double YieldingStrings::travel(const Configuration& at, const ConfigurationStep&
   return travel;
 }
 
-// Elastic energy at the new place of the vertex (a string gives no force along its axis unless
-// asked to, so what sliding changes is no work), and friction.
+// Elastic energy at the old and the new place of the vertex, and friction.
 double YieldingStrings::energy_gain(const Configuration& at,
                                     const ConfigurationStep& step) const noexcept {
   const auto& [input, state] = at;
@@ -398,23 +432,12 @@ double YieldingStrings::energy_gain(const Configuration& at,
     const StringBlock& block = blocks_[k];
     if (string.yields) {
       const StringBend end = moved(string.bend, motion);
-      StringBend start = end;
-      start.u_W = string.bend.u_W;
-      gain += string_law(input, end, end.u_W.norm()).energy -
-              string_law(input, start, start.u_W.norm()).energy;
-      double slid =
-          step.tool.dp.dot(block.axis_W) + step.tool.dtheta.cross(block.p_GC_W).dot(block.axis_W);
-      for (std::size_t p = 0; p < block.parts; ++p) {
-        slid += block.part_share[p] * step.parts[p].dv_W.dot(block.axis_W);
-      }
-      gain -= block.lateral_force * slid;
+      gain += string_law(input, end, end.u_W.norm()).energy - block.energy;
     }
     if (block.slip_stiffness > 0.0) {
-      const double limit = friction_limit(input, string);
+      const StickAnchor anchor = anchor_of(input, string);
       const Vector3 slip = block.slip_W + slip_motion(block, string.bend, step, motion.du_W);
-      const double stiffness = input.instrument.anchor_stiffness;
-      gain += slip_energy(stiffness, limit, slip.norm()) -
-              slip_energy(stiffness, limit, block.slip_W.norm());
+      gain += anchor.energy(slip.norm()) - anchor.energy(block.slip_W.norm());
     }
   }
   return gain;
@@ -423,9 +446,7 @@ double YieldingStrings::energy_gain(const Configuration& at,
 void YieldingStrings::add_stored_energy(const Configuration& at, double& energy) const noexcept {
   for (std::size_t k = 0; k < at.state.touched.size(); ++k) {
     const TouchedString& string = at.state.touched[k];
-    if (string.yields) {
-      energy += string_law(at.input, string.bend, string.bend.u_W.norm()).energy;
-    }
+    if (string.yields) energy += blocks_[k].energy;
     energy += 0.5 * blocks_[k].slip_stiffness * blocks_[k].slip_W.squaredNorm();
   }
 }
@@ -453,11 +474,10 @@ GapGradient YieldingStrings::gradient(const ContactState& state,
   const StringBlock& block = blocks_[static_cast<std::size_t>(gradient.string)];
   const StringBend& bend = state.touched[static_cast<std::size_t>(gradient.string)].bend;
   const bool on_cap = contact.lambda <= 0.0 || contact.lambda >= 1.0;
-  const bool at_end = bend.lambda <= 0.0 || bend.lambda >= 1.0;
-  if (block.unknown < 0 || !block.touched || on_cap || at_end) return gradient;
+  if (block.unknown < 0 || !slides(bend, block) || on_cap) return gradient;
   gradient.slid = deflection_share(bend, contact.lambda) * n.dot(block.axis_W);
   gradient.linear -= gradient.slid * block.axis_W;
-  gradient.angular -= gradient.slid * block.p_GC_W.cross(block.axis_W);
+  gradient.angular -= gradient.slid * block.p_GS_W.cross(block.axis_W);
   return gradient;
 }
 
@@ -475,7 +495,7 @@ void YieldingStrings::settle(const ContactInput& input, std::span<const StringSu
                              const ConfigurationStep& step, ContactState& state) const noexcept {
   for (std::size_t k = 0; k < state.touched.size(); ++k) {
     TouchedString& string = state.touched[k];
-    if (string.yields) string.u_felt_W = blocks_[k].u_W + step.strings[k].du_W;
+    if (string.yields) string.u_felt_W = blocks_[k].bend.u_W + step.strings[k].du_W;
     string.normal_force = 0.0;
     if (!input.instrument.friction || !(sums[k].multiplier > 0.0)) continue;
     const double lambda = sums[k].lambda / sums[k].multiplier;
@@ -487,16 +507,14 @@ void YieldingStrings::settle(const ContactInput& input, std::span<const StringSu
     TouchedString& string = state.touched[k];
     string.tangential_W = Vector3::Zero();
     if (!block.touched) continue;
-    Vector3 f = block.lateral_force * block.axis_W;
-    const double limit = friction_limit(input, string);
-    if (input.instrument.friction && limit > 0.0) {
-      const Vector3 slip =
-          block.slip_W + slip_motion(block, string.bend, step, step.strings[k].du_W);
-      const double length = slip.norm();
-      const double stiffness = input.instrument.anchor_stiffness;
-      f -= (stiffness * length > limit ? limit / length : stiffness) * slip;
-    }
-    string.tangential_W = f;
+    string.tangential_W = lateral_force(input, block, step.strings[k]) * block.axis_W;
+    state.F_H_W.f += string.tangential_W;
+    state.F_H_W.t += block.p_GS_W.cross(string.tangential_W);
+    if (!input.instrument.friction) continue;
+    const Vector3 f =
+        anchor_of(input, string)
+            .force(block.slip_W + slip_motion(block, block.bend, step, step.strings[k].du_W));
+    string.tangential_W += f;
     state.F_H_W.f += f;
     state.F_H_W.t += block.p_GC_W.cross(f);
   }

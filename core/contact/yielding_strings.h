@@ -1,11 +1,13 @@
 // The touched strings as unknowns of the program of a tick. A string that yields adds two, the
 // deflection u of its vertex along two directions normal to the axis,
-//   U(u) = string law in series with the compliance 1/kc - 1/kt,
+//   U(u, lambda) = string law in series with the compliance 1/kc - 1/kt,
 // so that tool and string together press on each other with kc where kt is stiffer. The vertex
-// slides along the string with the contact. Friction is a spring of stiffness ka between the
-// material points of tool and string, that yields at mu N (Coulomb, by return mapping: J. C. Simo
-// and T. J. R. Hughes, "Computational Inelasticity", 1.2). Frames: W. RT: yes, about 0.2 us per
-// string and linearisation.
+// slides along the string with the spheres that touch it, and what that changes of U is work of the
+// tool: the string pulls it along the axis by -dU/dx, x = lambda L, where halves are unequal. So
+// all that a string does to the tool is the gradient of what it stores. Friction is a spring of
+// stiffness ka between the material points of tool and string, that yields at mu N (Coulomb, by
+// return mapping: J. C. Simo and T. J. R. Hughes, "Computational Inelasticity", 1.2). Frames: W.
+// RT: yes, about 0.2 us per string and linearisation.
 #pragma once
 
 #include <array>
@@ -21,7 +23,7 @@ namespace hapticd {
 struct StringBlock {
   int unknown = -1;      ///< of the radial deflection; the tangential one follows; -1: none
   bool touched = false;  ///< the vertex slides with the contact
-  Vector3 u_W;           ///< of the vertex, m
+  StringBend bend;       ///< of the vertex
   Vector3 axis_W;        ///< unit, A to B
   double length = 0.0;   ///< m
   Vector3 radial_W;      ///< unit, along u, or where the contact pushes
@@ -29,12 +31,17 @@ struct StringBlock {
   double radial_stiffness = 1.0;      ///< N/m
   double tangential_stiffness = 1.0;  ///< N/m
   double force = 0.0;                 ///< the string pulls its vertex back by this along -radial, N
-  double lateral_force = 0.0;         ///< on the tool along the axis, N; 0 unless asked for
-  Vector3 p_GC_W;                     ///< centre of the contact from G, m
-  Vector3 nhat_W;                     ///< mean normal of the contact, unit
-  double lambda = 0.0;                ///< of the centre of the contact
-  Vector3 slip_W;                     ///< of the anchor, tangential to this contact, m
-  double slip_stiffness = 0.0;        ///< of friction around the present slip, N/m; 0: none
+  double energy = 0.0;                ///< U, J
+  double lateral_force = 0.0;         ///< on the tool along the axis, -dU/dx, N
+  double axial_stiffness = 0.0;       ///< d2U/dx2, N/m
+  double mixed_stiffness = 0.0;       ///< d2U/dx du, radially, N/m
+  Vector3 p_GS_W;               ///< what the vertex goes with, mean centre of spheres, from G, m
+  Vector3 p_GC_W;               ///< centre of the contact from G, m
+  Vector3 nhat_W;               ///< mean normal of the contact, unit
+  double lambda = 0.0;          ///< of the centre of the contact
+  double place = 0.0;           ///< of p_GS_W along the axis, beyond the ends too, 1
+  Vector3 slip_W;               ///< of the anchor, tangential to this contact, m
+  double slip_stiffness = 0.0;  ///< of friction around the present slip, N/m; 0: none
   /// Share of each soft part in the contact; where there is none of them nothing is set.
   std::array<double, kMaxSoftParts> part_share;
   std::size_t parts = 0;  ///< soft parts that there are
@@ -83,9 +90,6 @@ class YieldingStrings {
   /// True when `step` moves no string into another tool.
   [[nodiscard]] HD_REALTIME static bool clear_of_others(const Configuration& at,
                                                         const ConfigurationStep& step) noexcept;
-
-  /// True where lateral force may act on the tool.
-  [[nodiscard]] HD_REALTIME static bool pull_aside(const Configuration& at) noexcept;
 
   // As UnknownGroup.
   [[nodiscard]] HD_REALTIME int build(const Configuration& at, const ContactSet& contacts,

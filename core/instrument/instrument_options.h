@@ -46,7 +46,7 @@ struct InstrumentOptions {
   int modal_steps = 64;
   bool friction = false;          ///< Coulomb friction with a stick anchor per object
   double anchor_stiffness = 1e5;  ///< of that anchor, N/m, [1e-3, 1e9]
-  bool lateral_force = false;     ///< axial force from unequal angles of the two halves
+  bool lateral_force = false;     ///< axial force of strings that do not yield; others have it
   /// Largest acceleration of a held tool, m/s^2, (0, 1e6]: bounds how much work the vibration may
   /// do in a tick.
   double max_acceleration = 500.0;

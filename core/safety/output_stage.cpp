@@ -63,9 +63,10 @@ Wrench shaped(const SafetyInput& input, const SafetyLimits& limits, SafetyState&
   const Wrench computed = limited(input.F_H_D, {kMaxComputedWrench, kMaxComputedWrench});
   const double removed = state.port.removed;
   PassivityControl control(limits.passivity, input.budget, state.port);
-  Wrench F = control.damped({computed.f * input.gain, computed.t * input.gain}, input.V_DH_D,
-                            input.hold_s);
-  if (state.port.removed > removed) flags |= kSafetyPassivity;
+  Wrench F =
+      control.faded({computed.f * input.gain, computed.t * input.gain}, input.V_DH_D, input.hold_s);
+  F = control.damped(F, input.V_DH_D, input.hold_s);
+  if (state.port.removed > removed || state.port.share < 1.0) flags |= kSafetyPassivity;
   const double growth_s = std::min(input.dt_s, kMaxSlewStep_s);
   bool slew_limited = false;
   F = {slewed(F.f, to_vector(state.f_H_D), kForceSlew * growth_s, slew_limited),

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/safety/energy_debt.h"
+
 namespace hapticd {
 namespace {
 
@@ -30,14 +32,25 @@ void PassivityControl::observe(const Wrench& F_prev, const Twist& displacement,
   port_.given = std::clamp(given, -limits_.credit, limits_.allowance + budget_);
 }
 
+Wrench PassivityControl::faded(const Wrench& F, const Twist& V, double hold_s) noexcept {
+  const double gives = F.f.dot(V.v) + F.t.dot(V.w);
+  const EnergyDebt debt{port_.given - budget_, limits_.allowance, gives > 0.0};
+  port_.share = paying_share(debt, hold_s, port_.share);
+  if (port_.share >= 1.0) return F;
+  port_.removed += (1.0 - port_.share) * std::max(0.0, gives) * hold_s;
+  return {F.f * port_.share, F.t * port_.share};
+}
+
 Wrench PassivityControl::damped(const Wrench& F, const Twist& V, double hold_s) noexcept {
   const double along = F.f.dot(V.v) * hold_s;
   const double about = F.t.dot(V.w) * hold_s;
   const double excess =
       port_.given + along + about - (limits_.soft_share * limits_.allowance + budget_);
   const double gives = std::max(0.0, along) + std::max(0.0, about);
-  if (!(excess > 0.0) || !(gives > 0.0)) return F;
-  const double share = std::min(1.0, excess / gives);
+  if (!(gives > 0.0)) return F;
+  const double at_once = 1.0 - reserve_share({port_.given - budget_, limits_.allowance, true});
+  const double share = std::min(1.0, std::max(at_once, excess / gives));
+  if (!(share > 0.0)) return F;
   port_.removed += share * gives;
   return {along > 0.0 ? without(F.f, V.v, share) : F.f,
           about > 0.0 ? without(F.t, V.w, share) : F.t};

@@ -4,14 +4,16 @@
 // the net energy given to the hand; negative: the hand has put in more. Frames: F_H_D, V_DH_D.
 //
 // The bound: E - (damping of the device that repaid debt) <= allowance + largest budget so far, for
-// every motion within the accelerations below while no tick outlasts hold_s. Two steps:
-//  - soft, from soft_share of the allowance on: takes out the part of the wrench along the motion,
-//    just as much as the next tick would give too much; what presses across the motion stays
+// every motion within the accelerations below while no tick outlasts hold_s. Three steps:
+//  - smooth, well before: the wrench fades while it adds to a debt, by less than 5 % in 10 ms
+//  - soft, below half of the allowance: takes a growing share out of the part of the wrench along
+//    the motion (energy_debt.h), and from soft_share on just as much as the next tick would give
+//    too much; what presses across the motion stays
 //  - hard: shortens the whole wrench so that the worst motion of the next tick cannot pass the
 //  bound
 // Deviation: the publication adds a damping force that may exceed what is taken; here the wrench is
 // only ever reduced, never turned round, since the device's own damping repays the rest and a
-// turned force would buzz at low speed. A pluck gives back less than was put in, so neither step
+// turned force would buzz at low speed. A pluck gives back less than was put in, so no step
 // touches it; what does is a spring too stiff for its delay.
 // RT: yes, about 20 ns.
 #pragma once
@@ -28,8 +30,9 @@ struct PassivityLimits {
   /// handle of 0.15 kg left alone reaches sqrt(2 E/m) = 0.23 m/s at 4 mJ; smaller: fast taps lose
   /// their first newton.
   double allowance = 4e-3;
-  /// Share of the allowance at which the soft step begins, [0, 1].
-  double soft_share = 0.5;
+  /// Share of the allowance from which on the soft step takes out all that is too much, [0, 1].
+  /// Smaller: what owes is cut before it had the time to fade.
+  double soft_share = 0.9;
   /// Largest credit that is remembered, J: what the springs of the scene can store and give back.
   /// Larger: a session of plucking pays for a long buzz; smaller: a spring pressed deep is not paid
   /// back. 22 N on 500 N/m hold 0.48 J.
@@ -48,6 +51,7 @@ struct PassivityLimits {
 struct PortEnergy {
   double given = 0.0;    ///< net energy given to the hand, J, within [-credit, allowance + budget]
   double removed = 0.0;  ///< kept back by the controller since the start, J (as predicted)
+  double share = 1.0;    ///< of the wrench that the slow factor leaves, (0, 1]
 };
 
 /// Observer and controller of a port in one tick.
@@ -59,6 +63,9 @@ class PassivityControl {
 
   /// The observer: `F_prev` was held while the handle moved by `displacement` (m, rad) in `dt_s`.
   HD_REALTIME void observe(const Wrench& F_prev, const Twist& displacement, double dt_s) noexcept;
+
+  /// The smooth step: `F` faded as far as what is owed asks for.
+  [[nodiscard]] HD_REALTIME Wrench faded(const Wrench& F, const Twist& V, double hold_s) noexcept;
 
   /// The soft step: `F` less what it would give too much along `V` in the next `hold_s`.
   [[nodiscard]] HD_REALTIME Wrench damped(const Wrench& F, const Twist& V, double hold_s) noexcept;

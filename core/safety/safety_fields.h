@@ -10,7 +10,7 @@
 
 namespace hapticd {
 
-HD_VISIT_FIELDS(PortEnergy, given, removed)
+HD_VISIT_FIELDS(PortEnergy, given, removed, share)
 
 template <FieldsOf<ThermalLoad> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {

@@ -135,8 +135,17 @@ std::vector<Feature> features_of(const SceneDescription& d) {
                   "friction of " + std::to_string(rough_ones) + " of " +
                       std::to_string(d.bodies.size() + d.lines.size()) + " bodies and lines",
                   "friction of bodies and lines"});
-  list.push_back({o.lateral_force, "lateral force from unequal angles of the two halves",
-                  "lateral force: a bent string does not push along its axis"});
+  if (yields) {
+    list.push_back({true,
+                    "lateral force of strings that yield: all of their force is the gradient "
+                    "of what they store",
+                    ""});
+  }
+  if (rigid) {
+    list.push_back({o.lateral_force, "lateral force of rigid strings, from unequal angles",
+                    "lateral force of rigid strings: gliding along one may give energy, which "
+                    "the limit at the device takes back"});
+  }
   list.push_back({d.tones, "tones at release", "tones: none is sent"});
   return list;
 }

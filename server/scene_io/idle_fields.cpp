@@ -88,7 +88,13 @@ void IdleFields::features() {
   const bool smooth = std::none_of(written_.bodies().begin(), written_.bodies().end(), rough) &&
                       std::none_of(written_.lines().begin(), written_.lines().end(), rough);
   add(written_.has_friction() && rigid && smooth, "friction", no_bend);
-  add(written_.has_lateral_force() && rigid, "lateral_force", no_bend);
+  const bool implied = written_.preset() != v1::PRESET_PAPER ||
+                       std::none_of(strings_.begin(), strings_.end(), [](const Ability& string) {
+                         return string.bends && !string.yields;
+                       });
+  add(written_.has_lateral_force() && (rigid || implied), "lateral_force",
+      rigid ? no_bend
+            : "a string that yields always has it, and one that does not outside of preset PAPER");
   // Of a string that does not bend, release_gap_m ends the touch.
   add(written_.has_release() && none, "release", no_string);
   add(written_.release().has_arm_deflection_m() && !none && rigid, "release.arm_deflection_m",

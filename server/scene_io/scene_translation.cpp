@@ -216,7 +216,8 @@ InstrumentOptions instrument_of(const v1::Scene& scene) {
   options.modes = scene.has_modes() ? static_cast<int>(scene.modes().count()) : 0;
   options.friction = scene.has_friction();
   if (options.friction) options.anchor_stiffness = scene.friction().anchor_stiffness_n_per_m();
-  options.lateral_force = scene.has_lateral_force();
+  // The paper leaves it out; else it is what makes the force of a string a gradient.
+  options.lateral_force = scene.has_lateral_force() || scene.preset() != v1::PRESET_PAPER;
   options.release = {scene.release().arm_deflection_m(), scene.release().release_gap_m(),
                      scene.release().refractory_s()};
   options.tones.enabled = scene.has_tones();

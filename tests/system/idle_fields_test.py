@@ -41,6 +41,8 @@ IDLE = [
     (PLAIN + "\0", "tones {}\n", "", "tones"),
     (FINGER + string(TUNED + " max_level: STRING_LEVEL_FUNDAMENTAL\n") + "vibration {}\n\0", "modes { count: 4 }\n", "", "modes"),
     (FINGER + string(TUNED + " max_level: STRING_LEVEL_RIGID\n") + "\0", "lateral_force {}\n", "", "lateral_force"),
+    (PLAIN + "\0", "lateral_force {}\n", "", "lateral_force"),
+    (FINGER + string(" model: STRING_MODEL_RIGID\n") + "\0", "lateral_force {}\n", "", "lateral_force"),
     (FINGER + string(TUNED + " max_level: STRING_LEVEL_RIGID\n") + "\0", "release {\n arm_deflection_m: 1e-5\n}\n", "", "release.arm_deflection_m"),
     (FINGER + string(TUNED + " max_level: STRING_LEVEL_RIGID\n") + "\0", "friction { coefficient: 0.5 }\n", "", "friction"),
     (FINGER + string(" max_level: STRING_LEVEL_RIGID\n\0") + "friction { coefficient: 0.5 }\n", " friction_coefficient: 0.9\n", "",
@@ -69,7 +71,7 @@ IDLE = [
 RICH_STRING = (" tension_n: 30 youngs_modulus_pa: 1.9e11 frequency_hz: 65.4 decay_s: 0.5 touch_decay_s: 0.03 inharmonicity: 1e-3\n"
                " friction_coefficient: 0.2\n")
 RICH = (FINGER + string(RICH_STRING) + string(TUNED, "B", 0.012) + "vibration {}\nmodes { count: 8 }\nfriction { coefficient: 0.3 }\n"
-        "tones { level: TONE_LEVEL_AMPLITUDE reference_amplitude_m: 0.03 }\nrelease { arm_deflection_m: 4e-4 }\nlateral_force {}\n")
+        "tones { level: TONE_LEVEL_AMPLITUDE reference_amplitude_m: 0.03 }\nrelease { arm_deflection_m: 4e-4 }\n")
 RIGID = FINGER + string(" max_level: STRING_LEVEL_RIGID\n") + "release { release_gap_m: 1e-4 }\n"
 UNTUNED = FINGER + string(" max_level: STRING_LEVEL_%s\n")
 # (scene, field that is idle there and that it cannot do without, what in it is changed to obey the warning, and to what).
@@ -88,10 +90,10 @@ EFFECTIVE = [
         ("decay_s: 0.5 ", "decay_s: 0.3 "), ("touch_decay_s: 0.03", "touch_decay_s: 0.01"), ("inharmonicity: 1e-3", "inharmonicity: 2e-3"),
         ("friction_coefficient: 0.2", "friction_coefficient: 0.4"), ("vibration {}\nmodes { count: 8 }", ""), ("modes { count: 8 }", ""),
         ("coefficient: 0.3", "coefficient: 0.6"), ("reference_amplitude_m: 0.03", "reference_amplitude_m: 0.02"),
-        ("tones { level: TONE_LEVEL_AMPLITUDE reference_amplitude_m: 0.03 }", ""), ("arm_deflection_m: 4e-4", "arm_deflection_m: 2e-3"),
-        ("lateral_force {}", ""))),
+        ("tones { level: TONE_LEVEL_AMPLITUDE reference_amplitude_m: 0.03 }", ""), ("arm_deflection_m: 4e-4", "arm_deflection_m: 2e-3"))),
     (RIGID, "release_gap_m: 1e-4", "release_gap_m: 0.05"),
     (STRAIGHT, "k_s: 1", "k_s: 2"),
+    (STRAIGHT + "lateral_force {}\n", "lateral_force {}\n", ""),
     (FINGER + string(" linear_density_kg_per_m: 1.4e-3\n") + "vibration {}\n", "1.4e-3", "1.5e-3"),
     (FINGER + BUNNY + "solver {\n body_level: 1\n}\n", "body_level: 1", "body_level: 2"),
     (SOFT + WALL, "stiffness_n_per_m: 900", "stiffness_n_per_m: 800"),

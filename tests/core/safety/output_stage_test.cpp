@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "tests/core/safety/hostile.h"
 #include "tests/support/scale.h"
@@ -275,19 +276,24 @@ TEST_CASE("a gain above 1 counts as 1, one below 0 as 0") {
   }
 }
 
-TEST_CASE("with half of the allowance gone, only the force across the motion is written") {
-  SafetyState state;
-  state.port.given = 3e-3;
-  SafetyInput input;
-  input.dt_s = 1e-3;
-  input.enable = true;
-  input.gain = 1.0;
-  input.F_H_D.f = {1, 1, 0};
-  input.V_DH_D.v = {0.1, 0, 0};
-  const SafetyOutput out = limit(input, SafetyLimits{}, state);
-  CHECK(out.f_H_D[0] == doctest::Approx(0.0));
-  CHECK(out.f_H_D[1] == doctest::Approx(1.0));
-  CHECK((out.flags & kSafetyPassivity) != 0);
+TEST_CASE("as the reserve goes, what points along the motion goes with it, and alone") {
+  for (const auto& [given, along] :
+       {std::pair{2e-3, 0.1}, std::pair{3e-3, 0.05}, std::pair{3.8e-3, 0.0}}) {
+    CAPTURE(given);
+    SafetyState state;
+    state.port.given = given;
+    SafetyInput input;
+    input.dt_s = 1e-3;
+    input.enable = true;
+    input.gain = 1.0;
+    input.F_H_D.f = {0.1, 0.1, 0};
+    input.V_DH_D.v = {0.1, 0, 0};
+    const SafetyOutput out = limit(input, SafetyLimits{}, state);
+    // The slow fade has begun, too: by 0.48 % in this tick.
+    CHECK(out.f_H_D[0] == doctest::Approx(along * 0.9952));
+    CHECK(out.f_H_D[1] == doctest::Approx(0.09952));
+    CHECK((out.flags & kSafetyPassivity) != 0);
+  }
 }
 
 TEST_CASE("what a simulated hand feels of a slow fade follows the gain tick by tick") {

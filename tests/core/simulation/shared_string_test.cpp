@@ -139,7 +139,6 @@ TEST_CASE("fingers apart on a string: each bears what the tension pulls at its v
       const bool holds =
           vertex + 1 < points.size() && std::abs(points[vertex].x() - p[k].x()) < 0.05;
       const Vector3 pull = holds ? ensemble.pull(0, vertex++) : Vector3::Zero();
-      // Along the axis, where legs are unequal, a string without lateral force gives none.
       CHECK((F - pull).norm() <= 0.01 * pull.norm() + 1e-3);
       sum += F;
     }

@@ -208,13 +208,23 @@ TEST_CASE("a filled scene says all: loaded again it is the same") {
   }
 }
 
+TEST_CASE("rigid strings have a lateral force but where preset PAPER leaves it out") {
+  const std::string paper = "preset: PRESET_PAPER\n";
+  for (const auto& [text, expected] : {std::pair{std::string(), true}, std::pair{paper, false},
+                                       std::pair{paper + "lateral_force {}\n", true}}) {
+    CAPTURE(text);
+    const LoadResult result = load_inline("name: \"bare\"" + kFinger + text);
+    REQUIRE(result.loaded != nullptr);
+    CHECK(result.loaded->scene->description().instrument.lateral_force == expected);
+  }
+}
+
 TEST_CASE("features that are absent are not modelled") {
   const LoadResult bare = load_inline("name: \"bare\"" + kFinger);
   REQUIRE(bare.loaded != nullptr);
   const SceneDescription& scene = bare.loaded->scene->description();
   CHECK_FALSE(scene.instrument.vibration);
   CHECK_FALSE(scene.instrument.friction);
-  CHECK_FALSE(scene.instrument.lateral_force);
   CHECK_FALSE(scene.instrument.pitch_glide);
   CHECK_FALSE(scene.instrument.tones.enabled);
   CHECK(scene.instrument.modes == 0);
