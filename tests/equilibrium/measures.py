@@ -25,14 +25,17 @@ def forces_of(states):
 def into_touch(player, start):
     """The nearest place of the hand along an axis at which it feels a force: (place, direction), or None."""
     found = None
-    for direction in np.vstack((-np.eye(3), np.eye(3))):
-        player.session.load_scene(player.scene_name)
-        states = player.run([start] * 3 + [start + 5e-4 * k * direction for k in range(500)])
-        strength = np.linalg.norm(forces_of(states), axis=1)
-        hits = np.nonzero(strength > 0.1)[0]
-        if len(hits) and (found is None or hits[0] < found[0]):
-            found = (hits[0], start + 5e-4 * (hits[0] - 3) * direction, direction)
-    return found[1:] if found else None
+    for step in (5e-4, 2e-3):
+        for direction in np.vstack((-np.eye(3), np.eye(3))):
+            player.session.load_scene(player.scene_name)
+            states = player.run([start] * 3 + [start + step * k * direction for k in range(500)])
+            strength = np.linalg.norm(forces_of(states), axis=1)
+            hits = np.nonzero(strength > 0.1)[0]
+            if len(hits) and (found is None or hits[0] < found[0]):
+                found = (hits[0], start + step * (hits[0] - 3) * direction, direction)
+        if found:
+            return found[1:]
+    return None
 
 
 def loops(player, name):
@@ -65,6 +68,26 @@ def loops(player, name):
         player.run([middle + (place - middle) * k / 20 for k in range(21)])
     return {"laps": len(works), "gain_uj": 1e6 * max(works), "loss_uj": -1e6 * min(works), "median_uj": 1e6 * float(np.median(works)),
             "largest_n": largest}
+
+
+GLIDES = {"a string that yields": "", "a string that yields, with lateral_force": "lateral_force {}", "preset paper": "preset: PRESET_PAPER"}
+
+
+def glide(player, extras, depth=4e-3, speed=0.3):
+    """Work on the hand of a lap: press a string in its middle, glide to a twentieth of it, lift, back in the air. As loops()."""
+    player.load('name: "glide" tools { name: "tool" parts { name: "part" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } } '
+                'pose_wg { p_m: [0, 0.0084, 0.0003] } } strings { name: "string" p_wa_m: [-0.55, 0, 0] p_wb_m: [0.55, 0, 0] } torque {} ' + extras)
+    a, b, top, z = 0.0, -0.495, 0.0064, 3e-4
+    press, way = int(depth / 3e-5), int((a - b) / (speed * 1e-3))
+    lap = ([(a, top - depth * k / press, z) for k in range(press)] + [(a + (b - a) * k / way, top - depth, z) for k in range(way)] +
+           [(b, top - depth + depth * k / press, z) for k in range(press)] + [(b + (a - b) * k / way, top, z) for k in range(way)] + [(a, top, z)])
+    player.run(lap)
+    works, largest = [], 0.0
+    for _ in range(3):
+        f = forces_of(player.run(lap))
+        works.append(float(np.sum(0.5 * (f[:-1] + f[1:]) * np.diff(np.array(lap), axis=0))))
+        largest = max(largest, float(np.linalg.norm(f, axis=1).max()))
+    return {"laps": 3, "gain_uj": 1e6 * max(works), "loss_uj": -1e6 * min(works), "median_uj": 1e6 * float(np.median(works)), "largest_n": largest}
 
 
 HOLD = """name: "hold" tools { name: "tool" parts { name: "part" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
