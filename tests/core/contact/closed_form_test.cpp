@@ -1,6 +1,5 @@
 // Forces of a single sphere against closed forms: press with offset, lever, wedge of two strings,
-// flat plate of spheres. Truth: the energy minimum on the exact obstacle, fattened by the skin the
-// options ask for.
+// flat plate of spheres. Truth: the energy minimum on the exact obstacle.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -17,8 +16,8 @@ constexpr int kTicks = 20;
 
 Capsule string_along_x(double y, double z) { return {{-0.55, y, z}, {0.55, y, z}, kString}; }
 
-/// Distance of the two centres at contact, skin included.
-double contact_distance() { return kTip + kString + ContactOptions{}.skin; }
+/// Distance of the two centres at contact.
+constexpr double contact_distance() { return kTip + kString; }
 
 }  // namespace
 
@@ -115,7 +114,7 @@ TEST_CASE("pressed on a flat plate the force is kt times the depth, whatever the
     ToolRun run(scene, pose_at({0, 0.01, 0}));
     run.stiffness.kt = kt;
     run.hold(pose_at({0, kTip - 2e-3, 0}), kTicks);
-    CHECK(run.result.F_H_W.f.y() / kt == doctest::Approx(2e-3 + run.options.skin).epsilon(1e-6));
+    CHECK(run.result.F_H_W.f.y() / kt == doctest::Approx(2e-3).epsilon(1e-6));
   }
 }
 

@@ -12,12 +12,15 @@
 #include "tests/support/guarded_step.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/truth/exact_statics.h"
 
 namespace hapticd::test {
 namespace {
 
 constexpr double kTip = 5e-3;
 constexpr double kString = 0.34e-3;
+/// Of the lines that are nearly one, m: what it adds to a force is below their difference.
+constexpr double kThinSkin = 1e-9;
 const std::vector<Sphere> kTool{{{0, 0, 0}, kTip}};
 
 RenderingScene string_scene() {
@@ -136,14 +139,36 @@ TEST_CASE("a tool in a slot exactly as wide as itself stays finite and keeps out
   }
 }
 
-TEST_CASE("nearly parallel strings are one obstacle, not a contradiction") {
-  const RenderingScene one = string_scene();
-  RenderingScene two = string_scene();
-  two.capsules_W.push_back({{-0.55, -1e-8, -5.5e-8}, {0.55, 0, 5.5e-8}, kString});
-  ToolRun run_one(one, pose_at({0, 0.02, 0}));
-  ToolRun run_two(two, pose_at({0, 0.02, 0}));
-  const Pose X_WH = pose_at({0, kTip - 2e-3, 0.5e-3});
-  CHECK((run_one.hold(X_WH, 20).F_H_W.f - run_two.hold(X_WH, 20).F_H_W.f).norm() < 1e-3);
+TEST_CASE("lines that differ by 1e-9 to 1e-6 rad are what the exact statics makes of them") {
+  // From 1e-9 rad, where the two are one to rounding, to where the one that is higher bears the
+  // tip.
+  for (const double angle : {1e-9, 1e-8, 1e-7, 1e-6}) {
+    for (const double x : {0.0, 0.2, -0.4}) {
+      CAPTURE(angle);
+      CAPTURE(x);
+      RenderingScene scene = string_scene();
+      const double slant = 0.55 * angle;
+      scene.capsules_W.push_back({{-0.55, -slant, -slant}, {0.55, slant, slant}, kString});
+      ToolRun run(scene, pose_at({x, 0.02, 0}));
+      run.options.skin = kThinSkin;
+      const Pose X_WH = pose_at({x, kTip - 2e-3, 0.5e-3});
+      const Vector3 felt = run.hold(X_WH, 20).F_H_W.f;
+      const StaticScene exact{scene.tool_spheres, {}, scene.capsules_W, {}};
+      const StaticRest rest = rest_from(exact, X_WH, free_place(exact, pose_at({x, 0.006, 0})));
+      CHECK(converged(rest));
+      CHECK((felt - rest.F_H_W.f).norm() < 3.0 * run.stiffness.kt * kThinSkin);
+      // One line alone gives the same but for how much higher the other one is, and which way it
+      // leans.
+      const RenderingScene one = string_scene();
+      ToolRun alone(one, pose_at({x, 0.02, 0}));
+      alone.options.skin = kThinSkin;
+      const double higher = 2.0 * std::abs(x) * angle;
+      const Vector3 of_one = alone.hold(X_WH, 20).F_H_W.f;
+      CHECK((felt - of_one).norm() <
+            1e-9 + run.stiffness.kt * higher + 2.0 * angle * of_one.norm());
+      CHECK(of_one.norm() > 1.0);
+    }
+  }
 }
 
 TEST_CASE(

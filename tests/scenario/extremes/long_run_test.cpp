@@ -1,7 +1,9 @@
 // Long runs in virtual time (tests/EXTREMES.md): 1e8 ticks by tests/long, a hundredth in the
-// usual build. Truth: a force that is the same in every period, and unit quaternions.
+// usual build. Truth: a force that is the same in every period, unit quaternions, and where strings
+// ring and stick, play that ends as it began.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -16,6 +18,8 @@ namespace hapticd::test {
 namespace {
 
 constexpr int kPeriod = 500;
+/// Periods at the beginning and at the end that are compared.
+constexpr std::int64_t kEnds = 8;
 
 /// 1e8 at scale 1, 1e6 in the usual build, 1e4 under a sanitizer: the scale twice.
 std::int64_t periods() { return scaled(scaled(100'000'000)) / kPeriod + 3; }
@@ -23,7 +27,11 @@ std::int64_t periods() { return scaled(scaled(100'000'000)) / kPeriod + 3; }
 struct Course {
   Vector3 first_f{0, 0, 0};  ///< at the end of the second period
   Vector3 last_f{0, 0, 0};
-  double worst_norm = 0.0;  ///< ||q| - 1| of G
+  double worst_norm = 0.0;     ///< ||q| - 1| of G
+  double largest_force = 0.0;  ///< N
+  double early_force = 0.0;    ///< largest of the first kEnds periods, N
+  double late_force = 0.0;     ///< largest of the last kEnds periods, N
+  std::int64_t tones = 0;
   std::int64_t ticks = 0;
 };
 
@@ -38,6 +46,13 @@ Course play_long(const Scene& scene, const std::vector<Pose>& cycle) {
     for (const Pose& X_WH : cycle) {
       ++tick;
       output.step(*play.simulation, {tick * 1'000'000, to_array(X_WH.p), to_array(X_WH.q)});
+      const double force = output.tool(0).F_computed_H_W.f.norm();
+      course.largest_force = std::max(course.largest_force, force);
+      if (period < kEnds) course.early_force = std::max(course.early_force, force);
+      if (period >= count - kEnds) course.late_force = std::max(course.late_force, force);
+      for (const StringEvent& event : output.events()) {
+        if (event.kind == StringEventKind::kTone) ++course.tones;
+      }
     }
     const RenderedTool& now = output.tool(0);
     if (period == 1) course.first_f = now.F_computed_H_W.f;
@@ -88,6 +103,38 @@ TEST_CASE("a hundred million ticks of a hand that goes round and round come back
     CHECK((course.last_f - course.first_f).norm() < 1e-9);
     CHECK(course.first_f.norm() > 0.05);
     CHECK(course.worst_norm < 1e-12);
+  }
+}
+
+TEST_CASE(
+    "a hundred million ticks of playing with friction, vibration and modes end as they began") {
+  for (const Computation& computation : kBoth) {
+    CAPTURE(computation.name());
+    SceneDescription description = crowded_scene(computation, 1);
+    description.instrument.friction = true;
+    description.instrument.vibration = true;
+    description.instrument.modes = 16;
+    const Scene scene(std::move(description));
+    // Down on the string, along and across it, off its side, and round to where it began: a pluck
+    // in every period, which what has rung since changes a little.
+    std::vector<Pose> cycle;
+    cycle.reserve(kPeriod);
+    for (int i = 0; i < kPeriod; ++i) {
+      const double turn = 2.0 * kPi * i / kPeriod;
+      cycle.push_back({exp_rotation({0.01 * std::sin(turn), 0.02 * std::sin(turn), 0.0}),
+                       {0.3 + 5e-3 * std::sin(2.0 * turn), 4e-3 + 3e-3 * std::cos(turn),
+                        8e-3 * std::sin(turn)}});
+    }
+    const Course course = play_long(scene, cycle);
+    MESSAGE(computation.name(), ": ", course.ticks, " ticks, largest force ", course.largest_force,
+            " N, ", course.tones, " tones");
+    CHECK(course.worst_norm < 1e-12);
+    // The hand is never more than 12 mm from a free tool.
+    CHECK(course.largest_force < 1000.0 * 12e-3);
+    CHECK(course.largest_force > 0.3);
+    CHECK(course.late_force < 1.05 * course.early_force);
+    CHECK(course.late_force > 0.95 * course.early_force);
+    CHECK(course.tones > course.ticks / kPeriod / 4);
   }
 }
 
