@@ -25,6 +25,11 @@ namespace {
 
 /// What a lap may give, and take where nothing was let go, J.
 constexpr double kClosed = 10e-6;
+/// A tool longer than kWide (m) rests on a string in several places, and the string's one vertex
+/// goes between them: what that loses of what hand and strings exchange was up to 9 % in a lap of
+/// the Guqin's hand and 6 % in one of the bunny.
+constexpr double kWide = 0.02;
+constexpr double kWideLoss = 0.12;
 /// A tool that goes this many times as far in a tick as the hand, and this far beyond, m, has let
 /// go of something: a string slips off, or the tool off an edge. What that frees is lost.
 constexpr double kLeap = 4.0;
@@ -142,13 +147,19 @@ bool begins_free(const Scene& scene, std::size_t tool, const ClosedPath& path) {
   return output.tool(0).contact.status != ContactStatus::kRecovering;
 }
 
+/// True where a wide tool may touch a string.
+bool is_wide(const Scene& scene) {
+  const ToolScene view = scene.tool_scene(0);
+  return !view.strings.empty() && reach(view.tool) > kWide;
+}
+
 /// Of all laps in a scene.
 struct Verdict {
   int laps = 0;
   int held = 0;     ///< of them nothing was let go in
   int pressed = 0;  ///< of them pressed with 0.1 N or more
   double most_gained = -1.0;
-  double most_lost = -1.0;  ///< where nothing was let go
+  double most_lost = -1.0;  ///< where nothing was let go, beyond what wide tools may
   double moved = 0.0;
 };
 
@@ -173,7 +184,8 @@ void judge(const Scene& scene, std::uint64_t seed, Verdict& verdict) {
     verdict.most_gained = std::max(verdict.most_gained, gained);
     if (!lap.let_go) {
       ++verdict.held;
-      verdict.most_lost = std::max(verdict.most_lost, -lap.gained);
+      const double allowed = is_wide(scene) ? kWideLoss * lap.moved : 0.0;
+      verdict.most_lost = std::max(verdict.most_lost, -lap.gained - allowed);
     }
     return;
   }
