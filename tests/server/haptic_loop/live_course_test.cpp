@@ -74,9 +74,9 @@ quality { automatic { budget_us: 400 } }
            string_scene("STRING_MODEL_DEFLECTING", "friction { coefficient: 0.3 }\n"),
            Vector3(0.0, -0.005, -0.0195), y},
           {"smooth string", string_scene("STRING_MODEL_DEFLECTING", "torque {}\n"),
-           Vector3(0.0, -0.005, -0.02), y},
+           Vector3(0.0, 0.003, -0.02), y},
           {"straight string", string_scene("STRING_MODEL_RIGID", "friction { coefficient: 0.3 }\n"),
-           Vector3(0.0, -0.005, -0.0195), y},
+           Vector3(0.0, 0.003, -0.0199), y},
           {"wall", wall, Vector3(0.0, 0.0, 0.003), z}};
 }
 
