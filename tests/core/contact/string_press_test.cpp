@@ -13,7 +13,6 @@ namespace hapticd::test {
 namespace {
 
 constexpr double kTolerance = 1e-10;
-/// Forces are exact to kt times the default stop tolerance, 1 mN; here much better, N.
 
 /// A press straight down at lambda, ended at rest.
 struct Press {
