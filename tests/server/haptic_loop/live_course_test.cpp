@@ -244,15 +244,15 @@ constexpr double kSlip_rad = 0.1;
 
 /// True where a string slipped round the finger or off it, which no pace makes a small step: what
 /// is pressed from `before` on lies elsewhere now, or nothing is.
-bool slips(const std::optional<Vector3>& before, const ToldTick& told) {
-  if (!before) return false;
+bool slips(const Vector3& before, const ToldTick& told) {
+  if (before.isZero(0.0)) return false;
   if (told.tick.contacts.empty()) return true;
-  return before->dot(to_vector(told.tick.contacts[0].nhat_OG_W)) < std::cos(kSlip_rad);
+  return before.dot(to_vector(told.tick.contacts[0].nhat_OG_W)) < std::cos(kSlip_rad);
 }
 
-/// The normal of the string that is pressed.
-std::optional<Vector3> string_normal(const ToldTick& told) {
-  if (told.tick.contacts.empty() || told.tick.strings.empty()) return std::nullopt;
+/// The normal of the string that is pressed; zero: none is.
+Vector3 string_normal(const ToldTick& told) {
+  if (told.tick.contacts.empty() || told.tick.strings.empty()) return Vector3::Zero();
   return to_vector(told.tick.contacts[0].nhat_OG_W);
 }
 
@@ -269,14 +269,14 @@ void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
   double step_Nm = 0.0;
   bool over = false;
   bool touches = true;
-  std::optional<Vector3> normal;
+  Vector3 normal = Vector3::Zero();
   for (int ticks = 0; !over && ticks < kLongest; ++ticks) {
     const ToldTick& told = run.tick(p_DH);
     over = count<SettingsRetired>(told) > 0;
     const Felt now = felt(run, told);
     if (touches && slips(normal, told)) {
-      MESSAGE(touch.name << ", " << way.to.path() << ": the string slips, "
-                         << (now.f - last.f).norm() << " N");
+      MESSAGE(std::string(touch.name) << ", " << way.to.path() << ": the string slips, "
+                                      << (now.f - last.f).norm() << " N");
       touches = false;
     }
     if (touches) {
@@ -290,7 +290,7 @@ void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
   const Felt most = excursion(touch, scene, way, p_DH);
   const double bound_N = std::max(kShare * most.f[0], kFelt_N);
   const double bound_Nm = std::max(kShare * most.t[0], kFelt_N * kArm_m);
-  CAPTURE(touch.name);
+  CAPTURE(std::string(touch.name));
   CAPTURE(way.to.path());
   CAPTURE(text_of(way.from));
   CAPTURE(text_of(way.to));
