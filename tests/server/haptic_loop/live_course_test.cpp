@@ -28,6 +28,8 @@ constexpr double kShare = 3.0 / 50.0;
 constexpr double kFelt_N = 5e-3;
 /// Arm at which a torque counts as a force, m.
 constexpr double kArm_m = 0.032;
+/// Thinner skins are lost in the solver's rounding, m.
+constexpr double kLeastSkin_m = 1e-9;
 /// Places of the course that are looked at.
 constexpr int kPlaces = 24;
 /// Ticks to come down to the place, and to rest there.
@@ -95,7 +97,7 @@ std::optional<SceneSettings> settings_at(const v1::Scene& scene, const Value& va
   AssignmentResult result = assign_parameters(scene, set, 1000.0);
   if (result.code != v1::RESULT_CODE_OK) return std::nullopt;
   const ContactOptions& contact = result.settings.tools[0].contact;
-  if (contact.margin <= contact.skin || contact.skin == 0.0) return std::nullopt;
+  if (contact.margin <= contact.skin || contact.skin < kLeastSkin_m) return std::nullopt;
   return std::move(result.settings);
 }
 
