@@ -57,6 +57,10 @@ constexpr double kTouchingForce = 1e-6;
 constexpr double kLeastStep = 4.5e-3;
 constexpr double kSharePerStep = 0.055;
 
+/// A straight string's force follows a coupling, which it is not in series with, in this power, at
+/// most.
+constexpr double kStraightPower = 1.5;
+
 /// How far the coupling of `tool` is stretched, m; turning counts at its `length`.
 double stretch_of(const PulledTool& tool, double length) noexcept {
   const Vector3 turned = 2.0 * length * (tool.X_WH.q * tool.X_WG.q.conjugate()).vec();
@@ -137,7 +141,8 @@ void measure(SettingsChange& change) noexcept {
   }
   for (std::size_t k = 0; k < change.to.tools.size(); ++k) {
     const WayLength tool = way_length(change.from.tools[k], change.to.tools[k]);
-    add({tool.most, change.straight ? tool.most : tool.edged});
+    const double straight = kStraightPower * tool.most;
+    add(change.straight ? WayLength{straight, straight} : tool);
   }
   change.time_s = ramp_time(length);
   change.edged = length.edged;

@@ -28,6 +28,8 @@ constexpr double kShare = 3.0 / 50.0;
 constexpr double kFelt_N = 5e-3;
 /// Arm at which a torque counts as a force, m.
 constexpr double kArm_m = 0.032;
+/// Thinner skins are lost in the solver's rounding, m.
+constexpr double kLeastSkin_m = 1e-9;
 /// Places of the course that are looked at.
 constexpr int kPlaces = 24;
 /// Ticks to come down to the place, and to rest there.
@@ -95,7 +97,7 @@ std::optional<SceneSettings> settings_at(const v1::Scene& scene, const Value& va
   AssignmentResult result = assign_parameters(scene, set, 1000.0);
   if (result.code != v1::RESULT_CODE_OK) return std::nullopt;
   const ContactOptions& contact = result.settings.tools[0].contact;
-  if (contact.margin <= contact.skin || contact.skin == 0.0) return std::nullopt;
+  if (contact.margin <= contact.skin || contact.skin < kLeastSkin_m) return std::nullopt;
   return std::move(result.settings);
 }
 
@@ -244,15 +246,15 @@ constexpr double kSlip_rad = 0.1;
 
 /// True where a string slipped round the finger or off it, which no pace makes a small step: what
 /// is pressed from `before` on lies elsewhere now, or nothing is.
-bool slips(const std::optional<Vector3>& before, const ToldTick& told) {
-  if (!before) return false;
+bool slips(const Vector3& before, const ToldTick& told) {
+  if (before.isZero(0.0)) return false;
   if (told.tick.contacts.empty()) return true;
-  return before->dot(to_vector(told.tick.contacts[0].nhat_OG_W)) < std::cos(kSlip_rad);
+  return before.dot(to_vector(told.tick.contacts[0].nhat_OG_W)) < std::cos(kSlip_rad);
 }
 
-/// The normal of the string that is pressed.
-std::optional<Vector3> string_normal(const ToldTick& told) {
-  if (told.tick.contacts.empty() || told.tick.strings.empty()) return std::nullopt;
+/// The normal of the string that is pressed; zero: none is.
+Vector3 string_normal(const ToldTick& told) {
+  if (told.tick.contacts.empty() || told.tick.strings.empty()) return Vector3::Zero();
   return to_vector(told.tick.contacts[0].nhat_OG_W);
 }
 
@@ -269,14 +271,14 @@ void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
   double step_Nm = 0.0;
   bool over = false;
   bool touches = true;
-  std::optional<Vector3> normal;
+  Vector3 normal = Vector3::Zero();
   for (int ticks = 0; !over && ticks < kLongest; ++ticks) {
     const ToldTick& told = run.tick(p_DH);
     over = count<SettingsRetired>(told) > 0;
     const Felt now = felt(run, told);
     if (touches && slips(normal, told)) {
-      MESSAGE(touch.name << ", " << way.to.path() << ": the string slips, "
-                         << (now.f - last.f).norm() << " N");
+      MESSAGE(std::string(touch.name) << ", " << way.to.path() << ": the string slips, "
+                                      << (now.f - last.f).norm() << " N");
       touches = false;
     }
     if (touches) {
@@ -290,7 +292,7 @@ void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
   const Felt most = excursion(touch, scene, way, p_DH);
   const double bound_N = std::max(kShare * most.f[0], kFelt_N);
   const double bound_Nm = std::max(kShare * most.t[0], kFelt_N * kArm_m);
-  CAPTURE(touch.name);
+  CAPTURE(std::string(touch.name));
   CAPTURE(way.to.path());
   CAPTURE(text_of(way.from));
   CAPTURE(text_of(way.to));
