@@ -165,7 +165,9 @@ void add_tangential(const ContactView& view, ArrowMatrix& H, Unknowns& downhill)
     for (std::size_t i = 0; i < J.count; ++i) {
       downhill[J.unknown[i]] += J.column[i].dot(friction);
     }
-    add_quadratic(J, block.slip_stiffness * (Matrix3::Identity() - n * n.transpose()), H);
+    const Vector3& s = block.slipping_W;
+    add_quadratic(
+        J, block.slip_stiffness * (Matrix3::Identity() - n * n.transpose() - s * s.transpose()), H);
   }
 }
 
@@ -181,7 +183,9 @@ void add_grips(const ContactView& view, ArrowMatrix& H, Unknowns& downhill) noex
     const Vector3& n = block.nhat_W;
     const Vector3 f = -block.slip_stiffness * block.slip_W;
     for (std::size_t i = 0; i < J.count; ++i) downhill[J.unknown[i]] += J.column[i].dot(f);
-    add_quadratic(J, block.slip_stiffness * (Matrix3::Identity() - n * n.transpose()), H);
+    const Vector3& s = block.slipping_W;
+    add_quadratic(
+        J, block.slip_stiffness * (Matrix3::Identity() - n * n.transpose() - s * s.transpose()), H);
   }
 }
 

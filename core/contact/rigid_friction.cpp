@@ -90,6 +90,7 @@ void place_block(const ContactInput& input, const ContactState& state, const Gri
   block.slip_W = across(grip.slip_W, block.nhat_W);
   block.anchor = anchor_of(input, grip);
   block.slip_stiffness = block.anchor.stiffness_at(block.slip_W.norm());
+  block.slipping_W = block.anchor.slipping(block.slip_W);
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ struct GripBlock {
   Vector3 nhat_W;         ///< mean normal, from the object to the tool, unit
   Vector3 slip_W;         ///< of the anchor, tangential to this contact, m
   StickAnchor anchor;     ///< with what the last program pressed
-  double slip_stiffness;  ///< around the present slip, N/m
+  double slip_stiffness;  ///< around the present slip, N/m,
+  Vector3 slipping_W;     ///< but for this unit direction, in which it slips; zero: it sticks
   /// Share of each soft part of the state in the contact.
   std::array<double, kMaxSoftParts> part_share;
   std::size_t parts;

@@ -19,6 +19,12 @@ struct StickAnchor {
     if (!(limit > 0.0)) return 0.0;
     return stiffness * slip <= limit ? stiffness : limit / slip;
   }
+  /// Direction in which it slips at `slip_W`, unit, where the force does not change; zero where it
+  /// sticks.
+  [[nodiscard]] Vector3 slipping(const Vector3& slip_W) const noexcept {
+    const double slip = slip_W.norm();
+    return stiffness * slip > limit ? Vector3(slip_W / slip) : Vector3(0.0, 0.0, 0.0);
+  }
   /// Force on the tool that has slipped by `slip_W`, tangential, N.
   [[nodiscard]] Vector3 force(const Vector3& slip_W) const noexcept {
     return -stiffness_at(slip_W.norm()) * slip_W;

@@ -380,9 +380,10 @@ int YieldingStrings::build(const Configuration& at, const ContactSet& contacts,
     // The anchor's spring stays tangential where the contact has turned: it shortens, and gains no
     // energy.
     block.slip_W = across(string.slip_W, block.nhat_W);
-    block.slip_stiffness = input.instrument.friction && block.touched
-                               ? anchor_of(input, string).stiffness_at(block.slip_W.norm())
-                               : 0.0;
+    const StickAnchor anchor = anchor_of(input, string);
+    const bool holds = input.instrument.friction && block.touched;
+    block.slip_stiffness = holds ? anchor.stiffness_at(block.slip_W.norm()) : 0.0;
+    block.slipping_W = anchor.slipping(block.slip_W);
   }
   return unknowns;
 }

@@ -41,7 +41,8 @@ struct StringBlock {
   double lambda = 0.0;          ///< of the centre of the contact
   double place = 0.0;           ///< of p_GS_W along the axis, beyond the ends too, 1
   Vector3 slip_W;               ///< of the anchor, tangential to this contact, m
-  double slip_stiffness = 0.0;  ///< of friction around the present slip, N/m; 0: none
+  double slip_stiffness = 0.0;  ///< of friction around the present slip, N/m; 0: none,
+  Vector3 slipping_W;           ///< but for this unit direction, in which it slips; zero: it sticks
   /// Share of each soft part in the contact; where there is none of them nothing is set.
   std::array<double, kMaxSoftParts> part_share;
   std::size_t parts = 0;  ///< soft parts that there are

@@ -52,7 +52,7 @@ std::optional<ParameterFault> check_options(const InstrumentOptions& options) no
       {"friction.anchor_stiffness_n_per_m",
        options.anchor_stiffness,
        {1e-3, 1e9, true, "[1e-3, 1e9]"},
-       "Give the stiffness of the stick anchor; 100 times the coupling's is usual."},
+       "Give the stiffness of the stick anchor; 10 times the coupling's is usual."},
       {"max_acceleration",
        options.max_acceleration,
        {0.0, 1e6, false, "(0, 1e6]"},

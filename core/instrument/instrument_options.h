@@ -45,7 +45,7 @@ struct InstrumentOptions {
   /// measured by tests/benchmark.
   int modal_steps = 64;
   bool friction = false;          ///< Coulomb friction with a stick anchor per object
-  double anchor_stiffness = 1e5;  ///< of that anchor, N/m, [1e-3, 1e9]
+  double anchor_stiffness = 1e4;  ///< of that anchor, N/m, [1e-3, 1e9]
   bool lateral_force = false;     ///< axial force of strings that do not yield; others have it
   /// Largest acceleration of a held tool, m/s^2, (0, 1e6]: bounds how much work the vibration may
   /// do in a tick.

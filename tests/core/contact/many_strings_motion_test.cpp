@@ -67,9 +67,7 @@ RenderingScene even_scene(int count) {
 }
 
 /// Where the tool of even_scene() meets all strings.
-double meeting(const RenderingScene& scene) {
-  return 0.04 + scene.capsules_W[0].r;
-}
+double meeting(const RenderingScene& scene) { return 0.04 + scene.capsules_W[0].r; }
 
 /// Length of a change of pose or wrench in the metric of the coupling, N^1/2 m^1/2.
 double way_length(const CouplingStiffness& stiffness, const Vector3& dp, const Vector3& dtheta) {

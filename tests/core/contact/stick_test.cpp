@@ -31,7 +31,7 @@ struct Rub {
   Rub(Ground ground, double mu, double kt, std::vector<Sphere> tool, bool soft)
       : scene(scene_of(strings_of(ground, mu), std::move(tool))), height(scene.tool_spheres[0].r) {
     scene.instrument.friction = true;
-    scene.instrument.anchor_stiffness = 100.0 * kt;
+    scene.instrument.anchor_stiffness = 10.0 * kt;
     if (ground == Ground::kBody) {
       scene.add_body({{{0.0, -kFloor, 0.0}, kFloor}}, pose_at(Vector3::Zero()));
       bodies = {mu};
@@ -152,7 +152,9 @@ TEST_CASE("a tool slips at atan(mu), within two percent, at any place, way, load
     for (int k = 0; k < 100; ++k) {
       const Ground ground = kGrounds[random.below(4)];
       CAPTURE(static_cast<int>(ground));
-      const double mu = std::pow(10.0, random.uniform(-1.5, 0.3));
+      // A string that yields pulls along its axis, too, by up to 0.003 of what it bears.
+      const double least = ground == Ground::kYieldingString ? -0.5 : -1.5;
+      const double mu = std::pow(10.0, random.uniform(least, 0.3));
       const double kt = std::pow(10.0, random.uniform(2.5, 3.7));
       const bool soft = random.chance(0.3);
       const bool many = random.chance(0.3) && ground != Ground::kYieldingString;
@@ -169,12 +171,13 @@ TEST_CASE("a tool slips at atan(mu), within two percent, at any place, way, load
       const Vector3 from(x, rub.height - depth, 0.0);
       const Vector3 start = run.point();
       double most = 0.0;
-      double held = 0.0;  // share of mu that was reached before it slid by 0.2 mm
+      double held = 0.0;  // share of mu that was reached before it slid by 0.2 mm beyond the anchor
       for (int tick = 1; tick <= 1000; ++tick) {
         run.tick(from + (2e-5 * tick) * way);
         const double share = -run.force().dot(way) / (mu * run.force().y());
         most = std::max(most, share);
-        const double slid = (run.point() - start).dot(way);
+        const double given = mu * run.force().y() / rub.scene.instrument.anchor_stiffness;
+        const double slid = (run.point() - start).dot(way) - given;
         if (slid < 0.2e-3) held = std::max(held, share);
         if (slid > 4e-3) break;
       }

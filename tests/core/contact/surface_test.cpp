@@ -127,7 +127,8 @@ TEST_CASE("a skin of 0 is as good as one of a nanometre: a lever turns, a string
     turned.stiffness.length = 0.01;
     glide(turned, {0.0, 0.012, 0.0}, {0.0, 0.002, 0.0}, 50);
     turned.hold(pose_at({0.0, 0.002, 0.0}), 60);
-    // 3.34 mm are shared between a shift and a turn of 20 mm, which is 1 + 20^2 / 10^2 times softer.
+    // 3.34 mm are shared between a shift and a turn of 20 mm, which is 1 + 20^2 / 10^2 times
+    // softer.
     CHECK(log_rotation(turned.state.X_WG.q).x() == doctest::Approx(-0.1336).epsilon(0.03));
 
     const RenderingScene string = scene_of({string_at()});
