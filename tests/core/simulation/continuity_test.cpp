@@ -185,7 +185,7 @@ TEST_CASE("with modes, a finger on a vibrating string feels the longer part of i
   }
 }
 
-TEST_CASE("a slide along one string keeps its force, without drag") {
+TEST_CASE("a slide along one string keeps its force, and over the whole of it nothing drags") {
   double drag = 0.0;
   double worst = 0.0;
   for (const Preset& preset : all_presets()) {
@@ -197,13 +197,18 @@ TEST_CASE("a slide along one string keeps its force, without drag") {
       ForceWatch watch(guqin, preset);
       watch.look();
       Vector3 before = guqin.output().tool(0).F_H_W.f;
+      // A bent string pushes towards its middle: what it takes on one side it gives on the other.
+      double along = 0.0;
+      double pressed = 0.0;
       guqin.glide({0.9, guqin.p_WH.y(), 0.0}, speed, [&](const SimulationTick& output) {
         const Vector3& f = output.tool(0).F_H_W.f;
-        drag = std::max(drag, std::abs(f.x()) / f.norm());
+        along += f.x();
+        pressed += f.norm();
         worst = std::max(worst, (f - before).norm());
         before = f;
         CHECK(output.tool(0).strings.size() == 1);
       });
+      drag = std::max(drag, std::abs(along) / pressed);
       CHECK(count(guqin.events, StringEventKind::kTouch) == 1);
       CHECK(count(guqin.events, StringEventKind::kRelease) == 0);
     }
