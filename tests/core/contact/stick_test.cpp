@@ -68,6 +68,7 @@ struct RubRun {
   RubRun(const Rub& on, double kt, double x)
       : rub(on), run(on.scene, pose_at({x, on.height + 1e-3, 0.0})) {
     run.stiffness.kt = kt;
+    run.options.stop_tolerance = 1e-8;
     run.stiffness.length = 10.0;  // it slides, and does not roll
   }
   void tick(const Vector3& p_WH) {
