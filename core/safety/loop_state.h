@@ -68,8 +68,8 @@ struct LoopOutput {
 /// - A fault or Stop makes the gain 0 in the same tick; only the first cause is kept. Clear is
 ///   granted once input.fault is kNone and, after kDeviceLost, the device is attached.
 /// - From kReady to kEngaged only when wanted, contact-free, calibrated, not blocked, with a lease
-///   and no scene waiting. Where it is known not to be contact-free the reason is kOverlap; a device
-///   that engages itself waits until it is, for another the request is over.
+///   and no scene waiting. Where it is known not to be contact-free the reason is kOverlap; a
+///   device that engages itself waits until it is, for another the request is over.
 /// - Losing the device or its zero while the gain may be above 0 is a fault.
 /// - scene_waits while engaged: releasing, then kReady with scene_allowed; force returns by itself
 ///   once the scene was taken, under the conditions above.

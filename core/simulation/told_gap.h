@@ -1,7 +1,7 @@
-// The smallest gap of a tool to everything as all stands after a tick: tool, soft parts, and strings
-// with the vertices of all tools. Beside the contact problem, whose own is of where it looked last.
-// Frames: W. SI. RT: yes; a few pairs in touch, one more traversal where a tool moves near
-// something.
+// The smallest gap of a tool to everything as all stands after a tick: tool, soft parts, and
+// strings with the vertices of all tools. Beside the contact problem, whose own is of where it
+// looked last. Frames: W. SI. RT: yes; a few pairs in touch, one more traversal where a tool moves
+// near something.
 #pragma once
 
 #include <cstddef>

@@ -22,9 +22,9 @@ enum class ContactStatus : std::uint8_t {
 /// The end of a contact problem. Written by it.
 struct ContactOutcome {
   ContactStatus status = ContactStatus::kFree;
-  int active_count = 0;      ///< pairs that carry force
-  int strings_refused = 0;   ///< stayed rigid because kMaxDeflectingStrings are touched
-  int rows_exchanged = 0;    ///< rows brought in because more pairs than rows mattered
+  int active_count = 0;     ///< pairs that carry force
+  int strings_refused = 0;  ///< stayed rigid because kMaxDeflectingStrings are touched
+  int rows_exchanged = 0;   ///< rows brought in because more pairs than rows mattered
   /// Of the contact problem: to anything at the last evaluated pose. Of a tick: as all stands after
   /// it, up to the margin. m
   double minimum_gap = 0.0;

@@ -58,7 +58,8 @@ TEST_CASE("a recorded session comes to the same bits again, and never went into 
     std::size_t on_string = 0;
     for (const JudgedTick& tick : judged.ticks) {
       const double gap = std::min(tick.gap_of_object[0], tick.gap_of_object[1]);
-      // Nothing but the clearance of 20 um at most is between a string and the finger that presses it.
+      // Nothing but the clearance of 20 um at most is between a string and the finger that presses
+      // it.
       if (gap < 30e-6) ++on_string;
       CHECK(gap >= tick.path_gap - 1e-12);
     }

@@ -75,8 +75,7 @@ TEST_CASE("a press on a ball has the force of the spring to the nearest place ou
   const std::vector<StudyTick> ticks = play_study(scene, 0, setting, gesture, &judge);
   REQUIRE(ticks.size() == 400);
   const double kt = scene.description().tools[0].coupling.kt;
-  CHECK(ticks[200].felt_W.y() ==
-        doctest::Approx(kt * gesture.depth).epsilon(1e-6));
+  CHECK(ticks[200].felt_W.y() == doctest::Approx(kt * gesture.depth).epsilon(1e-6));
   CHECK(ticks[200].path_gap_m >= 0.0);
   CHECK(ticks[200].path_gap_m <= 2e-9);
   CHECK(ticks[0].felt_W.norm() == 0.0);
