@@ -132,7 +132,8 @@ void ContactProblem::keep_after_failure(const PoseError& error_GH) noexcept {
   ContactState& state = *state_;
   const double limit = input_->stiffness.kt * error_GH.dp.norm();
   const double before = state.F_H_W.f.norm();
-  const double factor = before > limit ? limit / before : 1.0;
+  // Of numbers that are none the force is none either, which ends in a fault.
+  const double factor = before <= limit ? 1.0 : limit / before;
   state.F_H_W = {state.F_H_W.f * factor, state.F_H_W.t * factor};
   result_->F_H_W = state.F_H_W;
   result_->active_count = 0;

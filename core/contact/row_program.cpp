@@ -353,7 +353,6 @@ double RowProgram::solve_rows(const Context& context, QpWarmStart warm,
   for (int round = 0;; ++round) {
     solve_qp(problem_, warm, qp_, solution_);
     result.qp_iterations += solution_.iterations;
-    result.rows += problem_.rows;
     result.string_pairs += pairs + pairs * solution_.iterations / kIterationsPerFactor;
     if (!optimal()) return 0.0;
     Unknowns y;
@@ -378,6 +377,7 @@ double RowProgram::solve_rows(const Context& context, QpWarmStart warm,
       return fraction;
     }
     fill_rows(context);
+    result.rows += problem_.rows;
     warm = first_rows(solution_.active_count);
   }
 }
@@ -386,6 +386,7 @@ double RowProgram::solve_rows(const Context& context, QpWarmStart warm,
 double RowProgram::solve_from_first(const Context& context, ContactResult& result) noexcept {
   choose_rows(context);
   fill_rows(context);
+  result.rows += problem_.rows;
   return solve_rows(context, first_rows(pressed_), result);
 }
 

@@ -6,7 +6,7 @@ import numpy
 from hapticd_lab import anova, selection
 from hapticd_lab.observer import ANSWERS, EQUAL, FIRST, SECOND, WeberObserver
 from hapticd_lab.published import ANOVAS, TABLE_1, TABLE_2
-from hapticd_lab.stimulus import SKIN_M, TIP_RADIUS_M, press_path
+from hapticd_lab.stimulus import TIP_RADIUS_M, press_path
 from hapticd_lab.string_law import StringValues, change, force_n
 from scipy import stats
 
@@ -97,7 +97,7 @@ class Observer(unittest.TestCase):
 class Press(unittest.TestCase):
     def test_the_finger_goes_as_deep_as_asked_from_where_it_touches_and_back(self):
         path = press_path(REFERENCE, 0.005, 0.25)
-        self.assertAlmostEqual(path[:, 1].min(), TIP_RADIUS_M + 3.4e-4 + SKIN_M - 0.005, 12)
+        self.assertAlmostEqual(path[:, 1].min(), TIP_RADIUS_M + 3.4e-4 - 0.005, 12)
         self.assertGreater(path[0, 1], TIP_RADIUS_M + 3.4e-4 + 1e-3)
         self.assertTrue(numpy.array_equal(path[0], path[-1]))
         self.assertTrue(numpy.allclose(path[:, 0], -0.25 * 1.1))

@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/simulation/physics.h"
 #include "proto/recording/schema_set.h"
 #include "server/daemon/daemon_plan.h"
 #include "server/haptic_loop/settings_change.h"
@@ -56,6 +57,7 @@ std::unique_ptr<PlayedScene> make_scene(const v1::SceneRecord& record,
 v1::RecordHeader header_of(bool virtual_time) {
   v1::RecordHeader header;
   header.set_period_ns(1'000'000);
+  header.set_physics(kPhysics);
   header.mutable_config()->set_clock(virtual_time ? v1::CLOCK_MODE_VIRTUAL
                                                   : v1::CLOCK_MODE_REALTIME);
   header.mutable_config()->add_device()->set_source("scripted");

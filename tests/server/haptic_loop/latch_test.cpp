@@ -277,8 +277,10 @@ TEST_CASE(
   LoopRun run(scaled_wall);
   run.tick(Vector3(9e4, 0.0, 0.0));
   run.send(ClutchCommand{0, true});
+  run.tick(Vector3(9e4, 0.0, 0.0));
   run.tick(Vector3(-9e4, 0.0, 0.0));
   run.send(ClutchCommand{0, false});
+  run.tick(Vector3(-9e4, 0.0, 0.0));
   const Vector3 home(0.0, 0.0, kHome / 100.0);
   for (int k = 0; k < 100; ++k) run.tick(home);
   REQUIRE(run.tick(home).tick.state == LoopState::kFault);

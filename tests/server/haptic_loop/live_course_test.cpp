@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/contact/clearance.h"
 #include "proto/wire/field_table.h"
 #include "server/scene_io/scene_assignment.h"
 #include "server/scene_io/scene_loader.h"
@@ -290,8 +291,11 @@ void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
     last = now;
   }
   const Felt most = excursion(touch, scene, way, p_DH);
-  const double bound_N = std::max(kShare * most.f[0], kFelt_N);
-  const double bound_Nm = std::max(kShare * most.t[0], kFelt_N * kArm_m);
+  // A coupling of MN/m feels the last nanometres of the contact problem.
+  const double kt = std::max(from->tools[0].coupling.kt, to->tools[0].coupling.kt);
+  const double felt_N = std::max(kFelt_N, 10.0 * kLeastClearance * kt);
+  const double bound_N = std::max(kShare * most.f[0], felt_N);
+  const double bound_Nm = std::max(kShare * most.t[0], felt_N * kArm_m);
   CAPTURE(std::string(touch.name));
   CAPTURE(way.to.path());
   CAPTURE(text_of(way.from));
