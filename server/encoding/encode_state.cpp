@@ -11,6 +11,10 @@
 namespace hapticd {
 namespace {
 
+/// Residuals up to these are told as 0.
+constexpr double kResidual_N = 1e-9;
+constexpr double kResidual_m = 1e-12;
+
 /// Where along a cable its last knot is certainly passed: its shares round.
 constexpr double kLastKnot = 1.0 - 1e-9;
 
@@ -59,8 +63,13 @@ void encode_tool(const ToolTick& tool, v1::ToolState& out) {
     add_wrench(tool.F_computed_H_W, out.mutable_wrench_unlimited_h_w());
   }
   out.set_minimum_gap_m(static_cast<float>(std::clamp(tool.contact.minimum_gap, -1.0, 1.0)));
-  out.set_residual_n(static_cast<float>(tool.contact.residual_force));
-  out.set_residual_m(static_cast<float>(tool.contact.residual_gap));
+  // Rounding of the solver is not worth its bytes.
+  if (tool.contact.residual_force > kResidual_N) {
+    out.set_residual_n(static_cast<float>(tool.contact.residual_force));
+  }
+  if (tool.contact.residual_gap > kResidual_m) {
+    out.set_residual_m(static_cast<float>(tool.contact.residual_gap));
+  }
   for (int bit = 0; bit < 16; ++bit) {
     if ((tool.flags >> bit & 1) != 0) out.add_flags(static_cast<v1::ToolFlag>(bit + 1));
   }

@@ -1,7 +1,5 @@
 """A State says what is: gaps, drawn strings, contacts and their places are those that an exhaustive search over the very State finds
-(state_search.py), in shipped scenes under gestures and in scenes of one kind each under poses from a seed."""
-import random
-import secrets
+(state_search.py)."""
 import sys
 import unittest
 
@@ -16,12 +14,8 @@ PHASE = hapticd.v1.event_pb2.ContactPhase
 ROUNDING_M = 1e-7
 # Drawn strings and tools overlap by no more.
 DRAWN_M = 1e-6
-# Of what begins to bear force: two skins, and what a step may end before.
-REACH_M = 5e-5
 # Sections of all that is searched.
 SECTIONS = ["TOOLS", "STRINGS", "CONTACTS"]
-PLAYS = [("single_string", "press", 700), ("guqin_coarse", "gou", 900), ("guqin_coarse", "slide_on_body", 900), ("five_fingers", "roll", 1600),
-         ("sphere", "demonstration", 600), ("cabin", "reach_through_cabin", 1500), ("strings_100", "strum", 900)]
 TIP = 'tools {{ tool_id: {0} name: "t{0}" parts {{ name: "p" shape {{ spheres {{ centre_m: [0, 0, 0] radius_m: {1} }} }} }} pose_wg {{ p_m: [{2}, {3}, {4}] }} {5} }}\n'
 
 
@@ -99,58 +93,6 @@ class Told(Search, daemon.LockstepCase):
         self.assertGreaterEqual(len(self.check_places(states, events, stage)), 2)
         self.assertTrue(any(state.strings for state in states))
 
-    def test_several_tools_bend_one_string_and_none_is_in_what_is_drawn(self):
-        seed = secrets.randbits(32)
-        for chosen in (1, 2, seed):
-            with self.subTest(seed=chosen):
-                draw = random.Random(chosen)
-                tools = "".join(tip(k, at=(0.15 * k - 0.2, 0.02, 0)) for k in range(4))
-                tracks = {}
-                for k in range(4):
-                    rows, at = [], (0.15 * k - 0.2, 0.02, 0.0)
-                    for _ in range(6):
-                        to = (0.15 * k - 0.2 + draw.uniform(-0.05, 0.05), draw.uniform(-0.004, 0.012), draw.uniform(-0.004, 0.004))
-                        rows += step(at, to, draw.randint(20, 60))
-                        at = to
-                    tracks[k] = rows
-                states, events, stage = self.play('name: "x"\n' + tools + string() + "vibration {} tones {}", tracks)
-                self.check(states, stage)
-                self.check_places(states, events, stage)
-                self.assertTrue(any(each.further_lambda for state in states for each in state.strings))
-
-    def test_thin_strings_swept_with_one_sub_step_are_told_as_they_are(self):
-        seed = secrets.randbits(32)
-        for chosen in (7, 8, 9, seed):
-            with self.subTest(seed=chosen):
-                draw = random.Random(chosen)
-                at, rows = (0.0, 0.009, 0.0), []
-                for _ in range(25):
-                    to = (draw.uniform(-0.2, 0.2), draw.uniform(-0.004, 0.009), draw.uniform(-0.006, 0.006))
-                    rows += step(at, to, draw.choice((1, 1, 2, 8)))
-                    at = to
-                text = 'name: "x"\n' + tip(radius=0.0007, at=(0, 0.009, 0)) + "".join(
-                    string(z, "model: STRING_MODEL_DEFLECTING", 1.6e-5) for z in (-0.0015, -0.0005, 0.0005, 0.0015)) + \
-                    "quality { level: 1 } solver { max_substeps: 1 }"
-                states, events, stage = self.play(text, {0: rows})
-                self.check(states, stage)
-                self.check_places(states, events, stage)
-                self.check_reach(states, stage)
-
-    def check_reach(self, states, stage):
-        """What begins to bear force in a State is within reach of the tool in it, or of the hand."""
-        before = set()
-        for state in states:
-            told = {each.string_index: each for each in state.strings}
-            tool = state.tools[0]
-            now = {patch.string_index for patch in state.contacts if any(patch.force_mn)}
-            for number in now - before:
-                at_tool = stage.tool(tool)
-                at_hand = at_tool + numpy.append(numpy.subtract(tool.p_wh_m, tool.p_wg_m), 0)
-                gap = min(stage.gap_to_string(number, told.get(number), at_tool[:, :3], at_tool[:, 3]),
-                          stage.gap_to_string(number, None, at_hand[:, :3], at_hand[:, 3]))
-                self.assertLess(gap, REACH_M, f"tick {state.tick}, string {number}")
-            before = now
-
     def test_tick_0_has_no_overlap_where_there_is_room_and_one_where_there_is_none(self):
         for height, overlaps in ((0.012, False), (0.0054, False), (0.004, True)):
             states, _, stage = self.play('name: "x"\n' + tip(at=(0, height, 0)) + string(), {0: [(0, height, 0)] * 5})
@@ -158,20 +100,6 @@ class Told(Search, daemon.LockstepCase):
             causes = {CAUSE.Cause.Name(state.cause) for state in states}
             self.assertEqual("CAUSE_OVERLAP" in causes, overlaps, height)
             self.assertEqual(states[-1].loop_state == hapticd.v1.state_pb2.LOOP_STATE_ENGAGED, not overlaps)
-
-    def test_a_tone_is_told_where_the_string_was_plucked_though_another_tool_stops_it_lightly(self):
-        for node in (0.25, 1 / 3, 0.5):
-            x = -0.55 + 1.1 * node
-            pluck = [(0.44, 0.02, -0.012)] * 100 + step((0.44, 0.02, -0.012), (0.44, 0.003, -0.012), 60) + \
-                step((0.44, 0.003, -0.012), (0.44, 0.003, 0.014), 52)
-            touch = step((x, 0.0153, 0), (x, 0.00529, 0), 60) + [(x, 0.00529, 0)] * (len(pluck) - 45) + step((x, 0.00529, 0), (x, 0.02, 0), 60)
-            text = 'name: "x"\n' + tip(0, at=(x, 0.0153, 0)) + tip(1, at=(0.44, 0.02, -0.012)) + string(more="frequency_hz: 110") + "vibration {} tones {}"
-            states, events, stage = self.play(text, {0: touch, 1: pluck})
-            tones = [event.body for event in events if event.kind == "tone" and event.body.tool_id == 1]
-            self.assertEqual(len(tones), 1)
-            self.assertAlmostEqual(getattr(tones[0], "lambda"), 0.9, delta=0.002)
-            self.check(states, stage)
-            self.check_places(states, events, stage)
 
     def test_the_residual_is_that_of_an_optimum_where_the_solver_has_found_one(self):
         rows = step((0.1, 0.02, 0), (0.1, 0.001, 0.0), 120) + step((0.1, 0.001, 0), (0.16, 0.002, 0.004), 80)
@@ -190,26 +118,6 @@ class Told(Search, daemon.LockstepCase):
         self.assertTrue(settling[0])
         self.assertEqual(settling, sorted(settling, reverse=True))
         self.assertFalse(settling[-1])
-
-
-class Shipped(Search, unittest.TestCase):
-    """Under the gestures that are shipped, of hands that are simulated."""
-
-    def test_gestures_in_shipped_scenes(self):
-        seed = secrets.randbits(32)
-        draw = random.Random(seed)
-        for scene, gesture, ticks in PLAYS:
-            with self.subTest(scene=scene, gesture=gesture, seed=seed):
-                with daemon.Daemon("--clock", "virtual", "--scene", scene, "--gesture", gesture) as played, hapticd.Session(played.address) as session:
-                    session.acquire("test")
-                    session.subscribe(divisor=1, sections=SECTIONS, max_contacts=256)
-                    states = session.run(ticks).states
-                    events = list(session.events(timeout=0))
-                    stage = Stage(session.scene.scene)
-                    margin = session.scene.solver_in_force.margin_m
-                    chosen = [states[0]] + draw.sample(states, 40)
-                    self.check(chosen, stage, margin)
-                    self.check_places(states, events, stage)
 
 
 if __name__ == "__main__":
