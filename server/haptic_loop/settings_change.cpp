@@ -54,8 +54,8 @@ void apply_to_tool(const LiveSettings& live, const std::vector<StringParameters>
 constexpr double kTouchingForce = 1e-6;
 /// What a tick may change of a tool's force: this, N, or a share of what changes in all. Above 5 mN
 /// and 3/50 it is felt as a step; smaller takes longer.
-constexpr double kLeastStep = 4.5e-3;
-constexpr double kSharePerStep = 0.055;
+constexpr double kLeastStep = 3.5e-3;
+constexpr double kSharePerStep = 0.05;
 
 /// A straight string's force follows a coupling, which it is not in series with, in this power, at
 /// most.

@@ -76,7 +76,9 @@ void take_rendered(const PlayedTool& played, const RenderedTool& rendered,
                       computed.f.isZero(0.0) && computed.t.isZero(0.0);
   tool.rendered = true;
   const double gain = played.force_gain * tool.placed.wrench_share;
-  const Wrench& F_H_W = rendered.F_H_W;
+  // Numbers that are lost are for the safety stage to see.
+  const bool lost = !computed.f.allFinite() || !computed.t.allFinite();
+  const Wrench& F_H_W = lost ? computed : rendered.F_H_W;
   tool.F_H_D = with_push(tool.push, to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain}));
   const bool wanted = played.device.device->profile().affine && tool.push.axis == 0;
   tool.wanted = wanted ? spring_at_device(played.map, rendered.stiffness, gain) : DeviceSpring{};

@@ -242,8 +242,9 @@ std::string text_of(const Value& value) {
   return value.has_text() ? value.text() : value.numbers().ShortDebugString();
 }
 
-/// More in a tick and the string no longer lies where it lay on the finger, rad.
-constexpr double kSlip_rad = 0.1;
+/// More in a tick and the string slips round the finger, rad: several times what the hand itself turns
+/// it by.
+constexpr double kSlip_rad = 0.005;
 
 /// True where a string slipped round the finger or off it, which no pace makes a small step: what
 /// is pressed from `before` on lies elsewhere now, or nothing is.
