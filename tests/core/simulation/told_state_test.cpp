@@ -15,7 +15,10 @@ namespace hapticd::test {
 namespace {
 
 /// Shapes of strings that several tools hold are rounded as they pass from one to another, m.
-constexpr double kRounding = 1e-11;
+constexpr double kRounding = 1e-8;
+/// A vertex that is hardly bent may be left out of the drawing, m: by less than the skin that tools
+/// on one string keep.
+constexpr double kDrawn = 20e-6;
 constexpr double kMargin = 5e-3;
 
 /// The string through its ends and the vertices that the tick tells.
@@ -50,6 +53,8 @@ void wander(std::uint64_t seed, std::size_t tools) {
   std::vector<Vector3> at;
   for (std::size_t k = 0; k < tools; ++k)
     at.push_back({0.2 + 0.15 * static_cast<double>(k), 0.02, 0.0});
+  // A tool that begins inside something is pushed out of it.
+  ensemble.tick(at);
   int shared = 0;
   for (int leg = 0; leg < 8; ++leg) {
     std::vector<Vector3> to;
@@ -69,7 +74,7 @@ void wander(std::uint64_t seed, std::size_t tools) {
       const std::vector<Vector3> drawn = told_shape(told, 0);
       shared += drawn.size() > 3 ? 1 : 0;
       const StringPoints shape = ensemble.shape(0);
-      for (const Vector3& point : shape) CHECK(distance_to(drawn, point) < 2.0 * kMinToldBend);
+      for (const Vector3& point : shape) CHECK(distance_to(drawn, point) < kDrawn);
       for (const ToolTick& tool : told.tools) {
         CHECK(distance_to(drawn, to_vector(tool.X_WG.p)) - kEnsembleTip - options.string.radius >
               -2.0 * kMinToldBend);
