@@ -34,10 +34,11 @@ inline constexpr double kClearanceDecay = 0.5;
   return std::min(std::max(before, kClearancePerTravel * travel), skin_of(options));
 }
 
-/// What is left of `clearance` after a tick that ended so: all of the skin where it did not settle,
+/// What is left of `clearance` after a tick that ended so: all of the skin where it was refused,
 /// since a tool without room may be held by its linearisation alone.
 [[nodiscard]] inline double clearance_after(const ContactOptions& options, double clearance,
                                             ContactStatus status) noexcept {
+  if (status == ContactStatus::kLagging) return clearance;
   const bool settled = status == ContactStatus::kFree || status == ContactStatus::kConverged;
   return settled ? std::max(kClearanceDecay * clearance, kLeastClearance) : skin_of(options);
 }

@@ -25,7 +25,7 @@ constexpr std::int64_t kTick_ns = 1'000'000;
 /// Automatic quality may have so many times the error of the best fixed level.
 constexpr double kWorse = 1.5;
 /// An error of so little is none, percent: a hand tells 7.
-constexpr double kNoError = 0.12;
+constexpr double kNoError = 0.1;
 /// A session is played so often before it is judged: a climb takes calm seconds.
 constexpr int kRehearsals = 6;
 /// Change of force per tick that a contact switch may always make, N, and its share of kt |v| dt.
