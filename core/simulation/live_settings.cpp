@@ -152,7 +152,7 @@ WayLength way_length(const StringParameters& from, const StringParameters& to,
 }
 
 double ramp_time(const WayLength& length) noexcept {
-  return std::max(kSettingsRamp_s, length.most / kScalePace_per_s);
+  return std::max(kSettingsRamp_s, length.most / kScalePace);
 }
 
 }  // namespace hapticd

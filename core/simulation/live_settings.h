@@ -24,7 +24,7 @@ inline constexpr double kSettingsRamp_s = 0.05;
 /// In a network of springs of which one changes from a to b no force moves in 1 ms by more than
 /// (1 - exp(-r)) / (1 - exp(-r N)) of its way, r being this in 1 ms and N the ms it takes: each is
 /// a sum of terms k / (k + c). 55 keeps that below 3/50 for N >= 50; larger: a step that is felt.
-inline constexpr double kScalePace_per_s = 55.0;
+inline constexpr double kScalePace = 55.0;
 
 /// Settings of a tool and of all strings; those of single strings are StringParameters.
 struct LiveSettings {
@@ -82,7 +82,7 @@ struct WayLength {
                                                const StringParameters& to,
                                                double stiffest) noexcept;
 
-/// Time the way takes, s, >= kSettingsRamp_s: so that no scale goes faster than kScalePace_per_s.
+/// Time the way takes, s, >= kSettingsRamp_s: so that no scale goes faster than kScalePace.
 [[nodiscard]] HD_REALTIME double ramp_time(const WayLength& length) noexcept;
 
 /// from^(1 - share) to^share of two positive numbers; exactly `to` at 1.

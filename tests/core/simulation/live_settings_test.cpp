@@ -107,7 +107,7 @@ TEST_CASE("a contact stiffness above every coupling's takes no part of the way")
   CHECK(StringBlend(1e-9, 1000.0)(from, to).contact_stiffness == doctest::Approx(1000.0));
   CHECK(StringBlend(0.5, 1000.0)(from, to).contact_stiffness == doctest::Approx(500.0));
   CHECK(ramp_time(way_length(from, to, 1000.0)) == kSettingsRamp_s);
-  CHECK(ramp_time(way_length(from, to, 1e9)) == doctest::Approx(std::log(4e6) / kScalePace_per_s));
+  CHECK(ramp_time(way_length(from, to, 1e9)) == doctest::Approx(std::log(4e6) / kScalePace));
 }
 
 TEST_CASE("a way takes as long as its logarithm, and 50 ms at least") {
@@ -118,13 +118,13 @@ TEST_CASE("a way takes as long as its logarithm, and 50 ms at least") {
   CHECK(ramp_time(way_length(from, to)) == kSettingsRamp_s);
   from.coupling.kt = 1e9;
   to.coupling.kt = 1e-3;
-  CHECK(ramp_time(way_length(from, to)) == doctest::Approx(std::log(1e12) / kScalePace_per_s));
+  CHECK(ramp_time(way_length(from, to)) == doctest::Approx(std::log(1e12) / kScalePace));
   StringParameters tight;
   tight.tension = 1000.0;
   StringParameters slack = tight;
   slack.tension = 0.0;
   CHECK(ramp_time(way_length(tight, slack, 1000.0)) ==
-        doctest::Approx(std::log(1000001.0) / kScalePace_per_s));
+        doctest::Approx(std::log(1000001.0) / kScalePace));
 }
 
 TEST_CASE("in any network of springs a change of one moves no force by more than 3/50 of its way") {
