@@ -11,9 +11,9 @@
 namespace hapticd {
 namespace {
 
-/// Residuals up to these are told as 0.
-constexpr double kResidual_N = 1e-9;
-constexpr double kResidual_m = 1e-12;
+/// Residuals up to these are told as 0, N and m.
+constexpr double kResidualForce = 1e-9;
+constexpr double kResidualGap = 1e-12;
 
 /// Where along a cable its last knot is certainly passed: its shares round.
 constexpr double kLastKnot = 1.0 - 1e-9;
@@ -64,10 +64,10 @@ void encode_tool(const ToolTick& tool, v1::ToolState& out) {
   }
   out.set_minimum_gap_m(static_cast<float>(std::clamp(tool.contact.minimum_gap, -1.0, 1.0)));
   // Rounding of the solver is not worth its bytes.
-  if (tool.contact.residual_force > kResidual_N) {
+  if (tool.contact.residual_force > kResidualForce) {
     out.set_residual_n(static_cast<float>(tool.contact.residual_force));
   }
-  if (tool.contact.residual_gap > kResidual_m) {
+  if (tool.contact.residual_gap > kResidualGap) {
     out.set_residual_m(static_cast<float>(tool.contact.residual_gap));
   }
   for (int bit = 0; bit < 16; ++bit) {
@@ -143,6 +143,7 @@ void add_further(const ToldString& told, const StringBendTick* own, const SceneI
 
 void encode_string(const ToldString& told, const SceneIndex& index, v1::StringState& out) {
   const StringBendTick* const own = own_bend(told);
+  if (told.row == nullptr && own == nullptr) return;
   const std::int32_t capsule = told.row != nullptr ? told.row->string : own->string;
   const PieceOwner& piece = index.pieces[static_cast<std::size_t>(capsule)];
   out.set_string_index(piece.index);

@@ -119,13 +119,13 @@ class Program {
   Program(const StaticScene& scene, const Pose& X_WH, const StaticPlace& start)
       : scene_(scene), p_WH_(X_WH.p), R_WH_(X_WH.q.toRotationMatrix()), base_(start.vertices_W) {
     size_ = 6 + 3 * static_cast<Eigen::Index>(scene.strings.size());
-    x = Vector::Zero(size_);
-    x.head<3>() = (start.X_WG.p - p_WH_) / kUnit;
-    x.segment<3>(3) =
+    x_ = Vector::Zero(size_);
+    x_.head<3>() = (start.X_WG.p - p_WH_) / kUnit;
+    x_.segment<3>(3) =
         rotation_vector(start.X_WG.q.toRotationMatrix() * R_WH_.transpose()) * scene.length / kUnit;
   }
 
-  /// Puts x where it is least, whatever pairs that takes.
+  /// Puts x_ where it is least, whatever pairs that takes.
   void solve() {
     take_in(kNear);
     for (int repeat = 0; repeat < 20; ++repeat) {
@@ -136,15 +136,15 @@ class Program {
 
   [[nodiscard]] StaticRest result() const {
     StaticRest rest;
-    rest.place.X_WG.p = p_WH_ + kUnit * x.head<3>();
-    const Vector3 w = rotation_part(x);
+    rest.place.X_WG.p = p_WH_ + kUnit * x_.head<3>();
+    const Vector3 w = rotation_part(x_);
     rest.place.X_WG.q = Quaternion(Matrix3(rotation_of(w) * R_WH_));
-    for (std::size_t k = 0; k < base_.size(); ++k) rest.place.vertices_W.push_back(vertex(x, k));
-    rest.F_H_W.f = scene_.kt * kUnit * x.head<3>();
+    for (std::size_t k = 0; k < base_.size(); ++k) rest.place.vertices_W.push_back(vertex(x_, k));
+    rest.F_H_W.f = scene_.kt * kUnit * x_.head<3>();
     rest.F_H_W.t = scene_.kt * scene_.length * scene_.length * w;
     const double newton = scene_.kt * kUnit;
-    rest.unbalanced = newton * slope(x, multipliers_).cwiseAbs().maxCoeff();
-    const Spheres placed = place(x);
+    rest.unbalanced = newton * slope(x_, multipliers_).cwiseAbs().maxCoeff();
+    const Spheres placed = place(x_);
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const double gap = gap_of(placed, pairs_[i]);
       if (multipliers_[static_cast<Eigen::Index>(i)] * newton > 1e-6) {
@@ -222,7 +222,7 @@ class Program {
 
   /// Adds the pairs nearer than `range` mm; true where there was one.
   bool take_in(double range) {
-    const Spheres placed = place(x);
+    const Spheres placed = place(x_);
     const std::size_t before = pairs_.size();
     each_pair([&](const Pair& pair) {
       if (gap_of(placed, pair) < range &&
@@ -298,7 +298,7 @@ class Program {
     for (Eigen::Index i = 0; i < size_; ++i) {
       Vector step = Vector::Zero(size_);
       step[i] = kDifference;
-      out.col(i) = (slope(x + step, bearing) - slope(x - step, bearing)) / (2 * kDifference);
+      out.col(i) = (slope(x_ + step, bearing) - slope(x_ - step, bearing)) / (2 * kDifference);
     }
     return 0.5 * (out + out.transpose());
   }
@@ -307,9 +307,9 @@ class Program {
   double newton_step() {
     Vector gaps;
     Matrix slopes;
-    look(x, gaps, &slopes);
+    look(x_, gaps, &slopes);
     const Vector bearing = forces(gaps);
-    const Vector downhill = slopes * bearing - energy_slope(x);
+    const Vector downhill = slopes * bearing - energy_slope(x_);
     const double steepest = downhill.cwiseAbs().maxCoeff();
     if (steepest < kSolved) return steepest;
     Matrix H = curvature(bearing);
@@ -324,16 +324,16 @@ class Program {
     }
     Vector step = factor.solve(downhill);
     step *= std::min(1.0, kLongestStep / step.cwiseAbs().maxCoeff());
-    const double before = augmented(x);
+    const double before = augmented(x_);
     const double promised = step.dot(downhill);
     double fraction = 1.0;
     for (int halving = 0; halving < 40; ++halving, fraction *= 0.5) {
-      const Vector tried = x + fraction * step;
+      const Vector tried = x_ + fraction * step;
       if (augmented(tried) <= before - 1e-4 * fraction * promised) break;
       // Rounding hides the last digits of the function; its slope still tells.
       if (promised < 1e-8 && steepness(tried) < steepest) break;
     }
-    x += fraction * step;
+    x_ += fraction * step;
     return steepest;
   }
 
@@ -351,7 +351,7 @@ class Program {
       for (int i = 0; i < kNewtonSteps && newton_step() >= kSolved; ++i) {
       }
       Vector gaps;
-      look(x, gaps, nullptr);
+      look(x_, gaps, nullptr);
       const Vector next = forces(gaps);
       const double change =
           (next - multipliers_).size() > 0 ? (next - multipliers_).cwiseAbs().maxCoeff() : 0.0;
@@ -370,7 +370,7 @@ class Program {
   std::vector<Pair> pairs_;
   Vector multipliers_;
   double penalty_ = kPenalty;
-  Vector x;
+  Vector x_;
 };
 
 }  // namespace

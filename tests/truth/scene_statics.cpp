@@ -15,6 +15,76 @@ double gap_to(const Sphere& sphere, const Capsule& capsule) {
   return (sphere.p - capsule.p_A - share * axis).norm() - capsule.r - sphere.r;
 }
 
+/// A tool where it stands, and those of its spheres that have something within range.
+class PlacedTool {
+ public:
+  PlacedTool(const std::vector<Sphere>& tool_G, const Pose& X_WG) : wanted_(tool_G.size(), 0) {
+    for (const Sphere& sphere : tool_G) {
+      spheres_W_.push_back({transform(X_WG, sphere.p), sphere.r});
+      middle_ += spheres_W_.back().p / static_cast<double>(tool_G.size());
+    }
+    for (const Sphere& sphere : spheres_W_) {
+      reach_ = std::max(reach_, (sphere.p - middle_).norm() + sphere.r);
+    }
+  }
+  /// True where the capsule is within `range` of the tool; its spheres there are wanted.
+  bool take(const Capsule& capsule, double range) {
+    return take_by([&](const Sphere& sphere) { return gap_to(sphere, capsule) < range; });
+  }
+  /// Those of `all` that are within range.
+  std::vector<Sphere> take_spheres(const std::vector<Sphere>& all) {
+    std::vector<Sphere> near;
+    for (const Sphere& body : all) {
+      if ((body.p - middle_).norm() > reach_ + body.r + kRange) continue;
+      const bool taken = take_by([&](const Sphere& sphere) {
+        return (body.p - sphere.p).norm() - body.r - sphere.r < kRange;
+      });
+      if (taken) near.push_back(body);
+    }
+    return near;
+  }
+  [[nodiscard]] Vector3 nearest_to(const Capsule& capsule) const {
+    return std::min_element(spheres_W_.begin(), spheres_W_.end(),
+                            [&](const Sphere& a, const Sphere& b) {
+                              return gap_to(a, capsule) < gap_to(b, capsule);
+                            })
+        ->p;
+  }
+  [[nodiscard]] std::vector<Sphere> taken(const std::vector<Sphere>& tool_G) const {
+    std::vector<Sphere> out;
+    for (std::size_t k = 0; k < tool_G.size(); ++k) {
+      if (wanted_[k] != 0) out.push_back(tool_G[k]);
+    }
+    return out;
+  }
+
+ private:
+  template <typename Near>
+  bool take_by(const Near& near) {
+    bool any = false;
+    for (std::size_t k = 0; k < spheres_W_.size(); ++k) {
+      if (!near(spheres_W_[k])) continue;
+      wanted_[k] = 1;
+      any = true;
+    }
+    return any;
+  }
+
+  std::vector<Sphere> spheres_W_;
+  std::vector<char> wanted_;
+  Vector3 middle_ = Vector3::Zero();
+  double reach_ = 0.0;
+};
+
+/// How a string is bent, null where it is not held.
+const StringBend* bend_of(const ContactState& state, std::int32_t capsule) {
+  const StringBend* bend = nullptr;
+  for (const TouchedString& hold : state.touched) {
+    if (hold.yields && hold.bend.capsule == capsule) bend = &hold.bend;
+  }
+  return bend;
+}
+
 }  // namespace
 
 SceneStatics::SceneStatics(const ToolScene& scene)
@@ -42,69 +112,31 @@ SceneStatics::SceneStatics(const ToolScene& scene)
 }
 
 StaticRest SceneStatics::rest(const Pose& X_WH, const ContactState& from) const {
-  // Of the tool, the spheres that have something within the range; of the bodies, what is near any.
-  std::vector<Sphere> placed;
-  Vector3 middle = Vector3::Zero();
-  for (const Sphere& sphere : tool_G_) {
-    placed.push_back({transform(from.X_WG, sphere.p), sphere.r});
-    middle += placed.back().p / static_cast<double>(tool_G_.size());
-  }
-  double reach = 0.0;
-  for (const Sphere& sphere : placed)
-    reach = std::max(reach, (sphere.p - middle).norm() + sphere.r);
-  std::vector<char> wanted(placed.size(), 0);
-  std::vector<Sphere> bodies;
-  for (const Sphere& body : bodies_W_) {
-    if ((body.p - middle).norm() > reach + body.r + kRange) continue;
-    bool near = false;
-    for (std::size_t k = 0; k < placed.size(); ++k) {
-      if ((body.p - placed[k].p).norm() - body.r - placed[k].r >= kRange) continue;
-      wanted[k] = 1;
-      near = true;
-    }
-    if (near) bodies.push_back(body);
+  PlacedTool tool(tool_G_, from.X_WG);
+  const std::vector<Sphere> bodies = tool.take_spheres(bodies_W_);
+  std::vector<Capsule> lines;
+  for (const Capsule& line : lines_W_) {
+    if (tool.take(line, kRange)) lines.push_back(line);
   }
   StaticPlace place{from.X_WG, {}};
-  std::vector<Capsule> lines;
   std::vector<StaticString> strings;
-  const auto take = [&](const Capsule& capsule, double range) {
-    bool near = false;
-    for (std::size_t k = 0; k < placed.size(); ++k) {
-      if (gap_to(placed[k], capsule) >= range) continue;
-      wanted[k] = 1;
-      near = true;
-    }
-    return near;
-  };
-  for (const Capsule& line : lines_W_) {
-    if (take(line, kRange)) lines.push_back(line);
-  }
   for (std::size_t s = 0; s < strings_.size(); ++s) {
     const Capsule& straight = strings_[s].straight_W;
-    const TouchedString* held = nullptr;
-    for (const TouchedString& hold : from.touched) {
-      if (hold.yields && hold.bend.capsule == capsule_of_string_[s]) held = &hold;
-    }
-    const double bent = held != nullptr ? held->bend.u_W.norm() : 0.0;
-    if (!take(straight, kRange + bent)) continue;
+    const StringBend* held = bend_of(from, capsule_of_string_[s]);
+    if (!tool.take(straight, kRange + (held != nullptr ? held->u_W.norm() : 0.0))) continue;
     strings.push_back(strings_[s]);
-    // One that is not held has its vertex where the tool is nearest.
-    const auto nearest =
-        std::min_element(placed.begin(), placed.end(), [&](const Sphere& a, const Sphere& b) {
-          return gap_to(a, straight) < gap_to(b, straight);
-        });
-    const StaticScene one{{}, {}, {}, {&strings_[s], 1}};
-    place.vertices_W.push_back(free_place(one, {{1, 0, 0, 0}, nearest->p}).vertices_W.front());
     if (held != nullptr) {
-      place.vertices_W.back() =
-          straight.p_A + held->bend.lambda * (straight.p_B - straight.p_A) + held->bend.u_W;
+      place.vertices_W.emplace_back(straight.p_A + held->lambda * (straight.p_B - straight.p_A) +
+                                    held->u_W);
+      continue;
     }
+    // One that is not held has its vertex where the tool is nearest.
+    const StaticScene one{{}, {}, {}, {&strings_[s], 1}};
+    place.vertices_W.push_back(
+        free_place(one, {{1, 0, 0, 0}, tool.nearest_to(straight)}).vertices_W.front());
   }
-  std::vector<Sphere> tool;
-  for (std::size_t k = 0; k < tool_G_.size(); ++k) {
-    if (wanted[k] != 0) tool.push_back(tool_G_[k]);
-  }
-  StaticScene scene{tool, bodies, lines, strings};
+  const std::vector<Sphere> spheres_G = tool.taken(tool_G_);
+  StaticScene scene{spheres_G, bodies, lines, strings};
   scene.kt = kt_;
   scene.length = length_;
   return rest_from(scene, X_WH, place);
