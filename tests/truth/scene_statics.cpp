@@ -35,9 +35,9 @@ class PlacedTool {
   std::vector<Sphere> take_spheres(const std::vector<Sphere>& all) {
     std::vector<Sphere> near;
     for (const Sphere& body : all) {
-      if ((body.p - middle_).norm() > reach_ + body.r + kRange) continue;
+      if ((body.p - middle_).norm() > reach_ + body.r + SceneStatics::kRange) continue;
       const bool taken = take_by([&](const Sphere& sphere) {
-        return (body.p - sphere.p).norm() - body.r - sphere.r < kRange;
+        return (body.p - sphere.p).norm() - body.r - sphere.r < SceneStatics::kRange;
       });
       if (taken) near.push_back(body);
     }
@@ -116,14 +116,15 @@ StaticRest SceneStatics::rest(const Pose& X_WH, const ContactState& from) const 
   const std::vector<Sphere> bodies = tool.take_spheres(bodies_W_);
   std::vector<Capsule> lines;
   for (const Capsule& line : lines_W_) {
-    if (tool.take(line, kRange)) lines.push_back(line);
+    if (tool.take(line, SceneStatics::kRange)) lines.push_back(line);
   }
   StaticPlace place{from.X_WG, {}};
   std::vector<StaticString> strings;
   for (std::size_t s = 0; s < strings_.size(); ++s) {
     const Capsule& straight = strings_[s].straight_W;
     const StringBend* held = bend_of(from, capsule_of_string_[s]);
-    if (!tool.take(straight, kRange + (held != nullptr ? held->u_W.norm() : 0.0))) continue;
+    if (!tool.take(straight, SceneStatics::kRange + (held != nullptr ? held->u_W.norm() : 0.0)))
+      continue;
     strings.push_back(strings_[s]);
     if (held != nullptr) {
       place.vertices_W.emplace_back(straight.p_A + held->lambda * (straight.p_B - straight.p_A) +
