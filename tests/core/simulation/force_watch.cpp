@@ -121,7 +121,7 @@ StaticPlace ForceWatch::place() const {
 }
 
 Vector3 ForceWatch::exact_force() const {
-  const Vector3 f = rest_from(scene_, {{1, 0, 0, 0}, guqin_.p_WH}, place_).F_H_W.f;
+  Vector3 f = rest_from(scene_, {{1, 0, 0, 0}, guqin_.p_WH}, place_).F_H_W.f;
   if (preset_.string.model != StringContact::kStraight || f.norm() == 0.0) return f;
   // A rigid string is one line; what the hand gets is Eq. 10 to 12 of how far it is pressed in.
   std::size_t nearest = 0;

@@ -51,6 +51,7 @@ void wander(std::uint64_t seed, std::size_t tools) {
   options.body_y = -8e-3;
   Ensemble ensemble(tools, options);
   std::vector<Vector3> at;
+  at.reserve(tools);
   for (std::size_t k = 0; k < tools; ++k)
     at.push_back({0.2 + 0.15 * static_cast<double>(k), 0.02, 0.0});
   // A tool that begins inside something is pushed out of it.
@@ -58,6 +59,7 @@ void wander(std::uint64_t seed, std::size_t tools) {
   int shared = 0;
   for (int leg = 0; leg < 8; ++leg) {
     std::vector<Vector3> to;
+    to.reserve(tools);
     for (std::size_t k = 0; k < tools; ++k) {
       to.push_back({0.2 + 0.15 * static_cast<double>(k) + random.uniform(-0.05, 0.05),
                     random.uniform(-6e-3, 0.014), random.uniform(-6e-3, 6e-3)});
@@ -65,6 +67,7 @@ void wander(std::uint64_t seed, std::size_t tools) {
     const int ticks = 1 + static_cast<int>(random.below(60));
     for (int k = 1; k <= ticks; ++k) {
       std::vector<Vector3> p;
+      p.reserve(tools);
       for (std::size_t i = 0; i < tools; ++i) p.push_back(at[i] + (to[i] - at[i]) * k / ticks);
       const Tick& told = ensemble.tick(p).record();
       double gap = kMargin;

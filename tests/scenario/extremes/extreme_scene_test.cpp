@@ -17,7 +17,7 @@ namespace hapticd::test {
 namespace {
 
 /// What a tick that ends a linearisation sooner may differ by, N: kt times the stop tolerance.
-constexpr double kEndOfTick_N = 1e-3;
+constexpr double kEndOfTick = 1e-3;
 
 HandPose sample_at(int tick, const Vector3& p, const Vector3& phi = Vector3::Zero()) {
   return {(tick + 1) * std::int64_t{1'000'000}, to_array(p), to_array(exp_rotation(phi))};
@@ -54,7 +54,7 @@ TEST_CASE("at every quality sixty spheres at one place give the force of one") {
       iterations = std::max(iterations, work.qp_iterations / std::max(1, work.sub_steps));
     }
     // Rounding decides in which linearisation a tick ends, which the stop tolerance bounds.
-    CHECK(difference < kEndOfTick_N);
+    CHECK(difference < kEndOfTick);
     CHECK(largest > 0.1);
     CHECK(iterations <= 3 * 60);
   }
@@ -199,7 +199,7 @@ TEST_CASE("at every quality q and -q, and a scene a kilometre away, give the sam
       of_place = std::max(of_place, (c.tool(0).F_computed_H_W.f - f).norm());
     }
     CHECK(of_sign <= 1e-12);
-    CHECK(of_place <= kEndOfTick_N);
+    CHECK(of_place <= kEndOfTick);
   }
 }
 

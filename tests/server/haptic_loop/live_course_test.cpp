@@ -25,7 +25,7 @@ namespace {
 
 /// Of the largest excursion, and N: more in a tick is felt as a step.
 constexpr double kShare = 3.0 / 50.0;
-constexpr double kFelt_N = 5e-3;
+constexpr double kFelt = 5e-3;
 /// Arm at which a torque counts as a force, m.
 constexpr double kArm_m = 0.032;
 /// Thinner skins are lost in the solver's rounding, m.
@@ -292,7 +292,7 @@ void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
   const Felt most = excursion(touch, scene, way, p_DH);
   // A coupling of MN/m feels the last nanometres of the contact problem.
   const double kt = std::max(from->tools[0].coupling.kt, to->tools[0].coupling.kt);
-  const double felt_N = std::max(kFelt_N, 10.0 * kLeastClearance * kt);
+  const double felt_N = std::max(kFelt, 10.0 * kLeastClearance * kt);
   const double bound_N = std::max(kShare * most.f[0], felt_N);
   const double bound_Nm = std::max(kShare * most.t[0], felt_N * kArm_m);
   CAPTURE(std::string(touch.name));

@@ -213,7 +213,8 @@ TEST_CASE("rigid strings have a lateral force but where preset PAPER leaves it o
   for (const auto& [text, expected] : {std::pair{std::string(), true}, std::pair{paper, false},
                                        std::pair{paper + "lateral_force {}\n", true}}) {
     CAPTURE(text);
-    const LoadResult result = load_inline("name: \"bare\"" + kFinger + text);
+    const LoadResult result =
+        load_inline(std::string("name: \"bare\"").append(kFinger).append(text));
     REQUIRE(result.loaded != nullptr);
     CHECK(result.loaded->scene->description().instrument.lateral_force == expected);
   }
