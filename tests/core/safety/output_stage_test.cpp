@@ -277,8 +277,9 @@ TEST_CASE("a gain above 1 counts as 1, one below 0 as 0") {
 }
 
 TEST_CASE("as the reserve goes, what points along the motion goes with it, and alone") {
-  for (const auto& [given, along] :
-       {std::pair{2e-3, 0.1}, std::pair{3e-3, 0.05}, std::pair{3.8e-3, 0.0}}) {
+  for (const auto& each : {std::pair{2e-3, 0.1}, std::pair{3e-3, 0.05}, std::pair{3.8e-3, 0.0}}) {
+    const double given = each.first;
+    const double along = each.second;
     CAPTURE(given);
     SafetyState state;
     state.port.given = given;

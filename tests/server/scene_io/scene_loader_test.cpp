@@ -210,8 +210,10 @@ TEST_CASE("a filled scene says all: loaded again it is the same") {
 
 TEST_CASE("rigid strings have a lateral force but where preset PAPER leaves it out") {
   const std::string paper = "preset: PRESET_PAPER\n";
-  for (const auto& [text, expected] : {std::pair{std::string(), true}, std::pair{paper, false},
-                                       std::pair{paper + "lateral_force {}\n", true}}) {
+  for (const auto& each : {std::pair{std::string(), true}, std::pair{paper, false},
+                           std::pair{paper + "lateral_force {}\n", true}}) {
+    const std::string& text = each.first;
+    const bool expected = each.second;
     CAPTURE(text);
     const LoadResult result =
         load_inline(std::string("name: \"bare\"").append(kFinger).append(text));
