@@ -71,10 +71,11 @@ class Replay(unittest.TestCase):
             self.assertEqual(code, 0, said)
             self.assertIn("identical: every wrench to the bit", said)
 
-    def test_a_recording_of_format_2_is_replayed_to_the_bit_from_the_first_tick(self):
+    def test_a_recording_of_format_2_is_replayed_from_the_first_tick_and_its_poses_are_compared(self):
         code, said = replay(KEPT / "from_first_tick.mcap", "--verify")
-        self.assertEqual(code, 0, said)
-        self.assertIn("identical: every wrench to the bit", said)
+        self.assertEqual(code, EXIT_PHYSICS, said)
+        self.assertIn("replayed 300 of 300 ticks", said)
+        self.assertIn("compared: poses, not forces", said)
 
     def test_a_recording_that_begins_with_a_state_of_an_older_version_is_refused(self):
         code, said = replay(KEPT / "from_snapshot.mcap", "--verify")
@@ -107,10 +108,10 @@ class Replay(unittest.TestCase):
     def test_of_a_recording_with_other_physics_poses_are_compared_and_it_is_said(self):
         data = self.virtual.read_bytes()
         header = messages_of(self.virtual, "/hapticd/header")[0]
-        self.assertEqual(recording_pb2.RecordHeader.FromString(header).physics, 1)
+        self.assertEqual(recording_pb2.RecordHeader.FromString(header).physics, 2)
         # Its last field: the same length with another number.
-        self.assertEqual(header[-2:], b"\x50\x01")
-        data = bytearray(data.replace(header, header[:-1] + b"\x02"))
+        self.assertEqual(header[-2:], b"\x50\x02")
+        data = bytearray(data.replace(header, header[:-1] + b"\x01"))
         for place, opcode, _ in read_recording.records(bytes(data), 8):
             # CRCs of chunks and of all data: 0 says that there is none.
             if opcode == 0x06:
@@ -122,7 +123,7 @@ class Replay(unittest.TestCase):
         other.write_bytes(data)
         code, said = replay(other, "--verify")
         self.assertEqual(code, EXIT_PHYSICS, said)
-        self.assertIn("recorded with physics 2; compared: poses, not forces", said)
+        self.assertIn("recorded with physics 1; compared: poses, not forces", said)
 
     def test_a_replay_tells_clients_where_it_is_and_lets_nobody_in(self):
         with daemon.Daemon("--device", f"replay:{self.real}", "--clock", "realtime") as played:

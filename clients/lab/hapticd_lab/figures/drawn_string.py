@@ -115,7 +115,8 @@ def make(lab: Any, figure: Figure) -> None:
     ringing = phase == state_pb2.STRING_PHASE_RINGING
     _draw(trace, ringing, law_m, released_s).save(lab.folder / "radius")
     figure.pictures["radius.svg"] = "The radius that clients draw, as States have it, and Eq. 9 computed from the event of the release alone"
-    delta_m = numpy.linalg.norm(trace.p_wg_m - trace.p_wh_m, axis=1)  # Eq. 13 with k_s = 1
+    # Eq. 13 with k_s = 1, less what a tool in motion keeps clear.
+    delta_m = numpy.linalg.norm(trace.p_wg_m - trace.p_wh_m, axis=1) - trace.gap_m
     largest_m = float((radius_m - RADIUS_M)[pressed].max())
     fitted_s = -1.0 / numpy.polyfit(trace.t_s[ringing], numpy.log(radius_m[ringing] - RADIUS_M), 1)[0]
     apart_m = float(numpy.linalg.norm(trace.contact_m[STRING][pressed][:, 1:], axis=1).max())

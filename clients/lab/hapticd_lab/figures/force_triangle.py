@@ -53,6 +53,9 @@ def press(place: float) -> Tuple[numpy.ndarray, numpy.ndarray]:
     poses = numpy.column_stack([numpy.full(len(y), (place - 0.5) * LENGTH_M), y, numpy.zeros(len(y))])
     tools = [state.tools[0] for state in states_of(SCENE, poses, ("TOOLS",))]
     apart = numpy.array([numpy.subtract(tool.p_wg_m, tool.p_wh_m) for tool in tools])
+    # Less what a tool in motion keeps clear, which is not felt.
+    clear = numpy.array([tool.minimum_gap_m for tool in tools])
+    apart *= numpy.maximum(0.0, 1.0 - clear / numpy.maximum(numpy.linalg.norm(apart, axis=1), 1e-12))[:, None]
     force = numpy.array([tool.wrench_h_w[:3] for tool in tools])
     pressed = numpy.linalg.norm(apart, axis=1) > LEAST_M
     return apart[pressed], force[pressed]
