@@ -205,8 +205,8 @@ void print_bound(std::ostream& out, const BoundedTicks& bounded, bool automatic)
       << " us of processor time, "
       << (automatic
               ? "the budget of automatic quality\n"
-              : "half of a tick at 1 kHz;\n    hapticd --budget-us N bounds it otherwise, 0 not at "
-                "all\n")
+              : "half of a tick at 1 kHz;\n    bounded otherwise with 'hapticd --budget-us N', not at "
+                "all where N is 0\n")
       << std::setprecision(2) << std::fixed << "  the most on this path: " << bounded.most_us
       << " us here; " << std::defaultfloat;
   if (bounded.beyond == 0) {
