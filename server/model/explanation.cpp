@@ -203,10 +203,10 @@ void print_times(std::ostream& out, const char* what, const TickTimes& times) {
 void print_bound(std::ostream& out, const BoundedTicks& bounded, bool automatic) {
   out << "work of a tick: bounded to " << std::setprecision(6) << bounded.budget_us
       << " us of processor time, "
-      << (automatic
-              ? "the budget of automatic quality\n"
-              : "half of a tick at 1 kHz;\n    bounded otherwise with 'hapticd --budget-us N', not at "
-                "all where N is 0\n")
+      << (automatic ? "the budget of automatic quality\n"
+                    : "half of a tick at 1 kHz;\n    bounded otherwise with 'hapticd --budget-us "
+                      "N', not at "
+                      "all where N is 0\n")
       << std::setprecision(2) << std::fixed << "  the most on this path: " << bounded.most_us
       << " us here; " << std::defaultfloat;
   if (bounded.beyond == 0) {
