@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "core/collision/blended_surface.h"
 #include "core/collision/pair_batch.h"
 #include "core/collision/placed_query.h"
 
@@ -38,7 +39,7 @@ inline bool out_of_reach(const PlacedQuery& query, const ToolBall& ball, const B
   const Vector3 from_body_W = ball.p_W - body.X_WB.p;
   const Vector3 p_BC = rotate(rotation_matrix(body.X_WB.q).transpose(), from_body_W);
   const double slack = kRelativeSlack * (length(from_body_W) + ball.reach + reach(body.tree));
-  const double radius = gap + ball.radius + slack;
+  const double radius = gap + ball.radius + slack + blend_reach(body.tree);
   return radius > 0.0 && !may_touch({boxes->lower, boxes->upper}, {p_BC, radius});
 }
 
@@ -50,10 +51,11 @@ class BodyContacts {
       : trees_(trees),
         tool_placement_(tool_placement),
         obstacle_(obstacle),
-        collector_(collector) {}
+        collector_(collector),
+        beyond_(blend_reach(trees.body.tree)) {}
 
   /// Pairs that are certainly farther need not be reported, m.
-  [[nodiscard]] double radius() const noexcept { return collector_.margin(); }
+  [[nodiscard]] double radius() const noexcept { return collector_.margin() + beyond_; }
   void count_tests(int tests) noexcept { collector_.count_tests(tests); }
 
   /// Takes the pair of the tool's child i, whose centre is p_BC[i], and the body's child k.
@@ -72,7 +74,7 @@ class BodyContacts {
     p_GC_.y[j] = tool.y[row];
     p_GC_.z[j] = tool.z[row];
     r_tool_[j] = tool.r[row];
-    radii_[j] = tool.r[row] + body.r[lane];
+    radii_[j] = tool.r[row] + (body.r[lane] + beyond_);
     if (count_ == kBatch) flush();
   }
 
@@ -145,6 +147,7 @@ class BodyContacts {
   const ToolPlacement& tool_placement_;
   const std::int32_t obstacle_;
   ContactCollector& collector_;
+  const double beyond_;  ///< added to the body's spheres, m
   std::size_t count_ = 0;
   std::array<TreeSphereId, kBatch> tool_id_, body_id_;
   Points offset_;  ///< PrimitiveGap::offset, m; axes of B
@@ -152,6 +155,95 @@ class BodyContacts {
   Numbers r_tool_, radii_;
   Numbers distance_, gap_;   ///< m
   Points nhat_OG_W_, p_WC_;  ///< as in Contact
+};
+
+/// The tool's spheres that were looked at, as far as can be remembered.
+class SeenSpheres {
+ public:
+  SeenSpheres() noexcept { seen_.fill(kBlendedSurface); }
+
+  /// True when `id` is certainly among them; else it is from now on.
+  [[nodiscard]] bool take(TreeSphereId id) noexcept {
+    TreeSphereId& place = seen_[static_cast<std::uint32_t>(id) % kPlaces];
+    if (place == id) return true;
+    forgot_ = forgot_ || place != kBlendedSurface;
+    place = id;
+    return false;
+  }
+  /// Whether one may be taken for new that is not.
+  [[nodiscard]] bool forgot() const noexcept { return forgot_; }
+
+ private:
+  static constexpr std::uint32_t kPlaces = 256;
+  std::array<TreeSphereId, kPlaces> seen_;
+  bool forgot_ = false;
+};
+
+/// Makes the contacts of the tool's spheres with the blended surface of a body, one each.
+class BlendContacts {
+ public:
+  BlendContacts(const PlacedTrees& trees, const ToolPlacement& tool_placement,
+                std::int32_t obstacle, ContactCollector& collector) noexcept
+      : trees_(trees),
+        tool_placement_(tool_placement),
+        obstacle_(obstacle),
+        collector_(collector) {}
+
+  [[nodiscard]] double radius() const noexcept {
+    return collector_.margin() + blend_reach(trees_.body.tree);
+  }
+  void count_tests(int tests) noexcept { collector_.count_tests(tests); }
+
+  void hit(const NodePair& pair, int i, int /*k*/, const PointLanes& p_BC) noexcept {
+    const ContactKey key{ObstacleKind::kBody, obstacle_, trees_.tool.id(pair.tool.part, i),
+                         kBlendedSurface};
+    if (seen_.take(key.tool_sphere)) return;
+    const SphereTreeNode& tool = trees_.tool.node(pair.tool.part);
+    const auto row = static_cast<std::size_t>(i);
+    const BlendedPlace place = place_beside_blend(trees_.body.tree, p_BC[row]);
+    collector_.count_tests(place.tests);
+    const PrimitiveGap gap = gap_to_blend(place, tool.r[row]);
+    if (!collector_.wants(key.tool_sphere, gap.gap)) return;
+    if (seen_.forgot() && collector_.holds(key)) return;
+    const Vector3 p_GC{tool.x[row], tool.y[row], tool.z[row]};
+    const PlacedSphere placed{rotate(tool_placement_.R_WG, p_GC), tool.r[row],
+                              tool_placement_.p_WG};
+    collector_.add(gap.gap, [&](Contact& contact) {
+      contact = make_contact(key, gap, body_normal(gap, trees_.placement.R_WB), placed);
+    });
+  }
+
+ private:
+  const PlacedTrees& trees_;
+  const ToolPlacement& tool_placement_;
+  const std::int32_t obstacle_;
+  ContactCollector& collector_;
+  SeenSpheres seen_;
+};
+
+/// Lowers a NearestGap to those of a blended surface.
+class NearestBlend {
+ public:
+  NearestBlend(const PlacedTrees& trees, NearestGap& nearest) noexcept
+      : trees_(trees), nearest_(nearest) {}
+
+  [[nodiscard]] double radius() const noexcept {
+    return nearest_.gap + blend_reach(trees_.body.tree);
+  }
+  void count_tests(int tests) noexcept { nearest_.tests += tests; }
+
+  void hit(const NodePair& pair, int i, int /*k*/, const PointLanes& p_BC) noexcept {
+    if (seen_.take(trees_.tool.id(pair.tool.part, i))) return;
+    const auto row = static_cast<std::size_t>(i);
+    const BlendedPlace place = place_beside_blend(trees_.body.tree, p_BC[row]);
+    nearest_.tests += place.tests;
+    nearest_.gap = std::min(nearest_.gap, place.distance - trees_.tool.node(pair.tool.part).r[row]);
+  }
+
+ private:
+  const PlacedTrees& trees_;
+  NearestGap& nearest_;
+  SeenSpheres seen_;
 };
 
 /// Rounds of dives before the search proper. Normal value 2. Costs only time: the better the first
@@ -162,9 +254,9 @@ inline constexpr int kDives = 2;
 class NearestPair {
  public:
   NearestPair(const PlacedTrees& trees, NearestGap& nearest) noexcept
-      : trees_(trees), nearest_(nearest) {}
+      : trees_(trees), nearest_(nearest), beyond_(blend_reach(trees.body.tree)) {}
 
-  [[nodiscard]] double radius() const noexcept { return nearest_.gap; }
+  [[nodiscard]] double radius() const noexcept { return nearest_.gap + beyond_; }
   void count_tests(int tests) noexcept { nearest_.tests += tests; }
 
   void hit(const NodePair& pair, int i, int k, const PointLanes& p_BC) noexcept {
@@ -172,14 +264,16 @@ class NearestPair {
     const SphereTreeNode& body = trees_.body.node(pair.body.part);
     const auto row = static_cast<std::size_t>(i);
     const auto lane = static_cast<std::size_t>(k);
-    const PrimitiveGap gap = gap_to_body_sphere(
-        p_BC[row], tool.r[row], {{body.x[lane], body.y[lane], body.z[lane]}, body.r[lane]});
+    const PrimitiveGap gap =
+        gap_to_body_sphere(p_BC[row], tool.r[row],
+                           {{body.x[lane], body.y[lane], body.z[lane]}, body.r[lane] + beyond_});
     nearest_.gap = std::min(nearest_.gap, gap.gap);
   }
 
  private:
   const PlacedTrees& trees_;
   NearestGap& nearest_;
+  const double beyond_;  ///< added to the body's spheres, m
 };
 
 /// The surface sphere where always taking the child nearest to `probe` ends.
@@ -221,8 +315,14 @@ void nearest_on_body(const PlacedTrees& trees, NearestGap& nearest) noexcept {
   const Sphere& bound_G = trees.tool.tree.bound;
   const PrimitiveGap bounds =
       gap_to_body_sphere(to_body(trees.placement, bound_G.p), bound_G.r, trees.body.tree.bound);
-  if (bounds.gap - trees.slack > nearest.gap) return;
+  if (bounds.gap - trees.slack - blend_reach(trees.body.tree) > nearest.gap) return;
+  // A blended surface is no farther than its leaves.
   nearest.gap = std::min(nearest.gap, gap_of_dives<Kernels>(trees, nearest.tests));
+  if (meets_blend(trees.body.tree, trees.body.last_level)) {
+    NearestBlend visitor(trees, nearest);
+    BodyDescent<Kernels, NearestBlend>(trees, visitor).run();
+    return;
+  }
   NearestPair visitor(trees, nearest);
   BodyDescent<Kernels, NearestPair>(trees, visitor).run();
 }
@@ -238,9 +338,16 @@ struct BodyGap {
            has_sphere(body_of(obstacles, key).tree, key.obstacle_sphere);
   }
 
-  static RoundObstacle round(const ObstaclesView& obstacles, const Contact& contact) noexcept {
-    const ContactKey& key = contact.key;
-    return {tree_sphere(body_of(obstacles, key).tree, key.obstacle_sphere).r, Vector3::Zero()};
+  static RoundObstacle round(const PairSides& sides, const Contact& contact) noexcept {
+    const BodyView& body = body_of(sides.obstacles, contact.key);
+    if (!of_blend(contact.key)) return {sphere_of(body, contact.key).r, Vector3::Zero()};
+    const Sphere sphere_G = sides.tool_sphere(contact.key);
+    const Vector3 p_BC = to_body(place_body(body.X_WB, place_tool(sides.tool.X_WG)), sphere_G.p);
+    const BlendedPlace place = place_beside_blend(body.tree, p_BC);
+    // Where it is hollow it counts as flat: steps get no longer by that.
+    const double r = place.curvature > 0.0 ? 1.0 / place.curvature - place.distance
+                                           : std::numeric_limits<double>::infinity();
+    return {r, Vector3::Zero()};
   }
 
   static Contact evaluate(const PairSides& sides, const ContactKey& key) noexcept {
@@ -249,8 +356,10 @@ struct BodyGap {
     const PlacedSphere placed{rotate(placement.R_WG, sphere_G.p), sphere_G.r, placement.p_WG};
     const BodyView& view = body_of(sides.obstacles, key);
     const PlacedBody body = place_body(view.X_WB, placement);
-    const PrimitiveGap pair = gap_to_body_sphere(to_body(body, sphere_G.p), sphere_G.r,
-                                                 tree_sphere(view.tree, key.obstacle_sphere));
+    const Vector3 p_BC = to_body(body, sphere_G.p);
+    const PrimitiveGap pair = of_blend(key)
+                                  ? gap_to_blend(place_beside_blend(view.tree, p_BC), sphere_G.r)
+                                  : gap_to_body_sphere(p_BC, sphere_G.r, sphere_of(view, key));
     return make_contact(key, pair, body_normal(pair, body.R_WB), placed);
   }
 
@@ -258,8 +367,14 @@ struct BodyGap {
     batch.begin(body_of(sides.obstacles, key).X_WB);
   }
   static void add(const PairSides& sides, const ContactKey& key, PairBatch& batch) noexcept {
-    batch.add(sides.tool_sphere(key),
-              tree_sphere(body_of(sides.obstacles, key).tree, key.obstacle_sphere));
+    const BodyView& body = body_of(sides.obstacles, key);
+    const Sphere sphere_G = sides.tool_sphere(key);
+    if (!of_blend(key)) {
+      batch.add(sphere_G, sphere_of(body, key));
+      return;
+    }
+    const Vector3 p_BC = batch.in_body(sphere_G);
+    batch.add(sphere_G, tangent_sphere(place_beside_blend(body.tree, p_BC), p_BC));
   }
 
   template <typename Kernels>
@@ -271,6 +386,11 @@ struct BodyGap {
       const std::int32_t number = index++;
       if (out_of_reach(query, ball, body, collector.margin())) continue;
       const PlacedTrees trees = placed(query, body);
+      if (meets_blend(body.tree, trees.body.last_level)) {
+        BlendContacts contacts(trees, query.placement, number, collector);
+        BodyDescent<Kernels, BlendContacts>(trees, contacts).run();
+        continue;
+      }
       BodyContacts contacts(trees, query.placement, number, collector);
       BodyDescent<Kernels, BodyContacts>(trees, contacts).run();
       contacts.flush();
@@ -288,6 +408,15 @@ struct BodyGap {
   }
 
  private:
+  static bool of_blend(const ContactKey& key) noexcept {
+    return key.obstacle_sphere == kBlendedSurface;
+  }
+  /// The sphere of a pair that a query of coarse levels, or of no blend, has found.
+  static Sphere sphere_of(const BodyView& body, const ContactKey& key) noexcept {
+    Sphere sphere = tree_sphere(body.tree, key.obstacle_sphere);
+    sphere.r += blend_reach(body.tree);
+    return sphere;
+  }
   static const BodyView& body_of(const ObstaclesView& obstacles, const ContactKey& key) noexcept {
     return obstacles.bodies[static_cast<std::size_t>(key.obstacle)];
   }

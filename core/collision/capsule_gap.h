@@ -148,9 +148,10 @@ struct CapsuleGap {
   }
 
   /// About its axis along the straight part alone.
-  static RoundObstacle round(const ObstaclesView& obstacles, const Contact& contact) noexcept {
+  static RoundObstacle round(const PairSides& sides, const Contact& contact) noexcept {
     const ContactKey& key = contact.key;
-    const Capsule capsule = segment_of(obstacles, key.obstacle, key.obstacle_sphere).capsule_W;
+    const Capsule capsule =
+        segment_of(sides.obstacles, key.obstacle, key.obstacle_sphere).capsule_W;
     if (!(contact.lambda > 0.0 && contact.lambda < 1.0)) return {capsule.r, Vector3::Zero()};
     return {capsule.r, (capsule.p_B - capsule.p_A).normalized()};
   }

@@ -40,6 +40,12 @@ class ContactCollector {
            (displaced_ == nullptr || displaced_->find(tool_sphere) == index_);
   }
 
+  /// Whether there is one of that pair already. O(contacts).
+  [[nodiscard]] bool holds(const ContactKey& key) const noexcept {
+    return std::any_of(out_.contacts.begin(), out_.contacts.end(),
+                       [&key](const Contact& contact) { return contact.key == key; });
+  }
+
   /// Adds a contact with a `gap` that wants() accepts: write(contact) fills it where it stays.
   template <typename Write>
   void add(double gap, const Write& write) noexcept {

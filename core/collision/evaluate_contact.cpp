@@ -45,9 +45,11 @@ Contact evaluate_contact(const ContactKey& key, const ToolView& tool,
   return ask_primitive(key, [&](auto primitive) { return primitive.evaluate(sides, key); });
 }
 
-RoundObstacle round_obstacle(const Contact& contact, const ObstaclesView& obstacles) noexcept {
+RoundObstacle round_obstacle(const Contact& contact, const ToolView& tool,
+                             const ObstaclesView& obstacles) noexcept {
+  const PairSides sides{tool, obstacles};
   return ask_primitive(contact.key,
-                       [&](auto primitive) { return primitive.round(obstacles, contact); });
+                       [&](auto primitive) { return primitive.round(sides, contact); });
 }
 
 bool has_obstacle(const ContactKey& key, const ObstaclesView& obstacles) noexcept {

@@ -26,6 +26,11 @@ inline constexpr int kMaxObstacleKind = static_cast<int>(ObstacleKind::kBody);
   return key.kind == ObstacleKind::kBody;
 }
 
+/// True of a pair with the blended surface of a body: neither convex nor a sphere.
+[[nodiscard]] constexpr bool is_blend(const ContactKey& key) noexcept {
+  return is_body(key) && key.obstacle_sphere == kBlendedSurface;
+}
+
 /// A rigid body of the scene: its tree and where it is.
 struct BodyView {
   SphereTreeView tree;

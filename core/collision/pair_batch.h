@@ -46,6 +46,11 @@ class PairBatch {
     add(sphere_G);
   }
 
+  /// Centre of a tool sphere in the frame of the body that the pairs are with, m.
+  [[nodiscard]] Vector3 in_body(const Sphere& sphere_G) const noexcept {
+    return to_body(body_, sphere_G.p);
+  }
+
   /// Evaluates the gaps of all.
   HD_REALTIME void find_gaps() noexcept;
   /// Evaluates normals and contact points of all, after find_gaps().

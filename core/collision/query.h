@@ -53,8 +53,8 @@ struct RoundObstacle {
   Vector3 axis_W;  ///< unit; zero: it is round on all sides
 };
 
-/// The obstacle of a contact that evaluate_contact() has found among the same obstacles.
-[[nodiscard]] HD_REALTIME RoundObstacle round_obstacle(const Contact& contact,
+/// The obstacle of a contact that evaluate_contact() has found between the same.
+[[nodiscard]] HD_REALTIME RoundObstacle round_obstacle(const Contact& contact, const ToolView& tool,
                                                        const ObstaclesView& obstacles) noexcept;
 
 /// Whether there is the obstacle that `key` names, and what of it.

@@ -83,7 +83,7 @@ void subtract_curvature(const ContactView& view, const Shapes& shapes, const Act
   const auto& [input, state] = view.at();
   const Contact contact = evaluate_contact(pair.key, shapes.tool, shapes.obstacles);
   const double r = tree_sphere(input.tool, pair.key.tool_sphere).r;
-  const RoundObstacle obstacle = round_obstacle(contact, shapes.obstacles);
+  const RoundObstacle obstacle = round_obstacle(contact, shapes.tool, shapes.obstacles);
   // From the obstacle's axis or centre to that of the tool's sphere.
   const double distance = contact.gap + r + obstacle.r;
   if (!(distance > 0.0)) return;

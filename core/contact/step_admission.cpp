@@ -78,6 +78,20 @@ double unseen_approach(const LegMotion& leg, double travel, double d) noexcept {
   return lean * lean / (2.0 * d);
 }
 
+/// Smallest distance between the centres of a tool sphere and a leaf of the blended surface that it
+/// is near to, m; infinite where there is none.
+double smallest_leaf_distance(const ContactView& view) noexcept {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Contact& contact : view.contacts.contacts) {
+    if (!is_blend(contact.key)) continue;
+    const BodyView& body =
+        view.input.obstacles.bodies[static_cast<std::size_t>(contact.key.obstacle)];
+    smallest = std::min(smallest, body.tree.blend.least_radius +
+                                      tree_sphere(view.input.tool, contact.key.tool_sphere).r);
+  }
+  return std::max(smallest, kPathError);
+}
+
 /// How many places of the step have to be looked at so that no more than kPathError hides between
 /// them: n places leave the sagitta (travel / n)^2 / (8 d) of a way past a point, and that of
 /// rotation.
@@ -88,6 +102,9 @@ double path_samples(const ContactView& view, const ConfigurationStep& step) noex
   const double angle = step.tool.dtheta.norm();
   double error = 0.125 * step.tool.dtheta.squaredNorm() * (reach_of_tool + parts);
   error += 0.25 * angle * parts;
+  // Rows keep a tool out of the blend where it is; out of the leaves next to that, the look does.
+  const double way = displacement_bound(step.tool, reach_of_tool + parts) + parts;
+  error = std::max(error, 0.125 * way * way / smallest_leaf_distance(view));
   for (std::size_t k = 0; k < state.touched.size(); ++k) {
     const TouchedString& string = state.touched[k];
     const StringMotion& motion = step.strings[k];
@@ -118,13 +135,14 @@ struct GapBound {
   double turning;       ///< by which rotation leaves its tangent, m
   double room;          ///< for rounding, m
 
-  /// False when the pair's gap certainly stays open all along the step. The distance from what is
+  /// False when the pair's gap certainly stays open all along the step. No gap changes by more than
+  /// the displacement. The distance from what is
   /// convex and stands still is a convex function of the centre's place, hence no less than its
   /// tangent; along the step that is gap + s n . (dp + dtheta x a) - s^2 |dtheta|^2 |a| / 2, least
   /// at an end.
   [[nodiscard]] bool may_close(const Contact& contact) const noexcept {
     if (contact.gap > displacement) return false;
-    if (!state.parts.empty()) return true;
+    if (!state.parts.empty() || is_blend(contact.key)) return true;
     if (const int string = find_touched(state.touched, contact.key);
         string >= 0 && state.touched[static_cast<std::size_t>(string)].yields) {
       return true;

@@ -37,6 +37,12 @@ struct NodeBox {
   Vector3 upper;  ///< m
 };
 
+/// How the leaves of a tree make one smooth surface (core/collision/blended_surface.h).
+struct SurfaceBlend {
+  double width = 0.0;         ///< m, >= 0; 0: they do not, and the surface is that of their union
+  double least_radius = 0.0;  ///< of any leaf, m; 0 where width is
+};
+
 /// Node 0 is the root; nodes are in breadth-first order. `leaf_*` have equal size >= 1; radii
 /// finite and >= 0.
 struct SphereTreeView {
@@ -51,6 +57,7 @@ struct SphereTreeView {
   /// One per node; or none, then a query goes by the spheres alone: it finds the same and takes
   /// longer.
   std::span<const NodeBox> boxes{};
+  SurfaceBlend blend{};
 
   /// Leaf sphere i, in the order the tree was built from.
   [[nodiscard]] Sphere leaf(std::int32_t i) const noexcept {
@@ -63,15 +70,19 @@ struct SphereTreeView {
 /// level, the bound in slot s of node n as -(8 n + s) - 1.
 using TreeSphereId = std::int32_t;
 
+/// Instead of a sphere: the blended surface of all leaves.
+inline constexpr TreeSphereId kBlendedSurface = std::numeric_limits<TreeSphereId>::max();
+
 [[nodiscard]] inline TreeSphereId bound_id(std::int32_t node, int slot) noexcept {
   return -(node * kTreeWidth + slot) - 1;
 }
 
-/// The sphere `id` of `tree`, in the tree's frame.
+/// The sphere `id` of `tree`, in the tree's frame; not kBlendedSurface.
 [[nodiscard]] Sphere tree_sphere(const SphereTreeView& tree, TreeSphereId id) noexcept;
 
-/// Whether there is one of that id.
+/// Whether there is one of that id, or a surface of that name.
 [[nodiscard]] inline bool has_sphere(const SphereTreeView& tree, TreeSphereId id) noexcept {
+  if (id == kBlendedSurface) return tree.blend.width > 0.0;
   if (id >= 0) return static_cast<std::size_t>(id) < tree.leaf_x.size();
   return static_cast<std::size_t>(-(id + 1)) / kTreeWidth < tree.nodes.size();
 }

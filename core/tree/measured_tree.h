@@ -24,10 +24,12 @@ struct TreeLevel {
 /// A tree and where it comes from.
 struct MeasuredTree {
   SphereTree tree;
-  ContentHash source{};           ///< of the mesh file
-  std::string source_name;        ///< file or model it was made from, for people, up to 255 bytes
-  double outer = 0.0;             ///< bound of the leaves, m
-  double inner = 0.0;             ///< how far the surface may stick out of the leaves, m
+  ContentHash source{};     ///< of the mesh file
+  std::string source_name;  ///< file or model it was made from, for people, up to 255 bytes
+  /// Bound of the leaves, m; of a blended surface, measured.
+  double outer = 0.0;
+  /// How far the mesh may stick out of the leaves, m; of a blended surface, measured.
+  double inner = 0.0;
   std::vector<TreeLevel> levels;  ///< from the root's children to the leaves, tree.depth entries
 };
 

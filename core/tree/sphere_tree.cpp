@@ -117,10 +117,15 @@ struct Pending {
 }  // namespace
 
 SphereTreeView SphereTree::view() const noexcept {
-  return {nodes, leaf_x, leaf_y, leaf_z, leaf_r, bound, depth, overhang, boxes};
+  return {nodes, leaf_x, leaf_y, leaf_z, leaf_r, bound, depth, overhang, boxes, blend};
 }
 
-// Visits every bound with all bounds above it.
+void blend_surface(double width, SphereTree& tree) {
+  tree.blend = {};
+  if (!(width > 0.0)) return;
+  tree.blend = {width, *std::min_element(tree.leaf_r.begin(), tree.leaf_r.end())};
+}
+
 std::vector<std::int32_t> spheres_per_level(const SphereTree& tree) {
   std::vector<std::int32_t> spheres;
   std::int32_t leaves_above = 0;
@@ -142,6 +147,7 @@ std::vector<std::int32_t> spheres_per_level(const SphereTree& tree) {
   return spheres;
 }
 
+// Visits every bound with all bounds above it.
 double largest_overhang(const SphereTree& tree) {
   // above[n]: the bound of node n, and the node that holds it.
   struct Place {

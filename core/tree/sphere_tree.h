@@ -19,6 +19,7 @@ struct SphereTree {
   int depth = 0;
   double overhang = 0.0;
   std::vector<NodeBox> boxes;  ///< one per node
+  SurfaceBlend blend;
 
   /// View of this tree; valid while the tree lives and is not modified.
   [[nodiscard]] SphereTreeView view() const noexcept;
@@ -27,6 +28,9 @@ struct SphereTree {
 /// Builds a tree over `leaves` (>= 1, finite centres, finite radii >= 0). Deterministic; O(n log
 /// n). Throws std::invalid_argument naming the offending leaf.
 [[nodiscard]] SphereTree build_sphere_tree(std::span<const Sphere> leaves);
+
+/// Makes the leaves of `tree` one smooth surface; `width` (m) finite, >= 0. O(leaves).
+void blend_surface(double width, SphereTree& tree);
 
 /// Spheres of every level of `tree`, from the root's children to the leaves: TreeLevel::spheres.
 [[nodiscard]] std::vector<std::int32_t> spheres_per_level(const SphereTree& tree);

@@ -194,9 +194,9 @@ TEST_CASE("a capsule is round about its axis but at its ends, a body on all side
   scene.capsules = {{{0, 0, 0}, {0, 2, 0}, 4e-3}};
   scene.add_body({{{0, 0, 0}, 7e-3}}, {{1, 0, 0, 0}, {9e-3, 1, 0}});
   const auto touched = [&](const ContactKey& key, const Vector3& p_WC) {
-    const Contact contact =
-        evaluate_contact(key, {scene.tool(), {{1, 0, 0, 0}, p_WC}}, scene.obstacles());
-    return round_obstacle(contact, scene.obstacles());
+    const Pose X_WG{{1, 0, 0, 0}, p_WC};
+    const ToolView tool{scene.tool(), X_WG};
+    return round_obstacle(evaluate_contact(key, tool, scene.obstacles()), tool, scene.obstacles());
   };
   const ContactKey capsule{ObstacleKind::kCapsule};
   CHECK(touched(capsule, {0, 1, 5e-3}).r == 4e-3);

@@ -1,0 +1,75 @@
+// The smooth surface of a tree whose leaves are blended. With d_i the distances of a point from the
+// leaf spheres and w the width of the blend, phi solves
+//   sum_i K((d_i - phi) / w) = 1,   K(t) = (1 - t)^3 up to t = 1, then 0,
+// and the surface is phi = 0. One leaf alone gives phi = d_i; more make phi smaller, by less than
+// w:  min_i d_i - w < phi <= min_i d_i.  So what keeps phi >= 0 enters no leaf. phi is twice
+// continuously differentiable; its gradient is a mean of the leaves' normals, hence never longer
+// than 1, and phi never more than the distance from the surface. Frame: the tree's, B. RT: yes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/collision/primitive_gap.h"
+#include "core/geometry/sphere_tree_view.h"
+#include "core/math/realtime.h"
+
+namespace hapticd {
+
+/// A point beside a blended surface.
+struct BlendedPlace {
+  double distance = 0.0;  ///< phi, m
+  Vector3 nhat_B;         ///< direction of its gradient, unit; zero where there is none
+  /// Mean curvature of the surface phi = const there, 1/m; positive where it bulges.
+  double curvature = 0.0;
+  std::int64_t tests = 0;  ///< spheres looked at
+};
+
+/// The point `p_B` beside the surface of `tree`, whose blend.width is above 0. About 0.3 us.
+[[nodiscard]] HD_REALTIME BlendedPlace place_beside_blend(const SphereTreeView& tree,
+                                                          const Vector3& p_B) noexcept;
+
+/// Leaves in one blend, at most; of more the nearest count, so that phi steps by what the farthest
+/// add. A body has some seven.
+inline constexpr std::size_t kMaxBlended = 64;
+
+/// What a leaf has in a blend: by how much phi sinks as its radius grows; all together 1.
+struct BlendShare {
+  TreeSphereId leaf;
+  double share;
+};
+
+/// A point beside a blended surface, and whose it is.
+struct BlendShares {
+  double distance = 0.0;  ///< phi, m
+  std::size_t count = 0;
+  std::array<BlendShare, kMaxBlended> share;
+};
+
+/// The leaves that blend at `p_B`.
+HD_REALTIME void find_shares(const SphereTreeView& tree, const Vector3& p_B, BlendShares& out) noexcept;
+
+/// The gap of a sphere with radius `r` (m) there; its offset is the normal.
+[[nodiscard]] inline PrimitiveGap gap_to_blend(const BlendedPlace& place, double r) noexcept {
+  return {place.nhat_B, length(place.nhat_B), place.distance - r, 0.0};
+}
+
+/// The sphere of 1 m radius whose distance at `p_B` is phi, with the same normal: for what knows
+/// spheres alone.
+[[nodiscard]] inline Sphere tangent_sphere(const BlendedPlace& place, const Vector3& p_B) noexcept {
+  return {p_B - place.nhat_B, length(place.nhat_B) - place.distance};
+}
+
+/// How far the surface of `tree` may stick out of its spheres, m.
+[[nodiscard]] inline double blend_reach(const SphereTreeView& tree) noexcept {
+  return tree.blend.width;
+}
+
+/// Whether a query that stops at `last_level` meets the blended surface. A coarser one takes bounds
+/// for the surface, and these that much larger.
+[[nodiscard]] inline bool meets_blend(const SphereTreeView& tree, int last_level) noexcept {
+  return tree.blend.width > 0.0 && last_level >= tree.depth;
+}
+
+}  // namespace hapticd
