@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <limits>
 
 #include "core/collision/descent.h"
@@ -14,44 +15,60 @@
 namespace hapticd {
 namespace {
 
-/// Steps of Newton's method, which comes down onto phi: six reach the rounding.
-constexpr int kMaxNewton = 16;
-/// A step of Newton's below this share of the width is rounding.
-constexpr double kNewtonRounding = 1e-15;
+/// Steps of Halley's method: four reach the rounding.
+constexpr int kMaxSteps = 16;
+/// A step below this, in widths, is rounding.
+constexpr double kRounding = 1e-15;
+/// How far from where leaves are looked for they are used again, as a share of the width. More:
+/// more leaves that have no share; less: looked for more often.
+constexpr double kAround = 0.25;
 
-/// A leaf near the point.
+/// A leaf and how far a point is from it.
 struct NearLeaf {
   TreeSphereId id;
-  Vector3 offset;   ///< from its centre to the point, m
-  double distance;  ///< |offset|, m
-  double gap;       ///< distance less the radius, m
+  double gap;  ///< m
+  Sphere sphere;
 };
 
-/// The leaves that may have a share.
-struct NearLeaves {
-  explicit NearLeaves(double width_of_blend) noexcept : width(width_of_blend) {}
+double gap_of(const Sphere& leaf, const Vector3& p_B) noexcept {
+  return length(p_B - leaf.p) - leaf.r;
+}
 
-  double width;                                            ///< of the blend, m
+/// The leaves whose gaps are less than `beyond` above the smallest.
+struct NearLeaves {
+  explicit NearLeaves(double beyond_the_least) noexcept : beyond(beyond_the_least) {}
+
+  double beyond;                                           ///< m
   double least = std::numeric_limits<double>::infinity();  ///< smallest gap, or a bound of it, m
   std::size_t count = 0;
-  std::int64_t tests = 0;
   std::array<NearLeaf, kMaxBlended> leaf;
 
-  [[nodiscard]] double reach() const noexcept { return least + width; }
+  [[nodiscard]] double reach() const noexcept { return least + beyond; }
 
   void add(const NearLeaf& near) noexcept {
     if (!(near.gap < reach())) return;
     least = std::min(least, near.gap);
     if (count == kMaxBlended) drop();
-    if (count < kMaxBlended) leaf[count++] = near;
+    leaf[count++] = near;
+  }
+
+  /// Leaves those within reach alone, in ascending order, so that sums do not depend on the way.
+  void finish() noexcept {
+    drop_far();
+    std::sort(leaf.begin(), leaf.begin() + static_cast<std::ptrdiff_t>(count),
+              [](const NearLeaf& a, const NearLeaf& b) { return a.id < b.id; });
   }
 
  private:
-  /// Drops those that are out of reach by now, or else the farthest.
-  void drop() noexcept {
-    const auto end = std::remove_if(leaf.begin(), leaf.end(),
+  void drop_far() noexcept {
+    const auto all = leaf.begin() + static_cast<std::ptrdiff_t>(count);
+    const auto end = std::remove_if(leaf.begin(), all,
                                     [this](const NearLeaf& near) { return !(near.gap < reach()); });
     count = static_cast<std::size_t>(end - leaf.begin());
+  }
+  /// Drops those that are out of reach by now, or else the farthest.
+  void drop() noexcept {
+    drop_far();
     if (count < kMaxBlended) return;
     const auto farthest =
         std::max_element(leaf.begin(), leaf.end(),
@@ -62,20 +79,17 @@ struct NearLeaves {
 };
 
 NearLeaf leaf_beside(const SphereTreeNode& node, std::size_t k, const Vector3& p_B) noexcept {
-  const Vector3 offset = p_B - Vector3(node.x[k], node.y[k], node.z[k]);
-  const double distance = length(offset);
-  return {~node.child[k], offset, distance, distance - node.r[k]};
+  const Sphere sphere{{node.x[k], node.y[k], node.z[k]}, node.r[k]};
+  return {~node.child[k], gap_of(sphere, p_B), sphere};
 }
 
 /// Gap of the leaf where always taking the nearest child ends, m.
 template <typename Kernels>
-double gap_of_dive(const SphereTreeView& tree, const SphereProbe& probe,
-                   std::int64_t& tests) noexcept {
+double gap_of_dive(const SphereTreeView& tree, const SphereProbe& probe) noexcept {
   for (std::size_t n = 0;;) {
     const SphereTreeNode& node = tree.nodes[n];
     Lanes lower;
     Kernels::bounds(lanes_of(node), probe, lower);
-    tests += kTreeWidth;
     const auto k =
         static_cast<std::size_t>(std::min_element(lower.begin(), lower.end()) - lower.begin());
     if ((node.inner >> k & 1U) == 0) return leaf_beside(node, k, probe.p).gap;
@@ -93,13 +107,12 @@ bool may_reach(const SphereTreeView& tree, std::int32_t node, const Vector3& p_B
 
 template <typename Kernels>
 void find_leaves(const SphereTreeView& tree, const SphereProbe& probe, NearLeaves& out) noexcept {
-  out.least = gap_of_dive<Kernels>(tree, probe, out.tests);
+  out.least = gap_of_dive<Kernels>(tree, probe);
   DescentStack<std::int32_t, kMaxTreeDepth*(kTreeWidth - 1) + 1> stack;
   stack.push(0);
   while (!stack.empty()) {
     const SphereTreeNode& node = tree.nodes[static_cast<std::size_t>(stack.pop())];
     const unsigned near = Kernels::near(lanes_of(node), probe, out.reach());
-    out.tests += kTreeWidth;
     for (unsigned rest = near & ~node.inner; rest != 0; rest &= rest - 1) {
       out.add(leaf_beside(node, static_cast<std::size_t>(std::countr_zero(rest)), probe.p));
     }
@@ -117,80 +130,164 @@ void find_leaves(const SphereTreeView& tree, const Vector3& p_B, NearLeaves& out
   } else {
     find_leaves<PortableKernels>(tree, probe, out);
   }
+  out.finish();
 }
 
-using Shares = std::array<double, kMaxBlended>;
+/// What of the equation concerns the leaves that have a share.
+struct Blend {
+  double width;
+  double phi;
+  std::size_t count = 0;
+  double squares = 0.0;  ///< of the shares
+  std::array<TreeSphereId, kMaxBlended> id;
+  std::array<double, kMaxBlended> x, y, z;  ///< from the leaf's centre, m
+  std::array<double, kMaxBlended> distance, gap, share;
 
-/// The shares s_i = 1 - (d_i - phi) / w of the leaves, those out of reach 0; phi is returned. From
-/// above, where the sum of cubes is convex in phi.
-double solve(const NearLeaves& near, Shares& share) noexcept {
-  double below = 0.0;  // phi less the smallest gap
-  for (int i = 0; i < kMaxNewton; ++i) {
-    double cubes = 0.0;
-    double squares = 0.0;
-    for (std::size_t k = 0; k < near.count; ++k) {
-      const double s = (near.reach() - near.leaf[k].gap + below) / near.width;
-      share[k] = s > 0.0 ? s : 0.0;
-      squares += share[k] * share[k];
-      cubes += share[k] * share[k] * share[k];
-    }
-    const double step = (cubes - 1.0) * near.width / (3.0 * squares);
-    if (!(step > kNewtonRounding * near.width)) break;
-    below -= step;
+  void add(TreeSphereId leaf, const Sphere& sphere, const Vector3& p_B) noexcept {
+    const double dx = p_B.x() - sphere.p.x();
+    const double dy = p_B.y() - sphere.p.y();
+    const double dz = p_B.z() - sphere.p.z();
+    const double d = std::sqrt((dx * dx + dy * dy) + dz * dz);
+    id[count] = leaf;
+    x[count] = dx;
+    y[count] = dy;
+    z[count] = dz;
+    distance[count] = d;
+    gap[count++] = d - sphere.r;
   }
-  return near.least + below;
+
+  /// Leaves out what has no share, and finds the shares s_i = 1 - (d_i - phi) / w: by Halley's
+  /// method, in widths, from the smallest gap down.
+  void solve() noexcept {
+    const double least = keep_near();
+    double below = 0.0;  // phi less the smallest gap
+    for (int i = 0; i < kMaxSteps; ++i) {
+      double cubes = 0.0;
+      double sum = 0.0;
+      squares = 0.0;
+      for (std::size_t k = 0; k < count; ++k) {
+        const double s = gap[k] + below > 0.0 ? gap[k] + below : 0.0;
+        share[k] = s;
+        sum += s;
+        squares += s * s;
+        cubes += s * s * s;
+      }
+      const double excess = cubes - 1.0;
+      const double step = excess * squares / (3.0 * squares * squares - excess * sum);
+      if (!(std::abs(step) > kRounding)) break;
+      below -= step;
+    }
+    phi = least + width * below;
+  }
+
+ private:
+  /// Turns gaps into the shares that phi = the smallest gap, which it returns, would give.
+  double keep_near() noexcept {
+    double least = gap[0];
+    for (std::size_t k = 1; k < count; ++k) least = gap[k] < least ? gap[k] : least;
+    const double inverse = 1.0 / width;
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const double s = 1.0 - (gap[k] - least) * inverse;
+      if (!(s > 0.0)) continue;
+      id[kept] = id[k];
+      x[kept] = x[k];
+      y[kept] = y[k];
+      z[kept] = z[k];
+      distance[kept] = distance[k];
+      gap[kept++] = s;
+    }
+    count = kept;
+    return least;
+  }
+};
+
+/// Whether what is remembered holds for the point.
+bool holds(const LeavesAround& around, const SphereTreeView& tree, const Vector3& p_B) noexcept {
+  return around.tree == tree.nodes.data() && around.size == tree.leaf_r.size() &&
+         (p_B - around.p_B).squaredNorm() <= around.radius * around.radius;
+}
+
+/// Looks for the leaves around the point; false when there are too many to be remembered.
+bool look_around(const SphereTreeView& tree, const Vector3& p_B, LeavesAround& out) noexcept {
+  const double radius = kAround * tree.blend.width;
+  // As the point goes by the radius, one gap grows by that, and the smallest shrinks.
+  NearLeaves near(tree.blend.width + 2.0 * radius);
+  find_leaves(tree, p_B, near);
+  out.tree = nullptr;
+  if (near.count > LeavesAround::kCapacity) return false;
+  out = {tree.nodes.data(), tree.leaf_r.size(), p_B, 0.999 * radius, near.count, {}, {}};
+  for (std::size_t k = 0; k < near.count; ++k) {
+    out.leaf[k] = near.leaf[k].id;
+    out.sphere[k] = near.leaf[k].sphere;
+  }
+  return true;
+}
+
+void blend_at(const SphereTreeView& tree, const Vector3& p_B, LeavesAround* memory,
+              Blend& out) noexcept {
+  out.width = tree.blend.width;
+  if (memory != nullptr && (holds(*memory, tree, p_B) || look_around(tree, p_B, *memory))) {
+    for (std::size_t k = 0; k < memory->count; ++k) {
+      out.add(memory->leaf[k], memory->sphere[k], p_B);
+    }
+  } else {
+    NearLeaves near(tree.blend.width);
+    find_leaves(tree, p_B, near);
+    for (std::size_t k = 0; k < near.count; ++k) {
+      out.add(near.leaf[k].id, near.leaf[k].sphere, p_B);
+    }
+  }
+  out.solve();
 }
 
 }  // namespace
 
 void find_shares(const SphereTreeView& tree, const Vector3& p_B, BlendShares& out) noexcept {
-  NearLeaves near(tree.blend.width);
-  find_leaves(tree, p_B, near);
-  Shares share;
-  out.distance = solve(near, share);
-  double squares = 0.0;
-  for (std::size_t k = 0; k < near.count; ++k) squares += share[k] * share[k];
-  out.count = near.count;
-  for (std::size_t k = 0; k < near.count; ++k) {
-    out.share[k] = {near.leaf[k].id, share[k] * share[k] / squares};
+  Blend blend;
+  blend_at(tree, p_B, nullptr, blend);
+  out.distance = blend.phi;
+  out.count = blend.count;
+  for (std::size_t k = 0; k < blend.count; ++k) {
+    out.share[k] = {blend.id[k], blend.share[k] * blend.share[k] / blend.squares};
   }
 }
 
-BlendedPlace place_beside_blend(const SphereTreeView& tree, const Vector3& p_B) noexcept {
-  NearLeaves near(tree.blend.width);
-  find_leaves(tree, p_B, near);
+BlendedPlace place_beside_blend(const SphereTreeView& tree, const Vector3& p_B,
+                                LeavesAround* memory) noexcept {
+  Blend blend;
+  blend_at(tree, p_B, memory, blend);
   BlendedPlace place;
-  place.tests = near.tests;
-  Shares share;
-  place.distance = solve(near, share);
-
-  double squares = 0.0;
+  place.distance = blend.phi;
+  // Of each leaf its share in phi, over its distance.
+  std::array<double, kMaxBlended> weight;
   Vector3 gradient = Vector3::Zero();
-  for (std::size_t k = 0; k < near.count; ++k) squares += share[k] * share[k];
-  for (std::size_t k = 0; k < near.count; ++k) {
-    const NearLeaf& leaf = near.leaf[k];
-    if (leaf.distance < kMinLength) continue;
-    gradient += leaf.offset * (share[k] * share[k] / (squares * leaf.distance));
+  const double inverse = 1.0 / blend.squares;
+  for (std::size_t k = 0; k < blend.count; ++k) {
+    const double d = blend.distance[k];
+    weight[k] = d < kMinLength ? 0.0 : blend.share[k] * blend.share[k] * inverse / d;
+    gradient.x() += blend.x[k] * weight[k];
+    gradient.y() += blend.y[k] * weight[k];
+    gradient.z() += blend.z[k] * weight[k];
   }
   const double steepness = length(gradient);
   place.nhat_B = Vector3::Zero();
   if (steepness < kMinLength) return place;
-  place.nhat_B = gradient * (1.0 / steepness);
+  const Vector3 n = gradient * (1.0 / steepness);
+  place.nhat_B = n;
 
   // Half the trace of the second derivative across the normal: the leaves' own curvature, less what
   // the spread of their normals rounds off.
   double bulge = 0.0;
-  for (std::size_t k = 0; k < near.count; ++k) {
-    const NearLeaf& leaf = near.leaf[k];
-    if (share[k] == 0.0 || leaf.distance < kMinLength) continue;
-    const Vector3 n = leaf.offset * (1.0 / leaf.distance);
-    const double along = n.dot(place.nhat_B);
-    const Vector3 spread = n - gradient;
-    const double spread_along = spread.dot(place.nhat_B);
-    bulge += share[k] * share[k] * (1.0 + along * along) / leaf.distance -
-             2.0 * share[k] * (spread.squaredNorm() - spread_along * spread_along) / near.width;
+  const double hollow = 2.0 * inverse / blend.width;
+  for (std::size_t k = 0; k < blend.count; ++k) {
+    if (weight[k] == 0.0) continue;
+    const double along = (blend.x[k] * n.x() + blend.y[k] * n.y()) + blend.z[k] * n.z();
+    const double square = along * along / (blend.distance[k] * blend.distance[k]);
+    const double across = square < 1.0 ? 1.0 - square : 0.0;
+    bulge += weight[k] * (2.0 - across) - hollow * blend.share[k] * across;
   }
-  place.curvature = bulge / (2.0 * squares * steepness);
+  place.curvature = bulge / (2.0 * steepness);
   return place;
 }
 

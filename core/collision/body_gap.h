@@ -157,6 +157,11 @@ class BodyContacts {
   Points nhat_OG_W_, p_WC_;  ///< as in Contact
 };
 
+/// What is remembered of a tool sphere; null: nothing is.
+inline LeavesAround* around(BlendMemory* blends, TreeSphereId tool_sphere) noexcept {
+  return blends == nullptr ? nullptr : &blends->around(tool_sphere);
+}
+
 /// The tool's spheres that were looked at, as far as can be remembered.
 class SeenSpheres {
  public:
@@ -182,10 +187,11 @@ class SeenSpheres {
 /// Makes the contacts of the tool's spheres with the blended surface of a body, one each.
 class BlendContacts {
  public:
-  BlendContacts(const PlacedTrees& trees, const ToolPlacement& tool_placement,
-                std::int32_t obstacle, ContactCollector& collector) noexcept
+  BlendContacts(const PlacedTrees& trees, const PlacedQuery& query, std::int32_t obstacle,
+                ContactCollector& collector) noexcept
       : trees_(trees),
-        tool_placement_(tool_placement),
+        tool_placement_(query.placement),
+        blends_(query.obstacles.blends),
         obstacle_(obstacle),
         collector_(collector) {}
 
@@ -200,8 +206,9 @@ class BlendContacts {
     if (seen_.take(key.tool_sphere)) return;
     const SphereTreeNode& tool = trees_.tool.node(pair.tool.part);
     const auto row = static_cast<std::size_t>(i);
-    const BlendedPlace place = place_beside_blend(trees_.body.tree, p_BC[row]);
-    collector_.count_tests(place.tests);
+    const BlendedPlace place =
+        place_beside_blend(trees_.body.tree, p_BC[row], around(blends_, key.tool_sphere));
+    collector_.count_tests(kBlendTests);
     const PrimitiveGap gap = gap_to_blend(place, tool.r[row]);
     if (!collector_.wants(key.tool_sphere, gap.gap)) return;
     if (seen_.forgot() && collector_.holds(key)) return;
@@ -216,6 +223,7 @@ class BlendContacts {
  private:
   const PlacedTrees& trees_;
   const ToolPlacement& tool_placement_;
+  BlendMemory* const blends_;
   const std::int32_t obstacle_;
   ContactCollector& collector_;
   SeenSpheres seen_;
@@ -224,8 +232,8 @@ class BlendContacts {
 /// Lowers a NearestGap to those of a blended surface.
 class NearestBlend {
  public:
-  NearestBlend(const PlacedTrees& trees, NearestGap& nearest) noexcept
-      : trees_(trees), nearest_(nearest) {}
+  NearestBlend(const PlacedTrees& trees, BlendMemory* blends, NearestGap& nearest) noexcept
+      : trees_(trees), blends_(blends), nearest_(nearest) {}
 
   [[nodiscard]] double radius() const noexcept {
     return nearest_.gap + blend_reach(trees_.body.tree);
@@ -233,15 +241,18 @@ class NearestBlend {
   void count_tests(int tests) noexcept { nearest_.tests += tests; }
 
   void hit(const NodePair& pair, int i, int /*k*/, const PointLanes& p_BC) noexcept {
-    if (seen_.take(trees_.tool.id(pair.tool.part, i))) return;
+    const TreeSphereId tool_sphere = trees_.tool.id(pair.tool.part, i);
+    if (seen_.take(tool_sphere)) return;
     const auto row = static_cast<std::size_t>(i);
-    const BlendedPlace place = place_beside_blend(trees_.body.tree, p_BC[row]);
-    nearest_.tests += place.tests;
+    const BlendedPlace place =
+        place_beside_blend(trees_.body.tree, p_BC[row], around(blends_, tool_sphere));
+    nearest_.tests += kBlendTests;
     nearest_.gap = std::min(nearest_.gap, place.distance - trees_.tool.node(pair.tool.part).r[row]);
   }
 
  private:
   const PlacedTrees& trees_;
+  BlendMemory* const blends_;
   NearestGap& nearest_;
   SeenSpheres seen_;
 };
@@ -311,7 +322,7 @@ template <typename Kernels>
 
 /// Lowers `nearest` to the gap of the tool to a body.
 template <typename Kernels>
-void nearest_on_body(const PlacedTrees& trees, NearestGap& nearest) noexcept {
+void nearest_on_body(const PlacedTrees& trees, BlendMemory* blends, NearestGap& nearest) noexcept {
   const Sphere& bound_G = trees.tool.tree.bound;
   const PrimitiveGap bounds =
       gap_to_body_sphere(to_body(trees.placement, bound_G.p), bound_G.r, trees.body.tree.bound);
@@ -319,7 +330,7 @@ void nearest_on_body(const PlacedTrees& trees, NearestGap& nearest) noexcept {
   // A blended surface is no farther than its leaves.
   nearest.gap = std::min(nearest.gap, gap_of_dives<Kernels>(trees, nearest.tests));
   if (meets_blend(trees.body.tree, trees.body.last_level)) {
-    NearestBlend visitor(trees, nearest);
+    NearestBlend visitor(trees, blends, nearest);
     BodyDescent<Kernels, NearestBlend>(trees, visitor).run();
     return;
   }
@@ -343,7 +354,8 @@ struct BodyGap {
     if (!of_blend(contact.key)) return {sphere_of(body, contact.key).r, Vector3::Zero()};
     const Sphere sphere_G = sides.tool_sphere(contact.key);
     const Vector3 p_BC = to_body(place_body(body.X_WB, place_tool(sides.tool.X_WG)), sphere_G.p);
-    const BlendedPlace place = place_beside_blend(body.tree, p_BC);
+    const BlendedPlace place = place_beside_blend(
+        body.tree, p_BC, around(sides.obstacles.blends, contact.key.tool_sphere));
     // Where it is hollow it counts as flat: steps get no longer by that.
     const double r = place.curvature > 0.0 ? 1.0 / place.curvature - place.distance
                                            : std::numeric_limits<double>::infinity();
@@ -357,9 +369,12 @@ struct BodyGap {
     const BodyView& view = body_of(sides.obstacles, key);
     const PlacedBody body = place_body(view.X_WB, placement);
     const Vector3 p_BC = to_body(body, sphere_G.p);
-    const PrimitiveGap pair = of_blend(key)
-                                  ? gap_to_blend(place_beside_blend(view.tree, p_BC), sphere_G.r)
-                                  : gap_to_body_sphere(p_BC, sphere_G.r, sphere_of(view, key));
+    const PrimitiveGap pair =
+        of_blend(key)
+            ? gap_to_blend(place_beside_blend(view.tree, p_BC,
+                                              around(sides.obstacles.blends, key.tool_sphere)),
+                           sphere_G.r)
+            : gap_to_body_sphere(p_BC, sphere_G.r, sphere_of(view, key));
     return make_contact(key, pair, body_normal(pair, body.R_WB), placed);
   }
 
@@ -374,7 +389,10 @@ struct BodyGap {
       return;
     }
     const Vector3 p_BC = batch.in_body(sphere_G);
-    batch.add(sphere_G, tangent_sphere(place_beside_blend(body.tree, p_BC), p_BC));
+    batch.add(sphere_G,
+              tangent_sphere(place_beside_blend(body.tree, p_BC,
+                                                around(sides.obstacles.blends, key.tool_sphere)),
+                             p_BC));
   }
 
   template <typename Kernels>
@@ -387,7 +405,7 @@ struct BodyGap {
       if (out_of_reach(query, ball, body, collector.margin())) continue;
       const PlacedTrees trees = placed(query, body);
       if (meets_blend(body.tree, trees.body.last_level)) {
-        BlendContacts contacts(trees, query.placement, number, collector);
+        BlendContacts contacts(trees, query, number, collector);
         BodyDescent<Kernels, BlendContacts>(trees, contacts).run();
         continue;
       }
@@ -403,7 +421,7 @@ struct BodyGap {
     const ToolBall ball = ball_of(query);
     for (const BodyView& body : query.obstacles.bodies) {
       if (out_of_reach(query, ball, body, nearest.gap)) continue;
-      nearest_on_body<Kernels>(placed(query, body), nearest);
+      nearest_on_body<Kernels>(placed(query, body), query.obstacles.blends, nearest);
     }
   }
 

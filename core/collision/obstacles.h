@@ -46,6 +46,8 @@ struct CapsuleGroup {
   Vector3 upper;
 };
 
+class BlendMemory;
+
 /// All obstacles: strings and rigid lines as capsules in W, bodies as sphere-trees.
 struct ObstaclesView {
   std::span<const Capsule> capsules_W;
@@ -58,6 +60,9 @@ struct ObstaclesView {
   /// Bounds of all groups (box_of), where there are some: a tool far from every string looks at no
   /// more than this.
   CapsuleGroup all = {Vector3::Zero(), Vector3::Zero()};
+  /// Where what is near the tool on blended surfaces is remembered, of one tool
+  /// (blended_surface.h); null: it is looked for each time, and found the same.
+  BlendMemory* blends = nullptr;
 };
 
 /// The segment that leg `leg` of a capsule names; all of a straight one. Bends are few.

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 
+#include "core/collision/blended_surface.h"
 #include "core/contact/candidates.h"
 #include "core/contact/contact_view.h"
 #include "core/contact/linearisation.h"
@@ -17,7 +18,7 @@
 
 namespace hapticd {
 
-/// One tick of one tool, and the memory it is solved in, 1.2 MB, whose contents mean nothing
+/// One tick of one tool, and the memory it is solved in, 1.4 MB, whose contents mean nothing
 /// between ticks but for candidates(). What goes from tick to tick is the caller's ContactState.
 /// Invariant: the committed configuration is admissible, the candidates are of it or known to be
 /// stale (but after a recovery, which ends the tick), and the force is that of the last program.
@@ -66,6 +67,8 @@ class ContactProblem {
   }
   /// The pairs near the tool, also between ticks.
   [[nodiscard]] const Candidates& candidates() const noexcept { return candidates_; }
+  /// For the obstacles of its inputs: what is near the tool on blended surfaces.
+  [[nodiscard]] BlendMemory& blends() noexcept { return blends_; }
   /// Unknowns of the last program.
   [[nodiscard]] std::size_t unknowns() const noexcept { return program_.unknowns(); }
 
@@ -83,6 +86,7 @@ class ContactProblem {
 
   RowProgram program_;  ///< first, for it is aligned
   Candidates candidates_;
+  BlendMemory blends_;
   YieldingStrings strings_;
   SoftParts parts_;
   RigidFriction friction_;

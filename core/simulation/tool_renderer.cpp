@@ -73,6 +73,7 @@ void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& sta
     state.placed = true;
   }
   ContactInput input = contact_input(scene, tick.X_WH, tick.dt);
+  input.obstacles.blends = &problem.blends();
   input.work_budget = work_budget;
   problem.solve(input, state.contact, tick.contact);
   tick.X_WG = state.contact.X_WG;

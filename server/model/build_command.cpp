@@ -8,6 +8,7 @@
 #include "server/model/commands.h"
 #include "server/model/length.h"
 #include "server/model/output.h"
+#include "server/model/packing/blend_fitting.h"
 #include "server/model/packing/sphere_packing.h"
 #include "server/model/progress_bar.h"
 #include "server/model/source_option.h"
@@ -26,6 +27,7 @@ struct BuildOptions {
   std::string tree;
   std::string error = kDefaultError;
   std::string inner = "0um";
+  std::string blend = "0um";
   std::string mesh_out;
   int leaves = 0;
   std::uint64_t seed = 1;
@@ -47,8 +49,16 @@ PackingOptions packing_options(const BuildOptions& options) {
   return packing;
 }
 
+/// Width of the blend, m; 0: none.
+double blend_width(const BuildOptions& options) {
+  const double width = parse_length(options.blend);
+  if (width == 0.0 || (width >= kMinBlend && width <= kMaxFileLength)) return width;
+  throw std::invalid_argument("--blend must be 0 or from 1um to 1000 m");
+}
+
 void build(const BuildOptions& options) {
   PackingOptions packing_choice = packing_options(options);
+  const double blend = blend_width(options);
   const CheckedMesh checked = load_source(options.source, options.quiet);
   const TriangleMesh& mesh = checked.source.mesh;
   if (!options.mesh_out.empty()) write_mesh(options.mesh_out, mesh);
@@ -61,8 +71,15 @@ void build(const BuildOptions& options) {
     packing_choice.progress = [&bar](double done) { bar.update(done); };
     packing = pack_spheres(mesh, distance, packing_choice);
   }
+  BlendFit fit;
+  if (blend > 0.0) {
+    fit = fit_blend(mesh, distance, {blend, packing.outer, packing_choice.threads}, packing.leaves);
+    packing.outer = fit.outer;
+    packing.inner = fit.inner;
+  }
   MeasuredTree file;
   file.tree = build_sphere_tree(packing.leaves);
+  blend_surface(blend, file.tree);
   file.source = checked.source.hash;
   file.source_name = checked.name.substr(0, kMaxSourceName);
   file.outer = packing.outer;
@@ -71,6 +88,7 @@ void build(const BuildOptions& options) {
   measuring.samples = kLevelSamples;
   measuring.threads = packing_choice.threads;
   file.levels = measure_levels(mesh, distance, file.tree, file.outer, measuring);
+  if (blend > 0.0) file.levels.back().mean = fit.mean;
   const std::vector<std::uint8_t> bytes = encode_sphere_tree(file);
   write_bytes(options.tree, bytes);
 
@@ -101,6 +119,9 @@ void add_build_command(CLI::App& app) {
       ->excludes(leaves);
   command->add_option("--inner", options->inner,
                       "the surface may stick out of the spheres by this (default 0: covered)");
+  command->add_option("--blend", options->blend,
+                      "width over which spheres blend into one smooth surface, as in 1mm: their "
+                      "radii are fitted to the mesh (default 0: none)");
   add_source_options(*command, options->source);
   command->add_option("--seed", options->seed, "of the random choices (default 1)");
   command

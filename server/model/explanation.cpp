@@ -9,6 +9,7 @@
 
 #include "core/scene/quality.h"
 #include "core/scene/sagging_cable.h"
+#include "server/model/surface_ripple.h"
 #include "server/scene_io/scene_defaults.h"
 
 namespace hapticd {
@@ -41,8 +42,18 @@ void print_shape(std::ostream& out, const std::string& name, const ShapeDescript
         << in_um(file.outer);
   }
   out << " outside its mesh";
+  const double blend = file.tree.blend.width;
+  if (blend > 0.0 && level == 0) out << ", blended over " << in_um(blend) << " into one surface";
   if (file.inner > 0.0) out << ", which may stick out of them by " << in_um(file.inner);
   out << "\n";
+}
+
+void print_ripple(std::ostream& out, const ShapeDescription& shape) {
+  const SurfaceRipple ripple = measure_ripple(shape.tree->tree);
+  if (ripple.patches == 0) return;
+  constexpr double kDegree = 57.29577951308232;
+  out << "    ripple under a tip of " << 1e3 * kRippleTip << " mm: " << in_um(ripple.height)
+      << " and " << std::setprecision(2) << kDegree * ripple.angle << " degrees rms\n";
 }
 
 int level_or_leaves(int level) { return level == kLeafLevel ? 0 : level; }
@@ -61,6 +72,7 @@ void print_objects(std::ostream& out, const Scene& scene) {
   if (!d.bodies.empty()) out << "bodies: " << spheres(scene.body_spheres()) << "\n";
   for (const BodyDescription& body : d.bodies) {
     print_shape(out, body.name, body.shape, level_or_leaves(d.contact.body_level));
+    if (d.contact.body_level == kLeafLevel) print_ripple(out, body.shape);
   }
   const std::size_t capsules = scene.capsule_owners().size() - scene.string_pieces();
   if (!d.lines.empty()) {

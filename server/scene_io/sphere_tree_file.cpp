@@ -18,8 +18,10 @@ namespace {
 
 /// The line break is damaged by programs that take the file for text.
 constexpr std::array<std::uint8_t, 8> kMagic{'H', 'D', 'T', 'R', 'E', 'E', '\r', '\n'};
-/// Raised with every change of the layout; other versions are refused.
+/// Raised with every change of the layout; other versions are refused. The second has the width of
+/// a blend; a tree without one is written as the first.
 constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kBlendedVersion = 2;
 /// Bytes of one leaf: four doubles.
 constexpr std::size_t kLeafBytes = 32;
 /// Bytes of one entry of the level table.
@@ -126,6 +128,7 @@ class ByteReader {
 
 struct Counts {
   std::size_t leaves = 0, nodes = 0, levels = 0, name = 0;
+  bool blended = false;
 };
 
 Counts read_counts(ByteReader& reader) {
@@ -133,11 +136,12 @@ Counts read_counts(ByteReader& reader) {
   require(std::equal(magic.begin(), magic.end(), kMagic.begin()),
           "it does not begin with the mark of one");
   const std::uint32_t version = reader.u32();
-  if (version != kVersion) {
-    refuse("version " + std::to_string(version) + " is not " + std::to_string(kVersion) +
-           "; build it again with this hapticd-model");
+  if (version != kVersion && version != kBlendedVersion) {
+    refuse("version " + std::to_string(version) + " is not " + std::to_string(kVersion) + " or " +
+           std::to_string(kBlendedVersion) + "; build it again with this hapticd-model");
   }
   Counts counts;
+  counts.blended = version == kBlendedVersion;
   counts.leaves = reader.u32();
   counts.nodes = reader.u32();
   counts.levels = reader.u32();
@@ -266,6 +270,12 @@ class NodeReader {
   std::size_t leaves_ = 0;
 };
 
+void read_blend(ByteReader& reader, SphereTree& tree) {
+  const double width = reader.f64();
+  require(width >= kMinBlend && width <= kMaxFileLength, "the width of its blend");
+  blend_surface(width, tree);
+}
+
 void check_levels(const MeasuredTree& file) {
   const std::vector<std::int32_t> spheres = spheres_per_level(file.tree);
   require(std::equal(spheres.begin(), spheres.end(), file.levels.begin(), file.levels.end(),
@@ -288,7 +298,7 @@ std::vector<std::uint8_t> encode_sphere_tree(const MeasuredTree& file) {
   const SphereTree& tree = file.tree;
   check_links(tree);
   Bytes out(kMagic.begin(), kMagic.end());
-  put(out, kVersion);
+  put(out, tree.blend.width > 0.0 ? kBlendedVersion : kVersion);
   for (const std::size_t count :
        {tree.leaf_r.size(), tree.nodes.size(), file.levels.size(), file.source_name.size()}) {
     put(out, static_cast<std::uint32_t>(count));
@@ -307,6 +317,7 @@ std::vector<std::uint8_t> encode_sphere_tree(const MeasuredTree& file) {
     put(out, tree.leaf_x[i], tree.leaf_y[i], tree.leaf_z[i], tree.leaf_r[i]);
   }
   for (const SphereTreeNode& node : tree.nodes) put_node(out, node);
+  if (tree.blend.width > 0.0) put(out, tree.blend.width);
   const ContentHash hash = content_hash(out);
   out.insert(out.end(), hash.begin(), hash.end());
 
@@ -348,6 +359,7 @@ MeasuredTree decode_sphere_tree(std::span<const std::uint8_t> bytes) {
       "the name of the source holds control characters");
   read_leaves(reader, counts.leaves, file.tree);
   const NodeReader nodes(reader, counts, file.tree);
+  if (counts.blended) read_blend(reader, file.tree);
   require(reader.left() == 0, "bytes are left over");
   check_levels(file);
   file.tree.overhang = largest_overhang(file.tree);

@@ -10,6 +10,7 @@
 //   per leaf: 4 f64 x y z r
 //   per node: u8 used, u8 inner; per used slot, lowest first: of an inner slot 4 f64 x y z r of its
 //   bound, of another one u32 leaf
+//   in version 2: f64 width of the blend
 //   32 bytes BLAKE2b-256 of all before
 // Nodes are in breadth-first order, so the n-th inner slot of the file leads to node n (the root is
 // node 0): a link that goes up or twice to the same node cannot be written down.
@@ -28,6 +29,8 @@ namespace hapticd {
 
 /// Longest MeasuredTree::source_name, bytes.
 inline constexpr std::size_t kMaxSourceName = 255;
+/// Least width of a blend, m: far above the rounding of distances.
+inline constexpr double kMinBlend = 1e-6;
 /// Largest coordinate, radius or bound in a file, m: anything a hand moves is far below, and
 /// squares stay far from overflow. Larger ones are refused.
 inline constexpr double kMaxFileLength = 1e3;

@@ -1,4 +1,4 @@
-"""What the page of contact truth measures besides the oracle's cases: loop integrals, friction that holds, ripple, cost per tick. Each gives
+"""What the page of contact truth measures besides the oracle's cases: loop integrals, friction that holds, cost per tick. Each gives
 plain numbers for the page and its file of earlier figures. SI."""
 import os
 import pathlib
@@ -7,15 +7,12 @@ import signal
 import subprocess
 import tempfile
 
-import mesh_statics
 import numpy as np
 import played
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ("bunny", "cabin", "guqin", "single_string", "sphere", "strings_100", "stress", "wall")
 LOOPS, LOOP_TICKS, LOOP_SEED = 25, 160, 30
-SLIDE_M_PER_S = 0.02
-TREES = {"guqin_body_250um": "guqin_body", "guqin_body_1000um": "guqin_body", "plate_1000um": "plate"}
 
 
 def forces_of(states):
@@ -108,41 +105,6 @@ def hold(player, beside_mm, seconds=30):
         if len(lost):
             return {"held_s": second + 1e-3 * float(lost[0] + (50 if second == 0 else 0)), "force_n": float(np.linalg.norm(first)), "limit_s": seconds}
     return {"held_s": float(seconds), "force_n": float(np.linalg.norm(first)), "limit_s": seconds}
-
-
-def top_of(mesh, x, z):
-    """Height of the mesh above (x, z)."""
-    c = np.array([x, 0.3, z])
-    low = -0.5
-    for _ in range(200):
-        distance = mesh_statics.nearest_on_triangles(c, mesh.near(c, c[1] - low))[1].min()
-        if distance < 1e-6:
-            break
-        c[1] -= distance
-    return c[1]
-
-
-def slide(player, tree, kt=1000.0, depth=0.0015, length=0.06):
-    """Ripple of a tip that slides over a body of spheres at 20 mm/s."""
-    body = TREES[tree]
-    mesh = mesh_statics.Mesh(ROOT / f"deploy/models/{body}.ply")
-    count = int(length / (SLIDE_M_PER_S * 1e-3))
-    xs = (np.arange(count) / count - 0.5) * length
-    zs = 0.2 * xs + 0.004
-    y0 = top_of(mesh, xs[0], zs[0]) + mesh_statics.TIP
-    y = y0 - depth
-    text = (f'name: "slide" tools {{ name: "tool" parts {{ name: "part" shape {{ spheres {{ centre_m: [0, 0, 0] radius_m: {mesh_statics.TIP} }} }} }} '
-            f'pose_wg {{ p_m: [{xs[0]}, {y0 + 0.01}, {zs[0]}] }} coupling {{ kt_n_per_m: {kt} }} }} '
-            f'bodies {{ name: "body" shape {{ tree: "{tree}.tree" mesh: "{body}.ply" }} }} torque {{}}')
-    player.load(text)
-    player.run([(xs[0], y0 + 0.01 - (0.01 + depth) * k / 200, zs[0]) for k in range(201)] + [(xs[0], y, zs[0])] * 100)
-    rows = np.column_stack((xs, np.full(count, y), zs))
-    force = forces_of(player.run(rows))
-    centre, truth, chosen = np.array([xs[0], y0, zs[0]]), [], range(0, count, 6)
-    for k in chosen:
-        centre = mesh.rest(rows[k], centre)
-        truth.append(kt * (centre - rows[k]))
-    return mesh_statics.ripple(force[list(chosen)], np.array(truth))
 
 
 COSTS = {

@@ -1,6 +1,7 @@
-"""The exact statics of a round tip on the mesh of a body, and what a slide on the body's tree feels beside it: its ripple. SI.
+"""The exact statics of a tool of spheres that does not turn on the mesh of a body, and what a slide on the body's tree feels beside it: its
+ripple. SI.
 
-The tip's centre goes where it is next to the hand with no point of the mesh nearer than its radius; the force is kt times the way. Planes
+The tool goes where it is next to the hand with no point of the mesh nearer than its radius; the force is kt times the way. Planes
 through the points of the mesh that are nearest cut off where the centre may not be; each is exact where the mesh bulges, and new ones are
 added until none is entered."""
 import pathlib
@@ -49,22 +50,66 @@ class Mesh:
         self.middle = self.corners.mean(axis=1)
         self.size = np.linalg.norm(self.corners - self.middle[:, None], axis=2).max(axis=1)
 
-    def near(self, c, reach):
-        return self.corners[np.linalg.norm(self.middle - c, axis=1) < reach + self.size]
+    def around(self, c, reach):
+        """The part of the mesh that comes within `reach` of c, and a little more."""
+        part = object.__new__(Mesh)
+        kept = np.linalg.norm(self.middle - c, axis=1) < reach + self.size
+        part.corners, part.middle, part.size = self.corners[kept], self.middle[kept], self.size[kept]
+        return part
 
-    def rest(self, hand, start, reach=0.02):
-        """The centre of the tip for the hand, next to `start`."""
-        hand, c, planes = np.asarray(hand, float), np.array(start, float), []
-        corners = self.near(c, reach)
-        for _ in range(60):
-            points, distances = nearest_on_triangles(c, corners)
-            k = int(np.argmin(distances))
-            if distances[k] > TIP - 1e-9 and planes:
+
+class Statics:
+    """A tool of spheres that does not turn, on a mesh."""
+
+    def __init__(self, mesh, tool):
+        self.mesh, self.all, self.tool = mesh, mesh, tool
+
+    def look_around(self, c, reach):
+        """From now on the tool stays within `reach` of c, or next to the mesh there."""
+        self.mesh = self.all.around(c, reach)
+
+    def nearest(self, p):
+        """(gap, normal) of that sphere of the tool at p which is nearest to the mesh."""
+        centres, radii = p + self.tool.spheres[:, :3], self.tool.spheres[:, 3]
+        mesh = self.mesh
+        # Triangles lie in balls: what is farther than the far side of the nearest ball is not the nearest.
+        far = (centres**2).sum(axis=1)[:, None] - 2 * centres @ mesh.middle.T + (mesh.middle**2).sum(axis=1)
+        middle = np.sqrt(np.maximum(far, 0))
+        low, high = (middle - mesh.size).clip(0), (middle + mesh.size).min(axis=1) + 1e-9
+        least = (np.inf, None)
+        for k in np.argsort(low.min(axis=1) - radii):
+            if low[k].min() - radii[k] > least[0]:
                 break
-            n = (c - points[k]) / distances[k]
-            planes.append((n, n @ points[k] + TIP))
-            c = closest(hand, planes[-8:])
-        return c
+            points, distances = nearest_on_triangles(centres[k], mesh.corners[low[k] <= high[k]])
+            i = int(np.argmin(distances))
+            if distances[i] - radii[k] < least[0]:
+                least = (distances[i] - radii[k], (centres[k] - points[i]) / max(distances[i], 1e-12))
+        return least
+
+    def gap(self, p):
+        """Distance of the tool's spheres at p from the mesh; the centres are outside."""
+        return self.nearest(p)[0]
+
+    def fall(self, p, way, most):
+        """Where the tool touches that goes from p along `way`; None when it does not within `most`."""
+        gone = 0.0
+        while gone < most:
+            gap = self.gap(p + gone * way)
+            if gap < 1e-8:
+                return p + gone * way
+            gone += gap
+        return None
+
+    def rest(self, hand, start):
+        """Where the tool rests for the hand, next to `start`."""
+        p, planes = np.array(start, float), []
+        for _ in range(80):
+            gap, normal = self.nearest(p)
+            if gap > -1e-9 and planes:
+                break
+            planes.append((normal, normal @ p - gap))
+            p = closest(hand, planes[-8:])
+        return p
 
 
 def closest(hand, planes):

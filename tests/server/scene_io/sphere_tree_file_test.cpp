@@ -143,6 +143,17 @@ Bytes chain_by_hand(std::uint32_t levels) {
   return rehashed(file.bytes);
 }
 
+/// The same two spheres, blended over `width`.
+Bytes blended_by_hand(double width) {
+  Bytes bytes = two_leaves_by_hand(2.5);
+  bytes[8] = 2;
+  bytes.resize(bytes.size() - 32);
+  ByteWriter file{bytes};
+  file.f64(width);
+  file.bytes.resize(file.bytes.size() + 32);
+  return rehashed(file.bytes);
+}
+
 }  // namespace
 
 TEST_CASE("the content hash is BLAKE2b with 256 bits") {
@@ -198,6 +209,20 @@ TEST_CASE("a file put together by hand after the description is read as it was m
   CHECK(file.tree.leaf_x == std::vector<double>{-1, 1});
   CHECK(file.levels[0].mean == 0.125);
   CHECK(encode_sphere_tree(file) == two_leaves_by_hand(2.5));
+  CHECK(file.tree.view().blend.width == 0.0);
+}
+
+TEST_CASE("the second version of the file has the width of a blend, from 1 um on") {
+  const MeasuredTree file = decode_sphere_tree(blended_by_hand(0.25));
+  CHECK(file.tree.view().blend.width == 0.25);
+  CHECK(file.tree.view().blend.least_radius == 1.0);
+  CHECK(encode_sphere_tree(file) == blended_by_hand(0.25));
+  for (const double width : {0.0, -1.0, 1e-7, 2e3, std::numeric_limits<double>::quiet_NaN()}) {
+    CHECK(complaint(blended_by_hand(width)).find("blend") != std::string::npos);
+  }
+  Bytes third = blended_by_hand(0.25);
+  third[8] = 3;
+  CHECK(complaint(rehashed(third)).find("version 3") != std::string::npos);
 }
 
 TEST_CASE("a bound that lets a leaf out is refused, even by less than a rounding") {
