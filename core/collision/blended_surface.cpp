@@ -202,10 +202,14 @@ struct Blend {
   }
 };
 
+/// Whether what is remembered is of the tree.
+bool of_tree(const LeavesAround& around, const SphereTreeView& tree) noexcept {
+  return around.tree == tree.nodes.data() && around.size == tree.leaf_r.size();
+}
+
 /// Whether what is remembered holds for the point.
 bool holds(const LeavesAround& around, const SphereTreeView& tree, const Vector3& p_B) noexcept {
-  return around.tree == tree.nodes.data() && around.size == tree.leaf_r.size() &&
-         (p_B - around.p_B).squaredNorm() <= around.radius * around.radius;
+  return of_tree(around, tree) && (p_B - around.p_B).squaredNorm() <= around.radius * around.radius;
 }
 
 /// Looks for the leaves around the point; false when there are too many to be remembered.
@@ -216,7 +220,11 @@ bool look_around(const SphereTreeView& tree, const Vector3& p_B, LeavesAround& o
   find_leaves(tree, p_B, near);
   out.tree = nullptr;
   if (near.count > LeavesAround::kCapacity) return false;
-  out = {tree.nodes.data(), tree.leaf_r.size(), p_B, 0.999 * radius, near.count, {}, {}};
+  out.tree = tree.nodes.data();
+  out.size = tree.leaf_r.size();
+  out.p_B = out.p_last_B = p_B;
+  out.radius = 0.999 * radius;
+  out.count = near.count;
   for (std::size_t k = 0; k < near.count; ++k) {
     out.leaf[k] = near.leaf[k].id;
     out.sphere[k] = near.leaf[k].sphere;
@@ -241,20 +249,9 @@ void blend_at(const SphereTreeView& tree, const Vector3& p_B, LeavesAround* memo
   out.solve();
 }
 
-}  // namespace
-
-void find_shares(const SphereTreeView& tree, const Vector3& p_B, BlendShares& out) noexcept {
-  Blend blend;
-  blend_at(tree, p_B, nullptr, blend);
-  out.distance = blend.phi;
-  out.count = blend.count;
-  for (std::size_t k = 0; k < blend.count; ++k) {
-    out.share[k] = {blend.id[k], blend.share[k] * blend.share[k] / blend.squares};
-  }
-}
-
-BlendedPlace place_beside_blend(const SphereTreeView& tree, const Vector3& p_B,
-                                LeavesAround* memory) noexcept {
+/// place_beside_blend() where it is not remembered.
+BlendedPlace find_place(const SphereTreeView& tree, const Vector3& p_B,
+                        LeavesAround* memory) noexcept {
   Blend blend;
   blend_at(tree, p_B, memory, blend);
   BlendedPlace place;
@@ -288,6 +285,30 @@ BlendedPlace place_beside_blend(const SphereTreeView& tree, const Vector3& p_B,
     bulge += weight[k] * (2.0 - across) - hollow * blend.share[k] * across;
   }
   place.curvature = bulge / (2.0 * steepness);
+  return place;
+}
+
+}  // namespace
+
+void find_shares(const SphereTreeView& tree, const Vector3& p_B, BlendShares& out) noexcept {
+  Blend blend;
+  blend_at(tree, p_B, nullptr, blend);
+  out.distance = blend.phi;
+  out.count = blend.count;
+  for (std::size_t k = 0; k < blend.count; ++k) {
+    out.share[k] = {blend.id[k], blend.share[k] * blend.share[k] / blend.squares};
+  }
+}
+
+BlendedPlace place_beside_blend(const SphereTreeView& tree, const Vector3& p_B,
+                                LeavesAround* memory) noexcept {
+  if (memory == nullptr) return find_place(tree, p_B, nullptr);
+  if (of_tree(*memory, tree) && p_B == memory->p_last_B) return memory->last;
+  const BlendedPlace place = find_place(tree, p_B, memory);
+  if (of_tree(*memory, tree)) {
+    memory->p_last_B = p_B;
+    memory->last = place;
+  }
   return place;
 }
 

@@ -41,6 +41,10 @@ struct LeavesAround {
   std::size_t count;
   std::array<TreeSphereId, kCapacity> leaf;  ///< in ascending order
   std::array<Sphere, kCapacity> sphere;
+  /// The last point beside that tree that was asked for, and what was found: a tick asks for the
+  /// same several times.
+  Vector3 p_last_B;
+  BlendedPlace last;
 };
 
 /// The leaves around the spheres of a tool. Contents mean nothing but time; of one tool and the

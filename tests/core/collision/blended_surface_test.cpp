@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include "tests/core/collision/scene_check.h"
@@ -143,6 +144,33 @@ TEST_CASE("the normal of a blended surface is the direction of the gradient of i
       REQUIRE(
           place.curvature ==
           doctest::Approx(across / (2.0 * gradient.norm())).epsilon(0.02).scale(1.0 / cloud.width));
+    }
+  }
+}
+
+TEST_CASE("what is remembered of a blended surface changes no bit, wherever the tool goes") {
+  for (const std::uint64_t seed : seeds()) {
+    SplitMix64 random(seed);
+    auto memory = std::make_unique<BlendMemory>();
+    std::vector<SphereTree> trees;
+    std::vector<Cloud> clouds;
+    for (int k = 0; k < 3; ++k) {
+      clouds.push_back(random_cloud(random));
+      trees.push_back(blended(clouds.back().leaves, clouds.back().width));
+    }
+    for (std::int64_t walk = 0; walk < scaled(1000); ++walk) {
+      const std::size_t k = random.below(3);
+      Vector3 p = beside(clouds[k], random);
+      const double step = clouds[k].width * random.uniform(0.0, 0.3);
+      for (int i = 0; i < 20; ++i) {
+        const auto sphere = static_cast<TreeSphereId>(random.below(2));
+        const BlendedPlace with = place_beside_blend(trees[k].view(), p, &memory->around(sphere));
+        const BlendedPlace without = place_beside_blend(trees[k].view(), p);
+        REQUIRE(with.distance == without.distance);
+        REQUIRE(with.nhat_B == without.nhat_B);
+        REQUIRE(with.curvature == without.curvature);
+        if (random.chance(0.7)) p += random_vector(random, step);
+      }
     }
   }
 }
