@@ -17,6 +17,25 @@ def leaves(name):
     return numpy.frombuffer(data, "<f8", 4 * count, offset).reshape(count, 4)
 
 
+def blend_of(shape):
+    """Width over which the leaves of a body blend, m: the last number of a tree file of the second version."""
+    if shape.WhichOneof("contact") != "tree":
+        return 0.0
+    data = (MODELS / shape.tree).read_bytes()
+    return struct.unpack_from("<d", data, len(data) - 40)[0] if struct.unpack_from("<I", data, 8) == (2,) else 0.0
+
+
+def blended(distances, width):
+    """phi of each row: sum (1 - (d - phi) / w)^3 over what is positive is 1; by halving."""
+    high = distances.min(axis=1)
+    low = high - width
+    for _ in range(50):
+        middle = (low + high) / 2
+        many = ((1 - (distances - middle[:, None]) / width).clip(0) ** 3).sum(axis=1) > 1
+        low, high = numpy.where(many, low, middle), numpy.where(many, middle, high)
+    return low
+
+
 def turn(q):
     """Rotation matrix of w, x, y, z, which need not be quite unit."""
     w, x, y, z = numpy.asarray(q, float) / numpy.linalg.norm(q)
@@ -56,7 +75,7 @@ class Stage:
                       for tool in scene.tools}
         self.strings = [(numpy.array(each.p_wa_m), numpy.array(each.p_wb_m), each.radius_m, each.sag_m) for each in scene.strings]
         self.lines = [(numpy.array(each.points_w_m).reshape(-1, 3), each.radius_m) for each in scene.lines]
-        self.bodies = [placed(spheres_of(each.shape), *pose(each.pose_wb)) for each in scene.bodies]
+        self.bodies = [(placed(spheres_of(each.shape), *pose(each.pose_wb)), blend_of(each.shape)) for each in scene.bodies]
 
     def tool(self, told):
         return placed(self.tools[told.tool_id], told.p_wg_m, told.q_wg)
@@ -108,9 +127,15 @@ class Stage:
                     nearest = min(nearest, (distance_to_axis(points, a, b) - radii).min() - r)
             drawn = nearest
             low, high = (points - radii[:, None]).min(axis=0), (points + radii[:, None]).max(axis=0)
-            for body in self.bodies:
-                room = body[:, 3:4] + max(min(nearest, 0.02), 0)
+            for body, width in self.bodies:
+                room = body[:, 3:4] + max(min(nearest, 0.02), 0) + width
                 near = body[numpy.all((body[:, :3] + room >= low) & (body[:, :3] - room <= high), axis=1)]
+                if width > 0 and len(near):
+                    off = numpy.linalg.norm(points[:, None, :] - near[None, :, :3], axis=2) - near[None, :, 3]
+                    rows = off.min(axis=1) - radii < nearest + width
+                    if rows.any():
+                        nearest = min(nearest, (blended(off[rows], width) - radii[rows]).min())
+                    continue
                 for first in range(0, len(near), 256):
                     some = near[first:first + 256]
                     between = numpy.linalg.norm(points[:, None, :] - some[None, :, :3], axis=2) - radii[:, None] - some[None, :, 3]
