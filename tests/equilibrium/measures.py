@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import tempfile
+import time
 
 import mesh_statics
 import numpy as np
@@ -175,7 +176,7 @@ def cost(program, what):
                 process.poll()
                 if process.returncode is not None:
                     return None
-                _sleep()
+                time.sleep(0.1)
             with hapticd.Session(address) as session:
                 session.acquire("cost")
                 session.run(poses=rows)
@@ -188,8 +189,3 @@ def cost(program, what):
         text = pathlib.Path(log.name).read_text(encoding="utf-8")
     collected = re.search(r"Collected : (\d+)", text)
     return int(collected.group(1)) / len(rows) if collected else None
-
-
-def _sleep():
-    import time
-    time.sleep(0.1)
