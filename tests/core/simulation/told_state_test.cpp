@@ -16,9 +16,8 @@ namespace {
 
 /// Shapes of strings that several tools hold are rounded as they pass from one to another, m.
 constexpr double kRounding = 1e-8;
-/// A vertex that is hardly bent may be left out of the drawing, m: by less than the skin that tools
-/// on one string keep.
-constexpr double kDrawn = 20e-6;
+/// A vertex of a string that nobody bends may be left out of the drawing, m.
+constexpr double kDrawn = 2.0 * kMinToldBend;
 constexpr double kMargin = 5e-3;
 
 /// The string through its ends and the vertices that the tick tells.
@@ -44,12 +43,23 @@ double distance_to(const std::vector<Vector3>& points, const Vector3& p) {
   return nearest;
 }
 
+/// Where a tool at `p` goes next: nowhere, to just where it touches the straight string, or
+/// anywhere about `x`.
+Vector3 next_place(const Vector3& p, double x, double touch_y, SplitMix64& random) {
+  const std::uint64_t choice = random.below(4);
+  if (choice == 0) return p;
+  const double there = x + random.uniform(-0.05, 0.05);
+  if (choice == 1) return {there, touch_y, 0.0};
+  return {there, random.uniform(-6e-3, 0.014), random.uniform(-6e-3, 6e-3)};
+}
+
 void wander(std::uint64_t seed, std::size_t tools) {
   CAPTURE(seed);
   SplitMix64 random(seed);
   EnsembleOptions options;
   options.body_y = -8e-3;
   Ensemble ensemble(tools, options);
+  const double apart = random.below(2) == 0 ? 0.15 : 0.02;
   std::vector<Vector3> at;
   at.reserve(tools);
   for (std::size_t k = 0; k < tools; ++k)
@@ -61,8 +71,8 @@ void wander(std::uint64_t seed, std::size_t tools) {
     std::vector<Vector3> to;
     to.reserve(tools);
     for (std::size_t k = 0; k < tools; ++k) {
-      to.push_back({0.2 + 0.15 * static_cast<double>(k) + random.uniform(-0.05, 0.05),
-                    random.uniform(-6e-3, 0.014), random.uniform(-6e-3, 6e-3)});
+      const double x = 0.2 + apart * static_cast<double>(k);
+      to.push_back(next_place(at[k], x, kEnsembleTip + options.string.radius, random));
     }
     const int ticks = 1 + static_cast<int>(random.below(60));
     for (int k = 1; k <= ticks; ++k) {
