@@ -29,26 +29,14 @@ struct StandingTool {
   ObstaclesView obstacles;
 };
 
-bool is_held(const StringSharing& sharing, std::int32_t string) noexcept {
-  const auto same = [&](const SharedString& held) { return held.string == string; };
-  return std::any_of(sharing.begin(), sharing.end(), same);
-}
-
-/// True of a pair with a string that others hold, or a part of one: its shape is not this tool's
-/// alone, and others may have taken it since the tool was rendered.
-bool is_shared(const ToolPlay& play, const StringSharing& sharing, const ContactKey& key) noexcept {
-  if (!is_string(key)) return false;
-  return static_cast<std::size_t>(key.obstacle) >= play.scene.obstacles.capsules_W.size() ||
-         part_of(play.view, key.obstacle) != nullptr || is_held(sharing, key.obstacle);
-}
-
 /// The smallest gap of the listed pairs, as far as they may be nearer than `most`.
 double nearest_listed(const ToolPlay& play, const StringSharing& sharing, const StandingTool& at,
                       double most) noexcept {
   const Candidates& candidates = play.problem.candidates();
   double nearest = most;
   for (const Contact& contact : candidates.contacts().contacts) {
-    if (!candidates.may_be_within(contact, nearest) || is_shared(play, sharing, contact.key)) continue;
+    if (!candidates.may_be_within(contact, nearest) || is_shared(play, sharing, contact.key))
+      continue;
     nearest = std::min(nearest, evaluate_contact(contact.key, at.tool(), at.obstacles).gap);
   }
   return nearest;
@@ -80,14 +68,8 @@ class SharedStrings {
 
   [[nodiscard]] double gap(std::int32_t string, const ToolView& tool, double margin,
                            ContactSet& found) const noexcept {
-    StringPoints points;
-    string_points(all_, sharing_, string, -1, points);
-    const auto index = static_cast<std::size_t>(string);
-    const double r = all_.front().scene->obstacles.capsules_W[index].r;
-    FixedVector<Capsule, kMaxTools + 2> legs_W;
-    for (std::size_t k = 0; k + 1 < points.size(); ++k) {
-      legs_W.push_back({points[k], points[k + 1], r});
-    }
+    StringLegs legs_W;
+    string_legs(all_, sharing_, string, legs_W);
     find_contacts(tool, {{legs_W.begin(), legs_W.size()}, {}}, {margin, margin}, found);
     return found.minimum_gap;
   }

@@ -6,7 +6,7 @@ import struct
 import numpy
 
 MODELS = pathlib.Path(__file__).resolve().parents[2] / "deploy" / "models"
-SLIGHT_SAG_M = 0.05
+SLIGHT_SAG_M = 2.25e-3
 
 
 def leaves(name):

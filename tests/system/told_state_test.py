@@ -23,8 +23,8 @@ GAP_M, PLACE_M, NORMAL = 1e-9, 1e-6, 1e-4
 # Sections of all that is searched.
 SECTIONS = ["TOOLS", "STRINGS", "CONTACTS"]
 PLAYS = [("guqin", "press", 700), ("guqin_coarse", "gou", 900), ("guqin_coarse", "slide_on_body", 900), ("five_fingers", "roll", 1600),
-         ("sphere", "touch_every_part", 900), ("bunny_coarse", "bunny_two_regions", 900), ("cabin", "reach_through_cabin", 1500),
-         ("strings_100", "strum", 900), ("wall", "contact_switch", 900)]
+         ("bunny_coarse", "bunny_two_regions", 900), ("cabin", "reach_through_cabin", 1500), ("strings_100", "gou", 900),
+         ("wall", "contact_switch", 900)]
 TIP = 'tools {{ tool_id: {0} name: "t{0}" parts {{ name: "p" shape {{ spheres {{ centre_m: [0, 0, 0] radius_m: {1} }} }} }} pose_wg {{ p_m: [{2}, {3}, {4}] }} {5} }}\n'
 
 
