@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <random>
 
+#include "core/simulation/contact_report.h"
 #include "tests/core/simulation/ensemble.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
@@ -53,6 +54,25 @@ Vector3 next_place(const Vector3& p, double x, double touch_y, SplitMix64& rando
   return {there, random.uniform(-6e-3, 0.014), random.uniform(-6e-3, 6e-3)};
 }
 
+/// Contacts with string 0 are told with the gap to all of it as it is bent, each sphere once.
+void check_contacts(Ensemble& ensemble, std::size_t tools, double touch_y) {
+  std::vector<Vector3> shape;
+  for (const Vector3& point : ensemble.shape(0)) shape.push_back(point);
+  const Simulation& simulation = ensemble.simulation();
+  for (std::size_t k = 0; k < tools; ++k) {
+    ContactReport report;
+    report_contacts(simulation.memory(), simulation.strings().sharing(), k, report);
+    const Vector3& p_WG = ensemble.simulation().rendered(k).X_WG.p;
+    for (const ContactTick& contact : report.contacts) {
+      if (!is_string(contact.key) || contact.key.obstacle != 0) continue;
+      const double gap = distance_to(shape, p_WG) - touch_y;
+      // A tool alone tells both legs, of which one is the nearer.
+      CHECK(contact.gap > gap - kRounding);
+      if (tools > 1) CHECK(contact.gap < gap + kRounding);
+    }
+  }
+}
+
 void wander(std::uint64_t seed, std::size_t tools) {
   CAPTURE(seed);
   SplitMix64 random(seed);
@@ -84,6 +104,7 @@ void wander(std::uint64_t seed, std::size_t tools) {
       for (const ToolTick& tool : told.tools) gap = std::min(gap, tool.contact.minimum_gap);
       const auto truth = static_cast<double>(ensemble.minimum_gap());
       CHECK(std::abs(gap - std::min(truth, kMargin)) < kRounding);
+      check_contacts(ensemble, tools, kEnsembleTip + options.string.radius);
       const std::vector<Vector3> drawn = told_shape(told, 0);
       shared += drawn.size() > 3 ? 1 : 0;
       const StringPoints shape = ensemble.shape(0);
