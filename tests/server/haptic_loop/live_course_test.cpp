@@ -256,6 +256,8 @@ std::string text_of(const Value& value) {
 /// More in kSettle ticks than the hand has moved, and the string no longer lies where it lay on the
 /// finger, rad.
 constexpr double kSlip_rad = 0.1;
+/// Likewise in one tick: it sticks, and jumps on.
+constexpr double kJump_rad = 0.02;
 constexpr double kHalfTurn_rad = 3.14159265358979;
 
 /// How a string lies on the finger, and where the hand is.
@@ -276,12 +278,12 @@ Lie lie_of(const ToldTick& told) {
 
 /// True where a string slipped round the finger or off it, or nears the fold where it does, which
 /// no pace makes a small step: what is pressed from `before` on lies elsewhere now, or nothing is.
-bool slips(const Lie& before, const Lie& now) {
+bool slips(const Lie& before, const Lie& now, double most_rad = kSlip_rad) {
   if (before.normal.isZero(0.0)) return false;
   if (now.normal.isZero(0.0)) return true;
   const double moved =
       (now.X_WH.p - before.X_WH.p).norm() / kFinger_m + now.X_WH.q.angularDistance(before.X_WH.q);
-  return before.normal.dot(now.normal) < std::cos(std::min(kSlip_rad + moved, kHalfTurn_rad));
+  return before.normal.dot(now.normal) < std::cos(std::min(most_rad + moved, kHalfTurn_rad));
 }
 
 /// The course of the force at rest along a way: the parameter goes by small parts, and rests
@@ -347,7 +349,8 @@ void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
     last = now;
     if (!touches) continue;
     const Lie lie = lie_of(told);
-    if (!recent.empty() && slips(recent.front().first, lie)) {
+    if (!recent.empty() &&
+        (slips(recent.front().first, lie) || slips(recent.back().first, lie, kJump_rad))) {
       MESSAGE(std::string(touch.name)
               << ", " << way.to.path() << ": the string slips, " << moved.f[0] << " N");
       recent.clear();
