@@ -12,7 +12,7 @@ namespace {
 /// Whether tool or hand is within a touch of the pair.
 bool reached(const ContactView& view, const ContactKey& key) noexcept {
   const auto& [input, state] = view.at();
-  const double touch = kTouchSkins * skin_of(input.options) + input.options.stop_tolerance;
+  const double touch = kTouchSkins * skin_of(input.options);
   const BentObstacles bent(input.obstacles, state.touched);
   const ToolShape shape(input.parts, state.parts);
   const double gap = evaluate_contact(key, {input.tool, state.X_WG, shape.view()}, bent.view()).gap;

@@ -164,6 +164,16 @@ void string_points(std::span<const StringTool> tools, const StringSharing& holde
   points.push_back(line.p_B);
 }
 
+void string_legs(std::span<const StringTool> tools, const StringSharing& holders,
+                 std::int32_t string, StringLegs& legs_W) noexcept {
+  StringPoints points;
+  string_points(tools, holders, string, -1, points);
+  legs_W.clear();
+  for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+    legs_W.push_back({points[k], points[k + 1], whole(tools.front(), string).r});
+  }
+}
+
 StringConstants part_constants(const StringConstants& whole, const StringPoints& points,
                                std::size_t part) noexcept {
   StringConstants out = whole;

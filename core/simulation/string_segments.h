@@ -82,6 +82,17 @@ HD_REALTIME void string_points(std::span<const StringTool> tools, const StringSh
                                std::int32_t string, std::int32_t without,
                                StringPoints& points) noexcept;
 
+/// True where a tool holds the string.
+[[nodiscard]] inline bool is_held(const StringSharing& holders, std::int32_t string) noexcept {
+  const auto same = [&](const SharedString& held) { return held.string == string; };
+  return std::any_of(holders.begin(), holders.end(), same);
+}
+
+/// The string as it is bent by all, leg after leg from A to B.
+using StringLegs = FixedVector<Capsule, kMaxTools + 2>;
+HD_REALTIME void string_legs(std::span<const StringTool> tools, const StringSharing& holders,
+                             std::int32_t string, StringLegs& legs_W) noexcept;
+
 /// Makes the view of tool number `tool`, which is to go to p_WH in this tick, and puts its holds
 /// into the terms of it, which moves nothing. Strings it cannot come near in the tick are left as
 /// they are in the scene. Returns the scene it is to be rendered in; views it and the tool's view.

@@ -40,6 +40,22 @@ void sort_in_last(const StringSharing& sharing, Tick& tick) noexcept {
   }
 }
 
+/// Leaves out strings that no vertex bends. One that is straight is left where others bend the
+/// string: that one goes through it.
+void leave_out_straight(Tick& tick) noexcept {
+  auto& bends = tick.string_bends;
+  std::size_t kept = 0;
+  std::size_t end = 0;
+  for (std::size_t first = 0; first < bends.size(); first = end) {
+    bool bent = false;
+    for (end = first; end < bends.size() && bends[end].string == bends[first].string; ++end) {
+      bent = bent || to_vector(bends[end].deflection_W).norm() > kMinToldBend;
+    }
+    for (std::size_t k = first; bent && k < end; ++k) bends[kept++] = bends[k];
+  }
+  bends.truncate(kept);
+}
+
 }  // namespace
 
 void tell_bends(const SimulationMemory& memory, const StringSharing& sharing, Tick& tick) noexcept {
@@ -50,10 +66,10 @@ void tell_bends(const SimulationMemory& memory, const StringSharing& sharing, Ti
     for (const TouchedString& string : play.state.contact.touched) {
       if (!string.yields) continue;
       const StringBendTick bend = bend_of(play, tool, string.bend);
-      if (!(to_vector(bend.deflection_W).norm() > kMinToldBend)) continue;
       if (tick.string_bends.push_back(bend)) sort_in_last(sharing, tick);
     }
   }
+  leave_out_straight(tick);
 }
 
 }  // namespace hapticd

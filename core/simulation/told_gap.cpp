@@ -29,27 +29,21 @@ struct StandingTool {
   ObstaclesView obstacles;
 };
 
-/// True of a pair with a string that others hold, or a part of one: its shape is not this tool's
-/// alone.
-bool is_shared(const ToolPlay& play, const ContactKey& key) noexcept {
-  if (!is_string(key) || play.view.parts.empty()) return false;
-  return static_cast<std::size_t>(key.obstacle) >= play.scene.obstacles.capsules_W.size() ||
-         part_of(play.view, key.obstacle) != nullptr;
-}
-
 /// The smallest gap of the listed pairs, as far as they may be nearer than `most`.
-double nearest_listed(const ToolPlay& play, const StandingTool& at, double most) noexcept {
+double nearest_listed(const ToolPlay& play, const StringSharing& sharing, const StandingTool& at,
+                      double most) noexcept {
   const Candidates& candidates = play.problem.candidates();
   double nearest = most;
   for (const Contact& contact : candidates.contacts().contacts) {
-    if (!candidates.may_be_within(contact, nearest) || is_shared(play, contact.key)) continue;
+    if (!candidates.may_be_within(contact, nearest) || is_shared(play, sharing, contact.key))
+      continue;
     nearest = std::min(nearest, evaluate_contact(contact.key, at.tool(), at.obstacles).gap);
   }
   return nearest;
 }
 
 /// A traversal of what the tool alone sees; what is shared is left to nearest_shared().
-double search(ToolPlay& play, const StandingTool& at) noexcept {
+double search(ToolPlay& play, const StringSharing& sharing, const StandingTool& at) noexcept {
   const ContactOptions& options = at.input.options;
   const bool leaves = any_soft(at.input.parts);
   find_contacts(at.tool(), at.obstacles,
@@ -58,10 +52,10 @@ double search(ToolPlay& play, const StandingTool& at) noexcept {
                  .tool_level = leaves ? kLeafLevel : at.state.tool_level,
                  .body_level = leaves ? kLeafLevel : at.state.body_level},
                 play.swung);
-  if (play.view.parts.empty()) return play.swung.minimum_gap;
+  if (play.view.parts.empty() && sharing.empty()) return play.swung.minimum_gap;
   double nearest = options.margin;
   for (const Contact& contact : play.swung.contacts) {
-    if (!is_shared(play, contact.key)) nearest = std::min(nearest, contact.gap);
+    if (!is_shared(play, sharing, contact.key)) nearest = std::min(nearest, contact.gap);
   }
   return nearest;
 }
@@ -74,20 +68,10 @@ class SharedStrings {
 
   [[nodiscard]] double gap(std::int32_t string, const ToolView& tool, double margin,
                            ContactSet& found) const noexcept {
-    StringPoints points;
-    string_points(all_, sharing_, string, -1, points);
-    const auto index = static_cast<std::size_t>(string);
-    const double r = all_.front().scene->obstacles.capsules_W[index].r;
-    FixedVector<Capsule, kMaxTools + 2> legs_W;
-    for (std::size_t k = 0; k + 1 < points.size(); ++k) {
-      legs_W.push_back({points[k], points[k + 1], r});
-    }
+    StringLegs legs_W;
+    string_legs(all_, sharing_, string, legs_W);
     find_contacts(tool, {{legs_W.begin(), legs_W.size()}, {}}, {margin, margin}, found);
     return found.minimum_gap;
-  }
-  [[nodiscard]] bool has(std::int32_t string) const noexcept {
-    const auto same = [&](const SharedString& held) { return held.string == string; };
-    return std::any_of(sharing_.begin(), sharing_.end(), same);
   }
 
  private:
@@ -106,9 +90,9 @@ double told_gap(const SimulationMemory& memory, const StringSharing& sharing,
   const Candidates& candidates = play.problem.candidates();
   const bool recovered = play.rendered.contact.status == ContactStatus::kRecovering;
   const double seen = recovered ? -kNone : std::min(candidates.room_left(), margin);
-  double nearest = nearest_listed(play, at, margin);
+  double nearest = nearest_listed(play, sharing, at, margin);
   if (nearest > seen && (recovered || !candidates.clear_within(kWholeMargin * margin))) {
-    nearest = search(play, at);
+    nearest = search(play, sharing, at);
   }
   if (memory.tools.size() == 1) return nearest;
   const SharedStrings shared(memory, sharing);
@@ -117,7 +101,7 @@ double told_gap(const SimulationMemory& memory, const StringSharing& sharing,
   };
   for (const SharedString& held : sharing) look_at(held.string);
   for (const StringPart& part : play.view.parts) {
-    if (!shared.has(part.string)) look_at(part.string);
+    if (!is_held(sharing, part.string)) look_at(part.string);
   }
   return nearest;
 }
@@ -137,7 +121,7 @@ double standing_gap(const SimulationMemory& memory, const StringSharing& sharing
   const SharedStrings shared(memory, sharing);
   double nearest = margin;
   for (const Contact& contact : play.swung.contacts) {
-    if (is_string(contact.key) && shared.has(contact.key.obstacle)) continue;
+    if (is_string(contact.key) && is_held(sharing, contact.key.obstacle)) continue;
     nearest = std::min(nearest, contact.gap);
   }
   for (const SharedString& held : sharing) {

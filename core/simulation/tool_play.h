@@ -39,6 +39,16 @@ struct ToolPlay {
   return play.reached_out ? play.swung : play.problem.candidates().contacts();
 }
 
+/// True of a pair of the tool with a string that others hold, or a part of one: its shape is not
+/// this tool's alone, and others may have taken it since the tool was rendered. `sharing`: who
+/// holds what after the tick.
+[[nodiscard]] inline bool is_shared(const ToolPlay& play, const StringSharing& sharing,
+                                    const ContactKey& key) noexcept {
+  if (!is_string(key)) return false;
+  return static_cast<std::size_t>(key.obstacle) >= play.scene.obstacles.capsules_W.size() ||
+         part_of(play.view, key.obstacle) != nullptr || is_held(sharing, key.obstacle);
+}
+
 /// A tool's view of a string, from tick to tick.
 struct ToolStringState {
   double distance = 1.0;       ///< StringTouch::distance of the last tick, m; 1: not near

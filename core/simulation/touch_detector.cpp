@@ -6,21 +6,34 @@
 namespace hapticd {
 namespace {
 
-using Touches = FixedVector<TouchEvent, kMaxTouches>;
+/// Of this tick, a pair of part and object.
+struct TouchedPair {
+  std::int32_t contact;  ///< the deepest of the report
+  double force;          ///< sum, N
+  bool before;           ///< has been a touch
+};
 
-TouchEvent* find(Touches& touches, std::int32_t part, ObstacleKind kind,
-                 std::int32_t obstacle) noexcept {
-  for (TouchEvent& touch : touches) {
-    if (touch.part == part && touch.kind == kind && touch.obstacle == obstacle) return &touch;
+using TouchedPairs = FixedVector<TouchedPair, kMaxTouches>;
+
+TouchedPair* find(const ContactReport& report, TouchedPairs& pairs, std::int32_t part,
+                  ObstacleKind kind, std::int32_t obstacle) noexcept {
+  for (TouchedPair& pair : pairs) {
+    const ContactTick& contact = report.contacts[static_cast<std::size_t>(pair.contact)];
+    if (contact.part == part && contact.key.kind == kind && contact.key.obstacle == obstacle) {
+      return &pair;
+    }
   }
   return nullptr;
 }
 
-/// The touch whose deepest contact this is, its force still to be summed.
-TouchEvent touch_of(const ContactTick& contact, const TouchTick& tick) noexcept {
+/// The touch of a pair as it is now.
+TouchEvent touch_of(const ContactReport& report, const TouchedPair& pair,
+                    const TouchTick& tick) noexcept {
+  const ContactTick& contact = report.contacts[static_cast<std::size_t>(pair.contact)];
   const Vector3 nhat = to_vector(contact.nhat_OG_W);
   const Vector3 v = point_velocity(tick.V_WH, to_vector(contact.p_WC) - tick.p_WG);
   TouchEvent touch;
+  touch.begins = true;
   touch.part = contact.part;
   touch.kind = contact.key.kind;
   touch.obstacle = contact.key.obstacle;
@@ -29,20 +42,21 @@ TouchEvent touch_of(const ContactTick& contact, const TouchTick& tick) noexcept 
   touch.nhat_OG_W = contact.nhat_OG_W;
   touch.normal_speed = -v.dot(nhat);
   touch.tangential_speed = (v + touch.normal_speed * nhat).norm();
+  touch.force = pair.force;
   return touch;
 }
 
-/// The pairs of this tick, with the sum of their forces.
-void gather(const ContactReport& report, const TouchTick& tick, Touches& now) noexcept {
-  for (const ContactTick& contact : report.contacts) {
+void gather(const ContactReport& report, const TouchTick& tick, TouchedPairs& now) noexcept {
+  for (std::size_t k = 0; k < report.contacts.size(); ++k) {
+    const ContactTick& contact = report.contacts[k];
     const ContactKey& key = contact.key;
     if (is_string(key) && key.obstacle < tick.strings) continue;
-    TouchEvent* touch = find(now, contact.part, key.kind, key.obstacle);
-    if (touch == nullptr) {
-      if (!now.push_back(touch_of(contact, tick))) continue;
-      touch = now.end() - 1;
+    TouchedPair* pair = find(report, now, contact.part, key.kind, key.obstacle);
+    if (pair == nullptr) {
+      if (!now.push_back({static_cast<std::int32_t>(k), 0.0, false})) continue;
+      pair = now.end() - 1;
     }
-    touch->force += contact.force;
+    pair->force += contact.force;
   }
 }
 
@@ -57,28 +71,31 @@ std::int64_t instant(const TouchTick& tick, double way, double speed) noexcept {
 
 void detect_touches(const ContactReport& report, const TouchTick& tick, TouchDetector& detector,
                     TouchEvents& events) noexcept {
-  Touches now;
+  TouchedPairs now;
   gather(report, tick, now);
-  Touches kept;
-  for (TouchEvent& before : detector.touches) {
-    TouchEvent* touch = find(now, before.part, before.kind, before.obstacle);
-    if (touch == nullptr) {
-      before.t_ns = tick.t_ns;
-      before.begins = false;
-      events.push_back(before);
+  auto& touches = detector.touches;
+  std::size_t kept = 0;
+  for (TouchEvent& touch : touches) {
+    TouchedPair* pair = find(report, now, touch.part, touch.kind, touch.obstacle);
+    if (pair == nullptr) {
+      touch.t_ns = tick.t_ns;
+      touch.begins = false;
+      events.push_back(touch);
       continue;
     }
-    touch->force = std::max(touch->force, before.force);
-    touch->begins = true;
-    kept.push_back(*touch);
+    const double most = touch.force;
+    TouchEvent& still = touches[kept++];
+    still = touch_of(report, *pair, tick);
+    still.force = std::max(still.force, most);
+    pair->before = true;
   }
-  for (TouchEvent& touch : now) {
-    if (touch.begins || !(touch.force > 0.0)) continue;
-    touch.begins = true;
+  touches.truncate(kept);
+  for (const TouchedPair& pair : now) {
+    if (pair.before || !(pair.force > 0.0)) continue;
+    TouchEvent touch = touch_of(report, pair, tick);
     touch.t_ns = instant(tick, touch.force / tick.kt, touch.normal_speed);
-    if (kept.push_back(touch)) events.push_back(touch);
+    if (touches.push_back(touch)) events.push_back(touch);
   }
-  detector.touches = kept;
 }
 
 }  // namespace hapticd

@@ -32,7 +32,7 @@ struct StringTick {
   double energy = 0.0;           ///< of its vibration, J
 };
 
-/// A vertex that a tool bends a string to, beyond kMinToldBend.
+/// Where a tool holds a string that it or another one bends, beyond kMinToldBend.
 struct StringBendTick {
   std::int32_t string = 0;  ///< number among the scene's capsules
   std::int32_t tool = 0;    ///< that holds it

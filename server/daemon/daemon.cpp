@@ -258,6 +258,8 @@ void Daemon::take_event(const LoopEvent& event) {
     play_.forget_poses();
     states_.restart_hash();
   }
+  const auto* fault = std::get_if<FaultNotice>(&event.what);
+  if (fault != nullptr && fault->latched && stepped_here_) play_.forget_poses();
   tell_clients(event);
 }
 

@@ -19,7 +19,8 @@ class PlayDesk {
   /// Gives each tool's poses to the ticks from the batch's first one on, or behind those it has.
   [[nodiscard]] Answer queue_poses(const v1::PoseBatch& batch);
   [[nodiscard]] Answer play_gesture(const RequestId& id, const v1::PlayGesture& play);
-  /// Poses that were given are not played any more: another scene plays, or the lease is over.
+  /// Poses that were given are not played any more: another scene plays, the lease is over, or a
+  /// fault has ended a Run.
   void forget_poses() noexcept { next_ticks_ = {}; }
 
  private:

@@ -67,11 +67,12 @@ bool VirtualTime::pass(std::int64_t now_ns) {
   for (int k = 0; steps_ && k < kStepsPerLook; ++k) {
     // A Stop is obeyed by a tick, whomever time waits for.
     if (!std::exchange(hurried_, false) && !parts_.clients.may_step(now_ns)) return false;
+    const bool latched_before = parts_.loop.state() == LoopState::kFault;
     step(now_ns);
     if (!steps_) break;  // Its session has ended meanwhile.
     ++steps_->done;
-    const bool fault = parts_.loop.state() == LoopState::kFault;
-    if (steps_->done == steps_->wanted || fault) end_steps();
+    const bool latches = !latched_before && parts_.loop.state() == LoopState::kFault;
+    if (steps_->done == steps_->wanted || latches) end_steps();
   }
   if (steps_) return true;
   if (!live_) return false;

@@ -167,6 +167,10 @@ void HapticLoop::start_anew() noexcept {
 
 void HapticLoop::lose_lease(const LeaseLostCommand& lost) noexcept {
   kept_.ramp.drop_later(kept_.time.tick, publisher_);
+  orders_.lose_lease(lost.ended, forget_poses());
+}
+
+bool HapticLoop::forget_poses() noexcept {
   bool follows = false;
   for (PlayedTool& tool : scene().tools) {
     PoseQueue* poses = tool.device.facets.poses;
@@ -174,7 +178,7 @@ void HapticLoop::lose_lease(const LeaseLostCommand& lost) noexcept {
     poses->clear();
     follows = true;
   }
-  orders_.lose_lease(lost.ended, follows);
+  return follows;
 }
 
 void HapticLoop::play_gesture(std::unique_ptr<GesturePlan> plan, std::uint64_t number) noexcept {
@@ -448,6 +452,9 @@ void HapticLoop::advance_state() noexcept {
   if (loop_output_.latched || loop_output_.cleared) {
     publisher_.tell(FaultNotice{tick_.cause, loop_output_.latched}, fault.tool);
   }
+  // Where time stands still after it, what was queued would be first in it when it goes on, such as
+  // the rest of the poses that made the fault.
+  if (loop_output_.latched && options_.virtual_time) static_cast<void>(forget_poses());
   if (loop_output_.latched) {
     channels_.log.push(make_log_record<LogCode::kFaultLatched>(
         time.t_ns, static_cast<int>(tick_.cause), time.tick));

@@ -95,6 +95,8 @@ class HapticLoop {
   void mend_devices() noexcept;
   void start_anew() noexcept;
   void lose_lease(const LeaseLostCommand& lost) noexcept;
+  /// What is queued for devices that follow poses; false when there are none.
+  bool forget_poses() noexcept;
   void gather_orders() noexcept;
   void pass(std::int64_t now_ns, std::uint64_t skipped) noexcept;
   void begin_time(std::int64_t now_ns, std::uint64_t skipped) noexcept;

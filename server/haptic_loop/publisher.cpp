@@ -100,7 +100,7 @@ void Publisher::tell_touches(std::span<ToolLoop> tools) noexcept {
   for (std::size_t k = 0; k < tools.size(); ++k) {
     const RenderedTool& tick = simulation.rendered(k);
     const ToolScene& scene = simulation.scene(k);
-    report_contacts(simulation.memory().tools[k], tools[k].contacts);
+    report_contacts(simulation.memory(), simulation.strings().sharing(), k, tools[k].contacts);
     touch_events_.clear();
     detect_touches(tools[k].contacts,
                    {time_.t_ns, time_.dt_ns, tick.X_WG.p, tick.V_WH, scene.stiffness.kt,

@@ -67,6 +67,21 @@ double stretch_of(const PulledTool& tool, double length) noexcept {
   return std::sqrt((tool.X_WH.p - tool.X_WG.p).squaredNorm() + turned.squaredNorm());
 }
 
+/// True where strings of `settings` hold what slides on them: stuck they give another force than
+/// slipping, and where one goes over into the other is an edge of every scale and of the map.
+bool rubs(const SceneSettings& settings) noexcept {
+  return settings.tools.front().instrument.friction &&
+         std::any_of(
+             settings.pieces.begin(), settings.pieces.end(),
+             [](const StringParameters& piece) { return piece.friction_coefficient > 0.0; });
+}
+
+/// How far a tick may go at `share` of a way of length `edged`, as a logarithm: what lies behind or
+/// ahead may all be beyond an edge, and then exp of it is all that force changes by.
+double edge_room(double edged, double share) noexcept {
+  return kSharePerStep * (1.0 - exponential(-edged * std::min(share, 1.0 - share)));
+}
+
 /// Above it no contact stiffness of a string has an effect anywhere along `change`, N/m. Among
 /// several tools there is none: each coupling is as stiff as its own device bears, a string as the
 /// weakest does.
@@ -135,6 +150,7 @@ void measure(SettingsChange& change) noexcept {
   };
   const double stiffest = stiffest_of(change);
   change.straight = false;
+  change.rubs = rubs(change.from) || rubs(change.to);
   for (std::size_t k = 0; k < change.to.pieces.size(); ++k) {
     add(way_length(change.from.pieces[k], change.to.pieces[k], stiffest));
     if (change.to.pieces[k].model == StringContact::kStraight) change.straight = true;
@@ -145,7 +161,7 @@ void measure(SettingsChange& change) noexcept {
     add(change.straight ? WayLength{straight, straight} : tool);
   }
   change.time_s = ramp_time(length);
-  change.edged = length.edged;
+  change.edged = change.rubs ? length.most : length.edged;
 }
 
 double next_share(const SettingsChange& change, double share, double dt_s, const PlayedScene& scene,
@@ -157,11 +173,14 @@ double next_share(const SettingsChange& change, double share, double dt_s, const
     const double stretched = stretch_of(tools[k], now.coupling.length);
     if (!(kt * stretched > kTouchingForce)) continue;
     const double least = kLeastStep / (kt * stretched);
-    const double edge =
-        std::max(least, kSharePerStep * change.edged * std::min(share, 1.0 - share));
+    const double edge = std::max(least, edge_room(change.edged, share));
     step = std::min(step, edge / std::max(change.edged, edge));
-    const double room = stretched * (change.straight ? least : std::max(least, kSharePerStep));
     const double rate = pull_rate(change.from.tools[k], change.to.tools[k], now, tools[k].p_DH);
+    double room = stretched * (change.straight ? least : std::max(least, kSharePerStep));
+    if (change.rubs) {
+      const double nearest = rate * std::min(share, 1.0 - share);
+      room = std::min(room, std::max(stretched * least, kSharePerStep * nearest));
+    }
     step = std::min(step, room / std::max(rate, room));
   }
   return std::min(share + step, 1.0);

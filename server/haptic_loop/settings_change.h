@@ -20,6 +20,7 @@ struct SettingsChange {
   double time_s = 0.0;    ///< that the ramp takes at least
   double edged = 0.0;     ///< WayLength::edged of all
   bool straight = false;  ///< there are straight strings
+  bool rubs = false;      ///< strings hold what slides on them
 };
 
 /// Where a tool and its hand were in the tick before: what a map that moves pulls at.
@@ -44,8 +45,8 @@ HD_REALTIME void measure(SettingsChange& change) noexcept;
 
 /// The share of `change` after a tick of `dt_s` that began at `share`, each tool of `scene` being
 /// as `tools` says. A map that moves stretches the coupling of a tool in touch by no more than may
-/// be felt; a scale with an edge begins and ends so slowly that the part beyond the edge may be
-/// small.
+/// be felt; what has an edge, as a scale may have and all has where strings hold by friction,
+/// begins and ends so slowly that the part beyond the edge may be small.
 [[nodiscard]] HD_REALTIME double next_share(const SettingsChange& change, double share, double dt_s,
                                             const PlayedScene& scene,
                                             std::span<const PulledTool> tools) noexcept;

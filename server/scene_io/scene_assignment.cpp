@@ -165,6 +165,15 @@ v1::Quality quality_choice(const v1::Assignment& assignment, const v1::Quality& 
   return quality;
 }
 
+/// The scene's coefficient of friction goes from `before` to what `scene` says now, and with it all
+/// strings that have it: which of them said so themselves is not kept once defaults are filled in.
+void follow_friction(double before, v1::Scene& scene) {
+  for (v1::String& string : *scene.mutable_strings()) {
+    if (string.friction_coefficient() != before) continue;
+    string.set_friction_coefficient(scene.friction().coefficient());
+  }
+}
+
 void assign(const v1::Assignment& assignment, double usual_budget_us, v1::Scene& scene) {
   if (assignment.path() == "quality") {
     *scene.mutable_quality() = quality_choice(assignment, scene.quality(), usual_budget_us);
@@ -176,7 +185,9 @@ void assign(const v1::Assignment& assignment, double usual_budget_us, v1::Scene&
   } else if (target.field->cpp_type() == Kind::CPPTYPE_ENUM) {
     set_enum(target, assignment);
   } else {
+    const double friction = scene.friction().coefficient();
     set_number(target, assignment);
+    if (scene.friction().coefficient() != friction) follow_friction(friction, scene);
   }
 }
 

@@ -121,8 +121,16 @@ void fill_features(StringPreset preset, v1::Scene& scene) {
   set_absent(release, &R::has_refractory_s, &R::set_refractory_s, usual.release.refractory);
 }
 
-/// Forgets what a preset decides.
-void forget_preset_fields(v1::Scene& scene) {
+void forget_friction(v1::Scene& scene) {
+  scene.clear_friction();
+  for (v1::String& string : *scene.mutable_strings()) string.clear_friction_coefficient();
+  for (v1::Body& body : *scene.mutable_bodies()) body.clear_friction_coefficient();
+  for (v1::Line& line : *scene.mutable_lines()) line.clear_friction_coefficient();
+}
+
+/// Forgets what a preset decides, and with the paper's the friction that it has none of.
+void forget_preset_fields(v1::Preset preset, v1::Scene& scene) {
+  if (preset == v1::PRESET_PAPER) forget_friction(scene);
   for (v1::String& string : *scene.mutable_strings()) {
     string.clear_model();
     string.clear_displacement_scale();
@@ -142,7 +150,7 @@ void fill_pose(v1::Pose& pose) {
 
 void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene) {
   if (preset) {
-    forget_preset_fields(scene);
+    forget_preset_fields(*preset, scene);
     scene.set_preset(*preset);
   }
   if (scene.preset() == v1::PRESET_UNSPECIFIED) scene.set_preset(v1::PRESET_DEFLECTING);

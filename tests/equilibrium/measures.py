@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import tempfile
+import time
 
 import numpy as np
 import played
@@ -137,7 +138,7 @@ def cost(program, what):
                 process.poll()
                 if process.returncode is not None:
                     return None
-                _sleep()
+                time.sleep(0.1)
             with hapticd.Session(address) as session:
                 session.acquire("cost")
                 session.run(poses=rows)
@@ -150,8 +151,3 @@ def cost(program, what):
         text = pathlib.Path(log.name).read_text(encoding="utf-8")
     collected = re.search(r"Collected : (\d+)", text)
     return int(collected.group(1)) / len(rows) if collected else None
-
-
-def _sleep():
-    import time
-    time.sleep(0.1)

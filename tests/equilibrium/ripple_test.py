@@ -1,6 +1,10 @@
-"""A tip that slides over the body of the Guqin feels at most a third of the ripple that the union of the spheres has, in force and in
-direction, and sinks into the mesh no further; on random slides from a fixed seed and from a new one."""
+"""A tip that slides over spheres that blend feels at most a third of the ripple that their union has, in force and in direction, and sinks
+into the mesh no further; on random slides from a fixed seed and from a new one."""
+import os
+import pathlib
+import subprocess
 import sys
+import tempfile
 import unittest
 
 import comparison
@@ -14,7 +18,8 @@ SLIDES = 5
 SHARE = 1 / 3
 # How far a tip may sink into the mesh, um: rounding, and what hides between the samples of a fit.
 SUNK_UM = 1.0
-UNION = "guqin_body_250um.tree"
+MESH, UNION, BLEND = "plate.ply", "plate_1000um.tree", "plate_blend.tree"
+MODELS = ripple.ROOT / "deploy/models"
 
 
 class Ripple(unittest.TestCase):
@@ -22,8 +27,7 @@ class Ripple(unittest.TestCase):
     def setUpClass(cls):
         cls.seed = comparison.new_seed()
         cls.tip = ripple.Tip()
-        cls.tree, mesh = ripple.body_of("guqin")
-        cls.statics = mesh_statics.Statics(mesh_statics.Mesh(ripple.ROOT / "deploy/models" / mesh), cls.tip)
+        cls.statics = mesh_statics.Statics(mesh_statics.Mesh(MODELS / MESH), cls.tip)
         cls.slides = [slide for seed in (*comparison.FIXED_SEEDS, cls.seed) for slide in ripple.draw(cls.statics, seed, SLIDES)]
 
     def test_the_judge_sees_a_ripple_that_is_put_on_the_truth(self):
@@ -35,10 +39,21 @@ class Ripple(unittest.TestCase):
         self.assertGreater(rippled["rms_mn"], 10)
         self.assertGreater(rippled["sunk_um"], 3)
 
-    def test_the_body_of_the_guqin_has_a_third_of_the_ripple_of_its_balls(self):
+    def test_spheres_that_blend_have_a_third_of_the_ripple_of_their_union(self):
+        data = tempfile.TemporaryDirectory()
+        self.addCleanup(data.cleanup)
+        models = pathlib.Path(data.name, "models")
+        models.mkdir()
+        pathlib.Path(data.name, "scenes").symlink_to(ripple.ROOT / "deploy/scenes")
+        for model in MODELS.iterdir():
+            pathlib.Path(models, model.name).symlink_to(model)
+        subprocess.run([pathlib.Path(os.environ["HAPTICD"]).parent / "hapticd-model", "build", MODELS / MESH, "--error", "1mm", "--blend", "4mm",
+                        "--quiet", "-o", models / BLEND], check=True)
+        os.environ["HAPTICD_DATA"] = data.name
+        self.addCleanup(os.environ.pop, "HAPTICD_DATA")
         with played.Player() as player:
             union, blend = (ripple.judge(self.statics, self.slides, [ripple.play(player, slide, self.tip, tree) for slide in self.slides])
-                            for tree in (UNION, self.tree))
+                            for tree in (UNION, BLEND))
         print(f"union {union}\nblend {blend}", flush=True)
         for what in ("rms_mn", "rms_deg"):
             self.assertLess(blend[what], SHARE * union[what], (what, self.seed))

@@ -250,12 +250,13 @@ def strange_poses(session):
 
 def injected(session):
     session.load(scene("vibration {}"))
-    session.push(drags(session, 2600))
+    path = list(drags(session, 2600))
     while session.tick < 2600:
-        # A run ends at a fault.
+        # A run ends at a fault, and what is queued is dropped with it.
+        session.push(path[session.tick:])
         session.run(2600 - session.tick)
-        if not request(session.session, "clear"):
-            session.run(20)
+        while session.tick < 2600 and not request(session.session, "clear"):
+            session.run(min(20, 2600 - session.tick))
 
 
 PLAYS = {}

@@ -9,6 +9,7 @@
 #include <array>
 #include <memory>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -25,15 +26,19 @@ namespace {
 
 /// What a lap may give, and take where nothing was let go, J.
 constexpr double kClosed = 10e-6;
-/// A tool longer than kWide (m) rests on a string in several places, and the string's one vertex
-/// goes between them: what that loses of what hand and strings exchange was up to 9 % in a lap of
-/// the Guqin's hand and 6 % in one of the bunny.
+/// A tool longer than kWide (m), or several tools, may press a string in several places, and the
+/// string's one vertex goes between them: what that may lose of what hands and strings exchange.
 constexpr double kWide = 0.02;
-constexpr double kWideLoss = 0.12;
+constexpr double kWideLoss = 0.06;
 /// A tool that goes this many times as far in a tick as the hand, and this far beyond, m, has let
 /// go of something: a string slips off, or the tool off an edge. What that frees is lost.
 constexpr double kLeap = 4.0;
 constexpr double kLeapBeyond = 20e-6;
+/// Nor does a force change by more than coupling stiffness times way and this, N, where tool and
+/// strings go from one stable rest to the next: they are in series with the coupling.
+constexpr double kSnap_n = 2e-3;
+/// Arm at which a turn of the hand counts as a way, m.
+constexpr double kArm_m = 0.1;
 
 /// What a scene is played with.
 struct Variant {
@@ -61,6 +66,7 @@ struct Lap {
   double moved = 0.0;      ///< sum of what went either way, J
   double tank_lost = 0.0;  ///< by the strings' tanks, J
   bool let_go = false;
+  bool shared = false;  ///< a string was pressed by two tools at once
   bool recovered = false;
   double pressed = 0.0;  ///< greatest force, N
 };
@@ -68,7 +74,7 @@ struct Lap {
 /// Hands in a scene, tick by tick.
 class Hands {
  public:
-  explicit Hands(const Scene& scene) : play_(scene.simulate()) {}
+  explicit Hands(const Scene& scene) : scene_(scene), play_(scene.simulate()) {}
 
   void tick(std::span<const HandPose> hands, Lap& lap) {
     Simulation& simulation = *play_.simulation;
@@ -76,6 +82,7 @@ class Hands {
     output_.step(simulation, hands);
     lap.tank_lost += std::max(0.0, tank - simulation.strings().tank_energy());
     for (std::size_t k = 0; k < hands.size(); ++k) book(k, lap);
+    lap.shared = lap.shared || share_a_string(hands.size());
   }
 
  private:
@@ -96,15 +103,28 @@ class Hands {
       const double work = 0.5 * ((F.f + before.F_H_W.f).dot(dp) + (F.t + before.F_H_W.t).dot(turn));
       lap.gained += work;
       lap.moved += std::abs(work);
-      const double way = dp.norm() + 0.1 * turn.norm();
+      const double way = dp.norm() + kArm_m * turn.norm();
       const double went = (tool.X_WG.p - before.X_WG.p).norm();
-      lap.let_go = lap.let_go || went > kLeap * way + kLeapBeyond;
+      const double kt = scene_.description().tools[k].coupling.kt;
+      const double changed = (F.f - before.F_H_W.f).norm();
+      lap.let_go = lap.let_go || went > kLeap * way + kLeapBeyond || changed > kt * way + kSnap_n;
     }
     lap.pressed = std::max(lap.pressed, F.f.norm());
     lap.recovered = lap.recovered || tool.contact.status == ContactStatus::kRecovering;
     before = {F, tool.X_WH, tool.X_WG, true};
   }
 
+  [[nodiscard]] bool share_a_string(std::size_t tools) const {
+    std::set<std::int32_t> pressed;
+    for (std::size_t k = 0; k < tools; ++k) {
+      for (const PressedString& string : output_.tool(k).strings) {
+        if (!pressed.insert(string.string).second) return true;
+      }
+    }
+    return false;
+  }
+
+  const Scene& scene_;
   OwnedSimulation play_;
   SimulationTick output_;
   std::array<Before, kMaxTools> before_;
@@ -184,7 +204,7 @@ void judge(const Scene& scene, std::uint64_t seed, Verdict& verdict) {
     verdict.most_gained = std::max(verdict.most_gained, gained);
     if (!lap.let_go) {
       ++verdict.held;
-      const double allowed = is_wide(scene) ? kWideLoss * lap.moved : 0.0;
+      const double allowed = is_wide(scene) || lap.shared ? kWideLoss * lap.moved : 0.0;
       verdict.most_lost = std::max(verdict.most_lost, -lap.gained - allowed);
     }
     return;

@@ -32,7 +32,7 @@ EXAMPLES = {
     "hapticctl disengage": [REAL],
     "hapticctl stop": [REAL],
     "hapticctl clear": [REAL],
-    "hapticctl engage": [REAL],
+    "hapticctl engage": [VIRTUAL],  # a scripted hand stays where it is clear of the scene
     "hapticctl recentre": [REAL],
     "hapticctl clutch": [["open", *REAL], ["close", *REAL]],
     "hapticctl gesture list": [REAL],

@@ -6,7 +6,7 @@ import struct
 import numpy
 
 MODELS = pathlib.Path(__file__).resolve().parents[2] / "deploy" / "models"
-SLIGHT_SAG_M = 0.05
+SLIGHT_SAG_M = 2.25e-3
 
 
 def leaves(name):
@@ -68,9 +68,10 @@ def distance_to_axis(points, a, b):
 
 
 class Stage:
-    """A scene as SceneInfo tells it."""
+    """A scene as SceneInfo tells it, and how the solver looks at it."""
 
-    def __init__(self, scene):
+    def __init__(self, scene, solver):
+        self.margin, self.skin = solver.margin_m, solver.skin_m
         self.tools = {tool.tool_id: numpy.vstack([placed(spheres_of(part.shape), *pose(part.pose_gp)) for part in tool.parts])
                       for tool in scene.tools}
         self.strings = [(numpy.array(each.p_wa_m), numpy.array(each.p_wb_m), each.radius_m, each.sag_m) for each in scene.strings]
@@ -112,6 +113,40 @@ class Stage:
         corners = self.axis(string, told)
         return min((distance_to_axis(points, a, b) - radii).min() for a, b in zip(corners, corners[1:])) - self.strings[string][2]
 
+    def gap_to_line(self, number, points, radii):
+        corners, r = self.lines[number]
+        return min((distance_to_axis(points, a, b) - radii).min() for a, b in zip(corners, corners[1:])) - r
+
+    def gap_to_body(self, number, points, radii, room):
+        """The smallest gap to a body's spheres; of those that are not within `room`, none."""
+        body, width = self.bodies[number]
+        low, high = (points - radii[:, None]).min(axis=0), (points + radii[:, None]).max(axis=0)
+        reach = body[:, 3:4] + room + width
+        near = body[numpy.all((body[:, :3] + reach >= low) & (body[:, :3] - reach <= high), axis=1)]
+        if width > 0 and len(near):
+            off = numpy.linalg.norm(points[:, None, :] - near[None, :, :3], axis=2) - near[None, :, 3]
+            rows = off.min(axis=1) - radii < room + width
+            return (blended(off[rows], width) - radii[rows]).min() if rows.any() else numpy.inf
+        nearest = numpy.inf
+        for first in range(0, len(near), 256):
+            some = near[first:first + 256]
+            between = numpy.linalg.norm(points[:, None, :] - some[None, :, :3], axis=2) - radii[:, None] - some[None, :, 3]
+            nearest = min(nearest, between.min())
+        return nearest
+
+    def gap_to_object(self, patch, state):
+        """The smallest gap between the tool and the object of a ContactPatch."""
+        spheres = self.tool(next(tool for tool in state.tools if tool.tool_id == patch.tool_id))
+        points, radii = spheres[:, :3], spheres[:, 3]
+        kind = patch.WhichOneof("object")
+        number = getattr(patch, kind)
+        if kind == "line_index":
+            return self.gap_to_line(number, points, radii)
+        if kind == "body_index":
+            return self.gap_to_body(number, points, radii, 0.02)
+        told = {each.string_index: each for each in state.strings}
+        return self.gap_to_string(number, told.get(number), points, radii)
+
     def gaps(self, state):
         """Of each tool (by id): the smallest gap to strings and lines, and to everything."""
         told = {each.string_index: each for each in state.strings}
@@ -122,23 +157,10 @@ class Stage:
             nearest = numpy.inf
             for number in range(len(self.strings)):
                 nearest = min(nearest, self.gap_to_string(number, told.get(number), points, radii))
-            for corners, r in self.lines:
-                for a, b in zip(corners, corners[1:]):
-                    nearest = min(nearest, (distance_to_axis(points, a, b) - radii).min() - r)
+            for number in range(len(self.lines)):
+                nearest = min(nearest, self.gap_to_line(number, points, radii))
             drawn = nearest
-            low, high = (points - radii[:, None]).min(axis=0), (points + radii[:, None]).max(axis=0)
-            for body, width in self.bodies:
-                room = body[:, 3:4] + max(min(nearest, 0.02), 0) + width
-                near = body[numpy.all((body[:, :3] + room >= low) & (body[:, :3] - room <= high), axis=1)]
-                if width > 0 and len(near):
-                    off = numpy.linalg.norm(points[:, None, :] - near[None, :, :3], axis=2) - near[None, :, 3]
-                    rows = off.min(axis=1) - radii < nearest + width
-                    if rows.any():
-                        nearest = min(nearest, (blended(off[rows], width) - radii[rows]).min())
-                    continue
-                for first in range(0, len(near), 256):
-                    some = near[first:first + 256]
-                    between = numpy.linalg.norm(points[:, None, :] - some[None, :, :3], axis=2) - radii[:, None] - some[None, :, 3]
-                    nearest = min(nearest, between.min())
+            for number in range(len(self.bodies)):
+                nearest = min(nearest, self.gap_to_body(number, points, radii, max(min(nearest, 0.02), 0)))
             out[tool.tool_id] = (drawn, nearest)
         return out

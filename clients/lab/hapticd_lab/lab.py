@@ -35,6 +35,8 @@ def as_reference(scene: scene_pb2.Scene) -> None:
 def with_friction_and_modes(scene: scene_pb2.Scene) -> None:
     """Beyond the paper: yielding strings that hold the finger, and ring with all their modes."""
     scene.friction.coefficient = FRICTION
+    for string in scene.strings:
+        string.friction_coefficient = FRICTION
     if scene.HasField("vibration"):
         scene.modes.count = MODES
 

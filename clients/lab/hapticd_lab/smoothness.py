@@ -30,6 +30,11 @@ class Smoothness:
         """Largest change over its bound."""
         return float((self.change_n / self.bound_n)[self.used].max(initial=0.0))
 
+    def beyond(self, times: float) -> List[int]:
+        """Rows that count whose change is more than so many times its bound, the largest first."""
+        ratio = numpy.where(self.used, self.change_n / self.bound_n, 0.0)
+        return [int(row) for row in numpy.argsort(-ratio) if ratio[row] > times]
+
     @property
     def worst_row(self) -> int:
         return int(numpy.argmax(numpy.where(self.used, self.change_n / self.bound_n, 0.0)))

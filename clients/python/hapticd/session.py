@@ -205,7 +205,8 @@ class Session(View):
     def run(self, steps: Optional[int] = None, poses: Optional[Sequence[Sequence[float]]] = None, tool_id: int = 0,
             collect: bool = True) -> RunResult:
         """Lockstep: advances time by `steps` ticks and returns when they are done. With `poses` the tool follows them, one per tick
-        from the next tick on (steps None: as many as poses); what it does beyond them is to hold the last one.
+        from the next tick on (steps None: as many as poses); what it does beyond them is to hold the last one. A fault that latches ends
+        the run with its tick, and what is left of the poses is dropped; a run that begins in FAULT goes on.
         The result has the States of these ticks that were subscribed to, all of them: StatesLost if one did not arrive. `collect` False:
         they go to `states()` alone, as under the real clock.
         Before anything runs: ValueError for steps outside [1, 1e9], for more than a million States to collect, and as `poses`; RequestError

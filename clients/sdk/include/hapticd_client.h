@@ -64,7 +64,7 @@ typedef struct hapticd_pose {
 typedef struct hapticd_run_result {
   uint32_t size;
   uint32_t missing_states;  ///< that were subscribed to and got lost
-  uint64_t steps;           ///< ticks advanced; fewer than asked for after a fault
+  uint64_t steps;           ///< ticks advanced; fewer than asked for where a fault came
   uint64_t next_tick;       ///< tick that would run next
   uint64_t held_inputs;     ///< ticks in which some scripted tool had no pose of its own
   uint8_t state_hash[32];   ///< over the States of all ticks since the scene began

@@ -129,7 +129,7 @@ struct Slide {
 /// Presses 3 mm deep, moves the hand by `way`, 10 um per tick, and judges friction in every tick.
 Slide slide(const RenderingScene& scene, double mu, const Vector3& way) {
   ToolRun run(scene, pose_at({0.55, 0.02, 0.0}));
-  const double s = rest_distance(run, 0.34e-3);
+  const double s = rest_distance(0.34e-3);
   const Vector3 pressed(0.55, s - 3e-3, 0.0);
   glide(run, {0.55, s + 1e-3, 0.0}, pressed, 100);
   run.hold(pose_at(pressed), 20);
@@ -157,7 +157,7 @@ HandWork play_laps(StringParameters string, double x, const Vector3& aside) {
   RenderingScene scene = rough_scene(string, 1000.0);
   scene.instrument.lateral_force = true;
   ToolRun run(scene, pose_at({x, 0.02, 0.0}));
-  const double s = rest_distance(run, string.radius);
+  const double s = rest_distance(string.radius);
   const Vector3 light(x, s - 1e-3, 0.0);
   const Vector3 firm(x, s - 4e-3, 0.0);
   const std::vector<Vector3> corners{light, light + aside, firm + aside, firm, light};
@@ -201,7 +201,7 @@ TEST_CASE("what breaks a finger away along a string is mu N, approached and not 
       CAPTURE(mu);
       const RenderingScene scene = rough_scene(rough_string(mu, model), 2000.0);
       ToolRun run(scene, pose_at({0.4, 0.02, 0.0}));
-      const double s = rest_distance(run, 0.34e-3);
+      const double s = rest_distance(0.34e-3);
       glide(run, {0.4, s + 1e-3, 0.0}, {0.4, s - 3e-3, 0.0}, 100);
       double greatest = 0.0;
       double normal = 0.0;
@@ -221,7 +221,7 @@ TEST_CASE(
     RenderingScene scene = rough_scene(rough_string(mu, StringContact::kYielding), 1000.0);
     scene.instrument.friction = friction;
     ToolRun run(scene, pose_at({0.55, 0.02, 0.5e-3}));
-    const double s = rest_distance(run, 0.34e-3);
+    const double s = rest_distance(0.34e-3);
     double greatest = 0.0;
     glide(run, {0.55, s + 1e-3, 0.5e-3}, {0.55, s - 20e-3, 0.5e-3}, 1000,
           [&](const Vector3&) { greatest = std::max(greatest, run.result.F_H_W.f.norm()); });
@@ -265,7 +265,7 @@ TEST_CASE("friction vanishes with the contact and starts anew with the next") {
   for (const StringContact model : {StringContact::kYielding, StringContact::kStraight}) {
     const RenderingScene scene = rough_scene(rough_string(0.8, model), 1000.0);
     ToolRun run(scene, pose_at({0.4, 0.02, 0.0}));
-    const double s = rest_distance(run, 0.34e-3);
+    const double s = rest_distance(0.34e-3);
     for (int touch = 0; touch < 3; ++touch) {
       const double x = 0.4 + 0.01 * touch;
       glide(run, {x, s + 1e-3, 0.0}, {x, s - 2e-3, 0.0}, 60);

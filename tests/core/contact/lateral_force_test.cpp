@@ -22,7 +22,7 @@ constexpr double kLambdas[] = {0.02, 0.1, 0.3, 0.5, 0.8, 0.97};
 /// Presses at lambda and stays; the tool may glide along the string until all is in balance.
 StringTick press(ToolRun& run, double lambda, double depth) {
   run.options.stop_tolerance = 1e-12;
-  const double s = rest_distance(run, 0.34e-3);
+  const double s = rest_distance(0.34e-3);
   const double x = 1.1 * lambda;
   glide(run, {x, s + 1e-3, 0.0}, {x, s - depth, 0.0}, 200);
   const Pose X_WH = pose_at({x, s - depth, 0.0});
@@ -40,7 +40,7 @@ RenderingScene lateral_scene(const StringParameters& string, bool on) {
 /// and going back, over all that it moved.
 double gain_of_loop(const RenderingScene& scene, double x_end = 0.1) {
   ToolRun run(scene, pose_at({0.5, 0.02, 0.0}));
-  const double s = rest_distance(run, 0.34e-3);
+  const double s = rest_distance(0.34e-3);
   const Vector3 way[] = {{0.5, s + 1e-3, 0.0},
                          {0.5, s - 3e-3, 0.0},
                          {x_end, s - 3e-3, 0.0},
@@ -129,7 +129,7 @@ TEST_CASE("gliding along a string without friction costs its lateral force and n
   const StringParameters string = string_at();
   const RenderingScene scene = lateral_scene(string, false);
   ToolRun run(scene, pose_at({0.2, 0.02, 0.0}));
-  const double s = rest_distance(run, 0.34e-3);
+  const double s = rest_distance(0.34e-3);
   glide(run, {0.2, s + 1e-3, 0.0}, {0.2, s - 3e-3, 0.0}, 100);
   double drag = 0.0;
   glide(run, {0.2, s - 3e-3, 0.0}, {0.9, s - 3e-3, 0.0}, 1400, [&](const Vector3&) {

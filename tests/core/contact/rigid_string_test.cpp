@@ -51,7 +51,7 @@ TEST_CASE("a rigid string gives the law's force at D / k_s along its contact, an
             string.contact_stiffness = contact_stiffness;
             const RenderingScene scene = scene_of({string});
             ToolRun run(scene, pose_at({1.1 * lambda, 0.03, offset}));
-            const double s = rest_distance(run, string.radius);
+            const double s = rest_distance(string.radius);
             const Vector3 p_WH(1.1 * lambda, s - depth, offset);
             const StringTick tick = press(run, p_WH);
             const Vector3 from_axis(0.0, p_WH.y(), p_WH.z());
@@ -109,7 +109,7 @@ TEST_CASE("two rigid strings pressed at once give each the law of its own contac
 
       // The tip rests on both axes, at the crossing of two circles above them, and the two contact
       // forces together stretch the coupling.
-      const double s = rest_distance(run, left.radius);
+      const double s = rest_distance(left.radius);
       const Vector3 a(0.0, 0.0, -3.5e-3);
       const Vector3 b(0.0, 0.5e-3, 3.5e-3);
       const double half = 0.5 * (b - a).norm();
@@ -156,7 +156,7 @@ TEST_CASE(
     string.k_s = k_s;
     const RenderingScene scene = scene_of({string});
     ToolRun run(scene, pose_at({0.275, 0.03, 0.0}));
-    return press(run, {0.275, rest_distance(run, string.radius) - 2e-3, 0.0}).F_H_W.f.norm();
+    return press(run, {0.275, rest_distance(string.radius) - 2e-3, 0.0}).F_H_W.f.norm();
   };
   const double frozen = k_s_from_device(1.1, 30.0, 0.25, kDevice);
   const double reference = force(30.0, frozen);

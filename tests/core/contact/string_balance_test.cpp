@@ -116,7 +116,7 @@ TEST_CASE("a fingertip wedged between two strings sinks to where both laws toget
         const RenderingScene scene = scene_of({left, right});
         ToolRun run(scene, pose_at({0.55, 0.02, 0.0}));
         run.options.stop_tolerance = 1e-10;
-        const double s = rest_distance(run, left.radius);
+        const double s = rest_distance(left.radius);
         const double first = std::sqrt(s * s - half_spacing * half_spacing);
         const Vector3 p_WH(0.55, (1.0 - part) * first, 0.0);
         glide(run, {0.55, first + 0.5e-3, 0.0}, p_WH, 100);

@@ -78,7 +78,7 @@ TEST_CASE("strings without tension, stiffness, width or length stay finite and a
           CAPTURE(length);
           const double x = 0.37 * length;
           ToolRun run(scene, pose_at({x, 0.03, 0.2e-3}));
-          check_way(run, playing(x, rest_distance(run, radius)), 12);
+          check_way(run, playing(x, rest_distance(radius)), 12);
         }
       }
     }
@@ -91,7 +91,7 @@ TEST_CASE("a slack string without stiffness gives no force and does not stop the
   string.youngs_modulus = 0.0;
   const RenderingScene scene = scene_of({string});
   ToolRun run(scene, pose_at({0.5, 0.02, 0.0}));
-  const double s = rest_distance(run, string.radius);
+  const double s = rest_distance(string.radius);
   glide(run, {0.5, s + 1e-3, 0.0}, {0.5, s - 5e-3, 0.0}, 100,
         [&](const Vector3& /*p_WH*/) { CHECK(rendered(run).F_H_W.f.norm() < 1e-6); });
   CHECK((run.state.X_WG.p - Vector3(0.5, s - 5e-3, 0.0)).norm() < 30e-6);
@@ -107,7 +107,7 @@ TEST_CASE("any coupling and contact stiffness gives a finite force and no penetr
       run.stiffness.kt = kt;
       CAPTURE(kt);
       CAPTURE(contact_stiffness);
-      check_way(run, playing(0.5, rest_distance(run, string.radius)), 20);
+      check_way(run, playing(0.5, rest_distance(string.radius)), 20);
     }
   }
 }
@@ -140,7 +140,7 @@ TEST_CASE("jumps of the hand across a bent string enter nothing") {
       RenderingScene scene = scene_of({string, string_at(-4e-3, 6e-3)});
       scene.instrument.friction = friction > 0.0;
       ToolRun run(scene, pose_at({0.5, 0.02, 0.0}));
-      const double s = rest_distance(run, string.radius);
+      const double s = rest_distance(string.radius);
       const Vector3 pressed(0.5, s - 3e-3, 0.3e-3);
       for (const Vector3& way : {Vector3(0, -1, 0), Vector3(0, -1, 0.7), Vector3(1, 0, 0),
                                  Vector3(-1, 0.001, 0), Vector3(0, 0, 1), Vector3(0, 1, 0)}) {

@@ -24,7 +24,7 @@ struct Press {
   Press(const StringParameters& string, double lambda, double depth)
       : scene(scene_of({string})), run(scene, pose_at({1.1 * lambda, 0.02, 0.0})) {
     run.options.stop_tolerance = kTolerance;
-    const double s = rest_distance(run, string.radius);
+    const double s = rest_distance(string.radius);
     glide(run, {1.1 * lambda, s + 0.5e-3, 0.0}, {1.1 * lambda, s - depth, 0.0}, 100);
     run.hold(pose_at({1.1 * lambda, s - depth, 0.0}), 40);
     reach = s;
@@ -68,7 +68,7 @@ constexpr double kSpeed = 0.2;
 double check_glide(const RenderingScene& scene, const Vector3& from, const Vector3& to,
                    double depth) {
   ToolRun run(scene, pose_at(from + Vector3(0, 0.02, 0)));
-  const double s = rest_distance(run, 0.34e-3);
+  const double s = rest_distance(0.34e-3);
   const Vector3 low(0, s - depth, 0);
   glide(run, from + Vector3(0, s + 1e-3, 0), from + low, 100);
   Vector3 before = rendered(run).F_H_W.f;
@@ -140,7 +140,7 @@ TEST_CASE(
           const StringParameters string = string_of(tension, 1.9e11, contact_stiffness);
           const RenderingScene scene = scene_of({string});
           ToolRun run(scene, pose_at({x, 0.02, offset}));
-          const double s = rest_distance(run, string.radius);
+          const double s = rest_distance(string.radius);
           CAPTURE(x);
           CAPTURE(tension);
           CAPTURE(contact_stiffness);

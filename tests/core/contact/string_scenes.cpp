@@ -21,7 +21,7 @@ RenderingScene scene_of(const std::vector<StringParameters>& strings, std::vecto
   return scene;
 }
 
-double rest_distance(const ToolRun& /*run*/, double radius) { return kTipRadius + radius; }
+double rest_distance(double radius) { return kTipRadius + radius; }
 
 StringTick rendered(const ToolRun& run) {
   StringTick tick;

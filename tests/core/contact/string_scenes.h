@@ -20,7 +20,7 @@ inline constexpr double kTipRadius = 5e-3;
                                       std::vector<Sphere> tool = {{Vector3::Zero(), kTipRadius}});
 
 /// Distance of the fingertip's centre from the axis of a string it rests on, m.
-[[nodiscard]] double rest_distance(const ToolRun& run, double radius);
+[[nodiscard]] double rest_distance(double radius);
 
 /// What the hand gets in a tick, each string by its own law.
 struct StringTick {

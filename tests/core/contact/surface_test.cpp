@@ -134,7 +134,7 @@ TEST_CASE("a skin of 0 is as good as one of a nanometre: a lever turns, a string
     const RenderingScene string = scene_of({string_at()});
     ToolRun bent(string, pose_at({0.4, 0.02, 0.0}));
     bent.options.skin = skin;
-    const double s = rest_distance(bent, string.capsules_W[0].r);
+    const double s = rest_distance(string.capsules_W[0].r);
     glide(bent, {0.4, s + 1e-3, 0.0}, {0.4, s - 3e-3, 0.0}, 50);
     bent.hold(pose_at({0.4, s - 3e-3, 0.0}), 60);
     CHECK(deflection_of(bent, 0).norm() > 2.5e-3);

@@ -31,7 +31,7 @@ TEST_CASE("every pair that bears force is reported where it is, and the forces a
   play.tick(Vector3(0.5, 0.02, 0.0));
   for (int k = 1; k <= 40; ++k) play.tick(Vector3(0.5, 0.02 - 0.0005 * k, 0.0));
   ContactReport report;
-  report_contacts(play.simulation().memory().tools[0], report);
+  report_contacts(play.simulation().memory(), play.simulation().strings().sharing(), 0, report);
   REQUIRE(report.contacts.size() >= 2);
   CHECK(report.total == static_cast<std::int32_t>(report.contacts.size()));
   Vector3 sum(0.0, 0.0, 0.0);
@@ -58,7 +58,7 @@ TEST_CASE("a tool that is far from everything has nothing to report") {
   play.tick(Vector3(0.5, 0.05, 0.0));
   ContactReport report;
   report.total = 7;
-  report_contacts(play.simulation().memory().tools[0], report);
+  report_contacts(play.simulation().memory(), play.simulation().strings().sharing(), 0, report);
   CHECK(report.contacts.empty());
   CHECK(report.total == 0);
 }

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <random>
 
+#include "core/simulation/contact_report.h"
 #include "tests/core/simulation/ensemble.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
@@ -16,9 +17,8 @@ namespace {
 
 /// Shapes of strings that several tools hold are rounded as they pass from one to another, m.
 constexpr double kRounding = 1e-8;
-/// A vertex that is hardly bent may be left out of the drawing, m: by less than the skin that tools
-/// on one string keep.
-constexpr double kDrawn = 20e-6;
+/// A vertex of a string that nobody bends may be left out of the drawing, m.
+constexpr double kDrawn = 2.0 * kMinToldBend;
 constexpr double kMargin = 5e-3;
 
 /// The string through its ends and the vertices that the tick tells.
@@ -44,12 +44,42 @@ double distance_to(const std::vector<Vector3>& points, const Vector3& p) {
   return nearest;
 }
 
+/// Where a tool at `p` goes next: nowhere, to just where it touches the straight string, or
+/// anywhere about `x`.
+Vector3 next_place(const Vector3& p, double x, double touch_y, SplitMix64& random) {
+  const std::uint64_t choice = random.below(4);
+  if (choice == 0) return p;
+  const double there = x + random.uniform(-0.05, 0.05);
+  if (choice == 1) return {there, touch_y, 0.0};
+  return {there, random.uniform(-6e-3, 0.014), random.uniform(-6e-3, 6e-3)};
+}
+
+/// Contacts with string 0 are told with the gap to all of it as it is bent, each sphere once.
+void check_contacts(Ensemble& ensemble, std::size_t tools, double touch_y) {
+  std::vector<Vector3> shape;
+  for (const Vector3& point : ensemble.shape(0)) shape.push_back(point);
+  const Simulation& simulation = ensemble.simulation();
+  for (std::size_t k = 0; k < tools; ++k) {
+    ContactReport report;
+    report_contacts(simulation.memory(), simulation.strings().sharing(), k, report);
+    const Vector3& p_WG = ensemble.simulation().rendered(k).X_WG.p;
+    for (const ContactTick& contact : report.contacts) {
+      if (!is_string(contact.key) || contact.key.obstacle != 0) continue;
+      const double gap = distance_to(shape, p_WG) - touch_y;
+      // A tool alone tells both legs, of which one is the nearer.
+      CHECK(contact.gap > gap - kRounding);
+      if (tools > 1) CHECK(contact.gap < gap + kRounding);
+    }
+  }
+}
+
 void wander(std::uint64_t seed, std::size_t tools) {
   CAPTURE(seed);
   SplitMix64 random(seed);
   EnsembleOptions options;
   options.body_y = -8e-3;
   Ensemble ensemble(tools, options);
+  const double apart = random.below(2) == 0 ? 0.15 : 0.02;
   std::vector<Vector3> at;
   at.reserve(tools);
   for (std::size_t k = 0; k < tools; ++k)
@@ -61,8 +91,8 @@ void wander(std::uint64_t seed, std::size_t tools) {
     std::vector<Vector3> to;
     to.reserve(tools);
     for (std::size_t k = 0; k < tools; ++k) {
-      to.push_back({0.2 + 0.15 * static_cast<double>(k) + random.uniform(-0.05, 0.05),
-                    random.uniform(-6e-3, 0.014), random.uniform(-6e-3, 6e-3)});
+      const double x = 0.2 + apart * static_cast<double>(k);
+      to.push_back(next_place(at[k], x, kEnsembleTip + options.string.radius, random));
     }
     const int ticks = 1 + static_cast<int>(random.below(60));
     for (int k = 1; k <= ticks; ++k) {
@@ -74,6 +104,7 @@ void wander(std::uint64_t seed, std::size_t tools) {
       for (const ToolTick& tool : told.tools) gap = std::min(gap, tool.contact.minimum_gap);
       const auto truth = static_cast<double>(ensemble.minimum_gap());
       CHECK(std::abs(gap - std::min(truth, kMargin)) < kRounding);
+      check_contacts(ensemble, tools, kEnsembleTip + options.string.radius);
       const std::vector<Vector3> drawn = told_shape(told, 0);
       shared += drawn.size() > 3 ? 1 : 0;
       const StringPoints shape = ensemble.shape(0);

@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <optional>
+#include <random>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/contact/clearance.h"
@@ -28,10 +31,16 @@ constexpr double kShare = 3.0 / 50.0;
 constexpr double kFelt = 5e-3;
 /// Arm at which a torque counts as a force, m.
 constexpr double kArm_m = 0.032;
+/// Seeds that a search found to be hard: couplings of strings that stick, a string that sticks and
+/// jumps on.
+constexpr std::uint64_t kFound[] = {1071, 1102, 3101930687};
+/// Radius of the finger, m.
+constexpr double kFinger_m = 0.005;
 /// Thinner skins are lost in the solver's rounding, m.
 constexpr double kLeastSkin_m = 1e-9;
-/// Places of the course that are looked at.
-constexpr int kPlaces = 24;
+/// Parts of the course, and ticks that each rests.
+constexpr int kPlaces = 400;
+constexpr int kSettle = 10;
 /// Ticks to come down to the place, and to rest there.
 constexpr int kDown = 100;
 constexpr int kRest = 100;
@@ -112,6 +121,12 @@ Felt felt(LoopRun& run, const ToldTick& told) {
   const double gain = run.loop().scene().tools[0].force_gain;
   return {gain * to_vector(F.f), gain * to_vector(F.t)};
 }
+
+/// How much two ticks differ: amounts, in f[0] and t[0].
+Felt difference(const Felt& a, const Felt& b) {
+  return {{(a.f - b.f).norm(), 0.0, 0.0}, {(a.t - b.t).norm(), 0.0, 0.0}};
+}
+Felt larger(const Felt& a, const Felt& b) { return {a.f.cwiseMax(b.f), a.t.cwiseMax(b.t)}; }
 
 /// Where the device is for the hand to be at p_WH.
 Vector3 device_at(const SceneSettings& settings, const Vector3& p_WH) {
@@ -215,21 +230,21 @@ Way draw_way(const v1::Scene& scene, const v1::ParameterInfo& info, SplitMix64& 
   return way;
 }
 
-/// The largest excursion of the force at rest on its way.
-Felt excursion(const Touch& touch, const v1::Scene& scene, const Way& way, const Vector3& p_DH) {
-  Felt most;
-  Felt first;
-  for (int k = 0; k <= kPlaces; ++k) {
-    const auto settings =
-        settings_at(scene, value_between(way.from, way.to, static_cast<double>(k) / kPlaces));
-    if (!settings) continue;
-    LoopRun run(touch.scene);
-    const Felt here = press(run, *settings, touch, p_DH);
-    if (k == 0) first = here;
-    most.f[0] = std::max(most.f[0], (here.f - first.f).norm());
-    most.t[0] = std::max(most.t[0], (here.t - first.t).norm());
+/// What a tick of a change may move force and torque by.
+struct Bound {
+  double f_N;
+  double t_Nm;
+  [[nodiscard]] bool holds(const Felt& step) const noexcept {
+    return step.f[0] <= f_N && step.t[0] <= t_Nm;
   }
-  return most;
+};
+
+/// What no scene's course needs: all that is felt.
+Bound least_bound(const SceneSettings& from, const SceneSettings& to) {
+  // A coupling of MN/m feels the last nanometres of the contact problem.
+  const double kt = std::max(from.tools[0].coupling.kt, to.tools[0].coupling.kt);
+  const double felt_N = std::max(kFelt, 10.0 * kLeastClearance * kt);
+  return {felt_N, felt_N * kArm_m};
 }
 
 std::string text_of(const Value& value) {
@@ -241,22 +256,76 @@ std::string text_of(const Value& value) {
   return value.has_text() ? value.text() : value.numbers().ShortDebugString();
 }
 
-/// More in a tick and the string no longer lies where it lay on the finger, rad.
+/// More in kSettle ticks than the hand has moved, and the string no longer lies where it lay on the
+/// finger, rad.
 constexpr double kSlip_rad = 0.1;
+/// Likewise in one tick: it sticks, and jumps on.
+constexpr double kJump_rad = 0.02;
+constexpr double kHalfTurn_rad = 3.14159265358979;
 
-/// True where a string slipped round the finger or off it, which no pace makes a small step: what
-/// is pressed from `before` on lies elsewhere now, or nothing is.
-bool slips(const Vector3& before, const ToldTick& told) {
-  if (before.isZero(0.0)) return false;
-  if (told.tick.contacts.empty()) return true;
-  return before.dot(to_vector(told.tick.contacts[0].nhat_OG_W)) < std::cos(kSlip_rad);
+/// How a string lies on the finger, and where the hand is.
+struct Lie {
+  Vector3 normal = Vector3::Zero();  ///< zero: no string is pressed
+  Pose X_WH;
+};
+
+Lie lie_of(const ToldTick& told) {
+  Lie lie;
+  const PlainPose& X_WH = told.tick.tools[0].X_WH;
+  lie.X_WH = {to_quaternion(X_WH.q), to_vector(X_WH.p)};
+  if (!told.tick.contacts.empty() && !told.tick.strings.empty()) {
+    lie.normal = to_vector(told.tick.contacts[0].nhat_OG_W);
+  }
+  return lie;
 }
 
-/// The normal of the string that is pressed; zero: none is.
-Vector3 string_normal(const ToldTick& told) {
-  if (told.tick.contacts.empty() || told.tick.strings.empty()) return Vector3::Zero();
-  return to_vector(told.tick.contacts[0].nhat_OG_W);
+/// True where a string slipped round the finger or off it, or nears the fold where it does, which
+/// no pace makes a small step: what is pressed from `before` on lies elsewhere now, or nothing is.
+bool slips(const Lie& before, const Lie& now, double most_rad = kSlip_rad) {
+  if (before.normal.isZero(0.0)) return false;
+  if (now.normal.isZero(0.0)) return true;
+  const double moved =
+      (now.X_WH.p - before.X_WH.p).norm() / kFinger_m + now.X_WH.q.angularDistance(before.X_WH.q);
+  return before.normal.dot(now.normal) < std::cos(std::min(most_rad + moved, kHalfTurn_rad));
 }
+
+/// The course of the force at rest along a way: the parameter goes by small parts, and rests
+/// after each. Friction makes force depend on what came before, so one course goes all the way.
+/// Where a string slips it ends: what comes after is no reason for a step before.
+class Course {
+ public:
+  Course(const Touch& touch, const v1::Scene& scene, const Way& way, const Vector3& p_DH)
+      : scene_(scene), way_(way), p_DH_(p_DH), run_(touch.scene) {
+    first_ = press(run_, *settings_at(scene, way.from), touch, p_DH);
+  }
+
+  /// Goes along until `bound`, which grows with what is seen, holds `step`, or to the end.
+  Bound follow(const Felt& step, Bound bound) {
+    Lie lie;
+    for (int k = 1; k <= kPlaces && !bound.holds(step); ++k) {
+      const auto settings =
+          settings_at(scene_, value_between(way_.from, way_.to, static_cast<double>(k) / kPlaces));
+      if (!settings) continue;
+      run_.loop().scene().settings = *settings;
+      apply_settings(run_.loop().scene());
+      for (int n = 1; n < kSettle; ++n) run_.tick(p_DH_);
+      const ToldTick& told = run_.tick(p_DH_);
+      const Lie before = std::exchange(lie, lie_of(told));
+      if (slips(before, lie)) break;
+      const Felt here = felt(run_, told);
+      bound.f_N = std::max(bound.f_N, kShare * (here.f - first_.f).norm());
+      bound.t_Nm = std::max(bound.t_Nm, kShare * (here.t - first_.t).norm());
+    }
+    return bound;
+  }
+
+ private:
+  const v1::Scene& scene_;
+  const Way& way_;
+  Vector3 p_DH_;
+  LoopRun run_;
+  Felt first_;
+};
 
 /// Plays one way, where the scene takes its ends.
 void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
@@ -267,41 +336,44 @@ void check_way(const Touch& touch, const v1::Scene& scene, const Way& way) {
   LoopRun run(touch.scene);
   Felt last = press(run, *from, touch, p_DH);
   run.change(std::make_unique<SettingsChange>(SettingsChange{0, 0, *to, *to}));
-  double step_N = 0.0;
-  double step_Nm = 0.0;
+  Felt step;
   bool over = false;
   bool touches = true;
-  Vector3 normal = Vector3::Zero();
+  // Steps count once the string is seen not to have slipped for kSettle ticks after them.
+  std::deque<std::pair<Lie, Felt>> recent;
+  const auto settle = [&](std::size_t left) {
+    for (; recent.size() > left; recent.pop_front()) step = larger(step, recent.front().second);
+  };
   for (int ticks = 0; !over && ticks < kLongest; ++ticks) {
     const ToldTick& told = run.tick(p_DH);
     over = count<SettingsRetired>(told) > 0;
     const Felt now = felt(run, told);
-    if (touches && slips(normal, told)) {
-      MESSAGE(std::string(touch.name) << ", " << way.to.path() << ": the string slips, "
-                                      << (now.f - last.f).norm() << " N");
-      touches = false;
-    }
-    if (touches) {
-      step_N = std::max(step_N, (now.f - last.f).norm());
-      step_Nm = std::max(step_Nm, (now.t - last.t).norm());
-    }
-    touches = touches && now.f.norm() > 0.0;
-    normal = string_normal(told);
+    const Felt moved = difference(now, last);
     last = now;
+    if (!touches) continue;
+    const Lie lie = lie_of(told);
+    if (!recent.empty() &&
+        (slips(recent.front().first, lie) || slips(recent.back().first, lie, kJump_rad))) {
+      MESSAGE(std::string(touch.name)
+              << ", " << way.to.path() << ": the string slips, " << moved.f[0] << " N");
+      recent.clear();
+      touches = false;
+      continue;
+    }
+    recent.emplace_back(lie, moved);
+    settle(kSettle);
+    touches = now.f.norm() > 0.0;
   }
-  const Felt most = excursion(touch, scene, way, p_DH);
-  // A coupling of MN/m feels the last nanometres of the contact problem.
-  const double kt = std::max(from->tools[0].coupling.kt, to->tools[0].coupling.kt);
-  const double felt_N = std::max(kFelt, 10.0 * kLeastClearance * kt);
-  const double bound_N = std::max(kShare * most.f[0], felt_N);
-  const double bound_Nm = std::max(kShare * most.t[0], felt_N * kArm_m);
+  settle(0);
+  Bound bound = least_bound(*from, *to);
+  if (!bound.holds(step)) bound = Course(touch, scene, way, p_DH).follow(step, bound);
   CAPTURE(std::string(touch.name));
   CAPTURE(way.to.path());
   CAPTURE(text_of(way.from));
   CAPTURE(text_of(way.to));
   CHECK(over);
-  CHECK(step_N <= bound_N);
-  CHECK(step_Nm <= bound_Nm);
+  CHECK(step.f[0] <= bound.f_N);
+  CHECK(step.t[0] <= bound.t_Nm);
 }
 
 void check_seed(std::uint64_t seed) {
@@ -332,7 +404,13 @@ TEST_CASE("the touches of this test have every live parameter that a scene can h
 }
 
 TEST_CASE("no live change moves the force in touch by a step: 3/50 of its course, or 5 mN") {
+  for (const std::uint64_t found : kFound) check_seed(found);
   for (std::int64_t k = 0; k < scaled(20); ++k) check_seed(0x11fe + static_cast<std::uint64_t>(k));
+  for (std::int64_t k = 0; k < scaled(20); ++k) {
+    const std::uint64_t fresh = std::random_device{}();
+    MESSAGE("seed " << fresh);
+    check_seed(fresh);
+  }
 }
 
 }  // namespace hapticd::test

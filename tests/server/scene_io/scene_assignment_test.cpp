@@ -9,6 +9,7 @@
 
 #include "server/scene_io/scene_loader.h"
 #include "server/scene_io/scene_parameters.h"
+#include "tests/server/scene_io/full_scene.h"
 
 namespace hapticd::test {
 namespace {
@@ -115,6 +116,22 @@ TEST_CASE("a number may be given as a text with its unit, and another unit is re
   CHECK(comma.message == "Write 45.5, with a point.");
   CHECK(set_text("strings[1].tension_n", "45m").message == "Give it in N.");
   CHECK(set_text("strings[1].tension_n", "-1N").code == v1::RESULT_CODE_OUT_OF_RANGE);
+}
+
+TEST_CASE("the scene's friction takes the strings along that have it, and no others") {
+  LoadResult loaded = load_scene_text(full_scene_text(), {});
+  REQUIRE(loaded.loaded != nullptr);
+  v1::Scene scene = loaded.loaded->message;
+  REQUIRE(scene.friction().coefficient() == 0.3);
+  REQUIRE(scene.strings_size() > 1);
+  scene.mutable_strings(0)->set_friction_coefficient(0.3);
+  scene.mutable_strings(1)->set_friction_coefficient(0.2);
+  const AssignmentResult result =
+      assign_parameters(scene, set_of({{"friction.coefficient", 0.7}}), 1000.0);
+  REQUIRE(result.code == v1::RESULT_CODE_OK);
+  CHECK(result.scene.strings(0).friction_coefficient() == 0.7);
+  CHECK(result.scene.strings(1).friction_coefficient() == 0.2);
+  CHECK(result.settings.pieces.at(0).friction_coefficient == 0.7);
 }
 
 TEST_CASE("who mistypes a path is told which one may be meant") {

@@ -190,11 +190,24 @@ TEST_CASE("a preset given at loading wins over the scene in the fields presets d
     CHECK(string.model() == v1::STRING_MODEL_RIGID);
     CHECK(string.k_s() == 1.0);
     CHECK(string.touch_decay_s() == string.decay_s());
+    CHECK(!string.has_friction_coefficient());
   }
   CHECK(scene.tones().level() == v1::TONE_LEVEL_FORCE);
+  CHECK(!scene.has_friction());
+  CHECK(!result.loaded->scene->description().instrument.friction);
+  for (const v1::Body& body : scene.bodies()) CHECK(body.friction_coefficient() == 0.0);
+  for (const v1::Line& line : scene.lines()) CHECK(line.friction_coefficient() == 0.0);
   // What a preset does not decide stays.
   CHECK(scene.strings(0).tension_n() == 40.0);
-  CHECK(scene.friction().coefficient() == 0.3);
+}
+
+TEST_CASE("the preset of strings that yield leaves friction as the scene says") {
+  LoadOptions options;
+  options.preset = v1::PRESET_DEFLECTING;
+  const LoadResult result = load_scene_text(full_scene_text(), options);
+  REQUIRE_MESSAGE(result.loaded != nullptr, list(result.problems));
+  CHECK(result.loaded->message.friction().coefficient() == 0.3);
+  CHECK(result.loaded->scene->description().instrument.friction);
 }
 
 TEST_CASE("a filled scene says all: loaded again it is the same") {

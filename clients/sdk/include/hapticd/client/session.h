@@ -56,7 +56,7 @@ struct Pose {
 
 /// What a run in lockstep did.
 struct RunResult {
-  std::uint64_t steps = 0;        ///< ticks advanced; fewer than asked for after a fault
+  std::uint64_t steps = 0;        ///< ticks advanced; fewer than asked for where a fault came
   std::uint64_t next_tick = 0;    ///< the tick that would run next
   std::uint64_t held_inputs = 0;  ///< ticks in which some scripted tool had no pose of its own
   std::string state_hash;         ///< 32 bytes: over the States of all ticks since the scene began
