@@ -65,8 +65,9 @@ std::optional<SurfaceRipple> ripple_of(const SphereTreeView& tree, const Place& 
   Eigen::Matrix<double, kPlaces, 1> height;
   std::array<Vector3, kPlaces> normal;
   for (int k = 0; k < kPlaces; ++k) {
+    const int row = k / kSide;
     const double x = kHalfSide * (2.0 * (k % kSide) / (kSide - 1) - 1.0);
-    const double y = kHalfSide * (2.0 * (k / kSide) / (kSide - 1) - 1.0);
+    const double y = kHalfSide * (2.0 * row / (kSide - 1) - 1.0);
     const std::optional<Place> place = touch(tree, middle.p + x * e + y * f, n);
     if (!place) return std::nullopt;
     terms.row(k) << 1.0, x, y, x * x, x * y, y * y;

@@ -102,7 +102,7 @@ std::vector<Sphere> row_of_spheres() {
 /// Unit normal of the ground under the tool: of the ball that is a floor; of a string that yields
 /// half way between its two legs, for friction alone makes them pull differently.
 Vector3 normal_of(Ground ground, const RubRun& run) {
-  const Vector3 y(0.0, 1.0, 0.0);
+  Vector3 y(0.0, 1.0, 0.0);
   const Vector3 p = run.point();
   if (ground == Ground::kBody) return (p + kFloor * y).normalized();
   if (ground != Ground::kYieldingString) return y;
