@@ -29,7 +29,7 @@ constexpr double kClosed = 10e-6;
 /// A tool longer than kWide (m), or several tools, may press a string in several places, and the
 /// string's one vertex goes between them: what that may lose of what hands and strings exchange.
 constexpr double kWide = 0.02;
-constexpr double kWideLoss = 0.06;
+constexpr double kWideLoss = 0.12;
 /// A tool that goes this many times as far in a tick as the hand, and this far beyond, m, has let
 /// go of something: a string slips off, or the tool off an edge. What that frees is lost.
 constexpr double kLeap = 4.0;
