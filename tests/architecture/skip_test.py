@@ -3,6 +3,7 @@
 of it, and with --full counts it as failed."""
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -38,6 +39,16 @@ class WithGroupsTest(unittest.TestCase):
         done = self.run_with("pages", True)
         self.assertNotIn(done.returncode, (0, 77))
         self.assertNotIn("ran", done.stdout)
+
+
+class GroupsTest(unittest.TestCase):
+    def test_full_installs_each_group_that_a_test_requires(self):
+        required = {group for path in pathlib.Path(ROOT, "tests").rglob("CMakeLists.txt")
+                    for groups in re.findall(r"^[^#\n]*(?:REQUIRES|\brequires_\w+) ([a-z]+(?: [a-z]+)*)", path.read_text(encoding="utf-8"), re.MULTILINE)
+                    for group in groups.split()}
+        self.assertLessEqual({"page", "lab", "audio", "vm"}, required)
+        installed = re.search(r"^OPTIONAL_GROUPS=\((.*)\)$", pathlib.Path(ROOT, "deploy/test").read_text(encoding="utf-8"), re.MULTILINE)
+        self.assertLessEqual(required, set(installed[1].split()))
 
 
 class ReportTest(unittest.TestCase):
