@@ -1,0 +1,383 @@
+// Sub-steps of a string under contacts: each contact's force by Newton's method in its own frame,
+// several by sweeps over them.
+#include "core/instrument/string_contacts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace hapticd {
+namespace {
+
+constexpr std::size_t kMost = kMaxStringContacts;
+/// Overlap below which damping fades, m: it would begin with a jump.
+constexpr double kDampingDepth = 50e-6;
+/// b stays above the pole of a round contact's response, at -1/a, beyond which roots are false.
+constexpr double kAbovePole = 0.9;
+/// Distances below which a centre is on the string's axis, m: from there no way out is nearer.
+constexpr double kLeastDistance = 1e-12;
+constexpr int kNewtonSteps = 24;
+/// Newton's steps of a contact in the first sweep and in each later one.
+constexpr int kFirstSteps = 2;
+/// Sweeps; from the fallback on round contacts keep their tangent plane.
+constexpr int kSweeps = 64;
+constexpr int kFallback = 48;
+/// Sweeps end when forces change by no more than this share of their sum, and this, N.
+constexpr double kSweepShare = 1e-10;
+constexpr double kSweepForce = 1e-12;
+/// A Newton step that changes the force by less, as a share of it and in N, is the last.
+constexpr double kNewtonShare = 1e-13;
+constexpr double kNewtonForce = 1e-14;
+/// A b that misses its own by more force than this is none.
+constexpr double kRootShare = 1e-10;
+constexpr double kRootForce = 1e-12;
+
+double dot(const Transverse& a, const Transverse& b) noexcept { return a.y * b.y + a.z * b.z; }
+Transverse minus(const Transverse& a, const Transverse& b) noexcept {
+  return {a.y - b.y, a.z - b.z};
+}
+Transverse along(const Transverse& a, double factor, const Transverse& b) noexcept {
+  return {a.y + factor * b.y, a.z + factor * b.z};
+}
+
+/// A contact within a sub-step, in its own frame: n from the string to it, t across.
+struct Pressed {
+  StringContactPath* path = nullptr;
+  PerMode shapes{};
+  PerMode slide{};  ///< what is added to the shapes in each sub-step
+  bool slides = false;
+  Transverse d, d_step;
+  Transverse u;     ///< of the string at its place
+  double k = 0.0;   ///< stiffness with what the modes leave out in series
+  double ka = 0.0;  ///< the bristle's with it
+  double a = 0.0;   ///< what a unit force moves the string by in a sub-step
+  Transverse n, t;
+  double r0 = 0.0;  ///< distance at the start; of a plane: depth
+  double y0 = 0.0;  ///< along t at the start: 0 but for planes
+  double g = 0.0;   ///< damping over the step, N/m
+  double limit = 0.0;
+  Transverse rho_free;  ///< at the end, without any contact's force
+  Transverse force;     ///< on the string, N
+  double after = 0.0;   ///< the bristle at the end, m
+  bool rooted = false;  ///< b is that of the force
+};
+
+double squared(double x) noexcept { return x * x; }
+
+/// (V(to) - V(from)) / (to^2 - from^2), V = k max(0, s - r)^2 / 2, without cancellation.
+double round_gradient(double k, double s, double from, double to) noexcept {
+  const double sum = std::max(from + to, kLeastDistance);
+  if (from < s && to < s) return k * (sum - 2.0 * s) / (2.0 * sum);
+  if (from < s) return -0.5 * k * squared(s - from) / (to * to - from * from);
+  if (to < s) return 0.5 * k * squared(s - to) / (to * to - from * from);
+  return 0.0;
+}
+
+/// Its derivative by `to`.
+double round_curvature(double k, double s, double from, double to) noexcept {
+  if (from < s && to < s) return k * s / squared(std::max(from + to, kLeastDistance));
+  const double b = round_gradient(k, s, from, to);
+  if (from < s) return -2.0 * to * b / (to * to - from * from);
+  if (to < s) return (-k * (s - to) - 2.0 * to * b) / (to * to - from * from);
+  return 0.0;
+}
+
+/// (V(to) - V(from)) / (to - from), V = k max(0, o)^2 / 2.
+double plane_gradient(double k, double from, double to) noexcept {
+  const double low = std::max(0.0, from);
+  const double high = std::max(0.0, to);
+  if (from == to) return k * low;
+  return 0.5 * k * (high - low) * (high + low) / (to - from);
+}
+
+double potential(const Pressed& contact, const Transverse& u) noexcept {
+  const StringContactPath& path = *contact.path;
+  const Transverse rho = minus(contact.d, u);
+  const double o = path.shape == StringContactShape::kRound ? path.radius - std::sqrt(dot(rho, rho))
+                                                            : dot(rho, path.normal);
+  return 0.5 * contact.k * squared(std::max(0.0, o));
+}
+
+/// How the string moves across a contact: by friction, the bristle and damping; `slope` is what the
+/// potential itself adds. Returns the force on the string along t.
+double hold(const Pressed& contact, double y_free, double slope, double limit,
+            double& after) noexcept {
+  const double a = contact.a;
+  const double rest = slope + contact.g;
+  const double z0 = contact.path->stretched;
+  double y = (y_free - a * contact.ka * z0) / (1.0 + a * (rest + 0.5 * contact.ka));
+  double f = contact.ka * (z0 + 0.5 * y);
+  if (std::abs(f) > limit) {
+    f = f > 0.0 ? limit : -limit;
+    y = (y_free - a * f) / (1.0 + a * rest);
+    after = std::clamp(z0 + y, -limit / contact.ka, limit / contact.ka);
+  } else {
+    after = z0 + y;
+  }
+  return f + rest * y;
+}
+
+/// What b leads to.
+struct RoundTrial {
+  double x, y, b;  ///< where the contact then is, and the b that belongs to it
+  double normal;   ///< force along n
+};
+
+RoundTrial try_round(const Pressed& contact, double x_free, double y_free, double b,
+                     double& tangential, double& after) noexcept {
+  const double a = contact.a;
+  const double g = contact.g;
+  const double r0 = contact.r0;
+  RoundTrial trial{};
+  trial.x = (x_free + a * (g - b) * r0) / (1.0 + a * (b + g));
+  double pull = g * (trial.x - r0);
+  const double N = -b * (r0 + trial.x);
+  if (pull > N) {
+    pull = N;
+    trial.x = x_free;
+  }
+  trial.normal = pull - N;
+  tangential = hold(contact, y_free, b, contact.path->friction * std::max(0.0, N - pull), after);
+  trial.y = y_free - a * tangential;
+  const double r1 = std::sqrt(trial.x * trial.x + trial.y * trial.y);
+  trial.b = round_gradient(contact.k, contact.path->radius, r0, r1);
+  return trial;
+}
+
+/// The tangent plane at the start for the circle.
+void solve_plane(Pressed& contact, const Transverse& rho, double from, double depth_sign,
+                 double depth_offset) noexcept {
+  const double a = contact.a;
+  // Depth o: of a plane n . rho, of a circle's tangent plane radius - n . rho.
+  const double o_free = depth_offset + depth_sign * dot(rho, contact.n);
+  double o = (o_free - a * (0.5 * contact.k - contact.g) * from) /
+             (1.0 + a * (0.5 * contact.k + contact.g));
+  double N = 0.0;
+  for (int step = 0; step < kNewtonSteps; ++step) {
+    N = plane_gradient(contact.k, from, o) + contact.g * (o - from);
+    const double miss = o - o_free + a * N;
+    const double stiffness = o > 0.0 ? contact.k : 0.0;
+    const double change = miss / (1.0 + a * (0.5 * stiffness + contact.g));
+    o -= change;
+    if (std::abs(change) <= kNewtonShare * std::abs(o_free)) break;
+  }
+  N = std::max(0.0, plane_gradient(contact.k, from, o) + contact.g * (o - from));
+  const double f = hold(contact, dot(rho, contact.t) - contact.y0, 0.0, contact.path->friction * N,
+                        contact.after);
+  contact.rooted = true;
+  const double along_n = depth_sign > 0.0 ? N : -N;
+  contact.force = {along_n * contact.n.y + f * contact.t.y,
+                   along_n * contact.n.z + f * contact.t.z};
+}
+
+/// `rho`: at the end, without the contact's own force.
+void solve_round(Pressed& contact, const Transverse& rho, int steps) noexcept {
+  const double x_free = dot(rho, contact.n);
+  const double y_free = dot(rho, contact.t);
+  const double lowest = -kAbovePole / contact.a - contact.g;
+  double b = std::max(contact.path->slope, lowest);
+  double tangential = 0.0;
+  for (int step = 0; step < steps; ++step) {
+    const RoundTrial trial = try_round(contact, x_free, y_free, b, tangential, contact.after);
+    const double r1 = std::sqrt(trial.x * trial.x + trial.y * trial.y);
+    const double curvature = round_curvature(contact.k, contact.path->radius, contact.r0, r1);
+    const double swing = -contact.a * (contact.r0 + trial.x) / (1.0 + contact.a * (b + contact.g));
+    const double slope = r1 > 0.0 ? curvature * trial.x / r1 * swing : 0.0;
+    const double next = std::max(b - (b - trial.b) / std::max(1.0 - slope, 0.1), lowest);
+    const double change = std::abs(next - b) * (contact.r0 + r1);
+    b = next;
+    if (change <= kNewtonShare * std::abs(b) * (contact.r0 + r1) + kNewtonForce) break;
+  }
+  const RoundTrial trial = try_round(contact, x_free, y_free, b, tangential, contact.after);
+  contact.path->slope = b;
+  contact.force = {trial.normal * contact.n.y + tangential * contact.t.y,
+                   trial.normal * contact.n.z + tangential * contact.t.z};
+  const double miss = std::abs(trial.b - b) * (contact.r0 + std::abs(trial.x));
+  contact.rooted = trial.x > 0.0 && miss <= kRootShare * std::abs(trial.normal) + kRootForce;
+}
+
+/// All contacts of a string over a tick.
+class Sweeps {
+ public:
+  Sweeps(const StringConstants& string, const ModeTable& table, int steps,
+         StringContactPaths& contacts, StringMotion& motion) noexcept
+      : string_(string), table_(table), motion_(motion), count_(contacts.size()) {
+    for (std::size_t i = 0; i < count_; ++i) take(contacts[i], steps, pressed_[i]);
+    couple();
+  }
+
+  /// One sub-step. False where a round contact kept its tangent plane.
+  bool step() noexcept {
+    for (std::size_t i = 0; i < count_; ++i) place(pressed_[i]);
+    if (slides_) couple();
+    turn(table_, motion_);
+    for (std::size_t i = 0; i < count_; ++i) {
+      Pressed& contact = pressed_[i];
+      const Transverse u_free = displacement(table_, motion_, contact.shapes);
+      contact.d = along(contact.d, 1.0, contact.d_step);
+      contact.rho_free = minus(contact.d, u_free);
+    }
+    const bool well = count_ == 1 ? solve_one() : solve_all();
+    for (std::size_t i = 0; i < count_; ++i) finish(i);
+    return well;
+  }
+
+ private:
+  void take(StringContactPath& path, int steps, Pressed& contact) noexcept {
+    contact.path = &path;
+    mode_shapes(table_, path.lambda_from, contact.shapes);
+    contact.slides = path.lambda_from != path.lambda_to;
+    slides_ = slides_ || contact.slides;
+    const double share = 1.0 / steps;
+    if (contact.slides) {
+      mode_shapes(table_, path.lambda_to, contact.slide);
+      for (std::size_t i = 0; i < contact.slide.size(); ++i) {
+        contact.slide[i] = (contact.slide[i] - contact.shapes[i]) * share;
+      }
+    }
+    contact.d = path.d_from;
+    contact.d_step = {(path.d_to.y - path.d_from.y) * share, (path.d_to.z - path.d_from.z) * share};
+    const double middle = 0.5 * (path.lambda_from + path.lambda_to);
+    const double residual = residual_compliance(string_, table_, middle, contact.shapes);
+    contact.k = 1.0 / (1.0 / path.stiffness + residual);
+    contact.ka = 1.0 / (1.0 / path.bristle + residual);
+    contact.u = displacement(table_, motion_, contact.shapes);
+    path.force = {};
+    // What the place changes of the stiffness is the path's work, too.
+    path.work =
+        potential(contact, contact.u) + 0.5 * contact.ka * squared(path.stretched) - path.stored;
+    path.touched = 0;
+    share_ = share;
+  }
+
+  /// What forces at one contact move the string by at another.
+  void couple() noexcept {
+    for (std::size_t i = 0; i < count_; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) {
+        std::array<double, 4> sum{};
+        for (std::size_t n = 0; n < static_cast<std::size_t>(table_.count); n += 4) {
+          for (std::size_t k = 0; k < 4; ++k) {
+            sum[k] += pressed_[i].shapes[n + k] * pressed_[j].shapes[n + k] * table_.push_q[n + k];
+          }
+        }
+        response_[i][j] = response_[j][i] = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+      }
+      pressed_[i].a = response_[i][i];
+    }
+  }
+
+  // The contact slides first, and carries its potential along; then its frame is set.
+  void place(Pressed& contact) noexcept {
+    StringContactPath& path = *contact.path;
+    if (contact.slides) {
+      const double before = potential(contact, contact.u);
+      for (std::size_t i = 0; i < contact.shapes.size(); ++i) contact.shapes[i] += contact.slide[i];
+      contact.u = displacement(table_, motion_, contact.shapes);
+      path.work += potential(contact, contact.u) - before;
+    }
+    const Transverse rho = minus(contact.d, contact.u);
+    double depth = 0.0;
+    if (path.shape == StringContactShape::kRound) {
+      contact.r0 = std::sqrt(dot(rho, rho));
+      contact.n = contact.r0 > 0.0 ? Transverse{rho.y / contact.r0, rho.z / contact.r0}
+                                   : Transverse{0.0, 1.0};
+      depth = path.radius - contact.r0;
+    } else {
+      contact.n = path.normal;
+      contact.r0 = dot(rho, path.normal);
+      depth = contact.r0;
+    }
+    contact.t = {-contact.n.z, contact.n.y};
+    contact.y0 = path.shape == StringContactShape::kPlane ? dot(rho, contact.t) : 0.0;
+    contact.g = path.damping / table_.step * std::clamp(depth / kDampingDepth, 0.0, 1.0);
+    contact.force = {};
+  }
+
+  /// By up to `steps` of Newton's, or its tangent plane where those are 0.
+  static void solve(Pressed& contact, const Transverse& rho, int steps) noexcept {
+    const StringContactPath& path = *contact.path;
+    if (path.shape == StringContactShape::kPlane) {
+      solve_plane(contact, rho, contact.r0, 1.0, 0.0);
+    } else if (steps > 0) {
+      solve_round(contact, rho, steps);
+    } else {
+      solve_plane(contact, rho, path.radius - contact.r0, -1.0, path.radius);
+    }
+  }
+
+  bool solve_one() noexcept {
+    Pressed& contact = pressed_[0];
+    solve(contact, contact.rho_free, kNewtonSteps);
+    if (contact.rooted) return true;
+    solve(contact, contact.rho_free, 0);
+    return false;
+  }
+
+  bool solve_all() noexcept {
+    std::array<bool, kMost> as_plane{};
+    bool well = true;
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      double change = 0.0;
+      double sum = 0.0;
+      bool rooted = true;
+      for (std::size_t i = 0; i < count_; ++i) {
+        Pressed& contact = pressed_[i];
+        Transverse rho = contact.rho_free;
+        for (std::size_t j = 0; j < count_; ++j) {
+          if (j != i) rho = along(rho, -response_[i][j], pressed_[j].force);
+        }
+        const Transverse before = contact.force;
+        solve(contact, rho, as_plane[i] ? 0 : sweep == 0 ? kFirstSteps : 1);
+        rooted = rooted && contact.rooted;
+        change += std::abs(contact.force.y - before.y) + std::abs(contact.force.z - before.z);
+        sum += std::abs(contact.force.y) + std::abs(contact.force.z);
+      }
+      if (rooted && change <= kSweepShare * sum + kSweepForce) return well;
+      if (sweep + 1 != kFallback) continue;
+      for (std::size_t i = 0; i < count_; ++i) {
+        as_plane[i] = true;
+        well = false;
+      }
+    }
+    return false;
+  }
+
+  void finish(std::size_t i) noexcept {
+    Pressed& contact = pressed_[i];
+    StringContactPath& path = *contact.path;
+    push(table_, contact.shapes, contact.force, motion_);
+    Transverse rho = contact.rho_free;
+    for (std::size_t j = 0; j < count_; ++j) {
+      rho = along(rho, -response_[i][j], pressed_[j].force);
+    }
+    contact.u = minus(contact.d, rho);
+    path.work += dot(contact.force, contact.d_step);
+    path.force = along(path.force, share_, contact.force);
+    const bool touches = contact.force.y != 0.0 || contact.force.z != 0.0;
+    path.touched += touches ? 1 : 0;
+    path.stretched = touches ? contact.after : 0.0;
+    path.stored = potential(contact, contact.u) + 0.5 * contact.ka * squared(path.stretched);
+  }
+
+  const StringConstants& string_;
+  const ModeTable& table_;
+  StringMotion& motion_;
+  std::size_t count_;
+  bool slides_ = false;
+  double share_ = 1.0;
+  std::array<Pressed, kMost> pressed_;
+  std::array<std::array<double, kMost>, kMost> response_{};
+};
+
+}  // namespace
+
+int play(const StringConstants& string, const ModeTable& table, int steps,
+         StringContactPaths& contacts, StringMotion& motion) noexcept {
+  int fallbacks = 0;
+  Sweeps sweeps(string, table, steps, contacts, motion);
+  for (int step = 0; step < steps; ++step) fallbacks += sweeps.step() ? 0 : 1;
+  return fallbacks;
+}
+
+}  // namespace hapticd
