@@ -249,14 +249,14 @@ def uneven_bar(random):
 
 
 def uneven_string(random):
-    """A tool that turns as it presses a string off its centre, held by axes that differ."""
+    """A tool that turns as it presses a string off its centre, held by axes that differ. Of half the draws the oracle finds no rest: not RESTING."""
     case = string_lever(random)
     scene = statics.Scene(list(zip(case.scene.centres, case.scene.radii)), strings=case.scene.strings, axes=uneven(random))
     return Case("uneven string", scene, case.corners)
 
 
 RESTING = [press_line, press_wall, press_ball, wedge, lever, twisted, capsule_end, string_press, string_lever, two_strings, coupled,
-           coupled_lever, uneven_wall, uneven_bar, uneven_string]
+           coupled_lever, uneven_wall, uneven_bar]
 MOVING = [switch, slide_ball, slide_string, slide_lever]
 
 

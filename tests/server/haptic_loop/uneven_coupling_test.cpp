@@ -76,8 +76,7 @@ TEST_CASE("settings with six stiffnesses come back from a snapshot, and no other
     StateWriter write({reals, integers});
     write(settings);
     REQUIRE(write.good());
-    StateReader read(std::span(reals).first(write.reals()),
-                     std::span(integers).first(write.integers()));
+    StateReader read({reals.data(), write.reals()}, {integers.data(), write.integers()});
     LiveSettings back;
     back.coupling.per_axis = !settings.coupling.per_axis;
     read(back);
