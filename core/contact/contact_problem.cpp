@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/contact/clearance.h"
+#include "core/contact/coupling_axes.h"
 #include "core/contact/phantom_contacts.h"
 #include "core/contact/recovery.h"
 #include "core/contact/stationarity.h"
@@ -73,9 +74,9 @@ void ContactProblem::bound_force(const PoseError& error_GH) noexcept {
   ContactState& state = *state_;
   const CouplingStiffness& stiffness = input_->stiffness;
   Wrench& F_H_W = state.F_H_W;
-  const double given =
-      0.5 * (F_H_W.f.squaredNorm() / stiffness.kt + F_H_W.t.squaredNorm() / stiffness.kr());
-  double stored = coupling_energy(stiffness, error_GH);
+  const Quaternion& q_WH = input_->X_WH.q;
+  const double given = energy_under(stiffness, q_WH, error_GH, F_H_W);
+  double stored = coupling_energy(stiffness, q_WH, error_GH);
   if (given <= (1.0 + kEnergySlack) * stored) return;
   strings_.add_stored_energy(at(), stored);
   parts_.add_stored_energy(at(), stored);
@@ -130,7 +131,9 @@ void ContactProblem::take_force(const PoseError& error_GH) noexcept {
 // may only shrink.
 void ContactProblem::keep_after_failure(const PoseError& error_GH) noexcept {
   ContactState& state = *state_;
-  const double limit = input_->stiffness.kt * error_GH.dp.norm();
+  const CouplingStiffness& stiffness = input_->stiffness;
+  const double limit = stiffness.per_axis ? stiffness.along_W().cwiseProduct(error_GH.dp).norm()
+                                          : stiffness.kt * error_GH.dp.norm();
   const double before = state.F_H_W.f.norm();
   // Of numbers that are none the force is none either, which ends in a fault.
   const double factor = before <= limit ? 1.0 : limit / before;
@@ -295,7 +298,8 @@ void ContactProblem::tell_residual() noexcept {
   if (result.status == ContactStatus::kFree) return;
   if (result.status == ContactStatus::kQpFailed) {
     const PoseError error_GH = coupling_error(state_->X_WG, input_->X_WH, state_->phi_GH_W);
-    result.residual_force = unbalanced_force(input_->stiffness, error_GH, state_->F_H_W);
+    result.residual_force =
+        unbalanced_force(input_->stiffness, input_->X_WH.q, error_GH, state_->F_H_W);
     result.residual_gap = std::max(0.0, -candidates_.contacts().minimum_gap);
     return;
   }
@@ -339,7 +343,8 @@ void ContactProblem::recover() noexcept {
   state.phi_GH_W = error_GH.dtheta;
   state.active_count = 0;
   result.residual_gap = std::max(0.0, -result.minimum_gap);
-  state.F_H_W = {input_->stiffness.kt * -error_GH.dp, input_->stiffness.kr() * -error_GH.dtheta};
+  const Wrench pull = coupling_pull(input_->stiffness, input_->X_WH.q, error_GH);
+  state.F_H_W = {-pull.f, -pull.t};
   result.F_H_W = state.F_H_W;
 }
 

@@ -5,20 +5,25 @@
 
 #include <cmath>
 
+#include "core/contact/coupling_axes.h"
+
 namespace hapticd {
 namespace {
 
 /// A row whose part across the rows before it is a smaller share than this says nothing new.
 constexpr double kDependent = 1e-6;
 
-/// W^-1/2 of all unknowns.
+/// W^-1/2 of all unknowns; of rotation 1 where its axes differ, whose units are a matrix.
 Unknowns inverse_roots(const ContactView& view) noexcept {
   UnknownScale scale{};
-  const double along = 1.0 / std::sqrt(view.input.stiffness.kt);
-  const double about = 1.0 / std::sqrt(view.input.stiffness.kr());
+  const CouplingStiffness& stiffness = view.input.stiffness;
+  const double along = 1.0 / std::sqrt(stiffness.kt);
+  const double about = stiffness.per_axis ? 1.0 : 1.0 / std::sqrt(stiffness.kr());
   for (std::size_t i = 0; i < 3; ++i) {
     scale.inverse_root[i] = along;
     scale.inverse_root[i + 3] = about;
+    if (!stiffness.per_axis) continue;
+    scale.inverse_root[i] /= std::sqrt(stiffness.shares.along_W[static_cast<Eigen::Index>(i)]);
   }
   view.strings.measure(view.state, scale);
   view.parts.measure(view.state, scale);
@@ -79,17 +84,32 @@ ContactStiffness contact_stiffness(const ContactView& view, std::size_t unknowns
   ContactStiffness stiffness;
   if (view.result.active_count == 0) return stiffness;
   const Unknowns root = inverse_roots(view);
+  const CouplingStiffness& coupling = view.input.stiffness;
+  RotationUnits units{Matrix3::Identity(), Matrix3::Identity(), Matrix3::Zero()};
+  if (coupling.per_axis) {
+    const Pose& X_WH = view.input.X_WH;
+    units = rotation_units(coupling, X_WH.q,
+                           coupling_error(view.state.X_WG, X_WH, view.state.phi_GH_W));
+  }
   Span span;
   for (int k = 0; k < view.result.active_count; ++k) {
     const ActiveContact& active = view.result.active[static_cast<std::size_t>(k)];
     if (!(active.multiplier > 0.0)) continue;
-    span.add(scaled_row(contact_row(view, view.contact_of(active)), root), unknowns);
+    ContactRow row = contact_row(view, view.contact_of(active));
+    if (coupling.per_axis) row.angular = units.T.transpose() * row.angular;
+    span.add(scaled_row(row, root), unknowns);
   }
-  const CouplingStiffness& coupling = view.input.stiffness;
   for (std::size_t j = 0; j < span.count; ++j) {
     const Unknowns& q = span.q[j];
     const Vector3 along(q[0], q[1], q[2]);
     const Vector3 about(q[3], q[4], q[5]);
+    if (coupling.per_axis) {
+      const Vector3 f = along.cwiseProduct(coupling.along_W().cwiseSqrt());
+      const Vector3 t = units.inverse.transpose() * about;
+      stiffness.K_W += f * f.transpose();
+      stiffness.Kr_W += t * t.transpose();
+      continue;
+    }
     stiffness.K_W += coupling.kt * along * along.transpose();
     stiffness.Kr_W += coupling.kr() * about * about.transpose();
   }

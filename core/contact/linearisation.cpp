@@ -193,11 +193,16 @@ void add_grips(const ContactView& view, ArrowMatrix& H, Unknowns& downhill) noex
 /// unknown alone.
 void measure(const ContactView& view, const PoseError& error_GH, UnknownScale& scale) noexcept {
   const CouplingStiffness& stiffness = view.input.stiffness;
+  const Wrench pull = coupling_pull(stiffness, view.input.X_WH.q, error_GH);
   for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<Eigen::Index>(k);
     scale.inverse_root[k] = 1.0 / std::sqrt(stiffness.kt);
     scale.inverse_root[k + 3] = 1.0 / std::sqrt(stiffness.kr());
-    scale.downhill[k] = stiffness.kt * error_GH.dp[static_cast<Eigen::Index>(k)];
-    scale.downhill[k + 3] = stiffness.kr() * error_GH.dtheta[static_cast<Eigen::Index>(k)];
+    scale.downhill[k] = pull.f[axis];
+    scale.downhill[k + 3] = pull.t[axis];
+    if (!stiffness.per_axis) continue;
+    scale.inverse_root[k] /= std::sqrt(stiffness.shares.along_W[axis]);
+    scale.inverse_root[k + 3] = 1.0;
   }
   view.strings.measure(view.state, scale);
   view.parts.measure(view.state, scale);
@@ -234,6 +239,20 @@ void Linearisation::find_target(Unknowns& downhill) noexcept {
   }
 }
 
+// Rotation about the axes of W again.
+void Linearisation::leave_units(const RotationUnits& units, std::size_t strings) noexcept {
+  for (std::size_t k = 0; k < basis_.size; ++k) {
+    const Vector3 turn = units.T * Vector3(basis_(3, k), basis_(4, k), basis_(5, k));
+    for (std::size_t j = 0; j < 3; ++j) basis_(j + 3, k) = turn[static_cast<Eigen::Index>(j)];
+  }
+  for (EliminatedString& string : std::span(strings_).first(strings)) {
+    for (auto& follow : string.follow) {
+      const Vector3 turn = units.inverse.transpose() * Vector3(follow[3], follow[4], follow[5]);
+      for (std::size_t j = 0; j < 3; ++j) follow[j + 3] = turn[static_cast<Eigen::Index>(j)];
+    }
+  }
+}
+
 void Linearisation::build(const ContactView& view, const PoseError& error_GH,
                           int unknowns) noexcept {
   const auto n = static_cast<std::size_t>(unknowns);
@@ -250,7 +269,14 @@ void Linearisation::build(const ContactView& view, const PoseError& error_GH,
   }
   add_tangential(view, H, scale.downhill);
   add_grips(view, H, scale.downhill);
-  const Matrix3 rotation = rotation_hessian(error_GH.dtheta);
+  const CouplingStiffness& stiffness = view.input.stiffness;
+  RotationUnits units;
+  if (stiffness.per_axis) {
+    units = rotation_units(stiffness, view.input.X_WH.q, error_GH);
+    change_rotation(units.T, n, H);
+  }
+  const Matrix3 rotation = stiffness.per_axis ? Matrix3(Matrix3::Identity() + units.beyond)
+                                              : rotation_hessian(error_GH.dtheta);
   H.scale(scale.inverse_root);
   for (std::size_t i = 0; i < H.core.size; ++i) H(i, i) += i >= 3 && i < 6 ? 0.0 : 1.0;
   for (Eigen::Index i = 0; i < 3; ++i) {
@@ -266,6 +292,7 @@ void Linearisation::build(const ContactView& view, const PoseError& error_GH,
     for (std::size_t j = 0; j < basis_.size; ++j) basis_(i, j) *= scale.inverse_root[i];
   }
   unscale(scale.inverse_root, basis_.size, std::span(strings_).first(H.strings()));
+  if (stiffness.per_axis) leave_units(units, H.strings());
   find_target(scale.downhill);
 }
 

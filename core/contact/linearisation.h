@@ -13,6 +13,7 @@
 #include <span>
 
 #include "core/contact/contact_view.h"
+#include "core/contact/coupling_axes.h"
 #include "core/contact/string_elimination.h"
 #include "core/math/symmetric_matrix.h"
 #include "core/solver/qp_problem.h"
@@ -59,6 +60,7 @@ class Linearisation {
 
  private:
   void find_target(Unknowns& downhill) noexcept;
+  void leave_units(const RotationUnits& units, std::size_t strings) noexcept;
   void add_eliminated(const StringTerm& term, QpProblem& problem) const noexcept;
 
   SquareMatrix basis_;

@@ -5,13 +5,19 @@
 #include <array>
 #include <cmath>
 
+#include "core/contact/coupling_axes.h"
+
 namespace hapticd {
 namespace {
 
 /// Of the tool, as a force at the coupling's length.
 double as_force(const CouplingStiffness& stiffness, const Vector3& dp,
                 const Vector3& dtheta) noexcept {
-  return stiffness.kt * std::max(dp.norm(), stiffness.length * dtheta.norm());
+  const double turned = stiffness.length * dtheta.norm();
+  if (stiffness.per_axis) {
+    return std::max(stiffness.along_W().cwiseProduct(dp).norm(), stiffness.kt * turned);
+  }
+  return stiffness.kt * std::max(dp.norm(), turned);
 }
 
 /// Stationarity: x - target - sum of multiplier row / weight, in the tool's own coordinates.
@@ -54,8 +60,12 @@ ProgramResidual program_residual(const QpProblem& problem, const QpSolution& sol
   return residual;
 }
 
-double unbalanced_force(const CouplingStiffness& stiffness, const PoseError& error_GH,
-                        const Wrench& F_H_W) noexcept {
+double unbalanced_force(const CouplingStiffness& stiffness, const Quaternion& q_WH,
+                        const PoseError& error_GH, const Wrench& F_H_W) noexcept {
+  if (stiffness.per_axis) {
+    const Wrench pull = axes::pull(stiffness, q_WH, error_GH);
+    return std::max((pull.f + F_H_W.f).norm(), (pull.t + F_H_W.t).norm() / stiffness.length);
+  }
   return as_force(stiffness, error_GH.dp + F_H_W.f / stiffness.kt,
                   error_GH.dtheta + F_H_W.t / stiffness.kr());
 }

@@ -10,7 +10,8 @@ namespace hapticd {
 
 struct ProgramResidual {
   /// Stationarity: coupling stiffness times the way of the tool between x and where the
-  /// multipliers' forces balance, of rotation at the coupling's length; N.
+  /// multipliers' forces balance, of rotation at the coupling's length; N. Where axes differ,
+  /// rotation counts as about the stiffest.
   double force = 0.0;
   /// Most by which a row is violated, or an active one differs from its bound; m.
   double gap = 0.0;
@@ -24,7 +25,7 @@ program_residual(const QpProblem& problem, const QpSolution& solution, const Lin
 /// Without a program's solution: what coupling and `F_H_W` leave over on the tool, N; of torque at
 /// the coupling's length.
 [[nodiscard]] HD_REALTIME double unbalanced_force(const CouplingStiffness& stiffness,
-                                                  const PoseError& error_GH,
+                                                  const Quaternion& q_WH, const PoseError& error_GH,
                                                   const Wrench& F_H_W) noexcept;
 
 }  // namespace hapticd

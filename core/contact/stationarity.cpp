@@ -6,6 +6,8 @@
 #include <cmath>
 #include <span>
 
+#include "core/contact/coupling_axes.h"
+
 namespace hapticd {
 namespace {
 
@@ -110,9 +112,8 @@ std::optional<Wrench> balanced_wrench(const ContactView& view, const PoseError& 
     add_pair(view, active, F_H_W, pulls);
   }
   add_friction(view, F_H_W, pulls);
-  const CouplingStiffness& stiffness = view.input.stiffness;
-  const ToolMotion wanted{error_GH.dp + F_H_W.f / stiffness.kt,
-                          error_GH.dtheta + F_H_W.t / stiffness.kr()};
+  const PoseError held = stretch_under(view.input.stiffness, view.input.X_WH.q, error_GH, F_H_W);
+  const ToolMotion wanted{error_GH.dp - held.dp, error_GH.dtheta - held.dtheta};
   if (displacement_bound(wanted, tool_reach(view.at())) > tolerance) return std::nullopt;
   if (!balanced(view, pulls, tolerance)) return std::nullopt;
   return F_H_W;

@@ -7,6 +7,8 @@
 #include <limits>
 #include <span>
 
+#include "core/contact/coupling_axes.h"
+
 namespace hapticd {
 namespace {
 
@@ -262,7 +264,8 @@ void admissible_fraction(const ContactView& view, const WantedStep& wanted, Admi
   const ConfigurationStep& full = wanted.program.step();
   double& fraction = admission.fraction;
   fraction = std::min(wanted.program.feasible_fraction(), step_fraction(view, wanted));
-  const double energy = coupling_energy(stiffness, wanted.error_GH);
+  const Quaternion& q_WH = view.input.X_WH.q;
+  const double energy = coupling_energy(stiffness, q_WH, wanted.error_GH);
   const double rounding = energy_rounding(view, energy);
   const double samples_of_full_step = path_samples(view, full);
   if (fraction * samples_of_full_step > kMaxPathSamples) {
@@ -280,7 +283,7 @@ void admissible_fraction(const ContactView& view, const WantedStep& wanted, Admi
                         view.parts.energy_gain(view.at(), step) +
                         view.friction.energy_gain(view.at(), step);
     const int samples = 2 + static_cast<int>(fraction * samples_of_full_step);
-    if (coupling_energy(stiffness, error_GH) + gain - credit <= energy + rounding &&
+    if (coupling_energy(stiffness, q_WH, error_GH) + gain - credit <= energy + rounding &&
         clear_of_contacts(view, step, samples, result) &&
         YieldingStrings::clear_of_others(view.at(), step)) {
       admission.phi_GH_W = error_GH.dtheta;

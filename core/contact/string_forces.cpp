@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/contact/coupling_axes.h"
+
 namespace hapticd {
 namespace {
 
@@ -57,9 +59,10 @@ bool has_no_room(const Configuration& at, std::int32_t string) noexcept {
 }
 
 /// A line that does not yield gives the hand what the program presses on it, no stiffer than kc.
-StringLoad line_load(double pressed, double kt, double kc) noexcept {
-  const double displacement = pressed / kt;
-  return {std::min(pressed, kc * displacement), 0.0, displacement, 0.0};
+StringLoad line_load(const CouplingStiffness& stiffness, double kc, double pressed,
+                     const Vector3& F_W) noexcept {
+  const double depth = pressed > 0.0 ? depth_under(stiffness, pressed, F_W / pressed) : 0.0;
+  return {std::min(pressed, kc * (pressed / stiffness.kt)), 0.0, depth, 0.0};
 }
 
 /// Turns the sums of a string into its law's force; returns what that changes of the tool's wrench.
@@ -73,10 +76,10 @@ Wrench settle(const Configuration& at, PressedString& contact) noexcept {
   const int k = find_touched(state.touched, contact.string);
   const TouchedString* touched = k >= 0 ? &state.touched[static_cast<std::size_t>(k)] : nullptr;
   const StringConstants& string = input.strings[static_cast<std::size_t>(contact.string)];
-  const double kt = input.stiffness.kt;
+  const double kc = std::min(string.contact_stiffness, input.stiffness.kt);
   const StringLoad load =
       touched == nullptr && has_no_room(at, contact.string)
-          ? line_load(pressed, kt, std::min(string.contact_stiffness, kt))
+          ? line_load(input.stiffness, kc, pressed, contact.F_W)
           : string_load(input, touched, {contact.string, contact.lambda, contact.F_W});
   contact.force = load.force;
   contact.deflection = load.deflection;

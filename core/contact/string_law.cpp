@@ -2,9 +2,19 @@
 #include "core/contact/string_law.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "core/contact/coupling_axes.h"
 
 namespace hapticd {
 namespace {
+
+/// Root of the stiffness of the coupling along F, k, over kt: 1 where all axes are alike. What a
+/// rigid string stores is a function of sqrt(2 U / kt) = |F| / sqrt(k kt), the depth that would
+/// store U at kt; it goes with the hand by -F / |F| times this, so that the force is a gradient.
+double root_share(const CouplingStiffness& stiffness, double pressed, double depth) noexcept {
+  return stiffness.per_axis ? std::sqrt(pressed / (stiffness.kt * depth)) : 1.0;
+}
 
 /// Of a string's model in series with `compliance` (m/N).
 template <IsStringModel Model>
@@ -80,6 +90,7 @@ StringLoad string_load(const ContactInput& input, const TouchedString* touched,
   const double pressed = press.F_W.norm();
   StringLoad load{pressed, 0.0, pressed / kt, 0.0};
   if (!(pressed > 0.0)) return load;
+  const double hand = depth_under(input.stiffness, pressed, press.F_W / pressed);
   const bool yields = touched != nullptr && touched->yields;
   const bool on_end = press.lambda <= 0.0 || press.lambda >= 1.0;
   if (yields || (on_end && hapticd::yields(string))) {
@@ -92,15 +103,19 @@ StringLoad string_load(const ContactInput& input, const TouchedString* touched,
                            std::max(0.0, -u_W.dot(press.F_W) / pressed);
     }
     load.force = std::min(pressed, kc * load.displacement);
+    load.displacement += hand - pressed / kt;
     return load;
   }
+  load.displacement = hand;
   if (!bends(string) || !(string.length > 0.0)) return load;
-  load.deflection = load.displacement / string.k_s;
+  const double share = root_share(input.stiffness, pressed, hand);
+  const double depth = share * hand;
+  load.deflection = depth / string.k_s;
   load.force = ask_model(string, [&](const auto& model) {
     if (input.instrument.lateral_force) {
-      load.lateral = rigid_lateral(model, string, kc, press.lambda, load.deflection);
+      load.lateral = share * rigid_lateral(model, string, kc, press.lambda, load.deflection);
     }
-    return std::min(model.law(press.lambda, load.deflection).force, kc * load.displacement);
+    return share * std::min(model.law(press.lambda, load.deflection).force, kc * depth);
   });
   return load;
 }

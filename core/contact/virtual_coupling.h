@@ -2,7 +2,9 @@
 // touches): Eq. 5's metric
 //   G = diag(kt, kt, kt, kr, kr, kr),  error e = (p_WH - p_WG, rotation vector of R_WH R_GW),
 //   energy 1/2 |e|_G^2.
-// Error, step and wrench are taken about the origin of G, in W. RT: yes, about 50 ns.
+// Where its axes differ, translation is along those of W and rotation about the tool's own
+// (coupling_axes.h). Error, step and wrench are taken about the origin of G, in W. RT: yes, about
+// 50 ns.
 #pragma once
 
 #include "core/math/pose.h"
@@ -11,13 +13,33 @@
 
 namespace hapticd {
 
+/// How stiff each axis is, as a share of the stiffest: in (0, 1], one of each three is 1.
+struct AxisShares {
+  Vector3 along_W{1.0, 1.0, 1.0};  ///< translation, of kt
+  Vector3 about_G{1.0, 1.0, 1.0};  ///< rotation, of kr; H has the same axes where it meets G
+};
+
+/// False where a share is not in (0, 1]: for numbers that come from a file.
+[[nodiscard]] inline bool usable(const AxisShares& shares) noexcept {
+  const auto fine = [](const Vector3& v) {
+    return (v.array() > 0.0).all() && (v.array() <= 1.0).all();
+  };
+  return fine(shares.along_W) && fine(shares.about_G);
+}
+
 /// Stiffness of the coupling. `length` weighs rotation against translation: kr = kt length^2.
 struct CouplingStiffness {
-  double kt = 1000.0;     ///< N/m, > 0
-  double length = 0.032;  ///< m, in [3 mm, 1 m]
+  double kt = 1000.0;     ///< N/m, > 0; of the stiffest axis
+  double length = 0.032;  ///< m; in [3 mm, 1 m] where all axes are alike
+  bool per_axis = false;  ///< the shares count; otherwise they are all 1
+  AxisShares shares{};
 
-  /// Rotational stiffness, N m/rad.
+  /// Rotational stiffness of the stiffest axis, N m/rad.
   [[nodiscard]] double kr() const noexcept { return kt * length * length; }
+  /// Translational stiffness of each axis of W, N/m.
+  [[nodiscard]] Vector3 along_W() const noexcept { return kt * shares.along_W; }
+  /// Rotational stiffness of each axis of the tool, N m/rad.
+  [[nodiscard]] Vector3 about_G() const noexcept { return kr() * shares.about_G; }
 };
 
 /// A small motion [dp; dtheta] of the graphic tool: translation of its origin (m) and rotation
@@ -51,13 +73,6 @@ inline constexpr double kBranchLatchAngle = 1.5 * 3.14159265358979323846;
 
 /// The motion that takes `X_from` to `X_to`, the short way round.
 [[nodiscard]] HD_REALTIME ToolMotion motion_between(const Pose& X_from, const Pose& X_to) noexcept;
-
-/// 1/2 |e|_G^2, J.
-[[nodiscard]] inline double coupling_energy(const CouplingStiffness& stiffness,
-                                            const PoseError& error_GH) noexcept {
-  return 0.5 * (stiffness.kt * error_GH.dp.squaredNorm() +
-                stiffness.kr() * error_GH.dtheta.squaredNorm());
-}
 
 /// Pose after `step`: translation added, rotation composed on the left, quaternion renormalised.
 [[nodiscard]] HD_REALTIME Pose moved(const Pose& X_WG, const ToolMotion& step) noexcept;

@@ -1,6 +1,8 @@
 // See scene_check.h.
 #include "core/scene/scene_check.h"
 
+#include <algorithm>
+#include <iterator>
 #include <set>
 #include <sstream>
 
@@ -14,6 +16,15 @@ namespace {
 constexpr std::size_t kMaxToolSpheres = std::size_t{1} << 24U;
 /// A tool may have as many parts as scene.proto says; the loop bears 256.
 constexpr std::size_t kMaxParts = 32;
+
+/// Range of the length that weighs rotation against translation, m: that of scene.proto.
+constexpr double kMinLength = 0.003;
+constexpr double kMaxLength = 1.0;
+/// Stiffest over softest axis of translation, and of rotation, at most: forces are exact up to it
+/// (tests/equilibrium). Larger: forces less exact.
+constexpr double kMaxAxisRatio = 1000.0;
+/// Rounding of a ratio of numbers that a scene gives.
+constexpr double kRatioRounding = 1e-12;
 
 std::string indexed(const char* field, std::size_t i) {
   return std::string(field) + "[" + std::to_string(i) + "]";
@@ -34,6 +45,9 @@ class Findings {
     const std::string path = owner.empty() ? fault->field : owner + "." + fault->field;
     list_.push_back({doubt, path, message.str(), fault->remedy});
   }
+  void add(std::vector<SceneFinding> others) {
+    std::move(others.begin(), others.end(), std::back_inserter(list_));
+  }
   [[nodiscard]] bool any_fault() const noexcept {
     for (const SceneFinding& finding : list_) {
       if (!finding.doubt) return true;
@@ -45,6 +59,37 @@ class Findings {
  private:
   std::vector<SceneFinding> list_;
 };
+
+/// Axes that differ: by no more than the program is exact for, and turning as heavy against moving
+/// as where they are alike.
+void check_axes(const std::string& path, const CouplingStiffness& stiffness, Findings& findings) {
+  if (!stiffness.per_axis) return;
+  const auto ratio = [&](const char* field, const Vector3& shares) {
+    if (!(shares.minCoeff() * kMaxAxisRatio < 1.0 - kRatioRounding)) return;
+    std::ostringstream message;
+    message << "the stiffest axis is " << 1.0 / shares.minCoeff()
+            << " times the softest, more than " << kMaxAxisRatio;
+    findings.fault(path + field, message.str(), "Bring them closer to each other.");
+  };
+  ratio(".kt_w_n_per_m", stiffness.shares.along_W);
+  ratio(".kr_g_n_m_per_rad", stiffness.shares.about_G);
+}
+
+/// Turning against moving, of the stiffest axes, in the range of length_m.
+void check_length(const std::string& path, const CouplingStiffness& stiffness, Findings& findings) {
+  if (stiffness.length >= kMinLength * (1.0 - kRatioRounding) &&
+      stiffness.length <= kMaxLength * (1.0 + kRatioRounding)) {
+    return;
+  }
+  std::ostringstream message;
+  message << "the root of the stiffest rotation, " << stiffness.kr()
+          << " N m/rad, over the stiffest translation, " << stiffness.kt << " N/m, is "
+          << stiffness.length << " m, not in [0.003, 1], the range of length_m";
+  const bool soft = stiffness.length < kMinLength;
+  findings.fault(path + ".kr_g_n_m_per_rad", message.str(),
+                 soft ? "Give a larger kr_g_n_m_per_rad, or a smaller kt."
+                      : "Give a smaller kr_g_n_m_per_rad, or a larger kt.");
+}
 
 void check_tools(const SceneDescription& scene, Findings& findings) {
   std::set<std::uint32_t> ids;
@@ -141,6 +186,16 @@ void check_start(const SceneDescription& description, Findings& findings) {
 
 }  // namespace
 
+std::vector<SceneFinding> check_couplings(const SceneDescription& scene) {
+  Findings findings;
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    const std::string path = indexed("tools", i) + ".coupling";
+    check_axes(path, scene.tools[i].coupling, findings);
+    check_length(path, scene.tools[i].coupling, findings);
+  }
+  return std::move(findings).take();
+}
+
 std::vector<SceneFinding> check_scene(const SceneDescription& scene) {
   Findings findings;
   if (scene.tools.empty()) {
@@ -152,6 +207,7 @@ std::vector<SceneFinding> check_scene(const SceneDescription& scene) {
         "Leave some out, or make several fingers one tool of several parts.");
   }
   check_tools(scene, findings);
+  findings.add(check_couplings(scene));
   const std::size_t pieces = check_strings(scene, findings);
   check_rough(scene, findings);
   if (pieces > kMaxStrings) {

@@ -17,6 +17,9 @@ struct SceneFinding {
   std::string remedy;   ///< one sentence for people
 };
 
+/// Faults of the tools' couplings: axes too far apart, or turning too heavy against moving.
+[[nodiscard]] std::vector<SceneFinding> check_couplings(const SceneDescription& scene);
+
 /// Findings in the order of the scene; a scene without faults can be built. A tool that starts
 /// inside something is a doubt: it is pushed out. Cost: one query per tool.
 [[nodiscard]] std::vector<SceneFinding> check_scene(const SceneDescription& scene);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/contact/coupling_axes.h"
 #include "core/math/elementary.h"
 
 namespace hapticd {
@@ -79,6 +80,29 @@ void visit_scales(Visit&& visit) noexcept {
       Scale{0.0, 1.0}, [](auto& live) -> auto& { return live.instrument.anchor_stiffness; });
 }
 
+/// Shares of axes go by equal factors, too, so that each axis does.
+void blend_axes(const CouplingStiffness& from, const CouplingStiffness& to, double share,
+                CouplingStiffness& now) noexcept {
+  now.per_axis = share >= 1.0 ? to.per_axis : from.per_axis || to.per_axis;
+  if (share >= 1.0 || !now.per_axis) return;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    now.shares.along_W[k] = blend_scale(from.shares.along_W[k], to.shares.along_W[k], share);
+    now.shares.about_G[k] = blend_scale(from.shares.about_G[k], to.shares.about_G[k], share);
+  }
+  now = normalised(now);
+}
+
+/// Longer by the way of the axis that goes farthest.
+void lengthen(const CouplingStiffness& from, const CouplingStiffness& to,
+              WayLength& length) noexcept {
+  if (!from.per_axis && !to.per_axis) return;
+  const Scale axis{0.0, 1.0};
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    lengthen(axis, from.along_W()[k], to.along_W()[k], length);
+    lengthen(axis, from.about_G()[k], to.about_G()[k], length);
+  }
+}
+
 /// Likewise of a string. A straight one gives the smallest of what is pressed, what its law gives
 /// and what kc gives; the law follows what is pressed over k_s in the third power.
 template <typename Visit>
@@ -106,6 +130,7 @@ LiveSettings blend(const LiveSettings& from, const LiveSettings& to, double shar
   LiveSettings now = to;
   visit_scales(
       [&](const Scale& scale, auto of) { of(now) = between(scale, of(from), of(to), share); });
+  blend_axes(from.coupling, to.coupling, share, now.coupling);
   now.coupling_damping = between(from.coupling_damping, to.coupling_damping, share);
   now.X_WD.p = share >= 1.0 ? to.X_WD.p : Vector3(from.X_WD.p + share * (to.X_WD.p - from.X_WD.p));
   now.X_WD.q = between(from.X_WD.q, to.X_WD.q, share);
@@ -139,6 +164,7 @@ StringParameters StringBlend::operator()(const StringParameters& from,
 WayLength way_length(const LiveSettings& from, const LiveSettings& to) noexcept {
   WayLength length;
   visit_scales([&](const Scale& scale, auto of) { lengthen(scale, of(from), of(to), length); });
+  lengthen(from.coupling, to.coupling, length);
   return length;
 }
 

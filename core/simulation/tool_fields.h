@@ -3,6 +3,9 @@
 // yes.
 #pragma once
 
+#include <cmath>
+#include <type_traits>
+
 #include "core/math/state_fields.h"
 #include "core/simulation/tool_renderer.h"
 #include "core/simulation/workspace_map.h"
@@ -46,7 +49,20 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 
 HD_VISIT_FIELDS(ToolState, hand, contact, placed, force_bound)
 HD_VISIT_FIELDS(WorkspaceState, c_W, q_off, p_held_W, q_held, wrench_share, open, recentre_was_down)
-HD_VISIT_FIELDS(CouplingStiffness, kt, length)
+HD_VISIT_FIELDS(AxisShares, along_W, about_G)
+
+// A negative length says that the shares follow.
+template <FieldsOf<CouplingStiffness> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [kt, length, per_axis, shares] = state;
+  double told = per_axis ? -length : length;
+  visit(kt, told);
+  if constexpr (!std::is_const_v<State>) {
+    per_axis = told < 0.0;
+    length = std::abs(told);
+  }
+  if (per_axis) visit(shares);
+}
 
 /// Every index in `state` names something of `scene`, in the order it is kept in. For states that
 /// come from a file. 0.1 us.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/contact/coupling_axes.h"
+
 namespace hapticd {
 namespace {
 
@@ -93,7 +95,8 @@ void detect_touches(const ContactReport& report, const TouchTick& tick, TouchDet
   for (const TouchedPair& pair : now) {
     if (pair.before || !(pair.force > 0.0)) continue;
     TouchEvent touch = touch_of(report, pair, tick);
-    touch.t_ns = instant(tick, touch.force / tick.kt, touch.normal_speed);
+    const double depth = depth_under(tick.stiffness, touch.force, to_vector(touch.nhat_OG_W));
+    touch.t_ns = instant(tick, depth, touch.normal_speed);
     if (touches.push_back(touch)) events.push_back(touch);
   }
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/collision/obstacles.h"
+#include "core/contact/virtual_coupling.h"
 #include "core/math/realtime.h"
 #include "core/math/wrench.h"
 #include "core/simulation/contact_report.h"
@@ -39,11 +40,11 @@ struct TouchDetector {
 /// What of a tick the detector needs.
 struct TouchTick {
   std::int64_t t_ns = 0;
-  std::int64_t dt_ns = 0;    ///< since the tick before
-  Vector3 p_WG;              ///< point V_WH is the velocity of, m
-  Twist V_WH;                ///< of the hand
-  double kt = 1000.0;        ///< coupling stiffness, N/m: depth of the hand = force / kt
-  std::int32_t strings = 0;  ///< capsules below this number are strings: not looked at
+  std::int64_t dt_ns = 0;       ///< since the tick before
+  Vector3 p_WG;                 ///< point V_WH is the velocity of, m
+  Twist V_WH;                   ///< of the hand
+  CouplingStiffness stiffness;  ///< of the coupling: how deep the hand is
+  std::int32_t strings = 0;     ///< capsules below this number are strings: not looked at
 };
 
 /// Compares the contacts of a tick with the touches so far and appends what began and ended. The

@@ -103,7 +103,7 @@ void Publisher::tell_touches(std::span<ToolLoop> tools) noexcept {
     report_contacts(simulation.memory(), simulation.strings().sharing(), k, tools[k].contacts);
     touch_events_.clear();
     detect_touches(tools[k].contacts,
-                   {time_.t_ns, time_.dt_ns, tick.X_WG.p, tick.V_WH, scene.stiffness.kt,
+                   {time_.t_ns, time_.dt_ns, tick.X_WG.p, tick.V_WH, scene.stiffness,
                     static_cast<std::int32_t>(scene.strings.size())},
                    tools[k].touches, touch_events_);
     for (const TouchEvent& event : touch_events_) tell(event, k);

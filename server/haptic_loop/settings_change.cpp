@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/contact/coupling_axes.h"
 #include "core/math/elementary.h"
 
 namespace hapticd {
@@ -16,7 +17,7 @@ DeviceStiffness wanted_stiffness(const LiveSettings& live,
   const double to_device = live.scale * live.force_gain;
   DeviceStiffness wanted;
   wanted.kt = live.coupling.kt * to_device;
-  wanted.kr = live.coupling.kr() * live.force_gain;
+  wanted.kr = stiffest_rotation(live.coupling) * live.force_gain;
   for (const StringParameters& piece : pieces) {
     wanted.kc = std::max(wanted.kc, std::min(piece.contact_stiffness, live.coupling.kt));
   }
@@ -40,7 +41,8 @@ void apply_to_tool(const LiveSettings& live, const std::vector<StringParameters>
                    PlayedTool& played, ToolScene& tool) noexcept {
   played.grant = grant_of(live, pieces, played);
   played.grant.scale = std::min(played.grant.scale, played.most_scale);
-  tool.stiffness = {live.coupling.kt * played.grant.scale, live.coupling.length};
+  tool.stiffness = live.coupling;
+  tool.stiffness.kt *= played.grant.scale;
   tool.coupling_damping = live.coupling_damping;
   tool.options = live.contact;
   tool.instrument = live.instrument;
@@ -207,9 +209,10 @@ void follow_change(const SettingsChange& change, double share, PlayedScene& scen
 bool usable(const SceneSettings& settings) noexcept {
   const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
   const auto fine = [&](const LiveSettings& live) {
-    return positive(live.coupling.kt) && positive(live.coupling.length) && positive(live.scale) &&
-           usable(live.contact) && std::isfinite(live.force_gain) &&
-           std::isfinite(live.coupling_damping) && !check_options(live.instrument);
+    return positive(live.coupling.kt) && positive(live.coupling.length) &&
+           usable(live.coupling.shares) && positive(live.scale) && usable(live.contact) &&
+           std::isfinite(live.force_gain) && std::isfinite(live.coupling_damping) &&
+           !check_options(live.instrument);
   };
   return std::all_of(settings.tools.begin(), settings.tools.end(), fine) &&
          std::none_of(

@@ -58,11 +58,23 @@ void print_ripple(std::ostream& out, const ShapeDescription& shape) {
 
 int level_or_leaves(int level) { return level == kLeafLevel ? 0 : level; }
 
+/// Of axes that differ.
+void print_axes(std::ostream& out, const CouplingStiffness& stiffness) {
+  if (!stiffness.per_axis) return;
+  const auto axes = [&out](const Vector3& k) -> std::ostream& {
+    return out << k.x() << ", " << k.y() << ", " << k.z();
+  };
+  out << "  coupling: ";
+  axes(stiffness.along_W()) << " N/m along x, y, z of the world; ";
+  axes(stiffness.about_G()) << " N m/rad about x, y, z of the tool\n";
+}
+
 void print_objects(std::ostream& out, const Scene& scene) {
   const SceneDescription& d = scene.description();
   for (std::size_t i = 0; i < d.tools.size(); ++i) {
     out << "tool " << d.tools[i].tool_id << ", " << d.tools[i].name << ": "
         << spheres(scene.tool_spheres(i)) << "\n";
+    print_axes(out, d.tools[i].coupling);
     for (const PartDescription& part : d.tools[i].parts) {
       const bool soft = part.softness.stiffness > 0.0;
       print_shape(out, part.name + (soft ? " (soft)" : ""), part.shape,

@@ -53,6 +53,7 @@ struct Target {
   pb::Message* message = nullptr;
   const pb::FieldDescriptor* field = nullptr;
   const wire::FieldRow* row = nullptr;
+  int index = 0;  ///< of a number among several
 };
 
 Target find_target(v1::Scene& scene, std::string_view path) {
@@ -69,7 +70,8 @@ Target find_target(v1::Scene& scene, std::string_view path) {
       if (row == nullptr || !row->live) {
         throw Refusal{v1::RESULT_CODE_INVALID, "It is not live. Change it with LoadScene."};
       }
-      return {message, field, row};
+      if (step.index && *step.index >= r.FieldSize(*message, field)) throw no_such_path();
+      return {message, field, row, step.index.value_or(0)};
     }
     if (field->cpp_type() != Kind::CPPTYPE_MESSAGE) throw no_such_path();
     if (step.index && *step.index >= r.FieldSize(*message, field)) throw no_such_path();
@@ -139,6 +141,10 @@ void set_number(const Target& target, const v1::Assignment& assignment) {
   if (!std::isfinite(number) || (range && !range->contains(number))) {
     throw Refusal{v1::RESULT_CODE_OUT_OF_RANGE,
                   "It is not in " + std::string(target.row->range) + "."};
+  }
+  if (target.field->is_repeated()) {
+    r.SetRepeatedDouble(target.message, target.field, target.index, number);
+    return;
   }
   if (target.field->cpp_type() == Kind::CPPTYPE_DOUBLE) {
     r.SetDouble(target.message, target.field, number);
@@ -215,6 +221,10 @@ std::optional<SceneProblem> contradiction(const v1::Scene& scene, double device_
   if (!any_fault(problems)) {
     ModelFiles no_files({});
     description = translate_scene(without_shapes(scene), device_stiffness, no_files, problems);
+  }
+  for (const SceneFinding& finding : check_couplings(description)) {
+    problems.push_back(
+        {false, "", 0, 0, finding.path, finding.message + ". " + finding.remedy, ""});
   }
   for (SceneProblem& problem : problems) {
     if (!problem.doubt) return problem;

@@ -26,8 +26,12 @@ void fill_tool(v1::Tool& tool) {
   for (v1::ToolPart& part : *tool.mutable_parts()) fill_pose(*part.mutable_pose_gp());
   fill_pose(*tool.mutable_pose_wg());
   v1::Coupling& coupling = *tool.mutable_coupling();
-  set_absent(coupling, &v1::Coupling::has_kt_n_per_m, &v1::Coupling::set_kt_n_per_m, usual.kt);
-  set_absent(coupling, &v1::Coupling::has_length_m, &v1::Coupling::set_length_m, usual.length);
+  if (coupling.kt_w_n_per_m().empty()) {
+    set_absent(coupling, &v1::Coupling::has_kt_n_per_m, &v1::Coupling::set_kt_n_per_m, usual.kt);
+  }
+  if (coupling.kr_g_n_m_per_rad().empty()) {
+    set_absent(coupling, &v1::Coupling::has_length_m, &v1::Coupling::set_length_m, usual.length);
+  }
   v1::WorkspaceMap& map = *tool.mutable_workspace();
   set_absent(map, &v1::WorkspaceMap::has_scale, &v1::WorkspaceMap::set_scale, 1.0);
   fill_pose(*map.mutable_pose_wd());
@@ -35,17 +39,22 @@ void fill_tool(v1::Tool& tool) {
   set_absent(tool, &v1::Tool::has_force_gain, &v1::Tool::set_force_gain, 1.0);
 }
 
-/// Stiffness of the softest tool: what a string's and an anchor's default follow.
 /// Stiffness of a stick anchor over that of the coupling, and its most, N/m. It slips by a tenth of
 /// what the coupling gives, and is above the force over the radius of the edge of a nail. Larger:
 /// forces that differ by more from a finer time step, 0.1 % rms here, 5 % at 100.
 constexpr double kAnchorPerCoupling = 10.0;
 constexpr double kStiffestAnchor = 1e9;
 
+/// Stiffness of the softest tool, along its stiffest axis: what a string's and an anchor's default
+/// follow. A string that is as stiff as the softest axis alone would be softer than it has to be
+/// along the others, and an anchor would slip there before the coupling gives.
 double softest_coupling(const v1::Scene& scene) {
   double kt = CouplingStiffness{}.kt;
   for (int i = 0; i < scene.tools_size(); ++i) {
-    const double each = scene.tools(i).coupling().kt_n_per_m();
+    const v1::Coupling& coupling = scene.tools(i).coupling();
+    const auto& axes = coupling.kt_w_n_per_m();
+    const double each =
+        axes.empty() ? coupling.kt_n_per_m() : *std::max_element(axes.begin(), axes.end());
     kt = i == 0 ? each : std::min(kt, each);
   }
   return kt;

@@ -19,8 +19,15 @@ using Kind = pb::FieldDescriptor::CppType;
 /// The path `quality` means the choice.
 constexpr const char* kQuality = "quality";
 
-using Visit = std::function<void(const pb::Message&, const pb::FieldDescriptor&,
-                                 const wire::FieldRow&, const std::string& path)>;
+/// A live field, or one number of several.
+struct LiveField {
+  const pb::Message& message;
+  const pb::FieldDescriptor& field;
+  const wire::FieldRow& row;
+  int index;  ///< of the number
+};
+
+using Visit = std::function<void(const LiveField&, const std::string& path)>;
 
 /// Calls `visit` for every live field that is there.
 // NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which does not contain itself
@@ -32,8 +39,12 @@ void walk(const pb::Message& message, const std::string& path, const Visit& visi
     if (field.has_presence() && !r.HasField(message, &field)) continue;
     const std::string here = path.empty() ? field.name() : path + "." + field.name();
     const wire::FieldRow* row = wire::find_row(type.name() + "." + field.name());
-    if (row != nullptr && row->live) {
-      visit(message, field, *row, here);
+    if (row != nullptr && row->live && field.is_repeated()) {
+      for (int k = 0; k < r.FieldSize(message, &field); ++k) {
+        visit({message, field, *row, k}, here + "[" + std::to_string(k) + "]");
+      }
+    } else if (row != nullptr && row->live) {
+      visit({message, field, *row, 0}, here);
     } else if (field.cpp_type() == Kind::CPPTYPE_MESSAGE && field.is_repeated()) {
       for (int k = 0; k < r.FieldSize(message, &field); ++k) {
         walk(r.GetRepeatedMessage(message, &field, k), here + "[" + std::to_string(k) + "]", visit);
@@ -75,9 +86,12 @@ std::string with_indices_of(const std::string& path, const std::string& pattern)
   return out + pattern.substr(from);
 }
 
-void put_value(const pb::Message& message, const pb::FieldDescriptor& field, v1::Assignment& out) {
+void put_value(const LiveField& live, v1::Assignment& out) {
+  const auto& [message, field, row, index] = live;
   const pb::Reflection& r = *message.GetReflection();
-  if (field.cpp_type() == Kind::CPPTYPE_MESSAGE) {
+  if (field.is_repeated()) {
+    out.set_number(r.GetRepeatedDouble(message, &field, index));
+  } else if (field.cpp_type() == Kind::CPPTYPE_MESSAGE) {
     const auto& pose = dynamic_cast<const v1::Pose&>(r.GetMessage(message, &field));
     for (const double p : pose.p_m()) out.mutable_numbers()->add_values(p);
     for (const double q : pose.q()) out.mutable_numbers()->add_values(q);
@@ -106,20 +120,19 @@ v1::Assignment quality_value(const v1::Scene& scene) {
 
 std::vector<v1::ParameterInfo> live_parameters(const v1::Scene& scene) {
   std::vector<v1::ParameterInfo> parameters;
-  walk(scene, "",
-       [&](const pb::Message&, const pb::FieldDescriptor&, const wire::FieldRow& row,
-           const std::string& path) {
-         const std::string any = any_index(path);
-         const auto same = [&](const v1::ParameterInfo& p) { return p.path() == any; };
-         if (std::any_of(parameters.begin(), parameters.end(), same)) return;
-         v1::ParameterInfo& info = parameters.emplace_back();
-         info.set_path(any);
-         info.set_unit(std::string(row.unit));
-         const auto range = wire::parse_interval(row.range);
-         if (!range) return;
-         if (std::isfinite(range->low)) info.set_minimum(range->low);
-         if (std::isfinite(range->high)) info.set_maximum(range->high);
-       });
+  walk(scene, "", [&](const LiveField& live, const std::string& path) {
+    const wire::FieldRow& row = live.row;
+    const std::string any = any_index(path);
+    const auto same = [&](const v1::ParameterInfo& p) { return p.path() == any; };
+    if (std::any_of(parameters.begin(), parameters.end(), same)) return;
+    v1::ParameterInfo& info = parameters.emplace_back();
+    info.set_path(any);
+    info.set_unit(std::string(row.unit));
+    const auto range = wire::parse_interval(row.range);
+    if (!range) return;
+    if (std::isfinite(range->low)) info.set_minimum(range->low);
+    if (std::isfinite(range->high)) info.set_maximum(range->high);
+  });
   v1::ParameterInfo& quality = parameters.emplace_back();
   quality.set_path(kQuality);
   quality.set_unit("level");
@@ -130,13 +143,11 @@ std::vector<v1::ParameterInfo> live_parameters(const v1::Scene& scene) {
 
 ParameterReading parameter_values(const v1::Scene& scene, const std::vector<std::string>& paths) {
   std::vector<v1::Assignment> all;
-  walk(scene, "",
-       [&](const pb::Message& message, const pb::FieldDescriptor& field, const wire::FieldRow&,
-           const std::string& path) {
-         v1::Assignment& value = all.emplace_back();
-         value.set_path(path);
-         put_value(message, field, value);
-       });
+  walk(scene, "", [&](const LiveField& live, const std::string& path) {
+    v1::Assignment& value = all.emplace_back();
+    value.set_path(path);
+    put_value(live, value);
+  });
   all.push_back(quality_value(scene));
   if (paths.empty()) return {std::move(all), ""};
   // Once through the values, of which there may be thousands.

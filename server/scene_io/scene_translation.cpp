@@ -4,6 +4,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "core/contact/coupling_axes.h"
 #include "core/math/rotation.h"
 #include "server/scene_io/scene_defaults.h"
 #include "server/scene_io/solver_knobs.h"
@@ -38,6 +39,7 @@ class Translation {
   ShapeDescription shape(const v1::Shape& shape, const std::string& path);
   ShapeDescription written_out(const v1::Spheres& spheres, const std::string& path);
   ToolDescription tool(const v1::Tool& tool, const std::string& path);
+  CouplingStiffness coupling(const v1::Coupling& coupling, const std::string& path);
   LineDescription line(const v1::Line& line, const std::string& path);
   StringDescription string(const v1::Scene& scene, const v1::String& string,
                            const std::string& path);
@@ -109,6 +111,25 @@ ShapeDescription Translation::shape(const v1::Shape& shape, const std::string& p
   return result;
 }
 
+CouplingStiffness Translation::coupling(const v1::Coupling& coupling, const std::string& path) {
+  const auto& along = coupling.kt_w_n_per_m();
+  const auto& about = coupling.kr_g_n_m_per_rad();
+  if (!along.empty() && coupling.has_kt_n_per_m()) {
+    fault(path + ".kt_w_n_per_m", "kt_n_per_m says the same of all axes",
+          "Drop kt_n_per_m to have one stiffness per axis, or kt_w_n_per_m to have one for all.");
+  }
+  if (!about.empty() && coupling.has_length_m()) {
+    fault(path + ".kr_g_n_m_per_rad", "length_m says the same of all axes",
+          "Drop length_m to have one stiffness per axis, or kr_g_n_m_per_rad to have one for all.");
+  }
+  if (along.empty() && about.empty()) return {coupling.kt_n_per_m(), coupling.length_m()};
+  const double kt = coupling.kt_n_per_m();
+  const Vector3 along_W = along.empty() ? Vector3(kt, kt, kt) : vector_of(along);
+  const double kr = CouplingStiffness{along_W.maxCoeff(), coupling.length_m()}.kr();
+  const Vector3 about_G = about.empty() ? Vector3(kr, kr, kr) : vector_of(about);
+  return coupling_of_axes(along_W, about_G);
+}
+
 ToolDescription Translation::tool(const v1::Tool& tool, const std::string& path) {
   ToolDescription result;
   result.tool_id = tool.tool_id();
@@ -127,7 +148,7 @@ ToolDescription Translation::tool(const v1::Tool& tool, const std::string& path)
     result.parts.push_back(std::move(translated));
   }
   result.X_WG = pose(tool.pose_wg(), path + ".pose_wg");
-  result.coupling = {tool.coupling().kt_n_per_m(), tool.coupling().length_m()};
+  result.coupling = coupling(tool.coupling(), path + ".coupling");
   result.coupling_damping = tool.coupling().damping_n_s_per_m();
   const v1::WorkspaceMap& map = tool.workspace();
   result.workspace.scale = map.scale();

@@ -30,6 +30,9 @@ class Equilibrium(unittest.TestCase):
         for make in kinds.RESTING:
             self.judge(make, 6, 3)
 
+    def test_a_hand_held_by_axes_that_differ_feels_the_exact_force_of_a_string(self):
+        self.judge(kinds.uneven_string, 4, 2)
+
     def test_a_moving_hand_feels_the_exact_force_of_every_place(self):
         for make in kinds.MOVING:
             self.judge(make, 2, 1)

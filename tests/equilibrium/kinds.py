@@ -223,8 +223,40 @@ def slide_lever(random):
     return Case("slide, turning", scene, [((-arm, y + 4e-3, 0), NONE), ((-arm, y, 0), NONE), ((-arm + 1.5e-3, y, 0.01), NONE)], moving=True)
 
 
+def uneven(random):
+    """Six stiffnesses, the stiffest of each three up to 1000 times the softest."""
+    out = []
+    for stiffest in (1000.0, random.uniform(0.5, 4.0)):
+        ratio = 10 ** random.uniform(0, 3)
+        out += list(random.permutation([stiffest, stiffest / ratio, stiffest * ratio ** -random.uniform()]))
+    return out
+
+
+def uneven_wall(random):
+    """Onto a wall that leans any way: the tool slides along it to where the soft axis takes it."""
+    n = random.normal(size=3)
+    n /= np.linalg.norm(n)
+    scene = statics.Scene([((0, 0, 0), TIP)], bodies=[(-1000 * n, 1000.0)], axes=uneven(random))
+    turn = random.uniform(-1, 1, 3)
+    return Case("uneven wall", scene, [((TIP + 2e-3) * n, turn), ((TIP - random.uniform(0.2e-3, 3e-3)) * n, turn)])
+
+
+def uneven_bar(random):
+    """A bar of three spheres, turned and pressed between two lines that are askew, held by axes that differ."""
+    case = twisted(random)
+    scene = statics.Scene(list(zip(case.scene.centres, case.scene.radii)), lines=case.scene.lines, axes=uneven(random))
+    return Case("uneven bar", scene, case.corners)
+
+
+def uneven_string(random):
+    """A tool that turns as it presses a string off its centre, held by axes that differ. Of half the draws the oracle finds no rest: not RESTING."""
+    case = string_lever(random)
+    scene = statics.Scene(list(zip(case.scene.centres, case.scene.radii)), strings=case.scene.strings, axes=uneven(random))
+    return Case("uneven string", scene, case.corners)
+
+
 RESTING = [press_line, press_wall, press_ball, wedge, lever, twisted, capsule_end, string_press, string_lever, two_strings, coupled,
-           coupled_lever]
+           coupled_lever, uneven_wall, uneven_bar]
 MOVING = [switch, slide_ball, slide_string, slide_lever]
 
 

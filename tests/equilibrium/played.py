@@ -19,11 +19,17 @@ def spheres(each):
     return f"shape {{ spheres {{ centre_m: {numbers(np.ravel([c for c, _ in each]))} radius_m: {numbers([r for _, r in each])} }} }}"
 
 
+def coupling(scene):
+    if scene.axes is None:
+        return f"kt_n_per_m: {scene.kt!r} length_m: {scene.length!r}"
+    return f"kt_w_n_per_m: {numbers(scene.axes[:3])} kr_g_n_m_per_rad: {numbers(scene.axes[3:])}"
+
+
 def text_of(scene, p_start, extras=""):
     """The scene in text form, its tool at p_start."""
     tool = spheres(list(zip(scene.centres, scene.radii)))
     lines = ['name: "equilibrium"', f'tools {{ name: "tool" parts {{ name: "part" {tool} }} pose_wg {{ p_m: {numbers(p_start)} }} '
-             f"coupling {{ kt_n_per_m: {scene.kt!r} length_m: {scene.length!r} }} }}"]
+             f"coupling {{ {coupling(scene)} }} }}"]
     for k, body in enumerate(scene.bodies):
         lines.append(f'bodies {{ name: "body_{k}" {spheres([body])} }}')
     for k, (a, b, radius) in enumerate(scene.lines):

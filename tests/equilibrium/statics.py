@@ -3,6 +3,8 @@
     minimise  kt/2 |p_G - p_H|^2 + kr/2 |log(q_G q_H^-1)|^2 + sum of the strings' energies    over the pose of G and the strings' vertices
     subject to  gap >= 0  of every sphere of the tool to every obstacle
 
+kt may be one number per axis of W, kr one per axis of the tool, on the rotation vector in the hand's frame.
+
 A string that yields goes straight from its ends to one vertex P, with the energy T ext + E A ext^2 / (2 L), ext = |AP| + |PB| - L; its
 derivative across the axis is Eq. 10 to 12 with the exact sine. Nothing here is the product's: another method (a quasi-Newton program along
 the hand's way, then Newton's method on the optimality conditions), no skin, no margin, no linearised rows kept. SI, frame W.
@@ -71,14 +73,21 @@ class String:
 
 
 class Scene:
-    """spheres: (centre in G, radius) of the tool; bodies: (centre, radius); lines: (a, b, radius); strings: String."""
+    """spheres: (centre in G, radius) of the tool; bodies: (centre, radius); lines: (a, b, radius); strings: String; axes: six stiffnesses,
+    N/m along those of W and N m/rad about those of the tool, in place of kt and length."""
 
-    def __init__(self, spheres, bodies=(), lines=(), strings=(), kt=1000.0, length=0.032):
+    def __init__(self, spheres, bodies=(), lines=(), strings=(), kt=1000.0, length=0.032, axes=None):
+        self.axes = axes
+        if axes is not None:
+            kt, length = max(axes[:3]), np.sqrt(max(axes[3:]) / max(axes[:3]))
         self.centres = np.array([c for c, _ in spheres], float)
         self.radii = np.array([r for _, r in spheres], float)
         self.bodies, self.lines, self.strings = list(bodies), list(lines), list(strings)
         self.kt, self.kr = kt, kt * length**2
         self.length = length
+        # Of each axis, as a share of the stiffest.
+        self.along = np.ones(3) if axes is None else np.array(axes[:3]) / kt
+        self.about = np.ones(3) if axes is None else np.array(axes[3:]) / max(axes[3:])
 
 
 def segment(c, a, b):
@@ -98,13 +107,15 @@ class Problem:
         self.p, self.rotation = np.array(hand[0], float), np.array(hand[1], float)
         self.base = [np.array(p, float) for p in base]
         self.size = 6 + 3 * len(scene.strings)
+        self.about = self.rotation @ np.diag(scene.about) @ self.rotation.T
 
     def parts(self, x):
         return x[:3] * MM, x[3:6] * MM / self.scene.length, [p + x[6 + 3 * k:9 + 3 * k] * MM for k, p in enumerate(self.base)]
 
     def energy(self, x):
         scale = self.scene.kt * MM**2
-        value, gradient = 0.5 * x[:6] @ x[:6], np.concatenate((x[:6], np.zeros(self.size - 6)))
+        pull = np.concatenate((self.scene.along * x[:3], self.about @ x[3:6]))
+        value, gradient = 0.5 * x[:6] @ pull, np.concatenate((pull, np.zeros(self.size - 6)))
         for k, p in enumerate(self.parts(x)[2]):
             energy, slope = self.scene.strings[k].energy(p)
             value += energy / scale
@@ -169,8 +180,8 @@ class Rest:
         shift, w, self.vertices = problem.parts(x)
         self.p_G = problem.p + shift
         self.R_G = rotation(w) @ problem.rotation
-        self.force = scene.kt * shift
-        self.torque = scene.kr * w
+        self.force = scene.kt * scene.along * shift
+        self.torque = scene.kr * np.linalg.solve(turn_of(w).T, problem.about @ w)
         self.x = x
         unit = scene.kt * MM
         self.touching = dict(zip(active, multipliers * unit))

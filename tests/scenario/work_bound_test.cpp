@@ -191,8 +191,8 @@ TEST_CASE(
     double hardest = -1.0;
     for (std::size_t k = 0; k < hand.size(); ++k) {
       const ContactState& state = run.state();
-      const double stored =
-          coupling_energy(stiffness, coupling_error(state.X_WG, hand[k], state.phi_GH_W));
+      const double stored = coupling_energy(stiffness, hand[k].q,
+                                            coupling_error(state.X_WG, hand[k], state.phi_GH_W));
       run.tick(hand[k]);
       const Wrench& F_H_W = run.result().F_H_W;
       const double given =

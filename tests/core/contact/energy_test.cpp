@@ -44,13 +44,13 @@ TEST_CASE("no linearisation lets the coupling energy climb beyond what pressing 
       run.state.clearance = run.options.skin;
       const bool clear = stroke.scene.true_gap(run.state.X_WG) >= run.options.skin - kRounding;
       const PoseError error_GH = coupling_error(run.state.X_WG, X_WH, run.state.phi_GH_W);
-      const double before = coupling_energy(run.stiffness, error_GH);
+      const double before = coupling_energy(run.stiffness, X_WH.q, error_GH);
       run.asked = run.input(X_WH);
       run.problem->begin(run.asked, run.state, run.result);
       REQUIRE(!run.problem->overlaps());
       run.problem->advance();
       const PoseError e_after = coupling_error(run.state.X_WG, X_WH, error_GH.dtheta);
-      const double after = coupling_energy(run.stiffness, e_after);
+      const double after = coupling_energy(run.stiffness, X_WH.q, e_after);
       ++(clear ? judged : nearer);
       if (clear) REQUIRE(after - released_by_pressing_back(run) <= before * (1 + 1e-12));
       run.problem->finish();

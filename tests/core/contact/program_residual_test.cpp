@@ -99,9 +99,10 @@ TEST_CASE("a row that is violated without bearing force counts, and one that hol
 TEST_CASE("without a solution the residual is what coupling and force leave over") {
   const CouplingStiffness stiffness{500.0, 0.03};
   const PoseError error{{1e-3, 0, 0}, {0, 0.01, 0}};
-  CHECK(unbalanced_force(stiffness, error, {{-0.5, 0, 0}, {0, -500.0 * 9e-4 * 0.01, 0}}) < 1e-12);
-  CHECK(unbalanced_force(stiffness, error, {{-0.2, 0, 0}, {0, -500.0 * 9e-4 * 0.01, 0}}) ==
-        doctest::Approx(0.3));
+  CHECK(unbalanced_force(stiffness, Quaternion::Identity(), error,
+                         {{-0.5, 0, 0}, {0, -500.0 * 9e-4 * 0.01, 0}}) < 1e-12);
+  CHECK(unbalanced_force(stiffness, Quaternion::Identity(), error,
+                         {{-0.2, 0, 0}, {0, -500.0 * 9e-4 * 0.01, 0}}) == doctest::Approx(0.3));
 }
 
 TEST_CASE("what begins to bear force in a tick is within reach of the tool, or of the hand") {

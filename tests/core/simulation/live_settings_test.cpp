@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/contact/coupling_axes.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 
@@ -51,6 +52,31 @@ TEST_CASE("scales go by equal factors, lengths of the solver straight, and all a
   CHECK(end.coupling.kt == 3000.0);
   CHECK(end.force_gain == 1.0);
   CHECK(end.X_WD.q.coeffs() == new_settings().X_WD.q.coeffs());
+}
+
+TEST_CASE(
+    "each axis of a coupling goes by equal factors, at the pace of the one that goes farthest") {
+  LiveSettings from = old_settings();
+  LiveSettings to = from;
+  from.coupling = coupling_of_axes({100, 200, 400}, {1.0, 0.5, 0.1});
+  to.coupling = coupling_of_axes({10000, 200, 100}, {0.1, 0.5, 4.0});
+  for (const double share : {0.0, 0.1, 0.5, 0.9, 1.0}) {
+    const CouplingStiffness now = blend(from, to, share).coupling;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const auto between = [&](double a, double b) { return a * std::pow(b / a, share); };
+      CHECK(now.along_W()[k] ==
+            doctest::Approx(between(from.coupling.along_W()[k], to.coupling.along_W()[k])));
+      CHECK(now.about_G()[k] ==
+            doctest::Approx(between(from.coupling.about_G()[k], to.coupling.about_G()[k])));
+    }
+    CHECK(now.shares.along_W.maxCoeff() == 1.0);
+  }
+  CHECK(way_length(from, to).most >= std::log(100.0));
+  // From one stiffness for all and back, which ends as it began.
+  const LiveSettings even = old_settings();
+  CHECK(blend(even, to, 0.5).coupling.per_axis);
+  CHECK_FALSE(blend(to, even, 1.0).coupling.per_axis);
+  CHECK(blend(even, old_settings(), 0.5).coupling.kt == even.coupling.kt);
 }
 
 TEST_CASE("orientations go the short way and stay unit") {

@@ -31,7 +31,7 @@ TouchTick tick_at(std::int64_t ms, std::int32_t strings = 0) {
   tick.dt_ns = 1'000'000;
   tick.p_WG = Vector3::Zero();
   tick.V_WH.v = Vector3(0.2, -0.5, 0.0);
-  tick.kt = 1000.0;
+  tick.stiffness.kt = 1000.0;
   tick.strings = strings;
   return tick;
 }

@@ -32,6 +32,17 @@ tools {
   }
   force_gain: 0.5
 }
+tools {
+  tool_id: 4
+  name: "thumb"
+  parts {
+    name: "tip"
+    shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } }
+    fingertip { stiffness_n_per_m: 2000 }
+  }
+  pose_wg { p_m: [0.1, 0.2, 0] }
+  coupling { kt_w_n_per_m: [500, 900, 700] kr_g_n_m_per_rad: [0.4, 0.8, 0.7] }
+}
 bodies {
   name: "ball"
   shape { spheres { centre_m: [0, 0, 0] radius_m: 0.05 } }

@@ -88,6 +88,42 @@ TEST_CASE("an assignment reaches scene and settings") {
   CHECK(result.scene.tools(0).parts_size() == 1);
 }
 
+TEST_CASE("each axis of a coupling is live where the scene has it, and the other way is refused") {
+  const char* const kAxes = R"(
+name: "axes"
+tools { name: "pen" parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
+  coupling { kt_w_n_per_m: [100, 200, 400] kr_g_n_m_per_rad: [0.1, 0.2, 0.5] } }
+)";
+  const LoadResult loaded = load_scene_text(kAxes, {});
+  REQUIRE(loaded.loaded != nullptr);
+  const v1::Scene& scene = loaded.loaded->message;
+  CHECK_FALSE(scene.tools(0).coupling().has_kt_n_per_m());
+  CHECK_FALSE(scene.tools(0).coupling().has_length_m());
+  const auto set = [&](const char* path, double value) {
+    return assign_parameters(scene, set_of({{path, value}}), 1000.0);
+  };
+  const AssignmentResult result = set("tools[0].coupling.kt_w_n_per_m[1]", 4000.0);
+  REQUIRE(result.code == v1::RESULT_CODE_OK);
+  const CouplingStiffness& coupling = result.settings.tools[0].coupling;
+  CHECK((coupling.along_W() - Vector3(100, 4000, 400)).norm() < 1e-9);
+  CHECK((coupling.about_G() - Vector3(0.1, 0.2, 0.5)).norm() < 1e-12);
+  CHECK(set("tools[0].coupling.kr_g_n_m_per_rad[2]", 2.0).code == v1::RESULT_CODE_OK);
+  CHECK(set("tools[0].coupling.kt_w_n_per_m[3]", 1.0).code == v1::RESULT_CODE_NOT_FOUND);
+  CHECK(set("tools[0].coupling.kt_w_n_per_m", 1.0).code == v1::RESULT_CODE_NOT_FOUND);
+  CHECK(set("tools[0].coupling.kt_w_n_per_m[0]", 0.0).code == v1::RESULT_CODE_OUT_OF_RANGE);
+  const AssignmentResult far = set("tools[0].coupling.kt_w_n_per_m[0]", 0.3);
+  CHECK(far.code == v1::RESULT_CODE_INVALID);
+  CHECK(far.path == "tools[0].coupling.kt_w_n_per_m");
+  CHECK(far.message.find("more than 1000") != std::string::npos);
+  CHECK(set("tools[0].coupling.kt_n_per_m", 500.0).code == v1::RESULT_CODE_INVALID);
+  CHECK(set("tools[0].coupling.kt_w_m[1]", 5.0).message.find("kt_w_n_per_m[1]") !=
+        std::string::npos);
+  const auto values = parameter_values(scene, {"tools[*].coupling.kt_w_n_per_m[*]"});
+  REQUIRE(values.values.size() == 3);
+  CHECK(values.values[2].path() == "tools[0].coupling.kt_w_n_per_m[2]");
+  CHECK(values.values[2].number() == 400.0);
+}
+
 TEST_CASE("margin and skin may move as long as the margin stays above the skin") {
   CHECK(assigned(set_of({{"solver.margin_m", 2e-4}})).code == v1::RESULT_CODE_OK);
   CHECK(assigned(set_of({{"solver.skin_m", 5e-4}, {"solver.margin_m", 6e-4}})).code ==

@@ -370,6 +370,54 @@ TEST_CASE("a scene that is too long to be told to clients is refused with size, 
   CHECK(load_scene_text(with_points(180'000), {}).loaded == nullptr);
 }
 
+TEST_CASE("a coupling says what is wrong with its axes, and what to do") {
+  const auto problem_of = [](const std::string& coupling) {
+    const LoadResult result = load_scene_text(
+        "name: \"x\"\ntools { name: \"t\" parts { name: \"p\" shape { spheres { centre_m: [0, 0, "
+        "0] "
+        "radius_m: 0.005 } } }\n  coupling { " +
+            coupling + " } }\n",
+        {});
+    CHECK((result.loaded == nullptr) == !result.problems.empty());
+    return result.problems.empty() ? SceneProblem{} : result.problems.front();
+  };
+  const auto says = [&](const std::string& coupling, const char* field, const char* message) {
+    const SceneProblem problem = problem_of(coupling);
+    CAPTURE(coupling);
+    CAPTURE(problem.message);
+    CHECK(problem.line == 3);
+    CHECK(problem.field == std::string("tools[0].coupling.") + field);
+    CHECK((problem.message + problem.remedy).find(message) != std::string::npos);
+  };
+  says("kt_n_per_m: 1000 kt_w_n_per_m: [1, 2, 3]", "kt_w_n_per_m", "Drop kt_n_per_m");
+  says("length_m: 0.03 kr_g_n_m_per_rad: [1, 2, 3]", "kr_g_n_m_per_rad", "Drop length_m");
+  says("kt_w_n_per_m: [1, 2]", "kt_w_n_per_m", "Give 3: x y z.");
+  says("kt_w_n_per_m: [1, 2, -3]", "kt_w_n_per_m[2]", "not in [1e-3, 1e9] N/m");
+  says("kt_w_n_per_m: [1, 2, 2000]", "kt_w_n_per_m", "more than 1000");
+  says("kr_g_n_m_per_rad: [1, 2, 0.001]", "kr_g_n_m_per_rad", "more than 1000");
+  says("kr_g_n_m_per_rad: [1e5, 1e5, 1e5]", "kr_g_n_m_per_rad", "Give a smaller");
+  says("kr_g_n_m_per_rad: [1e-4, 1e-4, 1e-4]", "kr_g_n_m_per_rad", "Give a larger");
+  CHECK(problem_of("kt_w_n_per_m: [1, 2, 1000] length_m: 0.05").message.empty());
+  CHECK(problem_of("kt_n_per_m: 500 kr_g_n_m_per_rad: [1, 0.5, 0.001]").message.empty());
+}
+
+TEST_CASE("what a scene says of kt is said of the stiffest axis") {
+  const LoadResult result = load_scene_text(
+      "name: \"x\"\n"
+      "tools { name: \"t\" parts { name: \"p\" shape { spheres { centre_m: [0, 0, 0] radius_m: "
+      "0.005 "
+      "} } } coupling { kt_w_n_per_m: [10, 300, 20] } pose_wg { p_m: [0, 1, 0] } }\n"
+      "strings { name: \"A\" p_wa_m: [0, 0, 0] p_wb_m: [1, 0, 0] }\nfriction { coefficient: 0.3 "
+      "}\n",
+      {});
+  REQUIRE(result.loaded != nullptr);
+  const v1::Scene& scene = result.loaded->message;
+  CHECK(scene.strings(0).contact_stiffness_n_per_m() == 300.0);
+  CHECK(scene.friction().anchor_stiffness_n_per_m() == 3000.0);
+  const CouplingStiffness& coupling = result.loaded->scene->description().tools[0].coupling;
+  CHECK(coupling.kr() == doctest::Approx(300.0 * 0.032 * 0.032));
+}
+
 TEST_CASE("a tool that begins inside something is told, and loads") {
   const LoadResult result =
       load_inline("name: \"x\"" + kFinger +
