@@ -14,6 +14,9 @@ namespace {
 
 /// A deflection this small is rest, m: far below the rounding of any contact.
 constexpr double kAtRest = 1e-13;
+/// Share of a slip that may be off its plane: above the rounding of the plane, far below what is
+/// felt.
+constexpr double kLaidAcross = 1e-12;
 /// How often the return of a string to rest is halved where another tool blocks it.
 constexpr int kStraighteningHalvings = 8;
 /// Deflections below this have no direction of their own, m: the contact's normal gives it.
@@ -21,6 +24,13 @@ constexpr double kDirectionless = 1e-9;
 
 /// Part of `v` across the unit vector `axis`.
 Vector3 across(const Vector3& v, const Vector3& axis) noexcept { return v - axis.dot(v) * axis; }
+
+/// The same, but what is off by rounding alone stays to the bit: laid across anew in every tick it
+/// would creep.
+Vector3 laid_across(const Vector3& v, const Vector3& axis) noexcept {
+  const double off = axis.dot(v);
+  return std::abs(off) <= kLaidAcross * v.norm() ? v : Vector3(v - off * axis);
+}
 
 /// A sphere of the tool that touches a string. `lambda` is of its centre: on a bent string the
 /// nearest points lie beside the vertex, on either leg.
@@ -168,6 +178,18 @@ void set_law(const ContactInput& input, const TouchedString& string, StringBlock
   block.energy = law.energy;
   block.lateral_force = slides(string.bend, block) ? law.lateral_force : 0.0;
   set_axial_stiffness(input, string.bend, law, block);
+}
+
+/// Turns the normal of a bent string so that it is across both of its legs alike: where halves are
+/// unequal their pull together has a part along the axis, which is part of what presses.
+void lean_normal(StringBlock& block) noexcept {
+  if (!(block.force > 0.0) || block.lateral_force == 0.0) return;
+  const Vector3 upright = across(block.nhat_W, block.axis_W);
+  const double length = upright.norm();
+  if (!(length > 0.5)) return;
+  const double lean = -block.lateral_force / block.force * upright.dot(block.radial_W) / length;
+  block.steepness = std::sqrt(1.0 + lean * lean);
+  block.nhat_W = (upright / length + lean * block.axis_W) / block.steepness;
 }
 
 /// With what the last program pressed on the string.
@@ -371,15 +393,17 @@ int YieldingStrings::build(const Configuration& at, const ContactSet& contacts,
     block.unknown = -1;
     block.force = 0.0;
     block.lateral_force = 0.0;
+    block.steepness = 1.0;
     block.place = (state.X_WG.p + block.p_GS_W - capsule.p_A).dot(block.axis_W) / block.length;
     if (string.yields) {
       block.unknown = unknowns;
       unknowns += 2;
       set_law(input, string, block);
+      if (input.instrument.friction) lean_normal(block);
     }
     // The anchor's spring stays tangential where the contact has turned: it shortens, and gains no
     // energy.
-    block.slip_W = across(string.slip_W, block.nhat_W);
+    block.slip_W = laid_across(string.slip_W, block.nhat_W);
     const StickAnchor anchor = anchor_of(input, string);
     const bool holds = input.instrument.friction && block.touched;
     block.slip_stiffness = holds ? anchor.stiffness_at(block.slip_W.norm()) : 0.0;
@@ -501,6 +525,7 @@ void YieldingStrings::settle(const ContactInput& input, std::span<const StringSu
     if (!input.instrument.friction || !(sums[k].multiplier > 0.0)) continue;
     const double lambda = sums[k].lambda / sums[k].multiplier;
     string.normal_force =
+        blocks_[k].steepness *
         string_load(input, &string, {string.bend.capsule, lambda, sums[k].f_W}).force;
   }
   for (std::size_t k = 0; k < state.touched.size(); ++k) {

@@ -37,7 +37,8 @@ struct StringBlock {
   double mixed_stiffness = 0.0;       ///< d2U/dx du, radially, N/m
   Vector3 p_GS_W;               ///< what the vertex goes with, mean centre of spheres, from G, m
   Vector3 p_GC_W;               ///< centre of the contact from G, m
-  Vector3 nhat_W;               ///< mean normal of the contact, unit
+  Vector3 nhat_W;               ///< normal of the contact, across both legs alike, unit
+  double steepness = 1.0;       ///< what bears along nhat over what bears across the axis
   double lambda = 0.0;          ///< of the centre of the contact
   double place = 0.0;           ///< of p_GS_W along the axis, beyond the ends too, 1
   Vector3 slip_W;               ///< of the anchor, tangential to this contact, m
