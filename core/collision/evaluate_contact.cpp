@@ -52,6 +52,11 @@ RoundObstacle round_obstacle(const Contact& contact, const ToolView& tool,
                        [&](auto primitive) { return primitive.round(sides, contact); });
 }
 
+Matrix3 blend_curvature(const ContactKey& key, const ToolView& tool,
+                        const ObstaclesView& obstacles) noexcept {
+  return BodyGap::curvature_W({tool, obstacles}, key);
+}
+
 bool has_obstacle(const ContactKey& key, const ObstaclesView& obstacles) noexcept {
   return ask_primitive(key, [&](auto primitive) { return primitive.has(obstacles, key); });
 }
