@@ -10,6 +10,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/collision/blend_steepness.h"
 #include "core/collision/descent.h"
 #include "core/collision/node_kernels.h"
 #include "core/collision/obstacles.h"
@@ -194,7 +195,9 @@ class Blend {
     return share_[k] * share_[k] / squares_;
   }
 
-  [[nodiscard]] BlendedPlace place() const noexcept;
+  [[nodiscard]] BlendedPlace place() noexcept;
+  /// Length of the gradient of phi, once place() was asked for.
+  [[nodiscard]] double steepness() const noexcept { return steepness_; }
 
  private:
   /// Returns the smallest.
@@ -260,6 +263,7 @@ class Blend {
   Vector3 p_B_;
   double width_;
   double phi_ = 0.0;
+  double steepness_ = 0.0;
   std::size_t count_ = 0;
   double squares_ = 0.0;  ///< of the shares
   alignas(16) std::array<double, kMaxBlended + 1> distance_, gap_;
@@ -275,7 +279,7 @@ struct Moments {
   __m128d bulge;                   ///< the leaves' own curvature
 };
 
-BlendedPlace Blend::place() const noexcept {
+BlendedPlace Blend::place() noexcept {
   const double inverse = 1.0 / squares_;
   const __m128d part = _mm_set1_pd(inverse);
   const __m128d hollow = _mm_set1_pd(2.0 * inverse / width_);
@@ -310,9 +314,9 @@ BlendedPlace Blend::place() const noexcept {
   BlendedPlace place;
   place.distance = phi_;
   const Vector3 gradient{sum_of(sum.x), sum_of(sum.y), sum_of(sum.z)};
-  const double steepness = length(gradient);
-  if (steepness < kMinLength) return place;
-  const double upright = 1.0 / steepness;
+  steepness_ = length(gradient);
+  if (steepness_ < kMinLength) return place;
+  const double upright = 1.0 / steepness_;
   const Vector3 n = gradient * upright;
   place.nhat_B = n;
   // The second derivative across the normal: the leaves' own curvature, less what the spread of
@@ -408,6 +412,21 @@ BlendedPlace place_beside_blend(const SphereTreeView& tree, const Vector3& p_B,
   std::swap(memory->found[0], memory->found[1]);
   memory->found[0] = {p_B, Blend(leaves_of(memory->leaves), p_B, tree.blend.width).place()};
   return memory->found[0].place;
+}
+
+double steepness_beside_blend(const SphereTreeView& tree, const Vector3& p_B,
+                              LeavesAround* memory) noexcept {
+  const auto of = [&](const Leaves& leaves) {
+    Blend blend(leaves, p_B, tree.blend.width);
+    static_cast<void>(blend.place());
+    return blend.steepness();
+  };
+  if (memory != nullptr && of_tree(*memory, tree) && holds(*memory, p_B)) {
+    return of(leaves_of(memory->leaves));
+  }
+  LeafLanes<kMaxBlended> leaves;
+  find_all(tree, p_B, leaves);
+  return of(leaves_of(leaves));
 }
 
 }  // namespace hapticd
