@@ -1,7 +1,7 @@
 // The leaves within reach of the blend, and the equation of phi. See blended_surface.h. RT: yes.
 #include "core/collision/blended_surface.h"
 
-#include <emmintrin.h>
+#include <immintrin.h>
 
 #include <algorithm>
 #include <array>
