@@ -1,12 +1,16 @@
 // The leaves within reach of the blend, and the equation of phi. See blended_surface.h. RT: yes.
 #include "core/collision/blended_surface.h"
 
+#include <immintrin.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "core/collision/blend_steepness.h"
 #include "core/collision/descent.h"
 #include "core/collision/node_kernels.h"
 #include "core/collision/obstacles.h"
@@ -22,6 +26,8 @@ constexpr double kRounding = 1e-15;
 /// How far from where leaves are looked for they are used again, as a share of the width. More:
 /// more leaves that have no share; less: looked for more often.
 constexpr double kAround = 0.25;
+/// A coordinate that no point has.
+constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
 
 /// A leaf and how far a point is from it.
 struct NearLeaf {
@@ -133,83 +139,215 @@ void find_leaves(const SphereTreeView& tree, const Vector3& p_B, NearLeaves& out
   out.finish();
 }
 
-/// What of the equation concerns the leaves that have a share.
-struct Blend {
-  double width;
-  double phi;
-  std::size_t count = 0;
-  double squares = 0.0;  ///< of the shares
-  std::array<TreeSphereId, kMaxBlended> id;
-  std::array<double, kMaxBlended> x, y, z;  ///< from the leaf's centre, m
-  std::array<double, kMaxBlended> distance, gap, share;
+/// Leaves in arrays, a whole number of pairs: what is left over repeats the last. Pairs are
+/// computed together, the width every x86-64 has, so that all builds give the same bits.
+struct Leaves {
+  std::size_t count;
+  const double* x;
+  const double* y;
+  const double* z;
+  const double* r;
+};
 
-  void add(TreeSphereId leaf, const Sphere& sphere, const Vector3& p_B) noexcept {
-    const double dx = p_B.x() - sphere.p.x();
-    const double dy = p_B.y() - sphere.p.y();
-    const double dz = p_B.z() - sphere.p.z();
-    const double d = std::sqrt((dx * dx + dy * dy) + dz * dz);
-    id[count] = leaf;
-    x[count] = dx;
-    y[count] = dy;
-    z[count] = dz;
-    distance[count] = d;
-    gap[count++] = d - sphere.r;
+template <std::size_t kCapacity>
+void copy(const NearLeaves& near, LeafLanes<kCapacity>& out) noexcept {
+  out.count = near.count;
+  const std::size_t whole = (near.count + 1) / 2 * 2;
+  for (std::size_t k = 0; k < whole; ++k) {
+    const NearLeaf& leaf = near.leaf[std::min(k, near.count - 1)];
+    out.id[k] = leaf.id;
+    out.x[k] = leaf.sphere.p.x();
+    out.y[k] = leaf.sphere.p.y();
+    out.z[k] = leaf.sphere.p.z();
+    out.r[k] = leaf.sphere.r;
+  }
+}
+
+template <std::size_t kCapacity>
+Leaves leaves_of(const LeafLanes<kCapacity>& lanes) noexcept {
+  return {lanes.count, lanes.x.data(), lanes.y.data(), lanes.z.data(), lanes.r.data()};
+}
+
+double sum_of(__m128d pair) noexcept {
+  return _mm_cvtsd_f64(pair) + _mm_cvtsd_f64(_mm_unpackhi_pd(pair, pair));
+}
+
+/// Two of an array, wherever they are.
+__m128d gather(const double* from, std::uint32_t low, std::uint32_t high) noexcept {
+  return _mm_set_pd(from[high], from[low]);
+}
+
+/// The equation at a point.
+class Blend {
+ public:
+  Blend(const Leaves& leaves, const Vector3& p_B, double width) noexcept
+      : leaves_(leaves), p_B_(p_B), width_(width) {
+    const double least = find_gaps();
+    keep_near(least);
+    phi_ = least + width * solve();
   }
 
-  /// Leaves out what has no share, and finds the shares s_i = 1 - (d_i - phi) / w: by Halley's
-  /// method, in widths, from the smallest gap down.
-  void solve() noexcept {
-    const double least = keep_near();
-    double below = 0.0;  // phi less the smallest gap
+  [[nodiscard]] double phi() const noexcept { return phi_; }
+  /// Leaves that have a share, in the order of all.
+  [[nodiscard]] std::size_t count() const noexcept { return count_; }
+  [[nodiscard]] std::size_t leaf(std::size_t k) const noexcept { return chosen_[k]; }
+  [[nodiscard]] double share(std::size_t k) const noexcept {
+    return share_[k] * share_[k] / squares_;
+  }
+
+  [[nodiscard]] BlendedPlace place() noexcept;
+  /// Length of the gradient of phi, once place() was asked for.
+  [[nodiscard]] double steepness() const noexcept { return steepness_; }
+
+ private:
+  /// Returns the smallest.
+  double find_gaps() noexcept {
+    const __m128d x = _mm_set1_pd(p_B_.x());
+    const __m128d y = _mm_set1_pd(p_B_.y());
+    const __m128d z = _mm_set1_pd(p_B_.z());
+    __m128d least = _mm_set1_pd(std::numeric_limits<double>::infinity());
+    for (std::size_t k = 0; k < leaves_.count; k += 2) {
+      const __m128d dx = x - _mm_load_pd(leaves_.x + k);
+      const __m128d dy = y - _mm_load_pd(leaves_.y + k);
+      const __m128d dz = z - _mm_load_pd(leaves_.z + k);
+      const __m128d d = _mm_sqrt_pd((dx * dx + dy * dy) + dz * dz);
+      const __m128d gap = d - _mm_load_pd(leaves_.r + k);
+      _mm_store_pd(&distance_[k], d);
+      _mm_store_pd(&gap_[k], gap);
+      least = _mm_min_pd(least, gap);
+    }
+    return _mm_cvtsd_f64(_mm_min_sd(least, _mm_unpackhi_pd(least, least)));
+  }
+
+  /// Leaves out what has no share, and finds the shares s_i = 1 - (d_i - phi) / w that phi = the
+  /// smallest gap would give.
+  void keep_near(double least) noexcept {
+    const double inverse = 1.0 / width_;
+    for (std::size_t k = 0; k < leaves_.count; ++k) {
+      const double s = 1.0 - (gap_[k] - least) * inverse;
+      chosen_[count_] = static_cast<std::uint32_t>(k);
+      start_[count_] = s;
+      count_ += s > 0.0 ? 1U : 0U;
+    }
+    if (count_ % 2 == 0) return;
+    chosen_[count_] = chosen_[count_ - 1];
+    start_[count_] = 0.0;
+  }
+
+  /// The shares, by Halley's method, from the smallest gap down; returns phi less that, in widths.
+  double solve() noexcept {
+    double below = 0.0;
     for (int i = 0; i < kMaxSteps; ++i) {
-      double cubes = 0.0;
-      double sum = 0.0;
-      squares = 0.0;
-      for (std::size_t k = 0; k < count; ++k) {
-        const double s = gap[k] + below > 0.0 ? gap[k] + below : 0.0;
-        share[k] = s;
-        sum += s;
-        squares += s * s;
-        cubes += s * s * s;
+      const __m128d down = _mm_set1_pd(below);
+      __m128d sums = _mm_setzero_pd();
+      __m128d squares = _mm_setzero_pd();
+      __m128d cubes = _mm_setzero_pd();
+      for (std::size_t k = 0; k < count_; k += 2) {
+        const __m128d s = _mm_max_pd(_mm_load_pd(&start_[k]) + down, _mm_setzero_pd());
+        const __m128d square = s * s;
+        _mm_store_pd(&share_[k], s);
+        sums = sums + s;
+        squares = squares + square;
+        cubes = cubes + square * s;
       }
-      const double excess = cubes - 1.0;
-      const double step = excess * squares / (3.0 * squares * squares - excess * sum);
+      squares_ = sum_of(squares);
+      const double excess = sum_of(cubes) - 1.0;
+      const double step = excess * squares_ / (3.0 * squares_ * squares_ - excess * sum_of(sums));
       if (!(std::abs(step) > kRounding)) break;
       below -= step;
     }
-    phi = least + width * below;
+    return below;
   }
 
- private:
-  /// Turns gaps into the shares that phi = the smallest gap, which it returns, would give.
-  double keep_near() noexcept {
-    double least = gap[0];
-    for (std::size_t k = 1; k < count; ++k) least = gap[k] < least ? gap[k] : least;
-    const double inverse = 1.0 / width;
-    std::size_t kept = 0;
-    for (std::size_t k = 0; k < count; ++k) {
-      const double s = 1.0 - (gap[k] - least) * inverse;
-      if (!(s > 0.0)) continue;
-      id[kept] = id[k];
-      x[kept] = x[k];
-      y[kept] = y[k];
-      z[kept] = z[k];
-      distance[kept] = distance[k];
-      gap[kept++] = s;
-    }
-    count = kept;
-    return least;
-  }
+  Leaves leaves_;
+  Vector3 p_B_;
+  double width_;
+  double phi_ = 0.0;
+  double steepness_ = 0.0;
+  std::size_t count_ = 0;
+  double squares_ = 0.0;  ///< of the shares
+  alignas(16) std::array<double, kMaxBlended + 1> distance_, gap_;
+  alignas(16) std::array<double, kMaxBlended + 1> start_, share_;
+  std::array<std::uint32_t, kMaxBlended + 1> chosen_;
 };
+
+/// Sums over the leaves: of their normals by what they have in phi, and what makes its second
+/// derivative.
+struct Moments {
+  __m128d x, y, z;                 ///< the gradient of phi
+  __m128d xx, yy, zz, xy, xz, yz;  ///< of the spread of the normals
+  __m128d bulge;                   ///< the leaves' own curvature
+};
+
+BlendedPlace Blend::place() noexcept {
+  const double inverse = 1.0 / squares_;
+  const __m128d part = _mm_set1_pd(inverse);
+  const __m128d hollow = _mm_set1_pd(2.0 * inverse / width_);
+  const __m128d zero = _mm_setzero_pd();
+  Moments sum{zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
+  for (std::size_t k = 0; k < count_; k += 2) {
+    const std::uint32_t a = chosen_[k];
+    const std::uint32_t b = chosen_[k + 1];
+    const __m128d d = gather(distance_.data(), a, b);
+    const __m128d off = _mm_cmpge_pd(d, _mm_set1_pd(kMinLength));
+    const __m128d share = _mm_load_pd(&share_[k]);
+    const __m128d over = _mm_and_pd(_mm_set1_pd(1.0) / d, off);
+    // Of each leaf its share in phi, over its distance.
+    const __m128d weight = share * share * part * over;
+    const __m128d spread = (weight + hollow * share) * (over * over);
+    const __m128d x = _mm_set1_pd(p_B_.x()) - gather(leaves_.x, a, b);
+    const __m128d y = _mm_set1_pd(p_B_.y()) - gather(leaves_.y, a, b);
+    const __m128d z = _mm_set1_pd(p_B_.z()) - gather(leaves_.z, a, b);
+    sum.x = sum.x + x * weight;
+    sum.y = sum.y + y * weight;
+    sum.z = sum.z + z * weight;
+    sum.bulge = sum.bulge + weight;
+    const __m128d sx = spread * x;
+    const __m128d sy = spread * y;
+    sum.xx = sum.xx + sx * x;
+    sum.xy = sum.xy + sx * y;
+    sum.xz = sum.xz + sx * z;
+    sum.yy = sum.yy + sy * y;
+    sum.yz = sum.yz + sy * z;
+    sum.zz = sum.zz + spread * z * z;
+  }
+  BlendedPlace place;
+  place.distance = phi_;
+  const Vector3 gradient{sum_of(sum.x), sum_of(sum.y), sum_of(sum.z)};
+  steepness_ = length(gradient);
+  if (steepness_ < kMinLength) return place;
+  const double upright = 1.0 / steepness_;
+  const Vector3 n = gradient * upright;
+  place.nhat_B = n;
+  // The second derivative across the normal: the leaves' own curvature, less what the spread of
+  // their normals rounds off.
+  const double xy = sum_of(sum.xy);
+  const double xz = sum_of(sum.xz);
+  const double yz = sum_of(sum.yz);
+  const Matrix3 M{{sum_of(sum.xx), xy, xz}, {xy, sum_of(sum.yy), yz}, {xz, yz, sum_of(sum.zz)}};
+  const double bulge = sum_of(sum.bulge);
+  const Vector3 m = M * n;
+  // P (bulge - M) P with P = 1 - n n^T.
+  const Vector3 u = m - (0.5 * (n.dot(m) + bulge)) * n;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const double own = i == j ? bulge : 0.0;
+      const double value = ((own - M(i, j)) + (n[i] * u[j] + u[i] * n[j])) * upright;
+      place.curvature_B(i, j) = value;
+      place.curvature_B(j, i) = value;
+    }
+  }
+  return place;
+}
 
 /// Whether what is remembered is of the tree.
 bool of_tree(const LeavesAround& around, const SphereTreeView& tree) noexcept {
   return around.tree == tree.nodes.data() && around.size == tree.leaf_r.size();
 }
 
-/// Whether what is remembered holds for the point.
-bool holds(const LeavesAround& around, const SphereTreeView& tree, const Vector3& p_B) noexcept {
-  return of_tree(around, tree) && (p_B - around.p_B).squaredNorm() <= around.radius * around.radius;
+/// Whether the leaves that are remembered are all that matter at the point.
+bool holds(const LeavesAround& around, const Vector3& p_B) noexcept {
+  return (p_B - around.p_B).squaredNorm() <= around.radius * around.radius;
 }
 
 /// Looks for the leaves around the point; false when there are too many to be remembered.
@@ -218,98 +356,77 @@ bool look_around(const SphereTreeView& tree, const Vector3& p_B, LeavesAround& o
   // As the point goes by the radius, one gap grows by that, and the smallest shrinks.
   NearLeaves near(tree.blend.width + 2.0 * radius);
   find_leaves(tree, p_B, near);
-  out.tree = nullptr;
-  if (near.count > LeavesAround::kCapacity) return false;
+  if (near.count > LeavesAround::kCapacity) {
+    out.tree = nullptr;
+    return false;
+  }
+  if (!of_tree(out, tree)) {
+    for (LeavesAround::Found& found : out.found) found.p_B = Vector3::Constant(kNowhere);
+  }
   out.tree = tree.nodes.data();
   out.size = tree.leaf_r.size();
-  out.p_B = out.p_last_B = p_B;
+  out.p_B = p_B;
   out.radius = 0.999 * radius;
-  out.count = near.count;
-  for (std::size_t k = 0; k < near.count; ++k) {
-    out.leaf[k] = near.leaf[k].id;
-    out.sphere[k] = near.leaf[k].sphere;
-  }
+  copy(near, out.leaves);
   return true;
 }
 
-void blend_at(const SphereTreeView& tree, const Vector3& p_B, LeavesAround* memory,
-              Blend& out) noexcept {
-  out.width = tree.blend.width;
-  if (memory != nullptr && (holds(*memory, tree, p_B) || look_around(tree, p_B, *memory))) {
-    for (std::size_t k = 0; k < memory->count; ++k) {
-      out.add(memory->leaf[k], memory->sphere[k], p_B);
-    }
-  } else {
-    NearLeaves near(tree.blend.width);
-    find_leaves(tree, p_B, near);
-    for (std::size_t k = 0; k < near.count; ++k) {
-      out.add(near.leaf[k].id, near.leaf[k].sphere, p_B);
-    }
-  }
-  out.solve();
+void find_all(const SphereTreeView& tree, const Vector3& p_B,
+              LeafLanes<kMaxBlended>& out) noexcept {
+  NearLeaves near(tree.blend.width);
+  find_leaves(tree, p_B, near);
+  copy(near, out);
 }
 
-/// place_beside_blend() where it is not remembered.
-BlendedPlace find_place(const SphereTreeView& tree, const Vector3& p_B,
-                        LeavesAround* memory) noexcept {
-  Blend blend;
-  blend_at(tree, p_B, memory, blend);
-  BlendedPlace place;
-  place.distance = blend.phi;
-  // Of each leaf its share in phi, over its distance.
-  std::array<double, kMaxBlended> weight;
-  Vector3 gradient = Vector3::Zero();
-  const double inverse = 1.0 / blend.squares;
-  for (std::size_t k = 0; k < blend.count; ++k) {
-    const double d = blend.distance[k];
-    weight[k] = d < kMinLength ? 0.0 : blend.share[k] * blend.share[k] * inverse / d;
-    gradient.x() += blend.x[k] * weight[k];
-    gradient.y() += blend.y[k] * weight[k];
-    gradient.z() += blend.z[k] * weight[k];
-  }
-  const double steepness = length(gradient);
-  place.nhat_B = Vector3::Zero();
-  if (steepness < kMinLength) return place;
-  const Vector3 n = gradient * (1.0 / steepness);
-  place.nhat_B = n;
-
-  // Half the trace of the second derivative across the normal: the leaves' own curvature, less what
-  // the spread of their normals rounds off.
-  double bulge = 0.0;
-  const double hollow = 2.0 * inverse / blend.width;
-  for (std::size_t k = 0; k < blend.count; ++k) {
-    if (weight[k] == 0.0) continue;
-    const double along = (blend.x[k] * n.x() + blend.y[k] * n.y()) + blend.z[k] * n.z();
-    const double square = along * along / (blend.distance[k] * blend.distance[k]);
-    const double across = square < 1.0 ? 1.0 - square : 0.0;
-    bulge += weight[k] * (2.0 - across) - hollow * blend.share[k] * across;
-  }
-  place.curvature = bulge / (2.0 * steepness);
-  return place;
+BlendedPlace find_place(const SphereTreeView& tree, const Vector3& p_B) noexcept {
+  LeafLanes<kMaxBlended> leaves;
+  find_all(tree, p_B, leaves);
+  return Blend(leaves_of(leaves), p_B, tree.blend.width).place();
 }
 
 }  // namespace
 
 void find_shares(const SphereTreeView& tree, const Vector3& p_B, BlendShares& out) noexcept {
-  Blend blend;
-  blend_at(tree, p_B, nullptr, blend);
-  out.distance = blend.phi;
-  out.count = blend.count;
-  for (std::size_t k = 0; k < blend.count; ++k) {
-    out.share[k] = {blend.id[k], blend.share[k] * blend.share[k] / blend.squares};
+  LeafLanes<kMaxBlended> leaves;
+  find_all(tree, p_B, leaves);
+  const Blend blend(leaves_of(leaves), p_B, tree.blend.width);
+  out.distance = blend.phi();
+  out.count = blend.count();
+  for (std::size_t k = 0; k < blend.count(); ++k) {
+    out.share[k] = {leaves.id[blend.leaf(k)], blend.share(k)};
   }
 }
 
 BlendedPlace place_beside_blend(const SphereTreeView& tree, const Vector3& p_B,
                                 LeavesAround* memory) noexcept {
-  if (memory == nullptr) return find_place(tree, p_B, nullptr);
-  if (of_tree(*memory, tree) && p_B == memory->p_last_B) return memory->last;
-  const BlendedPlace place = find_place(tree, p_B, memory);
-  if (of_tree(*memory, tree)) {
-    memory->p_last_B = p_B;
-    memory->last = place;
+  if (memory == nullptr) return find_place(tree, p_B);
+  const bool known = of_tree(*memory, tree);
+  if (known) {
+    for (const LeavesAround::Found& found : memory->found) {
+      if (p_B == found.p_B) return found.place;
+    }
   }
-  return place;
+  if (!(known && holds(*memory, p_B)) && !look_around(tree, p_B, *memory)) {
+    return find_place(tree, p_B);
+  }
+  std::swap(memory->found[0], memory->found[1]);
+  memory->found[0] = {p_B, Blend(leaves_of(memory->leaves), p_B, tree.blend.width).place()};
+  return memory->found[0].place;
+}
+
+double steepness_beside_blend(const SphereTreeView& tree, const Vector3& p_B,
+                              LeavesAround* memory) noexcept {
+  const auto of = [&](const Leaves& leaves) {
+    Blend blend(leaves, p_B, tree.blend.width);
+    static_cast<void>(blend.place());
+    return blend.steepness();
+  };
+  if (memory != nullptr && of_tree(*memory, tree) && holds(*memory, p_B)) {
+    return of(leaves_of(memory->leaves));
+  }
+  LeafLanes<kMaxBlended> leaves;
+  find_all(tree, p_B, leaves);
+  return of(leaves_of(leaves));
 }
 
 }  // namespace hapticd

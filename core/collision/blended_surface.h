@@ -19,15 +19,25 @@ namespace hapticd {
 
 /// A point beside a blended surface.
 struct BlendedPlace {
-  double distance = 0.0;  ///< phi, m
-  Vector3 nhat_B;         ///< direction of its gradient, unit; zero where there is none
-  /// Mean curvature of the surface phi = const there, 1/m; positive where it bulges.
-  double curvature = 0.0;
+  double distance = 0.0;             ///< phi, m
+  Vector3 nhat_B = Vector3::Zero();  ///< direction of its gradient, unit; zero where there is none
+  /// How the normal of the surface phi = const turns there, by place, 1/m: symmetric, and zero
+  /// along the normal; positive where it bulges.
+  Matrix3 curvature_B = Matrix3::Zero();
 };
 
 /// Leaves in one blend, at most; of more the nearest count, so that phi steps by what the farthest
 /// add. A body has some seven.
 inline constexpr std::size_t kMaxBlended = 64;
+
+/// Leaves in ascending order, in arrays; the last twice where their number is odd.
+template <std::size_t kCapacity>
+struct LeafLanes {
+  static_assert(kCapacity % 2 == 0);
+  std::size_t count;
+  alignas(16) std::array<double, kCapacity> x, y, z, r;  ///< m
+  std::array<TreeSphereId, kCapacity> id;
+};
 
 /// The leaves around a point, to be used again next to it. What is found with it and without has
 /// the same bits.
@@ -38,13 +48,14 @@ struct LeavesAround {
   std::size_t size = 0;
   Vector3 p_B;
   double radius;  ///< how far from p_B they are all that matter, m
-  std::size_t count;
-  std::array<TreeSphereId, kCapacity> leaf;  ///< in ascending order
-  std::array<Sphere, kCapacity> sphere;
-  /// The last point beside that tree that was asked for, and what was found: a tick asks for the
-  /// same several times.
-  Vector3 p_last_B;
-  BlendedPlace last;
+  LeafLanes<kCapacity> leaves;
+  /// The last points beside that tree that were asked for, the newest first: a tick asks for the
+  /// same several times, and for others in between.
+  struct Found {
+    Vector3 p_B;
+    BlendedPlace place;
+  };
+  std::array<Found, 2> found;
 };
 
 /// The leaves around the spheres of a tool. Contents mean nothing but time; of one tool and the

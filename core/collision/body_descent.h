@@ -50,7 +50,8 @@ struct NodePair {
 
 /// Calls visitor.hit(pair, i, k, p_BC) for all surface children i of a tool's node and k of a
 /// body's node that may have a gap below visitor.radius(), which may shrink on the way; p_BC are
-/// the centres of the tool's children.
+/// the centres of the tool's children. A visitor that wants each sphere of the tool once
+/// (kOnce) says with done(part) which children of the tool's node it has had, a bit each.
 template <typename Kernels, typename Visitor>
 class BodyDescent {
  public:
@@ -67,7 +68,17 @@ class BodyDescent {
   /// Every step goes down one level at least, and leaves at most 64 pairs behind.
   static constexpr int kCapacity = 2 * kMaxTreeDepth * (kTreeWidth * kTreeWidth - 1) + 1;
 
-  void compare(const NodePair& pair) noexcept {
+  void compare(const NodePair& all) noexcept {
+    if constexpr (Visitor::kOnce) {
+      NodePair rest = all;
+      rest.tool.lanes &= ~visitor_.done(all.tool.part);
+      if (rest.tool.lanes != 0) compare_rest(rest);
+    } else {
+      compare_rest(all);
+    }
+  }
+
+  void compare_rest(const NodePair& pair) noexcept {
     const SphereTreeNode& tool = trees_.tool.node(pair.tool.part);
     const SphereTreeNode& body = trees_.body.node(pair.body.part);
     if (placed_ != &tool) {

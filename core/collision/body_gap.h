@@ -9,6 +9,7 @@
 #include "core/collision/blended_surface.h"
 #include "core/collision/pair_batch.h"
 #include "core/collision/placed_query.h"
+#include "core/collision/seen_spheres.h"
 
 namespace hapticd {
 
@@ -46,6 +47,8 @@ inline bool out_of_reach(const PlacedQuery& query, const ToolBall& ball, const B
 /// Makes contacts of the pairs that a BodyDescent finds.
 class BodyContacts {
  public:
+  static constexpr bool kOnce = false;
+
   BodyContacts(const PlacedTrees& trees, const ToolPlacement& tool_placement, std::int32_t obstacle,
                ContactCollector& collector) noexcept
       : trees_(trees),
@@ -162,31 +165,11 @@ inline LeavesAround* around(BlendMemory* blends, TreeSphereId tool_sphere) noexc
   return blends == nullptr ? nullptr : &blends->around(tool_sphere);
 }
 
-/// The tool's spheres that were looked at, as far as can be remembered.
-class SeenSpheres {
- public:
-  SeenSpheres() noexcept { seen_.fill(kBlendedSurface); }
-
-  /// True when `id` is certainly among them; else it is from now on.
-  [[nodiscard]] bool take(TreeSphereId id) noexcept {
-    TreeSphereId& place = seen_[static_cast<std::uint32_t>(id) % kPlaces];
-    if (place == id) return true;
-    forgot_ = forgot_ || place != kBlendedSurface;
-    place = id;
-    return false;
-  }
-  /// Whether one may be taken for new that is not.
-  [[nodiscard]] bool forgot() const noexcept { return forgot_; }
-
- private:
-  static constexpr std::uint32_t kPlaces = 256;
-  std::array<TreeSphereId, kPlaces> seen_;
-  bool forgot_ = false;
-};
-
 /// Makes the contacts of the tool's spheres with the blended surface of a body, one each.
 class BlendContacts {
  public:
+  static constexpr bool kOnce = true;
+
   BlendContacts(const PlacedTrees& trees, const PlacedQuery& query, std::int32_t obstacle,
                 ContactCollector& collector) noexcept
       : trees_(trees),
@@ -198,12 +181,15 @@ class BlendContacts {
   [[nodiscard]] double radius() const noexcept {
     return collector_.margin() + blend_reach(trees_.body.tree);
   }
+  [[nodiscard]] unsigned done(const TreePart& tool) const noexcept { return seen_.of(tool); }
   void count_tests(int tests) noexcept { collector_.count_tests(tests); }
 
   void hit(const NodePair& pair, int i, int /*k*/, const PointLanes& p_BC) noexcept {
     const ContactKey key{ObstacleKind::kBody, obstacle_, trees_.tool.id(pair.tool.part, i),
                          kBlendedSurface};
-    if (seen_.take(key.tool_sphere)) return;
+    if ((seen_.of(pair.tool.part) >> i & 1U) != 0) return;
+    seen_.add(pair.tool.part, i);
+    if (!collector_.counts(key.tool_sphere)) return;
     const SphereTreeNode& tool = trees_.tool.node(pair.tool.part);
     const auto row = static_cast<std::size_t>(i);
     const BlendedPlace place =
@@ -232,17 +218,21 @@ class BlendContacts {
 /// Lowers a NearestGap to those of a blended surface.
 class NearestBlend {
  public:
+  static constexpr bool kOnce = true;
+
   NearestBlend(const PlacedTrees& trees, BlendMemory* blends, NearestGap& nearest) noexcept
       : trees_(trees), blends_(blends), nearest_(nearest) {}
 
   [[nodiscard]] double radius() const noexcept {
     return nearest_.gap + blend_reach(trees_.body.tree);
   }
+  [[nodiscard]] unsigned done(const TreePart& tool) const noexcept { return seen_.of(tool); }
   void count_tests(int tests) noexcept { nearest_.tests += tests; }
 
   void hit(const NodePair& pair, int i, int /*k*/, const PointLanes& p_BC) noexcept {
     const TreeSphereId tool_sphere = trees_.tool.id(pair.tool.part, i);
-    if (seen_.take(tool_sphere)) return;
+    if ((seen_.of(pair.tool.part) >> i & 1U) != 0) return;
+    seen_.add(pair.tool.part, i);
     const auto row = static_cast<std::size_t>(i);
     const BlendedPlace place =
         place_beside_blend(trees_.body.tree, p_BC[row], around(blends_, tool_sphere));
@@ -264,6 +254,8 @@ inline constexpr int kDives = 2;
 /// Lowers a NearestGap to the gaps of the pairs that a BodyDescent finds.
 class NearestPair {
  public:
+  static constexpr bool kOnce = false;
+
   NearestPair(const PlacedTrees& trees, NearestGap& nearest) noexcept
       : trees_(trees), nearest_(nearest), beyond_(blend_reach(trees.body.tree)) {}
 
@@ -350,16 +342,17 @@ struct BodyGap {
   }
 
   static RoundObstacle round(const PairSides& sides, const Contact& contact) noexcept {
-    const BodyView& body = body_of(sides.obstacles, contact.key);
-    if (!of_blend(contact.key)) return {sphere_of(body, contact.key).r, Vector3::Zero()};
-    const Sphere sphere_G = sides.tool_sphere(contact.key);
-    const Vector3 p_BC = to_body(place_body(body.X_WB, place_tool(sides.tool.X_WG)), sphere_G.p);
-    const BlendedPlace place = place_beside_blend(
-        body.tree, p_BC, around(sides.obstacles.blends, contact.key.tool_sphere));
-    // Where it is hollow it counts as flat: steps get no longer by that.
-    const double r = place.curvature > 0.0 ? 1.0 / place.curvature - place.distance
-                                           : std::numeric_limits<double>::infinity();
-    return {r, Vector3::Zero()};
+    return {sphere_of(body_of(sides.obstacles, contact.key), contact.key).r, Vector3::Zero()};
+  }
+
+  /// blend_curvature() of query.h.
+  static Matrix3 curvature_W(const PairSides& sides, const ContactKey& key) noexcept {
+    const BodyView& view = body_of(sides.obstacles, key);
+    const PlacedBody body = place_body(view.X_WB, place_tool(sides.tool.X_WG));
+    const BlendedPlace place =
+        place_beside_blend(view.tree, to_body(body, sides.tool_sphere(key).p),
+                           around(sides.obstacles.blends, key.tool_sphere));
+    return body.R_WB * place.curvature_B * body.R_WB.transpose();
   }
 
   static Contact evaluate(const PairSides& sides, const ContactKey& key) noexcept {

@@ -34,10 +34,14 @@ class ContactCollector {
     index_ = index;
   }
 
+  /// True when this sphere of the tool is among those wanted.
+  [[nodiscard]] bool counts(TreeSphereId tool_sphere) const noexcept {
+    return displaced_ == nullptr || displaced_->find(tool_sphere) == index_;
+  }
+
   /// True when the contact of a pair of this sphere of the tool with this gap must be added.
   [[nodiscard]] bool wants(TreeSphereId tool_sphere, double gap) const noexcept {
-    return (gap < margin() || (crowded_ && gap <= margin())) &&
-           (displaced_ == nullptr || displaced_->find(tool_sphere) == index_);
+    return (gap < margin() || (crowded_ && gap <= margin())) && counts(tool_sphere);
   }
 
   /// Whether there is one of that pair already. O(contacts).

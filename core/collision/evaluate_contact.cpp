@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/collision/blend_steepness.h"
 #include "core/collision/primitives.h"
 
 namespace hapticd {
@@ -50,6 +51,21 @@ RoundObstacle round_obstacle(const Contact& contact, const ToolView& tool,
   const PairSides sides{tool, obstacles};
   return ask_primitive(contact.key,
                        [&](auto primitive) { return primitive.round(sides, contact); });
+}
+
+Matrix3 blend_curvature(const ContactKey& key, const ToolView& tool,
+                        const ObstaclesView& obstacles) noexcept {
+  return BodyGap::curvature_W({tool, obstacles}, key);
+}
+
+double blend_steepness(const ContactKey& key, const ToolView& tool,
+                       const ObstaclesView& obstacles) noexcept {
+  if (!is_blend(key)) return 1.0;
+  const PairSides sides{tool, obstacles};
+  const BodyView& view = obstacles.bodies[static_cast<std::size_t>(key.obstacle)];
+  const PlacedBody body = place_body(view.X_WB, place_tool(tool.X_WG));
+  return steepness_beside_blend(view.tree, to_body(body, sides.tool_sphere(key).p),
+                                around(obstacles.blends, key.tool_sphere));
 }
 
 bool has_obstacle(const ContactKey& key, const ObstaclesView& obstacles) noexcept {

@@ -53,9 +53,15 @@ struct RoundObstacle {
   Vector3 axis_W;  ///< unit; zero: it is round on all sides
 };
 
-/// The obstacle of a contact that evaluate_contact() has found between the same.
+/// The obstacle of a contact that evaluate_contact() has found between the same; not of a blended
+/// surface, see blend_curvature().
 [[nodiscard]] HD_REALTIME RoundObstacle round_obstacle(const Contact& contact, const ToolView& tool,
                                                        const ObstaclesView& obstacles) noexcept;
+
+/// How the normal of a blended surface turns as the centre of the tool's sphere moves, 1/m:
+/// BlendedPlace::curvature_B in W. `key`: with such a surface.
+[[nodiscard]] HD_REALTIME Matrix3 blend_curvature(const ContactKey& key, const ToolView& tool,
+                                                  const ObstaclesView& obstacles) noexcept;
 
 /// Whether there is the obstacle that `key` names, and what of it.
 [[nodiscard]] HD_REALTIME bool has_obstacle(const ContactKey& key,

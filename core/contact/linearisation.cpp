@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/math/elementary.h"
 
@@ -77,19 +78,34 @@ struct Shapes {
   const ObstaclesView& obstacles;
 };
 
+/// `factor` times how the normal of a contact turns as the centre of the tool's sphere, of radius
+/// `r`, moves; nothing where that is inside the obstacle's axis or centre.
+std::optional<Matrix3> scaled_curvature(const Contact& contact, const Shapes& shapes, double r,
+                                        double factor) noexcept {
+  if (is_blend(contact.key)) {
+    return factor * blend_curvature(contact.key, shapes.tool, shapes.obstacles);
+  }
+  const RoundObstacle obstacle = round_obstacle(contact, shapes.tool, shapes.obstacles);
+  // From the obstacle's axis or centre to that of the tool's sphere.
+  const double distance = contact.gap + r + obstacle.r;
+  if (!(distance > 0.0)) return std::nullopt;
+  const Vector3& n = contact.nhat_OG_W;
+  Matrix3 round = Matrix3::Identity() - n * n.transpose();
+  round -= obstacle.axis_W * obstacle.axis_W.transpose();
+  return (factor / distance) * round;
+}
+
 /// H -= multiplier times the Hessian of the signed distance of one pair.
 void subtract_curvature(const ContactView& view, const Shapes& shapes, const ActivePair& pair,
                         ArrowMatrix& H) noexcept {
   const auto& [input, state] = view.at();
   const Contact contact = evaluate_contact(pair.key, shapes.tool, shapes.obstacles);
   const double r = tree_sphere(input.tool, pair.key.tool_sphere).r;
-  const RoundObstacle obstacle = round_obstacle(contact, shapes.tool, shapes.obstacles);
-  // From the obstacle's axis or centre to that of the tool's sphere.
-  const double distance = contact.gap + r + obstacle.r;
-  if (!(distance > 0.0)) return;
+  // The centre moves by dp - [a] dtheta + dv - share du; where the obstacle is round that costs
+  // |v|^2 / (2 distance).
+  const std::optional<Matrix3> curvature = scaled_curvature(contact, shapes, r, -pair.multiplier);
+  if (!curvature) return;
   const Vector3& n = contact.nhat_OG_W;
-  Matrix3 round = Matrix3::Identity() - n * n.transpose();
-  round -= obstacle.axis_W * obstacle.axis_W.transpose();
   const Vector3 a = contact.p_WC + r * n - state.X_WG.p;
   PointJacobian J = point_jacobian(a);
   const int p = find_part(input.parts, state.parts, pair.key.tool_sphere);
@@ -99,9 +115,7 @@ void subtract_curvature(const ContactView& view, const Shapes& shapes, const Act
     const auto k = static_cast<std::size_t>(s);
     add_string(view.strings.block(k), deflection_share(state.touched[k].bend, contact.lambda), J);
   }
-  // The centre moves by dp - [a] dtheta + dv - share du; where the obstacle is round that costs
-  // |v|^2 / (2 distance).
-  add_quadratic(J, (-pair.multiplier / distance) * round, H);
+  add_quadratic(J, *curvature, H);
   if (part != nullptr && part->unknown >= 0) subtract_turning(*part, pair.multiplier * n, H);
   // Second order of the rotation itself: n . dtheta x (dtheta x a).
   const double along = n.dot(a);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <span>
 
+#include "core/collision/blend_steepness.h"
 #include "core/contact/coupling_axes.h"
 
 namespace hapticd {
@@ -29,6 +30,9 @@ constexpr double kMaxPathSamples = 16.0;
 /// skin. Larger: more pairs are looked at.
 constexpr double kGapRounding = 1e-9;
 constexpr double kRelativeRounding = 1e-12;
+/// A blended surface that is less steep than this counts as so steep: hardly any is, but between
+/// leaves that face each other. Smaller: more of what hollows take counts as pressing.
+constexpr double kLeastSteepness = 0.25;
 /// Turn of a leg that counts as any turn, rad.
 constexpr double kMaxLegTurn = 2.0;
 
@@ -190,6 +194,13 @@ bool clear_of_contacts(const ContactView& view, const ConfigurationStep& step, i
   return true;
 }
 
+/// The way along the normal by which a gap grows by `gained`.
+double way_of(double gained, const ContactKey& key, const ToolView& tool,
+              const ObstaclesView& obstacles) noexcept {
+  if (!is_blend(key)) return gained;
+  return gained / std::max(kLeastSteepness, blend_steepness(key, tool, obstacles));
+}
+
 /// Energy that a step may take: what pressing back onto the obstacles will release once more,
 /// multiplier times what each touched gap has gained over its linear prediction (without it every
 /// long step along a curved obstacle would look like a climb: the Maratos effect), and what it
@@ -206,9 +217,9 @@ double energy_credit(const ContactView& view, const RowProgram& program,
     const ActiveContact& active = view.result.active[static_cast<std::size_t>(k)];
     const Contact& contact = view.contact_of(active);
     const double wanted = end.fraction * program.wanted_gain(k);
-    const Contact there =
-        evaluate_contact(contact.key, {input.tool, end.X_WG, displaced}, obstacles);
-    credit += active.multiplier * (there.gap - (contact.gap + wanted));
+    const ToolView tool{input.tool, end.X_WG, displaced};
+    const double gained = evaluate_contact(contact.key, tool, obstacles).gap - contact.gap;
+    credit += active.multiplier * (way_of(gained, contact.key, tool, obstacles) - wanted);
     // Not the multiplier that bound_force left: the program's own is what the way out costs.
     credit += program.active(k).multiplier * std::max(0.0, wanted);
   }

@@ -63,6 +63,7 @@ void Simulation::render(std::size_t tool, const HandPose& hand, std::int64_t wor
     render_contact(play.scene, hand, play.state, play.problem, tick, work_budget);
     way.input = contact_input(play.scene, tick.X_WH, tick.dt);
   }
+  way.input.obstacles.blends = &play.problem.blends();
   way.time = {play.state.hand.t_ns, first ? 0 : play.state.hand.t_ns - t_before};
   way.X_WH_before = first ? tick.X_WH : play.X_WH;
   if (first || way.time.dt_ns > 0) play.X_WH = tick.X_WH;

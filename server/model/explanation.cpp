@@ -43,7 +43,9 @@ void print_shape(std::ostream& out, const std::string& name, const ShapeDescript
   }
   out << " outside its mesh";
   const double blend = file.tree.blend.width;
-  if (blend > 0.0 && level == 0) out << ", blended over " << in_um(blend) << " into one surface";
+  if (blend > 0.0 && level == 0) {
+    out << ", blended over " << std::setprecision(3) << 1e3 * blend << " mm into one surface";
+  }
   if (file.inner > 0.0) out << ", which may stick out of them by " << in_um(file.inner);
   out << "\n";
 }

@@ -147,7 +147,7 @@ long double smallest_gap(const Scene& scene, const Simulation& simulation,
   std::vector<OracleBody> bodies;
   for (const BodyView& body : view.obstacles.bodies) {
     spheres.push_back(leaves_of(body.tree));
-    bodies.push_back({{}, body.X_WB});
+    bodies.push_back({{}, body.X_WB, body.tree.blend.width});
   }
   for (std::size_t k = 0; k < bodies.size(); ++k) bodies[k].spheres_B = spheres[k];
   long double gap = 1.0L;

@@ -177,6 +177,54 @@ Real minimum_to_body(const FlatTool& placed, const OracleBody& body, Real best) 
   return best;
 }
 
+/// What the sum of (1 - (d - phi) / width)^3 over the distances is 1 for.
+Real blended_distance(const std::vector<Real>& distances, Real width) {
+  Real high = *std::min_element(distances.begin(), distances.end());
+  Real low = high - width;
+  for (int k = 0; k < 64; ++k) {
+    const Real phi = (low + high) / 2;
+    Real sum = 0;
+    for (const Real d : distances) {
+      const Real share = std::max(Real{0}, 1 - (d - phi) / width);
+      sum += share * share * share;
+    }
+    (sum > 1 ? high : low) = phi;
+  }
+  return low;
+}
+
+/// Smallest gap of the tool to one body whose spheres blend, if below `best`.
+Real minimum_to_blend(const FlatTool& placed, const OracleBody& body, Real best) {
+  const OraclePose X_WB = real_pose(body.X_WB);
+  std::vector<Real3> centres;
+  for (const Sphere& sphere : body.spheres_B) {
+    centres.push_back(X_WB.R * to_real(sphere.p) + X_WB.p);
+  }
+  const std::vector<FlatSphere> flat = placed_spheres(body.spheres_B, X_WB, placed.X_WG.p);
+  const double error = kFastPassError * (placed.largest + extent(flat));
+  const double width = body.blend;
+  std::vector<double> gaps(flat.size());
+  for (std::size_t i = 0; i < placed.flat.size(); ++i) {
+    const FlatSphere& tool = placed.flat[i];
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t j = 0; j < flat.size(); ++j) {
+      const double dx = tool.x - flat[j].x;
+      const double dy = tool.y - flat[j].y;
+      const double dz = tool.z - flat[j].z;
+      gaps[j] = std::sqrt(dx * dx + dy * dy + dz * dz) - flat[j].r;
+      least = std::min(least, gaps[j]);
+    }
+    if (!(least - width - tool.r < static_cast<double>(best) + error)) continue;
+    std::vector<Real> distances;
+    for (std::size_t j = 0; j < flat.size(); ++j) {
+      if (gaps[j] > least + width + error) continue;
+      distances.push_back(to_point(centres[j], placed.centre_W(i)).distance - body.spheres_B[j].r);
+    }
+    best = std::min(best, blended_distance(distances, width) - tool.r);
+  }
+  return best;
+}
+
 Real minimum_gap(std::span<const Sphere> tool_G, const OraclePose& X_WG,
                  const OracleObstacles& obstacles) {
   const FlatTool tool(tool_G, X_WG);
@@ -185,7 +233,8 @@ Real minimum_gap(std::span<const Sphere> tool_G, const OraclePose& X_WG,
     best = minimum_to_capsule(tool, capsule, best);
   }
   for (const OracleBody& body : obstacles.bodies) {
-    best = minimum_to_body(tool, body, best);
+    best =
+        body.blend > 0.0 ? minimum_to_blend(tool, body, best) : minimum_to_body(tool, body, best);
   }
   return best;
 }

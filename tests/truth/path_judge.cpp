@@ -12,6 +12,10 @@
 namespace hapticd {
 namespace {
 
+/// How much farther than a blended surface its spheres are that still count there, in widths of the
+/// blend.
+constexpr double kBlendReach = 2.0;
+
 /// Distance of `p` from a segment, m; straight from the definition.
 double distance_to(const Vector3& p, const Capsule& capsule) {
   const Vector3 axis = capsule.p_B - capsule.p_A;
@@ -89,6 +93,7 @@ PathJudge::PathJudge(const ToolScene& scene)
       thinnest = std::min(thinnest, leaf.r);
     }
     seen_.emplace_back(spheres_W.size(), 0);
+    blends_.push_back(body.tree.blend.width);
     bodies_.push_back(std::make_unique<SphereGrid>(std::move(spheres_W)));
   }
   // Not even the thinnest obstacle can hide from the smallest sphere of the tool.
@@ -117,13 +122,14 @@ bool PathJudge::meets_nothing(const Vicinity& near, const Sphere& ball_W, double
   const auto meets = [&](const Capsule& capsule, double beyond) {
     return distance_to(ball_W.p, capsule) <= far + beyond + ball_W.r + capsule.r;
   };
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    const double beyond = far + kBlendReach * blends_[k] + ball_W.r;
+    if (!bodies_[k]->nothing_near(ball_W.p, beyond)) return false;
+  }
   return std::none_of(near.straight.begin(), near.straight.end(),
                       [&](const Capsule& capsule) { return meets(capsule, 0.0); }) &&
          std::none_of(near.held.begin(), near.held.end(),
-                      [&](std::size_t k) { return meets(capsules_[k], bent); }) &&
-         std::all_of(bodies_.begin(), bodies_.end(), [&](const auto& body) {
-           return body->nothing_near(ball_W.p, far + ball_W.r);
-         });
+                      [&](std::size_t k) { return meets(capsules_[k], bent); });
 }
 
 PathJudge::Vicinity PathJudge::vicinity(std::span<const ContactState> path) {
@@ -135,6 +141,7 @@ PathJudge::Vicinity PathJudge::vicinity(std::span<const ContactState> path) {
   for (const ContactState& state : path) bent = std::max(bent, string_deflection(state));
   const Pose& X_WG = path.front().X_WG;
   Vicinity near;
+  near.bodies.resize(bodies_.size());
   for (std::size_t i = 0; i < capsules_.size(); ++i) {
     const auto holds = [&](const ContactState& s) { return find_string_of(s, i) != nullptr; };
     if (std::any_of(path.begin(), path.end(), holds)) {
@@ -156,11 +163,13 @@ PathJudge::Vicinity PathJudge::vicinity(std::span<const ContactState> path) {
     for (const std::size_t k : near.held) meets_any = meets_any || meets(capsules_[k], bent);
     for (std::size_t body = 0; body < bodies_.size(); ++body) {
       const std::vector<Sphere>& obstacles = bodies_[body]->spheres();
-      bodies_[body]->visit_near(sphere_W.p, far + sphere_W.r, [&](std::size_t k) {
-        const double limit = far + sphere_W.r + obstacles[k].r;
+      const double beyond = far + kBlendReach * blends_[body] + sphere_W.r;
+      bodies_[body]->visit_near(sphere_W.p, beyond, [&](std::size_t k) {
+        const double limit = beyond + obstacles[k].r;
         if ((sphere_W.p - obstacles[k].p).squaredNorm() > limit * limit) return;
         meets_any = true;
-        if (std::exchange(seen_[body][k], looks_) != looks_) near.bodies.push_back(obstacles[k]);
+        if (std::exchange(seen_[body][k], looks_) == looks_) return;
+        near.bodies[body].push_back(obstacles[k]);
       });
     }
     if (meets_any) near.tool.push_back(i);
@@ -171,7 +180,10 @@ PathJudge::Vicinity PathJudge::vicinity(std::span<const ContactState> path) {
 double PathJudge::smallest_gap(std::span<const ContactState> path) {
   const Vicinity near = vicinity(path);
   if (near.tool.empty()) return kFarthestGap;
-  const std::array<OracleBody, 1> bodies{{{near.bodies, Pose{}}}};
+  std::vector<OracleBody> bodies;
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    if (!near.bodies[k].empty()) bodies.push_back({near.bodies[k], Pose{}, blends_[k]});
+  }
   const auto some = [&](const ContactState& state) {
     const std::vector<Sphere> all = displaced_spheres(state).spheres;
     std::vector<Sphere> chosen;
@@ -213,17 +225,18 @@ double PathJudge::gap_to_capsule(std::span<const Capsule> legs, const Displaced&
 
 double PathJudge::gap_to_body(std::size_t body, const Displaced& tool_G, const Pose& X_WG) const {
   const SphereGrid& grid = *bodies_[body];
+  const double beyond = 2.0 * kFarthestGap + kBlendReach * blends_[body];
   std::vector<Sphere> near_tool;
   std::vector<std::size_t> near_body;
   const auto is_far = [&](const Sphere& ball_W) {
-    return grid.nothing_near(ball_W.p, ball_W.r + 2.0 * kFarthestGap);
+    return grid.nothing_near(ball_W.p, ball_W.r + beyond);
   };
   visit_spheres(tool_G.groups, X_WG, is_far, [&](std::size_t i) {
     const Sphere& sphere = tool_G.spheres[i];
     const Vector3 p_W = transform(X_WG, sphere.p);
     const std::size_t before = near_body.size();
-    grid.visit_near(p_W, sphere.r + 2.0 * kFarthestGap, [&](std::size_t k) {
-      const double limit = 2.0 * kFarthestGap + sphere.r + grid.spheres()[k].r;
+    grid.visit_near(p_W, sphere.r + beyond, [&](std::size_t k) {
+      const double limit = beyond + sphere.r + grid.spheres()[k].r;
       if ((p_W - grid.spheres()[k].p).squaredNorm() <= limit * limit) near_body.push_back(k);
     });
     if (near_body.size() > before) near_tool.push_back(sphere);
@@ -234,7 +247,7 @@ double PathJudge::gap_to_body(std::size_t body, const Displaced& tool_G, const P
   std::vector<Sphere> spheres;
   spheres.reserve(near_body.size());
   for (const std::size_t k : near_body) spheres.push_back(grid.spheres()[k]);
-  const std::array<OracleBody, 1> bodies{{{spheres, Pose{}}}};
+  const std::array<OracleBody, 1> bodies{{{spheres, Pose{}, blends_[body]}}};
   const long double gap = exhaustive_minimum_gap(near_tool, X_WG, {{}, bodies});
   return static_cast<double>(std::min<long double>(gap, kFarthestGap));
 }

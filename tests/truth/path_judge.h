@@ -45,8 +45,8 @@ class PathJudge {
   struct Vicinity {
     std::vector<std::size_t> tool;  ///< spheres of the tool
     std::vector<Capsule> straight;
-    std::vector<std::size_t> held;  ///< capsules that are strings held on the way
-    std::vector<Sphere> bodies;     ///< in W
+    std::vector<std::size_t> held;            ///< capsules that are strings held on the way
+    std::vector<std::vector<Sphere>> bodies;  ///< spheres of each, in W
   };
   [[nodiscard]] Vicinity vicinity(std::span<const ContactState> path);
   /// The tool's spheres in G, and where they are together.
@@ -71,6 +71,7 @@ class PathJudge {
   std::vector<SphereGroup> tool_groups_;
   double rigid_reach_ = 0.0;
   std::vector<std::unique_ptr<SphereGrid>> bodies_;  ///< in W
+  std::vector<double> blends_;                       ///< widths, m; 0: the body has none
   /// Per body and sphere, the last look that has found it near.
   std::vector<std::vector<std::uint64_t>> seen_;
   std::uint64_t looks_ = 0;

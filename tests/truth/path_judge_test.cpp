@@ -5,8 +5,12 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "core/scene/scene.h"
+#include "core/tree/sphere_tree.h"
 #include "tests/core/scene/scene_builder.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
@@ -59,6 +63,34 @@ TEST_CASE("the gaps at a pose are those of the closed form, and no more than a m
   const ObstacleGaps ball = judge.gaps(at({0.0, 0.02 + kFinger - 1e-4, 0.1}));
   CHECK(ball.capsules[0] == kFarthestGap);
   CHECK(ball.bodies[0] == doctest::Approx(-1e-4).epsilon(1e-9));
+}
+
+TEST_CASE(
+    "between two balls that blend a finger is judged by the surface that they make together") {
+  constexpr double kBlend = 4e-3;
+  constexpr double kAside = 8e-3;
+  MeasuredTree file;
+  file.tree =
+      build_sphere_tree(std::vector<Sphere>{{{kAside, 0, 0}, 0.02}, {{-kAside, 0, 0}, 0.02}});
+  blend_surface(kBlend, file.tree);
+  SceneDescription description = finger_scene({0.0, 0.05, 0.0});
+  BodyDescription balls;
+  balls.name = "balls";
+  balls.shape.exact = true;
+  balls.shape.tree = std::make_shared<const MeasuredTree>(std::move(file));
+  balls.X_WB.p = {0.0, 0.0, 0.1};
+  description.bodies.push_back(balls);
+  const Scene scene(description);
+  PathJudge judge(scene.tool_scene(0));
+  // Equal distances d: 2 (1 - (d - phi) / w)^3 = 1.
+  const double lower = kBlend * (1.0 - std::cbrt(0.5));
+  for (const double gap : {3e-4, 9e-4, 1.2e-3}) {
+    const double y = std::sqrt(std::pow(0.02 + kFinger + gap, 2) - kAside * kAside);
+    const ContactState there = at({0.0, y, 0.1});
+    CHECK(judge.gaps(there).bodies[0] == doctest::Approx(gap - lower).epsilon(1e-9));
+    const std::vector<ContactState> resting{there, there};
+    CHECK(judge.smallest_gap(resting) == doctest::Approx(gap - lower).epsilon(1e-9));
+  }
 }
 
 TEST_CASE("the depth of a path into a line is that of its nearest point") {

@@ -27,14 +27,14 @@ constexpr double kOutside = 0.6;
 /// Samples of a leaf that least squares go by, about.
 constexpr std::size_t kSamples = 24;
 /// Rounds of least squares, and how far each goes; above 2 they diverge.
-constexpr int kRounds = 20;
+constexpr int kRounds = 14;
 constexpr double kRelaxation = 1.7;
-/// Rounds of growth, at most, and what grows in each over what sticks out: a leaf has a share of
-/// the blend.
-constexpr int kGrowthRounds = 24;
-constexpr double kGrowth = 2.0;
-/// What still sticks out and counts as covered, m.
-constexpr double kCovered = 1e-7;
+/// Rounds of growth, at most, and what grows in each over what sticks out. Larger: fewer rounds,
+/// and leaves that are larger than they need to be.
+constexpr int kGrowthRounds = 200;
+constexpr double kGrowth = 1.2;
+/// What leaves grow by at least, m.
+constexpr double kLeastGrowth = 1e-7;
 /// Weight below which the samples say nothing of a leaf.
 constexpr double kLeastWeight = 1e-3;
 constexpr std::int64_t kChunk = 4096;
@@ -131,27 +131,41 @@ void smooth(const std::vector<Sample>& samples, double goal, const BlendOptions&
   }
 }
 
-/// What sticks out, and by how much leaves have to grow for it.
+/// How far the samples are off.
 BlendFit measure(const std::vector<Sample>& samples, const BlendOptions& options,
-                 const std::vector<Sphere>& leaves, std::vector<double>& growth) {
+                 const std::vector<Sphere>& leaves) {
   BlendFit fit;
-  growth.assign(leaves.size(), 0.0);
   double sum = 0.0;
   const SphereTree tree = blended(leaves, options.width);
   read_all(tree.view(), samples, options.threads, [&](std::size_t, const Reading& reading) {
     fit.outer = std::max(fit.outer, -reading.excess);
     fit.inner = std::max(fit.inner, reading.excess);
     sum += std::max(-reading.excess, 0.0);
-    if (!(reading.excess > 0.0)) return;
-    const auto& share = reading.blend.share;
-    const auto most = std::max_element(
-        share.begin(), share.begin() + static_cast<std::ptrdiff_t>(reading.blend.count),
-        [](const BlendShare& a, const BlendShare& b) { return a.share < b.share; });
-    double& grows = growth[static_cast<std::size_t>(most->leaf)];
-    grows = std::max(grows, kGrowth * reading.excess + kCovered);
   });
   fit.mean = sum / static_cast<double>(std::max<std::size_t>(samples.size(), 1));
   return fit;
+}
+
+/// Leaves grow until no sample sticks out. As they grow, what is covered
+/// stays so: each round looks at the rest alone.
+void cover(std::vector<Sample> samples, const BlendOptions& options, std::vector<Sphere>& leaves) {
+  for (int round = 0; round < kGrowthRounds && !samples.empty(); ++round) {
+    std::vector<double> growth(leaves.size(), 0.0);
+    std::vector<Sample> out;
+    const SphereTree tree = blended(leaves, options.width);
+    read_all(tree.view(), samples, options.threads, [&](std::size_t i, const Reading& reading) {
+      if (!(reading.excess > 0.0)) return;
+      out.push_back(samples[i]);
+      const auto& share = reading.blend.share;
+      const auto most = std::max_element(
+          share.begin(), share.begin() + static_cast<std::ptrdiff_t>(reading.blend.count),
+          [](const BlendShare& a, const BlendShare& b) { return a.share < b.share; });
+      double& grows = growth[static_cast<std::size_t>(most->leaf)];
+      grows = std::max(grows, kGrowth * reading.excess + kLeastGrowth);
+    });
+    for (std::size_t k = 0; k < leaves.size(); ++k) leaves[k].r += growth[k];
+    samples.swap(out);
+  }
 }
 
 }  // namespace
@@ -163,13 +177,8 @@ BlendFit fit_blend(const TriangleMesh& mesh, const MeshDistance& distance,
   smooth(middles(surface, distance, kSamples * leaves.size()), -kOutside * options.bound, options,
          leaves);
   const std::vector<Sample> samples = corners_and_middles(surface);
-  std::vector<double> growth;
-  BlendFit fit = measure(samples, options, leaves, growth);
-  for (int round = 0; round < kGrowthRounds && fit.inner > kCovered; ++round) {
-    for (std::size_t k = 0; k < leaves.size(); ++k) leaves[k].r += growth[k];
-    fit = measure(samples, options, leaves, growth);
-  }
-  return fit;
+  cover(samples, options, leaves);
+  return measure(samples, options, leaves);
 }
 
 }  // namespace hapticd
