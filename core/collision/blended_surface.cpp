@@ -1,8 +1,6 @@
 // The leaves within reach of the blend, and the equation of phi. See blended_surface.h. RT: yes.
 #include "core/collision/blended_surface.h"
 
-#include <immintrin.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -168,13 +166,21 @@ Leaves leaves_of(const LeafLanes<kCapacity>& lanes) noexcept {
   return {lanes.count, lanes.x.data(), lanes.y.data(), lanes.z.data(), lanes.r.data()};
 }
 
-double sum_of(__m128d pair) noexcept {
-  return _mm_cvtsd_f64(pair) + _mm_cvtsd_f64(_mm_unpackhi_pd(pair, pair));
+/// Two doubles that are computed together.
+using Pair [[gnu::vector_size(16)]] = double;
+
+Pair both(double value) noexcept { return Pair{value, value}; }
+Pair load(const double* from) noexcept { return Pair{from[0], from[1]}; }
+void store(double* to, Pair pair) noexcept {
+  to[0] = pair[0];
+  to[1] = pair[1];
 }
+Pair root(Pair square) noexcept { return Pair{std::sqrt(square[0]), std::sqrt(square[1])}; }
+double sum_of(Pair pair) noexcept { return pair[0] + pair[1]; }
 
 /// Two of an array, wherever they are.
-__m128d gather(const double* from, std::uint32_t low, std::uint32_t high) noexcept {
-  return _mm_set_pd(from[high], from[low]);
+Pair gather(const double* from, std::uint32_t low, std::uint32_t high) noexcept {
+  return Pair{from[low], from[high]};
 }
 
 /// The equation at a point.
@@ -202,21 +208,21 @@ class Blend {
  private:
   /// Returns the smallest.
   double find_gaps() noexcept {
-    const __m128d x = _mm_set1_pd(p_B_.x());
-    const __m128d y = _mm_set1_pd(p_B_.y());
-    const __m128d z = _mm_set1_pd(p_B_.z());
-    __m128d least = _mm_set1_pd(std::numeric_limits<double>::infinity());
+    const Pair x = both(p_B_.x());
+    const Pair y = both(p_B_.y());
+    const Pair z = both(p_B_.z());
+    Pair least = both(std::numeric_limits<double>::infinity());
     for (std::size_t k = 0; k < leaves_.count; k += 2) {
-      const __m128d dx = x - _mm_load_pd(leaves_.x + k);
-      const __m128d dy = y - _mm_load_pd(leaves_.y + k);
-      const __m128d dz = z - _mm_load_pd(leaves_.z + k);
-      const __m128d d = _mm_sqrt_pd((dx * dx + dy * dy) + dz * dz);
-      const __m128d gap = d - _mm_load_pd(leaves_.r + k);
-      _mm_store_pd(&distance_[k], d);
-      _mm_store_pd(&gap_[k], gap);
-      least = _mm_min_pd(least, gap);
+      const Pair dx = x - load(leaves_.x + k);
+      const Pair dy = y - load(leaves_.y + k);
+      const Pair dz = z - load(leaves_.z + k);
+      const Pair d = root((dx * dx + dy * dy) + dz * dz);
+      const Pair gap = d - load(leaves_.r + k);
+      store(&distance_[k], d);
+      store(&gap_[k], gap);
+      least = gap < least ? gap : least;
     }
-    return _mm_cvtsd_f64(_mm_min_sd(least, _mm_unpackhi_pd(least, least)));
+    return std::min(least[0], least[1]);
   }
 
   /// Leaves out what has no share, and finds the shares s_i = 1 - (d_i - phi) / w that phi = the
@@ -238,14 +244,16 @@ class Blend {
   double solve() noexcept {
     double below = 0.0;
     for (int i = 0; i < kMaxSteps; ++i) {
-      const __m128d down = _mm_set1_pd(below);
-      __m128d sums = _mm_setzero_pd();
-      __m128d squares = _mm_setzero_pd();
-      __m128d cubes = _mm_setzero_pd();
+      const Pair zero = both(0.0);
+      const Pair down = both(below);
+      Pair sums = both(0.0);
+      Pair squares = both(0.0);
+      Pair cubes = both(0.0);
       for (std::size_t k = 0; k < count_; k += 2) {
-        const __m128d s = _mm_max_pd(_mm_load_pd(&start_[k]) + down, _mm_setzero_pd());
-        const __m128d square = s * s;
-        _mm_store_pd(&share_[k], s);
+        const Pair kept = load(&start_[k]) + down;
+        const Pair s = kept > zero ? kept : zero;
+        const Pair square = s * s;
+        store(&share_[k], s);
         sums = sums + s;
         squares = squares + square;
         cubes = cubes + square * s;
@@ -274,36 +282,35 @@ class Blend {
 /// Sums over the leaves: of their normals by what they have in phi, and what makes its second
 /// derivative.
 struct Moments {
-  __m128d x, y, z;                 ///< the gradient of phi
-  __m128d xx, yy, zz, xy, xz, yz;  ///< of the spread of the normals
-  __m128d bulge;                   ///< the leaves' own curvature
+  Pair x, y, z;                 ///< the gradient of phi
+  Pair xx, yy, zz, xy, xz, yz;  ///< of the spread of the normals
+  Pair bulge;                   ///< the leaves' own curvature
 };
 
 BlendedPlace Blend::place() noexcept {
   const double inverse = 1.0 / squares_;
-  const __m128d part = _mm_set1_pd(inverse);
-  const __m128d hollow = _mm_set1_pd(2.0 * inverse / width_);
-  const __m128d zero = _mm_setzero_pd();
+  const Pair part = both(inverse);
+  const Pair hollow = both(2.0 * inverse / width_);
+  const Pair zero = both(0.0);
   Moments sum{zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
   for (std::size_t k = 0; k < count_; k += 2) {
     const std::uint32_t a = chosen_[k];
     const std::uint32_t b = chosen_[k + 1];
-    const __m128d d = gather(distance_.data(), a, b);
-    const __m128d off = _mm_cmpge_pd(d, _mm_set1_pd(kMinLength));
-    const __m128d share = _mm_load_pd(&share_[k]);
-    const __m128d over = _mm_and_pd(_mm_set1_pd(1.0) / d, off);
+    const Pair d = gather(distance_.data(), a, b);
+    const Pair share = load(&share_[k]);
+    const Pair over = d >= both(kMinLength) ? both(1.0) / d : zero;
     // Of each leaf its share in phi, over its distance.
-    const __m128d weight = share * share * part * over;
-    const __m128d spread = (weight + hollow * share) * (over * over);
-    const __m128d x = _mm_set1_pd(p_B_.x()) - gather(leaves_.x, a, b);
-    const __m128d y = _mm_set1_pd(p_B_.y()) - gather(leaves_.y, a, b);
-    const __m128d z = _mm_set1_pd(p_B_.z()) - gather(leaves_.z, a, b);
+    const Pair weight = share * share * part * over;
+    const Pair spread = (weight + hollow * share) * (over * over);
+    const Pair x = both(p_B_.x()) - gather(leaves_.x, a, b);
+    const Pair y = both(p_B_.y()) - gather(leaves_.y, a, b);
+    const Pair z = both(p_B_.z()) - gather(leaves_.z, a, b);
     sum.x = sum.x + x * weight;
     sum.y = sum.y + y * weight;
     sum.z = sum.z + z * weight;
     sum.bulge = sum.bulge + weight;
-    const __m128d sx = spread * x;
-    const __m128d sy = spread * y;
+    const Pair sx = spread * x;
+    const Pair sy = spread * y;
     sum.xx = sum.xx + sx * x;
     sum.xy = sum.xy + sx * y;
     sum.xz = sum.xz + sx * z;
