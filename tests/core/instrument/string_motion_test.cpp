@@ -77,8 +77,8 @@ TEST_CASE("shapes are sines wherever a string is touched") {
     PerMode shapes{};
     mode_shapes(table, lambda, shapes);
     for (int n = 1; n <= table.count; ++n) {
-      const double truth =
-          std::sin(static_cast<long double>(n) * std::numbers::pi_v<long double> * lambda);
+      const auto truth = static_cast<double>(
+          std::sin(static_cast<long double>(n) * std::numbers::pi_v<long double> * lambda));
       CHECK(std::abs(shapes[static_cast<std::size_t>(n - 1)] - truth) <= 1e-12);
     }
   }
