@@ -2,8 +2,10 @@
 #include "core/contact/coupling_axes.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <limits>
+#include <cstdint>
 
 #include "core/math/elementary.h"
 
@@ -69,8 +71,9 @@ Vector3 by_axes(const Quaternion& q_WH, const Vector3& about_G, const Vector3& v
 /// The length with which kt length^2 is `kr`, to the bit where there is one.
 double length_of(double kt, double kr) noexcept {
   const double length = std::sqrt(kr / kt);
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  const double near[] = {length, std::nextafter(length, 0.0), std::nextafter(length, kFar)};
+  const auto bits = std::bit_cast<std::uint64_t>(length);
+  const std::array<double, 3> near{length, std::bit_cast<double>(bits - 1),
+                                   std::bit_cast<double>(bits + 1)};
   for (const double each : near) {
     if (kt * each * each == kr) return each;
   }

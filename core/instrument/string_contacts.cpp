@@ -118,28 +118,38 @@ double hold(const Pressed& contact, double y_free, double slope, double limit,
   return f + rest * y;
 }
 
-/// What b leads to.
-struct RoundTrial {
-  double x, y, b;  ///< where the contact then is, and the b that belongs to it
-  double normal;   ///< force along n
+/// From the string to a contact, in its frame, m.
+struct InFrame {
+  double x;  ///< along n
+  double y;  ///< along t
 };
 
-RoundTrial try_round(const Pressed& contact, double x_free, double y_free, double b,
-                     double& tangential, double& after) noexcept {
+/// What b leads to.
+struct RoundTrial {
+  double x, y;         ///< where the contact then is from the string, along n and t, m
+  double b;            ///< that belongs to it, N/m
+  double normal;       ///< force along n, N
+  double tangential;   ///< and along t, N
+  double after = 0.0;  ///< the bristle at the end, m
+};
+
+/// `free`: at the end, without the contact's own force.
+RoundTrial try_round(const Pressed& contact, const InFrame& free, double b) noexcept {
   const double a = contact.a;
   const double g = contact.g;
   const double r0 = contact.r0;
   RoundTrial trial{};
-  trial.x = (x_free + a * (g - b) * r0) / (1.0 + a * (b + g));
+  trial.x = (free.x + a * (g - b) * r0) / (1.0 + a * (b + g));
   double pull = g * (trial.x - r0);
   const double N = -b * (r0 + trial.x);
   if (pull > N) {
     pull = N;
-    trial.x = x_free;
+    trial.x = free.x;
   }
   trial.normal = pull - N;
-  tangential = hold(contact, y_free, b, contact.path->friction * std::max(0.0, N - pull), after);
-  trial.y = y_free - a * tangential;
+  const double limit = contact.path->friction * std::max(0.0, N - pull);
+  trial.tangential = hold(contact, free.y, b, limit, trial.after);
+  trial.y = free.y - a * trial.tangential;
   const double r1 = std::sqrt(trial.x * trial.x + trial.y * trial.y);
   trial.b = round_gradient(contact.k, contact.path->radius, r0, r1);
   return trial;
@@ -173,13 +183,11 @@ void solve_plane(Pressed& contact, const Transverse& rho, double from, double de
 
 /// `rho`: at the end, without the contact's own force.
 void solve_round(Pressed& contact, const Transverse& rho, int steps) noexcept {
-  const double x_free = dot(rho, contact.n);
-  const double y_free = dot(rho, contact.t);
+  const InFrame free{dot(rho, contact.n), dot(rho, contact.t)};
   const double lowest = -kAbovePole / contact.a - contact.g;
   double b = std::max(contact.path->slope, lowest);
-  double tangential = 0.0;
   for (int step = 0; step < steps; ++step) {
-    const RoundTrial trial = try_round(contact, x_free, y_free, b, tangential, contact.after);
+    const RoundTrial trial = try_round(contact, free, b);
     const double r1 = std::sqrt(trial.x * trial.x + trial.y * trial.y);
     const double curvature = round_curvature(contact.k, contact.path->radius, contact.r0, r1);
     const double swing = -contact.a * (contact.r0 + trial.x) / (1.0 + contact.a * (b + contact.g));
@@ -189,10 +197,11 @@ void solve_round(Pressed& contact, const Transverse& rho, int steps) noexcept {
     b = next;
     if (change <= kNewtonShare * std::abs(b) * (contact.r0 + r1) + kNewtonForce) break;
   }
-  const RoundTrial trial = try_round(contact, x_free, y_free, b, tangential, contact.after);
+  const RoundTrial trial = try_round(contact, free, b);
   contact.path->slope = b;
-  contact.force = {trial.normal * contact.n.y + tangential * contact.t.y,
-                   trial.normal * contact.n.z + tangential * contact.t.z};
+  contact.after = trial.after;
+  contact.force = {trial.normal * contact.n.y + trial.tangential * contact.t.y,
+                   trial.normal * contact.n.z + trial.tangential * contact.t.z};
   const double miss = std::abs(trial.b - b) * (contact.r0 + std::abs(trial.x));
   contact.rooted = trial.x > 0.0 && miss <= kRootShare * std::abs(trial.normal) + kRootForce;
 }
