@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import unittest
 
@@ -40,6 +41,8 @@ class Daemon:
         self.process = subprocess.Popen([HAPTICD, "--listen", f"{host}:{port or 0}", *options], stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, text=True, env=environment)
         self.log = ""
+        self.rest = []
+        self.reader = None
 
     def __enter__(self):
         end = time.monotonic() + START_TIMEOUT_S
@@ -53,15 +56,22 @@ class Daemon:
             if time.monotonic() > end:
                 raise RuntimeError("hapticd does not start:\n" + "".join(lines))
         self.log = "".join(lines)
+        # A pipe that nobody reads is full after some hundred lines, and the daemon then waits in its log.
+        self.reader = threading.Thread(target=lambda: self.rest.extend(self.process.stdout), daemon=True)
+        self.reader.start()
         return self
 
     def end(self, how=signal.SIGTERM):
         """Exit code after the signal."""
         if self.process.poll() is None:
             self.process.send_signal(how)
-        rest, _ = self.process.communicate(timeout=START_TIMEOUT_S)
-        self.log += rest or ""
-        return self.process.returncode
+        code = self.process.wait(timeout=START_TIMEOUT_S)
+        if self.reader:
+            self.reader.join(timeout=START_TIMEOUT_S)
+        self.log += "".join(self.rest)
+        self.rest.clear()
+        self.process.stdout.close()
+        return code
 
     def __exit__(self, error, *_):
         code = self.process.poll()
