@@ -40,6 +40,8 @@ void write_output(const OutputOptions& options, const TriangleMesh& mesh,
   if (!options.report.empty() || !options.json.empty()) {
     ReportOptions measuring;
     measuring.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    const SphereTreeView view = file.tree.view();
+    if (view.blend.width > 0.0) measuring.blend = &view;
     report.packing = report_packing(mesh, distance, leaves, measuring);
     report.has_packing = true;
     report.exhaustive_seconds = time_exhaustive(mesh, distance, report.packing.sphere_samples);

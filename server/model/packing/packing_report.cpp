@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/collision/blended_surface.h"
 #include "core/geometry/closest_point.h"
 #include "server/model/packing/counter_random.h"
 #include "server/model/packing/parallel_chunks.h"
@@ -24,6 +25,10 @@ constexpr double kDepth = 1e-9;
 /// Distances below this share of the diagonal count as 0, so that surface points on a sphere's very
 /// boundary are not called uncovered for rounding. Normal value 1e-13.
 constexpr double kTouching = 1e-13;
+/// How near a point of a blended surface is to it, m, and the steps to get there; each leaves a
+/// share of what is missing, by as much as the normal turns.
+constexpr double kOnSurface = 1e-9;
+constexpr int kSurfaceSteps = 30;
 
 /// Streams of random numbers, added to the seed's.
 enum Stream : std::uint64_t { kMeshPlace, kMeshPoint, kSpherePlace, kSpherePoint };
@@ -96,7 +101,10 @@ void report_inside(const TriangleMesh& mesh, const SphereIndex& index, const Rep
   for_chunks(report.mesh_samples, kChunk, options.threads,
              [&](std::int64_t, std::int64_t begin, std::int64_t end) {
                for (std::int64_t i = begin; i < end; ++i) {
-                 const double gap = index.nearest(mesh_point(mesh, sums, options, i)).gap;
+                 const Vector3 p = mesh_point(mesh, sums, options, i);
+                 const double gap = options.blend != nullptr
+                                        ? place_beside_blend(*options.blend, p).distance
+                                        : index.nearest(p).gap;
                  gaps[static_cast<std::size_t>(i)] = gap > kTouching * report.diagonal ? gap : 0.0;
                }
              });
@@ -104,6 +112,16 @@ void report_inside(const TriangleMesh& mesh, const SphereIndex& index, const Rep
   report.uncovered =
       static_cast<double>(report.mesh_samples - covered) / static_cast<double>(report.mesh_samples);
   report.inside = statistics(gaps);
+}
+
+/// The point of a blended surface that `p`, next to it, is led to along its normal.
+Vector3 onto_blend(const SphereTreeView& tree, Vector3 p) {
+  for (int step = 0; step < kSurfaceSteps; ++step) {
+    const BlendedPlace place = place_beside_blend(tree, p);
+    p -= place.distance * place.nhat_B;
+    if (std::abs(place.distance) <= kOnSurface) break;
+  }
+  return p;
 }
 
 /// Of the trials from `begin` to `end`: signed distances to the mesh of those on the union's
@@ -123,7 +141,8 @@ std::vector<double> visible_distances(const MeshDistance& distance, std::span<co
     const Sphere& sphere = spheres[static_cast<std::size_t>(s)];
     const Vector3 p = sphere.p + sphere.r * counter_direction(stream(options, kSpherePoint), k);
     if (index.inside_another(p, s, kDepth * sphere.r)) continue;
-    found.push_back(distance.signed_distance(p));
+    const Vector3 surface = options.blend != nullptr ? onto_blend(*options.blend, p) : p;
+    found.push_back(distance.signed_distance(surface));
   }
   return found;
 }

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "core/geometry/sphere.h"
+#include "core/geometry/sphere_tree_view.h"
 #include "server/model/packing/mesh_distance.h"
 
 namespace hapticd {
@@ -16,10 +17,9 @@ struct DistanceStatistics {
 };
 
 struct PackingReport {
-  /// Of points on the surface of the union of spheres that lie outside the mesh: their distance to
-  /// it.
+  /// Of points on the surface that lie outside the mesh: their distance to it.
   DistanceStatistics outside;
-  /// Of all surface samples of the mesh: how far they stick out of the union, 0 where covered.
+  /// Of all surface samples of the mesh: how far they stick out of the spheres, 0 where covered.
   DistanceStatistics inside;
   double uncovered = 0.0;  ///< share of the mesh's surface samples outside all spheres
   double scallop = 0.0;   ///< difference of the 99th and the 1st percentile of outside distances, m
@@ -32,6 +32,9 @@ struct ReportOptions {
   std::int64_t samples = 200'000;  ///< of each surface, about; >= 1
   std::uint64_t seed = 1;
   int threads = 1;  ///< >= 1
+  /// The tree whose leaves the spheres are, where they blend: then its surface is measured
+  /// (core/collision/blended_surface.h) in place of the union's. Or nullptr.
+  const SphereTreeView* blend = nullptr;
 };
 
 /// Samples of the mesh: uniform by area, and every vertex. Samples of the union: uniform by area on
