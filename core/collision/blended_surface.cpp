@@ -147,8 +147,8 @@ struct Leaves {
   const double* r;
 };
 
-template <std::size_t kCapacity>
-void copy(const NearLeaves& near, LeafLanes<kCapacity>& out) noexcept {
+template <std::size_t Capacity>
+void copy(const NearLeaves& near, LeafLanes<Capacity>& out) noexcept {
   out.count = near.count;
   const std::size_t whole = (near.count + 1) / 2 * 2;
   for (std::size_t k = 0; k < whole; ++k) {
@@ -161,8 +161,8 @@ void copy(const NearLeaves& near, LeafLanes<kCapacity>& out) noexcept {
   }
 }
 
-template <std::size_t kCapacity>
-Leaves leaves_of(const LeafLanes<kCapacity>& lanes) noexcept {
+template <std::size_t Capacity>
+Leaves leaves_of(const LeafLanes<Capacity>& lanes) noexcept {
   return {lanes.count, lanes.x.data(), lanes.y.data(), lanes.z.data(), lanes.r.data()};
 }
 
@@ -267,6 +267,9 @@ class Blend {
     return below;
   }
 
+  alignas(16) std::array<double, kMaxBlended + 2> distance_, gap_;
+  alignas(16) std::array<double, kMaxBlended + 2> start_, share_;
+  std::array<std::uint32_t, kMaxBlended + 2> chosen_;
   Leaves leaves_;
   Vector3 p_B_;
   double width_;
@@ -274,9 +277,6 @@ class Blend {
   double steepness_ = 0.0;
   std::size_t count_ = 0;
   double squares_ = 0.0;  ///< of the shares
-  alignas(16) std::array<double, kMaxBlended + 1> distance_, gap_;
-  alignas(16) std::array<double, kMaxBlended + 1> start_, share_;
-  std::array<std::uint32_t, kMaxBlended + 1> chosen_;
 };
 
 /// Sums over the leaves: of their normals by what they have in phi, and what makes its second

@@ -31,12 +31,12 @@ struct BlendedPlace {
 inline constexpr std::size_t kMaxBlended = 64;
 
 /// Leaves in ascending order, in arrays; the last twice where their number is odd.
-template <std::size_t kCapacity>
+template <std::size_t Capacity>
 struct LeafLanes {
-  static_assert(kCapacity % 2 == 0);
+  static_assert(Capacity % 2 == 0);
   std::size_t count;
-  alignas(16) std::array<double, kCapacity> x, y, z, r;  ///< m
-  std::array<TreeSphereId, kCapacity> id;
+  alignas(16) std::array<double, Capacity> x, y, z, r;  ///< m
+  std::array<TreeSphereId, Capacity> id;
 };
 
 /// The leaves around a point, to be used again next to it. What is found with it and without has
