@@ -20,9 +20,9 @@ namespace {
 /// What a tick that ends a linearisation sooner may differ by, N: kt of 1 kN/m times the stop
 /// tolerance of the level, but no more than a force at rest may be off.
 double end_of_tick(const Computation& computation) {
-  constexpr double kt = 1000.0;
+  constexpr double kStiffness = 1000.0;
   constexpr double kAtRest = 5e-3;
-  return std::min(kt * quality_of(computation.level).options.stop_tolerance, kAtRest);
+  return std::min(kStiffness * quality_of(computation.level).options.stop_tolerance, kAtRest);
 }
 
 HandPose sample_at(int tick, const Vector3& p, const Vector3& phi = Vector3::Zero()) {

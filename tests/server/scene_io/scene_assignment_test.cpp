@@ -89,12 +89,12 @@ TEST_CASE("an assignment reaches scene and settings") {
 }
 
 TEST_CASE("each axis of a coupling is live where the scene has it, and the other way is refused") {
-  const char* const kAxes = R"(
+  const char* const axes = R"(
 name: "axes"
 tools { name: "pen" parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } }
   coupling { kt_w_n_per_m: [100, 200, 400] kr_g_n_m_per_rad: [0.1, 0.2, 0.5] } }
 )";
-  const LoadResult loaded = load_scene_text(kAxes, {});
+  const LoadResult loaded = load_scene_text(axes, {});
   REQUIRE(loaded.loaded != nullptr);
   const v1::Scene& scene = loaded.loaded->message;
   CHECK_FALSE(scene.tools(0).coupling().has_kt_n_per_m());
