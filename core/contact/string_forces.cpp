@@ -146,8 +146,12 @@ std::optional<NearestPair> nearest_to_string(const Configuration& at, const Cont
     const Contact contact =
         evaluate_contact(listed.key, {input.tool, state.X_WG, shape.view()}, bent.view());
     if (!nearest || contact.gap < nearest->gap) {
-      nearest = NearestPair{contact.gap, contact.lambda, contact.nhat_OG_W, contact.p_WC,
-                            input.parts.part_of(listed.key.tool_sphere)};
+      nearest = NearestPair{contact.gap,
+                            contact.lambda,
+                            contact.nhat_OG_W,
+                            contact.p_WC,
+                            input.parts.part_of(listed.key.tool_sphere),
+                            tree_sphere(input.tool, listed.key.tool_sphere).r};
     }
   }
   return nearest;

@@ -46,6 +46,7 @@ struct NearestPair {
   Vector3 nhat_W;
   Vector3 p_WC;
   std::int32_t part = -1;  ///< of the tool
+  double radius = 0.0;     ///< of its sphere, m
 };
 
 /// The nearest of the pairs `contacts` between the tool, as it stands now, and string number

@@ -210,7 +210,7 @@ void solve_round(Pressed& contact, const Transverse& rho, int steps) noexcept {
 class Sweeps {
  public:
   Sweeps(const StringConstants& string, const ModeTable& table, int steps,
-         StringContactPaths& contacts, StringMotion& motion) noexcept
+         StringContactPaths& contacts, ModalMotion& motion) noexcept
       : string_(string), table_(table), motion_(motion), count_(contacts.size()) {
     for (std::size_t i = 0; i < count_; ++i) take(contacts[i], steps, pressed_[i]);
     couple();
@@ -229,6 +229,7 @@ class Sweeps {
     }
     const bool well = count_ == 1 ? solve_one() : solve_all();
     for (std::size_t i = 0; i < count_; ++i) finish(i);
+    ++now_;
     return well;
   }
 
@@ -257,6 +258,8 @@ class Sweeps {
     path.work =
         potential(contact, contact.u) + 0.5 * contact.ka * squared(path.stretched) - path.stored;
     path.touched = 0;
+    path.first = -1;
+    path.last = -1;
     share_ = share;
   }
 
@@ -364,16 +367,21 @@ class Sweeps {
     path.work += dot(contact.force, contact.d_step);
     path.force = along(path.force, share_, contact.force);
     const bool touches = contact.force.y != 0.0 || contact.force.z != 0.0;
-    path.touched += touches ? 1 : 0;
+    if (touches) {
+      ++path.touched;
+      path.last = now_;
+      if (path.first < 0) path.first = now_;
+    }
     path.stretched = touches ? contact.after : 0.0;
     path.stored = potential(contact, contact.u) + 0.5 * contact.ka * squared(path.stretched);
   }
 
   const StringConstants& string_;
   const ModeTable& table_;
-  StringMotion& motion_;
+  ModalMotion& motion_;
   std::size_t count_;
   bool slides_ = false;
+  int now_ = 0;  ///< number of the sub-step
   double share_ = 1.0;
   std::array<Pressed, kMost> pressed_;
   std::array<std::array<double, kMost>, kMost> response_{};
@@ -382,7 +390,7 @@ class Sweeps {
 }  // namespace
 
 int play(const StringConstants& string, const ModeTable& table, int steps,
-         StringContactPaths& contacts, StringMotion& motion) noexcept {
+         StringContactPaths& contacts, ModalMotion& motion) noexcept {
   int fallbacks = 0;
   Sweeps sweeps(string, table, steps, contacts, motion);
   for (int step = 0; step < steps; ++step) fallbacks += sweeps.step() ? 0 : 1;

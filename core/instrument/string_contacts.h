@@ -45,6 +45,8 @@ struct StringContactPath {
   double work = 0.0;    ///< of the path on string and contact, sliding included, J
   double stored = 0.0;  ///< in contact and bristle at the end, J
   int touched = 0;      ///< sub-steps with force
+  int first = -1;       ///< of those the first, -1: none
+  int last = -1;        ///< and the last
 };
 
 using StringContactPaths = FixedVector<StringContactPath, kMaxStringContacts>;
@@ -54,6 +56,6 @@ using StringContactPaths = FixedVector<StringContactPath, kMaxStringContacts>;
 /// sub-steps that kept the tangent plane of a round contact for want of another root: energy is
 /// lost in those. 32 steps of 32 modes: 3.5 us with one contact.
 HD_REALTIME int play(const StringConstants& string, const ModeTable& table, int steps,
-                     StringContactPaths& contacts, StringMotion& motion) noexcept;
+                     StringContactPaths& contacts, ModalMotion& motion) noexcept;
 
 }  // namespace hapticd

@@ -4,6 +4,7 @@
 
 #include "core/instrument/instrument_options.h"
 #include "core/instrument/string_response.h"
+#include "core/instrument/wave_state.h"
 #include "core/math/state_fields.h"
 
 namespace hapticd {
@@ -23,14 +24,51 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(detector, vibration, tank, drawn, drawn_ns);
 }
 
-// Modes beyond the count mean nothing.
-template <FieldsOf<ModalString> State, typename Visit>
+HD_VISIT_FIELDS(Transverse, y, z)
+HD_VISIT_FIELDS(WaveTuning, length, tension, frequency, modal_mass, inharmonicity, decay, loss_n2,
+                modes)
+HD_VISIT_FIELDS(WaveGrip, touching, armed, felt_ns, energy_before, stored_before, lambda, share,
+                deflection, largest_force, normal_speed, tangential_speed)
+HD_VISIT_FIELDS(WaveTank, energy, beyond, law, stored)
+HD_VISIT_FIELDS(ToldEnvelope, t_ns, amplitude, decay)
+
+template <FieldsOf<StringContactPath> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [count, amplitude, phase, t_ns] = state;
+  auto& [shape, lambda_from, lambda_to, d_from, d_to, normal, radius, stiffness, damping, friction,
+         bristle, slope, stretched, force, work, stored, touched, first, last] = state;
+  visit.bounded(shape, 0, static_cast<int>(StringContactShape::kPlane));
+  visit(lambda_from, lambda_to, d_from, d_to, normal, radius, stiffness, damping, friction, bristle,
+        slope, stretched, force, work, stored, touched, first, last);
+}
+
+// One that is not near begins anew.
+template <FieldsOf<WaveContact> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [near, firm, path, centre, push, lacking, held, speed, astray, load] = state;
+  visit(near);
+  if (near) visit(firm, path, centre, push, lacking, held, speed, astray, load);
+}
+
+// Modes beyond the count mean nothing.
+template <FieldsOf<WaveString> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [tuning, count, motion, done_ns, contacts] = state;
+  visit(tuning);
   visit.bounded(count, 0, kMaxModes);
-  visit.first(amplitude, count);
-  visit.first(phase, count);
-  visit(t_ns);
+  visit.first(motion.qy, count);
+  visit.first(motion.qz, count);
+  visit.first(motion.vy, count);
+  visit.first(motion.vz, count);
+  visit(done_ns, contacts);
+}
+
+// Of one asleep only what it may give, and when it sounded, is kept.
+template <FieldsOf<WaveState> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [awake, stepped, sounded, player, sounded_ns, ringing, stored, released, string, grips,
+         tank, told] = state;
+  visit(awake, stepped, sounded, player, sounded_ns, ringing, stored, released, tank, told);
+  if (awake) visit(string, grips);
 }
 
 template <FieldsOf<StringParameters> State, typename Visit>

@@ -19,23 +19,36 @@ constexpr double kMostDamped = 0.99;
 
 std::size_t size(const ModeTable& table) noexcept { return static_cast<std::size_t>(table.count); }
 
+/// What a mode is turned by, as in ModeTable.
+struct Turn {
+  double qq, qv, vv;
+};
+
+/// Over `time`, s; turns are reduced before they become an angle.
+Turn turn_over(double omega, double sigma, double time) noexcept {
+  const double r = std::min(sigma / omega, kMostDamped);
+  const double w = std::sqrt(1.0 - r * r);
+  const double turns = omega * w * time / (2.0 * kPi);
+  const double fall = exponential(-sigma * time);
+  const SinCos turned = sin_cos(2.0 * kPi * (turns - nearest_integer(turns)));
+  const double c = fall * turned.cos;
+  const double s = fall * turned.sin / w;
+  return {c + r * s, s, c - r * s};
+}
+
 void fill(std::size_t i, const StringConstants& string, double sigma, ModeTable& table) noexcept {
   const double frequency = mode_series(string).frequency(static_cast<int>(i) + 1);
   const double omega = 2.0 * kPi * frequency;
   const double stiffness = modal_stiffness(string, frequency);
-  const double r = std::min(sigma / omega, kMostDamped);
-  const double w = std::sqrt(1.0 - r * r);
-  const double fall = exponential(-sigma * table.step);
-  const SinCos turned = sin_cos(omega * w * table.step);
-  const double c = fall * turned.cos;
-  const double s = fall * turned.sin / w;
+  const Turn turn = turn_over(omega, sigma, table.step);
   table.stiffness[i] = stiffness;
   table.omega[i] = omega;
-  table.qq[i] = c + r * s;
-  table.qv[i] = s;
-  table.vv[i] = c - r * s;
-  table.push_q[i] = (1.0 - table.qq[i]) / stiffness;
-  table.push_v[i] = s / stiffness;
+  table.sigma[i] = sigma;
+  table.qq[i] = turn.qq;
+  table.qv[i] = turn.qv;
+  table.vv[i] = turn.vv;
+  table.push_q[i] = (1.0 - turn.qq) / stiffness;
+  table.push_v[i] = turn.qv / stiffness;
 }
 
 }  // namespace
@@ -68,7 +81,7 @@ void mode_shapes(const ModeTable& table, double lambda, PerMode& shapes) noexcep
   }
 }
 
-Transverse displacement(const ModeTable& table, const StringMotion& motion,
+Transverse displacement(const ModeTable& table, const ModalMotion& motion,
                         const PerMode& shapes) noexcept {
   std::array<double, kLanes> y{};
   std::array<double, kLanes> z{};
@@ -81,7 +94,7 @@ Transverse displacement(const ModeTable& table, const StringMotion& motion,
   return {(y[0] + y[1]) + (y[2] + y[3]), (z[0] + z[1]) + (z[2] + z[3])};
 }
 
-void turn(const ModeTable& table, StringMotion& motion) noexcept {
+void turn(const ModeTable& table, ModalMotion& motion) noexcept {
   const auto plane = [&](PerMode& q, PerMode& v) {
     for (std::size_t i = 0; i < size(table); ++i) {
       const double turned = table.qq[i] * q[i] + table.qv[i] * v[i];
@@ -93,8 +106,22 @@ void turn(const ModeTable& table, StringMotion& motion) noexcept {
   plane(motion.qz, motion.vz);
 }
 
+void turn_on(const ModeTable& table, std::int64_t steps, ModalMotion& motion) noexcept {
+  const double time = table.step * static_cast<double>(steps);
+  for (std::size_t i = 0; i < size(table); ++i) {
+    const Turn by = turn_over(table.omega[i], table.sigma[i], time);
+    const auto plane = [&](double& q, double& v) {
+      const double turned = by.qq * q + by.qv * v;
+      v = by.vv * v - by.qv * q;
+      q = turned;
+    };
+    plane(motion.qy[i], motion.vy[i]);
+    plane(motion.qz[i], motion.vz[i]);
+  }
+}
+
 void push(const ModeTable& table, const PerMode& shapes, const Transverse& force,
-          StringMotion& motion) noexcept {
+          ModalMotion& motion) noexcept {
   for (std::size_t i = 0; i < size(table); ++i) {
     const double q = table.push_q[i] * shapes[i];
     const double v = table.push_v[i] * shapes[i];
@@ -105,7 +132,7 @@ void push(const ModeTable& table, const PerMode& shapes, const Transverse& force
   }
 }
 
-double energy(const ModeTable& table, const StringMotion& motion) noexcept {
+double energy(const ModeTable& table, const ModalMotion& motion) noexcept {
   double sum = 0.0;
   for (std::size_t i = 0; i < size(table); ++i) {
     sum += 0.5 * table.stiffness[i] *

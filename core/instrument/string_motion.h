@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "core/instrument/string_parameters.h"
 #include "core/math/limits.h"
@@ -33,6 +34,7 @@ struct ModeTable {
   double step = 0.0;    ///< h, s
   PerMode stiffness{};  ///< K_n = m omega_n^2, N/m
   PerMode omega{};      ///< undamped, rad/s
+  PerMode sigma{};      ///< of the decay, 1/s
   // q' = qq q + qv v, v' = vv v - qv q; a force P that is constant over the sub-step adds push_q
   // phi P and push_v phi P.
   PerMode qq{}, qv{}, vv{};
@@ -53,7 +55,7 @@ struct StringLoss {
                                                const StringLoss& loss, int modes) noexcept;
 
 /// State of a string. Mode n (index n - 1) is q (m) and v = (dq/dt) / omega_n.
-struct StringMotion {
+struct ModalMotion {
   PerMode qy{}, qz{}, vy{}, vz{};
 };
 
@@ -62,19 +64,22 @@ HD_REALTIME void mode_shapes(const ModeTable& table, double lambda, PerMode& sha
 
 /// Displacement where the modes have these shapes, m.
 [[nodiscard]] HD_REALTIME Transverse displacement(const ModeTable& table,
-                                                  const StringMotion& motion,
+                                                  const ModalMotion& motion,
                                                   const PerMode& shapes) noexcept;
 
 /// One sub-step without forces. 0.5 ns per mode.
-HD_REALTIME void turn(const ModeTable& table, StringMotion& motion) noexcept;
+HD_REALTIME void turn(const ModeTable& table, ModalMotion& motion) noexcept;
+
+/// `steps` sub-steps without forces at once, in closed form; 40 ns per mode.
+HD_REALTIME void turn_on(const ModeTable& table, std::int64_t steps, ModalMotion& motion) noexcept;
 
 /// Adds what `force` (N) at `shapes` does over the sub-step that turn() has made.
 HD_REALTIME void push(const ModeTable& table, const PerMode& shapes, const Transverse& force,
-                      StringMotion& motion) noexcept;
+                      ModalMotion& motion) noexcept;
 
 /// sum K_n (q^2 + v^2) / 2 of both planes, J.
 [[nodiscard]] HD_REALTIME double energy(const ModeTable& table,
-                                        const StringMotion& motion) noexcept;
+                                        const ModalMotion& motion) noexcept;
 
 /// Compliance at lambda that the modes leave out, m/N, >= 0: in series with every contact.
 [[nodiscard]] HD_REALTIME double residual_compliance(const StringConstants& string,

@@ -15,7 +15,7 @@ struct OwnedSimulation {
   std::vector<ToolPlay> tools;
   std::vector<PlayedString> tracks;
   std::vector<ToolStringState> visits;
-  std::vector<ModalString> modes;  ///< none when no tool has some
+  std::vector<WaveMemory> waves;  ///< none when no string sounds
   // What tools see of each other's strings; none for one tool.
   std::vector<Capsule> capsules_W;
   std::vector<CapsuleGroup> groups;

@@ -131,7 +131,7 @@ std::size_t Scene::memory() const noexcept {
   std::size_t bytes = capsules_W_.size() * (sizeof(Capsule) + sizeof(CapsuleOwner)) +
                       groups_.size() * sizeof(CapsuleGroup) +
                       strings_.size() * (sizeof(StringConstants) + sizeof(PlayedString));
-  if (description_.instrument.modes > 0) bytes += strings_.size() * sizeof(ModalString);
+  if (description_.instrument.modes > 0) bytes += strings_.size() * sizeof(WaveMemory);
   for (const MergedTool& tool : tools_) bytes += memory_of(tool.tree);
   for (const BodyDescription& body : description_.bodies) bytes += memory_of(body.shape.tree->tree);
   return bytes;

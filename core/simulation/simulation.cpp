@@ -45,7 +45,7 @@ Simulation::Simulation(const SimulationMemory& memory) noexcept
   HD_ASSERT(memory.visits.size() == memory.tools.size() * memory.tracks.size());
   for (const ToolPlay& play : memory.tools) {
     HD_ASSERT(play.scene.strings.size() == memory.tracks.size());
-    HD_ASSERT(play.scene.instrument.modes == 0 || memory.modes.size() == memory.tracks.size());
+    HD_ASSERT(play.scene.instrument.modes == 0 || memory.waves.size() == memory.tracks.size());
   }
 }
 
@@ -140,7 +140,7 @@ void Simulation::restart() noexcept {
   }
   for (PlayedString& track : memory_.tracks) track = PlayedString{};
   for (ToolStringState& visit : memory_.visits) visit = ToolStringState{};
-  for (ModalString& modes : memory_.modes) modes.count = 0;
+  for (WaveMemory& wave : memory_.waves) wave.state = WaveState{};
   static_cast<void>(strings_.set_awake({}));
   strings_.sharing().clear();
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/simulation/wave_player.h"
+
 namespace hapticd {
 namespace {
 
@@ -60,15 +62,6 @@ void drop_radius_events(std::size_t first, StringEvents& events) noexcept {
   events.truncate(static_cast<std::size_t>(kept - events.begin()));
 }
 
-/// What the next tick has to know of `near`, where the tool of `play` is now.
-void remember(const ToolPlay& play, const StringProximity& near, ToolStringState& seen) noexcept {
-  seen.v_W = (near.u_W - seen.u_W) / (1e-9 * static_cast<double>(near.touch.time.dt_ns));
-  seen.u_W = near.u_W;
-  seen.distance = near.touch.distance;
-  seen.nhat_W = near.nhat_W;
-  seen.p_GC_W = near.p_WC - play.rendered.X_WG.p;
-}
-
 }  // namespace
 
 /// What of a string vibrates: the part that is played, between the tools that hold it.
@@ -111,7 +104,6 @@ void StringPlayers::play_string(std::int32_t string, const StringProximity& near
   PlayedString& track = memory_.tracks[s];
   const auto player = static_cast<std::size_t>(track.player);
   ToolPlay& play = memory_.tools[player];
-  ModalString* modes = memory_.modes.empty() ? nullptr : &memory_.modes[s];
   const std::size_t first = events_.size();
   StringTouch touch = near.touch;
   const double place = whole_lambda(play.view, string, touch.lambda);
@@ -126,7 +118,7 @@ void StringPlayers::play_string(std::int32_t string, const StringProximity& near
   const bool whole = sounding.all();
   if (!whole) detector.lambda = sounding.along_part(detector.lambda);
   const StringResponse response =
-      respond({string, sounding.string, play.scene.instrument, track.state, modes}, touch, events_);
+      respond({string, sounding.string, play.scene.instrument, track.state, nullptr}, touch, events_);
   if (!whole) detector.lambda = sounding.along_string(detector.lambda);
   for (std::size_t k = first; k < events_.size() && !whole; ++k) {
     StringEvent& event = events_[k];
@@ -244,6 +236,10 @@ void StringPlayers::hand_over(std::int32_t string, std::int32_t player,
 }
 
 void StringPlayers::respond_string(std::int32_t string, Tick& tick) noexcept {
+  if (is_wave(memory_, string)) {
+    play_wave({memory_, sharing_, string}, tick, events_);
+    return;
+  }
   PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
   if (memory_.tools.size() == 1) {
     play_string(string, proximity_to(memory_.tools[0], visit(0, string), string), tick);
@@ -268,6 +264,10 @@ void StringPlayers::find_ringing(ToolPlay& play) noexcept {
   double swing = 0.0;
   for (const std::int32_t string : awake_) {
     const auto s = static_cast<std::size_t>(string);
+    if (is_wave(memory_, string)) {
+      swing = std::max(swing, wave_swing(memory_, string));
+      continue;
+    }
     const StringState& state = memory_.tracks[s].state;
     swing = std::max(
         swing, envelope(play.scene.strings[s], state, state.vibration.lambda, play.way.time.t_ns));
@@ -287,6 +287,7 @@ void StringPlayers::merge_touched(const PressedStrings& touched) noexcept {
 }
 
 bool StringPlayers::is_awake(std::int32_t string) const noexcept {
+  if (is_wave(memory_, string)) return memory_.waves[static_cast<std::size_t>(string)].state.awake;
   if (awake(memory_.tracks[static_cast<std::size_t>(string)].state)) return true;
   for (std::size_t tool = 0; memory_.tools.size() > 1 && tool < memory_.tools.size(); ++tool) {
     if (visit(tool, string).detector.touching) return true;
@@ -338,7 +339,12 @@ void StringPlayers::play(Tick& tick) noexcept {
 double StringPlayers::tank_energy(std::size_t tool) const noexcept {
   double energy = 0.0;
   for (const std::int32_t string : awake_) {
-    const PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
+    const auto s = static_cast<std::size_t>(string);
+    if (!memory_.waves.empty() && memory_.waves[s].state.awake &&
+        memory_.waves[s].state.player == static_cast<std::int32_t>(tool)) {
+      energy += std::max(0.0, memory_.waves[s].state.tank.energy);
+    }
+    const PlayedString& track = memory_.tracks[s];
     if (track.player == static_cast<std::int32_t>(tool)) energy += track.state.tank.energy;
   }
   return energy;
@@ -346,9 +352,7 @@ double StringPlayers::tank_energy(std::size_t tool) const noexcept {
 
 double StringPlayers::tank_energy() const noexcept {
   double energy = 0.0;
-  for (const std::int32_t string : awake_) {
-    energy += memory_.tracks[static_cast<std::size_t>(string)].state.tank.energy;
-  }
+  for (std::size_t tool = 0; tool < memory_.tools.size(); ++tool) energy += tank_energy(tool);
   return energy;
 }
 

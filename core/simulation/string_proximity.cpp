@@ -134,6 +134,9 @@ StringProximity proximity_to(const ToolPlay& play, const ToolStringState& visit,
     near.nhat_W = pressed->nhat_W;
     near.p_WC = pressed->p_WC;
     near.part = pressed->part;
+    near.radius = pressed->radius;
+    near.compliance = pressed->part_compliance;
+    near.F_W = pressed->F_W;
   } else {
     touch.distance = kNotNear;
     touch.lambda = 0.5;
@@ -144,6 +147,7 @@ StringProximity proximity_to(const ToolPlay& play, const ToolStringState& visit,
       near.nhat_W = nearest->nhat_W;
       near.p_WC = nearest->p_WC;
       near.part = nearest->part;
+      near.radius = nearest->radius;
     }
   }
   touch.distance_before = visit.distance;
@@ -166,6 +170,14 @@ StringProximity proximity_to(const ToolPlay& play, const ToolStringState& visit,
   touch.hand_speed = near.nhat_W.dot(point_velocity(tick.V_WH, near.p_WC - tick.X_WG.p));
   find_speeds(play, visit, string, near);
   return near;
+}
+
+void remember(const ToolPlay& play, const StringProximity& near, ToolStringState& seen) noexcept {
+  seen.v_W = (near.u_W - seen.u_W) / (1e-9 * static_cast<double>(near.touch.time.dt_ns));
+  seen.u_W = near.u_W;
+  seen.distance = near.touch.distance;
+  seen.nhat_W = near.nhat_W;
+  seen.p_GC_W = near.p_WC - play.rendered.X_WG.p;
 }
 
 // A query of its own, for the contact problem must not depend on what rings; bodies do not ring.

@@ -17,6 +17,9 @@ struct StringProximity {
   Vector3 p_WC{0.0, 0.0, 0.0};
   Vector3 u_W{0.0, 0.0, 0.0};  ///< deflection of its vertex, m
   std::int32_t part = -1;      ///< of the tool, that is nearest; -1: none near
+  double radius = 0.0;         ///< of the tool's sphere there, m
+  double compliance = 0.0;     ///< of the soft parts that touch it, m/N
+  Vector3 F_W{0.0, 0.0, 0.0};  ///< of the string on the tool by its law, friction included, N
 };
 
 /// The tool of `play` relative to string number `string`; `visit` is what is known from the tick
@@ -24,6 +27,10 @@ struct StringProximity {
 [[nodiscard]] HD_REALTIME StringProximity proximity_to(const ToolPlay& play,
                                                        const ToolStringState& visit,
                                                        std::int32_t string) noexcept;
+
+/// What the next tick has to know of `near`, in which time has passed.
+HD_REALTIME void remember(const ToolPlay& play, const StringProximity& near,
+                          ToolStringState& seen) noexcept;
 
 /// Looks again for pairs with strings when one may swing by `swing` (m) further than those of the
 /// contact problem reach, or than the tool has moved since they were found.

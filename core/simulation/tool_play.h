@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/instrument/string_model.h"
+#include "core/instrument/wave_state.h"
 #include "core/simulation/string_segments.h"
 #include "core/simulation/tool_renderer.h"
 
@@ -74,7 +75,7 @@ struct SimulationMemory {
   std::span<ToolPlay> tools;          ///< 1 to kMaxTools, their scenes set
   std::span<PlayedString> tracks;     ///< one per string, at most kMaxStrings
   std::span<ToolStringState> visits;  ///< one per string, of the first tool, then of the second...
-  std::span<ModalString> modes{};     ///< one per string, or none when no modes are modelled
+  std::span<WaveMemory> waves{};      ///< one per string, or none when none sounds
   ContactSet* scratch = nullptr;      ///< null only with one tool
 };
 

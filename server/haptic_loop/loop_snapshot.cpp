@@ -128,10 +128,10 @@ void restore_strings(PlayedScene& scene, SnapshotReader& read) {
   for (std::size_t s = 0; s < own.tracks.size() && read.good(); ++s) {
     WholeString<PlayedString, std::vector<ToolStringState>> whole{
         own.tracks[s], own.visits, own.tracks.size(), s, scene.tools.size()};
-    if (own.modes.empty()) {
+    if (own.waves.empty()) {
       read.take(StateKind::kString, number(s), whole);
     } else {
-      read.take(StateKind::kString, number(s), whole, own.modes[s]);
+      read.take(StateKind::kString, number(s), whole, own.waves[s].state);
     }
     const std::int32_t player = own.tracks[s].player;
     read.require(player >= 0 && static_cast<std::size_t>(player) < scene.tools.size());
@@ -177,10 +177,10 @@ bool fill_snapshot(const LoopMemory& loop, const PlayedScene& scene, Snapshot& s
   for (std::size_t s = 0; s < own.tracks.size(); ++s) {
     const WholeString<const PlayedString, const std::vector<ToolStringState>> whole{
         own.tracks[s], own.visits, own.tracks.size(), s, scene.tools.size()};
-    if (own.modes.empty()) {
+    if (own.waves.empty()) {
       write.add(StateKind::kString, number(s), whole);
     } else {
-      write.add(StateKind::kString, number(s), whole, own.modes[s]);
+      write.add(StateKind::kString, number(s), whole, own.waves[s].state);
     }
   }
   return write.good();

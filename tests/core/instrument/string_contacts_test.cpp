@@ -29,7 +29,7 @@ StringConstants constants(double length, double tension, double frequency) {
 }
 
 /// Displacement at the contact.
-Transverse at(const ModeTable& table, const StringMotion& motion, double lambda) {
+Transverse at(const ModeTable& table, const ModalMotion& motion, double lambda) {
   PerMode shapes{};
   mode_shapes(table, lambda, shapes);
   return displacement(table, motion, shapes);
@@ -38,7 +38,7 @@ Transverse at(const ModeTable& table, const StringMotion& motion, double lambda)
 /// Level of mode 1 after a pluck, m, and how far the string was bent.
 std::array<double, 2> plucked(const StringConstants& string, const GridPluck& pluck) {
   const ModeTable table = mode_table(string, kLossless, 32);
-  StringMotion motion;
+  ModalMotion motion;
   StringContactPaths contacts;
   StringContactPath finger;
   finger.lambda_from = finger.lambda_to = pluck.lambda;
@@ -124,7 +124,7 @@ TEST_CASE("a finger that holds a string still bears the string in series with it
     const double tension = random.uniform(10.0, 100.0);
     const StringConstants string = constants(length, tension, random.uniform(50.0, 300.0));
     const ModeTable table = mode_table(string, {0.02, 0.0}, 32);
-    StringMotion motion;
+    ModalMotion motion;
     StringContactPaths contacts;
     StringContactPath finger;
     finger.radius = 5e-3;
@@ -192,7 +192,7 @@ struct RandomPlay {
   bool slides = random.chance(0.5);
   StringConstants string;
   ModeTable table;
-  StringMotion motion;
+  ModalMotion motion;
   StringContactPaths contacts;
   double held = 0.0, put_in = 0.0, most = 0.0;
   int fallbacks = 0;
@@ -225,7 +225,7 @@ TEST_CASE("what the paths put in is in string and contacts, and losses only take
 TEST_CASE("friction is within its cone, sub-step means of a tick included") {
   const StringConstants string = constants(1.1, 30.0, 65.4);
   const ModeTable table = mode_table(string, {}, 32);
-  StringMotion motion;
+  ModalMotion motion;
   StringContactPaths contacts;
   StringContactPath board;
   board.shape = StringContactShape::kPlane;
@@ -259,7 +259,7 @@ TEST_CASE("numbers at the ends of their ranges leave the string finite") {
                                              std::pow(10.0, random.uniform(-6.0, 6.0)),
                                              std::pow(10.0, random.uniform(-2.0, 3.3)));
     const ModeTable table = mode_table(string, {}, kMaxModes);
-    StringMotion motion;
+    ModalMotion motion;
     StringContactPaths contacts;
     for (int i = 0; i < 2; ++i) {
       StringContactPath path;

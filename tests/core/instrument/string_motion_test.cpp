@@ -28,7 +28,7 @@ TEST_CASE("every mode of a free string swings and decays as its closed form, a s
   const StringLoss loss{0.8, 0.01};
   const ModeTable table = mode_table(string, loss, 32);
   REQUIRE(table.count == 32);
-  StringMotion motion;
+  ModalMotion motion;
   motion.qy.fill(1e-3);
   motion.vz.fill(2e-3);
   for (int step = 0; step < kSubStepRate; ++step) turn(table, motion);
@@ -53,7 +53,7 @@ TEST_CASE("a constant force brings a string to where statics says, with what the
   for (const double lambda : {0.02, 0.1, 0.37, 0.5, 0.9}) {
     PerMode shapes{};
     mode_shapes(table, lambda, shapes);
-    StringMotion motion;
+    ModalMotion motion;
     for (int step = 0; step < 2 * kSubStepRate; ++step) {
       turn(table, motion);
       push(table, shapes, {0.3, -0.7}, motion);

@@ -1,0 +1,66 @@
+// What is kept of a string that sounds from tick to tick beside its motion: whose touch is one,
+// what has been told of it, and what it may still give to hands. SI. RT: yes, plain data.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/instrument/wave_string.h"
+
+namespace hapticd {
+
+/// One tool's touch of a string that sounds: a contact with force.
+struct WaveGrip {
+  bool touching = false;
+  bool armed = false;              ///< letting go plucks
+  std::int64_t felt_ns = 0;        ///< when it last bore force
+  double energy_before = 0.0;      ///< of the ringing, when it began, J
+  double stored_before = 0.0;      ///< of all the string, J
+  double lambda = 0.5;             ///< of the last force
+  double share = 0.0;              ///< of the time with force, mean of some 20 ms
+  double deflection = 0.0;         ///< of the static law, last, m
+  double largest_force = 0.0;      ///< of the touch, N
+  double normal_speed = 0.0;       ///< tool against string, last, m/s
+  double tangential_speed = 0.0;   ///< likewise
+};
+
+/// What hands may still draw from a string beyond its static law, and what draws.
+struct WaveTank {
+  double energy = 50e-6;  ///< J
+  /// Of each tool: force beyond the static law and of the static law that the last tick held, on
+  /// the tool, N, and what the static law stored, J.
+  std::array<Transverse, kMaxTools> beyond{};
+  std::array<Transverse, kMaxTools> law{};
+  std::array<double, kMaxTools> stored{};
+};
+
+/// The envelope that clients draw: `amplitude` (m) at t_ns, falling with `decay` (s).
+struct ToldEnvelope {
+  std::int64_t t_ns = 0;
+  double amplitude = 0.0;
+  double decay = 0.0;
+};
+
+/// All that goes from tick to tick of one string.
+struct WaveState {
+  bool awake = false;
+  bool stepped = false;         ///< in the last tick: somebody is near
+  bool sounded = false;         ///< a release has sounded, at sounded_ns
+  std::int32_t player = 0;      ///< the tool that touched it last
+  std::int64_t sounded_ns = 0;
+  double ringing = 0.0;         ///< energy about what holds it, J, at string.done_ns
+  double stored = 0.0;          ///< energy of all of it, J, likewise
+  double released = 0.0;        ///< the ringing at the last release, J
+  WaveString string;
+  std::array<WaveGrip, kMaxTools> grips;
+  WaveTank tank;
+  ToldEnvelope told;
+};
+
+/// One string with what is made from its state.
+struct WaveMemory {
+  WaveState state;
+  WaveTable table;
+};
+
+}  // namespace hapticd
