@@ -31,6 +31,8 @@ HD_VISIT_FIELDS(WaveGrip, touching, armed, felt_ns, energy_before, stored_before
                 deflection, largest_force, normal_speed, tangential_speed)
 HD_VISIT_FIELDS(WaveTank, energy, beyond, law, stored)
 HD_VISIT_FIELDS(ToldEnvelope, t_ns, amplitude, decay)
+HD_VISIT_FIELDS(ToldSounding, sounds, t_ns, looked_ns, number, from, to, frequency, cents_per_s,
+                onset, heard_frequency, amplitude, decay, heard)
 
 template <FieldsOf<StringContactPath> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
@@ -66,9 +68,10 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 template <FieldsOf<WaveState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [awake, stepped, sounded, player, sounded_ns, ringing, stored, released, string, grips,
-         tank, told] = state;
-  visit(awake, stepped, sounded, player, sounded_ns, ringing, stored, released, tank, told);
-  if (awake) visit(string, grips);
+         tank, told, sounding] = state;
+  visit(awake, stepped, sounded, player, sounded_ns, ringing, stored, released, tank, told,
+        sounding.number);
+  if (awake) visit(string, grips, sounding);
 }
 
 template <FieldsOf<StringParameters> State, typename Visit>

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/instrument/wave_string.h"
+#include "core/tick/string_event.h"
 
 namespace hapticd {
 
@@ -41,6 +42,23 @@ struct ToldEnvelope {
   double decay = 0.0;
 };
 
+/// What a client believes of a string.
+struct ToldSounding {
+  bool sounds = false;
+  std::int64_t t_ns = 0;     ///< of what was told
+  std::int64_t looked_ns = 0;  ///< when it was last looked at
+  std::uint32_t number = 0;  ///< of the message
+  double from = 0.0;         ///< part of the string, [0, 1]
+  double to = 1.0;
+  double frequency = 0.0;    ///< Hz
+  double cents_per_s = 0.0;
+  double onset = 0.0;        ///< amplitude of the loudest so far, m
+  double heard_frequency = 0.0;  ///< when it was last looked at, Hz
+  std::array<double, kMaxPartials> amplitude{};  ///< m
+  std::array<double, kMaxPartials> decay{};      ///< s
+  std::array<double, kMaxPartials> heard{};      ///< amplitudes when it was last looked at, m
+};
+
 /// All that goes from tick to tick of one string.
 struct WaveState {
   bool awake = false;
@@ -55,6 +73,7 @@ struct WaveState {
   std::array<WaveGrip, kMaxTools> grips;
   WaveTank tank;
   ToldEnvelope told;
+  ToldSounding sounding;
 };
 
 /// One string with what is made from its state.

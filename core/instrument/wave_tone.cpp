@@ -11,8 +11,6 @@
 namespace hapticd {
 namespace {
 
-/// Share of the time with force that makes a stop.
-constexpr double kStopShare = 0.9;
 /// Places along a part at which its shape is looked at.
 constexpr int kPlaces = 48;
 /// Parts shorter than this share of the string do not sound.
@@ -60,8 +58,11 @@ void read_modes(const WaveState& state, const ModeTable& modes, SoundingPart& pa
   part.count = std::min(modes.count, static_cast<int>(kMaxPartials));
   const ModalMotion& motion = state.string.motion;
   for (std::size_t i = 0; i < static_cast<std::size_t>(part.count); ++i) {
-    part.partials[i] = std::sqrt((motion.qy[i] * motion.qy[i] + motion.vy[i] * motion.vy[i]) +
-                                 (motion.qz[i] * motion.qz[i] + motion.vz[i] * motion.vz[i]));
+    const double y = motion.qy[i] * motion.qy[i] + motion.vy[i] * motion.vy[i];
+    const double z = motion.qz[i] * motion.qz[i] + motion.vz[i] * motion.vz[i];
+    part.partials[i] = std::sqrt(y + z);
+    part.phases[i] = y >= z ? arctangent2(-motion.vy[i], motion.qy[i])
+                            : arctangent2(-motion.vz[i], motion.qz[i]);
   }
 }
 

@@ -8,8 +8,8 @@
 
 namespace hapticd {
 
-/// Partials that are told, at most.
-inline constexpr std::size_t kMaxPartials = 12;
+/// Share of the time with force that makes a stop of a touch.
+inline constexpr double kStopShare = 0.9;
 
 /// A part of a string between two stops or ends, and how it swings.
 struct SoundingPart {
@@ -19,6 +19,8 @@ struct SoundingPart {
   double amplitude = 0.0;  ///< of a fundamental with its energy, m
   int count = 0;           ///< partials
   std::array<double, kMaxPartials> partials{};  ///< amplitudes, both planes together, m
+  /// Of the plane that swings more, rad: partial j is A_j cos(phase_j) now. Open strings alone.
+  std::array<double, kMaxPartials> phases{};
 };
 
 /// The part that sounds loudest. A tool that has borne force nine tenths of the last time is a

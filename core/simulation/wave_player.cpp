@@ -7,6 +7,7 @@
 #include "core/contact/coupling_axes.h"
 #include "core/instrument/deflection.h"
 #include "core/instrument/string_model.h"
+#include "core/instrument/wave_sounding.h"
 #include "core/instrument/wave_tank.h"
 #include "core/instrument/wave_tone.h"
 #include "core/instrument/wave_watch.h"
@@ -341,6 +342,7 @@ void watch(const Playing& playing, const WaveTick& stepped, const NearTools& too
   }
   const std::size_t first = events.size();
   watch_envelope(watched, playing.time.t_ns, events);
+  watch_sounding(watched, playing.kept.state.string.done_ns, !playing.kept.state.stepped, events);
   for (std::size_t k = first; k < events.size(); ++k) {
     events[k].tool = playing.kept.state.player;
   }
@@ -414,7 +416,9 @@ void end_wave(WaveMemory& wave) noexcept {
   const double energy = std::min(wave.state.tank.energy, kTankReserve);
   const bool sounded = wave.state.sounded;
   const std::int64_t sounded_ns = wave.state.sounded_ns;
+  const std::uint32_t number = wave.state.sounding.number;
   wave.state = WaveState{};
+  wave.state.sounding.number = number;
   wave.state.tank.energy = energy;
   wave.state.sounded = sounded;
   wave.state.sounded_ns = sounded_ns;
@@ -466,6 +470,7 @@ void play_wave(const PlayedWave& wave, Tick& tick, StringEvents& events) noexcep
                             state};
     const std::size_t first = events.size();
     tell_silence(quiet, playing.time.t_ns, events);
+    end_sounding(quiet, playing.time.t_ns, events);
     for (std::size_t k = first; k < events.size(); ++k) events[k].tool = state.player;
     end_wave(playing.kept);
     return;

@@ -18,7 +18,14 @@ enum class StringEventKind : std::uint8_t {
   kRelease,  ///< an armed touch ends: plucked
   kTone,     ///< it sounds; one per release
   kRadius,   ///< the drawn radius follows another law from now on
+  kSounding,  ///< what it sounds like from now on; newest wins
 };
+
+/// Why a string is told of anew.
+enum class SoundingCause : std::uint8_t { kOnset, kGlide, kTouch, kLift, kDecay };
+
+/// Partials that are told of what a string sounds like, at most.
+inline constexpr std::size_t kMaxPartials = 12;
 
 /// What the drawn radius does: R + delta while pressed, R + r_max exp(-(t - t_ns) / decay) after.
 enum class RadiusPhase : std::uint8_t { kPress, kRelease, kDamp };
@@ -44,6 +51,14 @@ struct StringEvent {
   int partial_count = 0;     ///< kTone: entries of partials; 0 where no modes are modelled
   /// kTone: amplitudes of the modes relative to the largest, in [0, 1].
   std::array<float, kMaxModes> partials{};
+  // kSounding: frequency, partial_count, partials (m) as above, and
+  SoundingCause cause = SoundingCause::kOnset;
+  std::uint32_t number = 0;    ///< of the message, per string
+  double lambda_to = 1.0;      ///< its part begins at lambda and ends here
+  double cents_per_s = 0.0;    ///< its pitch glides
+  double inharmonicity = 0.0;  ///< B of the part
+  std::array<float, kMaxPartials> decays{};  ///< of each partial, s
+  std::array<float, kMaxPartials> phases{};  ///< rad, kOnset alone
   /// Whose touch it is; -1: no tool's. Of what rings: of the tool that played it.
   std::int32_t tool = -1;
   std::int32_t part = -1;  ///< of that tool; -1: none was near

@@ -1,0 +1,199 @@
+// See wave_sounding.h. RT: yes.
+#include "core/instrument/wave_sounding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/instrument/mode_series.h"
+#include "core/instrument/wave_tone.h"
+#include "core/math/elementary.h"
+
+namespace hapticd {
+namespace {
+
+/// Between two looks at a string that is touched, ns; between two messages at least.
+constexpr std::int64_t kLookEvery_ns = 4'000'000;
+constexpr std::int64_t kTellEvery_ns = 10'000'000;
+/// A string is told of from this amplitude on, m, until it is 60 dB below the loudest.
+constexpr double kLeastOnset = 20e-6;
+constexpr double kSilence = 1e-3;
+/// 2 cents, 1 dB and 3 dB as logarithms; a partial is heard within 20 dB of the loudest.
+constexpr double kPitchError = 2.0 / 1731.2340490667561;
+constexpr double kLevelError = 0.11512925464970229;
+constexpr double kPartialError = 0.34538776394910684;
+constexpr double kHeardShare = 0.1;
+/// Decays that are told, s.
+constexpr double kMinDecay = 2e-3;
+constexpr double kMaxDecay = 1000.0;
+constexpr double kCentsPerNeper = 1731.2340490667561;
+
+double seconds(std::int64_t ns) noexcept { return 1e-9 * static_cast<double>(ns); }
+
+/// What the client plays at t_ns.
+SoundingPart reckoned(const ToldSounding& told, std::int64_t t_ns) noexcept {
+  const double since = seconds(t_ns - told.t_ns);
+  SoundingPart part;
+  part.frequency = told.frequency * exponential(told.cents_per_s *
+                                                std::min(since, kGlideFollowed) / kCentsPerNeper);
+  for (std::size_t j = 0; j < kMaxPartials; ++j) {
+    if (told.amplitude[j] == 0.0) continue;
+    part.partials[j] = told.amplitude[j] * exponential(-since / told.decay[j]);
+  }
+  return part;
+}
+
+double loudness(const std::array<double, kMaxPartials>& partials) noexcept {
+  double sum = 0.0;
+  for (std::size_t j = 0; j < kMaxPartials; ++j) {
+    const double a = static_cast<double>(j + 1) * partials[j];
+    sum += a * a;
+  }
+  return std::sqrt(sum);
+}
+
+double loudest(const std::array<double, kMaxPartials>& partials) noexcept {
+  return *std::max_element(partials.begin(), partials.end());
+}
+
+/// |log(a / b)|; infinite where one is 0.
+double apart(double a, double b) noexcept {
+  if (!(a > 0.0) || !(b > 0.0)) return std::numeric_limits<double>::infinity();
+  return std::abs(logarithm(a / b));
+}
+
+bool pitch_errs(const SoundingPart& is, const SoundingPart& told) noexcept {
+  return apart(is.frequency, told.frequency) > kPitchError;
+}
+
+bool level_errs(const SoundingPart& is, const SoundingPart& told, double silence) noexcept {
+  const double size = loudness(is.partials);
+  const double believed = loudness(told.partials);
+  if (std::max(size, believed) < silence) return false;
+  if (apart(size, believed) > kLevelError) return true;
+  const double heard = kHeardShare * std::max(loudest(is.partials), loudest(told.partials));
+  for (std::size_t j = 0; j < kMaxPartials; ++j) {
+    const double most = std::max(is.partials[j], told.partials[j]);
+    if (most > heard && apart(is.partials[j], told.partials[j]) > kPartialError) return true;
+  }
+  return false;
+}
+
+/// Decay of partial j from what it was when last looked at; its own where it does not fall faster.
+double decay_of(const WatchedWave& wave, const SoundingPart& part, std::size_t j,
+                double since) noexcept {
+  const WaveTuning& tuning = wave.state.string.tuning;
+  const double n = static_cast<double>(j + 1) / (part.to - part.from);
+  const double free = 1.0 / (1.0 / tuning.decay + n * n * tuning.loss_n2);
+  const double before = wave.state.sounding.heard[j];
+  if (!(since > 0.0) || !(before > part.partials[j]) || !(part.partials[j] > 0.0)) return free;
+  const double fall = since / logarithm(before / part.partials[j]);
+  return std::clamp(std::min(free, fall), kMinDecay, kMaxDecay);
+}
+
+void fill(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause,
+          StringEvent& event) noexcept {
+  const ToldSounding& told = wave.state.sounding;
+  event.cause = cause;
+  event.number = told.number;
+  event.lambda = told.from;
+  event.lambda_to = told.to;
+  event.frequency = told.frequency;
+  event.cents_per_s = told.cents_per_s;
+  const double length = told.to - told.from;
+  event.inharmonicity = wave.state.string.tuning.inharmonicity / (length * length);
+  event.amplitude = part.amplitude;
+  event.partial_count = part.count;
+  for (std::size_t j = 0; j < kMaxPartials; ++j) {
+    event.partials[j] = static_cast<float>(told.amplitude[j]);
+    event.decays[j] = static_cast<float>(told.decay[j]);
+    if (cause == SoundingCause::kOnset) event.phases[j] = static_cast<float>(part.phases[j]);
+  }
+}
+
+void tell(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause,
+          std::int64_t t_ns, StringEvents& events) noexcept {
+  ToldSounding& told = wave.state.sounding;
+  const double since = told.sounds ? seconds(t_ns - told.looked_ns) : 0.0;
+  const bool same_part = told.sounds && std::abs(part.from - told.from) < 0.01 &&
+                         std::abs(part.to - told.to) < 0.01;
+  for (std::size_t j = 0; j < kMaxPartials; ++j) {
+    told.amplitude[j] = part.partials[j];
+    told.decay[j] = decay_of(wave, part, j, same_part ? since : 0.0);
+  }
+  told.cents_per_s = 0.0;
+  if (same_part && since > 0.0 && told.heard_frequency > 0.0) {
+    told.cents_per_s = kCentsPerNeper * logarithm(part.frequency / told.heard_frequency) / since;
+  }
+  told.from = part.from;
+  told.to = part.to;
+  told.frequency = part.frequency;
+  told.t_ns = t_ns;
+  told.sounds = part.amplitude > 0.0;
+  told.onset = std::max(told.sounds ? told.onset : 0.0, part.amplitude);
+  ++told.number;
+  StringEvent* const event = events.append();
+  if (event == nullptr) return;
+  *event = StringEvent{};
+  event->t_ns = t_ns;
+  event->string = wave.index;
+  event->kind = StringEventKind::kSounding;
+  event->tool = wave.state.player;
+  fill(wave, part, cause, *event);
+}
+
+/// Somebody touches it in a way that is no stop: what it is bent by is no sound.
+bool is_being_bent(const WaveState& state) noexcept {
+  for (std::size_t k = 0; k < kMaxTools; ++k) {
+    const WaveContact& contact = state.string.contacts[k];
+    if (contact.near && contact.path.touched > 0 && state.grips[k].share < kStopShare) return true;
+  }
+  return false;
+}
+
+void keep(const SoundingPart& part, std::int64_t t_ns, ToldSounding& told) noexcept {
+  told.looked_ns = t_ns;
+  told.heard = part.partials;
+  told.heard_frequency = part.frequency;
+}
+
+}  // namespace
+
+void end_sounding(const WatchedWave& wave, std::int64_t t_ns, StringEvents& events) noexcept {
+  if (!wave.state.sounding.sounds) return;
+  SoundingPart silent;
+  silent.from = wave.state.sounding.from;
+  silent.to = wave.state.sounding.to;
+  silent.frequency = wave.state.sounding.frequency;
+  tell(wave, silent, SoundingCause::kDecay, t_ns, events);
+}
+
+void watch_sounding(const WatchedWave& wave, std::int64_t t_ns, bool steady,
+                    StringEvents& events) noexcept {
+  WaveState& state = wave.state;
+  ToldSounding& told = state.sounding;
+  const std::int64_t pause = t_ns - told.looked_ns;
+  if (pause < kLookEvery_ns || (steady && told.sounds && pause < 5 * kTellEvery_ns)) return;
+  if (is_being_bent(state)) return;
+  const SoundingPart part = sounding_part(state, wave.table);
+  if (!told.sounds) {
+    if (part.amplitude > kLeastOnset) tell(wave, part, SoundingCause::kOnset, t_ns, events);
+    keep(part, t_ns, told);
+    return;
+  }
+  if (t_ns - told.t_ns < kTellEvery_ns) return;
+  const double silence = kSilence * told.onset;
+  const SoundingPart believed = reckoned(told, t_ns);
+  if (part.amplitude < silence) {
+    end_sounding(wave, t_ns, events);
+  } else if (std::abs(part.from - told.from) + std::abs(part.to - told.to) > 0.02 ||
+             pitch_errs(part, believed)) {
+    tell(wave, part, SoundingCause::kGlide, t_ns, events);
+  } else if (level_errs(part, believed, silence)) {
+    const bool louder = loudness(part.partials) > loudness(believed.partials);
+    tell(wave, part, steady || louder ? SoundingCause::kLift : SoundingCause::kTouch, t_ns, events);
+  }
+  keep(part, t_ns, told);
+}
+
+}  // namespace hapticd
