@@ -31,7 +31,7 @@ enum class StateKind : std::uint8_t {
 };
 
 /// Layout of every block; grows with any change of what is visited.
-inline constexpr std::uint32_t kStateLayout = 4;
+inline constexpr std::uint32_t kStateLayout = 5;
 
 /// Numbers of each sort, at most: those of 1024 strings with 64 modes, and five tools.
 inline constexpr std::size_t kMaxStateNumbers = 393'216;
