@@ -76,9 +76,12 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 
 template <FieldsOf<StringParameters> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [p_WA, p_WB, radius, tension, youngs_modulus, linear_density, frequency, decay, touch_decay,
-         model, k_s, contact_stiffness, inharmonicity, friction_coefficient, max_level] = state;
-  visit(p_WA, p_WB, radius, tension, youngs_modulus, linear_density, frequency, decay, touch_decay);
+  auto& [p_WA, p_WB, radius, tension, youngs_modulus, axial_stiffness, linear_density, frequency,
+         tuning, decay, loss_n2, touch_decay, model, k_s, contact_stiffness, inharmonicity,
+         friction_coefficient, max_level] = state;
+  visit(p_WA, p_WB, radius, tension, youngs_modulus, axial_stiffness, linear_density, frequency);
+  visit.bounded(tuning, 0, static_cast<int>(StringTuning::kTension));
+  visit(decay, loss_n2, touch_decay);
   visit.bounded(model, 0, static_cast<int>(kMaxStringContact));
   visit(k_s, contact_stiffness, inharmonicity, friction_coefficient);
   visit.bounded(max_level, 0, static_cast<int>(StringDetail::kModes));

@@ -29,19 +29,34 @@ enum class StringDetail : std::uint8_t {
   kModes,        ///< and further modes
 };
 
+/// What decides the pitch when the tension changes; Tuning on the wire.
+enum class StringTuning : std::uint8_t {
+  kFrequency,  ///< the frequency where it is given, and the density follows
+  kTension,    ///< the density where it is given, and the pitch follows
+};
+
+/// An axial stiffness that is not given, N: 0 is one of a string that stretches freely.
+inline constexpr double kNoAxialStiffness = -1.0;
+
 /// One string as a scene describes it. Field names and ranges are those of scene.proto.
 struct StringParameters {
   Array3 p_WA{};                   ///< end A, m, |component| <= 1e7
   Array3 p_WB{};                   ///< end B, m; A == B is a sphere
   double radius = 0.34e-3;         ///< R, m, [0, 1]
   double tension = 30.0;           ///< T, N, [0, 1e6]; 0 is slack and gives no tone
-  double youngs_modulus = 1.9e11;  ///< E, Pa, [0, 1e13]
-  /// kg/m, (0, 100]; 0: not given. Only checked against the tuning, which wins.
+  double youngs_modulus = 1.9e11;  ///< E, Pa, [0, 1e13]; without effect beside axial_stiffness
+  /// E A, N, [0, 1e12]: of a wound string that of its core. kNoAxialStiffness: E pi R^2.
+  double axial_stiffness = kNoAxialStiffness;
+  /// kg/m, (0, 100]; 0: not given. Beside a frequency it is only checked, unless `tuning` says that
+  /// it decides.
   double linear_density = 0.0;
   /// Tuning: frequency of the fundamental, Hz, (0, 2e4]; 0: not given, then from linear_density;
   /// neither: the string never sounds.
   double frequency = 0.0;
-  double decay = 0.5;         ///< T_d of the free amplitude, s, (0, 1000]
+  StringTuning tuning = StringTuning::kFrequency;
+  double decay = 0.5;  ///< T_d of the free amplitude, s, (0, 1000]
+  /// b, 1/s, [0, 1e3]: mode n decays by exp(-(1 / decay + n^2 b) t).
+  double loss_n2 = 0.002;
   double touch_decay = 0.03;  ///< T_d while a finger touches the ringing string, s, (0, 1000]
   StringContact model = StringContact::kYielding;
   double k_s = 1.0;  ///< haptic displacement per metre of deflection, (0, 1e6]; kStraight only
@@ -56,6 +71,9 @@ struct StringParameters {
 /// Strings shorter than this count as A == B, m. Normal value 1e-9; far smaller would let
 /// E A / length leave the range of a double.
 inline constexpr double kMinString = 1e-9;
+
+/// Highest fundamental, Hz.
+inline constexpr double kMaxFrequency = 2e4;
 
 /// The first fault of `parameters`, none when all is well. Non-finite numbers are out of range. A
 /// linear density alone, which then is the tuning, must give a fundamental in the range of
@@ -72,11 +90,12 @@ inline constexpr double kMinString = 1e-9;
 struct StringConstants {
   double length = 0.0;           ///< L = |AB|, m; 0 where it is below kMinString
   double tension = 0.0;          ///< T, N
-  double axial_stiffness = 0.0;  ///< E A = E pi R^2, N
+  double axial_stiffness = 0.0;  ///< E A as given, or E pi R^2, N
   /// f_1, Hz; 0: the string never sounds (no tuning, slack, A == B, or a mass no double holds).
   double frequency = 0.0;
   double modal_mass = 0.0;   ///< mu L / 2 with mu = T / (2 L f_1)^2, kg; 0 where f_1 is
   double decay = 0.0;        ///< s
+  double loss_n2 = 0.0;      ///< 1/s
   double touch_decay = 0.0;  ///< s
   double k_s = 1.0;
   double contact_stiffness = 0.0;  ///< kc, N/m
@@ -86,6 +105,14 @@ struct StringConstants {
   StringDetail max_level = StringDetail::kLine;
   bool shared = false;  ///< it is the part of a string that another tool holds, too
 };
+
+/// E A of a string, N: as given, or E pi R^2.
+[[nodiscard]] HD_REALTIME double axial_stiffness_of(const StringParameters& parameters) noexcept;
+
+/// Linear density with which a string of `length` (m, > 0) under `tension` (N) sounds at
+/// `frequency` (Hz, > 0), kg/m: T / (2 L f_1)^2.
+[[nodiscard]] HD_REALTIME double tuned_density(double length, double tension,
+                                               double frequency) noexcept;
 
 /// Constants of checked parameters. A == B is a sphere, which cannot yield: its contact becomes
 /// kStraight, its detail kLine.

@@ -47,8 +47,10 @@ std::vector<StringParameters> cable_of(const StringDescription& string) {
     const double lambda = (i + 0.5) / count;
     const double c = lambda * (1.0 - lambda);
     const double share = distance(piece.p_WA, piece.p_WB) / span;
+    const double stiffer = share * share * share / (16.0 * c * c);
     piece.tension *= share / (4.0 * c);
-    piece.youngs_modulus *= share * share * share / (16.0 * c * c);
+    piece.youngs_modulus *= stiffer;
+    if (piece.axial_stiffness != kNoAxialStiffness) piece.axial_stiffness *= stiffer;
   }
   return pieces;
 }

@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 9> kBlockNames{"loop",      "settings",  
                                                       "tool.loop", "string",     "push"};
 
 /// Oldest layout whose settings are those of today.
-constexpr std::uint32_t kSettingsLayout = 2;
+constexpr std::uint32_t kSettingsLayout = 5;
 
 /// Blocks of each kind so far.
 using BlocksSeen = std::array<std::uint32_t, kBlockNames.size()>;

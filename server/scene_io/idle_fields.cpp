@@ -68,6 +68,7 @@ class IdleFields {
   void ringing();
   void tones();
   void string(int i);
+  void tuning(const v1::String& given, const Ability& able, const std::string& path);
   void solver();
   void levels(const std::string& nothing);
 
@@ -108,15 +109,18 @@ void IdleFields::ringing() {
           ? "the scene has no string"
           : "no string can ring; that takes a tuning, tension, length, and max_level FUNDAMENTAL "
             "or more";
+  const bool waves = written_.has_wave() || written_.has_modes();
+  const std::string wave = written_.has_wave() ? "wave" : "modes";
+  const std::string both = "Leave it out together with " + wave + ", or change what it depends on.";
   add(written_.has_vibration() && !any(&Ability::rings), "vibration", no_ring,
       asked(v1::STRING_LEVEL_FUNDAMENTAL) ? tune
-      : written_.has_modes() ? "Leave it out together with modes, or change what it depends on."
-                             : kLeaveOut);
-  const bool needed = asked(v1::STRING_LEVEL_MODES);
-  add(written_.has_modes() && !any(&Ability::in_modes), "modes",
+      : waves                             ? both.c_str()
+                                          : kLeaveOut);
+  const bool needed = asked(v1::STRING_LEVEL_WAVE);
+  add(waves && !any(&Ability::in_modes), wave,
       !any(&Ability::rings) ? no_ring
-      : needed              ? "no string of max_level MODES can ring"
-                            : "no string has max_level MODES",
+      : needed              ? "no string of max_level WAVE can ring"
+                            : "no string has max_level WAVE",
       needed ? tune : kLeaveOut);
 }
 
@@ -139,8 +143,7 @@ void IdleFields::string(int i) {
   const v1::String& given = written_.strings(i);
   const Ability& able = strings_[static_cast<std::size_t>(i)];
   const std::string path = "strings[" + std::to_string(i) + "].";
-  add(given.has_linear_density_kg_per_m() && given.has_frequency_hz(),
-      path + "linear_density_kg_per_m", "frequency_hz wins");
+  tuning(given, able, path);
   const bool scaled = given.displacement_scale_case() != v1::String::DISPLACEMENT_SCALE_NOT_SET;
   const char* const scale = given.has_k_s_from_device() ? "k_s_from_device" : "k_s";
   if (!able.bends) {
@@ -148,21 +151,34 @@ void IdleFields::string(int i) {
     add(given.has_tension_n(), path + "tension_n", rigid);
     add(given.has_friction_coefficient(), path + "friction_coefficient", rigid);
     add(given.has_youngs_modulus_pa(), path + "youngs_modulus_pa", rigid);
+    add(given.has_axial_stiffness_n(), path + "axial_stiffness_n", rigid);
     add(scaled, path + scale, rigid);
-  } else if (able.yields) {
-    add(scaled, path + scale, "it is of STRING_MODEL_RIGID alone, and this string yields");
+  } else {
+    add(scaled && able.yields, path + scale,
+        "it is of STRING_MODEL_RIGID alone, and this string yields");
+    add(given.has_youngs_modulus_pa() && given.has_axial_stiffness_n(), path + "youngs_modulus_pa",
+        "axial_stiffness_n wins");
   }
-  if (!able.rings) {
-    const std::string still =
-        scene_.instrument.vibration ? "the string cannot ring" : "the scene has no vibration";
-    add(given.has_frequency_hz(), path + "frequency_hz", still);
-    add(given.has_linear_density_kg_per_m() && !given.has_frequency_hz(),
-        path + "linear_density_kg_per_m", still);
-    add(given.has_decay_s(), path + "decay_s", still);
-    add(given.has_touch_decay_s(), path + "touch_decay_s", still);
-  }
-  add(given.inharmonicity() != 0.0 && !able.in_modes, path + "inharmonicity",
-      "the string does not ring in modes");
+  const std::string no_modes = "the string does not ring in modes";
+  add(given.inharmonicity() != 0.0 && !able.in_modes, path + "inharmonicity", no_modes);
+  add(given.has_loss_n2_per_s() && !able.in_modes, path + "loss_n2_per_s", no_modes);
+}
+
+void IdleFields::tuning(const v1::String& given, const Ability& able, const std::string& path) {
+  const bool both = given.has_linear_density_kg_per_m() && given.has_frequency_hz();
+  const bool by_tension = given.tuning() == v1::TUNING_TENSION;
+  add(both && !by_tension, path + "linear_density_kg_per_m", "frequency_hz wins");
+  add(both && by_tension, path + "frequency_hz",
+      "with TUNING_TENSION linear_density_kg_per_m wins");
+  if (able.rings) return;
+  const std::string still =
+      scene_.instrument.vibration ? "the string cannot ring" : "the scene has no vibration";
+  add(given.has_frequency_hz() && !(both && by_tension), path + "frequency_hz", still);
+  add(given.has_linear_density_kg_per_m() && (!both || by_tension),
+      path + "linear_density_kg_per_m", still);
+  add(given.tuning() != v1::TUNING_UNSPECIFIED, path + "tuning", still);
+  add(given.has_decay_s(), path + "decay_s", still);
+  add(given.has_touch_decay_s(), path + "touch_decay_s", still);
 }
 
 /// Deepest tree of `shapes`.

@@ -180,12 +180,22 @@ void follow_friction(double before, v1::Scene& scene) {
   }
 }
 
+/// Whether it is the pitch of a string that its tension tunes.
+bool follows_tension(const Target& target) {
+  const auto* const string = dynamic_cast<const v1::String*>(target.message);
+  return string != nullptr && string->tuning() == v1::TUNING_TENSION &&
+         target.field->number() == v1::String::kFrequencyHzFieldNumber;
+}
+
 void assign(const v1::Assignment& assignment, double usual_budget_us, v1::Scene& scene) {
   if (assignment.path() == "quality") {
     *scene.mutable_quality() = quality_choice(assignment, scene.quality(), usual_budget_us);
     return;
   }
   const Target target = find_target(scene, assignment.path());
+  if (follows_tension(target)) {
+    throw Refusal{v1::RESULT_CODE_INVALID, "It follows tension_n: the string has TUNING_TENSION."};
+  }
   if (target.field->cpp_type() == Kind::CPPTYPE_MESSAGE) {
     set_pose(target, assignment);
   } else if (target.field->cpp_type() == Kind::CPPTYPE_ENUM) {
@@ -260,6 +270,7 @@ AssignmentResult assign_parameters(const v1::Scene& scene, const v1::SetParamete
       return refused(refusal, assignment.path());
     }
   }
+  follow_tension(result.scene);
   SceneDescription description;
   const auto fault = contradiction(result.scene, device_stiffness, description);
   if (fault) return refused({v1::RESULT_CODE_INVALID, fault->message}, fault->field);

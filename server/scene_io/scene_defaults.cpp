@@ -2,6 +2,7 @@
 #include "server/scene_io/scene_defaults.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/contact/virtual_coupling.h"
 #include "core/instrument/string_preset.h"
@@ -11,7 +12,7 @@
 namespace hapticd {
 namespace {
 
-/// Modes of a scene that asks for modes without saying how many.
+/// Modes of a scene that asks for waves, or modes, without saying how many.
 constexpr unsigned kUsualModes = 32;
 
 /// Sets field `NAME` of a message that is a reference named `m`, unless it is set.
@@ -61,8 +62,35 @@ double softest_coupling(const v1::Scene& scene) {
 }
 
 v1::StringLevel highest_level(const v1::Scene& scene) {
-  if (scene.has_modes()) return v1::STRING_LEVEL_MODES;
+  if (scene.has_wave() || scene.has_modes()) return v1::STRING_LEVEL_WAVE;
   return scene.has_vibration() ? v1::STRING_LEVEL_FUNDAMENTAL : v1::STRING_LEVEL_STATIC;
+}
+
+/// |AB|, m; 0 where an end is missing or both are one.
+double length_of(const v1::String& string) {
+  if (string.p_wa_m_size() != 3 || string.p_wb_m_size() != 3) return 0.0;
+  const double length =
+      std::hypot(string.p_wb_m(0) - string.p_wa_m(0), string.p_wb_m(1) - string.p_wa_m(1),
+                 string.p_wb_m(2) - string.p_wa_m(2));
+  return length < kMinString ? 0.0 : length;
+}
+
+/// What decides the pitch; with TUNING_TENSION the density that keeps the pitch of the loaded
+/// tension.
+void fill_tuning(v1::String& string) {
+  if (string.tuning() == v1::TUNING_UNSPECIFIED) {
+    if (string.has_frequency_hz()) string.set_tuning(v1::TUNING_FREQUENCY);
+    if (string.has_linear_density_kg_per_m() && !string.has_frequency_hz()) {
+      string.set_tuning(v1::TUNING_TENSION);
+    }
+  }
+  const double length = length_of(string);
+  if (string.tuning() == v1::TUNING_TENSION && string.has_frequency_hz() && length > 0.0 &&
+      string.tension_n() > 0.0) {
+    set_absent(string, &v1::String::has_linear_density_kg_per_m,
+               &v1::String::set_linear_density_kg_per_m,
+               tuned_density(length, string.tension_n(), string.frequency_hz()));
+  }
 }
 
 void fill_string(const v1::Scene& scene, StringPreset preset, v1::String& string) {
@@ -71,7 +99,9 @@ void fill_string(const v1::Scene& scene, StringPreset preset, v1::String& string
   set_absent(string, &S::has_radius_m, &S::set_radius_m, usual.radius);
   set_absent(string, &S::has_tension_n, &S::set_tension_n, usual.tension);
   set_absent(string, &S::has_youngs_modulus_pa, &S::set_youngs_modulus_pa, usual.youngs_modulus);
+  fill_tuning(string);
   set_absent(string, &S::has_decay_s, &S::set_decay_s, usual.decay);
+  set_absent(string, &S::has_loss_n2_per_s, &S::set_loss_n2_per_s, usual.loss_n2);
   set_absent(string, &S::has_touch_decay_s, &S::set_touch_decay_s,
              preset == StringPreset::kPaper ? string.decay_s() : usual.touch_decay);
   if (string.model() == v1::STRING_MODEL_UNSPECIFIED) {
@@ -105,6 +135,9 @@ void fill_features(StringPreset preset, v1::Scene& scene) {
     set_absent(*scene.mutable_friction(), &v1::Friction::has_anchor_stiffness_n_per_m,
                &v1::Friction::set_anchor_stiffness_n_per_m,
                std::min(kAnchorPerCoupling * softest_coupling(scene), kStiffestAnchor));
+  }
+  if (scene.has_wave() && !scene.wave().has_modes()) {
+    scene.mutable_wave()->set_modes(kUsualModes);
   }
   if (scene.has_modes() && !scene.modes().has_count()) {
     scene.mutable_modes()->set_count(kUsualModes);
@@ -169,9 +202,27 @@ void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene) {
   for (v1::Body& body : *scene.mutable_bodies()) fill_pose(*body.mutable_pose_wb());
   fill_features(named, scene);
   for (v1::String& string : *scene.mutable_strings()) fill_string(scene, named, string);
+  follow_tension(scene);
   fill_quality(*scene.mutable_quality());
   fill_open(OpenKnob::kUsual, {}, *scene.mutable_solver());
   fill_knobs(scene.quality(), *scene.mutable_solver());
+}
+
+void follow_tension(v1::Scene& scene) {
+  for (v1::String& string : *scene.mutable_strings()) {
+    if (string.tuning() != v1::TUNING_TENSION) continue;
+    const double length = length_of(string);
+    const double density = string.linear_density_kg_per_m();
+    if (!(length > 0.0 && density > 0.0)) continue;
+    const double frequency = std::sqrt(string.tension_n() / density) / (2.0 * length);
+    string.clear_frequency_hz();
+    if (frequency > 0.0 && frequency <= kMaxFrequency) string.set_frequency_hz(frequency);
+  }
+}
+
+int modes_of(const v1::Scene& scene) {
+  if (scene.has_wave()) return static_cast<int>(scene.wave().modes());
+  return scene.has_modes() ? static_cast<int>(scene.modes().count()) : 0;
 }
 
 void fill_quality(v1::Quality& quality) {

@@ -25,6 +25,14 @@ void choose_quality(const QualityWish& wish, v1::Scene& scene);
 /// replaces the scene's and every field a preset decides, set or not.
 void fill_defaults(std::optional<v1::Preset> preset, v1::Scene& scene);
 
+/// Sets the frequency of every string with TUNING_TENSION to that of its density under its tension;
+/// none where that is not in the range of frequency_hz.
+void follow_tension(v1::Scene& scene);
+
+/// Modes per string that `scene` asks for, by wave or by modes; 0: none. Its defaults are filled
+/// in.
+[[nodiscard]] int modes_of(const v1::Scene& scene);
+
 /// Sets an absent position to 0 and an absent orientation to the identity.
 void fill_pose(v1::Pose& pose);
 

@@ -43,6 +43,8 @@ class Translation {
   LineDescription line(const v1::Line& line, const std::string& path);
   StringDescription string(const v1::Scene& scene, const v1::String& string,
                            const std::string& path);
+  void need(const v1::Scene& scene, const v1::String& string, const std::string& path);
+  void waves(const v1::Scene& scene);
 
   double device_stiffness_;
   ModelFiles& files_;
@@ -197,9 +199,13 @@ StringDescription Translation::string(const v1::Scene& scene, const v1::String& 
   p.radius = string.radius_m();
   p.tension = string.tension_n();
   p.youngs_modulus = string.youngs_modulus_pa();
+  if (string.has_axial_stiffness_n()) p.axial_stiffness = string.axial_stiffness_n();
   p.linear_density = string.linear_density_kg_per_m();
   p.frequency = string.frequency_hz();
+  p.tuning =
+      string.tuning() == v1::TUNING_TENSION ? StringTuning::kTension : StringTuning::kFrequency;
   p.decay = string.decay_s();
+  p.loss_n2 = string.loss_n2_per_s();
   p.touch_decay = string.touch_decay_s();
   // In the order of the wire.
   p.model = static_cast<StringContact>(string.model() - v1::STRING_MODEL_RIGID);
@@ -216,15 +222,45 @@ StringDescription Translation::string(const v1::Scene& scene, const v1::String& 
   } else {
     p.k_s = string.k_s();
   }
-  const bool modes = string.max_level() == v1::STRING_LEVEL_MODES;
-  const bool rings = modes || string.max_level() == v1::STRING_LEVEL_FUNDAMENTAL;
-  if ((rings && !scene.has_vibration()) || (modes && !scene.has_modes())) {
+  need(scene, string, path);
+  return result;
+}
+
+/// Faults of what `string` asks for and nothing gives.
+void Translation::need(const v1::Scene& scene, const v1::String& string, const std::string& path) {
+  const bool wave = string.max_level() == v1::STRING_LEVEL_WAVE;
+  const bool rings = wave || string.max_level() == v1::STRING_LEVEL_FUNDAMENTAL;
+  const bool no_wave = wave && modes_of(scene) == 0;
+  if ((rings && !scene.has_vibration()) || no_wave) {
     fault(path + ".max_level",
-          "it needs " + std::string(modes && !scene.has_modes() ? "modes" : "vibration") +
+          "it needs " + std::string(no_wave ? "wave" : "vibration") +
               ", which the scene does not have",
           "Leave it out: a string climbs as high as the scene allows.");
   }
-  return result;
+  if (string.tuning() == v1::TUNING_FREQUENCY && !string.has_frequency_hz()) {
+    fault(path + ".tuning", "it needs frequency_hz", "Give the fundamental in hertz.");
+  }
+  if (string.tuning() == v1::TUNING_TENSION && !string.has_linear_density_kg_per_m()) {
+    fault(path + ".tuning", "it needs linear_density_kg_per_m",
+          "Give it, or frequency_hz of a string that has tension and length.");
+  }
+}
+
+/// What is wrong or doubtful in what a scene says of waves and modes.
+void Translation::waves(const v1::Scene& scene) {
+  const char* const field = scene.has_wave() ? "wave" : "modes";
+  if (scene.has_wave() && scene.has_modes()) {
+    fault("wave", "modes is given, too, which is what wave was before it", "Leave out modes.");
+  }
+  if (modes_of(scene) > 0 && !scene.has_vibration()) {
+    fault(field, "it needs vibration, which the scene does not have",
+          "Add vibration, or leave it out.");
+  }
+  if (scene.has_modes()) {
+    const std::string count = std::to_string(modes_of(scene));
+    problems_.push_back({true, "", 0, 0, "modes", "wave plays it, in " + count + " modes",
+                         "Write wave { modes: " + count + " } instead."});
+  }
 }
 
 InstrumentOptions instrument_of(const v1::Scene& scene) {
@@ -234,7 +270,7 @@ InstrumentOptions instrument_of(const v1::Scene& scene) {
     options.sleep_energy = scene.vibration().sleep_energy();
     options.pitch_glide = scene.vibration().has_pitch_glide();
   }
-  options.modes = scene.has_modes() ? static_cast<int>(scene.modes().count()) : 0;
+  options.modes = modes_of(scene);
   options.friction = scene.has_friction();
   if (options.friction) options.anchor_stiffness = scene.friction().anchor_stiffness_n_per_m();
   // The paper leaves it out; else it is what makes the force of a string a gradient.
@@ -286,10 +322,7 @@ SceneDescription Translation::translate(const v1::Scene& scene) {
   }
   result.quality_level = static_cast<std::uint32_t>(quality_level(scene.quality()));
   result.quality_automatic = scene.quality().has_automatic();
-  if (scene.has_modes() && !scene.has_vibration()) {
-    fault("modes", "they need vibration, which the scene does not have",
-          "Add vibration, or leave them out.");
-  }
+  waves(scene);
   return result;
 }
 

@@ -18,7 +18,7 @@ namespace pb = google::protobuf;
 using Field = pb::FieldDescriptor;
 
 /// Suffix of a field's name and the unit its comment must state; the longest match counts.
-constexpr std::array<std::pair<const char*, const char*>, 32> kUnitOfSuffix{{
+constexpr std::array<std::pair<const char*, const char*>, 33> kUnitOfSuffix{{
     {"_m", "m"},
     {"_um", "um"},
     {"_nanometres", "nanometres"},
@@ -31,6 +31,7 @@ constexpr std::array<std::pair<const char*, const char*>, 32> kUnitOfSuffix{{
     {"_n_m_s_per_rad", "N m s/rad"},
     {"_rad", "rad"},
     {"_s", "s"},
+    {"_per_s", "1/s"},
     {"_ms", "ms"},
     {"_us", "us"},
     {"_ns", "ns"},

@@ -35,11 +35,11 @@ IDLE = [
     *((FINGER + WALL + "\0", feature + "\n", "", feature.split()[0]) for feature in
       ("friction { coefficient: 0.5 }", "vibration {}", "lateral_force {}", "tones {}", "release { arm_deflection_m: 1e-4 }")),
     (FINGER + WALL + "\0", "preset: PRESET_PAPER\n", "", "preset"),
-    (FINGER + WALL + "vibration {}\n\0", "modes { count: 4 }\n", "", "modes"),
+    (FINGER + WALL + "vibration {}\n\0", "wave { modes: 4 }\n", "", "wave"),
     (FINGER + string() + "\0", "vibration {}\n", "", "vibration"),
     (FINGER + string() + "vibration {}\n\0", "tones {}\n", "", "tones"),
     (PLAIN + "\0", "tones {}\n", "", "tones"),
-    (FINGER + string(TUNED + " max_level: STRING_LEVEL_FUNDAMENTAL\n") + "vibration {}\n\0", "modes { count: 4 }\n", "", "modes"),
+    (FINGER + string(TUNED + " max_level: STRING_LEVEL_FUNDAMENTAL\n") + "vibration {}\n\0", "wave { modes: 4 }\n", "", "wave"),
     (FINGER + string(TUNED + " max_level: STRING_LEVEL_RIGID\n") + "\0", "lateral_force {}\n", "", "lateral_force"),
     (PLAIN + "\0", "lateral_force {}\n", "", "lateral_force"),
     (FINGER + string(" model: STRING_MODEL_RIGID\n") + "\0", "lateral_force {}\n", "", "lateral_force"),
@@ -55,11 +55,14 @@ IDLE = [
     (FINGER + string(TUNED + "\0") + "vibration {}\n", " k_s_from_device {}\n", "", "strings[0].k_s_from_device"),
     (FINGER + string(TUNED + "\0") + "vibration {}\n", " inharmonicity: 1e-3\n", "", "strings[0].inharmonicity"),
     *((FINGER + string(" max_level: STRING_LEVEL_RIGID\n\0"), f" {field}\n", "", f"strings[0].{field.split(':')[0]}") for field in
-      ("tension_n: 90", "youngs_modulus_pa: 1e9", "k_s: 4")),
+      ("tension_n: 90", "youngs_modulus_pa: 1e9", "axial_stiffness_n: 900", "k_s: 4")),
     (FINGER + string(" max_level: STRING_LEVEL_RIGID model: STRING_MODEL_RIGID\n\0"), " k_s: 4\n", "", "strings[0].k_s"),
     *((FINGER + string(tuning + "\0"), f" {field}\n", "", f"strings[0].{field.split(':')[0]}") for tuning, field in
       (("", "frequency_hz: 200"), ("", "linear_density_kg_per_m: 0.01"), (TUNED, "decay_s: 3"), (TUNED, "touch_decay_s: 3"),
-       (TUNED, "inharmonicity: 0.01"))),
+       (TUNED, "inharmonicity: 0.01"), (TUNED, "loss_n2_per_s: 9"), (TUNED, "tuning: TUNING_TENSION"),
+       (" axial_stiffness_n: 900\n", "youngs_modulus_pa: 1e9"))),
+    (FINGER + string(" linear_density_kg_per_m: 1.4e-3 tuning: TUNING_TENSION\n\0") + "vibration {}\n", " frequency_hz: 70\n", "", "strings[0].frequency_hz"),
+    (FINGER + WALL + "vibration {}\n\0", "modes { count: 4 }\n", "", "modes"),
     (PLAIN + "\0", "solver {\n tool_level: 1\n}\n", "", "solver.tool_level"),
     (PLAIN + "\0", "solver {\n body_level: 1\n}\n", "", "solver.body_level"),
     (SOFT + BUNNY + "\0", "solver {\n body_level: 1\n}\n", "", "solver.body_level"),
@@ -70,17 +73,17 @@ IDLE = [
 ]
 RICH_STRING = (" tension_n: 30 youngs_modulus_pa: 1.9e11 frequency_hz: 65.4 decay_s: 0.5 touch_decay_s: 0.03 inharmonicity: 1e-3\n"
                " friction_coefficient: 0.2\n")
-RICH = (FINGER + string(RICH_STRING) + string(TUNED, "B", 0.012) + "vibration {}\nmodes { count: 8 }\nfriction { coefficient: 0.3 }\n"
+RICH = (FINGER + string(RICH_STRING) + string(TUNED, "B", 0.012) + "vibration {}\nwave { modes: 8 }\nfriction { coefficient: 0.3 }\n"
         "tones { level: TONE_LEVEL_AMPLITUDE reference_amplitude_m: 0.03 }\nrelease { arm_deflection_m: 4e-4 }\n")
 RIGID = FINGER + string(" max_level: STRING_LEVEL_RIGID\n") + "release { release_gap_m: 1e-4 }\n"
 UNTUNED = FINGER + string(" max_level: STRING_LEVEL_%s\n")
 # (scene, field that is idle there and that it cannot do without, what in it is changed to obey the warning, and to what).
 NEEDED = [
     (UNTUNED % "FUNDAMENTAL" + "vibration {}\n", "vibration", " max_level", TUNED + " max_level"),
-    (UNTUNED % "MODES" + "vibration {}\nmodes { count: 4 }\n", "modes", " max_level", TUNED + " max_level"),
-    (FINGER + string(TUNED + " max_level: STRING_LEVEL_FUNDAMENTAL\n") + string(" max_level: STRING_LEVEL_MODES\n", "B", 0.012)
-     + "vibration {}\nmodes { count: 4 }\n", "modes", " max_level: STRING_LEVEL_MODES", TUNED + " max_level: STRING_LEVEL_MODES"),
-    (FINGER + WALL + "vibration {}\nmodes { count: 4 }\n", "vibration", "vibration {}\nmodes { count: 4 }\n", ""),
+    (UNTUNED % "WAVE" + "vibration {}\nwave { modes: 4 }\n", "wave", " max_level", TUNED + " max_level"),
+    (FINGER + string(TUNED + " max_level: STRING_LEVEL_FUNDAMENTAL\n") + string(" max_level: STRING_LEVEL_WAVE\n", "B", 0.012)
+     + "vibration {}\nwave { modes: 4 }\n", "wave", " max_level: STRING_LEVEL_WAVE", TUNED + " max_level: STRING_LEVEL_WAVE"),
+    (FINGER + WALL + "vibration {}\nwave { modes: 4 }\n", "vibration", "vibration {}\nwave { modes: 4 }\n", ""),
 ]
 STRAIGHT = FINGER + string(" model: STRING_MODEL_RIGID k_s: 1\n") + "preset: PRESET_PAPER\n"
 # (scene, what is in it, what takes its place): what is played differs.
@@ -88,13 +91,14 @@ EFFECTIVE = [
     *((RICH, old, new) for old, new in (
         ("tension_n: 30", "tension_n: 31"), ("youngs_modulus_pa: 1.9e11", "youngs_modulus_pa: 1e11"), ("frequency_hz: 65.4 decay", "frequency_hz: 70 decay"),
         ("decay_s: 0.5 ", "decay_s: 0.3 "), ("touch_decay_s: 0.03", "touch_decay_s: 0.01"), ("inharmonicity: 1e-3", "inharmonicity: 2e-3"),
-        ("friction_coefficient: 0.2", "friction_coefficient: 0.4"), ("vibration {}\nmodes { count: 8 }", ""), ("modes { count: 8 }", ""),
+        ("friction_coefficient: 0.2", "friction_coefficient: 0.4"), ("vibration {}\nwave { modes: 8 }", ""), ("wave { modes: 8 }", ""),
         ("coefficient: 0.3", "coefficient: 0.6"), ("reference_amplitude_m: 0.03", "reference_amplitude_m: 0.02"),
         ("tones { level: TONE_LEVEL_AMPLITUDE reference_amplitude_m: 0.03 }", ""), ("arm_deflection_m: 4e-4", "arm_deflection_m: 2e-3"))),
     (RIGID, "release_gap_m: 1e-4", "release_gap_m: 0.05"),
     (STRAIGHT, "k_s: 1", "k_s: 2"),
     (STRAIGHT + "lateral_force {}\n", "lateral_force {}\n", ""),
     (FINGER + string(" linear_density_kg_per_m: 1.4e-3\n") + "vibration {}\n", "1.4e-3", "1.5e-3"),
+    (FINGER + string(" axial_stiffness_n: 2e4\n"), "2e4", "1e4"),
     (FINGER + BUNNY + "solver {\n body_level: 1\n}\n", "body_level: 1", "body_level: 2"),
     (SOFT + WALL, "stiffness_n_per_m: 900", "stiffness_n_per_m: 800"),
     (FINGER + WALL + "solver { skin_m: 2e-5 }\n", "skin_m: 2e-5", "skin_m: 3e-5"),
@@ -181,7 +185,7 @@ class Remedies(unittest.TestCase):
                 self.assertNotEqual(0, checked(re.sub(rf"{field} .*\n", "", text), "tried")[0])
                 (said,) = (line for line in checked(text, "tried")[1].splitlines() if f"warning: {field}: " in line)
                 self.assertNotIn("Leave it out,", said)
-                self.assertIn("frequency_hz" if new else "together with modes", said)
+                self.assertIn("frequency_hz" if new else "together with wave", said)
                 self.assertEqual({}, warned(text.replace(old, new), "tried"))
 
     def test_the_coefficient_that_a_scene_with_friction_must_have_is_no_doubt(self):

@@ -67,9 +67,11 @@ std::vector<Field> all_fields() {
       of_string("radius_m", &S::radius),
       of_string("tension_n", &S::tension),
       of_string("youngs_modulus_pa", &S::youngs_modulus),
+      of_string("axial_stiffness_n", &S::axial_stiffness),
       of_string("linear_density_kg_per_m", &S::linear_density, true),
       of_string("frequency_hz", &S::frequency, true),
       of_string("decay_s", &S::decay),
+      of_string("loss_n2_per_s", &S::loss_n2),
       of_string("touch_decay_s", &S::touch_decay),
       of_string("k_s", &S::k_s),
       of_string("contact_stiffness_n_per_m", &S::contact_stiffness),
@@ -150,6 +152,16 @@ TEST_CASE("every number just outside of its range is refused by its name, and so
     for (const double value : {kInfinity, -kInfinity, kNan, -1e300, 1e300}) {
       check_refused(field, value);
     }
+  }
+}
+
+TEST_CASE("an axial stiffness that is not given is no fault, and any other below 0 is") {
+  StringParameters parameters = usual_string();
+  parameters.axial_stiffness = kNoAxialStiffness;
+  CHECK(!check_string(parameters).has_value());
+  for (const double value : {-0.5, -1.0 - 1e-9, -2.0}) {
+    parameters.axial_stiffness = value;
+    CHECK(check_string(parameters).has_value());
   }
 }
 

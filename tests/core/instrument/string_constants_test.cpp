@@ -26,9 +26,20 @@ TEST_CASE("length and axial stiffness are |AB| and E pi R^2") {
   CHECK(string.tension == 30.0);
 }
 
+TEST_CASE("an axial stiffness that is given wins over E pi R^2, 0 too") {
+  StringParameters parameters = string_parameters(1.1, 30.0, 1.9e11, 0.34e-3);
+  for (const double given : {0.0, 13400.0, 1e12}) {
+    parameters.axial_stiffness = given;
+    CHECK(!check_string(parameters).has_value());
+    CHECK(derive_string(parameters).axial_stiffness == given);
+    CHECK(axial_stiffness_of(parameters) == given);
+  }
+}
+
 TEST_CASE("everything else is passed on as it is") {
   StringParameters parameters = string_parameters(1.1, 30.0, 1.9e11, 0.34e-3);
   parameters.decay = 0.7;
+  parameters.loss_n2 = 0.01;
   parameters.touch_decay = 0.04;
   parameters.k_s = 0.109;
   parameters.contact_stiffness = 800.0;
@@ -38,6 +49,7 @@ TEST_CASE("everything else is passed on as it is") {
   parameters.max_level = StringDetail::kFundamental;
   const StringConstants string = derive_string(parameters);
   CHECK(string.decay == 0.7);
+  CHECK(string.loss_n2 == 0.01);
   CHECK(string.touch_decay == 0.04);
   CHECK(string.k_s == 0.109);
   CHECK(string.contact_stiffness == 800.0);
@@ -54,6 +66,20 @@ TEST_CASE("the tuning wins over the density, and without it the density tunes") 
   CHECK(derive_string(parameters).frequency == 110.0);
   parameters.frequency = 0.0;
   CHECK(derive_string(parameters).frequency == doctest::Approx(46.6).epsilon(1e-3));
+}
+
+TEST_CASE("where tension tunes, the density wins over the frequency and the pitch goes as a root") {
+  StringParameters parameters = string_parameters(1.1, 30.0, 1.9e11, 0.34e-3);
+  parameters.tuning = StringTuning::kTension;
+  CHECK(derive_string(parameters).frequency == 110.0);
+  parameters.linear_density = tuned_density(1.1, 30.0, 98.0);
+  CHECK(derive_string(parameters).frequency == doctest::Approx(98.0).epsilon(1e-14));
+  parameters.tension = 120.0;
+  const StringConstants tighter = derive_string(parameters);
+  CHECK(tighter.frequency == doctest::Approx(196.0).epsilon(1e-14));
+  CHECK(tighter.modal_mass == doctest::Approx(0.55 * parameters.linear_density).epsilon(1e-14));
+  parameters.tuning = StringTuning::kFrequency;
+  CHECK(derive_string(parameters).frequency == 110.0);
 }
 
 TEST_CASE("the modal mass makes tension and tuning agree") {

@@ -105,6 +105,7 @@ TEST_CASE("the full scene loads, and uses every message that a scene can have") 
     const bool number = row.range.starts_with("[") || row.range.starts_with("(");
     const std::string_view message = row.field.substr(0, row.field.find('.'));
     if (!number || message == "Twist" || message == "AutomaticQuality") continue;
+    if (message == "Modes") continue;  // what wave was before it
     CAPTURE(row.field);
     CHECK(std::find(seen.begin(), seen.end(), "hapticd.v1." + std::string(row.field)) !=
           seen.end());
@@ -156,7 +157,7 @@ TEST_CASE("what a scene leaves out is filled in with the default of its comment"
   const LoadResult result = load_inline(
       "name: \"bare\" tools { name: \"t\" parts { name: \"p\" shape { spheres { centre_m: [0, 0, "
       "0] radius_m: 0.01 } } } } strings { name: \"s\" p_wa_m: [-1, 9, 0] p_wb_m: [1, 9, 0] } "
-      "vibration {} friction { coefficient: 0.1 } modes {} tones {}");
+      "vibration {} friction { coefficient: 0.1 } wave {} tones {}");
   REQUIRE_MESSAGE(result.loaded != nullptr, list(result.problems));
   int checked = 0;
   for_each_number(result.loaded->message, "", [&](const NumberField& number) {

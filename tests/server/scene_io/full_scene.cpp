@@ -57,16 +57,19 @@ strings {
   radius_m: 0.0005
   tension_n: 40
   youngs_modulus_pa: 2e11
+  axial_stiffness_n: 13400
   linear_density_kg_per_m: 0.0023
   frequency_hz: 65.4
+  tuning: TUNING_FREQUENCY
   decay_s: 1
+  loss_n2_per_s: 0.003
   touch_decay_s: 0.05
   model: STRING_MODEL_RIGID
   k_s: 2
   contact_stiffness_n_per_m: 900
   inharmonicity: 0.0001
   friction_coefficient: 0.2
-  max_level: STRING_LEVEL_MODES
+  max_level: STRING_LEVEL_WAVE
 }
 strings {
   name: "D2"
@@ -84,7 +87,7 @@ vibration { sleep_energy: 0.001 pitch_glide {} }
 friction { coefficient: 0.3 anchor_stiffness_n_per_m: 700 }
 lateral_force {}
 torque {}
-modes { count: 16 }
+wave { modes: 16 }
 tones { level: TONE_LEVEL_FORCE reference_amplitude_m: 0.004 reference_force_n: 9 gain: 2 }
 release { arm_deflection_m: 0.0002 release_gap_m: 0.0002 refractory_s: 0.03 }
 quality { level: 2 }
