@@ -67,10 +67,10 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 // Of one asleep only what it may give, and when it sounded, is kept.
 template <FieldsOf<WaveState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [awake, stepped, sounded, player, sounded_ns, ringing, stored, released, string, grips,
-         tank, told, sounding] = state;
-  visit(awake, stepped, sounded, player, sounded_ns, ringing, stored, released, tank, told,
-        sounding.number);
+  auto& [awake, stepped, sounded, player, sounded_ns, ringing, stored, released, held_tension,
+         string, grips, tank, told, sounding] = state;
+  visit(awake, stepped, sounded, player, sounded_ns, ringing, stored, released, held_tension, tank,
+        told, sounding.number);
   if (awake) visit(string, grips, sounding);
 }
 

@@ -63,8 +63,7 @@ struct ModalMotion {
 HD_REALTIME void mode_shapes(const ModeTable& table, double lambda, PerMode& shapes) noexcept;
 
 /// Displacement where the modes have these shapes, m.
-[[nodiscard]] HD_REALTIME Transverse displacement(const ModeTable& table,
-                                                  const ModalMotion& motion,
+[[nodiscard]] HD_REALTIME Transverse displacement(const ModeTable& table, const ModalMotion& motion,
                                                   const PerMode& shapes) noexcept;
 
 /// One sub-step without forces. 0.5 ns per mode.
@@ -78,8 +77,7 @@ HD_REALTIME void push(const ModeTable& table, const PerMode& shapes, const Trans
                       ModalMotion& motion) noexcept;
 
 /// sum K_n (q^2 + v^2) / 2 of both planes, J.
-[[nodiscard]] HD_REALTIME double energy(const ModeTable& table,
-                                        const ModalMotion& motion) noexcept;
+[[nodiscard]] HD_REALTIME double energy(const ModeTable& table, const ModalMotion& motion) noexcept;
 
 /// Compliance at lambda that the modes leave out, m/N, >= 0: in series with every contact.
 [[nodiscard]] HD_REALTIME double residual_compliance(const StringConstants& string,

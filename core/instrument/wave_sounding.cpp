@@ -34,8 +34,8 @@ double seconds(std::int64_t ns) noexcept { return 1e-9 * static_cast<double>(ns)
 SoundingPart reckoned(const ToldSounding& told, std::int64_t t_ns) noexcept {
   const double since = seconds(t_ns - told.t_ns);
   SoundingPart part;
-  part.frequency = told.frequency * exponential(told.cents_per_s *
-                                                std::min(since, kGlideFollowed) / kCentsPerNeper);
+  part.frequency = told.frequency *
+                   exponential(told.cents_per_s * std::min(since, kGlideFollowed) / kCentsPerNeper);
   for (std::size_t j = 0; j < kMaxPartials; ++j) {
     if (told.amplitude[j] == 0.0) continue;
     part.partials[j] = told.amplitude[j] * exponential(-since / told.decay[j]);
@@ -111,12 +111,12 @@ void fill(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause
   }
 }
 
-void tell(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause,
-          std::int64_t t_ns, StringEvents& events) noexcept {
+void tell(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause, std::int64_t t_ns,
+          StringEvents& events) noexcept {
   ToldSounding& told = wave.state.sounding;
   const double since = told.sounds ? seconds(t_ns - told.looked_ns) : 0.0;
-  const bool same_part = told.sounds && std::abs(part.from - told.from) < 0.01 &&
-                         std::abs(part.to - told.to) < 0.01;
+  const bool same_part =
+      told.sounds && std::abs(part.from - told.from) < 0.01 && std::abs(part.to - told.to) < 0.01;
   for (std::size_t j = 0; j < kMaxPartials; ++j) {
     told.amplitude[j] = part.partials[j];
     told.decay[j] = decay_of(wave, part, j, same_part ? since : 0.0);

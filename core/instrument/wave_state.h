@@ -13,16 +13,16 @@ namespace hapticd {
 /// One tool's touch of a string that sounds: a contact with force.
 struct WaveGrip {
   bool touching = false;
-  bool armed = false;              ///< letting go plucks
-  std::int64_t felt_ns = 0;        ///< when it last bore force
-  double energy_before = 0.0;      ///< of the ringing, when it began, J
-  double stored_before = 0.0;      ///< of all the string, J
-  double lambda = 0.5;             ///< of the last force
-  double share = 0.0;              ///< of the time with force, mean of some 20 ms
-  double deflection = 0.0;         ///< of the static law, last, m
-  double largest_force = 0.0;      ///< of the touch, N
-  double normal_speed = 0.0;       ///< tool against string, last, m/s
-  double tangential_speed = 0.0;   ///< likewise
+  bool armed = false;             ///< letting go plucks
+  std::int64_t felt_ns = 0;       ///< when it last bore force
+  double energy_before = 0.0;     ///< of the ringing, when it began, J
+  double stored_before = 0.0;     ///< of all the string, J
+  double lambda = 0.5;            ///< of the last force
+  double share = 0.0;             ///< of the time with force, mean of some 20 ms
+  double deflection = 0.0;        ///< of the static law, last, m
+  double largest_force = 0.0;     ///< of the touch, N
+  double normal_speed = 0.0;      ///< tool against string, last, m/s
+  double tangential_speed = 0.0;  ///< likewise
 };
 
 /// What hands may still draw from a string beyond its static law, and what draws.
@@ -45,15 +45,15 @@ struct ToldEnvelope {
 /// What a client believes of a string.
 struct ToldSounding {
   bool sounds = false;
-  std::int64_t t_ns = 0;     ///< of what was told
+  std::int64_t t_ns = 0;       ///< of what was told
   std::int64_t looked_ns = 0;  ///< when it was last looked at
-  std::uint32_t number = 0;  ///< of the message
-  double from = 0.0;         ///< part of the string, [0, 1]
+  std::uint32_t number = 0;    ///< of the message
+  double from = 0.0;           ///< part of the string, [0, 1]
   double to = 1.0;
-  double frequency = 0.0;    ///< Hz
+  double frequency = 0.0;  ///< Hz
   double cents_per_s = 0.0;
-  double onset = 0.0;        ///< amplitude of the loudest so far, m
-  double heard_frequency = 0.0;  ///< when it was last looked at, Hz
+  double onset = 0.0;                            ///< amplitude of the loudest so far, m
+  double heard_frequency = 0.0;                  ///< when it was last looked at, Hz
   std::array<double, kMaxPartials> amplitude{};  ///< m
   std::array<double, kMaxPartials> decay{};      ///< s
   std::array<double, kMaxPartials> heard{};      ///< amplitudes when it was last looked at, m
@@ -62,13 +62,14 @@ struct ToldSounding {
 /// All that goes from tick to tick of one string.
 struct WaveState {
   bool awake = false;
-  bool stepped = false;         ///< in the last tick: somebody is near
-  bool sounded = false;         ///< a release has sounded, at sounded_ns
-  std::int32_t player = 0;      ///< the tool that touched it last
+  bool stepped = false;     ///< in the last tick: somebody is near
+  bool sounded = false;     ///< a release has sounded, at sounded_ns
+  std::int32_t player = 0;  ///< the tool that touched it last
   std::int64_t sounded_ns = 0;
-  double ringing = 0.0;         ///< energy about what holds it, J, at string.done_ns
-  double stored = 0.0;          ///< energy of all of it, J, likewise
-  double released = 0.0;        ///< the ringing at the last release, J
+  double ringing = 0.0;       ///< energy about what holds it, J, at string.done_ns
+  double stored = 0.0;        ///< energy of all of it, J, likewise
+  double released = 0.0;      ///< the ringing at the last release, J
+  double held_tension = 0.0;  ///< of the tuning, without what its swinging adds, N
   WaveString string;
   std::array<WaveGrip, kMaxTools> grips;
   WaveTank tank;

@@ -106,9 +106,8 @@ void lay(const Stepping& tick, double lambda, const Transverse& force) noexcept 
 
 /// Nothing else touches the string.
 bool is_alone(const WaveString& state, const WaveContact& contact) noexcept {
-  return std::all_of(state.contacts.begin(), state.contacts.end(), [&](const WaveContact& other) {
-    return &other == &contact || !other.near;
-  });
+  return std::all_of(state.contacts.begin(), state.contacts.end(),
+                     [&](const WaveContact& other) { return &other == &contact || !other.near; });
 }
 
 void begin(const Stepping& tick, const WaveTouch& touch, WaveContact& contact) noexcept {
@@ -194,7 +193,7 @@ WaveTuning tuning_at(const StringConstants& string, double tension, int modes) n
   tuning.tension = tension;
   tuning.modal_mass = string.modal_mass;
   tuning.decay = string.decay;
-  tuning.loss_n2 = 0.002;
+  tuning.loss_n2 = string.loss_n2;
   tuning.modes = modes;
   if (!(string.frequency > 0.0)) return tuning;
   const double raised = tension / string.tension;
@@ -248,9 +247,9 @@ void turn_to(std::int64_t t_ns, const WaveTable& table, WaveString& string) noex
   string.done_ns += steps * kSubStep_ns;
 }
 
-WaveTick step(const StringConstants& string, const InstrumentOptions& options,
-              const TickTime& time, std::span<const WaveTouch* const> touches,
-              const WaveTable& table, WaveString& state) noexcept {
+WaveTick step(const StringConstants& string, const InstrumentOptions& options, const TickTime& time,
+              std::span<const WaveTouch* const> touches, const WaveTable& table,
+              WaveString& state) noexcept {
   if (time.t_ns - state.done_ns > kMaxSteps * kSubStep_ns) {
     for (WaveContact& contact : state.contacts) let_go(contact);
     turn_to(time.t_ns - kMaxSteps * kSubStep_ns, table, state);

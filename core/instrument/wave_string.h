@@ -56,22 +56,22 @@ struct WaveTouch {
 
 /// One tool's contact, from tick to tick.
 struct WaveContact {
-  bool near = false;          ///< it was in the last tick
+  bool near = false;  ///< it was in the last tick
   bool firm = false;
-  StringContactPath path;     ///< `force` is the mean of the last tick
-  Transverse centre;          ///< as WaveTouch had it, m
-  Transverse push;            ///< of the static law on it, along the normal, N
-  double lacking = 0.0;       ///< what its radius is short of, for it began inside, m
-  double held = 0.0;          ///< in touch so long, s
-  double speed = 0.0;         ///< of the hand, mean of some 10 ms, m/s
-  double astray = 0.0;        ///< the static law has pressed and the string not, so long, s
-  Transverse load;            ///< force on the string, mean of some 5 ms, N
+  StringContactPath path;  ///< `force` is the mean of the last tick
+  Transverse centre;       ///< as WaveTouch had it, m
+  Transverse push;         ///< of the static law on it, along the normal, N
+  double lacking = 0.0;    ///< what its radius is short of, for it began inside, m
+  double held = 0.0;       ///< in touch so long, s
+  double speed = 0.0;      ///< of the hand, mean of some 10 ms, m/s
+  double astray = 0.0;     ///< the static law has pressed and the string not, so long, s
+  Transverse load;         ///< force on the string, mean of some 5 ms, N
 };
 
 /// State of a string.
 struct WaveString {
   WaveTuning tuning;
-  int count = 0;             ///< modes that it has
+  int count = 0;  ///< modes that it has
   ModalMotion motion;
   std::int64_t done_ns = 0;  ///< it has been stepped to here
   std::array<WaveContact, kMaxTools> contacts;
@@ -85,9 +85,9 @@ struct WaveTable {
 
 /// What one tick did.
 struct WaveTick {
-  int steps = 0;              ///< that were made
-  std::int64_t from_ns = 0;   ///< where they begin
-  int fallbacks = 0;          ///< of play()
+  int steps = 0;             ///< that were made
+  std::int64_t from_ns = 0;  ///< where they begin
+  int fallbacks = 0;         ///< of play()
 };
 
 /// Its length in time, ns.

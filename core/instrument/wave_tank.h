@@ -23,8 +23,8 @@ struct WavePort {
   double reach = 0.0;   ///< the hand's furthest way until the next tick, m
 };
 
-/// Books the tick of all tools that are near, or were in the last tick. `spare` (J): what the string
-/// has beyond its static law.
+/// Books the tick of all tools that are near, or were in the last tick. `spare` (J): what the
+/// string has beyond its static law.
 HD_REALTIME void settle_wave_tank(std::span<const WavePort> ports, double spare,
                                   WaveTank& tank) noexcept;
 

@@ -96,8 +96,8 @@ void project(const WaveState& state, const ModeTable& modes, SoundingPart& part)
     // Partial j of the part turns j / length times as fast as the string's first mode.
     const double slower = length / static_cast<double>(j + 1);
     const auto squared = [](const Transverse& x) { return x.y * x.y + x.z * x.z; };
-    part.partials[j] = 2.0 / kPlaces *
-                       std::sqrt(squared(sums[j].u) + slower * slower * squared(sums[j].v));
+    part.partials[j] =
+        2.0 / kPlaces * std::sqrt(squared(sums[j].u) + slower * slower * squared(sums[j].v));
   }
 }
 
@@ -137,9 +137,9 @@ SoundingPart sounding_part(const WaveState& state, const WaveTable& table) noexc
       project(state, table.modes, part);
       part.amplitude = same_energy(part);
     }
-    part.frequency = tuning.frequency / length *
-                     std::sqrt((1.0 + tuning.inharmonicity / (length * length)) /
-                               (1.0 + tuning.inharmonicity));
+    part.frequency =
+        tuning.frequency / length *
+        std::sqrt((1.0 + tuning.inharmonicity / (length * length)) / (1.0 + tuning.inharmonicity));
     // Its energy, but for what all parts have in common.
     const double loudness = part.amplitude * part.amplitude / length;
     if (loudness <= most) continue;

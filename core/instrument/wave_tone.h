@@ -15,9 +15,9 @@ inline constexpr double kStopShare = 0.9;
 struct SoundingPart {
   double from = 0.0;  ///< along the string, [0, 1]
   double to = 1.0;
-  double frequency = 0.0;  ///< of its first partial, Hz
-  double amplitude = 0.0;  ///< of a fundamental with its energy, m
-  int count = 0;           ///< partials
+  double frequency = 0.0;                       ///< of its first partial, Hz
+  double amplitude = 0.0;                       ///< of a fundamental with its energy, m
+  int count = 0;                                ///< partials
   std::array<double, kMaxPartials> partials{};  ///< amplitudes, both planes together, m
   /// Of the plane that swings more, rad: partial j is A_j cos(phase_j) now. Open strings alone.
   std::array<double, kMaxPartials> phases{};

@@ -22,6 +22,9 @@ constexpr double kLouder = 1.2589254117941673;
 constexpr double kLeastTone = 20e-6;
 /// Of the share of time with force, s.
 constexpr double kShareTime = 0.02;
+/// 1200 / log 2, and the largest glide an event can hold, cents.
+constexpr double kCentsPerNeper = 1731.2340490667561;
+constexpr double kMaxGlide = 1200.0;
 /// The envelope is told anew where it is off by this share, and no sooner than this, ns.
 constexpr double kEnvelopeError = 0.1;
 constexpr std::int64_t kEnvelopePause_ns = 20'000'000;
@@ -69,8 +72,8 @@ void tell_touch(const WatchedWave& wave, const WaveGrip& grip, std::int64_t t_ns
   }
 }
 
-void tell_armed(const WatchedWave& wave, const WaveGrip& grip, double force,
-                std::int64_t t_ns, StringEvents& events) noexcept {
+void tell_armed(const WatchedWave& wave, const WaveGrip& grip, double force, std::int64_t t_ns,
+                StringEvents& events) noexcept {
   StringEvent* const event = append(wave, StringEventKind::kPress, t_ns, events);
   if (event == nullptr) return;
   event->lambda = grip.lambda;
@@ -111,8 +114,13 @@ void tell_tone(const WatchedWave& wave, const WaveGrip& grip, double since,
   event->tangential_speed = grip.tangential_speed;
   event->amplitude = part.amplitude * exponential(since / wave.string.decay);
   event->level = tone_level(wave, grip.lambda, event->amplitude);
-  event->frequency = part.frequency;
+  const double raised = wave.state.string.tuning.tension / wave.state.held_tension;
+  event->frequency = part.frequency / std::sqrt(raised);
   event->decay = wave.string.decay;
+  if (raised > 1.0) {
+    event->glide_cents = std::min(kMaxGlide, 0.5 * kCentsPerNeper * logarithm(raised));
+    event->glide_decay = 0.5 * wave.string.decay;
+  }
   event->partial_count = part.count;
   const auto count = static_cast<std::size_t>(part.count);
   const double largest = *std::max_element(part.partials.begin(), part.partials.begin() + count);
@@ -183,8 +191,8 @@ void watch_grip(const WatchedWave& wave, const WaveTick& tick, const WaveGripTic
       tell_touch(wave, grip, tick.from_ns + path.first * kSubStep_ns, events);
     }
     const double arm = wave.options.release.arm_deflection;
-    const bool bent = now.deflection > arm || state.stored - grip.stored_before >
-                                                  bent_energy(wave, grip.lambda, arm);
+    const bool bent = now.deflection > arm ||
+                      state.stored - grip.stored_before > bent_energy(wave, grip.lambda, arm);
     if (!grip.armed && bent) {
       grip.armed = true;
       tell_armed(wave, grip, norm(path.force), t_ns, events);

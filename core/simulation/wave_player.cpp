@@ -22,10 +22,14 @@ constexpr double kMinBend = 1e-6;
 /// a sub-step bears.
 constexpr double kMinRaise = 0.5;
 constexpr double kMaxRaise = 16.0;
+/// And of that the most that its swinging may add: beyond it the swing would feed on itself.
+constexpr double kMaxSwingRaise = 0.25;
 /// A change of tension below this share is none: 0.02 cents.
 constexpr double kSameTension = 2e-5;
 /// A string that nobody is near is read so often, ns.
 constexpr std::int64_t kReadEvery_ns = 50'000'000;
+/// And so often while its pitch glides.
+constexpr std::int64_t kReadGlideEvery_ns = 5'000'000;
 /// It falls asleep where it swings by less, m.
 constexpr double kLeastSwing = 2e-6;
 
@@ -104,15 +108,13 @@ void aim(const Playing& playing, const ToolPlay& play, NearTool& tool) noexcept 
   const StringProximity& near = tool.proximity;
   const StringFrame& frame = playing.frame;
   WaveTouch& touch = tool.touch;
-  touch.radius = near.radius + play.scene.obstacles
-                                   .capsules_W[static_cast<std::size_t>(playing.wave.string)]
-                                   .r;
+  touch.radius = near.radius +
+                 play.scene.obstacles.capsules_W[static_cast<std::size_t>(playing.wave.string)].r;
   touch.force = near.touch.force;
   const Vector3 p_WS = near.p_WC + near.radius * near.nhat_W;
   const Pose& X_WG = play.rendered.X_WG;
   const Vector3 p_WS_before =
-      play.way.X_WG_before.p +
-      play.way.X_WG_before.q * (X_WG.q.conjugate() * (p_WS - X_WG.p));
+      play.way.X_WG_before.p + play.way.X_WG_before.q * (X_WG.q.conjugate() * (p_WS - X_WG.p));
   touch.lambda = std::clamp(place_along(frame, p_WS), 0.0, 1.0);
   touch.lambda_before = std::clamp(place_along(frame, p_WS_before), 0.0, 1.0);
   touch.centre = across(frame, p_WS - frame.p_WA);
@@ -126,8 +128,8 @@ void aim(const Playing& playing, const ToolPlay& play, NearTool& tool) noexcept 
     touch.lambda = whole_lambda(play.view, playing.wave.string, near.touch.lambda);
     touch.centre = {u.y + touch.radius * touch.normal.y, u.z + touch.radius * touch.normal.z};
   }
-  touch.compliance = compliance_of(play, near, std::min(playing.string.contact_stiffness,
-                                                        play.way.input.stiffness.kt));
+  touch.compliance = compliance_of(
+      play, near, std::min(playing.string.contact_stiffness, play.way.input.stiffness.kt));
   const Vector3 v_W = point_velocity(play.rendered.V_WH, near.p_WC - X_WG.p);
   touch.hand_speed = v_W.norm();
 }
@@ -146,8 +148,8 @@ bool find_near(const Playing& playing, NearTools& tools, Touches& touches) noexc
     touches[k] = nullptr;
     if (!play.state.placed) continue;
     NearTool& tool = tools[k];
-    tool.proximity = proximity_to(play, memory.visits[k * memory.tracks.size() + s],
-                                  playing.wave.string);
+    tool.proximity =
+        proximity_to(play, memory.visits[k * memory.tracks.size() + s], playing.wave.string);
     const StringTouch& touch = tool.proximity.touch;
     if (tool.proximity.part < 0) continue;
     const double swing = reach_of(state.string.tuning, state.stored, touch.lambda);
@@ -177,7 +179,7 @@ double tension_of(const Playing& playing, const NearTools& tools, const Touches&
   if (pressing == 1) {
     const double u = norm(across(playing.frame, only->proximity.u_W));
     const double run = only->touch.lambda * (1.0 - only->touch.lambda) * string.length;
-    if (u < kMinBend || !(run > 0.0)) return playing.kept.state.string.tuning.tension;
+    if (u < kMinBend || !(run > 0.0)) return playing.kept.state.held_tension;
     tension = norm(across(playing.frame, only->proximity.F_W)) * run / u;
   } else {
     StringTools views;
@@ -194,8 +196,20 @@ double tension_of(const Playing& playing, const NearTools& tools, const Touches&
   return std::clamp(tension, kMinRaise * string.tension, kMaxRaise * string.tension);
 }
 
-void tune(const Playing& playing, double tension) noexcept {
+/// What its swinging adds to the tension, N: E A times its mean extension, which holds half of its
+/// energy.
+double swing_tension(const Playing& playing, double held) noexcept {
+  const StringConstants& string = playing.string;
+  if (!playing.options.pitch_glide || !(string.axial_stiffness > 0.0)) return 0.0;
+  const double extension = 0.5 * playing.kept.state.ringing / held;
+  return std::min(string.axial_stiffness / string.length * extension, kMaxSwingRaise * held);
+}
+
+/// Of a string that its static laws hold at the tension `held`.
+void tune(const Playing& playing, double held) noexcept {
   WaveString& string = playing.kept.state.string;
+  playing.kept.state.held_tension = held;
+  double tension = held + swing_tension(playing, held);
   const double before = string.tuning.tension;
   if (std::abs(tension - before) < kSameTension * before) tension = before;
   retune(tuning_at(playing.string, tension, playing.options.modes), playing.kept.table, string);
@@ -234,8 +248,7 @@ double law_energy(const ToolPlay& play, const Playing& playing, const NearTool& 
   const StringConstants& seen = play.way.input.strings[s];
   const double lambda = tool.proximity.touch.lambda;
   const double u = norm(across(playing.frame, tool.proximity.u_W));
-  const Deflection law =
-      ask_model(seen, [&](const auto& model) { return model.law(lambda, u); });
+  const Deflection law = ask_model(seen, [&](const auto& model) { return model.law(lambda, u); });
   return law.energy + 0.5 * force * force * tool.touch.compliance;
 }
 
@@ -334,10 +347,10 @@ void watch(const Playing& playing, const WaveTick& stepped, const NearTools& too
   for (std::size_t k = 0; k < playing.wave.memory.tools.size() && stepped.steps > 0; ++k) {
     const StringTouch& touch = tools[k].proximity.touch;
     const std::size_t first = events.size();
-    watch_grip(watched, stepped,
-               {k, touch.force > 0.0 ? touch.deflection : 0.0, touch.normal_speed,
-                touch.tangential_speed},
-               events);
+    watch_grip(
+        watched, stepped,
+        {k, touch.force > 0.0 ? touch.deflection : 0.0, touch.normal_speed, touch.tangential_speed},
+        events);
     name_places(tools, k, first, events);
   }
   const std::size_t first = events.size();
@@ -381,8 +394,7 @@ bool is_quiet(const Playing& playing) noexcept {
     if (grip.touching) return false;
   }
   const double least = playing.options.sleep_energy * state.released;
-  return state.ringing <= least ||
-         amplitude_of(state.string.tuning, state.ringing) < kLeastSwing;
+  return state.ringing <= least || amplitude_of(state.string.tuning, state.ringing) < kLeastSwing;
 }
 
 /// Rings, and nobody is near.
@@ -396,8 +408,12 @@ void ring_on(const Playing& playing) noexcept {
     state.stepped = false;
     read_energies(playing);
   }
-  if (playing.time.t_ns - state.string.done_ns < kReadEvery_ns) return;
+  const bool glides = state.string.tuning.tension != state.held_tension;
+  const std::int64_t pause = playing.time.t_ns - state.string.done_ns;
+  const bool as_before = playing.string.tension == state.held_tension;
+  if (as_before && pause < (glides ? kReadGlideEvery_ns : kReadEvery_ns)) return;
   turn_to(playing.time.t_ns, playing.kept.table, state.string);
+  tune(playing, playing.string.tension);
   read_energies(playing);
 }
 
@@ -454,13 +470,12 @@ void play_wave(const PlayedWave& wave, Tick& tick, StringEvents& events) noexcep
     wake(playing);
     state.stepped = true;
     tune(playing, tension_of(playing, tools, touches));
-    stepped = step(playing.string, playing.options, playing.time,
-                   std::span(touches).first(wave.memory.tools.size()), playing.kept.table,
-                   state.string);
+    stepped =
+        step(playing.string, playing.options, playing.time,
+             std::span(touches).first(wave.memory.tools.size()), playing.kept.table, state.string);
     read_energies(playing);
     give_forces(playing, tools, touches);
   } else if (state.awake) {
-    tune(playing, playing.string.tension);
     ring_on(playing);
   }
   watch(playing, stepped, tools, events);
