@@ -36,7 +36,7 @@ std::optional<ParameterFault> check_options(const InstrumentOptions& options) no
                 "the range of modes.count is written out below and in scene.proto");
   const ReleaseOptions& release = options.release;
   const ToneOptions& tones = options.tones;
-  const std::array<Entry, 11> entries{{
+  const std::array<Entry, 10> entries{{
       {"vibration.sleep_energy",
        options.sleep_energy,
        {0.0, 0.1, false, "(0, 0.1]"},
@@ -45,10 +45,6 @@ std::optional<ParameterFault> check_options(const InstrumentOptions& options) no
        static_cast<double>(options.modes),
        {0.0, kMaxModes, true, "[0, 64]"},
        "Give the number of modes per string; 0 is the fundamental alone."},
-      {"modal_steps",
-       static_cast<double>(options.modal_steps),
-       {1.0, 4096.0, true, "[1, 4096]"},
-       "Give the contact steps per tick of a string with modes; 64 is usual."},
       {"friction.anchor_stiffness_n_per_m",
        options.anchor_stiffness,
        {1e-3, 1e9, true, "[1e-3, 1e9]"},

@@ -41,10 +41,7 @@ struct InstrumentOptions {
   bool pitch_glide = false;    ///< f(a) = f_1 pitch_factor(lambda, a)
   double sleep_energy = 1e-4;  ///< share of the energy at release below which it sleeps, (0, 0.1]
   int modes = 0;               ///< modes per string, [0, 64]; 0: the fundamental alone
-  /// Contact steps per tick of a touched string with modes, [1, 4096]; cost and accuracy are
-  /// measured by tests/benchmark.
-  int modal_steps = 64;
-  bool friction = false;          ///< Coulomb friction with a stick anchor per object
+  bool friction = false;       ///< Coulomb friction with a stick anchor per object
   double anchor_stiffness = 1e4;  ///< of that anchor, N/m, [1e-3, 1e9]
   bool lateral_force = false;     ///< axial force of strings that do not yield; others have it
   /// Largest acceleration of a held tool, m/s^2, (0, 1e6]: bounds how much work the vibration may
@@ -55,8 +52,8 @@ struct InstrumentOptions {
 };
 
 /// The first fault of `options`, none when all is well. Non-finite numbers are out of range. Fields
-/// are named by their path in Scene, such as "release.refractory_s"; the two that scenes do not set
-/// by the name they have here. 35 ns.
+/// are named by their path in Scene, such as "release.refractory_s"; the one that scenes do not set
+/// by the name it has here. 35 ns.
 [[nodiscard]] HD_REALTIME std::optional<ParameterFault> check_options(
     const InstrumentOptions& options) noexcept;
 

@@ -1,4 +1,4 @@
-// Frequencies, shapes and phases of the modes of a string, as the functions on ModalString share
+// Frequencies, shapes and phases of the modes of a string, as those who play strings share
 // them. Turns are reduced before they become angles, so sin_cos stays in its range for every
 // frequency and time. SI. RT: yes, inline.
 #pragma once

@@ -23,7 +23,6 @@ struct Tick {
   const InstrumentOptions& options;
   const StringTouch& touch;
   StringState& state;
-  ModalString* modes;
   const StringReport& report;
 };
 
@@ -32,14 +31,9 @@ double motion(const Tick& tick) noexcept {
   return tick.touch.way.value_or(tick.touch.distance - tick.touch.distance_before);
 }
 
-bool rings(const StringState& state) noexcept { return state.level >= StringPhase::kFundamental; }
+bool rings(const StringState& state) noexcept { return state.level == StringPhase::kFundamental; }
 
 bool may_ring(const Tick& tick) noexcept { return tick.options.vibration && tick.model.rings(); }
-
-bool may_use_modes(const Tick& tick) noexcept {
-  return may_ring(tick) && tick.modes != nullptr && tick.options.modes > 0 &&
-         tick.model.has_modes();
-}
 
 /// What the string can do without ringing: under a finger it is bent, else it sleeps.
 StringPhase silent_level(const Tick& tick) noexcept {
@@ -50,20 +44,19 @@ StringPhase silent_level(const Tick& tick) noexcept {
 void fall_silent(const Tick& tick) noexcept {
   tick.state.vibration = Vibration{};
   tick.state.tank = EnergyTank{};
-  if (tick.modes != nullptr) tick.modes->count = 0;
   tick.state.level = silent_level(tick);
 }
 
 /// The envelope at the place of the release, m.
 double ringing_amplitude(const StringState& state) noexcept {
-  return rings(state) ? state.vibration.amplitude * state.vibration.reach : 0.0;
+  return rings(state) ? state.vibration.amplitude : 0.0;
 }
 
-/// Advances energy and phase to t_ns; the tank decays alike. Returns the pitch over f_1.
-double advance_view(const Tick& tick, std::int64_t t_ns) noexcept {
+/// Advances energy and phase to t_ns; the tank decays alike.
+void advance_fundamental(const Tick& tick, std::int64_t t_ns) noexcept {
   Vibration& vibration = tick.state.vibration;
   const double before = vibration.energy;
-  const double pitch = advance_vibration(tick.string, tick.options.pitch_glide, t_ns, vibration);
+  advance_vibration(tick.string, tick.options.pitch_glide, t_ns, vibration);
   EnergyTank& tank = tick.state.tank;
   if (tank.energy == before) {
     tank.energy = vibration.energy;
@@ -71,12 +64,6 @@ double advance_view(const Tick& tick, std::int64_t t_ns) noexcept {
     tank.energy *= vibration.energy / before;
   }
   tank.energy = std::min(tank.energy, vibration.energy);
-  return pitch;
-}
-
-void set_view_energy(const Tick& tick, double energy) noexcept {
-  set_energy(tick.string, energy, tick.state.vibration);
-  tick.state.tank.energy = std::min(tick.state.tank.energy, energy);
 }
 
 /// Takes the work of the held force over `moved` from the vibration.
@@ -102,20 +89,6 @@ void book_work(const Tick& tick, bool slipped) noexcept {
   book(tick.string, moved, tick.touch.time.t_ns, tick.state);
 }
 
-/// After a touch the modes have no more energy than the touch has left in the books: what the hand
-/// did to them without feeling it is no energy of its own.
-void reconcile_modes(const Tick& tick) noexcept {
-  const double energy =
-      modal_energy(tick.string, *tick.modes, tick.string.decay, tick.touch.time.t_ns);
-  const double booked = tick.state.vibration.energy;
-  if (energy <= booked) {
-    set_view_energy(tick, energy);
-    return;
-  }
-  const double scale = std::sqrt(booked / energy);
-  for (double& amplitude : tick.modes->amplitude) amplitude *= scale;
-}
-
 void begin_touch(const Tick& tick, std::int64_t t_ns) noexcept {
   StringState& state = tick.state;
   if (!rings(state)) {
@@ -126,15 +99,8 @@ void begin_touch(const Tick& tick, std::int64_t t_ns) noexcept {
     }
     return;
   }
-  advance_view(tick, t_ns);
+  advance_fundamental(tick, t_ns);
   set_decay(tick.string.touch_decay, state.vibration);
-  if (state.level == StringPhase::kFundamental && may_use_modes(tick)) {
-    // The modes count displacement into the string, as sines' cosines: a quarter turn ahead.
-    constexpr std::uint64_t kQuarterTurn = std::uint64_t{1} << 62U;
-    set_fundamental({state.vibration.amplitude, state.vibration.phase + kQuarterTurn},
-                    tick.options.modes, t_ns, *tick.modes);
-    state.level = StringPhase::kModes;
-  }
   report_touch(tick.report, tick.touch, true, t_ns);
   report_ringing_radius(tick.report, RadiusPhase::kDamp,
                         {ringing_amplitude(state), tick.string.touch_decay, t_ns});
@@ -151,29 +117,10 @@ void leave(const Tick& tick, std::int64_t t_ns) noexcept {
     return;
   }
   // Damped up to the loss, or to where the books are if that was in an earlier tick.
-  advance_view(tick, t_ns);
+  advance_fundamental(tick, t_ns);
   set_decay(tick.string.decay, state.vibration);
   report_ringing_radius(tick.report, RadiusPhase::kRelease,
                         {ringing_amplitude(state), tick.string.decay, state.vibration.t_ns});
-}
-
-/// What a release alone would leave ringing, at the instant of the loss.
-struct Ringing {
-  double energy;     ///< J
-  double amplitude;  ///< at the place of the release, m
-};
-
-Ringing pluck_string(const Tick& tick, ModalString& plucked) noexcept {
-  const ReleaseDetector& detector = tick.state.detector;
-  const double amplitude = detector.lost_amplitude;
-  if (!may_use_modes(tick)) return {fundamental_energy(tick.string, amplitude), amplitude};
-  const double unload_time =
-      static_cast<double>(detector.lost_ns - detector.unload_ns) * kSecondsPerNanosecond;
-  pluck_modes(
-      tick.string,
-      {detector.lambda, detector.unload_deflection, std::max(unload_time, 0.0), detector.lost_ns},
-      tick.options.modes, plucked);
-  return {modal_energy(tick.string, plucked, tick.string.decay, detector.lost_ns), amplitude};
 }
 
 /// What the hand has drawn of late. Forgotten once it has drawn nothing for T_d, or left the string
@@ -187,23 +134,15 @@ double drawn_of_late(const Tick& tick) noexcept {
   return state.detector.slipped || since > tick.string.decay ? 0.0 : state.drawn;
 }
 
-/// The string rings again from the loss on, up to the end of the tick.
-void start_ringing(const Tick& tick, const Ringing& ringing, const ModalString& plucked) noexcept {
+/// The string rings again with `energy` (J) from the loss on, up to the end of the tick.
+void start_ringing(const Tick& tick, double energy) noexcept {
   StringState& state = tick.state;
   const ReleaseDetector& detector = state.detector;
   Vibration& vibration = state.vibration;
   const double in_tank = state.tank.energy;
-  vibration = start_vibration(tick.string, ringing.energy, detector.lambda, detector.lost_ns);
+  vibration = start_vibration(tick.string, energy, detector.lambda, detector.lost_ns);
   state.level = StringPhase::kFundamental;
-  if (may_use_modes(tick)) {
-    vibration.reach = ringing.amplitude / vibration.amplitude;
-    *tick.modes = plucked;
-    state.level = StringPhase::kModes;
-  }
-  const double pitch = advance_view(tick, tick.touch.time.t_ns);
-  if (state.level == StringPhase::kModes) {
-    advance_free_modes(tick.string, pitch, tick.touch.time.t_ns - detector.lost_ns, *tick.modes);
-  }
+  advance_fundamental(tick, tick.touch.time.t_ns);
   state.drawn = drawn_of_late(tick);
   state.tank.energy = std::max(std::min(in_tank, vibration.energy), vibration.energy - state.drawn);
 }
@@ -216,14 +155,11 @@ void release(const Tick& tick) noexcept {
   report_end(tick.report, StringEventKind::kRelease, t_ns);
 
   if (may_ring(tick)) {
-    ModalString plucked;
-    const Ringing ringing = pluck_string(tick, plucked);
-    const double left =
-        ringing.energy * decay_over(tick.touch.time.t_ns - t_ns, 0.5 * tick.string.decay);
+    const double energy = fundamental_energy(tick.string, detector.lost_amplitude);
+    const double left = energy * decay_over(tick.touch.time.t_ns - t_ns, 0.5 * tick.string.decay);
     if (left > state.vibration.energy) {
-      start_ringing(tick, ringing, plucked);
+      start_ringing(tick, energy);
     } else if (rings(state)) {
-      if (state.level == StringPhase::kModes) reconcile_modes(tick);
       state.vibration.released_energy = state.vibration.energy;
     }
   }
@@ -254,42 +190,13 @@ void fit_level(const Tick& tick) noexcept {
     report_ringing_radius(tick.report, RadiusPhase::kRelease, {0.0, 0.0, tick.touch.time.t_ns});
     return;
   }
-  if (state.level == StringPhase::kModes && !may_use_modes(tick)) {
-    state.level = StringPhase::kFundamental;
-  }
   const bool damped = state.detector.touching;
   set_decay(damped ? tick.string.touch_decay : tick.string.decay, state.vibration);
 }
 
-/// Mean force over the tick of the string, at rest and as linear as its modes are, on a finger of
-/// touch.stiffness.
-double linear_static_force(const Tick& tick) noexcept {
-  const StringTouch& touch = tick.touch;
-  const double deep = -std::min(touch.distance_before, touch.distance);
-  const double shallow = -std::max(touch.distance_before, touch.distance);
-  if (deep <= 0.0) return 0.0;
-  const double mean =
-      shallow >= 0.0 ? 0.5 * (deep + shallow) : 0.5 * deep * (deep / (deep - shallow));
-  const double compliance = residual_compliance(tick.string, touch.lambda, 0);
-  return mean * touch.stiffness / (1.0 + touch.stiffness * compliance);
-}
-
-/// Rings to the end of the tick. Returns the force of the modes beyond the static one, N; 0 without
-/// modes or finger.
-double ring_on(const Tick& tick, bool under_finger) noexcept {
-  if (!rings(tick.state)) return 0.0;
-  const std::int64_t elapsed_ns = tick.touch.time.t_ns - tick.state.vibration.t_ns;
-  const double pitch = advance_view(tick, tick.touch.time.t_ns);
-  if (tick.state.level != StringPhase::kModes) return 0.0;
-  if (!under_finger) {
-    advance_free_modes(tick.string, pitch, std::max<std::int64_t>(elapsed_ns, 0), *tick.modes);
-    return 0.0;
-  }
-  const StringTouch& touch = tick.touch;
-  const PressingFinger finger{touch.lambda, -touch.distance_before, -touch.distance,
-                              touch.stiffness, tick.options.modal_steps};
-  const ModalTouch felt = touch_modes(tick.string, finger, touch.time, *tick.modes);
-  return felt.force - linear_static_force(tick);
+/// Rings to the end of the tick.
+void ring_on(const Tick& tick) noexcept {
+  if (rings(tick.state)) advance_fundamental(tick, tick.touch.time.t_ns);
 }
 
 /// Descends when little is left.
@@ -314,14 +221,13 @@ double fundamental_force(const Tick& tick) noexcept {
 }
 
 /// The force to hold until the next tick: never attracts, and never gives more than the tank has.
-double vibration_force(const Tick& tick, double modal_force) noexcept {
+double vibration_force(const Tick& tick) noexcept {
   StringState& state = tick.state;
   if (!rings(state) || !state.detector.touching) {
     state.tank.held_force = 0.0;
     return 0.0;
   }
-  double force = state.level == StringPhase::kModes ? modal_force : fundamental_force(tick);
-  force = std::max(force, -std::max(tick.touch.force, 0.0));
+  const double force = std::max(fundamental_force(tick), -std::max(tick.touch.force, 0.0));
   const double dt = static_cast<double>(tick.touch.time.dt_ns) * kSecondsPerNanosecond;
   const double speed = std::max({std::abs(tick.touch.normal_speed), std::abs(tick.touch.hand_speed),
                                  std::abs(motion(tick)) / dt});
@@ -358,7 +264,7 @@ double QuasiStaticString::reach(const StringState& state, double lambda,
                                 std::int64_t t_ns) const noexcept {
   if (!hapticd::rings(state)) return 0.0;
   const double amplitude = fundamental_amplitude(string_, energy_at(state.vibration, t_ns));
-  return amplitude * state.vibration.reach * shape_factor(state.vibration, lambda);
+  return amplitude * shape_factor(state.vibration, lambda);
 }
 
 void book_held_force(const StringConstants& string, double way, std::int64_t t_ns,
@@ -374,7 +280,7 @@ StringResponse QuasiStaticString::advance(const SoundingString& sounding, const 
   if (touch.time.dt_ns <= 0) return {state.tank.held_force, radius_growth(state)};
 
   const StringReport report{sounding, events};
-  const Tick tick{*this, string_, sounding.options, touch, state, sounding.modes, report};
+  const Tick tick{*this, string_, sounding.options, touch, state, report};
   fit_level(tick);
 
   const TouchLimits limits = touch_limits(tick);
@@ -382,15 +288,13 @@ StringResponse QuasiStaticString::advance(const SoundingString& sounding, const 
   const TouchReport change = watch_touch(string_, limits, touch, state.detector);
   book_work(tick, was_pressed && !state.detector.contact && state.detector.slipped);
 
-  const bool left = change.ended && !change.released;
   if (change.began) begin_touch(tick, change.began_ns);
   if (change.armed) report_armed(report, touch, state.detector.deflection, change.armed_ns);
-  if (left) leave(tick, change.ended_ns);
-  const double modal_force = ring_on(tick, state.detector.touching || change.ended);
-  if (left && state.level == StringPhase::kModes) reconcile_modes(tick);
+  if (change.ended && !change.released) leave(tick, change.ended_ns);
+  ring_on(tick);
   if (change.released) release(tick);
   sleep_when_quiet(tick);
-  return {vibration_force(tick, modal_force), radius_growth(state)};
+  return {vibration_force(tick), radius_growth(state)};
 }
 
 }  // namespace hapticd

@@ -1,5 +1,5 @@
 // The string of the paper: under a finger it is bent as in static equilibrium, once let go it rings
-// with its fundamental or its modes, and a scene says how far up that ladder a string may climb
+// with its fundamental, and a scene says how far up that ladder a string may climb
 // (StringDetail) and whether a contact moves it (StringContact). The ladder asleep - touched -
 // ringing - ringing under a finger, with vibration force, release detector and events. Frames:
 // scalars along the touch normal. Source: Eq. 8-13 of the paper; the departures are named where
@@ -10,7 +10,7 @@
 // change of level keeps it. A release fills the tank with what rings, less what the hand has drawn
 // of late unless it left the string by slipping off: so no hand, not even one that plucks the
 // string anew in every swing, ever draws more than the largest energy it was released with. RT:
-// yes; 30 ns while it rings, 70 ns while touched, 130 ns both, with modes as they cost.
+// yes; 30 ns while it rings, 70 ns while touched, 130 ns both.
 #pragma once
 
 #include <algorithm>
@@ -32,10 +32,6 @@ class QuasiStaticString {
   /// True where it may ring once it is let go.
   [[nodiscard]] bool rings() const noexcept {
     return string_.max_level >= StringDetail::kFundamental && string_.frequency > 0.0;
-  }
-  /// True where it may ring in modes.
-  [[nodiscard]] bool has_modes() const noexcept {
-    return string_.max_level == StringDetail::kModes;
   }
 
   /// Its law at a deflection, as deflect().

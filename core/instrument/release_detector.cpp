@@ -107,16 +107,7 @@ Course follow_contact(const StringConstants& string, const TouchLimits& limits,
     turn_residual({f, string.decay}, (1.0 - course.to) * dt, 0.0, detector);
   }
 
-  if (lost) {
-    detector.lost_deflection = detector.deflection;
-    if (detector.slipped) {
-      detector.unload_deflection = detector.deflection;
-      detector.unload_ns = instant(touch.time, course.to);
-    }
-  } else if (contact && course.change >= 0.0) {
-    detector.unload_deflection = deflection;
-    detector.unload_ns = touch.time.t_ns;
-  }
+  if (lost) detector.lost_deflection = detector.deflection;
   detector.contact = contact;
   detector.deflection = deflection;
   return course;

@@ -38,11 +38,7 @@ struct ReleaseDetector {
   double largest_deflection = 0.0;  ///< of the touch, m
   double lost_deflection = 0.0;     ///< before the last loss of contact, m
   double lost_amplitude = 0.0;      ///< A at the last loss, at most largest_deflection, m
-  /// The falling part of delta's course before the last loss: from unload_deflection (m) at
-  /// unload_ns on. For the spectrum of the pluck.
-  double unload_deflection = 0.0;
-  std::int64_t unload_ns = 0;
-  std::int64_t lost_ns = 0;  ///< instant of the last loss
+  std::int64_t lost_ns = 0;         ///< instant of the last loss
   /// integral delta'(s) exp((i omega + 1/T_d) (s - t)) ds, up to the last tick, m.
   double residual_re = 0.0;
   double residual_im = 0.0;

@@ -10,17 +10,17 @@
 namespace hapticd {
 
 HD_VISIT_FIELDS(EnergyTank, energy, held_force)
-HD_VISIT_FIELDS(Vibration, energy, amplitude, released_energy, lambda, reach, decay, phase, t_ns,
+HD_VISIT_FIELDS(Vibration, energy, amplitude, released_energy, lambda, decay, phase, t_ns,
                 anchor_energy, anchor_ns)
 HD_VISIT_FIELDS(ReleaseDetector, touching, inside, contact, armed, outside, slipped, deflection,
                 force, normal_speed, tangential_speed, lambda, withdrawal, largest_force,
-                largest_deflection, lost_deflection, lost_amplitude, unload_deflection, unload_ns,
-                lost_ns, residual_re, residual_im, sounded, sounded_ns)
+                largest_deflection, lost_deflection, lost_amplitude, lost_ns, residual_re,
+                residual_im, sounded, sounded_ns)
 
 template <FieldsOf<StringState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [level, detector, vibration, tank, drawn, drawn_ns] = state;
-  visit.bounded(level, 0, static_cast<int>(StringPhase::kModes));
+  visit.bounded(level, 0, static_cast<int>(StringPhase::kFundamental));
   visit(detector, vibration, tank, drawn, drawn_ns);
 }
 
@@ -97,7 +97,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(reference_amplitude, reference_force, gain);
 }
 
-HD_VISIT_FIELDS(InstrumentOptions, vibration, pitch_glide, sleep_energy, modes, modal_steps,
-                friction, anchor_stiffness, lateral_force, max_acceleration, release, tones)
+HD_VISIT_FIELDS(InstrumentOptions, vibration, pitch_glide, sleep_energy, modes, friction,
+                anchor_stiffness, lateral_force, max_acceleration, release, tones)
 
 }  // namespace hapticd

@@ -68,7 +68,7 @@ void report_end(const StringReport& report, StringEventKind kind, std::int64_t t
 }
 
 void report_tone(const StringReport& report, double amplitude) noexcept {
-  const auto& [index, string, options, state, modes] = report.sounding;
+  const auto& [index, string, options, state] = report.sounding;
   const ReleaseDetector& detector = state.detector;
   StringEvent* const event = append(report, StringEventKind::kTone, detector.lost_ns);
   if (event == nullptr) return;
@@ -81,15 +81,11 @@ void report_tone(const StringReport& report, double amplitude) noexcept {
   event->decay = string.decay;
   if (options.pitch_glide) {
     const Vibration& vibration = state.vibration;
-    const double onset =
-        fundamental_amplitude(string, energy_at(vibration, detector.lost_ns)) * vibration.reach;
+    const double onset = fundamental_amplitude(string, energy_at(vibration, detector.lost_ns));
     const double cents = kCentsPerNeper * logarithm(pitch_factor(string, vibration.lambda, onset));
     event->glide_cents = std::clamp(cents, 0.0, kMaxGlide);
     // The extension, and with it the cents, goes with the square of the amplitude.
     event->glide_decay = 0.5 * string.decay;
-  }
-  if (state.level == StringPhase::kModes) {
-    event->partial_count = relative_partials(*modes, event->partials);
   }
 }
 

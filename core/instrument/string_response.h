@@ -5,7 +5,6 @@
 
 #include "core/instrument/energy_tank.h"
 #include "core/instrument/instrument_options.h"
-#include "core/instrument/modal_string.h"
 #include "core/instrument/release_detector.h"
 #include "core/instrument/string_parameters.h"
 #include "core/instrument/string_touch.h"
@@ -19,7 +18,7 @@ namespace hapticd {
 struct StringState {
   StringPhase level = StringPhase::kAsleep;
   ReleaseDetector detector;
-  Vibration vibration;  ///< the fundamental's view: energy, envelope, phase; kept at every level
+  Vibration vibration;  ///< of the fundamental
   EnergyTank tank;
   double drawn = 0.0;         ///< what the hand has drawn from the vibration of late, J
   std::int64_t drawn_ns = 0;  ///< when it last did
@@ -31,7 +30,6 @@ struct SoundingString {
   const StringConstants& string;
   const InstrumentOptions& options;
   StringState& state;
-  ModalString* modes;  ///< null where options.modes == 0
 };
 
 /// What the string adds to the tick.

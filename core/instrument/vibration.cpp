@@ -50,29 +50,26 @@ void set_decay(double decay, Vibration& vibration) noexcept {
   vibration.decay = decay;
 }
 
-double advance_vibration(const StringConstants& string, bool glide, std::int64_t t_ns,
-                         Vibration& vibration) noexcept {
+void advance_vibration(const StringConstants& string, bool glide, std::int64_t t_ns,
+                       Vibration& vibration) noexcept {
   const std::int64_t elapsed_ns = t_ns - vibration.t_ns;
-  if (elapsed_ns <= 0) return 1.0;
-  const double swing_before = vibration.amplitude * vibration.reach;
+  if (elapsed_ns <= 0) return;
+  const double swing_before = vibration.amplitude;
   vibration.energy = energy_at(vibration, t_ns);
   vibration.amplitude = fundamental_amplitude(string, vibration.energy);
   vibration.t_ns = t_ns;
 
   double pitch = 1.0;
   if (glide) {
-    const double swing = vibration.amplitude * vibration.reach;
     pitch = 0.5 * (pitch_factor(string, vibration.lambda, swing_before) +
-                   pitch_factor(string, vibration.lambda, swing));
+                   pitch_factor(string, vibration.lambda, vibration.amplitude));
   }
   const double elapsed = static_cast<double>(elapsed_ns) * kSecondsPerNanosecond;
   vibration.phase += phase_of_turns(string.frequency * pitch * elapsed);
-  return pitch;
 }
 
 double displacement(const Vibration& vibration) noexcept {
-  return vibration.amplitude * vibration.reach *
-         sin_half_turns(2.0 * turns_of_phase(vibration.phase));
+  return vibration.amplitude * sin_half_turns(2.0 * turns_of_phase(vibration.phase));
 }
 
 double shape_factor(const Vibration& vibration, double lambda) noexcept {

@@ -19,11 +19,8 @@ struct Vibration {
   double amplitude = 0.0;        ///< r: of a fundamental with that energy, m
   double released_energy = 0.0;  ///< E0: E when it was released, J
   double lambda = 0.5;           ///< where it was released
-  /// Amplitude of the string at that place over r: 1 for the fundamental alone; with modes it
-  /// depends on how they share the energy.
-  double reach = 1.0;
-  double decay = 0.0;       ///< T_d of the amplitude, s
-  std::uint64_t phase = 0;  ///< f t in units of 2^-64 turn
+  double decay = 0.0;            ///< T_d of the amplitude, s
+  std::uint64_t phase = 0;       ///< f t in units of 2^-64 turn
   std::int64_t t_ns = 0;
   double anchor_energy = 0.0;  ///< E = anchor_energy exp(-2 (t_ns - anchor_ns) / T_d)
   std::int64_t anchor_ns = 0;
@@ -53,10 +50,10 @@ HD_REALTIME void set_energy(const StringConstants& string, double energy,
 HD_REALTIME void set_decay(double decay, Vibration& vibration) noexcept;
 
 /// Advances to t_ns; an earlier one does nothing. With `glide` the frequency is f_1 pitch_factor()
-/// of the envelope where it was released, averaged between the beginning and the end. Returns the
-/// frequency over f_1. 20 ns, twice that with glide.
-HD_REALTIME double advance_vibration(const StringConstants& string, bool glide, std::int64_t t_ns,
-                                     Vibration& vibration) noexcept;
+/// of the envelope where it was released, averaged between the beginning and the end. 20 ns, twice
+/// that with glide.
+HD_REALTIME void advance_vibration(const StringConstants& string, bool glide, std::int64_t t_ns,
+                                   Vibration& vibration) noexcept;
 
 /// a, m, at the place of the release.
 [[nodiscard]] HD_REALTIME double displacement(const Vibration& vibration) noexcept;

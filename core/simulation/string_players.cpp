@@ -118,7 +118,7 @@ void StringPlayers::play_string(std::int32_t string, const StringProximity& near
   const bool whole = sounding.all();
   if (!whole) detector.lambda = sounding.along_part(detector.lambda);
   const StringResponse response =
-      respond({string, sounding.string, play.scene.instrument, track.state, nullptr}, touch, events_);
+      respond({string, sounding.string, play.scene.instrument, track.state}, touch, events_);
   if (!whole) detector.lambda = sounding.along_string(detector.lambda);
   for (std::size_t k = first; k < events_.size() && !whole; ++k) {
     StringEvent& event = events_[k];
@@ -173,7 +173,7 @@ void StringPlayers::watch_others(std::int32_t string,
       state.detector.lambda = part_lambda(play.view, string, state.detector.lambda);
       const std::size_t first = events_.size();
       static_cast<void>(
-          respond({string, play.way.input.strings[s], silent, state, nullptr}, touch, events_));
+          respond({string, play.way.input.strings[s], silent, state}, touch, events_));
       drop_radius_events(first, events_);
       for (std::size_t k = first; k < events_.size(); ++k) {
         events_[k].lambda = whole_lambda(play.view, string, events_[k].lambda);

@@ -14,9 +14,8 @@ namespace {
 /// Rate of the truth that other rates of the loop are held against, Hz.
 constexpr double kFineRate = 4000.0;
 constexpr double kUsualRate = 1000.0;
-/// Of the truth about strings: all modes that the core can have, steps beyond what changes it.
+/// Of the truth about strings: all modes that the core can have.
 constexpr int kTruthModes = kMaxModes;
-constexpr int kTruthModalSteps = 1024;
 
 struct MeasureOptions {
   SceneOption scene;
@@ -119,7 +118,6 @@ class Measurement {
       setting.string_model = StringContact::kYielding;
       setting.string_level = StringDetail::kModes;
       setting.modes = kTruthModes;
-      setting.modal_steps = kTruthModalSteps;
       const Scene exact(with_strings(scene().description(), setting));
       strings_ = play_study(exact, tool_, setting, gesture_, nullptr);
     }

@@ -30,38 +30,29 @@ constexpr double kSteel = 1.9e11;
 constexpr double kFrequencies[] = {65.4, 146.8};
 constexpr double kPlucks[] = {0.1, 0.5};
 
-/// A setting of a string, and the count its cost goes with.
+/// A setting of a string.
 struct StringSetting {
   std::string name;
   StringDetail level = StringDetail::kModes;
   InstrumentOptions options;
-
-  /// Modes moved in a tick under a finger.
-  [[nodiscard]] double mode_steps() const {
-    if (level != StringDetail::kModes) return 0.0;
-    return static_cast<double>(options.modes) * options.modal_steps;
-  }
 };
 
 std::vector<StringSetting> all_settings() {
   std::vector<StringSetting> settings{{"static", StringDetail::kStatic, {}},
                                       {"fundamental", StringDetail::kFundamental, {}}};
-  for (const int steps : {4, 16, 64, 256}) {
-    for (const int modes : {1, 2, 4, 8, 16, 32, 64}) {
-      StringSetting& setting = settings.emplace_back();
-      setting.name = std::to_string(modes) + (modes == 1 ? " mode, " : " modes, ") +
-                     std::to_string(steps) + " steps";
-      setting.options.modes = modes;
-      setting.options.modal_steps = steps;
-    }
+  for (const int modes : {4, 8, 16, 32, 64}) {
+    StringSetting& setting = settings.emplace_back();
+    setting.name = std::to_string(modes) + " modes";
+    setting.options.modes = modes;
   }
   return settings;
 }
 
-/// A string plucked so.
+/// A string plucked so; the finger that comes back to it does not damp it.
 PressCase case_of(double frequency, double pluck_lambda, double deflection) {
   TruthString string;
   string.frequency = frequency;
+  string.touch_decay = string.decay;
   TruthPress press;
   press.pluck_lambda = pluck_lambda;
   press.pluck_delta = deflection;
@@ -97,7 +88,7 @@ PressRun play_model(const StringSetting& setting, const PressCase& press_case) {
   if (setting.level != StringDetail::kModes) {
     return play_printed(press_case, setting.level == StringDetail::kFundamental);
   }
-  return play_modal(press_case, setting.options.modes, setting.options.modal_steps);
+  return play_wave(press_case, setting.options.modes);
 }
 
 std::string touch_line(const StringSetting& setting, std::vector<PressCase> cases) {
@@ -109,7 +100,7 @@ std::string touch_line(const StringSetting& setting, std::vector<PressCase> case
   }
   return text_of({{"measured", "touch"},
                   {"name", setting.name},
-                  {"mode_steps", setting.mode_steps()},
+                  {"modes", setting.options.modes},
                   {"model_error", model.share()},
                   {"model_max_n", model.largest},
                   {"played_error", played.share()},

@@ -84,8 +84,7 @@ void assign(const std::string& text, const std::string& key, const std::string& 
       {"rate", real(setting.rate_hz, 50.0, 8000.0)},
       {"string", [&] { setting.string_model = named(text, value, kModels); }},
       {"string_level", [&] { setting.string_level = named(text, value, kLevels); }},
-      {"modes", [&] { setting.modes = whole(text, value, 0, kMaxModes); }},
-      {"modal_steps", [&] { setting.modal_steps = whole(text, value, 1, 4096); }}};
+      {"modes", [&] { setting.modes = whole(text, value, 0, kMaxModes); }}};
   const auto found = keys.find(key);
   if (found == keys.end()) {
     std::string known;
@@ -144,7 +143,6 @@ SceneDescription with_strings(SceneDescription scene, const StudySetting& settin
     if (setting.string_level) string.parameters.max_level = *setting.string_level;
   }
   if (setting.modes) scene.instrument.modes = *setting.modes;
-  if (setting.modal_steps) scene.instrument.modal_steps = *setting.modal_steps;
   return scene;
 }
 

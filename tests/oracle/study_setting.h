@@ -19,10 +19,9 @@ struct StudySetting {
   std::optional<StringContact> string_model;
   std::optional<StringDetail> string_level;
   std::optional<int> modes;
-  std::optional<int> modal_steps;
 
   [[nodiscard]] bool changes_strings() const noexcept {
-    return string_model || string_level || modes || modal_steps;
+    return string_model || string_level || modes;
   }
 };
 

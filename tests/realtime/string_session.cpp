@@ -33,7 +33,6 @@ InstrumentOptions options_of(StringSession::Play play) {
   if (play == StringSession::Play::kPaper) options.tones.level = ToneLevel::kForce;
   if (play == StringSession::Play::kModes) {
     options.modes = 16;
-    options.modal_steps = 16;
     options.friction = true;
     options.lateral_force = true;
     options.pitch_glide = true;

@@ -2,14 +2,15 @@
 #include "tests/truth/press_run.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 
 #include "core/instrument/deflection.h"
-#include "core/instrument/modal_string.h"
 #include "core/instrument/string_model.h"
+#include "core/instrument/wave_string.h"
 #include "core/math/elementary.h"
 
 namespace hapticd {
@@ -18,6 +19,12 @@ namespace {
 constexpr int kTruthModes = 256;
 constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr double kTick = 1e-3;
+
+/// Of a hand that draws a string aside, and of one that waits until that is forgotten.
+constexpr int kDrawingTicks = 100;
+constexpr int kWaitingTicks = 2000;
+/// Of the finger and the string together, m.
+constexpr double kReach = 5.34e-3;
 
 /// Plays one tick, force_of(D_before, D_after), and keeps its force and time.
 template <typename ForceOf>
@@ -32,7 +39,7 @@ void play_tick(const TruthPress& press, int tick, const ForceOf& force_of, Press
   run.nanoseconds.push_back(std::chrono::duration<double, std::nano>(end - start).count());
 }
 
-/// A string of the ladder and the hand at it.
+/// A string that is quasi-static or rings with its fundamental, and the hand at it.
 class Ladder {
  public:
   Ladder(const StringConstants& string, const InstrumentOptions& options, double lambda)
@@ -62,9 +69,7 @@ class Ladder {
     t_ns_ += kTick_ns;
     events_.clear();
     touch.time = {t_ns_, kTick_ns};
-    ModalString* const modes = options_.modes > 0 ? &modes_ : nullptr;
-    return bent.force +
-           respond({0, string_, options_, state_, modes}, touch, events_).vibration_force;
+    return bent.force + respond({0, string_, options_, state_}, touch, events_).vibration_force;
   }
 
   /// Draws the string aside to `deflection`, waits until that is forgotten, and slips off it at the
@@ -80,18 +85,94 @@ class Ladder {
   [[nodiscard]] const Vibration& vibration() const { return state_.vibration; }
 
  private:
-  static constexpr int kDrawingTicks = 100;
-  static constexpr int kWaitingTicks = 2000;
-
   const StringConstants& string_;
   const InstrumentOptions& options_;
   double lambda_;
   double distance_ = 1e-3;
   std::int64_t t_ns_ = 0;
   StringState state_;
-  ModalString modes_;
   StringEvents events_;
 };
+
+/// A string that sounds, and a hand at it through a finger of `stiffness` (N/m). Displacements are
+/// along y.
+class Wave {
+ public:
+  Wave(const StringConstants& string, const InstrumentOptions& options, double stiffness)
+      : string_(string), options_(options), stiffness_(stiffness) {
+    WaveTuning tuning = tuning_at(string, string.tension, options.modes);
+    // Of the truth all modes decay alike.
+    tuning.loss_n2 = 0.0;
+    rest(0, state_);
+    retune(tuning, table_, state_);
+  }
+
+  /// At rest, drawn aside to `deflection` (m) at lambda, and let go at once.
+  void bend(double lambda, double deflection) {
+    const double force = deflection_force(string_, lambda, deflection);
+    PerMode shapes{};
+    mode_shapes(table_.modes, lambda, shapes);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(table_.modes.count); ++i) {
+      state_.motion.qy[i] = shapes[i] * force / table_.modes.stiffness[i];
+    }
+  }
+
+  /// As bend(), by a hand that draws it aside and waits; it slips off at the end of the last tick.
+  void pluck(double lambda, double deflection) {
+    const double into = deflection + deflection_force(string_, lambda, deflection) / stiffness_;
+    for (int i = 0; i < kDrawingTicks; ++i) {
+      tick(lambda, into * i / kDrawingTicks, into * (i + 1) / kDrawingTicks);
+    }
+    for (int i = 0; i < kWaitingTicks; ++i) tick(lambda, into, into);
+  }
+
+  void free_tick() { step_to(nullptr); }
+
+  /// Mean force of a tick in which the hand moves evenly from D_before to D_after into the string.
+  double tick(double lambda, double D_before, double D_after) {
+    const double force =
+        deflect_in_series(string_, lambda, std::max(D_after, 0.0), stiffness_).force;
+    WaveTouch touch;
+    touch.lambda_before = lambda;
+    touch.lambda = lambda;
+    touch.radius = kReach;
+    touch.normal = {-1.0, 0.0};
+    touch.force = force;
+    touch.compliance = 1.0 / stiffness_;
+    touch.centre_before = {D_before - kReach, 0.0};
+    touch.centre = {D_after - force / stiffness_ - kReach, 0.0};
+    touch.hand_speed = std::abs(D_after - D_before) / kTick;
+    step_to(&touch);
+    return state_.contacts[0].path.force.y;
+  }
+
+ private:
+  void step_to(const WaveTouch* touch) {
+    const std::array touches{touch};
+    t_ns_ += kTick_ns;
+    static_cast<void>(step(string_, options_, {t_ns_, kTick_ns}, touches, table_, state_));
+  }
+
+  const StringConstants& string_;
+  const InstrumentOptions& options_;
+  double stiffness_;
+  std::int64_t t_ns_ = 0;
+  WaveTable table_;
+  WaveString state_;
+};
+
+/// Lets `wave` ring after its pluck and presses it as `press` says.
+PressRun press_wave(const TruthPress& press, Wave& wave) {
+  for (long k = 0; k < std::lround(press.free_time / kTick); ++k) wave.free_tick();
+  PressRun run;
+  for (int i = 0; i < press.ticks; ++i) {
+    const auto force_of = [&](double D_before, double D_after) {
+      return wave.tick(press.lambda, D_before, D_after);
+    };
+    play_tick(press, i, force_of, run);
+  }
+  return run;
+}
 
 }  // namespace
 
@@ -116,6 +197,7 @@ PressCase make_press_case(double frequency, double pluck_lambda, double stiffnes
   TruthString string;
   TruthPress press;
   string.frequency = frequency;
+  string.touch_decay = string.decay;
   press.pluck_lambda = pluck_lambda;
   press.stiffness = stiffness;
   PressCase made = press_case_of(string, press);
@@ -127,26 +209,13 @@ void find_truth(int rate, PressCase& press_case) {
   press_case.truth = play_modes(press_case.truth_string, press_case.press, kTruthModes, rate).force;
 }
 
-PressRun play_modal(const PressCase& press_case, int modes, int steps) {
-  const StringConstants& string = press_case.string;
+PressRun play_wave(const PressCase& press_case, int modes) {
   const TruthPress& press = press_case.press;
-  PressRun run;
-  ModalString state;
-  pluck_modes(string, {press.pluck_lambda, press.pluck_delta}, modes, state);
-  const std::int64_t touch_ns = std::llround(press.free_time * 1e9);
-  for (std::int64_t t_ns = 0; t_ns < touch_ns; t_ns += kTick_ns) {
-    advance_free_modes(string, 1.0, kTick_ns, state);
-  }
-  for (int i = 0; i < press.ticks; ++i) {
-    const std::int64_t t_ns = touch_ns + (i + 1) * kTick_ns;
-    const auto force_of = [&](double D_before, double D_after) {
-      return touch_modes(string, {press.lambda, D_before, D_after, press.stiffness, steps},
-                         {t_ns, kTick_ns}, state)
-          .force;
-    };
-    play_tick(press, i, force_of, run);
-  }
-  return run;
+  InstrumentOptions options;
+  options.modes = modes;
+  Wave wave(press_case.string, options, press.stiffness);
+  wave.bend(press.pluck_lambda, press.pluck_delta);
+  return press_wave(press, wave);
 }
 
 PressRun play_printed(const PressCase& press_case, bool vibrates) {
@@ -170,6 +239,11 @@ PressRun play_printed(const PressCase& press_case, bool vibrates) {
 
 PressRun play_ladder(const PressCase& press_case, const InstrumentOptions& options) {
   const TruthPress& press = press_case.press;
+  if (options.modes > 0 && press_case.string.max_level == StringDetail::kModes) {
+    Wave wave(press_case.string, options, press.stiffness);
+    wave.pluck(press.pluck_lambda, press.pluck_delta);
+    return press_wave(press, wave);
+  }
   Ladder ladder(press_case.string, options, press.pluck_lambda);
   ladder.pluck(press.pluck_delta);
   ladder.go_to(press.lambda, -press.start_D);

@@ -12,7 +12,7 @@ from hapticd_lab import oracle
 from hapticd_lab.plots import OBJECT_COLORS, STYLE, Picture
 from hapticd_lab.tradeoff_table import DISCRIMINATION
 
-TOUCH = ("name", "mode_steps", "model_error", "model_max_n", "played_error", "played_max_n")
+TOUCH = ("name", "modes", "model_error", "model_max_n", "played_error", "played_max_n")
 PITCH = ("frequency_hz", "pluck_lambda", "deflection_m", "truth_cents", "error_cents", "error_with_glide_cents")
 PRESS = ("strings", "solved", "error", "max_n")
 PLOT = "string_models"
@@ -30,13 +30,11 @@ def _of(lines: Sequence[Dict[str, Any]], kind: str) -> List[Dict[str, Any]]:
 def _draw(touches: Sequence[Dict[str, Any]], output: pathlib.Path) -> None:
     with pyplot.rc_context(STYLE):
         figure, axis = pyplot.subplots(figsize=(8.0, 4.6), constrained_layout=True)
-        modal = [line for line in touches if line["mode_steps"] > 0]
-        for number, steps in enumerate(dict.fromkeys(line["name"].split(", ")[1] for line in modal)):
-            own = [line for line in modal if line["name"].endswith(f", {steps}")]
-            for error, style in (("model_error", "-o"), ("played_error", ":s")):
-                axis.plot([line["timing"]["median_ns"] for line in own], [line[error] for line in own], style, markersize=4, linewidth=0.9,
-                          color=OBJECT_COLORS[number % len(OBJECT_COLORS)], label=f"1 to 64 modes, {steps}" if error == "model_error" else None)
-        for line, mark in zip((line for line in touches if line["mode_steps"] == 0), "DX"):
+        modal = [line for line in touches if line["modes"] > 0]
+        for error, style in (("model_error", "-o"), ("played_error", ":s")):
+            axis.plot([line["timing"]["median_ns"] for line in modal], [line[error] for line in modal], style, markersize=4, linewidth=0.9,
+                      color=OBJECT_COLORS[0], label="4 to 64 modes" if error == "model_error" else None)
+        for line, mark in zip((line for line in touches if line["modes"] == 0), "DX"):
             axis.plot([line["timing"]["median_ns"]], [line["model_error"]], mark, markersize=8, color="#d1352b", label=f"{line['name']} (as printed)")
         axis.set_xscale("log")
         axis.set_yscale("log")

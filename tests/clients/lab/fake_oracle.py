@@ -35,8 +35,8 @@ def line(name, text, scene, seed, speed):
 
 def strings():
     """As hapticd-oracle strings prints it."""
-    for name, steps in (("static", 0), ("8 modes, 4 steps", 32), ("8 modes, 16 steps", 128)):
-        print(json.dumps({"measured": "touch", "name": name, "mode_steps": steps, "model_error": 0.5 / (1 + steps), "model_max_n": 0.1,
+    for name, modes in (("static", 0), ("8 modes", 8), ("16 modes", 16)):
+        print(json.dumps({"measured": "touch", "name": name, "modes": modes, "model_error": 0.5 / (1 + modes), "model_max_n": 0.1,
                           "played_error": 0.5, "played_max_n": 0.2, "timing": {"median_ns": 100.0 + time.monotonic() % 10.0}}))
     print(json.dumps({"measured": "pitch", "frequency_hz": 65.4, "pluck_lambda": 0.1, "deflection_m": 5e-3, "truth_cents": 98.0, "error_cents": -98.0,
                       "error_with_glide_cents": -13.0}))

@@ -31,14 +31,11 @@ struct Adversary {
 };
 
 /// A plucked string and the energy it rings with, the tool far away.
-StringHand plucked_string(double frequency, int modes, double max_acceleration,
-                          double touch_decay = 0.03) {
+StringHand plucked_string(double frequency, double max_acceleration, double touch_decay = 0.03) {
   StringHand hand;
   hand.string = sounding_string(frequency);
   hand.string.touch_decay = touch_decay;
   hand.lambda = 0.4;
-  hand.options.modes = modes;
-  hand.options.modal_steps = 16;
   hand.options.max_acceleration = max_acceleration;
   pluck(hand, 4e-3);
   return hand;
@@ -87,8 +84,8 @@ constexpr std::array kAmplitudes = {1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2};
 
 /// Runs every amplitude, phase and depth of the adversary against a string plucked once; the most
 /// that any of them drew, over E0.
-double worst_share(int modes) {
-  SplitMix64 random(41 + static_cast<std::uint64_t>(modes));
+double worst_share() {
+  SplitMix64 random(41);
   double worst = 0.0;
   const std::int64_t phases = scaled(64);
   for (const double frequency : {65.4, 98.0, 146.8}) {
@@ -97,7 +94,7 @@ double worst_share(int modes) {
       const double limit = std::max(500.0, 1.05 * adversary.acceleration());
       // A finger that damps, and one that lets the string ring on.
       for (const double touch_decay : {0.03, 0.5}) {
-        const StringHand hand = plucked_string(frequency, modes, limit, touch_decay);
+        const StringHand hand = plucked_string(frequency, limit, touch_decay);
         REQUIRE(hand.state.vibration.released_energy > 1e-4);
         for (std::int64_t i = 0; i < phases; ++i) {
           adversary.phase = random.uniform();
@@ -111,15 +108,11 @@ double worst_share(int modes) {
 }
 
 TEST_CASE("no hand that swings with the fundamental gets more than 1.001 E0 out of it") {
-  CHECK(worst_share(0) <= 1.001);
-}
-
-TEST_CASE("no hand that swings with the fundamental gets more than 1.001 E0 out of the modes") {
-  CHECK(worst_share(8) <= 1.001);
+  CHECK(worst_share() <= 1.001);
 }
 
 TEST_CASE("without a tank such a hand gets many times E0") {
-  const StringHand hand = plucked_string(98.0, 0, 500.0);
+  const StringHand hand = plucked_string(98.0, 500.0);
   const double E0 = hand.state.vibration.released_energy;
   double without = 0.0;
   double with = 0.0;
@@ -142,8 +135,6 @@ TEST_CASE("static and vibration force together never attract, and all stays fini
     StringHand hand;
     hand.string = sounding_string(random.uniform(60.0, 600.0));
     hand.lambda = random.chance(0.1) ? std::round(random.uniform()) : random.uniform();
-    hand.options.modes = random.chance(0.3) ? 6 : 0;
-    hand.options.modal_steps = 8;
     hand.options.pitch_glide = random.chance(0.5);
     pluck(hand, random.uniform(0.5e-3, 8e-3));
     for (int k = 0; k < 200; ++k) {
@@ -163,7 +154,7 @@ TEST_CASE("static and vibration force together never attract, and all stays fini
 }
 
 TEST_CASE("what the force has given is gone from the vibration") {
-  StringHand hand = plucked_string(98.0, 0, 500.0);
+  StringHand hand = plucked_string(98.0, 500.0);
   hand.string.touch_decay = 1e12;
   hand.string.decay = 1e12;
   double given = 0.0;
@@ -181,7 +172,7 @@ TEST_CASE("what the force has given is gone from the vibration") {
 }
 
 TEST_CASE("the jump of a distance, as the tool slips off, pays nothing into the tank") {
-  StringHand hand = plucked_string(98.0, 0, 500.0);
+  StringHand hand = plucked_string(98.0, 500.0);
   hand.distance = 5e-3;
   // Lightly, so that it is not armed; until the string swings away from the finger.
   while (hand.response.vibration_force >= 0.0) move_to(hand, -0.2e-3);
@@ -194,37 +185,15 @@ TEST_CASE("the jump of a distance, as the tool slips off, pays nothing into the 
   CHECK(hand.state.tank.energy <= in_tank);
 }
 
-TEST_CASE("left by a finger, the modes have no more energy than the books") {
-  SplitMix64 random(43);
-  int still_ringing = 0;
-  for (int run = 0; run < 20; ++run) {
-    StringHand hand = plucked_string(98.0, 8, 500.0);
-    hand.options.release.arm_deflection = 0.1;
-    hand.distance = 5e-3;
-    const double phase = random.uniform();
-    for (int k = 0; k < 20; ++k) {
-      move_to(hand, -2e-3 - 2e-3 * std::sin(kTurn * (98.0 * k * 1e-3 + phase)));
-    }
-    glide_to(hand, 10e-3, 3);
-    if (hand.state.level != StringPhase::kModes) continue;
-    ++still_ringing;
-    CHECK(modal_energy(hand.string, hand.modes, hand.string.decay, hand.touch.time.t_ns) <=
-          hand.state.vibration.energy * (1.0 + 1e-12));
-  }
-  CHECK(still_ringing > 0);
-}
-
 TEST_CASE("as a ringing string falls still under a finger, the static force alone remains") {
-  for (const int modes : {0, 8}) {
-    StringHand hand = plucked_string(98.0, modes, 1e-3);
-    hand.options.sleep_energy = 1e-12;
-    glide_to(hand, -8e-3, 20);
-    for (int i = 0; i < 150; ++i) move_to(hand, -8e-3);
-    REQUIRE(hand.state.level != StringPhase::kStatic);
-    REQUIRE(hand.touch.force > 0.5);
-    // Five decay times: exp(-5) of what was at most k_v r, half a newton.
-    CHECK(std::abs(hand.response.vibration_force) < 5e-3);
-  }
+  StringHand hand = plucked_string(98.0, 1e-3);
+  hand.options.sleep_energy = 1e-12;
+  glide_to(hand, -8e-3, 20);
+  for (int i = 0; i < 150; ++i) move_to(hand, -8e-3);
+  REQUIRE(hand.state.level != StringPhase::kStatic);
+  REQUIRE(hand.touch.force > 0.5);
+  // Five decay times: exp(-5) of what was at most k_v r, half a newton.
+  CHECK(std::abs(hand.response.vibration_force) < 5e-3);
 }
 
 TEST_CASE("a string that is let go gives back what it rings with, less what was drawn of late") {

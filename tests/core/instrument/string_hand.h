@@ -19,7 +19,6 @@ struct StringHand {
   StringConstants string = guqin_string();
   InstrumentOptions options;
   StringState state;
-  ModalString modes;
   StringEvents events;           ///< of the last tick
   std::vector<StringEvent> log;  ///< of all ticks
   StringTouch touch;             ///< of the last tick
@@ -56,9 +55,7 @@ inline void move_to(StringHand& hand, double distance, std::int64_t dt_ns = kTic
   hand.touch.tangential_speed = hand.tangential_speed;
   hand.distance = distance;
   hand.events.clear();
-  hand.response = respond(
-      {7, hand.string, hand.options, hand.state, hand.options.modes > 0 ? &hand.modes : nullptr},
-      hand.touch, hand.events);
+  hand.response = respond({7, hand.string, hand.options, hand.state}, hand.touch, hand.events);
   hand.log.insert(hand.log.end(), hand.events.begin(), hand.events.end());
 }
 

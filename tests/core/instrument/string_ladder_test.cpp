@@ -1,24 +1,21 @@
-// The ladder of a string: asleep, bent, ringing with one mode or many, and back, with the energy
-// continuous at every change of level.
+// The ladder of a string: asleep, bent, ringing, and back, with the energy continuous at every
+// change of level.
 #include <doctest/doctest.h>
 
 #include <array>
 #include <cmath>
 #include <cstdint>
 
-#include "core/instrument/modal_string.h"
 #include "tests/core/instrument/string_hand.h"
-#include "tests/support/modal_displacement.h"
 
 namespace hapticd::test {
 namespace {
 
 constexpr double kPi2 = 2.0 * 3.14159265358979323846;
 
-StringHand hand_on(double frequency, int modes = 0) {
+StringHand hand_on(double frequency) {
   StringHand hand;
   hand.string = sounding_string(frequency);
-  hand.options.modes = modes;
   return hand;
 }
 
@@ -77,142 +74,46 @@ TEST_CASE("a released string rings with pi^2 T delta^2 / (4 L), and sleeps when 
   CHECK(hand.state.tank.energy == 0.0);
 }
 
-TEST_CASE("with modes a pluck rings with theirs: the closed form's energy, place by place") {
-  for (const double lambda : {0.1, 0.3, 0.5}) {
-    StringHand hand = hand_on(98.0, 32);
-    hand.lambda = lambda;
-    const double delta = 2e-3;
-    pluck(hand, delta);
-    CHECK(hand.state.level == StringPhase::kModes);
-    // Mode n of a plucked ideal string holds T pi^2 n^2 A_n^2 / (4 L),
-    // A_n = 2 delta sin(n pi lambda) / (n^2 pi^2 lambda (1 - lambda)).
-    double E0 = 0.0;
-    const double pi = 0.5 * kPi2;
-    for (int n = 1; n <= 32; ++n) {
-      const double amplitude =
-          2.0 * delta * std::sin(n * pi * lambda) / (n * n * pi * pi * lambda * (1.0 - lambda));
-      E0 += 30.0 * pi * pi * n * n * amplitude * amplitude / (4.0 * 1.1);
-    }
-    CHECK(hand.state.vibration.released_energy == doctest::Approx(E0).epsilon(1e-9));
-    CHECK(modal_energy(hand.string, hand.modes, hand.string.decay, hand.touch.time.t_ns) ==
-          doctest::Approx(hand.state.vibration.energy).epsilon(1e-12));
-    // What is drawn where it was plucked is what was drawn aside.
-    CHECK(last_event(hand, StringEventKind::kTone).amplitude ==
-          doctest::Approx(delta).epsilon(1e-4));
-  }
-}
-
-TEST_CASE("modes swing as those of a string let go at the instant of the release") {
-  StringHand hand = hand_on(98.0, 24);
-  hand.lambda = 0.3;
-  pluck(hand, 2e-3);
-  const std::int64_t released_ns = last_event(hand, StringEventKind::kTone).t_ns;
-  const double pi = 0.5 * kPi2;
-  for (const double lambda : {0.2, 0.3, 0.7}) {
-    const double t = static_cast<double>(hand.touch.time.t_ns - released_ns) * 1e-9;
-    double truth = 0.0;
-    for (int n = 1; n <= 24; ++n) {
-      const double amplitude = 2.0 * 2e-3 * std::sin(n * pi * 0.3) / (n * n * pi * pi * 0.3 * 0.7);
-      truth += amplitude * std::cos(kPi2 * 98.0 * n * t) * std::sin(n * pi * lambda);
-    }
-    truth *= std::exp(-t / 0.5);
-    CHECK(std::abs(modal_displacement(hand.modes, lambda, 0.5, hand.touch.time.t_ns) - truth) <
-          1e-10);
-  }
-}
-
-TEST_CASE("the energy is the same before and after every change between fundamental and modes") {
-  StringHand hand = hand_on(98.0, 16);
-  pluck(hand, 3e-3);
-  REQUIRE(hand.state.level == StringPhase::kModes);
-  const auto closed_form = [&hand](std::int64_t t_ns) {
-    return energy_at(hand.state.vibration, t_ns);
-  };
-
-  // Down: the scene no longer asks for modes.
-  hand.options.modes = 0;
-  double expected = closed_form(hand.touch.time.t_ns + kTick_ns);
-  move_to(hand, hand.distance);
-  CHECK(hand.state.level == StringPhase::kFundamental);
-  CHECK(hand.state.vibration.energy == doctest::Approx(expected).epsilon(1e-14));
-
-  // Up again, with the next touch and not before.
-  hand.options.modes = 16;
-  move_to(hand, hand.distance);
-  CHECK(hand.state.level == StringPhase::kFundamental);
-  move_to(hand, 8e-3);
-  expected = closed_form(hand.touch.time.t_ns + kTick_ns);
-  hand.distance = 5e-3;
-  move_to(hand, 1e-3);
-  CHECK(hand.state.level == StringPhase::kModes);
-  // Touched in the middle of a tick: damped a little more than in air.
-  CHECK(hand.state.vibration.energy < expected);
-  CHECK(hand.state.vibration.energy > expected * std::exp(-2.0 * 1e-3 / 0.03));
-  CHECK(modal_energy(hand.string, hand.modes, 0.03, hand.touch.time.t_ns) < expected);
-}
-
-TEST_CASE("promoted to modes, the string goes on where it was") {
+TEST_CASE("a ringing string under a finger falls still and is bent, with all its events") {
   StringHand hand = hand_on(98.0);
   pluck(hand, 3e-3);
+  glide_to(hand, -1e-3, 20);
   REQUIRE(hand.state.level == StringPhase::kFundamental);
-  // A touch at the very end of a tick: nothing has happened since.
-  hand.options.modes = 8;
-  hand.distance = 5e-3;
-  const double reach = envelope(hand.string, hand.state, 0.5, hand.touch.time.t_ns);
-  move_to(hand, std::nextafter(reach, 0.0));
-  REQUIRE(hand.state.level == StringPhase::kModes);
-  CHECK(modal_energy(hand.string, hand.modes, 0.5, hand.modes.t_ns) ==
-        doctest::Approx(hand.state.vibration.energy).epsilon(0.07));
-  // Displacement into the string against displacement towards the tool.
-  CHECK(modal_displacement(hand.modes, 0.5, 0.5, hand.modes.t_ns) ==
-        doctest::Approx(-displacement(hand.state.vibration)).epsilon(0.05));
-}
-
-TEST_CASE("a ringing string under a finger falls still and is bent, with all its events") {
-  for (const int modes : {0, 8}) {
-    StringHand hand = hand_on(98.0, modes);
-    pluck(hand, 3e-3);
-    glide_to(hand, -1e-3, 20);
-    const StringPhase ringing = modes > 0 ? StringPhase::kModes : StringPhase::kFundamental;
-    REQUIRE(hand.state.level == ringing);
-    const double E0 = hand.state.vibration.released_energy;
-    double energy = hand.state.vibration.energy;
-    for (int i = 0; i < 500 && hand.state.level == ringing; ++i) {
-      energy = hand.state.vibration.energy;
-      move_to(hand, hand.distance);
-      CHECK(hand.state.vibration.energy <= energy);
-    }
-    CHECK(hand.state.level == StringPhase::kStatic);
-    CHECK(energy > 1e-4 * E0);
-    CHECK(energy * std::exp(-2.0 * 1e-3 / 0.03) < 1.001e-4 * E0);
-    CHECK(hand.response.vibration_force == 0.0);
-    const StringEvent radius = last_event(hand, StringEventKind::kRadius);
-    CHECK(radius.radius_phase == RadiusPhase::kPress);
-    CHECK(radius.deflection == hand.touch.deflection);
-    glide_to(hand, 2e-3, 200);
-    while (awake(hand.state)) move_to(hand, 2e-3);
-    CHECK(hand.state.level == StringPhase::kAsleep);
+  const double E0 = hand.state.vibration.released_energy;
+  double energy = hand.state.vibration.energy;
+  for (int i = 0; i < 500 && hand.state.level == StringPhase::kFundamental; ++i) {
+    energy = hand.state.vibration.energy;
+    move_to(hand, hand.distance);
+    CHECK(hand.state.vibration.energy <= energy);
   }
+  CHECK(hand.state.level == StringPhase::kStatic);
+  CHECK(energy > 1e-4 * E0);
+  CHECK(energy * std::exp(-2.0 * 1e-3 / 0.03) < 1.001e-4 * E0);
+  CHECK(hand.response.vibration_force == 0.0);
+  const StringEvent radius = last_event(hand, StringEventKind::kRadius);
+  CHECK(radius.radius_phase == RadiusPhase::kPress);
+  CHECK(radius.deflection == hand.touch.deflection);
+  glide_to(hand, 2e-3, 200);
+  while (awake(hand.state)) move_to(hand, 2e-3);
+  CHECK(hand.state.level == StringPhase::kAsleep);
 }
 
 TEST_CASE("no string climbs above its own level, nor above what the scene models") {
   struct Case {
     StringDetail most;
     bool vibration;
-    int modes;
     StringPhase touched;
     StringPhase released;
   };
   const std::array cases = {
-      Case{StringDetail::kLine, true, 8, StringPhase::kAsleep, StringPhase::kAsleep},
-      Case{StringDetail::kStatic, true, 8, StringPhase::kStatic, StringPhase::kAsleep},
-      Case{StringDetail::kFundamental, true, 8, StringPhase::kStatic, StringPhase::kFundamental},
-      Case{StringDetail::kModes, true, 8, StringPhase::kStatic, StringPhase::kModes},
-      Case{StringDetail::kModes, true, 0, StringPhase::kStatic, StringPhase::kFundamental},
-      Case{StringDetail::kModes, false, 8, StringPhase::kStatic, StringPhase::kAsleep},
+      Case{StringDetail::kLine, true, StringPhase::kAsleep, StringPhase::kAsleep},
+      Case{StringDetail::kStatic, true, StringPhase::kStatic, StringPhase::kAsleep},
+      Case{StringDetail::kFundamental, true, StringPhase::kStatic, StringPhase::kFundamental},
+      Case{StringDetail::kModes, true, StringPhase::kStatic, StringPhase::kFundamental},
+      Case{StringDetail::kModes, false, StringPhase::kStatic, StringPhase::kAsleep},
   };
   for (const Case& c : cases) {
-    StringHand hand = hand_on(98.0, c.modes);
+    StringHand hand = hand_on(98.0);
     hand.string.max_level = c.most;
     hand.options.vibration = c.vibration;
     move_to(hand, -2e-3);
@@ -239,8 +140,8 @@ TEST_CASE("a string that may no longer ring is still at once") {
   CHECK(last_event(hand, StringEventKind::kRadius).amplitude == 0.0);
 }
 
-TEST_CASE("a free string with modes decays in closed form, whatever the ticks") {
-  StringHand even = hand_on(98.0, 16);
+TEST_CASE("a free string decays in closed form, whatever the ticks") {
+  StringHand even = hand_on(98.0);
   pluck(even, 3e-3);
   StringHand odd = even;
   for (int i = 0; i < 300; ++i) move_to(even, even.distance);
@@ -255,11 +156,8 @@ TEST_CASE("a free string with modes decays in closed form, whatever the ticks") 
       std::exp(-2.0 / 0.5 *
                static_cast<double>(even.touch.time.t_ns - even.state.vibration.anchor_ns) * 1e-9);
   CHECK(even.state.vibration.energy == doctest::Approx(truth).epsilon(1e-13));
-  for (const double lambda : {0.1, 0.35, 0.5}) {
-    CHECK(modal_displacement(odd.modes, lambda, 0.5, odd.touch.time.t_ns) ==
-          doctest::Approx(modal_displacement(even.modes, lambda, 0.5, even.touch.time.t_ns))
-              .epsilon(1e-9));
-  }
+  CHECK(displacement(odd.state.vibration) ==
+        doctest::Approx(displacement(even.state.vibration)).epsilon(1e-9));
 }
 
 }  // namespace

@@ -63,8 +63,7 @@ TEST_CASE("free decay keeps the energy within 1e-12 of the closed form over a mi
   for (std::int64_t k = 1; k <= ticks; ++k) {
     hand.touch.distance = hand.touch.distance_before = 1.0;
     hand.touch.time = {k * kTick_ns, kTick_ns};
-    hand.response =
-        respond({0, hand.string, hand.options, hand.state, nullptr}, hand.touch, hand.events);
+    hand.response = respond({0, hand.string, hand.options, hand.state}, hand.touch, hand.events);
     const Real truth = 1e-3L * std::exp(-2.0L * static_cast<Real>(k) * 1e-3L / 1000.0L);
     worst = std::fmax(worst, relative_error(hand.state.vibration.energy, truth));
   }
@@ -91,13 +90,25 @@ TEST_CASE("energy and phase do not depend on how time is cut into ticks") {
   }
 }
 
+TEST_CASE("a phase that wraps a hundred million times is where it should be") {
+  const std::int64_t ticks = scaled(100'000'000);
+  const StringConstants string = sounding_string(1000.0 + 65.4);
+  Vibration vibration = start_vibration(string, 1e-3, 0.5, 0);
+  for (std::int64_t k = 1; k <= ticks; ++k)
+    advance_vibration(string, false, k * kTick_ns, vibration);
+  const Real turns = 1.0654L * static_cast<Real>(ticks);
+  const Real apart = static_cast<Real>(vibration.phase) * 0x1p-64L - (turns - std::floor(turns));
+  // A tick's turns are rounded to 2^-53.
+  CHECK(std::fabs(apart - std::round(apart)) < 0x1p-53L * static_cast<Real>(ticks));
+}
+
 TEST_CASE("a time that stands still or steps back changes nothing") {
   const StringConstants string = sounding_string(98.0);
   Vibration vibration = start_vibration(string, 1e-3, 0.5, 1000);
   advance_vibration(string, true, 5'001'000, vibration);
   const Vibration before = vibration;
-  CHECK(advance_vibration(string, true, 5'001'000, vibration) == 1.0);
-  CHECK(advance_vibration(string, true, 4'000'000, vibration) == 1.0);
+  advance_vibration(string, true, 5'001'000, vibration);
+  advance_vibration(string, true, 4'000'000, vibration);
   CHECK(vibration.energy == before.energy);
   CHECK(vibration.phase == before.phase);
   CHECK(vibration.t_ns == before.t_ns);

@@ -31,7 +31,6 @@ SceneDescription empty_scene(const Computation& computation, const std::vector<S
     scene.instrument.lateral_force = true;
     scene.instrument.pitch_glide = true;
     scene.instrument.modes = 4;
-    scene.instrument.modal_steps = 4;
   }
   scene.tones = true;
   scene.torque = true;
