@@ -204,7 +204,9 @@ void watch_grip(const WatchedWave& wave, const WaveTick& tick, const WaveGripTic
     grip.stored_before = state.stored;
     return;
   }
-  const std::int64_t pause = t_ns - grip.felt_ns;
+  // A string that a finger throws off while it goes on pressing comes back to it.
+  if (now.pressed) grip.pressed_ns = t_ns;
+  const std::int64_t pause = t_ns - std::max(grip.felt_ns, grip.pressed_ns);
   if (pause >= kPluckedAfter_ns) contact.load = {};
   if (pause >= (grip.armed ? kPluckedAfter_ns : kLeftAfter_ns)) {
     end_touch(wave, grip, t_ns, events);

@@ -20,6 +20,7 @@ struct WatchedWave {
 /// What the static law says of a tool's touch in a tick.
 struct WaveGripTick {
   std::size_t tool = 0;
+  bool pressed = false;           ///< it bears force by the static law
   double deflection = 0.0;        ///< m
   double normal_speed = 0.0;      ///< tool against string, m/s
   double tangential_speed = 0.0;  ///< m/s

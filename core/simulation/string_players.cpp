@@ -240,6 +240,10 @@ void StringPlayers::respond_string(std::int32_t string, Tick& tick) noexcept {
     play_wave({memory_, sharing_, string}, tick, events_);
     return;
   }
+  // Options may change while it rings.
+  if (!memory_.waves.empty() && memory_.waves[static_cast<std::size_t>(string)].state.awake) {
+    silence_wave({memory_, sharing_, string}, events_);
+  }
   PlayedString& track = memory_.tracks[static_cast<std::size_t>(string)];
   if (memory_.tools.size() == 1) {
     play_string(string, proximity_to(memory_.tools[0], visit(0, string), string), tick);

@@ -260,12 +260,22 @@ void add_force(const Playing& playing, ToolPlay& play, const StringProximity& ne
   F_H_W.t += (near.p_WC - play.rendered.X_WG.p).cross(f);
 }
 
+/// What of `beyond` leaves the whole no force into the string.
+Transverse not_attracting(const Playing& playing, const NearTool& tool,
+                          const Transverse& beyond) noexcept {
+  const Transverse law = across(playing.frame, tool.proximity.F_W);
+  const Transverse& n = tool.touch.normal;
+  const double pull = -((law.y + beyond.y) * n.y + (law.z + beyond.z) * n.z);
+  if (!(pull > 0.0)) return beyond;
+  return {beyond.y + pull * n.y, beyond.z + pull * n.z};
+}
+
 /// A tick in which no time passes: what was held is.
 void hold_forces(const Playing& playing, const NearTools& tools, const Touches& touches) noexcept {
   for (std::size_t k = 0; k < touches.size(); ++k) {
     if (touches[k] == nullptr) continue;
     add_force(playing, playing.wave.memory.tools[k], tools[k].proximity,
-              playing.kept.state.tank.beyond[k]);
+              not_attracting(playing, tools[k], playing.kept.state.tank.beyond[k]));
   }
 }
 
@@ -322,7 +332,8 @@ void give_forces(const Playing& playing, const NearTools& tools, const Touches& 
   for (std::size_t i = 0; i < ports.size(); ++i) {
     if (touches[ports[i].tool] == nullptr) continue;
     const std::size_t k = ports[i].tool;
-    add_force(playing, memory.tools[k], tools[k].proximity, beyond[i]);
+    state.tank.beyond[k] = not_attracting(playing, tools[k], beyond[i]);
+    add_force(playing, memory.tools[k], tools[k].proximity, state.tank.beyond[k]);
   }
 }
 
@@ -347,10 +358,10 @@ void watch(const Playing& playing, const WaveTick& stepped, const NearTools& too
   for (std::size_t k = 0; k < playing.wave.memory.tools.size() && stepped.steps > 0; ++k) {
     const StringTouch& touch = tools[k].proximity.touch;
     const std::size_t first = events.size();
-    watch_grip(
-        watched, stepped,
-        {k, touch.force > 0.0 ? touch.deflection : 0.0, touch.normal_speed, touch.tangential_speed},
-        events);
+    watch_grip(watched, stepped,
+               {k, touch.force > 0.0, touch.force > 0.0 ? touch.deflection : 0.0,
+                touch.normal_speed, touch.tangential_speed},
+               events);
     name_places(tools, k, first, events);
   }
   const std::size_t first = events.size();
@@ -428,6 +439,19 @@ bool is_wave(const SimulationMemory& memory, std::int32_t string) noexcept {
          constants.model == StringContact::kYielding;
 }
 
+void silence_wave(const PlayedWave& wave, StringEvents& events) noexcept {
+  WaveMemory& kept = kept_of(wave.memory, wave.string);
+  const ToolPlay& front = wave.memory.tools.front();
+  const std::int64_t t_ns = front.way.time.t_ns;
+  const WatchedWave watched{wave.string, constants_of(wave.memory, wave.string),
+                            front.scene.instrument, kept.table, kept.state};
+  const std::size_t first = events.size();
+  tell_silence(watched, t_ns, events);
+  end_sounding(watched, t_ns, events);
+  for (std::size_t k = first; k < events.size(); ++k) events[k].tool = kept.state.player;
+  end_wave(kept);
+}
+
 void end_wave(WaveMemory& wave) noexcept {
   const double energy = std::min(wave.state.tank.energy, kTankReserve);
   const bool sounded = wave.state.sounded;
@@ -481,13 +505,7 @@ void play_wave(const PlayedWave& wave, Tick& tick, StringEvents& events) noexcep
   watch(playing, stepped, tools, events);
   remember_all(playing, tools);
   if (!near && is_quiet(playing)) {
-    const WatchedWave quiet{wave.string, playing.string, playing.options, playing.kept.table,
-                            state};
-    const std::size_t first = events.size();
-    tell_silence(quiet, playing.time.t_ns, events);
-    end_sounding(quiet, playing.time.t_ns, events);
-    for (std::size_t k = first; k < events.size(); ++k) events[k].tool = state.player;
-    end_wave(playing.kept);
+    silence_wave(wave, events);
     return;
   }
   tell(playing, tools, tick);

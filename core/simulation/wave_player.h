@@ -28,6 +28,9 @@ HD_REALTIME void play_wave(const PlayedWave& wave, Tick& tick, StringEvents& eve
 [[nodiscard]] HD_REALTIME double wave_swing(const SimulationMemory& memory,
                                             std::int32_t string) noexcept;
 
+/// Makes it silent at once, and says so.
+HD_REALTIME void silence_wave(const PlayedWave& wave, StringEvents& events) noexcept;
+
 /// Silent, and touched by nobody: forgets what it did.
 HD_REALTIME void end_wave(WaveMemory& wave) noexcept;
 
