@@ -22,8 +22,8 @@ struct Press {
 };
 
 struct Held {
-  Vector3 force;          ///< in the end, N
-  double change = 0.0;    ///< largest from then on, N
+  Vector3 force;        ///< in the end, N
+  double change = 0.0;  ///< largest from then on, N
   int tones = 0;
   double deflection = 0.0;
 };
@@ -129,8 +129,8 @@ TEST_CASE("a hand that trembles over a string without touching plays no tone") {
     const double tremor = random.uniform(6.0, 12.0);
     double bent = 0.0;
     for (int k = 0; k < 10000; ++k) {
-      const double noise = 20e-6 * (random.uniform() + random.uniform() + random.uniform() - 1.5) *
-                           2.0;
+      const double noise =
+          20e-6 * (random.uniform() + random.uniform() + random.uniform() - 1.5) * 2.0;
       const double y = over + noise + 0.1e-3 * std::sin(2.0 * kPi * tremor * 1e-3 * k);
       instrument.tick(Vector3(x, y, 0.0));
       if (const StringTick* row = instrument.reading(0)) {

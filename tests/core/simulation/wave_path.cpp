@@ -8,12 +8,21 @@ namespace {
 
 constexpr double kTick = 1e-3;
 
+/// Where the hand is by what ticks see of it: straight on from each to the next.
+FingerPlace seen(const HandPath& path, double time) {
+  const double tick = std::floor(time / kTick);
+  const FingerPlace from = path.at(tick * kTick);
+  const FingerPlace to = path.at((tick + 1.0) * kTick);
+  const double share = time / kTick - tick;
+  return {from.lambda + share * (to.lambda - from.lambda), from.d + share * (to.d - from.d)};
+}
+
 }  // namespace
 
 HandPath& HandPath::go(const FingerPlace& place, double speed) {
   const Point& last = points_.back();
-  const double way = std::hypot((place.d - last.place.d).norm(),
-                                kWaveLength * (place.lambda - last.place.lambda));
+  const double way =
+      std::hypot((place.d - last.place.d).norm(), kWaveLength * (place.lambda - last.place.lambda));
   points_.push_back({last.time + way / speed, place});
   return *this;
 }
@@ -76,7 +85,7 @@ FeltForces feel(const WaveScene& scene, const HandPath& path, int cells) {
   Across sum = Across::Zero();
   int steps = 0;
   for (int k = 1; k * kTick <= path.end();) {
-    grid.step({path.at(grid.time() + grid.step_s())});
+    grid.step({seen(path, grid.time() + grid.step_s())});
     sum -= grid.finger(0).force;
     ++steps;
     if (grid.time() < k * kTick) continue;

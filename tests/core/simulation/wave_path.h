@@ -37,7 +37,7 @@ class HandPath {
 /// What a hand felt in each tick, across the string, N.
 struct FeltForces {
   std::vector<Across> all;
-  std::vector<Across> law;  ///< of that the static law
+  std::vector<Across> law;     ///< of that the static law
   std::vector<double> energy;  ///< of the ringing, or of the string, J
 };
 
