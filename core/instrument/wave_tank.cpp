@@ -29,7 +29,8 @@ void draw_wave_forces(std::span<const WavePort> ports, std::span<Transverse> bey
   double draw = 0.0;
   for (std::size_t i = 0; i < ports.size(); ++i) {
     beyond[i] = {ports[i].felt.y - ports[i].law.y, ports[i].felt.z - ports[i].law.z};
-    draw += std::sqrt(dot(beyond[i], beyond[i])) * ports[i].reach;
+    const double furthest = std::sqrt(dot(beyond[i], beyond[i])) * ports[i].aside;
+    draw += std::max(0.0, dot(beyond[i], ports[i].way) + furthest);
   }
   const double room = std::max(0.0, tank.energy);
   const double share = draw > room ? room / draw : 1.0;

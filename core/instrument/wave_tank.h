@@ -20,7 +20,8 @@ struct WavePort {
   Transverse law;       ///< static force on the tool, N
   Transverse felt;      ///< mean force on the tool, N
   double stored = 0.0;  ///< by the static law, in string and coupling, J
-  double reach = 0.0;   ///< the hand's furthest way until the next tick, m
+  Transverse way;       ///< of the hand until the next tick, if it goes on as it does, m
+  double aside = 0.0;   ///< and by how much it may differ, m
 };
 
 /// Books the tick of all tools that are near, or were in the last tick. `spare` (J): what the

@@ -291,6 +291,23 @@ void remember_all(const Playing& playing, const NearTools& tools) noexcept {
   }
 }
 
+/// Force on the tool at the end of the tick, N: its mean, which is what it was half a tick ago, and
+/// what the static law has changed by since. Without that a hand that presses on would feel half a
+/// tick's press too little, and pay the tank for it. Only as far as the force itself has gone that
+/// way since it was last given: where the law slips off the string, the string may not have yet.
+Transverse felt_now(const StringContactPath& path, const Transverse& law, std::size_t tool,
+                    const WaveTank& tank) noexcept {
+  const Transverse mean{-path.force.y, -path.force.z};
+  const Transverse& before = tank.law[tool];
+  const Transverse& beyond = tank.beyond[tool];
+  const Transverse ahead{0.5 * (law.y - before.y), 0.5 * (law.z - before.z)};
+  const double squared = ahead.y * ahead.y + ahead.z * ahead.z;
+  const double gone =
+      ahead.y * (mean.y - before.y - beyond.y) + ahead.z * (mean.z - before.z - beyond.z);
+  const double share = gone > 0.0 && path.touched > 0 ? std::min(1.0, gone / squared) : 0.0;
+  return {mean.y + share * ahead.y, mean.z + share * ahead.z};
+}
+
 /// What each tool feels beyond its static law, on its wrench.
 void give_forces(const Playing& playing, const NearTools& tools, const Touches& touches) noexcept {
   const SimulationMemory& memory = playing.wave.memory;
@@ -312,10 +329,11 @@ void give_forces(const Playing& playing, const NearTools& tools, const Touches& 
     if (near) {
       const StringContactPath& path = state.string.contacts[k].path;
       port.law = across(playing.frame, tools[k].proximity.F_W);
-      port.felt = {-path.force.y, -path.force.z};
+      port.felt = felt_now(path, port.law, k, state.tank);
       port.stored = law_energy(play, playing, tools[k]);
       const double dt = std::max(play.rendered.dt, 0.25e-3);
-      port.reach = (tools[k].touch.hand_speed + playing.options.max_acceleration * dt) * dt;
+      port.way = across(playing.frame, dt * point_velocity(play.rendered.V_WH, arm_W));
+      port.aside = playing.options.max_acceleration * dt * dt;
       law_stored += port.stored;
     }
     ports.push_back(port);
