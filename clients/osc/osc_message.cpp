@@ -47,12 +47,26 @@ OscMessage string_radius(const v1::StringRadius& event) {
           event.t_ns()};
 }
 
+/// Index, pitch, glide, ends of the part, then amplitude and decay of each partial.
+OscMessage string_sounding(const v1::StringSounding& event) {
+  OscMessage message{"/haptic/sounding",
+                     {whole(event.string_index()), event.frequency_hz(), event.cents_per_s(),
+                      event.lambda_from(), event.lambda_to()},
+                     event.t_ns()};
+  for (int i = 0; i < event.partials_m_size() && i < event.decays_s_size(); ++i) {
+    message.arguments.emplace_back(event.partials_m(i));
+    message.arguments.emplace_back(event.decays_s(i));
+  }
+  return message;
+}
+
 }  // namespace
 
 std::optional<OscMessage> message_of(const v1::Item& item) {
   if (item.has_tone()) return tone(item.tone());
   if (item.has_contact()) return contact(item.contact());
   if (item.has_string_radius()) return string_radius(item.string_radius());
+  if (item.has_string_sounding()) return string_sounding(item.string_sounding());
   if (item.has_scene_info()) {
     const v1::Scene& scene = item.scene_info().scene();
     OscMessage message{"/haptic/scene", {scene.name(), std::int32_t{scene.strings_size()}}, 0};

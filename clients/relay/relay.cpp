@@ -13,6 +13,8 @@ std::pair<const char*, bool> topic_of(const v1::Item& item) {
       return {"/contact", false};
     case v1::Item::kStringRadius:
       return {"/string", false};
+    case v1::Item::kStringSounding:
+      return {"/sounding", false};
     case v1::Item::kFault:
       return {"/fault", true};
     case v1::Item::kSceneInfo:

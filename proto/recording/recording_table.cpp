@@ -113,23 +113,28 @@ void event_row(const v1::EventRecord& event, Row& columns) {
   const v1::Contact& contact = event.item().contact();
   const v1::StringRadius& radius = event.item().string_radius();
   const v1::Fault& fault = event.item().fault();
+  const v1::StringSounding& sounding = event.item().string_sounding();
   const int kind = event.item().has_tone()            ? 1
                    : event.item().has_contact()       ? 2
                    : event.item().has_string_radius() ? 3
-                                                      : 4;
+                   : event.item().has_fault()         ? 4
+                                                      : 5;
   RowMaker row(columns);
   row.whole("tick", event.tick());
   row.whole("kind", kind);
-  row.whole("t_ns", tone.t_ns() + contact.t_ns() + radius.t_ns() + fault.t_ns());
-  row.whole("tool_id", tone.tool_id() + contact.tool_id() + fault.tool_id());
-  row.whole("string_index", tone.string_index() + contact.string_index() + radius.string_index());
+  row.whole("t_ns", tone.t_ns() + contact.t_ns() + radius.t_ns() + fault.t_ns() + sounding.t_ns());
+  row.whole("tool_id", tone.tool_id() + contact.tool_id() + fault.tool_id() + sounding.tool_id());
+  row.whole("string_index", tone.string_index() + contact.string_index() + radius.string_index() +
+                                sounding.string_index());
   row.whole("phase", int{contact.phase()} + radius.phase());
   row.whole("cause", fault.cause());
   row.whole("latched", fault.latched());
-  row.real("frequency_hz", double{tone.frequency_hz()} + double{radius.frequency_hz()});
+  row.real("frequency_hz", double{tone.frequency_hz()} + double{radius.frequency_hz()} +
+                               double{sounding.frequency_hz()});
   row.real("amplitude_m", double{tone.amplitude_m()});
   row.real("level", double{tone.level()});
-  row.real("lambda", double{tone.lambda()} + double{contact.lambda()});
+  row.real("lambda",
+           double{tone.lambda()} + double{contact.lambda()} + double{sounding.lambda_from()});
   row.real("decay_s", double{tone.decay_s()} + double{radius.decay_s()});
   row.real("normal_speed_m_per_s",
            double{tone.normal_speed_m_per_s()} + double{contact.normal_speed_m_per_s()});

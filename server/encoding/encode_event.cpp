@@ -55,6 +55,27 @@ void encode_radius(const StringEvent& string, const SceneIndex& index, v1::Strin
   radius.set_frequency_hz(static_cast<float>(string.frequency));
 }
 
+void encode_sounding(const EventPlace& place, const StringEvent& string, const SceneIndex& index,
+                     v1::StringSounding& sounding) {
+  const PieceOwner& piece = piece_of(index, string.string);
+  sounding.set_t_ns(wire_time(string.t_ns));
+  sounding.set_string_index(piece.index);
+  sounding.set_tool_id(place.tool_id);
+  sounding.set_number(string.number);
+  sounding.set_cause(static_cast<v1::SoundingCause>(static_cast<int>(string.cause) + 1));
+  sounding.set_lambda_from(static_cast<float>(whole_lambda(piece, string.lambda)));
+  sounding.set_lambda_to(static_cast<float>(whole_lambda(piece, string.lambda_to)));
+  sounding.set_frequency_hz(static_cast<float>(string.frequency));
+  sounding.set_cents_per_s(static_cast<float>(string.cents_per_s));
+  sounding.set_inharmonicity(static_cast<float>(string.inharmonicity));
+  for (int k = 0; k < string.partial_count; ++k) {
+    const auto n = static_cast<std::size_t>(k);
+    sounding.add_partials_m(string.partials[n]);
+    sounding.add_decays_s(string.decays[n]);
+    if (string.cause == SoundingCause::kOnset) sounding.add_phases_rad(string.phases[n]);
+  }
+}
+
 void add_place(const Array3& p_WC, const Array3& nhat_OG_W, v1::Contact& contact) {
   for (const double p : p_WC) contact.add_p_wc_m(static_cast<float>(p));
   for (const double n : nhat_OG_W) contact.add_nhat_og_w(static_cast<float>(n));
@@ -85,6 +106,9 @@ bool encode_string(const EventPlace& place, const StringEvent& string, const Sce
       break;
     case StringEventKind::kRadius:
       encode_radius(string, index, *item.mutable_string_radius());
+      break;
+    case StringEventKind::kSounding:
+      encode_sounding(place, string, index, *item.mutable_string_sounding());
       break;
     case StringEventKind::kTouch:
     case StringEventKind::kLeave:

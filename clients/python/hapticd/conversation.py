@@ -32,7 +32,7 @@ TOLD = ("scene_info", "lease_info", "record_info")
 
 
 class Event(NamedTuple):
-    """`kind` is the name of the Item: tone, contact, string_radius, fault, lease_info, record_info, scene_info. `body` is that message."""
+    """`kind` is the name of the Item: tone, contact, string_radius, string_sounding, fault, lease_info, record_info, scene_info. `body` is that message."""
 
     kind: str
     body: Any

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 XYZ = ("x", "y", "z")
 WXYZ = ("w", "x", "y", "z")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-EVENT_KINDS = ("tone", "contact", "string_radius", "fault")
+EVENT_KINDS = ("tone", "contact", "string_radius", "string_sounding", "fault")
 """Events that have an instant."""
 
 
@@ -135,7 +135,7 @@ def table(states: Iterable[state_pb2.State], tool_id: int = 0) -> Table:
 
 
 def event_table(events: Iterable[Event], kind: str = "tone") -> Table:
-    """The events of one kind, "tone", "contact", "string_radius" or "fault", a row for each: t_s, and the fields of event.proto by name. Numbers
+    """The events of one kind, "tone", "contact", "string_radius", "string_sounding" or "fault", a row for each: t_s, and the fields of event.proto by name. Numbers
     that an event does not have are -1, as the string_index of a contact with a body; `phase` and `cause` are names. Tone.partials, of
     which each tone has its own number, is left out."""
     if kind not in EVENT_KINDS:

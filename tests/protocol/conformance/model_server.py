@@ -18,7 +18,7 @@ from schema import answer, control, stream
 
 SESSIONS = 32
 LOOKERS = 24
-SENT_BY_SERVERS = ("tone", "contact", "string_radius", "fault", "result", "lease_info", "record_info", "scene_info")
+SENT_BY_SERVERS = ("tone", "contact", "string_radius", "string_sounding", "fault", "result", "lease_info", "record_info", "scene_info")
 REPEATS_S = (0.001, 0.003, 0.007, 0.015, 0.031)
 
 
