@@ -164,34 +164,49 @@ bool find_near(const Playing& playing, NearTools& tools, Touches& touches) noexc
   return any;
 }
 
+/// Several tools press the string, or the one that does has been rendered when another did: its law
+/// is that of a part.
+bool is_parted(const Playing& playing, const Touches& touches) noexcept {
+  const std::span<const ToolPlay> tools = playing.wave.memory.tools;
+  std::size_t pressing = 0;
+  bool parted = false;
+  for (std::size_t k = 0; k < tools.size(); ++k) {
+    if (touches[k] == nullptr || !(touches[k]->force > 0.0)) continue;
+    ++pressing;
+    parted = parted || part_of(tools[k].view, playing.wave.string) != nullptr;
+  }
+  return pressing > 1 || parted;
+}
+
+/// How much longer the tools bend the string, m.
+double extension_of(const Playing& playing) noexcept {
+  StringTools views;
+  StringPoints points;
+  string_points(string_tools(playing.wave.memory, views), playing.wave.sharing,
+                playing.wave.string, -1, points);
+  double polyline = 0.0;
+  for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+    polyline += (points[k + 1] - points[k]).norm();
+  }
+  return std::max(0.0, polyline - playing.string.length);
+}
+
 /// Of the string as the static laws of the tools bend it, N.
 double tension_of(const Playing& playing, const NearTools& tools, const Touches& touches) noexcept {
   const StringConstants& string = playing.string;
   const NearTool* only = nullptr;
-  std::size_t pressing = 0;
   for (std::size_t k = 0; k < touches.size(); ++k) {
-    if (touches[k] == nullptr || !(touches[k]->force > 0.0)) continue;
-    only = &tools[k];
-    ++pressing;
+    if (touches[k] != nullptr && touches[k]->force > 0.0) only = &tools[k];
   }
-  if (pressing == 0) return string.tension;
+  if (only == nullptr) return string.tension;
   double tension = string.tension;
-  if (pressing == 1) {
+  if (is_parted(playing, touches)) {
+    tension += string.axial_stiffness * (extension_of(playing) / string.length);
+  } else {
     const double u = norm(across(playing.frame, only->proximity.u_W));
     const double run = only->touch.lambda * (1.0 - only->touch.lambda) * string.length;
     if (u < kMinBend || !(run > 0.0)) return playing.kept.state.held_tension;
     tension = norm(across(playing.frame, only->proximity.F_W)) * run / u;
-  } else {
-    StringTools views;
-    StringPoints points;
-    string_points(string_tools(playing.wave.memory, views), playing.wave.sharing,
-                  playing.wave.string, -1, points);
-    double polyline = 0.0;
-    for (std::size_t k = 0; k + 1 < points.size(); ++k) {
-      polyline += (points[k + 1] - points[k]).norm();
-    }
-    const double stretch = std::max(0.0, polyline / string.length - 1.0);
-    tension += string.axial_stiffness * stretch;
   }
   return std::clamp(tension, kMinRaise * string.tension, kMaxRaise * string.tension);
 }
@@ -240,16 +255,27 @@ void wake(const Playing& playing) noexcept {
   }
 }
 
-/// Static energy of the tool's law: of the string and of what holds the tool, J.
-double law_energy(const ToolPlay& play, const Playing& playing, const NearTool& tool) noexcept {
+/// Static energy of the tool's law: of the string, where it is this tool's alone, and of what holds
+/// the tool, J.
+double law_energy(const ToolPlay& play, const Playing& playing, const NearTool& tool,
+                  bool parted) noexcept {
   const double force = tool.touch.force;
   if (!(force > 0.0)) return 0.0;
+  const double held = 0.5 * force * force * tool.touch.compliance;
+  if (parted) return held;
   const auto s = static_cast<std::size_t>(playing.wave.string);
   const StringConstants& seen = play.way.input.strings[s];
   const double lambda = tool.proximity.touch.lambda;
   const double u = norm(across(playing.frame, tool.proximity.u_W));
   const Deflection law = ask_model(seen, [&](const auto& model) { return model.law(lambda, u); });
-  return law.energy + 0.5 * force * force * tool.touch.compliance;
+  return law.energy + held;
+}
+
+/// Of a string that several tools bend, J.
+double shared_energy(const Playing& playing) noexcept {
+  const StringConstants& string = playing.string;
+  const double extension = extension_of(playing);
+  return extension * (string.tension + 0.5 * string.axial_stiffness * extension / string.length);
 }
 
 void add_force(const Playing& playing, ToolPlay& play, const StringProximity& near,
@@ -314,6 +340,8 @@ void give_forces(const Playing& playing, const NearTools& tools, const Touches& 
   WaveState& state = playing.kept.state;
   FixedVector<WavePort, kMaxTools> ports;
   double law_stored = 0.0;
+  const bool parted = is_parted(playing, touches);
+  bool shared_told = false;
   for (std::size_t k = 0; k < memory.tools.size(); ++k) {
     const Transverse& held = state.tank.beyond[k];
     const bool held_any = held.y != 0.0 || held.z != 0.0 || state.tank.stored[k] != 0.0;
@@ -330,7 +358,9 @@ void give_forces(const Playing& playing, const NearTools& tools, const Touches& 
       const StringContactPath& path = state.string.contacts[k].path;
       port.law = across(playing.frame, tools[k].proximity.F_W);
       port.felt = felt_now(path, port.law, k, state.tank);
-      port.stored = law_energy(play, playing, tools[k]);
+      port.stored = law_energy(play, playing, tools[k], parted);
+      if (parted && !shared_told) port.stored += shared_energy(playing);
+      shared_told = true;
       const double dt = std::max(play.rendered.dt, 0.25e-3);
       port.way = across(playing.frame, dt * point_velocity(play.rendered.V_WH, arm_W));
       port.aside = playing.options.max_acceleration * dt * dt;

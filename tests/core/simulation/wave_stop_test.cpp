@@ -1,0 +1,194 @@
+// Strings that are stopped by one tool and plucked by another, and stops that glide. Truth: the
+// closed form of a string's part under its raised tension, and finite differences of the string
+// under a finger as stiff as flesh.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/elementary.h"
+#include "tests/core/simulation/ensemble.h"
+#include "tests/core/simulation/wave_path.h"
+#include "tests/support/random.h"
+#include "tests/support/scale.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr double kFlesh = 2e4;
+/// Of a thick finger that holds, which the string does not slip off, and of one that plucks, m.
+constexpr double kHoldingTip = 15e-3;
+constexpr double kReach = kHoldingTip + 0.34e-3;
+constexpr double kPluckingReach = kEnsembleTip + 0.34e-3;
+/// Both are parts of each tool, the plucking one so far below the other, m.
+constexpr double kBelow = 80e-3;
+
+/// A stop in the air.
+struct Stop {
+  double lambda = 0.4;
+  double depth = 5e-3;  ///< of the hand below where it touches the string at rest, m
+  double axial_stiffness = 2e3;
+  double tension = 30.0;
+  double decay = 1.0;
+};
+
+EnsembleOptions stopped_string(const Stop& stop) {
+  EnsembleOptions options;
+  options.strings = 1;
+  options.string.tension = stop.tension;
+  options.string.axial_stiffness = stop.axial_stiffness;
+  options.string.decay = stop.decay;
+  options.instrument = wave_options();
+  options.tool = {{Vector3::Zero(), kHoldingTip}, {Vector3(0.0, -kBelow, 0.0), kEnsembleTip}};
+  options.body_y = -0.3;
+  return options;
+}
+
+GridString grid_of(const Stop& stop) {
+  WaveScene scene;
+  scene.tension = stop.tension;
+  scene.axial_stiffness = stop.axial_stiffness;
+  scene.decay = stop.decay;
+  return grid_of(scene);
+}
+
+/// How far the string is bent where a coupling of 1 kN/m presses it, m.
+double deflection_of(const Stop& stop) {
+  const GridString grid = grid_of(stop);
+  double low = 0.0;
+  double high = stop.depth;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    const double yields = held_force(grid, stop.lambda, middle) / 1000.0;
+    (middle + yields < stop.depth ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Tension over that at rest.
+double raise_of(const Stop& stop, double deflection) {
+  const double run = stop.lambda * (1.0 - stop.lambda) * kWaveLength * kWaveLength;
+  return 1.0 + stop.axial_stiffness * deflection * deflection / (2.0 * run) / stop.tension;
+}
+
+double cents(double f, double due) { return 1200.0 * std::log2(f / due); }
+
+/// Displacement of the string in the state, along y: across, a smooth finger does not hold it.
+double swing_at(Ensemble& ensemble, double lambda) {
+  const WaveMemory& wave = ensemble.simulation().memory().waves.front();
+  PerMode shapes{};
+  mode_shapes(wave.table.modes, lambda, shapes);
+  return displacement(wave.table.modes, wave.state.string.motion, shapes).y;
+}
+
+/// Where the plucking hand is: below the string's bent line by as much as over a straight one.
+Vector3 plucker(const Stop& stop, double lambda, double deflection, double z) {
+  const double bent = deflection * (1.0 - lambda) / (1.0 - stop.lambda);
+  return {kWaveLength * lambda, kBelow + 3e-3 - bent, z};
+}
+
+struct Sounded {
+  int tones = 0;
+  double told = 0.0;    ///< by the Tone, Hz
+  double swings = 0.0;  ///< the state, Hz
+  double force = 0.0;   ///< on the holding finger, mean, N
+};
+
+Sounded pluck_stopped(const Stop& stop, double pluck_at) {
+  Ensemble ensemble(2, stopped_string(stop));
+  // So stiff against turning that a contact is as soft as the coupling, wherever it is.
+  for (std::size_t k = 0; k < 2; ++k) ensemble.simulation().scene(k).stiffness.length = 1.0;
+  const double deflection = deflection_of(stop);
+  const double x = kWaveLength * stop.lambda;
+  const Vector3 away(kWaveLength * pluck_at, kBelow + 30e-3, 60e-3);
+  for (int k = 0; k <= 100; ++k) {
+    ensemble.tick({{x, kReach - stop.depth * k / 100.0, 0.0}, away});
+  }
+  const Vector3 holds(x, kReach - stop.depth, 0.0);
+  for (int k = 0; k < 400; ++k) ensemble.tick({holds, away});
+  for (int k = 0; k <= 60; ++k) {
+    ensemble.tick({holds, plucker(stop, pluck_at, deflection, -12e-3 - 1e-3 * (60 - k))});
+  }
+  ensemble.events.clear();
+  for (int k = 0; k <= 70; ++k) {
+    ensemble.tick({holds, plucker(stop, pluck_at, deflection, -12e-3 + 1e-3 * k)});
+  }
+  std::vector<double> swing;
+  Sounded sounded;
+  const Vector3 far = plucker(stop, pluck_at, deflection, 58e-3);
+  for (int k = 0; k < 500; ++k) {
+    ensemble.tick({holds, far});
+    swing.push_back(swing_at(ensemble, 0.5 * (1.0 + stop.lambda)));
+    sounded.force += ensemble.output().tool(0).F_computed_H_W.f.y() / 500.0;
+  }
+  for (const StringEvent& event : ensemble.events) {
+    if (event.kind != StringEventKind::kTone) continue;
+    ++sounded.tones;
+    sounded.told = event.frequency;
+  }
+  const double due = 65.4 / (1.0 - stop.lambda) * std::sqrt(raise_of(stop, deflection));
+  sounded.swings = frequency(swing, 1e-3, due);
+  return sounded;
+}
+
+/// The same on the grid: pitch of the part from the stop to its end, Hz.
+double truth_of(const Stop& stop, double pluck_at) {
+  const GridString string = grid_of(stop);
+  StringGrid grid(string, 900);
+  GridFinger flesh;
+  flesh.radius = kReach;
+  flesh.stiffness = kFlesh;
+  flesh.damping = 1.0;
+  GridFinger plectrum;
+  plectrum.radius = kPluckingReach;
+  grid.add(flesh);
+  grid.add(plectrum);
+  const double deflection = deflection_of(stop);
+  const double depth = deflection + held_force(string, stop.lambda, deflection) / kFlesh;
+  const FingerPath paths[] = {
+      [&](double time) {
+        return FingerPlace{stop.lambda, {kReach - depth * std::min(1.0, time / 0.1), 0.0}};
+      },
+      [&](double time) {
+        const Vector3 p = plucker(stop, pluck_at, deflection,
+                                  -12e-3 + std::max(0.0, time - 0.3));
+        return FingerPlace{pluck_at, {p.y() - kBelow, p.z()}};
+      }};
+  play(grid, paths, 0.37);
+  std::vector<double> swing;
+  play(grid, paths, 0.5,
+       [&] { swing.push_back(grid.displacement(0.5 * (1.0 + stop.lambda)).x()); });
+  const double due = 65.4 / (1.0 - stop.lambda) * std::sqrt(raise_of(stop, deflection));
+  return frequency(swing, grid.step_s(), due);
+}
+
+TEST_CASE("a string stopped in the air sounds at the pitch of its part under its tension") {
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
+  SplitMix64 random(seed);
+  const std::int64_t stops = scaled(60);
+  for (std::int64_t i = 0; i < stops; ++i) {
+    Stop stop;
+    stop.lambda = random.uniform(0.3, 0.7);
+    stop.depth = random.uniform(2e-3, 10e-3);
+    const double pluck_at = random.uniform(0.5 * (1.0 + stop.lambda), 0.93);
+    CAPTURE(stop.lambda);
+    CAPTURE(stop.depth);
+    CAPTURE(pluck_at);
+    const Sounded sounded = pluck_stopped(stop, pluck_at);
+    const double deflection = deflection_of(stop);
+    const double due = 65.4 / (1.0 - stop.lambda) * std::sqrt(raise_of(stop, deflection));
+    const double truth = truth_of(stop, pluck_at);
+    CAPTURE(sounded.told);
+    CAPTURE(due);
+    CAPTURE(truth);
+    CHECK(sounded.tones == 1);
+    CHECK(std::abs(cents(sounded.told, due)) <= 5.0);
+    CHECK(std::abs(cents(sounded.swings, truth)) <= 5.0);
+    CHECK(sounded.force ==
+          doctest::Approx(held_force(grid_of(stop), stop.lambda, deflection)).epsilon(0.01));
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::test
