@@ -27,8 +27,8 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 HD_VISIT_FIELDS(Transverse, y, z)
 HD_VISIT_FIELDS(WaveTuning, length, tension, frequency, modal_mass, inharmonicity, decay, loss_n2,
                 modes)
-HD_VISIT_FIELDS(WaveGrip, touching, armed, felt_ns, pressed_ns, energy_before, stored_before,
-                lambda, share, deflection, largest_force, normal_speed, tangential_speed)
+HD_VISIT_FIELDS(WaveGrip, touching, armed, began_ns, felt_ns, pressed_ns, energy_before, lambda,
+                share, deflection, largest_force, normal_speed, tangential_speed)
 HD_VISIT_FIELDS(WaveTank, energy, beyond, law, stored)
 HD_VISIT_FIELDS(ToldEnvelope, t_ns, amplitude, decay)
 HD_VISIT_FIELDS(ToldSounding, sounds, t_ns, looked_ns, number, from, to, frequency, cents_per_s,

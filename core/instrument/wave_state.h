@@ -13,10 +13,11 @@ namespace hapticd {
 /// One tool's touch of a string that sounds: a contact with force.
 struct WaveGrip {
   bool touching = false;
-  bool armed = false;             ///< letting go plucks
+  bool armed = false;  ///< letting go plucks
+  std::int64_t began_ns = 0;
   std::int64_t felt_ns = 0;       ///< when it last bore force
+  std::int64_t pressed_ns = 0;    ///< when the static law pressed last, without it
   double energy_before = 0.0;     ///< of the ringing, when it began, J
-  double stored_before = 0.0;     ///< of all the string, J
   double lambda = 0.5;            ///< of the last force
   double share = 0.0;             ///< of the time with force, mean of some 20 ms
   double deflection = 0.0;        ///< of the static law, last, m

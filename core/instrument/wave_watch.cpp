@@ -16,6 +16,10 @@ namespace {
 /// ringing string strikes again and again.
 constexpr std::int64_t kPluckedAfter_ns = 2'000'000;
 constexpr std::int64_t kLeftAfter_ns = 30'000'000;
+/// A touch may be over before the static law has followed it, ns: it arms by its force, too.
+constexpr std::int64_t kStrike_ns = 20'000'000;
+/// That is then more than lays the same deflection slowly.
+constexpr double kStrikeShare = 3.0;
 /// A tone leaves more energy than there was, by this factor (1 dB),
 constexpr double kLouder = 1.2589254117941673;
 /// and more than that of this amplitude, m.
@@ -46,6 +50,11 @@ double norm(const Transverse& a) noexcept { return std::sqrt(a.y * a.y + a.z * a
 double bent_energy(const WatchedWave& wave, double lambda, double deflection) noexcept {
   const double run = lambda * (1.0 - lambda) * wave.string.length;
   return run > 0.0 ? 0.5 * wave.string.tension * deflection * deflection / run : 0.0;
+}
+
+/// How far `force` (N) bends it at lambda at rest, m.
+double deflection_under(const WatchedWave& wave, double lambda, double force) noexcept {
+  return force * lambda * (1.0 - lambda) * wave.string.length / wave.string.tension;
 }
 
 void tell_touch(const WatchedWave& wave, const WaveGrip& grip, std::int64_t t_ns,
@@ -188,11 +197,13 @@ void watch_grip(const WatchedWave& wave, const WaveTick& tick, const WaveGripTic
     state.player = static_cast<std::int32_t>(now.tool);
     if (!grip.touching) {
       grip.touching = true;
-      tell_touch(wave, grip, tick.from_ns + path.first * kSubStep_ns, events);
+      grip.began_ns = tick.from_ns + path.first * kSubStep_ns;
+      tell_touch(wave, grip, grip.began_ns, events);
     }
-    const double arm = wave.options.release.arm_deflection;
-    const bool bent = now.deflection > arm ||
-                      state.stored - grip.stored_before > bent_energy(wave, grip.lambda, arm);
+    const bool strikes =
+        t_ns - grip.began_ns <= kStrike_ns &&
+        deflection_under(wave, grip.lambda, norm(path.force)) > wave.options.release.arm_deflection;
+    const bool bent = strikes || now.deflection > wave.options.release.arm_deflection;
     if (!grip.armed && bent) {
       grip.armed = true;
       tell_armed(wave, grip, norm(path.force), t_ns, events);
@@ -201,7 +212,6 @@ void watch_grip(const WatchedWave& wave, const WaveTick& tick, const WaveGripTic
   }
   if (!grip.touching) {
     grip.energy_before = state.ringing;
-    grip.stored_before = state.stored;
     return;
   }
   // A string that a finger throws off while it goes on pressing comes back to it.

@@ -251,7 +251,6 @@ void wake(const Playing& playing) noexcept {
   for (WaveGrip& grip : state.grips) {
     if (grip.touching) continue;
     grip.energy_before = state.ringing;
-    grip.stored_before = state.stored;
   }
 }
 
