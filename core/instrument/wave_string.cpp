@@ -66,7 +66,7 @@ bool settle_grip(const WaveTouch& touch, double dt, WaveContact& contact) noexce
 /// Compliance of the contact, without what the modes leave out, m/N.
 double contact_compliance(const WaveTouch& touch, bool firm) noexcept {
   const double soft = std::max(touch.compliance, kMinCompliance);
-  return firm ? std::min(soft, 1.0 / kFlesh) : soft;
+  return firm ? std::min(soft, touch.part_compliance + 1.0 / kFlesh) : soft;
 }
 
 /// Where a contact is led, and how large it is there.

@@ -131,7 +131,8 @@ void aim(const Playing& playing, const ToolPlay& play, NearTool& tool) noexcept 
   touch.compliance = compliance_of(
       play, near, std::min(playing.string.contact_stiffness, play.way.input.stiffness.kt));
   const Vector3 v_W = point_velocity(play.rendered.V_WH, near.p_WC - X_WG.p);
-  touch.hand_speed = v_W.norm();
+  touch.hand_speed = norm(across(frame, v_W));
+  touch.part_compliance = near.compliance;
 }
 
 using NearTools = std::array<NearTool, kMaxTools>;
