@@ -66,7 +66,12 @@ bool settle_grip(const WaveTouch& touch, double dt, WaveContact& contact) noexce
 /// Compliance of the contact, without what the modes leave out, m/N.
 double contact_compliance(const WaveTouch& touch, bool firm) noexcept {
   const double soft = std::max(touch.compliance, kMinCompliance);
-  return firm ? std::min(soft, 1.0 / kFlesh) : soft;
+  return firm ? std::min(soft, touch.part_compliance + 1.0 / kFlesh) : soft;
+}
+
+/// Of that what is not of soft parts, which stand where they stand, m/N.
+double coupling_compliance(const WaveTouch& touch, bool firm) noexcept {
+  return std::max(0.0, contact_compliance(touch, firm) - touch.part_compliance);
 }
 
 /// Where a contact is led, and how large it is there.
@@ -79,9 +84,11 @@ struct Lead {
 /// more than half of its radius it stays behind, and grows as much: its centre never comes to the
 /// string's axis.
 Lead lead(const WaveTouch& touch, bool firm) noexcept {
-  const double yielded = touch.force * contact_compliance(touch, firm);
-  const double more = std::max(0.0, yielded - 0.5 * touch.radius);
-  return {along(touch.centre, more - yielded, touch.normal), touch.radius + more};
+  const double yielded = touch.force * coupling_compliance(touch, firm);
+  const double aside = touch.part_aside.y * touch.normal.y + touch.part_aside.z * touch.normal.z;
+  const double more = std::max(0.0, yielded + aside - 0.5 * touch.radius);
+  const Transverse centre = minus(touch.centre, touch.part_aside);
+  return {along(centre, more - yielded, touch.normal), touch.radius + more};
 }
 
 /// Displacement of the string at lambda, m.
@@ -116,10 +123,10 @@ void begin(const Stepping& tick, const WaveTouch& touch, WaveContact& contact) n
   contact.path.stretched = 0.0;
   contact.path.stored = 0.0;
   contact.path.lambda_to = touch.lambda_before;
-  contact.path.d_to = touch.centre_before;
+  contact.path.d_to = minus(touch.centre_before, touch.part_aside);
   contact.lacking = 0.0;
   const Transverse u = displacement_at(tick, touch.lambda_before);
-  const double r = length(minus(touch.centre_before, u));
+  const double r = length(minus(contact.path.d_to, u));
   const bool asleep = energy(tick.table.modes, tick.state.motion) == 0.0;
   if (r < touch.radius && touch.force > 0.0 && asleep) {
     // Pressed before the string was watched.
@@ -151,7 +158,7 @@ void prepare(const Stepping& tick, const WaveTouch& touch, int steps,
   contact.near = true;
   if (settle_grip(touch, tick.dt, contact)) {
     // From where the other grip would have been; what is stored differently is the model's.
-    path.d_to = along(contact.centre, -contact_compliance(touch, contact.firm), contact.push);
+    path.d_to = along(contact.centre, -coupling_compliance(touch, contact.firm), contact.push);
   }
   const Lead to = lead(touch, contact.firm);
   sweep_or_jump(tick, to, steps, contact);
@@ -159,12 +166,13 @@ void prepare(const Stepping& tick, const WaveTouch& touch, int steps,
   path.lambda_to = path.lambda_from + tick.share * (touch.lambda - path.lambda_from);
   const double grown = length(minus(path.d_from, displacement_at(tick, path.lambda_from)));
   contact.lacking = std::clamp(to.radius - grown, 0.0, contact.lacking);
-  contact.centre = touch.centre;
+  contact.centre = minus(touch.centre, touch.part_aside);
   contact.push = {touch.force * touch.normal.y, touch.force * touch.normal.z};
   path.shape = StringContactShape::kRound;
   path.radius = to.radius - contact.lacking;
   path.stiffness = 1.0 / contact_compliance(touch, contact.firm);
-  path.damping = contact.firm ? kFleshDamping : 0.0;
+  const double flesh = contact.firm ? kFleshDamping : 0.0;
+  path.damping = touch.part_compliance > 0.0 ? touch.part_damping : flesh;
   path.friction = tick.options.friction ? tick.string.friction_coefficient : 0.0;
   path.bristle = tick.options.anchor_stiffness;
 }

@@ -51,7 +51,10 @@ struct WaveTouch {
   Transverse normal;         ///< unit, from the string to it
   double force = 0.0;        ///< of the static law along the normal, N, >= 0
   double compliance = 1e-3;  ///< of what holds it, along the normal, m/N, > 0
-  double hand_speed = 0.0;   ///< of the hand there, m/s
+  double part_compliance = 0.0;  ///< of that, what its soft parts yield, m/N
+  double part_damping = 0.0;     ///< and how they damp, N s/m
+  Transverse part_aside;         ///< where they stand aside of where the tool has them, m
+  double hand_speed = 0.0;       ///< of the hand there, across the string, m/s
 };
 
 /// One tool's contact, from tick to tick.

@@ -103,6 +103,24 @@ WaveMemory& kept_of(const SimulationMemory& memory, std::int32_t string) noexcep
   return memory.waves[static_cast<std::size_t>(string)];
 }
 
+/// What a soft part of the tool does to its touch, whether the static law has it press or not.
+void soften(const Playing& playing, const ToolPlay& play, NearTool& tool) noexcept {
+  WaveTouch& touch = tool.touch;
+  touch.part_compliance = tool.proximity.compliance;
+  touch.part_damping = 0.0;
+  touch.part_aside = {};
+  const std::span<const ToolPart> parts = play.scene.parts.parts;
+  const auto part = static_cast<std::size_t>(tool.proximity.part);
+  if (part >= parts.size() || !(parts[part].stiffness > 0.0)) return;
+  touch.part_compliance = 1.0 / parts[part].stiffness;
+  touch.part_damping = parts[part].damping;
+  if (!(touch.force > 0.0)) touch.compliance += touch.part_compliance;
+  for (const SoftPart& stands : play.state.contact.parts) {
+    if (stands.part != tool.proximity.part) continue;
+    touch.part_aside = across(playing.frame, play.rendered.X_WG.q * stands.v_G);
+  }
+}
+
 /// What the tool does to the string, with the place where its sphere was at the start of the tick.
 void aim(const Playing& playing, const ToolPlay& play, NearTool& tool) noexcept {
   const StringProximity& near = tool.proximity;
@@ -131,7 +149,8 @@ void aim(const Playing& playing, const ToolPlay& play, NearTool& tool) noexcept 
   touch.compliance = compliance_of(
       play, near, std::min(playing.string.contact_stiffness, play.way.input.stiffness.kt));
   const Vector3 v_W = point_velocity(play.rendered.V_WH, near.p_WC - X_WG.p);
-  touch.hand_speed = v_W.norm();
+  touch.hand_speed = norm(across(frame, v_W));
+  soften(playing, play, tool);
 }
 
 using NearTools = std::array<NearTool, kMaxTools>;

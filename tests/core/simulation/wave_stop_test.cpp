@@ -150,8 +150,7 @@ double truth_of(const Stop& stop, double pluck_at) {
         return FingerPlace{stop.lambda, {kReach - depth * std::min(1.0, time / 0.1), 0.0}};
       },
       [&](double time) {
-        const Vector3 p = plucker(stop, pluck_at, deflection,
-                                  -12e-3 + std::max(0.0, time - 0.3));
+        const Vector3 p = plucker(stop, pluck_at, deflection, -12e-3 + std::max(0.0, time - 0.3));
         return FingerPlace{pluck_at, {p.y() - kBelow, p.z()}};
       }};
   play(grid, paths, 0.37);
@@ -187,6 +186,64 @@ TEST_CASE("a string stopped in the air sounds at the pitch of its part under its
     CHECK(std::abs(cents(sounded.swings, truth)) <= 5.0);
     CHECK(sounded.force ==
           doctest::Approx(held_force(grid_of(stop), stop.lambda, deflection)).epsilon(0.01));
+  }
+}
+
+/// Of a stop that glides, 0.1 s each: what the state swings at and what is due, Hz.
+struct GlidePitch {
+  double swings = 0.0;
+  double due = 0.0;
+};
+
+std::vector<GlidePitch> glide_after_pluck(const Stop& from, double to, double seconds) {
+  Ensemble ensemble(2, stopped_string(from));
+  for (std::size_t k = 0; k < 2; ++k) ensemble.simulation().scene(k).stiffness.length = 1.0;
+  const double pluck_at = 0.9;
+  const double deflection = deflection_of(from);
+  Vector3 holds(kWaveLength * from.lambda, kReach, 0.0);
+  const Vector3 away(kWaveLength * pluck_at, kBelow + 30e-3, -20e-3);
+  for (int k = 1; k <= 300; ++k) {
+    holds.y() = kReach - from.depth * std::min(1.0, k / 100.0);
+    ensemble.tick({holds, away});
+  }
+  for (int k = 0; k <= 80; ++k) {
+    ensemble.tick({holds, plucker(from, pluck_at, deflection, -20e-3 + 1e-3 * k)});
+  }
+  const Vector3 far = plucker(from, pluck_at, deflection, 60e-3);
+  const int ticks = static_cast<int>(seconds * 1e3);
+  std::vector<GlidePitch> pitches;
+  std::vector<double> swing;
+  for (int k = 1; k <= ticks; ++k) {
+    Stop now = from;
+    now.lambda = from.lambda + (to - from.lambda) * k / ticks;
+    holds.x() = kWaveLength * now.lambda;
+    ensemble.tick({holds, far});
+    swing.push_back(swing_at(ensemble, 0.5 * (1.0 + now.lambda)));
+    if (swing.size() < 100) continue;
+    Stop middle = from;
+    middle.lambda = now.lambda - 50.0 * (to - from.lambda) / ticks;
+    const double raise = raise_of(middle, deflection_of(middle));
+    const double due = 65.4 / (1.0 - middle.lambda) * std::sqrt(raise);
+    // The string is the less bent the further the place is along the part.
+    double mean = 0.0;
+    for (const double y : swing) mean += y / 100.0;
+    for (double& y : swing) y -= mean;
+    pitches.push_back({frequency(swing, 1e-3, due), due});
+    swing.clear();
+  }
+  return pitches;
+}
+
+TEST_CASE("a stop that glides takes the pitch along") {
+  for (const double way : {80e-3, -80e-3, 200e-3}) {
+    Stop stop;
+    stop.depth = 5e-3;
+    for (const GlidePitch& pitch : glide_after_pluck(stop, stop.lambda + way / kWaveLength, 0.6)) {
+      CAPTURE(way);
+      CAPTURE(pitch.swings);
+      CAPTURE(pitch.due);
+      CHECK(std::abs(cents(pitch.swings, pitch.due)) <= 15.0);
+    }
   }
 }
 

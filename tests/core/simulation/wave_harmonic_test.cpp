@@ -1,0 +1,89 @@
+// Harmonics, played by a light finger at a node and a pluck: what is left when it is lifted. Truth:
+// finite differences of the string under the same skin.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/core/simulation/ensemble.h"
+#include "tests/core/simulation/wave_path.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr double kReach = kEnsembleTip + 0.34e-3;
+constexpr double kSkin_m = 1e-3;
+constexpr double kStart_m = -8e-3;
+constexpr double kFrequency = 65.4;
+
+double level(Ensemble& ensemble, std::size_t n) {
+  const ModalMotion& motion = ensemble.simulation().memory().waves.front().state.string.motion;
+  const std::size_t i = n - 1;
+  return std::sqrt(motion.qy[i] * motion.qy[i] + motion.vy[i] * motion.vy[i] +
+                   motion.qz[i] * motion.qz[i] + motion.vz[i] * motion.vz[i]);
+}
+
+EnsembleOptions open_string() {
+  EnsembleOptions options;
+  options.strings = 1;
+  options.string.axial_stiffness = 0.0;
+  options.instrument = wave_options();
+  return options;
+}
+
+GridPartials play_harmonic(const GridHarmonic& harmonic) {
+  Ensemble ensemble(2, open_string());
+  const std::vector<ToolPart> skin{{harmonic.force / kSkin_m, harmonic.damping}};
+  ensemble.simulation().scene(0).parts.parts = skin;
+  const double lambda = 1.0 / harmonic.part;
+  const double lift = -kStart_m / harmonic.pluck_speed + harmonic.lift_after;
+  const auto hands = [&](double time) {
+    const double lifted = harmonic.lift_speed * std::max(0.0, time - lift);
+    return std::vector<Vector3>{
+        {kWaveLength * lambda, kReach - kSkin_m + lifted, 0.0},
+        {kWaveLength * harmonic.pluck_lambda, 3e-3, kStart_m + harmonic.pluck_speed * time}};
+  };
+  // It comes down first.
+  for (int k = 40; k > 0; --k) {
+    std::vector<Vector3> p = hands(0.0);
+    p[0].y() += 0.05e-3 * k;
+    ensemble.tick(p);
+  }
+  int tick = 0;
+  for (; tick * 1e-3 < lift + 0.1; ++tick) ensemble.tick(hands(tick * 1e-3));
+  GridPartials partials;
+  double loudest = 0.0;
+  for (std::size_t n = 1; n <= 24; ++n) {
+    const bool part = n % static_cast<std::size_t>(harmonic.part) == 0;
+    if (!part) loudest = std::max(loudest, level(ensemble, n));
+  }
+  partials.others =
+      20.0 * std::log10(loudest / level(ensemble, static_cast<std::size_t>(harmonic.part)));
+  std::vector<double> swing;
+  const ModalMotion& motion = ensemble.simulation().memory().waves.front().state.string.motion;
+  for (int k = 0; k < 500; ++k, ++tick) {
+    ensemble.tick(hands(tick * 1e-3));
+    swing.push_back(motion.qy[static_cast<std::size_t>(harmonic.part) - 1]);
+  }
+  partials.frequency = frequency(swing, 1e-3, harmonic.part * kFrequency);
+  return partials;
+}
+
+TEST_CASE("a light touch at a node leaves the harmonic that finite differences leave") {
+  for (const int part : {2, 3, 4, 5}) {
+    GridHarmonic harmonic;
+    harmonic.part = part;
+    GridString string;
+    string.frequency = kFrequency;
+    const GridPartials truth = touch_harmonic(string, harmonic, 900);
+    const GridPartials left = play_harmonic(harmonic);
+    CAPTURE(part);
+    CAPTURE(truth.others);
+    CAPTURE(left.others);
+    CHECK(std::abs(1200.0 * std::log2(left.frequency / (part * kFrequency))) <= 5.0);
+    CHECK(left.others <= std::max(-20.0, truth.others + 3.0));
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::test
