@@ -22,9 +22,7 @@ TEST_CASE("a hundred strings that nobody touches stay asleep") {
       CHECK(output.strings().empty());
       CHECK(output.events().empty());
     });
-    for (int string = 0; string < 100; ++string) {
-      CHECK(guqin.state(string).level == StringPhase::kAsleep);
-    }
+    for (int string = 0; string < 100; ++string) CHECK(guqin.reading(string) == nullptr);
   }
 }
 
@@ -48,9 +46,7 @@ TEST_CASE("readings are of the strings touched or ringing, in ascending order, u
     }
     for (int k = 0; k < 5000 && !guqin.output().strings().empty(); ++k) guqin.tick(guqin.p_WH);
     CHECK(guqin.output().strings().empty());
-    for (int string = 0; string < 100; ++string) {
-      CHECK(guqin.state(string).level == StringPhase::kAsleep);
-    }
+    for (int string = 0; string < 100; ++string) CHECK(guqin.reading(string) == nullptr);
   }
 }
 
@@ -76,7 +72,10 @@ TEST_CASE("one finger across three strings presses, arms and plucks each of them
     CHECK(count(guqin.events, StringEventKind::kTone) == 3);
     const auto tones = of_kind(guqin.events, StringEventKind::kTone);
     for (const StringEvent& tone : tones) {
-      CHECK(tone.frequency == kTuning[static_cast<std::size_t>(tone.string)]);
+      const double tuning = kTuning[static_cast<std::size_t>(tone.string)];
+      // A wave that swings is as much sharper as that stretches it.
+      CHECK(tone.frequency >= tuning);
+      CHECK(tone.frequency <= (sounds(preset) ? 1.01 * tuning : tuning));
     }
     guqin.glide({0.3, -3e-3, 0.009}, 0.5, kNothing);
   }

@@ -143,7 +143,7 @@ double ForceWatch::swing(std::size_t s) {
   const Vector3 way = axis.p_B - axis.p_A;
   swings_[s].look(p_, guqin_.p_WH, kTick);
   const StringConstants& string = guqin_.strings[s];
-  // Modes meet the finger itself, the fundamental alone is a force on what presses the string.
+  // A wave meets the finger itself, the fundamental alone is a force on what presses the string.
   const double at_rest = preset_.string.tension / (way.norm() * lambda * (1 - lambda));
   const double k_v = preset_.options.modes > 0
                          ? preset_.string.contact_stiffness

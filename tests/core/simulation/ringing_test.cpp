@@ -16,9 +16,11 @@ constexpr double kDepth = 2e-3;
 
 const auto kNothing = [](const SimulationTick&) {};
 
-/// Past the string under its height at `speed`, to 6 mm on the other side: 1.1 mm clear of it.
+/// Past the string under its height at `speed`, to 6 mm on the other side: 1.1 mm clear of it; of
+/// a wave to 12 mm, where it does not strike the finger as it swings.
 void cross(Instrument& guqin, double speed) {
-  const double z = guqin.p_WH.z() > 0.0 ? -6e-3 : 6e-3;
+  const double aside = guqin.scene().instrument.modes > 0 ? 12e-3 : 6e-3;
+  const double z = guqin.p_WH.z() > 0.0 ? -aside : aside;
   guqin.glide({kPlace, guqin.p_WH.y(), z}, speed, kNothing);
 }
 
@@ -47,21 +49,28 @@ TEST_CASE(
   for (const Preset& preset : all_presets()) {
     Instrument guqin = below_the_string(preset);
     CAPTURE(std::string(preset.name));
-    cross(guqin, 2.0);
-    const double first = guqin.state(0).vibration.energy;
-    cross(guqin, 2.0);
-    const double second = guqin.state(0).vibration.energy;
+    // A wave is let go of once it has been without force for a while.
+    const auto pluck = [&] {
+      cross(guqin, 2.0);
+      for (int k = 0; k < 4 && sounds(preset); ++k) guqin.tick(guqin.p_WH);
+      return guqin.energy(0);
+    };
+    const double first = pluck();
+    const double second = pluck();
     const auto releases = of_kind(guqin.events, StringEventKind::kRelease);
     REQUIRE(releases.size() == 2);
     CHECK(releases[1].t_ns - releases[0].t_ns < 20'000'000);
     CHECK(count(guqin.events, StringEventKind::kTone) == 1);
     // The second pluck is the mirror image of the first: it leaves as much, not twice as much.
+    // What a wave then does depends on how it swings as it is met.
     CHECK(first > 0.0);
-    CHECK(second > 0.5 * first);
-    CHECK(second < 1.2 * first);
+    if (!sounds(preset)) {
+      CHECK(second > 0.5 * first);
+      CHECK(second < 1.2 * first);
+    }
     // Later than that it sounds again.
-    for (int k = 0; k < 30; ++k) guqin.tick(guqin.p_WH);
-    cross(guqin, 2.0);
+    for (int k = 0; k < (sounds(preset) ? 3000 : 30); ++k) guqin.tick(guqin.p_WH);
+    pluck();
     CHECK(count(guqin.events, StringEventKind::kRelease) == 3);
     CHECK(count(guqin.events, StringEventKind::kTone) == 2);
   }
@@ -72,7 +81,7 @@ TEST_CASE("a light pluck of a string that rings strongly leaves it the stronger 
   const Preset preset = paper_preset();
   Instrument guqin = below_the_string(preset);
   cross(guqin, 1.0);
-  const double strong = guqin.state(0).vibration.energy;
+  const double strong = guqin.energy(0);
   const std::int64_t then = guqin.t_ns;
   // By 0.6 mm, from the other side.
   guqin.glide({kPlace, -felt_distance(guqin) + 0.6e-3, guqin.p_WH.z()}, 1.0, kNothing);
@@ -80,8 +89,8 @@ TEST_CASE("a light pluck of a string that rings strongly leaves it the stronger 
   CHECK(count(guqin.events, StringEventKind::kRelease) == 2);
   const double seconds = 1e-9 * static_cast<double>(guqin.t_ns - then);
   const double left = strong * std::exp(-2.0 * seconds / preset.string.decay);
-  CHECK(guqin.state(0).vibration.energy <= left * (1.0 + 1e-9));
-  CHECK(guqin.state(0).vibration.energy > 0.5 * left);
+  CHECK(guqin.energy(0) <= left * (1.0 + 1e-9));
+  CHECK(guqin.energy(0) > 0.5 * left);
 }
 
 TEST_CASE("a ringing string that is touched, pressed and let go again sounds again") {
@@ -89,7 +98,8 @@ TEST_CASE("a ringing string that is touched, pressed and let go again sounds aga
     Instrument guqin = below_the_string(preset);
     CAPTURE(std::string(preset.name));
     cross(guqin, 0.5);
-    CHECK(guqin.state(0).level >= StringPhase::kFundamental);
+    REQUIRE(guqin.reading(0) != nullptr);
+    CHECK(guqin.reading(0)->phase >= StringPhase::kFundamental);
     cross(guqin, 0.5);
     const auto touches = of_kind(guqin.events, StringEventKind::kTouch);
     REQUIRE(touches.size() == 2);
@@ -103,7 +113,7 @@ TEST_CASE("a ringing string that is touched, pressed and let go again sounds aga
 
 TEST_CASE("a finger that enters the envelope of a vibration touches the ringing string") {
   double latest = 0.0;
-  for (const Preset& preset : all_presets()) {
+  for (const Preset& preset : fundamental_presets()) {
     for (int tenths = 2; tenths <= 9; ++tenths) {
       Instrument guqin = ringing(preset);
       CAPTURE(std::string(preset.name));
@@ -144,7 +154,7 @@ TEST_CASE("a finger that enters the envelope of a vibration touches the ringing 
 }
 
 TEST_CASE("a finger that comes into the envelope from afar within a tick is seen in that tick") {
-  for (const Preset& preset : all_presets()) {
+  for (const Preset& preset : fundamental_presets()) {
     for (const double margin : {5e-3, 0.5e-3}) {
       Instrument guqin = ringing(preset);
       guqin.scene().options.margin = margin;
@@ -166,7 +176,7 @@ TEST_CASE("a finger that comes into the envelope from afar within a tick is seen
 }
 
 TEST_CASE("a finger in the envelope is struck and never drawn, and damps as touch_decay says") {
-  for (const Preset& preset : all_presets()) {
+  for (const Preset& preset : fundamental_presets()) {
     for (int tenths = 2; tenths <= 9; ++tenths) {
       Instrument guqin = ringing(preset);
       CAPTURE(std::string(preset.name));
@@ -188,15 +198,14 @@ TEST_CASE("a finger in the envelope is struck and never drawn, and damps as touc
         strongest = std::max(strongest, now.vibration_force);
       }
       CHECK(damped_ticks > 0);
-      // With modes a string plucked at 0.3 swings back there to 0.43 of what it was drawn aside by.
-      if (tenths <= (preset.options.modes > 0 ? 2 : 4)) CHECK(strongest > 0.0);
+      if (tenths <= 4) CHECK(strongest > 0.0);
       CHECK(count(guqin.events, StringEventKind::kRelease) == 1);
     }
   }
 }
 
 TEST_CASE("a finger that leaves the envelope lets the string ring on as long as before") {
-  for (const Preset& preset : all_presets()) {
+  for (const Preset& preset : fundamental_presets()) {
     Instrument guqin = ringing(preset);
     CAPTURE(std::string(preset.name));
     const double growth = guqin.reading(0)->radius_growth;
@@ -212,6 +221,36 @@ TEST_CASE("a finger that leaves the envelope lets the string ring on as long as 
     CHECK(guqin.reading(0)->radius_growth == doctest::Approx(before * keep).epsilon(1e-9));
     CHECK_FALSE(guqin.reading(0)->touched);
     CHECK(guqin.reading(0)->vibration_force == 0.0);
+  }
+}
+
+TEST_CASE("a wave strikes a finger that comes into its swing, and never draws it") {
+  for (const Preset& preset : all_presets()) {
+    if (!sounds(preset)) continue;
+    for (int tenths = 1; tenths <= 3; ++tenths) {
+      Instrument guqin = ringing(preset);
+      CAPTURE(std::string(preset.name));
+      CAPTURE(tenths);
+      const double before = guqin.energy(0);
+      const double growth = guqin.reading(0)->radius_growth;
+      double strongest = 0.0;
+      double weakest = 0.0;
+      const auto look = [&](const SimulationTick&) {
+        strongest = std::max(strongest, guqin.normal_force(0));
+        weakest = std::min(weakest, guqin.normal_force(0));
+      };
+      guqin.events.clear();
+      guqin.glide({kPlace, felt_distance(guqin) + 0.1 * tenths * growth, 0.0}, 0.5, look);
+      for (int k = 0; k < 100; ++k) look(guqin.tick(guqin.p_WH));
+      CHECK(strongest > 0.0);
+      CHECK(weakest >= 0.0);
+      const auto touches = of_kind(guqin.events, StringEventKind::kTouch);
+      REQUIRE_FALSE(touches.empty());
+      CHECK(touches[0].ringing);
+      CHECK(touches[0].force > 0.0);
+      CHECK(guqin.energy(0) < before);
+      CHECK(count(guqin.events, StringEventKind::kTone) == 0);
+    }
   }
 }
 

@@ -5,6 +5,17 @@
 #include <iterator>
 
 namespace hapticd::test {
+namespace {
+
+/// `preset` with friction.
+Preset rubbing(Preset preset, const char* name) {
+  preset.name = name;
+  preset.options.friction = true;
+  preset.string.friction_coefficient = 0.3;
+  return preset;
+}
+
+}  // namespace
 
 Instrument::Instrument(int count, const StringParameters& prototype,
                        const InstrumentOptions& options, std::vector<Sphere> spheres)
@@ -51,6 +62,11 @@ const StringTick* Instrument::reading(int string) const {
   return nullptr;
 }
 
+double Instrument::energy(int string) const {
+  if (const StringTick* ringing = reading(string)) return ringing->energy;
+  return state(string).vibration.energy;
+}
+
 double Instrument::normal_force(int string) const {
   const StringTick* vibrating = reading(string);
   double force = vibrating != nullptr ? vibrating->vibration_force : 0.0;
@@ -82,23 +98,28 @@ Preset paper_preset() {
 
 Preset deflecting_preset() { return {"deflecting", {}, {}}; }
 
+Preset sounding_preset() {
+  Preset preset = deflecting_preset();
+  preset.name = "sounding";
+  preset.options.modes = 16;
+  return preset;
+}
+
 std::vector<Preset> all_presets() {
-  std::vector<Preset> presets;
-  for (Preset preset : {paper_preset(), deflecting_preset()}) {
-    const bool paper = preset.string.model == StringContact::kStraight;
-    presets.push_back(preset);
-    preset.options.modes = 16;
-    preset.name = paper ? "paper, 16 modes" : "deflecting, 16 modes";
-    presets.push_back(preset);
-    preset.options.friction = true;
-    preset.string.friction_coefficient = 0.3;
-    preset.name = paper ? "paper, 16 modes, friction" : "deflecting, 16 modes, friction";
-    presets.push_back(preset);
-    preset.options.modes = 0;
-    preset.name = paper ? "paper, friction" : "deflecting, friction";
-    presets.push_back(preset);
-  }
+  std::vector<Preset> presets = fundamental_presets();
+  presets.push_back(sounding_preset());
+  presets.push_back(rubbing(sounding_preset(), "sounding, friction"));
   return presets;
+}
+
+std::vector<Preset> fundamental_presets() {
+  return {paper_preset(), rubbing(paper_preset(), "paper, friction"), deflecting_preset(),
+          rubbing(deflecting_preset(), "deflecting, friction")};
+}
+
+int count_played(const std::vector<StringEvent>& events) {
+  return static_cast<int>(events.size()) - count(events, StringEventKind::kRadius) -
+         count(events, StringEventKind::kSounding);
 }
 
 double felt_distance(const Instrument& instrument) {

@@ -52,6 +52,8 @@ class Instrument {
   }
   /// Of string number `string` in the last tick, null when it is asleep.
   [[nodiscard]] const StringTick* reading(int string) const;
+  /// What it rings with, J.
+  [[nodiscard]] double energy(int string) const;
   /// Force of string number `string` on the tool along the touch normal in the last tick, its
   /// vibration included, N.
   [[nodiscard]] double normal_force(int string) const;
@@ -95,8 +97,16 @@ struct Preset {
 [[nodiscard]] Preset paper_preset();
 /// `deflecting`: the default.
 [[nodiscard]] Preset deflecting_preset();
-/// Both, plain, with friction, with 16 modes, and with both.
+/// `sounding`: the same, a wave of 16 modes.
+[[nodiscard]] Preset sounding_preset();
+/// All of them, plain and with friction.
 [[nodiscard]] std::vector<Preset> all_presets();
+/// Those whose strings ring with their fundamental.
+[[nodiscard]] std::vector<Preset> fundamental_presets();
+/// True where the strings are waves.
+[[nodiscard]] inline bool sounds(const Preset& preset) { return preset.options.modes > 0; }
+/// Events that tell what a hand did: all but those of what is drawn and heard.
+[[nodiscard]] int count_played(const std::vector<StringEvent>& events);
 
 /// Distance of its centre from the axis of a string when it begins to press, m: both radii.
 [[nodiscard]] double felt_distance(const Instrument& instrument);

@@ -27,7 +27,13 @@ Instrument ringing(const Preset& preset) {
   return guqin;
 }
 
-double energy(const Instrument& guqin) { return guqin.state(0).vibration.energy; }
+double energy(const Instrument& guqin) { return guqin.energy(0); }
+
+/// What is kept of its energy, whatever was told of it, J.
+double kept_energy(Instrument& guqin) {
+  const SimulationMemory& memory = guqin.simulation().memory();
+  return memory.waves.empty() ? guqin.state(0).vibration.energy : memory.waves[0].state.ringing;
+}
 
 bool all_finite(const SimulationTick& output) {
   bool finite = output.tool(0).F_H_W.f.allFinite() && output.tool(0).F_H_W.t.allFinite() &&
@@ -63,8 +69,15 @@ TEST_CASE("a vibration decays by the time that has passed, whatever the ticks") 
       odd.dt_ns = ms * 1'000'000;
       odd.tick(odd.p_WH);
     }
-    CHECK(energy(even) ==
-          doctest::Approx(before * std::exp(-0.6 / preset.string.decay)).epsilon(1e-9));
+    const double left = before * std::exp(-0.6 / preset.string.decay);
+    if (sounds(preset)) {
+      // Higher modes decay faster; the energy is read now and then.
+      CHECK(energy(even) <= 1.001 * left);
+      CHECK(energy(even) >= 0.9 * left);
+      CHECK(energy(odd) == doctest::Approx(energy(even)).epsilon(1e-2));
+      continue;
+    }
+    CHECK(energy(even) == doctest::Approx(left).epsilon(1e-9));
     CHECK(energy(odd) == doctest::Approx(energy(even)).epsilon(1e-12));
     const auto turns =
         static_cast<std::int64_t>(even.state(0).vibration.phase - odd.state(0).vibration.phase);
@@ -168,14 +181,14 @@ TEST_CASE("bad samples hold the string for two ticks, then fault") {
     Instrument guqin = ringing(preset);
     guqin.glide({kPlace, felt_distance(guqin) - 1e-3, 0.0}, 0.2, kNothing);
     const auto events = guqin.events.size();
-    const double before = energy(guqin);
+    const double before = kept_energy(guqin);
     for (std::int64_t k = 1; k <= 10; ++k) {
       guqin.tick_sample(bad_sample(guqin.t_ns + k * 1'000'000));
       CHECK(guqin.verdict() == (k <= 2 ? PoseVerdict::kHeld : PoseVerdict::kFault));
       CHECK((guqin.output().tool(0).F_H_W.f.norm() > 0.0) == (k <= 2));
     }
     CHECK(guqin.events.size() == events);
-    CHECK(energy(guqin) == before);
+    CHECK(kept_energy(guqin) == before);
     guqin.clear();
     guqin.tick(guqin.p_WH);
     CHECK(guqin.verdict() == PoseVerdict::kGood);
@@ -264,12 +277,12 @@ TEST_CASE("parameters may change while a string is pressed or rings") {
 
     // While it rings: it goes on ringing.
     Instrument rung = ringing(preset);
-    const auto events = rung.events.size();
+    const int events = count_played(rung.events);
     rung.strings[0] = derive_string(tighter);
     bool finite = true;
     for (int k = 0; k < 100; ++k) finite = finite && all_finite(rung.tick(rung.p_WH));
     CHECK(finite);
-    CHECK(rung.events.size() == events);
+    CHECK(count_played(rung.events) == events);
     CHECK(rung.reading(0) != nullptr);
 
     // While it is pressed: the force changes, and nothing else happens.
@@ -277,15 +290,22 @@ TEST_CASE("parameters may change while a string is pressed or rings") {
     pressed.tick({kPlace, 10e-3, 0.0});
     pressed.glide({kPlace, felt_distance(pressed) - 2e-3, 0.0}, 0.1, kNothing);
     for (int k = 0; k < 100; ++k) pressed.tick(pressed.p_WH);
-    const auto before = pressed.events.size();
-    const double force = pressed.output().tool(0).F_H_W.f.norm();
+    const int before = count_played(pressed.events);
+    const auto mean_force = [&] {
+      double mean = 0.0;
+      for (int k = 0; k < 500; ++k) {
+        finite = finite && all_finite(pressed.tick(pressed.p_WH));
+        mean += 0.002 * pressed.output().tool(0).F_H_W.f.norm();
+      }
+      return mean;
+    };
+    const double force = mean_force();
     pressed.strings[0] = derive_string(tighter);
-    for (int k = 0; k < 100; ++k) finite = finite && all_finite(pressed.tick(pressed.p_WH));
-    const double change = pressed.output().tool(0).F_H_W.f.norm() / force;
+    const double change = mean_force() / force;
     // 1.5 times as stiff, softened by the coupling in series where the string yields.
     CHECK(change > 1.3);
     CHECK(change < 1.5);
-    CHECK(pressed.events.size() == before);
+    CHECK(count_played(pressed.events) == before);
 
     // Back and forth in every tick: no storm of events.
     const StringConstants one = derive_string(preset.string);
@@ -295,7 +315,7 @@ TEST_CASE("parameters may change while a string is pressed or rings") {
       finite = finite && all_finite(pressed.tick(pressed.p_WH));
     }
     CHECK(finite);
-    CHECK(pressed.events.size() == before);
+    CHECK(count_played(pressed.events) == before);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/instrument/wave_tank.h"
 #include "core/math/elementary.h"
 #include "tests/core/simulation/force_watch.h"
 #include "tests/core/simulation/simulation_fixture.h"
@@ -139,9 +140,10 @@ struct Adversary {
 };
 
 /// The most that the whole force has given to the hand, over the largest energy that the string was
-/// let go with until then: the hand may pluck it anew in every swing. The energy is that of the
-/// string's law for the hand's way; the contact's own force stores what it takes, but for what a
-/// force that is held for a tick gives away, which is the device loop's and is known exactly.
+/// let go with, or bent with, until then: the hand may pluck it anew in every swing. The energy is
+/// that of the string's law for the hand's way; the contact's own force stores what it takes, but
+/// for what a force that is held for a tick gives away, which is the device loop's and is known
+/// exactly.
 double energy_ratio(const Preset& preset, const Adversary& adversary) {
   Instrument guqin(1, preset.string, preset.options);
   StringParameters string = preset.string;
@@ -178,8 +180,9 @@ double energy_ratio(const Preset& preset, const Adversary& adversary) {
     const SimulationTick& output = guqin.tick(p);
     given += held.dot(way) - leaked;
     swing.look(before, p, 1e-3);
-    const double energy = preset.options.modes > 0 ? swing.bent() : swing.released();
-    most = std::max(most, given / energy);
+    // A wave's tank lends besides.
+    const double allowed = sounds(preset) ? swing.bent() + kTankReserve : swing.released();
+    most = std::max(most, given / allowed);
     before = p;
     held = output.tool(0).F_computed_H_W.f;
   }
