@@ -18,7 +18,7 @@ from hapticd_lab import player
 from hapticd_lab.observer import FELT_DEPTH_M, FELT_PLACE, FIRST, WeberObserver
 from hapticd_lab.states import build_trace
 from hapticd_lab.stimulus import Bench, peak_n, press_path
-from hapticd_lab.string_law import PARAMETERS, StringValues, change
+from hapticd_lab.string_law import PARAMETERS, StringValues, change, forget_own_law
 from hapticd_lab.trace import Trace
 from hapticd_lab.trials import REFERENCE, Trial
 
@@ -92,7 +92,7 @@ def trial_scene(plain: scene_pb2.Scene, string: StringValues) -> str:
     scene = scene_pb2.Scene()
     scene.CopyFrom(plain)
     for each in scene.strings:
-        each.ClearField("linear_density_kg_per_m")  # it would contradict the tuning once T has changed
+        forget_own_law(each)
         for name in PARAMETERS.values():
             setattr(each, name, getattr(string, name))
     scene.ClearField("tones")

@@ -12,7 +12,7 @@ import hapticd
 from hapticd.v1 import scene_pb2
 from hapticd_lab import player
 from hapticd_lab.states import build_trace
-from hapticd_lab.string_law import PARAMETERS, StringValues
+from hapticd_lab.string_law import PARAMETERS, StringValues, forget_own_law
 from hapticd_lab.trace import Trace
 
 SCENE = "single_string"
@@ -39,6 +39,7 @@ def string_scene(plain: scene_pb2.Scene, string: StringValues, sounding: bool = 
     scene = scene_pb2.Scene()
     scene.CopyFrom(plain)
     one = scene.strings[0]
+    forget_own_law(one)
     for field in PARAMETERS.values():
         setattr(one, field, getattr(string, field))
     one.p_wa_m[:], one.p_wb_m[:] = [-0.5 * string.length_m, 0.0, 0.0], [0.5 * string.length_m, 0.0, 0.0]

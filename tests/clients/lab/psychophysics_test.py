@@ -1,13 +1,15 @@
 """What Table 1 is judged by: the string's law, analyses of variance, the simulated observer, the printed tables."""
 import decimal
+import math
 import unittest
 
 import numpy
+from hapticd.v1 import scene_pb2
 from hapticd_lab import anova, selection
 from hapticd_lab.observer import ANSWERS, EQUAL, FIRST, SECOND, WeberObserver
 from hapticd_lab.published import ANOVAS, TABLE_1, TABLE_2
 from hapticd_lab.stimulus import TIP_RADIUS_M, press_path
-from hapticd_lab.string_law import StringValues, change, force_n
+from hapticd_lab.string_law import StringValues, change, force_n, forget_own_law, values_of
 from scipy import stats
 
 REFERENCE = StringValues()
@@ -31,6 +33,23 @@ class Law(unittest.TestCase):
                 for raised in (REFERENCE, REFERENCE.raised("T", 0.5), REFERENCE.raised("E", 0.5), REFERENCE.raised("R", 0.5)):
                     exact = exact_force(raised.tension_n, raised.youngs_modulus_pa, raised.radius_m, raised.length_m, delta, place)
                     self.assertLess(abs(force_n(raised, delta, place) / exact - 1.0), 1e-13, (delta, place))
+
+    def test_a_string_with_an_axial_stiffness_of_its_own_is_pressed_by_that(self):
+        for own in (0.0, 3000.0):
+            string = StringValues(own_axial_stiffness_n=own)
+            area = math.pi * string.radius_m ** 2
+            exact = exact_force(string.tension_n, own / area, string.radius_m, string.length_m, 5e-3, 0.25)
+            self.assertLess(abs(force_n(string, 5e-3, 0.25) / exact - 1.0), 1e-13)
+            self.assertEqual(force_n(string.raised("E", 0.5), 5e-3, 0.25), force_n(string, 5e-3, 0.25))
+
+    def test_a_string_of_a_scene_has_its_own_law_until_that_is_forgotten(self):
+        string = scene_pb2.String(p_wa_m=[0.0, 0.0, 0.0], p_wb_m=[0.3, 0.0, 0.4], tension_n=20.0, radius_m=1e-3, youngs_modulus_pa=1e9,
+                                  axial_stiffness_n=700.0, linear_density_kg_per_m=2e-3, frequency_hz=100.0, tuning=scene_pb2.TUNING_TENSION)
+        self.assertEqual(values_of(string), StringValues(20.0, 1e9, 1e-3, 0.5, 700.0))
+        forget_own_law(string)
+        self.assertEqual(values_of(string), StringValues(20.0, 1e9, 1e-3, 0.5))
+        self.assertAlmostEqual(values_of(string).axial_stiffness_n, 1e3 * math.pi)
+        self.assertEqual((string.frequency_hz, string.tuning, string.HasField("linear_density_kg_per_m")), (100.0, scene_pb2.TUNING_UNSPECIFIED, False))
 
     def test_raised_r_changes_the_force_more_than_raised_e_at_every_deflection(self):
         for delta in numpy.geomspace(1e-4, 5e-2, 12):
