@@ -117,10 +117,7 @@ double length_of(const StringParameters& parameters) noexcept {
 /// f_1, Hz: the tuning, or what the density gives; 0 when neither does.
 double fundamental(const StringParameters& parameters, double length) noexcept {
   if (length <= 0.0 || parameters.tension <= 0.0) return 0.0;
-  const bool dense = parameters.linear_density > 0.0;
-  const bool by_density = dense && parameters.tuning == StringTuning::kTension;
-  if (parameters.frequency > 0.0 && !by_density) return parameters.frequency;
-  if (!dense) return 0.0;
+  if (!density_decides(parameters)) return parameters.frequency;
   return std::sqrt(parameters.tension / parameters.linear_density) / (2.0 * length);
 }
 
@@ -175,6 +172,11 @@ std::optional<ParameterFault> doubt_string(const StringParameters& parameters) n
 double axial_stiffness_of(const StringParameters& parameters) noexcept {
   if (parameters.axial_stiffness != kNoAxialStiffness) return parameters.axial_stiffness;
   return parameters.youngs_modulus * (kPi * (parameters.radius * parameters.radius));
+}
+
+bool density_decides(const StringParameters& parameters) noexcept {
+  const bool chosen = parameters.tuning == StringTuning::kTension || parameters.frequency <= 0.0;
+  return chosen && parameters.linear_density > 0.0;
 }
 
 double tuned_density(double length, double tension, double frequency) noexcept {

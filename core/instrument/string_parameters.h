@@ -109,6 +109,10 @@ struct StringConstants {
 /// E A of a string, N: as given, or E pi R^2.
 [[nodiscard]] HD_REALTIME double axial_stiffness_of(const StringParameters& parameters) noexcept;
 
+/// Whether the linear density decides the pitch, which then follows the tension; else the frequency
+/// does, if there is one.
+[[nodiscard]] HD_REALTIME bool density_decides(const StringParameters& parameters) noexcept;
+
 /// Linear density with which a string of `length` (m, > 0) under `tension` (N) sounds at
 /// `frequency` (Hz, > 0), kg/m: T / (2 L f_1)^2.
 [[nodiscard]] HD_REALTIME double tuned_density(double length, double tension,

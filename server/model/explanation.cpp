@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iomanip>
+#include <set>
 #include <sstream>
 #include <vector>
 
@@ -71,6 +72,26 @@ void print_axes(std::ostream& out, const CouplingStiffness& stiffness) {
   axes(stiffness.about_G()) << " N m/rad about x, y, z of the tool\n";
 }
 
+/// What follows the live tension_n of a string.
+const char* tuning_of(const StringParameters& string) {
+  if (derive_string(string).frequency <= 0.0) return "no pitch";
+  return density_decides(string) ? "the pitch follows tension_n, the linear density holds"
+                                 : "the pitch holds, the linear density follows tension_n";
+}
+
+/// Once, where it is the same of all strings.
+void print_tuning(std::ostream& out, const std::vector<StringDescription>& strings) {
+  std::set<std::string> kinds;
+  for (const StringDescription& string : strings) kinds.insert(tuning_of(string.parameters));
+  if (kinds.size() == 1) {
+    out << "  tuning: " << *kinds.begin() << "\n";
+    return;
+  }
+  for (const StringDescription& string : strings) {
+    out << "  tuning of " << string.name << ": " << tuning_of(string.parameters) << "\n";
+  }
+}
+
 void print_objects(std::ostream& out, const Scene& scene) {
   const SceneDescription& d = scene.description();
   for (std::size_t i = 0; i < d.tools.size(); ++i) {
@@ -98,6 +119,7 @@ void print_objects(std::ostream& out, const Scene& scene) {
       out << " of " << scene.string_pieces() << " pieces";
     }
     out << "\n";
+    print_tuning(out, d.strings);
   }
   for (const StringDescription& string : d.strings) {
     if (string.sag == 0.0) continue;

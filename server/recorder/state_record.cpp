@@ -17,8 +17,10 @@ constexpr std::array<std::string_view, 9> kBlockNames{"loop",      "settings",  
                                                       "ramp.to",   "simulation", "tool",
                                                       "tool.loop", "string",     "push"};
 
-/// Oldest layout whose settings are those of today.
-constexpr std::uint32_t kSettingsLayout = 5;
+/// Oldest layout whose settings can be read.
+constexpr std::uint32_t kSettingsLayout = 2;
+/// Oldest layout whose strings have an axial stiffness, a tuning and a loss of high modes.
+constexpr std::uint32_t kStringLayout = 5;
 
 /// Blocks of each kind so far.
 using BlocksSeen = std::array<std::uint32_t, kBlockNames.size()>;
@@ -56,6 +58,22 @@ void visit_settings(Settings& settings, std::size_t k, Visit& visit) {
   visit(settings.tools[k]);
   if (k != 0) return;
   for (auto& piece : settings.pieces) visit(piece);
+}
+
+/// A string of a layout before kStringLayout; what that has not stays as the scene says.
+void read_former(StringParameters& string, StateReader& read) {
+  read(string.p_WA, string.p_WB, string.radius, string.tension, string.youngs_modulus,
+       string.linear_density, string.frequency, string.decay, string.touch_decay);
+  read.bounded(string.model, 0, static_cast<int>(kMaxStringContact));
+  read(string.k_s, string.contact_stiffness, string.inharmonicity, string.friction_coefficient);
+  read.bounded(string.max_level, 0, static_cast<int>(StringDetail::kModes));
+}
+
+/// Settings of tool `k` as a layout before kStringLayout has them.
+void read_former(SceneSettings& settings, std::size_t k, StateReader& read) {
+  read(settings.tools[k]);
+  if (k != 0) return;
+  for (StringParameters& piece : settings.pieces) read_former(piece, read);
 }
 
 }  // namespace
@@ -158,7 +176,11 @@ bool get_settings(const v1::ParameterRecord& record, SceneSettings& settings) {
     if (block.version() < kSettingsLayout || block.version() > kStateLayout) return false;
     StateReader read({block.reals().data(), static_cast<std::size_t>(block.reals_size())},
                      {block.integers().data(), static_cast<std::size_t>(block.integers_size())});
-    visit_settings(settings, k, read);
+    if (block.version() < kStringLayout) {
+      read_former(settings, k, read);
+    } else {
+      visit_settings(settings, k, read);
+    }
     if (!read.complete()) return false;
   }
   return usable(settings);

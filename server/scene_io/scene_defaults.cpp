@@ -75,14 +75,12 @@ double length_of(const v1::String& string) {
   return length < kMinString ? 0.0 : length;
 }
 
-/// What decides the pitch; with TUNING_TENSION the density that keeps the pitch of the loaded
-/// tension.
+/// What decides the pitch where it is the density, which has to be told from a checked one; with
+/// TUNING_TENSION the density that gives the pitch under the loaded tension.
 void fill_tuning(v1::String& string) {
-  if (string.tuning() == v1::TUNING_UNSPECIFIED) {
-    if (string.has_frequency_hz()) string.set_tuning(v1::TUNING_FREQUENCY);
-    if (string.has_linear_density_kg_per_m() && !string.has_frequency_hz()) {
-      string.set_tuning(v1::TUNING_TENSION);
-    }
+  const bool untold = string.tuning() == v1::TUNING_UNSPECIFIED;
+  if (untold && string.has_linear_density_kg_per_m() && !string.has_frequency_hz()) {
+    string.set_tuning(v1::TUNING_TENSION);
   }
   const double length = length_of(string);
   if (string.tuning() == v1::TUNING_TENSION && string.has_frequency_hz() && length > 0.0 &&

@@ -201,7 +201,7 @@ class ShippedScenes(unittest.TestCase):
         turn = random.Random(seed)
         text = (SCENES / "guqin_coarse.textproto").read_text(encoding="utf-8")
         self.assertEqual({}, warned(text, "guqin_coarse"))
-        numbers = list(re.finditer(r"(?m)^strings .*?\b(radius_m|frequency_hz): ([\d.]+)", text))
+        numbers = list(re.finditer(r"(?m)^strings .*?\b(radius_m|linear_density_kg_per_m|axial_stiffness_n): ([\d.]+)", text))
         with daemon.Daemon("--clock", "virtual", "--scene", "guqin_coarse") as played, hapticd.Session(played.address) as session:
             session.acquire("test")
             usual = self.strummed(session, text)

@@ -165,6 +165,31 @@ TEST_CASE("explain tells what a level is bound to err and predicted to cost, of 
   CHECK(run("explain --quality 5 '" + scene + "'").code == 2);
 }
 
+TEST_CASE("explain tells what follows the tension, once where all strings are alike") {
+  const TemporaryFolder folder;
+  const auto explained = [&](const std::string& first, const std::string& second) {
+    const auto string = [](const char* name, const std::string& words) {
+      return std::string("strings { name: \"") + name +
+             "\" p_wa_m: [-0.5, 0, 0] p_wb_m: [0.5, 0, 0] " + words + " } ";
+    };
+    return run(
+        "explain '" +
+        folder.write("two.textproto",
+                     "name: \"two\" tools { name: \"finger\" parts { name: \"tip\" shape { "
+                     "spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } } pose_wg { p_m: [0, "
+                     "0.07, 0] } } vibration {} " +
+                         string("A", first) + string("B", second)) +
+        "'");
+  };
+  const std::string peg = "linear_density_kg_per_m: 0.002";
+  const ShellOutcome alike = explained(peg, "frequency_hz: 90 tuning: TUNING_TENSION");
+  CHECK(alike.says("  tuning: the pitch follows tension_n, the linear density holds\n"));
+  const ShellOutcome mixed = explained(peg, "frequency_hz: 90");
+  CHECK(mixed.says("  tuning of A: the pitch follows tension_n, the linear density holds\n"));
+  CHECK(mixed.says("  tuning of B: the pitch holds, the linear density follows tension_n\n"));
+  CHECK(explained("", "").says("  tuning: no pitch\n"));
+}
+
 TEST_CASE("explain tells what bounds a tick, and whether this scene comes to be cut short") {
   const TemporaryFolder folder;
   const auto scene = [&](const std::string& budget_us) {

@@ -1,4 +1,5 @@
 """The seven strings of the Guqin and a finger, without body and hand: a scene in which a script releases each string at a force it chooses."""
+import math
 import re
 
 import show
@@ -14,11 +15,12 @@ class String:
     def __init__(self, line):
         a, b = ([float(number) for number in re.search(name + r": \[([^]]*)\]", line)[1].split(",")] for name in ("p_wa_m", "p_wb_m"))
         self.name = re.search(r'name: "(\w+)"', line)[1]
-        self.frequency_hz = float(re.search(r"frequency_hz: ([\d.]+)", line)[1])
-        self.radius_m = float(re.search(r"radius_m: ([\d.]+)", line)[1])
+        tension_n, density_kg_per_m, self.radius_m = (float(re.search(name + r": ([\d.]+)", line)[1])
+                                                      for name in ("tension_n", "linear_density_kg_per_m", "radius_m"))
+        self.frequency_hz = math.sqrt(tension_n / density_kg_per_m) / (2.0 * math.dist(a, b))
         share = (PLUCKED_X_M - a[0]) / (b[0] - a[0])
         self.y_m, self.z_m = (a[i] + share * (b[i] - a[i]) for i in (1, 2))
-        self.line = line[:line.rindex("}")] + f" decay_s: {DECAY_S} }}"
+        self.line = re.sub(r"decay_s: [\d.]+", f"decay_s: {DECAY_S}", line)
 
 
 def strings():
