@@ -69,7 +69,14 @@ TEST_CASE(
       CHECK(second < 1.2 * first);
     }
     // Later than that it sounds again.
-    for (int k = 0; k < (sounds(preset) ? 3000 : 30); ++k) guqin.tick(guqin.p_WH);
+    if (sounds(preset)) {
+      // Once it is still: until then it would strike the finger.
+      const Vector3 place = guqin.p_WH;
+      guqin.glide({kPlace, -30e-3, place.z()}, 1.0, kNothing);
+      for (int k = 0; k < 3000; ++k) guqin.tick(guqin.p_WH);
+      guqin.glide(place, 1.0, kNothing);
+    }
+    for (int k = 0; k < 30; ++k) guqin.tick(guqin.p_WH);
     pluck();
     CHECK(count(guqin.events, StringEventKind::kRelease) == 3);
     CHECK(count(guqin.events, StringEventKind::kTone) == 2);
@@ -102,11 +109,16 @@ TEST_CASE("a ringing string that is touched, pressed and let go again sounds aga
     CHECK(guqin.reading(0)->phase >= StringPhase::kFundamental);
     cross(guqin, 0.5);
     const auto touches = of_kind(guqin.events, StringEventKind::kTouch);
-    REQUIRE(touches.size() == 2);
+    REQUIRE(touches.size() >= 2);
     CHECK_FALSE(touches[0].ringing);
     CHECK(touches[1].ringing);
-    CHECK(count(guqin.events, StringEventKind::kPress) == 2);
-    CHECK(count(guqin.events, StringEventKind::kRelease) == 2);
+    const int presses = count(guqin.events, StringEventKind::kPress);
+    CHECK(count(guqin.events, StringEventKind::kRelease) == presses);
+    // A wave may strike the finger that comes to press it.
+    if (!sounds(preset)) {
+      CHECK(touches.size() == 2);
+      CHECK(presses == 2);
+    }
     CHECK(count(guqin.events, StringEventKind::kTone) == 2);
   }
 }
