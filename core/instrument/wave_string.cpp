@@ -40,9 +40,7 @@ double seconds(std::int64_t ns) noexcept { return 1e-9 * static_cast<double>(ns)
 
 /// All that one tick of a string works on.
 struct Stepping {
-  const StringConstants& string;
-  const InstrumentOptions& options;
-  const WaveTable& table;
+  const WaveModel& model;
   WaveString& state;
   double dt;     ///< of the sub-steps, s
   double share;  ///< of the way to the end of the tick that they go
@@ -94,13 +92,13 @@ Lead lead(const WaveTouch& touch, bool firm) noexcept {
 /// Displacement of the string at lambda, m.
 Transverse displacement_at(const Stepping& tick, double lambda) noexcept {
   PerMode shapes{};
-  mode_shapes(tick.table.modes, lambda, shapes);
-  return displacement(tick.table.modes, tick.state.motion, shapes);
+  mode_shapes(tick.model.table.modes, lambda, shapes);
+  return displacement(tick.model.table.modes, tick.state.motion, shapes);
 }
 
 /// Bent by `force` (N, on it) at lambda as at rest; of what it did before nothing is left.
 void lay(const Stepping& tick, double lambda, const Transverse& force) noexcept {
-  const ModeTable& modes = tick.table.modes;
+  const ModeTable& modes = tick.model.table.modes;
   PerMode shapes{};
   mode_shapes(modes, lambda, shapes);
   ModalMotion& motion = tick.state.motion;
@@ -127,7 +125,7 @@ void begin(const Stepping& tick, const WaveTouch& touch, WaveContact& contact) n
   contact.lacking = 0.0;
   const Transverse u = displacement_at(tick, touch.lambda_before);
   const double r = length(minus(contact.path.d_to, u));
-  const bool asleep = energy(tick.table.modes, tick.state.motion) == 0.0;
+  const bool asleep = energy(tick.model.table.modes, tick.state.motion) == 0.0;
   if (r < touch.radius && touch.force > 0.0 && asleep) {
     // Pressed before the string was watched.
     lay(tick, touch.lambda, {-touch.force * touch.normal.y, -touch.force * touch.normal.z});
@@ -173,8 +171,8 @@ void prepare(const Stepping& tick, const WaveTouch& touch, int steps,
   path.stiffness = 1.0 / contact_compliance(touch, contact.firm);
   const double flesh = contact.firm ? kFleshDamping : 0.0;
   path.damping = touch.part_compliance > 0.0 ? touch.part_damping : flesh;
-  path.friction = tick.options.friction ? tick.string.friction_coefficient : 0.0;
-  path.bristle = tick.options.anchor_stiffness;
+  path.friction = tick.model.options.friction ? tick.model.string.friction_coefficient : 0.0;
+  path.bristle = tick.model.options.anchor_stiffness;
 }
 
 /// A tool that is no longer near.
@@ -255,12 +253,11 @@ void turn_to(std::int64_t t_ns, const WaveTable& table, WaveString& string) noex
   string.done_ns += steps * kSubStep_ns;
 }
 
-WaveTick step(const StringConstants& string, const InstrumentOptions& options, const TickTime& time,
-              std::span<const WaveTouch* const> touches, const WaveTable& table,
-              WaveString& state) noexcept {
+WaveTick step(const WaveModel& model, const TickTime& time,
+              std::span<const WaveTouch* const> touches, WaveString& state) noexcept {
   if (time.t_ns - state.done_ns > kMaxSteps * kSubStep_ns) {
     for (WaveContact& contact : state.contacts) let_go(contact);
-    turn_to(time.t_ns - kMaxSteps * kSubStep_ns, table, state);
+    turn_to(time.t_ns - kMaxSteps * kSubStep_ns, model.table, state);
   }
   WaveTick tick;
   tick.from_ns = state.done_ns;
@@ -268,11 +265,7 @@ WaveTick step(const StringConstants& string, const InstrumentOptions& options, c
       static_cast<int>(std::max<std::int64_t>(0, (time.t_ns - state.done_ns) / kSubStep_ns));
   if (tick.steps == 0) return tick;
   const std::int64_t length_ns = tick.steps * kSubStep_ns;
-  const Stepping stepping{string,
-                          options,
-                          table,
-                          state,
-                          seconds(length_ns),
+  const Stepping stepping{model, state, seconds(length_ns),
                           seconds(length_ns) / seconds(time.t_ns - state.done_ns)};
   StringContactPaths paths;
   for (std::size_t tool = 0; tool < state.contacts.size(); ++tool) {
@@ -285,9 +278,9 @@ WaveTick step(const StringConstants& string, const InstrumentOptions& options, c
     prepare(stepping, *touches[tool], tick.steps, contact);
     paths.push_back(contact.path);
   }
-  StringConstants now = string;
+  StringConstants now = model.string;
   now.tension = state.tuning.tension;
-  tick.fallbacks = play(now, table.modes, tick.steps, paths, state.motion);
+  tick.fallbacks = play(now, model.table.modes, tick.steps, paths, state.motion);
   state.done_ns += length_ns;
   std::size_t next = 0;
   for (std::size_t tool = 0; tool < touches.size(); ++tool) {

@@ -47,10 +47,10 @@ struct WaveTouch {
   /// At the end, m. While it presses: where the string at rest, bent by `force`, lies `radius`
   /// from it.
   Transverse centre;
-  double radius = 0.0;       ///< of sphere and string together, m, > 0
-  Transverse normal;         ///< unit, from the string to it
-  double force = 0.0;        ///< of the static law along the normal, N, >= 0
-  double compliance = 1e-3;  ///< of what holds it, along the normal, m/N, > 0
+  double radius = 0.0;           ///< of sphere and string together, m, > 0
+  Transverse normal;             ///< unit, from the string to it
+  double force = 0.0;            ///< of the static law along the normal, N, >= 0
+  double compliance = 1e-3;      ///< of what holds it, along the normal, m/N, > 0
   double part_compliance = 0.0;  ///< of that, what its soft parts yield, m/N
   double part_damping = 0.0;     ///< and how they damp, N s/m
   Transverse part_aside;         ///< where they stand aside of where the tool has them, m
@@ -105,11 +105,17 @@ HD_REALTIME void retune(const WaveTuning& tuning, WaveTable& table, WaveString& 
 /// Turns a string that nothing touches on to t_ns. 1 us; as many sub-steps as fit.
 HD_REALTIME void turn_to(std::int64_t t_ns, const WaveTable& table, WaveString& string) noexcept;
 
+/// What a string is stepped by; views.
+struct WaveModel {
+  const StringConstants& string;
+  const InstrumentOptions& options;
+  const WaveTable& table;
+};
+
 /// Steps the string to the end of the tick under `touches`, one per tool, null: not near. 3.5 us
 /// with one; a pause longer than kMaxElapsed turns it on without them first.
-HD_REALTIME WaveTick step(const StringConstants& string, const InstrumentOptions& options,
-                          const TickTime& time, std::span<const WaveTouch* const> touches,
-                          const WaveTable& table, WaveString& state) noexcept;
+HD_REALTIME WaveTick step(const WaveModel& model, const TickTime& time,
+                          std::span<const WaveTouch* const> touches, WaveString& state) noexcept;
 
 /// Energy of its swinging about what its contacts hold it bent to, J.
 [[nodiscard]] HD_REALTIME double ringing_energy(const WaveTable& table,

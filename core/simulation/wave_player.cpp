@@ -201,8 +201,8 @@ bool is_parted(const Playing& playing, const Touches& touches) noexcept {
 double extension_of(const Playing& playing) noexcept {
   StringTools views;
   StringPoints points;
-  string_points(string_tools(playing.wave.memory, views), playing.wave.sharing,
-                playing.wave.string, -1, points);
+  string_points(string_tools(playing.wave.memory, views), playing.wave.sharing, playing.wave.string,
+                -1, points);
   double polyline = 0.0;
   for (std::size_t k = 0; k + 1 < points.size(); ++k) {
     polyline += (points[k + 1] - points[k]).norm();
@@ -560,9 +560,8 @@ void play_wave(const PlayedWave& wave, Tick& tick, StringEvents& events) noexcep
     wake(playing);
     state.stepped = true;
     tune(playing, tension_of(playing, tools, touches));
-    stepped =
-        step(playing.string, playing.options, playing.time,
-             std::span(touches).first(wave.memory.tools.size()), playing.kept.table, state.string);
+    stepped = step({playing.string, playing.options, playing.kept.table}, playing.time,
+                   std::span(touches).first(wave.memory.tools.size()), state.string);
     read_energies(playing);
     give_forces(playing, tools, touches);
   } else if (state.awake) {

@@ -150,7 +150,7 @@ class Wave {
   void step_to(const WaveTouch* touch) {
     const std::array touches{touch};
     t_ns_ += kTick_ns;
-    static_cast<void>(step(string_, options_, {t_ns_, kTick_ns}, touches, table_, state_));
+    static_cast<void>(step({string_, options_, table_}, {t_ns_, kTick_ns}, touches, state_));
   }
 
   const StringConstants& string_;

@@ -1,5 +1,5 @@
-// Strings that sound in scenes and under hands that no instrument has: whatever happens, numbers stay
-// numbers, and no string swings with more than was put into it.
+// Strings that sound in scenes and under hands that no instrument has: whatever happens, numbers
+// stay numbers, and no string swings with more than was put into it.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -56,8 +56,8 @@ class WildHand {
       speed_ = log_uniform(random_, 0.01, 20.0);
     }
     if (random_.chance(0.003)) p_ = goal();
-    if (random_.chance(0.001)) p_ += 3.0 * Vector3(random_.uniform(-1, 1), random_.uniform(-1, 1),
-                                                   random_.uniform(-1, 1));
+    if (random_.chance(0.001))
+      p_ += 3.0 * Vector3(random_.uniform(-1, 1), random_.uniform(-1, 1), random_.uniform(-1, 1));
     const Vector3 way = aim_ - p_;
     const double far = way.norm();
     if (far > 0.0) p_ += way * std::min(1.0, 1e-3 * speed_ / far);

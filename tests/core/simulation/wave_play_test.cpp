@@ -73,8 +73,8 @@ TEST_CASE("plucks through the tick are as loud as finite differences find them")
         MESSAGE(frequency << " " << lambda << " " << speed << " tones " << played.tones << " E "
                           << played.energy << " / " << truth.energy << " = "
                           << 10.0 * std::log10(played.energy / truth.energy) << " dB, amplitude "
-                          << played.tone.amplitude << ", A1 truth " << truth.amplitude << " "
-                          << A1 << " bent " << played.bent << " " << truth.deflection);
+                          << played.tone.amplitude << ", A1 truth " << truth.amplitude << " " << A1
+                          << " bent " << played.bent << " " << truth.deflection);
       }
     }
   }
