@@ -59,7 +59,7 @@ double deflection_under(const WatchedWave& wave, double lambda, double force) no
 
 void tell_touch(const WatchedWave& wave, const WaveGrip& grip, std::int64_t t_ns,
                 StringEvents& events) noexcept {
-  const bool ringing = wave.state.ringing > bent_energy(wave, 0.5, kLeastTone);
+  const bool ringing = grip.energy_before > bent_energy(wave, 0.5, kLeastTone);
   StringEvent* event = append(wave, StringEventKind::kTouch, t_ns, events);
   if (event != nullptr) {
     event->ringing = ringing;
@@ -72,7 +72,7 @@ void tell_touch(const WatchedWave& wave, const WaveGrip& grip, std::int64_t t_ns
   if (event == nullptr) return;
   if (ringing) {
     event->radius_phase = RadiusPhase::kDamp;
-    event->amplitude = amplitude_of(wave.state.string.tuning, wave.state.ringing);
+    event->amplitude = amplitude_of(wave.state.string.tuning, grip.energy_before);
     event->decay = wave.string.touch_decay;
     event->frequency = wave.string.frequency;
   } else {
@@ -200,13 +200,15 @@ void watch_grip(const WatchedWave& wave, const WaveTick& tick, const WaveGripTic
       grip.began_ns = tick.from_ns + path.first * kSubStep_ns;
       tell_touch(wave, grip, grip.began_ns, events);
     }
+    // What a string does that rings already is no stroke.
     const bool strikes =
         t_ns - grip.began_ns <= kStrike_ns &&
+        grip.energy_before < bent_energy(wave, grip.lambda, wave.options.release.arm_deflection) &&
         deflection_under(wave, grip.lambda, norm(path.force)) > wave.options.release.arm_deflection;
     const bool bent = strikes || now.deflection > wave.options.release.arm_deflection;
     if (!grip.armed && bent) {
       grip.armed = true;
-      tell_armed(wave, grip, norm(path.force), t_ns, events);
+      tell_armed(wave, grip, norm(path.force), grip.felt_ns, events);
     }
     return;
   }
