@@ -547,6 +547,8 @@ void play_wave(const PlayedWave& wave, Tick& tick, StringEvents& events) noexcep
   NearTools tools;
   Touches touches{};
   if (!state.awake) tune(playing, playing.string.tension);
+  // A state that was taken back has no table yet.
+  retune(state.string.tuning, playing.kept.table, state.string);
   const bool near = find_near(playing, tools, touches);
   if (playing.time.dt_ns <= 0) {
     hold_forces(playing, tools, touches);
