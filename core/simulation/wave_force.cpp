@@ -1,0 +1,132 @@
+// See wave_force.h. RT: yes.
+#include "core/simulation/wave_force.h"
+
+#include <algorithm>
+
+#include "core/instrument/deflection.h"
+#include "core/instrument/string_model.h"
+#include "core/instrument/wave_tank.h"
+#include "core/simulation/wave_tension.h"
+
+namespace hapticd {
+namespace {
+
+/// Static energy of the tool's law: of the string, where it is this tool's alone, and of what holds
+/// the tool, J.
+double law_energy(const ToolPlay& play, const Playing& playing, const NearTool& tool,
+                  bool parted) noexcept {
+  const double force = tool.touch.force;
+  if (!(force > 0.0)) return 0.0;
+  const double held = 0.5 * force * force * tool.touch.compliance;
+  if (parted) return held;
+  const auto s = static_cast<std::size_t>(playing.wave.string);
+  const StringConstants& seen = play.way.input.strings[s];
+  const double lambda = tool.proximity.touch.lambda;
+  const double u = norm(across(playing.frame, tool.proximity.u_W));
+  const Deflection law = ask_model(seen, [&](const auto& model) { return model.law(lambda, u); });
+  return law.energy + held;
+}
+
+/// Of a string that several tools bend, J.
+double shared_energy(const Playing& playing) noexcept {
+  const StringConstants& string = playing.string;
+  const double extension = extension_of(playing);
+  return extension * (string.tension + 0.5 * string.axial_stiffness * extension / string.length);
+}
+
+void add_force(const Playing& playing, ToolPlay& play, const StringProximity& near,
+               const Transverse& force) noexcept {
+  const Vector3 f = in_world(playing.frame, force);
+  Wrench& F_H_W = play.rendered.F_computed_H_W;
+  F_H_W.f += f;
+  F_H_W.t += (near.p_WC - play.rendered.X_WG.p).cross(f);
+}
+
+/// What of `beyond` leaves the whole no force into the string.
+Transverse not_attracting(const Playing& playing, const NearTool& tool,
+                          const Transverse& beyond) noexcept {
+  const Transverse law = across(playing.frame, tool.proximity.F_W);
+  const Transverse& n = tool.touch.normal;
+  const double pull = -((law.y + beyond.y) * n.y + (law.z + beyond.z) * n.z);
+  if (!(pull > 0.0)) return beyond;
+  return {beyond.y + pull * n.y, beyond.z + pull * n.z};
+}
+
+/// Force on the tool at the end of the tick, N: its mean, which is what it was half a tick ago, and
+/// what the static law has changed by since. Without that a hand that presses on would feel half a
+/// tick's press too little, and pay the tank for it. Only as far as the force itself has gone that
+/// way since it was last given: where the law slips off the string, the string may not have yet.
+Transverse felt_now(const StringContactPath& path, const Transverse& law, std::size_t tool,
+                    const WaveTank& tank) noexcept {
+  const Transverse mean{-path.force.y, -path.force.z};
+  const Transverse& before = tank.law[tool];
+  const Transverse& beyond = tank.beyond[tool];
+  const Transverse ahead{0.5 * (law.y - before.y), 0.5 * (law.z - before.z)};
+  const double squared = ahead.y * ahead.y + ahead.z * ahead.z;
+  const double gone =
+      ahead.y * (mean.y - before.y - beyond.y) + ahead.z * (mean.z - before.z - beyond.z);
+  const double share = gone > 0.0 && path.touched > 0 ? std::min(1.0, gone / squared) : 0.0;
+  return {mean.y + share * ahead.y, mean.z + share * ahead.z};
+}
+
+}  // namespace
+
+void hold_forces(const Playing& playing, const NearTools& tools, const Touches& touches) noexcept {
+  for (std::size_t k = 0; k < touches.size(); ++k) {
+    if (touches[k] == nullptr) continue;
+    add_force(playing, playing.wave.memory.tools[k], tools[k].proximity,
+              not_attracting(playing, tools[k], playing.kept.state.tank.beyond[k]));
+  }
+}
+
+void give_forces(const Playing& playing, const NearTools& tools, const Touches& touches) noexcept {
+  const SimulationMemory& memory = playing.wave.memory;
+  WaveState& state = playing.kept.state;
+  FixedVector<WavePort, kMaxTools> ports;
+  double law_stored = 0.0;
+  const bool parted = is_parted(playing, touches);
+  bool shared_told = false;
+  for (std::size_t k = 0; k < memory.tools.size(); ++k) {
+    const Transverse& held = state.tank.beyond[k];
+    const bool held_any = held.y != 0.0 || held.z != 0.0 || state.tank.stored[k] != 0.0;
+    if (touches[k] == nullptr && !held_any) continue;
+    const ToolPlay& play = memory.tools[k];
+    WavePort port;
+    port.tool = k;
+    const ToolMotion& hand = play.way.hand;
+    const Vector3 at = tools[k].proximity.p_WC;
+    const bool near = touches[k] != nullptr;
+    const Vector3 arm_W = near ? Vector3(at - play.rendered.X_WG.p) : Vector3::Zero();
+    port.moved = across(playing.frame, hand.dp + hand.dtheta.cross(arm_W));
+    if (near) {
+      const StringContactPath& path = state.string.contacts[k].path;
+      port.law = across(playing.frame, tools[k].proximity.F_W);
+      port.felt = felt_now(path, port.law, k, state.tank);
+      port.stored = law_energy(play, playing, tools[k], parted);
+      if (parted && !shared_told) port.stored += shared_energy(playing);
+      shared_told = true;
+      const double dt = std::max(play.rendered.dt, 0.25e-3);
+      port.way = across(playing.frame, dt * point_velocity(play.rendered.V_WH, arm_W));
+      port.aside = playing.options.max_acceleration * dt * dt;
+      law_stored += port.stored;
+    }
+    ports.push_back(port);
+  }
+  double contacts = 0.0;
+  for (const WaveContact& contact : state.string.contacts) {
+    if (contact.near) contacts += contact.path.stored;
+  }
+  const double spare = std::max(state.ringing, state.stored + contacts - law_stored);
+  const std::span<const WavePort> all{ports.begin(), ports.size()};
+  settle_wave_tank(all, spare, state.tank);
+  std::array<Transverse, kMaxTools> beyond{};
+  draw_wave_forces(all, beyond, state.tank);
+  for (std::size_t i = 0; i < ports.size(); ++i) {
+    if (touches[ports[i].tool] == nullptr) continue;
+    const std::size_t k = ports[i].tool;
+    state.tank.beyond[k] = not_attracting(playing, tools[k], beyond[i]);
+    add_force(playing, memory.tools[k], tools[k].proximity, state.tank.beyond[k]);
+  }
+}
+
+}  // namespace hapticd
