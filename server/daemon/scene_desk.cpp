@@ -2,6 +2,7 @@
 #include "server/daemon/scene_desk.h"
 
 #include <google/protobuf/text_format.h>
+#include <google/protobuf/util/message_differencer.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -53,6 +54,14 @@ std::string changed_asset(const v1::SceneRecord& record, const LoadedScene& load
     if (std::none_of(loaded.assets.begin(), loaded.assets.end(), same)) return asset.name();
   }
   return "";
+}
+
+/// Whether `now` says the same as `then` in all that `then` says: fields that are newer than it
+/// have their defaults.
+bool says_what_was_said(const v1::Scene& now, const v1::Scene& then) {
+  google::protobuf::util::MessageDifferencer comparison;
+  comparison.set_scope(google::protobuf::util::MessageDifferencer::PARTIAL);
+  return comparison.Compare(then, now);
 }
 
 /// Paths of one GetParameters.
@@ -122,7 +131,7 @@ std::unique_ptr<PlayedScene> SceneDesk::recorded_scene(const v1::SceneRecord& re
                                      " than the one here. Install the assets it was recorded "
                                      "with, or put the file beside the recording.");
   }
-  if (result.loaded->message.SerializeAsString() != record.scene().SerializeAsString()) {
+  if (!says_what_was_said(result.loaded->message, record.scene())) {
     throw StartError(kExitInput,
                      which + "means something else to this version. Use the one that recorded it.");
   }
