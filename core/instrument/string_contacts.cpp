@@ -47,6 +47,7 @@ struct Pressed {
   PerMode shapes{};
   PerMode slide{};  ///< what is added to the shapes in each sub-step
   bool slides = false;
+  double radius = 0.0, radius_step = 0.0;
   Transverse d, d_step;
   Transverse u;     ///< of the string at its place
   double k = 0.0;   ///< stiffness with what the modes leave out in series
@@ -94,8 +95,9 @@ double plane_gradient(double k, double from, double to) noexcept {
 double potential(const Pressed& contact, const Transverse& u) noexcept {
   const StringContactPath& path = *contact.path;
   const Transverse rho = minus(contact.d, u);
-  const double o = path.shape == StringContactShape::kRound ? path.radius - std::sqrt(dot(rho, rho))
-                                                            : dot(rho, path.normal);
+  const double o = path.shape == StringContactShape::kRound
+                       ? contact.radius - std::sqrt(dot(rho, rho))
+                       : dot(rho, path.normal);
   return 0.5 * contact.k * squared(std::max(0.0, o));
 }
 
@@ -151,7 +153,7 @@ RoundTrial try_round(const Pressed& contact, const InFrame& free, double b) noex
   trial.tangential = hold(contact, free.y, b, limit, trial.after);
   trial.y = free.y - a * trial.tangential;
   const double r1 = std::sqrt(trial.x * trial.x + trial.y * trial.y);
-  trial.b = round_gradient(contact.k, contact.path->radius, r0, r1);
+  trial.b = round_gradient(contact.k, contact.radius, r0, r1);
   return trial;
 }
 
@@ -189,7 +191,7 @@ void solve_round(Pressed& contact, const Transverse& rho, int steps) noexcept {
   for (int step = 0; step < steps; ++step) {
     const RoundTrial trial = try_round(contact, free, b);
     const double r1 = std::sqrt(trial.x * trial.x + trial.y * trial.y);
-    const double curvature = round_curvature(contact.k, contact.path->radius, contact.r0, r1);
+    const double curvature = round_curvature(contact.k, contact.radius, contact.r0, r1);
     const double swing = -contact.a * (contact.r0 + trial.x) / (1.0 + contact.a * (b + contact.g));
     const double slope = r1 > 0.0 ? curvature * trial.x / r1 * swing : 0.0;
     const double next = std::max(b - (b - trial.b) / std::max(1.0 - slope, 0.1), lowest);
@@ -246,6 +248,8 @@ class Sweeps {
         contact.slide[i] = (contact.slide[i] - contact.shapes[i]) * share;
       }
     }
+    contact.radius = path.radius_from > 0.0 ? path.radius_from : path.radius;
+    contact.radius_step = (path.radius - contact.radius) * share;
     contact.d = path.d_from;
     contact.d_step = {(path.d_to.y - path.d_from.y) * share, (path.d_to.z - path.d_from.z) * share};
     const double middle = 0.5 * (path.lambda_from + path.lambda_to);
@@ -279,13 +283,18 @@ class Sweeps {
     }
   }
 
-  // The contact slides first, and carries its potential along; then its frame is set.
+  // The contact slides and grows first, and carries its potential along; then its frame is set.
   void place(Pressed& contact) noexcept {
     StringContactPath& path = *contact.path;
-    if (contact.slides) {
+    if (contact.slides || contact.radius_step != 0.0) {
       const double before = potential(contact, contact.u);
-      for (std::size_t i = 0; i < contact.shapes.size(); ++i) contact.shapes[i] += contact.slide[i];
-      contact.u = displacement(table_, motion_, contact.shapes);
+      contact.radius += contact.radius_step;
+      if (contact.slides) {
+        for (std::size_t i = 0; i < contact.shapes.size(); ++i) {
+          contact.shapes[i] += contact.slide[i];
+        }
+        contact.u = displacement(table_, motion_, contact.shapes);
+      }
       path.work += potential(contact, contact.u) - before;
     }
     const Transverse rho = minus(contact.d, contact.u);
@@ -294,7 +303,7 @@ class Sweeps {
       contact.r0 = std::sqrt(dot(rho, rho));
       contact.n = contact.r0 > 0.0 ? Transverse{rho.y / contact.r0, rho.z / contact.r0}
                                    : Transverse{0.0, 1.0};
-      depth = path.radius - contact.r0;
+      depth = contact.radius - contact.r0;
     } else {
       contact.n = path.normal;
       contact.r0 = dot(rho, path.normal);
@@ -314,7 +323,7 @@ class Sweeps {
     } else if (steps > 0) {
       solve_round(contact, rho, steps);
     } else {
-      solve_plane(contact, rho, path.radius - contact.r0, -1.0, path.radius);
+      solve_plane(contact, rho, contact.radius - contact.r0, -1.0, contact.radius);
     }
   }
 

@@ -32,6 +32,7 @@ struct StringContactPath {
   Transverse d_from, d_to;      ///< centre, or a point of the plane, m
   Transverse normal{0.0, 1.0};  ///< of a plane, unit
   double radius = 0.0;          ///< of a round contact and the string together, m, > 0
+  double radius_from = 0.0;     ///< at the start; 0: the same
   double stiffness = 2e4;       ///< k, N/m, > 0; what the modes leave out comes in series
   double damping = 0.0;         ///< c, N s/m, >= 0, in touch; it never attracts
   double friction = 0.0;        ///< mu, >= 0

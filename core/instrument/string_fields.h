@@ -36,19 +36,20 @@ HD_VISIT_FIELDS(ToldSounding, sounds, t_ns, looked_ns, number, from, to, frequen
 
 template <FieldsOf<StringContactPath> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [shape, lambda_from, lambda_to, d_from, d_to, normal, radius, stiffness, damping, friction,
-         bristle, slope, stretched, force, work, stored, touched, first, last] = state;
+  auto& [shape, lambda_from, lambda_to, d_from, d_to, normal, radius, radius_from, stiffness,
+         damping, friction, bristle, slope, stretched, force, work, stored, touched, first, last] =
+      state;
   visit.bounded(shape, 0, static_cast<int>(StringContactShape::kPlane));
-  visit(lambda_from, lambda_to, d_from, d_to, normal, radius, stiffness, damping, friction, bristle,
-        slope, stretched, force, work, stored, touched, first, last);
+  visit(lambda_from, lambda_to, d_from, d_to, normal, radius, radius_from, stiffness, damping,
+        friction, bristle, slope, stretched, force, work, stored, touched, first, last);
 }
 
 // One that is not near begins anew.
 template <FieldsOf<WaveContact> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [near, firm, path, centre, push, lacking, held, speed, astray, load] = state;
+  auto& [near, firm, path, centre, reach, push, lacking, held, speed, astray, load] = state;
   visit(near);
-  if (near) visit(firm, path, centre, push, lacking, held, speed, astray, load);
+  if (near) visit(firm, path, centre, reach, push, lacking, held, speed, astray, load);
 }
 
 // Modes beyond the count mean nothing.

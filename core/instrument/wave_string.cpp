@@ -78,13 +78,15 @@ struct Lead {
   double radius;
 };
 
-/// The centre goes into the string by what the contact yields to the static force. Where that is
-/// more than half of its radius it stays behind, and grows as much: its centre never comes to the
-/// string's axis.
-Lead lead(const WaveTouch& touch, bool firm) noexcept {
+/// Where there is friction, the string turns about the sphere where it stands, as by the static
+/// law: its centre stays and its radius grows by what the contact yields to the static force.
+/// Without, the centre goes into the string by that, as the hand does; but where it is more than
+/// half of the radius it stays behind, and grows as much: it never comes to the string's axis.
+Lead lead(const WaveTouch& touch, bool firm, bool sticks) noexcept {
   const double yielded = touch.force * coupling_compliance(touch, firm);
   const double aside = touch.part_aside.y * touch.normal.y + touch.part_aside.z * touch.normal.z;
-  const double more = std::max(0.0, yielded + aside - 0.5 * touch.radius);
+  const double beyond = std::max(0.0, yielded + aside - 0.5 * touch.radius);
+  const double more = sticks ? yielded : beyond;
   const Transverse centre = minus(touch.centre, touch.part_aside);
   return {along(centre, more - yielded, touch.normal), touch.radius + more};
 }
@@ -109,6 +111,11 @@ void lay(const Stepping& tick, double lambda, const Transverse& force) noexcept 
   }
 }
 
+/// Friction holds the string on tools.
+bool sticks(const Stepping& tick) noexcept {
+  return tick.model.options.friction && tick.model.string.friction_coefficient > 0.0;
+}
+
 /// Nothing else touches the string.
 bool is_alone(const WaveString& state, const WaveContact& contact) noexcept {
   return std::all_of(state.contacts.begin(), state.contacts.end(),
@@ -116,7 +123,8 @@ bool is_alone(const WaveString& state, const WaveContact& contact) noexcept {
 }
 
 void begin(const Stepping& tick, const WaveTouch& touch, WaveContact& contact) noexcept {
-  const Lead to = lead(touch, contact.firm);
+  const Lead to = lead(touch, contact.firm, sticks(tick));
+  contact.speed = touch.hand_speed;
   contact.path.slope = 0.0;
   contact.path.stretched = 0.0;
   contact.path.stored = 0.0;
@@ -128,11 +136,13 @@ void begin(const Stepping& tick, const WaveTouch& touch, WaveContact& contact) n
   const bool asleep = energy(tick.model.table.modes, tick.state.motion) == 0.0;
   if (r < touch.radius && touch.force > 0.0 && asleep) {
     // Pressed before the string was watched.
-    lay(tick, touch.lambda, {-touch.force * touch.normal.y, -touch.force * touch.normal.z});
+    lay(tick, touch.lambda, {-touch.law.y, -touch.law.z});
     contact.path.lambda_to = touch.lambda;
     contact.path.d_to = to.d;
+    contact.path.radius = to.radius;
     return;
   }
+  contact.path.radius = touch.radius;
   contact.lacking = std::max(0.0, touch.radius - r);
 }
 
@@ -141,9 +151,11 @@ void sweep_or_jump(const Stepping& tick, const Lead& to, int steps, WaveContact&
   StringContactPath& path = contact.path;
   path.d_from = path.d_to;
   path.lambda_from = path.lambda_to;
+  path.radius_from = path.radius;
   const double way = length(minus(to.d, path.d_from));
   if (way <= 0.5 * to.radius * steps) return;
   path.d_from = to.d;
+  path.radius_from = 0.0;
   const double r = length(minus(to.d, displacement_at(tick, path.lambda_from)));
   contact.lacking = std::max(0.0, to.radius - r);
 }
@@ -156,18 +168,28 @@ void prepare(const Stepping& tick, const WaveTouch& touch, int steps,
   contact.near = true;
   if (settle_grip(touch, tick.dt, contact)) {
     // From where the other grip would have been; what is stored differently is the model's.
-    path.d_to = along(contact.centre, -coupling_compliance(touch, contact.firm), contact.push);
+    const double compliance = coupling_compliance(touch, contact.firm);
+    path.d_to = contact.centre;
+    path.radius = contact.reach;
+    if (sticks(tick)) {
+      path.radius += compliance * length(contact.push);
+    } else {
+      path.d_to = along(contact.centre, -compliance, contact.push);
+    }
   }
-  const Lead to = lead(touch, contact.firm);
+  const Lead to = lead(touch, contact.firm, sticks(tick));
   sweep_or_jump(tick, to, steps, contact);
   path.d_to = along(path.d_from, tick.share, minus(to.d, path.d_from));
   path.lambda_to = path.lambda_from + tick.share * (touch.lambda - path.lambda_from);
   const double grown = length(minus(path.d_from, displacement_at(tick, path.lambda_from)));
   contact.lacking = std::clamp(to.radius - grown, 0.0, contact.lacking);
   contact.centre = minus(touch.centre, touch.part_aside);
+  contact.reach = touch.radius;
   contact.push = {touch.force * touch.normal.y, touch.force * touch.normal.z};
   path.shape = StringContactShape::kRound;
-  path.radius = to.radius - contact.lacking;
+  const double radius = to.radius - contact.lacking;
+  path.radius =
+      path.radius_from > 0.0 ? path.radius_from + tick.share * (radius - path.radius_from) : radius;
   path.stiffness = 1.0 / contact_compliance(touch, contact.firm);
   const double flesh = contact.firm ? kFleshDamping : 0.0;
   path.damping = touch.part_compliance > 0.0 ? touch.part_damping : flesh;
@@ -184,8 +206,10 @@ void follow(const Stepping& tick, const WaveTouch& touch, WaveContact& contact) 
   const bool misses = touch.force > 0.0 && contact.path.touched == 0;
   contact.astray = misses ? contact.astray + tick.dt : 0.0;
   if (contact.astray < kAstrayAfter || !is_alone(tick.state, contact)) return;
-  lay(tick, touch.lambda, {-touch.force * touch.normal.y, -touch.force * touch.normal.z});
-  contact.path.d_to = lead(touch, contact.firm).d;
+  lay(tick, touch.lambda, {-touch.law.y, -touch.law.z});
+  const Lead to = lead(touch, contact.firm, sticks(tick));
+  contact.path.d_to = to.d;
+  contact.path.radius = to.radius;
   contact.path.lambda_to = touch.lambda;
   contact.lacking = 0.0;
   contact.astray = 0.0;

@@ -50,6 +50,7 @@ struct WaveTouch {
   double radius = 0.0;           ///< of sphere and string together, m, > 0
   Transverse normal;             ///< unit, from the string to it
   double force = 0.0;            ///< of the static law along the normal, N, >= 0
+  Transverse law;                ///< all of it on the tool, friction included, N
   double compliance = 1e-3;      ///< of what holds it, along the normal, m/N, > 0
   double part_compliance = 0.0;  ///< of that, what its soft parts yield, m/N
   double part_damping = 0.0;     ///< and how they damp, N s/m
@@ -62,7 +63,8 @@ struct WaveContact {
   bool near = false;  ///< it was in the last tick
   bool firm = false;
   StringContactPath path;  ///< `force` is the mean of the last tick
-  Transverse centre;       ///< as WaveTouch had it, m
+  Transverse centre;       ///< of the sphere where it stands, m
+  double reach = 0.0;      ///< its radius, m
   Transverse push;         ///< of the static law on it, along the normal, N
   double lacking = 0.0;    ///< what its radius is short of, for it began inside, m
   double held = 0.0;       ///< in touch so long, s

@@ -141,7 +141,10 @@ SoundingPart sounding_part(const WaveState& state, const WaveTable& table) noexc
         tuning.frequency / length *
         std::sqrt((1.0 + tuning.inharmonicity / (length * length)) / (1.0 + tuning.inharmonicity));
     // Its energy, but for what all parts have in common.
-    const double loudness = part.amplitude * part.amplitude / length;
+    double loudness = part.amplitude * part.amplitude / length;
+    // Clients stay with the part that they were told of until another is twice as loud.
+    const double told = 0.5 * (state.sounding.from + state.sounding.to);
+    if (state.sounding.sounds && part.from < told && told < part.to) loudness *= 4.0;
     if (loudness <= most) continue;
     most = loudness;
     loudest = part;

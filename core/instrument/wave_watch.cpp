@@ -18,8 +18,8 @@ constexpr std::int64_t kPluckedAfter_ns = 2'000'000;
 constexpr std::int64_t kLeftAfter_ns = 30'000'000;
 /// A touch may be over before the static law has followed it, ns: it arms by its force, too.
 constexpr std::int64_t kStrike_ns = 20'000'000;
-/// That is then more than lays the same deflection slowly.
-constexpr double kStrikeShare = 3.0;
+/// But only of a hand that is so fast, m/s: the string may strike a finger that holds still.
+constexpr double kStrikeSpeed = 0.15;
 /// A tone leaves more energy than there was, by this factor (1 dB),
 constexpr double kLouder = 1.2589254117941673;
 /// and more than that of this amplitude, m.
@@ -200,10 +200,8 @@ void watch_grip(const WatchedWave& wave, const WaveTick& tick, const WaveGripTic
       grip.began_ns = tick.from_ns + path.first * kSubStep_ns;
       tell_touch(wave, grip, grip.began_ns, events);
     }
-    // What a string does that rings already is no stroke.
     const bool strikes =
-        t_ns - grip.began_ns <= kStrike_ns &&
-        grip.energy_before < bent_energy(wave, grip.lambda, wave.options.release.arm_deflection) &&
+        t_ns - grip.began_ns <= kStrike_ns && contact.speed > kStrikeSpeed &&
         deflection_under(wave, grip.lambda, norm(path.force)) > wave.options.release.arm_deflection;
     const bool bent = strikes || now.deflection > wave.options.release.arm_deflection;
     if (!grip.armed && bent) {

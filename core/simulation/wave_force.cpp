@@ -65,7 +65,11 @@ Transverse felt_now(const StringContactPath& path, const Transverse& law, std::s
   const double squared = ahead.y * ahead.y + ahead.z * ahead.z;
   const double gone =
       ahead.y * (mean.y - before.y - beyond.y) + ahead.z * (mean.z - before.z - beyond.z);
-  const double share = gone > 0.0 && path.touched > 0 ? std::min(1.0, gone / squared) : 0.0;
+  double share = gone > 0.0 && path.touched > 0 ? std::min(1.0, gone / squared) : 0.0;
+  // No finger is drawn to the string.
+  const double towards = -(ahead.y * mean.y + ahead.z * mean.z);
+  const double all = mean.y * mean.y + mean.z * mean.z;
+  if (towards * share > all) share = all / towards;
   return {mean.y + share * ahead.y, mean.z + share * ahead.z};
 }
 

@@ -53,6 +53,7 @@ void aim(const Playing& playing, const ToolPlay& play, NearTool& tool) noexcept 
   touch.radius = near.radius +
                  play.scene.obstacles.capsules_W[static_cast<std::size_t>(playing.wave.string)].r;
   touch.force = near.touch.force;
+  touch.law = across(frame, near.F_W);
   const Vector3 p_WS = near.p_WC + near.radius * near.nhat_W;
   const Pose& X_WG = play.rendered.X_WG;
   const Vector3 p_WS_before =
