@@ -111,12 +111,25 @@ void visit_scales(const StringParameters& string, double stiffest, Visit&& visit
   const double area = std::max(kPi * string.radius * string.radius, kSmallestArea);
   visit(Scale{kNoForce, 1.0, straight}, &StringParameters::tension);
   visit(Scale{kNoForce / area, 1.0, straight}, &StringParameters::youngs_modulus);
+  visit(Scale{kNoForce, 1.0, straight}, &StringParameters::axial_stiffness);
   visit(Scale{kWall, straight ? 3.0 : 0.0, straight}, &StringParameters::k_s);
   visit(Scale{0.0, 1.0, straight, stiffest}, &StringParameters::contact_stiffness);
   visit(Scale{kNoFriction, kFrictionPower, true}, &StringParameters::friction_coefficient);
   visit(Scale{0.0, 0.0}, &StringParameters::decay);
   visit(Scale{0.0, 0.0}, &StringParameters::touch_decay);
 }
+
+/// Both with E A as a number of their own, where one of them has it and they are not alike.
+struct StringWay {
+  StringParameters from;
+  StringParameters to;
+
+  StringWay(const StringParameters& a, const StringParameters& b) noexcept : from(a), to(b) {
+    if (from.axial_stiffness == to.axial_stiffness) return;
+    from.axial_stiffness = axial_stiffness_of(a);
+    to.axial_stiffness = axial_stiffness_of(b);
+  }
+};
 
 }  // namespace
 
@@ -140,8 +153,10 @@ LiveSettings blend(const LiveSettings& from, const LiveSettings& to, double shar
   return now;
 }
 
-StringParameters StringBlend::operator()(const StringParameters& from,
-                                         const StringParameters& to) noexcept {
+StringParameters StringBlend::operator()(const StringParameters& old,
+                                         const StringParameters& next) noexcept {
+  if (share_ >= 1.0) return next;
+  const auto [from, to] = StringWay(old, next);
   StringParameters now = to;
   std::size_t number = 0;
   const auto go = [&](const Scale& scale, double StringParameters::*member) {
@@ -168,8 +183,9 @@ WayLength way_length(const LiveSettings& from, const LiveSettings& to) noexcept 
   return length;
 }
 
-WayLength way_length(const StringParameters& from, const StringParameters& to,
+WayLength way_length(const StringParameters& old, const StringParameters& next,
                      double stiffest) noexcept {
+  const auto [from, to] = StringWay(old, next);
   WayLength length;
   visit_scales(to, stiffest, [&](const Scale& scale, double StringParameters::*member) {
     lengthen(scale, from.*member, to.*member, length);

@@ -64,7 +64,7 @@ class StringBlend {
  private:
   double share_;
   double stiffest_;
-  std::array<ScaleWay, 8> last_;  ///< of the string before, number by number
+  std::array<ScaleWay, 9> last_;  ///< of the string before, number by number
 };
 
 /// How far scales go, as logarithms times the power that force follows each with.

@@ -110,6 +110,26 @@ TEST_CASE("a string's tension glides, its ends and radius do not") {
   CHECK(StringBlend(0.5, 1000.0)(from, to).frequency == 0.0);
 }
 
+TEST_CASE("an axial stiffness glides, also where it comes or goes beside Young's modulus") {
+  StringParameters wound;
+  wound.axial_stiffness = 2000.0;
+  StringParameters stiffer = wound;
+  stiffer.axial_stiffness = 8000.0;
+  const auto half = [](const StringParameters& from, const StringParameters& to) {
+    return axial_stiffness_of(StringBlend(0.5, 1000.0)(from, to));
+  };
+  CHECK(half(wound, stiffer) == doctest::Approx(4000.0).epsilon(1e-6));
+  StringParameters solid;  // pi R^2 E of the default is 69 kN
+  const double own = 1.9e11 * 3.14159265358979 * 0.34e-3 * 0.34e-3;
+  CHECK(half(solid, wound) == doctest::Approx(std::sqrt(own * 2000.0)).epsilon(1e-6));
+  CHECK(half(wound, solid) == doctest::Approx(std::sqrt(own * 2000.0)).epsilon(1e-6));
+  CHECK(StringBlend(1.0, 1000.0)(wound, solid).axial_stiffness == kNoAxialStiffness);
+  StringParameters slack = wound;
+  slack.axial_stiffness = 0.0;
+  CHECK(ramp_time(way_length(wound, slack, 1000.0)) ==
+        doctest::Approx(std::log(2000.001 / 0.001) / kScalePace));
+}
+
 TEST_CASE("strings that go other ways do not take over each other's") {
   StringParameters slack;
   slack.tension = 0.0;

@@ -5,17 +5,11 @@
 #include <cmath>
 
 #include "core/math/elementary.h"
-#include "tests/core/simulation/simulation_fixture.h"
+#include "tests/core/simulation/wave_scene.h"
 #include "tests/truth/played_string.h"
 
 namespace hapticd::test {
 namespace {
-
-InstrumentOptions wave_options() {
-  InstrumentOptions options;
-  options.modes = 32;
-  return options;
-}
 
 StringParameters plucked_string(double frequency) {
   StringParameters string;
