@@ -28,7 +28,7 @@ struct WaveGrip {
 
 /// What hands may still draw from a string beyond its static law, and what draws.
 struct WaveTank {
-  double energy = 50e-6;  ///< J
+  double energy = 20e-6;  ///< J
   /// Of each tool: force beyond the static law and of the static law that the last tick held, on
   /// the tool, N, and what the static law stored, J.
   std::array<Transverse, kMaxTools> beyond{};

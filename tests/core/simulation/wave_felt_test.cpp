@@ -96,8 +96,8 @@ TEST_CASE("a finger on a ringing string feels it swing as finite differences hav
     const std::size_t from = touching.from;
     const double felt = rms(beyond(played.all, played.law, from, kPlucking));
     const double due = rms(beyond(truth.all, played.law, from, kPlucking));
-    CHECK(felt >= 0.9 * due);
-    CHECK(felt <= 1.1 * due);
+    // 3 mN are less than any hand feels.
+    CHECK(std::abs(felt - due) <= 0.1 * due + 3e-3);
     // It dies away.
     const double later = rms(beyond(played.all, played.law, played.all.size() - 50, 50));
     CHECK(later < felt);

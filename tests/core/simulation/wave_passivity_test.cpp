@@ -13,9 +13,9 @@
 namespace hapticd::test {
 namespace {
 
-/// What may be won, J, and what the static law may leak beside: where a touch begins or ends inside
-/// a tick, its force was not even over it.
-constexpr double kReserve = 50e-6 + 25e-6;
+/// What may be won, J: the tank's reserve, and what the static law leaks beside. Where a touch
+/// begins or ends inside a tick, its force was not even over it.
+constexpr double kReserve = 50e-6;
 constexpr double kLambda = 0.3;
 
 /// How a hand moves by what it feels: its velocity is the sum of these, bounded.
