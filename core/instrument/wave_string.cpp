@@ -142,8 +142,8 @@ void begin(const Stepping& tick, const WaveTouch& touch, WaveContact& contact) n
     contact.path.radius = to.radius;
     return;
   }
-  contact.path.radius = touch.radius;
-  contact.lacking = std::max(0.0, touch.radius - r);
+  contact.path.radius = std::min(touch.radius, r);
+  contact.lacking = touch.radius - contact.path.radius;
 }
 
 /// A path that the string could be passed by in one sub-step is not swept.
@@ -170,7 +170,7 @@ void prepare(const Stepping& tick, const WaveTouch& touch, int steps,
     // From where the other grip would have been; what is stored differently is the model's.
     const double compliance = coupling_compliance(touch, contact.firm);
     path.d_to = contact.centre;
-    path.radius = contact.reach;
+    path.radius = contact.reach - contact.lacking;
     if (sticks(tick)) {
       path.radius += compliance * length(contact.push);
     } else {

@@ -219,6 +219,7 @@ void watch_grip(const WatchedWave& wave, const WaveTick& tick, const WaveGripTic
   const std::int64_t pause = t_ns - std::max(grip.felt_ns, grip.pressed_ns);
   if (pause >= kPluckedAfter_ns) contact.load = {};
   if (pause >= (grip.armed ? kPluckedAfter_ns : kLeftAfter_ns)) {
+    state.ringing = ringing_energy(wave.table, state.string);
     end_touch(wave, grip, t_ns, events);
   }
 }

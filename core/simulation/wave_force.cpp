@@ -45,11 +45,14 @@ void add_force(const Playing& playing, ToolPlay& play, const StringProximity& ne
 /// What of `beyond` leaves the whole no force into the string.
 Transverse not_attracting(const Playing& playing, const NearTool& tool,
                           const Transverse& beyond) noexcept {
-  const Transverse law = across(playing.frame, tool.proximity.F_W);
-  const Transverse& n = tool.touch.normal;
-  const double pull = -((law.y + beyond.y) * n.y + (law.z + beyond.z) * n.z);
-  if (!(pull > 0.0)) return beyond;
-  return {beyond.y + pull * n.y, beyond.z + pull * n.z};
+  const Vector3& nhat_W = tool.proximity.nhat_W;
+  const Transverse n = across(playing.frame, nhat_W);
+  const double across_share = n.y * n.y + n.z * n.z;
+  const double law = tool.proximity.F_W.dot(nhat_W);
+  const double pull = -(law + beyond.y * n.y + beyond.z * n.z);
+  if (!(pull > 0.0 && across_share > 0.0)) return beyond;
+  const double push = pull / across_share;
+  return {beyond.y + push * n.y, beyond.z + push * n.z};
 }
 
 /// Force on the tool at the end of the tick, N: its mean, which is what it was half a tick ago, and
@@ -78,8 +81,9 @@ Transverse felt_now(const StringContactPath& path, const Transverse& law, std::s
 void hold_forces(const Playing& playing, const NearTools& tools, const Touches& touches) noexcept {
   for (std::size_t k = 0; k < touches.size(); ++k) {
     if (touches[k] == nullptr) continue;
-    add_force(playing, playing.wave.memory.tools[k], tools[k].proximity,
-              not_attracting(playing, tools[k], playing.kept.state.tank.beyond[k]));
+    Transverse& beyond = playing.kept.state.tank.beyond[k];
+    beyond = not_attracting(playing, tools[k], beyond);
+    add_force(playing, playing.wave.memory.tools[k], tools[k].proximity, beyond);
   }
 }
 

@@ -112,7 +112,8 @@ void tell(const Playing& playing, const NearTools& tools, Tick& tick) noexcept {
     const NearTool& tool = tools[player];
     row.deflection_W = to_array(tool.proximity.u_W);
     const Transverse& beyond = state.tank.beyond[player];
-    row.vibration_force = beyond.y * tool.touch.normal.y + beyond.z * tool.touch.normal.z;
+    const Transverse n = across(playing.frame, tool.proximity.nhat_W);
+    row.vibration_force = beyond.y * n.y + beyond.z * n.z;
   }
   tick.strings.push_back(row);
   tick.string_energy += row.energy;

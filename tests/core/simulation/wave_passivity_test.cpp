@@ -15,7 +15,7 @@ namespace {
 
 /// What may be won, J: the tank's reserve, and what the static law leaks beside. Where a touch
 /// begins or ends inside a tick, its force was not even over it.
-constexpr double kReserve = 50e-6;
+constexpr double kReserve = 75e-6;
 constexpr double kLambda = 0.3;
 
 /// How a hand moves by what it feels: its velocity is the sum of these, bounded.
@@ -171,7 +171,7 @@ Greed varied(Greed greed, SplitMix64& random) {
 
 }  // namespace
 
-TEST_CASE("no hand wins more from a string that it plucked than it has put in and 50 uJ") {
+TEST_CASE("no hand wins more from a string that it plucked than it has put in and 75 uJ") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
@@ -187,7 +187,7 @@ TEST_CASE("no hand wins more from a string that it plucked than it has put in an
   }
 }
 
-TEST_CASE("no hand wins more than 50 uJ from a silent string") {
+TEST_CASE("no hand wins more than 75 uJ from a silent string") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
@@ -200,7 +200,7 @@ TEST_CASE("no hand wins more than 50 uJ from a silent string") {
   }
 }
 
-TEST_CASE("no hand that grows more cunning wins more than it has put in and 50 uJ") {
+TEST_CASE("no hand that grows more cunning wins more than it has put in and 75 uJ") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
