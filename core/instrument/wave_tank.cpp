@@ -9,14 +9,21 @@ namespace {
 
 double dot(const Transverse& a, const Transverse& b) noexcept { return a.y * b.y + a.z * b.z; }
 
+/// What the static law lets go of beyond what it may have given the hand, J: while it holds, its
+/// work is what it stores, and how a held force errs in that is for the device's loop to watch.
+double let_go(const WaveTank& tank, const WavePort& port) noexcept {
+  const double given =
+      std::max({0.0, dot(tank.law[port.tool], port.moved), dot(port.law, port.moved)});
+  return std::max(0.0, tank.stored[port.tool] - port.stored - given);
+}
+
 }  // namespace
 
 void settle_wave_tank(std::span<const WavePort> ports, double spare, WaveTank& tank) noexcept {
   for (const WavePort& port : ports) {
     const std::size_t k = port.tool;
-    const Transverse mean{0.5 * (tank.law[k].y + port.law.y), 0.5 * (tank.law[k].z + port.law.z)};
     tank.energy -= dot(tank.beyond[k], port.moved);
-    tank.energy -= dot(mean, port.moved) + (port.stored - tank.stored[k]);
+    tank.energy += let_go(tank, port);
     tank.law[k] = port.law;
     tank.stored[k] = port.stored;
   }

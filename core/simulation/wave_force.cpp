@@ -48,7 +48,7 @@ Transverse not_attracting(const Playing& playing, const NearTool& tool,
   const Vector3& nhat_W = tool.proximity.nhat_W;
   const Transverse n = across(playing.frame, nhat_W);
   const double across_share = n.y * n.y + n.z * n.z;
-  const double law = tool.proximity.F_W.dot(nhat_W);
+  const double law = std::min(tool.proximity.F_W.dot(nhat_W), tool.touch.force);
   const double pull = -(law + beyond.y * n.y + beyond.z * n.z);
   if (!(pull > 0.0 && across_share > 0.0)) return beyond;
   const double push = pull / across_share;

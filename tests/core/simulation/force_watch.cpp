@@ -43,16 +43,15 @@ StaticPress static_press(const StringParameters& string, const Vector3& p_WH) {
   StaticPress press;
   if (string.model == StringContact::kStraight) {
     press.delta = overlap / string.k_s;
-    press.bent = static_cast<double>(law_energy(law, lambda, press.delta));
-    press.energy = string.k_s * press.bent;
+    press.energy = string.k_s * static_cast<double>(law_energy(law, lambda, press.delta));
     press.f_H_W = static_cast<double>(law_force(law, lambda, press.delta)) * offset.normalized();
     return press;
   }
   const double stiffness = std::min(string.contact_stiffness, kKt);
   press.delta = static_cast<double>(law_series(law, lambda, overlap, stiffness));
   const double force = stiffness * (overlap - press.delta);
-  press.bent = static_cast<double>(law_energy(law, lambda, press.delta));
-  press.energy = press.bent + 0.5 * force * force / stiffness;
+  press.energy =
+      static_cast<double>(law_energy(law, lambda, press.delta)) + 0.5 * force * force / stiffness;
   press.f_H_W = force * offset.normalized();
   return press;
 }
@@ -71,7 +70,6 @@ void SwingBound::sample(const Vector3& p, double dt) {
   ringing_ *= std::exp(-dt / std::max(string_.decay, string_.touch_decay));
   integral_ += (press.delta - delta_) * spread * std::polar(1.0, omega * (time_ + 0.5 * dt));
   largest_ = std::max(largest_, press.delta);
-  bent_ = std::max(bent_, press.bent);
   if (delta_ > 0 && press.delta == 0) {
     const bool sticks = string_.friction_coefficient > 0;
     ringing_ += sticks ? largest_ : std::min(largest_, kSampling * std::abs(integral_) + kNoise);

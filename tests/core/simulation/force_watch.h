@@ -24,8 +24,6 @@ class SwingBound {
   [[nodiscard]] double amplitude() const noexcept { return ringing_; }
   /// Largest energy of the fundamental that it was let go with so far, J.
   [[nodiscard]] double released() const noexcept { return released_; }
-  /// Largest energy that it was bent with so far, J.
-  [[nodiscard]] double bent() const noexcept { return bent_; }
 
  private:
   StringParameters string_;
@@ -35,7 +33,6 @@ class SwingBound {
   double largest_ = 0.0;
   double ringing_ = 0.0;
   double released_ = 0.0;
-  double bent_ = 0.0;
 
   void sample(const Vector3& p, double dt);
 };
@@ -45,7 +42,6 @@ struct StaticPress {
   Vector3 f_H_W{0.0, 0.0, 0.0};  ///< N
   double energy = 0.0;           ///< of string and coupling, J: the force is its slope
   double delta = 0.0;            ///< m
-  double bent = 0.0;             ///< of it the string's own energy, J
 };
 
 [[nodiscard]] StaticPress static_press(const StringParameters& string, const Vector3& p_WH);

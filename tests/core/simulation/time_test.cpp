@@ -171,7 +171,7 @@ TEST_CASE("a force held over a tick without time does not attract") {
       weakest = std::min(weakest, guqin.normal_force(0));
     }
     CHECK(drawn);
-    CHECK(weakest >= 0.0);
+    CHECK(weakest >= -1e-12);  // the rounding of a sum of forces, N
   }
 }
 
