@@ -12,12 +12,12 @@
 namespace hapticd {
 
 enum class StringEventKind : std::uint8_t {
-  kTouch,    ///< a tool begins to touch the string, or the envelope it vibrates in (ringing)
-  kPress,    ///< the touch is armed: letting go plucks the string
-  kLeave,    ///< the touch ends without having been armed
-  kRelease,  ///< an armed touch ends: plucked
-  kTone,     ///< it sounds; one per release
-  kRadius,   ///< the drawn radius follows another law from now on
+  kTouch,     ///< a tool begins to touch the string, or the envelope it vibrates in (ringing)
+  kPress,     ///< the touch is armed: letting go plucks the string
+  kLeave,     ///< the touch ends without having been armed
+  kRelease,   ///< an armed touch ends: plucked
+  kTone,      ///< it sounds; one per release
+  kRadius,    ///< the drawn radius follows another law from now on
   kSounding,  ///< what it sounds like from now on; newest wins
 };
 
@@ -53,10 +53,10 @@ struct StringEvent {
   std::array<float, kMaxModes> partials{};
   // kSounding: frequency, partial_count, partials (m) as above, and
   SoundingCause cause = SoundingCause::kOnset;
-  std::uint32_t number = 0;    ///< of the message, per string
-  double lambda_to = 1.0;      ///< its part begins at lambda and ends here
-  double cents_per_s = 0.0;    ///< its pitch glides
-  double inharmonicity = 0.0;  ///< B of the part
+  std::uint32_t number = 0;                  ///< of the message, per string
+  double lambda_to = 1.0;                    ///< its part begins at lambda and ends here
+  double cents_per_s = 0.0;                  ///< its pitch glides
+  double inharmonicity = 0.0;                ///< B of the part
   std::array<float, kMaxPartials> decays{};  ///< of each partial, s
   std::array<float, kMaxPartials> phases{};  ///< rad, kOnset alone
   /// Whose touch it is; -1: no tool's. Of what rings: of the tool that played it.

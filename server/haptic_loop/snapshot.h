@@ -33,7 +33,7 @@ enum class StateKind : std::uint8_t {
 /// Layout of every block; grows with any change of what is visited.
 inline constexpr std::uint32_t kStateLayout = 5;
 
-/// Numbers of each sort, at most: those of 1024 strings with 64 modes in two planes, and five tools.
+/// Numbers of each sort, at most: 1024 strings with 64 modes in two planes, and five tools.
 inline constexpr std::size_t kMaxStateNumbers = 524'288;
 /// Blocks, at most: 1024 strings, and some for each tool.
 inline constexpr std::size_t kMaxStateBlocks = 1024 + 8 * kMaxTools;
