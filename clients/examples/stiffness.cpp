@@ -29,7 +29,7 @@ int main(int argc, char** argv) try {
   session.run(path.size(), path);
   for (const double kt_n_per_m : {1000.0, 500.0, 250.0}) {
     session.set("tools[0].coupling.kt_n_per_m", kt_n_per_m);
-    const v1::State state = session.run(500).states.back();
+    const v1::State state = session.run(2500).states.back();
     const v1::ToolState& tool = state.tools(0);
     std::printf("%.0f N/m: %.4f N, the finger %.4f mm above the hand\n",
                 session.get("tools[0].coupling.kt_n_per_m").number(),

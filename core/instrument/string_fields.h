@@ -25,8 +25,14 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 }
 
 HD_VISIT_FIELDS(Transverse, y, z)
-HD_VISIT_FIELDS(WaveTuning, length, tension, frequency, modal_mass, inharmonicity, decay, loss_n2,
-                modes)
+
+template <FieldsOf<WaveTuning> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [length, tension, frequency, modal_mass, inharmonicity, decay, loss_n2, modes] = state;
+  visit(length, tension, frequency, modal_mass, inharmonicity, decay, loss_n2);
+  visit.bounded(modes, 0, kMaxModes);
+}
+
 HD_VISIT_FIELDS(WaveGrip, touching, armed, began_ns, felt_ns, pressed_ns, energy_before, lambda,
                 share, deflection, largest_force, normal_speed, tangential_speed)
 HD_VISIT_FIELDS(WaveTank, energy, beyond, law, stored)
@@ -70,8 +76,9 @@ template <FieldsOf<WaveState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   auto& [awake, stepped, sounded, player, sounded_ns, ringing, stored, released, held_tension,
          string, grips, tank, told, sounding] = state;
-  visit(awake, stepped, sounded, player, sounded_ns, ringing, stored, released, held_tension, tank,
-        told, sounding.number);
+  visit(awake, stepped, sounded);
+  visit.bounded(player, 0, static_cast<std::int64_t>(kMaxTools) - 1);
+  visit(sounded_ns, ringing, stored, released, held_tension, tank, told, sounding.number);
   if (awake) visit(string, grips, sounding);
 }
 

@@ -131,6 +131,7 @@ void restore_strings(PlayedScene& scene, SnapshotReader& read) {
     if (own.waves.empty()) {
       read.take(StateKind::kString, number(s), whole);
     } else {
+      own.waves[s].state = WaveState{};
       read.take(StateKind::kString, number(s), whole, own.waves[s].state);
     }
     const std::int32_t player = own.tracks[s].player;

@@ -94,7 +94,7 @@ class WithAndWithoutNumpy(unittest.TestCase):
             self.assertNotIn("partials", tones)
             self.assertEqual(hapticd.event_table(events(), "fault").rows, 0)
             for kind in ("lease_info", "Tone", "", None):
-                with self.assertRaisesRegex(ValueError, "is none of tone, contact, string_radius, fault"):
+                with self.assertRaisesRegex(ValueError, "is none of tone, contact, string_radius, string_sounding, fault"):
                     hapticd.event_table(events(), kind)
         self.both(check)
 

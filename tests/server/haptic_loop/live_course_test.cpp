@@ -63,7 +63,8 @@ tools {
   pose_wg { p_m: [0, 0.02, -0.02] }
 }
 strings {
-  name: "C2" p_wa_m: [-0.45, 0, 0] p_wb_m: [0.65, 0, 0] frequency_hz: 65.4
+  name: "C2" p_wa_m: [-0.45, 0, 0] p_wb_m: [0.65, 0, 0] frequency_hz: 65.4 axial_stiffness_n: 69000
+  max_level: STRING_LEVEL_FUNDAMENTAL
   model: )") +
          model + "\n}\nvibration {}\ntones {}\n" + rest;
 }
