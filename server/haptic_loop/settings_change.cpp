@@ -212,6 +212,7 @@ bool usable(const SceneSettings& settings) noexcept {
     return positive(live.coupling.kt) && positive(live.coupling.length) &&
            usable(live.coupling.shares) && positive(live.scale) && usable(live.contact) &&
            std::isfinite(live.force_gain) && std::isfinite(live.coupling_damping) &&
+           live.X_WD.p.allFinite() && std::abs(live.X_WD.q.norm() - 1.0) < 1e-6 &&
            !check_options(live.instrument);
   };
   return std::all_of(settings.tools.begin(), settings.tools.end(), fine) &&
