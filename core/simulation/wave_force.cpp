@@ -109,7 +109,12 @@ void give_forces(const Playing& playing, const NearTools& tools, const Touches& 
     if (near) {
       const StringContactPath& path = state.string.contacts[k].path;
       port.law = across(playing.frame, tools[k].proximity.F_W);
-      port.felt = felt_now(path, port.law, k, state.tank);
+      // A tool that is pushed out of something feels no more than that grows by.
+      const bool ramps = std::isfinite(play.state.force_bound) ||
+                         play.rendered.contact.status == ContactStatus::kRecovering;
+      port.felt = ramps ? port.law : felt_now(path, port.law, k, state.tank);
+      // Nor does the string ring of it when that is over.
+      if (ramps) state.string.motion.vy = state.string.motion.vz = PerMode{};
       port.stored = law_energy(play, playing, tools[k], parted);
       if (parted && !shared_told) port.stored += shared_energy(playing);
       shared_told = true;

@@ -75,7 +75,8 @@ const std::set<std::string> kNamedOtherwise{"hapticd.v1.String.k_s",
                                             "hapticd.v1.Config.max_force",
                                             "hapticd.v1.AxisMap.position_scale",
                                             "hapticd.v1.AxisMap.rotation_scale",
-                                            "hapticd.v1.AxisMap.force_scale"};
+                                            "hapticd.v1.AxisMap.force_scale",
+                                            "hapticd.v1.StringSounding.cents_per_s"};
 
 std::string unit_of_name(const std::string& name) {
   std::string unit;
