@@ -76,6 +76,44 @@ Transverse felt_now(const StringContactPath& path, const Transverse& law, std::s
   return {mean.y + share * ahead.y, mean.z + share * ahead.z};
 }
 
+/// True of a tool that the last tick has held a force on, or stored energy in.
+bool holds(const WaveTank& tank, std::size_t tool) noexcept {
+  const Transverse& beyond = tank.beyond[tool];
+  return beyond.y != 0.0 || beyond.z != 0.0 || tank.stored[tool] != 0.0;
+}
+
+/// What the string has beyond what the static laws store, J.
+double spare_energy(const WaveState& state, double law_stored) noexcept {
+  double contacts = 0.0;
+  for (const WaveContact& contact : state.string.contacts) {
+    if (contact.near) contacts += contact.path.stored;
+  }
+  return std::max(state.ringing, state.stored + contacts - law_stored);
+}
+
+/// Of a tool that is near, all but what its law stores.
+WavePort port_of(const Playing& playing, const NearTool& tool, std::size_t number) noexcept {
+  WaveState& state = playing.kept.state;
+  const ToolPlay& play = playing.wave.memory.tools[number];
+  const ToolMotion& hand = play.way.hand;
+  const Vector3 arm_W = tool.proximity.p_WC - play.rendered.X_WG.p;
+  WavePort port;
+  port.tool = number;
+  port.moved = across(playing.frame, hand.dp + hand.dtheta.cross(arm_W));
+  port.law = across(playing.frame, tool.proximity.F_W);
+  // A tool that is pushed out of something feels no more than that grows by.
+  const bool ramps = std::isfinite(play.state.force_bound) ||
+                     play.rendered.contact.status == ContactStatus::kRecovering;
+  port.felt =
+      ramps ? port.law : felt_now(state.string.contacts[number].path, port.law, number, state.tank);
+  // Nor does the string ring of it when that is over.
+  if (ramps) state.string.motion.vy = state.string.motion.vz = PerMode{};
+  const double dt = std::max(play.rendered.dt, 0.25e-3);
+  port.way = across(playing.frame, dt * point_velocity(play.rendered.V_WH, arm_W));
+  port.aside = playing.options.max_acceleration * dt * dt;
+  return port;
+}
+
 }  // namespace
 
 void hold_forces(const Playing& playing, const NearTools& tools, const Touches& touches) noexcept {
@@ -91,52 +129,30 @@ void give_forces(const Playing& playing, const NearTools& tools, const Touches& 
   const SimulationMemory& memory = playing.wave.memory;
   WaveState& state = playing.kept.state;
   FixedVector<WavePort, kMaxTools> ports;
-  double law_stored = 0.0;
   const bool parted = is_parted(playing, touches);
-  bool shared_told = false;
+  double law_stored = 0.0;
   for (std::size_t k = 0; k < memory.tools.size(); ++k) {
-    const Transverse& held = state.tank.beyond[k];
-    const bool held_any = held.y != 0.0 || held.z != 0.0 || state.tank.stored[k] != 0.0;
-    if (touches[k] == nullptr && !held_any) continue;
-    const ToolPlay& play = memory.tools[k];
+    const bool near = touches[k] != nullptr;
+    if (!near && !holds(state.tank, k)) continue;
     WavePort port;
     port.tool = k;
-    const ToolMotion& hand = play.way.hand;
-    const Vector3 at = tools[k].proximity.p_WC;
-    const bool near = touches[k] != nullptr;
-    const Vector3 arm_W = near ? Vector3(at - play.rendered.X_WG.p) : Vector3::Zero();
-    port.moved = across(playing.frame, hand.dp + hand.dtheta.cross(arm_W));
     if (near) {
-      const StringContactPath& path = state.string.contacts[k].path;
-      port.law = across(playing.frame, tools[k].proximity.F_W);
-      // A tool that is pushed out of something feels no more than that grows by.
-      const bool ramps = std::isfinite(play.state.force_bound) ||
-                         play.rendered.contact.status == ContactStatus::kRecovering;
-      port.felt = ramps ? port.law : felt_now(path, port.law, k, state.tank);
-      // Nor does the string ring of it when that is over.
-      if (ramps) state.string.motion.vy = state.string.motion.vz = PerMode{};
-      port.stored = law_energy(play, playing, tools[k], parted);
-      if (parted && !shared_told) port.stored += shared_energy(playing);
-      shared_told = true;
-      const double dt = std::max(play.rendered.dt, 0.25e-3);
-      port.way = across(playing.frame, dt * point_velocity(play.rendered.V_WH, arm_W));
-      port.aside = playing.options.max_acceleration * dt * dt;
-      law_stored += port.stored;
+      port = port_of(playing, tools[k], k);
+      port.stored = law_energy(memory.tools[k], playing, tools[k], parted);
+      if (parted && law_stored == 0.0) port.stored += shared_energy(playing);
+    } else {
+      port.moved = across(playing.frame, memory.tools[k].way.hand.dp);
     }
+    law_stored += port.stored;
     ports.push_back(port);
   }
-  double contacts = 0.0;
-  for (const WaveContact& contact : state.string.contacts) {
-    if (contact.near) contacts += contact.path.stored;
-  }
-  const double spare = std::max(state.ringing, state.stored + contacts - law_stored);
   const std::span<const WavePort> all{ports.begin(), ports.size()};
-  settle_wave_tank(all, spare, state.tank);
+  settle_wave_tank(all, spare_energy(state, law_stored), state.tank);
   std::array<Transverse, kMaxTools> beyond{};
   draw_wave_forces(all, beyond, state.tank);
   for (std::size_t i = 0; i < ports.size(); ++i) {
-    if (touches[ports[i].tool] == nullptr) continue;
     const std::size_t k = ports[i].tool;
+    if (touches[k] == nullptr) continue;
     state.tank.beyond[k] = not_attracting(playing, tools[k], beyond[i]);
     add_force(playing, memory.tools[k], tools[k].proximity, state.tank.beyond[k]);
   }

@@ -166,10 +166,8 @@ std::vector<Feature> features_of(const SceneDescription& d) {
   }
   list.push_back({o.vibration, "vibration: Eq. 9 after a release, never more energy than released",
                   "vibration: a released string is still at once"});
-  const bool modes = o.vibration && o.modes > 0;
-  list.push_back({modes,
-                  "waves of " + std::to_string(o.modes) +
-                      " modes in two planes, from the first press to the last ring",
+  list.push_back({o.vibration && o.modes > 0,
+                  "waves of " + std::to_string(o.modes) + " modes in two planes",
                   "modes beyond the fundamental, which holds 81 % of the energy of a pluck in the "
                   "middle and 21 % of one at a tenth of the string"});
   list.push_back({o.vibration && o.pitch_glide, "pitch glide with amplitude",
