@@ -262,8 +262,10 @@ TEST_CASE("features that need others are refused without them") {
   fault_of("modes {}", "modes");
   fault_of("wave {}", "wave");
   fault_of(string + "STRING_LEVEL_FUNDAMENTAL }", "strings[0].max_level");
-  fault_of("preset: PRESET_PAPER vibration {} " + string + "STRING_LEVEL_WAVE }", "strings[0].max_level");
-  fault_of("preset: PRESET_PAPER vibration {} " + string + "STRING_LEVEL_MODES }", "strings[0].max_level");
+  fault_of("preset: PRESET_PAPER vibration {} " + string + "STRING_LEVEL_WAVE }",
+           "strings[0].max_level");
+  fault_of("preset: PRESET_PAPER vibration {} " + string + "STRING_LEVEL_MODES }",
+           "strings[0].max_level");
   fault_of(
       "strings { name: \"s\" p_wa_m: [0, 0, 0] p_wb_m: [1, 0, 0] sag_m: 0.1 frequency_hz: 50 }",
       "strings[0].sag_m");

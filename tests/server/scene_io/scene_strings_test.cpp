@@ -80,7 +80,8 @@ TEST_CASE("the loss of high modes arrives, and is said to do nothing where there
   CHECK(parameters_of("frequency_hz: 90").loss_n2 == 0.002);
   const std::string words = "loss_n2_per_s: 0.03 frequency_hz: 90";
   CHECK(doubts(loaded(with_string(words)), "strings[0].loss_n2_per_s").empty());
-  CHECK(doubts(loaded(with_string(words, "preset: PRESET_PAPER")), "strings[0].loss_n2_per_s").size() == 1);
+  CHECK(doubts(loaded(with_string(words, "preset: PRESET_PAPER")), "strings[0].loss_n2_per_s")
+            .size() == 1);
 }
 
 TEST_CASE("wave gives strings its modes, 32 where it says nothing, and lets them climb to it") {
