@@ -211,7 +211,7 @@ class ShippedScenes(unittest.TestCase):
                 with self.subTest(field.group(), value=value, seed=seed):
                     changed = text[:field.start(2)] + value + text[field.end(2):]
                     self.assertNotEqual(usual, self.strummed(session, changed))
-            for feature in ("vibration {}\n", "tones {}\n", "torque {}\n"):
+            for feature in ("vibration {}\nwave {}\n", "wave {}\n", "tones {}\n", "torque {}\n"):
                 with self.subTest(feature):
                     self.assertNotEqual(usual, self.strummed(session, text.replace(feature, "")))
 
