@@ -77,7 +77,7 @@ class Notebook(unittest.TestCase):
         self.assertGreater(len(base64.b64decode(picture)), 10000)
         if len(sys.argv) > 1:
             pathlib.Path(sys.argv[1]).write_bytes(base64.b64decode(picture))
-        self.assertEqual(self.files, ["contact.csv", "fault.csv", "string_radius.csv", "tone.csv", "tool_0.csv"])
+        self.assertEqual(self.files, ["contact.csv", "fault.csv", "string_radius.csv", "string_sounding.csv", "tone.csv", "tool_0.csv"])
 
 
 if __name__ == "__main__":

@@ -69,7 +69,7 @@ class Runs(daemon.LockstepCase):
         self.session.subscribe(0)
         with tempfile.TemporaryDirectory() as folder:
             paths = result.export(pathlib.Path(folder) / "deep" / "run")
-            self.assertEqual([path.name for path in paths], ["tool_0.csv", "tone.csv", "contact.csv", "string_radius.csv", "fault.csv"])
+            self.assertEqual([path.name for path in paths], ["tool_0.csv", "tone.csv", "contact.csv", "string_radius.csv", "string_sounding.csv", "fault.csv"])
             rows = {}
             for path in paths:
                 with open(path, newline="", encoding="utf-8") as file:
