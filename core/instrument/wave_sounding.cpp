@@ -122,7 +122,7 @@ void tell(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause
     told.decay[j] = decay_of(wave, part, j, same_part ? since : 0.0);
   }
   told.cents_per_s = 0.0;
-  if (same_part && since > 0.0 && told.heard_frequency > 0.0) {
+  if (same_part && since > 0.0 && told.heard_frequency > 0.0 && part.frequency > 0.0) {
     told.cents_per_s = kCentsPerNeper * logarithm(part.frequency / told.heard_frequency) / since;
   }
   told.from = part.from;
