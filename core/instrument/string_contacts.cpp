@@ -92,6 +92,15 @@ double plane_gradient(double k, double from, double to) noexcept {
   return 0.5 * k * (high - low) * (high + low) / (to - from);
 }
 
+/// Its derivative by `to`.
+double plane_curvature(double k, double from, double to) noexcept {
+  if (from > 0.0 && to > 0.0) return 0.5 * k;
+  if (from == to) return 0.0;
+  const double gradient = plane_gradient(k, from, to);
+  if (to > 0.0) return (k * to - gradient) / (to - from);
+  return gradient / (from - to);
+}
+
 double potential(const Pressed& contact, const Transverse& u) noexcept {
   const StringContactPath& path = *contact.path;
   const Transverse rho = minus(contact.d, u);
@@ -169,8 +178,7 @@ void solve_plane(Pressed& contact, const Transverse& rho, double from, double de
   for (int step = 0; step < kNewtonSteps; ++step) {
     N = plane_gradient(contact.k, from, o) + contact.g * (o - from);
     const double miss = o - o_free + a * N;
-    const double stiffness = o > 0.0 ? contact.k : 0.0;
-    const double change = miss / (1.0 + a * (0.5 * stiffness + contact.g));
+    const double change = miss / (1.0 + a * (plane_curvature(contact.k, from, o) + contact.g));
     o -= change;
     if (std::abs(change) <= kNewtonShare * std::abs(o_free)) break;
   }
