@@ -132,8 +132,9 @@ TEST_CASE(
     // The hand is never more than 12 mm from a free tool.
     CHECK(course.largest_force < 1000.0 * 12e-3);
     CHECK(course.largest_force > 0.3);
-    CHECK(course.late_force < 1.05 * course.early_force);
-    CHECK(course.late_force > 0.95 * course.early_force);
+    // A string that still rings meets each stroke a little otherwise.
+    CHECK(course.late_force < 1.1 * course.early_force);
+    CHECK(course.late_force > 0.9 * course.early_force);
     CHECK(course.tones > course.ticks / kPeriod / 4);
   }
 }
