@@ -3,56 +3,11 @@
 
 #include <algorithm>
 
+#include "core/simulation/touch_place.h"
 #include "core/simulation/wave_player.h"
 
 namespace hapticd {
 namespace {
-
-/// Whose touch events are, and where it is.
-struct TouchPlace {
-  std::int32_t tool;
-  std::int32_t part;
-  Vector3 p_WC;
-  Vector3 nhat_W;
-};
-
-/// Whose touch a string's events are.
-struct Toucher {
-  const ToolPlay& play;
-  std::int32_t tool;
-  const ToolStringState& seen;
-};
-
-/// Where the touch of `string` is: where the tool is nearest to it, or, where it is not near any
-/// more, where it was last, at the same place of the tool.
-TouchPlace place_of(const Toucher& toucher, std::int32_t string) noexcept {
-  const auto& [play, tool, seen] = toucher;
-  const Configuration at{play.way.input, play.state.contact};
-  if (const auto nearest = nearest_to_string(at, string_pairs(play), string)) {
-    return {tool, seen.part, nearest->p_WC, nearest->nhat_W};
-  }
-  const Pose& X_WG = play.rendered.X_WG;
-  const Vector3 p_GC_W = X_WG.q * (play.way.X_WG_before.q.conjugate() * seen.p_GC_W);
-  return {tool, seen.part, X_WG.p + p_GC_W, seen.nhat_W};
-}
-
-/// Says of the events of `string` from number `first` on whose touch they are and where it is.
-void name_place(std::size_t first, const Toucher& toucher, std::int32_t string,
-                StringEvents& events) noexcept {
-  if (first == events.size()) return;
-  const TouchPlace place = place_of(toucher, string);
-  for (std::size_t k = first; k < events.size(); ++k) {
-    StringEvent& event = events[k];
-    event.tool = place.tool;
-    event.part = place.part;
-    const bool is_touch = event.kind == StringEventKind::kTouch ||
-                          event.kind == StringEventKind::kLeave ||
-                          event.kind == StringEventKind::kRelease;
-    if (!is_touch) continue;
-    event.p_WC = to_array(place.p_WC);
-    event.nhat_OG_W = to_array(place.nhat_W);
-  }
-}
 
 /// Drops what says how the string is drawn: that is for the tool that plays it to say.
 void drop_radius_events(std::size_t first, StringEvents& events) noexcept {

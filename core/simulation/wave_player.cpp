@@ -7,6 +7,7 @@
 #include "core/instrument/wave_tank.h"
 #include "core/instrument/wave_tone.h"
 #include "core/instrument/wave_watch.h"
+#include "core/simulation/touch_place.h"
 #include "core/simulation/wave_force.h"
 #include "core/simulation/wave_meeting.h"
 #include "core/simulation/wave_tension.h"
@@ -59,20 +60,6 @@ void remember_all(const Playing& playing, const NearTools& tools) noexcept {
   }
 }
 
-/// Says of the events from number `first` on whose touch they are and where it is.
-void name_places(const NearTools& tools, std::size_t tool, std::size_t first,
-                 StringEvents& events) noexcept {
-  const StringProximity& near = tools[tool].proximity;
-  for (std::size_t k = first; k < events.size(); ++k) {
-    StringEvent& event = events[k];
-    event.tool = static_cast<std::int32_t>(tool);
-    event.part = near.part;
-    if (event.kind == StringEventKind::kRadius || event.kind == StringEventKind::kTone) continue;
-    event.p_WC = to_array(near.p_WC);
-    event.nhat_OG_W = to_array(near.nhat_W);
-  }
-}
-
 void watch(const Playing& playing, const WaveTick& stepped, const NearTools& tools,
            StringEvents& events) noexcept {
   const WatchedWave watched{playing.wave.string, playing.string, playing.options,
@@ -84,7 +71,12 @@ void watch(const Playing& playing, const WaveTick& stepped, const NearTools& too
                {k, touch.force > 0.0, touch.force > 0.0 ? touch.deflection : 0.0,
                 touch.normal_speed, touch.tangential_speed},
                events);
-    name_places(tools, k, first, events);
+    const SimulationMemory& memory = playing.wave.memory;
+    const auto s = static_cast<std::size_t>(playing.wave.string);
+    name_place(first,
+               {memory.tools[k], static_cast<std::int32_t>(k),
+                memory.visits[k * memory.tracks.size() + s]},
+               playing.wave.string, events);
   }
   const std::size_t first = events.size();
   watch_envelope(watched, playing.time.t_ns, events);

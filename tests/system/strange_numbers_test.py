@@ -12,7 +12,7 @@ import hapticd
 from hapticd.v1 import answer_pb2, state_pb2, stream_pb2
 
 VIRTUAL = ("--clock", "virtual", "--scene", "single_string")
-BY_SERVERS = {"tone", "contact", "string_radius", "fault", "result", "lease_info", "record_info", "scene_info", "chunk", "bye"}
+BY_SERVERS = {"tone", "contact", "string_radius", "string_sounding", "fault", "result", "lease_info", "record_info", "scene_info", "chunk", "bye"}
 REQUESTS = [field for field in stream_pb2.Item.DESCRIPTOR.oneofs_by_name["body"].fields if field.name not in BY_SERVERS]
 NO_ENUM = (9999, 77, -1, 2**31 - 1, -2**31)
 WHOLE = {"uint32": 2**32, "uint64": 2**64, "int32": 2**31, "int64": 2**63, "enum": 2**31}
