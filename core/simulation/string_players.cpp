@@ -83,7 +83,7 @@ void StringPlayers::play_string(std::int32_t string, const StringProximity& near
   if (near_by) seen.part = near.part;
   name_place(first, {play, track.player, seen}, string, events_);
   // What moved without time passing counts as motion of the next tick.
-  if (near.touch.time.dt_ns > 0) remember(play, near, seen);
+  if (near.touch.time.dt_ns > 0) remember({play, track.player, seen}, string, near, seen);
 
   // A force held over a tick without a sample may not attract either.
   const double vibration_force = std::max(response.vibration_force, -near.touch.force);
@@ -138,7 +138,7 @@ void StringPlayers::watch_others(std::int32_t string,
       seen.detector = state.detector;
       seen.detector.lambda = whole_lambda(play.view, string, state.detector.lambda);
     }
-    remember(play, near[tool], seen);
+    remember({play, number, seen}, string, near[tool], seen);
   }
 }
 

@@ -172,14 +172,6 @@ StringProximity proximity_to(const ToolPlay& play, const ToolStringState& visit,
   return near;
 }
 
-void remember(const ToolPlay& play, const StringProximity& near, ToolStringState& seen) noexcept {
-  seen.v_W = (near.u_W - seen.u_W) / (1e-9 * static_cast<double>(near.touch.time.dt_ns));
-  seen.u_W = near.u_W;
-  seen.distance = near.touch.distance;
-  seen.nhat_W = near.nhat_W;
-  seen.p_GC_W = near.p_WC - play.rendered.X_WG.p;
-}
-
 // A query of its own, for the contact problem must not depend on what rings; bodies do not ring.
 void reach_out(double swing, ToolPlay& play) noexcept {
   const ContactInput& input = play.way.input;

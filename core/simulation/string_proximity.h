@@ -28,10 +28,6 @@ struct StringProximity {
                                                        const ToolStringState& visit,
                                                        std::int32_t string) noexcept;
 
-/// What the next tick has to know of `near`, in which time has passed.
-HD_REALTIME void remember(const ToolPlay& play, const StringProximity& near,
-                          ToolStringState& seen) noexcept;
-
 /// Looks again for pairs with strings when one may swing by `swing` (m) further than those of the
 /// contact problem reach, or than the tool has moved since they were found.
 HD_REALTIME void reach_out(double swing, ToolPlay& play) noexcept;

@@ -21,8 +21,8 @@ TouchPlace place_of(const Toucher& toucher, std::int32_t string) noexcept {
     return {tool, nearest->part, nearest->p_WC, nearest->nhat_W};
   }
   const Pose& X_WG = play.rendered.X_WG;
-  const Vector3 p_GC_W = X_WG.q * (play.way.X_WG_before.q.conjugate() * seen.p_GC_W);
-  return {tool, seen.part, X_WG.p + p_GC_W, seen.nhat_W};
+  const Quaternion turn = X_WG.q * play.way.X_WG_before.q.conjugate();
+  return {tool, seen.part, X_WG.p + turn * seen.p_GC_W, turn * seen.nhat_W};
 }
 
 }  // namespace
@@ -42,6 +42,16 @@ void name_place(std::size_t first, const Toucher& toucher, std::int32_t string,
     event.p_WC = to_array(place.p_WC);
     event.nhat_OG_W = to_array(place.nhat_W);
   }
+}
+
+void remember(const Toucher& toucher, std::int32_t string, const StringProximity& near,
+              ToolStringState& seen) noexcept {
+  const TouchPlace place = place_of(toucher, string);
+  seen.v_W = (near.u_W - seen.u_W) / (1e-9 * static_cast<double>(near.touch.time.dt_ns));
+  seen.u_W = near.u_W;
+  seen.distance = near.touch.distance;
+  seen.p_GC_W = place.p_WC - toucher.play.rendered.X_WG.p;
+  seen.nhat_W = place.nhat_W;
 }
 
 }  // namespace hapticd

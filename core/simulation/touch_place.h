@@ -19,4 +19,9 @@ struct Toucher {
 HD_REALTIME void name_place(std::size_t first, const Toucher& toucher, std::int32_t string,
                             StringEvents& events) noexcept;
 
+/// What the next tick has to know of `near`, in which time has passed, and of the place as
+/// name_place has it; `seen` is the toucher's.
+HD_REALTIME void remember(const Toucher& toucher, std::int32_t string, const StringProximity& near,
+                          ToolStringState& seen) noexcept;
+
 }  // namespace hapticd

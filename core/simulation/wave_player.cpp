@@ -56,7 +56,8 @@ void remember_all(const Playing& playing, const NearTools& tools) noexcept {
     ToolStringState& seen = memory.visits[k * memory.tracks.size() + s];
     const StringProximity& near = tools[k].proximity;
     if (near.part >= 0) seen.part = near.part;
-    remember(memory.tools[k], near, seen);
+    remember({memory.tools[k], static_cast<std::int32_t>(k), seen}, playing.wave.string, near,
+             seen);
   }
 }
 

@@ -134,6 +134,8 @@ void fill_features(StringPreset preset, v1::Scene& scene) {
                &v1::Friction::set_anchor_stiffness_n_per_m,
                std::min(kAnchorPerCoupling * softest_coupling(scene), kStiffestAnchor));
   }
+  const bool told = scene.has_wave() || scene.has_modes();
+  if (scene.has_vibration() && preset == StringPreset::kDeflecting && !told) scene.mutable_wave();
   if (scene.has_wave() && !scene.wave().has_modes()) {
     scene.mutable_wave()->set_modes(kUsualModes);
   }

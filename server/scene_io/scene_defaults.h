@@ -1,5 +1,6 @@
 // Fills in what a scene leaves out, so that the message says all that is played: what SceneInfo
-// shows, and what is translated. Features that are absent stay absent. Offline.
+// shows, and what is translated. Features that are absent stay absent, but for the wave of what
+// vibrates. Offline.
 #pragma once
 
 #include <optional>
