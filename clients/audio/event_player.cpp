@@ -2,6 +2,8 @@
 #include "clients/audio/event_player.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace hapticd::audio {
@@ -11,6 +13,44 @@ namespace {
 constexpr std::uint32_t kMaxStrings = 1024;
 /// How fast a string ends that the daemon has made still, s.
 constexpr double kStill_s = 0.03;
+/// Pitch and loudness of a StringSounding are reached within this time, s.
+constexpr double kApproach_s = 0.01;
+/// A pitch glides on for so long after it was told, s.
+constexpr double kOnward_s = 0.1;
+/// What is told may be so much louder than what was to be expected: 12 dB.
+constexpr double kMostGain = 4.0;
+/// A string that nobody has released is heard from this share of the level 1 on.
+constexpr double kLeastLevel = 0.01;
+
+/// Of all partials together, m.
+double amplitude_of(const v1::StringSounding& sounding) {
+  double sum = 0.0;
+  for (const float partial : sounding.partials_m()) {
+    sum += static_cast<double>(partial) * static_cast<double>(partial);
+  }
+  return std::sqrt(sum);
+}
+
+/// Of the loudest partial, s; 0 where it says none.
+double decay_of(const v1::StringSounding& sounding) {
+  if (sounding.decays_s_size() < sounding.partials_m_size()) return 0.0;
+  const auto& partials = sounding.partials_m();
+  const auto loudest = std::max_element(partials.begin(), partials.end());
+  if (loudest == partials.end()) return 0.0;
+  return static_cast<double>(sounding.decays_s(static_cast<int>(loudest - partials.begin())));
+}
+
+/// True where every number of it is one that a string can have.
+bool is_sound(const v1::StringSounding& sounding) {
+  const auto within = [](float value, double least, double most) {
+    return static_cast<double>(value) >= least && static_cast<double>(value) <= most;
+  };
+  if (sounding.partials_m().empty()) return true;
+  const bool all = std::all_of(sounding.partials_m().begin(), sounding.partials_m().end(),
+                               [&](float partial) { return within(partial, 0.0, 1.0); });
+  return all && amplitude_of(sounding) > 0.0 && decay_of(sounding) > 0.0 &&
+         within(sounding.frequency_hz(), 1.0, 2e4) && within(sounding.cents_per_s(), -1e5, 1e5);
+}
 
 }  // namespace
 
@@ -20,6 +60,9 @@ EventPlayer::EventPlayer(const Sound& sound, ToneFiles* tones, Submit submit)
 void EventPlayer::set_scene(const v1::Scene& scene) {
   // What sounds of the scene before rings on by itself.
   strings_.assign(static_cast<std::size_t>(scene.strings_size()), {});
+  if (scene.tones().reference_amplitude_m() > 0.0) {
+    reference_m_ = scene.tones().reference_amplitude_m();
+  }
   for (std::size_t i = 0; i < strings_.size(); ++i) {
     const v1::String& described = scene.strings(static_cast<int>(i));
     String& string = strings_[i];
@@ -36,6 +79,8 @@ void EventPlayer::play(const v1::Item& event, std::int64_t due_ns) {
     play_tone(event.tone(), due_ns);
   } else if (event.has_string_radius() && event.string_radius().string_index() < kMaxStrings) {
     play_radius(event.string_radius(), due_ns);
+  } else if (event.has_string_sounding() && event.string_sounding().string_index() < kMaxStrings) {
+    play_sounding(event.string_sounding(), due_ns);
   }
 }
 
@@ -57,12 +102,18 @@ void EventPlayer::play_tone(const v1::Tone& tone, std::int64_t due_ns) {
   sound.glide_decay_s = static_cast<double>(tone.glide_decay_s());
   sound.inharmonicity = string.inharmonicity;
   sound.partials = {tone.partials().data(), static_cast<std::size_t>(tone.partials_size())};
-  const std::optional<Strike> strike = strike_of(sound, string);
+  strike(sound, string, due_ns);
+}
+
+void EventPlayer::strike(const ToneSound& tone, String& string, std::int64_t due_ns) {
+  const std::optional<Strike> strike = strike_of(tone, string);
   if (!strike) {
     ++counts_.unplayable;
     return;
   }
-  string.decay_s = sound.decay_s;
+  string.decay_s = tone.decay_s;
+  string.tone_hz = tone.frequency_hz;
+  string.told_amplitude = 0.0;
   Order order;
   order.due_ns = due_ns;
   order.kind = Order::Kind::kStrike;
@@ -87,7 +138,7 @@ std::optional<Strike> EventPlayer::strike_of(const ToneSound& tone, const String
 
 void EventPlayer::play_radius(const v1::StringRadius& radius, std::int64_t due_ns) {
   const String& string = string_at(radius.string_index());
-  if (!(string.decay_s > 0.0)) return;  // it has not sounded
+  if (string.sounds || !(string.decay_s > 0.0)) return;  // it says it better, or has not sounded
   double decay_s = static_cast<double>(radius.decay_s());
   if (radius.phase() == v1::STRING_RADIUS_PHASE_PRESS) decay_s = string.touch_decay_s;
   if (radius.phase() == v1::STRING_RADIUS_PHASE_RELEASE && !(radius.r_max_m() > 0.0F)) {
@@ -96,12 +147,81 @@ void EventPlayer::play_radius(const v1::StringRadius& radius, std::int64_t due_n
   if (!(decay_s > 0.0)) return;
   Order order;
   order.due_ns = due_ns;
-  order.kind = Order::Kind::kDamp;
-  order.damping.string = static_cast<std::int32_t>(radius.string_index());
-  // The tone decays by itself; the finger does the rest.
-  const double rest = 1.0 / decay_s - 1.0 / string.decay_s;
-  order.damping.keep = rest > 1e-6 ? keep_per_frame(1.0 / rest, sound_.rate_hz) : 1.0;
+  order.kind = Order::Kind::kChange;
+  order.change.string = static_cast<std::int32_t>(radius.string_index());
+  order.change.keep = keep_of(string, decay_s);
   submit(order);
+}
+
+// The tone decays by itself; the finger does the rest.
+double EventPlayer::keep_of(const String& string, double decay_s) const {
+  const double rest = 1.0 / decay_s - 1.0 / string.decay_s;
+  return rest > 1e-6 ? keep_per_frame(1.0 / rest, sound_.rate_hz) : 1.0;
+}
+
+void EventPlayer::play_sounding(const v1::StringSounding& sounding, std::int64_t due_ns) {
+  String& string = string_at(sounding.string_index());
+  const bool newer = static_cast<std::int32_t>(sounding.number() - string.number) > 0;
+  if ((string.sounds && !newer) || !is_sound(sounding)) return;
+  string.sounds = true;
+  string.number = sounding.number();
+  const double amplitude = amplitude_of(sounding);
+  if (!(string.decay_s > 0.0)) {
+    if (amplitude > 0.0) begin_sounding(sounding, due_ns);
+    return;
+  }
+  Order order;
+  order.due_ns = due_ns;
+  order.kind = Order::Kind::kChange;
+  Change& change = order.change;
+  change.string = static_cast<std::int32_t>(sounding.string_index());
+  if (!(amplitude > 0.0)) {
+    change.keep = keep_of(string, kStill_s);
+    string.decay_s = 0.0;
+    submit(order);
+    return;
+  }
+  const auto t_ns = static_cast<std::int64_t>(sounding.t_ns());
+  const double decay_s = decay_of(sounding);
+  change.bends = true;
+  change.keep = keep_of(string, decay_s);
+  change.bend = bend_to(sounding, string);
+  if (string.told_amplitude > 0.0) {
+    const double since = 1e-9 * static_cast<double>(t_ns - string.told_ns);
+    const double expected = string.told_amplitude * std::exp(-since / string.told_decay_s);
+    change.gain = std::clamp(amplitude / expected, 0.0, kMostGain);
+  }
+  string.told_ns = t_ns;
+  string.told_amplitude = amplitude;
+  string.told_decay_s = decay_s;
+  submit(order);
+}
+
+// To where the pitch will be by then, and on from there.
+Bend EventPlayer::bend_to(const v1::StringSounding& sounding, const String& string) const {
+  const double per_step = kGlideStep / sound_.rate_hz;
+  const double slope =
+      static_cast<double>(sounding.cents_per_s()) * std::numbers::ln2 / 1200.0 * per_step;
+  Bend bend;
+  bend.approach = std::max(1, static_cast<int>(std::lround(kApproach_s / per_step)));
+  const double now = std::log(static_cast<double>(sounding.frequency_hz()) / string.tone_hz);
+  bend.goal = std::clamp(now + slope * bend.approach, -kMaxBend, kMaxBend);
+  bend.onward = {slope, static_cast<int>(std::lround(kOnward_s / per_step)) - bend.approach};
+  return bend;
+}
+
+void EventPlayer::begin_sounding(const v1::StringSounding& sounding, std::int64_t due_ns) {
+  String& string = string_at(sounding.string_index());
+  ToneSound sound;
+  sound.string = static_cast<int>(sounding.string_index());
+  sound.frequency_hz = static_cast<double>(sounding.frequency_hz());
+  sound.level = std::min(1.0, amplitude_of(sounding) / reference_m_);
+  sound.decay_s = decay_of(sounding);
+  sound.inharmonicity = string.inharmonicity;
+  sound.partials = {sounding.partials_m().data(),
+                    static_cast<std::size_t>(sounding.partials_m_size())};
+  if (sound.level < kLeastLevel) return;
+  strike(sound, string, due_ns);
 }
 
 void EventPlayer::submit(const Order& order) {

@@ -1,6 +1,7 @@
-// Turns the daemon's events into orders for the audio engine: a Tone into a strike, a StringRadius
-// into the damping of a string that a finger touches, or its end. Knows the scene, for the strings'
-// names and stiffness, and the recordings. Instants are given by the caller. Not RT.
+// Turns the daemon's events into orders for the audio engine: a Tone into a strike, a
+// StringSounding into a bend of its pitch and loudness, and for strings that send none a
+// StringRadius into the damping of one that a finger touches, or its end. Knows the scene, for the
+// strings' names and stiffness, and the recordings. Instants are given by the caller. Not RT.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +35,8 @@ class EventPlayer {
 
   /// Another scene plays.
   void set_scene(const v1::Scene& scene);
-  /// An event, to be heard at due_ns. Anything but Tone and StringRadius is left alone.
+  /// An event, to be heard at due_ns. Anything but Tone, StringSounding and StringRadius is left
+  /// alone.
   void play(const v1::Item& event, std::int64_t due_ns);
 
   [[nodiscard]] const EventCounts& counts() const noexcept { return counts_; }
@@ -45,12 +47,24 @@ class EventPlayer {
     double frequency_hz = 0.0;  ///< as the scene was loaded
     double touch_decay_s = 0.03;
     double inharmonicity = kInharmonicity;
-    double decay_s = 0.0;  ///< of the tone that sounds
+    double decay_s = 0.0;         ///< of the tone that sounds
+    double tone_hz = 0.0;         ///< its pitch
+    bool sounds = false;          ///< it sends StringSounding
+    std::uint32_t number = 0;     ///< of the last of these
+    std::int64_t told_ns = 0;     ///< its instant
+    double told_amplitude = 0.0;  ///< of what it says since the tone, m; 0: nothing yet
+    double told_decay_s = 0.0;
     const ToneFile* recording = nullptr;
   };
 
   void play_tone(const v1::Tone& tone, std::int64_t due_ns);
   void play_radius(const v1::StringRadius& radius, std::int64_t due_ns);
+  void play_sounding(const v1::StringSounding& sounding, std::int64_t due_ns);
+  /// Begins a tone that nobody has released: a string that was struck, or let go by a stop.
+  void begin_sounding(const v1::StringSounding& sounding, std::int64_t due_ns);
+  void strike(const ToneSound& tone, String& string, std::int64_t due_ns);
+  [[nodiscard]] Bend bend_to(const v1::StringSounding& sounding, const String& string) const;
+  [[nodiscard]] double keep_of(const String& string, double decay_s) const;
   [[nodiscard]] std::optional<Strike> strike_of(const ToneSound& tone, const String& string) const;
   String& string_at(std::uint32_t index);
   void submit(const Order& order);
@@ -58,6 +72,7 @@ class EventPlayer {
   Sound sound_;
   ToneFiles* tones_;
   Submit submit_;
+  double reference_m_ = 5e-3;  ///< amplitude of level 1
   std::vector<String> strings_;
   EventCounts counts_;
 };

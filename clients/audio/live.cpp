@@ -36,6 +36,7 @@ void say(const std::string& text) { std::fprintf(stderr, "haptic-audio: %s\n", t
 std::optional<std::uint64_t> instant_of(const v1::Item& item) {
   if (item.has_tone()) return item.tone().t_ns();
   if (item.has_string_radius()) return item.string_radius().t_ns();
+  if (item.has_string_sounding()) return item.string_sounding().t_ns();
   return std::nullopt;
 }
 

@@ -21,9 +21,12 @@ constexpr double kToneLambda = 0.1;
 /// The end of a file is faded, so that it does not click, s.
 constexpr double kFade_s = 0.05;
 
-/// The frame at which a tone has died away.
+/// The frame at which what it tells of has died away.
 std::int64_t end_of(const ScoreEntry& entry, double rate_hz) {
-  const double decay_s = static_cast<double>(entry.item.tone().decay_s());
+  auto decay_s = static_cast<double>(entry.item.tone().decay_s());
+  for (const float each : entry.item.string_sounding().decays_s()) {
+    decay_s = std::max(decay_s, static_cast<double>(each));
+  }
   const double life_s = std::min(kLifeInDecays * decay_s, kMaxTail_s);
   return static_cast<std::int64_t>((static_cast<double>(entry.t_ns) * 1e-9 + life_s) * rate_hz);
 }
@@ -53,7 +56,7 @@ RenderReport render(const Score& score, const Sound& sound, ToneFiles* tones,
       const ScoreEntry& entry = score[next];
       if (entry.item.has_scene_info()) player.set_scene(entry.item.scene_info().scene());
       player.play(entry.item, entry.t_ns);
-      if (!entry.item.has_tone()) continue;
+      if (!entry.item.has_tone() && !entry.item.has_string_sounding()) continue;
       end = std::max(end, end_of(entry, sound.rate_hz));
     }
     const std::size_t count =

@@ -14,6 +14,7 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 std::optional<std::uint64_t> instant_of(const v1::Item& item) {
   if (item.has_tone()) return item.tone().t_ns();
   if (item.has_string_radius()) return item.string_radius().t_ns();
+  if (item.has_string_sounding()) return item.string_sounding().t_ns();
   return std::nullopt;
 }
 
@@ -59,6 +60,7 @@ Score recorded_score(const std::string& path, std::string& problem) {
   Score score;
   std::optional<std::int64_t> begin;  // of the score, on the recording's clock
   std::int64_t last = 0;
+  bool knows_scene = false;
   bool whole = recording.whole();
   for (std::size_t i = 0; i < recording.size(); ++i) {
     const RecordedMessage& message = recording[i];
@@ -66,8 +68,12 @@ Score recorded_score(const std::string& path, std::string& problem) {
       const auto scene = parsed<v1::SceneRecord>(message);
       whole = whole && scene.has_value();
       if (!scene) continue;
-      score.push_back({last, {}});
-      *score.back().item.mutable_scene_info()->mutable_scene() = scene->scene();
+      ScoreEntry entry{last, {}};
+      *entry.item.mutable_scene_info()->mutable_scene() = scene->scene();
+      // Ticks of virtual time may be written before the scene that they are of.
+      if (!knows_scene) entry.t_ns = 0;
+      score.insert(knows_scene ? score.end() : score.begin(), entry);
+      knows_scene = true;
     }
     if (message.kind != RecordKind::kEvent) continue;
     const auto event = parsed<v1::EventRecord>(message);

@@ -60,7 +60,7 @@ std::optional<ParameterFault> check_options(const InstrumentOptions& options) no
       {"tones.reference_force_n",
        tones.reference_force,
        {0.0, 1e3, false, "(0, 1e3]"},
-       "Give the force of level 1 in newtons; 10 is usual."},
+       "Give the force of level 1 in newtons; 1 is usual."},
       {"tones.gain",
        tones.gain,
        {0.0, 100.0, true, "[0, 100]"},

@@ -13,8 +13,8 @@ namespace hapticd {
 /// What a tone's level is proportional to.
 enum class ToneLevel : std::uint8_t {
   kAmplitude,  ///< the amplitude that rings on after the release
-  /// The force at the release (the paper), of as much of the deflection as rings on: the last one
-  /// before a finger rolls off would be nearly 0 and a matter of where the ticks fall.
+  /// |F_d| (the paper): the largest of the touch, for the last before a finger rolls off is nearly
+  /// 0 and a matter of where the ticks fall. Of a wave, the force at the amplitude that rings on.
   kForce,
 };
 
@@ -32,7 +32,7 @@ struct ToneOptions {
   bool enabled = true;
   ToneLevel level = ToneLevel::kAmplitude;
   double reference_amplitude = 5e-3;  ///< level 1, m, (0, 1]; louder is clipped
-  double reference_force = 10.0;      ///< level 1, N, (0, 1e3]; louder is clipped
+  double reference_force = 1.0;       ///< level 1, N, (0, 1e3]; louder is clipped
   double gain = 1.0;                  ///< factor on the level before it is clipped, [0, 100]
 };
 

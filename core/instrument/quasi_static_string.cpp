@@ -16,6 +16,10 @@ namespace {
 /// the tank more careful; 0 would let a tick that came early draw all of it.
 constexpr double kMinHold = 0.25e-3;
 
+/// Time in which releases grant the whole of what the last one may give, s: a hand does not pluck
+/// one string more often than some ten times a second.
+constexpr double kGrantTime = 0.1;
+
 /// All that one call works on.
 struct Tick {
   const QuasiStaticString& model;
@@ -52,33 +56,13 @@ double ringing_amplitude(const StringState& state) noexcept {
   return rings(state) ? state.vibration.amplitude : 0.0;
 }
 
-/// Advances energy and phase to t_ns; the tank decays alike.
+/// Advances energy and phase to t_ns.
 void advance_fundamental(const Tick& tick, std::int64_t t_ns) noexcept {
-  Vibration& vibration = tick.state.vibration;
-  const double before = vibration.energy;
-  advance_vibration(tick.string, tick.options.pitch_glide, t_ns, vibration);
-  EnergyTank& tank = tick.state.tank;
-  if (tank.energy == before) {
-    tank.energy = vibration.energy;
-  } else {
-    tank.energy *= vibration.energy / before;
-  }
-  tank.energy = std::min(tank.energy, vibration.energy);
+  advance_vibration(tick.string, tick.options.pitch_glide, t_ns, tick.state.vibration);
 }
 
-/// Takes the work of the held force over `moved` from the vibration.
-void book(const StringConstants& string, double moved, std::int64_t t_ns,
-          StringState& state) noexcept {
-  const double given = settle_tank(moved, state.vibration.energy, state.tank);
-  state.drawn = std::max(state.drawn + given, 0.0);
-  if (given > 0.0) {
-    state.drawn_ns = t_ns;
-    set_energy(string, std::max(state.vibration.energy - given, 0.0), state.vibration);
-    state.tank.energy = std::min(state.tank.energy, state.vibration.energy);
-  }
-}
-
-/// Takes what the force held over the tick has given to the hand from the vibration.
+/// Takes what the force held over the tick has given to the hand from the tank. The vibration
+/// follows Eq. 9 whatever it has given.
 void book_work(const Tick& tick, bool slipped) noexcept {
   EnergyTank& tank = tick.state.tank;
   if (!rings(tick.state) || tank.held_force == 0.0) return;
@@ -86,7 +70,7 @@ void book_work(const Tick& tick, bool slipped) noexcept {
   // A distance that jumped as the string slipped off is not motion of the hand: it may cost, but it
   // must not pay.
   if (slipped && !tick.touch.way && tank.held_force * moved < 0.0) moved = 0.0;
-  book(tick.string, moved, tick.touch.time.t_ns, tick.state);
+  settle_tank(moved, tank);
 }
 
 void begin_touch(const Tick& tick, std::int64_t t_ns) noexcept {
@@ -123,28 +107,30 @@ void leave(const Tick& tick, std::int64_t t_ns) noexcept {
                         {ringing_amplitude(state), tick.string.decay, state.vibration.t_ns});
 }
 
-/// What the hand has drawn of late. Forgotten once it has drawn nothing for T_d, or left the string
-/// by slipping off: then what rings is what the hand has put in and not got back. A hand that lets
-/// the string rise by its own motion has got it back already, as static force; so what rings is
-/// given twice, and who keeps time with the string would be driven, were it not for this.
-double drawn_of_late(const Tick& tick) noexcept {
-  const StringState& state = tick.state;
+/// What the tank gets at a release that may give `full` (J): Eq. 9 says what rings, though a hand
+/// that lets the string rise by its own motion has got that back already, as static force. So a
+/// hand that plucks in time with the string would be driven, were there not a bound on how often.
+double grant(const Tick& tick, double full) noexcept {
+  StringState& state = tick.state;
   const double since =
-      static_cast<double>(tick.touch.time.t_ns - state.drawn_ns) * kSecondsPerNanosecond;
-  return state.detector.slipped || since > tick.string.decay ? 0.0 : state.drawn;
+      static_cast<double>(tick.touch.time.t_ns - state.granted_ns) * kSecondsPerNanosecond;
+  const double share = state.granted_ns == 0 ? 1.0 : std::min(1.0, since / kGrantTime);
+  state.granted_ns = tick.touch.time.t_ns;
+  return share * full;
 }
 
-/// The string rings again with `energy` (J) from the loss on, up to the end of the tick.
+/// The string rings again with `energy` (J) from the loss on, up to the end of the tick. It may
+/// give what it takes to bend it as far.
 void start_ringing(const Tick& tick, double energy) noexcept {
   StringState& state = tick.state;
   const ReleaseDetector& detector = state.detector;
-  Vibration& vibration = state.vibration;
-  const double in_tank = state.tank.energy;
-  vibration = start_vibration(tick.string, energy, detector.lambda, detector.lost_ns);
+  state.vibration = start_vibration(tick.string, energy, detector.lambda, detector.lost_ns);
   state.level = StringPhase::kFundamental;
   advance_fundamental(tick, tick.touch.time.t_ns);
-  state.drawn = drawn_of_late(tick);
-  state.tank.energy = std::max(std::min(in_tank, vibration.energy), vibration.energy - state.drawn);
+  EnergyTank& tank = state.tank;
+  tank.full = 0.5 * vibration_stiffness(tick.string, detector.lambda) *
+              detector.largest_deflection * detector.largest_deflection;
+  tank.energy = std::min(tank.energy + grant(tick, tank.full), tank.full);
 }
 
 /// An armed touch has ended. Of two energies the larger stays, never their sum.
@@ -155,7 +141,7 @@ void release(const Tick& tick) noexcept {
   report_end(tick.report, StringEventKind::kRelease, t_ns);
 
   if (may_ring(tick)) {
-    const double energy = fundamental_energy(tick.string, detector.lost_amplitude);
+    const double energy = fundamental_energy(tick.string, detector.largest_deflection);
     const double left = energy * decay_over(tick.touch.time.t_ns - t_ns, 0.5 * tick.string.decay);
     if (left > state.vibration.energy) {
       start_ringing(tick, energy);
@@ -229,8 +215,9 @@ double vibration_force(const Tick& tick) noexcept {
   }
   const double force = std::max(fundamental_force(tick), -std::max(tick.touch.force, 0.0));
   const double dt = static_cast<double>(tick.touch.time.dt_ns) * kSecondsPerNanosecond;
-  const double speed = std::max({std::abs(tick.touch.normal_speed), std::abs(tick.touch.hand_speed),
-                                 std::abs(motion(tick)) / dt});
+  const double along = force >= 0.0 ? 1.0 : -1.0;
+  const double speed = std::max(
+      {-along * tick.touch.normal_speed, along * tick.touch.hand_speed, along * motion(tick) / dt});
   const double reach = hand_reach(speed, tick.options.max_acceleration, std::max(dt, kMinHold));
   return draw_from_tank(force, reach, state.tank);
 }
@@ -267,9 +254,8 @@ double QuasiStaticString::reach(const StringState& state, double lambda,
   return amplitude * shape_factor(state.vibration, lambda);
 }
 
-void book_held_force(const StringConstants& string, double way, std::int64_t t_ns,
-                     StringState& state) noexcept {
-  if (rings(state) && state.tank.held_force != 0.0) book(string, way, t_ns, state);
+void book_held_force(double way, StringState& state) noexcept {
+  if (rings(state) && state.tank.held_force != 0.0) settle_tank(way, state.tank);
   state.tank.held_force = 0.0;
 }
 
@@ -285,7 +271,7 @@ StringResponse QuasiStaticString::advance(const SoundingString& sounding, const 
 
   const TouchLimits limits = touch_limits(tick);
   const bool was_pressed = state.detector.contact;
-  const TouchReport change = watch_touch(string_, limits, touch, state.detector);
+  const TouchReport change = watch_touch(limits, touch, state.detector);
   book_work(tick, was_pressed && !state.detector.contact && state.detector.slipped);
 
   if (change.began) begin_touch(tick, change.began_ns);
@@ -294,7 +280,10 @@ StringResponse QuasiStaticString::advance(const SoundingString& sounding, const 
   ring_on(tick);
   if (change.released) release(tick);
   sleep_when_quiet(tick);
-  return {vibration_force(tick), radius_growth(state)};
+  const double F_v = vibration_force(tick);
+  ReleaseDetector& detector = state.detector;
+  if (detector.contact) detector.force = std::max(detector.force, touch.force + F_v);
+  return {F_v, radius_growth(state)};
 }
 
 }  // namespace hapticd

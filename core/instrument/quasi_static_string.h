@@ -5,12 +5,12 @@
 // scalars along the touch normal. Source: Eq. 8-13 of the paper; the departures are named where
 // they are.
 //
-// Energy: a release leaves what rings with E0; a second one leaves the larger of the two, never
-// their sum. It decays by T_d, faster under a finger, and loses what F_v gives to the hand; every
-// change of level keeps it. A release fills the tank with what rings, less what the hand has drawn
-// of late unless it left the string by slipping off: so no hand, not even one that plucks the
-// string anew in every swing, ever draws more than the largest energy it was released with. RT:
-// yes; 30 ns while it rings, 70 ns while touched, 130 ns both.
+// Energy: a release leaves what rings with E0, by the largest deflection of the touch; a second one
+// leaves the larger of the two, never their sum. It decays by T_d, faster under a finger; every
+// change of level keeps it. A release fills the tank with what it takes to bend the string as far,
+// releases within 100 ms by their share of that: so no hand, not even one that plucks the string
+// anew in every swing, draws more than E0 at once and E0 per 100 ms. RT: yes; 30 ns while it rings,
+// 70 ns while touched, 130 ns both.
 #pragma once
 
 #include <algorithm>

@@ -1,12 +1,10 @@
-// Touch, arming, loss and release of one string, and the running residual of its deflection. RT:
-// yes.
+// Touch, arming, loss and release of one string. RT: yes.
 #include "core/instrument/release_detector.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/instrument/mode_series.h"
-#include "core/math/elementary.h"
 
 namespace hapticd {
 namespace {
@@ -24,40 +22,6 @@ double crossing(const StringTouch& touch, double boundary) noexcept {
 std::int64_t instant(const TickTime& time, double fraction) noexcept {
   const auto dt = static_cast<double>(time.dt_ns);
   return time.t_ns - time.dt_ns + static_cast<std::int64_t>(nearest_integer(fraction * dt));
-}
-
-/// a b - c d, never inlined: gcc 12 makes one vfmaddsub of the two halves of a complex product,
-/// whatever -ffp-contract says, and a fused product has other last bits.
-[[gnu::noinline]] double difference(double a, double b, double c, double d) noexcept {
-  return a * b - c * d;
-}
-
-/// What the residual is of.
-struct Oscillation {
-  double frequency;  ///< Hz
-  double decay;      ///< T_d, s
-};
-
-/// Turns the residual by `span` (s) and adds a deflection that changes evenly by `change` (m) over
-/// it.
-void turn_residual(const Oscillation& oscillation, double span, double change,
-                   ReleaseDetector& detector) noexcept {
-  if (span <= 0.0 && change == 0.0) return;
-  // Of half the span, whose square is the whole: the even change acts as one in its middle, times
-  // sin(x) / x.
-  const double x = kPi * oscillation.frequency * span;
-  const double half_turns = oscillation.frequency * span;
-  const double s = sin_half_turns(half_turns);
-  const double c = sin_half_turns(half_turns + 0.5);
-  const double keep = exponential(-0.5 * span / oscillation.decay);
-
-  const double cos = keep * keep * (c * c - s * s);
-  const double sin = keep * keep * (2.0 * c * s);
-  const double re = difference(cos, detector.residual_re, sin, detector.residual_im);
-  const double im = difference(cos, detector.residual_im, -sin, detector.residual_re);
-  const double push = keep * change * (x > 0.0 ? s / x : 1.0);
-  detector.residual_re = re + push * c;
-  detector.residual_im = im + push * s;
 }
 
 /// Part of the tick in which the tool presses the string, in [0, 1], and what its deflection does
@@ -78,9 +42,9 @@ bool slips(const TouchLimits& limits, const StringTouch& touch, double dt,
   return moved > speed * dt;
 }
 
-/// Follows contact and deflection through the tick, up to the residual.
-Course follow_contact(const StringConstants& string, const TouchLimits& limits,
-                      const StringTouch& touch, ReleaseDetector& detector) noexcept {
+/// Follows contact and deflection through the tick.
+Course follow_contact(const TouchLimits& limits, const StringTouch& touch,
+                      ReleaseDetector& detector) noexcept {
   const bool contact = touch.distance < 0.0;
   const double deflection = contact && limits.can_arm ? touch.deflection : 0.0;
   const double dt = static_cast<double>(touch.time.dt_ns) * kSecondsPerNanosecond;
@@ -92,19 +56,6 @@ Course follow_contact(const StringConstants& string, const TouchLimits& limits,
     course.to = crossing(touch, 0.0);
     detector.slipped = slips(limits, touch, dt, detector);
     if (detector.slipped) course.from = course.to;
-  }
-
-  if (string.frequency > 0.0) {
-    const double f = string.frequency;
-    const double before = detector.contact ? string.touch_decay : string.decay;
-    turn_residual({f, before}, course.from * dt, 0.0, detector);
-    turn_residual({f, string.touch_decay}, (course.to - course.from) * dt, course.change, detector);
-    if (lost) {
-      const double size = std::sqrt(detector.residual_re * detector.residual_re +
-                                    detector.residual_im * detector.residual_im);
-      detector.lost_amplitude = std::min(size, detector.largest_deflection);
-    }
-    turn_residual({f, string.decay}, (1.0 - course.to) * dt, 0.0, detector);
   }
 
   if (lost) detector.lost_deflection = detector.deflection;
@@ -122,8 +73,8 @@ double arming(const Course& rise, double deflection, double threshold) noexcept 
 
 }  // namespace
 
-TouchReport watch_touch(const StringConstants& string, const TouchLimits& limits,
-                        const StringTouch& touch, ReleaseDetector& detector) noexcept {
+TouchReport watch_touch(const TouchLimits& limits, const StringTouch& touch,
+                        ReleaseDetector& detector) noexcept {
   TouchReport report;
   const TickTime& time = touch.time;
   // What the tool touches: the string, or the envelope it vibrates in once the tool has been out of
@@ -148,9 +99,8 @@ TouchReport watch_touch(const StringConstants& string, const TouchLimits& limits
     report.began_ns = instant(time, crossing(touch, boundary));
   }
 
-  const Course course = follow_contact(string, limits, touch, detector);
+  const Course course = follow_contact(limits, touch, detector);
   if (detector.contact) {
-    detector.force = touch.force;
     detector.largest_force = std::max(detector.largest_force, touch.force);
     detector.largest_deflection = std::max(detector.largest_deflection, detector.deflection);
   }

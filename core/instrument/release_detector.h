@@ -1,13 +1,10 @@
-// When a string is touched, armed and let go, and what a release leaves ringing. With hysteresis: a
-// touch arms above a deflection and ends beyond a gap, so that noise neither plucks nor flickers.
-// The amplitude left is A = |integral delta'(t) exp(i omega t) dt| of the deflection, linear
-// between ticks: an even unloading over tau leaves delta |sin(x) / x|, x = pi f tau, so a slow lift
-// is silent. While a finger touches, what was left before is forgotten with the decay in touch.
+// When a string is touched, armed and let go. With hysteresis: a touch arms above a deflection and
+// ends beyond a gap, so that noise neither plucks nor flickers. What a release leaves ringing is
+// the largest deflection of its touch, however slowly the hand has lifted (r_max of the paper's Eq.
+// 9).
 //
 // Where in a tick: contact begins and ends where the distance, linear between its samples, crosses
-// zero; delta rises from there and falls until there. Deviation: if the hand cannot have moved that
-// far by itself, the string slipped off, and delta falls at once at that instant: an unloading over
-// a tick of 1 ms would damp the pluck by 29 % at 440 Hz. SI. RT: yes, 60 ns while touched.
+// zero; delta rises from there. SI. RT: yes, 20 ns while touched.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +26,7 @@ struct ReleaseDetector {
   bool outside = true;
   bool slipped = false;             ///< the last loss of contact was faster than the hand
   double deflection = 0.0;          ///< in the last tick, m
-  double force = 0.0;               ///< the last contact force, N
+  double force = 0.0;               ///< largest |F_d| of the touch, N
   double normal_speed = 0.0;        ///< tool against string in the tick of the loss, m/s
   double tangential_speed = 0.0;    ///< likewise
   double lambda = 0.5;              ///< place of the last contact, as the touch has it
@@ -37,13 +34,9 @@ struct ReleaseDetector {
   double largest_force = 0.0;       ///< of the touch, N
   double largest_deflection = 0.0;  ///< of the touch, m
   double lost_deflection = 0.0;     ///< before the last loss of contact, m
-  double lost_amplitude = 0.0;      ///< A at the last loss, at most largest_deflection, m
   std::int64_t lost_ns = 0;         ///< instant of the last loss
-  /// integral delta'(s) exp((i omega + 1/T_d) (s - t)) ds, up to the last tick, m.
-  double residual_re = 0.0;
-  double residual_im = 0.0;
-  bool sounded = false;         ///< a release has sounded, at sounded_ns
-  std::int64_t sounded_ns = 0;  ///< begins the refractory time
+  bool sounded = false;             ///< a release has sounded, at sounded_ns
+  std::int64_t sounded_ns = 0;      ///< begins the refractory time
 };
 
 /// What changed in a tick, with the instants.
@@ -66,8 +59,8 @@ struct TouchLimits {
 };
 
 /// One tick. touch.time.dt_ns > 0.
-HD_REALTIME TouchReport watch_touch(const StringConstants& string, const TouchLimits& limits,
-                                    const StringTouch& touch, ReleaseDetector& detector) noexcept;
+HD_REALTIME TouchReport watch_touch(const TouchLimits& limits, const StringTouch& touch,
+                                    ReleaseDetector& detector) noexcept;
 
 /// True if a release at t_ns comes too soon after one that sounded to sound again.
 [[nodiscard]] HD_REALTIME bool refractory(const ReleaseOptions& options,

@@ -9,19 +9,18 @@
 
 namespace hapticd {
 
-HD_VISIT_FIELDS(EnergyTank, energy, held_force)
+HD_VISIT_FIELDS(EnergyTank, full, energy, held_force)
 HD_VISIT_FIELDS(Vibration, energy, amplitude, released_energy, lambda, decay, phase, t_ns,
                 anchor_energy, anchor_ns)
 HD_VISIT_FIELDS(ReleaseDetector, touching, inside, contact, armed, outside, slipped, deflection,
                 force, normal_speed, tangential_speed, lambda, withdrawal, largest_force,
-                largest_deflection, lost_deflection, lost_amplitude, lost_ns, residual_re,
-                residual_im, sounded, sounded_ns)
+                largest_deflection, lost_deflection, lost_ns, sounded, sounded_ns)
 
 template <FieldsOf<StringState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [level, detector, vibration, tank, drawn, drawn_ns] = state;
+  auto& [level, detector, vibration, tank, granted_ns] = state;
   visit.bounded(level, 0, static_cast<int>(StringPhase::kFundamental));
-  visit(detector, vibration, tank, drawn, drawn_ns);
+  visit(detector, vibration, tank, granted_ns);
 }
 
 HD_VISIT_FIELDS(Transverse, y, z)
@@ -37,8 +36,8 @@ HD_VISIT_FIELDS(WaveGrip, touching, armed, began_ns, felt_ns, pressed_ns, energy
                 share, deflection, largest_force, normal_speed, tangential_speed)
 HD_VISIT_FIELDS(WaveTank, energy, beyond, law, stored)
 HD_VISIT_FIELDS(ToldEnvelope, t_ns, amplitude, decay)
-HD_VISIT_FIELDS(ToldSounding, sounds, t_ns, looked_ns, number, from, to, frequency, cents_per_s,
-                onset, heard_frequency, amplitude, decay, heard)
+HD_VISIT_FIELDS(ToldSounding, sounds, t_ns, looked_ns, number, from, to, place, frequency,
+                cents_per_s, onset, heard_frequency, amplitude, decay, heard)
 
 template <FieldsOf<StringContactPath> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {

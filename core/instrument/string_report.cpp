@@ -26,11 +26,10 @@ StringEvent* append(const StringReport& report, StringEventKind kind, std::int64
   return event;
 }
 
-double tone_level(const StringConstants& string, const ToneOptions& options, double lambda,
+double tone_level(const ToneOptions& options, const ReleaseDetector& detector,
                   double amplitude) noexcept {
-  const double level = options.level == ToneLevel::kForce
-                           ? deflection_force(string, lambda, amplitude) / options.reference_force
-                           : amplitude / options.reference_amplitude;
+  const double level = options.level == ToneLevel::kForce ? detector.force / options.reference_force
+                                                          : amplitude / options.reference_amplitude;
   return std::clamp(options.gain * level, 0.0, 1.0);
 }
 
@@ -76,7 +75,7 @@ void report_tone(const StringReport& report, double amplitude) noexcept {
   event->normal_speed = detector.normal_speed;
   event->tangential_speed = detector.tangential_speed;
   event->amplitude = amplitude;
-  event->level = tone_level(string, options.tones, detector.lambda, amplitude);
+  event->level = tone_level(options.tones, detector, amplitude);
   event->frequency = string.frequency;
   event->decay = string.decay;
   if (options.pitch_glide) {

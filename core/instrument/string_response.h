@@ -20,8 +20,7 @@ struct StringState {
   ReleaseDetector detector;
   Vibration vibration;  ///< of the fundamental
   EnergyTank tank;
-  double drawn = 0.0;         ///< what the hand has drawn from the vibration of late, J
-  std::int64_t drawn_ns = 0;  ///< when it last did
+  std::int64_t granted_ns = 0;  ///< when a release last filled the tank; 0: none has
 };
 
 /// A string with all it takes to sound.
@@ -47,7 +46,6 @@ struct StringResponse {
 
 /// Books what the force held so far has done over `way` (m, of the hand along the normal) and holds
 /// none any more: before another tool plays the string.
-HD_REALTIME void book_held_force(const StringConstants& string, double way, std::int64_t t_ns,
-                                 StringState& state) noexcept;
+HD_REALTIME void book_held_force(double way, StringState& state) noexcept;
 
 }  // namespace hapticd

@@ -23,6 +23,8 @@ constexpr double kPitchError = 2.0 / 1731.2340490667561;
 constexpr double kLevelError = 0.11512925464970229;
 constexpr double kPartialError = 0.34538776394910684;
 constexpr double kHeardShare = 0.1;
+/// Loudness of a string that is touched is a mean over this time, s.
+constexpr double kMeanOver = 0.02;
 /// Decays that are told, s.
 constexpr double kMinDecay = 2e-3;
 constexpr double kMaxDecay = 1000.0;
@@ -127,6 +129,7 @@ void tell(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause
   }
   told.from = part.from;
   told.to = part.to;
+  told.place = 0.5 * (part.from + part.to);
   told.frequency = part.frequency;
   told.t_ns = t_ns;
   told.sounds = part.amplitude > 0.0;
@@ -149,6 +152,22 @@ bool is_being_bent(const WaveState& state) noexcept {
     if (contact.near && contact.path.touched > 0 && state.grips[k].share < kStopShare) return true;
   }
   return false;
+}
+
+/// The mean of its squares over some 20 ms: two parts that a soft finger couples beat. What has
+/// grown twice as loud is so at once.
+void smooth(const ToldSounding& told, std::int64_t t_ns, SoundingPart& part) noexcept {
+  const double share = std::min(1.0, seconds(t_ns - told.looked_ns) / kMeanOver);
+  for (std::size_t j = 0; j < kMaxPartials; ++j) {
+    const double before = told.heard[j];
+    const double now = part.partials[j];
+    if (!(before > 0.0) || now > 2.0 * before) continue;
+    part.partials[j] = std::sqrt(before * before + share * (now * now - before * before));
+  }
+}
+
+bool is_told_part(const SoundingPart& part, const ToldSounding& told) noexcept {
+  return std::abs(part.from - told.from) + std::abs(part.to - told.to) <= 0.02;
 }
 
 void keep(const SoundingPart& part, std::int64_t t_ns, ToldSounding& told) noexcept {
@@ -175,19 +194,19 @@ void watch_sounding(const WatchedWave& wave, std::int64_t t_ns, bool steady,
   const std::int64_t pause = t_ns - told.looked_ns;
   if (pause < kLookEvery_ns || (steady && told.sounds && pause < 5 * kTellEvery_ns)) return;
   if (is_being_bent(state)) return;
-  const SoundingPart part = sounding_part(state, wave.table);
+  SoundingPart part = sounding_part(state, wave.table);
   if (!told.sounds) {
     if (part.amplitude > kLeastOnset) tell(wave, part, SoundingCause::kOnset, t_ns, events);
     keep(part, t_ns, told);
     return;
   }
   if (t_ns - told.t_ns < kTellEvery_ns) return;
+  if (!steady && is_told_part(part, told)) smooth(told, t_ns, part);
   const double silence = kSilence * told.onset;
   const SoundingPart believed = reckoned(told, t_ns);
   if (part.amplitude < silence) {
     end_sounding(wave, t_ns, events);
-  } else if (std::abs(part.from - told.from) + std::abs(part.to - told.to) > 0.02 ||
-             pitch_errs(part, believed)) {
+  } else if (!is_told_part(part, told) || pitch_errs(part, believed)) {
     tell(wave, part, SoundingCause::kGlide, t_ns, events);
   } else if (level_errs(part, believed, silence)) {
     const bool louder = loudness(part.partials) > loudness(believed.partials);

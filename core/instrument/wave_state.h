@@ -51,6 +51,7 @@ struct ToldSounding {
   std::uint32_t number = 0;    ///< of the message
   double from = 0.0;           ///< part of the string, [0, 1]
   double to = 1.0;
+  double place = 0.0;      ///< within the part that clients hear, or are to hear
   double frequency = 0.0;  ///< Hz
   double cents_per_s = 0.0;
   double onset = 0.0;                            ///< amplitude of the loudest so far, m

@@ -13,6 +13,8 @@ namespace {
 
 /// Places along a part at which its shape is looked at.
 constexpr int kPlaces = 48;
+/// Of loudness: 20 dB.
+constexpr double kStays = 100.0;
 /// Parts shorter than this share of the string do not sound.
 constexpr double kMinPart = 0.02;
 
@@ -142,9 +144,10 @@ SoundingPart sounding_part(const WaveState& state, const WaveTable& table) noexc
         std::sqrt((1.0 + tuning.inharmonicity / (length * length)) / (1.0 + tuning.inharmonicity));
     // Its energy, but for what all parts have in common.
     double loudness = part.amplitude * part.amplitude / length;
-    // Clients stay with the part that they were told of until another is twice as loud.
-    const double told = 0.5 * (state.sounding.from + state.sounding.to);
-    if (state.sounding.sounds && part.from < told && told < part.to) loudness *= 4.0;
+    // Clients stay with the part that was plucked, or that they were told of, until another is 20
+    // dB louder.
+    const double place = state.sounding.place;
+    if (part.from < place && place < part.to) loudness *= kStays;
     if (loudness <= most) continue;
     most = loudness;
     loudest = part;

@@ -23,7 +23,8 @@ struct SoundingPart {
   std::array<double, kMaxPartials> phases{};
 };
 
-/// The part that sounds loudest. A tool that has borne force nine tenths of the last time is a
+/// The part that sounds: the one with state.sounding.place in it, unless another is 20 dB louder. A
+/// tool that has borne force nine tenths of the last time is a
 /// stop. 1 us without a stop, 10 us with one.
 [[nodiscard]] HD_REALTIME SoundingPart sounding_part(const WaveState& state,
                                                      const WaveTable& table) noexcept;

@@ -87,10 +87,8 @@ void StringPlayers::play_string(std::int32_t string, const StringProximity& near
 
   // A force held over a tick without a sample may not attract either.
   const double vibration_force = std::max(response.vibration_force, -near.touch.force);
-  const Vector3 f = vibration_force * near.nhat_W;
-  Wrench& F_H_W = play.rendered.F_computed_H_W;
-  F_H_W.f += f;
-  F_H_W.t += (near.p_WC - play.rendered.X_WG.p).cross(f);
+  // Eq. 8 and 9 are of a force: the torque is that of the coupling alone.
+  play.rendered.F_computed_H_W.f += vibration_force * near.nhat_W;
 
   const StringState& state = track.state;
   if (!awake(state)) return;
@@ -175,8 +173,7 @@ void StringPlayers::hand_over(std::int32_t string, std::int32_t player,
                               const StringProximity& near) noexcept {
   const auto s = static_cast<std::size_t>(string);
   PlayedString& track = memory_.tracks[s];
-  book_held_force(memory_.tools[static_cast<std::size_t>(track.player)].scene.strings[s],
-                  near.touch.way.value_or(0.0), track.state.vibration.t_ns, track.state);
+  book_held_force(near.touch.way.value_or(0.0), track.state);
   ToolStringState& before = visit(static_cast<std::size_t>(track.player), string);
   ToolStringState& after = visit(static_cast<std::size_t>(player), string);
   const ReleaseDetector last = track.state.detector;

@@ -166,7 +166,7 @@ StringProximity proximity_to(const ToolPlay& play, const ToolStringState& visit,
     near.u_W = whole_deflection(play, felt);
   }
 
-  touch.way = visit.nhat_W.dot(play.way.hand.dp + play.way.hand.dtheta.cross(visit.p_GC_W));
+  touch.way = visit.nhat_W.dot(play.way.hand.dp);
   touch.hand_speed = near.nhat_W.dot(point_velocity(tick.V_WH, near.p_WC - tick.X_WG.p));
   find_speeds(play, visit, string, near);
   return near;

@@ -46,11 +46,12 @@ void PrintedVibration::advance(const StringConstants& string, double delta, doub
     const double share = lambda_ * (1.0 - lambda_);
     const bool bends = string.length > 0.0 && share > 0.0;
     k_v_ = bends ? string.tension / (string.length * share) : 0.0;
-    tank_ = EnergyTank{energy(string), 0.0};
+    tank_ = EnergyTank{energy(string), energy(string), 0.0};
     delta_max_ = 0.0;
   }
   touched_ = touches;
-  tank_.energy = std::min(tank_.energy, energy(string));
+  tank_.full = energy(string);
+  tank_.energy = std::min(tank_.energy, tank_.full);
   if (!touches) tank_.held_force = 0.0;
 }
 
@@ -68,7 +69,7 @@ double PrintedVibration::force(const StringConstants& string,
   const double omega = 2.0 * kPi * string.frequency;
   const double wanted = k_v_ * radius(string) * std::sin(omega * since_s_);
   if (!options.tank || !(dt_s > 0.0)) return wanted;
-  settle_tank(moved, energy(string), tank_);
+  settle_tank(moved, tank_);
   return draw_from_tank(wanted, hand_reach(moved / dt_s, kMaxAcceleration, dt_s), tank_);
 }
 

@@ -15,6 +15,8 @@ class RecordedVoice {
   void start(const Strike& strike) noexcept;
   /// The next frame; 0 beyond the end.
   [[nodiscard]] double next() noexcept;
+  /// Its pitch goes there from now on.
+  void follow(const Bend& bend) noexcept { glide_.follow(bend); }
   /// The recording is over.
   [[nodiscard]] bool over() const noexcept {
     return place_ >= static_cast<double>(recorded_.frames);

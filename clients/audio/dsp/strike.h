@@ -68,10 +68,14 @@ struct Strike {
   RecordedTone recorded;
 };
 
-/// A finger touches a string that sounds, or lets go of it again.
-struct Damping {
+/// What becomes of a string that sounds.
+struct Change {
   std::int32_t string = 0;
   double keep = 1.0;  ///< factor per frame, beyond the tone's own decay; 1: it rings freely
+  bool bends =
+      false;  ///< its pitch goes along `bend`, and its loudness by `gain` within its approach
+  Bend bend;
+  double gain = 1.0;
 };
 
 static_assert(std::is_trivially_copyable_v<Strike>, "it crosses a thread");

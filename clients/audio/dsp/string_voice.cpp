@@ -2,16 +2,19 @@
 #include "clients/audio/dsp/string_voice.h"
 
 #include <algorithm>
-#include <bit>
 
 namespace hapticd::audio {
+namespace {
+
+/// Of the line, as a ring.
+constexpr std::uint32_t kMask = 8191;
+
+}  // namespace
 
 void StringVoice::start(const Strike& strike) noexcept {
   loop_ = strike.loop;
   glide_ = strike.glide;
-  const auto longest = static_cast<std::uint32_t>(std::min(loop_.period, kMaxPeriod)) + kTaps;
-  mask_ = std::bit_ceil(longest) - 1;
-  std::fill_n(line_.begin(), mask_ + 1, 0.0);
+  line_.fill(0.0);
   section_in_.fill(0.0);
   section_out_.fill(0.0);
   loss_ = 0.0;
@@ -37,7 +40,7 @@ void StringVoice::start(const Strike& strike) noexcept {
 }
 
 double StringVoice::delay_of(double ratio) const noexcept {
-  return std::max(loop_.period / ratio - loop_.filter_delay, kMinDelay);
+  return std::clamp(loop_.period / ratio - loop_.filter_delay, kMinDelay, kMaxPeriod);
 }
 
 void StringVoice::set_delay(double delay) noexcept {
@@ -50,7 +53,7 @@ void StringVoice::follow_glide() noexcept {
   if (now_ % kGlideStep == 0) {
     if (!glide_.active()) {
       delay_step_ = 0.0;
-      set_delay(delay_of(1.0));
+      set_delay(delay_of(glide_.ratio()));
       return;
     }
     glide_.advance();
@@ -73,7 +76,7 @@ double StringVoice::excite() noexcept {
 double StringVoice::delayed() const noexcept {
   const std::uint32_t first = now_ - whole_ - kTapsBefore;
   double sum = 0.0;
-  for (std::uint32_t k = 0; k < kTaps; ++k) sum += weights_[k] * line_[(first + k) & mask_];
+  for (std::uint32_t k = 0; k < kTaps; ++k) sum += weights_[k] * line_[(first + k) & kMask];
   return sum;
 }
 
@@ -88,7 +91,7 @@ double StringVoice::next() noexcept {
   }
   loss_ = loop_.loss_gain * signal - loop_.loss_pole * loss_;
   const double out = now_ < excitation_frames_ ? loss_ + excite() : loss_;
-  line_[now_ & mask_] = out;
+  line_[now_ & kMask] = out;
   ++now_;
   return out;
 }

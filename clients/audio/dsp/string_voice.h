@@ -23,6 +23,8 @@ class StringVoice {
   void start(const Strike& strike) noexcept;
   /// The next frame.
   [[nodiscard]] double next() noexcept;
+  /// Its pitch goes there from now on, as far as the line is long and short enough.
+  void follow(const Bend& bend) noexcept { glide_.follow(bend); }
 
  private:
   static constexpr std::uint32_t kLine = 8192;
@@ -37,9 +39,8 @@ class StringVoice {
   StringLoop loop_;
   Glide glide_;
   std::array<double, kLine> line_{};
-  std::uint32_t mask_ = 0;  ///< of the part of the line in use
-  std::uint32_t now_ = 0;   ///< frames since the start
-  double delay_ = 0.0;      ///< of the line, frames
+  std::uint32_t now_ = 0;  ///< frames since the start
+  double delay_ = 0.0;     ///< of the line, frames
   double delay_step_ = 0.0;
   std::uint32_t whole_ = 0;
   std::array<double, kTaps> weights_{};

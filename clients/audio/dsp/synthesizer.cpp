@@ -40,6 +40,8 @@ void Synthesizer::start(const Strike& strike) noexcept {
   voice.string = strike.string;
   voice.gain = strike.gain;
   voice.keep = 1.0;
+  voice.share = 1.0;
+  voice.ramps = 0;
   voice.left = strike.frames;
   if (voice.recorded) {
     voice.recording.start(strike);
@@ -48,15 +50,28 @@ void Synthesizer::start(const Strike& strike) noexcept {
   }
 }
 
-void Synthesizer::damp(const Damping& damping) noexcept {
+void Synthesizer::change(const Change& change) noexcept {
   for (Voice& voice : voices_) {
-    if (voice.used && voice.string == damping.string) voice.keep = damping.keep;
+    if (!voice.used || voice.string != change.string) continue;
+    voice.keep = change.keep;
+    if (!change.bends) continue;
+    if (voice.recorded) {
+      voice.recording.follow(change.bend);
+    } else {
+      voice.computed.follow(change.bend);
+    }
+    voice.ramps = change.bend.approach * kGlideStep;
+    voice.ramp = voice.share * (change.gain - 1.0) / voice.ramps;
   }
 }
 
 double Synthesizer::next(Voice& voice) noexcept {
   const double frame = voice.recorded ? voice.recording.next() : voice.computed.next();
-  const double out = voice.gain * frame;
+  if (voice.ramps > 0) {
+    voice.share += voice.ramp;
+    --voice.ramps;
+  }
+  const double out = voice.gain * voice.share * frame;
   voice.gain *= voice.keep;
   --voice.left;
   if (voice.left <= 0 || voice.gain < kInaudible || (voice.recorded && voice.recording.over())) {

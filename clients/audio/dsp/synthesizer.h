@@ -26,8 +26,9 @@ class Synthesizer {
 
   /// A tone begins with the next frame; an older one of the same string is choked.
   void start(const Strike& strike) noexcept;
-  /// From the next frame on a string is damped, or rings freely again.
-  void damp(const Damping& damping) noexcept;
+  /// From the next frame on a string is damped, or rings freely again; and its pitch goes
+  /// elsewhere.
+  void change(const Change& change) noexcept;
   /// The next frames, each a number within [-1, 1].
   void render(std::span<float> out) noexcept;
 
@@ -47,6 +48,9 @@ class Synthesizer {
     std::int32_t string = 0;  ///< kNoString: choked
     double gain = 0.0;        ///< with what damping has left
     double keep = 1.0;        ///< factor on gain per frame
+    double ramp = 0.0;        ///< added to `share` per frame
+    double share = 1.0;       ///< of the loudness it would have by its gain
+    std::int32_t ramps = 0;   ///< frames more that it is added
     std::int64_t left = 0;    ///< frames
     StringVoice computed;
     RecordedVoice recording;

@@ -33,9 +33,9 @@ void Timeline::add(const Order& order) noexcept {
 
 void Timeline::play(const Order& order, std::int64_t late_frames, double ns_per_frame,
                     std::int32_t offset, MidiEvents& notes) noexcept {
-  if (order.kind == Order::Kind::kDamp) {
-    synthesizer_.damp(order.damping);
-    if (order.damping.keep < 1.0) notes_.end(order.damping.string, offset, notes);
+  if (order.kind == Order::Kind::kChange) {
+    synthesizer_.change(order.change);
+    if (order.change.keep < 1.0) notes_.end(order.change.string, offset, notes);
     return;
   }
   synthesizer_.start(order.strike);

@@ -18,11 +18,11 @@ namespace hapticd::audio {
 
 /// Something to be done at an instant.
 struct Order {
-  enum class Kind : std::uint8_t { kStrike, kDamp };
+  enum class Kind : std::uint8_t { kStrike, kChange };
   std::int64_t due_ns = 0;
   Kind kind = Kind::kStrike;
-  Damping damping;  ///< kDamp
-  Strike strike;    ///< kStrike
+  Change change;  ///< kChange
+  Strike strike;  ///< kStrike
 };
 
 /// The relation of the output's frames to the clock of due_ns.

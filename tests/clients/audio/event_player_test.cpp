@@ -46,9 +46,7 @@ v1::Item radius(std::uint32_t string, v1::StringRadiusPhase phase, float r_max_m
 }
 
 /// Decay time that an order adds to the tone's own, s; infinite when it rings freely.
-double added_decay_s(const Order& order) {
-  return -1.0 / (std::log(order.damping.keep) * kRate_hz);
-}
+double added_decay_s(const Order& order) { return -1.0 / (std::log(order.change.keep) * kRate_hz); }
 
 }  // namespace
 
@@ -69,7 +67,7 @@ TEST_CASE("a finger on a ringing string adds what is missing to the decay that t
   kept.player.play(tone(0), 0);
   kept.player.play(radius(0, v1::STRING_RADIUS_PHASE_DAMP, 1e-3F, 0.03F), 1000);
   REQUIRE_EQ(kept.orders.size(), 2);
-  CHECK(kept.orders[1].kind == Order::Kind::kDamp);
+  CHECK(kept.orders[1].kind == Order::Kind::kChange);
   CHECK_EQ(kept.orders[1].due_ns, 1000);
   CHECK(added_decay_s(kept.orders[1]) == doctest::Approx(1.0 / (1.0 / 0.03 - 1.0 / 0.5)));
 }
@@ -80,8 +78,8 @@ TEST_CASE("a finger that leaves, and a touch that does not damp, let the string 
   kept.player.play(radius(0, v1::STRING_RADIUS_PHASE_RELEASE, 1e-3F, 0.5F), 1000);
   kept.player.play(radius(0, v1::STRING_RADIUS_PHASE_DAMP, 1e-3F, 0.5F), 2000);
   REQUIRE_EQ(kept.orders.size(), 3);
-  CHECK_EQ(kept.orders[1].damping.keep, 1.0);
-  CHECK_EQ(kept.orders[2].damping.keep, 1.0);
+  CHECK_EQ(kept.orders[1].change.keep, 1.0);
+  CHECK_EQ(kept.orders[2].change.keep, 1.0);
 }
 
 TEST_CASE("a string pressed or made still while its tone rings on is damped all the same") {

@@ -37,8 +37,9 @@ Order strike_at(std::int64_t due_ns, int string = 0, double frequency_hz = 98.0)
 Order damp_at(std::int64_t due_ns, double decay_s, int string = 0) {
   Order order;
   order.due_ns = due_ns;
-  order.kind = Order::Kind::kDamp;
-  order.damping = {string, keep_per_frame(decay_s, kRate_hz)};
+  order.kind = Order::Kind::kChange;
+  order.change.string = string;
+  order.change.keep = keep_per_frame(decay_s, kRate_hz);
   return order;
 }
 
@@ -156,7 +157,7 @@ TEST_CASE("a finger damps a string with the decay it was told, and leaving it le
   const std::int64_t touch = 24000;
   const std::int64_t leave = 26400;
   Order free = damp_at(ns_of_frame(leave), 1.0);
-  free.damping.keep = 1.0;
+  free.change.keep = 1.0;
   const auto alone = rendered({strike_at(0)}, 48000);
   const auto damped = rendered({strike_at(0), damp_at(ns_of_frame(touch), 0.03), free}, 48000);
   for (std::size_t i = 0; i < 48000; i += 7) {

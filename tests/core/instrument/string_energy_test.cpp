@@ -42,7 +42,8 @@ StringHand plucked_string(double frequency, double max_acceleration, double touc
 }
 
 /// Largest work that F_v ever did on the adversary's hand, over the largest energy that the string
-/// was released with so far: the adversary may pluck it anew in every swing.
+/// was released with so far, at once and once more per 100 ms: the adversary may pluck it anew in
+/// every swing.
 double most_drawn(StringHand hand, const Adversary& adversary, int ticks) {
   double drawn = 0.0;
   double most = 0.0;
@@ -52,7 +53,7 @@ double most_drawn(StringHand hand, const Adversary& adversary, int ticks) {
     const double held = hand.response.vibration_force;
     move_to(hand, adversary.distance(static_cast<double>(k) * 1e-3));
     drawn += held * (hand.distance - before);
-    most = std::max(most, drawn / released);
+    most = std::max(most, drawn / (released * (1.0 + static_cast<double>(k) / 100.0)));
     released = std::max(released, hand.state.vibration.released_energy);
   }
   return most;
@@ -107,8 +108,9 @@ double worst_share() {
   return worst;
 }
 
-TEST_CASE("no hand that swings with the fundamental gets more than 1.001 E0 out of it") {
-  CHECK(worst_share() <= 1.001);
+TEST_CASE(
+    "no hand that swings with the fundamental gets more than E0 and E0 per 100 ms out of it") {
+  CHECK(worst_share() <= 1.0);
 }
 
 TEST_CASE("without a tank such a hand gets many times E0") {
@@ -146,29 +148,31 @@ TEST_CASE("static and vibration force together never attract, and all stays fini
       REQUIRE(std::isfinite(force));
       REQUIRE(std::isfinite(hand.state.vibration.energy));
       REQUIRE(hand.touch.force + force >= 0.0);
-      REQUIRE(hand.state.tank.energy <= hand.state.vibration.energy);
+      REQUIRE(hand.state.tank.energy <= hand.state.tank.full);
       ticks_with_force += force != 0.0 ? 1 : 0;
     }
   }
   CHECK(ticks_with_force > runs);
 }
 
-TEST_CASE("what the force has given is gone from the vibration") {
+TEST_CASE("the vibration follows Eq. 9 whatever it gives, and the tank has what it has not given") {
   StringHand hand = plucked_string(98.0, 500.0);
   hand.string.touch_decay = 1e12;
   hand.string.decay = 1e12;
-  double given = 0.0;
-  double start = 0.0;
+  double most = 0.0;
+  double left = hand.state.tank.full;
+  const double full = left;
+  const double start = hand.state.vibration.energy;
   for (int k = 0; k < 300; ++k) {
     const double before = hand.distance;
     const double held = hand.response.vibration_force;
     move_to(hand, -3e-3 - 1e-3 * std::sin(kTurn * 98.0 * k * 1e-3));
-    if (k == 0) start = hand.state.vibration.energy;
-    given += std::max(held * (hand.distance - before), 0.0);
-    if (hand.state.level == StringPhase::kStatic) break;
-    CHECK(std::abs(hand.state.vibration.energy - (start - given)) < 1e-12 * start);
+    left = std::min(left - held * (hand.distance - before), full);
+    most = std::max(most, full - left);
+    CHECK(hand.state.vibration.energy == doctest::Approx(start).epsilon(1e-9));
+    CHECK(hand.state.tank.energy == doctest::Approx(left).epsilon(1e-6));
   }
-  CHECK(given > 0.5 * start);
+  CHECK(most > 0.1 * full);
 }
 
 TEST_CASE("the jump of a distance, as the tool slips off, pays nothing into the tank") {
@@ -196,36 +200,22 @@ TEST_CASE("as a ringing string falls still under a finger, the static force alon
   CHECK(std::abs(hand.response.vibration_force) < 5e-3);
 }
 
-TEST_CASE("a string that is let go gives back what it rings with, less what was drawn of late") {
+TEST_CASE("a release fills the tank with what bends the string, by its share of 100 ms") {
   StringHand hand;
   hand.string = sounding_string(98.0);
   const auto pluck_by_withdrawing = [&] {
     glide_to(hand, -5e-3, 40);
+    const double deflection = hand.touch.deflection;
     glide_to(hand, 3e-3, 4);
+    return 0.5 * vibration_stiffness(hand.string, 0.5) * deflection * deflection;
   };
+  const double full = pluck_by_withdrawing();
+  CHECK(hand.state.tank.energy == doctest::Approx(full).epsilon(1e-9));
+  hand.state.tank.energy = 0.0;
   pluck_by_withdrawing();
-  CHECK(hand.state.vibration.energy > 0.0);
-  CHECK(hand.state.tank.energy == hand.state.vibration.energy);
-
-  // A hand in time with the string, at the phase at which it draws.
-  const StringHand plucked = hand;
-  for (double phase = 0.0; phase < 1.0 && !(hand.state.drawn > 0.0); phase += 0.125) {
-    hand = plucked;
-    for (int k = 0; k < 15; ++k) {
-      move_to(hand, -2e-3 - 1e-3 * std::sin(kTurn * (98.0 * k * 1e-3 + phase)));
-    }
-  }
-  REQUIRE(hand.state.drawn > 0.0);
-  pluck_by_withdrawing();
-  CHECK(hand.state.drawn > 0.0);
-  CHECK(hand.state.tank.energy ==
-        doctest::Approx(hand.state.vibration.energy - hand.state.drawn).epsilon(1e-3));
-
-  // Forgotten after T_d; and when it sleeps there is nothing to draw while it is pressed again.
-  while (awake(hand.state)) move_to(hand, hand.distance);
-  pluck_by_withdrawing();
-  CHECK(hand.state.drawn == 0.0);
-  CHECK(hand.state.tank.energy == hand.state.vibration.energy);
+  // 44 ms later; what the press gave back is in it too.
+  CHECK(hand.state.tank.energy > 0.3 * full);
+  CHECK(hand.state.tank.energy <= full * (1.0 + 1e-9));
 }
 
 }  // namespace

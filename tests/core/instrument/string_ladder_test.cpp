@@ -53,7 +53,7 @@ TEST_CASE("a released string rings with pi^2 T delta^2 / (4 L), and sleeps when 
   CHECK(hand.state.level == StringPhase::kFundamental);
   const double E0 = kPi2 * kPi2 / 4.0 * 30.0 * delta * delta / (4.0 * 1.1);
   CHECK(hand.state.vibration.released_energy == doctest::Approx(E0).epsilon(1e-6));
-  CHECK(hand.state.tank.energy == hand.state.vibration.energy);
+  CHECK(hand.state.tank.energy == hand.state.tank.full);
   CHECK(envelope(hand.string, hand.state, 0.5, hand.touch.time.t_ns) ==
         doctest::Approx(delta).epsilon(1e-3));
   glide_to(hand, 0.1, 50);
