@@ -107,30 +107,30 @@ void leave(const Tick& tick, std::int64_t t_ns) noexcept {
                         {ringing_amplitude(state), tick.string.decay, state.vibration.t_ns});
 }
 
-/// What the tank gets at a release that may give `full` (J): Eq. 9 says what rings, though a hand
-/// that lets the string rise by its own motion has got that back already, as static force. So a
-/// hand that plucks in time with the string would be driven, were there not a bound on how often.
-double grant(const Tick& tick, double full) noexcept {
+/// Fills the tank at a release with what it takes to bend the string as far as it rings: Eq. 9 says
+/// what is felt, though a hand that lets the string rise by its own motion has got that back
+/// already, as static force. So a hand that plucks in time with the string would be driven, were
+/// there not a bound on how often.
+void fill_tank(const Tick& tick) noexcept {
   StringState& state = tick.state;
-  const double since =
-      static_cast<double>(tick.touch.time.t_ns - state.granted_ns) * kSecondsPerNanosecond;
+  const std::int64_t t_ns = tick.touch.time.t_ns;
+  const double since = static_cast<double>(t_ns - state.granted_ns) * kSecondsPerNanosecond;
   const double share = state.granted_ns == 0 ? 1.0 : std::min(1.0, since / kGrantTime);
-  state.granted_ns = tick.touch.time.t_ns;
-  return share * full;
+  state.granted_ns = t_ns;
+  const ReleaseDetector& detector = state.detector;
+  const double swing = std::max(detector.largest_deflection, state.vibration.amplitude);
+  EnergyTank& tank = state.tank;
+  tank.full = 0.5 * vibration_stiffness(tick.string, detector.lambda) * swing * swing;
+  tank.energy = std::min(tank.energy + share * tank.full, tank.full);
 }
 
-/// The string rings again with `energy` (J) from the loss on, up to the end of the tick. It may
-/// give what it takes to bend it as far.
+/// The string rings again with `energy` (J) from the loss on, up to the end of the tick.
 void start_ringing(const Tick& tick, double energy) noexcept {
   StringState& state = tick.state;
   const ReleaseDetector& detector = state.detector;
   state.vibration = start_vibration(tick.string, energy, detector.lambda, detector.lost_ns);
   state.level = StringPhase::kFundamental;
   advance_fundamental(tick, tick.touch.time.t_ns);
-  EnergyTank& tank = state.tank;
-  tank.full = 0.5 * vibration_stiffness(tick.string, detector.lambda) *
-              detector.largest_deflection * detector.largest_deflection;
-  tank.energy = std::min(tank.energy + grant(tick, tank.full), tank.full);
 }
 
 /// An armed touch has ended. Of two energies the larger stays, never their sum.
@@ -148,6 +148,7 @@ void release(const Tick& tick) noexcept {
     } else if (rings(state)) {
       state.vibration.released_energy = state.vibration.energy;
     }
+    if (rings(state)) fill_tank(tick);
   }
   if (!rings(state)) state.level = StringPhase::kAsleep;
 

@@ -52,12 +52,13 @@ struct ToolPlay {
 
 /// A tool's view of a string, from tick to tick.
 struct ToolStringState {
-  double distance = 1.0;       ///< StringTouch::distance of the last tick, m; 1: not near
-  Vector3 u_W{0.0, 0.0, 0.0};  ///< deflection, m
-  Vector3 v_W{0.0, 0.0, 0.0};  ///< its rate over the last tick, m/s
-  /// Where its vibration has pushed the tool since: the normal, and the place from G, m.
-  Vector3 nhat_W{0.0, 0.0, 0.0};
+  double distance = 1.0;          ///< StringTouch::distance of the last tick, m; 1: not near
+  Vector3 u_W{0.0, 0.0, 0.0};     ///< deflection, m
+  Vector3 v_W{0.0, 0.0, 0.0};     ///< its rate over the last tick, m/s
+  Vector3 nhat_W{0.0, 0.0, 0.0};  ///< along which its vibration has pushed the tool since
+  /// Where its touch is told to be: the place from G, m, and the normal there.
   Vector3 p_GC_W{0.0, 0.0, 0.0};
+  Vector3 told_nhat_W{0.0, 0.0, 0.0};
   std::int32_t part = -1;  ///< of the tool, that was nearest when one was near
   /// The touch, while another tool plays the string (PlayedString::player).
   ReleaseDetector detector;

@@ -22,7 +22,7 @@ TouchPlace place_of(const Toucher& toucher, std::int32_t string) noexcept {
   }
   const Pose& X_WG = play.rendered.X_WG;
   const Quaternion turn = X_WG.q * play.way.X_WG_before.q.conjugate();
-  return {tool, seen.part, X_WG.p + turn * seen.p_GC_W, turn * seen.nhat_W};
+  return {tool, seen.part, X_WG.p + turn * seen.p_GC_W, turn * seen.told_nhat_W};
 }
 
 }  // namespace
@@ -51,7 +51,8 @@ void remember(const Toucher& toucher, std::int32_t string, const StringProximity
   seen.u_W = near.u_W;
   seen.distance = near.touch.distance;
   seen.p_GC_W = place.p_WC - toucher.play.rendered.X_WG.p;
-  seen.nhat_W = place.nhat_W;
+  seen.nhat_W = near.nhat_W;
+  seen.told_nhat_W = place.nhat_W;
 }
 
 }  // namespace hapticd

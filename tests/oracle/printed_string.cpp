@@ -70,7 +70,8 @@ double PrintedVibration::force(const StringConstants& string,
   const double wanted = k_v_ * radius(string) * std::sin(omega * since_s_);
   if (!options.tank || !(dt_s > 0.0)) return wanted;
   settle_tank(moved, tank_);
-  return draw_from_tank(wanted, hand_reach(moved / dt_s, kMaxAcceleration, dt_s), tank_);
+  const double along = (wanted < 0.0 ? -moved : moved) / dt_s;
+  return draw_from_tank(wanted, hand_reach(along, kMaxAcceleration, dt_s), tank_);
 }
 
 }  // namespace hapticd

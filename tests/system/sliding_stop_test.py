@@ -6,6 +6,7 @@ import math
 import pathlib
 import random
 import secrets
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -129,12 +130,18 @@ class Stops(unittest.TestCase):
         after = [each for each in told if each.t_ns > tone.t_ns]
         self.assertLess(len(after), 100 * AFTER_MS / 1000)
         sound = self.sound_of(recording)
-        for k in range(60, AFTER_MS - 60, 40):
+        flats = []
+        for k in range(120, SLIDE_MS + 120, 40):
+            if abs(k - SLIDE_MS) < 60:
+                continue  # the stop comes to rest within the window
             t_ns = (play.plucked + k) * 1_000_000
             hz = reckoned_hz(after, t_ns)
             self.assertLess(abs(cents(hz, play.truth_hz(k))), 8, f"told {k} ms after the pluck")
-            heard = heard_hz(sound, 1e-9 * (t_ns - self.begin_ns), hz)
-            self.assertLess(abs(cents(heard, hz)), 5, f"heard {k} ms after the pluck")
+            flats.append(cents(heard_hz(sound, 1e-9 * (t_ns - self.begin_ns), hz), play.truth_hz(k)))
+        # Flesh holds a string in the air some cents flat; about that the sound follows.
+        middle = statistics.median(flats)
+        self.assertLess(abs(middle), 8)
+        self.assertLess(max(abs(flat - middle) for flat in flats), 5, flats)
 
     def test_a_stop_that_moves_after_the_pluck_is_told_and_heard_at_its_pitch(self):
         for seed in (1, secrets.randbits(32), secrets.randbits(32)):

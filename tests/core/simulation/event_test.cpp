@@ -135,40 +135,12 @@ Instrument passed_under(const Preset& preset, const Passing& passing) {
   return guqin;
 }
 
-/// Amplitude left at the string's frequency by the deflection that the geometry of that way gives,
-/// where a string of stiffness k0 is in series with kc; forgotten with touch_decay. By quadrature.
-long double true_residual(const Preset& preset, const Passing& passing, long double share) {
-  const Instrument guqin(1, preset.string, preset.options);
-  const long double s = static_cast<long double>(felt_distance(guqin));
-  const long double below = static_cast<long double>(passing.below);
-  const long double half = std::sqrt(s * s - below * below);
-  const long double v = static_cast<long double>(passing.speed);
-  const long double duration = 2.0L * half / v;
-  const long double omega = 2.0L * 3.14159265358979323846L * 65.4L;
-  const long double forget = 1.0L / static_cast<long double>(preset.string.touch_decay);
-  const auto delta = [&](long double t) {
-    return share * std::max(0.0L, s - std::hypot(below, v * t - half));
-  };
-  long double re = 0.0L;
-  long double im = 0.0L;
-  constexpr int kSteps = 20'000;
-  for (int k = 0; k < kSteps; ++k) {
-    const long double from = duration * k / kSteps;
-    const long double to = duration * (k + 1) / kSteps;
-    const long double middle = 0.5L * (from + to) - duration;
-    const long double rise = (delta(to) - delta(from)) * std::exp(forget * middle);
-    re += rise * std::cos(omega * middle);
-    im += rise * std::sin(omega * middle);
-  }
-  return std::hypot(re, im);
-}
-
 }  // namespace
 
-TEST_CASE("a tone's amplitude is what the course of the deflection leaves at its frequency") {
+TEST_CASE("a tone's amplitude is the largest deflection of its touch, at any speed") {
   double worst = 0.0;
   for (const Preset& preset : {paper_preset(), deflecting_preset()}) {
-    for (const double speed : {0.15, 0.3, 0.6, 1.2}) {
+    for (const double speed : {0.1, 0.15, 0.3, 0.6, 1.2, 3.0}) {
       for (const double start : {0.0, 0.3, 0.7}) {
         const Passing passing{speed, 3e-3, start};
         const Instrument guqin = passed_under(preset, passing);
@@ -177,16 +149,16 @@ TEST_CASE("a tone's amplitude is what the course of the deflection leaves at its
         CAPTURE(speed);
         REQUIRE(tones.size() == 1);
         // Small deflections: k0 at 0.3 of the string against kc = 1 kN/m.
-        const long double k0 = 30.0L / (1.1L * 0.3L * 0.7L);
-        const long double share =
-            preset.string.model == StringContact::kStraight ? 1.0L : 1000.0L / (1000.0L + k0);
-        // A string that is driven swings no further than it was drawn aside.
-        const double deepest = static_cast<double>(share) * (felt_distance(guqin) - passing.below);
-        const double truth =
-            std::min(static_cast<double>(true_residual(preset, passing, share)), deepest);
-        const double error = std::abs(tones[0].amplitude - truth) / deepest;
-        worst = std::max(worst, error);
-        CHECK(error < 0.03);
+        const double k0 = 30.0 / (1.1 * 0.3 * 0.7);
+        const double share =
+            preset.string.model == StringContact::kStraight ? 1.0 : 1000.0 / (1000.0 + k0);
+        // Of the tick nearest to the middle, at most half a tick's way off it.
+        const double s = felt_distance(guqin);
+        const double deepest = share * (s - passing.below);
+        const double least = share * (s - std::hypot(passing.below, 0.5e-3 * speed));
+        worst = std::max(worst, std::abs(tones[0].amplitude - deepest) / deepest);
+        CHECK(tones[0].amplitude < 1.03 * deepest);
+        CHECK(tones[0].amplitude > 0.97 * least);
       }
     }
   }
@@ -246,7 +218,7 @@ TEST_CASE("a tone carries what the string is, where and how it was let go, and i
     const long double force =
         (30.0L + extra(0.3L)) * (a / std::hypot(0.3L * L, a) + a / std::hypot(0.7L * L, a));
     const bool paper = preset.string.model == StringContact::kStraight;
-    const long double level = paper ? force / 10.0L : a / 5e-3L;
+    const long double level = paper ? force : a / 5e-3L;
     CHECK(tone.level == doctest::Approx(static_cast<double>(level)).epsilon(1e-6));
     const long double pi = 3.14159265358979323846L;
     const long double at = static_cast<long double>(tone.lambda);

@@ -16,9 +16,6 @@ constexpr double kKt = 1000.0;
 constexpr double kFreeChange = 0.15;
 /// Share by which the change may exceed that of the hand's motion and of the string's.
 constexpr double kExcess = 1.1;
-/// What ticks of 1 ms may hide of an amplitude from the product: a share, and m.
-constexpr double kSampling = 1.1;
-constexpr double kNoise = 2e-5;
 /// Of the hand's way in a tick.
 constexpr int kSamples = 4;
 
@@ -64,23 +61,13 @@ void SwingBound::look(const Vector3& from, const Vector3& to, double dt) {
 
 void SwingBound::sample(const Vector3& p, double dt) {
   const StaticPress press = static_press(string_, p);
-  const double omega = 2 * kPi * string_.frequency;
-  const double half = 0.5 * omega * dt;
-  const double spread = half > 0 ? std::sin(half) / half : 1.0;
   ringing_ *= std::exp(-dt / std::max(string_.decay, string_.touch_decay));
-  integral_ += (press.delta - delta_) * spread * std::polar(1.0, omega * (time_ + 0.5 * dt));
   largest_ = std::max(largest_, press.delta);
   if (delta_ > 0 && press.delta == 0) {
-    const bool sticks = string_.friction_coefficient > 0;
-    ringing_ += sticks ? largest_ : std::min(largest_, kSampling * std::abs(integral_) + kNoise);
-    const double length = (to_vector(string_.p_WB) - to_vector(string_.p_WA)).norm();
-    released_ =
-        std::max(released_, kPi * kPi * string_.tension * ringing_ * ringing_ / (4 * length));
-    integral_ = 0.0;
+    ringing_ += largest_;
     largest_ = 0.0;
   }
   delta_ = press.delta;
-  time_ += dt;
 }
 
 ForceWatch::ForceWatch(Instrument& guqin, const Preset& preset)

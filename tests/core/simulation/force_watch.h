@@ -4,7 +4,6 @@
 // strings of an Instrument. Not RT.
 #pragma once
 
-#include <complex>
 #include <vector>
 
 #include "tests/core/simulation/simulation_fixture.h"
@@ -12,9 +11,8 @@
 
 namespace hapticd::test {
 
-/// How far a string can swing for how a hand has touched it: A = |integral delta'(t) exp(i omega
-/// t) dt| of every touch, delta from Eq. 10 to 12 in series with the coupling, less the free decay.
-/// A hand with friction may let go anywhere: there the largest delta of the touch.
+/// How far a string can swing for how a hand has touched it: by the largest delta of every touch,
+/// from Eq. 10 to 12 in series with the coupling, less the free decay.
 class SwingBound {
  public:
   explicit SwingBound(const StringParameters& string);
@@ -22,17 +20,12 @@ class SwingBound {
   void look(const Vector3& from, const Vector3& to, double dt);
   /// Most that the string swings now, m.
   [[nodiscard]] double amplitude() const noexcept { return ringing_; }
-  /// Largest energy of the fundamental that it was let go with so far, J.
-  [[nodiscard]] double released() const noexcept { return released_; }
 
  private:
   StringParameters string_;
-  std::complex<double> integral_{0.0, 0.0};
-  double time_ = 0.0;
   double delta_ = 0.0;
   double largest_ = 0.0;
   double ringing_ = 0.0;
-  double released_ = 0.0;
 
   void sample(const Vector3& p, double dt);
 };

@@ -136,7 +136,7 @@ TEST_CASE("what a hand does while no time passes is work of the next tick") {
     for (const PressedString& contact : output.tool(0).strings) held -= contact.F_W;
   }
   MESSAGE("drawn: " << given / released);
-  CHECK(given <= 1.001 * released);
+  CHECK(given <= 1.001 * released + 50e-6);
 }
 
 TEST_CASE("any dt is survived: 0, 5 ms, 1 s, backwards, at random") {
