@@ -115,7 +115,7 @@ void fill_tank(const Tick& tick) noexcept {
   StringState& state = tick.state;
   const std::int64_t t_ns = tick.touch.time.t_ns;
   const double since = static_cast<double>(t_ns - state.granted_ns) * kSecondsPerNanosecond;
-  const double share = state.granted_ns == 0 ? 1.0 : std::min(1.0, since / kGrantTime);
+  const double share = state.granted_ns == 0 ? 1.0 : std::clamp(since / kGrantTime, 0.0, 1.0);
   state.granted_ns = t_ns;
   const ReleaseDetector& detector = state.detector;
   const double swing = std::max(detector.largest_deflection, state.vibration.amplitude);
