@@ -38,7 +38,7 @@ def with_friction_and_modes(scene: scene_pb2.Scene) -> None:
     for string in scene.strings:
         string.friction_coefficient = FRICTION
     if scene.HasField("vibration"):
-        scene.modes.count = MODES
+        scene.wave.modes = MODES
 
 
 def beyond(scene: str) -> Setup:

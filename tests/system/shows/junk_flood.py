@@ -13,7 +13,7 @@ import show
 
 import hapticd
 
-KINDS = ("tone", "contact", "string_radius", "fault")
+KINDS = ("tone", "contact", "string_radius", "string_sounding", "fault")
 
 
 def told(session):
