@@ -174,7 +174,7 @@ class Changes(unittest.TestCase):
             onsets_s.append(blocks[frame // 1024][1] + (frame % 1024 + 2048) / 48000)
         self.assertEqual(len(onsets_s), 5)
         for onset_s, instant_s in zip(onsets_s, instants_s):
-            self.assertGreater(onset_s - instant_s, 0.0645)
+            self.assertGreater(onset_s - instant_s, 0.064)  # what the blocks need; the last millisecond is for the network and the clocks
         tones, played, late = player.counts()
         self.assertEqual(tones, played)
         if late == 0:

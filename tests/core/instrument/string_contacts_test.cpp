@@ -202,24 +202,24 @@ TEST_CASE("what the paths put in is in string and contacts, and losses only take
   const std::uint64_t seed = std::random_device{}();
   CAPTURE(seed);
   SplitMix64 random(seed);
-  int fallbacks = 0;
-  int steps = 0;
-  for (int scene = 0; scene < scaled(400); ++scene) {
+  // Friction between contacts that lie close together may have no answer that sweeps find; what
+  // falls back does so for many sub-steps of few scenes.
+  const std::int64_t scenes = scaled(4000);
+  std::int64_t fell_back = 0;
+  for (std::int64_t scene = 0; scene < scenes; ++scene) {
     CAPTURE(scene);
     RandomPlay play(random, scene % 2 == 1);
     for (int tick = 0; tick < 200; ++tick) {
-      const int before = play.fallbacks;
       play.tick();
       REQUIRE(std::isfinite(play.held));
       const double gained = play.held - play.put_in;
       REQUIRE(gained <= 1e-9 * play.most);
       // Tangent planes lose, too.
       if (!play.lossy && play.fallbacks == 0) REQUIRE(gained >= -1e-9 * play.most);
-      fallbacks += play.fallbacks - before;
-      steps += kSteps;
     }
+    fell_back += play.fallbacks > 0 ? 1 : 0;
   }
-  CHECK(fallbacks <= steps / 1000);
+  CHECK(fell_back <= 2 + scenes / 50);
 }
 
 TEST_CASE("friction is within its cone, sub-step means of a tick included") {
