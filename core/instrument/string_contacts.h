@@ -17,7 +17,7 @@
 namespace hapticd {
 
 /// Contacts of one string that a sub-step solves together, at most.
-inline constexpr int kMaxStringContacts = 8;
+inline constexpr int kMaxStringContacts = 9;
 
 enum class StringContactShape : std::uint8_t {
   kRound,  ///< a finger, a plectrum: the string is pushed out of a circle about `d`

@@ -57,17 +57,24 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   if (near) visit(firm, path, centre, reach, push, lacking, held, speed, astray, load);
 }
 
+template <FieldsOf<WaveRest> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [number, path, lacking, load, share] = state;
+  visit(number);
+  if (number >= 0) visit(path, lacking, load, share);
+}
+
 // Modes beyond the count mean nothing.
 template <FieldsOf<WaveString> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [tuning, count, motion, done_ns, contacts] = state;
+  auto& [tuning, count, motion, done_ns, contacts, rests] = state;
   visit(tuning);
   visit.bounded(count, 0, kMaxModes);
   visit.first(motion.qy, count);
   visit.first(motion.qz, count);
   visit.first(motion.vy, count);
   visit.first(motion.vz, count);
-  visit(done_ns, contacts);
+  visit(done_ns, contacts, rests);
 }
 
 // Of one asleep only what it may give, and when it sounded, is kept.

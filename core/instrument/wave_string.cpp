@@ -236,6 +236,7 @@ void rest(std::int64_t t_ns, WaveString& string) noexcept {
   string.motion = ModalMotion{};
   string.done_ns = t_ns;
   for (WaveContact& contact : string.contacts) contact = WaveContact{};
+  string.rests = WaveRests{};
 }
 
 void retune(const WaveTuning& tuning, WaveTable& table, WaveString& string) noexcept {
@@ -281,6 +282,7 @@ WaveTick step(const WaveModel& model, const TickTime& time,
               std::span<const WaveTouch* const> touches, WaveString& state) noexcept {
   if (time.t_ns - state.done_ns > kMaxSteps * kSubStep_ns) {
     for (WaveContact& contact : state.contacts) let_go(contact);
+    state.rests = WaveRests{};
     turn_to(time.t_ns - kMaxSteps * kSubStep_ns, model.table, state);
   }
   WaveTick tick;
@@ -302,6 +304,10 @@ WaveTick step(const WaveModel& model, const TickTime& time,
     prepare(stepping, *touches[tool], tick.steps, contact);
     paths.push_back(contact.path);
   }
+  const std::size_t tools = paths.size();
+  prepare_rests({model.table.modes, state.motion, model.options.anchor_stiffness,
+                 model.options.friction, stepping.dt},
+                model.rests, state.rests, paths);
   StringConstants now = model.string;
   now.tension = state.tuning.tension;
   tick.fallbacks = play(now, model.table.modes, tick.steps, paths, state.motion);
@@ -312,20 +318,23 @@ WaveTick step(const WaveModel& model, const TickTime& time,
     state.contacts[tool].path = paths[next++];
     follow(stepping, *touches[tool], state.contacts[tool]);
   }
+  follow_rests(paths, tools, tick.steps, stepping.dt, state.rests);
   return tick;
 }
 
 double ringing_energy(const WaveTable& table, const WaveString& string) noexcept {
   ModalMotion about = string.motion;
-  for (const WaveContact& contact : string.contacts) {
-    if (contact.load.y == 0.0 && contact.load.z == 0.0) continue;
+  const auto take_out = [&](const StringContactPath& path, const Transverse& load) {
+    if (load.y == 0.0 && load.z == 0.0) return;
     PerMode shapes{};
-    mode_shapes(table.modes, contact.path.lambda_to, shapes);
+    mode_shapes(table.modes, path.lambda_to, shapes);
     for (std::size_t i = 0; i < static_cast<std::size_t>(table.modes.count); ++i) {
-      about.qy[i] -= shapes[i] * contact.load.y / table.modes.stiffness[i];
-      about.qz[i] -= shapes[i] * contact.load.z / table.modes.stiffness[i];
+      about.qy[i] -= shapes[i] * load.y / table.modes.stiffness[i];
+      about.qz[i] -= shapes[i] * load.z / table.modes.stiffness[i];
     }
-  }
+  };
+  for (const WaveContact& contact : string.contacts) take_out(contact.path, contact.load);
+  for (const WaveRest& held : string.rests) take_out(held.path, held.load);
   return energy(table.modes, about);
 }
 

@@ -18,6 +18,7 @@
 #include "core/instrument/string_contacts.h"
 #include "core/instrument/string_parameters.h"
 #include "core/instrument/string_touch.h"
+#include "core/instrument/wave_rest.h"
 
 namespace hapticd {
 
@@ -80,7 +81,10 @@ struct WaveString {
   ModalMotion motion;
   std::int64_t done_ns = 0;  ///< it has been stepped to here
   std::array<WaveContact, kMaxTools> contacts;
+  WaveRests rests;
 };
+
+static_assert(kMaxTools + kMaxWaveRests <= static_cast<std::size_t>(kMaxStringContacts));
 
 /// The table of a tuning. Never part of a snapshot.
 struct WaveTable {
@@ -112,6 +116,7 @@ struct WaveModel {
   const StringConstants& string;
   const InstrumentOptions& options;
   const WaveTable& table;
+  std::span<const WaveRestTouch> rests{};  ///< that it may meet in the tick
 };
 
 /// Steps the string to the end of the tick under `touches`, one per tool, null: not near. 3.5 us

@@ -18,21 +18,25 @@ constexpr double kStays = 100.0;
 /// Parts shorter than this share of the string do not sound.
 constexpr double kMinPart = 0.02;
 
-using Stops = FixedVector<double, kMaxTools + 2>;
+using Stops = FixedVector<double, kMaxTools + kMaxWaveRests + 2>;
 
 /// Ends and stops, from A to B.
 void find_stops(const WaveState& state, Stops& stops) noexcept {
-  stops.push_back(0.0);
-  for (std::size_t k = 0; k < kMaxTools; ++k) {
-    const WaveContact& contact = state.string.contacts[k];
-    if (contact.near && state.grips[k].share >= kStopShare) {
-      stops.push_back(contact.path.lambda_to);
-    }
+  const auto add = [&](double lambda) {
+    stops.push_back(lambda);
     for (std::size_t i = stops.size() - 1; i > 0 && stops[i] < stops[i - 1]; --i) {
       std::swap(stops[i], stops[i - 1]);
     }
+  };
+  add(0.0);
+  for (std::size_t k = 0; k < kMaxTools; ++k) {
+    const WaveContact& contact = state.string.contacts[k];
+    if (contact.near && state.grips[k].share >= kStopShare) add(contact.path.lambda_to);
   }
-  stops.push_back(1.0);
+  for (const WaveRest& rest : state.string.rests) {
+    if (rest.number >= 0 && rest.share >= kStopShare) add(rest.path.lambda_to);
+  }
+  add(1.0);
 }
 
 /// Displacement and speed over 2 pi f_1 of the string's tuning, m.

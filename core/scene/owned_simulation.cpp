@@ -39,7 +39,7 @@ OwnedSimulation own_simulation(std::span<const ToolScene> scenes) {
   own.tracks.resize(strings);
   own.visits.resize(scenes.size() * strings);
   own.waves.resize(waves);
-  if (scenes.size() > 1) make_views(own);
+  if (scenes.size() > 1 || !scenes.front().rests.empty()) make_views(own);
   own.simulation = std::make_unique<Simulation>(
       SimulationMemory{own.tools, own.tracks, own.visits, own.waves, own.scratch.get()});
   return own;

@@ -16,7 +16,7 @@ struct OwnedSimulation {
   std::vector<PlayedString> tracks;
   std::vector<ToolStringState> visits;
   std::vector<WaveMemory> waves;  ///< none when no string sounds
-  // What tools see of each other's strings; none for one tool.
+  // What tools see of strings that others, or rests, hold; none for one tool without rests.
   std::vector<Capsule> capsules_W;
   std::vector<CapsuleGroup> groups;
   std::vector<StringConstants> strings;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/collision/primitive_gap.h"
+#include "core/scene/rest_places.h"
 #include "core/scene/sagging_cable.h"
 
 namespace hapticd {
@@ -27,6 +28,7 @@ Scene::Scene(SceneDescription description) : description_(std::move(description)
     bodies_.push_back({body.shape.tree->tree.view(), body.X_WB});
   }
   add_friction();
+  add_rests();
   merge_parts();
 }
 
@@ -69,6 +71,14 @@ void Scene::add_friction() {
   }
 }
 
+void Scene::add_rests() {
+  std::vector<std::int32_t> pieces(description_.strings.size(), 0);
+  for (std::size_t piece = strings_.size(); piece-- > 0;) {
+    pieces[static_cast<std::size_t>(owners_[piece].index)] = static_cast<std::int32_t>(piece);
+  }
+  rests_ = all_rests(description_, pieces);
+}
+
 void Scene::merge_parts() {
   for (const ToolDescription& tool : description_.tools) {
     MergedTool merged;
@@ -99,6 +109,7 @@ ToolScene Scene::tool_scene(std::size_t tool) const noexcept {
   scene.options = description_.contact;
   if (!description_.torque) scene.limits.torque = 0.0;
   scene.strings = strings_;
+  scene.rests = rests_;
   scene.instrument = description_.instrument;
   scene.parts = {merged.parts, merged.part_of_sphere};
   scene.rigid_friction = {capsule_friction_, body_friction_};
@@ -131,6 +142,7 @@ std::size_t Scene::memory() const noexcept {
   std::size_t bytes = capsules_W_.size() * (sizeof(Capsule) + sizeof(CapsuleOwner)) +
                       groups_.size() * sizeof(CapsuleGroup) +
                       strings_.size() * (sizeof(StringConstants) + sizeof(PlayedString));
+  bytes += rests_.size() * sizeof(StringRest);
   if (description_.instrument.modes > 0) bytes += strings_.size() * sizeof(WaveMemory);
   for (const MergedTool& tool : tools_) bytes += memory_of(tool.tree);
   for (const BodyDescription& body : description_.bodies) bytes += memory_of(body.shape.tree->tree);

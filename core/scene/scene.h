@@ -61,6 +61,7 @@ class Scene {
   void add_strings();
   void add_lines();
   void add_friction();
+  void add_rests();
   void merge_parts();
 
   SceneDescription description_;
@@ -70,6 +71,7 @@ class Scene {
   std::vector<CapsuleGroup> groups_;
   std::vector<StringConstants> strings_;
   std::vector<CapsuleOwner> owners_;
+  std::vector<StringRest> rests_;
   /// Coulomb coefficients of capsules and bodies; empty where all are smooth.
   std::vector<double> capsule_friction_;
   std::vector<double> body_friction_;

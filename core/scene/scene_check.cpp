@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "core/scene/rest_places.h"
 #include "core/scene/sagging_cable.h"
 #include "core/scene/scene.h"
 
@@ -138,6 +139,39 @@ void check_cable(const std::string& path, const StringDescription& string, Findi
   }
 }
 
+/// What a string cannot lie on as the scene has it.
+void check_touch(const SceneDescription& scene, std::size_t i, Findings& findings) {
+  const StringDescription& string = scene.strings[i];
+  const std::string path = indexed("strings", i) + ".touch";
+  if (string.touched_lines.empty() && string.touched_bodies.empty()) return;
+  if (string.sag > 0.0) {
+    findings.fault(path, "a cable that sags lies on nothing", "Leave out touch, or sag_m.");
+    return;
+  }
+  const StringConstants constants = derive_string(string.parameters);
+  if (constants.model != StringContact::kYielding) {
+    findings.doubt(path, "the string does not yield, so it never comes to lie on anything",
+                   "Leave out touch, or choose another model.");
+    if (!(constants.length > 0.0)) return;
+  }
+  const auto judge = [&](const std::string& name, const RestPlaces& places) {
+    std::ostringstream message;
+    if (places.nearest_gap < -kMaxRestOverlap) {
+      message << "at rest the string is " << -1e3 * places.nearest_gap << " mm inside " << name;
+      findings.fault(path, message.str(), "Move one of them, or leave it out of touch.");
+    } else if (places.rests.empty()) {
+      message << name << " is not within " << 1e3 * kRestReach << " mm of the string";
+      findings.doubt(path, message.str(), "Move one of them, or leave it out of touch.");
+    }
+  };
+  for (const std::size_t line : string.touched_lines) {
+    judge(scene.lines[line].name, places_on_line(scene, i, line));
+  }
+  for (const std::size_t body : string.touched_bodies) {
+    judge(scene.bodies[body].name, places_on_body(scene, i, body));
+  }
+}
+
 std::size_t check_strings(const SceneDescription& scene, Findings& findings) {
   std::size_t pieces = 0;
   for (std::size_t i = 0; i < scene.strings.size(); ++i) {
@@ -147,6 +181,7 @@ std::size_t check_strings(const SceneDescription& scene, Findings& findings) {
     findings.range(path, fault, false);
     if (!fault) findings.range(path, doubt_string(string.parameters), true);
     check_cable(path, string, findings);
+    if (!fault) check_touch(scene, i, findings);
     pieces += static_cast<std::size_t>(cable_pieces(string.sag));
     if (string.parameters.friction_coefficient > 0.0 && !scene.instrument.friction) {
       findings.doubt(path + ".friction_coefficient", "the scene models no friction",

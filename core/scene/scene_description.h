@@ -62,6 +62,9 @@ struct StringDescription {
   std::string name;
   StringParameters parameters;
   double sag = 0.0;  ///< drop at mid-span along -y of W, m
+  /// Numbers of the lines and bodies that it lies on where it is pressed on them.
+  std::vector<std::size_t> touched_lines;
+  std::vector<std::size_t> touched_bodies;
 };
 
 struct SceneDescription {

@@ -6,11 +6,29 @@
 
 #include "core/contact/tick_work.h"
 #include "core/math/plain.h"
+#include "core/simulation/string_rests.h"
 #include "core/simulation/told_bends.h"
 #include "core/simulation/told_gap.h"
 
 namespace hapticd {
 namespace {
+
+/// A tool is rendered anew where a string comes to lie on other rests in the tick, so often at most.
+/// Without, it would be pressed past a rest, and thrown back.
+constexpr int kRestTries = 3;
+
+/// What was done for nothing was done all the same.
+void add_attempt(const ContactSummary& before, ContactSummary& tool) noexcept {
+  tool.sub_steps += before.sub_steps;
+  tool.qp_iterations += before.qp_iterations;
+  tool.queries += before.queries;
+  tool.tests += before.tests;
+  tool.evaluations += before.evaluations;
+  tool.rows += before.rows;
+  tool.pressed += before.pressed;
+  tool.string_pairs += before.string_pairs;
+  tool.cut_short = tool.cut_short || before.cut_short;
+}
 
 /// Only the translation: what turns the hand is small beside it.
 void damp_coupling(ToolPlay& play) noexcept {
@@ -57,7 +75,7 @@ void Simulation::render(std::size_t tool, const HandPose& hand, std::int64_t wor
   way.X_WG_before = play.state.contact.X_WG;
   const std::int64_t t_before = play.state.hand.t_ns;
   const bool first = !play.state.hand.has_pose;
-  if (memory_.tools.size() > 1) {
+  if (memory_.tools.size() > 1 || !play.scene.rests.empty()) {
     render_shared(tool, hand, work_budget);
   } else {
     render_contact(play.scene, hand, play.state, play.problem, tick, work_budget);
@@ -76,7 +94,6 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand,
   StringTools tools;
   const std::span<const StringTool> all = string_tools(memory_, tools);
   const auto number = static_cast<std::int32_t>(tool);
-  ToolScene seen = segment_strings(all, strings_.sharing(), number, to_vector(hand.p_WH));
   FixedVector<OtherTool, kMaxTools - 1> others;
   for (std::size_t k = 0; k < memory_.tools.size(); ++k) {
     const ToolPlay& other = memory_.tools[k];
@@ -84,11 +101,22 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand,
     const ContactState& state = other.state.contact;
     others.push_back({other.scene.tool, state.X_WG, other.scene.parts, &state.parts});
   }
-  seen.others = {{others.begin(), others.size()}, memory_.scratch};
-  render_contact(seen, hand, play.state, play.problem, play.rendered, work_budget);
-  update_sharing(all, number, strings_.sharing());
-  seen.others = {};
-  play.way.input = contact_input(seen, play.rendered.X_WH, play.rendered.dt);
+  ContactSummary spent;
+  for (int attempt = 1;; ++attempt) {
+    ToolScene seen = segment_strings(all, strings_.sharing(), number, to_vector(hand.p_WH));
+    seen.others = {{others.begin(), others.size()}, memory_.scratch};
+    const bool may_repeat = !seen.rests.empty() && attempt < kRestTries;
+    if (may_repeat) play.before = play.state;
+    render_contact(seen, hand, play.state, play.problem, play.rendered, work_budget);
+    add_attempt(spent, play.rendered.contact);
+    update_sharing(all, number, strings_.sharing());
+    seen.others = {};
+    play.way.input = contact_input(seen, play.rendered.X_WH, play.rendered.dt);
+    const bool settled = seen.rests.empty() || settle_rests(all, number, strings_.sharing());
+    if (settled || !may_repeat) return;
+    play.state = play.before;
+    spent = play.rendered.contact;
+  }
 }
 
 void Simulation::step(Tick& tick) noexcept {

@@ -12,7 +12,7 @@
 namespace hapticd {
 
 HD_VISIT_FIELDS(PlayedString, string, player, place)
-HD_VISIT_FIELDS(SharedString, string, tools)
+HD_VISIT_FIELDS(SharedString, string, holders)
 HD_VISIT_FIELDS(Capsule, p_A, p_B, r)
 HD_VISIT_FIELDS(StringPart, string, slot, part_W, lambda_from, lambda_to)
 

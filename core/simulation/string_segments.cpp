@@ -17,27 +17,13 @@ const Capsule& whole(const StringTool& tool, std::int32_t string) noexcept {
   return tool.scene->obstacles.capsules_W[static_cast<std::size_t>(string)];
 }
 
-const TouchedString* yielding_hold(const StringTool& tool, std::int32_t string) noexcept {
-  for (const TouchedString& hold : tool.state->contact.touched) {
-    if (hold.bend.capsule == string && hold.yields) return &hold;
-  }
-  return nullptr;
-}
-
-/// Where a tool's hold takes the string to.
-Vector3 vertex_of(const StringTool& tool, const TouchedString& hold) noexcept {
-  const StringPart* part = part_of(*tool.view, hold.bend.capsule);
-  const Capsule& line = part != nullptr ? part->part_W : whole(tool, hold.bend.capsule);
-  return leg_of(line, hold.bend, 0).capsule_W.p_B;
-}
-
 bool same(const Capsule& a, const Capsule& b) noexcept { return a.p_A == b.p_A && a.p_B == b.p_B; }
 
 /// The part of a string that the tool is nearest to.
 std::size_t nearest_part(const StringTool& tool, const StringPoints& points,
                          double radius) noexcept {
   const ContactState& state = tool.state->contact;
-  FixedVector<Capsule, kMaxTools + 1> parts_W;
+  StringLegs parts_W;
   for (std::size_t k = 0; k + 1 < points.size(); ++k) {
     parts_W.push_back({points[k], points[k + 1], radius});
   }
@@ -66,8 +52,8 @@ std::size_t nearest_part(const StringTool& tool, const StringPoints& points,
 /// its way to p_WH, or to where it was to go last if that pose is useless.
 bool concerns(std::span<const StringTool> tools, const StringSharing& all, const SharedString& held,
               std::int32_t tool, const Vector3& p_WH) noexcept {
-  const bool holds = std::find(held.tools.begin(), held.tools.end(), tool) != held.tools.end();
-  if (holds) return held.tools.size() > 1;
+  const bool holds = std::find(held.holders.begin(), held.holders.end(), tool) != held.holders.end();
+  if (holds) return held.holders.size() > 1;
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
   const ContactState& state = self.state->contact;
   const Vector3& p_WG = state.X_WG.p;
@@ -121,9 +107,9 @@ void take_part(std::span<const StringTool> tools, const StringSharing& all,
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
   StringPoints points;
   string_points(tools, all, holders.string, tool, points);
-  const auto* const at = std::find(holders.tools.begin(), holders.tools.end(), tool);
-  const std::size_t slot = at != holders.tools.end()
-                               ? static_cast<std::size_t>(at - holders.tools.begin())
+  const auto* const at = std::find(holders.holders.begin(), holders.holders.end(), tool);
+  const std::size_t slot = at != holders.holders.end()
+                               ? static_cast<std::size_t>(at - holders.holders.begin())
                                : nearest_part(self, points, whole(self, holders.string).r);
   const Capsule& line = whole(self, holders.string);
   for (std::size_t k = 0; k + 1 < points.size(); ++k) {
@@ -148,6 +134,19 @@ double lambda_of(const Capsule& string, const Vector3& p_W) noexcept {
   return squared > 0.0 ? std::clamp((p_W - string.p_A).dot(axis) / squared, 0.0, 1.0) : 0.5;
 }
 
+const TouchedString* yielding_hold(const StringTool& tool, std::int32_t string) noexcept {
+  for (const TouchedString& hold : tool.state->contact.touched) {
+    if (hold.bend.capsule == string && hold.yields) return &hold;
+  }
+  return nullptr;
+}
+
+Vector3 vertex_of(const StringTool& tool, const TouchedString& hold) noexcept {
+  const StringPart* part = part_of(*tool.view, hold.bend.capsule);
+  const Capsule& line = part != nullptr ? part->part_W : whole(tool, hold.bend.capsule);
+  return leg_of(line, hold.bend, 0).capsule_W.p_B;
+}
+
 void string_points(std::span<const StringTool> tools, const StringSharing& holders,
                    std::int32_t string, std::int32_t without, StringPoints& points) noexcept {
   points.clear();
@@ -155,7 +154,11 @@ void string_points(std::span<const StringTool> tools, const StringSharing& holde
   points.push_back(line.p_A);
   for (const SharedString& held : holders) {
     if (held.string != string) continue;
-    for (const std::int32_t holder : held.tools) {
+    for (const std::int32_t holder : held.holders) {
+      if (is_rest(holder)) {
+        points.push_back(tools.front().scene->rests[rest_of(holder)].p_W);
+        continue;
+      }
       const StringTool& tool = tools[static_cast<std::size_t>(holder)];
       const TouchedString* hold = yielding_hold(tool, string);
       if (holder != without && hold != nullptr) points.push_back(vertex_of(tool, *hold));
@@ -272,7 +275,7 @@ void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
   part_with_rigid_pairs(self.scene->obstacles.capsules_W.size(), self.state->contact, *self.view);
   std::size_t kept = 0;
   for (std::size_t k = 0; k < holders.size(); ++k) {
-    auto& held = holders[k].tools;
+    auto& held = holders[k].holders;
     if (yielding_hold(self, holders[k].string) == nullptr) {
       const auto* const end = std::remove(held.begin(), held.end(), tool);
       held.truncate(static_cast<std::size_t>(end - held.begin()));
@@ -291,13 +294,13 @@ void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
       held = holders.append();
       HD_ASSERT(held != nullptr);
       held->string = string;
-      held->tools.clear();
+      held->holders.clear();
     }
-    if (std::find(held->tools.begin(), held->tools.end(), tool) != held->tools.end()) continue;
+    if (std::find(held->holders.begin(), held->holders.end(), tool) != held->holders.end()) continue;
     const StringPart* part = part_of(*self.view, string);
     const auto slot = static_cast<std::size_t>(part != nullptr ? part->slot : 0);
-    held->tools.push_back(tool);
-    std::rotate(held->tools.begin() + slot, held->tools.end() - 1, held->tools.end());
+    held->holders.push_back(tool);
+    std::rotate(held->holders.begin() + slot, held->holders.end() - 1, held->holders.end());
   }
 }
 

@@ -1,5 +1,5 @@
-// A string that several tools hold, as each of them sees it. The string is a polyline through the
-// vertices of all tools that hold it. A tool bends the part between its neighbours' vertices (or
+// A string that several tools hold, or that lies on rests (string_rests.h), as each of them sees it.
+// The string is a polyline through the vertices of all tools that hold it, and over its rests. A tool bends the part between its neighbours' vertices (or
 // the string's ends), which acts as a separate string: it has the tension of the whole,
 //   T + E A ext / L  (ext: of the polyline without this tool), E A L' / L, f L / L' sqrt(T' / T),
 // so that the energy of all vertices together is that of the whole string, and what one tool does
@@ -19,26 +19,42 @@ namespace hapticd {
 
 /// Strings that are held at once, at most.
 inline constexpr std::size_t kMaxHeldStrings = kMaxTools * kMaxDeflectingStrings;
-/// Parts of strings that are rigid lines to a tool, at most: one per vertex of the others.
-inline constexpr std::size_t kMaxRigidParts = (kMaxTools - 1) * kMaxDeflectingStrings;
+/// Rests that one string is held on at once, at most. Fewer: a string that winds over a curved board
+/// is drawn through it.
+inline constexpr std::size_t kMaxHeldRests = 6;
+/// Those of all strings near a tool, at most.
+inline constexpr std::size_t kMaxNearRests = 256;
+/// Parts of strings that are rigid lines to a tool, at most: one per vertex of the others, and per
+/// rest.
+inline constexpr std::size_t kMaxRigidParts =
+    (kMaxTools - 1) * kMaxDeflectingStrings + kMaxNearRests;
 /// Overlap of a tool and a shared string that counts as touching, m: what turning a shape from one
 /// tool's terms into another's may round, a hundred times over.
 inline constexpr double kSharedRounding = 1e-12;
 
-/// Points of a polyline: both ends and a vertex of every tool.
-using StringPoints = FixedVector<Vector3, kMaxTools + 3>;
+/// Points of a polyline: both ends, a vertex of every tool, and every rest it lies on.
+using StringPoints = FixedVector<Vector3, kMaxTools + kMaxHeldRests + 3>;
 
-/// The tools that hold a string, from end A to end B.
+/// What holds a string, from end A to end B: tools by their number, rests by rest_holder().
 struct SharedString {
   std::int32_t string = 0;
-  FixedVector<std::int32_t, kMaxTools> tools;
+  FixedVector<std::int32_t, kMaxTools + kMaxHeldRests> holders;
 };
+
+/// Number `rest` of ToolScene::rests among the holders of a string, and back.
+[[nodiscard]] constexpr std::int32_t rest_holder(std::size_t rest) noexcept {
+  return -1 - static_cast<std::int32_t>(rest);
+}
+[[nodiscard]] constexpr bool is_rest(std::int32_t holder) noexcept { return holder < 0; }
+[[nodiscard]] constexpr std::size_t rest_of(std::int32_t holder) noexcept {
+  return static_cast<std::size_t>(-1 - holder);
+}
 using StringSharing = FixedVector<SharedString, kMaxHeldStrings>;
 
 /// The part of a string that a tool may bend.
 struct StringPart {
   std::int32_t string = 0;
-  std::int32_t slot = 0;  ///< how many of the others are nearer to A
+  std::int32_t slot = 0;  ///< how many of the other holders are nearer to A
   Capsule part_W;
   double lambda_from = 0.0;  ///< along the string, of the part's ends
   double lambda_to = 1.0;
@@ -53,7 +69,7 @@ struct RigidPart {
 
 /// What a tool sees instead of the scene's strings while others hold some. The spans are as large
 /// as the scene's, and kMaxRigidParts capsules and their groups larger; empty where there is one
-/// tool.
+/// tool and no rest.
 struct StringSegments {
   std::span<Capsule> capsules_W;
   std::span<CapsuleGroup> groups;
@@ -77,19 +93,27 @@ struct StringTool {
   return (capsules + kCapsulesPerGroup - 1) / kCapsulesPerGroup;
 }
 
-/// Ends and vertices of a string, from A to B, without that of tool `without` (-1: with all).
+/// How a tool holds a string that yields; null: it does not.
+[[nodiscard]] HD_REALTIME const TouchedString* yielding_hold(const StringTool& tool,
+                                                             std::int32_t string) noexcept;
+
+/// Where a tool's hold takes the string to.
+[[nodiscard]] HD_REALTIME Vector3 vertex_of(const StringTool& tool,
+                                            const TouchedString& hold) noexcept;
+
+/// Ends, vertices and rests of a string, from A to B, without that of tool `without` (-1: with all).
 HD_REALTIME void string_points(std::span<const StringTool> tools, const StringSharing& holders,
                                std::int32_t string, std::int32_t without,
                                StringPoints& points) noexcept;
 
-/// True where a tool holds the string.
+/// True where a tool or a rest holds the string.
 [[nodiscard]] inline bool is_held(const StringSharing& holders, std::int32_t string) noexcept {
   const auto same = [&](const SharedString& held) { return held.string == string; };
   return std::any_of(holders.begin(), holders.end(), same);
 }
 
 /// The string as it is bent by all, leg after leg from A to B.
-using StringLegs = FixedVector<Capsule, kMaxTools + 2>;
+using StringLegs = FixedVector<Capsule, kMaxTools + kMaxHeldRests + 2>;
 HD_REALTIME void string_legs(std::span<const StringTool> tools, const StringSharing& holders,
                              std::int32_t string, StringLegs& legs_W) noexcept;
 

@@ -21,8 +21,8 @@ StringBendTick bend_of(const ToolPlay& play, std::int32_t tool, const StringBend
 int place_among(const StringSharing& sharing, const StringBendTick& bend) noexcept {
   for (const SharedString& held : sharing) {
     if (held.string != bend.string) continue;
-    for (std::size_t k = 0; k < held.tools.size(); ++k) {
-      if (held.tools[k] == bend.tool) return static_cast<int>(k);
+    for (std::size_t k = 0; k < held.holders.size(); ++k) {
+      if (held.holders[k] == bend.tool) return static_cast<int>(k);
     }
   }
   return 0;
@@ -37,6 +37,21 @@ void sort_in_last(const StringSharing& sharing, Tick& tick) noexcept {
   };
   for (std::size_t k = bends.size() - 1; k > 0 && before(bends[k], bends[k - 1]); --k) {
     std::swap(bends[k], bends[k - 1]);
+  }
+}
+
+/// Where strings lie on rests they are bent, too.
+void tell_rests(const SimulationMemory& memory, const StringSharing& sharing, Tick& tick) noexcept {
+  const ToolScene& scene = memory.tools.front().scene;
+  for (const SharedString& held : sharing) {
+    const Capsule& line = scene.obstacles.capsules_W[static_cast<std::size_t>(held.string)];
+    for (const std::int32_t holder : held.holders) {
+      if (!is_rest(holder)) continue;
+      const StringRest& rest = scene.rests[rest_of(holder)];
+      const Vector3 u_W = rest.p_W - (line.p_A + rest.lambda * (line.p_B - line.p_A));
+      const StringBendTick bend{held.string, holder, rest.lambda, to_array(u_W)};
+      if (tick.string_bends.push_back(bend)) sort_in_last(sharing, tick);
+    }
   }
 }
 
@@ -69,6 +84,7 @@ void tell_bends(const SimulationMemory& memory, const StringSharing& sharing, Ti
       if (tick.string_bends.push_back(bend)) sort_in_last(sharing, tick);
     }
   }
+  tell_rests(memory, sharing, tick);
   leave_out_straight(tick);
 }
 

@@ -94,7 +94,7 @@ double told_gap(const SimulationMemory& memory, const StringSharing& sharing,
   if (nearest > seen && (recovered || !candidates.clear_within(kWholeMargin * margin))) {
     nearest = search(play, sharing, at);
   }
-  if (memory.tools.size() == 1) return nearest;
+  if (sharing.empty() && play.view.parts.empty()) return nearest;
   const SharedStrings shared(memory, sharing);
   const auto look_at = [&](std::int32_t string) {
     nearest = std::min(nearest, shared.gap(string, at.tool(), margin, play.swung));

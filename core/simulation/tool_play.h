@@ -27,6 +27,7 @@ struct ToolPlay {
   ContactProblem problem;  ///< first, for it is aligned
   ToolScene scene;
   ToolState state;
+  ToolState before;       ///< as this tick found it; scratch, of scenes with rests
   Pose X_WH;              ///< of the last tick in which time passed
   ToolWay way;            ///< of this tick
   RenderedTool rendered;  ///< likewise

@@ -33,6 +33,15 @@ struct HandMotion {
 /// repeated or backward time stamp, at most kMaxElapsed.
 [[nodiscard]] HD_REALTIME double follow(const HandPose& hand, HandMotion& motion) noexcept;
 
+/// Where a string can lie on something that does not move: a fret, a bridge, a board.
+struct StringRest {
+  std::int32_t string = 0;
+  double lambda = 0.5;  ///< place along the string, (0, 1)
+  Vector3 p_W;          ///< of the string's axis when it lies there, m
+  Vector3 nhat_W;       ///< unit, across the string, from what it lies on to it
+  double friction = 0.0;  ///< Coulomb's coefficient
+};
+
 /// What stays the same from tick to tick; views must outlive the ticks.
 struct ToolScene {
   SphereTreeView tool;
@@ -42,6 +51,8 @@ struct ToolScene {
   WrenchLimits limits;
   /// Strings that are more than rigid lines: the first capsules of the obstacles, in their order.
   std::span<const StringConstants> strings{};
+  /// By string, and by their places on it.
+  std::span<const StringRest> rests{};
   InstrumentOptions instrument{};
   ToolParts parts{};  ///< what of the tool is soft
   /// B of the coupling between hand and tool, N s/m, >= 0; acts on the hand's velocity against G's.

@@ -88,6 +88,9 @@ double spare_energy(const WaveState& state, double law_stored) noexcept {
   for (const WaveContact& contact : state.string.contacts) {
     if (contact.near) contacts += contact.path.stored;
   }
+  for (const WaveRest& rest : state.string.rests) {
+    if (rest.number >= 0) contacts += rest.path.stored;
+  }
   return std::max(state.ringing, state.stored + contacts - law_stored);
 }
 

@@ -200,6 +200,8 @@ void play_wave(const PlayedWave& wave, Tick& tick, StringEvents& events) noexcep
   // A state that was taken back has no table yet.
   retune(state.string.tuning, playing.kept.table, state.string);
   const bool near = find_near(playing, tools, touches);
+  WaveRestTouches rests;
+  if (near || state.awake) find_rests(playing, rests);
   if (playing.time.dt_ns <= 0) {
     hold_forces(playing, tools, touches);
     tell(playing, tools, tick);
@@ -208,11 +210,13 @@ void play_wave(const PlayedWave& wave, Tick& tick, StringEvents& events) noexcep
   WaveTick stepped;
   const bool watched = std::any_of(state.grips.begin(), state.grips.end(),
                                    [](const WaveGrip& grip) { return grip.touching; });
-  if (near || watched) {
+  if (near || watched || !rests.empty()) {
     wake(playing);
     state.stepped = true;
     tune(playing, tension_of(playing, tools, touches));
-    stepped = step({playing.string, playing.options, playing.kept.table}, playing.time,
+    stepped = step({playing.string, playing.options, playing.kept.table,
+                    {rests.begin(), rests.size()}},
+                   playing.time,
                    std::span(touches).first(wave.memory.tools.size()), state.string);
     read_energies(playing);
     give_forces(playing, tools, touches);

@@ -79,15 +79,21 @@ bool names_things(const TouchDetector& detector, const SceneDescription& scene, 
   return true;
 }
 
-/// Strings and tools that there are.
-bool names_holders(const StringSharing& all, std::size_t strings, std::size_t tools) {
+/// Strings, tools and rests that there are.
+bool names_holders(const StringSharing& all, std::size_t strings, std::size_t tools,
+                   std::span<const StringRest> rests) {
   const auto below = [](std::int32_t index, std::size_t count) {
     return index >= 0 && static_cast<std::size_t>(index) < count;
   };
   for (const SharedString& holders : all) {
     if (!below(holders.string, strings)) return false;
-    for (const std::int32_t tool : holders.tools) {
-      if (!below(tool, tools)) return false;
+    for (const std::int32_t holder : holders.holders) {
+      if (!is_rest(holder)) {
+        if (!below(holder, tools)) return false;
+      } else if (rest_of(holder) >= rests.size() ||
+                 rests[rest_of(holder)].string != holders.string) {
+        return false;
+      }
     }
   }
   return true;
@@ -99,7 +105,10 @@ bool names_parts(const StringSegments& view) {
     return index >= 0 && static_cast<std::size_t>(index) < count;
   };
   for (const StringPart& part : view.parts) {
-    if (!below(part.string, view.strings.size()) || !below(part.slot, kMaxTools)) return false;
+    if (!below(part.string, view.strings.size()) || 
+        !below(part.slot, kMaxTools + kMaxHeldRests)) {
+      return false;
+    }
   }
   return true;
 }
@@ -217,7 +226,8 @@ bool restore(const Snapshot& snapshot, PlayedScene& scene, LoopMemory& loop) {
   StringPlayers& strings = scene.play.simulation->strings();
   read.take(StateKind::kSimulation, 0, awake, sharing);
   read.require(strings.set_awake({awake.begin(), awake.size()}));
-  read.require(names_holders(sharing, scene.play.tracks.size(), scene.tools.size()));
+  read.require(names_holders(sharing, scene.play.tracks.size(), scene.tools.size(),
+                            scene.play.tools.front().scene.rests));
   if (read.good()) strings.sharing() = sharing;
   for (std::size_t k = 0; k < scene.tools.size(); ++k) restore_tool(k, scene, loop.tools[k], read);
   loop.ramp.resume(std::move(change), share);

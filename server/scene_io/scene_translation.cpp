@@ -43,6 +43,8 @@ class Translation {
   LineDescription line(const v1::Line& line, const std::string& path);
   StringDescription string(const v1::Scene& scene, const v1::String& string,
                            const std::string& path);
+  void touch(const v1::Scene& scene, const v1::String& string, const std::string& path,
+             StringDescription& result);
   void need(const v1::Scene& scene, const v1::String& string, const std::string& path);
   void waves(const v1::Scene& scene);
 
@@ -210,6 +212,7 @@ StringDescription Translation::string(const v1::Scene& scene, const v1::String& 
   // In the order of the wire.
   p.model = static_cast<StringContact>(string.model() - v1::STRING_MODEL_RIGID);
   p.contact_stiffness = string.contact_stiffness_n_per_m();
+  touch(scene, string, path, result);
   p.inharmonicity = string.inharmonicity();
   p.friction_coefficient = string.friction_coefficient();
   p.max_level = static_cast<StringDetail>(string.max_level() - v1::STRING_LEVEL_RIGID);
@@ -224,6 +227,28 @@ StringDescription Translation::string(const v1::Scene& scene, const v1::String& 
   }
   need(scene, string, path);
   return result;
+}
+
+/// What it lies on, by name.
+void Translation::touch(const v1::Scene& scene, const v1::String& string, const std::string& path,
+                        StringDescription& result) {
+  for (int k = 0; k < string.touch_size(); ++k) {
+    const auto named = [&](const auto& things) {
+      std::vector<std::size_t> numbers;
+      for (int i = 0; i < things.size(); ++i) {
+        if (things[i].name() == string.touch(k)) numbers.push_back(static_cast<std::size_t>(i));
+      }
+      return numbers;
+    };
+    const auto lines = named(scene.lines());
+    const auto bodies = named(scene.bodies());
+    if (lines.empty() && bodies.empty()) {
+      fault(indexed(path + ".touch", k), "'" + string.touch(k) + "' is no line or body",
+            "Give the name of one in the scene.");
+    }
+    result.touched_lines.insert(result.touched_lines.end(), lines.begin(), lines.end());
+    result.touched_bodies.insert(result.touched_bodies.end(), bodies.begin(), bodies.end());
+  }
 }
 
 /// Faults of what `string` asks for and nothing gives.
