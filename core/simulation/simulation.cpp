@@ -113,7 +113,10 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand,
     seen.others = {};
     play.way.input = contact_input(seen, play.rendered.X_WH, play.rendered.dt);
     const bool settled = seen.rests.empty() || settle_rests(all, number, strings_.sharing());
-    if (settled || !may_repeat) return;
+    if (settled || !may_repeat) {
+      if (!seen.rests.empty()) add_rest_forces(all[tool], play.way.input, play.rendered);
+      return;
+    }
     play.state = play.before;
     spent = play.rendered.contact;
   }

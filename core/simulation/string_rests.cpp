@@ -3,11 +3,17 @@
 
 #include <algorithm>
 
+
 namespace hapticd {
 namespace {
 
 /// A rest that would bend a string by less does not hold it, m: rounding of where it lies.
 constexpr double kLeastLift = 1e-9;
+/// And one that holds it is left where the string would pass so far above it, m: a tool touches a
+/// string beside its vertex, too. Larger: a rest pulls a string that leaves it.
+constexpr double kLetGoLift = -5e-6;
+/// A place nearer to an end of its part, as a share of it, is at the end.
+constexpr double kAtEnd = 1e-9;
 
 using Holders = decltype(SharedString::holders);
 
@@ -44,9 +50,9 @@ double lift(const WayPoint& a, const WayPoint& b, const StringRest& rest) noexce
   return (rest.p_W - a.p_W - share * (b.p_W - a.p_W)).dot(rest.nhat_W);
 }
 
-/// What would lift the string most.
+/// What would lift the string most, beyond what a rest needs to hold it.
 struct Highest {
-  double lift = kLeastLift;
+  double lift = 0.0;
   std::size_t leg = 0;
   std::size_t rest = 0;
 };
@@ -56,14 +62,16 @@ bool is_on(const Way& way, std::int32_t holder) noexcept {
                      [&](const WayPoint& point) { return point.holder == holder; });
 }
 
-Highest find_highest(const Way& way, const Rests& rests) noexcept {
+Highest find_highest(const Way& way, const Rests& rests, const Holders& before) noexcept {
   Highest highest;
   for (std::size_t k = 0; k < rests.all.size(); ++k) {
     const StringRest& rest = rests.all[k];
     for (std::size_t leg = 0; leg + 1 < way.size(); ++leg) {
       if (rest.lambda < way[leg].lambda || rest.lambda > way[leg + 1].lambda) continue;
-      const double by = lift(way[leg], way[leg + 1], rest);
-      if (by <= highest.lift || is_on(way, rest_holder(rests.first + k))) continue;
+      const std::int32_t holder = rest_holder(rests.first + k);
+      const bool held = std::find(before.begin(), before.end(), holder) != before.end();
+      const double by = lift(way[leg], way[leg + 1], rest) - (held ? kLetGoLift : kLeastLift);
+      if (by <= highest.lift || is_on(way, holder)) continue;
       highest = {by, leg, rests.first + k};
     }
   }
@@ -87,15 +95,28 @@ void begin_way(std::span<const StringTool> tools, const SharedString& held, Way&
   way.push_back({kEnd, 1.0, line.p_B});
 }
 
-/// The holders of the shortest way. Each rest found lifts the string furthest, so none that was
-/// found before comes free.
-Holders lay_over(std::span<const StringTool> tools, const SharedString& held) noexcept {
+/// Puts a rest into the leg that it is on.
+void put(const StringTool& tool, std::int32_t holder, Way& way) noexcept {
+  const StringRest& rest = tool.scene->rests[rest_of(holder)];
+  std::size_t leg = 0;
+  while (leg + 2 < way.size() && way[leg + 1].lambda < rest.lambda) ++leg;
+  way.push_back({holder, rest.lambda, rest.p_W});
+  std::rotate(way.begin() + leg + 1, way.end() - 1, way.end());
+}
+
+using PressedRests = FixedVector<std::int32_t, 2>;
+
+/// The holders of the shortest way over the rests, those that a tool presses in any case. Each that
+/// is found lifts the string furthest, so none that was found before comes free.
+Holders lay_over(std::span<const StringTool> tools, const SharedString& held,
+                 const PressedRests& pressed) noexcept {
   Way way;
   begin_way(tools, held, way);
+  for (const std::int32_t holder : pressed) put(tools.front(), holder, way);
   const Rests rests = rests_of(tools.front(), held.string);
-  for (std::size_t k = 0; k < kMaxHeldRests && !rests.all.empty(); ++k) {
-    const Highest highest = find_highest(way, rests);
-    if (!(highest.lift > kLeastLift)) break;
+  for (std::size_t k = pressed.size(); k < kMaxHeldRests && !rests.all.empty(); ++k) {
+    const Highest highest = find_highest(way, rests, held.holders);
+    if (!(highest.lift > 0.0)) break;
     const StringRest& rest = tools.front().scene->rests[highest.rest];
     way.push_back({rest_holder(highest.rest), rest.lambda, rest.p_W});
     std::rotate(way.begin() + highest.leg + 1, way.end() - 1, way.end());
@@ -118,37 +139,119 @@ bool is_left(const SharedString& held) noexcept {
   return std::all_of(held.holders.begin(), held.holders.end(), is_rest);
 }
 
-/// Where a tool that no longer holds its part of the string presses a part beside it, it goes there:
-/// the slot of that part, -1: it does not.
-std::int32_t next_slot(const StringTool& self, const SharedString& held) noexcept {
-  const StringPart* part = part_of(*self.view, held.string);
-  if (part == nullptr) return -1;
+/// The parts beside its own that a tool presses.
+struct BesidePressed {
+  bool towards_A = false;
+  bool towards_B = false;
+};
+
+BesidePressed beside_pressed(const StringTool& self, std::int32_t string) noexcept {
+  BesidePressed pressed;
+  const StringPart* part = part_of(*self.view, string);
+  if (part == nullptr) return pressed;
   const std::size_t capsules = self.scene->obstacles.capsules_W.size();
   for (const ActivePair& pair : self.view->rigid_active) {
     const auto number = static_cast<std::size_t>(pair.key.obstacle) - capsules;
     if (number >= self.view->rigid.size() || !(pair.multiplier > 0.0)) continue;
     const RigidPart& rigid = self.view->rigid[number];
-    if (rigid.string != held.string) continue;
-    if (rigid.lambda_from == part->lambda_to) return part->slot + 1;
-    if (rigid.lambda_to == part->lambda_from) return part->slot - 1;
+    if (rigid.string != string) continue;
+    if (rigid.lambda_from == part->lambda_to) pressed.towards_B = true;
+    if (rigid.lambda_to == part->lambda_from) pressed.towards_A = true;
   }
-  return -1;
+  return pressed;
 }
 
-/// Holds the next part, if there is a rest between and the tool presses that.
+/// Rests that the tool itself presses the string on: a finger on top of a fret, whatever way the
+/// string takes.
+PressedRests pressed_rests(const StringTool& self, std::int32_t tool,
+                           const SharedString& held) noexcept {
+  PressedRests pressed;
+  const BesidePressed beside = beside_pressed(self, held.string);
+  const Holders& holders = held.holders;
+  for (std::size_t k = 0; k < holders.size(); ++k) {
+    if (holders[k] != tool) continue;
+    if (beside.towards_A && k > 0 && is_rest(holders[k - 1])) pressed.push_back(holders[k - 1]);
+    if (beside.towards_B && k + 1 < holders.size() && is_rest(holders[k + 1])) {
+      pressed.push_back(holders[k + 1]);
+    }
+  }
+  return pressed;
+}
+
+/// A tool that has come to the end of its part of the string, or off it, and presses the one beside
+/// it has gone over the rest between them, and holds that one from now on. False: it has not.
 bool go_over(const StringTool& self, std::int32_t tool, SharedString& held) noexcept {
-  const std::int32_t slot = next_slot(self, held);
-  const auto count = static_cast<std::int32_t>(held.holders.size());
-  if (slot < 0 || slot > count) return false;
-  const StringPart* part = part_of(*self.view, held.string);
-  const auto between = static_cast<std::size_t>(std::min(slot, part->slot));
-  if (between >= held.holders.size() || !is_rest(held.holders[between])) return false;
-  held.holders.push_back(tool);
-  std::rotate(held.holders.begin() + slot, held.holders.end() - 1, held.holders.end());
+  const BesidePressed beside = beside_pressed(self, held.string);
+  const TouchedString* hold = yielding_hold(self, held.string);
+  const double lambda = hold != nullptr ? hold->bend.lambda : 0.5;
+  const bool to_B = beside.towards_B && (hold == nullptr || lambda >= 1.0 - kAtEnd);
+  const bool to_A = beside.towards_A && (hold == nullptr || lambda <= kAtEnd);
+  if (!to_A && !to_B) return false;
+  Holders& holders = held.holders;
+  auto slot = static_cast<std::size_t>(part_of(*self.view, held.string)->slot);
+  if (hold == nullptr) {
+    // It was taken off.
+    holders.push_back(tool);
+    std::rotate(holders.begin() + slot, holders.end() - 1, holders.end());
+  } else {
+    slot = static_cast<std::size_t>(std::find(holders.begin(), holders.end(), tool) -
+                                    holders.begin());
+  }
+  const std::size_t rest = to_B ? slot + 1 : slot - 1;
+  if (rest >= holders.size() || !is_rest(holders[rest])) return hold != nullptr;
+  std::swap(holders[slot], holders[rest]);
   return true;
 }
 
+/// The entry of a string that presses the tool, made where there is none; null: no room.
+PressedString* pressed_string(std::int32_t string, PressedStrings& pressed) noexcept {
+  const auto place = std::lower_bound(
+      pressed.begin(), pressed.end(), string,
+      [](const PressedString& entry, std::int32_t number) { return entry.string < number; });
+  const auto index = static_cast<std::size_t>(place - pressed.begin());
+  if (index < pressed.size() && pressed[index].string == string) return &pressed[index];
+  PressedString entry;
+  entry.string = string;
+  entry.F_W = entry.nhat_W = entry.p_WC = Vector3::Zero();
+  if (!pressed.push_back(entry)) return nullptr;
+  std::rotate(pressed.begin() + index, pressed.end() - 1, pressed.end());
+  return &pressed[index];
+}
+
+/// Of a string that presses the tool at the end of its part alone.
+void describe_end(const Contact& contact, const ContactInput& input, double lambda,
+                  PressedString& pressed) noexcept {
+  pressed.nhat_W = contact.nhat_OG_W;
+  pressed.p_WC = contact.p_WC;
+  pressed.radius = input.tool.leaf(contact.key.tool_sphere).r;
+  pressed.lambda = lambda;
+  pressed.part = input.parts.part_of(contact.key.tool_sphere);
+}
+
 }  // namespace
+
+void add_rest_forces(const StringTool& self, const ContactInput& input,
+                     RenderedTool& tick) noexcept {
+  const std::size_t capsules = self.scene->obstacles.capsules_W.size();
+  const ToolShape shape(input.parts, self.state->contact.parts);
+  const ToolView tool{input.tool, self.state->contact.X_WG, shape.view()};
+  for (const ActivePair& pair : self.view->rigid_active) {
+    const auto number = static_cast<std::size_t>(pair.key.obstacle) - capsules;
+    if (number >= self.view->rigid.size() || !(pair.multiplier > 0.0)) continue;
+    const RigidPart& rigid = self.view->rigid[number];
+    const StringPart* part = part_of(*self.view, rigid.string);
+    if (part == nullptr) continue;
+    const bool beside_B = rigid.lambda_from == part->lambda_to;
+    if (!beside_B && rigid.lambda_to != part->lambda_from) continue;
+    PressedString* pressed = pressed_string(rigid.string, tick.strings);
+    if (pressed == nullptr) continue;
+    const Contact contact = evaluate_contact(pair.key, tool, input.obstacles);
+    if (!(pressed->force > 0.0)) describe_end(contact, input, beside_B ? 1.0 : 0.0, *pressed);
+    pressed->force += pair.multiplier;
+    pressed->displacement += pair.multiplier / input.stiffness.kt;
+    pressed->F_W += pair.multiplier * contact.nhat_OG_W;
+  }
+}
 
 bool settle_rests(std::span<const StringTool> tools, std::int32_t tool,
                   StringSharing& holders) noexcept {
@@ -158,13 +261,14 @@ bool settle_rests(std::span<const StringTool> tools, std::int32_t tool,
   for (std::size_t k = 0; k < holders.size(); ++k) {
     SharedString& held = holders[k];
     const bool was_near = part_of(*self.view, held.string) != nullptr;
-    if (holds(held, tool)) {
-      const Holders found = lay_over(tools, held);
+    const bool over = was_near && go_over(self, tool, held);
+    if (!over && holds(held, tool)) {
+      const Holders found = lay_over(tools, held, pressed_rests(self, tool, held));
       settled = settled && same(found, held.holders);
       held.holders = found;
-    } else if (!was_near || !go_over(self, tool, held)) {
+    } else if (!over) {
       if (is_left(held)) continue;
-      if (was_near) held.holders = lay_over(tools, held);
+      if (was_near) held.holders = lay_over(tools, held, {});
     }
     if (kept != k) holders[kept] = held;
     ++kept;

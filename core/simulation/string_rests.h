@@ -16,4 +16,9 @@ namespace hapticd {
 HD_REALTIME bool settle_rests(std::span<const StringTool> tools, std::int32_t tool,
                               StringSharing& holders) noexcept;
 
+/// Adds to `tick` what a tool presses on strings right beside a rest: that is borne by the rest, and
+/// the contact problem has it as of a rigid line. To be called after update_sharing().
+HD_REALTIME void add_rest_forces(const StringTool& self, const ContactInput& input,
+                                 RenderedTool& tick) noexcept;
+
 }  // namespace hapticd

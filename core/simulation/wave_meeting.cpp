@@ -66,7 +66,9 @@ void aim(const Playing& playing, const ToolPlay& play, NearTool& tool) noexcept 
   const Transverse n = across(frame, near.nhat_W);
   const double length = norm(n);
   touch.normal = length > 0.0 ? Transverse{n.y / length, n.z / length} : Transverse{1.0, 0.0};
-  if (touch.force > 0.0) {
+  // A tool on top of a fret bends nothing itself.
+  const bool bends = near.u_W.squaredNorm() > 0.0;
+  if (touch.force > 0.0 && bends) {
     // As the law has it: the string's vertex at the distance of the radius.
     const Transverse u = across(frame, near.u_W);
     touch.lambda = whole_lambda(play.view, playing.wave.string, near.touch.lambda);
