@@ -106,13 +106,13 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand,
     ToolScene seen = segment_strings(all, strings_.sharing(), number, to_vector(hand.p_WH));
     seen.others = {{others.begin(), others.size()}, memory_.scratch};
     const bool may_repeat = !seen.rests.empty() && attempt < kRestTries;
-    if (may_repeat) play.before = play.state;
+    if (!seen.rests.empty()) play.before = play.state;
     render_contact(seen, hand, play.state, play.problem, play.rendered, work_budget);
     add_attempt(spent, play.rendered.contact);
     update_sharing(all, number, strings_.sharing());
     seen.others = {};
     play.way.input = contact_input(seen, play.rendered.X_WH, play.rendered.dt);
-    const bool settled = seen.rests.empty() || settle_rests(all, number, strings_.sharing());
+    const bool settled = seen.rests.empty() || settle_rests(all, number, play.before, strings_.sharing());
     if (settled || !may_repeat) {
       if (!seen.rests.empty()) add_rest_forces(all[tool], play.way.input, play.rendered);
       return;

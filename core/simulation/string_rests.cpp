@@ -87,7 +87,7 @@ void begin_way(std::span<const StringTool> tools, const SharedString& held, Way&
   for (const std::int32_t holder : held.holders) {
     if (is_rest(holder)) continue;
     const StringTool& tool = tools[static_cast<std::size_t>(holder)];
-    const TouchedString* hold = yielding_hold(tool, held.string);
+    const TouchedString* hold = hold_of(*tool.state, held.string);
     if (hold == nullptr) continue;
     const Vector3 p_W = vertex_of(tool, *hold);
     way.push_back({holder, lambda_of(line, p_W), p_W});
@@ -182,7 +182,7 @@ PressedRests pressed_rests(const StringTool& self, std::int32_t tool,
 /// it has gone over the rest between them, and holds that one from now on. False: it has not.
 bool go_over(const StringTool& self, std::int32_t tool, SharedString& held) noexcept {
   const BesidePressed beside = beside_pressed(self, held.string);
-  const TouchedString* hold = yielding_hold(self, held.string);
+  const TouchedString* hold = hold_of(*self.state, held.string);
   const double lambda = hold != nullptr ? hold->bend.lambda : 0.5;
   const bool to_B = beside.towards_B && (hold == nullptr || lambda >= 1.0 - kAtEnd);
   const bool to_A = beside.towards_A && (hold == nullptr || lambda <= kAtEnd);
@@ -200,6 +200,23 @@ bool go_over(const StringTool& self, std::int32_t tool, SharedString& held) noex
   const std::size_t rest = to_B ? slot + 1 : slot - 1;
   if (rest >= holders.size() || !is_rest(holders[rest])) return hold != nullptr;
   std::swap(holders[slot], holders[rest]);
+  return true;
+}
+
+/// A tool has come off its part of the string beside a rest, which it may have lifted the string
+/// from: it holds it without the rests beside it. False: there is none.
+bool take_off_rests(const StringTool& self, std::int32_t tool, SharedString& held) noexcept {
+  Holders& holders = held.holders;
+  const auto slot = static_cast<std::size_t>(part_of(*self.view, held.string)->slot);
+  Holders left;
+  for (std::size_t k = 0; k < holders.size(); ++k) {
+    if (k == slot) left.push_back(tool);
+    const bool beside = k == slot || k + 1 == slot;
+    if (!beside || !is_rest(holders[k])) left.push_back(holders[k]);
+  }
+  if (slot >= holders.size()) left.push_back(tool);
+  if (left.size() > holders.size()) return false;
+  holders = left;
   return true;
 }
 
@@ -253,7 +270,7 @@ void add_rest_forces(const StringTool& self, const ContactInput& input,
   }
 }
 
-bool settle_rests(std::span<const StringTool> tools, std::int32_t tool,
+bool settle_rests(std::span<const StringTool> tools, std::int32_t tool, const ToolState& before,
                   StringSharing& holders) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
   bool settled = true;
@@ -266,6 +283,9 @@ bool settle_rests(std::span<const StringTool> tools, std::int32_t tool,
       const Holders found = lay_over(tools, held, pressed_rests(self, tool, held));
       settled = settled && same(found, held.holders);
       held.holders = found;
+    } else if (!over && was_near && hold_of(before, held.string) != nullptr &&
+               take_off_rests(self, tool, held)) {
+      settled = false;
     } else if (!over) {
       if (is_left(held)) continue;
       if (was_near) held.holders = lay_over(tools, held, {});

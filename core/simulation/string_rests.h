@@ -11,10 +11,10 @@ namespace hapticd {
 
 /// Lays the strings that tool number `tool` has just been rendered on over their rests, and forgets
 /// those of strings that no tool holds any more. A tool that has gone over a rest to the next part
-/// holds that one. To be called after update_sharing(). False where a string lies on others than
-/// the tool was rendered with.
+/// holds that one. `before`: the tool's state before it was rendered. To be called after
+/// update_sharing(). False where a string lies on others than the tool was rendered with.
 HD_REALTIME bool settle_rests(std::span<const StringTool> tools, std::int32_t tool,
-                              StringSharing& holders) noexcept;
+                              const ToolState& before, StringSharing& holders) noexcept;
 
 /// Adds to `tick` what a tool presses on strings right beside a rest: that is borne by the rest, and
 /// the contact problem has it as of a rigid line. To be called after update_sharing().

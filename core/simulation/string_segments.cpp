@@ -134,8 +134,8 @@ double lambda_of(const Capsule& string, const Vector3& p_W) noexcept {
   return squared > 0.0 ? std::clamp((p_W - string.p_A).dot(axis) / squared, 0.0, 1.0) : 0.5;
 }
 
-const TouchedString* yielding_hold(const StringTool& tool, std::int32_t string) noexcept {
-  for (const TouchedString& hold : tool.state->contact.touched) {
+const TouchedString* hold_of(const ToolState& state, std::int32_t string) noexcept {
+  for (const TouchedString& hold : state.contact.touched) {
     if (hold.bend.capsule == string && hold.yields) return &hold;
   }
   return nullptr;
@@ -160,7 +160,7 @@ void string_points(std::span<const StringTool> tools, const StringSharing& holde
         continue;
       }
       const StringTool& tool = tools[static_cast<std::size_t>(holder)];
-      const TouchedString* hold = yielding_hold(tool, string);
+      const TouchedString* hold = hold_of(*tool.state, string);
       if (holder != without && hold != nullptr) points.push_back(vertex_of(tool, *hold));
     }
   }
@@ -276,7 +276,7 @@ void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
   std::size_t kept = 0;
   for (std::size_t k = 0; k < holders.size(); ++k) {
     auto& held = holders[k].holders;
-    if (yielding_hold(self, holders[k].string) == nullptr) {
+    if (hold_of(*self.state, holders[k].string) == nullptr) {
       const auto* const end = std::remove(held.begin(), held.end(), tool);
       held.truncate(static_cast<std::size_t>(end - held.begin()));
     }

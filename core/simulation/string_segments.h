@@ -94,8 +94,8 @@ struct StringTool {
 }
 
 /// How a tool holds a string that yields; null: it does not.
-[[nodiscard]] HD_REALTIME const TouchedString* yielding_hold(const StringTool& tool,
-                                                             std::int32_t string) noexcept;
+[[nodiscard]] HD_REALTIME const TouchedString* hold_of(const ToolState& state,
+                                                       std::int32_t string) noexcept;
 
 /// Where a tool's hold takes the string to.
 [[nodiscard]] HD_REALTIME Vector3 vertex_of(const StringTool& tool,
