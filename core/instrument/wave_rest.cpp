@@ -25,20 +25,24 @@ double depth(const RestLead& lead, const WaveRestTouch& touch) noexcept {
 
 void lead_through(const RestLead& lead, const WaveRestTouch& touch, WaveRest& rest) noexcept {
   const double sunk = std::max(depth(lead, touch), 0.0);
+  const auto at = [&](double lacking) {
+    return Transverse{touch.d.y - lacking * touch.normal.y, touch.d.z - lacking * touch.normal.z};
+  };
   if (rest.number != touch.number) {
     rest = WaveRest{};
     rest.number = touch.number;
     rest.lacking = sunk;
+    rest.path.lambda_to = touch.lambda;
+    rest.path.d_to = at(sunk);
   }
-  const double before = rest.lacking;
-  rest.lacking = std::max(0.0, std::min(sunk, before) - kRestReturn * lead.dt);
+  rest.lacking = std::max(0.0, std::min(sunk, rest.lacking) - kRestReturn * lead.dt);
   StringContactPath& path = rest.path;
   path.shape = StringContactShape::kPlane;
-  path.lambda_from = path.lambda_to = touch.lambda;
+  path.lambda_from = path.lambda_to;
+  path.lambda_to = touch.lambda;
   path.normal = touch.normal;
-  path.d_from = {touch.d.y - before * touch.normal.y, touch.d.z - before * touch.normal.z};
-  path.d_to = {touch.d.y - rest.lacking * touch.normal.y,
-               touch.d.z - rest.lacking * touch.normal.z};
+  path.d_from = path.d_to;
+  path.d_to = at(rest.lacking);
   path.stiffness = kRestStiffness;
   path.damping = kRestDamping;
   path.friction = lead.has_friction ? touch.friction : 0.0;

@@ -1,4 +1,4 @@
-// Things that do not move and that a string which sounds may strike or lie on: a fret, a board. Each
+// Things that do not yield and that a string which sounds may strike or lie on: a fret, a board. Each
 // is a plane across the string at one place (string_contacts.h). SI; across the string, (y, z). RT:
 // yes.
 #pragma once
@@ -16,7 +16,7 @@ inline constexpr std::size_t kMaxWaveRests = 4;
 
 /// One that the string may meet in a tick.
 struct WaveRestTouch {
-  std::int32_t number = -1;  ///< its own, of the scene
+  std::int32_t number = -1;  ///< its own
   double lambda = 0.5;       ///< place along the string
   Transverse d;              ///< of the string where it just lies on it, m
   Transverse normal{0.0, 1.0};  ///< unit, from it to the string

@@ -45,11 +45,13 @@ std::vector<double> sampled(const Axis& axis) {
 }
 
 /// Adds the place at lambda, `gap` below the string along -nhat_W.
-void add(const Axis& axis, double lambda, double gap, const Vector3& nhat_W, RestPlaces& places) {
+void add(const Axis& axis, double lambda, double gap, const Vector3& nhat_W, bool surface,
+         RestPlaces& places) {
   places.nearest_gap = std::min(places.nearest_gap, gap);
   StringRest rest;
   rest.lambda = lambda;
   rest.nhat_W = nhat_W;
+  rest.surface = surface;
   // What it lies in a little it touches.
   rest.p_W = axis.at(lambda) - std::max(gap, 0.0) * nhat_W;
   places.rests.push_back(rest);
@@ -59,6 +61,7 @@ void add(const Axis& axis, double lambda, double gap, const Vector3& nhat_W, Res
 struct Nearest {
   double lambda;
   Vector3 p_WL;
+  bool surface = false;
 };
 
 /// Of the string and a leg that crosses it.
@@ -82,7 +85,7 @@ void add_crossing(const Axis& axis, const Nearest& nearest, double radius, RestP
     return;
   }
   const double gap = distance - radius - axis.radius;
-  if (gap < kRestReach) add(axis, nearest.lambda, gap, apart / distance, places);
+  if (gap < kRestReach) add(axis, nearest.lambda, gap, apart / distance, nearest.surface, places);
 }
 
 /// A leg that runs along the string, by its sections across it.
@@ -93,7 +96,7 @@ void add_along(const Axis& axis, const Vector3& p, const Vector3& q, double radi
   for (const double lambda : sampled(axis)) {
     const double share = (lambda - from) / (to - from);
     if (!(share >= 0.0 && share <= 1.0)) continue;
-    add_crossing(axis, {lambda, p + share * (q - p)}, radius, places);
+    add_crossing(axis, {lambda, p + share * (q - p), true}, radius, places);
   }
 }
 
@@ -176,7 +179,7 @@ RestPlaces places_on_body(const SceneDescription& scene, std::size_t string, std
   if (!n) return places;
   for (const double lambda : sampled(axis)) {
     const double gap = depth_below(axis.at(lambda), *n, near) - axis.radius;
-    if (gap < kRestReach - axis.radius) add(axis, lambda, gap, *n, places);
+    if (gap < kRestReach - axis.radius) add(axis, lambda, gap, *n, true, places);
   }
   for (StringRest& rest : places.rests) rest.friction = thing.friction_coefficient;
   return places;

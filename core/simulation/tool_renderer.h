@@ -40,6 +40,8 @@ struct StringRest {
   Vector3 p_W;          ///< of the string's axis when it lies there, m
   Vector3 nhat_W;       ///< unit, across the string, from what it lies on to it
   double friction = 0.0;  ///< Coulomb's coefficient
+  /// One of many places of a surface along the string: between them it goes on.
+  bool surface = false;
 };
 
 /// What stays the same from tick to tick; views must outlive the ticks.

@@ -2,7 +2,6 @@
 #include "core/simulation/wave_meeting.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "core/contact/coupling_axes.h"
 #include "core/instrument/wave_string.h"
@@ -81,82 +80,7 @@ void aim(const Playing& playing, const ToolPlay& play, NearTool& tool) noexcept 
   soften(playing, play, tool);
 }
 
-/// What the tick may move a string by beyond its swing, m.
-constexpr double kRestMargin = 1e-3;
-
-/// A rest, and how far the string as it is bent is above it, m.
-struct NearRest {
-  std::size_t number;
-  double gap;
-};
-using NearRests = FixedVector<NearRest, kMaxWaveRests>;
-
-/// The string's way from A to B, bent as the static laws have it, and how it swings about it.
-struct StringWay {
-  StringPoints points;
-  std::array<double, decltype(StringPoints{})::capacity()> lambda;
-};
-
-void find_way(const Playing& playing, StringWay& way) noexcept {
-  const SimulationMemory& memory = playing.wave.memory;
-  StringTools views;
-  string_points(string_tools(memory, views), playing.wave.sharing, playing.wave.string, -1,
-                way.points);
-  const Capsule& line = memory.tools.front()
-                            .scene.obstacles.capsules_W[static_cast<std::size_t>(
-                                playing.wave.string)];
-  for (std::size_t k = 0; k < way.points.size(); ++k) {
-    way.lambda[k] = lambda_of(line, way.points[k]);
-  }
-  way.lambda[way.points.size() - 1] = 1.0;
-}
-
-/// How far above `rest` the way is, m.
-double gap_to(const StringWay& way, const StringRest& rest) noexcept {
-  std::size_t leg = 0;
-  while (leg + 2 < way.points.size() && way.lambda[leg + 1] < rest.lambda) ++leg;
-  const double length = way.lambda[leg + 1] - way.lambda[leg];
-  const double share = length > 0.0 ? (rest.lambda - way.lambda[leg]) / length : 0.0;
-  const Vector3 p_W = way.points[leg] + share * (way.points[leg + 1] - way.points[leg]);
-  return (p_W - rest.p_W).dot(rest.nhat_W);
-}
-
-/// Among the nearest, if it is one of them.
-void keep_nearest(const NearRest& rest, NearRests& nearest) noexcept {
-  if (nearest.full()) {
-    if (!(rest.gap < nearest[nearest.size() - 1].gap)) return;
-    nearest[nearest.size() - 1] = rest;
-  } else {
-    nearest.push_back(rest);
-  }
-  for (std::size_t k = nearest.size() - 1; k > 0 && nearest[k].gap < nearest[k - 1].gap; --k) {
-    std::swap(nearest[k], nearest[k - 1]);
-  }
-}
-
 }  // namespace
-
-void find_rests(const Playing& playing, WaveRestTouches& rests) noexcept {
-  const std::span<const StringRest> all = playing.wave.memory.tools.front().scene.rests;
-  const WaveState& state = playing.kept.state;
-  if (all.empty()) return;
-  StringWay way;
-  find_way(playing, way);
-  NearRests nearest;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    if (all[k].string != playing.wave.string) continue;
-    const double gap = gap_to(way, all[k]);
-    const double swing = reach_of(state.string.tuning, state.ringing, all[k].lambda);
-    if (gap <= swing + kRestMargin) keep_nearest({k, gap}, nearest);
-  }
-  for (const NearRest& near : nearest) {
-    const StringRest& rest = all[near.number];
-    const Vector3 at_rest_W = playing.frame.p_WA + rest.lambda * playing.frame.axis_W;
-    rests.push_back({static_cast<std::int32_t>(near.number), rest.lambda,
-                     across(playing.frame, rest.p_W - at_rest_W),
-                     across(playing.frame, rest.nhat_W), rest.friction});
-  }
-}
 
 StringFrame frame_of(const Capsule& line) noexcept {
   StringFrame frame;

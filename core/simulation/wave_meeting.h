@@ -51,7 +51,6 @@ struct Playing {
 };
 
 using NearTools = std::array<NearTool, kMaxTools>;
-using WaveRestTouches = FixedVector<WaveRestTouch, kMaxWaveRests>;
 using Touches = std::array<const WaveTouch*, kMaxTools>;
 
 /// Of string number `string`.
@@ -63,8 +62,5 @@ using Touches = std::array<const WaveTouch*, kMaxTools>;
 /// The tools that press the string, or that it may meet: false, and all null, where there is none.
 [[nodiscard]] HD_REALTIME bool find_near(const Playing& playing, NearTools& tools,
                                          Touches& touches) noexcept;
-
-/// The rests that the string may meet in the tick, the nearest first. 0.3 us with 200.
-HD_REALTIME void find_rests(const Playing& playing, WaveRestTouches& rests) noexcept;
 
 }  // namespace hapticd

@@ -7,6 +7,7 @@
 #include "core/instrument/wave_tank.h"
 #include "core/instrument/wave_tone.h"
 #include "core/instrument/wave_watch.h"
+#include "core/simulation/rest_meeting.h"
 #include "core/simulation/touch_place.h"
 #include "core/simulation/wave_force.h"
 #include "core/simulation/wave_meeting.h"
@@ -201,7 +202,7 @@ void play_wave(const PlayedWave& wave, Tick& tick, StringEvents& events) noexcep
   retune(state.string.tuning, playing.kept.table, state.string);
   const bool near = find_near(playing, tools, touches);
   WaveRestTouches rests;
-  if (near || state.awake) find_rests(playing, rests);
+  if (near || state.awake) find_rests(playing, tools, touches, rests);
   if (playing.time.dt_ns <= 0) {
     hold_forces(playing, tools, touches);
     tell(playing, tools, tick);
