@@ -143,11 +143,19 @@ void find_rests(const Playing& playing, NearTools& tools, const Touches& touches
   find_way(playing, way);
   Replaced replaced;
   put_under_tools(playing, tools, touches, rests, replaced);
+  // What modes cannot tell from the place under a tool is that place.
+  const double cell = 1.0 / std::max(state.string.count, 1);
+  const auto is_under_tool = [&](const StringRest& rest) {
+    return rest.surface && std::any_of(rests.begin(), rests.end(), [&](const WaveRestTouch& under) {
+             return std::abs(under.lambda - rest.lambda) < cell;
+           });
+  };
   NearRests nearest;
   for (std::size_t k = 0; k < all.size(); ++k) {
     const std::int32_t holder = rest_holder(k);
     if (all[k].string != playing.wave.string) continue;
     if (std::find(replaced.begin(), replaced.end(), holder) != replaced.end()) continue;
+    if (is_under_tool(all[k])) continue;
     const double gap = gap_to(way, all[k]);
     const double swing = reach_of(state.string.tuning, state.ringing, all[k].lambda);
     if (gap <= swing + kRestMargin) keep_nearest({k, gap}, nearest);

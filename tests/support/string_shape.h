@@ -15,7 +15,7 @@ namespace hapticd::test {
   StringTools tools;
   StringPoints points;
   string_points(string_tools(memory, tools), simulation.strings().sharing(), string, -1, points);
-  if (memory.tools.size() > 1) return points;
+  if (memory.tools.size() > 1 || !memory.tools.front().scene.rests.empty()) return points;
   // One tool holds what it holds.
   const ToolPlay& play = memory.tools.front();
   const Capsule& line = play.scene.obstacles.capsules_W[static_cast<std::size_t>(string)];
