@@ -33,6 +33,7 @@ struct WaveTank {
   /// the tool, N, and what the static law stored, J.
   std::array<Transverse, kMaxTools> beyond{};
   std::array<Transverse, kMaxTools> law{};
+  std::array<double, kMaxTools> pull{};  ///< of the static law along the string, N
   std::array<double, kMaxTools> stored{};
 };
 

@@ -9,22 +9,31 @@ namespace {
 
 double dot(const Transverse& a, const Transverse& b) noexcept { return a.y * b.y + a.z * b.z; }
 
-/// What the static law lets go of beyond what it may have given the hand, J: while it holds, its
-/// work is what it stores, and how a held force errs in that is for the device's loop to watch.
-double let_go(const WaveTank& tank, const WavePort& port) noexcept {
-  const double given =
-      std::max({0.0, dot(tank.law[port.tool], port.moved), dot(port.law, port.moved)});
-  return std::max(0.0, tank.stored[port.tool] - port.stored - given);
+/// What the static laws of all tools let go of beyond what they may have given the hands, J: while
+/// they hold, their work is what they store, and how a held force errs in that is for the device's
+/// loop to watch.
+double let_go(const WaveTank& tank, std::span<const WavePort> ports) noexcept {
+  double lost = 0.0;
+  double as_before = 0.0;
+  double as_now = 0.0;
+  for (const WavePort& port : ports) {
+    const std::size_t k = port.tool;
+    lost += tank.stored[k] - port.stored;
+    as_before += dot(tank.law[k], port.moved) + tank.pull[k] * port.slid;
+    as_now += dot(port.law, port.moved) + port.pull * port.slid;
+  }
+  return std::max(0.0, lost - std::max({0.0, as_before, as_now}));
 }
 
 }  // namespace
 
 void settle_wave_tank(std::span<const WavePort> ports, double spare, WaveTank& tank) noexcept {
+  tank.energy += let_go(tank, ports);
   for (const WavePort& port : ports) {
     const std::size_t k = port.tool;
     tank.energy -= dot(tank.beyond[k], port.moved);
-    tank.energy += let_go(tank, port);
     tank.law[k] = port.law;
+    tank.pull[k] = port.pull;
     tank.stored[k] = port.stored;
   }
   const double most = std::max(0.0, spare) + kTankReserve;

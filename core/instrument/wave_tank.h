@@ -17,7 +17,9 @@ inline constexpr double kTankReserve = 20e-6;
 struct WavePort {
   std::size_t tool = 0;
   Transverse moved;     ///< way of the hand at the contact over the tick, m
+  double slid = 0.0;    ///< and along the string, m
   Transverse law;       ///< static force on the tool, N
+  double pull = 0.0;    ///< and along the string, N
   Transverse felt;      ///< mean force on the tool, N
   double stored = 0.0;  ///< by the static law, in string and coupling, J
   Transverse way;       ///< of the hand until the next tick, if it goes on as it does, m

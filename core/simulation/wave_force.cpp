@@ -102,8 +102,12 @@ WavePort port_of(const Playing& playing, const NearTool& tool, std::size_t numbe
   const Vector3 arm_W = tool.proximity.p_WC - play.rendered.X_WG.p;
   WavePort port;
   port.tool = number;
-  port.moved = across(playing.frame, hand.dp + hand.dtheta.cross(arm_W));
+  const Vector3 moved_W = hand.dp + hand.dtheta.cross(arm_W);
+  const Vector3 along_W = playing.frame.axis_W.normalized();
+  port.moved = across(playing.frame, moved_W);
+  port.slid = moved_W.dot(along_W);
   port.law = across(playing.frame, tool.proximity.F_W);
+  port.pull = tool.proximity.F_W.dot(along_W);
   // A tool that is pushed out of something feels no more than that grows by.
   const bool ramps = std::isfinite(play.state.force_bound) ||
                      play.rendered.contact.status == ContactStatus::kRecovering;
@@ -144,7 +148,9 @@ void give_forces(const Playing& playing, const NearTools& tools, const Touches& 
       port.stored = law_energy(memory.tools[k], playing, tools[k], parted);
       if (parted && law_stored == 0.0) port.stored += shared_energy(playing);
     } else {
-      port.moved = across(playing.frame, memory.tools[k].way.hand.dp);
+      const Vector3& moved_W = memory.tools[k].way.hand.dp;
+      port.moved = across(playing.frame, moved_W);
+      port.slid = moved_W.dot(playing.frame.axis_W.normalized());
     }
     law_stored += port.stored;
     ports.push_back(port);
