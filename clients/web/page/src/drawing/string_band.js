@@ -3,9 +3,9 @@
 import { swingAt } from 'hapticd-stream';
 import { add, scale, subtract } from 'hapticd-stream/vector';
 
-const RINGS = 33; // of a string alone: four for each loop of the 8th partial
+const RINGS = 25; // of a string alone: four for each loop of the 6th partial
 const LEAST_RINGS = 9;
-const RINGS_IN_ALL = 250; // 4000 triangles, a third of what a scene may have without a GPU
+const RINGS_IN_ALL = 175; // 2800 triangles, little beside what meshes may have without a GPU
 const UNSEEN_M = 2e-6;
 
 /** Rings for the band of each of `strings` strings. */
