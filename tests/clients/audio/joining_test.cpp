@@ -97,8 +97,12 @@ TEST_CASE("partials that decay faster have faded more: a string is begun with wh
   // After a second the second partial is 87 dB below where it was, the first 6 dB.
   const std::vector<float> sound = joined(bright, 1.0);
   const std::vector<float> pure = joined(told(5), 1.0);
-  CHECK(test::rms(sound, kRate_hz, 0.1, 0.2) ==
-        doctest::Approx(test::rms(pure, kRate_hz, 0.1, 0.2)).epsilon(0.01));
+  const double softer = test::rms(pure, kRate_hz, 0.1, 0.2);
+  CHECK(test::rms(sound, kRate_hz, 0.1, 0.2) / softer == doctest::Approx(1.0).epsilon(0.01));
+  // Had it kept as much of the second, it would be heard, and 3 dB more of both.
+  v1::StringSounding even = bright;
+  even.set_decays_s(1, 1.5F);
+  CHECK(test::rms(joined(even, 1.0), kRate_hz, 0.1, 0.2) > 1.1 * softer);
 }
 
 TEST_CASE("what events have told already a State does not begin again, nor the other way round") {
@@ -130,30 +134,34 @@ TEST_CASE("what was told of the strings of one scene says nothing in the next") 
 }
 
 TEST_CASE("States without sounds, or with such as no string can have, begin nothing") {
-  Kept kept;
+  const auto begins = [](const v1::State& state) {
+    Kept kept;
+    kept.player.join(state, 0);
+    return !kept.orders.empty();
+  };
+  REQUIRE(begins(state_with(told(5), 0.1)));
   v1::State silent = state_with(told(5), 0.0);
   silent.mutable_strings(1)->clear_sounding();
-  kept.player.join(silent, 0);
-  kept.player.join({}, 0);
+  CHECK_FALSE(begins(silent));
+  CHECK_FALSE(begins({}));
   for (const float number : {std::nanf(""), -1.0F, 0.0F, std::numeric_limits<float>::infinity()}) {
     v1::StringSounding bad = told(5);
     bad.set_decays_s(0, number);
-    kept.player.join(state_with(bad, 0.1), 0);
+    CHECK_FALSE(begins(state_with(bad, 0.1)));
     bad = told(5);
     bad.set_partials_m(0, number);
-    kept.player.join(state_with(bad, 0.1), 0);
+    CHECK_FALSE(begins(state_with(bad, 0.1)));
     bad = told(5);
     bad.set_frequency_hz(number);
-    kept.player.join(state_with(bad, 0.1), 0);
+    CHECK_FALSE(begins(state_with(bad, 0.1)));
   }
   v1::StringSounding other = told(5);
   other.set_string_index(3);
-  kept.player.join(state_with(other, 0.1), 0);
+  CHECK_FALSE(begins(state_with(other, 0.1)));
   v1::State beyond = state_with(told(5), 0.1);
   beyond.mutable_strings(1)->set_string_index(4'000'000'000U);
   beyond.mutable_strings(1)->mutable_sounding()->set_string_index(4'000'000'000U);
-  kept.player.join(beyond, 0);
-  CHECK(kept.orders.empty());
+  CHECK_FALSE(begins(beyond));
 }
 
 }  // namespace hapticd::audio
