@@ -40,6 +40,24 @@ double decay_of(const v1::StringSounding& sounding) {
   return static_cast<double>(sounding.decays_s(static_cast<int>(loudest - partials.begin())));
 }
 
+/// The same as it is at t_ns, if nobody has told anything since.
+v1::StringSounding carried_on(const v1::StringSounding& sounding, std::uint64_t t_ns) {
+  v1::StringSounding now = sounding;
+  if (t_ns <= sounding.t_ns()) return now;
+  const double since = 1e-9 * static_cast<double>(t_ns - sounding.t_ns());
+  const double cents = static_cast<double>(sounding.cents_per_s()) * std::min(since, kOnward_s);
+  now.set_t_ns(t_ns);
+  now.set_frequency_hz(
+      static_cast<float>(static_cast<double>(sounding.frequency_hz()) * std::exp2(cents / 1200.0)));
+  if (since >= kOnward_s) now.set_cents_per_s(0.0F);
+  for (int k = 0; k < std::min(now.partials_m_size(), now.decays_s_size()); ++k) {
+    const auto decay = static_cast<double>(now.decays_s(k));
+    now.set_partials_m(
+        k, static_cast<float>(static_cast<double>(now.partials_m(k)) * std::exp(-since / decay)));
+  }
+  return now;
+}
+
 /// True where every number of it is one that a string can have.
 bool is_sound(const v1::StringSounding& sounding) {
   const auto within = [](float value, double least, double most) {
@@ -81,6 +99,16 @@ void EventPlayer::play(const v1::Item& event, std::int64_t due_ns) {
     play_radius(event.string_radius(), due_ns);
   } else if (event.has_string_sounding() && event.string_sounding().string_index() < kMaxStrings) {
     play_sounding(event.string_sounding(), due_ns);
+  }
+}
+
+void EventPlayer::join(const v1::State& state, std::int64_t due_ns) {
+  for (const v1::StringState& each : state.strings()) {
+    if (!each.has_sounding() || each.string_index() >= kMaxStrings) continue;
+    const v1::StringSounding& sounding = each.sounding();
+    if (sounding.string_index() != each.string_index()) continue;
+    if (!is_news(sounding, string_at(each.string_index())) || !is_sound(sounding)) continue;
+    play_sounding(carried_on(sounding, state.t_ns()), due_ns);
   }
 }
 
@@ -159,10 +187,13 @@ double EventPlayer::keep_of(const String& string, double decay_s) const {
   return rest > 1e-6 ? keep_per_frame(1.0 / rest, sound_.rate_hz) : 1.0;
 }
 
+bool EventPlayer::is_news(const v1::StringSounding& sounding, const String& string) {
+  return !string.sounds || static_cast<std::int32_t>(sounding.number() - string.number) > 0;
+}
+
 void EventPlayer::play_sounding(const v1::StringSounding& sounding, std::int64_t due_ns) {
   String& string = string_at(sounding.string_index());
-  const bool newer = static_cast<std::int32_t>(sounding.number() - string.number) > 0;
-  if ((string.sounds && !newer) || !is_sound(sounding)) return;
+  if (!is_news(sounding, string) || !is_sound(sounding)) return;
   string.sounds = true;
   string.number = sounding.number();
   const double amplitude = amplitude_of(sounding);

@@ -1,7 +1,8 @@
 // Turns the daemon's events into orders for the audio engine: a Tone into a strike, a
 // StringSounding into a bend of its pitch and loudness, and for strings that send none a
-// StringRadius into the damping of one that a finger touches, or its end. Knows the scene, for the
-// strings' names and stiffness, and the recordings. Instants are given by the caller. Not RT.
+// StringRadius into the damping of one that a finger touches, or its end. What was told before the
+// player came is repeated in States: a string that rings is begun from there. Knows the scene, for
+// the strings' names and stiffness, and the recordings. Instants are given by the caller. Not RT.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +14,7 @@
 #include "clients/audio/dsp/timeline.h"
 #include "clients/audio/string_design.h"
 #include "clients/audio/tone_files.h"
+#include "hapticd/v1/state.pb.h"
 #include "hapticd/v1/stream.pb.h"
 
 namespace hapticd::audio {
@@ -38,6 +40,9 @@ class EventPlayer {
   /// An event, to be heard at due_ns. Anything but Tone, StringSounding and StringRadius is left
   /// alone.
   void play(const v1::Item& event, std::int64_t due_ns);
+  /// What `state` repeats of strings that sound, as they sound at its instant, to be heard at
+  /// due_ns. What events have told already changes nothing.
+  void join(const v1::State& state, std::int64_t due_ns);
 
   [[nodiscard]] const EventCounts& counts() const noexcept { return counts_; }
 
@@ -60,6 +65,7 @@ class EventPlayer {
   void play_tone(const v1::Tone& tone, std::int64_t due_ns);
   void play_radius(const v1::StringRadius& radius, std::int64_t due_ns);
   void play_sounding(const v1::StringSounding& sounding, std::int64_t due_ns);
+  [[nodiscard]] static bool is_news(const v1::StringSounding& sounding, const String& string);
   /// Begins a tone that nobody has released: a string that was struck, or let go by a stop.
   void begin_sounding(const v1::StringSounding& sounding, std::int64_t due_ns);
   void strike(const ToneSound& tone, String& string, std::int64_t due_ns);

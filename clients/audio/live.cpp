@@ -30,6 +30,11 @@ constexpr double kSameDelay_ms = 0.5;
 constexpr std::int64_t kSpeak_ns = 10 * kSecond_ns;
 /// Instants beyond this are no instants: 146 years.
 constexpr std::uint64_t kMaxInstant_ns = std::uint64_t{1} << 62U;
+/// States per second: they repeat what sounds for who has come late, or for an instrument that was
+/// made anew. Faster than it is repeated, so that what had no room in one follows soon.
+constexpr double kStates_hz = 50.0;
+/// Of a daemon that does not say how many ticks a second has.
+constexpr double kUsualRate_hz = 1000.0;
 
 void say(const std::string& text) { std::fprintf(stderr, "haptic-audio: %s\n", text.c_str()); }
 
@@ -60,6 +65,7 @@ class Live {
   void open_daemon() {
     client::ClientHandlers handlers;
     handlers.item = [this](const v1::Item& item) { take(item); };
+    handlers.state = [this](const v1::State& state) { join(state); };
     handlers.ended = [this](client::SessionEnd) {
       if (heard_) say("the daemon at " + client_->server() + " has gone; waits for it");
       missed_ = missed_ || heard_;
@@ -93,15 +99,35 @@ class Live {
     if (item.has_scene_info()) {
       real_clock_ = item.scene_info().clock() != v1::CLOCK_MODE_VIRTUAL;
       set_scene(item.scene_info().scene());
+      subscribe(item.scene_info().rate_hz());
       if (!heard_) say("hears hapticd, scene " + item.scene_info().scene().name());
       heard_ = true;
     }
     const std::optional<std::uint64_t> instant = instant_of(item);
     if (!instant || !playing_) return;
     const std::int64_t now_ns = client::monotonic_now_ns();
-    const std::int64_t due =
-        due_ns(*instant, client_->clock(), real_clock_, now_ns, std::llround(delay_ms_ * 1e6));
-    playing_->play(item, due, now_ns);
+    playing_->play(item, heard_at(*instant, now_ns), now_ns);
+  }
+
+  /// What sounded before we came is in States alone.
+  void subscribe(double rate_hz) {
+    v1::Item item;
+    const double ticks = (rate_hz > 0.0 ? rate_hz : kUsualRate_hz) / kStates_hz;
+    item.mutable_subscribe()->set_divisor(
+        static_cast<std::uint32_t>(std::clamp(std::round(ticks), 1.0, 1e6)));
+    item.mutable_subscribe()->add_sections(v1::SECTION_STRINGS);
+    client_->request(item);
+  }
+
+  void join(const v1::State& state) {
+    // The numbers of one scene's strings say nothing of another's.
+    const bool known = client_->scene() && client_->scene()->scene_id() == state.scene_id();
+    if (!known || !playing_) return;
+    playing_->join(state, heard_at(state.t_ns(), client::monotonic_now_ns()));
+  }
+
+  [[nodiscard]] std::int64_t heard_at(std::uint64_t t_ns, std::int64_t now_ns) const {
+    return due_ns(t_ns, client_->clock(), real_clock_, now_ns, std::llround(delay_ms_ * 1e6));
   }
 
   void say_card(const char* begin) {

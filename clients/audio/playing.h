@@ -18,6 +18,7 @@
 #include "clients/audio/string_design.h"
 #include "clients/audio/tone_files.h"
 #include "hapticd/v1/scene.pb.h"
+#include "hapticd/v1/state.pb.h"
 #include "hapticd/v1/stream.pb.h"
 
 namespace hapticd::audio {
@@ -63,6 +64,10 @@ class Playing {
   void set_scene(const v1::Scene& scene);
   /// An event, to be heard at due_ns of CLOCK_MONOTONIC.
   void play(const v1::Item& event, std::int64_t due_ns, std::int64_t now_ns);
+  /// What a State repeats of strings that sound, to be heard at due_ns.
+  void join(const v1::State& state, std::int64_t due_ns) {
+    instrument_->player.join(state, due_ns);
+  }
   /// Follows the sample rate of the server; true when it has changed. Takes as long as the
   /// recordings take to be read: until then there is silence.
   bool follow_rate(std::int64_t now_ns);

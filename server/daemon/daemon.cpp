@@ -117,6 +117,7 @@ void Daemon::begin_serving() {
   ServerOptions options;
   options.boot_id = random_boot_id();
   options.virtual_clock = stepped_here_;
+  options.period_ns = plan_.player.period_ns;
   options.keys = keys_of(config);
   if (plan_.options.check_only) return;
   bind();
@@ -274,6 +275,7 @@ void Daemon::tell_clients(const LoopEvent& event) {
     item = encode_fault(fault->cause, fault->latched, place);
   }
   if (!item) return;
+  states_.note(event.scene_id, *item);
   records_.note(event, *item);
   clients_.tell(*item);
 }

@@ -21,6 +21,7 @@ void StateDesk::fill(const Subscription& subscription, v1::State& state) {
     statistics_.fill(*newest_, *state.mutable_timing());
   }
   complete_(*newest_, state);
+  if (subscription.soundings_from) soundings_.add_to(*subscription.soundings_from, state);
 }
 
 }  // namespace hapticd

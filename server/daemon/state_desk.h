@@ -9,6 +9,7 @@
 #include "server/daemon/scene_desk.h"
 #include "server/daemon/tick_statistics.h"
 #include "server/encoding/state_hash.h"
+#include "server/encoding/told_soundings.h"
 #include "server/haptic_loop/haptic_loop.h"
 #include "server/network/server_host.h"
 
@@ -29,6 +30,9 @@ class StateDesk {
   void add_to_hash();
   [[nodiscard]] const Tick& newest() const noexcept { return *newest_; }
 
+  /// Takes an event that clients are told: States repeat what sounds. The hash leaves that out: it
+  /// depends on who subscribed when.
+  void note(std::uint32_t scene_id, const v1::Item& event) { soundings_.take(scene_id, event); }
   /// Fills in the State of the newest tick.
   void fill(const Subscription& subscription, v1::State& state);
 
@@ -41,6 +45,7 @@ class StateDesk {
   Complete complete_;
   std::unique_ptr<Tick> newest_ = std::make_unique<Tick>();
   TickStatistics statistics_;
+  ToldSoundings soundings_;
   StateHash hash_;
 };
 

@@ -49,7 +49,9 @@ std::shared_ptr<const EncodedState> EncodedStates::get(const Subscription& subsc
     if (fitted.room == room) return fitted.encoded;
   }
   EncodedState encoded;
-  for (const v1::State& part : fit_state(filled_in.state, room, rest_radii_m)) {
+  const std::vector<v1::State> parts = fit_state(filled_in.state, room, rest_radii_m);
+  encoded.soundings_from = soundings_left(filled_in.state, parts.front());
+  for (const v1::State& part : parts) {
     if (part.ByteSizeLong() > room) {
       ++encoded.unfit;
     } else {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,6 +19,8 @@ namespace hapticd {
 struct EncodedState {
   std::vector<std::string> parts;  ///< one, or as many as its tools need
   std::uint64_t unfit = 0;         ///< parts that no datagram holds; they are not in `parts`
+  /// Index of the first string with a StringState.sounding that had no room here.
+  std::optional<std::uint32_t> soundings_from = std::nullopt;
 };
 
 /// The States of the tick that begin() named.

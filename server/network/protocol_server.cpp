@@ -1,6 +1,7 @@
 // See protocol_server.h.
 #include "server/network/protocol_server.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -9,6 +10,8 @@ namespace hapticd {
 ProtocolServer::ProtocolServer(const ServerOptions& options, ServerHost host, Send send)
     : host_(std::move(host)),
       virtual_clock_(options.virtual_clock),
+      sounding_round_(static_cast<std::uint64_t>(
+          std::max<std::int64_t>(kSoundingPeriod_ns / options.period_ns, 1))),
       sessions_(options, std::move(send),
                 {[this](Session& session) { greet(session); },
                  [this](Session& session) {
@@ -88,9 +91,10 @@ void ProtocolServer::offer_tick(std::uint64_t tick, std::uint32_t scene_id, std:
       continue;
     }
     std::shared_ptr<const EncodedState> state =
-        encoded_states_.get(session.flow.subscription(), sessions_.state_bytes(session),
-                            host_.fill_state, rest_radii_m_);
+        encoded_states_.get(session.flow.asked_at(tick, scene_id, sounding_round_),
+                            sessions_.state_bytes(session), host_.fill_state, rest_radii_m_);
     sessions_.counters().unfit_states += state->unfit;
+    session.flow.left_out(state->soundings_from);
     session.flow.sent(tick, scene_id, state->parts.size(), now_ns);
     sessions_.send_states(session, *state);
     if (virtual_clock_) session.newest_state = std::move(state);

@@ -73,6 +73,7 @@ class ProtocolServer {
 
   ServerHost host_;
   bool virtual_clock_;
+  std::uint64_t sounding_round_;  ///< ticks in which all that sounds is told again
   Sessions sessions_;
   Lease lease_;
   RequestQueue requests_;

@@ -10,6 +10,7 @@
 
 #include "hapticd/v1/stream.pb.h"
 #include "proto/noise/key_file.h"
+#include "proto/wire/item_outbox.h"
 
 namespace hapticd {
 
@@ -26,6 +27,9 @@ struct Subscription {
   std::uint32_t divisor = 0;       ///< every this many ticks; 0 = none
   std::uint32_t sections = 0;      ///< bit s set: v1::Section s
   std::uint32_t max_contacts = 0;  ///< [0, 256]
+  /// What sounds is repeated in this State, of strings with this index or a greater one; nothing:
+  /// in this one it is not. Nobody asks for it: see StateFlow::asked_at().
+  std::optional<std::uint32_t> soundings_from = std::nullopt;
 
   /// Whether `section` was asked for.
   [[nodiscard]] constexpr bool has(v1::Section section) const noexcept {
@@ -67,6 +71,7 @@ struct ServerOptions {
   std::optional<noise::KeyPair> keys = std::nullopt;
   /// Fills bytes with random ones, fit for secrets; empty: those of the system. For keyed sessions.
   std::function<void(std::span<std::uint8_t>)> random = nullptr;
+  std::int64_t period_ns = wire::kMillisecond_ns;  ///< of a tick, > 0
 };
 
 /// What was received and not used, and why. Junk costs nothing else.

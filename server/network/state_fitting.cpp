@@ -97,6 +97,28 @@ void put_strings(const v1::State& from, const std::vector<int>& order, std::size
   for (const int i : chosen) *to.add_strings() = from.strings(i);
 }
 
+/// Strings of `state` whose sounding is repeated in it, in the order they are listed.
+std::vector<int> sounding_strings(const v1::State& state) {
+  std::vector<int> order;
+  for (int i = 0; i < state.strings_size(); ++i) {
+    if (state.strings(i).has_sounding()) order.push_back(i);
+  }
+  return order;
+}
+
+/// `from` with the first `kept` soundings of `order`.
+void put_soundings(const v1::State& from, const std::vector<int>& order, std::size_t kept,
+                   v1::State& to) {
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    v1::StringState& string = *to.mutable_strings(order[k]);
+    if (k < kept) {
+      *string.mutable_sounding() = from.strings(order[k]).sounding();
+    } else {
+      string.clear_sounding();
+    }
+  }
+}
+
 /// The largest count in [0, most] with which put(count) fits; 0 if none does. put(count) was called
 /// last with the result.
 template <typename Put>
@@ -117,9 +139,22 @@ std::size_t largest_that_fits(std::size_t most, std::size_t bytes, const v1::Sta
   return low;
 }
 
-/// Leaves out contacts, then strings, until `state` fits; false if it does not even without them.
+/// Leaves out soundings until `state` fits, all but one: contacts make way for that, so that what
+/// sounds is told, one string after the other, however many contacts there are.
+bool trim_soundings(v1::State& state, std::size_t bytes) {
+  const std::vector<int> order = sounding_strings(state);
+  if (order.size() > 1) {
+    const v1::State whole = state;
+    const auto put = [&](std::size_t kept) { put_soundings(whole, order, kept, state); };
+    if (largest_that_fits(order.size(), bytes, state, put) == 0) put(1);
+  }
+  return state.ByteSizeLong() <= bytes;
+}
+
+/// Leaves out soundings, then contacts, then strings, until `state` fits; false if it does not even
+/// without them.
 bool trim(v1::State& state, std::size_t bytes, std::span<const double> rest_radii_m) {
-  if (state.ByteSizeLong() <= bytes) return true;
+  if (state.ByteSizeLong() <= bytes || trim_soundings(state, bytes)) return true;
   const v1::State whole = state;
   const std::vector<ListedContact> contacts = by_depth(whole);
   if (!contacts.empty() || whole.contacts_size() > 0) {
@@ -255,6 +290,18 @@ std::vector<v1::State> split(const v1::State& whole, std::size_t bytes,
 }
 
 }  // namespace
+
+std::optional<std::uint32_t> soundings_left(const v1::State& whole, const v1::State& first) {
+  const std::vector<int> wanted = sounding_strings(whole);
+  const std::vector<int> told = sounding_strings(first);
+  // Those that fit are the first of all, so the next is the one after the last of them.
+  const std::uint32_t last = told.empty() ? 0 : first.strings(told.back()).string_index();
+  for (std::size_t k = told.empty() ? 1 : 0; k < wanted.size(); ++k) {
+    const std::uint32_t index = whole.strings(wanted[k]).string_index();
+    if (told.empty() || index > last) return index;
+  }
+  return std::nullopt;
+}
 
 std::vector<v1::State> fit_state(const v1::State& state, std::size_t bytes,
                                  std::span<const double> rest_radii_m) {

@@ -1,9 +1,12 @@
-// Makes a State fit into datagrams: PROTOCOL.md, section 6. Contacts go first, largest gap first;
-// then strings, those that look most at rest first; where the tools alone do not fit, the tick is
-// spread over several States. Not RT.
+// Makes a State fit into datagrams: PROTOCOL.md, section 6. What is repeated of strings that sound
+// goes first, but for one of them, since it can follow in the next State; then contacts, largest
+// gap first; then strings, those that look most at rest first; where the tools alone do not fit,
+// the tick is spread over several States. Not RT.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,5 +20,11 @@ namespace hapticd {
 /// there is fits into 1000 bytes) is returned as it is. O(n log n) in contacts and strings.
 [[nodiscard]] std::vector<v1::State> fit_state(const v1::State& state, std::size_t bytes,
                                                std::span<const double> rest_radii_m);
+
+/// Index of the first string whose sounding `whole` has and `first`, the first of its parts, has
+/// not; nothing where none is missing. A string that was left out itself has had its turn: it is
+/// not waited for.
+[[nodiscard]] std::optional<std::uint32_t> soundings_left(const v1::State& whole,
+                                                          const v1::State& first);
 
 }  // namespace hapticd

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "proto/wire/item_outbox.h"
 #include "server/network/server_host.h"
@@ -14,6 +15,8 @@ namespace hapticd {
 /// A session that was silent this long gets one State per kSlowPeriod_ns, ns.
 inline constexpr std::int64_t kSlowAfter_ns = 3000 * wire::kMillisecond_ns;
 inline constexpr std::int64_t kSlowPeriod_ns = 100 * wire::kMillisecond_ns;
+/// What sounds is told again once in this time of the stream, ns.
+inline constexpr std::int64_t kSoundingPeriod_ns = 100 * wire::kMillisecond_ns;
 /// States a Run of steps may be ahead of what its session has reported as received.
 inline constexpr std::uint64_t kMaxStatesAhead = 64;
 /// Loss is judged over this time at least, ns, and over this many States.
@@ -45,6 +48,27 @@ class StateFlow {
                            std::int64_t now_ns) const noexcept {
     if (subscription_.divisor == 0 || tick % divisor() != 0) return false;
     return silent_for_ns < kSlowAfter_ns || !any_sent_ || now_ns - sent_ns_ >= kSlowPeriod_ns;
+  }
+
+  /// What the State of `tick` is filled in for: the subscription, and whether it repeats what
+  /// sounds. The first State of a subscription or scene does, and the first of each round of so
+  /// many ticks, `round_ticks`, which begin together for all sessions; and each State after one
+  /// that had no room for all of it goes on where that ended.
+  [[nodiscard]] Subscription asked_at(std::uint64_t tick, std::uint32_t scene_id,
+                                      std::uint64_t round_ticks) const noexcept {
+    Subscription asked = subscription_;
+    if (!asked.has(v1::SECTION_STRINGS)) return asked;
+    const bool first = !any_sent_ || scene_id != scene_id_;
+    if (!first && soundings_left_.has_value()) {
+      asked.soundings_from = soundings_left_;
+    } else if (first || tick / round_ticks != last_tick_ / round_ticks) {
+      asked.soundings_from = 0;
+    }
+    return asked;
+  }
+  /// In the State that leaves now there was no room for what strings from this index on sound like.
+  void left_out(std::optional<std::uint32_t> soundings_from) noexcept {
+    soundings_left_ = soundings_from;
   }
 
   /// The State of `tick` leaves, in `datagrams` datagrams.
@@ -115,6 +139,7 @@ class StateFlow {
   std::uint32_t scene_id_ = 0;
   std::uint64_t base_tick_ = 0;
   std::uint64_t last_tick_ = 0;
+  std::optional<std::uint32_t> soundings_left_;
   std::uint64_t count_ = 0;
   std::int64_t sent_ns_ = 0;
   bool any_received_ = false;

@@ -14,6 +14,7 @@ from google.protobuf.message import Message
 from hapticd.errors import RequestError, ServerFull, ServerSilent, SessionEnded, SessionLost
 from hapticd.link import Link
 from hapticd.road import KeyedRoad
+from hapticd.soundings import Soundings
 from hapticd.v1 import answer_pb2, control_pb2, state_pb2, stream_pb2
 
 DEFAULT_PORT = 47800
@@ -80,6 +81,7 @@ class Conversation:
         self.states_dropped = 0
         self.collected: Optional[Collected] = None  # of the Run of steps under way
         self.latest: Optional[state_pb2.State] = None
+        self.soundings = Soundings()
         self.info: Dict[str, Message] = {}  # newest scene_info, lease_info, record_info of this session
         self.failures: List[answer_pb2.Result] = []  # of requests that are answered only when they fail
         self.epoch = 0  # counts the sessions
@@ -214,6 +216,7 @@ class Conversation:
             self.states_dropped += 1
         self.states.append(state)
         self.latest = state
+        self.soundings.take_state(state)
 
     def _sort(self, item: stream_pb2.Item) -> None:
         kind = item.WhichOneof("body")
@@ -226,6 +229,10 @@ class Conversation:
             event = Event(kind, getattr(item, kind))
             if kind in TOLD:
                 self.info[kind] = event.body
+            if kind == "scene_info":
+                self.soundings.begin(event.body)
+            elif kind == "string_sounding":
+                self.soundings.take(event.body)
             self.events_dropped += len(self.events) == self.events.maxlen
             self.events.append(event)
             if self.collected is not None:

@@ -2,11 +2,11 @@
 from __future__ import annotations
 
 import time
-from typing import Optional
+from typing import Mapping, Optional
 
 from hapticd.clock import ClockEstimate
 from hapticd.conversation import Conversation
-from hapticd.v1 import state_pb2
+from hapticd.v1 import event_pb2, state_pb2
 
 
 class View:
@@ -18,6 +18,12 @@ class View:
     def latest(self) -> Optional[state_pb2.State]:
         """The newest State, or None before the first."""
         return self._connection.latest
+
+    @property
+    def soundings(self) -> Mapping[int, event_pb2.StringSounding]:
+        """What strings sound like that do, by index: the newest StringSounding of each, as told at its own instant; `sounding_at` carries
+        it on. Without a subscription with the section STRINGS a session knows what has changed since it began, with one all that sounds."""
+        return self._connection.soundings.by_string
 
     @property
     def boot_id(self) -> int:

@@ -130,6 +130,34 @@ class Changes(unittest.TestCase):
         self.assertGreater(numpy.abs(before).max(), 0.01)
         self.assertEqual(numpy.abs(after).max(), 0.0)
 
+    def test_a_string_that_rang_before_is_heard_once_and_again_at_another_rate(self):
+        player = Scripted("--synth", "--delay-ms", "50")
+        world, made = player.model.world, player.model.world._state
+
+        def ringing():
+            state = made()
+            sounding = {"t_ns": max(0, state.t_ns - 200_000_000), "string_index": 3, "number": 5, "lambda_to": 1, "frequency_hz": TUNING[3],
+                        "partials_m": [5e-3], "decays_s": [DECAY_S]}
+            state.strings.add(string_index=3, phase="STRING_PHASE_RINGING", radius_m=0.001, sounding=sounding)
+            return state
+        world._state = ringing
+        with player:
+            time.sleep(1.0)
+            player.order("rate 32000")
+            player.wait_for("the sample rate has changed: 32000 Hz")
+            time.sleep(1.0)
+        runs = runs_of(player.blocks)
+        self.assertEqual([rate for rate, _ in runs], [48000, 32000])
+        for rate, samples in runs:
+            self.judge(samples, rate, [3])
+            # Begun once: from its onset on it only decays.
+            onset = int(tones_of(samples, rate, 1)[0] * rate)
+            window = rate // 20
+            loud = [numpy.sqrt(numpy.mean(samples[at:at + window] ** 2)) for at in range(onset + window, len(samples) - window, window)]
+            self.assertGreater(len(loud), 8)
+            for before, after in zip(loud, loud[1:]):
+                self.assertLess(after, before, f"it grows louder again at {rate} Hz")
+
     def test_a_tone_that_waits_while_the_rate_changes_is_played_at_its_instant(self):
         with Scripted("--synth", "--delay-ms", "1000") as player:
             time.sleep(2.0)  # clocks are exchanged

@@ -143,6 +143,8 @@ def canonical(shown):
     made.CopyFrom(shown)
     for field in NOT_HASHED:
         made.ClearField(field)
+    for string in made.strings:
+        string.ClearField("sounding")
     return made.SerializeToString()
 
 

@@ -128,8 +128,30 @@ export class DaemonClock {
 /** Instant of the daemon that is shown at `pageS`, ns. */
 export function shownNs(at: { clock: DaemonClock; pageS: number; delayS: number; newestNs: number; steady: boolean }): number;
 
-/** How strings look at an instant, by the events StringRadius. */
+/** What strings sound like at an instant, by the events StringSounding and the States that repeat them. */
+export class StringSoundings {
+  clear(): void;
+  add(sounding: v1.StringSounding): void;
+  addState(state: v1.State): void;
+  /** The newest message about string `index` that was true by `ns`; null where there is none. */
+  at(index: number, ns: number): v1.StringSounding | null;
+}
+/** Pitch and amplitudes at `ns`, if nothing has been told since. */
+export function soundingAt(sounding: v1.StringSounding, ns: number): { frequencyHz: number; partialsM: number[] };
+/** How far partials reach together at `s` in [0, 1] of the part that sounds, m. */
+export function swingAt(partialsM: readonly number[], s: number): number;
+
+/** The band that a string swings in: over which part, from A, and with which amplitudes of its partials. */
+export interface StringBand {
+  from: number;
+  to: number;
+  partialsM: readonly number[];
+  widestM: number;
+}
+
+/** How strings look at an instant, by the events StringRadius and StringSounding. */
 export class StringMotion {
+  readonly soundings: StringSoundings;
   clear(): void;
   add(event: v1.StringRadius): void;
   /** Envelope of string `index` at `ns`, m; null where no event says anything. */
@@ -142,6 +164,8 @@ export interface StringShape {
   deflection: readonly number[];
   lambda: number;
   phase: v1.StringPhase;
+  /** Where and how far it swings, where that is told; envelopeM is the widest of it. null: envelopeM all along. */
+  band: StringBand | null;
 }
 export function stringShape(string: StringModel, index: number, state: v1.StringState | undefined, motion: StringMotion, ns: number): StringShape;
 

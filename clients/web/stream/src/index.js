@@ -7,5 +7,6 @@ export { levelWithin, readSphereTree } from './sphere_tree.js';
 export { StateBuffer } from './state_buffer.js';
 export { StreamModel } from './stream_model.js';
 export { decayed, stringShape, StringMotion } from './string_motion.js';
+export { soundingAt, StringSoundings, swingAt } from './string_sounding.js';
 export { textOf } from './text_format.js';
 export { hex, nameOf, v1 } from './wire.js';

@@ -66,7 +66,10 @@ export class StreamModel {
     ++this.received.states;
     // States of a scene that is not known yet cannot be drawn; its SceneInfo is under way.
     if (!this.scene || state.scene_id !== this.scene.id) return;
+    // A recording that was moved back: what was told later has not been told yet.
+    if (state.t_ns < this.states.newest?.t_ns) this.motion.soundings.clear();
     this.states.add(state);
+    this.motion.soundings.addState(state);
     this.handlers.state?.(state);
   }
 
@@ -108,6 +111,7 @@ export class StreamModel {
   #takeItem(item) {
     if (item.scene_info) this.#takeScene(item.scene_info);
     else if (item.string_radius) this.motion.add(item.string_radius);
+    else if (item.string_sounding) this.motion.soundings.add(item.string_sounding);
     else if (item.tone) this.tones = [...this.tones, item.tone].slice(-TONES_KEPT);
     else if (item.fault) this.fault = item.fault.latched ? item.fault : null;
     else if (item.lease_info) this.#tell('lease', item.lease_info);

@@ -95,6 +95,59 @@ test('a drawn string is as wide as its magnified R + r(t) at ten instants', asyn
   });
 });
 
+/** A string that sounds from its place 0.25 on, as StringSounding tells it, and how far it swings at `s` of that part. */
+const SOUNDING = { index: 1, from: 0.25, partialsM: [0.004, 0.002] };
+const swingM = (s) => SOUNDING.partialsM[0] * Math.sin(Math.PI * s) + SOUNDING.partialsM[1] * Math.abs(Math.sin(2 * Math.PI * s));
+
+test('a string that sounds has a band over its part alone, as wide at each place as its partials reach', async () => {
+  await lookFrom('top');
+  const camera = await cameraOf();
+  const magnify = 1.5;
+  const string = STRINGS[SOUNDING.index];
+  const pointAt = (lambda) => string.p_wa_m.map((value, i) => value + (string.p_wb_m[i] - value) * lambda);
+  const draw = (lambda) => page.evaluate(({ sounding, magnify, x }) => {
+    const { picture, model } = window.hapticd;
+    const { view, stage } = picture;
+    view.options.magnify = magnify;
+    view.options.contacts = view.options.forces = view.options.depth = false;
+    stage.table.visible = false;
+    for (const tool of view.tools) tool.solid.visible = tool.ghost.visible = false; // they would hide a string
+    const { newest } = model.states;
+    const told = { t_ns: newest.t_ns, string_index: sounding.index, number: 1, lambda_from: sounding.from, lambda_to: 1, frequency_hz: 98, cents_per_s: 0,
+      partials_m: sounding.partialsM, decays_s: [1000, 1000] };
+    const rings = { string_index: sounding.index, phase: 3, deflection_w_m: [], lambda: 0.3, radius_m: 0.003, sounding: told };
+    const state = Object.assign(Object.create(newest), { tools: [], strings: [rings] });
+    model.motion.soundings.clear();
+    model.motion.soundings.addState(state);
+    picture.draw(state, newest.t_ns);
+    const gl = stage.renderer.getContext();
+    const height = gl.drawingBufferHeight;
+    const pixels = new Uint8Array(4 * height);
+    gl.readPixels(Math.round(x), 0, 1, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return Array.from({ length: height }, (_, row) => [...pixels.subarray(4 * row, 4 * row + 3)]).reverse();
+  }, { sounding: SOUNDING, magnify, x: pixelOf(camera, pointAt(lambda)).x });
+  const widthPx = (radiusM, at) => (2 * magnify * radiusM * camera.focalPx) / at.depth;
+  for (const s of [0.125, 0.25, 0.375, 0.5, 0.75, 0.875]) {
+    const lambda = SOUNDING.from + (1 - SOUNDING.from) * s;
+    const at = pixelOf(camera, pointAt(lambda));
+    const width = litRows(await draw(lambda), Math.round(at.y));
+    const expected = widthPx(string.radius_m + swingM(s), at);
+    assert.ok(Math.abs(width - expected) <= 2, `${width} px drawn at ${s} of the part, ${expected.toFixed(2)} px are R + its swing`);
+  }
+  for (const lambda of [0.08, 0.2]) {
+    const at = pixelOf(camera, pointAt(lambda));
+    const width = litRows(await draw(lambda), Math.round(at.y));
+    assert.ok(width >= 1 && width <= 2 + widthPx(string.radius_m, at), `${width} px drawn at ${lambda}, where nothing sounds`);
+  }
+  await page.evaluate(() => {
+    const { picture, model } = window.hapticd;
+    model.motion.soundings.clear();
+    picture.stage.table.visible = true;
+    for (const tool of picture.view.tools) tool.solid.visible = true;
+    document.getElementById('looks').oninput();
+  });
+});
+
 /** Notes the newest release as it arrives, in the page. */
 async function remember() {
   await page.evaluate(() => {

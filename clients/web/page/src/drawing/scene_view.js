@@ -7,6 +7,7 @@ import { add, normalised, scale, subtract } from 'hapticd-stream/vector';
 import { Arrows } from './arrows.js';
 import { project } from './labels.js';
 import { drawMarks } from './marks.js';
+import { bandRings } from './string_band.js';
 import { makeMaterial, substanceOf } from './materials.js';
 import { buildShapes } from './shape_builder.js';
 import { StringTubes } from './string_tubes.js';
@@ -99,7 +100,8 @@ export class SceneView {
       if (still && !this.moved.has(i)) return;
       const axis = bentAxis(string, shape);
       this.tubes.set(i, axis, string.radiusM);
-      this.envelopes.set(i, axis, shape.envelopeM > 0 ? shape.radiusM : 0);
+      if (shape.band) this.envelopes.setRings(i, axis, bandRings(string, shape, axis, this.envelopes.rings[i]));
+      else this.envelopes.set(i, axis, shape.envelopeM > 0 ? shape.radiusM : 0);
       if (still) this.moved.delete(i);
       else this.moved.add(i);
     });

@@ -1,6 +1,7 @@
 // All strings and rigid lines of a scene as two meshes: the strings themselves, and around them the envelope of what vibrates. The radius
 // is a number per ring and made a length on the screen in the shader, so that a string of 0.7 mm is neither lost nor thick.
 import * as THREE from 'three';
+import { ringsOfBand } from './string_band.js';
 import { add, cross, normalised, perpendicular, scale, subtract } from 'hapticd-stream/vector';
 
 const SIDES = 8;
@@ -11,12 +12,13 @@ const TAPER = 0.012; // share of a string over which the envelope closes at its 
 
 export class StringTubes {
   /**
-   * `strings`: [{points, radiusM, colour}]. `envelope`: a see-through one that is absent where the radius is 0. `glow`: what shines by itself,
+   * `strings`: [{points, radiusM, colour}]. `envelope`: a see-through one that is absent where the radius is 0, with rings for a band. `glow`: what shines by itself,
    * where something a pixel or two wide would else break into facets; black for what is thick enough to be shaded.
    */
   constructor(strings, { envelope = false, glow = '#000000', stage: { high, thrifty: rough } }) {
     Object.assign(this, { envelope, glow });
-    this.rings = strings.map((string) => Math.max(5, string.points.length + 2));
+    const least = envelope ? ringsOfBand(strings.length) : 5;
+    this.rings = strings.map((string) => Math.max(least, string.points.length + 2));
     const count = this.rings.reduce((sum, rings) => sum + rings, 0);
     this.geometry = makeGeometry(this.rings, count, strings);
     this.uniforms = { magnify: { value: 1 }, leastPx: { value: envelope ? 0 : rough ? LEAST_ROUGH_PX : LEAST_PX }, metresPerPx: { value: 0.001 } };
@@ -46,25 +48,29 @@ export class StringTubes {
     return material;
   }
 
-  /** Sets string `index` to run along `points` with `radiusM`, or with the radius of each ring's place. */
+  /** Sets string `index` to run along `points` with `radiusM`. */
   set(index, points, radiusM) {
+    const isEnd = (t) => this.envelope && (t < TAPER / 2 || t > 1 - TAPER / 2);
+    this.setRings(index, points, ringPlaces(points, this.rings[index]).map(({ at, t }) => ({ at, radiusM: isEnd(t) ? 0 : radiusM })));
+  }
+
+  /** Sets string `index`, whose axis is `points`, to be drawn through `places`, [{at, radiusM}], as many as this.rings[index]. */
+  setRings(index, points, places) {
     const rings = this.rings[index];
     const first = this.rings.slice(0, index).reduce((sum, n) => sum + n, 0);
-    const places = ringPlaces(points, rings);
     const direction = normalised(subtract(points.at(-1), points[0]), [1, 0, 0]);
     const u = perpendicular(direction);
     const v = cross(direction, u);
     const { position, normal, ringRadius } = this.geometry.attributes;
     for (let ring = 0; ring < rings; ++ring) {
-      const { at, t } = places[ring];
-      const r = this.envelope && (t < TAPER / 2 || t > 1 - TAPER / 2) ? 0 : radiusM;
+      const { at, radiusM } = places[ring];
       for (let side = 0; side < SIDES; ++side) {
         const k = (first + ring) * SIDES + side;
         const angle = (2 * Math.PI * side) / SIDES;
         const n = add(scale(u, Math.cos(angle)), scale(v, Math.sin(angle)));
         position.setXYZ(k, ...at);
         normal.setXYZ(k, ...n);
-        ringRadius.setX(k, r);
+        ringRadius.setX(k, radiusM);
       }
     }
     position.needsUpdate = normal.needsUpdate = ringRadius.needsUpdate = true;
