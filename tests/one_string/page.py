@@ -55,13 +55,15 @@ def loudness(found):
     rows = found["rows"]
     known = [decibels(row["mode_mm"], row["truth_mm"]) for row in rows if row["truth_mm"] and row["mode_mm"]]
     lines = ["## Loudness", "",
-             "A finger of 1 kN/m plucks straight across, 3 mm above the axis. Swing of the fundamental at its belly in mm, from the `Tone`; below it the",
+             "A finger of 1 kN/m plucks straight across, 3 mm above the axis. Swing of the fundamental at its belly in mm, by amplitude and",
+             "partials of the `Tone`; its amplitude itself, which is that of a fundamental with the energy of all partials; and the fundamental by the",
              "[truth](string_truth.md), finite differences, where it has the speed.", ""]
     speeds = sorted({row["speed"] for row in rows})
     cells = []
     for hz, place in dict.fromkeys((row["hz"], row["place"]) for row in rows):
         of = {row["speed"]: row for row in rows if (row["hz"], row["place"]) == (hz, place)}
         cells.append([f"{hz:g} Hz at {place:g}"] + [f"{of[speed]['mode_mm']:.2f}" if of[speed]["mode_mm"] is not None else "none" for speed in speeds])
+        cells.append(["Tone"] + [f"{of[speed]['tone_mm']:.2f}" if of[speed]["tone_mm"] is not None else "none" for speed in speeds])
         cells.append(["truth"] + [f"{of[speed]['truth_mm']:.2f}" if of[speed]["truth_mm"] else "" for speed in speeds])
     lines += table(["m/s"] + [f"{speed:g}" for speed in speeds], cells)
     late = [row["late_ms"] for row in rows if row["late_ms"] is not None]

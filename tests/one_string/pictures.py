@@ -40,11 +40,15 @@ def loudness(found, path):
         for place, colour, dash, mark in ((0.1, BLUE, "-", "o"), (0.25, RED, "--", "s"), (0.5, GREEN, ":", "^")):
             rows = [row for row in found["rows"] if row["hz"] == hz and row["place"] == place and row["tones"] == 1]
             axis.plot([row["speed"] for row in rows], [row["mode_mm"] for row in rows], dash, color=colour, label=f"plucked at {place:g} of the length")
+            axis.plot([row["speed"] for row in rows], [row["tone_mm"] for row in rows], dash, color=colour, linewidth=0.9, alpha=0.6)
             known = [row for row in rows if row["truth_mm"]]
             axis.plot([row["speed"] for row in known], [row["truth_mm"] for row in known], mark, color=colour, fillstyle="none", markersize=6)
-        axis.set(title=title, xlabel="speed of the finger, m/s", ylim=(0, 3.6))
-    axes[0].set_ylabel("swing of the fundamental, mm")
-    axes[0].plot([], [], "o", color=GREY, fillstyle="none", label="independent computation")
+        axis.set(title=title, xlabel="speed of the finger, m/s", ylim=(0, 5.0))
+    axes[0].set_ylabel("swing, mm")
+    axes[1].plot([], [], color=GREY, linewidth=1.8, label="fundamental")
+    axes[1].plot([], [], color=GREY, linewidth=0.9, alpha=0.6, label="all partials together: the Tone")
+    axes[1].legend(loc="lower right", fontsize=8.5)
+    axes[0].plot([], [], "o", color=GREY, fillstyle="none", label="fundamental, independently computed")
     axes[0].legend(loc="lower right", fontsize=8.5)
     figure.suptitle("How loud is a pluck? Lines: hapticd. Open marks: finite differences", fontsize=11)
     save(figure, path)
