@@ -1,0 +1,86 @@
+"""The ear of the page against sounds that are known, its truths as they stand in string_truth.md, and the page itself from few plays: what a string
+tells is right, and every table and picture is made."""
+import pathlib
+import sys
+import tempfile
+import unittest
+from unittest import mock
+
+import cost
+import hearing
+import measures
+import numpy as np
+import page
+import phrase
+import pictures
+import playing
+
+AUDIO = sys.argv.pop()
+RATE_HZ = 48000
+
+
+def tone(hz, amplitudes, seconds=1.0):
+    t = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
+    return sum(a * np.sin(2 * np.pi * n * hz * t + n) for n, a in enumerate(amplitudes, 1))
+
+
+class Ear(unittest.TestCase):
+    def test_pitch_of_a_tone_with_partials_is_its_own_with_and_without_a_guess(self):
+        for hz in (65.4, 109.0, 146.8, 261.6):
+            sound = tone(hz, (1.0, 0.5, 0.7, 0.2))
+            self.assertLess(abs(hearing.cents(hearing.pitch(sound, RATE_HZ, 0.5), hz)), 3, hz)
+            self.assertLess(abs(hearing.cents(hearing.hz_near(sound, RATE_HZ, 0.5, 1.02 * hz, 0.12), hz)), 0.5, hz)
+
+    def test_silence_and_noise_have_no_pitch(self):
+        noise = np.random.default_rng(1).normal(size=RATE_HZ)
+        self.assertTrue(np.isnan(hearing.pitch(np.zeros(RATE_HZ), RATE_HZ, 0.5)))
+        self.assertTrue(np.isnan(hearing.pitch(noise, RATE_HZ, 0.5)))
+
+    def test_levels_and_peaks_are_those_of_the_partials(self):
+        sound = tone(100.0, (1.0, 0.1, 0.01))
+        for n, amplitude in enumerate((1.0, 0.1, 0.01), 1):
+            self.assertAlmostEqual(hearing.level(sound, RATE_HZ, 0.2, 100.0 * n, 0.5), amplitude, delta=0.002)
+        hz, db = hearing.spectrum(sound, RATE_HZ, 0.0, 1.0, 400)
+        self.assertAlmostEqual(hz[np.argmax(db)], 100.0, delta=0.5)
+        self.assertAlmostEqual(db[np.argmin(abs(hz - 200))], -20.0, delta=0.5)
+
+
+class Truths(unittest.TestCase):
+    def test_figures_are_found_where_they_stand(self):
+        levels = measures.true_levels()
+        self.assertEqual(len(levels), 54)
+        self.assertEqual(set((hz, place) for hz, place, _ in levels), set(measures.PLUCKED))
+        self.assertEqual(len(measures.true_harmonics()), 8)
+
+    def test_a_stop_that_neither_yields_nor_stretches_halves_the_string(self):
+        self.assertAlmostEqual(measures.held_hz(100.0, 0.5, 0.0), 200.0)
+        self.assertGreater(measures.held_hz(100.0, 0.5, 3000.0), 200.0)
+
+
+class Page(unittest.TestCase):
+    def test_few_plays_are_right_and_make_every_table_and_picture(self):
+        few = mock.patch.multiple(measures, SPEEDS=(0.5, 1.0), PLUCKED=((65.4, 0.1), (146.8, 0.25)), LAPS=measures.LAPS[1:3], STRETCHES_N=(0.0,))
+        with tempfile.TemporaryDirectory() as folder, playing.Stage(AUDIO) as stage, few, \
+                mock.patch.multiple(page, PAGE=pathlib.Path(folder) / "one_string.md", FOLDER=pathlib.Path(folder) / "one_string"):
+            page.FOLDER.mkdir()
+            figures = {name: getattr(measures, name)(stage) for name in ("loudness", "pitch", "attacks", "harmonics", "touched", "felt", "laps",
+                                                                           "ringing", "shape")}
+            figures["phrase"] = phrase.measure(stage, page.FOLDER / "phrase.wav")
+            figures["cost"] = {what: 1.0 for what in cost.cases()}
+            figures["machine"] = "This machine."
+            pictures.draw(figures, page.FOLDER)
+            page.write(figures, cost.REFERENCE)
+            text = page.PAGE.read_text(encoding="utf-8")
+            for name in pictures.ALL:
+                self.assertIn(f"one_string/{name}.png", text)
+                self.assertLess((page.FOLDER / f"{name}.png").stat().st_size, 60000, name)
+            self.assertLess((page.FOLDER / "phrase.wav").stat().st_size, 400000)
+        for row in figures["loudness"]["rows"]:
+            self.assertLess(abs(page.decibels(row["mode_mm"], row["truth_mm"])), 0.2)
+        for way in figures["pitch"].values():
+            self.assertLess(way["0"]["worst"], 8)
+            self.assertLess(way["0"]["heard_worst"], 12)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
