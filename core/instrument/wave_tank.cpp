@@ -7,11 +7,16 @@
 namespace hapticd {
 namespace {
 
+/// What the static laws are held to have stored without having got it, at most, J. Larger: a pluck
+/// pays that much for what was before it.
+constexpr double kMostOwed = 20e-6;
+
 double dot(const Transverse& a, const Transverse& b) noexcept { return a.y * b.y + a.z * b.z; }
 
 /// What the static laws of all tools let go of beyond what they may have given the hands, J: while
 /// they hold, their work is what they store, and how a held force errs in that is for the device's
 /// loop to watch.
+/// Negative where they store more than the hands may have put in.
 double let_go(const WaveTank& tank, std::span<const WavePort> ports) noexcept {
   double lost = 0.0;
   double as_before = 0.0;
@@ -22,13 +27,18 @@ double let_go(const WaveTank& tank, std::span<const WavePort> ports) noexcept {
     as_before += dot(tank.law[k], port.moved) + tank.pull[k] * port.slid;
     as_now += dot(port.law, port.moved) + port.pull * port.slid;
   }
-  return std::max(0.0, lost - std::max({0.0, as_before, as_now}));
+  return lost - std::max(as_before, as_now);
 }
 
 }  // namespace
 
 void settle_wave_tank(std::span<const WavePort> ports, double spare, WaveTank& tank) noexcept {
-  tank.energy += let_go(tank, ports);
+  // What single ticks err by goes to and fro: only what is left of it counts.
+  tank.let_go = std::max(tank.let_go + let_go(tank, ports), -kMostOwed);
+  if (tank.let_go > 0.0) {
+    tank.energy += tank.let_go;
+    tank.let_go = 0.0;
+  }
   for (const WavePort& port : ports) {
     const std::size_t k = port.tool;
     tank.energy -= dot(tank.beyond[k], port.moved);

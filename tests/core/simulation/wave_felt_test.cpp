@@ -17,6 +17,8 @@ constexpr int kCells = 900;
 /// Ticks of a touch before a hand that has come to rest counts as a finger that holds, which is
 /// stiffer than the coupling.
 constexpr std::size_t kPlucking = 80;
+/// A string that rings with less hardly rings: what a tank gives at most without having got it, J.
+constexpr double kFaintRinging = 20e-6;
 
 /// A pluck, and a touch of what rings.
 struct Stroke {
@@ -44,6 +46,14 @@ Touching touch_after_pluck(const Stroke& stroke) {
   const double before = path.end();
   path.go({stroke.touch_at, {reach - stroke.depth, 0.0}}, stroke.speed).stay(0.6);
   return {path, static_cast<std::size_t>((before + 10e-3 / stroke.speed) * 1e3)};
+}
+
+/// What the truth feels, a mean of the past tick, as it is at the tick's end: what the static law
+/// changes by in half a tick is added.
+std::vector<Across> at_end(const std::vector<Across>& means, const std::vector<Across>& law) {
+  std::vector<Across> now = means;
+  for (std::size_t k = 1; k < now.size(); ++k) now[k] += 0.5 * (law[k] - law[k - 1]);
+  return now;
 }
 
 double rms(const std::vector<double>& values) {
@@ -96,15 +106,18 @@ TEST_CASE("a finger on a ringing string feels it swing as finite differences hav
     const FeltForces truth = feel(stroke.scene, touching.path, kCells);
     const std::size_t from = touching.from;
     const double felt = rms(beyond(played.all, played.law, from, kPlucking));
-    const double due = rms(beyond(truth.all, played.law, from, kPlucking));
-    // 3 mN are less than any hand feels.
-    beyond_bound += std::abs(felt - due) > 0.1 * due + 3e-3 ? 1 : 0;
-    CHECK(std::abs(felt - due) <= 0.2 * due + 3e-3);
+    const double due = rms(beyond(at_end(truth.all, played.law), played.law, from, kPlucking));
+    // 3 mN are less than any hand feels. What the tank holds in reserve bounds what is felt of a
+    // string that hardly rings.
+    const bool rings = truth.energy[from - 3] >= kFaintRinging;
+    beyond_bound += rings && std::abs(felt - due) > 0.1 * due + 3e-3 ? 1 : 0;
+    CHECK(felt <= (rings ? 1.2 : 1.1) * due + 3e-3);
+    CHECK(felt >= (rings ? 0.8 : 0.5) * due - 3e-3);
     // It dies away.
     const double later = rms(beyond(played.all, played.law, played.all.size() - 50, 50));
     CHECK(later < felt);
   }
-  CHECK(beyond_bound <= std::max<std::int64_t>(1, strokes / 50));
+  CHECK(beyond_bound <= std::max<std::int64_t>(2, strokes / 50));
 }
 
 /// A finger that runs into a string at rest, and no deeper than where it would slip off.
@@ -120,7 +133,6 @@ TEST_CASE("a finger that runs into a string at rest feels its mass") {
   CAPTURE(seed);
   SplitMix64 random(seed);
   const std::int64_t runs = scaled(300);
-  std::int64_t beyond_bound = 0;
   for (std::int64_t i = 0; i < runs; ++i) {
     WaveScene scene;
     scene.tension = random.uniform(15.0, 80.0);
@@ -141,12 +153,10 @@ TEST_CASE("a finger that runs into a string at rest feels its mass") {
     while (truth.all[first].x() == 0.0) ++first;
     const std::vector<Across> none(truth.all.size(), Across::Zero());
     const std::vector<double> felt = beyond(played.all, none, first, 20);
-    const std::vector<double> due = beyond(truth.all, none, first, 20);
-    beyond_bound += std::abs(rms(felt) / rms(due) - 1.0) > 0.1 ? 1 : 0;
-    CHECK(rms(felt) >= 0.85 * rms(due));
-    CHECK(rms(felt) <= 1.15 * rms(due));
+    const std::vector<double> due = beyond(at_end(truth.all, played.law), none, first, 20);
+    CHECK(rms(felt) >= 0.9 * rms(due));
+    CHECK(rms(felt) <= 1.1 * rms(due));
   }
-  CHECK(beyond_bound <= std::max<std::int64_t>(1, runs / 100));
 }
 
 }  // namespace

@@ -169,7 +169,8 @@ TEST_CASE("a string stopped in the air sounds at the pitch of its part under its
   for (std::int64_t i = 0; i < stops; ++i) {
     Stop stop;
     stop.lambda = random.uniform(0.3, 0.7);
-    stop.depth = random.uniform(2e-3, 10e-3);
+    // Less, and the plectrum lifts the string off it.
+    stop.depth = random.uniform(4e-3, 10e-3);
     const double pluck_at = random.uniform(0.5 * (1.0 + stop.lambda), 0.93);
     CAPTURE(stop.lambda);
     CAPTURE(stop.depth);
