@@ -116,7 +116,8 @@ void fill(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause
 void tell(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause, std::int64_t t_ns,
           StringEvents& events) noexcept {
   ToldSounding& told = wave.state.sounding;
-  const double since = told.sounds ? seconds(t_ns - told.looked_ns) : 0.0;
+  const bool goes_on = told.sounds && !told.plucked;
+  const double since = goes_on ? seconds(t_ns - told.looked_ns) : 0.0;
   const bool same_part =
       told.sounds && std::abs(part.from - told.from) < 0.01 && std::abs(part.to - told.to) < 0.01;
   for (std::size_t j = 0; j < kMaxPartials; ++j) {
@@ -174,6 +175,7 @@ void keep(const SoundingPart& part, std::int64_t t_ns, ToldSounding& told) noexc
   told.looked_ns = t_ns;
   told.heard = part.partials;
   told.heard_frequency = part.frequency;
+  told.plucked = false;
 }
 
 }  // namespace
@@ -192,7 +194,10 @@ void watch_sounding(const WatchedWave& wave, std::int64_t t_ns, bool steady,
   WaveState& state = wave.state;
   ToldSounding& told = state.sounding;
   const std::int64_t pause = t_ns - told.looked_ns;
-  if (pause < kLookEvery_ns || (steady && told.sounds && pause < 5 * kTellEvery_ns)) return;
+  // A pluck is told with its Tone: what was heard before may be another part of the string.
+  const bool plucked = told.plucked;
+  const bool soon = pause < kLookEvery_ns || (steady && told.sounds && pause < 5 * kTellEvery_ns);
+  if (soon && !plucked) return;
   if (is_being_bent(state)) return;
   SoundingPart part = sounding_part(state, wave.table);
   if (!told.sounds) {
@@ -200,8 +205,8 @@ void watch_sounding(const WatchedWave& wave, std::int64_t t_ns, bool steady,
     keep(part, t_ns, told);
     return;
   }
-  if (t_ns - told.t_ns < kTellEvery_ns) return;
-  if (!steady && is_told_part(part, told)) smooth(told, t_ns, part);
+  if (t_ns - told.t_ns < kTellEvery_ns && !plucked) return;
+  if (!steady && !plucked && is_told_part(part, told)) smooth(told, t_ns, part);
   const double silence = kSilence * told.onset;
   const SoundingPart believed = reckoned(told, t_ns);
   if (part.amplitude < silence) {

@@ -116,6 +116,7 @@ double tone_level(const WatchedWave& wave, double lambda, double amplitude) noex
 void tell_tone(const WatchedWave& wave, const WaveGrip& grip, double since,
                StringEvents& events) noexcept {
   wave.state.sounding.place = grip.lambda;
+  wave.state.sounding.plucked = true;
   const SoundingPart part = sounding_part(wave.state, wave.table);
   StringEvent* const event = append(wave, StringEventKind::kTone, grip.felt_ns, events);
   if (event == nullptr) return;
