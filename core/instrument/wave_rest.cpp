@@ -54,9 +54,8 @@ void lead_through(const RestLead& lead, const WaveRestTouch& touch, WaveRest& re
 void prepare_rests(const RestLead& lead, std::span<const WaveRestTouch> touches, WaveRests& rests,
                    StringContactPaths& paths) noexcept {
   const auto is_met = [&](const WaveRest& rest) {
-    return std::any_of(touches.begin(), touches.end(), [&](const WaveRestTouch& touch) {
-      return touch.number == rest.number;
-    });
+    return std::any_of(touches.begin(), touches.end(),
+                       [&](const WaveRestTouch& touch) { return touch.number == rest.number; });
   };
   for (WaveRest& rest : rests) {
     if (!is_met(rest)) rest = WaveRest{};

@@ -48,7 +48,7 @@ struct ToldEnvelope {
 /// What a client believes of a string.
 struct ToldSounding {
   bool sounds = false;
-  bool plucked = false;  ///< since it was last looked at
+  bool plucked = false;        ///< since it was last looked at
   std::int64_t t_ns = 0;       ///< of what was told
   std::int64_t looked_ns = 0;  ///< when it was last looked at
   std::uint32_t number = 0;    ///< of the message

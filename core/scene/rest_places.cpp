@@ -44,16 +44,11 @@ std::vector<double> sampled(const Axis& axis) {
   return places;
 }
 
-/// Adds the place at lambda, `gap` below the string along -nhat_W.
-void add(const Axis& axis, double lambda, double gap, const Vector3& nhat_W, bool surface,
-         RestPlaces& places) {
+/// Adds `rest`, `gap` below the string along -nhat_W.
+void add(const Axis& axis, double gap, StringRest rest, RestPlaces& places) {
   places.nearest_gap = std::min(places.nearest_gap, gap);
-  StringRest rest;
-  rest.lambda = lambda;
-  rest.nhat_W = nhat_W;
-  rest.surface = surface;
   // What it lies in a little it touches.
-  rest.p_W = axis.at(lambda) - std::max(gap, 0.0) * nhat_W;
+  rest.p_W = axis.at(rest.lambda) - std::max(gap, 0.0) * rest.nhat_W;
   places.rests.push_back(rest);
 }
 
@@ -85,7 +80,12 @@ void add_crossing(const Axis& axis, const Nearest& nearest, double radius, RestP
     return;
   }
   const double gap = distance - radius - axis.radius;
-  if (gap < kRestReach) add(axis, nearest.lambda, gap, apart / distance, nearest.surface, places);
+  if (gap >= kRestReach) return;
+  StringRest rest;
+  rest.lambda = nearest.lambda;
+  rest.nhat_W = apart / distance;
+  rest.surface = nearest.surface;
+  add(axis, gap, rest, places);
 }
 
 /// A leg that runs along the string, by its sections across it.
@@ -179,7 +179,12 @@ RestPlaces places_on_body(const SceneDescription& scene, std::size_t string, std
   if (!n) return places;
   for (const double lambda : sampled(axis)) {
     const double gap = depth_below(axis.at(lambda), *n, near) - axis.radius;
-    if (gap < kRestReach - axis.radius) add(axis, lambda, gap, *n, true, places);
+    if (gap >= kRestReach - axis.radius) continue;
+    StringRest rest;
+    rest.lambda = lambda;
+    rest.nhat_W = *n;
+    rest.surface = true;
+    add(axis, gap, rest, places);
   }
   for (StringRest& rest : places.rests) rest.friction = thing.friction_coefficient;
   return places;

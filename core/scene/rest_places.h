@@ -1,5 +1,5 @@
-// Where the strings of a scene can lie on the lines and bodies that they touch: one place for a line
-// that crosses a string, one every few millimetres of a body, or of a line that runs along it.
+// Where the strings of a scene can lie on the lines and bodies that they touch: one place for a
+// line that crosses a string, one every few millimetres of a body, or of a line that runs along it.
 // Offline.
 #pragma once
 
@@ -21,7 +21,7 @@ inline constexpr double kMaxRestOverlap = 0.5e-3;
 
 /// A thing that a string touches, and how it lies to it.
 struct RestPlaces {
-  std::vector<StringRest> rests;  ///< ascending along the string
+  std::vector<StringRest> rests;    ///< ascending along the string
   double nearest_gap = kRestReach;  ///< of the string at rest to the thing, m
 };
 

@@ -33,9 +33,9 @@ void find_way(const Playing& playing, StringWay& way) noexcept {
   StringTools views;
   string_points(string_tools(memory, views), playing.wave.sharing, playing.wave.string, -1,
                 way.points);
-  const Capsule& line = memory.tools.front()
-                            .scene.obstacles.capsules_W[static_cast<std::size_t>(
-                                playing.wave.string)];
+  const Capsule& line =
+      memory.tools.front()
+          .scene.obstacles.capsules_W[static_cast<std::size_t>(playing.wave.string)];
   for (std::size_t k = 0; k < way.points.size(); ++k) {
     way.lambda[k] = lambda_of(line, way.points[k]);
   }

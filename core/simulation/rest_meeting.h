@@ -1,5 +1,5 @@
-// Where a string that sounds meets what it lies on (string_rests.h): frets in reach of its swing, and
-// the board under a finger. Frames: W. SI. RT: yes, nothing where a scene has no rests.
+// Where a string that sounds meets what it lies on (string_rests.h): frets in reach of its swing,
+// and the board under a finger. Frames: W. SI. RT: yes, nothing where a scene has no rests.
 #pragma once
 
 #include "core/simulation/wave_meeting.h"

@@ -13,8 +13,8 @@
 namespace hapticd {
 namespace {
 
-/// A tool is rendered anew where a string comes to lie on other rests in the tick, so often at most.
-/// Without, it would be pressed past a rest, and thrown back.
+/// A tool is rendered anew where a string comes to lie on other rests in the tick, so often at
+/// most. Without, it would be pressed past a rest, and thrown back.
 constexpr int kRestTries = 3;
 
 /// What was done for nothing was done all the same.
@@ -107,12 +107,14 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand,
     seen.others = {{others.begin(), others.size()}, memory_.scratch};
     const bool may_repeat = !seen.rests.empty() && attempt < kRestTries;
     if (!seen.rests.empty()) play.before = play.state;
-    render_contact(seen, hand, play.state, play.problem, play.rendered, work_budget);
+    const std::int64_t left = std::max<std::int64_t>(work_budget - tick_work(spent), 1);
+    render_contact(seen, hand, play.state, play.problem, play.rendered, work_budget > 0 ? left : 0);
     add_attempt(spent, play.rendered.contact);
     update_sharing(all, number, strings_.sharing());
     seen.others = {};
     play.way.input = contact_input(seen, play.rendered.X_WH, play.rendered.dt);
-    const bool settled = seen.rests.empty() || settle_rests(all, number, play.before, strings_.sharing());
+    const bool settled =
+        seen.rests.empty() || settle_rests(all, number, play.before, strings_.sharing());
     if (settled || !may_repeat) {
       if (!seen.rests.empty()) add_rest_forces(all[tool], play.way.input, play.rendered);
       return;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-
 namespace hapticd {
 namespace {
 
@@ -64,16 +63,17 @@ bool is_on(const Way& way, std::int32_t holder) noexcept {
 
 Highest find_highest(const Way& way, const Rests& rests, const Holders& before) noexcept {
   Highest highest;
+  std::size_t leg = 0;
   for (std::size_t k = 0; k < rests.all.size(); ++k) {
     const StringRest& rest = rests.all[k];
-    for (std::size_t leg = 0; leg + 1 < way.size(); ++leg) {
-      if (rest.lambda < way[leg].lambda || rest.lambda > way[leg + 1].lambda) continue;
-      const std::int32_t holder = rest_holder(rests.first + k);
-      const bool held = std::find(before.begin(), before.end(), holder) != before.end();
-      const double by = lift(way[leg], way[leg + 1], rest) - (held ? kLetGoLift : kLeastLift);
-      if (by <= highest.lift || is_on(way, holder)) continue;
-      highest = {by, leg, rests.first + k};
-    }
+    while (leg + 2 < way.size() && way[leg + 1].lambda < rest.lambda) ++leg;
+    const double by = lift(way[leg], way[leg + 1], rest);
+    if (by - kLetGoLift <= highest.lift) continue;
+    const std::int32_t holder = rest_holder(rests.first + k);
+    const bool held = std::find(before.begin(), before.end(), holder) != before.end();
+    const double beyond = by - (held ? kLetGoLift : kLeastLift);
+    if (beyond <= highest.lift || is_on(way, holder)) continue;
+    highest = {beyond, leg, rests.first + k};
   }
   return highest;
 }
@@ -194,8 +194,8 @@ bool go_over(const StringTool& self, std::int32_t tool, SharedString& held) noex
     holders.push_back(tool);
     std::rotate(holders.begin() + slot, holders.end() - 1, holders.end());
   } else {
-    slot = static_cast<std::size_t>(std::find(holders.begin(), holders.end(), tool) -
-                                    holders.begin());
+    slot =
+        static_cast<std::size_t>(std::find(holders.begin(), holders.end(), tool) - holders.begin());
   }
   const std::size_t rest = to_B ? slot + 1 : slot - 1;
   if (rest >= holders.size() || !is_rest(holders[rest])) return hold != nullptr;

@@ -52,7 +52,8 @@ std::size_t nearest_part(const StringTool& tool, const StringPoints& points,
 /// its way to p_WH, or to where it was to go last if that pose is useless.
 bool concerns(std::span<const StringTool> tools, const StringSharing& all, const SharedString& held,
               std::int32_t tool, const Vector3& p_WH) noexcept {
-  const bool holds = std::find(held.holders.begin(), held.holders.end(), tool) != held.holders.end();
+  const bool holds =
+      std::find(held.holders.begin(), held.holders.end(), tool) != held.holders.end();
   if (holds) return held.holders.size() > 1;
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
   const ContactState& state = self.state->contact;
@@ -296,7 +297,8 @@ void update_sharing(std::span<const StringTool> tools, std::int32_t tool,
       held->string = string;
       held->holders.clear();
     }
-    if (std::find(held->holders.begin(), held->holders.end(), tool) != held->holders.end()) continue;
+    if (std::find(held->holders.begin(), held->holders.end(), tool) != held->holders.end())
+      continue;
     const StringPart* part = part_of(*self.view, string);
     const auto slot = static_cast<std::size_t>(part != nullptr ? part->slot : 0);
     held->holders.push_back(tool);

@@ -1,6 +1,7 @@
-// A string that several tools hold, or that lies on rests (string_rests.h), as each of them sees it.
-// The string is a polyline through the vertices of all tools that hold it, and over its rests. A tool bends the part between its neighbours' vertices (or
-// the string's ends), which acts as a separate string: it has the tension of the whole,
+// A string that several tools hold, or that lies on rests (string_rests.h), as each of them sees
+// it. The string is a polyline through the vertices of all tools that hold it, and over its rests.
+// A tool bends the part between its neighbours' vertices (or the string's ends), which acts as a
+// separate string: it has the tension of the whole,
 //   T + E A ext / L  (ext: of the polyline without this tool), E A L' / L, f L / L' sqrt(T' / T),
 // so that the energy of all vertices together is that of the whole string, and what one tool does
 // is felt by the others through the shape. The other parts are rigid lines to it. Tools are
@@ -19,8 +20,8 @@ namespace hapticd {
 
 /// Strings that are held at once, at most.
 inline constexpr std::size_t kMaxHeldStrings = kMaxTools * kMaxDeflectingStrings;
-/// Rests that one string is held on at once, at most. Fewer: a string that winds over a curved board
-/// is drawn through it.
+/// Rests that one string is held on at once, at most. Fewer: a string that winds over a curved
+/// board is drawn through it.
 inline constexpr std::size_t kMaxHeldRests = 6;
 /// Those of all strings near a tool, at most.
 inline constexpr std::size_t kMaxNearRests = 256;
@@ -101,7 +102,8 @@ struct StringTool {
 [[nodiscard]] HD_REALTIME Vector3 vertex_of(const StringTool& tool,
                                             const TouchedString& hold) noexcept;
 
-/// Ends, vertices and rests of a string, from A to B, without that of tool `without` (-1: with all).
+/// Ends, vertices and rests of a string, from A to B, without that of tool `without` (-1: with
+/// all).
 HD_REALTIME void string_points(std::span<const StringTool> tools, const StringSharing& holders,
                                std::int32_t string, std::int32_t without,
                                StringPoints& points) noexcept;

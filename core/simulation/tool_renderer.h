@@ -36,9 +36,9 @@ struct HandMotion {
 /// Where a string can lie on something that does not move: a fret, a bridge, a board.
 struct StringRest {
   std::int32_t string = 0;
-  double lambda = 0.5;  ///< place along the string, (0, 1)
-  Vector3 p_W;          ///< of the string's axis when it lies there, m
-  Vector3 nhat_W;       ///< unit, across the string, from what it lies on to it
+  double lambda = 0.5;    ///< place along the string, (0, 1)
+  Vector3 p_W;            ///< of the string's axis when it lies there, m
+  Vector3 nhat_W;         ///< unit, across the string, from what it lies on to it
   double friction = 0.0;  ///< Coulomb's coefficient
   /// One of many places of a surface along the string: between them it goes on.
   bool surface = false;

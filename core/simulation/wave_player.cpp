@@ -215,10 +215,9 @@ void play_wave(const PlayedWave& wave, Tick& tick, StringEvents& events) noexcep
     wake(playing);
     state.stepped = true;
     tune(playing, tension_of(playing, tools, touches));
-    stepped = step({playing.string, playing.options, playing.kept.table,
-                    {rests.begin(), rests.size()}},
-                   playing.time,
-                   std::span(touches).first(wave.memory.tools.size()), state.string);
+    stepped =
+        step({playing.string, playing.options, playing.kept.table, {rests.begin(), rests.size()}},
+             playing.time, std::span(touches).first(wave.memory.tools.size()), state.string);
     read_energies(playing);
     give_forces(playing, tools, touches);
   } else if (state.awake) {

@@ -105,8 +105,7 @@ bool names_parts(const StringSegments& view) {
     return index >= 0 && static_cast<std::size_t>(index) < count;
   };
   for (const StringPart& part : view.parts) {
-    if (!below(part.string, view.strings.size()) || 
-        !below(part.slot, kMaxTools + kMaxHeldRests)) {
+    if (!below(part.string, view.strings.size()) || !below(part.slot, kMaxTools + kMaxHeldRests)) {
       return false;
     }
   }
@@ -227,7 +226,7 @@ bool restore(const Snapshot& snapshot, PlayedScene& scene, LoopMemory& loop) {
   read.take(StateKind::kSimulation, 0, awake, sharing);
   read.require(strings.set_awake({awake.begin(), awake.size()}));
   read.require(names_holders(sharing, scene.play.tracks.size(), scene.tools.size(),
-                            scene.play.tools.front().scene.rests));
+                             scene.play.tools.front().scene.rests));
   if (read.good()) strings.sharing() = sharing;
   for (std::size_t k = 0; k < scene.tools.size(); ++k) restore_tool(k, scene, loop.tools[k], read);
   loop.ramp.resume(std::move(change), share);

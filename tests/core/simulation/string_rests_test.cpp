@@ -14,7 +14,8 @@
 namespace hapticd::test {
 namespace {
 
-/// Less force than this of a finger that pressed a string on a fret: the string has slipped off it, N.
+/// Less force than this of a finger that pressed a string on a fret: the string has slipped off it,
+/// N.
 constexpr double kHeld = 1.0;
 
 double cents(double a, double b) { return 1200.0 * std::log2(a / b); }
@@ -165,7 +166,8 @@ TEST_CASE("a string stopped behind a fret sounds as the part from the fret") {
     const double tension = options.tension + options.axial_stiffness * extension / options.length;
     const double expected =
         options.frequency * options.length / fret * std::sqrt(tension / options.tension);
-    MESSAGE("fret ", cents(tone, expected), " fret ", fret, " x-fret ", x-fret, " below ", options.frets[0].below, " depth ", depth, " EA ", options.axial_stiffness);
+    MESSAGE("fret ", cents(tone, expected), " fret ", fret, " x-fret ", x - fret, " below ",
+            options.frets[0].below, " depth ", depth, " EA ", options.axial_stiffness);
     CHECK(std::abs(cents(tone, expected)) <= 5.0);
   }
   CHECK(heard >= scenes / 2);
@@ -190,7 +192,8 @@ TEST_CASE("a string stopped on a board sounds from the finger") {
     const double tone = stopped_tone(options, x, depth, random.uniform(0.15, 0.25) * x);
     if (tone == 0.0) continue;
     ++heard;
-    MESSAGE("board ", cents(tone, options.frequency * options.length / x), " x ", x, " below ", options.board_below, " depth ", depth);
+    MESSAGE("board ", cents(tone, options.frequency * options.length / x), " x ", x, " below ",
+            options.board_below, " depth ", depth);
     CHECK(std::abs(cents(tone, options.frequency * options.length / x)) <= 5.0);
   }
   CHECK(heard >= scenes / 2);

@@ -204,9 +204,10 @@ TEST_CASE("no hand wins more than 150 uJ by pressing, gliding, lifting and comin
     const double from = random.uniform(0.1, 0.9) * 1.1;
     const double to = std::clamp(from + random.uniform(-0.1, 0.1), 0.1, 1.0);
     const double high = scene.reach() + 5e-3;
-    const std::array<Vector3, 4> corners{
-        {{from, high, 0.0}, {from, high - 5e-3 - depth, 0.0}, {to, high - 5e-3 - depth, 0.0},
-         {to, high, 0.0}}};
+    const std::array<Vector3, 4> corners{{{from, high, 0.0},
+                                          {from, high - 5e-3 - depth, 0.0},
+                                          {to, high - 5e-3 - depth, 0.0},
+                                          {to, high, 0.0}}};
     Purse purse;
     for (int lap = 0; lap < 20; ++lap) {
       for (std::size_t k = 0; k < corners.size(); ++k) {
