@@ -221,8 +221,7 @@ void EventPlayer::tell(String& string, std::int64_t due_ns) {
   order.strike = strike_of_told(string, since_s);
   Telling& telling = order.telling;
   telling.bend = bend_to(string.told, since_s);
-  telling.begins =
-      string.released || amplitude_of(string.told) > kLeastLevel * reference_m_;
+  telling.begins = string.released || amplitude_of(string.told) > kLeastLevel * reference_m_;
   telling.ends_note = string.silent || decay_of(string.told) < kShort * string.decay_s;
   submit(order);
 }

@@ -1,8 +1,9 @@
 // Turns the daemon's events into orders for the audio engine: a Tone into a strike, a
 // StringSounding into the pitch and the partials that its string goes to, and for strings that send
-// none a StringRadius into the damping of one that a finger touches, or its end. How loud a metre is
-// the Tone says; all that is told counts against that, whatever came before. Knows the scene, for the
-// strings' names and stiffness, and the recordings. Instants are given by the caller. Not RT.
+// none a StringRadius into the damping of one that a finger touches, or its end. How loud a metre
+// is the Tone says; all that is told counts against that, whatever came before. Knows the scene,
+// for the strings' names and stiffness, and the recordings. Instants are given by the caller. Not
+// RT.
 #pragma once
 
 #include <cstdint>
@@ -52,10 +53,10 @@ class EventPlayer {
     double most_m = 0.0;        ///< what is told counts up to here
     double gain = 0.0;          ///< of its partials; 0: nothing has said it yet
     double per_metre = 0.0;
-    bool released = false;      ///< it has had a Tone
-    bool sounds = false;        ///< it sends StringSounding
-    bool silent = true;         ///< as the last of these says
-    v1::StringSounding told;    ///< the last of these
+    bool released = false;    ///< it has had a Tone
+    bool sounds = false;      ///< it sends StringSounding
+    bool silent = true;       ///< as the last of these says
+    v1::StringSounding told;  ///< the last of these
     std::int64_t told_due_ns = 0;
     const ToneFile* recording = nullptr;
   };

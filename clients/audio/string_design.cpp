@@ -126,11 +126,9 @@ double expected_rms(const Strike& strike, const Sound& sound) {
 /// The first partials as they begin, in metres, with the decays of the loop.
 void design_partials(const ToneSound& tone, double rate_hz, Strike& strike) {
   const auto& forces = strike.excitation.amplitude;
-  const double size = std::sqrt(std::inner_product(forces.begin(), forces.end(), forces.begin(),
-                                                   0.0, std::plus<>(), [](float a, float b) {
-                                                     return static_cast<double>(a) *
-                                                            static_cast<double>(b);
-                                                   }));
+  const double size = std::sqrt(std::inner_product(
+      forces.begin(), forces.end(), forces.begin(), 0.0, std::plus<>(),
+      [](float a, float b) { return static_cast<double>(a) * static_cast<double>(b); }));
   const double metres = (tone.amplitude_m > 0.0 ? tone.amplitude_m : 1.0) / size;
   strike.sines = !tone.partials.empty() && tone.partials.size() <= kToldPartials;
   strike.per_metre = 1.0 / metres;
@@ -143,8 +141,7 @@ void design_partials(const ToneSound& tone, double rate_hz, Strike& strike) {
     const auto n = static_cast<std::size_t>(k);
     const double frequency_hz = std::min((k + 1) * tone.frequency_hz, kMaxShare * rate_hz);
     partials.amplitude[n] = metres * std::abs(static_cast<double>(forces[n])) / (k + 1);
-    partials.keep[n] =
-        keep_per_frame(loop_decay_s(strike.loop, frequency_hz, rate_hz), rate_hz);
+    partials.keep[n] = keep_per_frame(loop_decay_s(strike.loop, frequency_hz, rate_hz), rate_hz);
   }
 }
 

@@ -40,7 +40,7 @@ struct ToneSound {
   double glide_cents = 0.0;   ///< at the onset, [0, 1200]
   double glide_decay_s = 0.0;
   double inharmonicity = kInharmonicity;  ///< B: f_n = n f_1 sqrt((1 + B n^2) / (1 + B))
-  double amplitude_m = 0.0;  ///< of a fundamental with its energy; 0: it is not known
+  double amplitude_m = 0.0;               ///< of a fundamental with its energy; 0: it is not known
   /// Amplitudes of displacement, relative to each other; none: an ideal string plucked at lambda.
   std::span<const float> partials;
 };

@@ -26,8 +26,8 @@ class PartialBank {
  public:
   /// Starts again, as loud as `strike` says.
   void start(const Strike& strike) noexcept;
-  /// From the next frame on it goes to what `told` says, within bend.approach; bend.goal is relative
-  /// to the pitch it was started with.
+  /// From the next frame on it goes to what `told` says, within bend.approach; bend.goal is
+  /// relative to the pitch it was started with.
   void tell(const ToldPartials& told, const Bend& bend) noexcept;
   /// What it sounds like by itself becomes `factor` times as loud.
   void scale(double factor) noexcept;
@@ -49,9 +49,9 @@ class PartialBank {
   double per_metre_ = 0.0;
   double inharmonicity_ = 0.0;
   bool silent_ = false;
-  bool turns_ = false;       ///< its pitch changes in this step
-  std::int32_t ramp_ = 0;    ///< frames gone of the way to `goal_`
-  std::int32_t ramps_ = 0;   ///< of so many
+  bool turns_ = false;          ///< its pitch changes in this step
+  std::int32_t ramp_ = 0;       ///< frames gone of the way to `goal_`
+  std::int32_t ramps_ = 0;      ///< of so many
   std::int32_t stretches_ = 0;  ///< steps more in which `number_` changes
   std::uint32_t age_ = 0;
   PerPartial cosine_{}, sine_{};              ///< of its phase

@@ -1,7 +1,7 @@
 // All tones that sound: a fixed number of voices, each a computed string, a string's partials
-// one by one, or a recording; the body, and the limiter behind them. A voice whose output is no longer a number is ended. The result does
-// not depend on how the frames are divided into calls. RT: yes; no heap, the object itself is 2 MB
-// and belongs on the heap of its owner.
+// one by one, or a recording; the body, and the limiter behind them. A voice whose output is no
+// longer a number is ended. The result does not depend on how the frames are divided into calls.
+// RT: yes; no heap, the object itself is 2 MB and belongs on the heap of its owner.
 #pragma once
 
 #include <array>

@@ -18,7 +18,8 @@ struct Sine {
 };
 
 /// The solution of a symmetric positive system, row after row, by Gauss and Jordan.
-inline std::vector<double> solved(std::vector<std::vector<double>> rows, std::vector<double> right) {
+inline std::vector<double> solved(std::vector<std::vector<double>> rows,
+                                  std::vector<double> right) {
   const std::size_t size = right.size();
   for (std::size_t i = 0; i < size; ++i) {
     for (std::size_t k = 0; k < size; ++k) {
@@ -50,8 +51,7 @@ inline std::vector<double> amplitudes_in(std::span<const float> sound, double ra
       basis[2 * k] = size_now * std::cos(angle);
       basis[2 * k + 1] = size_now * std::sin(angle);
     }
-    const double frame =
-        first + i < sound.size() ? static_cast<double>(sound[first + i]) : 0.0;
+    const double frame = first + i < sound.size() ? static_cast<double>(sound[first + i]) : 0.0;
     for (std::size_t k = 0; k < size; ++k) {
       right[k] += basis[k] * frame;
       for (std::size_t j = 0; j < size; ++j) squares[k][j] += basis[k] * basis[j];
