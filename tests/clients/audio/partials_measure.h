@@ -59,6 +59,7 @@ inline std::vector<double> amplitudes_in(std::span<const float> sound, double ra
   }
   const std::vector<double> solution = solved(std::move(squares), std::move(right));
   std::vector<double> amplitudes;
+  amplitudes.reserve(sines.size());
   for (std::size_t k = 0; k < sines.size(); ++k) {
     amplitudes.push_back(std::hypot(solution[2 * k], solution[2 * k + 1]));
   }
