@@ -13,30 +13,30 @@ namespace {
 constexpr std::uint32_t kMaxStrings = 1024;
 /// How fast a string ends that the daemon has made still, s.
 constexpr double kStill_s = 0.03;
-/// Pitch and loudness of a StringSounding are reached within this time, s.
+/// Pitch and partials of a StringSounding are reached within this time, s.
 constexpr double kApproach_s = 0.01;
 /// A pitch glides on for so long after it was told, s.
 constexpr double kOnward_s = 0.1;
-/// What is told may be so much louder than what was to be expected: 12 dB.
+/// What is told may be so much louder than its Tone, or a tone of level 1: 12 dB.
 constexpr double kMostGain = 4.0;
+/// Shorter decays are not believed, s.
+constexpr double kLeastDecay_s = 1e-6;
 /// A string that nobody has released is heard from this share of the level 1 on.
 constexpr double kLeastLevel = 0.01;
 
-/// Of all partials together, m.
+/// A note is over where its string dies away in less than this share of the decay of its tone.
+constexpr double kShort = 0.5;
+
+/// Of a fundamental with the energy of its partials, m.
 double amplitude_of(const v1::StringSounding& sounding) {
-  double sum = 0.0;
-  for (const float partial : sounding.partials_m()) {
-    sum += static_cast<double>(partial) * static_cast<double>(partial);
-  }
-  return std::sqrt(sum);
+  return energy_amplitude(
+      {sounding.partials_m().data(), static_cast<std::size_t>(sounding.partials_m_size())});
 }
 
-/// Of the loudest partial, s; 0 where it says none.
+/// Of the loudest partial, s.
 double decay_of(const v1::StringSounding& sounding) {
-  if (sounding.decays_s_size() < sounding.partials_m_size()) return 0.0;
   const auto& partials = sounding.partials_m();
   const auto loudest = std::max_element(partials.begin(), partials.end());
-  if (loudest == partials.end()) return 0.0;
   return static_cast<double>(sounding.decays_s(static_cast<int>(loudest - partials.begin())));
 }
 
@@ -58,16 +58,28 @@ v1::StringSounding carried_on(const v1::StringSounding& sounding, std::uint64_t 
   return now;
 }
 
+/// Of the partial that rings longest, s.
+double longest_decay_of(const v1::StringSounding& sounding) {
+  const auto& decays = sounding.decays_s();
+  return static_cast<double>(*std::max_element(decays.begin(), decays.end()));
+}
+
 /// True where every number of it is one that a string can have.
 bool is_sound(const v1::StringSounding& sounding) {
   const auto within = [](float value, double least, double most) {
     return static_cast<double>(value) >= least && static_cast<double>(value) <= most;
   };
+  const auto all_within = [&](const auto& values, double least, double most) {
+    return std::all_of(values.begin(), values.end(),
+                       [&](float value) { return within(value, least, most); });
+  };
   if (sounding.partials_m().empty()) return true;
-  const bool all = std::all_of(sounding.partials_m().begin(), sounding.partials_m().end(),
-                               [&](float partial) { return within(partial, 0.0, 1.0); });
-  return all && amplitude_of(sounding) > 0.0 && decay_of(sounding) > 0.0 &&
-         within(sounding.frequency_hz(), 1.0, 2e4) && within(sounding.cents_per_s(), -1e5, 1e5);
+  return sounding.partials_m_size() <= kToldPartials &&
+         sounding.decays_s_size() == sounding.partials_m_size() &&
+         all_within(sounding.partials_m(), 0.0, 1.0) && amplitude_of(sounding) > 0.0 &&
+         all_within(sounding.decays_s(), kLeastDecay_s, 1000.0) &&
+         within(sounding.frequency_hz(), 1.0, 2e4) && within(sounding.cents_per_s(), -1e5, 1e5) &&
+         within(sounding.inharmonicity(), 0.0, 1e3);
 }
 
 }  // namespace
@@ -87,6 +99,7 @@ void EventPlayer::set_scene(const v1::Scene& scene) {
     string.name = described.name();
     string.frequency_hz = described.frequency_hz();
     if (described.touch_decay_s() > 0.0) string.touch_decay_s = described.touch_decay_s();
+    if (described.decay_s() > 0.0) string.open_decay_s = described.decay_s();
     if (described.inharmonicity() > 0.0) string.inharmonicity = described.inharmonicity();
     if (tones_ != nullptr) string.recording = tones_->find(string.name);
   }
@@ -124,6 +137,9 @@ void EventPlayer::play_tone(const v1::Tone& tone, std::int64_t due_ns) {
   sound.string = static_cast<int>(tone.string_index());
   sound.frequency_hz = static_cast<double>(tone.frequency_hz());
   sound.level = static_cast<double>(tone.level());
+  const auto amplitude_m = static_cast<double>(tone.amplitude_m());
+  sound.amplitude_m =
+      amplitude_m > 0.0 && amplitude_m <= 1.0 ? amplitude_m : sound.level * reference_m_;
   sound.lambda = static_cast<double>(tone.lambda());
   sound.decay_s = static_cast<double>(tone.decay_s());
   sound.glide_cents = static_cast<double>(tone.glide_cents());
@@ -131,17 +147,24 @@ void EventPlayer::play_tone(const v1::Tone& tone, std::int64_t due_ns) {
   sound.inharmonicity = string.inharmonicity;
   sound.partials = {tone.partials().data(), static_cast<std::size_t>(tone.partials_size())};
   strike(sound, string, due_ns);
+  // What was told of the string since its release came before the Tone, as its onset does.
+  if (string.sounds && string.told.t_ns() > tone.t_ns()) {
+    tell(string, std::max(due_ns, string.told_due_ns));
+  }
 }
 
 void EventPlayer::strike(const ToneSound& tone, String& string, std::int64_t due_ns) {
-  const std::optional<Strike> strike = strike_of(tone, string);
+  std::optional<Strike> strike = design_string(tone, sound_);
   if (!strike) {
     ++counts_.unplayable;
     return;
   }
+  string.gain = strike->gain;
+  string.per_metre = strike->per_metre;
+  string.released = true;
+  if (string.recording != nullptr) play_recording(tone, string, *strike);
   string.decay_s = tone.decay_s;
-  string.tone_hz = tone.frequency_hz;
-  string.told_amplitude = 0.0;
+  string.most_m = tone.amplitude_m;
   Order order;
   order.due_ns = due_ns;
   order.kind = Order::Kind::kStrike;
@@ -149,19 +172,17 @@ void EventPlayer::strike(const ToneSound& tone, String& string, std::int64_t due
   submit(order);
 }
 
-std::optional<Strike> EventPlayer::strike_of(const ToneSound& tone, const String& string) const {
-  std::optional<Strike> strike = design_string(tone, sound_);
-  if (!strike || string.recording == nullptr) return strike;
+// A recording has its own decay: it lasts as long as it lasts.
+void EventPlayer::play_recording(const ToneSound& tone, const String& string,
+                                 Strike& strike) const {
   const ToneFile& file = *string.recording;
   const double recorded_hz = file.frequency_hz > 0.0 ? file.frequency_hz : string.frequency_hz;
-  strike->gain = sound_.gain * tone.level * kLevelRms / file.rms;
-  strike->recorded = {file.samples.data(), static_cast<std::int64_t>(file.samples.size()),
-                      recorded_hz > 0.0 ? tone.frequency_hz / recorded_hz : 1.0};
-  // A recording has its own decay: it lasts as long as it lasts.
-  strike->frames =
-      static_cast<std::int64_t>(static_cast<double>(file.samples.size()) / strike->recorded.step) +
+  strike.gain = sound_.gain * tone.level * kLevelRms / file.rms;
+  strike.recorded = {file.samples.data(), static_cast<std::int64_t>(file.samples.size()),
+                     recorded_hz > 0.0 ? tone.frequency_hz / recorded_hz : 1.0};
+  strike.frames =
+      static_cast<std::int64_t>(static_cast<double>(file.samples.size()) / strike.recorded.step) +
       1;
-  return strike;
 }
 
 void EventPlayer::play_radius(const v1::StringRadius& radius, std::int64_t due_ns) {
@@ -188,71 +209,98 @@ double EventPlayer::keep_of(const String& string, double decay_s) const {
 }
 
 bool EventPlayer::is_news(const v1::StringSounding& sounding, const String& string) {
-  return !string.sounds || static_cast<std::int32_t>(sounding.number() - string.number) > 0;
+  return !string.sounds || static_cast<std::int32_t>(sounding.number() - string.told.number()) > 0;
 }
 
 void EventPlayer::play_sounding(const v1::StringSounding& sounding, std::int64_t due_ns) {
   String& string = string_at(sounding.string_index());
   if (!is_news(sounding, string) || !is_sound(sounding)) return;
   string.sounds = true;
-  string.number = sounding.number();
-  const double amplitude = amplitude_of(sounding);
-  if (!(string.decay_s > 0.0)) {
-    if (amplitude > 0.0) begin_sounding(sounding, due_ns);
+  string.silent = sounding.partials_m().empty();
+  string.told = sounding;
+  string.told_due_ns = due_ns;
+  if (!string.silent && !(string.gain > 0.0) && !set_loudness(string)) {
+    ++counts_.unplayable;
     return;
   }
+  tell(string, due_ns);
+}
+
+bool EventPlayer::set_loudness(String& string) const {
+  const v1::StringSounding& told = string.told;
+  ToneSound sound;
+  sound.frequency_hz = static_cast<double>(told.frequency_hz());
+  sound.amplitude_m = amplitude_of(told);
+  sound.level = std::min(1.0, sound.amplitude_m / reference_m_);
+  // However it is damped: of a string that rings.
+  sound.decay_s = std::max(longest_decay_of(told), string.open_decay_s);
+  sound.partials = {told.partials_m().data(), static_cast<std::size_t>(told.partials_m_size())};
+  const std::optional<Strike> strike = design_string(sound, sound_);
+  if (!strike) return false;
+  string.gain = strike->gain;
+  string.per_metre = strike->per_metre;
+  string.decay_s = sound.decay_s;
+  string.most_m = sound.amplitude_m;
+  return true;
+}
+
+void EventPlayer::tell(String& string, std::int64_t due_ns) {
+  const double since_s = 1e-9 * static_cast<double>(due_ns - string.told_due_ns);
   Order order;
   order.due_ns = due_ns;
-  order.kind = Order::Kind::kChange;
-  Change& change = order.change;
-  change.string = static_cast<std::int32_t>(sounding.string_index());
-  if (!(amplitude > 0.0)) {
-    change.keep = keep_of(string, kStill_s);
-    string.decay_s = 0.0;
-    submit(order);
-    return;
-  }
-  const auto t_ns = static_cast<std::int64_t>(sounding.t_ns());
-  const double decay_s = decay_of(sounding);
-  change.bends = true;
-  change.keep = keep_of(string, decay_s);
-  change.bend = bend_to(sounding, string);
-  if (string.told_amplitude > 0.0) {
-    const double since = 1e-9 * static_cast<double>(t_ns - string.told_ns);
-    const double expected = string.told_amplitude * std::exp(-since / string.told_decay_s);
-    change.gain = std::clamp(amplitude / expected, 0.0, kMostGain);
-  }
-  string.told_ns = t_ns;
-  string.told_amplitude = amplitude;
-  string.told_decay_s = decay_s;
+  order.kind = Order::Kind::kTelling;
+  order.strike = strike_of_told(string, since_s);
+  Telling& telling = order.telling;
+  telling.bend = bend_to(string.told, since_s);
+  telling.begins = string.released || amplitude_of(string.told) > kLeastLevel * reference_m_;
+  telling.ends_note = string.silent || decay_of(string.told) < kShort * string.decay_s;
   submit(order);
 }
 
+Strike EventPlayer::strike_of_told(const String& string, double since_s) const {
+  const v1::StringSounding& told = string.told;
+  const double amplitude = amplitude_of(told);
+  ToneSound sound;
+  sound.string = static_cast<int>(told.string_index());
+  sound.frequency_hz = string.silent ? 1.0 : static_cast<double>(told.frequency_hz());
+  sound.level = std::min(1.0, amplitude / reference_m_);
+  sound.decay_s = string.silent ? kStill_s : longest_decay_of(told);
+  Strike strike = outline(sound, sound_);
+  strike.gain = string.gain;
+  strike.per_metre = string.per_metre;
+  strike.sines = true;
+  strike.log_hz = std::log(sound.frequency_hz);
+  ToldPartials& partials = strike.partials;
+  partials.count = told.partials_m_size();
+  partials.omega = 2.0 * std::numbers::pi * sound.frequency_hz / sound_.rate_hz;
+  partials.inharmonicity = static_cast<double>(told.inharmonicity());
+  const double most = kMostGain * std::max(string.most_m, reference_m_);
+  const double share = amplitude > most ? most / amplitude : 1.0;
+  for (int k = 0; k < partials.count; ++k) {
+    const auto n = static_cast<std::size_t>(k);
+    const auto decay_s = static_cast<double>(told.decays_s(k));
+    partials.amplitude[n] =
+        share * static_cast<double>(told.partials_m(k)) * std::exp(-since_s / decay_s);
+    partials.keep[n] = keep_per_frame(decay_s, sound_.rate_hz);
+  }
+  return strike;
+}
+
 // To where the pitch will be by then, and on from there.
-Bend EventPlayer::bend_to(const v1::StringSounding& sounding, const String& string) const {
+Bend EventPlayer::bend_to(const v1::StringSounding& sounding, double since_s) const {
   const double per_step = kGlideStep / sound_.rate_hz;
   const double slope =
       static_cast<double>(sounding.cents_per_s()) * std::numbers::ln2 / 1200.0 * per_step;
+  const double gone = std::min(since_s, kOnward_s) / per_step;
   Bend bend;
-  bend.approach = std::max(1, static_cast<int>(std::lround(kApproach_s / per_step)));
-  const double now = std::log(static_cast<double>(sounding.frequency_hz()) / string.tone_hz);
-  bend.goal = std::clamp(now + slope * bend.approach, -kMaxBend, kMaxBend);
-  bend.onward = {slope, static_cast<int>(std::lround(kOnward_s / per_step)) - bend.approach};
+  // A voice begins it at its next step.
+  bend.approach = std::max(1, static_cast<int>(kApproach_s / per_step) - 1);
+  if (sounding.partials_m().empty()) return bend;
+  bend.goal =
+      std::log(static_cast<double>(sounding.frequency_hz())) + slope * (gone + bend.approach);
+  const auto steps = static_cast<int>(std::lround(kOnward_s / per_step - gone));
+  bend.onward = {slope, steps - bend.approach};
   return bend;
-}
-
-void EventPlayer::begin_sounding(const v1::StringSounding& sounding, std::int64_t due_ns) {
-  String& string = string_at(sounding.string_index());
-  ToneSound sound;
-  sound.string = static_cast<int>(sounding.string_index());
-  sound.frequency_hz = static_cast<double>(sounding.frequency_hz());
-  sound.level = std::min(1.0, amplitude_of(sounding) / reference_m_);
-  sound.decay_s = decay_of(sounding);
-  sound.inharmonicity = string.inharmonicity;
-  sound.partials = {sounding.partials_m().data(),
-                    static_cast<std::size_t>(sounding.partials_m_size())};
-  if (sound.level < kLeastLevel) return;
-  strike(sound, string, due_ns);
 }
 
 void EventPlayer::submit(const Order& order) {

@@ -1,13 +1,14 @@
 // Turns the daemon's events into orders for the audio engine: a Tone into a strike, a
-// StringSounding into a bend of its pitch and loudness, and for strings that send none a
-// StringRadius into the damping of one that a finger touches, or its end. What was told before the
-// player came is repeated in States: a string that rings is begun from there. Knows the scene, for
-// the strings' names and stiffness, and the recordings. Instants are given by the caller. Not RT.
+// StringSounding into the pitch and the partials that its string goes to, and for strings that send
+// none a StringRadius into the damping of one that a finger touches, or its end. How loud a metre
+// is the Tone says; all that is told counts against that, whatever came before. What was told
+// before the player came is repeated in States: a string that rings is begun from there. Knows the
+// scene, for the strings' names and stiffness, and the recordings. Instants are given by the
+// caller. Not RT.
 #pragma once
 
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,13 +53,16 @@ class EventPlayer {
     double frequency_hz = 0.0;  ///< as the scene was loaded
     double touch_decay_s = 0.03;
     double inharmonicity = kInharmonicity;
-    double decay_s = 0.0;         ///< of the tone that sounds
-    double tone_hz = 0.0;         ///< its pitch
-    bool sounds = false;          ///< it sends StringSounding
-    std::uint32_t number = 0;     ///< of the last of these
-    std::int64_t told_ns = 0;     ///< its instant
-    double told_amplitude = 0.0;  ///< of what it says since the tone, m; 0: nothing yet
-    double told_decay_s = 0.0;
+    double open_decay_s = 0.5;  ///< as the scene was loaded
+    double decay_s = 0.0;       ///< of the tone that sounds
+    double most_m = 0.0;        ///< what is told counts up to here
+    double gain = 0.0;          ///< of its partials; 0: nothing has said it yet
+    double per_metre = 0.0;
+    bool released = false;    ///< it has had a Tone
+    bool sounds = false;      ///< it sends StringSounding
+    bool silent = true;       ///< as the last of these says
+    v1::StringSounding told;  ///< the last of these
+    std::int64_t told_due_ns = 0;
     const ToneFile* recording = nullptr;
   };
 
@@ -66,12 +70,17 @@ class EventPlayer {
   void play_radius(const v1::StringRadius& radius, std::int64_t due_ns);
   void play_sounding(const v1::StringSounding& sounding, std::int64_t due_ns);
   [[nodiscard]] static bool is_news(const v1::StringSounding& sounding, const String& string);
-  /// Begins a tone that nobody has released: a string that was struck, or let go by a stop.
-  void begin_sounding(const v1::StringSounding& sounding, std::int64_t due_ns);
+  /// Orders what the string was told last, as it goes on until due_ns.
+  void tell(String& string, std::int64_t due_ns);
+  /// How loud a metre is where no Tone has said it: a string that was struck, or let go by a stop.
+  /// False where its pitch cannot be played.
+  [[nodiscard]] bool set_loudness(String& string) const;
   void strike(const ToneSound& tone, String& string, std::int64_t due_ns);
-  [[nodiscard]] Bend bend_to(const v1::StringSounding& sounding, const String& string) const;
+  [[nodiscard]] Strike strike_of_told(const String& string, double since_s) const;
+  [[nodiscard]] Bend bend_to(const v1::StringSounding& sounding, double since_s) const;
   [[nodiscard]] double keep_of(const String& string, double decay_s) const;
-  [[nodiscard]] std::optional<Strike> strike_of(const ToneSound& tone, const String& string) const;
+  /// Has a strike played by the recording of its string.
+  void play_recording(const ToneSound& tone, const String& string, Strike& strike) const;
   String& string_at(std::uint32_t index);
   void submit(const Order& order);
 

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <numbers>
+#include <numeric>
 
 #include "clients/audio/body_design.h"
 
@@ -121,6 +123,28 @@ double expected_rms(const Strike& strike, const Sound& sound) {
   return std::sqrt(power);
 }
 
+/// The first partials as they begin, in metres, with the decays of the loop.
+void design_partials(const ToneSound& tone, double rate_hz, Strike& strike) {
+  const auto& forces = strike.excitation.amplitude;
+  const double size = std::sqrt(std::inner_product(
+      forces.begin(), forces.end(), forces.begin(), 0.0, std::plus<>(),
+      [](float a, float b) { return static_cast<double>(a) * static_cast<double>(b); }));
+  const double metres = (tone.amplitude_m > 0.0 ? tone.amplitude_m : 1.0) / size;
+  strike.sines = !tone.partials.empty() && tone.partials.size() <= kToldPartials;
+  strike.per_metre = 1.0 / metres;
+  strike.log_hz = std::log(tone.frequency_hz);
+  ToldPartials& partials = strike.partials;
+  partials.count = std::min(strike.excitation.partials, kToldPartials);
+  partials.omega = kTurn / strike.loop.period;
+  partials.inharmonicity = tone.inharmonicity;
+  for (int k = 0; k < kToldPartials; ++k) {
+    const auto n = static_cast<std::size_t>(k);
+    const double frequency_hz = std::min((k + 1) * tone.frequency_hz, kMaxShare * rate_hz);
+    partials.amplitude[n] = metres * std::abs(static_cast<double>(forces[n])) / (k + 1);
+    partials.keep[n] = keep_per_frame(loop_decay_s(strike.loop, frequency_hz, rate_hz), rate_hz);
+  }
+}
+
 /// Amplitudes relative to each other: what is beyond this, either way, is not a tone.
 constexpr double kMaxPartial = 1e12;
 
@@ -147,6 +171,16 @@ MidiNote note_of(const ToneSound& tone) {
 
 double keep_per_frame(double decay_s, double rate_hz) {
   return std::exp(-1.0 / (decay_s * rate_hz));
+}
+
+double energy_amplitude(std::span<const float> partials) {
+  double sum = 0.0;
+  double n = 0.0;
+  for (const float partial : partials) {
+    n += 1.0;
+    sum += std::pow(n * static_cast<double>(partial), 2);
+  }
+  return std::sqrt(sum);
 }
 
 double loop_decay_s(const StringLoop& loop, double frequency_hz, double rate_hz) {
@@ -184,6 +218,7 @@ std::optional<Strike> design_string(const ToneSound& tone, const Sound& sound) {
   const double rms = expected_rms(strike, sound);
   if (!(rms > 1.0 / kMaxPartial)) return std::nullopt;
   strike.gain = sound.gain * tone.level * kLevelRms / rms;
+  design_partials(tone, sound.rate_hz, strike);
   return strike;
 }
 

@@ -40,6 +40,7 @@ struct ToneSound {
   double glide_cents = 0.0;   ///< at the onset, [0, 1200]
   double glide_decay_s = 0.0;
   double inharmonicity = kInharmonicity;  ///< B: f_n = n f_1 sqrt((1 + B n^2) / (1 + B))
+  double amplitude_m = 0.0;               ///< of a fundamental with its energy; 0: it is not known
   /// Amplitudes of displacement, relative to each other; none: an ideal string plucked at lambda.
   std::span<const float> partials;
 };
@@ -51,7 +52,8 @@ struct Sound {
   BodyFilter body;
 };
 
-/// A strike that is the waveguide's; none where the pitch, glide included, does not fit into it at
+/// A strike: the waveguide's, or where all its partials are given, as far as the daemon tells them,
+/// these as sines. None where the pitch, glide included, does not fit into it at
 /// this sample rate, or a number is out of its range.
 [[nodiscard]] std::optional<Strike> design_string(const ToneSound& tone, const Sound& sound);
 
@@ -60,6 +62,9 @@ struct Sound {
 
 /// What a strike has whatever it is played by: everything but gain, loop, excitation, recording.
 [[nodiscard]] Strike outline(const ToneSound& tone, const Sound& sound);
+
+/// Amplitude of a fundamental with the energy of these partials: of partial n n times as much.
+[[nodiscard]] double energy_amplitude(std::span<const float> partials);
 
 /// Factor per frame of an amplitude that decays to 1/e in decay_s; 1 for a decay without end.
 [[nodiscard]] double keep_per_frame(double decay_s, double rate_hz);

@@ -82,6 +82,7 @@ void add_crossing(const Axis& axis, const Nearest& nearest, double radius, RestP
   const double gap = distance - radius - axis.radius;
   if (gap >= kRestReach) return;
   StringRest rest;
+  rest.p_W = nearest.p_WL;
   rest.lambda = nearest.lambda;
   rest.nhat_W = apart / distance;
   rest.surface = nearest.surface;
@@ -181,6 +182,7 @@ RestPlaces places_on_body(const SceneDescription& scene, std::size_t string, std
     const double gap = depth_below(axis.at(lambda), *n, near) - axis.radius;
     if (gap >= kRestReach - axis.radius) continue;
     StringRest rest;
+    rest.p_W = axis.at(lambda);
     rest.lambda = lambda;
     rest.nhat_W = *n;
     rest.surface = true;

@@ -13,6 +13,8 @@ namespace hapticd::audio {
 
 /// Partials that a plucked string begins with.
 inline constexpr int kMaxPartials = 64;
+/// Of these, partials that the daemon tells one by one.
+inline constexpr int kToldPartials = 12;
 /// Allpass sections of the dispersion.
 inline constexpr int kMaxSections = 8;
 /// Longest period of a string, frames: 6 Hz at 48 kHz, 24 Hz at 192 kHz.
@@ -48,6 +50,15 @@ struct RecordedTone {
   double step = 1.0;  ///< frames of the recording per frame of the output, once the glide is over
 };
 
+/// What the first partials of a string do from an instant on.
+struct ToldPartials {
+  int count = 0;               ///< 0: it is silent
+  double omega = 0.0;          ///< of the first, rad per frame
+  double inharmonicity = 0.0;  ///< B: partial n at n omega sqrt((1 + B n^2) / (1 + B))
+  std::array<double, kToldPartials> amplitude{};  ///< m
+  std::array<double, kToldPartials> keep{};       ///< factor per frame
+};
+
 /// The note it is for instruments that speak MIDI.
 struct MidiNote {
   std::uint8_t channel = 0;   ///< 0..15
@@ -66,16 +77,23 @@ struct Strike {
   StringLoop loop;
   Excitation excitation;
   RecordedTone recorded;
+  bool sines = false;      ///< played as `partials`, by neither loop nor recording
+  ToldPartials partials;   ///< as it begins
+  double per_metre = 0.0;  ///< of the voice, for a gain of 1, per metre of the first partial
+  double log_hz = 0.0;     ///< ln of its pitch once the glide is over
 };
 
-/// What becomes of a string that sounds.
+/// A string that sounds is damped, or rings freely again.
 struct Change {
   std::int32_t string = 0;
   double keep = 1.0;  ///< factor per frame, beyond the tone's own decay; 1: it rings freely
-  bool bends =
-      false;  ///< its pitch goes along `bend`, and its loudness by `gain` within its approach
-  Bend bend;
-  double gain = 1.0;
+};
+
+/// How a string goes to the partials of a strike that is told while it sounds.
+struct Telling {
+  Bend bend;               ///< of its pitch; the goal as ln of Hz, reached with the amplitudes
+  bool begins = false;     ///< where nothing sounds, it begins
+  bool ends_note = false;  ///< it is so soft, or damped, that its note is over
 };
 
 static_assert(std::is_trivially_copyable_v<Strike>, "it crosses a thread");

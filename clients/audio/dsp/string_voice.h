@@ -23,8 +23,6 @@ class StringVoice {
   void start(const Strike& strike) noexcept;
   /// The next frame.
   [[nodiscard]] double next() noexcept;
-  /// Its pitch goes there from now on, as far as the line is long and short enough.
-  void follow(const Bend& bend) noexcept { glide_.follow(bend); }
 
  private:
   static constexpr std::uint32_t kLine = 8192;

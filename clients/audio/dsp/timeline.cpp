@@ -38,7 +38,12 @@ void Timeline::play(const Order& order, std::int64_t late_frames, double ns_per_
     if (order.change.keep < 1.0) notes_.end(order.change.string, offset, notes);
     return;
   }
-  synthesizer_.start(order.strike);
+  if (order.kind == Order::Kind::kTelling) {
+    if (order.telling.ends_note) notes_.end(order.strike.string, offset, notes);
+    if (!synthesizer_.tell(order.strike, order.telling)) return;
+  } else {
+    synthesizer_.start(order.strike);
+  }
   notes_.begin(order.strike, offset, notes);
   counts_.played.fetch_add(1, std::memory_order_relaxed);
   counts_.stolen.store(synthesizer_.stolen(), std::memory_order_relaxed);

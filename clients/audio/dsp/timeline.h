@@ -18,11 +18,12 @@ namespace hapticd::audio {
 
 /// Something to be done at an instant.
 struct Order {
-  enum class Kind : std::uint8_t { kStrike, kChange };
+  enum class Kind : std::uint8_t { kStrike, kChange, kTelling };
   std::int64_t due_ns = 0;
   Kind kind = Kind::kStrike;
-  Change change;  ///< kChange
-  Strike strike;  ///< kStrike
+  Change change;    ///< kChange
+  Telling telling;  ///< kTelling
+  Strike strike;    ///< kStrike; kTelling: what is told, as a voice that would begin with it
 };
 
 /// The relation of the output's frames to the clock of due_ns.

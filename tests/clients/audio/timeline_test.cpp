@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -40,6 +41,22 @@ Order damp_at(std::int64_t due_ns, double decay_s, int string = 0) {
   order.kind = Order::Kind::kChange;
   order.change.string = string;
   order.change.keep = keep_per_frame(decay_s, kRate_hz);
+  return order;
+}
+
+/// The string goes to other partials, and a fifth up.
+Order tell_at(std::int64_t due_ns, int string = 0, double frequency_hz = 98.0) {
+  const std::array<float, 4> partials{0.1F, 1.0F, 0.0F, 0.4F};
+  ToneSound tone = test::tone_of(frequency_hz);
+  tone.string = string;
+  tone.partials = partials;
+  tone.amplitude_m = 1e-3;
+  Order order;
+  order.due_ns = due_ns;
+  order.kind = Order::Kind::kTelling;
+  order.strike = design_string(tone, test::bare()).value();
+  order.telling.bend = {std::log(1.5 * frequency_hz), 29, {1e-4, 200}};
+  order.telling.begins = true;
   return order;
 }
 
@@ -94,6 +111,8 @@ TEST_CASE("the same orders give the same bits in blocks of any size") {
     orders.push_back(strike_at(at, string, 65.4 + 12.0 * string));
     orders.back().strike.glide = {0.04, 0.9995};
     orders.push_back(damp_at(at + 50'000'000, 0.03, string));
+    orders.push_back(tell_at(at + 70'000'123, string, 65.4 + 12.0 * string));
+    orders.push_back(tell_at(at + 75'000'000, string, 70.0 + 12.0 * string));
   }
   const auto whole = rendered(orders, 48000, [] { return std::size_t{48000}; });
   for (const std::size_t size : {1U, 64U, 128U, 333U}) {
@@ -235,6 +254,28 @@ TEST_CASE("notes follow the tones: on with them, off when damped, plucked anew o
   CHECK_EQ(ended, (3000 + 336000 - 1) / 1000 * 1000);
 }
 
+TEST_CASE(
+    "a string that is told to sound begins a note, and one that is told to be silent ends it") {
+  const auto timeline = std::make_unique<Timeline>(BodyFilter{});
+  std::vector<float> sound(1000);
+  MidiEvents notes;
+  timeline->add(tell_at(ns_of_frame(10), 3, 220.0));
+  timeline->add(tell_at(ns_of_frame(500), 3, 220.0));
+  timeline->render(kFromZero, 0, sound, notes);
+  REQUIRE_EQ(notes.count, 1);
+  CHECK_EQ(notes.events[0].bytes[0], 0x93);
+  CHECK_EQ(notes.events[0].frame, 10);
+  CHECK_EQ(timeline->synthesizer().sounding(), 1);
+  Order silent = tell_at(ns_of_frame(1100), 3, 220.0);
+  silent.strike.partials = {};
+  silent.telling.ends_note = true;
+  timeline->add(silent);
+  timeline->render(kFromZero, 1000, sound, notes);
+  REQUIRE_EQ(notes.count, 1);
+  CHECK_EQ(notes.events[0].bytes[0], 0x83);
+  CHECK_EQ(timeline->synthesizer().sounding(), 0);
+}
+
 TEST_CASE("the audio callback neither allocates nor frees, whatever is ordered") {
   const auto engine = std::make_unique<AudioEngine>(test::whole().body);
   std::vector<float> samples(48000, 0.1F);
@@ -244,6 +285,7 @@ TEST_CASE("the audio callback neither allocates nor frees, whatever is ordered")
     if (i % 3 == 0) orders.back().strike.recorded = {samples.data(), 48000, 1.01};
     if (i % 4 == 0) orders.back().strike.glide = {0.05, 0.999};
     orders.push_back(damp_at(ns_of_frame(std::int64_t{90} * i + 40), 0.01, i % 50));
+    orders.push_back(tell_at(ns_of_frame(std::int64_t{90} * i + 60), i % 50, 70.0 + i));
   }
   std::vector<float> sound(128);
   MidiEvents notes;
