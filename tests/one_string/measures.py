@@ -174,7 +174,8 @@ def harmonics(stage):
             t_ns = (lift + 100) * TICK_NS
             at_s = 1e-9 * (t_ns - take.begin_ns)
             told = partials_at([each for each in take.told if each.t_ns <= t_ns][-1], t_ns)
-            heard = np.array([hearing.level(sound, 48000, at_s, 65.4 * n, 0.5) for n in range(1, 25)])
+            # Heard is the force at the bridge, in which partial n weighs n times as much as in the string's motion.
+            heard = np.array([hearing.level(sound, 48000, at_s, 65.4 * n, 0.5) / n for n in range(1, 25)])
             hz, db = hearing.spectrum(sound, 48000, at_s, at_s + 0.5, 800)
             told_db, told_which = loudest_other(told, part)
             heard_db, heard_which = loudest_other(heard, part)
@@ -268,7 +269,8 @@ def touched(stage):
 
         def told(ms):
             past = [each for each in take.told if each.t_ns <= ms * TICK_NS]
-            return float(np.linalg.norm(partials_at(past[-1], ms * TICK_NS)))
+            partials = partials_at(past[-1], ms * TICK_NS)
+            return float(np.linalg.norm(np.arange(1, len(partials) + 1) * partials))
 
         def heard(ms):
             at = round((1e-3 * ms - 1e-9 * take.begin_ns) * 48000)
@@ -288,7 +290,7 @@ SILK = {"hz": 65.4, "decay_s": 1.48, "loss_n2": 0.0075, "stretch_n": 3000.0}
 
 def ringing(stage):
     """A pluck that rings out: levels and decays of its first partials, told and heard."""
-    rows = pluck_rows(0.2, 1.0)
+    rows = pluck_rows(0.23, 1.0)
     string = String(**SILK)
     take = stage.play([Hand(rows + [rows[-1]] * 2500)], [string], sections=("TOOLS",), record=True)
     sound = stage.render(take)

@@ -155,7 +155,7 @@ def ringing(found):
     rows = [[each["n"], f"{found['partials_mm'][each['n'] - 1]:.3f}", f"{each['due_s']:.3f}", f"{each['told_s']:.3f}", f"{each['heard_s']:.3f}"]
             for each in found["decays"] if found["partials_mm"][each["n"] - 1] > 1e-3]
     return ["## Decay", "",
-            f"A silk string as the lowest of the Guqin, plucked at 0.2 with 1 m/s. Decay times to 1/e; {found['messages']} `StringSounding` in 2.5 s.", "",
+            f"A silk string as the lowest of the Guqin, plucked at 0.23 with 1 m/s. Decay times to 1/e; {found['messages']} `StringSounding` in 2.5 s.", "",
             *table(["partial", "told mm", "of the scene s", "told s", "heard s"], rows),
             *picture("ringing", "Sound of a plucked string, and how its partials decay"),
             "Below: before the finger lets go, the string as States have it, two straight pieces under the static law; after it, the twelve partials that are",

@@ -59,7 +59,8 @@ std::vector<float> joined(const v1::StringSounding& sounding, double since_s) {
   kept.player.join(state_with(sounding, since_s), 99);
   REQUIRE(kept.orders.size() == 1);
   CHECK(kept.orders[0].due_ns == 99);
-  REQUIRE(kept.orders[0].kind == Order::Kind::kStrike);
+  REQUIRE(kept.orders[0].kind == Order::Kind::kTelling);
+  CHECK(kept.orders[0].telling.begins);
   CHECK(kept.orders[0].strike.string == 2);
   return test::played(kept.orders[0].strike, test::bare(), 0.6);
 }
@@ -121,7 +122,7 @@ TEST_CASE("what events have told already a State does not begin again, nor the o
   // Who has begun follows what is told next, by a State too.
   late.player.join(state_with(told(6), 0.3), 50);
   REQUIRE(late.orders.size() == 2);
-  CHECK(late.orders[1].kind == Order::Kind::kChange);
+  CHECK(late.orders[1].kind == Order::Kind::kTelling);
   CHECK(late.orders[1].due_ns == 50);
 }
 

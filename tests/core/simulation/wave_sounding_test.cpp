@@ -18,12 +18,15 @@ namespace {
 class Client {
  public:
   void hear(const std::vector<StringEvent>& events, std::size_t from) {
+    bool plucked = false;
     for (std::size_t k = from; k < events.size(); ++k) {
+      plucked = plucked || events[k].kind == StringEventKind::kTone;
       if (events[k].kind != StringEventKind::kSounding) continue;
       CHECK(events[k].number == (told_ ? told_->number + 1 : events[k].number));
       told_ = events[k];
       ++messages;
-      earliest = told_->t_ns - last_ns < earliest ? told_->t_ns - last_ns : earliest;
+      // A pluck is told at once.
+      if (!plucked) earliest = std::min(earliest, told_->t_ns - last_ns);
       last_ns = told_->t_ns;
     }
   }
