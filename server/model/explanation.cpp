@@ -136,6 +136,25 @@ struct Feature {
   std::string without;
 };
 
+/// What strings lie on, and what of bodies and lines is rough.
+void add_touches(const SceneDescription& d, std::vector<Feature>& list) {
+  const auto lies = [](const StringDescription& string) {
+    return !string.touched_lines.empty() || !string.touched_bodies.empty();
+  };
+  const auto lying = std::count_if(d.strings.begin(), d.strings.end(), lies);
+  list.push_back({lying > 0,
+                  std::to_string(lying) + " of " + std::to_string(d.strings.size()) +
+                      " strings lie on lines and bodies where they are pressed on them",
+                  "strings on lines and bodies: they pass them; touch names what they lie on"});
+  const auto rough = [](const auto& object) { return object.friction_coefficient > 0.0; };
+  const auto rough_ones = std::count_if(d.bodies.begin(), d.bodies.end(), rough) +
+                          std::count_if(d.lines.begin(), d.lines.end(), rough);
+  list.push_back({d.instrument.friction && rough_ones > 0,
+                  "friction of " + std::to_string(rough_ones) + " of " +
+                      std::to_string(d.bodies.size() + d.lines.size()) + " bodies and lines",
+                  "friction of bodies and lines"});
+}
+
 std::vector<Feature> features_of(const SceneDescription& d) {
   const InstrumentOptions& o = d.instrument;
   bool yields = false;
@@ -176,21 +195,7 @@ std::vector<Feature> features_of(const SceneDescription& d) {
       {o.friction, "friction: Coulomb, one stick anchor per string",
        "friction: a finger slides along and across strings freely. Pressed straight down "
        "on one\n    that bends it stands as on a ridge, and the string slips round it"});
-  const auto lies = [](const StringDescription& string) {
-    return !string.touched_lines.empty() || !string.touched_bodies.empty();
-  };
-  const auto lying = std::count_if(d.strings.begin(), d.strings.end(), lies);
-  list.push_back({lying > 0,
-                  std::to_string(lying) + " of " + std::to_string(d.strings.size()) +
-                      " strings lie on lines and bodies where they are pressed on them",
-                  "strings on lines and bodies: they pass them; touch names what they lie on"});
-  const auto rough = [](const auto& object) { return object.friction_coefficient > 0.0; };
-  const auto rough_ones = std::count_if(d.bodies.begin(), d.bodies.end(), rough) +
-                          std::count_if(d.lines.begin(), d.lines.end(), rough);
-  list.push_back({o.friction && rough_ones > 0,
-                  "friction of " + std::to_string(rough_ones) + " of " +
-                      std::to_string(d.bodies.size() + d.lines.size()) + " bodies and lines",
-                  "friction of bodies and lines"});
+  add_touches(d, list);
   if (yields) {
     list.push_back({true,
                     "lateral force of strings that yield: all of their force is the gradient "
