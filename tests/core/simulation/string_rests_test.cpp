@@ -23,6 +23,7 @@ double cents(double a, double b) { return 1200.0 * std::log2(a / b); }
 std::vector<FretTop> some_frets(SplitMix64& random, double length) {
   std::vector<FretTop> frets;
   const std::uint64_t count = 1 + random.below(4);
+  frets.reserve(count);
   for (std::uint64_t k = 0; k < count; ++k) {
     frets.push_back({random.uniform(0.1, 0.9) * length, random.uniform(0.1e-3, 3e-3)});
   }
