@@ -152,7 +152,7 @@ class Check {
     if (message && !place.field.is_repeated()) return;
     const auto range = wire::parse_interval(row.range);
     if (!range || (row.may_be_absent && place.field.is_repeated() && place.count() == 0)) return;
-    const bool text = place.field.cpp_type() == Kind::CPPTYPE_STRING;
+    const bool text = place.field.cpp_type() == Kind::CPPTYPE_STRING && !place.field.is_repeated();
     const double length =
         text ? static_cast<double>(place.reflection().GetString(place.message, &place.field).size())
              : place.count();
