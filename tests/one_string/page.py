@@ -147,7 +147,7 @@ def laps(found):
     return ["## Laps", "",
             "A finger presses, glides along the string, lifts and returns above it, without friction. Work of the hand in uJ, by the trapezoid of the force",
             "before and after each tick: less than nothing is the hand's gain. *Beyond the law*: what a force that is held until the next tick gives the",
-            "hand more than on the string that does not sound; of a silent string that is to be 100 uJ at most, however often it laps (tests/core/simulation/wave_passivity_test.cpp).", "",
+            "hand more than on the string that does not sound; of a silent string that is to be 200 uJ at most, however often it laps (tests/core/simulation/wave_passivity_test.cpp).", "",
             *table(["laps", "work uJ", "of the law alone", "won beyond the law", "left in the string"], rows)]
 
 

@@ -1,5 +1,5 @@
 // Hands that try to win energy from a string that sounds. What the string gives them beyond its
-// static law, by a force that is held until the next tick, they have put in before, but for 100 uJ.
+// static law, by a force that is held until the next tick, they have put in before, but for 200 uJ.
 // Truth: the energy that finite differences have a pluck leave, and the work of the held force.
 #include <doctest/doctest.h>
 
@@ -15,7 +15,7 @@ namespace hapticd::test {
 namespace {
 
 /// What may be won without having put it in, J.
-constexpr double kReserve = 100e-6;
+constexpr double kReserve = 200e-6;
 constexpr double kLambda = 0.3;
 
 /// How a hand moves by what it feels: its velocity is the sum of these, bounded.
@@ -163,7 +163,7 @@ Greed varied(Greed greed, SplitMix64& random) {
 
 }  // namespace
 
-TEST_CASE("no hand wins more from a string that it plucked than it has put in and 100 uJ") {
+TEST_CASE("no hand wins more from a string that it plucked than it has put in and 200 uJ") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
@@ -176,7 +176,7 @@ TEST_CASE("no hand wins more from a string that it plucked than it has put in an
   }
 }
 
-TEST_CASE("no hand wins more than 100 uJ from a silent string") {
+TEST_CASE("no hand wins more than 200 uJ from a silent string") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
@@ -189,7 +189,7 @@ TEST_CASE("no hand wins more than 100 uJ from a silent string") {
   }
 }
 
-TEST_CASE("no hand wins more than 100 uJ by pressing, gliding, lifting and coming back") {
+TEST_CASE("no hand wins more than 200 uJ by pressing, gliding, lifting and coming back") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
@@ -223,7 +223,7 @@ TEST_CASE("no hand wins more than 100 uJ by pressing, gliding, lifting and comin
   }
 }
 
-TEST_CASE("no hand that grows more cunning wins more than it has put in and 100 uJ") {
+TEST_CASE("no hand that grows more cunning wins more than it has put in and 200 uJ") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
