@@ -220,6 +220,16 @@ bool take_off_rests(const StringTool& self, std::int32_t tool, SharedString& hel
   return true;
 }
 
+/// Another tool has just gone over a rest and holds nothing yet: nobody knows its way until its
+/// turn.
+bool awaits_other(std::span<const StringTool> tools, std::int32_t tool,
+                  const SharedString& held) noexcept {
+  return std::any_of(held.holders.begin(), held.holders.end(), [&](std::int32_t holder) {
+    return !is_rest(holder) && holder != tool &&
+           hold_of(*tools[static_cast<std::size_t>(holder)].state, held.string) == nullptr;
+  });
+}
+
 /// The entry of a string that presses the tool, made where there is none; null: no room.
 PressedString* pressed_string(std::int32_t string, PressedStrings& pressed) noexcept {
   const auto place = std::lower_bound(
@@ -279,7 +289,9 @@ bool settle_rests(std::span<const StringTool> tools, std::int32_t tool, const To
     SharedString& held = holders[k];
     const bool was_near = part_of(*self.view, held.string) != nullptr;
     const bool over = was_near && go_over(self, tool, held);
-    if (!over && holds(held, tool)) {
+    if (awaits_other(tools, tool, held)) {
+      // As it lies.
+    } else if (!over && holds(held, tool)) {
       const Holders found = lay_over(tools, held, pressed_rests(self, tool, held));
       settled = settled && same(found, held.holders);
       held.holders = found;

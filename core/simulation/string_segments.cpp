@@ -109,9 +109,15 @@ void take_part(std::span<const StringTool> tools, const StringSharing& all,
   StringPoints points;
   string_points(tools, all, holders.string, tool, points);
   const auto* const at = std::find(holders.holders.begin(), holders.holders.end(), tool);
-  const std::size_t slot = at != holders.holders.end()
-                               ? static_cast<std::size_t>(at - holders.holders.begin())
-                               : nearest_part(self, points, whole(self, holders.string).r);
+  // One that has just gone over a rest has no vertex yet.
+  const auto has_point = [&](std::int32_t holder) {
+    return is_rest(holder) ||
+           hold_of(*tools[static_cast<std::size_t>(holder)].state, holders.string) != nullptr;
+  };
+  const std::size_t slot =
+      at != holders.holders.end()
+          ? static_cast<std::size_t>(std::count_if(holders.holders.begin(), at, has_point))
+          : nearest_part(self, points, whole(self, holders.string).r);
   const Capsule& line = whole(self, holders.string);
   for (std::size_t k = 0; k + 1 < points.size(); ++k) {
     const Capsule part_W{points[k], points[k + 1], line.r};
