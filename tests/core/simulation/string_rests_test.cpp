@@ -52,10 +52,16 @@ class Wanderer {
       : random_(random), options_(options), reach_(reach), speed_(speed) {
     to_ = p = {0.5 * options.length, reach + 5e-3, 0.0};
   }
+  /// Between places along the string, as shares of its length.
+  void stay_within(double from, double to) {
+    from_ = from;
+    most_ = to;
+    to_.x() = p.x() = 0.5 * (from + to) * options_.length;
+  }
   void step() {
     if ((to_ - p).norm() < 1e-3 * speed_) {
-      const double x = std::clamp(p.x() + random_.uniform(-0.08, 0.08), 0.1 * options_.length,
-                                  0.9 * options_.length);
+      const double x = std::clamp(p.x() + random_.uniform(-0.08, 0.08), from_ * options_.length,
+                                  most_ * options_.length);
       // No deeper than where it would slip off the string.
       to_ = {x, reach_ - random_.uniform(-2e-3, 3e-3), 0.0};
     }
@@ -69,6 +75,8 @@ class Wanderer {
   const FrettedOptions& options_;
   double reach_;
   double speed_;
+  double from_ = 0.1;
+  double most_ = 0.9;
   Vector3 to_;
 };
 
@@ -136,6 +144,39 @@ TEST_CASE("a finger that wanders over frets is never thrown, and no string goes 
       // What the springs give for the way of a tick, and the same again at a fret.
       if (!options.sounds) REQUIRE(step <= 2.0 * speed + 0.15);
       before = string.force();
+    }
+  }
+}
+
+TEST_CASE("fingers that wander over frets together do not throw each other") {
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
+  SplitMix64 random(seed);
+  for (int scene = 0; scene < scaled(100); ++scene) {
+    CAPTURE(scene);
+    FrettedOptions options = some_string(random);
+    options.fingers = 2 + random.below(2);
+    options.sounds = random.chance(0.5);
+    FrettedString string(options);
+    std::vector<Wanderer> fingers;
+    fingers.reserve(options.fingers);
+    for (std::size_t k = 0; k < options.fingers; ++k) {
+      fingers.emplace_back(random, options, string.reach(), random.uniform(0.02, 0.2));
+      const double share = 0.8 / static_cast<double>(options.fingers);
+      const double from = 0.1 + share * static_cast<double>(k);
+      fingers.back().stay_within(from, from + share - 0.04);
+    }
+    for (int tick = 0; tick < 1500; ++tick) {
+      CAPTURE(tick);
+      std::vector<Vector3> hands;
+      hands.reserve(fingers.size());
+      for (Wanderer& finger : fingers) {
+        finger.step();
+        hands.push_back(finger.p);
+      }
+      string.tick(hands);
+      REQUIRE(string.sunk() <= 10e-6);
+      for (std::size_t k = 0; k < options.fingers; ++k) REQUIRE_FALSE(string.recovers(k));
     }
   }
 }
