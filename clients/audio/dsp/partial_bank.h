@@ -47,7 +47,6 @@ class PartialBank {
   Glide glide_;
   double omega_ = 0.0;  ///< of the pitch it was started with, rad per frame
   double per_metre_ = 0.0;
-  double inharmonicity_ = 0.0;
   bool silent_ = false;
   bool turns_ = false;          ///< its pitch changes in this step
   std::int32_t ramp_ = 0;       ///< frames gone of the way to `goal_`
