@@ -156,7 +156,9 @@ LiveSettings blend(const LiveSettings& from, const LiveSettings& to, double shar
 StringParameters StringBlend::operator()(const StringParameters& old,
                                          const StringParameters& next) noexcept {
   if (share_ >= 1.0) return next;
-  const auto [from, to] = StringWay(old, next);
+  const StringWay way(old, next);
+  const StringParameters& from = way.from;
+  const StringParameters& to = way.to;
   StringParameters now = to;
   std::size_t number = 0;
   const auto go = [&](const Scale& scale, double StringParameters::*member) {
@@ -185,7 +187,9 @@ WayLength way_length(const LiveSettings& from, const LiveSettings& to) noexcept 
 
 WayLength way_length(const StringParameters& old, const StringParameters& next,
                      double stiffest) noexcept {
-  const auto [from, to] = StringWay(old, next);
+  const StringWay way(old, next);
+  const StringParameters& from = way.from;
+  const StringParameters& to = way.to;
   WayLength length;
   visit_scales(to, stiffest, [&](const Scale& scale, double StringParameters::*member) {
     lengthen(scale, from.*member, to.*member, length);

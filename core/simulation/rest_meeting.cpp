@@ -23,12 +23,12 @@ struct NearRest {
 using NearRests = FixedVector<NearRest, kMaxWaveRests>;
 
 /// The string's way from A to B, bent as the static laws have it, and how it swings about it.
-struct StringWay {
+struct BentWay {
   StringPoints points;
   std::array<double, decltype(StringPoints{})::capacity()> lambda;
 };
 
-void find_way(const Playing& playing, StringWay& way) noexcept {
+void find_way(const Playing& playing, BentWay& way) noexcept {
   const SimulationMemory& memory = playing.wave.memory;
   StringTools views;
   string_points(string_tools(memory, views), playing.wave.sharing, playing.wave.string, -1,
@@ -43,7 +43,7 @@ void find_way(const Playing& playing, StringWay& way) noexcept {
 }
 
 /// How far above `rest` the way is, m.
-double gap_to(const StringWay& way, const StringRest& rest) noexcept {
+double gap_to(const BentWay& way, const StringRest& rest) noexcept {
   std::size_t leg = 0;
   while (leg + 2 < way.points.size() && way.lambda[leg + 1] < rest.lambda) ++leg;
   const double length = way.lambda[leg + 1] - way.lambda[leg];
@@ -139,7 +139,7 @@ void find_rests(const Playing& playing, NearTools& tools, const Touches& touches
   const std::span<const StringRest> all = playing.wave.memory.tools.front().scene.rests;
   const WaveState& state = playing.kept.state;
   if (all.empty()) return;
-  StringWay way;
+  BentWay way;
   find_way(playing, way);
   Replaced replaced;
   put_under_tools(playing, tools, touches, rests, replaced);
