@@ -22,6 +22,11 @@ std::optional<ParameterFault> check_choices(const InstrumentOptions& options) no
     return ParameterFault{"modes.count", static_cast<double>(options.modes), "0 without vibration",
                           "Add vibration to the scene, or leave modes out."};
   }
+  const int substeps = options.substeps;
+  if (substeps != 8 && substeps != 16 && substeps != 32 && substeps != 64) {
+    return ParameterFault{"wave.substeps", static_cast<double>(substeps), "8, 16, 32 or 64",
+                          "Give one of them; 32 is usual, and 16 costs half."};
+  }
   if (options.tones.level != ToneLevel::kAmplitude && options.tones.level != ToneLevel::kForce) {
     return ParameterFault{"tones.level", static_cast<double>(options.tones.level),
                           "amplitude or force", "Choose what the level follows."};

@@ -14,6 +14,8 @@ namespace {
 
 /// Modes of a scene that asks for waves, or modes, without saying how many.
 constexpr unsigned kUsualModes = 32;
+/// Sub-steps of a millisecond of a scene that does not say how many.
+constexpr unsigned kUsualSubsteps = 32;
 
 /// Sets field `NAME` of a message that is a reference named `m`, unless it is set.
 template <typename Message, typename Value>
@@ -136,8 +138,10 @@ void fill_features(StringPreset preset, v1::Scene& scene) {
   }
   const bool told = scene.has_wave() || scene.has_modes();
   if (scene.has_vibration() && preset == StringPreset::kDeflecting && !told) scene.mutable_wave();
-  if (scene.has_wave() && !scene.wave().has_modes()) {
-    scene.mutable_wave()->set_modes(kUsualModes);
+  if (scene.has_wave()) {
+    v1::Wave& wave = *scene.mutable_wave();
+    set_absent(wave, &v1::Wave::has_modes, &v1::Wave::set_modes, kUsualModes);
+    set_absent(wave, &v1::Wave::has_substeps, &v1::Wave::set_substeps, kUsualSubsteps);
   }
   if (scene.has_modes() && !scene.modes().has_count()) {
     scene.mutable_modes()->set_count(kUsualModes);

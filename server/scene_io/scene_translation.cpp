@@ -296,6 +296,7 @@ InstrumentOptions instrument_of(const v1::Scene& scene) {
     options.pitch_glide = scene.vibration().has_pitch_glide();
   }
   options.modes = modes_of(scene);
+  if (scene.has_wave()) options.substeps = static_cast<int>(scene.wave().substeps());
   options.friction = scene.has_friction();
   if (options.friction) options.anchor_stiffness = scene.friction().anchor_stiffness_n_per_m();
   // The paper leaves it out; else it is what makes the force of a string a gradient.

@@ -186,6 +186,21 @@ TEST_CASE("the count of modes is bounded") {
   }
 }
 
+TEST_CASE("modes are stepped 8, 16, 32 or 64 times a millisecond, and nothing between") {
+  const auto fault_with = [](int substeps) {
+    InstrumentOptions options;
+    options.substeps = substeps;
+    return check_options(options);
+  };
+  for (const int substeps : {8, 16, 32, 64}) CHECK(!fault_with(substeps).has_value());
+  for (const int substeps : {-8, 0, 4, 9, 12, 24, 33, 48, 128, std::numeric_limits<int>::max()}) {
+    CAPTURE(substeps);
+    REQUIRE(fault_with(substeps).has_value());
+    CHECK(std::string(fault_with(substeps)->field) == "wave.substeps");
+    CHECK(std::string(fault_with(substeps)->range) == "8, 16, 32 or 64");
+  }
+}
+
 TEST_CASE("the largest acceleration is above 0 and finite") {
   for (const double value : {0.0, -1.0, 1.1e6, kInfinity, kNan}) {
     InstrumentOptions options;

@@ -87,7 +87,7 @@ vibration { sleep_energy: 0.001 pitch_glide {} }
 friction { coefficient: 0.3 anchor_stiffness_n_per_m: 700 }
 lateral_force {}
 torque {}
-wave { modes: 16 }
+wave { modes: 16 substeps: 16 }
 tones { level: TONE_LEVEL_FORCE reference_amplitude_m: 0.004 reference_force_n: 9 gain: 2 }
 release { arm_deflection_m: 0.0002 release_gap_m: 0.0002 refractory_s: 0.03 }
 quality { level: 2 }

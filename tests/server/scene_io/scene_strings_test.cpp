@@ -98,6 +98,33 @@ TEST_CASE("wave gives strings its modes, 32 where it says nothing, and lets them
   CHECK(find_fault(few.problems, "wave.modes") != nullptr);
 }
 
+TEST_CASE("wave says how often strings are stepped, 32 times a millisecond where it says nothing") {
+  for (const auto& [words, substeps] :
+       {std::pair{"", 32}, std::pair{"wave {}", 32}, std::pair{"wave { modes: 16 }", 32},
+        std::pair{"modes { count: 16 }", 32}, std::pair{"wave { substeps: 8 }", 8},
+        std::pair{"wave { modes: 64 substeps: 64 }", 64}}) {
+    CAPTURE(words);
+    const LoadResult result = loaded(with_string("frequency_hz: 90", words));
+    CHECK(result.loaded->scene->description().instrument.substeps == substeps);
+    if (result.loaded->message.has_wave()) {
+      CHECK(result.loaded->message.wave().substeps() == static_cast<unsigned>(substeps));
+    }
+  }
+}
+
+TEST_CASE("sub-steps other than 8, 16, 32 and 64 are refused where they are written") {
+  for (const int substeps : {9, 24, 63}) {
+    const LoadResult result = load_inline(
+        with_string("frequency_hz: 90", "wave { substeps: " + std::to_string(substeps) + " }"));
+    CHECK(result.loaded == nullptr);
+    const SceneProblem* const fault = find_fault(result.problems, "wave.substeps");
+    REQUIRE(fault != nullptr);
+    CHECK(fault->line == 4);
+    CHECK(fault->message == std::to_string(substeps) + " is not in 8, 16, 32 or 64");
+    CHECK(!fault->remedy.empty());
+  }
+}
+
 TEST_CASE("the rung of waves is written WAVE, and read by its former name too") {
   CHECK(v1::StringLevel_Name(v1::STRING_LEVEL_WAVE) == "STRING_LEVEL_WAVE");
   for (const char* const name : {"STRING_LEVEL_WAVE", "STRING_LEVEL_MODES"}) {
