@@ -41,6 +41,7 @@ struct InstrumentOptions {
   bool pitch_glide = false;    ///< f(a) = f_1 pitch_factor(lambda, a)
   double sleep_energy = 1e-4;  ///< share of the energy at release below which it sleeps, (0, 0.1]
   int modes = 0;               ///< modes per string, [0, 64]; 0: the fundamental alone
+  int substeps = 32;           ///< of a millisecond, of modes: 8, 16, 32 or 64
   bool friction = false;       ///< Coulomb friction with a stick anchor per object
   double anchor_stiffness = 1e4;  ///< of that anchor, N/m, [1e-3, 1e9]
   bool lateral_force = false;     ///< axial force of strings that do not yield; others have it
