@@ -26,9 +26,11 @@ constexpr int kFallback = 48;
 /// Sweeps end when forces change by no more than this share of their sum, and this, N.
 constexpr double kSweepShare = 1e-10;
 constexpr double kSweepForce = 1e-12;
-/// A Newton step that changes the force by less, as a share of it and in N, is the last.
+/// Newton's steps end where the force is missed by less: as a share of it, in N, and as a share of
+/// what a distance is rounded by.
 constexpr double kNewtonShare = 1e-13;
 constexpr double kNewtonForce = 1e-14;
+constexpr double kRounding = 1e-16;
 /// A b that misses its own by more force than this is none.
 constexpr double kRootShare = 1e-10;
 constexpr double kRootForce = 1e-12;
@@ -116,6 +118,10 @@ double hold(const Pressed& contact, double y_free, double slope, double limit,
             double& after) noexcept {
   const double a = contact.a;
   const double rest = slope + contact.g;
+  if (contact.path->friction == 0.0) {
+    after = 0.0;
+    return rest * y_free / (1.0 + a * rest);
+  }
   const double z0 = contact.path->stretched;
   double y = (y_free - a * contact.ka * z0) / (1.0 + a * (rest + 0.5 * contact.ka));
   double f = contact.ka * (z0 + 0.5 * y);
@@ -138,6 +144,7 @@ struct InFrame {
 /// What b leads to.
 struct RoundTrial {
   double x, y;         ///< where the contact then is from the string, along n and t, m
+  double r;            ///< and how far, m
   double b;            ///< that belongs to it, N/m
   double normal;       ///< force along n, N
   double tangential;   ///< and along t, N
@@ -161,8 +168,8 @@ RoundTrial try_round(const Pressed& contact, const InFrame& free, double b) noex
   const double limit = contact.path->friction * std::max(0.0, N - pull);
   trial.tangential = hold(contact, free.y, b, limit, trial.after);
   trial.y = free.y - a * trial.tangential;
-  const double r1 = std::sqrt(trial.x * trial.x + trial.y * trial.y);
-  trial.b = round_gradient(contact.k, contact.radius, r0, r1);
+  trial.r = std::sqrt(trial.x * trial.x + trial.y * trial.y);
+  trial.b = round_gradient(contact.k, contact.radius, r0, trial.r);
   return trial;
 }
 
@@ -191,29 +198,35 @@ void solve_plane(Pressed& contact, const Transverse& rho, double from, double de
                    along_n * contact.n.z + f * contact.t.z};
 }
 
+/// By how much force b misses that of where it leads to, N.
+double miss_of(const Pressed& contact, const RoundTrial& trial, double b) noexcept {
+  return std::abs(trial.b - b) * (contact.r0 + std::abs(trial.x));
+}
+
 /// `rho`: at the end, without the contact's own force.
 void solve_round(Pressed& contact, const Transverse& rho, int steps) noexcept {
   const InFrame free{dot(rho, contact.n), dot(rho, contact.t)};
   const double lowest = -kAbovePole / contact.a - contact.g;
+  // What distances are rounded by is nothing that a step could mend.
+  const double least = kNewtonForce + kRounding * contact.k * contact.radius;
   double b = std::max(contact.path->slope, lowest);
+  RoundTrial trial = try_round(contact, free, b);
   for (int step = 0; step < steps; ++step) {
-    const RoundTrial trial = try_round(contact, free, b);
-    const double r1 = std::sqrt(trial.x * trial.x + trial.y * trial.y);
-    const double curvature = round_curvature(contact.k, contact.radius, contact.r0, r1);
+    if (miss_of(contact, trial, b) <= kNewtonShare * std::abs(trial.normal) + least) break;
+    const double curvature = round_curvature(contact.k, contact.radius, contact.r0, trial.r);
     const double swing = -contact.a * (contact.r0 + trial.x) / (1.0 + contact.a * (b + contact.g));
-    const double slope = r1 > 0.0 ? curvature * trial.x / r1 * swing : 0.0;
+    const double slope = trial.r > 0.0 ? curvature * trial.x / trial.r * swing : 0.0;
     const double next = std::max(b - (b - trial.b) / std::max(1.0 - slope, 0.1), lowest);
-    const double change = std::abs(next - b) * (contact.r0 + r1);
+    if (next == b) break;
     b = next;
-    if (change <= kNewtonShare * std::abs(b) * (contact.r0 + r1) + kNewtonForce) break;
+    trial = try_round(contact, free, b);
   }
-  const RoundTrial trial = try_round(contact, free, b);
   contact.path->slope = b;
   contact.after = trial.after;
   contact.force = {trial.normal * contact.n.y + trial.tangential * contact.t.y,
                    trial.normal * contact.n.z + trial.tangential * contact.t.z};
-  const double miss = std::abs(trial.b - b) * (contact.r0 + std::abs(trial.x));
-  contact.rooted = trial.x > 0.0 && miss <= kRootShare * std::abs(trial.normal) + kRootForce;
+  contact.rooted = trial.x > 0.0 &&
+                   miss_of(contact, trial, b) <= kRootShare * std::abs(trial.normal) + kRootForce;
 }
 
 /// All contacts of a string over a tick.
@@ -279,13 +292,8 @@ class Sweeps {
   void couple() noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
       for (std::size_t j = 0; j <= i; ++j) {
-        std::array<double, 4> sum{};
-        for (std::size_t n = 0; n < static_cast<std::size_t>(table_.count); n += 4) {
-          for (std::size_t k = 0; k < 4; ++k) {
-            sum[k] += pressed_[i].shapes[n + k] * pressed_[j].shapes[n + k] * table_.push_q[n + k];
-          }
-        }
-        response_[i][j] = response_[j][i] = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+        response_[i][j] = response_[j][i] =
+            response(table_, pressed_[i].shapes, pressed_[j].shapes);
       }
       pressed_[i].a = response_[i][i];
     }
@@ -298,9 +306,7 @@ class Sweeps {
       const double before = potential(contact, contact.u);
       contact.radius += contact.radius_step;
       if (contact.slides) {
-        for (std::size_t i = 0; i < contact.shapes.size(); ++i) {
-          contact.shapes[i] += contact.slide[i];
-        }
+        add_shapes(table_, contact.slide, contact.shapes);
         contact.u = displacement(table_, motion_, contact.shapes);
       }
       path.work += potential(contact, contact.u) - before;

@@ -27,9 +27,11 @@ HD_VISIT_FIELDS(Transverse, y, z)
 
 template <FieldsOf<WaveTuning> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [length, tension, frequency, modal_mass, inharmonicity, decay, loss_n2, modes] = state;
+  auto& [length, tension, frequency, modal_mass, inharmonicity, decay, loss_n2, modes, substeps] =
+      state;
   visit(length, tension, frequency, modal_mass, inharmonicity, decay, loss_n2);
   visit.bounded(modes, 0, kMaxModes);
+  visit.bounded(substeps, 8, 64);
 }
 
 HD_VISIT_FIELDS(WaveGrip, touching, armed, began_ns, felt_ns, pressed_ns, energy_before, lambda,
@@ -111,14 +113,7 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(reference_amplitude, reference_force, gain);
 }
 
-// How often modes are stepped is the scene's alone: nothing changes it while the scene is played.
-template <FieldsOf<InstrumentOptions> State, typename Visit>
-HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [vibration, pitch_glide, sleep_energy, modes, substeps, friction, anchor_stiffness,
-         lateral_force, max_acceleration, release, tones] = state;
-  static_cast<void>(substeps);
-  visit(vibration, pitch_glide, sleep_energy, modes, friction, anchor_stiffness, lateral_force,
-        max_acceleration, release, tones);
-}
+HD_VISIT_FIELDS(InstrumentOptions, vibration, pitch_glide, sleep_energy, modes, substeps, friction,
+                anchor_stiffness, lateral_force, max_acceleration, release, tones)
 
 }  // namespace hapticd

@@ -11,6 +11,8 @@
 namespace hapticd {
 namespace {
 
+/// Four modes that are computed together; a processor of two lanes does so in halves.
+using Four [[gnu::vector_size(32), gnu::may_alias]] = double;
 constexpr std::size_t kLanes = 4;
 /// Sub-steps of the fastest mode's period, at least.
 constexpr double kStepsPerPeriod = 4.0;
@@ -18,6 +20,12 @@ constexpr double kStepsPerPeriod = 4.0;
 constexpr double kMostDamped = 0.99;
 
 std::size_t size(const ModeTable& table) noexcept { return static_cast<std::size_t>(table.count); }
+std::size_t fours(const ModeTable& table) noexcept { return size(table) / kLanes; }
+
+const Four* in_fours(const PerMode& numbers) noexcept {
+  return reinterpret_cast<const Four*>(numbers.data());
+}
+Four* in_fours(PerMode& numbers) noexcept { return reinterpret_cast<Four*>(numbers.data()); }
 
 /// What a mode is turned by, as in ModeTable.
 struct Turn {
@@ -53,9 +61,10 @@ void fill(std::size_t i, const StringConstants& string, double sigma, ModeTable&
 
 }  // namespace
 
-ModeTable mode_table(const StringConstants& string, const StringLoss& loss, int modes) noexcept {
+ModeTable mode_table(const StringConstants& string, const StringLoss& loss, int modes,
+                     int substeps) noexcept {
   ModeTable table;
-  table.step = 1.0 / kSubStepRate;
+  table.step = 1e-3 / substeps;
   if (!(string.frequency > 0.0)) return table;
   const double fitting = 1.0 / (kStepsPerPeriod * table.step * string.frequency);
   const double most = std::min(static_cast<double>(std::min(modes, kMaxModes)), fitting);
@@ -83,22 +92,41 @@ void mode_shapes(const ModeTable& table, double lambda, PerMode& shapes) noexcep
 
 Transverse displacement(const ModeTable& table, const ModalMotion& motion,
                         const PerMode& shapes) noexcept {
-  std::array<double, kLanes> y{};
-  std::array<double, kLanes> z{};
-  for (std::size_t i = 0; i < size(table); i += kLanes) {
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      y[k] += shapes[i + k] * motion.qy[i + k];
-      z[k] += shapes[i + k] * motion.qz[i + k];
-    }
+  const Four* const phi = in_fours(shapes);
+  const Four* const qy = in_fours(motion.qy);
+  const Four* const qz = in_fours(motion.qz);
+  Four y{};
+  Four z{};
+  for (std::size_t i = 0; i < fours(table); ++i) {
+    y += phi[i] * qy[i];
+    z += phi[i] * qz[i];
   }
   return {(y[0] + y[1]) + (y[2] + y[3]), (z[0] + z[1]) + (z[2] + z[3])};
 }
 
+double response(const ModeTable& table, const PerMode& from, const PerMode& to) noexcept {
+  const Four* const a = in_fours(from);
+  const Four* const b = in_fours(to);
+  const Four* const push_q = in_fours(table.push_q);
+  Four sum{};
+  for (std::size_t i = 0; i < fours(table); ++i) sum += a[i] * b[i] * push_q[i];
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+void add_shapes(const ModeTable& table, const PerMode& step, PerMode& shapes) noexcept {
+  for (std::size_t i = 0; i < fours(table); ++i) in_fours(shapes)[i] += in_fours(step)[i];
+}
+
 void turn(const ModeTable& table, ModalMotion& motion) noexcept {
-  const auto plane = [&](PerMode& q, PerMode& v) {
-    for (std::size_t i = 0; i < size(table); ++i) {
-      const double turned = table.qq[i] * q[i] + table.qv[i] * v[i];
-      v[i] = table.vv[i] * v[i] - table.qv[i] * q[i];
+  const Four* const qq = in_fours(table.qq);
+  const Four* const qv = in_fours(table.qv);
+  const Four* const vv = in_fours(table.vv);
+  const auto plane = [&](PerMode& displacements, PerMode& speeds) {
+    Four* const q = in_fours(displacements);
+    Four* const v = in_fours(speeds);
+    for (std::size_t i = 0; i < fours(table); ++i) {
+      const Four turned = qq[i] * q[i] + qv[i] * v[i];
+      v[i] = vv[i] * v[i] - qv[i] * q[i];
       q[i] = turned;
     }
   };
@@ -122,13 +150,16 @@ void turn_on(const ModeTable& table, std::int64_t steps, ModalMotion& motion) no
 
 void push(const ModeTable& table, const PerMode& shapes, const Transverse& force,
           ModalMotion& motion) noexcept {
-  for (std::size_t i = 0; i < size(table); ++i) {
-    const double q = table.push_q[i] * shapes[i];
-    const double v = table.push_v[i] * shapes[i];
-    motion.qy[i] += q * force.y;
-    motion.vy[i] += v * force.y;
-    motion.qz[i] += q * force.z;
-    motion.vz[i] += v * force.z;
+  const Four* const phi = in_fours(shapes);
+  const Four* const push_q = in_fours(table.push_q);
+  const Four* const push_v = in_fours(table.push_v);
+  for (std::size_t i = 0; i < fours(table); ++i) {
+    const Four q = push_q[i] * phi[i];
+    const Four v = push_v[i] * phi[i];
+    in_fours(motion.qy)[i] += q * force.y;
+    in_fours(motion.vy)[i] += v * force.y;
+    in_fours(motion.qz)[i] += q * force.z;
+    in_fours(motion.vz)[i] += v * force.z;
   }
 }
 

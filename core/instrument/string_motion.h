@@ -15,12 +15,18 @@
 
 namespace hapticd {
 
-/// A number for each mode, in order; what lies beyond the count is 0.
-using PerMode = std::array<double, kMaxModes>;
+/// A number for each mode, in order; what lies beyond the count is 0. Aligned for four at a time.
+struct alignas(32) PerMode : std::array<double, kMaxModes> {};
 
-/// Sub-steps of a second. Fewer: strings keep fewer modes, and plucks are less exact; more: dearer
-/// in proportion.
-inline constexpr int kSubStepRate = 32'000;
+/// Sub-steps of a millisecond, where nothing else is asked for. Fewer: strings keep fewer modes,
+/// and plucks are less exact; more: dearer in proportion.
+inline constexpr int kSubSteps = 32;
+
+/// The highest fundamental that has modes, Hz: four of them, each a quarter of a turn at most in
+/// one of `substeps` sub-steps of a millisecond.
+[[nodiscard]] constexpr double highest_wave_frequency(int substeps) noexcept {
+  return 1000.0 / 16.0 * substeps;
+}
 
 /// Transverse the string, (y, z).
 struct Transverse {
@@ -47,12 +53,13 @@ struct StringLoss {
   double loss_n2 = 0.002;  ///< 1/s, >= 0
 };
 
-/// The table of up to `modes` modes, in fours; fewer where a mode would turn by more than a quarter
-/// of a turn in a sub-step: so what the modes leave out of the string is soft enough, in series,
-/// that no contact is ever stiff for a sub-step. None for a string without tuning, or above 2 kHz.
-/// 0.1 us per mode.
+/// The table of up to `modes` modes, in fours, for `substeps` sub-steps of a millisecond; fewer
+/// modes where one would turn by more than a quarter of a turn in a sub-step: so what they leave
+/// out of the string is soft enough, in series, that no contact is ever stiff for a sub-step. None
+/// for a string without tuning, or above highest_wave_frequency(). 0.1 us per mode.
 [[nodiscard]] HD_REALTIME ModeTable mode_table(const StringConstants& string,
-                                               const StringLoss& loss, int modes) noexcept;
+                                               const StringLoss& loss, int modes,
+                                               int substeps = kSubSteps) noexcept;
 
 /// State of a string. Mode n (index n - 1) is q (m) and v = (dq/dt) / omega_n.
 struct ModalMotion {
@@ -65,6 +72,13 @@ HD_REALTIME void mode_shapes(const ModeTable& table, double lambda, PerMode& sha
 /// Displacement where the modes have these shapes, m.
 [[nodiscard]] HD_REALTIME Transverse displacement(const ModeTable& table, const ModalMotion& motion,
                                                   const PerMode& shapes) noexcept;
+
+/// What a unit force at `from` moves the string by at `to` in a sub-step, m/N.
+[[nodiscard]] HD_REALTIME double response(const ModeTable& table, const PerMode& from,
+                                          const PerMode& to) noexcept;
+
+/// shapes += step, of the modes that there are.
+HD_REALTIME void add_shapes(const ModeTable& table, const PerMode& step, PerMode& shapes) noexcept;
 
 /// One sub-step without forces. 0.5 ns per mode.
 HD_REALTIME void turn(const ModeTable& table, ModalMotion& motion) noexcept;

@@ -20,8 +20,8 @@ constexpr double kMoves = 0.1;
 /// Of the means of speed and load, s.
 constexpr double kSpeedTime = 0.01;
 constexpr double kLoadTime = 0.005;
-/// Sub-steps that are made at once; longer pauses begin their contacts anew.
-constexpr std::int64_t kMaxSteps = 160;
+/// Time that is stepped at once, ns; longer pauses begin their contacts anew.
+constexpr std::int64_t kMaxStepped_ns = 5'000'000;
 /// The string is put where the static law has it after so long without a force where that presses,
 /// s: the two disagree on which side of the tool it is.
 constexpr double kAstrayAfter = 0.1;
@@ -217,14 +217,16 @@ void follow(const Stepping& tick, const WaveTouch& touch, WaveContact& contact) 
 
 }  // namespace
 
-WaveTuning tuning_at(const StringConstants& string, double tension, int modes) noexcept {
+WaveTuning tuning_at(const StringConstants& string, double tension,
+                     const InstrumentOptions& options) noexcept {
   WaveTuning tuning;
   tuning.length = string.length;
   tuning.tension = tension;
   tuning.modal_mass = string.modal_mass;
   tuning.decay = string.decay;
   tuning.loss_n2 = string.loss_n2;
-  tuning.modes = modes;
+  tuning.modes = options.modes;
+  tuning.substeps = options.substeps;
   if (!(string.frequency > 0.0)) return tuning;
   const double raised = tension / string.tension;
   tuning.frequency = string.frequency * std::sqrt(raised);
@@ -251,7 +253,7 @@ void retune(const WaveTuning& tuning, WaveTable& table, WaveString& string) noex
   };
   const auto make = [&](const WaveTuning& of) {
     table.of = of;
-    table.modes = mode_table(constants(of), {of.decay, of.loss_n2}, of.modes);
+    table.modes = mode_table(constants(of), {of.decay, of.loss_n2}, of.modes, of.substeps);
   };
   if (table.of != string.tuning) make(string.tuning);
   if (tuning == string.tuning) return;
@@ -272,25 +274,26 @@ void retune(const WaveTuning& tuning, WaveTable& table, WaveString& string) noex
 }
 
 void turn_to(std::int64_t t_ns, const WaveTable& table, WaveString& string) noexcept {
-  const std::int64_t steps = (t_ns - string.done_ns) / kSubStep_ns;
+  const std::int64_t steps = (t_ns - string.done_ns) / step_ns(string.tuning);
   if (steps <= 0) return;
   turn_on(table.modes, steps, string.motion);
-  string.done_ns += steps * kSubStep_ns;
+  string.done_ns += steps * step_ns(string.tuning);
 }
 
 WaveTick step(const WaveModel& model, const TickTime& time,
               std::span<const WaveTouch* const> touches, WaveString& state) noexcept {
-  if (time.t_ns - state.done_ns > kMaxSteps * kSubStep_ns) {
+  if (time.t_ns - state.done_ns > kMaxStepped_ns) {
     for (WaveContact& contact : state.contacts) let_go(contact);
     state.rests = WaveRests{};
-    turn_to(time.t_ns - kMaxSteps * kSubStep_ns, model.table, state);
+    turn_to(time.t_ns - kMaxStepped_ns, model.table, state);
   }
   WaveTick tick;
   tick.from_ns = state.done_ns;
+  tick.step_ns = step_ns(state.tuning);
   tick.steps =
-      static_cast<int>(std::max<std::int64_t>(0, (time.t_ns - state.done_ns) / kSubStep_ns));
+      static_cast<int>(std::max<std::int64_t>(0, (time.t_ns - state.done_ns) / tick.step_ns));
   if (tick.steps == 0) return tick;
-  const std::int64_t length_ns = tick.steps * kSubStep_ns;
+  const std::int64_t length_ns = tick.steps * tick.step_ns;
   const Stepping stepping{model, state, seconds(length_ns),
                           seconds(length_ns) / seconds(time.t_ns - state.done_ns)};
   StringContactPaths paths;

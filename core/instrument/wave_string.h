@@ -1,7 +1,7 @@
 // A string from the first press to the last ring: the modes of string_motion.h, pressed by the
-// tools through the contacts of string_contacts.h, stepped kSubStepRate times a second. What it
-// rings with after a pluck is what the finger left in it. A string that nothing touches is not
-// stepped: it is turned on in closed form when somebody asks.
+// tools through the contacts of string_contacts.h, stepped kSubSteps times a millisecond, or
+// as often as the scene says. What it rings with after a pluck is what the finger left in it. A
+// string that nothing touches is not stepped: it is turned on in closed form when somebody asks.
 //
 // A tool meets it through what it is held by. While it plucks, the contact is a spring as soft as
 // the tool's coupling between the string and where the tool would be without it (soft); once the
@@ -32,13 +32,14 @@ struct WaveTuning {
   double decay = 0.5;          ///< s
   double loss_n2 = 0.0;        ///< 1/s
   int modes = 0;               ///< asked for
+  int substeps = kSubSteps;    ///< of a millisecond
 
   bool operator==(const WaveTuning&) const = default;
 };
 
 /// The tuning of `string` where its tension is `tension` (N, > 0) now.
 [[nodiscard]] HD_REALTIME WaveTuning tuning_at(const StringConstants& string, double tension,
-                                               int modes) noexcept;
+                                               const InstrumentOptions& options) noexcept;
 
 /// A tool that presses the string, or that the string may meet while it swings, over a tick.
 struct WaveTouch {
@@ -96,11 +97,14 @@ struct WaveTable {
 struct WaveTick {
   int steps = 0;             ///< that were made
   std::int64_t from_ns = 0;  ///< where they begin
+  std::int64_t step_ns = 0;  ///< of one, ns
   int fallbacks = 0;         ///< of play()
 };
 
-/// Its length in time, ns.
-inline constexpr std::int64_t kSubStep_ns = 1'000'000'000 / kSubStepRate;
+/// Length of a sub-step in time, ns.
+[[nodiscard]] constexpr std::int64_t step_ns(const WaveTuning& tuning) noexcept {
+  return 1'000'000 / tuning.substeps;
+}
 
 /// At rest from t_ns on.
 HD_REALTIME void rest(std::int64_t t_ns, WaveString& string) noexcept;

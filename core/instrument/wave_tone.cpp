@@ -11,8 +11,8 @@
 namespace hapticd {
 namespace {
 
-/// Places along a part at which its shape is looked at.
-constexpr int kPlaces = 48;
+/// A mode turns with a partial of a part where their numbers along the string differ by less.
+constexpr double kTogether = 1e-6;
 /// Of loudness: 20 dB.
 constexpr double kStays = 100.0;
 /// Parts shorter than this share of the string do not sound.
@@ -39,26 +39,6 @@ void find_stops(const WaveState& state, Stops& stops) noexcept {
   add(1.0);
 }
 
-/// Displacement and speed over 2 pi f_1 of the string's tuning, m.
-struct Moving {
-  Transverse u, v;
-};
-
-Moving moving_at(const WaveState& state, const ModeTable& modes, double lambda) noexcept {
-  PerMode shapes{};
-  mode_shapes(modes, lambda, shapes);
-  const ModalMotion& motion = state.string.motion;
-  Moving at;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(modes.count); ++i) {
-    const double speed = shapes[i] * (modes.omega[i] / modes.omega[0]);
-    at.u.y += shapes[i] * motion.qy[i];
-    at.u.z += shapes[i] * motion.qz[i];
-    at.v.y += speed * motion.vy[i];
-    at.v.z += speed * motion.vz[i];
-  }
-  return at;
-}
-
 /// The open string: its modes are its partials.
 void read_modes(const WaveState& state, const ModeTable& modes, SoundingPart& part) noexcept {
   part.count = std::min(modes.count, static_cast<int>(kMaxPartials));
@@ -72,38 +52,73 @@ void read_modes(const WaveState& state, const ModeTable& modes, SoundingPart& pa
   }
 }
 
-/// Of a part: the sine series of what it is bent by beyond the straight line between its ends.
-void project(const WaveState& state, const ModeTable& modes, SoundingPart& part) noexcept {
-  const double length = part.to - part.from;
-  const Moving a = moving_at(state, modes, part.from);
-  const Moving b = moving_at(state, modes, part.to);
-  std::array<Moving, kMaxPartials> sums{};
-  for (int k = 1; k < kPlaces; ++k) {
-    const double share = static_cast<double>(k) / kPlaces;
-    Moving at = moving_at(state, modes, part.from + share * length);
-    const auto beyond = [&](Transverse& x, const Transverse& from, const Transverse& to) {
-      x.y -= from.y + share * (to.y - from.y);
-      x.z -= from.z + share * (to.z - from.z);
-    };
-    beyond(at.u, a.u, b.u);
-    beyond(at.v, a.v, b.v);
-    for (std::size_t j = 0; j < kMaxPartials; ++j) {
-      const double shape = sin_half_turns(static_cast<double>(j + 1) * share);
-      const auto add = [&](Transverse& sum, const Transverse& x) {
-        sum.y += shape * x.y;
-        sum.z += shape * x.z;
-      };
-      add(sums[j].u, at.u);
-      add(sums[j].v, at.v);
+/// How much of mode n is in partial j of a part that goes from a to b, both shares of the string:
+///     2 / (b - a) integral_a^b (sin(n pi x) - the straight line between its ends) sin(j pi (x - a)
+///     / (b - a)) dx = 2 n^2 / (pi j (r^2 - n^2)) (sin(n pi a) - (-1)^j sin(n pi b)),    r = j / (b
+///     - a)
+class PartialShares {
+ public:
+  PartialShares(const ModeTable& modes, const SoundingPart& part) noexcept
+      : count_(static_cast<std::size_t>(modes.count)),
+        from_(part.from),
+        length_(part.to - part.from) {
+    mode_shapes(modes, part.from, at_from_);
+    mode_shapes(modes, part.to, at_to_);
+  }
+
+  /// Of partial j, j > 0, in every mode.
+  void read(std::size_t j, PerMode& shares) const noexcept {
+    const auto number = static_cast<double>(j);
+    const double r = number / length_;
+    const double factor = 2.0 / (kPi * number);
+    const double sign = j % 2 == 0 ? -1.0 : 1.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const auto n = static_cast<double>(i + 1);
+      const double apart = r * r - n * n;
+      const bool together = std::abs(r - n) < kTogether;
+      shares[i] = together ? sin_half_turns(n * from_ + 0.5)
+                           : factor * n * n / apart * (at_from_[i] + sign * at_to_[i]);
     }
   }
+
+ private:
+  std::size_t count_;
+  double from_, length_;
+  PerMode at_from_{}, at_to_{};
+};
+
+/// (a . y)^2 + (a . z)^2.
+double across(const PerMode& a, const PerMode& y, const PerMode& z, std::size_t count) noexcept {
+  double sum_y = 0.0;
+  double sum_z = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    sum_y += a[i] * y[i];
+    sum_z += a[i] * z[i];
+  }
+  return sum_y * sum_y + sum_z * sum_z;
+}
+
+/// Of a part: the sine series of what it is bent by beyond the straight line between its ends.
+void project(const WaveState& state, const ModeTable& modes, SoundingPart& part) noexcept {
+  const auto count = static_cast<std::size_t>(modes.count);
+  const ModalMotion& motion = state.string.motion;
+  // Speeds over 2 pi f_1, m.
+  PerMode vy{};
+  PerMode vz{};
+  for (std::size_t i = 0; i < count; ++i) {
+    const double faster = modes.omega[i] / modes.omega[0];
+    vy[i] = faster * motion.vy[i];
+    vz[i] = faster * motion.vz[i];
+  }
+  const PartialShares series(modes, part);
+  PerMode shares{};
   part.count = static_cast<int>(kMaxPartials);
   for (std::size_t j = 0; j < kMaxPartials; ++j) {
+    series.read(j + 1, shares);
     // Partial j of the part turns j / length times as fast as the string's first mode.
-    const double slower = length / static_cast<double>(j + 1);
-    const auto squared = [](const Transverse& x) { return x.y * x.y + x.z * x.z; };
-    part.partials[j] =
-        2.0 / kPlaces * std::sqrt(squared(sums[j].u) + slower * slower * squared(sums[j].v));
+    const double slower = (part.to - part.from) / static_cast<double>(j + 1);
+    part.partials[j] = std::sqrt(across(shares, motion.qy, motion.qz, count) +
+                                 slower * slower * across(shares, vy, vz, count));
   }
 }
 

@@ -24,8 +24,8 @@ struct SoundingPart {
 };
 
 /// The part that sounds: the one with state.sounding.place in it, unless another is 20 dB louder. A
-/// tool that has borne force nine tenths of the last time is a
-/// stop. 1 us without a stop, 10 us with one.
+/// tool that has borne force nine tenths of the last time is a stop. 1 us without a stop, 3 us a
+/// part with one.
 [[nodiscard]] HD_REALTIME SoundingPart sounding_part(const WaveState& state,
                                                      const WaveTable& table) noexcept;
 

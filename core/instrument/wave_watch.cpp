@@ -184,13 +184,13 @@ void watch_grip(const WatchedWave& wave, const WaveTick& tick, const WaveGripTic
   WaveGrip& grip = state.grips[now.tool];
   WaveContact& contact = state.string.contacts[now.tool];
   const StringContactPath& path = contact.path;
-  const std::int64_t t_ns = tick.from_ns + tick.steps * kSubStep_ns;
-  const double dt = 1e-9 * static_cast<double>(tick.steps * kSubStep_ns);
+  const std::int64_t t_ns = tick.from_ns + tick.steps * tick.step_ns;
+  const double dt = 1e-9 * static_cast<double>(tick.steps * tick.step_ns);
   const bool presses = contact.near && path.touched > 0;
   const double share = presses ? static_cast<double>(path.touched) / tick.steps : 0.0;
   grip.share += (share - grip.share) * std::min(1.0, dt / kShareTime);
   if (presses) {
-    grip.felt_ns = tick.from_ns + (path.last + 1) * kSubStep_ns;
+    grip.felt_ns = tick.from_ns + (path.last + 1) * tick.step_ns;
     grip.lambda = path.lambda_to;
     grip.deflection = std::max(now.deflection, 0.0);
     grip.normal_speed = now.normal_speed;
@@ -199,7 +199,7 @@ void watch_grip(const WatchedWave& wave, const WaveTick& tick, const WaveGripTic
     state.player = static_cast<std::int32_t>(now.tool);
     if (!grip.touching) {
       grip.touching = true;
-      grip.began_ns = tick.from_ns + path.first * kSubStep_ns;
+      grip.began_ns = tick.from_ns + path.first * tick.step_ns;
       tell_touch(wave, grip, grip.began_ns, events);
     }
     const bool strikes =

@@ -20,8 +20,6 @@ namespace {
 constexpr std::int64_t kReadEvery_ns = 50'000'000;
 /// And so often while its pitch glides.
 constexpr std::int64_t kReadGlideEvery_ns = 5'000'000;
-/// Above it a string has no mode that a sub-step can follow, Hz: its fundamental rings alone.
-constexpr double kMaxWaveFrequency = kSubStepRate / 16.0;
 /// It falls asleep where it swings by less, m.
 constexpr double kLeastSwing = 2e-6;
 
@@ -152,8 +150,9 @@ bool is_wave(const SimulationMemory& memory, std::int32_t string) noexcept {
   const InstrumentOptions& options = memory.tools.front().scene.instrument;
   const StringConstants& constants = constants_of(memory, string);
   return options.vibration && options.modes > 0 && constants.frequency > 0.0 &&
-         constants.frequency <= kMaxWaveFrequency && constants.tension > 0.0 &&
-         constants.max_level == StringDetail::kModes && constants.model == StringContact::kYielding;
+         constants.frequency <= highest_wave_frequency(options.substeps) &&
+         constants.tension > 0.0 && constants.max_level == StringDetail::kModes &&
+         constants.model == StringContact::kYielding;
 }
 
 void silence_wave(const PlayedWave& wave, StringEvents& events) noexcept {

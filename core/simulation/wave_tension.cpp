@@ -76,7 +76,7 @@ void tune(const Playing& playing, double held) noexcept {
   double tension = held + swing_tension(playing, held);
   const double before = string.tuning.tension;
   if (std::abs(tension - before) < kSameTension * before) tension = before;
-  retune(tuning_at(playing.string, tension, playing.options.modes), playing.kept.table, string);
+  retune(tuning_at(playing.string, tension, playing.options), playing.kept.table, string);
 }
 
 }  // namespace hapticd

@@ -100,7 +100,7 @@ class Wave {
  public:
   Wave(const StringConstants& string, const InstrumentOptions& options, double stiffness)
       : string_(string), options_(options), stiffness_(stiffness) {
-    WaveTuning tuning = tuning_at(string, string.tension, options.modes);
+    WaveTuning tuning = tuning_at(string, string.tension, options);
     // Of the truth all modes decay alike.
     tuning.loss_n2 = 0.0;
     rest(0, state_);

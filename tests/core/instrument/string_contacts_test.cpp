@@ -17,7 +17,7 @@
 namespace hapticd::test {
 namespace {
 
-constexpr int kSteps = kSubStepRate / 1000;
+constexpr int kSteps = kSubSteps;
 constexpr StringLoss kLossless{1e18, 0.0};
 
 StringConstants constants(double length, double tension, double frequency) {

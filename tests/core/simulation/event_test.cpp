@@ -16,7 +16,7 @@ namespace {
 
 /// Allowed error of an instant, s; of a wave, which is known by the sub-step.
 constexpr double kInstantError = 5e-6;
-constexpr double kWaveInstantError = 1.1 / kSubStepRate;
+constexpr double kWaveInstantError = 1.1e-3 / kSubSteps;
 /// Allowed error of a speed, relative.
 constexpr double kSpeedError = 0.02;
 /// The same of a release: of a tick that ends within the clearance of the surface the share that
