@@ -113,7 +113,15 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(reference_amplitude, reference_force, gain);
 }
 
-HD_VISIT_FIELDS(InstrumentOptions, vibration, pitch_glide, sleep_energy, modes, substeps, friction,
-                anchor_stiffness, lateral_force, max_acceleration, release, tones)
+// How often modes are stepped is the scene's alone: nothing changes it while the scene is played,
+// and recordings from before it was asked for can be read.
+template <FieldsOf<InstrumentOptions> State, typename Visit>
+HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
+  auto& [vibration, pitch_glide, sleep_energy, modes, substeps, friction, anchor_stiffness,
+         lateral_force, max_acceleration, release, tones] = state;
+  static_cast<void>(substeps);
+  visit(vibration, pitch_glide, sleep_energy, modes, friction, anchor_stiffness, lateral_force,
+        max_acceleration, release, tones);
+}
 
 }  // namespace hapticd
