@@ -46,8 +46,8 @@ Transverse along(const Transverse& a, double factor, const Transverse& b) noexce
 /// A contact within a sub-step, in its own frame: n from the string to it, t across.
 struct Pressed {
   StringContactPath* path = nullptr;
-  PerMode shapes{};
-  PerMode slide{};  ///< what is added to the shapes in each sub-step
+  PerMode shapes;
+  PerMode slide;  ///< what is added to the shapes in each sub-step
   bool slides = false;
   double radius = 0.0, radius_step = 0.0;
   Transverse d, d_step;
@@ -229,7 +229,7 @@ void solve_round(Pressed& contact, const Transverse& rho, int steps) noexcept {
                    miss_of(contact, trial, b) <= kRootShare * std::abs(trial.normal) + kRootForce;
 }
 
-/// All contacts of a string over a tick.
+/// All contacts of a string over a tick, one at least.
 class Sweeps {
  public:
   Sweeps(const StringConstants& string, const ModeTable& table, int steps,
@@ -243,10 +243,10 @@ class Sweeps {
   bool step() noexcept {
     for (std::size_t i = 0; i < count_; ++i) place(pressed_[i]);
     if (slides_) couple();
-    turn(table_, motion_);
     for (std::size_t i = 0; i < count_; ++i) {
       Pressed& contact = pressed_[i];
-      const Transverse u_free = displacement(table_, motion_, contact.shapes);
+      const Transverse u_free = i == 0 ? turn(table_, contact.shapes, motion_)
+                                       : displacement(table_, motion_, contact.shapes);
       contact.d = along(contact.d, 1.0, contact.d_step);
       contact.rho_free = minus(contact.d, u_free);
     }
@@ -256,16 +256,27 @@ class Sweeps {
     return well;
   }
 
+  /// At the end of the tick.
+  void leave() noexcept {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Pressed& contact = pressed_[i];
+      contact.path->stored =
+          potential(contact, contact.u) + 0.5 * contact.ka * squared(contact.path->stretched);
+    }
+  }
+
  private:
   void take(StringContactPath& path, int steps, Pressed& contact) noexcept {
     contact.path = &path;
+    contact.shapes = PerMode{};
     mode_shapes(table_, path.lambda_from, contact.shapes);
     contact.slides = path.lambda_from != path.lambda_to;
     slides_ = slides_ || contact.slides;
     const double share = 1.0 / steps;
     if (contact.slides) {
+      contact.slide = PerMode{};
       mode_shapes(table_, path.lambda_to, contact.slide);
-      for (std::size_t i = 0; i < contact.slide.size(); ++i) {
+      for (std::size_t i = 0; i < static_cast<std::size_t>(table_.count); ++i) {
         contact.slide[i] = (contact.slide[i] - contact.shapes[i]) * share;
       }
     }
@@ -278,6 +289,7 @@ class Sweeps {
     contact.k = 1.0 / (1.0 / path.stiffness + residual);
     contact.ka = 1.0 / (1.0 / path.bristle + residual);
     contact.u = displacement(table_, motion_, contact.shapes);
+    contact.a = response(table_, contact.shapes, contact.shapes);
     path.force = {};
     // What the place changes of the stiffness is the path's work, too.
     path.work =
@@ -291,11 +303,10 @@ class Sweeps {
   /// What forces at one contact move the string by at another.
   void couple() noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
-      for (std::size_t j = 0; j <= i; ++j) {
+      for (std::size_t j = 0; j < i; ++j) {
         response_[i][j] = response_[j][i] =
             response(table_, pressed_[i].shapes, pressed_[j].shapes);
       }
-      pressed_[i].a = response_[i][i];
     }
   }
 
@@ -306,8 +317,9 @@ class Sweeps {
       const double before = potential(contact, contact.u);
       contact.radius += contact.radius_step;
       if (contact.slides) {
-        add_shapes(table_, contact.slide, contact.shapes);
-        contact.u = displacement(table_, motion_, contact.shapes);
+        const PlaceOfString at = slide(table_, motion_, contact.slide, contact.shapes);
+        contact.u = at.u;
+        contact.a = at.response;
       }
       path.work += potential(contact, contact.u) - before;
     }
@@ -382,9 +394,9 @@ class Sweeps {
     Pressed& contact = pressed_[i];
     StringContactPath& path = *contact.path;
     push(table_, contact.shapes, contact.force, motion_);
-    Transverse rho = contact.rho_free;
+    Transverse rho = along(contact.rho_free, -contact.a, contact.force);
     for (std::size_t j = 0; j < count_; ++j) {
-      rho = along(rho, -response_[i][j], pressed_[j].force);
+      if (j != i) rho = along(rho, -response_[i][j], pressed_[j].force);
     }
     contact.u = minus(contact.d, rho);
     path.work += dot(contact.force, contact.d_step);
@@ -396,7 +408,6 @@ class Sweeps {
       if (path.first < 0) path.first = now_;
     }
     path.stretched = touches ? contact.after : 0.0;
-    path.stored = potential(contact, contact.u) + 0.5 * contact.ka * squared(path.stretched);
   }
 
   const StringConstants& string_;
@@ -407,16 +418,22 @@ class Sweeps {
   int now_ = 0;  ///< number of the sub-step
   double share_ = 1.0;
   std::array<Pressed, kMost> pressed_;
-  std::array<std::array<double, kMost>, kMost> response_{};
+  /// Of one contact to another, m/N; that to itself is Pressed::a.
+  std::array<std::array<double, kMost>, kMost> response_;
 };
 
 }  // namespace
 
 int play(const StringConstants& string, const ModeTable& table, int steps,
          StringContactPaths& contacts, ModalMotion& motion) noexcept {
+  if (contacts.empty()) {
+    for (int step = 0; step < steps; ++step) turn(table, PerMode{}, motion);
+    return 0;
+  }
   int fallbacks = 0;
   Sweeps sweeps(string, table, steps, contacts, motion);
   for (int step = 0; step < steps; ++step) fallbacks += sweeps.step() ? 0 : 1;
+  sweeps.leave();
   return fallbacks;
 }
 

@@ -1,11 +1,13 @@
 // Exact rotation of modes by sub-steps. Sums run in four lanes in a fixed order, so that their bits
-// are the same on every processor.
+// are the same on every processor. The loops of a sub-step are plain bodies that are inlined into a
+// baseline and an AVX2 function.
 #include "core/instrument/string_motion.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/instrument/mode_series.h"
+#include "core/math/cpu.h"
 #include "core/math/elementary.h"
 
 namespace hapticd {
@@ -20,12 +22,118 @@ constexpr double kStepsPerPeriod = 4.0;
 constexpr double kMostDamped = 0.99;
 
 std::size_t size(const ModeTable& table) noexcept { return static_cast<std::size_t>(table.count); }
-std::size_t fours(const ModeTable& table) noexcept { return size(table) / kLanes; }
 
-const Four* in_fours(const PerMode& numbers) noexcept {
+[[gnu::always_inline]] inline std::size_t fours(const ModeTable& table) noexcept {
+  return static_cast<std::size_t>(table.count) / kLanes;
+}
+[[gnu::always_inline]] inline const Four* in_fours(const PerMode& numbers) noexcept {
   return reinterpret_cast<const Four*>(numbers.data());
 }
-Four* in_fours(PerMode& numbers) noexcept { return reinterpret_cast<Four*>(numbers.data()); }
+[[gnu::always_inline]] inline Four* in_fours(PerMode& numbers) noexcept {
+  return reinterpret_cast<Four*>(numbers.data());
+}
+
+/// Sum of the lanes, in pairs.
+[[gnu::always_inline]] inline double sum_of(const Four& four) noexcept {
+  return (four[0] + four[1]) + (four[2] + four[3]);
+}
+
+[[gnu::always_inline]] inline Transverse displacement_body(const ModeTable& table,
+                                                           const ModalMotion& motion,
+                                                           const PerMode& shapes) noexcept {
+  const Four* const phi = in_fours(shapes);
+  const Four* const qy = in_fours(motion.qy);
+  const Four* const qz = in_fours(motion.qz);
+  Four y{};
+  Four z{};
+  for (std::size_t i = 0; i < fours(table); ++i) {
+    y += phi[i] * qy[i];
+    z += phi[i] * qz[i];
+  }
+  return {sum_of(y), sum_of(z)};
+}
+
+[[gnu::always_inline]] inline PlaceOfString slide_body(const ModeTable& table,
+                                                       const ModalMotion& motion,
+                                                       const PerMode& step,
+                                                       PerMode& shapes) noexcept {
+  const Four* const qy = in_fours(motion.qy);
+  const Four* const qz = in_fours(motion.qz);
+  const Four* const push_q = in_fours(table.push_q);
+  Four y{};
+  Four z{};
+  Four response{};
+  for (std::size_t i = 0; i < fours(table); ++i) {
+    const Four phi = in_fours(shapes)[i] + in_fours(step)[i];
+    in_fours(shapes)[i] = phi;
+    y += phi * qy[i];
+    z += phi * qz[i];
+    response += phi * phi * push_q[i];
+  }
+  return {{sum_of(y), sum_of(z)}, sum_of(response)};
+}
+
+[[gnu::always_inline]] inline Transverse turn_body(const ModeTable& table, const PerMode& shapes,
+                                                   ModalMotion& motion) noexcept {
+  const Four* const qq = in_fours(table.qq);
+  const Four* const qv = in_fours(table.qv);
+  const Four* const vv = in_fours(table.vv);
+  const Four* const phi = in_fours(shapes);
+  Four sum_y{};
+  Four sum_z{};
+  for (std::size_t i = 0; i < fours(table); ++i) {
+    Four& qy = in_fours(motion.qy)[i];
+    Four& vy = in_fours(motion.vy)[i];
+    Four& qz = in_fours(motion.qz)[i];
+    Four& vz = in_fours(motion.vz)[i];
+    const Four y = qq[i] * qy + qv[i] * vy;
+    const Four z = qq[i] * qz + qv[i] * vz;
+    vy = vv[i] * vy - qv[i] * qy;
+    vz = vv[i] * vz - qv[i] * qz;
+    qy = y;
+    qz = z;
+    sum_y += phi[i] * y;
+    sum_z += phi[i] * z;
+  }
+  return {sum_of(sum_y), sum_of(sum_z)};
+}
+
+[[gnu::always_inline]] inline void push_body(const ModeTable& table, const PerMode& shapes,
+                                             const Transverse& force,
+                                             ModalMotion& motion) noexcept {
+  const Four* const phi = in_fours(shapes);
+  const Four* const push_q = in_fours(table.push_q);
+  const Four* const push_v = in_fours(table.push_v);
+  for (std::size_t i = 0; i < fours(table); ++i) {
+    const Four q = push_q[i] * phi[i];
+    const Four v = push_v[i] * phi[i];
+    in_fours(motion.qy)[i] += q * force.y;
+    in_fours(motion.vy)[i] += v * force.y;
+    in_fours(motion.qz)[i] += q * force.z;
+    in_fours(motion.vz)[i] += v * force.z;
+  }
+}
+
+[[gnu::target("avx2")]] Transverse displacement_avx2(const ModeTable& table,
+                                                     const ModalMotion& motion,
+                                                     const PerMode& shapes) noexcept {
+  return displacement_body(table, motion, shapes);
+}
+
+[[gnu::target("avx2")]] PlaceOfString slide_avx2(const ModeTable& table, const ModalMotion& motion,
+                                                 const PerMode& step, PerMode& shapes) noexcept {
+  return slide_body(table, motion, step, shapes);
+}
+
+[[gnu::target("avx2")]] Transverse turn_avx2(const ModeTable& table, const PerMode& shapes,
+                                             ModalMotion& motion) noexcept {
+  return turn_body(table, shapes, motion);
+}
+
+[[gnu::target("avx2")]] void push_avx2(const ModeTable& table, const PerMode& shapes,
+                                       const Transverse& force, ModalMotion& motion) noexcept {
+  push_body(table, shapes, force, motion);
+}
 
 /// What a mode is turned by, as in ModeTable.
 struct Turn {
@@ -92,46 +200,26 @@ void mode_shapes(const ModeTable& table, double lambda, PerMode& shapes) noexcep
 
 Transverse displacement(const ModeTable& table, const ModalMotion& motion,
                         const PerMode& shapes) noexcept {
-  const Four* const phi = in_fours(shapes);
-  const Four* const qy = in_fours(motion.qy);
-  const Four* const qz = in_fours(motion.qz);
-  Four y{};
-  Four z{};
-  for (std::size_t i = 0; i < fours(table); ++i) {
-    y += phi[i] * qy[i];
-    z += phi[i] * qz[i];
-  }
-  return {(y[0] + y[1]) + (y[2] + y[3]), (z[0] + z[1]) + (z[2] + z[3])};
+  return avx2_available() ? displacement_avx2(table, motion, shapes)
+                          : displacement_body(table, motion, shapes);
 }
 
 double response(const ModeTable& table, const PerMode& from, const PerMode& to) noexcept {
-  const Four* const a = in_fours(from);
-  const Four* const b = in_fours(to);
-  const Four* const push_q = in_fours(table.push_q);
   Four sum{};
-  for (std::size_t i = 0; i < fours(table); ++i) sum += a[i] * b[i] * push_q[i];
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  for (std::size_t i = 0; i < fours(table); ++i) {
+    sum += in_fours(from)[i] * in_fours(to)[i] * in_fours(table.push_q)[i];
+  }
+  return sum_of(sum);
 }
 
-void add_shapes(const ModeTable& table, const PerMode& step, PerMode& shapes) noexcept {
-  for (std::size_t i = 0; i < fours(table); ++i) in_fours(shapes)[i] += in_fours(step)[i];
+PlaceOfString slide(const ModeTable& table, const ModalMotion& motion, const PerMode& step,
+                    PerMode& shapes) noexcept {
+  return avx2_available() ? slide_avx2(table, motion, step, shapes)
+                          : slide_body(table, motion, step, shapes);
 }
 
-void turn(const ModeTable& table, ModalMotion& motion) noexcept {
-  const Four* const qq = in_fours(table.qq);
-  const Four* const qv = in_fours(table.qv);
-  const Four* const vv = in_fours(table.vv);
-  const auto plane = [&](PerMode& displacements, PerMode& speeds) {
-    Four* const q = in_fours(displacements);
-    Four* const v = in_fours(speeds);
-    for (std::size_t i = 0; i < fours(table); ++i) {
-      const Four turned = qq[i] * q[i] + qv[i] * v[i];
-      v[i] = vv[i] * v[i] - qv[i] * q[i];
-      q[i] = turned;
-    }
-  };
-  plane(motion.qy, motion.vy);
-  plane(motion.qz, motion.vz);
+Transverse turn(const ModeTable& table, const PerMode& shapes, ModalMotion& motion) noexcept {
+  return avx2_available() ? turn_avx2(table, shapes, motion) : turn_body(table, shapes, motion);
 }
 
 void turn_on(const ModeTable& table, std::int64_t steps, ModalMotion& motion) noexcept {
@@ -150,16 +238,10 @@ void turn_on(const ModeTable& table, std::int64_t steps, ModalMotion& motion) no
 
 void push(const ModeTable& table, const PerMode& shapes, const Transverse& force,
           ModalMotion& motion) noexcept {
-  const Four* const phi = in_fours(shapes);
-  const Four* const push_q = in_fours(table.push_q);
-  const Four* const push_v = in_fours(table.push_v);
-  for (std::size_t i = 0; i < fours(table); ++i) {
-    const Four q = push_q[i] * phi[i];
-    const Four v = push_v[i] * phi[i];
-    in_fours(motion.qy)[i] += q * force.y;
-    in_fours(motion.vy)[i] += v * force.y;
-    in_fours(motion.qz)[i] += q * force.z;
-    in_fours(motion.vz)[i] += v * force.z;
+  if (avx2_available()) {
+    push_avx2(table, shapes, force, motion);
+  } else {
+    push_body(table, shapes, force, motion);
   }
 }
 

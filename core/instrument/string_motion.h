@@ -77,11 +77,20 @@ HD_REALTIME void mode_shapes(const ModeTable& table, double lambda, PerMode& sha
 [[nodiscard]] HD_REALTIME double response(const ModeTable& table, const PerMode& from,
                                           const PerMode& to) noexcept;
 
-/// shapes += step, of the modes that there are.
-HD_REALTIME void add_shapes(const ModeTable& table, const PerMode& step, PerMode& shapes) noexcept;
+/// Where a string is, and how far a unit force there moves it in a sub-step.
+struct PlaceOfString {
+  Transverse u;           ///< m
+  double response = 0.0;  ///< m/N
+};
 
-/// One sub-step without forces. 0.5 ns per mode.
-HD_REALTIME void turn(const ModeTable& table, ModalMotion& motion) noexcept;
+/// Moves a place along the string by `step` of its shapes, and reads the string there.
+[[nodiscard]] HD_REALTIME PlaceOfString slide(const ModeTable& table, const ModalMotion& motion,
+                                              const PerMode& step, PerMode& shapes) noexcept;
+
+/// One sub-step without forces. Returns the displacement after it where the modes have these
+/// shapes, m. 0.5 ns per mode.
+HD_REALTIME Transverse turn(const ModeTable& table, const PerMode& shapes,
+                            ModalMotion& motion) noexcept;
 
 /// `steps` sub-steps without forces at once, in closed form; 40 ns per mode.
 HD_REALTIME void turn_on(const ModeTable& table, std::int64_t steps, ModalMotion& motion) noexcept;

@@ -12,14 +12,16 @@
 namespace hapticd {
 namespace {
 
-/// Between two looks at a string that is touched, ns; between two messages at least.
+/// Between two looks at a string that is touched, ns, or whose pitch goes astray; between two
+/// messages at least.
 constexpr std::int64_t kLookEvery_ns = 4'000'000;
+constexpr std::int64_t kLookSoon_ns = 2'000'000;
 constexpr std::int64_t kTellEvery_ns = 10'000'000;
 /// A string is told of from this amplitude on, m, until it is 60 dB below the loudest.
 constexpr double kLeastOnset = 20e-6;
 constexpr double kSilence = 1e-3;
-/// 2 cents, 1 dB and 3 dB as logarithms; a partial is heard within 20 dB of the loudest.
-constexpr double kPitchError = 2.0 / 1731.2340490667561;
+/// 1.5 cents, 1 dB and 3 dB as logarithms; a partial is heard within 20 dB of the loudest.
+constexpr double kPitchError = 1.5 / 1731.2340490667561;
 constexpr double kLevelError = 0.11512925464970229;
 constexpr double kPartialError = 0.34538776394910684;
 constexpr double kHeardShare = 0.1;
@@ -32,12 +34,17 @@ constexpr double kCentsPerNeper = 1731.2340490667561;
 
 double seconds(std::int64_t ns) noexcept { return 1e-9 * static_cast<double>(ns); }
 
+/// Pitch that the client plays at t_ns, Hz.
+double reckoned_frequency(const ToldSounding& told, std::int64_t t_ns) noexcept {
+  const double since = std::min(seconds(t_ns - told.t_ns), kGlideFollowed);
+  return told.frequency * exponential(told.cents_per_s * since / kCentsPerNeper);
+}
+
 /// What the client plays at t_ns.
 SoundingPart reckoned(const ToldSounding& told, std::int64_t t_ns) noexcept {
   const double since = seconds(t_ns - told.t_ns);
   SoundingPart part;
-  part.frequency = told.frequency *
-                   exponential(told.cents_per_s * std::min(since, kGlideFollowed) / kCentsPerNeper);
+  part.frequency = reckoned_frequency(told, t_ns);
   for (std::size_t j = 0; j < kMaxPartials; ++j) {
     if (told.amplitude[j] == 0.0) continue;
     part.partials[j] = told.amplitude[j] * exponential(-since / told.decay[j]);
@@ -64,9 +71,7 @@ double apart(double a, double b) noexcept {
   return std::abs(logarithm(a / b));
 }
 
-bool pitch_errs(const SoundingPart& is, const SoundingPart& told) noexcept {
-  return apart(is.frequency, told.frequency) > kPitchError;
-}
+bool pitch_errs(double is, double told) noexcept { return apart(is, told) > kPitchError; }
 
 bool level_errs(const SoundingPart& is, const SoundingPart& told, double silence) noexcept {
   const double size = loudness(is.partials);
@@ -155,9 +160,19 @@ bool is_being_bent(const WaveState& state) noexcept {
   return false;
 }
 
+/// No part has more energy than all of the string now: what a finger damps is damped at once.
+void bound_by_ringing(const WaveState& state, SoundingPart& part) noexcept {
+  const double most =
+      amplitude_of(state.string.tuning, state.ringing) * std::sqrt(part.to - part.from);
+  const double size = loudness(part.partials);
+  if (size <= most) return;
+  for (double& partial : part.partials) partial *= most / size;
+}
+
 /// The mean of its squares over some 20 ms: two parts that a soft finger couples beat. What has
 /// grown twice as loud is so at once.
-void smooth(const ToldSounding& told, std::int64_t t_ns, SoundingPart& part) noexcept {
+void smooth(const WaveState& state, std::int64_t t_ns, SoundingPart& part) noexcept {
+  const ToldSounding& told = state.sounding;
   const double share = std::min(1.0, seconds(t_ns - told.looked_ns) / kMeanOver);
   for (std::size_t j = 0; j < kMaxPartials; ++j) {
     const double before = told.heard[j];
@@ -165,10 +180,34 @@ void smooth(const ToldSounding& told, std::int64_t t_ns, SoundingPart& part) noe
     if (!(before > 0.0) || now > 2.0 * before) continue;
     part.partials[j] = std::sqrt(before * before + share * (now * now - before * before));
   }
+  bound_by_ringing(state, part);
+}
+
+/// What clients play, while its shape tells nothing: no louder than the string rings.
+SoundingPart damped(const WaveState& state, std::int64_t t_ns) noexcept {
+  SoundingPart part = reckoned(state.sounding, t_ns);
+  part.from = state.sounding.from;
+  part.to = state.sounding.to;
+  part.count = static_cast<int>(kMaxPartials);
+  bound_by_ringing(state, part);
+  part.amplitude = loudness(part.partials);
+  return part;
 }
 
 bool is_told_part(const SoundingPart& part, const ToldSounding& told) noexcept {
   return std::abs(part.from - told.from) + std::abs(part.to - told.to) <= 0.02;
+}
+
+/// Time to look at the string again.
+bool is_due(const WaveState& state, std::int64_t t_ns, bool steady) noexcept {
+  const ToldSounding& told = state.sounding;
+  const std::int64_t pause = t_ns - told.looked_ns;
+  if (!told.sounds) return pause >= kLookEvery_ns;
+  if (t_ns - told.t_ns < kTellEvery_ns) return false;
+  if (steady) return pause >= 5 * kTellEvery_ns;
+  if (pause >= kLookEvery_ns) return true;
+  return pause >= kLookSoon_ns &&
+         pitch_errs(frequency_at(state, told.place), reckoned_frequency(told, t_ns));
 }
 
 void keep(const SoundingPart& part, std::int64_t t_ns, ToldSounding& told) noexcept {
@@ -193,25 +232,23 @@ void watch_sounding(const WatchedWave& wave, std::int64_t t_ns, bool steady,
                     StringEvents& events) noexcept {
   WaveState& state = wave.state;
   ToldSounding& told = state.sounding;
-  const std::int64_t pause = t_ns - told.looked_ns;
   // A pluck is told with its Tone: what was heard before may be another part of the string.
   const bool plucked = told.plucked;
-  const bool soon = pause < kLookEvery_ns || (steady && told.sounds && pause < 5 * kTellEvery_ns);
-  if (soon && !plucked) return;
-  if (is_being_bent(state)) return;
-  SoundingPart part = sounding_part(state, wave.table);
+  if (!plucked && !is_due(state, t_ns, steady)) return;
+  const bool bent = is_being_bent(state);
+  if (bent && !told.sounds) return;
+  SoundingPart part = bent ? damped(state, t_ns) : sounding_part(state, wave.table);
   if (!told.sounds) {
     if (part.amplitude > kLeastOnset) tell(wave, part, SoundingCause::kOnset, t_ns, events);
     keep(part, t_ns, told);
     return;
   }
-  if (t_ns - told.t_ns < kTellEvery_ns && !plucked) return;
-  if (!steady && !plucked && is_told_part(part, told)) smooth(told, t_ns, part);
+  if (!steady && !plucked && !bent && is_told_part(part, told)) smooth(state, t_ns, part);
   const double silence = kSilence * told.onset;
   const SoundingPart believed = reckoned(told, t_ns);
   if (part.amplitude < silence) {
     end_sounding(wave, t_ns, events);
-  } else if (!is_told_part(part, told) || pitch_errs(part, believed)) {
+  } else if (!is_told_part(part, told) || pitch_errs(part.frequency, believed.frequency)) {
     tell(wave, part, SoundingCause::kGlide, t_ns, events);
   } else if (level_errs(part, believed, silence)) {
     const bool louder = loudness(part.partials) > loudness(believed.partials);

@@ -52,74 +52,105 @@ void read_modes(const WaveState& state, const ModeTable& modes, SoundingPart& pa
   }
 }
 
-/// How much of mode n is in partial j of a part that goes from a to b, both shares of the string:
-///     2 / (b - a) integral_a^b (sin(n pi x) - the straight line between its ends) sin(j pi (x - a)
-///     / (b - a)) dx = 2 n^2 / (pi j (r^2 - n^2)) (sin(n pi a) - (-1)^j sin(n pi b)),    r = j / (b
-///     - a)
-class PartialShares {
+/// Both planes of modes, and their speeds over 2 pi f_1 of the string's tuning, m.
+struct Moving {
+  PerMode qy, qz, vy, vz;
+};
+
+/// Of a mode, or a sum of some.
+struct Moved {
+  double qy = 0.0, qz = 0.0, vy = 0.0, vz = 0.0;
+};
+
+void add(const Moving& modes, std::size_t i, double share, Moved& sum) noexcept {
+  sum.qy += share * modes.qy[i];
+  sum.qz += share * modes.qz[i];
+  sum.vy += share * modes.vy[i];
+  sum.vz += share * modes.vz[i];
+}
+
+/// The modes, each by its `share`.
+void weigh(const WaveState& state, const ModeTable& modes, const PerMode& share,
+           Moving& weighed) noexcept {
+  const ModalMotion& motion = state.string.motion;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(modes.count); ++i) {
+    const double speed = share[i] * (modes.omega[i] / modes.omega[0]);
+    weighed.qy[i] = share[i] * motion.qy[i];
+    weighed.qz[i] = share[i] * motion.qz[i];
+    weighed.vy[i] = speed * motion.vy[i];
+    weighed.vz[i] = speed * motion.vz[i];
+  }
+}
+
+/// The sine series of what a part from a to b, both shares of the string, is bent by beyond the
+/// straight line between its ends. Of mode n there is in partial j
+///     2 / (b - a) integral_a^b (sin(n pi x) - line(x)) sin(j pi (x - a) / (b - a)) dx
+///     = 2 n^2 / (pi j (r^2 - n^2)) (sin(n pi a) - (-1)^j sin(n pi b)),    r = j / (b - a)
+/// or cos(n pi a) where r = n.
+class PartialSeries {
  public:
-  PartialShares(const ModeTable& modes, const SoundingPart& part) noexcept
+  PartialSeries(const WaveState& state, const ModeTable& modes, const SoundingPart& part) noexcept
       : count_(static_cast<std::size_t>(modes.count)),
         from_(part.from),
         length_(part.to - part.from) {
-    mode_shapes(modes, part.from, at_from_);
-    mode_shapes(modes, part.to, at_to_);
+    PerMode at_from{};
+    PerMode at_to{};
+    mode_shapes(modes, part.from, at_from);
+    mode_shapes(modes, part.to, at_to);
+    PerMode share{};
+    for (const bool odd : {true, false}) {
+      for (std::size_t i = 0; i < count_; ++i) {
+        squares_[i] = static_cast<double>((i + 1) * (i + 1));
+        share[i] = squares_[i] * (odd ? at_from[i] + at_to[i] : at_from[i] - at_to[i]);
+      }
+      weigh(state, modes, share, odd ? odd_ : even_);
+    }
+    share.fill(1.0);
+    weigh(state, modes, share, modes_);
   }
 
-  /// Of partial j, j > 0, in every mode.
-  void read(std::size_t j, PerMode& shares) const noexcept {
+  /// Partial j, j > 0.
+  [[nodiscard]] Moved partial(std::size_t j) const noexcept {
     const auto number = static_cast<double>(j);
     const double r = number / length_;
+    const double nearest = nearest_integer(r);
+    const bool meets = std::abs(r - nearest) < kTogether && nearest <= static_cast<double>(count_);
+    const std::size_t together = meets ? static_cast<std::size_t>(nearest) - 1 : count_;
+    const Moving& modes = j % 2 == 0 ? even_ : odd_;
     const double factor = 2.0 / (kPi * number);
-    const double sign = j % 2 == 0 ? -1.0 : 1.0;
+    Moved sum;
     for (std::size_t i = 0; i < count_; ++i) {
-      const auto n = static_cast<double>(i + 1);
-      const double apart = r * r - n * n;
-      const bool together = std::abs(r - n) < kTogether;
-      shares[i] = together ? sin_half_turns(n * from_ + 0.5)
-                           : factor * n * n / apart * (at_from_[i] + sign * at_to_[i]);
+      if (i != together) add(modes, i, factor / (r * r - squares_[i]), sum);
     }
+    if (meets) add(modes_, together, sin_half_turns(nearest * from_ + 0.5), sum);
+    return sum;
   }
 
  private:
   std::size_t count_;
   double from_, length_;
-  PerMode at_from_{}, at_to_{};
+  PerMode squares_;
+  Moving odd_, even_;  ///< what odd and even partials have of each mode, times (r^2 - n^2) pi j / 2
+  Moving modes_;
 };
 
-/// (a . y)^2 + (a . z)^2.
-double across(const PerMode& a, const PerMode& y, const PerMode& z, std::size_t count) noexcept {
-  double sum_y = 0.0;
-  double sum_z = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    sum_y += a[i] * y[i];
-    sum_z += a[i] * z[i];
-  }
-  return sum_y * sum_y + sum_z * sum_z;
-}
-
-/// Of a part: the sine series of what it is bent by beyond the straight line between its ends.
+/// Of a part.
 void project(const WaveState& state, const ModeTable& modes, SoundingPart& part) noexcept {
-  const auto count = static_cast<std::size_t>(modes.count);
-  const ModalMotion& motion = state.string.motion;
-  // Speeds over 2 pi f_1, m.
-  PerMode vy{};
-  PerMode vz{};
-  for (std::size_t i = 0; i < count; ++i) {
-    const double faster = modes.omega[i] / modes.omega[0];
-    vy[i] = faster * motion.vy[i];
-    vz[i] = faster * motion.vz[i];
-  }
-  const PartialShares series(modes, part);
-  PerMode shares{};
+  const PartialSeries series(state, modes, part);
   part.count = static_cast<int>(kMaxPartials);
   for (std::size_t j = 0; j < kMaxPartials; ++j) {
-    series.read(j + 1, shares);
+    const Moved moved = series.partial(j + 1);
     // Partial j of the part turns j / length times as fast as the string's first mode.
     const double slower = (part.to - part.from) / static_cast<double>(j + 1);
-    part.partials[j] = std::sqrt(across(shares, motion.qy, motion.qz, count) +
-                                 slower * slower * across(shares, vy, vz, count));
+    part.partials[j] = std::sqrt(moved.qy * moved.qy + moved.qz * moved.qz +
+                                 slower * slower * (moved.vy * moved.vy + moved.vz * moved.vz));
   }
+}
+
+/// Of the first partial of a part of `length`, a share of the string, Hz.
+double frequency_of(const WaveTuning& tuning, double length) noexcept {
+  const double B = tuning.inharmonicity;
+  return tuning.frequency / length * std::sqrt((1.0 + B / (length * length)) / (1.0 + B));
 }
 
 /// sqrt(sum n^2 A_n^2): the amplitude of a fundamental with the same energy.
@@ -137,6 +168,18 @@ double same_energy(const SoundingPart& part) noexcept {
 double amplitude_of(const WaveTuning& tuning, double energy) noexcept {
   if (!(tuning.tension > 0.0)) return 0.0;
   return std::sqrt(4.0 * tuning.length * energy / (kPi * kPi * tuning.tension));
+}
+
+double frequency_at(const WaveState& state, double place) noexcept {
+  Stops stops;
+  find_stops(state, stops);
+  for (std::size_t k = 0; k + 1 < stops.size(); ++k) {
+    const double length = stops[k + 1] - stops[k];
+    if (stops[k] < place && place < stops[k + 1] && length >= kMinPart) {
+      return frequency_of(state.string.tuning, length);
+    }
+  }
+  return 0.0;
 }
 
 SoundingPart sounding_part(const WaveState& state, const WaveTable& table) noexcept {
@@ -158,9 +201,7 @@ SoundingPart sounding_part(const WaveState& state, const WaveTable& table) noexc
       project(state, table.modes, part);
       part.amplitude = same_energy(part);
     }
-    part.frequency =
-        tuning.frequency / length *
-        std::sqrt((1.0 + tuning.inharmonicity / (length * length)) / (1.0 + tuning.inharmonicity));
+    part.frequency = frequency_of(tuning, length);
     // Its energy, but for what all parts have in common.
     double loudness = part.amplitude * part.amplitude / length;
     // Clients stay with the part that was plucked, or that they were told of, until another is 20

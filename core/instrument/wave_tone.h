@@ -29,6 +29,9 @@ struct SoundingPart {
 [[nodiscard]] HD_REALTIME SoundingPart sounding_part(const WaveState& state,
                                                      const WaveTable& table) noexcept;
 
+/// Pitch of the part between two stops or ends in which `place` lies, Hz; 0: none. 50 ns.
+[[nodiscard]] HD_REALTIME double frequency_at(const WaveState& state, double place) noexcept;
+
 /// Amplitude of a fundamental with `energy` (J) on a string of this tuning, m.
 [[nodiscard]] HD_REALTIME double amplitude_of(const WaveTuning& tuning, double energy) noexcept;
 

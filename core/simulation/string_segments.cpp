@@ -100,12 +100,11 @@ void part_with_rigid_pairs(std::size_t capsules, ContactState& state,
   state.active_count = kept;
 }
 
-/// The part of a string that the tool may bend, and the rigid rest.
+/// Puts the part of a string that the tool may bend, and the rigid rest, into its view.
 void take_part(std::span<const StringTool> tools, const StringSharing& all,
-               const SharedString& holders, std::int32_t tool, StringSegments& view,
-               FixedVector<StringConstants, kMaxHeldStrings>& constants,
-               FixedVector<Capsule, kMaxRigidParts>& rigid_W) noexcept {
+               const SharedString& holders, std::int32_t tool) noexcept {
   const StringTool& self = tools[static_cast<std::size_t>(tool)];
+  StringSegments& view = *self.view;
   StringPoints points;
   string_points(tools, all, holders.string, tool, points);
   const auto* const at = std::find(holders.holders.begin(), holders.holders.end(), tool);
@@ -126,9 +125,10 @@ void take_part(std::span<const StringTool> tools, const StringSharing& all,
     if (k == slot) {
       const auto string = static_cast<std::size_t>(holders.string);
       view.parts.push_back({holders.string, static_cast<std::int32_t>(slot), part_W, from, to});
-      constants.push_back(part_constants(self.scene->strings[string], points, slot));
-    } else if (rigid_W.push_back(part_W)) {
-      view.rigid.push_back({holders.string, from, to});
+      view.capsules_W[string] = part_W;
+      view.strings[string] = part_constants(self.scene->strings[string], points, slot);
+    } else if (view.rigid.push_back({holders.string, from, to})) {
+      view.capsules_W[self.scene->obstacles.capsules_W.size() + view.rigid.size() - 1] = part_W;
     }
   }
 }
@@ -224,22 +224,14 @@ ToolScene segment_strings(std::span<const StringTool> tools, const StringSharing
     if (concerns(tools, holders, holders[k], tool, p_WH)) near.push_back(k);
   }
   if (view.parts.empty() && near.empty()) return seen;
-  StringSegments next;
-  FixedVector<StringConstants, kMaxHeldStrings> constants;
-  FixedVector<Capsule, kMaxRigidParts> rigid_W;
-  for (const std::size_t k : near) {
-    take_part(tools, holders, holders[k], tool, next, constants, rigid_W);
+  const auto line_of = [&](std::int32_t string) -> const Capsule& {
+    const StringPart* part = part_of(view, string);
+    return part != nullptr ? part->part_W : whole(self, string);
+  };
+  FixedVector<Capsule, kMaxDeflectingStrings> before;
+  for (const TouchedString& hold : self.state->contact.touched) {
+    before.push_back(line_of(hold.bend.capsule));
   }
-  for (TouchedString& hold : self.state->contact.touched) {
-    if (!hold.yields) continue;
-    const std::int32_t string = hold.bend.capsule;
-    const StringPart* before = part_of(view, string);
-    const StringPart* after = part_of(next, string);
-    const Capsule& line = whole(self, string);
-    rebase(before != nullptr ? before->part_W : line, after != nullptr ? after->part_W : line,
-           hold);
-  }
-
   const std::span<const Capsule> lines = seen.obstacles.capsules_W;
   FixedVector<std::size_t, 2 * kMaxHeldStrings> changed;
   for (const StringPart& part : view.parts) {
@@ -247,18 +239,18 @@ ToolScene segment_strings(std::span<const StringTool> tools, const StringSharing
     view.capsules_W[string] = lines[string];
     changed.push_back(string);
   }
-  view.parts = next.parts;
-  view.rigid = next.rigid;
+  view.parts.clear();
+  view.rigid.clear();
   std::copy(seen.strings.begin(), seen.strings.end(), view.strings.begin());
-  for (std::size_t k = 0; k < view.parts.size(); ++k) {
-    const auto string = static_cast<std::size_t>(view.parts[k].string);
-    view.capsules_W[string] = view.parts[k].part_W;
-    view.strings[string] = constants[k];
-    changed.push_back(string);
+  for (const std::size_t k : near) take_part(tools, holders, holders[k], tool);
+  for (const StringPart& part : view.parts)
+    changed.push_back(static_cast<std::size_t>(part.string));
+  const Capsule* held_before = before.begin();
+  for (TouchedString& hold : self.state->contact.touched) {
+    const Capsule& was = *held_before++;
+    if (hold.yields) rebase(was, line_of(hold.bend.capsule), hold);
   }
-  std::copy(rigid_W.begin(), rigid_W.end(),
-            view.capsules_W.begin() + static_cast<std::ptrdiff_t>(lines.size()));
-  const std::size_t capsules = lines.size() + rigid_W.size();
+  const std::size_t capsules = lines.size() + view.rigid.size();
   seen.obstacles.capsules_W = view.capsules_W.first(capsules);
   seen.strings = view.strings;
   seen.rounding = kSharedRounding;

@@ -115,7 +115,8 @@ GridPartials touch_harmonic(const GridString& string, const GridHarmonic& harmon
   const std::array<FingerPath, 2> paths{
       FingerPath([&](double time) {
         const double lifted = harmonic.lift_speed * std::max(0.0, time - lift_time);
-        return FingerPlace{1.0 / harmonic.part, {0.0, skin.radius - kSkin_m + lifted}};
+        return FingerPlace{static_cast<double>(harmonic.node) / harmonic.part,
+                           {0.0, skin.radius - kSkin_m + lifted}};
       }),
       FingerPath([&](double time) {
         return FingerPlace{harmonic.pluck_lambda, {kStart_m + harmonic.pluck_speed * time, 3e-3}};

@@ -51,7 +51,8 @@ struct GridStop {
 
 /// A light touch at a node while the string is plucked, and its lift.
 struct GridHarmonic {
-  int part = 3;          ///< touched at 1 / part
+  int part = 3;  ///< touched at node / part
+  int node = 1;
   double force = 8e-3;   ///< of the touch, N: a skin of 1 mm and this many N/mm
   double damping = 0.2;  ///< of the skin, N s/m
   double pluck_lambda = 0.93;

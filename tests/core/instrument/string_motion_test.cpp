@@ -31,7 +31,7 @@ TEST_CASE("every mode of a free string swings and decays as its closed form, a s
   ModalMotion motion;
   motion.qy.fill(1e-3);
   motion.vz.fill(2e-3);
-  for (int step = 0; step < 1000 * kSubSteps; ++step) turn(table, motion);
+  for (int step = 0; step < 1000 * kSubSteps; ++step) turn(table, PerMode{}, motion);
   for (int n = 1; n <= table.count; ++n) {
     CAPTURE(n);
     const auto i = static_cast<std::size_t>(n - 1);
@@ -55,7 +55,7 @@ TEST_CASE("a constant force brings a string to where statics says, with what the
     mode_shapes(table, lambda, shapes);
     ModalMotion motion;
     for (int step = 0; step < 2 * 1000 * kSubSteps; ++step) {
-      turn(table, motion);
+      turn(table, PerMode{}, motion);
       push(table, shapes, {0.3, -0.7}, motion);
     }
     const Transverse u = displacement(table, motion, shapes);

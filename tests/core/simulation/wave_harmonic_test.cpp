@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tests/core/simulation/ensemble.h"
@@ -35,7 +36,7 @@ GridPartials play_harmonic(const GridHarmonic& harmonic) {
   Ensemble ensemble(2, open_string());
   const std::vector<ToolPart> skin{{harmonic.force / kSkin_m, harmonic.damping}};
   ensemble.simulation().scene(0).parts.parts = skin;
-  const double lambda = 1.0 / harmonic.part;
+  const double lambda = static_cast<double>(harmonic.node) / harmonic.part;
   const double lift = -kStart_m / harmonic.pluck_speed + harmonic.lift_after;
   const auto hands = [&](double time) {
     const double lifted = harmonic.lift_speed * std::max(0.0, time - lift);
@@ -69,18 +70,38 @@ GridPartials play_harmonic(const GridHarmonic& harmonic) {
   return partials;
 }
 
-TEST_CASE("a light touch at a node leaves the harmonic that finite differences leave") {
-  for (const int part : {2, 3, 4, 5}) {
+/// The marks along a Guqin, as shares of its strings: node / part.
+struct Hui {
+  int node, part;
+};
+constexpr std::array<Hui, 13> kHui{{{1, 8},
+                                    {1, 6},
+                                    {1, 5},
+                                    {1, 4},
+                                    {1, 3},
+                                    {2, 5},
+                                    {1, 2},
+                                    {3, 5},
+                                    {2, 3},
+                                    {3, 4},
+                                    {4, 5},
+                                    {5, 6},
+                                    {7, 8}}};
+
+TEST_CASE("a light touch at any of the 13 hui leaves the harmonic that finite differences leave") {
+  for (const Hui& hui : kHui) {
     GridHarmonic harmonic;
-    harmonic.part = part;
+    harmonic.part = hui.part;
+    harmonic.node = hui.node;
     GridString string;
     string.frequency = kFrequency;
     const GridPartials truth = touch_harmonic(string, harmonic, 900);
     const GridPartials left = play_harmonic(harmonic);
-    CAPTURE(part);
+    CAPTURE(hui.node);
+    CAPTURE(hui.part);
     CAPTURE(truth.others);
     CAPTURE(left.others);
-    CHECK(std::abs(1200.0 * std::log2(left.frequency / (part * kFrequency))) <= 5.0);
+    CHECK(std::abs(1200.0 * std::log2(left.frequency / (hui.part * kFrequency))) <= 5.0);
     CHECK(left.others <= std::max(-20.0, truth.others + 3.0));
   }
 }
