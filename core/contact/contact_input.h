@@ -16,6 +16,14 @@
 
 namespace hapticd {
 
+/// A part of a string that is a rigid line to the tool, which is a capsule beyond those of the
+/// scene.
+struct RigidPart {
+  std::int32_t string = 0;
+  double lambda_from = 0.0;  ///< along the string, of the part's ends
+  double lambda_to = 1.0;
+};
+
 /// What one tool asks of its contact problem in one tick. Views must outlive the call.
 struct ContactInput {
   SphereTreeView tool;  ///< in G
@@ -39,6 +47,17 @@ struct ContactInput {
   /// Coulomb coefficients of lines and bodies; felt where the instrument has friction.
   RigidCoefficients rigid_friction{};
   StageClock* clock = nullptr;  ///< lent; null: no time is taken
+  /// Of strings that lie on rests: what the last capsules are, in their order. A string and its
+  /// parts are one thing to friction, which they bear together.
+  std::span<const RigidPart> rigid_parts{};
 };
+
+/// Number of the string that a capsule is a rigid part of; -1: of none.
+[[nodiscard]] inline std::int32_t string_of_part(const ContactInput& input,
+                                                 std::int32_t capsule) noexcept {
+  const std::size_t others = input.obstacles.capsules_W.size() - input.rigid_parts.size();
+  const auto number = static_cast<std::size_t>(capsule);
+  return number < others ? -1 : input.rigid_parts[number - others].string;
+}
 
 }  // namespace hapticd

@@ -46,6 +46,14 @@ bool near_shared_string(const ContactInput& input, const ContactSet& contacts) n
   return false;
 }
 
+/// What a string bears of a pair beside the part that yields.
+void add_beside(const ContactInput& input, const ContactState& state, const ActivePair& pair,
+                std::span<StringSum> sums) noexcept {
+  if (input.rigid_parts.empty() || !is_string(pair.key)) return;
+  const int k = find_touched(state.touched, string_of_part(input, pair.key.obstacle));
+  if (k >= 0) sums[static_cast<std::size_t>(k)].beside += pair.multiplier;
+}
+
 }  // namespace
 
 // The free way: G reaches H, all strings are at rest, soft parts go there as their dampers let
@@ -103,7 +111,9 @@ void ContactProblem::take_force(const PoseError& error_GH) noexcept {
   result.active_count = 0;
   state.active_count = 0;
   std::array<StringSum, kMaxDeflectingStrings> sums;
-  for (std::size_t k = 0; k < state.touched.size(); ++k) sums[k] = {Vector3::Zero(), 0.0, 0.0};
+  for (std::size_t k = 0; k < state.touched.size(); ++k) {
+    sums[k] = {Vector3::Zero(), 0.0, 0.0, 0.0};
+  }
   for (int k = 0; k < program_.active_count(); ++k) {
     const ActiveContact active = program_.active(k);
     const double multiplier = active.multiplier;
@@ -115,7 +125,10 @@ void ContactProblem::take_force(const PoseError& error_GH) noexcept {
     state.F_H_W.t += multiplier * gradient.angular;
     result.active[static_cast<std::size_t>(result.active_count++)] = active;
     state.active[static_cast<std::size_t>(state.active_count++)] = {contact.key, multiplier};
-    if (gradient.string < 0) continue;
+    if (gradient.string < 0) {
+      add_beside(*input_, state, {contact.key, multiplier}, sums);
+      continue;
+    }
     StringSum& sum = sums[static_cast<std::size_t>(gradient.string)];
     sum.f_W += f;
     sum.lambda += multiplier * contact.lambda;

@@ -522,9 +522,11 @@ void YieldingStrings::settle(const ContactInput& input, std::span<const StringSu
     TouchedString& string = state.touched[k];
     if (string.yields) string.u_felt_W = blocks_[k].bend.u_W + step.strings[k].du_W;
     string.normal_force = 0.0;
-    if (!input.instrument.friction || !(sums[k].multiplier > 0.0)) continue;
+    if (!input.instrument.friction) continue;
+    string.normal_force = sums[k].beside;
+    if (!(sums[k].multiplier > 0.0)) continue;
     const double lambda = sums[k].lambda / sums[k].multiplier;
-    string.normal_force =
+    string.normal_force +=
         blocks_[k].steepness *
         string_load(input, &string, {string.bend.capsule, lambda, sums[k].f_W}).force;
   }

@@ -64,6 +64,7 @@ struct StringSum {
   Vector3 f_W;        ///< on the tool, N
   double lambda;      ///< weighted with the multipliers
   double multiplier;  ///< N
+  double beside;  ///< N, of pairs with its parts that do not yield, which are no part of the sums
 };
 
 /// The string's motion in `step` when its vertex moves by `du_W` across the axis: along it goes

@@ -230,8 +230,10 @@ bool awaits_other(std::span<const StringTool> tools, std::int32_t tool,
   });
 }
 
-/// The entry of a string that presses the tool, made where there is none; null: no room.
-PressedString* pressed_string(std::int32_t string, PressedStrings& pressed) noexcept {
+/// The entry of a string that presses the tool; null: no room. Made where there is none, with the
+/// friction on the tool, which is in the others.
+PressedString* pressed_string(const StringTool& self, std::int32_t string,
+                              PressedStrings& pressed) noexcept {
   const auto place = std::lower_bound(
       pressed.begin(), pressed.end(), string,
       [](const PressedString& entry, std::int32_t number) { return entry.string < number; });
@@ -239,7 +241,9 @@ PressedString* pressed_string(std::int32_t string, PressedStrings& pressed) noex
   if (index < pressed.size() && pressed[index].string == string) return &pressed[index];
   PressedString entry;
   entry.string = string;
-  entry.F_W = entry.nhat_W = entry.p_WC = Vector3::Zero();
+  const TouchedString* hold = hold_of(*self.state, string);
+  entry.F_W = hold != nullptr ? hold->tangential_W : Vector3(0.0, 0.0, 0.0);
+  entry.nhat_W = entry.p_WC = Vector3::Zero();
   if (!pressed.push_back(entry)) return nullptr;
   std::rotate(pressed.begin() + index, pressed.end() - 1, pressed.end());
   return &pressed[index];
@@ -270,7 +274,7 @@ void add_rest_forces(const StringTool& self, const ContactInput& input,
     if (part == nullptr) continue;
     const bool beside_B = rigid.lambda_from == part->lambda_to;
     if (!beside_B && rigid.lambda_to != part->lambda_from) continue;
-    PressedString* pressed = pressed_string(rigid.string, tick.strings);
+    PressedString* pressed = pressed_string(self, rigid.string, tick.strings);
     if (pressed == nullptr) continue;
     const Contact contact = evaluate_contact(pair.key, tool, input.obstacles);
     if (!(pressed->force > 0.0)) describe_end(contact, input, beside_B ? 1.0 : 0.0, *pressed);

@@ -254,6 +254,7 @@ ToolScene segment_strings(std::span<const StringTool> tools, const StringSharing
   seen.obstacles.capsules_W = view.capsules_W.first(capsules);
   seen.strings = view.strings;
   seen.rounding = kSharedRounding;
+  if (!seen.rests.empty()) seen.rigid_parts = {view.rigid.begin(), view.rigid.size()};
   if (seen.obstacles.groups.empty()) return seen;
   for (const std::size_t string : changed) {
     const std::size_t group = string / kCapsulesPerGroup;

@@ -61,13 +61,6 @@ struct StringPart {
   double lambda_to = 1.0;
 };
 
-/// A part that is a rigid line to a tool: capsule number strings and lines + its index.
-struct RigidPart {
-  std::int32_t string = 0;
-  double lambda_from = 0.0;
-  double lambda_to = 1.0;
-};
-
 /// What a tool sees instead of the scene's strings while others hold some. The spans are as large
 /// as the scene's, and kMaxRigidParts capsules and their groups larger; empty where there is one
 /// tool and no rest.
@@ -76,6 +69,7 @@ struct StringSegments {
   std::span<CapsuleGroup> groups;
   std::span<StringConstants> strings;
   FixedVector<StringPart, kMaxHeldStrings> parts;  ///< of the strings that others hold
+  /// Capsule number strings and lines + its index each.
   FixedVector<RigidPart, kMaxRigidParts> rigid;
   /// Pairs with rigid parts that carried force in the last tick, which no later one may start from.
   FixedVector<ActivePair, kMaxQpUnknowns> rigid_active;

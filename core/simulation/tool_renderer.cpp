@@ -55,9 +55,11 @@ double follow(const HandPose& hand, HandMotion& motion) noexcept {
 }
 
 ContactInput contact_input(const ToolScene& scene, const Pose& X_WH, double dt) noexcept {
-  return {scene.tool,           scene.obstacles,  X_WH,        scene.stiffness, scene.options,  dt,
-          scene.strings,        scene.instrument, scene.parts, scene.others,    scene.rounding, 0,
-          scene.rigid_friction, scene.clock};
+  return {scene.tool,           scene.obstacles,  X_WH,
+          scene.stiffness,      scene.options,    dt,
+          scene.strings,        scene.instrument, scene.parts,
+          scene.others,         scene.rounding,   0,
+          scene.rigid_friction, scene.clock,      scene.rigid_parts};
 }
 
 void render_contact(const ToolScene& scene, const HandPose& hand, ToolState& state,

@@ -64,6 +64,7 @@ struct ToolScene {
   RigidCoefficients rigid_friction{};  ///< likewise
   bool stiffness_wanted = false;       ///< ticks tell RenderedTool::stiffness
   StageClock* clock = nullptr;         ///< lent, the same to all tools; null: no time is taken
+  std::span<const RigidPart> rigid_parts{};  ///< see ContactInput
 };
 
 /// State of one tool. Copy it to take a snapshot.

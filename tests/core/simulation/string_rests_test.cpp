@@ -18,6 +18,10 @@ namespace {
 /// N.
 constexpr double kHeld = 1.0;
 
+/// Of a string that a finger presses beside a fret, and of the surface on top of it, at most, rad:
+/// half of the force over the tension, and what the string goes down on its length.
+constexpr double kSteepest = 0.035;
+
 double cents(double a, double b) { return 1200.0 * std::log2(a / b); }
 
 std::vector<FretTop> some_frets(SplitMix64& random, double length) {
@@ -95,6 +99,32 @@ double stopped_tone(const FrettedOptions& options, double x, double depth, doubl
     }
   }
   return string.force(0).y() > kHeld ? frequency : 0.0;
+}
+
+/// A finger that presses a string beside a fret, and rubs along it to the other side.
+struct Glide {
+  double from = 0.0;   ///< m
+  double to = 0.0;     ///< m
+  double depth = 0.0;  ///< of the hand, below the string at rest, m
+  double speed = 0.0;  ///< m/s
+};
+
+/// Called with the ticks of the glide: the way gone, m, the force before and now, N.
+template <typename Visit>
+void glide(const Glide& way, FrettedString& string, const Visit& visit) {
+  const auto hand = [&](double x, double down) {
+    return std::vector<Vector3>{{x, string.reach() - down, 0.0}};
+  };
+  for (int tick = 0; tick < 300; ++tick) {
+    string.tick(hand(way.from, way.depth * std::min(1.0, tick / 200.0)));
+  }
+  const double step = 1e-3 * way.speed;
+  const double length = std::abs(way.to - way.from);
+  for (double gone = step; gone < length; gone += step) {
+    const Vector3 before = string.force();
+    string.tick(hand(way.from + std::copysign(gone, way.to - way.from), way.depth));
+    visit(gone, before, string.force());
+  }
 }
 
 }  // namespace
@@ -178,6 +208,35 @@ TEST_CASE("fingers that wander over frets together do not throw each other") {
       REQUIRE(string.sunk() <= 10e-6);
       for (std::size_t k = 0; k < options.fingers; ++k) REQUIRE_FALSE(string.recovers(k));
     }
+  }
+}
+
+TEST_CASE("a finger that rubs along a string rubs over its frets alike") {
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
+  SplitMix64 random(seed);
+  for (int scene = 0; scene < std::max<std::int64_t>(8, scaled(80)); ++scene) {
+    CAPTURE(scene);
+    FrettedOptions options;
+    options.friction = scene % 2 == 0 ? 0.3 : 0.8;
+    const double fret = random.uniform(0.35, 0.65) * options.length;
+    options.frets = {{fret, random.uniform(0.5e-3, 2e-3)}};
+    FrettedString string(options);
+    Glide way{fret - 0.03, fret + 0.03, options.frets[0].below + random.uniform(1e-3, 2.5e-3),
+              random.uniform(0.02, 0.1)};
+    if (random.chance(0.5)) std::swap(way.from, way.to);
+    const double friction_angle = std::atan(options.friction);
+    const double against = way.to > way.from ? -1.0 : 1.0;
+    glide(way, string, [&](double gone, const Vector3& before, const Vector3& force) {
+      CAPTURE(gone);
+      // The hand's own way at the stiffness of the coupling, 1 N per mm, and what that changes of
+      // the friction.
+      REQUIRE((force - before).norm() <= (1.0 + options.friction) * way.speed + 0.02);
+      const double angle = std::atan2(against * force.x(), force.y());
+      REQUIRE(angle <= friction_angle + kSteepest);
+      // It sticks until the coupling is stretched by mu N.
+      if (gone > 6e-3) REQUIRE(angle >= friction_angle - kSteepest);
+    });
   }
 }
 
