@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/contact/coupling_axes.h"
 #include "core/instrument/deflection.h"
 #include "core/instrument/string_model.h"
 #include "core/instrument/wave_tank.h"
@@ -11,13 +12,31 @@
 namespace hapticd {
 namespace {
 
+/// Between ticks that are even, s: none is expected to come sooner than the last by more.
+constexpr double kTick = 1e-3;
+
+/// Of what holds the tool, by friction across the normal, J.
+double rubbing_energy(const ToolPlay& play, const NearTool& tool) noexcept {
+  const StringProximity& near = tool.proximity;
+  const Vector3 along_n = near.F_W.dot(near.nhat_W) * near.nhat_W;
+  if (!((near.F_W - along_n).squaredNorm() > 0.0)) return 0.0;
+  const Vector3 arm_W = near.p_WC - play.rendered.X_WG.p;
+  const ContactInput& input = play.way.input;
+  const PoseError error =
+      coupling_error(play.rendered.X_WG, input.X_WH, play.state.contact.phi_GH_W);
+  const auto under = [&](const Vector3& f) {
+    return energy_under(input.stiffness, input.X_WH.q, error, {f, arm_W.cross(f)});
+  };
+  return under(near.F_W) - under(along_n);
+}
+
 /// Static energy of the tool's law: of the string, where it is this tool's alone, and of what holds
 /// the tool, J.
 double law_energy(const ToolPlay& play, const Playing& playing, const NearTool& tool,
                   bool parted) noexcept {
   const double force = tool.touch.force;
   if (!(force > 0.0)) return 0.0;
-  const double held = 0.5 * force * force * tool.touch.compliance;
+  const double held = 0.5 * force * force * tool.touch.compliance + rubbing_energy(play, tool);
   if (parted) return held;
   const auto s = static_cast<std::size_t>(playing.wave.string);
   const StringConstants& seen = play.way.input.strings[s];
@@ -115,7 +134,8 @@ WavePort port_of(const Playing& playing, const NearTool& tool, std::size_t numbe
       ramps ? port.law : felt_now(state.string.contacts[number].path, port.law, number, state.tank);
   // Nor does the string ring of it when that is over.
   if (ramps) state.string.motion.vy = state.string.motion.vz = PerMode{};
-  const double dt = std::max(play.rendered.dt, 0.25e-3);
+  // The next tick may take as long as they do, however soon this one came.
+  const double dt = std::max(play.rendered.dt, kTick);
   port.way = across(playing.frame, dt * point_velocity(play.rendered.V_WH, arm_W));
   port.aside = playing.options.max_acceleration * dt * dt;
   return port;
