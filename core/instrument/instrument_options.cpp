@@ -25,7 +25,7 @@ std::optional<ParameterFault> check_choices(const InstrumentOptions& options) no
   const int substeps = options.substeps;
   if (substeps != 8 && substeps != 16 && substeps != 32 && substeps != 64) {
     return ParameterFault{"wave.substeps", static_cast<double>(substeps), "8, 16, 32 or 64",
-                          "Give one of them; 32 is usual, and 16 costs half."};
+                          "Give one of them; 32 is usual, fewer are cheaper."};
   }
   if (options.tones.level != ToneLevel::kAmplitude && options.tones.level != ToneLevel::kForce) {
     return ParameterFault{"tones.level", static_cast<double>(options.tones.level),

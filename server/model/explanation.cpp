@@ -1,5 +1,5 @@
 // See explanation.h. Numbers that are not of the scene at hand are closed forms, or stand in
-// tests/benchmark/results.
+// string_costs.inc and tests/benchmark/results.
 #include "server/model/explanation.h"
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 
 #include "core/scene/quality.h"
 #include "core/scene/sagging_cable.h"
+#include "server/model/string_cost.h"
 #include "server/model/surface_ripple.h"
 #include "server/scene_io/scene_defaults.h"
 
@@ -186,7 +187,8 @@ std::vector<Feature> features_of(const SceneDescription& d) {
   list.push_back({o.vibration, "vibration: Eq. 9 after a release, never more energy than released",
                   "vibration: a released string is still at once"});
   list.push_back({o.vibration && o.modes > 0,
-                  "waves of " + std::to_string(o.modes) + " modes in two planes",
+                  "waves of " + std::to_string(o.modes) + " modes in two planes, stepped " +
+                      std::to_string(o.substeps) + " times a millisecond",
                   "modes beyond the fundamental, which holds 81 % of the energy of a pluck in the "
                   "middle and 21 % of one at a tenth of the string"});
   list.push_back({o.vibration && o.pitch_glide, "pitch glide with amplitude",
@@ -293,6 +295,7 @@ std::string explain(const LoadedScene& loaded, const TickCost& cost) {
   print_times(out, "free", cost.free);
   print_times(out, "in contact", cost.contact);
   print_bound(out, cost.bounded, loaded.message.quality().has_automatic());
+  out << string_costs(d);
   out << "memory: " << (loaded.scene->memory() + 1023) / 1024 << " KiB\n";
   return out.str();
 }

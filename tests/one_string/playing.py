@@ -29,9 +29,11 @@ class String:
     stretch_n: float = 0.0
     z: float = 0.0
     silent: bool = False  # keeps to its static law
+    rung: str = ""  # of the ladder: "RIGID", "STATIC", "FUNDAMENTAL", "WAVE"; as high as it goes without one
 
     def text(self, number):
-        half, level = LENGTH_M / 2, " max_level: STRING_LEVEL_STATIC" if self.silent else ""
+        rung = "STATIC" if self.silent else self.rung
+        half, level = LENGTH_M / 2, f" max_level: STRING_LEVEL_{rung}" if rung else ""
         return (f'strings {{ name: "s{number}" p_wa_m: [{-half}, 0, {self.z!r}] p_wb_m: [{half}, 0, {self.z!r}] radius_m: {STRING_M} '
                 f"tension_n: {TENSION_N} axial_stiffness_n: {self.stretch_n!r} frequency_hz: {self.hz!r} decay_s: {self.decay_s!r} "
                 f"loss_n2_per_s: {self.loss_n2!r}{level} }}\n")
@@ -58,7 +60,7 @@ class Hand:
 def scene(hands, strings, extras=""):
     """The text of a scene; its strings are waves because nothing else is said."""
     return "".join(['name: "one_string"\n', *(hand.text(k) for k, hand in enumerate(hands)), *(s.text(k) for k, s in enumerate(strings)),
-                    "vibration {}\ntones {}\n", extras])
+                    "" if "vibration" in extras else "vibration {}\n", "tones {}\n", extras])
 
 
 def x_of(share):

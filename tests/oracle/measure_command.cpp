@@ -14,8 +14,9 @@ namespace {
 /// Rate of the truth that other rates of the loop are held against, Hz.
 constexpr double kFineRate = 4000.0;
 constexpr double kUsualRate = 1000.0;
-/// Of the truth about strings: all modes that the core can have.
+/// Of the truth about strings: all modes and sub-steps that the core can have.
 constexpr int kTruthModes = kMaxModes;
+constexpr int kTruthSubsteps = 64;
 
 struct MeasureOptions {
   SceneOption scene;
@@ -118,6 +119,7 @@ class Measurement {
       setting.string_model = StringContact::kYielding;
       setting.string_level = StringDetail::kModes;
       setting.modes = kTruthModes;
+      setting.substeps = kTruthSubsteps;
       const Scene exact(with_strings(scene().description(), setting));
       strings_ = play_study(exact, tool_, setting, gesture_, nullptr);
     }

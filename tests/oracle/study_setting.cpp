@@ -23,6 +23,7 @@ const std::map<std::string, StringContact> kModels{{"rigid", StringContact::kStr
 const std::map<std::string, StringDetail> kLevels{{"static", StringDetail::kStatic},
                                                   {"fundamental", StringDetail::kFundamental},
                                                   {"modes", StringDetail::kModes}};
+const std::map<std::string, int> kSubsteps{{"8", 8}, {"16", 16}, {"32", 32}, {"64", 64}};
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
   throw std::invalid_argument("--setting " + text + ": " + why);
@@ -84,7 +85,8 @@ void assign(const std::string& text, const std::string& key, const std::string& 
       {"rate", real(setting.rate_hz, 50.0, 8000.0)},
       {"string", [&] { setting.string_model = named(text, value, kModels); }},
       {"string_level", [&] { setting.string_level = named(text, value, kLevels); }},
-      {"modes", [&] { setting.modes = whole(text, value, 0, kMaxModes); }}};
+      {"modes", [&] { setting.modes = whole(text, value, 0, kMaxModes); }},
+      {"wave_substeps", [&] { setting.substeps = named(text, value, kSubsteps); }}};
   const auto found = keys.find(key);
   if (found == keys.end()) {
     std::string known;
@@ -143,6 +145,7 @@ SceneDescription with_strings(SceneDescription scene, const StudySetting& settin
     if (setting.string_level) string.parameters.max_level = *setting.string_level;
   }
   if (setting.modes) scene.instrument.modes = *setting.modes;
+  if (setting.substeps) scene.instrument.substeps = *setting.substeps;
   return scene;
 }
 

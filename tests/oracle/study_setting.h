@@ -19,9 +19,10 @@ struct StudySetting {
   std::optional<StringContact> string_model;
   std::optional<StringDetail> string_level;
   std::optional<int> modes;
+  std::optional<int> substeps;  ///< of a millisecond, of modes
 
   [[nodiscard]] bool changes_strings() const noexcept {
-    return string_model || string_level || modes;
+    return string_model || string_level || modes || substeps;
   }
 };
 

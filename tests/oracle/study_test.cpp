@@ -139,6 +139,9 @@ TEST_CASE("a setting changes what it names and nothing else, a level first") {
   CHECK(few.options.skin == scene.contact.skin);
   CHECK_FALSE(few.changes_strings());
   CHECK(parse_setting("m:modes=8", scene).changes_strings());
+  const StudySetting rare = parse_setting("r:wave_substeps=16", scene);
+  CHECK(rare.changes_strings());
+  CHECK(with_strings(scene, rare).instrument.substeps == 16);
   CHECK(scene_of_setting("coarse:level=1,scene=guqin_coarse") == "guqin_coarse");
   CHECK(scene_of_setting("usual").empty());
 }

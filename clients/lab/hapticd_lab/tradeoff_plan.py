@@ -36,6 +36,8 @@ KNOBS: Dict[str, Dict[str, str]] = {
 STRING_KNOBS: Dict[str, Dict[str, str]] = {
     "string model": {"rigid string": "string=rigid", "static string": "string_level=static", "fundamental": "string_level=fundamental"},
     "modes": {f"modes {n}": f"string_level=modes,modes={n}" for n in (4, 8, 16, 32, 64)},
+    "sub-steps of modes": {f"{n} modes {s} times a ms": f"string_level=modes,modes={n},wave_substeps={s}"
+                           for n, s in ((8, 16), (16, 16), (16, 32), (64, 64))},
 }
 LADDER = {f"ladder {steps}/{um:g}": f"sub_steps={steps},stop_tolerance={um * 1e-6:g},judged=no"
           for um, counts in ((1000, (1, 2, 4, 8, 32)), (300, (2, 4, 8, 16, 32)), (100, (2, 4, 8, 16, 32)), (30, (2, 4, 8, 16, 32)),

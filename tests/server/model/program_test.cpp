@@ -190,6 +190,36 @@ TEST_CASE("explain tells what follows the tension, once where all strings are al
   CHECK(explained("", "").says("  tuning: no pitch\n"));
 }
 
+TEST_CASE(
+    "explain tells what a string costs on each rung, and what its own modes and sub-steps are") {
+  const TemporaryFolder folder;
+  const auto explained = [&](const std::string& features) {
+    return run(
+        "explain '" +
+        folder.write("two.textproto",
+                     "name: \"two\" tools { name: \"finger\" parts { name: \"tip\" shape { "
+                     "spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } } pose_wg { p_m: [0, "
+                     "0.07, 0] } } strings { name: \"low\" p_wa_m: [-0.5, 0, 0] p_wb_m: "
+                     "[0.5, 0, 0] frequency_hz: 65 axial_stiffness_n: 0 } strings { name: "
+                     "\"high\" p_wa_m: [-0.5, 0, 0.02] p_wb_m: [0.5, 0, 0.02] "
+                     "frequency_hz: 130 axial_stiffness_n: 0 } " +
+                         features) +
+        "'");
+  };
+  const ShellOutcome coarse = explained("vibration {} wave { modes: 16 substeps: 8 }");
+  for (const char* const rung :
+       {"\n  rigid ", "\n  static ", "\n  fundamental ", "\n  wave of 32 modes, 32 sub-steps ",
+        "\n  wave of 32 modes, 32 sub-steps, that stretches "}) {
+    CAPTURE(rung);
+    CHECK(coarse.says(rung));
+  }
+  CHECK(coarse.says("  waves of 16 modes in two planes, stepped 8 times a millisecond\n"));
+  CHECK(coarse.says("\n  here: 2 strings, wave of 16 modes, 8 sub-steps "));
+  CHECK(explained("vibration {} wave { modes: 64 substeps: 8 }")
+            .says("\n  here: 2 strings, wave of 28 modes, 8 sub-steps "));
+  CHECK(explained("").says("\n  here: 2 strings, static "));
+}
+
 TEST_CASE("explain tells what bounds a tick, and whether this scene comes to be cut short") {
   const TemporaryFolder folder;
   const auto scene = [&](const std::string& budget_us) {
