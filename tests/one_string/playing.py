@@ -29,9 +29,11 @@ class String:
     stretch_n: float = 0.0
     z: float = 0.0
     silent: bool = False  # keeps to its static law
+    touch: tuple = ()  # names of what it lies on where it is pressed down
 
     def text(self, number):
         half, level = LENGTH_M / 2, " max_level: STRING_LEVEL_STATIC" if self.silent else ""
+        level += "".join(f' touch: "{name}"' for name in self.touch)
         return (f'strings {{ name: "s{number}" p_wa_m: [{-half}, 0, {self.z!r}] p_wb_m: [{half}, 0, {self.z!r}] radius_m: {STRING_M} '
                 f"tension_n: {TENSION_N} axial_stiffness_n: {self.stretch_n!r} frequency_hz: {self.hz!r} decay_s: {self.decay_s!r} "
                 f"loss_n2_per_s: {self.loss_n2!r}{level} }}\n")
