@@ -83,6 +83,35 @@ TEST_CASE("a line far from the string is doubted, one that the string goes throu
   CHECK(judged(with_line({0.5, -1.2e-3, -0.1}, {0.5, -1.2e-3, 0.1}, 1e-3)) == '-');
 }
 
+TEST_CASE("a capo that presses the string on a fret is refused with where the string would end") {
+  // Its lower side is 1.5 mm below that of the straight string; the fret is 2 mm below it.
+  SceneDescription scene = with_line({0.3, -4e-3, -0.1}, {0.3, -4e-3, 0.1}, 1e-3);
+  const double radius = scene.strings[0].parameters.radius;
+  scene.lines[0].points_W = {{0.3, -2e-3 - radius - 1e-3, -0.1}, {0.3, -2e-3 - radius - 1e-3, 0.1}};
+  scene.lines.push_back(
+      {"capo",
+       {{0.29, 5e-3 + radius - 1.5e-3, -0.1}, {0.29, 5e-3 + radius - 1.5e-3, 0.1}},
+       5e-3,
+       0.0});
+  scene.strings[0].touched_lines = {0, 1};
+  const std::vector<SceneFinding> findings = check_scene(scene);
+  REQUIRE(findings.size() == 1);
+  CHECK_FALSE(findings[0].doubt);
+  CHECK(findings[0].path == "strings[0].touch");
+  CHECK(findings[0].message ==
+        "capo presses the string 1.5 mm towards fret, but a string is straight at rest");
+  CHECK(findings[0].remedy ==
+        "Let the string end on fret, p_wa_m or p_wb_m: [0.3, -0.002, 0], with the pitch of the "
+        "part that is left, and leave capo out of touch.");
+  // One that stands clear of it, or has nothing under it, presses nothing on anything.
+  for (Vector3& p : scene.lines[1].points_W) p.y() += 2e-3;
+  CHECK(judged(scene) == '-');
+  for (Vector3& p : scene.lines[1].points_W) p.y() -= 2e-3;
+  scene.strings[0].touched_lines = {1};
+  REQUIRE(judged(scene) == 'f');
+  CHECK(check_scene(scene)[0].message == "at rest the string is 1.5 mm inside capo");
+}
+
 TEST_CASE("a cable that sags lies on nothing, and a rigid string never comes to lie") {
   SceneDescription sags = with_line({0.5, -5e-3, -0.1}, {0.5, -5e-3, 0.1}, 1e-3);
   sags.strings[0].sag = 0.01;
