@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/collision/blended_surface.h"
 #include "core/math/rotation.h"
 
 namespace hapticd {
@@ -14,6 +15,10 @@ namespace {
 constexpr double kCrossing = 0.2;
 /// Share of the length next to an end in which a string lies on nothing but its end.
 constexpr double kEndShare = 1e-3;
+/// Where leaves blend, their surface is looked for to this, m, in so many steps, each as long as it
+/// is certainly far.
+constexpr double kBlendTolerance = 1e-6;
+constexpr int kBlendSteps = 64;
 /// Nearer than this the direction from one axis to the other is not known, m.
 constexpr double kLeastDistance = 1e-9;
 
@@ -150,6 +155,22 @@ double depth_below(const Vector3& p, const Vector3& n, const std::vector<Sphere>
   return least;
 }
 
+/// Gap of a string at p along -n to the surface that the leaves of a body blend into, m: higher
+/// than theirs.
+double gap_to_blended(const Axis& axis, const Vector3& p_W, const Vector3& n,
+                      const BodyDescription& body) {
+  const SphereTreeView tree = body.shape.tree->tree.view();
+  const Matrix3 R_BW = rotation_matrix(body.X_WB.q).transpose();
+  double gap = 0.0;
+  for (int step = 0; step < kBlendSteps; ++step) {
+    const Vector3 p_B = R_BW * (p_W - gap * n - body.X_WB.p);
+    const double distance = place_beside_blend(tree, p_B).distance - axis.radius;
+    gap += distance;
+    if (std::abs(distance) <= kBlendTolerance) break;
+  }
+  return gap;
+}
+
 }  // namespace
 
 RestPlaces places_on_line(const SceneDescription& scene, std::size_t string, std::size_t line) {
@@ -179,8 +200,11 @@ RestPlaces places_on_body(const SceneDescription& scene, std::size_t string, std
   const std::optional<Vector3> n = side_of(axis, near);
   if (!n) return places;
   for (const double lambda : sampled(axis)) {
-    const double gap = depth_below(axis.at(lambda), *n, near) - axis.radius;
+    double gap = depth_below(axis.at(lambda), *n, near) - axis.radius;
     if (gap >= kRestReach - axis.radius) continue;
+    if (thing.shape.tree->tree.blend.width > 0.0) {
+      gap = gap_to_blended(axis, axis.at(lambda), *n, thing);
+    }
     StringRest rest;
     rest.p_W = axis.at(lambda);
     rest.lambda = lambda;

@@ -2,6 +2,7 @@
 #include "core/scene/scene_check.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <set>
 #include <sstream>
@@ -24,6 +25,8 @@ constexpr double kMaxLength = 1.0;
 /// Stiffest over softest axis of translation, and of rotation, at most: forces are exact up to it
 /// (tests/equilibrium). Larger: forces less exact.
 constexpr double kMaxAxisRatio = 1000.0;
+/// Two normals with less than this in common are of opposite sides of a string.
+constexpr double kOppositeSides = -0.5;
 /// Rounding of a ratio of numbers that a scene gives.
 constexpr double kRatioRounding = 1e-12;
 
@@ -139,6 +142,67 @@ void check_cable(const std::string& path, const StringDescription& string, Findi
   }
 }
 
+/// What a string may touch, and where.
+struct Touched {
+  std::string name;
+  RestPlaces places;
+};
+
+std::vector<Touched> touched_by(const SceneDescription& scene, std::size_t i) {
+  std::vector<Touched> touched;
+  for (const std::size_t line : scene.strings[i].touched_lines) {
+    touched.push_back({scene.lines[line].name, places_on_line(scene, i, line)});
+  }
+  for (const std::size_t body : scene.strings[i].touched_bodies) {
+    touched.push_back({scene.bodies[body].name, places_on_body(scene, i, body)});
+  }
+  return touched;
+}
+
+/// A place on the other side of the string than what presses it, and whose.
+struct Against {
+  const std::string* name = nullptr;
+  StringRest rest;
+};
+
+/// The nearest such place along the string; no name: there is none.
+Against against(const Touched& thing, const std::vector<Touched>& all) {
+  Against nearest;
+  double least = 1.0;
+  for (const StringRest& rest : thing.places.rests) {
+    for (const Touched& other : all) {
+      for (const StringRest& opposite : other.places.rests) {
+        const double apart = std::abs(opposite.lambda - rest.lambda);
+        if (apart >= least || rest.nhat_W.dot(opposite.nhat_W) > kOppositeSides) continue;
+        least = apart;
+        nearest = {&other.name, opposite};
+      }
+    }
+  }
+  return nearest;
+}
+
+/// A thing that the string is inside of: a capo presses it on something, else it is in the way.
+void refuse_pressed(const std::string& path, const Touched& thing, const std::vector<Touched>& all,
+                    Findings& findings) {
+  std::ostringstream message;
+  const Against held = against(thing, all);
+  if (held.name == nullptr) {
+    message << "at rest the string is " << -1e3 * thing.places.nearest_gap << " mm inside "
+            << thing.name;
+    findings.fault(path, message.str(), "Move one of them, or leave it out of touch.");
+    return;
+  }
+  message << thing.name << " presses the string " << -1e3 * thing.places.nearest_gap
+          << " mm towards " << *held.name << ", but a string is straight at rest";
+  const Vector3& p_W = held.rest.p_W;
+  std::ostringstream remedy;
+  remedy << "Let the string end on " << *held.name << ", p_wa_m or p_wb_m: [" << p_W.x() << ", "
+         << p_W.y() << ", " << p_W.z() << "], with the pitch of the part that is left, and leave "
+         << thing.name << " out of touch.";
+  findings.fault(path, message.str(), remedy.str());
+}
+
 /// What a string cannot lie on as the scene has it.
 void check_touch(const SceneDescription& scene, std::size_t i, Findings& findings) {
   const StringDescription& string = scene.strings[i];
@@ -154,21 +218,15 @@ void check_touch(const SceneDescription& scene, std::size_t i, Findings& finding
                    "Leave out touch, or choose another model.");
     if (!(constants.length > 0.0)) return;
   }
-  const auto judge = [&](const std::string& name, const RestPlaces& places) {
-    std::ostringstream message;
-    if (places.nearest_gap < -kMaxRestOverlap) {
-      message << "at rest the string is " << -1e3 * places.nearest_gap << " mm inside " << name;
-      findings.fault(path, message.str(), "Move one of them, or leave it out of touch.");
-    } else if (places.rests.empty()) {
-      message << name << " is not within " << 1e3 * kRestReach << " mm of the string";
+  const std::vector<Touched> all = touched_by(scene, i);
+  for (const Touched& thing : all) {
+    if (thing.places.nearest_gap < -kMaxRestOverlap) {
+      refuse_pressed(path, thing, all, findings);
+    } else if (thing.places.rests.empty()) {
+      std::ostringstream message;
+      message << thing.name << " is not within " << 1e3 * kRestReach << " mm of the string";
       findings.doubt(path, message.str(), "Move one of them, or leave it out of touch.");
     }
-  };
-  for (const std::size_t line : string.touched_lines) {
-    judge(scene.lines[line].name, places_on_line(scene, i, line));
-  }
-  for (const std::size_t body : string.touched_bodies) {
-    judge(scene.bodies[body].name, places_on_body(scene, i, body));
   }
 }
 

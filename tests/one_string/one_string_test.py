@@ -75,6 +75,12 @@ class Page(unittest.TestCase):
                 self.assertIn(f"one_string/{name}.png", text)
                 self.assertLess((page.FOLDER / f"{name}.png").stat().st_size, 60000, name)
             self.assertLess((page.FOLDER / "phrase.wav").stat().st_size, 400000)
+        last = figures["phrase"]["words"][-1][0]
+        for name in ("told", "heard"):
+            of = [hz for t, hz in zip(figures["phrase"]["times"], figures["phrase"][name]) if t > last + 0.3 and np.isfinite(hz)]
+            self.assertGreater(len(of), 20, name)
+            # The part from the fret, which the string is stretched over: 3 cents.
+            self.assertLess(abs(np.median(hearing.cents(np.array(of), phrase.STRING["hz"] / (1 - phrase.FRET_AT))) - 3), 5, name)
         for row in figures["loudness"]["rows"]:
             self.assertLess(abs(page.decibels(row["mode_mm"], row["truth_mm"])), 0.2)
         for way in figures["pitch"].values():

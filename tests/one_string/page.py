@@ -166,7 +166,8 @@ def ringing(found):
 def phrase(found):
     return ["## A phrase", "",
             f"[phrase.wav](one_string/phrase.wav), {found['seconds']:.1f} s: an open C3, touched while it rings and plucked as a harmonic, lifted, stopped, plucked, a glide,",
-            f"a vibrato. {found['tones']} tones and {found['messages']} `StringSounding`. Of {found['looked']} instants at which the sound has a pitch, "
+            f"plucked anew, a vibrato, lifted, pressed down behind a fret and plucked. {found['tones']} tones and {found['messages']} `StringSounding`. "
+            f"Of {found['looked']} instants at which the sound has a pitch, "
             f"{100 * found['within_10_cents']:.0f} % are within 10 cents of what was told.", "",
             *picture("phrase", "Pitch of the phrase, told and heard")]
 

@@ -1,19 +1,27 @@
-"""A phrase for the ear: an open string, a harmonic, a stop that glides up, a vibrato. It becomes the sound file of the page, and its pitch is taken
-out of the sound and drawn over what the daemon told."""
+"""A phrase for the ear: an open string, a harmonic, a stop that glides up, a vibrato, a stop on a fret. It becomes the sound file of the page, and
+its pitch is taken out of the sound and drawn over what the daemon told."""
 import struct
 
 import hearing
 import numpy as np
 from measures import REACH_M, STOP_REACH_M, STOP_TIP_M, partials_at
-from playing import TICK_NS, Hand, String, line, x_of
+from playing import LENGTH_M, STRING_M, TICK_NS, Hand, String, line, x_of
 
 RATE_HZ = 22050
 PEAK = 0.8
-STRING = {"hz": 130.8, "decay_s": 1.33, "loss_n2": 0.015, "stretch_n": 750.0}  # as C3 of the Guqin
+STRING = {"hz": 130.8, "decay_s": 1.33, "loss_n2": 0.015, "stretch_n": 750.0, "touch": ("fret",)}  # as C3 of the Guqin
 STOP, TOUCH, PLECTRUM = range(3)
 PLUCK_AT, STOP_AT, GLIDE_M, SHAKE_M, SHAKE_HZ = 0.9, 0.4, 0.08, 0.006, 5.0
+# So low that the string meets it nowhere else in the phrase, and where the finger presses behind it.
+FRET_AT, FRET_BELOW_M, FRET_RADIUS_M, BEHIND_M, PRESSED_M = 0.25, 0.005, 0.001, 0.025, 0.0085
 STOP_DEPTH_M, SKIN_N_PER_M, SKIN_M = 0.005, 25.0, 1e-3
 AWAY = {STOP: (x_of(STOP_AT), STOP_REACH_M + 0.015, 0.0), TOUCH: (x_of(0.5), REACH_M + 0.01, 0.0), PLECTRUM: (x_of(PLUCK_AT), 3e-3, -0.03)}
+
+
+def fret():
+    """Its text in a scene."""
+    x, y = x_of(FRET_AT), -FRET_BELOW_M - STRING_M - FRET_RADIUS_M
+    return f'lines {{ name: "fret" radius_m: {FRET_RADIUS_M} points_w_m: [{x!r}, {y!r}, -0.03, {x!r}, {y!r}, 0.03] }}\n'
 
 
 class Score:
@@ -62,9 +70,16 @@ def compose():
     score.pluck("plucked", bent=0.9 * STOP_DEPTH_M * (1 - PLUCK_AT) / (1 - STOP_AT))
     high = (x_of(STOP_AT) + GLIDE_M, low[1], 0.0)
     score.play("glide", stop=line(low, high, GLIDE_M / 0.6))
+    score.pluck("plucked", bent=0.9 * STOP_DEPTH_M * (1 - PLUCK_AT) / (1 - STOP_AT - GLIDE_M / LENGTH_M))
     score.play("vibrato", stop=[(high[0] + SHAKE_M * np.sin(2e-3 * np.pi * SHAKE_HZ * k), high[1], 0.0) for k in range(1000)])
-    # A stop on a fret comes here: a further hand that presses behind it, and the fret in the scene.
     score.wait(200)
+    behind = (x_of(FRET_AT) - BEHIND_M, STOP_REACH_M - PRESSED_M, 0.0)
+    above, over = (high[0], AWAY[STOP][1], 0.0), (behind[0], AWAY[STOP][1], 0.0)
+    score.play("lifted", stop=line(score.rows[STOP][-1], above, 0.1) + line(above, over, 0.6))
+    score.play("on a fret", stop=line(over, behind, 0.1))
+    score.wait(200)
+    score.pluck("plucked", bent=FRET_BELOW_M * (1 - PLUCK_AT) / (1 - FRET_AT))
+    score.wait(600)
     return score
 
 
@@ -92,7 +107,7 @@ def measure(stage, path):
     """Plays it, writes the sound, and gives the pitch told and heard."""
     score = compose()
     hands = [Hand(score.rows[STOP], radius=STOP_TIP_M), Hand(score.rows[TOUCH], skin=(SKIN_N_PER_M, 0.2)), Hand(score.rows[PLECTRUM])]
-    take = stage.play(hands, [String(**STRING)], sections=("TOOLS",), record=True)
+    take = stage.play(hands, [String(**STRING)], fret(), sections=("TOOLS",), record=True)
     end_s = 1e-9 * (len(score.rows[STOP]) * TICK_NS - take.begin_ns)
     sound = stage.render(take, RATE_HZ)[:round(end_s * RATE_HZ)]
     write_wav(path, sound)

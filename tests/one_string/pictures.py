@@ -177,7 +177,7 @@ def phrase(found, path):
     axes[0].plot(t, heard, "o", color=RED, markersize=3.2, fillstyle="none", label="pitch heard in the sound")
     axes[0].plot(t, told, "-", color=BLUE, linewidth=1.6, alpha=0.9, label="pitch told by hapticd")
     axes[0].set_yscale("log")
-    ticks = {"C3": 130.8, "G3": 196.0, "A3": 220.0, "C4": 261.6}
+    ticks = {"C3": 130.8, "F3": 174.6, "A3": 220.0, "C4": 261.6}
     axes[0].set_yticks(list(ticks.values()), list(ticks))
     axes[0].minorticks_off()
     axes[0].set(ylabel="note", ylim=(118, 480), title="A phrase: what the string does, and what is heard")

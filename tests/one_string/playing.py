@@ -30,10 +30,12 @@ class String:
     z: float = 0.0
     silent: bool = False  # keeps to its static law
     rung: str = ""  # of the ladder: "RIGID", "STATIC", "FUNDAMENTAL", "WAVE"; as high as it goes without one
+    touch: tuple = ()  # names of what it lies on where it is pressed down
 
     def text(self, number):
         rung = "STATIC" if self.silent else self.rung
         half, level = LENGTH_M / 2, f" max_level: STRING_LEVEL_{rung}" if rung else ""
+        level += "".join(f' touch: "{name}"' for name in self.touch)
         return (f'strings {{ name: "s{number}" p_wa_m: [{-half}, 0, {self.z!r}] p_wb_m: [{half}, 0, {self.z!r}] radius_m: {STRING_M} '
                 f"tension_n: {TENSION_N} axial_stiffness_n: {self.stretch_n!r} frequency_hz: {self.hz!r} decay_s: {self.decay_s!r} "
                 f"loss_n2_per_s: {self.loss_n2!r}{level} }}\n")
