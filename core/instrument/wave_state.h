@@ -28,8 +28,8 @@ struct WaveGrip {
 
 /// What hands may still draw from a string beyond its static law, and what draws.
 struct WaveTank {
-  double energy = 20e-6;  ///< J
-  double let_go = 0.0;    ///< by the static laws, and not yet in it, J, <= 0
+  double energy = 5e-6;  ///< J
+  double let_go = 0.0;   ///< by the static laws, and not yet in it, J, <= 0
   /// Of each tool: force beyond the static law and of the static law that the last tick held, on
   /// the tool, N, and what the static law stored, J.
   std::array<Transverse, kMaxTools> beyond{};

@@ -11,7 +11,7 @@
 namespace hapticd {
 
 /// A string may give this much that nobody has put in, J: noise of a hand on a string at rest.
-inline constexpr double kTankReserve = 20e-6;
+inline constexpr double kTankReserve = 5e-6;
 
 /// One tool in a tick.
 struct WavePort {

@@ -11,6 +11,10 @@
 namespace hapticd {
 namespace {
 
+/// Between even ticks, s. Shorter, a hand that turns back in a long tick after a short one gets
+/// what the tank has not.
+constexpr double kTick = 1e-3;
+
 /// Static energy of the tool's law: of the string, where it is this tool's alone, and of what holds
 /// the tool, J.
 double law_energy(const ToolPlay& play, const Playing& playing, const NearTool& tool,
@@ -115,7 +119,8 @@ WavePort port_of(const Playing& playing, const NearTool& tool, std::size_t numbe
       ramps ? port.law : felt_now(state.string.contacts[number].path, port.law, number, state.tank);
   // Nor does the string ring of it when that is over.
   if (ramps) state.string.motion.vy = state.string.motion.vz = PerMode{};
-  const double dt = std::max(play.rendered.dt, 0.25e-3);
+  // The next tick may take as long as they do, however soon this one came.
+  const double dt = std::max(play.rendered.dt, kTick);
   port.way = across(playing.frame, dt * point_velocity(play.rendered.V_WH, arm_W));
   port.aside = playing.options.max_acceleration * dt * dt;
   return port;

@@ -1,6 +1,8 @@
 // Hands that try to win energy from a string that sounds. What the string gives them beyond its
-// static law, by a force that is held until the next tick, they have put in before, but for 200 uJ.
-// Truth: the energy that finite differences have a pluck leave, and the work of the held force.
+// static law, by a force that is held until the next tick, they have put in before, but for 50 uJ.
+// Truth: the energy that finite differences have a pluck leave, and the work of the held force. A
+// hand that rubs a string pays by the law: there the law's work counts, by the trapezoid of its
+// force. All hands change their speed by less than the 500 m/s^2 that the model expects of them.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -15,7 +17,7 @@ namespace hapticd::test {
 namespace {
 
 /// What may be won without having put it in, J.
-constexpr double kReserve = 200e-6;
+constexpr double kReserve = 50e-6;
 constexpr double kLambda = 0.3;
 
 /// How a hand moves by what it feels: its velocity is the sum of these, bounded.
@@ -29,6 +31,8 @@ struct Greed {
   double back = 5.0;      ///< 1/s, to where it likes to be
   double depth = 1e-3;    ///< there, m
   double fastest = 0.25;  ///< m/s; twice that in a tick is the acceleration of no hand
+  double slide = 0.0;     ///< m/s along the string, to and fro twice a second
+  double uneven = 0.0;    ///< share of a tick by which it comes sooner or later
 };
 
 /// What a hand has won beyond the static law: what that leaks by being held over a tick is for the
@@ -41,11 +45,18 @@ class Purse {
     beyond_ = beyond;
     most_ = std::max(most_, won_);
   }
+  /// Likewise what the law does, which goes from its force before to the one now.
+  void book_law(const Vector3& moved, const Vector3& law) {
+    by_law_ += 0.5 * (law_ + law).dot(moved);
+    law_ = law;
+  }
   [[nodiscard]] double most() const { return most_; }
+  /// Of law and beyond, where the law stores nothing now.
+  [[nodiscard]] double all() const { return won_ + by_law_; }
 
  private:
-  double won_ = 0.0, most_ = 0.0;
-  Vector3 beyond_{0.0, 0.0, 0.0};
+  double won_ = 0.0, most_ = 0.0, by_law_ = 0.0;
+  Vector3 beyond_{0.0, 0.0, 0.0}, law_{0.0, 0.0, 0.0};
 };
 
 Vector3 law_of(const Instrument& instrument) {
@@ -57,7 +68,9 @@ Vector3 law_of(const Instrument& instrument) {
 void book_tick(Instrument& instrument, const Vector3& p, Purse& purse) {
   const Vector3 before = instrument.p_WH;
   instrument.tick(p);
-  purse.book(p - before, felt_force(instrument) - law_of(instrument));
+  const Vector3 law = law_of(instrument);
+  purse.book(p - before, felt_force(instrument) - law);
+  purse.book_law(p - before, law);
 }
 
 Vector3 direction(const Vector3& v) {
@@ -82,8 +95,8 @@ double plucked_energy(const WaveScene& scene) {
   return pluck(grid_of(scene), way, 300).energy;
 }
 
-/// The most that is won after a pluck, where it is wanted, in `seconds` of greed, J.
-double play_greedily(const WaveScene& scene, const Greed& greed, bool plucked, double seconds) {
+/// What is won after a pluck, where it is wanted, in `seconds` of greed, and lifting.
+Purse play_greedily(const WaveScene& scene, const Greed& greed, bool plucked, double seconds) {
   Instrument instrument = wave_instrument(scene);
   SplitMix64 random(7);
   const double x = kWaveLength * kLambda;
@@ -93,13 +106,16 @@ double play_greedily(const WaveScene& scene, const Greed& greed, bool plucked, d
   if (plucked) {
     for (int k = 1; k <= 40; ++k) instrument.tick(Vector3(x, 3e-3, -12e-3 + 1e-3 * k));
   }
-  const Vector3 home(x, reach - greed.depth, 0.0);
+  // The law turns by any angle in a tick where the hand passes the string's axis: what it loses by
+  // being held is the device's to watch.
+  const double lowest = 0.6 * reach;
+  const Vector3 home(x, std::max(lowest, reach - greed.depth), 0.0);
+  const double above = reach + 15e-3;
   for (int k = 0; k <= 40; ++k) {
-    const Vector3 above(x, reach + 15e-3, 28e-3 * (40 - k) / 40.0);
-    book_tick(instrument, above, purse);
+    book_tick(instrument, {x, above, 28e-3 * (40 - k) / 40.0}, purse);
   }
-  for (int k = 1; k <= 40; ++k) {
-    book_tick(instrument, {x, reach + 15e-3 - (15e-3 + greed.depth) * k / 40.0, 0.0}, purse);
+  for (int k = 1; k <= 80; ++k) {
+    book_tick(instrument, {x, above + (home.y() - above) * k / 80.0, 0.0}, purse);
   }
   Vector3 before = Vector3::Zero();
   const WaveMemory& wave = instrument.simulation().memory().waves.front();
@@ -112,23 +128,28 @@ double play_greedily(const WaveScene& scene, const Greed& greed, bool plucked, d
                 greed.sign * direction(beyond) + greed.turn * direction(beyond - before) +
                 greed.follow * (u - u_before) * 1e3 + greed.noise * noise +
                 greed.back * (home - instrument.p_WH);
+    if (greed.slide != 0.0) v.x() += greed.slide * (k % 500 < 250 ? 1.0 : -1.0);
     if (v.norm() > greed.fastest) v *= greed.fastest / v.norm();
     before = beyond;
     u_before = u;
-    Vector3 next = instrument.p_WH + 1e-3 * v;
-    // The law turns by any angle in a tick where the hand passes the string's axis: what it loses
-    // by being held is the device's to watch.
-    next.y() = std::max(next.y(), 0.6 * reach);
+    const double dt = 1e-3 * (1.0 + random.uniform(-greed.uneven, greed.uneven));
+    instrument.dt_ns = static_cast<std::int64_t>(1e9 * dt);
+    Vector3 next = instrument.p_WH + dt * v;
+    next.y() = std::max(next.y(), lowest);
     book_tick(instrument, next, purse);
   }
-  return purse.most();
+  instrument.dt_ns = 1'000'000;
+  while (instrument.p_WH.y() < above) {
+    book_tick(instrument, instrument.p_WH + Vector3(0.0, 0.2e-3, 0.0), purse);
+  }
+  return purse;
 }
 
 WaveScene lossless_scene(SplitMix64& random) {
   WaveScene scene;
   scene.tension = random.uniform(10.0, 80.0);
-  scene.frequency = random.uniform(50.0, 250.0);
-  scene.kt = random.uniform(300.0, 3000.0);
+  scene.frequency = random.uniform(65.0, 330.0);
+  scene.kt = random.uniform(200.0, 3000.0);
   scene.decay = 1000.0;
   return scene;
 }
@@ -147,6 +168,8 @@ Greed random_greed(SplitMix64& random) {
   greed.back = random.uniform(0.0, 50.0);
   greed.depth = random.uniform(-2e-3, 4e-3);
   greed.fastest = random.uniform(0.02, 0.25);
+  greed.slide = random.chance(0.2) ? random.uniform(0.0, 0.2) : 0.0;
+  greed.uneven = random.chance(0.3) ? random.uniform(0.0, 0.3) : 0.0;
   return greed;
 }
 
@@ -163,7 +186,7 @@ Greed varied(Greed greed, SplitMix64& random) {
 
 }  // namespace
 
-TEST_CASE("no hand wins more from a string that it plucked than it has put in and 200 uJ") {
+TEST_CASE("no hand wins more from a string that it plucked than it has put in and 50 uJ") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
@@ -172,11 +195,12 @@ TEST_CASE("no hand wins more from a string that it plucked than it has put in an
     const WaveScene scene = lossless_scene(random);
     const Greed greed = random_greed(random);
     CAPTURE(i);
-    CHECK(play_greedily(scene, greed, true, 20.0) <= 1.02 * plucked_energy(scene) + kReserve);
+    CHECK(play_greedily(scene, greed, true, 20.0).most() <=
+          1.02 * plucked_energy(scene) + kReserve);
   }
 }
 
-TEST_CASE("no hand wins more than 200 uJ from a silent string") {
+TEST_CASE("no hand wins more than 50 uJ from a silent string") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
@@ -185,11 +209,27 @@ TEST_CASE("no hand wins more than 200 uJ from a silent string") {
     const WaveScene scene = lossless_scene(random);
     const Greed greed = random_greed(random);
     CAPTURE(i);
-    CHECK(play_greedily(scene, greed, false, 20.0) <= kReserve);
+    CHECK(play_greedily(scene, greed, false, 20.0).most() <= kReserve);
   }
 }
 
-TEST_CASE("no hand wins more than 200 uJ by pressing, gliding, lifting and coming back") {
+TEST_CASE("no hand wins more than 50 uJ from a string that it rubs, beyond what the rubbing cost") {
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
+  SplitMix64 random(seed);
+  const std::int64_t hands = scaled(400);
+  for (std::int64_t i = 0; i < hands; ++i) {
+    WaveScene scene = lossless_scene(random);
+    scene.friction = random.uniform(0.1, 0.8);
+    scene.tip = random.uniform(3e-3, 9e-3);
+    scene.axial_stiffness = random.chance(0.3) ? 2e3 : 0.0;
+    const Greed greed = random_greed(random);
+    CAPTURE(i);
+    CHECK(play_greedily(scene, greed, false, 4.0).all() <= kReserve);
+  }
+}
+
+TEST_CASE("no hand wins more than 50 uJ by pressing, gliding, lifting and coming back") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
@@ -223,7 +263,7 @@ TEST_CASE("no hand wins more than 200 uJ by pressing, gliding, lifting and comin
   }
 }
 
-TEST_CASE("no hand that grows more cunning wins more than it has put in and 200 uJ") {
+TEST_CASE("no hand that grows more cunning wins more than it has put in and 50 uJ") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
@@ -234,7 +274,7 @@ TEST_CASE("no hand that grows more cunning wins more than it has put in and 200 
     double most = 0.0;
     for (int step = 0; step < 25; ++step) {
       const Greed next = step < 10 ? random_greed(random) : varied(best, random);
-      const double won = play_greedily(scene, next, true, 4.0);
+      const double won = play_greedily(scene, next, true, 4.0).most();
       if (won < most) continue;
       most = won;
       best = next;
