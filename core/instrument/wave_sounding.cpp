@@ -183,15 +183,19 @@ void smooth(const WaveState& state, std::int64_t t_ns, SoundingPart& part) noexc
   bound_by_ringing(state, part);
 }
 
-/// What clients play, while its shape tells nothing: no louder than the string rings.
-SoundingPart damped(const WaveState& state, std::int64_t t_ns) noexcept {
-  SoundingPart part = reckoned(state.sounding, t_ns);
-  part.from = state.sounding.from;
-  part.to = state.sounding.to;
+/// While its shape tells nothing: it is no louder than it rings.
+void tell_damping(const WatchedWave& wave, std::int64_t t_ns, StringEvents& events) noexcept {
+  const ToldSounding& told = wave.state.sounding;
+  if (!told.sounds) return;
+  const SoundingPart believed = reckoned(told, t_ns);
+  SoundingPart part = believed;
+  part.from = told.from;
+  part.to = told.to;
   part.count = static_cast<int>(kMaxPartials);
-  bound_by_ringing(state, part);
+  bound_by_ringing(wave.state, part);
   part.amplitude = loudness(part.partials);
-  return part;
+  if (!level_errs(part, believed, kSilence * told.onset)) return;
+  tell(wave, part, SoundingCause::kTouch, t_ns, events);
 }
 
 bool is_told_part(const SoundingPart& part, const ToldSounding& told) noexcept {
@@ -235,15 +239,17 @@ void watch_sounding(const WatchedWave& wave, std::int64_t t_ns, bool steady,
   // A pluck is told with its Tone: what was heard before may be another part of the string.
   const bool plucked = told.plucked;
   if (!plucked && !is_due(state, t_ns, steady)) return;
-  const bool bent = is_being_bent(state);
-  if (bent && !told.sounds) return;
-  SoundingPart part = bent ? damped(state, t_ns) : sounding_part(state, wave.table);
+  if (is_being_bent(state)) {
+    tell_damping(wave, t_ns, events);
+    return;
+  }
+  SoundingPart part = sounding_part(state, wave.table);
   if (!told.sounds) {
     if (part.amplitude > kLeastOnset) tell(wave, part, SoundingCause::kOnset, t_ns, events);
     keep(part, t_ns, told);
     return;
   }
-  if (!steady && !plucked && !bent && is_told_part(part, told)) smooth(state, t_ns, part);
+  if (!steady && !plucked && is_told_part(part, told)) smooth(state, t_ns, part);
   const double silence = kSilence * told.onset;
   const SoundingPart believed = reckoned(told, t_ns);
   if (part.amplitude < silence) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "core/contact/coupling_axes.h"
 #include "core/instrument/deflection.h"
 #include "core/instrument/string_model.h"
 #include "core/instrument/wave_tank.h"
@@ -12,23 +11,9 @@
 namespace hapticd {
 namespace {
 
-/// Between ticks that are even, s: none is expected to come sooner than the last by more.
+/// Between even ticks, s. Shorter, a hand that turns back in a long tick after a short one gets
+/// what the tank has not.
 constexpr double kTick = 1e-3;
-
-/// Of what holds the tool, by friction across the normal, J.
-double rubbing_energy(const ToolPlay& play, const NearTool& tool) noexcept {
-  const StringProximity& near = tool.proximity;
-  const Vector3 along_n = near.F_W.dot(near.nhat_W) * near.nhat_W;
-  if (!((near.F_W - along_n).squaredNorm() > 0.0)) return 0.0;
-  const Vector3 arm_W = near.p_WC - play.rendered.X_WG.p;
-  const ContactInput& input = play.way.input;
-  const PoseError error =
-      coupling_error(play.rendered.X_WG, input.X_WH, play.state.contact.phi_GH_W);
-  const auto under = [&](const Vector3& f) {
-    return energy_under(input.stiffness, input.X_WH.q, error, {f, arm_W.cross(f)});
-  };
-  return under(near.F_W) - under(along_n);
-}
 
 /// Static energy of the tool's law: of the string, where it is this tool's alone, and of what holds
 /// the tool, J.
@@ -36,7 +21,7 @@ double law_energy(const ToolPlay& play, const Playing& playing, const NearTool& 
                   bool parted) noexcept {
   const double force = tool.touch.force;
   if (!(force > 0.0)) return 0.0;
-  const double held = 0.5 * force * force * tool.touch.compliance + rubbing_energy(play, tool);
+  const double held = 0.5 * force * force * tool.touch.compliance;
   if (parted) return held;
   const auto s = static_cast<std::size_t>(playing.wave.string);
   const StringConstants& seen = play.way.input.strings[s];

@@ -122,7 +122,7 @@ TEST_CASE("a string that rings follows its peg") {
     const double expected = 110.0 * std::sqrt(raise);
     // A finger that comes near has it stepped, and read in every tick.
     std::vector<double> swing;
-    for (int i = 0; i < 600; ++i) {
+    for (int i = 0; i < 1600; ++i) {
       instrument.tick(Vector3(0.3 * kWaveLength, change.scene.reach() + 6e-3, 0.0));
       swing.push_back(state.string.motion.qy[0] + state.string.motion.qz[0]);
     }
