@@ -67,15 +67,20 @@ def loudness(stage):
     return {"rows": rows}
 
 
-def held_hz(hz, share, stretch_n, depth=STOP_DEPTH_M):
-    """Of the part from a stop at `share` to B, which a spring of KT presses `depth` below the string at rest: its tension is raised."""
+def held_tension(share, stretch_n, depth=STOP_DEPTH_M):
+    """Of a string that a spring of KT presses `depth` below where it rests, N."""
     curve = 1 / (share * LENGTH_M) + 1 / ((1 - share) * LENGTH_M)
     low, high = 0.0, depth
     for _ in range(60):
         bent = 0.5 * (low + high)
         tension = TENSION_N + stretch_n / LENGTH_M * 0.5 * bent * bent * curve
         low, high = (bent, high) if bent + tension * bent * curve / KT < depth else (low, bent)
-    return hz / (1 - share) * math.sqrt(tension / TENSION_N)
+    return tension
+
+
+def held_hz(hz, share, stretch_n, depth=STOP_DEPTH_M):
+    """Of the part from a stop at `share` to B, with the tension that it then has."""
+    return hz / (1 - share) * math.sqrt(held_tension(share, stretch_n, depth) / TENSION_N)
 
 
 def stopped(places, share=STOP_AT, speed=0.16):

@@ -14,6 +14,7 @@ import page
 import phrase
 import pictures
 import playing
+import quality
 
 AUDIO = sys.argv.pop()
 RATE_HZ = 48000
@@ -57,6 +58,35 @@ class Truths(unittest.TestCase):
         self.assertGreater(measures.held_hz(100.0, 0.5, 3000.0), 200.0)
 
 
+class Knobs(unittest.TestCase):
+    def test_a_stop_is_due_where_a_finger_as_hard_as_a_nail_has_it_and_a_soft_one_lower(self):
+        for share in quality.STOPS:
+            with mock.patch.object(quality, "FLESH_N_PER_M", 1e12):
+                self.assertAlmostEqual(quality.due_hz(share, 0.0), measures.held_hz(quality.HZ, share, 0.0), places=4)
+                self.assertAlmostEqual(quality.due_hz(share, 2000.0), measures.held_hz(quality.HZ, share, 2000.0), places=4)
+            # By T / (k L) of the part, to first order.
+            flat = 1200 / np.log(2) * playing.TENSION_N / (quality.FLESH_N_PER_M * (1 - share) * playing.LENGTH_M)
+            self.assertAlmostEqual(hearing.cents(measures.held_hz(quality.HZ, share, 0.0), quality.due_hz(share, 0.0)), flat, delta=0.1 * flat)
+
+    def test_half_the_cost_is_told_of_the_most_exact_that_costs_it(self):
+        rows = [{"modes": n, "substeps": s, "off_db": [db, None], "stopped_cents": [cents], "instructions": count}
+                for n, s, db, cents, count in ((8, 8, 0.3, 9.0, 20), (16, 16, -0.1, -5.0, 50), (32, 32, 0.05, 2.0, 100), (64, 64, 0.04, 1.0, 400))]
+        said = page.half_the_cost(rows, rows[2])
+        self.assertIn("For 0.50 of its cost `wave { modes: 16 substeps: 16 }` is off by up to 0.10 dB instead of 0.05", said)
+        self.assertIn("stopped by up to 5.0 cents instead of 2.0", said)
+        self.assertIn("None", page.half_the_cost(rows[2:], rows[2]))
+
+    def test_fewer_modes_and_sub_steps_are_loud_and_in_tune_to_less(self):
+        with playing.Stage(AUDIO) as stage, mock.patch.multiple(quality, PLUCKED=((65.4, 0.25), (146.8, 0.5)), SPEEDS=(0.6,), STOPS=(0.4,)):
+            rows = {knobs: quality.of_knobs(stage, None, *knobs) for knobs in (quality.KNOBS[0], quality.USUAL)}
+        worst = {knobs: max(map(abs, page.known_db(row))) for knobs, row in rows.items()}
+        flat = {knobs: abs(row["stopped_cents"][0]) for knobs, row in rows.items()}
+        self.assertLess(worst[quality.USUAL], 0.05)
+        self.assertLess(flat[quality.USUAL], 2)
+        self.assertLess(worst[quality.USUAL], 0.5 * worst[quality.KNOBS[0]])
+        self.assertLess(flat[quality.USUAL], 0.5 * flat[quality.KNOBS[0]])
+
+
 class Page(unittest.TestCase):
     def test_few_plays_are_right_and_make_every_table_and_picture(self):
         few = mock.patch.multiple(measures, SPEEDS=(0.5, 1.0), PLUCKED=((65.4, 0.1), (146.8, 0.25)), LAPS=measures.LAPS[1:3], STRETCHES_N=(0.0,))
@@ -67,9 +97,11 @@ class Page(unittest.TestCase):
                                                                            "ringing", "shape")}
             figures["phrase"] = phrase.measure(stage, page.FOLDER / "phrase.wav")
             figures["cost"] = {what: 1.0 for what in cost.cases()}
+            figures["quality"] = {"knobs": [{"modes": 32, "substeps": 32, "off_db": [0.1], "stopped_cents": [1.0], "instructions": 1.0}],
+                                  "tension": [{"what": "E A 0", "stopped_cents": [1.0], "rise_cents": [0.0], "instructions": 1.0}]}
             figures["machine"] = "This machine."
             pictures.draw(figures, page.FOLDER)
-            page.write(figures, cost.REFERENCE)
+            page.write(figures, cost.REFERENCE, quality.USUAL)
             text = page.PAGE.read_text(encoding="utf-8")
             for name in pictures.ALL:
                 self.assertIn(f"one_string/{name}.png", text)
