@@ -6,6 +6,7 @@
 
 #include "core/contact/coupling_axes.h"
 #include "core/math/rotation.h"
+#include "proto/hints/nearest_name.h"
 #include "server/scene_io/scene_defaults.h"
 #include "server/scene_io/solver_knobs.h"
 
@@ -22,6 +23,14 @@ std::string indexed(const std::string& field, int i) {
 
 Vector3 vector_of(const google::protobuf::RepeatedField<double>& numbers, int first = 0) {
   return {numbers.Get(first), numbers.Get(first + 1), numbers.Get(first + 2)};
+}
+
+/// Of all that a string can lie on.
+std::vector<std::string> things_to_touch(const v1::Scene& scene) {
+  std::vector<std::string> names;
+  for (const v1::Line& line : scene.lines()) names.push_back(line.name());
+  for (const v1::Body& body : scene.bodies()) names.push_back(body.name());
+  return names;
 }
 
 class Translation {
@@ -244,7 +253,8 @@ void Translation::touch(const v1::Scene& scene, const v1::String& string, const 
     const auto bodies = named(scene.bodies());
     if (lines.empty() && bodies.empty()) {
       fault(indexed(path + ".touch", k), "'" + string.touch(k) + "' is no line or body",
-            "Give the name of one in the scene.");
+            "Give the name of one in the scene." +
+                hints::did_you_mean(string.touch(k), things_to_touch(scene)));
     }
     result.touched_lines.insert(result.touched_lines.end(), lines.begin(), lines.end());
     result.touched_bodies.insert(result.touched_bodies.end(), bodies.begin(), bodies.end());

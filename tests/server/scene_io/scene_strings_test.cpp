@@ -225,4 +225,24 @@ TEST_CASE("a pitch that follows the tension cannot be set, and what a tuning nee
   }
 }
 
+TEST_CASE("a thing to lie on whose name is misspelt is refused with the nearest of the scene") {
+  const auto told = [](const std::string& name) {
+    const LoadResult result = load_inline(with_string(
+        "touch: [\"nut\", \"" + name + "\"]",
+        "lines { name: \"nut\" radius_m: 0.001 points_w_m: [0, -0.01, 1, 0, -0.01, 2] }\n"
+        "bodies { name: \"board\" shape { spheres { centre_m: [0.1, -0.1, 0.1] "
+        "radius_m: 0.05 } } }"));
+    CHECK(result.loaded == nullptr);
+    const SceneProblem* fault = find_fault(result.problems, "strings[0].touch[1]");
+    REQUIRE(fault != nullptr);
+    CHECK(fault->line == 2);
+    CHECK(fault->message == "'" + name + "' is no line or body");
+    return fault->remedy;
+  };
+  const std::string give = "Give the name of one in the scene.";
+  CHECK(told("baord") == give + " Did you mean board?");
+  CHECK(told("nutt") == give + " Did you mean nut?");
+  CHECK(told("bridge") == give);
+}
+
 }  // namespace hapticd::test
