@@ -45,10 +45,9 @@ Transverse along(const Transverse& a, double factor, const Transverse& b) noexce
 
 /// A contact within a sub-step, in its own frame: n from the string to it, t across.
 struct Pressed {
-  StringContactPath* path = nullptr;
   PerMode shapes;
   PerMode slide;  ///< what is added to the shapes in each sub-step
-  bool slides = false;
+  StringContactPath* path = nullptr;
   double radius = 0.0, radius_step = 0.0;
   Transverse d, d_step;
   Transverse u;     ///< of the string at its place
@@ -63,6 +62,7 @@ struct Pressed {
   Transverse rho_free;  ///< at the end, without any contact's force
   Transverse force;     ///< on the string, N
   double after = 0.0;   ///< the bristle at the end, m
+  bool slides = false;
   bool rooted = false;  ///< b is that of the force
 };
 
@@ -410,14 +410,14 @@ class Sweeps {
     path.stretched = touches ? contact.after : 0.0;
   }
 
+  std::array<Pressed, kMost> pressed_;
   const StringConstants& string_;
   const ModeTable& table_;
   ModalMotion& motion_;
   std::size_t count_;
-  bool slides_ = false;
-  int now_ = 0;  ///< number of the sub-step
   double share_ = 1.0;
-  std::array<Pressed, kMost> pressed_;
+  int now_ = 0;  ///< number of the sub-step
+  bool slides_ = false;
   /// Of one contact to another, m/N; that to itself is Pressed::a.
   std::array<std::array<double, kMost>, kMost> response_;
 };

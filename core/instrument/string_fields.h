@@ -82,8 +82,8 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
 // Of one asleep only what it may give, and when it sounded, is kept.
 template <FieldsOf<WaveState> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [awake, stepped, sounded, player, sounded_ns, ringing, stored, released, held_tension,
-         string, grips, tank, told, sounding] = state;
+  auto& [awake, stepped, sounded, player, sounded_ns, ringing, stored, string, released,
+         held_tension, grips, tank, told, sounding] = state;
   visit(awake, stepped, sounded);
   visit.bounded(player, 0, static_cast<std::int64_t>(kMaxTools) - 1);
   visit(sounded_ns, ringing, stored, released, held_tension, tank, told, sounding.number);

@@ -71,11 +71,11 @@ struct WaveState {
   bool sounded = false;     ///< a release has sounded, at sounded_ns
   std::int32_t player = 0;  ///< the tool that touched it last
   std::int64_t sounded_ns = 0;
-  double ringing = 0.0;       ///< energy about what holds it, J, at string.done_ns
-  double stored = 0.0;        ///< energy of all of it, J, likewise
+  double ringing = 0.0;  ///< energy about what holds it, J, at string.done_ns
+  double stored = 0.0;   ///< energy of all of it, J, likewise
+  WaveString string;
   double released = 0.0;      ///< the ringing at the last release, J
   double held_tension = 0.0;  ///< of the tuning, without what its swinging adds, N
-  WaveString string;
   std::array<WaveGrip, kMaxTools> grips;
   WaveTank tank;
   ToldEnvelope told;
