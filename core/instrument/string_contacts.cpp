@@ -53,6 +53,7 @@ struct Pressed {
   Transverse u;     ///< of the string at its place
   double k = 0.0;   ///< stiffness with what the modes leave out in series
   double ka = 0.0;  ///< the bristle's with it
+  double c = 0.0;   ///< damping in series with it, of a whole touch, over the step, N/m
   double a = 0.0;   ///< what a unit force moves the string by in a sub-step
   Transverse n, t;
   double r0 = 0.0;  ///< distance at the start; of a plane: depth
@@ -288,6 +289,8 @@ class Sweeps {
     const double residual = residual_compliance(string_, table_, middle, contact.shapes);
     contact.k = 1.0 / (1.0 / path.stiffness + residual);
     contact.ka = 1.0 / (1.0 / path.bristle + residual);
+    // Of what the modes move by at the contact, only this share is the contact's own.
+    contact.c = path.damping / table_.step * squared(contact.k / path.stiffness);
     contact.u = displacement(table_, motion_, contact.shapes);
     contact.a = response(table_, contact.shapes, contact.shapes);
     path.force = {};
@@ -337,7 +340,7 @@ class Sweeps {
     }
     contact.t = {-contact.n.z, contact.n.y};
     contact.y0 = path.shape == StringContactShape::kPlane ? dot(rho, contact.t) : 0.0;
-    contact.g = path.damping / table_.step * std::clamp(depth / kDampingDepth, 0.0, 1.0);
+    contact.g = contact.c * std::clamp(depth / kDampingDepth, 0.0, 1.0);
     contact.force = {};
   }
 

@@ -38,8 +38,8 @@ HD_VISIT_FIELDS(WaveGrip, touching, armed, began_ns, felt_ns, pressed_ns, energy
                 share, deflection, largest_force, normal_speed, tangential_speed)
 HD_VISIT_FIELDS(WaveTank, energy, let_go, beyond, law, pull, stored)
 HD_VISIT_FIELDS(ToldEnvelope, t_ns, amplitude, decay)
-HD_VISIT_FIELDS(ToldSounding, sounds, plucked, t_ns, looked_ns, number, from, to, place, frequency,
-                cents_per_s, onset, heard_frequency, amplitude, decay, heard)
+HD_VISIT_FIELDS(ToldSounding, sounds, plucked, t_ns, looked_ns, paced_ns, number, from, to, place,
+                frequency, cents_per_s, onset, pitch, pitch_ns, amplitude, decay, heard)
 
 template <FieldsOf<StringContactPath> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {

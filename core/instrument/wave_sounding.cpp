@@ -12,11 +12,15 @@
 namespace hapticd {
 namespace {
 
-/// Between two looks at a string that is touched, ns, or whose pitch goes astray; between two
-/// messages at least.
+/// Between two looks at a string that is touched, ns, and at one that rings on by itself.
 constexpr std::int64_t kLookEvery_ns = 4'000'000;
-constexpr std::int64_t kLookSoon_ns = 2'000'000;
-constexpr std::int64_t kTellEvery_ns = 10'000'000;
+constexpr std::int64_t kLookSteady_ns = 50'000'000;
+/// Between two messages, ns: as a rule, how far ahead of that they may run, and at least.
+constexpr std::int64_t kTellEvery_ns = 10'500'000;
+constexpr std::int64_t kTellAhead_ns = 10'000'000;
+constexpr std::int64_t kTellSoonest_ns = 5'000'000;
+/// What noise of a hand does not change a pitch by in a tick, as a logarithm: 0.3 cents.
+constexpr double kBends = 0.3 / 1731.2340490667561;
 /// A string is told of from this amplitude on, m, until it is 60 dB below the loudest.
 constexpr double kLeastOnset = 20e-6;
 constexpr double kSilence = 1e-3;
@@ -98,6 +102,18 @@ double decay_of(const WatchedWave& wave, const SoundingPart& part, std::size_t j
   return std::clamp(std::min(free, fall), kMinDecay, kMaxDecay);
 }
 
+/// Cents a second by which the pitch, `frequency` (Hz) at t_ns, goes up: over two ticks, or over
+/// the last where that has turned.
+double glide_of(const ToldSounding& told, double frequency, std::int64_t t_ns) noexcept {
+  std::array<double, 2> rates{};
+  for (std::size_t k = 0; k < rates.size(); ++k) {
+    if (!(told.pitch[k] > 0.0) || !(frequency > 0.0) || t_ns <= told.pitch_ns[k]) return rates[0];
+    rates[k] = logarithm(frequency / told.pitch[k]) / seconds(t_ns - told.pitch_ns[k]);
+  }
+  const bool turns = std::abs(rates[0] - rates[1]) * seconds(t_ns - told.pitch_ns[0]) > kBends;
+  return kCentsPerNeper * (turns ? rates[0] : rates[1]);
+}
+
 void fill(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause,
           StringEvent& event) noexcept {
   const ToldSounding& told = wave.state.sounding;
@@ -129,15 +145,17 @@ void tell(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause
     told.amplitude[j] = part.partials[j];
     told.decay[j] = decay_of(wave, part, j, same_part ? since : 0.0);
   }
-  told.cents_per_s = 0.0;
-  if (same_part && since > 0.0 && told.heard_frequency > 0.0 && part.frequency > 0.0) {
-    told.cents_per_s = kCentsPerNeper * logarithm(part.frequency / told.heard_frequency) / since;
+  told.cents_per_s = same_part && goes_on ? glide_of(told, part.frequency, t_ns) : 0.0;
+  if (!same_part) {
+    told.pitch = {};
+    told.pitch_ns[0] = t_ns;
   }
   told.from = part.from;
   told.to = part.to;
   told.place = 0.5 * (part.from + part.to);
   told.frequency = part.frequency;
   told.t_ns = t_ns;
+  told.paced_ns = std::max(told.paced_ns, t_ns) + kTellEvery_ns;
   told.sounds = part.amplitude > 0.0;
   told.onset = std::max(told.sounds ? told.onset : 0.0, part.amplitude);
   ++told.number;
@@ -202,23 +220,53 @@ bool is_told_part(const SoundingPart& part, const ToldSounding& told) noexcept {
   return std::abs(part.from - told.from) + std::abs(part.to - told.to) <= 0.02;
 }
 
-/// Time to look at the string again.
-bool is_due(const WaveState& state, std::int64_t t_ns, bool steady) noexcept {
-  const ToldSounding& told = state.sounding;
+/// Time to look at the string again, whose told part has `pitch` now (Hz).
+bool is_due(const ToldSounding& told, double pitch, std::int64_t t_ns, bool steady) noexcept {
   const std::int64_t pause = t_ns - told.looked_ns;
   if (!told.sounds) return pause >= kLookEvery_ns;
-  if (t_ns - told.t_ns < kTellEvery_ns) return false;
-  if (steady) return pause >= 5 * kTellEvery_ns;
-  if (pause >= kLookEvery_ns) return true;
-  return pause >= kLookSoon_ns &&
-         pitch_errs(frequency_at(state, told.place), reckoned_frequency(told, t_ns));
+  if (t_ns - told.t_ns < kTellSoonest_ns || t_ns < told.paced_ns - kTellAhead_ns) return false;
+  if (steady) return pause >= kLookSteady_ns;
+  return pause >= kLookEvery_ns || pitch_errs(pitch, reckoned_frequency(told, t_ns));
 }
 
 void keep(const SoundingPart& part, std::int64_t t_ns, ToldSounding& told) noexcept {
   told.looked_ns = t_ns;
   told.heard = part.partials;
-  told.heard_frequency = part.frequency;
   told.plucked = false;
+}
+
+void keep_pitch(double pitch, std::int64_t t_ns, ToldSounding& told) noexcept {
+  if (t_ns == told.pitch_ns[0]) return;
+  told.pitch = {pitch, told.pitch[0]};
+  told.pitch_ns = {t_ns, told.pitch_ns[0]};
+}
+
+/// What clients are to be told of it now.
+void look(const WatchedWave& wave, std::int64_t t_ns, bool steady, StringEvents& events) noexcept {
+  WaveState& state = wave.state;
+  ToldSounding& told = state.sounding;
+  if (is_being_bent(state)) {
+    tell_damping(wave, t_ns, events);
+    return;
+  }
+  SoundingPart part = sounding_part(state, wave.table);
+  if (!told.sounds) {
+    if (part.amplitude > kLeastOnset) tell(wave, part, SoundingCause::kOnset, t_ns, events);
+    keep(part, t_ns, told);
+    return;
+  }
+  if (!steady && !told.plucked && is_told_part(part, told)) smooth(state, t_ns, part);
+  const double silence = kSilence * told.onset;
+  const SoundingPart believed = reckoned(told, t_ns);
+  if (part.amplitude < silence) {
+    end_sounding(wave, t_ns, events);
+  } else if (!is_told_part(part, told) || pitch_errs(part.frequency, believed.frequency)) {
+    tell(wave, part, SoundingCause::kGlide, t_ns, events);
+  } else if (level_errs(part, believed, silence)) {
+    const bool louder = loudness(part.partials) > loudness(believed.partials);
+    tell(wave, part, steady || louder ? SoundingCause::kLift : SoundingCause::kTouch, t_ns, events);
+  }
+  keep(part, t_ns, told);
 }
 
 }  // namespace
@@ -234,33 +282,12 @@ void end_sounding(const WatchedWave& wave, std::int64_t t_ns, StringEvents& even
 
 void watch_sounding(const WatchedWave& wave, std::int64_t t_ns, bool steady,
                     StringEvents& events) noexcept {
-  WaveState& state = wave.state;
-  ToldSounding& told = state.sounding;
+  ToldSounding& told = wave.state.sounding;
+  const bool moved = told.sounds && t_ns != told.pitch_ns[0];
+  const double pitch = moved ? frequency_at(wave.state, told.place) : told.pitch[0];
   // A pluck is told with its Tone: what was heard before may be another part of the string.
-  const bool plucked = told.plucked;
-  if (!plucked && !is_due(state, t_ns, steady)) return;
-  if (is_being_bent(state)) {
-    tell_damping(wave, t_ns, events);
-    return;
-  }
-  SoundingPart part = sounding_part(state, wave.table);
-  if (!told.sounds) {
-    if (part.amplitude > kLeastOnset) tell(wave, part, SoundingCause::kOnset, t_ns, events);
-    keep(part, t_ns, told);
-    return;
-  }
-  if (!steady && !plucked && is_told_part(part, told)) smooth(state, t_ns, part);
-  const double silence = kSilence * told.onset;
-  const SoundingPart believed = reckoned(told, t_ns);
-  if (part.amplitude < silence) {
-    end_sounding(wave, t_ns, events);
-  } else if (!is_told_part(part, told) || pitch_errs(part.frequency, believed.frequency)) {
-    tell(wave, part, SoundingCause::kGlide, t_ns, events);
-  } else if (level_errs(part, believed, silence)) {
-    const bool louder = loudness(part.partials) > loudness(believed.partials);
-    tell(wave, part, steady || louder ? SoundingCause::kLift : SoundingCause::kTouch, t_ns, events);
-  }
-  keep(part, t_ns, told);
+  if (told.plucked || is_due(told, pitch, t_ns, steady)) look(wave, t_ns, steady, events);
+  keep_pitch(pitch, t_ns, told);
 }
 
 }  // namespace hapticd

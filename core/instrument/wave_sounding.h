@@ -1,8 +1,9 @@
 // What clients are told of a string that sounds, so that they can go on by themselves: its part,
 // pitch, how that glides, and its partials with their decays. The same extrapolation runs here, and
 // what is told is told anew where it has come to err: by more than 1.5 cents, 1 dB in all, or 3 dB
-// in a partial that is heard, no sooner than every 10 ms. So a steady tone is a few messages, and a
-// glide as many as it needs. SI. RT: yes; 10 us every 4 ms while somebody touches the string.
+// in a partial that is heard, a hundred times a second at most and no sooner than after 5 ms. So a
+// steady tone is a few messages, and a glide as many as it needs. SI. RT: yes; 10 us every 4 ms
+// while somebody touches the string.
 #pragma once
 
 #include "core/instrument/wave_watch.h"

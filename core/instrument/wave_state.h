@@ -51,6 +51,7 @@ struct ToldSounding {
   bool plucked = false;        ///< since it was last looked at
   std::int64_t t_ns = 0;       ///< of what was told
   std::int64_t looked_ns = 0;  ///< when it was last looked at
+  std::int64_t paced_ns = 0;   ///< messages at the allowed pace would have come until here
   std::uint32_t number = 0;    ///< of the message
   double from = 0.0;           ///< part of the string, [0, 1]
   double to = 1.0;
@@ -58,7 +59,8 @@ struct ToldSounding {
   double frequency = 0.0;  ///< Hz
   double cents_per_s = 0.0;
   double onset = 0.0;                            ///< amplitude of the loudest so far, m
-  double heard_frequency = 0.0;                  ///< when it was last looked at, Hz
+  std::array<double, 2> pitch{};                 ///< of `place` before now, and before that, Hz
+  std::array<std::int64_t, 2> pitch_ns{};        ///< when
   std::array<double, kMaxPartials> amplitude{};  ///< m
   std::array<double, kMaxPartials> decay{};      ///< s
   std::array<double, kMaxPartials> heard{};      ///< amplitudes when it was last looked at, m

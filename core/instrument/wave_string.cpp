@@ -325,7 +325,7 @@ WaveTick step(const WaveModel& model, const TickTime& time,
   return tick;
 }
 
-double ringing_energy(const WaveTable& table, const WaveString& string) noexcept {
+ModalMotion ringing_motion(const WaveTable& table, const WaveString& string) noexcept {
   ModalMotion about = string.motion;
   const auto take_out = [&](const StringContactPath& path, const Transverse& load) {
     if (load.y == 0.0 && load.z == 0.0) return;
@@ -338,7 +338,11 @@ double ringing_energy(const WaveTable& table, const WaveString& string) noexcept
   };
   for (const WaveContact& contact : string.contacts) take_out(contact.path, contact.load);
   for (const WaveRest& held : string.rests) take_out(held.path, held.load);
-  return energy(table.modes, about);
+  return about;
+}
+
+double ringing_energy(const WaveTable& table, const WaveString& string) noexcept {
+  return energy(table.modes, ringing_motion(table, string));
 }
 
 double reach_of(const WaveTuning& tuning, double energy, double lambda) noexcept {

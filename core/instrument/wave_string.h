@@ -128,7 +128,11 @@ struct WaveModel {
 HD_REALTIME WaveTick step(const WaveModel& model, const TickTime& time,
                           std::span<const WaveTouch* const> touches, WaveString& state) noexcept;
 
-/// Energy of its swinging about what its contacts hold it bent to, J.
+/// What it does about what its contacts hold it bent to. 0.3 us, and as much a contact.
+[[nodiscard]] HD_REALTIME ModalMotion ringing_motion(const WaveTable& table,
+                                                     const WaveString& string) noexcept;
+
+/// Energy of that, J.
 [[nodiscard]] HD_REALTIME double ringing_energy(const WaveTable& table,
                                                 const WaveString& string) noexcept;
 

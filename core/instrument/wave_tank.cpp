@@ -10,6 +10,9 @@ namespace {
 /// What the static laws are held to have stored without having got it, at most, J. Larger: a pluck
 /// pays that much for what was before it.
 constexpr double kMostOwed = 20e-6;
+/// What a string that rings with as much lends a hand that may turn to it, J: a hand that comes
+/// fast is foretold to draw far more than it does, and would feel little of a faint ringing.
+constexpr double kMostLent = 15e-6;
 
 double dot(const Transverse& a, const Transverse& b) noexcept { return a.y * b.y + a.z * b.z; }
 
@@ -47,10 +50,10 @@ void settle_wave_tank(std::span<const WavePort> ports, double spare, WaveTank& t
     tank.stored[k] = port.stored;
   }
   const double most = std::max(0.0, spare) + kTankReserve;
-  tank.energy = std::clamp(tank.energy, -most, most);
+  tank.energy = std::clamp(tank.energy, -most - kMostLent, most);
 }
 
-void draw_wave_forces(std::span<const WavePort> ports, std::span<Transverse> beyond,
+void draw_wave_forces(std::span<const WavePort> ports, double spare, std::span<Transverse> beyond,
                       WaveTank& tank) noexcept {
   double draw = 0.0;
   for (std::size_t i = 0; i < ports.size(); ++i) {
@@ -58,7 +61,8 @@ void draw_wave_forces(std::span<const WavePort> ports, std::span<Transverse> bey
     const double furthest = std::sqrt(dot(beyond[i], beyond[i])) * ports[i].aside;
     draw += std::max(0.0, dot(beyond[i], ports[i].way) + furthest);
   }
-  const double room = std::max(0.0, tank.energy);
+  const double lent = std::clamp(spare, 0.0, kMostLent);
+  const double room = std::max(0.0, tank.energy + lent);
   const double share = draw > room ? room / draw : 1.0;
   tank.beyond = {};
   for (std::size_t i = 0; i < ports.size(); ++i) {

@@ -40,9 +40,8 @@ void find_stops(const WaveState& state, Stops& stops) noexcept {
 }
 
 /// The open string: its modes are its partials.
-void read_modes(const WaveState& state, const ModeTable& modes, SoundingPart& part) noexcept {
+void read_modes(const ModalMotion& motion, const ModeTable& modes, SoundingPart& part) noexcept {
   part.count = std::min(modes.count, static_cast<int>(kMaxPartials));
-  const ModalMotion& motion = state.string.motion;
   for (std::size_t i = 0; i < static_cast<std::size_t>(part.count); ++i) {
     const double y = motion.qy[i] * motion.qy[i] + motion.vy[i] * motion.vy[i];
     const double z = motion.qz[i] * motion.qz[i] + motion.vz[i] * motion.vz[i];
@@ -70,9 +69,8 @@ void add(const Moving& modes, std::size_t i, double share, Moved& sum) noexcept 
 }
 
 /// The modes, each by its `share`.
-void weigh(const WaveState& state, const ModeTable& modes, const PerMode& share,
+void weigh(const ModalMotion& motion, const ModeTable& modes, const PerMode& share,
            Moving& weighed) noexcept {
-  const ModalMotion& motion = state.string.motion;
   for (std::size_t i = 0; i < static_cast<std::size_t>(modes.count); ++i) {
     const double speed = share[i] * (modes.omega[i] / modes.omega[0]);
     weighed.qy[i] = share[i] * motion.qy[i];
@@ -89,7 +87,8 @@ void weigh(const WaveState& state, const ModeTable& modes, const PerMode& share,
 /// or cos(n pi a) where r = n.
 class PartialSeries {
  public:
-  PartialSeries(const WaveState& state, const ModeTable& modes, const SoundingPart& part) noexcept
+  PartialSeries(const ModalMotion& motion, const ModeTable& modes,
+                const SoundingPart& part) noexcept
       : count_(static_cast<std::size_t>(modes.count)),
         from_(part.from),
         length_(part.to - part.from) {
@@ -103,10 +102,10 @@ class PartialSeries {
         squares_[i] = static_cast<double>((i + 1) * (i + 1));
         share[i] = squares_[i] * (odd ? at_from[i] + at_to[i] : at_from[i] - at_to[i]);
       }
-      weigh(state, modes, share, odd ? odd_ : even_);
+      weigh(motion, modes, share, odd ? odd_ : even_);
     }
     share.fill(1.0);
-    weigh(state, modes, share, modes_);
+    weigh(motion, modes, share, modes_);
   }
 
   /// Partial j, j > 0.
@@ -135,8 +134,8 @@ class PartialSeries {
 };
 
 /// Of a part.
-void project(const WaveState& state, const ModeTable& modes, SoundingPart& part) noexcept {
-  const PartialSeries series(state, modes, part);
+void project(const ModalMotion& motion, const ModeTable& modes, SoundingPart& part) noexcept {
+  const PartialSeries series(motion, modes, part);
   part.count = static_cast<int>(kMaxPartials);
   for (std::size_t j = 0; j < kMaxPartials; ++j) {
     const Moved moved = series.partial(j + 1);
@@ -186,6 +185,8 @@ SoundingPart sounding_part(const WaveState& state, const WaveTable& table) noexc
   const WaveTuning& tuning = state.string.tuning;
   Stops stops;
   find_stops(state, stops);
+  // What it is bent by is no sound, and a finite series shows some of it in every part.
+  const ModalMotion motion = ringing_motion(table, state.string);
   SoundingPart loudest;
   double most = -1.0;
   for (std::size_t k = 0; k + 1 < stops.size() && table.modes.count > 0; ++k) {
@@ -195,10 +196,10 @@ SoundingPart sounding_part(const WaveState& state, const WaveTable& table) noexc
     const double length = part.to - part.from;
     if (length < kMinPart) continue;
     if (stops.size() == 2) {
-      read_modes(state, table.modes, part);
+      read_modes(motion, table.modes, part);
       part.amplitude = amplitude_of(tuning, state.ringing);
     } else {
-      project(state, table.modes, part);
+      project(motion, table.modes, part);
       part.amplitude = same_energy(part);
     }
     part.frequency = frequency_of(tuning, length);

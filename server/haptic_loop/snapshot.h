@@ -31,7 +31,7 @@ enum class StateKind : std::uint8_t {
 };
 
 /// Layout of every block; grows with any change of what is visited.
-inline constexpr std::uint32_t kStateLayout = 6;
+inline constexpr std::uint32_t kStateLayout = 7;
 
 /// Numbers of each sort, at most: 1024 strings with 64 modes in two planes, and five tools.
 inline constexpr std::size_t kMaxStateNumbers = 524'288;

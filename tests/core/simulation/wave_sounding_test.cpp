@@ -2,6 +2,7 @@
 // stays near what finite differences and closed forms say, and is told seldom.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -173,32 +174,50 @@ double follow(Stopped& played, int ticks, const std::function<double(int)>& lamb
 }
 
 TEST_CASE("a stop that glides after the pluck is told: the client's pitch follows it") {
-  for (const double way : {80e-3, -80e-3}) {
-    CAPTURE(way);
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
+  SplitMix64 random(seed);
+  for (int i = 0; i < scaled(40); ++i) {
+    const double from = random.uniform(0.3, 0.5);
+    const double to = random.uniform(0.3, 0.5);
+    // From 50 to 2000 cents a second.
+    const double rate = 50.0 * std::pow(40.0, random.uniform());
+    const double way = cents(1.0 - from, 1.0 - to);
+    const int ticks = std::max(5, static_cast<int>(1e3 * std::abs(way) / rate));
+    CAPTURE(from);
+    CAPTURE(to);
+    CAPTURE(rate);
     Stopped played;
-    played.pluck(0.4);
+    played.pluck(from);
     REQUIRE(played.client.sounds());
     const int before = played.client.messages;
-    const double worst =
-        follow(played, 600, [&](int k) { return 0.4 + way / kEnsembleLength * (k + 1) / 600.0; });
-    CHECK(worst <= 5.0);
+    const double worst = follow(played, ticks + 200, [&](int k) {
+      return 1.0 - (1.0 - from) * std::exp2(-way * std::min(1.0, (k + 1.0) / ticks) / 1200.0);
+    });
+    CHECK(worst <= (rate < 500.0 ? 3.0 : 1.0 + 4e-3 * rate));
     CHECK(played.client.sounds());
-    CHECK(played.client.messages - before <= 60);
-    CHECK(played.client.earliest >= 10'000'000);
+    CHECK(played.client.messages - before <= 4 + ticks / 10);
+    CHECK(played.client.earliest >= 5'000'000);
   }
 }
 
 TEST_CASE("a stop that shakes is told by a hundred messages a second at most") {
-  for (const double hertz : {3.0, 5.0, 8.0}) {
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
+  SplitMix64 random(seed);
+  for (int i = 0; i < scaled(40); ++i) {
+    const double hertz = random.uniform(3.0, 8.0);
+    const double size = random.uniform(2e-3, 10e-3);
     CAPTURE(hertz);
+    CAPTURE(size);
     Stopped played;
     played.pluck(0.4);
     REQUIRE(played.client.sounds());
     const int before = played.client.messages;
     const double worst = follow(played, 1000, [&](int k) {
-      return 0.4 + 6e-3 / kEnsembleLength * std::sin(2e-3 * kPi * hertz * k);
+      return 0.4 + size / kEnsembleLength * std::sin(2e-3 * kPi * hertz * k);
     });
-    CHECK(worst <= 6.0);
+    CHECK(worst <= 3.5);
     CHECK(played.client.messages - before <= 100);
   }
 }
