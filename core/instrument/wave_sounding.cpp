@@ -169,11 +169,14 @@ void tell(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause
   fill(wave, part, cause, *event);
 }
 
-/// Somebody touches it in a way that is no stop: what it is bent by is no sound.
+/// Somebody touches it in a way that is no stop, or has just let go: what it is bent by is no
+/// sound.
 bool is_being_bent(const WaveState& state) noexcept {
   for (std::size_t k = 0; k < kMaxTools; ++k) {
     const WaveContact& contact = state.string.contacts[k];
-    if (contact.near && contact.path.touched > 0 && state.grips[k].share < kStopShare) return true;
+    const bool loaded = contact.load.y != 0.0 || contact.load.z != 0.0;
+    if (!contact.near || state.grips[k].share >= kStopShare) continue;
+    if (contact.path.touched > 0 || loaded) return true;
   }
   return false;
 }

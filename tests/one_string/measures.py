@@ -286,7 +286,7 @@ def touched(stage):
         quiet = 590 + int(np.argmax(energy[590:900] < 0.25 * energy[590]))
         late = next((k for k in range(590, 900) if told(k) < 0.5 * told(590)), 900) - quiet if skin else None
         found.append({"place": share, "skin": bool(skin), "energy_db": float(10 * np.log10(energy[after] / energy[590])),
-                      "told_db": 20 * math.log10(told(after) / told(580)), "heard_db": 20 * math.log10(heard(after) / heard(530)), "late_ms": late})
+                      "told_db": 20 * math.log10(max(told(after) / told(580), 1e-5)), "heard_db": 20 * math.log10(heard(after) / heard(530)), "late_ms": late})
     return found
 
 

@@ -116,7 +116,8 @@ def harmonics(found):
 def touched(found):
     rows = []
     for each in found:
-        rows.append([f"{'soft skin' if each['skin'] else 'firm finger'} at {each['place']:g}", f"{each['energy_db']:.1f}", f"{each['told_db']:.1f}",
+        rows.append([f"{'soft skin' if each['skin'] else 'firm finger'} at {each['place']:g}", f"{each['energy_db']:.1f}",
+                     f"{each['told_db']:.1f}" if each["told_db"] > -100.0 else "silent",
                      f"{each['heard_db']:+.1f}", "" if each["late_ms"] is None else f"{each['late_ms']:.0f}"])
     return ["## A finger on a ringing string", "",
             "### What is heard", "",

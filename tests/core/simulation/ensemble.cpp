@@ -20,7 +20,7 @@ Ensemble::Ensemble(std::size_t tools, const EnsembleOptions& options)
     StringParameters string = options.string;
     string.p_WA = {0.0, 0.0, 0.02 * i};
     string.p_WB = {kEnsembleLength, 0.0, 0.02 * i};
-    string.frequency = kTunings[i % 7];
+    if (options.tuned) string.frequency = kTunings[i % 7];
     capsules_W_.push_back({to_vector(string.p_WA), to_vector(string.p_WB), string.radius});
     strings_.push_back(derive_string(string));
   }

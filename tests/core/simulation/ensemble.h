@@ -20,6 +20,7 @@ inline constexpr double kEnsembleLength = 1.1;
 struct EnsembleOptions {
   int strings = 7;
   StringParameters string;
+  bool tuned = true;  ///< as a Guqin, from 65.4 Hz; else every string has the frequency of `string`
   InstrumentOptions instrument;
   std::vector<Sphere> tool{{Vector3(0.0, 0.0, 0.0), kEnsembleTip}};
   double body_y = -0.02;  ///< height of the upper side of the body below the strings, m

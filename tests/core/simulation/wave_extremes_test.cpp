@@ -139,6 +139,7 @@ Wild wild_scene(SplitMix64& random) {
   wild.options.anchor_stiffness = log_uniform(random, 1e-3, 1e9);
   wild.options.pitch_glide = random.chance(0.5);
   wild.options.modes = 1 + static_cast<int>(random.below(64));
+  wild.options.substeps = 8 << random.below(4);
   wild.tip = log_uniform(random, 1e-4, 5e-2);
   wild.kt = log_uniform(random, 1e-3, 1e9);
   wild.live = random.chance(0.3);

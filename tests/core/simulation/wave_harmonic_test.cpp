@@ -8,6 +8,7 @@
 
 #include "tests/core/simulation/ensemble.h"
 #include "tests/core/simulation/wave_path.h"
+#include "tests/support/random.h"
 
 namespace hapticd::test {
 namespace {
@@ -15,7 +16,6 @@ namespace {
 constexpr double kReach = kEnsembleTip + 0.34e-3;
 constexpr double kSkin_m = 1e-3;
 constexpr double kStart_m = -8e-3;
-constexpr double kFrequency = 65.4;
 
 double level(Ensemble& ensemble, std::size_t n) {
   const ModalMotion& motion = ensemble.simulation().memory().waves.front().state.string.motion;
@@ -24,16 +24,19 @@ double level(Ensemble& ensemble, std::size_t n) {
                    motion.qz[i] * motion.qz[i] + motion.vz[i] * motion.vz[i]);
 }
 
-EnsembleOptions open_string() {
+EnsembleOptions open_string(const GridString& string) {
   EnsembleOptions options;
   options.strings = 1;
+  options.string.tension = string.tension;
+  options.string.frequency = string.frequency;
+  options.tuned = false;
   options.string.axial_stiffness = 0.0;
   options.instrument = wave_options();
   return options;
 }
 
-GridPartials play_harmonic(const GridHarmonic& harmonic) {
-  Ensemble ensemble(2, open_string());
+GridPartials play_harmonic(const GridString& string, const GridHarmonic& harmonic) {
+  Ensemble ensemble(2, open_string(string));
   const std::vector<ToolPart> skin{{harmonic.force / kSkin_m, harmonic.damping}};
   ensemble.simulation().scene(0).parts.parts = skin;
   const double lambda = static_cast<double>(harmonic.node) / harmonic.part;
@@ -66,7 +69,7 @@ GridPartials play_harmonic(const GridHarmonic& harmonic) {
     ensemble.tick(hands(tick * 1e-3));
     swing.push_back(motion.qy[static_cast<std::size_t>(harmonic.part) - 1]);
   }
-  partials.frequency = frequency(swing, 1e-3, harmonic.part * kFrequency);
+  partials.frequency = frequency(swing, 1e-3, harmonic.part * string.frequency);
   return partials;
 }
 
@@ -89,19 +92,33 @@ constexpr std::array<Hui, 13> kHui{{{1, 8},
                                     {7, 8}}};
 
 TEST_CASE("a light touch at any of the 13 hui leaves the harmonic that finite differences leave") {
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
+  SplitMix64 random(seed);
   for (const Hui& hui : kHui) {
     GridHarmonic harmonic;
     harmonic.part = hui.part;
     harmonic.node = hui.node;
+    harmonic.force = random.uniform(6e-3, 12e-3);
+    harmonic.damping = random.uniform(0.15, 0.25);
+    harmonic.pluck_lambda = random.uniform(0.9, 0.95);
+    harmonic.pluck_speed = random.uniform(0.8, 1.2);
     GridString string;
-    string.frequency = kFrequency;
+    string.frequency = random.uniform(60.0, 90.0);
+    string.tension = random.uniform(25.0, 60.0);
     const GridPartials truth = touch_harmonic(string, harmonic, 900);
-    const GridPartials left = play_harmonic(harmonic);
+    const GridPartials left = play_harmonic(string, harmonic);
     CAPTURE(hui.node);
     CAPTURE(hui.part);
+    CAPTURE(harmonic.force);
+    CAPTURE(harmonic.damping);
+    CAPTURE(harmonic.pluck_lambda);
+    CAPTURE(harmonic.pluck_speed);
+    CAPTURE(string.frequency);
+    CAPTURE(string.tension);
     CAPTURE(truth.others);
     CAPTURE(left.others);
-    CHECK(std::abs(1200.0 * std::log2(left.frequency / (hui.part * kFrequency))) <= 5.0);
+    CHECK(std::abs(1200.0 * std::log2(left.frequency / (hui.part * string.frequency))) <= 5.0);
     CHECK(left.others <= std::max(-20.0, truth.others + 3.0));
   }
 }
