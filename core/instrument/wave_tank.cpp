@@ -10,9 +10,11 @@ namespace {
 /// What the static laws are held to have stored without having got it, at most, J. Larger: a pluck
 /// pays that much for what was before it.
 constexpr double kMostOwed = 20e-6;
-/// What a string that rings with as much lends a hand that may turn to it, J: a hand that comes
-/// fast is foretold to draw far more than it does, and would feel little of a faint ringing.
+/// What a string lends a hand that may turn to it, J, as far as it rings with more than kLentFrom:
+/// a hand that comes fast is foretold to draw far more than it does, and would feel little of a
+/// faint ringing.
 constexpr double kMostLent = 15e-6;
+constexpr double kLentFrom = 10e-6;
 
 double dot(const Transverse& a, const Transverse& b) noexcept { return a.y * b.y + a.z * b.z; }
 
@@ -53,7 +55,7 @@ void settle_wave_tank(std::span<const WavePort> ports, double spare, WaveTank& t
   tank.energy = std::clamp(tank.energy, -most - kMostLent, most);
 }
 
-void draw_wave_forces(std::span<const WavePort> ports, double spare, std::span<Transverse> beyond,
+void draw_wave_forces(std::span<const WavePort> ports, double ringing, std::span<Transverse> beyond,
                       WaveTank& tank) noexcept {
   double draw = 0.0;
   for (std::size_t i = 0; i < ports.size(); ++i) {
@@ -61,7 +63,7 @@ void draw_wave_forces(std::span<const WavePort> ports, double spare, std::span<T
     const double furthest = std::sqrt(dot(beyond[i], beyond[i])) * ports[i].aside;
     draw += std::max(0.0, dot(beyond[i], ports[i].way) + furthest);
   }
-  const double lent = std::clamp(spare, 0.0, kMostLent);
+  const double lent = std::clamp(ringing - kLentFrom, 0.0, kMostLent);
   const double room = std::max(0.0, tank.energy + lent);
   const double share = draw > room ? room / draw : 1.0;
   tank.beyond = {};

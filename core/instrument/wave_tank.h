@@ -31,9 +31,9 @@ struct WavePort {
 HD_REALTIME void settle_wave_tank(std::span<const WavePort> ports, double spare,
                                   WaveTank& tank) noexcept;
 
-/// Shares out what is in it, and what a string that rings lends: what each port may add to its
-/// static force, N, in their order. Kept as what the next tick is booked by. `spare` as above.
-HD_REALTIME void draw_wave_forces(std::span<const WavePort> ports, double spare,
+/// Shares out what is in it, and what a string lends that rings with `ringing` (J): what each port
+/// may add to its static force, N, in their order. Kept as what the next tick is booked by.
+HD_REALTIME void draw_wave_forces(std::span<const WavePort> ports, double ringing,
                                   std::span<Transverse> beyond, WaveTank& tank) noexcept;
 
 }  // namespace hapticd

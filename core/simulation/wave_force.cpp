@@ -161,10 +161,9 @@ void give_forces(const Playing& playing, const NearTools& tools, const Touches& 
     ports.push_back(port);
   }
   const std::span<const WavePort> all{ports.begin(), ports.size()};
-  const double spare = spare_energy(state, law_stored);
-  settle_wave_tank(all, spare, state.tank);
+  settle_wave_tank(all, spare_energy(state, law_stored), state.tank);
   std::array<Transverse, kMaxTools> beyond{};
-  draw_wave_forces(all, spare, beyond, state.tank);
+  draw_wave_forces(all, state.ringing, beyond, state.tank);
   for (std::size_t i = 0; i < ports.size(); ++i) {
     const std::size_t k = ports[i].tool;
     if (touches[k] == nullptr) continue;

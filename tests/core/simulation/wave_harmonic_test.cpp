@@ -64,10 +64,13 @@ GridPartials play_harmonic(const GridString& string, const GridHarmonic& harmoni
   partials.others =
       20.0 * std::log10(loudest / level(ensemble, static_cast<std::size_t>(harmonic.part)));
   std::vector<double> swing;
-  const ModalMotion& motion = ensemble.simulation().memory().waves.front().state.string.motion;
+  const SimulationMemory& memory = ensemble.simulation().memory();
   for (int k = 0; k < 500; ++k, ++tick) {
     ensemble.tick(hands(tick * 1e-3));
-    swing.push_back(motion.qy[static_cast<std::size_t>(harmonic.part) - 1]);
+    // A string that nobody is near is turned on when somebody looks.
+    WaveString now = memory.waves.front().state.string;
+    turn_to(memory.tools.front().way.time.t_ns, memory.waves.front().table, now);
+    swing.push_back(now.motion.qy[static_cast<std::size_t>(harmonic.part) - 1]);
   }
   partials.frequency = frequency(swing, 1e-3, harmonic.part * string.frequency);
   return partials;
