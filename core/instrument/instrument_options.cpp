@@ -31,11 +31,6 @@ std::optional<ParameterFault> check_choices(const InstrumentOptions& options) no
     return ParameterFault{"tones.level", static_cast<double>(options.tones.level),
                           "amplitude or force", "Choose what the level follows."};
   }
-  const int n = options.substeps;
-  if (n != 8 && n != 16 && n != 32 && n != 64) {
-    return ParameterFault{"wave.substeps", static_cast<double>(n), "8, 16, 32 or 64",
-                          "Give the sub-steps of a millisecond; 32 is usual."};
-  }
   return std::nullopt;
 }
 
