@@ -19,6 +19,7 @@ import hapticd
 from hapticd.v1 import config_pb2, gesture_pb2, scene_pb2
 from hapticd_lab import oracle
 from hapticd_lab.states import build_trace
+from hapticd_lab.tick_costs import TickCosts
 from hapticd_lab.trace import Trace
 
 SECTIONS = ("TOOLS", "DEVICES", "CONTACTS", "STRINGS", "TIMING", "ENERGY", "QUALITY", "STIFFNESS", "GESTURES")
@@ -157,28 +158,10 @@ def tick_costs_us(setup: Setup, poses: numpy.ndarray) -> numpy.ndarray:
             session.subscribe(1, ("TIMING", "DEVICES"))
             held = int(ENGAGE_S * 1e3)
             rows = [poses[0]] * held + list(poses)
-            costs = numpy.full(len(rows), numpy.nan)
-            at = 0
+            costs = TickCosts(numpy.asarray(rows))
             for first in range(0, len(rows), 1000):
                 session.poses(rows[first:first + 1000], tool_id=setup.tool_id)
                 if first:
-                    at = _take_costs(session, rows, costs, at, 1000)
-            _take_costs(session, rows, costs, at, len(rows))
-            return costs[held:]
-
-
-def _take_costs(session: hapticd.Session, rows: Sequence[Any], costs: numpy.ndarray, at: int, count: int) -> int:
-    """Sorts what up to `count` ticks cost to the poses they were given, from pose `at` on; the pose reached."""
-    for state in session.states(count, timeout=1.0):
-        if not state.devices:
-            continue
-        place = numpy.asarray(state.devices[0].p_dh_m)
-        # A held pose is the same row again and again; a skipped tick takes the row after.
-        ahead = range(at, min(at + 50, len(rows)))
-        found = next((row for row in ahead if numpy.array_equal(numpy.asarray(rows[row][:3]), place) and numpy.isnan(costs[row])), None)
-        if found is not None:
-            costs[found] = state.timing.last_ns * 1e-3
-            at = found
-            if at == len(rows) - 1:
-                break
-    return at
+                    costs.take(session.states(1000, timeout=1.0))
+            costs.take(session.states(len(rows), timeout=1.0))
+            return costs.us[held:]
