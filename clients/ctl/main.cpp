@@ -5,6 +5,7 @@
 #include <string>
 
 #include "clients/ctl/commands.h"
+#include "clients/library/quantity_option.h"
 #include "proto/hints/command_line_fault.h"
 
 namespace {
@@ -16,7 +17,8 @@ int run(int argc, char** argv) {
   GlobalOptions options;
   app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION);
   hapticd::client::add_daemon_options(app, options.daemon);
-  app.add_option("--timeout", options.timeout_s, "longest wait for an answer, s")
+  hapticd::client::takes_unit(
+      app.add_option("--timeout", options.timeout_s, "longest wait for an answer, s"), "s")
       ->check(CLI::Range(0.01, 3600.0))
       ->capture_default_str();
   app.add_flag("--json", options.json, "answers as JSON, for programs");

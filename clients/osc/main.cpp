@@ -8,6 +8,7 @@
 #include "clients/library/client.h"
 #include "clients/library/endpoint.h"
 #include "clients/library/program.h"
+#include "clients/library/quantity_option.h"
 #include "clients/osc/bridge.h"
 #include "clients/osc/osc_sender.h"
 
@@ -30,11 +31,14 @@ void add_options(CLI::App& app, Options& options) {
   hapticd::client::add_daemon_options(app, options.daemon);
   app.add_option("--to", options.to, "where OSC goes, HOST:PORT; sclang has port 57120")
       ->capture_default_str();
-  app.add_option("--rate", options.rate_hz, "poses per second; 0: none")
+  hapticd::client::takes_unit(
+      app.add_option("--rate", options.rate_hz, "poses per second; 0: none"), "Hz")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
-  app.add_option("--delay", options.delay_s,
-                 "time after which events are to be heard, s; 0: at once, without time tags")
+  hapticd::client::takes_unit(
+      app.add_option("--delay", options.delay_s,
+                     "time after which events are to be heard, s; 0: at once, without time tags"),
+      "s")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
 }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/hints/command_line_fault.h"
+#include "proto/hints/quantity.h"
 
 namespace hapticd {
 namespace {
@@ -58,6 +59,22 @@ Json json_of(const LatencyHistogram& histogram) {
 
 double rate_of(const HostReport& report) {
   return 1e9 / static_cast<double>(report.timer.period_ns);
+}
+
+/// The number of `option` may have a unit of the kind of `unit`, in which it is read.
+CLI::Option* in_unit(CLI::Option* option, const char* unit) {
+  const auto read = [unit](std::string& text) -> std::string {
+    const hints::Quantity quantity = hints::parse_quantity(text, unit);
+    if (!quantity.fault.empty()) {
+      return (text.find(',') == std::string::npos ? text + " cannot be read. " : "") +
+             quantity.fault;
+    }
+    std::array<char, 32> number{};
+    std::snprintf(number.data(), number.size(), "%.17g", quantity.value);
+    text = number.data();
+    return {};
+  };
+  return option->transform(CLI::Validator(read, ""));
 }
 
 }  // namespace
@@ -118,10 +135,10 @@ int run_doctor(int argc, const char* const* argv) {
       "makes ticks late, each cause with the command that fixes it. Needs no privilege and no "
       "running daemon.",
       "hapticd doctor");
-  app.add_option("--seconds", timer.seconds, "how long to measure; 0: only look (10)")
+  in_unit(app.add_option("--seconds", timer.seconds, "how long to measure; 0: only look (10)"), "s")
       ->check(CLI::Range(0.0, 3600.0))
       ->type_name("N");
-  app.add_option("--rate", rate, "ticks per second, 250 to 10000 (1000)")
+  in_unit(app.add_option("--rate", rate, "ticks per second, 250 to 10000 (1000)"), "Hz")
       ->check(CLI::Range(250.0, 10000.0))
       ->type_name("HZ");
   app.add_option("--cpu", report.cpu, "processor to measure on (any)")->type_name("N");

@@ -68,6 +68,28 @@ class Hints(unittest.TestCase):
         self.assertIn("Write 1.5kHz, with a point.", text)
         self.assertEqual(0, daemon.run("--rate", "1.5kHz", "--check")[0])
 
+    def test_numbers_of_every_program_may_have_a_unit(self):
+        self.assertEqual(0, self.ctl("--timeout", "5000ms", "status")[0])
+        folder = pathlib.Path(HAPTICCTL).parent
+        # In range or not as the number in the unit that is asked for: each program says so before it does anything.
+        for program, option, wrong, other, comma in (
+                ("hapticctl", "--timeout", "3601s", "4Ms", "1,5"), ("haptic-web", "--delay", "1001ms", "20N", "0,05"),
+                ("haptic-web", "--rate", "2kHz", "20s", "2,5"), ("haptic-audio", "--delay-ms", "1.001s", "20Hz", "7,5"),
+                ("haptic-audio", "--gain-db", "41dB", "1N", "1,5"), ("haptic-audio", "--rate", "193kHz", "1s", "2,5"),
+                ("haptic-osc", "--delay", "1001ms", "1Hz", "0,05"), ("haptic-relay", "--rate", "1.1kHz", "1s", "2,5")):
+            if not (folder / program).exists():
+                continue
+            for typed, why in ((wrong, "not in range"), (other, "not in range" if other == "4Ms" else "cannot be read. Give "),
+                               (comma, f"Write {comma.replace(',', '.')}, with a point.")):
+                code, _, text = said(str(folder / program), option, typed)
+                self.assertEqual(2, code, text)
+                self.assertIn(f"{option}: ", text)
+                self.assertIn(why, text)
+        code, text = daemon.run("doctor", "--seconds", "3601000ms")
+        self.assertEqual((2, True), (code, "not in range" in text), text)
+        code, text = daemon.run("doctor", "--rate", "1,5kHz")
+        self.assertEqual((2, True), (code, "Write 1.5kHz, with a point." in text), text)
+
     def test_the_choice_that_was_meant_is_named(self):
         self.assertEqual("firm", meant(self.ctl("gesture", "play", "strum", "--arm", "frm")[2]))
         for words, name in ((["--clock", "virtul"], "virtual"), (["docter"], "doctor")):
