@@ -1,6 +1,7 @@
 """hapticd-play starts what is beside it, and ends as the daemon ends."""
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
 import unittest
@@ -43,6 +44,24 @@ class Play(unittest.TestCase):
 
     def test_its_version_is_that_of_the_daemon_beside_it(self):
         self.assertEqual((0, daemon.said(daemon.HAPTICD, "--version")[1]), play("--version"))
+
+    def test_an_option_of_hapticd_is_said_to_stand_behind_dashes(self):
+        code, said = play("--scene", "wall")
+        self.assertEqual(2, code, said)
+        written = re.search(r"--scene is an option of hapticd, and stands behind --: hapticd-play (-- --scene)\. ", said)
+        self.assertTrue(written, said)
+        code, said = play("--for", "1", *written.group(1).split(), "wall", "--listen", f"127.0.0.1:{daemon.free_port()}")
+        self.assertEqual(0, code, said)
+        self.assertIn(": scene wall, ", said)
+
+    def test_a_mistyped_option_is_named_with_the_one_that_was_meant(self):
+        code, said = play("--no-sond")
+        self.assertEqual((2, "hapticd-play: there is no option --no-sond. Did you mean --no-sound? See hapticd-play --help.\n"), (code, said))
+
+    def test_seconds_may_have_their_unit(self):
+        self.assertEqual(2, play("--for", "1,5")[0])
+        code, said = play("--for", "1s", "--", "--scene", "wall", "--listen", f"127.0.0.1:{daemon.free_port()}")
+        self.assertEqual(0, code, said)
 
     def test_without_a_home_keys_go_nowhere_by_themselves(self):
         environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_STATE_HOME")}
