@@ -9,12 +9,14 @@ import sys
 import tempfile
 import time
 import unittest
+import urllib.request
 
 import daemon
 import hapticd
 from held_thread import HeldThread
 
 PATIENCE_S = 60.0
+HAPTIC_WEB = os.environ.get("HAPTIC_WEB")
 
 
 class Manager:
@@ -136,6 +138,37 @@ class Notifications(ServiceCase):
             for _ in range(4):
                 manager.hear_until("WATCHDOG=1")
             self.assertIn("STATUS=plays sphere in virtual time, device scripted, ", "".join(manager.heard))
+
+
+@unittest.skipUnless(HAPTIC_WEB, "there is no viewer here")
+class Viewer(ServiceCase):
+    def start(self, manager, *options):
+        started = subprocess.Popen([HAPTIC_WEB, "--page", self.folder, *options], env=dict(os.environ, **manager.environment), text=True,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        self.addCleanup(started.stderr.close)
+        self.addCleanup(started.kill)
+        return started
+
+    def test_the_viewer_is_ready_once_it_serves_its_page_and_says_when_it_stops(self):
+        pathlib.Path(self.folder, "index.html").write_text("here", encoding="utf-8")
+        port = daemon.free_port()
+        manager = self.manager()
+        started = self.start(manager, "--listen", f"127.0.0.1:{port}")
+        manager.hear_until("READY=1")
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/", timeout=PATIENCE_S) as answer:
+            self.assertEqual(b"here", answer.read())
+        started.terminate()
+        manager.hear_until("STOPPING=1")
+        self.assertEqual(0, started.wait(PATIENCE_S))
+        self.assertEqual(["READY=1", "STOPPING=1"], manager.heard)
+
+    def test_a_viewer_whose_address_is_taken_is_never_ready(self):
+        pathlib.Path(self.folder, "index.html").write_text("here", encoding="utf-8")
+        manager = self.manager()
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            started = self.start(manager, "--listen", f"127.0.0.1:{taken.getsockname()[1]}")
+            self.assertEqual(1, started.wait(PATIENCE_S))
+        self.assertIsNone(manager.hear(0.001))
 
 
 class PassedSocket(ServiceCase):

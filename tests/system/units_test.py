@@ -78,6 +78,11 @@ class Units(unittest.TestCase):
         self.assertIn("\nExecStart=/usr/bin/hapticd --config /etc/hapticd/hapticd.textproto ", text)
         self.assertTrue((self.folder / "etc/hapticd/hapticd.textproto").is_file())
 
+    def test_systemd_is_told_by_both_services_when_they_serve(self):
+        self.install(self.folder)
+        for service in SERVICES:
+            self.assertIn("\nType=notify\n", (self.folder / "lib/systemd/system" / service).read_text(encoding="utf-8"))
+
     def test_the_installed_configuration_is_accepted_also_with_every_example_in_it(self):
         self.install(self.folder)
         config = self.folder / "etc/hapticd/hapticd.textproto"

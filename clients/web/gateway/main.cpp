@@ -1,6 +1,8 @@
 // haptic-web: shows a running hapticd, or a recording, to browsers. Exit codes: 0 ended by a
 // signal, 1 an address, key, certificate or recording is bad or it failed later, 2 the command line
-// makes no sense.
+// makes no sense. systemd hears by sd_notify(3) when it listens and when it ends.
+#include <systemd/sd-daemon.h>
+
 #include <cstdio>
 #include <exception>
 
@@ -14,7 +16,9 @@ int main(int argc, char** argv) {
     gateway.stop_on_signals();
     std::fputs(gateway.invitation().c_str(), stdout);
     std::fflush(stdout);
+    static_cast<void>(sd_notify(0, "READY=1"));
     gateway.run();
+    static_cast<void>(sd_notify(0, "STOPPING=1"));
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "haptic-web: %s\n", error.what());
