@@ -9,6 +9,7 @@
 #include "server/daemon/commands.h"
 #include "server/daemon/daemon.h"
 #include "server/service/journal.h"
+#include "server/service/unread_log.h"
 #include "server/system/doctor.h"
 
 namespace {
@@ -40,7 +41,11 @@ int main(int argc, char** argv) {
     if (word == "doctor") return hapticd::run_doctor(argc - 1, argv + 1);
     if (word == "export") return hapticd::run_export(argc - 1, argv + 1);
     if (word == "device") return hapticd::run_device(argc - 1, argv + 1);
-    if (hapticd::stderr_is_journal()) hapticd::log_to_journal();
+    if (hapticd::stderr_is_journal()) {
+      hapticd::log_to_journal();
+    } else {
+      hapticd::log_without_waiting();
+    }
     hapticd::DaemonOptions options;
     if (!hapticd::read_options(argc, argv, options)) return hapticd::kExitGood;
     const bool check_only = options.check_only;
