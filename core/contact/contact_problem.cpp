@@ -23,6 +23,9 @@ constexpr double kEnergySlack = 0.01;
 /// By what share of the last one, 1 in so many, the next linearisation may be dearer. Larger: more
 /// ticks go beyond their work budget.
 constexpr std::int64_t kDearerNext = 8;
+/// The least that tools keep off a string that they share, m. Less: none of them could move it, for
+/// a string comes no nearer to another tool than kOtherToolClearance.
+constexpr double kLeastSharedClearance = 2.0 * kOtherToolClearance;
 
 /// How far any point of the tool goes relative to any of a string when nothing holds either back,
 /// m.
@@ -32,18 +35,22 @@ double free_travel(const Configuration& at, const PoseError& error_GH) noexcept 
          greatest_deflection(at.state.touched);
 }
 
-/// True where the tool touches a string that another one holds.
-bool near_shared_string(const ContactInput& input, const ContactSet& contacts) noexcept {
-  if (input.others.tools.empty()) return false;
+/// What a tool keeps off strings that others hold too, m: a string gives way to another tool by no
+/// more than what that one keeps off it. 0: it touches none of them.
+double shared_clearance(const ContactInput& input, const ContactSet& contacts) noexcept {
   const double near = kTouchSkins * skin_of(input.options);
-  for (const Contact& contact : contacts.contacts) {
+  const auto is_shared = [&](const Contact& contact) {
     const auto index = static_cast<std::size_t>(contact.key.obstacle);
-    if (is_string(contact.key) && contact.gap <= near && index < input.strings.size() &&
-        input.strings[index].shared) {
-      return true;
-    }
+    return is_string(contact.key) && contact.gap <= near && index < input.strings.size() &&
+           input.strings[index].shared;
+  };
+  if (input.others.tools.empty() ||
+      std::none_of(contacts.contacts.begin(), contacts.contacts.end(), is_shared)) {
+    return 0.0;
   }
-  return false;
+  double most = kLeastSharedClearance;
+  for (const OtherTool& other : input.others.tools) most = std::max(most, other.clearance);
+  return std::min(most, skin_of(input.options));
 }
 
 /// What a string bears of a pair beside the part that yields.
@@ -203,9 +210,7 @@ void ContactProblem::begin(const ContactInput& input, ContactState& state,
     candidates_.begin(input.options.margin, true);
     candidates_.query(at(), wanted, result);
   }
-  // A string gives way to another tool by no more than what that one keeps off it.
-  shares_ = near_shared_string(input, candidates_.contacts());
-  if (shares_) state.clearance = skin_of(input.options);
+  state.clearance = std::max(state.clearance, shared_clearance(input, candidates_.contacts()));
   linearised_ = linearisation_work(result);
 }
 
@@ -299,7 +304,7 @@ bool ContactProblem::work_used_up() noexcept {
 
 // What the clearance keeps off is not felt: a program that asks for none of it gives the force.
 void ContactProblem::render_surface() noexcept {
-  if (solved_ == Solved::kNothing || result_->active_count == 0 || shares_) return;
+  if (solved_ == Solved::kNothing || result_->active_count == 0) return;
   if (program_.solve_surface(view(), linearisation_, solved_ == Solved::kArrived, *result_)) {
     take_force(error_GH_);
   }

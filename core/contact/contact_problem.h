@@ -102,9 +102,6 @@ class ContactProblem {
   enum class Solved : std::uint8_t { kNothing, kAhead, kArrived };
   Solved solved_ = Solved::kNothing;
   PoseError error_GH_;  ///< of the last program
-  /// A string that it touches is held by another tool, too: the tool keeps all of its skin, and
-  /// feels it.
-  bool shares_ = false;
   /// Pairs that bore force when the tick began.
   FixedVector<ContactKey, kMaxQpUnknowns> pressed_before_;
   Vector3 p_program_W_{0.0, 0.0, 0.0};  ///< origin of G where the last program was solved, m

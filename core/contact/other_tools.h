@@ -22,6 +22,7 @@ struct OtherTool {
   Pose X_WG;
   ToolParts parts;
   const TouchedParts* soft = nullptr;  ///< never null where it is looked at
+  double clearance = 0.0;              ///< that it keeps, m
 };
 
 /// All others, and memory to look at them with; none: nothing is shared.

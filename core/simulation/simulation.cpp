@@ -99,7 +99,8 @@ void Simulation::render_shared(std::size_t tool, const HandPose& hand,
     const ToolPlay& other = memory_.tools[k];
     if (k == tool || !other.state.placed) continue;
     const ContactState& state = other.state.contact;
-    others.push_back({other.scene.tool, state.X_WG, other.scene.parts, &state.parts});
+    others.push_back(
+        {other.scene.tool, state.X_WG, other.scene.parts, &state.parts, state.clearance});
   }
   ContactSummary spent;
   for (int attempt = 1;; ++attempt) {

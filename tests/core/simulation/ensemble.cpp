@@ -77,15 +77,4 @@ long double Ensemble::minimum_gap() const {
   return gap;
 }
 
-Vector3 Ensemble::pull(std::int32_t string, std::size_t vertex) const {
-  const StringPoints points = shape(string);
-  const StringConstants& constants = strings_[static_cast<std::size_t>(string)];
-  double length = 0.0;
-  for (std::size_t k = 0; k + 1 < points.size(); ++k) length += (points[k + 1] - points[k]).norm();
-  const double tension =
-      constants.tension + constants.axial_stiffness * (length / constants.length - 1.0);
-  return tension * ((points[vertex - 1] - points[vertex]).normalized() +
-                    (points[vertex + 1] - points[vertex]).normalized());
-}
-
 }  // namespace hapticd::test

@@ -40,9 +40,6 @@ class Ensemble {
   [[nodiscard]] long double minimum_gap() const;
   /// The string as it is bent.
   [[nodiscard]] StringPoints shape(std::int32_t string) const;
-  /// Force with which the string as it is bent pulls at its vertex number `vertex` >= 1, by the
-  /// tension of all of it along both legs, N.
-  [[nodiscard]] Vector3 pull(std::int32_t string, std::size_t vertex) const;
 
   [[nodiscard]] Simulation& simulation() { return *play_.simulation; }
   [[nodiscard]] const SimulationTick& output() const { return output_; }
