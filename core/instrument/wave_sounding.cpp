@@ -141,9 +141,10 @@ void tell(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause
   const double since = goes_on ? seconds(t_ns - told.looked_ns) : 0.0;
   const bool same_part =
       told.sounds && std::abs(part.from - told.from) < 0.01 && std::abs(part.to - told.to) < 0.01;
+  const double read_after = seconds(std::max<std::int64_t>(0, wave.state.string.done_ns - t_ns));
   for (std::size_t j = 0; j < kMaxPartials; ++j) {
-    told.amplitude[j] = part.partials[j];
     told.decay[j] = decay_of(wave, part, j, same_part ? since : 0.0);
+    told.amplitude[j] = part.partials[j] * exponential(read_after / told.decay[j]);
   }
   told.cents_per_s = same_part && goes_on ? glide_of(told, part.frequency, t_ns) : 0.0;
   if (!same_part) {
@@ -261,13 +262,16 @@ void look(const WatchedWave& wave, std::int64_t t_ns, bool steady, StringEvents&
   if (!steady && !told.plucked && is_told_part(part, told)) smooth(state, t_ns, part);
   const double silence = kSilence * told.onset;
   const SoundingPart believed = reckoned(told, t_ns);
+  // From its Tone on, which is told some ticks after the pluck.
+  const std::int64_t from_ns = told.plucked ? state.sounded_ns : t_ns;
   if (part.amplitude < silence) {
     end_sounding(wave, t_ns, events);
   } else if (!is_told_part(part, told) || pitch_errs(part.frequency, believed.frequency)) {
-    tell(wave, part, SoundingCause::kGlide, t_ns, events);
+    tell(wave, part, SoundingCause::kGlide, from_ns, events);
   } else if (level_errs(part, believed, silence)) {
     const bool louder = loudness(part.partials) > loudness(believed.partials);
-    tell(wave, part, steady || louder ? SoundingCause::kLift : SoundingCause::kTouch, t_ns, events);
+    tell(wave, part, steady || louder ? SoundingCause::kLift : SoundingCause::kTouch, from_ns,
+         events);
   }
   keep(part, t_ns, told);
 }

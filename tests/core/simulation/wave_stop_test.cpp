@@ -276,8 +276,28 @@ class PartialsOfPart {
   std::vector<std::array<Across, kMaxPartials>> samples_;
 };
 
+/// Whether what a client believes at the instant of each Tone, once all that is told of it has
+/// come, is the part where it was plucked, or silence.
+bool believes_plucked_part(const std::vector<StringEvent>& events, double pluck_at) {
+  bool tones = false;
+  for (const StringEvent& tone : events) {
+    if (tone.kind != StringEventKind::kTone) continue;
+    tones = true;
+    const StringEvent* believed = nullptr;
+    for (const StringEvent& event : events) {
+      if (event.kind != StringEventKind::kSounding || event.t_ns > tone.t_ns) continue;
+      if (believed == nullptr || event.number > believed->number) believed = &event;
+    }
+    if (believed == nullptr || believed->amplitude == 0.0) continue;
+    if (pluck_at < believed->lambda || pluck_at > believed->lambda_to) return false;
+  }
+  return tones;
+}
+
 /// A stopped string for 1 s after its pluck.
 struct StoppedRing {
+  bool plucked_part = false;  ///< is what a client believes of the string from the Tone on
+
   SwingOfSides sides;
   std::array<double, kMaxPartials> partials{};  ///< of the plucked part when looked at, m
   std::array<double, kMaxPartials> told{};      ///< what a client plays then, m
@@ -312,7 +332,7 @@ StoppedRing ring_stopped(const Stop& stop, double kt, double pluck_at, int looke
   for (int k = 0; k <= 130; ++k) {
     ensemble.tick({holds, plucker(stop, pluck_at, stop.depth, -72e-3 + 1e-3 * k)});
   }
-  StoppedRing ring{SwingOfSides(stop.lambda)};
+  StoppedRing ring{false, SwingOfSides(stop.lambda), {}, {}};
   PartialsOfPart partials(stop.lambda);
   for (int k = 0; k < 1000; ++k) {
     ensemble.tick({holds, plucker(stop, pluck_at, stop.depth, 58e-3)});
@@ -329,6 +349,7 @@ StoppedRing ring_stopped(const Stop& stop, double kt, double pluck_at, int looke
     ring.told = told_partials(*told, wave.state.string.done_ns);
   }
   ring.partials = partials.amplitudes();
+  ring.plucked_part = believes_plucked_part(ensemble.events, pluck_at);
   return ring;
 }
 
@@ -382,6 +403,7 @@ TEST_CASE("a stopped string rings as long as finite differences have it, and is 
     CAPTURE(pluck_at);
     const StoppedRing played = ring_stopped(stop, kt, pluck_at, 300);
     CHECK(std::abs(loss(played.sides) - loss(ring_stopped_truth(stop, kt, pluck_at))) <= 1.5);
+    CHECK(played.plucked_part);
     const double loudest = *std::max_element(played.partials.begin(), played.partials.end());
     for (std::size_t j = 0; j < kMaxPartials; ++j) {
       CAPTURE(j);
