@@ -63,6 +63,6 @@ def players(lab: Lab, figure: Figure) -> None:
 
 
 SPECS = [
-    Spec("S1.2", "Pipes and cables", "pipes and cables in a cluttered environment such as an aircraft cabin", cabin, 20.0),
+    Spec("S1.2", "Pipes and cables", "pipes and cables in a cluttered environment such as an aircraft cabin", cabin, 80.0),
     Spec("S4.4", "The players' gestures", "picking, wiping, hammering, pulling, sliding, which the players missed", players, 30.0),
 ]
