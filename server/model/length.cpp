@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "proto/hints/quantity.h"
+
 namespace hapticd {
 namespace {
 
@@ -37,8 +39,8 @@ double parse_length(std::string_view text) {
   }
   const std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
   if (unit.starts_with(',')) {
-    throw std::invalid_argument("'" + std::string(text) +
-                                "' has a comma: write 0.25mm, with a point");
+    throw std::invalid_argument("'" + std::string(text) + "' has a comma. " +
+                                hints::parse_quantity(text, "m").fault);
   }
   return unit.empty() ? value : value * unit_in_metres(unit);
 }

@@ -1,6 +1,7 @@
 // See source_option.h.
 #include "server/model/source_option.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -28,6 +29,17 @@ std::vector<ParameterValue> parse_parameters(const std::vector<std::string>& set
     values.emplace_back(text.substr(0, equals), parse_length(text.substr(equals + 1)));
   }
   return values;
+}
+
+/// Throws where the model has no parameter of that name, with the one that may be meant.
+void check_parameter(const NamedModel& model, const std::string& name) {
+  std::vector<std::string> names;
+  for (const ModelParameter& known : model.parameters()) names.emplace_back(known.range.name);
+  if (std::find(names.begin(), names.end(), name) != names.end()) return;
+  std::string text = "no parameter named " + name + "." + hints::did_you_mean(name, names);
+  text += " There are";
+  for (const std::string& known : names) text.append(" ").append(known);
+  throw std::invalid_argument(text);
 }
 
 double metres_per_unit(const SourceOptions& options) {
@@ -113,7 +125,9 @@ TriangleMesh make_model(const std::string& name, const std::vector<std::string>&
     throw std::invalid_argument("no model named '" + name + "'." +
                                 hints::did_you_mean(name, names) + " There are" + listed);
   }
-  return model->make(parse_parameters(set));
+  const std::vector<ParameterValue> values = parse_parameters(set);
+  for (const ParameterValue& value : values) check_parameter(*model, value.first);
+  return model->make(values);
 }
 
 }  // namespace hapticd

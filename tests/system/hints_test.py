@@ -99,6 +99,11 @@ class Hints(unittest.TestCase):
         if model.exists():
             code, _, text = said(str(model), "make", "guqin_bdy", "-o", os.devnull)
             self.assertEqual((2, "guqin_body"), (code, meant(text)))
+            code, _, text = said(str(model), "make", "pillar", "--set", "heigth=20cm", "-o", os.devnull)
+            self.assertEqual((2, "height"), (code, meant(text)))
+            code, _, text = said(str(model), "make", "pillar", "--set", "height=20,5cm", "-o", os.devnull)
+            self.assertEqual(2, code)
+            self.assertIn("Write 20.5cm, with a point.", text)
 
     @unittest.skipUnless(HAPTIC_WEB, "there is no viewer here")
     def test_folders_that_are_none_are_refused(self):

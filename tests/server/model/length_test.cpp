@@ -26,6 +26,15 @@ TEST_CASE("what is no length is refused with its text") {
   }
 }
 
+TEST_CASE("a decimal comma is refused with the number that was meant") {
+  CHECK_THROWS_WITH_AS(static_cast<void>(parse_length("1,5mm")),
+                       "'1,5mm' has a comma. Write 1.5mm, with a point.", std::invalid_argument);
+  // May be thousands.
+  CHECK_THROWS_WITH_AS(static_cast<void>(parse_length("1,500um")),
+                       "'1,500um' has a comma. Give a number without commas.",
+                       std::invalid_argument);
+}
+
 TEST_CASE("lengths are written in the unit that reads best") {
   CHECK(format_length(250e-6) == "250 um");
   CHECK(format_length(0.9999e-3) == "1 mm");
