@@ -2,7 +2,9 @@
 """Scripts name what somebody meant who mistyped an option, a label, a preset or a group of packages. Truth: the distance between two words
 by its recurrence, from their ends.
 
-usage: hints_test.py CMAKE INSTALL-SCRIPT, the script that installs clients/play
+usage: hints_test.py CMAKE INSTALL-SCRIPT [PRESET]
+  INSTALL-SCRIPT  installs clients/play
+  PRESET          whose build is in build/PRESET
 """
 import functools
 import os
@@ -98,6 +100,13 @@ class Hints(unittest.TestCase):
             with self.subTest(script):
                 self.check_options(ROOT / script, script.removeprefix("clients/play/"))
 
+    def test_an_option_of_hapticd_is_said_to_stand_behind_dashes(self):
+        if not PRESET:
+            self.skipTest("not built where deploy/play builds")
+        code, _, complaint = said(str(ROOT / "deploy/play"), "--preset", PRESET, "--no-build", "--scene", "wall")
+        self.assertEqual((2, "deploy/play: --scene is an option of hapticd, and stands behind --: deploy/play -- --scene. See deploy/play --help.\n"),
+                         (code, complaint))
+
     def test_the_label_the_preset_and_the_group_that_were_meant_are_named(self):
         for words, name in ((("deploy/test", "unti"), "unit"), (("deploy/test", "--preset", "tdy"), "tidy"),
                             (("deploy/play", "--preset", "relaese"), "release"), (("deploy/install_packages", "audoi"), "audio")):
@@ -112,5 +121,6 @@ class Hints(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    CMAKE, INSTALL = sys.argv[1:]
+    CMAKE, INSTALL, *PRESET = sys.argv[1:]
+    PRESET = PRESET and PRESET[0]
     unittest.main(argv=sys.argv[:1], verbosity=2)
