@@ -12,6 +12,7 @@
 #include "tests/oracle/pop_through.h"
 #include "tests/oracle/pose_stream.h"
 #include "tests/server/model/temporary_folder.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -61,9 +62,9 @@ TEST_CASE("the paper's press in the middle of a string gives its printed force, 
   for (const double depth : {1e-4, 1e-3, 3e-3}) {
     Baseline baseline(tool, {});
     const BaselineTick tick = press(baseline, tool, depth);
-    CHECK(tick.X_WG.p.y() == doctest::Approx(kReach).epsilon(1e-6));
-    CHECK(tick.deflection == doctest::Approx(depth).epsilon(1e-5));
-    CHECK(tick.F_H_W.f.y() == doctest::Approx(printed(depth)).epsilon(1e-4));
+    CHECK(tick.X_WG.p.y() == within(kReach, 1e-6));
+    CHECK(tick.deflection == within(depth, 1e-5));
+    CHECK(tick.F_H_W.f.y() == within(printed(depth), 1e-4));
     CHECK(std::abs(tick.F_H_W.f.x()) < 1e-12);
   }
 }
@@ -91,13 +92,13 @@ TEST_CASE("a penalty is kt times the depth, and lets go beyond the axis") {
   options.method = BaselineMethod::kPenalty;
   Baseline baseline(tool, options);
   CHECK(baseline.tick(tool, at(0.0, kReach - 2e-3), 1e-3).F_H_W.f.y() ==
-        doctest::Approx(2e-3 * tool.stiffness.kt).epsilon(1e-9));
+        within(2e-3 * tool.stiffness.kt, 1e-9));
   CHECK(baseline.tick(tool, at(0.0, -kReach + 2e-3), 1e-3).F_H_W.f.y() ==
-        doctest::Approx(-2e-3 * tool.stiffness.kt).epsilon(1e-9));
+        within(-2e-3 * tool.stiffness.kt, 1e-9));
   CHECK(baseline.tick(tool, at(0.0, kReach + 1e-9), 1e-3).F_H_W.f.norm() == 0.0);
   // Round ends: 1 mm into the cap.
   CHECK(baseline.tick(tool, at(0.55 + kReach - 1e-3, 0.0), 1e-3).F_H_W.f.x() ==
-        doctest::Approx(1e-3 * tool.stiffness.kt).epsilon(1e-9));
+        within(1e-3 * tool.stiffness.kt, 1e-9));
 }
 
 TEST_CASE("the collision radius follows what rings, or nothing, as asked") {
@@ -111,7 +112,7 @@ TEST_CASE("the collision radius follows what rings, or nothing, as asked") {
     (void)baseline.tick(tool, at(0.0, 0.05), 1e-3);
     const BaselineTick later = baseline.tick(tool, at(0.0, 0.05), 1e-3);
     const double rings = breathing == Breathing::kNone ? 0.0 : 2e-3;
-    CHECK(later.radius_growth == doctest::Approx(rings).epsilon(1e-4));
+    CHECK(later.radius_growth == within(rings, 1e-4));
     // A millimetre above the resting string is inside the ringing one.
     const BaselineTick above = baseline.tick(tool, at(0.0, kReach + 1e-3), 1e-3);
     CHECK(above.pairs == (breathing == Breathing::kNone ? 0 : 1));

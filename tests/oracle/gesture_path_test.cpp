@@ -1,6 +1,7 @@
 // The path of a gesture: where it begins and ends, and its shape against Flash and Hogan's
 // polynomial.
 #include "tests/oracle/gesture_path.h"
+#include "tests/support/within.h"
 
 #include <doctest/doctest.h>
 
@@ -41,11 +42,10 @@ TEST_CASE("between way-points a path has minimum jerk, or constant speed where a
   for (std::size_t k = 0; k < 100; ++k) {
     const double s = static_cast<double>(k) / 100.0;
     const double jerk = 10.0 * std::pow(s, 3) - 15.0 * std::pow(s, 4) + 6.0 * std::pow(s, 5);
-    CHECK(poses[k].X_DH.p.x() == doctest::Approx(2.0 * jerk).epsilon(1e-12));
+    CHECK(poses[k].X_DH.p.x() == within(2.0 * jerk, 1e-12));
   }
   for (std::size_t k = 0; k <= 50; ++k) {
-    CHECK(poses[100 + k].X_DH.p.x() ==
-          doctest::Approx(2.0 - static_cast<double>(k) / 50.0).epsilon(1e-12));
+    CHECK(poses[100 + k].X_DH.p.x() == within(2.0 - static_cast<double>(k) / 50.0, 1e-12));
   }
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/support/shell_run.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -71,7 +72,7 @@ TEST_CASE("more modes bring a string's force to the truth, and glide its pitch n
   const double cents = number(outcome.text, pluck, "truth_cents");
   CHECK(cents > 80.0);
   CHECK(cents < 120.0);
-  CHECK(number(outcome.text, pluck, "error_cents") == doctest::Approx(-cents).epsilon(1e-3));
+  CHECK(number(outcome.text, pluck, "error_cents") == within(-cents, 1e-3));
   CHECK(std::fabs(number(outcome.text, pluck, "error_with_glide_cents")) < 0.06 * cents);
   // One string is in series with the coupling; two share it, so that each by itself gives too much.
   const auto press = [&](int strings, const std::string& solved) {

@@ -10,6 +10,7 @@
 #include "core/scene/scene.h"
 #include "tests/core/scene/scene_builder.h"
 #include "tests/oracle/study_report.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -59,7 +60,7 @@ TEST_CASE("a gesture begins and ends in the air, and presses as deep as it says 
     CHECK(gesture.at(0.0).p.norm() > kBall + kFinger + 1e-3);
     // It lifts off along the normal of the place where it came down, and has slid by centimetres.
     CHECK(gesture.at(kStudyGesture_s).p.norm() > kBall + kFinger + 1e-3);
-    CHECK(gesture.X_WH_touch.p.norm() == doctest::Approx(kBall + kFinger).epsilon(1e-3));
+    CHECK(gesture.X_WH_touch.p.norm() == within(kBall + kFinger, 1e-3));
     CHECK(gesture.depth >= 0.5e-3);
     CHECK(gesture.depth <= 6e-3);
   }
@@ -75,7 +76,7 @@ TEST_CASE("a press on a ball has the force of the spring to the nearest place ou
   const std::vector<StudyTick> ticks = play_study(scene, 0, setting, gesture, &judge);
   REQUIRE(ticks.size() == 400);
   const double kt = scene.description().tools[0].coupling.kt;
-  CHECK(ticks[200].felt_W.y() == doctest::Approx(kt * gesture.depth).epsilon(1e-6));
+  CHECK(ticks[200].felt_W.y() == within(kt * gesture.depth, 1e-6));
   CHECK(ticks[200].path_gap_m >= 0.0);
   CHECK(ticks[200].path_gap_m <= 2e-9);
   CHECK(ticks[0].felt_W.norm() == 0.0);
@@ -105,7 +106,7 @@ TEST_CASE("a penalty enters the ball by what the gesture presses it, and the pap
   PathRun judge(scene);
   const auto penalty = play_baseline(scene, 0, BaselineMethod::kPenalty, gesture, judge.judge());
   const auto paper = play_baseline(scene, 0, BaselineMethod::kPaper, gesture, judge.judge());
-  CHECK(penalty[200].path_gap_m == doctest::Approx(-gesture.depth).epsilon(1e-6));
+  CHECK(penalty[200].path_gap_m == within(-gesture.depth, 1e-6));
   CHECK(paper[200].path_gap_m > -1e-6);
 }
 
@@ -124,7 +125,7 @@ TEST_CASE("quantiles of a histogram are those of its values to a twentieth") {
   Histogram histogram;
   for (int i = 1; i <= 1000; ++i) count_value(i, histogram);
   for (const double q : {0.01, 0.5, 0.99}) {
-    CHECK(quantile(histogram, q) == doctest::Approx(1000.0 * q).epsilon(0.05));
+    CHECK(quantile(histogram, q) == within(1000.0 * q, 0.05));
   }
   CHECK(quantile({}, 0.5) == 0.0);
 }

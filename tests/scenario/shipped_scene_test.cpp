@@ -13,6 +13,7 @@
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 #include "tests/support/skip.h"
+#include "tests/support/within.h"
 #include "tests/truth/path_run.h"
 
 namespace hapticd::test {
@@ -206,8 +207,8 @@ TEST_CASE("the Guqin's strings are those of its model, and its bounds are those 
       const StringParameters& p = d.strings[i].parameters;
       CHECK((to_vector(p.p_WA) - strings[i].p_WA).norm() <= 1e-6);
       CHECK((to_vector(p.p_WB) - strings[i].p_WB).norm() <= 1e-6);
-      CHECK(p.radius == doctest::Approx(strings[i].radius).epsilon(1e-4));
-      CHECK(derive_string(p).frequency == doctest::Approx(strings[i].frequency).epsilon(1e-6));
+      CHECK(p.radius == within(strings[i].radius, 1e-4));
+      CHECK(derive_string(p).frequency == within(strings[i].frequency, 1e-6));
     }
   }
   const auto guqin = load_shipped("guqin");
@@ -251,13 +252,12 @@ TEST_CASE(
       CAPTURE(i);
       const StringParameters& p = d.strings[i].parameters;
       const StringConstants string = derive_string(p);
-      CHECK(string.axial_stiffness ==
-            doctest::Approx(p.linear_density * kModulusOverDensity).epsilon(3e-3));
+      CHECK(string.axial_stiffness == within(p.linear_density * kModulusOverDensity, 3e-3));
       CHECK(sharp_by(string, strings[i], 0.5) >= 0.0);
       CHECK(sharp_by(string, strings[i], 0.5) <= 6.0);
       // Losses of modes 1 and 10 are those of a nylon string, eta_A 1.2 /s and eta_F 4e-4.
       const double first = 0.5 * (1.2 + 4e-4 * 2.0 * kPi * string.frequency);
-      CHECK(1.0 / string.decay == doctest::Approx(first).epsilon(0.03));
+      CHECK(1.0 / string.decay == within(first, 0.03));
     }
   }
 }

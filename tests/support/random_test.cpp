@@ -1,6 +1,7 @@
 // The generator against the published sequence of SplitMix64, and the ranges of what is derived
 // from it.
 #include "tests/support/random.h"
+#include "tests/support/within.h"
 
 #include <doctest/doctest.h>
 
@@ -54,7 +55,7 @@ TEST_CASE("directions have unit length and no preferred side") {
       mean[axis] += direction[axis] / kCount;
       length_squared += direction[axis] * direction[axis];
     }
-    REQUIRE(length_squared == doctest::Approx(1.0).epsilon(1e-14));
+    REQUIRE(length_squared == hapticd::test::within(1.0, 1e-14));
   }
   // The standard deviation of a component's mean is 1 / sqrt(3 * 10000) = 0.0058; five of them.
   for (const double component : mean) CHECK(std::abs(component) < 0.029);

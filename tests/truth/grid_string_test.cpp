@@ -1,6 +1,7 @@
 // The grid of a touched string judged before it judges: closed forms, energy, convergence, and the
 // figures of another calculation.
 #include "tests/truth/grid_string.h"
+#include "tests/support/within.h"
 
 #include <doctest/doctest.h>
 
@@ -57,11 +58,11 @@ TEST_CASE("every partial of a free string has the pitch and the decay of its clo
       grid.step({});
       swing.push_back(grid.displacement(0.5 / n).x());
     }
-    CHECK(frequency(swing, grid.step_s(), f) == doctest::Approx(f).epsilon(1e-4));
+    CHECK(frequency(swing, grid.step_s(), f) == within(f, 1e-4));
     const StringGrid::Mode mode = grid.mode(n, 2.0 * kPi * f);
     const double left = std::exp(-(string.loss + n * n * string.loss_n2) * grid.time());
-    CHECK(std::hypot(mode.q.x(), mode.v.x()) == doctest::Approx(1e-3 * left).epsilon(3e-3));
-    CHECK(std::hypot(mode.q.y(), mode.v.y()) == doctest::Approx(2e-3 * left).epsilon(3e-3));
+    CHECK(std::hypot(mode.q.x(), mode.v.x()) == within(1e-3 * left, 3e-3));
+    CHECK(std::hypot(mode.q.y(), mode.v.y()) == within(2e-3 * left, 3e-3));
   }
 }
 
@@ -92,10 +93,8 @@ TEST_CASE("a finger that holds a string still bears what statics says") {
     };
     play(grid, {&path, 1}, 0.3);
     const double deflection = grid.displacement(lambda).norm();
-    CHECK(grid.finger(0).normal ==
-          doctest::Approx(finger.stiffness * (depth - deflection)).epsilon(1e-6));
-    CHECK(grid.finger(0).normal ==
-          doctest::Approx(held_force(string, lambda, deflection)).epsilon(5e-3));
+    CHECK(grid.finger(0).normal == within(finger.stiffness * (depth - deflection), 1e-6));
+    CHECK(grid.finger(0).normal == within(held_force(string, lambda, deflection), 5e-3));
   }
 }
 

@@ -1,6 +1,7 @@
 // Paths judged against closed forms: one sphere against one line, a sphere on a body, a bent
 // string; and that a path that tunnels is seen.
 #include "tests/truth/path_judge.h"
+#include "tests/support/within.h"
 
 #include <doctest/doctest.h>
 
@@ -56,13 +57,13 @@ TEST_CASE("the gaps at a pose are those of the closed form, and no more than a m
   const Scene scene(string_and_ball());
   PathJudge judge(scene.tool_scene(0));
   const ObstacleGaps over = judge.gaps(at({0.1, kFinger + kString + 3e-4, 0.0}));
-  CHECK(over.capsules[0] == doctest::Approx(3e-4).epsilon(1e-9));
+  CHECK(over.capsules[0] == within(3e-4, 1e-9));
   CHECK(over.bodies[0] == kFarthestGap);
   const ObstacleGaps beyond = judge.gaps(at({0.5 + kFinger + kString - 2e-4, 0.0, 0.0}));
-  CHECK(beyond.capsules[0] == doctest::Approx(-2e-4).epsilon(1e-9));
+  CHECK(beyond.capsules[0] == within(-2e-4, 1e-9));
   const ObstacleGaps ball = judge.gaps(at({0.0, 0.02 + kFinger - 1e-4, 0.1}));
   CHECK(ball.capsules[0] == kFarthestGap);
-  CHECK(ball.bodies[0] == doctest::Approx(-1e-4).epsilon(1e-9));
+  CHECK(ball.bodies[0] == within(-1e-4, 1e-9));
 }
 
 TEST_CASE(
@@ -87,9 +88,9 @@ TEST_CASE(
   for (const double gap : {3e-4, 9e-4, 1.2e-3}) {
     const double y = std::sqrt(std::pow(0.02 + kFinger + gap, 2) - kAside * kAside);
     const ContactState there = at({0.0, y, 0.1});
-    CHECK(judge.gaps(there).bodies[0] == doctest::Approx(gap - lower).epsilon(1e-9));
+    CHECK(judge.gaps(there).bodies[0] == within(gap - lower, 1e-9));
     const std::vector<ContactState> resting{there, there};
-    CHECK(judge.smallest_gap(resting) == doctest::Approx(gap - lower).epsilon(1e-9));
+    CHECK(judge.smallest_gap(resting) == within(gap - lower, 1e-9));
   }
 }
 
@@ -143,9 +144,9 @@ TEST_CASE("a string that is held bent is where its legs are") {
   // Above the vertex of two legs the nearest point is the vertex or on a leg, 5 mm in 0.5 m.
   const double h = kFinger + kString + 1e-4;
   const double truth = h * std::cos(std::atan(5e-3 / 0.5)) - kFinger - kString;
-  CHECK(judge.gaps(state).capsules[0] == doctest::Approx(truth).epsilon(1e-9));
+  CHECK(judge.gaps(state).capsules[0] == within(truth, 1e-9));
   const std::vector<ContactState> resting{state, state};
-  CHECK(judge.smallest_gap(resting) == doctest::Approx(truth).epsilon(1e-9));
+  CHECK(judge.smallest_gap(resting) == within(truth, 1e-9));
 }
 
 TEST_CASE("a finger that is pressed on a string never goes into it, and one put there does") {
@@ -162,7 +163,7 @@ TEST_CASE("a finger that is pressed on a string never goes into it, and one put 
   PathRun wrong(scene);
   wrong.place({{1.0, 0.0, 0.0, 0.0}, {0.1, 4e-3, 0.0}});
   CHECK(wrong.judged_tick({{1.0, 0.0, 0.0, 0.0}, {0.1, 4e-3, 0.0}}) ==
-        doctest::Approx(4e-3 - kFinger - kString).epsilon(1e-9));
+        within(4e-3 - kFinger - kString, 1e-9));
 }
 
 }  // namespace hapticd::test

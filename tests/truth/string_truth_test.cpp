@@ -1,6 +1,7 @@
 // The truth about strings judged before it judges: two methods against each other, energy, closed
 // forms, convergence.
 #include "tests/truth/string_truth.h"
+#include "tests/support/within.h"
 
 #include <doctest/doctest.h>
 
@@ -68,10 +69,10 @@ TEST_CASE("what the hand and the pluck put into an undamped string stays in it")
   const double plucked = plucked_energy(string, press);
   const TruthRun grid = play_grid(string, press, 2000);
   // 2000 cells round the corners of the triangle off, 256 modes leave 0.4 % of its energy out.
-  CHECK(grid.energy_before == doctest::Approx(plucked).epsilon(0.003));
+  CHECK(grid.energy_before == within(plucked, 0.003));
   CHECK(std::abs(grid.energy - grid.energy_before - grid.work) <= 1e-3 * plucked);
   const TruthRun modes = play_modes(string, press, 256, 400'000);
-  CHECK(modes.energy_before == doctest::Approx(plucked).epsilon(0.006));
+  CHECK(modes.energy_before == within(plucked, 0.006));
   CHECK(std::abs(modes.energy - modes.energy_before - modes.work) <= 1e-3 * plucked);
 }
 
@@ -82,8 +83,8 @@ TEST_CASE("a string that a finger damps loses energy") {
   const TruthRun grid = play_grid(string, press, 1000);
   const TruthRun modes = play_modes(string, press, 256, 400'000);
   // exp(-2 t / T_d) over 100 ms, while the share of kinetic energy moves it by 1 / (omega T_d).
-  CHECK(grid.energy / grid.energy_before == doctest::Approx(std::exp(-0.2 / 0.03)).epsilon(0.1));
-  CHECK(modes.energy / modes.energy_before == doctest::Approx(std::exp(-0.2 / 0.03)).epsilon(0.1));
+  CHECK(grid.energy / grid.energy_before == within(std::exp(-0.2 / 0.03), 0.1));
+  CHECK(modes.energy / modes.energy_before == within(std::exp(-0.2 / 0.03), 0.1));
   for (const double force : grid.force) CHECK(force == 0.0);
   for (const double force : modes.force) CHECK(force == 0.0);
 }
@@ -94,9 +95,8 @@ TEST_CASE("a string pressed for long rests where statics says") {
   press.ticks = 400;
   const double k0 = 30.0 / (1.1 * 0.3 * 0.7);
   const double force = 2e-3 / (1.0 / k0 + 1e-3);
-  CHECK(play_modes(string, press, 256, 200'000).force.back() ==
-        doctest::Approx(force).epsilon(1e-4));
-  CHECK(play_grid(string, press, 1000).force.back() == doctest::Approx(force).epsilon(1e-4));
+  CHECK(play_modes(string, press, 256, 200'000).force.back() == within(force, 1e-4));
+  CHECK(play_grid(string, press, 1000).force.back() == within(force, 1e-4));
 }
 
 TEST_CASE("a plucked string is a triangle that comes back every period, mirrored every half") {

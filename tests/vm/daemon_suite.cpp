@@ -19,6 +19,7 @@
 
 #include "clients/library/client.h"
 #include "clients/library/controller.h"
+#include "tests/support/within.h"
 #include "tests/vm/uhid_device.h"
 
 namespace hapticd::test {
@@ -307,7 +308,7 @@ void push(Session& session, const UhidDevice& plugged, v1::Axis axis) {
     CHECK(along(output, axis) >= 0.0);
     CHECK(force_of(output) == doctest::Approx(along(output, axis)));
   }
-  CHECK(most == doctest::Approx(0.3).epsilon(1e-4));
+  CHECK(most == within(0.3, 1e-4));
   CHECK(force_of(plugged.output()) == 0.0);
 }
 

@@ -17,6 +17,7 @@
 #include "tests/clients/audio/temporary_folder.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::audio {
 namespace {
@@ -254,7 +255,7 @@ TEST_CASE("a chord that is limited comes back to its own loudness") {
   };
   CHECK(rms_of(3.0, 48000) < 0.75);
   CHECK(rms_of(0.3, 48000) > 0.8 * 0.3 / std::sqrt(2.0));
-  CHECK(rms_of(0.3, 48000) == doctest::Approx(0.3 / std::sqrt(2.0)).epsilon(1e-2));
+  CHECK(rms_of(0.3, 48000) == test::within(0.3 / std::sqrt(2.0), 1e-2));
 }
 
 }  // namespace hapticd::audio

@@ -9,6 +9,7 @@
 #include "clients/audio/event_player.h"
 #include "tests/clients/audio/played.h"
 #include "tests/clients/audio/tone_measure.h"
+#include "tests/support/within.h"
 
 namespace hapticd::audio {
 namespace {
@@ -74,7 +75,7 @@ TEST_CASE("a string that rang before is begun as loud as it is by then, at its p
     const std::vector<float> later = joined(told(5), since);
     const double louder = test::rms(at_once, kRate_hz, 0.1, 0.2);
     const double softer = test::rms(later, kRate_hz, 0.1, 0.2);
-    CHECK(softer / louder == doctest::Approx(std::exp(-since / 1.5)).epsilon(0.01));
+    CHECK(softer / louder == test::within(std::exp(-since / 1.5), 0.01));
     const double hz = test::frequency_near(later, kRate_hz, 146.8, 0.1, 0.2, 0.1);
     CHECK(std::abs(test::cents(hz, 146.8)) < 2.0);
   }
@@ -99,7 +100,7 @@ TEST_CASE("partials that decay faster have faded more: a string is begun with wh
   const std::vector<float> sound = joined(bright, 1.0);
   const std::vector<float> pure = joined(told(5), 1.0);
   const double softer = test::rms(pure, kRate_hz, 0.1, 0.2);
-  CHECK(test::rms(sound, kRate_hz, 0.1, 0.2) / softer == doctest::Approx(1.0).epsilon(0.01));
+  CHECK(test::rms(sound, kRate_hz, 0.1, 0.2) / softer == test::within(1.0, 0.01));
   // Had it kept as much of the second, it would be heard, and 3 dB more of both.
   v1::StringSounding even = bright;
   even.set_decays_s(1, 1.5F);

@@ -12,6 +12,7 @@
 #include "tests/clients/audio/tone_measure.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::audio {
 namespace {
@@ -167,7 +168,7 @@ TEST_CASE("a finger that damps is heard as fast as it does, and a string grown l
   course.level = [](double t) { return t < 0.3 ? std::exp(-t) : 1.6 * std::exp(-t); };
   const auto louder = rendered(course, 0.02);
   CHECK(level_at(louder, 0.6) / level_at(louder, 0.2) ==
-        doctest::Approx(course.level(0.6) / course.level(0.2)).epsilon(0.1));
+        test::within(course.level(0.6) / course.level(0.2), 0.1));
 }
 
 TEST_CASE("older messages and such as no string can send change nothing") {

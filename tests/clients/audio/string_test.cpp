@@ -12,6 +12,7 @@
 #include "clients/audio/string_design.h"
 #include "tests/clients/audio/played.h"
 #include "tests/clients/audio/tone_measure.h"
+#include "tests/support/within.h"
 
 namespace hapticd::audio {
 namespace {
@@ -81,8 +82,7 @@ TEST_CASE(
       const double f1 = open.frequency_hz;
       CAPTURE(open.name);
       CAPTURE(decay_s);
-      CHECK(decay_near(sound, kRate_hz, f1, 0.1, 0.25, 0.3) ==
-            doctest::Approx(decay_s).epsilon(2e-3));
+      CHECK(decay_near(sound, kRate_hz, f1, 0.1, 0.25, 0.3) == test::within(decay_s, 2e-3));
       double before = decay_s * 1.002;
       for (int n = 2; n * f1 < 2500.0; n *= 2) {
         const double here = decay_near(sound, kRate_hz, n * f1, 0.05, 0.15, 0.05);
@@ -92,7 +92,7 @@ TEST_CASE(
       const int high = static_cast<int>(std::lround(kHighFrequency_hz / f1));
       const double expected = decay_s / kHighDecayRatio;
       const double here = decay_near(sound, kRate_hz, high * f1, 0.02, 0.1, 0.05);
-      CHECK(here == doctest::Approx(expected).epsilon(0.06));
+      CHECK(here == test::within(expected, 0.06));
     }
   }
 }
@@ -114,7 +114,7 @@ TEST_CASE(
       CHECK(std::abs(sine_in(sound, kRate_hz, n * 98.0, 0.05, 0.25)) < 4e-3 * first);
     } else {
       CHECK(partial_at_onset(sound, n * 98.0) / first ==
-            doctest::Approx(law * std::exp(-0.5 * blunt * blunt)).epsilon(0.03));
+            test::within(law * std::exp(-0.5 * blunt * blunt), 0.03));
     }
   }
 }
@@ -126,8 +126,8 @@ TEST_CASE("partials that the event names are those that sound, as forces at the 
   tone.inharmonicity = 0.0;
   const auto sound = played(tone, bare(), 1.0);
   const double first = partial_at_onset(sound, 110.0);
-  CHECK(partial_at_onset(sound, 330.0) / first == doctest::Approx(1.5).epsilon(0.03));
-  CHECK(partial_at_onset(sound, 550.0) / first == doctest::Approx(1.0).epsilon(0.03));
+  CHECK(partial_at_onset(sound, 330.0) / first == test::within(1.5, 0.03));
+  CHECK(partial_at_onset(sound, 550.0) / first == test::within(1.0, 0.03));
   CHECK(std::abs(sine_in(sound, kRate_hz, 220.0, 0.05, 0.25)) < 4e-3 * first);
 }
 
@@ -163,7 +163,7 @@ TEST_CASE("loudness follows the level alone: equal for every string, place and d
         CAPTURE(lambda);
         CAPTURE(decay_s);
         CHECK(test::rms(sound, kRate_hz, 0.0, kLevelWindow_s) ==
-              doctest::Approx(0.5 * kLevelRms).epsilon(0.03));
+              test::within(0.5 * kLevelRms, 0.03));
       }
     }
   }

@@ -14,6 +14,7 @@
 #include "tests/clients/audio/tone_measure.h"
 #include "tests/support/no_heap.h"
 #include "tests/support/random.h"
+#include "tests/support/within.h"
 
 namespace hapticd::audio {
 namespace {
@@ -132,8 +133,7 @@ TEST_CASE("an order whose instant is over is played at once and counted, none is
   CHECK_EQ(onset(sound), 1);
   CHECK_EQ(timeline->counts().played, 2);
   CHECK_EQ(timeline->counts().late, 1);
-  CHECK(static_cast<double>(timeline->counts().latest_ns) ==
-        doctest::Approx(28e9 / kRate_hz).epsilon(1e-6));
+  CHECK(static_cast<double>(timeline->counts().latest_ns) == test::within(28e9 / kRate_hz, 1e-6));
 }
 
 TEST_CASE("orders are played by their instants, whatever order they come in") {

@@ -24,6 +24,7 @@
 #include "tests/clients/audio/temporary_folder.h"
 #include "tests/clients/audio/tone_measure.h"
 #include "tests/support/random.h"
+#include "tests/support/within.h"
 
 namespace hapticd::audio {
 namespace {
@@ -110,8 +111,7 @@ TEST_CASE("recordings of any level and the computed string are equally loud at t
     const double expected = static_cast<double>(level) * kLevelRms;
     for (const char* const name : {"soft", "loud", "no such file"}) {
       const auto sound = heard(&files, scene_with(name, 98.0), tone(98.0F, level), 0.5);
-      CHECK(test::rms(sound, kRate_hz, 0.0, kLevelWindow_s) ==
-            doctest::Approx(expected).epsilon(0.03));
+      CHECK(test::rms(sound, kRate_hz, 0.0, kLevelWindow_s) == test::within(expected, 0.03));
     }
   }
 }
@@ -132,7 +132,7 @@ TEST_CASE(
       const double pitch = test::frequency_near(sound, output_hz, 98.05, 0.1, 0.4, 0.4);
       CHECK(std::abs(test::cents(pitch, 98.0)) < 0.01);
       CHECK(test::rms(sound, output_hz, 0.0, kLevelWindow_s) ==
-            doctest::Approx(0.5 * kLevelRms).epsilon(2e-3));
+            test::within(0.5 * kLevelRms, 2e-3));
     }
     CHECK(files.problems().empty());
   }
@@ -212,8 +212,7 @@ TEST_CASE("silence before a tone is cut off and said; a tone that begins at once
         return std::abs(frame) > 0.5F * static_cast<float>(kLevelRms);
       });
       CHECK(loud - sound.begin() <= 49);
-      CHECK(test::rms(sound, kRate_hz, 0.0, kLevelWindow_s) ==
-            doctest::Approx(kLevelRms).epsilon(5e-3));
+      CHECK(test::rms(sound, kRate_hz, 0.0, kLevelWindow_s) == test::within(kLevelRms, 5e-3));
     }
   }
   write_marred(folder.path() / "prompt.wav", kNowhere, 0.0F);
@@ -259,7 +258,7 @@ TEST_CASE("a recording in stereo is mixed, and its end is silence") {
   const ToneFile* const file = files.find("G2");
   REQUIRE(file != nullptr);
   CHECK_EQ(file->samples.size(), 28800);
-  CHECK(file->rms == doctest::Approx(0.3 / std::numbers::sqrt2).epsilon(0.01));
+  CHECK(file->rms == test::within(0.3 / std::numbers::sqrt2, 0.01));
   const auto sound = heard(&files, scene_with("G2", 98.0), tone(98.0F, 1.0F), 1.0);
   for (std::size_t i = 28800; i < sound.size(); ++i) CHECK_EQ(sound[i], 0.0F);
 }
@@ -275,15 +274,15 @@ TEST_CASE("the shipped tones have the pitch, level and decay of the computed str
     const auto computed = heard(nullptr, scene, item, 2.0);
     CAPTURE(open.name);
     REQUIRE(files.find(open.name) != nullptr);
-    CHECK(files.find(open.name)->frequency_hz == doctest::Approx(open.frequency_hz).epsilon(1e-6));
+    CHECK(files.find(open.name)->frequency_hz == test::within(open.frequency_hz, 1e-6));
     for (const auto* const sound : {&recorded, &computed}) {
       const double pitch =
           test::frequency_near(*sound, kRate_hz, open.frequency_hz * 1.001, 0.1, 0.4, 0.4);
       CHECK(std::abs(test::cents(pitch, open.frequency_hz)) < 0.02);
       CHECK(test::rms(*sound, kRate_hz, 0.0, kLevelWindow_s) ==
-            doctest::Approx(0.7 * kLevelRms).epsilon(0.03));
+            test::within(0.7 * kLevelRms, 0.03));
       CHECK(test::decay_near(*sound, kRate_hz, open.frequency_hz, 0.1, 0.4, 0.4) ==
-            doctest::Approx(0.5).epsilon(5e-3));
+            test::within(0.5, 5e-3));
       CHECK(*std::max_element(sound->begin(), sound->end()) < 1.0F);
     }
   }

@@ -9,6 +9,7 @@
 #include "tests/core/collision/scene_check.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -101,7 +102,7 @@ TEST_CASE("exactly as many pairs as fit leave the margin whole, one more shrinks
     CHECK(fits->covered_margin == 0.4985);
     const auto full = found_contacts(scene, {}, {0.4995});
     CHECK(full->contacts.size() == kMaxCandidates);
-    CHECK(full->covered_margin == doctest::Approx(0.499).epsilon(1e-12));
+    CHECK(full->covered_margin == within(0.499, 1e-12));
     for (const Contact& contact : full->contacts) CHECK(contact.gap < 0.1);
   }
 }

@@ -9,6 +9,7 @@
 #include "tests/core/collision/scene_check.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -42,21 +43,21 @@ Vector3 normal_to(const Vector3& n) {
 TEST_CASE("beside a string the gap is the distance less both radii, along the line of centres") {
   for (const double x : {1e-9, 0.1, 0.5, 0.9999}) {
     const Contact c = contact_with(kAlongX, {x, 6e-3, -8e-3}, kTip);
-    CHECK(c.gap == doctest::Approx(10e-3 - kTip - kString).epsilon(1e-13));
+    CHECK(c.gap == within(10e-3 - kTip - kString, 1e-13));
     CHECK((c.nhat_OG_W - Vector3(0, 0.6, -0.8)).norm() <= 1e-15);
     CHECK((c.p_WC - Vector3(x, 3e-3, -4e-3)).norm() <= 1e-15);
-    CHECK(c.lambda == doctest::Approx(x).epsilon(1e-15));
+    CHECK(c.lambda == within(x, 1e-15));
   }
 }
 
 TEST_CASE("beyond its end a string is a ball around the end") {
   const Contact at_B = contact_with(kAlongX, {1.0 + 6e-3, 8e-3, 0}, kTip);
-  CHECK(at_B.gap == doctest::Approx(10e-3 - kTip - kString).epsilon(1e-12));
+  CHECK(at_B.gap == within(10e-3 - kTip - kString, 1e-12));
   CHECK((at_B.nhat_OG_W - Vector3(0.6, 0.8, 0)).norm() <= 1e-13);
   CHECK((at_B.p_WC - Vector3(1.003, 4e-3, 0)).norm() <= 1e-15);
   CHECK(at_B.lambda == 1.0);
   const Contact at_A = contact_with(kAlongX, {-6e-3, 0, -8e-3}, kTip);
-  CHECK(at_A.gap == doctest::Approx(10e-3 - kTip - kString).epsilon(1e-13));
+  CHECK(at_A.gap == within(10e-3 - kTip - kString, 1e-13));
   CHECK((at_A.nhat_OG_W - Vector3(-0.6, 0, -0.8)).norm() <= 1e-15);
   CHECK(at_A.lambda == 0.0);
 }
@@ -78,8 +79,8 @@ TEST_CASE("gap and normal pass over lambda 0 and 1 without a step, from just ins
     for (const double step : {0.0, 1e-18, 1e-16, 1e-12}) {
       for (const double side : {-1.0, 1.0}) {
         const Contact c = contact_with(kAlongX, {end + side * step, height, 0}, kTip);
-        CHECK(c.lambda == doctest::Approx(end).epsilon(1e-11));
-        CHECK(c.gap == doctest::Approx(height - kTip - kString).epsilon(1e-12));
+        CHECK(std::abs(c.lambda - end) < 1e-11);
+        CHECK(c.gap == within(height - kTip - kString, 1e-12));
         CHECK((c.nhat_OG_W - Vector3(0, 1, 0)).norm() <= 1e-9);
       }
     }
@@ -119,7 +120,7 @@ TEST_CASE("a string of no length is a ball") {
     const Vector3 n = to_vector(random.direction());
     const double d = i == 0 ? 0.0 : random.uniform(0.0, 0.02);
     const Contact c = contact_with({p_A, p_A, kString}, p_A + d * n, kTip);
-    CHECK(c.gap == doctest::Approx(d - kTip - kString).epsilon(1e-12));
+    CHECK(c.gap == within(d - kTip - kString, 1e-12));
     CHECK(c.lambda == 0.0);
     if (i > 0) CHECK((c.nhat_OG_W - n).norm() * d <= 4e-16);
     if (i == 0) CHECK(c.nhat_OG_W == Vector3(0, 1, 0));
@@ -132,7 +133,7 @@ TEST_CASE("radii of 0 on either side or both are legal") {
       CAPTURE(r);
       CAPTURE(R);
       const Contact c = contact_with({{0, 0, 0}, {1, 0, 0}, R}, {0.5, 0, 0.02}, r);
-      CHECK(c.gap == doctest::Approx(0.02 - r - R).epsilon(1e-14));
+      CHECK(c.gap == within(0.02 - r - R, 1e-14));
       CHECK((c.p_WC - Vector3(0.5, 0, 0.02 - r)).norm() <= 1e-17);
     }
   }
@@ -242,7 +243,7 @@ TEST_CASE("quaternions that are not quite unit turn the tool without stretching 
   for (const double stretch : {1.0, 1.0 + 1e-9, 1.0 - 1e-9, 0.5, 2.0}) {
     const auto set = found_contacts(scene, {{h * stretch, 0, 0, -h * stretch}, {0, 2e-3, 0}}, {});
     REQUIRE(set->contacts.size() == 1);
-    CHECK(set->contacts[0].gap == doctest::Approx(2e-3 - kTip - kString).epsilon(1e-12));
+    CHECK(set->contacts[0].gap == within(2e-3 - kTip - kString, 1e-12));
   }
 }
 

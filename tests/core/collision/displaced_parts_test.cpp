@@ -2,6 +2,8 @@
 // where they stand.
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -12,6 +14,7 @@
 #include "core/tree/sphere_tree.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 #include "tests/truth/contact_oracle.h"
 
 namespace hapticd::test {
@@ -88,7 +91,7 @@ TEST_CASE("parts that stand aside are found where they stand, and nowhere else")
       const Contact& contact = set->contacts[i];
       const OracleContact& oracle = truth.contacts[i];
       REQUIRE(contact.key == oracle.key);
-      REQUIRE(contact.gap == doctest::Approx(static_cast<double>(oracle.gap)).epsilon(1e-12));
+      REQUIRE(std::abs(contact.gap - static_cast<double>(oracle.gap)) < 1e-14);
       // The point lies on the sphere where the part stands.
       const Sphere& sphere = scene.displaced_G[static_cast<std::size_t>(contact.key.tool_sphere)];
       const Vector3 p_WC = transform(scene.X_WG, sphere.p) - sphere.r * contact.nhat_OG_W;
@@ -120,7 +123,7 @@ TEST_CASE("a pair evaluated anew is where its part stands, alone or among others
       const Contact alone = evaluate_contact(
           contact.key, {scene.tree.view(), scene.X_WG, scene.displaced()}, scene.obstacles());
       REQUIRE(contact.gap == alone.gap);
-      REQUIRE(contact.gap == doctest::Approx(found->contacts[i].gap).epsilon(1e-12));
+      REQUIRE(contact.gap == within(found->contacts[i].gap, 1e-12));
       REQUIRE((contact.nhat_OG_W - found->contacts[i].nhat_OG_W).norm() < 1e-9);
       smallest = std::min(smallest, contact.gap);
     }

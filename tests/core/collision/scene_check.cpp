@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "tests/support/contact_scenes.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -97,7 +98,7 @@ bool same_bits(const Contact& a, const Contact& b) {
 void check_contact(const Contact& found, const OracleContact& truth, const Sphere& sphere_G,
                    const Pose& X_WG, const ObstaclesView& obstacles, double tolerance) {
   CHECK(std::abs(found.gap - static_cast<double>(truth.gap)) <= tolerance);
-  CHECK(found.nhat_OG_W.norm() == doctest::Approx(1.0).epsilon(1e-14));
+  CHECK(found.nhat_OG_W.norm() == within(1.0, 1e-14));
   const auto offset = truth.offset_W;
   const Vector3 offset_W{static_cast<double>(offset[0]), static_cast<double>(offset[1]),
                          static_cast<double>(offset[2])};

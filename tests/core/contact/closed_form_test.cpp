@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/core/contact/rendering_fixture.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -114,7 +115,7 @@ TEST_CASE("pressed on a flat plate the force is kt times the depth, whatever the
     ToolRun run(scene, pose_at({0, 0.01, 0}));
     run.stiffness.kt = kt;
     run.hold(pose_at({0, kTip - 2e-3, 0}), kTicks);
-    CHECK(run.result.F_H_W.f.y() / kt == doctest::Approx(2e-3).epsilon(1e-6));
+    CHECK(run.result.F_H_W.f.y() / kt == within(2e-3, 1e-6));
   }
 }
 

@@ -8,6 +8,7 @@
 #include "tests/core/contact/string_scenes.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -204,13 +205,12 @@ TEST_CASE("what breaks a finger away along a string is mu N, approached and not 
       const double s = rest_distance(0.34e-3);
       glide(run, {0.4, s + 1e-3, 0.0}, {0.4, s - 3e-3, 0.0}, 100);
       double greatest = 0.0;
-      double normal = 0.0;
       glide(run, {0.4, s - 3e-3, 0.0}, {0.402, s - 3e-3, 0.0}, 400, [&](const Vector3& /*p_WH*/) {
         const Vector3 f = rendered(run).F_H_W.f;
-        greatest = std::max(greatest, -f.x());
-        normal = f.y();
+        greatest = std::max(greatest, -f.x() / f.y());
       });
-      CHECK(greatest == doctest::Approx(mu * normal).epsilon(kFrictionError));
+      // Where a tick of the glide adds a fifth of mu N, the tick of the slip may be short of it.
+      CHECK(greatest == within(mu, mu < 0.1 ? 3.0 * kFrictionError : kFrictionError));
     }
   }
 }

@@ -12,6 +12,7 @@
 #include "tests/core/contact/rendering_fixture.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -72,7 +73,7 @@ TEST_CASE(
     const Vector3 dp = random.uniform(1e-9, 1e-4) * to_vector(random.direction());
     plane.move(dp);
     CHECK(plane.residual().force == doctest::Approx(plane.run.stiffness.kt * dp.norm()));
-    CHECK(plane.residual().gap == doctest::Approx(std::abs(plane.normal.dot(dp))).epsilon(1e-6));
+    CHECK(plane.residual().gap == within(std::abs(plane.normal.dot(dp)), 1e-6));
   }
 }
 

@@ -10,6 +10,7 @@
 #include "tests/core/contact/rendering_fixture.h"
 #include "tests/support/guarded_step.h"
 #include "tests/support/random.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -137,7 +138,7 @@ TEST_CASE(
     if (tick.contact.status == ContactStatus::kRecovering) CHECK(force <= kRecoveryForce);
     before = force;
   }
-  CHECK(tick.F_H_W.f.norm() == doctest::Approx(1000.0 * (kTip + kString - 1e-3)).epsilon(0.01));
+  CHECK(tick.F_H_W.f.norm() == within(1000.0 * (kTip + kString - 1e-3), 0.01));
 }
 
 }  // namespace hapticd::test

@@ -9,6 +9,7 @@
 #include "core/contact/clearance.h"
 #include "tests/core/contact/string_law_truth.h"
 #include "tests/core/contact/string_scenes.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -70,8 +71,8 @@ TEST_CASE("a rigid string gives the law's force at D / k_s along its contact, an
             const Vector3 truth = force * from_axis.normalized();
             CHECK((tick.F_H_W.f - truth).norm() <= 1e-6 * force + 1e-9);
             CHECK((tick.strings[0].F_W - truth).norm() <= 1e-6 * force + 1e-9);
-            CHECK(tick.strings[0].deflection == doctest::Approx(D / k_s).epsilon(1e-6));
-            CHECK(tick.strings[0].displacement == doctest::Approx(D).epsilon(1e-6));
+            CHECK(tick.strings[0].deflection == within(D / k_s, 1e-6));
+            CHECK(tick.strings[0].displacement == within(D, 1e-6));
           }
         }
       }
@@ -123,8 +124,8 @@ TEST_CASE("two rigid strings pressed at once give each the law of its own contac
       const double F_b = (n_a.y() * pull.z() - n_a.z() * pull.y()) / det;
       REQUIRE(F_a > 0.0);
       REQUIRE(F_b > 0.0);
-      CHECK(tick.strings[0].force == doctest::Approx(law(left, 0.5, F_a / kKt)).epsilon(1e-5));
-      CHECK(tick.strings[1].force == doctest::Approx(law(right, 0.5, F_b / kKt)).epsilon(1e-5));
+      CHECK(tick.strings[0].force == within(law(left, 0.5, F_a / kKt), 1e-5));
+      CHECK(tick.strings[1].force == within(law(right, 0.5, F_b / kKt), 1e-5));
       const Vector3 sum = tick.strings[0].force * n_a + tick.strings[1].force * n_b;
       CHECK((tick.F_H_W.f - sum).norm() <= 1e-5 * sum.norm());
     }
@@ -160,10 +161,10 @@ TEST_CASE(
   };
   const double frozen = k_s_from_device(1.1, 30.0, 0.25, kDevice);
   const double reference = force(30.0, frozen);
-  CHECK(reference == doctest::Approx(kDevice * 2e-3).epsilon(1e-2));
-  CHECK(force(45.0, frozen) == doctest::Approx(1.5 * reference).epsilon(1e-6));
+  CHECK(reference == within(kDevice * 2e-3, 1e-2));
+  CHECK(force(45.0, frozen) == within(1.5 * reference, 1e-6));
   const double recomputed = k_s_from_device(1.1, 45.0, 0.25, kDevice);
-  CHECK(force(45.0, recomputed) == doctest::Approx(reference).epsilon(1e-2));
+  CHECK(force(45.0, recomputed) == within(reference, 1e-2));
 }
 
 }  // namespace hapticd::test

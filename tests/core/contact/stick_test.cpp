@@ -11,6 +11,7 @@
 #include "tests/core/contact/string_scenes.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -159,7 +160,7 @@ TEST_CASE("pressed hard straight down on a string the edge of a nail keeps it, w
     for (std::int64_t k = scaled(100'000); k > 0; --k) {
       run.tick({0.05, rub.height - 5e-3, 1e-9});
     }
-    CHECK(run.force().norm() == doctest::Approx(force).epsilon(1e-9));
+    CHECK(run.force().norm() == within(force, 1e-9));
   }
 }
 
@@ -203,7 +204,7 @@ TEST_CASE("a tool slips at atan(mu), within two percent, at any place, way, load
       }
       CHECK(most <= 1.02);
       CHECK(held >= 0.98);
-      CHECK(share == doctest::Approx(1.0).epsilon(0.02));
+      CHECK(share == within(1.0, 0.02));
     }
   }
 }

@@ -11,6 +11,7 @@
 #include "tests/support/pose_composition.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -148,9 +149,9 @@ TEST_CASE("a fingertip wedged between two strings sinks to where both laws toget
         const StringTick tick = rendered(run);
         REQUIRE(tick.strings.size() == 2);
         for (const PressedString& contact : tick.strings) {
-          CHECK(contact.force == doctest::Approx(static_cast<double>(force)).epsilon(1e-5));
+          CHECK(contact.force == within(static_cast<double>(force), 1e-5));
         }
-        CHECK(tick.F_H_W.f.y() == doctest::Approx(1000.0 * (y - p_WH.y())).epsilon(1e-5));
+        CHECK(tick.F_H_W.f.y() == within(1000.0 * (y - p_WH.y()), 1e-5));
       }
     }
   }
@@ -188,7 +189,7 @@ TEST_CASE("strings, bodies and the hand balance in every press, each string by i
     // What the tick reports of each string is what its law says at its own deflection.
     for (const PressedString& contact : tick.strings) {
       const double pull = balance.string_pull[static_cast<std::size_t>(contact.string)];
-      CHECK(contact.force == doctest::Approx(pull).epsilon(2e-3));
+      CHECK(contact.force == within(pull, 2e-3));
       // The string stands off the tool by what is left of the clearance, which is not felt.
       CHECK(std::abs(contact.deflection - deflection_of(run, contact.string).norm()) <=
             10.0 * run.state.clearance);

@@ -12,6 +12,7 @@
 #include "tests/core/contact/strokes.h"
 #include "tests/support/guarded_step.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -183,7 +184,7 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
     CHECK(pressed > 0.2);
     for (int i = 0; i < 2; ++i) {
       render(y);
-      CHECK(tick.F_H_W.f.norm() == doctest::Approx(pressed).epsilon(1e-3));
+      CHECK(tick.F_H_W.f.norm() == within(pressed, 1e-3));
     }
     render(y);
     CHECK(verdict == PoseVerdict::kFault);
@@ -192,7 +193,7 @@ TEST_CASE("a pose that is no number while a string is bent holds, then silences 
     CHECK(state.contact.touched[0].bend.u_W.allFinite());
     hand.clear();
     for (int i = 0; i < 3; ++i) render(0.002);
-    CHECK(tick.F_H_W.f.norm() == doctest::Approx(pressed).epsilon(1e-3));
+    CHECK(tick.F_H_W.f.norm() == within(pressed, 1e-3));
   }
 }
 

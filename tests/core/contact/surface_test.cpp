@@ -11,6 +11,7 @@
 #include "tests/core/contact/string_scenes.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -129,7 +130,7 @@ TEST_CASE("a skin of 0 is as good as one of a nanometre: a lever turns, a string
     turned.hold(pose_at({0.0, 0.002, 0.0}), 60);
     // 3.34 mm are shared between a shift and a turn of 20 mm, which is 1 + 20^2 / 10^2 times
     // softer.
-    CHECK(log_rotation(turned.state.X_WG.q).x() == doctest::Approx(-0.1336).epsilon(0.03));
+    CHECK(log_rotation(turned.state.X_WG.q).x() == within(-0.1336, 0.03));
 
     const RenderingScene string = scene_of({string_at()});
     ToolRun bent(string, pose_at({0.4, 0.02, 0.0}));
@@ -148,7 +149,7 @@ TEST_CASE("a margin hardly above the skin still lets the tool come down, and hol
   run.options.margin = 1.001e-3;
   glide(run, {0.0, 0.02, 0.0}, {0.0, kTouch - 2e-3, 0.0}, 100);
   run.hold(pose_at({0.0, kTouch - 2e-3, 0.0}), 60);
-  CHECK(run.result.F_H_W.f.y() == doctest::Approx(2e-3 * run.stiffness.kt).epsilon(1e-3));
+  CHECK(run.result.F_H_W.f.y() == within(2e-3 * run.stiffness.kt, 1e-3));
 }
 
 }  // namespace hapticd::test

@@ -13,6 +13,7 @@
 #include "tests/core/contact/strokes.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -270,9 +271,9 @@ TEST_CASE("what is pressed keeps its level until it is let go of") {
   REQUIRE(exact > 0.5);
   REQUIRE(coarse > exact + 2 * kFreeChange);
   run.options.body_level = kLeafLevel;
-  CHECK(run.hold(pressed, 1).F_H_W.f.norm() == doctest::Approx(coarse).epsilon(1e-6));
+  CHECK(run.hold(pressed, 1).F_H_W.f.norm() == within(coarse, 1e-6));
   run.hold(above, 2);
-  CHECK(run.hold(pressed, 50).F_H_W.f.norm() == doctest::Approx(exact).epsilon(1e-3));
+  CHECK(run.hold(pressed, 50).F_H_W.f.norm() == within(exact, 1e-3));
 }
 
 }  // namespace hapticd::test

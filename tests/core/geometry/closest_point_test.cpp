@@ -10,6 +10,7 @@
 
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -112,14 +113,14 @@ TEST_CASE("at, just outside and just inside an end, lambda is exactly 0, 0 and t
       CHECK(lambda_at(-kTiny) == 0.0);
       CHECK(lambda_at(-1e-9 * L) == 0.0);
       CHECK(lambda_at(-1e6 * L) == 0.0);
-      CHECK(lambda_at(1e-12 * L) == doctest::Approx(1e-12).epsilon(1e-15));
-      CHECK(lambda_at(0.25 * L) == doctest::Approx(0.25).epsilon(1e-15));
+      CHECK(lambda_at(1e-12 * L) == within(1e-12, 1e-15));
+      CHECK(lambda_at(0.25 * L) == within(0.25, 1e-15));
       CHECK(lambda_at(L) == 1.0);
       CHECK(lambda_at(std::nextafter(L, 2 * L)) == 1.0);
       CHECK(lambda_at(1e6 * L) == 1.0);
       const double inside = lambda_at(L * (1.0 - 1e-12));
       CHECK(inside < 1.0);
-      CHECK(1.0 - inside == doctest::Approx(1e-12).epsilon(1e-3));
+      CHECK(1.0 - inside == within(1e-12, 1e-3));
       CHECK(lambda_at(std::nextafter(L, 0.0)) <= 1.0);
     }
   }
@@ -199,7 +200,7 @@ TEST_CASE("segments around the smallest length turn into points without a bad nu
           CHECK(found.distance <= std::abs(x) * L);
         }
         if (L > 1.0005 * kMinLength) {
-          CHECK(found.lambda == doctest::Approx(std::clamp(x, 0.0, 1.0)).epsilon(1e-12));
+          CHECK(found.lambda == within(std::clamp(x, 0.0, 1.0), 1e-12));
         }
         if (L < kMinLength) CHECK(found.lambda == 0.0);
       }

@@ -11,6 +11,7 @@
 #include "tests/core/instrument/strings.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -37,13 +38,13 @@ TEST_CASE("a string barely deflected is a spring of stiffness k0 = T / (L lambda
   const StringConstants string = guqin_string();
   for (const double lambda : {0.001, 0.1, 0.25, 0.5, 0.9}) {
     const double k0 = 30.0 / (1.1 * lambda * (1.0 - lambda));
-    CHECK(small_deflection_stiffness(string, lambda) == doctest::Approx(k0).epsilon(1e-14));
+    CHECK(small_deflection_stiffness(string, lambda) == within(k0, 1e-14));
     CHECK(deflect(string, lambda, 0.0).slope == small_deflection_stiffness(string, lambda));
     CHECK(deflect(string, lambda, 0.0).secant == small_deflection_stiffness(string, lambda));
     const Deflection small = deflect(string, lambda, 1e-11);
-    CHECK(small.force == doctest::Approx(k0 * 1e-11).epsilon(1e-12));
-    CHECK(small.slope == doctest::Approx(k0).epsilon(1e-12));
-    CHECK(small.energy == doctest::Approx(0.5 * k0 * 1e-22).epsilon(1e-12));
+    CHECK(small.force == within(k0 * 1e-11, 1e-12));
+    CHECK(small.slope == within(k0, 1e-12));
+    CHECK(small.energy == within(0.5 * k0 * 1e-22, 1e-12));
   }
 }
 
@@ -131,8 +132,8 @@ TEST_CASE("the lateral force points to the middle and vanishes there") {
   CHECK(deflect(string, 0.5001, 0.01).lateral_force < 0.0);
   // On an end one half is square to the axis and the other nearly along it.
   const double along = 30.0 + string.axial_stiffness * 0.01 / 1.1;
-  CHECK(deflect(string, 0.0, 0.01).lateral_force == doctest::Approx(along).epsilon(0.01));
-  CHECK(deflect(string, 1.0, 0.01).lateral_force == doctest::Approx(-along).epsilon(0.01));
+  CHECK(deflect(string, 0.0, 0.01).lateral_force == within(along, 0.01));
+  CHECK(deflect(string, 1.0, 0.01).lateral_force == within(-along, 0.01));
 }
 
 TEST_CASE("a string reversed end for end answers with the same bits") {
@@ -217,7 +218,7 @@ TEST_CASE("a pluck of 5 mm glides 56 cents, of which 40 are the mean, and 79 at 
   CHECK(std::fabs(cents(std::sqrt(1.0 + 0.5 * stretch)) - 40.2) < 0.05);
   const double share = 8.0 / (3.14159265358979323846 * 3.14159265358979323846);
   CHECK(pitch_factor(string, 0.5, 5e-3) ==
-        doctest::Approx(std::sqrt(1.0 + 0.5 * stretch * (1.0 + 0.5 * share))).epsilon(1e-14));
+        within(std::sqrt(1.0 + 0.5 * stretch * (1.0 + 0.5 * share)), 1e-14));
   CHECK(std::fabs(cents(pitch_factor(string, 0.5, 5e-3)) - 55.96) < 0.05);
   CHECK(pitch_factor(string, 0.5, 0.0) == 1.0);
 }
@@ -228,11 +229,11 @@ TEST_CASE("a string glides as the tension of its swing asks, wherever it is draw
     CAPTURE(lambda);
     const double peak = deflect(string, lambda, 1e-3).axial_force / string.tension;
     const double pitch = pitch_factor(string, lambda, 1e-3);
-    CHECK((pitch * pitch - 1.0) / peak == doctest::Approx(felt_share(lambda)).epsilon(2e-3));
+    CHECK((pitch * pitch - 1.0) / peak == within(felt_share(lambda), 2e-3));
   }
   for (const double end : {0.0, 1.0, 1e-300, 1.0 - 0x1p-53}) {
     const double half = 0.5 * deflect(string, end, 5e-3).axial_force / string.tension;
-    CHECK(pitch_factor(string, end, 5e-3) == doctest::Approx(std::sqrt(1.0 + half)).epsilon(1e-14));
+    CHECK(pitch_factor(string, end, 5e-3) == within(std::sqrt(1.0 + half), 1e-14));
   }
 }
 
@@ -263,7 +264,7 @@ TEST_CASE("on an end the force jumps to T, and its stiffness at rest is infinite
     CHECK(deflect(string, lambda, 0.0).force == 0.0);
     CHECK(deflect(string, lambda, 0.0).slope == kInfinity);
     CHECK(deflect(string, lambda, 0.0).secant == kInfinity);
-    CHECK(deflect(string, lambda, 1e-12).force == doctest::Approx(30.0).epsilon(1e-8));
+    CHECK(deflect(string, lambda, 1e-12).force == within(30.0, 1e-8));
   }
 }
 

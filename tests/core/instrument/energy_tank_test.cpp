@@ -9,6 +9,7 @@
 
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -28,7 +29,7 @@ TEST_CASE("a force beyond the tank's means becomes (E + 50 uJ) / ((v + a dt) dt)
       EnergyTank tank{1e-4, 1e-4, 0.0};
       const double bound = 1.5e-4 / ((speed + 500.0 * 1e-3) * 1e-3);
       const double force = draw_from_tank(sign * 50.0, hand_reach(speed, 500.0, 1e-3), tank);
-      CHECK(force == doctest::Approx(sign * bound).epsilon(1e-14));
+      CHECK(force == within(sign * bound, 1e-14));
       CHECK(tank.held_force == force);
     }
   }
@@ -45,7 +46,7 @@ TEST_CASE("work given leaves the tank, work of the hand comes back until it is f
   settle_tank(0.25, tank);
   CHECK(tank.energy == 0.5);
   settle_tank(-0.1, tank);
-  CHECK(tank.energy == doctest::Approx(0.7).epsilon(1e-15));
+  CHECK(tank.energy == within(0.7, 1e-15));
   settle_tank(-5.0, tank);
   CHECK(tank.energy == 1.0);
   settle_tank(5.0, tank);

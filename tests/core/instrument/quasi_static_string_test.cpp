@@ -10,6 +10,7 @@
 #include "tests/core/instrument/string_hand.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -99,16 +100,16 @@ TEST_CASE("entering the envelope at 0.2 to 0.9 of its radius is a touch, and dam
     REQUIRE(count_events(hand, StringEventKind::kTouch) == 1);
     const StringEvent touched = last_event(hand, StringEventKind::kTouch);
     CHECK(touched.ringing);
-    CHECK(touched.normal_speed == doctest::Approx(speed).epsilon(1e-9));
+    CHECK(touched.normal_speed == within(speed, 1e-9));
     // The line of the tool meets the envelope, which shrinks by less than 0.3 % in a tick.
     const double t = static_cast<double>(touched.t_ns - start_ns) * 1e-9;
     const double meets = (8e-3 - reach * std::exp(-t / 0.5)) / speed;
-    CHECK(t == doctest::Approx(meets).epsilon(1e-2));
+    CHECK(t == within(meets, 1e-2));
     const StringEvent radius = last_event(hand, StringEventKind::kRadius);
     CHECK(radius.radius_phase == RadiusPhase::kDamp);
     CHECK(radius.decay == 0.03);
     CHECK(radius.t_ns == touched.t_ns);
-    CHECK(radius.amplitude == doctest::Approx(reach * std::exp(-t / 0.5)).epsilon(1e-3));
+    CHECK(radius.amplitude == within(reach * std::exp(-t / 0.5), 1e-3));
     // No work is done on a resting finger: the decay is the damped one alone.
     const double energy = hand.state.vibration.energy;
     for (int i = 0; i < 3; ++i) move_to(hand, hand.distance);
@@ -220,8 +221,7 @@ TEST_CASE("one slow lift with noise gives one tone, of the largest deflection") 
     for (int i = 0; i < 300; ++i) go(-5e-3);
     for (int i = 1; i <= 600; ++i) go(-5e-3 + i * 1e-5);
     CHECK(count_events(hand, StringEventKind::kTone) == 1);
-    CHECK(last_event(hand, StringEventKind::kTone).amplitude ==
-          doctest::Approx(most).epsilon(1e-9));
+    CHECK(last_event(hand, StringEventKind::kTone).amplitude == within(most, 1e-9));
   }
 }
 

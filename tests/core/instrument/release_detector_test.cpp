@@ -10,6 +10,7 @@
 #include "tests/core/instrument/string_hand.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -158,7 +159,7 @@ TEST_CASE("a lost contact is an end only beyond the release gap, at the instant 
   move(finger, 0.101e-3);
   CHECK(finger.releases == 1);
   CHECK(finger.last.ended_ns == 3'500'000);
-  CHECK(finger.detector.normal_speed == doctest::Approx(-0.1).epsilon(1e-12));
+  CHECK(finger.detector.normal_speed == within(-0.1, 1e-12));
   CHECK(finger.detector.tangential_speed == 0.25);
 }
 

@@ -9,6 +9,7 @@
 #include "tests/core/instrument/strings.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -53,8 +54,8 @@ TEST_CASE("for small displacements it is two springs in series") {
     for (const double kc : {0.1, 100.0, 1e3, 1e6}) {
       const double k0 = 30.0 / (1.1 * lambda * (1.0 - lambda));
       const SeriesDeflection at = deflect_in_series(string, lambda, 1e-10, kc);
-      CHECK(at.force == doctest::Approx(1e-10 / (1.0 / kc + 1.0 / k0)).epsilon(1e-13));
-      CHECK(at.delta == doctest::Approx(1e-10 * kc / (kc + k0)).epsilon(1e-13));
+      CHECK(at.force == within(1e-10 / (1.0 / kc + 1.0 / k0), 1e-13));
+      CHECK(at.delta == within(1e-10 * kc / (kc + k0), 1e-13));
     }
   }
 }
@@ -143,7 +144,7 @@ TEST_CASE("the force is continuous in lambda up to and on the ends") {
       before = force;
     }
     const double nearby = deflect_in_series(string, 1e-12, displacement, 1000.0).force;
-    CHECK(nearby == doctest::Approx(on_end).epsilon(1e-6));
+    CHECK(nearby == within(on_end, 1e-6));
   }
 }
 
@@ -172,7 +173,7 @@ TEST_CASE("a slack string takes all of the displacement until it stretches") {
   const StringConstants slack = make_string(1.1, 0.0, 1.9e11, 0.34e-3);
   const SeriesDeflection at = deflect_in_series(slack, 0.5, 1e-6, 1000.0);
   const double cube = std::pow(2.0 * 1e-6 / 1.1, 3.0);
-  CHECK(at.force == doctest::Approx(slack.axial_stiffness * cube).epsilon(1e-6));
+  CHECK(at.force == within(slack.axial_stiffness * cube, 1e-6));
 }
 
 TEST_CASE("a string without length is a sphere that does not yield") {

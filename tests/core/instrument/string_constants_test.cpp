@@ -8,6 +8,7 @@
 #include "core/instrument/mode_series.h"
 #include "core/instrument/string_parameters.h"
 #include "tests/core/instrument/strings.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -22,7 +23,7 @@ TEST_CASE("length and axial stiffness are |AB| and E pi R^2") {
   parameters.radius = 1e-3;
   const StringConstants string = derive_string(parameters);
   CHECK(string.length == 7.0);
-  CHECK(string.axial_stiffness == doctest::Approx(2e5 * kPiTruth).epsilon(1e-14));
+  CHECK(string.axial_stiffness == within(2e5 * kPiTruth, 1e-14));
   CHECK(string.tension == 30.0);
 }
 
@@ -65,7 +66,7 @@ TEST_CASE("the tuning wins over the density, and without it the density tunes") 
   parameters.linear_density = 7850.0 * kPiTruth * 0.34e-3 * 0.34e-3;
   CHECK(derive_string(parameters).frequency == 110.0);
   parameters.frequency = 0.0;
-  CHECK(derive_string(parameters).frequency == doctest::Approx(46.6).epsilon(1e-3));
+  CHECK(derive_string(parameters).frequency == within(46.6, 1e-3));
 }
 
 TEST_CASE("where tension tunes, the density wins over the frequency and the pitch goes as a root") {
@@ -73,11 +74,11 @@ TEST_CASE("where tension tunes, the density wins over the frequency and the pitc
   parameters.tuning = StringTuning::kTension;
   CHECK(derive_string(parameters).frequency == 110.0);
   parameters.linear_density = tuned_density(1.1, 30.0, 98.0);
-  CHECK(derive_string(parameters).frequency == doctest::Approx(98.0).epsilon(1e-14));
+  CHECK(derive_string(parameters).frequency == within(98.0, 1e-14));
   parameters.tension = 120.0;
   const StringConstants tighter = derive_string(parameters);
-  CHECK(tighter.frequency == doctest::Approx(196.0).epsilon(1e-14));
-  CHECK(tighter.modal_mass == doctest::Approx(0.55 * parameters.linear_density).epsilon(1e-14));
+  CHECK(tighter.frequency == within(196.0, 1e-14));
+  CHECK(tighter.modal_mass == within(0.55 * parameters.linear_density, 1e-14));
   parameters.tuning = StringTuning::kFrequency;
   CHECK(derive_string(parameters).frequency == 110.0);
 }
@@ -87,12 +88,12 @@ TEST_CASE("the modal mass makes tension and tuning agree") {
   const StringConstants string = make_string(1.1, 30.0, 1.9e11, 0.34e-3);
   const double omega = 2.0 * kPiTruth * 110.0;
   const double stiffness = 30.0 * kPiTruth * kPiTruth / (2.0 * 1.1);
-  CHECK(string.modal_mass * omega * omega == doctest::Approx(stiffness).epsilon(1e-14));
+  CHECK(string.modal_mass * omega * omega == within(stiffness, 1e-14));
   // From a density: mu L / 2.
   StringParameters parameters = string_parameters(1.1, 30.0, 1.9e11, 0.34e-3);
   parameters.frequency = 0.0;
   parameters.linear_density = 3e-3;
-  CHECK(derive_string(parameters).modal_mass == doctest::Approx(1.65e-3).epsilon(1e-14));
+  CHECK(derive_string(parameters).modal_mass == within(1.65e-3, 1e-14));
 }
 
 void check_silent(const StringParameters& parameters) {
@@ -153,9 +154,8 @@ TEST_CASE("inharmonicity stretches the upper modes and leaves the tuning") {
 
 TEST_CASE("k_s from the device is k0 over its largest stiffness") {
   // k0 = 30 / (1.1 / 4) = 109 N/m: 0.109 of a device with 1 kN/m.
-  CHECK(k_s_from_device(1.1, 30.0, 0.5, 1000.0) == doctest::Approx(0.12 / 1.1).epsilon(1e-14));
-  CHECK(k_s_from_device(1.1, 30.0, 0.1, 1000.0) ==
-        doctest::Approx(30.0 / (1.1 * 0.09) / 1000.0).epsilon(1e-14));
+  CHECK(k_s_from_device(1.1, 30.0, 0.5, 1000.0) == within(0.12 / 1.1, 1e-14));
+  CHECK(k_s_from_device(1.1, 30.0, 0.1, 1000.0) == within(30.0 / (1.1 * 0.09) / 1000.0, 1e-14));
 }
 
 /// The rigid law: the displacement D of the hand is k_s times the deflection.
@@ -168,13 +168,13 @@ TEST_CASE("with k_s frozen at the reference, half as much tension again is felt"
   const double frozen = k_s_from_device(1.1, 30.0, 0.5, 1000.0);
   const double before = rigid_force(30.0, frozen, 1e-4);
   const double after = rigid_force(45.0, frozen, 1e-4);
-  CHECK(after / before == doctest::Approx(1.5).epsilon(1e-12));
+  CHECK(after / before == within(1.5, 1e-12));
 }
 
 TEST_CASE("were k_s computed anew for each tension, no tension could be felt") {
   const double before = rigid_force(30.0, k_s_from_device(1.1, 30.0, 0.5, 1000.0), 1e-4);
   const double after = rigid_force(45.0, k_s_from_device(1.1, 45.0, 0.5, 1000.0), 1e-4);
-  CHECK(after / before == doctest::Approx(1.0).epsilon(1e-5));
+  CHECK(after / before == within(1.0, 1e-5));
 }
 
 }  // namespace

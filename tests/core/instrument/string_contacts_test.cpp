@@ -12,6 +12,7 @@
 
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 #include "tests/truth/played_string.h"
 
 namespace hapticd::test {
@@ -136,8 +137,7 @@ TEST_CASE("a finger that holds a string still bears the string in series with it
     for (int tick = 0; tick < 1500; ++tick) play(string, table, kSteps, contacts, motion);
     const double lambda = finger.lambda_to;
     const double compliance = lambda * (1.0 - lambda) * length / tension;
-    CHECK(-contacts[0].force.z ==
-          doctest::Approx(depth / (compliance + 1.0 / finger.stiffness)).epsilon(1e-9));
+    CHECK(-contacts[0].force.z == within(depth / (compliance + 1.0 / finger.stiffness), 1e-9));
     CHECK(std::abs(contacts[0].force.y) <= 1e-9);
   }
 }

@@ -9,6 +9,7 @@
 #include "tests/core/instrument/string_hand.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -169,8 +170,8 @@ TEST_CASE("the vibration follows Eq. 9 whatever it gives, and the tank has what 
     move_to(hand, -3e-3 - 1e-3 * std::sin(kTurn * 98.0 * k * 1e-3));
     left = std::min(left - held * (hand.distance - before), full);
     most = std::max(most, full - left);
-    CHECK(hand.state.vibration.energy == doctest::Approx(start).epsilon(1e-9));
-    CHECK(hand.state.tank.energy == doctest::Approx(left).epsilon(1e-6));
+    CHECK(hand.state.vibration.energy == within(start, 1e-9));
+    CHECK(hand.state.tank.energy == within(left, 1e-6));
   }
   CHECK(most > 0.1 * full);
 }
@@ -210,7 +211,7 @@ TEST_CASE("a release fills the tank with what bends the string, by its share of 
     return 0.5 * vibration_stiffness(hand.string, 0.5) * deflection * deflection;
   };
   const double full = pluck_by_withdrawing();
-  CHECK(hand.state.tank.energy == doctest::Approx(full).epsilon(1e-9));
+  CHECK(hand.state.tank.energy == within(full, 1e-9));
   hand.state.tank.energy = 0.0;
   pluck_by_withdrawing();
   // 44 ms later; what the press gave back is in it too.

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "tests/core/instrument/string_hand.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -52,10 +53,9 @@ TEST_CASE("a released string rings with pi^2 T delta^2 / (4 L), and sleeps when 
   move_to(hand, 1e-3);
   CHECK(hand.state.level == StringPhase::kFundamental);
   const double E0 = kPi2 * kPi2 / 4.0 * 30.0 * delta * delta / (4.0 * 1.1);
-  CHECK(hand.state.vibration.released_energy == doctest::Approx(E0).epsilon(1e-6));
+  CHECK(hand.state.vibration.released_energy == within(E0, 1e-6));
   CHECK(hand.state.tank.energy == hand.state.tank.full);
-  CHECK(envelope(hand.string, hand.state, 0.5, hand.touch.time.t_ns) ==
-        doctest::Approx(delta).epsilon(1e-3));
+  CHECK(envelope(hand.string, hand.state, 0.5, hand.touch.time.t_ns) == within(delta, 1e-3));
   glide_to(hand, 0.1, 50);
 
   // exp(-2 t / T_d) = 1e-4 at 4.6 T_d.
@@ -68,7 +68,7 @@ TEST_CASE("a released string rings with pi^2 T delta^2 / (4 L), and sleeps when 
     move_to(hand, hand.distance);
   }
   const double rang_s = static_cast<double>(hand.touch.time.t_ns - released_ns) * 1e-9;
-  CHECK(rang_s == doctest::Approx(asleep_s).epsilon(2e-3));
+  CHECK(rang_s == within(asleep_s, 2e-3));
   CHECK(energy < 1.01e-4 * E0);
   CHECK(hand.state.vibration.energy == 0.0);
   CHECK(hand.state.tank.energy == 0.0);
@@ -155,9 +155,8 @@ TEST_CASE("a free string decays in closed form, whatever the ticks") {
       even.state.vibration.anchor_energy *
       std::exp(-2.0 / 0.5 *
                static_cast<double>(even.touch.time.t_ns - even.state.vibration.anchor_ns) * 1e-9);
-  CHECK(even.state.vibration.energy == doctest::Approx(truth).epsilon(1e-13));
-  CHECK(displacement(odd.state.vibration) ==
-        doctest::Approx(displacement(even.state.vibration)).epsilon(1e-9));
+  CHECK(even.state.vibration.energy == within(truth, 1e-13));
+  CHECK(displacement(odd.state.vibration) == within(displacement(even.state.vibration), 1e-9));
 }
 
 }  // namespace

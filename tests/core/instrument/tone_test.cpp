@@ -7,6 +7,7 @@
 
 #include "core/instrument/deflection.h"
 #include "tests/core/instrument/string_hand.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -32,7 +33,7 @@ TEST_CASE("a tone tells string, pitch, decay, place and speeds") {
   CHECK(tone.frequency == 110.0);
   CHECK(tone.decay == 0.5);
   CHECK(tone.lambda == 0.3);
-  CHECK(tone.amplitude == doctest::Approx(2e-3).epsilon(1e-4));
+  CHECK(tone.amplitude == within(2e-3, 1e-4));
   CHECK(tone.normal_speed < 0.0);
   CHECK(tone.tangential_speed == 0.7);
   CHECK(tone.glide_cents == 0.0);
@@ -43,9 +44,9 @@ TEST_CASE("a tone tells string, pitch, decay, place and speeds") {
 TEST_CASE("the level is amplitude or force over its reference, times the gain, at most 1") {
   InstrumentOptions options;
   options.tones.reference_amplitude = 4e-3;
-  CHECK(tone_of(plucked(options, 1e-3)).level == doctest::Approx(0.25).epsilon(1e-4));
+  CHECK(tone_of(plucked(options, 1e-3)).level == within(0.25, 1e-4));
   options.tones.gain = 2.0;
-  CHECK(tone_of(plucked(options, 1e-3)).level == doctest::Approx(0.5).epsilon(1e-4));
+  CHECK(tone_of(plucked(options, 1e-3)).level == within(0.5, 1e-4));
   CHECK(tone_of(plucked(options, 3e-3)).level == 1.0);
   options.tones.gain = 0.0;
   CHECK(tone_of(plucked(options, 3e-3)).level == 0.0);
@@ -55,7 +56,7 @@ TEST_CASE("the level is amplitude or force over its reference, times the gain, a
   options.tones.reference_force = 2.0;
   const StringHand hand = plucked(options, 3e-3);
   const double force = deflection_force(hand.string, 0.5, 3e-3);
-  CHECK(tone_of(hand).level == doctest::Approx(force / 2.0).epsilon(2e-4));
+  CHECK(tone_of(hand).level == within(force / 2.0, 2e-4));
   options.tones.reference_force = 0.01;
   CHECK(tone_of(plucked(options, 3e-3)).level == 1.0);
 }
@@ -70,7 +71,7 @@ TEST_CASE("glide starts at the cents of the amplitude and fades twice as fast as
   const double F_i = hand.string.axial_stiffness * stretch / 1.1;
   const double pi = 3.14159265358979323846;
   const double cents = 1200.0 * std::log2(std::sqrt(1.0 + F_i / 60.0 * (1.0 + 4.0 / (pi * pi))));
-  CHECK(tone_of(hand).glide_cents == doctest::Approx(cents).epsilon(1e-3));
+  CHECK(tone_of(hand).glide_cents == within(cents, 1e-3));
   CHECK(tone_of(hand).glide_decay == 0.25);
 }
 
@@ -85,7 +86,7 @@ TEST_CASE("however slowly a hand lifts, a tone has the largest deflection of its
     while (count_events(hand, StringEventKind::kTone) == 0) {
       move_to(hand, hand.distance + 1e-3 * speed);
     }
-    CHECK(tone_of(hand).amplitude == doctest::Approx(deflection).epsilon(1e-12));
+    CHECK(tone_of(hand).amplitude == within(deflection, 1e-12));
   }
 }
 
@@ -114,7 +115,7 @@ TEST_CASE("the level by force is the largest force of the touch, vibration inclu
         felt = std::fmax(felt, hand.touch.force + hand.response.vibration_force);
         move_to(hand, hand.distance + 1e-3 * speed);
       }
-      CHECK(tone_of(hand).level == doctest::Approx(felt).epsilon(1e-12));
+      CHECK(tone_of(hand).level == within(felt, 1e-12));
     }
   }
 }

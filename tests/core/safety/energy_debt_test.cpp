@@ -10,6 +10,7 @@
 #include "core/safety/output_stage.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -52,7 +53,7 @@ TEST_CASE("nothing fades while less than 0.3 of the allowance is owed, and what 
     ++ticks;
   }
   // ln 10 / 4.8 per s.
-  CHECK(ticks == doctest::Approx(480).epsilon(0.02));
+  CHECK(ticks == within(480, 0.02));
 }
 
 TEST_CASE("a force without a potential is felt to fade: a hand that draws 3 mJ meets no step") {

@@ -14,6 +14,7 @@
 #include "core/scene/scene_check.h"
 #include "tests/core/scene/scene_builder.h"
 #include "tests/support/random.h"
+#include "tests/support/within.h"
 #include "tests/truth/contact_oracle.h"
 
 namespace hapticd::test {
@@ -59,10 +60,9 @@ TEST_CASE("a line that crosses a string is touched where the two are nearest") {
     const Scene built(description);
     const auto rests = built.tool_scene(0).rests;
     REQUIRE(rests.size() == 1);
-    CHECK(rests[0].lambda == doctest::Approx(at).epsilon(1e-3));
+    CHECK(rests[0].lambda == within(at, 1e-3));
     const double gap = least - radius - description.strings[0].parameters.radius;
-    CHECK((rests[0].p_W - Vector3(rests[0].lambda, 0.0, 0.0)).norm() ==
-          doctest::Approx(gap).epsilon(1e-5));
+    CHECK((rests[0].p_W - Vector3(rests[0].lambda, 0.0, 0.0)).norm() == within(gap, 1e-5));
     CHECK(rests[0].nhat_W.y() > 0.0);
   }
 }

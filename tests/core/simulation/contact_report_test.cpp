@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/core/simulation/simulation_fixture.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -40,7 +41,7 @@ TEST_CASE("every pair that bears force is reported where it is, and the forces a
     CHECK(contact.gap >= last_gap);
     last_gap = contact.gap;
     const Vector3 n = to_vector(contact.nhat_OG_W);
-    CHECK(n.norm() == doctest::Approx(1.0).epsilon(1e-12));
+    CHECK(n.norm() == within(1.0, 1e-12));
     sum += contact.force * n;
     // A point of the tool's surface, a gap above the line's.
     const Vector3 p = to_vector(contact.p_WC);

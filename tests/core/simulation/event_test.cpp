@@ -10,6 +10,7 @@
 #include "tests/core/simulation/simulation_fixture.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -202,7 +203,7 @@ TEST_CASE("a tone carries what the string is, where and how it was let go, and i
     const StringEvent& tone = tones[0];
     CHECK(tone.string == 0);
     CHECK(tone.t_ns == releases[0].t_ns);
-    CHECK(tone.lambda == doctest::Approx(0.33 / 1.1).epsilon(1e-4));
+    CHECK(tone.lambda == within(0.33 / 1.1, 1e-4));
     CHECK(tone.frequency == 65.4);
     CHECK(tone.decay == preset.string.decay);
     CHECK(tone.normal_speed == releases[0].normal_speed);
@@ -219,13 +220,13 @@ TEST_CASE("a tone carries what the string is, where and how it was let go, and i
         (30.0L + extra(0.3L)) * (a / std::hypot(0.3L * L, a) + a / std::hypot(0.7L * L, a));
     const bool paper = preset.string.model == StringContact::kStraight;
     const long double level = paper ? force : a / 5e-3L;
-    CHECK(tone.level == doctest::Approx(static_cast<double>(level)).epsilon(1e-6));
+    CHECK(tone.level == within(static_cast<double>(level), 1e-6));
     const long double pi = 3.14159265358979323846L;
     const long double at = static_cast<long double>(tone.lambda);
     const long double share = 2.0L * std::pow(std::sin(pi * at) / pi, 2.0L) / (at * (1.0L - at));
     const long double cents =
         1200.0L * std::log2(std::sqrt(1.0L + extra(at) / 60.0L * (1.0L + 0.5L * share)));
-    CHECK(tone.glide_cents == doctest::Approx(static_cast<double>(cents)).epsilon(1e-6));
+    CHECK(tone.glide_cents == within(static_cast<double>(cents), 1e-6));
     CHECK(tone.glide_decay == 0.5 * preset.string.decay);
   }
 }

@@ -10,6 +10,7 @@
 #include "core/contact/coupling_axes.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -81,7 +82,7 @@ TEST_CASE(
 
 TEST_CASE("orientations go the short way and stay unit") {
   const LiveSettings half = blend(old_settings(), new_settings(), 0.5);
-  CHECK(half.X_WD.q.norm() == doctest::Approx(1.0).epsilon(1e-14));
+  CHECK(half.X_WD.q.norm() == within(1.0, 1e-14));
   // 45 degrees about z, either sign of the quaternion.
   const double angle = 2.0 * std::atan2(std::abs(half.X_WD.q.z()), std::abs(half.X_WD.q.w()));
   CHECK(angle == doctest::Approx(3.14159265358979 / 4.0));
@@ -118,11 +119,11 @@ TEST_CASE("an axial stiffness glides, also where it comes or goes beside Young's
   const auto half = [](const StringParameters& from, const StringParameters& to) {
     return axial_stiffness_of(StringBlend(0.5, 1000.0)(from, to));
   };
-  CHECK(half(wound, stiffer) == doctest::Approx(4000.0).epsilon(1e-6));
+  CHECK(half(wound, stiffer) == within(4000.0, 1e-6));
   StringParameters solid;  // pi R^2 E of the default is 69 kN
   const double own = 1.9e11 * 3.14159265358979 * 0.34e-3 * 0.34e-3;
-  CHECK(half(solid, wound) == doctest::Approx(std::sqrt(own * 2000.0)).epsilon(1e-6));
-  CHECK(half(wound, solid) == doctest::Approx(std::sqrt(own * 2000.0)).epsilon(1e-6));
+  CHECK(half(solid, wound) == within(std::sqrt(own * 2000.0), 1e-6));
+  CHECK(half(wound, solid) == within(std::sqrt(own * 2000.0), 1e-6));
   CHECK(StringBlend(1.0, 1000.0)(wound, solid).axial_stiffness == kNoAxialStiffness);
   StringParameters slack = wound;
   slack.axial_stiffness = 0.0;

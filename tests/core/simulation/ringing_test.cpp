@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/core/simulation/simulation_fixture.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -152,7 +153,7 @@ TEST_CASE("a finger that enters the envelope of a vibration touches the ringing 
       REQUIRE_FALSE(touches.empty());
       for (const StringEvent& touch : touches) CHECK(touch.ringing);
       CHECK(touches[0].force == 0.0);
-      CHECK(touches[0].normal_speed == doctest::Approx(speed).epsilon(1e-6));
+      CHECK(touches[0].normal_speed == within(speed, 1e-6));
       // Where the hand was at that instant the envelope was, too.
       const double height =
           felt(guqin.p_WH) + speed * 1e-9 * static_cast<double>(guqin.t_ns - touches[0].t_ns);
@@ -182,7 +183,7 @@ TEST_CASE("a finger that comes into the envelope from afar within a tick is seen
       CHECK(touches[0].ringing);
       CHECK(touches[0].t_ns > guqin.t_ns - guqin.dt_ns);
       CHECK(touches[0].t_ns <= guqin.t_ns);
-      CHECK(touches[0].normal_speed == doctest::Approx(10.0).epsilon(1e-6));
+      CHECK(touches[0].normal_speed == within(10.0, 1e-6));
     }
   }
 }
@@ -206,7 +207,7 @@ TEST_CASE("a finger in the envelope is struck and never drawn, and damps as touc
         ++damped_ticks;
         const StringTick& now = *guqin.reading(0);
         CHECK(now.vibration_force >= 0.0);
-        CHECK(now.radius_growth == doctest::Approx(last.radius_growth * keep).epsilon(1e-9));
+        CHECK(now.radius_growth == within(last.radius_growth * keep, 1e-9));
         strongest = std::max(strongest, now.vibration_force);
       }
       CHECK(damped_ticks > 0);
@@ -230,7 +231,7 @@ TEST_CASE("a finger that leaves the envelope lets the string ring on as long as 
     for (int k = 0; k < 100; ++k) guqin.tick(guqin.p_WH);
     REQUIRE(guqin.reading(0) != nullptr);
     const double keep = std::exp(-0.1 / preset.string.decay);
-    CHECK(guqin.reading(0)->radius_growth == doctest::Approx(before * keep).epsilon(1e-9));
+    CHECK(guqin.reading(0)->radius_growth == within(before * keep, 1e-9));
     CHECK_FALSE(guqin.reading(0)->touched);
     CHECK(guqin.reading(0)->vibration_force == 0.0);
   }

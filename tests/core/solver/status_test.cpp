@@ -12,6 +12,7 @@
 #include "tests/support/qp_degenerate_families.h"
 #include "tests/support/qp_families.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -171,11 +172,11 @@ TEST_CASE("one unknown between two bounds, at every ratio of their scales") {
     add_row(problem, {factor}, factor * 1e-3);
     add_row(problem, {-1.0}, -2e-3);
     REQUIRE(solver->solve() == QpStatus::kOptimal);
-    CHECK(solver->solution.x[0] == doctest::Approx(2e-3).epsilon(1e-15));
+    CHECK(solver->solution.x[0] == within(2e-3, 1e-15));
     problem.target[0] = -7e-3;
     REQUIRE(solver->solve() == QpStatus::kOptimal);
-    CHECK(solver->solution.x[0] == doctest::Approx(1e-3).epsilon(1e-15));
-    CHECK(solver->solution.multiplier[0] * factor == doctest::Approx(8.0).epsilon(1e-14));
+    CHECK(solver->solution.x[0] == within(1e-3, 1e-15));
+    CHECK(solver->solution.multiplier[0] * factor == within(8.0, 1e-14));
   }
 }
 

@@ -10,6 +10,7 @@
 #include "core/math/rotation.h"
 #include "tests/device/api/device_contract.h"
 #include "tests/support/random.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -228,7 +229,7 @@ TEST_CASE("the delay measured from the echo is the one the plant has") {
       if (tick < 250) CHECK(std::isnan(sample.measured_delay_s));
       device.write(tick * kMs, {.sample_counter = sample.counter, .enable = true});
     }
-    CHECK(sample.measured_delay_s == doctest::Approx(delay).epsilon(1e-12));
+    CHECK(sample.measured_delay_s == within(delay, 1e-12));
   }
 }
 
@@ -246,7 +247,7 @@ TEST_CASE(
     jittering.read(now_ns, other);
     jittering.write(now_ns, {.sample_counter = other.counter, .enable = true});
   }
-  CHECK(sample.measured_delay_s == doctest::Approx(1.4e-3).epsilon(1e-12));
+  CHECK(sample.measured_delay_s == within(1.4e-3, 1e-12));
   CHECK(other.measured_delay_s >= 1e-3);
   CHECK(other.measured_delay_s <= 1e-3 + 2e-9 * static_cast<double>(kPlantStep_ns));
 }

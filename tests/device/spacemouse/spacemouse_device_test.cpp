@@ -8,6 +8,7 @@
 #include "tests/device/api/device_contract.h"
 #include "tests/device/spacemouse/report_queue.h"
 #include "tests/support/spacemouse_axes.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -70,7 +71,7 @@ struct Mouse {
 };
 
 void check_near(const Array3& value, const Array3& expected) {
-  for (std::size_t i = 0; i < 3; ++i) CHECK(value[i] == doctest::Approx(expected[i]).epsilon(1e-9));
+  for (std::size_t i = 0; i < 3; ++i) CHECK(value[i] == within(expected[i], 1e-9));
 }
 
 }  // namespace

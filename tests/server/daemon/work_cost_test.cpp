@@ -11,6 +11,7 @@
 
 #include "core/contact/tick_work.h"
 #include "tests/support/random.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -100,9 +101,9 @@ TEST_CASE("a level is judged by the time of its ticks less what the machine adds
     const PricedTick tick{std::llround(own_ns + held_up_ns), std::llround(work)};
     return static_cast<double>(judged_cost(tick, machine.price));
   };
-  CHECK(judged(0.0) == doctest::Approx(own_ns).epsilon(1e-3));
-  CHECK(judged(90'000.0) == doctest::Approx(own_ns).epsilon(0.1));
-  CHECK(judged(3e6) == doctest::Approx(own_ns + 2.9e6).epsilon(1e-2));
+  CHECK(judged(0.0) == within(own_ns, 1e-3));
+  CHECK(judged(90'000.0) == within(own_ns, 0.1));
+  CHECK(judged(3e6) == within(own_ns + 2.9e6, 1e-2));
   CHECK(judged_cost({0, 10'000}, machine.price) == 0);
   // Nothing learnt: all is taken at its time.
   CHECK(judged_cost({3'000'000, 10'000}, WorkCost{}) == 3'000'000);
@@ -152,7 +153,7 @@ TEST_CASE("after a contact that lasted the first ticks in the air say what a tic
   for (int k = 0; k < 10'000; ++k) learn({300'000, 50'000}, price);
   // Dearer than the budget: its share is what fits.
   const auto pressed = static_cast<double>(affordable_work(kBudget_ns, price));
-  CHECK(pressed == doctest::Approx(50'000.0 * 0.95 * 200.0 / 300.0).epsilon(1e-3));
+  CHECK(pressed == within(50'000.0 * 0.95 * 200.0 / 300.0, 1e-3));
   for (int k = 0; k < 3; ++k) learn({20'000, 1'400}, price);
   const auto fits = static_cast<double>(affordable_work(kBudget_ns, price));
   CHECK(fits > (kBudget_ns - 20'000.0) / (4.0 * kNominalWork_ns) * 0.9);

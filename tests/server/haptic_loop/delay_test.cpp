@@ -9,6 +9,7 @@
 #include "device/simulated/simulated_device.h"
 #include "server/haptic_loop/tool_loop.h"
 #include "tests/server/haptic_loop/loop_run.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -48,7 +49,7 @@ TEST_CASE("a longer delay than declared is found out, and the stiffness falls to
   CHECK(tool.sample.measured_delay_s == tool.stiffness.delay);
   const double bound =
       std::min(0.5 * damping / (0.5e-3 + tool.stiffness.delay), profile.stiffness_max);
-  CHECK(tool.stiffness.bound == doctest::Approx(bound).epsilon(1e-12));
+  CHECK(tool.stiffness.bound == within(bound, 1e-12));
   CHECK(tool.stiffness.scale < scale);
 }
 

@@ -10,6 +10,7 @@
 
 #include "tests/server/haptic_loop/loop_run.h"
 #include "tests/support/no_heap.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -28,7 +29,7 @@ TEST_CASE("a finger pressed into a wall is pushed back by stiffness times depth"
   for (int k = 0; k < 100; ++k) run.tick(pressed(0.005 * k / 99.0));
   const ToldTick& told = run.tick(pressed(0.005));
   // kt = 1000 N/m.
-  CHECK(force(told).z() == doctest::Approx(1000.0 * 0.005).epsilon(1e-4));
+  CHECK(force(told).z() == within(1000.0 * 0.005, 1e-4));
   CHECK(std::abs(force(told).x()) < 1e-9);
 }
 
@@ -43,7 +44,7 @@ TEST_CASE("force climbs to all of it in 200 ms after a start, and is zero in the
     last = force(told).z();
   }
   // Half way up the ramp: half of 2 N, within a tick's worth of ramp.
-  CHECK(last == doctest::Approx(1.0).epsilon(0.02));
+  CHECK(last == within(1.0, 0.02));
 }
 
 TEST_CASE("a tool that starts in contact gets no force, and the reason is told") {
@@ -133,8 +134,8 @@ TEST_CASE("stiffness that changes in flight moves the force without a step") {
     largest_step = std::max(largest_step, std::abs(force(told).z() - last));
     last = force(told).z();
   }
-  CHECK(before == doctest::Approx(1.0).epsilon(1e-3));
-  CHECK(last == doctest::Approx(2.0).epsilon(1e-3));
+  CHECK(before == within(1.0, 1e-3));
+  CHECK(last == within(2.0, 1e-3));
   // By equal factors, 50 of them: the last step is the largest.
   CHECK(largest_step < 2.0 * (1.0 - std::pow(2.0, -1.0 / 50.0)) + 1e-6);
   CHECK(largest_step <= 3.0 / 50.0 * (last - before));
@@ -152,7 +153,7 @@ TEST_CASE("a change for a later tick waits for it") {
   change->to.tools[0].coupling.kt = 2000.0;
   run.change(std::move(change));
   for (int k = 0; k < 30; ++k) {
-    CHECK(force(run.tick(pressed(0.001))).z() == doctest::Approx(1.0).epsilon(1e-3));
+    CHECK(force(run.tick(pressed(0.001))).z() == within(1.0, 1e-3));
   }
   CHECK(force(run.tick(pressed(0.001))).z() > 1.01);
 }

@@ -1,5 +1,6 @@
 // Lengths with units, as they are written on the command line. Truth: the same numbers in metres.
 #include "server/model/length.h"
+#include "tests/support/within.h"
 
 #include <doctest/doctest.h>
 
@@ -8,13 +9,13 @@
 namespace hapticd::test {
 
 TEST_CASE("lengths are read in every unit, and in metres without one") {
-  CHECK(parse_length("250um") == doctest::Approx(250e-6).epsilon(1e-15));
-  CHECK(parse_length("0.25mm") == doctest::Approx(250e-6).epsilon(1e-15));
-  CHECK(parse_length("2cm") == doctest::Approx(0.02).epsilon(1e-15));
+  CHECK(parse_length("250um") == within(250e-6, 1e-15));
+  CHECK(parse_length("0.25mm") == within(250e-6, 1e-15));
+  CHECK(parse_length("2cm") == within(0.02, 1e-15));
   CHECK(parse_length("1.22m") == 1.22);
   CHECK(parse_length("1e-3") == 1e-3);
-  CHECK(parse_length("1in") == doctest::Approx(0.0254).epsilon(1e-15));
-  CHECK(parse_length("-3mm") == doctest::Approx(-3e-3).epsilon(1e-15));
+  CHECK(parse_length("1in") == within(0.0254, 1e-15));
+  CHECK(parse_length("-3mm") == within(-3e-3, 1e-15));
   CHECK(parse_length("0um") == 0.0);
 }
 

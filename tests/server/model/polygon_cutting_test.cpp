@@ -14,6 +14,7 @@
 
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -260,7 +261,7 @@ TEST_CASE("a spiral of as many corners as there may be is cut") {
   for (std::size_t i = 0; i < corners.size(); ++i) {
     area += 0.5 * corners[i].cross(corners[(i + 1) % corners.size()]).z();
   }
-  CHECK(covered == doctest::Approx(area).epsilon(1e-9));
+  CHECK(covered == within(area, 1e-9));
 }
 
 }  // namespace hapticd::test

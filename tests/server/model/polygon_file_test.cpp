@@ -19,6 +19,7 @@
 #include "tests/server/model/temporary_folder.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -113,7 +114,7 @@ void check_prism(SplitMix64& random, const Outline& outline, const std::string& 
   for (const MeshFinding& finding : report.findings) CAPTURE(describe(finding));
   REQUIRE(usable(report));
   const double volume = static_cast<double>(area) * std::pow(placing.s, 3);
-  REQUIRE(report.volume == doctest::Approx(volume).epsilon(1e-3));
+  REQUIRE(report.volume == within(volume, 1e-3));
 
   std::vector<Outline> cap;
   Real cap_area = 0;
@@ -129,7 +130,7 @@ void check_prism(SplitMix64& random, const Outline& outline, const std::string& 
     cap.push_back(flat);
     cap_area += std::abs(shoelace(flat));
   }
-  REQUIRE(cap_area == doctest::Approx(static_cast<double>(area)).epsilon(1e-3));
+  REQUIRE(cap_area == within(static_cast<double>(area), 1e-3));
   Point low = outline[0];
   Point top = outline[0];
   for (const Point& p : outline) {

@@ -2,6 +2,7 @@
 // the rung that its scene and its tuning let it climb to. Truth: the rows themselves, and the
 // ladder of core/README.md.
 #include "server/model/string_cost.h"
+#include "tests/support/within.h"
 
 #include <doctest/doctest.h>
 
@@ -46,10 +47,10 @@ TEST_CASE("a string costs what was counted where it was counted, and nothing is 
   for (const Row& row : kRows) {
     CAPTURE(row.modes);
     const StringCost cost = string_cost({row.level, row.stretches, row.modes, row.substeps});
-    CHECK(cost.silent == doctest::Approx(row.silent).epsilon(1e-9));
-    if (row.ringing >= 0.0) CHECK(cost.ringing == doctest::Approx(row.ringing).epsilon(1e-9));
+    CHECK(cost.silent == within(row.silent, 1e-9));
+    if (row.ringing >= 0.0) CHECK(cost.ringing == within(row.ringing, 1e-9));
     CHECK((cost.ringing < 0.0) == (row.ringing < 0.0));
-    CHECK(cost.pressed == doctest::Approx(row.pressed).epsilon(1e-9));
+    CHECK(cost.pressed == within(row.pressed, 1e-9));
     CHECK(row.pressed > 0.0);
   }
 }

@@ -9,6 +9,7 @@
 #include "server/scene_io/scene_assignment.h"
 #include "server/scene_io/scene_loader.h"
 #include "tests/server/scene_io/full_scene.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -59,7 +60,7 @@ TEST_CASE("an axial stiffness that is given is the string's, 0 too, and it may c
     CHECK(derive_string(parameters_of(words)).axial_stiffness == given);
   }
   CHECK(derive_string(parameters_of("radius_m: 0.001")).axial_stiffness ==
-        doctest::Approx(1.9e5 * 3.14159265358979).epsilon(1e-12));
+        within(1.9e5 * 3.14159265358979, 1e-12));
   const AssignmentResult result =
       assigned("axial_stiffness_n: 5000", "strings[0].axial_stiffness_n", 6000.0);
   REQUIRE(result.code == v1::RESULT_CODE_OK);
@@ -182,14 +183,12 @@ TEST_CASE(
   for (const std::string& words : {density, density + "tuning: TUNING_TENSION",
                                    density + "frequency_hz: 85 tuning: TUNING_TENSION"}) {
     CAPTURE(words);
-    CHECK(told(words).first == doctest::Approx(at_40).epsilon(1e-12));
-    CHECK(told(words).second == doctest::Approx(at_40).epsilon(1e-12));
+    CHECK(told(words).first == within(at_40, 1e-12));
+    CHECK(told(words).second == within(at_40, 1e-12));
     const AssignmentResult live = assigned(words, "strings[0].tension_n", 50.0);
     REQUIRE(live.code == v1::RESULT_CODE_OK);
-    CHECK(derive_string(live.settings.pieces.at(0)).frequency ==
-          doctest::Approx(pitch(50.0, 0.002)).epsilon(1e-12));
-    CHECK(live.scene.strings(0).frequency_hz() ==
-          doctest::Approx(pitch(50.0, 0.002)).epsilon(1e-12));
+    CHECK(derive_string(live.settings.pieces.at(0)).frequency == within(pitch(50.0, 0.002), 1e-12));
+    CHECK(live.scene.strings(0).frequency_hz() == within(pitch(50.0, 0.002), 1e-12));
   }
   for (const std::string& words :
        {density + "frequency_hz: 85", density + "frequency_hz: 85 tuning: TUNING_FREQUENCY"}) {

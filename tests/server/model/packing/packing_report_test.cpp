@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "tests/server/model/packing/test_meshes.h"
+#include "tests/support/within.h"
 
 namespace hapticd {
 namespace {
@@ -32,7 +33,7 @@ TEST_CASE("a ball around a cube is reported as in closed form") {
   CHECK(found.mesh_samples == 200'008);
   CHECK(found.sphere_samples == 200'000);
   // Farthest in the middle of the faces; the mean over the sphere by a fine sum over z and angle.
-  CHECK(found.outside.max == doctest::Approx(r - 1.0).epsilon(0.001));
+  CHECK(found.outside.max == test::within(r - 1.0, 0.001));
   double sum = 0.0;
   const int n = 1000;
   for (int i = 0; i < n; ++i) {
@@ -44,7 +45,7 @@ TEST_CASE("a ball around a cube is reported as in closed form") {
       sum += (p.array() - 1.0).max(0.0).matrix().norm();
     }
   }
-  CHECK(found.outside.mean == doctest::Approx(sum / n / n).epsilon(0.01));
+  CHECK(found.outside.mean == test::within(sum / n / n, 0.01));
 }
 
 TEST_CASE("a ball in a cube leaves uncovered what is outside its discs") {
@@ -53,27 +54,27 @@ TEST_CASE("a ball in a cube leaves uncovered what is outside its discs") {
   const PackingReport found = report(ball);
   // On every face a disc of radius sqrt(r^2 - 1), which fits.
   const double covered = std::numbers::pi * (r * r - 1.0) / 4.0;
-  CHECK(found.uncovered == doctest::Approx(1.0 - covered).epsilon(0.01));
-  CHECK(found.inside.max == doctest::Approx(std::sqrt(3.0) - r).epsilon(1e-12));
-  CHECK(found.outside.max == doctest::Approx(r - 1.0).epsilon(0.001));
+  CHECK(found.uncovered == test::within(1.0 - covered, 0.01));
+  CHECK(found.inside.max == test::within(std::sqrt(3.0) - r, 1e-12));
+  CHECK(found.outside.max == test::within(r - 1.0, 0.001));
   // Caps have their heights above the plane spread evenly: mean half, percentiles linear.
-  CHECK(found.outside.mean == doctest::Approx(0.1).epsilon(0.01));
-  CHECK(found.outside.p99 == doctest::Approx(0.198).epsilon(0.005));
-  CHECK(found.scallop == doctest::Approx(0.98 * 0.2).epsilon(0.01));
+  CHECK(found.outside.mean == test::within(0.1, 0.01));
+  CHECK(found.outside.p99 == test::within(0.198, 0.005));
+  CHECK(found.scallop == test::within(0.98 * 0.2, 0.01));
 }
 
 TEST_CASE("what is hidden in another sphere is not on the surface") {
   const std::array<Sphere, 2> balls{{{{0.0, 0.0, 0.0}, 1.5}, {{0.1, 0.0, 0.0}, 1.35}}};
   const std::array<Sphere, 1> alone{{{{0.0, 0.0, 0.0}, 1.5}}};
   const PackingReport two = report(balls);
-  CHECK(two.outside.max == doctest::Approx(0.5).epsilon(0.001));
-  CHECK(two.outside.mean == doctest::Approx(report(alone).outside.mean).epsilon(0.01));
+  CHECK(two.outside.max == test::within(0.5, 0.001));
+  CHECK(two.outside.mean == test::within(report(alone).outside.mean, 0.01));
 }
 
 TEST_CASE("a sphere given twice is seen once or twice but not hidden") {
   const std::array<Sphere, 2> twins{{{{0.0, 0.0, 0.0}, 1.5}, {{0.0, 0.0, 0.0}, 1.5}}};
   const std::array<Sphere, 1> alone{{{{0.0, 0.0, 0.0}, 1.5}}};
-  CHECK(report(twins).outside.mean == doctest::Approx(report(alone).outside.mean).epsilon(0.01));
+  CHECK(report(twins).outside.mean == test::within(report(alone).outside.mean, 0.01));
 }
 
 TEST_CASE("spheres inside the solid have nothing outside") {
