@@ -11,6 +11,7 @@ from typing import List, Optional, Sequence
 import numpy
 
 from hapticd_lab import string_fit
+from hapticd_lab.length import length
 from hapticd_lab.measured import HEADING_HELP, RING, BadFile, Measured, read
 from hapticd_lab.string_fit import Fit, Geometry, TooLittle
 
@@ -58,13 +59,13 @@ def describe(parser: argparse.ArgumentParser) -> None:
     """Its options."""
     parser.add_argument("file", type=pathlib.Path, metavar="FILE", help="what was measured, CSV")
     parser.add_argument("--output", type=pathlib.Path, metavar="DIR", required=True, help="where everything goes; made if it is not there")
-    parser.add_argument("--a", type=float, nargs=3, metavar=("X", "Y", "Z"), help="the string's end A, m, in the frame of the file")
-    parser.add_argument("--b", type=float, nargs=3, metavar=("X", "Y", "Z"), help="its end B")
-    parser.add_argument("--radius", type=float, metavar="R", help="its radius, m, where it is known")
+    parser.add_argument("--a", type=length, nargs=3, metavar=("X", "Y", "Z"), help="the string's end A, m, in the frame of the file")
+    parser.add_argument("--b", type=length, nargs=3, metavar=("X", "Y", "Z"), help="its end B")
+    parser.add_argument("--radius", type=length, metavar="R", help="its radius, m, where it is known")
     parser.add_argument("--scene", metavar="NAME", help="take the ends and the radius from a scene, by name or file")
     parser.add_argument("--string", metavar="STRING", default="0", help="which of its strings, by name or number from 0 (default: 0)")
-    parser.add_argument("--tip-radius", type=float, metavar="r", help="radius of the fingertip, m; 0 where the file has the point of contact")
-    parser.add_argument("--tip", type=float, nargs=3, metavar=("X", "Y", "Z"),
+    parser.add_argument("--tip-radius", type=length, metavar="r", help="radius of the fingertip, m; 0 where the file has the point of contact")
+    parser.add_argument("--tip", type=length, nargs=3, metavar=("X", "Y", "Z"),
                         help="where the fingertip is in the tool whose pose is in the file, m (default: at its origin); needs q_w,q_x,q_y,q_z")
 
 

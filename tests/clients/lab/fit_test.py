@@ -1,5 +1,6 @@
 """hapticd-lab fit: noisy data made from the equations, written anew here, give the truth back within the intervals, which hold as often as
 they say; files that cannot be used are refused with line and remedy."""
+import argparse
 import contextlib
 import csv
 import io
@@ -11,6 +12,7 @@ import unittest
 
 import numpy
 from hapticd_lab import main, measured, string_fit
+from hapticd_lab.length import length
 
 T, E, R, LENGTH, TIP = 30.0, 1.9e11, 3.4e-4, 1.1, 5e-3
 F_HZ, T_D, K_V = 65.4, 0.5, 100.0
@@ -236,6 +238,13 @@ class Command(unittest.TestCase):
             code, _, said = self.run_fit(*options)
             self.assertEqual(code, 1)
             self.assertIn(text, said)
+
+    def test_lengths_have_units_and_a_decimal_comma_is_refused_with_the_right_form(self):
+        for text, metres in (("340um", 340e-6), ("0.34 mm", 340e-6), ("5cm", 0.05), ("-2m", -2.0), ("1e-3", 1e-3), (".5mm", 5e-4)):
+            self.assertAlmostEqual(length(text), metres, delta=1e-12 * abs(metres), msg=text)
+        for text, remedy in (("0,34mm", "write 0.34mm"), ("3in", "write 0.34mm, or"), ("mm", "no length"), ("1.2.3", "no length")):
+            with self.assertRaisesRegex(argparse.ArgumentTypeError, remedy):
+                length(text)
 
 
 if __name__ == "__main__":
