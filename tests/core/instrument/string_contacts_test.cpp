@@ -198,6 +198,9 @@ struct RandomPlay {
   int fallbacks = 0;
 };
 
+/// What forces that are solved to 1 pN may work on a tick's way of a millimetre, J.
+constexpr double kSolved = 1e-15;
+
 TEST_CASE("what the paths put in is in string and contacts, and losses only take") {
   const std::uint64_t seed = std::random_device{}();
   CAPTURE(seed);
@@ -213,9 +216,9 @@ TEST_CASE("what the paths put in is in string and contacts, and losses only take
       play.tick();
       REQUIRE(std::isfinite(play.held));
       const double gained = play.held - play.put_in;
-      REQUIRE(gained <= 1e-9 * play.most);
+      REQUIRE(gained <= 1e-9 * play.most + kSolved);
       // Tangent planes lose, too.
-      if (!play.lossy && play.fallbacks == 0) REQUIRE(gained >= -1e-9 * play.most);
+      if (!play.lossy && play.fallbacks == 0) REQUIRE(gained >= -1e-9 * play.most - kSolved);
     }
     fell_back += play.fallbacks > 0 ? 1 : 0;
   }
