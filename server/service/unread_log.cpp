@@ -23,7 +23,7 @@ constexpr std::size_t kLongest = 3000;
 bool takes_a_line() {
   pollfd out{STDOUT_FILENO, POLLOUT, 0};
   // Hung up: writing fails at once, which is no waiting.
-  return ::poll(&out, 1, 0) != 0;
+  return ::poll(&out, 1, 0) == 1;
 }
 
 /// Passes lines on to another sink while that would not have to wait.
