@@ -13,6 +13,7 @@
 #include "clients/audio/jack_output.h"
 #include "clients/audio/playing.h"
 #include "clients/library/program.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd::audio {
 namespace {
@@ -36,7 +37,9 @@ constexpr double kStates_hz = 50.0;
 /// Of a daemon that does not say how many ticks a second has.
 constexpr double kUsualRate_hz = 1000.0;
 
-void say(const std::string& text) { std::fprintf(stderr, "haptic-audio: %s\n", text.c_str()); }
+void say(const std::string& text) {
+  std::fprintf(stderr, "haptic-audio: %s\n", wire::shown_lines(text).c_str());
+}
 
 std::optional<std::uint64_t> instant_of(const v1::Item& item) {
   if (item.has_tone()) return item.tone().t_ns();

@@ -20,8 +20,10 @@ void add_watch_command(CLI::App& app, const GlobalOptions& options);
 void add_scene_commands(CLI::App& app, const GlobalOptions& options);
 /// get, set: live parameters.
 void add_parameter_commands(CLI::App& app, const GlobalOptions& options);
-/// engage, disengage, stop, clear, recentre, clutch.
+/// engage, disengage, clear, recentre, clutch.
 void add_force_commands(CLI::App& app, const GlobalOptions& options);
+/// stop: by the Stop road, or a session.
+void add_stop_command(CLI::App& app, const GlobalOptions& options);
 /// gesture list, gesture play, gesture end.
 void add_gesture_commands(CLI::App& app, const GlobalOptions& options);
 /// record start, record stop, record dump, record list.
@@ -38,15 +40,15 @@ void add_doctor_command(CLI::App& app, const GlobalOptions& options);
 void add_device_commands(CLI::App& app, const GlobalOptions& options);
 /// replay, export: a recording played again, or as a table, by hapticd; no daemon needs to run.
 void add_replay_commands(CLI::App& app, const GlobalOptions& options);
-/// keygen: the two keys of a daemon.
+/// keygen: the keys of a daemon.
 void add_keygen_command(CLI::App& app, const GlobalOptions& options);
 
 /// All commands, in the order of the help.
 inline constexpr std::array kCommands{
-    add_status_command,  add_watch_command,    add_scene_commands,     add_parameter_commands,
-    add_force_commands,  add_gesture_commands, add_record_commands,    add_run_commands,
-    add_pose_command,    add_doctor_command,   add_experiment_command, add_keygen_command,
-    add_replay_commands, add_device_commands,
+    add_status_command, add_watch_command,   add_scene_commands,   add_parameter_commands,
+    add_force_commands, add_stop_command,    add_gesture_commands, add_record_commands,
+    add_run_commands,   add_pose_command,    add_doctor_command,   add_experiment_command,
+    add_keygen_command, add_replay_commands, add_device_commands,
 };
 
 }  // namespace hapticd::ctl

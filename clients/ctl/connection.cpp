@@ -5,6 +5,7 @@
 
 #include "clients/ctl/text.h"
 #include "clients/library/named_key.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -52,6 +53,11 @@ std::unique_ptr<client::Client> connect(const GlobalOptions& options,
     throw Failure(kUnreachable, error.what());
   }
   if (!made->connect(timeout_of(options))) {
+    const std::string& refusal = made->core().refusal();
+    if (!refusal.empty()) {
+      throw Failure(kUnreachable,
+                    "the daemon at " + made->server() + " refuses: " + wire::shown_text(refusal));
+    }
     throw Failure(kUnreachable, unreachable(made->server(), key.has_value()));
   }
   return made;
@@ -63,7 +69,7 @@ void require(const v1::Result& result) {
   // RESULT_CODE_NOT_FOUND without what all have in common.
   const std::string code = v1::ResultCode_Name(result.code()).substr(12);
   std::string text = "refused (" + code + ")";
-  if (!result.path().empty()) text += " " + result.path();
+  if (!result.path().empty()) text += " " + wire::shown_text(result.path());
   if (!result.message().empty()) text += ": " + result.message();
   throw Failure(kRefused, text);
 }
@@ -82,7 +88,7 @@ void refuse_json(const GlobalOptions& options, const std::string& why) {
 void acquire(client::Controller& controller, const client::Client& client) {
   const v1::Result result = controller.acquire(kHolder);
   if (result.code() == v1::RESULT_CODE_BUSY) {
-    const std::string& holder = client.lease().holder();
+    const std::string holder = wire::shown_text(client.lease().holder());
     throw Failure(kRefused,
                   "another session controls the daemon" +
                       (holder.empty() ? std::string() : " (" + holder + ")") +

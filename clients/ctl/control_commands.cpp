@@ -23,7 +23,7 @@ constexpr std::string_view kTextWithoutFile = "inline:";
 using Strings = std::shared_ptr<std::vector<std::string>>;
 
 void print_done(const GlobalOptions& options, const v1::Result& result, const char* text) {
-  std::printf("%s\n", options.json ? to_json(result).c_str() : text);
+  print_text(options.json ? to_json(result) : text);
 }
 
 /// What is said of a subcommand.
@@ -49,14 +49,13 @@ void add_listing(CLI::App& app, const GlobalOptions& options, const char* help,
     const auto client = connect(options);
     const v1::Result result = ask(*client, item, options);
     if (options.json) {
-      std::printf("%s\n", to_json(result.listing()).c_str());
+      print_text(to_json(result.listing()));
       return;
     }
     const v1::Listing& listing = result.listing();
     for (int i = 0; i < listing.names_size(); ++i) {
       const bool described = i < listing.descriptions_size();
-      std::printf("%-26s%s\n", listing.names(i).c_str(),
-                  described ? listing.descriptions(i).c_str() : "");
+      print_row(listing.names(i), described ? listing.descriptions(i) : "");
     }
   });
 }
@@ -102,11 +101,11 @@ void get(const GlobalOptions& options, const std::vector<std::string>& paths) {
   const auto client = connect(options);
   const v1::Result result = ask(*client, item, options);
   if (options.json) {
-    std::printf("%s\n", to_json(result.parameters()).c_str());
+    print_text(to_json(result.parameters()));
     return;
   }
   for (const v1::Assignment& value : result.parameters().values()) {
-    std::printf("%s\n", to_text(value).c_str());
+    print_text(to_text(value));
   }
 }
 
@@ -131,7 +130,7 @@ void step(const GlobalOptions& options, std::uint64_t steps) {
   const auto client = connect(options);
   const v1::Result result = control(*client, item, options);
   if (options.json) {
-    std::printf("%s\n", to_json(result.run()).c_str());
+    print_text(to_json(result.run()));
     return;
   }
   std::printf("%llu ticks, next is tick %llu\nhash ",
@@ -176,15 +175,14 @@ void record(const GlobalOptions& options, v1::RecordMode mode, const std::string
   if (told->empty()) throw Failure(kUnreachable, "the daemon says nothing about its recorder");
   const v1::RecordInfo& info = told->back();
   if (options.json) {
-    std::printf("%s\n", to_json(info).c_str());
+    print_text(to_json(info));
   } else {
     const std::string path = whole_path(*client, info.file(), since);
-    std::printf("%s %s%s\n",
-                plain_name(v1::RecordState_Name(info.state()), "RECORD_STATE_").c_str(),
-                path.empty() ? info.file().c_str() : path.c_str(),
-                path.empty() && info.state() != v1::RECORD_STATE_FAILED
+    print_text(plain_name(v1::RecordState_Name(info.state()), "RECORD_STATE_") + " " +
+               (path.empty() ? info.file() : path) +
+               (path.empty() && info.state() != v1::RECORD_STATE_FAILED
                     ? ", in the folder that the log of hapticd names"
-                    : "");
+                    : ""));
   }
   if (info.state() == v1::RECORD_STATE_FAILED) throw Failure(kRefused, info.message());
 }
@@ -265,12 +263,6 @@ void add_force_commands(CLI::App& app, const GlobalOptions& options) {
   item.mutable_clear();
   add_control(app, options, {"clear", "Clears a latched fault", "cleared"}, item);
   add_tool_commands(app, options);
-  app.add_subcommand("stop", "Zero force at once, latched; needs no lease")->callback([&options] {
-    const auto client = connect(options);
-    v1::Item stop;
-    stop.mutable_stop();
-    print_done(options, ask(*client, stop, options), "stopped; hapticctl clear ends it");
-  });
 }
 
 void add_record_commands(CLI::App& app, const GlobalOptions& options) {

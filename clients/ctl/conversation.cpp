@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "clients/ctl/connection.h"
+#include "clients/ctl/text.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -60,7 +61,7 @@ Conversation with_terminal() {
   std::signal(SIGTERM, end_all);
   Conversation person;
   person.say = [](const std::string& text) {
-    std::printf("%s\n", text.c_str());
+    print_lines(text);
     std::fflush(stdout);
   };
   person.answer = [lines = std::make_shared<Lines>()] { return lines->next(); };

@@ -34,11 +34,11 @@ void info(const GlobalOptions& options) {
   const auto client = connect(options);
   const v1::Result result = ask(*client, item, options);
   if (options.json) {
-    std::printf("%s\n", to_json(result.devices()).c_str());
+    print_text(to_json(result.devices()));
     return;
   }
   for (const v1::DeviceInfo& device : result.devices().devices()) {
-    for (const std::string& line : info_lines(device)) std::printf("%s\n", line.c_str());
+    for (const std::string& line : info_lines(device)) print_text(line);
   }
 }
 
@@ -52,7 +52,7 @@ void print_states(const GlobalOptions& options, const MonitorChoice& choice) {
   client::ClientHandlers handlers;
   handlers.state = [&](const v1::State& state) {
     if (state.devices_size() == 0) return;  // of before it was asked for
-    std::printf("%s\n", to_json(choice.tool ? only_tool(state, *choice.tool) : state).c_str());
+    print_text(to_json(choice.tool ? only_tool(state, *choice.tool) : state));
     std::fflush(stdout);
   };
   const auto client = connect(options, handlers);

@@ -4,6 +4,8 @@
 
 #include "clients/ctl/commands.h"
 #include "clients/ctl/discovery.h"
+#include "clients/ctl/text.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -19,12 +21,13 @@ void print_json(const std::vector<FoundDaemon>& found) {
                     {"keys", daemon.keys},
                     {"protocol", daemon.protocol}});
   }
-  std::printf("%s\n", Json{{"daemons", list}}.dump().c_str());
+  print_text(to_json(Json{{"daemons", list}}));
 }
 
 void print_lines(const std::vector<FoundDaemon>& found) {
   for (const FoundDaemon& daemon : found) {
-    std::printf("%-32s %-28s %s\n", daemon.name.c_str(), server_text(daemon).c_str(),
+    std::printf("%-32s %-28s %s\n", wire::shown_text(daemon.name).c_str(),
+                wire::shown_text(server_text(daemon)).c_str(),
                 daemon.keys ? "needs --key" : "no key");
   }
 }

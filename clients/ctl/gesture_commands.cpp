@@ -25,7 +25,7 @@ const std::map<std::string, v1::Arm> kArms{{"off", v1::ARM_OFF},
 void finish(const GlobalOptions& options, const v1::Item& item, const char* done) {
   const auto client = connect(options);
   const v1::Result result = control(*client, item, options);
-  std::printf("%s\n", options.json ? to_json(result).c_str() : done);
+  print_text(options.json ? to_json(result) : done);
 }
 
 void play(const GlobalOptions& options, const PlayOptions& choice) {
@@ -48,13 +48,12 @@ void list(const GlobalOptions& options) {
   const auto client = connect(options);
   const v1::Listing listing = ask(*client, item, options).listing();
   if (options.json) {
-    std::printf("%s\n", to_json(listing).c_str());
+    print_text(to_json(listing));
     return;
   }
   for (int i = 0; i < listing.names_size(); ++i) {
     const bool described = i < listing.descriptions_size();
-    std::printf("%-26s%s\n", listing.names(i).c_str(),
-                described ? listing.descriptions(i).c_str() : "");
+    print_row(listing.names(i), described ? listing.descriptions(i) : "");
   }
 }
 

@@ -1,4 +1,4 @@
-// keygen: makes the two keys of a daemon, without a daemon. Not RT.
+// keygen: makes the keys of a daemon, without a daemon. Not RT.
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -12,7 +12,8 @@
 namespace hapticd::ctl {
 
 void add_keygen_command(CLI::App& app, const GlobalOptions& options) {
-  CLI::App& command = *app.add_subcommand("keygen", "Makes a folder with view.key and control.key");
+  CLI::App& command =
+      *app.add_subcommand("keygen", "Makes a folder with view.key, control.key and stop.key");
   const auto folder = std::make_shared<std::string>();
   command.add_option("DIR", *folder, "folder of the keys; created if needed")->required();
   command.callback([&options, folder] {
@@ -25,13 +26,14 @@ void add_keygen_command(CLI::App& app, const GlobalOptions& options) {
       const std::filesystem::path made(*folder);
       const nlohmann::ordered_json json = {
           {"view_key", (made / noise::kViewKeyName).string()},
-          {"control_key", (made / noise::kControlKeyName).string()}};
-      std::printf("%s\n", to_json(json).c_str());
+          {"control_key", (made / noise::kControlKeyName).string()},
+          {"stop_key", (made / noise::kStopKeyName).string()}};
+      print_text(to_json(json));
       return;
     }
     std::printf(
-        "%s: view.key may look, control.key may control. Start hapticd --keys %s, and bring each "
-        "client its key over a safe channel.\n",
+        "%s: view.key may look, control.key may control, stop.key may stop. Start hapticd --keys "
+        "%s, and bring each client its key over a safe channel.\n",
         folder->c_str(), folder->c_str());
   });
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "clients/ctl/commands.h"
+#include "clients/ctl/text.h"
 #include "clients/library/quantity_option.h"
 #include "proto/hints/command_line_fault.h"
 
@@ -41,10 +42,10 @@ int main(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const hapticd::ctl::Failure& failure) {
-    std::fprintf(stderr, "hapticctl: %s\n", failure.what());
+    hapticd::ctl::print_problem(failure.what());
     return failure.exit_code();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "hapticctl: %s\n", error.what());
+    hapticd::ctl::print_problem(error.what());
     return hapticd::ctl::kRefused;
   }
 }

@@ -97,7 +97,7 @@ void pose(const GlobalOptions& options, const PoseOptions& choice) {
     const nlohmann::ordered_json json = {{"rows", streamed->rows},
                                          {"refused_batches", streamed->refused},
                                          {"held_inputs", streamed->held}};
-    std::printf("%s\n", to_json(json).c_str());
+    print_text(to_json(json));
   } else {
     std::printf("%llu poses sent, %llu ticks without one\n", count(streamed->rows),
                 count(streamed->held));

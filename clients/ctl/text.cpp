@@ -9,13 +9,14 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "clients/ctl/connection.h"
-#include "proto/wire/whole_characters.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -79,6 +80,21 @@ std::string to_json(const pb::Message& message) {
 
 std::string to_json(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+void print_text(const std::string& text) { std::printf("%s\n", wire::shown_text(text).c_str()); }
+
+void print_lines(const std::string& text) { std::printf("%s\n", wire::shown_lines(text).c_str()); }
+
+void print_row(const std::string& name, const std::string& description) {
+  constexpr std::size_t kColumn = 26;
+  std::string line = wire::shown_text(name);
+  line.resize(std::max(line.size(), kColumn), ' ');
+  print_text(line + wire::shown_text(description));
+}
+
+void print_problem(const std::string& text) {
+  std::fprintf(stderr, "hapticctl: %s\n", wire::shown_lines(text).c_str());
 }
 
 std::string plain_name(std::string_view name, std::string_view prefix) {

@@ -21,6 +21,18 @@ namespace hapticd::ctl {
 /// One line of JSON in valid UTF-8: U+FFFD stands for bytes of a path that are none.
 [[nodiscard]] std::string to_json(const nlohmann::ordered_json& json);
 
+/// Prints a line. What came from a daemon may be in it: no control reaches the terminal.
+void print_text(const std::string& text);
+
+/// The same for text that may have several lines.
+void print_lines(const std::string& text);
+
+/// The same on stderr, after the name of the program.
+void print_problem(const std::string& text);
+
+/// Prints a line with a name in a column and what it stands for.
+void print_row(const std::string& name, const std::string& description);
+
 /// "LOOP_STATE_ENGAGED" without what all values of the enum begin with, in small letters:
 /// "engaged".
 [[nodiscard]] std::string plain_name(std::string_view name, std::string_view prefix);

@@ -5,9 +5,10 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <utility>
 
 #include "clients/ctl/text.h"
-#include "proto/wire/whole_characters.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -222,6 +223,11 @@ void add_tones(const View& view, std::vector<std::string>& lines) {
   }
 }
 
+/// The names in them came from the daemon.
+void show(std::vector<std::string>& lines) {
+  for (std::string& line : lines) line = wire::shown_text(line);
+}
+
 }  // namespace
 
 void TickHistogram::add(std::uint32_t ns) noexcept {
@@ -231,14 +237,26 @@ void TickHistogram::add(std::uint32_t ns) noexcept {
 }
 
 std::vector<std::string> summary_lines(const View& view) {
-  std::vector<std::string> lines{head_line(view)};
+  std::vector<std::string> lines{wire::shown_text(head_line(view))};
   if (!view.has_state) return lines;
   lines.push_back(format("tick %llu, %.3f s", static_cast<unsigned long long>(view.state.tick()),
                          1e-9 * static_cast<double>(view.state.t_ns())));
   for (const v1::ToolState& tool : view.state.tools()) add_tool(view, tool, lines);
   add_timing(view.state, lines);
   add_rest(view, lines);
+  show(lines);
   return lines;
+}
+
+std::string network_line(const v1::Counts& counts) {
+  std::string line = "network    datagrams: ";
+  bool any = false;
+  for (const v1::Count& count : counts.counts()) {
+    if (count.count() == 0) continue;
+    if (std::exchange(any, true)) line += ", ";
+    line += wire::shown_text(count.cause()) + " " + std::to_string(count.count());
+  }
+  return any ? line : line + "none counted";
 }
 
 std::vector<std::string> screen_lines(const View& view, std::size_t columns, std::size_t rows) {
@@ -252,6 +270,7 @@ std::vector<std::string> screen_lines(const View& view, std::size_t columns, std
   add_histogram(view.ticks, lines);
   if (rows > 0 && lines.size() >= rows) lines.resize(rows - 1);
   lines.emplace_back("q quits");
+  show(lines);
   for (std::string& line : lines) line = wire::whole_characters(line, columns);
   return lines;
 }

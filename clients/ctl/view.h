@@ -36,6 +36,9 @@ struct View {
 /// Head, tools, timing: what status prints.
 [[nodiscard]] std::vector<std::string> summary_lines(const View& view);
 
+/// What has happened on the network: the counts that are not 0, with their causes.
+[[nodiscard]] std::string network_line(const v1::Counts& counts);
+
 /// All of it for a terminal of this size: no line longer, no more lines.
 [[nodiscard]] std::vector<std::string> screen_lines(const View& view, std::size_t columns,
                                                     std::size_t rows);

@@ -53,9 +53,22 @@ void print_unchecked(client::Client& client, const GlobalOptions& options) {
   const v1::Result result = client.call(item, timeout_of(options));
   for (const v1::DeviceInfo& info : result.devices().devices()) {
     for (const std::string& notice : {unchecked_text(info), no_force_text(info)}) {
-      if (!notice.empty()) std::printf("%s\n", notice.c_str());
+      if (!notice.empty()) print_text(notice);
     }
   }
+}
+
+/// What the daemon has counted on its network, by cause; empty where it is of an earlier version.
+v1::Counts counts_of(client::Client& client, const GlobalOptions& options) {
+  v1::Item item;
+  item.mutable_get_counts();
+  return client.call(item, timeout_of(options)).counts();
+}
+
+Json network_json(const v1::Counts& counts) {
+  Json json = Json::object();
+  for (const v1::Count& count : counts.counts()) json[count.cause()] = count.count();
+  return json;
 }
 
 void status(const GlobalOptions& options) {
@@ -63,8 +76,10 @@ void status(const GlobalOptions& options) {
   require(client->subscribe(1, kSections));
   client->poll_until([&] { return client->state().has_value(); }, kStateWait);
   const View view = view_of(*client);
+  const v1::Counts counts = counts_of(*client, options);
   if (!options.json) {
-    for (const std::string& line : summary_lines(view)) std::printf("%s\n", line.c_str());
+    for (const std::string& line : summary_lines(view)) print_text(line);
+    print_text(network_line(counts));
     print_unchecked(*client, options);
     return;
   }
@@ -74,8 +89,9 @@ void status(const GlobalOptions& options) {
                      {"rate_hz", view.scene.rate_hz()},
                      {"next_tick", view.scene.next_tick()},
                      {"lease", Json::parse(to_json(view.lease))},
+                     {"network", network_json(counts)},
                      {"state", view.has_state ? Json::parse(to_json(view.state)) : Json()}};
-  std::printf("%s\n", to_json(json).c_str());
+  print_text(to_json(json));
 }
 
 void watch(const GlobalOptions& options) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "proto/wire/whole_characters.h"
+
 namespace hapticd::client {
 namespace {
 
@@ -87,6 +89,7 @@ bool ClientCore::session_is_over(const v1::Packet& packet) {
   const bool other_boot = boot_id_ != 0 && packet.boot_id() != boot_id_;
   if (!packet.has_reset() && !other_boot) return false;
   const bool full = packet.reset().reason() == v1::RESET_REASON_FULL;
+  if (full) refusal_ = wire::whole_characters(packet.reset().message(), wire::kMessageBytes);
   const Phase phase = phase_;
   if (phase == Phase::kLeaving) {
     phase_ = Phase::kOver;
@@ -220,17 +223,25 @@ void ClientCore::poll(std::int64_t now_ns) {
     send_(handshake_->hello(now_ns));
     return;
   }
+  // Further ones leave for Items alone.
+  for (std::size_t i = 0; i < wire::kMaxAhead && (i == 0 || channel_->due_ns() <= now_ns); ++i) {
+    if (!send_packet()) return;
+  }
+}
+
+bool ClientCore::send_packet() {
   v1::Packet packet;
   packet.set_seen(states_.seen());
   packet.set_newest(states_.newest());
-  if (clocks_sent_ < kFirstClocks || now_ns - clock_sent_ns_ >= kClockPeriod_ns) {
-    packet.mutable_clock()->set_sent_ns(static_cast<std::uint64_t>(now_ns));
-    clock_sent_ns_ = now_ns;
+  if (clocks_sent_ < kFirstClocks || now_ns_ - clock_sent_ns_ >= kClockPeriod_ns) {
+    packet.mutable_clock()->set_sent_ns(static_cast<std::uint64_t>(now_ns_));
+    clock_sent_ns_ = now_ns_;
     ++clocks_sent_;
   }
-  if (!channel_->write(packet, now_ns, datagram_)) return;
+  if (!channel_->write(packet, now_ns_, datagram_)) return false;
   told_seen_ = states_.seen();
   send_({reinterpret_cast<const std::uint8_t*>(datagram_.data()), datagram_.size()});
+  return true;
 }
 
 }  // namespace hapticd::client

@@ -81,6 +81,8 @@ class ClientCore {
   [[nodiscard]] bool heard() const noexcept { return heard_ns_ != 0; }
   /// When the server was heard last in this session; 0 = never.
   [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_; }
+  /// What the server said when it had no place for a session, for people; empty: it never did.
+  [[nodiscard]] const std::string& refusal() const noexcept { return refusal_; }
   /// leave() is done, or the server's Bye has been acknowledged for 1 s after it.
   [[nodiscard]] bool over() const noexcept { return phase_ == Phase::kOver; }
   /// Its number; 0 while a keyed one is not open.
@@ -107,11 +109,14 @@ class ClientCore {
   bool session_is_over(const v1::Packet& packet);
   void apply(wire::ReceivedItem& received);
   void take_result(const v1::Result& result);
+  /// The Packet that leaves now; false when it could not be made.
+  bool send_packet();
 
   Send send_;
   Random random_;
   ClientHandlers handlers_;
   std::optional<ClientKey> key_;
+  std::string refusal_;
   std::unique_ptr<KeyHandshake> handshake_;  ///< until WELCOME has come
   std::unique_ptr<wire::Channel> channel_;
   Phase phase_ = Phase::kOpen;

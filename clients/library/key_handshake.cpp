@@ -1,7 +1,10 @@
 // See key_handshake.h.
 #include "clients/library/key_handshake.h"
 
+#include <algorithm>
+
 #include "proto/noise/key_file.h"
+#include "proto/noise/retry_tag.h"
 #include "proto/wire/item_outbox.h"
 
 namespace hapticd::client {
@@ -19,22 +22,33 @@ ClientKey read_client_key(const std::filesystem::path& file, std::optional<wire:
 }
 
 KeyHandshake::KeyHandshake(const ClientKey& key, const noise::Key& ephemeral)
-    : role_(key.role),
+    : key_(key),
       handshake_(noise::Side::kInitiator, key.key, wire::prologue_of(key.role), ephemeral),
       message_(handshake_.write().value_or(noise::Bytes{})) {}
 
 noise::Bytes KeyHandshake::hello(std::int64_t now_ns) {
   due_ns_ = now_ns + kHelloPeriod_ns;
-  return wire::encode_hello({role_, cookie_, message_});
+  return wire::encode_hello({key_.role, cookie_, message_});
+}
+
+// A RETRY without a tag may be of anybody who knows where this client is. It is believed, for the
+// sake of servers that make no tags, until one with a tag has come; and but for the first one it
+// makes no HELLO leave earlier, so that a flood of them neither hurries nor holds up the handshake.
+void KeyHandshake::take_cookie(std::span<const std::uint8_t> cookie) {
+  const bool tagged =
+      noise::is_tagged_retry(key_.key, wire::prologue_of(key_.role), message_, cookie);
+  if (tagged_ && !tagged) return;
+  // A second RETRY with the same cookie is the answer to a HELLO before it.
+  const bool fresh = !std::ranges::equal(cookie, cookie_);
+  if (fresh && (tagged || cookie_.empty())) due_ns_ = 0;
+  cookie_.assign(cookie.begin(), cookie.end());
+  tagged_ = tagged;
 }
 
 bool KeyHandshake::receive(std::span<const std::uint8_t> datagram) {
   if (session_ != 0) return false;
   if (const auto cookie = wire::decode_retry(datagram)) {
-    // A second RETRY with the same cookie is the answer to a HELLO before it.
-    const noise::Bytes fresh(cookie->begin(), cookie->end());
-    if (fresh != cookie_) due_ns_ = 0;
-    cookie_ = fresh;
+    take_cookie(*cookie);
     return false;
   }
   const auto welcome = wire::decode_welcome(datagram);

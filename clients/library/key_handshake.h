@@ -42,10 +42,13 @@ class KeyHandshake {
   [[nodiscard]] noise::Transport transport() const { return handshake_.split(); }
 
  private:
-  wire::Role role_;
+  void take_cookie(std::span<const std::uint8_t> cookie);
+
+  ClientKey key_;
   noise::Handshake handshake_;
   noise::Bytes message_;
-  noise::Bytes cookie_;
+  noise::Bytes cookie_;  ///< of the newest RETRY that is believed
+  bool tagged_ = false;  ///< the server has signed it
   std::int64_t due_ns_ = 0;
   std::uint32_t session_ = 0;
 };

@@ -12,6 +12,7 @@
 #include "clients/library/endpoint.h"
 #include "clients/library/named_key.h"
 #include "proto/hints/command_line_fault.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd::client {
 namespace {
@@ -78,10 +79,10 @@ int run_program(const Program& program, int argc, char** argv) noexcept {
     }
     return run();
   } catch (const std::invalid_argument& error) {
-    std::fprintf(stderr, "%s: %s\n", program.name, error.what());
+    std::fprintf(stderr, "%s: %s\n", program.name, wire::shown_lines(error.what()).c_str());
     return kProgramUsage;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", program.name, error.what());
+    std::fprintf(stderr, "%s: %s\n", program.name, wire::shown_lines(error.what()).c_str());
     return kProgramFailed;
   }
 }

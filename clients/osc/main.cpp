@@ -11,6 +11,7 @@
 #include "clients/library/quantity_option.h"
 #include "clients/osc/bridge.h"
 #include "clients/osc/osc_sender.h"
+#include "proto/wire/shown_text.h"
 
 namespace {
 
@@ -65,7 +66,8 @@ int run(const Options& options) {
     if (item.has_scene_info()) {
       virtual_clock = item.scene_info().clock() == v1::CLOCK_MODE_VIRTUAL;
       subscribe(*session, item.scene_info().rate_hz(), options.rate_hz);
-      std::printf("playing %s\n", item.scene_info().scene().name().c_str());
+      std::printf("playing %s\n",
+                  hapticd::wire::shown_text(item.scene_info().scene().name()).c_str());
       std::fflush(stdout);
     }
     bridge.item(item, clocks());

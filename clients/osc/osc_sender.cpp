@@ -11,13 +11,9 @@
 namespace hapticd::osc {
 namespace {
 
-struct FreeAddress {
-  void operator()(lo_address address) const { lo_address_free(address); }
-};
 struct FreeBundle {
   void operator()(lo_bundle bundle) const { lo_bundle_free_recursive(bundle); }
 };
-using Address = std::unique_ptr<std::remove_pointer_t<lo_address>, FreeAddress>;
 using Bundle = std::unique_ptr<std::remove_pointer_t<lo_bundle>, FreeBundle>;
 
 struct Add {
@@ -30,7 +26,10 @@ struct Add {
 }  // namespace
 
 struct OscSender::Implementation {
-  Address address;
+  struct FreeAddress {
+    void operator()(lo_address address) const { lo_address_free(address); }
+  };
+  std::unique_ptr<std::remove_pointer_t<lo_address>, FreeAddress> address;
 };
 
 OscSender::OscSender(const std::string& host, std::uint16_t port)

@@ -7,9 +7,9 @@
 namespace hapticd {
 namespace {
 
-/// What the static laws are held to have stored without having got it, at most, J. Larger: a pluck
-/// pays that much for what was before it.
-constexpr double kMostOwed = 20e-6;
+/// What the static laws are held to have stored without having got it, at most, J: more than single
+/// ticks err by. What is forgotten beyond it a hand that rubs the string would win, time and again.
+constexpr double kMostOwed = 1e-3;
 /// What a string lends a hand that may turn to it, J, as far as it rings with more than kLentFrom:
 /// a hand that comes fast is foretold to draw far more than it does, and would feel little of a
 /// faint ringing.
@@ -18,21 +18,20 @@ constexpr double kLentFrom = 10e-6;
 
 double dot(const Transverse& a, const Transverse& b) noexcept { return a.y * b.y + a.z * b.z; }
 
-/// What the static laws of all tools let go of beyond what they may have given the hands, J: while
-/// they hold, their work is what they store, and how a held force errs in that is for the device's
-/// loop to watch.
-/// Negative where they store more than the hands may have put in.
+/// What the static laws of all tools let go of beyond what they have given the hands, J: while they
+/// hold, their work is what they store, and how a held force errs in that is for the device's loop
+/// to watch. By the trapezoid: what it errs by goes to and fro with the hand, and adds up to
+/// nothing. Negative where they store more than the hands have put in.
 double let_go(const WaveTank& tank, std::span<const WavePort> ports) noexcept {
   double lost = 0.0;
-  double as_before = 0.0;
-  double as_now = 0.0;
+  double given = 0.0;
   for (const WavePort& port : ports) {
     const std::size_t k = port.tool;
     lost += tank.stored[k] - port.stored;
-    as_before += dot(tank.law[k], port.moved) + tank.pull[k] * port.slid;
-    as_now += dot(port.law, port.moved) + port.pull * port.slid;
+    given += 0.5 * (dot(tank.law[k], port.moved) + tank.pull[k] * port.slid);
+    given += 0.5 * (dot(port.law, port.moved) + port.pull * port.slid);
   }
-  return lost - std::max(as_before, as_now);
+  return lost - given;
 }
 
 }  // namespace

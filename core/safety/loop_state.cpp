@@ -55,7 +55,8 @@ void try_to_engage(const LoopInput& input, LoopMachine& m) noexcept {
     return;
   }
   if (m.cause != Cause::kReleased && m.cause != Cause::kOverlap) m.cause = Cause::kNone;
-  if (!m.wanted || input.scene_waits || !input.contact_known) return;
+  if (input.stale) m.cause = Cause::kInputStale;
+  if (!m.wanted || input.scene_waits || input.stale || !input.contact_known) return;
   if (!input.contact_free) {
     m.cause = Cause::kOverlap;
     m.wanted = input.engages_itself;
@@ -74,7 +75,15 @@ void fade(double dt_s, LoopMachine& m) noexcept {
 
 void stay_engaged(const LoopInput& input, double dt_s, LoopMachine& m) noexcept {
   const Cause hindered = hindrance(input);
-  if (m.wanted && hindered == Cause::kNone && !input.scene_waits) {
+  const bool stays = m.wanted && hindered == Cause::kNone && !input.scene_waits;
+  if (stays && input.stale) {
+    m.cause = Cause::kInputStale;
+    m.gain = std::max(0.0, m.gain - dt_s / kReleaseRamp_s);
+    if (!(m.gain > 0.0)) m.state = LoopState::kReady;
+    return;
+  }
+  if (stays) {
+    m.cause = Cause::kNone;
     m.gain = std::min(1.0, m.gain + std::min(dt_s, kMaxRampStep_s) / kEngageRamp_s);
     return;
   }

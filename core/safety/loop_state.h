@@ -31,6 +31,7 @@ struct LoopInput {
   bool contact_free = false;    ///< the tool touches nothing and the wrench before limits is zero
   bool contact_known = true;    ///< contact_free means something: a tick has been computed
   bool engages_itself = false;  ///< simulated and scripted devices
+  bool stale = false;           ///< poses do not come: what force there is fades, until they do
   bool lease_lost = false;      ///< the controller this device needs is gone
   bool scene_waits = false;     ///< a new scene is ready to be taken
   bool engage = false;          ///< request
@@ -73,6 +74,8 @@ struct LoopOutput {
 /// - Losing the device or its zero while the gain may be above 0 is a fault.
 /// - scene_waits while engaged: releasing, then kReady with scene_allowed; force returns by itself
 ///   once the scene was taken, under the conditions above.
+/// - stale, while engaged, takes the gain back as fast as releasing does; it climbs again as at the
+///   start once poses come, and is given up where it has come to 0.
 /// - lease_lost and block, while engaged, release; they hold a ready loop back.
 [[nodiscard]] HD_REALTIME LoopOutput advance(const LoopInput& input, LoopMachine& machine) noexcept;
 

@@ -37,6 +37,7 @@ SafetyInput bounded(const SafetyInput& input) noexcept {
   kept.V_DH_D = bounded(input.V_DH_D);
   kept.displacement_D = bounded(input.displacement_D);
   kept.budget = std::clamp(input.budget, 0.0, kMaxBudget);
+  kept.flight = std::clamp(input.flight, 0, kMostFlight);
   return kept;
 }
 
@@ -62,7 +63,7 @@ Wrench shaped(const SafetyInput& input, const SafetyLimits& limits, SafetyState&
               std::uint32_t& flags) noexcept {
   const Wrench computed = limited(input.F_H_D, {kMaxComputedWrench, kMaxComputedWrench});
   const double removed = state.port.removed;
-  PassivityControl control(limits.passivity, input.budget, state.port);
+  PassivityControl control(limits.passivity, input.budget, state.port, input.flight);
   Wrench F =
       control.faded({computed.f * input.gain, computed.t * input.gain}, input.V_DH_D, input.hold_s);
   F = control.damped(F, input.V_DH_D, input.hold_s);
@@ -107,12 +108,12 @@ SafetyOutput limit(const SafetyInput& input, const SafetyLimits& limits,
     return output;
   }
   const SafetyInput tick = bounded(input);
-  PassivityControl(limits.passivity, tick.budget, state.port)
-      .observe(F_prev, tick.displacement_D, tick.dt_s);
+  PassivityControl port(limits.passivity, tick.budget, state.port, tick.flight);
+  port.observe(F_prev, tick.displacement_D, tick.dt_s);
   add_load(F_prev.f.norm(), tick.dt_s, force_rating(limits), state.force_load);
   add_load(F_prev.t.norm(), tick.dt_s, torque_rating(limits), state.torque_load);
   if (!input.enable) {
-    state.port = {};
+    port.rest();
     return output;
   }
   state.f_H_D = to_array(F_prev.f);

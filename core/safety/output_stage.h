@@ -51,6 +51,7 @@ struct SafetyInput {
   /// What the strings may give as vibration, J: the sum of their tanks, divided by the workspace
   /// scale (the port is the device's side of the map).
   double budget = 0.0;
+  int flight = 0;  ///< ticks by which a wrench may reach the hand late, see PassivityControl
 };
 
 /// What was done, bit by bit.
@@ -84,8 +85,8 @@ static_assert(std::is_trivially_copyable_v<SafetyState>);
 static_assert(std::is_trivially_copyable_v<SafetyOutput>);
 
 /// Limits the wrench of one tick. Whatever the input, the output is finite, within the peak, has
-/// grown no faster than the slew, and is zero unless enabled and every input is finite. Without
-/// enable the energy at the port restarts.
+/// grown no faster than the slew, and is zero unless enabled and every input is finite. What is
+/// owed at the port is owed until it is repaid or forgiven, also without enable.
 [[nodiscard]] HD_REALTIME SafetyOutput limit(const SafetyInput& input, const SafetyLimits& limits,
                                              SafetyState& state) noexcept;
 

@@ -45,8 +45,9 @@ JudgedPose bridge(const GuardLimits& limits, bool refused, PoseGuard& guard) noe
   result.held = true;
   if (lost || guard.bad_ticks > kHeldTicks) {
     result.fault = Cause::kNotFinite;
-  } else if (guard.missed_ticks > limits.stale_ticks) {
-    result.fault = Cause::kInputStale;
+  } else if (guard.missed_ticks > limits.stale_ticks && (guard.has_pose || !limits.may_wait)) {
+    result.stale = guard.has_pose && guard.missed_ticks <= limits.stale_ticks + limits.fading_ticks;
+    if (!result.stale) result.fault = Cause::kInputStale;
   }
   result.usable = guard.has_pose && result.fault == Cause::kNone;
   if (result.usable) ++guard.held_total;

@@ -44,6 +44,11 @@ struct GuardLimits {
   /// Ticks without a new sample that are bridged, see bridged_ticks(). A scripted device under the
   /// virtual clock may stand still for as long as it likes: kAnyTicks.
   int stale_ticks = kHeldTicks;
+  /// Ticks without a new sample beyond those, in which the pose is held and told to be stale, so
+  /// that the force can fade: of a stream of poses over a network, which pauses. 0: none.
+  int fading_ticks = 0;
+  /// Before its first sample a device may be silent for as long as it likes.
+  bool may_wait = false;
   /// A pose that repeats to the bit for this long, by the device's clock, while a force of at least
   /// stuck_force is on, is a stuck sensor: a hand trembles by 0.1 mm at 8 to 12 Hz, several times
   /// any encoder's step, so two periods of that cannot pass without a change. Without force a
@@ -87,6 +92,7 @@ struct JudgedPose {
                                ///< held
   double elapsed_s = 0.0;      ///< between the samples it spans, 0 while held
   bool held = false;           ///< the pose is not of this tick
+  bool stale = false;          ///< held for longer than is bridged: the force is to fade
   bool usable = false;         ///< false: no pose yet, or bridged for too long; no force
   Cause fault = Cause::kNone;  ///< kNotFinite, kInputStale, kInputStuck or kVelocityTrip, present
                                ///< in this tick; see latches()

@@ -10,7 +10,8 @@
 
 namespace hapticd {
 
-HD_VISIT_FIELDS(PortEnergy, given, removed, share)
+HD_VISIT_FIELDS(WrenchFlight, f_H_D, t_H_D, given)
+HD_VISIT_FIELDS(PortEnergy, given, removed, share, flight)
 
 template <FieldsOf<ThermalLoad> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {

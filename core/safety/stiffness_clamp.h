@@ -20,14 +20,24 @@ inline constexpr double kStiffnessShare = 0.5;
 /// damped handles. Larger: such a device may ring; smaller: it gives no force to speak of.
 inline constexpr double kMinDamping = 0.1;
 
+/// Stiffness of a device whose damping is a guess, N/m, at 1 kHz without delay: what any handle
+/// bears. Larger: one with little damping rings; smaller: nothing to feel until it is measured.
+inline constexpr double kUnknownStiffness = 200.0;
+/// Half of the period that kUnknownStiffness is for, s: with more between two samples, and a delay,
+/// it is less by as much.
+inline constexpr double kUnknownLag_s = 0.5e-3;
+
 /// What the device can bear; profile data, except the delay and the period.
 struct StiffnessLimits {
   double damping = 1.0;                 ///< b of the device, N s/m; 0: unknown
+  bool damping_guessed = false;         ///< nobody measured it: it counts as an unknown device's
+  double report_interval_s = 0.0;       ///< from sample to sample of the device
   double rotational_damping = 1e-3;     ///< of the device, N m s/rad; 0: no limit to rotation
   double coupling_damping = 0.0;        ///< B, N s/m
   std::optional<double> stiffness_max;  ///< the maker's promise, N/m; empty: none was given
   double period_s = 1e-3;               ///< T
   double delay_s = 0.0;                 ///< t_d from sample to force
+  bool delay_unknown = false;           ///< until one is measured, delay_s > 0
 };
 
 /// Stiffness as the device feels it: translational ones times workspace scale and force gain, the
@@ -49,8 +59,9 @@ struct StiffnessGrant {
 /// The largest scale at which no stiffness exceeds its bound. The bound is half of
 /// (b + B) / (T/2 + t_d), and no more than the maker's promise. Where b is unknown it is half of
 /// B / (T/2 + t_d) or half of the promise, whichever is more; without a promise b counts as
-/// kMinDamping. Stiffnesses that are not finite or negative give the smallest scale,
-/// kMinStiffnessScale.
+/// kMinDamping. Where b is a guess it is that of an unknown device (kUnknownStiffness), the longer
+/// of T and the report interval counting, and no more than half of the promise. Stiffnesses that
+/// are not finite or negative give the smallest scale, kMinStiffnessScale.
 [[nodiscard]] HD_REALTIME StiffnessGrant grant_stiffness(const DeviceStiffness& wanted,
                                                          const StiffnessLimits& limits) noexcept;
 

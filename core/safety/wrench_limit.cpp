@@ -9,10 +9,12 @@ namespace {
 Vector3 shortened(const Vector3& v, double limit) noexcept {
   // Dividing by the largest component first keeps the square of 1e200 from overflowing.
   const double largest = v.cwiseAbs().maxCoeff();
-  if (!(largest > 0.0)) return Vector3::Zero();
+  if (!(largest > 0.0)) return v;
   const Vector3 direction = v / largest;
   const double length = direction.norm();
-  return direction * std::min(largest, limit / length);
+  // What is within the limit keeps its bits.
+  if (largest * length <= limit) return v;
+  return direction * (limit / length);
 }
 
 }  // namespace

@@ -27,8 +27,8 @@ Quaternion mirrored(Mirror mirror, const Quaternion& q) noexcept {
   return {q.w(), axis.x(), axis.y(), axis.z()};
 }
 
-bool pressed(std::uint16_t buttons, int button) noexcept {
-  return button >= 0 && button < 16 && ((buttons >> static_cast<unsigned>(button)) & 1U) != 0;
+bool pressed(std::uint32_t buttons, int button) noexcept {
+  return button >= 0 && button < 32 && ((buttons >> static_cast<unsigned>(button)) & 1U) != 0;
 }
 
 /// The map without c and R_off.

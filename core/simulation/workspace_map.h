@@ -51,7 +51,7 @@ static_assert(std::is_trivially_copyable_v<WorkspaceState>);
 struct WorkspaceInput {
   Pose X_DH;                  ///< measured, finite, unit quaternion
   Twist V_DH_D;               ///< measured
-  std::uint16_t buttons = 0;  ///< bit i = button i
+  std::uint32_t buttons = 0;  ///< bit i = button i
   bool clutch_open = false;   ///< asked for by a client, for as long as it lasts
   bool recentre = false;      ///< asked for by a client, for one tick
   double dt_s = 0.0;          ///< since the last tick

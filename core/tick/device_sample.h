@@ -44,7 +44,7 @@ struct DeviceSample {
   /// Delay from sample to force as the driver measured it from the device's echo of commands, s;
   /// NaN = no echo, or not yet: the declared one counts.
   double measured_delay_s = std::numeric_limits<double>::quiet_NaN();
-  std::uint16_t buttons = 0;  ///< bit i = button i
+  std::uint32_t buttons = 0;  ///< bit i = button i
   std::uint16_t flags = 0;    ///< kDevice... bits
   bool has_velocity = false;  ///< the device measures velocities itself
 };

@@ -32,10 +32,11 @@ enum OrderBit : std::uint16_t {
   kOrderSceneWaits = 1U << 6U,
   kOrderStalled = 1U << 7U,
   kOrderEventLost = 1U << 8U,
+  kOrderDeadMan = 1U << 9U,
 };
 
 /// How many of them there are.
-inline constexpr int kOrderBits = 9;
+inline constexpr int kOrderBits = 10;
 
 /// What was out of the ordinary for a tool in a tick; bit i is v1::ToolFlag i + 1.
 enum ToolFlagBit : std::uint16_t {

@@ -4,6 +4,7 @@
 #   HAPTICD_SANITIZE    value of -fsanitize=, e.g. "address,undefined"; empty = none
 #   HAPTICD_COVERAGE    instrument for gcov
 #   HAPTICD_WERROR      warnings are errors
+#   HAPTICD_HARDENED    guards against what an attacker could make of a mistake; some percent dearer
 #   HAPTICD_UNITY       compile sources together (deploy/cmake/unity_groups.py): half the work where nothing was compiled before
 #   HAPTICD_TEST_SCALE  default of the environment variable of that name in tests (tests/support/scale.h)
 #   HAPTICD_BENCHMARKS  build tests/benchmark
@@ -17,6 +18,7 @@ option(HAPTICD_REMAKE_MODELS "make the models of the scenes anew, to compare the
 option(HAPTICD_VM_TESTS "the tests in tests/vm" OFF)
 option(HAPTICD_COVERAGE "instrument for gcov" OFF)
 option(HAPTICD_WERROR "warnings are errors" OFF)
+option(HAPTICD_HARDENED "guards in what is shipped" OFF)
 option(HAPTICD_BENCHMARKS "build the benchmarks (needs google-benchmark)" OFF)
 option(HAPTICD_UNITY "compile the sources of a target together, as far as their names allow" OFF)
 option(HAPTICD_CHECK_HEADERS "compile every header on its own" ON)
@@ -45,6 +47,19 @@ endif()
 find_program(HAPTICD_MOLD mold)
 if(HAPTICD_MOLD)
   add_link_options(-fuse-ld=mold)
+endif()
+
+# What tests/system/hardened.py looks for in the files.
+set(HAPTICD_HARDENING -fstack-protector-strong -D_FORTIFY_SOURCE=3 -fstack-clash-protection)
+if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
+  list(APPEND HAPTICD_HARDENING -fcf-protection)
+elseif(CMAKE_SYSTEM_PROCESSOR STREQUAL "aarch64")
+  list(APPEND HAPTICD_HARDENING -mbranch-protection=standard)
+endif()
+set(HAPTICD_HARDENED_LINK -Wl,-z,relro -Wl,-z,now -Wl,-z,noexecstack)
+if(HAPTICD_HARDENED)
+  add_compile_options(${HAPTICD_HARDENING})
+  add_link_options(${HAPTICD_HARDENED_LINK})
 endif()
 
 if(HAPTICD_SANITIZE)

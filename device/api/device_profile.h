@@ -77,6 +77,15 @@ struct DeviceProfile {
   double motor_lag = 0.0;                       ///< first-order, s
 
   bool affine = false;  ///< it renders DeviceCommand::spring by itself
+
+  /// Nobody measured the damping: none is reckoned with where energy is counted, and an unknown
+  /// device's where stiffness is granted.
+  bool damping_guessed = false;
+  bool rotational_damping_guessed = false;  ///< likewise
+  /// Force told to the client that gives the poses goes to a hand: scripted devices.
+  bool force_reaches_hand = false;
+  /// It tells of switches that it does not have: devices of the PID class.
+  bool switches_unwired = false;
 };
 static_assert(std::is_trivially_copyable_v<DeviceProfile>);
 

@@ -31,6 +31,14 @@ void set(Array3& axes, const std::vector<double>& values) {
   for (std::size_t i = 0; i < axes.size(); ++i) axes[i] = values[values.size() == 3 ? i : 0];
 }
 
+/// Lets the profile know which of its dampings are guesses.
+void mark_guess(DeviceProfile& profile, SheetNumber number, bool guess) {
+  if (number == SheetNumber(&DeviceProfile::damping)) profile.damping_guessed = guess;
+  if (number == SheetNumber(&DeviceProfile::rotational_damping)) {
+    profile.rotational_damping_guessed = guess;
+  }
+}
+
 std::vector<double> get(double number) { return {number}; }
 std::vector<double> get(int number) { return {static_cast<double>(number)}; }
 std::vector<double> get(const Array3& axes) { return {axes.begin(), axes.end()}; }
@@ -56,6 +64,7 @@ void state_number(DeviceSheet& sheet, SheetNumber number, const std::vector<doub
                   NumberSource source) {
   if (values.empty()) return leave_open(sheet, number);
   source.values = values.size();
+  mark_guess(sheet.profile, number, source.guess);
   sheet.sources.at(row_of(number)) = std::move(source);
   std::visit([&](auto member) { set(place_of(sheet, member), values); }, number);
 }
@@ -74,6 +83,7 @@ void leave_open(DeviceSheet& sheet, SheetNumber number) {
   sheet.sources.at(row_of(number)) = {};
   const DeviceSheet fresh;
   std::visit([&](auto member) { place_of(sheet, member) = place_of(fresh, member); }, number);
+  mark_guess(sheet.profile, number, true);
 }
 
 }  // namespace hapticd

@@ -78,9 +78,16 @@ struct DeviceMatch {
   std::optional<std::string> serial;
 };
 
+/// The defaults of a profile, of which nobody has measured anything.
+[[nodiscard]] constexpr DeviceProfile unmeasured_profile() {
+  DeviceProfile profile;
+  profile.damping_guessed = profile.rotational_damping_guessed = true;
+  return profile;
+}
+
 struct DeviceSheet {
-  DeviceProfile profile;             ///< defaults where a number is open
-  AxisMapping axes;                  ///< likewise; for drivers of raw frames
+  DeviceProfile profile = unmeasured_profile();  ///< defaults where a number is open
+  AxisMapping axes;                              ///< likewise; for drivers of raw frames
   bool axes_stated = false;          ///< which raw axes become x, y, z of D; else the default holds
   std::string description;           ///< maker and model, for people; may be empty
   std::vector<DeviceMatch> matches;  ///< any of them may fit; none: the profile goes by its name

@@ -17,6 +17,33 @@ void require(const DeviceSheet& sheet, const AttachOptions& options) {
   }
 }
 
+/// By a number that a profile of this driver names: whose model is newer than hapticd.
+bool names_it(const DeviceSheet& sheet, const DriverEntry& driver, const HidrawNode& node) {
+  return sheet.profile.driver == driver.driver &&
+         std::any_of(sheet.matches.begin(), sheet.matches.end(), [&](const DeviceMatch& match) {
+           return match.vendor_id == node.vendor_id && match.product_id == node.product_id &&
+                  match.serial.value_or(node.serial) == node.serial && !match.usage;
+         });
+}
+
+/// What the driver can drive. A device that pushes must say by its descriptor how; of another a
+/// profile may say so, `chosen` or installed.
+IsMine drivable_by(const DriverEntry& driver, const DeviceSheet& chosen,
+                   const AttachOptions& options) {
+  std::vector<DeviceSheet> sheets;
+  if (!driver.traits.can_push_a_person) {
+    if (options.installed) sheets = options.installed();
+    sheets.push_back(chosen);
+  }
+  return [&driver, sheets = std::move(sheets)](const HidrawNode& node) {
+    const DriverEntry* const found = driver_for(node);
+    return found == &driver ||
+           (found == nullptr && std::any_of(sheets.begin(), sheets.end(), [&](const auto& sheet) {
+              return names_it(sheet, driver, node);
+            }));
+  };
+}
+
 /// Checks and limits a device that pushes.
 DeviceGrant grant(const HidrawNode& node, const DeviceStatement& statement,
                   const AttachOptions& options, AttachedDevice& attached) {
@@ -36,7 +63,7 @@ DeviceGrant grant(const HidrawNode& node, const DeviceStatement& statement,
 AttachedDevice attach_device(const DeviceSource& source, const DeviceSheet& chosen,
                              const AttachOptions& options) {
   const DriverEntry* const driver = source.driver;
-  const auto mine = [driver](const HidrawNode& node) { return driver_for(node) == driver; };
+  const IsMine mine = drivable_by(*driver, chosen, options);
   const HidrawNode node = find_node(mine, source.argument, std::string(driver->kind));
   auto handles = std::make_unique<HidrawHandles>(node);
   AttachedDevice attached;

@@ -5,8 +5,12 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <new>
 #include <stdexcept>
 #include <utility>
+
+#include "core/rt/memory_boundary.h"
+#include "core/rt/thread_role.h"
 
 namespace hapticd {
 namespace {
@@ -88,6 +92,10 @@ void Attachment::try_again() {
     handles_ = std::make_unique<HidrawHandles>(*node);
     attach(*node);
     spdlog::info("{}: plugged in again", port());
+  } catch (const std::bad_alloc&) {
+    plug_.detach();
+    handles_.reset();
+    throw;
   } catch (const DeviceError& error) {
     handles_.reset();
     if (told_ != error.what()) spdlog::warn("{}", error.what());
@@ -96,14 +104,18 @@ void Attachment::try_again() {
 }
 
 void Attachment::run() {
+  begin_role(ThreadRole::kAttachment);
   int looks = 0;
   while (!ending_.load()) {
     pollfd waiting{monitor_.file(), POLLIN, 0};
     const bool told = poll(&waiting, 1, kLook_ms) > 0;
     if (told) monitor_.drain();
-    if (handles_ && plug_.failed()) let_go();
-    if (handles_) plug_.tend([this] { return handles_->features(); });
-    if (!handles_ && (told || ++looks % kLooksPerTry == 0)) try_again();
+    const bool try_now = told || ++looks % kLooksPerTry == 0;
+    within_memory([&] {
+      if (handles_ && plug_.failed()) let_go();
+      if (handles_) plug_.tend([this] { return handles_->features(); });
+      if (!handles_ && try_now) try_again();
+    });
   }
 }
 

@@ -12,6 +12,9 @@ constexpr std::size_t kIdBits = 8;
 /// Bits of a main item.
 constexpr std::uint32_t kConstant = 1U << 0U;
 constexpr std::uint32_t kVariable = 1U << 1U;
+constexpr std::uint32_t kRelative = 1U << 2U;
+/// Type of a collection.
+constexpr std::uint32_t kApplication = 1;
 
 class Reader {
  public:
@@ -34,7 +37,7 @@ class Reader {
       case ItemKind::kFeature:
         return add(ReportKind::kFeature, item.value);
       case ItemKind::kCollection:
-        return open();
+        return open(item.value);
       case ItemKind::kEndCollection:
         if (collection_ == -1) return DescriptorFlaw::kUnbalanced;
         collection_ = descriptor_.collections[static_cast<std::size_t>(collection_)].parent;
@@ -64,10 +67,10 @@ class Reader {
     }
   }
 
-  DescriptorFlaw open() {
+  DescriptorFlaw open(std::uint32_t type) {
     if (descriptor_.collections.size() == kMaxCollections) return DescriptorFlaw::kTooLarge;
     const std::uint32_t usage = usages_.empty() ? 0 : globals_->resolve(usages_[0]);
-    descriptor_.collections.push_back({usage, collection_});
+    descriptor_.collections.push_back({usage, collection_, type == kApplication});
     collection_ = static_cast<int>(descriptor_.collections.size()) - 1;
     return DescriptorFlaw::kNone;
   }
@@ -103,6 +106,7 @@ class Reader {
                 globals_->minimum,
                 maximum,
                 (flags & kVariable) == 0,
+                (flags & kRelative) != 0,
                 {},
                 collection_};
     return field.is_array ? add_array(field) : add_variables(field);
@@ -155,6 +159,22 @@ bool is_within(const Descriptor& descriptor, int collection, std::uint32_t usage
     collection = at.parent;
   }
   return false;
+}
+
+int application_of(const Descriptor& descriptor, int collection) {
+  while (collection != -1) {
+    const Collection& at = descriptor.collections[static_cast<std::size_t>(collection)];
+    if (at.is_application) return collection;
+    collection = at.parent;
+  }
+  return -1;
+}
+
+bool is_inside(const Descriptor& descriptor, int collection, int outer) {
+  while (collection != -1 && collection != outer) {
+    collection = descriptor.collections[static_cast<std::size_t>(collection)].parent;
+  }
+  return collection == outer;
 }
 
 }  // namespace hapticd::pid

@@ -30,7 +30,8 @@ struct ReportSize {
 /// A collection, and the one it is in.
 struct Collection {
   std::uint32_t usage = 0;
-  int parent = -1;  ///< -1: none
+  int parent = -1;              ///< -1: none
+  bool is_application = false;  ///< a device of its own
 };
 
 /// One variable, or one element of an array, that is data.
@@ -42,6 +43,7 @@ struct Field {
   std::int64_t minimum = 0;           ///< logical
   std::int64_t maximum = 0;           ///< logical, >= minimum
   bool is_array = false;              ///< its value, less the minimum, is a place in `usages`
+  bool is_relative = false;           ///< its value is a change
   std::vector<std::uint32_t> usages;  ///< of an array all; else one, or none
   int collection = -1;
 };
@@ -59,5 +61,11 @@ struct Descriptor {
 
 /// True when the collection, or one around it, has this usage.
 [[nodiscard]] bool is_within(const Descriptor& descriptor, int collection, std::uint32_t usage);
+
+/// The innermost application collection around, or the collection itself; -1: none.
+[[nodiscard]] int application_of(const Descriptor& descriptor, int collection);
+
+/// True when `outer` is the collection or around it.
+[[nodiscard]] bool is_inside(const Descriptor& descriptor, int collection, int outer);
 
 }  // namespace hapticd::pid

@@ -12,7 +12,7 @@ namespace hapticd::pid {
 namespace {
 
 /// Places of PidCounters.
-enum Count : std::uint8_t { kSamples, kSuperseded, kOverflows, kCut };
+enum Count : std::uint8_t { kSamples, kSuperseded, kOverflows, kCut, kStates };
 
 bool is_finite(const DeviceCommand& command) noexcept {
   for (const Array3& vector : {command.f_H_D, command.t_H_D}) {
@@ -62,7 +62,7 @@ void PidDevice::detach() {
 
 PidCounters PidDevice::counters() const noexcept {
   const auto count = [&](Count which) { return counts_[which].load(std::memory_order_relaxed); };
-  return {count(kSamples), count(kSuperseded), count(kOverflows), count(kCut)};
+  return {count(kSamples), count(kSuperseded), count(kOverflows), count(kCut), count(kStates)};
 }
 
 ReadOutcome PidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept {
@@ -71,7 +71,7 @@ ReadOutcome PidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept 
     attachment_ = gate_.attachment();
     has_sample_ = false;
     report_time_ = {};
-    enabled_ = saturated_ = false;
+    enabled_ = saturated_ = let_go_ = false;
   }
   const ReadOutcome outcome = writer_.failed() ? ReadOutcome::kLost : drain(now_ns, sample);
   gate_.leave(outcome == ReadOutcome::kLost);
@@ -79,12 +79,15 @@ ReadOutcome PidDevice::read(std::int64_t now_ns, DeviceSample& sample) noexcept 
 }
 
 ReadOutcome PidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept {
-  const ReportForm& form = settings_.layout.input.report;
-  std::array<std::uint8_t, kMaxReport> newest{};
+  const PidLayout& layout = settings_.layout;
+  const ReportForm& form = layout.input.report;
+  const ReportForm& state = layout.state.report;
+  const bool was_off = let_go_;
   std::uint64_t fresh = 0;
   const Drained drained = drain_queue(channel_, [&](std::span<const std::uint8_t> bytes) {
+    if (state.bytes != 0 && bytes[0] == state.id && bytes.size() >= state.bytes) obey_state(bytes);
     if (bytes[0] != form.id || bytes.size() < form.bytes) return;
-    std::copy(bytes.begin(), bytes.end(), newest.begin());
+    std::copy(bytes.begin(), bytes.end(), newest_.begin());
     ++fresh;
   });
   if (drained == Drained::kLost) return ReadOutcome::kLost;
@@ -92,6 +95,8 @@ ReadOutcome PidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept
     counts_[kOverflows].fetch_add(1, std::memory_order_relaxed);
     return ReadOutcome::kNothing;
   }
+  // A stick that lies still may say nothing but that it lets go.
+  if (fresh == 0 && has_sample_ && was_off != let_go_) fresh = 1;
   if (fresh == 0) return ReadOutcome::kNothing;
   counts_[kSuperseded].fetch_add(fresh - 1, std::memory_order_relaxed);
   counts_[kSamples].fetch_add(1, std::memory_order_relaxed);
@@ -100,8 +105,21 @@ ReadOutcome PidDevice::drain(std::int64_t now_ns, DeviceSample& sample) noexcept
       made_at(now_ns, static_cast<std::int64_t>(fresh), interval_ns_, report_time_);
   sample.t_ns = std::max(last_.t_ns, made_ns);
   sample.counter = last_.counter + fresh;
-  take(std::span(newest).first(form.bytes), sample);
+  take(std::span<const std::uint8_t>(newest_).first(form.bytes), sample);
   return ReadOutcome::kFresh;
+}
+
+// What the device does not tell of counts as well.
+void PidDevice::obey_state(std::span<const std::uint8_t> report) noexcept {
+  const PidLayout::State& state = settings_.layout.state;
+  const auto is_off = [&](const BitField& field) {
+    return field.exists() && get(field, report) == 0;
+  };
+  counts_[kStates].fetch_add(1, std::memory_order_relaxed);
+  let_go_ = get(state.paused, report) != 0 || is_off(state.actuators) || is_off(state.power);
+  if (settings_.has_switches) {
+    let_go_ = let_go_ || is_off(state.safety_switch) || is_off(state.force_switch);
+  }
 }
 
 /// Fills in all but time and counter, which `sample` has.
@@ -115,11 +133,15 @@ void PidDevice::take(std::span<const std::uint8_t> report, DeviceSample& sample)
   if (has_sample_) difference_velocity(last_, fresh);
   for (std::size_t i = 0; i < input.button.size(); ++i) {
     if (get(input.button[i], report) == 0) continue;
-    fresh.buttons = static_cast<std::uint16_t>(fresh.buttons | 1U << i);
+    fresh.buttons |= 1U << i;
   }
   fresh.flags = kDeviceAttached | kDeviceCalibrated;
   if (enabled_) fresh.flags = static_cast<std::uint16_t>(fresh.flags | kDeviceEnabled);
   if (saturated_) fresh.flags = static_cast<std::uint16_t>(fresh.flags | kDeviceSaturated);
+  if (let_go_) {
+    const unsigned motors_off = fresh.flags & ~static_cast<unsigned>(kDeviceEnabled);
+    fresh.flags = static_cast<std::uint16_t>(motors_off | kDeviceDeadManOpen);
+  }
   has_sample_ = true;
   sample = last_ = fresh;
 }
@@ -148,7 +170,7 @@ Array3 PidDevice::magnitudes(const DeviceCommand& command) noexcept {
 
 bool PidDevice::write(std::int64_t now_ns, const DeviceCommand& command) noexcept {
   const bool finite = is_finite(command);
-  enabled_ = command.enable && finite;
+  enabled_ = command.enable && finite && !let_go_;
   saturated_ = false;
   const Array3 magnitude = enabled_ ? magnitudes(command) : Array3{};
   const EffectBlocks blocks = unpack(blocks_.load(std::memory_order_relaxed));

@@ -3,7 +3,9 @@
 // no watchdog: when this process dies while a force is on, the device keeps pushing. Therefore no
 // force beyond the peak of the profile leaves here, whatever is asked for, and detach() and every
 // end of the loop send zero. It reports neither time nor which command it obeys: when a sample was
-// made is derived from when it was read (report_time.h), and there is no measured delay. Frames:
+// made is derived from when it was read (report_time.h), and there is no measured delay. What its
+// PID State report says is obeyed in the same tick: paused, motors off or without power, a switch
+// that is off. Frames:
 // device_sample.h; the axes by AxisMapping, raw z does not exist and stays 0. RT: the functions of
 // HapticDevice.
 #pragma once
@@ -27,6 +29,7 @@ namespace hapticd::pid {
 struct PidSettings {
   AxisMapping axes;  ///< positions count from the middle of their logical range
   PidLayout layout;
+  bool has_switches = true;  ///< what its PID State report says of its switches is so
 };
 
 /// What went on, since the construction. Any thread.
@@ -35,6 +38,7 @@ struct PidCounters {
   std::uint64_t superseded = 0;  ///< read together with a newer one
   std::uint64_t overflows = 0;   ///< queues of old reports, thrown away
   std::uint64_t cut = 0;         ///< commands beyond the peak
+  std::uint64_t states = 0;      ///< PID State reports
 };
 
 class PidDevice final : public HapticDevice {
@@ -62,6 +66,7 @@ class PidDevice final : public HapticDevice {
  private:
   HD_REALTIME ReadOutcome drain(std::int64_t now_ns, DeviceSample& sample) noexcept;
   HD_REALTIME void take(std::span<const std::uint8_t> report, DeviceSample& sample) noexcept;
+  HD_REALTIME void obey_state(std::span<const std::uint8_t> report) noexcept;
   HD_REALTIME Array3 magnitudes(const DeviceCommand& command) noexcept;
 
   DeviceProfile profile_;
@@ -77,10 +82,12 @@ class PidDevice final : public HapticDevice {
   bool has_sample_ = false;
   bool enabled_ = false;
   bool saturated_ = false;
+  bool let_go_ = false;  ///< as its last PID State report has it, no force may be on
+  std::array<std::uint8_t, kMaxReport> newest_{};  ///< report of its position
   ReportTime report_time_;
   DeviceSample last_;
 
-  std::array<std::atomic<std::uint64_t>, 4> counts_{};  ///< as PidCounters
+  std::array<std::atomic<std::uint64_t>, 5> counts_{};  ///< as PidCounters
   ReportWriter writer_;
 };
 

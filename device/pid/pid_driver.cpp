@@ -162,8 +162,9 @@ OpenDevice open(const FoundDevice& found) {
   const DeviceSheet matching = matching_sheet(found.node, found.chosen, installed_ones(found));
   const DeviceGrant granted = found.grant(
       {unwatched_sheet(found.node, layout, matching), found.node.descriptor, {true, true, false}});
-  auto device = std::make_unique<PidDevice>(granted.sheet.profile,
-                                            PidSettings{granted.sheet.axes, layout}, now);
+  auto device = std::make_unique<PidDevice>(
+      granted.sheet.profile,
+      PidSettings{granted.sheet.axes, layout, !granted.sheet.profile.switches_unwired}, now);
   OpenDevice opened;
   opened.warnings.emplace_back(
       "experimental. There is no device watchdog: if hapticd dies while it pushes, it pushes on. "

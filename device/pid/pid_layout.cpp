@@ -11,6 +11,12 @@ namespace {
 constexpr std::uint32_t desktop(std::uint32_t usage) { return usage_of(0x01, usage); }
 constexpr std::uint32_t button(std::uint32_t usage) { return usage_of(0x09, usage); }
 constexpr std::uint32_t force(std::uint32_t usage) { return usage_of(0x0F, usage); }
+constexpr std::uint32_t simulation(std::uint32_t usage) { return usage_of(0x02, usage); }
+
+/// Application collections that a hand holds a stick of: joystick, game pad, multi-axis controller;
+/// flight simulation device, airplane simulation device, flight control stick, flight stick.
+constexpr std::array kSticks{desktop(0x04),    desktop(0x05),    desktop(0x08),   simulation(0x01),
+                             simulation(0x09), simulation(0x20), simulation(0x21)};
 
 // Names of the class definition.
 constexpr std::uint32_t kX = desktop(0x30);
@@ -33,6 +39,12 @@ constexpr std::uint32_t kDeviceGainReport = force(0x7D);
 constexpr std::uint32_t kDeviceGain = force(0x7E);
 constexpr std::uint32_t kBlockLoadReport = force(0x89);
 constexpr std::uint32_t kBlockLoadSuccess = force(0x8C);
+constexpr std::uint32_t kStateReport = force(0x92);
+constexpr std::uint32_t kDevicePaused = force(0x9F);
+constexpr std::uint32_t kActuatorsEnabled = force(0xA0);
+constexpr std::uint32_t kSafetySwitch = force(0xA4);
+constexpr std::uint32_t kOverrideSwitch = force(0xA5);
+constexpr std::uint32_t kActuatorPower = force(0xA6);
 constexpr std::uint32_t kDeviceControlReport = force(0x95);
 constexpr std::uint32_t kDeviceControl = force(0x96);
 constexpr std::uint32_t kEnableActuators = force(0x97);
@@ -46,18 +58,29 @@ BitField bits_of(const Field& field) {
           field.minimum, field.maximum};
 }
 
-/// A report of the descriptor, and the fields in it that lie in a collection.
+/// Bytes of a report that can be used; 0: it is too long, or has no ID.
+std::size_t usable_bytes(const Descriptor& descriptor, ReportKind kind, std::uint8_t id) {
+  for (const ReportSize& report : descriptor.reports) {
+    if (report.kind != kind || report.id != id || id == 0) continue;
+    const std::size_t bytes = (report.bits + 7) / 8;
+    return bytes <= kMaxReport ? bytes : 0;
+  }
+  return 0;
+}
+
+/// A report of the descriptor, and the fields in it that lie in a collection of this usage, within
+/// the collection numbered `scope`; 0 and -1: in any.
 class Finder {
  public:
-  Finder(const Descriptor& descriptor, ReportKind kind, std::uint32_t collection)
-      : descriptor_(descriptor), kind_(kind), collection_(collection) {}
+  Finder(const Descriptor& descriptor, int scope, ReportKind kind, std::uint32_t collection)
+      : descriptor_(descriptor), scope_(scope), kind_(kind), collection_(collection) {}
 
   /// The report that has the field with this usage; an unusable one has no bytes.
   ReportForm fix_report(std::uint32_t usage) {
     for (const Field& field : descriptor_.fields) {
       if (!is_mine(field) || !has(field, usage)) continue;
-      const std::size_t bytes = bytes_of(field.report_id);
-      if (field.report_id == 0 || bytes > kMaxReport) continue;
+      const std::size_t bytes = usable_bytes(descriptor_, kind_, field.report_id);
+      if (bytes == 0) continue;
       report_ = {field.report_id, static_cast<std::uint8_t>(bytes)};
       break;
     }
@@ -113,34 +136,118 @@ class Finder {
   }
   [[nodiscard]] bool is_mine(const Field& field) const {
     return field.kind == kind_ &&
+           (scope_ == -1 || is_inside(descriptor_, field.collection, scope_)) &&
            (collection_ == 0 || is_within(descriptor_, field.collection, collection_));
   }
   [[nodiscard]] bool is_fixed(const Field& field) const {
     return report_.bytes != 0 && field.report_id == report_.id && is_mine(field);
   }
-  [[nodiscard]] std::size_t bytes_of(std::uint8_t id) const {
-    for (const ReportSize& report : descriptor_.reports) {
-      if (report.kind == kind_ && report.id == id) return (report.bits + 7) / 8;
-    }
-    return 0;
-  }
 
   const Descriptor& descriptor_;
+  int scope_;
   ReportKind kind_;
   std::uint32_t collection_;
   ReportForm report_;
 };
 
-void find_input(const Descriptor& descriptor, PidLayout::Input& input) {
-  Finder in(descriptor, ReportKind::kInput, 0);
-  input.report = in.fix_report(kX);
-  input.x = in.variable(kX);
-  input.y = in.variable(kY);
-  for (std::uint32_t i = 0; i < kMaxButtons; ++i) input.button[i] = in.variable(button(1 + i));
+/// The sticks of a descriptor: the numbers of their collections.
+std::vector<int> sticks_of(const Descriptor& descriptor) {
+  std::vector<int> sticks;
+  for (std::size_t k = 0; k < descriptor.collections.size(); ++k) {
+    const Collection& each = descriptor.collections[k];
+    const bool is_stick = std::find(kSticks.begin(), kSticks.end(), each.usage) != kSticks.end();
+    if (each.is_application && is_stick) sticks.push_back(static_cast<int>(k));
+  }
+  return sticks;
 }
 
-void find_effect(const Descriptor& descriptor, PidLayout::SetEffect& effect) {
-  Finder out(descriptor, ReportKind::kOutput, kSetEffectReport);
+/// True when something in this stick's collection sets effects.
+bool sets_effects(const Descriptor& descriptor, int stick) {
+  return std::any_of(descriptor.fields.begin(), descriptor.fields.end(), [&](const Field& field) {
+    return field.kind == ReportKind::kOutput && is_inside(descriptor, field.collection, stick) &&
+           is_within(descriptor, field.collection, kSetEffectReport);
+  });
+}
+
+/// A place of the stick's handle along an axis: not a change, not in a collection of another
+/// device.
+const Field* find_axis(const Descriptor& descriptor, int stick, std::uint32_t usage,
+                       std::uint8_t report_id) {
+  for (const Field& field : descriptor.fields) {
+    const bool fits = field.kind == ReportKind::kInput && !field.is_array && !field.is_relative &&
+                      field.maximum > field.minimum && field.usages.size() == 1 &&
+                      field.usages.front() == usage && field.report_id == report_id &&
+                      application_of(descriptor, field.collection) == stick;
+    if (fits) return &field;
+  }
+  return nullptr;
+}
+
+/// The axes of a stick, in one report.
+void find_axes(const Descriptor& descriptor, int stick, PidLayout::Input& input) {
+  for (const ReportSize& report : descriptor.reports) {
+    const std::size_t bytes = usable_bytes(descriptor, ReportKind::kInput, report.id);
+    if (report.kind != ReportKind::kInput || bytes == 0) continue;
+    const Field* const x = find_axis(descriptor, stick, kX, report.id);
+    const Field* const y = find_axis(descriptor, stick, kY, report.id);
+    if (x == nullptr || (y == nullptr && input.x.exists())) continue;
+    input.report = {report.id, static_cast<std::uint8_t>(bytes)};
+    input.x = bits_of(*x);
+    input.y = y == nullptr ? BitField{} : bits_of(*y);
+    if (y != nullptr) return;
+  }
+}
+
+/// The stick that pushes, or else the first one; -1: there is none.
+int find_input(const Descriptor& descriptor, PidLayout::Input& input) {
+  const std::vector<int> sticks = sticks_of(descriptor);
+  const auto pushes = std::find_if(sticks.begin(), sticks.end(),
+                                   [&](int stick) { return sets_effects(descriptor, stick); });
+  if (sticks.empty()) return -1;
+  const int stick = pushes == sticks.end() ? sticks.front() : *pushes;
+  find_axes(descriptor, stick, input);
+  for (const Field& field : descriptor.fields) {
+    const bool fits = field.kind == ReportKind::kInput && !field.is_array &&
+                      field.report_id == input.report.id && input.report.bytes != 0 &&
+                      field.usages.size() == 1 &&
+                      application_of(descriptor, field.collection) == stick;
+    if (!fits) continue;
+    const std::uint32_t number = field.usages.front() - button(1);
+    if (number < kMaxButtons && !input.button[number].exists()) {
+      input.button[number] = bits_of(field);
+    }
+  }
+  return stick;
+}
+
+void find_state(const Descriptor& descriptor, int scope, PidLayout::State& state) {
+  for (const std::uint32_t usage :
+       {kActuatorsEnabled, kSafetySwitch, kActuatorPower, kDevicePaused, kOverrideSwitch}) {
+    if (state.report.bytes != 0) break;
+    Finder in(descriptor, scope, ReportKind::kInput, kStateReport);
+    state.report = in.fix_report(usage);
+    state.paused = in.variable(kDevicePaused);
+    state.actuators = in.variable(kActuatorsEnabled);
+    state.power = in.variable(kActuatorPower);
+    state.safety_switch = in.variable(kSafetySwitch);
+    state.force_switch = in.variable(kOverrideSwitch);
+  }
+}
+
+/// Set Effect says by itself which axes an effect is along, and they are not X and Y: a wheel.
+bool lacks_an_axis(const Descriptor& descriptor, int scope, const PidLayout::SetEffect& effect) {
+  const bool names_axes =
+      std::any_of(descriptor.fields.begin(), descriptor.fields.end(), [&](const Field& field) {
+        return field.kind == ReportKind::kOutput && field.report_id == effect.report.id &&
+               (scope == -1 || is_inside(descriptor, field.collection, scope)) &&
+               is_within(descriptor, field.collection, kAxesEnable);
+      });
+  return names_axes &&
+         !(effect.axis_enable[0].field.exists() && effect.axis_enable[1].field.exists());
+}
+
+void find_effect(const Descriptor& descriptor, int scope, PidLayout::SetEffect& effect) {
+  Finder out(descriptor, scope, ReportKind::kOutput, kSetEffectReport);
   effect.report = out.fix_report(kEffectBlockIndex);
   effect.block = out.variable(kEffectBlockIndex);
   effect.constant = out.choice(kConstantForce);
@@ -153,12 +260,12 @@ void find_effect(const Descriptor& descriptor, PidLayout::SetEffect& effect) {
   effect.axis_enable = {out.flag_within(kX, kAxesEnable), out.flag_within(kY, kAxesEnable)};
 }
 
-void find_outputs(const Descriptor& descriptor, PidLayout& layout) {
-  Finder constant(descriptor, ReportKind::kOutput, kSetConstantForceReport);
+void find_outputs(const Descriptor& descriptor, int scope, PidLayout& layout) {
+  Finder constant(descriptor, scope, ReportKind::kOutput, kSetConstantForceReport);
   layout.constant.report = constant.fix_report(kMagnitude);
   layout.constant.block = constant.variable(kEffectBlockIndex);
   layout.constant.magnitude = constant.variable(kMagnitude);
-  Finder operation(descriptor, ReportKind::kOutput, kEffectOperationReport);
+  Finder operation(descriptor, scope, ReportKind::kOutput, kEffectOperationReport);
   layout.operation.report = operation.fix_report(kEffectBlockIndex);
   layout.operation.block = operation.variable(kEffectBlockIndex);
   layout.operation.start = operation.choice(kStart);
@@ -166,23 +273,23 @@ void find_outputs(const Descriptor& descriptor, PidLayout& layout) {
   // Some devices have the collection of the field alone, and none of the report around it.
   for (const std::uint32_t around : {kDeviceControlReport, kDeviceControl}) {
     if (layout.control.report.bytes != 0) break;
-    Finder control(descriptor, ReportKind::kOutput, around);
+    Finder control(descriptor, scope, ReportKind::kOutput, around);
     layout.control.report = control.fix_report(kEnableActuators);
     layout.control.enable = control.choice(kEnableActuators);
     layout.control.reset = control.choice(kDeviceReset);
     layout.control.stop_all = control.choice(kStopAllEffects);
     layout.control.disable = control.choice(kDisableActuators);
   }
-  Finder gain(descriptor, ReportKind::kOutput, kDeviceGainReport);
+  Finder gain(descriptor, scope, ReportKind::kOutput, kDeviceGainReport);
   layout.gain.report = gain.fix_report(kDeviceGain);
   layout.gain.gain = gain.variable(kDeviceGain);
 }
 
-void find_features(const Descriptor& descriptor, PidLayout& layout) {
-  Finder create(descriptor, ReportKind::kFeature, kCreateNewEffectReport);
+void find_features(const Descriptor& descriptor, int scope, PidLayout& layout) {
+  Finder create(descriptor, scope, ReportKind::kFeature, kCreateNewEffectReport);
   layout.create.report = create.fix_report(kConstantForce);
   layout.create.constant = create.choice(kConstantForce);
-  Finder load(descriptor, ReportKind::kFeature, kBlockLoadReport);
+  Finder load(descriptor, scope, ReportKind::kFeature, kBlockLoadReport);
   layout.load.report = load.fix_report(kEffectBlockIndex);
   layout.load.block = load.variable(kEffectBlockIndex);
   layout.load.success = load.choice(kBlockLoadSuccess);
@@ -206,10 +313,9 @@ const char* first_lack(const PidLayout& layout) {
   const bool can_direct =
       (effect.direction_enable.field.exists() && effect.direction.exists()) ||
       (effect.axis_enable[0].field.exists() && effect.axis_enable[1].field.exists());
-  const auto has_range = [](const BitField& axis) { return axis.maximum > axis.minimum; };
   const std::array needs{
-      Need{layout.input.x.exists() && has_range(layout.input.x), "the X axis"},
-      Need{layout.input.y.exists() && has_range(layout.input.y), "the Y axis beside the X axis"},
+      Need{layout.input.x.exists(), "the X axis"},
+      Need{layout.input.y.exists(), "the Y axis beside the X axis"},
       Need{magnitude.exists(), "the Set Constant Force report with its magnitude"},
       Need{magnitude.minimum < 0 && magnitude.maximum > 0, "a force magnitude of both signs"},
       Need{!magnitude.exists() || fits(magnitude), "a force magnitude whose range fits its bits"},
@@ -238,11 +344,17 @@ LayoutResult find_layout(std::span<const std::uint8_t> bytes) {
     result.lack = "a report descriptor without a flaw";
     return result;
   }
-  find_input(descriptor, result.layout.input);
-  find_effect(descriptor, result.layout.effect);
-  find_outputs(descriptor, result.layout);
-  find_features(descriptor, result.layout);
+  const int stick = find_input(descriptor, result.layout.input);
+  // Some makers put what pushes beside the stick's collection.
+  const int scope = stick != -1 && sets_effects(descriptor, stick) ? stick : -1;
+  find_state(descriptor, scope, result.layout.state);
+  find_effect(descriptor, scope, result.layout.effect);
+  find_outputs(descriptor, scope, result.layout);
+  find_features(descriptor, scope, result.layout);
   if (const char* lack = first_lack(result.layout)) result.lack = lack;
+  if (result.lack.empty() && lacks_an_axis(descriptor, scope, result.layout.effect)) {
+    result.lack = "a second axis to push along: Set Effect enables one alone, as wheels do";
+  }
   return result;
 }
 

@@ -48,6 +48,11 @@ struct PidLayout {
     BitField x, y;
     std::array<BitField, kMaxButtons> button{};  ///< may be missing
   } input;
+  struct State {
+    ReportForm report;                     ///< may be missing
+    BitField paused, actuators, power;     ///< may be missing
+    BitField safety_switch, force_switch;  ///< may be missing
+  } state;
   struct SetConstant {
     ReportForm report;
     BitField block, magnitude;  ///< the magnitude has both signs
@@ -95,7 +100,8 @@ struct LayoutResult {
 };
 
 /// Looks through a report descriptor. Reports longer than kMaxReport of report_channel.h are
-/// not used, nor are devices without report IDs.
+/// not used, nor are devices without report IDs. Of several devices in one descriptor the stick or
+/// game pad that pushes is meant: mice, keyboards and what a maker adds have axes of their own.
 [[nodiscard]] LayoutResult find_layout(std::span<const std::uint8_t> descriptor);
 
 /// Writes the low bits of `value` into the report. The field lies within it.

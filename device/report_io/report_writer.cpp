@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <system_error>
 
+#include "core/rt/thread_role.h"
+
 namespace hapticd {
 namespace {
 
@@ -45,7 +47,7 @@ void ReportWriter::detach() {
 // A full eventfd would block; it never is, since the thread empties it with every look.
 void ReportWriter::wake() const noexcept {
   const std::uint64_t one = 1;
-  static_cast<void>(::write(event_, &one, sizeof(one)));
+  [[maybe_unused]] const auto written = ::write(event_, &one, sizeof(one));
 }
 
 void ReportWriter::post(const PostedCommand& command) noexcept {
@@ -102,6 +104,7 @@ void ReportWriter::send(const PostedCommand& command, bool instead) {
 }
 
 void ReportWriter::run() {
+  begin_role(ThreadRole::kWriter);
   std::int64_t obeyed_ns = kNever_ns;
   while (true) {
     std::uint64_t count = 0;

@@ -2,6 +2,7 @@
 #include "device/scripted/scripted_device.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/tick/sample_difference.h"
 #include "device/api/command_check.h"
@@ -24,7 +25,7 @@ void ScriptedDevice::set_tick(std::uint64_t tick) noexcept {
   if (tick < tick_) {
     tick_ = tick;
     clear();
-    held_ = dropped_ = 0;
+    held_ = dropped_ = last_tick_ = 0;
     return;
   }
   tick_ = tick;
@@ -33,11 +34,19 @@ void ScriptedDevice::set_tick(std::uint64_t tick) noexcept {
 
 PosePush ScriptedDevice::push(std::uint64_t tick, const QueuedPose& pose) noexcept {
   if (tick < tick_) {
-    ++dropped_;
-    return PosePush::kDropped;
+    // On the real clock a pose that is late, but newer than the last, is the best there is.
+    const bool is_best = !hold_ && tick > last_tick_ && !slot(tick_).filled;
+    if (!is_best) {
+      ++dropped_;
+      return PosePush::kDropped;
+    }
+    slot(tick_) = {tick_, true, pose, 0};
+    last_tick_ = tick;
+    next_tick_ = std::max(next_tick_, tick_ + 1);
+    return PosePush::kQueued;
   }
   if (tick - tick_ >= kPoseQueue) return PosePush::kFull;
-  slot(tick) = {tick, true, pose};
+  slot(tick) = {tick, true, pose, now_ns_};
   next_tick_ = std::max(next_tick_, tick + 1);
   return PosePush::kQueued;
 }
@@ -46,6 +55,9 @@ ReadOutcome ScriptedDevice::read(std::int64_t now_ns, DeviceSample& sample) noex
   Slot& due = slot(tick_);
   const bool given = due.filled && due.tick == tick_;
   due.filled = false;
+  if (given) learn_wait(due, now_ns);
+  if (given) last_tick_ = std::max(last_tick_, tick_);
+  now_ns_ = now_ns;
   ++tick_;
   next_tick_ = std::max(next_tick_, tick_);
   if (!given) ++held_;
@@ -65,8 +77,21 @@ ReadOutcome ScriptedDevice::read(std::int64_t now_ns, DeviceSample& sample) noex
   } else if (last_.counter > 0) {
     difference_velocity(last_, next);
   }
-  sample = last_ = next;
+  last_ = next;
+  sample = last_;
   return ReadOutcome::kFresh;
+}
+
+// Whoever sends further ahead waits longer for the force. What is learned never falls: stiffness
+// must not grow by itself under a hand.
+void ScriptedDevice::learn_wait(const Slot& slot, std::int64_t now_ns) noexcept {
+  if (hold_ || !profile_.force_reaches_hand || slot.given_ns == 0) return;
+  if (!add_delay(now_ns - slot.given_ns, wait_)) return;
+  const double wait_s = 1e-9 * static_cast<double>(wait_.estimate_ns);
+  if (!(wait_s > profile_.delay + kUsualWait_s)) return;
+  const double known_s =
+      std::isnan(last_.measured_delay_s) ? profile_.delay : last_.measured_delay_s;
+  last_.measured_delay_s = std::clamp(wait_s, known_s, std::max(known_s, kMostLearned_s));
 }
 
 bool ScriptedDevice::write(std::int64_t /*now_ns*/, const DeviceCommand& command) noexcept {

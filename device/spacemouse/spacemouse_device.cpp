@@ -117,7 +117,7 @@ void SpacemouseDevice::take(const Report& report, std::int64_t now_ns) noexcept 
   for (std::size_t i = 0; i < settings_.button.size(); ++i) {
     const std::uint8_t of_device = settings_.button[i];
     if (of_device < 32 && (report.buttons >> of_device & 1U) != 0) {
-      buttons_ = static_cast<std::uint16_t>(buttons_ | 1U << i);
+      buttons_ |= 1U << i;
     }
   }
 }

@@ -30,7 +30,9 @@ inline constexpr std::uint8_t kNoButton = 0xFF;
 struct SpacemouseSettings {
   AxisMapping axes;  ///< position_scale and rotation_scale per second; of forces nothing
   /// Button i of the sample is this one of the device, 0..31, or kNoButton.
-  std::array<std::uint8_t, 16> button{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  std::array<std::uint8_t, 32> button{0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10,
+                                      11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21,
+                                      22, 23, 24, 25, 26, 27, 28, 29, 30, 31};
 };
 
 /// What went on, since the construction. Any thread.
@@ -85,7 +87,7 @@ class SpacemouseDevice final : public HapticDevice {
   Rate v_, w_;  ///< in D, m/s and rad/s
   std::int64_t last_ns_ = 0;
   std::uint64_t counter_ = 0;
-  std::uint16_t buttons_ = 0;
+  std::uint32_t buttons_ = 0;
   DeviceSample last_;
 
   std::array<std::atomic<std::uint64_t>, 3> counts_{};  ///< as SpacemouseCounters

@@ -23,7 +23,11 @@ class SpacemousePlug final : public Plug {
 
 }  // namespace
 
-bool is_mine(const HidrawNode& node) { return is_spacemouse(node.vendor_id, node.product_id); }
+bool is_mine(const HidrawNode& node) {
+  if (has_six_axes(node.descriptor)) return true;
+  return is_spacemouse(node.vendor_id, node.product_id) &&
+         !is_receiver(node.vendor_id, node.product_id);
+}
 
 OpenDevice open(const FoundDevice& found) {
   SpacemouseSettings settings;

@@ -5,7 +5,7 @@
 
 namespace hapticd::spacemouse {
 
-/// Its vendor and product are those of the family.
+/// Its descriptor has a multi-axis controller, or its vendor and product are those of the family.
 [[nodiscard]] bool is_mine(const HidrawNode& node);
 
 /// Pushes nobody: its profile holds as it is.

@@ -17,9 +17,17 @@ namespace hapticd::spacemouse {
 /// is lost; more: a damaged report moves the tool farther in the 8 ms until the next one.
 inline constexpr int kMaxReading = 512;
 
-/// True for the devices with a six-axis cap and reports as here; false for mice, keyboards and
-/// receivers of the same maker.
+/// True for the numbers of devices with a six-axis cap and reports as here, and of receivers that
+/// such a device may be behind; false for mice and keyboards of the same maker.
 [[nodiscard]] bool is_spacemouse(std::uint16_t vendor_id, std::uint16_t product_id) noexcept;
+
+/// True for the numbers of receivers: they show the mice and keyboards behind them too, and only
+/// the descriptor tells which is which.
+[[nodiscard]] bool is_receiver(std::uint16_t vendor_id, std::uint16_t product_id) noexcept;
+
+/// True when a report descriptor has a multi-axis controller (usage page 1, usage 8) as a device of
+/// its own: a cap with six axes, by whatever cable or radio. Any bytes; O(bytes).
+[[nodiscard]] bool has_six_axes(std::span<const std::uint8_t> descriptor) noexcept;
 
 /// The content of a report.
 enum class Content : std::uint8_t {

@@ -1,7 +1,8 @@
 // hapticd_id: says to udev whether a hidraw device speaks the HID profile of hapticd, whoever made
-// it, or is a force device of the PID class that hapticd can drive: run by
+// it, is a force device of the PID class that hapticd can drive, or a SpaceMouse: run by
 // deploy/udev/70-hapticd.rules with the device's folder in sysfs, it prints ID_HAPTICD=1,
-// ID_HAPTICD=pid or nothing. Reads the report descriptor alone: the device is not opened.
+// ID_HAPTICD=pid, ID_HAPTICD=spacemouse or nothing. Reads the report descriptor alone: the device
+// is not opened.
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -10,6 +11,7 @@
 
 #include "device/hid/report_descriptor.h"
 #include "device/pid/pid_layout.h"
+#include "device/spacemouse/spacemouse_report.h"
 
 namespace {
 
@@ -39,6 +41,8 @@ int main(int count, char** arguments) {
     std::puts("ID_HAPTICD=1");
   } else if (hapticd::pid::find_layout(descriptor).lack.empty()) {
     std::puts("ID_HAPTICD=pid");
+  } else if (hapticd::spacemouse::has_six_axes(descriptor)) {
+    std::puts("ID_HAPTICD=spacemouse");
   }
   return 0;
 }

@@ -58,11 +58,14 @@ template <std::size_t Count>
 std::array<Hash, Count> hkdf(const Hash& chaining, View material) {
   const Hash temporary = hmac(chaining, material);
   std::array<Hash, Count> outputs{};
-  Bytes data;
+  // The output before, and its number.
+  std::array<std::uint8_t, kHashBytes + 1> data{};
+  std::size_t bytes = 0;
   for (std::size_t i = 0; i < Count; ++i) {
-    if (i > 0) data.assign(outputs[i - 1].begin(), outputs[i - 1].end());
-    data.push_back(static_cast<std::uint8_t>(i + 1));
-    outputs[i] = hmac(temporary, data);
+    data[bytes] = static_cast<std::uint8_t>(i + 1);
+    outputs[i] = hmac(temporary, View(data).first(bytes + 1));
+    bytes = kHashBytes;
+    std::copy(outputs[i].begin(), outputs[i].end(), data.begin());
   }
   return outputs;
 }
@@ -101,38 +104,77 @@ std::optional<Bytes> Cipher::open(std::uint64_t n, View associated, View sealed)
   return plain;
 }
 
-Handshake::Handshake(Side side, const Key& psk, View prologue, const Key& ephemeral)
-    : side_(side), private_(ephemeral) {
+Symmetric::Symmetric(const Key& psk, View prologue) {
   start_sodium();
-  crypto_scalarmult_base(public_.data(), private_.data());
-  std::copy(kProtocolName.begin(), kProtocolName.end(), state_.hash.begin());
-  state_.chaining = state_.hash;
+  std::copy(kProtocolName.begin(), kProtocolName.end(), hash_.begin());
+  chaining_ = hash_;
   mix_hash(prologue);
   // Token psk: MixKeyAndHash.
-  const auto [chaining, hashed, key] = hkdf<3>(state_.chaining, psk);
-  state_.chaining = chaining;
+  const auto [chaining, hashed, key] = hkdf<3>(chaining_, psk);
+  chaining_ = chaining;
   mix_hash(hashed);
-  state_.key = key_of(key);
+  key_ = key_of(key);
+}
+
+void Symmetric::mix_hash(View data) { hash_ = hash_of(hash_, data); }
+
+void Symmetric::mix_key(View material) {
+  const auto [chaining, key] = hkdf<2>(chaining_, material);
+  chaining_ = chaining;
+  key_ = key_of(key);
+}
+
+Bytes Symmetric::seal(View payload) {
+  Bytes sealed = Cipher(key_).seal(0, hash_, payload);
+  mix_hash(sealed);
+  return sealed;
+}
+
+std::optional<Bytes> Symmetric::open(View sealed) {
+  std::optional<Bytes> payload = Cipher(key_).open(0, hash_, sealed);
+  if (payload.has_value()) mix_hash(sealed);
+  return payload;
+}
+
+bool Symmetric::is_first(View message) const {
+  if (message.size() != kMessageBytes) return false;
+  const View ephemeral = message.first(kKeyBytes);
+  const Hash hash = hash_of(hash_, ephemeral);
+  const Key key = key_of(hkdf<2>(chaining_, ephemeral)[1]);
+  const auto nonce = nonce_of(0);
+  const View tag = message.subspan(kKeyBytes);
+  return crypto_aead_chacha20poly1305_ietf_decrypt_detached(nullptr, nullptr, tag.data(), 0,
+                                                            tag.data(), hash.data(), hash.size(),
+                                                            nonce.data(), key.data()) == 0;
+}
+
+std::array<Key, 2> Symmetric::split() const {
+  const auto [first, second] = hkdf<2>(chaining_, {});
+  return {key_of(first), key_of(second)};
+}
+
+void Symmetric::wipe() {
+  for (const std::span<std::uint8_t> bytes :
+       {std::span<std::uint8_t>(hash_), {chaining_}, {key_}}) {
+    sodium_memzero(bytes.data(), bytes.size());
+  }
+}
+
+Handshake::Handshake(Side side, const Symmetric& start, const Key& ephemeral)
+    : side_(side), private_(ephemeral), state_(start) {
+  crypto_scalarmult_base(public_.data(), private_.data());
 }
 
 Handshake::~Handshake() {
   sodium_memzero(private_.data(), private_.size());
-  sodium_memzero(&state_, sizeof state_);
-}
-
-void Handshake::mix_hash(View data) { state_.hash = hash_of(state_.hash, data); }
-
-void Handshake::mix_key(View material) {
-  const auto [chaining, key] = hkdf<2>(state_.chaining, material);
-  state_.chaining = chaining;
-  state_.key = key_of(key);
+  state_.wipe();
 }
 
 // Token ee.
 bool Handshake::mix_shared(const Key& theirs) {
   Key shared;
   if (crypto_scalarmult(shared.data(), private_.data(), theirs.data()) != 0) return false;
-  mix_key(shared);
+  state_.mix_key(shared);
   sodium_memzero(shared.data(), shared.size());
   return true;
 }
@@ -142,14 +184,13 @@ std::optional<Bytes> Handshake::write(View payload) {
   if (step_ != turn) throw std::logic_error("not this side's turn to write");
   const Symmetric before = state_;
   // Token e: with a psk it is mixed into the key too.
-  mix_hash(public_);
-  mix_key(public_);
+  state_.mix_hash(public_);
+  state_.mix_key(public_);
   if (side_ == Side::kResponder && !mix_shared(theirs_)) {
     state_ = before;
     return std::nullopt;
   }
-  const Bytes sealed = Cipher(state_.key).seal(0, state_.hash, payload);
-  mix_hash(sealed);
+  const Bytes sealed = state_.seal(payload);
   step_ = side_ == Side::kInitiator ? Step::kSecond : Step::kDone;
   Bytes message(public_.begin(), public_.end());
   message.insert(message.end(), sealed.begin(), sealed.end());
@@ -163,18 +204,16 @@ std::optional<Bytes> Handshake::read(View message) {
   const Symmetric before = state_;
   Key theirs;
   std::copy_n(message.begin(), theirs.size(), theirs.begin());
-  mix_hash(theirs);
-  mix_key(theirs);
-  const View sealed = message.subspan(kKeyBytes);
+  state_.mix_hash(theirs);
+  state_.mix_key(theirs);
   std::optional<Bytes> payload;
   if (side_ == Side::kResponder || mix_shared(theirs)) {
-    payload = Cipher(state_.key).open(0, state_.hash, sealed);
+    payload = state_.open(message.subspan(kKeyBytes));
   }
   if (!payload.has_value()) {
     state_ = before;
     return std::nullopt;
   }
-  mix_hash(sealed);
   theirs_ = theirs;
   step_ = side_ == Side::kInitiator ? Step::kDone : Step::kSecond;
   return payload;
@@ -182,9 +221,9 @@ std::optional<Bytes> Handshake::read(View message) {
 
 Transport Handshake::split() const {
   if (step_ != Step::kDone) throw std::logic_error("the handshake is not done");
-  const auto [first, second] = hkdf<2>(state_.chaining, {});
-  const Cipher initiator(key_of(first));
-  const Cipher responder(key_of(second));
+  const auto [first, second] = state_.split();
+  const Cipher initiator(first);
+  const Cipher responder(second);
   return side_ == Side::kInitiator ? Transport{initiator, responder}
                                    : Transport{responder, initiator};
 }

@@ -46,6 +46,32 @@ struct Transport {
   Cipher receive;
 };
 
+/// How far the hashing of a handshake is: SymmetricState of the specification.
+class Symmetric {
+ public:
+  /// As it is before the first message of any handshake under `psk`.
+  Symmetric(const Key& psk, std::span<const std::uint8_t> prologue);
+
+  void mix_hash(std::span<const std::uint8_t> data);
+  void mix_key(std::span<const std::uint8_t> material);
+  [[nodiscard]] Bytes seal(std::span<const std::uint8_t> payload);
+  [[nodiscard]] std::optional<Bytes> open(std::span<const std::uint8_t> sealed);
+  /// Whether `message` is a first message with an empty payload, made by somebody who has the psk.
+  /// 13 blocks of BLAKE2b and one of ChaCha20: no scalar multiplication, no heap.
+  [[nodiscard]] bool is_first(std::span<const std::uint8_t> message) const;
+  /// The keys of the initiator's and of the responder's direction.
+  [[nodiscard]] std::array<Key, 2> split() const;
+  /// Overwrites it with zeros.
+  void wipe();
+
+ private:
+  using Hash = std::array<std::uint8_t, 64>;
+
+  Hash hash_{};
+  Hash chaining_{};
+  Key key_{};
+};
+
 enum class Side : std::uint8_t { kInitiator, kResponder };
 
 /// One side of one handshake: the initiator writes, then reads; the responder reads, then writes.
@@ -53,8 +79,10 @@ enum class Side : std::uint8_t { kInitiator, kResponder };
 class Handshake {
  public:
   /// `ephemeral` is the private key of this handshake alone: 32 random bytes.
-  Handshake(Side side, const Key& psk, std::span<const std::uint8_t> prologue,
-            const Key& ephemeral);
+  Handshake(Side side, const Key& psk, std::span<const std::uint8_t> prologue, const Key& ephemeral)
+      : Handshake(side, Symmetric(psk, prologue), ephemeral) {}
+  /// From what was computed once for its psk and prologue.
+  Handshake(Side side, const Symmetric& start, const Key& ephemeral);
   /// Wipes its secrets.
   ~Handshake();
   Handshake(const Handshake&) = delete;
@@ -71,18 +99,8 @@ class Handshake {
   [[nodiscard]] Transport split() const;
 
  private:
-  static constexpr std::size_t kHashBytes = 64;
-  using Hash = std::array<std::uint8_t, kHashBytes>;
   enum class Step : std::uint8_t { kFirst, kSecond, kDone };
 
-  struct Symmetric {
-    Hash hash;
-    Hash chaining;
-    Key key;
-  };
-
-  void mix_hash(std::span<const std::uint8_t> data);
-  void mix_key(std::span<const std::uint8_t> material);
   bool mix_shared(const Key& theirs);
 
   Side side_;
@@ -90,7 +108,7 @@ class Handshake {
   Key private_;
   Key public_{};
   Key theirs_{};
-  Symmetric state_{};
+  Symmetric state_;
 };
 
 }  // namespace hapticd::noise

@@ -93,15 +93,21 @@ void make_key_folder(const std::filesystem::path& named) {
     if (folder.has_parent_path()) std::filesystem::create_directories(folder.parent_path(), error);
     if (::mkdir(folder.c_str(), 0700) != 0) refuse(folder, reason() + ". Give another folder.");
   }
-  for (const char* name : {kViewKeyName, kControlKeyName}) {
-    if (std::filesystem::exists(std::filesystem::symlink_status(folder / name, error))) {
+  const auto is_there = [&](const char* name) {
+    return std::filesystem::exists(std::filesystem::symlink_status(folder / name, error));
+  };
+  if (is_there(kViewKeyName) && is_there(kControlKeyName) && !is_there(kStopKeyName)) {
+    write_key(folder / kStopKeyName);
+    return;
+  }
+  for (const char* name : {kViewKeyName, kControlKeyName, kStopKeyName}) {
+    if (is_there(name)) {
       refuse(folder / name,
-             "exists already, and clients may have it. Remove both keys first, or give another "
+             "exists already, and clients may have it. Remove all keys first, or give another "
              "folder.");
     }
   }
-  write_key(folder / kViewKeyName);
-  write_key(folder / kControlKeyName);
+  for (const char* name : {kViewKeyName, kControlKeyName, kStopKeyName}) write_key(folder / name);
 }
 
 }  // namespace hapticd::noise

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <new>
 #include <system_error>
 
 #include "proto/recording/mcap_bytes.h"
@@ -20,10 +21,18 @@ constexpr mode_t kOwnerOnly = 0600;
 
 McapWriter::~McapWriter() { close(); }
 
-void McapWriter::fail(const char* what, int code) {
-  if (error_.empty()) {
+// What has failed is short enough to be kept without memory, as is want of it.
+void McapWriter::fail(const char* what, int code) noexcept {
+  if (!error_.empty()) return;
+  try {
     error_ = path_ + ": " + what + ": " + std::generic_category().message(code);
+  } catch (const std::bad_alloc&) {
+    error_ = what;
   }
+}
+
+void McapWriter::fail_for_memory() noexcept {
+  if (error_.empty()) error_ = "out of memory";
 }
 
 bool McapWriter::append(std::string_view bytes) {
@@ -76,29 +85,61 @@ std::uint16_t McapWriter::add_channel(std::string_view topic, std::string_view t
   return id;
 }
 
-void McapWriter::write(std::uint16_t channel, std::uint64_t time_ns, std::string_view message) {
+bool McapWriter::write(std::uint16_t channel, std::uint64_t time_ns, std::string_view message) {
   if (!is_open() || !error_.empty()) {
     ++lost_;
-    return;
+    return false;
   }
   const std::size_t k = channel - 1U;
+  const std::size_t size = chunk_.size();
+  const std::size_t places = index_[k].size();
+  try {
+    put_message(k, time_ns, message);
+  } catch (const std::bad_alloc&) {
+    chunk_.resize(size);
+    index_[k].resize(places);
+    ++lost_;
+    return false;
+  }
   if (chunk_messages_++ == 0) start_time_ = end_time_ = time_ns;
   start_time_ = std::min(start_time_, time_ns);
   end_time_ = std::max(end_time_, time_ns);
+  ++sequence_[k];
+  if (chunk_.size() >= kChunkBytes) flush();
+  return true;
+}
+
+void McapWriter::put_message(std::size_t k, std::uint64_t time_ns, std::string_view message) {
   index_[k].emplace_back(time_ns, chunk_.size());
   std::string head;
-  put(head, channel);
-  put(head, sequence_[k]++);
+  put(head, static_cast<std::uint16_t>(k + 1));
+  put(head, sequence_[k]);
   put(head, time_ns);
   put(head, time_ns);
   chunk_.push_back(static_cast<char>(McapOpcode::kMessage));
   put(chunk_, static_cast<std::uint64_t>(head.size() + message.size()));
   chunk_.append(head).append(message);
-  if (chunk_.size() >= kChunkBytes) flush();
 }
 
 void McapWriter::flush() {
   if (chunk_messages_ == 0) return;
+  try {
+    write_chunk();
+  } catch (const std::bad_alloc&) {
+    if (chunk_.size() < kMaxChunkBytes) return;
+    fail_for_memory();
+    lost_ += chunk_messages_;
+  }
+  forget_chunk();
+}
+
+void McapWriter::forget_chunk() {
+  for (auto& places : index_) places.clear();
+  chunk_.clear();
+  chunk_messages_ = 0;
+}
+
+std::string McapWriter::chunk_bytes(McapChunk& chunk) const {
   std::string content;
   put(content, start_time_);
   put(content, end_time_);
@@ -111,7 +152,7 @@ void McapWriter::flush() {
   bytes.reserve(content.size() + 32 * chunk_messages_);
   put_record(bytes, McapOpcode::kChunk, content);
 
-  McapChunk chunk{start_time_, end_time_, length_, bytes.size(), {}, 0, chunk_.size()};
+  chunk = {start_time_, end_time_, length_, bytes.size(), {}, 0, chunk_.size()};
   for (std::size_t k = 0; k < index_.size(); ++k) {
     if (index_[k].empty()) continue;
     const auto channel = static_cast<std::uint16_t>(k + 1);
@@ -127,24 +168,35 @@ void McapWriter::flush() {
     put_record(bytes, McapOpcode::kMessageIndex, index);
   }
   chunk.index_length = bytes.size() - chunk.length;
+  return bytes;
+}
+
+// All that asks for memory comes before the file has the chunk.
+void McapWriter::write_chunk() {
+  McapChunk chunk{};
+  const std::string bytes = chunk_bytes(chunk);
+  auto counts = layout_.message_counts;
+  for (std::size_t k = 0; k < index_.size(); ++k) {
+    if (!index_[k].empty()) counts[static_cast<std::uint16_t>(k + 1)] += index_[k].size();
+  }
+  layout_.chunks.push_back(std::move(chunk));
   if (append(bytes)) {
-    for (std::size_t k = 0; k < index_.size(); ++k) {
-      if (index_[k].empty()) continue;
-      layout_.message_counts[static_cast<std::uint16_t>(k + 1)] += index_[k].size();
-    }
-    layout_.chunks.push_back(std::move(chunk));
+    layout_.message_counts = std::move(counts);
   } else {
+    layout_.chunks.pop_back();
     lost_ += chunk_messages_;
   }
-  for (auto& places : index_) places.clear();
-  chunk_.clear();
-  chunk_messages_ = 0;
 }
 
 bool McapWriter::close() {
   if (!is_open()) return false;
   if (error_.empty()) flush();
-  if (error_.empty()) append(summary_bytes(layout_, length_, crc_));
+  try {
+    if (error_.empty()) append(summary_bytes(layout_, length_, crc_));
+  } catch (const std::bad_alloc&) {
+    fail_for_memory();
+  }
+  if (chunk_messages_ != 0) fail_for_memory();
   if (::close(file_) != 0) fail("cannot close", errno);
   file_ = -1;
   return error_.empty();

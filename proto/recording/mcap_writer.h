@@ -2,7 +2,9 @@
 // file is only ever appended to, one write per chunk, so that a process killed at any instant loses
 // what was not flushed yet and nothing else: McapReader takes the file as it is, and so does every
 // reader of streams. An error (disk full) never throws: the file is cut back to its last whole
-// chunk, the error is kept and messages are counted as lost. Not RT.
+// chunk, the error is kept and messages are counted as lost. Want of memory is no error yet: a
+// message that has no room is lost, a chunk that cannot be written waits for the next flush. Not
+// RT.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +20,8 @@ namespace hapticd {
 /// Bytes at which a chunk is written at the latest. Larger: fewer, longer writes; smaller: a larger
 /// summary.
 inline constexpr std::size_t kChunkBytes = 1U << 20U;
+/// Bytes of a chunk that waits for memory, at most.
+inline constexpr std::size_t kMaxChunkBytes = 8 * kChunkBytes;
 
 class McapWriter {
  public:
@@ -35,8 +39,8 @@ class McapWriter {
   std::uint16_t add_channel(std::string_view topic, std::string_view type_name,
                             std::string_view file_descriptor_set);
 
-  /// One message; it is in the file after the next flush.
-  void write(std::uint16_t channel, std::uint64_t time_ns, std::string_view message);
+  /// One message; it is in the file after the next flush. False: it is lost.
+  bool write(std::uint16_t channel, std::uint64_t time_ns, std::string_view message);
 
   /// Appends the chunk so far, if any, to the file. Call at least every 100 ms.
   void flush();
@@ -47,14 +51,23 @@ class McapWriter {
   [[nodiscard]] bool is_open() const noexcept { return file_ >= 0; }
   /// For people; empty: all is well.
   [[nodiscard]] const std::string& error() const noexcept { return error_; }
+  /// error(), handed over: there is none from here on.
+  [[nodiscard]] std::string take_error() noexcept { return std::exchange(error_, {}); }
+  /// Whether nothing waits for the next flush: after one, false where memory was short.
+  [[nodiscard]] bool flushed() const noexcept { return chunk_messages_ == 0; }
   /// Bytes in the file.
   [[nodiscard]] std::uint64_t bytes() const noexcept { return length_; }
   /// Messages that did not reach the file.
   [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
 
  private:
+  void put_message(std::size_t k, std::uint64_t time_ns, std::string_view message);
+  [[nodiscard]] std::string chunk_bytes(McapChunk& chunk) const;
+  void write_chunk();
+  void forget_chunk();
+  void fail_for_memory() noexcept;
   bool append(std::string_view bytes);
-  void fail(const char* what, int code);
+  void fail(const char* what, int code) noexcept;
 
   int file_ = -1;
   std::string path_;

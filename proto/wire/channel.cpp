@@ -10,13 +10,6 @@
 namespace hapticd::wire {
 namespace {
 
-/// Bytes of a Packet beside Items and State, at most: ack, first, seen, newest, boot_id, clock with
-/// three times, each with its tag.
-constexpr std::size_t kFrameBytes = 4 * 11 + 5 + 2 + 3 * 11;
-/// Bytes for Items in a Packet without a State.
-constexpr std::size_t kItemsBytes = kPacketBytes - kFrameBytes;
-static_assert(kItemsBytes >= kItemBytes + 3, "an Item of any permitted length fits");
-
 /// Tag and length of Packet.state.
 std::string front_of_state(std::size_t bytes) {
   constexpr unsigned kLengthDelimited = 2;
@@ -33,6 +26,14 @@ bool parse_packet(std::span<const std::uint8_t> body, v1::Packet& packet) {
   const google::protobuf::LogSilencer silence;
   return packet.ParseFromArray(body.data(), static_cast<int>(body.size())) && packet.first() >= 1 &&
          packet.items_size() <= static_cast<int>(kMaxItems);
+}
+
+Channel::Channel(Side side, std::uint32_t session)
+    : side_(side),
+      session_(session),
+      outbox_(side == Side::kServer ? Overtaking::kResults : Overtaking::kNever),
+      announces_(side == Side::kClient) {
+  if (announces_) inbox_.skip_early();
 }
 
 // Opens DATA into `plain`, and lets `body` be that.
@@ -80,12 +81,15 @@ Incoming Channel::receive(const DatagramHeader& header, std::span<const std::uin
   if (incoming.newest) newest_counter_ = header.counter;
   any_received_ = true;
 
+  if (side_ == Side::kClient) announces_ = false;
+  if (packet.ahead() > 0) take_announcement(packet.ahead());
   const std::uint64_t first_before = outbox_.first_id();
-  if (!outbox_.acknowledge(packet.ack())) {
+  if (!outbox_.acknowledge(packet.ack(), now_ns)) {
     incoming.items.broken = "an Item was acknowledged that was never sent";
     return incoming;
   }
   incoming.progress = outbox_.first_id() != first_before;
+  if (incoming.progress) announces_ = false;
   incoming.items = inbox_.take(packet);
   packet.clear_items();
   if (incoming.items.any_new) {
@@ -102,26 +106,42 @@ std::int64_t Channel::due_ns() const noexcept {
   return std::min({keep_alive, acknowledge_due_ns_, outbox_.due_ns(kItemsBytes)});
 }
 
-std::size_t Channel::state_bytes(const v1::Packet& rest) const {
-  constexpr std::size_t kTagAndLength = 3;
+// A server announces what a client does, until that has heard it: acknowledged an Item of a Packet.
+void Channel::take_announcement(std::uint32_t ahead) {
+  outbox_.allow_ahead(ahead);
+  if (side_ == Side::kClient) return;
+  inbox_.skip_early();
+  announces_ = outbox_.first_id() == 1;
+}
+
+// What is in every Packet, and without Items.
+v1::Packet Channel::front() const {
   v1::Packet front;
   front.set_ack(inbox_.applied());
   front.set_first(outbox_.first_id());
-  return kPacketBytes - front.ByteSizeLong() - rest.ByteSizeLong() - kTagAndLength;
+  if (announces_) front.set_ahead(kMaxAhead);
+  return front;
+}
+
+std::size_t Channel::state_bytes(const v1::Packet& rest) const {
+  constexpr std::size_t kTagAndLength = 3;
+  return kPacketBytes - front().ByteSizeLong() - rest.ByteSizeLong() - kTagAndLength;
 }
 
 bool Channel::write(const v1::Packet& rest, std::int64_t now_ns, std::string& datagram,
                     std::optional<std::string_view> state) {
-  v1::Packet front;
-  front.set_ack(inbox_.applied());
-  front.set_first(outbox_.first_id());
+  outbox_.prepare(now_ns);
+  v1::Packet front = this->front();
   const std::string state_front = state.has_value() ? front_of_state(state->size()) : std::string();
-  const std::size_t fixed =
-      front.ByteSizeLong() + rest.ByteSizeLong() + state_front.size() + state.value_or("").size();
-  if (fixed > kPacketBytes) return false;
+  const std::size_t others = rest.ByteSizeLong() + state_front.size() + state.value_or("").size();
+  if (front.ByteSizeLong() + others > kPacketBytes) return false;
+  const std::uint64_t first = front.first();
+  front.set_first(outbox_.leaving_id());
+  const std::size_t fixed = front.ByteSizeLong() + others;
   const std::size_t possible = outbox_.fitting(kItemsBytes);
-  std::size_t count = outbox_.fitting(kPacketBytes - fixed);
+  std::size_t count = fixed <= kPacketBytes ? outbox_.fitting(kPacketBytes - fixed) : 0;
   if (state.has_value() && count < possible) count = 0;
+  if (count == 0) front.set_first(first);
 
   const auto header = encode_header({kind(), session_, counter_});
   // Not by iterators, which would make a string of it first, on the heap.

@@ -1,7 +1,8 @@
 // One session as either side of it keeps it: counters of both directions, what was received, what
 // is unacknowledged, and when the next Packet must leave. PROTOCOL.md, sections 2 to 4 and 7. Pure:
 // the owner brings datagrams and the time (ns of one clock, never going back) and sends what
-// write() gives. PLAIN, or DATA under the keys of a handshake. Not RT.
+// write() gives. PLAIN, or DATA under the keys of a handshake. A client announces that it takes
+// Packets ahead, a server does so in return: Packet.ahead. Not RT.
 #pragma once
 
 #include <cstddef>
@@ -26,8 +27,6 @@ inline constexpr std::int64_t kKeepAlive_ns = 100 * kMillisecond_ns;
 /// An Item that came again, so that its acknowledgement was lost, is acknowledged this long after
 /// the last Packet, ns: below the 10 ms of the protocol, above what duplicates of one Packet take.
 inline constexpr std::int64_t kAcknowledgeAgain_ns = 5 * kMillisecond_ns;
-/// Bytes a Packet may have without header and tag.
-inline constexpr std::size_t kPacketBytes = kDatagramBytes - kHeaderBytes - kTagBytes;
 /// Longest Packet that is looked at for a Reset although its counter has been used, bytes.
 inline constexpr std::size_t kResetBytes = 64;
 
@@ -56,7 +55,7 @@ struct Incoming {
 /// One session, seen from one side.
 class Channel {
  public:
-  Channel(Side side, std::uint32_t session) noexcept : side_(side), session_(session) {}
+  Channel(Side side, std::uint32_t session);
 
   [[nodiscard]] std::uint32_t session() const noexcept { return session_; }
 
@@ -77,7 +76,8 @@ class Channel {
   Incoming receive(const DatagramHeader& header, std::span<const std::uint8_t> body,
                    std::int64_t now_ns);
 
-  /// Sends an Item; its id, or nothing when the backlog is full and the session has to end.
+  /// Sends an Item; its id, or nothing when the backlog is full and the session has to end. The id
+  /// is of use on the client's side only: a server's Items may overtake Results.
   std::optional<std::uint64_t> send(const v1::Item& item) { return outbox_.add(item); }
   /// Sends the Item after which none follows; never refused.
   void send_last(const v1::Item& item) { outbox_.add_last(item); }
@@ -97,8 +97,8 @@ class Channel {
 
   /// Bytes a State may have in a Packet whose remaining parts, without Items, are `rest`.
   [[nodiscard]] std::size_t state_bytes(const v1::Packet& rest) const;
-  /// The datagram that leaves now. `rest` is the Packet without ack, first, Items and State; ack
-  /// and first are put in, the Items that fit, and `state`, the encoding of a State. A State that
+  /// The datagram that leaves now. `rest` is the Packet without ack, first, Items, ahead and State;
+  /// these are put in, the Items that fit, and `state`, the encoding of a State. A State that
   /// does not fit beside all that could leave goes without Items. False when `rest` and `state`
   /// alone are too long: nothing leaves then.
   bool write(const v1::Packet& rest, std::int64_t now_ns, std::string& datagram,
@@ -107,6 +107,8 @@ class Channel {
  private:
   bool open_body(const DatagramHeader& header, std::span<const std::uint8_t>& body,
                  noise::Bytes& plain) const;
+  void take_announcement(std::uint32_t ahead);
+  [[nodiscard]] v1::Packet front() const;
 
   Side side_;
   std::uint32_t session_;
@@ -117,6 +119,7 @@ class Channel {
   ReplayWindow window_;
   ItemOutbox outbox_;
   ItemInbox inbox_;
+  bool announces_;            ///< the peer may not know yet that it may send Packets ahead
   std::int64_t left_ns_ = 0;  ///< when the last Packet left; 0 = none did
   std::int64_t acknowledge_due_ns_ = kNever_ns;
 };

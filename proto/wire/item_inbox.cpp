@@ -13,7 +13,7 @@ ReceivedItems ItemInbox::take(v1::Packet& packet) {
   ReceivedItems result;
   result.any_listed = packet.items_size() > 0;
   if (result.any_listed && packet.first() > applied_ + 1) {
-    result.broken = "Items were dropped that had not been acknowledged";
+    if (!skips_early_) result.broken = "Items were dropped that had not been acknowledged";
     return result;
   }
   // Here first + i cannot overflow before it reaches the next id.

@@ -32,6 +32,9 @@ class ItemInbox {
   /// Packet.ack: the highest id applied.
   [[nodiscard]] std::uint64_t applied() const noexcept { return applied_; }
 
+  /// From now on a Packet whose Items come early is skipped; before, it breaks the session.
+  void skip_early() noexcept { skips_early_ = true; }
+
   /// The Items of `packet` that come next. Moves them out of it.
   ReceivedItems take(v1::Packet& packet);
 
@@ -39,6 +42,7 @@ class ItemInbox {
   /// Takes one Chunk; the rule it breaks, or null. Appends to `out` when it was the last of a blob.
   const char* take_chunk(const v1::Chunk& chunk, std::vector<ReceivedItem>& out);
 
+  bool skips_early_ = false;
   std::uint64_t applied_ = 0;
   std::string blob_;               ///< pieces so far
   std::uint32_t blob_number_ = 0;  ///< of the blob under way or finished last

@@ -1,7 +1,7 @@
 // See item_outbox.h.
 #include "proto/wire/item_outbox.h"
 
-#include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace hapticd::wire {
@@ -31,17 +31,23 @@ std::string chunk_of(const std::string& blob, std::uint32_t number, std::size_t 
 std::optional<std::uint64_t> ItemOutbox::add(const v1::Item& item) {
   std::string bytes = item.SerializeAsString();
   if (unacknowledged() >= kMaxUnacknowledged) return std::nullopt;
-  if (bytes.size() > kItemBytes &&
-      (bytes.size() > kBlobBytes || blob_bytes_held_ + bytes.size() > kMaxBlobBytesHeld)) {
+  const bool blob = bytes.size() > kItemBytes;
+  if (blob && (bytes.size() > kBlobBytes || blob_bytes_held_ + bytes.size() > kMaxBlobBytesHeld)) {
     return std::nullopt;
   }
-  return push(std::move(bytes));
+  Place place = Place::kKeeps;
+  if (blob && item.has_result()) place = Place::kIsOvertaken;
+  if (!blob && !item.has_scene_info()) place = Place::kOvertakes;
+  return push(std::move(bytes), place);
 }
 
-std::uint64_t ItemOutbox::add_last(const v1::Item& item) { return push(item.SerializeAsString()); }
+std::uint64_t ItemOutbox::add_last(const v1::Item& item) {
+  return push(item.SerializeAsString(), Place::kKeeps);
+}
 
-std::uint64_t ItemOutbox::push(std::string bytes) {
+std::uint64_t ItemOutbox::push(std::string bytes, Place place) {
   Waiting waiting;
+  waiting.place = place;
   if (bytes.size() > kItemBytes) {
     waiting.blob = ++blobs_;
     blob_bytes_held_ += bytes.size();
@@ -50,31 +56,54 @@ std::uint64_t ItemOutbox::push(std::string bytes) {
     ++next_id_;
   }
   waiting.bytes = std::move(bytes);
-  waiting_.push_back(std::move(waiting));
+  auto before = waiting_.end();
+  if (place == Place::kOvertakes && overtaking_ == Overtaking::kResults && ahead_.allowed()) {
+    while (before != waiting_.begin() && std::prev(before)->place == Place::kIsOvertaken) --before;
+  }
+  waiting_.insert(before, std::move(waiting));
   refill();
   return next_id_ - 1;
 }
 
+bool ItemOutbox::fits_one_packet() const noexcept {
+  return !ahead_.allowed() ||
+         (waiting_.empty() && window_.size() <= kMaxItems && window_bytes_ <= kItemsBytes);
+}
+
+bool ItemOutbox::wants_more() const noexcept {
+  if (!ahead_.allowed()) return window_.size() < kMaxItems;
+  std::size_t bytes = 0;
+  const auto left = static_cast<std::size_t>(highest_sent_ - acknowledged_);
+  for (std::size_t i = left; i < window_.size(); ++i) bytes += field_bytes(window_[i]);
+  return window_.size() < left + kMaxItems && bytes < kItemsBytes;
+}
+
 void ItemOutbox::refill() {
-  while (window_.size() < kMaxItems && !waiting_.empty()) {
+  while (!waiting_.empty() && wants_more()) {
     Waiting& next = waiting_.front();
     if (next.blob == 0) {
       window_.push_back(std::move(next.bytes));
       waiting_.pop_front();
-      continue;
+    } else {
+      window_.push_back(chunk_of(next.bytes, next.blob, next.taken));
+      next.taken += kChunkBytes;
+      if (next.taken >= next.bytes.size()) {
+        blob_bytes_held_ -= next.bytes.size();
+        waiting_.pop_front();
+      }
     }
-    window_.push_back(chunk_of(next.bytes, next.blob, next.taken));
-    next.taken += kChunkBytes;
-    if (next.taken >= next.bytes.size()) {
-      blob_bytes_held_ -= next.bytes.size();
-      waiting_.pop_front();
-    }
+    window_bytes_ += field_bytes(window_.back());
   }
 }
 
-bool ItemOutbox::acknowledge(std::uint64_t id) {
+bool ItemOutbox::acknowledge(std::uint64_t id, std::int64_t now_ns) {
   if (id > highest_sent_) return false;
+  if (id > acknowledged_) {
+    ahead_.acknowledged(id, now_ns);
+    if (ahead_.allowed()) begin_schedule(now_ns);
+  }
   while (acknowledged_ < id) {
+    window_bytes_ -= field_bytes(window_.front());
     window_.pop_front();
     ++acknowledged_;
   }
@@ -83,10 +112,17 @@ bool ItemOutbox::acknowledge(std::uint64_t id) {
   return true;
 }
 
+void ItemOutbox::prepare(std::int64_t now_ns) {
+  if (!ahead_.allowed()) return;
+  refill();
+  if (!fits_one_packet() && ahead_.due_ns() <= now_ns) ahead_.turn_back(now_ns);
+}
+
 std::size_t ItemOutbox::fitting(std::size_t bytes) const noexcept {
+  if (!fits_one_packet() && !ahead_.room()) return 0;
   std::size_t count = 0;
-  for (const std::string& item : window_) {
-    const std::size_t size = field_bytes(item);
+  for (std::size_t i = leaving(); i < window_.size() && count < kMaxItems; ++i) {
+    const std::size_t size = field_bytes(window_[i]);
     if (size > bytes) break;
     bytes -= size;
     ++count;
@@ -95,7 +131,8 @@ std::size_t ItemOutbox::fitting(std::size_t bytes) const noexcept {
 }
 
 void ItemOutbox::append(std::size_t count, std::string& packet) const {
-  for (std::size_t i = 0; i < count; ++i) {
+  const std::size_t begin = leaving();
+  for (std::size_t i = begin; i < begin + count; ++i) {
     const std::string& item = window_[i];
     packet += kItemsTag;
     if (item.size() < 128) {
@@ -108,16 +145,24 @@ void ItemOutbox::append(std::size_t count, std::string& packet) const {
   }
 }
 
+void ItemOutbox::begin_schedule(std::int64_t now_ns) noexcept {
+  newest_left_ns_ = now_ns;
+  repeats_ = 0;
+  repeat_due_ns_ = now_ns + kRepeats_ns[0];
+}
+
 void ItemOutbox::sent(std::size_t count, std::int64_t now_ns) noexcept {
   if (count == 0) return;
-  const std::uint64_t last = acknowledged_ + count;
+  const std::uint64_t first = leaving_id();
+  const std::uint64_t last = first + count - 1;
+  const bool further = !fits_one_packet();
+  ahead_.left(first, last, now_ns);
   if (last > highest_sent_) {
     highest_sent_ = last;
-    newest_left_ns_ = now_ns;
-    repeats_ = 0;
-    repeat_due_ns_ = now_ns + kRepeats_ns[0];
+    begin_schedule(now_ns);
     return;
   }
+  if (further) return;
   // This Packet counts as the next of the schedule, and as those whose time has passed as well.
   ++repeats_;
   while (repeats_ < kRepeats_ns.size() && newest_left_ns_ + kRepeats_ns[repeats_] <= now_ns) {
@@ -129,6 +174,10 @@ void ItemOutbox::sent(std::size_t count, std::int64_t now_ns) noexcept {
 
 std::int64_t ItemOutbox::due_ns(std::size_t bytes) const noexcept {
   if (window_.empty()) return kNever_ns;
+  if (!fits_one_packet()) {
+    const bool any = leaving() < window_.size() || !waiting_.empty();
+    return any && ahead_.room() ? 0 : ahead_.due_ns();
+  }
   if (acknowledged_ + fitting(bytes) > highest_sent_) return 0;
   return repeat_due_ns_;
 }

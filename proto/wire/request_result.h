@@ -18,4 +18,9 @@ namespace hapticd::wire {
   return result;
 }
 
+/// The Result of a request that there was no memory for.
+[[nodiscard]] inline v1::Result out_of_memory() {
+  return result_of(v1::RESULT_CODE_FAILED, "", "There is not enough memory for that now.");
+}
+
 }  // namespace hapticd::wire

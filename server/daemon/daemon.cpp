@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/rt/memory_boundary.h"
+#include "core/rt/thread_role.h"
 #include "server/encoding/encode_event.h"
 #include "server/service/passed_socket.h"
 
@@ -31,13 +33,17 @@ std::optional<noise::KeyPair> keys_of(const v1::Config& config) {
   }
 }
 
+void log_losses(const std::string& what) {
+  if (!what.empty()) spdlog::warn("network: dropped or refused: {}", what);
+}
+
 }  // namespace
 
 Daemon::Opened Daemon::open(DaemonOptions options) {
   std::unique_ptr<ReplayRun> replay = open_replay(options);
   PlayerOptions player =
       replay ? recorded_player(replay->header()) : player_options(options.config);
-  return {{std::move(options), std::move(player)}, std::move(replay)};
+  return {{std::move(options), std::move(player), std::nullopt}, std::move(replay)};
 }
 
 Daemon::Daemon(DaemonOptions options) : Daemon(open(std::move(options))) {}
@@ -119,8 +125,14 @@ void Daemon::begin_serving() {
   options.virtual_clock = stepped_here_;
   options.period_ns = plan_.player.period_ns;
   options.keys = keys_of(config);
+  const StopPlan stop = stop_plan(config);
   if (plan_.options.check_only) return;
   bind();
+  // A replay moves no device.
+  if (!replays()) {
+    stop_road_ = open_stop_road(stop, transport_->local_address(), loop_.channels().stop);
+    if (stop_road_ != nullptr) plan_.stop_port = stop_road_->port();
+  }
   requests_.emplace(Desks{loop_, scenes_, play_, records_, devices_, catalogues_, *time_},
                     clients_);
   server_ = std::make_unique<ProtocolServer>(
@@ -154,6 +166,7 @@ ServerHost Daemon::make_host() {
   host.greeting = [this] {
     std::vector<v1::Item> items(2);
     *items[0].mutable_scene_info() = scenes_.told().info;
+    if (plan_.stop_port) items[0].mutable_scene_info()->set_stop_port(*plan_.stop_port);
     if (std::holds_alternative<VirtualTime>(*time_)) {
       items[0].mutable_scene_info()->set_next_tick(loop_.loop().next_tick());
     }
@@ -196,7 +209,10 @@ void Daemon::start_time() {
 
 int Daemon::run(SignalRequests& signals) {
   start_time();
+  if (stop_road_ != nullptr) stop_road_->start();
   report_start();
+  // All is open that only a start needs.
+  begin_role(ThreadRole::kNetwork);
   transport_->run(*server_, [&](std::int64_t now_ns) {
     follow_signals(signals, now_ns);
     return work(now_ns);
@@ -204,6 +220,7 @@ int Daemon::run(SignalRequests& signals) {
   if (auto* time = std::get_if<RealTime>(&*time_)) time->stop();
   loop_.take_events();
   const ServerCounters& counters = server_->counters();
+  log_losses(losses_.rest(counters));
   spdlog::info("ended; {} datagrams received, {} sent", counters.received, counters.sent);
   const auto* replay = std::get_if<ReplayTime>(&*time_);
   return replay == nullptr ? kExitGood : replay->exit_code();
@@ -230,19 +247,21 @@ void Daemon::end(const char* why, std::int64_t now_ns) {
 }
 
 bool Daemon::work(std::int64_t now_ns) {
+  if (stop_road_ != nullptr) server_->note_stop_road(stop_road_->counters());
   loop_.tell_lease_ends();
-  scenes_.work();
+  within_memory([&] { scenes_.work(); });
   const bool again = std::visit([&](auto& time) { return time.pass(now_ns); }, *time_);
   const auto* replay = std::get_if<ReplayTime>(&*time_);
   if (replay != nullptr && replay->ended() && ending_since_ns_ < 0) {
     end("The replay is over.", now_ns);
   }
   loop_.take_events();
-  scenes_.carry_out_held();
+  within_memory([&] { scenes_.carry_out_held(); });
   take_ticks(now_ns);
-  devices_.work();
-  records_.report();
-  service_.follow(now_ns);
+  within_memory([&] { devices_.work(); });
+  within_memory([&] { records_.report(); });
+  within_memory([&] { service_.follow(now_ns); });
+  within_memory([&] { log_losses(losses_.next(server_->counters(), now_ns)); });
   if (ending_since_ns_ >= 0) {
     const bool over = std::visit([](const auto& time) { return time.over(); }, *time_);
     if ((over && server_->session_count() == 0) || now_ns - ending_since_ns_ > kMaxEnd_ns) {
@@ -254,7 +273,7 @@ bool Daemon::work(std::int64_t now_ns) {
 
 void Daemon::take_event(const LoopEvent& event) {
   devices_.take(event);
-  scenes_.take(event);
+  within_memory([&] { scenes_.take(event); });
   if (std::holds_alternative<SceneSwapped>(event.what)) {
     play_.forget_poses();
     states_.restart_hash();
@@ -275,8 +294,8 @@ void Daemon::tell_clients(const LoopEvent& event) {
     item = encode_fault(fault->cause, fault->latched, place);
   }
   if (!item) return;
-  states_.note(event.scene_id, *item);
-  records_.note(event, *item);
+  within_memory([&] { states_.note(event.scene_id, *item); });
+  within_memory([&] { records_.note(event, *item); });
   clients_.tell(*item);
 }
 
@@ -287,13 +306,19 @@ void Daemon::take_ticks(std::int64_t now_ns) {
     service_.note(tick);
     devices_.take(tick);
     // A replay feels nothing.
-    if (!replays()) devices_.watch_forces(tick);
-    quality_.follow(tick);
-    if (stepped_here_) states_.add_to_hash();
+    if (!replays()) within_memory([&] { devices_.watch_forces(tick); });
+    within_memory([&] { quality_.follow(tick); });
+    if (stepped_here_) add_to_hash();
     server_->offer_tick(tick.tick, tick.scene_id, now_ns);
     // Events overtake ticks: only now nothing more is told of the scene before.
     scenes_.forget_before(tick.scene_id);
   }
+}
+
+void Daemon::add_to_hash() {
+  auto* time = std::get_if<VirtualTime>(&*time_);
+  // A hash without one of the ticks must not be told as that of all.
+  if (!within_memory([&] { states_.add_to_hash(); }) && time != nullptr) time->fail_steps();
 }
 
 void Daemon::report_start() const {

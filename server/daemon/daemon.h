@@ -21,6 +21,8 @@
 #include "server/daemon/served_clients.h"
 #include "server/daemon/service_desk.h"
 #include "server/daemon/state_desk.h"
+#include "server/daemon/stop_opening.h"
+#include "server/network/loss_report.h"
 #include "server/network/protocol_server.h"
 #include "server/network/udp_transport.h"
 #include "server/recorder/recorder_thread.h"
@@ -67,6 +69,7 @@ class Daemon {
   void take_event(const LoopEvent& event);
   void tell_clients(const LoopEvent& event);
   void take_ticks(std::int64_t now_ns);
+  void add_to_hash();
   void start_time();
   void report_start() const;
   [[nodiscard]] bool replays() const { return recorder_ == nullptr; }
@@ -83,11 +86,13 @@ class Daemon {
   QualityDesk quality_;
   StateDesk states_;
   ServiceDesk service_;
-  Catalogues catalogues_;  ///< of scenes, gestures and recordings
+  Catalogues catalogues_;                ///< of scenes, gestures and recordings
+  std::unique_ptr<StopRoad> stop_road_;  ///< null: off, or a replay
   std::optional<DaemonTime> time_;
   std::optional<RequestTable> requests_;
   std::unique_ptr<UdpTransport> transport_;
   std::unique_ptr<ProtocolServer> server_;
+  LossReport losses_;
   std::int64_t ending_since_ns_ = -1;
 };
 

@@ -20,6 +20,7 @@
 #include "proto/hints/nearest_name.h"
 #include "proto/hints/quantity.h"
 #include "proto/wire/choice_check.h"
+#include "server/confinement/confinement.h"
 #include "server/scene_io/message_text.h"
 
 namespace hapticd {
@@ -86,8 +87,14 @@ constexpr FieldOption kFieldOptions[] = {
      "what ticks wait for: the timer, or the reports of the first tool's device (timer)"},
     {"--listen", "ADDR:PORT", "address and UDP port (127.0.0.1:47800)"},
     {"--keys", "DIR",
-     "folder with view.key and control.key, made by 'hapticctl keygen' (none: everyone on "
+     "folder with view.key, control.key and stop.key, made by 'hapticctl keygen' (none: everyone "
+     "on "
      "loopback)"},
+    {"--stop-listen", "ADDR:PORT|off",
+     "address and UDP port of the Stop road (47801 at the address of --listen; another port if "
+     "that "
+     "is taken)"},
+    {"--stop-key", "FILE", "key of the Stop road (stop.key in the folder of --keys)"},
     {"--record", "FILE", "record the whole session to an MCAP file"},
     {"--quality", "0..4|auto", "quality of every scene (the scene's own)"},
     {"--budget-us", "N",
@@ -186,6 +193,16 @@ void add_options(CLI::App& app, DaemonOptions& options) {
       "--announce", options.announce,
       "announce this hapticd to the local network by mDNS, for hapticctl --discover; needs "
       "--keys, --listen 0.0.0.0:PORT or [::]:PORT, and avahi-daemon");
+  const std::map<std::string, Confinement> confinements{
+      {"off", Confinement::kOff}, {"on", Confinement::kOn}, {"strict", Confinement::kStrict}};
+  app.add_option_function<std::string>(
+         "--confine",
+         [confinements](const std::string& v) { choose_confinement(confinements.at(v)); },
+         "what becomes of system calls that a thread's role has no use for: off, they are made; "
+         "on, they fail, and files that nothing names are out of reach; strict, such a call ends "
+         "hapticd, for tests (on)")
+      ->check(CLI::Validator(CLI::IsMember(confinements)).description(""))
+      ->type_name("off|on|strict");
   app.add_flag("--check", options.check_only, "check options, scene and gesture, play nothing");
 }
 
@@ -314,6 +331,8 @@ void check_config(const v1::Config& config) {
   check_name("--scene", config.scene());
   check_name("--gesture", config.gesture());
   check_name("--keys", config.keys());
+  check_name("--stop-key", config.stop_key());
+  check_name("--stop-listen", config.stop_listen());
   if (config.has_cpu() && config.cpu() > 1023) refuse("--cpu: not in [0, 1023].");
   check_devices(config);
   check_pace(config);

@@ -2,6 +2,9 @@
 // changes the parts that may change while a scene plays. Not RT.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include "hapticd/v1/recording.pb.h"
 #include "server/daemon/daemon_options.h"
 #include "server/daemon/scene_player.h"
@@ -12,6 +15,7 @@ namespace hapticd {
 struct DaemonPlan {
   DaemonOptions options;
   PlayerOptions player;
+  std::optional<std::uint16_t> stop_port;  ///< of the Stop road, once there is one
 };
 
 /// How `config` has scenes played, by devices that are not attached yet. Throws StartError.

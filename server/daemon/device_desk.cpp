@@ -10,6 +10,7 @@
 #include "proto/wire/request_result.h"
 #include "server/daemon/daemon_options.h"
 #include "server/daemon/scene_tool.h"
+#include "server/haptic_loop/device_limits.h"
 #include "server/recorder/recorder_thread.h"
 #include "server/scene_io/profile_loader.h"
 #include "server/scene_io/sheet_translation.h"
@@ -217,9 +218,14 @@ void DeviceDesk::watch_forces(const Tick& tick) {
   for (std::size_t k = 0; k < tick.tools.size(); ++k) {
     const ToolTick& tool = tick.tools[k];
     const StiffnessTick& stiffness = tool.stiffness;
+    const ToolDevice& device = device_of(player_, tool.tool_id);
+    const DeviceProfile& profile = device.sheet.profile;
+    const bool unmeasured =
+        profile.damping_guessed && reaches_a_hand(profile, device.source.driver->traits);
     const auto line = force_watch_.look(
-        tick.scene_id, k, {tool.tool_id, stiffness.scale, stiffness.bound, stiffness.delay},
-        device_of(player_, tool.tool_id).sheet.profile, player_.max_force);
+        tick.scene_id, k,
+        {tool.tool_id, stiffness.scale, stiffness.bound, stiffness.delay, unmeasured}, profile,
+        player_.max_force);
     if (line) spdlog::warn("{}", *line);
   }
 }

@@ -22,6 +22,10 @@ std::optional<std::string> why_none(const DeviceProfile& profile, double max_for
 
 /// What would make it bear more.
 std::string remedy_of(const DeviceProfile& profile) {
+  if (profile.damping_guessed) {
+    return "damping_n_s_per_m of its profile is a guess: state what was measured, or take a scene "
+           "with a softer coupling";
+  }
   if (!(profile.damping > 0.0) && profile.stiffness_max == kUnlimited) {
     return "Its profile states neither damping_n_s_per_m nor stiffness_max_n_per_m: state what was "
            "measured";
@@ -43,6 +47,12 @@ std::optional<std::string> ForceWatch::look(std::uint32_t scene_id, std::size_t 
   if (const auto why = why_none(profile, max_force)) {
     if (!new_scene) return std::nullopt;
     return fmt::format("tool {} gives no force: {}", borne.tool_id, *why);
+  }
+  if (new_scene && borne.unmeasured) {
+    return fmt::format(
+        "tool {}: the damping of {} is a guess. It counts as none, and the stiffness of an unknown "
+        "device is granted: {:.3g} N/m. State what was measured in its profile, without guess",
+        borne.tool_id, device_name(profile), borne.bound);
   }
   // While a change is under way it is another one in every tick.
   const bool settled = borne.share == std::exchange(told.seen, borne.share);

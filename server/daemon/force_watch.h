@@ -1,6 +1,6 @@
 // Whether what is touched can be felt at all: a line for the log when a device gives no force, or
-// bears so little of the scene's stiffness that hardly any is left. Once for each scene, and again
-// when a change makes it worse. Not RT.
+// bears so little of the scene's stiffness that hardly any is left, and when what it bears is that
+// of an unknown device. Once for each scene, and again when a change makes it worse. Not RT.
 #pragma once
 
 #include <array>
@@ -24,6 +24,8 @@ struct BorneStiffness {
   double share = 1.0;  ///< of the scene's stiffness, (0, 1]
   double bound = 0.0;  ///< N/m
   double delay = 0.0;  ///< reckoned with, s
+  /// Nobody has measured the damping of a device that a hand feels.
+  bool unmeasured = false;
 };
 
 /// Kept from tick to tick.

@@ -50,37 +50,53 @@ bool LoopDesk::has_room() const noexcept {
 }
 
 // Its number is not used again.
-Answer LoopDesk::refuse() noexcept {
+Answer LoopDesk::refuse() {
   ++last_number_;
   return result_of(v1::RESULT_CODE_BUSY, "", "Too many commands at once.");
 }
 
 Answer LoopDesk::command(const RequestId& id, const LoopCommandBody& what) {
   if (!has_room()) return refuse();
+  waiting_.emplace_back(next_number(), id);
   post(what);
-  waiting_.emplace_back(last_number_, id);
   follow();
+  return std::nullopt;
+}
+
+// Whoever waits is noted first: after that nothing asks for memory, and what was lent has its
+// command.
+template <typename Lend>
+Answer LoopDesk::lend(const std::optional<RequestId>& id, const LoopCommandBody& what,
+                      const Lend& lend_thing) {
+  if (!has_room()) return refuse();
+  if (id) waiting_.emplace_back(next_number(), *id);
+  if (!lend_thing()) {
+    if (id) waiting_.pop_back();
+    return refuse();
+  }
+  post(what);
   return std::nullopt;
 }
 
 Answer LoopDesk::lend(const RequestId& id, std::unique_ptr<GesturePlan> plan) {
-  if (!has_room() || !lend_through(channels_->gestures, gestures_lent_, plan)) return refuse();
-  return command(id, PlayGestureCommand{});
+  Answer refused = lend(id, PlayGestureCommand{},
+                        [&] { return lend_through(channels_->gestures, gestures_lent_, plan); });
+  if (!refused) follow();
+  return refused;
 }
 
 Answer LoopDesk::lend(const std::optional<RequestId>& id, std::unique_ptr<SettingsChange> change) {
-  if (!has_room() || !lend_through(channels_->changes, changes_lent_, change)) return refuse();
-  if (id) return command(*id, ChangeSettingsCommand{});
-  post(ChangeSettingsCommand{});
-  return std::nullopt;
+  Answer refused = lend(id, ChangeSettingsCommand{},
+                        [&] { return lend_through(channels_->changes, changes_lent_, change); });
+  if (!refused && id) follow();
+  return refused;
 }
 
 Answer LoopDesk::lend(const std::optional<RequestId>& id, std::unique_ptr<PlayedScene> scene) {
-  if (!has_room() || !lend_through(channels_->scenes, scenes_lent_, scene)) return refuse();
-  if (id) return command(*id, SwapSceneCommand{});
-  post(SwapSceneCommand{});
-  follow();
-  return std::nullopt;
+  Answer refused = lend(id, SwapSceneCommand{},
+                        [&] { return lend_through(channels_->scenes, scenes_lent_, scene); });
+  if (!refused) follow();
+  return refused;
 }
 
 void LoopDesk::obey() {
@@ -95,20 +111,21 @@ void LoopDesk::follow() {
 void LoopDesk::take_events() {
   LoopEvent event;
   while (channels_->events.pop(event)) {
-    on_event_(event);
+    within_memory([&] { on_event_(event); });
     settle(event);
   }
   take_back();
   LogRecord record;
-  while (channels_->log.pop(record)) write_log(record);
+  while (channels_->log.pop(record)) within_memory([&] { write_log(record); });
 }
 
 void LoopDesk::settle(const LoopEvent& event) {
   if (const auto* done = std::get_if<CommandDone>(&event.what)) {
-    finish(done->number, result_of(v1::RESULT_CODE_OK));
+    finish(done->number, [] { return result_of(v1::RESULT_CODE_OK); });
   } else if (const auto* refused = std::get_if<CommandRefused>(&event.what)) {
-    finish(refused->number,
-           result_of(v1::RESULT_CODE_WRONG_STATE, "", std::string(explain(refused->cause))));
+    finish(refused->number, [&] {
+      return result_of(v1::RESULT_CODE_WRONG_STATE, "", std::string(explain(refused->cause)));
+    });
   }
 }
 
@@ -118,7 +135,8 @@ void LoopDesk::take_back() noexcept {
   take_back_through(channels_->changes, changes_lent_);
 }
 
-void LoopDesk::finish(std::uint64_t number, const v1::Result& result) {
+template <typename MakeResult>
+void LoopDesk::finish(std::uint64_t number, MakeResult&& make_result) {
   // They are obeyed in order.
   if (number >= lease_end_number_) lease_end_number_ = 0;
   const auto same = [&](const auto& command) { return command.first == number; };
@@ -126,7 +144,7 @@ void LoopDesk::finish(std::uint64_t number, const v1::Result& result) {
   if (found == waiting_.end()) return;
   const RequestId id = found->second;
   waiting_.erase(found);
-  clients_.answer(id, result);
+  clients_.answer_with(id, make_result);
 }
 
 void LoopDesk::lose_lease() {

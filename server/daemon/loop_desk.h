@@ -66,9 +66,14 @@ class LoopDesk {
   [[nodiscard]] std::uint64_t next_tick() const noexcept;
 
  private:
+  template <typename Lend>
+  [[nodiscard]] Answer lend(const std::optional<RequestId>& id, const LoopCommandBody& what,
+                            const Lend& lend_thing);
   [[nodiscard]] bool has_room() const noexcept;
-  [[nodiscard]] Answer refuse() noexcept;
-  void finish(std::uint64_t number, const v1::Result& result);
+  [[nodiscard]] Answer refuse();
+  /// `make_result()` is the result of the request whose command this was, if any.
+  template <typename MakeResult>
+  void finish(std::uint64_t number, MakeResult&& make_result);
   void follow();
   void settle(const LoopEvent& event);
   void take_back() noexcept;

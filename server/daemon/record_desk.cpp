@@ -8,10 +8,12 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
+#include <string_view>
 #include <utility>
 
 #include "core/simulation/physics.h"
 #include "proto/wire/request_result.h"
+#include "server/scene_io/named_text.h"
 #include "server/scene_io/sheet_translation.h"
 #include "server/service/journal.h"
 
@@ -33,12 +35,11 @@ std::string name_of_now(const char* what) {
   return std::string(what) + "-" + text.data() + ".mcap";
 }
 
-bool plain_name(const std::string& name) {
-  return name.size() <= 64 &&
-         name.find_first_not_of(
-             "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTU"
-             "VWXYZ0123456789_-.") == std::string::npos &&
-         name.find("..") == std::string::npos;
+/// The file that a peer means by `name`, which may lack the ending; empty: no file has that name.
+std::string recording_of(std::string name) {
+  constexpr std::string_view kEnding = ".mcap";
+  if (name.ends_with(kEnding)) name.resize(name.size() - kEnding.size());
+  return fault_of_name(name).empty() ? name + std::string(kEnding) : "";
 }
 
 /// `status` on the wire. Peers are not told where the server keeps its files.
@@ -96,23 +97,22 @@ void RecordDesk::begin(const std::string& file) {
 
 Answer RecordDesk::record(const v1::Record& record) {
   v1::Result result = result_of(v1::RESULT_CODE_OK);
-  const RecordStatus status = recorder_->status();
-  if (!plain_name(record.file())) {
+  const bool recording = recorder_->will_record();
+  const std::string file = recording_of(record.file());
+  if (!record.file().empty() && file.empty()) {
     result = result_of(v1::RESULT_CODE_INVALID, "record.file",
-                       "Use a-z A-Z 0-9 _ - . and at most 64 of them.");
-  } else if (record.mode() == v1::RECORD_MODE_START && status.recording) {
+                       "Use a-z 0-9 _ - and at most 64 of them, with or without .mcap behind.");
+  } else if (record.mode() == v1::RECORD_MODE_START && recording) {
     result =
         result_of(v1::RESULT_CODE_BUSY, "record", "A recording is already running. Stop it first.");
   } else if (record.mode() == v1::RECORD_MODE_START) {
-    const std::string name = record.file().empty() ? name_of_now("session") : record.file();
-    recorder_->start(recordings_folder() / name);
-  } else if (record.mode() == v1::RECORD_MODE_STOP && !status.recording) {
+    recorder_->start(recordings_folder() / (file.empty() ? name_of_now("session") : file));
+  } else if (record.mode() == v1::RECORD_MODE_STOP && !recording) {
     result = result_of(v1::RESULT_CODE_WRONG_STATE, "record", "Nothing is being recorded.");
   } else if (record.mode() == v1::RECORD_MODE_STOP) {
     recorder_->stop();
   } else if (record.mode() == v1::RECORD_MODE_DUMP) {
-    const std::string name = record.file().empty() ? name_of_now("dump") : record.file();
-    recorder_->dump(recordings_folder() / name);
+    recorder_->dump(recordings_folder() / (file.empty() ? name_of_now("dump") : file));
   } else {
     result = result_of(v1::RESULT_CODE_INVALID, "record.mode", "Say START, STOP or DUMP.");
   }
@@ -152,6 +152,8 @@ void RecordDesk::report() {
       spdlog::error("the last 60 s could not be written: {}", dump.error);
     }
     tell(status);
+    // What goes on beside it is told last.
+    if (told_.recording) tell(told_);
   }
   const RecordStatus status = recorder_->status();
   const bool same = status.recording == told_.recording && status.file == told_.file &&

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "proto/wire/choice_check.h"
 #include "proto/wire/request_result.h"
@@ -139,7 +140,12 @@ Answer RequestTable::answer_to(const RequestId& id, const v1::Item& item) {
 }
 
 void RequestTable::carry_out(const RequestId& id, const v1::Item& item) {
-  if (const Answer answer = answer_to(id, item)) clients_.answer(id, *answer);
+  Answer answer;
+  if (within_memory([&] { answer = answer_to(id, item); })) {
+    if (answer) clients_.answer(id, std::move(*answer));
+    return;
+  }
+  clients_.answer_with(id, [] { return wire::out_of_memory(); });
 }
 
 void RequestTable::abandon(const RequestId& id) {

@@ -9,10 +9,15 @@
 #include <chrono>
 #include <filesystem>
 #include <limits>
+#include <new>
+#include <system_error>
 #include <utility>
 
 #include "core/math/assert.h"
+#include "core/rt/memory_boundary.h"
+#include "core/rt/thread_role.h"
 #include "proto/wire/request_result.h"
+#include "server/haptic_loop/thread_policy.h"
 #include "server/recorder/state_record.h"
 #include "server/scene_io/gesture_loader.h"
 #include "server/scene_io/scene_assignment.h"
@@ -152,6 +157,7 @@ LiveScene& SceneDesk::begin_playing(std::shared_ptr<const LoadedScene> loaded) {
   info.set_rate_hz(plan_.options.config.rate());
   info.set_clock(plan_.options.config.clock());
   info.set_server_version(HAPTICD_VERSION);
+  if (plan_.stop_port) info.set_stop_port(*plan_.stop_port);
   scene.live = loaded->message;
   leave_open(loaded->given, scene.live);
   scene.choice = loaded->given.choice;
@@ -214,12 +220,19 @@ Answer SceneDesk::build(const std::optional<RequestId>& request, const v1::LoadS
   if (load.has_preset()) options.preset = load.preset();
   // Of the configuration the name may be any file's; a peer's is an installed scene's.
   const bool any_file = !request;
-  build_ = SceneBuild{request, load.check_only(),
-                      std::async(std::launch::async, [load, options, any_file] {
-                        if (load.has_text()) return load_scene_text(load.text(), options);
-                        return any_file ? load_scene(load.name(), options)
-                                        : load_installed_scene(load.name(), options);
-                      })};
+  try {
+    build_ = SceneBuild{request, load.check_only(),
+                        std::async(std::launch::async, [load, options, any_file] {
+                          name_thread("builder");
+                          begin_role(ThreadRole::kBuilder);
+                          if (load.has_text()) return load_scene_text(load.text(), options);
+                          return any_file ? load_scene(load.name(), options)
+                                          : load_installed_scene(load.name(), options);
+                        })};
+  } catch (const std::system_error& error) {
+    return result_of(v1::RESULT_CODE_FAILED, "load_scene",
+                     std::string("No thread can be had to load it: ") + error.code().message());
+  }
   return std::nullopt;
 }
 
@@ -229,6 +242,15 @@ void SceneDesk::finish_build() {
   }
   SceneBuild build = std::move(*build_);
   build_.reset();
+  if (within_memory([&] { take_build(build); })) return;
+  if (build.request) {
+    clients_.answer_with(*build.request, [] { return wire::out_of_memory(); });
+  } else {
+    spdlog::error("not enough memory for the scene: the one before plays on");
+  }
+}
+
+void SceneDesk::take_build(SceneBuild& build) {
   const auto fail = [&](v1::ResultCode code, const std::string& path, const std::string& message) {
     if (build.request) {
       clients_.answer(*build.request, result_of(code, path, message));
@@ -239,6 +261,8 @@ void SceneDesk::finish_build() {
   LoadResult result;
   try {
     result = build.result.get();
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& error) {
     fail(v1::RESULT_CODE_FAILED, "load_scene", error.what());
     return;
@@ -272,9 +296,13 @@ void SceneDesk::swap_to(std::shared_ptr<const LoadedScene> loaded,
   begin_playing(std::move(loaded));
   // The loop may have it at once.
   swapping_ = true;
-  if (!loop_.lend(request, std::move(played))) return;
+  bool lent = false;
+  const bool asked =
+      within_memory([&] { lent = !loop_.lend(request, std::move(played)).has_value(); });
+  if (lent) return;
   swapping_ = false;
   scenes_.pop_back();
+  if (!asked) throw std::bad_alloc();
   throw std::runtime_error("The loop has too many commands to obey. Try again.");
 }
 
@@ -394,8 +422,11 @@ Answer SceneDesk::set_parameters(const RequestId& id, const v1::SetParameter& se
                               std::move(assigned.settings)};
   follow_choice(set, after.choice);
   scene.changes.push_back({number, std::max(at_tick, next), after});
-  scene.take(std::move(after));
-  Answer refused = loop_.lend(id, std::move(change));
+  Answer refused = wire::out_of_memory();
+  within_memory([&] {
+    scene.take(std::move(after));
+    refused = loop_.lend(id, std::move(change));
+  });
   if (refused) settle_change(number, true);
   return refused;
 }
@@ -410,10 +441,15 @@ bool SceneDesk::set_level(int level, std::uint64_t tick) {
   change->to = settings;
   announce_change(change->to, nullptr);
   const std::uint64_t number = change->number;
-  if (loop_.lend(std::nullopt, std::move(change))) return false;
-  scene.settings = settings;
-  scene.changes.push_back({number, tick + 1, {scene.live, scene.choice, std::move(settings)}});
-  return true;
+  scene.changes.push_back({number, tick + 1, {scene.live, scene.choice, settings}});
+  bool lent = false;
+  within_memory([&] { lent = !loop_.lend(std::nullopt, std::move(change)).has_value(); });
+  if (lent) {
+    scene.settings = std::move(settings);
+  } else {
+    scene.changes.pop_back();
+  }
+  return lent;
 }
 
 void SceneDesk::settle_change(std::uint64_t number, bool dropped) {

@@ -80,6 +80,7 @@ class SceneDesk {
   [[nodiscard]] std::unique_ptr<GesturePlan> first_gesture(const LoadedScene& scene) const;
   [[nodiscard]] Answer build(const std::optional<RequestId>& request, const v1::LoadScene& load);
   void finish_build();
+  void take_build(SceneBuild& build);
   void swap_to(std::shared_ptr<const LoadedScene> loaded, const std::optional<RequestId>& request);
   void finish_swap(std::uint32_t scene_id);
   void settle_change(std::uint64_t number, bool dropped);

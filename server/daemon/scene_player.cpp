@@ -14,16 +14,17 @@ namespace hapticd {
 namespace {
 
 /// The numbers the safety stage wants, from the profile.
-SafetyLimits limits_of(const DeviceProfile& profile, const PlayerOptions& options) {
+SafetyLimits limits_of(const DeviceProfile& profile, const DriverTraits& driver,
+                       const PlayerOptions& options) {
   SafetyLimits limits;
   limits.peak = {std::min(profile.peak_force, options.max_force), profile.peak_torque};
   limits.continuous_force = profile.continuous_force;
   limits.continuous_torque = profile.continuous_torque;
   limits.thermal_window_s = profile.thermal_window;
   limits.passivity.acceleration = profile.acceleration_max;
-  limits.passivity.damping = profile.damping;
-  limits.passivity.rotational_damping =
-      *std::min_element(profile.rotational_damping.begin(), profile.rotational_damping.end());
+  const PortDamping damping = port_damping_of(profile, driver);
+  limits.passivity.damping = damping.translational;
+  limits.passivity.rotational_damping = damping.rotational;
   return limits;
 }
 
@@ -77,12 +78,15 @@ PlayedTool make_played_tool(const ToolDescription& tool, std::size_t k, const Ge
   played.tool_id = tool.tool_id;
   played.map = tool.workspace;
   played.X_WG_home = tool.X_WG;
-  played.limits = limits_of(profile, options);
-  played.stiffness_limits = stiffness_limits_of(profile, driver_entry(profile.driver).traits,
-                                                1e-9 * static_cast<double>(options.period_ns));
   const Pose home = to_device(played.map, WorkspaceState{}, tool.X_WG);
   played.device = make_played_device(device, begin_of(gesture, k).value_or(home), options, k);
-  played.device.traits = driver_entry(played.device.device->profile().driver).traits;
+  DriverTraits& traits = played.device.traits;
+  traits = driver_entry(played.device.device->profile().driver).traits;
+  played.limits = limits_of(profile, traits, options);
+  DriverTraits bearing = traits;
+  bearing.has_no_clock = driver_entry(profile.driver).traits.has_no_clock;
+  played.stiffness_limits =
+      stiffness_limits_of(profile, bearing, 1e-9 * static_cast<double>(options.period_ns));
   return played;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/rt/memory_boundary.h"
 #include "server/network/protocol_server.h"
 
 namespace hapticd {
@@ -20,6 +21,11 @@ class ServedClients {
   /// The result of a request that was to be answered later.
   void answer(const RequestId& id, v1::Result result) {
     if (server_ != nullptr) server_->answer(id, std::move(result));
+  }
+  /// The same where the result itself is made here: without memory for it the session ends.
+  template <typename MakeResult>
+  void answer_with(const RequestId& id, MakeResult&& make_result) {
+    if (!within_memory([&] { answer(id, make_result()); }) && server_ != nullptr) server_->fall(id);
   }
   /// An Item for everyone.
   void tell(const v1::Item& item) {

@@ -2,7 +2,9 @@
 #include "server/daemon/service_desk.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
+#include "core/rt/memory_boundary.h"
 #include "hapticd/v1/state.pb.h"
 #include "server/service/journal.h"
 
@@ -11,6 +13,8 @@ namespace {
 
 /// Of package hapticd.v1.
 constexpr std::uint32_t kProtocol = 1;
+/// Between two lines about want of memory, ns.
+constexpr std::int64_t kShortagePeriod_ns = 1'000'000'000;
 
 }  // namespace
 
@@ -54,6 +58,15 @@ void ServiceDesk::follow(std::int64_t now_ns) {
   }
   if (!scenes_.loading()) notifier_.ready();
   notifier_.alive(stepped_here_ ? passes_ : ticks_, now_ns);
+  tell_shortages(now_ns);
+}
+
+void ServiceDesk::tell_shortages(std::int64_t now_ns) {
+  const std::uint64_t all = shortages_of_memory.load(std::memory_order_relaxed);
+  if (all == told_shortages_ || now_ns < shortages_due_ns_) return;
+  shortages_due_ns_ = now_ns + kShortagePeriod_ns;
+  spdlog::error("memory is short: {} pieces of work were left undone", all - told_shortages_);
+  told_shortages_ = all;
 }
 
 void ServiceDesk::end() {

@@ -38,6 +38,7 @@ class ServiceDesk {
 
  private:
   void keep_scene();
+  void tell_shortages(std::int64_t now_ns);
   [[nodiscard]] std::string status() const;
 
   const DaemonPlan& plan_;
@@ -50,6 +51,8 @@ class ServiceDesk {
   LoopState state_ = LoopState::kDetached;
   std::string scene_;  ///< as told
   LoopState told_state_{};
+  std::uint64_t told_shortages_ = 0;
+  std::int64_t shortages_due_ns_ = 0;
 };
 
 }  // namespace hapticd

@@ -46,15 +46,25 @@ void VirtualTime::abandon(const RequestId& id) {
 }
 
 void VirtualTime::end_steps() {
-  HapticLoop& loop = parts_.loop.loop();
-  v1::Result result = result_of(v1::RESULT_CODE_OK);
-  v1::RunResult& run = *result.mutable_run();
-  run.set_steps(steps_->done);
-  run.set_next_tick(loop.next_tick());
-  run.set_state_hash(parts_.hash.hash.data(), parts_.hash.hash.size());
-  run.set_held_inputs(held_inputs(loop.scene()) - steps_->held_before);
-  parts_.clients.answer(steps_->request, result);
+  const StepRun over = *steps_;
   steps_.reset();
+  parts_.clients.answer_with(over.request, [&] {
+    HapticLoop& loop = parts_.loop.loop();
+    v1::Result result = result_of(v1::RESULT_CODE_OK);
+    v1::RunResult& run = *result.mutable_run();
+    run.set_steps(over.done);
+    run.set_next_tick(loop.next_tick());
+    run.set_state_hash(parts_.hash.hash.data(), parts_.hash.hash.size());
+    run.set_held_inputs(held_inputs(loop.scene()) - over.held_before);
+    return result;
+  });
+}
+
+void VirtualTime::fail_steps() {
+  if (!steps_) return;
+  const RequestId request = steps_->request;
+  steps_.reset();
+  parts_.clients.answer_with(request, [] { return wire::out_of_memory(); });
 }
 
 void VirtualTime::step(std::int64_t now_ns) {
@@ -66,7 +76,8 @@ void VirtualTime::step(std::int64_t now_ns) {
 bool VirtualTime::pass(std::int64_t now_ns) {
   for (int k = 0; steps_ && k < kStepsPerLook; ++k) {
     // A Stop is obeyed by a tick, whomever time waits for.
-    if (!std::exchange(hurried_, false) && !parts_.clients.may_step(now_ns)) return false;
+    const bool stops = parts_.loop.channels().stop.waits() || std::exchange(hurried_, false);
+    if (!stops && !parts_.clients.may_step(now_ns)) return false;
     const bool latched_before = parts_.loop.state() == LoopState::kFault;
     step(now_ns);
     if (!steps_) break;  // Its session has ended meanwhile.

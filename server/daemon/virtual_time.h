@@ -33,6 +33,8 @@ class VirtualTime {
 
   /// Run: time stops, follows the real one, or is stepped, which is answered when it is done.
   [[nodiscard]] Answer run(const RequestId& id, const v1::Run& run);
+  /// A Run of steps, if one is under way, ends at once: not all of it could be told.
+  void fail_steps();
   /// A Stop waits for a tick: the next one waits for no client.
   void hurry() noexcept { hurried_ = hurried_ || steps_.has_value(); }
   /// Nobody waits for the answer any more: a Run of steps ends.

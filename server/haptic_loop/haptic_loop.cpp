@@ -86,6 +86,7 @@ void HapticLoop::obey(const LoopCommand& command) noexcept {
   } else {
     obey_tool(command.what);
     orders_.ask(command.what, kept_.time.t_ns);
+    if (std::holds_alternative<ClearCommand>(command.what)) channels_.stop.note_clear();
   }
   publisher_.tell(CommandDone{command.number});
 }
@@ -264,19 +265,21 @@ void HapticLoop::tick_once(std::int64_t now_ns, std::uint64_t skipped) noexcept 
   guard_.beat(options_.virtual_time ? 0 : now_ns);
   take_commands();
   give_back_scene();
-  gather_orders();
+  gather_orders(now_ns);
   pass(now_ns, skipped);
 }
 
 // All that comes from outside beside samples, in one place: what is noted here is recorded, and
 // given back by a replay. A device forgets only when it is told to, and says so a tick or two
 // later; Clear waits for that.
-void HapticLoop::gather_orders() noexcept {
+void HapticLoop::gather_orders(std::int64_t now_ns) noexcept {
   const std::int64_t t_ns = kept_.time.t_ns;
+  if (channels_.stop.take()) orders_.ask(StopCommand{}, t_ns);
   const std::uint64_t lost = channels_.events.overflow();
   unsigned orders = orders_.gather(t_ns, kept_.machine.state == LoopState::kFault);
   if (scenes_.waits()) orders |= kOrderSceneWaits;
   if (guard_.stalled()) orders |= kOrderStalled;
+  if (channels_.stop.lets_go(now_ns)) orders |= kOrderDeadMan;
   if (std::exchange(events_overflow_, lost) != lost) orders |= kOrderEventLost;
   tick_.orders = static_cast<std::uint16_t>(orders);
   for (ToolLoop& tool : tools()) {
@@ -425,7 +428,9 @@ void HapticLoop::advance_state() noexcept {
     if ((tool.sample.flags & kDeviceCalibrated) == 0) input.calibrated = false;
     if (pushes_a_person(scene().tools[k])) input.engages_itself = false;
     if ((tool.sample.flags & kDeviceDeadManOpen) != 0) input.block = Cause::kDeadMan;
+    input.stale = input.stale || tool.judged.stale;
   }
+  if (has(kOrderDeadMan)) input.block = Cause::kDeadMan;
   input.contact_free = contact_free();
   input.contact_known = contact_known();
   input.lease_lost = has(kOrderLeaseLost);
@@ -523,6 +528,7 @@ void HapticLoop::tell() noexcept {
     if (options_.contacts_reported) publisher_.tell_touches(tools());
   }
   publisher_.publish(tools(), tick_);
+  channels_.stop.tell(kept_.time.tick, tick_.state, tick_.cause);
   tick_.first = false;
   publish_snapshot();
   for (ToolLoop& tool : tools()) {

@@ -46,8 +46,9 @@ class HapticLoop {
   HapticLoop(const HapticLoop&) = delete;
   HapticLoop& operator=(const HapticLoop&) = delete;
 
-  /// One tick at `now_ns` (ignored in virtual time), `skipped` periods having been passed over
-  /// since the last one. Cost: that of the scene, and about 1 us.
+  /// One tick at `now_ns` of the monotonic clock, `skipped` periods having been passed over since
+  /// the last one. In virtual time only the heartbeats of the Stop road (stop_line.h) are judged by
+  /// it. Cost: that of the scene, and about 1 us.
   HD_REALTIME void tick_once(std::int64_t now_ns, std::uint64_t skipped = 0) noexcept;
 
   /// Obeys what waits in the channels, as every tick does first. Between ticks of virtual time,
@@ -97,7 +98,7 @@ class HapticLoop {
   void lose_lease(const LeaseLostCommand& lost) noexcept;
   /// What is queued for devices that follow poses; false when there are none.
   bool forget_poses() noexcept;
-  void gather_orders() noexcept;
+  void gather_orders(std::int64_t now_ns) noexcept;
   void pass(std::int64_t now_ns, std::uint64_t skipped) noexcept;
   void begin_time(std::int64_t now_ns, std::uint64_t skipped) noexcept;
   void take_scene(std::unique_ptr<PlayedScene> scene, std::uint64_t number) noexcept;

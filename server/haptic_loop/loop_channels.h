@@ -1,4 +1,5 @@
-// What the loop exchanges with the other threads: rings of one writer and one reader each. RT: yes.
+// What the loop exchanges with the other threads: rings of one writer and one reader each, and the
+// words of the Stop road. RT: yes.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +16,7 @@
 #include "server/haptic_loop/played_scene.h"
 #include "server/haptic_loop/settings_change.h"
 #include "server/haptic_loop/snapshot.h"
+#include "server/haptic_loop/stop_line.h"
 
 namespace hapticd {
 
@@ -57,6 +59,7 @@ struct LoopChannels {
   NetworkTicks ticks;                ///< those that find no place are left out
   RecorderTicks recorded;  ///< to the recorder's thread; what does not fit is lost, and counted
   LogRing log;
+  StopLine stop;  ///< with the Stop road's thread
 };
 
 }  // namespace hapticd

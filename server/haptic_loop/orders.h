@@ -17,10 +17,16 @@ inline constexpr std::int64_t kClearWait_ns = 100'000'000;
 
 class Orders {
  public:
-  /// Notes a command that the state machine hears, at `t_ns`.
+  /// Notes a command that the state machine hears, at `t_ns`. Of Stop and Clear the later counts,
+  /// also where one tick hears both.
   void ask(const LoopCommandBody& what, std::int64_t t_ns) noexcept {
-    asked_ |= order_of(what);
-    if ((asked_ & kOrderClear) != 0) clear_until_ns_ = t_ns + kClearWait_ns;
+    const unsigned order = order_of(what);
+    if (order == kOrderStop) {
+      asked_ &= ~unsigned{kOrderClear};
+      clear_until_ns_ = kNever;
+    }
+    if (order == kOrderClear) clear_until_ns_ = t_ns + kClearWait_ns;
+    asked_ |= order;
   }
 
   /// The lease is over, the `ended`th; `follows`: a device follows poses, and is without any now.
@@ -39,9 +45,9 @@ class Orders {
   [[nodiscard]] bool clears(std::int64_t t_ns) const noexcept { return clear_until_ns_ > t_ns; }
 
   /// The orders of the tick that begins after `t_ns` (OrderBit), and none of them again. `fault`:
-  /// one is latched; without one no Clear waits.
+  /// one is latched; without one no Clear waits, but for the Stop of this tick.
   [[nodiscard]] unsigned gather(std::int64_t t_ns, bool fault) noexcept {
-    if (!fault) clear_until_ns_ = kNever;
+    if (!fault && (asked_ & kOrderStop) == 0) clear_until_ns_ = kNever;
     unsigned orders = std::exchange(asked_, 0U);
     if (lease_lost_) orders |= kOrderLeaseLost;
     if (clears(t_ns)) orders |= kOrderClear;

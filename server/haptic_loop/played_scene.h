@@ -22,7 +22,7 @@ namespace hapticd {
 struct PlayedDevice {
   HapticDevice* device = nullptr;
   DeviceFacets facets;
-  DriverTraits traits;                  ///< of the driver that its profile names
+  DriverTraits traits;                  ///< of its driver
   std::unique_ptr<HapticDevice> owned;  ///< null for a device that outlives scenes
 };
 

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "core/rt/monotonic_clock.h"
+#include "core/rt/thread_role.h"
 #include "server/haptic_loop/thread_policy.h"
 #include "server/haptic_loop/tick_pace.h"
 
@@ -19,6 +20,15 @@ RealtimeThread::RealtimeThread(HapticLoop& loop, const RealtimeOptions& options)
     : loop_(loop), options_(options) {
   ask(lock_memory(), "locked memory",
       "raise it: 'ulimit -l unlimited', or LimitMEMLOCK=infinity in the service");
+  try {
+    begin();
+  } catch (...) {
+    end();
+    throw;
+  }
+}
+
+void RealtimeThread::begin() {
   thread_ = std::thread([this] { run(); });
   guardian_ = std::thread([this] { guard(); });
   ask(make_fifo(thread_, kLoopPriority), "SCHED_FIFO",
@@ -29,9 +39,6 @@ RealtimeThread::RealtimeThread(HapticLoop& loop, const RealtimeOptions& options)
         "name a processor that exists with --cpu");
   }
   if (!options_.required || missing_.empty()) return;
-  stop_.store(true);
-  thread_.join();
-  guardian_.join();
   std::string text = "realtime is required and refused:";
   for (const MissingPrivilege& missing : missing_) {
     text += "\n  " + missing.what + "; " + missing.remedy;
@@ -39,7 +46,9 @@ RealtimeThread::RealtimeThread(HapticLoop& loop, const RealtimeOptions& options)
   throw std::runtime_error(text);
 }
 
-RealtimeThread::~RealtimeThread() {
+RealtimeThread::~RealtimeThread() { end(); }
+
+void RealtimeThread::end() noexcept {
   stop_.store(true);
   if (thread_.joinable()) thread_.join();
   if (guardian_.joinable()) guardian_.join();
@@ -49,6 +58,7 @@ void RealtimeThread::run() noexcept {
   name_thread("haptic");
   prefault_stack();
   TickPace pace(options_.period_ns, options_.pace, monotonic_pace_clock());
+  begin_role(ThreadRole::kHaptic);
   while (!stop_.load(std::memory_order_relaxed) && !loop_.over()) {
     const DueTick due = pace.wait();
     loop_.tick_once(due.now_ns, due.skipped);
@@ -58,6 +68,7 @@ void RealtimeThread::run() noexcept {
 
 void RealtimeThread::guard() noexcept {
   name_thread("guardian");
+  begin_role(ThreadRole::kGuardian);
   while (!over_.load(std::memory_order_acquire) && !stop_.load(std::memory_order_relaxed)) {
     const std::int64_t now_ns = monotonic_now_ns();
     loop_.guard(now_ns);

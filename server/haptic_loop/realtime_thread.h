@@ -50,6 +50,8 @@ class RealtimeThread {
   [[nodiscard]] bool over() const noexcept { return over_.load(std::memory_order_acquire); }
 
  private:
+  void begin();
+  void end() noexcept;
   void run() noexcept;
   void guard() noexcept;
   void ask(bool granted, const char* what, const char* remedy);

@@ -7,6 +7,7 @@
 
 #include "core/contact/coupling_axes.h"
 #include "core/math/elementary.h"
+#include "server/haptic_loop/device_limits.h"
 
 namespace hapticd {
 namespace {
@@ -31,8 +32,12 @@ StiffnessGrant grant_of(const LiveSettings& live, const std::vector<StringParame
   StiffnessLimits limits = played.stiffness_limits;
   limits.coupling_damping = live.coupling_damping;
   StiffnessGrant grant = grant_stiffness(wanted_stiffness(live, pieces), limits);
-  // Where poses come from data force moves nothing, and no stiffness is too high.
-  if (played.device.traits.follows_data) grant.scale = 1.0;
+  // Where poses come from data force moves nothing, and no stiffness is too high; unless the client
+  // that sends them has a device.
+  const DriverTraits& driver = played.device.traits;
+  if (driver.follows_data && !reaches_a_hand(played.device.device->profile(), driver)) {
+    grant.scale = 1.0;
+  }
   return grant;
 }
 

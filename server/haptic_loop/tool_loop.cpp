@@ -4,10 +4,14 @@
 #include <utility>
 
 #include "core/safety/device_spring.h"
+#include "server/haptic_loop/device_limits.h"
 
 namespace hapticd {
 namespace {
 
+/// Time without a pose from a client, beyond what is bridged, in which force only fades, ns: what
+/// networks and garbage collectors take, and the ramp out (kReleaseRamp_s).
+constexpr std::int64_t kPoseGap_ns = 50'000'000;
 /// A pose that repeats to the bit for so long under force is a stuck sensor, ns (GuardLimits).
 constexpr std::int64_t kStuckAfter_ns = 250'000'000;
 
@@ -29,6 +33,10 @@ void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
   limits.report_interval_ns = limits.loses_unseen ? report_interval_ns(profile) : 0;
   limits.stale_ticks =
       bridged_ticks(profile.report_rate, 1e9 / static_cast<double>(time.period_ns));
+  if (device.traits.follows_data && !guards_armed) {
+    limits.may_wait = true;
+    limits.fading_ticks = static_cast<int>(kPoseGap_ns / time.period_ns);
+  }
   const bool has_sensors = device.traits.can_push_a_person || guards_armed;
   limits.stuck_after_ns = has_sensors ? kStuckAfter_ns : 0;
   tool.judged = judge(tool.sample_came ? &sample : nullptr, to_vector(tool.safety.f_H_D).norm(),
@@ -103,6 +111,7 @@ void limit_tool(const PlayedTool& played, const LoopTime& time, const LoopOutput
   input.V_DH_D = tool.judged.V_DH_D;
   input.displacement_D = tool.judged.displacement_D;
   input.budget = budget / played.map.scale;
+  input.flight = flight_of(played.stiffness_limits);
   tool.written = limit(input, played.limits, tool.safety);
   tool.wrench_not_finite = (tool.written.flags & kSafetyNotFinite) != 0;
   const DeviceProfile& profile = played.device.device->profile();

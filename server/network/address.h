@@ -2,10 +2,12 @@
 // and compared without a socket. Not RT.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace hapticd {
 
@@ -26,6 +28,31 @@ struct Address {
   for (std::size_t i = 0; i < 4; ++i) address.ip[12 + i] = ip[i];
   address.port = port;
   return address;
+}
+
+/// Whether it is an IPv4 address.
+[[nodiscard]] constexpr bool is_ipv4(const Address& address) noexcept {
+  const auto mapped = ipv4_address({}, 0).ip;
+  return std::equal(mapped.begin(), mapped.begin() + 12, address.ip.begin());
+}
+
+/// What counts as one address where addresses share something: all of an IPv4 address, the network
+/// of 64 bits of an IPv6 one. A view of `address`.
+[[nodiscard]] constexpr std::span<const std::uint8_t> network_of(const Address& address) noexcept {
+  const std::span<const std::uint8_t> whole = address.ip;
+  return is_ipv4(address) ? whole : whole.first(8);
+}
+
+/// Whether they count as one address.
+[[nodiscard]] constexpr bool same_network(const Address& a, const Address& b) noexcept {
+  return std::ranges::equal(network_of(a), network_of(b));
+}
+
+/// Whether it is of this machine alone: 127.0.0.0/8 or ::1.
+[[nodiscard]] constexpr bool is_loopback(const Address& address) noexcept {
+  if (is_ipv4(address)) return address.ip[12] == 127;
+  return std::all_of(address.ip.begin(), address.ip.end() - 1, [](auto b) { return b == 0; }) &&
+         address.ip[15] == 1;
 }
 
 /// A hash of address and port, the same on every machine. Not secret: only for tables whose

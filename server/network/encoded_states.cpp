@@ -12,7 +12,7 @@ EncodedStates::Filled& EncodedStates::filled(const Subscription& subscription, c
     if (all_[i].subscription == subscription) return all_[i];
   }
   if (used_ == all_.size()) all_.emplace_back();
-  Filled& fresh = all_[used_++];
+  Filled& fresh = all_[used_];
   fresh.subscription = subscription;
   fresh.state.Clear();
   fresh.state.set_tick(tick_);
@@ -21,14 +21,16 @@ EncodedStates::Filled& EncodedStates::filled(const Subscription& subscription, c
   fresh.fitted.clear();
   fill(subscription, fresh.state);
   fresh.bytes = fresh.state.ByteSizeLong();
+  ++used_;
   return fresh;
 }
 
 // Into the memory of an earlier tick, unless a session still has that to repeat it.
 void EncodedStates::write_whole(Filled& filled) {
   if (filled.whole == nullptr || filled.whole.use_count() > 1) {
-    filled.whole = std::make_shared<EncodedState>();
-    filled.whole->parts.resize(1);
+    auto whole = std::make_shared<EncodedState>();
+    whole->parts.resize(1);
+    filled.whole = std::move(whole);
   }
   std::string& bytes = filled.whole->parts[0];
   bytes.resize(filled.bytes);

@@ -10,6 +10,10 @@
 namespace hapticd {
 namespace {
 
+constexpr std::int64_t kSecond_ns = 1000 * wire::kMillisecond_ns;
+constexpr TokenRate kUnproven{kSecond_ns / kUnprovenPerSecond, kUnprovenBurst};
+constexpr TokenRate kAnswers{kSecond_ns / kAnswersPerSecond, kAnswerBurst};
+
 Handshakes::Random or_system(Handshakes::Random random) {
   if (sodium_init() < 0) throw std::runtime_error("libsodium does not start");
   if (random) return random;
@@ -26,9 +30,11 @@ std::array<std::uint8_t, Count> Handshakes::drawn() {
 }
 
 Handshakes::Handshakes(const noise::KeyPair& keys, Random random)
-    : keys_(keys),
-      random_(or_system(std::move(random))),
-      limiter_(drawn<crypto_shorthash_KEYBYTES>()) {}
+    : random_(or_system(std::move(random))),
+      view_(keys.view, wire::Role::kView),
+      control_(keys.control, wire::Role::kControl),
+      limiter_(SecretHash(drawn<crypto_shorthash_KEYBYTES>())),
+      retries_(SecretHash(drawn<crypto_shorthash_KEYBYTES>())) {}
 
 void Handshakes::rotate(std::int64_t now_ns) {
   if (secret_since_ns_.has_value() && now_ns - *secret_since_ns_ < kCookieSecret_ns) return;
@@ -54,44 +60,102 @@ Handshakes::Cookie Handshakes::cookie_of(const Secret& secret, const Address& fr
   return cookie;
 }
 
+// The cookie of a RETRY is followed by its tag, and comes back with it.
 bool Handshakes::is_ours(const Address& from, const wire::Hello& hello) const {
-  if (hello.cookie.size() != kCookieBytes) return false;
+  if (hello.cookie.size() != kCookieBytes + noise::kRetryTagBytes) return false;
   const auto equals = [&](const Secret& secret) {
     return sodium_memcmp(cookie_of(secret, from, hello.message).data(), hello.cookie.data(),
                          kCookieBytes) == 0;
   };
-  return equals(secret_) || equals(secret_before_);
+  const KeyOfRole& key = key_of(hello.role);
+  return (equals(secret_) || equals(secret_before_)) &&
+         noise::is_tagged_retry(key.psk, key.prologue, hello.message, hello.cookie);
 }
 
-noise::Bytes Handshakes::receive(const Address& from, std::span<const std::uint8_t> datagram,
-                                 std::int64_t now_ns) {
-  const auto hello = wire::decode_hello(datagram);
-  if (!hello.has_value() || !limiter_.allow(from, now_ns)) return {};
-  rotate(now_ns);
-  noise::Handshake handshake(noise::Side::kResponder,
-                             hello->role == wire::Role::kView ? keys_.view : keys_.control,
-                             wire::prologue_of(hello->role), drawn<noise::kKeyBytes>());
-  const auto payload = handshake.read(hello->message);
-  if (!payload.has_value() || !payload->empty()) return {};
-  if (!is_ours(from, *hello)) {
-    return wire::encode_retry(cookie_of(secret_, from, hello->message));
-  }
-  for (const HalfOpen& half : all_) {
-    if (half.address == from && half.role == hello->role &&
-        std::equal(half.message.begin(), half.message.end(), hello->message.begin())) {
-      return half.welcome;
+HalfOpen* Handshakes::repeated(const Address& from, const wire::Hello& hello, std::int64_t now_ns) {
+  for (HalfOpen& half : all_) {
+    const bool lives = half.established || now_ns - half.since_ns < kHalfOpen_ns;
+    if (lives && half.address == from && half.role == hello.role &&
+        std::ranges::equal(half.message, hello.message)) {
+      return &half;
     }
   }
-  return welcome(from, *hello, handshake, now_ns);
+  return nullptr;
+}
+
+noise::Bytes Handshakes::welcome_again(HalfOpen& half, std::int64_t now_ns) {
+  if (!half.repeats.take(kAnswers, now_ns)) {
+    ++counters_.limited;
+    return {};
+  }
+  ++counters_.repeated;
+  return half.welcome;
+}
+
+// Dearest last: what a flood of strangers reaches costs a few hashes, and takes nothing that
+// belongs to the address it names.
+noise::Bytes Handshakes::receive(const Address& from, std::span<const std::uint8_t> datagram,
+                                 std::int64_t now_ns) {
+  const auto drop = [](std::uint64_t& count) {
+    ++count;
+    return noise::Bytes{};
+  };
+  const auto hello = wire::decode_hello(datagram);
+  if (!hello.has_value()) return drop(counters_.malformed);
+  rotate(now_ns);
+  if (HalfOpen* half = repeated(from, *hello, now_ns); half != nullptr && !hello->cookie.empty()) {
+    return welcome_again(*half, now_ns);
+  }
+  if (!unproven_.take(kUnproven, now_ns) && !is_ours(from, *hello)) {
+    return drop(counters_.limited);
+  }
+  if (!key_of(hello->role).start.is_first(hello->message)) return drop(counters_.forged);
+  if (!is_ours(from, *hello)) return retry(from, *hello, now_ns);
+  return welcome(from, *hello, now_ns);
+}
+
+noise::Bytes Handshakes::retry(const Address& from, const wire::Hello& hello, std::int64_t now_ns) {
+  if (!retries_.allow(from, hello.message, kAnswers, now_ns)) {
+    ++counters_.limited;
+    return {};
+  }
+  const Cookie cookie = cookie_of(secret_, from, hello.message);
+  const KeyOfRole& key = key_of(hello.role);
+  const auto tag = noise::retry_tag(key.psk, key.prologue, hello.message, cookie);
+  std::array<std::uint8_t, kCookieBytes + noise::kRetryTagBytes> body{};
+  std::copy(tag.begin(), tag.end(), std::copy(cookie.begin(), cookie.end(), body.begin()));
+  ++counters_.retried;
+  return wire::encode_retry(body);
+}
+
+bool Handshakes::has_room(const Address& from, wire::Role role) const {
+  if (half_open(false) >= kMaxHalfOpen) return false;
+  if (role == wire::Role::kControl) return true;
+  const auto of_address = std::count_if(all_.begin(), all_.end(), [&](const HalfOpen& half) {
+    return !half.established && half.role == wire::Role::kView && same_network(half.address, from);
+  });
+  return half_open(true) < kMaxHalfOpenViews &&
+         static_cast<std::size_t>(of_address) < kMaxHalfOpenViewsOfAddress;
 }
 
 noise::Bytes Handshakes::welcome(const Address& from, const wire::Hello& hello,
-                                 noise::Handshake& handshake, std::int64_t now_ns) {
+                                 std::int64_t now_ns) {
   expire(now_ns);
-  if (half_open(false) >= kMaxHalfOpen) return {};
-  if (hello.role == wire::Role::kView && half_open(true) >= kMaxHalfOpenViews) return {};
-  const auto message = handshake.write();
-  if (!message.has_value()) return {};
+  if (!has_room(from, hello.role)) {
+    ++counters_.full;
+    return {};
+  }
+  if (!limiter_.allow(from, hello.message.first(noise::kKeyBytes), now_ns)) {
+    ++counters_.limited;
+    return {};
+  }
+  noise::Handshake handshake(noise::Side::kResponder, key_of(hello.role).start,
+                             drawn<noise::kKeyBytes>());
+  const auto message = handshake.read(hello.message).has_value() ? handshake.write() : std::nullopt;
+  if (!message.has_value()) {
+    ++counters_.forged;
+    return {};
+  }
   std::uint32_t session = 0;
   const auto taken = [&](const HalfOpen& half) { return half.session == session; };
   while (session == 0 || std::any_of(all_.begin(), all_.end(), taken)) {
@@ -106,8 +170,10 @@ noise::Bytes Handshakes::welcome(const Address& from, const wire::Hello& hello,
                 wire::encode_welcome({session, *message}),
                 handshake.split(),
                 now_ns,
-                false};
+                false,
+                {}};
   all_.push_back(std::move(half));
+  ++counters_.welcomed;
   return all_.back().welcome;
 }
 

@@ -3,6 +3,7 @@
 
 #include "proto/wire/request_result.h"
 #include "proto/wire/request_rule.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd {
 namespace {
@@ -34,6 +35,10 @@ std::optional<v1::Result> Lease::refusal(const Session& session, const v1::Item&
 Lease::Granted Lease::acquire(const Session& session, const v1::Acquire& request) {
   if (request.holder().size() > kMaxNameBytes) {
     return {result_of(v1::RESULT_CODE_OUT_OF_RANGE, "acquire.holder", "at most 64 bytes")};
+  }
+  if (!wire::is_plain(request.holder())) {
+    return {result_of(v1::RESULT_CODE_INVALID, "acquire.holder",
+                      "a name is UTF-8 without control characters")};
   }
   if (session_ != 0 && !held_by(session)) {
     return {result_of(v1::RESULT_CODE_BUSY, {},
@@ -82,9 +87,11 @@ v1::LeaseInfo Lease::info(const Session& session) const {
 
 void Lease::tell() {
   for (const auto& session : sessions_.all()) {
-    v1::Item item;
-    *item.mutable_lease_info() = info(*session);
-    sessions_.tell(*session, item);
+    sessions_.serve(*session, [&] {
+      v1::Item item;
+      *item.mutable_lease_info() = info(*session);
+      sessions_.tell(*session, item);
+    });
   }
 }
 

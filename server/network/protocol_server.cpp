@@ -35,17 +35,22 @@ void ProtocolServer::greet(Session& session) {
 
 void ProtocolServer::note_scene(const v1::Item& item) {
   if (!item.has_scene_info()) return;
-  rest_radii_m_.clear();
+  std::vector<double> radii_m;
   for (const v1::String& string : item.scene_info().scene().strings()) {
-    rest_radii_m_.push_back(string.radius_m());
+    radii_m.push_back(string.radius_m());
   }
+  rest_radii_m_ = std::move(radii_m);
 }
 
 void ProtocolServer::receive(const Address& from, std::span<const std::uint8_t> datagram,
                              std::int64_t now_ns) {
   sessions_.set_time(now_ns);
-  std::optional<ArrivedPacket> arrived = sessions_.receive(from, datagram);
-  if (arrived) take(*arrived->session, arrived->incoming);
+  const bool done = within_memory([&] {
+    std::optional<ArrivedPacket> arrived = sessions_.receive(from, datagram);
+    if (arrived) take(*arrived->session, arrived->incoming);
+  });
+  // What of it was taken is acknowledged, and what was not is not repeated.
+  if (!done) sessions_.fall(from, datagram);
 }
 
 void ProtocolServer::take(Session& session, wire::Incoming& incoming) {
@@ -81,6 +86,11 @@ void ProtocolServer::answer(const RequestId& id, v1::Result result) {
   requests_.answer(id, std::move(result));
 }
 
+void ProtocolServer::fall(const RequestId& id) {
+  Session* session = sessions_.find(id.session);
+  if (session != nullptr) sessions_.fall(*session);
+}
+
 void ProtocolServer::offer_tick(std::uint64_t tick, std::uint32_t scene_id, std::int64_t now_ns) {
   sessions_.set_time(now_ns);
   encoded_states_.begin(tick, scene_id);
@@ -90,15 +100,21 @@ void ProtocolServer::offer_tick(std::uint64_t tick, std::uint32_t scene_id, std:
         !session.flow.wants(tick, now_ns - session.heard_ns, now_ns)) {
       continue;
     }
-    std::shared_ptr<const EncodedState> state =
-        encoded_states_.get(session.flow.asked_at(tick, scene_id, sounding_round_),
-                            sessions_.state_bytes(session), host_.fill_state, rest_radii_m_);
-    sessions_.counters().unfit_states += state->unfit;
-    session.flow.left_out(state->soundings_from);
-    session.flow.sent(tick, scene_id, state->parts.size(), now_ns);
-    sessions_.send_states(session, *state);
-    if (virtual_clock_) session.newest_state = std::move(state);
+    const bool told = within_memory([&] { send_state(session, tick, scene_id); });
+    // Lockstep leaves none out.
+    if (!told && virtual_clock_) sessions_.fall(session);
   }
+}
+
+void ProtocolServer::send_state(Session& session, std::uint64_t tick, std::uint32_t scene_id) {
+  std::shared_ptr<const EncodedState> state =
+      encoded_states_.get(session.flow.asked_at(tick, scene_id, sounding_round_),
+                          sessions_.state_bytes(session), host_.fill_state, rest_radii_m_);
+  sessions_.counters().unfit_states += state->unfit;
+  session.flow.left_out(state->soundings_from);
+  session.flow.sent(tick, scene_id, state->parts.size(), sessions_.now_ns());
+  sessions_.send_states(session, *state);
+  if (virtual_clock_) session.newest_state = std::move(state);
 }
 
 bool ProtocolServer::may_step(std::int64_t now_ns) {

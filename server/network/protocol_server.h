@@ -36,6 +36,14 @@ class ProtocolServer {
   /// One datagram as it came from the socket. Anything may be in it. Sends nothing but a Reset:
   /// call poll() when the socket is empty.
   void receive(const Address& from, std::span<const std::uint8_t> datagram, std::int64_t now_ns);
+  /// What the socket has lost so far: datagrams that the system did not take, and those that came
+  /// while its buffer was full. For GetCounts.
+  void note_losses(std::uint64_t unsent, std::uint64_t overflowed) {
+    sessions_.counters().unsent = unsent;
+    sessions_.counters().overflowed = overflowed;
+  }
+  /// What the other road for Stop has brought so far. For GetCounts.
+  void note_stop_road(const StopCounters& counters) { sessions_.counters().stop = counters; }
   /// Sends what is due, drops what is over. At least every 500 us, and after every batch of
   /// receive(), answer(), broadcast().
   void poll(std::int64_t now_ns);
@@ -45,6 +53,8 @@ class ProtocolServer {
   /// The result of a request; item_id is filled in here. Ignored when its session has ended or it
   /// has been answered already.
   void answer(const RequestId& id, v1::Result result);
+  /// There is no memory to answer a request: its session ends without a word.
+  void fall(const RequestId& id);
   /// Tick `tick` of scene `scene_id` is done: who is due gets its State now. Every tick is offered,
   /// in order; skipped ones only where the loop skipped or the network thread was late.
   void offer_tick(std::uint64_t tick, std::uint32_t scene_id, std::int64_t now_ns);
@@ -70,6 +80,7 @@ class ProtocolServer {
   void greet(Session& session);
   void take(Session& session, wire::Incoming& incoming);
   void note_scene(const v1::Item& item);
+  void send_state(Session& session, std::uint64_t tick, std::uint32_t scene_id);
 
   ServerHost host_;
   bool virtual_clock_;

@@ -7,6 +7,7 @@
 
 #include "proto/wire/request_result.h"
 #include "proto/wire/request_rule.h"
+#include "server/network/counted_causes.h"
 
 namespace hapticd {
 namespace {
@@ -58,6 +59,7 @@ void RequestQueue::take(Session& session, wire::ReceivedItem& received) {
     overtake(session, received);
   } else if (session.waiting.size() >= kMaxWaitingRequests ||
              session.waiting_bytes + received.bytes > kMaxWaitingBytes) {
+    ++sessions_.counters().requests_limited;
     tell_result(session, received.id,
                 result_of(v1::RESULT_CODE_BUSY, {},
                           "too many requests are pending: wait for Results first"));
@@ -74,6 +76,7 @@ void RequestQueue::overtake(Session& session, const wire::ReceivedItem& received
     return;
   }
   if (session.overtaking.size() + session.held_results.size() >= kMaxOvertaking) {
+    ++sessions_.counters().requests_limited;
     tell_result(session, received.id,
                 result_of(v1::RESULT_CODE_BUSY, {}, "stops are under way already"));
     return;
@@ -129,7 +132,7 @@ void RequestQueue::serve_costly() {
     next->dear_due_ns = sessions_.now_ns() + kDearPeriod_ns;
   }
   next->may_cost = true;
-  pump(*next);
+  sessions_.serve(*next, [&] { pump(*next); });
   next->may_cost = false;
 }
 
@@ -145,6 +148,12 @@ void RequestQueue::carry_out(Session& session, const v1::Item& item) {
     case v1::Item::kPing:
       finish(session, result_of(v1::RESULT_CODE_OK));
       break;
+    case v1::Item::kGetCounts: {
+      v1::Result result = result_of(v1::RESULT_CODE_OK);
+      *result.mutable_counts() = counts_of(sessions_.counters());
+      finish(session, std::move(result));
+      break;
+    }
     case v1::Item::kAcquire:
       acquire(session, item.acquire());
       break;
@@ -183,19 +192,23 @@ void RequestQueue::answer(const RequestId& id, v1::Result result) {
   if (session == nullptr || session->phase != Phase::kOpen) return;
   if (session->current.has_value() && session->current->at_host &&
       session->current->item == id.item) {
-    finish(*session, std::move(result));
-    pump(*session);
+    sessions_.serve(*session, [&] {
+      finish(*session, std::move(result));
+      pump(*session);
+    });
     return;
   }
   const auto overtaking =
       std::find(session->overtaking.begin(), session->overtaking.end(), id.item);
   if (overtaking == session->overtaking.end()) return;
   session->overtaking.erase(overtaking);
-  if (session->runs_steps()) {
-    session->held_results.emplace_back(id.item, std::move(result));
-  } else {
-    tell_result(*session, id.item, std::move(result));
-  }
+  sessions_.serve(*session, [&] {
+    if (session->runs_steps()) {
+      session->held_results.emplace_back(id.item, std::move(result));
+    } else {
+      tell_result(*session, id.item, std::move(result));
+    }
+  });
 }
 
 void RequestQueue::subscribe(Session& session, const v1::Subscribe& request) {

@@ -10,7 +10,9 @@
 
 #include "hapticd/v1/stream.pb.h"
 #include "proto/noise/key_file.h"
+#include "proto/stop/stop_counters.h"
 #include "proto/wire/item_outbox.h"
+#include "server/network/handshakes.h"
 
 namespace hapticd {
 
@@ -77,20 +79,27 @@ struct ServerOptions {
 /// What was received and not used, and why. Junk costs nothing else.
 struct ServerCounters {
   std::uint64_t received = 0;
-  std::uint64_t bad_header = 0;       ///< length, magic, major or kind (steps 1 and 2)
-  std::uint64_t unknown_session = 0;  ///< step 3
-  std::uint64_t repeated = 0;         ///< counter seen before or too old (step 4)
-  std::uint64_t unreadable = 0;       ///< does not parse, first = 0, more than 16 Items (step 5)
-  std::uint64_t forged = 0;           ///< the tag of a DATA does not verify (step 5)
-  std::uint64_t hellos = 0;           ///< HELLOs received
-  std::uint64_t hellos_dropped = 0;   ///< of them not answered: too many, of no key, malformed
-  std::uint64_t protocol_errors = 0;  ///< sessions ended for breaking the rules
-  std::uint64_t untold = 0;           ///< Items that were too long, and a notice took their place
-  std::uint64_t backlogs = 0;         ///< sessions ended with 1024 Items unacknowledged
-  std::uint64_t silences = 0;         ///< sessions dropped after 10 s
-  std::uint64_t resets = 0;           ///< Resets sent
-  std::uint64_t sent = 0;             ///< datagrams sent
-  std::uint64_t unfit_states = 0;     ///< States of one tool that no datagram holds: not sent
+  std::uint64_t bad_header = 0;        ///< length, magic, major or kind (steps 1 and 2)
+  std::uint64_t unknown_session = 0;   ///< step 3
+  std::uint64_t repeated = 0;          ///< counter seen before or too old (step 4)
+  std::uint64_t unreadable = 0;        ///< does not parse, first = 0, more than 16 Items (step 5)
+  std::uint64_t forged = 0;            ///< the tag of a DATA does not verify (step 5)
+  HelloCounters hellos;                ///< what became of them
+  std::uint64_t full = 0;              ///< sessions that found no place
+  std::uint64_t evicted = 0;           ///< sessions that gave their place to another
+  std::uint64_t protocol_errors = 0;   ///< sessions ended for breaking the rules
+  std::uint64_t untold = 0;            ///< Items that were too long, and a notice took their place
+  std::uint64_t backlogs = 0;          ///< sessions ended with 1024 Items unacknowledged
+  std::uint64_t silences = 0;          ///< sessions dropped after 10 s
+  std::uint64_t fallen = 0;            ///< sessions dropped for want of memory
+  std::uint64_t resets = 0;            ///< Resets sent
+  std::uint64_t resets_limited = 0;    ///< not sent: one left to the address a moment ago
+  std::uint64_t requests_limited = 0;  ///< answered BUSY: too many of the session wait
+  std::uint64_t sent = 0;              ///< datagrams sent
+  std::uint64_t unsent = 0;            ///< datagrams that the system did not take
+  std::uint64_t overflowed = 0;        ///< that came, and found no room in the system's buffer
+  std::uint64_t unfit_states = 0;      ///< States of one tool that no datagram holds: not sent
+  StopCounters stop;                   ///< what the other road for Stop has brought
 };
 
 }  // namespace hapticd

@@ -65,6 +65,7 @@ struct Session {
   wire::ClockEcho clock;
   Phase phase = Phase::kOpen;
   std::int64_t heard_ns = 0;        ///< last valid datagram
+  std::int64_t asked_ns = 0;        ///< last Item of the client
   std::int64_t phase_since_ns = 0;  ///< beginning of kLeaving and kLeft
   std::int64_t phase_until_ns = 0;  ///< end of them
 

@@ -14,14 +14,30 @@ constexpr std::size_t kMaxSessions = 32;
 /// Of them, places that those who only look cannot hold: somebody may have to say Stop.
 constexpr std::size_t kControlPlaces = 8;
 constexpr std::size_t kMaxLookers = kMaxSessions - kControlPlaces;
+/// Of the lookers' places, those of one address.
+constexpr std::size_t kMaxLookersOfAddress = kMaxLookers / 4;
+/// A session unheard for longer is idler than any that is heard, ns.
+constexpr std::int64_t kUnheard_ns = 1000 * wire::kMillisecond_ns;
 /// Silence after which a session is dropped, ns.
 constexpr std::int64_t kDropAfter_ns = 10'000 * wire::kMillisecond_ns;
 /// How long a Bye is repeated, and how long the other side's is acknowledged, ns. While the Items
 /// before a Bye are still being acknowledged its time restarts, but ends after kLongFarewell_ns.
 constexpr std::int64_t kFarewell_ns = 1000 * wire::kMillisecond_ns;
 constexpr std::int64_t kLongFarewell_ns = 10'000 * wire::kMillisecond_ns;
+/// Packets of one session in a poll, and beyond the first of each those of all sessions: while they
+/// are sent, nobody's Stop is heard.
+constexpr std::size_t kMaxPackets = wire::kMaxAhead;
+constexpr std::size_t kMaxFurtherPackets = 64;
 /// A Run of steps that waits repeats the newest State so often, ns.
 constexpr std::int64_t kRepeatState_ns = 50 * wire::kMillisecond_ns;
+
+/// What somebody hears for whom there is no place.
+v1::Reset full_reset() {
+  v1::Reset reset;
+  reset.set_reason(v1::RESET_REASON_FULL);
+  reset.set_message("all places are taken: end another client first");
+  return reset;
+}
 
 }  // namespace
 
@@ -49,53 +65,119 @@ Session* Sessions::find(std::uint64_t serial) const {
   return nullptr;
 }
 
-// Of those who may only look, and in the clear of those who have never asked for more, the first
-// one beyond the places they can hold; null: there is none.
+// In the clear everyone may control. Of those who have never asked to, the first one beyond the
+// places they can hold; null: there is none.
 Session* Sessions::surplus_looker() const {
   std::size_t lookers = 0;
   for (const auto& session : sessions_) {
-    const bool looks =
-        handshakes_ == nullptr ? !session->asked_control : session->role == wire::Role::kView;
-    if (session->phase == Phase::kOpen && looks && ++lookers > kMaxLookers) return session.get();
+    const bool looks = session->phase == Phase::kOpen && !session->asked_control;
+    if (looks && ++lookers > kMaxLookers) return session.get();
   }
   return nullptr;
 }
 
-// Room for one more session of this role.
-bool Sessions::make_room(wire::Role role) {
-  if (role == wire::Role::kView) {
-    const auto views = std::count_if(sessions_.begin(), sessions_.end(), [](const auto& session) {
-      return session->phase == Phase::kOpen && session->role == wire::Role::kView;
-    });
-    if (static_cast<std::size_t>(views) >= kMaxLookers) return false;
+// Of the sessions of the view key that `counts` the one that has asked for nothing for longest, and
+// before all of them one that is not heard; null: there is none.
+template <typename Counts>
+Session* Sessions::idlest_viewer(const Counts& counts) const {
+  const auto idle = [this](const Session& session) {
+    const bool unheard = now_ns_ - session.heard_ns > kUnheard_ns;
+    return std::pair(!unheard, session.asked_ns);
+  };
+  Session* idlest = nullptr;
+  for (const auto& session : sessions_) {
+    if (session->phase != Phase::kOpen || session->role != wire::Role::kView || !counts(*session)) {
+      continue;
+    }
+    if (idlest == nullptr || idle(*session) < idle(*idlest)) idlest = session.get();
   }
+  return idlest;
+}
+
+std::size_t Sessions::viewers_of(const Address& address) const {
+  return static_cast<std::size_t>(
+      std::count_if(sessions_.begin(), sessions_.end(), [&](const auto& session) {
+        return session->phase == Phase::kOpen && session->role == wire::Role::kView &&
+               same_network(session->address, address);
+      }));
+}
+
+// A place of those that look, for one more of the view key. One address holds a quarter of them at
+// most; this machine's own may hold more for as long as no other wants them.
+bool Sessions::make_looker_place(const Address& from) {
+  const bool within = viewers_of(from) < kMaxLookersOfAddress;
+  if (!within && !is_loopback(from)) return false;
+  const auto views = std::count_if(sessions_.begin(), sessions_.end(), [](const auto& session) {
+    return session->phase == Phase::kOpen && session->role == wire::Role::kView;
+  });
+  if (static_cast<std::size_t>(views) < kMaxLookers) return true;
+  Session* giving = idlest_viewer([&](const Session& session) {
+    return within && viewers_of(session.address) > kMaxLookersOfAddress;
+  });
+  if (giving == nullptr) return false;
+  evict(*giving, "gave way to a viewer from another address");
+  return true;
+}
+
+// Room for one more session of this role.
+bool Sessions::make_room(const Address& from, wire::Role role) {
+  if (role == wire::Role::kView && !make_looker_place(from)) return false;
   if (sessions_.size() < kMaxSessions) return true;
   // Of those that say goodbye the one that began first gives way.
-  auto giving =
+  const auto leaving =
       std::min_element(sessions_.begin(), sessions_.end(), [](const auto& a, const auto& b) {
         return (a->phase == Phase::kOpen ? wire::kNever_ns : a->phase_until_ns) <
                (b->phase == Phase::kOpen ? wire::kNever_ns : b->phase_until_ns);
       });
-  if ((*giving)->phase == Phase::kOpen) {
-    const Session* surplus = surplus_looker();
-    if (surplus == nullptr) return false;
-    giving = std::find_if(sessions_.begin(), sessions_.end(),
-                          [&](const auto& session) { return session.get() == surplus; });
-    end(**giving, Phase::kGone);
-    refuse((*giving)->address, (*giving)->channel.session(), v1::RESET_REASON_FULL);
+  if ((*leaving)->phase != Phase::kOpen) {
+    remove(**leaving);
+    return true;
   }
-  if (handshakes_ != nullptr) handshakes_->forget((*giving)->channel.session());
-  sessions_.erase(giving);
+  Session* giving = nullptr;
+  if (handshakes_ == nullptr) {
+    giving = surplus_looker();
+  } else if (role == wire::Role::kControl) {
+    giving = idlest_viewer([](const Session& /*session*/) { return true; });
+  }
+  if (giving == nullptr) return false;
+  evict(*giving, "gave way: all places are taken, and some are kept for those who control");
   return true;
 }
 
+// Its client is told why, in its own session, and once.
+void Sessions::evict(Session& session, const char* why) {
+  ++counters_.evicted;
+  end(session, Phase::kGone);
+  v1::Reset reset;
+  reset.set_reason(v1::RESET_REASON_FULL);
+  reset.set_message(why);
+  if (handshakes_ == nullptr) {
+    refuse(session.address, session.channel.session(), reset);
+  } else {
+    ++counters_.resets;
+    v1::Packet packet;
+    *packet.mutable_reset() = reset;
+    transmit(session, packet);
+  }
+  remove(session);
+}
+
+void Sessions::remove(Session& session) {
+  if (handshakes_ != nullptr) handshakes_->forget(session.channel.session());
+  std::erase_if(sessions_, [&](const auto& each) { return each.get() == &session; });
+}
+
 Session* Sessions::open(const Address& from, std::uint32_t number, wire::Role role) {
-  if (!make_room(role)) return nullptr;
+  if (!make_room(from, role)) {
+    ++counters_.full;
+    return nullptr;
+  }
   sessions_.push_back(std::make_unique<Session>(++opened_, from, number));
   Session& session = *sessions_.back();
   session.heard_ns = now_ns_;
+  session.asked_ns = now_ns_;
   session.role = role;
-  handlers_.opened(session);
+  serve(session, [&] { handlers_.opened(session); });
   return &session;
 }
 
@@ -104,12 +186,15 @@ void Sessions::send_datagram(const Address& to) {
   send_(to, {reinterpret_cast<const std::uint8_t*>(datagram_.data()), datagram_.size()});
 }
 
-void Sessions::refuse(const Address& to, std::uint32_t number, v1::ResetReason reason) {
-  if (!reset_limiter_.allow(to, now_ns_)) return;
+void Sessions::refuse(const Address& to, std::uint32_t number, const v1::Reset& reset) {
+  if (!reset_limiter_.allow(to, now_ns_)) {
+    ++counters_.resets_limited;
+    return;
+  }
   v1::Packet packet;
   packet.set_first(1);
   packet.set_boot_id(boot_id_);
-  packet.mutable_reset()->set_reason(reason);
+  *packet.mutable_reset() = reset;
   const auto header = wire::encode_header({wire::DatagramKind::kPlain, number, 0});
   datagram_.assign(header.begin(), header.end());
   packet.AppendToString(&datagram_);
@@ -123,7 +208,7 @@ void Sessions::refuse_full(const HalfOpen& half) {
   channel.secure(half.session, half.transport);
   v1::Packet packet;
   packet.set_boot_id(boot_id_);
-  packet.mutable_reset()->set_reason(v1::RESET_REASON_FULL);
+  *packet.mutable_reset() = full_reset();
   if (!channel.write(packet, now_ns_, datagram_)) return;
   ++counters_.resets;
   send_datagram(half.address);
@@ -137,12 +222,14 @@ Session* Sessions::session_for(const Address& from, const wire::DatagramHeader& 
   v1::Packet packet;
   if (header.session == 0 || shutting_down_ || !wire::parse_packet(body, packet)) return nullptr;
   if (packet.first() != 1 || packet.ack() != 0) {
-    refuse(from, header.session, v1::RESET_REASON_UNKNOWN_SESSION);
+    v1::Reset unknown;
+    unknown.set_reason(v1::RESET_REASON_UNKNOWN_SESSION);
+    refuse(from, header.session, unknown);
     return nullptr;
   }
   session = open(from, header.session, wire::Role::kControl);
   if (session == nullptr) {
-    refuse(from, header.session, v1::RESET_REASON_FULL);
+    refuse(from, header.session, full_reset());
   } else {
     --counters_.unknown_session;
   }
@@ -163,13 +250,10 @@ Session* Sessions::keyed_session_for(const Address& from, const wire::DatagramHe
 }
 
 void Sessions::receive_hello(const Address& from, std::span<const std::uint8_t> received) {
-  ++counters_.hellos;
-  const noise::Bytes answer =
-      shutting_down_ ? noise::Bytes{} : handshakes_->receive(from, received, now_ns_);
-  if (answer.empty()) {
-    ++counters_.hellos_dropped;
-    return;
-  }
+  if (shutting_down_) return;
+  const noise::Bytes answer = handshakes_->receive(from, received, now_ns_);
+  counters_.hellos = handshakes_->counters();
+  if (answer.empty()) return;
   ++counters_.sent;
   send_(from, answer);
 }
@@ -237,6 +321,7 @@ std::optional<ArrivedPacket> Sessions::receive(const Address& from,
   ArrivedPacket arrived{session, session->channel.receive(*header, body, now_ns_)};
   if (!count_verdict(arrived.incoming.verdict)) return std::nullopt;
   session->heard_ns = now_ns_;
+  if (!arrived.incoming.items.items.empty()) session->asked_ns = now_ns_;
   if (session->phase == Phase::kLeaving && arrived.incoming.progress) {
     session->phase_until_ns =
         std::min(now_ns_ + kFarewell_ns, session->phase_since_ns + kLongFarewell_ns);
@@ -291,8 +376,26 @@ void Sessions::poll_session(Session& session) {
   }
 }
 
+// What is due beyond the first Packet of each leaves in turns, so that a long answer to one keeps
+// no other waiting.
+void Sessions::send_further() {
+  std::size_t left = kMaxFurtherPackets;
+  bool any = true;
+  for (std::size_t turn = 1; turn < kMaxPackets && any; ++turn) {
+    any = false;
+    for (const auto& session : sessions_) {
+      if (session->phase == Phase::kGone || session->channel.due_ns() > now_ns_) continue;
+      if (left-- == 0) return;
+      v1::Packet packet;
+      any = within_memory([&] { transmit(*session, packet); }) || any;
+    }
+  }
+}
+
 void Sessions::poll() {
-  for (const auto& session : sessions_) poll_session(*session);
+  // A Packet that could not be written has not left: it is due again.
+  for (const auto& session : sessions_) within_memory([&] { poll_session(*session); });
+  send_further();
   if (handshakes_ != nullptr) {
     handshakes_->expire(now_ns_);
     for (const auto& session : sessions_) {
@@ -303,14 +406,17 @@ void Sessions::poll() {
 }
 
 void Sessions::tell(Session& session, const v1::Item& item) {
-  if (session.phase != Phase::kOpen || session.channel.send(item).has_value()) return;
-  const std::optional<v1::Item> notice = notice_for(item);
-  if (notice.has_value() && session.channel.send(*notice).has_value()) {
-    ++counters_.untold;
-    return;
-  }
-  ++counters_.backlogs;
-  close(session, v1::BYE_REASON_BACKLOG, "more Items than were acknowledged in time");
+  if (session.phase != Phase::kOpen) return;
+  serve(session, [&] {
+    if (session.channel.send(item).has_value()) return;
+    const std::optional<v1::Item> notice = notice_for(item);
+    if (notice.has_value() && session.channel.send(*notice).has_value()) {
+      ++counters_.untold;
+      return;
+    }
+    ++counters_.backlogs;
+    close(session, v1::BYE_REASON_BACKLOG, "more Items than were acknowledged in time");
+  });
 }
 
 void Sessions::tell_all(const v1::Item& item) {
@@ -319,11 +425,27 @@ void Sessions::tell_all(const v1::Item& item) {
 
 void Sessions::close(Session& session, v1::ByeReason reason, const std::string& message) {
   if (session.phase != Phase::kOpen) return;
-  v1::Item item;
-  item.mutable_bye()->set_reason(reason);
-  item.mutable_bye()->set_message(message);
-  session.channel.send_last(item);
-  end(session, Phase::kLeaving);
+  serve(session, [&] {
+    v1::Item item;
+    item.mutable_bye()->set_reason(reason);
+    item.mutable_bye()->set_message(message);
+    session.channel.send_last(item);
+    end(session, Phase::kLeaving);
+  });
+}
+
+void Sessions::fall(Session& session) {
+  if (session.phase == Phase::kOpen) {
+    ++counters_.fallen;
+    end(session, Phase::kGone);
+  }
+  session.phase = Phase::kGone;
+}
+
+void Sessions::fall(const Address& from, std::span<const std::uint8_t> datagram) {
+  const auto header = wire::decode_header(datagram);
+  Session* session = header.has_value() ? find(from, header->session) : nullptr;
+  if (session != nullptr) fall(*session);
 }
 
 void Sessions::shut_down(v1::ByeReason reason, const std::string& message) {

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/rt/memory_boundary.h"
 #include "server/network/handshakes.h"
 #include "server/network/reset_limiter.h"
 #include "server/network/server_host.h"
@@ -68,6 +69,16 @@ class Sessions {
   void shut_down(v1::ByeReason reason, const std::string& message);
   /// The session ends: `phase` is not kOpen.
   void end(Session& session, Phase phase);
+  /// The session ends without a word: what it was in the middle of cannot go on. Asks for no
+  /// memory.
+  void fall(Session& session);
+  /// That of `from` to which `datagram` belongs, if any.
+  void fall(const Address& from, std::span<const std::uint8_t> datagram);
+  /// Runs `work()` for the session, which falls where memory is short.
+  template <typename Work>
+  void serve(Session& session, Work&& work) {
+    if (!within_memory(work)) fall(session);
+  }
 
   [[nodiscard]] const ServerCounters& counters() const noexcept { return counters_; }
   [[nodiscard]] ServerCounters& counters() noexcept { return counters_; }
@@ -75,7 +86,13 @@ class Sessions {
  private:
   [[nodiscard]] Session* find(const Address& address, std::uint32_t number) const;
   [[nodiscard]] Session* surplus_looker() const;
-  bool make_room(wire::Role role);
+  template <typename Counts>
+  [[nodiscard]] Session* idlest_viewer(const Counts& counts) const;
+  [[nodiscard]] std::size_t viewers_of(const Address& address) const;
+  bool make_looker_place(const Address& from);
+  bool make_room(const Address& from, wire::Role role);
+  void evict(Session& session, const char* why);
+  void remove(Session& session);
   Session* open(const Address& from, std::uint32_t number, wire::Role role);
   Session* session_for(const Address& from, const wire::DatagramHeader& header,
                        std::span<const std::uint8_t> body);
@@ -84,10 +101,11 @@ class Sessions {
   void receive_hello(const Address& from, std::span<const std::uint8_t> received);
   Session* open_keyed(const HalfOpen& half, const wire::DatagramHeader& header,
                       std::span<const std::uint8_t> body);
-  void refuse(const Address& to, std::uint32_t number, v1::ResetReason reason);
+  void refuse(const Address& to, std::uint32_t number, const v1::Reset& reset);
   void refuse_full(const HalfOpen& half);
   bool count_verdict(wire::Verdict verdict);
   void poll_session(Session& session);
+  void send_further();
   void transmit(Session& session, v1::Packet& rest,
                 std::optional<std::string_view> state = std::nullopt);
   void send_datagram(const Address& to);

@@ -14,8 +14,12 @@
 #include <chrono>
 #include <stdexcept>
 #include <system_error>
+#include <thread>
 
+#include "core/rt/memory_boundary.h"
 #include "core/rt/monotonic_clock.h"
+#include "proto/wire/datagram.h"
+#include "server/network/arrived_datagrams.h"
 
 namespace hapticd {
 namespace {
@@ -24,11 +28,6 @@ using asio::ip::udp;
 
 /// Longest time between two polls of the server.
 constexpr std::chrono::microseconds kPollPeriod{500};
-/// Datagrams taken from the socket before the server is polled, so that a flood cannot keep it from
-/// sending.
-constexpr int kMaxPerTurn = 256;
-/// Longer than any datagram of the protocol, so that one too long is seen to be.
-constexpr std::size_t kBufferBytes = 2048;
 /// The system's buffer for what arrives between two polls, bytes; it may grant less.
 constexpr int kSocketBytes = 1 << 20;
 
@@ -64,21 +63,16 @@ void check_reach(const udp::endpoint& endpoint, const std::string& listen, bool 
          "keygen DIR' and start with --keys DIR, or listen on 127.0.0.1");
 }
 
-Address address_of(const udp::endpoint& endpoint) {
-  if (endpoint.address().is_v4()) {
-    return ipv4_address(endpoint.address().to_v4().to_bytes(), endpoint.port());
-  }
-  Address address;
-  address.ip = endpoint.address().to_v6().to_bytes();
-  address.port = endpoint.port();
-  return address;
-}
-
 udp::endpoint endpoint_of(const Address& address, bool v4) {
   if (!v4) return {asio::ip::address_v6(address.ip), address.port};
   std::array<std::uint8_t, 4> ip{};
   std::copy(address.ip.begin() + 12, address.ip.end(), ip.begin());
   return {asio::ip::address_v4(ip), address.port};
+}
+
+bool is_hello(std::span<const std::uint8_t> datagram) {
+  return datagram.size() > 2 &&
+         datagram[2] == static_cast<std::uint8_t>(wire::DatagramKind::kHello);
 }
 
 }  // namespace
@@ -90,7 +84,7 @@ struct UdpTransport::Implementation {
   bool waits = false;  ///< a wait for the socket is under way
   std::atomic<bool> stopped{false};
   std::uint64_t unsent = 0;
-  std::array<std::uint8_t, kBufferBytes> buffer{};
+  ArrivedDatagrams arrived;
 
   void prepare() {
     socket.non_blocking(true);
@@ -98,25 +92,29 @@ struct UdpTransport::Implementation {
     std::error_code error;
     socket.set_option(asio::socket_base::receive_buffer_size(kSocketBytes), error);
     socket.set_option(asio::socket_base::send_buffer_size(kSocketBytes), error);
+    const int on = 1;
+    ::setsockopt(socket.native_handle(), SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
   }
 
+  /// Sessions first: what their clients say does not wait for the HELLOs of strangers.
   void drain(ProtocolServer& server) {
-    for (int i = 0; i < kMaxPerTurn; ++i) {
-      std::error_code error;
-      udp::endpoint from;
-      const std::size_t bytes = socket.receive_from(asio::buffer(buffer), from, 0, error);
-      if (error == asio::error::would_block) return;
-      if (error) continue;
-      server.receive(address_of(from), {buffer.data(), bytes}, monotonic_now_ns());
+    arrived.take(socket.native_handle());
+    for (const bool hellos : {false, true}) {
+      for (std::size_t i = 0; i < arrived.count(); ++i) {
+        const std::span<const std::uint8_t> datagram = arrived.datagram(i);
+        if (is_hello(datagram) != hellos) continue;
+        server.receive(arrived.from(i), datagram, monotonic_now_ns());
+      }
     }
+    server.note_losses(unsent, arrived.overflowed());
   }
 
   /// Until a datagram comes, but not longer than until the next poll.
   void wait() {
     if (!waits) {
-      waits = true;
       socket.async_wait(udp::socket::wait_read,
                         [this](const std::error_code& /*error*/) { waits = false; });
+      waits = true;
     }
     context.restart();
     context.run_one_for(kPollPeriod);
@@ -187,9 +185,10 @@ void UdpTransport::run(ProtocolServer& server, const Work& work) {
   Implementation& self = *implementation_;
   while (!self.stopped.load()) {
     self.drain(server);
-    const bool more = work(monotonic_now_ns());
-    server.poll(monotonic_now_ns());
-    if (!more) self.wait();
+    bool more = false;
+    within_memory([&] { more = work(monotonic_now_ns()); });
+    within_memory([&] { server.poll(monotonic_now_ns()); });
+    if (!more && !within_memory([&] { self.wait(); })) std::this_thread::sleep_for(kPollPeriod);
   }
 }
 

@@ -1,8 +1,11 @@
 // See recorder.h.
 #include "server/recorder/recorder.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <filesystem>
+#include <new>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -73,28 +76,50 @@ void Recorder::add(RecordKind kind, std::uint64_t t_ns, const google::protobuf::
 void Recorder::tick(const Tick& tick, const SceneIndex* index) {
   to_record(tick, tick_);
   if (index != nullptr) add_shown(tick, *index, tick_);
-  if (session_) ++session_->ticks;
-  add(RecordKind::kTick, static_cast<std::uint64_t>(tick.t_ns), tick_.SerializeAsString());
+  const bool written =
+      add(RecordKind::kTick, static_cast<std::uint64_t>(tick.t_ns), tick_.SerializeAsString());
+  if (!session_) return;
+  // Those after an error are told apart by what is safe.
+  if (written || !session_->writer.error().empty()) {
+    ++session_->ticks;
+  } else {
+    ++session_->lost;
+  }
 }
 
 void Recorder::lost_ticks(std::uint64_t count) {
   if (session_) session_->lost += count;
 }
 
-void Recorder::write(McapWriter& writer, RecordKind kind, std::uint64_t t_ns,
+bool Recorder::write(McapWriter& writer, RecordKind kind, std::uint64_t t_ns,
                      std::string_view bytes) const {
-  writer.write(static_cast<std::uint16_t>(static_cast<int>(kind) + 1),
-               t_ns + static_cast<std::uint64_t>(options_.time_offset_ns), bytes);
+  return writer.write(static_cast<std::uint16_t>(static_cast<int>(kind) + 1),
+                      t_ns + static_cast<std::uint64_t>(options_.time_offset_ns), bytes);
 }
 
-void Recorder::add(RecordKind kind, std::uint64_t t_ns, std::string bytes) {
-  if (header_.empty()) return;
-  if (session_) write(session_->writer, kind, t_ns, bytes);
-  if (kind == RecordKind::kScene) scene_ = bytes;
-  if (kind == RecordKind::kSnapshot) snapshots_.push_back(t_ns);
-  flight_bytes_ += bytes.size() + kEntryBytes;
-  flight_.push_back({kind, t_ns, std::move(bytes)});
+// What asks for memory comes first: then either all of it is kept, or nothing.
+bool Recorder::add(RecordKind kind, std::uint64_t t_ns, std::string bytes) {
+  if (header_.empty()) return false;
+  const bool is_tick = kind == RecordKind::kTick;
+  const std::uint64_t now_ns = is_tick ? t_ns : tick_ns_;
+  const std::uint64_t last_ns = ran_ns_ + (is_tick && t_ns > tick_ns_ ? t_ns - tick_ns_ : 0);
+  const std::uint64_t ran_ns = last_ns + (t_ns > now_ns ? t_ns - now_ns : 0);
+  std::string scene = kind == RecordKind::kScene ? bytes : std::string();
+  flight_.push_back({kind, t_ns, ran_ns, std::move(bytes)});
+  try {
+    if (kind == RecordKind::kSnapshot) snapshots_.push_back(ran_ns);
+  } catch (const std::bad_alloc&) {
+    flight_.pop_back();
+    throw;
+  }
+  if (kind == RecordKind::kScene) scene_ = std::move(scene);
+  tick_ns_ = now_ns;
+  ran_ns_ = last_ns;
+  const std::string& kept = flight_.back().bytes;
+  flight_bytes_ += kept.size() + kEntryBytes;
+  const bool written = session_ && write(session_->writer, kind, t_ns, kept);
   forget_old();
+  return written;
 }
 
 void Recorder::drop_oldest() {
@@ -106,9 +131,8 @@ void Recorder::drop_oldest() {
 }
 
 void Recorder::forget_old() {
-  const std::uint64_t now_ns = flight_.back().t_ns;
-  const auto older = [now_ns](std::uint64_t t_ns, std::uint64_t age_ns) {
-    return t_ns < now_ns && now_ns - t_ns >= age_ns;
+  const auto older = [this](std::uint64_t ran_ns, std::uint64_t age_ns) {
+    return ran_ns < ran_ns_ && ran_ns_ - ran_ns >= age_ns;
   };
   // The ring begins with the youngest Snapshot that is old enough: there a replay can start.
   const auto front_is_snapshot = [this] { return flight_.front().kind == RecordKind::kSnapshot; };
@@ -118,7 +142,7 @@ void Recorder::forget_old() {
     do drop_oldest();
     while (!front_is_snapshot());
   }
-  while (older(flight_.front().t_ns, options_.flight_ns + kGrace_ns)) drop_oldest();
+  while (older(flight_.front().ran_ns, options_.flight_ns + kGrace_ns)) drop_oldest();
   if (flight_bytes_ <= options_.flight_bytes) return;
   while (flight_.size() > 1 && flight_bytes_ > options_.flight_bytes) drop_oldest();
   while (!snapshots_.empty() && !front_is_snapshot()) drop_oldest();
@@ -128,24 +152,34 @@ std::string Recorder::begin_file(McapWriter& writer, const std::string& path, st
                                  std::string_view scene) const {
   MadeFolders folders(path);
   if (!folders.error().empty()) return folders.error();
-  if (writer.open(path, kLibrary)) {
-    const auto types = record_types();
-    for (std::size_t k = 0; k < types.size(); ++k) {
-      writer.add_channel(kRecordTopics[k], types[k]->full_name(), schema_set(*types[k]));
-    }
-    write(writer, RecordKind::kHeader, t_ns, header_);
-    if (!scene.empty()) write(writer, RecordKind::kScene, t_ns, scene);
-    writer.flush();
+  bool whole = false;
+  try {
+    whole = writer.open(path, kLibrary) && write_beginning(writer, t_ns, scene);
+  } catch (const std::bad_alloc&) {
+    whole = false;
   }
-  const std::string error = writer.error();
-  if (error.empty()) {
+  if (whole) {
     folders.keep();
-  } else if (writer.is_open()) {
+    return "";
+  }
+  std::string error = writer.error().empty() ? "out of memory" : writer.take_error();
+  if (writer.is_open()) {
     writer.close();
-    std::error_code ignored;
-    std::filesystem::remove(path, ignored);
+    ::unlink(path.c_str());
   }
   return error;
+}
+
+bool Recorder::write_beginning(McapWriter& writer, std::uint64_t t_ns,
+                               std::string_view scene) const {
+  const auto types = record_types();
+  for (std::size_t k = 0; k < types.size(); ++k) {
+    writer.add_channel(kRecordTopics[k], types[k]->full_name(), schema_set(*types[k]));
+  }
+  if (!write(writer, RecordKind::kHeader, t_ns, header_)) return false;
+  if (!scene.empty() && !write(writer, RecordKind::kScene, t_ns, scene)) return false;
+  writer.flush();
+  return writer.flushed() && writer.error().empty();
 }
 
 bool Recorder::start(const std::string& path) {
@@ -165,17 +199,38 @@ bool Recorder::start(const std::string& path) {
   return true;
 }
 
-void Recorder::flush(Session& session) {
-  session.writer.flush();
-  if (session.writer.error().empty()) session.safe_ticks = session.ticks;
+void Recorder::refuse_start() {
+  last_.file.clear();
+  last_.error = "out of memory";
 }
 
+void Recorder::flush(Session& session) {
+  session.writer.flush();
+  note_safe(session);
+}
+
+void Recorder::note_safe(Session& session) noexcept {
+  const McapWriter& writer = session.writer;
+  if (writer.error().empty() && writer.flushed()) session.safe_ticks = session.ticks;
+}
+
+std::uint64_t Recorder::lost_of(const Session& session) noexcept {
+  const bool failed = !session.writer.error().empty();
+  return session.lost + (failed ? session.ticks - session.safe_ticks : 0);
+}
+
+// Nothing here asks for memory that it cannot do without: a session ends when it is told to.
 void Recorder::stop() {
   if (!session_) return;
   flush(*session_);
   session_->writer.close();
-  last_ = status();
+  note_safe(*session_);
   last_.recording = false;
+  last_.ticks = session_->safe_ticks;
+  last_.bytes = session_->writer.bytes();
+  last_.lost_ticks = lost_of(*session_);
+  last_.file = std::move(session_->path);
+  last_.error = session_->writer.take_error();
   session_.reset();
 }
 
@@ -198,8 +253,9 @@ bool Recorder::dump(const std::string& path, std::string& error) const {
     if (!writer.error().empty()) break;
     write(writer, entry.kind, entry.t_ns, entry.bytes);
   }
-  if (writer.close()) return true;
-  error = writer.error();
+  const bool closed = writer.close();
+  if (closed && writer.lost() == 0) return true;
+  error = closed ? "out of memory" : writer.take_error();
   return false;
 }
 
@@ -211,8 +267,7 @@ RecordStatus Recorder::status() const {
   status.file = session_->path;
   status.ticks = session_->safe_ticks;
   status.bytes = session_->writer.bytes();
-  status.lost_ticks = session_->lost;
-  if (!error.empty()) status.lost_ticks += session_->ticks - session_->safe_ticks;
+  status.lost_ticks = lost_of(*session_);
   status.error = error;
   return status;
 }

@@ -2,7 +2,8 @@
 // last 60 s (the flight recorder), and into a file when a whole session is asked for. Messages are
 // those of recording.proto, one channel each, times those of the loop's clock plus an offset. The
 // order of calls: begin() once, then add() and tick() as things happen, poll() at least every 50
-// ms. Nothing here throws or stops the loop: what goes wrong is in status(). Not RT.
+// ms. Nothing here stops the loop, and nothing but want of memory is thrown, before anything is
+// recorded: what else goes wrong is in status(). Not RT.
 #pragma once
 
 #include <array>
@@ -49,7 +50,8 @@ class Recorder {
   void add(RecordKind kind, std::uint64_t t_ns, const google::protobuf::Message& record);
   /// `index` is that of the tick's scene; null: not known, and what clients are shown is left out.
   void tick(const Tick& tick, const SceneIndex* index);
-  /// Ticks that came too fast for the ring to this thread: counted as lost.
+  /// Ticks that came too fast for the ring to this thread, or that there was no memory for: counted
+  /// as lost.
   void lost_ticks(std::uint64_t count);
 
   /// Begins a session file, with the scene in force, in folders that are made where they are
@@ -59,6 +61,8 @@ class Recorder {
   bool start(const std::string& path);
   /// Ends it, with its summary.
   void stop();
+  /// A session could not be begun for want of memory.
+  void refuse_start();
   /// Writes the ring to a separate file: header, scene in force, then from the oldest Snapshot it
   /// holds on. False with `error`. Takes about 0.1 s for 60 s.
   bool dump(const std::string& path, std::string& error) const;
@@ -72,6 +76,7 @@ class Recorder {
   struct Entry {
     RecordKind kind;
     std::uint64_t t_ns;
+    std::uint64_t ran_ns;  ///< how long ticks had run then
     std::string bytes;
   };
   struct Session {
@@ -83,22 +88,30 @@ class Recorder {
     std::uint64_t flushed_ns = 0;
   };
 
-  void add(RecordKind kind, std::uint64_t t_ns, std::string bytes);
+  bool add(RecordKind kind, std::uint64_t t_ns, std::string bytes);
   void drop_oldest();
   void forget_old();
-  void write(McapWriter& writer, RecordKind kind, std::uint64_t t_ns, std::string_view bytes) const;
-  /// Creates the file, and the folders it is in, and writes what every file begins with. Returns
-  /// what went wrong, and leaves nothing then; empty: nothing.
+  bool write(McapWriter& writer, RecordKind kind, std::uint64_t t_ns, std::string_view bytes) const;
+  /// Creates the file, and the folders it is in, and begins it. Returns what went wrong, and leaves
+  /// nothing then; empty: nothing.
   std::string begin_file(McapWriter& writer, const std::string& path, std::uint64_t t_ns,
                          std::string_view scene) const;
-  void flush(Session& session);
+  /// What every file begins with; false where it is not in the file.
+  bool write_beginning(McapWriter& writer, std::uint64_t t_ns, std::string_view scene) const;
+  static void flush(Session& session);
+  static void note_safe(Session& session) noexcept;
+  /// Ticks of a session that are in no file.
+  [[nodiscard]] static std::uint64_t lost_of(const Session& session) noexcept;
 
   RecorderOptions options_;
   std::string header_;        ///< serialised; empty: not begun
   std::string scene_;         ///< in force now
   std::string flight_scene_;  ///< in force at the front of the ring
   std::deque<Entry> flight_;
-  std::deque<std::uint64_t> snapshots_;  ///< times of those in the ring
+  std::deque<std::uint64_t> snapshots_;  ///< `ran_ns` of those in the ring
+  /// Time that ticks have run for, of all scenes: virtual time begins again with each.
+  std::uint64_t ran_ns_ = 0;
+  std::uint64_t tick_ns_ = 0;  ///< time of the last tick
   std::size_t flight_bytes_ = 0;
   v1::TickRecord tick_;  ///< memory of the last one
   std::unique_ptr<Session> session_;

@@ -7,9 +7,12 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "core/rt/memory_boundary.h"
 #include "core/rt/monotonic_clock.h"
+#include "core/rt/thread_role.h"
 #include "server/haptic_loop/thread_policy.h"
 #include "server/recorder/state_record.h"
+#include "server/scene_io/folder_names.h"
 
 namespace hapticd {
 namespace {
@@ -53,14 +56,13 @@ fs::path recordings_folder() {
 std::vector<std::string> list_recordings(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, std::string>> found;
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    std::string name = entry.path().filename().string();
+  for (std::string& name : folder_names(folder)) {
+    const fs::path path = folder / name;
     // What is no text cannot be told.
-    if (entry.path().extension() != ".mcap" ||
-        !google::protobuf::internal::IsStructurallyValidUTF8(name)) {
+    if (path.extension() != ".mcap" || !google::protobuf::internal::IsStructurallyValidUTF8(name)) {
       continue;
     }
-    found.emplace_back(entry.last_write_time(error), std::move(name));
+    found.emplace_back(fs::last_write_time(path, error), std::move(name));
   }
   std::sort(found.begin(), found.end());
   std::vector<std::string> names;
@@ -82,14 +84,22 @@ RecorderThread::~RecorderThread() {
   }
   wake_.notify_one();
   thread_.join();
-  recorder_.stop();
+  within_memory([&] { recorder_.stop(); });
 }
 
 void RecorderThread::post(Task task) {
+  const std::lock_guard lock(mutex_);
+  tasks_.push_back(std::move(task));
+}
+
+void RecorderThread::ask(bool record, Task task) {
   {
     const std::lock_guard lock(mutex_);
     tasks_.push_back(std::move(task));
+    asked_ = record;
+    ++asks_;
   }
+  wake_.notify_one();
 }
 
 void RecorderThread::announce(v1::SceneRecord record, SceneIndex index) {
@@ -117,26 +127,30 @@ void RecorderThread::event(std::int64_t t_ns, v1::EventRecord record) {
 std::future<std::string> RecorderThread::start(fs::path path) {
   auto error = std::make_shared<std::promise<std::string>>();
   std::future<std::string> told = error->get_future();
-  post([this, path = std::move(path), error = std::move(error)] {
-    error->set_value(recorder_.start(path.string()) ? "" : recorder_.status().error);
+  ask(true, [this, path = std::move(path), error = std::move(error)] {
+    const bool tried = within_memory(
+        [&] { error->set_value(recorder_.start(path.string()) ? "" : recorder_.status().error); });
+    if (tried) return;
+    recorder_.refuse_start();
+    error->set_value("out of memory");
   });
-  wake_.notify_one();
   return told;
 }
 
 void RecorderThread::stop() {
-  post([this] {
+  ask(false, [this] {
     take_ticks();
     recorder_.stop();
   });
-  wake_.notify_one();
 }
 
 void RecorderThread::dump(fs::path path) {
   post([this, path = std::move(path)] {
     take_ticks();
     DumpResult result{path.string(), ""};
-    recorder_.dump(path.string(), result.error);
+    if (!within_memory([&] { recorder_.dump(path.string(), result.error); })) {
+      result.error = "out of memory";
+    }
     const std::lock_guard lock(mutex_);
     dumps_.push_back(std::move(result));
   });
@@ -146,6 +160,11 @@ void RecorderThread::dump(fs::path path) {
 RecordStatus RecorderThread::status() const {
   const std::lock_guard lock(mutex_);
   return status_;
+}
+
+bool RecorderThread::will_record() const {
+  const std::lock_guard lock(mutex_);
+  return asked_.value_or(status_.recording);
 }
 
 std::vector<DumpResult> RecorderThread::take_dumps() {
@@ -168,12 +187,17 @@ void RecorderThread::take_snapshots(const Tick& tick, bool after) {
                         (snapshot->scene_id == tick.scene_id && snapshot->next_tick <= tick.tick);
     const bool fits = snapshot->scene_id == tick.scene_id && snapshot->next_tick == tick.tick + 1;
     if (!passed && !(after && fits)) return;
-    v1::Snapshot record;
-    to_record(*snapshot, record);
+    // One that there is no memory for is left out: its room is waited for.
+    within_memory([&] { take_snapshot(*snapshot, tick.t_ns); });
     snapshots_.release();
-    for (const auto& [path, assignment] : parameters_) *record.add_parameters() = assignment;
-    recorder_.add(RecordKind::kSnapshot, static_cast<std::uint64_t>(tick.t_ns), record);
   }
+}
+
+void RecorderThread::take_snapshot(const Snapshot& snapshot, std::int64_t t_ns) {
+  v1::Snapshot record;
+  to_record(snapshot, record);
+  for (const auto& [path, assignment] : parameters_) *record.add_parameters() = assignment;
+  recorder_.add(RecordKind::kSnapshot, static_cast<std::uint64_t>(t_ns), record);
 }
 
 void RecorderThread::take_change(const Tick& tick) {
@@ -192,16 +216,18 @@ void RecorderThread::take_change(const Tick& tick) {
 }
 
 void RecorderThread::take_scene(const Tick& tick) {
-  scene_id_ = tick.scene_id;
   parameters_.clear();
   index_.reset();
   const std::lock_guard lock(mutex_);
-  const auto announced = scenes_.find(scene_id_);
-  if (announced == scenes_.end()) return;
-  recorder_.add(RecordKind::kScene, static_cast<std::uint64_t>(tick.t_ns),
-                announced->second.record);
-  index_ = std::move(announced->second.index);
-  scenes_.erase(scenes_.begin(), std::next(announced));
+  const auto announced = scenes_.find(tick.scene_id);
+  if (announced != scenes_.end()) {
+    recorder_.add(RecordKind::kScene, static_cast<std::uint64_t>(tick.t_ns),
+                  announced->second.record);
+    index_ = std::move(announced->second.index);
+    scenes_.erase(scenes_.begin(), std::next(announced));
+  }
+  // Last: where it could not be recorded, the next tick tries again.
+  scene_id_ = tick.scene_id;
 }
 
 void RecorderThread::take_tick(const Tick& tick) {
@@ -213,7 +239,9 @@ void RecorderThread::take_tick(const Tick& tick) {
 }
 
 void RecorderThread::take_ticks() {
-  while (ticks_.pop(*tick_)) take_tick(*tick_);
+  while (ticks_.pop(*tick_)) {
+    if (!within_memory([&] { take_tick(*tick_); })) recorder_.lost_ticks(1);
+  }
   const std::uint64_t lost = ticks_.overflow();
   if (lost != lost_) recorder_.lost_ticks(lost - lost_);
   lost_ = lost;
@@ -221,27 +249,33 @@ void RecorderThread::take_ticks() {
 
 void RecorderThread::round() {
   std::deque<Task> tasks;
+  std::uint64_t asks = 0;
   {
     const std::lock_guard lock(mutex_);
     tasks.swap(tasks_);
+    asks = asks_;
   }
-  for (const Task& task : tasks) task();
+  for (const Task& task : tasks) within_memory(task);
   take_ticks();
-  recorder_.poll(static_cast<std::uint64_t>(monotonic_now_ns()));
-  RecordStatus status = recorder_.status();
-  const std::lock_guard lock(mutex_);
-  status_ = std::move(status);
+  within_memory([&] {
+    recorder_.poll(static_cast<std::uint64_t>(monotonic_now_ns()));
+    RecordStatus status = recorder_.status();
+    const std::lock_guard lock(mutex_);
+    status_ = std::move(status);
+    if (asks == asks_) asked_.reset();
+  });
 }
 
 void RecorderThread::run() {
   name_thread("recorder");
+  begin_role(ThreadRole::kRecorder);
   while (true) {
-    round();
+    within_memory([&] { round(); });
     std::unique_lock lock(mutex_);
     if (ending_) break;
     wake_.wait_for(lock, kRound);
   }
-  round();
+  within_memory([&] { round(); });
 }
 
 }  // namespace hapticd

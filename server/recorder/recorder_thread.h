@@ -65,18 +65,22 @@ class RecorderThread {
 
   /// As of the last round of the thread.
   [[nodiscard]] RecordStatus status() const;
+  /// Whether there is a session file, or will be, once all that was asked for has been tried.
+  [[nodiscard]] bool will_record() const;
   /// Dumps that were finished since the last call.
   [[nodiscard]] std::vector<DumpResult> take_dumps();
 
  private:
   using Task = std::function<void()>;
   void post(Task task);
+  void ask(bool record, Task task);
   void run();
   void round();
   void take_ticks();
   void take_tick(const Tick& tick);
   void take_scene(const Tick& tick);
   void take_snapshots(const Tick& tick, bool after);
+  void take_snapshot(const Snapshot& snapshot, std::int64_t t_ns);
   void take_change(const Tick& tick);
 
   /// A scene as it is recorded, and the numbers of its strings and lines.
@@ -100,6 +104,8 @@ class RecorderThread {
   std::map<std::uint32_t, AnnouncedScene> scenes_;        ///< announced, not begun
   std::map<std::uint64_t, v1::ParameterRecord> changes_;  ///< announced, not begun, by number
   RecordStatus status_;
+  std::optional<bool> asked_;  ///< what was asked last, and not tried yet: to record, or to stop
+  std::uint64_t asks_ = 0;
   std::vector<DumpResult> dumps_;
   bool ending_ = false;
   std::thread thread_;

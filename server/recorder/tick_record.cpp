@@ -88,12 +88,12 @@ bool get_input(const v1::ToolInput& input, ToolTick& tool) {
   if (!get_pose(input.pose_wh(), tool.X_WH.p, tool.X_WH.q) ||
       !get(input.twist_wh_w().v_m_per_s(), tool.V_WH.v) ||
       !get(input.twist_wh_w().w_rad_per_s(), tool.V_WH.w) || !get(input.stiffness_scale(), scale) ||
-      input.buttons() > 0xFFFFU || input.device_flags() > 0xFFFFU || !is_instant(input.age_ns()) ||
+      input.device_flags() > 0xFFFFU || !is_instant(input.age_ns()) ||
       !is_instant(input.sample_t_ns()) || input.push() < 0 || input.push() > kPushAxes) {
     return false;
   }
   tool.stiffness.scale = scale[0];
-  sample.buttons = static_cast<std::uint16_t>(input.buttons());
+  sample.buttons = input.buttons();
   tool.held = input.held();
   sample.t_ns = input.sample_t_ns();
   sample.counter = input.sample_counter();

@@ -2,6 +2,7 @@
 #include "server/scene_io/model_files.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
@@ -56,6 +57,9 @@ std::vector<std::uint8_t> read_file(const fs::path& path, std::uintmax_t largest
   }
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
   std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    throw std::runtime_error("cannot be read: " + std::generic_category().message(errno));
+  }
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!file || file.gcount() != static_cast<std::streamsize>(bytes.size())) {
     throw std::runtime_error("cannot be read");

@@ -1,14 +1,13 @@
 // See named_text.h.
 #include "server/scene_io/named_text.h"
 
-#include <google/protobuf/stubs/common.h>
-
 #include <algorithm>
 #include <set>
 #include <stdexcept>
 #include <system_error>
 
 #include "proto/hints/nearest_name.h"
+#include "server/scene_io/folder_names.h"
 #include "server/scene_io/model_files.h"
 
 namespace hapticd {
@@ -23,11 +22,10 @@ bool is_file(const std::string& source) {
 }
 
 /// Whether a file of a folder is listed: it can be read by its name, and the name can be sent.
-bool can_be_listed(const fs::directory_entry& entry) {
+bool can_be_listed(const fs::path& path) {
   std::error_code ignored;
-  if (entry.path().extension() != kExtension || !entry.is_regular_file(ignored)) return false;
-  const std::string name = entry.path().stem().string();
-  return fault_of_name(name).empty() && google::protobuf::internal::IsStructurallyValidUTF8(name);
+  if (path.extension() != kExtension || !fs::is_regular_file(path, ignored)) return false;
+  return fault_of_name(path.stem().string()).empty();
 }
 
 /// Which ones there are, and which of them may have been meant.
@@ -47,6 +45,12 @@ NamedText refused(const std::string& file, std::string message, std::string reme
                    SceneProblem{false, file, 0, 0, "", std::move(message), std::move(remedy)}};
 }
 
+/// What cannot be a name is not repeated: it may be long, or full of escape sequences.
+NamedText no_name(const std::string& name, std::string_view what, std::string remedy) {
+  return refused("the " + std::string(what) + " asked for", "its name " + fault_of_name(name),
+                 std::move(remedy));
+}
+
 NamedText read_text(const fs::path& path, std::uintmax_t longest) {
   try {
     const std::vector<std::uint8_t> bytes = read_file(path, longest);
@@ -60,16 +64,15 @@ NamedText read_text(const fs::path& path, std::uintmax_t longest) {
 
 std::string fault_of_name(std::string_view name) {
   if (name.empty()) return "is empty";
+  const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  });
+  if (!plain) return "has other characters than a-z 0-9 _ -";
   if (name.size() > kMaxInstalledName) {
     return "has " + std::to_string(name.size()) + " bytes, more than " +
            std::to_string(kMaxInstalledName);
   }
-  if (name.find('/') != std::string_view::npos) return "has '/' in it";
-  if (name.front() == '.') return "begins with '.'";
-  const bool control = std::any_of(name.begin(), name.end(), [](char c) {
-    return static_cast<unsigned char>(c) < 0x20U || c == '\x7f';
-  });
-  return control ? "has control characters in it" : "";
+  return "";
 }
 
 fs::path installed_file(const std::string& name, const std::vector<fs::path>& folders) {
@@ -85,9 +88,9 @@ fs::path installed_file(const std::string& name, const std::vector<fs::path>& fo
 std::vector<std::string> list_names(const std::vector<fs::path>& folders) {
   std::set<std::string> names;
   for (const fs::path& folder : folders) {
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-      if (can_be_listed(entry)) names.insert(entry.path().stem().string());
+    for (const std::string& name : folder_names(folder)) {
+      const fs::path path = folder / name;
+      if (can_be_listed(path)) names.insert(path.stem().string());
     }
   }
   return {names.begin(), names.end()};
@@ -95,9 +98,8 @@ std::vector<std::string> list_names(const std::vector<fs::path>& folders) {
 
 NamedText read_installed(const std::string& name, const std::vector<fs::path>& folders,
                          std::string_view what, std::uintmax_t longest) {
-  // What cannot be a name is not repeated: it may be long, or full of escape sequences.
-  if (const std::string fault = fault_of_name(name); !fault.empty()) {
-    return refused("the " + std::string(what) + " asked for", "its name " + fault,
+  if (!fault_of_name(name).empty()) {
+    return no_name(name, what,
                    "Name an installed " + std::string(what) + ", or send what is in the file.");
   }
   const fs::path path = installed_file(name, folders);
@@ -110,8 +112,11 @@ NamedText read_installed(const std::string& name, const std::vector<fs::path>& f
 
 NamedText read_named(const std::string& source, const std::vector<fs::path>& folders,
                      std::string_view what, std::uintmax_t longest) {
-  return is_file(source) ? read_text(source, longest)
-                         : read_installed(source, folders, what, longest);
+  if (is_file(source)) return read_text(source, longest);
+  if (!fault_of_name(source).empty()) {
+    return no_name(source, what, "Give the file's path, with a '/' in it.");
+  }
+  return read_installed(source, folders, what, longest);
 }
 
 }  // namespace hapticd

@@ -20,10 +20,10 @@ struct NamedText {
 };
 
 /// Longest name of an installed file, bytes.
-inline constexpr std::size_t kMaxInstalledName = 256;
+inline constexpr std::size_t kMaxInstalledName = 64;
 
 /// Why no installed file can have this name, in words that follow "its name"; empty: one can. A
-/// name has 1 to 256 bytes, no '/' and no control characters, and does not begin with '.'.
+/// name is 1 to 64 of a-z 0-9 _ -.
 [[nodiscard]] std::string fault_of_name(std::string_view name);
 
 /// The file of an installed name, in the first of `folders` that has it; empty: there is none, or
@@ -32,7 +32,7 @@ inline constexpr std::size_t kMaxInstalledName = 256;
     const std::string& name, const std::vector<std::filesystem::path>& folders);
 
 /// Names of the .textproto files in `folders`, in alphabetical order: those that installed_file()
-/// finds, and that are UTF-8.
+/// finds.
 [[nodiscard]] std::vector<std::string> list_names(
     const std::vector<std::filesystem::path>& folders);
 

@@ -75,6 +75,10 @@ DeviceSheet to_sheet(const v1::DeviceProfile& from) {
               to.profile.name.begin());
   to.profile.driver = static_cast<DeviceDriver>(from.driver());
   to.profile.affine = from.affine();
+  to.profile.force_reaches_hand = from.has_force_reaches_hand()
+                                      ? from.force_reaches_hand()
+                                      : from.driver() == v1::DRIVER_SCRIPTED;
+  to.profile.switches_unwired = from.switches_unwired();
   to.description = from.description();
   for (const v1::DeviceMatch& match : from.matches()) to.matches.push_back(match_of(match));
   take_axes(from.axis_map(), to);
@@ -93,6 +97,11 @@ v1::DeviceProfile to_profile(const DeviceSheet& from) {
   to.set_description(from.description);
   to.set_driver(static_cast<v1::Driver>(from.profile.driver));
   to.set_affine(from.profile.affine);
+  const bool is_scripted = from.profile.driver == DeviceDriver::kScripted;
+  if (from.profile.force_reaches_hand != is_scripted) {
+    to.set_force_reaches_hand(from.profile.force_reaches_hand);
+  }
+  to.set_switches_unwired(from.profile.switches_unwired);
   for (const DeviceMatch& match : from.matches) tell_match(match, *to.add_matches());
   if (from.axes_stated) tell_axes(from, *to.mutable_axis_map());
   for (const SheetRow& row : kSheetRows) {

@@ -16,6 +16,9 @@
 #include <string>
 #include <thread>
 
+#include "core/rt/memory_boundary.h"
+#include "core/rt/thread_role.h"
+
 namespace hapticd {
 namespace {
 
@@ -46,7 +49,8 @@ struct Announcement::Implementation {
 
   /// Until it is over.
   void run() {
-    connect();
+    begin_role(ThreadRole::kAnnouncer);
+    within_memory([&] { connect(); });
     while (!over.load() && avahi_simple_poll_iterate(poll, -1) == 0) {
     }
     forget();
@@ -99,35 +103,42 @@ struct Announcement::Implementation {
     group = nullptr;
   }
 
+  // No exception may cross libavahi, which calls these.
   static void on_group(AvahiEntryGroup* group, AvahiEntryGroupState state, void* self_of) {
-    auto& self = *static_cast<Implementation*>(self_of);
-    if (state == AVAHI_ENTRY_GROUP_ESTABLISHED) {
-      self.tell(spdlog::level::info, "announced as '{}', {}", self.name, kServiceType);
-    } else if (state == AVAHI_ENTRY_GROUP_COLLISION) {
-      self.rename();
-      self.publish(avahi_entry_group_get_client(group));
-    } else if (state == AVAHI_ENTRY_GROUP_FAILURE) {
-      self.tell(spdlog::level::warn, "not announced: {}",
-                avahi_strerror(avahi_client_errno(avahi_entry_group_get_client(group))));
-    }
+    within_memory([&] { static_cast<Implementation*>(self_of)->follow(group, state); });
   }
 
   static void on_client(AvahiClient* client, AvahiClientState state, void* self_of) {
-    auto& self = *static_cast<Implementation*>(self_of);
+    within_memory([&] { static_cast<Implementation*>(self_of)->follow(client, state); });
+  }
+
+  void follow(AvahiEntryGroup* of, AvahiEntryGroupState state) {
+    if (state == AVAHI_ENTRY_GROUP_ESTABLISHED) {
+      tell(spdlog::level::info, "announced as '{}', {}", name, kServiceType);
+    } else if (state == AVAHI_ENTRY_GROUP_COLLISION) {
+      rename();
+      publish(avahi_entry_group_get_client(of));
+    } else if (state == AVAHI_ENTRY_GROUP_FAILURE) {
+      tell(spdlog::level::warn, "not announced: {}",
+           avahi_strerror(avahi_client_errno(avahi_entry_group_get_client(of))));
+    }
+  }
+
+  void follow(AvahiClient* of, AvahiClientState state) {
     switch (state) {
       case AVAHI_CLIENT_S_RUNNING:
-        self.publish(client);
+        publish(of);
         break;
       case AVAHI_CLIENT_S_COLLISION:
       case AVAHI_CLIENT_S_REGISTERING:
-        if (self.group != nullptr) avahi_entry_group_reset(self.group);
+        if (group != nullptr) avahi_entry_group_reset(group);
         break;
       case AVAHI_CLIENT_CONNECTING:
-        self.tell(spdlog::level::warn,
-                  "not announced yet: avahi-daemon does not run. Install or start avahi-daemon.");
+        tell(spdlog::level::warn,
+             "not announced yet: avahi-daemon does not run. Install or start avahi-daemon.");
         break;
       case AVAHI_CLIENT_FAILURE:
-        self.lose(client);
+        lose(of);
         break;
     }
   }

@@ -17,6 +17,8 @@
 #include <memory>
 #include <mutex>
 
+#include "proto/wire/shown_text.h"
+
 namespace hapticd {
 namespace {
 
@@ -60,7 +62,7 @@ class JournalSink : public spdlog::sinks::base_sink<std::mutex> {
  private:
   void send(spdlog::level::level_enum level, std::string_view text,
             const std::vector<LogField>& fields) const {
-    std::vector<std::string> items{fmt::format("MESSAGE={}", text),
+    std::vector<std::string> items{"MESSAGE=" + wire::shown_lines(std::string(text)),
                                    fmt::format("PRIORITY={}", priority_of(level)),
                                    "SYSLOG_IDENTIFIER=hapticd"};
     const auto add = [&](std::string_view name, const std::string& value) {

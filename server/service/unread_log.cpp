@@ -11,7 +11,10 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <utility>
+
+#include "proto/wire/shown_text.h"
 
 namespace hapticd {
 namespace {
@@ -43,7 +46,9 @@ class UnreadLog : public spdlog::sinks::base_sink<std::mutex> {
       return;
     }
     spdlog::details::log_msg cut = line;
-    cut.payload = {line.payload.data(), std::min(line.payload.size(), kLongest)};
+    const std::string shown =
+        wire::shown_lines({line.payload.data(), std::min(line.payload.size(), kLongest)});
+    cut.payload = {shown.data(), std::min(shown.size(), kLongest)};
     out_->log(cut);
   }
   void flush_() override {

@@ -59,6 +59,11 @@ void check_layout(const PidLayout& layout) {
   check_field(layout.input.x, layout.input.report);
   check_field(layout.input.y, layout.input.report);
   for (const BitField& button : layout.input.button) check_field(button, layout.input.report);
+  const PidLayout::State& state = layout.state;
+  for (const BitField& said :
+       {state.paused, state.actuators, state.power, state.safety_switch, state.force_switch}) {
+    check_field(said, state.report);
+  }
   check_field(layout.constant.block, layout.constant.report);
   check_field(layout.constant.magnitude, layout.constant.report);
   check_field(layout.effect.direction, layout.effect.report);

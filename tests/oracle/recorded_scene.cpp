@@ -93,15 +93,16 @@ void RecordedScene::play(const v1::RecordHeader& header) {
     PlayedTool tool;
     tool.tool_id = description.tools[k].tool_id;
     tool.map = description.tools[k].workspace;
-    tool.stiffness_limits = stiffness_limits_of(profile.loaded->profile,
-                                                driver_entry(profile.loaded->profile.driver).traits,
-                                                1e-9 * static_cast<double>(header.period_ns()));
     InsideOptions inside;
     inside.recorded = driver_of(header, device, profile.loaded->profile);
     OpenDevice made = driver_entry(DeviceDriver::kReplay).make(*profile.loaded, inside);
     tool.device.owned = std::move(made.device);
     tool.device.device = tool.device.owned.get();
     tool.device.traits = driver_entry(inside.recorded).traits;
+    DriverTraits bearing = tool.device.traits;
+    bearing.has_no_clock = driver_entry(profile.loaded->profile.driver).traits.has_no_clock;
+    tool.stiffness_limits = stiffness_limits_of(profile.loaded->profile, bearing,
+                                                1e-9 * static_cast<double>(header.period_ns()));
     played_->tools.push_back(std::move(tool));
     played_->play.simulation->scene(k).strings = played_->strings;
   }

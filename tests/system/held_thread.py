@@ -26,10 +26,10 @@ def thread_named(pid, name):
 
 
 class HeldThread:
-    """Context manager: held until the end of the block."""
+    """Context manager: held until the end of the block. Without a name it is the main thread."""
 
-    def __init__(self, pid, name):
-        self.thread = thread_named(pid, name)
+    def __init__(self, pid, name=None):
+        self.thread = thread_named(pid, name) if name else pid
 
     def __enter__(self):
         trace(PTRACE_SEIZE, self.thread)

@@ -1,6 +1,7 @@
 """Keys against the daemon: made by hapticctl, served by hapticd on every address, used by the clients in C++ (hapticctl) and in Python."""
 import os
 import pathlib
+import socket
 import subprocess
 import sys
 import tempfile
@@ -9,7 +10,7 @@ from unittest import mock
 
 import daemon
 import hapticd
-from hapticd import conversation
+from hapticd import conversation, noise, road
 
 HAPTICCTL = os.environ["HAPTICCTL"]
 
@@ -52,6 +53,21 @@ class Keys(unittest.TestCase):
         code, said = self.ctl("control.key", "run", "step", "300")
         self.assertEqual(code, 0, said)
         self.assertIn("300 ticks, next is tick 300", said)
+
+    def test_both_clients_know_who_sent_the_cookie(self):
+        host, port = self.address.split(":")
+        door = road.KeyedRoad(self.control_key, "control", 0)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+            client.settimeout(10)
+            client.sendto(door.hello(0), (host, int(port)))
+            retry = client.recv(2048)
+            message = door.hello(0)[18:18 + 48]
+            self.assertTrue(noise.is_tagged_retry(self.control_key, b"hapticd\x01\x02", message, retry[16:]))
+            self.assertFalse(noise.is_tagged_retry(self.view_key, b"hapticd\x01\x02", message, retry[16:]))
+            door.receive(retry)
+            client.sendto(door.hello(0), (host, int(port)))
+            door.receive(client.recv(2048))
+            self.assertTrue(door.is_open)
 
     def test_the_view_key_looks_and_does_not_control(self):
         code, said = self.ctl("view.key", "status")

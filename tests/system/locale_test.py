@@ -3,6 +3,7 @@ refused in plain words."""
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -86,7 +87,9 @@ class Locales(unittest.TestCase):
         with daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "single_string", environment=locale) as played:
             answers = [run([os.environ["HAPTICCTL"], "--server", played.address, *words], environment) for words in asked]
             address = played.address.encode()
-        return [(code, said.replace(address, b"A"), complaint) for code, said, complaint in answers]
+        # How many datagrams there were until then is a matter of time.
+        counted = re.compile(rb"(?m)^network .*$")
+        return [(code, counted.sub(b"network", said).replace(address, b"A"), complaint) for code, said, complaint in answers]
 
     def test_a_decimal_comma_is_told_from_a_point(self):
         for name, environment in self.each():

@@ -8,10 +8,12 @@ import stat
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import daemon
 import hapticd
+from hapticd.v1 import answer_pb2
 
 MAGIC = b"\x89MCAP0\r\n"
 NO_RECORDING = 7
@@ -81,6 +83,69 @@ class Recorded(InFolder):
             path = self.folder / "hapticd" / "recordings" / name
             self.assertTrue(path.read_bytes().startswith(MAGIC))
             self.assertEqual(stat.S_IMODE(path.stat().st_mode), 0o600)
+
+    def written(self, session, count):
+        """Waits until the folder has so many recordings."""
+        end = time.monotonic() + 20
+        while len(session.recordings()) < count:
+            self.assertLess(time.monotonic(), end, session.recordings())
+
+    def test_each_start_has_its_stop_however_close_they_are(self):
+        with daemon.Daemon("--scene", "single_string", state=str(self.folder)) as played:
+            with hapticd.Session(played.address) as session:
+                session.acquire("test")
+                for name in map(str, range(20)):
+                    session.record("START", name)
+                    with self.assertRaises(hapticd.RequestError) as refused:
+                        session.record("START", "more")
+                    self.assertEqual(refused.exception.code, "BUSY")
+                    session.record("STOP")
+                    with self.assertRaises(hapticd.RequestError) as refused:
+                        session.record("STOP")
+                    self.assertEqual(refused.exception.code, "WRONG_STATE")
+                self.written(session, 20)
+                # One that cannot begin is over by itself.
+                session.record("START", "7")
+                while session.recorder.state != answer_pb2.RECORD_STATE_FAILED:
+                    session.ping()
+                session.record("START", "again")
+                session.record("DUMP", "beside")
+                self.written(session, 22)
+                while session.recorder.state != answer_pb2.RECORD_STATE_RECORDING:
+                    session.ping()
+                self.assertEqual(session.recorder.file, "again.mcap")
+                session.record("STOP")
+            self.assertEqual(played.end(), 0, played.log)
+        folder = self.folder / "hapticd/recordings"
+        for path in folder.iterdir():
+            content = path.read_bytes()
+            self.assertTrue(content.startswith(MAGIC) and content.endswith(MAGIC), path)
+
+    def test_what_a_client_names_is_a_plain_name_with_or_without_its_ending(self):
+        folder = self.folder / "hapticd/recordings"
+        with daemon.Daemon("--scene", "single_string", state=str(self.folder)) as played:
+            with hapticd.Session(played.address) as session:
+                session.acquire("test")
+                for name in ("", "a", "a-b_9", "take.mcap", "x" * 64, "y" * 64 + ".mcap"):
+                    with self.subTest(name=name):
+                        session.record("START", name)
+                        session.record("STOP")
+                named = {"a.mcap", "a-b_9.mcap", "take.mcap", "x" * 64 + ".mcap", "y" * 64 + ".mcap"}
+                self.written(session, 6)
+                by_time = [name for name in session.recordings() if name not in named]
+                self.assertLessEqual(named, set(session.recordings()))
+                self.assertEqual(len(by_time), 1)
+                self.assertRegex(by_time[0], r"^session-\d{8}-\d{6}\.mcap$")
+                before = sorted(os.listdir(folder))
+                for name in ("..", ".", ".mcap", ".a.mcap", "../a.mcap", "a/b", "/tmp/a.mcap", "A", "a.txt", "a.b.mcap", "a b", "\x1b[2J", "ä", "x" * 65,
+                             "x" * 100_000):
+                    with self.subTest(name=name[:80]):
+                        for mode in ("START", "DUMP"):
+                            with self.assertRaises(hapticd.RequestError) as refused:
+                                session.record(mode, name)
+                            self.assertLess(len(str(refused.exception)), 400)
+                self.assertEqual(sorted(os.listdir(folder)), before)
+                self.assertEqual(self.left(), sorted(["hapticd", "hapticd/recordings", *(f"hapticd/recordings/{name}" for name in before)]))
 
 
 class Refused(InFolder):

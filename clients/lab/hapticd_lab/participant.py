@@ -13,6 +13,7 @@ import numpy
 from google.protobuf import text_format
 
 import hapticd
+from hapticd.errors import shown_text
 from hapticd.v1 import scene_pb2, state_pb2
 from hapticd_lab import player
 from hapticd_lab.observer import FELT_DEPTH_M, FELT_PLACE, FIRST, WeberObserver
@@ -139,7 +140,7 @@ class Person:
             raise LostControl("the connection to hapticd was lost")
         lease = self._session.lease
         if not lease.yours:
-            raise LostControl(f"{lease.holder or 'another program'} took control" if lease.fence and lease.holder else "control was lost")
+            raise LostControl(f"{shown_text(lease.holder) or 'another program'} took control" if lease.fence and lease.holder else "control was lost")
 
     def _engage(self) -> None:
         try:

@@ -179,7 +179,9 @@ def write_video(recording: pathlib.Path, output: pathlib.Path, *, frames_per_s: 
     gateway_program = _program(haptic_web, "hapticd")
     chromium.program()
     with Gateway(gateway_program, recording) as gateway, Chromium(size) as browser:
-        _load(browser, f"{gateway.address}?{urlencode({'view': camera, 'magnify': magnify})}")
+        # With the token behind it, since the film moves the recording.
+        address, _, fragment = gateway.address.partition("#")
+        _load(browser, f"{address}?{urlencode({'view': camera, 'magnify': magnify})}#{fragment}")
         with Encoder(output, frames_per_s) as encoder:
             for picture, total in pictures(browser, lambda length_s: frame_times(length_s, frames_per_s, speed), caption):
                 encoder.add(picture)

@@ -9,12 +9,13 @@ from hapticd.errors import ProtocolError, RequestError, ServerFull, ServerSilent
 from hapticd.run import RunResult
 from hapticd.session import Session
 from hapticd.soundings import sounding_at
+from hapticd.stop_road import Heartbeat, StopRoad, stop
 from hapticd.tables import Table, event_table, table
 from hapticd.values import as_array, contacts, tool_state
 
-__all__ = ["AsyncSession", "ClockEstimate", "Event", "ProtocolError", "RequestError", "RunResult", "ServerFull", "ServerSilent", "Session",
-           "SessionEnded", "SessionLost", "StatesLost", "Table", "as_array", "contacts", "event_table", "sounding_at", "table",
-           "tool_state"]
+__all__ = ["AsyncSession", "ClockEstimate", "Event", "Heartbeat", "ProtocolError", "RequestError", "RunResult", "ServerFull", "ServerSilent", "Session",
+           "SessionEnded", "SessionLost", "StatesLost", "StopRoad", "Table", "as_array", "contacts", "event_table", "sounding_at", "stop",
+           "table", "tool_state"]
 
 if TYPE_CHECKING:
     __version__: str

@@ -116,8 +116,8 @@ class AsyncConnection(Conversation, asyncio.DatagramProtocol):
         if self._end_ns is not None and now_ns > self._end_ns:
             self._end()
             return
-        if self.link.due_ns() <= now_ns:
-            self._transport.sendto(self.link.datagram(now_ns))
+        for data in self.due_datagrams():
+            self._transport.sendto(data)
         if self._timer is not None:
             self._timer.cancel()
         self._timer = self._loop.call_later(max(0.0, (self.link.due_ns() - time.monotonic_ns()) * 1e-9), self._guarded, lambda: None)

@@ -113,10 +113,9 @@ class Connection(Conversation):
     def _send_due(self) -> float:
         """Sends what is due and returns how long nothing else will be, in s."""
         with self.changed:
-            now_ns = time.monotonic_ns()
-            if self.link.due_ns() <= now_ns:
+            for data in self.due_datagrams():
                 try:
-                    self._socket.send(self.link.datagram(now_ns))
+                    self._socket.send(data)
                 except OSError:
                     pass  # nobody listens, or the buffer is full: a lost datagram like any other
             return max(0.0, (self.link.due_ns() - time.monotonic_ns()) * 1e-9)

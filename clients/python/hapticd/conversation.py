@@ -7,15 +7,16 @@ import secrets
 import time
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, Deque, Dict, List, NamedTuple, Optional, Set, Union
+from typing import Any, Deque, Dict, Iterator, List, NamedTuple, Optional, Set, Union
 
 from google.protobuf.message import Message
 
+from hapticd.ahead import MOST_AHEAD
 from hapticd.errors import RequestError, ServerFull, ServerSilent, SessionEnded, SessionLost
 from hapticd.link import Link
 from hapticd.road import KeyedRoad
 from hapticd.soundings import Soundings
-from hapticd.v1 import answer_pb2, control_pb2, state_pb2, stream_pb2
+from hapticd.v1 import answer_pb2, config_pb2, control_pb2, event_pb2, state_pb2, stream_pb2
 
 DEFAULT_PORT = 47800
 SILENCE_NS = 3_000_000_000
@@ -70,8 +71,27 @@ def host_and_port(address: str) -> tuple[str, int]:
     return host.strip("[]") or "127.0.0.1", int(port)
 
 
+FORCE_HOLDS_NS = 20_000_000
+"""A forwarder lets go when no State has come for this long."""
+LONGEST_PERIOD_NS = 4_000_000
+"""Of a tick."""
+STATE_HOLDS_NS = 500_000_000
+"""Under the real clock a State is over when no newer one has come for this long, or for three times as long as one is apart from the next."""
+
+
+def without_force(state: state_pb2.State) -> state_pb2.State:
+    """A State that is over: what stood where, and no force."""
+    over = state_pb2.State()
+    over.CopyFrom(state)
+    over.loop_state, over.cause = state_pb2.LOOP_STATE_DETACHED, event_pb2.CAUSE_INPUT_STALE
+    for tool in over.tools:
+        tool.wrench_h_w[:] = [0.0] * len(tool.wrench_h_w)
+        del tool.wrench_unlimited_h_w[:]
+    return over
+
+
 class Conversation:
-    """The state of it. Whoever drives it sends what `datagram` gives when `due_ns` says so, hands in what arrives, and calls
+    """The state of it. Whoever drives it sends what `due_datagrams` gives when the link's `due_ns` says so, hands in what arrives, and calls
     `watch_silence` now and then."""
 
     def __init__(self, peer: Peer) -> None:
@@ -81,6 +101,7 @@ class Conversation:
         self.states_dropped = 0
         self.collected: Optional[Collected] = None  # of the Run of steps under way
         self.latest: Optional[state_pb2.State] = None
+        self.latest_ns = 0  # when it came
         self.soundings = Soundings()
         self.info: Dict[str, Message] = {}  # newest scene_info, lease_info, record_info of this session
         self.failures: List[answer_pb2.Result] = []  # of requests that are answered only when they fail
@@ -102,6 +123,18 @@ class Conversation:
     def divisor(self) -> int:
         """Of the subscription; 0: there is none."""
         return self.subscription.subscribe.divisor if self.subscription is not None else 0
+
+    def present(self, now_ns: int) -> Optional[state_pb2.State]:
+        """The newest State; without its force when it is over."""
+        state, scene = self.latest, self.info.get("scene_info")
+        if state is None or scene is None or scene.clock != config_pb2.CLOCK_MODE_REALTIME:
+            return state
+        holds_ns = max(STATE_HOLDS_NS, 3 * self.divisor * LONGEST_PERIOD_NS)
+        return state if now_ns - self.latest_ns <= holds_ns else without_force(state)
+
+    def force_holds(self, now_ns: int) -> bool:
+        """Whether the newest State came so lately that its force may be passed on."""
+        return self.latest is not None and now_ns - self.latest_ns <= FORCE_HOLDS_NS
 
     # For whoever asks.
 
@@ -152,6 +185,14 @@ class Conversation:
         return unread
 
     # For whoever drives it.
+
+    def due_datagrams(self) -> Iterator[bytes]:
+        """What has to leave now."""
+        now_ns = time.monotonic_ns()
+        for _ in range(MOST_AHEAD):
+            if self._link.due_ns() > now_ns:
+                break
+            yield self._link.datagram(now_ns)
 
     def say_bye(self) -> None:
         """The session is over on this side; the link repeats the Bye until `link.finished`."""
@@ -215,7 +256,7 @@ class Conversation:
             self.states.popleft()
             self.states_dropped += 1
         self.states.append(state)
-        self.latest = state
+        self.latest, self.latest_ns = state, time.monotonic_ns()
         self.soundings.take_state(state)
 
     def _sort(self, item: stream_pb2.Item) -> None:

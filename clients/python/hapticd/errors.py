@@ -18,6 +18,17 @@ def enum_name(enum: Any, number: int, prefix: str) -> str:
         return str(number)
 
 
+def _escaped(character: str) -> str:
+    control = not character.isprintable() and character != " "
+    return f"\\u{ord(character):04x}" if control else character
+
+
+def shown_text(text: str, kept: str = "") -> str:
+    """Text that came from somebody else, as it may stand on a terminal: whatever a terminal would obey instead of showing it is \\uXXXX,
+    but for the characters in `kept`."""
+    return "".join(character if character in kept else _escaped(character) for character in text)
+
+
 class StatesLost(ConnectionError):
     """States of a run did not arrive. The run itself is whole: `result` is its RunResult with the States that came, `missing` the ticks
     of those that did not."""
@@ -36,8 +47,8 @@ class RequestError(Exception):
 
     def __init__(self, result: answer_pb2.Result) -> None:
         self.code = enum_name(answer_pb2.ResultCode, result.code, "RESULT_CODE_")
-        self.path = result.path
-        self.message = result.message
+        self.path = shown_text(result.path)
+        self.message = shown_text(result.message, kept="\n")
         super().__init__(": ".join(part for part in (self.code, self.path, self.message) if part))
 
 
@@ -58,8 +69,8 @@ class SessionEnded(ConnectionError):
 
     def __init__(self, reason: int = 0, message: str = "") -> None:
         self.reason = enum_name(control_pb2.ByeReason, reason, "BYE_REASON_")
-        self.message = message
-        super().__init__(f"{self.reason}: {message}" if message else self.reason)
+        self.message = shown_text(message, kept="\n")
+        super().__init__(f"{self.reason}: {self.message}" if message else self.reason)
 
 
 class ProtocolError(Exception):

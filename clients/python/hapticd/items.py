@@ -3,10 +3,13 @@ says what time it is, in ns. One Outbox and one Inbox per session."""
 from __future__ import annotations
 
 from collections import deque
+from itertools import islice
 from typing import Deque, List, NamedTuple, Optional, Tuple
 
 from google.protobuf.message import DecodeError
 
+from hapticd import wire
+from hapticd.ahead import REPEAT_AFTER_NS, REPEAT_EVERY_NS, PacketsAhead
 from hapticd.errors import ProtocolError
 from hapticd.v1 import stream_pb2
 
@@ -15,9 +18,10 @@ MOST_UNACKNOWLEDGED = 1024
 MOST_ITEM_BYTES = 1000
 CHUNK_BYTES = 900
 MOST_BLOB_BYTES = 4 * 1024 * 1024
-REPEAT_AFTER_NS = tuple(ms * 1_000_000 for ms in (1, 3, 7, 15, 31))
-"""Instants of the repeats after the newest Item first left; then every REPEAT_EVERY_NS."""
-REPEAT_EVERY_NS = 50_000_000
+_FIXED_FIELDS_BYTES = 80
+"""All of a Packet but its Items, at most: ack, first, clock, seen, newest, ahead."""
+_TAG_BYTES = 16
+ITEM_ROOM = wire.MOST_DATAGRAM_BYTES - wire.HEADER_BYTES - _TAG_BYTES - _FIXED_FIELDS_BYTES
 
 
 class BacklogFull(Exception):
@@ -35,10 +39,12 @@ def _size_in_packet(item: stream_pb2.Item) -> int:
 
 
 class Outbox:
-    """The Items that the peer has not acknowledged, and when to repeat them."""
+    """The Items that the peer has not acknowledged, which of them a Packet takes, and when to repeat them. A Packet begins with the oldest;
+    where the peer takes Packets ahead and one does not hold all, with the next Item that is not under way."""
 
     def __init__(self) -> None:
         self.first = 1
+        self.ahead = PacketsAhead()
         self._waiting: Deque[_Waiting] = deque()
         self._pieces = 0  # Chunks in _waiting: a blob may be longer than the backlog, and waits piece by piece
         self._blobs = 0
@@ -83,40 +89,70 @@ class Outbox:
             self._waiting.append(_Waiting(piece, _size_in_packet(piece)))
             self._pieces += 1
 
-    def acknowledge(self, ack: int) -> None:
+    def acknowledge(self, ack: int, now_ns: int) -> None:
         """Forgets what the peer has. A smaller ack than before is a late datagram and means nothing."""
         if ack > self._left:
             raise ProtocolError(f"ack {ack} of an Item that was never sent")
+        if ack < self.first:
+            return
+        self.ahead.acknowledge(ack, now_ns)
+        if self.ahead.allowed:
+            self._newest_left_ns, self._repeats = now_ns, 0
         while self.first <= ack:
             self._pieces -= self._waiting.popleft().item.HasField("chunk")
             self.first += 1
 
-    def fitting(self, room: int) -> List[stream_pb2.Item]:
-        """The oldest Items, as many as `room` bytes of a Packet take, 16 at most."""
+    @property
+    def _fits_one_packet(self) -> bool:
+        """All fits into one Packet, or may not leave in several."""
+        few = len(self._waiting) <= MOST_ITEMS_IN_PACKET
+        return not self.ahead.allowed or (few and sum(waiting.size for waiting in self._waiting) <= ITEM_ROOM)
+
+    @property
+    def leaving_id(self) -> int:
+        """Packet.first of a Packet with Items that leaves now."""
+        return self.first if self._fits_one_packet else self.ahead.next_id
+
+    def prepare(self, now_ns: int) -> None:
+        """Before a Packet is made: what is late leaves again, from the oldest Item on."""
+        if not self._fits_one_packet and self.ahead.due_ns is not None and self.ahead.due_ns <= now_ns:
+            self.ahead.turn_back(now_ns)
+
+    def fitting(self) -> List[stream_pb2.Item]:
+        """The Items from `leaving_id` on, as many as a Packet takes, 16 at most; none when no further Packet may leave."""
+        if not self._fits_one_packet and not self.ahead.room:
+            return []
+        begin, room = self.leaving_id - self.first, ITEM_ROOM
         items: List[stream_pb2.Item] = []
-        for waiting in self._waiting:
+        for waiting in islice(self._waiting, begin, begin + MOST_ITEMS_IN_PACKET):
             room -= waiting.size
-            if room < 0 or len(items) == MOST_ITEMS_IN_PACKET:
+            if room < 0:
                 break
             items.append(waiting.item)
         return items
 
     def sent(self, count: int, now_ns: int) -> None:
-        """A Packet with the oldest `count` Items leaves now."""
-        newest = self.first + count - 1
+        """A Packet with `count` Items from `leaving_id` on leaves now."""
+        if count == 0:
+            return
+        further, first = not self._fits_one_packet, self.leaving_id
+        newest = first + count - 1
+        self.ahead.left(first, newest, now_ns)
         if newest > self._left:
             self._left = newest
             self._newest_left_ns = now_ns
             self._repeats = 0
-        else:
+        elif not further:
             self._repeats += 1
         self._sent_ns = now_ns
 
-    def due_ns(self, room: int) -> Optional[int]:
+    def due_ns(self) -> Optional[int]:
         """When the next Packet has to leave for the sake of the Items; 0 = at once, None = nothing waits."""
         if not self._waiting:
             return None
-        if self.first + len(self.fitting(room)) - 1 > self._left:
+        if not self._fits_one_packet:
+            return 0 if self.ahead.room and self.ahead.next_id < self.first + len(self._waiting) else self.ahead.due_ns
+        if self.first + len(self.fitting()) - 1 > self._left:
             return 0
         if self._repeats < len(REPEAT_AFTER_NS):
             return self._newest_left_ns + REPEAT_AFTER_NS[self._repeats]
@@ -140,7 +176,7 @@ class Inbox:
             if item_id <= self.applied:
                 continue
             if item_id > self.applied + 1:
-                raise ProtocolError(f"Item {item_id} came after {self.applied}: those between were dropped")
+                break  # it came early, as was announced that it may
             self.applied = item_id
             if not item.HasField("chunk"):
                 taken.append((item_id, item))

@@ -7,8 +7,9 @@ from typing import List, NamedTuple, Optional, Tuple, Union
 from google.protobuf.message import DecodeError
 
 from hapticd import wire
+from hapticd.ahead import MOST_AHEAD
 from hapticd.clock import OffsetEstimator
-from hapticd.errors import ProtocolError, ServerFull, SessionLost
+from hapticd.errors import ProtocolError, ServerFull, SessionLost, shown_text
 from hapticd.items import MOST_ITEMS_IN_PACKET, BacklogFull, Inbox, Outbox
 from hapticd.road import KeyedRoad, PlainRoad
 from hapticd.v1 import control_pb2, state_pb2, stream_pb2
@@ -21,10 +22,6 @@ CLOCK_EVERY_NS = 200_000_000
 """A Packet asks for the server's time this often."""
 BYE_PATIENCE_NS = 1_000_000_000
 """A Bye is repeated for this long."""
-_FIXED_FIELDS_BYTES = 80
-"""All of a Packet but its Items, at most: ack, first, clock, seen, newest."""
-_TAG_BYTES = 16
-ITEM_ROOM = wire.MOST_DATAGRAM_BYTES - wire.HEADER_BYTES - _TAG_BYTES - _FIXED_FIELDS_BYTES
 
 
 class Arrived(NamedTuple):
@@ -47,6 +44,7 @@ class Link:
         self.heard_ns = now_ns  # when the last valid datagram came
         self.seen = 0
         self.ended: Optional[control_pb2.Bye] = None  # the server's, or ours after an error of it
+        self._announces = True  # until the server is heard: it may send Packets ahead
         self._outbox = Outbox()
         self._inbox = Inbox()
         self._window = wire.CounterWindow()
@@ -109,16 +107,19 @@ class Link:
         due = self._sent_ns + KEEP_ALIVE_NS
         if self._to_acknowledge:
             due = min(due, self._sent_ns + ACK_SPACING_NS)
-        repeat = self._outbox.due_ns(ITEM_ROOM)
+        repeat = self._outbox.due_ns()
         return due if repeat is None else min(due, repeat)
 
     def datagram(self, now_ns: int) -> bytes:
         """The datagram to send now, whether it is due or not."""
         if not self._road.is_open:
             return self._road.hello(now_ns)
-        packet = stream_pb2.Packet(ack=self._inbox.applied, first=self._outbox.first, seen=self.seen, newest=self._newest[1])
-        items = self._outbox.fitting(ITEM_ROOM)
-        packet.items.extend(items)
+        self._outbox.prepare(now_ns)
+        items = self._outbox.fitting()
+        first = self._outbox.leaving_id if items else self._outbox.first
+        packet = stream_pb2.Packet(ack=self._inbox.applied, first=first, items=items, seen=self.seen, newest=self._newest[1])
+        if self._announces:
+            packet.ahead = MOST_AHEAD
         if now_ns - self._clock_ns >= CLOCK_EVERY_NS:
             packet.clock.sent_ns = now_ns
             self._clock_ns = now_ns
@@ -144,7 +145,8 @@ class Link:
         # A server that forgot the session counts from 0 again: its Reset must not fall to the window of counters.
         if packet.HasField("reset"):
             full = packet.reset.reason == stream_pb2.RESET_REASON_FULL
-            raise ServerFull("the server has no session left") if full else SessionLost("the server does not know this session")
+            why = f": {shown_text(packet.reset.message)}" if packet.reset.message else ""
+            raise ServerFull("the server has no session left" + why) if full else SessionLost("the server does not know this session")
         if not self._window.is_new(datagram.counter):
             return NOTHING
         self._window.mark(datagram.counter)
@@ -152,14 +154,16 @@ class Link:
             raise SessionLost("the server was restarted")
         self.boot_id = packet.boot_id
         self.heard_ns = now_ns
+        self._announces = False
         return self._apply(packet, datagram.counter, now_ns)
 
     def _apply(self, packet: stream_pb2.Packet, counter: int, now_ns: int) -> Arrived:
         if packet.HasField("clock") and packet.clock.echoed_ns:
             self.clock.add(packet.clock.echoed_ns, packet.clock.received_ns, packet.clock.sent_ns, now_ns)
         items: List[Tuple[int, Optional[stream_pb2.Item]]] = []
+        self._outbox.ahead.allow(packet.ahead)
         try:
-            self._outbox.acknowledge(packet.ack)
+            self._outbox.acknowledge(packet.ack, now_ns)
             if self.ended is None:
                 items = self._inbox.take(packet)
         except ProtocolError as error:

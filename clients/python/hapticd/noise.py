@@ -31,6 +31,13 @@ def _hkdf(chaining_key: bytes, material: bytes, count: int) -> Tuple[bytes, ...]
     return tuple(outputs)
 
 
+def is_tagged_retry(psk: bytes, prologue: bytes, message: bytes, body: bytes) -> bool:
+    """Whether the last 16 bytes of a RETRY's body are the tag, made with the psk, of what is before them: the server answers `message`."""
+    cookie, tag = body[:-TAG_BYTES], body[-TAG_BYTES:]
+    what = b"RETRY" + prologue + message[:KEY_BYTES] + cookie
+    return len(cookie) > 0 and hmac.compare_digest(tag, hashlib.blake2b(what, key=psk, digest_size=TAG_BYTES).digest())
+
+
 class Cipher:
     """One direction of the transport phase."""
 

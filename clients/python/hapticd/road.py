@@ -2,7 +2,7 @@
 turns a Packet's bytes into a datagram and back; a keyed road first has to be opened by HELLO and WELCOME. Times in ns."""
 from __future__ import annotations
 
-from typing import Optional
+from typing import Callable, Optional
 
 from hapticd import wire
 
@@ -50,9 +50,11 @@ class KeyedRoad:
         self.tag_bytes = noise.TAG_BYTES
         self.session = 0
         self._role = ROLES[role]
-        self._handshake = noise.Handshake(True, key, b"hapticd\x01" + bytes([self._role]), ephemeral)
+        prologue = b"hapticd\x01" + bytes([self._role])
+        self._handshake = noise.Handshake(True, key, prologue, ephemeral)
         self._message = self._handshake.write()
-        self._cookie = b""
+        self._is_tagged: Callable[[bytes], bool] = lambda body: noise.is_tagged_retry(key, prologue, self._message, body)
+        self._cookie, self._cookie_is_tagged = b"", False
         self._due_ns = now_ns
         self._ciphers: Optional[tuple[noise.Cipher, noise.Cipher]] = None
 
@@ -86,10 +88,21 @@ class KeyedRoad:
         body = self._ciphers[1].open(datagram.counter, data[:wire.HEADER_BYTES], datagram.body)
         return None if body is None else datagram._replace(body=body)
 
+    def _take_cookie(self, cookie: bytes) -> None:
+        """A RETRY without a tag may be of anybody who knows where this client is. It is believed, for the sake of servers that make no
+        tags, until one with a tag has come; and but for the first one it makes no HELLO leave earlier, so that a flood of them neither
+        hurries nor holds up the handshake."""
+        tagged = self._is_tagged(cookie)
+        if self._cookie_is_tagged and not tagged:
+            return
+        if cookie != self._cookie and (tagged or not self._cookie):
+            self._due_ns = 0
+        self._cookie, self._cookie_is_tagged = cookie, tagged
+
     def _shake_hands(self, data: bytes) -> None:
         retry = wire.decode(data, wire.KIND_RETRY)
         if retry is not None and retry.session == 0 and 1 <= len(retry.body) <= MOST_COOKIE_BYTES:
-            self._cookie, self._due_ns = retry.body, 0
+            self._take_cookie(retry.body)
         welcome = wire.decode(data, wire.KIND_WELCOME)
         if welcome is not None and len(welcome.body) == NOISE_MESSAGE_BYTES and self._handshake.read(welcome.body) == b"":
             self.session = welcome.session

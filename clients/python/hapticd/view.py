@@ -16,8 +16,16 @@ class View:
 
     @property
     def latest(self) -> Optional[state_pb2.State]:
-        """The newest State, or None before the first."""
-        return self._connection.latest
+        """The newest State, or None before the first. Under the real clock one that is older than half a second, and three times as old as
+        those of the subscription become, is over: then this is a copy without force, detached, with cause INPUT_STALE. Whoever passes force
+        on to a device goes by `force_holds`, which is sooner."""
+        return self._connection.present(time.monotonic_ns())
+
+    @property
+    def force_holds(self) -> bool:
+        """Whether the force of the newest State may still be put on a hand: it came within 20 ms (PROTOCOL.md section 9). Ask before every
+        write to a device, and write zero when this is False; subscribe to every tick, or every tenth at most."""
+        return self._connection.force_holds(time.monotonic_ns())
 
     @property
     def soundings(self) -> Mapping[int, event_pb2.StringSounding]:

@@ -13,10 +13,11 @@
 
 #include "clients/library/client.h"
 #include "clients/web/gateway/access.h"
-#include "clients/web/gateway/asset_store.h"
 #include "clients/web/gateway/experiment_link.h"
 #include "clients/web/gateway/metrics.h"
 #include "clients/web/gateway/recording_source.h"
+#include "clients/web/gateway/stop_errand.h"
+#include "proto/wire/request_result.h"
 
 namespace hapticd::web {
 namespace {
@@ -43,15 +44,18 @@ class Gateway::Implementation {
   HubOptions hub_options();
   ServerOptions server_options();
   void open_source(const WebOptions& given);
+  bool call(const v1::Item& item, client::ResultHandler done);
+  void stop_by_session(const client::ResultHandler& done);
   void look();
+  void ask_counts();
   void report(const v1::PageLink& now);
   std::string metrics();
   void say_goodbye();
 
   WebOptions options_;
   std::string token_;
-  AssetStore assets_;
   std::optional<v1::State> newest_;
+  v1::Counts counts_;  ///< newest; of an earlier daemon none
   v1::PageLink last_link_;
   int looks_ = 0;
   std::shared_ptr<DaemonLink> link_;
@@ -64,15 +68,15 @@ class Gateway::Implementation {
   asio::signal_set signals_{context_};
   HttpServer server_;
   RecordingSource recordings_;
+  std::unique_ptr<StopErrand> stop_;  ///< null: a recording is the source
 };
 
 Gateway::Implementation::Implementation(WebOptions given)
     : options_(std::move(given)),
-      token_(options_.recording.empty() && (!options_.link.key.has_value() ||
-                                            options_.link.key->role == wire::Role::kControl)
+      token_(!options_.recording.empty() || !options_.link.key.has_value() ||
+                     options_.link.key->role == wire::Role::kControl
                  ? make_token()
                  : ""),
-      assets_(options_.assets),
       hub_(hub_options()),
       server_(context_, server_options(), hub_),
       recordings_(context_, hub_, RecordingFolder(options_.recordings),
@@ -92,7 +96,7 @@ HubOptions Gateway::Implementation::hub_options() {
   made.version = HAPTICD_VERSION;
   made.presentation_delay_s = options_.presentation_delay_s;
   made.call = [this](const v1::Item& item, client::ResultHandler done) {
-    return link_ != nullptr && link_->request(item, std::move(done));
+    return call(item, std::move(done));
   };
   made.steer = [this](const v1::PagePlayback& wanted) { recordings_.steer(wanted); };
   made.show = [this](const std::string& name, Answer done) {
@@ -112,12 +116,28 @@ HubOptions Gateway::Implementation::hub_options() {
   return made;
 }
 
+// A Stop goes by the Stop road, whatever the session's thread in the daemon does.
+bool Gateway::Implementation::call(const v1::Item& item, client::ResultHandler done) {
+  if (item.has_stop() && stop_ != nullptr) {
+    stop_->run(std::move(done));
+    return true;
+  }
+  return link_ != nullptr && link_->request(item, std::move(done));
+}
+
+void Gateway::Implementation::stop_by_session(const client::ResultHandler& done) {
+  v1::Item item;
+  item.mutable_stop();
+  if (link_ != nullptr && link_->request(item, done)) return;
+  const v1::Result failed = wire::result_of(v1::RESULT_CODE_FAILED, "", "no daemon answers now");
+  if (done) done(&failed);
+}
+
 ServerOptions Gateway::Implementation::server_options() {
   ServerOptions made = options_.server;
   made.token = token_;
-  made.asset = [this](const std::string& hash) {
-    return assets_.find(hash, client::monotonic_now_ns());
-  };
+  made.control = options_.recording.empty();
+  made.assets = options_.assets;
   made.metrics = [this] { return metrics(); };
   return made;
 }
@@ -132,11 +152,18 @@ void Gateway::Implementation::open_source(const WebOptions& given) {
     newest_ = state;
     hub_.state(state);
   };
-  told.item = [this](const v1::Item& item) { hub_.item(item); };
+  told.item = [this](const v1::Item& item) {
+    if (item.has_scene_info()) {
+      stop_->look_at(static_cast<std::uint16_t>(item.scene_info().stop_port()));
+    }
+    hub_.item(item);
+  };
   told.ended = [this] {
     newest_.reset();
     hub_.session_ended();
   };
+  stop_ = std::make_unique<StopErrand>(
+      context_, given.stop, [this](const client::ResultHandler& done) { stop_by_session(done); });
   link_ = std::make_shared<DaemonLink>(context_, given.link, std::move(told));
 }
 
@@ -145,6 +172,7 @@ void Gateway::Implementation::look() {
   if (looks_ >= kLooksPerReport) {
     looks_ = 0;
     report(link_->report());
+    ask_counts();
   } else if (link_->verdict().state != last_link_.state()) {
     v1::PageLink changed = last_link_;
     const LinkVerdict verdict = link_->verdict();
@@ -155,6 +183,14 @@ void Gateway::Implementation::look() {
   link_timer_.expires_after(kLook);
   link_timer_.async_wait([this](const error_code& cancelled) {
     if (!cancelled) look();
+  });
+}
+
+void Gateway::Implementation::ask_counts() {
+  v1::Item item;
+  item.mutable_get_counts();
+  link_->request(item, [this](const v1::Result* result) {
+    if (result != nullptr && result->has_counts()) counts_ = result->counts();
   });
 }
 
@@ -176,6 +212,7 @@ std::string Gateway::Implementation::metrics() {
     told.sessions_ended = link_->sessions_ended();
   }
   told.state = newest_;
+  told.counts = counts_;
   return metrics_text(told);
 }
 

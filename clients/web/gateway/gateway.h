@@ -27,7 +27,8 @@ class Gateway {
 
   /// Port bound.
   [[nodiscard]] std::uint16_t port() const;
-  /// Token for control; empty: nobody may, since the source is a recording, or its key a view key.
+  /// Token for control, or to steer the recording that is the source; empty: nobody may, since its
+  /// key is a view key.
   [[nodiscard]] const std::string& token() const;
   /// What to open, for people: an address with the token for this machine, or by TLS for all.
   [[nodiscard]] std::string invitation() const;

@@ -3,13 +3,17 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <cstddef>
 #include <memory>
 #include <optional>
 
+#include "clients/web/gateway/door.h"
+#include "clients/web/gateway/file_desk.h"
 #include "clients/web/gateway/http_server.h"
+#include "clients/web/gateway/wait_list.h"
 
 namespace hapticd::web {
 
@@ -22,12 +26,19 @@ struct HttpServer::Shared {
   Hub& hub;
   std::optional<boost::asio::ssl::context> tls;
   boost::asio::ip::tcp::acceptor acceptor;
-  std::size_t connections = 0;  ///< open, viewers included
+  std::unique_ptr<FileDesk> files;
+  Door door;  ///< viewers included; who waits for its peer, or for a disk, waits there
   std::size_t viewers = 0;
+  std::size_t anonymous = 0;  ///< viewers without the token
+  WaitList lookers;           ///< of them, since they were last heard
 };
 
-/// Serves what comes from `socket`, until it closes.
+/// Where a connection comes from; IPv4 addresses as such.
+[[nodiscard]] boost::asio::ip::address remote_address(const boost::asio::ip::tcp::socket& socket);
+
+/// Serves what comes from `socket`, a connection with `from`, until it closes; closes it where
+/// there is no place for it.
 void begin_connection(const std::shared_ptr<HttpServer::Shared>& shared,
-                      boost::asio::ip::tcp::socket socket);
+                      boost::asio::ip::tcp::socket socket, const boost::asio::ip::address& from);
 
 }  // namespace hapticd::web

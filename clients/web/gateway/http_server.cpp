@@ -65,11 +65,8 @@ void accept_next(const std::shared_ptr<HttpServer::Shared>& shared) {
       error_code ignored;  // A socket without these options serves as well.
       socket.set_option(Tcp::no_delay(true), ignored);
       socket.set_option(asio::socket_base::send_buffer_size(kSendBytes), ignored);
-      if (shared->connections >= shared->options.most_connections) {
-        ++shared->counters.refused_full;
-      } else {
-        begin_connection(shared, std::move(socket));
-      }
+      const asio::ip::address from = remote_address(socket);
+      begin_connection(shared, std::move(socket), from);
     }
     accept_next(shared);
   });
@@ -78,16 +75,28 @@ void accept_next(const std::shared_ptr<HttpServer::Shared>& shared) {
 }  // namespace
 
 HttpServer::Shared::Shared(asio::io_context& context, ServerOptions given, Hub& its_hub)
-    : options(std::move(given)), hub(its_hub), tls(tls_context(options)), acceptor(context) {
+    : options(std::move(given)),
+      hub(its_hub),
+      tls(tls_context(options)),
+      acceptor(context),
+      door({options.most_connections, options.most_of_address}) {
   bind(acceptor, options);
+  files = std::make_unique<FileDesk>(context, options.page, options.assets);
 }
 
 HttpServer::HttpServer(asio::io_context& context, ServerOptions options, Hub& hub)
     : shared_(std::make_shared<Shared>(context, std::move(options), hub)) {}
 
-HttpServer::~HttpServer() { stop(); }
+HttpServer::~HttpServer() {
+  stop();
+  // Its threads refer to the context, which connections may outlive this in.
+  shared_->files.reset();
+}
 
-void HttpServer::start() { accept_next(shared_); }
+void HttpServer::start() {
+  shared_->files->look();
+  accept_next(shared_);
+}
 
 void HttpServer::stop() {
   error_code ignored;
@@ -96,6 +105,10 @@ void HttpServer::stop() {
 
 std::uint16_t HttpServer::port() const { return shared_->acceptor.local_endpoint().port(); }
 
-const ServerCounters& HttpServer::counters() const { return shared_->counters; }
+ServerCounters HttpServer::counters() const {
+  ServerCounters all = shared_->counters;
+  all.door = shared_->door.counters();
+  return all;
+}
 
 }  // namespace hapticd::web

@@ -3,14 +3,15 @@
 // time it takes. One thread. Not RT.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "clients/web/gateway/door.h"
 #include "clients/web/gateway/hub.h"
 
 namespace boost::asio {
@@ -27,11 +28,18 @@ struct ServerOptions {
   std::filesystem::path private_key;  ///< PEM
   std::filesystem::path page;         ///< folder
   std::vector<std::string> names;     ///< of this machine, beside its addresses and localhost
-  std::string token;                  ///< for control; empty: nobody may
-  std::size_t most_viewers = 64;
-  std::size_t most_connections = 256;
-  /// The file of the scene with this hash; nothing: there is none.
-  std::function<std::optional<std::string>(const std::string& hash)> asset;
+  std::vector<std::filesystem::path> assets;  ///< folders
+  std::string token;                          ///< for control; empty: nobody may
+  bool control = true;                 ///< with the token; else there is only a recording to steer
+  std::size_t most_viewers = 64;       ///< a quarter of them have the token
+  std::size_t most_connections = 256;  ///< a quarter of them are this machine's
+  std::size_t most_of_address = 16;    ///< connections of one address that is not this machine's
+  /// Silence after which a viewer without the token gives way to another one; a page says something
+  /// each second.
+  std::chrono::nanoseconds quiet = std::chrono::seconds{20};
+  /// Time from the first byte of a message of a viewer to its last; one that takes longer is
+  /// closed.
+  std::chrono::nanoseconds message_time = std::chrono::seconds{10};
   std::function<std::string()> metrics;
 };
 
@@ -39,8 +47,9 @@ struct ServerOptions {
 struct ServerCounters {
   std::uint64_t requests = 0;
   std::uint64_t refused_origin = 0;  ///< handshakes
-  std::uint64_t refused_full = 0;    ///< handshakes and connections
+  std::uint64_t refused_full = 0;    ///< handshakes
   std::uint64_t bad_tokens = 0;
+  DoorCounters door;  ///< of connections
 };
 
 class HttpServer {
@@ -58,7 +67,7 @@ class HttpServer {
   void stop();
 
   [[nodiscard]] std::uint16_t port() const;
-  [[nodiscard]] const ServerCounters& counters() const;
+  [[nodiscard]] ServerCounters counters() const;
 
   /// Options, counters and socket, shared with its connections.
   struct Shared;

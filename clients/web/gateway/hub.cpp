@@ -1,6 +1,8 @@
 // See hub.h.
 #include "clients/web/gateway/hub.h"
 
+#include <google/protobuf/stubs/logging.h>
+
 #include <utility>
 
 #include "proto/wire/request_result.h"
@@ -29,6 +31,12 @@ SharedBody shown_body(const v1::PageShown& shown) {
   return body_of(std::move(event));
 }
 
+bool parse(std::string_view message, v1::PageRequest& request) {
+  // protobuf logs a line about text that is not UTF-8; junk must not fill the log.
+  const google::protobuf::LogSilencer silence;
+  return request.ParseFromArray(message.data(), static_cast<int>(message.size()));
+}
+
 std::string fault_text(const std::optional<v1::Item>& fault) {
   if (!fault.has_value()) return "";
   const std::string& said = fault->fault().message();
@@ -43,10 +51,10 @@ v1::PageShown daemon_shown() {
   return shown;
 }
 
-ViewerId Hub::add(bool control, ViewerPort port) {
+ViewerId Hub::add(ViewerRights rights, ViewerPort port) {
   const ViewerId id = ++last_id_;
   Viewer& viewer = viewers_[id];
-  viewer.control = control;
+  viewer.rights = rights;
   viewer.port = std::move(port);
   viewer.queue = ViewerQueue(options_.limits);
   ++counters_.viewers_ever;
@@ -58,7 +66,8 @@ void Hub::welcome(ViewerId id, Viewer& viewer) {
   v1::PageEvent event;
   v1::PageWelcome& welcome = *event.mutable_welcome();
   welcome.set_version(options_.version);
-  welcome.set_control(viewer.control);
+  welcome.set_control(viewer.rights.control);
+  welcome.set_steer(viewer.rights.steer);
   welcome.set_source(shown_.source());
   const Newest& of = newest();
   if (of.scene.has_value()) welcome.set_scene_hash(of.scene->scene_info().hash());
@@ -139,7 +148,14 @@ void Hub::close(Viewer& viewer, CloseReason reason) {
   viewer.closing = true;
   if (reason == CloseReason::kTooSlow) ++counters_.closed_slow;
   if (reason == CloseReason::kGarbage) ++counters_.closed_garbage;
+  if (reason == CloseReason::kUnfinished) ++counters_.closed_unfinished;
+  if (reason == CloseReason::kGaveWay) ++counters_.gave_way;
   if (viewer.port.close) viewer.port.close(reason);
+}
+
+void Hub::end(ViewerId viewer, CloseReason why) {
+  const auto found = viewers_.find(viewer);
+  if (found != viewers_.end()) close(found->second, why);
 }
 
 void Hub::close_all() {
@@ -256,7 +272,7 @@ void Hub::take(ViewerId id, std::string_view message) {
   if (found == viewers_.end() || found->second.closing) return;
   Viewer& viewer = found->second;
   v1::PageRequest request;
-  if (!request.ParseFromArray(message.data(), static_cast<int>(message.size()))) {
+  if (!parse(message, request)) {
     close(viewer, CloseReason::kGarbage);
     return;
   }
@@ -264,7 +280,7 @@ void Hub::take(ViewerId id, std::string_view message) {
   if (request.has_call()) {
     call(id, viewer, request.id(), request.call());
   } else if (request.has_playback()) {
-    if (options_.steer) options_.steer(request.playback());
+    steer(id, viewer, request.id(), request.playback());
   } else if (request.has_ping()) {
     v1::PageEvent event;
     event.mutable_pong()->set_sent_s(request.ping().sent_s());
@@ -273,19 +289,37 @@ void Hub::take(ViewerId id, std::string_view message) {
   } else if (request.has_show()) {
     show(id, viewer, request.id(), request.show());
   } else if (request.has_list_recordings()) {
-    v1::Result result = result_of(v1::RESULT_CODE_OK);
-    if (options_.recordings) *result.mutable_listing() = options_.recordings();
-    answer(id, request.id(), std::move(result));
+    list(id, viewer, request.id());
   } else if (request.has_experiment() && options_.experiment) {
-    answer(id, request.id(), options_.experiment(id, viewer.control, request.experiment()));
+    answer(id, request.id(), options_.experiment(id, viewer.rights.control, request.experiment()));
   }
+}
+
+void Hub::refuse(ViewerId id, std::uint64_t request_id, v1::Result why) {
+  ++counters_.refused;
+  answer(id, request_id, std::move(why));
+}
+
+void Hub::steer(ViewerId id, const Viewer& viewer, std::uint64_t request_id,
+                const v1::PagePlayback& wanted) {
+  if (!viewer.rights.steer) {
+    refuse(id, request_id, only_looks());
+  } else if (options_.steer) {
+    options_.steer(wanted);
+  }
+}
+
+void Hub::list(ViewerId id, const Viewer& viewer, std::uint64_t request_id) {
+  if (!viewer.rights.control) return refuse(id, request_id, only_looks());
+  v1::Result result = result_of(v1::RESULT_CODE_OK);
+  if (options_.recordings) *result.mutable_listing() = options_.recordings();
+  answer(id, request_id, std::move(result));
 }
 
 void Hub::show(ViewerId id, const Viewer& viewer, std::uint64_t request_id,
                const v1::PageShow& wanted) {
-  if (const auto refused = desk_.refuse_show(id, viewer.control)) {
-    ++counters_.refused;
-    answer(id, request_id, *refused);
+  if (const auto refused = desk_.refuse_show(id, viewer.rights.control)) {
+    refuse(id, request_id, *refused);
   } else if (options_.show) {
     options_.show(wanted.recording(), [this, id, request_id](const v1::Result& result) {
       answer(id, request_id, result);
@@ -294,15 +328,11 @@ void Hub::show(ViewerId id, const Viewer& viewer, std::uint64_t request_id,
 }
 
 void Hub::call(ViewerId id, Viewer& viewer, std::uint64_t request_id, const v1::Item& item) {
-  auto refused = desk_.refuse(id, viewer.control, item);
+  auto refused = desk_.refuse(id, viewer.rights.control, item);
   if (!refused.has_value() && viewer.under_way >= kMaxUnderWay) {
     refused = result_of(v1::RESULT_CODE_BUSY, "", "this page has too many requests under way");
   }
-  if (refused.has_value()) {
-    ++counters_.refused;
-    answer(id, request_id, *refused);
-    return;
-  }
+  if (refused.has_value()) return refuse(id, request_id, *std::move(refused));
   ++viewer.under_way;
   desk_.asked(id, item);
   const auto done = [this, id, request_id, item](const v1::Result* result) {
@@ -322,8 +352,7 @@ void Hub::call(ViewerId id, Viewer& viewer, std::uint64_t request_id, const v1::
   if (options_.call && options_.call(item, done)) return;
   --viewer.under_way;
   desk_.answered(id, item, nullptr);
-  ++counters_.refused;
-  answer(id, request_id, result_of(v1::RESULT_CODE_FAILED, "", "no daemon answers now"));
+  refuse(id, request_id, result_of(v1::RESULT_CODE_FAILED, "", "no daemon answers now"));
 }
 
 void Hub::answer(ViewerId id, std::uint64_t request_id, v1::Result result) {

@@ -22,9 +22,17 @@ inline constexpr std::size_t kMaxUnderWay = 64;
 
 /// Why a viewer is closed.
 enum class CloseReason : std::uint8_t {
-  kTooSlow,  ///< it does not keep up with what must not be lost
-  kGarbage,  ///< it sent something that is not a PageRequest
-  kEnd,      ///< the gateway ends
+  kTooSlow,     ///< it does not keep up with what must not be lost
+  kGarbage,     ///< it sent something that is not a PageRequest
+  kUnfinished,  ///< a message of it did not end in time
+  kGaveWay,     ///< another viewer needed its place
+  kEnd,         ///< the gateway ends
+};
+
+/// What a viewer may do beside looking.
+struct ViewerRights {
+  bool control = false;
+  bool steer = false;  ///< move and pause what is shown of a recording
 };
 
 /// How the hub reaches a viewer. Neither function calls back into the hub before it returns, but
@@ -67,6 +75,8 @@ struct HubCounters {
   std::uint64_t viewers_ever = 0;
   std::uint64_t closed_slow = 0;
   std::uint64_t closed_garbage = 0;
+  std::uint64_t closed_unfinished = 0;
+  std::uint64_t gave_way = 0;
   std::uint64_t states = 0;          ///< of daemon and recordings
   std::uint64_t items = 0;           ///< of daemon and recordings
   std::uint64_t dropped_states = 0;  ///< of viewers that have gone; total_dropped() has all
@@ -79,9 +89,11 @@ class Hub {
   explicit Hub(HubOptions options) : options_(std::move(options)) {}
 
   /// A viewer joins, and is welcomed.
-  ViewerId add(bool control, ViewerPort port);
+  ViewerId add(ViewerRights rights, ViewerPort port);
   /// It is gone; what it held is given back.
   void remove(ViewerId viewer);
+  /// Closes it, and counts why.
+  void end(ViewerId viewer, CloseReason why);
   /// A message of a viewer.
   void take(ViewerId viewer, std::string_view message);
   /// The next message to a viewer, whole.
@@ -110,7 +122,7 @@ class Hub {
 
  private:
   struct Viewer {
-    bool control = false;
+    ViewerRights rights;
     bool closing = false;
     std::size_t under_way = 0;
     ViewerPort port;
@@ -142,6 +154,10 @@ class Hub {
   void call(ViewerId id, Viewer& viewer, std::uint64_t request_id, const v1::Item& item);
   void show(ViewerId id, const Viewer& viewer, std::uint64_t request_id,
             const v1::PageShow& wanted);
+  void steer(ViewerId id, const Viewer& viewer, std::uint64_t request_id,
+             const v1::PagePlayback& wanted);
+  void list(ViewerId id, const Viewer& viewer, std::uint64_t request_id);
+  void refuse(ViewerId id, std::uint64_t request_id, v1::Result why);
   void answer(ViewerId id, std::uint64_t request_id, v1::Result result);
   void give_back_lease();
 

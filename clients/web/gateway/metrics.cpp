@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstdio>
+#include <utility>
+#include <vector>
 
 namespace hapticd::web {
 namespace {
@@ -20,6 +22,14 @@ class Text {
   void counter(const std::string& name, const char* help, std::uint64_t value) {
     head(name, help, "counter");
     text_ += name + ' ' + std::to_string(value) + '\n';
+  }
+  /// One for each pair of labels and value.
+  void counters(const std::string& name, const char* help,
+                const std::vector<std::pair<std::string, std::uint64_t>>& samples) {
+    head(name, help, "counter");
+    for (const auto& [labels, value] : samples) {
+      text_ += name + labels + ' ' + std::to_string(value) + '\n';
+    }
   }
   void gauge(const std::string& name, const char* help, double value,
              const std::string& labels = "") {
@@ -43,6 +53,10 @@ void add_viewers(Text& text, const Metrics& of) {
                "Viewers closed because they did not keep up with events.", of.hub.closed_slow);
   text.counter("haptic_web_viewers_closed_garbage_total",
                "Viewers closed because of what they sent.", of.hub.closed_garbage);
+  text.counter("haptic_web_viewers_closed_unfinished_total",
+               "Viewers closed because a message of theirs did not end.", of.hub.closed_unfinished);
+  text.counter("haptic_web_viewers_gave_way_total",
+               "Viewers without the token that gave way to another.", of.hub.gave_way);
   text.counter("haptic_web_states_dropped_total", "States that viewers were too slow for.",
                of.dropped_states);
   text.counter("haptic_web_page_requests_total", "Messages of pages.", of.hub.requests);
@@ -52,7 +66,11 @@ void add_viewers(Text& text, const Metrics& of) {
   text.counter("haptic_web_origin_refused_total",
                "Requests under a foreign name or from a foreign page.", of.server.refused_origin);
   text.counter("haptic_web_full_refused_total", "Connections and viewers that found no place.",
-               of.server.refused_full);
+               of.server.refused_full + of.server.door.refused_full);
+  text.counter("haptic_web_address_refused_total", "Connections beyond those of one address.",
+               of.server.door.refused_address);
+  text.counter("haptic_web_idle_evicted_total", "Idle connections that gave way to another.",
+               of.server.door.evicted);
   text.counter("haptic_web_bad_tokens_total", "Handshakes with a wrong token.",
                of.server.bad_tokens);
 }
@@ -84,6 +102,21 @@ void add_daemon(Text& text, const v1::State& state) {
                state.timing().overruns());
 }
 
+/// Only causes that are names: they come from the daemon.
+void add_counts(Text& text, const v1::Counts& counts) {
+  constexpr std::size_t kLongest = 64;
+  std::vector<std::pair<std::string, std::uint64_t>> samples;
+  for (const v1::Count& count : counts.counts()) {
+    const std::string& cause = count.cause();
+    const bool name = !cause.empty() && cause.size() <= kLongest &&
+                      cause.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == std::string::npos;
+    if (name) samples.emplace_back("{cause=\"" + cause + "\"}", count.count());
+  }
+  if (samples.empty()) return;
+  text.counters("hapticd_network_total", "What the daemon's network has brought and lost.",
+                samples);
+}
+
 }  // namespace
 
 std::string metrics_text(const Metrics& metrics) {
@@ -92,6 +125,7 @@ std::string metrics_text(const Metrics& metrics) {
   add_viewers(text, metrics);
   add_link(text, metrics);
   if (metrics.state.has_value()) add_daemon(text, *metrics.state);
+  add_counts(text, metrics.counts);
   return text.take();
 }
 

@@ -7,6 +7,7 @@
 
 #include "clients/web/gateway/http_server.h"
 #include "clients/web/gateway/hub.h"
+#include "hapticd/v1/answer.pb.h"
 #include "hapticd/v1/gateway.pb.h"
 
 namespace hapticd::web {
@@ -22,6 +23,7 @@ struct Metrics {
   std::uint64_t received_bytes = 0;
   std::uint64_t sessions_ended = 0;
   std::optional<v1::State> state;  ///< newest
+  v1::Counts counts;               ///< of the daemon's network, newest
 };
 
 [[nodiscard]] std::string metrics_text(const Metrics& metrics);

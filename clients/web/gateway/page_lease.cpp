@@ -5,8 +5,6 @@
 #include "proto/wire/request_rule.h"
 
 namespace hapticd::web {
-namespace {
-
 v1::Result only_looks() {
   return wire::result_of(
       v1::RESULT_CODE_NOT_PERMITTED, "",
@@ -14,16 +12,14 @@ v1::Result only_looks() {
       "on its machine or by https");
 }
 
-}  // namespace
-
 std::optional<v1::Result> PageLease::refuse(ViewerId viewer, bool control,
                                             const v1::Item& request) const {
   // A Subscribe would be everyone's, a PoseBatch has no answer when it is taken.
   if (wire::rule_of(request) == nullptr || request.has_subscribe() || request.has_pose_batch()) {
     return wire::result_of(v1::RESULT_CODE_UNSUPPORTED, "", "not from a page");
   }
-  if (!wire::needs_control(request)) return std::nullopt;
   if (!control) return only_looks();
+  if (!wire::needs_control(request)) return std::nullopt;
   if (request.has_acquire()) {
     const bool taken = (holder_ != 0 && holder_ != viewer) || (asking_ != 0 && asking_ != viewer);
     if (taken) return wire::result_of(v1::RESULT_CODE_BUSY, "", "another page has control");

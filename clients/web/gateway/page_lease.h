@@ -13,10 +13,14 @@ namespace hapticd::web {
 /// Number of a viewer, from 1.
 using ViewerId = std::uint64_t;
 
+/// The answer to a page that asks for more than to look and may not.
+[[nodiscard]] v1::Result only_looks();
+
 /// Keeps the lease among the viewers.
 class PageLease {
  public:
-  /// Why `viewer` gets no further with `request`; nothing: the daemon decides.
+  /// Why `viewer` gets no further with `request`; nothing: the daemon decides. Without control
+  /// nothing reaches the daemon, what only reads neither: a listing may cost more than its asking.
   [[nodiscard]] std::optional<v1::Result> refuse(ViewerId viewer, bool control,
                                                  const v1::Item& request) const;
   /// Why `viewer` may not choose what all pages see; nothing: it may.

@@ -3,13 +3,17 @@
 #pragma once
 
 #include <boost/asio/async_result.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/compose.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/beast/websocket/teardown.hpp>
 #include <cstddef>
+#include <functional>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 // NOLINTBEGIN(misc-no-recursion): handlers that begin the next step look like recursion.
@@ -35,20 +39,29 @@ class PageStream {
   [[nodiscard]] const Tcp& next_layer() const noexcept { return *tcp_; }
   /// Null without TLS.
   [[nodiscard]] Tls* tls() noexcept { return tls_.get(); }
+  /// From here on told of all bytes that come, plain, before who reads them is.
+  void on_bytes(std::function<void(std::string_view)> told) { told_ = std::move(told); }
   // The name is Boost.Asio's.
   [[nodiscard]] executor_type get_executor() noexcept { return tcp_->get_executor(); }
 
   template <typename Buffers, typename Token>
   auto async_read_some(const Buffers& buffers, Token&& token) {
-    return boost::asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
-        [this](auto&& handler, const Buffers& into) {
+    return boost::asio::async_compose<Token, void(boost::system::error_code, std::size_t)>(
+        [this, buffers, begun = false](auto& self, boost::system::error_code error = {},
+                                       std::size_t count = 0) mutable {
+          if (begun) {
+            tell(buffers, count);
+            return self.complete(error, count);
+          }
+          begun = true;
+          const Buffers into = buffers;  // moved with `self`
           if (tls_ != nullptr) {
-            tls_->async_read_some(into, std::forward<decltype(handler)>(handler));
+            tls_->async_read_some(into, std::move(self));
           } else {
-            tcp_->async_read_some(into, std::forward<decltype(handler)>(handler));
+            tcp_->async_read_some(into, std::move(self));
           }
         },
-        token, buffers);
+        token, *tcp_);
   }
 
   template <typename Buffers, typename Token>
@@ -65,8 +78,21 @@ class PageStream {
   }
 
  private:
+  /// Of what was read into `buffers`.
+  template <typename Buffers>
+  void tell(const Buffers& buffers, std::size_t count) {
+    if (!told_) return;
+    const auto end = boost::asio::buffer_sequence_end(buffers);
+    for (auto at = boost::asio::buffer_sequence_begin(buffers); at != end && count > 0; ++at) {
+      const boost::asio::mutable_buffer part = boost::asio::buffer(*at, count);
+      told_({static_cast<const char*>(part.data()), part.size()});
+      count -= part.size();
+    }
+  }
+
   std::unique_ptr<Tcp> tcp_;
   std::unique_ptr<Tls> tls_;
+  std::function<void(std::string_view)> told_;
 };
 
 /// How a WebSocket over it ends; found by Boost.Beast by its name.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proto/wire/request_result.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd::web {
 namespace {
@@ -35,7 +36,8 @@ v1::Listing RecordingFolder::list() const {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
     std::string name = entry.path().filename().string();
-    if (!is_name(name) || !is_plain_file(entry.path())) continue;
+    // What is no text cannot be told, and a page could not ask for it.
+    if (!is_name(name) || !wire::is_plain(name) || !is_plain_file(entry.path())) continue;
     found.emplace_back(entry.last_write_time(error), std::move(name));
   }
   std::sort(found.begin(), found.end());

@@ -7,6 +7,9 @@
 #include <chrono>
 #include <utility>
 
+#include "clients/library/client.h"
+#include "clients/web/gateway/answer_head.h"
+
 // NOLINTBEGIN(misc-no-recursion): handlers that begin the next step look like recursion.
 namespace hapticd::web {
 
@@ -27,6 +30,11 @@ websocket::close_reason reason_of(CloseReason reason) {
       return {websocket::close_code::try_again_later, "too slow"};
     case CloseReason::kGarbage:
       return {websocket::close_code::bad_payload, "no PageRequest"};
+    case CloseReason::kUnfinished:
+      return {websocket::close_code::policy_error, "a message did not end in time"};
+    case CloseReason::kGaveWay:
+      return {websocket::close_code::try_again_later,
+              "a page that may do more, or one that was heard later, needed this place"};
     case CloseReason::kEnd:
       break;
   }
@@ -43,16 +51,38 @@ void teardown(boost::beast::role_type role, PageStream& stream, error_code& erro
   }
 }
 
-Viewer::Viewer(PageStream stream, Hub& hub, bool control, std::function<void()> closed)
-    : socket_(std::move(stream)), hub_(hub), control_(control), closed_(std::move(closed)) {}
+Viewer::Viewer(PageStream stream, Hub& hub, ViewerRights rights, ViewerPlace place)
+    : socket_(std::move(stream)),
+      hub_(hub),
+      rights_(rights),
+      place_(std::move(place)),
+      rest_timer_(socket_.get_executor()) {}
 
 Viewer::~Viewer() {
   if (id_ != 0) hub_.remove(id_);
-  if (closed_) closed_();
+  if (place_.closed) place_.closed();
+}
+
+void Viewer::heard() {
+  if (!place_.heard) return;
+  place_.heard([weak = weak_from_this()] {
+    if (const auto self = weak.lock()) self->give_way();
+  });
+}
+
+void Viewer::give_way() {
+  // From here on it is as good as gone.
+  place_.heard = {};
+  if (id_ != 0) {
+    hub_.end(id_, CloseReason::kGaveWay);
+  } else {
+    socket_.next_layer().next_layer().close();
+  }
 }
 
 void Viewer::accept(Request request, const std::string& subprotocol) {
   request_ = std::move(request);
+  heard();
   // Deadlines are the WebSocket's own from here on.
   socket_.next_layer().next_layer().expires_never();
   websocket::stream_base::timeout times{};
@@ -60,12 +90,15 @@ void Viewer::accept(Request request, const std::string& subprotocol) {
   times.idle_timeout = kIdle;
   times.keep_alive_pings = true;
   socket_.set_option(times);
-  socket_.set_option(websocket::stream_base::decorator([subprotocol](auto& response) {
-    if (!subprotocol.empty()) {
-      response.set(boost::beast::http::field::sec_websocket_protocol, subprotocol);
-    }
-  }));
-  socket_.read_message_max(kMaxMessageBytes);
+  socket_.set_option(websocket::stream_base::decorator(
+      [subprotocol, host = place_.host](websocket::response_type& response) {
+        guard(response, host);
+        if (!subprotocol.empty()) {
+          response.set(boost::beast::http::field::sec_websocket_protocol, subprotocol);
+        }
+      }));
+  const bool looks = !rights_.control && !rights_.steer;
+  socket_.read_message_max(looks ? kMaxLookerBytes : kMaxMessageBytes);
   socket_.binary(true);
   // One event, one frame: nothing that has to come in between is worth the many writes.
   socket_.auto_fragment(false);
@@ -88,13 +121,40 @@ void Viewer::join() {
       asio::post(self->socket_.get_executor(), [self, reason] { self->close(reason); });
     }
   };
-  id_ = hub_.add(control_, std::move(port));
+  id_ = hub_.add(rights_, std::move(port));
+  socket_.next_layer().on_bytes([this](std::string_view bytes) { came(bytes); });
   read();
+}
+
+/// Pongs keep a silent viewer; half a message, and one byte of it now and then, do not.
+void Viewer::came(std::string_view bytes) {
+  frames_.take(bytes, client::monotonic_now_ns());
+  if (!awaits_rest_) await_rest();
+}
+
+void Viewer::await_rest() {
+  const auto since_ns = frames_.unfinished_since_ns();
+  awaits_rest_ = since_ns.has_value();
+  if (!awaits_rest_) return;
+  const std::chrono::nanoseconds passed{client::monotonic_now_ns() - *since_ns};
+  if (passed >= place_.message_time) return hub_.end(id_, CloseReason::kUnfinished);
+  rest_timer_.expires_after(place_.message_time - passed);
+  rest_timer_.async_wait([weak = weak_from_this()](const error_code& cancelled) {
+    const auto self = weak.lock();
+    if (!cancelled && self != nullptr) self->await_rest();
+  });
 }
 
 void Viewer::read() {
   socket_.async_read(incoming_, [self = shared_from_this()](const error_code& error, std::size_t) {
-    if (error) return;  // Whoever closed it: nothing refers to it any more.
+    if (error) {
+      // Whoever closed it: nothing refers to it any more.
+      const bool garbage = error == websocket::condition::protocol_violation ||
+                           error == websocket::error::message_too_big;
+      if (garbage) self->hub_.end(self->id_, CloseReason::kGarbage);
+      return;
+    }
+    self->heard();
     const auto bytes = self->incoming_.cdata();
     self->hub_.take(self->id_, {static_cast<const char*>(bytes.data()), bytes.size()});
     self->incoming_.consume(self->incoming_.size());

@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 struct Texts {
   client::DaemonChoice daemon;
   std::string listen = "127.0.0.1:8080";
+  std::string stop_key;
 };
 
 /// Where the installed files are: HAPTICD_DATA, else ../share/hapticd from the program.
@@ -53,6 +54,9 @@ void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
   client::add_daemon_options(app, texts.daemon);
   app.add_option("--listen", texts.listen, "where browsers connect, ADDR:PORT; port 0: any")
       ->capture_default_str();
+  app.add_option("--stop-key", texts.stop_key,
+                 "key of the daemon's Stop road (default: stop.key beside the file of --key)")
+      ->type_name("FILE");
   auto* certificate = app.add_option("--cert", options.server.certificate,
                                      "certificate in PEM form; browsers then connect by https")
                           ->type_name("FILE");
@@ -123,6 +127,9 @@ void finish(const Texts& texts, WebOptions& options) {
   options.assets.push_back(data_folder() / "models");
   options.server.most_connections = options.server.most_viewers + 192;
   options.link.key = client::named_key(texts.daemon.key_file, texts.daemon.role);
+  options.stop.host = server.host;
+  options.stop.target.session_port = server.port;
+  options.stop.target.key = client::named_stop_key(texts.stop_key, texts.daemon.key_file);
 }
 
 }  // namespace

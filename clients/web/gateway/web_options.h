@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clients/library/recording.h"
+#include "clients/library/stop_road.h"
 #include "clients/web/gateway/daemon_link.h"
 #include "clients/web/gateway/experiment_link.h"
 #include "clients/web/gateway/http_server.h"
@@ -17,6 +18,7 @@ namespace hapticd::web {
 /// What was asked for.
 struct WebOptions {
   LinkOptions link;
+  client::StopPlace stop;  ///< the daemon's Stop road, until the daemon tells its port
   ServerOptions server;
   std::vector<std::filesystem::path> assets;
   std::filesystem::path recording;  ///< empty: a daemon is the source

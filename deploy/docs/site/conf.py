@@ -30,5 +30,5 @@ highlight_language = "none"
 
 def setup(app):
     """Names of code blocks that Pygments has no colours for."""
-    for name in ("hex", "textproto"):
+    for name in ("hex", "stop", "textproto"):
         app.add_lexer(name, TextLexer)

@@ -27,6 +27,10 @@ bool hap_init(HapDevice* device, const HapSettings* settings) {
   caps->ver_minor = kHapVersionMinor;
   caps->magic = kHapMagic;
   if (device->settings.affine_k_max_npm == 0) device->settings.affine_k_max_npm = caps->k_max_npm;
+  HapSettings* gains = &device->settings;
+  if (gains->affine_b_max_mnspm == 0) gains->affine_b_max_mnspm = kHapMostDamping;
+  if (gains->affine_kr_max_mnmprad == 0) gains->affine_kr_max_mnmprad = kHapMostTurnStiffness;
+  if (gains->affine_br_max_10unmsprad == 0) gains->affine_br_max_10unmsprad = kHapMostTurnDamping;
   hap_default_config(device);
   device->calibration.id = kHapCalibrationId;
   // A report before the first measurement is one all the same.

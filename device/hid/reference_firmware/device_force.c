@@ -28,14 +28,18 @@ static bool gives_nothing(const int16_t k_npm[6]) {
 }
 
 bool hap_affine_is_sound(const HapDevice* device, const HapAffine* affine) {
+  const HapSettings* most = &device->settings;
   for (int row = 0; row < 3; ++row) {
     if (affine->k_npm[row] < 0) return false;
+    if (affine->b_mnspm[row] > most->affine_b_max_mnspm) return false;
+    if (affine->kr_mnmprad[row] > most->affine_kr_max_mnmprad) return false;
+    if (affine->br_10unmsprad[row] > most->affine_br_max_10unmsprad) return false;
     int32_t sum = 0;
     for (int column = 0; column < 3; ++column) {
       const int32_t entry = affine->k_npm[kRow[row][column]];
       sum += entry < 0 ? -entry : entry;
     }
-    if ((uint32_t)sum > device->settings.affine_k_max_npm) return false;
+    if ((uint32_t)sum > most->affine_k_max_npm) return false;
   }
   return gives_nothing(affine->k_npm);
 }

@@ -163,7 +163,7 @@ void hap_default_config(HapDevice* device) {
   device->config.wd_ms = caps->wd_default_ms;
   device->config.f_cap_cn = caps->f_peak_cn;
   device->config.tau_cap_mnm = caps->tau_peak_mnm;
-  device->config.v_cap_mmps = kHapNoSpeedCap;
+  device->config.v_cap_mmps = kHapResetSpeedCap;
 }
 
 static uint16_t at_most(uint16_t value, uint16_t most) { return value < most ? value : most; }
@@ -173,6 +173,13 @@ bool hap_set_config(HapDevice* device, const uint8_t* report) {
   HapConfig wanted;
   memcpy(&wanted, report, sizeof wanted);
   HapConfig* config = &device->config;
+  if (device->enabled) {
+    // Under a hand nothing is let loose.
+    wanted.wd_ms = at_most(wanted.wd_ms, config->wd_ms);
+    wanted.f_cap_cn = at_most(wanted.f_cap_cn, config->f_cap_cn);
+    wanted.tau_cap_mnm = at_most(wanted.tau_cap_mnm, config->tau_cap_mnm);
+    wanted.v_cap_mmps = at_most(wanted.v_cap_mmps, config->v_cap_mmps);
+  }
   config->wd_ms = at_most(wanted.wd_ms, caps->wd_max_ms);
   if (config->wd_ms < kShortestWatchdog) config->wd_ms = kShortestWatchdog;
   config->f_cap_cn = at_most(wanted.f_cap_cn, caps->f_peak_cn);

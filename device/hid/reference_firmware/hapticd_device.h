@@ -71,6 +71,11 @@ enum { kHapNotCalibrated = 0, kHapRunning = 1, kHapCalibrationOk = 2, kHapCalibr
 
 /// HapConfig.v_cap_mmps that watches no speed; HapState.cmd_age that means none, or older.
 enum { kHapNoSpeedCap = 0xFFFF, kHapOldest = 0xFFFF };
+/// HapConfig.v_cap_mmps after a reset: no hand that plays is faster, a handle that is thrown is.
+enum { kHapResetSpeedCap = 3000 };
+/// Largest gains where the maker states none: more than a host renders, less than a servo of 1 kHz
+/// turns into a push. mN s/m, mN m/rad, 10 uN m s/rad.
+enum { kHapMostDamping = 10000, kHapMostTurnStiffness = 5000, kHapMostTurnDamping = 5000 };
 
 #pragma pack(push, 1)
 /// Input 0x01, 64 bytes.
@@ -145,10 +150,13 @@ enum { kHapHistory = 64 };
 
 /// What the maker knows of the device; constant.
 typedef struct HapSettings {
-  HapCapabilities capabilities;  ///< id, version and magic are filled in by hap_init
-  uint16_t calibration_axes;     ///< without these it is not calibrated; bits as axis_mask
-  uint16_t grip_peak_mn;         ///< largest grip force, either way
-  uint32_t affine_k_max_npm;     ///< largest row sum of K that the servo bears; 0: k_max_npm
+  HapCapabilities capabilities;       ///< id, version and magic are filled in by hap_init
+  uint16_t calibration_axes;          ///< without these it is not calibrated; bits as axis_mask
+  uint16_t grip_peak_mn;              ///< largest grip force, either way
+  uint32_t affine_k_max_npm;          ///< largest row sum of K that the servo bears; 0: k_max_npm
+  uint16_t affine_b_max_mnspm;        ///< largest entry of B; 0: kHapMostDamping
+  uint16_t affine_kr_max_mnmprad;     ///< largest entry of Kr; 0: kHapMostTurnStiffness
+  uint16_t affine_br_max_10unmsprad;  ///< largest entry of Br; 0: kHapMostTurnDamping
 } HapSettings;
 
 /// What the sensors say, in the units of HapState. Once per servo cycle.

@@ -90,12 +90,34 @@ TEST_CASE("States are told of after the sixteenth, not with the keep-alive alone
   CHECK(bench.core.due_ns() > bench.now_ns);
 }
 
-TEST_CASE("a gap in the server's Items ends the session with Bye PROTOCOL_ERROR") {
+TEST_CASE("Items that come early are skipped, and taken when their turn comes") {
   Bench bench;
   bench.poll();
+  CHECK(bench.sent[0].ahead() == 32);
   v1::Packet packet;
   packet.set_first(2);
   packet.add_items()->mutable_tone();
+  bench.give(packet);
+  CHECK(bench.items.empty());
+  bench.now_ns += 10'000'000;
+  bench.poll();
+  CHECK(bench.sent.back().ack() == 0);
+  CHECK(bench.sent.back().ahead() == 0);
+  packet.set_first(1);
+  bench.give(packet);
+  packet.set_first(2);
+  bench.give(packet);
+  CHECK(bench.items.size() == 2);
+  bench.poll();
+  CHECK(bench.sent.back().ack() == 2);
+  CHECK(bench.ends.empty());
+}
+
+TEST_CASE("a Chunk out of place ends the session with Bye PROTOCOL_ERROR") {
+  Bench bench;
+  bench.poll();
+  v1::Packet packet;
+  packet.add_items()->mutable_chunk()->set_blob(2);
   bench.give(packet);
   bench.poll();
   REQUIRE(bench.ends.size() == 1);

@@ -17,7 +17,10 @@ FAULTS = {
     "the_client_keeps_its_session_alive": "from hapticd import link; link.KEEP_ALIVE_NS *= 8\n"
                                           "import time; sleep = time.sleep; time.sleep = lambda seconds: sleep(20 * seconds)",
     "a_new_item_is_acknowledged_within_10_ms": "from hapticd import link; link.ACK_SPACING_NS *= 40",
-    "a_gap_ends_the_session": "from hapticd import link; link.Link.say_bye = lambda *_: None",
+    "a_gap_ends_the_session_unless_ahead_was_announced": "from hapticd import items; sound = items.Inbox.take\n"
+                                     "def eager(self, packet):\n self.applied = max(self.applied, min(packet.first, 1 << 40) - 1)\n"
+                                     " return sound(self, packet)\nitems.Inbox.take = eager",
+    "ahead_is_announced_until_the_server_is_heard": "from hapticd import link; link.MOST_AHEAD = 33",
     "items_are_repeated_until_acknowledged": "from hapticd import items, link; items.REPEAT_EVERY_NS = 10**9; link.KEEP_ALIVE_NS = 10**9; "
                                              "items.REPEAT_AFTER_NS = (10**9,)",
     "states_are_counted": "from hapticd import link; sound = link.Link._take_state\n"

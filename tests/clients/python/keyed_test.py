@@ -1,5 +1,7 @@
 """Keyed sessions: the handshake against published vectors (those of the Go library flynn/noise, also used by other Noise libraries), and
 a whole session through a gate with keys."""
+import hashlib
+import secrets
 import time
 import unittest
 from unittest import mock
@@ -73,6 +75,29 @@ class Hello(unittest.TestCase):
         self.assertEqual(second[25:73], first[18:66])
         self.assertEqual(set(second[73:]), {0})
         self.assertFalse(door.is_open)
+
+    def test_once_the_server_has_signed_a_cookie_no_other_is_taken(self):
+        door = road.KeyedRoad(PSK, "control", 0)
+        message = door.hello(0)[18:18 + 48]
+
+        def retry(cookie, psk=PSK, answered=message):
+            what = b"RETRYhapticd\x01\x02" + answered[:32] + cookie
+            return wire.encode(wire.KIND_RETRY, 0, 0, cookie + hashlib.blake2b(what, key=psk, digest_size=16).digest())
+
+        forged = [secrets.token_bytes(48) for _ in range(50)]
+        door.receive(wire.encode(wire.KIND_RETRY, 0, 0, forged[0]))
+        self.assertEqual(door.due_ns(), 0)
+        door.hello(7)
+        for cookie in forged[1:]:
+            door.receive(wire.encode(wire.KIND_RETRY, 0, 0, cookie))
+            self.assertEqual(door.due_ns(), 7 + road.HELLO_EVERY_NS)  # no flood of them makes it say more
+        good = retry(b"c" * 32)
+        door.receive(good)
+        self.assertEqual(door.due_ns(), 0)
+        for bad in [wire.encode(wire.KIND_RETRY, 0, 0, forged[3]), retry(b"d" * 32, psk=bytes(32)),
+                    retry(b"d" * 32, answered=secrets.token_bytes(48)), good[:-1], good[:16] + b"x" + good[17:]]:
+            door.receive(bad)
+            self.assertEqual(door.hello(8)[18:18 + 48], good[16:])
 
     def test_cookies_of_no_or_too_many_bytes_are_ignored(self):
         door = road.KeyedRoad(PSK, "control", 0)

@@ -5,8 +5,8 @@ import unittest
 import support
 from hapticd import wire
 from hapticd.errors import ProtocolError, SessionLost
-from hapticd.items import BacklogFull, Inbox, Outbox
-from hapticd.link import ITEM_ROOM, Link
+from hapticd.items import ITEM_ROOM, BacklogFull, Inbox, Outbox
+from hapticd.link import Link
 from hapticd.v1 import control_pb2, stream_pb2
 from support import MS, Road
 
@@ -68,9 +68,54 @@ class ExactlyOnce(unittest.TestCase):
         while link.backlog:
             data = link.datagram(2**63)
             longest = max(longest, len(data))
-            link._outbox.acknowledge(stream_pb2.Packet.FromString(data[16:]).first)
+            link._outbox.acknowledge(stream_pb2.Packet.FromString(data[16:]).first, 0)
         self.assertLessEqual(longest, 1200)
         self.assertGreater(longest, 1000)
+
+
+class Ahead(unittest.TestCase):
+    LARGE = 300_000
+    CHUNKS = -(-LARGE // 900)
+
+    def upload(self, ahead, loss=0.0, seed=1):
+        """Round trips of 1 ms that an Item of 300 kB takes to a server that takes so many Packets ahead, and how many were ever under way."""
+        client, server = Link(9, 0), Link(9, 0)
+        server._announces = False
+        lost = Road(seed, loss, doubled=0.0, most_delay_ns=1)
+        client.submit(numbered(0))
+        most = 0
+        for now in range(MS, 20_000 * MS, MS):
+            client.receive(plain(client, now // MS, ack=server._inbox.applied, ahead=ahead), now)
+            arrived = []
+            for number in range(32):
+                if client.due_ns() > now:
+                    break
+                lost.put(client.datagram(now), now - 32 + number)
+            for data in lost.take(now):
+                arrived += server.receive(data, now).items
+            most = max(most, client._outbox._left - server._inbox.applied)
+            if now == 2 * MS:
+                client.submit(numbered(7, self.LARGE))
+            elif arrived and now > MS:
+                self.assertEqual(arrived[0][1], numbered(7, self.LARGE))
+                return now // MS - 2, most
+        self.fail(f"seed {seed}: not there after 20 s")
+
+    def test_a_large_item_leaves_in_as_many_packets_at_once_as_the_server_takes(self):
+        for ahead in (1, 8, 32, 1000):
+            trips, _ = self.upload(ahead)
+            self.assertLessEqual(trips, self.CHUNKS // min(ahead, 32) + 6, ahead)
+            self.assertGreaterEqual(trips, self.CHUNKS // min(ahead, 32), ahead)
+
+    def test_to_a_server_that_takes_none_ahead_one_packet_at_a_time_leaves(self):
+        trips, most = self.upload(0)
+        self.assertGreaterEqual(trips, self.CHUNKS)
+        self.assertLessEqual(most, 1)
+
+    def test_what_is_lost_is_repeated_with_all_behind_it(self):
+        for seed in range(1, 1 + support.scaled(50)):
+            trips, _ = self.upload(32, loss=0.1, seed=seed)
+            self.assertLess(trips, 2 * self.CHUNKS, f"seed {seed}")
 
 
 class Schedule(unittest.TestCase):
@@ -126,11 +171,20 @@ class Rules(unittest.TestCase):
         with self.assertRaises(SessionLost):
             link.submit(numbered(1025))
 
-    def test_a_gap_in_the_items_ends_the_session(self):
+    def test_items_that_come_early_are_skipped_until_their_turn(self):
         link = Link(9, 0)
-        self.assertEqual(link.receive(plain(link, 0, first=2, items=[numbered(0)]), 0).items, [])
-        self.assertEqual(link.ended.reason, control_pb2.BYE_REASON_PROTOCOL_ERROR)
-        self.assertEqual(stream_pb2.Packet.FromString(link.datagram(0)[16:]).items[0].bye.reason, control_pb2.BYE_REASON_PROTOCOL_ERROR)
+        self.assertEqual(link.receive(plain(link, 0, first=2, items=[numbered(1)]), 0).items, [])
+        self.assertIsNone(link.ended)
+        self.assertLessEqual(link.due_ns(), 10 * MS)
+        self.assertEqual(stream_pb2.Packet.FromString(link.datagram(0)[16:]).ack, 0)
+        self.assertEqual(len(link.receive(plain(link, 1, first=1, items=[numbered(0)]), 0).items), 1)
+        self.assertEqual(len(link.receive(plain(link, 2, first=2, items=[numbered(1)]), 0).items), 1)
+
+    def test_what_is_taken_ahead_is_announced_until_the_server_is_heard(self):
+        link = Link(9, 0)
+        told = [stream_pb2.Packet.FromString(link.datagram(now)[16:]).ahead for now in range(3)]
+        link.receive(plain(link, 0), 4)
+        self.assertEqual((told, stream_pb2.Packet.FromString(link.datagram(5)[16:]).ahead), ([32, 32, 32], 0))
 
     def test_an_ack_of_what_was_never_sent_ends_the_session(self):
         link = Link(9, 0)
@@ -143,8 +197,8 @@ class Rules(unittest.TestCase):
         for number in range(3):
             outbox.add(numbered(number))
         outbox.sent(3, 0)
-        outbox.acknowledge(2)
-        outbox.acknowledge(1)
+        outbox.acknowledge(2, 0)
+        outbox.acknowledge(1, 0)
         self.assertEqual((outbox.first, len(outbox)), (3, 1))
 
     def test_pieces_out_of_place_are_errors(self):

@@ -26,7 +26,7 @@ class WorkedDatagrams(unittest.TestCase):
             packet = text_format.Parse(text, stream_pb2.Packet())
             self.assertEqual(wire.encode(wire.KIND_PLAIN, session, counter, packet.SerializeToString()), data)
 
-    def test_a_new_link_says_the_first_of_them_byte_for_byte(self):
+    def test_a_new_link_says_the_first_of_them_byte_for_byte_and_what_it_takes_ahead(self):
         session, _, _, data = support.worked_datagrams()[0]
         link = Link(session, 1_000_000)
         subscribe, acquire = stream_pb2.Item(), stream_pb2.Item()
@@ -35,7 +35,8 @@ class WorkedDatagrams(unittest.TestCase):
         acquire.acquire.holder = "demo"
         self.assertEqual([link.submit(subscribe), link.submit(acquire)], [1, 2])
         self.assertLessEqual(link.due_ns(), 1_000_000)
-        self.assertEqual(link.datagram(1_000_000), data)
+        ahead = stream_pb2.Packet(ahead=32).SerializeToString()
+        self.assertEqual(link.datagram(1_000_000), data + ahead)
 
     def test_a_link_applies_the_second_once_its_items_are_due(self):
         session, _, text, data = support.worked_datagrams()[1]

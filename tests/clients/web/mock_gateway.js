@@ -16,7 +16,8 @@ const { WebSocketServer } = require('ws');
 const { v1, hex } = await import(pathToFileURL(require.resolve('hapticd-stream')));
 
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css' };
-const POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' ws:";
+// As in clients/web/gateway/answer_head.cpp, but for the host.
+const POLICY = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; font-src 'self'; manifest-src 'self'; connect-src 'self' ws:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /** PageEvents of the capture. */
 function readEvents(bytes) {
@@ -63,7 +64,7 @@ class Viewer {
 
   constructor(socket) {
     Object.assign(this, { socket, sequence: 0, next: 0, startNs: nowNs(), fence: 0 });
-    this.send({ welcome: { version: 'mock', control: true, source: 1, presentation_delay_s: 0.008 } });
+    this.send({ welcome: { version: 'mock', control: true, source: 1, presentation_delay_s: 0.008, steer: true } });
     greeting.forEach((event) => this.send(event));
     this.send({ item: { lease_info: { fence: 0, ttl_ms: 2000 } } });
     const timers = [setInterval(() => this.play(), 4), setInterval(() => this.link(), 1000)];

@@ -229,6 +229,40 @@ TEST_CASE("times that are no times move no ramp") {
   }
 }
 
+TEST_CASE("while poses are stale force fades as if let go, and climbs again once they come") {
+  LoopMachine m;
+  LoopInput in;
+  in.dt_s = 1e-3;
+  in.attached = in.calibrated = in.contact_free = in.engages_itself = true;
+  for (int tick = 0; tick < 300; ++tick) static_cast<void>(advance(in, m));
+  REQUIRE(m.gain == 1.0);
+  // In touch from now on: force that has come to nothing would not be switched on again.
+  in.contact_free = false;
+  in.stale = true;
+  for (int tick = 1; tick <= 8; ++tick) {
+    const LoopOutput out = advance(in, m);
+    CHECK(out.state == LoopState::kEngaged);
+    CHECK(out.cause == Cause::kInputStale);
+    CHECK(out.gain == doctest::Approx(1.0 - tick / 50.0));
+  }
+  in.stale = false;
+  LoopOutput out = advance(in, m);
+  CHECK(out.cause == Cause::kNone);
+  CHECK(out.gain == doctest::Approx(1.0 - 8 / 50.0 + 1 / 200.0));
+  for (int tick = 0; tick < 40; ++tick) out = advance(in, m);
+  CHECK(out.gain == 1.0);
+  in.stale = true;
+  for (int tick = 0; tick < 60; ++tick) out = advance(in, m);
+  CHECK(out.state == LoopState::kReady);
+  CHECK(out.gain == 0.0);
+  CHECK(out.cause == Cause::kInputStale);
+  // Never while poses are stale, nor while the tool is in something.
+  in.contact_free = true;
+  for (int tick = 0; tick < 60; ++tick) CHECK(advance(in, m).state == LoopState::kReady);
+  in.stale = false;
+  CHECK(advance(in, m).state == LoopState::kEngaged);
+}
+
 TEST_CASE("a scene is exchanged without force, which then returns by itself") {
   for (const bool engages_itself : {true, false}) {
     LoopInput in = ready_input(engages_itself);

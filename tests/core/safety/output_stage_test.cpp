@@ -5,11 +5,13 @@
 
 #include <doctest/doctest.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "tests/core/safety/hostile.h"
+#include "tests/support/fresh_seed.h"
 #include "tests/support/scale.h"
 
 namespace hapticd::test {
@@ -204,6 +206,63 @@ TEST_CASE("a wrench in reach passes unchanged, and says that nothing was done") 
     REQUIRE((to_vector(out.f_H_D) - F.f).norm() <= 1e-15);
     REQUIRE((to_vector(out.t_H_D) - F.t).norm() <= 1e-16);
     REQUIRE(out.flags == 0);
+  }
+}
+
+TEST_CASE("a wrench within its limits is written with the bits it came with") {
+  SplitMix64 random(fresh_seed());
+  std::int64_t untouched = 0;
+  for (std::int64_t i = 0; i < scaled(200'000); ++i) {
+    SafetyLimits limits = random.chance(0.5) ? SafetyLimits{} : hot_limits();
+    SafetyState state;
+    SafetyInput input;
+    input.dt_s = 1e-3;
+    input.enable = true;
+    input.gain = 1.0;
+    // From a millionth of a newton to all that may come in one tick.
+    const double size = std::pow(10.0, random.uniform(-6.0, 0.3));
+    input.F_H_D = {size * to_vector(random.direction()), 0.02 * to_vector(random.direction())};
+    if (random.chance(0.2)) input.F_H_D.f[static_cast<Eigen::Index>(random.below(3))] = -0.0;
+    // The hand gives way to nothing: it pushes in.
+    input.V_DH_D.v = -0.1 * input.F_H_D.f;
+    for (int tick = 0; tick < 3; ++tick) {
+      const SafetyOutput out = limit(input, limits, state);
+      if (out.flags != 0) continue;
+      ++untouched;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto axis = static_cast<Eigen::Index>(k);
+        REQUIRE(std::bit_cast<std::uint64_t>(out.f_H_D[k]) ==
+                std::bit_cast<std::uint64_t>(input.F_H_D.f[axis]));
+        REQUIRE(std::bit_cast<std::uint64_t>(out.t_H_D[k]) ==
+                std::bit_cast<std::uint64_t>(input.F_H_D.t[axis]));
+      }
+    }
+  }
+  CHECK(untouched > scaled(200'000));
+}
+
+TEST_CASE("what was given before the motors went off is still owed when they are on again") {
+  SplitMix64 random(fresh_seed());
+  for (std::int64_t i = 0; i < scaled(30); ++i) {
+    SafetyLimits limits = without_port();
+    limits.passivity = {};
+    limits.passivity.damping = limits.passivity.rotational_damping = 0.0;
+    SafetyState state;
+    SafetyInput input;
+    input.dt_s = 1e-3;
+    input.gain = 1.0;
+    const double speed = random.uniform(0.05, 1.0);
+    input.V_DH_D.v = {speed, 0, 0};
+    input.F_H_D.f = {10, 0, 0};
+    double given = 0.0;
+    // A minute of 10 N along a hand that goes on and on, switched off and on again.
+    for (int tick = 0; tick < 60'000; ++tick) {
+      input.enable = !random.chance(0.05);
+      input.displacement_D.v = {speed * 1e-3, 0, 0};
+      given += limit(input, limits, state).f_H_D[0] * speed * 1e-3;
+    }
+    CHECK(given <= 4e-3 + 60.0 * kForgiven_W);
+    CHECK(given >= 3e-3);
   }
 }
 

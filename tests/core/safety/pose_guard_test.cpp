@@ -306,6 +306,38 @@ TEST_CASE("a pose that repeats for 200 ms under force is a stuck sensor; without
   }
 }
 
+TEST_CASE("a stream that pauses is stale before it is a fault, and may take its time to begin") {
+  GuardLimits limits;
+  limits.fading_ticks = 50;
+  limits.may_wait = true;
+  PoseGuard guard;
+  for (int tick = 0; tick < 10'000; ++tick) {
+    const JudgedPose waits = judge(nullptr, 0.0, limits, guard);
+    REQUIRE(waits.fault == Cause::kNone);
+    REQUIRE_FALSE(waits.usable);
+    REQUIRE_FALSE(waits.stale);
+  }
+  std::uint64_t counter = 1;
+  for (const int gap : {1, 2, 3, 52, 53, 60}) {
+    CAPTURE(gap);
+    CHECK(judged(sample_at(counter, {0, 0, 0.01}), 0.0, limits, guard).fault == Cause::kNone);
+    for (int missed = 1; missed <= gap; ++missed) {
+      const JudgedPose out = judge(nullptr, 0.0, limits, guard);
+      CHECK(out.stale == (missed > 2 && missed <= 52));
+      CHECK(out.usable == (missed <= 52));
+      CHECK(out.fault == (missed <= 52 ? Cause::kNone : Cause::kInputStale));
+      CHECK(out.X_DH.p.z() == 0.01);
+    }
+    counter += 100;
+  }
+  // Others wait for nothing.
+  PoseGuard sensor;
+  GuardLimits of_sensor;
+  Cause fault = Cause::kNone;
+  for (int tick = 0; tick < 3; ++tick) fault = judge(nullptr, 0.0, of_sensor, sensor).fault;
+  CHECK(fault == Cause::kInputStale);
+}
+
 TEST_CASE("a device slower than the loop is bridged for two of its own samples") {
   CHECK(bridged_ticks(1000, 1000) == 2);
   CHECK(bridged_ticks(4000, 1000) == 2);

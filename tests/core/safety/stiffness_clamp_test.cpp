@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "tests/support/fresh_seed.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 
@@ -119,6 +120,34 @@ TEST_CASE("what is not stated bounds nothing: the least that is known does, and 
     REQUIRE(bound > 0.0);
     REQUIRE(bound <= most * (1.0 + 1e-12));
     REQUIRE(bound >= std::min(least, most) * (1.0 - 1e-12));
+  }
+}
+
+TEST_CASE("where the damping is a guess an unknown device's stiffness is granted, and never 0") {
+  StiffnessLimits limits;
+  limits.damping_guessed = true;
+  const auto bound = [&] { return grant_stiffness({1000, 0, 0, 0}, limits).bound; };
+  CHECK(bound() == doctest::Approx(200.0));
+  limits.report_interval_s = 10e-3;
+  CHECK(bound() == doctest::Approx(20.0));
+  limits.report_interval_s = 1e-3;
+  limits.delay_s = 3e-3;
+  CHECK(bound() == doctest::Approx(200.0 / 7.0));
+  SplitMix64 random(fresh_seed());
+  for (std::int64_t i = 0; i < scaled(100'000); ++i) {
+    // Whatever the guess is.
+    limits.damping = random.uniform(0.0, 100.0);
+    limits.coupling_damping = random.uniform(0.0, 3.0);
+    limits.period_s = random.uniform(1e-4, 4e-3);
+    limits.report_interval_s = random.uniform(1e-4, 0.1);
+    limits.delay_s = random.chance(0.5) ? random.uniform(0.0, 0.1) : 0.0;
+    const double lag = std::max(limits.period_s, limits.report_interval_s) / 2 + limits.delay_s;
+    limits.stiffness_max.reset();
+    REQUIRE(bound() == doctest::Approx(200.0 * std::min(1.0, 0.5e-3 / lag)));
+    const double free = bound();
+    limits.stiffness_max = random.uniform(1.0, 1e4);
+    REQUIRE(bound() == doctest::Approx(std::min(free, 0.5 * *limits.stiffness_max)));
+    REQUIRE(bound() > 0.0);
   }
 }
 

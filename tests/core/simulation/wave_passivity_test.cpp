@@ -229,6 +229,26 @@ TEST_CASE("no hand wins more than 50 uJ from a string that it rubs, beyond what 
   }
 }
 
+TEST_CASE("no hand wins more than 50 uJ by bowing a stiff string slowly and giving way to it") {
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
+  SplitMix64 random(seed);
+  const std::int64_t hands = scaled(200);
+  for (std::int64_t i = 0; i < hands; ++i) {
+    WaveScene scene = lossless_scene(random);
+    scene.friction = random.uniform(0.5, 0.9);
+    scene.tip = random.uniform(3e-3, 9e-3);
+    scene.axial_stiffness = random.uniform(1e3, 4e3);
+    Greed greed;
+    greed.force = random.uniform(0.3, 1.5);
+    greed.back = random.uniform(5.0, 30.0);
+    greed.depth = random.uniform(2e-3, 4e-3);
+    greed.slide = random.uniform(0.01, 0.04);
+    CAPTURE(i);
+    CHECK(play_greedily(scene, greed, false, 4.0).all() <= kReserve);
+  }
+}
+
 TEST_CASE("no hand wins more than 50 uJ by pressing, gliding, lifting and coming back") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);

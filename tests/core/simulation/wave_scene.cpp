@@ -1,8 +1,6 @@
 // See wave_scene.h.
 #include "tests/core/simulation/wave_scene.h"
 
-#include <random>
-
 #include "core/math/elementary.h"
 
 namespace hapticd::test {
@@ -38,11 +36,6 @@ Instrument wave_instrument(const WaveScene& scene, bool sounds) {
 
 Vector3 felt_force(const Instrument& instrument) {
   return instrument.output().tool(0).F_computed_H_W.f;
-}
-
-std::uint64_t fresh_seed() {
-  std::random_device device;
-  return (static_cast<std::uint64_t>(device()) << 32U) | device();
 }
 
 }  // namespace hapticd::test

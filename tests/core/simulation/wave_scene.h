@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "tests/core/simulation/simulation_fixture.h"
+#include "tests/support/fresh_seed.h"
 
 namespace hapticd::test {
 
@@ -31,8 +32,5 @@ struct WaveScene {
 
 /// Force of everything on the tool in the last tick, before limits, N.
 [[nodiscard]] Vector3 felt_force(const Instrument& instrument);
-
-/// A seed that no run before has had.
-[[nodiscard]] std::uint64_t fresh_seed();
 
 }  // namespace hapticd::test

@@ -9,6 +9,7 @@
 #include "device/replay/replay_device.h"
 #include "device/scripted/scripted_device.h"
 #include "tests/device/api/device_contract.h"
+#include "tests/support/within.h"
 
 namespace hapticd::test {
 namespace {
@@ -108,6 +109,48 @@ TEST_CASE("poses for ticks already run are dropped, those too far ahead refused"
   CHECK(sample.p_DH[0] == 3.0);
   device.read(kMs, sample);
   CHECK(sample.p_DH[0] == 8.0);
+}
+
+TEST_CASE("on the real clock a late pose that is newer than the last is used in the next tick") {
+  ScriptedDevice device(named(), {.hold = false});
+  DeviceSample sample;
+  for (int i = 0; i < 3; ++i) device.read(i * kMs, sample);
+  CHECK(device.push(1, at(1.0)) == PosePush::kQueued);
+  CHECK(device.read(3 * kMs, sample) == ReadOutcome::kFresh);
+  CHECK(sample.p_DH[0] == 1.0);
+  CHECK(device.push(1, at(9.0)) == PosePush::kDropped);
+  CHECK(device.push(0, at(9.0)) == PosePush::kDropped);
+}
+
+TEST_CASE(
+    "where force reaches a hand, what poses wait in the queue beyond the stated delay counts") {
+  for (const int ahead : {0, 4, 5, 10, 40}) {
+    CAPTURE(ahead);
+    DeviceProfile profile = named();
+    profile.force_reaches_hand = true;
+    profile.delay = 3e-3;
+    ScriptedDevice device(profile, {.hold = false});
+    DeviceSample sample;
+    for (std::uint64_t i = 0; i < 600; ++i) {
+      device.push(i + static_cast<std::uint64_t>(ahead), at(1e-5 * static_cast<double>(i)));
+      device.read(static_cast<std::int64_t>(i) * kMs, sample);
+    }
+    // It is pushed between two reads: after the one before, and a tick for that.
+    const double waited_s = 1e-3 * (ahead + 1);
+    if (waited_s > 5e-3 + 1e-9) {
+      CHECK(sample.measured_delay_s == within(waited_s, 1e-9));
+    } else {
+      CHECK(std::isnan(sample.measured_delay_s));
+    }
+    // Less of a wait later does not make it less.
+    const double before = sample.measured_delay_s;
+    for (std::uint64_t i = 700; i < 1400; ++i) {
+      device.set_tick(i);
+      device.push(i, at(1e-5 * static_cast<double>(i)));
+      device.read(static_cast<std::int64_t>(i) * kMs, sample);
+    }
+    if (!std::isnan(before)) CHECK(sample.measured_delay_s == before);
+  }
 }
 
 TEST_CASE("skipped ticks skip their poses, and going back begins anew") {

@@ -132,6 +132,31 @@ TEST_CASE("a device of the HID profile that is a force device too is one of the 
   CHECK(driver_for(node) == nullptr);
 }
 
+TEST_CASE("a cap with six axes is found by its descriptor, of a receiver only what is one") {
+  HidrawNode node;
+  const auto driver = [&] {
+    const DriverEntry* const found = driver_for(node);
+    return found == nullptr ? std::string_view() : found->kind;
+  };
+  // By Bluetooth, of a number that nobody has listed.
+  node.vendor_id = 0x256F;
+  node.product_id = 0xC6FF;
+  CHECK(driver().empty());
+  node.descriptor = {0x05, 0x01, 0x09, 0x08, 0xA1, 0x01, 0xC0};
+  CHECK(driver() == "spacemouse");
+  for (const int product : {0xC641, 0xC652, 0xC658}) {
+    node.product_id = static_cast<std::uint16_t>(product);
+    node.descriptor = {0x05, 0x01, 0x09, 0x08, 0xA1, 0x01, 0xC0};
+    CHECK(driver() == "spacemouse");
+    node.descriptor = {0x05, 0x01, 0x09, 0x06, 0xA1, 0x01, 0xC0};
+    CHECK(driver().empty());
+  }
+  // An old one that says less.
+  node.vendor_id = 0x046D;
+  node.product_id = 0xC621;
+  CHECK(driver() == "spacemouse");
+}
+
 TEST_CASE("a device that is not there is refused with its serial and what to do") {
   const auto attach = [](const char* source) {
     static_cast<void>(attach_device(*parse_source(source), {}, {}));

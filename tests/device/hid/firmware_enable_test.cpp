@@ -7,6 +7,9 @@
 #include <vector>
 
 #include "tests/device/hid/firmware_bench.h"
+#include "tests/support/fresh_seed.h"
+#include "tests/support/random.h"
+#include "tests/support/scale.h"
 
 namespace hapticd::test {
 namespace {
@@ -193,7 +196,7 @@ TEST_CASE("a reset of the bus forgets Config and command") {
   bench.send_flags(0);
   CHECK(bench.state().cmd_seq == 1);
   hap_bus_reset(&bench.device);
-  CHECK(bench.config() == hid::Config{20, 900, 300, hid::kNoSpeedCap, 0});
+  CHECK(bench.config() == hid::Config{20, 900, 300, kHapResetSpeedCap, 0});
   const hid::StateReport state = bench.state();
   CHECK(state.cmd_seq == 0);
   CHECK(state.cmd_age == hid::kOldestCommand);
@@ -250,6 +253,38 @@ TEST_CASE("a dead-man switch has to be held, where there is one") {
   without.sensors.dead_man_held = true;
   CHECK(without.enable());
   CHECK_FALSE(without.shows(hid::kStatusDeadManHeld));
+}
+
+TEST_CASE("under a hand limits only fall, whatever is asked for") {
+  SplitMix64 random(fresh_seed());
+  Bench bench(hid::kHasVelocity);
+  REQUIRE(bench.enable());
+  hid::Config before = bench.config();
+  for (std::int64_t k = 0; k < scaled(10'000); ++k) {
+    const auto any = [&] { return static_cast<std::uint16_t>(random.below(65'536)); };
+    bench.send(hid::Config{any(), any(), any(), any(), 0});
+    const hid::Config now = bench.config();
+    CHECK(now.wd_ms <= before.wd_ms);
+    CHECK(now.f_cap_cn <= before.f_cap_cn);
+    CHECK(now.tau_cap_mnm <= before.tau_cap_mnm);
+    CHECK(now.v_cap_mmps <= before.v_cap_mmps);
+    before = now;
+  }
+  bench.send_flags(0);
+  bench.servo();
+  REQUIRE_FALSE(bench.device.enabled);
+  bench.send(hid::Config{50, 500, 200, 4000, 0});
+  CHECK(bench.config() == hid::Config{50, 500, 200, 4000, 0});
+}
+
+TEST_CASE("a handle that is thrown stops a device to which no host has told a speed") {
+  Bench bench(hid::kHasVelocity);
+  REQUIRE(bench.enable());
+  bench.sensors.vel[0] = 29'000;
+  CHECK_FALSE(is_zero(bench.push(kOneNewton_un)));
+  bench.sensors.vel[0] = 31'000;
+  CHECK(is_zero(bench.push(kOneNewton_un)));
+  CHECK(bench.state().fault == hid::kFaultOverSpeed);
 }
 
 TEST_CASE("faster than the speed cap is a fault, while enabled only") {

@@ -2,11 +2,13 @@
 // command against the formula of PROFILE.md, section 4, computed in long double.
 #include <doctest/doctest.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "tests/device/hid/firmware_bench.h"
+#include "tests/support/fresh_seed.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 
@@ -96,9 +98,13 @@ TEST_CASE("the caps of Config hold when they are below the peak, and zero means 
   CHECK(bench.shows(hid::kStatusSaturated));
   hid::Config more = kConfig;
   more.f_cap_cn = more.tau_cap_mnm = 65'535;
+  bench.send_flags(0);
+  bench.servo();
   bench.send(more);
   CHECK(bench.config().f_cap_cn == 900);
   CHECK(bench.config().tau_cap_mnm == 300);
+  bench.send_flags(kCommandEnable);
+  bench.send(command);
   hid::Config none = kConfig;
   none.f_cap_cn = none.tau_cap_mnm = 0;
   bench.send(none);
@@ -257,13 +263,84 @@ TEST_CASE("an affine command gives f0 + K (x_ref - x) - B v on the newest measur
   CHECK(within > 0);
 }
 
+TEST_CASE("a K is taken exactly when it pushes along no way by more than rounding") {
+  SplitMix64 random(fresh_seed());
+  HapSettings settings = settings_with(hid::kCanAffine | hid::kHasVelocity);
+  settings.affine_k_max_npm = UINT32_MAX;
+  Bench bench(settings);
+  std::int64_t taken = 0;
+  std::int64_t wrong = 0;
+  const std::int64_t all = scaled(1'000'000);
+  for (std::int64_t k = 0; k < all; ++k) {
+    HapAffine affine{};
+    const double size = std::pow(10.0, random.uniform(0.0, 4.4));
+    Eigen::Matrix3d K = Eigen::Matrix3d::Zero();
+    if (random.chance(0.5)) {
+      // Hardly stiff along one way or two, or not at all.
+      for (std::uint64_t dyads = 1 + random.below(3); dyads > 0; --dyads) {
+        const auto u = random.direction();
+        const Eigen::Vector3d along(u[0], u[1], u[2]);
+        K += size / 3.0 * random.uniform() * along * along.transpose();
+      }
+      if (random.chance(0.5)) K.diagonal().array() -= random.uniform(0.0, 4.0);
+    } else {
+      for (Eigen::Index i = 0; i < 9; ++i) K(i) = random.uniform(-size, size);
+    }
+    const Eigen::Index rows[6] = {0, 1, 2, 0, 0, 1};
+    const Eigen::Index columns[6] = {0, 1, 2, 1, 2, 2};
+    Eigen::Matrix3d rounded;
+    for (std::size_t i = 0; i < 6; ++i) {
+      affine.k_npm[i] = static_cast<std::int16_t>(std::lround(K(rows[i], columns[i])));
+      rounded(rows[i], columns[i]) = rounded(columns[i], rows[i]) = affine.k_npm[i];
+    }
+    const double least =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(rounded, Eigen::EigenvaluesOnly)
+            .eigenvalues()
+            .minCoeff();
+    const bool is_taken = hap_affine_is_sound(&bench.device, &affine);
+    taken += is_taken ? 1 : 0;
+    constexpr double kRounding = 1e-6;
+    if (is_taken && least < -2.0 - kRounding) ++wrong;
+    if (!is_taken && least > kRounding) ++wrong;
+  }
+  CHECK(wrong == 0);
+  CHECK(taken > all / 100);
+  CHECK(taken < all - all / 100);
+}
+
+TEST_CASE("gains beyond what the maker states, or this file where he states none, are not taken") {
+  SplitMix64 random(fresh_seed());
+  for (std::int64_t k = 0; k < scaled(10'000); ++k) {
+    HapSettings settings = settings_with(hid::kCanAffine | hid::kHasVelocity);
+    const bool stated = random.chance(0.5);
+    const auto most = static_cast<std::uint16_t>(stated ? 1 + random.below(65'535) : 0);
+    settings.affine_b_max_mnspm = settings.affine_kr_max_mnmprad = most;
+    settings.affine_br_max_10unmsprad = most;
+    const Bench bench(settings);
+    HapAffine affine{};
+    const std::size_t axis = random.below(3);
+    const auto gain = static_cast<std::uint16_t>(random.below(65'536));
+    const std::uint64_t which = random.below(3);
+    (which == 0   ? affine.b_mnspm
+     : which == 1 ? affine.kr_mnmprad
+                  : affine.br_10unmsprad)[axis] = gain;
+    const int free = which == 0 ? kHapMostDamping : kHapMostTurnStiffness;
+    CHECK(hap_affine_is_sound(&bench.device, &affine) == (gain <= (stated ? most : free)));
+  }
+}
+
 TEST_CASE("the largest gains and distances overflow nothing") {
   HapSettings settings = settings_with(hid::kCanAffine | hid::kHasVelocity);
   settings.affine_k_max_npm = UINT32_MAX;
+  settings.affine_b_max_mnspm = settings.affine_kr_max_mnmprad = UINT16_MAX;
+  settings.affine_br_max_10unmsprad = UINT16_MAX;
   for (const bool back : {false, true}) {
     Bench bench(settings);
     bench.sensors.quat_q30[0] = -(1 << 30);
     for (std::int32_t& p : bench.sensors.pos_nm) p = back ? INT32_MAX : INT32_MIN;
+    hid::Config config = bench.config();
+    config.v_cap_mmps = hid::kNoSpeedCap;
+    bench.send(config);
     REQUIRE(bench.enable());
     hid::AffineReport affine{.base = {.flags = kCommandEnable, .ref_seq = bench.state().seq}};
     affine.base.force_un = affine.base.torque_unm = {INT32_MIN, INT32_MIN, INT32_MIN};

@@ -183,9 +183,16 @@ void configure(Pair& pair) {
   const hid::Config config{.wd_ms = static_cast<std::uint16_t>(pair.random.below(120)),
                            .f_cap_cn = static_cast<std::uint16_t>(pair.random.below(1000)),
                            .tau_cap_mnm = static_cast<std::uint16_t>(pair.random.below(400))};
-  pair.model.wd_ms = std::clamp<std::int64_t>(config.wd_ms, 2, 100);
-  pair.model.f_cap_un = std::min<std::int64_t>(config.f_cap_cn, 900) * 10'000;
-  pair.model.tau_cap_unm = std::min<std::int64_t>(config.tau_cap_mnm, 300) * 1000;
+  Model& model = pair.model;
+  const Model before = model;
+  model.wd_ms = std::clamp<std::int64_t>(config.wd_ms, 2, 100);
+  model.f_cap_un = std::min<std::int64_t>(config.f_cap_cn, 900) * 10'000;
+  model.tau_cap_unm = std::min<std::int64_t>(config.tau_cap_mnm, 300) * 1000;
+  if (model.enabled) {
+    model.wd_ms = std::min(model.wd_ms, before.wd_ms);
+    model.f_cap_un = std::min(model.f_cap_un, before.f_cap_un);
+    model.tau_cap_unm = std::min(model.tau_cap_unm, before.tau_cap_unm);
+  }
   pair.expect(pair.bench.send(config));
 }
 

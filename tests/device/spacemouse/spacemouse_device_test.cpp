@@ -179,6 +179,14 @@ TEST_CASE("buttons are those the settings name") {
   CHECK(mouse.at(kMs).buttons == 0);
 }
 
+TEST_CASE("a button beyond the sixteenth is seen as itself") {
+  Mouse mouse;
+  mouse.queue.reports.push_back({3, 0x01, 0, 0x40, 0x84});
+  CHECK(mouse.at(0).buttons == 0x84400001U);
+  mouse.queue.reports.push_back({3, 0, 0, 0, 0x80});
+  CHECK(mouse.at(kMs).buttons == 0x80000000U);
+}
+
 TEST_CASE("a lost device is lost until it is attached again, and goes on from where it stood") {
   Mouse mouse;
   const DeviceSample stood = mouse.hold(translation(100, 0, 0), 80);

@@ -71,6 +71,38 @@ TEST_CASE("a reading beyond any deflection is cut") {
   CHECK(report.translation == Array3{512.0, -512.0, 512.0});
 }
 
+TEST_CASE(
+    "a multi-axis controller is one wherever it stands, at the top, with its page before it") {
+  const Bytes cap{0x05, 0x01, 0x09, 0x08, 0xA1, 0x01, 0xA1, 0x00, 0xC0, 0xC0};
+  const Bytes mouse{0x05, 0x01, 0x09, 0x02, 0xA1, 0x01, 0x09, 0x01, 0xA1, 0x00, 0xC0, 0xC0};
+  const auto joined = [](Bytes first, const Bytes& second) {
+    first.insert(first.end(), second.begin(), second.end());
+    return first;
+  };
+  CHECK(has_six_axes(cap));
+  CHECK(has_six_axes(joined(mouse, cap)));
+  CHECK(has_six_axes(joined(cap, mouse)));
+  // The usage with its own page.
+  CHECK(has_six_axes(Bytes{0x0B, 0x08, 0x00, 0x01, 0x00, 0xA1, 0x01, 0xC0}));
+  CHECK_FALSE(has_six_axes(mouse));
+  CHECK_FALSE(has_six_axes(Bytes{}));
+  // Another page, a physical collection, a descriptor that is cut off.
+  CHECK_FALSE(has_six_axes(Bytes{0x05, 0x0C, 0x09, 0x08, 0xA1, 0x01, 0xC0}));
+  CHECK_FALSE(has_six_axes(Bytes{0x05, 0x01, 0x09, 0x08, 0xA1, 0x00, 0xC0}));
+  CHECK_FALSE(has_six_axes(Bytes{0x05, 0x01, 0x09, 0x08, 0xA1, 0x01}));
+  CHECK_FALSE(has_six_axes(Bytes{0xC0, 0x05, 0x01, 0x09, 0x08, 0xA1, 0x01, 0xC0}));
+}
+
+TEST_CASE("receivers are of the family, and known as what mice may be behind") {
+  for (const int product : {0xC641, 0xC652, 0xC658}) {
+    CAPTURE(product);
+    CHECK(is_spacemouse(0x256F, static_cast<std::uint16_t>(product)));
+    CHECK(is_receiver(0x256F, static_cast<std::uint16_t>(product)));
+    CHECK_FALSE(is_receiver(0x046D, static_cast<std::uint16_t>(product)));
+  }
+  CHECK_FALSE(is_receiver(0x256F, 0xC635));
+}
+
 TEST_CASE("the family is known by its numbers, and mice and keyboards are left alone") {
   CHECK(is_spacemouse(0x046D, 0xC626));        // SpaceNavigator
   CHECK(is_spacemouse(0x046D, 0xC62B));        // SpaceMouse Pro
@@ -79,8 +111,8 @@ TEST_CASE("the family is known by its numbers, and mice and keyboards are left a
   CHECK_FALSE(is_spacemouse(0x046D, 0xC077));  // a mouse
   CHECK_FALSE(is_spacemouse(0x256F, 0xC626));
   CHECK_FALSE(is_spacemouse(0x046D, 0xC635));
-  for (const int other : {0xC62C, 0xC641, 0xC650, 0xC651, 0xC652, 0xC653, 0xC654, 0xC655, 0xC656,
-                          0xC657, 0xC658, 0xC664, 0xC665, 0xC668}) {
+  for (const int other :
+       {0xC62C, 0xC650, 0xC651, 0xC653, 0xC654, 0xC655, 0xC656, 0xC657, 0xC664, 0xC665, 0xC668}) {
     CAPTURE(other);
     CHECK_FALSE(is_spacemouse(0x256F, static_cast<std::uint16_t>(other)));
   }
@@ -89,7 +121,7 @@ TEST_CASE("the family is known by its numbers, and mice and keyboards are left a
     count += is_spacemouse(0x046D, static_cast<std::uint16_t>(product)) ? 1 : 0;
     count += is_spacemouse(0x256F, static_cast<std::uint16_t>(product)) ? 1 : 0;
   }
-  CHECK(count == 21);
+  CHECK(count == 24);
 }
 
 }  // namespace hapticd::spacemouse::test

@@ -1,5 +1,5 @@
-// The rules for udev against the driver they are for: SpaceMice have no descriptor to tell them by,
-// so that their numbers stand in both.
+// The rules for udev against the driver they are for: not all SpaceMice have a descriptor to tell
+// them by, so that their numbers stand in both. Receivers are told by their descriptors alone.
 #include <doctest/doctest.h>
 
 #include <fstream>
@@ -32,8 +32,9 @@ TEST_CASE("the rules name exactly the SpaceMice that the driver reads") {
   std::set<std::pair<int, int>> read;
   for (const int vendor : {0x046D, 0x256F}) {
     for (int product = 0; product < 0x10000; ++product) {
-      if (spacemouse::is_spacemouse(static_cast<std::uint16_t>(vendor),
-                                    static_cast<std::uint16_t>(product))) {
+      const auto v = static_cast<std::uint16_t>(vendor);
+      const auto p = static_cast<std::uint16_t>(product);
+      if (spacemouse::is_spacemouse(v, p) && !spacemouse::is_receiver(v, p)) {
         read.emplace(vendor, product);
       }
     }

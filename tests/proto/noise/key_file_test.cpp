@@ -50,13 +50,16 @@ bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST_CASE("keygen makes two different keys that only their owner may touch") {
+TEST_CASE("keygen makes three different keys that only their owner may touch") {
   const Folder folder;
   make_key_folder(folder.path() / "made");
   const KeyPair keys = read_key_folder(folder.path() / "made");
   CHECK(keys.view != keys.control);
   CHECK(keys.view != Key{});
-  for (const char* name : {kViewKeyName, kControlKeyName}) {
+  const Key stop = read_key_file(folder.path() / "made" / kStopKeyName);
+  CHECK(stop != keys.view);
+  CHECK(stop != keys.control);
+  for (const char* name : {kViewKeyName, kControlKeyName, kStopKeyName}) {
     struct stat status {};
     REQUIRE(::stat((folder.path() / "made" / name).c_str(), &status) == 0);
     CHECK((status.st_mode & 0777U) == 0600U);
@@ -64,6 +67,19 @@ TEST_CASE("keygen makes two different keys that only their owner may touch") {
   }
   make_key_folder(folder.path() / "again");
   CHECK(read_key_folder(folder.path() / "again").control != keys.control);
+}
+
+TEST_CASE(
+    "keygen gives a folder of an earlier version the key that it lacks, and touches no other") {
+  const Folder folder;
+  write(folder.path() / kViewKeyName, std::string(32, 'v'));
+  write(folder.path() / kControlKeyName, std::string(32, 'c'));
+  make_key_folder(folder.path());
+  CHECK(read_key_folder(folder.path()).view[0] == 'v');
+  CHECK(read_key_folder(folder.path()).control[0] == 'c');
+  const Key made = read_key_file(folder.path() / kStopKeyName);
+  CHECK(says(complaint([&] { make_key_folder(folder.path()); }), "exists already"));
+  CHECK(read_key_file(folder.path() / kStopKeyName) == made);
 }
 
 TEST_CASE("keygen overwrites no key, and makes none beside one") {

@@ -75,7 +75,7 @@ std::vector<v1::Packet> pieces_of(const v1::Item& item) {
     packet.set_first(outbox.first_id());
     packets.push_back(packet);
     outbox.sent(1, 0);
-    REQUIRE(outbox.acknowledge(outbox.first_id()));
+    REQUIRE(outbox.acknowledge(outbox.first_id(), 0));
   }
   return packets;
 }

@@ -63,16 +63,16 @@ TEST_CASE("at most 16 Items, and only as many as fit, each with tag and length")
 TEST_CASE("what is acknowledged is forgotten; an acknowledgement of what was not sent is refused") {
   ItemOutbox outbox;
   for (std::uint32_t i = 0; i < 5; ++i) outbox.add(tone(i));
-  CHECK(!outbox.acknowledge(1));
+  CHECK(!outbox.acknowledge(1, 0));
   outbox.sent(3, 0);
-  CHECK(outbox.acknowledge(2));
+  CHECK(outbox.acknowledge(2, 0));
   CHECK(outbox.first_id() == 3);
-  CHECK(outbox.acknowledge(1));  // An older one, reordered.
+  CHECK(outbox.acknowledge(1, 0));  // An older one, reordered.
   CHECK(outbox.first_id() == 3);
-  CHECK(!outbox.acknowledge(4));
+  CHECK(!outbox.acknowledge(4, 0));
   CHECK(packet_of(outbox, 1).items(0).tone().string_index() == 2);
   outbox.sent(3, 0);
-  CHECK(outbox.acknowledge(5));
+  CHECK(outbox.acknowledge(5, 0));
   CHECK(outbox.empty());
   CHECK(outbox.first_id() == 6);
 }
@@ -130,7 +130,7 @@ TEST_CASE("an Item that does not fit beside older ones leaves when those are ack
   outbox.add(item_of(900));
   outbox.sent(outbox.fitting(1100), 0);
   CHECK(outbox.due_ns(1100) == kMillisecond_ns);
-  CHECK(outbox.acknowledge(1));
+  CHECK(outbox.acknowledge(1, 0));
   CHECK(outbox.due_ns(1100) == 0);
 }
 
@@ -142,7 +142,7 @@ TEST_CASE("the 1025th Item is refused; the one that ends the session is not") {
   bye.mutable_bye()->set_reason(v1::BYE_REASON_BACKLOG);
   CHECK(outbox.add_last(bye) == 1025);
   outbox.sent(16, 0);
-  CHECK(outbox.acknowledge(1));
+  CHECK(outbox.acknowledge(1, 0));
   CHECK(!outbox.add(tone(0)).has_value());
 }
 
@@ -181,7 +181,7 @@ TEST_CASE("the pieces of the largest blob pass through a window of 16") {
     const v1::Packet packet = packet_of(outbox, count);
     for (const v1::Item& item : packet.items()) together += item.chunk().bytes();
     outbox.sent(count, 0);
-    REQUIRE(outbox.acknowledge(outbox.first_id() + count - 1));
+    REQUIRE(outbox.acknowledge(outbox.first_id() + count - 1, 0));
   }
   CHECK(together == large.SerializeAsString());
   CHECK(outbox.first_id() == last + 1);

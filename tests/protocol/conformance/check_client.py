@@ -108,14 +108,39 @@ def items_count_once_over_a_bad_road(server):
 
 
 @check(4)
-def a_gap_ends_the_session(server):
-    """first beyond the next Item is answered Bye PROTOCOL_ERROR."""
+def a_gap_ends_the_session_unless_ahead_was_announced(server):
+    """first beyond the next Item is answered Bye PROTOCOL_ERROR; by who has announced `ahead` it is skipped, acknowledged as what was applied,
+    and what comes in its turn counts."""
     server.open().hush()
-    server.left = server.acked + 20
-    for _ in range(5):
-        server.send(first=server.acked + 3, items=tones(1))
+    announced = server.of_session()[0].packet.ahead
+    applied = server.acked
+    server.left = applied + 20
+    for first in (applied + 3, applied + 2, 2**64 - 1):
+        begin = len(server.said)
+        server.send(first=first, items=tones(3))
         server.serve(0.1, lambda: server.bye() is not None)
-    expect(server.bye() == PROTOCOL_ERROR, f"Bye {server.bye()}")
+        if announced:
+            expect(len(server.said) > begin, "Items that came early were not acknowledged")
+    if not announced:
+        expect(server.bye() == PROTOCOL_ERROR, f"Bye {server.bye()}")
+        return
+    expect(server.bye() is None, f"announced {announced} Packets ahead, and ended with Bye {server.bye()}")
+    expect(server.acked == applied, f"Items that came early were applied: ack {server.acked}")
+    for first, count in ((applied + 1, 1), (applied + 3, 2), (applied + 2, 1), (applied + 3, 2)):
+        server.send(first=first, items=tones(count))
+    expect(server.serve(1.0, lambda: server.acked == applied + 4), f"ack {server.acked} of {applied + 4}")
+    expect(server.bye() is None, f"Bye {server.bye()}")
+
+
+@check(4)
+def ahead_is_announced_until_the_server_is_heard(server):
+    """`ahead` is in every Packet of a client, or in none, until it has heard the server; and what is announced is 32 at most."""
+    server.repeat = False
+    taking, server.take = server.take, lambda *_: None
+    expect(server.serve(10, lambda: len(server.said) >= 5), "the client does not repeat its first datagram")
+    server.take = taking
+    told = {said.packet.ahead for said in server.said}
+    expect(len(told) == 1 and max(told) <= 32, f"ahead = {told} before the server was heard")
 
 
 @check(4)

@@ -1,4 +1,5 @@
 """Checks of sections 8, 9 and 10: Results, who may do what, the lease, parameters and scenes."""
+import re
 import time
 
 from peer import code, expect
@@ -8,7 +9,7 @@ from schema import config, control, item, state
 LEASE_S = 2.0
 LEASE_SLACK_S = 0.5
 PAYLOADS = {"get_parameters": "parameters", "list_scenes": "listing", "list_gestures": "listing", "list_recordings": "listing",
-            "get_device_info": "devices", "ping": None}
+            "get_device_info": "devices", "get_counts": "counts", "ping": None}
 NEED_LEASE = ("release", "engage", "disengage", "clear", "load_scene", "set_parameter", "pose_batch", "run", "play_gesture", "replay", "record",
               "calibrate", "recentre", "clutch")
 
@@ -38,6 +39,17 @@ def listings_are_plausible(server):
     expect(len(listing.descriptions) in (0, len(listing.names)), "descriptions and names differ in number")
     devices = peer.demand(item("get_device_info")).devices.devices
     expect(len(devices) >= 1, "no device")
+
+
+@check(8)
+def counts_name_each_cause_once(server):
+    """GetCounts tells of each cause once, and no count falls."""
+    peer = server.open()
+    before, after = ([(each.cause, each.count) for each in peer.demand(item("get_counts")).counts.counts] for _ in range(2))
+    causes = [cause for cause, _ in before]
+    expect(1 <= len(causes) <= 64 and len(set(causes)) == len(causes), f"the causes are {causes}")
+    expect(all(re.fullmatch("[a-z_]{1,64}", cause) for cause in causes), f"the causes are {causes}")
+    expect(all(dict(after)[cause] >= count for cause, count in before), f"{before}, then {after}")
 
 
 @check(8)

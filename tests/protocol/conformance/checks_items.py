@@ -2,7 +2,7 @@
 import random
 import time
 
-from peer import code, expect
+from peer import Skipped, code, expect
 from registry import check
 from schema import control, item, stream
 
@@ -166,6 +166,122 @@ def a_full_backlog_ends_with_bye(server):
     expect_bye(peer, control.BYE_REASON_BACKLOG)
     expect(peer.applied - begin == 1025, f"Bye is the {peer.applied - begin}th Item, not the 1025th")
     expect(list(peer.results) == list(range(1, 1025)), "a Result before Bye is missing")
+
+
+def behind(server, ahead):
+    """A session that announces so many Packets ahead, has 100 Results to hear, and acknowledges none; and the Packets with them."""
+    peer = server.peer()
+    peer.ahead = ahead
+    peer.open()
+    peer.send()
+    expect(peer.pump(1.0, lambda: not peer.heard[-1].packet.items), "Items that were acknowledged came again")
+    for _ in range(100):
+        peer.queue(item("ping"))
+    begin, acknowledged = len(peer.heard), peer.applied
+    end = time.monotonic() + 5
+    while peer.acked < 100 and time.monotonic() < end:
+        peer.send(ack=acknowledged)
+        peer.pump(0.005, acknowledge=False)
+    peer.pump(0.3, acknowledge=False)
+    expect(peer.acked == 100, "100 requests were not acknowledged in 5 s")
+    return peer, acknowledged, [heard.packet for heard in peer.heard[begin:] if heard.packet.items]
+
+
+def takes_ahead(peer):
+    """Skips the check where the server has never heard of it."""
+    announced = [heard.packet.ahead for heard in peer.heard]
+    if not any(announced):
+        raise Skipped("the server takes no Packets ahead")
+    return announced
+
+
+@check(4)
+def packets_ahead_go_to_who_takes_them(server):
+    """Who has announced `ahead` is sent new Items in further Packets before the oldest is acknowledged, and no more Packets than announced."""
+    peer, acknowledged, packets = behind(server, 32)
+    takes_ahead(peer)
+    highest = max(packet.first + len(packet.items) - 1 for packet in packets)
+    expect(highest > acknowledged + 16, f"of 100 Items {highest - acknowledged} left before the first was acknowledged")
+    peer.pump(2.0, lambda: len(peer.results) == 100)
+    expect(list(peer.results) == list(range(1, 101)), "Results are missing, or out of order")
+    few = server.peer()
+    few.ahead = 2
+    few.open()
+    few.send()
+    few.pump(0.1)
+    for _ in range(100):
+        few.queue(item("ping"))
+    begin, acknowledged = len(few.heard), few.applied
+    for _ in range(10):
+        few.send(ack=acknowledged)
+        few.pump(0.02, acknowledge=False)
+    highest = max(heard.packet.first + len(heard.packet.items) - 1 for heard in few.heard[begin:] if heard.packet.items)
+    expect(highest <= acknowledged + 2 * 16, f"2 Packets were announced, and {highest - acknowledged} Items left")
+
+
+@check(4)
+def packets_ahead_go_to_nobody_else(server):
+    """Who has announced nothing is sent Packets that begin with the oldest Item, and no `ahead`."""
+    peer, acknowledged, packets = behind(server, 0)
+    firsts = {packet.first for packet in packets}
+    expect(firsts == {acknowledged + 1}, f"Packets began with {sorted(firsts)}, the oldest is {acknowledged + 1}")
+    expect(not any(heard.packet.ahead for heard in peer.heard), "ahead was announced to a client that had not done so")
+
+
+@check(4)
+def ahead_is_announced_in_return(server):
+    """A server that takes Packets ahead says so in its Packets to who has announced it, until that has acknowledged an Item; 32 at most."""
+    peer = server.peer()
+    peer.ahead = 32
+    peer.send()
+    peer.pump(0.3, acknowledge=False)
+    announced = takes_ahead(peer)
+    expect(len(set(announced)) == 1 and max(announced) <= 32, f"ahead = {set(announced)} before anything was acknowledged")
+    peer.send()
+    peer.pump(0.2)
+    begin = len(peer.heard)
+    peer.pump(0.3)
+    expect(not any(heard.packet.ahead for heard in peer.heard[begin:]), "ahead is announced to a client that has heard it")
+
+
+@check(4)
+def items_that_come_early_are_skipped(server):
+    """A server that has announced `ahead` skips Items beyond the next, acknowledges what it has applied, and takes them in their turn."""
+    peer = server.peer()
+    peer.ahead = 32
+    peer.open()
+    takes_ahead(peer)
+    peer.demand(item("ping"))
+    pings = [item("ping") for _ in range(3)]
+    begin = time.monotonic()
+    for first in (4, 3, 2**64 - 1):
+        peer.send(first=first, items=pings[:1])
+    expect(peer.pump(1.0, lambda: peer.heard[-1].at > begin), "Items that came early were not acknowledged")
+    peer.pump(0.1)
+    expect(not peer.of_kind("bye"), "the session was ended")
+    expect(peer.acked == 1, f"ack {peer.acked} after Items that came early")
+    for _ in pings:
+        peer.queue(item("ping"))
+    for first in (2, 4, 3, 4):
+        peer.send(first=first, items=pings[:1])
+    expect(peer.pump(1.0, lambda: len(peer.results) == 4, acknowledge=False), f"{len(peer.results)} Results of 4")
+    expect(list(peer.results) == [1, 2, 3, 4], f"Results for {list(peer.results)}")
+
+
+@check(4)
+def packets_ahead_survive_a_bad_road(server):
+    """With 40 % loss both ways and datagrams doubled, many Items in several Packets arrive once, in order."""
+    for seed in range(2):
+        peer = server.peer()
+        peer.ahead = 32
+        peer.open()
+        peer.lossy = random.Random(seed)
+        last = 0
+        for _ in range(200):
+            last = peer.queue(item("ping"))
+        expect(peer.pump(20, lambda: last in peer.results), f"seed {seed}: {len(peer.results)} Results")
+        expect(list(peer.results) == list(range(1, last + 1)), f"seed {seed}: Results for {list(peer.results)}")
+        peer.lossy = None
 
 
 @check(5)

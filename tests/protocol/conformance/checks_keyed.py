@@ -10,7 +10,7 @@ from schema import code, item, stream
 FIRST = stream.Packet(first=1).SerializeToString()
 NEED_CONTROL = ("acquire", "stop", "release", "engage", "disengage", "clear", "load_scene", "set_parameter", "pose_batch", "run", "play_gesture",
                 "replay", "record", "calibrate", "recentre", "clutch")
-WITH_RIGHTS = ("ping", "get_parameters", "list_scenes", "get_device_info", "subscribe")
+WITH_RIGHTS = ("ping", "get_counts", "get_parameters", "list_scenes", "get_device_info", "subscribe")
 
 
 def silent(peer, data, why):

@@ -89,6 +89,25 @@ class FaultsAreFound(unittest.TestCase):
     def test_repeats_on_another_schedule(self):
         self.expect_found("repeats_follow_the_schedule", [(model_server, "REPEATS_S", (0.04,) * 5)])
 
+    def test_packets_ahead_for_who_takes_none(self):
+        self.expect_found("packets_ahead_go_to_nobody_else", [(model_server.ModelServer, "taken_ahead", lambda *_: 32)])
+
+    def test_more_packets_ahead_than_are_taken(self):
+        def always_32(_, packet):
+            return 32 if packet.ahead else 0
+        self.expect_found("packets_ahead_go_to_who_takes_them", [(model_server.ModelServer, "taken_ahead", always_32)])
+
+    def test_early_items_that_end_the_session(self):
+        def skips(*_):
+            raise model_server.Broken("Items were dropped")
+        self.expect_found("items_that_come_early_are_skipped", [(model_server.ModelServer, "skips", skips)])
+
+    def test_an_announcement_without_end(self):
+        class Deaf(model_server.Remote):
+            """One whose acknowledgements say nothing."""
+            heard_it = property(lambda self: False, lambda self, value: None)
+        self.expect_found("ahead_is_announced_in_return", [(model_server, "Remote", Deaf)])
+
     def test_a_backlog_without_end(self):
         def tell(self, remote, **body):
             remote.items.append(model_server.stream.Item(**body))

@@ -124,5 +124,9 @@ def do_list_gestures(*_):
 do_list_recordings = do_list_gestures
 
 
+def do_get_counts(*_):
+    return OK, {"counts": {"counts": [{"cause": "received", "count": 1}]}}
+
+
 def do_get_device_info(server, *_):
     return OK, {"devices": {"devices": [{"stiffness_bound_n_per_m": 1000}]}}

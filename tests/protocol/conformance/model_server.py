@@ -19,6 +19,8 @@ from schema import answer, control, stream
 SESSIONS = 32
 LOOKERS = 24
 SENT_BY_SERVERS = ("tone", "contact", "string_radius", "string_sounding", "fault", "result", "lease_info", "record_info", "scene_info")
+AHEAD = 32
+LATE_S = 0.01
 REPEATS_S = (0.001, 0.003, 0.007, 0.015, 0.031)
 
 
@@ -38,6 +40,8 @@ class Remote:
         self.newest, self.state, self.state_sent, self.fresh, self.bye_at, self.total = 0, None, now, False, None, 0
         self.unseen = collections.deque()  # ticks of the States beyond newest
         self.asked = False
+        self.ahead, self.next, self.packets, self.moved = 0, 0, [], now  # Packets that it takes ahead; the id after which the next one begins;
+        # last ids of those under way; when that was acknowledged last, or sent back
 
 
 class ModelServer:
@@ -134,9 +138,12 @@ class ModelServer:
         self.socket.sendto(header(number, 0) + packet.SerializeToString(), source)
 
     def apply(self, remote, packet, now):
+        remote.ahead = max(remote.ahead, self.taken_ahead(packet))
         if packet.ack > remote.left:
             raise Broken("ack of an Item never sent")
-        remote.acked = max(remote.acked, packet.ack)
+        if packet.ack > remote.acked:
+            remote.acked, remote.next, remote.moved = packet.ack, max(remote.next, packet.ack), now
+            remote.packets = [last for last in remote.packets if last > packet.ack]
         remote.newest = max(remote.newest, packet.newest)
         while remote.unseen and remote.unseen[0] <= remote.newest:
             remote.unseen.popleft()
@@ -148,12 +155,25 @@ class ModelServer:
             if item_id <= remote.applied:
                 continue
             if item_id > remote.applied + 1:
-                raise Broken("Items were dropped")
+                remote.fresh = self.skips(remote)
+                break
             remote.applied, remote.fresh = item_id, True
             if item.HasField("chunk"):
                 item = self.piece(remote, item.chunk)
             if item is not None:
                 self.take(remote, item_id, item)
+
+    @staticmethod
+    def taken_ahead(packet):
+        """Packets that the client takes ahead."""
+        return min(packet.ahead, AHEAD)
+
+    @staticmethod
+    def skips(remote):
+        """Whether Items that come early are skipped."""
+        if not remote.ahead:
+            raise Broken("Items were dropped")
+        return True
 
     def piece(self, remote, chunk):
         remote.blobs += not remote.blob
@@ -291,6 +311,9 @@ class ModelServer:
         while remote.requests and not (self.running and self.running[0] is remote):
             self.request(remote, *remote.requests.popleft())
         last = len(self.fitting(remote, 1100)) + remote.acked
+        if remote.ahead and last < len(remote.items):
+            self.send_ahead(remote, now)
+            return
         due = remote.sent + 0.05
         if last > remote.acked and remote.repeats < len(REPEATS_S):
             due = min(due, remote.first_left + REPEATS_S[remote.repeats])
@@ -298,27 +321,43 @@ class ModelServer:
         if last > remote.left or remote.fresh or now >= due:
             self.send(remote, remote.state if waits and now >= due else None)
 
-    def fitting(self, remote, room):
-        """The oldest unacknowledged Items that fit."""
+    def send_ahead(self, remote, now):
+        """As many Packets as the client takes, each from where the one before it ended; again from the oldest Item on when that is late."""
+        if now - remote.moved > LATE_S:
+            remote.packets, remote.next, remote.moved = [], remote.acked, now
+        while remote.next < len(remote.items) and len(remote.packets) < (remote.ahead if remote.acked else 1):
+            self.send(remote, None, remote.next)
+            remote.packets.append(remote.next)
+        if remote.fresh:
+            self.send(remote, None, remote.left, 0)
+
+    def fitting(self, remote, room, begin=None):
+        """The unacknowledged Items that fit, from the oldest on, or from the one after `begin`."""
+        begin = remote.acked if begin is None else begin
         found = []
-        for each in remote.items[remote.acked:remote.acked + 16]:
+        for each in remote.items[begin:begin + 16]:
             room -= each.ByteSize() + 3
             if room < 0:
                 break
             found.append(each)
         return found
 
-    def send(self, remote, shown):
+    def send(self, remote, shown, begin=None, room=1150):
+        begin = remote.acked if begin is None else begin
         now = time.monotonic()
-        packet = stream.Packet(ack=remote.applied, first=remote.acked + 1, boot_id=self.boot_id)
+        packet = stream.Packet(ack=remote.applied, first=begin + 1, boot_id=self.boot_id)
+        remote.heard_it = remote.acked > 0
+        if remote.ahead and not remote.heard_it:
+            packet.ahead = AHEAD
         if remote.clock is not None:
             packet.clock.echoed_ns, packet.clock.received_ns = remote.clock
             packet.clock.sent_ns = time.monotonic_ns()
         if shown is not None:
             packet.state.CopyFrom(shown)
             remote.state_sent = now
-        packet.items.extend(self.fitting(remote, 1150 - packet.ByteSize()))
-        newest = remote.acked + len(packet.items)
+        packet.items.extend(self.fitting(remote, room - packet.ByteSize(), begin))
+        newest = begin + len(packet.items)
+        remote.next = max(remote.next, newest)
         if newest > remote.left:
             remote.left, remote.first_left, remote.repeats = newest, now, 0
         else:

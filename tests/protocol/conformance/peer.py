@@ -76,6 +76,8 @@ class Peer:
         self.newest = (0, 0)
         self.reports_states = True  # False: as if States were lost
         self.sent_at = 0.0
+        self.ahead = 0  # what it announces of Packets ahead, until it hears the server
+        self.early = []  # ids of Items that came early, and were skipped
         self.lossy = None  # a random.Random: drops and doubles what is sent and heard
 
     def close(self):
@@ -131,6 +133,8 @@ class Peer:
                 setattr(packet, name, fields.pop(name))
         packet.items.extend(fields.pop("items", self._fitting()))
         packet.MergeFrom(stream.Packet(**fields))
+        if not self.counters:
+            packet.ahead = self.ahead
         if counter is None:
             counter, self.counter = self.counter, self.counter + 1
         if self.keys is not None and self.keys.sending is None:
@@ -225,6 +229,10 @@ class Peer:
         fresh = False
         for item_id, item in enumerate(packet.items, packet.first):
             expect(item.ByteSize() <= 1000, f"Item {item_id} has {item.ByteSize()} bytes")
+            if item_id > self.applied + 1 and self.ahead:
+                self.early.append(item_id)
+                fresh = True
+                continue
             expect(item_id <= self.applied + 1, f"Item {item_id} came after {self.applied}")
             if item_id == self.applied + 1:
                 self.applied, fresh = item_id, True

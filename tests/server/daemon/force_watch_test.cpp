@@ -83,6 +83,23 @@ TEST_CASE("a force that a limit of 0 takes away is said once for each scene, wit
   CHECK_FALSE(mouse.look(1, 0, {0, 1.0, 1e3, 0.0}, profile, 22.0).has_value());
 }
 
+TEST_CASE("a damping that is a guess is said once for each scene, with the stiffness granted") {
+  DeviceProfile profile = stick();
+  profile.damping_guessed = true;
+  ForceWatch watch;
+  const BorneStiffness borne{3, 0.2, 28.57, 3e-3, true};
+  const auto line = watch.look(1, 0, borne, profile, 22.0);
+  for (const char* words : {"tool 3", "stick", "guess", "28.6 N/m"}) CHECK(says(line, words));
+  CHECK_FALSE(watch.look(1, 0, borne, profile, 22.0).has_value());
+  CHECK(watch.look(2, 0, borne, profile, 22.0).has_value());
+  // Hardly any is left: that is said as well, and why.
+  const BorneStiffness weak{3, 0.0286, 28.57, 3e-3, true};
+  CHECK(says(watch.look(3, 0, weak, profile, 22.0), "unknown device"));
+  CHECK_FALSE(watch.look(3, 0, weak, profile, 22.0).has_value());
+  CHECK(says(watch.look(3, 0, weak, profile, 22.0), "hardly any force"));
+  CHECK_FALSE(watch.look(3, 0, weak, profile, 22.0).has_value());
+}
+
 TEST_CASE("a device of which nothing is known is told from one that is known to bear little") {
   DeviceProfile profile = stick();
   profile.damping = 0.0;

@@ -158,6 +158,41 @@ TEST_CASE("every shipped device pushes on a wall with what its numbers bear, and
   }
 }
 
+TEST_CASE("where a hand feels it, a guess of a damping repays nothing and bears as one unknown") {
+  LoadResult result = load_scene_text(kWallScene, {});
+  REQUIRE(result.loaded != nullptr);
+  std::shared_ptr<const LoadedScene> loaded(std::move(result.loaded));
+  for (const std::string& file : shipped()) {
+    CAPTURE(file);
+    for (const bool reaches : {false, true}) {
+      DeviceSheet sheet = profile_from(file);
+      sheet.profile.force_reaches_hand = reaches;
+      const v1::DeviceProfile told = to_profile(sheet);
+      const bool guess = !told.has_damping_n_s_per_m() || told.damping_n_s_per_m().guess();
+      const double stated = sheet.profile.damping;
+      PlayerOptions options;
+      options.devices.push_back({0, sheet, *parse_source("scripted")});
+      const auto played = make_played_scene(loaded, 1, nullptr, options);
+      const PlayedTool& tool = played->tools[0];
+      CHECK(tool.limits.passivity.damping == (guess && reaches ? 0.0 : stated));
+      const double wanted = 1000.0;
+      if (!reaches) {
+        // Force goes nowhere, and no stiffness is too high.
+        CHECK(tool.grant.scale == 1.0);
+      } else if (guess) {
+        const double lag = 0.5 / sheet.profile.report_rate + sheet.profile.delay;
+        const double unknown =
+            std::min(200.0 * 0.5e-3 / std::max(lag, 0.5e-3), 0.5 * sheet.profile.stiffness_max);
+        CHECK(tool.grant.bound == doctest::Approx(unknown));
+        CHECK(tool.grant.scale == doctest::Approx(unknown / wanted));
+      } else {
+        CHECK(tool.grant.bound == doctest::Approx(borne(told)));
+      }
+      CHECK(tool.grant.bound > 0.0);
+    }
+  }
+}
+
 TEST_CASE("a stiffness left out is that of a very large one, whatever else is left out too") {
   const DeviceSheet ideal = profile_from(HAPTICD_SOURCE_DIR "/deploy/devices/ideal.textproto");
   for (const bool damping : {true, false}) {

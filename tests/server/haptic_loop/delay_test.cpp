@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "device/simulated/simulated_device.h"
+#include "server/haptic_loop/device_limits.h"
 #include "server/haptic_loop/tool_loop.h"
 #include "tests/server/haptic_loop/loop_run.h"
 #include "tests/support/within.h"
@@ -76,6 +78,32 @@ TEST_CASE("a delay that makes no sense changes nothing") {
   sample.measured_delay_s = 0.02;
   CHECK(learn_delay(sample, tool));
   CHECK(tool.stiffness_limits.delay_s == 0.02);
+}
+
+TEST_CASE("a wrench counts as three ticks late until it is known how late it is") {
+  constexpr double kPeriod_s = 1e-3;
+  DeviceProfile profile;
+  const DriverTraits motors;
+  DriverTraits simulated;
+  simulated.can_push_a_person = false;
+  StiffnessLimits limits = stiffness_limits_of(profile, motors, kPeriod_s);
+  CHECK(flight_of(limits) == 3);
+  for (const auto& [delay_s, ticks] : {std::pair{1e-4, 1}, {1e-3, 1}, {2e-3, 2}, {2.5e-3, 3}}) {
+    limits.delay_s = delay_s;  // as measured
+    CHECK(flight_of(limits) == ticks);
+    profile.delay = delay_s;
+    CHECK(flight_of(stiffness_limits_of(profile, motors, kPeriod_s)) == ticks);
+  }
+  profile.delay = 0.01;
+  CHECK(flight_of(stiffness_limits_of(profile, motors, kPeriod_s)) == 3);
+  profile.delay = 0.0;
+  CHECK(flight_of(stiffness_limits_of(profile, simulated, kPeriod_s)) == 0);
+  // Whose damping is a guess may be as late as it likes, whatever it states.
+  profile.damping_guessed = true;
+  profile.delay = 1e-3;
+  CHECK(flight_of(stiffness_limits_of(profile, motors, kPeriod_s)) == 3);
+  CHECK(port_damping_of(profile, motors).translational == 0.0);
+  CHECK(port_damping_of(profile, simulated).translational == profile.damping);
 }
 
 }  // namespace

@@ -73,6 +73,23 @@ TEST_CASE("Stop takes all force away in the tick that hears it, until Clear") {
   CHECK(run.tick(kHome).tick.state == LoopState::kEngaged);
 }
 
+TEST_CASE("of Stop and Clear that one tick hears the later counts, and both take all force away") {
+  for (const bool stop_last : {false, true}) {
+    CAPTURE(stop_last);
+    LoopRun run(kWallScene);
+    run.engage(kHome);
+    for (int k = 0; k < 20; ++k) run.tick(pressed(0.004));
+    if (stop_last) run.send(ClearCommand{});
+    run.send(StopCommand{});
+    if (!stop_last) run.send(ClearCommand{});
+    const ToldTick& stopped = run.tick(pressed(0.004));
+    CHECK(force(stopped).isZero(0.0));
+    CHECK(stopped.tick.state == LoopState::kFault);
+    for (int k = 0; k < 300; ++k) run.tick(kHome);
+    CHECK(run.tick(kHome).tick.state == (stop_last ? LoopState::kFault : LoopState::kEngaged));
+  }
+}
+
 TEST_CASE("a pose that is no number takes all force away within two ticks and latches a fault") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   LoopRun run(kWallScene);

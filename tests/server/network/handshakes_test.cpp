@@ -18,6 +18,7 @@ const Address kHere = ipv4_address({10, 0, 0, 1}, 5000);
 struct Desk {
   Handshakes handshakes{test_keys(), seeded_bytes(4)};
   std::int64_t now_ns = 1000 * kSecond_ns;
+  std::uint64_t clients = 1000;  ///< seeds of those that welcomed() made
 
   noise::Bytes say(const Address& from, const noise::Bytes& datagram) {
     return handshakes.receive(from, datagram, now_ns);
@@ -148,40 +149,104 @@ TEST_CASE("64 handshakes wait, 3 s each; the next is answered when one is over")
   CHECK(desk.handshakes.half_open() == 1);
 }
 
-TEST_CASE("of one address 5 HELLOs at once and 20 a second are looked at") {
+/// Handshakes of fresh keys that get a WELCOME, from addresses that `from` gives.
+template <typename From>
+int welcomed(Desk& desk, const From& from, int count, std::int64_t every_ns) {
+  int sum = 0;
+  for (int i = 0; i < count; ++i) {
+    const KeyedClient client(kControlRole, ++desk.clients);
+    const noise::Bytes retry = desk.say(from(i), client.hello());
+    REQUIRE(retry.size() > 16);
+    const noise::Bytes answer = desk.say(from(i), client.hello({retry.begin() + 16, retry.end()}));
+    sum += answer.empty() ? 0 : 1;
+    desk.now_ns += every_ns;
+    desk.handshakes.expire(desk.now_ns);
+  }
+  return sum;
+}
+
+TEST_CASE("of one address that has proved itself 5 handshakes at once and 20 a second are made") {
   Desk desk;
-  const noise::Bytes hello = KeyedClient(kControlRole).hello();
-  const auto answered = [&](const Address& from, int count, std::int64_t every_ns) {
-    int sum = 0;
-    for (int i = 0; i < count; ++i) {
-      sum += desk.say(from, hello).empty() ? 0 : 1;
-      desk.now_ns += every_ns;
-    }
-    return sum;
+  const auto here = [](int port) {
+    return ipv4_address({10, 0, 0, 1}, static_cast<std::uint16_t>(port));
   };
-  CHECK(answered(kHere, 100, 0) == 5);
-  CHECK(answered(ipv4_address({10, 0, 0, 1}, 9), 10, 0) == 0);
-  CHECK(answered(ipv4_address({10, 0, 0, 2}, 9), 10, 0) == 5);
-  desk.now_ns += kRest_ns;
-  const int in_ten_seconds = answered(kHere, 10'000, 1'000'000);
-  CHECK(in_ten_seconds >= 5 + 199);
+  CHECK(welcomed(desk, here, 20, 0) == 5);
+  CHECK(welcomed(
+            desk,
+            [](int) {
+              return ipv4_address({10, 0, 0, 2}, 9);
+            },
+            10, 0) == 5);
+  desk.now_ns += 4 * kSecond_ns;
+  const int in_ten_seconds = welcomed(desk, here, 500, kSecond_ns / 50);
+  CHECK(in_ten_seconds >= 5 + 190);
   CHECK(in_ten_seconds <= 5 + 200);
 }
 
 TEST_CASE("an IPv6 network of 64 bits counts as one address") {
   Desk desk;
-  const noise::Bytes hello = KeyedClient(kControlRole).hello();
-  Address from;
-  from.ip = {0x20, 0x01, 0x0d, 0xb8};
-  int answered = 0;
-  for (std::uint8_t i = 0; i < 100; ++i) {
-    from.ip[15] = i;
+  const auto network = [](int i) {
+    Address from;
+    from.ip = {0x20, 0x01, 0x0d, 0xb8};
+    from.ip[15] = static_cast<std::uint8_t>(i);
     from.ip[8] = static_cast<std::uint8_t>(i * 3);
-    answered += desk.say(from, hello).empty() ? 0 : 1;
-  }
+    return from;
+  };
+  CHECK(welcomed(desk, network, 40, 0) == 5);
+  const auto other = [&](int i) {
+    Address from = network(i);
+    from.ip[7] = 1;
+    return from;
+  };
+  CHECK(welcomed(desk, other, 1, 0) == 1);
+}
+
+TEST_CASE("one handshake gets 5 RETRYs at once and 20 a second, whoever else asks for more") {
+  Desk desk;
+  const noise::Bytes hello = KeyedClient(kControlRole).hello();
+  int answered = 0;
+  for (int i = 0; i < 1000; ++i) answered += desk.say(kHere, hello).empty() ? 0 : 1;
   CHECK(answered == 5);
-  from.ip[7] = 1;
-  CHECK(!desk.say(from, hello).empty());
+  CHECK(!desk.say(kHere, KeyedClient(kControlRole, 2).hello()).empty());
+  CHECK(!desk.say(ipv4_address({10, 0, 0, 1}, 5001), hello).empty());
+}
+
+TEST_CASE("of the view key's handshakes that wait one address has a quarter at most") {
+  Desk desk;
+  int views = 0;
+  for (int i = 0; i < 40; ++i) {
+    desk.now_ns += kSecond_ns / 20;
+    const KeyedClient client(kViewRole, static_cast<std::uint64_t>(100 + i));
+    const noise::Bytes retry = desk.say(kHere, client.hello());
+    const noise::Bytes answer = desk.say(kHere, client.hello({retry.begin() + 16, retry.end()}));
+    views += answer.empty() ? 0 : 1;
+  }
+  CHECK(views == 12);
+  const KeyedClient operating(kControlRole, 3);
+  CHECK(desk.say(kHere, operating.hello(desk.cookie(kHere, operating))).at(2) == 3);
+}
+
+TEST_CASE("a RETRY is signed for the client's handshake, and for no other") {
+  Desk desk;
+  const KeyedClient client(kControlRole, 1);
+  const noise::Bytes body = desk.cookie(kHere, client);
+  const noise::Bytes prologue{'h', 'a', 'p', 't', 'i', 'c', 'd', 1, kControlRole};
+  const auto message = [](const KeyedClient& of) {
+    const noise::Bytes hello = of.hello();
+    return noise::Bytes(hello.begin() + 18, hello.begin() + 18 + 48);
+  };
+  const noise::Key& key = test_keys().control;
+  CHECK(noise::is_tagged_retry(key, prologue, message(client), body));
+  CHECK(!noise::is_tagged_retry(test_keys().view, prologue, message(client), body));
+  CHECK(!noise::is_tagged_retry(key, prologue, message(KeyedClient(kControlRole, 2)), body));
+  for (std::size_t bit = 0; bit < 8 * body.size(); ++bit) {
+    noise::Bytes bad = body;
+    bad[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+    CHECK(!noise::is_tagged_retry(key, prologue, message(client), bad));
+  }
+  for (std::size_t bytes = 0; bytes < body.size(); ++bytes) {
+    CHECK(!noise::is_tagged_retry(key, prologue, message(client), std::span(body).first(bytes)));
+  }
 }
 
 }  // namespace

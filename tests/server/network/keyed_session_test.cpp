@@ -283,12 +283,12 @@ TEST_CASE("handshakes of the view key leave room for those of the control key") 
   for (std::size_t i = 0; i < 100; ++i) {
     views += answer(KeyedClient(kViewRole, i), at(i)) ? 1 : 0;
   }
-  CHECK(views == 56);
+  CHECK(views == 48);
   int controls = 0;
   for (std::size_t i = 100; i < 120; ++i) {
     controls += answer(KeyedClient(kControlRole, i), at(i)) ? 1 : 0;
   }
-  CHECK(controls == 8);
+  CHECK(controls == 16);
 }
 
 TEST_CASE("a session with a key ends with Bye in DATA when the server does") {

@@ -313,6 +313,25 @@ TEST_CASE("memory is bounded, with snapshots and without") {
   CHECK(contents_of(folder.file("no_snapshots.mcap")).ticks.size() <= 6001);
 }
 
+TEST_CASE("the ring ages where virtual time begins again with every scene") {
+  const TemporaryFolder folder;
+  RecorderOptions options;
+  options.flight_ns = 2'000'000'000;
+  Recorder recorder(options);
+  recorder.begin(sample_header());
+  recorder.add(RecordKind::kScene, 0, sample_scene(1));
+  feed(recorder, 0, 5000, 1000, 0);
+  for (std::uint32_t scene = 2; scene < 20; ++scene) {
+    recorder.add(RecordKind::kScene, 0, sample_scene(scene));
+    feed(recorder, 0, 1000, 1000, 0);
+  }
+  std::string error;
+  REQUIRE(recorder.dump(folder.file("dump.mcap"), error));
+  const std::size_t ticks = contents_of(folder.file("dump.mcap")).ticks.size();
+  CHECK(ticks >= 2000);
+  CHECK(ticks <= 3001);
+}
+
 TEST_CASE("what cannot be begun is refused with the reason") {
   const TemporaryFolder folder;
   Recorder recorder;

@@ -38,6 +38,10 @@ class House {
     root = name;
     write("scenes/good.textproto", "name: \"good\"\n" + kFinger);
     write("scenes/.hidden.textproto", "name: \"" + kSecret + "\"\n" + kFinger);
+    for (const std::string& odd : {std::string("Good"), std::string("go od"), std::string("go.od"),
+                                   std::string("g\xc3\xb6od"), std::string(65, 'a')}) {
+      write("scenes/" + odd + ".textproto", "name: \"" + kSecret + "\"\n" + kFinger);
+    }
     write("gestures/wave.textproto", "name: \"wave\" tracks { waypoints { pose_wh {} } }");
     write("models/a.txt", "no tree");
     write("outside/scene.textproto", "name: \"" + kSecret + "\"\n" + kFinger);
@@ -111,13 +115,28 @@ TEST_CASE("names of installed files are found, and nothing else is a name") {
   const House house;
   CHECK(load_installed_scene("good", house.options).loaded);
   CHECK(load_installed_gesture("wave", {house.root / "gestures"}).gesture);
-  for (const std::string& name :
-       {(house.root / "outside/scene").string(), (house.root / "outside/scene.textproto").string(),
-        std::string("../outside/scene"), std::string("../outside/scene.textproto"),
-        std::string("./good"), std::string("../scenes/good"), std::string("/etc/passwd"),
-        std::string(".hidden"), std::string("good.textproto"), std::string("."), std::string(".."),
-        std::string(), std::string("good\0", 5), std::string("go\nod"), std::string("\x1b[31m"),
-        std::string(257, 'a'), std::string(100'000, 'a'), std::string(100'000, '/')}) {
+  for (const std::string& name : {(house.root / "outside/scene").string(),
+                                  (house.root / "outside/scene.textproto").string(),
+                                  std::string("../outside/scene"),
+                                  std::string("../outside/scene.textproto"),
+                                  std::string("./good"),
+                                  std::string("../scenes/good"),
+                                  std::string("/etc/passwd"),
+                                  std::string(".hidden"),
+                                  std::string("good.textproto"),
+                                  std::string("."),
+                                  std::string(".."),
+                                  std::string(),
+                                  std::string("good\0", 5),
+                                  std::string("go\nod"),
+                                  std::string("\x1b[31m"),
+                                  std::string("Good"),
+                                  std::string("go od"),
+                                  std::string("go.od"),
+                                  std::string("g\xc3\xb6od"),
+                                  std::string(65, 'a'),
+                                  std::string(100'000, 'a'),
+                                  std::string(100'000, '/')}) {
     CAPTURE(name.substr(0, 300));
     const LoadResult scene = load_installed_scene(name, house.options);
     CHECK(scene.loaded == nullptr);
@@ -128,6 +147,28 @@ TEST_CASE("names of installed files are found, and nothing else is a name") {
     CHECK_FALSE(load_installed_gesture(name, {house.root / "gestures"}).gesture);
     CHECK_FALSE(house.opened_outside());
   }
+}
+
+TEST_CASE("what is listed can be named, and every name of 1 to 64 of a-z 0-9 _ - is one") {
+  const House house;
+  CHECK(list_names(house.options.paths.scenes) == std::vector<std::string>{"good"});
+  for (int c = 0; c < 256; ++c) {
+    const std::string name(1, static_cast<char>(c));
+    CAPTURE(c);
+    CHECK(fault_of_name(name).empty() ==
+          (std::string_view("abcdefghijklmnopqrstuvwxyz0123456789_-").find(name) !=
+           std::string_view::npos));
+  }
+  CHECK(fault_of_name(std::string(64, 'z')).empty());
+  CHECK_FALSE(fault_of_name(std::string(65, 'z')).empty());
+}
+
+TEST_CASE("the owner of the machine, who may give a path, is told to") {
+  const House house;
+  const LoadResult named = load_scene("Good", house.options);
+  REQUIRE(named.problems.size() == 1);
+  CHECK(to_text(named.problems[0]).find("path") != std::string::npos);
+  CHECK(load_scene((house.root / "scenes/Good.textproto").string(), house.options).loaded);
 }
 
 TEST_CASE("no name of a random cloud opens or tells anything outside the folders") {

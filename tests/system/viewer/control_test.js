@@ -79,6 +79,7 @@ test('what is recorded from the page is replayed there, to all pages, strings an
   await Promise.all([recorded(page, true), recorded(other, true)]);
   assert.equal(await other.textContent('#playback-name'), file);
   assert.equal(await other.isVisible('#playback-live'), false);
+  await other.waitForFunction(() => document.getElementById('playback-run').disabled && document.getElementById('playback-time').disabled);
   await page.waitForFunction(() => window.hapticd.model.playback);
   await pause();
   const late = await moveTo(990);

@@ -101,7 +101,7 @@ test('wrong key, no route, another version and no daemon each have their own mes
     messages.key = await banner(page, 'link', 'The key is refused');
     assert.match(messages.key, /hapticd --keys/);
   });
-  await through(['--server', '10.77.0.1:47801', '--key', viewKey], async () => {
+  await through(['--server', '10.77.0.1:47804', '--key', viewKey], async () => {
     messages.gone = await banner(page, 'link', 'The daemon is gone');
     assert.match(messages.gone, /Start hapticd/);
   });

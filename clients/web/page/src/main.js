@@ -85,7 +85,7 @@ function setScene(scene) {
   document.title = `${scene.name} · hapticd`;
   panels?.clear();
   drawn = pictureOpened.then(() => picture.setScene(scene)).catch((error) => banners.set('scene', { title: 'The scene cannot be drawn', text: String(error) }));
-  if (!experiment?.running && !model.recorded) parts.load('control', () => control?.list());
+  if (session.mayControl && !experiment?.running && !model.recorded) parts.load('control', () => control?.list());
 }
 
 function takeState(state) {
@@ -150,6 +150,7 @@ function showTone(tone) {
 }
 
 function emptyText() {
+  if (!connection.isOpen && connection.goodbye) return `The gateway closed this page: ${connection.goodbye}. It tries again by itself.`;
   if (!connection.isOpen) return 'The gateway does not answer; the page tries again by itself. Start it with: haptic-web';
   if (!model.scene) return model.link?.message || 'The gateway waits for hapticd. Start it with: hapticd';
   // While the link is down its banner says why, over the last picture there was.
@@ -165,7 +166,7 @@ function showTexts() {
   parts.run('state', () => showState(state));
   parts.run('link', showLink);
   parts.run('switches', () => looks?.show());
-  parts.run('recording', () => playbackBar?.tell(model.shown, session.mayControl));
+  parts.run('recording', () => playbackBar?.tell(model.shown, session));
   if (state && !model.recorded) parts.run('control', () => control?.show(state));
   parts.run('plots', () => panels?.draw(state));
 }

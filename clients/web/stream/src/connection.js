@@ -4,6 +4,7 @@ import { v1 } from './wire.js';
 
 const PING_MS = 1000;
 const LONGEST_PAUSE_MS = 5000;
+const TRY_AGAIN_LATER = 1013; // RFC 6455's registry: too slow, or another page needed the place
 
 /** Pause before attempt `n` (from 0), ms. */
 export const pauseMs = (n) => Math.min(LONGEST_PAUSE_MS, 250 * 2 ** n);
@@ -41,6 +42,7 @@ export class Connection {
     this.skippedEvents = 0;
     this.damagedEvents = 0;
     this.bytes = 0;
+    this.goodbye = ''; // why the gateway closed it, as long as it may not come back for that
   }
 
   /** Connects, and again whenever the connection is lost, until close(). One that is connected or connecting stays as it is; one that waits
@@ -62,6 +64,7 @@ export class Connection {
     socket.onopen = () => {
       if (socket !== this.#socket) return;
       this.#attempt = 0;
+      this.goodbye = '';
       this.#lastSequence = 0;
       this.#ping = setInterval(() => this.#sendPing(), PING_MS);
       this.handlers.opened?.();
@@ -70,8 +73,10 @@ export class Connection {
     socket.onmessage = ({ data }) => {
       if (socket === this.#socket) this.#receive(new Uint8Array(data));
     };
-    socket.onclose = () => {
-      if (socket === this.#socket) this.#closed();
+    socket.onclose = (event) => {
+      if (socket !== this.#socket) return;
+      if (event?.code === TRY_AGAIN_LATER) this.goodbye = event.reason;
+      this.#closed();
     };
     this.#socket = socket;
   }

@@ -46,6 +46,8 @@ export class Connection {
   damagedEvents: number;
   /** Bytes received. */
   bytes: number;
+  /** Why haptic-web closed it, while it may not come back for that; else empty. */
+  goodbye: string;
   readonly isOpen: boolean;
   /** Connects, and again after every loss; nothing changes where it is connected or connecting. */
   open(): void;
@@ -174,6 +176,7 @@ export interface StreamSession {
   changed(): void;
   lost(): void;
   mayControl?: boolean;
+  maySteer?: boolean;
   connected?: boolean;
   recorded?: boolean;
   lease?: v1.LeaseInfo | null;

@@ -78,6 +78,7 @@ export class StreamModel {
     this.shown = { source: welcome.source, recording: '', cut_off: false, daemon_fault: '', tools_only: false };
     this.session.recorded = this.recorded;
     this.session.connected = true;
+    this.session.maySteer = welcome.steer;
     this.#tell('mayControl', welcome.control);
   }
 

@@ -13,6 +13,7 @@
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -63,6 +64,10 @@ class Browser {
     }
     FAIL("it never came");
     return {};
+  }
+  /// Its words, after close_code().
+  [[nodiscard]] std::string close_words() const {
+    return {socket_.reason().reason.data(), socket_.reason().reason.size()};
   }
   /// Code of the goodbye, after whatever else still comes; 0: it broke off without one.
   unsigned close_code() {
@@ -144,7 +149,8 @@ using HttpResponse = boost::beast::http::response<boost::beast::http::string_bod
 /// One request, one answer.
 inline HttpResponse fetch(std::uint16_t port, const std::string& target,
                           const std::string& host = "127.0.0.1",
-                          boost::beast::http::verb verb = boost::beast::http::verb::get) {
+                          boost::beast::http::verb verb = boost::beast::http::verb::get,
+                          const std::map<std::string, std::string>& heads = {}) {
   namespace http = boost::beast::http;
   boost::asio::io_context context;
   boost::asio::ip::tcp::socket socket(context);
@@ -152,9 +158,11 @@ inline HttpResponse fetch(std::uint16_t port, const std::string& target,
   http::request<http::empty_body> request(verb, target, 11);
   request.set(http::field::host, host);
   request.set(http::field::connection, "close");
+  for (const auto& [name, value] : heads) request.set(name, value);
   http::write(socket, request);
   boost::beast::flat_buffer buffer;
   http::response_parser<http::string_body> parser;
+  parser.body_limit(1U << 30U);
   parser.skip(verb == http::verb::head);
   http::read(socket, buffer, parser);
   return parser.release();

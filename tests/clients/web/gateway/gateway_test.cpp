@@ -148,10 +148,21 @@ TEST_CASE("garbage, and a message beyond all measure, close their page and nobod
   CHECK(garbage.close_code() == 1007);
   Browser large(gateway.port());
   large.next();
-  large.send_bytes(std::string((1U << 20U) + 1, 'x'));
+  // Short enough for the socket to take it whole, however early the gateway stops to read.
+  large.send_bytes(std::string((16U << 10U) + 1, 'x'));
   CHECK(large.close_code() == 1009);
   other.wait_for(is_live);
   other.wait_for(is_state);
+}
+
+TEST_CASE(
+    "a page that may control sends longer messages than one that looks, and they are read whole") {
+  FakeDaemon daemon;
+  RunningGateway gateway(options_for(daemon.port()));
+  Browser holder(gateway.port(), gateway.control());
+  holder.next();
+  holder.send_bytes(std::string(200U << 10U, '\xff'));
+  CHECK(holder.close_code() == 1007);
 }
 
 TEST_CASE("as many viewers as permitted are served, one more is told why not") {

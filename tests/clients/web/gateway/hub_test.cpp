@@ -3,6 +3,7 @@
 #include "clients/web/gateway/hub.h"
 
 #include <doctest/doctest.h>
+#include <google/protobuf/stubs/logging.h>
 
 #include <deque>
 #include <utility>
@@ -34,13 +35,18 @@ struct Stage {
       return true;
     };
     made.steer = [this](const v1::PagePlayback& wanted) { steered.push_back(wanted); };
+    made.recordings = [this] {
+      ++listed;
+      return v1::Listing();
+    };
     made.daemon_now_ns = [] { return std::int64_t{1234}; };
     return made;
   }
   ViewerId join(bool control) {
     const std::size_t place = closed.size();
     closed.emplace_back();
-    return hub.add(control, {[] {}, [this, place](CloseReason why) { closed[place] = why; }});
+    return hub.add({control, control},
+                   {[] {}, [this, place](CloseReason why) { closed[place] = why; }});
   }
   std::vector<v1::PageEvent> events(ViewerId viewer) {
     std::vector<v1::PageEvent> all;
@@ -89,6 +95,7 @@ struct Stage {
   bool reachable = true;
   std::deque<Asked> asked;
   std::vector<v1::PagePlayback> steered;
+  int listed = 0;
   std::deque<std::optional<CloseReason>> closed;
   Hub hub;
 };
@@ -205,11 +212,18 @@ TEST_CASE("a page without token looks: what needs control never reaches the daem
   Stage stage;
   const ViewerId viewer = stage.join(false);
   stage.events(viewer);
-  std::vector<v1::Item> refused(4);
+  std::vector<v1::Item> refused(10);
   refused[0].mutable_acquire();
   refused[1].mutable_stop();
   refused[2].mutable_engage();
   refused[3].mutable_set_parameter();
+  // What only reads costs the daemon, too.
+  refused[4].mutable_get_parameters();
+  refused[5].mutable_list_scenes();
+  refused[6].mutable_list_gestures();
+  refused[7].mutable_list_recordings();
+  refused[8].mutable_get_counts();
+  refused[9].mutable_replay();
   for (const v1::Item& item : refused) {
     stage.request(viewer, 7, item);
     const auto result = stage.answer(viewer);
@@ -217,11 +231,71 @@ TEST_CASE("a page without token looks: what needs control never reaches the daem
     CHECK(result.item_id() == 7);
   }
   CHECK(stage.asked.empty());
-  v1::Item look;
-  look.mutable_get_parameters();
-  stage.request(viewer, 8, look);
-  stage.daemon_says(v1::RESULT_CODE_OK);
-  CHECK(stage.answer(viewer).item_id() == 8);
+}
+
+TEST_CASE("a page without token moves no recording and gets no list, and is told why") {
+  Stage stage;
+  const ViewerId viewer = stage.join(false);
+  CHECK_FALSE(stage.events(viewer).at(0).welcome().steer());
+  std::vector<v1::PageRequest> refused(4);
+  refused[0].mutable_playback()->set_playing(false);
+  refused[1].mutable_list_recordings();
+  refused[2].mutable_show()->set_recording("session.mcap");
+  refused[3].mutable_show();
+  for (v1::PageRequest& request : refused) {
+    request.set_id(9);
+    stage.hub.take(viewer, request.SerializeAsString());
+    const auto result = stage.answer(viewer);
+    CHECK(result.code() == v1::RESULT_CODE_NOT_PERMITTED);
+    CHECK(result.item_id() == 9);
+    CHECK(result.message().find("token") != std::string::npos);
+  }
+  CHECK(stage.steered.empty());
+  CHECK(stage.listed == 0);
+  CHECK(stage.hub.counters().refused == 4);
+}
+
+TEST_CASE("where a recording is the only source a page with the token moves it, and that is all") {
+  Stage stage;
+  const ViewerId viewer = stage.hub.add({false, true}, {[] {}, [](CloseReason) {}});
+  const auto welcome = stage.events(viewer).at(0).welcome();
+  CHECK(welcome.steer());
+  CHECK_FALSE(welcome.control());
+  v1::PageRequest request;
+  request.mutable_playback()->set_position_s(2.0);
+  stage.hub.take(viewer, request.SerializeAsString());
+  CHECK(stage.steered.size() == 1);
+  stage.request(viewer, 1, Stage::acquire());
+  CHECK(stage.answer(viewer).code() == v1::RESULT_CODE_NOT_PERMITTED);
+}
+
+TEST_CASE("a viewer that gives way is told so, and asks no more") {
+  Stage stage;
+  const ViewerId viewer = stage.join(true);
+  stage.hub.end(viewer, CloseReason::kGaveWay);
+  CHECK(stage.closed[0] == CloseReason::kGaveWay);
+  stage.request(viewer, 1, Stage::acquire());
+  CHECK(stage.asked.empty());
+  CHECK(stage.hub.counters().gave_way == 1);
+  stage.hub.end(viewer + 1, CloseReason::kGaveWay);
+}
+
+int protobuf_lines = 0;
+
+TEST_CASE("text of a page that is not UTF-8 closes it, and writes nothing to the log") {
+  auto* const before = google::protobuf::SetLogHandler(
+      [](google::protobuf::LogLevel, const char*, int, const std::string&) { ++protobuf_lines; });
+  Stage stage;
+  const ViewerId viewer = stage.join(true);
+  v1::PageRequest request;
+  request.mutable_show()->set_recording("####");
+  std::string bytes = request.SerializeAsString();
+  bytes.replace(bytes.find("####"), 4, "\xff\xfe\xc0\x80");
+  stage.hub.take(viewer, bytes);
+  google::protobuf::SetLogHandler(before);
+  CHECK(stage.closed[0] == CloseReason::kGarbage);
+  CHECK(stage.hub.counters().closed_garbage == 1);
+  CHECK(protobuf_lines == 0);
 }
 
 TEST_CASE("subscriptions, goodbyes and poses of pages are refused, with control too") {
@@ -330,7 +404,7 @@ TEST_CASE("requests that find no daemon, or whose session ends, are answered") {
 
 TEST_CASE("64 requests of a page may be under way, one more is BUSY") {
   Stage stage;
-  const ViewerId viewer = stage.join(false);
+  const ViewerId viewer = stage.join(true);
   stage.events(viewer);
   v1::Item ping;
   ping.mutable_ping();
@@ -346,7 +420,7 @@ TEST_CASE("64 requests of a page may be under way, one more is BUSY") {
 
 TEST_CASE("a ping is answered with the daemon's clock, and steering reaches the recording") {
   Stage stage;
-  const ViewerId viewer = stage.join(false);
+  const ViewerId viewer = stage.join(true);
   stage.events(viewer);
   v1::PageRequest request;
   request.mutable_ping()->set_sent_s(8.125);

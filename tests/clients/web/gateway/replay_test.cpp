@@ -139,18 +139,21 @@ TEST_CASE("a recording that a page with control asks for is shown to all, and th
   }
 }
 
-TEST_CASE("any page moves the recording that is shown, and time goes by in it") {
+TEST_CASE("a page with control moves the recording that is shown, and time goes by in it") {
   const Folder folder;
   FakeDaemon daemon;
   RunningGateway gateway(options_with(folder, daemon));
   Browser holder(gateway.port(), gateway.control());
+  Browser other(gateway.port(), gateway.control());
   Browser looker(gateway.port());
   CHECK(holder.ask(show("session.mcap")).code() == v1::RESULT_CODE_OK);
   looker.wait_for(shows_recording);
   v1::PageRequest seek;
-  seek.mutable_playback()->set_position_s(3.0);
+  seek.mutable_playback()->set_position_s(1.0);
   seek.mutable_playback()->set_rate(1.0);
-  looker.send(seek);
+  CHECK(looker.ask(seek).code() == v1::RESULT_CODE_NOT_PERMITTED);
+  seek.mutable_playback()->set_position_s(3.0);
+  other.send(seek);
   const auto there = holder.wait_for(
       [](const auto& event) { return event.has_playback() && !event.playback().playing(); });
   CHECK(there.playback().position_s() == doctest::Approx(3.0));
@@ -185,6 +188,29 @@ TEST_CASE(
   engage.mutable_engage();
   CHECK(holder.call(engage).code() == v1::RESULT_CODE_OK);
   CHECK(daemon.requests().back().has_engage());
+}
+
+TEST_CASE("a gateway of a recording alone has a token, which moves the recording and no more") {
+  const Folder folder;
+  web::WebOptions options;
+  options.recording = folder.path / "session.mcap";
+  RunningGateway gateway(options);
+  Browser holder(gateway.port(), gateway.control());
+  Browser looker(gateway.port());
+  const auto welcome = holder.next().welcome();
+  CHECK(welcome.steer());
+  CHECK_FALSE(welcome.control());
+  CHECK_FALSE(looker.next().welcome().steer());
+  v1::PageRequest pause;
+  pause.mutable_playback()->set_position_s(1.0);
+  pause.mutable_playback()->set_rate(1.0);
+  CHECK(looker.ask(pause).code() == v1::RESULT_CODE_NOT_PERMITTED);
+  holder.send(pause);
+  const auto there = looker.wait_for(
+      [](const auto& event) { return event.has_playback() && !event.playback().playing(); });
+  CHECK(there.playback().position_s() == doctest::Approx(1.0));
+  CHECK(holder.call(acquire()).code() == v1::RESULT_CODE_NOT_PERMITTED);
+  CHECK(holder.ask(show("")).code() == v1::RESULT_CODE_NOT_PERMITTED);
 }
 
 TEST_CASE("a recording is shown where no daemon is") {
@@ -244,13 +270,16 @@ TEST_CASE("recordings are listed oldest first, and no name leads out of their fo
   Folder::recording().save((folder.path / ".hidden.mcap").string());
   Folder::recording().save((folder.path / "older.mcap").string());
   std::ofstream(folder.path / "notes.txt") << "no recording";
+  // A name that is no text: nobody could be told.
+  Folder::recording().save((folder.path / "n\xffne.mcap").string());
   const auto now = fs::file_time_type::clock::now();
   fs::last_write_time(folder.path / "session.mcap", now);
   fs::last_write_time(folder.path / "older.mcap", now - std::chrono::hours(1));
   FakeDaemon daemon;
   RunningGateway gateway(options_with(folder, daemon));
-  Browser looker(gateway.port());
-  const v1::Listing listed = looker.ask(list()).listing();
+  CHECK(Browser(gateway.port()).ask(list()).code() == v1::RESULT_CODE_NOT_PERMITTED);
+  Browser page(gateway.port(), gateway.control());
+  const v1::Listing listed = page.ask(list()).listing();
   REQUIRE(listed.names_size() == 2);
   CHECK(listed.names(0) == "older.mcap");
   CHECK(listed.names(1) == "session.mcap");

@@ -32,7 +32,7 @@ struct Scene {
   }
 
   Hub hub{web::HubOptions{}};
-  ViewerId viewer = hub.add(false, {[] {}, [](web::CloseReason) {}});
+  ViewerId viewer = hub.add({}, {[] {}, [](web::CloseReason) {}});
 };
 
 v1::Item scene_item(char letter) {
@@ -116,7 +116,7 @@ TEST_CASE("back at the daemon its scene, fault and newest State are told anew, a
   CHECK(all[2].item().fault().message() == "of now");
   CHECK(all[3].state().tick() == 12);
   // Who joins now is told nothing of the recording.
-  const ViewerId late = scene.hub.add(false, {[] {}, [](web::CloseReason) {}});
+  const ViewerId late = scene.hub.add({}, {[] {}, [](web::CloseReason) {}});
   while (const auto message = scene.hub.next(late)) {
     v1::PageEvent event;
     REQUIRE(event.ParseFromString(*message));

@@ -178,3 +178,21 @@ test('the address of the stream is that of the page, and only a token that can b
   for (const bad of ['', '#token=', '#token=a%20b', `#token=${'a'.repeat(129)}`]) assert.equal(streamOf(`http://h/${bad}`).token, '');
   assert.throws(() => streamOf('nowhere'), TypeError);
 });
+
+test('why the gateway closed it is kept until it is open again, unless the gateway only ended', async (t) => {
+  const timers = movedTimers(t);
+  const { connection, sockets } = opened();
+  sockets[0].onclose({ code: 1001, reason: 'the gateway ends' });
+  assert.equal(connection.goodbye, '');
+  timers.tick(5000);
+  connect(sockets[1]);
+  sockets[1].onclose({ code: 1013, reason: 'a place was needed' });
+  assert.equal(connection.goodbye, 'a place was needed');
+  timers.tick(5000);
+  sockets[2].onclose({ code: 1006, reason: '' });
+  assert.equal(connection.goodbye, 'a place was needed');
+  timers.tick(5000);
+  connect(sockets[3]);
+  assert.equal(connection.goodbye, '');
+  connection.close();
+});

@@ -10,7 +10,7 @@ test('every example is written as it was read', () => {
 
 test('a welcome says what the page may do and how late it shows', () => {
   const { sequence, welcome } = exampleOf('page_welcome');
-  assert.deepEqual([sequence, welcome.version, welcome.control, welcome.source, welcome.presentation_delay_s], [1, '0.1.0', true, 1, 0.008]);
+  assert.deepEqual([sequence, welcome.version, welcome.control, welcome.steer, welcome.source, welcome.presentation_delay_s], [1, '0.1.0', true, true, 1, 0.008]);
   assert.equal(welcome.scene_hash.length, 32);
 });
 

@@ -41,10 +41,11 @@ export class PlaybackBar {
     return (Number(this.#time.value) / 1000) * this.#last.duration_s;
   }
 
-  /** Tells what is shown (PageShown), and whether this page may end it. */
-  tell(shown, mayControl) {
+  /** Tells what is shown (PageShown), and what this page may do with it. */
+  tell(shown, { mayControl, maySteer }) {
     this.#name.textContent = shownText(shown);
     this.#live.hidden = !mayControl;
+    for (const part of [this.#time, this.#run, this.#rate]) part.disabled = !maySteer;
   }
 
   /** A PagePlayback arrived; null hides the bar. */

@@ -47,7 +47,7 @@ export class RecordingsPanel {
     how.dataset.file = file;
     const written = recorder?.state === State.RECORD_STATE_WRITTEN ? recorder.file : null;
     // Also where no daemon is whose scene would be the occasion to ask.
-    const comes = (written && written !== this.#written) || (mayControl && !this.#mayControl);
+    const comes = mayControl && ((written && written !== this.#written) || !this.#mayControl);
     this.#written = written;
     this.#mayControl = mayControl;
     if (comes) this.list(written ?? undefined);

@@ -5,6 +5,7 @@ import { nameOf, v1 } from 'hapticd-stream';
 export class Session extends EventTarget {
   #connection;
   mayControl = false;
+  maySteer = false; // move and pause a recording that is shown
   lease = null;
   recorder = null;
   scene = null;
@@ -27,7 +28,7 @@ export class Session extends EventTarget {
   }
 
   lost() {
-    Object.assign(this, { mayControl: false, lease: null, recorder: null, scene: null, recorded: false, experimentScreen: null, connected: false });
+    Object.assign(this, { mayControl: false, maySteer: false, lease: null, recorder: null, scene: null, recorded: false, experimentScreen: null, connected: false });
     this.changed();
   }
 
@@ -66,6 +67,7 @@ export class Session extends EventTarget {
   }
 
   play(playback) {
+    if (!this.maySteer) return;
     this.#connection.play(playback).catch(() => {});
   }
 }

@@ -1,0 +1,113 @@
+// stop: zero force at once, by the Stop road, and where that is of no use by a session. Not RT.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "clients/ctl/commands.h"
+#include "clients/ctl/text.h"
+#include "clients/library/stop_road.h"
+#include "proto/noise/key_file.h"
+
+namespace hapticd::ctl {
+namespace {
+
+/// How long the road is tried before a session. Longer: a daemon without a road stops later;
+/// shorter: a road full of junk is given up, though one datagram in ten would be heard.
+constexpr std::chrono::milliseconds kRoadFirst{500};
+/// And once more, where no session helped.
+constexpr std::chrono::seconds kRoadAgain{2};
+
+struct StopOptions {
+  std::uint16_t port = stop::kDefaultPort;
+  std::string key_file;
+};
+
+/// Who names the view key asks as one who looks.
+bool only_looks(const GlobalOptions& options) {
+  if (!options.daemon.role.empty()) return options.daemon.role == "view";
+  return std::filesystem::path(options.daemon.key_file).filename() == noise::kViewKeyName;
+}
+
+client::StopPlace place_of(const GlobalOptions& options, const StopOptions& given) {
+  const client::Endpoint server = server_of(options);
+  client::StopPlace place;
+  place.host = server.host;
+  place.port = given.port;
+  place.target.session_port = server.port;
+  try {
+    place.target.key = client::named_stop_key(given.key_file, options.daemon.key_file);
+  } catch (const std::runtime_error& error) {
+    throw Failure(kRefused, std::string("--stop-key: ") + error.what());
+  }
+  return place;
+}
+
+void print_stopped(const GlobalOptions& options, const std::string& how) {
+  if (options.json) {
+    v1::Result result;
+    result.set_code(v1::RESULT_CODE_OK);
+    result.set_message("stopped by " + how);
+    print_text(to_json(result));
+    return;
+  }
+  std::printf("stopped by %s; hapticctl clear ends it\n", how.c_str());
+}
+
+bool stop_by_road(const GlobalOptions& options, const client::StopPlace& place,
+                  std::chrono::nanoseconds patience) {
+  const client::StopReport report = client::stop_by_road(place, patience);
+  if (!report.stopped) return false;
+  print_stopped(options,
+                report.latched ? "the Stop road" : "the Stop road, with the next tick of the loop");
+  return true;
+}
+
+void stop_by_session(const GlobalOptions& options) {
+  const auto client = connect(options);
+  v1::Item stop;
+  stop.mutable_stop();
+  ask(*client, stop, options);
+  print_stopped(options, "a session");
+}
+
+void run_stop(const GlobalOptions& options, const StopOptions& given) {
+  if (only_looks(options) && given.key_file.empty()) {
+    stop_by_session(options);
+    return;
+  }
+  const client::StopPlace place = place_of(options, given);
+  if (stop_by_road(options, place,
+                   std::min<std::chrono::nanoseconds>(kRoadFirst, timeout_of(options))))
+    return;
+  try {
+    stop_by_session(options);
+  } catch (const Failure& failure) {
+    if (failure.exit_code() != kUnreachable) throw;
+    if (stop_by_road(options, place,
+                     std::min<std::chrono::nanoseconds>(kRoadAgain, timeout_of(options))))
+      return;
+    throw;
+  }
+}
+
+}  // namespace
+
+void add_stop_command(CLI::App& app, const GlobalOptions& options) {
+  CLI::App& command = *app.add_subcommand(
+      "stop", "Zero force at once, latched, by the Stop road or a session; needs no lease");
+  const auto given = std::make_shared<StopOptions>();
+  command.add_option("--stop-port", given->port, "UDP port of the Stop road")
+      ->check(CLI::Range(1, 65535))
+      ->capture_default_str();
+  command
+      .add_option("--stop-key", given->key_file,
+                  "key of the Stop road (default: stop.key beside the file of --key)")
+      ->type_name("FILE");
+  command.callback([&options, given] { run_stop(options, *given); });
+}
+
+}  // namespace hapticd::ctl
