@@ -10,11 +10,11 @@
 #   HAPTICD_BENCHMARKS  build tests/benchmark
 #   HAPTICD_VM_TESTS    the tests in tests/vm, which boot a kernel
 #   HAPTICD_FINE_MODELS   make the finest trees too: the scene guqin_fine needs them
-#   HAPTICD_REMAKE_MODELS make the models of the scenes anew, to be compared with deploy/models
+#   HAPTICD_REMAKE_MODELS make the models of the scenes anew, to compare them with deploy/models: ALL or SOME, see deploy/make_models
 set(HAPTICD_SANITIZE "" CACHE STRING "value of -fsanitize=")
 set(HAPTICD_TEST_SCALE "0.1" CACHE STRING "default share of the full number of random trials in tests")
 option(HAPTICD_FINE_MODELS "make the finest trees too" OFF)
-option(HAPTICD_REMAKE_MODELS "make the models of the scenes anew, to compare them" OFF)
+set(HAPTICD_REMAKE_MODELS OFF CACHE STRING "make models of the scenes anew, to compare them: ALL or SOME")
 option(HAPTICD_VM_TESTS "the tests in tests/vm" OFF)
 option(HAPTICD_COVERAGE "instrument for gcov" OFF)
 option(HAPTICD_WERROR "warnings are errors" OFF)

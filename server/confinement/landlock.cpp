@@ -82,6 +82,8 @@ bool allow(int ruleset, const ReachedPath& reached, std::uint64_t refused) {
   return syscall(SYS_landlock_add_rule, ruleset, kBeneathPath, &rule, 0) == 0;
 }
 
+bool limited = false;
+
 std::string refusal() { return std::generic_category().message(errno); }
 
 }  // namespace
@@ -98,7 +100,15 @@ std::string reach_only(std::span<const ReachedPath> paths) {
     }
   }
   if (syscall(SYS_landlock_restrict_self, ruleset.number(), 0) != 0) return refusal();
+  limited = true;
   return "";
+}
+
+std::string reach_remedy(std::string_view error) {
+  const std::string reason = std::generic_category().message(EACCES);
+  if (!limited || error.find(reason) == std::string_view::npos) return "";
+  return std::string(error.ends_with('.') ? " " : ". ") +
+         "A folder that the start did not name is out of reach, see --confine in man hapticd.";
 }
 
 }  // namespace hapticd

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace hapticd {
 
@@ -18,5 +19,9 @@ struct ReachedPath {
 /// that is not there is left out. Nothing can be run. Needs no_new_privs. Returns why it could not
 /// be done, for people; empty: it is. May throw std::bad_alloc.
 [[nodiscard]] std::string reach_only(std::span<const ReachedPath> paths);
+
+/// The sentence to put behind an `error` with the system's reason in it, where reach_only() may be
+/// the reason; else empty. May throw std::bad_alloc.
+[[nodiscard]] std::string reach_remedy(std::string_view error);
 
 }  // namespace hapticd

@@ -13,6 +13,7 @@
 
 #include "core/simulation/physics.h"
 #include "proto/wire/request_result.h"
+#include "server/confinement/landlock.h"
 #include "server/scene_io/named_text.h"
 #include "server/scene_io/sheet_translation.h"
 #include "server/service/journal.h"
@@ -161,7 +162,7 @@ void RecordDesk::report() {
   if (same) return;
   told_ = status;
   if (!status.error.empty()) {
-    spdlog::error("recording: {}", status.error);
+    spdlog::error("recording: {}{}", status.error, reach_remedy(status.error));
   } else if (!status.file.empty()) {
     spdlog::info("{} {}", status.recording ? "records to" : "recorded to", status.file);
   }

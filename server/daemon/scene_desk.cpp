@@ -17,6 +17,7 @@
 #include "core/rt/memory_boundary.h"
 #include "core/rt/thread_role.h"
 #include "proto/wire/request_result.h"
+#include "server/confinement/landlock.h"
 #include "server/haptic_loop/thread_policy.h"
 #include "server/recorder/state_record.h"
 #include "server/scene_io/gesture_loader.h"
@@ -255,7 +256,7 @@ void SceneDesk::take_build(SceneBuild& build) {
     if (build.request) {
       clients_.answer(*build.request, result_of(code, path, message));
     } else {
-      spdlog::error("{}", message);
+      spdlog::error("{}{}", message, reach_remedy(message));
     }
   };
   LoadResult result;

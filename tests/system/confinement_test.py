@@ -1,6 +1,7 @@
 """hapticd gives up what its threads have no use for, and everything it does still works: with --confine strict any other call ends it."""
 import os
 import pathlib
+import re
 import shutil
 import signal
 import tempfile
@@ -106,17 +107,20 @@ class Confinement(unittest.TestCase):
     def test_files_that_nothing_names_are_out_of_reach(self):
         with tempfile.TemporaryDirectory() as named, tempfile.TemporaryDirectory() as other:
             config, scene = pathlib.Path(named) / "config.textproto", pathlib.Path(other) / "other.textproto"
+            recording = pathlib.Path(other) / "session.mcap"
             scene.write_text(SCENE.read_text())
             config.write_text('scene: "single_string"\n')
             with daemon.Daemon("--config", str(config), "--confine", "on", state=named) as played:
-                config.write_text(f'scene: "{scene}"\n')
+                config.write_text(f'scene: "{scene}"\nrecord: "{recording}"\n')
                 played.process.send_signal(signal.SIGHUP)
                 with hapticd.Session(played.address) as session:
                     session.subscribe()
                     list(session.states(count=500, timeout=20))
                     self.assertEqual(session.scene.scene.name, "single_string")
                 self.assertEqual(played.end(), 0)
-            self.assertIn(str(scene), played.log)
+            self.assertFalse(recording.exists())
+            for line in (str(scene), str(recording)):
+                self.assertRegex(played.log, f"{re.escape(line)}.*Permission denied.*--confine")
 
     def test_what_links_in_its_folders_lead_to_is_in_reach(self):
         with tempfile.TemporaryDirectory() as named, tempfile.TemporaryDirectory() as other:

@@ -123,9 +123,10 @@ class Start(unittest.TestCase):
 
     def test_sighup_changes_what_a_client_could_and_names_what_waits_for_the_next_start(self):
         with tempfile.TemporaryDirectory() as folder:
-            path, recording = pathlib.Path(folder) / "my.textproto", pathlib.Path(folder) / "session.mcap"
+            # Confined, it reaches no other folder of which the start knows nothing.
+            path, recording = pathlib.Path(folder) / "my.textproto", pathlib.Path(folder) / "hapticd" / "session.mcap"
             path.write_text('scene: "wall"\nquality: "1"\n')
-            with daemon.Daemon("--config", str(path), "--rate", "500") as played, hapticd.Session(played.address) as session:
+            with daemon.Daemon("--config", str(path), "--rate", "500", state=folder) as played, hapticd.Session(played.address) as session:
                 session.subscribe(divisor=10, sections=["QUALITY"])
                 self.assertEqual(list(session.states(3))[-1].quality.level, 1)
                 before = session.scene.scene_id

@@ -31,7 +31,8 @@ def main():
     with show.folder() as folder:
         path = f"{folder}/session.mcap"
         witness = show.Witness(f"{folder}/witness.json")
-        with show.daemon.Daemon("--record", path, environment=witness.environment) as played, hapticd.Session(played.address) as session:
+        # The witness makes calls in the haptic thread that a confined one has no use for.
+        with show.daemon.Daemon("--confine", "off", "--record", path, environment=witness.environment) as played, hapticd.Session(played.address) as session:
             session.subscribe(divisor=100, sections=["TOOLS"])
             next(session.states(1))
             time.sleep(1.0)

@@ -158,7 +158,7 @@ class Witness:
         wrong = [f"the haptic thread: {seen[what]} {what}" for what in ("allocations", "locks") if seen[what]]
         if seen["waits"] > seen["ticks"]:
             wrong.append("the haptic thread waited for more than its clock")
-        if not (seen["ticks"] and seen["all_allocations"] and seen["all_locks"]):
+        if not all(seen[what] for what in ("ticks", "waits", "all_allocations", "all_locks")):
             wrong.append("the witness saw nothing")
         return line, wrong
 
