@@ -27,6 +27,7 @@ class Tick(NamedTuple):
     state: int
     work: tuple  # sub-steps, sphere tests, iterations
     level: int  # of quality
+    force_n: tuple  # F_H_W written to the first tool's device
 
 
 class Records(NamedTuple):
@@ -62,7 +63,8 @@ def read(path):
                 record = recording_pb2.TickRecord.FromString(body)
                 budget = record.budget
                 ticks.append(Tick(record.tick, record.t_ns, record.dt_ns, record.cpu_ns, record.loop_state,
-                                  (budget.substeps, budget.sphere_tests, budget.qp_iterations), budget.level))
+                                  (budget.substeps, budget.sphere_tests, budget.qp_iterations), budget.level,
+                                  tuple(record.outputs[0].wrench_h_w.f_n)))
             elif topic == "/hapticd/event":
                 events.append(recording_pb2.EventRecord.FromString(body))
         elif opcode == 0x06:
