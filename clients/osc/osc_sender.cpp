@@ -27,7 +27,7 @@ struct Add {
 
 struct OscSender::Implementation {
   struct FreeAddress {
-    void operator()(lo_address address) const { lo_address_free(address); }
+    void operator()(lo_address unused) const { lo_address_free(unused); }
   };
   std::unique_ptr<std::remove_pointer_t<lo_address>, FreeAddress> address;
 };

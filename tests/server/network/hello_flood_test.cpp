@@ -144,8 +144,8 @@ TEST_CASE("of many handshakes that somebody has seen few are made again, and a n
     seen.push_back(client.hello({retry.begin() + 16, retry.end()}));
     const noise::Bytes welcome = handshakes->receive(kVictim, seen.back(), now_ns);
     REQUIRE(welcome.at(2) == 3);
-    const std::uint32_t session = static_cast<std::uint32_t>(
-        welcome[4] | welcome[5] << 8U | welcome[6] << 16U | std::uint32_t{welcome[7]} << 24U);
+    std::uint32_t session = 0;
+    for (std::size_t k = 8; k-- > 4;) session = session << 8U | welcome[k];
     handshakes->forget(session);
   }
   const std::uint64_t before = handshakes->counters().welcomed;

@@ -104,8 +104,9 @@ TEST_CASE("wave says how often strings are stepped, 32 times a millisecond where
        {std::pair{"", 32}, std::pair{"wave {}", 32}, std::pair{"wave { modes: 16 }", 32},
         std::pair{"modes { count: 16 }", 32}, std::pair{"wave { substeps: 8 }", 8},
         std::pair{"wave { modes: 64 substeps: 64 }", 64}}) {
-    CAPTURE(words);
-    const LoadResult result = loaded(with_string("frequency_hz: 90", words));
+    const std::string wave = words;
+    CAPTURE(wave);
+    const LoadResult result = loaded(with_string("frequency_hz: 90", wave));
     CHECK(result.loaded->scene->description().instrument.substeps == substeps);
     if (result.loaded->message.has_wave()) {
       CHECK(result.loaded->message.wave().substeps() == static_cast<unsigned>(substeps));

@@ -79,7 +79,8 @@ TEST_CASE("every answer says what a browser may do with it, also those to what i
       {"400", std::string("GET /\0 HTTP/1.1", 15) + end},
       {"431", "GET / HTTP/1.1\r\nCookie: " + std::string(10'000, 'x') + "\r\n\r\n"}};
   for (const auto& [status, request] : asked) {
-    CAPTURE(request.substr(0, 60));
+    const std::string begin = request.substr(0, 60);
+    CAPTURE(begin);
     Peer peer(gateway.port());
     peer.say(request);
     const std::string head = peer.head();
