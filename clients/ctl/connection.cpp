@@ -66,8 +66,11 @@ std::unique_ptr<client::Client> connect(const GlobalOptions& options,
 void require(const v1::Result& result) {
   if (result.code() == v1::RESULT_CODE_OK) return;
   if (result.code() == v1::RESULT_CODE_UNSPECIFIED) throw Failure(kUnreachable, result.message());
-  // RESULT_CODE_NOT_FOUND without what all have in common.
-  const std::string code = v1::ResultCode_Name(result.code()).substr(12);
+  std::string code = v1::ResultCode_Name(result.code());
+  // That of a later version has no name here.
+  if (code.empty()) code = std::to_string(result.code());
+  constexpr std::string_view kPrefix = "RESULT_CODE_";
+  if (code.starts_with(kPrefix)) code.erase(0, kPrefix.size());
   std::string text = "refused (" + code + ")";
   if (!result.path().empty()) text += " " + wire::shown_text(result.path());
   if (!result.message().empty()) text += ": " + result.message();

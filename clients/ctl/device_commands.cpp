@@ -43,8 +43,7 @@ void info(const GlobalOptions& options) {
 }
 
 void subscribe(client::Client& client) {
-  const double rate = client.scene()->rate_hz();
-  const auto divisor = static_cast<std::uint32_t>(std::max(1.0, rate / kMonitorRate));
+  const std::uint32_t divisor = client::state_divisor(client.scene()->rate_hz(), kMonitorRate);
   require(client.subscribe(divisor, {v1::SECTION_DEVICES, v1::SECTION_TOOLS, v1::SECTION_TIMING}));
 }
 

@@ -104,8 +104,7 @@ class GuidedCheck {
  private:
   /// Asks for readings and refuses a device that is not ready.
   void look() {
-    const double rate = client_.scene()->rate_hz();
-    const auto divisor = static_cast<std::uint32_t>(std::max(1.0, rate / kCheckRate));
+    const std::uint32_t divisor = client::state_divisor(client_.scene()->rate_hz(), kCheckRate);
     require(client_.subscribe(divisor, {v1::SECTION_DEVICES, v1::SECTION_TIMING}));
     const auto heard = [&] {
       return client_.state() && device_of(*client_.state(), choice_.tool_id) != nullptr;
@@ -331,7 +330,8 @@ void run_calibration(client::Client& client, const GlobalOptions& options, std::
     v1::DeviceInfo info = device_info(client, options, tool_id);
     int told = -1;
     while (info.calibration() == v1::CALIBRATION_STATE_RUNNING) {
-      const int percent = static_cast<int>(100.0 * info.calibration_progress());
+      const double share = info.calibration_progress();
+      const int percent = share >= 0.0 && share <= 1.0 ? static_cast<int>(100.0 * share) : 0;
       if (percent != told) person.say("  " + std::to_string(percent) + " %");
       told = percent;
       static_cast<void>(live_until(

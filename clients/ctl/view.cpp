@@ -38,10 +38,16 @@ double length(const List& list, int first) {
   return std::hypot(at(list, first), at(list, first + 1), at(list, first + 2));
 }
 
+/// The name of the thing with this index; `otherwise` where there is none, for the daemon may say
+/// any number.
+template <typename List>
+std::string name_in(const List& list, std::uint32_t index, const std::string& otherwise) {
+  return index < static_cast<std::uint32_t>(list.size()) ? list.Get(static_cast<int>(index)).name()
+                                                         : otherwise;
+}
+
 std::string string_name(const View& view, std::uint32_t index) {
-  const int i = static_cast<int>(index);
-  return i < view.scene.scene().strings_size() ? view.scene.scene().strings(i).name()
-                                               : "string " + std::to_string(index);
+  return name_in(view.scene.scene().strings(), index, "string " + std::to_string(index));
 }
 
 std::string object_name(const View& view, const v1::ContactPatch& contact) {
@@ -49,11 +55,9 @@ std::string object_name(const View& view, const v1::ContactPatch& contact) {
   if (contact.object_case() == v1::ContactPatch::kStringIndex) {
     return string_name(view, contact.string_index());
   }
-  const int body = static_cast<int>(contact.body_index());
-  const int line = static_cast<int>(contact.line_index());
   const bool is_line = contact.object_case() == v1::ContactPatch::kLineIndex;
-  if (is_line) return line < scene.lines_size() ? scene.lines(line).name() : "line";
-  return body < scene.bodies_size() ? scene.bodies(body).name() : "body";
+  return is_line ? name_in(scene.lines(), contact.line_index(), "line")
+                 : name_in(scene.bodies(), contact.body_index(), "body");
 }
 
 std::string tool_name(const View& view, std::uint32_t id) {

@@ -111,8 +111,7 @@ void watch(const GlobalOptions& options) {
     if (state.has_timing()) ticks.add(state.timing().last_ns());
   };
   const auto client = connect(options, handlers);
-  const double rate = client->scene()->rate_hz();
-  const auto divisor = static_cast<std::uint32_t>(std::max(1.0, rate / kWatchRate));
+  const std::uint32_t divisor = client::state_divisor(client->scene()->rate_hz(), kWatchRate);
   require(client->subscribe(divisor, kSections));
   std::signal(SIGINT, end_watch);
   std::signal(SIGTERM, end_watch);

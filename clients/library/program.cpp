@@ -54,10 +54,14 @@ std::string unanswered(const std::string& server) {
          "them with --key";
 }
 
+std::uint32_t state_divisor(double tick_rate_hz, double rate_hz) {
+  constexpr double kMost = 1e6;
+  const double divisor = std::round(tick_rate_hz / rate_hz);
+  return divisor >= 1.0 ? static_cast<std::uint32_t>(std::min(divisor, kMost)) : 1;
+}
+
 void set_rate(double tick_rate_hz, double rate_hz, v1::Subscribe& subscribe) {
-  if (!(rate_hz > 0.0)) return;
-  const double divisor = std::max(1.0, std::round(tick_rate_hz / rate_hz));
-  subscribe.set_divisor(static_cast<std::uint32_t>(divisor));
+  if (rate_hz > 0.0) subscribe.set_divisor(state_divisor(tick_rate_hz, rate_hz));
 }
 
 void end_on_signals() {

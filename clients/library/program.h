@@ -33,8 +33,11 @@ void add_daemon_options(CLI::App& app, DaemonChoice& daemon);
 /// What to say to a person when nobody answers at `server`.
 [[nodiscard]] std::string unanswered(const std::string& server);
 
-/// Asks for `rate_hz` States a second, as nearly as whole ticks allow, where a second has
-/// `tick_rate_hz` ticks; for none where it is 0.
+/// Subscribe.divisor for `rate_hz` (> 0) States a second, as nearly as whole ticks allow, where a
+/// second has `tick_rate_hz` ticks, as a server says: it may be any number.
+[[nodiscard]] std::uint32_t state_divisor(double tick_rate_hz, double rate_hz);
+
+/// Asks for `rate_hz` States a second; for none where it is 0.
 void set_rate(double tick_rate_hz, double rate_hz, v1::Subscribe& subscribe);
 
 /// SIGINT and SIGTERM do not end the program from now on, but make has_ended() true.

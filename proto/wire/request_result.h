@@ -4,17 +4,18 @@
 #include <string>
 
 #include "hapticd/v1/answer.pb.h"
-#include "proto/wire/whole_characters.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd::wire {
 
-/// A Result with path and message as long as they may be, and text whatever they are.
+/// A Result with path and message as long as they may be, and text whatever they are: both may
+/// quote the request, and no terminal obeys them.
 [[nodiscard]] inline v1::Result result_of(v1::ResultCode code, const std::string& path = "",
                                           const std::string& message = "") {
   v1::Result result;
   result.set_code(code);
-  result.set_path(whole_characters(path, kPathBytes));
-  result.set_message(whole_characters(message, kMessageBytes));
+  result.set_path(whole_characters(shown_text(path), kPathBytes));
+  result.set_message(whole_characters(shown_lines(message), kMessageBytes));
   return result;
 }
 

@@ -22,6 +22,8 @@ CLOCK_EVERY_NS = 200_000_000
 """A Packet asks for the server's time this often."""
 BYE_PATIENCE_NS = 1_000_000_000
 """A Bye is repeated for this long."""
+MOST_PARTS = 32
+"""Of a State."""
 
 
 class Arrived(NamedTuple):
@@ -191,6 +193,8 @@ class Link:
         if state.part_count <= 1:
             repeated, self._last_state = state == self._last_state, state
             return None if repeated else state
+        if state.part_index >= state.part_count or state.part_count > MOST_PARTS:
+            return None
         self._parts[state.part_index] = state
         if len(self._parts) < state.part_count:
             return None

@@ -9,15 +9,26 @@ from hapticd.v1 import answer_pb2, event_pb2, state_pb2
 
 GLIDE_S = 0.1
 """A pitch glides on for so long after it was told, and then stays."""
+MOST_STRINGS = 1024
+MOST_PARTIALS = 12
+
+
+def is_sound(sounding: event_pb2.StringSounding) -> bool:
+    """Whether every number is one that event.proto lets a string have."""
+    partials, decays_s = sounding.partials_m, sounding.decays_s
+    return (sounding.string_index < MOST_STRINGS and abs(sounding.cents_per_s) <= 1e5
+            and (0 < sounding.frequency_hz <= 2e4 or not partials and 0 <= sounding.frequency_hz <= 2e4)
+            and len(partials) == len(decays_s) <= MOST_PARTIALS and all(0 <= partial <= 1 for partial in partials)
+            and all(0 < decay <= 1000 for decay in decays_s))
 
 
 def sounding_at(sounding: event_pb2.StringSounding, t_ns: int) -> event_pb2.StringSounding:
     """The same string at t_ns of the server's clock if nobody has told anything since: pitch and amplitudes of then. Before its own
-    instant it is as told."""
+    instant, and where its numbers are none that a string can have, it is as told."""
     now = event_pb2.StringSounding()
     now.CopyFrom(sounding)
     since_s = (t_ns - sounding.t_ns) * 1e-9
-    if since_s <= 0:
+    if since_s <= 0 or not is_sound(sounding):
         return now
     now.t_ns = t_ns
     now.frequency_hz = sounding.frequency_hz * 2 ** (sounding.cents_per_s * min(since_s, GLIDE_S) / 1200)
@@ -42,7 +53,9 @@ class Soundings:
         self._newest, self.by_string = {}, {}
 
     def take(self, sounding: event_pb2.StringSounding) -> None:
-        """A message. One that is not newer than what is known changes nothing."""
+        """A message. One that is not newer than what is known changes nothing, nor does one that no string can be meant by."""
+        if not is_sound(sounding):
+            return
         known: Optional[event_pb2.StringSounding] = self._newest.get(sounding.string_index)
         if known is not None and not 0 < (sounding.number - known.number) % 2**32 < 2**31:
             return

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "clients/library/client.h"
+#include "clients/library/program.h"
 
 namespace hapticd::web {
 namespace {
@@ -44,8 +45,7 @@ std::uint32_t random_number() {
 v1::Item subscription(double state_rate_hz, double tick_rate_hz) {
   v1::Item item;
   v1::Subscribe& subscribe = *item.mutable_subscribe();
-  subscribe.set_divisor(
-      static_cast<std::uint32_t>(std::max(1.0, std::round(tick_rate_hz / state_rate_hz))));
+  subscribe.set_divisor(client::state_divisor(tick_rate_hz, state_rate_hz));
   for (int section = v1::SECTION_TOOLS; section <= v1::SECTION_REPLAY; ++section) {
     subscribe.add_sections(static_cast<v1::Section>(section));
   }

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <functional>
+#include <limits>
 #include <set>
 
 #include "tests/clients/ctl/device_server.h"
@@ -226,6 +227,17 @@ TEST_CASE("a calibration is followed to its end and kept") {
   server.steps.clear();
   CHECK(calibrate(person, true).empty());
   CHECK(server.steps == Steps{v1::CALIBRATE_STEP_ZERO, v1::CALIBRATE_STEP_STORE});
+}
+
+TEST_CASE("a share of a calibration that is none is told as nothing") {
+  for (const double share : {std::numeric_limits<double>::quiet_NaN(), -1e300, 1e300}) {
+    DeviceServer server;
+    server.calibration = {v1::CALIBRATION_STATE_RUNNING, v1::CALIBRATION_STATE_DONE};
+    server.info.set_calibration_progress(share);
+    Person person(server);
+    CHECK(calibrate(person).empty());
+    CHECK(person.was_told("  0 %"));
+  }
 }
 
 TEST_CASE("a calibration that fails or is broken off is aborted and not kept") {

@@ -154,6 +154,22 @@ TEST_CASE("before the first tick there is a head and nothing else, and nothing b
   CHECK(!screen_lines(view, 80, 24).empty());
 }
 
+TEST_CASE("what touches a thing that the scene does not have is shown all the same") {
+  View view = busy();
+  view.tones.front().set_string_index(0xffffffffU);
+  for (const std::uint32_t index : {1U, 0x7fffffffU, 0x80000000U, 0xffffffffU}) {
+    CAPTURE(index);
+    view.state.mutable_contacts(0)->set_string_index(index);
+    view.state.mutable_strings(0)->set_string_index(index);
+    const std::string name = ("string " + std::to_string(index)).substr(0, 12);
+    CHECK(says(screen_lines(view, 80, 400), "contact    " + name));
+    view.state.mutable_contacts(0)->set_body_index(index);
+    CHECK(says(screen_lines(view, 80, 400), "contact    body"));
+    view.state.mutable_contacts(0)->set_line_index(index);
+    CHECK(says(screen_lines(view, 80, 400), "contact    line"));
+  }
+}
+
 TEST_CASE("a tick falls into the bin of its power of two, the slowest into the last") {
   TickHistogram histogram;
   for (const std::uint32_t ns : {0U, 999U}) histogram.add(ns);

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -44,6 +45,22 @@ TEST_CASE(
   }
   CHECK(exit_code({}, []() -> int { throw std::invalid_argument("no"); }) == kProgramUsage);
   CHECK(exit_code({}, []() -> int { throw std::runtime_error("no"); }) == kProgramFailed);
+}
+
+TEST_CASE("whatever rate a server states, States are asked for every so many ticks as it takes") {
+  v1::Subscribe subscribe;
+  const auto asked = [&](double tick_rate_hz, double rate_hz) {
+    subscribe.set_divisor(7);
+    set_rate(tick_rate_hz, rate_hz, subscribe);
+    return subscribe.divisor();
+  };
+  CHECK(asked(1000.0, 60.0) == 17);
+  CHECK(asked(1000.0, 5000.0) == 1);
+  CHECK(asked(1000.0, 0.0) == 7);
+  CHECK(asked(1e300, 60.0) == 1'000'000);
+  CHECK(asked(std::numeric_limits<double>::infinity(), 60.0) == 1'000'000);
+  CHECK(asked(std::numeric_limits<double>::quiet_NaN(), 60.0) == 1);
+  CHECK(asked(-1e300, 60.0) == 1);
 }
 
 TEST_CASE("a client is opened where the command line says, and not with a key that is none") {

@@ -281,6 +281,14 @@ class States(unittest.TestCase):
         self.assertIsNone(shown(2, link, scene_id=1, tick=7, part_index=1, part_count=2))
         self.assertGreater(ITEM_ROOM, 1000)
 
+    def test_parts_that_no_tick_has_are_not_kept(self):
+        link = Link(9, 0)
+        for index in range(33):
+            self.assertIsNone(shown(index, link, scene_id=1, tick=7, part_index=index, part_count=33))
+        self.assertIsNone(shown(40, link, scene_id=1, tick=8, part_index=5, part_count=2))
+        self.assertIsNone(shown(41, link, scene_id=1, tick=8, part_index=0, part_count=2))
+        self.assertIsNotNone(shown(42, link, scene_id=1, tick=8, part_index=1, part_count=2))
+
 
 if __name__ == "__main__":
     unittest.main()

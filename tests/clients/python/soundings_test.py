@@ -54,6 +54,18 @@ class Known(unittest.TestCase):
         self.soundings.take_state(repeating(message(4), message(1, string=0)))
         self.assertEqual(self.numbers(), {0: 1})
 
+    def test_a_message_that_no_string_can_have_changes_nothing(self):
+        bad = [message(1, string=1024), message(1, cents_per_s=1e6), message(1, partials=(0.003, 2)), message(1, partials=(math.nan,))]
+        for change in (dict(frequency_hz=0), dict(frequency_hz=3e4), dict(decays_s=[2]), dict(decays_s=[2, 0]), dict(decays_s=[2, -1])):
+            bad.append(message(1))
+            for name in change:
+                bad[-1].ClearField(name)
+            bad[-1].MergeFrom(event_pb2.StringSounding(**change))
+        for told in bad:
+            self.soundings.take(told)
+            self.assertEqual(hapticd.sounding_at(told, T0 + 10**12).SerializeToString(), told.SerializeToString())
+        self.assertEqual(self.numbers(), {})
+
     def test_another_scene_begins_anew_and_states_of_a_third_say_nothing(self):
         self.soundings.take(message(9))
         self.soundings.begin(answer_pb2.SceneInfo(scene_id=2))
