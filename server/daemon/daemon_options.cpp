@@ -20,6 +20,7 @@
 #include "proto/hints/nearest_name.h"
 #include "proto/hints/quantity.h"
 #include "proto/wire/choice_check.h"
+#include "proto/wire/shown_text.h"
 #include "server/confinement/confinement.h"
 #include "server/scene_io/message_text.h"
 
@@ -69,7 +70,10 @@ std::string sources_in_words() {
   return words;
 }
 
-[[noreturn]] void refuse(const std::string& text) { throw StartError(kExitUsage, text); }
+/// `text` may quote what was given.
+[[noreturn]] void refuse(const std::string& text) {
+  throw StartError(kExitUsage, wire::shown_lines(text));
+}
 
 /// An option that is a field of Config, named like it with '-' for '_'.
 struct FieldOption {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/wire/shown_text.h"
+
 namespace hapticd {
 
 std::string to_text(const SceneProblem& problem) {
@@ -15,7 +17,8 @@ std::string to_text(const SceneProblem& problem) {
   text += problem.message;
   if (!text.ends_with('.')) text += ".";
   if (!problem.remedy.empty()) text += " " + problem.remedy;
-  return text;
+  // Both quote what the text says.
+  return wire::shown_text(text);
 }
 
 bool any_fault(const SceneProblems& problems) noexcept {

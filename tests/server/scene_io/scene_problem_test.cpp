@@ -17,4 +17,9 @@ TEST_CASE("problems are told as a compiler tells them, and doubts are no faults"
   CHECK(any_fault({doubt, fault}));
 }
 
+TEST_CASE("what a text says of itself is shown, and no terminal obeys it") {
+  const SceneProblem fault{false, "a.textproto", 1, 2, "name", "'\x1b[31m\xff' is no name", "\n"};
+  CHECK(to_text(fault) == "a.textproto:1:2: error: name: '\\u001b[31m?' is no name. \\u000a");
+}
+
 }  // namespace hapticd::test
