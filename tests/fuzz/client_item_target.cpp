@@ -1,6 +1,8 @@
 // See client_item_target.h.
 #include "tests/fuzz/client_item_target.h"
 
+#include <google/protobuf/stubs/logging.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -169,6 +171,7 @@ class FuzzedClient {
   std::string with_header(std::string body, bool awaited) {
     if (session_ != core_.session()) next_id_ = 1;
     session_ = core_.session();
+    const google::protobuf::LogSilencer silence;
     v1::Packet packet;
     if (awaited && packet.ParseFromString(body)) {
       packet.set_boot_id(kBootId);
