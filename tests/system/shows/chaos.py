@@ -199,7 +199,7 @@ def main():
     with show.folder() as folder:
         keys = pathlib.Path(folder) / "keys"
         subprocess.run([os.environ["HAPTICCTL"], "keygen", str(keys)], check=True, stdout=subprocess.DEVNULL)
-        pieces = max(8, int(options.seconds / 2))
+        pieces = max(8, int(options.seconds / 10))
         alone, _ = virtual_run(keys, options.seed, pieces, crowd=False)
         among, crew = virtual_run(keys, options.seed, pieces, crowd=True)
         lines = [f"Seed {options.seed}.", "", f"Virtual clock: {pieces} times a scene, a gesture or a parameter, and 250 ticks after each. With a crew of "
