@@ -7,6 +7,7 @@ the seed decides, once alone and once with the crew: States and wrenches must be
 seconds; asserts that no force written to the device grew faster than the slew limit, that no fault is latched, that the lease is kept and that
 every request of its holder is answered. --write puts the report into tests/results."""
 import argparse
+import contextlib
 import hashlib
 import json
 import math
@@ -126,9 +127,7 @@ def virtual_run(keys, seed, pieces, crowd):
             session.acquire("show")
             session.subscribe(divisor=1, sections=["TOOLS"])
             player, crew = Player(session, seed), Crew(played.address, keys, seed)
-            if crowd:
-                crew.__enter__()
-            try:
+            with crew if crowd else contextlib.nullcontext():
                 for _ in range(pieces):
                     player.act()
                     session.subscribe(divisor=1, sections=["TOOLS"])
@@ -138,8 +137,6 @@ def virtual_run(keys, seed, pieces, crowd):
                         digest.update(repr([list(tool.wrench_h_w) for tool in state.tools]).encode())
                     if crowd:
                         crew.stir()
-            finally:
-                crew.__exit__()
     return digest.hexdigest(), crew
 
 
