@@ -132,10 +132,11 @@ class RandomRequests(unittest.TestCase):
         return f"seed {self.seed}: {str(item)[:2000]}"
 
     def play(self, session, item, ticks=60):
-        """The tool wanders over whatever is there; what it feels is a wrench."""
+        """The first tool wanders over whatever is there; what it feels is a wrench."""
+        tool_id = session.devices()[0].tool_id
         at = [self.draw.uniform(-0.02, 0.02) for _ in range(3)]
         poses = [(0.002 * math.sin(k / 7) + at[0], 0.012 - 4e-4 * min(k, 40) + at[1], at[2]) for k in range(ticks)]
-        for state in session.run(poses=poses).states:
+        for state in session.run(poses=poses, tool_id=tool_id).states:
             for tool in state.tools:
                 for first, most in ((0, PEAK_N), (3, PEAK_N_M)):
                     size = math.sqrt(sum(each**2 for each in tool.wrench_h_w[first:first + 3]))
