@@ -88,14 +88,18 @@ void refuse_json(const GlobalOptions& options, const std::string& why) {
   if (options.json) throw Failure(kUsageBad, "--json has no meaning here: " + why);
 }
 
-void acquire(client::Controller& controller, const client::Client& client) {
-  const v1::Result result = controller.acquire(kHolder);
+void acquire(client::Controller& controller, const client::Client& client,
+             const GlobalOptions& options) {
+  const v1::Result result = options.take_over.empty()
+                                ? controller.acquire(kHolder)
+                                : controller.take_over(kHolder, options.take_over);
   if (result.code() == v1::RESULT_CODE_BUSY) {
     const std::string holder = wire::shown_text(client.lease().holder());
     throw Failure(kRefused,
                   "another session controls the daemon" +
                       (holder.empty() ? std::string() : " (" + holder + ")") +
-                      ". Wait until it lets go; its lease ends 2 s after it falls silent");
+                      ". Wait until it lets go, its lease ends 2 s after it falls silent; or take "
+                      "it over, with --take-over REASON");
   }
   require(result);
 }
@@ -103,7 +107,7 @@ void acquire(client::Controller& controller, const client::Client& client) {
 v1::Result control(client::Client& client, const v1::Item& item, const GlobalOptions& options) {
   require_utf8(item);
   client::Controller controller(client);
-  acquire(controller, client);
+  acquire(controller, client, options);
   v1::Result result = controller.call(item, timeout_of(options));
   controller.release();
   require(result);

@@ -33,6 +33,7 @@ class Failure : public std::runtime_error {
 struct GlobalOptions {
   client::DaemonChoice daemon;
   double timeout_s = 5.0;
+  std::string take_over;  ///< why the lease is taken from whoever has it; empty: it is not
   bool json = false;
 };
 
@@ -60,7 +61,8 @@ v1::Result control(client::Client& client, const v1::Item& item, const GlobalOpt
 /// such as "watch draws on a terminal".
 void refuse_json(const GlobalOptions& options, const std::string& why);
 
-/// Takes the lease; throws Failure that names who has it.
-void acquire(client::Controller& controller, const client::Client& client);
+/// Takes the lease; throws Failure that names who has it, unless it is to be taken over.
+void acquire(client::Controller& controller, const client::Client& client,
+             const GlobalOptions& options);
 
 }  // namespace hapticd::ctl

@@ -304,7 +304,7 @@ void run_check(client::Client& client, const GlobalOptions& options, const Check
     return;
   }
   client::Controller controller(client);
-  acquire(controller, client);
+  acquire(controller, client, options);
   AtEnd end(controller);
   end.ask(disengage_item());
   GuidedCheck(client, controller, options, choice, person).run(std::move(info));
@@ -314,7 +314,7 @@ void run_calibration(client::Client& client, const GlobalOptions& options, std::
                      bool zero, const Conversation& person) {
   constexpr double kLook = 0.25;  // s; a device need not be asked more often than 10 times a second
   client::Controller controller(client);
-  acquire(controller, client);
+  acquire(controller, client, options);
   AtEnd end(controller);
   const auto step = [&](v1::CalibrateStep what) {
     require(controller.call(calibrate_item(tool_id, what), timeout_of(options)));

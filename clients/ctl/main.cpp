@@ -8,10 +8,17 @@
 #include "clients/ctl/text.h"
 #include "clients/library/quantity_option.h"
 #include "proto/hints/command_line_fault.h"
+#include "proto/wire/shown_text.h"
 
 namespace {
 
 using hapticd::ctl::GlobalOptions;
+
+/// What is wrong with the reason of a take-over, as the daemon takes it.
+std::string fault_of_reason(const std::string& text) {
+  const bool good = !text.empty() && text.size() <= 400 && hapticd::wire::is_plain(text);
+  return good ? "" : "Say why, in 1 to 400 bytes of UTF-8 on one line.";
+}
 
 int run(int argc, char** argv) {
   CLI::App app("Watches and controls a running hapticd.", "hapticctl");
@@ -22,6 +29,10 @@ int run(int argc, char** argv) {
       app.add_option("--timeout", options.timeout_s, "longest wait for an answer, s"), "s")
       ->check(CLI::Range(0.01, 3600.0))
       ->capture_default_str();
+  app.add_option("--take-over", options.take_over,
+                 "takes control also from a client that has it, and tells everyone this reason")
+      ->type_name("REASON")
+      ->check(fault_of_reason);
   app.add_flag("--json", options.json, "answers as JSON, for programs");
   hapticd::ctl::add_discover_option(app, options);
   app.require_subcommand(1);

@@ -52,7 +52,7 @@ void run_ticks(client::Controller& controller, std::uint64_t ticks, const Global
 void stream(std::istream& input, const PoseOptions& choice, const GlobalOptions& options,
             client::Client& client, Streamed& streamed) {
   client::Controller controller(client);
-  acquire(controller, client);
+  acquire(controller, client, options);
   const bool lockstep = client.scene()->clock() == v1::CLOCK_MODE_VIRTUAL;
   const double rate = client.scene()->rate_hz() > 0.0 ? client.scene()->rate_hz() : 1000.0;
   const std::int64_t began_ns = client::monotonic_now_ns();

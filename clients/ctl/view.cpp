@@ -154,6 +154,16 @@ void add_quality(const v1::State& state, std::vector<std::string>& lines) {
 /// Share of the stiffness below which a hand hardly feels what it touches; the daemon warns of it.
 constexpr float kHardlyFelt = 0.05F;
 
+std::string lease_text(const v1::LeaseInfo& lease) {
+  std::string text = lease.holder().empty() ? "taken" : "of " + lease.holder();
+  if (!lease.key_name().empty()) text += ", key " + lease.key_name();
+  if (!lease.reason().empty()) {
+    text += ", taken over" + (lease.taken_from().empty() ? "" : " from " + lease.taken_from()) +
+            ": " + lease.reason();
+  }
+  return text;
+}
+
 void add_rest(const View& view, std::vector<std::string>& lines) {
   const v1::State& state = view.state;
   for (const v1::StiffnessState& stiffness : state.stiffness()) {
@@ -173,8 +183,7 @@ void add_rest(const View& view, std::vector<std::string>& lines) {
                            gesture.repeated_count()));
   }
   if (view.lease.fence() != 0) {
-    lines.push_back("lease      " +
-                    (view.lease.holder().empty() ? "taken" : "of " + view.lease.holder()));
+    lines.push_back("lease      " + lease_text(view.lease));
   }
 }
 

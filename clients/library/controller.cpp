@@ -8,6 +8,18 @@ namespace hapticd::client {
 v1::Result Controller::acquire(const std::string& holder, std::chrono::nanoseconds timeout) {
   v1::Item item;
   item.mutable_acquire()->set_holder(holder);
+  return acquire(item, timeout);
+}
+
+v1::Result Controller::take_over(const std::string& holder, const std::string& reason,
+                                 std::chrono::nanoseconds timeout) {
+  v1::Item item;
+  item.mutable_acquire()->set_holder(holder);
+  item.mutable_acquire()->set_take_over(reason);
+  return acquire(item, timeout);
+}
+
+v1::Result Controller::acquire(const v1::Item& item, std::chrono::nanoseconds timeout) {
   v1::Result result = client_.call(item, timeout);
   if (result.code() != v1::RESULT_CODE_OK) return result;
   fence_ = result.lease().fence();

@@ -24,6 +24,10 @@ class Controller {
   /// Takes the lease, under the name `holder` (64 bytes at most). BUSY when another session holds
   /// it.
   v1::Result acquire(const std::string& holder, std::chrono::nanoseconds timeout = kDefaultTimeout);
+  /// The same, also from a session that holds it. All are told the reason, 1 to 400 bytes. A Run of
+  /// its steps ends, and force fades to zero.
+  v1::Result take_over(const std::string& holder, const std::string& reason,
+                       std::chrono::nanoseconds timeout = kDefaultTimeout);
   /// Whether the server still says that the lease is the one acquired here.
   [[nodiscard]] bool holds() const;
   /// Fencing number of the lease acquired last; 0 = none.
@@ -49,6 +53,7 @@ class Controller {
   v1::Result stop();
 
  private:
+  v1::Result acquire(const v1::Item& item, std::chrono::nanoseconds timeout);
   void flush();
 
   Client& client_;

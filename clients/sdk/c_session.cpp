@@ -21,6 +21,7 @@ namespace {
 constexpr std::size_t kErrorBytes = 512;
 constexpr std::uint32_t kDefaultTimeout_ms = 5000;
 constexpr std::size_t kMostHolder = 64;
+constexpr std::size_t kMostReason = 400;
 constexpr std::size_t kMostValues = 1024;
 constexpr std::uint64_t kMostSteps = 1'000'000'000;
 
@@ -231,6 +232,14 @@ int hapticd_poll(hapticd_session* session, uint32_t wait_ms) {
 int hapticd_acquire(hapticd_session* session, const char* holder) {
   return with(session, [&](hapticd_session& open) {
     open.session.acquire(text_of(holder, kMostHolder, "holder: a text of 64 bytes at most"));
+    return HAPTICD_OK;
+  });
+}
+
+int hapticd_take_over(hapticd_session* session, const char* holder, const char* reason) {
+  return with(session, [&](hapticd_session& open) {
+    open.session.take_over(text_of(holder, kMostHolder, "holder: a text of 64 bytes at most"),
+                           text_of(reason, kMostReason, "reason: a text of 1 to 400 bytes"));
     return HAPTICD_OK;
   });
 }

@@ -37,6 +37,10 @@ void log_losses(const std::string& what) {
   if (!what.empty()) spdlog::warn("network: dropped or refused: {}", what);
 }
 
+void log_lease(const std::string& what) {
+  if (!what.empty()) spdlog::info("the lease is {}", what);
+}
+
 }  // namespace
 
 Daemon::Opened Daemon::open(DaemonOptions options) {
@@ -188,6 +192,9 @@ ServerHost Daemon::make_host() {
     play_.forget_poses();
     loop_.lose_lease();
   };
+  host.lease_told = [this](const v1::LeaseInfo& lease) {
+    within_memory([&] { leases_.note(lease); });
+  };
   return host;
 }
 
@@ -221,6 +228,7 @@ int Daemon::run(SignalRequests& signals) {
   loop_.take_events();
   const ServerCounters& counters = server_->counters();
   log_losses(losses_.rest(counters));
+  log_lease(leases_.rest());
   spdlog::info("ended; {} datagrams received, {} sent", counters.received, counters.sent);
   const auto* replay = std::get_if<ReplayTime>(&*time_);
   return replay == nullptr ? kExitGood : replay->exit_code();
@@ -262,6 +270,7 @@ bool Daemon::work(std::int64_t now_ns) {
   within_memory([&] { records_.report(); });
   within_memory([&] { service_.follow(now_ns); });
   within_memory([&] { log_losses(losses_.next(server_->counters(), now_ns)); });
+  within_memory([&] { log_lease(leases_.next(now_ns)); });
   if (ending_since_ns_ >= 0) {
     const bool over = std::visit([](const auto& time) { return time.over(); }, *time_);
     if ((over && server_->session_count() == 0) || now_ns - ending_since_ns_ > kMaxEnd_ns) {

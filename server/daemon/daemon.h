@@ -22,6 +22,7 @@
 #include "server/daemon/service_desk.h"
 #include "server/daemon/state_desk.h"
 #include "server/daemon/stop_opening.h"
+#include "server/network/lease_report.h"
 #include "server/network/loss_report.h"
 #include "server/network/protocol_server.h"
 #include "server/network/udp_transport.h"
@@ -93,6 +94,7 @@ class Daemon {
   std::unique_ptr<UdpTransport> transport_;
   std::unique_ptr<ProtocolServer> server_;
   LossReport losses_;
+  LeaseReport leases_;
   std::int64_t ending_since_ns_ = -1;
 };
 

@@ -14,10 +14,11 @@ namespace hapticd {
 
 class Lease {
  public:
-  /// An answer to Acquire, and whether others have to hear of it.
+  /// An answer to Acquire, whether others have to hear of it, and who has lost the lease by it.
   struct Granted {
     v1::Result result;
     bool changed = false;
+    std::uint64_t lost_by = 0;  ///< serial number of the session; 0 = none
   };
 
   /// Both must outlive this.
@@ -30,7 +31,11 @@ class Lease {
   [[nodiscard]] std::optional<v1::Result> refusal(const Session& session,
                                                   const v1::Item& item) const;
 
-  /// Gives the lease to `session`, unless another one holds it. tell() after it was answered.
+  /// The answer to who would need the lease and has it no more, or not yet.
+  [[nodiscard]] v1::Result not_owner(const Session& session) const;
+
+  /// Gives the lease to `session`, unless another one holds it and no reason is given to take it
+  /// over: then the host hears that the old lease is over. tell() after it was answered.
   [[nodiscard]] Granted acquire(const Session& session, const v1::Acquire& request);
   /// `session` lives: its lease goes on, if it has it.
   void renew(const Session& session) noexcept;
@@ -40,6 +45,8 @@ class Lease {
   /// under way. The host hears of it.
   void expire();
 
+  /// What everyone is told, but for whose it is.
+  [[nodiscard]] v1::LeaseInfo info() const;
   /// What `session` is told.
   [[nodiscard]] v1::LeaseInfo info(const Session& session) const;
   /// Tells everyone.
@@ -51,6 +58,8 @@ class Lease {
   [[nodiscard]] std::uint64_t fence() const noexcept { return session_ == 0 ? 0 : fence_; }
 
  private:
+  /// What is wrong with the texts of a request.
+  [[nodiscard]] static std::optional<v1::Result> fault_of(const v1::Acquire& request);
   void end(LeaseEnd how);
 
   Sessions& sessions_;
@@ -58,6 +67,9 @@ class Lease {
   std::uint64_t session_ = 0;  ///< serial number of the holder; 0 = nobody
   std::uint64_t fence_ = 0;    ///< of the last grant
   std::string holder_;
+  std::string taken_from_;     ///< holder before, where it was taken over
+  std::string reason_;         ///< of the take-over
+  std::uint64_t lost_by_ = 0;  ///< session that it was taken from; 0 = none
   std::int64_t renewed_ns_ = 0;
 };
 

@@ -19,7 +19,7 @@ ProtocolServer::ProtocolServer(const ServerOptions& options, ServerHost host, Se
                    lease_.give_up(session, LeaseEnd::kSessionEnded);
                  }}),
       lease_(sessions_, host_),
-      requests_(sessions_, lease_, host_) {}
+      requests_(sessions_, lease_, host_, options.work_time) {}
 
 void ProtocolServer::greet(Session& session) {
   bool first = true;

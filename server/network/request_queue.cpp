@@ -2,6 +2,7 @@
 #include "server/network/request_queue.h"
 
 #include <algorithm>
+#include <chrono>
 #include <string>
 #include <utility>
 
@@ -18,6 +19,16 @@ constexpr std::uint32_t kMaxDivisor = 1'000'000;
 constexpr std::uint32_t kMaxContacts = 256;
 constexpr std::uint32_t kUsualContacts = 16;
 constexpr int kMaxSections = 32;
+
+/// Of the network thread's time for requests that cost much, one part in so many is a session's,
+/// and an address's. The holder of the lease has what it needs.
+constexpr std::int64_t kSessionPart = 10;
+constexpr std::int64_t kAddressPart = 4;
+
+std::int64_t monotonic_ns() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+}
 
 /// Looks at files for a session that may need no lease for it, so that many can ask: of each one in
 /// kDearPeriod_ns. What is built for the holder of the lease is built by another thread.
@@ -42,6 +53,13 @@ bool is_run_stop(const v1::Item& item) {
 }
 
 }  // namespace
+
+RequestQueue::RequestQueue(Sessions& sessions, Lease& lease, const ServerHost& host,
+                           std::function<std::int64_t()> work_time)
+    : sessions_(sessions),
+      lease_(lease),
+      host_(host),
+      work_time_(work_time ? std::move(work_time) : monotonic_ns) {}
 
 void RequestQueue::take(Session& session, wire::ReceivedItem& received) {
   const v1::Item& item = received.item;
@@ -108,12 +126,36 @@ bool RequestQueue::costs_too_much_now(const Session& session) const {
   return is_costly(next) && !session.may_cost && !lease_.refusal(session, next).has_value();
 }
 
+bool RequestQueue::has_budget(const Session& session) const {
+  if (lease_.held_by(session)) return true;
+  const std::int64_t now_ns = sessions_.now_ns();
+  const auto owes_too_much = [&](const auto& address) {
+    return same_network(address.first, session.address) && !address.second.has_left(now_ns);
+  };
+  return session.budget.has_left(now_ns) &&
+         std::none_of(address_budgets_.begin(), address_budgets_.end(), owes_too_much);
+}
+
+void RequestQueue::charge(Session& session, std::int64_t taken_ns) {
+  const std::int64_t now_ns = sessions_.now_ns();
+  session.budget.charge(taken_ns, kSessionPart, now_ns);
+  std::erase_if(address_budgets_, [&](const auto& each) { return each.second.is_whole(now_ns); });
+  auto found =
+      std::find_if(address_budgets_.begin(), address_budgets_.end(),
+                   [&](const auto& each) { return same_network(each.first, session.address); });
+  if (found == address_budgets_.end()) {
+    found = address_budgets_.emplace(address_budgets_.end(), session.address, TimeBudget());
+  }
+  found->second.charge(taken_ns, kAddressPart, now_ns);
+}
+
 // One request that costs much, of one session, each time: what came before it, a Stop above all,
 // has been heard by now, and what comes while it is carried out waits for no other. The sessions
 // take turns.
 void RequestQueue::serve_costly() {
   const auto ready = [this](const Session& session) {
-    if (session.phase != Phase::kOpen || session.current.has_value() || session.waiting.empty()) {
+    if (session.phase != Phase::kOpen || session.current.has_value() || session.waiting.empty() ||
+        !has_budget(session)) {
       return false;
     }
     return !is_dear(session.waiting.front().body) || session.dear_due_ns <= sessions_.now_ns();
@@ -131,9 +173,12 @@ void RequestQueue::serve_costly() {
   if (is_dear(next->waiting.front().body)) {
     next->dear_due_ns = sessions_.now_ns() + kDearPeriod_ns;
   }
+  const bool free_of_charge = lease_.held_by(*next);
+  const std::int64_t began_ns = work_time_();
   next->may_cost = true;
   sessions_.serve(*next, [&] { pump(*next); });
   next->may_cost = false;
+  if (!free_of_charge) charge(*next, work_time_() - began_ns);
 }
 
 void RequestQueue::carry_out(Session& session, const v1::Item& item) {
@@ -247,8 +292,19 @@ void RequestQueue::subscribe(Session& session, const v1::Subscribe& request) {
 
 void RequestQueue::acquire(Session& session, const v1::Acquire& request) {
   Lease::Granted granted = lease_.acquire(session, request);
+  if (Session* before = sessions_.find(granted.lost_by)) end_run(*before);
   finish(session, std::move(granted.result));
   if (granted.changed) lease_.tell();
+}
+
+// The time of whoever took the lease over is not run by another's request.
+void RequestQueue::end_run(Session& session) {
+  if (!session.runs_steps()) return;
+  host_.abandoned({session.serial, session.current->item});
+  sessions_.serve(session, [&] {
+    finish(session, lease_.not_owner(session));
+    pump(session);
+  });
 }
 
 void RequestQueue::abandon(Session& session) {

@@ -41,9 +41,9 @@ struct Subscription {
 };
 
 /// How a lease ended.
-enum class LeaseEnd : std::uint8_t { kReleased, kSessionEnded, kExpired };
+enum class LeaseEnd : std::uint8_t { kReleased, kSessionEnded, kExpired, kTakenOver };
 
-/// What the server asks of the daemon. Every function must be set.
+/// What the server asks of the daemon. Every function must be set but lease_told.
 struct ServerHost {
   /// SceneInfo and RecordInfo for a session that begins, in this order; the server puts LeaseInfo
   /// between them. Called for nothing else: changes come through broadcast().
@@ -54,15 +54,19 @@ struct ServerHost {
   /// session is unanswered, and so may Run{STOP} during a Run of steps: the host then ends that Run
   /// at the next tick. A Replay of the same session waits for its turn like every other request.
   std::function<void(const RequestId&, const v1::Item&)> request;
-  /// The session of a request that was passed on and not answered has ended. A Run of steps ends at
+  /// The session of a request that was passed on and not answered has ended, or a Run's has lost
+  /// the lease to another. A Run of steps ends at
   /// the next tick; anything else may be finished. Its answer is not wanted any more, and ignored.
   std::function<void(const RequestId&)> abandoned;
   /// Fills in the sections of the tick offered last; at most subscription.max_contacts contacts,
   /// deepest first, contacts_total set when there were more. Called only inside offer_tick(), once
   /// for equal subscriptions: what it fills in may depend on nothing else.
   std::function<void(const Subscription&, v1::State&)> fill_state;
-  /// Nobody holds the lease any more: scripted poses end, the force ramps to zero.
+  /// Nobody holds the lease any more, or another holder: scripted poses end, the force ramps to
+  /// zero.
   std::function<void(LeaseEnd)> lease_lost;
+  /// Everyone is being told this of the lease, where `yours` means nothing.
+  std::function<void(const v1::LeaseInfo&)> lease_told = nullptr;
 };
 
 /// Fixed at construction.
@@ -74,6 +78,9 @@ struct ServerOptions {
   /// Fills bytes with random ones, fit for secrets; empty: those of the system. For keyed sessions.
   std::function<void(std::span<std::uint8_t>)> random = nullptr;
   std::int64_t period_ns = wire::kMillisecond_ns;  ///< of a tick, > 0
+  /// Time in which requests are carried out, ns; empty: the system's monotonic clock. Others' is
+  /// the one that receive() and poll() are told, which stands still meanwhile.
+  std::function<std::int64_t()> work_time = nullptr;
 };
 
 /// What was received and not used, and why. Junk costs nothing else.

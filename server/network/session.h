@@ -17,6 +17,7 @@
 #include "server/network/item_flow.h"
 #include "server/network/server_host.h"
 #include "server/network/state_flow.h"
+#include "server/network/time_budget.h"
 
 namespace hapticd {
 
@@ -78,6 +79,7 @@ struct Session {
   bool pumping = false;          ///< pump() is on the stack
   bool may_cost = false;         ///< its next request may cost much: its turn among the sessions
   std::int64_t dear_due_ns = 0;  ///< its next request that looks at files waits until then
+  TimeBudget budget;             ///< for its requests that cost much
 
   StateFlow flow;
   ItemFlow items;

@@ -141,9 +141,9 @@ class AsyncSession(View):
         """As Session.ping."""
         await self._do(requests.simple("ping"))
 
-    async def acquire(self, holder: str = "python") -> answer_pb2.LeaseInfo:
+    async def acquire(self, holder: str = "python", take_over: str = "") -> answer_pb2.LeaseInfo:
         """As Session.acquire."""
-        return await self._do(requests.acquire(holder))
+        return await self._do(requests.acquire(holder, take_over))
 
     async def release(self) -> None:
         """As Session.release."""

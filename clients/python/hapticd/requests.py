@@ -91,9 +91,9 @@ def any_item(item: stream_pb2.Item) -> Work[answer_pb2.Result]:
     return (yield Ask(item))
 
 
-def acquire(holder: str) -> Work[answer_pb2.LeaseInfo]:
+def acquire(holder: str, take_over: str) -> Work[answer_pb2.LeaseInfo]:
     item = stream_pb2.Item()
-    item.acquire.holder = holder
+    item.acquire.holder, item.acquire.take_over = holder, take_over
     item.acquire.SetInParent()
     return (yield Ask(item)).lease
 

@@ -163,6 +163,9 @@ int hapticd_poll(hapticd_session* session, uint32_t wait_ms);
 
 /// Takes the lease; holder has 64 bytes at most. HAPTICD_BUSY when another session has it.
 int hapticd_acquire(hapticd_session* session, const char* holder);
+/// The same, also from a session that has it. All are told the reason, 1 to 400 bytes. A run of its
+/// steps ends with HAPTICD_REFUSED there, and force fades to zero.
+int hapticd_take_over(hapticd_session* session, const char* holder, const char* reason);
 /// Loads an installed scene by its name, or a scene as text where that has a brace or a line break.
 /// Returns once it plays.
 int hapticd_load_scene(hapticd_session* session, const char* scene);

@@ -21,8 +21,9 @@ std::optional<v1::Result> PageLease::refuse(ViewerId viewer, bool control,
   if (!control) return only_looks();
   if (!wire::needs_control(request)) return std::nullopt;
   if (request.has_acquire()) {
-    const bool taken = (holder_ != 0 && holder_ != viewer) || (asking_ != 0 && asking_ != viewer);
-    if (taken) return wire::result_of(v1::RESULT_CODE_BUSY, "", "another page has control");
+    const bool held = holder_ != 0 && holder_ != viewer && request.acquire().take_over().empty();
+    if (held || (asking_ != 0 && asking_ != viewer))
+      return wire::result_of(v1::RESULT_CODE_BUSY, "", "another page has control");
     return std::nullopt;
   }
   if (wire::needs_lease(request) && holder_ != viewer) {

@@ -88,6 +88,27 @@ def one_session_holds_the_lease(server):
 
 
 @check(9)
+def a_lease_is_taken_over_with_a_reason(server):
+    """Acquire with a reason takes the lease from who holds it: a new number, all are told from whom and why, and a Run of steps ends NOT_OWNER."""
+    holder, other, watcher = server.holder(), server.open(), server.open()
+    old = holder.of_kind("result")[-1].lease.fence
+    run = None
+    if server.virtual:
+        run = holder.queue(item("run", mode=control.RUN_MODE_STEP, steps=100_000_000))
+        holder.send()
+        holder.pump(0.1)
+    lease = other.demand(item("acquire", holder="other", take_over="checking")).lease
+    expect(lease.fence > old and lease.yours and lease.taken_from == "conformance" and lease.reason == "checking", f"the lease is {lease}")
+    for peer in (holder, other, watcher):
+        expect(peer.pump(1.0, lambda peer=peer: peer.of_kind("lease_info")[-1].fence == lease.fence), "no LeaseInfo")
+        told = peer.of_kind("lease_info")[-1]
+        expect((told.yours, told.holder, told.taken_from, told.reason) == (peer is other, "other", "conformance", "checking"), f"LeaseInfo {told}")
+    if run is not None:
+        expect(code(holder.result(run)) == "NOT_OWNER", "the Run went on")
+    holder.demand(item("engage"), "NOT_OWNER")
+
+
+@check(9)
 def fencing_numbers_grow(server):
     """Each new grant has a larger number than any before, and a request with an older number is NOT_OWNER."""
     holder = server.holder()

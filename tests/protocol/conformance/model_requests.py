@@ -23,8 +23,14 @@ def do_subscribe(server, remote, _, subscribe):
 
 
 def do_acquire(server, remote, _, acquire):
-    if server.owner not in (None, remote):
+    if server.owner not in (None, remote) and not acquire.take_over:
         return BUSY, {"message": f"{server.holder} holds the lease"}
+    server.taken_from, server.reason = (server.holder, acquire.take_over) if server.owner and acquire.take_over else ("", "")
+    if server.reason:
+        if server.running and server.running[0] is server.owner is not remote:
+            server.result(server.owner, server.running[1], NOT_OWNER, message="the lease was taken over")
+            server.running = None
+        server.lose_lease(server.owner)
     if server.owner is None:
         server.grants += 1
         server.fence, server.owner, server.holder = server.grants, remote, acquire.holder

@@ -55,7 +55,7 @@ class ModelServer:
         self.world = model_world.World(virtual)
         self.boot_id = random.randrange(1, 2**32)
         self.remotes, self.resets = {}, {}
-        self.fence, self.grants, self.owner, self.holder = 0, 0, None, ""
+        self.fence, self.grants, self.owner, self.holder, self.taken_from, self.reason = 0, 0, None, "", "", ""
         self.running = None  # [remote, item id, steps left, done, held]
         self.stopping = self.lease_news = False
         self.thread = threading.Thread(target=self.loop, daemon=True)
@@ -264,7 +264,8 @@ class ModelServer:
                                 parameters=[{"path": path, "minimum": low, "maximum": high} for path, (low, high) in model_world.LIVE.items()])
 
     def lease_info(self, remote):
-        return answer.LeaseInfo(fence=self.fence, holder=self.holder, yours=self.owner is remote and self.owner is not None, ttl_ms=2000)
+        told = {"taken_from": self.taken_from, "reason": self.reason} if self.owner else {}
+        return answer.LeaseInfo(fence=self.fence, holder=self.holder, yours=self.owner is remote and self.owner is not None, ttl_ms=2000, **told)
 
     def tell_lease(self):
         self.lease_news = False

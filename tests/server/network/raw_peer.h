@@ -54,7 +54,8 @@ inline std::vector<std::uint8_t> plain_datagram(std::uint32_t session, std::uint
 /// The server, its host, and everything it sent.
 class ServerBench {
  public:
-  explicit ServerBench(const ServerOptions& options = {.boot_id = 0xc0ffee}) {
+  explicit ServerBench(ServerOptions options = {.boot_id = 0xc0ffee}) {
+    if (!options.work_time) options.work_time = [] { return std::int64_t{0}; };
     server = std::make_unique<ProtocolServer>(
         options, host.functions([this](const RequestId& id, v1::Result result) {
           server->answer(id, std::move(result));
@@ -100,7 +101,9 @@ class ServerBench {
 class RawPeer {
  public:
   RawPeer(ServerBench& bench, std::uint32_t session, std::uint16_t port = 40'000)
-      : bench_(bench), session_(session), address_(ipv4_address({127, 0, 0, 1}, port)) {}
+      : RawPeer(bench, session, ipv4_address({127, 0, 0, 1}, port)) {}
+  RawPeer(ServerBench& bench, std::uint32_t session, const Address& address)
+      : bench_(bench), session_(session), address_(address) {}
 
   /// Sends a Packet with these new Items; earlier ones count as acknowledged.
   void send(const std::vector<v1::Item>& items, v1::Packet packet = {}) {

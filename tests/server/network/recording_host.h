@@ -37,6 +37,7 @@ struct RecordingHost {
     host.greeting = [this] { return greeting; };
     host.request = [this, answer](const RequestId& id, const v1::Item& item) {
       asked.push_back({id, item});
+      if (works) works();
       deepest = std::max(deepest, ++depth);
       if (answers) answer(id, result_with());
       --depth;
@@ -50,6 +51,7 @@ struct RecordingHost {
     return host;
   }
 
+  std::function<void()> works;  ///< while a request is carried out
   std::vector<v1::Item> greeting = usual_greeting();
   bool answers = true;
   int depth = 0;    ///< requests under way, one inside the other

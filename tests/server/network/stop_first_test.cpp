@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 
@@ -178,6 +179,56 @@ TEST_CASE("sessions take turns: who asks for little waits for one request of eac
   watched.say(modest, {reading_item(1)});
   for (int i = 0; i < 21; ++i) watched.turn();
   CHECK(modest.code(1) == v1::RESULT_CODE_OK);
+}
+
+TEST_CASE(
+    "requests that cost much take no more than a tenth of the time of a session, and a quarter of "
+    "an address; the holder of the lease waits for no budget") {
+  std::int64_t worked_ns = 0;
+  ServerOptions options{.boot_id = 0xc0ffee};
+  options.work_time = [&] { return worked_ns; };
+  ServerBench bench(options);
+  SplitMix64 random(13);
+  // One that holds the lease, one of another address, and three that share one.
+  std::vector<std::unique_ptr<RawPeer>> peers;
+  for (std::uint16_t i = 0; i < 5; ++i) {
+    const auto last = static_cast<std::uint8_t>(i < 2 ? i + 1 : 9);
+    const auto port = static_cast<std::uint16_t>(40'000 + i);
+    peers.push_back(std::make_unique<RawPeer>(bench, 5, ipv4_address({10, 0, 0, last}, port)));
+    peers[i]->keep_alive();
+  }
+  peers[0]->send(acquire_item("holder"));
+  std::map<std::uint64_t, std::int64_t> taken_ns;  // by session's serial number, from 1
+  std::size_t known = bench.host.asked.size();
+  constexpr std::int64_t kSeconds = 2;
+  std::int64_t dearest_ns = 0;
+  for (std::int64_t turn = 0; turn < 2000 * kSeconds; ++turn) {
+    if (turn % 20 == 0) {
+      for (const auto& peer : peers) peer->send(std::vector<v1::Item>(8, reading_item(0)));
+    }
+    bench.now_ns += kTestMs / 2;
+    // Between 20 us and 2 ms each; what it is the server cannot know before.
+    const auto cost_ns =
+        static_cast<std::int64_t>(20e3 * std::pow(100.0, random.uniform(0.0, 1.0)));
+    bench.host.works = [&] { worked_ns += cost_ns; };
+    bench.server->poll(bench.now_ns);
+    for (; known < bench.host.asked.size(); ++known) {
+      taken_ns[bench.host.asked[known].id.session] += cost_ns;
+      dearest_ns = std::max(dearest_ns, cost_ns);
+    }
+  }
+  REQUIRE(taken_ns.size() == 5);
+  const double whole_ns = 1e9 * kSeconds;
+  const double edge_ns = static_cast<double>(kTimeSlice_ns + dearest_ns);
+  for (std::uint64_t serial = 2; serial <= 5; ++serial) {
+    CHECK(static_cast<double>(taken_ns[serial]) <= whole_ns / 10 + edge_ns);
+  }
+  const std::int64_t shared_ns = taken_ns[3] + taken_ns[4] + taken_ns[5];
+  CHECK(static_cast<double>(shared_ns) <= whole_ns / 4 + edge_ns);
+  // They had what they may have, or nearly.
+  CHECK(static_cast<double>(shared_ns) >= 0.8 * whole_ns / 4);
+  CHECK(static_cast<double>(taken_ns[2]) >= 0.8 * whole_ns / 10);
+  CHECK(taken_ns[1] > 2 * taken_ns[2]);
 }
 
 TEST_CASE("what costs little does not wait for what costs much of another session") {

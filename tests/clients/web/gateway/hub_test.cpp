@@ -341,6 +341,29 @@ TEST_CASE("the lease is one page's: others are told so, until it lets go") {
   stage.grant(two);
 }
 
+TEST_CASE("a page with control takes over from another with a reason, a page without does not") {
+  Stage stage;
+  const ViewerId one = stage.join(true);
+  const ViewerId two = stage.join(true);
+  const ViewerId looker = stage.join(false);
+  for (const ViewerId each : {one, two, looker}) stage.events(each);
+  stage.grant(one);
+  v1::Item take_over = Stage::acquire();
+  take_over.mutable_acquire()->set_take_over("lunch is over");
+  stage.request(looker, 1, take_over);
+  CHECK(stage.answer(looker).code() == v1::RESULT_CODE_NOT_PERMITTED);
+  stage.request(two, 1, take_over);
+  REQUIRE(stage.asked.size() == 1);
+  CHECK(stage.asked[0].item.acquire().take_over() == "lunch is over");
+  stage.daemon_says(v1::RESULT_CODE_OK);
+  CHECK(stage.answer(two).code() == v1::RESULT_CODE_OK);
+  stage.hub.item(lease_item(true));
+  CHECK(stage.events(two).at(0).item().lease_info().yours());
+  CHECK_FALSE(stage.events(one).at(0).item().lease_info().yours());
+  stage.request(one, 2, Stage::engage());
+  CHECK(stage.answer(one).code() == v1::RESULT_CODE_NOT_OWNER);
+}
+
 TEST_CASE("any page with control may stop, whoever has the lease") {
   Stage stage;
   const ViewerId one = stage.join(true);

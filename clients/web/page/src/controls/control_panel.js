@@ -33,7 +33,11 @@ export class ControlPanel {
   }
 
   async #toggleLease() {
-    await this.#session.ask(this.#session.controls ? { release: {} } : { acquire: { holder: 'web page' } });
+    const { controls, lease } = this.#session;
+    if (controls) return this.#session.ask({ release: {} });
+    if (!lease?.fence) return this.#session.ask({ acquire: { holder: 'web page' } });
+    const reason = window.prompt(`${lease.holder || 'Another client'} has control. It and everyone else is told why you take it over:`, '');
+    return reason?.trim() ? this.#session.ask({ acquire: { holder: 'web page', take_over: reason.trim() } }) : null;
   }
 
   #force() {
@@ -98,7 +102,7 @@ export class ControlPanel {
   refresh() {
     const { mayControl, controls, lease } = this.#session;
     const { take, who } = this.#parts;
-    take.textContent = controls ? 'Give back' : 'Take control';
+    take.textContent = controls ? 'Give back' : lease?.fence ? 'Take over…' : 'Take control';
     take.disabled = !mayControl;
     who.textContent = leaseText(mayControl, lease);
     document.querySelectorAll('[data-lease]').forEach((element) => { element.disabled = !controls; });
@@ -119,6 +123,7 @@ export class ControlPanel {
 
 export function leaseText(mayControl, lease) {
   if (!mayControl) return 'This page may only look. To control, open the address that haptic-web prints, token included; the token changes with each start.';
-  if (lease?.yours) return 'This page controls.';
-  return lease?.fence ? `Held by ${lease.holder || 'another client'}.` : 'Nobody controls.';
+  const why = lease?.reason ? ` Taken over${lease.taken_from ? ` from ${lease.taken_from}` : ''}: ${lease.reason}` : '';
+  if (lease?.yours) return `This page controls.${why}`;
+  return lease?.fence ? `Held by ${lease.holder || 'another client'}.${why}` : 'Nobody controls.';
 }
