@@ -66,6 +66,7 @@ v1::Result Controller::run(std::uint64_t steps, std::chrono::nanoseconds timeout
 
 v1::Result Controller::call(v1::Item request, std::chrono::nanoseconds timeout) {
   flush();
+  if (request.has_acquire()) return acquire(request, timeout);
   request.set_fence(fence_);
   return client_.call(request, timeout);
 }

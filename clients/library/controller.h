@@ -47,7 +47,8 @@ class Controller {
   /// to ClientHandlers::state by their ticks, those of this run from next_tick - steps on; one that
   /// is lost does not come again, so state() may be older than the last tick.
   v1::Result run(std::uint64_t steps, std::chrono::nanoseconds timeout = kDefaultTimeout);
-  /// Sends any request under the fence and awaits its Result.
+  /// Sends any request under the fence and awaits its Result. That of an Acquire is kept, as by
+  /// acquire().
   v1::Result call(v1::Item request, std::chrono::nanoseconds timeout = kDefaultTimeout);
   /// Zero wrench at the next tick, latched. Needs no lease.
   v1::Result stop();

@@ -238,8 +238,12 @@ int hapticd_acquire(hapticd_session* session, const char* holder) {
 
 int hapticd_take_over(hapticd_session* session, const char* holder, const char* reason) {
   return with(session, [&](hapticd_session& open) {
-    open.session.take_over(text_of(holder, kMostHolder, "holder: a text of 64 bytes at most"),
-                           text_of(reason, kMostReason, "reason: a text of 1 to 400 bytes"));
+    v1::Item item;
+    item.mutable_acquire()->set_holder(
+        text_of(holder, kMostHolder, "holder: a text of 64 bytes at most"));
+    item.mutable_acquire()->set_take_over(
+        text_of(reason, kMostReason, "reason: a text of 1 to 400 bytes"));
+    open.session.request(std::move(item));
     return HAPTICD_OK;
   });
 }

@@ -65,10 +65,6 @@ Session& Session::operator=(Session&& other) noexcept = default;
 
 void Session::acquire(const std::string& holder) { stream_->acquire(holder); }
 
-void Session::take_over(const std::string& holder, const std::string& reason) {
-  stream_->take_over(holder, reason);
-}
-
 void Session::load_scene(const std::string& scene) {
   v1::Item item;
   if (is_text(scene)) {

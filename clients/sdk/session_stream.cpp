@@ -132,10 +132,6 @@ void SessionStream::acquire(const std::string& holder) {
   check(controller_.acquire(holder, options_.timeout));
 }
 
-void SessionStream::take_over(const std::string& holder, const std::string& reason) {
-  check(controller_.take_over(holder, reason, options_.timeout));
-}
-
 void SessionStream::subscribe(const v1::Item& item) {
   states_.clear();
   request(item);

@@ -26,7 +26,6 @@ class SessionStream {
   /// The same with another time to wait for the Result.
   v1::Result request_within(std::chrono::nanoseconds timeout, v1::Item item);
   void acquire(const std::string& holder);
-  void take_over(const std::string& holder, const std::string& reason);
   void subscribe(const v1::Item& item);
   [[nodiscard]] const v1::SceneInfo& scene() const;
   void load_scene(v1::Item item);

@@ -297,14 +297,14 @@ void RequestQueue::acquire(Session& session, const v1::Acquire& request) {
   if (granted.changed) lease_.tell();
 }
 
-// The time of whoever took the lease over is not run by another's request.
+// The time of whoever took the lease over is not run by another's request. Answered first: the
+// host's own answer to a Run that it ends is not wanted any more.
 void RequestQueue::end_run(Session& session) {
   if (!session.runs_steps()) return;
-  host_.abandoned({session.serial, session.current->item});
-  sessions_.serve(session, [&] {
-    finish(session, lease_.not_owner(session));
-    pump(session);
-  });
+  const RequestId run{session.serial, session.current->item};
+  sessions_.serve(session, [&] { finish(session, lease_.not_owner(session)); });
+  host_.abandoned(run);
+  sessions_.serve(session, [&] { pump(session); });
 }
 
 void RequestQueue::abandon(Session& session) {

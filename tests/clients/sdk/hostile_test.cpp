@@ -76,6 +76,7 @@ std::vector<int> all_codes(hapticd_session* session) {
   event.size = sizeof event;
   return {hapticd_poll(session, 1),
           hapticd_acquire(session, "test"),
+          hapticd_take_over(session, "test", "a test"),
           hapticd_load_scene(session, "single_string"),
           hapticd_set(session, "tools[0].force_gain", &value, 1),
           hapticd_get(session, "tools[0].force_gain", &read, 1, &count),
@@ -162,6 +163,25 @@ TEST_CASE("poses that are no poses are refused before anything is sent") {
   REQUIRE(hapticd_acquire(session, "test") == HAPTICD_OK);
   CHECK(hapticd_run(session, 10, poses.data(), 10, nullptr) == HAPTICD_OK);
   CHECK(server.poses == 10);
+}
+
+TEST_CASE("the lease is taken over with a reason, and a text that is none takes nothing") {
+  RealServer server;
+  const Opened first(server.port());
+  const Opened second(server.port());
+  REQUIRE(hapticd_acquire(first, "first") == HAPTICD_OK);
+  CHECK(hapticd_acquire(second, "second") == HAPTICD_BUSY);
+  CHECK(hapticd_take_over(second, "second", "") == HAPTICD_BUSY);
+  const Endless reason(401);
+  CHECK(hapticd_take_over(second, "second", nullptr) == HAPTICD_INVALID);
+  CHECK(hapticd_take_over(second, "second", reason.text()) == HAPTICD_INVALID);
+  CHECK(hapticd_run(first, 1, &kPose, 1, nullptr) == HAPTICD_OK);
+  REQUIRE(hapticd_take_over(second, "second", "a test") == HAPTICD_OK);
+  CHECK(hapticd_run(first, 1, &kPose, 1, nullptr) == HAPTICD_REFUSED);
+  CHECK(hapticd_run(second, 1, &kPose, 1, nullptr) == HAPTICD_OK);
+  // Back and forth: each grant has a number of its own, which its holder's requests carry.
+  REQUIRE(hapticd_take_over(first, "first", "back") == HAPTICD_OK);
+  CHECK(hapticd_run(first, 1, &kPose, 1, nullptr) == HAPTICD_OK);
 }
 
 TEST_CASE("texts and numbers that make no sense are refused, and no byte too many is read") {

@@ -107,6 +107,7 @@ TEST_CASE(
   CHECK(bench.host.abandoned == std::vector<RequestId>{bench.host.asked[0].id});
   CHECK(peer.code(2) == v1::RESULT_CODE_NOT_OWNER);
   CHECK(peer.code(3) == v1::RESULT_CODE_NOT_OWNER);
+  CHECK(peer.results().size() == 3);
   CHECK(other.code(1) == v1::RESULT_CODE_OK);
   other.send(engage_item());
   CHECK(bench.host.asked.size() == 2);

@@ -42,7 +42,10 @@ struct RecordingHost {
       if (answers) answer(id, result_with());
       --depth;
     };
-    host.abandoned = [this](const RequestId& id) { abandoned.push_back(id); };
+    host.abandoned = [this, answer](const RequestId& id) {
+      abandoned.push_back(id);
+      answer(id, result_with());  // as the daemon does of a Run; nobody wants it any more
+    };
     host.fill_state = [this](const Subscription& subscription, v1::State& state) {
       subscriptions.push_back(subscription);
       if (fill) fill(subscription, state);

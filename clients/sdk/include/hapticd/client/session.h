@@ -89,11 +89,8 @@ class Session {
   Session& operator=(Session&& other) noexcept;
 
   /// Takes the lease under the name `holder`, 64 bytes at most: who holds it controls. BUSY when
-  /// another session does.
+  /// another session does; request() with Acquire.take_over takes it from that one.
   void acquire(const std::string& holder);
-  /// The same, also from a session that holds it. All are told the reason, 1 to 400 bytes. A run of
-  /// its steps ends with NOT_OWNER there, and force fades to zero.
-  void take_over(const std::string& holder, const std::string& reason);
   /// Loads an installed scene by its name, or a scene as text where that has a brace or a line
   /// break; returns once it plays. Needs the lease.
   void load_scene(const std::string& scene);
