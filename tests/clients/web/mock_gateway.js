@@ -103,7 +103,9 @@ class Viewer {
     if (call.list_gestures) result.listing = { names: ['pluck_each', 'strum'], descriptions: [] };
     if (call.get_parameters) result.parameters = { values: [0, 1, 2].flatMap((i) => [{ path: `strings[${i}].tension_n`, number: 30 }, { path: `strings[${i}].youngs_modulus_pa`, number: 1.9e11 }, { path: `strings[${i}].decay_s`, number: 0.5 }]) };
     this.send({ result });
-    if (call.acquire || call.release) this.send({ item: { lease_info: { fence: call.acquire ? ++this.fence : 0, holder: 'web page', yours: Boolean(call.acquire), ttl_ms: 2000 } } });
+    // What the page gives back the desk takes at once.
+    if (call.release) this.send({ item: { lease_info: { fence: ++this.fence, holder: 'desk', ttl_ms: 2000 } } });
+    if (call.acquire) this.send({ item: { lease_info: { fence: ++this.fence, holder: 'web page', yours: true, ttl_ms: 2000, taken_from: call.acquire.take_over ? 'desk' : '', reason: call.acquire.take_over } } });
   }
 }
 

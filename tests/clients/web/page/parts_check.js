@@ -106,6 +106,28 @@ test('without 3D drawing the picture’s place says so, and everything else work
   });
 });
 
+test('control that another client has is taken over with a reason that is asked for, and not without one', async () => {
+  await inBrowser(WITHOUT_3D, async (browser) => {
+    const page = browser.pages()[0];
+    let reason = null;
+    page.on('dialog', (dialog) => (reason === null ? dialog.dismiss() : dialog.accept(reason)));
+    await page.goto(address);
+    await page.click('[data-tab=control]');
+    const says = (text) => page.waitForFunction((wanted) => document.getElementById('lease-note').textContent === wanted, text);
+    await page.click('#lease');
+    await says('This page controls.');
+    await page.click('#lease');
+    await says('Held by desk.');
+    assert.equal(await page.textContent('#lease'), 'Take over…');
+    for (reason of [null, '  ']) await page.click('#lease');
+    await says('Held by desk.');
+    reason = 'the desk was left';
+    await page.click('#lease');
+    await says('This page controls. Taken over from desk: the desk was left');
+    assert.equal(await page.textContent('#lease'), 'Give back');
+  });
+});
+
 // What a browser may lack or refuse, as a script that runs before the page's.
 const LACKS = {
   'local storage': () => Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('refused', 'SecurityError'); } }),
