@@ -10,7 +10,8 @@
 namespace hapticd::noise {
 namespace {
 
-constexpr std::string_view kProtocolName = "Noise_NNpsk0_25519_ChaChaPoly_BLAKE2b";
+constexpr std::string_view kNobodyKnown = "Noise_NNpsk0_25519_ChaChaPoly_BLAKE2b";
+constexpr std::string_view kResponderKnown = "Noise_NKpsk0_25519_ChaChaPoly_BLAKE2b";
 constexpr std::size_t kHashBytes = 64;
 /// Block of BLAKE2b, bytes: what HMAC pads its key to.
 constexpr std::size_t kBlockBytes = 128;
@@ -20,7 +21,7 @@ static_assert(crypto_aead_chacha20poly1305_ietf_KEYBYTES == kKeyBytes);
 static_assert(crypto_aead_chacha20poly1305_ietf_ABYTES == kTagBytes);
 static_assert(crypto_scalarmult_BYTES == kKeyBytes);
 static_assert(crypto_generichash_blake2b_BYTES_MAX == kHashBytes);
-static_assert(kProtocolName.size() <= kHashBytes);
+static_assert(kNobodyKnown.size() <= kHashBytes && kResponderKnown.size() <= kHashBytes);
 
 using Hash = std::array<std::uint8_t, kHashBytes>;
 using View = std::span<const std::uint8_t>;
@@ -84,6 +85,12 @@ std::array<std::uint8_t, kNonceBytes> nonce_of(std::uint64_t n) {
 
 }  // namespace
 
+Key public_half(const Key& private_half) {
+  Key half;
+  crypto_scalarmult_base(half.data(), private_half.data());
+  return half;
+}
+
 Bytes Cipher::seal(std::uint64_t n, View associated, View plain) const {
   Bytes sealed(plain.size() + kTagBytes);
   const auto nonce = nonce_of(n);
@@ -105,11 +112,26 @@ std::optional<Bytes> Cipher::open(std::uint64_t n, View associated, View sealed)
 }
 
 Symmetric::Symmetric(const Key& psk, View prologue) {
+  begin(kNobodyKnown, prologue);
+  mix_psk(psk);
+}
+
+Symmetric::Symmetric(const Key& psk, View prologue, const Key& responder) {
+  begin(kResponderKnown, prologue);
+  // The message before the first: s.
+  mix_hash(responder);
+  mix_psk(psk);
+}
+
+void Symmetric::begin(std::string_view name, View prologue) {
   start_sodium();
-  std::copy(kProtocolName.begin(), kProtocolName.end(), hash_.begin());
+  std::copy(name.begin(), name.end(), hash_.begin());
   chaining_ = hash_;
   mix_hash(prologue);
-  // Token psk: MixKeyAndHash.
+}
+
+// Token psk: MixKeyAndHash.
+void Symmetric::mix_psk(const Key& psk) {
   const auto [chaining, hashed, key] = hkdf<3>(chaining_, psk);
   chaining_ = chaining;
   mix_hash(hashed);
@@ -161,22 +183,33 @@ void Symmetric::wipe() {
 }
 
 Handshake::Handshake(Side side, const Symmetric& start, const Key& ephemeral)
-    : side_(side), private_(ephemeral), state_(start) {
-  crypto_scalarmult_base(public_.data(), private_.data());
+    : side_(side), private_(ephemeral), public_(public_half(ephemeral)), state_(start) {}
+
+Handshake::Handshake(Side side, const Symmetric& start, const Key& ephemeral, const Key& responder)
+    : Handshake(side, start, ephemeral) {
+  responder_ = responder;
 }
 
 Handshake::~Handshake() {
   sodium_memzero(private_.data(), private_.size());
+  if (responder_.has_value()) sodium_memzero(responder_->data(), responder_->size());
   state_.wipe();
 }
 
-// Token ee.
-bool Handshake::mix_shared(const Key& theirs) {
+// Token ee or es.
+bool Handshake::mix_shared(const Key& mine, const Key& theirs) {
   Key shared;
-  if (crypto_scalarmult(shared.data(), private_.data(), theirs.data()) != 0) return false;
+  if (crypto_scalarmult(shared.data(), mine.data(), theirs.data()) != 0) return false;
   state_.mix_key(shared);
   sodium_memzero(shared.data(), shared.size());
   return true;
+}
+
+// Token es of NKpsk0; `initiator` is the ephemeral public key of that side.
+bool Handshake::mix_responder(const Key& initiator) {
+  if (!responder_.has_value()) return true;
+  return side_ == Side::kInitiator ? mix_shared(private_, *responder_)
+                                   : mix_shared(*responder_, initiator);
 }
 
 std::optional<Bytes> Handshake::write(View payload) {
@@ -186,7 +219,9 @@ std::optional<Bytes> Handshake::write(View payload) {
   // Token e: with a psk it is mixed into the key too.
   state_.mix_hash(public_);
   state_.mix_key(public_);
-  if (side_ == Side::kResponder && !mix_shared(theirs_)) {
+  const bool mixed =
+      side_ == Side::kInitiator ? mix_responder(public_) : mix_shared(private_, theirs_);
+  if (!mixed) {
     state_ = before;
     return std::nullopt;
   }
@@ -207,7 +242,7 @@ std::optional<Bytes> Handshake::read(View message) {
   state_.mix_hash(theirs);
   state_.mix_key(theirs);
   std::optional<Bytes> payload;
-  if (side_ == Side::kResponder || mix_shared(theirs)) {
+  if (side_ == Side::kResponder ? mix_responder(theirs) : mix_shared(private_, theirs)) {
     payload = state_.open(message.subspan(kKeyBytes));
   }
   if (!payload.has_value()) {

@@ -1,8 +1,11 @@
-// Noise_NNpsk0_25519_ChaChaPoly_BLAKE2b of the Noise specification, revision 34: the handshake of
-// keyed sessions and the ciphers it ends with. PROTOCOL.md, section 12. Pattern:
-//   -> psk, e
-//   <- e, ee
-// On primitives of libsodium. Pure: the maker of a Handshake brings its randomness. Not RT.
+// Noise_NKpsk0_25519_ChaChaPoly_BLAKE2b of the Noise specification, revision 34: the handshake of
+// keyed sessions and the ciphers it ends with. PROTOCOL.md, section 12. Pattern, and beside it that
+// of Noise_NNpsk0_25519_ChaChaPoly_BLAKE2b, the handshake of 0.2 and before:
+//   <- s
+//   -> psk, e, es          -> psk, e
+//   <- e, ee               <- e, ee
+// s is the responder's key: only who has its private half can answer. On primitives of libsodium.
+// Pure: the maker of a Handshake brings its randomness. Not RT.
 #pragma once
 
 #include <array>
@@ -10,6 +13,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace hapticd::noise {
@@ -22,6 +26,9 @@ inline constexpr std::size_t kMessageBytes = kKeyBytes + kTagBytes;
 /// A shared secret, or either half of a key pair of Curve25519.
 using Key = std::array<std::uint8_t, kKeyBytes>;
 using Bytes = std::vector<std::uint8_t>;
+
+/// The public half of a private key.
+[[nodiscard]] Key public_half(const Key& private_half);
 
 /// One direction of the transport phase, or the cipher of one message: ChaCha20-Poly1305 with the
 /// nonce in the caller's hands.
@@ -49,14 +56,17 @@ struct Transport {
 /// How far the hashing of a handshake is: SymmetricState of the specification.
 class Symmetric {
  public:
-  /// As it is before the first message of any handshake under `psk`.
+  /// As it is before the first message of any handshake NNpsk0 under `psk`.
   Symmetric(const Key& psk, std::span<const std::uint8_t> prologue);
+  /// The same of NKpsk0, with the responder whose public key is `responder`.
+  Symmetric(const Key& psk, std::span<const std::uint8_t> prologue, const Key& responder);
 
   void mix_hash(std::span<const std::uint8_t> data);
   void mix_key(std::span<const std::uint8_t> material);
   [[nodiscard]] Bytes seal(std::span<const std::uint8_t> payload);
   [[nodiscard]] std::optional<Bytes> open(std::span<const std::uint8_t> sealed);
-  /// Whether `message` is a first message with an empty payload, made by somebody who has the psk.
+  /// Whether `message` is a first message of NNpsk0 with an empty payload, made by somebody who has
+  /// the psk.
   /// 13 blocks of BLAKE2b and one of ChaCha20: no scalar multiplication, no heap.
   [[nodiscard]] bool is_first(std::span<const std::uint8_t> message) const;
   /// The keys of the initiator's and of the responder's direction.
@@ -66,6 +76,9 @@ class Symmetric {
 
  private:
   using Hash = std::array<std::uint8_t, 64>;
+
+  void begin(std::string_view name, std::span<const std::uint8_t> prologue);
+  void mix_psk(const Key& psk);
 
   Hash hash_{};
   Hash chaining_{};
@@ -78,19 +91,22 @@ enum class Side : std::uint8_t { kInitiator, kResponder };
 /// Messages out of this order throw std::logic_error.
 class Handshake {
  public:
-  /// `ephemeral` is the private key of this handshake alone: 32 random bytes.
+  /// NNpsk0. `ephemeral` is the private key of this handshake alone: 32 random bytes.
   Handshake(Side side, const Key& psk, std::span<const std::uint8_t> prologue, const Key& ephemeral)
       : Handshake(side, Symmetric(psk, prologue), ephemeral) {}
-  /// From what was computed once for its psk and prologue.
+  /// NNpsk0, from what was computed once for its psk and prologue.
   Handshake(Side side, const Symmetric& start, const Key& ephemeral);
+  /// NKpsk0, from what was computed once. `responder`: its public key for the initiator, its
+  /// private one for itself.
+  Handshake(Side side, const Symmetric& start, const Key& ephemeral, const Key& responder);
   /// Wipes its secrets.
   ~Handshake();
   Handshake(const Handshake&) = delete;
   Handshake& operator=(const Handshake&) = delete;
 
   /// This side's message; nothing where the other side's public key is of low order, which only a
-  /// holder of the psk can send. The responder computes a shared secret, which
-  /// costs most of a handshake.
+  /// holder of the psk can send. Each shared secret is a scalar multiplication, which costs most of
+  /// a handshake: NNpsk0 has one, NKpsk0 two.
   [[nodiscard]] std::optional<Bytes> write(std::span<const std::uint8_t> payload = {});
   /// The payload of the other side's message; nothing where it does not open. Such a message leaves
   /// no trace: the true one may still come.
@@ -101,13 +117,15 @@ class Handshake {
  private:
   enum class Step : std::uint8_t { kFirst, kSecond, kDone };
 
-  bool mix_shared(const Key& theirs);
+  bool mix_shared(const Key& mine, const Key& theirs);
+  bool mix_responder(const Key& initiator);
 
   Side side_;
   Step step_ = Step::kFirst;
   Key private_;
   Key public_{};
   Key theirs_{};
+  std::optional<Key> responder_;  ///< of NKpsk0
   Symmetric state_;
 };
 

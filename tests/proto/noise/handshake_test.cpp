@@ -39,8 +39,8 @@ Key random_key(SplitMix64& random) {
 }
 
 /// Names and bytes of each published vector.
-std::vector<std::map<std::string, Bytes>> published_vectors() {
-  std::ifstream file(HAPTICD_NOISE_VECTORS);
+std::vector<std::map<std::string, Bytes>> published_vectors(const std::string& file_name) {
+  std::ifstream file(HAPTICD_NOISE_VECTORS "/" + file_name);
   std::vector<std::map<std::string, Bytes>> vectors;
   for (std::string line; std::getline(file, line);) {
     const std::size_t equals = line.find('=');
@@ -59,40 +59,79 @@ struct Pair {
   Handshake client;
   Handshake server;
 
+  /// NNpsk0.
   explicit Pair(SplitMix64& random) : Pair(random, random_key(random)) {}
   Pair(SplitMix64& random, const Key& psk)
       : client(Side::kInitiator, psk, {}, random_key(random)),
         server(Side::kResponder, psk, {}, random_key(random)) {}
+  /// NKpsk0: the client knows the responder by `known`, the server has `own`.
+  Pair(SplitMix64& random, const Key& psk, const Key& known, const Key& own)
+      : client(Side::kInitiator, Symmetric(psk, {}, known), random_key(random), known),
+        server(Side::kResponder, Symmetric(psk, {}, known), random_key(random), own) {}
 };
 
-TEST_CASE("every message of every published vector is met, written and read") {
-  const auto vectors = published_vectors();
+/// Every message of a published vector, written and read.
+void meet(const std::map<std::string, Bytes>& vector, Handshake& client, Handshake& server) {
+  CHECK(client.write(vector.at("msg_0_payload")) == vector.at("msg_0_ciphertext"));
+  CHECK(server.read(vector.at("msg_0_ciphertext")) == vector.at("msg_0_payload"));
+  CHECK(server.write(vector.at("msg_1_payload")) == vector.at("msg_1_ciphertext"));
+  CHECK(client.read(vector.at("msg_1_ciphertext")) == vector.at("msg_1_payload"));
+  const Transport at_client = client.split();
+  const Transport at_server = server.split();
+  CHECK(at_client.send.seal(0, {}, vector.at("msg_2_payload")) == vector.at("msg_2_ciphertext"));
+  CHECK(at_server.receive.open(0, {}, vector.at("msg_2_ciphertext")) == vector.at("msg_2_payload"));
+  CHECK(at_server.send.seal(0, {}, vector.at("msg_3_payload")) == vector.at("msg_3_ciphertext"));
+  CHECK(at_client.receive.open(0, {}, vector.at("msg_3_ciphertext")) == vector.at("msg_3_payload"));
+}
+
+Bytes prologue_of(const std::map<std::string, Bytes>& vector) {
+  return vector.count("prologue") == 0 ? Bytes{} : vector.at("prologue");
+}
+
+TEST_CASE("every message of every published vector of NNpsk0 is met, written and read") {
+  const auto vectors = published_vectors("noise_nnpsk0_vectors.txt");
   CHECK(vectors.size() == 4);
   for (const auto& vector : vectors) {
     const Key psk = key_from(vector.at("preshared_key"));
-    const Bytes prologue = vector.count("prologue") == 0 ? Bytes{} : vector.at("prologue");
+    const Bytes prologue = prologue_of(vector);
     Handshake client(Side::kInitiator, psk, prologue, key_from(vector.at("gen_init_ephemeral")));
     Handshake server(Side::kResponder, psk, prologue, key_from(vector.at("gen_resp_ephemeral")));
-    CHECK(client.write(vector.at("msg_0_payload")) == vector.at("msg_0_ciphertext"));
-    CHECK(server.read(vector.at("msg_0_ciphertext")) == vector.at("msg_0_payload"));
-    CHECK(server.write(vector.at("msg_1_payload")) == vector.at("msg_1_ciphertext"));
-    CHECK(client.read(vector.at("msg_1_ciphertext")) == vector.at("msg_1_payload"));
-    const Transport at_client = client.split();
-    const Transport at_server = server.split();
-    CHECK(at_client.send.seal(0, {}, vector.at("msg_2_payload")) == vector.at("msg_2_ciphertext"));
-    CHECK(at_server.receive.open(0, {}, vector.at("msg_2_ciphertext")) ==
-          vector.at("msg_2_payload"));
-    CHECK(at_server.send.seal(0, {}, vector.at("msg_3_payload")) == vector.at("msg_3_ciphertext"));
-    CHECK(at_client.receive.open(0, {}, vector.at("msg_3_ciphertext")) ==
-          vector.at("msg_3_payload"));
+    meet(vector, client, server);
   }
 }
 
+TEST_CASE("every message of every published vector of NKpsk0 is met, written and read") {
+  const auto vectors = published_vectors("noise_nkpsk0_vectors.txt");
+  CHECK(vectors.size() == 4);
+  for (const auto& vector : vectors) {
+    const Key own = key_from(vector.at("resp_static"));
+    const Symmetric start(key_from(vector.at("preshared_key")), prologue_of(vector),
+                          public_half(own));
+    Handshake client(Side::kInitiator, start, key_from(vector.at("gen_init_ephemeral")),
+                     public_half(own));
+    Handshake server(Side::kResponder, start, key_from(vector.at("gen_resp_ephemeral")), own);
+    meet(vector, client, server);
+  }
+}
+
+TEST_CASE("who has the psk and not the responder's private key cannot pose as the responder") {
+  SplitMix64 random(6);
+  const Key psk = random_key(random);
+  const Key own = random_key(random);
+  Pair honest(random, psk, public_half(own), own);
+  REQUIRE(honest.server.read(honest.client.write().value()).has_value());
+  CHECK(honest.client.read(honest.server.write().value()).has_value());
+  // Another private key does not open the first message, and what it answers is not believed.
+  Pair posing(random, psk, public_half(own), random_key(random));
+  const Bytes first = posing.client.write().value();
+  CHECK(!posing.server.read(first).has_value());
+  Handshake without(Side::kResponder, psk, {}, random_key(random));
+  Handshake old_client(Side::kInitiator, psk, {}, random_key(random));
+  REQUIRE(without.read(old_client.write().value()).has_value());
+  CHECK(!posing.client.read(without.write().value()).has_value());
+}
+
 TEST_CASE("no message with a flipped bit is read, and the true one still is") {
-  SplitMix64 random(1);
-  Pair pair(random);
-  const Bytes first = pair.client.write().value();
-  CHECK(first.size() == kMessageBytes);
   const auto each_flip = [](const Bytes& message, Handshake& reader) {
     for (std::size_t bit = 0; bit < 8 * message.size(); ++bit) {
       Bytes bad = message;
@@ -104,8 +143,16 @@ TEST_CASE("no message with a flipped bit is read, and the true one still is") {
     }
     CHECK(reader.read(message).value().empty());
   };
-  each_flip(first, pair.server);
-  each_flip(pair.server.write().value(), pair.client);
+  SplitMix64 random(1);
+  const Key own = random_key(random);
+  Pair old(random);
+  Pair pair(random, random_key(random), public_half(own), own);
+  for (Pair* each : {&old, &pair}) {
+    const Bytes first = each->client.write().value();
+    CHECK(first.size() == kMessageBytes);
+    each_flip(first, each->server);
+    each_flip(each->server.write().value(), each->client);
+  }
 }
 
 TEST_CASE("neither another key nor another prologue opens the first message") {
