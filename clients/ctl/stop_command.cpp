@@ -9,8 +9,9 @@
 
 #include "clients/ctl/commands.h"
 #include "clients/ctl/text.h"
+#include "clients/library/named_key.h"
 #include "clients/library/stop_road.h"
-#include "proto/noise/key_file.h"
+#include "proto/noise/key_folder.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -26,10 +27,15 @@ struct StopOptions {
   std::string key_file;
 };
 
-/// Who names the view key asks as one who looks.
+/// Who names a view key asks as one who looks. One that cannot be read keeps nobody from stopping.
 bool only_looks(const GlobalOptions& options) {
   if (!options.daemon.role.empty()) return options.daemon.role == "view";
-  return std::filesystem::path(options.daemon.key_file).filename() == noise::kViewKeyName;
+  try {
+    const auto key = client::named_key(options.daemon.key_file);
+    return key.has_value() && key->role == wire::Role::kView;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
 }
 
 client::StopPlace place_of(const GlobalOptions& options, const StopOptions& given) {

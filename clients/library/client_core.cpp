@@ -89,7 +89,8 @@ bool ClientCore::session_is_over(const v1::Packet& packet) {
   const bool other_boot = boot_id_ != 0 && packet.boot_id() != boot_id_;
   if (!packet.has_reset() && !other_boot) return false;
   const bool full = packet.reset().reason() == v1::RESET_REASON_FULL;
-  if (full) refusal_ = wire::whole_characters(packet.reset().message(), wire::kMessageBytes);
+  const bool old = packet.reset().reason() == v1::RESET_REASON_OLD_KEY;
+  if (full || old) refusal_ = wire::whole_characters(packet.reset().message(), wire::kMessageBytes);
   const Phase phase = phase_;
   if (phase == Phase::kLeaving) {
     phase_ = Phase::kOver;

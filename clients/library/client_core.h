@@ -81,7 +81,7 @@ class ClientCore {
   [[nodiscard]] bool heard() const noexcept { return heard_ns_ != 0; }
   /// When the server was heard last in this session; 0 = never.
   [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_; }
-  /// What the server said when it had no place for a session, for people; empty: it never did.
+  /// What the server said when it refused a session, for people; empty: it never did.
   [[nodiscard]] const std::string& refusal() const noexcept { return refusal_; }
   /// leave() is done, or the server's Bye has been acknowledged for 1 s after it.
   [[nodiscard]] bool over() const noexcept { return phase_ == Phase::kOver; }

@@ -8,19 +8,17 @@
 #include <span>
 
 #include "proto/noise/handshake.h"
+#include "proto/noise/hello_tag.h"
+#include "proto/noise/key_file.h"
 #include "proto/wire/hello.h"
 
 namespace hapticd::client {
 
-/// A key of the server, and what it is the key to.
-struct ClientKey {
-  wire::Role role = wire::Role::kControl;
-  noise::Key key{};
-};
+/// A key of the server, what it is the key to, and how the server is known.
+using ClientKey = noise::SessionKey;
 
-/// The key in `file`: the view key when the file is called view.key, else the control key, unless
-/// `role` says which. Throws std::runtime_error with the remedy when it cannot be read, or users
-/// other than its owner may access it.
+/// The key in `file`, with its role unless `role` says another. Throws std::runtime_error with the
+/// remedy when it cannot be read, is of 0.1, or users other than its owner may access it.
 [[nodiscard]] ClientKey read_client_key(const std::filesystem::path& file,
                                         std::optional<wire::Role> role = std::nullopt);
 
@@ -45,6 +43,8 @@ class KeyHandshake {
   void take_cookie(std::span<const std::uint8_t> cookie);
 
   ClientKey key_;
+  noise::KeyId key_id_;
+  noise::SecretKey hello_key_;
   noise::Handshake handshake_;
   noise::Bytes message_;
   noise::Bytes cookie_;  ///< of the newest RETRY that is believed

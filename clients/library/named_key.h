@@ -8,7 +8,7 @@
 
 namespace hapticd::client {
 
-/// The key in `file`; none where that is empty. `role`: view or control; empty: by the file's name.
+/// The key in `file`; none where that is empty. `role`: view or control; empty: its own.
 /// Throws as read_client_key() does, and std::invalid_argument for another role.
 [[nodiscard]] std::optional<ClientKey> named_key(const std::string& file,
                                                  const std::string& role = "");

@@ -36,8 +36,7 @@ void add_daemon_options(CLI::App& app, DaemonChoice& daemon) {
       ->check(CLI::Validator([](std::string& text) { return address_problem(text); }, ""))
       ->capture_default_str();
   app.add_option("--key", daemon.key_file, "key file, if hapticd has keys")->type_name("FILE");
-  app.add_option("--role", daemon.role,
-                 "role of the key (control, unless the file is called view.key)")
+  app.add_option("--role", daemon.role, "role of the key (its own)")
       ->check(CLI::IsMember({"view", "control"}))
       ->type_name("view|control");
 }

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "clients/library/client.h"
-#include "proto/noise/key_file.h"
+#include "proto/noise/key_folder.h"
 
 namespace hapticd::client {
 namespace {
@@ -181,14 +181,14 @@ StopReport stop_by_road(const StopPlace& place, std::chrono::nanoseconds patienc
 }
 
 std::optional<stop::Key> named_stop_key(const std::string& file, const std::string& key_file) {
-  if (!file.empty()) return noise::read_key_file(file);
+  if (!file.empty()) return noise::read_bare_key(file).get();
   if (key_file.empty()) return std::nullopt;
   const auto beside = std::filesystem::path(key_file).parent_path() / noise::kStopKeyName;
   std::error_code unknown;
   if (!std::filesystem::exists(std::filesystem::symlink_status(beside, unknown))) {
     return std::nullopt;
   }
-  return noise::read_key_file(beside);
+  return noise::read_bare_key(beside).get();
 }
 
 }  // namespace hapticd::client

@@ -32,7 +32,7 @@ struct StopReport {
 [[nodiscard]] StopReport stop_by_road(const StopPlace& place, std::chrono::nanoseconds patience);
 
 /// The stop.key in `file`; where that is empty, the one beside `key_file`, if there is one. Throws
-/// as noise::read_key_file() does.
+/// as noise::read_bare_key() does.
 [[nodiscard]] std::optional<stop::Key> named_stop_key(const std::string& file,
                                                       const std::string& key_file);
 

@@ -1,6 +1,6 @@
 // Noise_NKpsk0_25519_ChaChaPoly_BLAKE2b of the Noise specification, revision 34: the handshake of
 // keyed sessions and the ciphers it ends with. PROTOCOL.md, section 12. Pattern, and beside it that
-// of Noise_NNpsk0_25519_ChaChaPoly_BLAKE2b, the handshake of 0.2 and before:
+// of Noise_NNpsk0_25519_ChaChaPoly_BLAKE2b, the handshake of 0.1:
 //   <- s
 //   -> psk, e, es          -> psk, e
 //   <- e, ee               <- e, ee

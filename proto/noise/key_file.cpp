@@ -1,113 +1,94 @@
 // See key_file.h.
 #include "proto/noise/key_file.h"
 
-#include <fcntl.h>
 #include <sodium.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <stdexcept>
-#include <string>
-#include <system_error>
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "proto/noise/private_file.h"
 
 namespace hapticd::noise {
 namespace {
 
-constexpr mode_t kOwnerOnly = 0600;
-constexpr mode_t kOthers = 0077;
+constexpr std::string_view kMark = "hapticd";
+constexpr std::size_t kRoleAt = kMark.size();
+constexpr std::size_t kPskAt = kRoleAt + 1;
+constexpr std::size_t kServerAt = kPskAt + kKeyBytes;
+static_assert(kServerAt + kKeyBytes == kKeyFileBytes);
 
-/// Closes a file.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int get() const noexcept { return fd_; }
+using FileBytes = std::array<std::uint8_t, kKeyFileBytes>;
 
- private:
-  int fd_;
-};
-
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what) {
-  throw std::runtime_error(file.string() + ": " + what);
+Locked<FileBytes> bytes_of(const SessionKey& key) {
+  return Locked<FileBytes>::filled([&](FileBytes& bytes) {
+    std::copy(kMark.begin(), kMark.end(), bytes.begin());
+    bytes[kRoleAt] = static_cast<std::uint8_t>(key.role);
+    std::copy_n(key.psk.get().begin(), kKeyBytes, bytes.begin() + kPskAt);
+    std::copy_n(key.server.begin(), kKeyBytes, bytes.begin() + kServerAt);
+  });
 }
 
-std::string reason() { return std::generic_category().message(errno); }
-
-void write_key(const std::filesystem::path& file) {
+Key key_at(const FileBytes& bytes, std::size_t offset) {
   Key key;
-  randombytes_buf(key.data(), key.size());
-  const Descriptor made(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kOwnerOnly));
-  if (made.get() < 0) refuse(file, reason() + ". Give a folder you may write to.");
-  const bool written =
-      ::fchmod(made.get(), kOwnerOnly) == 0 &&
-      ::write(made.get(), key.data(), key.size()) == static_cast<ssize_t>(key.size()) &&
-      ::fsync(made.get()) == 0;
-  sodium_memzero(key.data(), key.size());
-  if (!written) refuse(file, reason() + ". Remove it and try again.");
+  std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(offset), kKeyBytes, key.begin());
+  return key;
+}
+
+bool is_session_key(const FileBytes& bytes, std::size_t size) {
+  return size == kKeyFileBytes && std::equal(kMark.begin(), kMark.end(), bytes.begin()) &&
+         (bytes[kRoleAt] == static_cast<std::uint8_t>(Role::kView) ||
+          bytes[kRoleAt] == static_cast<std::uint8_t>(Role::kControl));
 }
 
 }  // namespace
 
-Key read_key_file(const std::filesystem::path& file) {
-  const Descriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (opened.get() < 0) {
-    refuse(file, reason() + ". Make keys with 'hapticctl keygen DIR', or copy them from there.");
+SessionKey read_session_key(const std::filesystem::path& file) {
+  std::size_t size = 0;
+  const auto bytes =
+      Locked<FileBytes>::filled([&](FileBytes& into) { size = read_private_file(file, into); });
+  if (size == kBareKeyBytes) {
+    refuse_file(file,
+                "a key of an earlier version, by which nobody can tell the daemon from another "
+                "that has the key. Run 'hapticctl keygen DIR' on the folder of hapticd --keys, "
+                "which keeps its keys, and copy the file from there again.");
   }
-  struct stat status {};
-  if (::fstat(opened.get(), &status) != 0) refuse(file, reason());
-  if (!S_ISREG(status.st_mode) || status.st_size != static_cast<off_t>(kKeyBytes)) {
-    refuse(file, "not a key: a key is a file of 32 bytes. Make keys with 'hapticctl keygen DIR'.");
+  if (!is_session_key(bytes.get(), size)) {
+    refuse_file(file,
+                "not a key: view.key, control.key and those of clients have 72 bytes. Make keys "
+                "with 'hapticctl keygen DIR'.");
   }
-  if ((status.st_mode & kOthers) != 0) {
-    refuse(file, "others may access it. Run 'chmod 600 " + file.string() +
-                     "', and make new keys if they may have read it.");
-  }
-  Key key;
-  if (::read(opened.get(), key.data(), key.size()) != static_cast<ssize_t>(key.size())) {
-    refuse(file, reason());
+  return {static_cast<Role>(bytes.get()[kRoleAt]), SecretKey::filled([&](Key& psk) {
+            std::copy_n(bytes.get().begin() + kPskAt, kKeyBytes, psk.begin());
+          }),
+          key_at(bytes.get(), kServerAt)};
+}
+
+void write_session_key(const std::filesystem::path& file, const SessionKey& key) {
+  write_private_file(file, bytes_of(key).get());
+}
+
+void replace_session_key(const std::filesystem::path& file, const SessionKey& key) {
+  replace_private_file(file, bytes_of(key).get());
+}
+
+SecretKey read_bare_key(const std::filesystem::path& file) {
+  std::size_t size = 0;
+  SecretKey key = SecretKey::filled([&](Key& into) { size = read_private_file(file, into); });
+  if (size != kBareKeyBytes) {
+    refuse_file(file,
+                "not a key: stop.key and server.key have 32 bytes. Make keys with 'hapticctl "
+                "keygen DIR'.");
   }
   return key;
 }
 
-KeyPair read_key_folder(const std::filesystem::path& folder) {
-  const KeyPair keys{read_key_file(folder / kViewKeyName), read_key_file(folder / kControlKeyName)};
-  if (keys.view == keys.control) {
-    refuse(folder,
-           "view.key and control.key are equal, so that who may look could control. Make "
-           "keys with 'hapticctl keygen DIR'.");
-  }
-  return keys;
+void write_bare_key(const std::filesystem::path& file, const SecretKey& key) {
+  write_private_file(file, key.get());
 }
 
-void make_key_folder(const std::filesystem::path& named) {
-  if (sodium_init() < 0) throw std::runtime_error("libsodium does not start");
-  std::error_code error;
-  // keys/ is keys: what follows the last slash is not a separate folder.
-  const std::filesystem::path folder = named.has_filename() ? named : named.parent_path();
-  if (!std::filesystem::is_directory(folder, error)) {
-    if (folder.has_parent_path()) std::filesystem::create_directories(folder.parent_path(), error);
-    if (::mkdir(folder.c_str(), 0700) != 0) refuse(folder, reason() + ". Give another folder.");
-  }
-  const auto is_there = [&](const char* name) {
-    return std::filesystem::exists(std::filesystem::symlink_status(folder / name, error));
-  };
-  if (is_there(kViewKeyName) && is_there(kControlKeyName) && !is_there(kStopKeyName)) {
-    write_key(folder / kStopKeyName);
-    return;
-  }
-  for (const char* name : {kViewKeyName, kControlKeyName, kStopKeyName}) {
-    if (is_there(name)) {
-      refuse(folder / name,
-             "exists already, and clients may have it. Remove all keys first, or give another "
-             "folder.");
-    }
-  }
-  for (const char* name : {kViewKeyName, kControlKeyName, kStopKeyName}) write_key(folder / name);
+SecretKey random_key() {
+  return SecretKey::filled([](Key& key) { randombytes_buf(key.data(), key.size()); });
 }
 
 }  // namespace hapticd::noise

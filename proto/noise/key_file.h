@@ -1,34 +1,58 @@
-// The files of the keys of a daemon: view.key and control.key of its sessions, stop.key of its Stop
-// road, 32 bytes each, readable by their owner alone. PROTOCOL.md, sections 12 and 17. Not RT.
+// The file of a key: what a client needs to open sessions of one daemon. 72 bytes, readable by its
+// owner alone: "hapticd", the role, the psk, and the public half of the daemon's own key, by which
+// the client knows the daemon. stop.key is 32 random bytes and nothing else. PROTOCOL.md, sections
+// 12 and 17. Not RT.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 
 #include "proto/noise/handshake.h"
+#include "proto/noise/locked.h"
 
 namespace hapticd::noise {
 
-inline constexpr const char* kViewKeyName = "view.key";
-inline constexpr const char* kControlKeyName = "control.key";
-inline constexpr const char* kStopKeyName = "stop.key";
+/// Whose key it is: what its holder may do.
+enum class Role : std::uint8_t {
+  kView = 1,     ///< look and listen
+  kControl = 2,  ///< and control
+};
 
-/// The keys of a daemon's sessions.
-struct KeyPair {
-  Key view{};
-  Key control{};
+/// A key that is wiped when it goes.
+using SecretKey = Locked<Key>;
+
+/// Size of a key file, bytes; that of one of 0.1, which names no daemon, and of
+/// stop.key.
+inline constexpr std::size_t kKeyFileBytes = 7 + 1 + 2 * kKeyBytes;
+inline constexpr std::size_t kBareKeyBytes = kKeyBytes;
+
+/// What is in a key file.
+struct SessionKey {
+  Role role = Role::kControl;
+  SecretKey psk{};
+  Key server{};  ///< public half of the daemon's own key
 };
 
 /// The key in `file`. Throws std::runtime_error with the file and the remedy: it cannot be read, is
-/// no file of 32 bytes, or users other than its owner may access it.
-[[nodiscard]] Key read_key_file(const std::filesystem::path& file);
+/// no key file or an old one, or users other than its owner may access it.
+[[nodiscard]] SessionKey read_session_key(const std::filesystem::path& file);
 
-/// Both keys of sessions in `folder`. Throws std::runtime_error as read_key_file() does, and when
-/// the keys are equal: whoever may look could then control.
-[[nodiscard]] KeyPair read_key_folder(const std::filesystem::path& folder);
+/// Writes a new key file. Throws std::runtime_error with the file and the remedy: it is there, or
+/// cannot be written.
+void write_session_key(const std::filesystem::path& file, const SessionKey& key);
 
-/// Makes `folder` if need be, and three random keys in it; where the two of sessions are there
-/// already, and no stop.key, that one alone. Throws std::runtime_error with the reason and the
-/// remedy; a key that is there is never overwritten.
-void make_key_folder(const std::filesystem::path& folder);
+/// The same in place of an old one.
+void replace_session_key(const std::filesystem::path& file, const SessionKey& key);
+
+/// The 32 bytes in `file`, that of a Stop road or of a daemon itself. Throws as read_session_key()
+/// does.
+[[nodiscard]] SecretKey read_bare_key(const std::filesystem::path& file);
+
+/// Writes a new file with these 32 bytes. Throws as write_session_key() does.
+void write_bare_key(const std::filesystem::path& file, const SecretKey& key);
+
+/// 32 random bytes.
+[[nodiscard]] SecretKey random_key();
 
 }  // namespace hapticd::noise

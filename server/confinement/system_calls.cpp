@@ -158,6 +158,9 @@ constexpr std::array kThreads{
     HAPTICD_CALL(seccomp), HAPTICD_CALL(capget), HAPTICD_CALL(capset),
 };
 
+/// A key is kept where it is not swapped out, and let go.
+constexpr std::array kSecrets{HAPTICD_CALL(mlock), HAPTICD_CALL(munlock)};
+
 /// What is done once, or by a library of whose threads nothing is known.
 constexpr std::array kStarting{
     HAPTICD_OLD_CALL(select)           //
@@ -169,9 +172,7 @@ constexpr std::array kStarting{
     HAPTICD_CALL(accept4),             //
     HAPTICD_CALL(listen),              //
     HAPTICD_CALL(socketpair),          //
-    HAPTICD_CALL(mlock),               //
     HAPTICD_CALL(mlock2),              //
-    HAPTICD_CALL(munlock),             //
     HAPTICD_CALL(mlockall),            //
     HAPTICD_CALL(munlockall),          //
     HAPTICD_CALL(sched_setaffinity),   //
@@ -204,7 +205,7 @@ constexpr auto kRecorder = joined(kWaiting, kReading, kWriting, kTalking);
 constexpr auto kBuilder = joined(kWaiting, kReading, kTalking);
 constexpr auto kAnnouncer = joined(kWaiting, kReading, kTalking, kAvahi);
 constexpr auto kNetwork =
-    joined(kWaiting, kDatagrams, kReading, kWriting, kTalking, kAvahi, kEvents, kThreads);
+    joined(kWaiting, kDatagrams, kReading, kWriting, kTalking, kAvahi, kEvents, kThreads, kSecrets);
 constexpr auto kStart = joined(kNetwork, kStarting);
 
 struct Row {

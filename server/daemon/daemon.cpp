@@ -24,7 +24,7 @@ std::uint32_t random_boot_id() {
   return id;
 }
 
-std::optional<noise::KeyPair> keys_of(const v1::Config& config) {
+std::optional<noise::ServerKeys> keys_of(const v1::Config& config) {
   if (config.keys().empty()) return std::nullopt;
   try {
     return noise::read_key_folder(config.keys());
@@ -129,6 +129,7 @@ void Daemon::begin_serving() {
   options.virtual_clock = stepped_here_;
   options.period_ns = plan_.player.period_ns;
   options.keys = keys_of(config);
+  options.old_handshake = plan_.options.old_handshake;
   const StopPlan stop = stop_plan(config);
   if (plan_.options.check_only) return;
   bind();

@@ -91,7 +91,8 @@ constexpr FieldOption kFieldOptions[] = {
      "what ticks wait for: the timer, or the reports of the first tool's device (timer)"},
     {"--listen", "ADDR:PORT", "address and UDP port (127.0.0.1:47800)"},
     {"--keys", "DIR",
-     "folder with view.key, control.key and stop.key, made by 'hapticctl keygen' (none: everyone "
+     "folder with server.key, view.key, control.key and stop.key, made by 'hapticctl keygen' "
+     "(none: everyone "
      "on "
      "loopback)"},
     {"--stop-listen", "ADDR:PORT|off",
@@ -197,6 +198,10 @@ void add_options(CLI::App& app, DaemonOptions& options) {
       "--announce", options.announce,
       "announce this hapticd to the local network by mDNS, for hapticctl --discover; needs "
       "--keys, --listen 0.0.0.0:PORT or [::]:PORT, and avahi-daemon");
+  app.add_flag(
+      "--old-handshake", options.old_handshake,
+      "serve clients and key files of 0.1 too, to which whoever has view.key could pose as "
+      "this hapticd; the next version is without it");
   const std::map<std::string, Confinement> confinements{
       {"off", Confinement::kOff}, {"on", Confinement::kOn}, {"strict", Confinement::kStrict}};
   app.add_option_function<std::string>(

@@ -34,6 +34,7 @@ struct DaemonOptions {
   bool gesture_given = false;  ///< asked for, so it has to exist and fit the scene
   bool check_only = false;     ///< check everything, play nothing
   bool announce = false;       ///< by mDNS
+  bool old_handshake = false;  ///< clients of 0.1 are served too
   std::string config_file;     ///< read again at SIGHUP; empty: none
   v1::Config given;            ///< on the command line
 };

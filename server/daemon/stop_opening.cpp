@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "proto/noise/key_file.h"
+#include "proto/noise/key_folder.h"
 #include "server/daemon/daemon_options.h"
 
 namespace hapticd {
@@ -54,7 +54,7 @@ std::optional<stop::Key> key_of(const v1::Config& config) {
     }
   }
   try {
-    return noise::read_key_file(file);
+    return noise::read_bare_key(file).get();
   } catch (const std::runtime_error& error) {
     throw StartError(kExitInput, std::string("--stop-key: ") + error.what());
   }

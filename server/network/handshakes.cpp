@@ -29,10 +29,9 @@ std::array<std::uint8_t, Count> Handshakes::drawn() {
   return bytes;
 }
 
-Handshakes::Handshakes(const noise::KeyPair& keys, Random random)
+Handshakes::Handshakes(const noise::ServerKeys& keys, Random random)
     : random_(or_system(std::move(random))),
-      view_(keys.view, wire::Role::kView),
-      control_(keys.control, wire::Role::kControl),
+      keys_(keys),
       limiter_(SecretHash(drawn<crypto_shorthash_KEYBYTES>())),
       retries_(SecretHash(drawn<crypto_shorthash_KEYBYTES>())) {}
 
@@ -61,21 +60,21 @@ Handshakes::Cookie Handshakes::cookie_of(const Secret& secret, const Address& fr
 }
 
 // The cookie of a RETRY is followed by its tag, and comes back with it.
-bool Handshakes::is_ours(const Address& from, const wire::Hello& hello) const {
+bool Handshakes::is_ours(const Address& from, const wire::Hello& hello, const RingKey& key) const {
   if (hello.cookie.size() != kCookieBytes + noise::kRetryTagBytes) return false;
   const auto equals = [&](const Secret& secret) {
     return sodium_memcmp(cookie_of(secret, from, hello.message).data(), hello.cookie.data(),
                          kCookieBytes) == 0;
   };
-  const KeyOfRole& key = key_of(hello.role);
   return (equals(secret_) || equals(secret_before_)) &&
-         noise::is_tagged_retry(key.psk, key.prologue, hello.message, hello.cookie);
+         noise::is_tagged_retry(key.psk.get(), wire::prologue_of(hello.role, hello.method),
+                                hello.message, hello.cookie);
 }
 
 HalfOpen* Handshakes::repeated(const Address& from, const wire::Hello& hello, std::int64_t now_ns) {
   for (HalfOpen& half : all_) {
     const bool lives = half.established || now_ns - half.since_ns < kHalfOpen_ns;
-    if (lives && half.address == from && half.role == hello.role &&
+    if (lives && half.address == from && half.role == hello.role && half.method == hello.method &&
         std::ranges::equal(half.message, hello.message)) {
       return &half;
     }
@@ -106,22 +105,24 @@ noise::Bytes Handshakes::receive(const Address& from, std::span<const std::uint8
   if (HalfOpen* half = repeated(from, *hello, now_ns); half != nullptr && !hello->cookie.empty()) {
     return welcome_again(*half, now_ns);
   }
-  if (!unproven_.take(kUnproven, now_ns) && !is_ours(from, *hello)) {
+  const RingKey* key = keys_.find(*hello);
+  if (!unproven_.take(kUnproven, now_ns) && (key == nullptr || !is_ours(from, *hello, *key))) {
     return drop(counters_.limited);
   }
-  if (!key_of(hello->role).start.is_first(hello->message)) return drop(counters_.forged);
-  if (!is_ours(from, *hello)) return retry(from, *hello, now_ns);
-  return welcome(from, *hello, now_ns);
+  if (key == nullptr || !is_authentic(*key, *hello)) return drop(counters_.forged);
+  if (!is_ours(from, *hello, *key)) return retry(from, *hello, *key, now_ns);
+  return welcome(from, *hello, *key, now_ns);
 }
 
-noise::Bytes Handshakes::retry(const Address& from, const wire::Hello& hello, std::int64_t now_ns) {
+noise::Bytes Handshakes::retry(const Address& from, const wire::Hello& hello, const RingKey& key,
+                               std::int64_t now_ns) {
   if (!retries_.allow(from, hello.message, kAnswers, now_ns)) {
     ++counters_.limited;
     return {};
   }
   const Cookie cookie = cookie_of(secret_, from, hello.message);
-  const KeyOfRole& key = key_of(hello.role);
-  const auto tag = noise::retry_tag(key.psk, key.prologue, hello.message, cookie);
+  const auto tag = noise::retry_tag(key.psk.get(), wire::prologue_of(hello.role, hello.method),
+                                    hello.message, cookie);
   std::array<std::uint8_t, kCookieBytes + noise::kRetryTagBytes> body{};
   std::copy(tag.begin(), tag.end(), std::copy(cookie.begin(), cookie.end(), body.begin()));
   ++counters_.retried;
@@ -138,7 +139,19 @@ bool Handshakes::has_room(const Address& from, wire::Role role) const {
          static_cast<std::size_t>(of_address) < kMaxHalfOpenViewsOfAddress;
 }
 
-noise::Bytes Handshakes::welcome(const Address& from, const wire::Hello& hello,
+// A number that no session of a handshake has.
+std::uint32_t Handshakes::new_session() {
+  std::uint32_t session = 0;
+  const auto taken = [&](const HalfOpen& half) { return half.session == session; };
+  while (session == 0 || std::any_of(all_.begin(), all_.end(), taken)) {
+    const auto bytes = drawn<4>();
+    session = 0;
+    for (const std::uint8_t byte : bytes) session = session << 8U | byte;
+  }
+  return session;
+}
+
+noise::Bytes Handshakes::welcome(const Address& from, const wire::Hello& hello, const RingKey& key,
                                  std::int64_t now_ns) {
   expire(now_ns);
   if (!has_room(from, hello.role)) {
@@ -149,22 +162,18 @@ noise::Bytes Handshakes::welcome(const Address& from, const wire::Hello& hello,
     ++counters_.limited;
     return {};
   }
-  noise::Handshake handshake(noise::Side::kResponder, key_of(hello.role).start,
-                             drawn<noise::kKeyBytes>());
+  noise::Handshake handshake = keys_.handshake(key, hello.method, drawn<noise::kKeyBytes>());
   const auto message = handshake.read(hello.message).has_value() ? handshake.write() : std::nullopt;
   if (!message.has_value()) {
     ++counters_.forged;
     return {};
   }
-  std::uint32_t session = 0;
-  const auto taken = [&](const HalfOpen& half) { return half.session == session; };
-  while (session == 0 || std::any_of(all_.begin(), all_.end(), taken)) {
-    const auto bytes = drawn<4>();
-    session = 0;
-    for (const std::uint8_t byte : bytes) session = session << 8U | byte;
-  }
+  const std::uint32_t session = new_session();
   HalfOpen half{from,
                 hello.role,
+                hello.method,
+                key.id,
+                key.name,
                 session,
                 noise::Bytes(hello.message.begin(), hello.message.end()),
                 wire::encode_welcome({session, *message}),

@@ -10,14 +10,16 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "proto/noise/handshake.h"
-#include "proto/noise/key_file.h"
+#include "proto/noise/key_folder.h"
 #include "proto/noise/retry_tag.h"
 #include "proto/wire/hello.h"
 #include "server/network/address.h"
 #include "server/network/hello_limiter.h"
+#include "server/network/key_ring.h"
 #include "server/network/retry_limiter.h"
 #include "server/network/token_bucket.h"
 
@@ -48,6 +50,9 @@ inline constexpr std::int64_t kAnswerBurst = 5;
 struct HalfOpen {
   Address address;
   wire::Role role = wire::Role::kView;
+  wire::Method method = wire::Method::kNKpsk0;
+  noise::KeyId key_id{};  ///< of its key
+  std::string key_name;   ///< of the client whose key it is; empty: view.key or control.key
   std::uint32_t session = 0;
   noise::Bytes message;  ///< the client's
   noise::Bytes welcome;  ///< the datagram, sent again for a repeated HELLO
@@ -74,7 +79,7 @@ class Handshakes {
   using Random = std::function<void(std::span<std::uint8_t>)>;
 
   /// `random` fills bytes with random ones; empty: the system's.
-  Handshakes(const noise::KeyPair& keys, Random random);
+  Handshakes(const noise::ServerKeys& keys, Random random);
 
   /// A HELLO from `from`: the datagram that answers it, RETRY or WELCOME; empty: none. Without a
   /// cookie it costs a few hashes; only with a valid one, and within its address's share, a scalar
@@ -99,35 +104,25 @@ class Handshakes {
   using Secret = std::array<std::uint8_t, 32>;
   using Cookie = std::array<std::uint8_t, kCookieBytes>;
 
-  /// A key, and what is computed once of it.
-  struct KeyOfRole {
-    noise::Key psk;
-    std::array<std::uint8_t, 9> prologue;
-    noise::Symmetric start;
-
-    KeyOfRole(const noise::Key& key, wire::Role role)
-        : psk(key), prologue(wire::prologue_of(role)), start(key, prologue) {}
-  };
-
   template <std::size_t Count>
   std::array<std::uint8_t, Count> drawn();
   void rotate(std::int64_t now_ns);
-  [[nodiscard]] const KeyOfRole& key_of(wire::Role role) const noexcept {
-    return role == wire::Role::kView ? view_ : control_;
-  }
   [[nodiscard]] static Cookie cookie_of(const Secret& secret, const Address& from,
                                         std::span<const std::uint8_t> message);
-  [[nodiscard]] bool is_ours(const Address& from, const wire::Hello& hello) const;
+  [[nodiscard]] bool is_ours(const Address& from, const wire::Hello& hello,
+                             const RingKey& key) const;
   [[nodiscard]] HalfOpen* repeated(const Address& from, const wire::Hello& hello,
                                    std::int64_t now_ns);
   noise::Bytes welcome_again(HalfOpen& half, std::int64_t now_ns);
   [[nodiscard]] bool has_room(const Address& from, wire::Role role) const;
-  noise::Bytes retry(const Address& from, const wire::Hello& hello, std::int64_t now_ns);
-  noise::Bytes welcome(const Address& from, const wire::Hello& hello, std::int64_t now_ns);
+  noise::Bytes retry(const Address& from, const wire::Hello& hello, const RingKey& key,
+                     std::int64_t now_ns);
+  noise::Bytes welcome(const Address& from, const wire::Hello& hello, const RingKey& key,
+                       std::int64_t now_ns);
+  [[nodiscard]] std::uint32_t new_session();
 
   Random random_;
-  KeyOfRole view_;
-  KeyOfRole control_;
+  KeyRing keys_;
   HelloLimiter limiter_;
   RetryLimiter retries_;
   TokenBucket unproven_;

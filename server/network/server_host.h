@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "hapticd/v1/stream.pb.h"
-#include "proto/noise/key_file.h"
+#include "proto/noise/key_folder.h"
 #include "proto/stop/stop_counters.h"
 #include "proto/wire/item_outbox.h"
 #include "server/network/handshakes.h"
@@ -74,7 +74,10 @@ struct ServerOptions {
   std::uint32_t boot_id = 1;   ///< random number of this run of the daemon, not 0
   bool virtual_clock = false;  ///< lockstep: no State is left out because of loss
   /// Only keyed sessions are served; nothing: only PLAIN ones.
-  std::optional<noise::KeyPair> keys = std::nullopt;
+  std::optional<noise::ServerKeys> keys = std::nullopt;
+  /// Sessions begun by NNpsk0, as clients of 0.1 begin them, are served; else they are told why
+  /// not.
+  bool old_handshake = false;
   /// Fills bytes with random ones, fit for secrets; empty: those of the system. For keyed sessions.
   std::function<void(std::span<std::uint8_t>)> random = nullptr;
   std::int64_t period_ns = wire::kMillisecond_ns;  ///< of a tick, > 0
@@ -94,6 +97,7 @@ struct ServerCounters {
   HelloCounters hellos;                ///< what became of them
   std::uint64_t full = 0;              ///< sessions that found no place
   std::uint64_t evicted = 0;           ///< sessions that gave their place to another
+  std::uint64_t old_keys = 0;          ///< sessions refused: begun by a client of 0.1
   std::uint64_t protocol_errors = 0;   ///< sessions ended for breaking the rules
   std::uint64_t untold = 0;            ///< Items that were too long, and a notice took their place
   std::uint64_t backlogs = 0;          ///< sessions ended with 1024 Items unacknowledged

@@ -39,10 +39,25 @@ v1::Reset full_reset() {
   return reset;
 }
 
+/// What a client of 0.1 hears. Its user has to be told what to do.
+v1::Reset old_key_reset() {
+  v1::Reset reset;
+  reset.set_reason(v1::RESET_REASON_OLD_KEY);
+  reset.set_message(
+      "this daemon proves who it is, which your client or key file is too old for: run 'hapticctl "
+      "keygen' on the daemon's folder of keys, take the key file from there again, and use a "
+      "client "
+      "of the daemon's version");
+  return reset;
+}
+
 }  // namespace
 
 Sessions::Sessions(const ServerOptions& options, Send send, SessionHandlers handlers)
-    : boot_id_(options.boot_id), send_(std::move(send)), handlers_(std::move(handlers)) {
+    : boot_id_(options.boot_id),
+      old_handshake_(options.old_handshake),
+      send_(std::move(send)),
+      handlers_(std::move(handlers)) {
   if (options.keys.has_value()) {
     handshakes_ = std::make_unique<Handshakes>(*options.keys, options.random);
   }
@@ -167,7 +182,8 @@ void Sessions::remove(Session& session) {
   std::erase_if(sessions_, [&](const auto& each) { return each.get() == &session; });
 }
 
-Session* Sessions::open(const Address& from, std::uint32_t number, wire::Role role) {
+Session* Sessions::open(const Address& from, std::uint32_t number, wire::Role role,
+                        const std::string& key_name) {
   if (!make_room(from, role)) {
     ++counters_.full;
     return nullptr;
@@ -177,6 +193,7 @@ Session* Sessions::open(const Address& from, std::uint32_t number, wire::Role ro
   session.heard_ns = now_ns_;
   session.asked_ns = now_ns_;
   session.role = role;
+  session.key_name = key_name;
   serve(session, [&] { handlers_.opened(session); });
   return &session;
 }
@@ -202,13 +219,13 @@ void Sessions::refuse(const Address& to, std::uint32_t number, const v1::Reset& 
   send_datagram(to);
 }
 
-// The only DATA of a session that there is no room for.
-void Sessions::refuse_full(const HalfOpen& half) {
+// The only DATA of a session that is not served.
+void Sessions::refuse_keyed(const HalfOpen& half, const v1::Reset& reset) {
   wire::Channel channel(wire::Side::kServer, half.session);
   channel.secure(half.session, half.transport);
   v1::Packet packet;
   packet.set_boot_id(boot_id_);
-  *packet.mutable_reset() = full_reset();
+  *packet.mutable_reset() = reset;
   if (!channel.write(packet, now_ns_, datagram_)) return;
   ++counters_.resets;
   send_datagram(half.address);
@@ -272,9 +289,11 @@ Session* Sessions::open_keyed(const HalfOpen& half, const wire::DatagramHeader& 
     ++counters_.unreadable;
     return nullptr;
   }
-  Session* session = open(half.address, half.session, half.role);
+  const bool too_old = half.method == wire::Method::kNNpsk0 && !old_handshake_;
+  if (too_old) ++counters_.old_keys;
+  Session* session = too_old ? nullptr : open(half.address, half.session, half.role, half.key_name);
   if (session == nullptr) {
-    refuse_full(half);
+    refuse_keyed(half, too_old ? old_key_reset() : full_reset());
     handshakes_->forget(half.session);
     return nullptr;
   }

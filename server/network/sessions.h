@@ -93,7 +93,8 @@ class Sessions {
   bool make_room(const Address& from, wire::Role role);
   void evict(Session& session, const char* why);
   void remove(Session& session);
-  Session* open(const Address& from, std::uint32_t number, wire::Role role);
+  Session* open(const Address& from, std::uint32_t number, wire::Role role,
+                const std::string& key_name = {});
   Session* session_for(const Address& from, const wire::DatagramHeader& header,
                        std::span<const std::uint8_t> body);
   Session* keyed_session_for(const Address& from, const wire::DatagramHeader& header,
@@ -102,7 +103,7 @@ class Sessions {
   Session* open_keyed(const HalfOpen& half, const wire::DatagramHeader& header,
                       std::span<const std::uint8_t> body);
   void refuse(const Address& to, std::uint32_t number, const v1::Reset& reset);
-  void refuse_full(const HalfOpen& half);
+  void refuse_keyed(const HalfOpen& half, const v1::Reset& reset);
   bool count_verdict(wire::Verdict verdict);
   void poll_session(Session& session);
   void send_further();
@@ -111,6 +112,7 @@ class Sessions {
   void send_datagram(const Address& to);
 
   std::uint32_t boot_id_;
+  bool old_handshake_;
   Send send_;
   SessionHandlers handlers_;
   ServerCounters counters_;

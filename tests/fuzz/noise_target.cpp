@@ -31,15 +31,26 @@ noise::Key key_of(std::uint8_t byte) {
 
 bool equal(View a, View b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
 
-noise::Handshake client_of(wire::Role role) {
-  return {noise::Side::kInitiator, key_of(2), wire::prologue_of(role), key_of(7)};
+constexpr auto kRole = wire::Role::kControl;
+
+noise::Symmetric start() {
+  return {key_of(2), wire::prologue_of(kRole, wire::Method::kNKpsk0),
+          noise::public_half(key_of(3))};
+}
+
+noise::Handshake made_client() {
+  return {noise::Side::kInitiator, start(), key_of(7), noise::public_half(key_of(3))};
+}
+
+noise::Bytes hello_of(View cookie, View message) {
+  return wire::encode_hello({kRole, noise::key_id(key_of(2)), cookie, message},
+                            noise::hello_key(key_of(2)));
 }
 
 /// `message` read where another one is awaited.
 void check_reader(bool initiator, View message) {
-  noise::Handshake client = client_of(wire::Role::kControl);
-  noise::Handshake server(noise::Side::kResponder, key_of(2),
-                          wire::prologue_of(wire::Role::kControl), key_of(9));
+  noise::Handshake client = made_client();
+  noise::Handshake server(noise::Side::kResponder, start(), key_of(9), key_of(3));
   const noise::Bytes first = client.write().value();
   if (!initiator) {
     require(!server.read(message).has_value() || equal(message, first));
@@ -57,9 +68,9 @@ void check_reader(bool initiator, View message) {
 /// A server with keys, and one client that is shaking hands with it.
 class KeyedServer {
  public:
-  KeyedServer() : client_(client_of(wire::Role::kControl)), server_(options(), host(), sender()) {
+  KeyedServer() : client_(made_client()), server_(options(), host(), sender()) {
     message_ = client_.write().value();
-    receive(wire::encode_hello({wire::Role::kControl, {}, message_}));
+    receive(hello_of({}, message_));
     const auto cookie = wire::decode_retry(sent_);
     require(cookie.has_value());
     cookie_.assign(cookie->begin(), cookie->end());
@@ -83,7 +94,7 @@ class KeyedServer {
 
   /// The handshake goes on in spite of all that came.
   void shake_hands() {
-    receive(wire::encode_hello({wire::Role::kControl, cookie_, message_}));
+    receive(hello_of(cookie_, message_));
     const auto welcome = wire::decode_welcome(sent_);
     require(welcome.has_value() && client_.read(welcome->message).has_value());
     session_ = welcome->session;
@@ -101,7 +112,8 @@ class KeyedServer {
 
  private:
   static ServerOptions options() {
-    noise::KeyPair keys{key_of(1), key_of(2)};
+    const noise::ServerKeys keys = noise::server_keys(
+        noise::SecretKey(key_of(3)), noise::SecretKey(key_of(1)), noise::SecretKey(key_of(2)));
     SplitMix64 random(5);
     return {.boot_id = 5, .keys = keys, .random = [random](std::span<std::uint8_t> all) mutable {
               for (std::uint8_t& byte : all) byte = static_cast<std::uint8_t>(random.next());

@@ -10,7 +10,7 @@ from unittest import mock
 
 import daemon
 import hapticd
-from hapticd import conversation, noise, road
+from hapticd import conversation, key, noise, road
 
 HAPTICCTL = os.environ["HAPTICCTL"]
 
@@ -29,6 +29,7 @@ class Keys(unittest.TestCase):
         code, said = control("keygen", str(cls.keys))
         assert code == 0, said
         cls.control_key, cls.view_key = ((cls.keys / name).read_bytes() for name in ("control.key", "view.key"))
+        cls.control_psk, cls.view_psk = key.taken(cls.control_key).psk, key.taken(cls.view_key).psk
         cls.played = daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "single_string", "--keys", str(cls.keys),
                                    host="0.0.0.0")
         cls.played.__enter__()
@@ -56,14 +57,14 @@ class Keys(unittest.TestCase):
 
     def test_both_clients_know_who_sent_the_cookie(self):
         host, port = self.address.split(":")
-        door = road.KeyedRoad(self.control_key, "control", 0)
+        door = road.KeyedRoad(key.taken(self.control_key), 0)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
             client.settimeout(10)
             client.sendto(door.hello(0), (host, int(port)))
             retry = client.recv(2048)
-            message = door.hello(0)[18:18 + 48]
-            self.assertTrue(noise.is_tagged_retry(self.control_key, b"hapticd\x01\x02", message, retry[16:]))
-            self.assertFalse(noise.is_tagged_retry(self.view_key, b"hapticd\x01\x02", message, retry[16:]))
+            message = door.hello(0)[26:26 + 48]
+            self.assertTrue(noise.is_tagged_retry(self.control_psk, b"hapticd\x01\x04", message, retry[16:]))
+            self.assertFalse(noise.is_tagged_retry(self.view_psk, b"hapticd\x01\x04", message, retry[16:]))
             door.receive(retry)
             client.sendto(door.hello(0), (host, int(port)))
             door.receive(client.recv(2048))
@@ -83,16 +84,34 @@ class Keys(unittest.TestCase):
 
     def test_without_a_key_or_with_another_nobody_answers(self):
         other = self.keys / "other.key"
-        other.write_bytes(bytes(32))
+        other.write_bytes(self.control_key[:8] + bytes(32) + self.control_key[40:])
         other.chmod(0o600)
         for words in ((), ("--key", str(other)), ("--key", str(self.keys / "view.key"), "--role", "control")):
             code, said = control("--server", self.address, "--timeout", "0.7", *words, "status")
             self.assertEqual(code, 3, said)
             self.assertIn("--key", said)
         with mock.patch.object(conversation, "SILENCE_NS", 700_000_000):
-            for options in ({}, {"key": bytes(32)}, {"key": self.view_key}):
+            for options in ({}, {"key": other}, {"key": self.view_key, "role": "control"}):
                 with self.assertRaises(hapticd.ServerSilent):
                     hapticd.Session(self.address, **options)
+
+    def test_an_old_key_is_refused_by_name_and_keygen_keeps_its_psk(self):
+        with tempfile.TemporaryDirectory() as folder:
+            old = pathlib.Path(folder) / "keys"
+            old.mkdir(mode=0o700)
+            for name, psk in (("view.key", b"v" * 32), ("control.key", b"c" * 32)):
+                (old / name).write_bytes(psk)
+                (old / name).chmod(0o600)
+            code, said = control("--key", str(old / "view.key"), "status")
+            self.assertEqual(code, 1, said)
+            self.assertIn(f"{old}/view.key: a key of an earlier version", said)
+            self.assertIn("hapticctl keygen", said)
+            code, said = daemon.run("--scene", "sphere", "--check", "--keys", str(old))
+            self.assertEqual(code, 1, said)
+            self.assertIn("hapticctl keygen", said)
+            self.assertEqual(control("keygen", str(old))[0], 0)
+            self.assertEqual(daemon.run("--scene", "sphere", "--check", "--keys", str(old))[0], 0)
+            self.assertEqual(key.taken(old / "view.key").psk, b"v" * 32)
 
     def test_keys_that_cannot_be_used_are_refused_with_the_remedy(self):
         with tempfile.TemporaryDirectory() as folder:

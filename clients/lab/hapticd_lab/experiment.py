@@ -27,7 +27,6 @@ from hapticd_lab.trials import CODEBOOK, BadTrials, TrialLog, judged, plan, rate
 SUMMARY = "run the experiment of Table 1, with a person or a simulated observer"
 SETTINGS = ("seed", "repetitions", "participant", "observer", "sigma", "criterion", "scene")
 INTERRUPTED = 130
-KEY_BYTES = 32
 METRICS = dict(zip(TABLE_2, ("thin, not to be entered, of small diameter", "sliding along it is not rough", "force and deformation when it is pressed",
                              "the diameter is the same all along", "felt when it is touched while it vibrates")))
 
@@ -98,13 +97,15 @@ def _keep(settings: Dict[str, Any], output: pathlib.Path) -> None:
     (output / "codebook.md").write_text(CODEBOOK, encoding="utf-8")
 
 
-def _key(path: Optional[pathlib.Path]) -> Optional[bytes]:
-    if path is None:
-        return None
-    key = path.read_bytes()
-    if len(key) != KEY_BYTES:
-        raise Refused(f"--key {path}: a key has {KEY_BYTES} bytes, this file {len(key)}; hapticctl keygen makes one")
-    return key
+def _key(path: Optional[pathlib.Path]) -> Optional[pathlib.Path]:
+    """The key file, if it is one."""
+    from hapticd import key  # it needs the client; help does not
+    if path is not None:
+        try:
+            key.taken(path)
+        except ValueError as error:
+            raise Refused(f"--key {error}") from error
+    return path
 
 
 def _participant(settings: Dict[str, Any], options: argparse.Namespace, screen: Any) -> Any:

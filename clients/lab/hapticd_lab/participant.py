@@ -109,7 +109,7 @@ class Person:
 
     asks_people = True
 
-    def __init__(self, address: str, scene: str, screen: Any, key: Optional[bytes] = None) -> None:
+    def __init__(self, address: str, scene: str, screen: Any, key: Any = None) -> None:
         self._address, self._scene, self._screen, self._key = address, scene, screen, key
         self._plain = scene_pb2.Scene()
 

@@ -9,6 +9,7 @@ from hapticd import requests
 from hapticd.async_connection import AsyncConnection
 from hapticd.conversation import TOLD, Event, Peer
 from hapticd.errors import SessionEnded, SessionLost
+from hapticd.key import KeyLike
 from hapticd.requests import Ask, Course, Look, Path, Send, Step, Work
 from hapticd.run import RunResult, run
 from hapticd.v1 import answer_pb2, control_pb2, gesture_pb2, state_pb2, stream_pb2
@@ -24,8 +25,8 @@ class AsyncSession(View):
     a loop may have any number of sessions. A task that is cancelled while it runs steps stops time; a request that was sent is
     carried out whether somebody waits for its answer or not."""
 
-    def __init__(self, address: str = "127.0.0.1:47800", reconnect: bool = True, keep_states: int = 16384, key: Optional[bytes] = None,
-                 role: str = "control") -> None:
+    def __init__(self, address: str = "127.0.0.1:47800", reconnect: bool = True, keep_states: int = 16384, key: Optional[KeyLike] = None,
+                 role: Optional[str] = None) -> None:
         self._peer = Peer(address, reconnect, keep_states, key, role)
         self._opened: Optional[AsyncConnection] = None
         self._runs = asyncio.Lock()

@@ -13,6 +13,7 @@ from google.protobuf.message import Message
 
 from hapticd.ahead import MOST_AHEAD
 from hapticd.errors import RequestError, ServerFull, ServerSilent, SessionEnded, SessionLost
+from hapticd.key import KeyLike, taken
 from hapticd.link import Link
 from hapticd.road import KeyedRoad
 from hapticd.soundings import Soundings
@@ -49,14 +50,14 @@ class Collected(NamedTuple):
 
 @dataclass(frozen=True)
 class Peer:
-    """Whom to talk to and how. `role` says whose the key is, "control" or "view"; without a key the session is PLAIN. `keep_states`: unread
-    States that are kept, the newest ones; ValueError below 1."""
+    """Whom to talk to and how. `key`: a key file or its bytes; `role`, "control" or "view", instead of its own; without a key the session is
+    PLAIN. `keep_states`: unread States that are kept, the newest ones; ValueError below 1."""
 
     address: str
     reconnect: bool = True
     keep_states: int = 16384
-    key: Optional[bytes] = None
-    role: str = "control"
+    key: Optional[KeyLike] = None
+    role: Optional[str] = None
 
     def __post_init__(self) -> None:
         if self.keep_states < 1:
@@ -95,6 +96,7 @@ class Conversation:
     `watch_silence` now and then."""
 
     def __init__(self, peer: Peer) -> None:
+        self._key = None if peer.key is None else taken(peer.key, peer.role)
         self.events: Deque[Event] = deque(maxlen=MOST_EVENTS)
         self.events_dropped = 0
         self.states: Deque[state_pb2.State] = deque()
@@ -234,8 +236,7 @@ class Conversation:
         self.results.clear()
         self._awaited.clear()
         now_ns = time.monotonic_ns()
-        key = self._peer.key
-        road: Union[int, KeyedRoad] = secrets.randbelow(2**32 - 1) + 1 if key is None else KeyedRoad(key, self._peer.role, now_ns)
+        road: Union[int, KeyedRoad] = secrets.randbelow(2**32 - 1) + 1 if self._key is None else KeyedRoad(self._key, now_ns)
         link = Link(road, now_ns)
         if self.subscription is not None:
             link.submit(self.subscription)

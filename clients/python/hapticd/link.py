@@ -148,7 +148,7 @@ class Link:
         if packet.HasField("reset"):
             full = packet.reset.reason == stream_pb2.RESET_REASON_FULL
             why = f": {shown_text(packet.reset.message)}" if packet.reset.message else ""
-            raise ServerFull("the server has no session left" + why) if full else SessionLost("the server does not know this session")
+            raise ServerFull("the server has no session left" + why) if full else SessionLost("the server does not know this session" + why)
         if not self._window.is_new(datagram.counter):
             return NOTHING
         self._window.mark(datagram.counter)

@@ -1,5 +1,6 @@
-"""Noise_NNpsk0_25519_ChaChaPoly_BLAKE2b of the Noise specification, revision 34: the handshake of keyed sessions (PROTOCOL.md section
-12) and the two keys it ends with. Needs python3-cryptography. Pattern: -> psk, e   <- e, ee."""
+"""Noise_NKpsk0_25519_ChaChaPoly_BLAKE2b of the Noise specification, revision 34: the handshake of keyed sessions (PROTOCOL.md section
+12) and the two keys it ends with, and what of a HELLO is outside of it. Needs python3-cryptography. Pattern: <- s   ...   -> psk, e, es
+<- e, ee."""
 from __future__ import annotations
 
 import hashlib
@@ -12,7 +13,7 @@ from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey, X
 from cryptography.hazmat.primitives.ciphers.aead import ChaCha20Poly1305
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
-NAME = b"Noise_NNpsk0_25519_ChaChaPoly_BLAKE2b"
+NAME = b"Noise_NKpsk0_25519_ChaChaPoly_BLAKE2b"
 HASH_BYTES = 64
 KEY_BYTES = 32
 TAG_BYTES = 16
@@ -29,6 +30,22 @@ def _hkdf(chaining_key: bytes, material: bytes, count: int) -> Tuple[bytes, ...]
         last = _hmac(temporary, last + bytes([number]))
         outputs.append(last)
     return tuple(outputs)
+
+
+def public_half(private: bytes) -> bytes:
+    """The public half of a private key."""
+    return X25519PrivateKey.from_private_bytes(private).public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)
+
+
+def key_id(psk: bytes) -> bytes:
+    """Names a psk in a HELLO, and tells nothing of it."""
+    return hashlib.blake2b(b"KEY ID", key=psk, digest_size=8).digest()
+
+
+def hello_tag(psk: bytes, before: bytes) -> bytes:
+    """The MAC of a HELLO, over all of it before the tag."""
+    key = hashlib.blake2b(b"HELLO", key=psk, digest_size=KEY_BYTES).digest()
+    return hashlib.blake2b(before, key=key, digest_size=TAG_BYTES).digest()
 
 
 def is_tagged_retry(psk: bytes, prologue: bytes, message: bytes, body: bytes) -> bool:
@@ -56,18 +73,21 @@ class Cipher:
 
 
 class Handshake:
-    """Either side of one handshake. `ephemeral` is the private key, random unless a test vector gives it."""
+    """Either side of one handshake. `responder` is the responder's own key: its public half for the initiator, its private half for
+    itself. `ephemeral` is the private key, random unless a test vector gives it."""
 
-    def __init__(self, initiator: bool, psk: bytes, prologue: bytes, ephemeral: Optional[bytes] = None) -> None:
-        if len(psk) != KEY_BYTES:
-            raise ValueError(f"a key has {KEY_BYTES} bytes, not {len(psk)}")
+    def __init__(self, initiator: bool, psk: bytes, prologue: bytes, responder: bytes, ephemeral: Optional[bytes] = None) -> None:
+        if len(psk) != KEY_BYTES or len(responder) != KEY_BYTES:
+            raise ValueError(f"a key has {KEY_BYTES} bytes, not {len(psk)} or {len(responder)}")
         self._initiator = initiator
+        self._responder = responder
         self._private = X25519PrivateKey.from_private_bytes(ephemeral or secrets.token_bytes(KEY_BYTES))
         self.public = self._private.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)
         self._hash = NAME.ljust(HASH_BYTES, b"\0")
         self._chaining = self._hash
         self._key = b""
         self._mix_hash(prologue)
+        self._mix_hash(responder if initiator else public_half(responder))
         self._chaining, hashed, key = _hkdf(self._chaining, psk, 3)
         self._mix_hash(hashed)
         self._key = key[:KEY_BYTES]
@@ -84,15 +104,24 @@ class Handshake:
         self._mix_hash(public)
         self._mix_key(public)
 
-    def _exchange(self, public: bytes) -> None:
-        """Token ee."""
-        self._mix_key(self._private.exchange(X25519PublicKey.from_public_bytes(public)))
+    def _exchange(self, private: X25519PrivateKey, public: bytes) -> None:
+        """Token ee or es."""
+        self._mix_key(private.exchange(X25519PublicKey.from_public_bytes(public)))
+
+    def _exchange_first(self, initiator: bytes) -> None:
+        """Token es; `initiator` is the ephemeral public key of that side."""
+        if self._initiator:
+            self._exchange(self._private, self._responder)
+        else:
+            self._exchange(X25519PrivateKey.from_private_bytes(self._responder), initiator)
 
     def write(self, theirs: bytes = b"", payload: bytes = b"") -> bytes:
         """This side's message. The responder gives the initiator's public key, the first 32 bytes of message 1."""
         self._ephemeral(self.public)
-        if not self._initiator:
-            self._exchange(theirs)
+        if self._initiator:
+            self._exchange_first(self.public)
+        else:
+            self._exchange(self._private, theirs)
         sealed = Cipher(self._key).seal(0, self._hash, payload)
         self._mix_hash(sealed)
         return self.public + sealed
@@ -106,7 +135,9 @@ class Handshake:
             try:
                 self._ephemeral(public)
                 if self._initiator:
-                    self._exchange(public)
+                    self._exchange(self._private, public)
+                else:
+                    self._exchange_first(public)
                 payload = Cipher(self._key).open(0, self._hash, sealed)
             except ValueError:  # a public key of low order
                 payload = None

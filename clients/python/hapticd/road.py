@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import Callable, Optional
 
 from hapticd import wire
+from hapticd.key import SessionKey
 
 HELLO_EVERY_NS = 250_000_000
 NOISE_MESSAGE_BYTES = 48
 MOST_COOKIE_BYTES = 64
-ROLES = {"view": 1, "control": 2}
+ROLE_OF_KNOWN_SERVER = 2
+"""A HELLO of NKpsk0 has the role and this."""
 
 
 class PlainRoad:
@@ -41,19 +43,21 @@ class PlainRoad:
 
 
 class KeyedRoad:
-    """DATA under a key of 32 bytes, "view" or "control". The server chooses the session's number. `ephemeral` is for tests."""
+    """DATA under a key. The server chooses the session's number. `ephemeral` is for tests."""
 
     keyed = True
 
-    def __init__(self, key: bytes, role: str, now_ns: int, ephemeral: Optional[bytes] = None) -> None:
+    def __init__(self, key: SessionKey, now_ns: int, ephemeral: Optional[bytes] = None) -> None:
         from hapticd import noise  # needs python3-cryptography, which PLAIN sessions do without
         self.tag_bytes = noise.TAG_BYTES
         self.session = 0
-        self._role = ROLES[role]
+        self._role = key.role + ROLE_OF_KNOWN_SERVER
         prologue = b"hapticd\x01" + bytes([self._role])
-        self._handshake = noise.Handshake(True, key, prologue, ephemeral)
+        self._handshake = noise.Handshake(True, key.psk, prologue, key.server, ephemeral)
         self._message = self._handshake.write()
-        self._is_tagged: Callable[[bytes], bool] = lambda body: noise.is_tagged_retry(key, prologue, self._message, body)
+        self._key_id = noise.key_id(key.psk)
+        self._tag: Callable[[bytes], bytes] = lambda before: noise.hello_tag(key.psk, before)
+        self._is_tagged: Callable[[bytes], bool] = lambda body: noise.is_tagged_retry(key.psk, prologue, self._message, body)
         self._cookie, self._cookie_is_tagged = b"", False
         self._due_ns = now_ns
         self._ciphers: Optional[tuple[noise.Cipher, noise.Cipher]] = None
@@ -69,8 +73,9 @@ class KeyedRoad:
     def hello(self, now_ns: int) -> bytes:
         """A HELLO, filled up with zeros so that no answer to it is longer."""
         self._due_ns = now_ns + HELLO_EVERY_NS
-        body = bytes([self._role, len(self._cookie)]) + self._cookie + self._message
-        return wire.encode(wire.KIND_HELLO, 0, 0, body.ljust(wire.MOST_DATAGRAM_BYTES - wire.HEADER_BYTES, b"\0"))
+        body = bytes([self._role, len(self._cookie)]) + self._cookie + self._key_id + self._message
+        before = wire.encode(wire.KIND_HELLO, 0, 0, body)
+        return (before + self._tag(before)).ljust(wire.MOST_DATAGRAM_BYTES, b"\0")
 
     def seal(self, counter: int, body: bytes) -> bytes:
         assert self._ciphers is not None

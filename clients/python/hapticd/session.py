@@ -9,6 +9,7 @@ from hapticd import requests
 from hapticd.connection import Connection
 from hapticd.conversation import TOLD, Event, Peer
 from hapticd.errors import SessionEnded
+from hapticd.key import KeyLike
 from hapticd.requests import Ask, Course, Look, Path, Send, Step, Work
 from hapticd.run import RunResult, run
 from hapticd.view import View
@@ -21,14 +22,15 @@ class Session(View):
     """with Session("127.0.0.1:47800") as session: ...
 
     `reconnect`: join anew when the server was restarted; the subscription is renewed, the lease and unanswered requests are lost.
-    `key`: 32 bytes, for a server with keys; `role` says whose key it is, "control" or "view". Without it the session is PLAIN.
+    `key`: a key file, or its bytes, for a server with keys; `role`, "control" or "view", instead of the key's own. Without it the session is
+    PLAIN.
     `keep_states`: how many unread States are kept for `states()`, at least 1; the oldest make room, and `states_dropped` counts them. The
     States of a run are all kept, however many.
     Raises ServerSilent if nobody answers within 3 s, ServerFull if the server has no session left, ValueError if `keep_states` is
-    below 1."""
+    below 1 or `key` is none, of hapticd 0.1, or a file that others may access."""
 
-    def __init__(self, address: str = "127.0.0.1:47800", reconnect: bool = True, keep_states: int = 16384, key: Optional[bytes] = None,
-                 role: str = "control") -> None:
+    def __init__(self, address: str = "127.0.0.1:47800", reconnect: bool = True, keep_states: int = 16384, key: Optional[KeyLike] = None,
+                 role: Optional[str] = None) -> None:
         self._runs = threading.Lock()
         self._connection: Connection = Connection(Peer(address, reconnect, keep_states, key, role))
         try:

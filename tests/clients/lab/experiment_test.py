@@ -172,9 +172,10 @@ class Program(Running):
 
     def test_a_page_is_told_what_is_refused_and_what_is_there_stays(self):
         (self.folder / "key").write_bytes(b"short")
+        (self.folder / "key").chmod(0o600)
         kept = {"none": None, "key": None, "simulated": '{"seed": 1, "repetitions": 3, "participant": "", "observer": "weber:1", "sigma": 1, "criterion": 1, "scene": "x"}',
                 "torn": '{"seed": 1, "rep'}
-        for name, options, text in (("none", ["--address", "127.0.0.1:9"], "is hapticd running there"), ("key", ["--key", str(self.folder / "key")], "a key has 32 bytes"),
+        for name, options, text in (("none", ["--address", "127.0.0.1:9"], "is hapticd running there"), ("key", ["--key", str(self.folder / "key")], "have 72 bytes"),
                                     ("simulated", [], "of a simulated observer: choose another name"), ("torn", [], "restore the file")):
             place = self.folder / "all" / name
             if kept[name] is not None:

@@ -145,10 +145,10 @@ TEST_CASE("of every datagram captured, sent again to either side, none is accept
 TEST_CASE("nobody opens a session with a key the server does not have, or under the other role") {
   VirtualNetwork network(keyed_network());
   client::ClientKey wrong = control_key();
-  wrong.key[31] ^= 1U;
+  wrong.psk = even_key(0x23);
   VirtualClient& foreign = network.add_client({}, 1, wrong);
-  VirtualClient& climber =
-      network.add_client({}, 2, client::ClientKey{wire::Role::kControl, network_keys().view});
+  VirtualClient& climber = network.add_client(
+      {}, 2, client::ClientKey{wire::Role::kControl, even_key(0x11), network_keys().server});
   VirtualClient& plain = network.add_client({}, 3);
   network.run_for(5 * kTestSecond_ns);
   CHECK(network.server->session_count() == 0);

@@ -7,11 +7,11 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "proto/noise/key_file.h"
+#include "proto/noise/key_folder.h"
 
 namespace hapticd::test {
 
-TEST_CASE("a key has the role that is named, else that of its file's name, and no file is no key") {
+TEST_CASE("a key has the role that is named, else its own, and no file is no key") {
   std::string pattern = (std::filesystem::temp_directory_path() / "named_key_XXXXXX").string();
   REQUIRE(mkdtemp(pattern.data()) != nullptr);
   const std::filesystem::path folder = pattern;
@@ -24,7 +24,7 @@ TEST_CASE("a key has the role that is named, else that of its file's name, and n
   CHECK(client::named_key(control).value().role == wire::Role::kControl);
   CHECK(client::named_key(view, "control").value().role == wire::Role::kControl);
   CHECK(client::named_key(control, "view").value().role == wire::Role::kView);
-  CHECK(client::named_key(control).value().key == noise::read_key_file(control));
+  CHECK(client::named_key(control).value().psk == noise::read_session_key(control).psk);
   CHECK_THROWS_AS((void)client::named_key(control, "owner"), std::invalid_argument);
   CHECK_THROWS_AS((void)client::named_key(folder / "none.key"), std::runtime_error);
   std::filesystem::remove_all(folder);

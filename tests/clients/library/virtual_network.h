@@ -57,14 +57,17 @@ struct VirtualClient {
   }
 };
 
-/// Keys of a server, for tests.
-inline noise::KeyPair network_keys() {
-  noise::KeyPair keys;
-  keys.view.fill(0x11);
-  keys.control.fill(0x22);
-  return keys;
+/// 32 equal bytes.
+inline noise::SecretKey even_key(std::uint8_t byte) {
+  return noise::SecretKey::filled([byte](noise::Key& key) { key.fill(byte); });
 }
-inline client::ClientKey control_key() { return {wire::Role::kControl, network_keys().control}; }
+/// Keys of a server, for tests.
+inline noise::ServerKeys network_keys() {
+  return noise::server_keys(even_key(0x33), even_key(0x11), even_key(0x22));
+}
+inline client::ClientKey control_key() {
+  return {wire::Role::kControl, even_key(0x22), network_keys().server};
+}
 
 /// Options of a server with network_keys(), its randomness seeded.
 inline ServerOptions keyed_network(std::uint32_t boot_id = 7, std::uint64_t seed = 1) {

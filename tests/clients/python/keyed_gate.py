@@ -9,10 +9,10 @@ from hapticd import noise, wire
 
 
 class KeyedGate:
-    """`keys`: role number to key. Counts what it sees, so that tests can look."""
+    """`keys`: number of a role in a HELLO to psk; `own`: private half of its own key. Counts what it sees, so that tests can look."""
 
-    def __init__(self, server_address, keys):
-        self.server_address, self.keys = server_address, keys
+    def __init__(self, server_address, keys, own):
+        self.server_address, self.keys, self.own = server_address, keys, own
         self.secret = os.urandom(16)
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind(("127.0.0.1", 0))
@@ -57,10 +57,13 @@ class KeyedGate:
 
     def take_hello(self, body, source):
         role, length = body[0], body[1]
-        cookie, message = body[2:2 + length], body[2 + length:2 + length + 48]
-        if role not in self.keys or length > 64:
+        at = 2 + length
+        cookie, key_id, message, tag = body[2:at], body[at:at + 8], body[at + 8:at + 56], body[at + 56:at + 72]
+        if role not in self.keys or length > 64 or key_id != noise.key_id(self.keys[role]):
             return
-        handshake = noise.Handshake(False, self.keys[role], b"hapticd\x01" + bytes([role]))
+        if tag != noise.hello_tag(self.keys[role], wire.encode(wire.KIND_HELLO, 0, 0, body[:at + 56])):
+            return
+        handshake = noise.Handshake(False, self.keys[role], b"hapticd\x01" + bytes([role]), self.own)
         if handshake.read(message) != b"":
             return
         right = hashlib.blake2b(repr(source).encode() + message[:32], key=self.secret, digest_size=16).digest()

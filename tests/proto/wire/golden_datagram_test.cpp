@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "proto/wire/channel.h"
+#include "proto/wire/hello.h"
 
 namespace hapticd::wire {
 namespace {
@@ -37,6 +38,14 @@ const std::vector<std::uint8_t> kServersLater{
 const std::vector<std::uint8_t> kReset{0x48, 0x01, 0x05, 0x00, 0xcd, 0xab, 0x34, 0x12, 0x00,
                                        0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x10, 0x01,
                                        0x45, 0xfe, 0xca, 0xad, 0x0b, 0x4a, 0x02, 0x08, 0x01};
+
+// A HELLO of 0.1, NNpsk0, before the zeros: psk 0x00 to 0x1f, role control, no cookie.
+const std::vector<std::uint8_t> kOldHello{
+    0x48, 0x01, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+    0x00, 0x00, 0x02, 0x00, 0x79, 0xa6, 0x31, 0xee, 0xde, 0x1b, 0xf9, 0xc9, 0x8f, 0x12,
+    0x03, 0x2c, 0xde, 0xad, 0xd0, 0xe7, 0xa0, 0x79, 0x39, 0x8f, 0xc7, 0x86, 0xb8, 0x8c,
+    0xc8, 0x46, 0xec, 0x89, 0xaf, 0x85, 0xa5, 0x1a, 0xfb, 0xd9, 0x90, 0x5d, 0x1d, 0xb6,
+    0xda, 0x52, 0x5a, 0x38, 0x6d, 0x72, 0x28, 0xdf, 0x64, 0x23};
 
 v1::Packet packet_of(const std::vector<std::uint8_t>& datagram, std::uint64_t counter) {
   const auto header = decode_header(datagram);
@@ -84,6 +93,22 @@ TEST_CASE("the second worked datagram is still a Tone and a State") {
   CHECK(state.contacts(0).tool_sphere(0) == 17);
   CHECK(state.contacts(0).p_wc_um(2) == -250'000);
   CHECK(state.contacts(0).force_mn(0) == 2000);
+}
+
+TEST_CASE("a HELLO of a client of 0.1 is still one, and its message still verifies") {
+  std::vector<std::uint8_t> datagram = kOldHello;
+  datagram.resize(1200);
+  const auto hello = decode_hello(datagram);
+  REQUIRE(hello.has_value());
+  CHECK(hello->role == Role::kControl);
+  CHECK(hello->method == Method::kNNpsk0);
+  CHECK(hello->cookie.empty());
+  CHECK(hello->key_id.empty());
+  CHECK(hello->tag.empty());
+  noise::Key psk;
+  for (std::size_t i = 0; i < psk.size(); ++i) psk[i] = static_cast<std::uint8_t>(i);
+  const noise::Symmetric start(psk, prologue_of(Role::kControl, Method::kNNpsk0));
+  CHECK(start.is_first(hello->message));
 }
 
 TEST_CASE("the third worked datagram is still a Reset") {

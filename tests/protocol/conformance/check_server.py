@@ -42,19 +42,27 @@ STARTS = {
 
 
 def keys_of(folder):
-    """Role to key of a folder of keys."""
+    """Role to key, psk and server, of a folder of keys; under the old roles the same."""
     keys = {}
-    for role, name in ((keyed.VIEW, "view.key"), (keyed.CONTROL, "control.key")):
+    for old, new, name in ((keyed.OLD_VIEW, keyed.VIEW, "view.key"), (keyed.OLD_CONTROL, keyed.CONTROL, "control.key")):
         with open(os.path.join(folder, name), "rb") as file:
-            keys[role] = file.read()
+            _, psk, server = keyed.key_in(file.read())
+        keys[old] = keys[new] = (psk, server)
     return keys
 
 
 def make_keys(folder):
-    """Two new keys in `folder`."""
-    for name in ("view.key", "control.key"):
+    """New keys in `folder`: the server's own, and two for clients."""
+    from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
+    from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
+    own = secrets.token_bytes(32)
+    server = X25519PrivateKey.from_private_bytes(own).public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)
+    files = {"server.key": own}
+    for role, name in ((1, "view.key"), (2, "control.key")):
+        files[name] = b"hapticd" + bytes([role]) + secrets.token_bytes(32) + server
+    for name, content in files.items():
         with open(os.path.join(folder, name), "wb", opener=lambda path, flags: os.open(path, flags, 0o600)) as file:
-            file.write(secrets.token_bytes(32))
+            file.write(content)
 
 
 def run_check(server, check):

@@ -56,14 +56,16 @@ def only_a_hello_under_the_roles_key_is_answered(server):
     def changed(offset):
         return good[:offset] + bytes([good[offset] ^ 1]) + good[offset + 1:]
     bad = {
-        "a HELLO under no key of the server": keyed.Handshake(bytes(32), keyed.CONTROL).hello(),
+        "a HELLO under no key of the server": keyed.Handshake((bytes(32), server.keys[keyed.VIEW][1]), keyed.CONTROL).hello(),
         "control under the view key": keyed.Handshake(server.keys[keyed.VIEW], keyed.CONTROL).hello(),
         "view under the control key": keyed.Handshake(server.keys[keyed.CONTROL], keyed.VIEW).hello(),
-        "an unknown role": keyed.Handshake(server.keys[keyed.CONTROL], 3).hello(),
-        "a changed ephemeral key": changed(18),
-        "a changed tag": changed(18 + 47),
+        "an unknown role": keyed.Handshake(server.keys[keyed.CONTROL], 5).hello(),
+        "a changed key id": changed(18),
+        "a changed ephemeral key": changed(26),
+        "a changed tag of message 1": changed(26 + 47),
+        "a changed tag": changed(26 + 48),
         "a HELLO of 1199 bytes": good[:-1],
-        "a HELLO without zeros": good[:18 + 48],
+        "a HELLO without zeros": good[:26 + 48 + 16],
         "a cookie of 65 bytes": good[:17] + bytes([65]) + good[18:],
     }
     for why, data in bad.items():
@@ -90,6 +92,28 @@ def hello_retry_hello_welcome(server):
     elsewhere = server.peer()
     answer = elsewhere.answer_to(hello, range(256), 1.0)
     expect(answer is not None and answer[2] == keyed.RETRY, "the cookie is good for another address")
+
+
+@check(12, road="keyed")
+def a_client_of_before_is_told_so(server):
+    """A HELLO of NNpsk0 is served, or its first DATA is answered by Reset OLD_KEY."""
+    peer = server.peer(keyed.OLD_CONTROL)
+    peer.send()
+    peer.pump(3.0, lambda: peer.heard)
+    expect(peer.heard, "no answer to the first datagram of an old client")
+    first = peer.heard[0].packet
+    expect(not first.HasField("reset") or first.reset.reason == stream.RESET_REASON_OLD_KEY, "another Reset than OLD_KEY")
+    expect(not first.HasField("reset") or first.reset.message, "the Reset does not say what to do")
+
+
+@check(12, road="keyed")
+def the_server_has_its_private_key(server):
+    """Message 1 to another server key than the server's is not answered with WELCOME."""
+    other = keyed.Handshake((server.keys[keyed.CONTROL][0], bytes([9]) + bytes(31)), keyed.CONTROL)
+    peer = server.peer()
+    retry = peer.answer_to(other.hello(), range(256), 1.0)
+    expect(retry is not None and retry[2] == keyed.RETRY, "no RETRY")
+    silent(peer, other.hello(retry[16:]), "a HELLO to another server")
 
 
 @check(12, road="keyed")

@@ -34,7 +34,7 @@ struct Desk {
 };
 
 TEST_CASE("a HELLO gets a RETRY and leaves no trace; with its cookie it gets a WELCOME") {
-  for (const std::uint8_t role : {kViewRole, kControlRole}) {
+  for (const std::uint8_t role : {kViewRole, kControlRole, kOldViewRole, kOldControlRole}) {
     Desk desk;
     KeyedClient client(role);
     const noise::Bytes cookie = desk.cookie(kHere, client);
@@ -54,14 +54,16 @@ TEST_CASE("what is no HELLO under a key of the server is not answered") {
   const KeyedClient client(kControlRole);
   const noise::Bytes good = client.hello();
   std::vector<noise::Bytes> bad;
-  bad.push_back(KeyedClient(kControlRole, 1, test_keys().view).hello());
-  bad.push_back(KeyedClient(kViewRole, 1, test_keys().control).hello());
+  bad.push_back(KeyedClient(kControlRole, 1, view_key()).hello());
+  bad.push_back(KeyedClient(kViewRole, 1, control_key_of_tests()).hello());
   bad.push_back(KeyedClient(kControlRole, 1, noise::Key{}).hello());
-  bad.push_back(KeyedClient(3).hello());
+  bad.push_back(KeyedClient(5).hello());
   bad.push_back(KeyedClient(0).hello());
   bad.emplace_back(good.begin(), good.end() - 1);
-  bad.emplace_back(good.begin(), good.begin() + 16 + 2 + 48);
-  for (const std::size_t byte : {0U, 1U, 2U, 3U, 4U, 8U, 15U, 16U, 17U, 18U, 50U, 65U}) {
+  bad.emplace_back(good.begin(), good.begin() + 16 + 2 + 8 + 48 + 16);
+  // Header, role and cookie; key id, ephemeral key and tag of message 1; tag of the HELLO.
+  for (const std::size_t byte :
+       {0U, 1U, 2U, 3U, 4U, 8U, 15U, 16U, 17U, 18U, 25U, 26U, 57U, 58U, 73U, 74U, 89U}) {
     bad.push_back(good);
     bad.back()[byte] ^= 1U;
   }
@@ -72,6 +74,33 @@ TEST_CASE("what is no HELLO under a key of the server is not answered") {
     CHECK(desk.say(kHere, each).empty());
   }
   CHECK(!desk.cookie(kHere, client).empty());
+}
+
+TEST_CASE("a HELLO that is refused costs no ephemeral key, and so no scalar multiplication") {
+  std::size_t drawn = 0;
+  const auto bytes = seeded_bytes(4);
+  const auto counting = [&](std::span<std::uint8_t> into) {
+    drawn += into.size();
+    bytes(into);
+  };
+  Handshakes handshakes(test_keys(), counting);
+  const KeyedClient client(kControlRole);
+  std::int64_t now_ns = 1000 * kSecond_ns;
+  const noise::Bytes retry = handshakes.receive(kHere, client.hello(), now_ns);
+  REQUIRE(retry.size() > 16);
+  const noise::Bytes good = client.hello({retry.begin() + 16, retry.end()});
+  const std::size_t before = drawn;
+  // What is after the tag means nothing.
+  for (std::size_t byte = 16; byte < 16 + 2 + 48 + 8 + 48 + 16; ++byte) {
+    noise::Bytes bad = good;
+    bad[byte] ^= 1U;
+    now_ns += kRest_ns / 100;
+    CHECK(handshakes.receive(kHere, bad, now_ns).empty());
+  }
+  CHECK(drawn == before);
+  CHECK(handshakes.counters().forged > 100);
+  CHECK(handshakes.receive(kHere, good, now_ns).at(2) == 3);
+  CHECK(drawn > before);
 }
 
 TEST_CASE("a cookie is good for its address, port and ephemeral key alone") {
@@ -230,22 +259,18 @@ TEST_CASE("a RETRY is signed for the client's handshake, and for no other") {
   Desk desk;
   const KeyedClient client(kControlRole, 1);
   const noise::Bytes body = desk.cookie(kHere, client);
-  const noise::Bytes prologue{'h', 'a', 'p', 't', 'i', 'c', 'd', 1, kControlRole};
-  const auto message = [](const KeyedClient& of) {
-    const noise::Bytes hello = of.hello();
-    return noise::Bytes(hello.begin() + 18, hello.begin() + 18 + 48);
-  };
-  const noise::Key& key = test_keys().control;
-  CHECK(noise::is_tagged_retry(key, prologue, message(client), body));
-  CHECK(!noise::is_tagged_retry(test_keys().view, prologue, message(client), body));
-  CHECK(!noise::is_tagged_retry(key, prologue, message(KeyedClient(kControlRole, 2)), body));
+  const noise::Bytes prologue = client.prologue();
+  const noise::Key key = control_key_of_tests();
+  CHECK(noise::is_tagged_retry(key, prologue, client.message(), body));
+  CHECK(!noise::is_tagged_retry(view_key(), prologue, client.message(), body));
+  CHECK(!noise::is_tagged_retry(key, prologue, KeyedClient(kControlRole, 2).message(), body));
   for (std::size_t bit = 0; bit < 8 * body.size(); ++bit) {
     noise::Bytes bad = body;
     bad[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
-    CHECK(!noise::is_tagged_retry(key, prologue, message(client), bad));
+    CHECK(!noise::is_tagged_retry(key, prologue, client.message(), bad));
   }
   for (std::size_t bytes = 0; bytes < body.size(); ++bytes) {
-    CHECK(!noise::is_tagged_retry(key, prologue, message(client), std::span(body).first(bytes)));
+    CHECK(!noise::is_tagged_retry(key, prologue, client.message(), std::span(body).first(bytes)));
   }
 }
 

@@ -42,10 +42,10 @@ class Flood {
   noise::Bytes datagram() {
     if (!seen_.empty() && random_.below(4) == 0) return seen_[random_.below(seen_.size())];
     noise::Bytes bytes = raw_header(1, 0, 0);
-    bytes.push_back(random_.below(2) == 0 ? kViewRole : kControlRole);
+    bytes.push_back(static_cast<std::uint8_t>(1 + random_.below(4)));
     const std::uint64_t cookie = random_.below(2) == 0 ? 0 : random_.below(65);
     bytes.push_back(static_cast<std::uint8_t>(cookie));
-    for (std::uint64_t i = 0; i < cookie + 48; ++i) bytes.push_back(byte());
+    for (std::uint64_t i = 0; i < cookie + 72; ++i) bytes.push_back(byte());
     bytes.resize(random_.below(10) == 0 ? random_.below(1200) : 1200);
     return bytes;
   }
@@ -73,11 +73,9 @@ class Victim {
   bool hears(const noise::Bytes& answer) {
     if (answer.size() > 16 && answer[2] == 2) {
       // Those for its earlier handshakes are not for this one.
-      const noise::Bytes hello = client_.hello();
-      const noise::Bytes prologue{'h', 'a', 'p', 't', 'i', 'c', 'd', 1, kControlRole};
       const noise::Bytes cookie(answer.begin() + 16, answer.end());
-      const bool mine = noise::is_tagged_retry(
-          test_keys().control, prologue, std::span(hello).subspan(18, noise::kKeyBytes), cookie);
+      const bool mine = noise::is_tagged_retry(control_key_of_tests(), client_.prologue(),
+                                               client_.message(), cookie);
       if (mine && cookie != cookie_) due_ns_ = 0;
       if (mine) cookie_ = cookie;
     }

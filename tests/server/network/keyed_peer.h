@@ -3,9 +3,11 @@
 #pragma once
 
 #include <doctest/doctest.h>
+#include <sodium.h>
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,15 +18,24 @@
 
 namespace hapticd::test {
 
-inline constexpr std::uint8_t kViewRole = 1;
-inline constexpr std::uint8_t kControlRole = 2;
+/// The bytes of roles in a HELLO.
+inline constexpr std::uint8_t kOldViewRole = 1;
+inline constexpr std::uint8_t kOldControlRole = 2;
+inline constexpr std::uint8_t kViewRole = 3;
+inline constexpr std::uint8_t kControlRole = 4;
+
+inline noise::Key filled_key(std::uint8_t byte) {
+  noise::Key key;
+  key.fill(byte);
+  return key;
+}
+inline noise::Key view_key() { return filled_key(0x11); }
+inline noise::Key control_key_of_tests() { return filled_key(0x22); }
 
 /// Keys of tests.
-inline noise::KeyPair test_keys() {
-  noise::KeyPair keys;
-  keys.view.fill(0x11);
-  keys.control.fill(0x22);
-  return keys;
+inline noise::ServerKeys test_keys() {
+  return noise::server_keys(noise::SecretKey(filled_key(0x33)), noise::SecretKey(view_key()),
+                            noise::SecretKey(control_key_of_tests()));
 }
 
 /// Randomness of a server that is the same every time.
@@ -40,34 +51,56 @@ inline ServerOptions keyed_options() {
   return {.boot_id = 0xc0ffee, .keys = test_keys(), .random = seeded_bytes(3)};
 }
 
-/// One handshake of a client and what follows it.
+/// BLAKE2b of `Bytes` bytes, keyed.
+template <std::size_t Bytes>
+noise::Bytes keyed_hash(std::span<const std::uint8_t> key, std::span<const std::uint8_t> data) {
+  noise::Bytes hash(Bytes);
+  REQUIRE(crypto_generichash_blake2b(hash.data(), hash.size(), data.data(), data.size(), key.data(),
+                                     key.size()) == 0);
+  return hash;
+}
+inline noise::Bytes bytes_of_text(const std::string& text) { return {text.begin(), text.end()}; }
+
+/// One handshake of a client and what follows it; with a role of before, NNpsk0.
 class KeyedClient {
  public:
   /// With `key` instead of the role's own.
   explicit KeyedClient(std::uint8_t role, std::uint64_t seed = 1,
                        std::optional<noise::Key> key = std::nullopt)
       : role_(role),
-        handshake_(noise::Side::kInitiator,
-                   key.value_or(role == kViewRole ? test_keys().view : test_keys().control),
-                   noise::Bytes{'h', 'a', 'p', 't', 'i', 'c', 'd', 1, role}, ephemeral(seed)),
-        message_(handshake_.write().value()) {}
+        psk_(key.value_or(role == kViewRole || role == kOldViewRole ? view_key()
+                                                                    : control_key_of_tests())),
+        handshake_(made(ephemeral(seed))),
+        message_(handshake_->write().value()) {}
+
+  [[nodiscard]] bool is_old() const { return role_ <= kOldControlRole; }
+  [[nodiscard]] noise::Bytes prologue() const {
+    return {'h', 'a', 'p', 't', 'i', 'c', 'd', 1, role_};
+  }
+  /// Noise message 1.
+  [[nodiscard]] const noise::Bytes& message() const { return message_; }
 
   [[nodiscard]] noise::Bytes hello(const noise::Bytes& cookie = {}) const {
     noise::Bytes bytes = raw_header(1, 0, 0);
+    const auto add = [&](const noise::Bytes& more) {
+      bytes.insert(bytes.end(), more.begin(), more.end());
+    };
     bytes.push_back(role_);
     bytes.push_back(static_cast<std::uint8_t>(cookie.size()));
-    bytes.insert(bytes.end(), cookie.begin(), cookie.end());
-    bytes.insert(bytes.end(), message_.begin(), message_.end());
+    add(cookie);
+    if (!is_old()) add(keyed_hash<8>(psk_, bytes_of_text("KEY ID")));
+    add(message_);
+    if (!is_old()) add(keyed_hash<16>(keyed_hash<32>(psk_, bytes_of_text("HELLO")), bytes));
     bytes.resize(1200);
     return bytes;
   }
   /// Takes a WELCOME; whether it opened.
   bool welcome(const noise::Bytes& datagram) {
     if (datagram.size() != 64 || datagram[2] != 3) return false;
-    if (!handshake_.read(std::span(datagram).subspan(16)).has_value()) return false;
+    if (!handshake_->read(std::span(datagram).subspan(16)).has_value()) return false;
     session_ = 0;
     for (std::size_t i = 0; i < 4; ++i) session_ |= std::uint32_t{datagram[4 + i]} << (8 * i);
-    transport_ = handshake_.split();
+    transport_ = handshake_->split();
     return true;
   }
   /// DATA with this Packet.
@@ -101,8 +134,17 @@ class KeyedClient {
     return key;
   }
 
+  [[nodiscard]] std::unique_ptr<noise::Handshake> made(const noise::Key& ephemeral) const {
+    constexpr auto kSide = noise::Side::kInitiator;
+    if (is_old()) return std::make_unique<noise::Handshake>(kSide, psk_, prologue(), ephemeral);
+    const noise::Key server = test_keys().server;
+    return std::make_unique<noise::Handshake>(kSide, noise::Symmetric(psk_, prologue(), server),
+                                              ephemeral, server);
+  }
+
   std::uint8_t role_;
-  noise::Handshake handshake_;
+  noise::Key psk_;
+  std::unique_ptr<noise::Handshake> handshake_;
   noise::Bytes message_;
   std::uint32_t session_ = 0;
   std::optional<noise::Transport> transport_;

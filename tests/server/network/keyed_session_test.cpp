@@ -291,6 +291,39 @@ TEST_CASE("handshakes of the view key leave room for those of the control key") 
   CHECK(controls == 16);
 }
 
+TEST_CASE("a client of before is told that it is too old, and with what remedy") {
+  for (const std::uint8_t role : {kOldViewRole, kOldControlRole}) {
+    ServerBench bench(keyed_options());
+    KeyedPeer peer(bench, role);
+    peer.shake_hands();
+    peer.send({acquire_item("peer")});
+    const v1::Packet told = peer.client.open(peer.last());
+    CHECK(told.reset().reason() == v1::RESET_REASON_OLD_KEY);
+    CHECK(told.reset().message().find("hapticctl keygen") != std::string::npos);
+    CHECK(told.reset().message().size() <= 400);
+    CHECK(bench.server->session_count() == 0);
+    CHECK(bench.server->fence() == 0);
+    CHECK(bench.server->counters().old_keys == 1);
+    const std::size_t sent = bench.sent.size();
+    peer.send();
+    bench.pass(1000);
+    CHECK(bench.sent.size() == sent);
+  }
+}
+
+TEST_CASE("with the old handshake permitted a client of before is served") {
+  ServerOptions options = keyed_options();
+  options.old_handshake = true;
+  ServerBench bench(options);
+  KeyedPeer peer(bench, kOldControlRole);
+  peer.shake_hands();
+  peer.send({acquire_item("peer")});
+  bench.pass(1);
+  CHECK(bench.server->session_count() == 1);
+  CHECK(bench.server->lease_holder() == "peer");
+  CHECK(bench.server->counters().old_keys == 0);
+}
+
 TEST_CASE("a session with a key ends with Bye in DATA when the server does") {
   ServerBench bench(keyed_options());
   KeyedPeer peer(bench);

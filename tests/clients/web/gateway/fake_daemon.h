@@ -17,7 +17,7 @@ namespace hapticd::test {
 class FakeDaemon {
  public:
   explicit FakeDaemon(std::uint16_t port = 0, std::uint32_t boot_id = 11,
-                      std::optional<noise::KeyPair> keys = std::nullopt)
+                      std::optional<noise::ServerKeys> keys = std::nullopt)
       : transport_("127.0.0.1:" + std::to_string(port), keys.has_value()) {
     ServerHost host;
     host.greeting = [] {

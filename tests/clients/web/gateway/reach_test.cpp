@@ -20,11 +20,14 @@ auto in_state(v1::PageLinkState state) {
   return [state](const v1::PageEvent& event) { return event.link().state() == state; };
 }
 
-noise::KeyPair two_keys() {
-  noise::KeyPair keys;
-  keys.view.fill(1);
-  keys.control.fill(2);
-  return keys;
+noise::SecretKey even_key(std::uint8_t byte) {
+  return noise::SecretKey::filled([byte](noise::Key& key) { key.fill(byte); });
+}
+
+noise::ServerKeys two_keys() { return noise::server_keys(even_key(3), even_key(1), even_key(2)); }
+
+client::ClientKey key_of(wire::Role role, std::uint8_t byte) {
+  return {role, even_key(byte), two_keys().server};
 }
 
 /// A port of loopback where nothing listens.
@@ -79,7 +82,7 @@ TEST_CASE("a daemon that was killed is gone, and one in its place is found witho
 TEST_CASE("with the view key pages see everything and none may control, token or not") {
   FakeDaemon daemon(0, 11, two_keys());
   web::WebOptions options = options_for(daemon.port());
-  options.link.key = client::ClientKey{wire::Role::kView, two_keys().view};
+  options.link.key = key_of(wire::Role::kView, 1);
   RunningGateway gateway(options);
   CHECK(gateway.token().empty());
   Browser page(gateway.port(), "hapticd.v1.");
@@ -96,7 +99,7 @@ TEST_CASE("with the view key pages see everything and none may control, token or
 TEST_CASE("with the control key a page with the token controls a daemon with keys") {
   FakeDaemon daemon(0, 11, two_keys());
   web::WebOptions options = options_for(daemon.port());
-  options.link.key = client::ClientKey{wire::Role::kControl, two_keys().control};
+  options.link.key = key_of(wire::Role::kControl, 2);
   RunningGateway gateway(options);
   Browser page(gateway.port(), gateway.control());
   page.wait_for(in_state(v1::PAGE_LINK_STATE_LIVE));
@@ -108,7 +111,7 @@ TEST_CASE("with the control key a page with the token controls a daemon with key
 TEST_CASE("a wrong key, and none where one is wanted, are told apart from a daemon that is gone") {
   FakeDaemon daemon(0, 11, two_keys());
   web::WebOptions wrong = options_for(daemon.port());
-  wrong.link.key = client::ClientKey{wire::Role::kView, noise::Key{}};
+  wrong.link.key = key_of(wire::Role::kView, 0);
   RunningGateway with_wrong(wrong);
   RunningGateway with_none(options_for(daemon.port()));
   Browser one(with_wrong.port());
