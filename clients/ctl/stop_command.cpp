@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -11,7 +10,6 @@
 #include "clients/ctl/text.h"
 #include "clients/library/named_key.h"
 #include "clients/library/stop_road.h"
-#include "proto/noise/key_folder.h"
 
 namespace hapticd::ctl {
 namespace {

@@ -156,7 +156,7 @@ constexpr float kHardlyFelt = 0.05F;
 
 std::string lease_text(const v1::LeaseInfo& lease) {
   std::string text = lease.holder().empty() ? "taken" : "of " + lease.holder();
-  if (!lease.key_name().empty()) text += ", key " + lease.key_name();
+  if (!lease.key_name().empty()) text += ", with the key " + lease.key_name();
   if (!lease.reason().empty()) {
     text += ", taken over" + (lease.taken_from().empty() ? "" : " from " + lease.taken_from()) +
             ": " + lease.reason();

@@ -9,6 +9,8 @@
 
 #include "core/rt/memory_boundary.h"
 #include "core/rt/thread_role.h"
+#include "proto/wire/shown_text.h"
+#include "server/daemon/session_log.h"
 #include "server/encoding/encode_event.h"
 #include "server/service/passed_socket.h"
 
@@ -24,13 +26,11 @@ std::uint32_t random_boot_id() {
   return id;
 }
 
-std::optional<noise::ServerKeys> keys_of(const v1::Config& config) {
-  if (config.keys().empty()) return std::nullopt;
-  try {
-    return noise::read_key_folder(config.keys());
-  } catch (const std::runtime_error& error) {
-    throw StartError(kExitInput, std::string("--keys: ") + error.what());
-  }
+void log_keys(const KeyWatch& keys) {
+  for (const std::string& problem : keys.problems())
+    spdlog::warn("not used: {}", wire::shown_text(problem));
+  const std::size_t clients = keys.keys().known.size() - 2;
+  if (clients > 0) spdlog::info("keys of {} clients are known", clients);
 }
 
 void log_losses(const std::string& what) {
@@ -128,7 +128,8 @@ void Daemon::begin_serving() {
   options.boot_id = random_boot_id();
   options.virtual_clock = stepped_here_;
   options.period_ns = plan_.player.period_ns;
-  options.keys = keys_of(config);
+  read_keys();
+  if (keys_.has_value()) options.keys = keys_->keys();
   options.old_handshake = plan_.options.old_handshake;
   const StopPlan stop = stop_plan(config);
   if (plan_.options.check_only) return;
@@ -149,6 +150,28 @@ void Daemon::begin_serving() {
   static_cast<void>(catalogues_.scenes());
   static_cast<void>(catalogues_.gestures());
   static_cast<void>(catalogues_.recordings());
+}
+
+void Daemon::read_keys() {
+  const std::string& folder = plan_.options.config.keys();
+  if (folder.empty()) return;
+  try {
+    keys_.emplace(folder);
+  } catch (const std::runtime_error& error) {
+    throw StartError(kExitInput, std::string("--keys: ") + error.what());
+  }
+  log_keys(*keys_);
+}
+
+void Daemon::follow_keys(std::int64_t now_ns) {
+  if (!keys_.has_value()) return;
+  if (keys_->follow(now_ns)) {
+    keys_changed_ = true;
+    log_keys(*keys_);
+  }
+  if (!keys_changed_) return;
+  server_->replace_keys(keys_->keys(), now_ns);
+  keys_changed_ = false;
 }
 
 void Daemon::bind() {
@@ -196,6 +219,7 @@ ServerHost Daemon::make_host() {
   host.lease_told = [this](const v1::LeaseInfo& lease) {
     within_memory([&] { leases_.note(lease); });
   };
+  host.session = [](const SessionNotice& notice) { log_session(notice); };
   return host;
 }
 
@@ -270,6 +294,7 @@ bool Daemon::work(std::int64_t now_ns) {
   within_memory([&] { devices_.work(); });
   within_memory([&] { records_.report(); });
   within_memory([&] { service_.follow(now_ns); });
+  within_memory([&] { follow_keys(now_ns); });
   within_memory([&] { log_losses(losses_.next(server_->counters(), now_ns)); });
   within_memory([&] { log_lease(leases_.next(now_ns)); });
   if (ending_since_ns_ >= 0) {

@@ -12,6 +12,7 @@
 #include "server/daemon/daemon_plan.h"
 #include "server/daemon/daemon_time.h"
 #include "server/daemon/device_desk.h"
+#include "server/daemon/key_watch.h"
 #include "server/daemon/loop_desk.h"
 #include "server/daemon/play_desk.h"
 #include "server/daemon/quality_desk.h"
@@ -63,6 +64,8 @@ class Daemon {
   void begin_serving();
   void bind();
   [[nodiscard]] ServerHost make_host();
+  void read_keys();
+  void follow_keys(std::int64_t now_ns);
 
   bool work(std::int64_t now_ns);
   void follow_signals(SignalRequests& signals, std::int64_t now_ns);
@@ -87,6 +90,8 @@ class Daemon {
   QualityDesk quality_;
   StateDesk states_;
   ServiceDesk service_;
+  std::optional<KeyWatch> keys_;         ///< none: PLAIN sessions
+  bool keys_changed_ = false;            ///< and the server does not know yet
   Catalogues catalogues_;                ///< of scenes, gestures and recordings
   std::unique_ptr<StopRoad> stop_road_;  ///< null: off, or a replay
   std::optional<DaemonTime> time_;

@@ -45,6 +45,7 @@ constexpr std::array kCauses{
     CountedCause{"session_full", true, of_server<&Server::full>},
     CountedCause{"session_evicted", true, of_server<&Server::evicted>},
     CountedCause{"session_old_key", true, of_server<&Server::old_keys>},
+    CountedCause{"session_revoked", true, of_server<&Server::revoked>},
     CountedCause{"session_protocol_error", true, of_server<&Server::protocol_errors>},
     CountedCause{"session_backlog", true, of_server<&Server::backlogs>},
     CountedCause{"session_silence", true, of_server<&Server::silences>},

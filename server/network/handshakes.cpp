@@ -203,6 +203,13 @@ void Handshakes::forget(std::uint32_t session) {
   std::erase_if(all_, [&](const HalfOpen& half) { return half.session == session; });
 }
 
+void Handshakes::replace_keys(const noise::ServerKeys& keys) {
+  keys_ = KeyRing(keys);
+  std::erase_if(all_, [&](const HalfOpen& half) {
+    return !half.established && !keys_.holds(half.key_id, half.role);
+  });
+}
+
 void Handshakes::expire(std::int64_t now_ns) {
   std::erase_if(all_, [&](const HalfOpen& half) {
     return !half.established && now_ns - half.since_ns >= kHalfOpen_ns;

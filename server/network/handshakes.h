@@ -91,6 +91,13 @@ class Handshakes {
   [[nodiscard]] const HalfOpen* find(const Address& from, std::uint32_t session) const;
   /// Its first DATA has opened: kept until forget(), for repeated HELLOs.
   void establish(std::uint32_t session);
+  /// Others take the place of its keys. Handshakes with one that is gone and has not led to a
+  /// session are forgotten.
+  void replace_keys(const noise::ServerKeys& keys);
+  /// Whether there is a key of this id and role.
+  [[nodiscard]] bool holds(const noise::KeyId& id, wire::Role role) const noexcept {
+    return keys_.holds(id, role);
+  }
   /// The session has ended, or never began.
   void forget(std::uint32_t session);
   /// Forgets the handshakes that have waited too long.

@@ -40,8 +40,9 @@ const RingKey* KeyRing::find(const wire::Hello& hello) const noexcept {
   return found == keys_.end() ? nullptr : &*found;
 }
 
-bool KeyRing::holds(const noise::KeyId& id) const noexcept {
-  return std::any_of(keys_.begin(), keys_.end(), [&](const RingKey& key) { return key.id == id; });
+bool KeyRing::holds(const noise::KeyId& id, wire::Role role) const noexcept {
+  return std::any_of(keys_.begin(), keys_.end(),
+                     [&](const RingKey& key) { return key.id == id && key.role == role; });
 }
 
 noise::Handshake KeyRing::handshake(const RingKey& key, wire::Method method,

@@ -31,8 +31,8 @@ class KeyRing {
   /// The key that the HELLO names: NKpsk0 by its id, NNpsk0 by its role, and then one without a
   /// name; null: there is none. A comparison for each key, no hash.
   [[nodiscard]] const RingKey* find(const wire::Hello& hello) const noexcept;
-  /// Whether there is a key of this id.
-  [[nodiscard]] bool holds(const noise::KeyId& id) const noexcept;
+  /// Whether there is a key of this id and role.
+  [[nodiscard]] bool holds(const noise::KeyId& id, wire::Role role) const noexcept;
   /// The server's side of a handshake with `key`; `ephemeral` is its private key.
   [[nodiscard]] noise::Handshake handshake(const RingKey& key, wire::Method method,
                                            const noise::Key& ephemeral) const;

@@ -71,6 +71,7 @@ Lease::Granted Lease::acquire(const Session& session, const v1::Acquire& request
   }
   session_ = session.serial;
   holder_ = request.holder();
+  key_name_ = session.key_name;
   renewed_ns_ = sessions_.now_ns();
   *granted.result.mutable_lease() = info(session);
   if (takes_over) host_.lease_lost(LeaseEnd::kTakenOver);
@@ -106,6 +107,7 @@ v1::LeaseInfo Lease::info() const {
   if (session_ == 0) return info;
   info.set_fence(fence_);
   info.set_holder(holder_);
+  info.set_key_name(key_name_);
   info.set_taken_from(taken_from_);
   info.set_reason(reason_);
   return info;

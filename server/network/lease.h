@@ -67,6 +67,7 @@ class Lease {
   std::uint64_t session_ = 0;  ///< serial number of the holder; 0 = nobody
   std::uint64_t fence_ = 0;    ///< of the last grant
   std::string holder_;
+  std::string key_name_;       ///< of the holder's session
   std::string taken_from_;     ///< holder before, where it was taken over
   std::string reason_;         ///< of the take-over
   std::uint64_t lost_by_ = 0;  ///< session that it was taken from; 0 = none

@@ -13,8 +13,12 @@ ProtocolServer::ProtocolServer(const ServerOptions& options, ServerHost host, Se
       sounding_round_(static_cast<std::uint64_t>(
           std::max<std::int64_t>(kSoundingPeriod_ns / options.period_ns, 1))),
       sessions_(options, std::move(send),
-                {[this](Session& session) { greet(session); },
+                {[this](Session& session) {
+                   tell_host(session, true);
+                   greet(session);
+                 },
                  [this](Session& session) {
+                   tell_host(session, false);
                    requests_.abandon(session);
                    lease_.give_up(session, LeaseEnd::kSessionEnded);
                  }}),
@@ -31,6 +35,15 @@ void ProtocolServer::greet(Session& session) {
     *lease_item.mutable_lease_info() = lease_.info(session);
     sessions_.tell(session, lease_item);
   }
+}
+
+void ProtocolServer::tell_host(const Session& session, bool begins) {
+  if (!host_.session || !session.key_id.has_value()) return;
+  // A session may end for want of memory.
+  within_memory([&] {
+    host_.session({begins, session.serial, session.address, session.role == wire::Role::kControl,
+                   session.key_name});
+  });
 }
 
 void ProtocolServer::note_scene(const v1::Item& item) {
@@ -129,6 +142,11 @@ bool ProtocolServer::may_step(std::int64_t now_ns) {
     if (items.behind() && (runs || items.progresses(now_ns))) may = false;
   }
   return may;
+}
+
+void ProtocolServer::replace_keys(const noise::ServerKeys& keys, std::int64_t now_ns) {
+  sessions_.set_time(now_ns);
+  sessions_.replace_keys(keys);
 }
 
 void ProtocolServer::shut_down(v1::ByeReason reason, const std::string& message,

@@ -64,6 +64,10 @@ class ProtocolServer {
   /// (item_flow.h). For ticks that follow no clock: a clock waits for no session.
   [[nodiscard]] bool may_step(std::int64_t now_ns);
 
+  /// Others take the place of ServerOptions::keys, which there are: sessions of a key that is gone
+  /// end and are told why.
+  void replace_keys(const noise::ServerKeys& keys, std::int64_t now_ns);
+
   /// The last Item of every session is Bye from now on; new sessions are ignored. Keep calling
   /// receive() and poll() until session_count() is 0: 1 s at most.
   void shut_down(v1::ByeReason reason, const std::string& message, std::int64_t now_ns);
@@ -77,6 +81,7 @@ class ProtocolServer {
   [[nodiscard]] const ServerCounters& counters() const { return sessions_.counters(); }
 
  private:
+  void tell_host(const Session& session, bool begins);
   void greet(Session& session);
   void take(Session& session, wire::Incoming& incoming);
   void note_scene(const v1::Item& item);

@@ -6,12 +6,14 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "hapticd/v1/stream.pb.h"
 #include "proto/noise/key_folder.h"
 #include "proto/stop/stop_counters.h"
 #include "proto/wire/item_outbox.h"
+#include "server/network/address.h"
 #include "server/network/handshakes.h"
 
 namespace hapticd {
@@ -43,7 +45,16 @@ struct Subscription {
 /// How a lease ended.
 enum class LeaseEnd : std::uint8_t { kReleased, kSessionEnded, kExpired, kTakenOver };
 
-/// What the server asks of the daemon. Every function must be set but lease_told.
+/// A session with a key, as it begins and when it ends.
+struct SessionNotice {
+  bool begins = false;
+  std::uint64_t serial = 0;  ///< as in RequestId
+  Address address;           ///< of its client
+  bool may_control = false;  ///< by its key
+  std::string key_name;      ///< empty: view.key or control.key
+};
+
+/// What the server asks of the daemon. Every function must be set that is not said to be empty.
 struct ServerHost {
   /// SceneInfo and RecordInfo for a session that begins, in this order; the server puts LeaseInfo
   /// between them. Called for nothing else: changes come through broadcast().
@@ -65,8 +76,10 @@ struct ServerHost {
   /// Nobody holds the lease any more, or another holder: scripted poses end, the force ramps to
   /// zero.
   std::function<void(LeaseEnd)> lease_lost;
-  /// Everyone is being told this of the lease, where `yours` means nothing.
+  /// Everyone is being told this of the lease, where `yours` means nothing; may be empty.
   std::function<void(const v1::LeaseInfo&)> lease_told = nullptr;
+  /// A session with a key has begun or ended, for the log; may be empty.
+  std::function<void(const SessionNotice&)> session = nullptr;
 };
 
 /// Fixed at construction.
@@ -98,6 +111,7 @@ struct ServerCounters {
   std::uint64_t full = 0;              ///< sessions that found no place
   std::uint64_t evicted = 0;           ///< sessions that gave their place to another
   std::uint64_t old_keys = 0;          ///< sessions refused: begun by a client of 0.1
+  std::uint64_t revoked = 0;           ///< sessions ended because their key was revoked
   std::uint64_t protocol_errors = 0;   ///< sessions ended for breaking the rules
   std::uint64_t untold = 0;            ///< Items that were too long, and a notice took their place
   std::uint64_t backlogs = 0;          ///< sessions ended with 1024 Items unacknowledged

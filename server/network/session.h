@@ -63,6 +63,7 @@ struct Session {
   Address address;
   wire::Channel channel;
   wire::Role role = wire::Role::kControl;  ///< of the key it was opened with; PLAIN may control
+  std::optional<noise::KeyId> key_id;      ///< of its key; none: PLAIN
   std::string key_name;  ///< of its key; empty: it came without, or with view.key or control.key
   bool asked_control = false;  ///< it has made a request that needs the right to control
   wire::ClockEcho clock;

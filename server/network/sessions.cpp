@@ -182,8 +182,9 @@ void Sessions::remove(Session& session) {
   std::erase_if(sessions_, [&](const auto& each) { return each.get() == &session; });
 }
 
-Session* Sessions::open(const Address& from, std::uint32_t number, wire::Role role,
-                        const std::string& key_name) {
+// `half`: the handshake that led to it; null: PLAIN, which may control.
+Session* Sessions::open(const Address& from, std::uint32_t number, const HalfOpen* half) {
+  const wire::Role role = half == nullptr ? wire::Role::kControl : half->role;
   if (!make_room(from, role)) {
     ++counters_.full;
     return nullptr;
@@ -193,7 +194,10 @@ Session* Sessions::open(const Address& from, std::uint32_t number, wire::Role ro
   session.heard_ns = now_ns_;
   session.asked_ns = now_ns_;
   session.role = role;
-  session.key_name = key_name;
+  if (half != nullptr) {
+    session.key_id = half->key_id;
+    session.key_name = half->key_name;
+  }
   serve(session, [&] { handlers_.opened(session); });
   return &session;
 }
@@ -244,7 +248,7 @@ Session* Sessions::session_for(const Address& from, const wire::DatagramHeader& 
     refuse(from, header.session, unknown);
     return nullptr;
   }
-  session = open(from, header.session, wire::Role::kControl);
+  session = open(from, header.session, nullptr);
   if (session == nullptr) {
     refuse(from, header.session, full_reset());
   } else {
@@ -291,7 +295,7 @@ Session* Sessions::open_keyed(const HalfOpen& half, const wire::DatagramHeader& 
   }
   const bool too_old = half.method == wire::Method::kNNpsk0 && !old_handshake_;
   if (too_old) ++counters_.old_keys;
-  Session* session = too_old ? nullptr : open(half.address, half.session, half.role, half.key_name);
+  Session* session = too_old ? nullptr : open(half.address, half.session, &half);
   if (session == nullptr) {
     refuse_keyed(half, too_old ? old_key_reset() : full_reset());
     handshakes_->forget(half.session);
@@ -465,6 +469,19 @@ void Sessions::fall(const Address& from, std::span<const std::uint8_t> datagram)
   const auto header = wire::decode_header(datagram);
   Session* session = header.has_value() ? find(from, header->session) : nullptr;
   if (session != nullptr) fall(*session);
+}
+
+void Sessions::replace_keys(const noise::ServerKeys& keys) {
+  if (handshakes_ == nullptr) return;
+  handshakes_->replace_keys(keys);
+  for (const auto& session : sessions_) {
+    const bool stays =
+        !session->key_id.has_value() || handshakes_->holds(*session->key_id, session->role);
+    if (session->phase != Phase::kOpen || stays) continue;
+    ++counters_.revoked;
+    close(*session, v1::BYE_REASON_DONE,
+          "the key " + session->key_name + " was revoked: ask who runs hapticd for another");
+  }
 }
 
 void Sessions::shut_down(v1::ByeReason reason, const std::string& message) {

@@ -65,6 +65,9 @@ class Sessions {
 
   /// Says Bye, unless the session has ended.
   void close(Session& session, v1::ByeReason reason, const std::string& message);
+  /// Others take the place of the keys of sessions, which there are; those opened with one that is
+  /// gone are closed and told so.
+  void replace_keys(const noise::ServerKeys& keys);
   /// Closes all, and opens none from now on.
   void shut_down(v1::ByeReason reason, const std::string& message);
   /// The session ends: `phase` is not kOpen.
@@ -93,8 +96,7 @@ class Sessions {
   bool make_room(const Address& from, wire::Role role);
   void evict(Session& session, const char* why);
   void remove(Session& session);
-  Session* open(const Address& from, std::uint32_t number, wire::Role role,
-                const std::string& key_name = {});
+  Session* open(const Address& from, std::uint32_t number, const HalfOpen* half);
   Session* session_for(const Address& from, const wire::DatagramHeader& header,
                        std::span<const std::uint8_t> body);
   Session* keyed_session_for(const Address& from, const wire::DatagramHeader& header,

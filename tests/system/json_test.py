@@ -49,7 +49,7 @@ EXAMPLES = {
     "hapticctl run stop": [VIRTUAL],
     "hapticctl pose": [["poses.csv", *VIRTUAL]],
     "hapticctl doctor": [["--seconds", "0"], ["--seconds", "0.2"]],
-    "hapticctl keygen": [["keys"]],
+    "hapticctl keygen": [["keys"], ["keys", "--client", "stage", "--role", "view"], ["keys", "--list"], ["keys", "--revoke", "stage"]],
     "hapticctl export": [["state/hapticd/recordings/take.mcap", "--csv", "ticks.csv"]],
     "hapticctl device list": [[]],
     "hapticd doctor": [["--seconds", "0"]],

@@ -5,6 +5,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from unittest import mock
 
@@ -94,6 +95,28 @@ class Keys(unittest.TestCase):
             for options in ({}, {"key": other}, {"key": self.view_key, "role": "control"}):
                 with self.assertRaises(hapticd.ServerSilent):
                     hapticd.Session(self.address, **options)
+
+    def test_a_client_has_a_key_of_its_own_for_as_long_as_it_is_there(self):
+        code, said = control("keygen", str(self.keys), "--client", "stage", "--role", "control")
+        self.assertEqual(code, 0, said)
+        code, said = control("keygen", str(self.keys), "--list")
+        self.assertEqual((code, said.split()), (0, ["stage", "control"]))
+        deadline = time.monotonic() + 10
+        while self.ctl("clients/stage.key", "status")[0] != 0:
+            self.assertLess(time.monotonic(), deadline, "the daemon does not know the new key")
+        with hapticd.Session(self.address, key=self.keys / "clients/stage.key", reconnect=False) as session:
+            session.acquire("python")
+            self.assertEqual(control("keygen", str(self.keys), "--revoke", "stage")[0], 0)
+            with self.assertRaises(hapticd.SessionEnded) as ended:
+                while time.monotonic() < deadline + 10:
+                    session.ping()
+                    time.sleep(0.02)
+            self.assertIn("stage was revoked", str(ended.exception))
+        code, said = control("keygen", str(self.keys), "--list")
+        self.assertEqual((code, said), (0, ""))
+        self.assertEqual(control("keygen", str(self.keys), "--revoke", "stage")[0], 1)
+        with mock.patch.object(conversation, "SILENCE_NS", 700_000_000), self.assertRaises(hapticd.ServerSilent):
+            hapticd.Session(self.address, key=b"hapticd\x02" + bytes(32) + self.control_key[40:])
 
     def test_an_old_key_is_refused_by_name_and_keygen_keeps_its_psk(self):
         with tempfile.TemporaryDirectory() as folder:

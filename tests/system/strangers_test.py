@@ -76,7 +76,7 @@ class HostileDaemon:
         scene = stream_pb2.Item()
         scene.scene_info.server_version = scene.scene_info.scene.name = HOSTILE
         scene.scene_info.scene_id, scene.scene_info.rate_hz = 1, 1000
-        lease = stream_pb2.Item(lease_info=answer_pb2.LeaseInfo(fence=3, holder=HOSTILE[:50]))
+        lease = stream_pb2.Item(lease_info=answer_pb2.LeaseInfo(fence=3, holder=HOSTILE[:50], key_name=HOSTILE[:50]))
         return [scene, lease, stream_pb2.Item(record_info=answer_pb2.RecordInfo(state=1, file=HOSTILE, message=HOSTILE))]
 
     @staticmethod

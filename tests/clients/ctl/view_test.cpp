@@ -45,6 +45,7 @@ View busy() {
   for (int i = 0; i < 100; ++i) view.ticks.add(5'000);
   view.lease.set_fence(3);
   view.lease.set_holder("player");
+  view.lease.set_key_name("stage");
   return view;
 }
 
@@ -60,7 +61,7 @@ TEST_CASE("the summary names scene, state, cause, force, times and who controls"
   const std::vector<std::string> lines = summary_lines(busy());
   for (const char* words :
        {"scene guqin", "1000 Hz", "fault (input stale)", "force  5.000 N", "440.00", "saturated",
-        "p99 21.5", "overruns 7", "of player", "tick 12345, 12.345 s"}) {
+        "p99 21.5", "overruns 7", "of player, with the key stage", "tick 12345, 12.345 s"}) {
     CAPTURE(words);
     CHECK(says(lines, words));
   }

@@ -4,7 +4,7 @@
 
 #include "tests/proto/noise/key_place.h"
 
-namespace hapticd::noise::test {
+namespace hapticd::noise {
 namespace {
 
 const std::string kServer(32, 's');
@@ -84,4 +84,4 @@ TEST_CASE("a bare key has 32 bytes") {
 }
 
 }  // namespace
-}  // namespace hapticd::noise::test
+}  // namespace hapticd::noise

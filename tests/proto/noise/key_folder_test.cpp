@@ -6,7 +6,7 @@
 
 #include "tests/proto/noise/key_place.h"
 
-namespace hapticd::noise::test {
+namespace hapticd::noise {
 namespace {
 
 constexpr const char* kAll[] = {kServerKeyName, kViewKeyName, kControlKeyName, kStopKeyName};
@@ -114,4 +114,4 @@ TEST_CASE("a key of another role, of another daemon or that is missing is refuse
 }
 
 }  // namespace
-}  // namespace hapticd::noise::test
+}  // namespace hapticd::noise

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace hapticd::noise::test {
+namespace hapticd::noise {
 
 namespace fs = std::filesystem;
 
@@ -59,4 +59,4 @@ inline std::string content(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-}  // namespace hapticd::noise::test
+}  // namespace hapticd::noise

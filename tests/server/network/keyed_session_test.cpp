@@ -291,6 +291,101 @@ TEST_CASE("handshakes of the view key leave room for those of the control key") 
   CHECK(controls == 16);
 }
 
+/// test_keys() and those of clients, of even bytes.
+noise::ServerKeys with_clients(const std::vector<std::pair<std::string, std::uint8_t>>& clients) {
+  noise::ServerKeys keys = test_keys();
+  for (const auto& [name, byte] : clients) {
+    keys.known.push_back({name, wire::Role::kControl, noise::SecretKey(filled_key(byte))});
+  }
+  return keys;
+}
+
+/// A peer of the bench with the control key of a client.
+struct NamedPeer : KeyedPeer {
+  NamedPeer(ServerBench& bench, std::uint8_t byte, std::uint16_t port)
+      : KeyedPeer(bench, kControlRole, port, port) {
+    client = KeyedClient(kControlRole, port, filled_key(byte));
+  }
+};
+
+TEST_CASE("a session has the name of the key it came with, and the host is told of both ends") {
+  ServerOptions options = keyed_options();
+  options.keys = with_clients({{"stage", 0x44}, {"hall", 0x45}});
+  ServerBench bench(options);
+  NamedPeer stage(bench, 0x44, 40'001);
+  NamedPeer hall(bench, 0x45, 40'002);
+  KeyedPeer shared(bench, kViewRole, 40'003, 3);
+  for (KeyedPeer* each :
+       {static_cast<KeyedPeer*>(&stage), static_cast<KeyedPeer*>(&hall), &shared}) {
+    each->shake_hands();
+    each->send();
+  }
+  REQUIRE(bench.host.notices.size() == 3);
+  CHECK(bench.host.notices[0].key_name == "stage");
+  CHECK(bench.host.notices[1].key_name == "hall");
+  CHECK(bench.host.notices[2].key_name.empty());
+  CHECK(bench.host.notices[0].may_control);
+  CHECK(!bench.host.notices[2].may_control);
+  CHECK(bench.host.notices[1].address == hall.address);
+  bench.pass(12'000);
+  REQUIRE(bench.host.notices.size() == 6);
+  CHECK(bench.host.notices[3].serial == bench.host.notices[0].serial);
+  CHECK(!bench.host.notices[3].begins);
+}
+
+TEST_CASE("the sessions of a key that is revoked end and are told why, and others go on") {
+  ServerOptions options = keyed_options();
+  options.keys = with_clients({{"stage", 0x44}, {"hall", 0x45}});
+  ServerBench bench(options);
+  NamedPeer stage(bench, 0x44, 40'001);
+  NamedPeer hall(bench, 0x45, 40'002);
+  KeyedPeer shared(bench, kControlRole, 40'003, 3);
+  NamedPeer waiting(bench, 0x44, 40'004);
+  for (KeyedPeer* each :
+       {static_cast<KeyedPeer*>(&stage), static_cast<KeyedPeer*>(&hall), &shared}) {
+    each->shake_hands();
+    each->send();
+  }
+  stage.send({acquire_item("stage")});
+  bench.pass(1);
+  CHECK(bench.server->lease_holder() == "stage");
+  waiting.shake_hands();
+  bench.server->replace_keys(with_clients({{"hall", 0x45}, {"new", 0x46}}), bench.now_ns);
+  bench.pass(1);
+  CHECK(stage.received().back().bye().message().find("stage was revoked") != std::string::npos);
+  CHECK(bench.server->fence() == 0);
+  CHECK(bench.server->counters().revoked == 1);
+  // Neither its session nor a handshake that was under way leads anywhere.
+  const std::size_t asked = bench.host.asked.size();
+  stage.send({stop_item()});
+  waiting.send({stop_item()});
+  CHECK(bench.host.asked.size() == asked);
+  bench.pass(150);
+  const std::size_t sent = bench.sent.size();
+  NamedPeer again(bench, 0x44, 40'005);
+  bench.receive(again.address, again.client.hello());
+  CHECK(bench.sent.size() == sent);
+  hall.send({stop_item()});
+  shared.send({stop_item()});
+  CHECK(bench.host.asked.size() == asked + 2);
+  NamedPeer fresh(bench, 0x46, 40'006);
+  fresh.shake_hands();
+  fresh.send({stop_item()});
+  CHECK(bench.host.asked.size() == asked + 3);
+}
+
+TEST_CASE("a key in the place of another of the same name is another") {
+  ServerOptions options = keyed_options();
+  options.keys = with_clients({{"stage", 0x44}});
+  ServerBench bench(options);
+  NamedPeer stage(bench, 0x44, 40'001);
+  stage.shake_hands();
+  stage.send();
+  bench.server->replace_keys(with_clients({{"stage", 0x45}}), bench.now_ns);
+  bench.pass(1);
+  CHECK(stage.received().back().has_bye());
+}
+
 TEST_CASE("a client of before is told that it is too old, and with what remedy") {
   for (const std::uint8_t role : {kOldViewRole, kOldControlRole}) {
     ServerBench bench(keyed_options());

@@ -51,6 +51,7 @@ struct RecordingHost {
       if (fill) fill(subscription, state);
     };
     host.lease_lost = [this](LeaseEnd how) { lease_ends.push_back(how); };
+    host.session = [this](const SessionNotice& notice) { notices.push_back(notice); };
     return host;
   }
 
@@ -63,6 +64,7 @@ struct RecordingHost {
   std::vector<Asked> asked;
   std::vector<RequestId> abandoned;
   std::vector<LeaseEnd> lease_ends;
+  std::vector<SessionNotice> notices;
   std::vector<Subscription> subscriptions;  ///< of the States it filled
 };
 

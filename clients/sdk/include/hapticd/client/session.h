@@ -40,7 +40,7 @@ inline namespace abi_0 {
 struct SessionOptions {
   std::string server = "127.0.0.1:47800";  ///< HOST:PORT, [V6]:PORT, HOST or :PORT
   std::string key_file;                    ///< empty: the daemon has no keys
-  std::string role;                        ///< view or control; empty: by the name of the file
+  std::string role;                        ///< view or control; empty: the key's own
   /// How long to wait for the daemon at the start, and for each answer. A scene has a minute in any
   /// case, and run() waits as long as the daemon is there.
   std::chrono::milliseconds timeout{5000};
