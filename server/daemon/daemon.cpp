@@ -30,7 +30,7 @@ void log_keys(const KeyWatch& keys) {
   for (const std::string& problem : keys.problems())
     spdlog::warn("not used: {}", wire::shown_text(problem));
   const std::size_t clients = keys.keys().known.size() - 2;
-  if (clients > 0) spdlog::info("keys of {} clients are known", clients);
+  if (clients > 0) spdlog::info("keys of single clients: {}", clients);
 }
 
 void log_losses(const std::string& what) {
