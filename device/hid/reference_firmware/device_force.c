@@ -47,10 +47,10 @@ bool hap_affine_is_sound(const HapDevice* device, const HapAffine* affine) {
 /// Whole part of the square root, rounded up: a norm is never taken for smaller than it is.
 static int64_t root_up(uint64_t square) {
   uint64_t root = 0;
-  for (uint64_t bit = (uint64_t)1 << 32; bit != 0; bit >>= 1) {
+  for (uint64_t bit = (uint64_t)UINT32_MAX + 1; bit != 0; bit >>= 1) {
     const uint64_t next = root | bit;
     // next * next needs next < 2^32.
-    if (next < ((uint64_t)1 << 32) && next * next <= square) root = next;
+    if (next <= UINT32_MAX && next * next <= square) root = next;
   }
   return (int64_t)(root * root < square ? root + 1 : root);
 }
@@ -97,7 +97,7 @@ static void add_gains(const HapDevice* device, int64_t force[3], int64_t torque[
     }
     force[i] += spring / 1000;
     force[i] -= (int64_t)gains->b_mnspm[i] * now->vel[i] / 10;
-    // mN m Q30 -> uN m: 2^16 * 2^32 * 2^10.
+    // mN m Q30 -> uN m: 2^16 * 2^34 * 2^10.
     torque[i] += gains->kr_mnmprad[i] * turn[i] * kMicroPerMilli / ((int64_t)1 << 30);
     torque[i] -= (int64_t)gains->br_10unmsprad[i] * now->avel[i] / 100;
   }
