@@ -1,0 +1,59 @@
+#!/usr/bin/python3
+"""The proof of the firmware can fail: each of these changes of its source, in a copy, is refuted by the claims of the function named.
+
+usage: firmware_mutants_test.py FIRMWARE-FOLDER
+"""
+import sys
+
+import proof
+from prover import NotProved, Prover
+from state import Unsupported
+
+# What holds is shown with these; no need to search long for what does not.
+FEWER_STEPS = 3_000_000
+# (file, what stands there, what is put there, the function whose claims must fail)
+MUTANTS = [
+    ("device_force.c", "next <= UINT32_MAX && next * next", "next * next", "root_up"),
+    ("device_force.c", "root * root < square ? root + 1 : root", "root", "root_up"),
+    ("device_force.c", "v[i] > INT32_MAX || v[i] < -INT32_MAX", "v[i] > INT32_MAX", "clamp"),
+    ("device_force.c", "const int64_t xx = (int64_t)k_npm[0] + kRoundedNpm;", "const int64_t xx = (int64_t)k_npm[0] + 3;", "hap_affine_is_sound"),
+    ("device_force.c", "|| yy * zz < yz * yz) return false;", ") return false;", "hap_affine_is_sound"),
+    ("device_force.c", "sum += entry < 0 ? -entry : entry;", "sum += entry;", "hap_affine_is_sound"),
+    ("device_force.c", "grip = grip > 0 ? most : -most;", "grip = grip > 0 ? most : grip;", "hap_servo"),
+    ("device_force.c", "(int64_t)device->config.tau_cap_mnm * kMicroPerMilli", "(int64_t)device->config.tau_cap_mnm * 1001", "hap_servo"),
+    ("device_force.c", "if (!device->enabled) return;", "", "hap_servo"),
+    ("device_core.c", "const int32_t most = (1 << 30) + (1 << 16);", "const int32_t most = (1 << 30) + (1 << 17);", "hap_servo"),
+    ("device_core.c", "age >= most)", "age > most)", "hap_servo"),
+    ("device_core.c", "return square > most * most;", "return square > most * most + 1;", "hap_servo"),
+    ("device_core.c", "device->enabled = !is_stopped(device) && is_zero(&device->command);", "device->enabled = !is_stopped(device);",
+     "hap_receive"),
+    ("device_core.c", "if (!hap_affine_is_sound(device, &next)) return false;", "", "hap_receive"),
+    ("device_core.c", "device->history[seq & (kHapHistory - 1)]", "device->history[seq & kHapHistory]", "hap_receive"),
+    ("device_reports.c", "wanted.v_cap_mmps = at_most(wanted.v_cap_mmps, config->v_cap_mmps);", "", "hap_receive"),
+    ("device_reports.c", "device->config.v_cap_mmps = kHapResetSpeedCap;", "device->config.v_cap_mmps = kHapNoSpeedCap;", "hap_bus_reset"),
+    ("device_reports.c", "if (length >= sizeof whole) {", "if (length > sizeof whole) {", "hap_receive_split"),
+    ("device_reports.c", "if (room < length) return 0;", "", "hap_get_feature"),
+    ("device_calibration.c", "percent < kPercent ? percent : kPercent", "percent", "hap_calibration_progress"),
+]
+
+
+def survives(firmware, file, old, new, name):
+    """Whether the claims hold with this change; where the proof cannot follow, it does not claim to hold."""
+    try:
+        firmware.changed(file, old, new).prove(name, Prover(FEWER_STEPS, patient=False))
+        found = None
+    except (NotProved, Unsupported) as reason:
+        found = reason
+    print(f"{file}: {new or 'without ' + old}: {found or 'HOLDS'}", flush=True)
+    return found is None
+
+
+def main():
+    firmware = proof.Firmware(sys.argv[1])
+    alive = [mutant for mutant in MUTANTS if survives(firmware, *mutant)]
+    print(f"{len(MUTANTS)} changes, {len(alive)} of them not refuted")
+    return 1 if alive else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
