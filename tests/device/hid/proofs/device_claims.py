@@ -16,8 +16,9 @@ CAPABILITIES = ("caps", "dof", "wd_default_ms", "wd_max_ms", "f_peak_cn", "tau_p
 GAINS = [f"{name}[{i}]" for name, count in (("k_npm", 6), ("b_mnspm", 3), ("kr_mnmprad", 3), ("br_10unmsprad", 3)) for i in range(count)]
 WRENCH = [f"{name}[{i}]" for name in ("force_un", "torque_unm") for i in range(3)]
 FLAGS = ("enabled", "sound", "bus_ready", "watchdog", "enable_seen", "command_seen", "command_old", "now.emergency_stop", "now.dead_man_held")
+CHANGED = ("saturated", "active")
 FIELDS = [("HapDevice", field) for field in [
-    *FLAGS, "faults", "command_us", "calibrated_axes", "settings.calibration_axes", "history", "calibration.state", "calibration.progress",
+    *FLAGS, *CHANGED, "faults", "command_us", "calibrated_axes", "settings.calibration_axes", "history", "calibration.state", "calibration.progress",
     *(f"config.{name}" for name in (*CAPS, "grav_comp")),
     *(f"settings.{name}" for name in LIMITS), *(f"settings.capabilities.{name}" for name in CAPABILITIES),
     *(f"{part}.quat_q30[{i}]" for part in ("now", "reference") for i in range(4)), *(f"now.vel[{i}]" for i in range(3)),
@@ -186,12 +187,35 @@ def check_init(executor, layout):
         prove_all(executor, after, "hap_init", invariant(View(executor, after, layout)) + reset(executor, layout, after))
 
 
+def evaluate(layout):
+    """The contract of hap_evaluate within hap_servo: it changes what the motors are given and two flags. The invariant that check_evaluate starts
+    from is shown of hap_servo's end, and speaks of nothing that is changed here."""
+    def contract(executor, state, arguments):
+        executor.activations += 1
+        output = state.memory[arguments[1].object]
+        state.writable(output.name).cover(0, output.size, "element", (executor.activations, {}))
+        for flag in CHANGED:
+            state.writable("device").store(*layout["HapDevice", flag], Raw(f"{flag}{executor.activations}", 8))
+        return [(state, None)]
+    return contract
+
+
+def check_evaluate(executor, layout):
+    """What the motors are given, and that nothing else changes."""
+    places = {layout["HapDevice", flag][0] for flag in CHANGED}
+
+    def claims(after, _):
+        device = after.memory["device"]
+        return motors(executor, layout, after) + [("only two flags change", set(device.cells) <= places and not device.layers)]
+    call(executor, layout, "hap_evaluate", [("output", executor.module.types["%struct.HapOutput"].size(), "raw")], claims)
+
+
 def check_servo(executor, layout):
     now = executor.prover.named("now_us", 0, (1 << 32) - 1, 32)
     types = executor.module.types
     call(executor, layout, "hap_servo", [now, ("measurement", types["%struct.HapMeasurement"].size(), "raw"),
                                          ("output", types["%struct.HapOutput"].size(), "raw")],
-         lambda after, _: motors(executor, layout, after) + watched(executor, layout, after, now))
+         lambda after, _: watched(executor, layout, after, now))
 
 
 def check_receive(executor, layout, name="hap_receive"):
@@ -206,7 +230,7 @@ def check_feature(executor, layout):
 
 
 CHECKS = {
-    "hap_init": check_init, "hap_servo": check_servo, "hap_receive": check_receive, "hap_get_feature": check_feature,
+    "hap_init": check_init, "hap_evaluate": check_evaluate, "hap_servo": check_servo, "hap_receive": check_receive, "hap_get_feature": check_feature,
     "hap_receive_split": lambda executor, layout: check_receive(executor, layout, "hap_receive_split"),
     "hap_bus_reset": lambda executor, layout: call(executor, layout, "hap_bus_reset", [], lambda after, _: reset(executor, layout, after)),
     "hap_sample": lambda executor, layout: call(executor, layout, "hap_sample", []),

@@ -51,10 +51,10 @@ class Firmware:
         held = {"root_up": contracts.root_up, "clamp": contracts.clamp,
                 "hap_affine_is_sound": contracts.affine_is_sound(lambda executor, state, pointer: numeric_claims.GainsView(
                     executor, state, self.layout, pointer))}
+        held["hap_evaluate"] = device_claims.evaluate(self.layout)
         # A function is not shown by what it is to show.
         held.pop(name, None)
         executor = Executor(self.module, prover, held, contracts.CUTS, WRAPS)
-        executor.ends_apart.add("hap_evaluate")
         CHECKS[name](executor, self.layout)
         return prover
 
