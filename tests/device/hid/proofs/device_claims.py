@@ -3,13 +3,15 @@ makes it, it holds for ever. Beside it stand the claims of single functions: wha
 from arithmetic import bit_and
 from contracts import at_most, holds, sound_gains, square_sum, term, within
 from executor import new_state
-from state import Summary
-from terms import Raw, all_of, both, compare, either, exact, implies, negate
+from state import Summary, Unsupported
+from terms import Int, Raw, all_of, both, compare, either, exact, implies, negate
 
 # No component of an orientation is larger, Q30: device_core.c refuses more.
 ORIENTATION = (1 << 30) + (1 << 16)
 # As in hapticd_device.h: kHapRunning, kHapBadCommand, kHapNoSpeedCap, kHapResetSpeedCap.
 RUNNING, BAD_COMMAND, NO_SPEED_CAP, RESET_SPEED_CAP = 1, 256, 0xFFFF, 3000
+# Of the reports that hap_receive takes: kHapCommandId, kHapAffineId, kHapConfigId, kHapCalibrationId.
+IDS = (0x02, 0x03, 0x11, 0x12)
 CAPS = ("wd_ms", "f_cap_cn", "tau_cap_mnm", "v_cap_mmps")
 LIMITS = ("affine_b_max_mnspm", "affine_kr_max_mnmprad", "affine_br_max_10unmsprad", "affine_k_max_npm", "grip_peak_mn")
 CAPABILITIES = ("caps", "dof", "wd_default_ms", "wd_max_ms", "f_peak_cn", "tau_peak_mnm")
@@ -169,12 +171,14 @@ def prove_all(executor, state, name, claims):
         executor.prover.prove(state, cond, f"{name}: {label}")
 
 
-def call(executor, layout, name, arguments, extra=None):
-    """Executes a function on any device; arguments: names of objects with their size, or Raw numbers."""
+def call(executor, layout, name, arguments, extra=None, begin=None):
+    """Executes a function on any device; arguments: names of objects with their size, or Raw numbers. begin: what more is known of these."""
     state, device = device_in(executor, layout)
     given = [device]
     for argument in arguments:
         given.append(state.add(*argument) if isinstance(argument, tuple) else argument)
+    if begin:
+        begin(state)
     before = state.copy()
     for after, result in executor.execute(state, name, given, merge=False):
         prove_all(executor, after, name, kept(executor, layout, before, after, name) + (extra(after, result) if extra else []))
@@ -218,10 +222,46 @@ def check_servo(executor, layout):
          lambda after, _: watched(executor, layout, after, now))
 
 
-def check_receive(executor, layout, name="hap_receive"):
+def check_receive(executor, layout):
+    """Each kind of report by itself, by its ID."""
     length = executor.prover.named("length", 0, (1 << 32) - 1, 32)
-    arguments = [Raw("now_us", 32), *([Raw("id", 8)] if name == "hap_receive_split" else []), ("report", length, "raw"), length]
-    call(executor, layout, name, arguments)
+    report = Raw("report+0:1", 8)
+
+    def begin(state, number):
+        if number is not None:
+            state.writable("report").store(0, 1, exact(number, 8))
+        else:
+            state.assume(all_of(negate(equals(executor.prover.unsigned(report), other)) for other in IDS))
+    for number in (*IDS, None):
+        call(executor, layout, "hap_receive", [Raw("now_us", 32), ("report", length, "raw"), length],
+             begin=lambda state, number=number: begin(state, number))
+
+
+def receive(layout):
+    """The contract of hap_receive within hap_receive_split: called on a device that nothing has changed, with a report whose bytes are all there,
+    it does what check_receive shows. So there is nothing left to show of what it returns with."""
+    def contract(executor, state, arguments):
+        prover, pointer, length = executor.prover, arguments[2], state.narrowed(executor.prover.unsigned(arguments[3]))
+        held, device = state.memory[pointer.object], state.memory["device"]
+        if pointer.offset or device.cells or device.layers:
+            raise Unsupported("hap_receive: called in the midst of something")
+        there = held.size if held.base else written(held, state.marks.get("copied"))
+        there = there if isinstance(there, Int) else exact(there, 64)
+        prover.prove(state, at_most(length, there), "hap_receive is called with bytes that are not there")
+        return []
+    return contract
+
+
+def written(held, copied):
+    """How many bytes from the first on were written: byte 0, and then what was copied."""
+    if copied is None or copied[:2] != (held.name, 1) or 0 not in held.cells:
+        return 0
+    return Int(copied[2].term + 1, copied[2].lo + 1, copied[2].hi + 1, 64)
+
+
+def check_split(executor, layout):
+    length = executor.prover.named("length", 0, (1 << 32) - 1, 32)
+    call(executor, layout, "hap_receive_split", [Raw("now_us", 32), Raw("id", 8), ("report", length, "raw"), length])
 
 
 def check_feature(executor, layout):
@@ -231,7 +271,7 @@ def check_feature(executor, layout):
 
 CHECKS = {
     "hap_init": check_init, "hap_evaluate": check_evaluate, "hap_servo": check_servo, "hap_receive": check_receive, "hap_get_feature": check_feature,
-    "hap_receive_split": lambda executor, layout: check_receive(executor, layout, "hap_receive_split"),
+    "hap_receive_split": check_split,
     "hap_bus_reset": lambda executor, layout: call(executor, layout, "hap_bus_reset", [], lambda after, _: reset(executor, layout, after)),
     "hap_sample": lambda executor, layout: call(executor, layout, "hap_sample", []),
     "hap_take_report": lambda executor, layout: call(executor, layout, "hap_take_report", [("report", 64, "raw")]),

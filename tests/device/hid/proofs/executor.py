@@ -339,6 +339,7 @@ class Executor:
         """memcpy; where the count is unknown, of so much the contents are unknown."""
         target, source, count = arguments[:3]
         count = state.narrowed(self.prover.unsigned(count))
+        state.marks = {**state.marks, "copied": (target.object, target.offset, count)}
         if is_exact(count):
             self.copy_bytes(state, target, source, count.term)
             return [state]

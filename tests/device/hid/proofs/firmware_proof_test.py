@@ -20,7 +20,7 @@ def main():
         prover = firmware.prove(name)
         total += sum(prover.counts.values())
         failures += prover.failures
-        print(f"{name}: {', '.join(f'{count} {how}' for how, count in sorted(prover.counts.items()))}; {time.process_time() - start:.1f} s")
+        print(f"{name}: {', '.join(f'{count} {how}' for how, count in sorted(prover.counts.items()))}; {time.process_time() - start:.1f} s", flush=True)
     print(f"{total} obligations")
     print("\n".join(failures))
     return 1 if failures or total == 0 else 0

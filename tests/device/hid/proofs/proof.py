@@ -52,6 +52,8 @@ class Firmware:
                 "hap_affine_is_sound": contracts.affine_is_sound(lambda executor, state, pointer: numeric_claims.GainsView(
                     executor, state, self.layout, pointer))}
         held["hap_evaluate"] = device_claims.evaluate(self.layout)
+        if name == "hap_receive_split":
+            held["hap_receive"] = device_claims.receive(self.layout)
         # A function is not shown by what it is to show.
         held.pop(name, None)
         executor = Executor(self.module, prover, held, contracts.CUTS, WRAPS)

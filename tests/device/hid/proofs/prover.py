@@ -10,6 +10,7 @@ from terms import Cond, Int, Raw, expr_of, is_exact, negate
 
 # Steps of the solver, not seconds: the same on any machine. About ten seconds.
 MOST_STEPS = 20_000_000
+FEW_STEPS = 300_000
 
 
 class NotProved(Exception):
@@ -20,7 +21,7 @@ class Prover:
     """steps: how long to try; patient: whether what is not shown is only noted, and not the end."""
 
     def __init__(self, steps=MOST_STEPS, patient=True):
-        self.steps, self.patient, self.occurring, self.linear = steps, patient, {}, {}
+        self.steps, self.patient, self.occurring, self.linear, self.reached = steps, patient, {}, {}, {}
         self.facts, self.made, self.counter = collections.defaultdict(list), {}, itertools.count()
         self.counts, self.failures = collections.Counter(), []
 
@@ -126,6 +127,13 @@ class Prover:
                 queue += [other for fact in self.facts[name] for other in self.names_in(fact)]
         return found, names
 
+    def spoken_of(self, expr):
+        """The names of facts_of, remembered: what comes to be known later changes what is tried first, and nothing that is shown."""
+        number = expr.get_id()
+        if number not in self.reached:
+            self.reached[number] = (expr, self.facts_of([expr])[1])
+        return self.reached[number][1]
+
     def is_linear(self, expr):
         number = expr.get_id()
         if number not in self.linear:
@@ -150,27 +158,41 @@ class Prover:
             return "by intervals"
         wanted = z3.BoolVal(True) if goal is False else negate(goal).expr
         path = [expr_of(cond) for cond in (state.path if using is None else using)]
-        refuted = False
-        for premises in self.attempts(wanted, path):
-            query = [wanted, *premises, *self.facts_of([wanted, *premises])[0]]
-            if reals.has_product(query) and reals.impossible(query, steps or self.steps):
-                return "by real algebra"
-            solver = z3.Solver()
-            solver.set("rlimit", steps or self.steps)
-            solver.add(*query)
-            found = solver.check()
-            if found == z3.unsat:
-                return "by integers"
-            refuted = found == z3.sat
-        return "refuted" if refuted else "not shown"
+        attempts, most = self.attempts(wanted, path), steps or self.steps
+        whole = attempts[-1]
+        # What is easy is not to wait for what is hard: all are tried for a little, then for long.
+        for budget in sorted({min(FEW_STEPS, most), most}):
+            left = []
+            for premises in attempts:
+                how, found = self.attempt([wanted, *premises], budget)
+                if found == z3.unsat:
+                    return how
+                if found == z3.sat and premises is whole:
+                    return "refuted"
+                if found == z3.unknown:
+                    left.append(premises)
+            attempts = left
+        return "not shown"
+
+    def attempt(self, exprs, steps):
+        """(how, what the solver found) of these and all facts of what occurs in them."""
+        query = [*exprs, *self.facts_of(exprs)[0]]
+        if reals.has_product(query) and reals.impossible(query, steps):
+            return "by real algebra", z3.unsat
+        solver = z3.Solver()
+        solver.set("rlimit", steps)
+        solver.add(*query)
+        return "by integers", solver.check()
 
     def attempts(self, wanted, path):
-        """First what speaks only of what the goal speaks of, then without products, then the whole path."""
+        """First what speaks of just what the goal speaks of, as a comparison of the code's that the goal says in other words; then of no more;
+        then the whole path. Without products first."""
         names = self.facts_of([wanted])[1]
-        near = [expr for expr in path if self.facts_of([expr])[1] <= names]
-        linear = [expr for expr in path if self.is_linear(expr)]
-        if len(near) < len(path):
-            yield near
-        if len(near) < len(linear) < len(path) and self.is_linear(wanted):
-            yield linear
-        yield path
+        near = [expr for expr in path if self.spoken_of(expr) <= names]
+        found = {}
+        for premises in ([expr for expr in near if self.names_in(expr) == self.names_in(wanted)], near, path):
+            for some in ([expr for expr in premises if self.is_linear(expr)], premises) if self.is_linear(wanted) else (premises,):
+                key = tuple(expr.get_id() for expr in some)
+                found.pop(key, None)
+                found[key] = some
+        return list(found.values())
