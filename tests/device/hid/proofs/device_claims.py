@@ -167,8 +167,7 @@ def watched(executor, layout, after, now):
 
 
 def prove_all(executor, state, name, claims):
-    for label, cond in claims:
-        executor.prover.prove(state, cond, f"{name}: {label}")
+    executor.prover.prove_all(state, [(f"{name}: {label}", cond) for label, cond in claims])
 
 
 def call(executor, layout, name, arguments, extra=None, begin=None):

@@ -7,7 +7,7 @@ import ir
 
 CLANG = "clang-14"
 # Not optimised: every check of the sanitizer and every cast is there as it was written. `integer` includes unsigned sums that wrap, which are no
-# error of C; what wraps on purpose is listed in claims.py.
+# error of C; what wraps on purpose is listed in proof.py.
 OPTIONS = ["-std=c11", "-ffreestanding", "-O0", "-Xclang", "-disable-O0-optnone", "-fno-discard-value-names", "-S", "-emit-llvm",
            "-fsanitize=integer,bounds,shift,integer-divide-by-zero", "-fsanitize-trap=all"]
 SOURCES = ["device_force.c", "device_core.c", "device_reports.c", "device_calibration.c"]

@@ -131,9 +131,11 @@ def check_gains(executor, layout):
 
 
 def first_broken(prover, state, rules):
-    """The rule that the last condition of the path breaks; it is looked for, since to refute all together takes long."""
+    """The rule that the last condition of the path breaks, and that speaks of the same numbers; it is looked for, since to refute all together takes
+    long."""
+    names = prover.names_in(state.path[-1].expr)
     for rule in rules:
-        if not isinstance(rule, bool) and prover.try_to(state, negate(rule), state.path[-1:], 200_000) in HOW:
+        if not isinstance(rule, bool) and prover.names_in(rule.expr) == names and prover.try_to(state, negate(rule), state.path[-1:], 200_000) in HOW:
             return rule
     return None
 

@@ -11,6 +11,7 @@ from terms import Cond, Int, Raw, expr_of, is_exact, negate
 # Steps of the solver, not seconds: the same on any machine. About ten seconds.
 MOST_STEPS = 20_000_000
 FEW_STEPS = 300_000
+STEPS_TOGETHER = 3_000_000
 
 
 class NotProved(Exception):
@@ -23,7 +24,7 @@ class Prover:
     def __init__(self, steps=MOST_STEPS, patient=True):
         self.steps, self.patient, self.occurring, self.linear, self.reached = steps, patient, {}, {}, {}
         self.facts, self.made, self.counter = collections.defaultdict(list), {}, itertools.count()
-        self.counts, self.failures = collections.Counter(), []
+        self.counts, self.failures, self.products, self.without = collections.Counter(), [], {}, {}
 
     def fresh(self, name, width, lo, hi, align=1):
         """A number of which only the interval is known; a multiple of align."""
@@ -150,6 +151,46 @@ class Prover:
                 raise NotProved(self.failures[-1])
             return False
         return True
+
+    def prove_all(self, state, goals):
+        """goals: [(label, condition)]. What is shown of all at once, since the path is the same, is not shown one by one."""
+        left = [(label, goal) for label, goal in goals if state.decided(goal) is not True]
+        shown = self.together(state, [goal for _, goal in left if isinstance(goal, Cond)])
+        self.counts["by intervals"] += len(goals) - len(left)
+        self.counts["by integers"] += len(shown)
+        for label, goal in left:
+            if not any(goal is one for one in shown):
+                self.prove(state, goal, label)
+
+    def together(self, state, goals):
+        """Those of the goals that follow from the path whatever the products are. The solver is asked for all; then without those that its answer
+        breaks."""
+        path = [expr_of(cond) for cond in state.path]
+        while goals:
+            exprs = [z3.Or([negate(goal).expr for goal in goals]), *path]
+            solver = z3.Solver()
+            solver.set("rlimit", STEPS_TOGETHER)
+            solver.add(*(self.linearised(expr) for expr in [*exprs, *self.facts_of(exprs)[0]]))
+            found = solver.check()
+            if found == z3.unsat:
+                return goals
+            model = solver.model() if found == z3.sat else None
+            kept = [goal for goal in goals if model is not None and z3.is_true(model.eval(self.linearised(goal.expr), model_completion=True))]
+            if len(kept) == len(goals):
+                return []
+            goals = kept
+        return []
+
+    def linearised(self, expr):
+        """The same with a number of its own in place of each product."""
+        number = expr.get_id()
+        if number not in self.without:
+            products = reals.products_of(expr)
+            for product in products:
+                self.products.setdefault(product.get_id(), (product, z3.Int(f"product!{len(self.products)}")))
+            made = z3.substitute(expr, *(self.products[product.get_id()] for product in products)) if products else expr
+            self.without[number] = (expr, made)
+        return self.without[number][1]
 
     def try_to(self, state, goal, using=None, steps=None):
         """How it is shown: by intervals, integers or real algebra; or not shown, or refuted."""

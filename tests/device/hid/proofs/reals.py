@@ -74,12 +74,18 @@ def impossible(exprs, most_steps):
 
 def has_product(exprs):
     """Of two unknown numbers."""
-    seen, queue = set(), list(exprs)
-    while queue:
-        expr = queue.pop()
-        if expr.get_id() not in seen:
-            seen.add(expr.get_id())
-            if expr.decl().kind() == z3.Z3_OP_MUL and sum(not z3.is_int_value(part) for part in expr.children()) > 1:
-                return True
-            queue += expr.children()
-    return False
+    return any(products_of(expr, first=True) for expr in exprs)
+
+
+def products_of(expr, first=False):
+    """Of two unknown numbers, those that are no part of others; or only whether there is one."""
+    found, seen, queue = [], set(), [expr]
+    while queue and not (first and found):
+        part = queue.pop()
+        if part.get_id() not in seen:
+            seen.add(part.get_id())
+            if part.decl().kind() == z3.Z3_OP_MUL and sum(not z3.is_int_value(factor) for factor in part.children()) > 1:
+                found.append(part)
+            else:
+                queue += part.children()
+    return found
