@@ -9,13 +9,8 @@
 
 #include "tests/device/hid/narrow_number.h"
 
-// The firmware is C, and its casts are C's; what does not matter to these tests is not called by
-// them.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wold-style-cast"
-#pragma GCC diagnostic ignored "-Wunused-function"
-#pragma GCC diagnostic ignored "-Wsign-conversion"
-#pragma GCC diagnostic ignored "-Wconversion"
+// The firmware is C, and types have its names: no warning about C++ is of interest from here on.
+#pragma GCC system_header
 
 #pragma push_macro("INT16_MAX")
 #pragma push_macro("INT32_MAX")
@@ -45,4 +40,3 @@ namespace hapticd::test::narrow {
 #pragma pop_macro("INT16_MAX")
 #pragma pop_macro("INT32_MAX")
 #pragma pop_macro("UINT32_MAX")
-#pragma GCC diagnostic pop
