@@ -182,9 +182,6 @@ void add_rest(const View& view, std::vector<std::string>& lines) {
                            100.0 * static_cast<double>(gesture.progress()),
                            gesture.repeated_count()));
   }
-  if (view.lease.fence() != 0) {
-    lines.push_back("lease      " + lease_text(view.lease));
-  }
 }
 
 void add_contacts(const View& view, std::vector<std::string>& lines) {
@@ -236,6 +233,14 @@ void add_tones(const View& view, std::vector<std::string>& lines) {
   }
 }
 
+void add_state(const View& view, std::vector<std::string>& lines) {
+  lines.push_back(format("tick %llu, %.3f s", static_cast<unsigned long long>(view.state.tick()),
+                         1e-9 * static_cast<double>(view.state.t_ns())));
+  for (const v1::ToolState& tool : view.state.tools()) add_tool(view, tool, lines);
+  add_timing(view.state, lines);
+  add_rest(view, lines);
+}
+
 /// The names in them came from the daemon.
 void show(std::vector<std::string>& lines) {
   for (std::string& line : lines) line = wire::shown_text(line);
@@ -250,13 +255,9 @@ void TickHistogram::add(std::uint32_t ns) noexcept {
 }
 
 std::vector<std::string> summary_lines(const View& view) {
-  std::vector<std::string> lines{wire::shown_text(head_line(view))};
-  if (!view.has_state) return lines;
-  lines.push_back(format("tick %llu, %.3f s", static_cast<unsigned long long>(view.state.tick()),
-                         1e-9 * static_cast<double>(view.state.t_ns())));
-  for (const v1::ToolState& tool : view.state.tools()) add_tool(view, tool, lines);
-  add_timing(view.state, lines);
-  add_rest(view, lines);
+  std::vector<std::string> lines{head_line(view)};
+  if (view.has_state) add_state(view, lines);
+  if (view.lease.fence() != 0) lines.push_back("lease      " + lease_text(view.lease));
   show(lines);
   return lines;
 }

@@ -57,6 +57,15 @@ bool says(const std::vector<std::string>& lines, const std::string& words) {
 
 }  // namespace
 
+TEST_CASE("the summary says who controls also before the first tick, and from whom and why") {
+  View view;
+  view.lease.set_fence(3);
+  view.lease.set_holder("player");
+  view.lease.set_taken_from("desk");
+  view.lease.set_reason("lunch is over");
+  CHECK(says(summary_lines(view), "of player, taken over from desk: lunch is over"));
+}
+
 TEST_CASE("the summary names scene, state, cause, force, times and who controls") {
   const std::vector<std::string> lines = summary_lines(busy());
   for (const char* words :
