@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1000 * wire::kMillisecond_ns;
 constexpr TokenRate kUnproven{kSecond_ns / kUnprovenPerSecond, kUnprovenBurst};
+constexpr TokenRate kUnprovenOld{kSecond_ns / kUnprovenOldPerSecond, kUnprovenOldBurst};
 constexpr TokenRate kAnswers{kSecond_ns / kAnswersPerSecond, kAnswerBurst};
 
 Handshakes::Random or_system(Handshakes::Random random) {
@@ -106,7 +107,10 @@ noise::Bytes Handshakes::receive(const Address& from, std::span<const std::uint8
     return welcome_again(*half, now_ns);
   }
   const RingKey* key = keys_.find(*hello);
-  if (!unproven_.take(kUnproven, now_ns) && (key == nullptr || !is_ours(from, *hello, *key))) {
+  const bool in_time =
+      hello->method == wire::Method::kNKpsk0 || unproven_old_.take(kUnprovenOld, now_ns);
+  const bool looked_at = in_time && unproven_.take(kUnproven, now_ns);
+  if (!looked_at && (key == nullptr || !is_ours(from, *hello, *key))) {
     return drop(counters_.limited);
   }
   if (key == nullptr || !is_authentic(*key, *hello)) return drop(counters_.forged);

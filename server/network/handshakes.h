@@ -41,6 +41,9 @@ inline constexpr std::int64_t kCookieSecret_ns = 120'000 * wire::kMillisecond_ns
 /// dropped unread, so that a flood leaves time for sessions. One with a cookie is always looked at.
 inline constexpr std::int64_t kUnprovenPerSecond = 150'000;
 inline constexpr std::int64_t kUnprovenBurst = 2000;
+/// Of them those of NNpsk0, whose message 1 costs ten times as many hashes.
+inline constexpr std::int64_t kUnprovenOldPerSecond = 1000;
+inline constexpr std::int64_t kUnprovenOldBurst = 100;
 /// Answers to one handshake, RETRYs or the same WELCOME again, per second and at once. They go to
 /// its client and to nobody else, so that whoever sends its HELLO again keeps it from nothing.
 inline constexpr std::int64_t kAnswersPerSecond = 20;
@@ -133,6 +136,7 @@ class Handshakes {
   HelloLimiter limiter_;
   RetryLimiter retries_;
   TokenBucket unproven_;
+  TokenBucket unproven_old_;
   HelloCounters counters_;
   Secret secret_{};
   Secret secret_before_{};

@@ -49,6 +49,26 @@ TEST_CASE("a HELLO gets a RETRY and leaves no trace; with its cookie it gets a W
   }
 }
 
+TEST_CASE("of HELLOs by NNpsk0 1000 a second cost their hashes, and a new client is in at once") {
+  Desk desk;
+  const KeyedClient good(kControlRole);
+  for (std::uint64_t i = 0; i < 100'000; ++i) {
+    desk.now_ns += kSecond_ns / 100'000;
+    const auto last = static_cast<std::uint8_t>(i);
+    const std::uint8_t role = i % 2 == 0 ? kOldViewRole : kOldControlRole;
+    CHECK(desk.say(ipv4_address({10, 0, 1, last}, 5000),
+                   KeyedClient(role, i % 50, noise::Key{}).hello())
+              .empty());
+  }
+  const HelloCounters& counters = desk.handshakes.counters();
+  CHECK(counters.forged >= 1000);
+  CHECK(counters.forged <= 1000 + 100);
+  CHECK(counters.forged + counters.limited == 100'000);
+  const noise::Bytes retry = desk.say(kHere, good.hello());
+  REQUIRE(retry.size() > 16);
+  CHECK(desk.say(kHere, good.hello({retry.begin() + 16, retry.end()})).at(2) == 3);
+}
+
 TEST_CASE("what is no HELLO under a key of the server is not answered") {
   Desk desk;
   const KeyedClient client(kControlRole);
