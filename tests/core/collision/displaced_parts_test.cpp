@@ -14,7 +14,6 @@
 #include "core/tree/sphere_tree.h"
 #include "tests/support/contact_scenes.h"
 #include "tests/support/scale.h"
-#include "tests/support/within.h"
 #include "tests/truth/contact_oracle.h"
 
 namespace hapticd::test {
@@ -123,7 +122,7 @@ TEST_CASE("a pair evaluated anew is where its part stands, alone or among others
       const Contact alone = evaluate_contact(
           contact.key, {scene.tree.view(), scene.X_WG, scene.displaced()}, scene.obstacles());
       REQUIRE(contact.gap == alone.gap);
-      REQUIRE(contact.gap == within(found->contacts[i].gap, 1e-12));
+      REQUIRE(std::abs(contact.gap - found->contacts[i].gap) < 1e-14);
       REQUIRE((contact.nhat_OG_W - found->contacts[i].nhat_OG_W).norm() < 1e-9);
       smallest = std::min(smallest, contact.gap);
     }
