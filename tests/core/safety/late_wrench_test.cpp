@@ -65,9 +65,14 @@ struct Adversary {
   }
 };
 
-/// Most that it has ever drawn in a minute, J, but in late ticks and the `delay` ticks after each,
-/// of a wrench that comes `delay` ticks late where up to `flight` are reckoned with.
-double drawn(Adversary hand, int delay, int flight) {
+/// What a hand has drawn at most in a minute, J.
+struct Drawn {
+  double in_time = 0.0;  ///< but in late ticks and as many ticks after each as the wrench is late
+  double all = 0.0;
+};
+
+/// Of a wrench that comes `delay` ticks late where up to `flight` are reckoned with.
+Drawn drawn(Adversary hand, int delay, int flight) {
   SafetyLimits limits;
   limits.peak = {hand.peak, 0.1};
   limits.passivity.damping = limits.passivity.rotational_damping = 0.0;
@@ -81,7 +86,8 @@ double drawn(Adversary hand, int delay, int flight) {
   Vector3 v = Vector3::Zero();
   Vector3 moved = Vector3::Zero();
   long double given = 0.0L;
-  long double most = 0.0L;
+  long double in_time = 0.0L;
+  Drawn most;
   double dt_s = kTick_s;
   int unforeseen = 0;  // ticks that a late one still has a part in
   for (int i = 0; i < kMinute; ++i) {
@@ -106,10 +112,12 @@ double drawn(Adversary hand, int delay, int flight) {
     hand.x += moved.x();
     const long double gives = felt.cast<long double>().dot(moved.cast<long double>());
     unforeseen = dt_s > kTick_s ? delay + 1 : std::max(0, unforeseen - 1);
-    if (unforeseen == 0 || gives < 0.0L) given += gives;
-    most = std::max(most, given);
+    given += gives;
+    if (unforeseen == 0 || gives < 0.0L) in_time += gives;
+    most.all = std::max(most.all, static_cast<double>(given));
+    most.in_time = std::max(most.in_time, static_cast<double>(in_time));
   }
-  return static_cast<double>(most);
+  return most;
 }
 
 }  // namespace
@@ -125,7 +133,11 @@ TEST_CASE(
     const int delay = static_cast<int>(random.below(kMostFlight + 1));
     CAPTURE(trial);
     CAPTURE(delay);
-    REQUIRE(drawn(hand, delay, kMostFlight) <= 5e-3);
+    const Drawn most = drawn(hand, delay, kMostFlight);
+    REQUIRE(most.in_time <= 5e-3);
+    if (hand.late == 0.0) REQUIRE(most.all <= 5e-3);
+    // A tick that is held four times as long gives four times what was left at most.
+    REQUIRE(most.all <= 4 * 4e-3 + 5e-3);
   }
 }
 
@@ -133,7 +145,7 @@ TEST_CASE("a hand whose wrench is later than was reckoned with draws more") {
   SplitMix64 random(fresh_seed());
   double most = 0.0;
   for (int trial = 0; trial < 20; ++trial) {
-    most = std::max(most, drawn(Adversary(random), kMostFlight, 0));
+    most = std::max(most, drawn(Adversary(random), kMostFlight, 0).all);
   }
   CHECK(most > 10e-3);
 }
