@@ -308,10 +308,15 @@ struct NamedPeer : KeyedPeer {
   }
 };
 
-TEST_CASE("a session has the name of the key it came with, and the host is told of both ends") {
+/// A server that knows two clients by name.
+ServerOptions stage_and_hall() {
   ServerOptions options = keyed_options();
   options.keys = with_clients({{"stage", 0x44}, {"hall", 0x45}});
-  ServerBench bench(options);
+  return options;
+}
+
+TEST_CASE("a session has the name of the key it came with, and the host is told of both ends") {
+  ServerBench bench(stage_and_hall());
   NamedPeer stage(bench, 0x44, 40'001);
   NamedPeer hall(bench, 0x45, 40'002);
   KeyedPeer shared(bench, kViewRole, 40'003, 3);
@@ -334,9 +339,7 @@ TEST_CASE("a session has the name of the key it came with, and the host is told 
 }
 
 TEST_CASE("the sessions of a key that is revoked end and are told why, and others go on") {
-  ServerOptions options = keyed_options();
-  options.keys = with_clients({{"stage", 0x44}, {"hall", 0x45}});
-  ServerBench bench(options);
+  ServerBench bench(stage_and_hall());
   NamedPeer stage(bench, 0x44, 40'001);
   NamedPeer hall(bench, 0x45, 40'002);
   KeyedPeer shared(bench, kControlRole, 40'003, 3);
