@@ -13,6 +13,7 @@
 #include "core/contact/stationarity.h"
 #include "core/contact/step_admission.h"
 #include "core/contact/tick_work.h"
+#include "core/math/assert.h"
 
 namespace hapticd {
 namespace {
@@ -166,8 +167,9 @@ void ContactProblem::keep_after_failure(const PoseError& error_GH) noexcept {
 // Takes up and lets go of soft parts and strings, which moves nothing.
 void ContactProblem::touch(double wanted) noexcept {
   const ContactSet& contacts = candidates_.contacts();
-  if (!input_->parts.parts.empty()) {
-    SoftParts::touch(*input_, contacts, state_->parts, result_->parts_refused);
+  if (!input_->parts.parts.empty() &&
+      SoftParts::touch(*input_, contacts, state_->parts, result_->parts_refused)) {
+    full_step_ = false;
   }
   if (!input_->strings.empty() &&
       YieldingStrings::touch(*input_, contacts, state_->touched, result_->strings_refused)) {
@@ -223,10 +225,11 @@ PoseError ContactProblem::prepare() noexcept {
 }
 
 // Saves the linearisation that would only confirm the last one.
-bool ContactProblem::settled(const PoseError& error_GH) noexcept {
+bool ContactProblem::settled(const PoseError& error_GH, int unknowns) noexcept {
   if (!full_step_ || result_->queries != queries_ || result_->active_count == 0) {
     return false;
   }
+  HD_ASSERT(static_cast<std::size_t>(unknowns) == linearisation_.unknowns());
   const std::optional<Wrench> F_H_W = balanced_wrench(view(), error_GH);
   if (!F_H_W) return false;
   --result_->sub_steps;
@@ -277,7 +280,7 @@ bool ContactProblem::advance() noexcept {
   int unknowns = parts_.build(at(), candidates_.contacts(), kToolDof);
   unknowns = strings_.build(at(), candidates_.contacts(), unknowns);
   friction_.build(at(), *state_, candidates_.contacts(), result_->grips_refused);
-  if (settled(error_GH)) return false;
+  if (settled(error_GH, unknowns)) return false;
 
   result_->pressed += state_->active_count;
   linearisation_.build(view(), error_GH, unknowns);

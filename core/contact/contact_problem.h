@@ -76,7 +76,7 @@ class ContactProblem {
   [[nodiscard]] Configuration at() const noexcept { return {*input_, *state_}; }
   void touch(double wanted) noexcept;
   void commit_free(double travel) noexcept;
-  [[nodiscard]] bool settled(const PoseError& error_GH) noexcept;
+  [[nodiscard]] bool settled(const PoseError& error_GH, int unknowns) noexcept;
   [[nodiscard]] bool step_on(const PoseError& error_GH) noexcept;
   void render_surface() noexcept;
   void take_force(const PoseError& error_GH) noexcept;

@@ -50,9 +50,10 @@ void SoftParts::begin(const ContactInput& input, TouchedParts& soft) noexcept {
   soft.truncate(kept);
 }
 
-void SoftParts::touch(const ContactInput& input, const ContactSet& contacts, TouchedParts& soft,
+bool SoftParts::touch(const ContactInput& input, const ContactSet& contacts, TouchedParts& soft,
                       int& refused) noexcept {
   const double near = kTouchSkins * skin_of(input.options);
+  bool changed = false;
   std::array<double, kMaxSoftParts> gap;
   gap.fill(std::numeric_limits<double>::infinity());
   for (const Contact& contact : contacts.contacts) {
@@ -64,6 +65,7 @@ void SoftParts::touch(const ContactInput& input, const ContactSet& contacts, Tou
         ++refused;
         continue;
       }
+      changed = true;
       k = static_cast<int>(soft.size()) - 1;
     }
     double& nearest = gap[static_cast<std::size_t>(k)];
@@ -75,7 +77,9 @@ void SoftParts::touch(const ContactInput& input, const ContactSet& contacts, Tou
     if (kept != k) soft[kept] = soft[k];
     ++kept;
   }
+  changed = changed || kept != soft.size();
   soft.truncate(kept);
+  return changed;
 }
 
 Vector3 SoftParts::rest_of(const ContactInput& input, const SoftPart& soft) noexcept {

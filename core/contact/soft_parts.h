@@ -33,10 +33,10 @@ class SoftParts {
   HD_REALTIME static void begin(const ContactInput& input, TouchedParts& soft) noexcept;
 
   /// Takes up soft parts that contacts have come near and lets go of those at rest that none is
-  /// near; neither moves anything. Parts beyond the capacity stay rigid and are counted in
-  /// `refused`.
-  HD_REALTIME static void touch(const ContactInput& input, const ContactSet& contacts,
-                                TouchedParts& soft, int& refused) noexcept;
+  /// near; neither moves anything. Returns true when any was taken up or let go: the unknowns are
+  /// then others. Parts beyond the capacity stay rigid and are counted in `refused`.
+  [[nodiscard]] HD_REALTIME static bool touch(const ContactInput& input, const ContactSet& contacts,
+                                              TouchedParts& soft, int& refused) noexcept;
 
   /// Where a part goes when nothing touches it, in G, m: to v*, or to rest when that is vanishingly
   /// near.

@@ -27,7 +27,7 @@ double PassivityControl::counted(double given, const Wrench& F, const Twist& dis
     // The damping took b times the integral of v^2, which is at least b dx^2 / dt.
     const double repaid = limits_.damping * displacement.v.squaredNorm() +
                           limits_.rotational_damping * displacement.w.squaredNorm();
-    given = std::max(0.0, given - repaid / dt_s - kForgiven_W * dt_s);
+    given = std::max(0.0, given - repaid / dt_s - kForgivenPower * dt_s);
   }
   // Above the bound come motions no hand makes, and what a string gave out of its tank: forgotten.
   return std::clamp(given, -limits_.credit, limits_.allowance + budget_);

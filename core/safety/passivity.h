@@ -30,7 +30,7 @@ namespace hapticd {
 /// Debt that is forgiven, W: 0.6 mJ in a minute. Without it a device of which no damping is known
 /// would have to be restarted once all of the allowance is gone. Larger: a hand that goes to and
 /// fro for long is given more than the allowance; smaller: the force stays away for longer.
-inline constexpr double kForgiven_W = 1e-5;
+inline constexpr double kForgivenPower = 1e-5;
 
 /// Most ticks by which a wrench may reach the hand late and still be counted. Larger: what is on
 /// its way takes its share of the allowance, so a stiff spring is felt softer; smaller: a device
@@ -56,7 +56,7 @@ struct PassivityLimits {
   double angular_acceleration = 5000.0;
   /// Damping b of the device, N s/m and N m s/rad: repays debt while the handle moves. With 0 debt
   /// is only repaid by work of the hand, and with all of the allowance gone there is no force to
-  /// work against: then time alone ends it (kForgiven_W).
+  /// work against: then time alone ends it (kForgivenPower).
   double damping = 1.0;
   double rotational_damping = 1e-3;
 };

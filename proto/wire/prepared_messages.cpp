@@ -5,6 +5,7 @@
 #include <google/protobuf/message.h>
 
 #include <set>
+#include <vector>
 
 #include "hapticd/v1/config.pb.h"
 #include "hapticd/v1/recording.pb.h"
@@ -22,6 +23,7 @@ void prepare(const pb::EnumDescriptor& type) {
   static_cast<void>(type.FindValueByNumber(type.value(0)->number()));
 }
 
+/// The type alone, without those nested in it.
 void prepare(const pb::Descriptor& type) {
   const pb::Message* prototype = pb::MessageFactory::generated_factory()->GetPrototype(&type);
   static_cast<void>(prototype->GetReflection());
@@ -31,23 +33,40 @@ void prepare(const pb::Descriptor& type) {
     static_cast<void>(type.FindFieldByName(field.name()));
     if (field.enum_type() != nullptr) prepare(*field.enum_type());
   }
-  for (int i = 0; i < type.nested_type_count(); ++i) prepare(*type.nested_type(i));
 }
 
-void prepare(const pb::FileDescriptor& file, std::set<const pb::FileDescriptor*>& done) {
-  if (!done.insert(&file).second) return;
-  for (int i = 0; i < file.dependency_count(); ++i) prepare(*file.dependency(i), done);
-  for (int i = 0; i < file.message_type_count(); ++i) prepare(*file.message_type(i));
+/// The types of a file, without those of the files it imports.
+void prepare(const pb::FileDescriptor& file) {
+  std::vector<const pb::Descriptor*> types;
+  for (int i = 0; i < file.message_type_count(); ++i) types.push_back(file.message_type(i));
+  for (std::size_t k = 0; k < types.size(); ++k) {
+    const pb::Descriptor& type = *types[k];
+    prepare(type);
+    for (int i = 0; i < type.nested_type_count(); ++i) types.push_back(type.nested_type(i));
+  }
   for (int i = 0; i < file.enum_type_count(); ++i) prepare(*file.enum_type(i));
+}
+
+/// `files` and all they import.
+std::set<const pb::FileDescriptor*> with_imports(std::vector<const pb::FileDescriptor*> files) {
+  std::set<const pb::FileDescriptor*> found;
+  while (!files.empty()) {
+    const pb::FileDescriptor& file = *files.back();
+    files.pop_back();
+    if (!found.insert(&file).second) continue;
+    for (int i = 0; i < file.dependency_count(); ++i) files.push_back(file.dependency(i));
+  }
+  return found;
 }
 
 }  // namespace
 
 void prepare_messages() {
-  std::set<const pb::FileDescriptor*> done;
-  prepare(*v1::Config::descriptor()->file(), done);
-  prepare(*v1::RecordHeader::descriptor()->file(), done);
-  prepare(*v1::Item::descriptor()->file(), done);
+  for (const pb::FileDescriptor* file :
+       with_imports({v1::Config::descriptor()->file(), v1::RecordHeader::descriptor()->file(),
+                     v1::Item::descriptor()->file()})) {
+    prepare(*file);
+  }
   static_cast<void>(rule_of(v1::Item::default_instance()));
 }
 

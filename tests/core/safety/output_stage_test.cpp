@@ -261,7 +261,7 @@ TEST_CASE("what was given before the motors went off is still owed when they are
       input.displacement_D.v = {speed * 1e-3, 0, 0};
       given += limit(input, limits, state).f_H_D[0] * speed * 1e-3;
     }
-    CHECK(given <= 4e-3 + 60.0 * kForgiven_W);
+    CHECK(given <= 4e-3 + 60.0 * kForgivenPower);
     CHECK(given >= 3e-3);
   }
 }

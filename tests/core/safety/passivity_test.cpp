@@ -75,7 +75,7 @@ Ledger play_adversary(std::uint64_t seed, double damping, bool budgets, std::int
     ledger.given += f.cast<long double>().dot(dx.cast<long double>()) +
                     t.cast<long double>().dot(turn.cast<long double>());
     ledger.repaid += damping * (dx.squaredNorm() + 1e-3 * turn.squaredNorm()) / kTick_s;
-    ledger.repaid += kForgiven_W * kTick_s;
+    ledger.repaid += kForgivenPower * kTick_s;
     ledger.worst = std::max(ledger.worst, ledger.given - ledger.repaid - ledger.budgets);
     input.displacement_D = {dx, turn};
     input.V_DH_D = {dx / kTick_s, turn / kTick_s};
@@ -226,7 +226,7 @@ TEST_CASE("a motion no hand makes leaves a debt of one allowance, and damping re
     PassivityControl(limits, 0.0, port).observe({}, {{2e-4, 0, 0}, {0, 0, 0}}, kTick_s);
     const double left = limits.allowance * std::max(0.0, 1.0 - i / 100.0);
     REQUIRE(port.given <= left + 1e-12);
-    REQUIRE(port.given >= left - i * kForgiven_W * kTick_s - 1e-12);
+    REQUIRE(port.given >= left - i * kForgivenPower * kTick_s - 1e-12);
     REQUIRE(port.given >= 0.0);
   }
 }
