@@ -11,8 +11,9 @@ STRING_RADIUS = 0.34e-3
 STEEL_PA = 1.9e11
 # The hand comes at this speed, then rests for so many ticks.
 APPROACH_M_PER_S, SLIDE_M_PER_S, REST_TICKS = 0.05, 0.02, 120
-# Of a way to a place of rest: rests between two corners. Of a slide: every so many ticks.
-STEPS, EVERY = 5, 50
+# Of a way to a place of rest: rests between two corners; more where axes that differ let the tool snap aside on its way, so that the oracle
+# does not step over what the tool cannot. Of a slide: every so many ticks.
+STEPS, FINE_STEPS, EVERY = 5, 40, 50
 
 
 class Case:
@@ -46,8 +47,9 @@ class Case:
     def rows(self):
         return [[*p, *statics.quaternion(R)] for p, R in self.poses()]
 
-    def truths(self, fat=0.0, steps=STEPS):
+    def truths(self, fat=0.0, steps=None):
         """([index of a tick], [Rest]) that are judged."""
+        steps = steps or (STEPS if self.scene.axes is None else FINE_STEPS)
         p, w = self.corners[0]
         way = [(p, statics.rotation(w))]
         last = len(self.corners) - 2

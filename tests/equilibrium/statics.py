@@ -282,8 +282,8 @@ def solve(scene, hand, x=None, base=None, fat=0.0):
 
 
 def follow(scene, hands, fat=0.0):
-    """The rests along a way of the hand, each begun where the one before was: [Rest]. The first pose is free. Steps are halved where a
-    rest lies far from the one before, so that no obstacle is jumped."""
+    """The rests along a way of the hand, each begun where the one before was: [Rest]. The first pose is free. A rest that ends between two
+    poses, as the tool snaps aside, may be stepped over where they are far apart."""
     rests, x, before = [], None, None
     base = [string.nearest(np.asarray(hands[0][0])) for string in scene.strings]
     for p, R in hands:
