@@ -31,6 +31,12 @@ struct Adversary {
   }
 };
 
+/// How long the adversary takes from where the pluck left the hand into its swing, ticks. A hand
+/// that was put there at once would be faster than the tank is told hands can be.
+constexpr int kApproach = 40;
+/// The most that adds to the acceleration, m/s^2.
+constexpr double kApproachAcceleration = 200.0;
+
 /// A plucked string and the energy it rings with, the tool far away.
 StringHand plucked_string(double frequency, double max_acceleration, double touch_decay = 0.03) {
   StringHand hand;
@@ -49,10 +55,14 @@ double most_drawn(StringHand hand, const Adversary& adversary, int ticks) {
   double drawn = 0.0;
   double most = 0.0;
   double released = hand.state.vibration.released_energy;
+  const double away = hand.distance - adversary.distance(0.0);
   for (int k = 0; k < ticks; ++k) {
     const double before = hand.distance;
     const double held = hand.response.vibration_force;
-    move_to(hand, adversary.distance(static_cast<double>(k) * 1e-3));
+    const double left = k < kApproach
+                            ? 0.5 + 0.5 * std::cos(0.5 * kTurn * static_cast<double>(k) / kApproach)
+                            : 0.0;
+    move_to(hand, adversary.distance(static_cast<double>(k) * 1e-3) + left * away);
     drawn += held * (hand.distance - before);
     most = std::max(most, drawn / (released * (1.0 + static_cast<double>(k) / 100.0)));
     released = std::max(released, hand.state.vibration.released_energy);
@@ -93,7 +103,7 @@ double worst_share() {
   for (const double frequency : {65.4, 98.0, 146.8}) {
     for (const double amplitude : kAmplitudes) {
       Adversary adversary{frequency, amplitude, 0.0, 0.0};
-      const double limit = std::max(500.0, 1.05 * adversary.acceleration());
+      const double limit = std::max(500.0, 1.05 * adversary.acceleration() + kApproachAcceleration);
       // A finger that damps, and one that lets the string ring on.
       for (const double touch_decay : {0.03, 0.5}) {
         const StringHand hand = plucked_string(frequency, limit, touch_decay);
