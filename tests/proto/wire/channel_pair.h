@@ -26,9 +26,13 @@ inline std::span<const std::uint8_t> bytes_of(const std::string& text) {
 /// One side, the link from it, and what it heard.
 struct ChannelSide {
   ChannelSide(Side side, bool is_new, const test::LinkConditions& conditions, std::uint64_t seed)
-      : channel(side, 7), takes_ahead(is_new), out(conditions, seed) {}
+      : channel(side, 7),
+        speaks(side == Side::kClient),
+        takes_ahead(is_new),
+        out(conditions, seed) {}
 
   Channel channel;
+  bool speaks;  ///< a server has no session before its client's first Packet
   bool takes_ahead;
   test::LossyLink out;
   std::vector<v1::Item> heard;
@@ -76,11 +80,12 @@ class ChannelPair {
       REQUIRE((both || !early));
       if (!both) packet.clear_ahead();
       const std::string body = packet.SerializeAsString();
+      to.speaks = true;
       Incoming incoming = to.channel.receive(*header, bytes_of(body), now_ns);
       REQUIRE(incoming.items.broken == nullptr);
       for (ReceivedItem& each : incoming.items.items) to.heard.push_back(std::move(each.item));
     }
-    for (int i = 0; i < 32 && to.channel.due_ns() <= now_ns; ++i) send(to);
+    for (int i = 0; to.speaks && i < 32 && to.channel.due_ns() <= now_ns; ++i) send(to);
   }
 
   void send(ChannelSide& from) {
