@@ -35,6 +35,9 @@ constexpr double kMeanOver = 0.02;
 constexpr double kMinDecay = 2e-3;
 constexpr double kMaxDecay = 1000.0;
 constexpr double kCentsPerNeper = 1731.2340490667561;
+/// The fastest glide that is told, cents/s: a string that is tuned or stopped anew between two
+/// ticks jumps.
+constexpr double kFastestGlide = 1e5;
 
 double seconds(std::int64_t ns) noexcept { return 1e-9 * static_cast<double>(ns); }
 
@@ -107,11 +110,12 @@ double decay_of(const WatchedWave& wave, const SoundingPart& part, std::size_t j
 double glide_of(const ToldSounding& told, double frequency, std::int64_t t_ns) noexcept {
   std::array<double, 2> rates{};
   for (std::size_t k = 0; k < rates.size(); ++k) {
-    if (!(told.pitch[k] > 0.0) || !(frequency > 0.0) || t_ns <= told.pitch_ns[k]) return rates[0];
-    rates[k] = logarithm(frequency / told.pitch[k]) / seconds(t_ns - told.pitch_ns[k]);
+    const bool known = told.pitch[k] > 0.0 && frequency > 0.0 && t_ns > told.pitch_ns[k];
+    if (known) rates[k] = logarithm(frequency / told.pitch[k]) / seconds(t_ns - told.pitch_ns[k]);
+    if (!known && k > 0) rates[k] = rates[k - 1];
   }
   const bool turns = std::abs(rates[0] - rates[1]) * seconds(t_ns - told.pitch_ns[0]) > kBends;
-  return kCentsPerNeper * (turns ? rates[0] : rates[1]);
+  return std::clamp(kCentsPerNeper * (turns ? rates[0] : rates[1]), -kFastestGlide, kFastestGlide);
 }
 
 void fill(const WatchedWave& wave, const SoundingPart& part, SoundingCause cause,

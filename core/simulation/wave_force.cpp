@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/contact/coupling_axes.h"
 #include "core/instrument/deflection.h"
 #include "core/instrument/string_model.h"
 #include "core/instrument/wave_tank.h"
@@ -15,13 +16,37 @@ namespace {
 /// what the tank has not.
 constexpr double kTick = 1e-3;
 
+/// Of the friction that the tool sticks to the string by, J: what stretches it is no heat yet.
+double sticking_energy(const ToolPlay& play, std::int32_t string) noexcept {
+  const TouchedStrings& touched = play.state.contact.touched;
+  const int k = find_touched(touched, string);
+  if (k < 0) return 0.0;
+  const double slip_squared = touched[static_cast<std::size_t>(k)].slip_W.squaredNorm();
+  return 0.5 * play.way.input.instrument.anchor_stiffness * slip_squared;
+}
+
+/// Of what holds the tool, J: this string's share in the coupling's, which friction stretches too,
+/// and what lies between the coupling and the string.
+double holding_energy(const ToolPlay& play, const Playing& playing, const NearTool& tool) noexcept {
+  const ContactInput& input = play.way.input;
+  const ContactState& contact = play.state.contact;
+  const StringProximity& near = tool.proximity;
+  const PoseError error = coupling_error(play.rendered.X_WG, input.X_WH, contact.phi_GH_W);
+  const PoseError stretch = stretch_under(input.stiffness, input.X_WH.q, error, contact.F_H_W);
+  const Vector3 t_W = (near.p_WC - play.rendered.X_WG.p).cross(near.F_W);
+  const double coupling = -0.5 * (stretch.dp.dot(near.F_W) + stretch.dtheta.dot(t_W));
+  const double softer =
+      std::max(0.0, 1.0 / playing.string.contact_stiffness - 1.0 / input.stiffness.kt);
+  return coupling + 0.5 * tool.touch.force * tool.touch.force * (near.compliance + softer) +
+         sticking_energy(play, playing.wave.string);
+}
+
 /// Static energy of the tool's law: of the string, where it is this tool's alone, and of what holds
 /// the tool, J.
 double law_energy(const ToolPlay& play, const Playing& playing, const NearTool& tool,
                   bool parted) noexcept {
-  const double force = tool.touch.force;
-  if (!(force > 0.0)) return 0.0;
-  const double held = 0.5 * force * force * tool.touch.compliance;
+  if (!(tool.touch.force > 0.0)) return 0.0;
+  const double held = holding_energy(play, playing, tool);
   if (parted) return held;
   const auto s = static_cast<std::size_t>(playing.wave.string);
   const StringConstants& seen = play.way.input.strings[s];

@@ -112,6 +112,8 @@ std::string broken(Instrument& instrument) {
   if (!tool.F_H_W.f.allFinite() || !tool.X_WG.p.allFinite()) return "limited wrench or pose";
   for (const StringEvent& event : instrument.output().events()) {
     if (!all_finite(event)) return "event " + std::to_string(static_cast<int>(event.kind));
+    // As event.proto has it; clients drop what is beyond.
+    if (std::abs(event.cents_per_s) > 1e5) return "glide";
   }
   for (const StringTick& row : instrument.output().strings()) {
     if (!std::isfinite(row.energy + row.radius_growth + row.vibration_force + row.lambda)) {
