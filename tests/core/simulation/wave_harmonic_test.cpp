@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "tests/core/simulation/ensemble.h"
 #include "tests/core/simulation/wave_path.h"
@@ -94,10 +95,17 @@ constexpr std::array<Hui, 13> kHui{{{1, 8},
                                     {5, 6},
                                     {7, 8}}};
 
+/// How much louder than in the truth all but the harmonic may be, dB, where they are louder than
+/// kClean: as a rule, and where it hangs on a hair whether the touch stills them.
+constexpr double kClean = -20.0;
+constexpr double kAsARule = 1.5;
+constexpr double kAtMost = 6.0;
+
 TEST_CASE("a light touch at any of the 13 hui leaves the harmonic that finite differences leave") {
   const std::uint64_t seed = fresh_seed();
   CAPTURE(seed);
   SplitMix64 random(seed);
+  std::vector<double> louder;
   for (const Hui& hui : kHui) {
     GridHarmonic harmonic;
     harmonic.part = hui.part;
@@ -122,8 +130,11 @@ TEST_CASE("a light touch at any of the 13 hui leaves the harmonic that finite di
     CAPTURE(truth.others);
     CAPTURE(left.others);
     CHECK(std::abs(1200.0 * std::log2(left.frequency / (hui.part * string.frequency))) <= 5.0);
-    CHECK(left.others <= std::max(-20.0, truth.others + 3.0));
+    louder.push_back(left.others - std::max(kClean, truth.others));
+    CHECK(louder.back() <= kAtMost);
   }
+  std::nth_element(louder.begin(), louder.begin() + kHui.size() / 2, louder.end());
+  CHECK(louder[kHui.size() / 2] <= kAsARule);
 }
 
 }  // namespace
