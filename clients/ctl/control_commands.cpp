@@ -1,4 +1,6 @@
 // Commands that are one request each: scenes, parameters, force, recorder, time. Not RT.
+#include <unistd.h>
+
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -9,6 +11,8 @@
 #include "clients/ctl/commands.h"
 #include "clients/ctl/text.h"
 #include "clients/library/recording.h"
+#include "clients/library/scene_file.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -19,6 +23,10 @@ constexpr double kSceneTimeout = 120.0;
 constexpr std::chrono::milliseconds kClockGrain{20};
 /// What stands in the daemon's messages before the line of a text that was sent.
 constexpr std::string_view kTextWithoutFile = "inline:";
+/// Of files from this size on a terminal shows how far they are, bytes: others take a moment.
+constexpr std::size_t kShownFile = 1'000'000;
+/// Takes a line of a terminal away.
+constexpr const char* kNoLine = "\r\x1b[K";
 
 using Strings = std::shared_ptr<std::vector<std::string>>;
 
@@ -60,27 +68,58 @@ void add_listing(CLI::App& app, const GlobalOptions& options, const char* help,
   });
 }
 
+void show_progress(const client::SceneAssetFile& asset, std::size_t there, std::size_t all) {
+  if (all < kShownFile || isatty(STDERR_FILENO) == 0) return;
+  std::fprintf(stderr, "%ssending %s: %zu %%", kNoLine, wire::shown_text(asset.name).c_str(),
+               100 * there / all);
+  if (there == all) std::fputs(kNoLine, stderr);
+}
+
+/// Text and files of a scene in a file; no more than its name for an installed one.
+client::SceneFile scene_of(const std::string& source, v1::Item& request) {
+  client::SceneFile scene;
+  if (!names_file(source)) {
+    request.mutable_load_scene()->set_name(source);
+    return scene;
+  }
+  try {
+    scene = client::read_scene_file(source, read_text(source));
+  } catch (const Failure&) {
+    throw;
+  } catch (const std::runtime_error& fault) {
+    throw Failure(kRefused, fault.what());
+  }
+  request = client::load_request(scene);
+  return scene;
+}
+
 void load(const GlobalOptions& options, const std::string& source, bool check_only) {
   v1::Item item;
-  v1::LoadScene& load_scene = *item.mutable_load_scene();
-  if (names_file(source)) {
-    load_scene.set_text(read_text(source));
-  } else {
-    load_scene.set_name(source);
-  }
-  load_scene.set_check_only(check_only);
+  const client::SceneFile scene = scene_of(source, item);
+  item.mutable_load_scene()->set_check_only(check_only);
+  require_utf8(item);
   GlobalOptions patient = options;
   patient.timeout_s = std::max(options.timeout_s, kSceneTimeout);
   const auto client = connect(options);
   try {
-    const v1::Result result = control(*client, item, patient);
+    client::Controller controller(*client);
+    acquire(controller, *client, patient);
+    v1::Result result = client::bring_assets(controller, scene, show_progress, timeout_of(patient));
+    if (result.code() == v1::RESULT_CODE_OK) result = controller.call(item, timeout_of(patient));
+    controller.release();
+    require(result);
     print_done(options, result, check_only ? "good" : "loaded");
   } catch (const Failure& failure) {
     // The daemon has read a text, and does not know of what file.
     std::string text = failure.what();
-    const std::size_t place = text.find(kTextWithoutFile);
+    std::size_t place = text.find(kTextWithoutFile);
     if (!names_file(source) || place == std::string::npos) throw;
-    text.replace(place, kTextWithoutFile.size(), source + ":");
+    // The first fault follows a code, each other one begins a line.
+    while (place != std::string::npos) {
+      text.replace(place, kTextWithoutFile.size(), source + ":");
+      place = text.find("\n" + std::string(kTextWithoutFile), place + source.size());
+      if (place != std::string::npos) ++place;
+    }
     throw Failure(failure.exit_code(), text);
   }
 }

@@ -35,7 +35,7 @@ class Controller {
   /// Gives the lease back.
   v1::Result release();
 
-  /// Loads an installed scene and waits until it plays. A file's scene goes as its text, by call().
+  /// Loads an installed scene and waits until it plays. For one in a file: scene_file.h.
   v1::Result load_scene(const std::string& name,
                         std::chrono::nanoseconds timeout = std::chrono::seconds(60));
   /// Queues the pose X_DH of a scripted tool's handle for the tick after the last one queued. Sent

@@ -139,7 +139,7 @@ void Daemon::begin_serving() {
     stop_road_ = open_stop_road(stop, transport_->local_address(), loop_.channels().stop);
     if (stop_road_ != nullptr) plan_.stop_port = stop_road_->port();
   }
-  requests_.emplace(Desks{loop_, scenes_, play_, records_, devices_, catalogues_, *time_},
+  requests_.emplace(Desks{loop_, assets_, scenes_, play_, records_, devices_, catalogues_, *time_},
                     clients_);
   server_ = std::make_unique<ProtocolServer>(
       options, make_host(), [this](const Address& to, std::span<const std::uint8_t> datagram) {
@@ -213,6 +213,7 @@ ServerHost Daemon::make_host() {
   };
   host.lease_lost = [this](LeaseEnd) {
     if (replays()) return;
+    assets_.forget_unfinished();
     play_.forget_poses();
     loop_.lose_lease();
   };

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "server/daemon/asset_desk.h"
 #include "server/daemon/catalogues.h"
 #include "server/daemon/daemon_plan.h"
 #include "server/daemon/daemon_time.h"
@@ -84,6 +85,7 @@ class Daemon {
   DeviceDesk devices_;  ///< they outlive the loop
   LoopDesk loop_;
   std::unique_ptr<RecorderThread> recorder_;  ///< null: a replay is not recorded
+  AssetDesk assets_;
   SceneDesk scenes_;
   PlayDesk play_;
   RecordDesk records_;

@@ -70,6 +70,12 @@ Answer replay(Desks& desks, Id /*id*/, Item item) {
   return result_of(v1::RESULT_CODE_WRONG_STATE, "replay.file", why);
 }
 
+Answer load_scene(Desks& desks, Id id, Item item) {
+  BroughtFiles brought;
+  if (Answer refused = desks.assets.find(item.load_scene(), brought)) return refused;
+  return desks.scenes.load(id, item.load_scene(), std::move(brought));
+}
+
 template <typename Command>
 Answer command(Desks& desks, Id id, Item /*item*/) {
   return desks.loop.command(id, Command{});
@@ -96,8 +102,9 @@ constexpr std::array kRows{
         [](Desks& desks, Id id, Item item) {
           return desks.play.play_gesture(id, item.play_gesture());
         }},
-    Row{v1::Item::kLoadScene,
-        [](Desks& desks, Id id, Item item) { return desks.scenes.load(id, item.load_scene()); }},
+    Row{v1::Item::kLoadScene, load_scene},
+    Row{v1::Item::kPutAsset,
+        [](Desks& desks, Id, Item item) { return desks.assets.put(item.put_asset()); }},
     Row{v1::Item::kGetParameters,
         [](Desks& desks, Id id, Item item) { return desks.scenes.parameters(id, item); }},
     Row{v1::Item::kSetParameter,

@@ -1,6 +1,7 @@
 // Which desk carries out which request, and what is refused whatever the desk. Not RT.
 #pragma once
 
+#include "server/daemon/asset_desk.h"
 #include "server/daemon/catalogues.h"
 #include "server/daemon/daemon_time.h"
 #include "server/daemon/device_desk.h"
@@ -12,6 +13,7 @@ namespace hapticd {
 /// Those who carry out requests. All outlive the table.
 struct Desks {
   LoopDesk& loop;
+  AssetDesk& assets;
   SceneDesk& scenes;
   PlayDesk& play;
   RecordDesk& records;

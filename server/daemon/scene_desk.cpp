@@ -205,19 +205,21 @@ void SceneDesk::forget_before(std::uint32_t scene_id) {
   while (scenes_.front().id != playing_id_) scenes_.pop_front();
 }
 
-Answer SceneDesk::load(const RequestId& id, const v1::LoadScene& load) {
+Answer SceneDesk::load(const RequestId& id, const v1::LoadScene& load, BroughtFiles brought) {
   if (load.source_case() == v1::LoadScene::SOURCE_NOT_SET) {
     return result_of(v1::RESULT_CODE_INVALID, "load_scene.source", "Give name or text.");
   }
-  return build(id, load);
+  return build(id, load, std::move(brought));
 }
 
-Answer SceneDesk::build(const std::optional<RequestId>& request, const v1::LoadScene& load) {
+Answer SceneDesk::build(const std::optional<RequestId>& request, const v1::LoadScene& load,
+                        BroughtFiles brought) {
   if (build_ || swapping_) {
     return result_of(v1::RESULT_CODE_BUSY, "load_scene",
                      "Another scene is being loaded. Try again.");
   }
   LoadOptions options = load_options(plan_);
+  options.brought = std::move(brought);
   if (load.has_preset()) options.preset = load.preset();
   // Of the configuration the name may be any file's; a peer's is an installed scene's.
   const bool any_file = !request;
@@ -331,7 +333,7 @@ void SceneDesk::work() {
   reload_waits_ = false;
   v1::LoadScene load;
   load.set_name(plan_.options.config.scene());
-  static_cast<void>(build(std::nullopt, load));
+  static_cast<void>(build(std::nullopt, load, {}));
 }
 
 void SceneDesk::reload() {

@@ -38,7 +38,8 @@ class SceneDesk {
   /// No tick of a scene before this one comes any more.
   void forget_before(std::uint32_t scene_id);
 
-  [[nodiscard]] Answer load(const RequestId& id, const v1::LoadScene& load);
+  /// `brought` are the files of load.assets.
+  [[nodiscard]] Answer load(const RequestId& id, const v1::LoadScene& load, BroughtFiles brought);
   /// GetParameters, SetParameter. Held until the loop knows of every lease that has ended: it gives
   /// their changes back a tick later, and until then they are among what is set.
   [[nodiscard]] Answer parameters(const RequestId& id, const v1::Item& item);
@@ -78,7 +79,8 @@ class SceneDesk {
 
   LiveScene& begin_playing(std::shared_ptr<const LoadedScene> loaded);
   [[nodiscard]] std::unique_ptr<GesturePlan> first_gesture(const LoadedScene& scene) const;
-  [[nodiscard]] Answer build(const std::optional<RequestId>& request, const v1::LoadScene& load);
+  [[nodiscard]] Answer build(const std::optional<RequestId>& request, const v1::LoadScene& load,
+                             BroughtFiles brought);
   void finish_build();
   void take_build(SceneBuild& build);
   void swap_to(std::shared_ptr<const LoadedScene> loaded, const std::optional<RequestId>& request);

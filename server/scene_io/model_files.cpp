@@ -73,6 +73,9 @@ std::vector<std::uint8_t> ModelFiles::read(const std::string& name) const {
                              " does not name a file below the folders of models (" +
                              folder_names() + ")");
   }
+  if (const auto found = brought_.find(name); found != brought_.end()) {
+    return found->second->bytes();
+  }
   for (const fs::path& folder : folders_) {
     std::error_code ignored;
     const fs::path path = folder / name;

@@ -1,5 +1,5 @@
-// The files a scene is made of: sphere-trees to touch, meshes to draw. Found by plain names below a
-// few folders, read once each. Offline.
+// The files a scene is made of: sphere-trees to touch, meshes to draw. Found by plain names among
+// those that a peer has brought and below a few folders, read once each. Offline.
 #pragma once
 
 #include <filesystem>
@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "server/scene_io/brought_file.h"
 #include "server/scene_io/sphere_tree_file.h"
 
 namespace hapticd {
@@ -38,7 +39,9 @@ inline constexpr std::uintmax_t kMaxModelFile = std::uintmax_t{1} << 28U;
 
 class ModelFiles {
  public:
-  explicit ModelFiles(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
+  /// A name of `brought` is that file, and is looked for in no folder.
+  explicit ModelFiles(std::vector<std::filesystem::path> folders, BroughtFiles brought = {})
+      : folders_(std::move(folders)), brought_(std::move(brought)) {}
 
   /// The sphere-tree in the file `name`; the same one when asked again. Throws std::runtime_error
   /// naming the fault: a name that leaves the folders, no such file, not a tree.
@@ -56,6 +59,7 @@ class ModelFiles {
   void note(const std::string& name, const std::vector<std::uint8_t>& bytes);
 
   std::vector<std::filesystem::path> folders_;
+  BroughtFiles brought_;
   std::vector<SceneAsset> assets_;
   std::map<std::string, std::shared_ptr<const MeasuredTree>> trees_;
 };

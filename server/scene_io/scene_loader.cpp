@@ -75,7 +75,7 @@ LoadResult load(const Source& source, const LoadOptions& options) {
   loaded->given = given_quality(written);
   choose_quality(options.quality, loaded->message);
   fill_defaults(options.preset, loaded->message);
-  ModelFiles files(source.models);
+  ModelFiles files(source.models, options.brought);
   SceneProblems problems;
   doubt_quality(loaded->message.quality(), problems);
   SceneDescription description =
@@ -91,6 +91,7 @@ LoadResult load(const Source& source, const LoadOptions& options) {
   for (SceneProblem& problem : idle_fields(written, description)) add(std::move(problem));
 
   loaded->assets = files.assets();
+  loaded->brought = options.brought;
   loaded->hash = hash_of(source.text, loaded->assets);
   for (SceneProblem& problem : too_long_to_tell(*loaded, options.longest_info)) {
     add(std::move(problem));

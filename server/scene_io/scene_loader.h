@@ -11,6 +11,7 @@
 #include "core/scene/scene.h"
 #include "hapticd/v1/answer.pb.h"
 #include "hapticd/v1/scene.pb.h"
+#include "server/scene_io/brought_file.h"
 #include "server/scene_io/model_files.h"
 #include "server/scene_io/scene_defaults.h"
 #include "server/scene_io/scene_problem.h"
@@ -32,6 +33,8 @@ struct LoadOptions {
   QualityWish quality;
   /// Longest SceneInfo of the scene, bytes: a longer one cannot be sent to clients.
   std::size_t longest_info = kMaxSceneInfo;
+  /// Come before those in folders.
+  BroughtFiles brought;
 };
 
 /// A scene, ready to play.
@@ -41,6 +44,7 @@ struct LoadedScene {
   std::unique_ptr<const Scene> scene;
   ContentHash hash{};  ///< of the text and then the hashes of the assets
   std::vector<SceneAsset> assets;
+  BroughtFiles brought;  ///< as in LoadOptions: whoever sends it back need not bring them again
 };
 
 struct LoadResult {

@@ -109,7 +109,8 @@ ShapeDescription Translation::shape(const v1::Shape& shape, const std::string& p
       result.tree_name = shape.tree();
     } catch (const std::runtime_error& error) {
       fault(path + ".tree", error.what(),
-            "Make it with hapticd-model build, and put it into a folder of models.");
+            "Make it with hapticd-model build, and put it beside the scene's file or into a folder "
+            "of models.");
     }
   } else {
     fault(path, "there is nothing to touch", "Give a tree or spheres.");

@@ -113,7 +113,7 @@ FuzzedDaemon::FuzzedDaemon(bool virtual_clock)
   loop_.begin(loop_options(), scenes_.first_scene(),
               [this](const LoopEvent& event) { take_event(event); });
   begin_time();
-  requests_.emplace(Desks{loop_, scenes_, play_, records_, devices_, catalogues_, *time_},
+  requests_.emplace(Desks{loop_, assets_, scenes_, play_, records_, devices_, catalogues_, *time_},
                     clients_);
   const ServerOptions options{.boot_id = kBootId, .virtual_clock = virtual_clock};
   server_.emplace(options, host(), [this](const Address&, std::span<const std::uint8_t> bytes) {
@@ -168,6 +168,7 @@ ServerHost FuzzedDaemon::host() {
     states_.fill(subscription, state);
   };
   host.lease_lost = [this](LeaseEnd) {
+    assets_.forget_unfinished();
     play_.forget_poses();
     loop_.lose_lease();
   };

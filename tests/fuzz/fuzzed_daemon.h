@@ -53,6 +53,7 @@ class FuzzedDaemon {
   DeviceDesk devices_;
   LoopDesk loop_;
   RecorderThread recorder_;
+  AssetDesk assets_;
   SceneDesk scenes_;
   PlayDesk play_;
   RecordDesk records_;

@@ -1,6 +1,7 @@
 """hapticd lives on without memory: what there is none for is refused, or ends one session.
 
 Seeds are fresh in every run and told where it fails; LITTLE_MEMORY_SEED repeats one, LITTLE_MEMORY_RUNS makes more."""
+import hashlib
 import os
 import random
 import resource
@@ -10,6 +11,7 @@ import time
 import unittest
 
 import hapticd
+from hapticd.v1 import stream_pb2
 
 import daemon
 
@@ -21,6 +23,15 @@ TOOL = 'tools { name: "f" parts { name: "t" shape { spheres { centre_m: [0, 0, 0
 def scene_of(spheres, dice):
     centres = ",".join(f"{dice.random():.4f}" for _ in range(3 * spheres))
     return f'name: "x"\n{TOOL}bodies {{ name: "b" shape {{ spheres {{ centre_m: [{centres}] radius_m: [{",".join(["0.001"] * spheres)}] }} }} }}\n'
+
+
+def file_of(dice):
+    """The whole of a small file for scenes, or the first piece of a large one."""
+    content = dice.randbytes(dice.choice((3000, 65_536)))
+    item = stream_pb2.Item()
+    item.put_asset.hash, item.put_asset.bytes = hashlib.blake2b(content, digest_size=32).digest(), content
+    item.put_asset.size = len(content) if len(content) < 65_536 else dice.randrange(65_537, 64 << 20)
+    return item
 
 
 def tried(function, *arguments):
@@ -109,6 +120,7 @@ class LittleMemory(unittest.TestCase):
                     (session.gestures,), (session.recordings,), (session.devices,), (session.get,), (session.engage,), (session.disengage,),
                     (session.stop,), (session.clear,), (session.record, "START", f"r{k}.mcap"), (session.record, "DUMP", f"d{k}.mcap"),
                     (session.record, "STOP"), (session.set, "solver.damping_ratio", 0.5), (session.play_gesture, None)]
+            asks += [(session.request, file_of(dice)) for _ in range(6)]
             dice.shuffle(asks)
             end = time.monotonic() + 3
             for ask in asks:

@@ -7,7 +7,7 @@ from typing import Any, Callable, Dict, Generator, Generic, Iterable, NamedTuple
 
 from google.protobuf import text_format
 
-from hapticd import values
+from hapticd import scene_file, values
 from hapticd.conversation import Conversation
 from hapticd.errors import enum_name
 from hapticd.v1 import answer_pb2, control_pb2, gesture_pb2, scene_pb2, stream_pb2
@@ -108,6 +108,19 @@ def subscribe(divisor: int, sections: Iterable[Union[str, int]], max_contacts: O
     yield Ask(item)
 
 
+def bring(asset: scene_file.AssetFile) -> Work[None]:
+    """Sends what the server does not have of a file."""
+    item = stream_pb2.Item()
+    item.put_asset.hash, item.put_asset.size = asset.hash, len(asset.content)
+    there = (yield Ask(item)).asset.received
+    while there < len(asset.content):
+        piece = asset.content[there:there + scene_file.PIECE]
+        item.put_asset.offset, item.put_asset.bytes = there, piece
+        there += len(piece)
+        if (yield Ask(item)).asset.received < there:
+            raise ConnectionError(f"hapticd has forgotten what it had of {asset.name!r}. Try again")
+
+
 def load_scene(scene: Path, preset: Optional[str], check_only: bool) -> Work[answer_pb2.SceneInfo]:
     item = stream_pb2.Item()
     if isinstance(scene, str) and ("\n" in scene or "{" in scene):
@@ -116,6 +129,9 @@ def load_scene(scene: Path, preset: Optional[str], check_only: bool) -> Work[ans
         item.load_scene.name = scene
     else:
         item.load_scene.text = _text_of(scene)
+        for asset in scene_file.beside(scene, item.load_scene.text):
+            yield from bring(asset)
+            item.load_scene.assets.add(name=asset.name, hash=asset.hash)
     if preset is not None:
         item.load_scene.preset = _enum(scene_pb2.Preset, "PRESET_", preset)
     item.load_scene.check_only = check_only

@@ -159,8 +159,8 @@ class Session(View):
 
     def load_scene(self, scene: Path, preset: Optional[str] = None, check_only: bool = False) -> answer_pb2.SceneInfo:
         """Loads an installed scene by name; what is in a file of this machine, if the argument is a path, has a '/' or ends in
-        ".textproto"; or, if it has a line break or brace, a scene in protobuf text format. `preset`: "PAPER" or "DEFLECTING". Returns
-        the new scene."""
+        ".textproto"; or, if it has a line break or brace, a scene in protobuf text format. Of a file the trees and meshes beside it that
+        the server does not have are sent too: ValueError where one cannot be. `preset`: "PAPER" or "DEFLECTING". Returns the new scene."""
         return self._do(requests.load_scene(scene, preset, check_only))
 
     def set(self, path: Union[str, Dict[str, Any]], value: Any = None, at_tick: Optional[int] = None) -> None:

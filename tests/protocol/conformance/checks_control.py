@@ -1,4 +1,7 @@
 """Checks of sections 8, 9 and 10: Results, who may do what, the lease, parameters and scenes."""
+import hashlib
+import itertools
+import os
 import re
 import time
 
@@ -11,7 +14,7 @@ LEASE_SLACK_S = 0.5
 PAYLOADS = {"get_parameters": "parameters", "list_scenes": "listing", "list_gestures": "listing", "list_recordings": "listing",
             "get_device_info": "devices", "get_counts": "counts", "ping": None}
 NEED_LEASE = ("release", "engage", "disengage", "clear", "load_scene", "set_parameter", "pose_batch", "run", "play_gesture", "replay", "record",
-              "calibrate", "recentre", "clutch")
+              "calibrate", "recentre", "clutch", "put_asset")
 
 
 @check(8)
@@ -237,6 +240,55 @@ def a_bad_scene_changes_nothing(server):
         expect(result.message, "no message for people")
     late = server.open()
     expect(late.of_kind("scene_info")[0].scene_id == before, "the scene changed")
+
+
+SHAPED = ('name: "brought" tools { name: "t" pose_wg { p_m: [0, 1, 0] } parts { name: "p" shape { mesh: "brought.ply" '
+          'spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } } }')
+
+
+@check(10)
+def a_file_is_brought_piece_by_piece(server):
+    """PutAsset takes a file's pieces in order under the lease and says how much there is; what is whole is not asked for again."""
+    holder, content = server.holder(), os.urandom(65536 + 4321)
+    put = {"hash": hashlib.blake2b(content, digest_size=32).digest(), "size": len(content)}
+    blobs = itertools.count(1)
+
+    def answer_to(**more):
+        request = item("put_asset", **put, **more).SerializeToString()
+        last = holder.queue_blob(request, next(blobs)) if len(request) > 1000 else holder.queue(item("put_asset", **put, **more))
+        holder.send()
+        return holder.result(last, 20)
+
+    def there(**more):
+        result = answer_to(**more)
+        expect(code(result) == "OK", f"put_asset: {code(result)} {result.path} {result.message}")
+        return result.asset.received
+
+    expect(there() == 0, "a file that nobody has brought is there")
+    late = {"offset": 65536, "bytes": content[65536:]}
+    expect(code(answer_to(**late)) == "OUT_OF_RANGE", "the second piece came first")
+    short = answer_to(bytes=content[:800])
+    expect(code(short) == "INVALID" and short.message, f"a short piece: {code(short)} {short.message}")
+    expect(there(bytes=content[:65536]) == there() == 65536, "the first piece did not come")
+    result = holder.request(item("load_scene", text=SHAPED, check_only=True, assets=[{"name": "brought.ply", "hash": put["hash"]}]), 20)
+    expect(code(result) == "NOT_FOUND" and result.message, f"a file that is not whole: {code(result)}")
+    expect(there(**late) == there() == there(bytes=b"x") == len(content), "the file is not whole")
+    holder.demand(item("load_scene", text=SHAPED, check_only=True, assets=[{"name": "brought.ply", "hash": put["hash"]}]), seconds=20)
+    other = item("load_scene", text=SHAPED, check_only=True, assets=[{"name": "other.ply", "hash": put["hash"]}])
+    expect(code(holder.request(other, 20)) in ("INVALID", "NOT_FOUND"), "a name that nobody has brought was found")
+
+
+@check(10)
+def a_file_of_another_hash_is_refused(server):
+    """Bytes whose hash is not the one that was said are INVALID and forgotten; a hash of another length is INVALID, a size of 0 or beyond
+    64 MiB OUT_OF_RANGE."""
+    holder, wrong = server.holder(), os.urandom(32)
+    expect(code(holder.request(item("put_asset", hash=wrong, size=3, bytes=b"abc"))) == "INVALID", "bytes of another hash were taken")
+    expect(holder.demand(item("put_asset", hash=wrong, size=3)).asset.received == 0, "they are kept")
+    for short in (b"", wrong[:31], wrong + b"x"):
+        expect(code(holder.request(item("put_asset", hash=short, size=3, bytes=b"abc"))) == "INVALID", f"a hash of {len(short)} bytes")
+    for size in (0, (64 << 20) + 1, 2**32 - 1):
+        expect(code(holder.request(item("put_asset", hash=wrong, size=size, bytes=b"abc"))) == "OUT_OF_RANGE", f"a size of {size}")
 
 
 @check(10)

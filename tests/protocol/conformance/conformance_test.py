@@ -136,6 +136,17 @@ class FaultsAreFound(unittest.TestCase):
     def test_a_stop_that_does_nothing(self):
         self.expect_found("stop_needs_no_lease_and_is_latched", [(model_requests, "do_stop", refuses_nothing)])
 
+    def test_pieces_of_a_file_in_any_order(self):
+        sound = model_requests.do_put_asset
+
+        def in_any_order(server, remote, number, put):
+            put.offset = len(server.files.get(put.hash, b""))
+            return sound(server, remote, number, put)
+        self.expect_found("a_file_is_brought_piece_by_piece", [(model_requests, "do_put_asset", in_any_order)])
+
+    def test_bytes_of_any_hash(self):
+        self.expect_found("a_file_of_another_hash_is_refused", [(model_requests, "do_put_asset", refuses_nothing)])
+
     def test_all_sections_always(self):
         self.expect_found("sections_not_asked_for_are_not_filled_in", [(model_world, "section", lambda full, _: full)])
 

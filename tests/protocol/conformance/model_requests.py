@@ -1,5 +1,6 @@
 """The requests of the model server, a function each: (server, session, item id, request) to a code and the fields of the Result, or to
 None where the Result comes later or never."""
+import hashlib
 import time
 
 from google.protobuf import text_format
@@ -11,7 +12,7 @@ OK, UNSUPPORTED, NOT_OWNER, INVALID, OUT_OF_RANGE, NOT_FOUND, WRONG_STATE, BUSY 
     answer.RESULT_CODE_OK, answer.RESULT_CODE_UNSUPPORTED, answer.RESULT_CODE_NOT_OWNER, answer.RESULT_CODE_INVALID,
     answer.RESULT_CODE_OUT_OF_RANGE, answer.RESULT_CODE_NOT_FOUND, answer.RESULT_CODE_WRONG_STATE, answer.RESULT_CODE_BUSY)
 NEEDS_LEASE = {"release", "engage", "disengage", "clear", "load_scene", "set_parameter", "pose_batch", "run", "play_gesture", "replay", "record",
-               "calibrate", "recentre", "clutch"}
+               "calibrate", "recentre", "clutch", "put_asset"}
 
 
 def do_subscribe(server, remote, _, subscribe):
@@ -84,14 +85,42 @@ def do_set_parameter(server, _, __, change):
     return OK, {}
 
 
+def do_put_asset(server, _, __, put):
+    if len(put.hash) != 32:
+        return INVALID, {"path": "hash"}
+    if not 0 < put.size <= 64 << 20:
+        return OUT_OF_RANGE, {"path": "size"}
+    there = server.files.get(put.hash, b"")
+    if put.bytes and len(there) < put.size:
+        if put.offset != len(there):
+            return OUT_OF_RANGE, {"path": "offset"}
+        if len(put.bytes) != min(65536, put.size - len(there)):
+            return INVALID, {"path": "bytes"}
+        there += put.bytes
+        if len(there) == put.size and hashlib.blake2b(there, digest_size=32).digest() != put.hash:
+            return INVALID, {"path": "hash"}
+        server.files[put.hash] = there
+    return OK, {"asset": {"received": len(there)}}
+
+
+def is_brought(server, asset):
+    return hashlib.blake2b(server.files.get(asset.hash, b""), digest_size=32).digest() == asset.hash
+
+
 def do_load_scene(server, _, __, load):
+    if not all(is_brought(server, asset) for asset in load.assets):
+        return NOT_FOUND, {"path": "assets"}
+    brought = {asset.name for asset in load.assets}
     if load.WhichOneof("source") == "name" and load.name not in model_world.SCENES:
         return NOT_FOUND, {"path": "name", "message": f"there is no scene {load.name}"}
     try:
         text = load.text or model_world.SCENES[load.name]
-        model_world.World(True).load(text)
+        checked = model_world.World(True)
+        checked.load(text)
     except text_format.ParseError as error:
         return INVALID, {"path": "text", "message": str(error)[:300]}
+    if not brought.issuperset(part.shape.mesh for tool in checked.scene.tools for part in tool.parts if part.shape.mesh):
+        return INVALID, {"path": "mesh"}
     if not load.check_only:
         server.world.load(text)
         for each in server.remotes.values():

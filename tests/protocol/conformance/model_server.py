@@ -54,7 +54,7 @@ class ModelServer:
         self.address = self.socket.getsockname()
         self.world = model_world.World(virtual)
         self.boot_id = random.randrange(1, 2**32)
-        self.remotes, self.resets = {}, {}
+        self.remotes, self.resets, self.files = {}, {}, {}
         self.fence, self.grants, self.owner, self.holder, self.taken_from, self.reason = 0, 0, None, "", "", ""
         self.running = None  # [remote, item id, steps left, done, held]
         self.stopping = self.lease_news = False

@@ -10,6 +10,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 
 #include "server/scene_io/gesture_loader.h"
 #include "server/scene_io/named_text.h"
@@ -77,8 +78,13 @@ class House {
     inline_scene.add_bodies()->set_name("b");
     inline_scene.mutable_bodies(0)->mutable_shape()->set_tree(name);
     const std::string text = kFinger + print_scene(inline_scene);
+    // A file that a peer has brought by this name is no tree, and opens nothing.
+    LoadOptions with_file = options;
+    with_file.brought.emplace(name, std::make_shared<const BroughtFile>());
+    const LoadResult brought = load_scene_text(text, with_file);
+    CHECK(brought.loaded == nullptr);
     return list(scene.problems) + "\n" + list(gesture.problems) + "\n" +
-           list(load_scene_text(text, options).problems);
+           list(load_scene_text(text, options).problems) + "\n" + list(brought.problems);
   }
 
   fs::path root;
