@@ -38,6 +38,7 @@ void prepare(const pb::Descriptor& type) {
 /// The types of a file, without those of the files it imports.
 void prepare(const pb::FileDescriptor& file) {
   std::vector<const pb::Descriptor*> types;
+  types.reserve(static_cast<std::size_t>(file.message_type_count()));
   for (int i = 0; i < file.message_type_count(); ++i) types.push_back(file.message_type(i));
   for (std::size_t k = 0; k < types.size(); ++k) {
     const pb::Descriptor& type = *types[k];

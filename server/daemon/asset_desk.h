@@ -25,7 +25,7 @@ inline constexpr std::size_t kMaxSceneAssets = std::size_t{64} << 20U;
 inline constexpr std::size_t kMaxKeptAssets = 2 * kMaxSceneAssets;
 /// Files that one LoadScene names, and files that are kept.
 inline constexpr int kMaxNamedAssets = 256;
-inline constexpr std::size_t kMaxKeptFiles = 2 * kMaxNamedAssets;
+inline constexpr std::size_t kMaxKeptFiles = std::size_t{2} * kMaxNamedAssets;
 
 class AssetDesk {
  public:

@@ -63,11 +63,13 @@ struct Session {
   Address address;
   wire::Channel channel;
   wire::Role role = wire::Role::kControl;  ///< of the key it was opened with; PLAIN may control
-  std::optional<noise::KeyId> key_id;      ///< of its key; none: PLAIN
-  std::string key_name;  ///< of its key; empty: it came without, or with view.key or control.key
-  bool asked_control = false;  ///< it has made a request that needs the right to control
-  wire::ClockEcho clock;
   Phase phase = Phase::kOpen;
+  bool asked_control = false;          ///< it has made a request that needs the right to control
+  bool pumping = false;                ///< pump() is on the stack
+  bool may_cost = false;               ///< its next request may cost much: its turn among sessions
+  std::optional<noise::KeyId> key_id;  ///< of its key; none: PLAIN
+  std::string key_name;  ///< of its key; empty: it came without, or with view.key or control.key
+  wire::ClockEcho clock;
   std::int64_t heard_ns = 0;        ///< last valid datagram
   std::int64_t asked_ns = 0;        ///< last Item of the client
   std::int64_t phase_since_ns = 0;  ///< beginning of kLeaving and kLeft
@@ -79,8 +81,6 @@ struct Session {
   std::vector<std::uint64_t> overtaking;  ///< at the host, beside `current`
   /// Results of those, held until the Run of steps they end is answered.
   std::vector<std::pair<std::uint64_t, v1::Result>> held_results;
-  bool pumping = false;          ///< pump() is on the stack
-  bool may_cost = false;         ///< its next request may cost much: its turn among the sessions
   std::int64_t dear_due_ns = 0;  ///< its next request that looks at files waits until then
   TimeBudget budget;             ///< for its requests that cost much
 

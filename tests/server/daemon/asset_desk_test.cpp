@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "server/scene_io/sphere_tree_file.h"
@@ -247,7 +248,8 @@ TEST_CASE(
   AssetDesk desk;
   std::vector<std::string> files;
   const auto new_file = [&] { return random_bytes(1 + random.below(3 * kAssetPiece), random); };
-  for (int k = 0; k < 3; ++k) files.push_back(new_file());
+  files.resize(3);
+  std::generate(files.begin(), files.end(), new_file);
   std::map<std::string, BroughtFiles> scenes;
   int found = 0;
   const std::int64_t count = scaled(30'000);

@@ -29,10 +29,10 @@ const std::string kStone =
 
 std::vector<std::uint8_t> random_tree(std::uint64_t seed) {
   SplitMix64 random(seed);
-  std::vector<Sphere> leaves;
-  for (int k = 0; k < 40; ++k) {
-    leaves.push_back(
-        {{random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), 0.0}, random.uniform(0.001, 0.01)});
+  std::vector<Sphere> leaves(40);
+  for (Sphere& leaf : leaves) {
+    leaf = {{random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), 0.0},
+            random.uniform(0.001, 0.01)};
   }
   MeasuredTree file;
   file.tree = build_sphere_tree(leaves);

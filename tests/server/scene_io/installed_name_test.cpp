@@ -41,7 +41,8 @@ class House {
     write("scenes/.hidden.textproto", "name: \"" + kSecret + "\"\n" + kFinger);
     for (const std::string& odd : {std::string("Good"), std::string("go od"), std::string("go.od"),
                                    std::string("g\xc3\xb6od"), std::string(65, 'a')}) {
-      write("scenes/" + odd + ".textproto", "name: \"" + kSecret + "\"\n" + kFinger);
+      write(std::string("scenes/").append(odd).append(".textproto"),
+            std::string("name: \"").append(kSecret).append("\"\n").append(kFinger));
     }
     write("gestures/wave.textproto", "name: \"wave\" tracks { waypoints { pose_wh {} } }");
     write("models/a.txt", "no tree");
