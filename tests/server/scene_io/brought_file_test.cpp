@@ -20,11 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kFinger =
-    "tools { name: \"t\" parts { name: \"p\" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 "
-    "} } } pose_wg { p_m: [0, 1, 0] } }\n";
 const std::string kStone =
-    "name: \"stone\"\n" + kFinger +
+    "name: \"stone\"\n" + kOneSphereTool +
     "bodies { name: \"b\" shape { tree: \"parts/stone.tree\" mesh: \"stone.ply\" } }\n";
 
 std::vector<std::uint8_t> random_tree(std::uint64_t seed) {
@@ -133,7 +130,7 @@ TEST_CASE("a name that leads out of the folders is none, brought or not") {
     scene.set_name("x");
     scene.add_bodies()->set_name("b");
     scene.mutable_bodies(0)->mutable_shape()->set_tree(name);
-    const LoadResult result = load_scene_text(kFinger + print_scene(scene), options);
+    const LoadResult result = load_scene_text(kOneSphereTool + print_scene(scene), options);
     CHECK(result.loaded == nullptr);
     CHECK(list(result.problems).find("does not name a file below") != std::string::npos);
   }

@@ -26,4 +26,9 @@ namespace hapticd::test {
 [[nodiscard]] const SceneProblem* find_fault(const SceneProblems& problems,
                                              const std::string& path);
 
+/// A tool of one sphere, the least that a scene needs.
+inline const std::string kOneSphereTool =
+    "tools { name: \"t\" parts { name: \"p\" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 "
+    "} } } pose_wg { p_m: [0, 1, 0] } }\n";
+
 }  // namespace hapticd::test

@@ -24,9 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kFinger =
-    "tools { name: \"t\" parts { name: \"p\" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 "
-    "} } } pose_wg { p_m: [0, 1, 0] } }\n";
 /// What only files outside say.
 const std::string kSecret = "word_of_a_secret";
 
@@ -37,16 +34,16 @@ class House {
     std::string name = (fs::temp_directory_path() / "hapticd_names_XXXXXX").string();
     REQUIRE(mkdtemp(name.data()) != nullptr);
     root = name;
-    write("scenes/good.textproto", "name: \"good\"\n" + kFinger);
-    write("scenes/.hidden.textproto", "name: \"" + kSecret + "\"\n" + kFinger);
+    write("scenes/good.textproto", "name: \"good\"\n" + kOneSphereTool);
+    write("scenes/.hidden.textproto", "name: \"" + kSecret + "\"\n" + kOneSphereTool);
     for (const std::string& odd : {std::string("Good"), std::string("go od"), std::string("go.od"),
                                    std::string("g\xc3\xb6od"), std::string(65, 'a')}) {
       write(std::string("scenes/").append(odd).append(".textproto"),
-            std::string("name: \"").append(kSecret).append("\"\n").append(kFinger));
+            std::string("name: \"").append(kSecret).append("\"\n").append(kOneSphereTool));
     }
     write("gestures/wave.textproto", "name: \"wave\" tracks { waypoints { pose_wh {} } }");
     write("models/a.txt", "no tree");
-    write("outside/scene.textproto", "name: \"" + kSecret + "\"\n" + kFinger);
+    write("outside/scene.textproto", "name: \"" + kSecret + "\"\n" + kOneSphereTool);
     write("outside/gesture.textproto", "name: \"" + kSecret + "\"");
     write("outside/private.txt", kSecret + ": 42\n");
     write("outside/private.textproto", kSecret + ": 42\n");
@@ -78,7 +75,7 @@ class House {
     inline_scene.set_name("x");
     inline_scene.add_bodies()->set_name("b");
     inline_scene.mutable_bodies(0)->mutable_shape()->set_tree(name);
-    const std::string text = kFinger + print_scene(inline_scene);
+    const std::string text = kOneSphereTool + print_scene(inline_scene);
     // A file that a peer has brought by this name is no tree, and opens nothing.
     LoadOptions with_file = options;
     with_file.brought.emplace(name, std::make_shared<const BroughtFile>());
