@@ -8,6 +8,7 @@
 #include <map>
 
 #include "server/scene_io/sphere_tree_file.h"
+#include "tests/support/fresh_seed.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 
@@ -244,7 +245,9 @@ TEST_CASE("a LoadScene names only so much, each name once, and text alone has fi
 
 TEST_CASE(
     "whatever a random peer sends, what is found has its hash and no more is kept than may be") {
-  SplitMix64 random(15);
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
+  SplitMix64 random(seed);
   AssetDesk desk;
   std::vector<std::string> files;
   const auto new_file = [&] { return random_bytes(1 + random.below(3 * kAssetPiece), random); };
