@@ -21,6 +21,7 @@ from hapticd.v1 import answer_pb2, stream_pb2
 
 CTL = os.environ["HAPTICCTL"]
 HOSTILE = "\x1b]0;owned\x07\x1b[31mred\u009b2J\u202eback\x7f\tx\r\nsecond\u2028line"
+VIEW_NN, VIEW_NK = 2, 4  # the role of a HELLO to view: of NNpsk0, the old kind, and of NKpsk0
 CONTROL = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\u2028\u2029]")
 
 
@@ -112,14 +113,15 @@ class Strangers(unittest.TestCase):
         self.assertIsNone(found, f"{what}: {text!r}")
 
     def test_what_is_dropped_is_counted_by_cause_in_status_and_log(self):
-        forged, keyless, short = (random.randrange(1, 400) for _ in range(3))
+        forged, keyless, old, short = (random.randrange(1, 400) for _ in range(4))
         with daemon.Daemon("--scene", "single_string", "--keys", str(self.keys)) as played:
             host, port = played.address.split(":")
             target = (host, int(port))
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender, \
                     hapticd.Session(played.address, key=(self.keys / "view.key").read_bytes(), role="view") as viewer:
                 for count, datagram in ((forged, header(4, 5, 1) + bytes(100)), (short, b"H"),
-                                        (keyless, header(1) + bytes([2, 0]) + secrets.token_bytes(48) + bytes(1134))):
+                                        (keyless, header(1) + bytes([VIEW_NK, 0]) + secrets.token_bytes(1182)),
+                                        (old, header(1) + bytes([VIEW_NN, 0]) + secrets.token_bytes(1182))):
                     for number in range(count):
                         sender.sendto(datagram, target)
                         if number % 50 == 49:
@@ -127,11 +129,14 @@ class Strangers(unittest.TestCase):
                 code, text = ctl(played.address, "--key", self.keys / "control.key", "--json", "status")
                 self.assertEqual(code, 0, text)
                 network = json.loads(text)["network"]
-                self.assertEqual((network["unknown_session"], network["bad_header"], network["hello_forged"]), (forged, short, keyless))
+                self.assertEqual((network["unknown_session"], network["bad_header"]), (forged, short))
+                shown, limited = network["hello_forged"], network["hello_limited"]
+                self.assertEqual(shown + limited, keyless + old)
+                self.assertLessEqual(limited, max(0, old - 100))  # of the old kind alone, once its 100 in reserve are spent
                 code, text = ctl(played.address, "--key", self.keys / "control.key", "status")
-                self.assertIn(f"hello_forged {keyless}", text)
+                self.assertIn(f"hello_forged {shown}", text)
             self.assertEqual(played.end(), 0)
-        self.assertRegex(played.log, rf"network: .*hello_forged \d+ \({keyless} so far\)")
+        self.assertRegex(played.log, rf"network: .*hello_forged \d+ \({shown} so far\)")
 
     def test_the_client_is_in_beside_hellos_from_its_own_address(self):
         with daemon.Daemon("--scene", "single_string", "--keys", str(self.keys)) as played:
