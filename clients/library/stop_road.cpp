@@ -180,15 +180,16 @@ StopReport stop_by_road(const StopPlace& place, std::chrono::nanoseconds patienc
   return report;
 }
 
-std::optional<stop::Key> named_stop_key(const std::string& file, const std::string& key_file) {
-  if (!file.empty()) return noise::read_bare_key(file).get();
+std::optional<stop::SecretKey> named_stop_key(const std::string& file,
+                                              const std::string& key_file) {
+  if (!file.empty()) return noise::read_bare_key(file);
   if (key_file.empty()) return std::nullopt;
   const auto beside = std::filesystem::path(key_file).parent_path() / noise::kStopKeyName;
   std::error_code unknown;
   if (!std::filesystem::exists(std::filesystem::symlink_status(beside, unknown))) {
     return std::nullopt;
   }
-  return noise::read_bare_key(beside).get();
+  return noise::read_bare_key(beside);
 }
 
 }  // namespace hapticd::client

@@ -33,7 +33,7 @@ struct StopReport {
 
 /// The stop.key in `file`; where that is empty, the one beside `key_file`, if there is one. Throws
 /// as noise::read_bare_key() does.
-[[nodiscard]] std::optional<stop::Key> named_stop_key(const std::string& file,
-                                                      const std::string& key_file);
+[[nodiscard]] std::optional<stop::SecretKey> named_stop_key(const std::string& file,
+                                                            const std::string& key_file);
 
 }  // namespace hapticd::client

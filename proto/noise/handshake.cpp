@@ -31,56 +31,96 @@ void start_sodium() {
   if (sodium_init() < 0) throw std::runtime_error("libsodium does not start");
 }
 
-/// BLAKE2b of two runs of bytes.
-Hash hash_of(View first, View second) {
+/// BLAKE2b of two runs of bytes. It wipes what it reckons with.
+void hash_into(Hash& hash, View first, View second) {
   crypto_generichash_blake2b_state state;
   crypto_generichash_blake2b_init(&state, nullptr, 0, kHashBytes);
   crypto_generichash_blake2b_update(&state, first.data(), first.size());
   crypto_generichash_blake2b_update(&state, second.data(), second.size());
-  Hash hash;
   crypto_generichash_blake2b_final(&state, hash.data(), hash.size());
+}
+
+Hash hash_of(View first, View second) {
+  Hash hash;
+  hash_into(hash, first, second);
   return hash;
 }
 
+/// What keys come of, overwritten with zeros where it goes out of scope.
+template <typename Value>
+class Wiped : public Value {
+ public:
+  Wiped() : Value{} {}
+  explicit Wiped(const Value& value) : Value(value) {}
+  Wiped(const Wiped&) = default;
+  Wiped& operator=(const Wiped&) = default;
+  ~Wiped() { sodium_memzero(this, sizeof(Value)); }
+};
+
 /// HMAC (RFC 2104) with BLAKE2b; the key is a hash and so shorter than a block.
-Hash hmac(const Hash& key, View data) {
-  std::array<std::uint8_t, kBlockBytes> inner{};
-  std::array<std::uint8_t, kBlockBytes> outer{};
+void hmac_into(Hash& hash, const Hash& key, View data) {
+  Wiped<std::array<std::uint8_t, kBlockBytes>> inner;
+  Wiped<std::array<std::uint8_t, kBlockBytes>> outer;
   for (std::size_t i = 0; i < kBlockBytes; ++i) {
     const std::uint8_t byte = i < key.size() ? key[i] : std::uint8_t{0};
     inner[i] = byte ^ 0x36U;
     outer[i] = byte ^ 0x5cU;
   }
-  return hash_of(outer, hash_of(inner, data));
+  Wiped<Hash> within;
+  hash_into(within, inner, data);
+  hash_into(hash, outer, within);
 }
 
 /// HKDF as the specification has it: `Count` outputs.
 template <std::size_t Count>
-std::array<Hash, Count> hkdf(const Hash& chaining, View material) {
-  const Hash temporary = hmac(chaining, material);
-  std::array<Hash, Count> outputs{};
+std::array<Wiped<Hash>, Count> hkdf(const Hash& chaining, View material) {
+  Wiped<Hash> temporary;
+  hmac_into(temporary, chaining, material);
+  std::array<Wiped<Hash>, Count> outputs;
   // The output before, and its number.
-  std::array<std::uint8_t, kHashBytes + 1> data{};
+  Wiped<std::array<std::uint8_t, kHashBytes + 1>> data;
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < Count; ++i) {
     data[bytes] = static_cast<std::uint8_t>(i + 1);
-    outputs[i] = hmac(temporary, View(data).first(bytes + 1));
+    hmac_into(outputs[i], temporary, View(data).first(bytes + 1));
     bytes = kHashBytes;
     std::copy(outputs[i].begin(), outputs[i].end(), data.begin());
   }
   return outputs;
 }
 
-Key key_of(const Hash& hash) {
-  Key key;
-  std::copy_n(hash.begin(), key.size(), key.begin());
-  return key;
-}
+void key_from(const Hash& hash, Key& key) { std::copy_n(hash.begin(), key.size(), key.begin()); }
 
 std::array<std::uint8_t, kNonceBytes> nonce_of(std::uint64_t n) {
   std::array<std::uint8_t, kNonceBytes> nonce{};
   for (std::size_t i = 0; i < 8; ++i) nonce[4 + i] = static_cast<std::uint8_t>(n >> (8 * i));
   return nonce;
+}
+
+/// What a sealed message is bound to beside its key.
+struct Bound {
+  std::uint64_t n;
+  View associated;
+};
+
+Bytes sealed_with(const Key& key, const Bound& bound, View plain) {
+  Bytes sealed(plain.size() + kTagBytes);
+  const auto nonce = nonce_of(bound.n);
+  crypto_aead_chacha20poly1305_ietf_encrypt(sealed.data(), nullptr, plain.data(), plain.size(),
+                                            bound.associated.data(), bound.associated.size(),
+                                            nullptr, nonce.data(), key.data());
+  return sealed;
+}
+
+std::optional<Bytes> opened_with(const Key& key, const Bound& bound, View sealed) {
+  if (sealed.size() < kTagBytes) return std::nullopt;
+  Bytes plain(sealed.size() - kTagBytes);
+  const auto nonce = nonce_of(bound.n);
+  const int bad = crypto_aead_chacha20poly1305_ietf_decrypt(
+      plain.data(), nullptr, nullptr, sealed.data(), sealed.size(), bound.associated.data(),
+      bound.associated.size(), nonce.data(), key.data());
+  if (bad != 0) return std::nullopt;
+  return plain;
 }
 
 }  // namespace
@@ -92,23 +132,11 @@ Key public_half(const Key& private_half) {
 }
 
 Bytes Cipher::seal(std::uint64_t n, View associated, View plain) const {
-  Bytes sealed(plain.size() + kTagBytes);
-  const auto nonce = nonce_of(n);
-  crypto_aead_chacha20poly1305_ietf_encrypt(sealed.data(), nullptr, plain.data(), plain.size(),
-                                            associated.data(), associated.size(), nullptr,
-                                            nonce.data(), key_.data());
-  return sealed;
+  return sealed_with(key_.get(), {n, associated}, plain);
 }
 
 std::optional<Bytes> Cipher::open(std::uint64_t n, View associated, View sealed) const {
-  if (sealed.size() < kTagBytes) return std::nullopt;
-  Bytes plain(sealed.size() - kTagBytes);
-  const auto nonce = nonce_of(n);
-  const int bad = crypto_aead_chacha20poly1305_ietf_decrypt(
-      plain.data(), nullptr, nullptr, sealed.data(), sealed.size(), associated.data(),
-      associated.size(), nonce.data(), key_.data());
-  if (bad != 0) return std::nullopt;
-  return plain;
+  return opened_with(key_.get(), {n, associated}, sealed);
 }
 
 Symmetric::Symmetric(const Key& psk, View prologue) {
@@ -135,7 +163,7 @@ void Symmetric::mix_psk(const Key& psk) {
   const auto [chaining, hashed, key] = hkdf<3>(chaining_, psk);
   chaining_ = chaining;
   mix_hash(hashed);
-  key_ = key_of(key);
+  key_from(key, key_);
 }
 
 void Symmetric::mix_hash(View data) { hash_ = hash_of(hash_, data); }
@@ -143,17 +171,17 @@ void Symmetric::mix_hash(View data) { hash_ = hash_of(hash_, data); }
 void Symmetric::mix_key(View material) {
   const auto [chaining, key] = hkdf<2>(chaining_, material);
   chaining_ = chaining;
-  key_ = key_of(key);
+  key_from(key, key_);
 }
 
 Bytes Symmetric::seal(View payload) {
-  Bytes sealed = Cipher(key_).seal(0, hash_, payload);
+  Bytes sealed = sealed_with(key_, {0, hash_}, payload);
   mix_hash(sealed);
   return sealed;
 }
 
 std::optional<Bytes> Symmetric::open(View sealed) {
-  std::optional<Bytes> payload = Cipher(key_).open(0, hash_, sealed);
+  std::optional<Bytes> payload = opened_with(key_, {0, hash_}, sealed);
   if (payload.has_value()) mix_hash(sealed);
   return payload;
 }
@@ -162,7 +190,8 @@ bool Symmetric::is_first(View message) const {
   if (message.size() != kMessageBytes) return false;
   const View ephemeral = message.first(kKeyBytes);
   const Hash hash = hash_of(hash_, ephemeral);
-  const Key key = key_of(hkdf<2>(chaining_, ephemeral)[1]);
+  Wiped<Key> key;
+  key_from(hkdf<2>(chaining_, ephemeral)[1], key);
   const auto nonce = nonce_of(0);
   const View tag = message.subspan(kKeyBytes);
   return crypto_aead_chacha20poly1305_ietf_decrypt_detached(nullptr, nullptr, tag.data(), 0,
@@ -170,9 +199,12 @@ bool Symmetric::is_first(View message) const {
                                                             nonce.data(), key.data()) == 0;
 }
 
-std::array<Key, 2> Symmetric::split() const {
-  const auto [first, second] = hkdf<2>(chaining_, {});
-  return {key_of(first), key_of(second)};
+std::array<Locked<Key>, 2> Symmetric::split() const {
+  const auto keys = hkdf<2>(chaining_, {});
+  const auto locked = [](const Hash& hash) {
+    return Locked<Key>::filled([&](Key& key) { key_from(hash, key); });
+  };
+  return {locked(keys[0]), locked(keys[1])};
 }
 
 void Symmetric::wipe() {
@@ -198,10 +230,9 @@ Handshake::~Handshake() {
 
 // Token ee or es.
 bool Handshake::mix_shared(const Key& mine, const Key& theirs) {
-  Key shared;
+  Wiped<Key> shared;
   if (crypto_scalarmult(shared.data(), mine.data(), theirs.data()) != 0) return false;
   state_.mix_key(shared);
-  sodium_memzero(shared.data(), shared.size());
   return true;
 }
 
@@ -215,7 +246,7 @@ bool Handshake::mix_responder(const Key& initiator) {
 std::optional<Bytes> Handshake::write(View payload) {
   const Step turn = side_ == Side::kInitiator ? Step::kFirst : Step::kSecond;
   if (step_ != turn) throw std::logic_error("not this side's turn to write");
-  const Symmetric before = state_;
+  const Wiped<Symmetric> before(state_);
   // Token e: with a psk it is mixed into the key too.
   state_.mix_hash(public_);
   state_.mix_key(public_);
@@ -236,7 +267,7 @@ std::optional<Bytes> Handshake::read(View message) {
   const Step turn = side_ == Side::kInitiator ? Step::kSecond : Step::kFirst;
   if (step_ != turn) throw std::logic_error("not this side's turn to read");
   if (message.size() < kMessageBytes) return std::nullopt;
-  const Symmetric before = state_;
+  const Wiped<Symmetric> before(state_);
   Key theirs;
   std::copy_n(message.begin(), theirs.size(), theirs.begin());
   state_.mix_hash(theirs);

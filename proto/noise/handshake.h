@@ -16,6 +16,8 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/noise/locked.h"
+
 namespace hapticd::noise {
 
 inline constexpr std::size_t kKeyBytes = 32;
@@ -30,11 +32,11 @@ using Bytes = std::vector<std::uint8_t>;
 /// The public half of a private key.
 [[nodiscard]] Key public_half(const Key& private_half);
 
-/// One direction of the transport phase, or the cipher of one message: ChaCha20-Poly1305 with the
-/// nonce in the caller's hands.
+/// One direction of the transport phase: ChaCha20-Poly1305 with the nonce in the caller's hands.
+/// Copies share the key, which is neither swapped out nor dumped, and wiped with the last of them.
 class Cipher {
  public:
-  explicit Cipher(const Key& key) : key_(key) {}
+  explicit Cipher(const Locked<Key>& key) : key_(key) {}
 
   /// `plain` encrypted, and its tag. No `n` may be used twice.
   [[nodiscard]] Bytes seal(std::uint64_t n, std::span<const std::uint8_t> associated,
@@ -44,7 +46,7 @@ class Cipher {
                                           std::span<const std::uint8_t> sealed) const;
 
  private:
-  Key key_;
+  Locked<Key> key_;
 };
 
 /// The ciphers of one side.
@@ -70,7 +72,7 @@ class Symmetric {
   /// 13 blocks of BLAKE2b and one of ChaCha20: no scalar multiplication, no heap.
   [[nodiscard]] bool is_first(std::span<const std::uint8_t> message) const;
   /// The keys of the initiator's and of the responder's direction.
-  [[nodiscard]] std::array<Key, 2> split() const;
+  [[nodiscard]] std::array<Locked<Key>, 2> split() const;
   /// Overwrites it with zeros.
   void wipe();
 

@@ -18,7 +18,7 @@ Datagram StopCall::next() {
   ++request_.number;
   request_.kind = asked_ ? Kind::kQuery : kind_;
   Datagram datagram = encode(request_);
-  if (target_.key) seal(datagram, *target_.key);
+  if (target_.key) seal(datagram, target_.key->get());
   return datagram;
 }
 
@@ -30,7 +30,7 @@ bool StopCall::receive(std::span<const std::uint8_t> bytes) {
   }
   Datagram datagram;
   std::copy(bytes.begin(), bytes.end(), datagram.begin());
-  if (target_.key ? !opens(datagram, *target_.key) : is_sealed(datagram)) return false;
+  if (target_.key ? !opens(datagram, target_.key->get()) : is_sealed(datagram)) return false;
   if (answer_ && answer->number < answer_->number) return true;
   answer_ = answer;
   if (target_.key) request_.challenge = answer->challenge;

@@ -13,7 +13,7 @@ namespace hapticd::stop {
 /// Who is meant, and by what right.
 struct StopTarget {
   std::uint16_t session_port = 0;  ///< of the daemon's sessions; 0: whoever answers
-  std::optional<Key> key;          ///< none: in the clear, which loopback alone hears
+  std::optional<SecretKey> key;    ///< none: in the clear, which loopback alone hears
 };
 
 class StopCall {

@@ -9,6 +9,8 @@
 #include <optional>
 #include <span>
 
+#include "proto/noise/locked.h"
+
 namespace hapticd::stop {
 
 inline constexpr std::size_t kDatagramBytes = 64;
@@ -22,6 +24,8 @@ inline constexpr std::uint16_t kLongestTimeout_ms = 1000;
 
 /// stop.key.
 using Key = std::array<std::uint8_t, 32>;
+/// The same where it is kept: neither swapped out nor dumped, and wiped when it goes.
+using SecretKey = noise::Locked<Key>;
 using Datagram = std::array<std::uint8_t, kDatagramBytes>;
 
 /// What is asked for. An answer's has kAnswerBit beside it. Others may come off the wire.

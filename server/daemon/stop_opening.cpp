@@ -42,7 +42,7 @@ std::optional<Place> place_of(const std::string& text) {
   return place;
 }
 
-std::optional<stop::Key> key_of(const v1::Config& config) {
+std::optional<stop::SecretKey> key_of(const v1::Config& config) {
   std::filesystem::path file = config.stop_key();
   if (file.empty()) {
     if (config.keys().empty()) return std::nullopt;
@@ -54,7 +54,7 @@ std::optional<stop::Key> key_of(const v1::Config& config) {
     }
   }
   try {
-    return noise::read_bare_key(file).get();
+    return noise::read_bare_key(file);
   } catch (const std::runtime_error& error) {
     throw StartError(kExitInput, std::string("--stop-key: ") + error.what());
   }

@@ -17,7 +17,7 @@ struct StopPlan {
   bool off = false;
   std::string host;  ///< empty: that of the sessions
   std::uint16_t port = stop::kDefaultPort;
-  std::optional<stop::Key> key;
+  std::optional<stop::SecretKey> key;
 };
 
 /// Throws StartError, naming the option, for an address that is none and a key that is no good.

@@ -30,7 +30,7 @@ std::int64_t life_of_challenge_ns(const stop::Request& request) noexcept {
 
 bool StopJudge::authentic(const stop::Datagram& datagram, const StopPeer& from) const noexcept {
   if (!stop::is_sealed(datagram)) return from.loopback;
-  return rules_.key && stop::opens(datagram, *rules_.key);
+  return rules_.key && stop::opens(datagram, rules_.key->get());
 }
 
 std::optional<stop::Datagram> StopJudge::receive(std::span<const std::uint8_t> bytes,
@@ -173,7 +173,7 @@ stop::Datagram StopJudge::answer(const Heard& heard, stop::Code code) noexcept {
     said.challenge = {last_issued_ns_, proof_of(heard, last_issued_ns_)};
   }
   stop::Datagram datagram = stop::encode(said);
-  if (heard.sealed) stop::seal(datagram, *rules_.key);
+  if (heard.sealed) stop::seal(datagram, rules_.key->get());
   return datagram;
 }
 

@@ -29,7 +29,7 @@ struct StopPeer {
 };
 
 struct StopRules {
-  std::optional<stop::Key> key;           ///< none: only loopback is heard, and no heartbeat
+  std::optional<stop::SecretKey> key;     ///< none: only loopback is heard, and no heartbeat
   std::uint16_t session_port = 0;         ///< of this daemon
   std::array<std::uint8_t, 16> secret{};  ///< random, of this start alone
 };

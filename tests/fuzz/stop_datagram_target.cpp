@@ -117,7 +117,7 @@ class Road {
 
   static StopRules rules(bool keyed) {
     StopRules made;
-    if (keyed) made.key = key();
+    if (keyed) made.key = stop::SecretKey(key());
     made.session_port = kSessionPort;
     made.secret.fill(3);
     return made;

@@ -42,7 +42,7 @@ struct Road {
     key.fill(0x5a);
     rules.session_port = kSessionPort;
     rules.secret.fill(secret);
-    if (keyed) rules.key = key;
+    if (keyed) rules.key = stop::SecretKey(key);
     judge.emplace(rules, line);
   }
 
@@ -79,7 +79,7 @@ struct Road {
 
 /// A Stop under the key, asked until the daemon has it; the datagrams that were sent.
 std::vector<Datagram> stop_with_key(Road& road, const StopPeer& from, std::uint64_t client = 9) {
-  StopCall call(Kind::kStop, {kSessionPort, road.key}, client);
+  StopCall call(Kind::kStop, {kSessionPort, stop::SecretKey(road.key)}, client);
   std::vector<Datagram> sent;
   for (int k = 0; k < 10 && call.state() == State::kAsking; ++k) {
     sent.push_back(call.next());
