@@ -9,6 +9,7 @@
 #include "core/math/elementary.h"
 #include "tests/core/simulation/force_watch.h"
 #include "tests/core/simulation/simulation_fixture.h"
+#include "tests/support/fresh_seed.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
 
@@ -17,6 +18,12 @@ namespace {
 
 /// Rounding of a sum of forces, N.
 constexpr double kForceRounding = 1e-10;
+
+/// The wrench is of the normals where the last program was solved, not of where the tool stands: by
+/// how much the step between turns them where it was the last one wanted, and where it was cut
+/// short, rad. A touched string also drags sideways, which so turned seems to attract.
+constexpr double kLastTurn = 1e-3;
+constexpr double kCutTurn = 3e-2;
 
 double wave(double turns) { return sin_cos(2.0 * kPi * (turns - std::floor(turns))).sin; }
 
@@ -75,11 +82,13 @@ TEST_CASE("in random play no string ever attracts the finger") {
 }
 
 TEST_CASE("the wrench of a single string points away from it in every tick of random play") {
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
   const std::vector<Preset> presets = all_presets();
   for (std::int64_t i = scaled(200); i > 0; --i) {
     const Preset& preset = presets[static_cast<std::size_t>(i) % presets.size()];
     if (preset.options.friction) continue;
-    SplitMix64 random(static_cast<std::uint64_t>(i) + 1000);
+    SplitMix64 random(seed + static_cast<std::uint64_t>(i));
     Instrument guqin(1, preset.string, preset.options);
     CAPTURE(std::string(preset.name));
     guqin.tick({0.5, 0.02, 0.0});
@@ -95,7 +104,10 @@ TEST_CASE("the wrench of a single string points away from it in every tick of ra
           lambda = hold.bend.lambda;
         }
         const Vector3 n = true_normal(guqin, 0, output.tool(0).X_WG.p, u_W, lambda);
-        worst = std::min(worst, output.tool(0).F_computed_H_W.f.dot(n));
+        const Vector3& f_W = output.tool(0).F_computed_H_W.f;
+        const bool arrived = output.tool(0).contact.status == ContactStatus::kConverged;
+        const double turn = arrived ? kLastTurn : kCutTurn;
+        worst = std::min(worst, f_W.dot(n) + turn * f_W.norm());
       });
     }
     CHECK(worst >= -kForceRounding);
