@@ -479,7 +479,7 @@ void Sessions::replace_keys(const noise::ServerKeys& keys) {
         !session->key_id.has_value() || handshakes_->holds(*session->key_id, session->role);
     if (session->phase != Phase::kOpen || stays) continue;
     ++counters_.revoked;
-    close(*session, v1::BYE_REASON_DONE,
+    close(*session, v1::BYE_REASON_REVOKED,
           "the key " + session->key_name + " was revoked: ask who runs hapticd for another");
   }
 }

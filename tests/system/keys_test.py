@@ -112,6 +112,7 @@ class Keys(unittest.TestCase):
                     session.ping()
                     time.sleep(0.02)
             self.assertIn("stage was revoked", str(ended.exception))
+            self.assertEqual(ended.exception.reason, "REVOKED")
         code, said = control("keygen", str(self.keys), "--list")
         self.assertEqual((code, said), (0, ""))
         self.assertEqual(control("keygen", str(self.keys), "--revoke", "stage")[0], 1)

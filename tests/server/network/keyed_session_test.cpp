@@ -355,6 +355,7 @@ TEST_CASE("the sessions of a key that is revoked end and are told why, and other
   waiting.shake_hands();
   bench.server->replace_keys(with_clients({{"hall", 0x45}, {"new", 0x46}}), bench.now_ns);
   bench.pass(1);
+  CHECK(stage.received().back().bye().reason() == v1::BYE_REASON_REVOKED);
   CHECK(stage.received().back().bye().message().find("stage was revoked") != std::string::npos);
   CHECK(bench.server->fence() == 0);
   CHECK(bench.server->counters().revoked == 1);
