@@ -79,6 +79,16 @@ std::optional<v1::Axis> direction_of(const std::string& answer) {
 
 bool felt_nothing(const std::string& answer) { return first_letter(answer) == 'n'; }
 
+bool skips(const std::string& answer) { return first_letter(answer) == 's'; }
+
+bool needs_measuring(const v1::DeviceInfo& info) {
+  const bool plugged = info.driver() == v1::DRIVER_HID || info.driver() == v1::DRIVER_PID;
+  const v1::Quantity& damping = info.profile().damping_n_s_per_m();
+  if (!plugged || (damping.value_size() > 0 && !damping.guess())) return false;
+  const std::array<bool, 3> axes = pushed_axes(info.profile());
+  return info.damping_size() < std::count(axes.begin(), axes.end(), true);
+}
+
 std::array<bool, 3> axes_of(const v1::DeviceProfile& profile, const v1::Quantity& count) {
   const double axes = count.value_size() > 0 ? count.value(0) : 6.0;
   const std::array<v1::Axis, 3> raw = raw_axes(profile);

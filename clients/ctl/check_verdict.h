@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "hapticd/v1/answer.pb.h"
 #include "hapticd/v1/device_profile.pb.h"
 
 namespace hapticd::ctl {
@@ -29,6 +30,13 @@ inline constexpr double kClearestRatio = 1.5;
 [[nodiscard]] std::optional<v1::Axis> direction_of(const std::string& answer);
 /// "n" or a word that begins so: nothing was felt.
 [[nodiscard]] bool felt_nothing(const std::string& answer);
+
+/// "s" or a word that begins so: this is not wanted.
+[[nodiscard]] bool skips(const std::string& answer);
+
+/// It pushes, its damping is a guess or not stated, and not all of its axes have been measured.
+/// A device that is inside the daemon cannot be measured.
+[[nodiscard]] bool needs_measuring(const v1::DeviceInfo& info);
 
 /// Which axes of D a device has that senses or pushes along `count` of its own axes: those that its
 /// first raw axes become.

@@ -37,7 +37,7 @@ class Lines {
     if (count > 0) {
       buffer_.append(bytes.data(), static_cast<std::size_t>(count));
     } else if (count == 0) {
-      throw Failure(kRefused, "nobody answers: the input has ended. Run this at a terminal");
+      throw InputEnded(kRefused, "nobody answers: the input has ended. Run this at a terminal");
     }
     return cut();
   }

@@ -7,14 +7,20 @@
 #include <optional>
 #include <string>
 
+#include "clients/ctl/connection.h"
 #include "clients/library/client.h"
 
 namespace hapticd::ctl {
 
+/// Nobody answers any more: the input has ended.
+struct InputEnded : Failure {
+  using Failure::Failure;
+};
+
 /// The person a command talks with; in tests, a stand-in.
 struct Conversation {
   std::function<void(const std::string&)> say;
-  /// A line that was answered, without its end; none yet. Throws Failure when none can come.
+  /// A line that was answered, without its end; none yet. Throws InputEnded when none can come.
   std::function<std::optional<std::string>()> answer;
   /// An end was asked for.
   std::function<bool()> ended;

@@ -124,7 +124,8 @@ void add_calibrate(CLI::App& device, const GlobalOptions& options) {
 
 void add_check(CLI::App& device, const GlobalOptions& options) {
   CLI::App& command = *device.add_subcommand(
-      "check", "Guided check of axes, signs and directions; before it a device gets 0.3 N");
+      "check",
+      "Guided check of axes, signs, directions and damping; before it a device gets 0.3 N");
   const auto choice = std::make_shared<CheckChoice>();
   const auto seed = std::make_shared<std::optional<std::uint64_t>>();
   command.add_option("--tool", choice->tool_id, "id of the tool")->capture_default_str();

@@ -177,6 +177,11 @@ std::vector<std::string> info_lines(const v1::DeviceInfo& info) {
                        ? format("%.3f ms measured", 1e3 * info.measured_delay_s())
                        : "not measured, the declared one counts"));
   lines.push_back(format("  stiffness     %.0f N/m at most", info.stiffness_bound_n_per_m()));
+  for (const v1::MeasuredDamping& damping : info.damping()) {
+    lines.push_back(format("  damping       %.2g to %.2g N s/m measured along ",
+                           damping.lower_n_s_per_m(), damping.upper_n_s_per_m()) +
+                    plain_name(v1::Axis_Name(damping.axis()), "AXIS_"));
+  }
   if (info.driver() == v1::DRIVER_PID) {
     lines.emplace_back("  watchdog      NONE: it keeps pushing if hapticd dies, so 1 N at most");
   }

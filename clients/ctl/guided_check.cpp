@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "clients/ctl/check_verdict.h"
@@ -21,6 +23,8 @@ constexpr int kTries = 3;
 constexpr double kEngageWait = 20.0;
 /// How long a push may take to be done, s.
 constexpr double kPushWait = 5.0;
+/// How long measuring along one axis may take, s; the daemon needs 7 s of it.
+constexpr double kMeasureWait = 15.0;
 /// Requests at the end may take this long, ms; after that the end of the lease does it.
 constexpr std::chrono::milliseconds kEndWait{1500};
 
@@ -84,10 +88,14 @@ class GuidedCheck {
         choice_(choice),
         person_(person) {}
 
-  /// Of the device that `info` describes.
+  /// Of the device that `info` describes; one that was checked is only measured.
   void run(v1::DeviceInfo info) {
     info_ = std::move(info);
     look();
+    if (info_.checked() && !choice_.anyway) {
+      measure();
+      return;
+    }
     lead();
     const std::vector<v1::Axis> order = push_order(pushed_axes(info_.profile()), choice_.seed);
     if (order.empty()) {
@@ -99,6 +107,7 @@ class GuidedCheck {
                 std::to_string(order.size()) + " times, for one second each, with 0.3 N.");
     for (const v1::Axis asked : order) feel(asked);
     conclude();
+    measure();
   }
 
  private:
@@ -190,6 +199,7 @@ class GuidedCheck {
   }
 
   void engage() {
+    if (client_.state()->loop_state() == v1::LOOP_STATE_ENGAGED) return;
     v1::Item item;
     item.mutable_engage();
     require(controller_.call(item, timeout_of(options_)));
@@ -269,6 +279,66 @@ class GuidedCheck {
     person_.say(text.data() + (last_word_.empty() ? std::string() : " " + last_word_));
   }
 
+  /// Lets the handle ring along each axis that it pushes along; a person may skip any.
+  void measure() {
+    const std::array<bool, 3> axes = pushed_axes(info_.profile());
+    const auto count = std::count(axes.begin(), axes.end(), true);
+    if (count == 0) return;
+    person_.say(
+        "Last its damping is measured, " + std::to_string(count) +
+        " times 7 seconds: hapticd pulls the handle up to 2.5 mm aside and lets it ring. Put the "
+        "handle where it stays by itself, away from its stops.");
+    for (int i = 0; i < 3; ++i) {
+      if (!axes[static_cast<std::size_t>(i)]) continue;
+      if (measured(direction_along(i, false))) continue;
+      person_.say(
+          "Skipped: its damping stays as its profile says. hapticctl device check measures "
+          "it later.");
+      return;
+    }
+  }
+
+  /// Whether it may begin; an end of the input is a no, as what was checked is kept by now.
+  bool is_ready() {
+    try {
+      return !skips(next_answer(client_, person_));
+    } catch (const InputEnded&) {
+      return false;
+    }
+  }
+
+  /// What came of a measuring; Ctrl-C ends it at once.
+  v1::Result ring(v1::Axis axis) {
+    v1::Item item = calibrate_item(choice_.tool_id, v1::CALIBRATE_STEP_MEASURE, axis);
+    item.set_fence(controller_.fence());
+    v1::Result silence;
+    silence.set_message("hapticd has not answered the measuring");
+    // The answer may come after the wait for it.
+    const auto result = std::make_shared<std::optional<v1::Result>>();
+    client_.request(item, [result, silence](const v1::Result* told) {
+      *result = told == nullptr ? silence : *told;
+    });
+    static_cast<void>(live_until(
+        client_, person_, [&] { return result->has_value(); }, kMeasureWait));
+    return result->value_or(silence);
+  }
+
+  /// False: the person skips it.
+  bool measured(v1::Axis axis) {
+    constexpr std::array<const char*, 3> kNames{"right and left", "up and down", "to and fro"};
+    person_.say(std::string("Take your hands off the handle and press Enter; it will ring ") +
+                kNames[static_cast<std::size_t>(index_of(axis))] + ". Or s to skip:");
+    while (is_ready()) {
+      engage();
+      const v1::Result result = ring(axis);
+      person_.say("  " + result.message());
+      if (result.code() == v1::RESULT_CODE_OK) return true;
+      if (result.code() != v1::RESULT_CODE_FAILED) require(result);
+      person_.say("Enter to try again, or s to skip:");
+    }
+    return false;
+  }
+
   client::Client& client_;
   client::Controller& controller_;
   const GlobalOptions& options_;
@@ -297,7 +367,7 @@ v1::DeviceInfo device_info(client::Client& client, const GlobalOptions& options,
 void run_check(client::Client& client, const GlobalOptions& options, const CheckChoice& choice,
                const Conversation& person) {
   v1::DeviceInfo info = device_info(client, options, choice.tool_id);
-  if (info.checked() && !choice.anyway) {
+  if (info.checked() && !choice.anyway && !needs_measuring(info)) {
     person.say(
         "Nothing needs checking: this device has been checked, or cannot push a person. "
         "--anyway checks it all the same.");

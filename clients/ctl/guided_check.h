@@ -1,6 +1,7 @@
 // The guided first check of a device: a person leads the handle along each axis, then says where
 // each small push went. Wrong axes and signs are reported with the line of the profile that
-// corrects them. Also the device's own calibration, followed to its end. Not RT.
+// corrects them. Then the handle is let ring, by which its damping is measured. Also the device's
+// own calibration, followed to its end. Not RT.
 #pragma once
 
 #include <cstdint>

@@ -14,11 +14,9 @@ double factor(double stiffness, double bound) noexcept {
   return stiffness <= bound ? 1.0 : bound / stiffness;
 }
 
-/// Of a device whose damping is a guess, N/m.
-double unknown_bound(const StiffnessLimits& limits, double promise) noexcept {
-  const double lag_s = std::max(limits.period_s, limits.report_interval_s) / 2.0 + limits.delay_s;
-  const double by_lag = kUnknownStiffness * kUnknownLag_s / lag_s;
-  return std::min({kUnknownStiffness, by_lag, kStiffnessShare * promise});
+/// What its maker promises, N/m.
+double promise_of(const StiffnessLimits& limits) noexcept {
+  return limits.stiffness_max.value_or(std::numeric_limits<double>::infinity());
 }
 
 /// Largest translational stiffness, N/m.
@@ -26,14 +24,20 @@ double translational_bound(const StiffnessLimits& limits, double lag_s) noexcept
   const auto by_damping = [&](double damping) {
     return kStiffnessShare * (damping + limits.coupling_damping) / lag_s;
   };
-  const double promise = limits.stiffness_max.value_or(std::numeric_limits<double>::infinity());
-  if (limits.damping_guessed) return unknown_bound(limits, promise);
+  const double promise = promise_of(limits);
+  if (limits.damping_guessed) return unknown_bound(limits);
   if (limits.damping > 0.0) return std::min(by_damping(limits.damping), promise);
   if (!limits.stiffness_max) return by_damping(kMinDamping);
   return std::max(kStiffnessShare * promise, std::min(by_damping(0.0), promise));
 }
 
 }  // namespace
+
+double unknown_bound(const StiffnessLimits& limits) noexcept {
+  const double lag_s = std::max(limits.period_s, limits.report_interval_s) / 2.0 + limits.delay_s;
+  const double by_lag = kUnknownStiffness * kUnknownLag_s / lag_s;
+  return std::min({kUnknownStiffness, by_lag, kStiffnessShare * promise_of(limits)});
+}
 
 StiffnessGrant grant_stiffness(const DeviceStiffness& wanted,
                                const StiffnessLimits& limits) noexcept {

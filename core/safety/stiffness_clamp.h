@@ -65,6 +65,10 @@ struct StiffnessGrant {
 [[nodiscard]] HD_REALTIME StiffnessGrant grant_stiffness(const DeviceStiffness& wanted,
                                                          const StiffnessLimits& limits) noexcept;
 
+/// What is granted to a device whose damping is a guess, whether that of `limits` is one or not,
+/// N/m.
+[[nodiscard]] HD_REALTIME double unknown_bound(const StiffnessLimits& limits) noexcept;
+
 /// A scale is never below this: it must stay a positive number that can be recorded and undone.
 inline constexpr double kMinStiffnessScale = 1e-9;
 

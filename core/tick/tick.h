@@ -58,6 +58,7 @@ struct ToolOrders {
   bool recentre = false;     ///< and not yet done
   bool clutch_open = false;  ///< for as long as it lasts
   PushAxis push = 0;         ///< of the guided check; 0: none
+  PushAxis measure = 0;      ///< its damping along this axis; 0: none
 };
 
 /// Energy at the port of a tool's device, so far. Written by the passivity observer.
@@ -113,6 +114,7 @@ struct ToolTick {
   PlainWrench F_computed_H_W;  ///< before limits and ramps, about the origin of G
 
   PlainWrench F_written_H_W;  ///< as the device got it, turned to W
+  Array3 f_written_H_D{};     ///< its force as the device got it, N; not recorded
   PortTick port;
   StiffnessTick stiffness;
   GestureTick gesture;

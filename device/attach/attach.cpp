@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -44,6 +45,15 @@ IsMine drivable_by(const DriverEntry& driver, const DeviceSheet& chosen,
   };
 }
 
+/// What was measured takes the place of a guess, and of a statement that it contradicts.
+void count_damping(const DeviceCheck& check, DeviceSheet& sheet) {
+  const std::optional<DampingBounds> known = counted_damping(check.damping(), check.can_push());
+  const DeviceProfile& profile = sheet.profile;
+  if (!known || (!profile.damping_guessed && profile.damping <= known->upper)) return;
+  state_number(sheet, &DeviceProfile::damping, {known->lower},
+               {0, "measured by hapticctl device check: at least this", false});
+}
+
 /// Checks and limits a device that pushes.
 DeviceGrant grant(const HidrawNode& node, const DeviceStatement& statement,
                   const AttachOptions& options, AttachedDevice& attached) {
@@ -55,6 +65,7 @@ DeviceGrant grant(const HidrawNode& node, const DeviceStatement& statement,
           "nobody has checked its axes and signs");
     require(attached.sheet, options);
   }
+  count_damping(*attached.check, attached.sheet);
   return {attached.sheet, std::min(options.max_force, attached.sheet.profile.peak_force)};
 }
 
@@ -83,6 +94,10 @@ AttachedDevice attach_device(const DeviceSource& source, const DeviceSheet& chos
     spdlog::warn("{}: {}", describe(node), warning);
   }
   if (attached.check != nullptr) {
+    if (attached.sheet.profile.damping_guessed) {
+      spdlog::info("{}: its damping is a guess until it is measured: hapticctl device check",
+                   describe(node));
+    }
     spdlog::info("{}: force limited to {} N{}", describe(node), force,
                  attached.check->passed() ? "" : " until it is checked: hapticctl device check");
   }

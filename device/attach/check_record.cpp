@@ -1,19 +1,15 @@
 // See check_record.h.
 #include "device/attach/check_record.h"
 
-#include <fcntl.h>
 #include <sodium.h>
 #include <spdlog/spdlog.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstring>
 #include <stdexcept>
-#include <system_error>
+#include <string_view>
 #include <vector>
+
+#include "device/attach/record_file.h"
 
 namespace hapticd {
 namespace {
@@ -23,33 +19,10 @@ namespace fs = std::filesystem;
 constexpr std::string_view kHead =
     "# hapticd: this device has passed the guided check. Without this file it gets 0.3 N at "
     "most.\n";
-/// More than any record has, bytes.
-constexpr std::size_t kMaxRecord = 4096;
 /// Letters of a serial that a file's name shows; the hash behind them tells longer ones apart.
 constexpr std::size_t kShownSerial = 40;
 /// Bytes of that hash.
 constexpr std::size_t kNameHash = 8;
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int get() const noexcept { return fd_; }
-
- private:
-  int fd_;
-};
-
-std::string hex(std::span<const std::uint8_t> bytes) {
-  std::string text(2 * bytes.size() + 1, '\0');
-  sodium_bin2hex(text.data(), text.size(), bytes.data(), bytes.size());
-  text.pop_back();
-  return text;
-}
 
 /// Bytes that a hash is taken of; each part with its length, so that no two lists are the same.
 class Hashed {
@@ -80,52 +53,6 @@ class Hashed {
   std::vector<std::uint8_t> bytes_;
 };
 
-/// Fit for a file's name, and for text in quotes.
-std::string plain(std::string_view text) {
-  std::string out(text);
-  std::replace_if(
-      out.begin(), out.end(),
-      [](char c) {
-        const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-        return !letter && !(c >= '0' && c <= '9') && c != '-' && c != ' ';
-      },
-      '_');
-  return out;
-}
-
-std::string first_lines(const CheckedDevice& device) {
-  return std::string(kHead) + "serial: \"" + plain(device.serial) + "\"\n";
-}
-
-std::string record_of(const CheckedDevice& device) {
-  return first_lines(device) + "product: \"" + plain(device.product) + "\"\nfingerprint: \"" +
-         hex(device.fingerprint) + "\"\n";
-}
-
-std::string reason() { return std::generic_category().message(errno); }
-
-[[noreturn]] void refuse(const fs::path& file, const std::string& why) {
-  throw std::runtime_error(file.string() + ": " + why +
-                           ". Give hapticd a folder it may write to, then check again.");
-}
-
-/// The start of the file, or why it cannot be read.
-std::string read_record(const fs::path& file, std::string& text) {
-  const Descriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (opened.get() < 0) return reason();
-  std::array<char, kMaxRecord> bytes{};
-  const ssize_t size = ::read(opened.get(), bytes.data(), bytes.size());
-  if (size < 0) return reason();
-  text.assign(bytes.data(), static_cast<std::size_t>(size));
-  return "";
-}
-
-/// Makes the name of a file last.
-bool keep_entries(const fs::path& folder) {
-  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  return opened.get() >= 0 && ::fsync(opened.get()) == 0;
-}
-
 }  // namespace
 
 CheckedDevice checked_device(const HidrawNode& node, std::span<const std::uint8_t> stated,
@@ -147,24 +74,37 @@ CheckedDevice checked_device(const HidrawNode& node, std::span<const std::uint8_
   return {node.serial, node.product, all.hash()};
 }
 
-fs::path check_file(const fs::path& folder, const CheckedDevice& device) {
+fs::path record_file(const fs::path& folder, const CheckedDevice& device, std::string_view kind) {
   Hashed serial;
   serial.add(device.serial);
   const Fingerprint hash = serial.hash();
   std::string name = plain(device.serial.substr(0, kShownSerial));
   std::replace(name.begin(), name.end(), ' ', '_');
-  return folder / (name + "_" + hex(std::span(hash).first(kNameHash)) + ".check");
+  return folder / (name + "_" + hex(std::span(hash).first(kNameHash)) + std::string(kind));
+}
+
+std::string record_head(const CheckedDevice& device, std::string_view says) {
+  return std::string(says) + "serial: \"" + plain(device.serial) + "\"\n";
+}
+
+std::string record_start(const CheckedDevice& device, std::string_view says) {
+  return record_head(device, says) + "product: \"" + plain(device.product) + "\"\nfingerprint: \"" +
+         hex(device.fingerprint) + "\"\n";
+}
+
+fs::path check_file(const fs::path& folder, const CheckedDevice& device) {
+  return record_file(folder, device, ".check");
 }
 
 bool is_remembered(const fs::path& folder, const CheckedDevice& device) {
-  std::error_code error;
   const fs::path file = check_file(folder, device);
-  if (device.serial.empty() || !fs::exists(fs::symlink_status(file, error))) return false;
+  if (device.serial.empty() || !is_there(file)) return false;
+  const std::string whole = record_start(device, kHead);
   std::string text;
   std::string wrong = read_record(file, text);
   if (wrong.empty()) {
-    if (text == record_of(device)) return true;
-    wrong = text.starts_with(first_lines(device)) && text.size() == record_of(device).size()
+    if (text == whole) return true;
+    wrong = text.starts_with(record_head(device, kHead)) && text.size() == whole.size()
                 ? "it was checked with another firmware, product or axis_map"
                 : "not a record of hapticd";
   }
@@ -176,32 +116,11 @@ bool is_remembered(const fs::path& folder, const CheckedDevice& device) {
 }
 
 void remember_check(const fs::path& folder, const CheckedDevice& device) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  const fs::path file = check_file(folder, device);
-  const fs::path fresh = file.string() + ".new";
-  const std::string text = record_of(device);
-  {
-    const Descriptor made(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-    if (made.get() < 0) refuse(fresh, reason());
-    if (::write(made.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size()) ||
-        ::fsync(made.get()) != 0) {
-      const std::string why = reason();
-      fs::remove(fresh, error);
-      refuse(fresh, why);
-    }
-  }
-  fs::rename(fresh, file, error);
-  if (error) refuse(file, error.message());
-  if (!keep_entries(folder)) refuse(folder, reason());
+  write_record(check_file(folder, device), record_start(device, kHead));
 }
 
 void forget_check(const fs::path& folder, const CheckedDevice& device) {
-  std::error_code error;
-  const fs::path file = check_file(folder, device);
-  const bool removed = fs::remove(file, error);
-  if (error) throw std::runtime_error(file.string() + ": " + error.message() + ". Remove it.");
-  if (removed && !keep_entries(folder)) refuse(folder, reason());
+  remove_record(check_file(folder, device));
 }
 
 }  // namespace hapticd

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "device/api/axis_mapping.h"
 #include "device/report_io/hidraw_nodes.h"
@@ -29,7 +30,16 @@ struct CheckedDevice {
                                            std::span<const std::uint8_t> stated,
                                            const AxisMapping& axes);
 
-/// The file for `device` in `folder`.
+/// The file of that kind, ".check" or the like, for `device` in `folder`.
+[[nodiscard]] std::filesystem::path record_file(const std::filesystem::path& folder,
+                                                const CheckedDevice& device, std::string_view kind);
+
+/// First lines of a record: what it `says`, as comments, and of which serial.
+[[nodiscard]] std::string record_head(const CheckedDevice& device, std::string_view says);
+/// Those, and the product and the fingerprint: what a record of this device begins with.
+[[nodiscard]] std::string record_start(const CheckedDevice& device, std::string_view says);
+
+/// The file for `device` in `folder` that says that its check was passed.
 [[nodiscard]] std::filesystem::path check_file(const std::filesystem::path& folder,
                                                const CheckedDevice& device);
 

@@ -7,12 +7,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/tick/push_axis.h"
 #include "device/api/driver.h"
 #include "device/attach/check_record.h"
+#include "device/attach/damping_record.h"
 
 namespace hapticd {
 
@@ -38,10 +40,11 @@ struct CheckSubject {
 
 /// What came of a confirmation.
 enum class CheckVerdict : std::uint8_t {
-  kRight,      ///< felt where it was pushed
-  kFeltWrong,  ///< felt elsewhere: the check begins anew
-  kNoPush,     ///< there is no whole push to confirm
-  kNotKept,    ///< all is right, but that cannot be kept
+  kRight,        ///< felt where it was pushed
+  kFeltWrong,    ///< felt elsewhere: the check begins anew
+  kNoPush,       ///< there is no whole push to confirm
+  kNotKept,      ///< all is right, but that cannot be kept
+  kNotMeasured,  ///< its damping was not found
 };
 
 struct CheckAnswer {
@@ -50,6 +53,11 @@ struct CheckAnswer {
 };
 
 class DeviceCheck;
+
+/// The damping that may be counted with: the lowest that was measured, once each axis that the
+/// device can push along was; empty before.
+[[nodiscard]] std::optional<DampingBounds> counted_damping(const MeasuredDamping& measured,
+                                                           const std::array<bool, 3>& can_push);
 
 /// The check of the device of `node`, of which its driver has found out `statement`; `folder`:
 /// where passed checks are kept.
@@ -66,6 +74,8 @@ class DeviceCheck {
   [[nodiscard]] bool passed() const noexcept { return passed_; }
   /// Directions that were confirmed since the check began.
   [[nodiscard]] const std::vector<PushAxis>& confirmed() const noexcept { return confirmed_; }
+  /// Along x, y, z of D.
+  [[nodiscard]] const std::array<bool, 3>& can_push() const noexcept { return subject_.can_push; }
   /// A direction it can push in.
   [[nodiscard]] bool has(PushAxis axis) const noexcept;
 
@@ -76,6 +86,11 @@ class DeviceCheck {
   /// The last push was felt along `felt`.
   [[nodiscard]] CheckAnswer confirm(PushAxis felt);
 
+  /// What is known of its damping, of now or before.
+  [[nodiscard]] const MeasuredDamping& damping() const noexcept { return damping_; }
+  /// A measuring along `axis` has ended so; what it found is kept.
+  [[nodiscard]] CheckAnswer note_damping(PushAxis axis, const DampingFit& fit);
+
  private:
   [[nodiscard]] CheckAnswer begin_anew(PushAxis pushed, PushAxis felt);
   [[nodiscard]] CheckAnswer finish();
@@ -85,6 +100,7 @@ class DeviceCheck {
   std::filesystem::path folder_;
   bool passed_ = false;
   bool passed_before_ = false;  ///< when hapticd started: full force is given
+  MeasuredDamping damping_;
   std::vector<PushAxis> confirmed_;
   PushAxis pushed_ = 0;  ///< not yet confirmed
   std::int64_t pushed_ns_ = 0;

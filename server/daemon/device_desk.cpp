@@ -21,6 +21,7 @@ namespace {
 using wire::result_of;
 
 constexpr const char* kStep = "calibrate.step";
+constexpr const char* kEngageFirst = "Engage first, with nothing near the tool: hapticctl engage.";
 
 v1::Result wrong_state(const std::string& message) {
   return result_of(v1::RESULT_CODE_WRONG_STATE, kStep, message);
@@ -30,24 +31,21 @@ bool is_direction(v1::Axis axis) { return v1::Axis_IsValid(axis) && axis != v1::
 
 PushAxis push_axis(v1::Axis axis) { return static_cast<PushAxis>(axis); }
 
-v1::Result to_result(const CheckAnswer& answer) {
-  switch (answer.verdict) {
-    case CheckVerdict::kRight:
-      return result_of(v1::RESULT_CODE_OK, "", answer.words);
-    case CheckVerdict::kFeltWrong:
-      return result_of(v1::RESULT_CODE_INVALID, "calibrate.axis", answer.words);
-    case CheckVerdict::kNoPush:
-      return wrong_state(answer.words);
-    case CheckVerdict::kNotKept:
-      return result_of(v1::RESULT_CODE_FAILED, "calibrate", answer.words);
-  }
-  return {};
-}
-
 /// What is wrong with a device's own word; empty: nothing.
 std::string sheet_fault(const DeviceSheet& sheet) {
   const ProfileResult result = check_profile(to_profile(sheet));
   return result.loaded ? std::string() : to_text(result.problems.front());
+}
+
+void tell_damping(const MeasuredDamping& measured, v1::DeviceInfo& info) {
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    if (!measured[i]) continue;
+    v1::MeasuredDamping& told = *info.add_damping();
+    told.set_axis(static_cast<v1::Axis>(1 + 2 * i));
+    told.set_lower_n_s_per_m(measured[i]->lower);
+    told.set_upper_n_s_per_m(measured[i]->upper);
+    told.set_mass_kg(measured[i]->mass);
+  }
 }
 
 void tell_attached(const AttachedDevice& attached, v1::DeviceInfo& info) {
@@ -59,6 +57,7 @@ void tell_attached(const AttachedDevice& attached, v1::DeviceInfo& info) {
     for (const PushAxis axis : attached.check->confirmed()) {
       info.add_confirmed(static_cast<v1::Axis>(axis));
     }
+    tell_damping(attached.check->damping(), info);
   }
   if (attached.open.calibration == nullptr) return;
   const CalibrationStatus status = attached.open.calibration->status();
@@ -161,14 +160,30 @@ Answer DeviceDesk::check(const RequestId& id, const v1::Calibrate& calibrate, De
     return result_of(v1::RESULT_CODE_INVALID, "calibrate.axis",
                      "Give one of the directions that the device can push in.");
   }
-  return push(id, calibrate, check);
+  if (damping_.busy()) {
+    return result_of(v1::RESULT_CODE_BUSY, kStep, "The damping is being measured.");
+  }
+  return calibrate.step() == v1::CALIBRATE_STEP_MEASURE ? measure(id, calibrate, check)
+                                                        : push(id, calibrate, check);
+}
+
+// The spring of a device whose motors push the wrong way would throw the handle.
+Answer DeviceDesk::measure(const RequestId& id, const v1::Calibrate& calibrate,
+                           DeviceCheck& check) {
+  if (!check.passed()) return wrong_state("Check its axes and directions first.");
+  if (loop_.state() != LoopState::kEngaged && loop_.state() != LoopState::kFault) {
+    return wrong_state(kEngageFirst);
+  }
+  return damping_.begin(
+      id, {tool_of(calibrate.tool_id(), scenes_.newest().index), push_axis(calibrate.axis())},
+      check);
 }
 
 Answer DeviceDesk::push(const RequestId& id, const v1::Calibrate& calibrate, DeviceCheck& check) {
   // Of a fault the loop says why.
   const LoopState state = loop_.state();
   if (state != LoopState::kEngaged && state != LoopState::kFault) {
-    return wrong_state("Engage first, with nothing near the tool: hapticctl engage.");
+    return wrong_state(kEngageFirst);
   }
   const PushCommand what{tool_of(calibrate.tool_id(), scenes_.newest().index),
                          push_axis(calibrate.axis())};
@@ -197,6 +212,7 @@ Answer DeviceDesk::begin_calibration(const RequestId& id, const AttachedDevice& 
 }
 
 void DeviceDesk::take(const LoopEvent& event) {
+  damping_.take(event);
   const auto* done = std::get_if<CommandDone>(&event.what);
   if (done == nullptr || !push_ || push_->number != done->number) return;
   push_->check->note_push(push_->axis, event.t_ns);
@@ -204,6 +220,7 @@ void DeviceDesk::take(const LoopEvent& event) {
 }
 
 void DeviceDesk::take(const Tick& tick) {
+  damping_.take(tick);
   for (std::size_t k = 0; k < tick.tools.size(); ++k) {
     stiffness_bounds_[k] = tick.tools[k].stiffness.bound;
     measured_delays_[k] = tick.tools[k].sample.measured_delay_s;

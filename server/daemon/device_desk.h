@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "device/attach/attach.h"
+#include "server/daemon/damping_desk.h"
 #include "server/daemon/force_watch.h"
 #include "server/daemon/loop_desk.h"
 #include "server/daemon/scene_desk.h"
@@ -60,6 +61,8 @@ class DeviceDesk {
                                          CalibrationStep step);
   [[nodiscard]] Answer check(const RequestId& id, const v1::Calibrate& calibrate,
                              DeviceCheck& check);
+  [[nodiscard]] Answer measure(const RequestId& id, const v1::Calibrate& calibrate,
+                               DeviceCheck& check);
   [[nodiscard]] Answer push(const RequestId& id, const v1::Calibrate& calibrate,
                             DeviceCheck& check);
 
@@ -68,6 +71,7 @@ class DeviceDesk {
   LoopDesk& loop_;
   ServedClients& clients_;
   std::vector<AttachedDevice> attached_;
+  DampingDesk damping_{loop_, clients_};
   std::optional<AskedPush> push_;  ///< the last one
   std::vector<AskedCalibration> calibrations_;
   ForceWatch force_watch_;

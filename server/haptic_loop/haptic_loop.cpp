@@ -101,6 +101,8 @@ void HapticLoop::obey_tool(const LoopCommandBody& what) noexcept {
     if (ToolLoop* tool = of(clutch->tool)) tool->asked.clutch_open = clutch->open;
   } else if (const auto* push = std::get_if<PushCommand>(&what)) {
     if (ToolLoop* tool = of(push->tool)) tool->asked.push = push->axis;
+  } else if (const auto* measure = std::get_if<MeasureCommand>(&what)) {
+    if (ToolLoop* tool = of(measure->tool)) tool->asked.measure = measure->axis;
   }
 }
 
@@ -113,7 +115,9 @@ std::optional<Cause> HapticLoop::refusal_of(const LoopCommandBody& what) const n
       return Cause::kOverlap;
     }
   }
-  if (std::holds_alternative<PushCommand>(what) && machine.state != LoopState::kEngaged) {
+  const bool moves_device =
+      std::holds_alternative<PushCommand>(what) || std::holds_alternative<MeasureCommand>(what);
+  if (moves_device && machine.state != LoopState::kEngaged) {
     return machine.cause == Cause::kNone ? Cause::kReleased : machine.cause;
   }
   if (std::holds_alternative<ClearCommand>(what) && fault) {
@@ -453,6 +457,9 @@ void HapticLoop::advance_state() noexcept {
   }
   for (ToolLoop& tool : tools()) {
     if (follow_push(tool.asked.push, tick_.state, time.dt_s, tool.push)) tool.safety.port = {};
+    const SpringTick spring{tool.asked.measure, tick_.state, tool.asked.clutch_open, time.dt_s,
+                            tool.judged.X_DH.p};
+    if (follow_measuring(spring, tool.spring_under_test)) tool.safety.port = {};
   }
   if (loop_output_.latched || loop_output_.cleared) {
     publisher_.tell(FaultNotice{tick_.cause, loop_output_.latched}, fault.tool);
@@ -532,7 +539,7 @@ void HapticLoop::tell() noexcept {
   tick_.first = false;
   publish_snapshot();
   for (ToolLoop& tool : tools()) {
-    tool.asked.push = 0;
+    tool.asked.push = tool.asked.measure = 0;
     if (tool.guard.has_pose) tool.asked.recentre = false;
   }
 }

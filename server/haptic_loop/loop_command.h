@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "core/math/vector.h"
-#include "server/haptic_loop/guided_push.h"
+#include "core/tick/push_axis.h"
 
 namespace hapticd {
 
@@ -45,6 +45,12 @@ struct PushCommand {
   PushAxis axis = 0;       ///< [1, kPushAxes]
 };
 
+/// Measures the damping of a tool's device along an axis; refused unless force is on.
+struct MeasureCommand {
+  std::uint32_t tool = 0;  ///< in the scene's order
+  PushAxis axis = 0;       ///< [1, kPushAxes]
+};
+
 /// The simulated hands play the next gesture lent; refused when no device is one.
 struct PlayGestureCommand {};
 
@@ -57,10 +63,10 @@ struct WorkBudgetCommand {
 };
 
 /// What is to be done.
-using LoopCommandBody =
-    std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand, ClearCommand,
-                 LeaseLostCommand, EndCommand, SwapSceneCommand, RecentreCommand, ClutchCommand,
-                 PushCommand, PlayGestureCommand, ChangeSettingsCommand, WorkBudgetCommand>;
+using LoopCommandBody = std::variant<std::monostate, EngageCommand, DisengageCommand, StopCommand,
+                                     ClearCommand, LeaseLostCommand, EndCommand, SwapSceneCommand,
+                                     RecentreCommand, ClutchCommand, PushCommand, MeasureCommand,
+                                     PlayGestureCommand, ChangeSettingsCommand, WorkBudgetCommand>;
 
 struct LoopCommand {
   std::uint64_t number = 0;  ///< chosen by the sender, comes back in CommandDone or CommandRefused

@@ -125,7 +125,9 @@ void restore_tool(std::size_t k, PlayedScene& scene, ToolLoop& tool, SnapshotRea
   tool.rendered = play.state.placed;
   const bool pushes = read.find(StateKind::kPush, number(k)) != nullptr;
   if (pushes) read.take(StateKind::kPush, number(k), tool.push);
-  read.require(tool.push.t_s >= 0.0);
+  const bool measures = read.find(StateKind::kMeasuring, number(k)) != nullptr;
+  if (measures) read.take(StateKind::kMeasuring, number(k), tool.spring_under_test);
+  read.require(tool.push.t_s >= 0.0 && tool.spring_under_test.t_s >= 0.0);
   read.require(delay_s >= 0.0 && delay_s <= kMaxDelay_s);
   read.require(fits_scene(play.state, play.scene) && names_parts(play.view));
   read.require(names_things(tool.touches, scene.scene->description(), k, play.scene));
@@ -170,9 +172,11 @@ bool fill_snapshot(const LoopMemory& loop, const PlayedScene& scene, Snapshot& s
   for (const std::int32_t string : strings.awake_strings()) awake.push_back(string);
   write.add(StateKind::kSimulation, 0, awake, strings.sharing());
   // Of all tools or of none: blocks are numbered by their order.
-  const bool pushes =
-      std::any_of(loop.tools.begin(), loop.tools.begin() + number(scene.tools.size()),
-                  [](const ToolLoop& tool) { return tool.push.axis != 0; });
+  const auto any = [&](bool (*has)(const ToolLoop&)) {
+    return std::any_of(loop.tools.begin(), loop.tools.begin() + number(scene.tools.size()), has);
+  };
+  const bool pushes = any([](const ToolLoop& tool) { return tool.push.axis != 0; });
+  const bool measures = any([](const ToolLoop& tool) { return tool.spring_under_test.axis != 0; });
   for (std::size_t k = 0; k < scene.tools.size(); ++k) {
     const ToolPlay& play = scene.play.tools[k];
     const ToolLoop& tool = loop.tools[k];
@@ -181,6 +185,7 @@ bool fill_snapshot(const LoopMemory& loop, const PlayedScene& scene, Snapshot& s
               tool.touches, tool.write_failed, tool.wrench_not_finite, tool.contact_free,
               scene.tools[k].stiffness_limits.delay_s);
     if (pushes) write.add(StateKind::kPush, number(k), tool.push);
+    if (measures) write.add(StateKind::kMeasuring, number(k), tool.spring_under_test);
   }
   const OwnedSimulation& own = scene.play;
   for (std::size_t s = 0; s < own.tracks.size(); ++s) {

@@ -39,6 +39,7 @@ void fill_tool(const PlayedTool& played, const ToolLoop& tool, ToolTick& told) n
   told.held = tool.judged.held;
   told.F_written_H_W = to_plain(
       to_world(played.map, Wrench{to_vector(tool.written.f_H_D), to_vector(tool.written.t_H_D)}));
+  told.f_written_H_D = tool.written.f_H_D;
   told.port = {tool.safety.port.given, tool.safety.port.removed};
   told.stiffness = {played.grant.scale, played.grant.bound, played.stiffness_limits.delay_s};
 }

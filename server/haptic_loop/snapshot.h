@@ -28,6 +28,7 @@ enum class StateKind : std::uint8_t {
   kToolLoop,    ///< of the loop: pose guard, safety stage, workspace, touches
   kString,      ///< its vibration and touch, as every tool sees it
   kPush,        ///< of a tool: its push of the guided check; left out while no tool has one
+  kMeasuring,   ///< of a tool: the spring its damping is measured with, likewise
 };
 
 /// Layout of every block; grows with any change of what is visited.

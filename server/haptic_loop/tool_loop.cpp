@@ -1,9 +1,12 @@
 // See tool_loop.h. RT: yes.
 #include "server/haptic_loop/tool_loop.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/safety/device_spring.h"
+#include "core/safety/passivity.h"
+#include "core/safety/stiffness_clamp.h"
 #include "server/haptic_loop/device_limits.h"
 
 namespace hapticd {
@@ -14,6 +17,26 @@ namespace {
 constexpr std::int64_t kPoseGap_ns = 50'000'000;
 /// A pose that repeats to the bit for so long under force is a stuck sensor, ns (GuardLimits).
 constexpr std::int64_t kStuckAfter_ns = 250'000'000;
+/// Of the largest force and of the allowance of energy, what measuring may take. Larger: limits
+/// that interfere spoil it; smaller: friction and the encoder's steps do.
+constexpr double kForceShare = 0.8;
+constexpr double kEnergyShare = 0.5;
+/// Of the allowance, what the spring stores: under a wrench that may be late the port counts
+/// several times that while a handle of little damping rings.
+constexpr double kStoredShare = 0.04;
+
+/// The spring of an unknown device, and a pull that no limit shortens: the passivity controller
+/// keeps back what each wrench on its way may give at the largest acceleration.
+SpringStrength measuring_strength(const PlayedTool& played) noexcept {
+  const StiffnessLimits& device = played.stiffness_limits;
+  const PassivityLimits& port = played.limits.passivity;
+  const double ticks = 0.5 * (kMostFlight + 1) * (kMostFlight + 2);
+  const double risk = port.acceleration * device.period_s * device.period_s * ticks;  // m
+  const double by_energy = kEnergyShare * port.allowance / std::max(risk, 1e-6);
+  return {std::min(unknown_bound(device), played.grant.bound),
+          std::min(kForceShare * played.limits.peak.force, by_energy),
+          kStoredShare * port.allowance};
+}
 
 }  // namespace
 
@@ -38,7 +61,9 @@ void read_tool(PlayedTool& played, const LoopTime& time, bool guards_armed,
     limits.fading_ticks = static_cast<int>(kPoseGap_ns / time.period_ns);
   }
   const bool has_sensors = device.traits.can_push_a_person || guards_armed;
-  limits.stuck_after_ns = has_sensors ? kStuckAfter_ns : 0;
+  // A handle that nobody touches may lie still against the spring.
+  const bool has_hand = tool.spring_under_test.axis == 0;
+  limits.stuck_after_ns = has_sensors && has_hand ? kStuckAfter_ns : 0;
   tool.judged = judge(tool.sample_came ? &sample : nullptr, to_vector(tool.safety.f_H_D).norm(),
                       limits, tool.guard);
   if (!tool.guard.has_pose) {
@@ -87,8 +112,12 @@ void take_rendered(const PlayedTool& played, const RenderedTool& rendered,
   // Numbers that are lost are for the safety stage to see.
   const bool lost = !computed.f.allFinite() || !computed.t.allFinite();
   const Wrench& F_H_W = lost ? computed : rendered.F_H_W;
-  tool.F_H_D = with_push(tool.push, to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain}));
-  const bool wanted = played.device.device->profile().affine && tool.push.axis == 0;
+  const Wrench F_H_D =
+      with_push(tool.push, to_device(played.map, Wrench{F_H_W.f * gain, F_H_W.t * gain}));
+  tool.F_H_D =
+      with_spring(tool.spring_under_test, measuring_strength(played), tool.judged.X_DH.p, F_H_D);
+  const bool is_guided = tool.push.axis != 0 || tool.spring_under_test.axis != 0;
+  const bool wanted = played.device.device->profile().affine && !is_guided;
   tool.wanted = wanted ? spring_at_device(played.map, rendered.stiffness, gain) : DeviceSpring{};
 }
 

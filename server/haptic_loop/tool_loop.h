@@ -9,6 +9,7 @@
 #include "core/safety/pose_guard.h"
 #include "core/simulation/touch_detector.h"
 #include "server/haptic_loop/guided_push.h"
+#include "server/haptic_loop/known_spring.h"
 #include "server/haptic_loop/played_scene.h"
 
 namespace hapticd {
@@ -35,6 +36,7 @@ struct ToolLoop {
   WorkspaceState workspace;
   bool clear_faults = false;  ///< its device is to forget what it has latched
   GuidedPush push;
+  KnownSpring spring_under_test;
   TouchDetector touches;
   ContactReport contacts;
   bool contact_free = false;  ///< nothing touched or pushed the tool in the last tick rendered

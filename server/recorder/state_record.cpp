@@ -13,9 +13,9 @@ namespace hapticd {
 namespace {
 
 /// In the order of StateKind.
-constexpr std::array<std::string_view, 9> kBlockNames{"loop",      "settings",   "ramp.from",
-                                                      "ramp.to",   "simulation", "tool",
-                                                      "tool.loop", "string",     "push"};
+constexpr std::array<std::string_view, 10> kBlockNames{
+    "loop", "settings",  "ramp.from", "ramp.to", "simulation",
+    "tool", "tool.loop", "string",    "push",    "measuring"};
 
 /// Oldest layout whose settings can be read.
 constexpr std::uint32_t kSettingsLayout = 2;

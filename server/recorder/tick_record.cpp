@@ -44,6 +44,9 @@ bool get_wrench(const v1::Wrench& wrench, PlainWrench& F) {
   return get(wrench.f_n(), F.f) && get(wrench.t_n_m(), F.t);
 }
 
+/// A direction of D, or none.
+bool is_push_axis(int axis) { return axis >= 0 && axis <= kPushAxes; }
+
 void set_input(const ToolTick& tool, std::int64_t t_ns, v1::ToolInput& input) {
   const DeviceSample& sample = tool.sample;
   input.set_tool_id(tool.tool_id);
@@ -67,6 +70,7 @@ void set_input(const ToolTick& tool, std::int64_t t_ns, v1::ToolInput& input) {
   input.set_recentre(tool.asked.recentre);
   input.set_clutch_open(tool.asked.clutch_open);
   input.set_push(static_cast<v1::Axis>(tool.asked.push));
+  input.set_measure(static_cast<v1::Axis>(tool.asked.measure));
   if (!std::isnan(sample.measured_delay_s)) input.set_measured_delay_s(sample.measured_delay_s);
 }
 
@@ -89,7 +93,8 @@ bool get_input(const v1::ToolInput& input, ToolTick& tool) {
       !get(input.twist_wh_w().v_m_per_s(), tool.V_WH.v) ||
       !get(input.twist_wh_w().w_rad_per_s(), tool.V_WH.w) || !get(input.stiffness_scale(), scale) ||
       input.device_flags() > 0xFFFFU || !is_instant(input.age_ns()) ||
-      !is_instant(input.sample_t_ns()) || input.push() < 0 || input.push() > kPushAxes) {
+      !is_instant(input.sample_t_ns()) || !is_push_axis(input.push()) ||
+      !is_push_axis(input.measure())) {
     return false;
   }
   tool.stiffness.scale = scale[0];
@@ -100,7 +105,8 @@ bool get_input(const v1::ToolInput& input, ToolTick& tool) {
   sample.flags = static_cast<std::uint16_t>(input.device_flags());
   tool.lost = input.lost();
   tool.write_failed = input.write_failed();
-  tool.asked = {input.recentre(), input.clutch_open(), static_cast<PushAxis>(input.push())};
+  tool.asked = {input.recentre(), input.clutch_open(), static_cast<PushAxis>(input.push()),
+                static_cast<PushAxis>(input.measure())};
   if (input.has_measured_delay_s()) sample.measured_delay_s = input.measured_delay_s();
   return true;
 }

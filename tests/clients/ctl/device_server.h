@@ -64,6 +64,7 @@ class DeviceServer {
   std::vector<v1::Axis> confirmed;
   std::string refusal = "The check starts again.";  ///< of what was felt elsewhere
   int engaged = 0, disengaged = 0;
+  int held = 0;  ///< measurings that are spoilt by a hand
   /// What GetDeviceInfo tells one after the other; the last one for ever.
   std::vector<v1::CalibrationState> calibration;
 
@@ -92,6 +93,7 @@ class DeviceServer {
   void calibrate(const v1::Calibrate& asked, v1::Result& result) {
     steps.push_back(asked.step());
     if (asked.step() == v1::CALIBRATE_STEP_PUSH) pushed.push_back(asked.axis());
+    if (asked.step() == v1::CALIBRATE_STEP_MEASURE) measure(asked.axis(), result);
     if (asked.step() != v1::CALIBRATE_STEP_CONFIRM) return;
     confirmed.push_back(asked.axis());
     if (asked.axis() == pushed.back()) {
@@ -102,6 +104,15 @@ class DeviceServer {
       result.set_code(v1::RESULT_CODE_FAILED);
       result.set_message(refusal);
     }
+  }
+
+  void measure(v1::Axis axis, v1::Result& result) {
+    result.set_message("Take the hands off.");
+    result.set_code(v1::RESULT_CODE_FAILED);
+    if (held-- > 0) return;
+    result.set_code(v1::RESULT_CODE_OK);
+    result.set_message("At least 0.4 N s/m.");
+    info.add_damping()->set_axis(axis);
   }
 
   void fill(v1::State& state) {

@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <set>
@@ -26,6 +27,8 @@ struct Person {
   std::function<std::string(v1::Axis)> feels = [](v1::Axis axis) {
     return std::string(1, "?rludta"[static_cast<int>(axis)]);
   };
+  std::string lets_go;  ///< what is answered when the handle is to be let go: Enter
+  std::string tries_again;
   int patience = 1000;
   std::vector<std::string> heard;
   std::vector<std::string> answers;
@@ -54,6 +57,8 @@ struct Person {
     }
     if (text.starts_with("Which way")) answers.push_back(feels(server.pushed.back()));
     if (text.starts_with("Answer")) answers.emplace_back("n");
+    if (text.starts_with("Take your hands off")) answers.push_back(lets_go);
+    if (text.starts_with("Enter to try again")) answers.push_back(tries_again);
   }
 
   [[nodiscard]] bool was_told(const std::string& part) const {
@@ -112,6 +117,7 @@ TEST_CASE("a device that lies and pushes as its profile has it passes, and its f
   CHECK(std::set<v1::Axis>(server.pushed.begin(), server.pushed.end()).size() == 6);
   CHECK(server.confirmed == server.pushed);
   CHECK(person.was_told("Passed"));
+  CHECK(server.info.damping_size() == 3);
   // Nobody may know before which way it will go.
   for (const std::string& text : person.heard) CHECK_FALSE(contains(text, "push left"));
 }
@@ -193,9 +199,47 @@ TEST_CASE("a handle that is not moved is asked for three times, then said to be 
   CHECK(server.engaged == 0);
 }
 
+TEST_CASE("damping is measured along each axis after the check, and again where a hand held on") {
+  DeviceServer server;
+  server.held = 2;
+  Person person(server);
+  CHECK(check(person).empty());
+  CHECK(server.info.damping_size() == 3);
+  CHECK(std::count(server.steps.begin(), server.steps.end(), v1::CALIBRATE_STEP_MEASURE) == 5);
+  CHECK(person.was_told("Take the hands off"));
+  CHECK(person.was_told("At least 0.4"));
+  CHECK(server.disengaged == 1);
+}
+
+TEST_CASE("who skips the measuring has passed the check all the same") {
+  for (const bool at_once : {true, false}) {
+    DeviceServer server;
+    server.held = 100;
+    Person person(server);
+    (at_once ? person.lets_go : person.tries_again) = "skip";
+    CHECK(check(person).empty());
+    CHECK(server.info.checked());
+    CHECK(server.info.damping_size() == 0);
+    CHECK(person.was_told("Skipped"));
+    CHECK(server.disengaged == 1);
+  }
+}
+
+TEST_CASE("a device that was checked, and whose damping is a guess, is measured and not pushed") {
+  DeviceServer server;
+  server.info.set_checked(true);
+  Person person(server);
+  CHECK(check(person).empty());
+  CHECK(server.pushed.empty());
+  CHECK(server.info.damping_size() == 3);
+  CHECK(server.engaged == 1);
+  CHECK(server.disengaged == 1);
+}
+
 TEST_CASE("a device that needs no check is left alone, unless it is to be checked anyway") {
   DeviceServer server;
   server.info.set_checked(true);
+  server.info.mutable_profile()->mutable_damping_n_s_per_m()->add_value(1.0);
   Person person(server);
   CHECK(check(person).empty());
   CHECK(person.was_told("Nothing needs checking"));

@@ -52,6 +52,7 @@ inline Tick any_tick(SplitMix64& random, std::uint64_t number, int tools) {
     tool.lost = random.chance(0.5);
     tool.write_failed = random.chance(0.5);
     tool.asked = {random.chance(0.5), random.chance(0.5),
+                  static_cast<PushAxis>(random.below(kPushAxes + 1)),
                   static_cast<PushAxis>(random.below(kPushAxes + 1))};
     sample.flags = static_cast<std::uint16_t>(random.next());
     // Instants within kMax_ns, others are refused; so is the age that follows from them.

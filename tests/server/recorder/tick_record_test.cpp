@@ -37,9 +37,9 @@ bool same(const ToolTick& a, const ToolTick& b) {
          a.came == b.came && a.held == b.held && a.lost == b.lost &&
          a.write_failed == b.write_failed && a.asked.recentre == b.asked.recentre &&
          a.asked.clutch_open == b.asked.clutch_open && a.asked.push == b.asked.push &&
-         a.stiffness.scale == b.stiffness.scale && same(a.X_WH, b.X_WH) && same(a.V_WH, b.V_WH) &&
-         same(a.X_WG, b.X_WG) && same(a.F_computed_H_W, b.F_computed_H_W) &&
-         same(a.F_written_H_W, b.F_written_H_W);
+         a.asked.measure == b.asked.measure && a.stiffness.scale == b.stiffness.scale &&
+         same(a.X_WH, b.X_WH) && same(a.V_WH, b.V_WH) && same(a.X_WG, b.X_WG) &&
+         same(a.F_computed_H_W, b.F_computed_H_W) && same(a.F_written_H_W, b.F_written_H_W);
 }
 
 bool same(const Tick& a, const Tick& b) {
