@@ -36,7 +36,7 @@ constexpr int kMinRows = 4;
 constexpr double kMaxResidual = 0.05;
 /// Stiffness that is not the spring's, as a share of it. More: something holds the handle; further
 /// below 0: the spring is not felt as it was written.
-constexpr double kMaxHold = 0.06;
+constexpr double kMaxHold = 0.03;
 constexpr double kMinHold = -0.1;
 /// Standard errors that a bound is away, a share of the damping for what the model leaves out, and
 /// no less than this, N s/m.
