@@ -326,7 +326,8 @@ class GuidedCheck {
   /// False: the person skips it.
   bool measured(v1::Axis axis) {
     constexpr std::array<const char*, 3> kNames{"right and left", "up and down", "to and fro"};
-    person_.say(std::string("Take your hands off the handle and press Enter; it will ring ") +
+    person_.say(std::string("Take your hands off the handle, so that it hangs free, and press "
+                            "Enter; it will ring ") +
                 kNames[static_cast<std::size_t>(index_of(axis))] + ". Or s to skip:");
     while (is_ready()) {
       engage();

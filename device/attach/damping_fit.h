@@ -1,24 +1,31 @@
-// The damping of a handle from how it rang against a known spring: m x'' + b x' + k_h x + c
-// sign(x') = F + F_0 with the forces that were written, weighted by smooth windows that take the
-// derivatives off the noisy positions (method of modulating functions, Shinbrot 1957), then least
-// squares. That the forces are known takes in what a sampled spring does: its hold needs no
-// correction. A delay d makes it act like a damping of -k d, so the lower bound counts no delay at
-// all and the upper one the longest. Dry friction has a term of its own, and a hand that holds on
-// is a stiffness k_h that no handle has; two stiffnesses of the spring tell both from mass. Frame:
-// one axis of D. SI. Not RT: some milliseconds.
+// The damping of a handle from how it rang against a known spring (ring_equations.h), with bounds.
+// The lower one is what counts, so each thing that is not known is taken as it makes it lowest:
+//  - a delay d acts like a damping of -k d: two stiffnesses tell it, and the shortest that is
+//    plausible counts
+//  - dry friction has a term of its own, and never helps
+//  - a hand that holds on is a stiffness k_h that no free handle has. Above kMaxHold nothing is
+//  told.
+//    Below, what it may damp is taken off: kHandTime times the largest k_h that is plausible
+//  - each half of the rings must say the same, and the lowest counts
+// What cannot be told from the device: something that damps the handle and is softer than kMaxHold
+// all the same, with more than kHandTime of its stiffness, as a dashpot. No hand is that; whoever
+// measures has to let the handle go. Frame: one axis of D. SI. Not RT: some milliseconds.
 #pragma once
 
 #include <cstdint>
 #include <span>
 
+#include "device/attach/ring_equations.h"
+
 namespace hapticd {
 
-/// A tick of the measuring (core/tick/measuring_plan.h).
-struct RingSample {
-  double t_s = 0.0;  ///< since it began
-  double x = 0.0;    ///< as sampled, m
-  double f = 0.0;    ///< as written then, N
-};
+/// Stiffness that is not the spring's, N/m, at most, so that a hand of 10 N/m is noticed with an
+/// error to spare. Larger: one that hardly touches is not; smaller: no handle with a cable or a
+/// coarse encoder can be measured.
+inline constexpr double kMaxHold = 8.0;
+/// Damping of a hand over its stiffness, s, at most: arms and fingers have hundreds of N/m for
+/// some 10 N s/m. Larger: less is left of what was measured; smaller: a loose hand counts.
+inline constexpr double kHandTime = 0.1;
 
 /// What is known of a handle's damping. All finite, 0 < lower <= upper, 0 < mass.
 struct DampingBounds {

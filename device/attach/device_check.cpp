@@ -29,7 +29,8 @@ std::string remedy_of(RingVerdict verdict) {
       return "The handle has not rung. Let it hang or stand free, away from its stops; with much "
              "dry friction, or a force limit below 1 N, its damping cannot be measured.";
     case RingVerdict::kHeld:
-      return "Something held on to the handle. Take the hands off, and its cable out of the way.";
+      return "Something held on to the handle. Let it hang free: hands off, and its cable out of "
+             "the way.";
     case RingVerdict::kUnclear:
       return "The handle did not ring clearly. Nothing may touch it; fasten the device.";
     case RingVerdict::kTooLittle:

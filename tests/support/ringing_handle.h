@@ -85,9 +85,9 @@ inline HandleTruth any_handle(SplitMix64& random, bool held) {
   if (random.chance(0.5)) truth.step = between(1e-6, 1e-4);
   truth.delay = static_cast<int>(random.below(4));
   if (!held) return truth;
-  truth.hand_mass = 0.3 * random.uniform();
+  truth.hand_mass = random.uniform();
   truth.hand_damping = between(0.3, 10.0);
-  truth.hand_stiffness = between(30.0, 1000.0);
+  truth.hand_stiffness = between(10.0, 1000.0);
   return truth;
 }
 
