@@ -45,15 +45,6 @@ IsMine drivable_by(const DriverEntry& driver, const DeviceSheet& chosen,
   };
 }
 
-/// What was measured takes the place of a guess, and of a statement that it contradicts.
-void count_damping(const DeviceCheck& check, DeviceSheet& sheet) {
-  const std::optional<DampingBounds> known = counted_damping(check.damping(), check.can_push());
-  const DeviceProfile& profile = sheet.profile;
-  if (!known || (!profile.damping_guessed && profile.damping <= known->upper)) return;
-  state_number(sheet, &DeviceProfile::damping, {known->lower},
-               {0, "measured by hapticctl device check: at least this", false});
-}
-
 /// Checks and limits a device that pushes.
 DeviceGrant grant(const HidrawNode& node, const DeviceStatement& statement,
                   const AttachOptions& options, AttachedDevice& attached) {
@@ -70,6 +61,14 @@ DeviceGrant grant(const HidrawNode& node, const DeviceStatement& statement,
 }
 
 }  // namespace
+
+void count_damping(const DeviceCheck& check, DeviceSheet& sheet) {
+  const std::optional<DampingBounds> known = counted_damping(check.damping(), check.can_push());
+  const DeviceProfile& profile = sheet.profile;
+  if (!known || (!profile.damping_guessed && profile.damping <= known->upper)) return;
+  state_number(sheet, &DeviceProfile::damping, {known->lower},
+               {0, "measured by hapticctl device check: at least this", false});
+}
 
 AttachedDevice attach_device(const DeviceSource& source, const DeviceSheet& chosen,
                              const AttachOptions& options) {

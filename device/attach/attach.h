@@ -32,6 +32,11 @@ struct AttachedDevice {
   std::unique_ptr<Attachment> attachment;  ///< last: it ends before the device does
 };
 
+/// Takes what `check` knows of the damping for that of `sheet`, where that is a guess, not
+/// stated, or more than was found at most. Changes nothing while an axis that it pushes along has
+/// not been measured.
+void count_damping(const DeviceCheck& check, DeviceSheet& sheet);
+
 /// Attaches the device that `source` names, which is one for what is plugged in. `chosen`: the
 /// profile for it. It gets `max_force` at most, and no more than kUncheckedForce unless it has been
 /// checked. Throws std::runtime_error with what is wrong and the remedy.
