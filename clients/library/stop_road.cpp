@@ -63,7 +63,9 @@ class Errand {
     if (socket_ >= 0) ::close(socket_);
   }
   Errand(Errand&& other) noexcept
-      : socket_(std::exchange(other.socket_, -1)), call_(other.call_), deaf_(other.deaf_) {}
+      : socket_(std::exchange(other.socket_, -1)),
+        call_(std::move(other.call_)),
+        deaf_(other.deaf_) {}
   Errand& operator=(Errand&&) = delete;
   Errand(const Errand&) = delete;
   Errand& operator=(const Errand&) = delete;

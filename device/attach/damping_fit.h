@@ -4,8 +4,7 @@
 //    plausible counts
 //  - dry friction has a term of its own, and never helps
 //  - a hand that holds on is a stiffness k_h that no free handle has. Above kMaxHold nothing is
-//  told.
-//    Below, what it may damp is taken off: kHandTime times the largest k_h that is plausible
+//    told. Below, what it may damp is taken off: kHandTime times the largest k_h that is plausible
 //  - each half of the rings must say the same, and the lowest counts
 // What cannot be told from the device: something that damps the handle and is softer than kMaxHold
 // all the same, with more than kHandTime of its stiffness, as a dashpot. No hand is that; whoever

@@ -459,7 +459,7 @@ void HapticLoop::advance_state() noexcept {
     if (follow_push(tool.asked.push, tick_.state, time.dt_s, tool.push)) tool.safety.port = {};
     const SpringTick spring{tool.asked.measure, tick_.state, tool.asked.clutch_open, time.dt_s,
                             tool.judged.X_DH.p};
-    if (follow_measuring(spring, tool.spring_under_test)) tool.safety.port = {};
+    follow_measuring(spring, tool.spring_under_test, tool.safety.port);
   }
   if (loop_output_.latched || loop_output_.cleared) {
     publisher_.tell(FaultNotice{tick_.cause, loop_output_.latched}, fault.tool);

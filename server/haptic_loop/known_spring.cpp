@@ -24,25 +24,30 @@ double pull_of(double t_s) noexcept {
 
 }  // namespace
 
-bool follow_measuring(const SpringTick& tick, KnownSpring& spring) noexcept {
-  if (tick.state == LoopState::kReleasing) return false;
+void follow_measuring(const SpringTick& tick, KnownSpring& spring, PortEnergy& port) noexcept {
+  if (tick.state == LoopState::kReleasing) return;
   if (tick.state != LoopState::kEngaged) {
+    if (spring.axis != 0) port.given = std::max(port.given, spring.owed);
     spring = {};
-    return false;
+    return;
   }
   if (tick.asked != 0) {
-    spring = {tick.asked, 0.0, to_array(tick.p_DH)};
-    return true;
+    const double owed = spring.axis != 0 ? spring.owed : std::max(port.given, 0.0);
+    spring = {tick.asked, 0.0, to_array(tick.p_DH), owed};
+    port = {};
+    return;
   }
-  if (spring.axis == 0) return false;
+  if (spring.axis == 0) return;
   const int ring = ring_of(spring.t_s);
   // A pause must not become a jump.
   spring.t_s += std::min(tick.dt_s, kMaxRampStep_s);
   const bool far = (tick.p_DH - to_vector(spring.anchor)).norm() > kMaxExcursion;
   if (far || tick.clutch_open) spring.t_s = std::max(spring.t_s, kMeasuring_s);
-  const bool begins = ring_of(spring.t_s) != ring;
+  if (ring_of(spring.t_s) != ring) {
+    port = {};
+    if (ring_of(spring.t_s) == kRings) port.given = spring.owed;
+  }
   if (!(spring.t_s < kMeasuring_s + kPushRamp_s)) spring = {};
-  return begins;
 }
 
 Wrench with_spring(const KnownSpring& spring, const SpringStrength& strength, const Vector3& p_DH,

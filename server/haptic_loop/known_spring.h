@@ -7,6 +7,7 @@
 #include "core/math/state_fields.h"
 #include "core/math/vector.h"
 #include "core/math/wrench.h"
+#include "core/safety/passivity.h"
 #include "core/tick/loop_state.h"
 #include "core/tick/measuring_plan.h"
 #include "core/tick/push_axis.h"
@@ -18,13 +19,14 @@ struct KnownSpring {
   PushAxis axis = 0;  ///< 0: nothing is measured
   double t_s = 0.0;   ///< since it began, [0, kMeasuring_s + kPushRamp_s)
   Array3 anchor{};    ///< p_DH where it began, m
+  double owed = 0.0;  ///< what the hand had been given at the port before, J, >= 0
 };
 
 template <FieldsOf<KnownSpring> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
-  auto& [axis, t_s, anchor] = state;
+  auto& [axis, t_s, anchor, owed] = state;
   visit.bounded(axis, 0, kPushAxes);
-  visit(t_s, anchor);
+  visit(t_s, anchor, owed);
 }
 
 /// What a tick of the measuring depends on.
@@ -37,10 +39,10 @@ struct SpringTick {
 };
 
 /// One tick: as follow_push() does, begins what is asked for or goes on with what is under way. A
-/// handle farther than kMaxExcursion from where it began ends it too: someone leads it. True where
-/// a ring begins and where all are over: the energy at the port starts anew there.
-[[nodiscard]] HD_REALTIME bool follow_measuring(const SpringTick& tick,
-                                                KnownSpring& spring) noexcept;
+/// handle farther than kMaxExcursion from where it began ends it too: someone leads it. The energy
+/// at the `port` starts anew with each ring; once it is over, what was given before counts again.
+HD_REALTIME void follow_measuring(const SpringTick& tick, KnownSpring& spring,
+                                  PortEnergy& port) noexcept;
 
 /// How strong it is.
 struct SpringStrength {

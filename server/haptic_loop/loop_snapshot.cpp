@@ -127,7 +127,8 @@ void restore_tool(std::size_t k, PlayedScene& scene, ToolLoop& tool, SnapshotRea
   if (pushes) read.take(StateKind::kPush, number(k), tool.push);
   const bool measures = read.find(StateKind::kMeasuring, number(k)) != nullptr;
   if (measures) read.take(StateKind::kMeasuring, number(k), tool.spring_under_test);
-  read.require(tool.push.t_s >= 0.0 && tool.spring_under_test.t_s >= 0.0);
+  read.require(tool.push.t_s >= 0.0 && tool.spring_under_test.t_s >= 0.0 &&
+               tool.spring_under_test.owed >= 0.0);
   read.require(delay_s >= 0.0 && delay_s <= kMaxDelay_s);
   read.require(fits_scene(play.state, play.scene) && names_parts(play.view));
   read.require(names_things(tool.touches, scene.scene->description(), k, play.scene));

@@ -222,4 +222,29 @@ TEST_CASE("a snapshot taken while a handle rings goes on as the loop did") {
                     [](const StateSpan& block) { return block.kind == StateKind::kMeasuring; }));
 }
 
+TEST_CASE("measuring again and again forgives nothing that the hand was given before") {
+  const std::uint64_t seed = fresh_seed();
+  CAPTURE(seed);
+  SplitMix64 random(seed);
+  for (int k = 0; k < 100; ++k) {
+    KnownSpring spring;
+    PortEnergy port;
+    const double before = random.uniform(1e-6, 5e-3);
+    port.given = before;
+    SpringTick tick{5, LoopState::kEngaged, false, 1e-3, Vector3::Zero()};
+    follow_measuring(tick, spring, port);
+    CHECK(port.given == 0.0);
+    const bool asks_again = random.chance(0.5);
+    const bool falls = random.chance(0.3);
+    for (int i = 0; spring.axis != 0 && i < 100'000; ++i) {
+      tick.asked = asks_again && i < 20'000 && random.chance(2e-4) ? PushAxis{1} : PushAxis{0};
+      tick.clutch_open = random.chance(1e-4);
+      if (falls && random.chance(1e-3)) tick.state = LoopState::kFault;
+      follow_measuring(tick, spring, port);
+    }
+    CHECK(spring.axis == 0);
+    CHECK(port.given == before);
+  }
+}
+
 }  // namespace hapticd::test
