@@ -16,6 +16,8 @@ from jack_player import DECAY_S, TUNING, Player
 
 LIBRARY = os.path.abspath(sys.argv.pop(1))
 LONGEST_S = 60
+CLOCKS_S = 0.004
+"""How far the client's idea of the server's clock may be off on a busy machine, either way: half of the shortest round trip it has seen."""
 
 
 class Scripted(Player):
@@ -202,11 +204,11 @@ class Changes(unittest.TestCase):
             onsets_s.append(blocks[frame // 1024][1] + (frame % 1024 + 2048) / 48000)
         self.assertEqual(len(onsets_s), 5)
         for onset_s, instant_s in zip(onsets_s, instants_s):
-            self.assertGreater(onset_s - instant_s, 0.064)  # what the blocks need; the last millisecond is for the network and the clocks
+            self.assertGreater(onset_s - instant_s, 0.065 - CLOCKS_S)
         tones, played, late = player.counts()
         self.assertEqual(tones, played)
         if late == 0:
-            self.assertLess(max(onset_s - instant_s for onset_s, instant_s in zip(onsets_s, instants_s)), 0.068)
+            self.assertLess(max(onset_s - instant_s for onset_s, instant_s in zip(onsets_s, instants_s)), 0.065 + CLOCKS_S)
 
     def test_overruns_and_late_tones_are_said_without_being_asked_for(self):
         with Scripted("--synth", "--delay-ms", "0") as player:
