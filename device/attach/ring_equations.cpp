@@ -5,12 +5,12 @@
 #include <cmath>
 #include <optional>
 
+#include "core/math/elementary.h"
 #include "core/tick/measuring_plan.h"
 
 namespace hapticd {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// Share of a ring at whose mean it comes to rest.
 constexpr double kRestShare = 0.2;
 /// The first way ends at this share of where it began.

@@ -24,24 +24,14 @@ class DampingBench {
   explicit DampingBench(const HandleTruth& truth) {
     LoopOptions options;
     options.virtual_time = true;
-    std::unique_ptr<PlayedScene> played = played_scene(kWallScene, 1);
-    PlayedTool& tool = played->tools[0];
-    PlayedDevice& place = tool.device;
-    const double tick_s = 1e-9 * static_cast<double>(options.period_ns);
-    auto device = std::make_unique<RingingDevice>(place.device->profile(), truth, tick_s);
-    handle = device.get();
-    place.facets = {};
-    place.traits = {.can_push_a_person = true};
-    place.device = device.get();
-    place.owned = std::move(device);
-    tool.limits.passivity.damping = 0.0;
-    tool.stiffness_limits.damping_guessed = true;
-    tool.stiffness_limits.delay_unknown = true;
-    apply_settings(*played);
+    RingingScene scene(truth, 1e-9 * static_cast<double>(options.period_ns));
+    handle = scene.handle;
+    apply_settings(*scene.played);
     subject.device = checked_device(pen("S1"), kStated, AxisMapping{});
     subject.can_push = {false, false, true};
     check = std::make_unique<DeviceCheck>(subject, folder.path());
-    loop.begin(options, std::move(played), [this](const LoopEvent& event) { desk.take(event); });
+    loop.begin(options, std::move(scene.played),
+               [this](const LoopEvent& event) { desk.take(event); });
     run(5);
   }
 

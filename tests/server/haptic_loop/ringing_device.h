@@ -1,8 +1,12 @@
 // A device whose handle rings along z in a simulation and is held still along the other axes.
 #pragma once
 
+#include <memory>
+#include <utility>
+
 #include "core/math/realtime.h"
 #include "device/api/haptic_device.h"
+#include "tests/server/haptic_loop/loop_run.h"
 #include "tests/support/ringing_handle.h"
 
 namespace hapticd::test {
@@ -38,6 +42,27 @@ class RingingDevice final : public HapticDevice {
   RingingHandle handle_;
   double tick_s_;
   DeviceSample sample_;
+};
+
+/// The wall, played with a device that rings; nobody knows its damping nor its delay. Its settings
+/// are still to be applied.
+struct RingingScene {
+  std::unique_ptr<PlayedScene> played = played_scene(kWallScene, 1);
+  RingingDevice* handle = nullptr;
+
+  RingingScene(const HandleTruth& truth, double tick_s) {
+    PlayedTool& tool = played->tools[0];
+    PlayedDevice& place = tool.device;
+    auto device = std::make_unique<RingingDevice>(place.device->profile(), truth, tick_s);
+    handle = device.get();
+    place.facets = {};
+    place.traits = {.can_push_a_person = true};
+    place.device = handle;
+    place.owned = std::move(device);
+    tool.limits.passivity.damping = 0.0;
+    tool.stiffness_limits.damping_guessed = true;
+    tool.stiffness_limits.delay_unknown = true;
+  }
 };
 
 }  // namespace hapticd::test
