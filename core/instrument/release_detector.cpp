@@ -132,6 +132,10 @@ TouchReport watch_touch(const TouchLimits& limits, const StringTouch& touch,
   return report;
 }
 
+std::int64_t touched_ns(const ReleaseDetector& detector, const TickTime& now) noexcept {
+  return detector.inside ? now.t_ns : detector.lost_ns;
+}
+
 bool refractory(const ReleaseOptions& options, const ReleaseDetector& detector,
                 std::int64_t t_ns) noexcept {
   if (!detector.sounded) return false;

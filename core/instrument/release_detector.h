@@ -62,6 +62,10 @@ struct TouchLimits {
 HD_REALTIME TouchReport watch_touch(const TouchLimits& limits, const StringTouch& touch,
                                     ReleaseDetector& detector) noexcept;
 
+/// When the tool was last nearer than what it touches, ns, once it has been.
+[[nodiscard]] HD_REALTIME std::int64_t touched_ns(const ReleaseDetector& detector,
+                                                  const TickTime& now) noexcept;
+
 /// True if a release at t_ns comes too soon after one that sounded to sound again.
 [[nodiscard]] HD_REALTIME bool refractory(const ReleaseOptions& options,
                                           const ReleaseDetector& detector,

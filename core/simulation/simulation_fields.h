@@ -23,7 +23,8 @@ HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {
   visit(parts);
 }
 
-HD_VISIT_FIELDS(ToolStringState, distance, u_W, v_W, nhat_W, p_GC_W, told_nhat_W, part, detector)
+HD_VISIT_FIELDS(ToolStringState, distance, u_W, v_W, nhat_W, p_GC_W, told_nhat_W, left_p_WC,
+                left_nhat_W, left_part, part, detector)
 
 template <FieldsOf<TouchEvent> State, typename Visit>
 HD_REALTIME void visit_fields(State& state, Visit& visit) noexcept {

@@ -81,9 +81,10 @@ void StringPlayers::play_string(std::int32_t string, const StringProximity& near
   }
   ToolStringState& seen = visit(player, string);
   if (near_by) seen.part = near.part;
-  name_place(first, {play, track.player, seen}, string, events_);
+  const Toucher toucher{play, track.player, string, near.touch.time, seen};
+  name_place(first, toucher, events_);
   // What moved without time passing counts as motion of the next tick.
-  if (near.touch.time.dt_ns > 0) remember({play, track.player, seen}, string, near, seen);
+  if (near.touch.time.dt_ns > 0) remember(toucher, near, touched_ns(detector, touch.time), seen);
 
   // A force held over a tick without a sample may not attract either.
   const double vibration_force = std::max(response.vibration_force, -near.touch.force);
@@ -118,6 +119,7 @@ void StringPlayers::watch_others(std::int32_t string,
     ToolStringState& seen = visit(tool, string);
     const StringTouch& touch = near[tool].touch;
     if (touch.time.dt_ns <= 0) continue;
+    const Toucher toucher{play, number, string, touch.time, seen};
     if (seen.detector.touching || touch.distance < 0.0) {
       InstrumentOptions silent = play.scene.instrument;
       silent.vibration = false;
@@ -132,11 +134,11 @@ void StringPlayers::watch_others(std::int32_t string,
         events_[k].lambda = whole_lambda(play.view, string, events_[k].lambda);
       }
       if (near[tool].part >= 0) seen.part = near[tool].part;
-      name_place(first, {play, number, seen}, string, events_);
+      name_place(first, toucher, events_);
       seen.detector = state.detector;
       seen.detector.lambda = whole_lambda(play.view, string, state.detector.lambda);
     }
-    remember({play, number, seen}, string, near[tool], seen);
+    remember(toucher, near[tool], touched_ns(seen.detector, touch.time), seen);
   }
 }
 

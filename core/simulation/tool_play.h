@@ -60,6 +60,11 @@ struct ToolStringState {
   /// Where its touch is told to be: the place from G, m, and the normal there.
   Vector3 p_GC_W{0.0, 0.0, 0.0};
   Vector3 told_nhat_W{0.0, 0.0, 0.0};
+  /// Likewise in W after the tick that the touch was in last, of the part `left_part`: an end that
+  /// is told later is there.
+  Vector3 left_p_WC{0.0, 0.0, 0.0};
+  Vector3 left_nhat_W{0.0, 0.0, 0.0};
+  std::int32_t left_part = -1;
   std::int32_t part = -1;  ///< of the tool, that was nearest when one was near
   /// The touch, while another tool plays the string (PlayedString::player).
   ReleaseDetector detector;

@@ -47,16 +47,23 @@ void wake(const Playing& playing) noexcept {
   }
 }
 
+ToolStringState& visit(const Playing& playing, std::size_t tool) noexcept {
+  const SimulationMemory& memory = playing.wave.memory;
+  return memory.visits[tool * memory.tracks.size() + static_cast<std::size_t>(playing.wave.string)];
+}
+
+Toucher toucher(const Playing& playing, std::size_t tool) noexcept {
+  return {playing.wave.memory.tools[tool], static_cast<std::int32_t>(tool), playing.wave.string,
+          playing.time, visit(playing, tool)};
+}
+
 /// What the next tick has to know.
 void remember_all(const Playing& playing, const NearTools& tools) noexcept {
-  const SimulationMemory& memory = playing.wave.memory;
-  const auto s = static_cast<std::size_t>(playing.wave.string);
-  for (std::size_t k = 0; k < memory.tools.size(); ++k) {
-    ToolStringState& seen = memory.visits[k * memory.tracks.size() + s];
+  for (std::size_t k = 0; k < playing.wave.memory.tools.size(); ++k) {
+    ToolStringState& seen = visit(playing, k);
     const StringProximity& near = tools[k].proximity;
     if (near.part >= 0) seen.part = near.part;
-    remember({memory.tools[k], static_cast<std::int32_t>(k), seen}, playing.wave.string, near,
-             seen);
+    remember(toucher(playing, k), near, playing.kept.state.grips[k].felt_ns, seen);
   }
 }
 
@@ -71,12 +78,7 @@ void watch(const Playing& playing, const WaveTick& stepped, const NearTools& too
                {k, touch.force > 0.0, touch.force > 0.0 ? touch.deflection : 0.0,
                 touch.normal_speed, touch.tangential_speed},
                events);
-    const SimulationMemory& memory = playing.wave.memory;
-    const auto s = static_cast<std::size_t>(playing.wave.string);
-    name_place(first,
-               {memory.tools[k], static_cast<std::int32_t>(k),
-                memory.visits[k * memory.tracks.size() + s]},
-               playing.wave.string, events);
+    name_place(first, toucher(playing, k), events);
   }
   const std::size_t first = events.size();
   watch_envelope(watched, playing.time.t_ns, events);
