@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
+#include <map>
 #include <random>
 
 #include "core/simulation/contact_report.h"
@@ -137,6 +139,7 @@ TEST_CASE("an event of a string has the place of the tool's surface where it tou
   Ensemble ensemble(1, options);
   SplitMix64 random(11);
   Vector3 at(0.4, 0.02, 0.0);
+  std::map<std::int64_t, Vector3> stood;
   int touches = 0;
   for (int leg = 0; leg < 60; ++leg) {
     const Vector3 to(random.uniform(0.2, 0.8), random.uniform(-3e-3, 0.02),
@@ -144,6 +147,8 @@ TEST_CASE("an event of a string has the place of the tool's surface where it tou
     for (int k = 1; k <= 30; ++k) {
       ensemble.events.clear();
       const Tick& told = ensemble.tick({Vector3(at + (to - at) * k / 30)}).record();
+      stood[static_cast<std::int64_t>(stood.size() + 1) * 1'000'000] =
+          to_vector(told.tools[0].X_WG.p);
       for (const StringEvent& event : ensemble.events) {
         const bool is_touch = event.kind == StringEventKind::kTouch ||
                               event.kind == StringEventKind::kLeave ||
@@ -153,7 +158,14 @@ TEST_CASE("an event of a string has the place of the tool's surface where it tou
         const Vector3 n = to_vector(event.nhat_OG_W);
         CHECK(std::abs(n.norm() - 1.0) < 1e-12);
         const Vector3 centre = to_vector(event.p_WC) + kEnsembleTip * n;
-        CHECK((centre - to_vector(told.tools[0].X_WG.p)).norm() < 1e-9);
+        // After the tick that the instant is in; of one between two ticks, after either.
+        const auto after = stood.lower_bound(event.t_ns);
+        REQUIRE(after != stood.end());
+        double off = (centre - after->second).norm();
+        if (after->first == event.t_ns && std::next(after) != stood.end()) {
+          off = std::min(off, (centre - std::next(after)->second).norm());
+        }
+        CHECK(off < 1e-9);
       }
     }
     at = to;
