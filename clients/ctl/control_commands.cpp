@@ -10,8 +10,8 @@
 
 #include "clients/ctl/commands.h"
 #include "clients/ctl/text.h"
-#include "clients/library/recording.h"
 #include "clients/library/scene_file.h"
+#include "proto/recording/default_recordings.h"
 #include "proto/wire/shown_text.h"
 
 namespace hapticd::ctl {
@@ -186,9 +186,10 @@ void step(const GlobalOptions& options, std::uint64_t steps) {
 std::string whole_path(const client::Client& client, const std::string& name,
                        std::filesystem::file_time_type since) {
   const std::string& host = client.server();
-  const bool here = host.starts_with("127.") || host.starts_with("[::1]");
+  const bool here =
+      host.starts_with("127.") || host.starts_with("[::1]:") || host.starts_with("localhost:");
   if (!here || name.empty() || name.find('/') != std::string::npos) return {};
-  const std::filesystem::path file = client::default_recordings() / name;
+  const std::filesystem::path file = default_recordings() / name;
   std::error_code error;
   const bool plain = std::filesystem::is_regular_file(std::filesystem::symlink_status(file, error));
   if (!plain || std::filesystem::last_write_time(file, error) < since || error) return {};
@@ -212,13 +213,13 @@ void record(const GlobalOptions& options, v1::RecordMode mode, const std::string
   control(*client, item, options);
   client->poll_until([&] { return told->size() > before; }, timeout_of(options));
   if (told->empty()) throw Failure(kUnreachable, "the daemon says nothing about its recorder");
-  const v1::RecordInfo& info = told->back();
+  v1::RecordInfo info = told->back();
+  const std::string path = whole_path(*client, info.file(), since);
+  if (!path.empty()) info.set_file(path);
   if (options.json) {
     print_text(to_json(info));
   } else {
-    const std::string path = whole_path(*client, info.file(), since);
-    print_text(plain_name(v1::RecordState_Name(info.state()), "RECORD_STATE_") + " " +
-               (path.empty() ? info.file() : path) +
+    print_text(plain_name(v1::RecordState_Name(info.state()), "RECORD_STATE_") + " " + info.file() +
                (path.empty() && info.state() != v1::RECORD_STATE_FAILED
                     ? ", in the folder that the log of hapticd names"
                     : ""));

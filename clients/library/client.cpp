@@ -72,7 +72,9 @@ std::int64_t monotonic_now_ns() {
 
 Client::Client(const std::string& host, std::uint16_t port, ClientHandlers handlers,
                std::optional<ClientKey> key)
-    : server_(host + ":" + std::to_string(port)), socket_(connected_socket(host, port)) {
+    : server_((host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" +
+              std::to_string(port)),
+      socket_(connected_socket(host, port)) {
   core_ = std::make_unique<ClientCore>(
       [this](std::span<const std::uint8_t> datagram) {
         // What the system does not take is lost, as on any network.

@@ -11,10 +11,6 @@
 
 namespace hapticd::client {
 
-/// Where a hapticd of this user writes its recordings: hapticd/recordings in $XDG_STATE_HOME, or in
-/// ~/.local/state. One that runs as a service has another folder.
-[[nodiscard]] std::filesystem::path default_recordings();
-
 class Recording {
  public:
   /// Throws RecordingError, with the file and the remedy, when it cannot be read, is no recording

@@ -2,6 +2,7 @@
 #include "proto/hints/command_line_fault.h"
 
 #include <algorithm>
+#include <cctype>
 #include <regex>
 #include <sstream>
 #include <vector>
@@ -11,9 +12,19 @@
 namespace hapticd::hints {
 namespace {
 
-/// Commands, or options, of `app` and of the commands that were given.
-// NOLINTNEXTLINE(misc-no-recursion): as deep as commands have commands
-void collect(const CLI::App& app, bool options, std::vector<std::string>& names) {
+/// `app` and the commands that were given, from the outermost inwards.
+std::vector<const CLI::App*> given_commands(const CLI::App& app) {
+  std::vector<const CLI::App*> given{&app};
+  for (std::size_t k = 0; k < given.size(); ++k) {
+    const auto below = given[k]->get_subcommands();
+    given.insert(given.end(), below.begin(), below.end());
+  }
+  return given;
+}
+
+/// Options, or commands, of `app` alone.
+std::vector<std::string> names_in(const CLI::App& app, bool options) {
+  std::vector<std::string> names;
   if (options) {
     for (const CLI::Option* option : app.get_options()) {
       for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
@@ -21,14 +32,51 @@ void collect(const CLI::App& app, bool options, std::vector<std::string>& names)
   } else {
     for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
   }
-  for (const CLI::App* given : app.get_subcommands()) collect(*given, options, names);
+  return names;
+}
+
+/// The nearest name of the innermost command that has one: there it can be written.
+std::string nearest_hint(const CLI::App& app, const std::string& word, bool options) {
+  const std::vector<const CLI::App*> given = given_commands(app);
+  std::string hint;
+  for (auto at = given.rbegin(); at != given.rend() && hint.empty(); ++at) {
+    hint = did_you_mean(word, names_in(**at, options));
+    // Where a command has to follow, one of those around it cannot.
+    if (!options && !(*at)->get_subcommands({}).empty()) break;
+  }
+  return hint;
+}
+
+/// Whether `text` has `word`, and not as a part of a longer one.
+bool has_word(const std::string& text, const std::string& word) {
+  const auto is_part = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; };
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    const bool ends = end == text.size() || !(is_part(text[end]) || text[end] == '-');
+    if (ends && (at == 0 || !is_part(text[at - 1]))) return true;
+  }
+  return false;
+}
+
+/// Whether `said` is of an option, or an argument, that takes whole numbers.
+bool is_of_whole_number(const CLI::App& app, const std::string& said) {
+  for (const CLI::App* command : given_commands(app)) {
+    for (const CLI::Option* option : command->get_options()) {
+      const std::string type = option->get_type_name();
+      const bool whole = type.starts_with("INT") || type.starts_with("UINT") || type == "N";
+      if (whole && has_word(said, option->get_name())) return true;
+    }
+  }
+  return false;
 }
 
 /// What to write for the number with a decimal comma in `said`; empty where there is none.
-std::string comma_hint(const std::string& said) {
+std::string comma_hint(const CLI::App& app, const std::string& said) {
   std::smatch number;
-  if (!std::regex_search(said, number, std::regex("[0-9]+,([0-9]+)"))) return {};
-  if (number.length(1) == 3) return " Give a number without commas.";  // may be thousands
+  if (!std::regex_search(said, number, std::regex("([0-9]+),([0-9]+)"))) return {};
+  if (is_of_whole_number(app, said)) return " Give a whole number.";
+  const bool may_be_thousands = number.length(2) == 3 && number.str(1) != "0";
+  if (may_be_thousands) return " Give a number without commas.";
   std::string pointed = number.str();
   pointed[pointed.find(',')] = '.';
   return " Write " + pointed + ", with a point.";
@@ -55,7 +103,7 @@ std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
     return error.get_exit_code() == static_cast<int>(code);
   };
   if (is(CLI::ExitCodes::ValidationError) || is(CLI::ExitCodes::ConversionError)) {
-    return said + choice_hint(said) + comma_hint(said);
+    return said + choice_hint(said) + comma_hint(app, said);
   }
   const bool misses_command = is(CLI::ExitCodes::RequiredError);
   if (unknown.empty() || !(misses_command || is(CLI::ExitCodes::ExtrasError))) return said;
@@ -64,9 +112,7 @@ std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
   const bool is_option = dashed != unknown.end();
   const std::string given = is_option ? *dashed : unknown.front();
   const std::string word = given.substr(0, is_option ? given.find('=') : std::string::npos);
-  std::vector<std::string> names;
-  collect(app, is_option, names);
-  const std::string hint = did_you_mean(word, names);
+  const std::string hint = nearest_hint(app, word, is_option);
   if (is_option) return "There is no option " + word + "." + hint;
   if (!misses_command) return said + hint;
   return "There is no command or option " + word + "." + hint + " " + said;

@@ -143,9 +143,11 @@ Quantity parse_quantity(std::string_view text, std::string_view unit) {
   if (comma == std::string_view::npos) return read(text, unit);
   std::string pointed(text);
   pointed[comma] = '.';
-  // Three digits may be thousands: what is meant is not known.
+  // Three digits may be thousands, but for those after a nought: what is meant is not known.
   const std::size_t end = std::min(text.find_first_not_of("0123456789", comma + 1), text.size());
-  const bool right = end - comma != 4 && read(pointed, unit).fault.empty();
+  const std::string_view whole = text.substr(0, comma);
+  const bool may_be_thousands = end - comma == 4 && whole != "0" && !whole.ends_with("-0");
+  const bool right = !may_be_thousands && read(pointed, unit).fault.empty();
   return refused(right ? "Write " + pointed + ", with a point." : "Give a number without commas.");
 }
 

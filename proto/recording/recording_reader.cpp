@@ -1,11 +1,13 @@
 // See recording_reader.h.
 #include "proto/recording/recording_reader.h"
 
+#include "proto/recording/default_recordings.h"
+
 namespace hapticd {
 
-RecordingReader::RecordingReader(const std::string& path) : path_(path) {
+RecordingReader::RecordingReader(const std::string& path) : path_(find_recording(path)) {
   std::string error;
-  if (!file_.open(path, error)) {
+  if (!file_.open(path_, error)) {
     throw RecordingError(error + ". Name a recording: hapticctl record list shows them.");
   }
   rewind();

@@ -38,7 +38,8 @@ class RecordingError : public std::runtime_error {
 
 class RecordingReader {
  public:
-  /// Reads the header. Throws RecordingError, also for a recording of another format.
+  /// Reads the header of the file `path`, as find_recording() has it. Throws RecordingError, also
+  /// for a recording of another format.
   explicit RecordingReader(const std::string& path);
 
   /// The next message after the header; false at the end.

@@ -10,6 +10,7 @@
 #include "core/rt/memory_boundary.h"
 #include "core/rt/thread_role.h"
 #include "proto/wire/shown_text.h"
+#include "server/daemon/command_to_reach.h"
 #include "server/daemon/session_log.h"
 #include "server/encoding/encode_event.h"
 #include "server/service/passed_socket.h"
@@ -371,8 +372,8 @@ void Daemon::report_start() const {
       spdlog::warn("{}; {}", missing.what, missing.remedy);
     }
   }
-  spdlog::info("listening on {}: hapticctl {}status", transport_->local_address(),
-               config.keys().empty() ? "" : "--key " + config.keys() + "/control.key ");
+  const std::string address = transport_->local_address();
+  spdlog::info("listening on {}: {}", address, command_to_reach(address, config.keys()));
 }
 
 }  // namespace hapticd

@@ -70,6 +70,13 @@ std::string sources_in_words() {
   return words;
 }
 
+/// The source that is meant by one that is not known.
+std::string meant_source(const std::string& given) {
+  std::vector<std::string> kinds;
+  for (const DriverEntry& driver : drivers()) kinds.emplace_back(driver.kind);
+  return hints::did_you_mean(given.substr(0, given.find(':')), kinds);
+}
+
 /// `text` may quote what was given.
 [[noreturn]] void refuse(const std::string& text) {
   throw StartError(kExitUsage, wire::shown_lines(text));
@@ -260,7 +267,7 @@ void check_devices(const v1::Config& config) {
     const std::optional<DeviceSource> source = parse_source(device.source());
     if (!source) {
       refuse("--device: '" + device.source() + "' is not known. Choose " + sources_in_words() +
-             ".");
+             "." + meant_source(device.source()));
     }
     const bool replay = source->driver->driver == DeviceDriver::kReplay;
     if (source->driver->open != nullptr && config.clock() == v1::CLOCK_MODE_VIRTUAL) {

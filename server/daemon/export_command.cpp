@@ -24,7 +24,9 @@ int run_export(int argc, const char* const* argv) {
   std::string npy;
   bool json = false;
   CLI::App app("Writes a recording as a table, one row per tick or per event.", "hapticd export");
-  app.add_option("FILE", recording, "recording")->required();
+  app.add_option("FILE", recording,
+                 "recording: a file, or a name that `hapticctl record list` shows")
+      ->required();
   app.add_option("--what", what, "ticks or events (ticks)")
       ->check(CLI::IsMember({"ticks", "events"}))
       ->type_name("ticks|events");

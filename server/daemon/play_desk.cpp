@@ -128,11 +128,12 @@ Answer PlayDesk::play_gesture(const RequestId& id, const v1::PlayGesture& play) 
                                      ? check_gesture(play.gesture())
                                      : load_installed_gesture(play.name(), installed_gestures());
     if (!loaded.gesture) {
-      const SceneProblem& problem = loaded.problems.front();
+      SceneProblem problem = loaded.problems.front();
+      const std::string path = "play_gesture." + problem.field;
+      if (play.has_gesture()) problem.field.clear();  // the path has it
       return loaded.missing
                  ? result_of(v1::RESULT_CODE_NOT_FOUND, "play_gesture.name", to_text(problem))
-                 : result_of(v1::RESULT_CODE_INVALID, "play_gesture." + problem.field,
-                             to_text(problem));
+                 : result_of(v1::RESULT_CODE_INVALID, path, to_text(problem));
     }
     try {
       plan = plan_gesture(*loaded.gesture, *scenes_.newest().loaded);

@@ -10,6 +10,7 @@
 #include "core/rt/memory_boundary.h"
 #include "core/rt/monotonic_clock.h"
 #include "core/rt/thread_role.h"
+#include "proto/recording/default_recordings.h"
 #include "server/haptic_loop/thread_policy.h"
 #include "server/recorder/state_record.h"
 #include "server/scene_io/folder_names.h"
@@ -49,8 +50,7 @@ std::optional<fs::path> variable(const char* name) {
 
 fs::path recordings_folder() {
   if (const auto state = variable("STATE_DIRECTORY")) return *state / "recordings";
-  if (const auto xdg = variable("XDG_STATE_HOME")) return *xdg / "hapticd" / "recordings";
-  return variable("HOME").value_or("/tmp") / ".local/state/hapticd/recordings";
+  return default_recordings();
 }
 
 std::vector<std::string> list_recordings(const fs::path& folder) {

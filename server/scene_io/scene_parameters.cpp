@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <regex>
 
 #include "proto/hints/nearest_name.h"
 #include "proto/wire/field_table.h"
@@ -55,6 +56,12 @@ void walk(const pb::Message& message, const std::string& path, const Visit& visi
   }
 }
 
+/// strings.3.tension_n -> strings[3].tension_n, which is how indices are written.
+std::string bracketed(const std::string& path) {
+  static const std::regex kDotted(R"(\.([0-9]+)(?=\.|\[|$))");
+  return std::regex_replace(path, kDotted, "[$1]");
+}
+
 /// strings[3].tension_n -> strings[*].tension_n
 std::string any_index(const std::string& path) {
   std::string out;
@@ -102,6 +109,20 @@ void put_value(const LiveField& live, v1::Assignment& out) {
   } else {
     out.set_number(r.GetUInt32(message, &field));
   }
+}
+
+/// The one of `patterns` whose last field begins with `word`, where there is one only.
+std::string field_of(const std::string& word, const std::vector<std::string>& patterns) {
+  std::string found;
+  for (const std::string& pattern : patterns) {
+    const std::size_t dot = pattern.rfind('.');
+    if (word.empty() || !pattern.substr(dot == std::string::npos ? 0 : dot + 1).starts_with(word)) {
+      continue;
+    }
+    if (!found.empty()) return {};
+    found = pattern;
+  }
+  return found;
 }
 
 /// The choice of quality, which has its own path.
@@ -170,18 +191,21 @@ ParameterReading parameter_values(const v1::Scene& scene, const std::vector<std:
   return reading;
 }
 
-std::string unknown_parameter(const v1::Scene& scene, const std::string& path) {
+std::string unknown_parameter(const v1::Scene& scene, const std::string& given) {
+  const std::string path = bracketed(given);
   std::vector<std::string> patterns;
   for (const v1::ParameterInfo& info : live_parameters(scene)) patterns.push_back(info.path());
   const std::string any = any_index(path);
   if (std::find(patterns.begin(), patterns.end(), path) != patterns.end()) {
     return "Give an index in place of *.";
   }
-  if (std::find(patterns.begin(), patterns.end(), any) != patterns.end()) {
+  const bool exists = std::find(patterns.begin(), patterns.end(), any) != patterns.end();
+  if (exists && path == given) {
     return "The scene has none with this index.";
   }
-  std::string text = "No live parameter has this path; SceneInfo lists them.";
-  const std::string nearest = hints::nearest_name(any, patterns);
+  std::string text = "No live parameter has this path; hapticctl get lists them.";
+  std::string nearest = hints::nearest_name(any, patterns);
+  if (nearest.empty()) nearest = field_of(any, patterns);
   if (nearest.empty()) return text;
   const std::string meant = with_indices_of(path, nearest);
   const bool is_there = parameter_values(scene, {meant}).unknown.empty();

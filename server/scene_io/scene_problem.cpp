@@ -12,7 +12,7 @@ std::string to_text(const SceneProblem& problem) {
   if (problem.line > 0) {
     text += ":" + std::to_string(problem.line) + ":" + std::to_string(problem.column);
   }
-  text += problem.doubt ? ": warning: " : ": error: ";
+  if (!text.empty()) text += problem.doubt ? ": warning: " : ": error: ";
   if (!problem.field.empty()) text += problem.field + ": ";
   text += problem.message;
   if (!text.ends_with('.')) text += ".";

@@ -50,6 +50,23 @@ class PrintedCommands(unittest.TestCase):
             with self.subTest(" ".join(words), said_in=sorted(places)):
                 self.assertEqual("", complaint)
 
+    def test_the_one_that_the_log_shows_reaches_the_daemon_from_any_folder(self):
+        with tempfile.TemporaryDirectory() as folder:
+            keys = pathlib.Path(folder, "the lab's keys")
+            subprocess.run([BIN / "hapticctl", "keygen", keys], capture_output=True, timeout=60, check=True)
+            for more in ((), ("--keys", keys.name)):
+                before = os.getcwd()
+                os.chdir(folder)
+                try:
+                    playing = daemon.Daemon("--clock", "virtual", "--device", "scripted", "--scene", "single_string", *more)
+                finally:
+                    os.chdir(before)
+                with self.subTest(more), playing as played:
+                    shown = re.search(r"listening on \S+: (.*)", played.log)[1]
+                    done = subprocess.run(shown, shell=True, capture_output=True, text=True, timeout=60, check=False, cwd="/",
+                                          env=dict(os.environ, PATH=f"{BIN}:{os.environ['PATH']}"))
+                    self.assertEqual((0, ""), (done.returncode, done.stderr), shown)
+
     @staticmethod
     def collected(program_of, values):
         found, wrong = {}, []

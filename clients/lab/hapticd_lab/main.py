@@ -31,9 +31,14 @@ class Parser(argparse.ArgumentParser):
         return names
 
     def error(self, message: str) -> NoReturn:
+        known = self.known()
         mistyped = re.search(r"unrecognized arguments: (\S+)|invalid choice: '([^']*)'", message)
-        near = difflib.get_close_matches((mistyped.group(1) or mistyped.group(2)).split("=")[0], self.known(), 1) if mistyped else []
-        super().error(message + (f". Did you mean {near[0]}?" if near else ""))
+        words = [mistyped.group(1) or mistyped.group(2)] if mistyped else [word for word in sys.argv[1:] if word.startswith("--")]
+        strange = [word.split("=")[0] for word in words if word.split("=")[0] not in known]
+        near = difflib.get_close_matches(strange[0], known, 1) if strange else []
+        number = re.search(r"invalid (int|float) value: '([-+]?\d+),(\d+)'", message)
+        right = "" if number is None else ". Give a whole number" if number[1] == "int" else f". Write {number[2]}.{number[3]}, with a point"
+        super().error(message + right + (f". Did you mean {near[0]}?" if near else ""))
 
 
 def parser() -> argparse.ArgumentParser:

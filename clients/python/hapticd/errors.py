@@ -2,6 +2,7 @@
 the connection is a `ConnectionError`."""
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any, List
 
 from hapticd.v1 import answer_pb2, control_pb2
@@ -46,10 +47,17 @@ class RequestError(Exception):
     `message` says what is wrong and what to do."""
 
     def __init__(self, result: answer_pb2.Result) -> None:
+        self._code = result.code
         self.code = enum_name(answer_pb2.ResultCode, result.code, "RESULT_CODE_")
         self.path = shown_text(result.path)
         self.message = shown_text(result.message, kept="\n")
         super().__init__(": ".join(part for part in (self.code, self.path, self.message) if part))
+
+    def of_file(self, file: str) -> "RequestError":
+        """The same, of a text that the server has not read from a file, but that is one's."""
+        result = answer_pb2.Result(code=self._code, path=self.path)
+        result.message = re.sub("^inline:", lambda _: f"{shown_text(file)}:", self.message, flags=re.MULTILINE)
+        return RequestError(result)
 
 
 class ServerSilent(ConnectionError):

@@ -9,7 +9,7 @@ from google.protobuf import text_format
 
 from hapticd import scene_file, values
 from hapticd.conversation import Conversation
-from hapticd.errors import enum_name
+from hapticd.errors import RequestError, enum_name
 from hapticd.v1 import answer_pb2, control_pb2, gesture_pb2, scene_pb2, stream_pb2
 
 
@@ -123,11 +123,13 @@ def bring(asset: scene_file.AssetFile) -> Work[None]:
 
 def load_scene(scene: Path, preset: Optional[str], check_only: bool) -> Work[answer_pb2.SceneInfo]:
     item = stream_pb2.Item()
+    file = None
     if isinstance(scene, str) and ("\n" in scene or "{" in scene):
         item.load_scene.text = scene
     elif isinstance(scene, str) and not _names_file(scene):
         item.load_scene.name = scene
     else:
+        file = os.fspath(scene)
         item.load_scene.text = _text_of(scene)
         for asset in scene_file.beside(scene, item.load_scene.text):
             yield from bring(asset)
@@ -136,7 +138,11 @@ def load_scene(scene: Path, preset: Optional[str], check_only: bool) -> Work[ans
         item.load_scene.preset = _enum(scene_pb2.Preset, "PRESET_", preset)
     item.load_scene.check_only = check_only
     before = yield from told("scene_info")
-    yield Ask(item)
+    try:
+        yield Ask(item)
+    except RequestError as refusal:
+        # The server has read a text, and does not know of what file.
+        raise refusal if file is None else refusal.of_file(file) from None
     if not check_only:
         yield Until(lambda conversation: scene_id(conversation) not in (None, before.scene_id))
     return (yield from told("scene_info"))

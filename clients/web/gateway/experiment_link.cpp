@@ -6,7 +6,7 @@
 #include <system_error>
 #include <utility>
 
-#include "clients/library/recording.h"
+#include "proto/recording/default_recordings.h"
 #include "proto/wire/request_result.h"
 
 namespace hapticd::web {
@@ -134,7 +134,7 @@ void ExperimentLink::ended(int exit_code) {
 }
 
 std::filesystem::path default_experiments() {
-  return client::default_recordings().parent_path() / "experiments";
+  return default_recordings().parent_path() / "experiments";
 }
 
 }  // namespace hapticd::web

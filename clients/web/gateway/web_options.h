@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "clients/library/recording.h"
 #include "clients/library/stop_road.h"
 #include "clients/web/gateway/daemon_link.h"
 #include "clients/web/gateway/experiment_link.h"
 #include "clients/web/gateway/http_server.h"
+#include "proto/recording/default_recordings.h"
 
 namespace hapticd::web {
 
@@ -23,7 +23,7 @@ struct WebOptions {
   std::vector<std::filesystem::path> assets;
   std::filesystem::path recording;  ///< empty: a daemon is the source
   /// Folder of those that pages may have shown meanwhile.
-  std::filesystem::path recordings = client::default_recordings();
+  std::filesystem::path recordings = default_recordings();
   /// How experiments are run; its folder is that of all participants.
   ExperimentOptions experiments{{}, default_experiments(), "127.0.0.1:47800", {}};
   double presentation_delay_s = 0.008;

@@ -7,7 +7,7 @@ import tempfile
 import unittest
 
 import support  # noqa: F401  (finds the package)
-from hapticd import requests, scene_file
+from hapticd import errors, requests, scene_file
 from hapticd.v1 import answer_pb2
 
 
@@ -53,6 +53,19 @@ class SceneFile(unittest.TestCase):
         tree.mkdir()
         with self.assertRaisesRegex(ValueError, "'a.tree' is not a file"):
             self.names(body('tree: "a.tree"'))
+
+    def test_a_refusal_names_the_file_that_was_read(self):
+        self.scene.write_text('name: "x"\n', encoding="utf-8")
+        said = "inline:3:25: error: there is no inline: here.\ninline:7: error: nor there."
+        of_file = f"{self.scene}:3:25: error: there is no inline: here.\n{self.scene}:7: error: nor there."
+        for scene, right in ((self.scene, of_file), (os.fspath(self.scene), of_file), ('name: "x/y"\n', said)):
+            work = requests.load_scene(scene, None, True)
+            next(work)
+            work.send(answer_pb2.SceneInfo())
+            with self.assertRaises(errors.RequestError) as refused:
+                work.throw(errors.RequestError(answer_pb2.Result(code=answer_pb2.RESULT_CODE_INVALID, path="load_scene", message=said)))
+            found = refused.exception
+            self.assertEqual((found.code, found.path, found.message), ("INVALID", "load_scene", right))
 
     def test_a_server_that_forgets_is_given_up(self):
         work = requests.bring(scene_file.AssetFile("a.tree", bytes(32), bytes(100_000)))

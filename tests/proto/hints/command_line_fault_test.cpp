@@ -15,10 +15,20 @@ std::string fault_of(std::vector<std::string> words) {
   CLI::App app("A sampler.", "sampler");
   std::string server;
   bool loud = false;
+  int repeat = 0;
+  double speed = 0.0;
+  unsigned cpu = 0;
   app.add_option("--server", server, "where");
+  app.add_option("--repeat", repeat, "how often");
+  app.add_option("--speed", speed, "how fast");
+  app.add_option("--cpu", cpu, "where it runs")->check(CLI::Range(0, 9));
   app.require_subcommand(1);
   app.add_subcommand("status", "what is")->add_flag("--loud", loud, "more of it");
   app.add_subcommand("watch", "the same, live");
+  CLI::App* const run = app.add_subcommand("run", "time, by hand");
+  run->require_subcommand(1);
+  run->add_subcommand("step", "some ticks")->add_option("TICKS", cpu, "how many");
+  app.add_subcommand("set", "a parameter");
   try {
     std::reverse(words.begin(), words.end());
     app.parse(words);
@@ -42,6 +52,25 @@ TEST_CASE("so is an option, of the program or of the command that was given") {
   CHECK(fault_of({"status", "--luod"}) == "There is no option --luod. Did you mean --loud?");
   CHECK(fault_of({"watch", "--luod"}) == "There is no option --luod.");
   CHECK(fault_of({"status", "--sever=x"}) == "There is no option --sever. Did you mean --server?");
+}
+
+TEST_CASE("what is meant is looked for where it can be written") {
+  CHECK(fault_of({"run", "setp"})
+            .starts_with("There is no command or option setp. Did you mean step?"));
+  CHECK(fault_of({"setp"}).starts_with("There is no command or option setp. Did you mean set?"));
+  CHECK(fault_of({"run", "statis"})
+            .starts_with("There is no command or option statis. A subcommand"));
+}
+
+TEST_CASE("a decimal comma is refused with what is right there") {
+  CHECK(fault_of({"--speed", "0,5", "status"}).ends_with(" Write 0.5, with a point."));
+  CHECK(fault_of({"--speed", "0,125", "status"}).ends_with(" Write 0.125, with a point."));
+  CHECK(fault_of({"--speed", "1,125", "status"}).ends_with(" Give a number without commas."));
+  for (const char* option : {"--repeat", "--cpu"}) {
+    CHECK(fault_of({option, "1,5", "status"}).ends_with(" Give a whole number."));
+    CHECK(fault_of({option, "1,000", "status"}).ends_with(" Give a whole number."));
+  }
+  CHECK(fault_of({"run", "step", "3,0"}).ends_with(" Give a whole number."));
 }
 
 TEST_CASE("a good command line has no fault, and other faults are said as the parser says them") {

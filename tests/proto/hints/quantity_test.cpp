@@ -59,6 +59,9 @@ TEST_CASE("a decimal comma is refused with the right form") {
   CHECK(fault_of("0,25mm", "m") == "Write 0.25mm, with a point.");
   CHECK(fault_of("1,2,3", "m") == "Give a number without commas.");
   CHECK(fault_of("1,000", "N") == "Give a number without commas.");
+  CHECK(fault_of("0,045kN", "N") == "Write 0.045kN, with a point.");
+  CHECK(fault_of("-0,125", "N") == "Write -0.125, with a point.");
+  CHECK(fault_of("10,125", "N") == "Give a number without commas.");
   CHECK(fault_of("1,0000N", "N") == "Write 1.0000N, with a point.");
 }
 

@@ -2,7 +2,9 @@
 #include "proto/recording/recording_reader.h"
 
 #include <doctest/doctest.h>
+#include <stdlib.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "server/recorder/recorder.h"
@@ -48,6 +50,19 @@ TEST_CASE("a recording is read message by message, and summed up") {
   int ticks = 0;
   while (reader.next(message)) ticks += message.kind == RecordKind::kTick ? 1 : 0;
   CHECK(ticks == 50);
+}
+
+TEST_CASE("a recording is read by the name that the list shows, from any folder") {
+  const TemporaryFolder folder;
+  const std::filesystem::path listed = std::filesystem::path(folder.file("hapticd")) / "recordings";
+  std::filesystem::create_directories(listed);
+  write_session((listed / "only there.mcap").string(), 5, false);
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): one thread
+  REQUIRE(setenv("XDG_STATE_HOME", folder.file("").c_str(), 1) == 0);
+  RecordingReader reader("only there.mcap");
+  CHECK(summarise(reader).ticks == 5);
+  CHECK_THROWS_AS(RecordingReader("./only there.mcap"), RecordingError);
+  CHECK_THROWS_AS(RecordingReader("nowhere.mcap"), RecordingError);
 }
 
 TEST_CASE("what a killed daemon left is read as far as it goes") {

@@ -172,11 +172,15 @@ TEST_CASE("the scene's friction takes the strings along that have it, and no oth
 
 TEST_CASE("who mistypes a path is told which one may be meant") {
   const auto told = [](const char* path) { return assigned(set_of({{path, 1.0}})).message; };
-  const std::string none = "No live parameter has this path; SceneInfo lists them.";
+  const std::string none = "No live parameter has this path; hapticctl get lists them.";
   CHECK(told("strings[1].tension") == none + " Did you mean strings[1].tension_n?");
   CHECK(told("tool[0].coupling.kt_n_per_m") ==
         none + " Did you mean tools[0].coupling.kt_n_per_m?");
   CHECK(told("strings.tension_n") == none + " Did you mean strings[0].tension_n?");
+  CHECK(told("strings.1.tension_n") == none + " Did you mean strings[1].tension_n?");
+  CHECK(told("strings.1.tensoin_n") == none + " Did you mean strings[1].tension_n?");
+  CHECK(told("strings.9.tension_n") == none + " Did you mean strings[0].tension_n?");
+  CHECK(told("tension") == none + " Did you mean strings[0].tension_n?");
   CHECK(told("qualty") == none + " Did you mean quality?");
   CHECK(told("strings[2].tension_n") == "The scene has none with this index.");
   CHECK(told("nonsense") == none);
