@@ -42,7 +42,7 @@ class InstallPackages(unittest.TestCase):
         self.fake("apt-get", "exit 99")
         self.fake("sudo", "exit 1")
         done = self.run_as_nobody("peers")
-        self.assertEqual(3, done.returncode, done.stderr)
+        self.assertEqual(9, done.returncode, done.stderr)
         self.assertIn("\n  apt-get install --no-install-recommends libbullet-dev libfcl-dev libmujoco-dev\n", done.stderr)
         self.assertNotIn("apt-get", self.called())
 
