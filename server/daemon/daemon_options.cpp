@@ -266,8 +266,8 @@ void check_devices(const v1::Config& config) {
     }
     const std::optional<DeviceSource> source = parse_source(device.source());
     if (!source) {
-      refuse("--device: '" + device.source() + "' is not known. Choose " + sources_in_words() +
-             "." + meant_source(device.source()));
+      refuse("--device: '" + device.source() + "' is not known." + meant_source(device.source()) +
+             " Choose " + sources_in_words() + ".");
     }
     const bool replay = source->driver->driver == DeviceDriver::kReplay;
     if (source->driver->open != nullptr && config.clock() == v1::CLOCK_MODE_VIRTUAL) {
