@@ -58,8 +58,8 @@ void walk(const pb::Message& message, const std::string& path, const Visit& visi
 
 /// strings.3.tension_n -> strings[3].tension_n, which is how indices are written.
 std::string bracketed(const std::string& path) {
-  static const std::regex kDotted(R"(\.([0-9]+)(?=\.|\[|$))");
-  return std::regex_replace(path, kDotted, "[$1]");
+  static const std::regex dotted(R"(\.([0-9]+)(?=\.|\[|$))");
+  return std::regex_replace(path, dotted, "[$1]");
 }
 
 /// strings[3].tension_n -> strings[*].tension_n
