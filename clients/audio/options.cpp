@@ -3,19 +3,19 @@
 
 #include <CLI/CLI.hpp>
 
-#include "clients/library/quantity_option.h"
+#include "proto/hints/quantity_option.h"
 
 namespace hapticd::audio {
 namespace {
 
 void add_playing(CLI::App& app, Options& options) {
   client::add_daemon_options(app, options.daemon);
-  client::takes_unit(
+  hints::takes_unit(
       app.add_option("--delay-ms", options.delay_ms,
                      "from an event to its sound (default: 8, or what the sound card needs)"),
       "ms")
       ->check(CLI::Range(0.0, 1000.0));
-  client::takes_unit(app.add_option("--gain-db", options.gain_db, "louder or softer"), "dB")
+  hints::takes_unit(app.add_option("--gain-db", options.gain_db, "louder or softer"), "dB")
       ->check(CLI::Range(-80.0, 40.0))
       ->capture_default_str();
   auto* const tones =
@@ -41,8 +41,7 @@ void add_rendering(CLI::App& app, Options& options) {
                  "render a recording of hapticd (default: the open strings)")
       ->type_name("FILE")
       ->needs(render);
-  client::takes_unit(app.add_option("--rate", options.rate_hz, "sample rate to render at, Hz"),
-                     "Hz")
+  hints::takes_unit(app.add_option("--rate", options.rate_hz, "sample rate to render at, Hz"), "Hz")
       ->check(CLI::Range(8000.0, 192000.0))
       ->capture_default_str();
   app.add_option("--render-tones", options.render_tones, "write a tone file for each open string")

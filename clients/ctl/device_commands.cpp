@@ -14,7 +14,7 @@
 #include "clients/ctl/guided_check.h"
 #include "clients/ctl/terminal.h"
 #include "clients/ctl/text.h"
-#include "clients/library/quantity_option.h"
+#include "proto/hints/quantity_option.h"
 #include "proto/wire/whole_characters.h"
 
 namespace hapticd::ctl {
@@ -98,8 +98,8 @@ void add_monitor(CLI::App& device, const GlobalOptions& options) {
       "monitor", "Live readings: pose, buttons, switches, temperature, force; q quits");
   const auto choice = std::make_shared<MonitorChoice>();
   command.add_option("--tool", choice->tool, "id of the tool (all)")->type_name("ID");
-  client::takes_unit(
-      command.add_option("--for", choice->seconds, "how long, s (until q or Ctrl-C)"), "s")
+  hints::takes_unit(command.add_option("--for", choice->seconds, "how long, s (until q or Ctrl-C)"),
+                    "s")
       ->check(CLI::PositiveNumber)
       ->type_name("SECONDS");
   command.callback([&options, choice] { monitor(options, *choice); });

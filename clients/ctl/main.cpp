@@ -6,8 +6,8 @@
 
 #include "clients/ctl/commands.h"
 #include "clients/ctl/text.h"
-#include "clients/library/quantity_option.h"
 #include "proto/hints/command_line_fault.h"
+#include "proto/hints/quantity_option.h"
 #include "proto/wire/shown_text.h"
 
 namespace {
@@ -25,7 +25,7 @@ int run(int argc, char** argv) {
   GlobalOptions options;
   app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION);
   hapticd::client::add_daemon_options(app, options.daemon);
-  hapticd::client::takes_unit(
+  hapticd::hints::takes_unit(
       app.add_option("--timeout", options.timeout_s, "longest wait for an answer, s"), "s")
       ->check(CLI::Range(0.01, 3600.0))
       ->capture_default_str();

@@ -8,9 +8,9 @@
 #include "clients/library/client.h"
 #include "clients/library/endpoint.h"
 #include "clients/library/program.h"
-#include "clients/library/quantity_option.h"
 #include "clients/osc/bridge.h"
 #include "clients/osc/osc_sender.h"
+#include "proto/hints/quantity_option.h"
 #include "proto/wire/shown_text.h"
 
 namespace {
@@ -32,11 +32,11 @@ void add_options(CLI::App& app, Options& options) {
   hapticd::client::add_daemon_options(app, options.daemon);
   app.add_option("--to", options.to, "where OSC goes, HOST:PORT; sclang has port 57120")
       ->capture_default_str();
-  hapticd::client::takes_unit(
-      app.add_option("--rate", options.rate_hz, "poses per second; 0: none"), "Hz")
+  hapticd::hints::takes_unit(app.add_option("--rate", options.rate_hz, "poses per second; 0: none"),
+                             "Hz")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
-  hapticd::client::takes_unit(
+  hapticd::hints::takes_unit(
       app.add_option("--delay", options.delay_s,
                      "time after which events are to be heard, s; 0: at once, without time tags"),
       "s")

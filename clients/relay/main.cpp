@@ -9,8 +9,8 @@
 #include "clients/library/client.h"
 #include "clients/library/endpoint.h"
 #include "clients/library/program.h"
-#include "clients/library/quantity_option.h"
 #include "clients/relay/broker.h"
+#include "proto/hints/quantity_option.h"
 
 namespace {
 
@@ -43,7 +43,7 @@ void add_options(CLI::App& app, Options& options) {
                  "certificates that vouch for the broker; turns on TLS")
       ->type_name("FILE");
   app.add_option("--prefix", options.prefix, "what all topics begin with")->capture_default_str();
-  hapticd::client::takes_unit(
+  hapticd::hints::takes_unit(
       app.add_option("--rate", options.rate_hz, "States per second; 0: none"), "Hz")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "core/collision/query.h"
+#include "proto/hints/quantity_option.h"
 #include "tests/oracle/commands.h"
 #include "tests/oracle/descent.h"
 #include "tests/oracle/json.h"
@@ -118,12 +119,16 @@ void add_descent_command(CLI::App& app) {
   add_scene_options(*command, options->scene, true);
   command->add_option("--object", options->object, "string or line (default: the first)")
       ->type_name("NAME");
-  command->add_option("--depth", options->depth, "how deep the tool is put into it, m (0.0005)")
-      ->check(CLI::Range(0.0, 1.0).description(""))
-      ->type_name("M");
-  command->add_option("--margin", options->margin, "what is nearer than this is kept, m (0)")
-      ->check(CLI::Range(0.0, 1.0).description(""))
-      ->type_name("M");
+  hints::takes_unit(
+      command->add_option("--depth", options->depth, "how deep the tool is put into it, m (0.0005)")
+          ->check(CLI::Range(0.0, 1.0).description(""))
+          ->type_name("M"),
+      "m");
+  hints::takes_unit(
+      command->add_option("--margin", options->margin, "what is nearer than this is kept, m (0)")
+          ->check(CLI::Range(0.0, 1.0).description(""))
+          ->type_name("M"),
+      "m");
   add_output_option(*command, options->output);
   command->callback([options] { write_descent(*options); });
 }

@@ -7,6 +7,7 @@
 #include "core/collision/query.h"
 #include "core/instrument/deflection.h"
 #include "core/tree/sphere_tree.h"
+#include "proto/hints/quantity_option.h"
 #include "tests/oracle/commands.h"
 #include "tests/oracle/json.h"
 #include "tests/oracle/pair_search.h"
@@ -124,14 +125,15 @@ void add_triangle_command(CLI::App& app) {
       "triangle", "the force triangle of a deflected string: ours and Eq. 10-12, as JSON");
   const auto options = std::make_shared<TriangleOptions>();
   const auto positive = [&](const char* name, double& value, const char* unit, const char* help) {
-    command->add_option(name, value, help)
-        ->check(CLI::PositiveNumber.description(""))
-        ->type_name(unit);
+    CLI::Option* const option = command->add_option(name, value, help)
+                                    ->check(CLI::PositiveNumber.description(""))
+                                    ->type_name(unit);
+    hints::takes_unit(option, unit);
   };
-  positive("--length", options->length, "M", "L (1.1)");
+  positive("--length", options->length, "m", "L (1.1)");
   positive("--tension", options->string.tension, "N", "T (30)");
-  positive("--youngs-modulus", options->string.youngs_modulus, "PA", "E (1.9e11)");
-  positive("--radius", options->string.radius, "M", "R (0.00034)");
+  positive("--youngs-modulus", options->string.youngs_modulus, "Pa", "E (1.9e11)");
+  positive("--radius", options->string.radius, "m", "R (0.00034)");
   add_output_option(*command, options->output);
   command->callback([options] {
     options->string.p_WB = {options->length, 0.0, 0.0};

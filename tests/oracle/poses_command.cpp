@@ -2,6 +2,7 @@
 #include <cmath>
 #include <memory>
 
+#include "proto/hints/quantity_option.h"
 #include "tests/oracle/commands.h"
 #include "tests/oracle/gesture_path.h"
 #include "tests/oracle/scene_option.h"
@@ -44,9 +45,10 @@ void add_poses_command(CLI::App& app) {
                    "name of an installed gesture, or a .textproto file")
       ->required();
   add_scene_options(*command, options->scene, true);
-  command->add_option("--rate", options->rate_hz, "poses per second (1000)")
-      ->check(CLI::Range(1.0, 1e4).description(""))
-      ->type_name("HZ");
+  hints::takes_unit(command->add_option("--rate", options->rate_hz, "poses per second (1000)")
+                        ->check(CLI::Range(1.0, 1e4).description(""))
+                        ->type_name("HZ"),
+                    "Hz");
   add_output_option(*command, options->output);
   command->callback([options] { write_poses(*options); });
 }

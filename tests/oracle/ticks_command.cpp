@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/hints/quantity_option.h"
 #include "tests/oracle/commands.h"
 #include "tests/oracle/json.h"
 #include "tests/oracle/scene_option.h"
@@ -46,9 +47,11 @@ void add_ticks_command(CLI::App& app) {
   const auto options = std::make_shared<TicksOptions>();
   add_scene_options(*command, options->scene, true);
   command->add_option("--seed", options->seed, "of the gesture (1)")->type_name("NUMBER");
-  command->add_option("--speed", options->speed, "peak speed along the surface, m/s (0.2)")
-      ->check(CLI::Range(1e-3, 100.0).description(""))
-      ->type_name("M/S");
+  hints::takes_unit(
+      command->add_option("--speed", options->speed, "peak speed along the surface, m/s (0.2)")
+          ->check(CLI::Range(1e-3, 100.0).description(""))
+          ->type_name("M/S"),
+      "m/s");
   command->add_option("--setting", options->settings, "as of measure; may be repeated")
       ->type_name("NAME:KEY=VALUE,...")
       ->required();

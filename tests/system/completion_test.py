@@ -83,6 +83,26 @@ class Completion(unittest.TestCase):
         path.write_text(f"#!/bin/sh\ncat <<'END'\n{said}\nEND\n", encoding="utf-8")
         path.chmod(path.stat().st_mode | stat.S_IXUSR)
 
+    def test_what_is_installed_is_offered_where_no_daemon_plays(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for file in ("scenes/quiet.textproto", "gestures/tap.textproto", "scenes/$(>ran).textproto", "scenes/other.txt"):
+                path = pathlib.Path(folder, file)
+                path.parent.mkdir(exist_ok=True)
+                path.touch()
+            self.fake(folder, "hapticctl", "")
+            self.fake(folder, "hapticd", "")
+            os.environ["HAPTICD_DATA"] = folder
+            self.addCleanup(os.environ.pop, "HAPTICD_DATA")
+            self.assertEqual(["quiet"], offered("hapticd --scene ", folder, "/var"))
+            self.assertEqual(["tap"], offered("hapticd --gesture t", folder))
+
+    def test_tools_offer_what_their_help_has(self):
+        for line, right in (("hapticd-model b", ["build"]), ("hapticd-model build --le", ["--leaves", "--levels"]), ("hapticd-model build --unit i", ["in"]),
+                            ("hapticd-oracle mea", ["measure"]), ("hapticd-oracle measure --se", ["--seed", "--setting"])):
+            if (BIN / line.split()[0]).exists():
+                with self.subTest(line):
+                    self.assertEqual(right, offered(line))
+
     def test_ports_of_sound_are_offered(self):
         with tempfile.TemporaryDirectory() as folder:
             self.fake(folder, "haptic-audio", "audio out system:playback_1\nmidi in synth/in:a-b.c")

@@ -9,8 +9,8 @@
 #include "clients/library/endpoint.h"
 #include "clients/library/named_key.h"
 #include "clients/library/program.h"
-#include "clients/library/quantity_option.h"
 #include "proto/hints/command_line_fault.h"
+#include "proto/hints/quantity_option.h"
 
 namespace hapticd::web {
 namespace {
@@ -98,13 +98,13 @@ void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
                  "folder for experiments begun in pages, with one folder per participant "
                  "(default: experiments, beside this user's recordings)")
       ->type_name("DIR");
-  client::takes_unit(
+  hints::takes_unit(
       app.add_option("--rate", options.link.state_rate_hz, "States requested per second"), "Hz")
       ->check(CLI::Range(1.0, 1000.0))
       ->capture_default_str();
-  client::takes_unit(app.add_option("--delay", options.presentation_delay_s,
-                                    "delay at which pages present what happened, s"),
-                     "s")
+  hints::takes_unit(app.add_option("--delay", options.presentation_delay_s,
+                                   "delay at which pages present what happened, s"),
+                    "s")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--viewers", options.server.most_viewers, "maximum number of viewers at once")

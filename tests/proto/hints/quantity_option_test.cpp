@@ -1,5 +1,5 @@
 // Numbers with units on a command line. Truth: what SI's prefixes say.
-#include "clients/library/quantity_option.h"
+#include "proto/hints/quantity_option.h"
 
 #include <doctest/doctest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace hapticd::client {
+namespace hapticd::hints::test {
 namespace {
 
 /// What `text` is read as, in `unit` and between 0 and `most`; none: it is refused, and `fault`
@@ -63,4 +63,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace hapticd::client
+}  // namespace hapticd::hints::test

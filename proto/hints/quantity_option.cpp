@@ -1,5 +1,5 @@
 // See quantity_option.h.
-#include "clients/library/quantity_option.h"
+#include "proto/hints/quantity_option.h"
 
 #include <array>
 #include <charconv>
@@ -8,7 +8,7 @@
 
 #include "proto/hints/quantity.h"
 
-namespace hapticd::client {
+namespace hapticd::hints {
 namespace {
 
 /// Puts the number in `unit` in the place of `text`. Returns what is wrong; empty: nothing.
@@ -17,7 +17,7 @@ std::string read_in_place(std::string& text, std::string_view unit) {
   // Decibels are no unit that others of its kind are made of.
   const bool decibels = unit == "dB";
   if (decibels && given.ends_with(unit)) given.remove_suffix(unit.size());
-  const hints::Quantity quantity = hints::parse_quantity(given, unit);
+  const Quantity quantity = parse_quantity(given, unit);
   if (!quantity.fault.empty()) {
     // Of a decimal comma the fault says all.
     if (text.find(',') != std::string::npos) return quantity.fault;
@@ -39,4 +39,4 @@ CLI::Option* takes_unit(CLI::Option* option, const char* unit) {
       CLI::Validator([in](std::string& text) { return read_in_place(text, in); }, ""));
 }
 
-}  // namespace hapticd::client
+}  // namespace hapticd::hints
