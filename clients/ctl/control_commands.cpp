@@ -1,9 +1,7 @@
 // Commands that are one request each: scenes, parameters, force, recorder, time. Not RT.
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string_view>
 #include <utility>
@@ -11,7 +9,6 @@
 #include "clients/ctl/commands.h"
 #include "clients/ctl/text.h"
 #include "clients/library/scene_file.h"
-#include "proto/recording/default_recordings.h"
 #include "proto/wire/shown_text.h"
 
 namespace hapticd::ctl {
@@ -19,8 +16,6 @@ namespace {
 
 /// Building a large scene may take this long, s.
 constexpr double kSceneTimeout = 120.0;
-/// Files are dated by a clock that moves in steps, at most this long.
-constexpr std::chrono::milliseconds kClockGrain{20};
 /// What stands in the daemon's messages before the line of a text that was sent.
 constexpr std::string_view kTextWithoutFile = "inline:";
 /// Of files from this size on a terminal shows how far they are, bytes: others take a moment.
@@ -181,50 +176,18 @@ void step(const GlobalOptions& options, std::uint64_t steps) {
   std::printf("\n");
 }
 
-/// The whole path of a recording of a daemon on this machine and of this user, which tells peers
-/// names alone; empty where it is not found as one that changed after `since`.
-std::string whole_path(const client::Client& client, const std::string& name,
-                       std::filesystem::file_time_type since) {
-  const std::string& host = client.server();
-  const bool here =
-      host.starts_with("127.") || host.starts_with("[::1]:") || host.starts_with("localhost:");
-  if (!here || name.empty() || name.find('/') != std::string::npos) return {};
-  const std::filesystem::path file = default_recordings() / name;
-  std::error_code error;
-  const bool plain = std::filesystem::is_regular_file(std::filesystem::symlink_status(file, error));
-  if (!plain || std::filesystem::last_write_time(file, error) < since || error) return {};
-  return file.string();
-}
-
 void record(const GlobalOptions& options, v1::RecordMode mode, const std::string& file) {
   v1::Item item;
   item.mutable_record()->set_mode(mode);
   item.mutable_record()->set_file(file);
-  // The session's first RecordInfo has the state before; the next one that of this request.
-  auto told = std::make_shared<std::vector<v1::RecordInfo>>();
-  client::ClientHandlers handlers;
-  handlers.item = [told](const v1::Item& heard) {
-    if (heard.has_record_info()) told->push_back(heard.record_info());
-  };
-  const auto client = connect(options, handlers);
-  client->poll_until([&] { return !told->empty(); }, timeout_of(options));
-  const std::size_t before = told->size();
-  const auto since = std::filesystem::file_time_type::clock::now() - kClockGrain;
-  control(*client, item, options);
-  client->poll_until([&] { return told->size() > before; }, timeout_of(options));
-  if (told->empty()) throw Failure(kUnreachable, "the daemon says nothing about its recorder");
-  v1::RecordInfo info = told->back();
-  const std::string path = whole_path(*client, info.file(), since);
-  if (!path.empty()) info.set_file(path);
-  if (options.json) {
-    print_text(to_json(info));
-  } else {
-    print_text(plain_name(v1::RecordState_Name(info.state()), "RECORD_STATE_") + " " + info.file() +
-               (path.empty() && info.state() != v1::RECORD_STATE_FAILED
-                    ? ", in the folder that the log of hapticd names"
-                    : ""));
-  }
-  if (info.state() == v1::RECORD_STATE_FAILED) throw Failure(kRefused, info.message());
+  const auto client = connect(options);
+  v1::RecordInfo info;
+  info.set_file(control(*client, item, options).recorded());
+  info.set_state(mode == v1::RECORD_MODE_START ? v1::RECORD_STATE_RECORDING
+                                               : v1::RECORD_STATE_WRITTEN);
+  print_text(options.json ? to_json(info)
+                          : plain_name(v1::RecordState_Name(info.state()), "RECORD_STATE_") + " " +
+                                info.file());
 }
 
 void add_record(CLI::App& app, const GlobalOptions& options, const char* name, const char* help,

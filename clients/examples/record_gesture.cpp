@@ -1,12 +1,11 @@
 // Records a gesture of the simulated hand and writes its ticks and events as tables. For a daemon
 // on this machine, in virtual time:
 //   hapticd --clock virtual
-// usage: record_gesture [HOST:PORT [GESTURE [FOLDER]]]; FOLDER: where the daemon keeps recordings
+// usage: record_gesture [HOST:PORT [GESTURE]]
 #include <hapticd/client/session.h>
 #include <hapticd/client/table.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 
 using namespace hapticd;
@@ -23,16 +22,11 @@ int main(int argc, char** argv) try {
   client::SessionOptions options;
   if (argc > 1) options.server = argv[1];
   const std::string gesture = argc > 2 ? argv[2] : "strum";
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): there is one thread
-  const char* home = std::getenv("HOME");
-  const std::string folder =
-      argc > 3 ? argv[3]
-               : std::string(home != nullptr ? home : ".") + "/.local/state/hapticd/recordings";
   client::Session session(options);
   session.acquire("record_gesture");
   session.record(v1::RECORD_MODE_START, gesture + ".mcap");
   play(session, gesture);
-  const std::string recording = folder + "/" + session.record(v1::RECORD_MODE_STOP);
+  const std::string recording = session.record(v1::RECORD_MODE_STOP);
   const std::uint64_t ticks =
       client::write_recording(recording, client::RecordedRows::kTicks, gesture + ".csv");
   const std::uint64_t events =

@@ -164,7 +164,7 @@ std::string Session::record(v1::RecordMode mode, const std::string& file) {
   v1::Item item;
   item.mutable_record()->set_mode(mode);
   item.mutable_record()->set_file(file);
-  return stream_->record(std::move(item));
+  return stream_->request(std::move(item)).recorded();
 }
 
 v1::Result Session::request(v1::Item item) { return stream_->request(std::move(item)); }

@@ -85,10 +85,6 @@ ClientHandlers SessionStream::handlers() {
 }
 
 void SessionStream::take_item(const v1::Item& item) {
-  if (item.has_record_info()) {
-    recorder_ = item.record_info();
-    recorder_changed_ = true;
-  }
   if (running_ != nullptr) {
     running_->events.push_back(item);
     return;
@@ -154,23 +150,6 @@ void SessionStream::load_scene(v1::Item item) {
   if (client_.poll_until(plays, options_.timeout)) return;
   throw Error(v1::RESULT_CODE_UNSPECIFIED, "",
               "the daemon took the scene and has not told of it since");
-}
-
-std::string SessionStream::record(v1::Item item) {
-  recorder_changed_ = false;
-  const bool starts = item.record().mode() == v1::RECORD_MODE_START;
-  request(std::move(item));
-  const auto obeys = [&] {
-    return recorder_changed_ && (recorder_.state() == v1::RECORD_STATE_FAILED ||
-                                 starts == (recorder_.state() == v1::RECORD_STATE_RECORDING));
-  };
-  if (!client_.poll_until(obeys, options_.timeout)) {
-    throw Error(v1::RESULT_CODE_UNSPECIFIED, "", "the recorder has not told of itself since");
-  }
-  if (recorder_.state() == v1::RECORD_STATE_FAILED) {
-    throw Error(v1::RESULT_CODE_FAILED, "", recorder_.message());
-  }
-  return recorder_.file();
 }
 
 RunResult SessionStream::run(std::uint64_t steps, const std::vector<Pose>& poses,

@@ -29,7 +29,6 @@ class SessionStream {
   void subscribe(const v1::Item& item);
   [[nodiscard]] const v1::SceneInfo& scene() const;
   void load_scene(v1::Item item);
-  std::string record(v1::Item item);
   RunResult run(std::uint64_t steps, const std::vector<Pose>& poses, std::uint32_t tool_id);
   Unread poll(std::chrono::nanoseconds wait);
   std::optional<v1::State> next_state();
@@ -61,8 +60,6 @@ class SessionStream {
   std::uint64_t dropped_states_ = 0;
   std::uint64_t dropped_events_ = 0;
   std::vector<v1::Result> refused_poses_;
-  v1::RecordInfo recorder_;
-  bool recorder_changed_ = false;
   std::uint32_t divisor_ = 0;
   RunResult* running_ = nullptr;  ///< takes what arrives, while a run is under way
   Client client_;

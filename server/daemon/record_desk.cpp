@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <ctime>
@@ -13,6 +14,7 @@
 
 #include "core/simulation/physics.h"
 #include "proto/wire/request_result.h"
+#include "proto/wire/whole_characters.h"
 #include "server/confinement/landlock.h"
 #include "server/scene_io/named_text.h"
 #include "server/scene_io/sheet_translation.h"
@@ -22,7 +24,10 @@ namespace hapticd {
 namespace {
 
 using wire::result_of;
+using wire::whole_characters;
 
+/// Of the path of a file in an answer, at most.
+constexpr std::size_t kFileBytes = 4096;
 /// Dumps written by themselves in one run, at most: a fault that comes again and again must not
 /// fill the disk.
 constexpr std::uint64_t kMaxFaultDumps = 20;
@@ -43,7 +48,15 @@ std::string recording_of(std::string name) {
   return fault_of_name(name).empty() ? name + std::string(kEnding) : "";
 }
 
-/// `status` on the wire. Peers are not told where the server keeps its files.
+/// What went wrong with `file`, without the folder it is in.
+std::string without_folder(std::string error, const std::string& file) {
+  if (error.starts_with(file)) {
+    error.replace(0, file.size(), std::filesystem::path(file).filename().string());
+  }
+  return error;
+}
+
+/// `status` on the wire. Not everyone is told where the server keeps its files.
 v1::RecordInfo record_info(const RecordStatus& status) {
   v1::RecordInfo info;
   info.set_state(status.recording        ? v1::RECORD_STATE_RECORDING
@@ -54,9 +67,7 @@ v1::RecordInfo record_info(const RecordStatus& status) {
   info.set_ticks(status.ticks);
   info.set_bytes(status.bytes);
   info.set_lost_ticks(status.lost_ticks);
-  std::string error = status.error;
-  if (error.starts_with(status.file)) error.replace(0, status.file.size(), info.file());
-  info.set_message(error);
+  info.set_message(without_folder(status.error, status.file));
   return info;
 }
 
@@ -90,34 +101,42 @@ v1::RecordHeader record_header(const DaemonPlan& plan) {
 void RecordDesk::begin(const std::string& file) {
   if (recorder_ == nullptr || file.empty()) return;
   const std::string error = recorder_->start(file).get();
+  file_ = file;
   if (error.empty()) return;
   throw StartError(kExitRecord, "--record: " + error +
                                     ". Give the name of a new file, in a folder you may "
                                     "write to, on a disk with room.");
 }
 
-Answer RecordDesk::record(const v1::Record& record) {
-  v1::Result result = result_of(v1::RESULT_CODE_OK);
+Answer RecordDesk::record(const RequestId& id, const v1::Record& record) {
   const bool recording = recorder_->will_record();
-  const std::string file = recording_of(record.file());
-  if (!record.file().empty() && file.empty()) {
-    result = result_of(v1::RESULT_CODE_INVALID, "record.file",
-                       "Use a-z 0-9 _ - and at most 64 of them, with or without .mcap behind.");
-  } else if (record.mode() == v1::RECORD_MODE_START && recording) {
-    result =
-        result_of(v1::RESULT_CODE_BUSY, "record", "A recording is already running. Stop it first.");
-  } else if (record.mode() == v1::RECORD_MODE_START) {
-    recorder_->start(recordings_folder() / (file.empty() ? name_of_now("session") : file));
-  } else if (record.mode() == v1::RECORD_MODE_STOP && !recording) {
-    result = result_of(v1::RESULT_CODE_WRONG_STATE, "record", "Nothing is being recorded.");
-  } else if (record.mode() == v1::RECORD_MODE_STOP) {
-    recorder_->stop();
-  } else if (record.mode() == v1::RECORD_MODE_DUMP) {
-    recorder_->dump(recordings_folder() / (file.empty() ? name_of_now("dump") : file));
-  } else {
-    result = result_of(v1::RESULT_CODE_INVALID, "record.mode", "Say START, STOP or DUMP.");
+  const std::string name = recording_of(record.file());
+  const auto path = [&name](const char* what) {
+    return (recordings_folder() / (name.empty() ? name_of_now(what) : name)).string();
+  };
+  if (!record.file().empty() && name.empty()) {
+    return result_of(v1::RESULT_CODE_INVALID, "record.file",
+                     "Use a-z 0-9 _ - and at most 64 of them, with or without .mcap behind.");
   }
-  return result;
+  if (record.mode() == v1::RECORD_MODE_START) {
+    if (recording) {
+      return result_of(v1::RESULT_CODE_BUSY, "record",
+                       "A recording is already running. Stop it first.");
+    }
+    file_ = path("session");
+    orders_.push_back({id, file_, recorder_->start(file_)});
+  } else if (record.mode() == v1::RECORD_MODE_STOP) {
+    if (!recording) {
+      return result_of(v1::RESULT_CODE_WRONG_STATE, "record", "Nothing is being recorded.");
+    }
+    orders_.push_back({id, file_, recorder_->stop()});
+  } else if (record.mode() == v1::RECORD_MODE_DUMP) {
+    const std::string file = path("dump");
+    orders_.push_back({id, file, recorder_->dump(file)});
+  } else {
+    return result_of(v1::RESULT_CODE_INVALID, "record.mode", "Say START, STOP or DUMP.");
+  }
+  return std::nullopt;
 }
 
 void RecordDesk::note(const LoopEvent& event, const v1::Item& item) {
@@ -140,8 +159,29 @@ void RecordDesk::tell(const RecordStatus& status) {
   clients_.tell(item);
 }
 
+void RecordDesk::answer(Order& order) {
+  const std::string error = without_folder(order.error.get(), order.file);
+  clients_.answer_with(order.id, [&] {
+    if (!error.empty()) return result_of(v1::RESULT_CODE_FAILED, "record", error);
+    v1::Result result = result_of(v1::RESULT_CODE_OK);
+    const std::string file = std::filesystem::absolute(order.file).string();
+    result.set_recorded(whole_characters(file, kFileBytes));
+    return result;
+  });
+}
+
 void RecordDesk::report() {
   if (recorder_ == nullptr) return;
+  // What is done by now is told before it is answered.
+  const auto done = std::find_if(orders_.begin(), orders_.end(), [](const Order& order) {
+    return order.error.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+  });
+  tell_changes();
+  std::for_each(orders_.begin(), done, [this](Order& order) { answer(order); });
+  orders_.erase(orders_.begin(), done);
+}
+
+void RecordDesk::tell_changes() {
   for (const DumpResult& dump : recorder_->take_dumps()) {
     RecordStatus status;
     status.file = dump.file;

@@ -110,7 +110,7 @@ constexpr std::array kRows{
     Row{v1::Item::kSetParameter,
         [](Desks& desks, Id id, Item item) { return desks.scenes.parameters(id, item); }},
     Row{v1::Item::kRecord,
-        [](Desks& desks, Id, Item item) { return desks.records.record(item.record()); }},
+        [](Desks& desks, Id id, Item item) { return desks.records.record(id, item.record()); }},
     Row{v1::Item::kListScenes,
         [](Desks& desks, Id, Item) { return listing(desks.catalogues.scenes()); }},
     Row{v1::Item::kListGestures,

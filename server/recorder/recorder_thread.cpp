@@ -26,6 +26,9 @@ constexpr std::chrono::milliseconds kRound{20};
 /// Time between two looks for room in a full ring.
 constexpr std::chrono::microseconds kWaitForRoom{200};
 
+/// Of a task; short enough that a string holds it without memory.
+constexpr const char* kOutOfMemory = "out of memory";
+
 /// From the monotonic clock to the time of day, ns.
 std::int64_t time_of_day_offset_ns() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -92,14 +95,23 @@ void RecorderThread::post(Task task) {
   tasks_.push_back(std::move(task));
 }
 
-void RecorderThread::ask(bool record, Task task) {
+std::future<std::string> RecorderThread::order(std::function<std::string()> work,
+                                               std::optional<bool> record) {
+  auto outcome = std::make_shared<Outcome>();
+  std::future<std::string> told = outcome->told.get_future();
   {
     const std::lock_guard lock(mutex_);
-    tasks_.push_back(std::move(task));
-    asked_ = record;
-    ++asks_;
+    tasks_.emplace_back([this, outcome = std::move(outcome), work = std::move(work)] {
+      if (!within_memory([&] { outcome->error = work(); })) outcome->error = kOutOfMemory;
+      outcomes_.push_back(outcome);
+    });
+    if (record) {
+      asked_ = record;
+      ++asks_;
+    }
   }
   wake_.notify_one();
+  return told;
 }
 
 void RecorderThread::announce(v1::SceneRecord record, SceneIndex index) {
@@ -125,36 +137,42 @@ void RecorderThread::event(std::int64_t t_ns, v1::EventRecord record) {
 }
 
 std::future<std::string> RecorderThread::start(fs::path path) {
-  auto error = std::make_shared<std::promise<std::string>>();
-  std::future<std::string> told = error->get_future();
-  ask(true, [this, path = std::move(path), error = std::move(error)] {
-    const bool tried = within_memory(
-        [&] { error->set_value(recorder_.start(path.string()) ? "" : recorder_.status().error); });
-    if (tried) return;
-    recorder_.refuse_start();
-    error->set_value("out of memory");
-  });
-  return told;
+  return order(
+      [this, path = std::move(path)] {
+        std::string error;
+        const bool tried = within_memory([&] {
+          if (!recorder_.start(path.string())) error = recorder_.status().error;
+        });
+        if (tried) return error;
+        recorder_.refuse_start();
+        return std::string(kOutOfMemory);
+      },
+      true);
 }
 
-void RecorderThread::stop() {
-  ask(false, [this] {
-    take_ticks();
-    recorder_.stop();
-  });
+std::future<std::string> RecorderThread::stop() {
+  return order(
+      [this] {
+        take_ticks();
+        recorder_.stop();
+        return recorder_.status().error;
+      },
+      false);
 }
 
-void RecorderThread::dump(fs::path path) {
-  post([this, path = std::move(path)] {
-    take_ticks();
-    DumpResult result{path.string(), ""};
-    if (!within_memory([&] { recorder_.dump(path.string(), result.error); })) {
-      result.error = "out of memory";
-    }
-    const std::lock_guard lock(mutex_);
-    dumps_.push_back(std::move(result));
-  });
-  wake_.notify_one();
+std::future<std::string> RecorderThread::dump(fs::path path) {
+  return order(
+      [this, path = std::move(path)] {
+        take_ticks();
+        DumpResult result{path.string(), ""};
+        if (!within_memory([&] { recorder_.dump(path.string(), result.error); })) {
+          result.error = kOutOfMemory;
+        }
+        const std::lock_guard lock(mutex_);
+        dumps_.push_back(result);
+        return result.error;
+      },
+      std::nullopt);
 }
 
 RecordStatus RecorderThread::status() const {
@@ -264,6 +282,10 @@ void RecorderThread::round() {
     status_ = std::move(status);
     if (asks == asks_) asked_.reset();
   });
+  for (const std::shared_ptr<Outcome>& outcome : outcomes_) {
+    outcome->told.set_value(std::move(outcome->error));
+  }
+  outcomes_.clear();
 }
 
 void RecorderThread::run() {

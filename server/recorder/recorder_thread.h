@@ -52,12 +52,13 @@ class RecorderThread {
   void forget_change(std::uint64_t number);
   void event(std::int64_t t_ns, v1::EventRecord record);
 
-  /// Begins a session file; what came of it is in status(), and in the future as soon as it is
-  /// known: what went wrong, empty where it records.
+  /// Begins a session file. The future has what went wrong, and is empty where nothing did; it is
+  /// ready once status(), or take_dumps(), tells of it.
   std::future<std::string> start(std::filesystem::path path);
-  void stop();
+  /// Ends and closes it.
+  std::future<std::string> stop();
   /// Writes the last 60 s.
-  void dump(std::filesystem::path path);
+  std::future<std::string> dump(std::filesystem::path path);
 
   /// Waits until the rings of the loop, of ticks and of snapshots, are at most half full. Under
   /// virtual time, where ticks may come faster than they are written.
@@ -72,8 +73,14 @@ class RecorderThread {
 
  private:
   using Task = std::function<void()>;
+  /// What came of something that was asked for.
+  struct Outcome {
+    std::promise<std::string> told;
+    std::string error;
+  };
   void post(Task task);
-  void ask(bool record, Task task);
+  /// Has the thread do `work`, which returns what went wrong. `record`: see asked_.
+  std::future<std::string> order(std::function<std::string()> work, std::optional<bool> record);
   void run();
   void round();
   void take_ticks();
@@ -97,6 +104,7 @@ class RecorderThread {
   std::uint32_t scene_id_ = 0;
   std::optional<SceneIndex> index_;  ///< of that scene
   std::uint64_t lost_ = 0;
+  std::vector<std::shared_ptr<Outcome>> outcomes_;  ///< of this round
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

@@ -35,11 +35,11 @@ def said(*command, **process):
 class Daemon:
     """Context manager: plays until the end of the block, at `address`; `log` has its lines afterwards."""
 
-    def __init__(self, *options, state=None, host="127.0.0.1", port=None, environment=None):
+    def __init__(self, *options, state=None, host="127.0.0.1", port=None, environment=None, cwd=None):
         self.address = ""
         environment = dict(os.environ, XDG_STATE_HOME=state or "/nonexistent", **(environment or {}))
         self.process = subprocess.Popen([HAPTICD, "--listen", f"{host}:{port or 0}", *options], stdout=subprocess.PIPE,
-                                        stderr=subprocess.STDOUT, text=True, env=environment)
+                                        stderr=subprocess.STDOUT, text=True, env=environment, cwd=cwd)
         self.log = ""
         self.rest = []
         self.reader = None

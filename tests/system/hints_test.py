@@ -133,30 +133,29 @@ class Hints(unittest.TestCase):
                 self.assertEqual(1, code)
                 self.assertIn(f"{scene}:2:", text)
 
-    def test_a_recording_is_named_with_its_whole_path_to_its_owner_alone(self):
+    def test_who_asks_for_a_recording_is_told_its_whole_path(self):
         with tempfile.TemporaryDirectory() as state, daemon.Daemon("--scene", "wall", state=state) as played:
             folder = pathlib.Path(state, "hapticd/recordings")
 
-            def record(*words, home=state):
-                return said(HAPTICCTL, "--server", played.address, "record", *words, env=dict(os.environ, XDG_STATE_HOME=home))
+            def record(*words):
+                return said(HAPTICCTL, "--server", played.address, "record", *words)
             self.assertEqual((0, f"written {folder}/mine.mcap\n", ""), record("dump", "mine.mcap"))
             self.assertEqual((0, f"recording {folder}/take.mcap\n", ""), record("start", "take.mcap"))
+            # A dump in between is told as itself.
+            self.assertEqual((0, f"written {folder}/beside.mcap\n", ""), record("dump", "beside"))
             self.assertEqual((0, f"written {folder}/take.mcap\n", ""), record("stop"))
-            for whole in ("mine.mcap", "take.mcap"):
+            for whole in ("mine.mcap", "beside.mcap", "take.mcap"):
                 self.assertEqual(b"\x89MCAP0\r\n", folder.joinpath(whole).read_bytes()[-8:])
-            # Another user, who has an older recording of this name.
-            with tempfile.TemporaryDirectory() as other:
-                pathlib.Path(other, "hapticd/recordings").mkdir(parents=True)
-                old = pathlib.Path(other, "hapticd/recordings/second.mcap")
-                old.touch()
-                os.utime(old, (1e9, 1e9))
-                code, text, _ = record("dump", "second.mcap", home=other)
-                self.assertEqual((0, "written second.mcap, in the folder that the log of hapticd names\n"), (code, text))
-            code, text, complaint = record("dump", "mine.mcap")
-            self.assertEqual((1, "failed mine.mcap\n"), (code, text))
-            self.assertNotIn(state, complaint)
-            played.end()
-        self.assertIn(f"{folder}/second.mcap", played.log)
+            # A name that is taken is told each time.
+            for mode in ("dump", "start") * 2:
+                code, text, complaint = record(mode, "mine.mcap")
+                self.assertEqual((1, ""), (code, text))
+                self.assertIn("mine.mcap: File exists", complaint)
+        with tempfile.TemporaryDirectory() as elsewhere:
+            take = pathlib.Path(elsewhere, "take.mcap")
+            with daemon.Daemon("--scene", "wall", "--record", "take.mcap", cwd=elsewhere) as played:
+                self.assertEqual((0, f"written {take}\n", ""), said(HAPTICCTL, "--server", played.address, "record", "stop"))
+                self.assertEqual(b"\x89MCAP0\r\n", take.read_bytes()[-8:])
 
     @unittest.skipUnless(HAPTIC_WEB, "there is no viewer here")
     def test_a_page_that_is_none_is_refused(self):

@@ -199,9 +199,9 @@ class AsyncSession(View):
         """As Session.play_gesture."""
         await self._do(requests.play_gesture(gesture, arm, seed, repeat))
 
-    async def record(self, mode: str = "START", file: str = "") -> None:
+    async def record(self, mode: str = "START", file: str = "") -> str:
         """As Session.record."""
-        await self._do(requests.record(mode, file))
+        return await self._do(requests.record(mode, file))
 
     # Poses and time.
 

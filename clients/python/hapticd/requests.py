@@ -196,11 +196,11 @@ def play_gesture(gesture: Union[Path, gesture_pb2.Gesture, None], arm: Optional[
     yield Ask(item)
 
 
-def record(mode: str, file: str) -> Work[None]:
+def record(mode: str, file: str) -> Work[str]:
     item = stream_pb2.Item()
     item.record.mode = _enum(control_pb2.RecordMode, "RECORD_MODE_", mode)
     item.record.file = file
-    yield Ask(item)
+    return (yield Ask(item)).recorded
 
 
 def poses(rows: Iterable[Sequence[float]], first_tick: Optional[int], tool_id: int) -> Work[int]:

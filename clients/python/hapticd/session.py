@@ -193,9 +193,10 @@ class Session(View):
         ends it. `arm`: "OFF", "LIGHT", "FIRM", "ADVERSARIAL"; `repeat` 0 = until told otherwise."""
         self._do(requests.play_gesture(gesture, arm, seed, repeat))
 
-    def record(self, mode: str = "START", file: str = "") -> None:
-        """Starts or stops a recording, or dumps the last 60 s: "START", "STOP", "DUMP"."""
-        self._do(requests.record(mode, file))
+    def record(self, mode: str = "START", file: str = "") -> str:
+        """Starts or stops a recording, or dumps the last 60 s: "START", "STOP", "DUMP". Returns once that is done, with the file's path on the
+        daemon's machine. `file`: its name in the daemon's folder of recordings, without it one made from the time."""
+        return self._do(requests.record(mode, file))
 
     # Poses and time.
 

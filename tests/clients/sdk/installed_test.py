@@ -83,8 +83,9 @@ class Installed(unittest.TestCase):
             self.assertIn("500 rows", checked(alone, played.address, self.folder / "alone.csv"))
 
     def test_a_gesture_is_recorded_and_exported(self):
-        recordings = self.folder / "state" / "hapticd" / "recordings"
-        printed = self.played("record_gesture", "strum", recordings, options=("--clock", "virtual"))
+        recording = self.folder / "state" / "hapticd" / "recordings" / "strum.mcap"
+        printed = self.played("record_gesture", "strum", options=("--clock", "virtual"))
+        self.assertTrue(printed.startswith(f"{recording}: "), printed)
         ticks, events = map(int, re.search(r"(\d+) ticks, (\d+) events", printed).groups())
         with open(self.folder / "strum.csv", encoding="utf-8", newline="") as file:
             numbers = [int(row["tick"]) for row in csv.DictReader(file)]

@@ -139,8 +139,9 @@ class Session {
   void stop();
   /// Leaves FAULT once its cause is gone. Needs the lease.
   void clear();
-  /// Starts or stops a recording, or writes the last 60 s; returns the name of the file in the
-  /// daemon's folder of recordings, `file` or one made from the time. Needs the lease.
+  /// Starts or stops a recording, or writes the last 60 s; returns once that is done, with the
+  /// file's path on the daemon's machine. `file` is its name in the daemon's folder of recordings;
+  /// empty: one made from the time. Needs the lease.
   std::string record(v1::RecordMode mode, const std::string& file = {});
 
   /// Sends any request under the lease and waits for its answer.
