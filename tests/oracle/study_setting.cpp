@@ -3,15 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <map>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 #include "core/instrument/mode_series.h"
 #include "core/scene/quality.h"
 #include "core/scene/scene_settings.h"
+#include "proto/hints/nearest_name.h"
+#include "proto/hints/quantity.h"
 
 namespace hapticd {
 namespace {
@@ -29,20 +31,28 @@ const std::map<std::string, int> kSubsteps{{"8", 8}, {"16", 16}, {"32", 32}, {"6
   throw std::invalid_argument("--setting " + text + ": " + why);
 }
 
-/// A number in [least, most].
-double number(const std::string& text, const std::string& value, double least, double most) {
-  char* end = nullptr;
-  const double x = std::strtod(value.c_str(), &end);
-  if (end == value.c_str() || *end != '\0' || !(x >= least && x <= most)) {
+/// What a number may be.
+struct Range {
+  double least;
+  double most;
+  const char* unit = "";
+};
+
+/// A number in the range, in its unit or one of its kind.
+double number(const std::string& text, const std::string& value, const Range& range) {
+  const hints::Quantity said = hints::parse_quantity(value, range.unit);
+  if (!said.fault.empty()) refuse(text, said.fault);
+  if (said.value < range.least || said.value > range.most) {
     std::ostringstream why;
-    why << value << " is not a number from " << least << " to " << most;
+    why << value << " is not a number from " << range.least << " to " << range.most << range.unit;
     refuse(text, why.str());
   }
-  return x;
+  return said.value;
 }
 
 int whole(const std::string& text, const std::string& value, int least, int most) {
-  return static_cast<int>(std::lround(number(text, value, least, most)));
+  return static_cast<int>(
+      std::lround(number(text, value, {static_cast<double>(least), static_cast<double>(most)})));
 }
 
 template <typename Value>
@@ -65,8 +75,8 @@ void take_level(int level, const SceneDescription& scene, StudySetting& setting)
 void assign(const std::string& text, const std::string& key, const std::string& value,
             const SceneDescription& scene, StudySetting& setting) {
   ContactOptions& o = setting.options;
-  const auto real = [&](double& into, double least, double most) {
-    return [&, least, most] { into = number(text, value, least, most); };
+  const auto real = [&](double& into, const Range& range) {
+    return [&, range] { into = number(text, value, range); };
   };
   const auto count = [&](int& into, int least, int most) {
     return [&, least, most] { into = whole(text, value, least, most); };
@@ -75,14 +85,14 @@ void assign(const std::string& text, const std::string& key, const std::string& 
       {"scene", [&] { setting.scene = value; }},
       {"level", [&] { take_level(whole(text, value, 0, kQualityLevels - 1), scene, setting); }},
       {"sub_steps", count(o.sub_steps, 1, 4096)},
-      {"stop_tolerance", real(o.stop_tolerance, 1e-15, 1e-3)},
-      {"margin", real(o.margin, 1e-6, 1.0)},
-      {"rotation_step", real(o.rotation_step, 1e-6, 1.0)},
+      {"stop_tolerance", real(o.stop_tolerance, {1e-15, 1e-3})},
+      {"margin", real(o.margin, {1e-6, 1.0, "m"})},
+      {"rotation_step", real(o.rotation_step, {1e-6, 1.0, "rad"})},
       {"max_rows", count(o.max_rows, 1, kMaxQpRows)},
       {"tool_level", count(o.tool_level, 1, kMaxTreeDepth)},
       {"body_level", count(o.body_level, 1, kMaxTreeDepth)},
       {"judged", [&] { setting.judged = named(text, value, kAnswers); }},
-      {"rate", real(setting.rate_hz, 50.0, 8000.0)},
+      {"rate", real(setting.rate_hz, {50.0, 8000.0, "Hz"})},
       {"string", [&] { setting.string_model = named(text, value, kModels); }},
       {"string_level", [&] { setting.string_level = named(text, value, kLevels); }},
       {"modes", [&] { setting.modes = whole(text, value, 0, kMaxModes); }},
@@ -90,8 +100,12 @@ void assign(const std::string& text, const std::string& key, const std::string& 
   const auto found = keys.find(key);
   if (found == keys.end()) {
     std::string known;
-    for (const auto& each : keys) known += " " + each.first;
-    refuse(text, "there is no " + key + "; there are:" + known);
+    std::vector<std::string> names;
+    names.reserve(keys.size());
+    for (const auto& each : keys) names.push_back(each.first);
+    for (const std::string& name : names) known += " " + name;
+    refuse(text,
+           "there is no " + key + "; there are:" + known + "." + hints::did_you_mean(key, names));
   }
   found->second();
 }

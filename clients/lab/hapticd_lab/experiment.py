@@ -46,11 +46,23 @@ def describe(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the order of the trials, 0 or more (default: 1)")
     parser.add_argument("--repetitions", type=int, default=REPETITIONS, metavar="N", help="of every comparison (default: %(default)s)")
     parser.add_argument("--participant", default="", metavar="NAME", help="how the files call the participant")
-    parser.add_argument("--sigma", type=float, default=WeberObserver.sigma, help="noise of a simulated observer's ln force (default: %(default)s)")
-    parser.add_argument("--criterion", type=float, default=WeberObserver.criterion, help="difference of ln force it reports (default: %(default)s)")
-    parser.add_argument("--address", default="127.0.0.1:47800", metavar="HOST:PORT", help="the hapticd of --live and --page (default: %(default)s)")
-    parser.add_argument("--key", type=pathlib.Path, metavar="FILE", help="control key of a hapticd that has keys")
-    parser.add_argument("--scene", default="single_string", metavar="NAME", help="what --live and --page are played on (default: %(default)s)")
+    parser.add_argument("--sigma", type=float, help=f"noise of a simulated observer's ln force (default: {WeberObserver.sigma})")
+    parser.add_argument("--criterion", type=float, help=f"difference of ln force it reports (default: {WeberObserver.criterion})")
+    parser.add_argument("--address", metavar="HOST:PORT", help="the hapticd of --live and --page (default: 127.0.0.1:47800)")
+    parser.add_argument("--key", type=pathlib.Path, metavar="FILE", help="control key of a hapticd of --live and --page that has keys")
+    parser.add_argument("--scene", metavar="NAME", help="what --live and --page are played on (default: single_string)")
+
+
+def _refuse_idle(options: argparse.Namespace, person: bool) -> None:
+    """What does nothing for who takes part is refused, and what was not asked for gets its default."""
+    whose, idle = ("a simulated observer", ("sigma", "criterion")) if person else ("--live and --page", ("address", "key", "scene"))
+    for name in idle:
+        if getattr(options, name) is not None:
+            raise Refused(f"--{name} is for {whose}: leave it out" + ("" if person else ", or add --live"))
+    defaults = {"sigma": WeberObserver.sigma, "criterion": WeberObserver.criterion, "address": "127.0.0.1:47800", "scene": "single_string"}
+    for name, value in defaults.items():
+        if getattr(options, name) is None:
+            setattr(options, name, value)
 
 
 def observer_seed(text: str) -> int:
@@ -74,12 +86,14 @@ def _settings(options: argparse.Namespace) -> Dict[str, Any]:
             raise Refused(f"{path}: {error!r}; restore the file, or start again in another folder") from error
         if options.page and settings["observer"] != "person":
             raise Refused(f"{options.output} is of a simulated observer: choose another name")
+        _refuse_idle(options, settings["observer"] == "person")
         return settings
     if path.exists() or (options.output / "trials.csv").exists():
         raise Refused(f"{options.output} has an experiment already: go on with it by --resume, or name another folder")
     observer = "person" if options.live or options.page else options.observer or "weber:1"
     if observer != "person":
         observer_seed(observer)
+    _refuse_idle(options, observer == "person")
     if options.seed < 0 or not 1 <= options.repetitions <= 1000:
         raise Refused("--seed must be 0 or more, --repetitions 1 to 1000")
     if not (options.sigma > 0.0 and options.criterion >= 0.0):

@@ -164,6 +164,7 @@ class Program(Running):
 
     def test_what_makes_no_sense_is_refused_and_nothing_is_written(self):
         for options, text in ((["--observer", "fechner:1"], "weber:SEED"), (["--repetitions", "0"], "--repetitions"), (["--sigma", "0"], "--sigma"),
+                              (["--scene", "wall"], "--scene is for"), (["--live", "--sigma", "1"], "--sigma is for"),
                               (["--resume"], "no experiment to resume"), (["--seed", "-1"], "--seed")):
             done = self.run_program("--output", str(self.folder / "none"), *options)
             self.assertEqual(done.returncode, 1)
