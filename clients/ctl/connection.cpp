@@ -72,7 +72,9 @@ void require(const v1::Result& result) {
   constexpr std::string_view kPrefix = "RESULT_CODE_";
   if (code.starts_with(kPrefix)) code.erase(0, kPrefix.size());
   std::string text = "refused (" + code + ")";
-  if (!result.path().empty()) text += " " + wire::shown_text(result.path());
+  // What is wrong with a text names its fields itself.
+  const bool named = result.message().find(result.path() + ": ") != std::string::npos;
+  if (!result.path().empty() && !named) text += " " + wire::shown_text(result.path());
   if (!result.message().empty()) text += ": " + result.message();
   throw Failure(kRefused, text);
 }

@@ -16,6 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/ctl/connection.h"
+#include "proto/hints/text_remedy.h"
 #include "proto/wire/shown_text.h"
 
 namespace hapticd::ctl {
@@ -62,8 +63,10 @@ class FirstError : public pb::io::ErrorCollector {
  public:
   void AddError(int line, pb::io::ColumnNumber column, const std::string& message) override {
     if (!text.empty()) return;
-    text = ":" + std::to_string(line + 1) + ":" + std::to_string(column + 1) + ": " + message;
+    place = ":" + std::to_string(line + 1) + ":" + std::to_string(column + 1) + ": ";
+    text = message;
   }
+  std::string place;
   std::string text;
 };
 
@@ -219,7 +222,11 @@ void parse_text(const std::string& text, const std::string& file, pb::Message& m
   FirstError error;
   pb::TextFormat::Parser parser;
   parser.RecordErrorsTo(&error);
-  if (!parser.ParseFromString(text, &message)) throw Failure(kRefused, file + error.text);
+  if (parser.ParseFromString(text, &message)) return;
+  std::string fault = file + error.place + error.text;
+  if (!fault.ends_with('.')) fault += ".";
+  const std::string remedy = hints::text_remedy(*message.GetDescriptor(), error.text);
+  throw Failure(kRefused, remedy.empty() ? fault : fault + " " + remedy);
 }
 
 }  // namespace hapticd::ctl

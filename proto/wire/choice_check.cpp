@@ -9,15 +9,6 @@ namespace {
 namespace pb = google::protobuf;
 using Kind = pb::FieldDescriptor::CppType;
 
-std::string in_words(int number, const pb::EnumDescriptor& type) {
-  std::string text = std::to_string(number) + " is not a value of " + type.name() + ". Choose ";
-  for (int i = 0; i < type.value_count(); ++i) {
-    if (type.value(i)->number() == 0) continue;
-    text += type.value(i)->name() + (i + 1 < type.value_count() ? ", " : ".");
-  }
-  return text;
-}
-
 /// In element `i` of a field, or in the field itself where it is no list; the path of the field is
 /// left out.
 // NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which does not contain itself
@@ -32,10 +23,21 @@ std::optional<UnknownChoice> unknown_in(const pb::Message& holder, const pb::Fie
   const int number = field.is_repeated() ? r.GetRepeatedEnumValue(holder, &field, i)
                                          : r.GetEnumValue(holder, &field);
   if (field.enum_type()->FindValueByNumber(number) != nullptr) return std::nullopt;
-  return UnknownChoice{"", in_words(number, *field.enum_type())};
+  const pb::EnumDescriptor& type = *field.enum_type();
+  return UnknownChoice{
+      "", std::to_string(number) + " is not a value of " + type.name() + ". " + choices_of(type)};
 }
 
 }  // namespace
+
+std::string choices_of(const pb::EnumDescriptor& type) {
+  std::string text = "Choose ";
+  for (int i = 0; i < type.value_count(); ++i) {
+    if (type.value(i)->number() == 0) continue;
+    text += type.value(i)->name() + (i + 1 < type.value_count() ? ", " : ".");
+  }
+  return text;
+}
 
 // NOLINTNEXTLINE(misc-no-recursion): as deep as the schema, which does not contain itself
 std::optional<UnknownChoice> unknown_choice(const pb::Message& message) {

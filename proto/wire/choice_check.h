@@ -15,6 +15,9 @@ struct UnknownChoice {
   std::string message;  ///< which number, and what there is instead
 };
 
+/// The values of `type`, in a sentence.
+[[nodiscard]] std::string choices_of(const google::protobuf::EnumDescriptor& type);
+
 /// The first in `message` and in all messages below it; nothing: every number is known. O(fields).
 [[nodiscard]] std::optional<UnknownChoice> unknown_choice(const google::protobuf::Message& message);
 

@@ -307,7 +307,7 @@ void read_config_file(const std::string& file, v1::Config& config) {
   const MessageText parsed(text.str(), file, "configuration", config);
   if (any_fault(parsed.problems())) {
     SceneProblem first = parsed.problems().front();
-    first.remedy = "Fields are those of the options, '-' written '_'.";
+    if (first.remedy.empty()) first.remedy = "Fields are those of the options, '-' written '_'.";
     throw StartError(kExitInput, to_text(first));
   }
   if (const std::optional<wire::UnknownChoice> unknown = wire::unknown_choice(config)) {

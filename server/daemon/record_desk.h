@@ -50,7 +50,7 @@ class RecordDesk {
   RecorderThread* recorder_;
   ServedClients& clients_;
   RecordStatus told_;
-  std::string file_;            ///< of the session that was begun last
+  std::string file_;           ///< of the session that was begun last
   std::vector<Order> orders_;  ///< not answered; the recorder carries them out in this order
   std::uint64_t fault_dumps_ = 0;
 };

@@ -5,6 +5,7 @@
 
 #include <sstream>
 
+#include "proto/wire/choice_check.h"
 #include "proto/wire/field_table.h"
 
 namespace hapticd {
@@ -142,7 +143,8 @@ class Check {
                             : r.GetEnumValue(place.message, &place.field);
       if (place.field.enum_type()->FindValueByNumber(value) != nullptr) continue;
       fault(place.at(i),
-            std::to_string(value) + " is not a value of " + place.field.enum_type()->name(), "");
+            std::to_string(value) + " is not a value of " + place.field.enum_type()->name(),
+            wire::choices_of(*place.field.enum_type()));
     }
   }
 

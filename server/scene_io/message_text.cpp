@@ -6,6 +6,8 @@
 
 #include <charconv>
 
+#include "proto/hints/text_remedy.h"
+
 namespace hapticd {
 namespace {
 
@@ -18,7 +20,8 @@ constexpr std::size_t kMaxErrors = 20;
 
 class Collector : public pb::io::ErrorCollector {
  public:
-  Collector(const std::string& file, SceneProblems& problems) : file_(file), problems_(problems) {}
+  Collector(const std::string& file, const pb::Descriptor& type, SceneProblems& problems)
+      : file_(file), type_(type), problems_(problems) {}
   void AddError(int line, pb::io::ColumnNumber column, const std::string& message) override {
     add(line, column, message, false);
   }
@@ -29,10 +32,12 @@ class Collector : public pb::io::ErrorCollector {
  private:
   void add(int line, int column, const std::string& message, bool doubt) {
     if (problems_.size() >= kMaxErrors) return;
-    problems_.push_back({doubt, file_, line + 1, column + 1, "", message, ""});
+    problems_.push_back(
+        {doubt, file_, line + 1, column + 1, "", message, hints::text_remedy(type_, message)});
   }
 
   const std::string& file_;
+  const pb::Descriptor& type_;
   SceneProblems& problems_;
 };
 
@@ -67,7 +72,7 @@ MessageText::MessageText(std::string_view text, std::string file, std::string_vi
                          what == "scene" ? "Put spheres into tree files." : ""});
     return;
   }
-  Collector collector(file_, problems_);
+  Collector collector(file_, *type_, problems_);
   pb::TextFormat::Parser parser;
   parser.RecordErrorsTo(&collector);
   parser.WriteLocationsTo(&places_);

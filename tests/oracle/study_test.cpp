@@ -139,6 +139,9 @@ TEST_CASE("a setting changes what it names and nothing else, a level first") {
   CHECK(few.options.stop_tolerance == quality_of(4).options.stop_tolerance);
   CHECK(few.options.skin == scene.contact.skin);
   CHECK_FALSE(few.changes_strings());
+  const StudySetting wide = parse_setting("wide:margin=2mm,rate=1kHz", scene);
+  CHECK(wide.options.margin == 0.002);
+  CHECK(wide.rate_hz == 1000.0);
   CHECK(parse_setting("m:modes=8", scene).changes_strings());
   const StudySetting rare = parse_setting("r:wave_substeps=16", scene);
   CHECK(rare.changes_strings());
@@ -149,8 +152,9 @@ TEST_CASE("a setting changes what it names and nothing else, a level first") {
 
 TEST_CASE("a setting that makes no sense is refused with what would") {
   const SceneDescription scene = finger_and_ball();
-  for (const char* bad : {"", ":sub_steps=2", "a:substeps=2", "a:sub_steps=0", "a:sub_steps=x",
-                          "a:sub_steps", "a:string=soft", "a:level=5"}) {
+  for (const char* bad :
+       {"", ":sub_steps=2", "a:substeps=2", "a:sub_steps=0", "a:sub_steps=x", "a:sub_steps",
+        "a:margin=1kg", "a:margin=2km", "a:string=soft", "a:level=5"}) {
     CAPTURE(bad);
     CHECK_THROWS_AS((void)parse_setting(bad, scene), std::invalid_argument);
   }

@@ -51,7 +51,9 @@ class RequestError(Exception):
         self.code = enum_name(answer_pb2.ResultCode, result.code, "RESULT_CODE_")
         self.path = shown_text(result.path)
         self.message = shown_text(result.message, kept="\n")
-        super().__init__(": ".join(part for part in (self.code, self.path, self.message) if part))
+        # What is wrong with a text names its fields itself.
+        path = "" if f"{self.path}: " in self.message else self.path
+        super().__init__(": ".join(part for part in (self.code, path, self.message) if part))
 
     def of_file(self, file: str) -> "RequestError":
         """The same, of a text that the server has not read from a file, but that is one's."""
