@@ -1,7 +1,6 @@
 // stop: zero force at once, by the Stop road, and where that is of no use by a session. Not RT.
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -10,6 +9,7 @@
 #include "clients/ctl/text.h"
 #include "clients/library/named_key.h"
 #include "clients/library/stop_road.h"
+#include "proto/hints/shell_word.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -50,6 +50,17 @@ client::StopPlace place_of(const GlobalOptions& options, const StopOptions& give
   return place;
 }
 
+/// What ends the latch, to be typed.
+std::string clear_command(const GlobalOptions& options) {
+  const client::DaemonChoice& daemon = options.daemon;
+  std::string command = "hapticctl ";
+  if (daemon.server != client::DaemonChoice().server) {
+    command += "--server " + hints::shell_word(daemon.server) + " ";
+  }
+  if (!daemon.key_file.empty()) command += "--key " + hints::shell_word(daemon.key_file) + " ";
+  return command + "clear";
+}
+
 void print_stopped(const GlobalOptions& options, const std::string& how) {
   if (options.json) {
     v1::Result result;
@@ -58,7 +69,8 @@ void print_stopped(const GlobalOptions& options, const std::string& how) {
     print_text(to_json(result));
     return;
   }
-  std::printf("stopped by %s; hapticctl clear ends it\n", how.c_str());
+  print_text("stopped by " + how + "; " + clear_command(options) +
+             " ends it (where there are keys, with a control key)");
 }
 
 bool stop_by_road(const GlobalOptions& options, const client::StopPlace& place,
@@ -94,7 +106,9 @@ void run_stop(const GlobalOptions& options, const StopOptions& given) {
     if (stop_by_road(options, place,
                      std::min<std::chrono::nanoseconds>(kRoadAgain, timeout_of(options))))
       return;
-    throw;
+    throw Failure(kUnreachable, "no Stop road answers at port " + std::to_string(given.port) +
+                                    " (--stop-port, --stop-key), and by a session " +
+                                    failure.what());
   }
 }
 

@@ -1,28 +1,17 @@
 // See command_to_reach.h.
 #include "server/daemon/command_to_reach.h"
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <string_view>
 #include <utility>
+
+#include "proto/hints/shell_word.h"
 
 namespace hapticd {
 namespace {
 
 /// Where hapticctl looks that is told nothing else.
 constexpr std::string_view kLookedAt = "127.0.0.1:47800";
-
-/// A word for a shell.
-std::string shell_word(const std::string& text) {
-  const auto is_plain = [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '/' || c == '.' || c == '_' || c == '-';
-  };
-  if (std::all_of(text.begin(), text.end(), is_plain)) return text;
-  std::string word = "'";
-  for (const char c : text) word += c == '\'' ? "'\\''" : std::string(1, c);
-  return word + "'";
-}
 
 /// Where all addresses are listened on, one that is this machine's own.
 std::string own_address(const std::string& address) {
@@ -42,7 +31,7 @@ std::string command_to_reach(const std::string& address, const std::string& keys
   if (server != kLookedAt) command += "--server " + server + " ";
   if (!keys.empty()) {
     const auto key = std::filesystem::absolute(std::filesystem::path(keys) / "control.key");
-    command += "--key " + shell_word(key.lexically_normal().string()) + " ";
+    command += "--key " + hints::shell_word(key.lexically_normal().string()) + " ";
   }
   return command + "status";
 }

@@ -252,6 +252,10 @@ void check_name(const std::string& option, const std::string& name) {
   if (control || !pb::internal::IsStructurallyValidUTF8(name)) {
     refuse(option + ": the name is not plain UTF-8 text. Give another.");
   }
+  // A shell replaces it at the beginning of a word alone, and not within quotes.
+  if (name.starts_with("~/")) {
+    refuse(option + ": the ~ of '" + name + "' was not replaced. Give the whole path.");
+  }
 }
 
 void check_devices(const v1::Config& config) {

@@ -43,7 +43,7 @@ class InstallPackages(unittest.TestCase):
         self.fake("sudo", "exit 1")
         done = self.run_as_nobody("peers")
         self.assertEqual(9, done.returncode, done.stderr)
-        self.assertIn("\n  apt-get install --no-install-recommends libbullet-dev libfcl-dev libmujoco-dev\n", done.stderr)
+        self.assertIn("\n  apt-get update && apt-get install --no-install-recommends libbullet-dev libfcl-dev libmujoco-dev\n", done.stderr)
         self.assertNotIn("apt-get", self.called())
 
     def test_where_nothing_is_missing_nobody_is_asked(self):

@@ -46,13 +46,22 @@ class Play(unittest.TestCase):
         self.assertEqual((0, daemon.said(daemon.HAPTICD, "--version")[1]), play("--version"))
 
     def test_an_option_of_hapticd_is_said_to_stand_behind_dashes(self):
-        code, said = play("--scene", "wall")
+        code, said = play("--scene", "wall", "--for", "1")
         self.assertEqual(2, code, said)
-        written = re.search(r"--scene is an option of hapticd, and stands behind --: hapticd-play (-- --scene)\. ", said)
+        written = re.search(r"--scene is an option of hapticd, and stands behind --: hapticd-play (-- --scene wall)\. ", said)
         self.assertTrue(written, said)
-        code, said = play("--for", "1", *written.group(1).split(), "wall", "--listen", f"127.0.0.1:{daemon.free_port()}")
+        code, said = play("--for", "1", *written.group(1).split(), "--listen", f"127.0.0.1:{daemon.free_port()}")
         self.assertEqual(0, code, said)
         self.assertIn(": scene wall, ", said)
+
+    def test_a_port_that_is_none_and_a_folder_that_cannot_be_made_are_refused_before_anything_starts(self):
+        for port in ("99999", "65536", "-1", "x", "1" * 30):
+            self.assertEqual((2, "hapticd-play: --web-port needs a number from 0 to 65535. See hapticd-play --help.\n"), play("--web-port", port))
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "file")
+            file.touch()
+            code, said = play("--listen", "127.0.0.1", "--files", f"{file}/under")
+            self.assertEqual((2, f"hapticd-play: the folder {file}/under cannot be made; name another with --files. See hapticd-play --help.\n"), (code, said))
 
     def test_a_mistyped_option_is_named_with_the_one_that_was_meant(self):
         code, said = play("--no-sond")
