@@ -16,12 +16,19 @@ std::filesystem::path default_recordings() {
          ".local/state/hapticd/recordings";
 }
 
+std::filesystem::path service_recordings() { return "/var/lib/hapticd/recordings"; }
+
 std::string find_recording(const std::string& name) {
   std::error_code error;
   if (name.empty() || name.find('/') != std::string::npos) return name;
-  if (std::filesystem::exists(name, error)) return name;
-  const std::filesystem::path listed = default_recordings() / name;
-  return std::filesystem::is_regular_file(listed, error) ? listed.string() : name;
+  for (const std::string& named : {name, name + ".mcap"}) {
+    if (std::filesystem::exists(named, error)) return named;
+    for (const std::filesystem::path& folder : {default_recordings(), service_recordings()}) {
+      const std::filesystem::path listed = folder / named;
+      if (std::filesystem::is_regular_file(listed, error)) return listed.string();
+    }
+  }
+  return name;
 }
 
 }  // namespace hapticd

@@ -8,7 +8,12 @@ namespace hapticd {
 RecordingReader::RecordingReader(const std::string& path) : path_(find_recording(path)) {
   std::string error;
   if (!file_.open(path_, error)) {
-    throw RecordingError(error + ". Name a recording: hapticctl record list shows them.");
+    const bool looked_for = path.find('/') == std::string::npos;
+    const std::string also = ". It is neither here nor in " + default_recordings().string() +
+                             " or " + service_recordings().string() +
+                             ". A hapticd that keeps its recordings elsewhere names the file when "
+                             "it is asked to record: give its path.";
+    throw RecordingError(error + (looked_for ? also : ". Name a file that hapticd recorded."));
   }
   rewind();
 }

@@ -61,8 +61,11 @@ TEST_CASE("a recording is read by the name that the list shows, from any folder"
   REQUIRE(setenv("XDG_STATE_HOME", folder.file("").c_str(), 1) == 0);
   RecordingReader reader("only there.mcap");
   CHECK(summarise(reader).ticks == 5);
+  RecordingReader shorter("only there");
+  CHECK(summarise(shorter).ticks == 5);
   CHECK_THROWS_AS(RecordingReader("./only there.mcap"), RecordingError);
-  CHECK_THROWS_AS(RecordingReader("nowhere.mcap"), RecordingError);
+  CHECK_THROWS_WITH_AS(RecordingReader("nowhere.mcap"), doctest::Contains(listed.string().c_str()),
+                       RecordingError);
 }
 
 TEST_CASE("what a killed daemon left is read as far as it goes") {
