@@ -3,10 +3,11 @@
 of their own, and a network of their own, so that the ports are free. Each command has to end with 0; one that starts a daemon has to play. A
 gesture is waited for, as a reader would. `watch` gets a terminal and the key q.
 
-usage: commands_test.py PAGE PROGRAMS [--tree PRESET]
+usage: commands_test.py PAGE PROGRAMS [--tree PRESET | --played]
   PROGRAMS  folder of the built programs; hapticd-play is that of the source tree
             the installed /usr/share/hapticd is share/hapticd beside it
   --tree    the page is read in a clone: deploy/play stands for that of the source tree with this preset, build/play/bin for PROGRAMS
+  --played  of the programs there are those alone that deploy/play builds
 
 A page that says how far it is to a sound of one's own is held to it: "after N commands, N files and N words". The pitch of every .wav that it
 makes is that of the strings of its scene, by sqrt(tension / linear density) / (2 length).
@@ -31,6 +32,7 @@ BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 MOST_COMMANDS = 10
 LONGEST_S = 60
 STARTS = re.compile(r"(env \w+=\w+ )?(deploy/play|hapticd-play|hapticd)(?= |$)(?!.*(--check|--version|doctor))")
+PLAYED = ("hapticd", "hapticctl", "haptic-web", "haptic-audio")  # what the preset play leaves of all programs
 CENTS = 10  # a tone's pitch, measured in a second of it that decays
 
 
@@ -39,12 +41,17 @@ class Reader:
 
     def __init__(self, folder, programs, preset):
         self.folder, self.daemon, self.data = folder, None, programs.parent / "share/hapticd"
-        bin_folder = folder / "bin"
+        bin_folder, programs_path = folder / "bin", f":{programs}"
         bin_folder.mkdir()
         play = bin_folder / "hapticd-play"
         play.write_text(f'#!/bin/bash\nexec {ROOT}/clients/play/hapticd-play --programs {programs} "$@"\n', encoding="utf-8")
         play.chmod(0o755)
-        if preset:
+        if preset == PLAYED:
+            for name in PLAYED:
+                (bin_folder / name).symlink_to(programs / name)
+            play.write_text(play.read_text(encoding="utf-8").replace(f"--programs {programs}", f"--programs {bin_folder}"), encoding="utf-8")
+            programs_path = ""
+        elif preset:
             for name, text in (("deploy/play", f'exec {ROOT}/deploy/play --no-build --preset {preset} "$@"'),):
                 (folder / name).parent.mkdir()
                 (folder / name).write_text(f"#!/bin/bash\n{text}\n", encoding="utf-8")
@@ -53,7 +60,7 @@ class Reader:
             (folder / "build/play/bin").symlink_to(programs)
         home = folder / "home"
         home.mkdir()
-        self.environment = {**os.environ, "HOME": str(home), "PATH": f"{bin_folder}:{programs}:/usr/bin:/bin", "TERM": "xterm",
+        self.environment = {**os.environ, "HOME": str(home), "PATH": f"{bin_folder}{programs_path}:/usr/bin:/bin", "TERM": "xterm",
                             "PYTHONPATH": str(programs.parent / "clients/python")}
         self.environment.pop("XDG_STATE_HOME", None)
 
@@ -258,5 +265,5 @@ if __name__ == "__main__":
     if "HAPTICD_ALONE" not in os.environ:
         sys.exit(alone(sys.argv[1:]))
     Page.PAGE, Page.PROGRAMS = sys.argv[1:3]
-    Page.PRESET = sys.argv[4] if len(sys.argv) > 4 else None
+    Page.PRESET = PLAYED if "--played" in sys.argv else sys.argv[4] if len(sys.argv) > 4 else None
     unittest.main(argv=sys.argv[:1], verbosity=2)
