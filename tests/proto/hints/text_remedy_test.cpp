@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <string>
 
-#include "proto/hapticd/v1/config.pb.h"
-#include "proto/hapticd/v1/scene.pb.h"
+#include "hapticd/v1/config.pb.h"
+#include "hapticd/v1/scene.pb.h"
 #include "tests/support/fresh_seed.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
