@@ -97,7 +97,9 @@ std::string doctor_text(const HostReport& report, const std::vector<Finding>& fi
     text += head.data() + finding.what + "\n";
     if (!finding.fix.empty()) text += std::string(22, ' ') + "-> " + finding.fix + "\n";
   }
-  return text + (fit(findings) ? "fit for hapticd\n" : "not fit for hapticd: see each cause\n");
+  return text + (fit(findings)
+                     ? "This machine is fit for hapticd.\n"
+                     : "This machine is not fit for hapticd yet: mend each cause above.\n");
 }
 
 std::string doctor_json(const HostReport& report, const std::vector<Finding>& findings) {

@@ -116,6 +116,11 @@ class Hints(unittest.TestCase):
             code, _, complaint = said(str(ROOT / words[0]), *words[1:])
             self.assertEqual((2, name), (code, meant(complaint)), complaint)
 
+    def test_an_empty_label_is_seen_to_be_one(self):
+        code, text, complaint = said(str(ROOT / "deploy/test"), "")
+        self.assertEqual((2, ""), (code, text))
+        self.assertIn("there is no label ''; there are unit, ", complaint)
+
     def test_hapticd_play_does_so_where_it_is_installed(self):
         with tempfile.TemporaryDirectory() as prefix:
             subprocess.run([CMAKE, f"-DCMAKE_INSTALL_PREFIX={prefix}", "-P", INSTALL], env=dict(os.environ, DESTDIR=""), check=True,

@@ -131,6 +131,9 @@ class Release(unittest.TestCase):
     def test_a_folder_that_holds_something_is_refused(self):
         self.refused("not empty", options=("--output", str(self.root / "deploy")))
 
+    def test_a_file_is_no_folder(self):
+        self.refused("CITATION.cff is a file; name a folder with --output", options=("--output", str(self.root / "CITATION.cff")))
+
     def test_what_fails_its_tests_is_not_packed(self):
         self.write("deploy/test", "#!/bin/bash\nexit 1\n")
         self.commit()
