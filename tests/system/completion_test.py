@@ -8,6 +8,7 @@ import stat
 import subprocess
 import tempfile
 import unittest
+import unittest.mock
 
 import daemon
 
@@ -59,6 +60,8 @@ class Completion(unittest.TestCase):
                     code, _, complaint = daemon.said(os.environ["HAPTICCTL"], "--server", self.played.address, "set", f"{path}={value}")
                     self.assertEqual((0, ""), (code, complaint))
         self.assertEqual(["auto"], self.at("set quality=a"))
+        values = self.at("set quality=")
+        self.assertEqual(sorted(set(values)), sorted(values))
         self.assertEqual(["30"], self.at("set quality=2 strings[0].tension_n="))
 
     def test_the_choices_that_are_offered_are_all(self):
@@ -76,6 +79,11 @@ class Completion(unittest.TestCase):
                 with self.subTest(script.name, option=word):
                     self.assertIn(word, said)
 
+    def set_variable(self, name, value):
+        patch = unittest.mock.patch.dict(os.environ, {name: value})
+        patch.start()
+        self.addCleanup(patch.stop)
+
     @staticmethod
     def fake(folder, program, said):
         """A program of this name that says so whatever it is asked."""
@@ -91,8 +99,7 @@ class Completion(unittest.TestCase):
                 path.touch()
             self.fake(folder, "hapticctl", "")
             self.fake(folder, "hapticd", "")
-            os.environ["HAPTICD_DATA"] = folder
-            self.addCleanup(os.environ.pop, "HAPTICD_DATA")
+            self.set_variable("HAPTICD_DATA", folder)
             self.assertEqual(["quiet"], offered("hapticd --scene ", folder, "/var"))
             self.assertEqual(["tap"], offered("hapticd --gesture t", folder))
 
@@ -103,22 +110,89 @@ class Completion(unittest.TestCase):
                 with self.subTest(line):
                     self.assertEqual(right, offered(line))
 
+    def test_tools_offer_installed_scenes_and_files_of_scenes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for file in ("scenes/guqin.textproto", "other.txt", "mine.textproto"):
+                path = pathlib.Path(folder, file)
+                path.parent.mkdir(exist_ok=True)
+                path.touch()
+            self.set_variable("HAPTICD_DATA", folder)
+            for line in ("hapticd-model explain ", "hapticd-model check ", "hapticd-oracle measure --scene ", "hapticd-oracle measure --scene="):
+                with self.subTest(line):
+                    self.assertEqual(["guqin", "mine.textproto"], sorted(offered(line, folder, folder)))
+                    self.assertEqual(["guqin"], offered(line + "g", folder, folder))
+
+    @unittest.skipUnless((BIN / "hapticd-model").exists(), "hapticd-model is not built")
+    def test_models_and_their_parameters_are_those_that_can_be_made(self):
+        models = offered("hapticd-model make ")
+        self.assertIn("pillar", models)
+        self.assertEqual(models, offered("hapticd-model build model:"))
+        self.assertEqual(["pillar"], offered("hapticd-model build model:pil"))
+        self.assertEqual([], offered("hapticd-model make pillar --set radius="))
+        _, _, complaint = daemon.said(str(BIN / "hapticd-model"), "make", "nothing", "-o", "x.ply")
+        for model in models:
+            self.assertIn(model, complaint)
+        for model in ("pillar", "plate"):
+            parameters = offered(f"hapticd-model make {model} --set ")
+            self.assertGreater(len(parameters), 1)
+            for parameter in parameters:
+                _, _, complaint = daemon.said(str(BIN / "hapticd-model"), "make", model, "-o", "/dev/null", "--set", f"{parameter}word")
+                self.assertNotIn("no parameter", complaint)
+
+    def test_recordings_are_offered_by_their_names_and_as_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for file in ("hapticd/recordings/take.mcap", "hapticd/recordings/$(>ran).mcap", "hapticd/recordings/notes.txt", "here.mcap"):
+                path = pathlib.Path(folder, file)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.touch()
+            self.set_variable("XDG_STATE_HOME", folder)
+            for line in ("hapticd export ", "hapticctl export ", "hapticctl replay ", "haptic-audio --recording ", "haptic-web --replay "):
+                with self.subTest(line):
+                    words = [word for word in offered(line, cwd=folder) if not word.startswith("--")]
+                    self.assertEqual(["here.mcap", "take.mcap"], sorted(set(words) - {"hapticd"}))
+                    self.assertEqual(["take.mcap"], offered(f"{line}t", cwd=folder))
+        _, said, _ = daemon.said(os.environ["HAPTICD"], "export", "--help")
+        for word in offered("hapticd export --"):
+            self.assertIn(word, said)
+        self.assertEqual(["--what"], offered("hapticd export --wh"))
+
+    def test_an_option_with_an_equals_sign_has_the_choices_of_one_without(self):
+        for line in ("hapticd --clock", "hapticd --device", "hapticctl --role", "hapticctl export --what", "haptic-osc --role", "haptic-web --role",
+                     "hapticd-model build --unit", "hapticd-oracle measure --preset"):
+            with self.subTest(line):
+                choices = offered(f"{line} ")
+                self.assertGreater(len(choices), 1)
+                self.assertEqual(choices, offered(f"{line}="))
+                self.assertEqual([word for word in choices if word.startswith(choices[0])], offered(f"{line}={choices[0]}"))
+        self.assertIn("guqin", self.at("--role=control scene load "))
+
     def test_ports_of_sound_are_offered(self):
         with tempfile.TemporaryDirectory() as folder:
             self.fake(folder, "haptic-audio", "audio out system:playback_1\nmidi in synth/in:a-b.c")
             self.assertEqual(["system:playback_1"], offered("haptic-audio --connect ", folder))
+            # What stands before the colon is on the line already.
+            self.assertEqual(["playback_1"], offered("haptic-audio --connect system:play", folder))
 
     def test_a_daemon_or_a_port_with_an_evil_name_runs_nothing(self):
         for evil in ("$(>ran)", "`>ran`", "a$(>ran)b", "$(touch ran)", "x;>ran"):
-            with tempfile.TemporaryDirectory() as folder:
+            with tempfile.TemporaryDirectory() as folder, unittest.mock.patch.dict(os.environ, XDG_STATE_HOME=folder, HAPTICD_DATA=folder):
                 self.fake(folder, "hapticctl", f"{evil}\n{evil}={evil}\nquality={evil}\ntool {evil}: 1")
                 self.fake(folder, "haptic-audio", f"audio out {evil}:playback_FL")
+                self.fake(folder, "hapticd-model", f"{evil} a model\nplate a model\n  {evil} 1 m")
+                kept = pathlib.Path(folder, "hapticd/recordings", evil.replace("/", "") + ".mcap")
+                kept.parent.mkdir(parents=True)
+                kept.touch()
+                pathlib.Path(folder, f"{evil}.textproto").touch()
+                pathlib.Path(folder, f"{evil}.mcap").touch()
+                files = sorted(os.listdir(folder))
                 for line in ("hapticctl scene load ", "hapticctl gesture play ", "hapticctl get ", "hapticctl set ", "hapticctl set quality=",
                              f"hapticctl set {evil}=", "hapticctl recentre --tool ", "hapticd --scene ", "hapticd --gesture ",
-                             "haptic-audio --connect "):
+                             "haptic-audio --connect ", "hapticctl export ", "hapticctl replay ", "hapticd export ", "haptic-audio --recording ",
+                             "haptic-web --replay ", "hapticd-model make ", "hapticd-model make plate --set ", "hapticd-model build model:",
+                             "hapticd-model explain ", "hapticd-oracle measure --scene ", f"hapticd export {evil}", f"hapticd --clock={evil}"):
                     with self.subTest(line, evil=evil):
                         offered(line, folder, folder)
-                        self.assertEqual(["haptic-audio", "hapticctl"], sorted(os.listdir(folder)))
+                        self.assertEqual(files, sorted(os.listdir(folder)))
 
 
 if __name__ == "__main__":
