@@ -136,8 +136,10 @@ class Completion(unittest.TestCase):
             parameters = offered(f"hapticd-model make {model} --set ")
             self.assertGreater(len(parameters), 1)
             for parameter in parameters:
-                _, _, complaint = daemon.said(str(BIN / "hapticd-model"), "make", model, "-o", "/dev/null", "--set", f"{parameter}word")
+                _, _, complaint = daemon.said(str(BIN / "hapticd-model"), "make", model, "-o", "/dev/null", "--set", f"{parameter}1000000000")
                 self.assertNotIn("no parameter", complaint)
+            _, _, complaint = daemon.said(str(BIN / "hapticd-model"), "make", model, "-o", "/dev/null", "--set", "nothing=1000000000")
+            self.assertIn("no parameter", complaint)
 
     def test_recordings_are_offered_by_their_names_and_as_files(self):
         with tempfile.TemporaryDirectory() as folder:
