@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <nlohmann/json.hpp>
 
 #include "clients/library/client.h"
 
@@ -55,6 +56,16 @@ JackOutput::JackOutput(const std::string& name) {
   jack_set_sample_rate_callback(client_.get(), change, this);
   jack_set_buffer_size_callback(client_.get(), change, this);
   jack_on_shutdown(client_.get(), gone, this);
+}
+
+std::string ports_json(const std::vector<JackPort>& ports) {
+  using Json = nlohmann::ordered_json;
+  Json json = {{"playback", Json::array()}, {"notes", Json::array()}};
+  for (const JackPort& port : ports) {
+    json[port.midi ? "notes" : "playback"].push_back(
+        {{"port", port.name}, {"hardware", port.hardware}});
+  }
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 JackOutput::~JackOutput() = default;

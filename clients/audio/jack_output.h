@@ -31,6 +31,10 @@ struct JackPort {
   bool hardware = false;
 };
 
+/// The ports as one JSON object in one line, for programs: playback has those for sound, notes
+/// those for MIDI.
+[[nodiscard]] std::string ports_json(const std::vector<JackPort>& ports);
+
 class JackOutput {
  public:
   /// Opens a client called `name`, or nearly so when there is one already. Throws NoJackServer.

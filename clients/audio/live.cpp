@@ -337,8 +337,12 @@ int play_live(const Options& options) {
   return 0;
 }
 
-void list_ports() {
+void list_ports(bool json) {
   const JackOutput output("haptic-audio-list");
+  if (json) {
+    std::fputs(ports_json(output.ports()).c_str(), stdout);
+    return;
+  }
   std::printf("%.0f Hz, blocks of %u\n", output.rate_hz(), output.block());
   for (const JackPort& port : output.ports()) {
     std::printf("%-5s %-9s %s\n", port.midi ? "midi" : "audio",

@@ -18,8 +18,8 @@ namespace hapticd::audio {
 /// Plays until SIGINT or SIGTERM; the exit code.
 int play_live(const Options& options);
 
-/// Writes where sound can go to stdout; throws NoJackServer.
-void list_ports();
+/// Writes where sound can go to stdout, for people or as ports_json(); throws NoJackServer.
+void list_ports(bool json);
 
 /// The folder of recorded tones: as given, else the shipped ones, as installed beside the program;
 /// empty with --synth, or when there are none.

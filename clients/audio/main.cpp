@@ -56,7 +56,7 @@ int run(const Options& options) {
   }
   if (!options.render.empty()) return render_file(options);
   if (options.list) {
-    list_ports();
+    list_ports(options.json);
     return 0;
   }
   return play_live(options);

@@ -24,7 +24,8 @@ void add_playing(CLI::App& app, Options& options) {
           ->type_name("DIR");
   app.add_flag("--synth", options.synth, "compute the strings, play no recordings")
       ->excludes(tones);
-  app.add_flag("--list", options.list, "list where sound can go, and exit");
+  auto* const list = app.add_flag("--list", options.list, "list where sound can go, and exit");
+  app.add_flag("--json", options.json, "the list as one JSON object, for programs")->needs(list);
   app.add_option("--connect", options.connect, "port of JACK to play to (default: the sound card)")
       ->type_name("PORT");
   app.add_flag("--no-connect", options.no_connect, "leave the port unconnected");

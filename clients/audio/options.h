@@ -24,6 +24,7 @@ struct Options {
   std::optional<std::string> tones;  ///< as given
   bool synth = false;
   bool list = false;
+  bool json = false;  ///< the list is for programs
   bool wait = false;
   bool verbose = false;
   std::string name = "haptic-audio";

@@ -2,8 +2,10 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "server/model/commands.h"
+#include "server/model/printed_json.h"
 #include "server/model/shapes/model_catalogue.h"
 #include "server/model/source_option.h"
 
@@ -14,6 +16,11 @@ struct MakeOptions {
   std::string model;
   std::string mesh;
   std::vector<std::string> set;
+};
+
+struct ListOptions {
+  bool parameters = false;
+  bool json = false;
 };
 
 std::string text(std::string_view view) { return std::string(view); }
@@ -28,6 +35,27 @@ void list(bool with_parameters) {
                   text(range.unit).c_str(), range.low, range.high, text(range.meaning).c_str());
     }
   }
+}
+
+/// With their parameters.
+void list_json() {
+  Json models = Json::array();
+  for (const NamedModel& model : model_catalogue()) {
+    Json parameters = Json::array();
+    for (const ModelParameter& parameter : model.parameters()) {
+      const ModelRange& range = parameter.range;
+      parameters.push_back({{"name", range.name},
+                            {"unit", range.unit},
+                            {"default", parameter.value},
+                            {"least", range.low},
+                            {"most", range.high},
+                            {"meaning", range.meaning}});
+    }
+    models.push_back({{"name", model.name},
+                      {"description", model.description},
+                      {"parameters", std::move(parameters)}});
+  }
+  print_json({{"models", std::move(models)}});
 }
 
 }  // namespace
@@ -46,9 +74,12 @@ void add_make_command(CLI::App& app) {
 
 void add_list_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("list", "name the models");
-  const auto parameters = std::make_shared<bool>(false);
-  command->add_flag("--parameters", *parameters, "with their parameters, defaults and ranges");
-  command->callback([parameters] { list(*parameters); });
+  const auto options = std::make_shared<ListOptions>();
+  command->add_flag("--parameters", options->parameters,
+                    "with their parameters, defaults and ranges");
+  command->add_flag("--json", options->json,
+                    "all of it, with the parameters, as one JSON object, for programs");
+  command->callback([options] { options->json ? list_json() : list(options->parameters); });
 }
 
 }  // namespace hapticd

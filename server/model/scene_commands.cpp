@@ -4,6 +4,7 @@
 
 #include "server/model/commands.h"
 #include "server/model/explanation.h"
+#include "server/model/scene_json.h"
 #include "server/model/scene_option.h"
 
 namespace hapticd {
@@ -12,25 +13,52 @@ namespace {
 /// Objects that a tool is led to when the cost of a tick is measured: 8 s at the worst.
 constexpr int kObjectsVisited = 40;
 
+void check_scene(const std::string& name, const LoadResult& result) {
+  print_problems(result.problems);
+  if (result.loaded == nullptr) return;
+  const SceneDescription& scene = result.loaded->scene->description();
+  std::printf("%s: good: %zu tool(s), %zu bodies, %zu lines, %zu strings\n", name.c_str(),
+              scene.tools.size(), scene.bodies.size(), scene.lines.size(), scene.strings.size());
+}
+
 void check(const SceneOptions& options) {
-  for_each_scene(options, [](const std::string& name, const LoadedScene& loaded) {
-    const Scene& scene = *loaded.scene;
-    std::printf("%s: good: %zu tool(s), %zu bodies, %zu lines, %zu strings\n", name.c_str(),
-                scene.description().tools.size(), scene.description().bodies.size(),
-                scene.description().lines.size(), scene.description().strings.size());
-  });
+  Json scenes = Json::array();
+  const bool good =
+      load_each_scene(options, [&](const std::string& name, const LoadResult& result) {
+        if (options.json) {
+          scenes.push_back(checked_json(name, result));
+        } else {
+          check_scene(name, result);
+        }
+      });
+  if (options.json) print_json({{"scenes", scenes}});
+  end_with(good);
+}
+
+TickCost cost_of(const LoadedScene& loaded) {
+  const v1::Quality& quality = loaded.message.quality();
+  const double budget_us =
+      quality.has_automatic() ? quality.automatic().budget_us() : kUsualBudget_us;
+  return measure_ticks(*loaded.scene, 0, kObjectsVisited, budget_us);
 }
 
 void explain_each(const SceneOptions& options) {
   bool first = true;
-  for_each_scene(options, [&first](const std::string&, const LoadedScene& loaded) {
-    const v1::Quality& quality = loaded.message.quality();
-    const double budget_us =
-        quality.has_automatic() ? quality.automatic().budget_us() : kUsualBudget_us;
-    const TickCost cost = measure_ticks(*loaded.scene, 0, kObjectsVisited, budget_us);
-    std::printf("%s%s", first ? "" : "\n", explain(loaded, cost).c_str());
-    first = false;
-  });
+  Json scenes = Json::array();
+  const bool good =
+      load_each_scene(options, [&](const std::string& name, const LoadResult& result) {
+        print_problems(result.problems);
+        if (result.loaded == nullptr) return;
+        const TickCost cost = cost_of(*result.loaded);
+        if (options.json) {
+          scenes.push_back(explained_json(name, *result.loaded, cost));
+        } else {
+          std::printf("%s%s", first ? "" : "\n", explain(*result.loaded, cost).c_str());
+        }
+        first = false;
+      });
+  if (options.json) print_json({{"scenes", scenes}});
+  end_with(good);
 }
 
 }  // namespace

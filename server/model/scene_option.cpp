@@ -14,6 +14,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                      "name of an installed scene, or a .textproto file (default: all installed)");
   command.add_option("--data", options.data,
                      "folder with scenes/ and models/ (default: the installed one)");
+  command.add_flag("--json", options.json, "all of it as one JSON object, for programs");
 }
 
 void add_quality_option(CLI::App& command, SceneOptions& options) {
@@ -24,8 +25,8 @@ void add_quality_option(CLI::App& command, SceneOptions& options) {
       ->type_name("LEVEL");
 }
 
-void for_each_scene(const SceneOptions& options,
-                    const std::function<void(const std::string&, const LoadedScene&)>& visit) {
+bool load_each_scene(const SceneOptions& options,
+                     const std::function<void(const std::string&, const LoadResult&)>& visit) {
   LoadOptions load;
   const std::filesystem::path data(options.data);
   load.paths =
@@ -37,16 +38,23 @@ void for_each_scene(const SceneOptions& options,
     throw std::runtime_error("no scene is installed in " + load.paths.scenes.front().string() +
                              ". Name a file, or the folder with --data");
   }
-  bool faulty = false;
+  bool good = true;
   for (const std::string& scene : scenes) {
     const LoadResult result = load_scene(scene, load);
-    for (const SceneProblem& problem : result.problems) {
-      std::fprintf(stderr, "%s\n", to_text(problem).c_str());
-    }
-    faulty = faulty || result.loaded == nullptr;
-    if (result.loaded != nullptr) visit(scene, *result.loaded);
+    good = good && result.loaded != nullptr;
+    visit(scene, result);
   }
-  if (faulty) throw CLI::RuntimeError(1);
+  return good;
+}
+
+void print_problems(const SceneProblems& problems) {
+  for (const SceneProblem& problem : problems) {
+    std::fprintf(stderr, "%s\n", to_text(problem).c_str());
+  }
+}
+
+void end_with(bool good) {
+  if (!good) throw CLI::RuntimeError(1);
 }
 
 }  // namespace hapticd

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <iomanip>
 #include <sstream>
-#include <utility>
-#include <vector>
 
 #include "core/instrument/string_motion.h"
 
@@ -70,39 +68,6 @@ void print_row(std::ostream& out, const std::string& what, const StringCost& cos
       << in_figures(cost.pressed) << "\n";
 }
 
-std::string name_of(const StringRung& rung) {
-  switch (rung.level) {
-    case StringDetail::kLine:
-      return "rigid";
-    case StringDetail::kStatic:
-      return "static";
-    case StringDetail::kFundamental:
-      return "fundamental";
-    case StringDetail::kModes:
-      break;
-  }
-  return "wave of " + std::to_string(rung.modes) + " modes, " + std::to_string(rung.substeps) +
-         " sub-steps" + (rung.stretches ? ", that stretches" : "");
-}
-
-/// How many strings of a scene are on which rung. Of waves the count of modes is the largest.
-std::vector<std::pair<StringRung, int>> rungs_of(const SceneDescription& scene) {
-  std::vector<std::pair<StringRung, int>> found;
-  for (const StringDescription& string : scene.strings) {
-    const StringRung rung = rung_of(string.parameters, scene.instrument);
-    const auto same = std::find_if(found.begin(), found.end(), [&](const auto& each) {
-      return each.first.level == rung.level && each.first.stretches == rung.stretches;
-    });
-    if (same == found.end()) {
-      found.emplace_back(rung, 1);
-    } else {
-      same->first.modes = std::max(same->first.modes, rung.modes);
-      ++same->second;
-    }
-  }
-  return found;
-}
-
 }  // namespace
 
 StringRung rung_of(const StringParameters& string, const InstrumentOptions& options) {
@@ -118,6 +83,38 @@ StringRung rung_of(const StringParameters& string, const InstrumentOptions& opti
   const bool rings = options.vibration && constants.frequency > 0.0;
   if (rung.level >= StringDetail::kFundamental && !rings) rung = {StringDetail::kStatic};
   return rung;
+}
+
+std::string rung_name(const StringRung& rung) {
+  switch (rung.level) {
+    case StringDetail::kLine:
+      return "rigid";
+    case StringDetail::kStatic:
+      return "static";
+    case StringDetail::kFundamental:
+      return "fundamental";
+    case StringDetail::kModes:
+      break;
+  }
+  return "wave of " + std::to_string(rung.modes) + " modes, " + std::to_string(rung.substeps) +
+         " sub-steps" + (rung.stretches ? ", that stretches" : "");
+}
+
+std::vector<std::pair<StringRung, int>> rungs_of(const SceneDescription& scene) {
+  std::vector<std::pair<StringRung, int>> found;
+  for (const StringDescription& string : scene.strings) {
+    const StringRung rung = rung_of(string.parameters, scene.instrument);
+    const auto same = std::find_if(found.begin(), found.end(), [&](const auto& each) {
+      return each.first.level == rung.level && each.first.stretches == rung.stretches;
+    });
+    if (same == found.end()) {
+      found.emplace_back(rung, 1);
+    } else {
+      same->first.modes = std::max(same->first.modes, rung.modes);
+      ++same->second;
+    }
+  }
+  return found;
 }
 
 StringCost string_cost(const StringRung& rung) {
@@ -143,12 +140,12 @@ std::string string_costs(const SceneDescription& scene) {
   for (const CountedRung& row : kCounted) {
     const bool usual = row.modes == kUsual && row.substeps == kUsual;
     if (row.level == StringDetail::kModes && !usual) continue;
-    print_row(out, name_of({row.level, row.stretches, row.modes, row.substeps}), cost_of(row));
+    print_row(out, rung_name({row.level, row.stretches, row.modes, row.substeps}), cost_of(row));
   }
   for (const auto& [rung, count] : rungs_of(scene)) {
     print_row(out,
               "here: " + std::to_string(count) + (count == 1 ? " string, " : " strings, ") +
-                  name_of(rung),
+                  rung_name(rung),
               string_cost(rung));
   }
   return out.str();

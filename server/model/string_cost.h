@@ -6,6 +6,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/scene/scene_description.h"
 
@@ -21,6 +23,9 @@ struct StringRung {
   bool operator==(const StringRung&) const = default;
 };
 
+/// As explain names it.
+[[nodiscard]] std::string rung_name(const StringRung& rung);
+
 /// What one string adds to a tick, instructions.
 struct StringCost {
   double silent = 0.0;   ///< nobody is near
@@ -30,6 +35,9 @@ struct StringCost {
 
 /// The rung that a string climbs to in a scene with `options`.
 [[nodiscard]] StringRung rung_of(const StringParameters& string, const InstrumentOptions& options);
+
+/// How many strings of a scene are on which rung. Of waves the count of modes is the largest.
+[[nodiscard]] std::vector<std::pair<StringRung, int>> rungs_of(const SceneDescription& scene);
 
 /// What a string on `rung` costs.
 [[nodiscard]] StringCost string_cost(const StringRung& rung);

@@ -6,14 +6,12 @@
 #include <chrono>
 #include <cstdarg>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "server/model/length.h"
+#include "server/model/printed_json.h"
 
 namespace hapticd {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Points that time_exhaustive looks at: a second for 10^5 triangles.
 constexpr std::size_t kTimedPoints = 500;

@@ -56,10 +56,14 @@ EXAMPLES = {
     "hapticd device list": [[]],
     "hapticd export": [["state/hapticd/recordings/take.mcap", "--npy", "ticks.npy", "--what", "ticks"]],
     "hapticd-model build": [["model:pillar", "--error", "2mm", "--quiet", "-o", "pillar.tree"]],
+    "hapticd-model list": [[], ["--parameters"]],
+    "hapticd-model check": [["good.textproto"], ["good.textproto", "wrong.textproto", "no_such_scene"]],
+    "hapticd-model explain": [["single_string"], ["good.textproto", "--quality", "0"]],
     "hapticd-model inspect": [["pillar.tree"], ["pillar.tree", "--mesh", "model:pillar"]],
 }
 # These end with a verdict on the machine they run on.
-VERDICTS = {"hapticctl doctor": (0, 6), "hapticd doctor": (0, 6), "hapticctl device list": (0, 1), "hapticd device list": (0, 1)}
+VERDICTS = {"hapticctl doctor": (0, 6), "hapticd doctor": (0, 6), "hapticctl device list": (0, 1), "hapticd device list": (0, 1),
+            "hapticd-model check": (0, 1)}
 TEXTS = {"hapticctl experiment"}  # takes every word after it for another program
 
 
@@ -84,6 +88,16 @@ def commands(words, inherited=""):
     for word in below:
         found.update({f"{words[0]} {word}": option} if f"{words[0]} {word}" in TEXTS else commands([*words, word], option))
     return found
+
+
+# A ball that can be played, with a field that does nothing; and one whose radius is negative, on line 5.
+GOOD = """name: "ball"
+tools { name: "finger" parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } } pose_wg { p_m: [0, 0.07, 0] } }
+friction {}
+bodies { name: "ball" shape {
+  spheres { centre_m: [0, 0, 0] radius_m: 0.05 } } }
+"""
+WRONG = GOOD.replace("radius_m: 0.05 ", "radius_m: -0.05 ")
 
 
 class Schemas:
@@ -133,6 +147,8 @@ class JsonTest(unittest.TestCase):
     def test_every_answer_is_as_its_schema_says_and_lacks_nothing(self):
         with tempfile.TemporaryDirectory() as folder:
             state = str(pathlib.Path(folder, "state"))
+            pathlib.Path(folder, "good.textproto").write_text(GOOD, encoding="utf-8")
+            pathlib.Path(folder, "wrong.textproto").write_text(WRONG, encoding="utf-8")
             pathlib.Path(folder, "poses.csv").write_text("0,0,0\n0,0.01,0\n", encoding="utf-8")
             with daemon.Daemon("--scene", "wall", state=state) as real, \
                     daemon.Daemon("--scene", "guqin_coarse", "--clock", "virtual", "--device", "scripted") as virtual:
@@ -141,6 +157,43 @@ class JsonTest(unittest.TestCase):
                         if command in self.commands:
                             words = [word.format(address=real.address, virtual=virtual.address) for word in example]
                             self.answer(command, words, folder)
+
+    @unittest.skipUnless((BIN / "hapticd-model").exists(), "hapticd-model is not built")
+    def test_a_check_says_of_each_scene_what_is_wrong_and_where(self):
+        model = str(BIN / "hapticd-model")
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "good.textproto").write_text(GOOD, encoding="utf-8")
+            pathlib.Path(folder, "wrong.textproto").write_text(WRONG, encoding="utf-8")
+            code, text, complaint = said(model, "check", "--json", "good.textproto", "wrong.textproto", cwd=folder)
+            good, wrong = json.loads(text)["scenes"]
+            self.assertEqual((1, ""), (code, complaint))
+            self.assertEqual({"tools": 1, "bodies": 1, "lines": 0, "strings": 0}, {key: good[key] for key in ("tools", "bodies", "lines", "strings")})
+            self.assertEqual([True, False], [good["good"], wrong["good"]])
+            self.assertEqual({True}, {problem["warning"] for problem in good["problems"]})
+            faults = [problem for problem in wrong["problems"] if not problem["warning"]]
+            self.assertEqual([("wrong.textproto", 5)], [(fault["file"], fault["line"]) for fault in faults])
+            self.assertIn("radius_m", faults[0]["field"])
+            # People are told the same.
+            _, _, told = said(model, "check", "wrong.textproto", cwd=folder)
+            self.assertIn(f"wrong.textproto:5:{faults[0]['column']}: error: {faults[0]['field']}: {faults[0]['message']}", told)
+
+    @unittest.skipUnless((BIN / "hapticd-model").exists(), "hapticd-model is not built")
+    def test_an_explanation_has_the_numbers_that_it_prints(self):
+        model = str(BIN / "hapticd-model")
+        _, printed, _ = said(model, "explain", "guqin_coarse")
+        _, text, _ = said(model, "explain", "guqin_coarse", "--json")
+        scene, = json.loads(text)["scenes"]
+        for shape in [*scene["tools"][0]["parts"], *scene["bodies"]]:
+            found, = re.findall(rf"^  {shape['name']}(?: \(soft\))?: (\d+) spheres?(?: of level (\d+))? of (\S+), at most (\S+) um", printed, re.MULTILINE)
+            self.assertEqual([shape["spheres"], shape["level"], shape["tree"]], [int(found[0]), int(found[1] or 0), found[2]])
+            self.assertAlmostEqual(shape["outside_um"], float(found[3]), delta=0.01 * float(found[3]))
+        lines = " ".join(printed.split())
+        for line in [*scene["modelled"], *scene["not_modelled"]]:
+            self.assertIn(" ".join(line.split()), lines)
+        self.assertEqual([str(-(-scene["memory_bytes"] // 1024))], re.findall(r"^memory: (\d+) KiB", printed, re.MULTILINE))
+        self.assertIn(f"strings: {len(scene['strings'])}\n", printed)
+        for cost in scene["string_costs"]:
+            self.assertRegex(printed, rf"here: {cost['strings']} strings?, {re.escape(cost['rung'])} ")
 
     def answer(self, command, words, folder):
         program, *rest = command.split()

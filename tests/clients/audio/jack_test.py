@@ -3,17 +3,21 @@
 not there. usage: jack_test.py HAPTIC_AUDIO
 
 A tone that does not decay as told has been broken by a busy machine and is played again. A wrong pitch stays wrong."""
+import json
 import os
+import pathlib
 import sys
 import tempfile
 import time
 import unittest
 
+import jsonschema
 import numpy
 
 from jack_player import DECAY_S, HAPTIC_AUDIO, NAMES, TUNING, Player
 from jack_rig import Capture, Jack, Program, command, line_through
 
+SCHEMA = pathlib.Path(__file__).resolve().parents[3] / "deploy/schema/audio_ports.schema.json"
 RINGS_S, SPACING_S = 0.45, 0.65  # then a finger damps the string
 FULL = float(os.environ.get("HAPTICD_TEST_SCALE", "0.1")) >= 1
 
@@ -62,6 +66,17 @@ class WithServer(unittest.TestCase):
             text, _ = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 0, text)
         self.assertRegex(text, r"48000 Hz, blocks of 4096\n(?s:.*)audio hardware  system:playback_1\n")
+
+    def test_the_list_for_programs_is_as_its_schema_says(self):
+        with Jack():
+            process = command(HAPTIC_AUDIO, "--list", "--json")
+            text, _ = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, text.count("\n")), (0, 1), text)
+        listed = json.loads(text)
+        schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
+        self.assertEqual(sorted(schema["required"]), sorted(listed))
+        self.assertIn({"port": "system:playback_1", "hardware": True}, listed["playback"])
+        jsonschema.validate(listed, schema)
 
     def test_a_daemon_that_is_not_there_is_named_with_the_remedy(self):
         with Jack(), Program(HAPTIC_AUDIO, "--synth", "--server", "127.0.0.1:9") as player:
