@@ -31,9 +31,12 @@ std::string address_problem(const std::string& text) {
 
 }  // namespace
 
+CLI::Option* takes_endpoint(CLI::Option* option) {
+  return option->check(CLI::Validator([](std::string& text) { return address_problem(text); }, ""));
+}
+
 void add_daemon_options(CLI::App& app, DaemonChoice& daemon) {
-  app.add_option("--server", daemon.server, "where hapticd listens, HOST:PORT")
-      ->check(CLI::Validator([](std::string& text) { return address_problem(text); }, ""))
+  takes_endpoint(app.add_option("--server", daemon.server, "where hapticd listens, HOST:PORT"))
       ->capture_default_str();
   app.add_option("--key", daemon.key_file, "key file, if hapticd has keys")->type_name("FILE");
   app.add_option("--role", daemon.role, "role of the key (its own)")
@@ -48,9 +51,14 @@ std::unique_ptr<Client> open_client(const DaemonChoice& daemon, ClientHandlers h
 }
 
 std::string unanswered(const std::string& server) {
-  return "no daemon answers at " + server +
-         " yet. Start hapticd, or name where it listens with --server; if it has keys, give one of "
-         "them with --key";
+  return "no hapticd answers at " + server +
+         " yet; waiting for it. Start hapticd, or name where it listens with --server; if it has "
+         "keys, give one of them with --key.";
+}
+
+void tell_silence(const char* program, const Client& client, Patience& patience) {
+  if (!patience.ends(client.core().heard(), monotonic_now_ns())) return;
+  std::fprintf(stderr, "%s: %s\n", program, wire::shown_lines(unanswered(client.server())).c_str());
 }
 
 std::uint32_t state_divisor(double tick_rate_hz, double rate_hz) {

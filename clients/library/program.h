@@ -8,6 +8,7 @@
 #include <string>
 
 #include "clients/library/client.h"
+#include "clients/library/patience.h"
 
 namespace hapticd::client {
 
@@ -22,6 +23,10 @@ struct DaemonChoice {
   std::string role;                        ///< view or control; empty: by the name of the file
 };
 
+/// Refuses on the command line, by the name of `option`, what parse_endpoint() does not read.
+/// Returns `option`.
+CLI::Option* takes_endpoint(CLI::Option* option);
+
 /// Adds --server, --key and --role. `daemon` must outlive the parsing.
 void add_daemon_options(CLI::App& app, DaemonChoice& daemon);
 
@@ -30,8 +35,12 @@ void add_daemon_options(CLI::App& app, DaemonChoice& daemon);
 [[nodiscard]] std::unique_ptr<Client> open_client(const DaemonChoice& daemon,
                                                   ClientHandlers handlers);
 
-/// What to say to a person when nobody answers at `server`.
+/// What to say to a person when nobody answers at `server`, while the program waits.
 [[nodiscard]] std::string unanswered(const std::string& server);
+
+/// Says so on stderr when `patience` with `client` ends, in the name of `program`. To be called
+/// again and again.
+void tell_silence(const char* program, const Client& client, Patience& patience);
 
 /// Subscribe.divisor for `rate_hz` (> 0) States a second, as nearly as whole ticks allow, where a
 /// second has `tick_rate_hz` ticks, as a server says: it may be any number.

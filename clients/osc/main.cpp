@@ -30,7 +30,8 @@ struct Options {
 void add_options(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "haptic-osc " HAPTICD_VERSION);
   hapticd::client::add_daemon_options(app, options.daemon);
-  app.add_option("--to", options.to, "where OSC goes, HOST:PORT; sclang has port 57120")
+  hapticd::client::takes_endpoint(
+      app.add_option("--to", options.to, "where OSC goes, HOST:PORT; sclang has port 57120"))
       ->capture_default_str();
   hapticd::hints::takes_unit(app.add_option("--rate", options.rate_hz, "poses per second; 0: none"),
                              "Hz")
@@ -79,11 +80,11 @@ int run(const Options& options) {
   };
   const std::unique_ptr<Client> client = hapticd::client::open_client(options.daemon, handlers);
   session = client.get();
-  if (!client->connect(std::chrono::seconds(2))) {
-    const std::string text = hapticd::client::unanswered(client->server());
-    std::fprintf(stderr, "haptic-osc: %s\n", text.c_str());
+  hapticd::client::Patience patience(hapticd::client::monotonic_now_ns());
+  while (!hapticd::client::has_ended()) {
+    client->poll(std::chrono::milliseconds(10));
+    hapticd::client::tell_silence("haptic-osc", *client, patience);
   }
-  while (!hapticd::client::has_ended()) client->poll(std::chrono::milliseconds(10));
   const auto& counters = bridge.counters();
   std::printf("%llu messages sent, %llu of them late; %llu not sent\n",
               static_cast<unsigned long long>(counters.sent),

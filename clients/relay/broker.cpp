@@ -14,6 +14,8 @@ constexpr int kKeepAlive_s = 10;
 /// How long the thread waits at once, ms, and how often until the broker is tried again.
 constexpr int kLook_ms = 100;
 constexpr int kLooksBetween = 5;
+/// A topic has 65535 bytes at most; what follows the prefix is shorter than the rest.
+constexpr std::size_t kMostPrefixBytes = 65'000;
 
 void require(int code, const char* what) {
   if (code == MOSQ_ERR_SUCCESS) return;
@@ -21,6 +23,20 @@ void require(int code, const char* what) {
 }
 
 }  // namespace
+
+std::string prefix_problem(const std::string& prefix) {
+  if (prefix.empty()) return "it is empty. Give what all topics begin with, as hapticd";
+  if (mosquitto_validate_utf8(prefix.data(), static_cast<int>(prefix.size())) != MOSQ_ERR_SUCCESS) {
+    return "it is not text in UTF-8, or has control characters. Write it in letters, digits and "
+           "'/'";
+  }
+  if (prefix.find_first_of("#+") != std::string::npos) {
+    return "'" + prefix +
+           "' has '#' or '+', which stand for any topic where somebody listens. Leave them out";
+  }
+  if (prefix.size() > kMostPrefixBytes) return "it is longer than a topic may be. Shorten it";
+  return {};
+}
 
 /// libmosquitto's, which is begun before the first handle and ended after the last.
 struct Broker::Handle {
@@ -40,6 +56,7 @@ Broker::Broker(const BrokerOptions& options) {
   if (client == nullptr) throw std::runtime_error("no memory for a connection to the broker");
   mosquitto_connect_callback_set(client, [](mosquitto*, void* self, int code) {
     Broker& broker = *static_cast<Broker*>(self);
+    broker.refusal_ = code;
     if (code != 0) return;
     broker.connected_ = true;
     ++broker.connections_;
@@ -81,6 +98,11 @@ Broker::~Broker() {
   (void)mosquitto_disconnect(handle_->client);
   ends_ = true;
   thread_.join();
+}
+
+std::string Broker::refusal() const {
+  const int code = refusal_;
+  return code == 0 ? "" : mosquitto_connack_string(code);
 }
 
 bool Broker::publish(const Publication& publication) {

@@ -23,6 +23,9 @@ struct BrokerOptions {
   Publication will;                    ///< what the broker says when this connection breaks
 };
 
+/// What is wrong with what all topics begin with; nothing: a broker takes it.
+[[nodiscard]] std::string prefix_problem(const std::string& prefix);
+
 class Broker {
  public:
   /// Begins to connect; the broker need not be there. Throws std::runtime_error for options that
@@ -37,6 +40,8 @@ class Broker {
   bool publish(const Publication& publication);
   /// How often the broker was reached so far.
   [[nodiscard]] std::uint64_t connections() const noexcept { return connections_; }
+  /// Why the broker, which is there, refused the connection, in its words; empty: it did not.
+  [[nodiscard]] std::string refusal() const;
 
  private:
   struct Handle;
@@ -48,6 +53,7 @@ class Broker {
 
   std::unique_ptr<Handle, Free> handle_;
   std::atomic<std::uint64_t> connections_{0};
+  std::atomic<int> refusal_{0};  ///< MQTT's return code; 0: none
   std::atomic<bool> connected_{false};
   std::atomic<bool> ends_{false};
   std::thread thread_;

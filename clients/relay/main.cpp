@@ -1,13 +1,17 @@
 // haptic-relay: what a hapticd plays, published to an MQTT broker for large audiences. Exit codes:
 // 0 ended by a signal, 1 a key, password or address is bad, 2 the command line makes no sense.
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <memory>
+#include <system_error>
 
 #include "clients/library/client.h"
 #include "clients/library/endpoint.h"
+#include "clients/library/patience.h"
 #include "clients/library/program.h"
 #include "clients/relay/broker.h"
 #include "proto/hints/quantity_option.h"
@@ -34,7 +38,8 @@ struct Options {
 void add_options(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "haptic-relay " HAPTICD_VERSION);
   hapticd::client::add_daemon_options(app, options.daemon);
-  app.add_option("--broker", options.broker, "where the MQTT broker listens, HOST:PORT")
+  hapticd::client::takes_endpoint(
+      app.add_option("--broker", options.broker, "where the MQTT broker listens, HOST:PORT"))
       ->capture_default_str();
   app.add_option("--user", options.at.user, "user name at the broker");
   app.add_option("--password-file", options.password_file, "file whose first line is its password")
@@ -42,11 +47,28 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--cafile", options.at.certificates,
                  "certificates that vouch for the broker; turns on TLS")
       ->type_name("FILE");
-  app.add_option("--prefix", options.prefix, "what all topics begin with")->capture_default_str();
+  app.add_option("--prefix", options.prefix, "what all topics begin with")
+      ->check(CLI::Validator(
+          [](const std::string& text) { return hapticd::relay::prefix_problem(text); }, ""))
+      ->capture_default_str();
   hapticd::hints::takes_unit(
       app.add_option("--rate", options.rate_hz, "States per second; 0: none"), "Hz")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
+}
+
+/// Opens what follows `option`. Throws std::runtime_error that names both where it cannot be read.
+std::ifstream open_file(const char* option, const std::string& path) {
+  std::error_code unknown;
+  const bool folder = std::filesystem::is_directory(path, unknown);
+  errno = 0;
+  std::ifstream file(path);
+  if (folder || !file) {
+    const std::string why = std::generic_category().message(folder ? EISDIR : errno);
+    throw std::runtime_error(std::string(option) + ": " + path + ": " + why +
+                             ". Name a file that can be read.");
+  }
+  return file;
 }
 
 hapticd::relay::BrokerOptions broker_options(const Options& options) {
@@ -55,10 +77,12 @@ hapticd::relay::BrokerOptions broker_options(const Options& options) {
   made.host = at.host;
   made.port = at.port;
   made.will = hapticd::relay::link_publication(options.prefix, false);
+  if (!made.certificates.empty()) (void)open_file("--cafile", made.certificates.string());
   if (options.password_file.empty()) return made;
-  std::ifstream file(options.password_file);
+  std::ifstream file = open_file("--password-file", options.password_file);
   if (!std::getline(file, made.password)) {
-    throw std::runtime_error("--password-file: " + options.password_file + " has no line");
+    throw std::runtime_error("--password-file: " + options.password_file +
+                             " has no line. Write the password into its first.");
   }
   return made;
 }
@@ -69,9 +93,31 @@ void subscribe(Client& client, double tick_rate_hz, double rate_hz) {
   client.request(item);
 }
 
+/// Says on stderr when patience with the broker ends.
+void tell_missing(const hapticd::relay::Broker& broker, const std::string& at,
+                  hapticd::client::Patience& patience) {
+  if (!patience.ends(broker.connections() != 0, hapticd::client::monotonic_now_ns())) return;
+  const std::string refusal = broker.refusal();
+  if (refusal.empty()) {
+    std::fprintf(stderr,
+                 "haptic-relay: no broker answers at %s yet; waiting for it. Start it, or name "
+                 "where it listens with --broker; if it wants TLS, give --cafile.\n",
+                 at.c_str());
+  } else {
+    std::fprintf(stderr,
+                 "haptic-relay: the broker at %s says: %s Trying again; see --user and "
+                 "--password-file.\n",
+                 at.c_str(), refusal.c_str());
+  }
+}
+
 int run(const Options& options) {
   hapticd::client::end_on_signals();
-  hapticd::relay::Broker broker(broker_options(options));
+  const hapticd::relay::BrokerOptions at = broker_options(options);
+  const std::string place =
+      (at.host.find(':') == std::string::npos ? at.host : "[" + at.host + "]") + ":" +
+      std::to_string(at.port);
+  hapticd::relay::Broker broker(at);
   hapticd::relay::Relay relay(options.prefix,
                               [&](const auto& each) { return broker.publish(each); });
   Client* session = nullptr;
@@ -87,9 +133,13 @@ int run(const Options& options) {
   session = client.get();
   bool live = false;
   std::uint64_t connections = 0;
+  hapticd::client::Patience with_daemon(hapticd::client::monotonic_now_ns());
+  hapticd::client::Patience with_broker = with_daemon;
   relay.link(false);
   while (!hapticd::client::has_ended()) {
     client->poll(std::chrono::milliseconds(10));
+    hapticd::client::tell_silence("haptic-relay", *client, with_daemon);
+    tell_missing(broker, place, with_broker);
     const std::int64_t heard_ns = client->core().heard_ns();
     const bool heard = heard_ns != 0 && hapticd::client::monotonic_now_ns() - heard_ns < kGone_ns;
     if (heard != live) {

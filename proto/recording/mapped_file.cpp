@@ -28,6 +28,11 @@ bool MappedFile::open(const std::string& path, std::string& error) {
   }
   struct stat status {};
   bool good = ::fstat(file, &status) == 0;
+  if (good && S_ISDIR(status.st_mode)) {
+    error = path + " is a folder";
+    ::close(file);
+    return false;
+  }
   if (good && status.st_size > 0) {
     const auto size = static_cast<std::size_t>(status.st_size);
     void* const data = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);

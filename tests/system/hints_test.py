@@ -2,6 +2,7 @@
 import os
 import pathlib
 import re
+import subprocess
 import tempfile
 import unittest
 
@@ -105,13 +106,76 @@ class Hints(unittest.TestCase):
             self.assertEqual(2, code)
             self.assertIn("Write 20.5cm, with a point.", text)
 
+    def test_an_address_that_is_none_is_refused_by_its_option(self):
+        folder = pathlib.Path(HAPTICCTL).parent
+        for program, option in (("haptic-osc", "--to"), ("haptic-osc", "--server"), ("haptic-relay", "--broker"), ("haptic-web", "--server"),
+                                ("haptic-web", "--listen")):
+            for address in ("x:y", "127.0.0.1:99999"):
+                if (folder / program).exists():
+                    code, _, text = said(str(folder / program), option, address)
+                    self.assertEqual(2, code, text)
+                    self.assertIn(f"{option}: '{address}' is not HOST, HOST:PORT or [V6]:PORT", text)
+
+    @unittest.skipUnless(pathlib.Path(HAPTICCTL).with_name("haptic-relay").exists(), "there is no relay here")
+    def test_what_the_relay_cannot_use_is_refused_by_its_option(self):
+        relay = str(pathlib.Path(HAPTICCTL).with_name("haptic-relay"))
+        with tempfile.TemporaryDirectory() as folder:
+            empty = pathlib.Path(folder, "empty")
+            empty.touch()
+            for option, value, code, why in (
+                    ("--cafile", f"{folder}/none", 1, f"{folder}/none: No such file or directory"), ("--cafile", folder, 1, f"{folder}: Is a directory"),
+                    ("--password-file", f"{folder}/none", 1, f"{folder}/none: No such file or directory"),
+                    ("--password-file", empty, 1, f"{empty} has no line"), ("--prefix", "a/#/b", 2, "'a/#/b' has '#' or '+'"),
+                    ("--prefix", "a+", 2, "'a+' has '#' or '+'"), ("--prefix", "", 2, "it is empty"), ("--prefix", b"a\xff", 2, "not text in UTF-8")):
+                found, _, text = said(relay, option, value)
+                self.assertEqual(code, found, text)
+                self.assertIn(f"{option}: ", text)
+                self.assertIn(why, text)
+
+    def test_who_waits_says_once_for_whom(self):
+        folder = pathlib.Path(HAPTICCTL).parent
+        server = f"127.0.0.1:{daemon.free_port()}"
+        waited = f"no hapticd answers at {server} yet; waiting for it."
+        broker = "127.0.0.1:1"
+        for program, options, texts in (("haptic-osc", [], [waited]), ("haptic-web", ["--listen", "127.0.0.1:0"], [waited]),
+                                        ("haptic-relay", ["--broker", broker], [waited, f"no broker answers at {broker} yet; waiting for it."])):
+            if not (folder / program).exists():
+                continue
+            with subprocess.Popen([str(folder / program), "--server", server, *options], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                  text=True) as waiting:
+                lines = [waiting.stderr.readline() for _ in texts]
+                waiting.terminate()
+                lines += waiting.stderr.read().splitlines()
+            self.assertEqual(len(texts), len(lines), lines)
+            for text in texts:
+                self.assertEqual(1, sum(f"{program}: {text}" in line for line in lines), lines)
+
+    def test_a_folder_is_no_recording(self):
+        with tempfile.TemporaryDirectory() as place:
+            folder = pathlib.Path(HAPTICCTL).parent
+            for words in (["haptic-web", "--listen", "127.0.0.1:0", "--replay", place], ["haptic-audio", "--render", f"{place}/a.wav", "--recording", place],
+                          ["hapticd-oracle", "path", place]):
+                if (folder / words[0]).exists():
+                    code, _, text = said(str(folder / words[0]), *words[1:])
+                    self.assertNotEqual(0, code)
+                    self.assertIn(f"{place} is a folder", text)
+
+    @unittest.skipUnless(HAPTIC_WEB, "there is no viewer here")
+    def test_a_key_that_is_none_is_refused_by_its_option(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for option in ("--key", "--stop-key"):
+                code, _, text = said(HAPTIC_WEB, option, folder, "--listen", "127.0.0.1:0")
+                self.assertEqual(1, code)
+                self.assertIn(f"haptic-web: {option}: {folder}: not a file", text)
+
     @unittest.skipUnless(HAPTIC_WEB, "there is no viewer here")
     def test_folders_that_are_none_are_refused(self):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder, "file")
             file.touch()
             # Recordings may have no folder yet: hapticd makes it.
-            for option, path, why in (("--assets", f"{folder}/none", f"there is no folder {folder}/none"), ("--recordings", file, f"{file} is no folder")):
+            for option, path, why in (("--assets", f"{folder}/none", f"there is no folder {folder}/none"), ("--recordings", file, f"{file} is no folder"),
+                                      ("--experiments", file, f"{file} is no folder")):
                 code, _, text = said(HAPTIC_WEB, option, path, "--listen", "127.0.0.1:0")
                 self.assertEqual(2, code)
                 self.assertIn(why, text)

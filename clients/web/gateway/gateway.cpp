@@ -8,16 +8,20 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <optional>
 #include <utility>
 
 #include "clients/library/client.h"
+#include "clients/library/patience.h"
+#include "clients/library/program.h"
 #include "clients/web/gateway/access.h"
 #include "clients/web/gateway/experiment_link.h"
 #include "clients/web/gateway/metrics.h"
 #include "clients/web/gateway/recording_source.h"
 #include "clients/web/gateway/stop_errand.h"
 #include "proto/wire/request_result.h"
+#include "proto/wire/shown_text.h"
 
 namespace hapticd::web {
 namespace {
@@ -49,6 +53,7 @@ class Gateway::Implementation {
   void look();
   void ask_counts();
   void report(const v1::PageLink& now);
+  void tell_silence();
   std::string metrics();
   void say_goodbye();
 
@@ -58,6 +63,7 @@ class Gateway::Implementation {
   v1::Counts counts_;  ///< newest; of an earlier daemon none
   v1::PageLink last_link_;
   int looks_ = 0;
+  client::Patience patience_{client::monotonic_now_ns()};
   std::shared_ptr<DaemonLink> link_;
   std::unique_ptr<ExperimentLink> experiments_;
   // Whoever is still connected at the end refers to the hub from inside the context.
@@ -180,6 +186,7 @@ void Gateway::Implementation::look() {
     changed.set_message(verdict.message);
     report(changed);
   }
+  tell_silence();
   link_timer_.expires_after(kLook);
   link_timer_.async_wait([this](const error_code& cancelled) {
     if (!cancelled) look();
@@ -197,6 +204,18 @@ void Gateway::Implementation::ask_counts() {
 void Gateway::Implementation::report(const v1::PageLink& now) {
   last_link_ = now;
   hub_.link(now);
+}
+
+/// Pages show the verdict all the time; who started this program sees it once.
+void Gateway::Implementation::tell_silence() {
+  const LinkVerdict now = link_->verdict();
+  if (!patience_.ends(now.state == v1::PAGE_LINK_STATE_LIVE, client::monotonic_now_ns())) return;
+  const bool silent =
+      now.state == v1::PAGE_LINK_STATE_DAEMON_GONE || now.state == v1::PAGE_LINK_STATE_WRONG_KEY;
+  // The lab's address of the daemon is that of the link.
+  const std::string text =
+      silent ? client::unanswered(options_.experiments.address) : now.message + ".";
+  std::fprintf(stderr, "haptic-web: %s\n", wire::shown_lines(text).c_str());
 }
 
 std::string Gateway::Implementation::metrics() {

@@ -43,6 +43,23 @@ client::Endpoint endpoint_of(const std::string& option, const std::string& text,
   }
 }
 
+/// What `read` gives; what it throws begins with the name of the option.
+template <typename Read>
+auto read_for(const std::string& option, const Read& read) {
+  try {
+    return read();
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(option + ": " + error.what());
+  }
+}
+
+/// What is wrong with a folder that is made when it is first written to; nothing: it can be.
+std::string folder_problem(const std::string& path) {
+  std::error_code unknown;
+  const bool other = fs::exists(path, unknown) && !fs::is_directory(path, unknown);
+  return other ? path + " is no folder" : "";
+}
+
 /// As hapticd-lab reads it.
 std::string address_of(const client::Endpoint& place) {
   const bool bare = place.host.find(':') == std::string::npos;
@@ -88,16 +105,12 @@ void add_options(CLI::App& app, Texts& texts, WebOptions& options) {
                  "folder of recordings that a page with control may show instead (default: where "
                  "this user's hapticd writes them)")
       ->type_name("DIR")
-      ->check([](const std::string& path) {
-        // hapticd makes the folder when it first records.
-        std::error_code unknown;
-        const bool other = fs::exists(path, unknown) && !fs::is_directory(path, unknown);
-        return other ? path + " is no folder" : "";
-      });
+      ->check(folder_problem);
   app.add_option("--experiments", options.experiments.folder,
                  "folder for experiments begun in pages, with one folder per participant "
                  "(default: experiments, beside this user's recordings)")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check(folder_problem);
   hints::takes_unit(
       app.add_option("--rate", options.link.state_rate_hz, "States requested per second"), "Hz")
       ->check(CLI::Range(1.0, 1000.0))
@@ -126,10 +139,12 @@ void finish(const Texts& texts, WebOptions& options) {
   if (options.server.page.empty()) options.server.page = data_folder() / "web";
   options.assets.push_back(data_folder() / "models");
   options.server.most_connections = options.server.most_viewers + 192;
-  options.link.key = client::named_key(texts.daemon.key_file, texts.daemon.role);
+  options.link.key = read_for(
+      "--key", [&] { return client::named_key(texts.daemon.key_file, texts.daemon.role); });
   options.stop.host = server.host;
   options.stop.target.session_port = server.port;
-  options.stop.target.key = client::named_stop_key(texts.stop_key, texts.daemon.key_file);
+  options.stop.target.key = read_for(
+      "--stop-key", [&] { return client::named_stop_key(texts.stop_key, texts.daemon.key_file); });
 }
 
 }  // namespace
@@ -146,7 +161,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     parsed.exit_code = app.exit(error) == 0 ? 0 : 2;
   } catch (const std::runtime_error& error) {
-    std::fprintf(stderr, "haptic-web: --key: %s\n", error.what());
+    std::fprintf(stderr, "haptic-web: %s\n", error.what());
     parsed.exit_code = 1;
   }
   return parsed;

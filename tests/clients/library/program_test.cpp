@@ -85,6 +85,19 @@ TEST_CASE("the rate asked for is the nearest that whole ticks give, and at most 
   CHECK(divisor(1000.0, 0.0) == 0);
 }
 
+TEST_CASE("patience ends once, after its time, and never with who has answered") {
+  Patience alone(7);
+  CHECK_FALSE(alone.ends(false, 7));
+  CHECK_FALSE(alone.ends(false, 7 + kPatience_ns - 1));
+  CHECK(alone.ends(false, 7 + kPatience_ns));
+  CHECK_FALSE(alone.ends(false, 7 + 2 * kPatience_ns));
+  Patience answered(0);
+  CHECK_FALSE(answered.ends(true, 1));
+  CHECK_FALSE(answered.ends(false, 2 * kPatience_ns));
+  Patience late(0);
+  CHECK_FALSE(late.ends(true, 2 * kPatience_ns));
+}
+
 TEST_CASE("a signal asks the program to end") {
   end_on_signals();
   CHECK(!has_ended());

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "clients/relay/broker.h"
+
 namespace hapticd::test {
 namespace {
 
@@ -35,6 +37,18 @@ TEST_CASE("each kind of Item has its topic; requests, answers and pieces have no
   CHECK(published[2].retained);
   CHECK(published[0].qos == 1);
   CHECK(relay::publication_of("p", v1::State()).qos == 0);
+}
+
+TEST_CASE("a prefix is a topic that one can publish to, as MQTT 3.1.1 has it in section 4.7") {
+  for (const std::string good : {"hapticd", "stage/one", "/", "Bühne/eins", "a b"}) {
+    CHECK(relay::prefix_problem(good).empty());
+  }
+  using namespace std::string_literals;
+  for (const std::string& bad : {""s, "#"s, "a/#/b"s, "a+"s, "a\0b"s, "\xff"s, "a\xc3"s, "a\nb"s,
+                                 std::string(65'536, 'a')}) {
+    CAPTURE(bad.substr(0, 10));
+    CHECK_FALSE(relay::prefix_problem(bad).empty());
+  }
 }
 
 }  // namespace

@@ -66,6 +66,7 @@ TEST_CASE("a recording is read by the name that the list shows, from any folder"
   CHECK_THROWS_AS(RecordingReader("./only there.mcap"), RecordingError);
   CHECK_THROWS_WITH_AS(RecordingReader("nowhere.mcap"), doctest::Contains(listed.string().c_str()),
                        RecordingError);
+  CHECK_THROWS_WITH(RecordingReader(listed.string()), doctest::Contains(" is a folder. "));
 }
 
 TEST_CASE("what a killed daemon left is read as far as it goes") {
