@@ -7,6 +7,7 @@ import importlib
 import io
 import os
 import re
+import subprocess
 import sys
 from typing import List, NoReturn, Optional
 
@@ -47,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
         prog="hapticd-lab", description="Sessions with a real hapticd in lockstep, measured: the figures of the paper, reproduced; its experiment; measured "
         "forces, fitted; what accuracy costs.",
         epilog="hapticd-lab COMMAND --help says more. man hapticd-lab")
-    top.add_argument("--version", action="store_true", help="the version of hapticd that it starts")
+    top.add_argument("--version", action="store_true", help="its version, which is that of the hapticd that it starts")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, module_name in COMMANDS.items():
         module = importlib.import_module(module_name)
@@ -58,14 +59,16 @@ def parser() -> argparse.ArgumentParser:
 
 
 def show_version() -> int:
-    """Becomes `hapticd --version`; returns an exit code only where there is no hapticd."""
+    """Says which hapticd it starts, in its own name; the exit code, which is 1 where there is none."""
     program = ""
     try:
         program = find_program("hapticd")
-        os.execv(program, ["hapticd", "--version"])
+        told = subprocess.run([program, "--version"], stdout=subprocess.PIPE, text=True, check=False)
     except OSError as error:
         print(f"hapticd-lab --version: {f'{program}: {error.strerror}' if program else error}", file=sys.stderr)
-    return 1
+        return 1
+    print(f"hapticd-lab {told.stdout.strip().removeprefix('hapticd ')}")
+    return told.returncode
 
 
 def main(arguments: Optional[List[str]] = None) -> int:

@@ -10,7 +10,7 @@ import socket
 import subprocess
 import tempfile
 from dataclasses import dataclass
-from typing import Any, Callable, Optional, Sequence
+from typing import Any, Callable, List, Optional, Sequence, Tuple
 
 import numpy
 from google.protobuf import text_format
@@ -29,7 +29,6 @@ START_TIMEOUT_S = 60.0
 ENGAGE_S = 0.3
 """The first pose is held so long before a motion begins: force comes on within 200 ms."""
 LONGEST_GESTURE_S = 600.0
-RECORDING = "session.mcap"
 EXACT = ("--quality", "4", "--budget-us", "0")
 """Of every session: the most exact, and no tick cut short, so that what figures show is the model, not how far it was computed."""
 
@@ -65,7 +64,7 @@ class Daemon:
             probe.bind(("127.0.0.1", 0))
             self.address = f"127.0.0.1:{probe.getsockname()[1]}"
         self._state = tempfile.TemporaryDirectory(prefix="hapticd-lab-")
-        self._recording: Optional[pathlib.Path] = None
+        self._recordings: List[Tuple[str, pathlib.Path]] = []  # where each is, and where it goes
         self._process = subprocess.Popen([program or oracle.find_program("hapticd"), "--listen", self.address, *EXACT, *options],
                                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                          env=dict(os.environ, XDG_STATE_HOME=self._state.name))
@@ -81,8 +80,7 @@ class Daemon:
 
     def record(self, session: hapticd.Session, recording: pathlib.Path) -> None:
         """Records from now on; the file is there after the block."""
-        session.record("START", RECORDING)
-        self._recording = recording
+        self._recordings.append((session.record("START"), recording))
 
     def __exit__(self, *_: object) -> None:
         if self._process.poll() is None:
@@ -93,8 +91,8 @@ class Daemon:
                 self._process.kill()
         self._process.stdout.close()
         self._process.wait()
-        if self._recording is not None:
-            shutil.move(pathlib.Path(self._state.name) / "hapticd/recordings" / RECORDING, self._recording)
+        for written, wanted in self._recordings:
+            shutil.move(written, wanted)
         self._state.cleanup()
 
 

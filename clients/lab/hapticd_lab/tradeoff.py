@@ -44,19 +44,34 @@ def describe(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--write-levels", type=pathlib.Path, metavar="FILE", help="write the table of quality levels, core/scene/quality_levels.inc")
 
 
+def _trouble_with(scene: str) -> str:
+    """Why it cannot be played, as hapticd-model says; empty: it can."""
+    explained = subprocess.run([find_program("hapticd-model"), "explain", scene], capture_output=True, text=True, check=False)
+    return "" if explained.returncode == 0 else explained.stderr.strip().splitlines()[0]
+
+
 def _usual_scenes() -> Sequence[str]:
-    explained = subprocess.run([find_program("hapticd-model"), "explain", FINEST_SCENE], capture_output=True, text=True, check=False)
-    if explained.returncode == 0:
+    trouble = _trouble_with(FINEST_SCENE)
+    if not trouble:
         return (*SCENES, FINEST_SCENE)
-    print(f"without {FINEST_SCENE}: {explained.stderr.strip().splitlines()[0]}", file=sys.stderr)
+    print(f"without {FINEST_SCENE}: {trouble}", file=sys.stderr)
     return SCENES
 
 
+def _named_scenes(scenes: Sequence[str]) -> Sequence[str]:
+    """BadStudy where one of them cannot be played."""
+    for scene in scenes:
+        trouble = _trouble_with(scene)
+        if trouble:
+            raise BadStudy(f"--scene: {trouble}")
+    return scenes
+
+
 def plan_of(options: argparse.Namespace) -> Plan:
-    """What the options ask for."""
+    """What the options ask for. BadStudy where that cannot be played."""
     if options.merge:
         return plan_of_shards(options.merge)
-    scenes = tuple(options.scene or (QUICK_SCENES if options.quick else _usual_scenes()))
+    scenes = tuple(_named_scenes(options.scene) if options.scene else QUICK_SCENES if options.quick else _usual_scenes())
     gestures = options.gestures or (QUICK_GESTURES if options.quick else GESTURES)
     return Plan(scenes, gestures, QUICK_SPEEDS if options.quick else SPEEDS, options.quick, 1 + (HELD_OUT if options.held_out else 0),
                 options.held_out or options.levels_only)

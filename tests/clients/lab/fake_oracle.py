@@ -49,6 +49,8 @@ def main(arguments):
     """The command line of hapticd-oracle, as far as the study uses it."""
     if arguments[0] == "strings":
         return strings()
+    if arguments[0] == "explain":  # hapticd-model's
+        return sys.exit("nosuch: no such scene" if arguments[1] == "nosuch" else 0)
     options = {}
     for name, value in zip(arguments[1::2], arguments[2::2]):
         options.setdefault(name, []).append(value)

@@ -46,7 +46,7 @@ class Program(unittest.TestCase):
             self.assertEqual(version(HAPTICD=f"{place}/none"), (1, "", f"hapticd-lab --version: {place}/none: No such file or directory\n"))
             hapticd.write_text("#!/bin/sh\necho hapticd 12.3 $*\n", encoding="utf-8")
             hapticd.chmod(0o755)
-            self.assertEqual(version(), (0, "hapticd 12.3 --version\n", ""))
+            self.assertEqual(version(), (0, "hapticd-lab 12.3 --version\n", ""))
 
     def test_hapticctl_knows_the_experiment(self):
         hapticctl = pathlib.Path(PROGRAM).parent / "hapticctl"
@@ -72,6 +72,12 @@ class Program(unittest.TestCase):
             code, said = self.refused(*arguments)
             self.assertEqual(code, 1)
             self.assertRegex(said, "there is no figure F99; there are .*F2, F3, ")
+
+    def test_the_scene_that_was_meant_is_named_before_a_study_is_made(self):
+        with tempfile.TemporaryDirectory() as folder:
+            code, out, said = run("tradeoff", "--quick", "--scene", "guqn", "--output", f"{folder}/study")
+            self.assertEqual((code, out, os.listdir(folder)), (1, "", []))
+        self.assertRegex(said, r"\Ahapticd-lab tradeoff: --scene: guqn: .*Did you mean guqin\?")
 
     def test_a_file_that_is_not_there_is_named_in_plain_words(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -49,7 +49,7 @@ PartitionName=all Nodes={host} Default=YES MaxTime=INFINITE State=UP OverSubscri
 
 def environment(seconds=0.0):
     """With numbers instead of a simulation, each call taking so long."""
-    return {**os.environ, "HAPTICD_ORACLE": str(FAKE), "FAKE_ORACLE_S": str(seconds)}
+    return {**os.environ, "HAPTICD_ORACLE": str(FAKE), "HAPTICD_MODEL": str(FAKE), "FAKE_ORACLE_S": str(seconds)}
 
 
 def tradeoff(*options, **more):

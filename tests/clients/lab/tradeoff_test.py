@@ -144,7 +144,7 @@ class Levels(unittest.TestCase):
 
 class ThroughTheOracle(unittest.TestCase):
     def setUp(self):
-        os.environ["HAPTICD_ORACLE"] = str(FAKE)
+        os.environ["HAPTICD_ORACLE"] = os.environ["HAPTICD_MODEL"] = str(FAKE)
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
         self.path = pathlib.Path(self.folder.name)
@@ -166,10 +166,17 @@ class ThroughTheOracle(unittest.TestCase):
             tradeoff_units.play_all(PLAN.units(), PLAN, self.path, 1)
         self.assertEqual(played, ["bunny-1-0.5", "single_string-1-0.5", "bunny-2-0.5", "single_string-2-0.5"])
 
-    def test_a_study_of_a_scene_that_is_none_leaves_the_folder_to_another_one(self):
-        with contextlib.redirect_stderr(io.StringIO()) as said:
-            self.assertEqual(main.main(["tradeoff", "--quick", "--scene", "nosuch", "--output", str(self.path)]), 1)
-        self.assertIn("nosuch: no such scene", said.getvalue())
+    def test_a_study_of_a_scene_that_is_none_is_refused_before_anything_is_made(self):
+        output = self.path / "study"
+        with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.redirect_stdout(said):
+            self.assertEqual(main.main(["tradeoff", "--quick", "--scene", "bunny", "--scene", "nosuch", "--output", str(output)]), 1)
+        self.assertEqual(said.getvalue(), "hapticd-lab tradeoff: --scene: nosuch: no such scene\n")
+        self.assertFalse(output.exists())
+
+    def test_a_study_that_could_not_be_begun_leaves_the_folder_to_another_one(self):
+        plan = Plan(("nosuch",), 1, (0.5,), True)
+        with contextlib.redirect_stderr(io.StringIO()), unittest.mock.patch.object(tradeoff, "plan_of", return_value=plan):
+            self.assertEqual(main.main(["tradeoff", "--output", str(self.path)]), 1)
         self.assertEqual(list(self.path.iterdir()), [])
         tradeoff_units.claim(self.path, PLAN)
 
