@@ -51,7 +51,8 @@ class Collected(NamedTuple):
 @dataclass(frozen=True)
 class Peer:
     """Whom to talk to and how. `key`: a key file or its bytes; `role`, "control" or "view", instead of its own; without a key the session is
-    PLAIN. `keep_states`: unread States that are kept, the newest ones; ValueError below 1."""
+    PLAIN. `keep_states`: unread States that are kept, the newest ones. ValueError below 1, and for an
+    address that `host_and_port` does not read."""
 
     address: str
     reconnect: bool = True
@@ -62,13 +63,16 @@ class Peer:
     def __post_init__(self) -> None:
         if self.keep_states < 1:
             raise ValueError(f"keep_states is {self.keep_states}: at least one State is kept. Without a subscription none comes")
+        host_and_port(self.address)
 
 
 def host_and_port(address: str) -> tuple[str, int]:
-    """Of "HOST:PORT", "HOST" or "[IPv6]:PORT". ValueError where the port is no number."""
+    """Of "HOST:PORT", "HOST" or "[IPv6]:PORT". ValueError where the port is no number from 1 to 65535."""
     host, separator, port = address.rpartition(":")
     if not separator or address.endswith("]") or (host.count(":") and not host.endswith("]")):
         host, port = address, str(DEFAULT_PORT)
+    if not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65535):
+        raise ValueError(f"{address!r} is not HOST:PORT, HOST or [IPv6]:PORT: a port is a number from 1 to 65535, and not {port!r}.")
     return host.strip("[]") or "127.0.0.1", int(port)
 
 

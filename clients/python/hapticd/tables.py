@@ -3,7 +3,9 @@ where numpy is missing. Frames as in proto/hapticd/v1/state.proto and event.prot
 from __future__ import annotations
 
 import csv
+import difflib
 import math
+import operator
 import os
 from typing import TYPE_CHECKING, Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Sequence, Tuple, Union
 
@@ -125,8 +127,16 @@ class Table(Mapping[str, Any]):
 
 def table(states: Iterable[state_pb2.State], tool_id: int = 0) -> Table:
     """The States of a tool, a row for each State that has it: tick, t_s, p_wh_m (n x 3) and q_wh (n x 4, w x y z) of the haptic tool, p_wg_m and
-    q_wg of the graphic tool, wrench_h_w (n x 6, force then torque, N and N m), minimum_gap_m."""
-    rows = [(state, tool) for state in states for tool in state.tools if tool.tool_id == tool_id]
+    q_wg of the graphic tool, wrench_h_w (n x 6, force then torque, N and N m), minimum_gap_m. ValueError where tool_id is no number."""
+    tools = [(state, tool) for state in states for tool in state.tools]
+    try:
+        wanted = operator.index(tool_id)
+    except TypeError:
+        there_are = ", ".join(str(number) for number in sorted({tool.tool_id for _, tool in tools})) or "none in these States"
+        near = difflib.get_close_matches(str(tool_id), EVENT_KINDS, 1)
+        hint = f" Did you mean event_table({near[0]!r})?" if near else ""
+        raise ValueError(f"{tool_id!r} is no tool_id: tools are numbers, and there are {there_are}.{hint}") from None
+    rows = [(state, tool) for state, tool in tools if tool.tool_id == wanted]
     columns: Dict[str, List[Any]] = {"tick": [state.tick for state, _ in rows], "t_s": [state.t_ns * 1e-9 for state, _ in rows]}
     for name, kind in STATE_COLUMNS.items():
         if name not in columns:
@@ -139,7 +149,8 @@ def event_table(events: Iterable[Event], kind: str = "tone") -> Table:
     that an event does not have are -1, as the string_index of a contact with a body; `phase` and `cause` are names. Tone.partials, of
     which each tone has its own number, is left out."""
     if kind not in EVENT_KINDS:
-        raise ValueError(f"{kind!r} is none of {', '.join(EVENT_KINDS)}")
+        near = difflib.get_close_matches(str(kind), EVENT_KINDS, 1)
+        raise ValueError(f"{kind!r} is none of {', '.join(EVENT_KINDS)}.{f' Did you mean {near[0]}?' if near else ''}")
     bodies = [event.body for event in events if event.kind == kind]
     message = event_pb2.DESCRIPTOR.message_types_by_name["".join(word.capitalize() for word in kind.split("_"))]
     columns: Dict[str, List[Any]] = {"t_s": [body.t_ns * 1e-9 for body in bodies]}

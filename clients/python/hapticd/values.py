@@ -3,7 +3,7 @@ Units and frames as in proto/hapticd/v1/state.proto: SI, W the world, quaternion
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, Iterable, List, Optional, Sequence
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence
 
 from hapticd.v1 import control_pb2, state_pb2
 
@@ -52,10 +52,22 @@ def _triples(numbers: Sequence[int], unit: float) -> List[List[float]]:
     return [[number * unit for number in numbers[i:i + 3]] for i in range(0, len(numbers), 3)]
 
 
+def _numbers(row: Any, place: int) -> List[float]:
+    """The row of poses at that place."""
+    try:
+        if isinstance(row, (str, bytes, Mapping)):
+            raise TypeError
+        return [float(number) for number in row]
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"a pose is a row of 3 or 7 numbers, and row {place} is {repr(row):.80}.") from None
+
+
 def pose_rows(poses: Iterable[Sequence[float]]) -> List[List[float]]:
-    """Poses as rows of 3 numbers (position) or 7 (position, then quaternion w x y z). TypeError for what is no number; ValueError for
+    """Poses as rows of 3 numbers (position) or 7 (position, then quaternion w x y z). TypeError for what is no rows of numbers; ValueError for
     another count, for a number that is not finite and for a quaternion of a norm outside [0.5, 2], with the row's number from 0."""
-    rows = [[float(number) for number in row] for row in poses]
+    if isinstance(poses, (str, bytes, Mapping)):
+        raise TypeError(f"poses are rows of 3 or 7 numbers, and not a {type(poses).__name__}: give [[x, y, z], ...], a row for each tick.")
+    rows = [_numbers(row, place) for place, row in enumerate(poses)]
     for place, row in enumerate(rows):
         if len(row) not in (3, 7):
             raise ValueError(f"a pose is 3 or 7 numbers, and row {place} has {len(row)}")

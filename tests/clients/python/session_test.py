@@ -324,6 +324,12 @@ class Refusals(WithServer):
                 with self.assertRaisesRegex(ValueError, f"keep_states is {keep}"):
                     kind(address(self.server), keep_states=keep)
 
+    def test_an_address_that_is_none_is_refused_at_once(self):
+        for kind in (hapticd.Session, hapticd.AsyncSession):
+            for bad in ("127.0.0.1:99999", "127.0.0.1:0", "x:y", "x:", "[::1]:-1", "x:\u0661"):
+                with self.assertRaisesRegex(ValueError, "is not HOST:PORT"):
+                    kind(bad)
+
     def test_nobody_there_is_an_error_after_a_while(self):
         with unittest.mock.patch.object(conversation, "SILENCE_NS", 200_000_000), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mute:
             mute.bind(("127.0.0.1", 0))

@@ -70,6 +70,16 @@ class WithAndWithoutNumpy(unittest.TestCase):
                 table["nothing"]
         self.both(check)
 
+    def test_what_is_no_tool_or_kind_is_refused_with_those_there_are(self):
+        for bad in ("hnd", None, 3.0):
+            with self.assertRaisesRegex(ValueError, "is no tool_id: .*there are 1, 3"):
+                hapticd.table(states(), bad)
+        with self.assertRaisesRegex(ValueError, r"Did you mean event_table\('tone'\)\?"):
+            hapticd.table(states(), "tones")
+        with self.assertRaisesRegex(ValueError, r"tone, contact.*Did you mean contact\?"):
+            hapticd.event_table(events(), "contct")
+        self.assertEqual(hapticd.table(states(), 7).rows, 0)
+
     def test_a_row_of_the_wrong_length_is_not_a_number(self):
         def check():
             broken = states()

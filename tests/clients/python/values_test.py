@@ -58,6 +58,11 @@ class Poses(unittest.TestCase):
             with self.assertRaises(ValueError):
                 values.pose_batches([row], 0, None)
 
+    def test_what_is_no_rows_of_numbers_is_refused_with_what_is(self):
+        for bad in ({"p": [0, 0, 0]}, "path", b"path", [0.0, 0.0, 0.0], [(0, 0, 0), "up!"], [{"x": 1}], [(0, 0, None)], [(0, 0, "up")]):
+            with self.assertRaisesRegex((TypeError, ValueError), "3 or 7 numbers"):
+                values.pose_rows(bad)
+
     def test_what_is_not_finite_or_no_rotation_is_refused_by_the_number_of_its_row(self):
         good = (0, 0, 0, 1, 0, 0, 0)
         for norm in (0.5, 0.75, 1, 2):
