@@ -142,8 +142,10 @@ class Installed(unittest.TestCase):
         project = self.folder / "asks"
         project.mkdir()
         text = "cmake_minimum_required(VERSION 3.21)\nproject(asks CXX)\nfind_package(hapticd {} CONFIG REQUIRED)\n"
-        major = int(version.split(".")[0]) + 1
-        for asked, found in ((version, True), (f"{major}.0", False)):
+        major, minor = (int(part) for part in version.split(".")[:2])
+        # A program written for an earlier version finds a later one of the same major.
+        earlier = [(f"{major}.{minor - 1}", True)] if minor else []
+        for asked, found in ((version, True), *earlier, (f"{major}.{minor + 1}", False), (f"{major + 1}.0", False)):
             (project / "CMakeLists.txt").write_text(text.format(asked), encoding="utf-8")
             done = subprocess.run([CMAKE, "-S", project, "-B", project / asked, f"-DCMAKE_PREFIX_PATH={self.prefix}"], stdout=subprocess.DEVNULL,
                                   stderr=subprocess.DEVNULL, check=False)

@@ -99,6 +99,20 @@ TEST_CASE("a daemon that is not there is named in the error") {
   }
 }
 
+TEST_CASE("an address that is none is refused at once, and says what is one") {
+  for (const std::string bad : {"x:y", "127.0.0.1:99999", "127.0.0.1:0"}) {
+    client::SessionOptions options;
+    options.server = bad;
+    try {
+      const client::Session session(options);
+      FAIL("it opened");
+    } catch (const std::invalid_argument& error) {
+      CHECK(std::string(error.what()).find("'" + bad + "'") != std::string::npos);
+      CHECK(std::string(error.what()).find("HOST:PORT") != std::string::npos);
+    }
+  }
+}
+
 TEST_CASE("a program compiled with other messages is told to be built anew") {
   RealServer server;
   CHECK_NOTHROW(client::Session(at(server), client::kMessages));
