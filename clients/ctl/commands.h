@@ -5,10 +5,14 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <cstdint>
 
 #include "clients/ctl/connection.h"
 
 namespace hapticd::ctl {
+
+/// Of the ids of tools (scene.proto).
+inline constexpr std::uint32_t kMaxToolId = 31;
 
 /// --discover: the daemons of the local network, by mDNS. To be added after the options it obeys.
 void add_discover_option(CLI::App& app, const GlobalOptions& options);

@@ -76,7 +76,7 @@ void require(const v1::Result& result) {
   const bool named = result.message().find(result.path() + ": ") != std::string::npos;
   if (!result.path().empty() && !named) text += " " + wire::shown_text(result.path());
   if (!result.message().empty()) text += ": " + result.message();
-  throw Failure(kRefused, text);
+  throw Refusal(result, text);
 }
 
 v1::Result ask(client::Client& client, const v1::Item& item, const GlobalOptions& options) {
@@ -97,7 +97,7 @@ void acquire(client::Controller& controller, const client::Client& client,
                                 : controller.take_over(kHolder, options.take_over);
   if (result.code() == v1::RESULT_CODE_BUSY) {
     const std::string holder = wire::shown_text(client.lease().holder());
-    throw Failure(kRefused,
+    throw Refusal(result,
                   "another session controls the daemon" +
                       (holder.empty() ? std::string() : " (" + holder + ")") +
                       ". Wait until it lets go, its lease ends 2 s after it falls silent; or take "

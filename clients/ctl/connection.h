@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "clients/library/client.h"
 #include "clients/library/controller.h"
@@ -29,6 +30,17 @@ class Failure : public std::runtime_error {
   int exit_code_;
 };
 
+/// What the daemon has refused: with --json its Result is told on stdout too.
+class Refusal : public Failure {
+ public:
+  Refusal(v1::Result result, const std::string& message)
+      : Failure(kRefused, message), result_(std::move(result)) {}
+  [[nodiscard]] const v1::Result& result() const noexcept { return result_; }
+
+ private:
+  v1::Result result_;
+};
+
 /// What every command knows.
 struct GlobalOptions {
   client::DaemonChoice daemon;
@@ -48,7 +60,8 @@ struct GlobalOptions {
 [[nodiscard]] std::unique_ptr<client::Client> connect(const GlobalOptions& options,
                                                       client::ClientHandlers handlers = {});
 
-/// Throws Failure unless the result is OK, with code, path and message in words.
+/// Throws Refusal unless the result is OK, with code, path and message in words; Failure where no
+/// daemon has answered.
 void require(const v1::Result& result);
 
 /// A request that needs no lease.

@@ -9,6 +9,7 @@
 #include "clients/ctl/commands.h"
 #include "clients/ctl/text.h"
 #include "clients/library/scene_file.h"
+#include "proto/hints/whole_number_option.h"
 #include "proto/wire/shown_text.h"
 
 namespace hapticd::ctl {
@@ -78,7 +79,7 @@ client::SceneFile scene_of(const std::string& source, v1::Item& request) {
     return scene;
   }
   try {
-    scene = client::read_scene_file(source, read_text(source));
+    scene = client::read_scene_file(source, read_source(source));
   } catch (const Failure&) {
     throw;
   } catch (const std::runtime_error& fault) {
@@ -86,6 +87,18 @@ client::SceneFile scene_of(const std::string& source, v1::Item& request) {
   }
   request = client::load_request(scene);
   return scene;
+}
+
+/// What the daemon says of a text, of which it does not know that it is of the file `source`.
+std::string with_file(std::string text, const std::string& source) {
+  // The first fault may follow a code, each other one begins a line.
+  std::size_t place = text.find(kTextWithoutFile);
+  while (place != std::string::npos) {
+    text.replace(place, kTextWithoutFile.size(), source + ":");
+    place = text.find("\n" + std::string(kTextWithoutFile), place + source.size());
+    if (place != std::string::npos) ++place;
+  }
+  return text;
 }
 
 void load(const GlobalOptions& options, const std::string& source, bool check_only) {
@@ -103,19 +116,15 @@ void load(const GlobalOptions& options, const std::string& source, bool check_on
     if (result.code() == v1::RESULT_CODE_OK) result = controller.call(item, timeout_of(patient));
     controller.release();
     require(result);
+    result.set_message(with_file(result.message(), source));
     print_done(options, result, check_only ? "good" : "loaded");
-  } catch (const Failure& failure) {
-    // The daemon has read a text, and does not know of what file.
-    std::string text = failure.what();
-    std::size_t place = text.find(kTextWithoutFile);
-    if (!names_file(source) || place == std::string::npos) throw;
-    // The first fault follows a code, each other one begins a line.
-    while (place != std::string::npos) {
-      text.replace(place, kTextWithoutFile.size(), source + ":");
-      place = text.find("\n" + std::string(kTextWithoutFile), place + source.size());
-      if (place != std::string::npos) ++place;
-    }
-    throw Failure(failure.exit_code(), text);
+    // What of the scene is without effect.
+    if (!result.message().empty()) print_problem(result.message());
+  } catch (const Refusal& refusal) {
+    if (!names_file(source)) throw;
+    v1::Result result = refusal.result();
+    result.set_message(with_file(result.message(), source));
+    throw Refusal(result, with_file(refusal.what(), source));
   }
 }
 
@@ -123,7 +132,9 @@ void add_load(CLI::App& app, const GlobalOptions& options, const char* name, con
               bool check_only) {
   const auto source = std::make_shared<std::string>();
   CLI::App& command = *app.add_subcommand(name, help);
-  command.add_option("SCENE", *source, "name of an installed scene, or a .textproto file")
+  command
+      .add_option("SCENE", *source,
+                  "name of an installed scene, or a file: with a . or / in its name")
       ->required();
   command.callback([&options, source, check_only] { load(options, *source, check_only); });
 }
@@ -131,7 +142,12 @@ void add_load(CLI::App& app, const GlobalOptions& options, const char* name, con
 void get(const GlobalOptions& options, const std::vector<std::string>& paths) {
   v1::Item item;
   item.mutable_get_parameters();
-  for (const std::string& path : paths) item.mutable_get_parameters()->add_paths(path);
+  for (const std::string& path : paths) {
+    if (path.empty()) {
+      throw Failure(kUsageBad, "a path is empty. Give one such as strings[*].tension_n, or none.");
+    }
+    item.mutable_get_parameters()->add_paths(path);
+  }
   const auto client = connect(options);
   const v1::Result result = ask(*client, item, options);
   if (options.json) {
@@ -167,8 +183,9 @@ void step(const GlobalOptions& options, std::uint64_t steps) {
     print_text(to_json(result.run()));
     return;
   }
-  std::printf("%llu ticks, next is tick %llu\nhash ",
+  std::printf("%llu tick%s, next is tick %llu\nhash ",
               static_cast<unsigned long long>(result.run().steps()),
+              result.run().steps() == 1 ? "" : "s",
               static_cast<unsigned long long>(result.run().next_tick()));
   for (const char byte : result.run().state_hash()) {
     std::printf("%02x", static_cast<unsigned>(static_cast<unsigned char>(byte)));
@@ -201,8 +218,9 @@ void add_record(CLI::App& app, const GlobalOptions& options, const char* name, c
 }
 
 void add_tool_option(CLI::App& command, const std::shared_ptr<std::uint32_t>& tool_id) {
-  command.add_option("--tool", *tool_id, "id of the tool, as the scene gives it")
-      ->check(CLI::Range(0, 31))
+  hints::takes_whole_number(
+      command.add_option("--tool", *tool_id, "id of the tool, as the scene gives it"), 0,
+      kMaxToolId)
       ->capture_default_str();
 }
 
@@ -289,8 +307,8 @@ void add_run_commands(CLI::App& app, const GlobalOptions& options) {
   add_control(group, options, {"stop", "No ticks", "stopped"}, run_item(v1::RUN_MODE_STOP));
   const auto steps = std::make_shared<std::uint64_t>(1);
   CLI::App& stepper = *group.add_subcommand("step", "Advances the virtual clock");
-  stepper.add_option("TICKS", *steps, "how far")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000}))
+  hints::takes_whole_number(stepper.add_option("TICKS", *steps, "how far, 1 to 1000000000"), 1,
+                            1'000'000'000)
       ->capture_default_str();
   stepper.callback([&options, steps] { step(options, *steps); });
 }

@@ -15,6 +15,7 @@
 #include "clients/ctl/terminal.h"
 #include "clients/ctl/text.h"
 #include "proto/hints/quantity_option.h"
+#include "proto/hints/whole_number_option.h"
 #include "proto/wire/whole_characters.h"
 
 namespace hapticd::ctl {
@@ -97,7 +98,9 @@ void add_monitor(CLI::App& device, const GlobalOptions& options) {
   CLI::App& command = *device.add_subcommand(
       "monitor", "Live readings: pose, buttons, switches, temperature, force; q quits");
   const auto choice = std::make_shared<MonitorChoice>();
-  command.add_option("--tool", choice->tool, "id of the tool (all)")->type_name("ID");
+  hints::takes_whole_number(command.add_option("--tool", choice->tool, "id of the tool (all)"), 0,
+                            kMaxToolId)
+      ->type_name("ID");
   hints::takes_unit(command.add_option("--for", choice->seconds, "how long, s (until q or Ctrl-C)"),
                     "s")
       ->check(CLI::PositiveNumber)
@@ -113,7 +116,9 @@ void add_calibrate(CLI::App& device, const GlobalOptions& options) {
   CLI::App& command =
       *device.add_subcommand("calibrate", "Runs the device's own calibration and keeps the result");
   const auto choice = std::make_shared<Choice>();
-  command.add_option("--tool", choice->tool, "id of the tool")->capture_default_str();
+  hints::takes_whole_number(command.add_option("--tool", choice->tool, "id of the tool"), 0,
+                            kMaxToolId)
+      ->capture_default_str();
   command.add_flag("--zero", choice->zero, "take the present pose as zero instead");
   command.callback([&options, choice] {
     refuse_json(options, "a calibration reports to a person");
@@ -128,8 +133,12 @@ void add_check(CLI::App& device, const GlobalOptions& options) {
       "Guided check of axes, signs, directions and damping; before it a device gets 0.3 N");
   const auto choice = std::make_shared<CheckChoice>();
   const auto seed = std::make_shared<std::optional<std::uint64_t>>();
-  command.add_option("--tool", choice->tool_id, "id of the tool")->capture_default_str();
-  command.add_option("--seed", *seed, "of the order of the pushes (any)")->type_name("N");
+  hints::takes_whole_number(command.add_option("--tool", choice->tool_id, "id of the tool"), 0,
+                            kMaxToolId)
+      ->capture_default_str();
+  hints::takes_whole_number(command.add_option("--seed", *seed, "of the order of the pushes (any)"),
+                            0, std::numeric_limits<std::uint64_t>::max())
+      ->type_name("N");
   command.add_flag("--anyway", choice->anyway, "also a device that needs no check");
   command.callback([&options, choice, seed] {
     refuse_json(options, "a check talks with a person");

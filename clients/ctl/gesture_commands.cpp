@@ -1,10 +1,12 @@
 // gesture list, gesture play, gesture end: what the simulated hand does. Not RT.
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <memory>
 
 #include "clients/ctl/commands.h"
 #include "clients/ctl/text.h"
+#include "proto/hints/whole_number_option.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -32,7 +34,7 @@ void play(const GlobalOptions& options, const PlayOptions& choice) {
   v1::Item item;
   v1::PlayGesture& request = *item.mutable_play_gesture();
   if (names_file(choice.source)) {
-    parse_text(read_text(choice.source), choice.source, *request.mutable_gesture());
+    parse_text(read_source(choice.source), choice.source, *request.mutable_gesture());
   } else {
     request.set_name(choice.source);
   }
@@ -69,13 +71,18 @@ void add_gesture_commands(CLI::App& app, const GlobalOptions& options) {
   const auto choice = std::make_shared<PlayOptions>();
   CLI::App& player = *group.add_subcommand("play", "Plays a gesture");
   player
-      .add_option("GESTURE", choice->source, "name of an installed gesture, or a .textproto file")
+      .add_option("GESTURE", choice->source,
+                  "name of an installed gesture, or a file: with a . or / in its name")
       ->required();
   player.add_option("--arm", choice->arm, "how the hand holds the device (default: as before)")
       ->check(CLI::IsMember({"off", "light", "firm", "adversarial"}));
-  player.add_option("--seed", choice->seed, "of the tremor (default: the daemon's)")
+  hints::takes_whole_number(
+      player.add_option("--seed", choice->seed, "of the tremor (default: the daemon's)"), 0,
+      std::numeric_limits<std::uint64_t>::max())
       ->each([choice](const std::string&) { choice->has_seed = true; });
-  player.add_option("--repeat", choice->repeat, "how many times; 0: until told otherwise")
+  hints::takes_whole_number(
+      player.add_option("--repeat", choice->repeat, "how many times; 0: until told otherwise"), 0,
+      std::numeric_limits<std::uint32_t>::max())
       ->capture_default_str();
   player.callback([&options, choice] { play(options, *choice); });
   group.add_subcommand("end", "Ends the gesture being played")->callback([&options] {

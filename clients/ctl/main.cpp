@@ -12,6 +12,7 @@
 
 namespace {
 
+using hapticd::ctl::Failure;
 using hapticd::ctl::GlobalOptions;
 
 /// What is wrong with the reason of a take-over, as the daemon takes it.
@@ -39,10 +40,16 @@ int run(int argc, char** argv) {
   app.failure_message(hapticd::hints::failure_message);
   app.fallthrough();
   for (const auto add : hapticd::ctl::kCommands) add(app, options);
+  const std::string empty =
+      hapticd::hints::fault_of_empty_option(app, {argv, static_cast<std::size_t>(argc)});
+  if (!empty.empty()) throw Failure(hapticd::ctl::kUsageBad, empty);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : hapticd::ctl::kUsageBad;
+  } catch (const hapticd::ctl::Refusal& refusal) {
+    if (options.json) hapticd::ctl::print_text(hapticd::ctl::to_json(refusal.result()));
+    throw;
   }
   return 0;
 }

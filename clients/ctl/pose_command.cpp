@@ -6,9 +6,12 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "clients/ctl/commands.h"
+#include "clients/ctl/pose_row.h"
 #include "clients/ctl/text.h"
+#include "proto/hints/whole_number_option.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -18,8 +21,11 @@ constexpr std::uint64_t kTicksPerRun = 140;
 /// Rows sent ahead of the real clock, s: a hiccup of the network shorter than this is not felt.
 constexpr double kAhead = 0.1;
 
+/// The table that comes on stdin.
+constexpr const char* kStdin = "-";
+
 struct PoseOptions {
-  std::string file = "-";
+  std::string file = kStdin;
   std::uint32_t tool = 0;
 };
 
@@ -31,15 +37,37 @@ struct Streamed {
   std::string first_refusal;
 };
 
-/// The next pose of `input`; nothing at its end.
-std::optional<v1::Pose> next_pose(std::istream& input, int& line_number) {
-  std::string line;
-  while (std::getline(input, line)) {
-    auto pose = parse_pose(line, ++line_number);
-    if (pose) return pose;
+/// A table, read row by row as it comes.
+class PoseTable {
+ public:
+  /// `input` outlives this; it is the file of that name, or stdin.
+  PoseTable(std::istream& input, const std::string& file)
+      : input_(input), place_{file == kStdin ? "" : file, 0}, first_(read()) {
+    if (first_) return;
+    throw Failure(kRefused, (place_.file.empty() ? "stdin" : place_.file) +
+                                ": there is no pose in it. Give rows x,y,z in metres.");
   }
-  return std::nullopt;
-}
+
+  /// The next pose, of which there is one in any table; nothing at its end.
+  std::optional<v1::Pose> take() {
+    auto first = std::exchange(first_, std::nullopt);
+    return first ? first : read();
+  }
+
+ private:
+  std::optional<v1::Pose> read() {
+    for (std::string line; std::getline(input_, line);) {
+      ++place_.line;
+      auto pose = parse_pose(line, place_);
+      if (pose) return pose;
+    }
+    return std::nullopt;
+  }
+
+  std::istream& input_;
+  RowPlace place_;
+  std::optional<v1::Pose> first_;  ///< until it is taken
+};
 
 void run_ticks(client::Controller& controller, std::uint64_t ticks, const GlobalOptions& options,
                Streamed& streamed) {
@@ -49,16 +77,15 @@ void run_ticks(client::Controller& controller, std::uint64_t ticks, const Global
   streamed.held += result.run().held_inputs();
 }
 
-void stream(std::istream& input, const PoseOptions& choice, const GlobalOptions& options,
+void stream(PoseTable& table, const PoseOptions& choice, const GlobalOptions& options,
             client::Client& client, Streamed& streamed) {
   client::Controller controller(client);
   acquire(controller, client, options);
   const bool lockstep = client.scene()->clock() == v1::CLOCK_MODE_VIRTUAL;
   const double rate = client.scene()->rate_hz() > 0.0 ? client.scene()->rate_hz() : 1000.0;
   const std::int64_t began_ns = client::monotonic_now_ns();
-  int line_number = 0;
   std::uint64_t unrun = 0;
-  while (const auto pose = next_pose(input, line_number)) {
+  while (const auto pose = table.take()) {
     controller.pose(choice.tool, *pose);
     ++streamed.rows;
     if (lockstep && ++unrun == kTicksPerRun) {
@@ -88,10 +115,10 @@ void pose(const GlobalOptions& options, const PoseOptions& choice) {
                               (result.message().empty() ? "" : ": " + result.message());
   };
   std::ifstream file;
-  if (choice.file != "-") file.open(choice.file);
-  if (choice.file != "-" && !file) throw Failure(kRefused, choice.file + ": cannot be read");
+  if (choice.file != kStdin) file = open_file(choice.file);
+  PoseTable table(choice.file == kStdin ? std::cin : file, choice.file);
   const auto client = connect(options, handlers);
-  stream(choice.file == "-" ? std::cin : file, choice, options, *client, *streamed);
+  stream(table, choice, options, *client, *streamed);
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   if (options.json) {
     const nlohmann::ordered_json json = {{"rows", streamed->rows},
@@ -99,12 +126,15 @@ void pose(const GlobalOptions& options, const PoseOptions& choice) {
                                          {"held_inputs", streamed->held}};
     print_text(to_json(json));
   } else {
-    std::printf("%llu poses sent, %llu ticks without one\n", count(streamed->rows),
-                count(streamed->held));
+    std::printf("%llu pose%s sent, %llu tick%s without one\n", count(streamed->rows),
+                streamed->rows == 1 ? "" : "s", count(streamed->held),
+                streamed->held == 1 ? "" : "s");
   }
   if (streamed->refused > 0) {
-    throw Failure(kRefused, std::to_string(streamed->refused) +
-                                " batches of poses were refused: " + streamed->first_refusal);
+    throw Failure(kRefused,
+                  std::to_string(streamed->refused) +
+                      (streamed->refused == 1 ? " batch of poses was" : " batches of poses were") +
+                      " refused: " + streamed->first_refusal);
   }
 }
 
@@ -115,7 +145,9 @@ void add_pose_command(CLI::App& app, const GlobalOptions& options) {
   CLI::App& command = *app.add_subcommand(
       "pose", "Moves the scripted device: rows x,y,z[,qw,qx,qy,qz] in metres, one per tick");
   command.add_option("FILE", choice->file, "table of poses, - for stdin")->capture_default_str();
-  command.add_option("--tool", choice->tool, "id of the tool")->capture_default_str();
+  hints::takes_whole_number(command.add_option("--tool", choice->tool, "id of the tool"), 0,
+                            kMaxToolId)
+      ->capture_default_str();
   command.callback([&options, choice] { pose(options, *choice); });
 }
 

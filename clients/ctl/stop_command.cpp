@@ -10,6 +10,7 @@
 #include "clients/library/named_key.h"
 #include "clients/library/stop_road.h"
 #include "proto/hints/shell_word.h"
+#include "proto/hints/whole_number_option.h"
 
 namespace hapticd::ctl {
 namespace {
@@ -118,8 +119,8 @@ void add_stop_command(CLI::App& app, const GlobalOptions& options) {
   CLI::App& command = *app.add_subcommand(
       "stop", "Zero force at once, latched, by the Stop road or a session; needs no lease");
   const auto given = std::make_shared<StopOptions>();
-  command.add_option("--stop-port", given->port, "UDP port of the Stop road")
-      ->check(CLI::Range(1, 65535))
+  hints::takes_whole_number(
+      command.add_option("--stop-port", given->port, "UDP port of the Stop road"), 1, 65535)
       ->capture_default_str();
   command
       .add_option("--stop-key", given->key_file,

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -14,6 +15,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "clients/ctl/connection.h"
 #include "proto/hints/text_remedy.h"
@@ -151,27 +153,6 @@ std::string to_text(const v1::Assignment& assignment) {
   return text + "]";
 }
 
-std::optional<v1::Pose> parse_pose(std::string_view line, int line_number) {
-  const std::size_t first = line.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos || line[first] == '#') return std::nullopt;
-  if (line_number == 1 && std::isalpha(static_cast<unsigned char>(line[first])) != 0 &&
-      !line.substr(first).starts_with("nan") && !line.substr(first).starts_with("inf")) {
-    return std::nullopt;
-  }
-  const auto numbers = numbers_of(line);
-  if (!numbers || (numbers->size() != 3 && numbers->size() != 7)) {
-    throw Failure(kRefused, "line " + std::to_string(line_number) +
-                                " is not a pose: give x, y, z in metres, and qw, qx, qy, qz if it "
-                                "turns");
-  }
-  v1::Pose pose;
-  for (std::size_t i = 0; i < 3; ++i) pose.add_p_m((*numbers)[i]);
-  for (std::size_t i = 0; i < 4; ++i) {
-    pose.add_q(numbers->size() == 7 ? (*numbers)[3 + i] : (i == 0 ? 1.0 : 0.0));
-  }
-  return pose;
-}
-
 // NOLINTNEXTLINE(misc-no-recursion): as deep as messages are nested
 void require_utf8(const pb::Message& message) {
   const pb::Reflection& r = *message.GetReflection();
@@ -195,13 +176,21 @@ void require_utf8(const pb::Message& message) {
   }
 }
 
-std::string read_file(const std::string& path) {
+std::ifstream open_file(const std::string& path) {
   std::error_code unknown;
   if (std::filesystem::is_directory(path, unknown)) {
-    throw Failure(kRefused, path + ": is a folder");
+    throw Failure(kRefused, path + ": is a folder. Name a file.");
   }
+  errno = 0;
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Failure(kRefused, path + ": cannot be read");
+  if (file) return file;
+  if (errno == ENOENT) throw Failure(kRefused, path + ": there is no such file.");
+  throw Failure(kRefused,
+                path + ": cannot be read: " + std::generic_category().message(errno) + ".");
+}
+
+std::string read_file(const std::string& path) {
+  std::ifstream file = open_file(path);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
@@ -214,8 +203,20 @@ std::string read_text(const std::string& path) {
   throw Failure(kRefused, path + ":" + std::to_string(line + 1) + ": is not text in UTF-8");
 }
 
+std::string read_source(const std::string& source) {
+  try {
+    return read_text(source);
+  } catch (const Failure& failure) {
+    if (source.find_first_of("./") != std::string::npos) throw;
+    throw Failure(failure.exit_code(), std::string(failure.what()) +
+                                           " What is installed has a name of a-z 0-9 _ - alone.");
+  }
+}
+
 bool names_file(const std::string& source) {
-  return source.find('/') != std::string::npos || source.ends_with(".textproto");
+  return std::any_of(source.begin(), source.end(), [](char c) {
+    return !((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-');
+  });
 }
 
 void parse_text(const std::string& text, const std::string& file, pb::Message& message) {

@@ -1,17 +1,16 @@
-// Texts that hapticctl reads and writes: values of parameters, lines of poses, protobuf messages as
-// JSON or from text format, names of enum values for people. Pure, except read_file. Not RT.
+// Texts that hapticctl reads and writes: values of parameters, protobuf messages as JSON or
+// from text format, names of enum values for people. Pure, except those that read a file. Not RT.
 #pragma once
 
 #include <google/protobuf/message.h>
 
+#include <fstream>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "hapticd/v1/control.pb.h"
-#include "hapticd/v1/pose.pb.h"
 
 namespace hapticd::ctl {
 
@@ -43,14 +42,12 @@ void print_row(const std::string& name, const std::string& description);
 /// "path = value" as parse_assignment reads it.
 [[nodiscard]] std::string to_text(const v1::Assignment& assignment);
 
-/// A line "x, y, z" or "x, y, z, qw, qx, qy, qz" in metres, separated by commas or blanks; nothing
-/// for an empty line, a comment (#) or the heading (first line that begins with a letter). Throws
-/// Failure(kRefused) that names the line.
-[[nodiscard]] std::optional<v1::Pose> parse_pose(std::string_view line, int line_number);
-
 /// Throws Failure(kUsageBad) that names the first text of `message`, or of a message in it, that is
 /// not UTF-8: protobuf sends it all the same, and nobody can read it.
 void require_utf8(const google::protobuf::Message& message);
+
+/// A file to read, which is there; throws Failure(kRefused) that says why not.
+[[nodiscard]] std::ifstream open_file(const std::string& path);
 
 /// All of a file; throws Failure(kRefused) that says why not.
 [[nodiscard]] std::string read_file(const std::string& path);
@@ -58,7 +55,12 @@ void require_utf8(const google::protobuf::Message& message);
 /// As read_file; throws Failure(kRefused) that names the line where it is not UTF-8.
 [[nodiscard]] std::string read_text(const std::string& path);
 
-/// True for what names a file rather than something installed: '/' or ".textproto" in it.
+/// As read_text, of a source that names_file(): who may have meant something installed is told how
+/// its names look.
+[[nodiscard]] std::string read_source(const std::string& source);
+
+/// True for what names a file rather than something installed: it has a '.' or another character
+/// that no installed name has.
 [[nodiscard]] bool names_file(const std::string& source);
 
 /// Parses protobuf text format; throws Failure(kRefused) with file and line.

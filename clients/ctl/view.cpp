@@ -130,6 +130,9 @@ const char* words_of(v1::QualityReason reason) {
   }
 }
 
+/// The end of a noun of which there are so many.
+const char* plural(std::uint64_t count) { return count == 1 ? "" : "s"; }
+
 /// The work that a tick was allowed, and the CPU time it stands for where the server says.
 std::string allowed_words(const v1::QualityState& quality) {
   if (quality.work_budget() == 0) return ", no bound";
@@ -144,11 +147,13 @@ void add_quality(const v1::State& state, std::vector<std::string>& lines) {
   const v1::QualityState& quality = state.quality();
   lines.push_back(format("quality    level %u%s%s", quality.level(),
                          quality.automatic() ? " (auto)" : "", words_of(quality.reason())));
-  lines.push_back(format("work       %llu%s   %u sub-steps  %llu tests  %u QP iterations%s",
-                         static_cast<unsigned long long>(quality.work()),
-                         allowed_words(quality).c_str(), quality.substeps(),
-                         static_cast<unsigned long long>(quality.sphere_tests()),
-                         quality.qp_iterations(), quality.cut_short() ? "   cut short" : ""));
+  lines.push_back(
+      format("work       %llu%s   %u sub-step%s  %llu test%s  %u QP iteration%s%s",
+             static_cast<unsigned long long>(quality.work()), allowed_words(quality).c_str(),
+             quality.substeps(), plural(quality.substeps()),
+             static_cast<unsigned long long>(quality.sphere_tests()),
+             plural(quality.sphere_tests()), quality.qp_iterations(),
+             plural(quality.qp_iterations()), quality.cut_short() ? "   cut short" : ""));
 }
 
 /// Share of the stiffness below which a hand hardly feels what it touches; the daemon warns of it.

@@ -5,6 +5,19 @@
 #include <stdexcept>
 
 namespace hapticd::client {
+namespace {
+
+/// Whether `host` may be a name or an address: of a URL it is neither. Whether it exists is not
+/// known here.
+bool may_be_host(const std::string& host) {
+  if (host.find_first_of("/@?# \t") != std::string::npos) return false;
+  // More than one colon is an IPv6 address, which may have its interface behind a %.
+  return host.find(':') == std::string::npos ||
+         host.substr(0, host.find('%')).find_first_not_of("0123456789abcdefABCDEF:.") ==
+             std::string::npos;
+}
+
+}  // namespace
 
 Endpoint parse_endpoint(const std::string& text, Endpoint otherwise, bool zero_port) {
   const auto bad = [&] {
@@ -25,6 +38,7 @@ Endpoint parse_endpoint(const std::string& text, Endpoint otherwise, bool zero_p
     if (!host.empty()) otherwise.host = host;
     if (!alone && colon != std::string::npos) port = text.substr(colon);
   }
+  if (!may_be_host(otherwise.host)) throw bad();
   if (port.empty()) return otherwise;
   int number = 0;
   const char* end = port.data() + port.size();

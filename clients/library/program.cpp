@@ -21,6 +21,7 @@ volatile std::sig_atomic_t ended = 0;
 
 /// What is wrong with the address; nothing: it is one.
 std::string address_problem(const std::string& text) {
+  if (text.empty()) return "Give HOST:PORT.";
   try {
     (void)parse_endpoint(text);
     return {};
@@ -36,7 +37,8 @@ CLI::Option* takes_endpoint(CLI::Option* option) {
 }
 
 void add_daemon_options(CLI::App& app, DaemonChoice& daemon) {
-  takes_endpoint(app.add_option("--server", daemon.server, "where hapticd listens, HOST:PORT"))
+  takes_endpoint(app.add_option("--server", daemon.server, "where hapticd listens"))
+      ->type_name("HOST:PORT")
       ->capture_default_str();
   app.add_option("--key", daemon.key_file, "key file, if hapticd has keys")->type_name("FILE");
   app.add_option("--role", daemon.role, "role of the key (its own)")
@@ -83,6 +85,9 @@ int run_program(const Program& program, int argc, char** argv) noexcept {
     CLI::App app(program.purpose, program.name);
     app.failure_message(hints::failure_message);
     const std::function<int()> run = program.prepare(app);
+    const std::string empty =
+        hints::fault_of_empty_option(app, {argv, static_cast<std::size_t>(argc)});
+    if (!empty.empty()) throw std::invalid_argument(empty);
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -39,7 +39,7 @@ struct LogMessage {
 inline constexpr std::array kLogMessages{
     LogMessage{LogCode::kLoopStateChanged, LogLevel::kInfo, "loop state {} -> {}"},
     LogMessage{LogCode::kTickLate, LogLevel::kWarning,
-               "up to tick {}: late by {} ns in all, {} ticks skipped"},
+               "up to tick {}: late by {} in all, {} skipped"},
     LogMessage{LogCode::kFaultLatched, LogLevel::kError, "fault {} latched at tick {}"},
     LogMessage{LogCode::kDeviceReadFailed, LogLevel::kWarning, "device read failed, errno {}"},
     LogMessage{LogCode::kDeviceWriteFailed, LogLevel::kWarning, "device write failed, errno {}"},

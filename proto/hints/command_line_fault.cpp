@@ -22,12 +22,24 @@ std::vector<const CLI::App*> given_commands(const CLI::App& app) {
   return given;
 }
 
-/// Options, or commands, of `app` alone.
+/// The option of `app`, or else of a command below it; null: there is none.
+const CLI::Option* option_of(const CLI::App& app, const std::string& name) {
+  std::vector<const CLI::App*> apps{&app};
+  for (std::size_t k = 0; k < apps.size(); ++k) {
+    const CLI::Option* const option = apps[k]->get_option_no_throw(name);
+    if (option != nullptr) return option;
+    const std::vector<const CLI::App*> below = apps[k]->get_subcommands({});
+    apps.insert(apps.end(), below.begin(), below.end());
+  }
+  return nullptr;
+}
+
+/// Options, without their dashes, or commands, of `app` alone.
 std::vector<std::string> names_in(const CLI::App& app, bool options) {
   std::vector<std::string> names;
   if (options) {
     for (const CLI::Option* option : app.get_options()) {
-      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+      for (const std::string& name : option->get_lnames()) names.push_back(name);
     }
   } else {
     for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
@@ -35,14 +47,32 @@ std::vector<std::string> names_in(const CLI::App& app, bool options) {
   return names;
 }
 
-/// The nearest name of the innermost command that has one: there it can be written.
-std::string nearest_hint(const CLI::App& app, const std::string& word, bool options) {
+/// The nearest option of the innermost command that has one: there it can be written. Dashes make
+/// no name like another.
+std::string option_hint(const CLI::App& app, const std::string& word) {
+  const std::size_t dashes = word.find_first_not_of('-');
+  if (dashes == std::string::npos) return {};
+  const std::vector<const CLI::App*> given = given_commands(app);
+  for (auto at = given.rbegin(); at != given.rend(); ++at) {
+    const std::string name = nearest_name(word.substr(dashes), names_in(**at, true));
+    if (!name.empty()) return " Did you mean --" + name + "?";
+  }
+  return {};
+}
+
+/// The nearest command of the innermost one that has one; else the option that has this name.
+std::string command_hint(const CLI::App& app, const std::string& word) {
   const std::vector<const CLI::App*> given = given_commands(app);
   std::string hint;
   for (auto at = given.rbegin(); at != given.rend() && hint.empty(); ++at) {
-    hint = did_you_mean(word, names_in(**at, options));
+    hint = did_you_mean(word, names_in(**at, false));
     // Where a command has to follow, one of those around it cannot.
-    if (!options && !(*at)->get_subcommands({}).empty()) break;
+    if (!(*at)->get_subcommands({}).empty()) break;
+  }
+  for (auto at = given.rbegin(); at != given.rend() && hint.empty(); ++at) {
+    const std::vector<std::string> options = names_in(**at, true);
+    const bool is_one = std::find(options.begin(), options.end(), word) != options.end();
+    if (is_one) hint = " Did you mean --" + word + "?";
   }
   return hint;
 }
@@ -74,6 +104,8 @@ bool is_of_whole_number(const CLI::App& app, const std::string& said) {
 std::string comma_hint(const CLI::App& app, const std::string& said) {
   std::smatch number;
   if (!std::regex_search(said, number, std::regex("([0-9]+),([0-9]+)"))) return {};
+  // That was said.
+  if (said.find("is not a whole number") != std::string::npos) return {};
   if (is_of_whole_number(app, said)) return " Give a whole number.";
   const bool may_be_thousands = number.length(2) == 3 && number.str(1) != "0";
   if (may_be_thousands) return " Give a number without commas.";
@@ -112,10 +144,24 @@ std::string command_line_fault(const CLI::App& app, const CLI::Error& error) {
   const bool is_option = dashed != unknown.end();
   const std::string given = is_option ? *dashed : unknown.front();
   const std::string word = given.substr(0, is_option ? given.find('=') : std::string::npos);
-  const std::string hint = nearest_hint(app, word, is_option);
-  if (is_option) return "There is no option " + word + "." + hint;
-  if (!misses_command) return said + hint;
-  return "There is no command or option " + word + "." + hint + " " + said;
+  if (is_option) return "There is no option " + word + "." + option_hint(app, word);
+  const std::string hint = command_hint(app, word);
+  return misses_command ? "There is no command or option " + word + "." + hint : said + hint;
+}
+
+std::string fault_of_empty_option(const CLI::App& app, std::span<const char* const> words) {
+  for (const std::string word : words) {
+    if (word == "--") break;
+    if (!word.starts_with("--") || !word.ends_with('=')) continue;
+    const std::string name = word.substr(0, word.size() - 1);
+    const CLI::Option* const option = option_of(app, name);
+    if (option == nullptr || option->get_items_expected_max() == 0) continue;
+    const std::string type = option->get_type_name();
+    // Behind it stand the choices, which the type's name has too.
+    return name + ": the value is missing. Give " + name + " " + type.substr(0, type.find(":{")) +
+           ".";
+  }
+  return {};
 }
 
 std::string failure_message(const CLI::App* app, const CLI::Error& error) {

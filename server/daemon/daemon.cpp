@@ -12,6 +12,7 @@
 #include "proto/wire/shown_text.h"
 #include "server/daemon/command_to_reach.h"
 #include "server/daemon/session_log.h"
+#include "server/daemon/start_check.h"
 #include "server/encoding/encode_event.h"
 #include "server/service/passed_socket.h"
 
@@ -133,7 +134,10 @@ void Daemon::begin_serving() {
   if (keys_.has_value()) options.keys = keys_->keys();
   options.old_handshake = plan_.options.old_handshake;
   const StopPlan stop = stop_plan(config);
-  if (plan_.options.check_only) return;
+  if (plan_.options.check_only) {
+    check_start(config, stop);
+    return;
+  }
   bind();
   // A replay moves no device.
   if (!replays()) {

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
@@ -19,6 +21,7 @@
 #include "proto/hints/command_line_fault.h"
 #include "proto/hints/nearest_name.h"
 #include "proto/hints/quantity.h"
+#include "proto/hints/whole_number_option.h"
 #include "proto/wire/choice_check.h"
 #include "proto/wire/shown_text.h"
 #include "server/confinement/confinement.h"
@@ -34,6 +37,8 @@ const std::array<std::string, 3> kCommandNames{"doctor", "device", "export"};
 
 /// Of the ids of tools (config.proto).
 constexpr std::uint32_t kMaxToolId = 31;
+/// Of the numbers of processors, as the kernel may have them.
+constexpr std::uint32_t kMaxCpu = 1023;
 
 /// What --inject knows.
 std::string kinds_of_fault() {
@@ -74,7 +79,23 @@ std::string sources_in_words() {
 std::string meant_source(const std::string& given) {
   std::vector<std::string> kinds;
   for (const DriverEntry& driver : drivers()) kinds.emplace_back(driver.kind);
-  return hints::did_you_mean(given.substr(0, given.find(':')), kinds);
+  const std::string kind = hints::nearest_name(given.substr(0, given.find(':')), kinds);
+  if (kind.empty()) return {};
+  const auto driver = std::find_if(drivers().begin(), drivers().end(),
+                                   [&kind](const DriverEntry& each) { return each.kind == kind; });
+  return " Did you mean " + kind +
+         (driver->argument == SourceArgument::kFile ? ":FILE" : std::string()) + "?";
+}
+
+/// Refuses `given` where it is of a driver that plays a file, and names none.
+void check_file_of_source(const std::string& given) {
+  const std::string kind = given.substr(0, given.find(':'));
+  const bool names_none = given.size() <= kind.size() + 1;
+  for (const DriverEntry& driver : drivers()) {
+    if (driver.argument != SourceArgument::kFile || driver.kind != kind || !names_none) continue;
+    refuse("--device: the name of the file is missing after '" + given + "'. Give " + kind +
+           ":FILE.");
+  }
 }
 
 /// `text` may quote what was given.
@@ -158,11 +179,15 @@ void add_option(CLI::App& app, const FieldOption& option, v1::Config& given) {
         of->SetDouble(config, which, number_of(option, v));
       })->type_name(option.value);
       break;
-    case pb::FieldDescriptor::CPPTYPE_UINT32:
-      add(std::uint32_t{}, std::mem_fn(&pb::Reflection::SetUInt32))->type_name(option.value);
+    case pb::FieldDescriptor::CPPTYPE_UINT32:  // cpu alone
+      hints::takes_whole_number(add(std::uint32_t{}, std::mem_fn(&pb::Reflection::SetUInt32)), 0,
+                                kMaxCpu)
+          ->type_name(option.value);
       break;
     case pb::FieldDescriptor::CPPTYPE_UINT64:
-      add(std::uint64_t{}, std::mem_fn(&pb::Reflection::SetUInt64))->type_name(option.value);
+      hints::takes_whole_number(add(std::uint64_t{}, std::mem_fn(&pb::Reflection::SetUInt64)), 0,
+                                std::numeric_limits<std::uint64_t>::max())
+          ->type_name(option.value);
       break;
     case pb::FieldDescriptor::CPPTYPE_ENUM: {
       const std::map<std::string, int> choices = choices_of(*field->enum_type());
@@ -199,8 +224,8 @@ void add_options(CLI::App& app, DaemonOptions& options) {
   app.add_option_function<std::string>(
          "--inject", [&given](const std::string& v) { given.set_inject(v); },
          "put a fault before the device and arm every guard, to see what happens: " +
-             kinds_of_fault())
-      ->type_name("WHAT:SEED");
+             kinds_of_fault() + "; SEED says when (1)")
+      ->type_name("WHAT[:SEED]");
   app.add_flag(
       "--announce", options.announce,
       "announce this hapticd to the local network by mDNS, for hapticctl --discover; needs "
@@ -268,6 +293,7 @@ void check_devices(const v1::Config& config) {
     if (!tools.insert(device.tool_id()).second) {
       refuse("device: tool " + std::to_string(device.tool_id()) + " has two. Give each tool one.");
     }
+    check_file_of_source(device.source());
     const std::optional<DeviceSource> source = parse_source(device.source());
     if (!source) {
       refuse("--device: '" + device.source() + "' is not known." + meant_source(device.source()) +
@@ -302,6 +328,10 @@ void check_pace(const v1::Config& config) {
 }  // namespace
 
 void read_config_file(const std::string& file, v1::Config& config) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(file, unknown)) {
+    throw StartError(kExitInput, file + ": is a folder. Name a readable file with --config.");
+  }
   std::ifstream stream(file, std::ios::binary);
   if (!stream) {
     throw StartError(kExitInput, file + ": cannot be read. Name a readable file with --config.");
@@ -345,7 +375,8 @@ void check_config(const v1::Config& config) {
   }
   if (!config.inject().empty() && !parse_injection(config.inject())) {
     refuse("--inject: '" + config.inject() +
-           "' is not known. Give WHAT:SEED, such as nan:7; WHAT is " + kinds_of_fault() + ".");
+           "' is not known. Give WHAT or WHAT:SEED, such as nan:7; WHAT is " + kinds_of_fault() +
+           ".");
   }
   check_name("--record", config.record());
   check_name("--scene", config.scene());
@@ -353,7 +384,7 @@ void check_config(const v1::Config& config) {
   check_name("--keys", config.keys());
   check_name("--stop-key", config.stop_key());
   check_name("--stop-listen", config.stop_listen());
-  if (config.has_cpu() && config.cpu() > 1023) refuse("--cpu: not in [0, 1023].");
+  if (config.has_cpu() && config.cpu() > kMaxCpu) refuse("--cpu: not in [0, 1023].");
   check_devices(config);
   check_pace(config);
 }
@@ -388,6 +419,9 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
       "6 doctor named a cause, 7 the requested recording cannot be started, 8 a verified replay\n"
       "is of other physics, and its poses alone are the same.");
   add_options(app, options);
+  const std::string empty =
+      hints::fault_of_empty_option(app, {argv, static_cast<std::size_t>(argc)});
+  if (!empty.empty()) refuse(empty + " See hapticd --help.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -396,7 +430,8 @@ bool read_options(int argc, const char* const* argv, DaemonOptions& options) {
   } catch (const CLI::ParseError& error) {
     const std::vector<std::string> rest = app.remaining();
     const std::string meant = rest.empty() ? "" : hints::did_you_mean(rest.front(), kCommandNames);
-    refuse(hints::command_line_fault(app, error) + meant + " See hapticd --help.");
+    const std::string fault = hints::command_line_fault(app, error);
+    refuse(fault + (fault.ends_with('?') ? "" : meant) + " See hapticd --help.");
   }
   if (app.count("--record") > 0 && options.given.record().empty()) {
     refuse("--record: the name is empty. Give a file.");

@@ -16,6 +16,15 @@ namespace {
 /// Of every fault, whatever its cause: `journalctl MESSAGE_ID=...`, sd_journal_send(3).
 constexpr const char* kFaultMessageId = "36f95257ebf74360ab4b340fa32dbed9";
 
+/// A time, three digits of it, in a unit in which it has few.
+std::string time_text(std::int64_t ns) {
+  const auto number = static_cast<double>(ns);
+  if (ns < 1'000) return fmt::format("{} ns", ns);
+  if (ns < 999'500) return fmt::format("{:.3g} us", number * 1e-3);
+  if (ns < 999'500'000) return fmt::format("{:.3g} ms", number * 1e-6);
+  return fmt::format("{:.1f} s", number * 1e-9);
+}
+
 /// Argument number `place`; states and causes by the names that clients see.
 std::string text_of(LogCode code, std::size_t place, const LogArgument& argument) {
   if (const auto* whole = std::get_if<std::int64_t>(&argument)) {
@@ -25,6 +34,10 @@ std::string text_of(LogCode code, std::size_t place, const LogArgument& argument
     }
     if (code == LogCode::kFaultLatched && place == 0 && v1::Cause_IsValid(number)) {
       return v1::Cause_Name(number).substr(std::string_view("CAUSE_").size());
+    }
+    if (code == LogCode::kTickLate && place == 1) return time_text(*whole);
+    if (code == LogCode::kTickLate && place == 2) {
+      return std::to_string(*whole) + (*whole == 1 ? " tick" : " ticks");
     }
     return std::to_string(*whole);
   }

@@ -57,7 +57,7 @@ Answer LoopDesk::refuse() {
 
 Answer LoopDesk::command(const RequestId& id, const LoopCommandBody& what) {
   if (!has_room()) return refuse();
-  waiting_.emplace_back(next_number(), id);
+  waiting_.push_back({next_number(), id, ""});
   post(what);
   follow();
   return std::nullopt;
@@ -69,7 +69,7 @@ template <typename Lend>
 Answer LoopDesk::lend(const std::optional<RequestId>& id, const LoopCommandBody& what,
                       const Lend& lend_thing) {
   if (!has_room()) return refuse();
-  if (id) waiting_.emplace_back(next_number(), *id);
+  if (id) waiting_.push_back({next_number(), *id, ""});
   if (!lend_thing()) {
     if (id) waiting_.pop_back();
     return refuse();
@@ -92,9 +92,11 @@ Answer LoopDesk::lend(const std::optional<RequestId>& id, std::unique_ptr<Settin
   return refused;
 }
 
-Answer LoopDesk::lend(const std::optional<RequestId>& id, std::unique_ptr<PlayedScene> scene) {
+Answer LoopDesk::lend(const std::optional<RequestId>& id, std::unique_ptr<PlayedScene> scene,
+                      std::string told) {
   Answer refused = lend(id, SwapSceneCommand{},
                         [&] { return lend_through(channels_->scenes, scenes_lent_, scene); });
+  if (!refused && id) waiting_.back().told = std::move(told);
   if (!refused) follow();
   return refused;
 }
@@ -121,9 +123,10 @@ void LoopDesk::take_events() {
 
 void LoopDesk::settle(const LoopEvent& event) {
   if (const auto* done = std::get_if<CommandDone>(&event.what)) {
-    finish(done->number, [] { return result_of(v1::RESULT_CODE_OK); });
+    finish(done->number,
+           [](const std::string& told) { return result_of(v1::RESULT_CODE_OK, "", told); });
   } else if (const auto* refused = std::get_if<CommandRefused>(&event.what)) {
-    finish(refused->number, [&] {
+    finish(refused->number, [&](const std::string& /*told*/) {
       return result_of(v1::RESULT_CODE_WRONG_STATE, "", std::string(explain(refused->cause)));
     });
   }
@@ -139,12 +142,12 @@ template <typename MakeResult>
 void LoopDesk::finish(std::uint64_t number, MakeResult&& make_result) {
   // They are obeyed in order.
   if (number >= lease_end_number_) lease_end_number_ = 0;
-  const auto same = [&](const auto& command) { return command.first == number; };
+  const auto same = [&](const auto& command) { return command.number == number; };
   const auto found = std::find_if(waiting_.begin(), waiting_.end(), same);
   if (found == waiting_.end()) return;
-  const RequestId id = found->second;
+  const Waiting done = std::move(*found);
   waiting_.erase(found);
-  clients_.answer_with(id, make_result);
+  clients_.answer_with(done.id, [&] { return make_result(done.told); });
 }
 
 void LoopDesk::lose_lease() {

@@ -39,7 +39,9 @@ class LoopDesk {
   [[nodiscard]] Answer lend(const RequestId& id, std::unique_ptr<GesturePlan> plan);
   [[nodiscard]] Answer lend(const std::optional<RequestId>& id,
                             std::unique_ptr<SettingsChange> change);
-  [[nodiscard]] Answer lend(const std::optional<RequestId>& id, std::unique_ptr<PlayedScene> scene);
+  /// `told` is the message of the answer, once the scene plays.
+  [[nodiscard]] Answer lend(const std::optional<RequestId>& id, std::unique_ptr<PlayedScene> scene,
+                            std::string told);
   /// What waits is obeyed now, where no thread does it.
   void obey();
 
@@ -66,12 +68,19 @@ class LoopDesk {
   [[nodiscard]] std::uint64_t next_tick() const noexcept;
 
  private:
+  /// A request whose command is not yet obeyed.
+  struct Waiting {
+    std::uint64_t number;
+    RequestId id;
+    std::string told;  ///< the message of the answer, if it is obeyed
+  };
+
   template <typename Lend>
   [[nodiscard]] Answer lend(const std::optional<RequestId>& id, const LoopCommandBody& what,
                             const Lend& lend_thing);
   [[nodiscard]] bool has_room() const noexcept;
   [[nodiscard]] Answer refuse();
-  /// `make_result()` is the result of the request whose command this was, if any.
+  /// `make_result(told)` is the result of the request whose command this was, if any.
   template <typename MakeResult>
   void finish(std::uint64_t number, MakeResult&& make_result);
   void follow();
@@ -83,7 +92,7 @@ class LoopDesk {
   std::unique_ptr<LoopChannels> channels_;
   std::unique_ptr<HapticLoop> loop_;
   std::function<void(const LoopEvent&)> on_event_;
-  std::deque<std::pair<std::uint64_t, RequestId>> waiting_;  ///< not yet obeyed, by number
+  std::deque<Waiting> waiting_;  ///< by number
   std::uint64_t last_number_ = 0;
   // With the loop, or on their way there or back.
   std::size_t scenes_lent_ = 1;  ///< the first one

@@ -98,14 +98,18 @@ v1::RecordHeader record_header(const DaemonPlan& plan) {
   return header;
 }
 
+StartError unstarted_recording(const std::string& fault) {
+  return {kExitRecord, "--record: " + fault +
+                           ". Give the name of a new file, in a folder you may write to, on a disk "
+                           "with room."};
+}
+
 void RecordDesk::begin(const std::string& file) {
   if (recorder_ == nullptr || file.empty()) return;
   const std::string error = recorder_->start(file).get();
   file_ = file;
   if (error.empty()) return;
-  throw StartError(kExitRecord, "--record: " + error +
-                                    ". Give the name of a new file, in a folder you may "
-                                    "write to, on a disk with room.");
+  throw unstarted_recording(error);
 }
 
 Answer RecordDesk::record(const RequestId& id, const v1::Record& record) {

@@ -16,6 +16,9 @@ namespace hapticd {
 /// What every recording of this run begins with.
 [[nodiscard]] v1::RecordHeader record_header(const DaemonPlan& plan);
 
+/// That the recording of --record cannot be begun.
+[[nodiscard]] StartError unstarted_recording(const std::string& fault);
+
 class RecordDesk {
  public:
   /// Both outlive this; `recorder` is null where a replay plays, which is not recorded.

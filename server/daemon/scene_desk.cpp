@@ -48,6 +48,15 @@ Faults faults_of(const LoadResult& result) {
   return faults;
 }
 
+/// What of a good scene is without effect, or not as it was asked for: a line each.
+std::string doubts_of(const LoadResult& result) {
+  std::string doubts;
+  for (const SceneProblem& problem : result.problems) {
+    if (problem.doubt) doubts += (doubts.empty() ? "" : "\n") + to_text(problem);
+  }
+  return doubts;
+}
+
 /// The first file of a recorded scene that is not the same here; empty: all are.
 std::string changed_asset(const v1::SceneRecord& record, const LoadedScene& loaded) {
   for (const v1::Asset& asset : record.assets()) {
@@ -276,18 +285,19 @@ void SceneDesk::take_build(SceneBuild& build) {
     return;
   }
   if (build.check_only) {
-    clients_.answer(*build.request, result_of(v1::RESULT_CODE_OK, "", ""));
+    clients_.answer(*build.request, result_of(v1::RESULT_CODE_OK, "", doubts_of(result)));
     return;
   }
   try {
-    swap_to(std::move(result.loaded), build.request);
+    const std::string doubts = doubts_of(result);
+    swap_to(std::move(result.loaded), build.request, doubts);
   } catch (const std::runtime_error& error) {
     fail(v1::RESULT_CODE_INVALID, "load_scene", error.what());
   }
 }
 
 void SceneDesk::swap_to(std::shared_ptr<const LoadedScene> loaded,
-                        const std::optional<RequestId>& request) {
+                        const std::optional<RequestId>& request, std::string doubts) {
   std::unique_ptr<GesturePlan> gesture;
   try {
     gesture = first_gesture(*loaded);
@@ -300,8 +310,8 @@ void SceneDesk::swap_to(std::shared_ptr<const LoadedScene> loaded,
   // The loop may have it at once.
   swapping_ = true;
   bool lent = false;
-  const bool asked =
-      within_memory([&] { lent = !loop_.lend(request, std::move(played)).has_value(); });
+  const bool asked = within_memory(
+      [&] { lent = !loop_.lend(request, std::move(played), std::move(doubts)).has_value(); });
   if (lent) return;
   swapping_ = false;
   scenes_.pop_back();
@@ -383,9 +393,9 @@ Answer SceneDesk::get_parameters(const v1::GetParameters& get) const {
   }
   const std::vector<std::string> paths(get.paths().begin(), get.paths().end());
   const auto values = parameter_values(newest().live, paths);
-  if (!values.unknown.empty()) {
-    return result_of(v1::RESULT_CODE_NOT_FOUND, values.unknown,
-                     unknown_parameter(newest().live, values.unknown));
+  if (values.unknown) {
+    return result_of(v1::RESULT_CODE_NOT_FOUND, *values.unknown,
+                     unknown_parameter(newest().live, *values.unknown));
   }
   for (const v1::Assignment& value : values.values) {
     *result.mutable_parameters()->add_values() = value;

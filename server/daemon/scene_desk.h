@@ -83,7 +83,9 @@ class SceneDesk {
                              BroughtFiles brought);
   void finish_build();
   void take_build(SceneBuild& build);
-  void swap_to(std::shared_ptr<const LoadedScene> loaded, const std::optional<RequestId>& request);
+  /// `doubts` are told with the answer to the request.
+  void swap_to(std::shared_ptr<const LoadedScene> loaded, const std::optional<RequestId>& request,
+               std::string doubts);
   void finish_swap(std::uint32_t scene_id);
   void settle_change(std::uint64_t number, bool dropped);
   [[nodiscard]] Answer get_parameters(const v1::GetParameters& get) const;

@@ -17,6 +17,9 @@ namespace {
 
 constexpr const char* kForm = "Give ADDR:PORT with a numeric address, 127.0.0.1:47801, or off.";
 
+constexpr const char* kKeyRemedy =
+    "make stop.key with 'hapticctl keygen DIR' and start with --keys DIR or --stop-key FILE";
+
 /// An address as people write it.
 struct Place {
   std::string host;
@@ -89,12 +92,24 @@ StopPlan stop_plan(const v1::Config& config) {
   return plan;
 }
 
+void check_stop_plan(const StopPlan& plan) {
+  if (plan.off || plan.host.empty()) return;
+  try {
+    check_stop_address(plan.host);
+  } catch (const std::invalid_argument& error) {
+    refuse(std::string(error.what()) + ". " + kForm);
+  }
+  if (plan.key || is_loopback(plan.host)) return;
+  refuse(std::string("without stop.key everyone who reaches it could stop; ") + kKeyRemedy);
+}
+
 std::unique_ptr<StopRoad> open_stop_road(const StopPlan& plan, const std::string& listened,
                                          StopLine& line) {
   if (plan.off) {
     spdlog::warn("--stop-listen off: a Stop comes by sessions alone, and waits for what they do");
     return nullptr;
   }
+  check_stop_plan(plan);
   const Place sessions = place_of(listened).value_or(Place{});
   const bool named = !plan.host.empty();
   StopRoadOptions options;
@@ -105,11 +120,8 @@ std::unique_ptr<StopRoad> open_stop_road(const StopPlan& plan, const std::string
   options.rules.session_port = sessions.port;
   randombytes_buf(options.rules.secret.data(), options.rules.secret.size());
   if (!plan.key && !is_loopback(options.host)) {
-    const std::string remedy =
-        "make stop.key with 'hapticctl keygen DIR' and start with --keys DIR or --stop-key FILE";
-    if (named) refuse("without stop.key everyone who reaches it could stop; " + remedy);
     options.host = options.host.find(':') == std::string::npos ? "127.0.0.1" : "::1";
-    spdlog::warn("there is no stop.key, so the Stop road hears this machine alone; {}", remedy);
+    spdlog::warn("there is no stop.key, so the Stop road hears this machine alone; {}", kKeyRemedy);
   }
   std::unique_ptr<StopRoad> road = bind(options, line);
   if (!named && road->port() != plan.port) {

@@ -23,6 +23,9 @@ struct StopPlan {
 /// Throws StartError, naming the option, for an address that is none and a key that is no good.
 [[nodiscard]] StopPlan stop_plan(const v1::Config& config);
 
+/// Throws the StartErrors of open_stop_road() that need no socket.
+void check_stop_plan(const StopPlan& plan);
+
 /// Opens the road of the daemon whose sessions are at `listened`, ADDR:PORT, and says in the log
 /// where; null where it is off. Throws StartError for an address that cannot be had, and for one
 /// that others reach while there is no key.

@@ -1,6 +1,7 @@
 // hapticd-model check and explain: whether scenes can be played, and what playing them means.
 #include <cstdio>
 #include <memory>
+#include <string>
 
 #include "server/model/commands.h"
 #include "server/model/explanation.h"
@@ -13,12 +14,19 @@ namespace {
 /// Objects that a tool is led to when the cost of a tick is measured: 8 s at the worst.
 constexpr int kObjectsVisited = 40;
 
+std::string counted(std::size_t count, const char* one, const char* several) {
+  return std::to_string(count) + " " + (count == 1 ? one : several);
+}
+
 void check_scene(const std::string& name, const LoadResult& result) {
   print_problems(result.problems);
   if (result.loaded == nullptr) return;
   const SceneDescription& scene = result.loaded->scene->description();
-  std::printf("%s: good: %zu tool(s), %zu bodies, %zu lines, %zu strings\n", name.c_str(),
-              scene.tools.size(), scene.bodies.size(), scene.lines.size(), scene.strings.size());
+  std::printf("%s: good: %s, %s, %s, %s\n", name.c_str(),
+              counted(scene.tools.size(), "tool", "tools").c_str(),
+              counted(scene.bodies.size(), "body", "bodies").c_str(),
+              counted(scene.lines.size(), "line", "lines").c_str(),
+              counted(scene.strings.size(), "string", "strings").c_str());
 }
 
 void check(const SceneOptions& options) {

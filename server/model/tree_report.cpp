@@ -126,7 +126,8 @@ std::string to_markdown(const TreeReport& report) {
                                  static_cast<long long>(report.packing.sphere_samples)));
   }
   if (report.seconds >= 0.0) {
-    text += row("built in", print("%.1f s on %d thread(s)", report.seconds, report.threads));
+    text += row("built in", print("%.1f s on %d thread%s", report.seconds, report.threads,
+                                  report.threads == 1 ? "" : "s"));
   }
   if (report.seconds >= 0.0 && report.exhaustive_seconds > 0.0) {
     text += row("build over exhaustive evaluation",

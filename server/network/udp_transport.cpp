@@ -77,6 +77,10 @@ bool is_hello(std::span<const std::uint8_t> datagram) {
 
 }  // namespace
 
+void check_listen(const std::string& listen, bool keyed) {
+  check_reach(endpoint_of(listen), listen, keyed);
+}
+
 struct UdpTransport::Implementation {
   asio::io_context context{1};
   udp::socket socket{context};

@@ -17,6 +17,9 @@ struct BoundSocket {
   int descriptor = -1;
 };
 
+/// Throws what UdpTransport(listen, keyed) throws, as far as it can be told without a socket.
+void check_listen(const std::string& listen, bool keyed);
+
 /// A bound UDP socket and the loop that serves it.
 class UdpTransport {
  public:

@@ -2,10 +2,13 @@
 #include "server/scene_io/scene_parameters.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <regex>
+#include <string_view>
+#include <system_error>
 
 #include "proto/hints/nearest_name.h"
 #include "proto/wire/field_table.h"
@@ -125,6 +128,38 @@ std::string field_of(const std::string& word, const std::vector<std::string>& pa
   return found;
 }
 
+/// What to write for the first index of `path`, whose names are right, that is none; for a field
+/// that this one of several lacks, that it does.
+std::string index_remedy(const v1::Scene& scene, std::string_view path) {
+  const std::string lacking = "The scene has none with this index.";
+  const pb::Message* message = &scene;
+  while (true) {
+    const std::string_view step = path.substr(0, path.find('.'));
+    const std::size_t bracket = step.find('[');
+    const std::string name(step.substr(0, bracket));
+    const pb::FieldDescriptor* const field = message->GetDescriptor()->FindFieldByName(name);
+    if (field == nullptr) return lacking;
+    const pb::Reflection& r = *message->GetReflection();
+    int index = 0;
+    if (field->is_repeated()) {
+      const int size = r.FieldSize(*message, field);
+      if (size == 0) return "The scene has no " + name + ".";
+      const char* const end = step.data() + step.size();
+      const char* const begin = step.data() + std::min(bracket, step.size() - 1) + 1;
+      const auto [stop, error] = std::from_chars(begin, end, index);
+      const bool whole = error == std::errc() && stop + 1 == end && *stop == ']';
+      if (!whole || index < 0 || index >= size) {
+        return "The index of " + name + " is a whole number" +
+               (size == 1 ? ": 0." : ", 0 to " + std::to_string(size - 1) + ".");
+      }
+    }
+    if (step.size() == path.size() || field->cpp_type() != Kind::CPPTYPE_MESSAGE) return lacking;
+    path.remove_prefix(step.size() + 1);
+    message = field->is_repeated() ? &r.GetRepeatedMessage(*message, field, index)
+                                   : &r.GetMessage(*message, field);
+  }
+}
+
 /// The choice of quality, which has its own path.
 v1::Assignment quality_value(const v1::Scene& scene) {
   v1::Assignment value;
@@ -170,7 +205,7 @@ ParameterReading parameter_values(const v1::Scene& scene, const std::vector<std:
     put_value(live, value);
   });
   all.push_back(quality_value(scene));
-  if (paths.empty()) return {std::move(all), ""};
+  if (paths.empty()) return {std::move(all), std::nullopt};
   // Once through the values, of which there may be thousands.
   std::map<std::string, std::vector<std::size_t>, std::less<>> found;
   for (const std::string& path : paths) found[path];
@@ -201,14 +236,14 @@ std::string unknown_parameter(const v1::Scene& scene, const std::string& given) 
   }
   const bool exists = std::find(patterns.begin(), patterns.end(), any) != patterns.end();
   if (exists && path == given) {
-    return "The scene has none with this index.";
+    return index_remedy(scene, path);
   }
   std::string text = "No live parameter has this path; hapticctl get lists them.";
   std::string nearest = hints::nearest_name(any, patterns);
   if (nearest.empty()) nearest = field_of(any, patterns);
   if (nearest.empty()) return text;
   const std::string meant = with_indices_of(path, nearest);
-  const bool is_there = parameter_values(scene, {meant}).unknown.empty();
+  const bool is_there = !parameter_values(scene, {meant}).unknown.has_value();
   return text + " Did you mean " + (is_there ? meant : with_indices_of("", nearest)) + "?";
 }
 

@@ -2,6 +2,7 @@
 // and written by reflection, checked against the same comments as scene files. Offline.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace hapticd {
 
 struct ParameterReading {
   std::vector<v1::Assignment> values;  ///< in the order of the fields
-  std::string unknown;                 ///< the first path nothing answers to; empty: none
+  std::optional<std::string> unknown;  ///< the first path nothing answers to
 };
 
 /// Values of the live parameters of `scene` that `paths` name, [*] standing for every index; of all

@@ -57,6 +57,10 @@ StopPeer peer_of(const sockaddr_storage& address) noexcept {
 
 }  // namespace
 
+void check_stop_address(const std::string& host) {
+  static_cast<void>(numeric_address(host, stop::kDefaultPort));
+}
+
 StopSocket::StopSocket(const std::string& host, std::uint16_t port)
     : local_(numeric_address(host, port)) {
   const bool v4 = local_.ss_family == AF_INET;

@@ -16,6 +16,9 @@
 
 namespace hapticd {
 
+/// Throws std::invalid_argument where `host` is no numeric address, perhaps with a scope.
+void check_stop_address(const std::string& host);
+
 class StopSocket {
  public:
   /// Datagrams read by one call.

@@ -9,9 +9,13 @@
 
 #include "proto/hints/command_line_fault.h"
 #include "proto/hints/quantity.h"
+#include "proto/hints/whole_number_option.h"
 
 namespace hapticd {
 namespace {
+
+/// Of the numbers of processors, as the kernel may have them.
+constexpr std::uint64_t kMaxCpu = 1023;
 
 using Json = nlohmann::ordered_json;
 
@@ -143,7 +147,9 @@ int run_doctor(int argc, const char* const* argv) {
   in_unit(app.add_option("--rate", rate, "ticks per second, 250 to 10000 (1000)"), "Hz")
       ->check(CLI::Range(250.0, 10000.0))
       ->type_name("HZ");
-  app.add_option("--cpu", report.cpu, "processor to measure on (any)")->type_name("N");
+  hints::takes_whole_number(app.add_option("--cpu", report.cpu, "processor to measure on (any)"), 0,
+                            kMaxCpu)
+      ->type_name("N");
   app.add_flag("--json", json, "the report as one JSON object, for programs");
   app.add_option("--root", root.root, "where proc, sys and dev are")->group("");
   app.footer("Exit codes: 0 fit, 2 bad command line, 6 causes were named.");

@@ -143,44 +143,58 @@ void check_whole(const TriangleMesh& mesh, bool closed, MeshReport& report) {
 }
 
 struct Wording {
-  const char* what;  ///< after the count
+  const char* one;      ///< after the count 1, or where nothing is counted
+  const char* several;  ///< after another count
   const char* remedy;
 };
+
+/// Of faults that are no edge's and no single triangle's.
+Wording wording_of_whole(MeshFault fault) {
+  if (fault == MeshFault::kUnits) {
+    return {"the bounding box is not of a size that a hand can play with", "",
+            "If the file is in another unit, say so: --unit mm, --unit cm or --unit in."};
+  }
+  if (fault == MeshFault::kPieces) {
+    return {"piece", "separate pieces", "That is right for a body of several parts."};
+  }
+  return {"triangle passes through others, so the sign of distances may be wrong there",
+          "triangles pass through others, so the sign of distances may be wrong there",
+          "Unite the overlapping parts into one surface, and look at the report."};
+}
 
 Wording wording(MeshFault fault) {
   switch (fault) {
     case MeshFault::kNoTriangles:
-      return {"the mesh has no triangles", "Export the surface as triangles or polygons."};
+      return {"the mesh has no triangles", "", "Export the surface as triangles or polygons."};
     case MeshFault::kNotFinite:
-      return {"corner(s) with coordinates that are not finite", "Export the mesh again."};
+      return {"corner with coordinates that are not finite",
+              "corners with coordinates that are not finite", "Export the mesh again."};
     case MeshFault::kIndexOutOfRange:
-      return {"corner(s) name a vertex that does not exist", "Export the mesh again."};
+      return {"corner names a vertex that does not exist",
+              "corners name a vertex that does not exist", "Export the mesh again."};
     case MeshFault::kCollapsed:
-      return {"triangle(s) have two corners at one place", "--repair drops them."};
+      return {"triangle has two corners at one place", "triangles have two corners at one place",
+              "--repair drops them."};
     case MeshFault::kFlat:
-      return {"triangle(s) have no area",
+      return {"triangle has no area", "triangles have no area",
               "Nothing needs to be done unless the report looks wrong."};
     case MeshFault::kOpenEdge:
-      return {"edge(s) belong to one triangle only: the surface has holes, so nothing is inside",
+      return {"edge belongs to one triangle only: the surface has holes, so nothing is inside",
+              "edges belong to one triangle only: the surface has holes, so nothing is inside",
               "Close the holes in the program that made the mesh."};
     case MeshFault::kCrowdedEdge:
-      return {"edge(s) belong to three or more triangles",
+      return {"edge belongs to three or more triangles", "edges belong to three or more triangles",
               "Separate the parts that touch there, or unite them into one surface."};
     case MeshFault::kTurned:
-      return {"edge(s) between triangles with opposite orientation",
+      return {"edge between triangles with opposite orientation",
+              "edges between triangles with opposite orientation",
               "--repair turns them all the same way."};
     case MeshFault::kInsideOut:
-      return {"triangle(s), all of them, face inwards", "--repair turns them round."};
-    case MeshFault::kUnits:
-      return {"the bounding box is not of a size that a hand can play with",
-              "If the file is in another unit, say so: --unit mm, --unit cm or --unit in."};
-    case MeshFault::kPieces:
-      return {"separate pieces", "That is right for a body of several parts."};
-    case MeshFault::kCrossing:
-      return {"triangle(s) pass through others, so the sign of distances may be wrong there",
-              "Unite the overlapping parts into one surface, and look at the report."};
+      return {"triangle, the only one, faces inwards", "triangles, all of them, face inwards",
+              "--repair turns them round."};
+    default:
+      return wording_of_whole(fault);
   }
-  return {"", ""};
 }
 
 }  // namespace
@@ -207,7 +221,7 @@ std::string describe(const MeshFinding& finding) {
   const bool counted =
       finding.fault != MeshFault::kNoTriangles && finding.fault != MeshFault::kUnits;
   std::string text = counted ? std::to_string(finding.count) + " " : "";
-  text += words.what;
+  text += counted && finding.count != 1 ? words.several : words.one;
   char place[160] = "";
   if (finding.fault == MeshFault::kUnits) {
     std::snprintf(place, sizeof place, ": its diagonal is %.4g m", finding.p.x());

@@ -99,7 +99,7 @@ TEST_CASE("bad input ends with 1, the file's name and what to do about it") {
   const std::string open = folder.write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const ShellOutcome outcome = run("build " + open + " -o " + folder.path("x.tree"));
   CHECK(outcome.code == 1);
-  CHECK(outcome.says(open + ": 3 edge(s)"));
+  CHECK(outcome.says(open + ": 3 edges belong"));
   CHECK(outcome.says("Close the holes"));
   CHECK_FALSE(std::filesystem::exists(folder.path("x.tree")));
   CHECK(run("build " + folder.path("none.obj") + " -o " + folder.path("x.tree")).code == 1);

@@ -70,7 +70,7 @@ TEST_CASE("reports name the spheres, the levels and what is known of the build")
   report.threads = 2;
   const std::string text = to_markdown(report);
   CHECK(text.find("max 5 mm (1 %), mean 1 mm (0.2 %), p99 4 mm (0.8 %)") != std::string::npos);
-  CHECK(text.find("built in | 1.5 s on 2 thread(s)") != std::string::npos);
+  CHECK(text.find("built in | 1.5 s on 2 threads") != std::string::npos);
   CHECK(text.find("(leaves)") != std::string::npos);
   report.levels = 1;
   CHECK(to_markdown(report).find("(leaves)") == std::string::npos);

@@ -182,7 +182,12 @@ TEST_CASE("who mistypes a path is told which one may be meant") {
   CHECK(told("strings.9.tension_n") == none + " Did you mean strings[0].tension_n?");
   CHECK(told("tension") == none + " Did you mean strings[0].tension_n?");
   CHECK(told("qualty") == none + " Did you mean quality?");
-  CHECK(told("strings[2].tension_n") == "The scene has none with this index.");
+  for (const char* index : {"2", "-1", "", "x", "0:1", "1.5", "99999999999", "0]["}) {
+    CAPTURE(index);
+    CHECK(told(("strings[" + std::string(index) + "].tension_n").c_str())
+              .starts_with("The index of strings is a whole number, 0 to 1."));
+  }
+  CHECK(told("tools[1].coupling.kt_n_per_m") == "The index of tools is a whole number: 0.");
   CHECK(told("nonsense") == none);
   CHECK(told("[") == none);
   CHECK(told("strings[1[2].tension_n").starts_with(none));

@@ -113,7 +113,7 @@ export class ControlPanel {
   show(state) {
     const { inForce, gestureName, progress } = this.#parts;
     const quality = state.quality;
-    if (quality) inForce.textContent = `level ${quality.level}${quality.automatic ? ', automatic' : ''} · ${quality.substeps} sub-steps`;
+    if (quality) inForce.textContent = `level ${quality.level}${quality.automatic ? ', automatic' : ''} · ${quality.substeps} sub-step${quality.substeps === 1 ? '' : 's'}`;
     const gesture = state.gestures[0];
     gestureName.textContent = gesture ? `${gesture.name}, ${gesture.repeated_count} done` : 'no gesture plays';
     progress.value = gesture?.progress ?? 0;
