@@ -91,6 +91,64 @@ class Hints(unittest.TestCase):
         code, text = daemon.run("doctor", "--rate", "1,5kHz")
         self.assertEqual((2, True), (code, "Write 1.5kHz, with a point." in text), text)
 
+    def test_whole_numbers_are_whole_and_in_range(self):
+        for words, most in ((("gesture", "play", "strum", "--seed"), 2**64 - 1), (("device", "check", "--seed"), 2**64 - 1), (("run", "step"), 10**9)):
+            for number in ("1e3", "1.5", "99999999999999999999999", "-1"):
+                if words[0] == "run" and number == "-1":
+                    continue  # an argument, not an option's: it would be an option
+                code, _, text = self.ctl(*words, number)
+                self.assertEqual(2, code, text)
+                self.assertIn(f"'{number}' is not a whole number from {int(words[0] == 'run')} to {most}.", text)
+
+    def test_an_index_that_is_none_is_told_the_range(self):
+        self.ctl("scene", "load", "guqin")
+        for index in ("7", "-1", "", "x", "3:5"):
+            for words in (("get", f"strings[{index}].tension_n"), ("set", f"strings[{index}].tension_n=80")):
+                code, _, text = self.ctl(*words)
+                self.assertEqual(1, code)
+                self.assertIn("The index of strings is a whole number, 0 to 6.", text)
+        self.assertEqual(2, self.ctl("get", "")[0])
+
+    def test_a_server_that_is_none_is_told_the_form(self):
+        for words, why in ((["--server=", "status"], "Give --server HOST:PORT."), (["--server", "", "status"], "Give HOST:PORT."),
+                           (["--server", "http://x", "status"], "is not HOST, HOST:PORT"), (["--server", "http://x:1", "status"], "is not HOST, HOST:PORT")):
+            code, text, complaint = said(HAPTICCTL, *words)
+            self.assertEqual((2, ""), (code, text))
+            self.assertIn(why, complaint)
+
+    def test_what_is_no_command_is_told_alone(self):
+        self.assertEqual("--discover", meant(self.ctl("discover")[2]))
+        for words in (("statsu",), ("discover",), ("watch", "--rate")):
+            text = self.ctl(*words)[2]
+            self.assertNotIn("is required", text)
+            self.assertNotIn("--role", text)
+
+    def test_a_file_that_is_not_there_is_told_as_a_file(self):
+        for words in (("scene", "load"), ("scene", "check"), ("gesture", "play"), ("pose",)):
+            for source in ("gugin.txt", "./missing"):
+                code, text, complaint = self.ctl(*words, source)
+                self.assertEqual((1, ""), (code, text))
+                self.assertIn(f"{source}: there is no such file.", complaint)
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "mine.txt").write_text('name: "mine"\n', encoding="utf-8")
+            code, _, text = said(HAPTICCTL, "--server", self.played.address, "scene", "check", "mine.txt", cwd=folder)
+            self.assertNotIn("no such file", text)
+
+    def test_what_is_no_pose_is_refused_with_its_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(folder, "poses.csv")
+            for text, why in (("0,0,0\nnan,0,0\n", f"{table}:2: 'nan' cannot be read."), ("0,0,0,0,0,0,0\n", f"{table}:1: the norm of"),
+                              ("abc\n0,0,0\n", f"{table}:1: 'abc' is not"), ("# none\nx,y,z\n", "there is no pose in it"), ("", "there is no pose in it")):
+                table.write_text(text, encoding="utf-8")
+                code, _, complaint = self.ctl("pose", str(table))
+                self.assertEqual(1, code, text)
+                self.assertIn(why, complaint)
+            table.write_text("x,y,z\n100mm,0,0\n", encoding="utf-8")
+            self.assertEqual((0, "1 pose sent, 0 ticks without one\n", ""), self.ctl("pose", str(table)))
+            code, _, complaint = self.ctl("pose", folder)
+            self.assertEqual(1, code)
+            self.assertIn("is a folder", complaint)
+
     def test_the_choice_that_was_meant_is_named(self):
         self.assertEqual("firm", meant(self.ctl("gesture", "play", "strum", "--arm", "frm")[2]))
         for words, name in ((["--clock", "virtul"], "virtual"), (["docter"], "doctor")):

@@ -195,6 +195,20 @@ class JsonTest(unittest.TestCase):
         for cost in scene["string_costs"]:
             self.assertRegex(printed, rf"here: {cost['strings']} strings?, {re.escape(cost['rung'])} ")
 
+    def test_a_refusal_of_the_daemon_is_a_result(self):
+        with daemon.Daemon("--scene", "wall", "--clock", "virtual", "--device", "scripted") as played:
+            for words, code in ((["set", "quality=99"], "RESULT_CODE_OUT_OF_RANGE"), (["get", "nonsense"], "RESULT_CODE_NOT_FOUND"),
+                                (["scene", "load", "no_such_scene"], "RESULT_CODE_NOT_FOUND")):
+                with self.subTest(words=words):
+                    exit_code, text, complaint = said(str(BIN / "hapticctl"), "--server", played.address, "--json", *words)
+                    self.assertEqual(1, exit_code)
+                    self.assertEqual(1, len(text.splitlines()), text)
+                    result = json.loads(text)
+                    self.assertEqual(code, result["code"])
+                    self.check(self.schemas.validators["result.schema.json"], result)
+                    self.assertIn(result["message"].splitlines()[0], complaint)
+                    self.assertEqual("", said(str(BIN / "hapticctl"), "--server", played.address, *words)[1])
+
     def answer(self, command, words, folder):
         program, *rest = command.split()
         option = ["--json", "-"] if self.commands[command].endswith("TEXT") else ["--json"]

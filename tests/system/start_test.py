@@ -43,6 +43,8 @@ class Start(unittest.TestCase):
         self.refused(2, ["--bogus"], "--bogus")
         self.refused(2, ["--device", "simulated"], "--device", "falcon")
         self.refused(2, ["--help"], "--clock", "sundial")
+        self.refused(2, ["Give replay:FILE."], "--device", "replay:")
+        self.refused(2, ["is not a whole number"], "--seed", "-1")
         self.refused(2, ["--pace device", "--device hid"], "--pace", "device")
         self.refused(2, ["--pace device", "--device hid"], "--pace", "device", "--device", "spacemouse")
         self.refused(2, ["--clock", "--pace"], "--pace", "device", "--clock", "virtual")
@@ -59,6 +61,9 @@ class Start(unittest.TestCase):
             self.refused(1, [f"{path}:2:", "rat"], "--config", str(path))
             path.write_text('scene: "sphere"\nrate: 20000\n')
             self.refused(2, ["rate"], "--config", str(path))
+            self.refused(1, ["is a folder"], "--config", folder)
+            path.write_text("")
+            self.assertEqual(daemon.run("--config", str(path), "--scene", "sphere", "--check")[0], 0)
         self.refused(1, ["cannot be read"], "--config", "/no/such/file")
 
     def test_the_command_line_wins_over_the_configuration(self):
@@ -67,6 +72,21 @@ class Start(unittest.TestCase):
             path.write_text('scene: "no_such_scene"\nclock: CLOCK_MODE_VIRTUAL\n')
             code, text = daemon.run("--config", str(path), "--scene", "sphere", "--check")
             self.assertEqual(code, 0, text)
+
+    def test_a_check_refuses_as_the_start_does(self):
+        with tempfile.TemporaryDirectory() as folder:
+            taken = pathlib.Path(folder) / "taken.mcap"
+            taken.touch()
+            for code, options in ((3, ("--listen", "x")), (3, ("--listen", "127.0.0.1:99999")), (3, ("--stop-listen", "x")),
+                                  (3, ("--stop-listen", "here:1")), (7, ("--record", "/proc/x.mcap")), (7, ("--record", str(taken)))):
+                for check in ((), ("--check",)):
+                    self.refused(code, [options[0]], "--scene", "sphere", *options, *check)
+            config = pathlib.Path(folder) / "my.textproto"
+            config.write_text('scene: "sphere"\nlisten: "x"\n')
+            self.refused(3, ["--listen"], "--config", str(config), "--check")
+            new = pathlib.Path(folder) / "new/take.mcap"
+            self.assertEqual(daemon.run("--scene", "sphere", "--record", str(new), "--check")[0], 0)
+            self.assertFalse(new.parent.exists())
 
     def test_a_check_opens_no_device(self):
         for source in ("hid", "pid:S1", "spacemouse"):

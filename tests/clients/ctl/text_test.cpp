@@ -1,4 +1,4 @@
-// Texts that people type: addresses, values, poses. Truth: the cases.
+// Texts that people type: addresses, values. Truth: the cases.
 #include "clients/ctl/text.h"
 
 #include <doctest/doctest.h>
@@ -67,22 +67,6 @@ TEST_CASE("a value is a number, a truth value, a list or a text, and prints as i
   }
 }
 
-TEST_CASE("a row is a position, or a position and a quaternion; headings and comments are none") {
-  const auto pose = parse_pose("0.1, -2e-3,3", 5);
-  REQUIRE(pose.has_value());
-  CHECK(pose->p_m(1) == -2e-3);
-  CHECK(pose->q(0) == 1.0);
-  CHECK(pose->q(3) == 0.0);
-  CHECK(parse_pose("1\t2 3  0.5 0.5 0.5 -0.5\r", 1)->q(3) == -0.5);
-  CHECK(!parse_pose("x,y,z", 1).has_value());
-  CHECK(!parse_pose("", 3).has_value());
-  CHECK(!parse_pose("  # rest", 3).has_value());
-  for (const char* bad : {"x,y,z", "1,2", "1,2,3,4", "1,2,3x", "1 2 3 4 5 6 7 8"}) {
-    CAPTURE(bad);
-    CHECK(failure_of([&] { (void)parse_pose(bad, 2); }) == kRefused);
-  }
-}
-
 TEST_CASE("names lose what all values of their enum begin with") {
   CHECK(plain_name("LOOP_STATE_ENGAGED", "LOOP_STATE_") == "engaged");
   CHECK(plain_name("CAUSE_INPUT_STALE", "CAUSE_") == "input stale");
@@ -98,10 +82,26 @@ TEST_CASE("a text that is no message is refused with its line, a file that is no
   } catch (const Failure& failure) {
     CHECK(std::string(failure.what()).starts_with("g.textproto:2:"));
   }
-  CHECK(failure_of([] { (void)read_file("/nowhere/at/all"); }) == kRefused);
+  const auto said = [](const char* source) -> std::string {
+    try {
+      (void)read_source(source);
+    } catch (const Failure& failure) {
+      CHECK(failure.exit_code() == kRefused);
+      return failure.what();
+    }
+    return "";
+  };
+  CHECK(said("/nowhere/at/all") == "/nowhere/at/all: there is no such file.");
+  CHECK(said("/") == "/: is a folder. Name a file.");
+  CHECK(said("No") ==
+        "No: there is no such file. What is installed has a name of a-z 0-9 _ - alone.");
   CHECK(names_file("./a"));
   CHECK(names_file("a.textproto"));
-  CHECK(!names_file("guqin"));
+  for (const char* file : {"gugin.txt", "Guqin", "my scene", "x.", "\xc3\xa9"}) {
+    CAPTURE(file);
+    CHECK(names_file(file));
+  }
+  for (const char* name : {"guqin", "single_string", "a-1", ""}) CHECK(!names_file(name));
 }
 
 }  // namespace hapticd::test
