@@ -134,6 +134,19 @@ class Hints(unittest.TestCase):
             code, _, text = said(HAPTICCTL, "--server", self.played.address, "scene", "check", "mine.txt", cwd=folder)
             self.assertNotIn("no such file", text)
 
+    def test_what_of_a_scene_is_without_effect_is_told(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene = pathlib.Path(folder, "mine.textproto")
+            good = ('name: "mine"\ntools { name: "finger" parts { name: "tip" shape { spheres { centre_m: [0, 0, 0] radius_m: 0.005 } } } }\n'
+                    'strings { name: "A" p_wa_m: [-0.55, 0, 0] p_wb_m: [0.55, 0, 0] frequency_hz: 65.4 }\n')
+            for text, line in ((good, ""), (good + "tones {}\n", f"{scene}:4:")):
+                scene.write_text(text, encoding="utf-8")
+                for command, done in (("check", "good\n"), ("load", "loaded\n")):
+                    code, told, complaint = self.ctl("scene", command, str(scene))
+                    self.assertEqual((0, done), (code, told), complaint)
+                    self.assertEqual(bool(line), bool(complaint), complaint)
+                    self.assertIn(line, complaint)
+
     def test_what_is_no_pose_is_refused_with_its_line(self):
         with tempfile.TemporaryDirectory() as folder:
             table = pathlib.Path(folder, "poses.csv")

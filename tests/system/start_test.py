@@ -43,7 +43,7 @@ class Start(unittest.TestCase):
         self.refused(2, ["--bogus"], "--bogus")
         self.refused(2, ["--device", "simulated"], "--device", "falcon")
         self.refused(2, ["--help"], "--clock", "sundial")
-        self.refused(2, ["Give replay:FILE."], "--device", "replay:")
+        self.refused(2, ["replay:FILE"], "--device", "replay:")
         self.refused(2, ["is not a whole number"], "--seed", "-1")
         self.refused(2, ["--pace device", "--device hid"], "--pace", "device")
         self.refused(2, ["--pace device", "--device hid"], "--pace", "device", "--device", "spacemouse")
@@ -80,7 +80,7 @@ class Start(unittest.TestCase):
             for code, options in ((3, ("--listen", "x")), (3, ("--listen", "127.0.0.1:99999")), (3, ("--stop-listen", "x")),
                                   (3, ("--stop-listen", "here:1")), (7, ("--record", "/proc/x.mcap")), (7, ("--record", str(taken)))):
                 for check in ((), ("--check",)):
-                    self.refused(code, [options[0]], "--scene", "sphere", *options, *check)
+                    self.refused(code, [options[0]], "--scene", "sphere", "--listen", "127.0.0.1:0", *options, *check)
             config = pathlib.Path(folder) / "my.textproto"
             config.write_text('scene: "sphere"\nlisten: "x"\n')
             self.refused(3, ["--listen"], "--config", str(config), "--check")

@@ -87,9 +87,9 @@ TEST_CASE("without a tick no more is lent than can come back") {
     LoopSetting setting;
     setting.source = "simulated";
     setting.profile = "premium_3_0_6dof";
-    REQUIRE(!bench.desk.lend(RequestId{1, k}, played_scene(kScene, 2, setting)));
+    REQUIRE(!bench.desk.lend(RequestId{1, k}, played_scene(kScene, 2, setting), ""));
   }
-  CHECK(code_of(bench.desk.lend(RequestId{1, 3}, played_scene(kScene, 2, {}))) ==
+  CHECK(code_of(bench.desk.lend(RequestId{1, 3}, played_scene(kScene, 2, {}), "")) ==
         v1::RESULT_CODE_BUSY);
 }
 
