@@ -87,6 +87,11 @@ std::string meant_source(const std::string& given) {
          (driver->argument == SourceArgument::kFile ? ":FILE" : std::string()) + "?";
 }
 
+/// `text` may quote what was given.
+[[noreturn]] void refuse(const std::string& text) {
+  throw StartError(kExitUsage, wire::shown_lines(text));
+}
+
 /// Refuses `given` where it is of a driver that plays a file, and names none.
 void check_file_of_source(const std::string& given) {
   const std::string kind = given.substr(0, given.find(':'));
@@ -96,11 +101,6 @@ void check_file_of_source(const std::string& given) {
     refuse("--device: the name of the file is missing after '" + given + "'. Give " + kind +
            ":FILE.");
   }
-}
-
-/// `text` may quote what was given.
-[[noreturn]] void refuse(const std::string& text) {
-  throw StartError(kExitUsage, wire::shown_lines(text));
 }
 
 /// An option that is a field of Config, named like it with '-' for '_'.
@@ -328,8 +328,8 @@ void check_pace(const v1::Config& config) {
 }  // namespace
 
 void read_config_file(const std::string& file, v1::Config& config) {
-  std::error_code unknown;
-  if (std::filesystem::is_directory(file, unknown)) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
     throw StartError(kExitInput, file + ": is a folder. Name a readable file with --config.");
   }
   std::ifstream stream(file, std::ios::binary);

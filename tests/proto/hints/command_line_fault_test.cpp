@@ -51,7 +51,7 @@ TEST_CASE("an option that was written as a command is named") {
 }
 
 TEST_CASE("dashes make no option like another") {
-  CHECK(fault_of({"status", "--rudo"}) == "There is no option --rudo.");
+  CHECK(fault_of({"status", "--spxxd"}) == "There is no option --spxxd.");
 }
 
 TEST_CASE("an option that ends with = lacks its value, wherever it belongs") {
@@ -62,7 +62,7 @@ TEST_CASE("an option that ends with = lacks its value, wherever it belongs") {
   CLI::App& status = *app.add_subcommand("status");
   status.add_option("--arm", server)->check(CLI::IsMember({"off"}))->type_name("off");
   status.add_flag("--loud", loud);
-  const auto fault = [&app](std::vector<const char*> words) {
+  const auto fault = [&app](const std::vector<const char*>& words) {
     return fault_of_empty_option(app, words);
   };
   CHECK(fault({"p", "--server=", "status"}) ==
