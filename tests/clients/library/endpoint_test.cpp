@@ -41,7 +41,7 @@ TEST_CASE("what is written is taken, what is left out is as it was") {
 TEST_CASE("what is no host and port is refused, and quoted") {
   for (const std::string text : {"stage:", "stage:x", "stage:65536", "stage:-1", "stage:0", "[::1",
                                  "[::1]9", "stage:9x", "http://stage", "http://stage:9", "stage/x",
-                                 "me@stage:9", "sta ge", "a:b:c", "udp:stage:9"}) {
+                                 "me@stage:9", "sta ge", "x:b:c", "udp:stage:9"}) {
     CAPTURE(text);
     CHECK_THROWS_AS((void)parse_endpoint(text), std::invalid_argument);
     CHECK_THROWS_WITH((void)parse_endpoint(text), doctest::Contains(text.c_str()));
