@@ -22,7 +22,7 @@ bool may_be_host(const std::string& host) {
 Endpoint parse_endpoint(const std::string& text, Endpoint otherwise, bool zero_port) {
   const auto bad = [&] {
     return std::invalid_argument(
-        "'" + text + "' is not HOST, HOST:PORT or [V6]:PORT; a port is a " + "number up to 65535");
+        "'" + text + "' is not HOST, HOST:PORT or [V6]:PORT; a port is a number up to 65535");
   };
   std::string port;
   if (text.starts_with('[')) {
