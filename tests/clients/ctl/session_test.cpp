@@ -134,7 +134,7 @@ TEST_CASE("a table of poses arrives row by row, and a bad row is named") {
   CHECK(server.poses == 150);
   std::ofstream(file, std::ios::app) << "1,2\n";
   CHECK(run({"--server", address(server), "pose", file.string()}, said) == ctl::kRefused);
-  CHECK(said.find("line 152") != std::string::npos);
+  CHECK(said.find(file.string() + ":152: ") != std::string::npos);
   std::filesystem::remove(file);
   CHECK(run({"--server", address(server), "pose", file.string()}, said) == ctl::kRefused);
 }

@@ -22,10 +22,11 @@ namespace pb = google::protobuf;
 using hapticd::test::scaled;
 using hapticd::test::SplitMix64;
 
-class LastError : public pb::io::ErrorCollector {
+/// A text may have several faults; the first is told.
+class FirstError : public pb::io::ErrorCollector {
  public:
   void AddError(int /*line*/, int /*column*/, const std::string& message) override {
-    text = message;
+    if (text.empty()) text = message;
   }
   std::string text;
 };
@@ -34,7 +35,7 @@ class LastError : public pb::io::ErrorCollector {
 template <typename Message>
 std::string said(const std::string& text) {
   Message message;
-  LastError error;
+  FirstError error;
   pb::TextFormat::Parser parser;
   parser.RecordErrorsTo(&error);
   CHECK_FALSE(parser.ParseFromString(text, &message));
