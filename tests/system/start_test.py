@@ -79,8 +79,9 @@ class Start(unittest.TestCase):
             taken.touch()
             for code, options in ((3, ("--listen", "x")), (3, ("--listen", "127.0.0.1:99999")), (3, ("--stop-listen", "x")),
                                   (3, ("--stop-listen", "here:1")), (7, ("--record", "/proc/x.mcap")), (7, ("--record", str(taken)))):
+                where = () if options[0] == "--listen" else ("--listen", "127.0.0.1:0")
                 for check in ((), ("--check",)):
-                    self.refused(code, [options[0]], "--scene", "sphere", "--listen", "127.0.0.1:0", *options, *check)
+                    self.refused(code, [options[0]], "--scene", "sphere", *where, *options, *check)
             config = pathlib.Path(folder) / "my.textproto"
             config.write_text('scene: "sphere"\nlisten: "x"\n')
             self.refused(3, ["--listen"], "--config", str(config), "--check")
