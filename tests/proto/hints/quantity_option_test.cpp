@@ -6,7 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
-#include <vector>
+
+#include "tests/proto/hints/typed_number.h"
 
 namespace hapticd::hints::test {
 namespace {
@@ -19,13 +20,8 @@ std::optional<double> read(const std::string& text, const char* unit, double mos
   double value = 0.0;
   CLI::Option* option = app.add_option("--number", value)->check(CLI::Range(-80.0, most));
   takes_unit(option, unit);
-  std::vector<const char*> words{"program", "--number", text.c_str()};
-  try {
-    app.parse(static_cast<int>(words.size()), words.data());
-  } catch (const CLI::ParseError& error) {
-    fault = error.what();
-    return std::nullopt;
-  }
+  fault = fault_of_typed(app, text);
+  if (!fault.empty()) return std::nullopt;
   return value;
 }
 

@@ -8,8 +8,8 @@
 #include <limits>
 #include <optional>
 #include <string>
-#include <vector>
 
+#include "tests/proto/hints/typed_number.h"
 #include "tests/support/fresh_seed.h"
 #include "tests/support/random.h"
 #include "tests/support/scale.h"
@@ -29,13 +29,8 @@ std::optional<std::uint64_t> read(const std::string& text, std::uint64_t lowest,
   CLI::App app;
   std::uint64_t value = 0;
   takes_whole_number(app.add_option("--number", value), lowest, highest);
-  std::vector<const char*> words{"program", "--number", text.c_str()};
-  try {
-    app.parse(static_cast<int>(words.size()), words.data());
-  } catch (const CLI::ParseError& error) {
-    fault = error.what();
-    return std::nullopt;
-  }
+  fault = fault_of_typed(app, text);
+  if (!fault.empty()) return std::nullopt;
   return value;
 }
 
