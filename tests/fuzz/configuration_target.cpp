@@ -81,7 +81,8 @@ void check_place(const std::string& text, const std::string& file, std::int64_t 
 void check_refusal(const StartError& error, const std::string& file, std::int64_t lines) {
   const std::string text = error.what();
   require(is_plain_line(text), "a refusal that a terminal obeys");
-  require(text.ends_with('.') && text.size() > 20, "a refusal that is no sentence");
+  const bool ends = text.ends_with('.') || text.ends_with('?');
+  require(ends && text.size() > 20, "a refusal that is no sentence");
   if (error.exit_code() == kExitInput) {
     check_place(text, file, lines);
   } else {
