@@ -51,9 +51,8 @@ std::vector<std::string_view> words_of(std::string_view line) {
 /// Whether it is a number without a unit, one that is not finite included.
 bool is_number(std::string_view word) {
   double ignored = 0.0;
-  const char* const end = word.data() + word.size();
-  const auto [stop, error] = std::from_chars(word.data(), end, ignored);
-  return error != std::errc::invalid_argument && stop == end;
+  const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), ignored);
+  return error != std::errc::invalid_argument && stop == word.data() + word.size();
 }
 
 bool is_heading(const std::vector<std::string_view>& words) {
