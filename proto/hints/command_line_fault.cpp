@@ -158,8 +158,9 @@ std::string fault_of_empty_option(const CLI::App& app, std::span<const char* con
     if (option == nullptr || option->get_items_expected_max() == 0) continue;
     const std::string type = option->get_type_name();
     // Behind it stand the choices, which the type's name has too.
-    return name + ": the value is missing. Give " + name + " " + type.substr(0, type.find(":{")) +
-           ".";
+    std::string fault = name;
+    fault.append(": the value is missing. Give ").append(name).append(" ");
+    return fault.append(type, 0, type.find(":{")).append(".");
   }
   return {};
 }

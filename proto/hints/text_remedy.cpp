@@ -47,8 +47,8 @@ std::string field_meant(const pb::Descriptor& root, std::string_view type, std::
   return {};
 }
 
-/// `value` belongs to a field of this name, of whatever message.
-std::string value_meant(const pb::Descriptor& root, std::string_view value, std::string_view name) {
+/// Values of all fields of this name that have some, of whatever message.
+std::vector<std::string> values_of(const pb::Descriptor& root, std::string_view name) {
   std::vector<std::string> names;
   for (const pb::Descriptor* type : types_below(root)) {
     const pb::FieldDescriptor* field = type->FindFieldByName(std::string(name));
@@ -59,19 +59,22 @@ std::string value_meant(const pb::Descriptor& root, std::string_view value, std:
       if (each.number() != 0 && !known) names.push_back(each.name());
     }
   }
-  std::string choose = " Choose ";
-  for (const std::string& each : names) choose += each + (&each == &names.back() ? "." : ", ");
-  std::string meant = did_you_mean(value, names);
-  if (meant.empty()) {
-    // clock: virtual is CLOCK_MODE_VIRTUAL on the command line.
-    for (const std::string& each : names) {
-      std::string end = "_";
-      for (const char c : value) end += c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c;
-      if (each.ends_with(end)) meant = " Did you mean " + each + "?";
-    }
+  return names;
+}
+
+/// `value` belongs to a field of this name.
+std::string value_meant(const pb::Descriptor& root, std::string_view value, std::string_view name) {
+  const std::vector<std::string> names = values_of(root, name);
+  if (std::string meant = did_you_mean(value, names); !meant.empty()) return meant;
+  // CLOCK_MODE_VIRTUAL is `virtual` on the command line.
+  std::string end = "_";
+  for (const char c : value) end += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  std::string choose;
+  for (const std::string& each : names) {
+    if (each.ends_with(end)) return " Did you mean " + each + "?";
+    choose += (choose.empty() ? " Choose " : ", ") + each;
   }
-  if (names.empty()) return {};
-  return meant.empty() ? choose : meant;
+  return choose.empty() ? choose : choose + ".";
 }
 
 }  // namespace

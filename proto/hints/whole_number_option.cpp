@@ -21,9 +21,8 @@ std::string read_in_place(std::string& text, const Bounds& bounds) {
   std::string_view digits = text;
   if (digits.starts_with('+')) digits.remove_prefix(1);
   std::uint64_t number = 0;
-  const char* const end = digits.data() + digits.size();
-  const auto [stop, error] = std::from_chars(digits.data(), end, number);
-  const bool whole = error == std::errc() && stop == end;
+  const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  const bool whole = error == std::errc() && stop == digits.data() + digits.size();
   if (!whole || number < bounds.lowest || number > bounds.highest) {
     return "'" + text + "' is not a whole number from " + std::to_string(bounds.lowest) + " to " +
            std::to_string(bounds.highest) + ".";
