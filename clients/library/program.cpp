@@ -53,7 +53,7 @@ std::unique_ptr<Client> open_client(const DaemonChoice& daemon, ClientHandlers h
 }
 
 std::string unanswered(const std::string& server) {
-  return "no hapticd answers at " + server +
+  return "no daemon answers at " + server +
          " yet; waiting for it. Start hapticd, or name where it listens with --server; if it has "
          "keys, give one of them with --key.";
 }

@@ -206,7 +206,7 @@ class Hints(unittest.TestCase):
     def test_who_waits_says_once_for_whom(self):
         folder = pathlib.Path(HAPTICCTL).parent
         server = f"127.0.0.1:{daemon.free_port()}"
-        waited = f"no hapticd answers at {server} yet; waiting for it."
+        waited = f"no daemon answers at {server} yet; waiting for it."
         broker = "127.0.0.1:1"
         for program, options, texts in (("haptic-osc", [], [waited]), ("haptic-web", ["--listen", "127.0.0.1:0"], [waited]),
                                         ("haptic-relay", ["--broker", broker], [waited, f"no broker answers at {broker} yet; waiting for it."])):

@@ -80,7 +80,7 @@ class WithServer(unittest.TestCase):
 
     def test_a_daemon_that_is_not_there_is_named_with_the_remedy(self):
         with Jack(), Program(HAPTIC_AUDIO, "--synth", "--server", "127.0.0.1:9") as player:
-            player.wait_for("no daemon answers at 127.0.0.1:9 yet. Start hapticd")
+            player.wait_for("no daemon answers at 127.0.0.1:9 yet; waiting for it. Start hapticd")
         self.assertEqual(player.code, 0)
 
     def test_seven_strings_are_captured_in_tune_and_as_loud_as_their_level(self):
