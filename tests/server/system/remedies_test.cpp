@@ -130,16 +130,16 @@ TEST_CASE("limits of priority and memory are raised by what the doctor says, now
     const std::string value = priority ? "90" : "unlimited";
     CHECK(text_of(machine, "etc/security/limits.d/90-hapticd-" + name + ".conf") ==
           "somebody - " + name + " " + value + "\n");
+    const std::string letter = priority ? "r" : "l";
     const std::string command = command_of(finding);
     if (geteuid() == 0 && prctl(PR_CAPBSET_READ, CAP_SYS_RESOURCE) == 1) {
-      const std::string read = std::string("$(ulimit -") + (priority ? "r" : "l") + ")";
-      CHECK(typed(machine, std::string("ulimit -") + (priority ? "r" : "l") + " 0\n" + command +
-                               "\n[ \"" + read + "\" = " + value + " ]"));
+      CHECK(typed(machine, "ulimit -" + letter + " 0\n" + command + "\n[ \"$(ulimit -" + letter +
+                               ")\" = " + value + " ]"));
     } else {
       // The kernel refuses it to who has no right; the command itself is understood.
-      CHECK(typed(machine, "export LC_ALL=C\n" + std::string("ulimit -") + (priority ? "r" : "l") +
-                               " 0\n{ " + command + " 2>&1 || true; } | grep -q '" +
-                               (priority ? "RTPRIO" : "MEMLOCK") +
+      const std::string refused = priority ? "RTPRIO" : "MEMLOCK";
+      CHECK(typed(machine, "export LC_ALL=C\nulimit -" + letter + " 0\n" + command +
+                               " 2>&1 | grep -q '" + refused +
                                " resource limit: Operation not permitted'"));
     }
   }
